@@ -1,0 +1,130 @@
+//! The Hessian of the doubled action: symmetric, indefinite, sparse.
+//!
+//! The sparsity depends on the operator only, so the pattern is found once and every later Hessian refills its
+//! values in O(N). Per branch, with G = g00, u = D̄t:
+//!
+//! ```text
+//! ∂²F/∂t² = D̄ᵀ H G D̄,    ∂²F/∂t∂x = D̄ᵀ H g00′ u,    ∂²F/∂x² = ½ H g00″ u² − D̄ᵀ H D̄
+//! ```
+
+use faer::sparse::{Argsort, Pair, SparseColMat, SymbolicSparseColMat};
+
+use super::{DoubledAction, MULTIPLIERS};
+use crate::metric::OutsideDomain;
+
+/// A Hessian as a compressed sparse column matrix of order 4N + 8, both triangles stored.
+pub type SparseHessian = SparseColMat<usize, f64>;
+
+/// The sparsity of the Hessian and the order in which its contributions are visited.
+pub struct HessianPattern {
+    symbolic: SymbolicSparseColMat<usize>,
+    order: Argsort<usize>,
+    contributions: usize,
+}
+
+impl HessianPattern {
+    /// The structure, for a symbolic factorisation.
+    pub fn symbolic(&self) -> &SymbolicSparseColMat<usize> {
+        &self.symbolic
+    }
+}
+
+impl std::fmt::Debug for HessianPattern {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "HessianPattern({} contributions)", self.contributions)
+    }
+}
+
+impl DoubledAction<'_> {
+    /// The pattern of [`Self::hessian`].
+    pub fn hessian_pattern(&self) -> HessianPattern {
+        let mut indices = Vec::new();
+        // Any numbers do: which entries exist does not depend on values.
+        let zeros = vec![0.0; self.sbp.points()];
+        let curvatures = [0, 1].map(|_| Curvature { tt: zeros.clone(), tx: zeros.clone(), xx: zeros.clone() });
+        self.visit(&curvatures, |row, col, _| indices.push(Pair { row, col }));
+        let unknowns = self.layout().unknowns();
+        let (symbolic, order) = SymbolicSparseColMat::try_new_from_indices(unknowns, unknowns, &indices)
+            .expect("indices lie inside the matrix");
+        HessianPattern { symbolic, order, contributions: indices.len() }
+    }
+
+    /// ∇²E_IVP(u).
+    ///
+    /// # Errors
+    /// [`OutsideDomain`] if g00 is not positive and finite at a node of either branch.
+    pub fn hessian(&self, u: &[f64], pattern: &HessianPattern) -> Result<SparseHessian, OutsideDomain> {
+        let weights = self.sbp.weights();
+        let curvatures = self.both_branches(u)?.map(|branch| {
+            let (mut tt, mut tx, mut xx) = (branch.metric.g00, branch.metric.first, branch.metric.second);
+            for (k, t_dot) in branch.t_dot.iter().enumerate() {
+                tt[k] *= weights[k];
+                tx[k] *= weights[k] * t_dot;
+                xx[k] *= 0.5 * weights[k] * t_dot * t_dot;
+            }
+            Curvature { tt, tx, xx }
+        });
+        let mut values = Vec::with_capacity(pattern.contributions);
+        self.visit(&curvatures, |_, _, value| values.push(value));
+        Ok(SparseColMat::new_from_argsort(pattern.symbolic.clone(), &pattern.order, &values)
+            .expect("the pattern was made for this operator"))
+    }
+
+    /// Calls `push(row, column, value)` for every contribution, always in the same order; contributions to one entry add.
+    fn visit(&self, curvatures: &[Curvature; 2], mut push: impl FnMut(usize, usize, f64)) {
+        let layout = self.layout();
+        let weights = self.sbp.weights();
+        for (branch, curvature) in curvatures.iter().enumerate() {
+            let sign = if branch == 0 { 1.0 } else { -1.0 };
+            let (t, x) = (layout.t(branch), layout.x(branch));
+            for k in 0..self.sbp.points() {
+                for (a, d_a) in self.bar_t.row(k) {
+                    for (b, d_b) in self.bar_t.row(k) {
+                        push(t + a, t + b, sign * d_a * curvature.tt[k] * d_b);
+                    }
+                    push(t + a, x + k, sign * d_a * curvature.tx[k]);
+                    push(x + k, t + a, sign * d_a * curvature.tx[k]);
+                }
+                push(x + k, x + k, sign * curvature.xx[k]);
+                for (a, d_a) in self.bar_x.row(k) {
+                    for (b, d_b) in self.bar_x.row(k) {
+                        push(x + a, x + b, -sign * d_a * weights[k] * d_b);
+                    }
+                }
+            }
+        }
+        self.visit_constraints(&mut push);
+    }
+
+    /// The constant border: ∂C_j/∂u and its transpose.
+    fn visit_constraints(&self, push: &mut impl FnMut(usize, usize, f64)) {
+        let layout = self.layout();
+        let last = self.sbp.points() - 1;
+        let border = layout.multiplier_range().start;
+        let mut both = |lambda: usize, unknown: usize, value: f64| {
+            push(border + lambda, unknown, value);
+            push(unknown, border + lambda, value);
+        };
+        let (t1, x1, t2, x2) = (layout.t(0), layout.x(0), layout.t(1), layout.x(1));
+        let single = [(0, t1, 1.0), (2, x1, 1.0)];
+        let ends = [(4, t1 + last, 1.0), (4, t2 + last, -1.0), (5, x1 + last, 1.0), (5, x2 + last, -1.0)];
+        for (lambda, unknown, value) in single.into_iter().chain(ends) {
+            both(lambda, unknown, value);
+        }
+        let rows = [(1, t1, 0, 1.0), (3, x1, 0, 1.0)];
+        let end_rows = [(6, t1, last, 1.0), (6, t2, last, -1.0), (7, x1, last, 1.0), (7, x2, last, -1.0)];
+        for (lambda, block, k, sign) in rows.into_iter().chain(end_rows) {
+            for (column, d) in self.sbp.row(k) {
+                both(lambda, block + column, sign * d);
+            }
+        }
+        debug_assert_eq!(layout.unknowns() - border, MULTIPLIERS);
+    }
+}
+
+/// Diagonals of the three blocks of a branch's Hessian: H g00, H g00′ D̄t and ½ H g00″ (D̄t)².
+struct Curvature {
+    tt: Vec<f64>,
+    tx: Vec<f64>,
+    xx: Vec<f64>,
+}

@@ -1,0 +1,97 @@
+//! Where the 4N + 8 unknowns of the doubled action live: (t₁ | x₁ | t₂ | x₂ | λ1 … λ8), each block contiguous.
+
+use std::ops::Range;
+
+/// Number of Lagrange multipliers.
+pub const MULTIPLIERS: usize = 8;
+
+/// Index arithmetic for a grid of N nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Layout {
+    points: usize,
+}
+
+/// One branch, read.
+#[derive(Debug, Clone, Copy)]
+pub struct Branch<'u> {
+    /// t on the nodes.
+    pub t: &'u [f64],
+    /// x on the nodes.
+    pub x: &'u [f64],
+}
+
+/// One branch, written.
+#[derive(Debug)]
+pub struct BranchMut<'u> {
+    /// t on the nodes.
+    pub t: &'u mut [f64],
+    /// x on the nodes.
+    pub x: &'u mut [f64],
+}
+
+impl Layout {
+    /// The layout for `points` = N nodes.
+    pub fn new(points: usize) -> Self {
+        Self { points }
+    }
+
+    /// 4N + 8.
+    pub fn unknowns(&self) -> usize {
+        4 * self.points + MULTIPLIERS
+    }
+
+    /// First index of t on the branch (0 forward, 1 backward).
+    pub fn t(&self, branch: usize) -> usize {
+        2 * branch * self.points
+    }
+
+    /// First index of x on the branch (0 forward, 1 backward).
+    pub fn x(&self, branch: usize) -> usize {
+        (2 * branch + 1) * self.points
+    }
+
+    /// Indices of λ1 … λ8.
+    pub fn multiplier_range(&self) -> Range<usize> {
+        4 * self.points..self.unknowns()
+    }
+
+    /// Node of an unknown (the last node for a multiplier that ties the ends, the first for the others).
+    pub fn node(&self, unknown: usize) -> usize {
+        match unknown.checked_sub(4 * self.points) {
+            None => unknown % self.points,
+            Some(multiplier) if multiplier < 4 => 0,
+            Some(_) => self.points - 1,
+        }
+    }
+
+    /// Forward and backward branch of `u`.
+    pub fn branches<'u>(&self, u: &'u [f64]) -> [Branch<'u>; 2] {
+        let n = self.points;
+        [Branch { t: &u[..n], x: &u[n..2 * n] }, Branch { t: &u[2 * n..3 * n], x: &u[3 * n..4 * n] }]
+    }
+
+    /// Forward and backward branch of `u`, to write.
+    pub fn branches_mut<'u>(&self, u: &'u mut [f64]) -> [BranchMut<'u>; 2] {
+        let n = self.points;
+        let (t1, rest) = u.split_at_mut(n);
+        let (x1, rest) = rest.split_at_mut(n);
+        let (t2, rest) = rest.split_at_mut(n);
+        let x2 = &mut rest[..n];
+        [BranchMut { t: t1, x: x1 }, BranchMut { t: t2, x: x2 }]
+    }
+
+    /// λ1 … λ8 of `u`.
+    pub fn multipliers<'u>(&self, u: &'u [f64]) -> &'u [f64] {
+        &u[self.multiplier_range()]
+    }
+
+    /// λ1 … λ8 of `u`, to write.
+    pub fn multipliers_mut<'u>(&self, u: &'u mut [f64]) -> &'u mut [f64] {
+        &mut u[self.multiplier_range()]
+    }
+
+    /// The vector with both branches equal to (t, x): the physical limit.
+    pub fn physical_limit(&self, t: &[f64], x: &[f64], multipliers: &[f64; MULTIPLIERS]) -> Vec<f64> {
+        [t, x, t, x, multipliers].concat()
+    }
+}

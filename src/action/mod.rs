@@ -1,0 +1,203 @@
+//! The doubled geodesic action E_IVP of the paper, its gradient and its sparse Hessian.
+//!
+//! ```text
+//! F(t, x) = ½{ (D̄t)ᵀ g00(x) H (D̄t) − (D̄x)ᵀ H (D̄x) }
+//! E_IVP   = F(t₁, x₁) − F(t₂, x₂)
+//!         + λ1 (t₁[1] − t_i) + λ2 ((Dt₁)[1] − ṫ_i) + λ3 (x₁[1] − x_i) + λ4 ((Dx₁)[1] − ẋ_i)
+//!         + λ5 (t₁[N] − t₂[N]) + λ6 (x₁[N] − x₂[N])
+//!         + λ7 ((Dt₁)[N] − (Dt₂)[N]) + λ8 ((Dx₁)[N] − (Dx₂)[N])
+//! ```
+//!
+//! Forward branch 1 carries the initial data, backward branch 2 is tied to it at the end. Nothing in this module
+//! knows an equation of motion: a trajectory is wherever ∇E_IVP = 0. (H̄ of the paper is H with a zero row and column
+//! for the affine entry, so the affine entry never contributes.)
+
+mod hessian;
+mod layout;
+
+pub use hessian::{HessianPattern, SparseHessian};
+pub use layout::{Layout, MULTIPLIERS};
+
+use crate::geodesic::InitialData;
+use crate::metric::{Metric, MetricSamples, OutsideDomain};
+use crate::sbp::{RegularisedOperator, SbpOperator};
+
+/// E_IVP for one grid, metric and set of initial data, in 4N + 8 unknowns (see [`Layout`]).
+#[derive(Debug, Clone)]
+pub struct DoubledAction<'a> {
+    sbp: &'a SbpOperator,
+    metric: &'a Metric,
+    initial: InitialData,
+    bar_t: RegularisedOperator<'a>,
+    bar_x: RegularisedOperator<'a>,
+}
+
+/// What one branch contributes at a point: the metric along it and its regularised velocities.
+struct BranchState {
+    metric: MetricSamples,
+    t_dot: Vec<f64>,
+    x_dot: Vec<f64>,
+}
+
+impl<'a> DoubledAction<'a> {
+    /// The action with the regularised operators D̄.
+    pub fn new(sbp: &'a SbpOperator, metric: &'a Metric, initial: InitialData) -> Self {
+        let bar_t = RegularisedOperator::new(sbp, initial.t);
+        let bar_x = RegularisedOperator::new(sbp, initial.x);
+        Self { sbp, metric, initial, bar_t, bar_x }
+    }
+
+    /// The ablation: the same action with D in place of D̄. It has wrong critical points or none.
+    pub fn without_regularisation(sbp: &'a SbpOperator, metric: &'a Metric, initial: InitialData) -> Self {
+        let plain = RegularisedOperator::without_regularisation(sbp);
+        Self { sbp, metric, initial, bar_t: plain, bar_x: plain }
+    }
+
+    /// Where each unknown lives.
+    pub fn layout(&self) -> Layout {
+        Layout::new(self.sbp.points())
+    }
+
+    /// The SBP operator the action is built on.
+    pub fn sbp(&self) -> &'a SbpOperator {
+        self.sbp
+    }
+
+    /// The metric the action is built on.
+    pub fn metric(&self) -> &'a Metric {
+        self.metric
+    }
+
+    /// The initial data that the multipliers λ1 … λ4 enforce.
+    pub fn initial(&self) -> InitialData {
+        self.initial
+    }
+
+    fn branch(&self, t: &[f64], x: &[f64]) -> Result<BranchState, OutsideDomain> {
+        Ok(BranchState {
+            metric: self.metric.sample(x)?,
+            t_dot: self.bar_t.derivative(t),
+            x_dot: self.bar_x.derivative(x),
+        })
+    }
+
+    fn both_branches(&self, u: &[f64]) -> Result<[BranchState; 2], OutsideDomain> {
+        let [forward, backward] = self.layout().branches(u);
+        Ok([self.branch(forward.t, forward.x)?, self.branch(backward.t, backward.x)?])
+    }
+
+    /// The eight constraints C_j that the multipliers λ_j enforce, in order.
+    pub fn constraints(&self, u: &[f64]) -> [f64; MULTIPLIERS] {
+        let [b1, b2] = self.layout().branches(u);
+        let last = self.sbp.points() - 1;
+        let row = |k: usize, u: &[f64]| self.sbp.row(k).map(|(column, d)| d * u[column]).sum::<f64>();
+        [
+            b1.t[0] - self.initial.t,
+            row(0, b1.t) - self.initial.t_dot,
+            b1.x[0] - self.initial.x,
+            row(0, b1.x) - self.initial.x_dot,
+            b1.t[last] - b2.t[last],
+            b1.x[last] - b2.x[last],
+            row(last, b1.t) - row(last, b2.t),
+            row(last, b1.x) - row(last, b2.x),
+        ]
+    }
+
+    /// E_IVP(u).
+    ///
+    /// # Errors
+    /// [`OutsideDomain`] if g00 is not positive and finite at a node of either branch.
+    pub fn value(&self, u: &[f64]) -> Result<f64, OutsideDomain> {
+        let [forward, backward] = self.both_branches(u)?.map(|branch| {
+            let integrand = (branch.metric.g00.iter().zip(&branch.t_dot).zip(&branch.x_dot))
+                .map(|((g00, t_dot), x_dot)| 0.5 * (g00 * t_dot * t_dot - x_dot * x_dot))
+                .collect::<Vec<_>>();
+            self.sbp.integrate(&integrand)
+        });
+        let constraints = self.constraints(u);
+        let multipliers = self.layout().multipliers(u);
+        Ok(forward - backward + multipliers.iter().zip(constraints).map(|(lambda, c)| lambda * c).sum::<f64>())
+    }
+
+    /// `out` = ∇E_IVP(u), all 4N + 8 entries: the derivative with respect to the branches, then the constraints.
+    ///
+    /// # Errors
+    /// [`OutsideDomain`] if g00 is not positive and finite at a node of either branch.
+    pub fn gradient(&self, u: &[f64], out: &mut [f64]) -> Result<(), OutsideDomain> {
+        let layout = self.layout();
+        let mut branches = self.both_branches(u)?;
+        let constraints = self.constraints(u);
+        let lambda = layout.multipliers(u);
+        for (branch, (sign, parts)) in branches.iter_mut().zip([1.0, -1.0].into_iter().zip(layout.branches_mut(out))) {
+            self.branch_gradient(branch, sign, parts.t, parts.x);
+        }
+        let last = self.sbp.points() - 1;
+        let [b1, b2] = layout.branches_mut(out);
+        b1.t[0] += lambda[0];
+        b1.x[0] += lambda[2];
+        for (sign, branch) in [(1.0, &mut *b1.t), (-1.0, &mut *b2.t)] {
+            branch[last] += sign * lambda[4];
+            self.add_row(last, sign * lambda[6], branch);
+        }
+        for (sign, branch) in [(1.0, &mut *b1.x), (-1.0, &mut *b2.x)] {
+            branch[last] += sign * lambda[5];
+            self.add_row(last, sign * lambda[7], branch);
+        }
+        self.add_row(0, lambda[1], b1.t);
+        self.add_row(0, lambda[3], b1.x);
+        layout.multipliers_mut(out).copy_from_slice(&constraints);
+        Ok(())
+    }
+
+    /// `out` += `factor` · Dᵀe_k.
+    fn add_row(&self, k: usize, factor: f64, out: &mut [f64]) {
+        for (column, d) in self.sbp.row(k) {
+            out[column] += factor * d;
+        }
+    }
+
+    /// `sign` · (∂F/∂t, ∂F/∂x) with ∂F/∂t = D̄ᵀHv, ∂F/∂x = ½H g00′(D̄t)² − D̄ᵀHw, v = g00∘D̄t, w = D̄x.
+    /// Uses the branch's arrays as scratch.
+    fn branch_gradient(&self, branch: &mut BranchState, sign: f64, out_t: &mut [f64], out_x: &mut [f64]) {
+        self.bar_x.apply_transpose_weighted(&branch.x_dot, out_x);
+        let weights = self.sbp.weights();
+        for (k, out) in out_x.iter_mut().enumerate() {
+            let t_dot = branch.t_dot[k];
+            *out = sign * (0.5 * weights[k] * branch.metric.first[k] * t_dot * t_dot - *out);
+        }
+        for (t_dot, g00) in branch.t_dot.iter_mut().zip(&branch.metric.g00) {
+            *t_dot *= g00;
+        }
+        self.bar_t.apply_transpose_weighted(&branch.t_dot, out_t);
+        for out in out_t {
+            *out *= sign;
+        }
+    }
+
+    /// The size of the rounding error to be expected in an entry of ∇E_IVP at `u`: ε times the largest intermediate
+    /// number. Differences of t and x are divided by h, so it grows like N.
+    ///
+    /// # Errors
+    /// [`OutsideDomain`] if g00 is not positive and finite at a node of either branch.
+    pub fn gradient_rounding(&self, u: &[f64]) -> Result<f64, OutsideDomain> {
+        let layout = self.layout();
+        let mut largest: f64 = 0.0;
+        for branch in layout.branches(u) {
+            let metric = self.metric.sample(branch.x)?;
+            let g00 = max_abs(&metric.g00);
+            let t_per_h = max_abs(branch.t) / self.sbp.spacing();
+            let x_per_h = max_abs(branch.x) / self.sbp.spacing();
+            // ½ H g00′ ṫ² varies with t through ṫ: twice its relative error.
+            let t_dot = max_abs(&self.bar_t.derivative(branch.t));
+            let force = max_abs(self.sbp.weights()) * max_abs(&metric.first) * t_dot * t_per_h;
+            largest = largest.max(g00.max(1.0) * t_per_h).max(x_per_h).max(force);
+        }
+        let from_multipliers = max_abs(layout.multipliers(u)) / self.sbp.spacing();
+        Ok(f64::EPSILON * largest.max(from_multipliers))
+    }
+}
+
+/// max |u_k|; NaN if any entry is NaN, so that a comparison with it fails.
+pub(crate) fn max_abs(u: &[f64]) -> f64 {
+    u.iter().fold(0.0, |largest: f64, v| if largest.is_nan() || v.is_nan() { f64::NAN } else { largest.max(v.abs()) })
+}

@@ -1,0 +1,40 @@
+//! One error type for everything that can be wrong with a case.
+
+use std::fmt;
+use std::ops::Range;
+
+/// What is wrong with a case, where, and what to do.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CaseError {
+    /// Name of the source: a path, `<stdin>`, or either of them with overrides.
+    pub source_name: String,
+    /// The text that `span` refers to.
+    pub text: String,
+    /// Byte range of the mistake in `text`, if it has a place there.
+    pub span: Option<Range<usize>>,
+    /// What is wrong.
+    pub message: String,
+    /// What to do, where that is not obvious from the message.
+    pub help: Option<String>,
+}
+
+impl CaseError {
+    /// (line, column) of the mistake, both from 1; the column counts characters.
+    pub fn line_and_column(&self) -> Option<(usize, usize)> {
+        let before = &self.text[..self.span.as_ref()?.start];
+        let line_start = before.rfind('\n').map_or(0, |i| i + 1);
+        Some((before.matches('\n').count() + 1, before[line_start..].chars().count() + 1))
+    }
+}
+
+impl fmt::Display for CaseError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.source_name)?;
+        if let Some((line, column)) = self.line_and_column() {
+            write!(f, ":{line}:{column}")?;
+        }
+        write!(f, ": {}", self.message)
+    }
+}
+
+impl std::error::Error for CaseError {}

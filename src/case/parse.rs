@@ -1,0 +1,97 @@
+//! Text and overrides → a valid [`Case`], or an error that knows its place.
+
+use std::ops::Range;
+
+use toml_edit::{Document, DocumentMut, Item, Key, Table, TableLike, Value};
+
+use super::{Case, CaseError};
+
+impl Case {
+    /// Reads a case from TOML `text` after applying `overrides` of the form `dotted.key=value`.
+    ///
+    /// The value of an override is a TOML value; a bare word that is none is taken as a string. With overrides, errors refer to the
+    /// text as the overrides left it.
+    ///
+    /// # Errors
+    /// [`CaseError`] for anything that is not a complete, valid case: syntax, an unknown or missing key, a wrong type, a number
+    /// that is not finite or out of range, a formula that does not parse, a start outside the domain.
+    pub fn parse(source_name: &str, text: &str, overrides: &[String]) -> Result<Self, CaseError> {
+        let plain = Source { name: source_name.to_owned(), text: text.to_owned() };
+        let source = if overrides.is_empty() { plain } else { plain.with_overrides(overrides)? };
+        let case: Case = toml::from_str(&source.text)
+            .map_err(|error| source.error(error.span(), readable(error.message()), None))?;
+        case.validated().map_err(|invalid| {
+            let span = source.locate(&invalid.path, invalid.within.clone());
+            source.error(span, invalid.message, invalid.help)
+        })
+    }
+}
+
+/// serde names Rust types; a user knows TOML's.
+fn readable(message: &str) -> String {
+    let rust_to_toml =
+        [("expected f64", "expected a number"), ("expected usize", "expected a whole number, 0 or more"), ("expected u32", "expected a whole number, 0 or more")];
+    rust_to_toml.iter().fold(message.trim_end().to_owned(), |message, (rust, toml)| message.replace(rust, toml))
+}
+
+/// Named text that errors point into.
+struct Source {
+    name: String,
+    text: String,
+}
+
+impl Source {
+    fn error(&self, span: Option<Range<usize>>, message: String, help: Option<String>) -> CaseError {
+        CaseError { source_name: self.name.clone(), text: self.text.clone(), span, message, help }
+    }
+
+    fn with_overrides(self, overrides: &[String]) -> Result<Self, CaseError> {
+        let mut document: DocumentMut = self.text.parse().map_err(|error: toml_edit::TomlError| {
+            self.error(error.span(), readable(error.message()), None)
+        })?;
+        for setting in overrides {
+            set(document.as_table_mut(), setting)
+                .map_err(|message| self.error(None, format!("--set {setting}: {message}"), None))?;
+        }
+        let name = format!("{} with --set {}", self.name, overrides.join(" --set "));
+        Ok(Self { name, text: document.to_string() })
+    }
+
+    /// Where the value of a dotted key stands; of its nearest table if the key itself is missing. `within` narrows the place to a
+    /// part of a string value, if that is written without escapes.
+    fn locate(&self, path: &str, within: Option<Range<usize>>) -> Option<Range<usize>> {
+        let document = Document::parse(self.text.as_str()).ok()?;
+        let mut span = None;
+        let mut item: &Item = document.as_item();
+        for key in path.split('.') {
+            let Some(inner) = item.as_table_like().and_then(|table| table.get(key)) else { break };
+            item = inner;
+            span = item.span().or(span);
+        }
+        let (Some(span), Some(within), Some(string)) = (span.clone(), within, item.as_str()) else { return span };
+        let quote = self.text[span.clone()].find(string)? + span.start;
+        Some(quote + within.start..quote + within.end)
+    }
+}
+
+/// Applies one `dotted.key=value`.
+fn set(root: &mut Table, setting: &str) -> Result<(), String> {
+    let (key, value) = setting.split_once('=').ok_or("expected KEY=VALUE, for example grid.n_gamma=64")?;
+    let keys = Key::parse(key.trim()).map_err(|_| format!("'{}' is not a dotted key", key.trim()))?;
+    let value = value.trim();
+    if value.is_empty() {
+        return Err("the value is missing".to_owned());
+    }
+    let value: Value = value.parse().unwrap_or_else(|_| Value::from(value));
+    let (last, tables) = keys.split_last().ok_or("the key is missing")?;
+    let mut table: &mut dyn TableLike = root;
+    for key in tables {
+        table = table
+            .entry(key.get())
+            .or_insert_with(|| Item::Table(Table::new()))
+            .as_table_like_mut()
+            .ok_or_else(|| format!("'{}' is not a table", key.get()))?;
+    }
+    table.insert(last.get(), Item::Value(value));
+    Ok(())
+}

@@ -1,0 +1,234 @@
+//! What TOML's types cannot say: ranges, finiteness, pairs of keys, the formula, the start.
+
+use std::ops::Range;
+
+use super::{Case, Grid, PotentialSpec, System};
+use crate::potential::Formula;
+use crate::potential::formula::{is_identifier, is_reserved};
+use crate::solve::Status;
+
+/// More nodes than this would only exhaust the memory.
+const MOST_POINTS: usize = 100_000_000;
+
+/// A value that is not acceptable.
+pub(super) struct Invalid {
+    /// Dotted key.
+    pub(super) path: String,
+    /// Part of a string value, in bytes.
+    pub(super) within: Option<Range<usize>>,
+    pub(super) message: String,
+    pub(super) help: Option<String>,
+}
+
+fn invalid(path: &str, message: impl Into<String>) -> Invalid {
+    Invalid { path: path.to_owned(), within: None, message: message.into(), help: None }
+}
+
+impl Invalid {
+    fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+}
+
+fn not_available(path: &str, what: &str) -> Invalid {
+    invalid(path, format!("{what} is not available yet"))
+}
+
+impl Case {
+    /// The case with its conditional defaults filled in, if everything about it is acceptable.
+    pub(super) fn validated(mut self) -> Result<Self, Invalid> {
+        self.check_finite()?;
+        self.check_potential()?;
+        self.check_choices()?;
+        if self.grid.gamma_f.is_none() && self.grid.t_f.is_none() {
+            self.grid.gamma_f = Some(1.0);
+        }
+        self.check_grid()?;
+        self.check_start()?;
+        self.check_expectations()?;
+        Ok(self)
+    }
+
+    fn check_finite(&self) -> Result<(), Invalid> {
+        let mut numbers = vec![
+            ("particle.mass", Some(self.particle.mass)),
+            ("particle.c", Some(self.particle.c)),
+            ("initial.t", Some(self.initial.t)),
+            ("initial.x", Some(self.initial.x)),
+            ("initial.t_dot", Some(self.initial.t_dot)),
+            ("initial.x_dot", self.initial.x_dot),
+            ("initial.velocity", self.initial.velocity),
+            ("grid.gamma_i", Some(self.grid.gamma_i)),
+            ("grid.gamma_f", self.grid.gamma_f),
+            ("grid.t_f", self.grid.t_f),
+            ("solver.accuracy", self.solver.accuracy),
+        ];
+        match &self.potential {
+            PotentialSpec::Free {} => {}
+            PotentialSpec::Linear { alpha } => numbers.push(("potential.linear.alpha", Some(*alpha))),
+            PotentialSpec::Quartic { kappa } => numbers.push(("potential.quartic.kappa", Some(*kappa))),
+            PotentialSpec::Polynomial { coefficients } => {
+                numbers.extend(coefficients.iter().map(|&c| ("potential.polynomial.coefficients", Some(c))));
+            }
+            PotentialSpec::Formula { parameters, .. } => {
+                for (name, value) in parameters {
+                    if !value.is_finite() {
+                        let path = format!("potential.formula.parameters.{name}");
+                        return Err(invalid(&path, format!("{path} must be a finite number, got {value}")));
+                    }
+                }
+            }
+        }
+        if let Some(expect) = self.expect {
+            numbers.extend([
+                ("expect.t_final", expect.t_final),
+                ("expect.x_final", expect.x_final),
+                ("expect.tolerance", expect.tolerance),
+            ]);
+        }
+        match numbers.into_iter().find_map(|(path, value)| value.filter(|v| !v.is_finite()).map(|v| (path, v))) {
+            Some((path, value)) => Err(invalid(path, format!("{path} must be a finite number, got {value}"))),
+            None => Ok(()),
+        }
+    }
+
+    fn check_potential(&self) -> Result<(), Invalid> {
+        let PotentialSpec::Formula { expression, parameters } = &self.potential else { return Ok(()) };
+        for name in parameters.keys() {
+            let path = format!("potential.formula.parameters.{name}");
+            if is_reserved(name) {
+                return Err(invalid(&path, format!("the parameter name '{name}' already has a meaning in a formula")));
+            }
+            if !is_identifier(name) {
+                return Err(invalid(&path, format!("the parameter name '{name}' cannot be written in a formula"))
+                    .help("a name is a letter or underscore, then letters, digits and underscores"));
+            }
+        }
+        match Formula::new(expression, parameters) {
+            Ok(_) => Ok(()),
+            Err(error) => {
+                let rest = &error.expression[error.offset..];
+                let length = rest.chars().next().map_or(0, char::len_utf8);
+                let names: Vec<&str> = parameters.keys().map(String::as_str).collect();
+                let parameters = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+                Err(Invalid {
+                    path: "potential.formula.expression".to_owned(),
+                    within: Some(error.offset..error.offset + length),
+                    message: error.to_string(),
+                    help: Some(format!(
+                        "known are x, pi, the parameters ({parameters}), + - * / ^, parentheses and sin cos tan sinh cosh \
+                         tanh asin acos atan exp ln log10 sqrt abs"
+                    )),
+                })
+            }
+        }
+    }
+
+    fn check_choices(&self) -> Result<(), Invalid> {
+        match (self.initial.x_dot, self.initial.velocity) {
+            (Some(_), Some(_)) => {
+                Err(invalid("initial.velocity", "both x_dot and velocity are given")
+                    .help("keep exactly one of initial.x_dot (dx/dgamma) and initial.velocity (dx/dt)"))
+            }
+            (None, None) => Err(invalid("initial", "neither x_dot nor velocity is given")
+                .help("give exactly one of initial.x_dot (dx/dgamma) and initial.velocity (dx/dt)")),
+            _ => Ok(()),
+        }?;
+        if self.grid.gamma_f.is_some() && self.grid.t_f.is_some() {
+            return Err(invalid("grid.t_f", "both gamma_f and t_f are given")
+                .help("keep exactly one of grid.gamma_f and grid.t_f"));
+        }
+        if !self.scheme.regularised && self.solver.system != System::Doubled {
+            return Err(invalid("scheme.regularised", "regularised = false needs solver.system = \"doubled\"")
+                .help("the physical limit exists only for the regularised operator"));
+        }
+        match self.grid.windows {
+            1 => {}
+            0 => return Err(invalid("grid.windows", "windows must be at least 1")),
+            _ => return Err(not_available("grid.windows", "more than one window")),
+        }
+        match self.solver.digits {
+            16 => {}
+            17..=70 => return Err(not_available("solver.digits", "extended precision (digits other than 16)")),
+            digits => return Err(invalid("solver.digits", format!("digits must be from 16 to 70, got {digits}"))),
+        }
+        if self.solver.accuracy.is_some() {
+            return Err(not_available("solver.accuracy", "choosing the grid by accuracy")
+                .help("give grid.n_gamma and leave solver.accuracy out"));
+        }
+        if self.solver.max_iterations == 0 {
+            return Err(invalid("solver.max_iterations", "max_iterations must be at least 1"));
+        }
+        Ok(())
+    }
+
+    fn check_grid(&self) -> Result<(), Invalid> {
+        let Grid { gamma_i, gamma_f, t_f, n_gamma, .. } = self.grid;
+        let coefficients = self.scheme.sbp.coefficients();
+        if n_gamma < coefficients.minimum_points {
+            let message =
+                format!("{} needs at least {} points, got n_gamma = {n_gamma}", coefficients.name, coefficients.minimum_points);
+            return Err(invalid("grid.n_gamma", message));
+        }
+        if n_gamma > MOST_POINTS {
+            return Err(invalid("grid.n_gamma", format!("n_gamma = {n_gamma} is above the limit of {MOST_POINTS} points")));
+        }
+        if let Some(gamma_f) = gamma_f {
+            if gamma_f <= gamma_i {
+                let message = format!("gamma_f = {gamma_f} must be greater than gamma_i = {gamma_i}");
+                return Err(invalid("grid.gamma_f", message));
+            }
+            let spacing = (gamma_f - gamma_i) / (n_gamma - 1) as f64;
+            let largest = gamma_i.abs().max(gamma_f.abs());
+            if !(spacing.is_finite() && spacing >= f64::MIN_POSITIVE && spacing > 4.0 * f64::EPSILON * largest) {
+                let message = format!("the spacing {spacing:e} is too small or too large to tell neighbouring nodes apart");
+                return Err(invalid("grid.gamma_f", message).help("shift gamma_i towards 0, or take fewer points"));
+            }
+        }
+        if let Some(t_f) = t_f {
+            if self.initial.t_dot <= 0.0 {
+                return Err(invalid("grid.t_f", "t_f needs t_dot > 0: otherwise t does not increase with gamma"));
+            }
+            if t_f <= self.initial.t {
+                let message = format!("t_f = {t_f} must be later than the initial t = {}", self.initial.t);
+                return Err(invalid("grid.t_f", message));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_start(&self) -> Result<(), Invalid> {
+        for (path, value) in [("particle.mass", self.particle.mass), ("particle.c", self.particle.c)] {
+            if value <= 0.0 {
+                return Err(invalid(path, format!("{path} must be positive, got {value}")));
+            }
+        }
+        let initial = self.initial_data();
+        let start = self.metric().at(initial.x);
+        if !start.is_inside() {
+            let message =
+                format!("g00 = c^2 + 2V/m must be positive and finite at the start, got g00({}) = {}", initial.x, start.g00);
+            return Err(invalid("initial.x", message).help("choose another initial x, a weaker potential or a larger c"));
+        }
+        if !initial.x_dot.is_finite() {
+            return Err(invalid("initial.velocity", "velocity * t_dot is not a finite number"));
+        }
+        Ok(())
+    }
+
+    fn check_expectations(&self) -> Result<(), Invalid> {
+        let Some(expect) = self.expect else { return Ok(()) };
+        let numbers = expect.t_final.is_some() || expect.x_final.is_some();
+        if numbers && expect.status != Status::Converged {
+            return Err(invalid("expect.status", format!("a case that ends {} has no t_final or x_final", expect.status)));
+        }
+        match expect.tolerance {
+            Some(tolerance) if tolerance <= 0.0 => {
+                Err(invalid("expect.tolerance", format!("tolerance must be positive, got {tolerance}")))
+            }
+            None if numbers => Err(invalid("expect", "t_final and x_final need a tolerance")),
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,14 @@
+//! Solver.
+#![doc(test(attr(deny(warnings))))]
+
+pub mod action;
+pub mod banded;
+pub mod case;
+pub mod geodesic;
+pub mod metric;
+pub mod potential;
+pub mod sbp;
+pub mod solve;
+
+pub use case::{Case, CaseError};
+pub use solve::{NoSolution, Solution, Status, solve};

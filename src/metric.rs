@@ -1,0 +1,97 @@
+//! The metric diag(g00(x), −1) of the curved space-time in which the particle is free. It knows no grid.
+
+use crate::potential::{Potential, PotentialSamples};
+
+/// g00(x) = c² + 2V(x)/m of a particle of mass m in the potential V (valid for |V| ≪ mc², g00 > 0).
+#[derive(Debug, Clone)]
+pub struct Metric {
+    potential: Potential,
+    c_squared: f64,
+    /// 2/m.
+    two_over_mass: f64,
+}
+
+/// g00 with its first two derivatives at a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MetricJet {
+    /// g00(x), in units of c².
+    pub g00: f64,
+    /// dg00/dx.
+    pub first: f64,
+    /// d²g00/dx².
+    pub second: f64,
+}
+
+impl MetricJet {
+    /// Whether the point lies inside the space-time: everything finite and g00 > 0.
+    #[inline]
+    pub fn is_inside(&self) -> bool {
+        self.g00 > 0.0 && self.g00.is_finite() && self.first.is_finite()
+    }
+}
+
+/// g00 and its derivatives at many points, one contiguous array each.
+#[derive(Debug, Clone)]
+pub struct MetricSamples {
+    /// g00(x_k).
+    pub g00: Vec<f64>,
+    /// g00′(x_k).
+    pub first: Vec<f64>,
+    /// g00″(x_k).
+    pub second: Vec<f64>,
+}
+
+/// A point lies outside the space-time: g00 ≤ 0 (a horizon) or not finite.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OutsideDomain {
+    /// Index of the point in the array that was sampled.
+    pub index: usize,
+    /// Its coordinate.
+    pub x: f64,
+    /// g00 there.
+    pub g00: f64,
+}
+
+impl Metric {
+    /// The metric of a particle of the given `mass` in `potential`, with the speed of light `c`.
+    pub fn new(potential: Potential, mass: f64, c: f64) -> Self {
+        Self { potential, c_squared: c * c, two_over_mass: 2.0 / mass }
+    }
+
+    /// The potential V.
+    pub fn potential(&self) -> &Potential {
+        &self.potential
+    }
+
+    /// g00, g00′, g00″ at `x`.
+    #[inline]
+    pub fn at(&self, x: f64) -> MetricJet {
+        let v = self.potential.at(x);
+        MetricJet {
+            g00: self.c_squared + self.two_over_mass * v.value,
+            first: self.two_over_mass * v.first,
+            second: self.two_over_mass * v.second,
+        }
+    }
+
+    /// g00, g00′, g00″ at every entry of `x`.
+    ///
+    /// # Errors
+    /// [`OutsideDomain`] with the first point where g00 is not positive and finite.
+    pub fn sample(&self, x: &[f64]) -> Result<MetricSamples, OutsideDomain> {
+        let mut v = PotentialSamples::zeros(x.len());
+        self.potential.sample(x, &mut v);
+        let PotentialSamples { value: mut g00, mut first, mut second } = v;
+        for g in &mut g00 {
+            *g = self.c_squared + self.two_over_mass * *g;
+        }
+        for derivative in first.iter_mut().chain(&mut second) {
+            *derivative *= self.two_over_mass;
+        }
+        let outside = |k: &usize| !MetricJet { g00: g00[*k], first: first[*k], second: 0.0 }.is_inside();
+        match (0..x.len()).find(outside) {
+            Some(index) => Err(OutsideDomain { index, x: x[index], g00: g00[index] }),
+            None => Ok(MetricSamples { g00, first, second }),
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! Potentials given as a formula: text → expression graph → V, V′, V″ → flat program.
+//!
+//! The grammar is that of a case file: numbers (also `1e-3`), `x`, parameters, `pi`, `+ - * / ^` (right-associative,
+//! binding tighter than unary minus), parentheses and the functions of [`Function`]. The derivatives are formed
+//! symbolically on the graph, so they are exact and share every common sub-expression with V.
+
+mod grammar;
+mod graph;
+mod program;
+
+use std::collections::BTreeMap;
+
+pub use graph::Function;
+
+use self::graph::Graph;
+use self::program::Program;
+use super::{PotentialJet, PotentialSamples};
+
+/// A mistake in a formula.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{message} at character {} of \"{expression}\"", self.character())]
+pub struct FormulaError {
+    /// What is wrong.
+    pub message: String,
+    /// Byte offset inside the expression.
+    pub offset: usize,
+    /// The expression.
+    pub expression: String,
+}
+
+impl FormulaError {
+    /// Position counted in characters from 1.
+    pub fn character(&self) -> usize {
+        self.expression[..self.offset].chars().count() + 1
+    }
+}
+
+/// V(x) compiled from an expression, with V′ and V″.
+#[derive(Debug, Clone)]
+pub struct Formula {
+    program: Program,
+}
+
+impl Formula {
+    /// Parses and compiles `expression` with the given parameter values.
+    ///
+    /// # Errors
+    /// [`FormulaError`] with the position of the mistake: syntax, an unknown name, a function without its parentheses.
+    pub fn new(expression: &str, parameters: &BTreeMap<String, f64>) -> Result<Self, FormulaError> {
+        let mut graph = Graph::default();
+        let value = grammar::parse(expression, parameters, &mut graph)?;
+        let first = graph.derivative(value);
+        let second = graph.derivative(first);
+        Ok(Self { program: Program::compile(&graph, [value, first, second]) })
+    }
+
+    /// V, V′, V″ at `x`.
+    pub fn at(&self, x: f64) -> PotentialJet {
+        let [value, first, second] = self.program.at(x);
+        PotentialJet { value, first, second }
+    }
+
+    /// V, V′, V″ at every entry of `x`.
+    pub fn sample(&self, x: &[f64], out: &mut PotentialSamples) {
+        self.program.sample(x, [&mut out.value, &mut out.first, &mut out.second]);
+    }
+}
+
+/// Names that a parameter must not take, because the grammar already gives them a meaning.
+pub fn is_reserved(name: &str) -> bool {
+    name == "x" || name == "pi" || Function::from_name(name).is_some()
+}
+
+/// Whether `name` can be written in a formula: a letter or underscore, then letters, digits, underscores.
+pub fn is_identifier(name: &str) -> bool {
+    let mut characters = name.chars();
+    characters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
+        && characters.all(|c| c.is_ascii_alphanumeric() || c == '_')
+}

@@ -1,0 +1,77 @@
+//! The critical point of the doubled action: Newton's method on ∇E_IVP = 0 with a sparse LU of the Hessian.
+
+use faer::Col;
+use faer::linalg::solvers::SolveCore;
+use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
+
+use super::newton::{self, Failure, LinearFailure, NewtonSystem, Root};
+use crate::action::{DoubledAction, HessianPattern, max_abs};
+use crate::metric::OutsideDomain;
+
+/// A refined linear solution must leave less than this share of the right-hand side; more means a useless factorisation.
+const LINEAR_TOLERANCE: f64 = 1e-3;
+
+/// Newton's method for actions on one operator: the sparsity and its symbolic factorisation are found once.
+pub(super) struct CriticalPointSolver {
+    pattern: HessianPattern,
+    symbolic: SymbolicLu<usize>,
+}
+
+impl CriticalPointSolver {
+    pub(super) fn new(action: &DoubledAction<'_>) -> Self {
+        let pattern = action.hessian_pattern();
+        let symbolic =
+            SymbolicLu::try_new(pattern.symbolic().as_ref()).expect("the order of the Hessian fits its index type");
+        Self { pattern, symbolic }
+    }
+
+    /// The critical point of `action` that Newton's method reaches from `guess`.
+    pub(super) fn solve(
+        &self,
+        action: &DoubledAction<'_>,
+        guess: Vec<f64>,
+        max_iterations: usize,
+    ) -> Result<Root, Failure> {
+        newton::solve(&mut Stationarity { solver: self, action }, guess, max_iterations)
+    }
+}
+
+/// ∇E_IVP = 0 as a Newton system.
+struct Stationarity<'a> {
+    solver: &'a CriticalPointSolver,
+    action: &'a DoubledAction<'a>,
+}
+
+impl NewtonSystem for Stationarity<'_> {
+    fn residual(&self, u: &[f64], out: &mut [f64]) -> Result<(), OutsideDomain> {
+        self.action.gradient(u, out)
+    }
+
+    fn rounding(&self, u: &[f64]) -> f64 {
+        self.action.gradient_rounding(u).unwrap_or(0.0)
+    }
+
+    fn newton_step(&mut self, u: &[f64], residual: &[f64], step: &mut [f64]) -> Result<(), LinearFailure> {
+        let hessian = self.action.hessian(u, &self.solver.pattern).map_err(|_| LinearFailure)?;
+        let lu = Lu::try_new_with_symbolic(self.solver.symbolic.clone(), hessian.as_ref()).map_err(|_| LinearFailure)?;
+        let size = max_abs(residual);
+        // One solve and two steps of iterative refinement: the Hessian is indefinite and its entries span 1/h.
+        let mut remainder = Col::from_fn(residual.len(), |i| -residual[i]);
+        let right_hand_side = remainder.clone();
+        let mut solution = Col::<f64>::zeros(residual.len());
+        for _ in 0..3 {
+            lu.solve_in_place_with_conj(faer::Conj::No, remainder.as_mat_mut());
+            solution += &remainder;
+            remainder = &right_hand_side - &hessian * &solution;
+        }
+        for (step, value) in step.iter_mut().zip(solution.iter()) {
+            *step = *value;
+        }
+        let left = remainder.iter().fold(0.0, |largest: f64, r| if r.is_nan() { f64::INFINITY } else { largest.max(r.abs()) });
+        if left <= LINEAR_TOLERANCE * size || size == 0.0 { Ok(()) } else { Err(LinearFailure) }
+    }
+
+    fn coordinates<'u>(&self, u: &'u [f64]) -> &'u [f64] {
+        &u[..self.action.layout().multiplier_range().start]
+    }
+}

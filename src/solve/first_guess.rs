@@ -1,0 +1,132 @@
+//! The first guess for the doubled action, made of nothing but small doubled actions.
+//!
+//! Newton's method from a straight line finds the critical point of a short world-line, not of a long one. So the
+//! world-line is cut into windows of a few nodes. Each is the critical point of its own action, found from the straight line along
+//! its initial tangent; the next window starts from where this one ends. Its end tangent is corrected by the multipliers of
+//! the end constraints, ṫ = (Dt)_N + λ7/(H_N g00) and ẋ = (Dx)_N − λ8/H_N, because the last node carries the action's
+//! compatibility defect. A window that fails is halved; one that converges quickly is followed by a longer one. O(N).
+
+use std::collections::HashMap;
+
+use super::critical_point::CriticalPointSolver;
+use super::newton::{Failure, Root};
+use super::problem::Problem;
+use crate::action::{DoubledAction, Layout};
+use crate::geodesic::InitialData;
+use crate::sbp::SbpOperator;
+
+/// Steps of a window; its nodes are one more, which every operator with banded closures accepts.
+const WINDOW_STEPS: usize = 8;
+/// Positions are counted in this fraction of the grid spacing; it bounds how far a failing window is halved.
+const UNITS_PER_STEP: usize = 64;
+/// A window is short: if it needs more iterations than this, halve it.
+const WINDOW_ITERATIONS: usize = 12;
+/// A window solved in at most so many iterations may be followed by one twice as long.
+const FEW_ITERATIONS: usize = 5;
+
+/// A window failed even at the smallest step.
+pub(super) struct WindowFailure {
+    pub(super) failure: Failure,
+    /// γ at the window's first node, and its spacing.
+    pub(super) gamma: f64,
+    pub(super) spacing: f64,
+}
+
+/// A solved window, with what the next one starts from.
+struct Window {
+    root: Root,
+    end: InitialData,
+}
+
+/// The operator and the factorisation pattern of windows of one spacing.
+struct WindowGrid {
+    sbp: SbpOperator,
+    solver: CriticalPointSolver,
+}
+
+impl WindowGrid {
+    fn new(problem: &Problem, units: usize) -> Self {
+        let spacing = problem.sbp.spacing() * units as f64 / UNITS_PER_STEP as f64;
+        let sbp = SbpOperator::new(problem.coefficients, WINDOW_STEPS + 1, spacing).expect("a window has enough points");
+        let solver = CriticalPointSolver::new(&DoubledAction::new(&sbp, &problem.metric, problem.initial));
+        Self { sbp, solver }
+    }
+
+    fn solve(&self, problem: &Problem, start: InitialData) -> Result<Window, Failure> {
+        let action = DoubledAction::new(&self.sbp, &problem.metric, start);
+        let root = self.solver.solve(&action, straight_line(&action), WINDOW_ITERATIONS)?;
+        let layout = action.layout();
+        let [forward, _] = layout.branches(&root.unknowns);
+        let lambda = layout.multipliers(&root.unknowns);
+        let last = WINDOW_STEPS;
+        let weight = self.sbp.weights()[last];
+        let slope = |u: &[f64]| self.sbp.row(last).map(|(column, d)| d * u[column]).sum::<f64>();
+        let g00 = problem.metric.at(forward.x[last]).g00;
+        let end = InitialData {
+            t: forward.t[last],
+            x: forward.x[last],
+            t_dot: slope(forward.t) + lambda[6] / (weight * g00),
+            x_dot: slope(forward.x) - lambda[7] / weight,
+        };
+        Ok(Window { root, end })
+    }
+}
+
+/// (t_i + ṫ_i γ, x_i + ẋ_i γ) on both branches, multipliers zero: the gradient is linear in them, so a first full
+/// Newton step finds them from anywhere.
+fn straight_line(action: &DoubledAction<'_>) -> Vec<f64> {
+    let InitialData { t, x, t_dot, x_dot } = action.initial();
+    let nodes = (0..action.sbp().points()).map(|k| k as f64 * action.sbp().spacing());
+    let t: Vec<f64> = nodes.clone().map(|gamma| t + t_dot * gamma).collect();
+    let x: Vec<f64> = nodes.map(|gamma| x + x_dot * gamma).collect();
+    action.layout().physical_limit(&t, &x, &[0.0; 8])
+}
+
+/// A guess for all 4N + 8 unknowns of the problem's action.
+pub(super) fn windowed_action(problem: &Problem) -> Result<Vec<f64>, WindowFailure> {
+    let points = problem.sbp.points();
+    let end = (points - 1) * UNITS_PER_STEP;
+    let mut t = vec![problem.initial.t; points];
+    let mut x = vec![problem.initial.x; points];
+    let mut start = problem.initial;
+    let mut multipliers = [0.0; 8];
+    let (mut position, mut units) = (0, UNITS_PER_STEP);
+    let mut grids = HashMap::new();
+    while position < end {
+        // The window must not look beyond the end: there may be a horizon.
+        while units * WINDOW_STEPS > end - position {
+            units /= 2;
+        }
+        match grids.entry(units).or_insert_with(|| WindowGrid::new(problem, units)).solve(problem, start) {
+            Ok(window) => {
+                let layout = Layout::new(WINDOW_STEPS + 1);
+                let [forward, _] = layout.branches(&window.root.unknowns);
+                for step in 1..=WINDOW_STEPS {
+                    let at = position + step * units;
+                    if at % UNITS_PER_STEP == 0 {
+                        t[at / UNITS_PER_STEP] = forward.t[step];
+                        x[at / UNITS_PER_STEP] = forward.x[step];
+                    }
+                }
+                multipliers.copy_from_slice(layout.multipliers(&window.root.unknowns));
+                start = window.end;
+                position += WINDOW_STEPS * units;
+                let quick = window.root.history.len() <= FEW_ITERATIONS;
+                // A longer window must still have its nodes on the grid.
+                if quick && units < UNITS_PER_STEP && position.is_multiple_of(2 * units) {
+                    units *= 2;
+                }
+            }
+            Err(_) if units > 1 => units /= 2,
+            Err(failure) => {
+                let per_unit = problem.sbp.spacing() / UNITS_PER_STEP as f64;
+                return Err(WindowFailure {
+                    failure,
+                    gamma: problem.gamma_i + position as f64 * per_unit,
+                    spacing: units as f64 * per_unit,
+                });
+            }
+        }
+    }
+    Ok(problem.layout().physical_limit(&t, &x, &multipliers))
+}

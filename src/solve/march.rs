@@ -1,0 +1,90 @@
+//! Explicit recursions in γ: the two-step rule that SBP21's collocation system is, and Nyström's method for first guesses.
+
+use super::newton::Failure;
+use super::physical_limit::PhysicalLimit;
+use super::problem::Problem;
+use super::status::{InitialGuess, Status};
+use crate::geodesic::acceleration;
+use crate::metric::OutsideDomain;
+
+/// SBP21: one Euler step, then x_{k+1} = x_{k−1} + 2h w_k, likewise w and t. One evaluation of the potential a node.
+///
+/// Exact Q_t says nothing about x here: the rule carries a computational (−1)^k mode, neutral only while hω < 1.
+pub(super) fn two_step(problem: &Problem) -> Result<PhysicalLimit, Failure> {
+    let points = problem.sbp.points();
+    let h = problem.sbp.spacing();
+    let q_t = problem.invariants().q_t;
+    let mut elapsed = vec![0.0; points];
+    let mut x = vec![problem.initial.x; points];
+    let mut w = vec![problem.initial.x_dot; points];
+    for k in 0..points - 1 {
+        let g = problem.metric.at(x[k]);
+        if !g.is_inside() {
+            return Err(outside(OutsideDomain { index: k, x: x[k], g00: g.g00 }));
+        }
+        let (from, step) = if k == 0 { (0, h) } else { (k - 1, 2.0 * h) };
+        elapsed[k + 1] = elapsed[from] + step * (q_t / g.g00);
+        x[k + 1] = x[from] + step * w[k];
+        w[k + 1] = w[from] + step * acceleration(q_t, g.g00, g.first);
+    }
+    let g = problem.metric.at(x[points - 1]);
+    if !g.is_inside() {
+        return Err(outside(OutsideDomain { index: points - 1, x: x[points - 1], g00: g.g00 }));
+    }
+    Ok(PhysicalLimit { elapsed, x, x_dot: w, history: Vec::new(), initial_guess: InitialGuess::None })
+}
+
+/// A recursion that ended at a point outside the domain.
+pub(super) fn outside(point: OutsideDomain) -> Failure {
+    Failure {
+        status: Status::OutsideDomain,
+        unknowns: Vec::new(),
+        residual: Vec::new(),
+        outside: Some(point),
+        history: Vec::new(),
+    }
+}
+
+/// Most sub-steps a node interval is divided into before a point outside the domain is believed.
+const MOST_SUBSTEPS: usize = 64;
+
+/// x and dx/dγ on the nodes by Nyström's classical method of order four (E. J. Nyström, Acta Soc. Sci. Fenn. 50 (1925)).
+///
+/// A coarse step can jump over a turning point into a region where g00 ≤ 0. Only if that also happens with ever
+/// finer sub-steps is it the geodesic that leaves the domain.
+pub(super) fn nystrom(problem: &Problem) -> Result<(Vec<f64>, Vec<f64>), OutsideDomain> {
+    let mut substeps = 1;
+    loop {
+        match nystrom_with(problem, substeps) {
+            Err(_) if substeps < MOST_SUBSTEPS => substeps *= 2,
+            result => return result,
+        }
+    }
+}
+
+fn nystrom_with(problem: &Problem, substeps: usize) -> Result<(Vec<f64>, Vec<f64>), OutsideDomain> {
+    let points = problem.sbp.points();
+    let h = problem.sbp.spacing() / substeps as f64;
+    let q_t = problem.invariants().q_t;
+    let force = |index: usize, x: f64| {
+        let g = problem.metric.at(x);
+        if g.is_inside() { Ok(acceleration(q_t, g.g00, g.first)) } else { Err(OutsideDomain { index, x, g00: g.g00 }) }
+    };
+    let (mut xs, mut ws) = (Vec::with_capacity(points), Vec::with_capacity(points));
+    let (mut x, mut w) = (problem.initial.x, problem.initial.x_dot);
+    xs.push(x);
+    ws.push(w);
+    for k in 1..points {
+        for _ in 0..substeps {
+            let k1 = force(k, x)?;
+            let k2 = force(k, x + h * (0.5 * w + 0.125 * h * k1))?;
+            let k3 = force(k, x + h * (w + 0.5 * h * k2))?;
+            x += h * (w + h * (k1 + 2.0 * k2) / 6.0);
+            w += h * (k1 + 4.0 * k2 + k3) / 6.0;
+        }
+        xs.push(x);
+        ws.push(w);
+    }
+    force(points - 1, x)?;
+    Ok((xs, ws))
+}

@@ -1,0 +1,164 @@
+//! From a valid case to a critical point of its doubled action, or to the reason why there is none.
+
+mod collocation;
+mod critical_point;
+mod end_time;
+mod first_guess;
+mod march;
+mod newton;
+mod physical_limit;
+mod problem;
+mod solution;
+mod status;
+
+pub use solution::{Backward, EndState, Solution};
+pub use status::{InitialGuess, IterationRecord, NoSolution, Status};
+
+use self::critical_point::CriticalPointSolver;
+use self::newton::Failure;
+use self::problem::Problem;
+use crate::action::{DoubledAction, Layout, max_abs};
+use crate::case::{Case, System};
+
+/// Solves a case.
+///
+/// The physical limit costs O(N) time and memory, one potential evaluation a node for SBP21. The doubled system is solved by
+/// Newton's method with a sparse LU, in time linear in N in practice.
+///
+/// # Errors
+/// [`NoSolution`] says how the solve ended, where, and with what residual. An unconverged trajectory is never returned.
+pub fn solve(case: &Case) -> Result<Solution, NoSolution> {
+    match (case.grid.gamma_f, case.grid.t_f) {
+        (_, Some(t_f)) => end_time::solve(case, t_f),
+        (gamma_f, None) => solve_to(case, gamma_f.unwrap_or(case.grid.gamma_i + 1.0)),
+    }
+}
+
+/// Solves a case on γ ∈ [γ_i, `gamma_f`].
+fn solve_to(case: &Case, gamma_f: f64) -> Result<Solution, NoSolution> {
+    let problem = Problem::new(case, gamma_f);
+    match case.solver.system {
+        System::PhysicalLimit => solve_physical_limit(problem, case),
+        System::Doubled => solve_doubled(problem, case),
+    }
+}
+
+fn solve_physical_limit(problem: Problem, case: &Case) -> Result<Solution, NoSolution> {
+    let limit = physical_limit::solve(&problem, case.solver.max_iterations)
+        // Two rows and two unknowns a node: rows start at node 1, unknowns at node 2.
+        .map_err(|(failure, guess)| {
+            no_solution(&problem, failure, guess, |row, u| (row / 2, if row < 2 { problem.initial.x } else { u[row / 2 * 2 - 2] }))
+        })?;
+    let multipliers = limit.multipliers(&problem);
+    let unknowns = problem.layout().physical_limit(&limit.elapsed, &limit.x, &multipliers);
+    let gradient_norm = gradient_norm(&problem.action(), &unknowns);
+    let last = limit.x.len() - 1;
+    let end = EndState {
+        t: case.initial.t + limit.elapsed[last],
+        x: limit.x[last],
+        x_dot: limit.x_dot[last],
+        q_t: problem.invariants().q_t,
+    };
+    Ok(Solution {
+        t_i: case.initial.t,
+        elapsed: limit.elapsed,
+        x: limit.x,
+        backward: None,
+        multipliers,
+        gradient_norm,
+        end,
+        initial_guess: limit.initial_guess,
+        history: limit.history,
+        gamma_i: problem.gamma_i,
+        sbp: problem.sbp,
+        metric: problem.metric,
+        initial: problem.initial,
+        regularised: true,
+    })
+}
+
+fn solve_doubled(problem: Problem, case: &Case) -> Result<Solution, NoSolution> {
+    let guess = InitialGuess::WindowedAction;
+    let start = first_guess::windowed_action(&problem).map_err(|window| {
+        // The window is a short grid of its own: γ counts from its start.
+        let layout = Layout::new((window.failure.unknowns.len() - 8) / 4);
+        let mut error = no_solution(&problem, window.failure, guess, |unknown, u| on_forward_branch(layout, unknown, u));
+        let node = (error.gamma - problem.gamma_i) / problem.sbp.spacing();
+        error.gamma = window.gamma + node * window.spacing;
+        error
+    })?;
+    let layout = problem.layout();
+    let action = if case.scheme.regularised {
+        problem.action()
+    } else {
+        DoubledAction::without_regularisation(&problem.sbp, &problem.metric, problem.initial)
+    };
+    let root = CriticalPointSolver::new(&action)
+        .solve(&action, start, case.solver.max_iterations)
+        .map_err(|failure| no_solution(&problem, failure, guess, |unknown, u| on_forward_branch(layout, unknown, u)))?;
+    let gradient_norm = gradient_norm(&action, &root.unknowns);
+    let [forward, backward] = layout.branches(&root.unknowns);
+    let multipliers: [f64; 8] = layout.multipliers(&root.unknowns).try_into().expect("eight multipliers");
+    let last = problem.sbp.points() - 1;
+    let slope = problem.sbp.row(last).map(|(column, d)| d * forward.x[column]).sum::<f64>();
+    let end = EndState {
+        t: case.initial.t + forward.t[last],
+        x: forward.x[last],
+        x_dot: slope - multipliers[7] / problem.sbp.weights()[last],
+        q_t: -multipliers[4],
+    };
+    Ok(Solution {
+        t_i: case.initial.t,
+        elapsed: forward.t.to_vec(),
+        x: forward.x.to_vec(),
+        backward: Some(Backward { elapsed: backward.t.to_vec(), x: backward.x.to_vec() }),
+        multipliers,
+        gradient_norm,
+        end,
+        initial_guess: guess,
+        history: root.history,
+        gamma_i: problem.gamma_i,
+        sbp: problem.sbp.clone(),
+        metric: problem.metric.clone(),
+        initial: problem.initial,
+        regularised: case.scheme.regularised,
+    })
+}
+
+fn gradient_norm(action: &DoubledAction<'_>, unknowns: &[f64]) -> f64 {
+    let mut gradient = vec![0.0; unknowns.len()];
+    action.gradient(unknowns, &mut gradient).expect("a solution lies inside the domain");
+    max_abs(&gradient)
+}
+
+/// Node of an unknown of the doubled action, and x of the forward branch there.
+fn on_forward_branch(layout: Layout, unknown: usize, u: &[f64]) -> (usize, f64) {
+    let node = layout.node(unknown);
+    (node, layout.branches(u)[0].x[node])
+}
+
+/// Puts a failed iteration in terms of the case: `locate` maps an index of the residual, at the last iterate, to its node and x.
+fn no_solution(
+    problem: &Problem,
+    failure: Failure,
+    initial_guess: InitialGuess,
+    locate: impl Fn(usize, &[f64]) -> (usize, f64),
+) -> NoSolution {
+    let Failure { status, unknowns, residual, outside, history } = failure;
+    let worst = (0..residual.len()).max_by(|&a, &b| residual[a].abs().total_cmp(&residual[b].abs()));
+    let (index, x) = match outside {
+        Some(point) => (point.index, point.x),
+        None => worst.map_or((0, problem.initial.x), |index| locate(index, &unknowns)),
+    };
+    let g00 = outside.map_or_else(|| problem.metric.at(x).g00, |point| point.g00);
+    NoSolution {
+        status,
+        gamma: problem.gamma(index),
+        x,
+        g00,
+        iteration: history.len(),
+        residual: worst.map_or(f64::INFINITY, |index| residual[index].abs()),
+        history,
+        initial_guess,
+    }
+}

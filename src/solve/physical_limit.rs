@@ -1,0 +1,64 @@
+//! The physical limit t₁ = t₂, x₁ = x₂: the first-order collocation system that the critical point of E_IVP is.
+//!
+//! Subtracting the two branches' stationarity conditions leaves λ1 = … = λ4 = 0. With u = Dt, v = g00∘u, w = Dx and the identity
+//! D̄ᵀH = −HD + E_N that the regularisation buys, what remains is
+//!
+//! ```text
+//! −HDv + e_N v_N + λ5 e_N + λ7 Dᵀe_N = 0,      ½H g00′∘u∘u + HDw − e_N w_N + λ6 e_N + λ8 Dᵀe_N = 0.
+//! ```
+//!
+//! HD e_N = e_N − H_N Dᵀe_N, so a multiple of Dᵀe_N is a shift of the last node. Hence, for every diagonal-norm operator,
+//!
+//! ```text
+//! (Dt)_k = Q_t/g00(x_k),   (Dx)_k = w*_k,   (Dw*)_k = −½ g00′(x_k) (Q_t/g00(x_k))²,     k = 1 … N−1,
+//! t_1 = t_i,  x_1 = x_i,  w*_1 = ẋ_i
+//! ```
+//!
+//! and the multipliers follow ([`PhysicalLimit::multipliers`]). The solution is not taken on trust: the caller evaluates
+//! ∇E_IVP of the doubled action at it.
+
+use super::collocation;
+use super::march;
+use super::newton::Failure;
+use super::problem::Problem;
+use super::status::{InitialGuess, IterationRecord};
+use crate::action::MULTIPLIERS;
+
+/// A solution of the collocation system.
+#[derive(Debug, Clone)]
+pub(super) struct PhysicalLimit {
+    /// t − t_i on the nodes.
+    pub(super) elapsed: Vec<f64>,
+    /// x on the nodes.
+    pub(super) x: Vec<f64>,
+    /// w* on the nodes: dx/dγ, also at the last node.
+    pub(super) x_dot: Vec<f64>,
+    pub(super) history: Vec<IterationRecord>,
+    pub(super) initial_guess: InitialGuess,
+}
+
+/// SBP21 is explicit and marches; wider operators are solved as one banded system.
+pub(super) fn solve(problem: &Problem, max_iterations: usize) -> Result<PhysicalLimit, (Failure, InitialGuess)> {
+    if problem.sbp.is_two_step() {
+        march::two_step(problem).map_err(|failure| (failure, InitialGuess::None))
+    } else {
+        collocation::solve(problem, max_iterations).map_err(|failure| (failure, InitialGuess::Nystrom4))
+    }
+}
+
+impl PhysicalLimit {
+    /// λ1 … λ8 of the doubled action at this solution:
+    /// (0, 0, 0, 0, −Q_t, w*_N − r_N, −H_N ΔE_N, H_N((Dx)_N − w*_N)), r_N = (HDw* + ½H g00′(Dt)²)_N.
+    pub(super) fn multipliers(&self, problem: &Problem) -> [f64; MULTIPLIERS] {
+        let last = self.x.len() - 1;
+        let slope = |u: &[f64]| problem.sbp.row(last).map(|(column, d)| d * u[column]).sum::<f64>();
+        let weight = problem.sbp.weights()[last];
+        let q_t = problem.invariants().q_t;
+        let end = problem.metric.at(self.x[last]);
+        let (t_dot, x_dot) = (slope(&self.elapsed), slope(&self.x));
+        let remainder = weight * (slope(&self.x_dot) + 0.5 * end.first * t_dot * t_dot);
+        let delta_e = end.g00 * t_dot - q_t;
+        let w_end = self.x_dot[last];
+        [0.0, 0.0, 0.0, 0.0, -q_t, w_end - remainder, -weight * delta_e, weight * (x_dot - w_end)]
+    }
+}

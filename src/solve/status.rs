@@ -1,0 +1,140 @@
+//! How a solve can end. Termination is data: every way has its own variant, and none of the bad ones carries a trajectory.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+/// The outcome of a solve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Status {
+    /// The residual is at the rounding level and the last step was small: a critical point.
+    Converged,
+    /// The residual is not at the rounding level after the allowed number of iterations.
+    MaxIterations,
+    /// No step length along the Newton direction reduces the residual.
+    Stalled,
+    /// The Hessian or Jacobian is singular to working precision.
+    Singular,
+    /// The geodesic, or every trial step, meets g00 ≤ 0 or a point where V is not finite.
+    OutsideDomain,
+    /// The asked-for physical time t_f is not reached by any γ_f tried.
+    EndTimeNotReached,
+}
+
+impl Status {
+    /// The name used in files.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Converged => "converged",
+            Self::MaxIterations => "max-iterations",
+            Self::Stalled => "stalled",
+            Self::Singular => "singular",
+            Self::OutsideDomain => "outside-domain",
+            Self::EndTimeNotReached => "end-time-not-reached",
+        }
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// One Newton iteration.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct IterationRecord {
+    /// Number of the iteration, from 1.
+    pub iteration: usize,
+    /// Largest entry of the residual after the step (doubled: of ∇E_IVP; physical limit: of the collocation equations
+    /// scaled by the size of x and w).
+    pub residual: f64,
+    /// Largest change of t or x (physical limit: of x or w).
+    pub step: f64,
+    /// Step length along the Newton direction; 1 is the full step.
+    pub damping: f64,
+}
+
+/// Where Newton's iteration started.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum InitialGuess {
+    /// No iteration: the equations are explicit and were marched.
+    None,
+    /// Short world-lines laid end to end, each the critical point of its own small doubled action, found from a straight line.
+    WindowedAction,
+    /// The fourth-order Nyström integrator on the geodesic equation, on the same nodes.
+    Nystrom4,
+}
+
+impl InitialGuess {
+    /// The name used in files.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::WindowedAction => "windowed-action",
+            Self::Nystrom4 => "nystrom4",
+        }
+    }
+}
+
+/// No critical point: why, and where the solve stood.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NoSolution {
+    /// Any status but [`Status::Converged`].
+    pub status: Status,
+    /// γ of the node where it failed: of the point outside the domain, otherwise of the largest residual entry.
+    pub gamma: f64,
+    /// x there.
+    pub x: f64,
+    /// g00 there.
+    pub g00: f64,
+    /// Iterations done.
+    pub iteration: usize,
+    /// Largest residual entry at the last accepted iterate (infinite if none was accepted).
+    pub residual: f64,
+    /// The iterations.
+    pub history: Vec<IterationRecord>,
+    /// Where they started.
+    pub initial_guess: InitialGuess,
+}
+
+impl fmt::Display for NoSolution {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { gamma, x, g00, iteration, residual, .. } = self;
+        match self.status {
+            Status::OutsideDomain => write!(
+                f,
+                "the geodesic leaves the domain at gamma = {gamma:.6}, x = {x:.6}: g00 = {g00:.3e} (iteration {iteration}, residual {residual:.2e})"
+            ),
+            Status::EndTimeNotReached => {
+                write!(f, "the physical time t_f is not reached: the search ended at gamma = {gamma:.6}, x = {x:.6}")
+            }
+            status => write!(
+                f,
+                "no critical point found ({status}) after {iteration} iterations: largest residual {residual:.2e} at gamma = {gamma:.6}, x = {x:.6}"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for NoSolution {}
+
+impl NoSolution {
+    /// What to try next.
+    pub fn advice(&self) -> &'static str {
+        match self.status {
+            Status::Converged => "",
+            Status::OutsideDomain => {
+                "g00 = c^2 + 2V/m must stay positive: end the run before this gamma, choose initial data that stay away \
+                 from the horizon, or raise c; if the potential is harmless there, the step is too coarse: raise n_gamma"
+            }
+            Status::EndTimeNotReached => "give gamma_f instead of t_f, or an earlier t_f",
+            Status::MaxIterations => "raise solver.max_iterations, or raise n_gamma so that every turn of the motion is resolved",
+            Status::Stalled | Status::Singular => {
+                "raise n_gamma (or shorten gamma_f) so that every turn of the motion is resolved, or try the other operator"
+            }
+        }
+    }
+}
