@@ -1,10 +1,11 @@
 //! The first guess for the doubled action, made of nothing but small doubled actions.
 //!
 //! Newton's method from a straight line finds the critical point of a short world-line, not of a long one. So the
-//! world-line is cut into windows of a few nodes. Each is the critical point of its own action, found from the straight line along
-//! its initial tangent; the next window starts from where this one ends. Its end tangent is corrected by the multipliers of
-//! the end constraints, ṫ = (Dt)_N + λ7/(H_N g00) and ẋ = (Dx)_N − λ8/H_N, because the last node carries the action's
-//! compatibility defect. A window that fails is halved; one that converges quickly is followed by a longer one. O(N).
+//! world-line is cut into windows of a few nodes. Each is the critical point of its own action, found from the
+//! straight line along its initial tangent; the next window starts where this one ends. Its end tangent is corrected
+//! by the multipliers of the end constraints, ṫ = (Dt)_N + λ7/(H_N g00) and ẋ = (Dx)_N − λ8/H_N, because the last
+//! node takes up the action's compatibility defect. That correction also measures the window's error: a window that
+//! fails or needs a large correction is halved, one that does neither is followed by a longer one. O(N).
 
 use std::collections::HashMap;
 
@@ -19,10 +20,12 @@ use crate::sbp::SbpOperator;
 const WINDOW_STEPS: usize = 8;
 /// Positions are counted in this fraction of the grid spacing; it bounds how far a failing window is halved.
 const UNITS_PER_STEP: usize = 64;
-/// A window is short: if it needs more iterations than this, halve it.
+/// A window that needs more iterations than this is too long.
 const WINDOW_ITERATIONS: usize = 12;
-/// A window solved in at most so many iterations may be followed by one twice as long.
-const FEW_ITERATIONS: usize = 5;
+/// A window is accepted if its end correction is at most this share of the tangent (or it cannot be halved) …
+const LARGE_DEFECT: f64 = 1e-4;
+/// … and followed by one twice as long if it is at most this share.
+const SMALL_DEFECT: f64 = 1e-5;
 
 /// A window failed even at the smallest step.
 pub(super) struct WindowFailure {
@@ -36,6 +39,8 @@ pub(super) struct WindowFailure {
 struct Window {
     root: Root,
     end: InitialData,
+    /// |end correction| of (ṫ, ẋ) over the largest |ṫ|, |ẋ| met so far.
+    defect: f64,
 }
 
 /// The operator and the factorisation pattern of windows of one spacing.
@@ -52,7 +57,7 @@ impl WindowGrid {
         Self { sbp, solver }
     }
 
-    fn solve(&self, problem: &Problem, start: InitialData) -> Result<Window, Failure> {
+    fn solve(&self, problem: &Problem, start: InitialData, largest_x_dot: &mut f64) -> Result<Window, Failure> {
         let action = DoubledAction::new(&self.sbp, &problem.metric, start);
         let root = self.solver.solve(&action, straight_line(&action), WINDOW_ITERATIONS)?;
         let layout = action.layout();
@@ -62,13 +67,18 @@ impl WindowGrid {
         let weight = self.sbp.weights()[last];
         let slope = |u: &[f64]| self.sbp.row(last).map(|(column, d)| d * u[column]).sum::<f64>();
         let g00 = problem.metric.at(forward.x[last]).g00;
+        let (t_correction, x_correction) = (lambda[6] / (weight * g00), -lambda[7] / weight);
         let end = InitialData {
             t: forward.t[last],
             x: forward.x[last],
-            t_dot: slope(forward.t) + lambda[6] / (weight * g00),
-            x_dot: slope(forward.x) - lambda[7] / weight,
+            t_dot: slope(forward.t) + t_correction,
+            x_dot: slope(forward.x) + x_correction,
         };
-        Ok(Window { root, end })
+        // Not relative to this window's ẋ alone, which vanishes at a turning point.
+        *largest_x_dot = largest_x_dot.max(start.x_dot.abs()).max(end.x_dot.abs());
+        let share = |correction: f64, size: f64| if correction == 0.0 { 0.0 } else { (correction / size).abs() };
+        let defect = share(t_correction, end.t_dot).max(share(x_correction, *largest_x_dot));
+        Ok(Window { root, end, defect })
     }
 }
 
@@ -92,12 +102,15 @@ pub(super) fn windowed_action(problem: &Problem) -> Result<Vec<f64>, WindowFailu
     let mut multipliers = [0.0; 8];
     let (mut position, mut units) = (0, UNITS_PER_STEP);
     let mut grids = HashMap::new();
+    let mut largest_x_dot = 0.0;
     while position < end {
         // The window must not look beyond the end: there may be a horizon.
         while units * WINDOW_STEPS > end - position {
             units /= 2;
         }
-        match grids.entry(units).or_insert_with(|| WindowGrid::new(problem, units)).solve(problem, start) {
+        let grid = grids.entry(units).or_insert_with(|| WindowGrid::new(problem, units));
+        match grid.solve(problem, start, &mut largest_x_dot) {
+            Ok(window) if window.defect > LARGE_DEFECT && units > 1 => units /= 2,
             Ok(window) => {
                 let layout = Layout::new(WINDOW_STEPS + 1);
                 let [forward, _] = layout.branches(&window.root.unknowns);
@@ -111,9 +124,9 @@ pub(super) fn windowed_action(problem: &Problem) -> Result<Vec<f64>, WindowFailu
                 multipliers.copy_from_slice(layout.multipliers(&window.root.unknowns));
                 start = window.end;
                 position += WINDOW_STEPS * units;
-                let quick = window.root.history.len() <= FEW_ITERATIONS;
+                let accurate = window.defect <= SMALL_DEFECT;
                 // A longer window must still have its nodes on the grid.
-                if quick && units < UNITS_PER_STEP && position.is_multiple_of(2 * units) {
+                if accurate && units < UNITS_PER_STEP && position.is_multiple_of(2 * units) {
                     units *= 2;
                 }
             }

@@ -4,6 +4,7 @@ use super::newton::Failure;
 use super::physical_limit::PhysicalLimit;
 use super::problem::Problem;
 use super::status::{InitialGuess, Status};
+use crate::action::max_abs;
 use crate::geodesic::acceleration;
 use crate::metric::OutsideDomain;
 
@@ -45,20 +46,33 @@ pub(super) fn outside(point: OutsideDomain) -> Failure {
     }
 }
 
-/// Most sub-steps a node interval is divided into before a point outside the domain is believed.
+/// Most sub-steps a node interval is divided into.
 const MOST_SUBSTEPS: usize = 64;
+/// Halving the step may change x by this share of its size; Newton's method does the rest.
+const GUESS_TOLERANCE: f64 = 1e-4;
 
 /// x and dx/dγ on the nodes by Nyström's classical method of order four (E. J. Nyström, Acta Soc. Sci. Fenn. 50 (1925)).
 ///
-/// A coarse step can jump over a turning point into a region where g00 ≤ 0. Only if that also happens with ever
-/// finer sub-steps is it the geodesic that leaves the domain.
+/// The step is halved until that changes nothing that matters, so the guess is close to the geodesic however coarse the
+/// grid is. It is also how a geodesic that leaves the domain is told from a coarse step that jumps out of it: only what
+/// happens with ever finer steps is believed.
 pub(super) fn nystrom(problem: &Problem) -> Result<(Vec<f64>, Vec<f64>), OutsideDomain> {
-    let mut substeps = 1;
+    let mut coarse = nystrom_with(problem, 1);
+    let mut substeps = 2;
     loop {
-        match nystrom_with(problem, substeps) {
-            Err(_) if substeps < MOST_SUBSTEPS => substeps *= 2,
-            result => return result,
+        let fine = nystrom_with(problem, substeps);
+        let settled = match (&coarse, &fine) {
+            (Ok((before, _)), Ok((after, _))) => {
+                let change = before.iter().zip(after).fold(0.0_f64, |change, (a, b)| change.max((a - b).abs()));
+                change <= GUESS_TOLERANCE * max_abs(after)
+            }
+            _ => false,
+        };
+        if settled || substeps == MOST_SUBSTEPS {
+            return fine;
         }
+        coarse = fine;
+        substeps *= 2;
     }
 }
 
