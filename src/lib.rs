@@ -4,8 +4,10 @@
 pub mod action;
 pub mod banded;
 pub mod case;
+pub mod diagnostics;
 pub mod geodesic;
 pub mod metric;
+pub mod output;
 pub mod potential;
 pub mod sbp;
 pub mod solve;

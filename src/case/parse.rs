@@ -29,8 +29,11 @@ impl Case {
 
 /// serde names Rust types; a user knows TOML's.
 fn readable(message: &str) -> String {
-    let rust_to_toml =
-        [("expected f64", "expected a number"), ("expected usize", "expected a whole number, 0 or more"), ("expected u32", "expected a whole number, 0 or more")];
+    let rust_to_toml = [
+        ("expected f64", "expected a number"),
+        ("expected usize", "expected a whole number, 0 or more"),
+        ("expected u32", "expected a whole number, 0 or more"),
+    ];
     rust_to_toml.iter().fold(message.trim_end().to_owned(), |message, (rust, toml)| message.replace(rust, toml))
 }
 
@@ -46,9 +49,10 @@ impl Source {
     }
 
     fn with_overrides(self, overrides: &[String]) -> Result<Self, CaseError> {
-        let mut document: DocumentMut = self.text.parse().map_err(|error: toml_edit::TomlError| {
-            self.error(error.span(), readable(error.message()), None)
-        })?;
+        let mut document: DocumentMut = self
+            .text
+            .parse()
+            .map_err(|error: toml_edit::TomlError| self.error(error.span(), readable(error.message()), None))?;
         for setting in overrides {
             set(document.as_table_mut(), setting)
                 .map_err(|message| self.error(None, format!("--set {setting}: {message}"), None))?;

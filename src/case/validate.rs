@@ -127,10 +127,8 @@ impl Case {
 
     fn check_choices(&self) -> Result<(), Invalid> {
         match (self.initial.x_dot, self.initial.velocity) {
-            (Some(_), Some(_)) => {
-                Err(invalid("initial.velocity", "both x_dot and velocity are given")
-                    .help("keep exactly one of initial.x_dot (dx/dgamma) and initial.velocity (dx/dt)"))
-            }
+            (Some(_), Some(_)) => Err(invalid("initial.velocity", "both x_dot and velocity are given")
+                .help("keep exactly one of initial.x_dot (dx/dgamma) and initial.velocity (dx/dt)")),
             (None, None) => Err(invalid("initial", "neither x_dot nor velocity is given")
                 .help("give exactly one of initial.x_dot (dx/dgamma) and initial.velocity (dx/dt)")),
             _ => Ok(()),
@@ -167,12 +165,17 @@ impl Case {
         let Grid { gamma_i, gamma_f, t_f, n_gamma, .. } = self.grid;
         let coefficients = self.scheme.sbp.coefficients();
         if n_gamma < coefficients.minimum_points {
-            let message =
-                format!("{} needs at least {} points, got n_gamma = {n_gamma}", coefficients.name, coefficients.minimum_points);
+            let message = format!(
+                "{} needs at least {} points, got n_gamma = {n_gamma}",
+                coefficients.name, coefficients.minimum_points
+            );
             return Err(invalid("grid.n_gamma", message));
         }
         if n_gamma > MOST_POINTS {
-            return Err(invalid("grid.n_gamma", format!("n_gamma = {n_gamma} is above the limit of {MOST_POINTS} points")));
+            return Err(invalid(
+                "grid.n_gamma",
+                format!("n_gamma = {n_gamma} is above the limit of {MOST_POINTS} points"),
+            ));
         }
         if let Some(gamma_f) = gamma_f {
             if gamma_f <= gamma_i {
@@ -182,7 +185,8 @@ impl Case {
             let spacing = (gamma_f - gamma_i) / (n_gamma - 1) as f64;
             let largest = gamma_i.abs().max(gamma_f.abs());
             if !(spacing.is_finite() && spacing >= f64::MIN_POSITIVE && spacing > 4.0 * f64::EPSILON * largest) {
-                let message = format!("the spacing {spacing:e} is too small or too large to tell neighbouring nodes apart");
+                let message =
+                    format!("the spacing {spacing:e} is too small or too large to tell neighbouring nodes apart");
                 return Err(invalid("grid.gamma_f", message).help("shift gamma_i towards 0, or take fewer points"));
             }
         }
@@ -207,9 +211,13 @@ impl Case {
         let initial = self.initial_data();
         let start = self.metric().at(initial.x);
         if !start.is_inside() {
-            let message =
-                format!("g00 = c^2 + 2V/m must be positive and finite at the start, got g00({}) = {}", initial.x, start.g00);
-            return Err(invalid("initial.x", message).help("choose another initial x, a weaker potential or a larger c"));
+            let message = format!(
+                "g00 = c^2 + 2V/m must be positive and finite at the start, got g00({}) = {}",
+                initial.x, start.g00
+            );
+            return Err(
+                invalid("initial.x", message).help("choose another initial x, a weaker potential or a larger c")
+            );
         }
         if !initial.x_dot.is_finite() {
             return Err(invalid("initial.velocity", "velocity * t_dot is not a finite number"));
@@ -221,7 +229,10 @@ impl Case {
         let Some(expect) = self.expect else { return Ok(()) };
         let numbers = expect.t_final.is_some() || expect.x_final.is_some();
         if numbers && expect.status != Status::Converged {
-            return Err(invalid("expect.status", format!("a case that ends {} has no t_final or x_final", expect.status)));
+            return Err(invalid(
+                "expect.status",
+                format!("a case that ends {} has no t_final or x_final", expect.status),
+            ));
         }
         match expect.tolerance {
             Some(tolerance) if tolerance <= 0.0 => {

@@ -44,11 +44,7 @@ impl SbpOperator {
     /// [`TooFewPoints`] if the closures do not fit.
     pub fn new(coefficients: &Coefficients, points: usize, spacing: f64) -> Result<Self, TooFewPoints> {
         if points < coefficients.minimum_points {
-            return Err(TooFewPoints {
-                operator: coefficients.name,
-                points,
-                minimum: coefficients.minimum_points,
-            });
+            return Err(TooFewPoints { operator: coefficients.name, points, minimum: coefficients.minimum_points });
         }
         let mut weights = vec![spacing; points];
         for (k, weight) in coefficients.norm.iter().enumerate() {

@@ -52,13 +52,20 @@ fn integrate(problem: &Problem, metric: &MetricSamples) -> Vec<f64> {
 
 /// A banded matrix with room for the first N − 1 rows of D without the first column, `fields` unknowns a node
 /// interleaved and coupled within a row; `fill` is called for each of D's entries with (row, column) counted that way.
-fn shifted(problem: &Problem, fields: usize, mut fill: impl FnMut(&mut BandedMatrix, usize, usize, f64)) -> BandedMatrix {
+fn shifted(
+    problem: &Problem,
+    fields: usize,
+    mut fill: impl FnMut(&mut BandedMatrix, usize, usize, f64),
+) -> BandedMatrix {
     let unknowns = problem.sbp.points() - 1;
-    let entries =
-        || (0..unknowns).flat_map(|k| problem.sbp.row(k).filter(|&(column, _)| column > 0).map(move |(c, d)| (k, c - 1, d)));
+    let entries = || {
+        (0..unknowns)
+            .flat_map(|k| problem.sbp.row(k).filter(|&(column, _)| column > 0).map(move |(c, d)| (k, c - 1, d)))
+    };
     // Only the rows near the ends differ from the interior, but asking every row costs nothing against the factorisation.
-    let (lower, upper) =
-        entries().fold((1, 0), |(l, u), (row, column, _)| (row.saturating_sub(column).max(l), column.saturating_sub(row).max(u)));
+    let (lower, upper) = entries().fold((1, 0), |(l, u), (row, column, _)| {
+        (row.saturating_sub(column).max(l), column.saturating_sub(row).max(u))
+    });
     // The coupling between two fields of neighbouring nodes reaches 2·fields − 1 below the diagonal.
     let mut matrix = BandedMatrix::zeros(fields * unknowns, (fields * lower).max(2 * fields - 1), fields * upper);
     for (row, column, d) in entries() {

@@ -53,7 +53,8 @@ impl NewtonSystem for Stationarity<'_> {
 
     fn newton_step(&mut self, u: &[f64], residual: &[f64], step: &mut [f64]) -> Result<(), LinearFailure> {
         let hessian = self.action.hessian(u, &self.solver.pattern).map_err(|_| LinearFailure)?;
-        let lu = Lu::try_new_with_symbolic(self.solver.symbolic.clone(), hessian.as_ref()).map_err(|_| LinearFailure)?;
+        let lu =
+            Lu::try_new_with_symbolic(self.solver.symbolic.clone(), hessian.as_ref()).map_err(|_| LinearFailure)?;
         let size = max_abs(residual);
         // One solve and two steps of iterative refinement: the Hessian is indefinite and its entries span 1/h.
         let mut remainder = Col::from_fn(residual.len(), |i| -residual[i]);
@@ -67,7 +68,8 @@ impl NewtonSystem for Stationarity<'_> {
         for (step, value) in step.iter_mut().zip(solution.iter()) {
             *step = *value;
         }
-        let left = remainder.iter().fold(0.0, |largest: f64, r| if r.is_nan() { f64::INFINITY } else { largest.max(r.abs()) });
+        let left =
+            remainder.iter().fold(0.0, |largest: f64, r| if r.is_nan() { f64::INFINITY } else { largest.max(r.abs()) });
         if left <= LINEAR_TOLERANCE * size || size == 0.0 { Ok(()) } else { Err(LinearFailure) }
     }
 

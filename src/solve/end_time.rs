@@ -1,8 +1,8 @@
 //! Runs that end at a physical time: the γ_f at which t at the last node is t_f.
 
 use super::solution::Solution;
-use super::status::{NoSolution, Status};
 use super::solve_to;
+use super::status::{NoSolution, Status};
 use crate::case::Case;
 
 /// Solves allowed for the search; Newton's method needs about five.

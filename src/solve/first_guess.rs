@@ -52,7 +52,8 @@ struct WindowGrid {
 impl WindowGrid {
     fn new(problem: &Problem, units: usize) -> Self {
         let spacing = problem.sbp.spacing() * units as f64 / UNITS_PER_STEP as f64;
-        let sbp = SbpOperator::new(problem.coefficients, WINDOW_STEPS + 1, spacing).expect("a window has enough points");
+        let sbp =
+            SbpOperator::new(problem.coefficients, WINDOW_STEPS + 1, spacing).expect("a window has enough points");
         let solver = CriticalPointSolver::new(&DoubledAction::new(&sbp, &problem.metric, problem.initial));
         Self { sbp, solver }
     }

@@ -47,7 +47,9 @@ fn solve_physical_limit(problem: Problem, case: &Case) -> Result<Solution, NoSol
     let limit = physical_limit::solve(&problem, case.solver.max_iterations)
         // Two rows and two unknowns a node: rows start at node 1, unknowns at node 2.
         .map_err(|(failure, guess)| {
-            no_solution(&problem, failure, guess, |row, u| (row / 2, if row < 2 { problem.initial.x } else { u[row / 2 * 2 - 2] }))
+            no_solution(&problem, failure, guess, |row, u| {
+                (row / 2, if row < 2 { problem.initial.x } else { u[row / 2 * 2 - 2] })
+            })
         })?;
     let multipliers = limit.multipliers(&problem);
     let unknowns = problem.layout().physical_limit(&limit.elapsed, &limit.x, &multipliers);
@@ -82,7 +84,8 @@ fn solve_doubled(problem: Problem, case: &Case) -> Result<Solution, NoSolution> 
     let start = first_guess::windowed_action(&problem).map_err(|window| {
         // The window is a short grid of its own: γ counts from its start.
         let layout = Layout::new((window.failure.unknowns.len() - 8) / 4);
-        let mut error = no_solution(&problem, window.failure, guess, |unknown, u| on_forward_branch(layout, unknown, u));
+        let mut error =
+            no_solution(&problem, window.failure, guess, |unknown, u| on_forward_branch(layout, unknown, u));
         let node = (error.gamma - problem.gamma_i) / problem.sbp.spacing();
         error.gamma = window.gamma + node * window.spacing;
         error

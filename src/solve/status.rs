@@ -131,7 +131,9 @@ impl NoSolution {
                  from the horizon, or raise c; if the potential is harmless there, the step is too coarse: raise n_gamma"
             }
             Status::EndTimeNotReached => "give gamma_f instead of t_f, or an earlier t_f",
-            Status::MaxIterations => "raise solver.max_iterations, or raise n_gamma so that every turn of the motion is resolved",
+            Status::MaxIterations => {
+                "raise solver.max_iterations, or raise n_gamma so that every turn of the motion is resolved"
+            }
             Status::Stalled | Status::Singular => {
                 "raise n_gamma (or shorten gamma_f) so that every turn of the motion is resolved, or try the other operator"
             }

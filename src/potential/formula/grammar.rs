@@ -159,11 +159,9 @@ fn number<'i, 's: 'i>(input: &mut Input<'i, 's>) -> Result<NodeId, Failure> {
         )),
     );
     // "2x" and "1e" are mistakes, not products.
-    let parsed: Result<&str, Failure> = terminated(
-        literal.take(),
-        not(peek(any.verify(|c: &char| c.is_alphanumeric() || *c == '_' || *c == '.'))),
-    )
-    .parse_next(input);
+    let parsed: Result<&str, Failure> =
+        terminated(literal.take(), not(peek(any.verify(|c: &char| c.is_alphanumeric() || *c == '_' || *c == '.'))))
+            .parse_next(input);
     match parsed.ok().and_then(|literal| literal.parse::<f64>().ok()).filter(|value| value.is_finite()) {
         Some(value) => {
             multispace0.parse_next(input)?;

@@ -1,0 +1,334 @@
+#!/usr/bin/env python3
+"""Reference values for the [expect] tables of the case files, in 50-digit arithmetic.
+
+Solves the physical-limit collocation system of the discretised geodesic action,
+
+    (Dx)_k = w_k,   (Dw)_k = -1/2 g00'(x_k) (Q/g00(x_k))^2,   (Dt)_k = Q/g00(x_k),   k = 1 .. N-1,
+    t_1 = t_i,  x_1 = x_i,  w_1 = x_dot_i,  g00(x) = c^2 + 2 V(x)/m,  Q = g00(x_i) t_dot_i,
+
+with an SBP operator D given in exact rationals, for t_N and x_N. The numbers of a case file are taken as the f64 they
+are read as. This is an independent check of the program: it shares no code with it and is not needed to build or test it.
+It needs Python >= 3.11 and mpmath.
+
+    python3 scripts/expectations.py [--write] [CASE ...]        default: all of cases/*.toml
+
+Prints t_final and x_final of every case and compares them with its [expect] table; the exit code is 1 if a number differs
+by more than the table's tolerance or a case has no solution. --write replaces everything after the line [expect], which
+must be the last table of its file, by the numbers found.
+"""
+
+import argparse
+import ast
+import math
+import operator
+import re
+import sys
+import tomllib
+from fractions import Fraction as F
+from pathlib import Path
+
+from mpmath import mp, mpf
+
+mp.dps = 50
+ACCURACY = mpf("1e-40")
+TOLERANCE = "1e-11"  # written by --write
+
+# Rows of D for unit spacing: left closure (the right one is its mirror image with the sign changed), interior stencil.
+SBP = {
+    "SBP21": ([[F(-1), F(1)]], {-1: F(-1, 2), 1: F(1, 2)}),
+    "SBP42": (
+        [
+            [F(-24, 17), F(59, 34), F(-4, 17), F(-3, 34)],
+            [F(-1, 2), F(0), F(1, 2)],
+            [F(4, 43), F(-59, 86), F(0), F(59, 86), F(-4, 43)],
+            [F(3, 98), F(0), F(-59, 98), F(0), F(32, 49), F(-4, 49)],
+        ],
+        {-2: F(1, 12), -1: F(-2, 3), 1: F(2, 3), 2: F(-1, 12)},
+    ),
+}
+
+
+class Jet:
+    """A function of x at a point: its value and its first and second derivative."""
+
+    def __init__(self, value, first=0, second=0):
+        self.value, self.first, self.second = mpf(value), first, second
+
+    def compose(self, f, df, ddf):
+        """f(self), given f and its derivatives at self.value."""
+        return Jet(f, df * self.first, ddf * self.first**2 + df * self.second)
+
+    def __neg__(self):
+        return Jet(-self.value, -self.first, -self.second)
+
+    def __add__(self, v):
+        return Jet(self.value + v.value, self.first + v.first, self.second + v.second)
+
+    def __sub__(self, v):
+        return self + -v
+
+    def __mul__(self, v):
+        second = self.second * v.value + 2 * self.first * v.first + self.value * v.second
+        return Jet(self.value * v.value, self.first * v.value + self.value * v.first, second)
+
+    def __truediv__(self, v):
+        return self * v.compose(1 / v.value, -1 / v.value**2, 2 / v.value**3)
+
+    def __pow__(self, v):
+        if v.first or v.second:
+            return FUNCTIONS["exp"](v * FUNCTIONS["ln"](self))
+        u, p = self.value, v.value
+        return self.compose(u**p, p * u ** (p - 1) if p else 0, p * (p - 1) * u ** (p - 2) if p * (p - 1) else 0)
+
+
+def lift(f, df, ddf):
+    """The function f, with its derivatives, on jets."""
+    return lambda u: u.compose(f(u.value), df(u.value), ddf(u.value))
+
+
+OPERATIONS = {
+    **{ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv},
+    **{ast.Pow: operator.pow, ast.USub: operator.neg, ast.UAdd: lambda u: u},
+}
+FUNCTIONS = {
+    "sin": lift(mp.sin, mp.cos, lambda u: -mp.sin(u)),
+    "cos": lift(mp.cos, lambda u: -mp.sin(u), lambda u: -mp.cos(u)),
+    "tan": lift(mp.tan, lambda u: mp.sec(u) ** 2, lambda u: 2 * mp.tan(u) * mp.sec(u) ** 2),
+    "sinh": lift(mp.sinh, mp.cosh, mp.sinh),
+    "cosh": lift(mp.cosh, mp.sinh, mp.cosh),
+    "tanh": lift(mp.tanh, lambda u: mp.sech(u) ** 2, lambda u: -2 * mp.tanh(u) * mp.sech(u) ** 2),
+    "asin": lift(mp.asin, lambda u: 1 / mp.sqrt(1 - u**2), lambda u: u / mp.sqrt(1 - u**2) ** 3),
+    "acos": lift(mp.acos, lambda u: -1 / mp.sqrt(1 - u**2), lambda u: -u / mp.sqrt(1 - u**2) ** 3),
+    "atan": lift(mp.atan, lambda u: 1 / (1 + u**2), lambda u: -2 * u / (1 + u**2) ** 2),
+    "exp": lift(mp.exp, mp.exp, mp.exp),
+    "ln": lift(mp.log, lambda u: 1 / u, lambda u: -1 / u**2),
+    "log10": lift(mp.log10, lambda u: 1 / (u * mp.ln10), lambda u: -1 / (u**2 * mp.ln10)),
+    "sqrt": lift(mp.sqrt, lambda u: 1 / (2 * mp.sqrt(u)), lambda u: -1 / (4 * mp.sqrt(u) ** 3)),
+    "abs": lift(abs, mp.sign, lambda u: 0),
+}
+
+
+def number(value):
+    return mpf(float(value))
+
+
+def formula(expression, parameters={}):
+    """V as a function from jets to jets. The grammar is Python's with ^ in place of **."""
+    # Every name gets an underscore at its end, so that a parameter may be called lambda.
+    python = re.sub(r"(?<![\w.])[A-Za-z_]\w*", r"\g<0>_", expression).replace("^", "**")
+    constants = {name + "_": Jet(number(value)) for name, value in {**parameters, "pi": math.pi}.items()}
+
+    def evaluate(node, x):
+        match node:
+            case ast.Constant(value=value):
+                return Jet(number(value))
+            case ast.Name(id=name):
+                return x if name == "x_" else constants[name]
+            case ast.Call(func=ast.Name(id=name), args=[argument]):
+                return FUNCTIONS[name[:-1]](evaluate(argument, x))
+            case ast.UnaryOp(op=op, operand=u):
+                return OPERATIONS[type(op)](evaluate(u, x))
+            case ast.BinOp(left=u, op=op, right=v):
+                return OPERATIONS[type(op)](evaluate(u, x), evaluate(v, x))
+        raise ValueError(f"not understood: {expression}")
+
+    tree = ast.parse(f"({python})", mode="eval").body
+    return lambda x: evaluate(tree, x)
+
+
+def polynomial(coefficients):
+    def horner(x):
+        value = Jet(0)
+        for c in reversed(coefficients):
+            value = value * x + Jet(number(c))
+        return value
+
+    return horner
+
+
+POTENTIALS = {
+    "free": lambda: polynomial([]),
+    "linear": lambda alpha: polynomial([0, alpha]),
+    "quartic": lambda kappa: polynomial([0, 0, 0, 0, kappa]),
+    "polynomial": polynomial,
+    "formula": formula,
+}
+
+
+def derivative_rows(name, n, h):
+    """The first N-1 rows of D, as {column: coefficient}."""
+    closure, interior = SBP[name]
+    left = [dict(enumerate(row)) for row in closure]
+    middle = [{k + m: d for m, d in interior.items()} for k in range(len(left), n - len(left))]
+    right = [{n - 1 - j: -d for j, d in row.items()} for row in reversed(left)]
+    rows = (left + middle + right)[: n - 1]
+    return [{j: mpf(d.numerator) / (d.denominator * h) for j, d in row.items() if d} for row in rows]
+
+
+def solve_banded(rows, rhs):
+    """Gaussian elimination with partial pivoting; rows are {column: value}. Overwrites both arguments."""
+    n = len(rows)
+    lower = max(i - min(row) for i, row in enumerate(rows))
+    for p in range(n):
+        below = range(p + 1, min(n, p + lower + 1))
+        best = max((p, *below), key=lambda i: abs(rows[i].get(p, 0)))
+        rows[p], rows[best], rhs[p], rhs[best] = rows[best], rows[p], rhs[best], rhs[p]
+        for i in below:
+            if p in rows[i]:
+                factor = rows[i].pop(p) / rows[p][p]
+                for j, a in rows[p].items():
+                    if j > p:
+                        rows[i][j] = rows[i].get(j, 0) - factor * a
+                rhs[i] -= factor * rhs[p]
+    for p in reversed(range(n)):
+        rhs[p] = (rhs[p] - sum(a * rhs[j] for j, a in rows[p].items() if j > p)) / rows[p][p]
+    return rhs
+
+
+class Geodesic:
+    """The collocation system of one case."""
+
+    def __init__(self, case):
+        particle, initial, grid = case.get("particle", {}), case["initial"], case["grid"]
+        ((kind, values),) = case["potential"].items()
+        self.potential = POTENTIALS[kind](**values)
+        self.mass, self.c = number(particle.get("mass", 1)), number(particle.get("c", 1))
+        self.t_i, self.x_i, t_dot = (number(initial[key]) for key in ("t", "x", "t_dot"))
+        self.x_dot = number(initial["x_dot"]) if "x_dot" in initial else number(initial["velocity"]) * t_dot
+        self.gamma_i, self.n, self.sbp = number(grid.get("gamma_i", 0)), grid["n_gamma"], case["scheme"]["sbp"]
+        self.q = self.g00(self.x_i)[0] * t_dot
+
+    def g00(self, x):
+        """g00 and its first two derivatives."""
+        v = self.potential(Jet(x, 1))
+        g = self.c**2 + 2 * v.value / self.mass
+        if not g > 0:
+            raise ArithmeticError("outside the domain g00 > 0")
+        return g, 2 * v.first / self.mass, 2 * v.second / self.mass
+
+    def rates(self, x):
+        """dt/dgamma, dw/dgamma and the derivative of the latter by x."""
+        g, dg, ddg = self.g00(x)
+        t_dot = self.q / g
+        return t_dot, -dg * t_dot**2 / 2, (dg**2 / g - ddg / 2) * t_dot**2
+
+    def solve(self, gamma_f):
+        """t_N and x_N."""
+        h = (gamma_f - self.gamma_i) / (self.n - 1)
+        return self.march(h) if self.sbp == "SBP21" else self.collocate(h)
+
+    def solve_until(self, t_f):
+        """gamma_f, t_N and x_N such that t_N = t_f, by the secant method."""
+        gamma, last = self.gamma_i + (t_f - self.t_i) * self.g00(self.x_i)[0] / self.q, None
+        for _ in range(50):
+            t, x = self.solve(gamma)
+            excess = t - t_f
+            if abs(excess) < ACCURACY:
+                return gamma, t, x
+            slope = (excess - last[1]) / (gamma - last[0]) if last else self.rates(x)[0]
+            last, gamma = (gamma, excess), gamma - excess / slope
+        raise ArithmeticError("no gamma_f found for this t_f")
+
+    def march(self, h):
+        """SBP21: an Euler step, then leapfrog."""
+        before = now = self.t_i, self.x_i, self.x_dot
+        for k in range(self.n - 1):
+            t_dot, w_dot, _ = self.rates(now[1])
+            step = 2 * h if k else h
+            before, now = now, tuple(u + step * du for u, du in zip(before, (t_dot, now[2], w_dot)))
+        return now[0], now[1]
+
+    def collocate(self, h):
+        """Newton's method for x and w on all nodes; t follows from a linear system."""
+        d = derivative_rows(self.sbp, self.n, h)
+        x, w = self.first_guess(h)
+        for _ in range(50):
+            # Unknowns x_2, w_2, x_3, w_3, ...; node j, counted from 0, has the columns 2j - 2 and 2j - 1.
+            jacobian, residual = [], []
+            for k, row in enumerate(d):
+                _, w_dot, dw_dot = self.rates(x[k])
+                x_row = {2 * j - 2: a for j, a in row.items() if j}
+                w_row = {2 * j - 1: a for j, a in row.items() if j}
+                if k:
+                    x_row[2 * k - 1], w_row[2 * k - 2] = mpf(-1), -dw_dot
+                jacobian += x_row, w_row
+                residual += sum(a * x[j] for j, a in row.items()) - w[k], sum(a * w[j] for j, a in row.items()) - w_dot
+            step = solve_banded(jacobian, residual)
+            x[1:] = (u - du for u, du in zip(x[1:], step[0::2]))
+            w[1:] = (u - du for u, du in zip(w[1:], step[1::2]))
+            if max(map(abs, step)) < ACCURACY:
+                break
+        else:
+            raise ArithmeticError("Newton's method did not converge")
+        t_dot = [self.rates(u)[0] for u in x]
+        elapsed = solve_banded([{j - 1: a for j, a in row.items() if j} for row in d], t_dot[:-1])
+        return self.t_i + elapsed[-1], x[-1]
+
+    def first_guess(self, h, substeps=8):
+        """x and w = dx/dgamma on the nodes by the classical Runge-Kutta method, in double precision."""
+        x, w = [self.x_i], [self.x_dot]
+        with mp.workdps(15):
+            s, u, v = h / substeps, self.x_i, self.x_dot
+            for i in range(1, substeps * (self.n - 1) + 1):
+                u1, v1 = v, self.rates(u)[1]
+                u2, v2 = v + s / 2 * v1, self.rates(u + s / 2 * u1)[1]
+                u3, v3 = v + s / 2 * v2, self.rates(u + s / 2 * u2)[1]
+                u4, v4 = v + s * v3, self.rates(u + s * u3)[1]
+                u, v = u + s / 6 * (u1 + 2 * u2 + 2 * u3 + u4), v + s / 6 * (v1 + 2 * v2 + 2 * v3 + v4)
+                if i % substeps == 0:
+                    x.append(u)
+                    w.append(v)
+        return x, w
+
+
+def check(path, write):
+    """Prints the line of one case; true if nothing differs."""
+    text = path.read_text(encoding="utf-8")
+    head, _, tail = re.split(r"(?m)^(\[expect\].*)$", text) if "\n[expect]" in text else (text, "", "")
+    case, expect = tomllib.loads(head), {}
+    try:
+        expect = tomllib.loads(tail)
+    except tomllib.TOMLDecodeError:
+        pass  # a placeholder, to be written
+    if (status := expect.get("status", "converged")) != "converged":
+        print(f"{path.stem:22} skipped: expected to end with status {status}")
+        return True
+    if not case["scheme"].get("regularised", True):
+        print(f"{path.stem:22} skipped: the collocation system holds for the regularised action only")
+        return True
+    grid, comment = case["grid"], ""
+    try:
+        geodesic = Geodesic(case)
+        if "t_f" in grid:
+            gamma_f, t, x = geodesic.solve_until(number(grid["t_f"]))
+            comment = f" gamma_f = {mp.nstr(gamma_f, 20)}"
+        else:
+            t, x = geodesic.solve(number(grid.get("gamma_f", 1)))
+    except (ArithmeticError, TypeError) as error:  # TypeError: a complex number in a formula
+        print(f"{path.stem:22} FAILED: {error}")
+        return False
+    found = {"t_final": t, "x_final": x}
+    differences = [abs(value - number(expect[name])) for name, value in found.items() if name in expect]
+    ok = all(difference <= number(expect.get("tolerance", TOLERANCE)) for difference in differences)
+    verdict = f" difference {mp.nstr(max(differences), 2)} {'ok' if ok else 'DIFFERS'}" if differences else ""
+    line = "".join(f" {name} = {mp.nstr(value, 20):23}" for name, value in found.items())
+    print(f"{path.stem:22}{line}{verdict}{comment}")
+    if write:
+        numbers = "".join(f"{name} = {mp.nstr(value, 16)}\n" for name, value in found.items())
+        header = text[len(head) : len(text) - len(tail)] or "\n[expect]"
+        path.write_text(f"{head}{header}\n{numbers}tolerance = {TOLERANCE}\n", encoding="utf-8")
+    return ok or write
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--write", action="store_true", help="write the numbers into the [expect] tables")
+    parser.add_argument("cases", metavar="CASE", nargs="*", type=Path, help="case files (default: all of cases/*.toml)")
+    arguments = parser.parse_args()
+    cases = arguments.cases or sorted((Path(__file__).resolve().parent.parent / "cases").glob("*.toml"))
+    results = [check(path, arguments.write) for path in cases]
+    sys.exit(0 if all(results) else 1)
+
+
+if __name__ == "__main__":
+    main()

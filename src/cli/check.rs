@@ -1,0 +1,75 @@
+//! `check CASE`.
+
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use clap::Args;
+use geodesic_ivp::case::Expect;
+use geodesic_ivp::{Case, NoSolution, Solution, Status, solve};
+
+use super::{CaseArgs, report};
+
+#[derive(Debug, Args)]
+pub(super) struct CheckArgs {
+    #[command(flatten)]
+    case: CaseArgs,
+
+    /// Also solve the case and compare the result with its [expect] table
+    #[arg(long)]
+    run: bool,
+}
+
+/// A solved case differs from its `[expect]` table.
+#[derive(Debug, thiserror::Error)]
+#[error("the case does not meet its [expect] table: {}", .0.join("; "))]
+pub(super) struct ExpectationNotMet(Vec<String>);
+
+pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
+    let case = args.case.read()?;
+    for warning in case.warnings() {
+        report::warn(&warning);
+    }
+    let mut out = io::stdout().lock();
+    if !args.case.quiet {
+        out.write_all(case.to_toml().as_bytes())?;
+    }
+    if args.run {
+        let Some(expect) = case.expect else {
+            anyhow::bail!("the case has no [expect] table to compare with");
+        };
+        let met = compare(&case, expect)?;
+        if !args.case.quiet {
+            writeln!(out, "\n# expected and found: {}", met.join("; "))?;
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What was found as expected, a phrase each; the first error otherwise.
+fn compare(case: &Case, expect: Expect) -> anyhow::Result<Vec<String>> {
+    let result = solve(case);
+    let status = result.as_ref().map_or_else(|failure| failure.status, |_| Status::Converged);
+    if status != expect.status {
+        let found = result.err().as_ref().map_or_else(|| status.to_string(), NoSolution::to_string);
+        return Err(ExpectationNotMet(vec![format!("expected status {}, found {found}", expect.status)]).into());
+    }
+    let mut met = vec![format!("status {status}")];
+    if let (Ok(solution), Some(tolerance)) = (&result, expect.tolerance) {
+        let mut missed = Vec::new();
+        for (name, expected, found) in expected_numbers(expect, solution) {
+            let difference = (found - expected).abs();
+            let phrase = format!("{name} = {found} within {difference:.1e} of {expected} (tolerance {tolerance:e})");
+            if difference <= tolerance { met.push(phrase) } else { missed.push(phrase.replace("within", "differs by")) }
+        }
+        if !missed.is_empty() {
+            return Err(ExpectationNotMet(missed).into());
+        }
+    }
+    Ok(met)
+}
+
+fn expected_numbers(expect: Expect, solution: &Solution) -> impl Iterator<Item = (&'static str, f64, f64)> {
+    let t = expect.t_final.map(|expected| ("t_final", expected, solution.end.t));
+    let x = expect.x_final.map(|expected| ("x_final", expected, solution.end.x));
+    t.into_iter().chain(x)
+}

@@ -1,0 +1,78 @@
+//! The command layer: the only place that reads arguments and touches the terminal.
+
+mod check;
+mod input;
+mod report;
+mod run;
+mod shell;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+
+pub(crate) use report::exit_code;
+
+/// What the program is asked to do.
+#[derive(Debug, Parser)]
+#[command(
+    version,
+    about = "Solve initial value problems as geodesics: exact Noether charge, emergent time mesh",
+    long_about = "A point particle in a potential V(x) is a free particle in a curved space-time. Its geodesic action is \
+                  discretised along the world-line parameter gamma with summation-by-parts operators and doubled degrees \
+                  of freedom; the critical point gives t(gamma) and x(gamma) together and conserves the Noether charge \
+                  of time translations exactly.\n\nMethod: A. Rothkopf and J. Nordström, arXiv:2307.04490 (2023).",
+    after_help = "Exit codes: 0 success, 1 input/output failure, 2 wrong usage or an invalid case, 3 no critical point \
+                  found,\n4 the geodesic leaves the domain, 5 an expectation is not met, 130 interrupted.",
+    arg_required_else_help = true
+)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Solve one case and write its trajectory, residuals and summary
+    Run(run::RunArgs),
+    /// Validate a case and print it with every default filled in
+    Check(check::CheckArgs),
+    /// Print a shell completion script
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page
+    Man,
+}
+
+/// Arguments of every command that reads a case.
+#[derive(Debug, Args)]
+struct CaseArgs {
+    /// Case file (TOML), or - for standard input
+    #[arg(value_name = "CASE")]
+    case: PathBuf,
+
+    /// Override a case key, e.g. --set grid.n_gamma=64 (repeatable)
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+
+    /// Print no summary and no progress (warnings and errors remain)
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+impl Cli {
+    /// Carries the command out.
+    ///
+    /// # Errors
+    /// Whatever ended the command; [`exit_code`] turns it into a message and an exit code.
+    pub(crate) fn execute(self) -> anyhow::Result<ExitCode> {
+        match self.command {
+            Command::Run(args) => run::run(&args),
+            Command::Check(args) => check::check(&args),
+            Command::Completions { shell } => shell::completions(shell),
+            Command::Man => shell::man(),
+        }
+    }
+}

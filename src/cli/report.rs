@@ -1,0 +1,85 @@
+//! Errors and warnings on standard error, and the exit code an error stands for.
+
+use std::io::{self, IsTerminal, Write};
+use std::process::ExitCode;
+
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use geodesic_ivp::{CaseError, NoSolution, Status};
+
+use super::check::ExpectationNotMet;
+
+const IO_FAILURE: u8 = 1;
+const INVALID_CASE: u8 = 2;
+const NO_CRITICAL_POINT: u8 = 3;
+const OUTSIDE_DOMAIN: u8 = 4;
+const EXPECTATION: u8 = 5;
+
+/// Prints `error` once, for a person, and returns its exit code. A reader that went away is no error.
+pub(crate) fn exit_code(error: &anyhow::Error) -> ExitCode {
+    if is_broken_pipe(error) {
+        return ExitCode::SUCCESS;
+    }
+    let (title, help, code) = if let Some(case) = error.downcast_ref::<CaseError>() {
+        print(&render_case_error(case));
+        return ExitCode::from(INVALID_CASE);
+    } else if let Some(failure) = error.downcast_ref::<NoSolution>() {
+        let code = if failure.status == Status::OutsideDomain { OUTSIDE_DOMAIN } else { NO_CRITICAL_POINT };
+        (failure.to_string(), Some(failure.advice()), code)
+    } else if error.is::<ExpectationNotMet>() {
+        (error.to_string(), None, EXPECTATION)
+    } else {
+        (format!("{error:#}"), None, IO_FAILURE)
+    };
+    let title = Group::with_title(Level::ERROR.primary_title(title));
+    let report = match help {
+        Some(help) => title.element(Level::HELP.message(help)),
+        None => title,
+    };
+    print(&renderer().render(&[report]));
+    ExitCode::from(code)
+}
+
+/// Prints a warning.
+pub(super) fn warn(message: &str) {
+    print(&renderer().render(&[Group::with_title(Level::WARNING.primary_title(message))]));
+}
+
+fn render_case_error(error: &CaseError) -> String {
+    // The message itself says which file, for errors without a place and for tools that read the first line only.
+    let title = match error.span {
+        Some(_) => error.message.clone(),
+        None => error.to_string(),
+    };
+    let mut group = Group::with_title(Level::ERROR.primary_title(title));
+    if let Some(span) = &error.span {
+        let snippet = Snippet::source(error.text.as_str())
+            .path(error.source_name.as_str())
+            .annotation(AnnotationKind::Primary.span(span.clone()));
+        group = group.element(snippet);
+    }
+    if let Some(help) = &error.help {
+        group = group.element(Level::HELP.message(help.as_str()));
+    }
+    renderer().render(&[group])
+}
+
+fn renderer() -> Renderer {
+    let colours = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    if colours { Renderer::styled() } else { Renderer::plain() }
+}
+
+fn print(text: &str) {
+    // Nothing is left to tell anyone if standard error is closed.
+    let _ = writeln!(io::stderr(), "{text}");
+}
+
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error.chain().any(|cause| {
+        let io = cause.downcast_ref::<io::Error>().map(io::Error::kind);
+        let csv = cause.downcast_ref::<csv::Error>().and_then(|error| match error.kind() {
+            csv::ErrorKind::Io(error) => Some(error.kind()),
+            _ => None,
+        });
+        io.or(csv) == Some(io::ErrorKind::BrokenPipe)
+    })
+}

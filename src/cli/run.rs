@@ -1,0 +1,169 @@
+//! `run CASE`.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use clap::Args;
+use geodesic_ivp::diagnostics::Diagnostics;
+use geodesic_ivp::output::{
+    Outcome, OutputSet, Summary, write_branches, write_combined, write_residuals, write_trajectory,
+};
+use geodesic_ivp::{Case, Solution, solve};
+use indicatif::ProgressBar;
+
+use super::{CaseArgs, report};
+
+const TRAJECTORY: &str = "trajectory.csv";
+const RESIDUALS: &str = "residuals.csv";
+const BRANCHES: &str = "branches.csv";
+const SUMMARY: &str = "summary.json";
+const CASE: &str = "case.toml";
+
+#[derive(Debug, Args)]
+pub(super) struct RunArgs {
+    #[command(flatten)]
+    case: CaseArgs,
+
+    /// Directory for the result files [default: results/<case file stem>]
+    #[arg(long, value_name = "DIR", conflicts_with = "stdout")]
+    out: Option<PathBuf>,
+
+    /// Write one CSV with all columns to standard output, and no files
+    #[arg(long)]
+    stdout: bool,
+}
+
+pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
+    let case = args.case.read()?;
+    for warning in case.warnings() {
+        report::warn(&warning);
+    }
+    if args.stdout {
+        let (result, _) = timed_solve(&case, args.case.quiet);
+        let solution = result?;
+        let diagnostics = Diagnostics::new(&solution);
+        write_combined(io::BufWriter::new(io::stdout().lock()), &solution, &diagnostics)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let directory = args.out.clone().unwrap_or_else(|| args.case.default_output());
+    let files = OutputSet::open(&directory, &[TRAJECTORY, RESIDUALS, BRANCHES, SUMMARY, CASE])?;
+    write_text(&files, CASE, &case.to_toml())?;
+    let (result, solve_seconds) = timed_solve(&case, args.case.quiet);
+    let solution = match result {
+        Ok(solution) => solution,
+        Err(failure) => {
+            write_text(&files, SUMMARY, &Summary::new(&case, Err(&failure), solve_seconds).to_json())?;
+            files.commit(|name| name == SUMMARY || name == CASE)?;
+            return Err(failure.into());
+        }
+    };
+    let start = Instant::now();
+    let diagnostics = Diagnostics::new(&solution);
+    let diagnostics_seconds = start.elapsed().as_secs_f64();
+    let mut summary = Summary::new(&case, Ok((&solution, &diagnostics)), solve_seconds);
+    let start = Instant::now();
+    write_tables(&files, &solution, &diagnostics)?;
+    if let Outcome::Solved(solved) = &mut summary.outcome {
+        solved.diagnostics_seconds = diagnostics_seconds;
+        solved.write_seconds = start.elapsed().as_secs_f64();
+    }
+    write_text(&files, SUMMARY, &summary.to_json())?;
+    let doubled = solution.backward.is_some();
+    files.commit(|name| doubled || name != BRANCHES)?;
+    if !args.case.quiet {
+        let text = readable(&case, &solution, &diagnostics, &summary, &directory);
+        io::stdout().write_all(text.as_bytes())?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Solves with a spinner on a terminal's standard error.
+fn timed_solve(case: &Case, quiet: bool) -> (Result<Solution, geodesic_ivp::NoSolution>, f64) {
+    let spinner = if quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
+    spinner.set_message(format!("solving for {} nodes", case.grid.n_gamma));
+    spinner.enable_steady_tick(Duration::from_millis(200));
+    let start = Instant::now();
+    let result = solve(case);
+    let seconds = start.elapsed().as_secs_f64();
+    spinner.finish_and_clear();
+    (result, seconds)
+}
+
+/// The two large tables are formatted side by side: at a million nodes that is most of what is left to do.
+fn write_tables(files: &OutputSet, solution: &Solution, diagnostics: &Diagnostics) -> anyhow::Result<()> {
+    let (trajectory, residuals) = std::thread::scope(|scope| {
+        let residuals = scope.spawn(|| write_residuals(files.writer(RESIDUALS), solution, diagnostics));
+        (write_trajectory(files.writer(TRAJECTORY), solution, diagnostics), residuals.join())
+    });
+    trajectory.with_context(|| format!("cannot write {TRAJECTORY}"))?;
+    residuals.expect("writing a table does not panic").with_context(|| format!("cannot write {RESIDUALS}"))?;
+    if let Some(backward) = &solution.backward {
+        write_branches(files.writer(BRANCHES), solution, backward)
+            .with_context(|| format!("cannot write {BRANCHES}"))?;
+    }
+    Ok(())
+}
+
+fn write_text(files: &OutputSet, name: &str, text: &str) -> anyhow::Result<()> {
+    let mut writer = files.writer(name);
+    writer.write_all(text.as_bytes()).and_then(|()| writer.flush()).with_context(|| format!("cannot write {name}"))
+}
+
+/// The summary a person reads.
+fn readable(
+    case: &Case,
+    solution: &Solution,
+    diagnostics: &Diagnostics,
+    summary: &Summary,
+    directory: &std::path::Path,
+) -> String {
+    let invariants = solution.invariants();
+    let nodes = solution.x.len();
+    let system = if solution.backward.is_some() { "doubled action" } else { "physical limit" };
+    let iterations = match solution.history.len() {
+        0 => "explicit".to_owned(),
+        1 => "1 Newton iteration".to_owned(),
+        count => format!("{count} Newton iterations"),
+    };
+    let mut lines = vec![
+        case.title.clone().unwrap_or_else(|| "geodesic-ivp".to_owned()),
+        format!(
+            "  scheme     {} strong, {system}, {nodes} nodes on gamma in [{}, {}]: {iterations}, {:.3} ms",
+            summary.sbp,
+            solution.gamma_i,
+            solution.gamma_f(),
+            1e3 * summary.solve_seconds
+        ),
+        format!("  end        t = {:.15}, x = {:.15}", solution.end.t, solution.end.x),
+        format!(
+            "  Q_t        {:.6}; |dQ_t| <= {:.1e} at all nodes but the last, {:.2e} there ({:.1e} with the multiplier correction)",
+            invariants.q_t,
+            diagnostics.max_abs_delta_q_t_interior(),
+            diagnostics.delta_q_t_last(),
+            diagnostics.max_abs_delta_q_t_corrected()
+        ),
+        format!(
+            "  K          {:.6}; |dK| <= {:.2e} at all nodes but the last, {:.2e} at the end handed on",
+            invariants.k,
+            diagnostics.max_abs_delta_k(),
+            diagnostics.charges.delta_k_end.abs()
+        ),
+        format!(
+            "  certified  |grad E_IVP| <= {:.1e}; sawtooth in x {}; H_BVP = {:.6}, Q_t (t_f - t_i) = {:.6}",
+            solution.gradient_norm,
+            diagnostics.sawtooth.map_or("not measurable".to_owned(), |s| format!("{s:.1e}")),
+            diagnostics.bound.h_bvp,
+            diagnostics.bound.h_bvp_bound
+        ),
+    ];
+    let files = if solution.backward.is_some() {
+        [TRAJECTORY, RESIDUALS, BRANCHES, SUMMARY, CASE].join(", ")
+    } else {
+        [TRAJECTORY, RESIDUALS, SUMMARY, CASE].join(", ")
+    };
+    lines.push(format!("  written    {}: {files}", directory.display()));
+    lines.join("\n") + "\n"
+}

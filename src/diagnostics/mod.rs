@@ -1,0 +1,81 @@
+//! Independent judges of a solution. They use nodes, operator and metric, and never call a solver.
+
+mod bound;
+mod charges;
+mod residuals;
+mod sawtooth;
+
+pub use bound::Bound;
+pub use charges::{Charges, FreeParticleCharges};
+pub use residuals::GeodesicResiduals;
+pub use sawtooth::sawtooth;
+
+use crate::action::max_abs;
+use crate::solve::Solution;
+
+/// Everything that is measured on a solution.
+#[derive(Debug, Clone)]
+pub struct Diagnostics {
+    /// Dt on the nodes.
+    pub t_dot: Vec<f64>,
+    /// Dx on the nodes.
+    pub x_dot: Vec<f64>,
+    /// ΔQ_t, its corrected form and ΔK.
+    pub charges: Charges,
+    /// ΔGᵗ and ΔGˣ.
+    pub residuals: GeodesicResiduals,
+    /// H_BVP and what bounds it.
+    pub bound: Bound,
+    /// Amplitude of the even–odd oscillation of x; none if there are too few nodes. See [`sawtooth()`].
+    pub sawtooth: Option<f64>,
+    /// Q_x and Q_η, if the potential vanishes.
+    pub free_particle: Option<FreeParticleCharges>,
+    interior_residual_nodes: usize,
+}
+
+impl Diagnostics {
+    /// Measures `solution`.
+    pub fn new(solution: &Solution) -> Self {
+        let sbp = &solution.sbp;
+        let t_dot = sbp.derivative(&solution.elapsed);
+        let x_dot = sbp.derivative(&solution.x);
+        let metric = solution.metric.sample(&solution.x).expect("a solution lies inside the domain");
+        let charges = Charges::new(solution, &metric.g00, &t_dot, &x_dot);
+        let residuals = GeodesicResiduals::new(sbp, &metric, &t_dot, &x_dot);
+        let bound = Bound::new(solution, &metric.g00);
+        let sawtooth = sawtooth(&solution.x[..solution.x.len() - 1]);
+        let free_particle = FreeParticleCharges::new(solution, &t_dot, &x_dot);
+        let interior_residual_nodes = sbp.points() - sbp.rows_reaching_last_node();
+        Self { t_dot, x_dot, charges, residuals, bound, sawtooth, free_particle, interior_residual_nodes }
+    }
+
+    /// max |ΔQ_t| over all nodes but the last.
+    pub fn max_abs_delta_q_t_interior(&self) -> f64 {
+        max_abs(all_but_last(&self.charges.delta_q_t))
+    }
+
+    /// ΔQ_t at the last node.
+    pub fn delta_q_t_last(&self) -> f64 {
+        self.charges.delta_q_t.last().copied().unwrap_or(0.0)
+    }
+
+    /// max |ΔQ_t + (λ7/H_N) e_N| over all nodes.
+    pub fn max_abs_delta_q_t_corrected(&self) -> f64 {
+        max_abs(&self.charges.delta_q_t_corrected)
+    }
+
+    /// max of |ΔGᵗ| and |ΔGˣ| over the nodes whose row of D does not reach node N.
+    pub fn max_abs_delta_g_interior(&self) -> f64 {
+        let nodes = self.interior_residual_nodes;
+        max_abs(&self.residuals.delta_g_t[..nodes]).max(max_abs(&self.residuals.delta_g_x[..nodes]))
+    }
+
+    /// max |ΔK| over all nodes but the last.
+    pub fn max_abs_delta_k(&self) -> f64 {
+        max_abs(all_but_last(&self.charges.delta_k))
+    }
+}
+
+fn all_but_last(u: &[f64]) -> &[f64] {
+    &u[..u.len() - 1]
+}

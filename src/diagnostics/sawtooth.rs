@@ -1,0 +1,25 @@
+//! A measure of even–odd splitting.
+
+/// The amplitude of the (−1)^k component of `u`: max_k |δ⁴u_k| / 16.
+///
+/// The fourth difference δ⁴u = u_{k−2} − 4u_{k−1} + 6u_k − 4u_{k+1} + u_{k+2} of A(−1)^k is 16A(−1)^k, so a pure sawtooth is
+/// measured exactly, while a smooth u contributes only h⁴|u⁗|/16. `None` with fewer than five nodes.
+pub fn sawtooth(u: &[f64]) -> Option<f64> {
+    let fourth_difference = |w: &[f64]| (w[0] + w[4] - 4.0 * (w[1] + w[3]) + 6.0 * w[2]).abs() / 16.0;
+    u.windows(5).map(fourth_difference).reduce(f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn measures_the_amplitude_and_ignores_cubics() {
+        let cubic = |k: i32| f64::from(k * k * k - 2 * k * k + 7);
+        let smooth: Vec<f64> = (0..20).map(cubic).collect();
+        assert_eq!(sawtooth(&smooth), Some(0.0));
+        let rough: Vec<f64> = (0..20).map(|k| cubic(k) + if k % 2 == 0 { 0.25 } else { -0.25 }).collect();
+        assert_eq!(sawtooth(&rough), Some(0.25));
+        assert_eq!(sawtooth(&rough[..4]), None);
+    }
+}

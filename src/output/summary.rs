@@ -1,0 +1,211 @@
+//! `summary.json`: what was solved, how it ended, and the numbers a study needs.
+
+use serde::Serialize;
+
+use crate::action::MULTIPLIERS;
+use crate::case::{Case, Form, System};
+use crate::diagnostics::Diagnostics;
+use crate::solve::{IterationRecord, NoSolution, Solution, Status};
+
+/// The whole summary; keys that do not apply are absent.
+#[derive(Debug, Clone, Serialize)]
+pub struct Summary {
+    /// How the solve ended.
+    pub status: Status,
+    /// Version of this program.
+    pub version: &'static str,
+    /// The case's title.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
+    /// Operator.
+    pub sbp: String,
+    /// Form of the action.
+    pub form: Form,
+    /// System solved.
+    pub system: System,
+    /// D̄ or D.
+    pub regularised: bool,
+    /// Significant digits of the arithmetic.
+    pub digits: u32,
+    /// Nodes (a window).
+    pub n_gamma: usize,
+    /// Windows.
+    pub windows: usize,
+    /// First guess of the Newton iteration.
+    pub initial_guess: &'static str,
+    /// Newton iterations.
+    pub iterations: usize,
+    /// Seconds spent in the solver.
+    pub solve_seconds: f64,
+    /// What came out.
+    #[serde(flatten)]
+    pub outcome: Outcome,
+    /// What the user was warned of.
+    pub warnings: Vec<String>,
+    /// The iterations.
+    pub history: Vec<IterationRecord>,
+}
+
+/// The part that depends on how the solve ended.
+#[derive(Debug, Clone, Serialize)]
+#[serde(untagged)]
+pub enum Outcome {
+    /// A critical point.
+    Solved(Box<Solved>),
+    /// None.
+    Failed(Failed),
+}
+
+/// Numbers of a critical point.
+#[derive(Debug, Clone, Serialize)]
+pub struct Solved {
+    /// Largest entry of ∇E_IVP.
+    pub gradient_norm: f64,
+    /// λ1 … λ8.
+    pub multipliers: [f64; MULTIPLIERS],
+    /// γ of the last node.
+    pub gamma_final: f64,
+    /// t of the last node.
+    pub t_final: f64,
+    /// x of the last node.
+    pub x_final: f64,
+    /// w*_N, the value of dx/dγ to continue with.
+    pub x_dot_final: f64,
+    /// Q_t of the continuum.
+    pub q_t: f64,
+    /// K of the continuum.
+    pub k: f64,
+    /// max |ΔQ_t| over all nodes but the last.
+    pub max_abs_delta_q_t_interior: f64,
+    /// ΔQ_t at the last node.
+    pub delta_q_t_last: f64,
+    /// max |ΔQ_t| with the multiplier correction, over all nodes.
+    pub max_abs_delta_q_t_corrected: f64,
+    /// max |ΔG| over the nodes whose row of D does not reach the last node.
+    pub max_abs_delta_g_interior: f64,
+    /// max |ΔK| over all nodes but the last.
+    pub max_abs_delta_k: f64,
+    /// |ΔK| of the values handed on at the end.
+    pub max_abs_delta_k_ends: f64,
+    /// Amplitude of the even–odd oscillation of x; null with fewer than six nodes.
+    pub sawtooth: Option<f64>,
+    /// H_BVP.
+    pub h_bvp: f64,
+    /// Q_t (t_N − t_i).
+    pub h_bvp_bound: f64,
+    /// Largest distance of the two branches (doubled system).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub branch_distance: Option<f64>,
+    /// max |ΔQ_x| (free particle).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_abs_delta_q_x: Option<f64>,
+    /// max |ΔQ_η| (free particle).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_abs_delta_q_eta: Option<f64>,
+    /// Seconds spent in measuring the solution.
+    pub diagnostics_seconds: f64,
+    /// Seconds spent in formatting and writing the CSV files.
+    pub write_seconds: f64,
+}
+
+/// Where a solve without a result stood.
+#[derive(Debug, Clone, Serialize)]
+pub struct Failed {
+    /// The message for people.
+    pub message: String,
+    /// What to try.
+    pub advice: &'static str,
+    /// γ of the point concerned.
+    pub gamma: f64,
+    /// x there.
+    pub x: f64,
+    /// g00 there.
+    pub g00: f64,
+    /// Largest residual entry of the last iterate; null if there was none.
+    pub residual: f64,
+}
+
+impl Summary {
+    /// The summary of `case` with how it ended.
+    pub fn new(case: &Case, result: Result<(&Solution, &Diagnostics), &NoSolution>, solve_seconds: f64) -> Self {
+        let (status, initial_guess, history, outcome) = match result {
+            Ok((solution, diagnostics)) => (
+                Status::Converged,
+                solution.initial_guess,
+                &solution.history,
+                Outcome::Solved(Box::new(Solved::new(solution, diagnostics))),
+            ),
+            Err(failure) => {
+                (failure.status, failure.initial_guess, &failure.history, Outcome::Failed(Failed::new(failure)))
+            }
+        };
+        Self {
+            status,
+            version: env!("CARGO_PKG_VERSION"),
+            title: case.title.clone(),
+            sbp: case.scheme.sbp.into(),
+            form: case.scheme.form,
+            system: case.solver.system,
+            regularised: case.scheme.regularised,
+            digits: case.solver.digits,
+            n_gamma: case.grid.n_gamma,
+            windows: case.grid.windows,
+            initial_guess: initial_guess.as_str(),
+            iterations: history.len(),
+            solve_seconds,
+            outcome,
+            warnings: case.warnings(),
+            history: history.clone(),
+        }
+    }
+
+    /// The JSON text, with a final newline.
+    pub fn to_json(&self) -> String {
+        let mut text = serde_json::to_string_pretty(self).expect("a summary has string keys only");
+        text.push('\n');
+        text
+    }
+}
+
+impl Solved {
+    fn new(solution: &Solution, diagnostics: &Diagnostics) -> Self {
+        let invariants = solution.invariants();
+        Self {
+            gradient_norm: solution.gradient_norm,
+            multipliers: solution.multipliers,
+            gamma_final: solution.gamma_f(),
+            t_final: solution.end.t,
+            x_final: solution.end.x,
+            x_dot_final: solution.end.x_dot,
+            q_t: invariants.q_t,
+            k: invariants.k,
+            max_abs_delta_q_t_interior: diagnostics.max_abs_delta_q_t_interior(),
+            delta_q_t_last: diagnostics.delta_q_t_last(),
+            max_abs_delta_q_t_corrected: diagnostics.max_abs_delta_q_t_corrected(),
+            max_abs_delta_g_interior: diagnostics.max_abs_delta_g_interior(),
+            max_abs_delta_k: diagnostics.max_abs_delta_k(),
+            max_abs_delta_k_ends: diagnostics.charges.delta_k_end.abs(),
+            sawtooth: diagnostics.sawtooth,
+            h_bvp: diagnostics.bound.h_bvp,
+            h_bvp_bound: diagnostics.bound.h_bvp_bound,
+            branch_distance: solution.backward.as_ref().map(|_| solution.branch_distance()),
+            max_abs_delta_q_x: diagnostics.free_particle.map(|f| f.max_abs_delta_q_x),
+            max_abs_delta_q_eta: diagnostics.free_particle.map(|f| f.max_abs_delta_q_eta),
+            diagnostics_seconds: 0.0,
+            write_seconds: 0.0,
+        }
+    }
+}
+
+impl Failed {
+    fn new(failure: &NoSolution) -> Self {
+        Self {
+            message: failure.to_string(),
+            advice: failure.advice(),
+            gamma: failure.gamma,
+            x: failure.x,
+            g00: failure.g00,
+            residual: failure.residual,
+        }
+    }
+}

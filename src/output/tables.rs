@@ -1,0 +1,90 @@
+//! The CSV tables of `run`. Numbers are the shortest decimals that read back to the same `f64`.
+
+use std::io::Write;
+
+use csv::{ByteRecord, Writer};
+
+use crate::diagnostics::Diagnostics;
+use crate::solve::{Backward, Solution};
+
+/// `trajectory.csv`: gamma,t,x,t_dot,x_dot.
+///
+/// # Errors
+/// Whatever `out` reports.
+pub fn write_trajectory(out: impl Write, solution: &Solution, diagnostics: &Diagnostics) -> csv::Result<()> {
+    write_table(out, solution, &["gamma", "t", "x", "t_dot", "x_dot"], |k, push| {
+        trajectory_row(solution, diagnostics, k, push);
+    })
+}
+
+/// `residuals.csv`: gamma,delta_q_t,delta_q_t_corrected,delta_g_t,delta_g_x,delta_k.
+///
+/// # Errors
+/// Whatever `out` reports.
+pub fn write_residuals(out: impl Write, solution: &Solution, diagnostics: &Diagnostics) -> csv::Result<()> {
+    let header = ["gamma", "delta_q_t", "delta_q_t_corrected", "delta_g_t", "delta_g_x", "delta_k"];
+    write_table(out, solution, &header, |k, push| residual_row(diagnostics, k, push))
+}
+
+/// `run --stdout`: the columns of both tables.
+///
+/// # Errors
+/// Whatever `out` reports.
+pub fn write_combined(out: impl Write, solution: &Solution, diagnostics: &Diagnostics) -> csv::Result<()> {
+    let header =
+        ["gamma", "t", "x", "t_dot", "x_dot", "delta_q_t", "delta_q_t_corrected", "delta_g_t", "delta_g_x", "delta_k"];
+    write_table(out, solution, &header, |k, push| {
+        trajectory_row(solution, diagnostics, k, push);
+        residual_row(diagnostics, k, push);
+    })
+}
+
+/// `branches.csv`: gamma,t_1,x_1,t_2,x_2.
+///
+/// # Errors
+/// Whatever `out` reports.
+pub fn write_branches(out: impl Write, solution: &Solution, backward: &Backward) -> csv::Result<()> {
+    write_table(out, solution, &["gamma", "t_1", "x_1", "t_2", "x_2"], |k, push| {
+        push(solution.t_i + solution.elapsed[k]);
+        push(solution.x[k]);
+        push(solution.t_i + backward.elapsed[k]);
+        push(backward.x[k]);
+    })
+}
+
+fn trajectory_row(solution: &Solution, diagnostics: &Diagnostics, k: usize, push: &mut dyn FnMut(f64)) {
+    push(solution.t_i + solution.elapsed[k]);
+    push(solution.x[k]);
+    push(diagnostics.t_dot[k]);
+    push(diagnostics.x_dot[k]);
+}
+
+fn residual_row(diagnostics: &Diagnostics, k: usize, push: &mut dyn FnMut(f64)) {
+    push(diagnostics.charges.delta_q_t[k]);
+    push(diagnostics.charges.delta_q_t_corrected[k]);
+    push(diagnostics.residuals.delta_g_t[k]);
+    push(diagnostics.residuals.delta_g_x[k]);
+    push(diagnostics.charges.delta_k[k]);
+}
+
+/// A header, then a row a node: γ and whatever `row` pushes for the node.
+fn write_table(
+    out: impl Write,
+    solution: &Solution,
+    header: &[&str],
+    row: impl Fn(usize, &mut dyn FnMut(f64)),
+) -> csv::Result<()> {
+    let mut writer = Writer::from_writer(out);
+    writer.write_record(header)?;
+    let mut record = ByteRecord::new();
+    let mut digits = zmij::Buffer::new();
+    for (k, gamma) in solution.gamma().enumerate() {
+        record.clear();
+        let mut push = |value: f64| record.push_field(digits.format(value).as_bytes());
+        push(gamma);
+        row(k, &mut push);
+        writer.write_byte_record(&record)?;
+    }
+    writer.flush()?;
+    Ok(())
+}

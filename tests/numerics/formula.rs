@@ -1,0 +1,134 @@
+//! Formula potentials: the grammar, and V, V′, V″ against dual numbers.
+
+use std::collections::BTreeMap;
+
+use geodesic_ivp::potential::{Formula, PotentialSamples};
+use num_dual::{Dual2_64, DualNum, second_derivative};
+use proptest::prelude::*;
+
+fn formula(expression: &str) -> Formula {
+    let parameters = BTreeMap::from([("a".to_owned(), 0.7), ("b_2".to_owned(), -1.3)]);
+    Formula::new(expression, &parameters).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn precedence_and_numbers() {
+    for (expression, x, expected) in [
+        ("-x^2", 3.0, -9.0),
+        ("2^3^2", 0.0, 512.0),
+        ("2^-x", 3.0, 0.125),
+        ("-x^-2", 2.0, -0.25),
+        ("--x", 5.0, 5.0),
+        ("+x - -x", 5.0, 10.0),
+        ("1e-3 + 2.5E+1*x", 2.0, 50.001),
+        (".5*x", 4.0, 2.0),
+        ("8/4/2", 0.0, 1.0),
+        ("8 - 4 - 2", 0.0, 2.0),
+        ("2*x^2*3", 2.0, 24.0),
+        ("x*-2", 3.0, -6.0),
+        (" ( x + 1 ) * ( x - 1 ) ", 3.0, 8.0),
+        ("pi", 0.0, std::f64::consts::PI),
+        ("a + b_2", 0.0, 0.7 - 1.3),
+        ("log10(1000)", 0.0, 3.0),
+        ("abs(x)", -2.0, 2.0),
+        ("(-8)^(1/3)", 0.0, f64::NAN),
+    ] {
+        let value = formula(expression).at(x).value;
+        let close = (value - expected).abs() < 1e-12 || (value.is_nan() && expected.is_nan());
+        assert!(close, "{expression} at {x}: {value}, expected {expected}");
+    }
+}
+
+#[test]
+fn mistakes_are_reported_where_they_are() {
+    for (expression, character, fragment) in [
+        ("", 1, "found the end"),
+        ("x +", 4, "found the end"),
+        ("x + * 2", 5, "found '*'"),
+        ("2x", 1, "a product is written with *"),
+        ("x 2", 3, "expected an operator, found '2'"),
+        ("(x + 1", 7, "')' that closes character 1"),
+        ("x)", 2, "expected an operator, found ')'"),
+        ("sin x", 1, "needs its argument in parentheses"),
+        ("foo + 1", 1, "unknown name 'foo'"),
+        ("1 + foo(x)", 5, "unknown function 'foo'"),
+        ("x(2)", 1, "'x' is not a function"),
+        ("1..2", 1, "not a number"),
+        ("1e", 1, "not a number"),
+        ("x § 2", 3, "found '§'"),
+        ("é", 1, "found 'é'"),
+        ("a + (x - sin(q))", 14, "unknown name 'q'"),
+    ] {
+        let parameters = BTreeMap::from([("a".to_owned(), 1.0)]);
+        let error = Formula::new(expression, &parameters).expect_err(expression);
+        assert!(error.message.contains(fragment), "{expression}: {error}");
+        assert_eq!(error.character(), character, "{expression}: {error}");
+    }
+}
+
+#[test]
+fn hostile_depth_is_an_error_and_not_a_crash() {
+    let parameters = BTreeMap::new();
+    for (open, close) in [("(", ")"), ("sin(", ")"), ("-", ""), ("x^", ""), ("1-(", ")")] {
+        let deep = |levels: usize| format!("{}x{}", open.repeat(levels), close.repeat(levels));
+        assert!(Formula::new(&deep(40), &parameters).is_ok(), "{open}");
+        // Either refused or parsed; what matters is that it returns.
+        let _ = Formula::new(&deep(900), &parameters);
+        assert!(Formula::new(&deep(100_000), &parameters).is_err(), "{open}");
+    }
+}
+
+/// The same expression for dual numbers.
+type Oracle = fn(Dual2_64) -> Dual2_64;
+
+const EXPRESSIONS: [(&str, Oracle); 16] = [
+    ("x^4/2", |x| x.powi(4) / 2.0),
+    ("a*(1 - exp(-b_2*x))^2", |x| (-((x * 1.3).exp()) + 1.0).powi(2) * 0.7),
+    ("sin(x)*cos(2*x)", |x| x.sin() * (x * 2.0).cos()),
+    ("tan(x/3)", |x| (x / 3.0).tan()),
+    ("sinh(x) - cosh(x/2)*tanh(x)", |x| x.sinh() - (x / 2.0).cosh() * x.tanh()),
+    ("asin(x/4) + acos(x/5)*atan(x)", |x| (x / 4.0).asin() + (x / 5.0).acos() * x.atan()),
+    ("ln(x^2 + 1)/sqrt(x^2 + 2)", |x| (x.powi(2) + 1.0).ln() / (x.powi(2) + 2.0).sqrt()),
+    ("log10(3 + x)", |x| (x + 3.0).log10()),
+    ("(x^2 + 1)^a", |x| (x.powi(2) + 1.0).powf(0.7)),
+    ("2^x", |x| (x * std::f64::consts::LN_2).exp()),
+    ("(x^2+1)^sin(x)", |x| (x.sin() * (x.powi(2) + 1.0).ln()).exp()),
+    ("1/(1 + x^2)", |x| (x.powi(2) + 1.0).recip()),
+    ("(x + 3)^-3", |x| (x + 3.0).powi(-3)),
+    ("abs(x + 10)*x", |x| (x + 10.0) * x),
+    ("-(x - 1)^2*(x + 2)", |x| -(x - 1.0).powi(2) * (x + 2.0)),
+    ("exp(sin(exp(x/2)))", |x| (x / 2.0).exp().sin().exp()),
+];
+
+proptest! {
+    #[test]
+    fn derivatives_agree_with_dual_numbers(x in -2.5..2.5_f64) {
+        for (expression, oracle) in EXPRESSIONS {
+            let jet = formula(expression).at(x);
+            let (value, first, second) = second_derivative(oracle, x);
+            for (name, got, want) in [("V", jet.value, value), ("V'", jet.first, first), ("V''", jet.second, second)] {
+                prop_assert!((got - want).abs() <= 1e-11 * (1.0 + want.abs()), "{name} of {expression} at {x}: {got}, {want}");
+            }
+        }
+    }
+
+    #[test]
+    fn blocks_of_points_agree_with_single_points(x in proptest::collection::vec(-2.5..2.5_f64, 1..200)) {
+        for (expression, _) in EXPRESSIONS {
+            let formula = formula(expression);
+            let mut samples = PotentialSamples::zeros(x.len());
+            formula.sample(&x, &mut samples);
+            for (k, &x) in x.iter().enumerate() {
+                let jet = formula.at(x);
+                prop_assert_eq!([samples.value[k], samples.first[k], samples.second[k]], [jet.value, jet.first, jet.second]);
+            }
+        }
+    }
+
+    #[test]
+    fn any_text_is_parsed_or_refused(text in "[-+*/^()x1.e a-z\u{e9}]{0,40}") {
+        if let Err(error) = Formula::new(&text, &BTreeMap::new()) {
+            prop_assert!(error.character() <= text.chars().count() + 1);
+        }
+    }
+}

@@ -1,0 +1,10 @@
+//! The mathematics: identities, published digits, symmetries, long runs. One binary, so that it links once.
+
+mod action_derivatives;
+mod common;
+mod formula;
+mod invariances;
+mod long_runs;
+mod published_numbers;
+mod sbp_identities;
+mod shipped_cases;

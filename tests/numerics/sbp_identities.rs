@@ -1,0 +1,195 @@
+//! The SBP coefficients satisfy their defining identities exactly, and are exact on polynomials up to their order and no further.
+
+use geodesic_ivp::sbp::coefficients::{Rational, SBP21, SBP42};
+use geodesic_ivp::sbp::{Coefficients, RegularisedOperator, SbpOperator};
+use nalgebra::{DMatrix, DVector};
+use num_rational::Ratio;
+use proptest::prelude::*;
+
+type Exact = Ratio<i128>;
+
+const OPERATORS: [&Coefficients; 2] = [&SBP21, &SBP42];
+
+fn exact(r: &Rational) -> Exact {
+    Exact::new(i128::from(r.numerator), i128::from(r.denominator))
+}
+
+fn integer(n: i128) -> Exact {
+    Exact::from_integer(n)
+}
+
+/// D for unit spacing, straight from the table and independent of `SbpOperator`.
+fn exact_d(c: &Coefficients, n: usize) -> Vec<Vec<Exact>> {
+    let mut d = vec![vec![integer(0); n]; n];
+    let s = c.closure.len();
+    for (k, row) in c.closure.iter().enumerate() {
+        for (j, value) in row.iter().enumerate() {
+            d[k][j] = exact(value);
+            d[n - 1 - k][n - 1 - j] = -exact(value);
+        }
+    }
+    for (k, row) in d.iter_mut().enumerate().take(n - s).skip(s) {
+        for (m, value) in c.interior.iter().enumerate() {
+            row[k + m + 1] = exact(value);
+            row[k - m - 1] = -exact(value);
+        }
+    }
+    d
+}
+
+fn exact_h(c: &Coefficients, n: usize) -> Vec<Exact> {
+    let mut h = vec![integer(1); n];
+    for (k, value) in c.norm.iter().enumerate() {
+        h[k] = exact(value);
+        h[n - 1 - k] = exact(value);
+    }
+    h
+}
+
+fn summation_by_parts_holds(d: &[Vec<Exact>], h: &[Exact]) -> bool {
+    let n = h.len();
+    (0..n).all(|i| {
+        (0..n).all(|j| {
+            let boundary = i128::from(i == n - 1 && j == n - 1) - i128::from(i == 0 && j == 0);
+            h[i] * d[i][j] + h[j] * d[j][i] == integer(boundary)
+        })
+    })
+}
+
+#[test]
+fn summation_by_parts_is_exact() {
+    for c in OPERATORS {
+        for n in c.minimum_points..c.minimum_points + 6 {
+            assert!(summation_by_parts_holds(&exact_d(c, n), &exact_h(c, n)), "{} with {n} points", c.name);
+        }
+    }
+}
+
+#[test]
+fn the_misprint_of_the_paper_breaks_summation_by_parts() {
+    let n = 12;
+    let mut d = exact_d(&SBP42, n);
+    assert_eq!(d[3][2], Exact::new(-59, 98));
+    d[3][2] = Exact::new(-59, 86);
+    assert!(!summation_by_parts_holds(&d, &exact_h(&SBP42, n)));
+    assert_ne!(d[3].iter().sum::<Exact>(), integer(0), "the printed row does not even differentiate a constant");
+}
+
+/// Whether row k of D is exact on γ^degree (nodes at the integers).
+fn exact_on(d: &[Vec<Exact>], k: usize, degree: u32) -> bool {
+    let power = |j: usize, p: u32| integer((j as i128).pow(p));
+    let applied: Exact = d[k].iter().enumerate().map(|(j, value)| *value * power(j, degree)).sum();
+    let expected = if degree == 0 { integer(0) } else { integer(i128::from(degree)) * power(k, degree - 1) };
+    applied == expected
+}
+
+#[test]
+fn rows_are_exact_up_to_their_order_and_no_further() {
+    for c in OPERATORS {
+        let n = c.minimum_points + 5;
+        let d = exact_d(c, n);
+        let s = c.closure.len();
+        let (inside, boundary) = (c.interior_order as u32, (c.interior_order / 2) as u32);
+        for k in 0..n {
+            let order = if k < s || k >= n - s { boundary } else { inside };
+            assert!((0..=order).all(|p| exact_on(&d, k, p)), "{} row {k} is exact to degree {order}", c.name);
+        }
+        for k in s..n - s {
+            assert!(!exact_on(&d, k, inside + 1), "{} row {k} fails one degree higher", c.name);
+        }
+        assert!((0..s).any(|k| !exact_on(&d, k, boundary + 1)), "{}: the closure fails one degree higher", c.name);
+    }
+}
+
+#[test]
+fn the_norm_integrates_up_to_its_order_and_no_further() {
+    for c in OPERATORS {
+        let n = c.minimum_points + 5;
+        let h = exact_h(c, n);
+        let integral = |p: u32| -> Exact { h.iter().enumerate().map(|(k, w)| *w * integer((k as i128).pow(p))).sum() };
+        let exact_integral = |p: u32| Exact::new((n as i128 - 1).pow(p + 1), i128::from(p) + 1);
+        let order = c.interior_order as u32;
+        assert!((0..order).all(|p| integral(p) == exact_integral(p)), "{} integrates degree {}", c.name, order - 1);
+        assert_ne!(integral(order), exact_integral(order), "{} fails one degree higher", c.name);
+    }
+}
+
+fn operator(c: &Coefficients, n: usize, spacing: f64) -> SbpOperator {
+    SbpOperator::new(c, n, spacing).unwrap()
+}
+
+#[test]
+fn the_operator_is_its_table() {
+    for c in OPERATORS {
+        for n in c.minimum_points..c.minimum_points + 4 {
+            let sbp = operator(c, n, 0.25);
+            let (table, banded) = (exact_d(c, n), sbp.to_banded());
+            for k in 0..n {
+                let row: Vec<f64> = (0..n).map(|j| sbp.row(k).filter(|e| e.0 == j).map(|e| e.1).sum()).collect();
+                for j in 0..n {
+                    let value = *table[k][j].numer() as f64 / *table[k][j].denom() as f64 / 0.25;
+                    assert!((row[j] - value).abs() < 1e-14, "{} row {k} column {j}", c.name);
+                    assert_eq!(banded.get(k, j), row[j]);
+                    let mut unit = vec![0.0; n];
+                    unit[j] = 1.0;
+                    assert_eq!(sbp.derivative(&unit)[k], row[j]);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn too_few_points_are_refused() {
+    for c in OPERATORS {
+        let error = SbpOperator::new(c, c.minimum_points - 1, 1.0).unwrap_err();
+        assert_eq!(error.minimum, c.minimum_points);
+        assert!(error.to_string().contains(&format!("at least {} points", c.minimum_points)));
+    }
+}
+
+#[test]
+fn a_deviation_at_the_last_node_reaches_two_or_four_rows() {
+    assert_eq!(operator(&SBP21, 20, 1.0).rows_reaching_last_node(), 2);
+    assert_eq!(operator(&SBP42, 20, 1.0).rows_reaching_last_node(), 4);
+}
+
+#[test]
+fn the_null_space_of_d_is_the_constants_and_the_regularised_one_has_none() {
+    for c in OPERATORS {
+        let sbp = operator(c, 16, 0.1);
+        let d = DMatrix::from_fn(16, 16, |i, j| sbp.to_banded().get(i, j));
+        assert_eq!(d.rank(1e-10), 15, "{}", c.name);
+        let affine = RegularisedOperator::new(&sbp, 0.7).to_affine_matrix();
+        assert_eq!(affine.rank(1e-10), 17, "{}", c.name);
+        // Every eigenvalue of the regularised operator has a positive real part: it is null-space consistent and stable.
+        let linear = affine.view((0, 0), (16, 16)).into_owned();
+        assert!(linear.complex_eigenvalues().iter().all(|e| e.re > 1e-8), "{}", c.name);
+    }
+}
+
+proptest! {
+    #[test]
+    fn the_affine_matrix_and_the_transpose_agree_with_the_operator(
+        u in proptest::collection::vec(-3.0..3.0_f64, 13), start in -2.0..2.0_f64, which in 0..2_usize,
+    ) {
+        let n = u.len();
+        let sbp = operator(OPERATORS[which], n, 0.3);
+        let regularised = RegularisedOperator::new(&sbp, start);
+        let affine = regularised.to_affine_matrix();
+        let mut extended = u.clone();
+        extended.push(1.0);
+        let image = &affine * DVector::from_vec(extended);
+        for (k, value) in regularised.derivative(&u).iter().enumerate() {
+            prop_assert!((value - image[k]).abs() < 1e-12);
+        }
+        prop_assert_eq!(image[n], 1.0);
+        let weighted = DVector::from_fn(n, |k, _| sbp.weights()[k] * u[k]);
+        let expected = affine.view((0, 0), (n, n)).transpose() * weighted;
+        let mut transposed = vec![0.0; n];
+        regularised.apply_transpose_weighted(&u, &mut transposed);
+        for k in 0..n {
+            prop_assert!((transposed[k] - expected[k]).abs() < 1e-12);
+        }
+    }
+}
