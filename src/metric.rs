@@ -58,6 +58,16 @@ impl Metric {
         Self { potential, c_squared: c * c, two_over_mass: 2.0 / mass }
     }
 
+    /// c².
+    pub fn c_squared(&self) -> f64 {
+        self.c_squared
+    }
+
+    /// 2/m.
+    pub fn two_over_mass(&self) -> f64 {
+        self.two_over_mass
+    }
+
     /// The potential V.
     pub fn potential(&self) -> &Potential {
         &self.potential

@@ -180,6 +180,15 @@ pub enum Form {
     Strong,
 }
 
+impl Form {
+    /// The name used in files.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Strong => "strong",
+        }
+    }
+}
+
 impl TryFrom<String> for Form {
     type Error = String;
 

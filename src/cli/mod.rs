@@ -1,6 +1,7 @@
 //! The command layer: the only place that reads arguments and touches the terminal.
 
 mod check;
+mod converge;
 mod input;
 mod report;
 mod run;
@@ -35,6 +36,8 @@ pub(crate) struct Cli {
 enum Command {
     /// Solve one case and write its trajectory, residuals and summary
     Run(run::RunArgs),
+    /// Sweep the number of nodes and fit the slopes of the errors against a reference trajectory
+    Converge(converge::ConvergeArgs),
     /// Validate a case and print it with every default filled in
     Check(check::CheckArgs),
     /// Print a shell completion script
@@ -70,6 +73,7 @@ impl Cli {
     pub(crate) fn execute(self) -> anyhow::Result<ExitCode> {
         match self.command {
             Command::Run(args) => run::run(&args),
+            Command::Converge(args) => converge::converge(&args),
             Command::Check(args) => check::check(&args),
             Command::Completions { shell } => shell::completions(shell),
             Command::Man => shell::man(),

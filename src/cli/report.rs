@@ -4,6 +4,7 @@ use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use geodesic_ivp::study::convergence::SweepError;
 use geodesic_ivp::{CaseError, NoSolution, Status};
 
 use super::check::ExpectationNotMet;
@@ -25,6 +26,12 @@ pub(crate) fn exit_code(error: &anyhow::Error) -> ExitCode {
     } else if let Some(failure) = error.downcast_ref::<NoSolution>() {
         let code = if failure.status == Status::OutsideDomain { OUTSIDE_DOMAIN } else { NO_CRITICAL_POINT };
         (failure.to_string(), Some(failure.advice()), code)
+    } else if let Some(sweep) = error.downcast_ref::<SweepError>() {
+        let (help, code) = match sweep {
+            SweepError::Reference(_) => (Some("end the run before the geodesic leaves the domain"), OUTSIDE_DOMAIN),
+            SweepError::TooFewPoints(_) => (Some("leave that number out of --n-gamma"), INVALID_CASE),
+        };
+        (sweep.to_string(), help, code)
     } else if error.is::<ExpectationNotMet>() {
         (error.to_string(), None, EXPECTATION)
     } else {

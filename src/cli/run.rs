@@ -50,12 +50,12 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     }
     let directory = args.out.clone().unwrap_or_else(|| args.case.default_output());
     let files = OutputSet::open(&directory, &[TRAJECTORY, RESIDUALS, BRANCHES, SUMMARY, CASE])?;
-    write_text(&files, CASE, &case.to_toml())?;
+    files.write_text(CASE, &case.to_toml())?;
     let (result, solve_seconds) = timed_solve(&case, args.case.quiet);
     let solution = match result {
         Ok(solution) => solution,
         Err(failure) => {
-            write_text(&files, SUMMARY, &Summary::new(&case, Err(&failure), solve_seconds).to_json())?;
+            files.write_text(SUMMARY, &Summary::new(&case, Err(&failure), solve_seconds).to_json())?;
             files.commit(|name| name == SUMMARY || name == CASE)?;
             return Err(failure.into());
         }
@@ -70,7 +70,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
         solved.diagnostics_seconds = diagnostics_seconds;
         solved.write_seconds = start.elapsed().as_secs_f64();
     }
-    write_text(&files, SUMMARY, &summary.to_json())?;
+    files.write_text(SUMMARY, &summary.to_json())?;
     let doubled = solution.backward.is_some();
     files.commit(|name| doubled || name != BRANCHES)?;
     if !args.case.quiet {
@@ -105,11 +105,6 @@ fn write_tables(files: &OutputSet, solution: &Solution, diagnostics: &Diagnostic
             .with_context(|| format!("cannot write {BRANCHES}"))?;
     }
     Ok(())
-}
-
-fn write_text(files: &OutputSet, name: &str, text: &str) -> anyhow::Result<()> {
-    let mut writer = files.writer(name);
-    writer.write_all(text.as_bytes()).and_then(|()| writer.flush()).with_context(|| format!("cannot write {name}"))
 }
 
 /// The summary a person reads.

@@ -50,6 +50,15 @@ impl OutputSet {
         BufWriter::with_capacity(1 << 18, file.as_file())
     }
 
+    /// Writes a whole file that was opened.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn write_text(&self, name: &str, text: &str) -> anyhow::Result<()> {
+        let mut writer = self.writer(name);
+        writer.write_all(text.as_bytes()).and_then(|()| writer.flush()).with_context(|| format!("cannot write {name}"))
+    }
+
     /// Puts the files whose names satisfy `keep` in place and removes any of the others left by an earlier run, so that the
     /// directory never mixes the results of two.
     ///

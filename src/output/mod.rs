@@ -1,9 +1,13 @@
 //! Files and tables. Nothing here prints to a terminal.
 
+mod chart;
+mod convergence;
 mod files;
 mod summary;
 mod tables;
 
+pub use chart::{Chart, Ink, Mark, Scale, Series};
+pub use convergence::{ConvergenceSummary, write_convergence, write_slopes};
 pub use files::OutputSet;
 pub use summary::{Outcome, Summary};
 pub use tables::{write_branches, write_combined, write_residuals, write_trajectory};

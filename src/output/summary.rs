@@ -161,10 +161,15 @@ impl Summary {
 
     /// The JSON text, with a final newline.
     pub fn to_json(&self) -> String {
-        let mut text = serde_json::to_string_pretty(self).expect("a summary has string keys only");
-        text.push('\n');
-        text
+        json(self)
     }
+}
+
+/// Indented JSON with a final newline.
+pub(super) fn json(summary: &impl Serialize) -> String {
+    let mut text = serde_json::to_string_pretty(summary).expect("a summary has string keys only");
+    text.push('\n');
+    text
 }
 
 impl Solved {

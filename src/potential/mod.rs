@@ -7,6 +7,7 @@ pub mod formula;
 mod polynomial;
 
 pub use formula::{Formula, FormulaError};
+pub(crate) use formula::{Function, Instruction, Program};
 pub use polynomial::Polynomial;
 
 /// V, V′ and V″ at one point.
@@ -66,6 +67,14 @@ impl Potential {
     /// V = Σ_k c_k x^k, lowest power first.
     pub fn polynomial(coefficients: Vec<f64>) -> Self {
         Self::Polynomial(Polynomial::new(coefficients))
+    }
+
+    /// V, V′, V″ as a straight-line program, for arithmetic other than on numbers.
+    pub(crate) fn program(&self) -> Program {
+        match self {
+            Self::Polynomial(p) => Program::polynomial(p.coefficients()),
+            Self::Formula(f) => f.program().clone(),
+        }
     }
 
     /// V, V′, V″ at `x`. Not finite where the formula is not defined.

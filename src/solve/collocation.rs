@@ -20,7 +20,6 @@ pub(super) fn solve(problem: &Problem, max_iterations: usize) -> Result<Physical
     drop((x, w));
     let root = newton::solve(&mut system, guess, max_iterations)?;
     let (x, x_dot) = system.nodes(&root.unknowns);
-    drop(system);
     let metric = problem.metric.sample(&x).expect("an accepted iterate lies inside the domain");
     let elapsed = integrate(problem, &metric);
     Ok(PhysicalLimit { elapsed, x, x_dot, history: root.history, initial_guess: InitialGuess::Nystrom4 })

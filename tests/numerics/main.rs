@@ -6,5 +6,6 @@ mod formula;
 mod invariances;
 mod long_runs;
 mod published_numbers;
+mod reference;
 mod sbp_identities;
 mod shipped_cases;

@@ -52,7 +52,7 @@ impl Function {
     }
 
     #[inline]
-    pub(super) fn apply(self, u: f64) -> f64 {
+    pub(crate) fn apply(self, u: f64) -> f64 {
         match self {
             Self::Sin => u.sin(),
             Self::Cos => u.cos(),

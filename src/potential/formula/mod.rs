@@ -13,7 +13,9 @@ use std::collections::BTreeMap;
 pub use graph::Function;
 
 use self::graph::Graph;
-use self::program::Program;
+
+pub(crate) use program::{Instruction, Program};
+
 use super::{PotentialJet, PotentialSamples};
 
 /// A mistake in a formula.
@@ -49,9 +51,12 @@ impl Formula {
     pub fn new(expression: &str, parameters: &BTreeMap<String, f64>) -> Result<Self, FormulaError> {
         let mut graph = Graph::default();
         let value = grammar::parse(expression, parameters, &mut graph)?;
-        let first = graph.derivative(value);
-        let second = graph.derivative(first);
-        Ok(Self { program: Program::compile(&graph, [value, first, second]) })
+        Ok(Self { program: Program::with_derivatives(&mut graph, value) })
+    }
+
+    /// The compiled program, for arithmetic other than on numbers.
+    pub(crate) fn program(&self) -> &Program {
+        &self.program
     }
 
     /// V, V′, V″ at `x`.

@@ -1,17 +1,19 @@
-//! Flat programs: the part of an expression graph that its outputs need, on as few registers as it can be done.
+//! Flat programs: the part of an expression graph that its outputs need, one instruction a value.
 
 use super::graph::{Function, Graph, Node, NodeId};
 
-/// Points evaluated together: long enough to vectorise, short enough that all registers stay in the first-level cache.
+/// Points evaluated together: long enough to vectorise, short enough that a formula's values stay in the cache.
 const BLOCK: usize = 64;
 
-/// Programs with at most this many registers evaluate a single point on the stack.
-const STACK_REGISTERS: usize = 32;
+/// Programs of at most this length evaluate a single point on the stack.
+const STACK_VALUES: usize = 64;
 
-type Register = usize;
+/// Index of an instruction, and of the value that it computes.
+pub(crate) type Register = usize;
 
+/// One instruction; operands are results of earlier ones.
 #[derive(Debug, Clone, Copy)]
-enum Operation {
+pub(crate) enum Instruction {
     X,
     Constant(f64),
     Add(Register, Register),
@@ -19,18 +21,15 @@ enum Operation {
     Multiply(Register, Register),
     Divide(Register, Register),
     Negate(Register),
-    PowerInteger(Register, i32),
     Power(Register, Register),
     Call(Function, Register),
 }
 
-/// A straight-line program with three outputs.
+/// A straight-line program that computes V, V′ and V″.
 #[derive(Debug, Clone)]
-pub(super) struct Program {
-    /// Each instruction writes the register given with it.
-    instructions: Vec<(Register, Operation)>,
+pub(crate) struct Program {
+    instructions: Vec<Instruction>,
     outputs: [Register; 3],
-    registers: usize,
 }
 
 fn operands(node: Node) -> impl Iterator<Item = NodeId> {
@@ -45,88 +44,108 @@ fn operands(node: Node) -> impl Iterator<Item = NodeId> {
 }
 
 impl Program {
-    /// Keeps the nodes that `outputs` need and gives each a register that is free again after its last use.
-    pub(super) fn compile(graph: &Graph, outputs: [NodeId; 3]) -> Self {
+    /// The program for V at node `value`, with its derivatives formed on the graph.
+    pub(super) fn with_derivatives(graph: &mut Graph, value: NodeId) -> Self {
+        let first = graph.derivative(value);
+        let second = graph.derivative(first);
+        Self::compile(graph, [value, first, second])
+    }
+
+    /// The program for Σ_k c_k x^k by Horner's rule.
+    pub(crate) fn polynomial(coefficients: &[f64]) -> Self {
+        let mut graph = Graph::default();
+        let x = graph.x();
+        let mut value = graph.constant(0.0);
+        for &c in coefficients.iter().rev() {
+            let product = graph.multiply(value, x);
+            let c = graph.constant(c);
+            value = graph.add(product, c);
+        }
+        Self::with_derivatives(&mut graph, value)
+    }
+
+    /// Keeps the nodes that `outputs` need; integer powers become multiplications.
+    fn compile(graph: &Graph, outputs: [NodeId; 3]) -> Self {
         let nodes = graph.nodes();
-        let mut last_use: Vec<Option<NodeId>> = vec![None; nodes.len()];
+        let mut needed = vec![false; nodes.len()];
         for output in outputs {
-            last_use[output] = Some(NodeId::MAX);
+            needed[output] = true;
         }
         for id in (0..nodes.len()).rev() {
-            if last_use[id].is_some() {
-                for operand in operands(nodes[id]) {
-                    last_use[operand] = last_use[operand].max(Some(id));
-                }
+            if needed[id] {
+                operands(nodes[id]).for_each(|operand| needed[operand] = true);
             }
         }
         let mut register_of = vec![Register::MAX; nodes.len()];
-        let (mut free, mut registers) = (Vec::new(), 0);
         let mut instructions = Vec::new();
-        for (id, &node) in nodes.iter().enumerate() {
-            if last_use[id].is_none() {
+        for (id, &node) in nodes.iter().enumerate().filter(|(id, _)| needed[*id]) {
+            if let Node::PowerInteger(a, n) = node {
+                register_of[id] = integer_power(&mut instructions, register_of[a], n);
                 continue;
             }
             let at = |id: NodeId| register_of[id];
-            let operation = match node {
-                Node::X => Operation::X,
-                Node::Constant(bits) => Operation::Constant(f64::from_bits(bits)),
-                Node::Add(a, b) => Operation::Add(at(a), at(b)),
-                Node::Subtract(a, b) => Operation::Subtract(at(a), at(b)),
-                Node::Multiply(a, b) => Operation::Multiply(at(a), at(b)),
-                Node::Divide(a, b) => Operation::Divide(at(a), at(b)),
-                Node::Negate(a) => Operation::Negate(at(a)),
-                Node::PowerInteger(a, n) => Operation::PowerInteger(at(a), n),
-                Node::Power(a, b) => Operation::Power(at(a), at(b)),
-                Node::Call(function, a) => Operation::Call(function, at(a)),
+            let instruction = match node {
+                Node::X => Instruction::X,
+                Node::Constant(bits) => Instruction::Constant(f64::from_bits(bits)),
+                Node::Add(a, b) => Instruction::Add(at(a), at(b)),
+                Node::Subtract(a, b) => Instruction::Subtract(at(a), at(b)),
+                Node::Multiply(a, b) => Instruction::Multiply(at(a), at(b)),
+                Node::Divide(a, b) => Instruction::Divide(at(a), at(b)),
+                Node::Negate(a) => Instruction::Negate(at(a)),
+                Node::PowerInteger(..) => unreachable!("integer powers were expanded above"),
+                Node::Power(a, b) => Instruction::Power(at(a), at(b)),
+                Node::Call(function, a) => Instruction::Call(function, at(a)),
             };
-            // The result gets a register of its own before its operands are freed: no instruction overwrites its input.
-            let register = free.pop().unwrap_or_else(|| {
-                registers += 1;
-                registers - 1
-            });
-            register_of[id] = register;
-            instructions.push((register, operation));
-            let mut dying: Vec<NodeId> = operands(node).filter(|&o| last_use[o] == Some(id)).collect();
-            dying.dedup();
-            free.extend(dying.into_iter().map(|o| register_of[o]));
+            register_of[id] = instructions.len();
+            instructions.push(instruction);
         }
-        Self { instructions, outputs: outputs.map(|id| register_of[id]), registers }
+        Self { instructions, outputs: outputs.map(|id| register_of[id]) }
+    }
+
+    /// The instructions in order.
+    pub(crate) fn instructions(&self) -> &[Instruction] {
+        &self.instructions
+    }
+
+    /// The registers of V, V′ and V″.
+    pub(crate) fn outputs(&self) -> [Register; 3] {
+        self.outputs
     }
 
     /// The three outputs at `x`.
     pub(super) fn at(&self, x: f64) -> [f64; 3] {
-        if self.registers <= STACK_REGISTERS {
-            self.at_with(x, &mut [0.0; STACK_REGISTERS])
+        if self.instructions.len() <= STACK_VALUES {
+            self.at_with(x, &mut [0.0; STACK_VALUES])
         } else {
-            self.at_with(x, &mut vec![0.0; self.registers])
+            self.at_with(x, &mut vec![0.0; self.instructions.len()])
         }
     }
 
     fn at_with(&self, x: f64, r: &mut [f64]) -> [f64; 3] {
-        for &(to, operation) in &self.instructions {
-            r[to] = match operation {
-                Operation::X => x,
-                Operation::Constant(c) => c,
-                Operation::Add(a, b) => r[a] + r[b],
-                Operation::Subtract(a, b) => r[a] - r[b],
-                Operation::Multiply(a, b) => r[a] * r[b],
-                Operation::Divide(a, b) => r[a] / r[b],
-                Operation::Negate(a) => -r[a],
-                Operation::PowerInteger(a, n) => r[a].powi(n),
-                Operation::Power(a, b) => r[a].powf(r[b]),
-                Operation::Call(function, a) => function.apply(r[a]),
+        for (to, &instruction) in self.instructions.iter().enumerate() {
+            r[to] = match instruction {
+                Instruction::X => x,
+                Instruction::Constant(c) => c,
+                Instruction::Add(a, b) => r[a] + r[b],
+                Instruction::Subtract(a, b) => r[a] - r[b],
+                Instruction::Multiply(a, b) => r[a] * r[b],
+                Instruction::Divide(a, b) => r[a] / r[b],
+                Instruction::Negate(a) => -r[a],
+                Instruction::Power(a, b) => r[a].powf(r[b]),
+                Instruction::Call(function, a) => function.apply(r[a]),
             };
         }
         self.outputs.map(|o| r[o])
     }
 
-    /// The three outputs at every entry of `x`, a block of points an instruction.
+    /// The three outputs at every entry of `x`, an instruction a block of points.
     pub(super) fn sample(&self, x: &[f64], out: [&mut [f64]; 3]) {
         let [out_0, out_1, out_2] = out;
-        let mut registers = vec![[0.0; BLOCK]; self.registers];
+        let mut registers = vec![[0.0; BLOCK]; self.instructions.len()];
         for (block, x) in x.chunks(BLOCK).enumerate() {
-            for &(to, operation) in &self.instructions {
-                execute(&mut registers, to, operation, x);
+            for (to, &instruction) in self.instructions.iter().enumerate() {
+                let (earlier, rest) = registers.split_at_mut(to);
+                execute(earlier, &mut rest[0], instruction, x);
             }
             let start = block * BLOCK;
             for (out, register) in [&mut *out_0, &mut *out_1, &mut *out_2].into_iter().zip(self.outputs) {
@@ -136,35 +155,60 @@ impl Program {
     }
 }
 
+/// Emits u^n by repeated squaring, as `powi` does it.
+fn integer_power(instructions: &mut Vec<Instruction>, base: Register, exponent: i32) -> Register {
+    let mut push = |instruction| {
+        instructions.push(instruction);
+        instructions.len() - 1
+    };
+    let (mut square, mut remaining) = (base, exponent.unsigned_abs());
+    let mut product: Option<Register> = None;
+    loop {
+        if remaining & 1 == 1 {
+            product = Some(product.map_or(square, |product| push(Instruction::Multiply(product, square))));
+        }
+        remaining >>= 1;
+        if remaining == 0 {
+            break;
+        }
+        square = push(Instruction::Multiply(square, square));
+    }
+    let one = Instruction::Constant(1.0);
+    match product {
+        Some(product) if exponent > 0 => product,
+        Some(product) => {
+            let one = push(one);
+            push(Instruction::Divide(one, product))
+        }
+        None => push(one),
+    }
+}
+
 /// One instruction on a block. Lanes beyond the end of `x` compute on stale numbers that nobody reads.
-fn execute(r: &mut [[f64; BLOCK]], to: Register, operation: Operation, x: &[f64]) {
-    match operation {
-        Operation::X => r[to][..x.len()].copy_from_slice(x),
-        Operation::Constant(c) => r[to] = [c; BLOCK],
-        Operation::Add(a, b) => binary(r, to, a, b, |u, v| u + v),
-        Operation::Subtract(a, b) => binary(r, to, a, b, |u, v| u - v),
-        Operation::Multiply(a, b) => binary(r, to, a, b, |u, v| u * v),
-        Operation::Divide(a, b) => binary(r, to, a, b, |u, v| u / v),
-        Operation::Power(a, b) => binary(r, to, a, b, f64::powf),
-        Operation::Negate(a) => unary(r, to, a, |u| -u),
-        Operation::PowerInteger(a, 2) => unary(r, to, a, |u| u * u),
-        Operation::PowerInteger(a, n) => unary(r, to, a, |u| u.powi(n)),
-        Operation::Call(function, a) => unary(r, to, a, |u| function.apply(u)),
+fn execute(r: &[[f64; BLOCK]], out: &mut [f64; BLOCK], instruction: Instruction, x: &[f64]) {
+    match instruction {
+        Instruction::X => out[..x.len()].copy_from_slice(x),
+        Instruction::Constant(c) => *out = [c; BLOCK],
+        Instruction::Add(a, b) => binary(out, &r[a], &r[b], |u, v| u + v),
+        Instruction::Subtract(a, b) => binary(out, &r[a], &r[b], |u, v| u - v),
+        Instruction::Multiply(a, b) => binary(out, &r[a], &r[b], |u, v| u * v),
+        Instruction::Divide(a, b) => binary(out, &r[a], &r[b], |u, v| u / v),
+        Instruction::Power(a, b) => binary(out, &r[a], &r[b], f64::powf),
+        Instruction::Negate(a) => unary(out, &r[a], |u| -u),
+        Instruction::Call(function, a) => unary(out, &r[a], |u| function.apply(u)),
     }
 }
 
 #[inline]
-fn unary(r: &mut [[f64; BLOCK]], to: Register, a: Register, f: impl Fn(f64) -> f64) {
-    let u = r[a];
-    for (out, u) in r[to].iter_mut().zip(u) {
-        *out = f(u);
+fn unary(out: &mut [f64; BLOCK], u: &[f64; BLOCK], f: impl Fn(f64) -> f64) {
+    for (out, u) in out.iter_mut().zip(u) {
+        *out = f(*u);
     }
 }
 
 #[inline]
-fn binary(r: &mut [[f64; BLOCK]], to: Register, a: Register, b: Register, f: impl Fn(f64, f64) -> f64) {
-    let (u, v) = (r[a], r[b]);
-    for ((out, u), v) in r[to].iter_mut().zip(u).zip(v) {
-        *out = f(u, v);
+fn binary(out: &mut [f64; BLOCK], u: &[f64; BLOCK], v: &[f64; BLOCK], f: impl Fn(f64, f64) -> f64) {
+    for ((out, u), v) in out.iter_mut().zip(u).zip(v) {
+        *out = f(*u, *v);
     }
 }

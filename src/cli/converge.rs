@@ -1,0 +1,149 @@
+//! `converge CASE`.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::Context;
+use clap::Args;
+use geodesic_ivp::Case;
+use geodesic_ivp::case::SbpName;
+use geodesic_ivp::output::{ConvergenceSummary, OutputSet, write_convergence, write_slopes};
+use geodesic_ivp::study::convergence::{Convergence, Slope, sweep};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::{CaseArgs, report};
+
+const CONVERGENCE: &str = "convergence.csv";
+const SLOPES: &str = "slopes.csv";
+const SUMMARY: &str = "summary.json";
+
+/// The exit code of a process that SIGINT ended.
+const INTERRUPTED: u8 = 130;
+
+#[derive(Debug, Args)]
+pub(super) struct ConvergeArgs {
+    #[command(flatten)]
+    case: CaseArgs,
+
+    /// Directory for the result files [default: results/<case file stem>]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+
+    /// Numbers of nodes to sweep
+    #[arg(long, value_name = "N,N,…", value_delimiter = ',', default_value = "16,32,64,128,256,512,1024")]
+    n_gamma: Vec<usize>,
+
+    /// Operators to sweep
+    #[arg(long, value_name = "SBP,SBP,…", value_delimiter = ',', value_parser = sbp_name, default_value = "SBP21,SBP42")]
+    sbp: Vec<SbpName>,
+
+    /// Fit only grids with MIN <= N <= MAX [default: all above the rounding plateau]
+    #[arg(long, value_name = "MIN:MAX", value_parser = range)]
+    fit_range: Option<(usize, usize)>,
+}
+
+fn sbp_name(name: &str) -> Result<SbpName, String> {
+    SbpName::try_from(name.to_owned())
+}
+
+fn range(text: &str) -> Result<(usize, usize), String> {
+    let parsed = text.split_once(':').and_then(|(min, max)| Some((min.parse().ok()?, max.parse().ok()?)));
+    parsed
+        .filter(|(min, max)| min < max)
+        .ok_or_else(|| "expected MIN:MAX with MIN < MAX, for example 64:256".to_owned())
+}
+
+pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
+    let case = args.case.read()?;
+    for warning in case.warnings() {
+        report::warn(&warning);
+    }
+    let directory = args.out.clone().unwrap_or_else(|| args.case.default_output());
+    let files = OutputSet::open(&directory, &[CONVERGENCE, SLOPES, SUMMARY])?;
+    let mut operators = args.sbp.clone();
+    let mut seen = Vec::new();
+    operators.retain(|sbp| {
+        !seen.contains(sbp) && {
+            seen.push(*sbp);
+            true
+        }
+    });
+    let convergence = sweep_with_progress(&case, &operators, args)?;
+    let slopes = convergence.slopes(args.fit_range.unwrap_or((0, usize::MAX)));
+    for slope in &slopes {
+        if let Some(warning) = slope.warning() {
+            report::warn(&warning);
+        }
+    }
+    write_convergence(files.writer(CONVERGENCE), &convergence.points).context("cannot write convergence.csv")?;
+    write_slopes(files.writer(SLOPES), &slopes).context("cannot write slopes.csv")?;
+    files.write_text(SUMMARY, &ConvergenceSummary::new(&case, &convergence, &slopes).to_json())?;
+    files.commit(|_| true)?;
+    if !args.case.quiet {
+        let text = readable(&case, &convergence, &slopes, &directory);
+        io::stdout().write_all(text.as_bytes())?;
+    }
+    if convergence.interrupted {
+        report::warn(&format!(
+            "interrupted: {} grids were finished and are in {}",
+            convergence.points.len(),
+            directory.display()
+        ));
+        return Ok(ExitCode::from(INTERRUPTED));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Sweeps with a bar on a terminal's standard error; an interrupt lets running grids finish and starts no more, a
+/// second one ends the program at once.
+fn sweep_with_progress(case: &Case, operators: &[SbpName], args: &ConvergeArgs) -> anyhow::Result<Convergence> {
+    let cancel = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&cancel);
+    ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(i32::from(INTERRUPTED));
+        }
+    })
+    .context("cannot listen for interrupts")?;
+    let grids = (args.n_gamma.len() * operators.len()) as u64;
+    let bar = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new(grids) };
+    bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} grids {msg}").expect("the template is valid"));
+    let result = sweep(case, operators, &args.n_gamma, &cancel, &|point| {
+        bar.set_message(format!("last: {} N = {}", point.sbp.coefficients().name, point.n_gamma));
+        bar.inc(1);
+    });
+    bar.finish_and_clear();
+    Ok(result?)
+}
+
+fn readable(case: &Case, convergence: &Convergence, slopes: &[Slope], directory: &std::path::Path) -> String {
+    let title = case.title.as_deref().unwrap_or("geodesic-ivp");
+    let mut text = format!(
+        "{title}: convergence against a Taylor trajectory (its estimated error {:.1e})\n",
+        convergence.reference.error_estimate
+    );
+    text += "  operator  quantity      slope         against 1/N  fitted N        points\n";
+    for slope in slopes {
+        let operator = slope.sbp.coefficients().name;
+        let quantity = slope.quantity.as_str();
+        let Some((fit, (n_min, n_max))) = slope.fit.as_ref().zip(slope.n_range) else {
+            text += &format!("  {operator:<8}  {quantity:<12}  -\n");
+            continue;
+        };
+        let error = fit.standard_error.map_or(String::new(), |e| format!(" ± {e:.3}"));
+        let fitted = format!("{n_min} … {n_max}");
+        text += &format!(
+            "  {operator:<8}  {quantity:<12}  {:<12}  {:<11.3}  {fitted:<14}  {}\n",
+            format!("{:.3}{error}", fit.slope),
+            fit.slope_vs_inverse_n,
+            slope.points
+        );
+    }
+    for point in convergence.points.iter().filter(|point| point.errors.is_none()) {
+        text += &format!("  {} N = {}: {}\n", point.sbp.coefficients().name, point.n_gamma, point.status);
+    }
+    text + &format!("  written   {}: {CONVERGENCE}, {SLOPES}, {SUMMARY}\n", directory.display())
+}

@@ -1,0 +1,216 @@
+//! Ranges, ticks and their labels.
+
+use std::ops::Range;
+
+use super::Scale;
+
+const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+
+/// Whether a coordinate can be shown: the difference of two such values is finite.
+pub(super) fn is_drawable(value: f64) -> bool {
+    value.abs() <= 1e300
+}
+
+/// An axis in its own coordinate: the value, or on a logarithmic axis the logarithm.
+pub(super) struct Axis {
+    scale: Scale,
+    pub(super) range: Range<f64>,
+    /// Ticks with a label and a grid line.
+    pub(super) labelled: Vec<f64>,
+    /// Other grid lines.
+    pub(super) fine: Vec<f64>,
+    /// Spacing of the labels.
+    step: f64,
+    floor: Option<Floor>,
+}
+
+/// Where the values without a logarithm are drawn.
+#[derive(Clone, Copy)]
+struct Floor {
+    at: f64,
+    label: &'static str,
+    values: &'static str,
+}
+
+impl Axis {
+    /// An axis for values that can be shown.
+    pub(super) fn new(scale: Scale, values: &[f64]) -> Self {
+        match scale {
+            Scale::Linear => Self::linear(values),
+            Scale::Log => Self::logarithmic(values),
+        }
+    }
+
+    fn linear(values: &[f64]) -> Self {
+        let (low, high) = ends(values.iter().copied()).unwrap_or((0.0, 1.0));
+        let largest = low.abs().max(high.abs());
+        // Values that differ by less are equal to rounding, or too close to zero for powers of ten.
+        let padding = if high - low > (1e-12 * largest).max(1e-290) {
+            0.04 * (high - low)
+        } else if largest > 1e-290 {
+            0.1 * largest
+        } else {
+            1.0
+        };
+        let (low, high) = (low - padding, high + padding);
+        let rough = (high - low) / 7.0;
+        let power = 10_f64.powi(decade(rough));
+        let step = power * [1.0, 2.0, 5.0].into_iter().find(|m| m * power >= rough).unwrap_or(10.0);
+        let labelled = whole((low / step).ceil(), (high / step).floor()).map(|k| k * step).collect();
+        Self { scale: Scale::Linear, range: low..high, labelled, fine: Vec::new(), step, floor: None }
+    }
+
+    fn logarithmic(values: &[f64]) -> Self {
+        let positive = values.iter().copied().filter(|&v| v > 0.0).map(f64::log10);
+        // With nothing but zeros, the floor is below the rounding of numbers of order one.
+        let (low, high) = ends(positive).unwrap_or((-16.0, -15.0));
+        // The tolerance is for logarithms of powers of ten.
+        let (mut low, mut high) = ((low + 1e-9).floor(), (high - 1e-9).ceil());
+        if low >= high {
+            (low, high) = (low - 1.0, low + 1.0);
+        }
+        let decades = high - low;
+        let step = [1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0].into_iter().find(|s| decades <= 9.0 * s).unwrap_or(100.0);
+        let mut labelled: Vec<f64> = whole((low / step).ceil(), (high / step).floor()).map(|k| k * step).collect();
+        let within = |digits: &[f64]| -> Vec<f64> {
+            whole(low, high - 1.0).flat_map(|k| digits.iter().map(move |m| k + m.log10())).collect()
+        };
+        let fine = match decades {
+            ..=5.0 => within(&[2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]),
+            _ => whole(low, high).collect(),
+        };
+        if decades <= 1.0 {
+            labelled.extend(within(&[2.0, 5.0]));
+        }
+        let (zero, negative) = (values.contains(&0.0), values.iter().any(|&v| v < 0.0));
+        let floor = match (zero, negative) {
+            (false, false) => None,
+            (true, false) => Some(("0", "zeros")),
+            (false, true) => Some(("< 0", "negative values")),
+            (true, true) => Some(("≤ 0", "zeros and negative values")),
+        };
+        let floor = floor.map(|(label, values)| Floor { at: low - 1.0, label, values });
+        if let Some(Floor { at, .. }) = floor {
+            // Room for the symbols under the floor, and for its label among those of the decades.
+            low = at - 0.03 * (high - at);
+            labelled.retain(|v| v - at > 0.05 * (high - at));
+            labelled.push(at);
+        }
+        Self { scale: Scale::Log, range: low..high, labelled, fine, step, floor }
+    }
+
+    /// Where on the axis `value` is drawn, if it is.
+    pub(super) fn position(&self, value: f64) -> Option<f64> {
+        match self.scale {
+            _ if !is_drawable(value) => None,
+            Scale::Linear => Some(value),
+            Scale::Log if value > 0.0 => Some(value.log10()),
+            Scale::Log => self.floor.map(|floor| floor.at),
+        }
+    }
+
+    /// Whether `value` has no place of its own.
+    pub(super) fn is_at_floor(&self, value: f64) -> bool {
+        self.scale == Scale::Log && value <= 0.0
+    }
+
+    /// What a reader must know of the floor.
+    pub(super) fn remark(&self) -> Option<String> {
+        self.floor.map(|floor| format!("{} drawn at {}", floor.values, logarithmic_label(floor.at)))
+    }
+
+    /// The label at one of the ticks.
+    pub(super) fn label(&self, at: f64) -> String {
+        match (self.scale, self.floor) {
+            (Scale::Log, Some(floor)) if at <= floor.at => floor.label.to_owned(),
+            (Scale::Log, _) => logarithmic_label(at),
+            (Scale::Linear, _) if at.abs() < 0.5 * self.step => "0".to_owned(),
+            (Scale::Linear, _) => {
+                let largest = decade(self.labelled.iter().fold(0.0, |largest, v| v.abs().max(largest)));
+                let exponent = if (-4..5).contains(&largest) { 0 } else { largest };
+                let digits = usize::try_from(exponent - decade(self.step)).unwrap_or(0);
+                let mantissa = format!("{:.digits$}", at / 10_f64.powi(exponent)).replace('-', "−");
+                if exponent == 0 { mantissa } else { format!("{mantissa}×10{}", superscript(exponent)) }
+            }
+        }
+    }
+}
+
+/// The number with a logarithm that is whole, or that of a whole multiple of a power of ten.
+fn logarithmic_label(logarithm: f64) -> String {
+    let exponent = (logarithm + 1e-9).floor();
+    let power = format!("10{}", superscript(exponent as i32));
+    let mantissa = 10_f64.powf(logarithm - exponent).round();
+    if mantissa > 1.0 { format!("{mantissa}×{power}") } else { power }
+}
+
+/// An exponent in raised digits.
+fn superscript(exponent: i32) -> String {
+    let raised = |c: char| c.to_digit(10).map_or('⁻', |digit| SUPERSCRIPTS[digit as usize]);
+    exponent.to_string().chars().map(raised).collect()
+}
+
+/// Least and greatest.
+fn ends(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    values.fold(None, |ends, v| Some(ends.map_or((v, v), |(low, high): (f64, f64)| (low.min(v), high.max(v)))))
+}
+
+/// The whole numbers from `first` to `last`.
+fn whole(first: f64, last: f64) -> impl Iterator<Item = f64> {
+    (first as i64..=last as i64).map(|k| k as f64)
+}
+
+/// Exponent of the power of ten at or below a positive value.
+fn decade(value: f64) -> i32 {
+    (value.log10() + 1e-9).floor() as i32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(scale: Scale, values: &[f64]) -> Vec<String> {
+        let axis = Axis::new(scale, values);
+        axis.labelled.iter().map(|&v| axis.label(v)).collect()
+    }
+
+    #[test]
+    fn linear_ticks_are_round() {
+        assert_eq!(labels(Scale::Linear, &[-1.0, 1.0]), ["−1.0", "−0.5", "0", "0.5", "1.0"]);
+        assert_eq!(labels(Scale::Linear, &[0.0, 3e-6]), ["0", "1×10⁻⁶", "2×10⁻⁶", "3×10⁻⁶"].map(String::from));
+        assert_eq!(labels(Scale::Linear, &[7.0]), [""]);
+        let axis = Axis::new(Scale::Linear, &[0.0, 100.0]);
+        assert_eq!(axis.range, -4.0..104.0);
+    }
+
+    #[test]
+    fn logarithmic_ticks_are_powers_of_ten() {
+        assert_eq!(labels(Scale::Log, &[2e-3, 0.05]), ["10⁻³", "10⁻²", "10⁻¹"]);
+        assert_eq!(labels(Scale::Log, &[1e-3, 1e-1]), ["10⁻³", "10⁻²", "10⁻¹"]);
+        assert_eq!(labels(Scale::Log, &[2e3, 3e3]), ["10³", "10⁴", "2×10³", "5×10³"]);
+        assert_eq!(labels(Scale::Log, &[1.0]), ["10⁻¹", "10⁰", "10¹"]);
+        for k in -300..300 {
+            let axis = Axis::new(Scale::Log, &[10_f64.powi(k), 10_f64.powi(k + 2)]);
+            assert_eq!(axis.range, f64::from(k)..f64::from(k + 2));
+        }
+    }
+
+    #[test]
+    fn many_decades_have_few_labels() {
+        assert_eq!(labels(Scale::Log, &[3e-16, 6e-2])[..2], ["10⁻¹⁶", "10⁻¹⁴"]);
+        for low in -300..0 {
+            assert!((3..=10).contains(&labels(Scale::Log, &[10_f64.powi(low), 100.0]).len()));
+        }
+    }
+
+    #[test]
+    fn the_floor_is_a_decade_below_the_least_value() {
+        let axis = Axis::new(Scale::Log, &[0.0, 3e-16, 6e-2]);
+        assert_eq!(axis.position(0.0), Some(-17.0));
+        assert_eq!(axis.remark().as_deref(), Some("zeros drawn at 10⁻¹⁷"));
+        assert!(axis.labelled.iter().any(|&v| axis.label(v) == "0"));
+        let axis = Axis::new(Scale::Log, &[0.0, -2.0]);
+        assert_eq!(axis.remark().as_deref(), Some("zeros and negative values drawn at 10⁻¹⁷"));
+        assert!(Axis::new(Scale::Log, &[1.0]).remark().is_none());
+    }
+}

@@ -1,0 +1,89 @@
+//! Sizes, colours, text and the frame: the look that all pictures share.
+
+use plotters::coord::cartesian::Cartesian2d;
+use plotters::coord::types::RangedCoordf64;
+use plotters::coord::{CoordTranslate, Shift};
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::axis::Axis;
+
+/// Drawing units in a pixel; the backend has whole units only, and a pixel is too coarse for curves.
+pub(super) const PX: i32 = 10;
+pub(super) const WIDTH: i32 = 720 * PX;
+pub(super) const PLOT_HEIGHT: i32 = 360 * PX;
+pub(super) const MARGIN: i32 = 16 * PX;
+
+pub(super) const TITLE: i32 = 17 * PX;
+pub(super) const LABEL: i32 = 15 * PX;
+pub(super) const TICK: i32 = 13 * PX;
+pub(super) const SMALL: i32 = 12 * PX;
+
+pub(super) const TEXT: RGBColor = RGBColor(34, 34, 34);
+pub(super) const PALE: RGBColor = RGBColor(96, 96, 96);
+pub(super) const GRID: RGBColor = RGBColor(218, 218, 218);
+const FINE_GRID: RGBColor = RGBColor(240, 240, 240);
+
+pub(super) type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub(super) type Plane = Cartesian2d<RangedCoordf64, RangedCoordf64>;
+pub(super) type Drawn<T = ()> = Result<T, DrawingAreaErrorKind<std::io::Error>>;
+pub(super) type Pixel = (i32, i32);
+
+/// Grid, frame, ticks and their labels.
+pub(super) fn draw_axes(canvas: &Canvas<'_>, x: &Axis, y: &Axis, plane: &Plane) -> Drawn {
+    let (left, bottom) = plane.translate(&(x.range.start, y.range.start));
+    let (right, top) = plane.translate(&(x.range.end, y.range.end));
+    let column = |v: f64| plane.translate(&(v, y.range.start)).0;
+    let row = |v: f64| plane.translate(&(x.range.start, v)).1;
+    let stroke = |from: Pixel, to: Pixel, style: ShapeStyle| canvas.draw(&PathElement::new(vec![from, to], style));
+    for (xs, ys, colour) in [(&x.fine, &y.fine, FINE_GRID), (&x.labelled, &y.labelled, GRID)] {
+        xs.iter().try_for_each(|&v| stroke((column(v), top), (column(v), bottom), colour.stroke_width(7)))?;
+        ys.iter().try_for_each(|&v| stroke((left, row(v)), (right, row(v)), colour.stroke_width(7)))?;
+    }
+    let line = TEXT.stroke_width(9);
+    let mut free = 0;
+    for &v in &x.labelled {
+        let (at, label) = (column(v), x.label(v));
+        stroke((at, bottom), (at, bottom + 5 * PX), line)?;
+        // A label that would run into the one before is left out.
+        let half = extent(&label, TICK) / 2;
+        if at - half > free {
+            free = at + half;
+            write(canvas, &label, (at, bottom + 8 * PX), &font(TICK, &label, WIDTH, TEXT, HPos::Center))?;
+        }
+    }
+    for &v in &y.labelled {
+        let (at, label) = (row(v), y.label(v));
+        stroke((left, at), (left - 5 * PX, at), line)?;
+        let place = (left - 8 * PX, at - TICK * 2 / 5);
+        write(canvas, &label, place, &font(TICK, &label, WIDTH, TEXT, HPos::Right))?;
+    }
+    let frame = vec![(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
+    canvas.draw(&PathElement::new(frame, line))
+}
+
+/// Writes text whose top is at a place.
+pub(super) fn write(canvas: &Canvas<'_>, text: &str, at: Pixel, style: &TextStyle<'_>) -> Drawn {
+    // XML has no control characters, not even escaped.
+    let is_text = |c: char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
+    let text: String = text.chars().map(|c| if is_text(c) { c } else { ' ' }).collect();
+    if text.trim().is_empty() { Ok(()) } else { canvas.draw_text(&text, style, at) }
+}
+
+/// Letters for a text, made smaller if it takes more than its room.
+pub(super) fn font(size: i32, text: &str, room: i32, colour: RGBColor, side: HPos) -> TextStyle<'static> {
+    let size = f64::from(size) * (f64::from(room) / f64::from(extent(text, size).max(1))).min(1.0);
+    // The backend divides sizes by 1.24.
+    ("sans-serif", 1.24 * size).into_font().color(&colour).pos(Pos::new(side, VPos::Top))
+}
+
+/// About the width of a text, in any usual font.
+pub(super) fn extent(text: &str, size: i32) -> i32 {
+    let is_accent = |c: char| ('\u{300}'..='\u{36f}').contains(&c);
+    units(text.chars().filter(|&c| !is_accent(c)).count()) * size * 11 / 20
+}
+
+/// A count of things on a canvas, of which there is no room for more than thousands.
+pub(super) fn units(count: usize) -> i32 {
+    count.min(10_000) as i32
+}

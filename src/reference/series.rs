@@ -1,0 +1,182 @@
+//! Taylor arithmetic on a formula's program: the coefficients of V(x(s)) and V′(x(s)) from those of x(s).
+//!
+//! Coefficient k of every value needs the coefficients 0 … k of its operands only, so x(s) can be extended by one
+//! coefficient at a time while its own right-hand side is computed from what is known (automatic differentiation of
+//! ODEs, e.g. Jorba & Zou, Exp. Math. 14 (2005) 99–117). The rules follow from each function's differential equation,
+//! as f = exp u gives f′ = f u′ and hence k f_k = Σ_j j u_j f_{k−j}.
+
+use crate::potential::{Function, Instruction, Program};
+
+/// Series of every value of a program, extended coefficient by coefficient.
+#[derive(Debug)]
+pub(super) struct SeriesMachine<'p> {
+    program: &'p Program,
+    /// Coefficients of each value.
+    values: Vec<Vec<f64>>,
+    /// A second series that some functions carry along: the cosine of a sine, 1 + u² of an arc tangent, …
+    partners: Vec<Vec<f64>>,
+}
+
+impl<'p> SeriesMachine<'p> {
+    pub(super) fn new(program: &'p Program, order: usize) -> Self {
+        let series = || vec![Vec::with_capacity(order + 1); program.instructions().len()];
+        Self { program, values: series(), partners: series() }
+    }
+
+    /// Forgets all coefficients.
+    pub(super) fn restart(&mut self) {
+        self.values.iter_mut().chain(&mut self.partners).for_each(Vec::clear);
+    }
+
+    /// Appends the next coefficient, number k = `x.len() − 1`, of every value, and returns those of V and V′.
+    pub(super) fn extend(&mut self, x: &[f64]) -> [f64; 2] {
+        let k = x.len() - 1;
+        for (to, &instruction) in self.program.instructions().iter().enumerate() {
+            let (before, rest) = self.values.split_at_mut(to);
+            let value = &mut rest[0];
+            let coefficient = match instruction {
+                Instruction::X => x[k],
+                Instruction::Constant(c) if k == 0 => c,
+                Instruction::Constant(_) => 0.0,
+                Instruction::Add(a, b) => before[a][k] + before[b][k],
+                Instruction::Subtract(a, b) => before[a][k] - before[b][k],
+                Instruction::Negate(a) => -before[a][k],
+                Instruction::Multiply(a, b) => product(&before[a], &before[b], k),
+                Instruction::Divide(a, b) => quotient(&before[a], &before[b], value, k),
+                Instruction::Power(a, b) => power(&before[a], &before[b], value, &mut self.partners[to], k),
+                Instruction::Call(function, a) => call(function, &before[a], value, &mut self.partners[to], k),
+            };
+            value.push(coefficient);
+        }
+        let [v, first, _] = self.program.outputs();
+        [self.values[v][k], self.values[first][k]]
+    }
+
+    /// The series of every argument of `abs`: where one changes its sign, the series of this point end.
+    pub(super) fn kink_arguments(&self) -> impl Iterator<Item = &[f64]> {
+        self.program.instructions().iter().filter_map(|&instruction| match instruction {
+            Instruction::Call(Function::Abs, a) => Some(self.values[a].as_slice()),
+            _ => None,
+        })
+    }
+}
+
+/// (u v)_k.
+fn product(u: &[f64], v: &[f64], k: usize) -> f64 {
+    (0..=k).map(|j| u[j] * v[k - j]).sum()
+}
+
+/// Σ_{j=1}^{k−1} j u_j v_{k−j}: what most rules are made of.
+fn weighted(u: &[f64], v: &[f64], k: usize) -> f64 {
+    (1..k).map(|j| j as f64 * u[j] * v[k - j]).sum()
+}
+
+/// (u/v)_k from the earlier coefficients of the quotient.
+fn quotient(u: &[f64], v: &[f64], earlier: &[f64], k: usize) -> f64 {
+    let known: f64 = (1..=k).map(|j| v[j] * earlier[k - j]).sum();
+    (u[k] - known) / v[0]
+}
+
+/// (√u)_k.
+fn square_root(u_k: f64, earlier: &[f64], k: usize) -> f64 {
+    if k == 0 {
+        return u_k.sqrt();
+    }
+    let known: f64 = (1..k).map(|j| earlier[j] * earlier[k - j]).sum();
+    (u_k - known) / (2.0 * earlier[0])
+}
+
+/// y with y′ = u′/q: k q_0 y_k = k u_k − Σ j y_j q_{k−j}.
+fn from_derivative(u: &[f64], q: &[f64], y: &[f64], k: usize) -> f64 {
+    (u[k] - weighted(y, q, k) / k as f64) / q[0]
+}
+
+/// f with f′ = g u′: k f_k = Σ_{j=1}^{k} j u_j g_{k−j}.
+fn chain(u: &[f64], g: &[f64], k: usize) -> f64 {
+    (weighted(u, g, k) + k as f64 * u[k] * g[0]) / k as f64
+}
+
+/// (u^v)_k. A constant exponent has the rule k u_0 p_k = Σ ((α+1) j − k) u_j p_{k−j}; any other goes through exp(v ln u).
+fn power(u: &[f64], v: &[f64], earlier: &[f64], logarithm: &mut Vec<f64>, k: usize) -> f64 {
+    if k == 0 {
+        logarithm.push(u[0].ln());
+        return u[0].powf(v[0]);
+    }
+    if v[1..=k].iter().all(|&c| c == 0.0) {
+        logarithm.push(f64::NAN);
+        let alpha = v[0];
+        let sum: f64 = (1..=k).map(|j| ((alpha + 1.0) * j as f64 - k as f64) * u[j] * earlier[k - j]).sum();
+        return sum / (k as f64 * u[0]);
+    }
+    let next = from_derivative(u, u, logarithm, k);
+    logarithm.push(next);
+    // exp of e = v ln u, whose coefficients are formed as needed.
+    let exponent = |j: usize| product(v, logarithm, j);
+    (1..=k).map(|j| j as f64 * exponent(j) * earlier[k - j]).sum::<f64>() / k as f64
+}
+
+/// f(u)_k, appending to the function's partner series.
+fn call(function: Function, u: &[f64], y: &[f64], partner: &mut Vec<f64>, k: usize) -> f64 {
+    let unit = f64::from(u8::from(k == 0));
+    match function {
+        Function::Sin | Function::Cos | Function::Sinh | Function::Cosh => {
+            if k == 0 {
+                let (value, other) = match function {
+                    Function::Sin => (u[0].sin(), u[0].cos()),
+                    Function::Cos => (u[0].cos(), u[0].sin()),
+                    Function::Sinh => (u[0].sinh(), u[0].cosh()),
+                    _ => (u[0].cosh(), u[0].sinh()),
+                };
+                partner.push(other);
+                return value;
+            }
+            let (value, other) = (chain(u, partner, k), chain(u, y, k));
+            // sin′ = cos, cos′ = −sin, and both hyperbolic derivatives are positive.
+            partner.push(if function == Function::Sin { -other } else { other });
+            if function == Function::Cos { -value } else { value }
+        }
+        Function::Tan | Function::Tanh => {
+            // y′ = (1 ± y²) u′ with the partner 1 ± y².
+            let sign = if function == Function::Tan { 1.0 } else { -1.0 };
+            let value = if k == 0 { function.apply(u[0]) } else { chain(u, partner, k) };
+            let known: f64 = (1..k).map(|j| y[j] * y[k - j]).sum();
+            let square = if k == 0 { value * value } else { known + 2.0 * y[0] * value };
+            partner.push(unit + sign * square);
+            value
+        }
+        Function::Asin | Function::Acos => {
+            // y′ = ±u′/r with the partner r = √(1 − u²).
+            let next = square_root(unit - product(u, u, k), partner, k);
+            partner.push(next);
+            if k == 0 {
+                return function.apply(u[0]);
+            }
+            let sign = if function == Function::Asin { 1.0 } else { -1.0 };
+            (sign * u[k] - weighted(y, partner, k) / k as f64) / partner[0]
+        }
+        Function::Atan => {
+            partner.push(unit + product(u, u, k));
+            if k == 0 { u[0].atan() } else { from_derivative(u, partner, y, k) }
+        }
+        Function::Exp => match k {
+            0 => u[0].exp(),
+            _ => chain(u, y, k),
+        },
+        Function::Ln => match k {
+            0 => u[0].ln(),
+            _ => from_derivative(u, u, y, k),
+        },
+        Function::Log10 => match k {
+            0 => u[0].log10(),
+            _ => (u[k] / std::f64::consts::LN_10 - weighted(y, u, k) / k as f64) / u[0],
+        },
+        Function::Sqrt => square_root(u[k], y, k),
+        Function::Abs | Function::Sign => {
+            if k == 0 {
+                partner.push(u[0].signum());
+                return function.apply(u[0]);
+            }
+            if function == Function::Abs { partner[0] * u[k] } else { 0.0 }
+        }
+    }
+}

@@ -1,0 +1,345 @@
+//! The sweep over N_γ and operators, its errors against the reference trajectory, and their slopes.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::fit::{Fit, points_above_plateau};
+use crate::case::{Case, Form, SbpName};
+use crate::diagnostics::Diagnostics;
+use crate::reference::{ReferenceEnds, ReferenceTrajectory};
+use crate::sbp::TooFewPoints;
+use crate::solve::{Solution, Status, solve};
+
+/// The measured errors of one grid.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Errors {
+    /// |t_N − t(γ_f)|.
+    pub eps_t_final: f64,
+    /// |x_N − x(γ_f)|.
+    pub eps_x_final: f64,
+    /// ((t − t(γ))ᵀ H (t − t(γ)))^½.
+    pub eps_t_l2: f64,
+    /// ((x − x(γ))ᵀ H (x − x(γ)))^½.
+    pub eps_x_l2: f64,
+    /// ΔQ_t at the last node.
+    pub delta_q_t_last: f64,
+    /// max |ΔK| over all nodes but the last.
+    pub delta_k_max: f64,
+}
+
+/// One grid of the sweep.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ConvergencePoint {
+    /// Operator.
+    pub sbp: SbpName,
+    /// Form of the action.
+    pub form: Form,
+    /// Nodes.
+    pub n_gamma: usize,
+    /// Spacing.
+    pub delta_gamma: f64,
+    /// The errors, if the solve converged.
+    pub errors: Option<Errors>,
+    /// Newton iterations.
+    pub iterations: usize,
+    /// Seconds in the solver, while other grids are solved beside it.
+    pub seconds: f64,
+    /// How the solve ended.
+    pub status: Status,
+}
+
+/// The quantities whose slopes are fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[allow(missing_docs)] // Named as in `Errors`.
+pub enum Quantity {
+    EpsTFinal,
+    EpsXFinal,
+    EpsTL2,
+    EpsXL2,
+}
+
+impl Quantity {
+    /// All of them, in the order of the files.
+    pub const ALL: [Self; 4] = [Self::EpsTFinal, Self::EpsXFinal, Self::EpsTL2, Self::EpsXL2];
+
+    /// The name used in files.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::EpsTFinal => "eps_t_final",
+            Self::EpsXFinal => "eps_x_final",
+            Self::EpsTL2 => "eps_t_l2",
+            Self::EpsXL2 => "eps_x_l2",
+        }
+    }
+
+    /// The name for people.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Self::EpsTFinal => "ε_t(γ_f)",
+            Self::EpsXFinal => "ε_x(γ_f)",
+            Self::EpsTL2 => "ε_t(L2)",
+            Self::EpsXL2 => "ε_x(L2)",
+        }
+    }
+
+    /// Its value.
+    pub fn of(self, errors: &Errors) -> f64 {
+        match self {
+            Self::EpsTFinal => errors.eps_t_final,
+            Self::EpsXFinal => errors.eps_x_final,
+            Self::EpsTL2 => errors.eps_t_l2,
+            Self::EpsXL2 => errors.eps_x_l2,
+        }
+    }
+}
+
+/// What the errors are measured against.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ReferenceInfo {
+    /// Its own estimate of its relative error.
+    pub error_estimate: f64,
+    /// Taylor steps.
+    pub steps: usize,
+    /// γ_f.
+    pub gamma_final: f64,
+    /// t(γ_f).
+    pub t_final: f64,
+    /// x(γ_f).
+    pub x_final: f64,
+    /// Largest |t − t_i|: the size that errors of t are compared with.
+    pub t_size: f64,
+    /// Largest |x| at a node of the finest grid: the size that errors of x are compared with.
+    pub x_size: f64,
+}
+
+/// The whole sweep.
+#[derive(Debug, Clone)]
+pub struct Convergence {
+    /// The grids that were finished: operators in the order asked for, then N ascending.
+    pub points: Vec<ConvergencePoint>,
+    /// What they are compared with.
+    pub reference: ReferenceInfo,
+    /// Whether the sweep was cancelled before all grids were done.
+    pub interrupted: bool,
+}
+
+/// Why there is no sweep at all.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SweepError {
+    /// There is no trajectory to compare with.
+    #[error(transparent)]
+    Reference(#[from] ReferenceEnds),
+    /// A grid is too small for an operator.
+    #[error(transparent)]
+    TooFewPoints(#[from] TooFewPoints),
+}
+
+/// Solves `case` for every operator and number of nodes, in parallel; results come in a fixed order.
+///
+/// A case that ends at a physical time is swept at the γ_f at which the reference reaches it. `finished` is called for every grid as
+/// it is done; a true `cancel` keeps grids that have not begun from beginning.
+///
+/// # Errors
+/// [`SweepError`] if a grid cannot exist or there is no reference. A grid without a solution is a point with its status.
+pub fn sweep(
+    case: &Case,
+    operators: &[SbpName],
+    n_gamma: &[usize],
+    cancel: &AtomicBool,
+    finished: &(dyn Fn(&ConvergencePoint) + Sync),
+) -> Result<Convergence, SweepError> {
+    let mut n_gamma = n_gamma.to_vec();
+    n_gamma.sort_unstable();
+    n_gamma.dedup();
+    for sbp in operators {
+        let coefficients = sbp.coefficients();
+        if let Some(&points) = n_gamma.iter().find(|&&n| n < coefficients.minimum_points) {
+            let (operator, minimum) = (coefficients.name, coefficients.minimum_points);
+            return Err(TooFewPoints { operator, points, minimum }.into());
+        }
+    }
+    let metric = case.metric();
+    let initial = case.initial_data();
+    let gamma_i = case.grid.gamma_i;
+    let length = match (case.grid.gamma_f, case.grid.t_f) {
+        (_, Some(t_f)) => ReferenceTrajectory::length_of(&metric, initial, t_f - initial.t)?,
+        (gamma_f, None) => gamma_f.unwrap_or(gamma_i + 1.0) - gamma_i,
+    };
+    let reference = ReferenceTrajectory::new(&metric, initial, length)?;
+    let end = reference.at(length);
+    let samples = n_gamma.last().copied().unwrap_or(2).min(4096);
+    let x_size = (0..samples)
+        .map(|k| reference.at(length * k as f64 / (samples - 1) as f64).x.abs())
+        .fold(f64::MIN_POSITIVE, f64::max);
+
+    // The largest grids first, so that no core is left alone with one at the end.
+    let mut jobs: Vec<(usize, SbpName, usize)> = operators
+        .iter()
+        .flat_map(|&sbp| n_gamma.iter().map(move |&n| (sbp, n)))
+        .enumerate()
+        .map(|(order, (sbp, n))| (order, sbp, n))
+        .collect();
+    let all = jobs.len();
+    jobs.sort_by_key(|&(_, _, n)| std::cmp::Reverse(n));
+    let mut points: Vec<(usize, ConvergencePoint)> = jobs
+        .into_par_iter()
+        .with_max_len(1)
+        .filter_map(|(order, sbp, n)| {
+            if cancel.load(Ordering::Relaxed) {
+                return None;
+            }
+            let point = measure(&on_grid(case, sbp, n, gamma_i + length), &reference);
+            finished(&point);
+            Some((order, point))
+        })
+        .collect();
+    points.sort_by_key(|(order, _)| *order);
+    Ok(Convergence {
+        interrupted: points.len() < all,
+        points: points.into_iter().map(|(_, point)| point).collect(),
+        reference: ReferenceInfo {
+            error_estimate: reference.error_estimate(),
+            steps: reference.steps(),
+            gamma_final: gamma_i + length,
+            t_final: initial.t + end.elapsed,
+            x_final: end.x,
+            t_size: end.elapsed.abs(),
+            x_size,
+        },
+    })
+}
+
+/// `case` with another operator and grid on γ ∈ [γ_i, `gamma_f`].
+fn on_grid(case: &Case, sbp: SbpName, n_gamma: usize, gamma_f: f64) -> Case {
+    let mut case = case.clone();
+    case.scheme.sbp = sbp;
+    case.grid.n_gamma = n_gamma;
+    case.grid.gamma_f = Some(gamma_f);
+    case.grid.t_f = None;
+    case
+}
+
+fn measure(case: &Case, reference: &ReferenceTrajectory) -> ConvergencePoint {
+    let start = Instant::now();
+    let result = solve(case);
+    let seconds = start.elapsed().as_secs_f64();
+    let (status, iterations, errors) = match &result {
+        Ok(solution) => (Status::Converged, solution.history.len(), Some(errors(solution, reference))),
+        Err(failure) => (failure.status, failure.history.len(), None),
+    };
+    let gamma_f = case.grid.gamma_f.unwrap_or(case.grid.gamma_i + 1.0);
+    ConvergencePoint {
+        sbp: case.scheme.sbp,
+        form: case.scheme.form,
+        n_gamma: case.grid.n_gamma,
+        delta_gamma: (gamma_f - case.grid.gamma_i) / (case.grid.n_gamma - 1) as f64,
+        errors,
+        iterations,
+        seconds,
+        status,
+    }
+}
+
+/// Errors of a solution at its nodes and in its own quadrature.
+pub fn errors(solution: &Solution, reference: &ReferenceTrajectory) -> Errors {
+    let last = solution.x.len() - 1;
+    let (mut t_squared, mut x_squared, mut final_errors) = (0.0, 0.0, (0.0, 0.0));
+    for (k, weight) in solution.sbp.weights().iter().enumerate() {
+        let exact = reference.at(k as f64 * solution.sbp.spacing());
+        let (t, x) = (solution.elapsed[k] - exact.elapsed, solution.x[k] - exact.x);
+        t_squared += weight * t * t;
+        x_squared += weight * x * x;
+        if k == last {
+            final_errors = (t.abs(), x.abs());
+        }
+    }
+    let diagnostics = Diagnostics::new(solution);
+    Errors {
+        eps_t_final: final_errors.0,
+        eps_x_final: final_errors.1,
+        eps_t_l2: t_squared.sqrt(),
+        eps_x_l2: x_squared.sqrt(),
+        delta_q_t_last: diagnostics.delta_q_t_last(),
+        delta_k_max: diagnostics.max_abs_delta_k(),
+    }
+}
+
+/// The fitted slope of one quantity for one operator.
+#[derive(Debug, Clone)]
+pub struct Slope {
+    /// Operator.
+    pub sbp: SbpName,
+    /// Form of the action.
+    pub form: Form,
+    /// What was fitted.
+    pub quantity: Quantity,
+    /// The fit; none with fewer than two points above the rounding plateau.
+    pub fit: Option<Fit>,
+    /// Smallest and largest N of the fit; none without points.
+    pub n_range: Option<(usize, usize)>,
+    /// Number of points of the fit.
+    pub points: usize,
+    /// First N on the rounding plateau, if the sweep reaches it.
+    pub plateau_from: Option<usize>,
+}
+
+impl Slope {
+    /// A sentence if the number should not be read as an order.
+    pub fn warning(&self) -> Option<String> {
+        let (name, quantity) = (self.sbp.coefficients().name, self.quantity.as_str());
+        match &self.fit {
+            None if self.plateau_from.is_some() => {
+                Some(format!("{name} {quantity}: no slope, the errors are at the rounding level"))
+            }
+            None => Some(format!("{name} {quantity}: no slope, fewer than two grids were solved in the range")),
+            Some(fit) if !fit.is_asymptotic() => {
+                let (low, high) = fit.local_range();
+                Some(format!(
+                    "{name} {quantity}: not asymptotic, the slope between neighbouring grids runs from {low:.2} to {high:.2}"
+                ))
+            }
+            Some(_) => None,
+        }
+    }
+}
+
+impl Convergence {
+    /// The slopes of every operator and quantity over the grids with `n_range.0` ≤ N ≤ `n_range.1` that lie above the
+    /// rounding plateau.
+    pub fn slopes(&self, n_range: (usize, usize)) -> Vec<Slope> {
+        let mut operators: Vec<SbpName> = self.points.iter().map(|point| point.sbp).collect();
+        operators.dedup();
+        operators.into_iter().flat_map(|sbp| Quantity::ALL.map(|quantity| self.slope(sbp, quantity, n_range))).collect()
+    }
+
+    fn slope(&self, sbp: SbpName, quantity: Quantity, n_range: (usize, usize)) -> Slope {
+        let mut form = Form::default();
+        let (mut delta_gamma, mut n_gamma, mut errors) = (Vec::new(), Vec::new(), Vec::new());
+        for point in self.points.iter().filter(|point| point.sbp == sbp) {
+            form = point.form;
+            if let Some(error) = point.errors.as_ref().filter(|_| (n_range.0..=n_range.1).contains(&point.n_gamma)) {
+                delta_gamma.push(point.delta_gamma);
+                n_gamma.push(point.n_gamma);
+                errors.push(quantity.of(error));
+            }
+        }
+        let size = match quantity {
+            Quantity::EpsTFinal | Quantity::EpsTL2 => self.reference.t_size,
+            Quantity::EpsXFinal | Quantity::EpsXL2 => self.reference.x_size,
+        };
+        let kept = points_above_plateau(&delta_gamma, &errors, size);
+        Slope {
+            sbp,
+            form,
+            quantity,
+            fit: Fit::new(&delta_gamma[..kept], &n_gamma[..kept], &errors[..kept]),
+            n_range: n_gamma[..kept].first().copied().zip(n_gamma[..kept].last().copied()),
+            points: kept,
+            plateau_from: n_gamma.get(kept).copied(),
+        }
+    }
+}

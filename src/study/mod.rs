@@ -1,0 +1,4 @@
+//! Studies: many solves of variations of one case. They call [`crate::solve()`] and nothing below it.
+
+pub mod convergence;
+pub mod fit;

@@ -1,0 +1,460 @@
+//! Malformed cases and command lines: each ends with the exit code and the message that say what is wrong and where,
+//! prints nothing on standard output and leaves no result behind.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+
+use tempfile::TempDir;
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_geodesic-ivp");
+const HORIZON: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/cases/horizon.toml");
+
+/// A valid case. The tables below name its lines and columns.
+const QUARTIC: &str = r#"title = "Quartic"
+
+[potential]
+quartic = { kappa = 0.5 }
+
+[particle]
+mass = 1.0
+c = 1.0
+
+[initial]
+t = 0.0
+x = 1.0
+x_dot = 0.1
+t_dot = 1.0
+
+[grid]
+gamma_f = 1.0
+n_gamma = 32
+
+[scheme]
+sbp = "SBP21"
+
+[solver]
+max_iterations = 50
+"#;
+
+const POTENTIAL: &str = "quartic = { kappa = 0.5 }";
+const START_AND_END: &str = "t_dot = 1.0\n\n[grid]\ngamma_f = 1.0";
+const SOLVER: &str = "max_iterations = 50";
+
+/// (name, what of `QUARTIC` is replaced, by what, line:column of the mistake, what the message contains); exit code 2.
+const EDITS: &[(&str, &str, &str, &str, &str)] = &[
+    // Keys
+    ("unknown key at the top", "title", "tilte", "1:1", "unknown field `tilte`, expected one of `title`"),
+    ("unknown table", "[solver]", "[solvers]", "23:2", "unknown field `solvers`"),
+    ("unknown key in a table", "n_gamma", "steps", "18:1", "unknown field `steps`, expected one of `gamma_i`"),
+    ("unknown key in the solver", "max_iterations", "max_iter", "24:1", "unknown field `max_iter`"),
+    ("unknown potential", "quartic =", "cubic =", "4:1", "unknown variant `cubic`, expected one of `free`, `linear`"),
+    ("unknown key of a potential", "kappa = 0.5", "kappa = 0.5, mu = 1.0", "4:26", "mu"),
+    ("quoted key with a blank", "x = 1.0", "\"x \" = 1.0", "12:1", "unknown field `x `"),
+    ("empty key", "x = 1.0", "\"\" = 1.0", "12:1", "unknown field ``"),
+    ("missing x", "x = 1.0\n", "", "10:1", "missing field `x`"),
+    ("missing n_gamma", "n_gamma = 32\n", "", "16:1", "missing field `n_gamma`"),
+    ("missing sbp", "sbp = \"SBP21\"\n", "", "20:1", "missing field `sbp`"),
+    ("missing coefficient", "kappa = 0.5", "", "4:11", "missing field `kappa`"),
+    ("missing [potential]", "[potential]\nquartic = { kappa = 0.5 }\n", "", "1:1", "missing field `potential`"),
+    ("missing [scheme]", "[scheme]\nsbp = \"SBP21\"\n", "", "1:1", "missing field `scheme`"),
+    ("two potentials", POTENTIAL, "free = {}\nquartic = { kappa = 0.5 }", "3:1", "[potential]"),
+    ("no kind of potential", POTENTIAL, "", "3:1", "[potential]"),
+    // Types
+    ("string for a number", "x = 1.0", "x = \"one\"", "12:5", "string \"one\", expected a number"),
+    ("boolean for a number", "x = 1.0", "x = true", "12:5", "boolean `true`, expected a number"),
+    ("array for a number", "x = 1.0", "x = [1.0]", "12:5", "sequence, expected a number"),
+    ("fraction for n_gamma", "32", "32.5", "18:11", "floating point `32.5`, expected a whole number"),
+    ("negative n_gamma", "32", "-32", "18:11", "integer `-32`, expected a whole number, 0 or more"),
+    ("number for a string", "\"SBP21\"", "21", "21:7", "integer `21`, expected a string"),
+    ("string among the coefficients", POTENTIAL, "polynomial = { coefficients = [0.0, \"a\"] }", "4:37", "a number"),
+    // Numbers that are none
+    ("x = nan", "x = 1.0", "x = nan", "12:5", "initial.x must be a finite number"),
+    ("t = -inf", "t = 0.0", "t = -inf", "11:5", "initial.t must be a finite number, got -inf"),
+    ("gamma_f = inf", "gamma_f = 1.0", "gamma_f = inf", "17:11", "grid.gamma_f must be a finite number, got inf"),
+    ("c = nan", "c = 1.0", "c = nan", "8:5", "particle.c must be a finite number"),
+    ("kappa = inf", "kappa = 0.5", "kappa = inf", "4:21", "potential.quartic.kappa must be a finite number"),
+    ("nan coefficient", POTENTIAL, "polynomial = { coefficients = [1.0, nan] }", "4:31", "must be a finite number"),
+    ("number too large", "x = 1.0", "x = 1e999", "12:5", "overflow"),
+    // Ranges and pairs
+    ("n_gamma too small", "32", "2", "18:11", "SBP21 needs at least 3 points, got n_gamma = 2"),
+    ("n_gamma too large", "32", "9223372036854775807", "18:11", "above the limit of 100000000 points"),
+    ("empty range", "gamma_f = 1.0", "gamma_i = 1.0\ngamma_f = 1.0", "18:11", "greater than gamma_i = 1"),
+    ("backward range", "gamma_f = 1.0", "gamma_f = -1.0", "17:11", "gamma_f = -1 must be greater than gamma_i = 0"),
+    ("subnormal spacing", "gamma_f = 1.0", "gamma_f = 1e-320", "17:11", "too small or too large"),
+    ("two ends", "gamma_f = 1.0", "gamma_f = 1.0\nt_f = 1.0", "18:7", "both gamma_f and t_f are given"),
+    ("t_f before t", "gamma_f = 1.0", "t_f = -1.0", "17:7", "t_f = -1 must be later than the initial t = 0"),
+    ("t_f, time stands", START_AND_END, "t_dot = 0.0\n\n[grid]\nt_f = 1.0", "17:7", "t_f needs t_dot > 0"),
+    ("t_f, time runs back", START_AND_END, "t_dot = -1.0\n\n[grid]\nt_f = 1.0", "17:7", "t_f needs t_dot > 0"),
+    ("two velocities", "x_dot = 0.1", "x_dot = 0.1\nvelocity = 0.1", "14:12", "both x_dot and velocity are given"),
+    ("no velocity", "x_dot = 0.1\n", "", "10:1", "neither x_dot nor velocity is given"),
+    ("mass = 0", "mass = 1.0", "mass = 0.0", "7:8", "particle.mass must be positive, got 0"),
+    ("mass < 0", "mass = 1.0", "mass = -1.0", "7:8", "particle.mass must be positive, got -1"),
+    ("c = 0", "c = 1.0", "c = 0.0", "8:5", "particle.c must be positive, got 0"),
+    ("no iterations", SOLVER, "max_iterations = 0", "24:18", "max_iterations must be at least 1"),
+    ("too few digits", SOLVER, "digits = 8", "24:10", "digits must be from 16 to 70, got 8"),
+    ("unknown system", SOLVER, "system = \"double\"", "24:10", "unknown variant `double`, expected `physical-limit`"),
+    ("no windows", "n_gamma = 32", "n_gamma = 32\nwindows = 0", "19:11", "windows must be at least 1"),
+    ("unknown operator", "SBP21", "SBP22", "21:7", "unknown operator \"SBP22\", expected SBP21, SBP42"),
+    ("unknown form", "\"SBP21\"", "\"SBP21\"\nform = \"wek\"", "22:8", "unknown form \"wek\", expected strong or weak"),
+    ("horizon at the start", "kappa = 0.5", "kappa = -0.5", "12:5", "g00(1) = 0\n"),
+    ("start behind the horizon", "kappa = 0.5", "kappa = -5.0", "12:5", "g00(1) = -9\n"),
+    (
+        "unregularised limit",
+        "\"SBP21\"",
+        "\"SBP21\"\nregularised = false",
+        "22:15",
+        "needs solver.system = \"doubled\"",
+    ),
+    ("tolerance = 0", SOLVER, "[expect]\nx_final = 1.0\ntolerance = 0.0", "26:13", "tolerance must be positive, got 0"),
+    ("tolerance < 0", SOLVER, "[expect]\ntolerance = -1.0", "25:13", "tolerance must be positive, got -1"),
+    ("no tolerance", SOLVER, "[expect]\nx_final = 1.0", "24:1", "t_final and x_final need a tolerance"),
+    ("failure with an end", SOLVER, "[expect]\nstatus = \"stalled\"\nx_final = 1.0", "25:10", "no t_final or x_final"),
+    // Not available yet
+    ("weak form", "\"SBP21\"", "\"SBP21\"\nform = \"weak\"", "22:8", "form = \"weak\" is not available yet"),
+    ("SBP63", "SBP21", "SBP63", "21:7", "SBP63 is not available yet; use SBP21 or SBP42"),
+    ("SBP84", "SBP21", "SBP84", "21:7", "SBP84 is not available yet; use SBP21 or SBP42"),
+    ("GLL16", "SBP21", "GLL16", "21:7", "GLL16 is not available yet; use SBP21 or SBP42"),
+    ("windows", "n_gamma = 32", "n_gamma = 32\nwindows = 4", "19:11", "more than one window is not available yet"),
+    ("digits = 32", SOLVER, "digits = 32", "24:10", "extended precision (digits other than 16) is not available yet"),
+    ("accuracy", SOLVER, "accuracy = 1e-10", "24:12", "choosing the grid by accuracy is not available yet"),
+    // TOML
+    ("two equals signs", "x = 1.0", "x = = 1.0", "12:5", "`=`"),
+    ("open table header", "[grid]", "[grid", "16:6", "unclosed table, expected `]`"),
+    ("open string", "\"SBP21\"", "\"SBP21", "21:13", "expected `\"`"),
+    ("bare word", "\"SBP21\"", "SBP21", "21:7", "string values must be quoted"),
+    ("duplicate key", "x = 1.0", "x = 1.0\nx = 2.0", "13:1", "duplicate key"),
+    ("duplicate quoted key", "x = 1.0", "x = 1.0\n\"x\" = 2.0", "13:1", "duplicate key"),
+    ("duplicate table", "[solver]", "[grid]", "23:2", "duplicate key"),
+    ("leading zero", "32", "032", "18:11", "leading zero"),
+    ("letter that looks like x", "x = 1.0", "х = 1.0", "12:1", "invalid unquoted key"),
+    ("wide characters before it", "\"Quartic\"", "\"四次 😀\" 4", "1:16", "expected newline"),
+    // Parameters of a formula
+    (
+        "nan parameter",
+        POTENTIAL,
+        "formula = { expression = \"a*x\", parameters = { a = nan } }",
+        "4:52",
+        "parameters.a must",
+    ),
+    ("inf parameter", POTENTIAL, "formula = { expression = \"a*x\", parameters = { a = -inf } }", "4:52", "got -inf"),
+    (
+        "reserved name",
+        POTENTIAL,
+        "formula = { expression = \"x\", parameters = { pi = 3.0 } }",
+        "4:51",
+        "'pi' already has a",
+    ),
+    (
+        "reserved function",
+        POTENTIAL,
+        "formula = { expression = \"x\", parameters = { ln = 3.0 } }",
+        "4:51",
+        "'ln' already has a",
+    ),
+    (
+        "unusable name",
+        POTENTIAL,
+        "formula = { expression = \"x\", parameters = { \"a b\" = 1.0 } }",
+        "4:54",
+        "'a b' cannot be",
+    ),
+];
+
+/// (name, expression, character at which the mistake is, what the message contains); exit code 2.
+const FORMULAS: &[(&str, &str, usize, &str)] = &[
+    ("unknown name", "x^2 + y", 7, "unknown name 'y'"),
+    ("unknown function", "x*foo(x)", 3, "unknown function 'foo'"),
+    ("missing parenthesis", "(x + 1", 7, "the ')' that closes character 1, found the end"),
+    ("missing inner parenthesis", "sin(cos(x)", 11, "the ')' that closes character 4, found the end"),
+    ("closing parenthesis too many", "x)", 2, "found ')'"),
+    ("trailing operator", "x +", 4, "found the end"),
+    ("operator without its left side", "*x", 1, "found '*'"),
+    ("two operators", "x**2", 3, "found '*'"),
+    ("product without *", "2x", 1, "a product is written with *"),
+    ("factors side by side", "2 x", 3, "expected an operator, found 'x'"),
+    ("parentheses side by side", "(x)(x)", 4, "expected an operator, found '('"),
+    ("blank", "  ", 3, "found the end"),
+    ("nothing in parentheses", "x + ()", 6, "found ')'"),
+    ("function without parentheses", "x + sin x", 5, "the function 'sin' needs its argument in parentheses"),
+    ("two arguments", "sin(x, 1)", 6, "found ','"),
+    ("variable as a function", "x(1)", 1, "'x' is not a function"),
+    ("stray character", "x # 2", 3, "expected an operator, found '#'"),
+    ("superscript", "x²", 2, "found '²'"),
+    ("minus sign of typesetting", "x − 1", 3, "found '−'"),
+    ("wide characters", "x + 漢", 5, "found '漢'"),
+    ("number without exponent", "1e*x", 1, "not a number"),
+    ("number with two points", "1.2.3", 1, "not a number"),
+    ("number too large", "1e999*x", 1, "not a number"),
+];
+
+/// (name, arguments, exit code, what standard error contains). The files named are those of [`Workspace::new`].
+const COMMAND_LINES: &[(&str, &[&str], i32, &[&str])] = &[
+    ("unknown subcommand", &["solve", "case.toml"], 2, &["unrecognized subcommand 'solve'", "--help"]),
+    ("unknown option", &["run", "case.toml", "--fast"], 2, &["unexpected argument '--fast'"]),
+    ("no case", &["run"], 2, &["<CASE>", "Usage:"]),
+    ("--out with --stdout", &["run", "case.toml", "--out", "new", "--stdout"], 2, &["'--out <DIR>'", "'--stdout'"]),
+    ("check with --out", &["check", "case.toml", "--out", "new"], 2, &["unexpected argument '--out'"]),
+    ("--set without =", &["run", "case.toml", "--out", "new", "--set", "c"], 2, &["--set c: expected KEY=VALUE"]),
+    ("--set without value", &["run", "case.toml", "--set", "grid.n_gamma="], 2, &["the value is missing"]),
+    ("--set without key", &["run", "case.toml", "--set", "=3"], 2, &["'' is not a dotted key"]),
+    ("--set bad key", &["run", "case.toml", "--set", "grid..x=3"], 2, &["'grid..x' is not a dotted key"]),
+    ("--set through a number", &["run", "case.toml", "--set", "grid.n_gamma.x=3"], 2, &["'n_gamma' is not a table"]),
+    ("--set unknown key", &["run", "case.toml", "--set", "grid.n=3"], 2, &["unknown field `n`", "n=3:19:1\n"]),
+    ("--set wrong type", &["run", "case.toml", "--set", "initial.x=one"], 2, &["string \"one\"", "x=one:12:5\n"]),
+    ("--set not finite", &["run", "case.toml", "--set", "initial.x=nan"], 2, &["finite number", "x=nan:12:5\n"]),
+    (
+        "second --set",
+        &["run", "case.toml", "--set", "grid.n_gamma=7", "--set", "scheme.sbp=SBP42"],
+        2,
+        &["SBP42 needs at least 8 points, got n_gamma = 7", "--set grid.n_gamma=7 --set scheme.sbp=SBP42:18:11\n"],
+    ),
+    ("check of an invalid case", &["check", "case.toml", "--set", "particle.c=0"], 2, &["particle.c", "c=0:8:5\n"]),
+    ("missing file", &["run", "none.toml"], 1, &["cannot read the case file none.toml"]),
+    ("directory as case", &["run", "earlier"], 1, &["cannot read the case file earlier"]),
+    ("not UTF-8", &["run", "latin-1.toml"], 1, &["cannot read the case file latin-1.toml", "UTF-8"]),
+    ("output is a file", &["run", "case.toml", "--out", "case.toml"], 1, &["the output directory case.toml"]),
+    ("output below a file", &["run", "case.toml", "--out", "case.toml/x"], 1, &["the output directory case.toml/x"]),
+    ("table is a directory", &["run", "case.toml", "--out", "blocked"], 1, &["trajectory.csv: it is a directory"]),
+    ("no [expect]", &["check", "case.toml", "--run", "--quiet"], 1, &["the case has no [expect] table"]),
+    (
+        "wrong number",
+        &["check", "case.toml", "--run", "--quiet", "--set", "expect={x_final=2.0, tolerance=1e-6}"],
+        5,
+        &["the case does not meet its [expect] table: x_final = 0.16018", "of 2 (tolerance 1e-6)"],
+    ),
+    (
+        "wrong status",
+        &["check", "case.toml", "--run", "--quiet", "--set", "expect.status=singular"],
+        5,
+        &["expected status singular, found converged"],
+    ),
+    ("horizon on --stdout", &["run", HORIZON, "--stdout"], 4, &["leaves the domain at gamma = "]),
+];
+
+/// A directory to run the program in.
+struct Workspace(TempDir);
+
+struct Outcome {
+    code: Option<i32>,
+    stdout: String,
+    stderr: String,
+}
+
+impl Workspace {
+    fn new() -> Self {
+        let workspace = Self(TempDir::new().unwrap());
+        workspace.write("case.toml", QUARTIC);
+        workspace.write("latin-1.toml", b"title = \"\xe4\"");
+        workspace.write("earlier/trajectory.csv", "of an earlier run");
+        workspace.write("blocked/trajectory.csv/file", "");
+        workspace
+    }
+
+    fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+        let path = self.0.path().join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, content).unwrap();
+    }
+
+    fn run(&self, arguments: &[&str], stdin: &str) -> Outcome {
+        let mut command = assert_cmd::Command::new(PROGRAM);
+        let output = command.args(arguments).current_dir(self.0.path()).write_stdin(stdin).output().unwrap();
+        let text = |bytes| String::from_utf8(bytes).unwrap();
+        Outcome { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) }
+    }
+
+    /// Runs what must fail without a trace, and says what is not as it should be.
+    fn complaints(&self, arguments: &[&str], stdin: &str, code: i32, fragments: &[&str]) -> Vec<String> {
+        let before = tree(self.0.path());
+        let Outcome { code: found, stdout, stderr } = self.run(arguments, stdin);
+        let mut complaints = Vec::new();
+        if found != Some(code) {
+            complaints.push(format!("exit code {found:?} instead of {code}"));
+        }
+        if !stdout.is_empty() {
+            complaints.push(format!("standard output: {stdout}"));
+        }
+        if tree(self.0.path()) != before {
+            complaints.push("files were written or removed".to_owned());
+        }
+        complaints.extend(fragments.iter().filter(|f| !stderr.contains(**f)).map(|f| format!("no {f:?}")));
+        if !complaints.is_empty() {
+            complaints.push(format!("{arguments:?} said: {stderr}"));
+        }
+        complaints
+    }
+
+    fn names_in(&self, directory: &str) -> Vec<PathBuf> {
+        tree(&self.0.path().join(directory)).into_keys().collect()
+    }
+}
+
+/// Every file below `directory` with its content, every directory with none.
+fn tree(directory: &Path) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
+    let mut found = BTreeMap::new();
+    for entry in fs::read_dir(directory).unwrap() {
+        let path = entry.unwrap().path();
+        let name = PathBuf::from(path.file_name().unwrap());
+        if path.is_dir() {
+            found.extend(tree(&path).into_iter().map(|(inner, content)| (name.join(inner), content)));
+            found.insert(name, None);
+        } else {
+            found.insert(name, Some(fs::read(path).unwrap()));
+        }
+    }
+    found
+}
+
+/// All failed rows in one message.
+fn report(rows: impl Iterator<Item = (String, Vec<String>)>) {
+    let failed: Vec<String> = rows
+        .filter(|(_, complaints)| !complaints.is_empty())
+        .map(|(name, complaints)| format!("{name}:\n  {}", complaints.join("\n  ")))
+        .collect();
+    assert!(failed.is_empty(), "{} rows failed\n{}", failed.len(), failed.join("\n"));
+}
+
+fn edited(from: &str, to: &str) -> String {
+    assert_eq!(QUARTIC.matches(from).count(), 1, "{from:?} must stand in the case once");
+    QUARTIC.replace(from, to)
+}
+
+fn with_formula(expression: &str) -> String {
+    edited(POTENTIAL, &format!("formula = {{ expression = \"{expression}\" }}"))
+}
+
+/// (name, text, line:column, message) of every invalid case.
+fn invalid_cases() -> Vec<(String, String, String, String)> {
+    let row = |name: &str, text: String, at: &str, message: &str| (name.into(), text, at.into(), message.into());
+    let formula = |name: &str, expression: &str, character: usize, message: &str| {
+        let message = format!("{message} at character {character} of ");
+        let start = "formula = { expression = \"".len();
+        row(&format!("formula: {name}"), with_formula(expression), &format!("4:{}", start + character), &message)
+    };
+    let mut rows: Vec<_> =
+        EDITS.iter().map(|&(name, from, to, at, message)| row(name, edited(from, to), at, message)).collect();
+    rows.extend(
+        FORMULAS
+            .iter()
+            .filter(|row| !row.3.ends_with('*'))
+            .map(|&(name, e, at, message)| formula(name, e, at, message)),
+    );
+    let not_finite = edited("x = 1.0", "x = nan");
+    rows.extend([
+        formula("nested too deep", &"(".repeat(1000), 65, "nested more than 64 deep"),
+        formula("functions nested too deep", &"sin(".repeat(100), 257, "nested more than 64 deep"),
+        formula("signs without end", &"-".repeat(4096), 4097, "found the end"),
+        formula("too long", &"-".repeat(10_000), 1, "longer than 4096 bytes"),
+        row("no text", String::new(), "1:1", "missing field `potential`"),
+        row("JSON", "{\"title\": 1}".to_owned(), "1:1", "expected key"),
+        row("nested arrays", edited("x = 1.0", &format!("x = {}", "[".repeat(100_000))), "12:85", "recursion"),
+        row("CRLF line ends", not_finite.replace('\n', "\r\n"), "12:5", "initial.x must be a finite number"),
+        row("byte-order mark", format!("\u{feff}{not_finite}"), "12:5", "initial.x must be a finite number"),
+    ]);
+    rows
+}
+
+#[test]
+fn invalid_cases_are_refused_where_they_are_wrong() {
+    let workspace = Workspace::new();
+    let rows = invalid_cases();
+    report(rows.into_iter().map(|(name, text, at, message)| {
+        workspace.write("case.toml", &text);
+        let in_file = format!("case.toml:{at}\n");
+        let fragments = ["error: ", message.as_str(), in_file.as_str()];
+        let mut complaints = workspace.complaints(&["check", "case.toml"], "", 2, &fragments);
+        for out in ["new", "earlier"] {
+            complaints.extend(workspace.complaints(&["run", "case.toml", "--out", out], "", 2, &fragments));
+        }
+        let on_stdin = format!("<stdin>:{at}\n");
+        complaints.extend(workspace.complaints(&["run", "-", "--out", "new"], &text, 2, &[&message, &on_stdin]));
+        (name, complaints)
+    }));
+}
+
+#[test]
+fn bad_command_lines_are_refused() {
+    let workspace = Workspace::new();
+    report(COMMAND_LINES.iter().map(|&(name, arguments, code, fragments)| {
+        (name.to_owned(), workspace.complaints(arguments, "", code, fragments))
+    }));
+}
+
+#[test]
+fn extreme_formulas_end_in_order() {
+    let workspace = Workspace::new();
+    let rows = [
+        ("63 parentheses", format!("{}x{}", "(".repeat(63), ")".repeat(63)), 0),
+        ("4000 signs", format!("{}x", "-".repeat(4000)), 0),
+        ("2000 powers", format!("x{}", "^x".repeat(2000)), 0),
+        ("huge exponent", "x^1e300".to_owned(), 4),
+    ];
+    report(rows.into_iter().map(|(name, expression, code)| {
+        let outcome = workspace.run(&["run", "-", "--out", "new", "--quiet"], &with_formula(&expression));
+        let wrong = (outcome.code != Some(code)).then(|| format!("{:?}: {}", outcome.code, outcome.stderr));
+        (name.to_owned(), wrong.into_iter().collect())
+    }));
+}
+
+#[test]
+fn a_spacelike_start_is_a_warning() {
+    let workspace = Workspace::new();
+    let outcome = workspace.run(&["run", "case.toml", "--out", "new", "--quiet", "--set", "initial.x_dot=10.0"], "");
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    assert!(outcome.stderr.starts_with("warning: the initial tangent is spacelike"), "{}", outcome.stderr);
+    assert!(workspace.names_in("new").contains(&PathBuf::from("trajectory.csv")));
+}
+
+/// A solve without a result explains itself in `summary.json` and takes the tables of an earlier run away.
+#[test]
+fn failed_runs_leave_no_tables() {
+    const TOO_COARSE: &str = "scheme.sbp=SBP42 grid.n_gamma=8 grid.gamma_f=20.0";
+    let rows: [(&str, &str, &str, i32, &str, &[&str]); 2] = [
+        ("horizon", HORIZON, "", 4, "outside-domain", &["gamma = 1.", ", x = ", "g00 = ", "help: g00", "raise c"]),
+        ("too coarse", "case.toml", TOO_COARSE, 3, "stalled", &["no critical point found", "help: raise n_gamma"]),
+    ];
+    report(rows.into_iter().map(|(name, case, settings, code, status, fragments)| {
+        let workspace = Workspace::new();
+        let good = workspace.run(&["run", "case.toml", "--out", "used", "--quiet"], "");
+        let all = ["case.toml", "residuals.csv", "summary.json", "trajectory.csv"].map(PathBuf::from);
+        assert_eq!((good.code, workspace.names_in("used")), (Some(0), all.to_vec()), "{}", good.stderr);
+        let mut complaints = Vec::new();
+        for out in ["new", "used"] {
+            let settings = settings.split_whitespace().flat_map(|setting| ["--set", setting]);
+            let arguments: Vec<&str> = ["run", case, "--out", out].into_iter().chain(settings).collect();
+            let outcome = workspace.run(&arguments, "");
+            let summary = fs::read_to_string(workspace.0.path().join(out).join("summary.json")).unwrap_or_default();
+            let as_expected = outcome.code == Some(code)
+                && outcome.stdout.is_empty()
+                && fragments.iter().all(|f| outcome.stderr.contains(f))
+                && workspace.names_in(out) == ["case.toml", "summary.json"].map(PathBuf::from)
+                && summary.contains(&format!("\"status\": \"{status}\""));
+            if !as_expected {
+                complaints.push(format!("{out}: {:?}\n{}\n{summary}", outcome.code, outcome.stderr));
+            }
+        }
+        (name.to_owned(), complaints)
+    }));
+}
+
+/// `run CASE --stdout | head -1`
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    let workspace = Workspace::new();
+    let mut child = std::process::Command::new(PROGRAM)
+        .args(["run", "case.toml", "--stdout", "--set", "grid.n_gamma=200000"])
+        .current_dir(workspace.0.path())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut header = String::new();
+    BufReader::new(child.stdout.take().unwrap()).read_line(&mut header).unwrap();
+    let mut stderr = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
+    assert!(header.starts_with("gamma,t,x,"), "{header}");
+    assert_eq!((child.wait().unwrap().code(), stderr.as_str()), (Some(0), ""));
+}

@@ -1,0 +1,219 @@
+//! The reference trajectory against closed forms, invariants, the quadrature and an independent integrator.
+
+use std::collections::BTreeMap;
+
+use geodesic_ivp::geodesic::{InitialData, acceleration};
+use geodesic_ivp::metric::Metric;
+use geodesic_ivp::potential::{Formula, Potential};
+use geodesic_ivp::reference::ReferenceTrajectory;
+
+const START: InitialData = InitialData { t: 0.0, x: 1.0, t_dot: 1.0, x_dot: 0.1 };
+
+fn quartic() -> Metric {
+    Metric::new(Potential::quartic(0.5), 1.0, 1.0)
+}
+
+fn linear() -> Metric {
+    Metric::new(Potential::linear(0.25), 1.0, 1.0)
+}
+
+fn formula(expression: &str) -> Metric {
+    // c = 3 keeps every one of them away from g00 = 0.
+    Metric::new(Potential::Formula(Formula::new(expression, &BTreeMap::new()).unwrap()), 1.0, 3.0)
+}
+
+fn reference(metric: &Metric, length: f64) -> ReferenceTrajectory {
+    ReferenceTrajectory::new(metric, START, length).unwrap()
+}
+
+#[test]
+#[allow(clippy::excessive_precision)] // The continuum digits as they were computed.
+fn the_base_cases_to_the_last_digit() {
+    let published = [
+        (linear(), 0.997129598504376989402741, 0.976046390793498338329943, -0.148570533876599546619322),
+        (quartic(), 1.46863475695573088737134, 0.15977801888540724822026, -1.41682559809315428413482),
+    ];
+    for (metric, t, x, x_dot) in published {
+        let trajectory = reference(&metric, 1.0);
+        let end = trajectory.at(1.0);
+        for (got, want) in [(end.elapsed, t), (end.x, x), (end.x_dot, x_dot)] {
+            assert!(((got - want) / want).abs() < 1e-14, "{got} against {want}");
+        }
+        assert!(trajectory.error_estimate() < 1e-14, "{}", trajectory.error_estimate());
+    }
+}
+
+/// The linear potential's geodesic is a cycloid: with φ from g00 = (Q_t²/K) sin²φ,
+/// γ = Q_t²(φ − sin φ cos φ)/(2α K^{3/2}) + const and t = Q_t φ/(α√K) + const (c = m = 1).
+#[test]
+fn the_linear_potential_s_cycloid() {
+    let alpha = 0.25;
+    let invariants = START.invariants(&linear());
+    let (q, k) = (invariants.q_t, invariants.k);
+    // x grows with φ; the start moves to larger x, so φ is in the first quarter and increases.
+    let phi_of = |g00: f64| (g00 * k / (q * q)).sqrt().asin();
+    let start = phi_of(1.0 + 2.0 * alpha * START.x);
+    let gamma = |phi: f64| q * q * (phi - phi.sin() * phi.cos()) / (2.0 * alpha * k.powf(1.5));
+    let trajectory = reference(&linear(), 4.0);
+    for i in 1..=60 {
+        let phi = start + 0.01 * f64::from(i);
+        let s = gamma(phi) - gamma(start);
+        if s > 4.0 {
+            break;
+        }
+        let point = trajectory.at(s);
+        let x = (q * q / k * phi.sin().powi(2) - 1.0) / (2.0 * alpha);
+        let t = q * (phi - start) / (alpha * k.sqrt());
+        assert!((point.x - x).abs() < 1e-13, "phi = {phi}: x = {} against {x}", point.x);
+        assert!((point.elapsed - t).abs() < 1e-13, "phi = {phi}: t = {} against {t}", point.elapsed);
+    }
+}
+
+#[test]
+fn both_invariants_are_kept_everywhere() {
+    for metric in [quartic(), formula("sin(x) + exp(-x^2)/3"), formula("ln(x^2+2)*(1 + tanh(x)/2)")] {
+        let trajectory = reference(&metric, 20.0);
+        let invariants = START.invariants(&metric);
+        for i in 0..=1000 {
+            let point = trajectory.at(0.02 * f64::from(i));
+            let g00 = metric.at(point.x).g00;
+            assert!((g00 * point.t_dot - invariants.q_t).abs() < 1e-11 * invariants.q_t.abs(), "Q_t at {i}");
+            let k = g00 * point.t_dot.powi(2) - point.x_dot.powi(2);
+            assert!((k - invariants.k).abs() < 1e-11 * invariants.k.abs().max(1.0), "K at {i}: {k}");
+        }
+    }
+}
+
+/// γ from one turning point of the quartic oscillator to the other, by ∫dx/√(Q²/g00 − K) with x = x_turn sin θ, against
+/// the trajectory's own turning points.
+#[test]
+fn the_quadrature_of_the_half_period() {
+    let metric = quartic();
+    let invariants = START.invariants(&metric);
+    let (q, k) = (invariants.q_t, invariants.k);
+    // g00 = 1 + x⁴ = Q²/K at the turning point.
+    let x_turn = (q * q / k - 1.0).powf(0.25);
+    // Q²/g00 − K = K (x_t⁴ − x⁴)/(1 + x⁴), and x_t⁴ − x⁴ = (x_t² − x²)(x_t² + x²).
+    let integrand = |theta: f64| {
+        let x = x_turn * theta.sin();
+        ((1.0 + x.powi(4)) / (k * (x_turn * x_turn + x * x))).sqrt()
+    };
+    // The integrand is smooth and periodic: the midpoint rule converges geometrically.
+    let n = 200;
+    let h = std::f64::consts::PI / f64::from(n);
+    let half_period: f64 =
+        (0..n).map(|i| integrand(-std::f64::consts::FRAC_PI_2 + (f64::from(i) + 0.5) * h)).sum::<f64>() * h;
+    let trajectory = reference(&metric, 8.0);
+    // dx/dγ vanishes at the turning points: bisection between sign changes.
+    let mut turns = Vec::new();
+    for i in 0..800 {
+        let (mut a, mut b) = (0.01 * f64::from(i), 0.01 * f64::from(i + 1));
+        let sign = trajectory.at(a).x_dot;
+        if sign * trajectory.at(b).x_dot < 0.0 {
+            for _ in 0..60 {
+                let middle = 0.5 * (a + b);
+                if trajectory.at(middle).x_dot * sign > 0.0 { a = middle } else { b = middle }
+            }
+            turns.push(0.5 * (a + b));
+        }
+    }
+    assert!(turns.len() >= 3, "{turns:?}");
+    for pair in turns.windows(2) {
+        assert!((pair[1] - pair[0] - half_period).abs() < 1e-12, "{} against {half_period}", pair[1] - pair[0]);
+    }
+}
+
+#[test]
+fn an_independent_integrator_agrees() {
+    use differential_equations::prelude::*;
+
+    struct Geodesic(Metric, f64);
+    impl ODE<f64, [f64; 3]> for Geodesic {
+        fn diff(&self, _gamma: f64, y: &[f64; 3], dydt: &mut [f64; 3]) {
+            let g = self.0.at(y[0]);
+            *dydt = [y[1], acceleration(self.1, g.g00, g.first), self.1 / g.g00];
+        }
+    }
+    for metric in [quartic(), formula("0.3*(1 - exp(-x))^2"), formula("1 - cos(x)")] {
+        let trajectory = reference(&metric, 10.0);
+        let system = Geodesic(metric.clone(), START.invariants(&metric).q_t);
+        let method = ExplicitRungeKutta::dop853().rtol(1e-13).atol(1e-13);
+        let solution = IVP::ode(&system, 0.0, 10.0, [START.x, START.x_dot, 0.0]).method(method).solve().unwrap();
+        let (_, end) = solution.last().unwrap();
+        let point = trajectory.at(10.0);
+        assert!((end[0] - point.x).abs() < 1e-10 && (end[2] - point.elapsed).abs() < 1e-10, "{end:?} {point:?}");
+    }
+}
+
+#[test]
+fn a_hundred_units_to_twelve_digits() {
+    // Compared with itself at another order; the invariants and DOP853 above are the independent judges.
+    for metric in [quartic(), formula("0.3*(1 - exp(-x))^2")] {
+        let trajectory = reference(&metric, 100.0);
+        assert!(trajectory.error_estimate() < 1e-12, "{}", trajectory.error_estimate());
+    }
+}
+
+#[test]
+fn a_kink_is_stepped_onto() {
+    // V = |x|/4 is the linear potential on either side; from x = 0 the two halves are mirror images.
+    let metric = formula("abs(x)/4");
+    let trajectory = reference(&metric, 40.0);
+    let invariants = START.invariants(&metric);
+    for i in 0..=400 {
+        let point = trajectory.at(0.1 * f64::from(i));
+        let g00 = metric.at(point.x).g00;
+        let k = g00 * point.t_dot.powi(2) - point.x_dot.powi(2);
+        assert!((k - invariants.k).abs() < 1e-12, "K at gamma = {}: {k}", 0.1 * f64::from(i));
+    }
+    assert!(trajectory.error_estimate() < 1e-12, "{}", trajectory.error_estimate());
+}
+
+#[test]
+fn every_function_of_the_grammar_has_its_series() {
+    let expressions = [
+        "tan(x/4)/9",
+        "sinh(x/2)/9",
+        "cosh(x/2)/9",
+        "tanh(x)",
+        "asin(x/40)",
+        "acos(x/40)",
+        "atan(x)",
+        "exp(-x/3)/9",
+        "ln(x + 40)/9",
+        "log10(x + 40)",
+        "sqrt(x^2 + 3)/9",
+        "(x^2 + 1)^0.3/9",
+        "(x^2+2)^(sin(x)/9)",
+        "(x + 40)^-2",
+        "1/(2 + cos(x))",
+    ];
+    for expression in expressions {
+        let metric = formula(expression);
+        let trajectory = reference(&metric, 5.0);
+        // A wrong rule shows at once: the two orders of the estimate would disagree, and K would drift.
+        let invariants = START.invariants(&metric);
+        let point = trajectory.at(5.0);
+        let g00 = metric.at(point.x).g00;
+        let k = g00 * point.t_dot.powi(2) - point.x_dot.powi(2);
+        assert!((k - invariants.k).abs() < 1e-12, "{expression}: K = {k} against {}", invariants.k);
+        assert!(trajectory.error_estimate() < 1e-13, "{expression}: {}", trajectory.error_estimate());
+        assert!(trajectory.steps() < 400, "{expression}: {} steps", trajectory.steps());
+    }
+}
+
+#[test]
+fn a_horizon_ends_the_trajectory() {
+    let metric = Metric::new(Potential::linear(-0.5), 1.0, 1.0);
+    let start = InitialData { t: 0.0, x: 0.0, t_dot: 1.0, x_dot: 0.0 };
+    let end = ReferenceTrajectory::new(&metric, start, 5.0).unwrap_err();
+    // K = Q = 1 and g00 = sin²φ from φ = π/2: γ = π/2 at the horizon.
+    assert!((end.gamma - std::f64::consts::FRAC_PI_2).abs() < 1e-6, "{end}");
+    assert!((end.x - 1.0).abs() < 1e-3, "{end}");
+}
+
+#[test]
+fn the_length_of_a_physical_time() {
+    let length = ReferenceTrajectory::length_of(&quartic(), START, 10.0).unwrap();
+    assert!((reference(&quartic(), length).at(length).elapsed - 10.0).abs() < 1e-13);
+}
