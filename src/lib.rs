@@ -1,5 +1,81 @@
-//! Solver.
-#![doc(test(attr(deny(warnings))))]
+//! Initial value problems as geodesics, with an exactly conserved Noether charge and an emergent time mesh.
+//!
+//! The method is that of A. Rothkopf and J. Nordström, "A symmetry and Noether charge preserving discretization of
+//! initial value problems" (2023), [arXiv:2307.04490](https://arxiv.org/abs/2307.04490).
+//!
+//! # The method
+//!
+//! A point mass m in a potential V(x) is a free particle in the space-time with the metric diag(g00(x), −1),
+//! g00 = c² + 2V(x)/m. Its world-line (t(γ), x(γ)) makes the action
+//!
+//! ```text
+//! E_BVP = ∫ ½ ( g00(x) ṫ² − ẋ² ) dγ ,      ˙ = d/dγ
+//! ```
+//!
+//! stationary, with the constants of motion
+//!
+//! ```text
+//! Q_t = g00(x) ṫ        (time translation)          K = g00(x) ṫ² − ẋ²        (length of the tangent).
+//! ```
+//!
+//! Only γ is discretised; t stays a continuous variable and the symmetry under t → t + const survives. With a
+//! summation-by-parts operator D and its quadrature H, the regularised D̄x = Dx + H⁻¹E_0(x − x_i), and a forward and a
+//! backward branch,
+//!
+//! ```text
+//! F(t, x) = ½{ (D̄t)ᵀ g00(x) H (D̄t) − (D̄x)ᵀ H (D̄x) }
+//! E_IVP   = F(t₁, x₁) − F(t₂, x₂) + Σ λ_j C_j(t₁, x₁, t₂, x₂)
+//! ```
+//!
+//! turns the boundary value problem into an initial value problem: four constraints C_j fix the start of branch 1, four
+//! tie the branches at the end. The critical point of E_IVP has t₁ = t₂ and x₁ = x₂ (the physical limit), and there it *is*
+//! the first-order collocation system
+//!
+//! ```text
+//! (Dt)_k = Q_t/g00(x_k),    (Dx)_k = w_k,    (Dw)_k = −½ g00′(x_k) (Q_t/g00(x_k))²,       k = 1 … N−1,
+//! ```
+//!
+//! so Q_t has its continuum value at every node but the last, and the multipliers say what the last node deviates by. See
+//! [`solve`](crate::solve()) for the two ways to the critical point, both certified by the gradient of E_IVP itself.
+//!
+//! # Using the library
+//!
+//! ```
+//! use geodesic_ivp::diagnostics::Diagnostics;
+//! use geodesic_ivp::{Case, solve};
+//!
+//! let text = r#"
+//!     potential.quartic.kappa = 0.5
+//!     initial = { t = 0.0, x = 1.0, t_dot = 1.0, x_dot = 0.1 }
+//!     grid.n_gamma = 32
+//!     scheme.sbp = "SBP42"
+//! "#;
+//! let case = Case::parse("example", text, &[])?;
+//! let solution = solve(&case)?;
+//! let diagnostics = Diagnostics::new(&solution);
+//!
+//! assert!((solution.end.t - 1.468_700_371_198).abs() < 1e-11);
+//! assert!(diagnostics.max_abs_delta_q_t_interior() < 1e-13);
+//! assert!(solution.gradient_norm < 1e-10);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # The modules
+//!
+//! Data flows one way:
+//!
+//! | module | what it knows |
+//! |---|---|
+//! | [`case`] | the strict TOML case file |
+//! | [`potential`] | V, V′, V″; formulas |
+//! | [`metric`], [`geodesic`] | g00 and the constants of motion, but no grid |
+//! | [`sbp`], [`banded`] | operators and banded algebra, but no physics |
+//! | [`action`] | E_IVP, its gradient and its sparse Hessian |
+//! | [`mod@solve`] | Newton on ∇E_IVP = 0; the physical limit; every way it can end |
+//! | [`diagnostics`] | charges, residuals, bound, sawtooth; never calls a solver |
+//! | [`reference`] | the trajectory to compare with, by a Taylor method |
+//! | [`study`] | sweeps and fits, on top of [`solve`](crate::solve()) |
+//! | [`output`] | CSV, JSON and SVG; prints nothing |
 
 pub mod action;
 pub mod banded;

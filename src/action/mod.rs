@@ -125,11 +125,12 @@ impl<'a> DoubledAction<'a> {
     /// [`OutsideDomain`] if g00 is not positive and finite at a node of either branch.
     pub fn gradient(&self, u: &[f64], out: &mut [f64]) -> Result<(), OutsideDomain> {
         let layout = self.layout();
-        let mut branches = self.both_branches(u)?;
         let constraints = self.constraints(u);
         let lambda = layout.multipliers(u);
-        for (branch, (sign, parts)) in branches.iter_mut().zip([1.0, -1.0].into_iter().zip(layout.branches_mut(out))) {
-            self.branch_gradient(branch, sign, parts.t, parts.x);
+        // One branch after the other, so that only one needs room.
+        let parts = layout.branches(u).into_iter().zip(layout.branches_mut(out));
+        for (sign, (branch, out)) in [1.0, -1.0].into_iter().zip(parts) {
+            self.branch_gradient(self.branch(branch.t, branch.x)?, sign, out.t, out.x);
         }
         let last = self.sbp.points() - 1;
         let [b1, b2] = layout.branches_mut(out);
@@ -157,8 +158,7 @@ impl<'a> DoubledAction<'a> {
     }
 
     /// `sign` · (∂F/∂t, ∂F/∂x) with ∂F/∂t = D̄ᵀHv, ∂F/∂x = ½H g00′(D̄t)² − D̄ᵀHw, v = g00∘D̄t, w = D̄x.
-    /// Uses the branch's arrays as scratch.
-    fn branch_gradient(&self, branch: &mut BranchState, sign: f64, out_t: &mut [f64], out_x: &mut [f64]) {
+    fn branch_gradient(&self, mut branch: BranchState, sign: f64, out_t: &mut [f64], out_x: &mut [f64]) {
         self.bar_x.apply_transpose_weighted(&branch.x_dot, out_x);
         let weights = self.sbp.weights();
         for (k, out) in out_x.iter_mut().enumerate() {

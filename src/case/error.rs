@@ -19,6 +19,11 @@ pub struct CaseError {
 }
 
 impl CaseError {
+    /// A mistake that concerns the case as a whole.
+    pub fn without_place(source_name: &str, message: String) -> Self {
+        Self { source_name: source_name.to_owned(), text: String::new(), span: None, message, help: None }
+    }
+
     /// (line, column) of the mistake, both from 1; the column counts characters.
     pub fn line_and_column(&self) -> Option<(usize, usize)> {
         let before = &self.text[..self.span.as_ref()?.start];

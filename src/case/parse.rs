@@ -18,6 +18,7 @@ impl Case {
     pub fn parse(source_name: &str, text: &str, overrides: &[String]) -> Result<Self, CaseError> {
         let plain = Source { name: source_name.to_owned(), text: text.to_owned() };
         let source = if overrides.is_empty() { plain } else { plain.with_overrides(overrides)? };
+        source.check_structure()?;
         let case: Case = toml::from_str(&source.text)
             .map_err(|error| source.error(error.span(), readable(error.message()), None))?;
         case.validated().map_err(|invalid| {
@@ -26,6 +27,9 @@ impl Case {
         })
     }
 }
+
+const POTENTIALS: &str = "give exactly one of free = {}, linear = { alpha }, quartic = { kappa }, \
+                          polynomial = { coefficients }, formula = { expression, parameters }";
 
 /// serde names Rust types; a user knows TOML's.
 fn readable(message: &str) -> String {
@@ -73,8 +77,48 @@ impl Source {
             span = item.span().or(span);
         }
         let (Some(span), Some(within), Some(string)) = (span.clone(), within, item.as_str()) else { return span };
-        let quote = self.text[span.clone()].find(string)? + span.start;
-        Some(quote + within.start..quote + within.end)
+        match self.text[span.clone()].find(string) {
+            Some(offset) => Some(span.start + offset + within.start..span.start + offset + within.end),
+            None => Some(span),
+        }
+    }
+
+    /// What the deserialiser would accept or explain badly: tables written as arrays, and not exactly one potential.
+    fn check_structure(&self) -> Result<(), CaseError> {
+        let document = Document::parse(self.text.as_str())
+            .map_err(|error| self.error(error.span(), readable(error.message()), None))?;
+        let root = document.as_table();
+        for key in ["potential", "particle", "initial", "grid", "scheme", "solver", "expect"] {
+            if let Some(item) = root.get(key).filter(|item| !item.is_table_like()) {
+                return Err(self.error(
+                    item.span(),
+                    format!("'{key}' must be a table, found {}", item.type_name()),
+                    None,
+                ));
+            }
+        }
+        for (table, key) in [("solver", "system"), ("expect", "status")] {
+            let item = root.get(table).and_then(Item::as_table_like).and_then(|table| table.get(key));
+            if let Some(item) = item.filter(|item| !item.is_str()) {
+                let message = format!("'{table}.{key}' must be a string, found {}", item.type_name());
+                return Err(self.error(item.span(), message, None));
+            }
+        }
+        let Some(potential) = root.get("potential") else { return Ok(()) };
+        let kinds: Vec<(&str, &Item)> = potential.as_table_like().into_iter().flat_map(|table| table.iter()).collect();
+        let one = || Some(POTENTIALS.to_owned());
+        match kinds.as_slice() {
+            [(_, item)] if item.is_table_like() => Ok(()),
+            [(kind, item)] => {
+                let message = format!("'potential.{kind}' must be a table, found {}", item.type_name());
+                Err(self.error(item.span(), message, one()))
+            }
+            [] => Err(self.error(potential.span(), "no potential is given".to_owned(), one())),
+            [(first, _), (second, item), ..] => {
+                let message = format!("more than one potential is given: {first} and {second}");
+                Err(self.error(item.span(), message, one()))
+            }
+        }
     }
 }
 

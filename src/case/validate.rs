@@ -38,6 +38,9 @@ fn not_available(path: &str, what: &str) -> Invalid {
 impl Case {
     /// The case with its conditional defaults filled in, if everything about it is acceptable.
     pub(super) fn validated(mut self) -> Result<Self, Invalid> {
+        if self.title.as_ref().is_some_and(|title| title.contains(char::is_control)) {
+            return Err(invalid("title", "the title must be one line without control characters"));
+        }
         self.check_finite()?;
         self.check_potential()?;
         self.check_choices()?;
@@ -180,7 +183,7 @@ impl Case {
         if let Some(gamma_f) = gamma_f {
             if gamma_f <= gamma_i {
                 let message = format!("gamma_f = {gamma_f} must be greater than gamma_i = {gamma_i}");
-                return Err(invalid("grid.gamma_f", message));
+                return Err(invalid("grid.gamma_f", message).help("gamma_f is 1 if it is not given"));
             }
             let spacing = (gamma_f - gamma_i) / (n_gamma - 1) as f64;
             let largest = gamma_i.abs().max(gamma_f.abs());
@@ -193,6 +196,9 @@ impl Case {
         if let Some(t_f) = t_f {
             if self.initial.t_dot <= 0.0 {
                 return Err(invalid("grid.t_f", "t_f needs t_dot > 0: otherwise t does not increase with gamma"));
+            }
+            if !((t_f - self.initial.t) / self.initial.t_dot).is_finite() {
+                return Err(invalid("grid.t_f", "(t_f - t) / t_dot is not a finite number"));
             }
             if t_f <= self.initial.t {
                 let message = format!("t_f = {t_f} must be later than the initial t = {}", self.initial.t);
@@ -211,16 +217,26 @@ impl Case {
         let initial = self.initial_data();
         let start = self.metric().at(initial.x);
         if !start.is_inside() {
-            let message = format!(
-                "g00 = c^2 + 2V/m must be positive and finite at the start, got g00({}) = {}",
-                initial.x, start.g00
-            );
+            let message = if start.g00 > 0.0 && start.g00.is_finite() {
+                format!("V' is not finite at the start, x = {:?}", initial.x)
+            } else {
+                let at = (initial.x, start.g00);
+                format!("g00 = c^2 + 2V/m must be positive and finite at the start, got g00({:?}) = {:?}", at.0, at.1)
+            };
             return Err(
                 invalid("initial.x", message).help("choose another initial x, a weaker potential or a larger c")
             );
         }
         if !initial.x_dot.is_finite() {
             return Err(invalid("initial.velocity", "velocity * t_dot is not a finite number"));
+        }
+        if initial.t_dot == 0.0 && initial.x_dot == 0.0 {
+            return Err(invalid("initial.t_dot", "t_dot and x_dot are both zero: the world-line would be a point"));
+        }
+        let invariants = initial.invariants(&self.metric());
+        if !(invariants.q_t.is_finite() && invariants.k.is_finite()) {
+            let message = "Q_t = g00 t_dot or K = g00 t_dot^2 - x_dot^2 overflows: choose units nearer to 1";
+            return Err(invalid("initial.t_dot", message));
         }
         Ok(())
     }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use geodesic_ivp::case::Expect;
-use geodesic_ivp::{Case, NoSolution, Solution, Status, solve};
+use geodesic_ivp::{Case, CaseError, NoSolution, Solution, Status, solve};
 
 use super::{CaseArgs, report};
 
@@ -35,7 +35,8 @@ pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     }
     if args.run {
         let Some(expect) = case.expect else {
-            anyhow::bail!("the case has no [expect] table to compare with");
+            let message = "the case has no [expect] table to compare with".to_owned();
+            return Err(CaseError::without_place(&args.case.name(), message).into());
         };
         let met = compare(&case, expect)?;
         if !args.case.quiet {

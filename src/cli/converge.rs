@@ -3,8 +3,6 @@
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context;
 use clap::Args;
@@ -14,14 +12,12 @@ use geodesic_ivp::output::{ConvergenceSummary, OutputSet, write_convergence, wri
 use geodesic_ivp::study::convergence::{Convergence, Slope, sweep};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::interrupt::{self, INTERRUPTED};
 use super::{CaseArgs, report};
 
 const CONVERGENCE: &str = "convergence.csv";
 const SLOPES: &str = "slopes.csv";
 const SUMMARY: &str = "summary.json";
-
-/// The exit code of a process that SIGINT ended.
-const INTERRUPTED: u8 = 130;
 
 #[derive(Debug, Args)]
 pub(super) struct ConvergeArgs {
@@ -100,14 +96,7 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
 /// Sweeps with a bar on a terminal's standard error; an interrupt lets running grids finish and starts no more, a
 /// second one ends the program at once.
 fn sweep_with_progress(case: &Case, operators: &[SbpName], args: &ConvergeArgs) -> anyhow::Result<Convergence> {
-    let cancel = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&cancel);
-    ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(i32::from(INTERRUPTED));
-        }
-    })
-    .context("cannot listen for interrupts")?;
+    let cancel = interrupt::flag()?;
     let grids = (args.n_gamma.len() * operators.len()) as u64;
     let bar = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new(grids) };
     bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} grids {msg}").expect("the template is valid"));

@@ -4,7 +4,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use geodesic_ivp::Case;
+use geodesic_ivp::{Case, CaseError};
 
 use super::CaseArgs;
 
@@ -13,18 +13,22 @@ impl CaseArgs {
         self.case == Path::new("-")
     }
 
+    /// What errors call the source.
+    pub(super) fn name(&self) -> String {
+        if self.is_standard_input() { "<stdin>".to_owned() } else { self.case.display().to_string() }
+    }
+
     /// The valid case.
     pub(super) fn read(&self) -> anyhow::Result<Case> {
-        let (name, text) = if self.is_standard_input() {
-            let mut text = String::new();
-            io::stdin().read_to_string(&mut text).context("cannot read the case from standard input")?;
-            ("<stdin>".to_owned(), text)
+        let name = self.name();
+        let mut bytes = Vec::new();
+        if self.is_standard_input() {
+            io::stdin().read_to_end(&mut bytes).context("cannot read the case from standard input")?;
         } else {
-            let name = self.case.display().to_string();
-            let text =
-                std::fs::read_to_string(&self.case).with_context(|| format!("cannot read the case file {name}"))?;
-            (name, text)
-        };
+            bytes = std::fs::read(&self.case).with_context(|| format!("cannot read the case file {name}"))?;
+        }
+        let text = String::from_utf8(bytes)
+            .map_err(|error| CaseError::without_place(&name, format!("the case is not UTF-8 text: {error}")))?;
         Ok(Case::parse(&name, &text, &self.set)?)
     }
 

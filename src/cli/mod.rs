@@ -3,6 +3,7 @@
 mod check;
 mod converge;
 mod input;
+mod interrupt;
 mod report;
 mod run;
 mod shell;

@@ -14,7 +14,7 @@ use geodesic_ivp::output::{
 use geodesic_ivp::{Case, Solution, solve};
 use indicatif::ProgressBar;
 
-use super::{CaseArgs, report};
+use super::{CaseArgs, interrupt, report};
 
 const TRAJECTORY: &str = "trajectory.csv";
 const RESIDUALS: &str = "residuals.csv";
@@ -38,6 +38,7 @@ pub(super) struct RunArgs {
 
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let case = args.case.read()?;
+    interrupt::end_at_once()?;
     for warning in case.warnings() {
         report::warn(&warning);
     }
@@ -45,7 +46,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
         let (result, _) = timed_solve(&case, args.case.quiet);
         let solution = result?;
         let diagnostics = Diagnostics::new(&solution);
-        write_combined(io::BufWriter::new(io::stdout().lock()), &solution, &diagnostics)?;
+        write_combined(io::stdout().lock(), &solution, &diagnostics)?;
         return Ok(ExitCode::SUCCESS);
     }
     let directory = args.out.clone().unwrap_or_else(|| args.case.default_output());

@@ -1,7 +1,7 @@
 //! Output files that appear whole or not at all.
 
 use std::fs;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -41,13 +41,13 @@ impl OutputSet {
         &self.directory
     }
 
-    /// A buffered writer for a file that was opened, to be used from any thread.
+    /// A file that was opened, unbuffered, to be written from any thread.
     ///
     /// # Panics
     /// If `name` was not opened.
     pub fn writer(&self, name: &str) -> impl Write + '_ {
         let (_, file) = self.pending.iter().find(|(n, _)| *n == name).expect("the file was opened");
-        BufWriter::with_capacity(1 << 18, file.as_file())
+        file.as_file()
     }
 
     /// Writes a whole file that was opened.
@@ -55,8 +55,7 @@ impl OutputSet {
     /// # Errors
     /// If it cannot be written.
     pub fn write_text(&self, name: &str, text: &str) -> anyhow::Result<()> {
-        let mut writer = self.writer(name);
-        writer.write_all(text.as_bytes()).and_then(|()| writer.flush()).with_context(|| format!("cannot write {name}"))
+        self.writer(name).write_all(text.as_bytes()).with_context(|| format!("cannot write {name}"))
     }
 
     /// Puts the files whose names satisfy `keep` in place and removes any of the others left by an earlier run, so that the

@@ -2,10 +2,13 @@
 
 use std::io::Write;
 
-use csv::{ByteRecord, Writer};
+use csv::{ByteRecord, WriterBuilder};
 
 use crate::diagnostics::Diagnostics;
 use crate::solve::{Backward, Solution};
+
+/// Bytes handed to the operating system at a time.
+const BUFFER: usize = 1 << 18;
 
 /// `trajectory.csv`: gamma,t,x,t_dot,x_dot.
 ///
@@ -74,7 +77,7 @@ fn write_table(
     header: &[&str],
     row: impl Fn(usize, &mut dyn FnMut(f64)),
 ) -> csv::Result<()> {
-    let mut writer = Writer::from_writer(out);
+    let mut writer = WriterBuilder::new().buffer_capacity(BUFFER).from_writer(out);
     writer.write_record(header)?;
     let mut record = ByteRecord::new();
     let mut digits = zmij::Buffer::new();

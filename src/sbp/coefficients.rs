@@ -45,7 +45,7 @@ pub struct Coefficients {
 /// SBP(2,1): second order inside, first order at the boundary.
 ///
 /// Source: K. Strand, "Summation by parts for finite difference approximations for d/dx", J. Comput. Phys. 110
-/// (1994) 47–67; printed as D^[2,1] by Rothkopf & Nordström (2023).
+/// (1994) 47–67; printed as D^(2,1) by Rothkopf & Nordström (2023).
 pub static SBP21: Coefficients = Coefficients {
     name: "SBP21",
     interior_order: 2,
@@ -57,7 +57,7 @@ pub static SBP21: Coefficients = Coefficients {
 
 /// SBP(4,2): fourth order inside, second order at the boundary.
 ///
-/// Source: Strand (1994), the diagonal-norm operator; printed as D^[4,2] by Rothkopf & Nordström (2023) with a misprint:
+/// Source: Strand (1994), the diagonal-norm operator; printed as D^(4,2) by Rothkopf & Nordström (2023) with a misprint:
 /// their row 4 has −59/86 in its third entry, which breaks Q + Qᵀ = E_N − E_0 and the exactness on linear functions.
 /// The value below, −59/98, satisfies both.
 pub static SBP42: Coefficients = Coefficients {

@@ -57,17 +57,17 @@ fn shifted(
     mut fill: impl FnMut(&mut BandedMatrix, usize, usize, f64),
 ) -> BandedMatrix {
     let unknowns = problem.sbp.points() - 1;
-    let entries = || {
-        (0..unknowns)
-            .flat_map(|k| problem.sbp.row(k).filter(|&(column, _)| column > 0).map(move |(c, d)| (k, c - 1, d)))
-    };
-    // Only the rows near the ends differ from the interior, but asking every row costs nothing against the factorisation.
-    let (lower, upper) = entries().fold((1, 0), |(l, u), (row, column, _)| {
-        (row.saturating_sub(column).max(l), column.saturating_sub(row).max(u))
-    });
+    let entries =
+        |k: usize| problem.sbp.row(k).filter(|&(column, _)| column > 0).map(move |(column, d)| (k, column - 1, d));
+    // The rows of the closures and one between them show every offset that occurs.
+    let closure = problem.sbp.closure_rows();
+    let (lower, upper) =
+        (0..=closure).chain(unknowns - closure..unknowns).flat_map(entries).fold((1, 0), |(l, u), (row, column, _)| {
+            (row.saturating_sub(column).max(l), column.saturating_sub(row).max(u))
+        });
     // The coupling between two fields of neighbouring nodes reaches 2·fields − 1 below the diagonal.
     let mut matrix = BandedMatrix::zeros(fields * unknowns, (fields * lower).max(2 * fields - 1), fields * upper);
-    for (row, column, d) in entries() {
+    for (row, column, d) in (0..unknowns).flat_map(entries) {
         fill(&mut matrix, row, column, d);
     }
     matrix

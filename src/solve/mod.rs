@@ -17,7 +17,7 @@ pub use status::{InitialGuess, IterationRecord, NoSolution, Status};
 use self::critical_point::CriticalPointSolver;
 use self::newton::Failure;
 use self::problem::Problem;
-use crate::action::{DoubledAction, Layout, max_abs};
+use crate::action::{DoubledAction, Layout, MULTIPLIERS, max_abs};
 use crate::case::{Case, System};
 
 /// Solves a case.
@@ -37,9 +37,30 @@ pub fn solve(case: &Case) -> Result<Solution, NoSolution> {
 /// Solves a case on γ ∈ [γ_i, `gamma_f`].
 fn solve_to(case: &Case, gamma_f: f64) -> Result<Solution, NoSolution> {
     let problem = Problem::new(case, gamma_f);
-    match case.solver.system {
+    let solution = match case.solver.system {
         System::PhysicalLimit => solve_physical_limit(problem, case),
         System::Doubled => solve_doubled(problem, case),
+    }?;
+    // An overflow anywhere makes the gradient NaN or infinite: no such numbers are handed on as a result.
+    if solution.gradient_norm.is_finite() && solution.end.t.is_finite() {
+        Ok(solution)
+    } else {
+        Err(overflow(solution))
+    }
+}
+
+fn overflow(solution: Solution) -> NoSolution {
+    let finite = |k: &usize| solution.x[*k].is_finite() && solution.elapsed[*k].is_finite();
+    let index = (0..solution.x.len()).find(|k| !finite(k)).unwrap_or(solution.x.len() - 1);
+    NoSolution {
+        status: Status::OutsideDomain,
+        gamma: solution.gamma_i + index as f64 * solution.sbp.spacing(),
+        x: solution.x[index],
+        g00: solution.metric.at(solution.x[index]).g00,
+        iteration: solution.history.len(),
+        residual: solution.gradient_norm,
+        history: solution.history,
+        initial_guess: solution.initial_guess,
     }
 }
 
@@ -83,9 +104,13 @@ fn solve_doubled(problem: Problem, case: &Case) -> Result<Solution, NoSolution> 
     let guess = InitialGuess::WindowedAction;
     let start = first_guess::windowed_action(&problem).map_err(|window| {
         // The window is a short grid of its own: γ counts from its start.
-        let layout = Layout::new((window.failure.unknowns.len() - 8) / 4);
-        let mut error =
-            no_solution(&problem, window.failure, guess, |unknown, u| on_forward_branch(layout, unknown, u));
+        let mut failure = window.failure;
+        if failure.status == Status::MaxIterations {
+            // The limit was the window's own; no setting of the user would help.
+            failure.status = Status::Stalled;
+        }
+        let layout = Layout::new((failure.unknowns.len() - MULTIPLIERS) / 4);
+        let mut error = no_solution(&problem, failure, guess, |unknown, u| on_forward_branch(layout, unknown, u));
         let node = (error.gamma - problem.gamma_i) / problem.sbp.spacing();
         error.gamma = window.gamma + node * window.spacing;
         error
@@ -130,8 +155,10 @@ fn solve_doubled(problem: Problem, case: &Case) -> Result<Solution, NoSolution> 
 
 fn gradient_norm(action: &DoubledAction<'_>, unknowns: &[f64]) -> f64 {
     let mut gradient = vec![0.0; unknowns.len()];
-    action.gradient(unknowns, &mut gradient).expect("a solution lies inside the domain");
-    max_abs(&gradient)
+    match action.gradient(unknowns, &mut gradient) {
+        Ok(()) => max_abs(&gradient),
+        Err(_) => f64::INFINITY,
+    }
 }
 
 /// Node of an unknown of the doubled action, and x of the forward branch there.

@@ -106,20 +106,39 @@ impl fmt::Display for NoSolution {
         match self.status {
             Status::OutsideDomain => write!(
                 f,
-                "the geodesic leaves the domain at gamma = {gamma:.6}, x = {x:.6}: g00 = {g00:.3e} (iteration {iteration}, residual {residual:.2e})"
+                "the geodesic leaves the domain at gamma = {}, x = {}: g00 = {g00:.3e} (iteration {iteration}, residual {residual:.2e})",
+                Compact(*gamma),
+                Compact(*x)
             ),
             Status::EndTimeNotReached => {
-                write!(f, "the physical time t_f is not reached: the search ended at gamma = {gamma:.6}, x = {x:.6}")
+                let (gamma, x) = (Compact(*gamma), Compact(*x));
+                write!(f, "the physical time t_f is not reached: the search ended at gamma = {gamma}, x = {x}")
             }
             status => write!(
                 f,
-                "no critical point found ({status}) after {iteration} iterations: largest residual {residual:.2e} at gamma = {gamma:.6}, x = {x:.6}"
+                "no critical point found ({status}) after {iteration} iterations: largest residual {residual:.2e} at gamma = {}, x = {}",
+                Compact(*gamma),
+                Compact(*x)
             ),
         }
     }
 }
 
 impl std::error::Error for NoSolution {}
+
+/// A number for a message: six decimals, or an exponent where those would be noise or a long row of zeros.
+struct Compact(f64);
+
+impl fmt::Display for Compact {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let size = self.0.abs();
+        if size == 0.0 || (1e-3..1e9).contains(&size) {
+            write!(f, "{:.6}", self.0)
+        } else {
+            write!(f, "{:.6e}", self.0)
+        }
+    }
+}
 
 impl NoSolution {
     /// What to try next.

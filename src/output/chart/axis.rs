@@ -53,7 +53,7 @@ impl Axis {
             1.0
         };
         let (low, high) = (low - padding, high + padding);
-        let rough = (high - low) / 7.0;
+        let rough = (high - low) / 7.0 * (1.0 - 1e-9);
         let power = 10_f64.powi(decade(rough));
         let step = power * [1.0, 2.0, 5.0].into_iter().find(|m| m * power >= rough).unwrap_or(10.0);
         let labelled = whole((low / step).ceil(), (high / step).floor()).map(|k| k * step).collect();
@@ -96,6 +96,7 @@ impl Axis {
             labelled.retain(|v| v - at > 0.05 * (high - at));
             labelled.push(at);
         }
+        labelled.sort_by(f64::total_cmp);
         Self { scale: Scale::Log, range: low..high, labelled, fine, step, floor }
     }
 
@@ -177,8 +178,9 @@ mod tests {
     #[test]
     fn linear_ticks_are_round() {
         assert_eq!(labels(Scale::Linear, &[-1.0, 1.0]), ["−1.0", "−0.5", "0", "0.5", "1.0"]);
-        assert_eq!(labels(Scale::Linear, &[0.0, 3e-6]), ["0", "1×10⁻⁶", "2×10⁻⁶", "3×10⁻⁶"].map(String::from));
-        assert_eq!(labels(Scale::Linear, &[7.0]), [""]);
+        assert_eq!(labels(Scale::Linear, &[0.0, 1.5e-6])[..3], ["0", "0.5×10⁻⁶", "1.0×10⁻⁶"]);
+        assert_eq!(labels(Scale::Linear, &[0.0, 6e6])[1..4], ["1×10⁶", "2×10⁶", "3×10⁶"]);
+        assert_eq!(labels(Scale::Linear, &[7.0]), ["6.4", "6.6", "6.8", "7.0", "7.2", "7.4", "7.6"]);
         let axis = Axis::new(Scale::Linear, &[0.0, 100.0]);
         assert_eq!(axis.range, -4.0..104.0);
     }
@@ -187,7 +189,7 @@ mod tests {
     fn logarithmic_ticks_are_powers_of_ten() {
         assert_eq!(labels(Scale::Log, &[2e-3, 0.05]), ["10⁻³", "10⁻²", "10⁻¹"]);
         assert_eq!(labels(Scale::Log, &[1e-3, 1e-1]), ["10⁻³", "10⁻²", "10⁻¹"]);
-        assert_eq!(labels(Scale::Log, &[2e3, 3e3]), ["10³", "10⁴", "2×10³", "5×10³"]);
+        assert_eq!(labels(Scale::Log, &[2e3, 3e3]), ["10³", "2×10³", "5×10³", "10⁴"]);
         assert_eq!(labels(Scale::Log, &[1.0]), ["10⁻¹", "10⁰", "10¹"]);
         for k in -300..300 {
             let axis = Axis::new(Scale::Log, &[10_f64.powi(k), 10_f64.powi(k + 2)]);

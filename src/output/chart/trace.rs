@@ -131,7 +131,7 @@ impl Trace {
         let radius = match self.symbols().count() {
             ..=80 => Pen::RADIUS,
             81..=400 => 24,
-            _ => 14,
+            _ => 18,
         };
         self.runs.iter().try_for_each(|run| self.pen.line(canvas, run))?;
         self.marks.iter().try_for_each(|&at| self.pen.symbol(canvas, at, radius, false))?;
@@ -177,7 +177,7 @@ mod tests {
     /// A wave over 50 columns with a spike.
     fn wave() -> Vec<Pixel> {
         let spike = |k: i32| if k == 4321 { 5000 } else { 0 };
-        (0..10_000).map(|k| (k / 20, (f64::from(k) / 300.0).sin().mul_add(400.0, 0.0) as i32 + spike(k))).collect()
+        (0..10_000).map(|k| (k / 20, (400.0 * (f64::from(k) / 300.0).sin()) as i32 + spike(k))).collect()
     }
 
     fn extremes(points: &[Pixel]) -> BTreeMap<i32, (i32, i32)> {

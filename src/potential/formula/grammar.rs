@@ -24,7 +24,7 @@ use super::FormulaError;
 use super::graph::{Function, Graph, NodeId};
 
 /// Longest expression accepted: nested parentheses cost stack, and no potential needs this.
-const MAX_BYTES: usize = 4096;
+const MAX_BYTES: usize = 1024;
 /// Deepest nesting accepted.
 const MAX_DEPTH: usize = 64;
 
@@ -168,7 +168,7 @@ fn number<'i, 's: 'i>(input: &mut Input<'i, 's>) -> Result<NodeId, Failure> {
             Ok(input.state.graph.constant(value))
         }
         None => {
-            input.state.report(offset, "not a number (a product is written with *)");
+            input.state.report(offset, "not a finite number (a product is written with *)");
             Err(cut())
         }
     }
