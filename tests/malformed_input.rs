@@ -62,8 +62,14 @@ const EDITS: &[(&str, &str, &str, &str, &str)] = &[
     ("missing [potential]", "[potential]\nquartic = { kappa = 0.5 }\n", "", "1:1", "missing field `potential`"),
     ("missing [initial]", INITIAL, "", "1:1", "missing field `initial`"),
     ("missing [scheme]", "[scheme]\nsbp = \"SBP21\"\n", "", "1:1", "missing field `scheme`"),
-    ("two potentials", POTENTIAL, "free = {}\nquartic = { kappa = 0.5 }", "3:1", "[potential]"),
-    ("no kind of potential", POTENTIAL, "", "3:1", "[potential]"),
+    ("two potentials", POTENTIAL, "free = {}\nquartic = { kappa = 0.5 }", "5:11", "given: free and quartic"),
+    ("no kind of potential", POTENTIAL, "", "3:1", "no potential is given"),
+    ("potential without a table", POTENTIAL, "quartic = 0.5", "4:11", "'potential.quartic' must be a table, found float"),
+    ("potential as a list", POTENTIAL, "quartic = [0.5]", "4:11", "must be a table, found array"),
+    ("system as a table", SOLVER, "system = { doubled = {} }", "24:10", "'solver.system' must be a string"),
+    ("control character in the title", "\"Quartic\"", "\"Qu\\u001bartic\"", "1:9", "without control characters"),
+    ("no tangent", "x_dot = 0.1\nt_dot = 1.0", "x_dot = 0.0\nt_dot = 0.0", "14:9", "t_dot and x_dot are both zero"),
+    ("overflowing charge", "t_dot = 1.0", "t_dot = 1e200", "14:9", "overflows"),
     // Types
     ("string for a number", "x = 1.0", "x = \"one\"", "12:5", "string \"one\", expected a number"),
     ("boolean for a number", "x = 1.0", "x = true", "12:5", "boolean `true`, expected a number"),
@@ -101,8 +107,8 @@ const EDITS: &[(&str, &str, &str, &str, &str)] = &[
     ("no windows", "n_gamma = 32", "n_gamma = 32\nwindows = 0", "19:11", "windows must be at least 1"),
     ("unknown operator", "SBP21", "SBP22", "21:7", "unknown operator \"SBP22\", expected SBP21, SBP42"),
     ("unknown form", "\"SBP21\"", "\"SBP21\"\nform = \"wek\"", "22:8", "unknown form \"wek\", expected strong or weak"),
-    ("horizon at the start", "kappa = 0.5", "kappa = -0.5", "12:5", "g00(1) = 0\n"),
-    ("start behind the horizon", "kappa = 0.5", "kappa = -5.0", "12:5", "g00(1) = -9\n"),
+    ("horizon at the start", "kappa = 0.5", "kappa = -0.5", "12:5", "g00(1.0) = 0.0\n"),
+    ("start behind the horizon", "kappa = 0.5", "kappa = -5.0", "12:5", "g00(1.0) = -9.0\n"),
     ("unregularised limit", "\"SBP21\"", "\"SBP21\"\nregularised = false", "22:15", "needs solver.system"),
     ("tolerance = 0", SOLVER, "[expect]\nx_final = 1.0\ntolerance = 0.0", "26:13", "tolerance must be positive, got 0"),
     ("tolerance < 0", SOLVER, "[expect]\ntolerance = -1.0", "25:13", "tolerance must be positive, got -1"),
@@ -161,9 +167,9 @@ const FORMULAS: &[(&str, &str, usize, &str)] = &[
     ("superscript", "x²", 2, "found '²'"),
     ("minus sign of typesetting", "x − 1", 3, "found '−'"),
     ("wide characters", "x + 漢", 5, "found '漢'"),
-    ("number without exponent", "1e*x", 1, "not a number"),
-    ("number with two points", "1.2.3", 1, "not a number"),
-    ("number too large", "1e999*x", 1, "not a number"),
+    ("number without exponent", "1e*x", 1, "not a finite number"),
+    ("number with two points", "1.2.3", 1, "not a finite number"),
+    ("number too large", "1e999*x", 1, "not a finite number"),
 ];
 
 /// (name, arguments, exit code, what standard error contains). The files named are those of [`Workspace::new`].
@@ -190,11 +196,11 @@ const COMMAND_LINES: &[(&str, &[&str], i32, &[&str])] = &[
     ("check of an invalid case", &["check", "case.toml", "--set", "particle.c=0"], 2, &["particle.c", "c=0:8:5\n"]),
     ("missing file", &["run", "none.toml"], 1, &["cannot read the case file none.toml"]),
     ("directory as case", &["run", "earlier"], 1, &["cannot read the case file earlier"]),
-    ("not UTF-8", &["run", "latin-1.toml"], 1, &["cannot read the case file latin-1.toml", "UTF-8"]),
+    ("not UTF-8", &["run", "latin-1.toml"], 2, &["latin-1.toml: the case is not UTF-8 text"]),
     ("output is a file", &["run", "case.toml", "--out", "case.toml"], 1, &["the output directory case.toml"]),
     ("output below a file", &["run", "case.toml", "--out", "case.toml/x"], 1, &["the output directory case.toml/x"]),
     ("table is a directory", &["run", "case.toml", "--out", "blocked"], 1, &["trajectory.csv: it is a directory"]),
-    ("no [expect]", &["check", "case.toml", "--run", "--quiet"], 1, &["the case has no [expect] table"]),
+    ("no [expect]", &["check", "case.toml", "--run", "--quiet"], 2, &["the case has no [expect] table"]),
     (
         "wrong number",
         &["check", "case.toml", "--run", "--quiet", "--set", "expect={x_final=2.0, tolerance=1e-6}"],
@@ -320,8 +326,8 @@ fn invalid_cases() -> Vec<(String, String, String, String)> {
     rows.extend([
         formula("nested too deep", &"(".repeat(1000), 65, "nested more than 64 deep"),
         formula("functions nested too deep", &"sin(".repeat(100), 257, "nested more than 64 deep"),
-        formula("signs without end", &"-".repeat(4096), 4097, "found the end"),
-        formula("too long", &"-".repeat(10_000), 1, "longer than 4096 bytes"),
+        formula("signs without end", &"-".repeat(1024), 1025, "found the end"),
+        formula("too long", &"-".repeat(10_000), 1, "longer than 1024 bytes"),
         row("no text", String::new(), "1:1", "missing field `potential`"),
         row("JSON", "{\"title\": 1}".to_owned(), "1:1", "expected key"),
         row("nested arrays", edited("x = 1.0", &format!("x = {}", "[".repeat(100_000))), "12:85", "recursion"),
@@ -365,8 +371,8 @@ fn extreme_formulas_end_in_order() {
     let workspace = Workspace::new();
     let rows = [
         ("63 parentheses", format!("{}x{}", "(".repeat(63), ")".repeat(63)), 0),
-        ("4000 signs", format!("{}x", "-".repeat(4000)), 0),
-        ("2000 powers", format!("x{}", "^x".repeat(2000)), 0),
+        ("1000 signs", format!("{}x", "-".repeat(1000)), 0),
+        ("500 powers", format!("x{}", "^x".repeat(500)), 0),
         ("huge exponent", "x^1e300".to_owned(), 4),
     ];
     report(rows.into_iter().map(|(name, expression, code)| {

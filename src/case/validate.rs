@@ -118,7 +118,7 @@ impl Case {
                 Err(Invalid {
                     path: "potential.formula.expression".to_owned(),
                     within: Some(error.offset..error.offset + length),
-                    message: error.to_string(),
+                    message: format!("{} (character {} of the expression)", error.message, error.character()),
                     help: Some(format!(
                         "known are x, pi, the parameters ({parameters}), + - * / ^, parentheses and sin cos tan sinh cosh \
                          tanh asin acos atan exp ln log10 sqrt abs"
