@@ -8,8 +8,8 @@ use anyhow::Context;
 use clap::Args;
 use geodesic_ivp::Case;
 use geodesic_ivp::case::SbpName;
-use geodesic_ivp::output::{ConvergenceSummary, OutputSet, write_convergence, write_slopes};
-use geodesic_ivp::study::convergence::{Convergence, Slope, sweep};
+use geodesic_ivp::output::{ConvergenceSummary, OutputSet, pictures, write_convergence, write_slopes};
+use geodesic_ivp::study::convergence::{Convergence, Quantity, Slope, sweep};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::interrupt::{self, INTERRUPTED};
@@ -18,6 +18,8 @@ use super::{CaseArgs, report};
 const CONVERGENCE: &str = "convergence.csv";
 const SLOPES: &str = "slopes.csv";
 const SUMMARY: &str = "summary.json";
+const FINAL_ERRORS: &str = "errors_final.svg";
+const L2_ERRORS: &str = "errors_l2.svg";
 
 #[derive(Debug, Args)]
 pub(super) struct ConvergeArgs {
@@ -35,6 +37,10 @@ pub(super) struct ConvergeArgs {
     /// Operators to sweep
     #[arg(long, value_name = "SBP,SBP,…", value_delimiter = ',', value_parser = sbp_name, default_value = "SBP21,SBP42")]
     sbp: Vec<SbpName>,
+
+    /// Also draw the errors and their fits as SVG
+    #[arg(long)]
+    plot: bool,
 
     /// Fit only grids with MIN <= N <= MAX [default: all above the rounding plateau]
     #[arg(long, value_name = "MIN:MAX", value_parser = range)]
@@ -58,7 +64,7 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
         report::warn(&warning);
     }
     let directory = args.out.clone().unwrap_or_else(|| args.case.default_output());
-    let files = OutputSet::open(&directory, &[CONVERGENCE, SLOPES, SUMMARY])?;
+    let files = OutputSet::open(&directory, &[CONVERGENCE, SLOPES, SUMMARY, FINAL_ERRORS, L2_ERRORS])?;
     let mut operators = args.sbp.clone();
     let mut seen = Vec::new();
     operators.retain(|sbp| {
@@ -77,7 +83,17 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     write_convergence(files.writer(CONVERGENCE), &convergence.points).context("cannot write convergence.csv")?;
     write_slopes(files.writer(SLOPES), &slopes).context("cannot write slopes.csv")?;
     files.write_text(SUMMARY, &ConvergenceSummary::new(&case, &convergence, &slopes).to_json())?;
-    files.commit(|_| true)?;
+    if args.plot {
+        let title = case.title.as_deref().unwrap_or("Convergence");
+        for (name, what, quantities) in [
+            (FINAL_ERRORS, "errors at the end", [Quantity::EpsTFinal, Quantity::EpsXFinal]),
+            (L2_ERRORS, "errors in the L2 norm", [Quantity::EpsTL2, Quantity::EpsXL2]),
+        ] {
+            let chart = pictures::errors(&format!("{title}: {what}"), &convergence, &slopes, &quantities);
+            files.write_text(name, &chart.to_svg())?;
+        }
+    }
+    files.commit(|name| args.plot || ![FINAL_ERRORS, L2_ERRORS].contains(&name))?;
     if !args.case.quiet {
         let text = readable(&case, &convergence, &slopes, &directory);
         io::stdout().write_all(text.as_bytes())?;

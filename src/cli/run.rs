@@ -8,9 +8,11 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use clap::Args;
 use geodesic_ivp::diagnostics::Diagnostics;
+use geodesic_ivp::output::pictures::{self, Run};
 use geodesic_ivp::output::{
-    Outcome, OutputSet, Summary, write_branches, write_combined, write_residuals, write_trajectory,
+    Chart, Outcome, OutputSet, Summary, write_branches, write_combined, write_residuals, write_trajectory,
 };
+use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
 use geodesic_ivp::{Case, Solution, solve};
 use indicatif::ProgressBar;
 
@@ -20,6 +22,7 @@ const TRAJECTORY: &str = "trajectory.csv";
 const RESIDUALS: &str = "residuals.csv";
 const BRANCHES: &str = "branches.csv";
 const SUMMARY: &str = "summary.json";
+const PICTURES: [&str; 5] = ["world_line.svg", "t_dot.svg", "trajectory.svg", "delta_q_t.svg", "delta_g.svg"];
 const CASE: &str = "case.toml";
 
 #[derive(Debug, Args)]
@@ -30,6 +33,10 @@ pub(super) struct RunArgs {
     /// Directory for the result files [default: results/<case file stem>]
     #[arg(long, value_name = "DIR", conflicts_with = "stdout")]
     out: Option<PathBuf>,
+
+    /// Also draw SVG pictures beside the CSV files
+    #[arg(long, conflicts_with = "stdout")]
+    plot: bool,
 
     /// Write one CSV with all columns to standard output, and no files
     #[arg(long)]
@@ -50,7 +57,8 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     let directory = args.out.clone().unwrap_or_else(|| args.case.default_output());
-    let files = OutputSet::open(&directory, &[TRAJECTORY, RESIDUALS, BRANCHES, SUMMARY, CASE])?;
+    let tables = [TRAJECTORY, RESIDUALS, BRANCHES, SUMMARY, CASE];
+    let files = OutputSet::open(&directory, &[tables, PICTURES].concat())?;
     files.write_text(CASE, &case.to_toml())?;
     let (result, solve_seconds) = timed_solve(&case, args.case.quiet);
     let solution = match result {
@@ -72,8 +80,15 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
         solved.write_seconds = start.elapsed().as_secs_f64();
     }
     files.write_text(SUMMARY, &summary.to_json())?;
+    if args.plot {
+        let title = case.title.as_deref().unwrap_or("geodesic-ivp");
+        let title = format!("{title} ({}, N = {})", summary.sbp, summary.n_gamma);
+        for (name, chart) in PICTURES.into_iter().zip(pictures(&title, &solution, &diagnostics)) {
+            files.write_text(name, &chart.to_svg())?;
+        }
+    }
     let doubled = solution.backward.is_some();
-    files.commit(|name| doubled || name != BRANCHES)?;
+    files.commit(|name| if name == BRANCHES { doubled } else { args.plot || !PICTURES.contains(&name) })?;
     if !args.case.quiet {
         let text = readable(&case, &solution, &diagnostics, &summary, &directory);
         io::stdout().write_all(text.as_bytes())?;
@@ -106,6 +121,23 @@ fn write_tables(files: &OutputSet, solution: &Solution, diagnostics: &Diagnostic
             .with_context(|| format!("cannot write {BRANCHES}"))?;
     }
     Ok(())
+}
+
+/// One chart for each of `PICTURES`.
+fn pictures(title: &str, solution: &Solution, diagnostics: &Diagnostics) -> [Chart; 5] {
+    let runs = [Run { label: "", solution, diagnostics }];
+    let length = solution.gamma_f() - solution.gamma_i;
+    // Where the continuum has no trajectory to the end, the picture does without.
+    let reference = ReferenceTrajectory::new(&solution.metric, solution.initial, length).ok();
+    let duration = solution.end.t - solution.t_i;
+    let in_time = time_parametrised(&solution.metric, solution.initial, duration, 400);
+    [
+        pictures::world_line(title, solution),
+        pictures::time_mesh(title, &runs),
+        pictures::trajectory(title, &runs, reference.as_ref(), &in_time),
+        pictures::noether_charge(title, &runs),
+        pictures::geodesic_residuals(title, &runs),
+    ]
 }
 
 /// The summary a person reads.

@@ -3,6 +3,7 @@
 mod chart;
 mod convergence;
 mod files;
+pub mod pictures;
 mod summary;
 mod tables;
 

@@ -1,0 +1,178 @@
+//! The pictures of `--plot`: what the paper draws, from solutions, their diagnostics and a reference.
+
+use super::chart::{Chart, Ink, Mark, Scale, Series};
+use crate::diagnostics::Diagnostics;
+use crate::reference::{ReferenceTrajectory, TimeState};
+use crate::solve::Solution;
+use crate::study::convergence::{Convergence, Quantity, Slope};
+
+/// Points of a curve that is known everywhere.
+const CURVE_POINTS: usize = 400;
+
+/// A solved case in a picture, under a name for the legend.
+#[derive(Debug, Clone, Copy)]
+pub struct Run<'a> {
+    /// Entry of the legend; may be empty if there is one run only.
+    pub label: &'a str,
+    /// The solution.
+    pub solution: &'a Solution,
+    /// What was measured on it.
+    pub diagnostics: &'a Diagnostics,
+}
+
+impl Run<'_> {
+    fn against_gamma(&self, values: impl Iterator<Item = f64>) -> Vec<(f64, f64)> {
+        self.solution.gamma().zip(values).collect()
+    }
+
+    fn named(&self, what: &str) -> String {
+        if self.label.is_empty() { what.to_owned() } else { format!("{what}, {}", self.label) }
+    }
+}
+
+/// t(γ) and x(γ); of a doubled solution both branches.
+pub fn world_line(title: &str, solution: &Solution) -> Chart {
+    let gamma = || solution.gamma();
+    let shifted = |elapsed: &[f64]| elapsed.iter().map(|e| solution.t_i + e).collect::<Vec<_>>();
+    let curve = |label: &str, values: &[f64]| {
+        Series::new(label, Mark::LineAndPoints, gamma().zip(values.iter().copied()).collect())
+    };
+    let series = match &solution.backward {
+        None => vec![curve("t(γ)", &shifted(&solution.elapsed)), curve("x(γ)", &solution.x)],
+        Some(backward) => {
+            let dots = |label: &str, values: &[f64]| {
+                Series::new(label, Mark::Points, gamma().zip(values.iter().copied()).collect())
+            };
+            vec![
+                curve("t₁(γ)", &shifted(&solution.elapsed)),
+                curve("x₁(γ)", &solution.x),
+                dots("t₂(γ)", &shifted(&backward.elapsed)),
+                dots("x₂(γ)", &backward.x),
+            ]
+        }
+    };
+    Chart { title: title.to_owned(), x_label: "γ".to_owned(), y_label: "t, x".to_owned(), series, ..Chart::default() }
+}
+
+/// dt/dγ on the nodes: the time mesh that emerges. The last node deviates.
+pub fn time_mesh(title: &str, runs: &[Run<'_>]) -> Chart {
+    let series = runs.iter().map(|run| {
+        let points = run.against_gamma(run.diagnostics.t_dot.iter().copied());
+        Series::new(run.named("(Dt)(γ)"), Mark::LineAndPoints, points)
+    });
+    Chart {
+        title: title.to_owned(),
+        x_label: "γ".to_owned(),
+        y_label: "dt/dγ".to_owned(),
+        series: series.collect(),
+        ..Chart::default()
+    }
+}
+
+/// x(t): the nodes, the reference geodesic and the motion with time as its parameter.
+pub fn trajectory(
+    title: &str,
+    runs: &[Run<'_>],
+    reference: Option<&ReferenceTrajectory>,
+    time_parametrised: &[TimeState],
+) -> Chart {
+    let mut series = Vec::new();
+    if let Some((first, length)) = runs.first().map(|run| (run.solution, run.solution.gamma_f() - run.solution.gamma_i))
+    {
+        if let Some(reference) = reference {
+            let at = |k: usize| reference.at(length * k as f64 / (CURVE_POINTS - 1) as f64);
+            let points = (0..CURVE_POINTS).map(at).map(|point| (first.t_i + point.elapsed, point.x)).collect();
+            series.push(Series::new("geodesic (reference)", Mark::Line, points));
+        }
+        let points = time_parametrised.iter().map(|state| (first.t_i + state.elapsed, state.x)).collect();
+        series.push(Series::new("x(t) with time as parameter", Mark::Dashed, points).with_ink(Ink::Neutral));
+    }
+    for run in runs {
+        let points = run.solution.t().zip(run.solution.x.iter().copied()).collect();
+        series.push(Series::new(run.named("nodes"), Mark::Points, points));
+    }
+    Chart { title: title.to_owned(), x_label: "t".to_owned(), y_label: "x".to_owned(), series, ..Chart::default() }
+}
+
+/// |ΔQₜ| on the nodes; for a single run also its last node with the multiplier correction (elsewhere the two agree).
+pub fn noether_charge(title: &str, runs: &[Run<'_>]) -> Chart {
+    let mut series = Vec::new();
+    for run in runs {
+        let charges = &run.diagnostics.charges;
+        let points = run.against_gamma(charges.delta_q_t.iter().map(|v| v.abs()));
+        series.push(Series::new(run.named("|ΔQₜ|"), Mark::Points, points));
+        if let ([_], Some(corrected)) = (runs, charges.delta_q_t_corrected.last()) {
+            let last = vec![(run.solution.gamma_f(), corrected.abs())];
+            series.push(Series::new("last node, with + λ₇/H_N", Mark::Points, last));
+        }
+    }
+    residual_chart(title, "|ΔQₜ|", series)
+}
+
+/// |ΔGᵗ| and |ΔGˣ| on the nodes.
+pub fn geodesic_residuals(title: &str, runs: &[Run<'_>]) -> Chart {
+    let mut series = Vec::new();
+    for run in runs {
+        let residuals = &run.diagnostics.residuals;
+        for (label, values) in [("|ΔGᵗ|", &residuals.delta_g_t), ("|ΔGˣ|", &residuals.delta_g_x)] {
+            let points = run.against_gamma(values.iter().map(|v| v.abs()));
+            series.push(Series::new(run.named(label), Mark::Points, points));
+        }
+    }
+    residual_chart(title, "|ΔG|", series)
+}
+
+fn residual_chart(title: &str, y_label: &str, series: Vec<Series>) -> Chart {
+    Chart {
+        title: title.to_owned(),
+        x_label: "γ".to_owned(),
+        y_label: y_label.to_owned(),
+        y_scale: Scale::Log,
+        series,
+        ..Chart::default()
+    }
+}
+
+/// Errors against Δγ with their fits, and dotted lines of integer slope through the finest fitted point.
+pub fn errors(title: &str, convergence: &Convergence, slopes: &[Slope], quantities: &[Quantity]) -> Chart {
+    let mut series = Vec::new();
+    let mut guides: Vec<(i32, (f64, f64), f64)> = Vec::new();
+    for slope in slopes.iter().filter(|slope| quantities.contains(&slope.quantity)) {
+        let points: Vec<(f64, f64)> = (convergence.points.iter())
+            .filter(|point| point.sbp == slope.sbp)
+            .filter_map(|point| point.errors.map(|errors| (point.delta_gamma, slope.quantity.of(&errors))))
+            .collect();
+        let name = format!("{} {}", slope.sbp.coefficients().name, slope.quantity.symbol());
+        series.push(Series::new(name, Mark::Points, points.clone()));
+        let Some((fit, (n_min, n_max))) = slope.fit.as_ref().zip(slope.n_range) else { continue };
+        let fitted: Vec<(f64, f64)> = (convergence.points.iter())
+            .filter(|point| point.sbp == slope.sbp && (n_min..=n_max).contains(&point.n_gamma))
+            .filter_map(|point| point.errors.map(|errors| (point.delta_gamma, slope.quantity.of(&errors))))
+            .collect();
+        // The fitted line passes through the mean of the logarithms.
+        let mean = |f: &dyn Fn(&(f64, f64)) -> f64| fitted.iter().map(f).sum::<f64>() / fitted.len() as f64;
+        let (log_h, log_error) = (mean(&|p| p.0.ln()), mean(&|p| p.1.ln()));
+        let line = |h: f64| (h, (log_error + fit.slope * (h.ln() - log_h)).exp());
+        let ends = [fitted[0].0, fitted[fitted.len() - 1].0];
+        let label = format!("slope {:.2}", fit.slope);
+        series.push(Series::new(label, Mark::Dashed, ends.map(line).to_vec()).with_ink(Ink::Previous));
+        let order = fit.slope.round() as i32;
+        if guides.iter().all(|(known, ..)| *known != order) {
+            guides.push((order, fitted[fitted.len() - 1], ends[0]));
+        }
+    }
+    for (order, (h, error), coarsest) in guides {
+        // A factor of four below the data, so that the guide is told from the fit.
+        let points = vec![(h, error / 4.0), (coarsest, error / 4.0 * (coarsest / h).powi(order))];
+        series.push(Series::new(format!("slope {order}"), Mark::Dotted, points).with_ink(Ink::Neutral));
+    }
+    Chart {
+        title: title.to_owned(),
+        x_label: "Δγ".to_owned(),
+        y_label: "error".to_owned(),
+        x_scale: Scale::Log,
+        y_scale: Scale::Log,
+        series,
+        ..Chart::default()
+    }
+}
