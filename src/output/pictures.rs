@@ -133,7 +133,7 @@ fn residual_chart(title: &str, y_label: &str, series: Vec<Series>) -> Chart {
     }
 }
 
-/// Errors against Δγ with their fits, and dotted lines of integer slope through the finest fitted point.
+/// Errors against Δγ with their fits, and dotted lines of each operator's order.
 pub fn errors(title: &str, convergence: &Convergence, slopes: &[Slope], quantities: &[Quantity]) -> Chart {
     let mut series = Vec::new();
     let mut guides: Vec<(i32, (f64, f64), f64)> = Vec::new();
@@ -156,7 +156,8 @@ pub fn errors(title: &str, convergence: &Convergence, slopes: &[Slope], quantiti
         let ends = [fitted[0].0, fitted[fitted.len() - 1].0];
         let label = format!("slope {:.2}", fit.slope);
         series.push(Series::new(label, Mark::Dashed, ends.map(line).to_vec()).with_ink(Ink::Previous));
-        let order = fit.slope.round() as i32;
+        // The order of the strong form's global error: one above that of the boundary closure.
+        let order = (slope.sbp.coefficients().interior_order / 2 + 1) as i32;
         if guides.iter().all(|(known, ..)| *known != order) {
             guides.push((order, fitted[fitted.len() - 1], ends[0]));
         }

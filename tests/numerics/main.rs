@@ -2,6 +2,7 @@
 
 mod action_derivatives;
 mod common;
+mod convergence;
 mod formula;
 mod invariances;
 mod long_runs;

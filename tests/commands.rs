@@ -1,0 +1,204 @@
+//! What the commands write: files, columns, exit codes.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use tempfile::TempDir;
+
+const CASES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/cases");
+
+fn program() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_geodesic-ivp"))
+}
+
+fn run_in(directory: &Path, arguments: &str) -> Output {
+    program().current_dir(directory).args(arguments.replace("CASES", CASES).split_whitespace()).output().unwrap()
+}
+
+fn succeeded(output: &Output) -> String {
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+fn names(directory: &Path) -> Vec<String> {
+    let mut names: Vec<String> =
+        fs::read_dir(directory).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+fn first_line(path: &Path) -> String {
+    fs::read_to_string(path).unwrap().lines().next().unwrap().to_owned()
+}
+
+fn json(path: &Path) -> serde_json::Value {
+    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
+}
+
+#[test]
+fn run_writes_its_files_into_the_default_directory() {
+    let folder = TempDir::new().unwrap();
+    let text = succeeded(&run_in(folder.path(), "run CASES/quartic.toml"));
+    assert!(text.contains("1.468801423064") && text.contains("results/quartic"), "{text}");
+    let out = folder.path().join("results/quartic");
+    assert_eq!(names(&out), ["case.toml", "residuals.csv", "summary.json", "trajectory.csv"]);
+    assert_eq!(first_line(&out.join("trajectory.csv")), "gamma,t,x,t_dot,x_dot");
+    let residuals = "gamma,delta_q_t,delta_q_t_corrected,delta_g_t,delta_g_x,delta_k";
+    assert_eq!(first_line(&out.join("residuals.csv")), residuals);
+    assert_eq!(fs::read_to_string(out.join("trajectory.csv")).unwrap().lines().count(), 33);
+    let summary = json(&out.join("summary.json"));
+    for key in
+        "status version sbp form system digits n_gamma windows iterations gradient_norm multipliers t_final x_final \
+                q_t k max_abs_delta_q_t_interior delta_q_t_last max_abs_delta_q_t_corrected max_abs_delta_g_interior \
+                max_abs_delta_k max_abs_delta_k_ends sawtooth h_bvp h_bvp_bound solve_seconds initial_guess"
+            .split_whitespace()
+    {
+        assert!(!summary[key].is_null(), "summary.json has no {key}");
+    }
+    // The effective case is a case, and gives the same result.
+    let again = succeeded(&run_in(folder.path(), "run results/quartic/case.toml --out again"));
+    assert!(again.contains("1.468801423064326"));
+    assert_eq!(json(&folder.path().join("again/summary.json"))["x_final"], summary["x_final"]);
+}
+
+#[test]
+fn the_tables_are_the_solution_to_the_last_bit() {
+    let folder = TempDir::new().unwrap();
+    succeeded(&run_in(folder.path(), "run CASES/units.toml --out out --quiet"));
+    let text = fs::read_to_string(format!("{CASES}/units.toml")).unwrap();
+    let solution = geodesic_ivp::solve(&geodesic_ivp::Case::parse("units", &text, &[]).unwrap()).unwrap();
+    let mut reader = csv::Reader::from_path(folder.path().join("out/trajectory.csv")).unwrap();
+    for ((row, (gamma, t)), x) in reader.records().zip(solution.gamma().zip(solution.t())).zip(&solution.x) {
+        let row = row.unwrap();
+        let cell = |i: usize| row[i].parse::<f64>().unwrap();
+        assert_eq!([cell(0), cell(1), cell(2)], [gamma, t, *x]);
+    }
+}
+
+#[test]
+fn a_doubled_run_writes_branches_and_another_run_removes_them() {
+    let folder = TempDir::new().unwrap();
+    succeeded(&run_in(folder.path(), "run CASES/quartic.toml --set solver.system=doubled --out out --plot --quiet"));
+    let out = folder.path().join("out");
+    assert_eq!(first_line(&out.join("branches.csv")), "gamma,t_1,x_1,t_2,x_2");
+    assert_eq!(json(&out.join("summary.json"))["initial_guess"], "windowed-action");
+    assert!(json(&out.join("summary.json"))["history"].as_array().unwrap().len() >= 2);
+    let pictures = names(&out).into_iter().filter(|name| name.ends_with(".svg")).collect::<Vec<_>>();
+    assert_eq!(pictures, ["delta_g.svg", "delta_q_t.svg", "t_dot.svg", "trajectory.svg", "world_line.svg"]);
+    for picture in pictures {
+        let svg = fs::read_to_string(out.join(picture)).unwrap();
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>") && !svg.contains("NaN"));
+    }
+    succeeded(&run_in(folder.path(), "run CASES/quartic.toml --out out --quiet"));
+    assert_eq!(names(&out), ["case.toml", "residuals.csv", "summary.json", "trajectory.csv"]);
+}
+
+#[test]
+fn standard_output_carries_data_only() {
+    let folder = TempDir::new().unwrap();
+    let text = succeeded(&run_in(folder.path(), "run CASES/quartic.toml --stdout"));
+    let mut lines = text.lines();
+    let header = "gamma,t,x,t_dot,x_dot,delta_q_t,delta_q_t_corrected,delta_g_t,delta_g_x,delta_k";
+    assert_eq!(lines.next(), Some(header));
+    assert_eq!(lines.count(), 32);
+    assert!(names(folder.path()).is_empty(), "no files");
+    assert_eq!(succeeded(&run_in(folder.path(), "run CASES/quartic.toml --quiet")), "");
+}
+
+#[test]
+fn a_case_can_come_from_standard_input() {
+    let folder = TempDir::new().unwrap();
+    let case = fs::File::open(format!("{CASES}/free.toml")).unwrap();
+    let output = program().current_dir(folder.path()).args(["run", "-"]).stdin(case).output().unwrap();
+    assert!(succeeded(&output).contains("results/stdin"));
+    assert_eq!(json(&folder.path().join("results/stdin/summary.json"))["x_final"], 1.1);
+}
+
+#[test]
+fn converge_writes_errors_slopes_and_pictures() {
+    let folder = TempDir::new().unwrap();
+    let text = succeeded(&run_in(
+        folder.path(),
+        "converge CASES/quartic.toml --n-gamma 64,32,16 --sbp SBP21 --out out --plot",
+    ));
+    assert!(text.contains("2.007") && text.contains("2.078"), "{text}");
+    let out = folder.path().join("out");
+    assert_eq!(names(&out), ["convergence.csv", "errors_final.svg", "errors_l2.svg", "slopes.csv", "summary.json"]);
+    let columns = "sbp,form,n_gamma,delta_gamma,eps_t_final,eps_x_final,eps_t_l2,eps_x_l2,delta_q_t_last,delta_k_max,iterations,seconds,status";
+    assert_eq!(first_line(&out.join("convergence.csv")), columns);
+    let columns = "sbp,form,quantity,slope,standard_error,slope_vs_inverse_n,n_min,n_max,points";
+    assert_eq!(first_line(&out.join("slopes.csv")), columns);
+    let slopes = fs::read_to_string(out.join("slopes.csv")).unwrap();
+    assert!(slopes.lines().nth(1).unwrap().starts_with("SBP21,strong,eps_t_final,1.98"), "{slopes}");
+    assert_eq!(json(&out.join("summary.json"))["status"], "complete");
+    let ranged = succeeded(&run_in(folder.path(), "converge CASES/quartic.toml --fit-range 64:256 --out out"));
+    assert!(ranged.contains("64 … 256") && !ranged.contains("16 …"), "{ranged}");
+}
+
+#[test]
+fn converge_refuses_what_it_cannot_sweep() {
+    let folder = TempDir::new().unwrap();
+    for (arguments, code, message) in [
+        ("converge CASES/quartic.toml --n-gamma 7", 2, "SBP42 needs at least 8 points"),
+        ("converge CASES/quartic.toml --n-gamma 16,x", 2, "invalid value 'x'"),
+        ("converge CASES/quartic.toml --sbp SBP99", 2, "unknown operator \"SBP99\""),
+        ("converge CASES/quartic.toml --sbp SBP84", 2, "not available yet"),
+        ("converge CASES/quartic.toml --fit-range 64", 2, "expected MIN:MAX"),
+        ("converge CASES/horizon.toml", 4, "the reference trajectory ends at"),
+    ] {
+        let output = run_in(folder.path(), arguments);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{arguments}: {stderr}");
+        assert!(stderr.contains(message), "{arguments}: {stderr}");
+    }
+    assert!(!folder.path().join("results/horizon/convergence.csv").exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_sweep_keeps_what_was_finished() {
+    use std::io::Read;
+
+    let folder = TempDir::new().unwrap();
+    // Many grids, so that some are certainly left when the signal arrives; the finest take a while, so that some are done.
+    let grids: Vec<String> = (0..4000).map(|k| (20_000 + k).to_string()).collect();
+    let mut child = program()
+        .current_dir(folder.path())
+        .args(["converge", &format!("{CASES}/quartic.toml"), "--out", "out", "--n-gamma", &grids.join(",")])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(700));
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let mut stderr = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130), "{stderr}");
+    assert!(stderr.contains("interrupted:") && stderr.contains("grids were finished"), "{stderr}");
+    let rows = fs::read_to_string(folder.path().join("out/convergence.csv")).unwrap().lines().count();
+    assert!((2..8000).contains(&rows), "{rows} rows");
+    assert_eq!(json(&folder.path().join("out/summary.json"))["status"], "interrupted");
+}
+
+#[test]
+fn check_prints_the_effective_case_and_compares() {
+    let folder = TempDir::new().unwrap();
+    let text = succeeded(&run_in(folder.path(), "check CASES/quartic.toml"));
+    assert!(text.contains("gamma_i = 0.0") && text.contains("max_iterations = 50"), "{text}");
+    for case in fs::read_dir(CASES).unwrap() {
+        let output = program().args(["check", "--run", "--quiet"]).arg(case.unwrap().path()).output().unwrap();
+        succeeded(&output);
+    }
+    let missed = run_in(folder.path(), "check --run --quiet CASES/quartic.toml --set expect.x_final=0.16018");
+    assert_eq!(missed.status.code(), Some(5));
+    assert!(String::from_utf8_lossy(&missed.stderr).contains("x_final"));
+}
+
+#[test]
+fn completions_and_manual_page() {
+    let folder = TempDir::new().unwrap();
+    assert!(succeeded(&run_in(folder.path(), "completions bash")).contains("geodesic-ivp"));
+    assert!(succeeded(&run_in(folder.path(), "man")).contains(".TH geodesic-ivp"));
+    assert!(succeeded(&run_in(folder.path(), "--help")).contains("Exit codes"));
+}
