@@ -110,8 +110,8 @@ impl Page {
             "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>geodesic-ivp: the paper's figures</title>\n\
              <style>body{{font:16px/1.5 sans-serif;max-width:1500px;margin:2em auto;padding:0 1em}}\
              .row{{display:flex;gap:2em;align-items:flex-start;border-top:1px solid #ddd;padding:1em 0}}\
-             .pictures{{flex:3;display:flex;flex-wrap:wrap;gap:.5em}}.pictures img{{width:min(100%,480px)}}\
-             dl{{flex:1;min-width:16em}}dt{{font-weight:bold}}dd{{margin:0 0 1em 0}}</style></head><body>\n\
+             .pictures{{flex:3;display:flex;flex-wrap:wrap;gap:.5em}}.pictures img{{flex:1 1 30%;min-width:300px;max-width:480px}}\
+             dl{{flex:0 0 18em;min-width:16em}}dt{{font-weight:bold}}dd{{margin:0 0 1em 0}}</style></head><body>\n\
              <h1>The numerical figures of the paper</h1>\n\
              <p>A. Rothkopf, J. Nordström, <em>A symmetry and Noether charge preserving discretization of initial value \
              problems</em>, arXiv:2307.04490 (2023), section 4. Every picture and number below was computed by \

@@ -25,7 +25,7 @@ pub(crate) use report::exit_code;
                   of freedom; the critical point gives t(gamma) and x(gamma) together and conserves the Noether charge \
                   of time translations exactly.\n\nMethod: A. Rothkopf and J. Nordström, arXiv:2307.04490 (2023).",
     after_help = "Exit codes: 0 success, 1 input/output failure, 2 wrong usage or an invalid case, 3 no critical point \
-                  found,\n4 the geodesic leaves the domain, 5 an expectation is not met, 130 interrupted.",
+                  found, 4 the geodesic leaves the domain, 5 an expectation is not met, 130 interrupted.",
     arg_required_else_help = true
 )]
 pub(crate) struct Cli {

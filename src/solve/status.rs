@@ -104,12 +104,15 @@ impl fmt::Display for NoSolution {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { gamma, x, g00, iteration, residual, .. } = self;
         match self.status {
-            Status::OutsideDomain => write!(
-                f,
-                "the geodesic leaves the domain at gamma = {}, x = {}: g00 = {g00:.3e} (iteration {iteration}, residual {residual:.2e})",
-                Compact(*gamma),
-                Compact(*x)
-            ),
+            Status::OutsideDomain => {
+                let (gamma, x) = (Compact(*gamma), Compact(*x));
+                write!(
+                    f,
+                    "the geodesic leaves the domain at gamma = {gamma}, x = {x}: g00 = {g00:.3e} (iteration {iteration}"
+                )?;
+                // Where the equations are explicit, or the first guess already leaves, there is no residual.
+                if residual.is_finite() { write!(f, ", residual {residual:.2e})") } else { write!(f, ")") }
+            }
             Status::EndTimeNotReached => {
                 let (gamma, x) = (Compact(*gamma), Compact(*x));
                 write!(f, "the physical time t_f is not reached: the search ended at gamma = {gamma}, x = {x}")
