@@ -1,18 +1,16 @@
-//! Banded matrices and their LU factorisation with partial pivoting.
+//! Banded matrices, and banded linear systems in a single pass.
 //!
-//! The physical limit is a banded system of 2(N − 1) unknowns. No maintained pure-Rust crate offers a banded LU, and
-//! a general sparse LU costs several times more here, so this small one is ours. Rows are contiguous, so the
-//! elimination is a vector update.
+//! The physical limit is a banded system of 2(N − 1) unknowns. No maintained pure-Rust crate offers a banded solver, and a
+//! general sparse LU costs several times more here, so this small one is ours. Every system is solved once, so nothing is kept
+//! but the rows of U, each without its trailing zeros: at a million nodes memory traffic is what costs.
 
-use std::fmt;
-
-/// A square matrix with `lower` sub- and `upper` super-diagonals, plus room for the fill-in that pivoting makes.
-#[derive(Clone)]
+/// A square matrix with `lower` sub- and `upper` super-diagonals.
+#[derive(Debug, Clone, PartialEq)]
 pub struct BandedMatrix {
     order: usize,
     lower: usize,
     upper: usize,
-    /// Row i holds the columns i − lower … i + upper + lower.
+    /// Row i holds the columns i − lower … i + upper.
     data: Vec<f64>,
 }
 
@@ -27,7 +25,7 @@ pub struct Singular {
 impl BandedMatrix {
     /// The zero matrix of the given order and bandwidths.
     pub fn zeros(order: usize, lower: usize, upper: usize) -> Self {
-        Self { order, lower, upper, data: vec![0.0; order * (2 * lower + upper + 1)] }
+        Self { order, lower, upper, data: vec![0.0; order * (lower + upper + 1)] }
     }
 
     /// Number of rows.
@@ -40,17 +38,10 @@ impl BandedMatrix {
         (self.lower, self.upper)
     }
 
-    fn width(&self) -> usize {
-        2 * self.lower + self.upper + 1
-    }
-
-    fn in_band(&self, row: usize, column: usize) -> bool {
-        row < self.order && column < self.order && column + self.lower >= row && column <= row + self.upper
-    }
-
-    /// Sets every entry to zero, keeping the storage.
-    pub fn clear(&mut self) {
-        self.data.fill(0.0);
+    fn index(&self, row: usize, column: usize) -> Option<usize> {
+        let inside =
+            row < self.order && column < self.order && column + self.lower >= row && column <= row + self.upper;
+        inside.then(|| row * (self.lower + self.upper + 1) + column + self.lower - row)
     }
 
     /// Adds `value` to an entry.
@@ -58,14 +49,13 @@ impl BandedMatrix {
     /// # Panics
     /// If (row, column) lies outside the band.
     pub fn add(&mut self, row: usize, column: usize, value: f64) {
-        assert!(self.in_band(row, column), "entry ({row}, {column}) is outside the band");
-        let index = row * self.width() + column + self.lower - row;
+        let index = self.index(row, column).unwrap_or_else(|| panic!("entry ({row}, {column}) is outside the band"));
         self.data[index] += value;
     }
 
     /// The entry at (row, column); zero outside the band.
     pub fn get(&self, row: usize, column: usize) -> f64 {
-        if self.in_band(row, column) { self.data[row * self.width() + column + self.lower - row] } else { 0.0 }
+        self.index(row, column).map_or(0.0, |index| self.data[index])
     }
 
     /// `self` times `x`.
@@ -79,84 +69,84 @@ impl BandedMatrix {
             .collect()
     }
 
-    /// Factors P·A = L·U in place with partial pivoting, in O(order · lower · (lower + upper)).
+    /// Overwrites `b` with the solution of A·x = b.
     ///
     /// # Errors
-    /// [`Singular`] if a pivot column holds nothing but zeros or a non-finite number.
-    pub fn factor(mut self) -> Result<BandedLu, Singular> {
-        let (n, lower) = (self.order, self.lower);
-        let width = self.width();
-        let reach = self.lower + self.upper;
-        let mut pivots = vec![0_u32; n];
-        for k in 0..n {
-            let rows = lower.min(n - 1 - k);
-            let at = |row: usize| row * width + k + lower - row;
-            let offset = (0..=rows)
-                .max_by(|&a, &b| self.data[at(k + a)].abs().total_cmp(&self.data[at(k + b)].abs()))
-                .unwrap_or(0);
-            let pivot = self.data[at(k + offset)];
-            if pivot == 0.0 || !pivot.is_finite() {
-                return Err(Singular { column: k });
-            }
-            pivots[k] = offset as u32;
-            // Columns k … k + reach of row k and of the rows below it, as far as the matrix goes.
-            let columns = reach.min(n - 1 - k) + 1;
-            let (head, tail) = self.data.split_at_mut((k + 1) * width);
-            let pivot_row = &mut head[k * width + lower..][..columns];
-            if offset > 0 {
-                let other = &mut tail[(offset - 1) * width + lower - offset..][..columns];
-                pivot_row.swap_with_slice(other);
-            }
-            for i in 1..=rows {
-                let row = &mut tail[(i - 1) * width + lower - i..][..columns];
-                let factor = row[0] / pivot;
-                row[0] = factor;
-                if factor != 0.0 {
-                    for (entry, above) in row[1..].iter_mut().zip(&pivot_row[1..]) {
-                        *entry -= factor * above;
-                    }
-                }
-            }
-        }
-        Ok(BandedLu { matrix: self, pivots })
+    /// [`Singular`] if the matrix is singular to working precision.
+    pub fn solve_in_place(&self, b: &mut [f64]) -> Result<(), Singular> {
+        let width = self.lower + self.upper + 1;
+        solve_banded(self.lower, self.upper, b, |row, out| out.copy_from_slice(&self.data[row * width..][..width]))
     }
 }
 
-impl fmt::Debug for BandedMatrix {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "BandedMatrix(order {}, lower {}, upper {})", self.order, self.lower, self.upper)
+/// Overwrites `b` with the solution of A·x = b, with partial pivoting, in O(n · lower · (lower + upper)).
+///
+/// `row(i, out)` writes row i of A, the columns i − lower … i + upper, into `out`; what it writes for columns outside the matrix
+/// must be zero. Rows are asked for once, in order, so A need not exist as a whole.
+///
+/// # Errors
+/// [`Singular`] if a pivot column holds nothing but zeros or a number that is not finite.
+pub fn solve_banded(
+    lower: usize,
+    upper: usize,
+    b: &mut [f64],
+    mut row: impl FnMut(usize, &mut [f64]),
+) -> Result<(), Singular> {
+    let n = b.len();
+    let width = lower + upper + 1;
+    // The rows that column k still has to be eliminated from, with column k first: `active[r]` is row k + r.
+    let mut active = vec![0.0; (lower + 1) * width];
+    let mut next = active.clone();
+    let mut fresh = vec![0.0; width];
+    for i in 0..n.min(lower + 1) {
+        row(i, &mut fresh);
+        // Row i starts lower − i columns before the matrix does.
+        active[i * width..][..width - (lower - i)].copy_from_slice(&fresh[lower - i..]);
     }
-}
-
-/// The factors of a [`BandedMatrix`].
-#[derive(Debug, Clone)]
-pub struct BandedLu {
-    matrix: BandedMatrix,
-    /// Row k was exchanged with row k + pivots\[k\].
-    pivots: Vec<u32>,
-}
-
-impl BandedLu {
-    /// Overwrites the right-hand side `b` with the solution of A·x = b.
-    pub fn solve_in_place(&self, b: &mut [f64]) {
-        let m = &self.matrix;
-        let (n, lower, width) = (m.order, m.lower, m.width());
-        let reach = m.lower + m.upper;
-        assert_eq!(b.len(), n, "right-hand side of a system of order {n}");
-        for k in 0..n {
-            b.swap(k, k + self.pivots[k] as usize);
-            let value = b[k];
-            for i in 1..=lower.min(n - 1 - k) {
-                b[k + i] -= m.data[(k + i) * width + lower - i] * value;
+    let mut u = Vec::with_capacity(n * (upper + 2));
+    let mut lengths = Vec::with_capacity(n);
+    for k in 0..n {
+        let rows = (lower + 1).min(n - k);
+        let pivot_row = (0..rows)
+            .max_by(|&a, &c| active[a * width].abs().total_cmp(&active[c * width].abs()))
+            .expect("there is at least one row");
+        let pivot = active[pivot_row * width];
+        if pivot == 0.0 || !pivot.is_finite() {
+            return Err(Singular { column: k });
+        }
+        if pivot_row > 0 {
+            let (first, rest) = active.split_at_mut(width);
+            first.swap_with_slice(&mut rest[(pivot_row - 1) * width..][..width]);
+            b.swap(k, k + pivot_row);
+        }
+        let (pivots, rest) = active.split_at(width);
+        for r in 1..rows {
+            let from = &rest[(r - 1) * width..][..width];
+            let to = &mut next[(r - 1) * width..][..width];
+            let factor = from[0] / pivot;
+            for ((to, from), above) in to.iter_mut().zip(&from[1..]).zip(&pivots[1..]) {
+                *to = from - factor * above;
             }
+            to[width - 1] = 0.0;
+            b[k + r] -= factor * b[k];
         }
-        for k in (0..n).rev() {
-            let columns = reach.min(n - 1 - k);
-            let row = &m.data[k * width + lower..][..=columns];
-            let sum: f64 = row[1..].iter().zip(&b[k + 1..]).map(|(u, x)| u * x).sum();
-            b[k] = (b[k] - sum) / row[0];
+        if k + rows < n {
+            row(k + rows, &mut next[(rows - 1) * width..][..width]);
         }
+        let length = width - pivots.iter().rev().take_while(|&&value| value == 0.0).count();
+        u.extend_from_slice(&pivots[..length]);
+        lengths.push(length as u32);
+        std::mem::swap(&mut active, &mut next);
     }
+    let mut end = u.len();
+    for (k, &length) in lengths.iter().enumerate().rev() {
+        let start = end - length as usize;
+        let (diagonal, rest) = (u[start], &u[start + 1..end]);
+        let sum: f64 = rest.iter().zip(&b[k + 1..]).map(|(u, x)| u * x).sum();
+        b[k] = (b[k] - sum) / diagonal;
+        end = start;
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -182,7 +172,7 @@ mod tests {
             let b: Vec<f64> = (0..n).map(|_| *values.next().unwrap()).collect();
             prop_assume!(dense.clone().svd(false, false).singular_values.min() > 1e-6);
             let mut x = b.clone();
-            banded.clone().factor().unwrap().solve_in_place(&mut x);
+            banded.solve_in_place(&mut x).unwrap();
             let expected = dense.lu().solve(&DVector::from_vec(b.clone())).unwrap();
             for (got, want) in x.iter().zip(expected.iter()) {
                 prop_assert!((got - want).abs() <= 1e-9 * (1.0 + want.abs()));
@@ -198,6 +188,6 @@ mod tests {
         let mut matrix = BandedMatrix::zeros(3, 1, 1);
         matrix.add(0, 0, 1.0);
         matrix.add(2, 2, 1.0);
-        assert_eq!(matrix.factor().unwrap_err(), Singular { column: 1 });
+        assert_eq!(matrix.solve_in_place(&mut [1.0; 3]).unwrap_err(), Singular { column: 1 });
     }
 }

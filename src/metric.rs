@@ -1,6 +1,6 @@
 //! The metric diag(g00(x), −1) of the curved space-time in which the particle is free. It knows no grid.
 
-use crate::potential::{Potential, PotentialSamples};
+use crate::potential::Potential;
 
 /// g00(x) = c² + 2V(x)/m of a particle of mass m in the potential V (valid for |V| ≪ mc², g00 > 0).
 #[derive(Debug, Clone)]
@@ -39,6 +39,13 @@ pub struct MetricSamples {
     pub first: Vec<f64>,
     /// g00″(x_k).
     pub second: Vec<f64>,
+}
+
+impl MetricSamples {
+    /// Room for `points` samples.
+    pub fn zeros(points: usize) -> Self {
+        Self { g00: vec![0.0; points], first: vec![0.0; points], second: vec![0.0; points] }
+    }
 }
 
 /// A point lies outside the space-time: g00 ≤ 0 (a horizon) or not finite.
@@ -89,19 +96,28 @@ impl Metric {
     /// # Errors
     /// [`OutsideDomain`] with the first point where g00 is not positive and finite.
     pub fn sample(&self, x: &[f64]) -> Result<MetricSamples, OutsideDomain> {
-        let mut v = PotentialSamples::zeros(x.len());
-        self.potential.sample(x, &mut v);
-        let PotentialSamples { value: mut g00, mut first, mut second } = v;
-        for g in &mut g00 {
+        let mut samples = MetricSamples::zeros(x.len());
+        self.sample_into(x, &mut samples)?;
+        Ok(samples)
+    }
+
+    /// [`Self::sample`] into arrays of the right length that are there already.
+    ///
+    /// # Errors
+    /// [`OutsideDomain`] with the first point where g00 is not positive and finite.
+    pub fn sample_into(&self, x: &[f64], samples: &mut MetricSamples) -> Result<(), OutsideDomain> {
+        let MetricSamples { g00, first, second } = samples;
+        self.potential.sample(x, [g00, first, second]);
+        for g in g00.iter_mut() {
             *g = self.c_squared + self.two_over_mass * *g;
         }
-        for derivative in first.iter_mut().chain(&mut second) {
+        for derivative in first.iter_mut().chain(second) {
             *derivative *= self.two_over_mass;
         }
         let outside = |k: &usize| !MetricJet { g00: g00[*k], first: first[*k], second: 0.0 }.is_inside();
         match (0..x.len()).find(outside) {
             Some(index) => Err(OutsideDomain { index, x: x[index], g00: g00[index] }),
-            None => Ok(MetricSamples { g00, first, second }),
+            None => Ok(()),
         }
     }
 }

@@ -77,7 +77,7 @@ impl DoubledAction<'_> {
         for (branch, curvature) in curvatures.iter().enumerate() {
             let sign = if branch == 0 { 1.0 } else { -1.0 };
             let (t, x) = (layout.t(branch), layout.x(branch));
-            for k in 0..self.sbp.points() {
+            for (k, &weight) in weights.iter().enumerate() {
                 for (a, d_a) in self.bar_t.row(k) {
                     for (b, d_b) in self.bar_t.row(k) {
                         push(t + a, t + b, sign * d_a * curvature.tt[k] * d_b);
@@ -88,7 +88,7 @@ impl DoubledAction<'_> {
                 push(x + k, x + k, sign * curvature.xx[k]);
                 for (a, d_a) in self.bar_x.row(k) {
                     for (b, d_b) in self.bar_x.row(k) {
-                        push(x + a, x + b, -sign * d_a * weights[k] * d_b);
+                        push(x + a, x + b, -sign * d_a * weight * d_b);
                     }
                 }
             }

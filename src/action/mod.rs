@@ -39,6 +39,12 @@ struct BranchState {
     x_dot: Vec<f64>,
 }
 
+impl BranchState {
+    fn zeros(points: usize) -> Self {
+        Self { metric: MetricSamples::zeros(points), t_dot: vec![0.0; points], x_dot: vec![0.0; points] }
+    }
+}
+
 impl<'a> DoubledAction<'a> {
     /// The action with the regularised operators D̄.
     pub fn new(sbp: &'a SbpOperator, metric: &'a Metric, initial: InitialData) -> Self {
@@ -74,11 +80,15 @@ impl<'a> DoubledAction<'a> {
     }
 
     fn branch(&self, t: &[f64], x: &[f64]) -> Result<BranchState, OutsideDomain> {
-        Ok(BranchState {
-            metric: self.metric.sample(x)?,
-            t_dot: self.bar_t.derivative(t),
-            x_dot: self.bar_x.derivative(x),
-        })
+        let mut state = BranchState::zeros(t.len());
+        self.branch_into(t, x, &mut state)?;
+        Ok(state)
+    }
+
+    fn branch_into(&self, t: &[f64], x: &[f64], state: &mut BranchState) -> Result<(), OutsideDomain> {
+        self.bar_t.apply(t, &mut state.t_dot);
+        self.bar_x.apply(x, &mut state.x_dot);
+        self.metric.sample_into(x, &mut state.metric)
     }
 
     fn both_branches(&self, u: &[f64]) -> Result<[BranchState; 2], OutsideDomain> {
@@ -127,10 +137,12 @@ impl<'a> DoubledAction<'a> {
         let layout = self.layout();
         let constraints = self.constraints(u);
         let lambda = layout.multipliers(u);
-        // One branch after the other, so that only one needs room.
+        // One branch after the other, in the same room.
+        let mut state = BranchState::zeros(self.sbp.points());
         let parts = layout.branches(u).into_iter().zip(layout.branches_mut(out));
         for (sign, (branch, out)) in [1.0, -1.0].into_iter().zip(parts) {
-            self.branch_gradient(self.branch(branch.t, branch.x)?, sign, out.t, out.x);
+            self.branch_into(branch.t, branch.x, &mut state)?;
+            self.branch_gradient(&mut state, sign, out.t, out.x);
         }
         let last = self.sbp.points() - 1;
         let [b1, b2] = layout.branches_mut(out);
@@ -158,7 +170,8 @@ impl<'a> DoubledAction<'a> {
     }
 
     /// `sign` · (∂F/∂t, ∂F/∂x) with ∂F/∂t = D̄ᵀHv, ∂F/∂x = ½H g00′(D̄t)² − D̄ᵀHw, v = g00∘D̄t, w = D̄x.
-    fn branch_gradient(&self, mut branch: BranchState, sign: f64, out_t: &mut [f64], out_x: &mut [f64]) {
+    /// The velocities are used up.
+    fn branch_gradient(&self, branch: &mut BranchState, sign: f64, out_t: &mut [f64], out_x: &mut [f64]) {
         self.bar_x.apply_transpose_weighted(&branch.x_dot, out_x);
         let weights = self.sbp.weights();
         for (k, out) in out_x.iter_mut().enumerate() {

@@ -21,24 +21,6 @@ pub struct PotentialJet {
     pub second: f64,
 }
 
-/// V, V′ and V″ at many points, one contiguous array each.
-#[derive(Debug, Clone, Default)]
-pub struct PotentialSamples {
-    /// V(x_k).
-    pub value: Vec<f64>,
-    /// V′(x_k).
-    pub first: Vec<f64>,
-    /// V″(x_k).
-    pub second: Vec<f64>,
-}
-
-impl PotentialSamples {
-    /// Room for `points` samples.
-    pub fn zeros(points: usize) -> Self {
-        Self { value: vec![0.0; points], first: vec![0.0; points], second: vec![0.0; points] }
-    }
-}
-
 /// A potential V(x).
 #[derive(Debug, Clone)]
 pub enum Potential {
@@ -85,15 +67,14 @@ impl Potential {
         }
     }
 
-    /// V, V′, V″ at every entry of `x`.
-    pub fn sample(&self, x: &[f64], out: &mut PotentialSamples) {
+    /// `out` = (V, V′, V″) at every entry of `x`, one contiguous array each, all of the length of `x`.
+    pub fn sample(&self, x: &[f64], out: [&mut [f64]; 3]) {
         match self {
             Self::Polynomial(p) => {
-                for (k, &x) in x.iter().enumerate() {
+                let [value, first, second] = out;
+                for (((&x, value), first), second) in x.iter().zip(value).zip(first).zip(second) {
                     let jet = p.at(x);
-                    out.value[k] = jet.value;
-                    out.first[k] = jet.first;
-                    out.second[k] = jet.second;
+                    (*value, *first, *second) = (jet.value, jet.first, jet.second);
                 }
             }
             Self::Formula(f) => f.sample(x, out),

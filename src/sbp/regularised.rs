@@ -33,10 +33,16 @@ impl<'a> RegularisedOperator<'a> {
         Self { sbp, initial_value: 0.0, penalty: 0.0 }
     }
 
+    /// `out` = D̄`u`; both of length N.
+    pub fn apply(&self, u: &[f64], out: &mut [f64]) {
+        self.sbp.apply(u, out);
+        out[0] += self.penalty * (u[0] - self.initial_value);
+    }
+
     /// D̄`u` in a new vector of length N.
     pub fn derivative(&self, u: &[f64]) -> Vec<f64> {
-        let mut out = self.sbp.derivative(u);
-        out[0] += self.penalty * (u[0] - self.initial_value);
+        let mut out = vec![0.0; u.len()];
+        self.apply(u, &mut out);
         out
     }
 

@@ -43,7 +43,7 @@ struct Stationarity<'a> {
 }
 
 impl NewtonSystem for Stationarity<'_> {
-    fn residual(&self, u: &[f64], out: &mut [f64]) -> Result<(), OutsideDomain> {
+    fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), OutsideDomain> {
         self.action.gradient(u, out)
     }
 

@@ -29,7 +29,7 @@ const SMALL_DEFECT: f64 = 1e-5;
 
 /// A window failed even at the smallest step.
 pub(super) struct WindowFailure {
-    pub(super) failure: Failure,
+    pub(super) failure: Box<Failure>,
     /// γ at the window's first node, and its spacing.
     pub(super) gamma: f64,
     pub(super) spacing: f64,
@@ -135,7 +135,7 @@ pub(super) fn windowed_action(problem: &Problem) -> Result<Vec<f64>, WindowFailu
             Err(failure) => {
                 let per_unit = problem.sbp.spacing() / UNITS_PER_STEP as f64;
                 return Err(WindowFailure {
-                    failure,
+                    failure: Box::new(failure),
                     gamma: problem.gamma_i + position as f64 * per_unit,
                     spacing: units as f64 * per_unit,
                 });

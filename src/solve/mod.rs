@@ -104,7 +104,7 @@ fn solve_doubled(problem: Problem, case: &Case) -> Result<Solution, NoSolution> 
     let guess = InitialGuess::WindowedAction;
     let start = first_guess::windowed_action(&problem).map_err(|window| {
         // The window is a short grid of its own: γ counts from its start.
-        let mut failure = window.failure;
+        let mut failure = *window.failure;
         if failure.status == Status::MaxIterations {
             // The limit was the window's own; no setting of the user would help.
             failure.status = Status::Stalled;

@@ -20,7 +20,7 @@ pub(super) struct LinearFailure;
 /// F(u) = 0 with a Jacobian that the system itself factors.
 pub(super) trait NewtonSystem {
     /// `out` = F(u).
-    fn residual(&self, u: &[f64], out: &mut [f64]) -> Result<(), OutsideDomain>;
+    fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), OutsideDomain>;
 
     /// Rounding error to be expected in an entry of F(u).
     fn rounding(&self, u: &[f64]) -> f64;

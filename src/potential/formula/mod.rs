@@ -16,7 +16,7 @@ use self::graph::Graph;
 
 pub(crate) use program::{Instruction, Program};
 
-use super::{PotentialJet, PotentialSamples};
+use super::PotentialJet;
 
 /// A mistake in a formula.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -65,9 +65,9 @@ impl Formula {
         PotentialJet { value, first, second }
     }
 
-    /// V, V′, V″ at every entry of `x`.
-    pub fn sample(&self, x: &[f64], out: &mut PotentialSamples) {
-        self.program.sample(x, [&mut out.value, &mut out.first, &mut out.second]);
+    /// `out` = (V, V′, V″) at every entry of `x`.
+    pub fn sample(&self, x: &[f64], out: [&mut [f64]; 3]) {
+        self.program.sample(x, out);
     }
 }
 
