@@ -73,7 +73,7 @@
 //! | [`action`] | E_IVP, its gradient and its sparse Hessian |
 //! | [`mod@solve`] | Newton on ∇E_IVP = 0; the physical limit; every way it can end |
 //! | [`diagnostics`] | charges, residuals, bound, sawtooth; never calls a solver |
-//! | [`reference`] | the trajectory to compare with, by a Taylor method |
+//! | [`mod@reference`] | the trajectory to compare with, by a Taylor method |
 //! | [`study`] | sweeps and fits, on top of [`solve`](crate::solve()) |
 //! | [`output`] | CSV, JSON and SVG; prints nothing |
 
