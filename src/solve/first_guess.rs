@@ -23,9 +23,12 @@ const UNITS_PER_STEP: usize = 64;
 /// A window that needs more iterations than this is too long.
 const WINDOW_ITERATIONS: usize = 12;
 /// A window is accepted if its end correction is at most this share of the tangent (or it cannot be halved) …
-const LARGE_DEFECT: f64 = 1e-4;
-/// … and followed by one twice as long if it is at most this share.
-const SMALL_DEFECT: f64 = 1e-5;
+const LARGEST_DEFECT: f64 = 1e-4;
+/// … and all windows together may correct it by at most this share: on a long run small errors of the tangent add up to a
+/// phase that Newton's method does not recover from.
+const DEFECT_OF_RUN: f64 = 1e-2;
+/// A window whose correction is below this share of what it may be is followed by one twice as long.
+const LENGTHENING: f64 = 0.1;
 
 /// A window failed even at the smallest step.
 pub(super) struct WindowFailure {
@@ -110,8 +113,9 @@ pub(super) fn windowed_action(problem: &Problem) -> Result<Vec<f64>, WindowFailu
             units /= 2;
         }
         let grid = grids.entry(units).or_insert_with(|| WindowGrid::new(problem, units));
+        let acceptable = LARGEST_DEFECT.min(DEFECT_OF_RUN * (WINDOW_STEPS * units) as f64 / end as f64);
         match grid.solve(problem, start, &mut largest_x_dot) {
-            Ok(window) if window.defect > LARGE_DEFECT && units > 1 => units /= 2,
+            Ok(window) if window.defect > acceptable && units > 1 => units /= 2,
             Ok(window) => {
                 let layout = Layout::new(WINDOW_STEPS + 1);
                 let [forward, _] = layout.branches(&window.root.unknowns);
@@ -125,7 +129,7 @@ pub(super) fn windowed_action(problem: &Problem) -> Result<Vec<f64>, WindowFailu
                 multipliers.copy_from_slice(layout.multipliers(&window.root.unknowns));
                 start = window.end;
                 position += WINDOW_STEPS * units;
-                let accurate = window.defect <= SMALL_DEFECT;
+                let accurate = window.defect <= LENGTHENING * acceptable;
                 // A longer window must still have its nodes on the grid.
                 if accurate && units < UNITS_PER_STEP && position.is_multiple_of(2 * units) {
                     units *= 2;
