@@ -22,8 +22,8 @@ pub enum Scale {
     Linear,
     /// By their decimal logarithm, over whole decades.
     ///
-    /// Values that are zero or negative have none. They are drawn with open symbols at a floor, a decade below that of
-    /// the least positive value; its tick reads "0", "< 0" or "≤ 0", and a line under the axis says where it is.
+    /// Values that are zero or negative have none. They are drawn at a floor, a decade below that of the least positive
+    /// value, where symbols are open; its tick reads "0", "< 0" or "≤ 0", and a line under the axis says where it is.
     Log,
 }
 
