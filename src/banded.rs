@@ -1,8 +1,8 @@
 //! Banded matrices, and banded linear systems in a single pass.
 //!
-//! The physical limit is a banded system of 2(N − 1) unknowns. No maintained pure-Rust crate offers a banded solver, and a
-//! general sparse LU costs several times more here, so this small one is ours. Every system is solved once, so nothing is kept
-//! but the rows of U, each without its trailing zeros: at a million nodes memory traffic is what costs.
+//! The physical limit is a banded system of 2(N − 1) unknowns. No maintained pure-Rust crate offers a banded solver,
+//! and a general sparse LU costs several times more here, so this small one is ours. Every system is solved once, so
+//! nothing is kept but the rows of U, each without its trailing zeros: at a million nodes memory traffic is what costs.
 
 /// A square matrix with `lower` sub- and `upper` super-diagonals.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,8 +81,8 @@ impl BandedMatrix {
 
 /// Overwrites `b` with the solution of A·x = b, with partial pivoting, in O(n · lower · (lower + upper)).
 ///
-/// `row(i, out)` writes row i of A, the columns i − lower … i + upper, into `out`; what it writes for columns outside the matrix
-/// must be zero. Rows are asked for once, in order, so A need not exist as a whole.
+/// `row(i, out)` writes row i of A, the columns i − lower … i + upper, into `out`; what it writes for columns outside
+/// the matrix must be zero. Rows are asked for once, in order, so A need not exist as a whole.
 ///
 /// # Errors
 /// [`Singular`] if a pivot column holds nothing but zeros or a number that is not finite.

@@ -28,15 +28,16 @@
 //! ```
 //!
 //! turns the boundary value problem into an initial value problem: four constraints C_j fix the start of branch 1, four
-//! tie the branches at the end. The critical point of E_IVP has t₁ = t₂ and x₁ = x₂ (the physical limit), and there it *is*
-//! the first-order collocation system
+//! tie the branches at the end. The critical point of E_IVP has t₁ = t₂ and x₁ = x₂ (the physical limit), and there it
+//! *is* the first-order collocation system
 //!
 //! ```text
 //! (Dt)_k = Q_t/g00(x_k),    (Dx)_k = w_k,    (Dw)_k = −½ g00′(x_k) (Q_t/g00(x_k))²,       k = 1 … N−1,
 //! ```
 //!
-//! so Q_t has its continuum value at every node but the last, and the multipliers say what the last node deviates by. See
-//! [`solve`](crate::solve()) for the two ways to the critical point, both certified by the gradient of E_IVP itself.
+//! so Q_t has its continuum value at every node but the last, and the multipliers say what the last node deviates by.
+//! See [`solve`](crate::solve()) for the two ways to the critical point, both certified by the gradient of E_IVP
+//! itself.
 //!
 //! # Using the library
 //!

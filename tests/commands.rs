@@ -165,7 +165,8 @@ fn an_interrupted_sweep_keeps_what_was_finished() {
     use std::io::Read;
 
     let folder = TempDir::new().unwrap();
-    // Many grids, so that some are certainly left when the signal arrives; the finest take a while, so that some are done.
+    // Many grids, so that some are certainly left when the signal arrives; the finest take a while, so that some are
+    // done.
     let grids: Vec<String> = (0..4000).map(|k| (20_000 + k).to_string()).collect();
     let mut child = program()
         .current_dir(folder.path())

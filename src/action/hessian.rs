@@ -70,7 +70,8 @@ impl DoubledAction<'_> {
             .expect("the pattern was made for this operator"))
     }
 
-    /// Calls `push(row, column, value)` for every contribution, always in the same order; contributions to one entry add.
+    /// Calls `push(row, column, value)` for every contribution, always in the same order; contributions to one entry
+    /// add.
     fn visit(&self, curvatures: &[Curvature; 2], mut push: impl FnMut(usize, usize, f64)) {
         let layout = self.layout();
         let weights = self.sbp.weights();

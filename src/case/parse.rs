@@ -9,12 +9,12 @@ use super::{Case, CaseError};
 impl Case {
     /// Reads a case from TOML `text` after applying `overrides` of the form `dotted.key=value`.
     ///
-    /// The value of an override is a TOML value; a bare word that is none is taken as a string. With overrides, errors refer to the
-    /// text as the overrides left it.
+    /// The value of an override is a TOML value; a bare word that is none is taken as a string. With overrides, errors
+    /// refer to the text as the overrides left it.
     ///
     /// # Errors
-    /// [`CaseError`] for anything that is not a complete, valid case: syntax, an unknown or missing key, a wrong type, a number
-    /// that is not finite or out of range, a formula that does not parse, a start outside the domain.
+    /// [`CaseError`] for anything that is not a complete, valid case: syntax, an unknown or missing key, a wrong type,
+    /// a number that is not finite or out of range, a formula that does not parse, a start outside the domain.
     pub fn parse(source_name: &str, text: &str, overrides: &[String]) -> Result<Self, CaseError> {
         let plain = Source { name: source_name.to_owned(), text: text.to_owned() };
         let source = if overrides.is_empty() { plain } else { plain.with_overrides(overrides)? };
@@ -65,8 +65,8 @@ impl Source {
         Ok(Self { name, text: document.to_string() })
     }
 
-    /// Where the value of a dotted key stands; of its nearest table if the key itself is missing. `within` narrows the place to a
-    /// part of a string value, if that is written without escapes.
+    /// Where the value of a dotted key stands; of its nearest table if the key itself is missing. `within` narrows the
+    /// place to a part of a string value, if that is written without escapes.
     fn locate(&self, path: &str, within: Option<Range<usize>>) -> Option<Range<usize>> {
         let document = Document::parse(self.text.as_str()).ok()?;
         let mut span = None;

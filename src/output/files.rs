@@ -15,7 +15,8 @@ pub struct OutputSet {
 }
 
 impl OutputSet {
-    /// Creates `directory` and opens the named files in it, so that an unwritable target is found before a long computation.
+    /// Creates `directory` and opens the named files in it, so that an unwritable target is found before a long
+    /// computation.
     ///
     /// # Errors
     /// If the directory cannot be made or a file in it cannot be written.
@@ -58,8 +59,8 @@ impl OutputSet {
         self.writer(name).write_all(text.as_bytes()).with_context(|| format!("cannot write {name}"))
     }
 
-    /// Puts the files whose names satisfy `keep` in place and removes any of the others left by an earlier run, so that the
-    /// directory never mixes the results of two.
+    /// Puts the files whose names satisfy `keep` in place and removes any of the others left by an earlier run, so that
+    /// the directory never mixes the results of two.
     ///
     /// # Errors
     /// If a file cannot be put in place.

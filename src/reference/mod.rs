@@ -6,8 +6,9 @@
 //!
 //! Each step expands t and x in γ to order 24 from the potential's own program, so every potential of a case has a
 //! reference, formulas included. The step is chosen so that the last terms are below the rounding of the first; the
-//! state is summed with compensation. A step stops where an argument of `abs` changes its sign. The polynomials of the steps are the dense output. The whole
-//! integration is done twice, with different order and steps, and the difference is the reported error estimate.
+//! state is summed with compensation. A step stops where an argument of `abs` changes its sign. The polynomials of the
+//! steps are the dense output. The whole integration is done twice, with different order and steps, and the difference
+//! is the reported error estimate.
 
 mod series;
 mod steps;

@@ -96,7 +96,8 @@ fn chain(u: &[f64], g: &[f64], k: usize) -> f64 {
     (weighted(u, g, k) + k as f64 * u[k] * g[0]) / k as f64
 }
 
-/// (u^v)_k. A constant exponent has the rule k u_0 p_k = Σ ((α+1) j − k) u_j p_{k−j}; any other goes through exp(v ln u).
+/// (u^v)_k. A constant exponent has the rule k u_0 p_k = Σ ((α+1) j − k) u_j p_{k−j}; any other goes through exp(v ln
+/// u).
 fn power(u: &[f64], v: &[f64], earlier: &[f64], logarithm: &mut Vec<f64>, k: usize) -> f64 {
     if k == 0 {
         logarithm.push(u[0].ln());

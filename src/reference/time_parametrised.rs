@@ -14,10 +14,11 @@ pub struct TimeState {
     pub velocity: f64,
 }
 
-/// d²x/dt² = −(V′/m) (1 − (dx/dt)²/c²)^{3/2}, a relativistic particle with a potential term, at `points` equidistant times.
+/// d²x/dt² = −(V′/m) (1 − (dx/dt)²/c²)^{3/2}, a relativistic particle with a potential term, at `points` equidistant
+/// times.
 ///
-/// It agrees with the geodesic in the weak-field, slow limit only. Classical Runge–Kutta with 64 steps between two points,
-/// which is far below the width of a line in a plot. The motion ends early where it is not defined.
+/// It agrees with the geodesic in the weak-field, slow limit only. Classical Runge–Kutta with 64 steps between two
+/// points, which is far below the width of a line in a plot. The motion ends early where it is not defined.
 pub fn time_parametrised(metric: &Metric, initial: InitialData, duration: f64, points: usize) -> Vec<TimeState> {
     const STEPS: usize = 64;
     let h = duration / ((points - 1) * STEPS) as f64;

@@ -57,9 +57,9 @@ pub static SBP21: Coefficients = Coefficients {
 
 /// SBP(4,2): fourth order inside, second order at the boundary.
 ///
-/// Source: Strand (1994), the diagonal-norm operator; printed as D^(4,2) by Rothkopf & Nordström (2023) with a misprint:
-/// their row 4 has −59/86 in its third entry, which breaks Q + Qᵀ = E_N − E_0 and the exactness on linear functions.
-/// The value below, −59/98, satisfies both.
+/// Source: Strand (1994), the diagonal-norm operator; printed as D^(4,2) by Rothkopf & Nordström (2023) with a
+/// misprint: their row 4 has −59/86 in its third entry, which breaks Q + Qᵀ = E_N − E_0 and the exactness on linear
+/// functions. The value below, −59/98, satisfies both.
 pub static SBP42: Coefficients = Coefficients {
     name: "SBP42",
     interior_order: 4,

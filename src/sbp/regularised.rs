@@ -52,7 +52,8 @@ impl<'a> RegularisedOperator<'a> {
         out[0] += self.penalty * self.sbp.weights()[0] * v[0];
     }
 
-    /// (column, coefficient) of row k of the linear part D̄_lin. Its sparsity is that of D plus the first diagonal entry.
+    /// (column, coefficient) of row k of the linear part D̄_lin. Its sparsity is that of D plus the first diagonal
+    /// entry.
     pub fn row(&self, k: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let penalty = if k == 0 { self.penalty } else { 0.0 };
         self.sbp.row(k).chain((k == 0).then_some((0, penalty)))

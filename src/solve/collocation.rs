@@ -73,8 +73,8 @@ struct Collocation<'a> {
     q_t: f64,
     scale_x: f64,
     scale_w: f64,
-    // What was evaluated last: x and w on all N nodes, the metric and the slopes. Kept, because at a million nodes fresh
-    // memory costs more than the arithmetic.
+    // What was evaluated last: x and w on all N nodes, the metric and the slopes. Kept, because at a million nodes
+    // fresh memory costs more than the arithmetic.
     x: Vec<f64>,
     w: Vec<f64>,
     metric: MetricSamples,

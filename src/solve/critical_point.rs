@@ -8,7 +8,8 @@ use super::newton::{self, Failure, LinearFailure, NewtonSystem, Root};
 use crate::action::{DoubledAction, HessianPattern, max_abs};
 use crate::metric::OutsideDomain;
 
-/// A refined linear solution must leave less than this share of the right-hand side; more means a useless factorisation.
+/// A refined linear solution must leave less than this share of the right-hand side; more means a useless
+/// factorisation.
 const LINEAR_TOLERANCE: f64 = 1e-3;
 
 /// Newton's method for actions on one operator: the sparsity and its symbolic factorisation are found once.

@@ -12,8 +12,9 @@ const TOLERANCE: f64 = 1e-14;
 /// The same where rounding ends the search first.
 const LOOSE_TOLERANCE: f64 = 1e-12;
 
-/// Newton's method on γ_f with dt/dγ at the end of each solution, kept inside the bracket found so far: t_N grows with γ_f as
-/// long as g00 > 0. A γ_f that has no solution (a horizon on the way) is an upper bound like one that ends too late.
+/// Newton's method on γ_f with dt/dγ at the end of each solution, kept inside the bracket found so far: t_N grows with
+/// γ_f as long as g00 > 0. A γ_f that has no solution (a horizon on the way) is an upper bound like one that ends too
+/// late.
 pub(super) fn solve(case: &Case, t_f: f64) -> Result<Solution, NoSolution> {
     let gamma_i = case.grid.gamma_i;
     let duration = t_f - case.initial.t;

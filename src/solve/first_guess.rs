@@ -24,8 +24,8 @@ const UNITS_PER_STEP: usize = 64;
 const WINDOW_ITERATIONS: usize = 12;
 /// A window is accepted if its end correction is at most this share of the tangent (or it cannot be halved) …
 const LARGEST_DEFECT: f64 = 1e-4;
-/// … and all windows together may correct it by at most this share: on a long run small errors of the tangent add up to a
-/// phase that Newton's method does not recover from.
+/// … and all windows together may correct it by at most this share: on a long run small errors of the tangent add up to
+/// a phase that Newton's method does not recover from.
 const DEFECT_OF_RUN: f64 = 1e-2;
 /// A window whose correction is below this share of what it may be is followed by one twice as long.
 const LENGTHENING: f64 = 0.1;

@@ -1,4 +1,5 @@
-//! Explicit recursions in γ: the two-step rule that SBP21's collocation system is, and Nyström's method for first guesses.
+//! Explicit recursions in γ: the two-step rule that SBP21's collocation system is, and Nyström's method for first
+//! guesses.
 
 use super::newton::Failure;
 use super::physical_limit::PhysicalLimit;
@@ -51,11 +52,12 @@ const MOST_SUBSTEPS: usize = 64;
 /// Halving the step may change x by this share of its size; Newton's method does the rest.
 const GUESS_TOLERANCE: f64 = 1e-4;
 
-/// x and dx/dγ on the nodes by Nyström's classical method of order four (E. J. Nyström, Acta Soc. Sci. Fenn. 50 (1925)).
+/// x and dx/dγ on the nodes by Nyström's classical method of order four (E. J. Nyström, Acta Soc. Sci. Fenn. 50
+/// (1925)).
 ///
-/// The step is halved, starting from two node intervals, until that changes nothing that matters, so the guess is close to the
-/// geodesic however coarse the grid is. It is also how a geodesic that leaves the domain is told from a coarse step that
-/// jumps out of it: only what happens with ever finer steps is believed.
+/// The step is halved, starting from two node intervals, until that changes nothing that matters, so the guess is close
+/// to the geodesic however coarse the grid is. It is also how a geodesic that leaves the domain is told from a coarse
+/// step that jumps out of it: only what happens with ever finer steps is believed.
 pub(super) fn nystrom(problem: &Problem) -> Result<(Vec<f64>, Vec<f64>), OutsideDomain> {
     // Every second node; the last interval is left out if their number is odd.
     let mut coarse = nystrom_with(problem, 2, 1);

@@ -22,8 +22,8 @@ use crate::case::{Case, System};
 
 /// Solves a case.
 ///
-/// The physical limit costs O(N) time and memory, one potential evaluation a node for SBP21. The doubled system is solved by
-/// Newton's method with a sparse LU, in time linear in N in practice.
+/// The physical limit costs O(N) time and memory, one potential evaluation a node for SBP21. The doubled system is
+/// solved by Newton's method with a sparse LU, in time linear in N in practice.
 ///
 /// # Errors
 /// [`NoSolution`] says how the solve ended, where, and with what residual. An unconverged trajectory is never returned.
@@ -167,7 +167,8 @@ fn on_forward_branch(layout: Layout, unknown: usize, u: &[f64]) -> (usize, f64) 
     (node, layout.branches(u)[0].x[node])
 }
 
-/// Puts a failed iteration in terms of the case: `locate` maps an index of the residual, at the last iterate, to its node and x.
+/// Puts a failed iteration in terms of the case: `locate` maps an index of the residual, at the last iterate, to its
+/// node and x.
 fn no_solution(
     problem: &Problem,
     failure: Failure,

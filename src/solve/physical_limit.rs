@@ -1,21 +1,22 @@
 //! The physical limit t₁ = t₂, x₁ = x₂: the first-order collocation system that the critical point of E_IVP is.
 //!
-//! Subtracting the two branches' stationarity conditions leaves λ1 = … = λ4 = 0. With u = Dt, v = g00∘u, w = Dx and the identity
-//! D̄ᵀH = −HD + E_N that the regularisation buys, what remains is
+//! Subtracting the two branches' stationarity conditions leaves λ1 = … = λ4 = 0. With u = Dt, v = g00∘u, w = Dx and the
+//! identity D̄ᵀH = −HD + E_N that the regularisation buys, what remains is
 //!
 //! ```text
 //! −HDv + e_N v_N + λ5 e_N + λ7 Dᵀe_N = 0,      ½H g00′∘u∘u + HDw − e_N w_N + λ6 e_N + λ8 Dᵀe_N = 0.
 //! ```
 //!
-//! HD e_N = e_N − H_N Dᵀe_N, so a multiple of Dᵀe_N is a shift of the last node. Hence, for every diagonal-norm operator,
+//! HD e_N = e_N − H_N Dᵀe_N, so a multiple of Dᵀe_N is a shift of the last node. Hence, for every diagonal-norm
+//! operator,
 //!
 //! ```text
 //! (Dt)_k = Q_t/g00(x_k),   (Dx)_k = w*_k,   (Dw*)_k = −½ g00′(x_k) (Q_t/g00(x_k))²,     k = 1 … N−1,
 //! t_1 = t_i,  x_1 = x_i,  w*_1 = ẋ_i
 //! ```
 //!
-//! and the multipliers follow ([`PhysicalLimit::multipliers`]). The solution is not taken on trust: the caller evaluates
-//! ∇E_IVP of the doubled action at it.
+//! and the multipliers follow ([`PhysicalLimit::multipliers`]). The solution is not taken on trust: the caller
+//! evaluates ∇E_IVP of the doubled action at it.
 
 use super::collocation;
 use super::march;

@@ -6,8 +6,8 @@ use crate::geodesic::{InitialData, Invariants};
 use crate::metric::Metric;
 use crate::sbp::{Coefficients, SbpOperator};
 
-/// Everything a solve needs. Time is counted from the start: `initial.t` is 0 and t_i is added to results, so that a shift
-/// of t_i shifts t and changes no other digit.
+/// Everything a solve needs. Time is counted from the start: `initial.t` is 0 and t_i is added to results, so that a
+/// shift of t_i shifts t and changes no other digit.
 #[derive(Debug, Clone)]
 pub(crate) struct Problem {
     pub(crate) coefficients: &'static Coefficients,

@@ -15,7 +15,8 @@ pub struct Backward {
     pub x: Vec<f64>,
 }
 
-/// The values to continue the trajectory with. (Dt)_N and (Dx)_N are not: the last node takes up the compatibility defect.
+/// The values to continue the trajectory with. (Dt)_N and (Dx)_N are not: the last node takes up the compatibility
+/// defect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EndState {
     /// t at the last node.

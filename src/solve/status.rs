@@ -1,4 +1,5 @@
-//! How a solve can end. Termination is data: every way has its own variant, and none of the bad ones carries a trajectory.
+//! How a solve can end. Termination is data: every way has its own variant, and none of the bad ones carries a
+//! trajectory.
 
 use std::fmt;
 
@@ -62,7 +63,8 @@ pub struct IterationRecord {
 pub enum InitialGuess {
     /// No iteration: the equations are explicit and were marched.
     None,
-    /// Short world-lines laid end to end, each the critical point of its own small doubled action, found from a straight line.
+    /// Short world-lines laid end to end, each the critical point of its own small doubled action, found from a
+    /// straight line.
     WindowedAction,
     /// The fourth-order Nyström integrator on the geodesic equation, on the same nodes.
     Nystrom4,

@@ -140,11 +140,12 @@ pub enum SweepError {
 
 /// Solves `case` for every operator and number of nodes, in parallel; results come in a fixed order.
 ///
-/// A case that ends at a physical time is swept at the γ_f at which the reference reaches it. `finished` is called for every grid as
-/// it is done; a true `cancel` keeps grids that have not begun from beginning.
+/// A case that ends at a physical time is swept at the γ_f at which the reference reaches it. `finished` is called for
+/// every grid as it is done; a true `cancel` keeps grids that have not begun from beginning.
 ///
 /// # Errors
-/// [`SweepError`] if a grid cannot exist or there is no reference. A grid without a solution is a point with its status.
+/// [`SweepError`] if a grid cannot exist or there is no reference. A grid without a solution is a point with its
+/// status.
 pub fn sweep(
     case: &Case,
     operators: &[SbpName],

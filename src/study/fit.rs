@@ -25,7 +25,8 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// Fits `errors` over grids with spacings `delta_gamma` and `n_gamma` nodes, coarse to fine; `None` with fewer than two.
+    /// Fits `errors` over grids with spacings `delta_gamma` and `n_gamma` nodes, coarse to fine; `None` with fewer than
+    /// two.
     pub fn new(delta_gamma: &[f64], n_gamma: &[usize], errors: &[f64]) -> Option<Self> {
         if errors.len() < 2 {
             return None;
@@ -74,8 +75,9 @@ fn local_slopes(delta_gamma: &[f64], errors: &[f64]) -> Vec<f64> {
 /// How many of the errors, coarse to fine, lie above the rounding plateau.
 ///
 /// The plateau begins at the first point from which on no error falls as the order seen so far (the median of the local
-/// slopes) would make it fall. That is found from the errors themselves; the only assumption is that an error above 1e-7
-/// of the quantity's `size` is not rounding, so that a pre-asymptotic hesitation on coarse grids is not taken for it.
+/// slopes) would make it fall. That is found from the errors themselves; the only assumption is that an error above
+/// 1e-7 of the quantity's `size` is not rounding, so that a pre-asymptotic hesitation on coarse grids is not taken for
+/// it.
 pub fn points_above_plateau(delta_gamma: &[f64], errors: &[f64], size: f64) -> usize {
     if errors.first().is_none_or(|first| *first <= ROUNDING * size) {
         return 0;

@@ -121,8 +121,8 @@ fn without_regularisation_the_critical_point_is_wrong_or_missing() {
     for (sbp, t_final) in [("SBP21", 1.0324), ("SBP42", 0.6350)] {
         let linear = solved(&format!("{ablation} potential={{linear={{alpha=0.25}}}} scheme.sbp={sbp}"));
         assert!((linear.end.t - t_final).abs() < 5e-5, "{sbp}: t = {}", linear.end.t);
-        // The quartic case has no usable critical point: Newton's method fails, or its damping carries it to a spurious one
-        // in which even and odd nodes live on two different curves.
+        // The quartic case has no usable critical point: Newton's method fails, or its damping carries it to a spurious
+        // one in which even and odd nodes live on two different curves.
         match geodesic_ivp::solve(&super::common::case(&format!("{ablation} scheme.sbp={sbp}"))) {
             Err(failure) => assert!(failure.history.iter().all(|record| record.residual.is_finite())),
             Ok(spurious) => {

@@ -1,4 +1,5 @@
-//! The SBP coefficients satisfy their defining identities exactly, and are exact on polynomials up to their order and no further.
+//! The SBP coefficients satisfy their defining identities exactly, and are exact on polynomials up to their order and
+//! no further.
 
 use geodesic_ivp::sbp::coefficients::{Rational, SBP21, SBP42};
 use geodesic_ivp::sbp::{Coefficients, RegularisedOperator, SbpOperator};
@@ -162,7 +163,8 @@ fn the_null_space_of_d_is_the_constants_and_the_regularised_one_has_none() {
         assert_eq!(d.rank(1e-10), 15, "{}", c.name);
         let affine = RegularisedOperator::new(&sbp, 0.7).to_affine_matrix();
         assert_eq!(affine.rank(1e-10), 17, "{}", c.name);
-        // Every eigenvalue of the regularised operator has a positive real part: it is null-space consistent and stable.
+        // Every eigenvalue of the regularised operator has a positive real part: it is null-space consistent and
+        // stable.
         let linear = affine.view((0, 0), (16, 16)).into_owned();
         assert!(linear.complex_eigenvalues().iter().all(|e| e.re > 1e-8), "{}", c.name);
     }
