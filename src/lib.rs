@@ -84,6 +84,7 @@ pub mod case;
 pub mod diagnostics;
 pub mod geodesic;
 pub mod metric;
+mod norm;
 pub mod output;
 pub mod potential;
 pub mod reference;

@@ -145,6 +145,17 @@ fn converge_refuses_what_it_cannot_sweep() {
     let folder = TempDir::new().unwrap();
     for (arguments, code, message) in [
         ("converge CASES/quartic.toml --n-gamma 7", 2, "SBP42 needs at least 8 points"),
+        ("converge CASES/quartic.toml --n-gamma 9223372036854775807", 2, "above the limit"),
+        (
+            "converge CASES/quartic.toml --set potential={formula={expression=\"abs(x)^2.5\"}} --set initial.x=0.0",
+            3,
+            "no Taylor series",
+        ),
+        (
+            "converge CASES/quartic.toml --set initial.x_dot=10.0 --set grid={t_f=10.0,n_gamma=32}",
+            3,
+            "t_f is not reached",
+        ),
         ("converge CASES/quartic.toml --n-gamma 16,x", 2, "invalid value 'x'"),
         ("converge CASES/quartic.toml --sbp SBP99", 2, "unknown operator \"SBP99\""),
         ("converge CASES/quartic.toml --sbp SBP84", 2, "not available yet"),

@@ -20,6 +20,7 @@ pub use layout::{Layout, MULTIPLIERS};
 
 use crate::geodesic::InitialData;
 use crate::metric::{Metric, MetricSamples, OutsideDomain};
+use crate::norm::max_abs;
 use crate::sbp::{RegularisedOperator, SbpOperator};
 
 /// E_IVP for one grid, metric and set of initial data, in 4N + 8 unknowns (see [`Layout`]).
@@ -100,7 +101,7 @@ impl<'a> DoubledAction<'a> {
     pub fn constraints(&self, u: &[f64]) -> [f64; MULTIPLIERS] {
         let [b1, b2] = self.layout().branches(u);
         let last = self.sbp.points() - 1;
-        let row = |k: usize, u: &[f64]| self.sbp.row(k).map(|(column, d)| d * u[column]).sum::<f64>();
+        let row = |k: usize, u: &[f64]| self.sbp.derivative_at(u, k);
         [
             b1.t[0] - self.initial.t,
             row(0, b1.t) - self.initial.t_dot,
@@ -187,30 +188,48 @@ impl<'a> DoubledAction<'a> {
         }
     }
 
-    /// The size of the rounding error to be expected in an entry of ∇E_IVP at `u`: ε times the largest intermediate
-    /// number. Differences of t and x are divided by h, so it grows like N.
+    /// The size of the rounding error to be expected in the entries of ∇E_IVP at `u`, by kind of row. Differences of t
+    /// and x are divided by h, so it grows like N.
     ///
     /// # Errors
     /// [`OutsideDomain`] if g00 is not positive and finite at a node of either branch.
-    pub fn gradient_rounding(&self, u: &[f64]) -> Result<f64, OutsideDomain> {
+    pub fn gradient_rounding(&self, u: &[f64]) -> Result<GradientRounding, OutsideDomain> {
         let layout = self.layout();
-        let mut largest: f64 = 0.0;
+        let lambda = layout.multipliers(u);
+        let h = self.sbp.spacing();
+        let of = |indices: [usize; 2]| indices.into_iter().map(|j| lambda[j].abs()).fold(0.0, f64::max);
+        let (mut t, mut x) = (0.0_f64, 0.0_f64);
+        // λ1, λ5 and λ3, λ6 enter as they are, λ2, λ7 and λ4, λ8 with a row of D.
+        let (mut t_row, mut x_row) = (of([0, 4]) + of([1, 6]) / h, of([2, 5]) + of([3, 7]) / h);
+        let mut state = BranchState::zeros(self.sbp.points());
         for branch in layout.branches(u) {
-            let metric = self.metric.sample(branch.x)?;
-            let g00 = max_abs(&metric.g00);
-            let t_per_h = max_abs(branch.t) / self.sbp.spacing();
-            let x_per_h = max_abs(branch.x) / self.sbp.spacing();
-            // ½ H g00′ ṫ² varies with t through ṫ: twice its relative error.
-            let t_dot = max_abs(&self.bar_t.derivative(branch.t));
-            let force = max_abs(self.sbp.weights()) * max_abs(&metric.first) * t_dot * t_per_h;
-            largest = largest.max(g00.max(1.0) * t_per_h).max(x_per_h).max(force);
+            self.branch_into(branch.t, branch.x, &mut state)?;
+            let t_dot = max_abs(&state.t_dot).max(self.initial.t_dot.abs());
+            let x_dot = max_abs(&state.x_dot).max(self.initial.x_dot.abs());
+            // A particle that starts at x = 0, perhaps at rest, moves by h ẋ and ½h²ẍ: that is what is rounded.
+            let fall = 0.5 * h * h * max_abs(&state.metric.first) * t_dot * t_dot;
+            let t_size = max_abs(branch.t).max(h * t_dot);
+            let x_size = max_abs(branch.x).max(h * x_dot).max(fall).max(f64::MIN_POSITIVE);
+            (t, x) = (t.max(t_size), x.max(x_size));
+            t_row = t_row.max(max_abs(&state.metric.g00) * t_size / h);
+            // ½ H g00′ ṫ² inherits twice the relative error of ṫ, which is ε|t|/(h ṫ).
+            let force = max_abs(self.sbp.weights()) * max_abs(&state.metric.first) * t_dot * t_size / h;
+            x_row = x_row.max(x_size / h).max(force);
         }
-        let from_multipliers = max_abs(layout.multipliers(u)) / self.sbp.spacing();
-        Ok(f64::EPSILON * largest.max(from_multipliers))
+        let epsilon = f64::EPSILON;
+        Ok(GradientRounding { t_rows: epsilon * t_row, x_rows: epsilon * x_row, t: epsilon * t, x: epsilon * x })
     }
 }
 
-/// max |u_k|; NaN if any entry is NaN, so that a comparison with it fails.
-pub(crate) fn max_abs(u: &[f64]) -> f64 {
-    u.iter().fold(0.0, |largest: f64, v| if largest.is_nan() || v.is_nan() { f64::NAN } else { largest.max(v.abs()) })
+/// Rounding errors to be expected in ∇E_IVP.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GradientRounding {
+    /// Of ∂E/∂t.
+    pub t_rows: f64,
+    /// Of ∂E/∂x.
+    pub x_rows: f64,
+    /// Of a value of t: the constraints of λ1 and λ5; divided by h those of λ2 and λ7.
+    pub t: f64,
+    /// Of a value of x: the constraints of λ3 and λ6; divided by h those of λ4 and λ8.
+    pub x: f64,
 }

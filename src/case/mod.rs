@@ -1,7 +1,7 @@
 //! Case files: the strict TOML schema, its defaults, and what a valid case means.
 //!
-//! [`Case::parse`] turns text and overrides into a [`Case`] or one [`CaseError`] with its place in the text. A `Case`
-//! that exists is valid: every number is finite, the grid fits the operator, and g00 is positive at the start.
+//! [`Case::parse`] turns text and overrides into a [`Case`] or one [`CaseError`] with its place in the text. A parsed `Case`
+//! is valid: every number is finite, the grid fits the operator, and g00 is positive at the start.
 
 mod error;
 mod parse;
@@ -123,6 +123,9 @@ pub struct Grid {
     #[serde(default = "one")]
     pub windows: usize,
 }
+
+/// γ_f of a case that gives neither γ_f nor t_f.
+const DEFAULT_GAMMA_F: f64 = 1.0;
 
 fn one() -> usize {
     1
@@ -269,7 +272,36 @@ fn converged() -> Status {
     Status::Converged
 }
 
+/// Where a run ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum End {
+    /// At γ_f: the length γ_f − γ_i of the world-line parameter's range.
+    Length(f64),
+    /// At a physical time: the duration t_f − t_i.
+    Duration(f64),
+}
+
 impl Case {
+    /// Where the run ends, counted from its start.
+    pub fn end(&self) -> End {
+        match (self.grid.t_f, self.grid.gamma_f) {
+            (Some(t_f), _) => End::Duration(t_f - self.initial.t),
+            (None, gamma_f) => End::Length(gamma_f.unwrap_or(DEFAULT_GAMMA_F) - self.grid.gamma_i),
+        }
+    }
+
+    /// The case with another operator and number of nodes, on γ ∈ [0, `length`].
+    ///
+    /// # Errors
+    /// What is wrong with that grid.
+    pub fn on_grid(&self, sbp: SbpName, n_gamma: usize, length: f64) -> Result<Self, String> {
+        let mut case = self.clone();
+        case.scheme.sbp = sbp;
+        case.grid = Grid { gamma_i: 0.0, gamma_f: Some(length), t_f: None, n_gamma, ..self.grid };
+        case.check_grid().map_err(|invalid| invalid.message)?;
+        Ok(case)
+    }
+
     /// V(x).
     pub fn potential(&self) -> Potential {
         match &self.potential {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Case, Grid, PotentialSpec, System};
+use super::{Case, DEFAULT_GAMMA_F, Grid, PotentialSpec, System};
 use crate::potential::Formula;
 use crate::potential::formula::{is_identifier, is_reserved};
 use crate::solve::Status;
@@ -45,7 +45,7 @@ impl Case {
         self.check_potential()?;
         self.check_choices()?;
         if self.grid.gamma_f.is_none() && self.grid.t_f.is_none() {
-            self.grid.gamma_f = Some(1.0);
+            self.grid.gamma_f = Some(DEFAULT_GAMMA_F);
         }
         self.check_grid()?;
         self.check_start()?;
@@ -164,7 +164,7 @@ impl Case {
         Ok(())
     }
 
-    fn check_grid(&self) -> Result<(), Invalid> {
+    pub(super) fn check_grid(&self) -> Result<(), Invalid> {
         let Grid { gamma_i, gamma_f, t_f, n_gamma, .. } = self.grid;
         let coefficients = self.scheme.sbp.coefficients();
         if n_gamma < coefficients.minimum_points {
@@ -185,27 +185,30 @@ impl Case {
                 let message = format!("gamma_f = {gamma_f} must be greater than gamma_i = {gamma_i}");
                 return Err(invalid("grid.gamma_f", message).help("gamma_f is 1 if it is not given"));
             }
-            let spacing = (gamma_f - gamma_i) / (n_gamma - 1) as f64;
-            let largest = gamma_i.abs().max(gamma_f.abs());
-            if !(spacing.is_finite() && spacing >= f64::MIN_POSITIVE && spacing > 4.0 * f64::EPSILON * largest) {
-                let message =
-                    format!("the spacing {spacing:e} is too small or too large to tell neighbouring nodes apart");
-                return Err(invalid("grid.gamma_f", message).help("shift gamma_i towards 0, or take fewer points"));
-            }
+            self.check_spacing("grid.gamma_f", gamma_f - gamma_i)?;
         }
         if let Some(t_f) = t_f {
             if self.initial.t_dot <= 0.0 {
                 return Err(invalid("grid.t_f", "t_f needs t_dot > 0: otherwise t does not increase with gamma"));
             }
-            if !((t_f - self.initial.t) / self.initial.t_dot).is_finite() {
-                return Err(invalid("grid.t_f", "(t_f - t) / t_dot is not a finite number"));
-            }
             if t_f <= self.initial.t {
                 let message = format!("t_f = {t_f} must be later than the initial t = {}", self.initial.t);
                 return Err(invalid("grid.t_f", message));
             }
+            self.check_spacing("grid.t_f", (t_f - self.initial.t) / self.initial.t_dot)?;
         }
         Ok(())
+    }
+
+    /// Whether nodes over a range of γ of this length can be told apart, also when γ_i is added to them.
+    fn check_spacing(&self, path: &str, length: f64) -> Result<(), Invalid> {
+        let spacing = length / (self.grid.n_gamma - 1) as f64;
+        let largest = self.grid.gamma_i.abs().max((self.grid.gamma_i + length).abs());
+        if spacing.is_finite() && spacing >= f64::MIN_POSITIVE && spacing > 4.0 * f64::EPSILON * largest {
+            return Ok(());
+        }
+        let message = format!("the spacing {spacing:e} is too small or too large to tell neighbouring nodes apart");
+        Err(invalid(path, message).help("shift gamma_i towards 0, or take fewer points"))
     }
 
     fn check_start(&self) -> Result<(), Invalid> {

@@ -9,7 +9,7 @@ use clap::Args;
 use geodesic_ivp::Case;
 use geodesic_ivp::case::SbpName;
 use geodesic_ivp::output::{ConvergenceSummary, OutputSet, pictures, write_convergence, write_slopes};
-use geodesic_ivp::study::convergence::{Convergence, Quantity, Slope, sweep};
+use geodesic_ivp::study::convergence::{Convergence, Quantity, Slope, SweepError, sweep};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::interrupt::{self, INTERRUPTED};
@@ -65,15 +65,17 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     }
     let directory = args.out.clone().unwrap_or_else(|| args.case.default_output());
     let files = OutputSet::open(&directory, &[CONVERGENCE, SLOPES, SUMMARY, FINAL_ERRORS, L2_ERRORS])?;
-    let mut operators = args.sbp.clone();
-    let mut seen = Vec::new();
-    operators.retain(|sbp| {
-        !seen.contains(sbp) && {
-            seen.push(*sbp);
-            true
+    let convergence = match sweep_with_progress(&case, args)? {
+        Ok(convergence) => convergence,
+        Err(error) => {
+            // An impossible grid is a mistake on the command line and changes nothing; a case without a reference has no
+            // results, and those of an earlier sweep must not stand for it.
+            if matches!(error, SweepError::Reference(_)) {
+                files.commit(|_| false)?;
+            }
+            return Err(error.into());
         }
-    });
-    let convergence = sweep_with_progress(&case, &operators, args)?;
+    };
     let slopes = convergence.slopes(args.fit_range.unwrap_or((0, usize::MAX)));
     for slope in &slopes {
         if let Some(warning) = slope.warning() {
@@ -111,17 +113,17 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
 
 /// Sweeps with a bar on a terminal's standard error; an interrupt lets running grids finish and starts no more, a
 /// second one ends the program at once.
-fn sweep_with_progress(case: &Case, operators: &[SbpName], args: &ConvergeArgs) -> anyhow::Result<Convergence> {
+fn sweep_with_progress(case: &Case, args: &ConvergeArgs) -> anyhow::Result<Result<Convergence, SweepError>> {
     let cancel = interrupt::flag()?;
-    let grids = (args.n_gamma.len() * operators.len()) as u64;
+    let grids = (args.n_gamma.len() * args.sbp.len()) as u64;
     let bar = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new(grids) };
     bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} grids {msg}").expect("the template is valid"));
-    let result = sweep(case, operators, &args.n_gamma, &cancel, &|point| {
+    let result = sweep(case, &args.sbp, &args.n_gamma, &cancel, &|point| {
         bar.set_message(format!("last: {} N = {}", point.sbp.coefficients().name, point.n_gamma));
         bar.inc(1);
     });
     bar.finish_and_clear();
-    Ok(result?)
+    Ok(result)
 }
 
 fn readable(case: &Case, convergence: &Convergence, slopes: &[Slope], directory: &std::path::Path) -> String {

@@ -4,6 +4,7 @@ use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use geodesic_ivp::reference::EndReason;
 use geodesic_ivp::study::convergence::SweepError;
 use geodesic_ivp::{CaseError, NoSolution, Status};
 
@@ -28,9 +29,14 @@ pub(crate) fn exit_code(error: &anyhow::Error) -> ExitCode {
         (failure.to_string(), Some(failure.advice()), code)
     } else if let Some(sweep) = error.downcast_ref::<SweepError>() {
         let (help, code) = match sweep {
-            SweepError::Reference(_) => (Some("end the run before the geodesic leaves the domain"), OUTSIDE_DOMAIN),
-            SweepError::TooFewPoints(_) => (Some("leave that number out of --n-gamma"), INVALID_CASE),
+            SweepError::Reference(end) => match end.reason {
+                EndReason::OutsideDomain => ("end the run before the geodesic leaves the domain", OUTSIDE_DOMAIN),
+                EndReason::Singular => ("end the run before that point", NO_CRITICAL_POINT),
+                EndReason::TimeNotReached => ("give gamma_f instead of t_f, or an earlier t_f", NO_CRITICAL_POINT),
+            },
+            SweepError::Grid(_) => ("choose other numbers for --n-gamma", INVALID_CASE),
         };
+        let help = Some(help);
         (sweep.to_string(), help, code)
     } else if error.is::<ExpectationNotMet>() {
         (error.to_string(), None, EXPECTATION)

@@ -1,6 +1,6 @@
 //! Noether charges and the second invariant on the nodes.
 
-use crate::action::max_abs;
+use crate::norm::max_abs;
 use crate::potential::Potential;
 use crate::solve::Solution;
 

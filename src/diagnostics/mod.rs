@@ -10,7 +10,7 @@ pub use charges::{Charges, FreeParticleCharges};
 pub use residuals::GeodesicResiduals;
 pub use sawtooth::sawtooth;
 
-use crate::action::max_abs;
+use crate::norm::max_abs;
 use crate::solve::Solution;
 
 /// Everything that is measured on a solution.

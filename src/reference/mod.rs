@@ -16,6 +16,8 @@ mod time_parametrised;
 
 pub use time_parametrised::{TimeState, time_parametrised};
 
+use std::fmt;
+
 use crate::geodesic::InitialData;
 use crate::metric::Metric;
 
@@ -40,17 +42,43 @@ pub struct ReferencePoint {
     pub x_dot: f64,
 }
 
-/// The geodesic leaves the domain before the end: there is no trajectory to compare with.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("the reference trajectory ends at gamma - gamma_i = {gamma:.6}, x = {x:.6}: g00 = {g00:.3e}")]
+/// Why a reference trajectory ends early.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EndReason {
+    /// It meets g00 ≤ 0 or a point where V is not finite.
+    OutsideDomain,
+    /// V is not smooth enough there to be expanded in a series.
+    Singular,
+    /// The physical time asked for is not reached: t hardly grows any more.
+    TimeNotReached,
+}
+
+/// There is no trajectory to compare with over the whole range.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReferenceEnds {
-    /// γ − γ_i where the steps became too small to go on.
+    /// Why.
+    pub reason: EndReason,
+    /// γ − γ_i where it ends.
     pub gamma: f64,
     /// x there.
     pub x: f64,
     /// g00 there.
     pub g00: f64,
 }
+
+impl fmt::Display for ReferenceEnds {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let what = match self.reason {
+            EndReason::OutsideDomain => "the geodesic leaves the domain",
+            EndReason::Singular => "the potential has no Taylor series",
+            EndReason::TimeNotReached => "the physical time t_f is not reached",
+        };
+        let Self { gamma, x, g00, .. } = self;
+        write!(f, "the reference trajectory ends at gamma - gamma_i = {gamma:.6}, x = {x:.6e}, g00 = {g00:.3e}: {what}")
+    }
+}
+
+impl std::error::Error for ReferenceEnds {}
 
 /// A trajectory of the geodesic equations with its own error estimate.
 #[derive(Debug, Clone)]

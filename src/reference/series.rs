@@ -103,14 +103,13 @@ fn power(u: &[f64], v: &[f64], earlier: &[f64], logarithm: &mut Vec<f64>, k: usi
         logarithm.push(u[0].ln());
         return u[0].powf(v[0]);
     }
+    let next = from_derivative(u, u, logarithm, k);
+    logarithm.push(next);
     if v[1..=k].iter().all(|&c| c == 0.0) {
-        logarithm.push(f64::NAN);
         let alpha = v[0];
         let sum: f64 = (1..=k).map(|j| ((alpha + 1.0) * j as f64 - k as f64) * u[j] * earlier[k - j]).sum();
         return sum / (k as f64 * u[0]);
     }
-    let next = from_derivative(u, u, logarithm, k);
-    logarithm.push(next);
     // exp of e = v ln u, whose coefficients are formed as needed.
     let exponent = |j: usize| product(v, logarithm, j);
     (1..=k).map(|j| j as f64 * exponent(j) * earlier[k - j]).sum::<f64>() / k as f64

@@ -1,7 +1,7 @@
 //! The steps of the Taylor method.
 
 use super::series::SeriesMachine;
-use super::{ReferenceEnds, ReferencePoint};
+use super::{EndReason, ReferenceEnds, ReferencePoint};
 use crate::geodesic::InitialData;
 use crate::metric::Metric;
 
@@ -10,6 +10,10 @@ const TRUNCATION: f64 = 1e-17;
 /// A step below this share of the whole range means a singularity.
 const LEAST_STEP: f64 = 1e-13;
 const MOST_STEPS: usize = 2_000_000;
+/// Below this share of its first value, g00 is on its way to a horizon.
+const HORIZON: f64 = 1e-3;
+/// A physical time is not reached if at the present rate it is this many times the length that the start suggested away.
+const FAR_TOO_LONG: f64 = 1e6;
 
 /// A sum of two numbers that carries its rounding error.
 #[derive(Debug, Clone, Copy, Default)]
@@ -80,6 +84,8 @@ struct Front<'m> {
     x: Compensated,
     w: Compensated,
     t: Compensated,
+    /// g00 at the start.
+    g00_start: f64,
     /// Length of the last step: the scale on which the state changes.
     last_step: f64,
 }
@@ -113,7 +119,9 @@ impl Front<'_> {
             w.push(-0.5 * convolve(&slope, &t_dot_squared, k) / next);
             t.push(t_dot[k] / next);
         }
-        let radius = self.radius(&x, &w, &t);
+        // At a singularity of V some coefficient is not finite, and there is no step to take.
+        let regular = [&x, &w, &t].into_iter().flatten().all(|c| c.is_finite());
+        let radius = if regular { self.radius(&x, &w, &t) } else { 0.0 };
         Expansion { x, w, t, radius }
     }
 
@@ -231,6 +239,7 @@ impl Steps {
             x: Compensated::from(initial.x),
             w: Compensated::from(initial.x_dot),
             t: Compensated::default(),
+            g00_start: metric.at(initial.x).g00,
             last_step: scale,
         };
         let mut steps = Vec::new();
@@ -238,10 +247,20 @@ impl Steps {
             let expansion = front.expand(&mut machine);
             let h = (share * expansion.radius * TRUNCATION.powf(1.0 / order as f64)).min(scale);
             let here = metric.at(front.x.high);
-            // A comparison with NaN is false: a singular expansion ends here too.
-            let goes_on = here.is_inside() && h > LEAST_STEP * scale && steps.len() < MOST_STEPS;
-            if !goes_on {
-                return Err(ReferenceEnds { gamma: front.gamma.high, x: front.x.high, g00: here.g00 });
+            let end = |reason| ReferenceEnds { reason, gamma: front.gamma.high, x: front.x.high, g00: here.g00 };
+            if !here.is_inside() {
+                return Err(end(EndReason::OutsideDomain));
+            }
+            if h <= LEAST_STEP * scale || steps.len() >= MOST_STEPS {
+                // Before g00 = 0 the steps shrink without end.
+                let horizon = here.g00 < HORIZON * front.g00_start;
+                return Err(end(if horizon { EndReason::OutsideDomain } else { EndReason::Singular }));
+            }
+            if let Goal::Time(duration) = goal {
+                // At this rate it would take far too long: t saturates while x runs away.
+                if (duration - front.t.high) * here.g00 > FAR_TOO_LONG * scale * front.q_t {
+                    return Err(end(EndReason::TimeNotReached));
+                }
             }
             let (h, last) = goal.limit(&front, &expansion.t, step_to_kink(&machine, h));
             steps.push(front.advance(expansion, h));
@@ -270,6 +289,10 @@ impl Steps {
         let (mut t, mut x, mut t_size, mut x_size) = (0.0_f64, 0.0_f64, f64::MIN_POSITIVE, f64::MIN_POSITIVE);
         for gamma in self.steps.iter().map(|step| step.start.high).chain([self.end]) {
             let (a, b) = (self.at(gamma), other.at(gamma));
+            // `f64::max` would drop a NaN.
+            if !(a.elapsed - b.elapsed + a.x - b.x).is_finite() {
+                return f64::INFINITY;
+            }
             t = t.max((a.elapsed - b.elapsed).abs());
             x = x.max((a.x - b.x).abs());
             t_size = t_size.max(a.elapsed.abs());

@@ -2,7 +2,7 @@
 //!
 //! One table an operator; each names its source. A table holds the norm H and the boundary closure of D for
 //! unit spacing at the left end, and the antisymmetric interior stencil. The right end is the left one mirrored
-//! with the sign changed. Nothing here is rounded: `tests/sbp_identities.rs` proves Q + Qᵀ = E_N − E_0 and the
+//! with the sign changed. Nothing here is rounded: `tests/numerics/sbp_identities.rs` proves Q + Qᵀ = E_N − E_0 and the
 //! polynomial exactness on these very numbers in exact arithmetic.
 
 /// A rational number `numerator / denominator`.

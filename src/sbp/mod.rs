@@ -105,6 +105,7 @@ impl SbpOperator {
     /// If k ≥ N.
     pub fn row(&self, k: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let n = self.points();
+        assert!(k < n, "row {k} of an operator on {n} points");
         let s = self.closure_rows();
         let width = self.closure_width;
         let closure = |i: usize| &self.closure[i * width..(i + 1) * width];
@@ -114,7 +115,6 @@ impl SbpOperator {
             _ if k >= n - s => ([].as_slice(), [].as_slice(), closure(n - 1 - k)),
             _ => ([].as_slice(), self.interior.as_slice(), [].as_slice()),
         };
-        assert!(k < n, "row {k} of an operator on {n} points");
         let left = left.iter().enumerate().map(|(j, &c)| (j, c));
         let below = middle.iter().enumerate().rev().map(move |(m, &c)| (k - m - 1, -c));
         let above = middle.iter().enumerate().map(move |(m, &c)| (k + m + 1, c));
@@ -144,6 +144,14 @@ impl SbpOperator {
         let mut out = vec![0.0; u.len()];
         self.apply(u, &mut out);
         out
+    }
+
+    /// (D `u`)_k.
+    ///
+    /// # Panics
+    /// If k ≥ N.
+    pub fn derivative_at(&self, u: &[f64], k: usize) -> f64 {
+        self.row(k).map(|(column, d)| d * u[column]).sum()
     }
 
     /// `out` = Dᵀ H `v`, by summation by parts: DᵀH = −HD + E_N − E_0.

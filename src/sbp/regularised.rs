@@ -1,7 +1,8 @@
 //! The regularised (null-space consistent) operator D̄.
 //!
-//! D alone maps the π-mode (or any vector its null space shares with a constant) to zero too easily: the action
-//! built from D has wrong critical points or none. Rothkopf & Nordström add the initial value as a penalty,
+//! D annihilates the constants, and its interior stencil annihilates the π-mode (−1)^k too: only the boundary rows see
+//! it, so an action built from D hardly weighs it and has wrong critical points or none. Rothkopf & Nordström add the
+//! initial value as a penalty,
 //!
 //! ```text
 //! D̄x = Dx + H⁻¹E_0 (x − x_i)      (σ_0 = −1 in their notation)

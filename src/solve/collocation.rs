@@ -1,14 +1,16 @@
 //! The collocation system of the physical limit as a banded Newton iteration in (x, w*), then one banded solve for t.
 
+use std::ops::Range;
+
 use super::march;
 use super::newton::{self, Failure, LinearFailure, NewtonSystem};
 use super::physical_limit::PhysicalLimit;
 use super::problem::Problem;
 use super::status::InitialGuess;
-use crate::action::max_abs;
 use crate::banded::solve_banded;
 use crate::geodesic::{acceleration, acceleration_slope};
 use crate::metric::{MetricSamples, OutsideDomain};
+use crate::norm::max_abs;
 
 /// Rounding units of hDu: the absolute coefficients of a boundary row of hD sum to less than 4.
 const ROW_SUM: f64 = 4.0;
@@ -18,7 +20,7 @@ pub(super) fn solve(problem: &Problem, max_iterations: usize) -> Result<Physical
     let guess: Vec<f64> = x[1..].iter().zip(&w[1..]).flat_map(|(&x, &w)| [x, w]).collect();
     let mut system = Collocation::new(problem, x, w);
     let root = newton::solve(&mut system, guess, max_iterations)?;
-    system.evaluate(&root.unknowns).expect("an accepted iterate lies inside the domain");
+    // The system was evaluated last at its root.
     let Collocation { x, w, metric, slope_x, .. } = system;
     let elapsed = integrate(problem, &metric, slope_x);
     Ok(PhysicalLimit { elapsed, x, x_dot: w, history: root.history, initial_guess: InitialGuess::Nystrom4 })
@@ -156,19 +158,18 @@ impl NewtonSystem for Collocation<'_> {
         Ok(())
     }
 
-    fn rounding(&self, _: &[f64]) -> f64 {
-        ROW_SUM * f64::EPSILON
+    fn rounding(&mut self, u: &[f64]) -> Option<Vec<(Range<usize>, f64)>> {
+        Some(vec![(0..u.len(), ROW_SUM * f64::EPSILON)])
     }
 
-    fn newton_step(&mut self, u: &[f64], residual: &[f64], step: &mut [f64]) -> Result<(), LinearFailure> {
-        self.evaluate(u).map_err(|_| LinearFailure)?;
+    fn newton_step(&mut self, _: &[f64], residual: &[f64], step: &mut [f64]) -> Result<(), LinearFailure> {
         for (step, r) in step.iter_mut().zip(residual) {
             *step = -r;
         }
         self.solve_linearised(step)
     }
 
-    fn coordinates<'u>(&self, u: &'u [f64]) -> &'u [f64] {
-        u
+    fn sizes(&self, u: &[f64]) -> [f64; 2] {
+        u.chunks_exact(2).fold([0.0, 0.0], |[x, w]: [f64; 2], pair| [x.max(pair[0].abs()), w.max(pair[1].abs())])
     }
 }

@@ -1,12 +1,15 @@
 //! The critical point of the doubled action: Newton's method on ∇E_IVP = 0 with a sparse LU of the Hessian.
 
+use std::ops::Range;
+
 use faer::Col;
 use faer::linalg::solvers::SolveCore;
 use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
 
 use super::newton::{self, Failure, LinearFailure, NewtonSystem, Root};
-use crate::action::{DoubledAction, HessianPattern, max_abs};
+use crate::action::{DoubledAction, GradientRounding, HessianPattern, MULTIPLIERS};
 use crate::metric::OutsideDomain;
+use crate::norm::max_abs;
 
 /// A refined linear solution must leave less than this share of the right-hand side; more means a useless
 /// factorisation.
@@ -48,8 +51,19 @@ impl NewtonSystem for Stationarity<'_> {
         self.action.gradient(u, out)
     }
 
-    fn rounding(&self, u: &[f64]) -> f64 {
-        self.action.gradient_rounding(u).unwrap_or(0.0)
+    fn rounding(&mut self, u: &[f64]) -> Option<Vec<(Range<usize>, f64)>> {
+        let rounding = self.action.gradient_rounding(u).ok()?;
+        let (layout, h) = (self.action.layout(), self.action.sbp().spacing());
+        let points = self.action.sbp().points();
+        let mut levels = Vec::with_capacity(4 + MULTIPLIERS);
+        for branch in 0..2 {
+            levels.push((layout.t(branch)..layout.t(branch) + points, rounding.t_rows));
+            levels.push((layout.x(branch)..layout.x(branch) + points, rounding.x_rows));
+        }
+        let GradientRounding { t, x, .. } = rounding;
+        let constraints = [t, t / h, x, x / h, t, x, t / h, x / h];
+        levels.extend(layout.multiplier_range().zip(constraints).map(|(row, level)| (row..row + 1, level)));
+        Some(levels)
     }
 
     fn newton_step(&mut self, u: &[f64], residual: &[f64], step: &mut [f64]) -> Result<(), LinearFailure> {
@@ -74,7 +88,8 @@ impl NewtonSystem for Stationarity<'_> {
         if left <= LINEAR_TOLERANCE * size || size == 0.0 { Ok(()) } else { Err(LinearFailure) }
     }
 
-    fn coordinates<'u>(&self, u: &'u [f64]) -> &'u [f64] {
-        &u[..self.action.layout().multiplier_range().start]
+    fn sizes(&self, u: &[f64]) -> [f64; 2] {
+        let [forward, backward] = self.action.layout().branches(u);
+        [max_abs(forward.t).max(max_abs(backward.t)), max_abs(forward.x).max(max_abs(backward.x))]
     }
 }

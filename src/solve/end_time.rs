@@ -15,15 +15,13 @@ const LOOSE_TOLERANCE: f64 = 1e-12;
 /// Newton's method on γ_f with dt/dγ at the end of each solution, kept inside the bracket found so far: t_N grows with
 /// γ_f as long as g00 > 0. A γ_f that has no solution (a horizon on the way) is an upper bound like one that ends too
 /// late.
-pub(super) fn solve(case: &Case, t_f: f64) -> Result<Solution, NoSolution> {
-    let gamma_i = case.grid.gamma_i;
-    let duration = t_f - case.initial.t;
+pub(super) fn solve(case: &Case, duration: f64) -> Result<Solution, NoSolution> {
     let mut length = duration / case.initial.t_dot;
     let (mut below, mut above) = (0.0, f64::INFINITY);
     let mut best: Option<(f64, Solution)> = None;
     let mut failure = None;
     for _ in 0..MOST_SOLVES {
-        match solve_to(case, gamma_i + length) {
+        match solve_to(case, length) {
             Ok(solution) => {
                 let excess = solution.elapsed.last().copied().unwrap_or(0.0) - duration;
                 let slope = solution.end.q_t / solution.metric.at(solution.end.x).g00;
@@ -60,22 +58,23 @@ pub(super) fn solve(case: &Case, t_f: f64) -> Result<Solution, NoSolution> {
     match (best, failure) {
         (Some((excess, solution)), _) if excess <= LOOSE_TOLERANCE * duration => Ok(solution),
         (_, Some(failure)) => Err(failure),
-        (best, None) => Err(not_reached(gamma_i + length, best.map(|(_, solution)| solution))),
+        (best, None) => {
+            let (_, solution) = best.expect("a search without a failure has a solution");
+            Err(not_reached(solution))
+        }
     }
 }
 
-fn not_reached(gamma: f64, best: Option<Solution>) -> NoSolution {
-    let (x, g00) = best.as_ref().map_or((f64::NAN, f64::NAN), |s| (s.end.x, s.metric.at(s.end.x).g00));
-    let (history, initial_guess) =
-        best.map_or((Vec::new(), super::InitialGuess::None), |s| (s.history, s.initial_guess));
+/// The solution that came closest.
+fn not_reached(closest: Solution) -> NoSolution {
     NoSolution {
         status: Status::EndTimeNotReached,
-        gamma,
-        x,
-        g00,
-        iteration: history.len(),
-        residual: f64::INFINITY,
-        history,
-        initial_guess,
+        gamma: closest.gamma_f(),
+        x: closest.end.x,
+        g00: closest.metric.at(closest.end.x).g00,
+        iteration: closest.history.len(),
+        residual: closest.gradient_norm,
+        initial_guess: closest.initial_guess,
+        history: closest.history,
     }
 }

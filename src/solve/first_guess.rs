@@ -33,6 +33,8 @@ const LENGTHENING: f64 = 0.1;
 /// A window failed even at the smallest step.
 pub(super) struct WindowFailure {
     pub(super) failure: Box<Failure>,
+    /// Where the window started.
+    pub(super) start: InitialData,
     /// γ at the window's first node, and its spacing.
     pub(super) gamma: f64,
     pub(super) spacing: f64,
@@ -69,7 +71,7 @@ impl WindowGrid {
         let lambda = layout.multipliers(&root.unknowns);
         let last = WINDOW_STEPS;
         let weight = self.sbp.weights()[last];
-        let slope = |u: &[f64]| self.sbp.row(last).map(|(column, d)| d * u[column]).sum::<f64>();
+        let slope = |u: &[f64]| self.sbp.derivative_at(u, last);
         let g00 = problem.metric.at(forward.x[last]).g00;
         let (t_correction, x_correction) = (lambda[6] / (weight * g00), -lambda[7] / weight);
         let end = InitialData {
@@ -140,6 +142,7 @@ pub(super) fn windowed_action(problem: &Problem) -> Result<Vec<f64>, WindowFailu
                 let per_unit = problem.sbp.spacing() / UNITS_PER_STEP as f64;
                 return Err(WindowFailure {
                     failure: Box::new(failure),
+                    start,
                     gamma: problem.gamma_i + position as f64 * per_unit,
                     spacing: units as f64 * per_unit,
                 });

@@ -5,9 +5,9 @@ use super::newton::Failure;
 use super::physical_limit::PhysicalLimit;
 use super::problem::Problem;
 use super::status::{InitialGuess, Status};
-use crate::action::max_abs;
 use crate::geodesic::acceleration;
 use crate::metric::OutsideDomain;
+use crate::norm::max_abs;
 
 /// SBP21: one Euler step, then x_{k+1} = x_{k−1} + 2h w_k, likewise w and t. One evaluation of the potential a node.
 ///
@@ -99,7 +99,7 @@ fn nystrom_with(problem: &Problem, stride: usize, substeps: usize) -> Result<(Ve
     ws.push(w);
     for k in 1..=intervals {
         for _ in 0..substeps {
-            let k1 = force(k, x)?;
+            let k1 = force(k - 1, x)?;
             let k2 = force(k, x + h * (0.5 * w + 0.125 * h * k1))?;
             let k3 = force(k, x + h * (w + 0.5 * h * k2))?;
             x += h * (w + h * (k1 + 2.0 * k2) / 6.0);

@@ -17,8 +17,13 @@ pub use status::{InitialGuess, IterationRecord, NoSolution, Status};
 use self::critical_point::CriticalPointSolver;
 use self::newton::Failure;
 use self::problem::Problem;
-use crate::action::{DoubledAction, Layout, MULTIPLIERS, max_abs};
-use crate::case::{Case, System};
+use crate::action::{DoubledAction, Layout, MULTIPLIERS};
+use crate::case::{Case, End, System};
+use crate::metric::OutsideDomain;
+use crate::norm::max_abs;
+
+/// Below this share of its first value, g00 is on its way to a horizon.
+const HORIZON: f64 = 1e-2;
 
 /// Solves a case.
 ///
@@ -27,16 +32,19 @@ use crate::case::{Case, System};
 ///
 /// # Errors
 /// [`NoSolution`] says how the solve ended, where, and with what residual. An unconverged trajectory is never returned.
+///
+/// # Panics
+/// If the case was not made by [`Case::parse`] and is not valid.
 pub fn solve(case: &Case) -> Result<Solution, NoSolution> {
-    match (case.grid.gamma_f, case.grid.t_f) {
-        (_, Some(t_f)) => end_time::solve(case, t_f),
-        (gamma_f, None) => solve_to(case, gamma_f.unwrap_or(case.grid.gamma_i + 1.0)),
+    match case.end() {
+        End::Duration(duration) => end_time::solve(case, duration),
+        End::Length(length) => solve_to(case, length),
     }
 }
 
-/// Solves a case on γ ∈ [γ_i, `gamma_f`].
-fn solve_to(case: &Case, gamma_f: f64) -> Result<Solution, NoSolution> {
-    let problem = Problem::new(case, gamma_f);
+/// Solves a case on γ − γ_i ∈ [0, `length`].
+fn solve_to(case: &Case, length: f64) -> Result<Solution, NoSolution> {
+    let problem = Problem::new(case, length);
     let solution = match case.solver.system {
         System::PhysicalLimit => solve_physical_limit(problem, case),
         System::Doubled => solve_doubled(problem, case),
@@ -68,9 +76,13 @@ fn solve_physical_limit(problem: Problem, case: &Case) -> Result<Solution, NoSol
     let limit = physical_limit::solve(&problem, case.solver.max_iterations)
         // Two rows and two unknowns a node: rows start at node 1, unknowns at node 2.
         .map_err(|(failure, guess)| {
-            no_solution(&problem, failure, guess, |row, u| {
-                (row / 2, if row < 2 { problem.initial.x } else { u[row / 2 * 2 - 2] })
-            })
+            no_solution(
+                &problem,
+                failure,
+                guess,
+                |node| problem.gamma(node),
+                |row, u| (row / 2, if row < 2 { problem.initial.x } else { u[row / 2 * 2 - 2] }),
+            )
         })?;
     let multipliers = limit.multipliers(&problem);
     let unknowns = problem.layout().physical_limit(&limit.elapsed, &limit.x, &multipliers);
@@ -105,15 +117,21 @@ fn solve_doubled(problem: Problem, case: &Case) -> Result<Solution, NoSolution> 
     let start = first_guess::windowed_action(&problem).map_err(|window| {
         // The window is a short grid of its own: γ counts from its start.
         let mut failure = *window.failure;
-        if failure.status == Status::MaxIterations {
-            // The limit was the window's own; no setting of the user would help.
+        // However short the window, Newton's method does not get across a horizon: there it meets points outside, or the
+        // particle has come so close that nothing smooth is left.
+        let here = problem.metric.at(window.start.x);
+        let there = problem.metric.at(problem.initial.x);
+        if failure.outside.is_some() || here.g00 < HORIZON * there.g00 {
+            failure.status = Status::OutsideDomain;
+            let close = OutsideDomain { index: 0, x: window.start.x, g00: here.g00 };
+            failure.outside.get_or_insert(close);
+        } else {
+            // A limit of iterations was the window's own; no setting of the user would help.
             failure.status = Status::Stalled;
         }
         let layout = Layout::new((failure.unknowns.len() - MULTIPLIERS) / 4);
-        let mut error = no_solution(&problem, failure, guess, |unknown, u| on_forward_branch(layout, unknown, u));
-        let node = (error.gamma - problem.gamma_i) / problem.sbp.spacing();
-        error.gamma = window.gamma + node * window.spacing;
-        error
+        let gamma = |node: usize| window.gamma + node as f64 * window.spacing;
+        no_solution(&problem, failure, guess, gamma, |unknown, u| on_forward_branch(layout, unknown, u))
     })?;
     let layout = problem.layout();
     let action = if case.scheme.regularised {
@@ -121,18 +139,24 @@ fn solve_doubled(problem: Problem, case: &Case) -> Result<Solution, NoSolution> 
     } else {
         DoubledAction::without_regularisation(&problem.sbp, &problem.metric, problem.initial)
     };
-    let root = CriticalPointSolver::new(&action)
-        .solve(&action, start, case.solver.max_iterations)
-        .map_err(|failure| no_solution(&problem, failure, guess, |unknown, u| on_forward_branch(layout, unknown, u)))?;
+    let root =
+        CriticalPointSolver::new(&action).solve(&action, start, case.solver.max_iterations).map_err(|failure| {
+            no_solution(
+                &problem,
+                failure,
+                guess,
+                |node| problem.gamma(node),
+                |unknown, u| on_forward_branch(layout, unknown, u),
+            )
+        })?;
     let gradient_norm = gradient_norm(&action, &root.unknowns);
     let [forward, backward] = layout.branches(&root.unknowns);
     let multipliers: [f64; 8] = layout.multipliers(&root.unknowns).try_into().expect("eight multipliers");
     let last = problem.sbp.points() - 1;
-    let slope = problem.sbp.row(last).map(|(column, d)| d * forward.x[column]).sum::<f64>();
     let end = EndState {
         t: case.initial.t + forward.t[last],
         x: forward.x[last],
-        x_dot: slope - multipliers[7] / problem.sbp.weights()[last],
+        x_dot: problem.sbp.derivative_at(forward.x, last) - multipliers[7] / problem.sbp.weights()[last],
         q_t: -multipliers[4],
     };
     Ok(Solution {
@@ -167,16 +191,18 @@ fn on_forward_branch(layout: Layout, unknown: usize, u: &[f64]) -> (usize, f64) 
     (node, layout.branches(u)[0].x[node])
 }
 
-/// Puts a failed iteration in terms of the case: `locate` maps an index of the residual, at the last iterate, to its
+/// Puts a failed iteration in terms of the case: `gamma` is γ of a node, and `locate` maps an index of the residual, at the last iterate, to its
 /// node and x.
 fn no_solution(
     problem: &Problem,
     failure: Failure,
     initial_guess: InitialGuess,
+    gamma: impl Fn(usize) -> f64,
     locate: impl Fn(usize, &[f64]) -> (usize, f64),
 ) -> NoSolution {
     let Failure { status, unknowns, residual, outside, history } = failure;
     let worst = (0..residual.len()).max_by(|&a, &b| residual[a].abs().total_cmp(&residual[b].abs()));
+    let outside = outside.filter(|_| status == Status::OutsideDomain);
     let (index, x) = match outside {
         Some(point) => (point.index, point.x),
         None => worst.map_or((0, problem.initial.x), |index| locate(index, &unknowns)),
@@ -184,7 +210,7 @@ fn no_solution(
     let g00 = outside.map_or_else(|| problem.metric.at(x).g00, |point| point.g00);
     NoSolution {
         status,
-        gamma: problem.gamma(index),
+        gamma: gamma(index),
         x,
         g00,
         iteration: history.len(),

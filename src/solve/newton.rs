@@ -1,8 +1,10 @@
 //! Damped Newton iteration on a square system, shared by the doubled action and the physical limit.
 
+use std::ops::Range;
+
 use super::status::{IterationRecord, Status};
-use crate::action::max_abs;
 use crate::metric::OutsideDomain;
+use crate::norm::max_abs;
 
 /// A residual at most this many rounding units is zero to working precision.
 const ROUNDING_UNITS: f64 = 32.0;
@@ -22,14 +24,33 @@ pub(super) trait NewtonSystem {
     /// `out` = F(u).
     fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), OutsideDomain>;
 
-    /// Rounding error to be expected in an entry of F(u).
-    fn rounding(&self, u: &[f64]) -> f64;
+    /// The rounding errors to be expected in F(u), a level for each block of entries. `None` where F is not defined.
+    fn rounding(&mut self, u: &[f64]) -> Option<Vec<(Range<usize>, f64)>>;
 
-    /// `step` = −F′(u)⁻¹ `residual`.
+    /// `step` = −F′(u)⁻¹ F(u), where `residual` = F(u) is what [`Self::residual`] was asked for last.
     fn newton_step(&mut self, u: &[f64], residual: &[f64], step: &mut [f64]) -> Result<(), LinearFailure>;
 
-    /// The entries of u that are coordinates; only their steps decide on convergence.
-    fn coordinates<'u>(&self, u: &'u [f64]) -> &'u [f64];
+    /// Largest entries of the two kinds of coordinates in `u`; they have different units, so each is judged by itself.
+    fn sizes(&self, u: &[f64]) -> [f64; 2];
+}
+
+/// A residual in units of the rounding errors to be expected.
+struct Weighed {
+    largest: f64,
+    sum_of_squares: f64,
+}
+
+fn weigh(levels: &[(Range<usize>, f64)], residual: &[f64]) -> Weighed {
+    let (mut largest, mut sum_of_squares) = (0.0_f64, 0.0);
+    for (range, level) in levels {
+        for &r in &residual[range.clone()] {
+            // Where nothing can be rounded (everything is zero) only zero will do.
+            let weighed = if r == 0.0 { 0.0 } else { (r / level).abs() };
+            largest = if weighed.is_nan() { f64::INFINITY } else { largest.max(weighed) };
+            sum_of_squares += weighed * weighed;
+        }
+    }
+    Weighed { largest, sum_of_squares }
 }
 
 /// A zero of F.
@@ -46,7 +67,7 @@ pub(super) struct Failure {
     /// The last accepted iterate.
     pub(super) unknowns: Vec<f64>,
     pub(super) residual: Vec<f64>,
-    /// The point that left the domain, if that is what happened.
+    /// The last trial point that left the domain in the step that failed, if any did.
     pub(super) outside: Option<OutsideDomain>,
     pub(super) history: Vec<IterationRecord>,
 }
@@ -68,46 +89,49 @@ pub(super) fn solve(system: &mut impl NewtonSystem, guess: Vec<f64>, max_iterati
     let mut trial_residual = residual.clone();
     let mut was_at_rounding = false;
     for iteration in 1..=max_iterations {
+        let levels = system.rounding(&u).expect("an accepted iterate lies inside the domain");
         if system.newton_step(&u, &residual, &mut step).is_err() || !max_abs(&step).is_finite() {
             return Err(Failure { status: Status::Singular, unknowns: u, residual, outside: None, history });
         }
-        let before = sum_of_squares(&residual);
+        let before = weigh(&levels, &residual).sum_of_squares;
         let mut damping = 1.0;
-        let mut outside;
+        let mut inside;
+        let mut last_outside = None;
         let at_rounding = loop {
             for ((trial, u), step) in trial.iter_mut().zip(&u).zip(&step) {
                 *trial = u + damping * step;
             }
             match system.residual(&trial, &mut trial_residual) {
                 Ok(()) => {
-                    outside = None;
-                    let at_rounding = max_abs(&trial_residual) <= ROUNDING_UNITS * system.rounding(&trial);
+                    inside = true;
+                    let after = weigh(&levels, &trial_residual);
+                    let at_rounding = after.largest <= ROUNDING_UNITS;
                     let enough = (1.0 - 2.0 * SUFFICIENT_DECREASE * damping) * before;
-                    if at_rounding || sum_of_squares(&trial_residual) <= enough {
+                    if at_rounding || after.sum_of_squares <= enough {
                         break at_rounding;
                     }
                 }
-                Err(point) => outside = Some(point),
+                Err(point) => {
+                    inside = false;
+                    last_outside = Some(point);
+                }
             }
             damping *= 0.5;
             if damping < LEAST_DAMPING {
-                let status = if outside.is_some() { Status::OutsideDomain } else { Status::Stalled };
-                return Err(Failure { status, unknowns: u, residual, outside, history });
+                let status = if inside { Status::Stalled } else { Status::OutsideDomain };
+                return Err(Failure { status, unknowns: u, residual, outside: last_outside, history });
             }
         };
         std::mem::swap(&mut u, &mut trial);
         std::mem::swap(&mut residual, &mut trial_residual);
-        let change = damping * max_abs(system.coordinates(&step));
+        let changes = system.sizes(&step).map(|size| damping * size);
+        let change = changes[0].max(changes[1]);
         history.push(IterationRecord { iteration, residual: max_abs(&residual), step: change, damping });
-        let small = change <= SMALL_STEP * (1.0 + max_abs(system.coordinates(&u)));
+        let small = changes.iter().zip(system.sizes(&u)).all(|(change, size)| *change <= SMALL_STEP * size);
         if at_rounding && (was_at_rounding || (small && damping == 1.0)) {
             return Ok(Root { unknowns: u, history });
         }
         was_at_rounding = at_rounding;
     }
     Err(Failure { status: Status::MaxIterations, unknowns: u, residual, outside: None, history })
-}
-
-fn sum_of_squares(u: &[f64]) -> f64 {
-    u.iter().map(|v| v * v).sum()
 }

@@ -52,7 +52,7 @@ impl PhysicalLimit {
     /// (0, 0, 0, 0, −Q_t, w*_N − r_N, −H_N ΔE_N, H_N((Dx)_N − w*_N)), r_N = (HDw* + ½H g00′(Dt)²)_N.
     pub(super) fn multipliers(&self, problem: &Problem) -> [f64; MULTIPLIERS] {
         let last = self.x.len() - 1;
-        let slope = |u: &[f64]| problem.sbp.row(last).map(|(column, d)| d * u[column]).sum::<f64>();
+        let slope = |u: &[f64]| problem.sbp.derivative_at(u, last);
         let weight = problem.sbp.weights()[last];
         let q_t = problem.invariants().q_t;
         let end = problem.metric.at(self.x[last]);

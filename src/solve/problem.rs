@@ -18,10 +18,10 @@ pub(crate) struct Problem {
 }
 
 impl Problem {
-    /// The problem of `case` on γ ∈ [γ_i, `gamma_f`].
-    pub(crate) fn new(case: &Case, gamma_f: f64) -> Self {
+    /// The problem of `case` on γ − γ_i ∈ [0, `length`].
+    pub(crate) fn new(case: &Case, length: f64) -> Self {
         let coefficients = case.scheme.sbp.coefficients();
-        let spacing = (gamma_f - case.grid.gamma_i) / (case.grid.n_gamma - 1) as f64;
+        let spacing = length / (case.grid.n_gamma - 1) as f64;
         let sbp = SbpOperator::new(coefficients, case.grid.n_gamma, spacing).expect("a valid case has enough points");
         Self {
             coefficients,

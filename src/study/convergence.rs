@@ -7,10 +7,9 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::fit::{Fit, points_above_plateau};
-use crate::case::{Case, Form, SbpName};
+use crate::case::{Case, End, Form, SbpName};
 use crate::diagnostics::Diagnostics;
 use crate::reference::{ReferenceEnds, ReferenceTrajectory};
-use crate::sbp::TooFewPoints;
 use crate::solve::{Solution, Status, solve};
 
 /// The measured errors of one grid.
@@ -133,9 +132,9 @@ pub enum SweepError {
     /// There is no trajectory to compare with.
     #[error(transparent)]
     Reference(#[from] ReferenceEnds),
-    /// A grid is too small for an operator.
-    #[error(transparent)]
-    TooFewPoints(#[from] TooFewPoints),
+    /// A grid is not possible: too few nodes for the operator, too many, or too close.
+    #[error("{0}")]
+    Grid(String),
 }
 
 /// Solves `case` for every operator and number of nodes, in parallel; results come in a fixed order.
@@ -153,23 +152,23 @@ pub fn sweep(
     cancel: &AtomicBool,
     finished: &(dyn Fn(&ConvergencePoint) + Sync),
 ) -> Result<Convergence, SweepError> {
+    let metric = case.metric();
+    let initial = case.initial_data();
+    let length = match case.end() {
+        End::Duration(duration) => ReferenceTrajectory::length_of(&metric, initial, duration)?,
+        End::Length(length) => length,
+    };
     let mut n_gamma = n_gamma.to_vec();
     n_gamma.sort_unstable();
     n_gamma.dedup();
-    for sbp in operators {
-        let coefficients = sbp.coefficients();
-        if let Some(&points) = n_gamma.iter().find(|&&n| n < coefficients.minimum_points) {
-            let (operator, minimum) = (coefficients.name, coefficients.minimum_points);
-            return Err(TooFewPoints { operator, points, minimum }.into());
+    let mut cases: Vec<Case> = Vec::new();
+    for &sbp in operators {
+        if cases.iter().all(|case| case.scheme.sbp != sbp) {
+            for &n in &n_gamma {
+                cases.push(case.on_grid(sbp, n, length).map_err(SweepError::Grid)?);
+            }
         }
     }
-    let metric = case.metric();
-    let initial = case.initial_data();
-    let gamma_i = case.grid.gamma_i;
-    let length = match (case.grid.gamma_f, case.grid.t_f) {
-        (_, Some(t_f)) => ReferenceTrajectory::length_of(&metric, initial, t_f - initial.t)?,
-        (gamma_f, None) => gamma_f.unwrap_or(gamma_i + 1.0) - gamma_i,
-    };
     let reference = ReferenceTrajectory::new(&metric, initial, length)?;
     let end = reference.at(length);
     let samples = n_gamma.last().copied().unwrap_or(2).min(4096);
@@ -177,23 +176,18 @@ pub fn sweep(
         .map(|k| reference.at(length * k as f64 / (samples - 1) as f64).x.abs())
         .fold(f64::MIN_POSITIVE, f64::max);
 
+    let all = cases.len();
     // The largest grids first, so that no core is left alone with one at the end.
-    let mut jobs: Vec<(usize, SbpName, usize)> = operators
-        .iter()
-        .flat_map(|&sbp| n_gamma.iter().map(move |&n| (sbp, n)))
-        .enumerate()
-        .map(|(order, (sbp, n))| (order, sbp, n))
-        .collect();
-    let all = jobs.len();
-    jobs.sort_by_key(|&(_, _, n)| std::cmp::Reverse(n));
+    let mut jobs: Vec<(usize, Case)> = cases.into_iter().enumerate().collect();
+    jobs.sort_by_key(|(_, case)| std::cmp::Reverse(case.grid.n_gamma));
     let mut points: Vec<(usize, ConvergencePoint)> = jobs
         .into_par_iter()
         .with_max_len(1)
-        .filter_map(|(order, sbp, n)| {
+        .filter_map(|(order, case)| {
             if cancel.load(Ordering::Relaxed) {
                 return None;
             }
-            let point = measure(&on_grid(case, sbp, n, gamma_i + length), &reference);
+            let point = measure(&case, length, &reference);
             finished(&point);
             Some((order, point))
         })
@@ -205,7 +199,7 @@ pub fn sweep(
         reference: ReferenceInfo {
             error_estimate: reference.error_estimate(),
             steps: reference.steps(),
-            gamma_final: gamma_i + length,
+            gamma_final: case.grid.gamma_i + length,
             t_final: initial.t + end.elapsed,
             x_final: end.x,
             t_size: end.elapsed.abs(),
@@ -214,17 +208,7 @@ pub fn sweep(
     })
 }
 
-/// `case` with another operator and grid on γ ∈ [γ_i, `gamma_f`].
-fn on_grid(case: &Case, sbp: SbpName, n_gamma: usize, gamma_f: f64) -> Case {
-    let mut case = case.clone();
-    case.scheme.sbp = sbp;
-    case.grid.n_gamma = n_gamma;
-    case.grid.gamma_f = Some(gamma_f);
-    case.grid.t_f = None;
-    case
-}
-
-fn measure(case: &Case, reference: &ReferenceTrajectory) -> ConvergencePoint {
+fn measure(case: &Case, length: f64, reference: &ReferenceTrajectory) -> ConvergencePoint {
     let start = Instant::now();
     let result = solve(case);
     let seconds = start.elapsed().as_secs_f64();
@@ -232,12 +216,11 @@ fn measure(case: &Case, reference: &ReferenceTrajectory) -> ConvergencePoint {
         Ok(solution) => (Status::Converged, solution.history.len(), Some(errors(solution, reference))),
         Err(failure) => (failure.status, failure.history.len(), None),
     };
-    let gamma_f = case.grid.gamma_f.unwrap_or(case.grid.gamma_i + 1.0);
     ConvergencePoint {
         sbp: case.scheme.sbp,
         form: case.scheme.form,
         n_gamma: case.grid.n_gamma,
-        delta_gamma: (gamma_f - case.grid.gamma_i) / (case.grid.n_gamma - 1) as f64,
+        delta_gamma: length / (case.grid.n_gamma - 1) as f64,
         errors,
         iterations,
         seconds,
@@ -322,10 +305,12 @@ impl Convergence {
         let (mut delta_gamma, mut n_gamma, mut errors) = (Vec::new(), Vec::new(), Vec::new());
         for point in self.points.iter().filter(|point| point.sbp == sbp) {
             form = point.form;
-            if let Some(error) = point.errors.as_ref().filter(|_| (n_range.0..=n_range.1).contains(&point.n_gamma)) {
+            let in_range = (n_range.0..=n_range.1).contains(&point.n_gamma);
+            let error = point.errors.as_ref().map(|errors| quantity.of(errors));
+            if let Some(error) = error.filter(|error| in_range && error.is_finite()) {
                 delta_gamma.push(point.delta_gamma);
                 n_gamma.push(point.n_gamma);
-                errors.push(quantity.of(error));
+                errors.push(error);
             }
         }
         let size = match quantity {

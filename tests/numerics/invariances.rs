@@ -88,3 +88,31 @@ fn a_run_can_end_at_a_physical_time() {
         assert!((solved(&by_gamma).end.x - solution.end.x).abs() < 1e-10, "{scheme}");
     }
 }
+
+#[test]
+fn tiny_units_of_length_are_as_good_as_any() {
+    // x -> s x, V -> s² V(x/s) and c -> s c leave the motion as it is: no tolerance may be absolute.
+    for scheme in SCHEMES {
+        let unit = solved(&format!(
+            "grid.n_gamma=64 potential={{formula={{expression=\"1-cos(x)\"}}}} particle.c=10.0 {scheme}"
+        ));
+        let s = 2.0_f64.powi(-30);
+        let small = solved(&format!(
+            "grid.n_gamma=64 potential={{formula={{expression=\"s^2*(1-cos(x/s))\",parameters={{s={s:?}}}}}}} \
+             particle.c={:?} initial.x={s:?} initial.x_dot={:?} {scheme}",
+            10.0 * s,
+            0.1 * s
+        ));
+        let back: Vec<f64> = small.x.iter().map(|x| x / s).collect();
+        assert!(distance(&unit.x, &back) < 1e-12, "{scheme}: {}", distance(&unit.x, &back));
+        assert!(distance(&unit.elapsed, &small.elapsed) < 1e-12, "{scheme}");
+    }
+}
+
+#[test]
+fn a_physical_time_is_reached_wherever_gamma_starts() {
+    for gamma_i in ["0.0", "1e6", "1e8"] {
+        let solution = solved(&format!("grid={{t_f=5.0,n_gamma=128,gamma_i={gamma_i}}}"));
+        assert!((solution.end.t - 5.0).abs() < 1e-12, "gamma_i = {gamma_i}: {}", solution.end.t);
+    }
+}

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use geodesic_ivp::geodesic::{InitialData, acceleration};
 use geodesic_ivp::metric::Metric;
 use geodesic_ivp::potential::{Formula, Potential};
-use geodesic_ivp::reference::ReferenceTrajectory;
+use geodesic_ivp::reference::{EndReason, ReferenceTrajectory};
 
 const START: InitialData = InitialData { t: 0.0, x: 1.0, t_dot: 1.0, x_dot: 0.1 };
 
@@ -210,10 +210,34 @@ fn a_horizon_ends_the_trajectory() {
     // K = Q = 1 and g00 = sin²φ from φ = π/2: γ = π/2 at the horizon.
     assert!((end.gamma - std::f64::consts::FRAC_PI_2).abs() < 1e-6, "{end}");
     assert!((end.x - 1.0).abs() < 1e-3, "{end}");
+    assert_eq!(end.reason, EndReason::OutsideDomain);
 }
 
 #[test]
 fn the_length_of_a_physical_time() {
     let length = ReferenceTrajectory::length_of(&quartic(), START, 10.0).unwrap();
     assert!((reference(&quartic(), length).at(length).elapsed - 10.0).abs() < 1e-13);
+}
+
+#[test]
+fn a_start_at_rest_has_a_reference_too() {
+    // At rest x has no linear term, and rules that divide by it or by the first coefficient of an exponent would show.
+    let rest = InitialData { x_dot: 0.0, ..START };
+    for expression in ["2^x", "x^2.5", "(1+x^2)^(x/5)", "sqrt(x)", "exp(-x)*sin(x)", "abs(x)^1.5"] {
+        let metric = formula(expression);
+        // Short enough that x stays positive, where all of them are smooth.
+        let trajectory = ReferenceTrajectory::new(&metric, rest, 0.8).unwrap_or_else(|e| panic!("{expression}: {e}"));
+        let point = trajectory.at(0.8);
+        let (invariants, g00) = (rest.invariants(&metric), metric.at(point.x).g00);
+        let k = g00 * point.t_dot.powi(2) - point.x_dot.powi(2);
+        assert!((k - invariants.k).abs() < 1e-12, "{expression}: K = {k} against {}", invariants.k);
+        assert!(trajectory.error_estimate() < 1e-13, "{expression}: {}", trajectory.error_estimate());
+    }
+}
+
+#[test]
+fn a_potential_without_a_series_is_an_error() {
+    let at_zero = InitialData { x: 0.0, ..START };
+    let end = ReferenceTrajectory::new(&formula("x^2.5"), at_zero, 1.0).unwrap_err();
+    assert_eq!(end.reason, EndReason::Singular, "{end}");
 }

@@ -149,7 +149,7 @@ impl Graph {
     pub(super) fn multiply(&mut self, a: NodeId, b: NodeId) -> NodeId {
         match (self.as_constant(a), self.as_constant(b)) {
             (Some(u), Some(v)) => self.constant(u * v),
-            // 0·u is dropped only in derivatives of finite expressions; where u is not finite V is not finite either.
+            // Also where u is not finite: a written 0*ln(x) is 0 for every x.
             (Some(0.0), _) | (_, Some(0.0)) => self.constant(0.0),
             (Some(1.0), _) => b,
             (_, Some(1.0)) => a,
