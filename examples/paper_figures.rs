@@ -221,8 +221,8 @@ fn longer_runs(page: &mut Page, scene: &Scene) -> Result<()> {
             ],
             "Longer runs keep ΔE = 0 in the interior, and ΔE at the last node changes only marginally.",
             &format!(
-                "{sbp}: ΔE at the last node (and max |ΔK|) for ṫ_i = 1, 4, 8: {}. The last node's deviation is not \
-                 marginal: it grows with the run.",
+                "{sbp}: ΔE at the last node (and max |ΔK|) for ṫ_i = 1, 4, 8: {}. The last node's deviation does \
+                 not stay marginal.",
                 ends.join(", ")
             ),
         )?;

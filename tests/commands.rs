@@ -168,6 +168,22 @@ fn converge_refuses_what_it_cannot_sweep() {
         assert!(stderr.contains(message), "{arguments}: {stderr}");
     }
     assert!(!folder.path().join("results/horizon/convergence.csv").exists());
+    let unresolved =
+        run_in(folder.path(), "converge CASES/quartic.toml --set grid.gamma_f=100.0 --sbp SBP42 --n-gamma 16,32");
+    assert_eq!(unresolved.status.code(), Some(3), "{}", String::from_utf8_lossy(&unresolved.stderr));
+}
+
+#[test]
+fn a_result_that_should_not_be_believed_says_so() {
+    let folder = TempDir::new().unwrap();
+    let output =
+        run_in(folder.path(), "run CASES/quartic.toml --set grid.gamma_f=32.0 --set grid.n_gamma=65 --out out");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(stderr.contains("K drifts by") && stderr.contains("exceeds its bound"), "{stderr}");
+    let warnings = json(&folder.path().join("out/summary.json"))["warnings"].as_array().unwrap().len();
+    assert_eq!(warnings, 2);
+    // The effective case of a changed case makes no promise that was made for another.
+    assert!(!fs::read_to_string(folder.path().join("out/case.toml")).unwrap().contains("[expect]"));
 }
 
 #[cfg(unix)]

@@ -111,7 +111,7 @@ const EDITS: &[(&str, &str, &str, &str, &str)] = &[
     ("too few digits", SOLVER, "digits = 8", "24:10", "digits must be from 16 to 70, got 8"),
     ("unknown system", SOLVER, "system = \"double\"", "24:10", "unknown variant `double`, expected `physical-limit`"),
     ("no windows", "n_gamma = 32", "n_gamma = 32\nwindows = 0", "19:11", "windows must be at least 1"),
-    ("unknown operator", "SBP21", "SBP22", "21:7", "unknown operator \"SBP22\", expected SBP21, SBP42"),
+    ("unknown operator", "SBP21", "SBP22", "21:7", "unknown operator \"SBP22\", expected SBP21, SBP42 ("),
     ("unknown form", "\"SBP21\"", "\"SBP21\"\nform = \"wek\"", "22:8", "unknown form \"wek\", expected strong or weak"),
     ("horizon at the start", "kappa = 0.5", "kappa = -0.5", "12:5", "g00(1.0) = 0.0\n"),
     ("start behind the horizon", "kappa = 0.5", "kappa = -5.0", "12:5", "g00(1.0) = -9.0\n"),

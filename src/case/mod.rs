@@ -163,7 +163,9 @@ impl TryFrom<String> for SbpName {
             other if other.strip_prefix("GLL").is_some_and(is_gll) => {
                 Err(format!("{name} is not available yet; use SBP21 or SBP42"))
             }
-            _ => Err(format!("unknown operator \"{name}\", expected SBP21, SBP42, SBP63, SBP84 or GLL<n>")),
+            _ => Err(format!(
+                "unknown operator \"{name}\", expected SBP21, SBP42 (SBP63, SBP84 and GLL<n> are not available yet)"
+            )),
         }
     }
 }
@@ -331,6 +333,11 @@ impl Case {
     pub fn warnings(&self) -> Vec<String> {
         let invariants = self.initial_data().invariants(&self.metric());
         let mut warnings = Vec::new();
+        if !self.scheme.regularised {
+            warnings.push(
+                "regularised = false: without the regularisation critical points are wrong or missing".to_owned(),
+            );
+        }
         if invariants.k < 0.0 {
             warnings.push(format!(
                 "the initial tangent is spacelike (K = g00 t_dot^2 - x_dot^2 = {:.6} < 0): the particle starts faster than \

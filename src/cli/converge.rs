@@ -31,7 +31,7 @@ pub(super) struct ConvergeArgs {
     out: Option<PathBuf>,
 
     /// Numbers of nodes to sweep
-    #[arg(long, value_name = "N,N,…", value_delimiter = ',', default_value = "16,32,64,128,256,512,1024")]
+    #[arg(long, value_name = "N,N,…", value_delimiter = ',', value_parser = nodes, default_value = "16,32,64,128,256,512,1024")]
     n_gamma: Vec<usize>,
 
     /// Operators to sweep
@@ -47,8 +47,12 @@ pub(super) struct ConvergeArgs {
     fit_range: Option<(usize, usize)>,
 }
 
+fn nodes(text: &str) -> Result<usize, String> {
+    text.trim().parse().map_err(|_| "expected a number of nodes".to_owned())
+}
+
 fn sbp_name(name: &str) -> Result<SbpName, String> {
-    SbpName::try_from(name.to_owned())
+    SbpName::try_from(name.trim().to_owned())
 }
 
 fn range(text: &str) -> Result<(usize, usize), String> {
@@ -107,6 +111,10 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
             directory.display()
         ));
         return Ok(ExitCode::from(INTERRUPTED));
+    }
+    if convergence.points.iter().all(|point| point.errors.is_none()) {
+        report::warn("no grid of the sweep has a solution: raise --n-gamma, or shorten the run");
+        return Ok(ExitCode::from(report::NO_CRITICAL_POINT));
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -13,6 +13,11 @@ impl CaseArgs {
         self.case == Path::new("-")
     }
 
+    /// Whether `--set` changes the case.
+    pub(super) fn has_overrides(&self) -> bool {
+        !self.set.is_empty()
+    }
+
     /// What errors call the source.
     pub(super) fn name(&self) -> String {
         if self.is_standard_input() { "<stdin>".to_owned() } else { self.case.display().to_string() }

@@ -12,7 +12,7 @@ use super::check::ExpectationNotMet;
 
 const IO_FAILURE: u8 = 1;
 const INVALID_CASE: u8 = 2;
-const NO_CRITICAL_POINT: u8 = 3;
+pub(super) const NO_CRITICAL_POINT: u8 = 3;
 const OUTSIDE_DOMAIN: u8 = 4;
 const EXPECTATION: u8 = 5;
 
@@ -34,7 +34,7 @@ pub(crate) fn exit_code(error: &anyhow::Error) -> ExitCode {
                 EndReason::Singular => ("end the run before that point", NO_CRITICAL_POINT),
                 EndReason::TimeNotReached => ("give gamma_f instead of t_f, or an earlier t_f", NO_CRITICAL_POINT),
             },
-            SweepError::Grid(_) => ("choose other numbers for --n-gamma", INVALID_CASE),
+            SweepError::Grid(_) => ("choose other numbers for --n-gamma, or fewer operators for --sbp", INVALID_CASE),
         };
         let help = Some(help);
         (sweep.to_string(), help, code)

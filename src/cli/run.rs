@@ -46,20 +46,24 @@ pub(super) struct RunArgs {
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let case = args.case.read()?;
     interrupt::end_at_once()?;
-    for warning in case.warnings() {
-        report::warn(&warning);
-    }
+    warn_of(&case.warnings());
     if args.stdout {
         let (result, _) = timed_solve(&case, args.case.quiet);
         let solution = result?;
         let diagnostics = Diagnostics::new(&solution);
+        warn_of(&diagnostics.warnings(&solution));
         write_combined(io::stdout().lock(), &solution, &diagnostics)?;
         return Ok(ExitCode::SUCCESS);
     }
     let directory = args.out.clone().unwrap_or_else(|| args.case.default_output());
     let tables = [TRAJECTORY, RESIDUALS, BRANCHES, SUMMARY, CASE];
     let files = OutputSet::open(&directory, &[tables, PICTURES].concat())?;
-    files.write_text(CASE, &case.to_toml())?;
+    let mut effective = case.clone();
+    if args.case.has_overrides() {
+        // The expectations were made for the case as it is in its file.
+        effective.expect = None;
+    }
+    files.write_text(CASE, &effective.to_toml())?;
     let (result, solve_seconds) = timed_solve(&case, args.case.quiet);
     let solution = match result {
         Ok(solution) => solution,
@@ -72,6 +76,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let start = Instant::now();
     let diagnostics = Diagnostics::new(&solution);
     let diagnostics_seconds = start.elapsed().as_secs_f64();
+    warn_of(&diagnostics.warnings(&solution));
     let mut summary = Summary::new(&case, Ok((&solution, &diagnostics)), solve_seconds);
     let start = Instant::now();
     write_tables(&files, &solution, &diagnostics)?;
@@ -94,6 +99,10 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
         io::stdout().write_all(text.as_bytes())?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+fn warn_of(warnings: &[String]) {
+    warnings.iter().for_each(|warning| report::warn(warning));
 }
 
 /// Solves with a spinner on a terminal's standard error.

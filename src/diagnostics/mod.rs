@@ -13,6 +13,9 @@ pub use sawtooth::sawtooth;
 use crate::norm::max_abs;
 use crate::solve::Solution;
 
+/// A drift of K by more than this share means that x is not resolved.
+const LARGE_DRIFT: f64 = 0.1;
+
 /// Everything that is measured on a solution.
 #[derive(Debug, Clone)]
 pub struct Diagnostics {
@@ -47,6 +50,23 @@ impl Diagnostics {
         let free_particle = FreeParticleCharges::new(solution, &t_dot, &x_dot);
         let interior_residual_nodes = sbp.points() - sbp.rows_reaching_last_node();
         Self { t_dot, x_dot, charges, residuals, bound, sawtooth, free_particle, interior_residual_nodes }
+    }
+
+    /// What in these numbers says that the trajectory should not be believed, a sentence each.
+    pub fn warnings(&self, solution: &Solution) -> Vec<String> {
+        let k = solution.invariants().k;
+        let mut warnings = Vec::new();
+        let drift = self.max_abs_delta_k();
+        if drift > LARGE_DRIFT * k.abs() {
+            warnings.push(format!(
+                "K drifts by {drift:.2e} of {k:.2e}: x is not resolved, however exact Q_t is; raise n_gamma, or use SBP42"
+            ));
+        }
+        if k >= 0.0 && self.bound.h_bvp > self.bound.h_bvp_bound {
+            let Bound { h_bvp, h_bvp_bound } = self.bound;
+            warnings.push(format!("H_BVP = {h_bvp:.3e} exceeds its bound Q_t (t_f - t_i) = {h_bvp_bound:.3e}"));
+        }
+        warnings
     }
 
     /// max |ΔQ_t| over all nodes but the last.

@@ -30,6 +30,8 @@ impl OutputSet {
                 if path.is_dir() {
                     anyhow::bail!("cannot write {}: it is a directory", path.display());
                 }
+                // Through a link to what it points to, which keeps its place and its mode.
+                let path = fs::canonicalize(&path).unwrap_or(path);
                 let file = AtomicWriteFile::open(&path).with_context(|| format!("cannot write {}", path.display()))?;
                 Ok((name, file))
             })

@@ -128,6 +128,7 @@ pub struct Failed {
 impl Summary {
     /// The summary of `case` with how it ended.
     pub fn new(case: &Case, result: Result<(&Solution, &Diagnostics), &NoSolution>, solve_seconds: f64) -> Self {
+        let measured = result.as_ref().map_or(Vec::new(), |(solution, diagnostics)| diagnostics.warnings(solution));
         let (status, initial_guess, history, outcome) = match result {
             Ok((solution, diagnostics)) => (
                 Status::Converged,
@@ -154,7 +155,7 @@ impl Summary {
             iterations: history.len(),
             solve_seconds,
             outcome,
-            warnings: case.warnings(),
+            warnings: case.warnings().into_iter().chain(measured).collect(),
             history: history.clone(),
         }
     }

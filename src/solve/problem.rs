@@ -15,6 +15,8 @@ pub(crate) struct Problem {
     pub(crate) metric: Metric,
     pub(crate) initial: InitialData,
     pub(crate) gamma_i: f64,
+    /// γ_f − γ_i.
+    pub(crate) length: f64,
 }
 
 impl Problem {
@@ -29,6 +31,7 @@ impl Problem {
             metric: case.metric(),
             initial: InitialData { t: 0.0, ..case.initial_data() },
             gamma_i: case.grid.gamma_i,
+            length,
         }
     }
 

@@ -52,6 +52,8 @@ pub struct Solution {
     pub history: Vec<IterationRecord>,
     /// γ of the first node.
     pub gamma_i: f64,
+    /// γ_f − γ_i.
+    pub length: f64,
     /// The operator.
     pub sbp: SbpOperator,
     /// The metric.
@@ -64,8 +66,11 @@ pub struct Solution {
 
 impl Solution {
     /// γ on the nodes.
-    pub fn gamma(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
-        (0..self.x.len()).map(|k| self.gamma_i + k as f64 * self.sbp.spacing())
+    pub fn gamma(&self) -> impl Iterator<Item = f64> + '_ {
+        let last = self.x.len() - 1;
+        let node =
+            move |k: usize| if k == last { self.gamma_f() } else { self.gamma_i + k as f64 * self.sbp.spacing() };
+        (0..=last).map(node)
     }
 
     /// t on the nodes.
@@ -75,7 +80,7 @@ impl Solution {
 
     /// γ of the last node.
     pub fn gamma_f(&self) -> f64 {
-        self.gamma_i + (self.x.len() - 1) as f64 * self.sbp.spacing()
+        self.gamma_i + self.length
     }
 
     /// The continuum's Q_t and K of the initial data.

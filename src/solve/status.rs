@@ -154,7 +154,9 @@ impl NoSolution {
                 "g00 = c^2 + 2V/m must stay positive: end the run before this gamma, choose initial data that stay away \
                  from the horizon, or raise c; if the potential is harmless there, the step is too coarse: raise n_gamma"
             }
-            Status::EndTimeNotReached => "give gamma_f instead of t_f, or an earlier t_f",
+            Status::EndTimeNotReached => {
+                "raise n_gamma, so that every turn of the motion is resolved, or give gamma_f or an earlier t_f"
+            }
             Status::MaxIterations => {
                 "raise solver.max_iterations, or raise n_gamma so that every turn of the motion is resolved"
             }

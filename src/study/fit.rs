@@ -7,7 +7,7 @@ const PLATEAU_CEILING: f64 = 1e-7;
 /// If even the coarsest grid's error is below this share, there is nothing but rounding.
 const ROUNDING: f64 = 1e-13;
 /// On the plateau the error does not fall even with this share of the order seen before.
-const SHARE_OF_ORDER: f64 = 0.8;
+const SHARE_OF_ORDER: f64 = 0.9;
 /// Local slopes that spread by more than this are not asymptotic.
 const ASYMPTOTIC_SPREAD: f64 = 0.2;
 
