@@ -1,7 +1,7 @@
 //! Case files: the strict TOML schema, its defaults, and what a valid case means.
 //!
-//! [`Case::parse`] turns text and overrides into a [`Case`] or one [`CaseError`] with its place in the text. A parsed `Case`
-//! is valid: every number is finite, the grid fits the operator, and g00 is positive at the start.
+//! [`Case::parse`] turns text and overrides into a [`Case`] or one [`CaseError`] with its place in the text. A parsed
+//! `Case` is valid: every number is finite, the grid fits the operator, and g00 is positive at the start.
 
 mod error;
 mod parse;

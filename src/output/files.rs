@@ -39,11 +39,6 @@ impl OutputSet {
         Ok(Self { directory: directory.to_owned(), pending })
     }
 
-    /// Where the files go.
-    pub fn directory(&self) -> &Path {
-        &self.directory
-    }
-
     /// A file that was opened, unbuffered, to be written from any thread.
     ///
     /// # Panics

@@ -125,6 +125,7 @@ fn the_operator_is_its_table() {
         for n in c.minimum_points..c.minimum_points + 4 {
             let sbp = operator(c, n, 0.25);
             let (table, banded) = (exact_d(c, n), sbp.to_banded());
+            assert_eq!((banded.order(), banded.bandwidths().0), (n, c.closure[0].len() - 1), "{}", c.name);
             for (k, table) in table.iter().enumerate() {
                 let row: Vec<f64> = (0..n).map(|j| sbp.row(k).filter(|e| e.0 == j).map(|e| e.1).sum()).collect();
                 for j in 0..n {
