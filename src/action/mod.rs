@@ -70,11 +70,6 @@ impl<'a> DoubledAction<'a> {
         self.sbp
     }
 
-    /// The metric the action is built on.
-    pub fn metric(&self) -> &'a Metric {
-        self.metric
-    }
-
     /// The initial data that the multipliers λ1 … λ4 enforce.
     pub fn initial(&self) -> InitialData {
         self.initial

@@ -174,6 +174,5 @@ pub fn errors(title: &str, convergence: &Convergence, slopes: &[Slope], quantiti
         x_scale: Scale::Log,
         y_scale: Scale::Log,
         series,
-        ..Chart::default()
     }
 }

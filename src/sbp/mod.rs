@@ -26,7 +26,6 @@ pub struct TooFewPoints {
 /// A diagonal-norm SBP first-derivative operator on N nodes of spacing h. Applying it allocates nothing.
 #[derive(Debug, Clone)]
 pub struct SbpOperator {
-    name: &'static str,
     spacing: f64,
     /// Closure rows divided by h, row-major, `closure_width` columns each.
     closure: Vec<f64>,
@@ -52,18 +51,12 @@ impl SbpOperator {
             weights[points - 1 - k] = weights[k];
         }
         Ok(Self {
-            name: coefficients.name,
             spacing,
             closure: coefficients.closure.iter().flat_map(|row| row.iter()).map(|c| c.to_f64() / spacing).collect(),
             closure_width: coefficients.closure[0].len(),
             interior: coefficients.interior.iter().map(|c| c.to_f64() / spacing).collect(),
             weights,
         })
-    }
-
-    /// Name as in case files, e.g. `SBP21`.
-    pub fn name(&self) -> &'static str {
-        self.name
     }
 
     /// Number of nodes N.

@@ -109,7 +109,6 @@ fn solve_physical_limit(problem: Problem, case: &Case) -> Result<Solution, NoSol
         sbp: problem.sbp,
         metric: problem.metric,
         initial: problem.initial,
-        regularised: true,
     })
 }
 
@@ -175,7 +174,6 @@ fn solve_doubled(problem: Problem, case: &Case) -> Result<Solution, NoSolution> 
         sbp: problem.sbp.clone(),
         metric: problem.metric.clone(),
         initial: problem.initial,
-        regularised: case.scheme.regularised,
     })
 }
 

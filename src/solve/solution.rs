@@ -60,8 +60,6 @@ pub struct Solution {
     pub metric: Metric,
     /// The initial data, with time counted from the start (t = 0).
     pub initial: InitialData,
-    /// Whether the action used D̄ (the paper's scheme) or D (the ablation).
-    pub regularised: bool,
 }
 
 impl Solution {

@@ -91,8 +91,6 @@ impl Series {
 pub struct Chart {
     /// Heading, if not empty.
     pub title: String,
-    /// Lines in small print under the heading.
-    pub notes: Vec<String>,
     /// Name of the abscissa.
     pub x_label: String,
     /// Name of the ordinate.
@@ -127,7 +125,7 @@ impl Chart {
 
         let line = SMALL * 3 / 2;
         let heading = if self.title.is_empty() { 0 } else { TITLE * 3 / 2 };
-        let top = MARGIN + heading + units(self.notes.len()) * line;
+        let top = MARGIN + heading;
         let base = top + PLOT_HEIGHT;
         let under = base + TICK + 2 * LABEL + 6 * PX;
         let ticks = y.labelled.iter().map(|&v| canvas::extent(&y.label(v), TICK)).max().unwrap_or(0);
@@ -154,9 +152,6 @@ impl Chart {
             canvas::write(&canvas, text, at, &canvas::font(size, text, room, colour, side))
         };
         write(&self.title, (middle, MARGIN), TITLE, TEXT, HPos::Center)?;
-        for (k, note) in self.notes.iter().enumerate() {
-            write(note, (middle, MARGIN + heading + units(k) * line - 3 * PX), SMALL, PALE, HPos::Center)?;
-        }
         write(&self.x_label, (middle, base + TICK + 13 * PX), LABEL, TEXT, HPos::Center)?;
         let upright = canvas::font(LABEL, &self.y_label, PLOT_HEIGHT, TEXT, HPos::Center);
         let upright = upright.transform(FontTransform::Rotate270);
