@@ -5,32 +5,33 @@
 //! ```
 
 use crate::metric::Metric;
+use crate::scalar::Real;
 
 /// Position and tangent of the world-line at γ_i.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct InitialData {
+pub struct InitialData<S = f64> {
     /// t_i.
-    pub t: f64,
+    pub t: S,
     /// x_i.
-    pub x: f64,
+    pub x: S,
     /// ṫ_i = dt/dγ.
-    pub t_dot: f64,
+    pub t_dot: S,
     /// ẋ_i = dx/dγ.
-    pub x_dot: f64,
+    pub x_dot: S,
 }
 
 /// The continuum constants of motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Invariants {
+pub struct Invariants<S = f64> {
     /// Noether charge of time translations, Q_t = g00(x) ṫ (Killing vector (1, 0)).
-    pub q_t: f64,
+    pub q_t: S,
     /// Norm of the tangent, K = g00(x) ṫ² − ẋ²; K > 0 is timelike.
-    pub k: f64,
+    pub k: S,
 }
 
-impl InitialData {
+impl<S: Real> InitialData<S> {
     /// Q_t and K of the geodesic that starts here.
-    pub fn invariants(&self, metric: &Metric) -> Invariants {
+    pub fn invariants(&self, metric: &Metric<S>) -> Invariants<S> {
         let g00 = metric.at(self.x).g00;
         Invariants { q_t: g00 * self.t_dot, k: g00 * self.t_dot * self.t_dot - self.x_dot * self.x_dot }
     }
@@ -38,14 +39,14 @@ impl InitialData {
 
 /// ẍ = −½ g00′ (Q_t/g00)², the geodesic equation for x after Q_t has eliminated ṫ.
 #[inline]
-pub fn acceleration(q_t: f64, g00: f64, first: f64) -> f64 {
+pub fn acceleration<S: Real>(q_t: S, g00: S, first: S) -> S {
     let t_dot = q_t / g00;
-    -0.5 * first * t_dot * t_dot
+    -first.half() * t_dot * t_dot
 }
 
 /// dẍ/dx of [`acceleration`], −½ g00″ (Q_t/g00)² + g00′² Q_t²/g00³.
 #[inline]
-pub fn acceleration_slope(q_t: f64, g00: f64, first: f64, second: f64) -> f64 {
+pub fn acceleration_slope<S: Real>(q_t: S, g00: S, first: S, second: S) -> S {
     let t_dot = q_t / g00;
-    t_dot * t_dot * (first * first / g00 - 0.5 * second)
+    t_dot * t_dot * (first * first / g00 - second.half())
 }

@@ -43,7 +43,7 @@
 //!
 //! ```
 //! use geodesic_ivp::diagnostics::Diagnostics;
-//! use geodesic_ivp::{Case, solve};
+//! use geodesic_ivp::{Case, Solution, solve};
 //!
 //! let text = r#"
 //!     potential.quartic.kappa = 0.5
@@ -52,12 +52,18 @@
 //!     scheme.sbp = "SBP42"
 //! "#;
 //! let case = Case::parse("example", text, &[])?;
-//! let solution = solve(&case)?;
+//! let solution: Solution = solve(&case)?;
 //! let diagnostics = Diagnostics::new(&solution);
 //!
 //! assert!((solution.end.t - 1.468_700_371_198).abs() < 1e-11);
 //! assert!(diagnostics.max_abs_delta_q_t_interior() < 1e-13);
 //! assert!(solution.gradient_norm < 1e-10);
+//!
+//! // The same in forty digits: what was 1e-14 is a true zero.
+//! use geodesic_ivp::scalar::{Extended, Real};
+//! let case = Case::parse("example", text, &["solver.digits=40".to_owned()])?;
+//! let solution: Solution<Extended> = solve(&case)?;
+//! assert!(Diagnostics::new(&solution).max_abs_delta_q_t_interior().to_f64() < 1e-36);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -69,6 +75,7 @@
 //! |---|---|
 //! | [`case`] | the strict TOML case file |
 //! | [`potential`] | V, V′, V″; formulas |
+//! | [`scalar`] | `f64` and extended precision, and what both offer |
 //! | [`metric`], [`geodesic`] | g00 and the constants of motion, but no grid |
 //! | [`sbp`], [`banded`] | operators and banded algebra, but no physics |
 //! | [`action`] | E_IVP, its gradient and its sparse Hessian |
@@ -89,6 +96,7 @@ pub mod output;
 pub mod potential;
 pub mod reference;
 pub mod sbp;
+pub mod scalar;
 pub mod solve;
 pub mod study;
 

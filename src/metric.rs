@@ -1,50 +1,51 @@
 //! The metric diag(g00(x), −1) of the curved space-time in which the particle is free. It knows no grid.
 
 use crate::potential::Potential;
+use crate::scalar::Real;
 
 /// g00(x) = c² + 2V(x)/m of a particle of mass m in the potential V (valid for |V| ≪ mc², g00 > 0).
 #[derive(Debug, Clone)]
-pub struct Metric {
-    potential: Potential,
-    c_squared: f64,
+pub struct Metric<S = f64> {
+    potential: Potential<S>,
+    c_squared: S,
     /// 2/m.
-    two_over_mass: f64,
+    two_over_mass: S,
 }
 
 /// g00 with its first two derivatives at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MetricJet {
+pub struct MetricJet<S = f64> {
     /// g00(x), in units of c².
-    pub g00: f64,
+    pub g00: S,
     /// dg00/dx.
-    pub first: f64,
+    pub first: S,
     /// d²g00/dx².
-    pub second: f64,
+    pub second: S,
 }
 
-impl MetricJet {
+impl<S: Real> MetricJet<S> {
     /// Whether the point lies inside the space-time: everything finite and g00 > 0.
     #[inline]
     pub fn is_inside(&self) -> bool {
-        self.g00 > 0.0 && self.g00.is_finite() && self.first.is_finite()
+        self.g00 > S::ZERO && self.g00.is_finite() && self.first.is_finite()
     }
 }
 
 /// g00 and its derivatives at many points, one contiguous array each.
 #[derive(Debug, Clone)]
-pub struct MetricSamples {
+pub struct MetricSamples<S = f64> {
     /// g00(x_k).
-    pub g00: Vec<f64>,
+    pub g00: Vec<S>,
     /// g00′(x_k).
-    pub first: Vec<f64>,
+    pub first: Vec<S>,
     /// g00″(x_k).
-    pub second: Vec<f64>,
+    pub second: Vec<S>,
 }
 
-impl MetricSamples {
+impl<S: Real> MetricSamples<S> {
     /// Room for `points` samples.
     pub fn zeros(points: usize) -> Self {
-        Self { g00: vec![0.0; points], first: vec![0.0; points], second: vec![0.0; points] }
+        Self { g00: vec![S::ZERO; points], first: vec![S::ZERO; points], second: vec![S::ZERO; points] }
     }
 }
 
@@ -59,30 +60,30 @@ pub struct OutsideDomain {
     pub g00: f64,
 }
 
-impl Metric {
+impl<S: Real> Metric<S> {
     /// The metric of a particle of the given `mass` in `potential`, with the speed of light `c`.
-    pub fn new(potential: Potential, mass: f64, c: f64) -> Self {
-        Self { potential, c_squared: c * c, two_over_mass: 2.0 / mass }
+    pub fn new(potential: Potential<S>, mass: S, c: S) -> Self {
+        Self { potential, c_squared: c * c, two_over_mass: S::from(2.0) / mass }
     }
 
     /// c².
-    pub fn c_squared(&self) -> f64 {
+    pub fn c_squared(&self) -> S {
         self.c_squared
     }
 
     /// 2/m.
-    pub fn two_over_mass(&self) -> f64 {
+    pub fn two_over_mass(&self) -> S {
         self.two_over_mass
     }
 
     /// The potential V.
-    pub fn potential(&self) -> &Potential {
+    pub fn potential(&self) -> &Potential<S> {
         &self.potential
     }
 
     /// g00, g00′, g00″ at `x`.
     #[inline]
-    pub fn at(&self, x: f64) -> MetricJet {
+    pub fn at(&self, x: S) -> MetricJet<S> {
         let v = self.potential.at(x);
         MetricJet {
             g00: self.c_squared + self.two_over_mass * v.value,
@@ -95,7 +96,7 @@ impl Metric {
     ///
     /// # Errors
     /// [`OutsideDomain`] with the first point where g00 is not positive and finite.
-    pub fn sample(&self, x: &[f64]) -> Result<MetricSamples, OutsideDomain> {
+    pub fn sample(&self, x: &[S]) -> Result<MetricSamples<S>, OutsideDomain> {
         let mut samples = MetricSamples::zeros(x.len());
         self.sample_into(x, &mut samples)?;
         Ok(samples)
@@ -105,7 +106,7 @@ impl Metric {
     ///
     /// # Errors
     /// [`OutsideDomain`] with the first point where g00 is not positive and finite.
-    pub fn sample_into(&self, x: &[f64], samples: &mut MetricSamples) -> Result<(), OutsideDomain> {
+    pub fn sample_into(&self, x: &[S], samples: &mut MetricSamples<S>) -> Result<(), OutsideDomain> {
         let MetricSamples { g00, first, second } = samples;
         self.potential.sample(x, [g00, first, second]);
         for g in g00.iter_mut() {
@@ -114,9 +115,9 @@ impl Metric {
         for derivative in first.iter_mut().chain(second) {
             *derivative *= self.two_over_mass;
         }
-        let outside = |k: &usize| !MetricJet { g00: g00[*k], first: first[*k], second: 0.0 }.is_inside();
+        let outside = |k: &usize| !MetricJet { g00: g00[*k], first: first[*k], second: S::ZERO }.is_inside();
         match (0..x.len()).find(outside) {
-            Some(index) => Err(OutsideDomain { index, x: x[index], g00: g00[index] }),
+            Some(index) => Err(OutsideDomain { index, x: x[index].to_f64(), g00: g00[index].to_f64() }),
             None => Ok(()),
         }
     }

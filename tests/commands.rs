@@ -71,7 +71,8 @@ fn the_tables_are_the_solution_to_the_last_bit() {
     let folder = TempDir::new().unwrap();
     succeeded(&run_in(folder.path(), "run CASES/units.toml --out out --quiet"));
     let text = fs::read_to_string(format!("{CASES}/units.toml")).unwrap();
-    let solution = geodesic_ivp::solve(&geodesic_ivp::Case::parse("units", &text, &[]).unwrap()).unwrap();
+    let solution: geodesic_ivp::Solution =
+        geodesic_ivp::solve(&geodesic_ivp::Case::parse("units", &text, &[]).unwrap()).unwrap();
     let mut reader = csv::Reader::from_path(folder.path().join("out/trajectory.csv")).unwrap();
     for ((row, (gamma, t)), x) in reader.records().zip(solution.gamma().zip(solution.t())).zip(&solution.x) {
         let row = row.unwrap();

@@ -90,7 +90,13 @@ const EDITS: &[(&str, &str, &str, &str, &str)] = &[
     ("gamma_f = inf", "gamma_f = 1.0", "gamma_f = inf", "17:11", "grid.gamma_f must be a finite number, got inf"),
     ("c = nan", "c = 1.0", "c = nan", "8:5", "particle.c must be a finite number"),
     ("kappa = inf", "kappa = 0.5", "kappa = inf", "4:21", "potential.quartic.kappa must be a finite number"),
-    ("nan coefficient", POTENTIAL, "polynomial = { coefficients = [1.0, nan] }", "4:31", "must be a finite number"),
+    (
+        "nan coefficient",
+        POTENTIAL,
+        "polynomial = { coefficients = [1.0, nan] }",
+        "4:37",
+        "coefficients.1 must be a finite number",
+    ),
     ("number too large", "x = 1.0", "x = 1e999", "12:5", "overflow"),
     // Ranges and pairs
     ("n_gamma too small", "32", "2", "18:11", "SBP21 needs at least 3 points, got n_gamma = 2"),
@@ -126,7 +132,9 @@ const EDITS: &[(&str, &str, &str, &str, &str)] = &[
     ("SBP84", "SBP21", "SBP84", "21:7", "SBP84 is not available yet; use SBP21 or SBP42"),
     ("GLL16", "SBP21", "GLL16", "21:7", "GLL16 is not available yet; use SBP21 or SBP42"),
     ("windows", "n_gamma = 32", "n_gamma = 32\nwindows = 4", "19:11", "more than one window is not available yet"),
-    ("digits = 32", SOLVER, "digits = 32", "24:10", "extended precision (digits other than 16) is not available yet"),
+    ("too many digits", SOLVER, "digits = 71", "24:10", "digits must be from 16 to 70, got 71"),
+    ("digits as a fraction", SOLVER, "digits = 40.5", "24:10", "expected a whole number"),
+    ("digits as a string", SOLVER, "digits = \"40\"", "24:10", "expected a whole number"),
     ("accuracy", SOLVER, "accuracy = 1e-10", "24:12", "choosing the grid by accuracy is not available yet"),
     // TOML
     ("two equals signs", "x = 1.0", "x = = 1.0", "12:5", "`=`"),
@@ -211,7 +219,7 @@ const COMMAND_LINES: &[(&str, &[&str], i32, &[&str])] = &[
         "wrong number",
         &["check", "case.toml", "--run", "--quiet", "--set", "expect={x_final=2.0, tolerance=1e-6}"],
         5,
-        &["the case does not meet its [expect] table: x_final = 0.16018", "of 2 (tolerance 1e-6)"],
+        &["the case does not meet its [expect] table: x_final = 0.16018", "of 2.0 (tolerance 1e-6)"],
     ),
     (
         "wrong status",

@@ -13,20 +13,20 @@ pub struct Layout {
 
 /// One branch, read.
 #[derive(Debug, Clone, Copy)]
-pub struct Branch<'u> {
+pub struct Branch<'u, S = f64> {
     /// t on the nodes.
-    pub t: &'u [f64],
+    pub t: &'u [S],
     /// x on the nodes.
-    pub x: &'u [f64],
+    pub x: &'u [S],
 }
 
 /// One branch, written.
 #[derive(Debug)]
-pub struct BranchMut<'u> {
+pub struct BranchMut<'u, S = f64> {
     /// t on the nodes.
-    pub t: &'u mut [f64],
+    pub t: &'u mut [S],
     /// x on the nodes.
-    pub x: &'u mut [f64],
+    pub x: &'u mut [S],
 }
 
 impl Layout {
@@ -65,13 +65,13 @@ impl Layout {
     }
 
     /// Forward and backward branch of `u`.
-    pub fn branches<'u>(&self, u: &'u [f64]) -> [Branch<'u>; 2] {
+    pub fn branches<'u, S>(&self, u: &'u [S]) -> [Branch<'u, S>; 2] {
         let n = self.points;
         [Branch { t: &u[..n], x: &u[n..2 * n] }, Branch { t: &u[2 * n..3 * n], x: &u[3 * n..4 * n] }]
     }
 
     /// Forward and backward branch of `u`, to write.
-    pub fn branches_mut<'u>(&self, u: &'u mut [f64]) -> [BranchMut<'u>; 2] {
+    pub fn branches_mut<'u, S>(&self, u: &'u mut [S]) -> [BranchMut<'u, S>; 2] {
         let n = self.points;
         let (t1, rest) = u.split_at_mut(n);
         let (x1, rest) = rest.split_at_mut(n);
@@ -81,17 +81,17 @@ impl Layout {
     }
 
     /// λ1 … λ8 of `u`.
-    pub fn multipliers<'u>(&self, u: &'u [f64]) -> &'u [f64] {
+    pub fn multipliers<'u, S>(&self, u: &'u [S]) -> &'u [S] {
         &u[self.multiplier_range()]
     }
 
     /// λ1 … λ8 of `u`, to write.
-    pub fn multipliers_mut<'u>(&self, u: &'u mut [f64]) -> &'u mut [f64] {
+    pub fn multipliers_mut<'u, S>(&self, u: &'u mut [S]) -> &'u mut [S] {
         &mut u[self.multiplier_range()]
     }
 
     /// The vector with both branches equal to (t, x): the physical limit.
-    pub fn physical_limit(&self, t: &[f64], x: &[f64], multipliers: &[f64; MULTIPLIERS]) -> Vec<f64> {
-        [t, x, t, x, multipliers].concat()
+    pub fn physical_limit<S: Copy>(&self, t: &[S], x: &[S], multipliers: &[S; MULTIPLIERS]) -> Vec<S> {
+        [t, x, t, x, multipliers.as_slice()].concat()
     }
 }

@@ -22,40 +22,41 @@ use crate::geodesic::InitialData;
 use crate::metric::{Metric, MetricSamples, OutsideDomain};
 use crate::norm::max_abs;
 use crate::sbp::{RegularisedOperator, SbpOperator};
+use crate::scalar::{Real, sum};
 
 /// E_IVP for one grid, metric and set of initial data, in 4N + 8 unknowns (see [`Layout`]).
 #[derive(Debug, Clone)]
-pub struct DoubledAction<'a> {
-    sbp: &'a SbpOperator,
-    metric: &'a Metric,
-    initial: InitialData,
-    bar_t: RegularisedOperator<'a>,
-    bar_x: RegularisedOperator<'a>,
+pub struct DoubledAction<'a, S = f64> {
+    sbp: &'a SbpOperator<S>,
+    metric: &'a Metric<S>,
+    initial: InitialData<S>,
+    bar_t: RegularisedOperator<'a, S>,
+    bar_x: RegularisedOperator<'a, S>,
 }
 
 /// What one branch contributes at a point: the metric along it and its regularised velocities.
-struct BranchState {
-    metric: MetricSamples,
-    t_dot: Vec<f64>,
-    x_dot: Vec<f64>,
+struct BranchState<S> {
+    metric: MetricSamples<S>,
+    t_dot: Vec<S>,
+    x_dot: Vec<S>,
 }
 
-impl BranchState {
+impl<S: Real> BranchState<S> {
     fn zeros(points: usize) -> Self {
-        Self { metric: MetricSamples::zeros(points), t_dot: vec![0.0; points], x_dot: vec![0.0; points] }
+        Self { metric: MetricSamples::zeros(points), t_dot: vec![S::ZERO; points], x_dot: vec![S::ZERO; points] }
     }
 }
 
-impl<'a> DoubledAction<'a> {
+impl<'a, S: Real> DoubledAction<'a, S> {
     /// The action with the regularised operators D̄.
-    pub fn new(sbp: &'a SbpOperator, metric: &'a Metric, initial: InitialData) -> Self {
+    pub fn new(sbp: &'a SbpOperator<S>, metric: &'a Metric<S>, initial: InitialData<S>) -> Self {
         let bar_t = RegularisedOperator::new(sbp, initial.t);
         let bar_x = RegularisedOperator::new(sbp, initial.x);
         Self { sbp, metric, initial, bar_t, bar_x }
     }
 
     /// The ablation: the same action with D in place of D̄. It has wrong critical points or none.
-    pub fn without_regularisation(sbp: &'a SbpOperator, metric: &'a Metric, initial: InitialData) -> Self {
+    pub fn without_regularisation(sbp: &'a SbpOperator<S>, metric: &'a Metric<S>, initial: InitialData<S>) -> Self {
         let plain = RegularisedOperator::without_regularisation(sbp);
         Self { sbp, metric, initial, bar_t: plain, bar_x: plain }
     }
@@ -66,37 +67,37 @@ impl<'a> DoubledAction<'a> {
     }
 
     /// The SBP operator the action is built on.
-    pub fn sbp(&self) -> &'a SbpOperator {
+    pub fn sbp(&self) -> &'a SbpOperator<S> {
         self.sbp
     }
 
     /// The initial data that the multipliers λ1 … λ4 enforce.
-    pub fn initial(&self) -> InitialData {
+    pub fn initial(&self) -> InitialData<S> {
         self.initial
     }
 
-    fn branch(&self, t: &[f64], x: &[f64]) -> Result<BranchState, OutsideDomain> {
+    fn branch(&self, t: &[S], x: &[S]) -> Result<BranchState<S>, OutsideDomain> {
         let mut state = BranchState::zeros(t.len());
         self.branch_into(t, x, &mut state)?;
         Ok(state)
     }
 
-    fn branch_into(&self, t: &[f64], x: &[f64], state: &mut BranchState) -> Result<(), OutsideDomain> {
+    fn branch_into(&self, t: &[S], x: &[S], state: &mut BranchState<S>) -> Result<(), OutsideDomain> {
         self.bar_t.apply(t, &mut state.t_dot);
         self.bar_x.apply(x, &mut state.x_dot);
         self.metric.sample_into(x, &mut state.metric)
     }
 
-    fn both_branches(&self, u: &[f64]) -> Result<[BranchState; 2], OutsideDomain> {
+    fn both_branches(&self, u: &[S]) -> Result<[BranchState<S>; 2], OutsideDomain> {
         let [forward, backward] = self.layout().branches(u);
         Ok([self.branch(forward.t, forward.x)?, self.branch(backward.t, backward.x)?])
     }
 
     /// The eight constraints C_j that the multipliers λ_j enforce, in order.
-    pub fn constraints(&self, u: &[f64]) -> [f64; MULTIPLIERS] {
+    pub fn constraints(&self, u: &[S]) -> [S; MULTIPLIERS] {
         let [b1, b2] = self.layout().branches(u);
         let last = self.sbp.points() - 1;
-        let row = |k: usize, u: &[f64]| self.sbp.derivative_at(u, k);
+        let row = |k: usize, u: &[S]| self.sbp.derivative_at(u, k);
         [
             b1.t[0] - self.initial.t,
             row(0, b1.t) - self.initial.t_dot,
@@ -113,30 +114,30 @@ impl<'a> DoubledAction<'a> {
     ///
     /// # Errors
     /// [`OutsideDomain`] if g00 is not positive and finite at a node of either branch.
-    pub fn value(&self, u: &[f64]) -> Result<f64, OutsideDomain> {
+    pub fn value(&self, u: &[S]) -> Result<S, OutsideDomain> {
         let [forward, backward] = self.both_branches(u)?.map(|branch| {
             let integrand = (branch.metric.g00.iter().zip(&branch.t_dot).zip(&branch.x_dot))
-                .map(|((g00, t_dot), x_dot)| 0.5 * (g00 * t_dot * t_dot - x_dot * x_dot))
+                .map(|((&g00, &t_dot), &x_dot)| (g00 * t_dot * t_dot - x_dot * x_dot).half())
                 .collect::<Vec<_>>();
             self.sbp.integrate(&integrand)
         });
         let constraints = self.constraints(u);
         let multipliers = self.layout().multipliers(u);
-        Ok(forward - backward + multipliers.iter().zip(constraints).map(|(lambda, c)| lambda * c).sum::<f64>())
+        Ok(forward - backward + sum(multipliers.iter().zip(constraints).map(|(&lambda, c)| lambda * c)))
     }
 
     /// `out` = ∇E_IVP(u), all 4N + 8 entries: the derivative with respect to the branches, then the constraints.
     ///
     /// # Errors
     /// [`OutsideDomain`] if g00 is not positive and finite at a node of either branch.
-    pub fn gradient(&self, u: &[f64], out: &mut [f64]) -> Result<(), OutsideDomain> {
+    pub fn gradient(&self, u: &[S], out: &mut [S]) -> Result<(), OutsideDomain> {
         let layout = self.layout();
         let constraints = self.constraints(u);
         let lambda = layout.multipliers(u);
         // One branch after the other, in the same room.
         let mut state = BranchState::zeros(self.sbp.points());
         let parts = layout.branches(u).into_iter().zip(layout.branches_mut(out));
-        for (sign, (branch, out)) in [1.0, -1.0].into_iter().zip(parts) {
+        for (sign, (branch, out)) in [S::ONE, -S::ONE].into_iter().zip(parts) {
             self.branch_into(branch.t, branch.x, &mut state)?;
             self.branch_gradient(&mut state, sign, out.t, out.x);
         }
@@ -144,11 +145,11 @@ impl<'a> DoubledAction<'a> {
         let [b1, b2] = layout.branches_mut(out);
         b1.t[0] += lambda[0];
         b1.x[0] += lambda[2];
-        for (sign, branch) in [(1.0, &mut *b1.t), (-1.0, &mut *b2.t)] {
+        for (sign, branch) in [(S::ONE, &mut *b1.t), (-S::ONE, &mut *b2.t)] {
             branch[last] += sign * lambda[4];
             self.add_row(last, sign * lambda[6], branch);
         }
-        for (sign, branch) in [(1.0, &mut *b1.x), (-1.0, &mut *b2.x)] {
+        for (sign, branch) in [(S::ONE, &mut *b1.x), (-S::ONE, &mut *b2.x)] {
             branch[last] += sign * lambda[5];
             self.add_row(last, sign * lambda[7], branch);
         }
@@ -159,7 +160,7 @@ impl<'a> DoubledAction<'a> {
     }
 
     /// `out` += `factor` · Dᵀe_k.
-    fn add_row(&self, k: usize, factor: f64, out: &mut [f64]) {
+    fn add_row(&self, k: usize, factor: S, out: &mut [S]) {
         for (column, d) in self.sbp.row(k) {
             out[column] += factor * d;
         }
@@ -167,14 +168,14 @@ impl<'a> DoubledAction<'a> {
 
     /// `sign` · (∂F/∂t, ∂F/∂x) with ∂F/∂t = D̄ᵀHv, ∂F/∂x = ½H g00′(D̄t)² − D̄ᵀHw, v = g00∘D̄t, w = D̄x.
     /// The velocities are used up.
-    fn branch_gradient(&self, branch: &mut BranchState, sign: f64, out_t: &mut [f64], out_x: &mut [f64]) {
+    fn branch_gradient(&self, branch: &mut BranchState<S>, sign: S, out_t: &mut [S], out_x: &mut [S]) {
         self.bar_x.apply_transpose_weighted(&branch.x_dot, out_x);
         let weights = self.sbp.weights();
         for (k, out) in out_x.iter_mut().enumerate() {
             let t_dot = branch.t_dot[k];
-            *out = sign * (0.5 * weights[k] * branch.metric.first[k] * t_dot * t_dot - *out);
+            *out = sign * (weights[k].half() * branch.metric.first[k] * t_dot * t_dot - *out);
         }
-        for (t_dot, g00) in branch.t_dot.iter_mut().zip(&branch.metric.g00) {
+        for (t_dot, &g00) in branch.t_dot.iter_mut().zip(&branch.metric.g00) {
             *t_dot *= g00;
         }
         self.bar_t.apply_transpose_weighted(&branch.t_dot, out_t);
@@ -188,30 +189,31 @@ impl<'a> DoubledAction<'a> {
     ///
     /// # Errors
     /// [`OutsideDomain`] if g00 is not positive and finite at a node of either branch.
-    pub fn gradient_rounding(&self, u: &[f64]) -> Result<GradientRounding, OutsideDomain> {
+    pub fn gradient_rounding(&self, u: &[S]) -> Result<GradientRounding, OutsideDomain> {
         let layout = self.layout();
         let lambda = layout.multipliers(u);
-        let h = self.sbp.spacing();
-        let of = |indices: [usize; 2]| indices.into_iter().map(|j| lambda[j].abs()).fold(0.0, f64::max);
+        let h = self.sbp.spacing().to_f64();
+        let size = |u: &[S]| max_abs(u).to_f64();
+        let of = |indices: [usize; 2]| indices.into_iter().map(|j| lambda[j].to_f64().abs()).fold(0.0, f64::max);
         let (mut t, mut x) = (0.0_f64, 0.0_f64);
         // λ1, λ5 and λ3, λ6 enter as they are, λ2, λ7 and λ4, λ8 with a row of D.
         let (mut t_row, mut x_row) = (of([0, 4]) + of([1, 6]) / h, of([2, 5]) + of([3, 7]) / h);
         let mut state = BranchState::zeros(self.sbp.points());
         for branch in layout.branches(u) {
             self.branch_into(branch.t, branch.x, &mut state)?;
-            let t_dot = max_abs(&state.t_dot).max(self.initial.t_dot.abs());
-            let x_dot = max_abs(&state.x_dot).max(self.initial.x_dot.abs());
+            let t_dot = size(&state.t_dot).max(self.initial.t_dot.to_f64().abs());
+            let x_dot = size(&state.x_dot).max(self.initial.x_dot.to_f64().abs());
             // A particle that starts at x = 0, perhaps at rest, moves by h ẋ and ½h²ẍ: that is what is rounded.
-            let fall = 0.5 * h * h * max_abs(&state.metric.first) * t_dot * t_dot;
-            let t_size = max_abs(branch.t).max(h * t_dot);
-            let x_size = max_abs(branch.x).max(h * x_dot).max(fall).max(f64::MIN_POSITIVE);
+            let fall = 0.5 * h * h * size(&state.metric.first) * t_dot * t_dot;
+            let t_size = size(branch.t).max(h * t_dot);
+            let x_size = size(branch.x).max(h * x_dot).max(fall).max(f64::MIN_POSITIVE);
             (t, x) = (t.max(t_size), x.max(x_size));
-            t_row = t_row.max(max_abs(&state.metric.g00) * t_size / h);
+            t_row = t_row.max(size(&state.metric.g00) * t_size / h);
             // ½ H g00′ ṫ² inherits twice the relative error of ṫ, which is ε|t|/(h ṫ).
-            let force = max_abs(self.sbp.weights()) * max_abs(&state.metric.first) * t_dot * t_size / h;
+            let force = size(self.sbp.weights()) * size(&state.metric.first) * t_dot * t_size / h;
             x_row = x_row.max(x_size / h).max(force);
         }
-        let epsilon = f64::EPSILON;
+        let epsilon = S::EPSILON.to_f64();
         Ok(GradientRounding { t_rows: epsilon * t_row, x_rows: epsilon * x_row, t: epsilon * t, x: epsilon * x })
     }
 }

@@ -3,6 +3,7 @@
 //! [`Case::parse`] turns text and overrides into a [`Case`] or one [`CaseError`] with its place in the text. A parsed
 //! `Case` is valid: every number is finite, the grid fits the operator, and g00 is positive at the start.
 
+mod decimal;
 mod error;
 mod parse;
 mod validate;
@@ -11,12 +12,14 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+pub use decimal::Decimal;
 pub use error::CaseError;
 
 use crate::geodesic::InitialData;
 use crate::metric::Metric;
 use crate::potential::{Formula, Potential};
 use crate::sbp::{Coefficients, coefficients};
+use crate::scalar::Real;
 use crate::solve::Status;
 
 /// A whole case file.
@@ -52,17 +55,17 @@ pub enum PotentialSpec {
     /// V = α x.
     Linear {
         /// α.
-        alpha: f64,
+        alpha: Decimal,
     },
     /// V = κ x⁴.
     Quartic {
         /// κ.
-        kappa: f64,
+        kappa: Decimal,
     },
     /// V = Σ_k c_k x^k.
     Polynomial {
         /// c_0, c_1, …
-        coefficients: Vec<f64>,
+        coefficients: Vec<Decimal>,
     },
     /// V from an expression; see [`Formula`].
     Formula {
@@ -70,53 +73,53 @@ pub enum PotentialSpec {
         expression: String,
         /// Values of the names used in it.
         #[serde(default)]
-        parameters: BTreeMap<String, f64>,
+        parameters: BTreeMap<String, Decimal>,
     },
 }
 
 /// `[particle]`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Particle {
     /// m > 0.
-    pub mass: f64,
+    pub mass: Decimal,
     /// Speed of light c > 0.
-    pub c: f64,
+    pub c: Decimal,
 }
 
 impl Default for Particle {
     fn default() -> Self {
-        Self { mass: 1.0, c: 1.0 }
+        Self { mass: Decimal::from(1.0), c: Decimal::from(1.0) }
     }
 }
 
 /// `[initial]`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Initial {
     /// t_i.
-    pub t: f64,
+    pub t: Decimal,
     /// x_i.
-    pub x: f64,
+    pub x: Decimal,
     /// dt/dγ at γ_i.
-    pub t_dot: f64,
+    pub t_dot: Decimal,
     /// dx/dγ at γ_i; this or `velocity`.
-    pub x_dot: Option<f64>,
+    pub x_dot: Option<Decimal>,
     /// dx/dt at γ_i; this or `x_dot`.
-    pub velocity: Option<f64>,
+    pub velocity: Option<Decimal>,
 }
 
 /// `[grid]`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Grid {
     /// First value of γ.
-    #[serde(default)]
-    pub gamma_i: f64,
+    #[serde(default = "zero")]
+    pub gamma_i: Decimal,
     /// Last value of γ; 1 if neither this nor `t_f` is given.
-    pub gamma_f: Option<f64>,
+    pub gamma_f: Option<Decimal>,
     /// Physical time at which to end, instead of `gamma_f`.
-    pub t_f: Option<f64>,
+    pub t_f: Option<Decimal>,
     /// Number of nodes N.
     pub n_gamma: usize,
     /// Number of windows (more than one is not available yet).
@@ -126,6 +129,10 @@ pub struct Grid {
 
 /// γ_f of a case that gives neither γ_f nor t_f.
 const DEFAULT_GAMMA_F: f64 = 1.0;
+
+fn zero() -> Decimal {
+    Decimal::from(0.0)
+}
 
 fn one() -> usize {
     1
@@ -236,17 +243,17 @@ pub enum System {
 }
 
 /// `[solver]`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Solver {
     /// Which system.
     pub system: System,
-    /// Significant decimal digits; 16 means `f64` (more is not available yet).
+    /// Significant decimal digits of the results, 16 to 70: 16 means `f64`, more means [`Extended`](crate::scalar::Extended).
     pub digits: u32,
     /// Most Newton iterations.
     pub max_iterations: usize,
     /// Accuracy asked for (not available yet).
-    pub accuracy: Option<f64>,
+    pub accuracy: Option<Decimal>,
 }
 
 impl Default for Solver {
@@ -256,18 +263,18 @@ impl Default for Solver {
 }
 
 /// `[expect]`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Expect {
     /// How the solve must end (default `converged`).
     #[serde(default = "converged")]
     pub status: Status,
     /// t at the last node.
-    pub t_final: Option<f64>,
+    pub t_final: Option<Decimal>,
     /// x at the last node.
-    pub x_final: Option<f64>,
+    pub x_final: Option<Decimal>,
     /// Largest absolute difference allowed in `t_final` and `x_final`.
-    pub tolerance: Option<f64>,
+    pub tolerance: Option<Decimal>,
 }
 
 fn converged() -> Status {
@@ -276,62 +283,82 @@ fn converged() -> Status {
 
 /// Where a run ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum End {
+pub enum End<S = f64> {
     /// At γ_f: the length γ_f − γ_i of the world-line parameter's range.
-    Length(f64),
+    Length(S),
     /// At a physical time: the duration t_f − t_i.
-    Duration(f64),
+    Duration(S),
 }
 
 impl Case {
     /// Where the run ends, counted from its start.
-    pub fn end(&self) -> End {
-        match (self.grid.t_f, self.grid.gamma_f) {
-            (Some(t_f), _) => End::Duration(t_f - self.initial.t),
-            (None, gamma_f) => End::Length(gamma_f.unwrap_or(DEFAULT_GAMMA_F) - self.grid.gamma_i),
+    pub fn end<S: Real>(&self) -> End<S> {
+        match (&self.grid.t_f, &self.grid.gamma_f) {
+            (Some(t_f), _) => End::Duration(t_f.to::<S>() - self.initial.t.to()),
+            (None, gamma_f) => {
+                let gamma_f = gamma_f.as_ref().map_or(S::from(DEFAULT_GAMMA_F), Decimal::to);
+                End::Length(gamma_f - self.grid.gamma_i.to())
+            }
         }
+    }
+
+    /// Significant digits of a solution in `S`.
+    pub(crate) fn digits<S: Real>(&self) -> u32 {
+        self.solver.digits.min(S::MOST_DIGITS)
+    }
+
+    /// Whether more digits are asked for than `f64` has: the case is to be solved in
+    /// [`Extended`](crate::scalar::Extended).
+    pub fn is_extended(&self) -> bool {
+        self.solver.digits > f64::MOST_DIGITS
     }
 
     /// The case with another operator and number of nodes, on γ ∈ [0, `length`].
     ///
     /// # Errors
     /// What is wrong with that grid.
-    pub fn on_grid(&self, sbp: SbpName, n_gamma: usize, length: f64) -> Result<Self, String> {
+    pub fn on_grid(&self, sbp: SbpName, n_gamma: usize, length: impl Into<Decimal>) -> Result<Self, String> {
         let mut case = self.clone();
         case.scheme.sbp = sbp;
-        case.grid = Grid { gamma_i: 0.0, gamma_f: Some(length), t_f: None, n_gamma, ..self.grid };
+        case.grid =
+            Grid { gamma_i: zero(), gamma_f: Some(length.into()), t_f: None, n_gamma, windows: self.grid.windows };
         case.check_grid().map_err(|invalid| invalid.message)?;
         Ok(case)
     }
 
     /// V(x).
-    pub fn potential(&self) -> Potential {
+    pub fn potential<S: Real>(&self) -> Potential<S> {
         match &self.potential {
             PotentialSpec::Free {} => Potential::free(),
-            PotentialSpec::Linear { alpha } => Potential::linear(*alpha),
-            PotentialSpec::Quartic { kappa } => Potential::quartic(*kappa),
-            PotentialSpec::Polynomial { coefficients } => Potential::polynomial(coefficients.clone()),
+            PotentialSpec::Linear { alpha } => Potential::linear(alpha.to()),
+            PotentialSpec::Quartic { kappa } => Potential::quartic(kappa.to()),
+            PotentialSpec::Polynomial { coefficients } => {
+                Potential::polynomial(coefficients.iter().map(Decimal::to).collect())
+            }
             PotentialSpec::Formula { expression, parameters } => {
-                Potential::Formula(Formula::new(expression, parameters).expect("a valid case has a valid formula"))
+                let formula = Formula::new(expression, &values(parameters));
+                Potential::Formula(formula.expect("a valid case has a valid formula"))
             }
         }
     }
 
     /// The metric of the case's space-time.
-    pub fn metric(&self) -> Metric {
-        Metric::new(self.potential(), self.particle.mass, self.particle.c)
+    pub fn metric<S: Real>(&self) -> Metric<S> {
+        Metric::new(self.potential(), self.particle.mass.to(), self.particle.c.to())
     }
 
     /// Start and tangent, with ẋ_i = velocity · ṫ_i where the velocity is given.
-    pub fn initial_data(&self) -> InitialData {
-        let Initial { t, x, t_dot, x_dot, velocity } = self.initial;
-        let x_dot = x_dot.or(velocity.map(|v| v * t_dot)).expect("a valid case has x_dot or velocity");
-        InitialData { t, x, t_dot, x_dot }
+    pub fn initial_data<S: Real>(&self) -> InitialData<S> {
+        let Initial { t, x, t_dot, x_dot, velocity } = &self.initial;
+        let t_dot = t_dot.to::<S>();
+        let by_velocity = || velocity.as_ref().map(|velocity| velocity.to::<S>() * t_dot);
+        let x_dot = x_dot.as_ref().map(Decimal::to).or_else(by_velocity).expect("a valid case has x_dot or velocity");
+        InitialData { t: t.to(), x: x.to(), t_dot, x_dot }
     }
 
     /// What a user should know before believing the result.
     pub fn warnings(&self) -> Vec<String> {
-        let invariants = self.initial_data().invariants(&self.metric());
+        let invariants = self.initial_data::<f64>().invariants(&self.metric());
         let mut warnings = Vec::new();
         if !self.scheme.regularised {
             warnings.push(
@@ -350,6 +377,55 @@ impl Case {
 
     /// The case with every default filled in, as TOML; reading it again gives the same case.
     pub fn to_toml(&self) -> String {
-        toml::to_string(self).expect("every case can be written as TOML")
+        let text = toml::to_string(self).expect("every case can be written as TOML");
+        let mut case = self.clone();
+        parse::with_literals(&text, &case.numbers_mut())
     }
+
+    /// Every number of the case with its dotted key; the place in an array is its last part.
+    fn numbers_mut(&mut self) -> Vec<(String, &mut Decimal)> {
+        let Initial { t, x, t_dot, x_dot, velocity } = &mut self.initial;
+        let mut numbers = vec![
+            ("particle.mass".to_owned(), &mut self.particle.mass),
+            ("particle.c".to_owned(), &mut self.particle.c),
+            ("initial.t".to_owned(), t),
+            ("initial.x".to_owned(), x),
+            ("initial.t_dot".to_owned(), t_dot),
+            ("grid.gamma_i".to_owned(), &mut self.grid.gamma_i),
+        ];
+        let [t_final, x_final, tolerance] = match &mut self.expect {
+            Some(expect) => [expect.t_final.as_mut(), expect.x_final.as_mut(), expect.tolerance.as_mut()],
+            None => [None, None, None],
+        };
+        let optional = [
+            ("initial.x_dot", x_dot.as_mut()),
+            ("initial.velocity", velocity.as_mut()),
+            ("grid.gamma_f", self.grid.gamma_f.as_mut()),
+            ("grid.t_f", self.grid.t_f.as_mut()),
+            ("expect.t_final", t_final),
+            ("expect.x_final", x_final),
+            ("expect.tolerance", tolerance),
+            ("solver.accuracy", self.solver.accuracy.as_mut()),
+        ];
+        numbers.extend(optional.into_iter().filter_map(|(path, number)| Some((path.to_owned(), number?))));
+        match &mut self.potential {
+            PotentialSpec::Free {} => {}
+            PotentialSpec::Linear { alpha } => numbers.push(("potential.linear.alpha".to_owned(), alpha)),
+            PotentialSpec::Quartic { kappa } => numbers.push(("potential.quartic.kappa".to_owned(), kappa)),
+            PotentialSpec::Polynomial { coefficients } => {
+                let path = |k| format!("potential.polynomial.coefficients.{k}");
+                numbers.extend(coefficients.iter_mut().enumerate().map(|(k, c)| (path(k), c)));
+            }
+            PotentialSpec::Formula { parameters, .. } => {
+                let path = |name: &String| format!("potential.formula.parameters.{name}");
+                numbers.extend(parameters.iter_mut().map(|(name, value)| (path(name), value)));
+            }
+        }
+        numbers
+    }
+}
+
+/// The parameters of a formula in `S`.
+fn values<S: Real>(parameters: &BTreeMap<String, Decimal>) -> BTreeMap<String, S> {
+    parameters.iter().map(|(name, value)| (name.clone(), value.to())).collect()
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use toml_edit::{Document, DocumentMut, Item, Key, Table, TableLike, Value};
 
-use super::{Case, CaseError};
+use super::{Case, CaseError, Decimal};
 
 impl Case {
     /// Reads a case from TOML `text` after applying `overrides` of the form `dotted.key=value`.
@@ -19,8 +19,9 @@ impl Case {
         let plain = Source { name: source_name.to_owned(), text: text.to_owned() };
         let source = if overrides.is_empty() { plain } else { plain.with_overrides(overrides)? };
         source.check_structure()?;
-        let case: Case = toml::from_str(&source.text)
+        let mut case: Case = toml::from_str(&source.text)
             .map_err(|error| source.error(error.span(), readable(error.message()), None))?;
+        source.restore_digits(case.numbers_mut());
         case.validated().map_err(|invalid| {
             let span = source.locate(&invalid.path, invalid.within.clone());
             source.error(span, invalid.message, invalid.help)
@@ -69,17 +70,21 @@ impl Source {
     /// place to a part of a string value, if that is written without escapes.
     fn locate(&self, path: &str, within: Option<Range<usize>>) -> Option<Range<usize>> {
         let document = Document::parse(self.text.as_str()).ok()?;
-        let mut span = None;
-        let mut item: &Item = document.as_item();
-        for key in path.split('.') {
-            let Some(inner) = item.as_table_like().and_then(|table| table.get(key)) else { break };
-            item = inner;
-            span = item.span().or(span);
-        }
-        let (Some(span), Some(within), Some(string)) = (span.clone(), within, item.as_str()) else { return span };
+        let (span, string) = find(document.as_item(), path);
+        let (Some(span), Some(within), Some(string)) = (span.clone(), within, string) else { return span };
         match self.text[span.clone()].find(string) {
             Some(offset) => Some(span.start + offset + within.start..span.start + offset + within.end),
             None => Some(span),
+        }
+    }
+
+    /// Gives numbers back the digits that the deserialiser rounded away.
+    fn restore_digits(&self, numbers: Vec<(String, &mut Decimal)>) {
+        let Ok(document) = Document::parse(self.text.as_str()) else { return };
+        for (path, number) in numbers {
+            if let (Some(span), _) = find(document.as_item(), &path) {
+                number.set_literal(&self.text[span]);
+            }
         }
     }
 
@@ -120,6 +125,40 @@ impl Source {
             }
         }
     }
+}
+
+/// Where the value of a dotted key stands (of its nearest table or array if it is missing), and the value if it is a
+/// string.
+fn find<'i>(root: &'i Item, path: &str) -> (Option<Range<usize>>, Option<&'i str>) {
+    let mut span = None;
+    let mut item = root;
+    for key in path.split('.') {
+        if let Some(inner) = item.as_table_like().and_then(|table| table.get(key)) {
+            item = inner;
+            span = item.span().or(span);
+        } else {
+            let element = item.as_array().zip(key.parse().ok()).and_then(|(array, k): (_, usize)| array.get(k));
+            return (element.and_then(Value::span).or(span), element.and_then(Value::as_str));
+        }
+    }
+    (span, item.as_str())
+}
+
+/// `text`, a valid case, with its numbers as they were written.
+pub(super) fn with_literals(text: &str, numbers: &[(String, &mut Decimal)]) -> String {
+    let mut document: DocumentMut = text.parse().expect("a written case can be read");
+    for (path, number) in numbers {
+        let literal: Value = number.literal().parse().expect("a decimal is a TOML value");
+        let mut item = document.as_item_mut();
+        for key in path.split('.') {
+            item = match key.parse::<usize>() {
+                Ok(place) => &mut item[place],
+                Err(_) => &mut item[key],
+            };
+        }
+        *item = Item::Value(literal);
+    }
+    document.to_string()
 }
 
 /// Applies one `dotted.key=value`.

@@ -2,9 +2,11 @@
 
 use std::ops::Range;
 
-use super::{Case, DEFAULT_GAMMA_F, Grid, PotentialSpec, System};
+use super::{Case, DEFAULT_GAMMA_F, Decimal, PotentialSpec, System, values};
+use crate::geodesic::InitialData;
 use crate::potential::Formula;
 use crate::potential::formula::{is_identifier, is_reserved};
+use crate::scalar::{Extended, Real};
 use crate::solve::Status;
 
 /// More nodes than this would only exhaust the memory.
@@ -45,7 +47,7 @@ impl Case {
         self.check_potential()?;
         self.check_choices()?;
         if self.grid.gamma_f.is_none() && self.grid.t_f.is_none() {
-            self.grid.gamma_f = Some(DEFAULT_GAMMA_F);
+            self.grid.gamma_f = Some(Decimal::from(DEFAULT_GAMMA_F));
         }
         self.check_grid()?;
         self.check_start()?;
@@ -53,45 +55,10 @@ impl Case {
         Ok(self)
     }
 
-    fn check_finite(&self) -> Result<(), Invalid> {
-        let mut numbers = vec![
-            ("particle.mass", Some(self.particle.mass)),
-            ("particle.c", Some(self.particle.c)),
-            ("initial.t", Some(self.initial.t)),
-            ("initial.x", Some(self.initial.x)),
-            ("initial.t_dot", Some(self.initial.t_dot)),
-            ("initial.x_dot", self.initial.x_dot),
-            ("initial.velocity", self.initial.velocity),
-            ("grid.gamma_i", Some(self.grid.gamma_i)),
-            ("grid.gamma_f", self.grid.gamma_f),
-            ("grid.t_f", self.grid.t_f),
-            ("solver.accuracy", self.solver.accuracy),
-        ];
-        match &self.potential {
-            PotentialSpec::Free {} => {}
-            PotentialSpec::Linear { alpha } => numbers.push(("potential.linear.alpha", Some(*alpha))),
-            PotentialSpec::Quartic { kappa } => numbers.push(("potential.quartic.kappa", Some(*kappa))),
-            PotentialSpec::Polynomial { coefficients } => {
-                numbers.extend(coefficients.iter().map(|&c| ("potential.polynomial.coefficients", Some(c))));
-            }
-            PotentialSpec::Formula { parameters, .. } => {
-                for (name, value) in parameters {
-                    if !value.is_finite() {
-                        let path = format!("potential.formula.parameters.{name}");
-                        return Err(invalid(&path, format!("{path} must be a finite number, got {value}")));
-                    }
-                }
-            }
-        }
-        if let Some(expect) = self.expect {
-            numbers.extend([
-                ("expect.t_final", expect.t_final),
-                ("expect.x_final", expect.x_final),
-                ("expect.tolerance", expect.tolerance),
-            ]);
-        }
-        match numbers.into_iter().find_map(|(path, value)| value.filter(|v| !v.is_finite()).map(|v| (path, v))) {
-            Some((path, value)) => Err(invalid(path, format!("{path} must be a finite number, got {value}"))),
+    fn check_finite(&mut self) -> Result<(), Invalid> {
+        let mut numbers = self.numbers_mut().into_iter().map(|(path, number)| (path, number.value()));
+        match numbers.find(|(_, value)| !value.is_finite()) {
+            Some((path, value)) => Err(invalid(&path, format!("{path} must be a finite number, got {value}"))),
             None => Ok(()),
         }
     }
@@ -108,7 +75,7 @@ impl Case {
                     .help("a name is a letter or underscore, then letters, digits and underscores"));
             }
         }
-        match Formula::new(expression, parameters) {
+        match Formula::<f64>::new(expression, &values(parameters)) {
             Ok(_) => Ok(()),
             Err(error) => {
                 let rest = &error.expression[error.offset..];
@@ -129,7 +96,7 @@ impl Case {
     }
 
     fn check_choices(&self) -> Result<(), Invalid> {
-        match (self.initial.x_dot, self.initial.velocity) {
+        match (&self.initial.x_dot, &self.initial.velocity) {
             (Some(_), Some(_)) => Err(invalid("initial.velocity", "both x_dot and velocity are given")
                 .help("keep exactly one of initial.x_dot (dx/dgamma) and initial.velocity (dx/dt)")),
             (None, None) => Err(invalid("initial", "neither x_dot nor velocity is given")
@@ -149,10 +116,11 @@ impl Case {
             0 => return Err(invalid("grid.windows", "windows must be at least 1")),
             _ => return Err(not_available("grid.windows", "more than one window")),
         }
-        match self.solver.digits {
-            16 => {}
-            17..=70 => return Err(not_available("solver.digits", "extended precision (digits other than 16)")),
-            digits => return Err(invalid("solver.digits", format!("digits must be from 16 to 70, got {digits}"))),
+        let (digits, least, most) = (self.solver.digits, f64::MOST_DIGITS, Extended::MOST_DIGITS);
+        if !(least..=most).contains(&digits) {
+            let message = format!("digits must be from {least} to {most}, got {digits}");
+            return Err(invalid("solver.digits", message)
+                .help("16 is double precision; more makes every number of the result exact to that many digits"));
         }
         if self.solver.accuracy.is_some() {
             return Err(not_available("solver.accuracy", "choosing the grid by accuracy")
@@ -165,7 +133,10 @@ impl Case {
     }
 
     pub(super) fn check_grid(&self) -> Result<(), Invalid> {
-        let Grid { gamma_i, gamma_f, t_f, n_gamma, .. } = self.grid;
+        let n_gamma = self.grid.n_gamma;
+        let value = |number: &Option<Decimal>| number.as_ref().map(Decimal::value);
+        let (gamma_i, gamma_f, t_f) = (self.grid.gamma_i.value(), value(&self.grid.gamma_f), value(&self.grid.t_f));
+        let initial: InitialData = self.initial_data();
         let coefficients = self.scheme.sbp.coefficients();
         if n_gamma < coefficients.minimum_points {
             let message = format!(
@@ -188,22 +159,23 @@ impl Case {
             self.check_spacing("grid.gamma_f", gamma_f - gamma_i)?;
         }
         if let Some(t_f) = t_f {
-            if self.initial.t_dot <= 0.0 {
+            if initial.t_dot <= 0.0 {
                 return Err(invalid("grid.t_f", "t_f needs t_dot > 0: otherwise t does not increase with gamma"));
             }
-            if t_f <= self.initial.t {
-                let message = format!("t_f = {t_f} must be later than the initial t = {}", self.initial.t);
+            if t_f <= initial.t {
+                let message = format!("t_f = {t_f} must be later than the initial t = {}", initial.t);
                 return Err(invalid("grid.t_f", message));
             }
-            self.check_spacing("grid.t_f", (t_f - self.initial.t) / self.initial.t_dot)?;
+            self.check_spacing("grid.t_f", (t_f - initial.t) / initial.t_dot)?;
         }
         Ok(())
     }
 
     /// Whether nodes over a range of γ of this length can be told apart, also when γ_i is added to them.
     fn check_spacing(&self, path: &str, length: f64) -> Result<(), Invalid> {
+        let gamma_i = self.grid.gamma_i.value();
         let spacing = length / (self.grid.n_gamma - 1) as f64;
-        let largest = self.grid.gamma_i.abs().max((self.grid.gamma_i + length).abs());
+        let largest = gamma_i.abs().max((gamma_i + length).abs());
         if spacing.is_finite() && spacing >= f64::MIN_POSITIVE && spacing > 4.0 * f64::EPSILON * largest {
             return Ok(());
         }
@@ -212,12 +184,12 @@ impl Case {
     }
 
     fn check_start(&self) -> Result<(), Invalid> {
-        for (path, value) in [("particle.mass", self.particle.mass), ("particle.c", self.particle.c)] {
-            if value <= 0.0 {
+        for (path, value) in [("particle.mass", &self.particle.mass), ("particle.c", &self.particle.c)] {
+            if value.value() <= 0.0 {
                 return Err(invalid(path, format!("{path} must be positive, got {value}")));
             }
         }
-        let initial = self.initial_data();
+        let initial: InitialData = self.initial_data();
         let start = self.metric().at(initial.x);
         if !start.is_inside() {
             let message = if start.g00 > 0.0 && start.g00.is_finite() {
@@ -245,7 +217,7 @@ impl Case {
     }
 
     fn check_expectations(&self) -> Result<(), Invalid> {
-        let Some(expect) = self.expect else { return Ok(()) };
+        let Some(expect) = &self.expect else { return Ok(()) };
         let numbers = expect.t_final.is_some() || expect.x_final.is_some();
         if numbers && expect.status != Status::Converged {
             return Err(invalid(
@@ -253,7 +225,7 @@ impl Case {
                 format!("a case that ends {} has no t_final or x_final", expect.status),
             ));
         }
-        match expect.tolerance {
+        match expect.tolerance.as_ref().map(Decimal::value) {
             Some(tolerance) if tolerance <= 0.0 => {
                 Err(invalid("expect.tolerance", format!("tolerance must be positive, got {tolerance}")))
             }

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use geodesic_ivp::case::Expect;
+use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::{Case, CaseError, NoSolution, Solution, Status, solve};
 
 use super::{CaseArgs, report};
@@ -34,11 +35,11 @@ pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
         out.write_all(case.to_toml().as_bytes())?;
     }
     if args.run {
-        let Some(expect) = case.expect else {
+        let Some(expect) = &case.expect else {
             let message = "the case has no [expect] table to compare with".to_owned();
             return Err(CaseError::without_place(&args.case.name(), message).into());
         };
-        let met = compare(&case, expect)?;
+        let met = if case.is_extended() { compare::<Extended>(&case, expect)? } else { compare::<f64>(&case, expect)? };
         if !args.case.quiet {
             writeln!(out, "\n# expected and found: {}", met.join("; "))?;
         }
@@ -47,20 +48,26 @@ pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
 }
 
 /// What was found as expected, a phrase each; the first error otherwise.
-fn compare(case: &Case, expect: Expect) -> anyhow::Result<Vec<String>> {
-    let result = solve(case);
+fn compare<S: Real>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<String>> {
+    let result = solve::<S>(case);
     let status = result.as_ref().map_or_else(|failure| failure.status, |_| Status::Converged);
     if status != expect.status {
         let found = result.err().as_ref().map_or_else(|| status.to_string(), NoSolution::to_string);
         return Err(ExpectationNotMet(vec![format!("expected status {}, found {found}", expect.status)]).into());
     }
     let mut met = vec![format!("status {status}")];
-    if let (Ok(solution), Some(tolerance)) = (&result, expect.tolerance) {
+    if let (Ok(solution), Some(tolerance)) = (&result, &expect.tolerance) {
         let mut missed = Vec::new();
         for (name, expected, found) in expected_numbers(expect, solution) {
             let difference = (found - expected).abs();
-            let phrase = format!("{name} = {found} within {difference:.1e} of {expected} (tolerance {tolerance:e})");
-            if difference <= tolerance { met.push(phrase) } else { missed.push(phrase.replace("within", "differs by")) }
+            let [found, expected] = [found, expected].map(|number| number.to_decimal(solution.digits));
+            let (distance, allowed) = (difference.to_f64(), tolerance.value());
+            let phrase = format!("{name} = {found} within {distance:.1e} of {expected} (tolerance {allowed:e})");
+            if difference <= tolerance.to() {
+                met.push(phrase)
+            } else {
+                missed.push(phrase.replace("within", "differs by"))
+            }
         }
         if !missed.is_empty() {
             return Err(ExpectationNotMet(missed).into());
@@ -69,8 +76,8 @@ fn compare(case: &Case, expect: Expect) -> anyhow::Result<Vec<String>> {
     Ok(met)
 }
 
-fn expected_numbers(expect: Expect, solution: &Solution) -> impl Iterator<Item = (&'static str, f64, f64)> {
-    let t = expect.t_final.map(|expected| ("t_final", expected, solution.end.t));
-    let x = expect.x_final.map(|expected| ("x_final", expected, solution.end.x));
+fn expected_numbers<S: Real>(expect: &Expect, solution: &Solution<S>) -> impl Iterator<Item = (&'static str, S, S)> {
+    let t = expect.t_final.as_ref().map(|expected| ("t_final", expected.to(), solution.end.t));
+    let x = expect.x_final.as_ref().map(|expected| ("x_final", expected.to(), solution.end.x));
     t.into_iter().chain(x)
 }

@@ -9,6 +9,7 @@ use clap::Args;
 use geodesic_ivp::Case;
 use geodesic_ivp::case::SbpName;
 use geodesic_ivp::output::{ConvergenceSummary, OutputSet, pictures, write_convergence, write_slopes};
+use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::study::convergence::{Convergence, Quantity, Slope, SweepError, sweep};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -64,12 +65,16 @@ fn range(text: &str) -> Result<(usize, usize), String> {
 
 pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     let case = args.case.read()?;
+    if case.is_extended() { converge_in::<Extended>(&case, args) } else { converge_in::<f64>(&case, args) }
+}
+
+fn converge_in<S: Real>(case: &Case, args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     for warning in case.warnings() {
         report::warn(&warning);
     }
     let directory = args.out.clone().unwrap_or_else(|| args.case.default_output());
     let files = OutputSet::open(&directory, &[CONVERGENCE, SLOPES, SUMMARY, FINAL_ERRORS, L2_ERRORS])?;
-    let convergence = match sweep_with_progress(&case, args)? {
+    let convergence = match sweep_with_progress::<S>(case, args)? {
         Ok(convergence) => convergence,
         Err(error) => {
             // An impossible grid is a mistake on the command line and changes nothing; a case without a reference has no
@@ -88,7 +93,7 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     }
     write_convergence(files.writer(CONVERGENCE), &convergence.points).context("cannot write convergence.csv")?;
     write_slopes(files.writer(SLOPES), &slopes).context("cannot write slopes.csv")?;
-    files.write_text(SUMMARY, &ConvergenceSummary::new(&case, &convergence, &slopes).to_json())?;
+    files.write_text(SUMMARY, &ConvergenceSummary::new(case, &convergence, &slopes).to_json())?;
     if args.plot {
         let title = case.title.as_deref().unwrap_or("Convergence");
         for (name, what, quantities) in [
@@ -101,7 +106,7 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     }
     files.commit(|name| args.plot || ![FINAL_ERRORS, L2_ERRORS].contains(&name))?;
     if !args.case.quiet {
-        let text = readable(&case, &convergence, &slopes, &directory);
+        let text = readable(case, &convergence, &slopes, &directory);
         io::stdout().write_all(text.as_bytes())?;
     }
     if convergence.interrupted {
@@ -121,7 +126,10 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
 
 /// Sweeps with a bar on a terminal's standard error; an interrupt lets running grids finish and starts no more, a
 /// second one ends the program at once.
-fn sweep_with_progress(case: &Case, args: &ConvergeArgs) -> anyhow::Result<Result<Convergence, SweepError>> {
+fn sweep_with_progress<S: Real>(
+    case: &Case,
+    args: &ConvergeArgs,
+) -> anyhow::Result<Result<Convergence<S>, SweepError>> {
     let cancel = interrupt::flag()?;
     let grids = (args.n_gamma.len() * args.sbp.len()) as u64;
     let bar = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new(grids) };
@@ -134,7 +142,7 @@ fn sweep_with_progress(case: &Case, args: &ConvergeArgs) -> anyhow::Result<Resul
     Ok(result)
 }
 
-fn readable(case: &Case, convergence: &Convergence, slopes: &[Slope], directory: &std::path::Path) -> String {
+fn readable<S>(case: &Case, convergence: &Convergence<S>, slopes: &[Slope], directory: &std::path::Path) -> String {
     let title = case.title.as_deref().unwrap_or("geodesic-ivp");
     let mut text = format!(
         "{title}: convergence against a Taylor trajectory (its estimated error {:.1e})\n",

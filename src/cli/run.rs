@@ -8,11 +8,13 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use clap::Args;
 use geodesic_ivp::diagnostics::Diagnostics;
+use geodesic_ivp::geodesic::InitialData;
 use geodesic_ivp::output::pictures::{self, Run};
 use geodesic_ivp::output::{
     Chart, Outcome, OutputSet, Summary, write_branches, write_combined, write_residuals, write_trajectory,
 };
 use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
+use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::{Case, Solution, solve};
 use indicatif::ProgressBar;
 
@@ -45,10 +47,14 @@ pub(super) struct RunArgs {
 
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let case = args.case.read()?;
+    if case.is_extended() { run_in::<Extended>(&case, args) } else { run_in::<f64>(&case, args) }
+}
+
+fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
     interrupt::end_at_once()?;
     warn_of(&case.warnings());
     if args.stdout {
-        let (result, _) = timed_solve(&case, args.case.quiet);
+        let (result, _) = timed_solve::<S>(case, args.case.quiet);
         let solution = result?;
         let diagnostics = Diagnostics::new(&solution);
         warn_of(&diagnostics.warnings(&solution));
@@ -64,11 +70,11 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
         effective.expect = None;
     }
     files.write_text(CASE, &effective.to_toml())?;
-    let (result, solve_seconds) = timed_solve(&case, args.case.quiet);
+    let (result, solve_seconds) = timed_solve::<S>(case, args.case.quiet);
     let solution = match result {
         Ok(solution) => solution,
         Err(failure) => {
-            files.write_text(SUMMARY, &Summary::new(&case, Err(&failure), solve_seconds).to_json())?;
+            files.write_text(SUMMARY, &Summary::new::<S>(case, Err(&failure), solve_seconds).to_json())?;
             files.commit(|name| name == SUMMARY || name == CASE)?;
             return Err(failure.into());
         }
@@ -77,7 +83,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let diagnostics = Diagnostics::new(&solution);
     let diagnostics_seconds = start.elapsed().as_secs_f64();
     warn_of(&diagnostics.warnings(&solution));
-    let mut summary = Summary::new(&case, Ok((&solution, &diagnostics)), solve_seconds);
+    let mut summary = Summary::new(case, Ok((&solution, &diagnostics)), solve_seconds);
     let start = Instant::now();
     write_tables(&files, &solution, &diagnostics)?;
     if let Outcome::Solved(solved) = &mut summary.outcome {
@@ -88,14 +94,14 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     if args.plot {
         let title = case.title.as_deref().unwrap_or("geodesic-ivp");
         let title = format!("{title} ({}, N = {})", summary.sbp, summary.n_gamma);
-        for (name, chart) in PICTURES.into_iter().zip(pictures(&title, &solution, &diagnostics)) {
+        for (name, chart) in PICTURES.into_iter().zip(pictures(&title, case, &solution, &diagnostics)) {
             files.write_text(name, &chart.to_svg())?;
         }
     }
     let doubled = solution.backward.is_some();
     files.commit(|name| if name == BRANCHES { doubled } else { args.plot || !PICTURES.contains(&name) })?;
     if !args.case.quiet {
-        let text = readable(&case, &solution, &diagnostics, &summary, &directory);
+        let text = readable(case, &solution, &diagnostics, &summary, &directory);
         io::stdout().write_all(text.as_bytes())?;
     }
     Ok(ExitCode::SUCCESS)
@@ -106,7 +112,7 @@ fn warn_of(warnings: &[String]) {
 }
 
 /// Solves with a spinner on a terminal's standard error.
-fn timed_solve(case: &Case, quiet: bool) -> (Result<Solution, geodesic_ivp::NoSolution>, f64) {
+fn timed_solve<S: Real>(case: &Case, quiet: bool) -> (Result<Solution<S>, geodesic_ivp::NoSolution>, f64) {
     let spinner = if quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
     spinner.set_message(format!("solving for {} nodes", case.grid.n_gamma));
     spinner.enable_steady_tick(Duration::from_millis(200));
@@ -118,7 +124,11 @@ fn timed_solve(case: &Case, quiet: bool) -> (Result<Solution, geodesic_ivp::NoSo
 }
 
 /// The two large tables are formatted side by side: at a million nodes that is most of what is left to do.
-fn write_tables(files: &OutputSet, solution: &Solution, diagnostics: &Diagnostics) -> anyhow::Result<()> {
+fn write_tables<S: Real>(
+    files: &OutputSet,
+    solution: &Solution<S>,
+    diagnostics: &Diagnostics<S>,
+) -> anyhow::Result<()> {
     let (trajectory, residuals) = std::thread::scope(|scope| {
         let residuals = scope.spawn(|| write_residuals(files.writer(RESIDUALS), solution, diagnostics));
         (write_trajectory(files.writer(TRAJECTORY), solution, diagnostics), residuals.join())
@@ -133,13 +143,13 @@ fn write_tables(files: &OutputSet, solution: &Solution, diagnostics: &Diagnostic
 }
 
 /// One chart for each of `PICTURES`.
-fn pictures(title: &str, solution: &Solution, diagnostics: &Diagnostics) -> [Chart; 5] {
+fn pictures<S: Real>(title: &str, case: &Case, solution: &Solution<S>, diagnostics: &Diagnostics<S>) -> [Chart; 5] {
     let runs = [Run { label: "", solution, diagnostics }];
-    let length = solution.gamma_f() - solution.gamma_i;
-    // Where the continuum has no trajectory to the end, the picture does without.
-    let reference = ReferenceTrajectory::new(&solution.metric, solution.initial, length).ok();
-    let duration = solution.end.t - solution.t_i;
-    let in_time = time_parametrised(&solution.metric, solution.initial, duration, 400);
+    // Where the continuum has no trajectory to the end, the picture does without. For a line f64 is precise enough.
+    let (metric, initial) = (case.metric(), InitialData { t: 0.0, ..case.initial_data() });
+    let reference = ReferenceTrajectory::new(&metric, initial, solution.length.to_f64(), f64::MOST_DIGITS).ok();
+    let duration = (solution.end.t - solution.t_i).to_f64();
+    let in_time = time_parametrised(&metric, initial, duration, 400);
     [
         pictures::world_line(title, solution),
         pictures::time_mesh(title, &runs),
@@ -150,10 +160,10 @@ fn pictures(title: &str, solution: &Solution, diagnostics: &Diagnostics) -> [Cha
 }
 
 /// The summary a person reads.
-fn readable(
+fn readable<S: Real>(
     case: &Case,
-    solution: &Solution,
-    diagnostics: &Diagnostics,
+    solution: &Solution<S>,
+    diagnostics: &Diagnostics<S>,
     summary: &Summary,
     directory: &std::path::Path,
 ) -> String {
@@ -165,35 +175,42 @@ fn readable(
         1 => "1 Newton iteration".to_owned(),
         count => format!("{count} Newton iterations"),
     };
+    let short = |number: S| number.to_f64();
+    // The numbers that a person would compare with others.
+    let end = |number: S| match S::IS_EXTENDED {
+        true => number.to_decimal(solution.digits),
+        false => format!("{:.15}", number.to_f64()),
+    };
+    let digits = if S::IS_EXTENDED { format!(", {} digits", solution.digits) } else { String::new() };
     let mut lines = vec![
         case.title.clone().unwrap_or_else(|| "geodesic-ivp".to_owned()),
         format!(
-            "  scheme     {} strong, {system}, {nodes} nodes on gamma in [{}, {}]: {iterations}, {:.3} ms",
+            "  scheme     {} strong, {system}, {nodes} nodes on gamma in [{}, {}]{digits}: {iterations}, {:.3} ms",
             summary.sbp,
-            solution.gamma_i,
-            solution.gamma_f(),
+            short(solution.gamma_i),
+            short(solution.gamma_f()),
             1e3 * summary.solve_seconds
         ),
-        format!("  end        t = {:.15}, x = {:.15}", solution.end.t, solution.end.x),
+        format!("  end        t = {}, x = {}", end(solution.end.t), end(solution.end.x)),
         format!(
             "  Q_t        {:.6}; |dQ_t| <= {:.1e} at all nodes but the last, {:.2e} there ({:.1e} with the multiplier correction)",
-            invariants.q_t,
-            diagnostics.max_abs_delta_q_t_interior(),
-            diagnostics.delta_q_t_last(),
-            diagnostics.max_abs_delta_q_t_corrected()
+            short(invariants.q_t),
+            short(diagnostics.max_abs_delta_q_t_interior()),
+            short(diagnostics.delta_q_t_last()),
+            short(diagnostics.max_abs_delta_q_t_corrected())
         ),
         format!(
             "  K          {:.6}; |dK| <= {:.2e} at all nodes but the last, {:.2e} at the end handed on",
-            invariants.k,
-            diagnostics.max_abs_delta_k(),
-            diagnostics.charges.delta_k_end.abs()
+            short(invariants.k),
+            short(diagnostics.max_abs_delta_k()),
+            short(diagnostics.charges.delta_k_end).abs()
         ),
         format!(
             "  certified  |grad E_IVP| <= {:.1e}; sawtooth in x {}; H_BVP = {:.6}, Q_t (t_f - t_i) = {:.6}",
-            solution.gradient_norm,
-            diagnostics.sawtooth.map_or("not measurable".to_owned(), |s| format!("{s:.1e}")),
-            diagnostics.bound.h_bvp,
-            diagnostics.bound.h_bvp_bound
+            short(solution.gradient_norm),
+            diagnostics.sawtooth.map_or("not measurable".to_owned(), |s| format!("{:.1e}", short(s))),
+            short(diagnostics.bound.h_bvp),
+            short(diagnostics.bound.h_bvp_bound)
         ),
     ];
     let files = if solution.backward.is_some() {

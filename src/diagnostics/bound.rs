@@ -1,27 +1,28 @@
 //! The stability bound of the paper.
 
 use crate::sbp::RegularisedOperator;
+use crate::scalar::Real;
 use crate::solve::Solution;
 
 /// H_BVP = ∫ ½( g00 ṫ² + ẋ² ) dγ and its bound Q_t (t_f − t_i).
 ///
 /// In the continuum H_BVP = Q_t (t_f − t_i) − ½ K (γ_f − γ_i), so the bound holds if and only if K ≥ 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bound {
+pub struct Bound<S = f64> {
     /// H_BVP by the operator's quadrature with the regularised velocities.
-    pub h_bvp: f64,
+    pub h_bvp: S,
     /// Q_t (t_N − t_i).
-    pub h_bvp_bound: f64,
+    pub h_bvp_bound: S,
 }
 
-impl Bound {
+impl<S: Real> Bound<S> {
     /// From a solution and g00 on its nodes.
-    pub(super) fn new(solution: &Solution, g00: &[f64]) -> Self {
-        let t_dot = RegularisedOperator::new(&solution.sbp, 0.0).derivative(&solution.elapsed);
+    pub(super) fn new(solution: &Solution<S>, g00: &[S]) -> Self {
+        let t_dot = RegularisedOperator::new(&solution.sbp, S::ZERO).derivative(&solution.elapsed);
         let x_dot = RegularisedOperator::new(&solution.sbp, solution.initial.x).derivative(&solution.x);
-        let integrand: Vec<f64> =
-            g00.iter().zip(&t_dot).zip(&x_dot).map(|((g, u), w)| 0.5 * (g * u * u + w * w)).collect();
-        let elapsed = solution.elapsed.last().copied().unwrap_or(0.0);
+        let integrand: Vec<S> =
+            g00.iter().zip(&t_dot).zip(&x_dot).map(|((&g, &u), &w)| (g * u * u + w * w).half()).collect();
+        let elapsed = solution.elapsed.last().copied().unwrap_or(S::ZERO);
         Self { h_bvp: solution.sbp.integrate(&integrand), h_bvp_bound: solution.invariants().q_t * elapsed }
     }
 }

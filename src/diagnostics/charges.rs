@@ -2,30 +2,31 @@
 
 use crate::norm::max_abs;
 use crate::potential::Potential;
+use crate::scalar::Real;
 use crate::solve::Solution;
 
 /// Deviations of the constants of motion from their values in the continuum.
 #[derive(Debug, Clone)]
-pub struct Charges {
+pub struct Charges<S = f64> {
     /// ΔQ_t = ΔE = g00(x)∘(Dt) − Q_t.
-    pub delta_q_t: Vec<f64>,
+    pub delta_q_t: Vec<S>,
     /// ΔQ_t + (λ7/H_N) e_N: the last node with the multiplier's share taken off.
-    pub delta_q_t_corrected: Vec<f64>,
+    pub delta_q_t_corrected: Vec<S>,
     /// ΔK = g00(x)∘(Dt)² − (Dx)² − K.
-    pub delta_k: Vec<f64>,
+    pub delta_k: Vec<S>,
     /// K(x_N, w*_N, Q_t) − K from the values that a continuation starts with.
-    pub delta_k_end: f64,
+    pub delta_k_end: S,
 }
 
-impl Charges {
+impl<S: Real> Charges<S> {
     /// Charges of `solution` with g00, Dt and Dx on its nodes.
-    pub(super) fn new(solution: &Solution, g00: &[f64], t_dot: &[f64], x_dot: &[f64]) -> Self {
+    pub(super) fn new(solution: &Solution<S>, g00: &[S], t_dot: &[S], x_dot: &[S]) -> Self {
         let invariants = solution.invariants();
-        let delta_q_t: Vec<f64> = g00.iter().zip(t_dot).map(|(g, u)| g * u - invariants.q_t).collect();
+        let delta_q_t: Vec<S> = g00.iter().zip(t_dot).map(|(&g, &u)| g * u - invariants.q_t).collect();
         let mut delta_q_t_corrected = delta_q_t.clone();
         let last = delta_q_t.len() - 1;
         delta_q_t_corrected[last] += solution.multipliers[6] / solution.sbp.weights()[last];
-        let delta_k = g00.iter().zip(t_dot).zip(x_dot).map(|((g, u), w)| g * u * u - w * w - invariants.k).collect();
+        let delta_k = g00.iter().zip(t_dot).zip(x_dot).map(|((&g, &u), &w)| g * u * u - w * w - invariants.k).collect();
         let end = solution.end;
         let delta_k_end = end.q_t * end.q_t / g00[last] - end.x_dot * end.x_dot - invariants.k;
         Self { delta_q_t, delta_q_t_corrected, delta_k, delta_k_end }
@@ -34,26 +35,26 @@ impl Charges {
 
 /// The further charges of the free particle: its space-time is flat and has three Killing vectors.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FreeParticleCharges {
+pub struct FreeParticleCharges<S = f64> {
     /// max |ΔQ_x|, Q_x = −ẋ (Killing vector (0, 1)).
-    pub max_abs_delta_q_x: f64,
+    pub max_abs_delta_q_x: S,
     /// max |ΔQ_η|, Q_η = x ṫ − (t − t_i) ẋ (boost, Killing vector (x/c², t)).
-    pub max_abs_delta_q_eta: f64,
+    pub max_abs_delta_q_eta: S,
 }
 
-impl FreeParticleCharges {
+impl<S: Real> FreeParticleCharges<S> {
     /// The charges if V = 0, over all nodes.
-    pub(super) fn new(solution: &Solution, t_dot: &[f64], x_dot: &[f64]) -> Option<Self> {
+    pub(super) fn new(solution: &Solution<S>, t_dot: &[S], x_dot: &[S]) -> Option<Self> {
         let Potential::Polynomial(polynomial) = solution.metric.potential() else { return None };
-        if polynomial.coefficients().iter().any(|&c| c != 0.0) {
+        if polynomial.coefficients().iter().any(|&c| c != S::ZERO) {
             return None;
         }
         let initial = solution.initial;
-        let delta_q_x: Vec<f64> = x_dot.iter().map(|w| initial.x_dot - w).collect();
+        let delta_q_x: Vec<S> = x_dot.iter().map(|&w| initial.x_dot - w).collect();
         let q_eta = initial.x * initial.t_dot;
-        let delta_q_eta: Vec<f64> = (solution.x.iter().zip(t_dot))
+        let delta_q_eta: Vec<S> = (solution.x.iter().zip(t_dot))
             .zip(solution.elapsed.iter().zip(x_dot))
-            .map(|((x, u), (t, w))| x * u - t * w - q_eta)
+            .map(|((&x, &u), (&t, &w))| x * u - t * w - q_eta)
             .collect();
         Some(Self { max_abs_delta_q_x: max_abs(&delta_q_x), max_abs_delta_q_eta: max_abs(&delta_q_eta) })
     }

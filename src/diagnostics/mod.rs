@@ -11,6 +11,7 @@ pub use residuals::GeodesicResiduals;
 pub use sawtooth::sawtooth;
 
 use crate::norm::max_abs;
+use crate::scalar::Real;
 use crate::solve::Solution;
 
 /// A drift of K by more than this share means that x is not resolved.
@@ -18,27 +19,27 @@ const LARGE_DRIFT: f64 = 0.1;
 
 /// Everything that is measured on a solution.
 #[derive(Debug, Clone)]
-pub struct Diagnostics {
+pub struct Diagnostics<S = f64> {
     /// Dt on the nodes.
-    pub t_dot: Vec<f64>,
+    pub t_dot: Vec<S>,
     /// Dx on the nodes.
-    pub x_dot: Vec<f64>,
+    pub x_dot: Vec<S>,
     /// ΔQ_t, its corrected form and ΔK.
-    pub charges: Charges,
+    pub charges: Charges<S>,
     /// ΔGᵗ and ΔGˣ.
-    pub residuals: GeodesicResiduals,
+    pub residuals: GeodesicResiduals<S>,
     /// H_BVP and what bounds it.
-    pub bound: Bound,
+    pub bound: Bound<S>,
     /// Amplitude of the even–odd oscillation of x; none if there are too few nodes. See [`sawtooth()`].
-    pub sawtooth: Option<f64>,
+    pub sawtooth: Option<S>,
     /// Q_x and Q_η, if the potential vanishes.
-    pub free_particle: Option<FreeParticleCharges>,
+    pub free_particle: Option<FreeParticleCharges<S>>,
     interior_residual_nodes: usize,
 }
 
-impl Diagnostics {
+impl<S: Real> Diagnostics<S> {
     /// Measures `solution`.
-    pub fn new(solution: &Solution) -> Self {
+    pub fn new(solution: &Solution<S>) -> Self {
         let sbp = &solution.sbp;
         let t_dot = sbp.derivative(&solution.elapsed);
         let x_dot = sbp.derivative(&solution.x);
@@ -53,49 +54,49 @@ impl Diagnostics {
     }
 
     /// What in these numbers says that the trajectory should not be believed, a sentence each.
-    pub fn warnings(&self, solution: &Solution) -> Vec<String> {
-        let k = solution.invariants().k;
+    pub fn warnings(&self, solution: &Solution<S>) -> Vec<String> {
+        let k = solution.invariants().k.to_f64();
         let mut warnings = Vec::new();
-        let drift = self.max_abs_delta_k();
+        let drift = self.max_abs_delta_k().to_f64();
         if drift > LARGE_DRIFT * k.abs() {
             warnings.push(format!(
                 "K drifts by {drift:.2e} of {k:.2e}: x is not resolved, however exact Q_t is; raise n_gamma, or use SBP42"
             ));
         }
         if k >= 0.0 && self.bound.h_bvp > self.bound.h_bvp_bound {
-            let Bound { h_bvp, h_bvp_bound } = self.bound;
+            let [h_bvp, h_bvp_bound] = [self.bound.h_bvp, self.bound.h_bvp_bound].map(S::to_f64);
             warnings.push(format!("H_BVP = {h_bvp:.3e} exceeds its bound Q_t (t_f - t_i) = {h_bvp_bound:.3e}"));
         }
         warnings
     }
 
     /// max |ΔQ_t| over all nodes but the last.
-    pub fn max_abs_delta_q_t_interior(&self) -> f64 {
+    pub fn max_abs_delta_q_t_interior(&self) -> S {
         max_abs(all_but_last(&self.charges.delta_q_t))
     }
 
     /// ΔQ_t at the last node.
-    pub fn delta_q_t_last(&self) -> f64 {
-        self.charges.delta_q_t.last().copied().unwrap_or(0.0)
+    pub fn delta_q_t_last(&self) -> S {
+        self.charges.delta_q_t.last().copied().unwrap_or(S::ZERO)
     }
 
     /// max |ΔQ_t + (λ7/H_N) e_N| over all nodes.
-    pub fn max_abs_delta_q_t_corrected(&self) -> f64 {
+    pub fn max_abs_delta_q_t_corrected(&self) -> S {
         max_abs(&self.charges.delta_q_t_corrected)
     }
 
     /// max of |ΔGᵗ| and |ΔGˣ| over the nodes whose row of D does not reach node N.
-    pub fn max_abs_delta_g_interior(&self) -> f64 {
+    pub fn max_abs_delta_g_interior(&self) -> S {
         let nodes = self.interior_residual_nodes;
         max_abs(&self.residuals.delta_g_t[..nodes]).max(max_abs(&self.residuals.delta_g_x[..nodes]))
     }
 
     /// max |ΔK| over all nodes but the last.
-    pub fn max_abs_delta_k(&self) -> f64 {
+    pub fn max_abs_delta_k(&self) -> S {
         max_abs(all_but_last(&self.charges.delta_k))
     }
 }
 
-fn all_but_last(u: &[f64]) -> &[f64] {
+fn all_but_last<S>(u: &[S]) -> &[S] {
     &u[..u.len() - 1]
 }

@@ -1,12 +1,15 @@
 //! A measure of even–odd splitting.
 
+use crate::scalar::Real;
+
 /// The amplitude of the (−1)^k component of `u`: max_k |δ⁴u_k| / 16.
 ///
 /// The fourth difference δ⁴u = u_{k−2} − 4u_{k−1} + 6u_k − 4u_{k+1} + u_{k+2} of A(−1)^k is 16A(−1)^k, so a pure
 /// sawtooth is measured exactly, while a smooth u contributes only h⁴|u⁗|/16. `None` with fewer than five nodes.
-pub fn sawtooth(u: &[f64]) -> Option<f64> {
-    let fourth_difference = |w: &[f64]| (w[0] + w[4] - 4.0 * (w[1] + w[3]) + 6.0 * w[2]).abs() / 16.0;
-    u.windows(5).map(fourth_difference).reduce(f64::max)
+pub fn sawtooth<S: Real>(u: &[S]) -> Option<S> {
+    let [four, six, sixteenth] = [4.0, 6.0, 1.0 / 16.0].map(S::from);
+    let fourth_difference = |w: &[S]| sixteenth * (w[0] + w[4] - four * (w[1] + w[3]) + six * w[2]).abs();
+    u.windows(5).map(fourth_difference).reduce(S::max)
 }
 
 #[cfg(test)]

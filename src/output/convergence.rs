@@ -5,8 +5,10 @@ use std::io::Write;
 use csv::Writer;
 use serde::Serialize;
 
+use super::number::Number;
 use crate::case::Case;
-use crate::study::convergence::{Convergence, ConvergencePoint, ReferenceInfo, Slope};
+use crate::scalar::Real;
+use crate::study::convergence::{Convergence, ConvergencePoint, Slope};
 
 /// `convergence.csv`, a row a grid; cells of a grid without a solution stay empty.
 ///
@@ -106,11 +108,24 @@ pub struct ConvergenceSummary<'a> {
     version: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
     title: Option<&'a str>,
-    reference: ReferenceInfo,
+    digits: u32,
+    reference: ReferenceSummary,
     grids: usize,
     grids_without_solution: usize,
     slopes: Vec<SlopeSummary>,
     warnings: Vec<String>,
+}
+
+/// What the errors are measured against.
+#[derive(Debug, Serialize)]
+struct ReferenceSummary {
+    error_estimate: f64,
+    steps: usize,
+    gamma_final: Number,
+    t_final: Number,
+    x_final: Number,
+    t_size: f64,
+    x_size: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -127,7 +142,9 @@ struct SlopeSummary {
 
 impl<'a> ConvergenceSummary<'a> {
     /// From the sweep and its slopes.
-    pub fn new(case: &'a Case, convergence: &Convergence, slopes: &[Slope]) -> Self {
+    pub fn new<S: Real>(case: &'a Case, convergence: &Convergence<S>, slopes: &[Slope]) -> Self {
+        let reference = &convergence.reference;
+        let number = |value: S| Number::new(value, convergence.digits);
         let of_slope = |slope: &Slope| SlopeSummary {
             sbp: slope.sbp.into(),
             quantity: slope.quantity.as_str(),
@@ -142,7 +159,16 @@ impl<'a> ConvergenceSummary<'a> {
             status: if convergence.interrupted { "interrupted" } else { "complete" },
             version: env!("CARGO_PKG_VERSION"),
             title: case.title.as_deref(),
-            reference: convergence.reference,
+            digits: convergence.digits,
+            reference: ReferenceSummary {
+                error_estimate: reference.error_estimate,
+                steps: reference.steps,
+                gamma_final: number(reference.gamma_final),
+                t_final: number(reference.t_final),
+                x_final: number(reference.x_final),
+                t_size: reference.t_size,
+                x_size: reference.x_size,
+            },
             grids: convergence.points.len(),
             grids_without_solution: convergence.points.iter().filter(|point| point.errors.is_none()).count(),
             slopes: slopes.iter().map(of_slope).collect(),

@@ -3,6 +3,7 @@
 mod chart;
 mod convergence;
 mod files;
+mod number;
 pub mod pictures;
 mod summary;
 mod tables;
@@ -10,5 +11,6 @@ mod tables;
 pub use chart::{Chart, Ink, Mark, Scale, Series};
 pub use convergence::{ConvergenceSummary, write_convergence, write_slopes};
 pub use files::OutputSet;
+pub use number::Number;
 pub use summary::{Outcome, Summary};
 pub use tables::{write_branches, write_combined, write_residuals, write_trajectory};

@@ -2,7 +2,8 @@
 
 use super::chart::{Chart, Ink, Mark, Scale, Series};
 use crate::diagnostics::Diagnostics;
-use crate::reference::{ReferenceTrajectory, TimeState};
+use crate::reference::{ReferencePoint, ReferenceTrajectory, TimeState};
+use crate::scalar::Real;
 use crate::solve::Solution;
 use crate::study::convergence::{Convergence, Quantity, Slope};
 
@@ -11,18 +12,18 @@ const CURVE_POINTS: usize = 400;
 
 /// A solved case in a picture, under a name for the legend.
 #[derive(Debug, Clone, Copy)]
-pub struct Run<'a> {
+pub struct Run<'a, S = f64> {
     /// Entry of the legend; may be empty if there is one run only.
     pub label: &'a str,
     /// The solution.
-    pub solution: &'a Solution,
+    pub solution: &'a Solution<S>,
     /// What was measured on it.
-    pub diagnostics: &'a Diagnostics,
+    pub diagnostics: &'a Diagnostics<S>,
 }
 
-impl Run<'_> {
-    fn against_gamma(&self, values: impl Iterator<Item = f64>) -> Vec<(f64, f64)> {
-        self.solution.gamma().zip(values).collect()
+impl<S: Real> Run<'_, S> {
+    fn against_gamma(&self, values: impl Iterator<Item = S>) -> Vec<(f64, f64)> {
+        self.solution.gamma().zip(values).map(|(gamma, value)| (gamma.to_f64(), value.to_f64())).collect()
     }
 
     fn named(&self, what: &str) -> String {
@@ -31,18 +32,14 @@ impl Run<'_> {
 }
 
 /// t(γ) and x(γ); of a doubled solution both branches.
-pub fn world_line(title: &str, solution: &Solution) -> Chart {
-    let gamma = || solution.gamma();
-    let shifted = |elapsed: &[f64]| elapsed.iter().map(|e| solution.t_i + e).collect::<Vec<_>>();
-    let curve = |label: &str, values: &[f64]| {
-        Series::new(label, Mark::LineAndPoints, gamma().zip(values.iter().copied()).collect())
-    };
+pub fn world_line<S: Real>(title: &str, solution: &Solution<S>) -> Chart {
+    let shifted = |elapsed: &[S]| elapsed.iter().map(|&e| solution.t_i + e).collect::<Vec<_>>();
+    let points = |values: &[S]| solution.gamma().zip(values).map(|(gamma, x)| (gamma.to_f64(), x.to_f64())).collect();
+    let curve = |label: &str, values: &[S]| Series::new(label, Mark::LineAndPoints, points(values));
     let series = match &solution.backward {
         None => vec![curve("t(γ)", &shifted(&solution.elapsed)), curve("x(γ)", &solution.x)],
         Some(backward) => {
-            let dots = |label: &str, values: &[f64]| {
-                Series::new(label, Mark::Points, gamma().zip(values.iter().copied()).collect())
-            };
+            let dots = |label: &str, values: &[S]| Series::new(label, Mark::Points, points(values));
             vec![
                 curve("t₁(γ)", &shifted(&solution.elapsed)),
                 curve("x₁(γ)", &solution.x),
@@ -55,7 +52,7 @@ pub fn world_line(title: &str, solution: &Solution) -> Chart {
 }
 
 /// dt/dγ on the nodes: the time mesh that emerges. The last node deviates.
-pub fn time_mesh(title: &str, runs: &[Run<'_>]) -> Chart {
+pub fn time_mesh<S: Real>(title: &str, runs: &[Run<'_, S>]) -> Chart {
     let series = runs.iter().map(|run| {
         let points = run.against_gamma(run.diagnostics.t_dot.iter().copied());
         Series::new(run.named("(Dt)(γ)"), Mark::LineAndPoints, points)
@@ -70,39 +67,40 @@ pub fn time_mesh(title: &str, runs: &[Run<'_>]) -> Chart {
 }
 
 /// x(t): the nodes, the reference geodesic and the motion with time as its parameter.
-pub fn trajectory(
+pub fn trajectory<S: Real>(
     title: &str,
-    runs: &[Run<'_>],
+    runs: &[Run<'_, S>],
     reference: Option<&ReferenceTrajectory>,
     time_parametrised: &[TimeState],
 ) -> Chart {
     let mut series = Vec::new();
-    if let Some((first, length)) = runs.first().map(|run| (run.solution, run.solution.gamma_f() - run.solution.gamma_i))
-    {
+    if let Some(first) = runs.first().map(|run| run.solution) {
+        let t_i = first.t_i.to_f64();
         if let Some(reference) = reference {
-            let at = |k: usize| reference.at(length * k as f64 / (CURVE_POINTS - 1) as f64);
-            let points = (0..CURVE_POINTS).map(at).map(|point| (first.t_i + point.elapsed, point.x)).collect();
+            let at = |k: usize| reference.at(first.length.to_f64() * k as f64 / (CURVE_POINTS - 1) as f64);
+            let place = |point: ReferencePoint| (t_i + point.elapsed, point.x);
+            let points = (0..CURVE_POINTS).map(at).map(place).collect();
             series.push(Series::new("geodesic (reference)", Mark::Line, points));
         }
-        let points = time_parametrised.iter().map(|state| (first.t_i + state.elapsed, state.x)).collect();
+        let points = time_parametrised.iter().map(|state| (t_i + state.elapsed, state.x)).collect();
         series.push(Series::new("x(t) with time as parameter", Mark::Dashed, points).with_ink(Ink::Neutral));
     }
     for run in runs {
-        let points = run.solution.t().zip(run.solution.x.iter().copied()).collect();
+        let points = run.solution.t().zip(&run.solution.x).map(|(t, x)| (t.to_f64(), x.to_f64())).collect();
         series.push(Series::new(run.named("nodes"), Mark::Points, points));
     }
     Chart { title: title.to_owned(), x_label: "t".to_owned(), y_label: "x".to_owned(), series, ..Chart::default() }
 }
 
 /// |ΔQₜ| on the nodes; for a single run also its last node with the multiplier correction (elsewhere the two agree).
-pub fn noether_charge(title: &str, runs: &[Run<'_>]) -> Chart {
+pub fn noether_charge<S: Real>(title: &str, runs: &[Run<'_, S>]) -> Chart {
     let mut series = Vec::new();
     for run in runs {
         let charges = &run.diagnostics.charges;
         let points = run.against_gamma(charges.delta_q_t.iter().map(|v| v.abs()));
         series.push(Series::new(run.named("|ΔQₜ|"), Mark::Points, points));
         if let ([_], Some(corrected)) = (runs, charges.delta_q_t_corrected.last()) {
-            let last = vec![(run.solution.gamma_f(), corrected.abs())];
+            let last = vec![(run.solution.gamma_f().to_f64(), corrected.to_f64().abs())];
             series.push(Series::new("last node, with + λ₇/H_N", Mark::Points, last));
         }
     }
@@ -110,7 +108,7 @@ pub fn noether_charge(title: &str, runs: &[Run<'_>]) -> Chart {
 }
 
 /// |ΔGᵗ| and |ΔGˣ| on the nodes.
-pub fn geodesic_residuals(title: &str, runs: &[Run<'_>]) -> Chart {
+pub fn geodesic_residuals<S: Real>(title: &str, runs: &[Run<'_, S>]) -> Chart {
     let mut series = Vec::new();
     for run in runs {
         let residuals = &run.diagnostics.residuals;
@@ -134,7 +132,7 @@ fn residual_chart(title: &str, y_label: &str, series: Vec<Series>) -> Chart {
 }
 
 /// Errors against Δγ with their fits, and dotted lines of each operator's order.
-pub fn errors(title: &str, convergence: &Convergence, slopes: &[Slope], quantities: &[Quantity]) -> Chart {
+pub fn errors<S>(title: &str, convergence: &Convergence<S>, slopes: &[Slope], quantities: &[Quantity]) -> Chart {
     let mut series = Vec::new();
     let mut guides: Vec<(i32, (f64, f64), f64)> = Vec::new();
     for slope in slopes.iter().filter(|slope| quantities.contains(&slope.quantity)) {

@@ -2,9 +2,11 @@
 
 use serde::Serialize;
 
+use super::number::Number;
 use crate::action::MULTIPLIERS;
 use crate::case::{Case, Form, System};
 use crate::diagnostics::Diagnostics;
+use crate::scalar::Real;
 use crate::solve::{IterationRecord, NoSolution, Solution, Status};
 
 /// The whole summary; keys that do not apply are absent.
@@ -60,48 +62,48 @@ pub enum Outcome {
 #[derive(Debug, Clone, Serialize)]
 pub struct Solved {
     /// Largest entry of ∇E_IVP.
-    pub gradient_norm: f64,
+    pub gradient_norm: Number,
     /// λ1 … λ8.
-    pub multipliers: [f64; MULTIPLIERS],
+    pub multipliers: [Number; MULTIPLIERS],
     /// γ of the last node.
-    pub gamma_final: f64,
+    pub gamma_final: Number,
     /// t of the last node.
-    pub t_final: f64,
+    pub t_final: Number,
     /// x of the last node.
-    pub x_final: f64,
+    pub x_final: Number,
     /// w*_N, the value of dx/dγ to continue with.
-    pub x_dot_final: f64,
+    pub x_dot_final: Number,
     /// Q_t of the continuum.
-    pub q_t: f64,
+    pub q_t: Number,
     /// K of the continuum.
-    pub k: f64,
+    pub k: Number,
     /// max |ΔQ_t| over all nodes but the last.
-    pub max_abs_delta_q_t_interior: f64,
+    pub max_abs_delta_q_t_interior: Number,
     /// ΔQ_t at the last node.
-    pub delta_q_t_last: f64,
+    pub delta_q_t_last: Number,
     /// max |ΔQ_t| with the multiplier correction, over all nodes.
-    pub max_abs_delta_q_t_corrected: f64,
+    pub max_abs_delta_q_t_corrected: Number,
     /// max |ΔG| over the nodes whose row of D does not reach the last node.
-    pub max_abs_delta_g_interior: f64,
+    pub max_abs_delta_g_interior: Number,
     /// max |ΔK| over all nodes but the last.
-    pub max_abs_delta_k: f64,
+    pub max_abs_delta_k: Number,
     /// |ΔK| of the values handed on at the end.
-    pub max_abs_delta_k_ends: f64,
+    pub max_abs_delta_k_ends: Number,
     /// Amplitude of the even–odd oscillation of x; null with fewer than six nodes.
-    pub sawtooth: Option<f64>,
+    pub sawtooth: Option<Number>,
     /// H_BVP.
-    pub h_bvp: f64,
+    pub h_bvp: Number,
     /// Q_t (t_N − t_i).
-    pub h_bvp_bound: f64,
+    pub h_bvp_bound: Number,
     /// Largest distance of the two branches (doubled system).
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub branch_distance: Option<f64>,
+    pub branch_distance: Option<Number>,
     /// max |ΔQ_x| (free particle).
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub max_abs_delta_q_x: Option<f64>,
+    pub max_abs_delta_q_x: Option<Number>,
     /// max |ΔQ_η| (free particle).
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub max_abs_delta_q_eta: Option<f64>,
+    pub max_abs_delta_q_eta: Option<Number>,
     /// Seconds spent in measuring the solution.
     pub diagnostics_seconds: f64,
     /// Seconds spent in formatting and writing the CSV files.
@@ -127,7 +129,11 @@ pub struct Failed {
 
 impl Summary {
     /// The summary of `case` with how it ended.
-    pub fn new(case: &Case, result: Result<(&Solution, &Diagnostics), &NoSolution>, solve_seconds: f64) -> Self {
+    pub fn new<S: Real>(
+        case: &Case,
+        result: Result<(&Solution<S>, &Diagnostics<S>), &NoSolution>,
+        solve_seconds: f64,
+    ) -> Self {
         let measured = result.as_ref().map_or(Vec::new(), |(solution, diagnostics)| diagnostics.warnings(solution));
         let (status, initial_guess, history, outcome) = match result {
             Ok((solution, diagnostics)) => (
@@ -174,29 +180,30 @@ pub(super) fn json(summary: &impl Serialize) -> String {
 }
 
 impl Solved {
-    fn new(solution: &Solution, diagnostics: &Diagnostics) -> Self {
+    fn new<S: Real>(solution: &Solution<S>, diagnostics: &Diagnostics<S>) -> Self {
         let invariants = solution.invariants();
+        let number = |value: S| Number::new(value, solution.digits);
         Self {
-            gradient_norm: solution.gradient_norm,
-            multipliers: solution.multipliers,
-            gamma_final: solution.gamma_f(),
-            t_final: solution.end.t,
-            x_final: solution.end.x,
-            x_dot_final: solution.end.x_dot,
-            q_t: invariants.q_t,
-            k: invariants.k,
-            max_abs_delta_q_t_interior: diagnostics.max_abs_delta_q_t_interior(),
-            delta_q_t_last: diagnostics.delta_q_t_last(),
-            max_abs_delta_q_t_corrected: diagnostics.max_abs_delta_q_t_corrected(),
-            max_abs_delta_g_interior: diagnostics.max_abs_delta_g_interior(),
-            max_abs_delta_k: diagnostics.max_abs_delta_k(),
-            max_abs_delta_k_ends: diagnostics.charges.delta_k_end.abs(),
-            sawtooth: diagnostics.sawtooth,
-            h_bvp: diagnostics.bound.h_bvp,
-            h_bvp_bound: diagnostics.bound.h_bvp_bound,
-            branch_distance: solution.backward.as_ref().map(|_| solution.branch_distance()),
-            max_abs_delta_q_x: diagnostics.free_particle.map(|f| f.max_abs_delta_q_x),
-            max_abs_delta_q_eta: diagnostics.free_particle.map(|f| f.max_abs_delta_q_eta),
+            gradient_norm: number(solution.gradient_norm),
+            multipliers: solution.multipliers.map(number),
+            gamma_final: number(solution.gamma_f()),
+            t_final: number(solution.end.t),
+            x_final: number(solution.end.x),
+            x_dot_final: number(solution.end.x_dot),
+            q_t: number(invariants.q_t),
+            k: number(invariants.k),
+            max_abs_delta_q_t_interior: number(diagnostics.max_abs_delta_q_t_interior()),
+            delta_q_t_last: number(diagnostics.delta_q_t_last()),
+            max_abs_delta_q_t_corrected: number(diagnostics.max_abs_delta_q_t_corrected()),
+            max_abs_delta_g_interior: number(diagnostics.max_abs_delta_g_interior()),
+            max_abs_delta_k: number(diagnostics.max_abs_delta_k()),
+            max_abs_delta_k_ends: number(diagnostics.charges.delta_k_end.abs()),
+            sawtooth: diagnostics.sawtooth.map(number),
+            h_bvp: number(diagnostics.bound.h_bvp),
+            h_bvp_bound: number(diagnostics.bound.h_bvp_bound),
+            branch_distance: solution.backward.as_ref().map(|_| number(solution.branch_distance())),
+            max_abs_delta_q_x: diagnostics.free_particle.map(|f| number(f.max_abs_delta_q_x)),
+            max_abs_delta_q_eta: diagnostics.free_particle.map(|f| number(f.max_abs_delta_q_eta)),
             diagnostics_seconds: 0.0,
             write_seconds: 0.0,
         }

@@ -1,10 +1,12 @@
-//! The CSV tables of `run`. Numbers are the shortest decimals that read back to the same `f64`.
+//! The CSV tables of `run`. Numbers are the shortest decimals that read back to the same `f64`; extended ones have as many
+//! significant digits as are asked for.
 
 use std::io::Write;
 
 use csv::{ByteRecord, WriterBuilder};
 
 use crate::diagnostics::Diagnostics;
+use crate::scalar::Real;
 use crate::solve::{Backward, Solution};
 
 /// Bytes handed to the operating system at a time.
@@ -14,7 +16,11 @@ const BUFFER: usize = 1 << 18;
 ///
 /// # Errors
 /// Whatever `out` reports.
-pub fn write_trajectory(out: impl Write, solution: &Solution, diagnostics: &Diagnostics) -> csv::Result<()> {
+pub fn write_trajectory<S: Real>(
+    out: impl Write,
+    solution: &Solution<S>,
+    diagnostics: &Diagnostics<S>,
+) -> csv::Result<()> {
     write_table(out, solution, &["gamma", "t", "x", "t_dot", "x_dot"], |k, push| {
         trajectory_row(solution, diagnostics, k, push);
     })
@@ -24,7 +30,11 @@ pub fn write_trajectory(out: impl Write, solution: &Solution, diagnostics: &Diag
 ///
 /// # Errors
 /// Whatever `out` reports.
-pub fn write_residuals(out: impl Write, solution: &Solution, diagnostics: &Diagnostics) -> csv::Result<()> {
+pub fn write_residuals<S: Real>(
+    out: impl Write,
+    solution: &Solution<S>,
+    diagnostics: &Diagnostics<S>,
+) -> csv::Result<()> {
     let header = ["gamma", "delta_q_t", "delta_q_t_corrected", "delta_g_t", "delta_g_x", "delta_k"];
     write_table(out, solution, &header, |k, push| residual_row(diagnostics, k, push))
 }
@@ -33,7 +43,11 @@ pub fn write_residuals(out: impl Write, solution: &Solution, diagnostics: &Diagn
 ///
 /// # Errors
 /// Whatever `out` reports.
-pub fn write_combined(out: impl Write, solution: &Solution, diagnostics: &Diagnostics) -> csv::Result<()> {
+pub fn write_combined<S: Real>(
+    out: impl Write,
+    solution: &Solution<S>,
+    diagnostics: &Diagnostics<S>,
+) -> csv::Result<()> {
     let header =
         ["gamma", "t", "x", "t_dot", "x_dot", "delta_q_t", "delta_q_t_corrected", "delta_g_t", "delta_g_x", "delta_k"];
     write_table(out, solution, &header, |k, push| {
@@ -46,7 +60,7 @@ pub fn write_combined(out: impl Write, solution: &Solution, diagnostics: &Diagno
 ///
 /// # Errors
 /// Whatever `out` reports.
-pub fn write_branches(out: impl Write, solution: &Solution, backward: &Backward) -> csv::Result<()> {
+pub fn write_branches<S: Real>(out: impl Write, solution: &Solution<S>, backward: &Backward<S>) -> csv::Result<()> {
     write_table(out, solution, &["gamma", "t_1", "x_1", "t_2", "x_2"], |k, push| {
         push(solution.t_i + solution.elapsed[k]);
         push(solution.x[k]);
@@ -55,14 +69,14 @@ pub fn write_branches(out: impl Write, solution: &Solution, backward: &Backward)
     })
 }
 
-fn trajectory_row(solution: &Solution, diagnostics: &Diagnostics, k: usize, push: &mut dyn FnMut(f64)) {
+fn trajectory_row<S: Real>(solution: &Solution<S>, diagnostics: &Diagnostics<S>, k: usize, push: &mut dyn FnMut(S)) {
     push(solution.t_i + solution.elapsed[k]);
     push(solution.x[k]);
     push(diagnostics.t_dot[k]);
     push(diagnostics.x_dot[k]);
 }
 
-fn residual_row(diagnostics: &Diagnostics, k: usize, push: &mut dyn FnMut(f64)) {
+fn residual_row<S: Real>(diagnostics: &Diagnostics<S>, k: usize, push: &mut dyn FnMut(S)) {
     push(diagnostics.charges.delta_q_t[k]);
     push(diagnostics.charges.delta_q_t_corrected[k]);
     push(diagnostics.residuals.delta_g_t[k]);
@@ -71,19 +85,23 @@ fn residual_row(diagnostics: &Diagnostics, k: usize, push: &mut dyn FnMut(f64)) 
 }
 
 /// A header, then a row a node: γ and whatever `row` pushes for the node.
-fn write_table(
+fn write_table<S: Real>(
     out: impl Write,
-    solution: &Solution,
+    solution: &Solution<S>,
     header: &[&str],
-    row: impl Fn(usize, &mut dyn FnMut(f64)),
+    row: impl Fn(usize, &mut dyn FnMut(S)),
 ) -> csv::Result<()> {
     let mut writer = WriterBuilder::new().buffer_capacity(BUFFER).from_writer(out);
     writer.write_record(header)?;
     let mut record = ByteRecord::new();
-    let mut digits = zmij::Buffer::new();
+    let mut text = String::new();
     for (k, gamma) in solution.gamma().enumerate() {
         record.clear();
-        let mut push = |value: f64| record.push_field(digits.format(value).as_bytes());
+        let mut push = |value: S| {
+            text.clear();
+            value.push_decimal(solution.digits, &mut text);
+            record.push_field(text.as_bytes());
+        };
         push(gamma);
         row(k, &mut push);
         writer.write_byte_record(&record)?;

@@ -10,49 +10,51 @@ pub use formula::{Formula, FormulaError};
 pub(crate) use formula::{Function, Instruction, Program};
 pub use polynomial::Polynomial;
 
+use crate::scalar::Real;
+
 /// V, V′ and V″ at one point.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PotentialJet {
+pub struct PotentialJet<S = f64> {
     /// V(x).
-    pub value: f64,
+    pub value: S,
     /// V′(x).
-    pub first: f64,
+    pub first: S,
     /// V″(x).
-    pub second: f64,
+    pub second: S,
 }
 
 /// A potential V(x).
 #[derive(Debug, Clone)]
-pub enum Potential {
+pub enum Potential<S = f64> {
     /// V = Σ_k c_k x^k.
-    Polynomial(Polynomial),
+    Polynomial(Polynomial<S>),
     /// V from an expression in x.
-    Formula(Formula),
+    Formula(Formula<S>),
 }
 
-impl Potential {
+impl<S: Real> Potential<S> {
     /// V = 0.
     pub fn free() -> Self {
         Self::polynomial(vec![])
     }
 
     /// V = α x.
-    pub fn linear(alpha: f64) -> Self {
-        Self::polynomial(vec![0.0, alpha])
+    pub fn linear(alpha: S) -> Self {
+        Self::polynomial(vec![S::ZERO, alpha])
     }
 
     /// V = κ x⁴.
-    pub fn quartic(kappa: f64) -> Self {
-        Self::polynomial(vec![0.0, 0.0, 0.0, 0.0, kappa])
+    pub fn quartic(kappa: S) -> Self {
+        Self::polynomial(vec![S::ZERO, S::ZERO, S::ZERO, S::ZERO, kappa])
     }
 
     /// V = Σ_k c_k x^k, lowest power first.
-    pub fn polynomial(coefficients: Vec<f64>) -> Self {
+    pub fn polynomial(coefficients: Vec<S>) -> Self {
         Self::Polynomial(Polynomial::new(coefficients))
     }
 
     /// V, V′, V″ as a straight-line program, for arithmetic other than on numbers.
-    pub(crate) fn program(&self) -> Program {
+    pub(crate) fn program(&self) -> Program<S> {
         match self {
             Self::Polynomial(p) => Program::polynomial(p.coefficients()),
             Self::Formula(f) => f.program().clone(),
@@ -60,7 +62,7 @@ impl Potential {
     }
 
     /// V, V′, V″ at `x`. Not finite where the formula is not defined.
-    pub fn at(&self, x: f64) -> PotentialJet {
+    pub fn at(&self, x: S) -> PotentialJet<S> {
         match self {
             Self::Polynomial(p) => p.at(x),
             Self::Formula(f) => f.at(x),
@@ -68,7 +70,7 @@ impl Potential {
     }
 
     /// `out` = (V, V′, V″) at every entry of `x`, one contiguous array each, all of the length of `x`.
-    pub fn sample(&self, x: &[f64], out: [&mut [f64]; 3]) {
+    pub fn sample(&self, x: &[S], out: [&mut [S]; 3]) {
         match self {
             Self::Polynomial(p) => {
                 let [value, first, second] = out;

@@ -1,34 +1,35 @@
 //! Polynomial potentials.
 
 use super::PotentialJet;
+use crate::scalar::Real;
 
 /// V(x) = Σ_k c_k x^k.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Polynomial {
+pub struct Polynomial<S = f64> {
     /// c_0, c_1, …; empty for V = 0.
-    coefficients: Vec<f64>,
+    coefficients: Vec<S>,
 }
 
-impl Polynomial {
+impl<S: Real> Polynomial<S> {
     /// From the coefficients, lowest power first.
-    pub fn new(coefficients: Vec<f64>) -> Self {
+    pub fn new(coefficients: Vec<S>) -> Self {
         Self { coefficients }
     }
 
     /// c_0, c_1, …
-    pub fn coefficients(&self) -> &[f64] {
+    pub fn coefficients(&self) -> &[S] {
         &self.coefficients
     }
 
     /// V, V′, V″ by Horner's rule on the three at once.
     #[inline]
-    pub fn at(&self, x: f64) -> PotentialJet {
-        let (mut value, mut first, mut half_second) = (0.0, 0.0, 0.0);
+    pub fn at(&self, x: S) -> PotentialJet<S> {
+        let (mut value, mut first, mut half_second) = (S::ZERO, S::ZERO, S::ZERO);
         for &c in self.coefficients.iter().rev() {
             half_second = half_second * x + first;
             first = first * x + value;
             value = value * x + c;
         }
-        PotentialJet { value, first, second: 2.0 * half_second }
+        PotentialJet { value, first, second: half_second + half_second }
     }
 }

@@ -4,7 +4,7 @@
 //! dx/dγ = w,    dw/dγ = −½ g00′(x) (Q_t/g00(x))²,    dt/dγ = Q_t/g00(x)
 //! ```
 //!
-//! Each step expands t and x in γ to order 24 from the potential's own program, so every potential of a case has a
+//! Each step expands t and x in γ, to order 24 for the 16 digits of `f64` and to higher ones for more, from the potential's own program, so every potential of a case has a
 //! reference, formulas included. The step is chosen so that the last terms are below the rounding of the first; the
 //! state is summed with compensation. A step stops where an argument of `abs` changes its sign. The polynomials of the
 //! steps are the dense output. The whole integration is done twice, with different order and steps, and the difference
@@ -20,26 +20,32 @@ use std::fmt;
 
 use crate::geodesic::InitialData;
 use crate::metric::Metric;
+use crate::scalar::Real;
 
-use self::steps::{Goal, Steps};
+use self::steps::{Accuracy, Goal, Steps};
 
-/// Order of the trajectory that is used.
-const ORDER: usize = 24;
-/// Order and share of the step of the one that checks it.
-const CHECK_ORDER: usize = 20;
-const CHECK_STEP: f64 = 0.7;
+/// The trajectory that is used. The cheapest order for a truncation of 10^−d is about 1.15 d; a little more makes longer
+/// steps and adds less rounding.
+fn accuracy(digits: u32) -> Accuracy {
+    Accuracy { order: digits as usize * 3 / 2, share: 1.0, digits: digits + 1 }
+}
+
+/// The one that checks it.
+fn check_accuracy(digits: u32) -> Accuracy {
+    Accuracy { order: digits as usize * 5 / 4, share: 0.7, digits: digits + 1 }
+}
 
 /// A point of the reference trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ReferencePoint {
+pub struct ReferencePoint<S = f64> {
     /// t − t_i.
-    pub elapsed: f64,
+    pub elapsed: S,
     /// x.
-    pub x: f64,
+    pub x: S,
     /// dt/dγ.
-    pub t_dot: f64,
+    pub t_dot: S,
     /// dx/dγ.
-    pub x_dot: f64,
+    pub x_dot: S,
 }
 
 /// Why a reference trajectory ends early.
@@ -82,19 +88,20 @@ impl std::error::Error for ReferenceEnds {}
 
 /// A trajectory of the geodesic equations with its own error estimate.
 #[derive(Debug, Clone)]
-pub struct ReferenceTrajectory {
-    steps: Steps,
+pub struct ReferenceTrajectory<S = f64> {
+    steps: Steps<S>,
     error_estimate: f64,
 }
 
-impl ReferenceTrajectory {
-    /// The geodesic of `metric` from `initial` over γ − γ_i ∈ [0, `length`]. Time counts from the start.
+impl<S: Real> ReferenceTrajectory<S> {
+    /// The geodesic of `metric` from `initial` over γ − γ_i ∈ [0, `length`] to that many `digits` (16 to 70; no more
+    /// than 16 for `f64`). Time counts from the start.
     ///
     /// # Errors
     /// [`ReferenceEnds`] if it meets g00 ≤ 0 or a singularity of V.
-    pub fn new(metric: &Metric, initial: InitialData, length: f64) -> Result<Self, ReferenceEnds> {
-        let steps = Steps::integrate(metric, initial, Goal::Gamma(length), ORDER, 1.0)?;
-        let check = Steps::integrate(metric, initial, Goal::Gamma(length), CHECK_ORDER, CHECK_STEP)?;
+    pub fn new(metric: &Metric<S>, initial: InitialData<S>, length: S, digits: u32) -> Result<Self, ReferenceEnds> {
+        let steps = Steps::integrate(metric, initial, Goal::Gamma(length), accuracy(digits))?;
+        let check = Steps::integrate(metric, initial, Goal::Gamma(length), check_accuracy(digits))?;
         let error_estimate = steps.distance(&check);
         Ok(Self { steps, error_estimate })
     }
@@ -103,8 +110,13 @@ impl ReferenceTrajectory {
     ///
     /// # Errors
     /// [`ReferenceEnds`] if the geodesic leaves the domain before that time.
-    pub fn length_of(metric: &Metric, initial: InitialData, duration: f64) -> Result<f64, ReferenceEnds> {
-        Steps::integrate(metric, initial, Goal::Time(duration), ORDER, 1.0).map(|steps| steps.end())
+    pub fn length_of(
+        metric: &Metric<S>,
+        initial: InitialData<S>,
+        duration: S,
+        digits: u32,
+    ) -> Result<S, ReferenceEnds> {
+        Steps::integrate(metric, initial, Goal::Time(duration), accuracy(digits)).map(|steps| steps.end())
     }
 
     /// The largest difference in t or x, relative to the largest |t − t_i| or |x|, between this trajectory and one of
@@ -119,7 +131,7 @@ impl ReferenceTrajectory {
     }
 
     /// The point at γ − γ_i = `gamma`, inside the range it was made for.
-    pub fn at(&self, gamma: f64) -> ReferencePoint {
+    pub fn at(&self, gamma: S) -> ReferencePoint<S> {
         self.steps.at(gamma)
     }
 }

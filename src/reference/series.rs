@@ -6,19 +6,20 @@
 //! as f = exp u gives f′ = f u′ and hence k f_k = Σ_j j u_j f_{k−j}.
 
 use crate::potential::{Function, Instruction, Program};
+use crate::scalar::{Real, sum};
 
 /// Series of every value of a program, extended coefficient by coefficient.
 #[derive(Debug)]
-pub(super) struct SeriesMachine<'p> {
-    program: &'p Program,
+pub(super) struct SeriesMachine<'p, S> {
+    program: &'p Program<S>,
     /// Coefficients of each value.
-    values: Vec<Vec<f64>>,
+    values: Vec<Vec<S>>,
     /// A second series that some functions carry along: the cosine of a sine, 1 + u² of an arc tangent, …
-    partners: Vec<Vec<f64>>,
+    partners: Vec<Vec<S>>,
 }
 
-impl<'p> SeriesMachine<'p> {
-    pub(super) fn new(program: &'p Program, order: usize) -> Self {
+impl<'p, S: Real> SeriesMachine<'p, S> {
+    pub(super) fn new(program: &'p Program<S>, order: usize) -> Self {
         let series = || vec![Vec::with_capacity(order + 1); program.instructions().len()];
         Self { program, values: series(), partners: series() }
     }
@@ -29,7 +30,7 @@ impl<'p> SeriesMachine<'p> {
     }
 
     /// Appends the next coefficient, number k = `x.len() − 1`, of every value, and returns those of V and V′.
-    pub(super) fn extend(&mut self, x: &[f64]) -> [f64; 2] {
+    pub(super) fn extend(&mut self, x: &[S]) -> [S; 2] {
         let k = x.len() - 1;
         for (to, &instruction) in self.program.instructions().iter().enumerate() {
             let (before, rest) = self.values.split_at_mut(to);
@@ -37,7 +38,7 @@ impl<'p> SeriesMachine<'p> {
             let coefficient = match instruction {
                 Instruction::X => x[k],
                 Instruction::Constant(c) if k == 0 => c,
-                Instruction::Constant(_) => 0.0,
+                Instruction::Constant(_) => S::ZERO,
                 Instruction::Add(a, b) => before[a][k] + before[b][k],
                 Instruction::Subtract(a, b) => before[a][k] - before[b][k],
                 Instruction::Negate(a) => -before[a][k],
@@ -53,7 +54,7 @@ impl<'p> SeriesMachine<'p> {
     }
 
     /// The series of every argument of `abs`: where one changes its sign, the series of this point end.
-    pub(super) fn kink_arguments(&self) -> impl Iterator<Item = &[f64]> {
+    pub(super) fn kink_arguments(&self) -> impl Iterator<Item = &[S]> {
         self.program.instructions().iter().filter_map(|&instruction| match instruction {
             Instruction::Call(Function::Abs, a) => Some(self.values[a].as_slice()),
             _ => None,
@@ -62,62 +63,66 @@ impl<'p> SeriesMachine<'p> {
 }
 
 /// (u v)_k.
-fn product(u: &[f64], v: &[f64], k: usize) -> f64 {
-    (0..=k).map(|j| u[j] * v[k - j]).sum()
+fn product<S: Real>(u: &[S], v: &[S], k: usize) -> S {
+    sum((0..=k).map(|j| u[j] * v[k - j]))
 }
 
 /// Σ_{j=1}^{k−1} j u_j v_{k−j}: what most rules are made of.
-fn weighted(u: &[f64], v: &[f64], k: usize) -> f64 {
-    (1..k).map(|j| j as f64 * u[j] * v[k - j]).sum()
+fn weighted<S: Real>(u: &[S], v: &[S], k: usize) -> S {
+    sum((1..k).map(|j| number::<S>(j) * u[j] * v[k - j]))
+}
+
+fn number<S: Real>(k: usize) -> S {
+    S::from(k as f64)
 }
 
 /// (u/v)_k from the earlier coefficients of the quotient.
-fn quotient(u: &[f64], v: &[f64], earlier: &[f64], k: usize) -> f64 {
-    let known: f64 = (1..=k).map(|j| v[j] * earlier[k - j]).sum();
+fn quotient<S: Real>(u: &[S], v: &[S], earlier: &[S], k: usize) -> S {
+    let known = sum((1..=k).map(|j| v[j] * earlier[k - j]));
     (u[k] - known) / v[0]
 }
 
 /// (√u)_k.
-fn square_root(u_k: f64, earlier: &[f64], k: usize) -> f64 {
+fn square_root<S: Real>(u_k: S, earlier: &[S], k: usize) -> S {
     if k == 0 {
         return u_k.sqrt();
     }
-    let known: f64 = (1..k).map(|j| earlier[j] * earlier[k - j]).sum();
-    (u_k - known) / (2.0 * earlier[0])
+    let known = sum((1..k).map(|j| earlier[j] * earlier[k - j]));
+    (u_k - known) / (earlier[0] + earlier[0])
 }
 
 /// y with y′ = u′/q: k q_0 y_k = k u_k − Σ j y_j q_{k−j}.
-fn from_derivative(u: &[f64], q: &[f64], y: &[f64], k: usize) -> f64 {
-    (u[k] - weighted(y, q, k) / k as f64) / q[0]
+fn from_derivative<S: Real>(u: &[S], q: &[S], y: &[S], k: usize) -> S {
+    (u[k] - weighted(y, q, k) / number(k)) / q[0]
 }
 
 /// f with f′ = g u′: k f_k = Σ_{j=1}^{k} j u_j g_{k−j}.
-fn chain(u: &[f64], g: &[f64], k: usize) -> f64 {
-    (weighted(u, g, k) + k as f64 * u[k] * g[0]) / k as f64
+fn chain<S: Real>(u: &[S], g: &[S], k: usize) -> S {
+    (weighted(u, g, k) + number::<S>(k) * u[k] * g[0]) / number(k)
 }
 
 /// (u^v)_k. A constant exponent has the rule k u_0 p_k = Σ ((α+1) j − k) u_j p_{k−j}; any other goes through exp(v ln
 /// u).
-fn power(u: &[f64], v: &[f64], earlier: &[f64], logarithm: &mut Vec<f64>, k: usize) -> f64 {
+fn power<S: Real>(u: &[S], v: &[S], earlier: &[S], logarithm: &mut Vec<S>, k: usize) -> S {
     if k == 0 {
         logarithm.push(u[0].ln());
         return u[0].powf(v[0]);
     }
     let next = from_derivative(u, u, logarithm, k);
     logarithm.push(next);
-    if v[1..=k].iter().all(|&c| c == 0.0) {
-        let alpha = v[0];
-        let sum: f64 = (1..=k).map(|j| ((alpha + 1.0) * j as f64 - k as f64) * u[j] * earlier[k - j]).sum();
-        return sum / (k as f64 * u[0]);
+    if v[1..=k].iter().all(|&c| c == S::ZERO) {
+        let next = v[0] + S::ONE;
+        let terms = (1..=k).map(|j| (next * number(j) - number(k)) * u[j] * earlier[k - j]);
+        return sum(terms) / (number::<S>(k) * u[0]);
     }
     // exp of e = v ln u, whose coefficients are formed as needed.
     let exponent = |j: usize| product(v, logarithm, j);
-    (1..=k).map(|j| j as f64 * exponent(j) * earlier[k - j]).sum::<f64>() / k as f64
+    sum((1..=k).map(|j| number::<S>(j) * exponent(j) * earlier[k - j])) / number(k)
 }
 
 /// f(u)_k, appending to the function's partner series.
-fn call(function: Function, u: &[f64], y: &[f64], partner: &mut Vec<f64>, k: usize) -> f64 {
-    let unit = f64::from(u8::from(k == 0));
+fn call<S: Real>(function: Function, u: &[S], y: &[S], partner: &mut Vec<S>, k: usize) -> S {
+    let unit = if k == 0 { S::ONE } else { S::ZERO };
     match function {
         Function::Sin | Function::Cos | Function::Sinh | Function::Cosh => {
             if k == 0 {
@@ -137,11 +142,10 @@ fn call(function: Function, u: &[f64], y: &[f64], partner: &mut Vec<f64>, k: usi
         }
         Function::Tan | Function::Tanh => {
             // y′ = (1 ± y²) u′ with the partner 1 ± y².
-            let sign = if function == Function::Tan { 1.0 } else { -1.0 };
             let value = if k == 0 { function.apply(u[0]) } else { chain(u, partner, k) };
-            let known: f64 = (1..k).map(|j| y[j] * y[k - j]).sum();
-            let square = if k == 0 { value * value } else { known + 2.0 * y[0] * value };
-            partner.push(unit + sign * square);
+            let known = sum((1..k).map(|j| y[j] * y[k - j]));
+            let square = if k == 0 { value * value } else { known + (y[0] + y[0]) * value };
+            partner.push(if function == Function::Tan { unit + square } else { unit - square });
             value
         }
         Function::Asin | Function::Acos => {
@@ -151,8 +155,8 @@ fn call(function: Function, u: &[f64], y: &[f64], partner: &mut Vec<f64>, k: usi
             if k == 0 {
                 return function.apply(u[0]);
             }
-            let sign = if function == Function::Asin { 1.0 } else { -1.0 };
-            (sign * u[k] - weighted(y, partner, k) / k as f64) / partner[0]
+            let slope = if function == Function::Asin { u[k] } else { -u[k] };
+            (slope - weighted(y, partner, k) / number(k)) / partner[0]
         }
         Function::Atan => {
             partner.push(unit + product(u, u, k));
@@ -168,7 +172,7 @@ fn call(function: Function, u: &[f64], y: &[f64], partner: &mut Vec<f64>, k: usi
         },
         Function::Log10 => match k {
             0 => u[0].log10(),
-            _ => (u[k] / std::f64::consts::LN_10 - weighted(y, u, k) / k as f64) / u[0],
+            _ => (u[k] / S::LN_10 - weighted(y, u, k) / number(k)) / u[0],
         },
         Function::Sqrt => square_root(u[k], y, k),
         Function::Abs | Function::Sign => {
@@ -176,7 +180,7 @@ fn call(function: Function, u: &[f64], y: &[f64], partner: &mut Vec<f64>, k: usi
                 partner.push(u[0].signum());
                 return function.apply(u[0]);
             }
-            if function == Function::Abs { partner[0] * u[k] } else { 0.0 }
+            if function == Function::Abs { partner[0] * u[k] } else { S::ZERO }
         }
     }
 }

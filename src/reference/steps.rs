@@ -4,9 +4,8 @@ use super::series::SeriesMachine;
 use super::{EndReason, ReferenceEnds, ReferencePoint};
 use crate::geodesic::InitialData;
 use crate::metric::Metric;
+use crate::scalar::{Real, sum};
 
-/// The last terms of a step's series, relative to the first.
-const TRUNCATION: f64 = 1e-17;
 /// A step below this share of the whole range means a singularity.
 const LEAST_STEP: f64 = 1e-13;
 const MOST_STEPS: usize = 2_000_000;
@@ -17,18 +16,18 @@ const FAR_TOO_LONG: f64 = 1e6;
 
 /// A sum of two numbers that carries its rounding error.
 #[derive(Debug, Clone, Copy, Default)]
-struct Compensated {
-    high: f64,
-    low: f64,
+struct Compensated<S> {
+    high: S,
+    low: S,
 }
 
-impl Compensated {
-    fn from(value: f64) -> Self {
-        Self { high: value, low: 0.0 }
+impl<S: Real> Compensated<S> {
+    fn from(value: S) -> Self {
+        Self { high: value, low: S::ZERO }
     }
 
     /// Knuth's two-sum.
-    fn plus(self, increment: f64) -> Self {
+    fn plus(self, increment: S) -> Self {
         let increment = increment + self.low;
         let high = self.high + increment;
         let back = high - self.high;
@@ -38,33 +37,33 @@ impl Compensated {
 
 /// One step: x and t − t_i as polynomials in γ minus its start.
 #[derive(Debug, Clone)]
-struct Step {
-    start: Compensated,
-    x: Vec<f64>,
-    x_low: f64,
-    t: Vec<f64>,
-    t_low: f64,
+struct Step<S> {
+    start: Compensated<S>,
+    x: Vec<S>,
+    x_low: S,
+    t: Vec<S>,
+    t_low: S,
 }
 
 /// All steps from γ_i on.
 #[derive(Debug, Clone)]
-pub(super) struct Steps {
-    steps: Vec<Step>,
-    end: f64,
+pub(super) struct Steps<S> {
+    steps: Vec<Step<S>>,
+    end: S,
 }
 
 /// Σ_{j≥1} c_j s^j: the small part of the polynomial, to be added to c_0 last.
-fn increment(c: &[f64], s: f64) -> f64 {
-    c[1..].iter().rev().fold(0.0, |sum, c| (sum + c) * s)
+fn increment<S: Real>(c: &[S], s: S) -> S {
+    c[1..].iter().rev().fold(S::ZERO, |sum, &c| (sum + c) * s)
 }
 
 /// dc/ds.
-fn slope(c: &[f64], s: f64) -> f64 {
-    c.iter().enumerate().skip(1).rev().fold(0.0, |sum, (j, c)| sum * s + j as f64 * c)
+fn slope<S: Real>(c: &[S], s: S) -> S {
+    c.iter().enumerate().skip(1).rev().fold(S::ZERO, |sum, (j, &c)| sum * s + S::from(j as f64) * c)
 }
 
-impl Step {
-    fn at(&self, gamma: f64) -> ReferencePoint {
+impl<S: Real> Step<S> {
+    fn at(&self, gamma: S) -> ReferencePoint<S> {
         let s = (gamma - self.start.high) - self.start.low;
         ReferencePoint {
             elapsed: self.t[0] + (self.t_low + increment(&self.t, s)),
@@ -75,69 +74,87 @@ impl Step {
     }
 }
 
+/// The smaller one; the other one if one is NaN.
+fn smaller<S: Real>(a: S, b: S) -> S {
+    if b < a || a.is_nan() { b } else { a }
+}
+
+/// How exactly an integration is done.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Accuracy {
+    /// Order of the series.
+    pub(super) order: usize,
+    /// Share of the step that the truncation error allows.
+    pub(super) share: f64,
+    /// The last terms of a step's series are this many decimal digits below the first.
+    pub(super) digits: u32,
+}
+
 /// The moving end of the integration.
-struct Front<'m> {
-    metric: &'m Metric,
-    q_t: f64,
+struct Front<'m, S> {
+    metric: &'m Metric<S>,
+    q_t: S,
     order: usize,
-    gamma: Compensated,
-    x: Compensated,
-    w: Compensated,
-    t: Compensated,
+    gamma: Compensated<S>,
+    x: Compensated<S>,
+    w: Compensated<S>,
+    t: Compensated<S>,
     /// g00 at the start.
-    g00_start: f64,
+    g00_start: S,
     /// Length of the last step: the scale on which the state changes.
-    last_step: f64,
+    last_step: S,
 }
 
 /// The series at one point.
-struct Expansion {
-    x: Vec<f64>,
-    w: Vec<f64>,
-    t: Vec<f64>,
+struct Expansion<S> {
+    x: Vec<S>,
+    w: Vec<S>,
+    t: Vec<S>,
     /// Estimated radius of convergence.
-    radius: f64,
+    radius: S,
 }
 
-impl Front<'_> {
-    fn expand(&self, machine: &mut SeriesMachine<'_>) -> Expansion {
+impl<S: Real> Front<'_, S> {
+    fn expand(&self, machine: &mut SeriesMachine<'_, S>) -> Expansion<S> {
         let order = self.order;
         let (mut x, mut w, mut t) = (vec![self.x.high], vec![self.w.high], vec![self.t.high]);
         let (mut g00, mut t_dot, mut t_dot_squared, mut slope) = (vec![], vec![], vec![], vec![]);
-        let convolve = |a: &[f64], b: &[f64], k: usize| -> f64 { (0..=k).map(|j| a[j] * b[k - j]).sum() };
+        let convolve = |a: &[S], b: &[S], k: usize| sum((0..=k).map(|j| a[j] * b[k - j]));
         machine.restart();
         for k in 0..order {
             let [v, first] = machine.extend(&x);
-            g00.push(self.metric.two_over_mass() * v + if k == 0 { self.metric.c_squared() } else { 0.0 });
+            g00.push(self.metric.two_over_mass() * v + if k == 0 { self.metric.c_squared() } else { S::ZERO });
             slope.push(self.metric.two_over_mass() * first);
             // g00 · ṫ = Q_t, coefficient by coefficient.
-            let known: f64 = (1..=k).map(|j| g00[j] * t_dot[k - j]).sum();
-            t_dot.push((if k == 0 { self.q_t } else { 0.0 } - known) / g00[0]);
+            let known = sum((1..=k).map(|j| g00[j] * t_dot[k - j]));
+            t_dot.push((if k == 0 { self.q_t } else { S::ZERO } - known) / g00[0]);
             t_dot_squared.push(convolve(&t_dot, &t_dot, k));
-            let next = (k + 1) as f64;
+            let next = S::from((k + 1) as f64);
             x.push(w[k] / next);
-            w.push(-0.5 * convolve(&slope, &t_dot_squared, k) / next);
+            w.push(-convolve(&slope, &t_dot_squared, k).half() / next);
             t.push(t_dot[k] / next);
         }
         // At a singularity of V some coefficient is not finite, and there is no step to take.
         let regular = [&x, &w, &t].into_iter().flatten().all(|c| c.is_finite());
-        let radius = if regular { self.radius(&x, &w, &t) } else { 0.0 };
+        let radius = if regular { self.radius(&x, &w, &t) } else { S::ZERO };
         Expansion { x, w, t, radius }
     }
 
     /// The root test on the last two coefficients of each series, relative to the size of its first ones.
-    fn radius(&self, x: &[f64], w: &[f64], t: &[f64]) -> f64 {
+    fn radius(&self, x: &[S], w: &[S], t: &[S]) -> S {
+        let (h, tiny) = (self.last_step, S::MIN_POSITIVE);
         let scale =
-            |c: &[f64]| (0..3).map(|j| c[j].abs() * self.last_step.powi(j as i32)).fold(f64::MIN_POSITIVE, f64::max);
-        [x, w, &t[1..]].into_iter().fold(f64::INFINITY, |radius, series| {
+            |c: &[S]| [c[0], c[1] * h, c[2] * (h * h)].iter().fold(tiny, |largest, term| largest.max(term.abs()));
+        [x, w, &t[1..]].into_iter().fold(S::from(f64::INFINITY), |radius, series| {
             let scale = scale(series);
             (series.len() - 2..series.len())
-                .filter(|&j| series[j] != 0.0)
-                .fold(radius, |radius, j| radius.min((scale / series[j].abs()).powf(1.0 / j as f64)))
+                .filter(|&j| series[j] != S::ZERO)
+                .map(|j| (scale / series[j].abs()).powf(S::ONE / S::from(j as f64)))
+                .fold(radius, smaller)
         })
     }
 
-    fn advance(&mut self, expansion: Expansion, h: f64) -> Step {
+    fn advance(&mut self, expansion: Expansion<S>, h: S) -> Step<S> {
         let Expansion { x, w, t, .. } = expansion;
         let step = Step { start: self.gamma, x_low: self.x.low, t_low: self.t.low, x, t };
         self.x = self.x.plus(increment(&step.x, h));
@@ -150,63 +167,63 @@ impl Front<'_> {
 }
 
 /// The first s in (0, h) at which an argument of `abs` has just changed its sign; h if there is none.
-fn step_to_kink(machine: &SeriesMachine<'_>, h: f64) -> f64 {
+fn step_to_kink<S: Real>(machine: &SeriesMachine<'_, S>, h: S) -> S {
     let mut step = h;
     for series in machine.kink_arguments() {
-        let value = |s: f64| series[0] + increment(series, s);
+        let value = |s: S| series[0] + increment(series, s);
         // Just beyond the kink, so that the next expansion is safely on the other side.
         let margin =
-            |s: f64| 8.0 * f64::EPSILON * (1.0 + series[0].abs()) / slope(series, s).abs().max(f64::MIN_POSITIVE);
-        if series[0] == 0.0 {
-            step = step.min(margin(0.0));
+            |s: S| S::from(8.0) * S::EPSILON * (S::ONE + series[0].abs()) / slope(series, s).abs().max(S::MIN_POSITIVE);
+        if series[0] == S::ZERO {
+            step = smaller(step, margin(S::ZERO));
             continue;
         }
-        let (mut inside, mut beyond) = (0.0, step);
+        let (mut inside, mut beyond) = (S::ZERO, step);
         // A few probes, so that two crossings in one step are not missed.
-        let probe = (1..=16).map(|i| step * f64::from(i) / 16.0).find(|&s| value(s) * series[0] <= 0.0);
+        let probe = (1..=16).map(|i| step * S::from(f64::from(i) / 16.0)).find(|&s| value(s) * series[0] <= S::ZERO);
         let Some(first) = probe else { continue };
-        beyond = first.min(beyond);
-        while beyond - inside > 2.0 * f64::EPSILON * beyond {
-            let middle = 0.5 * (inside + beyond);
+        beyond = smaller(first, beyond);
+        while beyond - inside > (S::EPSILON + S::EPSILON) * beyond {
+            let middle = (inside + beyond).half();
             if middle <= inside || middle >= beyond {
                 break;
             }
-            if value(middle) * series[0] > 0.0 { inside = middle } else { beyond = middle }
+            if value(middle) * series[0] > S::ZERO { inside = middle } else { beyond = middle }
         }
-        step = step.min(beyond + margin(beyond));
+        step = smaller(step, beyond + margin(beyond));
     }
-    step.min(h)
+    smaller(step, h)
 }
 
 /// Where an integration ends.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Goal {
+pub(super) enum Goal<S> {
     /// At this γ − γ_i.
-    Gamma(f64),
+    Gamma(S),
     /// When t − t_i has this value.
-    Time(f64),
+    Time(S),
 }
 
-impl Goal {
+impl<S: Real> Goal<S> {
     /// The step to take instead of `h`, and whether it is the last one.
-    fn limit(self, front: &Front<'_>, t: &[f64], h: f64) -> (f64, bool) {
+    fn limit(self, front: &Front<'_, S>, t: &[S], h: S) -> (S, bool) {
         match self {
             Self::Gamma(length) => {
                 let remaining = (length - front.gamma.high) - front.gamma.low;
-                (h.min(remaining), h >= remaining)
+                (smaller(h, remaining), h >= remaining)
             }
             Self::Time(duration) => {
-                let excess = |s: f64| (t[0] - duration) + (front.t.low + increment(t, s));
-                if excess(h) < 0.0 {
+                let excess = |s: S| (t[0] - duration) + (front.t.low + increment(t, s));
+                if excess(h) < S::ZERO {
                     return (h, false);
                 }
                 // Newton's method from the end of the step: t increases with s.
                 let mut s = h;
                 for _ in 0..50 {
-                    let next = (s - excess(s) / slope(t, s)).clamp(0.0, h);
+                    let next = smaller((s - excess(s) / slope(t, s)).max(S::ZERO), h);
                     let change = (next - s).abs();
                     s = next;
-                    if change <= f64::EPSILON * h {
+                    if change <= S::EPSILON * h {
                         break;
                     }
                 }
@@ -216,15 +233,16 @@ impl Goal {
     }
 }
 
-impl Steps {
-    /// Integrates with series of the given order and `share` of the step that the truncation error allows.
+impl<S: Real> Steps<S> {
+    /// Integrates with series and steps of the given accuracy.
     pub(super) fn integrate(
-        metric: &Metric,
-        initial: InitialData,
-        goal: Goal,
-        order: usize,
-        share: f64,
+        metric: &Metric<S>,
+        initial: InitialData<S>,
+        goal: Goal<S>,
+        accuracy: Accuracy,
     ) -> Result<Self, ReferenceEnds> {
+        let Accuracy { order, share, digits } = accuracy;
+        let relative_step = S::from(share * 10.0_f64.powf(-f64::from(digits) / order as f64));
         let program = metric.potential().program();
         let mut machine = SeriesMachine::new(&program, order);
         let scale = match goal {
@@ -245,20 +263,25 @@ impl Steps {
         let mut steps = Vec::new();
         loop {
             let expansion = front.expand(&mut machine);
-            let h = (share * expansion.radius * TRUNCATION.powf(1.0 / order as f64)).min(scale);
+            let h = smaller(relative_step * expansion.radius, scale);
             let here = metric.at(front.x.high);
-            let end = |reason| ReferenceEnds { reason, gamma: front.gamma.high, x: front.x.high, g00: here.g00 };
+            let end = |reason| ReferenceEnds {
+                reason,
+                gamma: front.gamma.high.to_f64(),
+                x: front.x.high.to_f64(),
+                g00: here.g00.to_f64(),
+            };
             if !here.is_inside() {
                 return Err(end(EndReason::OutsideDomain));
             }
-            if h <= LEAST_STEP * scale || steps.len() >= MOST_STEPS {
+            if h <= S::from(LEAST_STEP) * scale || steps.len() >= MOST_STEPS {
                 // Before g00 = 0 the steps shrink without end.
-                let horizon = here.g00 < HORIZON * front.g00_start;
+                let horizon = here.g00 < S::from(HORIZON) * front.g00_start;
                 return Err(end(if horizon { EndReason::OutsideDomain } else { EndReason::Singular }));
             }
             if let Goal::Time(duration) = goal {
                 // At this rate it would take far too long: t saturates while x runs away.
-                if (duration - front.t.high) * here.g00 > FAR_TOO_LONG * scale * front.q_t {
+                if (duration - front.t.high) * here.g00 > S::from(FAR_TOO_LONG) * scale * front.q_t {
                     return Err(end(EndReason::TimeNotReached));
                 }
             }
@@ -271,7 +294,7 @@ impl Steps {
     }
 
     /// γ − γ_i at the end.
-    pub(super) fn end(&self) -> f64 {
+    pub(super) fn end(&self) -> S {
         self.end
     }
 
@@ -279,14 +302,14 @@ impl Steps {
         self.steps.len()
     }
 
-    pub(super) fn at(&self, gamma: f64) -> ReferencePoint {
+    pub(super) fn at(&self, gamma: S) -> ReferencePoint<S> {
         let next = self.steps.partition_point(|step| step.start.high <= gamma);
         self.steps[next.saturating_sub(1)].at(gamma)
     }
 
     /// Largest relative difference in t or x at the starts of the steps and at the end.
     pub(super) fn distance(&self, other: &Self) -> f64 {
-        let (mut t, mut x, mut t_size, mut x_size) = (0.0_f64, 0.0_f64, f64::MIN_POSITIVE, f64::MIN_POSITIVE);
+        let (mut t, mut x, mut t_size, mut x_size) = (S::ZERO, S::ZERO, S::MIN_POSITIVE, S::MIN_POSITIVE);
         for gamma in self.steps.iter().map(|step| step.start.high).chain([self.end]) {
             let (a, b) = (self.at(gamma), other.at(gamma));
             // `f64::max` would drop a NaN.
@@ -298,6 +321,6 @@ impl Steps {
             t_size = t_size.max(a.elapsed.abs());
             x_size = x_size.max(a.x.abs());
         }
-        (t / t_size).max(x / x_size)
+        (t / t_size).max(x / x_size).to_f64()
     }
 }

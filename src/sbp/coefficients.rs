@@ -5,6 +5,8 @@
 //! with the sign changed. Nothing here is rounded: `tests/numerics/sbp_identities.rs` proves Q + Qᵀ = E_N − E_0 and the
 //! polynomial exactness on these very numbers in exact arithmetic.
 
+use crate::scalar::Real;
+
 /// A rational number `numerator / denominator`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rational {
@@ -15,9 +17,9 @@ pub struct Rational {
 }
 
 impl Rational {
-    /// The nearest `f64`.
-    pub fn to_f64(self) -> f64 {
-        self.numerator as f64 / self.denominator as f64
+    /// The nearest number of type `S`.
+    pub fn to_real<S: Real>(self) -> S {
+        S::from(self.numerator as f64) / S::from(self.denominator as f64)
     }
 }
 

@@ -10,6 +10,7 @@ pub use coefficients::Coefficients;
 pub use regularised::RegularisedOperator;
 
 use crate::banded::BandedMatrix;
+use crate::scalar::{Real, sum};
 
 /// A grid has fewer points than the operator's two boundary closures need.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -25,36 +26,41 @@ pub struct TooFewPoints {
 
 /// A diagonal-norm SBP first-derivative operator on N nodes of spacing h. Applying it allocates nothing.
 #[derive(Debug, Clone)]
-pub struct SbpOperator {
-    spacing: f64,
+pub struct SbpOperator<S = f64> {
+    spacing: S,
     /// Closure rows divided by h, row-major, `closure_width` columns each.
-    closure: Vec<f64>,
+    closure: Vec<S>,
     closure_width: usize,
     /// d_m / h of the interior stencil.
-    interior: Vec<f64>,
+    interior: Vec<S>,
     /// Diagonal of H, length N, in units of γ.
-    weights: Vec<f64>,
+    weights: Vec<S>,
 }
 
-impl SbpOperator {
+impl<S: Real> SbpOperator<S> {
     /// Builds the operator for `points` nodes with the given `spacing` = Δγ.
     ///
     /// # Errors
     /// [`TooFewPoints`] if the closures do not fit.
-    pub fn new(coefficients: &Coefficients, points: usize, spacing: f64) -> Result<Self, TooFewPoints> {
+    pub fn new(coefficients: &Coefficients, points: usize, spacing: S) -> Result<Self, TooFewPoints> {
         if points < coefficients.minimum_points {
             return Err(TooFewPoints { operator: coefficients.name, points, minimum: coefficients.minimum_points });
         }
         let mut weights = vec![spacing; points];
         for (k, weight) in coefficients.norm.iter().enumerate() {
-            weights[k] = weight.to_f64() * spacing;
+            weights[k] = weight.to_real::<S>() * spacing;
             weights[points - 1 - k] = weights[k];
         }
         Ok(Self {
             spacing,
-            closure: coefficients.closure.iter().flat_map(|row| row.iter()).map(|c| c.to_f64() / spacing).collect(),
+            closure: coefficients
+                .closure
+                .iter()
+                .flat_map(|row| row.iter())
+                .map(|c| c.to_real::<S>() / spacing)
+                .collect(),
             closure_width: coefficients.closure[0].len(),
-            interior: coefficients.interior.iter().map(|c| c.to_f64() / spacing).collect(),
+            interior: coefficients.interior.iter().map(|c| c.to_real::<S>() / spacing).collect(),
             weights,
         })
     }
@@ -65,12 +71,12 @@ impl SbpOperator {
     }
 
     /// Node spacing h = Δγ.
-    pub fn spacing(&self) -> f64 {
+    pub fn spacing(&self) -> S {
         self.spacing
     }
 
     /// Diagonal of the norm H: quadrature weights in units of γ, length N.
-    pub fn weights(&self) -> &[f64] {
+    pub fn weights(&self) -> &[S] {
         &self.weights
     }
 
@@ -96,7 +102,7 @@ impl SbpOperator {
     ///
     /// # Panics
     /// If k ≥ N.
-    pub fn row(&self, k: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+    pub fn row(&self, k: usize) -> impl Iterator<Item = (usize, S)> + '_ {
         let n = self.points();
         assert!(k < n, "row {k} of an operator on {n} points");
         let s = self.closure_rows();
@@ -112,17 +118,17 @@ impl SbpOperator {
         let below = middle.iter().enumerate().rev().map(move |(m, &c)| (k - m - 1, -c));
         let above = middle.iter().enumerate().map(move |(m, &c)| (k + m + 1, c));
         let right = right.iter().enumerate().rev().map(move |(j, &c)| (n - 1 - j, -c));
-        left.chain(below).chain(above).chain(right).filter(|&(_, c)| c != 0.0)
+        left.chain(below).chain(above).chain(right).filter(|&(_, c)| c != S::ZERO)
     }
 
     /// `out` = D `u`; both of length N.
-    pub fn apply(&self, u: &[f64], out: &mut [f64]) {
+    pub fn apply(&self, u: &[S], out: &mut [S]) {
         let n = self.points();
         assert!(u.len() == n && out.len() == n, "vectors must have the operator's {n} points");
         let s = self.closure_rows();
         for (k, row) in self.closure.chunks_exact(self.closure_width).enumerate() {
-            out[k] = row.iter().zip(u).map(|(c, v)| c * v).sum();
-            out[n - 1 - k] = -row.iter().zip(u.iter().rev()).map(|(c, v)| c * v).sum::<f64>();
+            out[k] = sum(row.iter().zip(u).map(|(&c, &v)| c * v));
+            out[n - 1 - k] = -sum(row.iter().zip(u.iter().rev()).map(|(&c, &v)| c * v));
         }
         let inner = &mut out[s..n - s];
         match self.interior.as_slice() {
@@ -133,8 +139,8 @@ impl SbpOperator {
     }
 
     /// D `u` in a new vector.
-    pub fn derivative(&self, u: &[f64]) -> Vec<f64> {
-        let mut out = vec![0.0; u.len()];
+    pub fn derivative(&self, u: &[S]) -> Vec<S> {
+        let mut out = vec![S::ZERO; u.len()];
         self.apply(u, &mut out);
         out
     }
@@ -143,14 +149,14 @@ impl SbpOperator {
     ///
     /// # Panics
     /// If k ≥ N.
-    pub fn derivative_at(&self, u: &[f64], k: usize) -> f64 {
-        self.row(k).map(|(column, d)| d * u[column]).sum()
+    pub fn derivative_at(&self, u: &[S], k: usize) -> S {
+        sum(self.row(k).map(|(column, d)| d * u[column]))
     }
 
     /// `out` = Dᵀ H `v`, by summation by parts: DᵀH = −HD + E_N − E_0.
-    pub fn apply_transpose_weighted(&self, v: &[f64], out: &mut [f64]) {
+    pub fn apply_transpose_weighted(&self, v: &[S], out: &mut [S]) {
         self.apply(v, out);
-        for (o, weight) in out.iter_mut().zip(&self.weights) {
+        for (o, &weight) in out.iter_mut().zip(&self.weights) {
             *o *= -weight;
         }
         let last = v.len() - 1;
@@ -159,10 +165,12 @@ impl SbpOperator {
     }
 
     /// ∫ u dγ by the operator's own quadrature, 1ᵀ H u.
-    pub fn integrate(&self, u: &[f64]) -> f64 {
-        self.weights.iter().zip(u).map(|(weight, v)| weight * v).sum()
+    pub fn integrate(&self, u: &[S]) -> S {
+        sum(self.weights.iter().zip(u).map(|(&weight, &v)| weight * v))
     }
+}
 
+impl SbpOperator {
     /// D as a banded N × N matrix.
     pub fn to_banded(&self) -> BandedMatrix {
         let n = self.points();
@@ -178,12 +186,12 @@ impl SbpOperator {
 }
 
 /// Rows s, s+1, … of the antisymmetric interior stencil; the half-width is a constant so that the loop vectorises.
-fn interior_stencil<const P: usize>(d: [f64; P], u: &[f64], s: usize, out: &mut [f64]) {
+fn interior_stencil<S: Real, const P: usize>(d: [S; P], u: &[S], s: usize, out: &mut [S]) {
     let count = out.len();
-    let above: [&[f64]; P] = std::array::from_fn(|m| &u[s + m + 1..][..count]);
-    let below: [&[f64]; P] = std::array::from_fn(|m| &u[s - m - 1..][..count]);
+    let above: [&[S]; P] = std::array::from_fn(|m| &u[s + m + 1..][..count]);
+    let below: [&[S]; P] = std::array::from_fn(|m| &u[s - m - 1..][..count]);
     for (k, o) in out.iter_mut().enumerate() {
-        let mut sum = 0.0;
+        let mut sum = S::ZERO;
         for m in 0..P {
             sum += d[m] * (above[m][k] - below[m][k]);
         }

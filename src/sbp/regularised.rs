@@ -13,53 +13,56 @@
 use nalgebra::DMatrix;
 
 use super::SbpOperator;
+use crate::scalar::Real;
 
 /// D̄ for one coordinate with its initial value.
 #[derive(Debug, Clone, Copy)]
-pub struct RegularisedOperator<'a> {
-    sbp: &'a SbpOperator,
-    initial_value: f64,
+pub struct RegularisedOperator<'a, S = f64> {
+    sbp: &'a SbpOperator<S>,
+    initial_value: S,
     /// 1/H_1, or 0 when the regularisation is switched off for the ablation study.
-    penalty: f64,
+    penalty: S,
 }
 
-impl<'a> RegularisedOperator<'a> {
+impl<'a, S: Real> RegularisedOperator<'a, S> {
     /// D̄ = D + H⁻¹E_0(· − `initial_value`).
-    pub fn new(sbp: &'a SbpOperator, initial_value: f64) -> Self {
-        Self { sbp, initial_value, penalty: 1.0 / sbp.weights()[0] }
+    pub fn new(sbp: &'a SbpOperator<S>, initial_value: S) -> Self {
+        Self { sbp, initial_value, penalty: S::ONE / sbp.weights()[0] }
     }
 
     /// D itself in place of D̄: the ablation that shows why the regularisation is there.
-    pub fn without_regularisation(sbp: &'a SbpOperator) -> Self {
-        Self { sbp, initial_value: 0.0, penalty: 0.0 }
+    pub fn without_regularisation(sbp: &'a SbpOperator<S>) -> Self {
+        Self { sbp, initial_value: S::ZERO, penalty: S::ZERO }
     }
 
     /// `out` = D̄`u`; both of length N.
-    pub fn apply(&self, u: &[f64], out: &mut [f64]) {
+    pub fn apply(&self, u: &[S], out: &mut [S]) {
         self.sbp.apply(u, out);
         out[0] += self.penalty * (u[0] - self.initial_value);
     }
 
     /// D̄`u` in a new vector of length N.
-    pub fn derivative(&self, u: &[f64]) -> Vec<f64> {
-        let mut out = vec![0.0; u.len()];
+    pub fn derivative(&self, u: &[S]) -> Vec<S> {
+        let mut out = vec![S::ZERO; u.len()];
         self.apply(u, &mut out);
         out
     }
 
     /// `out` = D̄_linᵀ H `v`, with the linear part D̄_lin = D + H⁻¹E_0. With the regularisation this is −HDv + E_N v.
-    pub fn apply_transpose_weighted(&self, v: &[f64], out: &mut [f64]) {
+    pub fn apply_transpose_weighted(&self, v: &[S], out: &mut [S]) {
         self.sbp.apply_transpose_weighted(v, out);
         out[0] += self.penalty * self.sbp.weights()[0] * v[0];
     }
 
     /// (column, coefficient) of row k of the linear part D̄_lin. Its sparsity is that of D plus the first diagonal
     /// entry.
-    pub fn row(&self, k: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-        let penalty = if k == 0 { self.penalty } else { 0.0 };
+    pub fn row(&self, k: usize) -> impl Iterator<Item = (usize, S)> + '_ {
+        let penalty = if k == 0 { self.penalty } else { S::ZERO };
         self.sbp.row(k).chain((k == 0).then_some((0, penalty)))
     }
+}
 
+impl RegularisedOperator<'_> {
     /// D̄ in affine coordinates: the (N+1)×(N+1) matrix that maps (u, 1) to (D̄u, 1). Dense; for study and tests.
     pub fn to_affine_matrix(&self) -> DMatrix<f64> {
         let n = self.sbp.points();

@@ -1,42 +1,51 @@
 //! Runs that end at a physical time: the γ_f at which t at the last node is t_f.
 
+use super::refinement;
 use super::solution::Solution;
 use super::solve_to;
 use super::status::{NoSolution, Status};
 use crate::case::Case;
+use crate::scalar::Real;
 
 /// Solves allowed for the search; Newton's method needs about five.
 const MOST_SOLVES: usize = 60;
-/// |t_N − t_f| that counts as equal, relative to t_f − t_i.
-const TOLERANCE: f64 = 1e-14;
-/// The same where rounding ends the search first.
-const LOOSE_TOLERANCE: f64 = 1e-12;
+/// |t_N − t_f| that counts as equal, relative to t_f − t_i, in `f64`; with more digits it is all of them.
+const DOUBLE_DIGITS: u32 = 14;
+/// Where rounding ends the search first, that many digits fewer than asked for will do.
+const SPARE_DIGITS: u32 = 4;
 
 /// Newton's method on γ_f with dt/dγ at the end of each solution, kept inside the bracket found so far: t_N grows with
 /// γ_f as long as g00 > 0. A γ_f that has no solution (a horizon on the way) is an upper bound like one that ends too
 /// late.
-pub(super) fn solve(case: &Case, duration: f64) -> Result<Solution, NoSolution> {
-    let mut length = duration / case.initial.t_dot;
-    let (mut below, mut above) = (0.0, f64::INFINITY);
-    let mut best: Option<(f64, Solution)> = None;
+pub(super) fn solve<S: Real>(case: &Case, duration: S) -> Result<Solution<S>, NoSolution> {
+    let digits = case.digits::<S>();
+    let tolerance = refinement::tolerance::<S>(if S::IS_EXTENDED { digits } else { DOUBLE_DIGITS }) * duration;
+    let loose_tolerance = refinement::tolerance::<S>(digits - SPARE_DIGITS) * duration;
+    let mut length = if S::IS_EXTENDED {
+        // Most of the way costs least in f64.
+        S::from(solve(case, duration.to_f64())?.length)
+    } else {
+        duration / case.initial.t_dot.to()
+    };
+    let (mut below, mut above) = (S::ZERO, S::from(f64::INFINITY));
+    let mut best: Option<(S, Solution<S>)> = None;
     let mut failure = None;
     for _ in 0..MOST_SOLVES {
         match solve_to(case, length) {
             Ok(solution) => {
-                let excess = solution.elapsed.last().copied().unwrap_or(0.0) - duration;
+                let excess = solution.elapsed.last().copied().unwrap_or(S::ZERO) - duration;
                 let slope = solution.end.q_t / solution.metric.at(solution.end.x).g00;
-                if excess < 0.0 {
+                if excess < S::ZERO {
                     below = length;
                 } else {
                     above = length;
                 }
                 let improved = best.as_ref().is_none_or(|(least, _)| excess.abs() < *least);
-                let good_enough = |least: f64, share: f64| least <= share * duration;
                 if improved {
                     best = Some((excess.abs(), solution));
                 }
-                let least = best.as_ref().map_or(f64::INFINITY, |(least, _)| *least);
-                if good_enough(least, TOLERANCE) || (!improved && good_enough(least, LOOSE_TOLERANCE)) {
+                let least = best.as_ref().map_or(S::from(f64::INFINITY), |(least, _)| *least);
+                if least <= tolerance || (!improved && least <= loose_tolerance) {
                     break;
                 }
                 length -= excess / slope;
@@ -49,14 +58,14 @@ pub(super) fn solve(case: &Case, duration: f64) -> Result<Solution, NoSolution> 
         }
         if !(length > below && length < above) {
             // No upper bound yet: the run is longer than any tried.
-            length = if above.is_finite() { 0.5 * (below + above) } else { 2.0 * below };
+            length = if above.is_finite() { (below + above).half() } else { below + below };
         }
         if length <= below || length >= above || !length.is_finite() {
             break;
         }
     }
     match (best, failure) {
-        (Some((excess, solution)), _) if excess <= LOOSE_TOLERANCE * duration => Ok(solution),
+        (Some((excess, solution)), _) if excess <= loose_tolerance => Ok(solution),
         (_, Some(failure)) => Err(failure),
         (best, None) => {
             let (_, solution) = best.expect("a search without a failure has a solution");
@@ -66,14 +75,14 @@ pub(super) fn solve(case: &Case, duration: f64) -> Result<Solution, NoSolution> 
 }
 
 /// The solution that came closest.
-fn not_reached(closest: Solution) -> NoSolution {
+fn not_reached<S: Real>(closest: Solution<S>) -> NoSolution {
     NoSolution {
         status: Status::EndTimeNotReached,
-        gamma: closest.gamma_f(),
-        x: closest.end.x,
-        g00: closest.metric.at(closest.end.x).g00,
+        gamma: closest.gamma_f().to_f64(),
+        x: closest.end.x.to_f64(),
+        g00: closest.metric.at(closest.end.x).g00.to_f64(),
         iteration: closest.history.len(),
-        residual: closest.gradient_norm,
+        residual: closest.gradient_norm.to_f64(),
         initial_guess: closest.initial_guess,
         history: closest.history,
     }

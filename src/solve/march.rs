@@ -8,43 +8,39 @@ use super::status::{InitialGuess, Status};
 use crate::geodesic::acceleration;
 use crate::metric::OutsideDomain;
 use crate::norm::max_abs;
+use crate::scalar::Real;
 
 /// SBP21: one Euler step, then x_{k+1} = x_{k−1} + 2h w_k, likewise w and t. One evaluation of the potential a node.
 ///
 /// Exact Q_t says nothing about x here: the rule carries a computational (−1)^k mode, neutral only while hω < 1.
-pub(super) fn two_step(problem: &Problem) -> Result<PhysicalLimit, Failure> {
+pub(super) fn two_step<S: Real>(problem: &Problem<S>) -> Result<PhysicalLimit<S>, Failure> {
     let points = problem.sbp.points();
     let h = problem.sbp.spacing();
     let q_t = problem.invariants().q_t;
-    let mut elapsed = vec![0.0; points];
+    let mut elapsed = vec![S::ZERO; points];
+    let two_h = h + h;
     let mut x = vec![problem.initial.x; points];
     let mut w = vec![problem.initial.x_dot; points];
     for k in 0..points - 1 {
         let g = problem.metric.at(x[k]);
         if !(g.is_inside() && x[k].is_finite()) {
-            return Err(outside(OutsideDomain { index: k, x: x[k], g00: g.g00 }));
+            return Err(outside(OutsideDomain { index: k, x: x[k].to_f64(), g00: g.g00.to_f64() }));
         }
-        let (from, step) = if k == 0 { (0, h) } else { (k - 1, 2.0 * h) };
+        let (from, step) = if k == 0 { (0, h) } else { (k - 1, two_h) };
         elapsed[k + 1] = elapsed[from] + step * (q_t / g.g00);
         x[k + 1] = x[from] + step * w[k];
         w[k + 1] = w[from] + step * acceleration(q_t, g.g00, g.first);
     }
     let g = problem.metric.at(x[points - 1]);
     if !g.is_inside() {
-        return Err(outside(OutsideDomain { index: points - 1, x: x[points - 1], g00: g.g00 }));
+        return Err(outside(OutsideDomain { index: points - 1, x: x[points - 1].to_f64(), g00: g.g00.to_f64() }));
     }
     Ok(PhysicalLimit { elapsed, x, x_dot: w, history: Vec::new(), initial_guess: InitialGuess::None })
 }
 
 /// A recursion that ended at a point outside the domain.
 pub(super) fn outside(point: OutsideDomain) -> Failure {
-    Failure {
-        status: Status::OutsideDomain,
-        unknowns: Vec::new(),
-        residual: Vec::new(),
-        outside: Some(point),
-        history: Vec::new(),
-    }
+    Failure { outside: Some(point), ..Failure::without_iterate(Status::OutsideDomain) }
 }
 
 /// Most sub-steps a node interval is divided into.

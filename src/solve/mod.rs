@@ -8,6 +8,7 @@ mod march;
 mod newton;
 mod physical_limit;
 mod problem;
+mod refinement;
 mod solution;
 mod status;
 
@@ -15,17 +16,20 @@ pub use solution::{Backward, EndState, Solution};
 pub use status::{InitialGuess, IterationRecord, NoSolution, Status};
 
 use self::critical_point::CriticalPointSolver;
-use self::newton::Failure;
+use self::newton::{Failure, Root};
 use self::problem::Problem;
 use crate::action::{DoubledAction, Layout, MULTIPLIERS};
 use crate::case::{Case, End, System};
 use crate::metric::OutsideDomain;
 use crate::norm::max_abs;
+use crate::scalar::{Real, convert};
 
 /// Below this share of its first value, g00 is on its way to a horizon.
 const HORIZON: f64 = 1e-2;
 
-/// Solves a case.
+/// Solves a case in the arithmetic of `S`: `f64`, or [`Extended`](crate::scalar::Extended) to the digits that
+/// `case.solver.digits` asks for ([`Case::is_extended`] says which the case wants). More digits are a matter of
+/// refinement: everything that finds and steers is done in `f64`.
 ///
 /// The physical limit costs O(N) time and memory, one potential evaluation a node for SBP21. The doubled system is
 /// solved by Newton's method with a sparse LU, in time linear in N in practice.
@@ -35,15 +39,15 @@ const HORIZON: f64 = 1e-2;
 ///
 /// # Panics
 /// If the case was not made by [`Case::parse`] and is not valid.
-pub fn solve(case: &Case) -> Result<Solution, NoSolution> {
-    match case.end() {
+pub fn solve<S: Real>(case: &Case) -> Result<Solution<S>, NoSolution> {
+    match case.end::<S>() {
         End::Duration(duration) => end_time::solve(case, duration),
         End::Length(length) => solve_to(case, length),
     }
 }
 
 /// Solves a case on γ − γ_i ∈ [0, `length`].
-fn solve_to(case: &Case, length: f64) -> Result<Solution, NoSolution> {
+fn solve_to<S: Real>(case: &Case, length: S) -> Result<Solution<S>, NoSolution> {
     let problem = Problem::new(case, length);
     let solution = match case.solver.system {
         System::PhysicalLimit => solve_physical_limit(problem, case),
@@ -57,45 +61,41 @@ fn solve_to(case: &Case, length: f64) -> Result<Solution, NoSolution> {
     }
 }
 
-fn overflow(solution: Solution) -> NoSolution {
+fn overflow<S: Real>(solution: Solution<S>) -> NoSolution {
     let finite = |k: &usize| solution.x[*k].is_finite() && solution.elapsed[*k].is_finite();
     let index = (0..solution.x.len()).find(|k| !finite(k)).unwrap_or(solution.x.len() - 1);
     NoSolution {
         status: Status::OutsideDomain,
-        gamma: solution.gamma_i + index as f64 * solution.sbp.spacing(),
-        x: solution.x[index],
-        g00: solution.metric.at(solution.x[index]).g00,
+        gamma: (solution.gamma_i + S::from(index as f64) * solution.sbp.spacing()).to_f64(),
+        x: solution.x[index].to_f64(),
+        g00: solution.metric.at(solution.x[index]).g00.to_f64(),
         iteration: solution.history.len(),
-        residual: solution.gradient_norm,
+        residual: solution.gradient_norm.to_f64(),
         history: solution.history,
         initial_guess: solution.initial_guess,
     }
 }
 
-fn solve_physical_limit(problem: Problem, case: &Case) -> Result<Solution, NoSolution> {
-    let limit = physical_limit::solve(&problem, case.solver.max_iterations)
+fn solve_physical_limit<S: Real>(problem: Problem<S>, case: &Case) -> Result<Solution<S>, NoSolution> {
+    let limit = physical_limit::solve(&problem, case)
         // Two rows and two unknowns a node: rows start at node 1, unknowns at node 2.
         .map_err(|(failure, guess)| {
-            no_solution(
-                &problem,
-                failure,
-                guess,
-                |node| problem.gamma(node),
-                |row, u| (row / 2, if row < 2 { problem.initial.x } else { u[row / 2 * 2 - 2] }),
-            )
+            let rough = problem.in_f64(case);
+            let locate = |row: usize, u: &[f64]| (row / 2, if row < 2 { rough.initial.x } else { u[row / 2 * 2 - 2] });
+            no_solution(&rough, failure, guess, |node| rough.gamma(node), locate)
         })?;
     let multipliers = limit.multipliers(&problem);
     let unknowns = problem.layout().physical_limit(&limit.elapsed, &limit.x, &multipliers);
     let gradient_norm = gradient_norm(&problem.action(), &unknowns);
     let last = limit.x.len() - 1;
     let end = EndState {
-        t: case.initial.t + limit.elapsed[last],
+        t: case.initial.t.to::<S>() + limit.elapsed[last],
         x: limit.x[last],
         x_dot: limit.x_dot[last],
         q_t: problem.invariants().q_t,
     };
     Ok(Solution {
-        t_i: case.initial.t,
+        t_i: case.initial.t.to(),
         elapsed: limit.elapsed,
         x: limit.x,
         backward: None,
@@ -106,21 +106,23 @@ fn solve_physical_limit(problem: Problem, case: &Case) -> Result<Solution, NoSol
         history: limit.history,
         gamma_i: problem.gamma_i,
         length: problem.length,
+        digits: problem.digits,
         sbp: problem.sbp,
         metric: problem.metric,
         initial: problem.initial,
     })
 }
 
-fn solve_doubled(problem: Problem, case: &Case) -> Result<Solution, NoSolution> {
+fn solve_doubled<S: Real>(problem: Problem<S>, case: &Case) -> Result<Solution<S>, NoSolution> {
     let guess = InitialGuess::WindowedAction;
-    let start = first_guess::windowed_action(&problem).map_err(|window| {
+    let rough = problem.in_f64(case);
+    let start = first_guess::windowed_action(&rough).map_err(|window| {
         // The window is a short grid of its own: γ counts from its start.
         let mut failure = *window.failure;
         // However short the window, Newton's method does not get across a horizon: there it meets points outside, or the
         // particle has come so close that nothing smooth is left.
-        let here = problem.metric.at(window.start.x);
-        let there = problem.metric.at(problem.initial.x);
+        let here = rough.metric.at(window.start.x);
+        let there = rough.metric.at(rough.initial.x);
         if failure.outside.is_some() || here.g00 < HORIZON * there.g00 {
             failure.status = Status::OutsideDomain;
             let close = OutsideDomain { index: 0, x: window.start.x, g00: here.g00 };
@@ -131,36 +133,33 @@ fn solve_doubled(problem: Problem, case: &Case) -> Result<Solution, NoSolution> 
         }
         let layout = Layout::new((failure.unknowns.len() - MULTIPLIERS) / 4);
         let gamma = |node: usize| window.gamma + node as f64 * window.spacing;
-        no_solution(&problem, failure, guess, gamma, |unknown, u| on_forward_branch(layout, unknown, u))
+        no_solution(&rough, failure, guess, gamma, |unknown, u| on_forward_branch(layout, unknown, u))
     })?;
     let layout = problem.layout();
-    let action = if case.scheme.regularised {
-        problem.action()
-    } else {
-        DoubledAction::without_regularisation(&problem.sbp, &problem.metric, problem.initial)
-    };
-    let root =
-        CriticalPointSolver::new(&action).solve(&action, start, case.solver.max_iterations).map_err(|failure| {
-            no_solution(
-                &problem,
-                failure,
-                guess,
-                |node| problem.gamma(node),
-                |unknown, u| on_forward_branch(layout, unknown, u),
-            )
-        })?;
+    let (action, rough_action) = (problem.action_of(case), rough.action_of(case));
+    let solver = CriticalPointSolver::new(&rough_action);
+    let root = solver.solve(&rough_action, start, case.solver.max_iterations).and_then(|root| {
+        if S::IS_EXTENDED {
+            return solver.refine(&action, &rough_action, root, &case.solver);
+        }
+        Ok(Root { unknowns: convert(root.unknowns), history: root.history })
+    });
+    let root = root.map_err(|failure| {
+        let locate = |unknown: usize, u: &[f64]| on_forward_branch(layout, unknown, u);
+        no_solution(&rough, failure, guess, |node| rough.gamma(node), locate)
+    })?;
     let gradient_norm = gradient_norm(&action, &root.unknowns);
     let [forward, backward] = layout.branches(&root.unknowns);
-    let multipliers: [f64; 8] = layout.multipliers(&root.unknowns).try_into().expect("eight multipliers");
+    let multipliers: [S; MULTIPLIERS] = layout.multipliers(&root.unknowns).try_into().expect("eight multipliers");
     let last = problem.sbp.points() - 1;
     let end = EndState {
-        t: case.initial.t + forward.t[last],
+        t: case.initial.t.to::<S>() + forward.t[last],
         x: forward.x[last],
         x_dot: problem.sbp.derivative_at(forward.x, last) - multipliers[7] / problem.sbp.weights()[last],
         q_t: -multipliers[4],
     };
     Ok(Solution {
-        t_i: case.initial.t,
+        t_i: case.initial.t.to(),
         elapsed: forward.t.to_vec(),
         x: forward.x.to_vec(),
         backward: Some(Backward { elapsed: backward.t.to_vec(), x: backward.x.to_vec() }),
@@ -171,17 +170,18 @@ fn solve_doubled(problem: Problem, case: &Case) -> Result<Solution, NoSolution> 
         history: root.history,
         gamma_i: problem.gamma_i,
         length: problem.length,
+        digits: problem.digits,
         sbp: problem.sbp.clone(),
         metric: problem.metric.clone(),
         initial: problem.initial,
     })
 }
 
-fn gradient_norm(action: &DoubledAction<'_>, unknowns: &[f64]) -> f64 {
-    let mut gradient = vec![0.0; unknowns.len()];
+fn gradient_norm<S: Real>(action: &DoubledAction<'_, S>, unknowns: &[S]) -> S {
+    let mut gradient = vec![S::ZERO; unknowns.len()];
     match action.gradient(unknowns, &mut gradient) {
         Ok(()) => max_abs(&gradient),
-        Err(_) => f64::INFINITY,
+        Err(_) => S::from(f64::INFINITY),
     }
 }
 

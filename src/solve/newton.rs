@@ -5,9 +5,10 @@ use std::ops::Range;
 use super::status::{IterationRecord, Status};
 use crate::metric::OutsideDomain;
 use crate::norm::max_abs;
+use crate::scalar::Real;
 
 /// A residual at most this many rounding units is zero to working precision.
-const ROUNDING_UNITS: f64 = 32.0;
+pub(super) const ROUNDING_UNITS: f64 = 32.0;
 /// Relative step below which quadratic convergence has nothing left to gain in `f64`.
 const SMALL_STEP: f64 = 1e-8;
 /// Share of the predicted decrease of the squared residual that a step must realise (Armijo).
@@ -19,13 +20,16 @@ const LEAST_DAMPING: f64 = 1e-6;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LinearFailure;
 
+/// Rounding errors to be expected in blocks of a residual.
+pub(super) type RoundingLevels = Vec<(Range<usize>, f64)>;
+
 /// F(u) = 0 with a Jacobian that the system itself factors.
 pub(super) trait NewtonSystem {
     /// `out` = F(u).
     fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), OutsideDomain>;
 
     /// The rounding errors to be expected in F(u), a level for each block of entries. `None` where F is not defined.
-    fn rounding(&mut self, u: &[f64]) -> Option<Vec<(Range<usize>, f64)>>;
+    fn rounding(&self, u: &[f64]) -> Option<RoundingLevels>;
 
     /// `step` = −F′(u)⁻¹ F(u), where `residual` = F(u) is what [`Self::residual`] was asked for last.
     fn newton_step(&mut self, u: &[f64], residual: &[f64], step: &mut [f64]) -> Result<(), LinearFailure>;
@@ -35,15 +39,15 @@ pub(super) trait NewtonSystem {
 }
 
 /// A residual in units of the rounding errors to be expected.
-struct Weighed {
-    largest: f64,
+pub(super) struct Weighed {
+    pub(super) largest: f64,
     sum_of_squares: f64,
 }
 
-fn weigh(levels: &[(Range<usize>, f64)], residual: &[f64]) -> Weighed {
+pub(super) fn weigh<S: Real>(levels: &[(Range<usize>, f64)], residual: &[S]) -> Weighed {
     let (mut largest, mut sum_of_squares) = (0.0_f64, 0.0);
     for (range, level) in levels {
-        for &r in &residual[range.clone()] {
+        for r in residual[range.clone()].iter().map(|r| r.to_f64()) {
             // Where nothing can be rounded (everything is zero) only zero will do.
             let weighed = if r == 0.0 { 0.0 } else { (r / level).abs() };
             largest = if weighed.is_nan() { f64::INFINITY } else { largest.max(weighed) };
@@ -55,8 +59,8 @@ fn weigh(levels: &[(Range<usize>, f64)], residual: &[f64]) -> Weighed {
 
 /// A zero of F.
 #[derive(Debug, Clone)]
-pub(super) struct Root {
-    pub(super) unknowns: Vec<f64>,
+pub(super) struct Root<S = f64> {
+    pub(super) unknowns: Vec<S>,
     pub(super) history: Vec<IterationRecord>,
 }
 
@@ -70,6 +74,13 @@ pub(super) struct Failure {
     /// The last trial point that left the domain in the step that failed, if any did.
     pub(super) outside: Option<OutsideDomain>,
     pub(super) history: Vec<IterationRecord>,
+}
+
+impl Failure {
+    /// A failure that has no iterate to show.
+    pub(super) fn without_iterate(status: Status) -> Self {
+        Self { status, unknowns: Vec::new(), residual: Vec::new(), outside: None, history: Vec::new() }
+    }
 }
 
 /// Solves F(u) = 0 from `guess`, damping by |F|².

@@ -24,42 +24,45 @@ use super::newton::Failure;
 use super::problem::Problem;
 use super::status::{InitialGuess, IterationRecord};
 use crate::action::MULTIPLIERS;
+use crate::case::Case;
+use crate::scalar::Real;
 
 /// A solution of the collocation system.
 #[derive(Debug, Clone)]
-pub(super) struct PhysicalLimit {
+pub(super) struct PhysicalLimit<S> {
     /// t − t_i on the nodes.
-    pub(super) elapsed: Vec<f64>,
+    pub(super) elapsed: Vec<S>,
     /// x on the nodes.
-    pub(super) x: Vec<f64>,
+    pub(super) x: Vec<S>,
     /// w* on the nodes: dx/dγ, also at the last node.
-    pub(super) x_dot: Vec<f64>,
+    pub(super) x_dot: Vec<S>,
     pub(super) history: Vec<IterationRecord>,
     pub(super) initial_guess: InitialGuess,
 }
 
 /// SBP21 is explicit and marches; wider operators are solved as one banded system.
-pub(super) fn solve(problem: &Problem, max_iterations: usize) -> Result<PhysicalLimit, (Failure, InitialGuess)> {
+pub(super) fn solve<S: Real>(problem: &Problem<S>, case: &Case) -> Result<PhysicalLimit<S>, (Failure, InitialGuess)> {
     if problem.sbp.is_two_step() {
         march::two_step(problem).map_err(|failure| (failure, InitialGuess::None))
     } else {
-        collocation::solve(problem, max_iterations).map_err(|failure| (failure, InitialGuess::Nystrom4))
+        collocation::solve(problem, case).map_err(|failure| (failure, InitialGuess::Nystrom4))
     }
 }
 
-impl PhysicalLimit {
+impl<S: Real> PhysicalLimit<S> {
     /// λ1 … λ8 of the doubled action at this solution:
     /// (0, 0, 0, 0, −Q_t, w*_N − r_N, −H_N ΔE_N, H_N((Dx)_N − w*_N)), r_N = (HDw* + ½H g00′(Dt)²)_N.
-    pub(super) fn multipliers(&self, problem: &Problem) -> [f64; MULTIPLIERS] {
+    pub(super) fn multipliers(&self, problem: &Problem<S>) -> [S; MULTIPLIERS] {
         let last = self.x.len() - 1;
-        let slope = |u: &[f64]| problem.sbp.derivative_at(u, last);
+        let slope = |u: &[S]| problem.sbp.derivative_at(u, last);
         let weight = problem.sbp.weights()[last];
         let q_t = problem.invariants().q_t;
         let end = problem.metric.at(self.x[last]);
         let (t_dot, x_dot) = (slope(&self.elapsed), slope(&self.x));
-        let remainder = weight * (slope(&self.x_dot) + 0.5 * end.first * t_dot * t_dot);
+        let remainder = weight * (slope(&self.x_dot) + end.first.half() * t_dot * t_dot);
         let delta_e = end.g00 * t_dot - q_t;
         let w_end = self.x_dot[last];
-        [0.0, 0.0, 0.0, 0.0, -q_t, w_end - remainder, -weight * delta_e, weight * (x_dot - w_end)]
+        let zero = S::ZERO;
+        [zero, zero, zero, zero, -q_t, w_end - remainder, -weight * delta_e, weight * (x_dot - w_end)]
     }
 }

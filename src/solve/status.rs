@@ -19,6 +19,8 @@ pub enum Status {
     Singular,
     /// The geodesic, or every trial step, meets g00 ≤ 0 or a point where V is not finite.
     OutsideDomain,
+    /// Refinement beyond `f64` does not reach the digits asked for.
+    PrecisionNotReached,
     /// The asked-for physical time t_f is not reached by any γ_f tried.
     EndTimeNotReached,
 }
@@ -32,6 +34,7 @@ impl Status {
             Self::Stalled => "stalled",
             Self::Singular => "singular",
             Self::OutsideDomain => "outside-domain",
+            Self::PrecisionNotReached => "precision-not-reached",
             Self::EndTimeNotReached => "end-time-not-reached",
         }
     }
@@ -159,6 +162,10 @@ impl NoSolution {
             }
             Status::MaxIterations => {
                 "raise solver.max_iterations, or raise n_gamma so that every turn of the motion is resolved"
+            }
+            Status::PrecisionNotReached => {
+                "ask for fewer solver.digits; if f64 is in difficulties too (solver.digits = 16), raise n_gamma so that \
+                 every turn of the motion is resolved"
             }
             Status::Stalled | Status::Singular => {
                 "raise n_gamma (or shorten gamma_f) so that every turn of the motion is resolved, or try the other operator"

@@ -9,7 +9,9 @@ use serde::Serialize;
 use super::fit::{Fit, points_above_plateau};
 use crate::case::{Case, End, Form, SbpName};
 use crate::diagnostics::Diagnostics;
+use crate::metric::Metric;
 use crate::reference::{ReferenceEnds, ReferenceTrajectory};
+use crate::scalar::Real;
 use crate::solve::{Solution, Status, solve};
 
 /// The measured errors of one grid.
@@ -97,18 +99,18 @@ impl Quantity {
 }
 
 /// What the errors are measured against.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct ReferenceInfo {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReferenceInfo<S = f64> {
     /// Its own estimate of its relative error.
     pub error_estimate: f64,
     /// Taylor steps.
     pub steps: usize,
     /// γ_f.
-    pub gamma_final: f64,
+    pub gamma_final: S,
     /// t(γ_f).
-    pub t_final: f64,
+    pub t_final: S,
     /// x(γ_f).
-    pub x_final: f64,
+    pub x_final: S,
     /// Largest |t − t_i|: the size that errors of t are compared with.
     pub t_size: f64,
     /// Largest |x| at a node of the finest grid: the size that errors of x are compared with.
@@ -117,11 +119,13 @@ pub struct ReferenceInfo {
 
 /// The whole sweep.
 #[derive(Debug, Clone)]
-pub struct Convergence {
+pub struct Convergence<S = f64> {
     /// The grids that were finished: operators in the order asked for, then N ascending.
     pub points: Vec<ConvergencePoint>,
     /// What they are compared with.
-    pub reference: ReferenceInfo,
+    pub reference: ReferenceInfo<S>,
+    /// Digits of the arithmetic: what the rounding plateau is judged by.
+    pub digits: u32,
     /// Whether the sweep was cancelled before all grids were done.
     pub interrupted: bool,
 }
@@ -145,17 +149,18 @@ pub enum SweepError {
 /// # Errors
 /// [`SweepError`] if a grid cannot exist or there is no reference. A grid without a solution is a point with its
 /// status.
-pub fn sweep(
+pub fn sweep<S: Real>(
     case: &Case,
     operators: &[SbpName],
     n_gamma: &[usize],
     cancel: &AtomicBool,
     finished: &(dyn Fn(&ConvergencePoint) + Sync),
-) -> Result<Convergence, SweepError> {
-    let metric = case.metric();
+) -> Result<Convergence<S>, SweepError> {
+    let metric: Metric<S> = case.metric();
     let initial = case.initial_data();
+    let digits = case.digits::<S>();
     let length = match case.end() {
-        End::Duration(duration) => ReferenceTrajectory::length_of(&metric, initial, duration)?,
+        End::Duration(duration) => ReferenceTrajectory::length_of(&metric, initial, duration, digits)?,
         End::Length(length) => length,
     };
     let mut n_gamma = n_gamma.to_vec();
@@ -169,11 +174,11 @@ pub fn sweep(
             }
         }
     }
-    let reference = ReferenceTrajectory::new(&metric, initial, length)?;
+    let reference = ReferenceTrajectory::new(&metric, initial, length, digits)?;
     let end = reference.at(length);
     let samples = n_gamma.last().copied().unwrap_or(2).min(4096);
     let x_size = (0..samples)
-        .map(|k| reference.at(length * k as f64 / (samples - 1) as f64).x.abs())
+        .map(|k| reference.at(length * S::from(k as f64 / (samples - 1) as f64)).x.to_f64().abs())
         .fold(f64::MIN_POSITIVE, f64::max);
 
     let all = cases.len();
@@ -195,22 +200,23 @@ pub fn sweep(
     points.sort_by_key(|(order, _)| *order);
     Ok(Convergence {
         interrupted: points.len() < all,
+        digits,
         points: points.into_iter().map(|(_, point)| point).collect(),
         reference: ReferenceInfo {
             error_estimate: reference.error_estimate(),
             steps: reference.steps(),
-            gamma_final: case.grid.gamma_i + length,
+            gamma_final: case.grid.gamma_i.to::<S>() + length,
             t_final: initial.t + end.elapsed,
             x_final: end.x,
-            t_size: end.elapsed.abs(),
+            t_size: end.elapsed.to_f64().abs(),
             x_size,
         },
     })
 }
 
-fn measure(case: &Case, length: f64, reference: &ReferenceTrajectory) -> ConvergencePoint {
+fn measure<S: Real>(case: &Case, length: S, reference: &ReferenceTrajectory<S>) -> ConvergencePoint {
     let start = Instant::now();
-    let result = solve(case);
+    let result = solve::<S>(case);
     let seconds = start.elapsed().as_secs_f64();
     let (status, iterations, errors) = match &result {
         Ok(solution) => (Status::Converged, solution.history.len(), Some(errors(solution, reference))),
@@ -220,7 +226,7 @@ fn measure(case: &Case, length: f64, reference: &ReferenceTrajectory) -> Converg
         sbp: case.scheme.sbp,
         form: case.scheme.form,
         n_gamma: case.grid.n_gamma,
-        delta_gamma: length / (case.grid.n_gamma - 1) as f64,
+        delta_gamma: length.to_f64() / (case.grid.n_gamma - 1) as f64,
         errors,
         iterations,
         seconds,
@@ -229,12 +235,13 @@ fn measure(case: &Case, length: f64, reference: &ReferenceTrajectory) -> Converg
 }
 
 /// Errors of a solution at its nodes and in its own quadrature.
-pub fn errors(solution: &Solution, reference: &ReferenceTrajectory) -> Errors {
+pub fn errors<S: Real>(solution: &Solution<S>, reference: &ReferenceTrajectory<S>) -> Errors {
     let last = solution.x.len() - 1;
     let (mut t_squared, mut x_squared, mut final_errors) = (0.0, 0.0, (0.0, 0.0));
     for (k, weight) in solution.sbp.weights().iter().enumerate() {
-        let exact = reference.at(k as f64 * solution.sbp.spacing());
-        let (t, x) = (solution.elapsed[k] - exact.elapsed, solution.x[k] - exact.x);
+        let exact = reference.at(S::from(k as f64) * solution.sbp.spacing());
+        let (t, x) = ((solution.elapsed[k] - exact.elapsed).to_f64(), (solution.x[k] - exact.x).to_f64());
+        let weight = weight.to_f64();
         t_squared += weight * t * t;
         x_squared += weight * x * x;
         if k == last {
@@ -247,8 +254,8 @@ pub fn errors(solution: &Solution, reference: &ReferenceTrajectory) -> Errors {
         eps_x_final: final_errors.1,
         eps_t_l2: t_squared.sqrt(),
         eps_x_l2: x_squared.sqrt(),
-        delta_q_t_last: diagnostics.delta_q_t_last(),
-        delta_k_max: diagnostics.max_abs_delta_k(),
+        delta_q_t_last: diagnostics.delta_q_t_last().to_f64(),
+        delta_k_max: diagnostics.max_abs_delta_k().to_f64(),
     }
 }
 
@@ -291,7 +298,7 @@ impl Slope {
     }
 }
 
-impl Convergence {
+impl<S: Real> Convergence<S> {
     /// The slopes of every operator and quantity over the grids with `n_range.0` ≤ N ≤ `n_range.1` that lie above the
     /// rounding plateau.
     pub fn slopes(&self, n_range: (usize, usize)) -> Vec<Slope> {
@@ -317,7 +324,7 @@ impl Convergence {
             Quantity::EpsTFinal | Quantity::EpsTL2 => self.reference.t_size,
             Quantity::EpsXFinal | Quantity::EpsXL2 => self.reference.x_size,
         };
-        let kept = points_above_plateau(&delta_gamma, &errors, size);
+        let kept = points_above_plateau(&delta_gamma, &errors, size, self.digits);
         Slope {
             sbp,
             form,

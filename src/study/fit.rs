@@ -2,10 +2,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Errors below this share of the quantity's size may belong to the rounding plateau; larger ones never do.
-const PLATEAU_CEILING: f64 = 1e-7;
-/// If even the coarsest grid's error is below this share, there is nothing but rounding.
-const ROUNDING: f64 = 1e-13;
+/// Errors of this many decimal digits fewer than the arithmetic has, relative to the quantity's size, may belong to the
+/// rounding plateau; larger ones never do.
+const PLATEAU_DIGITS: i32 = 9;
+/// If even the coarsest grid's error has only this many digits fewer, there is nothing but rounding.
+const ROUNDING_DIGITS: i32 = 3;
 /// On the plateau the error does not fall even with this share of the order seen before.
 const SHARE_OF_ORDER: f64 = 0.9;
 /// Local slopes that spread by more than this are not asymptotic.
@@ -76,10 +77,11 @@ fn local_slopes(delta_gamma: &[f64], errors: &[f64]) -> Vec<f64> {
 ///
 /// The plateau begins at the first point from which on no error falls as the order seen so far (the median of the local
 /// slopes) would make it fall. That is found from the errors themselves; the only assumption is that an error above
-/// 1e-7 of the quantity's `size` is not rounding, so that a pre-asymptotic hesitation on coarse grids is not taken for
-/// it.
-pub fn points_above_plateau(delta_gamma: &[f64], errors: &[f64], size: f64) -> usize {
-    if errors.first().is_none_or(|first| *first <= ROUNDING * size) {
+/// 1e-7 of the quantity's `size` (with 16 `digits`; less with more) is not rounding, so that a pre-asymptotic hesitation
+/// on coarse grids is not taken for it.
+pub fn points_above_plateau(delta_gamma: &[f64], errors: &[f64], size: f64, digits: u32) -> usize {
+    let short_of = |spare: i32| 10.0_f64.powi(spare - digits as i32);
+    if errors.first().is_none_or(|first| *first <= short_of(ROUNDING_DIGITS) * size) {
         return 0;
     }
     let slopes = local_slopes(delta_gamma, errors);
@@ -87,7 +89,7 @@ pub fn points_above_plateau(delta_gamma: &[f64], errors: &[f64], size: f64) -> u
         let order = median(&slopes[..start - 1]).unwrap_or(1.0).max(1.0);
         let last = start - 1;
         let falls = |k: usize| errors[last] * (delta_gamma[k] / delta_gamma[last]).powf(SHARE_OF_ORDER * order);
-        errors[start] <= PLATEAU_CEILING * size
+        errors[start] <= short_of(PLATEAU_DIGITS) * size
             && (start..errors.len()).all(|k| errors[k] > falls(k) || errors[k] == 0.0)
     };
     (1..errors.len()).find(begins_at).unwrap_or(errors.len())
@@ -135,14 +137,14 @@ mod tests {
     fn the_plateau_is_found_and_a_hesitation_is_not_one() {
         let (h, _) = grids(12);
         let plateau: Vec<f64> = h.iter().map(|h| h.powi(4) + 1e-14 / h).collect();
-        let kept = points_above_plateau(&h, &plateau, 1.0);
+        let kept = points_above_plateau(&h, &plateau, 1.0, 16);
         assert!((5..=7).contains(&kept), "{kept}: rounding takes over where h^4 = 1e-14/h");
         let clean: Vec<f64> = h.iter().map(|h| h.powi(2)).collect();
-        assert_eq!(points_above_plateau(&h, &clean, 1.0), 12);
+        assert_eq!(points_above_plateau(&h, &clean, 1.0, 16), 12);
         let mut hesitating = clean.clone();
         hesitating[1] = hesitating[0];
-        assert_eq!(points_above_plateau(&h, &hesitating, 1.0), 12);
-        assert_eq!(points_above_plateau(&h, &[1e-16; 12], 1.0), 0);
-        assert_eq!(points_above_plateau(&[], &[], 1.0), 0);
+        assert_eq!(points_above_plateau(&h, &hesitating, 1.0, 16), 12);
+        assert_eq!(points_above_plateau(&h, &[1e-16; 12], 1.0, 16), 0);
+        assert_eq!(points_above_plateau(&[], &[], 1.0, 16), 0);
     }
 }

@@ -1,5 +1,6 @@
 //! What several test files need.
 
+use geodesic_ivp::scalar::Real;
 use geodesic_ivp::{Case, Solution, solve};
 
 /// The base case of the paper, quartic potential; everything else is an override of it.
@@ -28,11 +29,16 @@ pub(crate) fn case(overrides: &str) -> Case {
 
 /// The solution of `QUARTIC` with overrides.
 pub(crate) fn solved(overrides: &str) -> Solution {
+    solved_in(overrides)
+}
+
+/// The solution of `QUARTIC` with overrides in another arithmetic.
+pub(crate) fn solved_in<S: Real>(overrides: &str) -> Solution<S> {
     solve(&case(overrides)).unwrap_or_else(|error| panic!("{overrides}: {error}"))
 }
 
 /// max |a − b|.
-pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn distance<S: Real>(a: &[S], b: &[S]) -> S {
     assert_eq!(a.len(), b.len());
-    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    a.iter().zip(b).map(|(&a, &b)| (a - b).abs()).fold(S::ZERO, S::max)
 }

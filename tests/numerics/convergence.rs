@@ -81,7 +81,7 @@ fn absolute_errors_of_the_quartic_case() {
 #[test]
 fn the_fit_stops_at_the_rounding_plateau() {
     let n: Vec<usize> = (6..19).map(|power| 1 << power).collect();
-    let convergence = sweep(&case(""), &[SbpName::Sbp42], &n, &AtomicBool::new(false), &|_| {}).unwrap();
+    let convergence = sweep::<f64>(&case(""), &[SbpName::Sbp42], &n, &AtomicBool::new(false), &|_| {}).unwrap();
     for slope in convergence.slopes((0, usize::MAX)) {
         let (n_min, n_max) = slope.n_range.unwrap();
         assert_eq!(n_min, 64);
@@ -108,7 +108,7 @@ fn a_cancelled_sweep_keeps_what_is_finished() {
     let stop_after_first = |_: &_| cancel.store(true, Ordering::Relaxed);
     // On one thread exactly one grid is done before the flag is seen.
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    let convergence =
+    let convergence: Convergence =
         one_thread.install(|| sweep(&case(""), &BOTH, &[8, 16, 32, 64, 128, 256], &cancel, &stop_after_first)).unwrap();
     assert!(convergence.interrupted);
     assert_eq!(convergence.points.len(), 1);
@@ -116,8 +116,9 @@ fn a_cancelled_sweep_keeps_what_is_finished() {
 
 #[test]
 fn a_sweep_that_cannot_be_is_refused() {
-    let impossible =
-        |overrides: &str, n: usize| sweep(&case(overrides), &BOTH, &[n], &AtomicBool::new(false), &|_| {}).unwrap_err();
+    let impossible = |overrides: &str, n: usize| {
+        sweep::<f64>(&case(overrides), &BOTH, &[n], &AtomicBool::new(false), &|_| {}).unwrap_err()
+    };
     assert!(matches!(impossible("", 7), SweepError::Grid(_)));
     let falls = "potential={linear={alpha=-0.5}} initial.x=0.0 initial.x_dot=0.0 grid.gamma_f=5.0";
     assert!(matches!(impossible(falls, 64), SweepError::Reference(_)));

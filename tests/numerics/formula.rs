@@ -68,7 +68,7 @@ fn mistakes_are_reported_where_they_are() {
 
 #[test]
 fn hostile_depth_is_an_error_and_not_a_crash() {
-    let parameters = BTreeMap::new();
+    let parameters: BTreeMap<String, f64> = BTreeMap::new();
     for (open, close) in [("(", ")"), ("sin(", ")"), ("-", ""), ("x^", ""), ("1-(", ")")] {
         let deep = |levels: usize| format!("{}x{}", open.repeat(levels), close.repeat(levels));
         assert!(Formula::new(&deep(40), &parameters).is_ok(), "{open}");
@@ -127,7 +127,7 @@ proptest! {
 
     #[test]
     fn any_text_is_parsed_or_refused(text in "[-+*/^()x1.e a-z\u{e9}]{0,40}") {
-        if let Err(error) = Formula::new(&text, &BTreeMap::new()) {
+        if let Err(error) = Formula::<f64>::new(&text, &BTreeMap::new()) {
             prop_assert!(error.character() <= text.chars().count() + 1);
         }
     }

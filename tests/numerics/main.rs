@@ -3,6 +3,8 @@
 mod action_derivatives;
 mod common;
 mod convergence;
+mod elementary_functions;
+mod extended;
 mod formula;
 mod invariances;
 mod long_runs;

@@ -23,7 +23,7 @@ fn formula(expression: &str) -> Metric {
 }
 
 fn reference(metric: &Metric, length: f64) -> ReferenceTrajectory {
-    ReferenceTrajectory::new(metric, START, length).unwrap()
+    ReferenceTrajectory::new(metric, START, length, 16).unwrap()
 }
 
 #[test]
@@ -206,7 +206,7 @@ fn every_function_of_the_grammar_has_its_series() {
 fn a_horizon_ends_the_trajectory() {
     let metric = Metric::new(Potential::linear(-0.5), 1.0, 1.0);
     let start = InitialData { t: 0.0, x: 0.0, t_dot: 1.0, x_dot: 0.0 };
-    let end = ReferenceTrajectory::new(&metric, start, 5.0).unwrap_err();
+    let end = ReferenceTrajectory::new(&metric, start, 5.0, 16).unwrap_err();
     // K = Q = 1 and g00 = sin²φ from φ = π/2: γ = π/2 at the horizon.
     assert!((end.gamma - std::f64::consts::FRAC_PI_2).abs() < 1e-6, "{end}");
     assert!((end.x - 1.0).abs() < 1e-3, "{end}");
@@ -215,7 +215,7 @@ fn a_horizon_ends_the_trajectory() {
 
 #[test]
 fn the_length_of_a_physical_time() {
-    let length = ReferenceTrajectory::length_of(&quartic(), START, 10.0).unwrap();
+    let length = ReferenceTrajectory::length_of(&quartic(), START, 10.0, 16).unwrap();
     assert!((reference(&quartic(), length).at(length).elapsed - 10.0).abs() < 1e-13);
 }
 
@@ -226,7 +226,8 @@ fn a_start_at_rest_has_a_reference_too() {
     for expression in ["2^x", "x^2.5", "(1+x^2)^(x/5)", "sqrt(x)", "exp(-x)*sin(x)", "abs(x)^1.5"] {
         let metric = formula(expression);
         // Short enough that x stays positive, where all of them are smooth.
-        let trajectory = ReferenceTrajectory::new(&metric, rest, 0.8).unwrap_or_else(|e| panic!("{expression}: {e}"));
+        let trajectory =
+            ReferenceTrajectory::new(&metric, rest, 0.8, 16).unwrap_or_else(|e| panic!("{expression}: {e}"));
         let point = trajectory.at(0.8);
         let (invariants, g00) = (rest.invariants(&metric), metric.at(point.x).g00);
         let k = g00 * point.t_dot.powi(2) - point.x_dot.powi(2);
@@ -238,6 +239,6 @@ fn a_start_at_rest_has_a_reference_too() {
 #[test]
 fn a_potential_without_a_series_is_an_error() {
     let at_zero = InitialData { x: 0.0, ..START };
-    let end = ReferenceTrajectory::new(&formula("x^2.5"), at_zero, 1.0).unwrap_err();
+    let end = ReferenceTrajectory::new(&formula("x^2.5"), at_zero, 1.0, 16).unwrap_err();
     assert_eq!(end.reason, EndReason::Singular, "{end}");
 }

@@ -1,8 +1,9 @@
-//! Every case in cases/ meets its own expectations, in both systems.
+//! Every case in cases/ meets its own expectations, in both systems and in the precision it asks for.
 
 use std::path::PathBuf;
 
 use super::common::distance;
+use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::{Case, Status, solve};
 
 fn shipped() -> Vec<(PathBuf, String)> {
@@ -14,33 +15,40 @@ fn shipped() -> Vec<(PathBuf, String)> {
         .map(|path| (path.clone(), std::fs::read_to_string(path).unwrap()))
         .collect();
     cases.sort();
-    assert!(cases.len() >= 15, "found only {} cases", cases.len());
+    assert!(cases.len() >= 18, "found only {} cases", cases.len());
     cases
 }
 
 #[test]
 fn every_case_meets_its_expectations_in_both_systems() {
     for (path, text) in shipped() {
-        let name = path.display();
-        let solve_with = |system: &str| {
-            let case = Case::parse(&name.to_string(), &text, &[format!("solver.system={system}")]).unwrap();
-            (solve(&case), case.expect.unwrap_or_else(|| panic!("{name} has no [expect]")))
-        };
-        let (limit, expect) = solve_with("physical-limit");
-        let (doubled, _) = solve_with("doubled");
-        if expect.status != Status::Converged {
-            assert_eq!(limit.expect_err("the case is designed to fail").status, expect.status, "{name}");
-            assert_eq!(doubled.expect_err("the case is designed to fail").status, expect.status, "{name}");
-            continue;
-        }
-        let (limit, doubled) = (limit.unwrap(), doubled.unwrap());
-        let tolerance = expect.tolerance.unwrap();
-        assert!((limit.end.t - expect.t_final.unwrap()).abs() <= tolerance, "{name}: t = {}", limit.end.t);
-        assert!((limit.end.x - expect.x_final.unwrap()).abs() <= tolerance, "{name}: x = {}", limit.end.x);
-        assert!(limit.gradient_norm < 1e-10, "{name}: {}", limit.gradient_norm);
-        let (t, x) = (distance(&limit.elapsed, &doubled.elapsed), distance(&limit.x, &doubled.x));
-        assert!(t < 1e-10 && x < 1e-10, "{name}: the systems differ by {t:e} in t and {x:e} in x");
+        let name = path.display().to_string();
+        let with = |system: &str| Case::parse(&name, &text, &[format!("solver.system={system}")]).unwrap();
+        let cases = [with("physical-limit"), with("doubled")];
+        if cases[0].is_extended() { check::<Extended>(&name, &cases) } else { check::<f64>(&name, &cases) }
     }
+}
+
+fn check<S: Real>(name: &str, [limit, doubled]: &[Case; 2]) {
+    let expect = limit.expect.as_ref().unwrap_or_else(|| panic!("{name} has no [expect]"));
+    let (limit, doubled) = (solve::<S>(limit), solve::<S>(doubled));
+    if expect.status != Status::Converged {
+        assert_eq!(limit.expect_err("the case is designed to fail").status, expect.status, "{name}");
+        assert_eq!(doubled.expect_err("the case is designed to fail").status, expect.status, "{name}");
+        return;
+    }
+    let (limit, doubled) = (limit.unwrap(), doubled.unwrap());
+    let tolerance: S = expect.tolerance.as_ref().unwrap().to();
+    for end in [limit.end, doubled.end] {
+        let (t, x) = (expect.t_final.as_ref().unwrap().to::<S>(), expect.x_final.as_ref().unwrap().to::<S>());
+        assert!((end.t - t).abs() <= tolerance, "{name}: t = {:?}", end.t);
+        assert!((end.x - x).abs() <= tolerance, "{name}: x = {:?}", end.x);
+    }
+    // Six digits are for the size of t and for rounding that grows like N.
+    let small = S::from_decimal(&format!("1e-{}", limit.digits - 6)).unwrap();
+    assert!(limit.gradient_norm < small && doubled.gradient_norm < small, "{name}: {:?}", limit.gradient_norm);
+    let (t, x) = (distance(&limit.elapsed, &doubled.elapsed), distance(&limit.x, &doubled.x));
+    assert!(t < small && x < small, "{name}: the systems differ by {t:?} in t and {x:?} in x");
 }
 
 #[test]

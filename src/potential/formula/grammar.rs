@@ -22,6 +22,7 @@ use winnow::token::{any, take_while};
 
 use super::FormulaError;
 use super::graph::{Function, Graph, NodeId};
+use crate::scalar::Real;
 
 /// Longest expression accepted: nested parentheses cost stack, and no potential needs this.
 const MAX_BYTES: usize = 1024;
@@ -29,15 +30,15 @@ const MAX_BYTES: usize = 1024;
 const MAX_DEPTH: usize = 64;
 
 #[derive(Debug)]
-struct State<'s> {
-    parameters: &'s BTreeMap<String, f64>,
-    graph: &'s mut Graph,
+struct State<'s, S> {
+    parameters: &'s BTreeMap<String, S>,
+    graph: &'s mut Graph<S>,
     depth: usize,
     /// The mistake found furthest to the right.
     mistake: Option<(usize, String)>,
 }
 
-impl State<'_> {
+impl<S> State<'_, S> {
     fn report(&mut self, offset: usize, message: impl Into<String>) {
         if self.mistake.as_ref().is_none_or(|(furthest, _)| offset > *furthest) {
             self.mistake = Some((offset, message.into()));
@@ -45,11 +46,15 @@ impl State<'_> {
     }
 }
 
-type Input<'i, 's> = Stateful<LocatingSlice<&'i str>, State<'s>>;
+type Input<'i, 's, S> = Stateful<LocatingSlice<&'i str>, State<'s, S>>;
 type Failure = ErrMode<ContextError>;
 
 /// Parses `text` into `graph` and returns the root.
-pub(super) fn parse(text: &str, parameters: &BTreeMap<String, f64>, graph: &mut Graph) -> Result<NodeId, FormulaError> {
+pub(super) fn parse<S: Real>(
+    text: &str,
+    parameters: &BTreeMap<String, S>,
+    graph: &mut Graph<S>,
+) -> Result<NodeId, FormulaError> {
     let error = |offset: usize, message: String| FormulaError { message, offset, expression: text.to_owned() };
     if text.len() > MAX_BYTES {
         return Err(error(0, format!("the expression is longer than {MAX_BYTES} bytes")));
@@ -73,11 +78,13 @@ fn found(rest: &str) -> String {
 }
 
 /// `parser`, then white space.
-fn token<'i, 's: 'i, O>(parser: impl Parser<Input<'i, 's>, O, Failure>) -> impl Parser<Input<'i, 's>, O, Failure> {
+fn token<'i, 's: 'i, S: Real, O>(
+    parser: impl Parser<Input<'i, 's, S>, O, Failure>,
+) -> impl Parser<Input<'i, 's, S>, O, Failure> {
     terminated(parser, multispace0)
 }
 
-fn sum<'i, 's: 'i>(input: &mut Input<'i, 's>) -> Result<NodeId, Failure> {
+fn sum<'i, 's: 'i, S: Real>(input: &mut Input<'i, 's, S>) -> Result<NodeId, Failure> {
     let offset = input.current_token_start();
     input.state.depth += 1;
     if input.state.depth > MAX_DEPTH {
@@ -86,16 +93,16 @@ fn sum<'i, 's: 'i>(input: &mut Input<'i, 's>) -> Result<NodeId, Failure> {
     }
     let result = expression(atom)
         .prefix(dispatch! { token(any);
-            '-' => Prefix(14, |i: &mut Input<'i, 's>, a| Ok(i.state.graph.negate(a))),
-            '+' => Prefix(14, |_: &mut Input<'i, 's>, a| Ok(a)),
+            '-' => Prefix(14, |i: &mut Input<'i, 's, S>, a| Ok(i.state.graph.negate(a))),
+            '+' => Prefix(14, |_: &mut Input<'i, 's, S>, a| Ok(a)),
             _ => fail,
         })
         .infix(dispatch! { token(any);
-            '+' => Left(10, |i: &mut Input<'i, 's>, a, b| Ok(i.state.graph.add(a, b))),
-            '-' => Left(10, |i: &mut Input<'i, 's>, a, b| Ok(i.state.graph.subtract(a, b))),
-            '*' => Left(12, |i: &mut Input<'i, 's>, a, b| Ok(i.state.graph.multiply(a, b))),
-            '/' => Left(12, |i: &mut Input<'i, 's>, a, b| Ok(i.state.graph.divide(a, b))),
-            '^' => Right(16, |i: &mut Input<'i, 's>, a, b| Ok(i.state.graph.power(a, b))),
+            '+' => Left(10, |i: &mut Input<'i, 's, S>, a, b| Ok(i.state.graph.add(a, b))),
+            '-' => Left(10, |i: &mut Input<'i, 's, S>, a, b| Ok(i.state.graph.subtract(a, b))),
+            '*' => Left(12, |i: &mut Input<'i, 's, S>, a, b| Ok(i.state.graph.multiply(a, b))),
+            '/' => Left(12, |i: &mut Input<'i, 's, S>, a, b| Ok(i.state.graph.divide(a, b))),
+            '^' => Right(16, |i: &mut Input<'i, 's, S>, a, b| Ok(i.state.graph.power(a, b))),
             _ => fail,
         })
         .parse_next(input);
@@ -107,7 +114,7 @@ fn cut() -> Failure {
     ErrMode::Cut(ContextError::new())
 }
 
-fn atom<'i, 's: 'i>(input: &mut Input<'i, 's>) -> Result<NodeId, Failure> {
+fn atom<'i, 's: 'i, S: Real>(input: &mut Input<'i, 's, S>) -> Result<NodeId, Failure> {
     let offset = input.current_token_start();
     match peek_char(input) {
         Some('(') => {
@@ -127,12 +134,12 @@ fn atom<'i, 's: 'i>(input: &mut Input<'i, 's>) -> Result<NodeId, Failure> {
     }
 }
 
-fn peek_char(input: &mut Input<'_, '_>) -> Option<char> {
+fn peek_char<S>(input: &mut Input<'_, '_, S>) -> Option<char> {
     input.input.chars().next()
 }
 
 /// The rest of a parenthesis opened at `opened`.
-fn closed<'i, 's: 'i>(input: &mut Input<'i, 's>, opened: usize) -> Result<NodeId, Failure> {
+fn closed<'i, 's: 'i, S: Real>(input: &mut Input<'i, 's, S>, opened: usize) -> Result<NodeId, Failure> {
     let inner = sum(input)?;
     let offset = input.current_token_start();
     if token(')').parse_next(input).is_err() {
@@ -146,7 +153,7 @@ fn closed<'i, 's: 'i>(input: &mut Input<'i, 's>, opened: usize) -> Result<NodeId
     Ok(inner)
 }
 
-fn number<'i, 's: 'i>(input: &mut Input<'i, 's>) -> Result<NodeId, Failure> {
+fn number<'i, 's: 'i, S: Real>(input: &mut Input<'i, 's, S>) -> Result<NodeId, Failure> {
     let offset = input.current_token_start();
     let digits = |c: char| c.is_ascii_digit();
     let literal = (
@@ -162,7 +169,7 @@ fn number<'i, 's: 'i>(input: &mut Input<'i, 's>) -> Result<NodeId, Failure> {
     let parsed: Result<&str, Failure> =
         terminated(literal.take(), not(peek(any.verify(|c: &char| c.is_alphanumeric() || *c == '_' || *c == '.'))))
             .parse_next(input);
-    match parsed.ok().and_then(|literal| literal.parse::<f64>().ok()).filter(|value| value.is_finite()) {
+    match parsed.ok().and_then(|literal| S::from_decimal(literal)).filter(|value| value.is_finite()) {
         Some(value) => {
             multispace0.parse_next(input)?;
             Ok(input.state.graph.constant(value))
@@ -174,7 +181,7 @@ fn number<'i, 's: 'i>(input: &mut Input<'i, 's>) -> Result<NodeId, Failure> {
     }
 }
 
-fn name<'i, 's: 'i>(input: &mut Input<'i, 's>) -> Result<NodeId, Failure> {
+fn name<'i, 's: 'i, S: Real>(input: &mut Input<'i, 's, S>) -> Result<NodeId, Failure> {
     let offset = input.current_token_start();
     let name: &str = token(take_while(1.., |c: char| c.is_ascii_alphanumeric() || c == '_')).parse_next(input)?;
     let called = peek_char(input) == Some('(');
@@ -190,7 +197,7 @@ fn name<'i, 's: 'i>(input: &mut Input<'i, 's>) -> Result<NodeId, Failure> {
     }
     let value = match name {
         "x" => Some(None),
-        "pi" => Some(Some(std::f64::consts::PI)),
+        "pi" => Some(Some(S::PI)),
         _ => input.state.parameters.get(name).map(|&value| Some(value)),
     };
     match value {

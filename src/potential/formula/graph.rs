@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use crate::scalar::Real;
+
 /// Index of a node in its [`Graph`].
 pub(super) type NodeId = usize;
 
@@ -52,7 +54,7 @@ impl Function {
     }
 
     #[inline]
-    pub(crate) fn apply(self, u: f64) -> f64 {
+    pub(crate) fn apply<S: Real>(self, u: S) -> S {
         match self {
             Self::Sin => u.sin(),
             Self::Cos => u.cos(),
@@ -68,17 +70,17 @@ impl Function {
             Self::Log10 => u.log10(),
             Self::Sqrt => u.sqrt(),
             Self::Abs => u.abs(),
-            Self::Sign if u == 0.0 => 0.0,
+            Self::Sign if u == S::ZERO => S::ZERO,
             Self::Sign => u.signum(),
         }
     }
 }
 
-/// One operation; operands are earlier nodes. Constants carry their bits so that nodes can be hashed.
+/// One operation; operands are earlier nodes. A constant is its place in the graph's table, so that nodes can be hashed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Node {
     X,
-    Constant(u64),
+    Constant(usize),
     Add(NodeId, NodeId),
     Subtract(NodeId, NodeId),
     Multiply(NodeId, NodeId),
@@ -91,13 +93,20 @@ pub(super) enum Node {
 }
 
 /// A directed acyclic graph of [`Node`]s in topological order.
-#[derive(Debug, Default)]
-pub(super) struct Graph {
+#[derive(Debug)]
+pub(super) struct Graph<S> {
     nodes: Vec<Node>,
+    constants: Vec<S>,
     index: HashMap<Node, NodeId>,
 }
 
-impl Graph {
+impl<S> Default for Graph<S> {
+    fn default() -> Self {
+        Self { nodes: Vec::new(), constants: Vec::new(), index: HashMap::new() }
+    }
+}
+
+impl<S: Real> Graph<S> {
     pub(super) fn nodes(&self) -> &[Node] {
         &self.nodes
     }
@@ -109,30 +118,45 @@ impl Graph {
         })
     }
 
-    fn as_constant(&self, id: NodeId) -> Option<f64> {
+    /// The number of a [`Node::Constant`].
+    pub(super) fn number(&self, constant: usize) -> S {
+        self.constants[constant]
+    }
+
+    fn as_constant(&self, id: NodeId) -> Option<S> {
         match self.nodes[id] {
-            Node::Constant(bits) => Some(f64::from_bits(bits)),
+            Node::Constant(constant) => Some(self.number(constant)),
             _ => None,
         }
     }
 
     fn is(&self, id: NodeId, value: f64) -> bool {
-        self.as_constant(id) == Some(value)
+        self.as_constant(id) == Some(S::from(value))
     }
 
     pub(super) fn x(&mut self) -> NodeId {
         self.insert(Node::X)
     }
 
-    pub(super) fn constant(&mut self, value: f64) -> NodeId {
-        self.insert(Node::Constant(value.to_bits()))
+    pub(super) fn constant(&mut self, value: S) -> NodeId {
+        // A formula has a handful of constants. The sign keeps −0 from 0; a NaN is equal to nothing and stays alone.
+        let same = |known: &S| *known == value && known.signum() == value.signum();
+        let constant = self.constants.iter().position(same).unwrap_or_else(|| {
+            self.constants.push(value);
+            self.constants.len() - 1
+        });
+        self.insert(Node::Constant(constant))
+    }
+
+    fn whole(&mut self, value: i32) -> NodeId {
+        self.constant(S::from(f64::from(value)))
     }
 
     pub(super) fn add(&mut self, a: NodeId, b: NodeId) -> NodeId {
         match (self.as_constant(a), self.as_constant(b)) {
             (Some(u), Some(v)) => self.constant(u + v),
-            (Some(0.0), _) => b,
-            (_, Some(0.0)) => a,
+            (Some(u), _) if u == S::ZERO => b,
+            (_, Some(v)) if v == S::ZERO => a,
             _ => self.insert(Node::Add(a, b)),
         }
     }
@@ -140,8 +164,8 @@ impl Graph {
     pub(super) fn subtract(&mut self, a: NodeId, b: NodeId) -> NodeId {
         match (self.as_constant(a), self.as_constant(b)) {
             (Some(u), Some(v)) => self.constant(u - v),
-            (Some(0.0), _) => self.negate(b),
-            (_, Some(0.0)) => a,
+            (Some(u), _) if u == S::ZERO => self.negate(b),
+            (_, Some(v)) if v == S::ZERO => a,
             _ => self.insert(Node::Subtract(a, b)),
         }
     }
@@ -150,9 +174,9 @@ impl Graph {
         match (self.as_constant(a), self.as_constant(b)) {
             (Some(u), Some(v)) => self.constant(u * v),
             // Also where u is not finite: a written 0*ln(x) is 0 for every x.
-            (Some(0.0), _) | (_, Some(0.0)) => self.constant(0.0),
-            (Some(1.0), _) => b,
-            (_, Some(1.0)) => a,
+            (Some(u), _) | (_, Some(u)) if u == S::ZERO => self.whole(0),
+            (Some(u), _) if u == S::ONE => b,
+            (_, Some(v)) if v == S::ONE => a,
             _ => self.insert(Node::Multiply(a, b)),
         }
     }
@@ -160,15 +184,15 @@ impl Graph {
     pub(super) fn divide(&mut self, a: NodeId, b: NodeId) -> NodeId {
         match (self.as_constant(a), self.as_constant(b)) {
             (Some(u), Some(v)) => self.constant(u / v),
-            (Some(0.0), _) => a,
-            (_, Some(1.0)) => a,
+            (Some(u), _) if u == S::ZERO => a,
+            (_, Some(v)) if v == S::ONE => a,
             _ => self.insert(Node::Divide(a, b)),
         }
     }
 
     pub(super) fn negate(&mut self, a: NodeId) -> NodeId {
         match self.nodes[a] {
-            Node::Constant(bits) => self.constant(-f64::from_bits(bits)),
+            Node::Constant(constant) => self.constant(-self.number(constant)),
             Node::Negate(inner) => inner,
             _ => self.insert(Node::Negate(a)),
         }
@@ -177,14 +201,14 @@ impl Graph {
     pub(super) fn power(&mut self, base: NodeId, exponent: NodeId) -> NodeId {
         match (self.as_constant(base), self.as_constant(exponent)) {
             (Some(u), Some(v)) => self.constant(u.powf(v)),
-            (_, Some(v)) if v.fract() == 0.0 && v.abs() <= 1e6 => self.power_integer(base, v as i32),
+            (_, Some(v)) if is_small_integer(v) => self.power_integer(base, v.to_f64() as i32),
             _ => self.insert(Node::Power(base, exponent)),
         }
     }
 
     fn power_integer(&mut self, base: NodeId, exponent: i32) -> NodeId {
         match exponent {
-            0 => self.constant(1.0),
+            0 => self.whole(1),
             1 => base,
             _ => self.insert(Node::PowerInteger(base, exponent)),
         }
@@ -210,8 +234,8 @@ impl Graph {
 
     fn derivative_of_node(&mut self, id: NodeId, inner: &[NodeId]) -> NodeId {
         match self.nodes[id] {
-            Node::X => self.constant(1.0),
-            Node::Constant(_) => self.constant(0.0),
+            Node::X => self.whole(1),
+            Node::Constant(_) => self.whole(0),
             Node::Add(a, b) => self.add(inner[a], inner[b]),
             Node::Subtract(a, b) => self.subtract(inner[a], inner[b]),
             Node::Negate(a) => self.negate(inner[a]),
@@ -227,14 +251,14 @@ impl Graph {
                 self.divide(numerator, b)
             }
             Node::PowerInteger(a, n) => {
-                let coefficient = self.constant(f64::from(n));
+                let coefficient = self.whole(n);
                 let power = self.power_integer(a, n - 1);
                 let outer = self.multiply(coefficient, power);
                 self.multiply(outer, inner[a])
             }
             Node::Power(a, b) => {
                 // (a^b)′ = b a^(b−1) a′ + a^b ln(a) b′; the logarithm enters only where the exponent depends on x.
-                let one = self.constant(1.0);
+                let one = self.whole(1);
                 let less = self.subtract(b, one);
                 let power = self.power(a, less);
                 let outer = self.multiply(b, power);
@@ -256,7 +280,7 @@ impl Graph {
 
     /// f′(u) for `value` = f(u).
     fn derivative_of_call(&mut self, function: Function, u: NodeId, value: NodeId) -> NodeId {
-        let one = self.constant(1.0);
+        let one = self.whole(1);
         match function {
             Function::Sin => self.call(Function::Cos, u),
             Function::Cos => {
@@ -288,15 +312,20 @@ impl Graph {
             Function::Exp => value,
             Function::Ln => self.divide(one, u),
             Function::Log10 => {
-                let scale = self.constant(std::f64::consts::LN_10.recip());
+                let scale = self.constant(S::ONE / S::LN_10);
                 self.divide(scale, u)
             }
             Function::Sqrt => {
-                let half = self.constant(0.5);
+                let half = self.constant(S::ONE.half());
                 self.divide(half, value)
             }
             Function::Abs => self.call(Function::Sign, u),
-            Function::Sign => self.constant(0.0),
+            Function::Sign => self.whole(0),
         }
     }
+}
+
+fn is_small_integer<S: Real>(value: S) -> bool {
+    let rounded = value.to_f64();
+    S::from(rounded) == value && rounded.fract() == 0.0 && rounded.abs() <= 1e6
 }

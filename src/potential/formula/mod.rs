@@ -17,6 +17,7 @@ use self::graph::Graph;
 pub(crate) use program::{Instruction, Program};
 
 use super::PotentialJet;
+use crate::scalar::Real;
 
 /// A mistake in a formula.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -39,34 +40,34 @@ impl FormulaError {
 
 /// V(x) compiled from an expression, with V′ and V″.
 #[derive(Debug, Clone)]
-pub struct Formula {
-    program: Program,
+pub struct Formula<S = f64> {
+    program: Program<S>,
 }
 
-impl Formula {
+impl<S: Real> Formula<S> {
     /// Parses and compiles `expression` with the given parameter values.
     ///
     /// # Errors
     /// [`FormulaError`] with the position of the mistake: syntax, an unknown name, a function without its parentheses.
-    pub fn new(expression: &str, parameters: &BTreeMap<String, f64>) -> Result<Self, FormulaError> {
+    pub fn new(expression: &str, parameters: &BTreeMap<String, S>) -> Result<Self, FormulaError> {
         let mut graph = Graph::default();
         let value = grammar::parse(expression, parameters, &mut graph)?;
         Ok(Self { program: Program::with_derivatives(&mut graph, value) })
     }
 
     /// The compiled program, for arithmetic other than on numbers.
-    pub(crate) fn program(&self) -> &Program {
+    pub(crate) fn program(&self) -> &Program<S> {
         &self.program
     }
 
     /// V, V′, V″ at `x`.
-    pub fn at(&self, x: f64) -> PotentialJet {
+    pub fn at(&self, x: S) -> PotentialJet<S> {
         let [value, first, second] = self.program.at(x);
         PotentialJet { value, first, second }
     }
 
     /// `out` = (V, V′, V″) at every entry of `x`.
-    pub fn sample(&self, x: &[f64], out: [&mut [f64]; 3]) {
+    pub fn sample(&self, x: &[S], out: [&mut [S]; 3]) {
         self.program.sample(x, out);
     }
 }

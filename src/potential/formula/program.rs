@@ -1,6 +1,7 @@
 //! Flat programs: the part of an expression graph that its outputs need, one instruction a value.
 
 use super::graph::{Function, Graph, Node, NodeId};
+use crate::scalar::Real;
 
 /// Points evaluated together: long enough to vectorise, short enough that a formula's values stay in the cache.
 const BLOCK: usize = 64;
@@ -13,9 +14,9 @@ pub(crate) type Register = usize;
 
 /// One instruction; operands are results of earlier ones.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Instruction {
+pub(crate) enum Instruction<S> {
     X,
-    Constant(f64),
+    Constant(S),
     Add(Register, Register),
     Subtract(Register, Register),
     Multiply(Register, Register),
@@ -27,8 +28,8 @@ pub(crate) enum Instruction {
 
 /// A straight-line program that computes V, V′ and V″.
 #[derive(Debug, Clone)]
-pub(crate) struct Program {
-    instructions: Vec<Instruction>,
+pub(crate) struct Program<S> {
+    instructions: Vec<Instruction<S>>,
     outputs: [Register; 3],
 }
 
@@ -43,19 +44,19 @@ fn operands(node: Node) -> impl Iterator<Item = NodeId> {
     a.into_iter().chain(b)
 }
 
-impl Program {
+impl<S: Real> Program<S> {
     /// The program for V at node `value`, with its derivatives formed on the graph.
-    pub(super) fn with_derivatives(graph: &mut Graph, value: NodeId) -> Self {
+    pub(super) fn with_derivatives(graph: &mut Graph<S>, value: NodeId) -> Self {
         let first = graph.derivative(value);
         let second = graph.derivative(first);
         Self::compile(graph, [value, first, second])
     }
 
     /// The program for Σ_k c_k x^k by Horner's rule.
-    pub(crate) fn polynomial(coefficients: &[f64]) -> Self {
+    pub(crate) fn polynomial(coefficients: &[S]) -> Self {
         let mut graph = Graph::default();
         let x = graph.x();
-        let mut value = graph.constant(0.0);
+        let mut value = graph.constant(S::ZERO);
         for &c in coefficients.iter().rev() {
             let product = graph.multiply(value, x);
             let c = graph.constant(c);
@@ -65,7 +66,7 @@ impl Program {
     }
 
     /// Keeps the nodes that `outputs` need; integer powers become multiplications.
-    fn compile(graph: &Graph, outputs: [NodeId; 3]) -> Self {
+    fn compile(graph: &Graph<S>, outputs: [NodeId; 3]) -> Self {
         let nodes = graph.nodes();
         let mut needed = vec![false; nodes.len()];
         for output in outputs {
@@ -86,7 +87,7 @@ impl Program {
             let at = |id: NodeId| register_of[id];
             let instruction = match node {
                 Node::X => Instruction::X,
-                Node::Constant(bits) => Instruction::Constant(f64::from_bits(bits)),
+                Node::Constant(constant) => Instruction::Constant(graph.number(constant)),
                 Node::Add(a, b) => Instruction::Add(at(a), at(b)),
                 Node::Subtract(a, b) => Instruction::Subtract(at(a), at(b)),
                 Node::Multiply(a, b) => Instruction::Multiply(at(a), at(b)),
@@ -103,7 +104,7 @@ impl Program {
     }
 
     /// The instructions in order.
-    pub(crate) fn instructions(&self) -> &[Instruction] {
+    pub(crate) fn instructions(&self) -> &[Instruction<S>] {
         &self.instructions
     }
 
@@ -113,15 +114,15 @@ impl Program {
     }
 
     /// The three outputs at `x`.
-    pub(super) fn at(&self, x: f64) -> [f64; 3] {
+    pub(super) fn at(&self, x: S) -> [S; 3] {
         if self.instructions.len() <= STACK_VALUES {
-            self.at_with(x, &mut [0.0; STACK_VALUES])
+            self.at_with(x, &mut [S::ZERO; STACK_VALUES])
         } else {
-            self.at_with(x, &mut vec![0.0; self.instructions.len()])
+            self.at_with(x, &mut vec![S::ZERO; self.instructions.len()])
         }
     }
 
-    fn at_with(&self, x: f64, r: &mut [f64]) -> [f64; 3] {
+    fn at_with(&self, x: S, r: &mut [S]) -> [S; 3] {
         for (to, &instruction) in self.instructions.iter().enumerate() {
             r[to] = match instruction {
                 Instruction::X => x,
@@ -139,9 +140,9 @@ impl Program {
     }
 
     /// The three outputs at every entry of `x`, an instruction a block of points.
-    pub(super) fn sample(&self, x: &[f64], out: [&mut [f64]; 3]) {
+    pub(super) fn sample(&self, x: &[S], out: [&mut [S]; 3]) {
         let [out_0, out_1, out_2] = out;
-        let mut registers = vec![[0.0; BLOCK]; self.instructions.len()];
+        let mut registers = vec![[S::ZERO; BLOCK]; self.instructions.len()];
         for (block, x) in x.chunks(BLOCK).enumerate() {
             for (to, &instruction) in self.instructions.iter().enumerate() {
                 let (earlier, rest) = registers.split_at_mut(to);
@@ -156,7 +157,7 @@ impl Program {
 }
 
 /// Emits u^n by repeated squaring, as `powi` does it.
-fn integer_power(instructions: &mut Vec<Instruction>, base: Register, exponent: i32) -> Register {
+fn integer_power<S: Real>(instructions: &mut Vec<Instruction<S>>, base: Register, exponent: i32) -> Register {
     let mut push = |instruction| {
         instructions.push(instruction);
         instructions.len() - 1
@@ -173,7 +174,7 @@ fn integer_power(instructions: &mut Vec<Instruction>, base: Register, exponent: 
         }
         square = push(Instruction::Multiply(square, square));
     }
-    let one = Instruction::Constant(1.0);
+    let one = Instruction::Constant(S::ONE);
     match product {
         Some(product) if exponent > 0 => product,
         Some(product) => {
@@ -185,7 +186,7 @@ fn integer_power(instructions: &mut Vec<Instruction>, base: Register, exponent: 
 }
 
 /// One instruction on a block. Lanes beyond the end of `x` compute on stale numbers that nobody reads.
-fn execute(r: &[[f64; BLOCK]], out: &mut [f64; BLOCK], instruction: Instruction, x: &[f64]) {
+fn execute<S: Real>(r: &[[S; BLOCK]], out: &mut [S; BLOCK], instruction: Instruction<S>, x: &[S]) {
     match instruction {
         Instruction::X => out[..x.len()].copy_from_slice(x),
         Instruction::Constant(c) => *out = [c; BLOCK],
@@ -193,21 +194,21 @@ fn execute(r: &[[f64; BLOCK]], out: &mut [f64; BLOCK], instruction: Instruction,
         Instruction::Subtract(a, b) => binary(out, &r[a], &r[b], |u, v| u - v),
         Instruction::Multiply(a, b) => binary(out, &r[a], &r[b], |u, v| u * v),
         Instruction::Divide(a, b) => binary(out, &r[a], &r[b], |u, v| u / v),
-        Instruction::Power(a, b) => binary(out, &r[a], &r[b], f64::powf),
+        Instruction::Power(a, b) => binary(out, &r[a], &r[b], S::powf),
         Instruction::Negate(a) => unary(out, &r[a], |u| -u),
         Instruction::Call(function, a) => unary(out, &r[a], |u| function.apply(u)),
     }
 }
 
 #[inline]
-fn unary(out: &mut [f64; BLOCK], u: &[f64; BLOCK], f: impl Fn(f64) -> f64) {
+fn unary<S: Real>(out: &mut [S; BLOCK], u: &[S; BLOCK], f: impl Fn(S) -> S) {
     for (out, u) in out.iter_mut().zip(u) {
         *out = f(*u);
     }
 }
 
 #[inline]
-fn binary(out: &mut [f64; BLOCK], u: &[f64; BLOCK], v: &[f64; BLOCK], f: impl Fn(f64, f64) -> f64) {
+fn binary<S: Real>(out: &mut [S; BLOCK], u: &[S; BLOCK], v: &[S; BLOCK], f: impl Fn(S, S) -> S) {
     for ((out, u), v) in out.iter_mut().zip(u).zip(v) {
         *out = f(*u, *v);
     }

@@ -1,0 +1,294 @@
+//! Extended numbers from and to decimals, correctly rounded by exact integer arithmetic.
+//!
+//! The f256 crate has both, at the price of 15 MB of tables, but its formatting with a precision (0.11.3) writes numbers
+//! just below a power of ten ten times too large: 9.99…97 as 9.99…97e1.
+
+use num_bigint::BigUint;
+
+use super::Extended;
+
+/// Decimal exponents beyond this are taken for zero or infinity: no quantity of a case lies there, and exact integers of
+/// that length would take for ever.
+const MOST_EXPONENT: i64 = 5000;
+/// Decimals with exponents outside this range are written with an exponent.
+const PLAIN: std::ops::Range<i64> = -5..16;
+
+const FRACTION_BITS: u32 = 236;
+const FRACTION_BITS_OF_HIGH: u32 = FRACTION_BITS - 128;
+const EXPONENT_BIAS: i64 = 262_143;
+
+/// A finite number as sign · significand · 2^exponent.
+struct Binary {
+    negative: bool,
+    /// High and low half; the leading one is written out.
+    significand: (u128, u128),
+    exponent: i64,
+}
+
+fn decode(number: Extended) -> Binary {
+    let (high, low) = number.to_bits();
+    let biased = ((high >> FRACTION_BITS_OF_HIGH) & 0x7_ffff) as i64;
+    let fraction = high & ((1 << FRACTION_BITS_OF_HIGH) - 1);
+    let leading = u128::from(biased != 0) << FRACTION_BITS_OF_HIGH;
+    Binary {
+        negative: high >> 127 == 1,
+        significand: (fraction | leading, low),
+        exponent: biased.max(1) - EXPONENT_BIAS - i64::from(FRACTION_BITS),
+    }
+}
+
+/// The nearest `f64` (in the range of subnormal numbers one of the two nearest).
+pub(super) fn to_f64(number: Extended) -> f64 {
+    if !number.is_finite() {
+        return match (number.is_nan(), number.is_sign_negative()) {
+            (true, _) => f64::NAN,
+            (_, negative) => f64::INFINITY.copysign(if negative { -1.0 } else { 1.0 }),
+        };
+    }
+    let Binary { negative, significand: (high, low), exponent } = decode(number);
+    // The first 64 bits, the last of them sticky, are rounded once when they become an f64.
+    let dropped = FRACTION_BITS_OF_HIGH + 1 - 64;
+    let sticky = high & ((1 << dropped) - 1) != 0 || low != 0;
+    let first = (high >> dropped) as u64 | u64::from(sticky);
+    // In two factors, so that neither leaves the range before the product does.
+    let scale = (exponent + 128 + i64::from(dropped)).clamp(-2400, 2400) as i32;
+    let size = first as f64 * 2.0_f64.powi(scale / 2) * 2.0_f64.powi(scale - scale / 2);
+    if negative { -size } else { size }
+}
+
+/// The nearest number to `[+-]digits[.digits][e[+-]digits]`.
+pub(super) fn parse(text: &str) -> Option<Extended> {
+    let (negative, unsigned) = match text.strip_prefix('-') {
+        Some(rest) => (true, rest),
+        None => (false, text.strip_prefix('+').unwrap_or(text)),
+    };
+    let (mantissa, exponent) = match unsigned.split_once(['e', 'E']) {
+        Some((mantissa, exponent)) => (mantissa, exponent.parse::<i64>().ok()?),
+        None => (unsigned, 0),
+    };
+    let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
+    if !(whole.bytes().chain(fraction.bytes()).all(|b| b.is_ascii_digit()) && whole.len() + fraction.len() > 0) {
+        return None;
+    }
+    let digits = BigUint::parse_bytes([whole, fraction].concat().as_bytes(), 10)?;
+    let exponent = exponent.saturating_sub(fraction.len() as i64);
+    let leading = exponent.saturating_add(mantissa.len() as i64);
+    let size = if digits.bits() == 0 || leading < -MOST_EXPONENT {
+        Extended::ZERO
+    } else if exponent > MOST_EXPONENT {
+        Extended::INFINITY
+    } else {
+        let ten = BigUint::from(10_u32).pow(exponent.unsigned_abs() as u32);
+        if exponent >= 0 { nearest(digits * ten, BigUint::from(1_u32)) } else { nearest(digits, ten) }
+    };
+    Some(if negative { -size } else { size })
+}
+
+/// The number nearest to a quotient of positive integers.
+fn nearest(numerator: BigUint, denominator: BigUint) -> Extended {
+    // A quotient of 250 bits or a little more: some beyond the 237 of the result, and all in two halves.
+    let shift = 251 - (numerator.bits() as i64 - denominator.bits() as i64);
+    let (numerator, denominator) = scaled(numerator, denominator, shift);
+    let quotient = &numerator / &denominator;
+    let sticky = quotient.clone() * denominator != numerator;
+    let mut limbs = quotient.iter_u64_digits();
+    let mut half = || u128::from(limbs.next().unwrap_or(0)) | u128::from(limbs.next().unwrap_or(0)) << 64;
+    let (low, high) = (half() | u128::from(sticky), half());
+    // The only rounding is that of this sum.
+    let rounded = Extended::from(high).mul_pow2(128) + Extended::from(low);
+    if shift >= 0 { rounded.div_pow2(shift as u32) } else { rounded.mul_pow2(shift.unsigned_abs() as u32) }
+}
+
+/// numerator · 2^shift over denominator, as integers.
+fn scaled(numerator: BigUint, denominator: BigUint, shift: i64) -> (BigUint, BigUint) {
+    let bits = shift.unsigned_abs();
+    if shift >= 0 { (numerator << bits, denominator) } else { (numerator, denominator << bits) }
+}
+
+/// Appends `number` with so many significant digits, without trailing zeros.
+pub(super) fn push(number: Extended, digits: u32, out: &mut String) {
+    if !number.is_finite() {
+        out.push_str(zmij::Buffer::new().format(to_f64(number)));
+        return;
+    }
+    if number.is_sign_negative() {
+        out.push('-');
+    }
+    if number.eq_zero() {
+        out.push_str("0.0");
+        return;
+    }
+    let (digits, exponent) = significant(&decode(number), i64::from(digits.max(1)));
+    let digits = digits.trim_end_matches('0');
+    let zeros = |count: i64| "0".repeat(count as usize);
+    if !PLAIN.contains(&exponent) {
+        let (first, rest) = digits.split_at(1);
+        let point = if rest.is_empty() { "" } else { "." };
+        *out += &format!("{first}{point}{rest}e{exponent}");
+    } else if exponent < 0 {
+        *out += &format!("0.{}{digits}", zeros(-exponent - 1));
+    } else {
+        let whole = exponent + 1;
+        match digits.split_at_checked(whole as usize) {
+            Some((whole, rest)) => *out += &format!("{whole}.{}", if rest.is_empty() { "0" } else { rest }),
+            None => *out += &format!("{digits}{}.0", zeros(whole - digits.len() as i64)),
+        }
+    }
+}
+
+/// The first `count` digits of |number|, rounded, and the decimal exponent of the first.
+fn significant(number: &Binary, count: i64) -> (String, i64) {
+    let (high, low) = number.significand;
+    let significand = (BigUint::from(high) << 128_u32) | BigUint::from(low);
+    let log_2 = significand.bits() as f64 - 1.0 + number.exponent as f64;
+    let mut exponent = (log_2 * std::f64::consts::LOG10_2).floor() as i64;
+    loop {
+        // ½ + significand · 2^e · 10^(count − 1 − exponent), rounded down.
+        let tens = count - 1 - exponent;
+        let ten = BigUint::from(10_u32).pow(tens.unsigned_abs() as u32);
+        let rounded = if tens >= 0 && number.exponent < 0 {
+            // Almost all numbers: a product and a shift.
+            ((significand.clone() * ten >> (number.exponent.unsigned_abs() - 1)) + 1_u32) >> 1_u32
+        } else {
+            let (top, bottom) =
+                if tens >= 0 { (significand.clone() * ten, 1_u32.into()) } else { (significand.clone(), ten) };
+            let (top, bottom) = scaled(top, bottom, number.exponent + 1);
+            (top / bottom + 1_u32) >> 1_u32
+        };
+        let digits = rounded.to_string();
+        match digits.len() as i64 - count {
+            0 => return (digits, exponent),
+            // The estimate was one too small, or rounding carried into a further digit.
+            more => exponent += more,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use num_rational::BigRational;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn exact(number: Extended) -> BigRational {
+        let Binary { negative, significand: (high, low), exponent } = decode(number);
+        let (top, bottom) = scaled((BigUint::from(high) << 128_u32) | BigUint::from(low), 1_u32.into(), exponent);
+        let size = BigRational::new(top.into(), bottom.into());
+        if negative { -size } else { size }
+    }
+
+    fn written(number: Extended, digits: u32) -> String {
+        let mut text = String::new();
+        push(number, digits, &mut text);
+        text
+    }
+
+    /// Any finite numbers, mostly of ordinary size, with random bits down to the last.
+    fn numbers() -> impl Strategy<Value = Extended> {
+        (any::<u128>(), any::<u128>(), prop_oneof![-300_i64..300, -3000_i64..3000]).prop_map(|(high, low, exponent)| {
+            let biased = (exponent + EXPONENT_BIAS) as u128;
+            let sign_and_fraction = high & !(0x7_ffff << FRACTION_BITS_OF_HIGH);
+            Extended::from_bits((sign_and_fraction | biased << FRACTION_BITS_OF_HIGH, low))
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn decimals_of_73_digits_read_back_as_the_same_number(number in numbers()) {
+            prop_assert_eq!(parse(&written(number, 73)).unwrap().to_bits(), number.to_bits());
+        }
+
+        #[test]
+        fn writing_is_correctly_rounded(number in numbers(), digits in 1_u32..75) {
+            let text = written(number, digits);
+            // |text − number| ≤ half a unit of the last digit asked for.
+            let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+            let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
+            let ten = BigRational::from_integer(10.into());
+            let power = exponent.parse::<i32>().unwrap() - fraction.len() as i32;
+            let value = BigRational::from_integer(format!("{whole}{fraction}").parse().unwrap()) * ten.pow(power);
+            let first = mantissa.trim_start_matches(['-', '0', '.']).len();
+            let leading = mantissa.replace(['-', '.'], "").trim_start_matches('0').len() as i32 - 1 + power;
+            prop_assert!(first > 0);
+            let unit = ten.pow(leading + 1 - digits as i32);
+            let distance = value - exact(number);
+            prop_assert!(distance.clone() + distance.clone() <= unit && -(distance.clone() + distance) <= unit, "{}", text);
+        }
+
+        #[test]
+        fn reading_is_correctly_rounded(digits in "[1-9][0-9]{0,120}", point in 0_usize..120, exponent in -400_i64..400) {
+            let (whole, fraction) = digits.split_at(point.min(digits.len()));
+            let number = parse(&format!("{whole}.{fraction}e{exponent}")).unwrap();
+            let ten = BigRational::from_integer(10.into());
+            let value = BigRational::from_integer(digits.parse().unwrap()) * ten.pow((exponent - fraction.len() as i64) as i32);
+            let error = |n: Extended| { let d = exact(n) - &value; if d < BigRational::from_integer(0.into()) { -d } else { d } };
+            prop_assert!(error(number) <= error(number.next_up()) && error(number) <= error(number.next_down()));
+        }
+
+        #[test]
+        fn f64_is_exact_there_and_back(number in any::<f64>()) {
+            let back = to_f64(Extended::from(number));
+            prop_assert!(back.to_bits() == number.to_bits() || number.is_nan() && back.is_nan());
+        }
+
+        #[test]
+        fn rounding_to_f64_is_to_the_nearest(number in numbers()) {
+            let rounded = to_f64(number);
+            prop_assume!(rounded.is_normal());
+            let error = |f: f64| { let d = exact(number) - exact(Extended::from(f)); if d < BigRational::from_integer(0.into()) { -d } else { d } };
+            prop_assert!(error(rounded) <= error(rounded.next_up()) && error(rounded) <= error(rounded.next_down()));
+        }
+
+        /// The arithmetic that everything rests on.
+        #[test]
+        fn arithmetic_is_correctly_rounded(a in numbers(), b in numbers()) {
+            let nearest = |number: Extended, value: BigRational| {
+                let error = |n: Extended| { let d = exact(n) - &value; if d < BigRational::from_integer(0.into()) { -d } else { d } };
+                error(number) <= error(number.next_up()) && error(number) <= error(number.next_down())
+            };
+            prop_assert!(nearest(a + b, exact(a) + exact(b)));
+            prop_assert!(nearest(a - b, exact(a) - exact(b)));
+            prop_assert!(nearest(a * b, exact(a) * exact(b)));
+            prop_assert!(nearest(a / b, exact(a) / exact(b)));
+            // (√a ± half a unit)² encloses a.
+            let (root, square) = (a.abs().sqrt(), exact(a.abs()));
+            let two = BigRational::from_integer(2.into());
+            let middle = |n: Extended| { let m = (exact(root) + exact(n)) / &two; &m * &m };
+            prop_assert!(middle(root.next_down()) <= square && square <= middle(root.next_up()));
+        }
+    }
+
+    #[test]
+    fn numbers_are_written_like_doubles() {
+        let read = |text: &str| parse(text).unwrap();
+        for (text, digits, expected) in [
+            ("0", 40, "0.0"),
+            ("-0", 40, "-0.0"),
+            ("1", 40, "1.0"),
+            ("-10", 40, "-10.0"),
+            ("123.45", 40, "123.45"),
+            ("0.1", 40, "0.1"),
+            ("1e15", 40, "1000000000000000.0"),
+            ("1e16", 40, "1e16"),
+            ("1.25e-5", 40, "0.0000125"),
+            ("1.25e-6", 40, "1.25e-6"),
+            ("-1.25e-300", 40, "-1.25e-300"),
+            ("2e2000", 40, "2e2000"),
+            ("1e-999999999", 40, "0.0"),
+            ("1e999999999", 40, "inf"),
+            // The carry that the library's own formatting gets wrong.
+            ("9.99999999999999999999999999999999999999997", 42, "9.99999999999999999999999999999999999999997"),
+            ("9.99999999999999999999999999999999999999997", 41, "10.0"),
+            ("0.00099999999999999999", 5, "0.001"),
+            ("6.25", 2, "6.3"),
+        ] {
+            assert_eq!(written(read(text), digits), expected, "{text} in {digits} digits");
+        }
+        for bad in ["", "-", ".", "e5", "1e", "1e5.0", "0x10", "1_000", "nan", "inf", "--1", "1.2.3", " 1"] {
+            assert!(parse(bad).is_none(), "{bad}");
+        }
+        assert_eq!(to_f64(Extended::MAX), f64::INFINITY);
+        assert_eq!(to_f64(Extended::MIN_POSITIVE), 0.0);
+    }
+}

@@ -1,0 +1,260 @@
+//! What a number type must offer, and the two that do: `f64` and [`Extended`].
+//!
+//! Operators, metric, action gradient, collocation, diagnostics and reference are written once for both. Only what
+//! steers an iteration (Jacobians, damping, first guesses) is `f64` always: a correction needs few digits, a residual
+//! all of them.
+
+mod decimal;
+
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+
+/// IEEE 754 binary256: 237 significant bits, 71 decimal digits, correctly rounded arithmetic.
+pub type Extended = f256::f256;
+
+/// A real number type. The functions are those of the formula grammar, to the type's full precision.
+pub trait Real:
+    Copy
+    + Debug
+    + Default
+    + PartialOrd
+    + Send
+    + Sync
+    + 'static
+    + From<f64>
+    + Neg<Output = Self>
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+{
+    /// 0.
+    const ZERO: Self;
+    /// 1.
+    const ONE: Self;
+    /// π.
+    const PI: Self;
+    /// ln 10.
+    const LN_10: Self;
+    /// Distance from 1 to the next larger number.
+    const EPSILON: Self;
+    /// Smallest positive normal number.
+    const MIN_POSITIVE: Self;
+    /// Most significant decimal digits that can be asked for in this type.
+    const MOST_DIGITS: u32;
+    /// Whether this type has more digits than `f64`.
+    const IS_EXTENDED: bool;
+
+    /// The nearest `f64`.
+    fn to_f64(self) -> f64;
+    /// The nearest number to a decimal such as `-1.5e-3`; `None` if it is not one.
+    fn from_decimal(text: &str) -> Option<Self>;
+    /// Appends the number as a decimal: the shortest that reads back as the same `f64`, or the given number of
+    /// significant digits without trailing zeros.
+    fn push_decimal(self, digits: u32, out: &mut String);
+
+    /// Neither infinite nor NaN.
+    fn is_finite(self) -> bool;
+    /// NaN.
+    fn is_nan(self) -> bool;
+    /// |self|.
+    fn abs(self) -> Self;
+    /// The larger one; the other one if one is NaN.
+    fn max(self, other: Self) -> Self;
+    /// 1 or −1 with the sign of the number, also of a zero.
+    fn signum(self) -> Self;
+    /// √self.
+    fn sqrt(self) -> Self;
+    /// self^exponent.
+    fn powf(self, exponent: Self) -> Self;
+    /// e^self.
+    fn exp(self) -> Self;
+    /// Natural logarithm.
+    fn ln(self) -> Self;
+    /// Decimal logarithm.
+    fn log10(self) -> Self;
+    /// Sine.
+    fn sin(self) -> Self;
+    /// Cosine.
+    fn cos(self) -> Self;
+    /// Tangent.
+    fn tan(self) -> Self;
+    /// Arc sine.
+    fn asin(self) -> Self;
+    /// Arc cosine.
+    fn acos(self) -> Self;
+    /// Arc tangent.
+    fn atan(self) -> Self;
+    /// Hyperbolic sine.
+    fn sinh(self) -> Self;
+    /// Hyperbolic cosine.
+    fn cosh(self) -> Self;
+    /// Hyperbolic tangent.
+    fn tanh(self) -> Self;
+
+    /// The number as text, see [`Self::push_decimal`].
+    fn to_decimal(self, digits: u32) -> String {
+        let mut text = String::new();
+        self.push_decimal(digits, &mut text);
+        text
+    }
+
+    /// ½ self.
+    #[inline]
+    fn half(self) -> Self {
+        Self::from(0.5) * self
+    }
+}
+
+/// Σ terms, from left to right.
+pub(crate) fn sum<S: Real>(terms: impl Iterator<Item = S>) -> S {
+    terms.fold(S::ZERO, |sum, term| sum + term)
+}
+
+/// The same numbers in another type: exact from `f64` to [`Extended`], rounded the other way, in place for one type.
+pub(crate) fn convert<A: Real, B: Real>(numbers: Vec<A>) -> Vec<B> {
+    match (&numbers as &dyn std::any::Any).downcast_ref::<Vec<B>>() {
+        Some(_) => {
+            let any: Box<dyn std::any::Any> = Box::new(numbers);
+            *any.downcast().expect("the type was just compared")
+        }
+        None => numbers.into_iter().map(widen_or_round).collect(),
+    }
+}
+
+/// One number of [`convert`].
+fn widen_or_round<A: Real, B: Real>(number: A) -> B {
+    match (&number as &dyn std::any::Any).downcast_ref::<B>() {
+        Some(same) => *same,
+        None => B::from(number.to_f64()),
+    }
+}
+
+macro_rules! inherent {
+    ($type:ty: $($name:ident)*) => {
+        $(#[inline] fn $name(self) -> Self { <$type>::$name(self) })*
+    };
+}
+
+impl Real for f64 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+    const PI: Self = std::f64::consts::PI;
+    const LN_10: Self = std::f64::consts::LN_10;
+    const EPSILON: Self = f64::EPSILON;
+    const MIN_POSITIVE: Self = f64::MIN_POSITIVE;
+    const MOST_DIGITS: u32 = 16;
+    const IS_EXTENDED: bool = false;
+
+    #[inline]
+    fn to_f64(self) -> f64 {
+        self
+    }
+
+    fn from_decimal(text: &str) -> Option<Self> {
+        text.parse().ok()
+    }
+
+    fn push_decimal(self, _: u32, out: &mut String) {
+        out.push_str(zmij::Buffer::new().format(self));
+    }
+
+    #[inline]
+    fn is_finite(self) -> bool {
+        f64::is_finite(self)
+    }
+
+    #[inline]
+    fn is_nan(self) -> bool {
+        f64::is_nan(self)
+    }
+
+    #[inline]
+    fn max(self, other: Self) -> Self {
+        f64::max(self, other)
+    }
+
+    #[inline]
+    fn powf(self, exponent: Self) -> Self {
+        f64::powf(self, exponent)
+    }
+
+    inherent!(f64: abs signum sqrt exp ln log10 sin cos tan asin acos atan sinh cosh tanh);
+}
+
+macro_rules! by_reference {
+    ($($name:ident)*) => {
+        $(fn $name(self) -> Self { Extended::$name(&self) })*
+    };
+}
+
+impl Real for Extended {
+    const ZERO: Self = Extended::ZERO;
+    const ONE: Self = Extended::ONE;
+    const PI: Self = f256::consts::PI;
+    const LN_10: Self = f256::consts::LN_10;
+    const EPSILON: Self = Extended::EPSILON;
+    const MIN_POSITIVE: Self = Extended::MIN_POSITIVE;
+    // It has 71 and a little; the last one is left to rounding.
+    const MOST_DIGITS: u32 = 70;
+    const IS_EXTENDED: bool = true;
+
+    fn to_f64(self) -> f64 {
+        decimal::to_f64(self)
+    }
+
+    fn from_decimal(text: &str) -> Option<Self> {
+        decimal::parse(text)
+    }
+
+    fn push_decimal(self, digits: u32, out: &mut String) {
+        decimal::push(self, digits, out);
+    }
+
+    fn is_finite(self) -> bool {
+        Extended::is_finite(self)
+    }
+
+    fn is_nan(self) -> bool {
+        Extended::is_nan(self)
+    }
+
+    fn max(self, other: Self) -> Self {
+        Extended::max(self, other)
+    }
+
+    fn powf(self, exponent: Self) -> Self {
+        Extended::powf(&self, &exponent)
+    }
+
+    fn sqrt(self) -> Self {
+        Extended::sqrt(self)
+    }
+
+    fn signum(self) -> Self {
+        Extended::ONE.copysign(self)
+    }
+
+    by_reference!(abs exp ln log10 sin cos tan asin acos atan);
+
+    // The hyperbolic functions from e^u − 1, which loses nothing at a small u.
+    fn sinh(self) -> Self {
+        let e = Extended::exp_m1(&Extended::abs(&self));
+        let size = if e.is_finite() { (e + e / (e + Self::ONE)).half() } else { e };
+        size.copysign(self)
+    }
+
+    fn cosh(self) -> Self {
+        let e = Extended::exp(&Extended::abs(&self));
+        (e + Self::ONE / e).half()
+    }
+
+    fn tanh(self) -> Self {
+        let e = Extended::exp_m1(&Extended::abs(&self).mul2());
+        let size = if e.is_finite() { e / (e + Extended::TWO) } else { Self::ONE };
+        size.copysign(self)
+    }
+}

@@ -1,0 +1,100 @@
+//! From an `f64` root to one in extended precision: iterative refinement.
+//!
+//! The residual is evaluated with all digits, the linearised system is solved in `f64`. Each round gains the digits that
+//! the `f64` solution is good for, ten and more where the system is well conditioned, and nothing is ever factored in
+//! extended precision (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., ch. 12).
+
+use super::newton::{Failure, LinearFailure, ROUNDING_UNITS, Root, RoundingLevels, weigh};
+use super::status::{IterationRecord, Status};
+use crate::metric::OutsideDomain;
+use crate::norm::max_abs;
+use crate::scalar::Real;
+
+/// A round that leaves more than this share of the correction before it has nothing left to gain.
+const LEAST_GAIN: f64 = 0.5;
+
+/// What is refined.
+pub(super) trait Refined<S> {
+    /// `out` = F(u) in extended precision.
+    fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), OutsideDomain>;
+
+    /// Overwrites `right` with J⁻¹ `right`, J being the Jacobian of F near the root.
+    fn solve_linearised(&mut self, right: &mut [f64]) -> Result<(), LinearFailure>;
+
+    /// The rounding errors to be expected in F(u), a level for each block of entries. `None` where F is not defined.
+    fn rounding(&self, u: &[S]) -> Option<RoundingLevels>;
+
+    /// Largest entries of the two kinds of coordinates in `u`.
+    fn sizes(&self, u: &[S]) -> [S; 2];
+}
+
+/// 10^−digits.
+pub(super) fn tolerance<S: Real>(digits: u32) -> S {
+    S::from_decimal(&format!("1e-{digits}")).expect("a power of ten is a decimal")
+}
+
+/// Refines `root` until a correction changes no coordinate by more than 10^−`digits` of its kind's size. The error that
+/// then remains is smaller by the gain of another round. Where the corrections stop shrinking before, the residual must be
+/// at the rounding level of `S`, as it must be in `f64`.
+pub(super) fn refine<S: Real>(
+    system: &mut impl Refined<S>,
+    root: Root,
+    digits: u32,
+    max_iterations: usize,
+) -> Result<Root<S>, Failure> {
+    let Root { unknowns, mut history } = root;
+    let tolerance: S = tolerance(digits);
+    let mut u: Vec<S> = unknowns.iter().map(|&u| S::from(u)).collect();
+    let mut residual = vec![S::ZERO; u.len()];
+    let mut step = unknowns;
+    let mut previous = [S::from(f64::INFINITY); 2];
+    let mut correction = residual.clone();
+    let first = history.len();
+    loop {
+        let failure = |status, outside, u: &[S], residual: &[S], history| Failure {
+            status,
+            unknowns: u.iter().map(|u| u.to_f64()).collect(),
+            residual: residual.iter().map(|r| r.to_f64()).collect(),
+            outside,
+            history,
+        };
+        if let Err(outside) = system.residual(&u, &mut residual) {
+            return Err(failure(Status::OutsideDomain, Some(outside), &u, &residual, history));
+        }
+        // Scaled, so that a residual of any size has its place in the range of f64.
+        let scale = max_abs(&residual);
+        if scale == S::ZERO {
+            return Ok(Root { unknowns: u, history });
+        }
+        for (step, &r) in step.iter_mut().zip(&residual) {
+            *step = -(r / scale).to_f64();
+        }
+        if system.solve_linearised(&mut step).is_err() || !max_abs(&step).is_finite() {
+            return Err(failure(Status::Singular, None, &u, &residual, history));
+        }
+        for (correction, &step) in correction.iter_mut().zip(&step) {
+            *correction = scale * S::from(step);
+        }
+        let (changes, sizes) = (system.sizes(&correction), system.sizes(&u));
+        let small = |kind: usize| changes[kind] <= tolerance * sizes[kind];
+        let gains = |kind: usize| small(kind) || changes[kind] <= S::from(LEAST_GAIN) * previous[kind];
+        if !(gains(0) && gains(1)) || history.len() - first >= max_iterations {
+            let levels = system.rounding(&u);
+            if levels.is_some_and(|levels| weigh(&levels, &residual).largest <= ROUNDING_UNITS) {
+                // The type has no more digits to give; the iteration history says how many there are.
+                return Ok(Root { unknowns: u, history });
+            }
+            return Err(failure(Status::PrecisionNotReached, None, &u, &residual, history));
+        }
+        for (u, &correction) in u.iter_mut().zip(&correction) {
+            *u += correction;
+        }
+        let change = changes[0].max(changes[1]).to_f64();
+        let iteration = history.len() + 1;
+        history.push(IterationRecord { iteration, residual: scale.to_f64(), step: change, damping: 1.0 });
+        if small(0) && small(1) {
+            return Ok(Root { unknowns: u, history });
+        }
+        previous = changes;
+    }
+}
