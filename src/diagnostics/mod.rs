@@ -63,6 +63,12 @@ impl<S: Real> Diagnostics<S> {
                 "K drifts by {drift:.2e} of {k:.2e}: x is not resolved, however exact Q_t is; raise n_gamma, or use SBP42"
             ));
         }
+        if let Some(reached) = short_of_digits(solution) {
+            warnings.push(format!(
+                "the refinement ends at the rounding of the arithmetic: about {reached} of {} digits are certain",
+                solution.digits
+            ));
+        }
         if k >= 0.0 && self.bound.h_bvp > self.bound.h_bvp_bound {
             let [h_bvp, h_bvp_bound] = [self.bound.h_bvp, self.bound.h_bvp_bound].map(S::to_f64);
             warnings.push(format!("H_BVP = {h_bvp:.3e} exceeds its bound Q_t (t_f - t_i) = {h_bvp_bound:.3e}"));
@@ -95,6 +101,14 @@ impl<S: Real> Diagnostics<S> {
     pub fn max_abs_delta_k(&self) -> S {
         max_abs(all_but_last(&self.charges.delta_k))
     }
+}
+
+/// The digits that the last correction left unchanged, if they are fewer than were asked for.
+fn short_of_digits<S: Real>(solution: &Solution<S>) -> Option<u32> {
+    let last = solution.history.last().filter(|_| S::IS_EXTENDED)?;
+    let size = max_abs(&solution.elapsed).max(max_abs(&solution.x)).to_f64();
+    let reached = -(last.step / size).log10();
+    (reached < f64::from(solution.digits)).then_some(reached as u32)
 }
 
 fn all_but_last<S>(u: &[S]) -> &[S] {

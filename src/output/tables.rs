@@ -6,7 +6,7 @@ use std::io::Write;
 use csv::{ByteRecord, WriterBuilder};
 
 use crate::diagnostics::Diagnostics;
-use crate::scalar::Real;
+use crate::scalar::{DecimalRoom, Real};
 use crate::solve::{Backward, Solution};
 
 /// Bytes handed to the operating system at a time.
@@ -94,14 +94,10 @@ fn write_table<S: Real>(
     let mut writer = WriterBuilder::new().buffer_capacity(BUFFER).from_writer(out);
     writer.write_record(header)?;
     let mut record = ByteRecord::new();
-    let mut text = String::new();
+    let mut room = DecimalRoom::default();
     for (k, gamma) in solution.gamma().enumerate() {
         record.clear();
-        let mut push = |value: S| {
-            text.clear();
-            value.push_decimal(solution.digits, &mut text);
-            record.push_field(text.as_bytes());
-        };
+        let mut push = |value: S| record.push_field(value.write_decimal(solution.digits, &mut room).as_bytes());
         push(gamma);
         row(k, &mut push);
         writer.write_byte_record(&record)?;

@@ -148,7 +148,7 @@ fn significant(number: &Binary, count: i64) -> (String, i64) {
         let ten = BigUint::from(10_u32).pow(tens.unsigned_abs() as u32);
         let rounded = if tens >= 0 && number.exponent < 0 {
             // Almost all numbers: a product and a shift.
-            ((significand.clone() * ten >> (number.exponent.unsigned_abs() - 1)) + 1_u32) >> 1_u32
+            (((significand.clone() * ten) >> (number.exponent.unsigned_abs() - 1)) + 1_u32) >> 1_u32
         } else {
             let (top, bottom) =
                 if tens >= 0 { (significand.clone() * ten, 1_u32.into()) } else { (significand.clone(), ten) };

@@ -52,9 +52,9 @@ pub trait Real:
     fn to_f64(self) -> f64;
     /// The nearest number to a decimal such as `-1.5e-3`; `None` if it is not one.
     fn from_decimal(text: &str) -> Option<Self>;
-    /// Appends the number as a decimal: the shortest that reads back as the same `f64`, or the given number of
+    /// The number as a decimal in `room`: the shortest that reads back as the same `f64`, or the given number of
     /// significant digits without trailing zeros.
-    fn push_decimal(self, digits: u32, out: &mut String);
+    fn write_decimal(self, digits: u32, room: &mut DecimalRoom) -> &str;
 
     /// Neither infinite nor NaN.
     fn is_finite(self) -> bool;
@@ -95,11 +95,9 @@ pub trait Real:
     /// Hyperbolic tangent.
     fn tanh(self) -> Self;
 
-    /// The number as text, see [`Self::push_decimal`].
+    /// The number as text, see [`Self::write_decimal`].
     fn to_decimal(self, digits: u32) -> String {
-        let mut text = String::new();
-        self.push_decimal(digits, &mut text);
-        text
+        self.write_decimal(digits, &mut DecimalRoom::default()).to_owned()
     }
 
     /// ½ self.
@@ -107,6 +105,13 @@ pub trait Real:
     fn half(self) -> Self {
         Self::from(0.5) * self
     }
+}
+
+/// Room for the decimals of one number, to be used again for the next.
+#[derive(Default)]
+pub struct DecimalRoom {
+    double: zmij::Buffer,
+    extended: String,
 }
 
 /// Σ terms, from left to right.
@@ -158,8 +163,9 @@ impl Real for f64 {
         text.parse().ok()
     }
 
-    fn push_decimal(self, _: u32, out: &mut String) {
-        out.push_str(zmij::Buffer::new().format(self));
+    #[inline]
+    fn write_decimal(self, _: u32, room: &mut DecimalRoom) -> &str {
+        room.double.format(self)
     }
 
     #[inline]
@@ -210,8 +216,10 @@ impl Real for Extended {
         decimal::parse(text)
     }
 
-    fn push_decimal(self, digits: u32, out: &mut String) {
-        decimal::push(self, digits, out);
+    fn write_decimal(self, digits: u32, room: &mut DecimalRoom) -> &str {
+        room.extended.clear();
+        decimal::push(self, digits, &mut room.extended);
+        &room.extended
     }
 
     fn is_finite(self) -> bool {
