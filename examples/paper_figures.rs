@@ -283,7 +283,7 @@ fn convergence(page: &mut Page, scene: &Scene) -> Result<()> {
     let mut table = "Slopes on N = 16, 32, 64 against Δγ (against 1/N), then on N = 64, 128, 256: ".to_owned();
     let mut stated = Vec::new();
     for (sbp, paper) in operators.into_iter().zip(scene.slopes) {
-        let name = sbp.coefficients().name;
+        let name = sbp;
         for (quantity, paper) in at_end.into_iter().zip(paper) {
             stated.push(format!("{name} {} {paper:.2}", quantity.symbol()));
             let _ = write!(

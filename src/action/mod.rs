@@ -214,7 +214,10 @@ impl<'a, S: Real> DoubledAction<'a, S> {
             x_row = x_row.max(x_size / h).max(force);
         }
         let epsilon = S::EPSILON.to_f64();
-        Ok(GradientRounding { t_rows: epsilon * t_row, x_rows: epsilon * x_row, t: epsilon * t, x: epsilon * x })
+        // Rows of D with larger coefficients show more of the rounding of t and x; ∇E applies D twice.
+        let once = epsilon * self.sbp.stiffness();
+        let twice = once * self.sbp.stiffness();
+        Ok(GradientRounding { t_rows: twice * t_row, x_rows: twice * x_row, t: once * t, x: once * x })
     }
 }
 

@@ -12,13 +12,13 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+pub use crate::sbp::SbpName;
 pub use decimal::Decimal;
 pub use error::CaseError;
 
 use crate::geodesic::InitialData;
 use crate::metric::Metric;
 use crate::potential::{Formula, Potential};
-use crate::sbp::{Coefficients, coefficients};
 use crate::scalar::Real;
 use crate::solve::Status;
 
@@ -120,7 +120,8 @@ pub struct Grid {
     pub gamma_f: Option<Decimal>,
     /// Physical time at which to end, instead of `gamma_f`.
     pub t_f: Option<Decimal>,
-    /// Number of nodes N.
+    /// Number of nodes N (of each window); a spectral element fixes it and it may be left out.
+    #[serde(default)]
     pub n_gamma: usize,
     /// Number of windows (more than one is not available yet).
     #[serde(default = "one")]
@@ -136,51 +137,6 @@ fn zero() -> Decimal {
 
 fn one() -> usize {
     1
-}
-
-/// The SBP operators that can be asked for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
-pub enum SbpName {
-    /// Second order inside.
-    Sbp21,
-    /// Fourth order inside.
-    Sbp42,
-}
-
-impl SbpName {
-    /// The coefficients of that name.
-    pub fn coefficients(self) -> &'static Coefficients {
-        match self {
-            Self::Sbp21 => &coefficients::SBP21,
-            Self::Sbp42 => &coefficients::SBP42,
-        }
-    }
-}
-
-impl TryFrom<String> for SbpName {
-    type Error = String;
-
-    fn try_from(name: String) -> Result<Self, String> {
-        let is_gll = |n: &str| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit());
-        match name.as_str() {
-            "SBP21" => Ok(Self::Sbp21),
-            "SBP42" => Ok(Self::Sbp42),
-            "SBP63" | "SBP84" => Err(format!("{name} is not available yet; use SBP21 or SBP42")),
-            other if other.strip_prefix("GLL").is_some_and(is_gll) => {
-                Err(format!("{name} is not available yet; use SBP21 or SBP42"))
-            }
-            _ => Err(format!(
-                "unknown operator \"{name}\", expected SBP21, SBP42 (SBP63, SBP84 and GLL<n> are not available yet)"
-            )),
-        }
-    }
-}
-
-impl From<SbpName> for String {
-    fn from(name: SbpName) -> Self {
-        name.coefficients().name.to_owned()
-    }
 }
 
 /// The form of the action.

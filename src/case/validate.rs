@@ -49,6 +49,10 @@ impl Case {
         if self.grid.gamma_f.is_none() && self.grid.t_f.is_none() {
             self.grid.gamma_f = Some(Decimal::from(DEFAULT_GAMMA_F));
         }
+        if self.grid.n_gamma == 0 {
+            let nodes = self.scheme.sbp.fixed_points();
+            self.grid.n_gamma = nodes.ok_or_else(|| invalid("grid", "missing field `n_gamma`"))?;
+        }
         self.check_grid()?;
         self.check_start()?;
         self.check_expectations()?;
@@ -137,12 +141,14 @@ impl Case {
         let value = |number: &Option<Decimal>| number.as_ref().map(Decimal::value);
         let (gamma_i, gamma_f, t_f) = (self.grid.gamma_i.value(), value(&self.grid.gamma_f), value(&self.grid.t_f));
         let initial: InitialData = self.initial_data();
-        let coefficients = self.scheme.sbp.coefficients();
-        if n_gamma < coefficients.minimum_points {
-            let message = format!(
-                "{} needs at least {} points, got n_gamma = {n_gamma}",
-                coefficients.name, coefficients.minimum_points
-            );
+        let sbp = self.scheme.sbp;
+        if let Some(nodes) = sbp.fixed_points().filter(|&nodes| nodes != n_gamma) {
+            let message = format!("{sbp} has {nodes} nodes, got n_gamma = {n_gamma}");
+            return Err(invalid("grid.n_gamma", message)
+                .help("leave n_gamma out, or choose the spectral element of that many nodes"));
+        }
+        if n_gamma < sbp.minimum_points() {
+            let message = format!("{sbp} needs at least {} points, got n_gamma = {n_gamma}", sbp.minimum_points());
             return Err(invalid("grid.n_gamma", message));
         }
         if n_gamma > MOST_POINTS {

@@ -135,7 +135,7 @@ fn sweep_with_progress<S: Real>(
     let bar = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new(grids) };
     bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} grids {msg}").expect("the template is valid"));
     let result = sweep(case, &args.sbp, &args.n_gamma, &cancel, &|point| {
-        bar.set_message(format!("last: {} N = {}", point.sbp.coefficients().name, point.n_gamma));
+        bar.set_message(format!("last: {} N = {}", point.sbp, point.n_gamma));
         bar.inc(1);
     });
     bar.finish_and_clear();
@@ -150,7 +150,7 @@ fn readable<S>(case: &Case, convergence: &Convergence<S>, slopes: &[Slope], dire
     );
     text += "  operator  quantity      slope         against 1/N  fitted N        points\n";
     for slope in slopes {
-        let operator = slope.sbp.coefficients().name;
+        let operator = slope.sbp.to_string();
         let quantity = slope.quantity.as_str();
         let Some((fit, (n_min, n_max))) = slope.fit.as_ref().zip(slope.n_range) else {
             text += &format!("  {operator:<8}  {quantity:<12}  -\n");
@@ -166,7 +166,7 @@ fn readable<S>(case: &Case, convergence: &Convergence<S>, slopes: &[Slope], dire
         );
     }
     for point in convergence.points.iter().filter(|point| point.errors.is_none()) {
-        text += &format!("  {} N = {}: {}\n", point.sbp.coefficients().name, point.n_gamma, point.status);
+        text += &format!("  {} N = {}: {}\n", point.sbp, point.n_gamma, point.status);
     }
     text + &format!("  written   {}: {CONVERGENCE}, {SLOPES}, {SUMMARY}\n", directory.display())
 }

@@ -140,7 +140,7 @@ pub fn errors<S>(title: &str, convergence: &Convergence<S>, slopes: &[Slope], qu
             .filter(|point| point.sbp == slope.sbp)
             .filter_map(|point| point.errors.map(|errors| (point.delta_gamma, slope.quantity.of(&errors))))
             .collect();
-        let name = format!("{} {}", slope.sbp.coefficients().name, slope.quantity.symbol());
+        let name = format!("{} {}", slope.sbp, slope.quantity.symbol());
         series.push(Series::new(name, Mark::Points, points.clone()));
         let Some((fit, (n_min, n_max))) = slope.fit.as_ref().zip(slope.n_range) else { continue };
         let fitted: Vec<(f64, f64)> = (convergence.points.iter())
@@ -155,7 +155,7 @@ pub fn errors<S>(title: &str, convergence: &Convergence<S>, slopes: &[Slope], qu
         let label = format!("slope {:.2}", fit.slope);
         series.push(Series::new(label, Mark::Dashed, ends.map(line).to_vec()).with_ink(Ink::Previous));
         // The order of the strong form's global error: one above that of the boundary closure.
-        let order = (slope.sbp.coefficients().interior_order / 2 + 1) as i32;
+        let order = (slope.sbp.boundary_order() + 1) as i32;
         if guides.iter().all(|(known, ..)| *known != order) {
             guides.push((order, fitted[fitted.len() - 1], ends[0]));
         }

@@ -1,68 +1,107 @@
-//! Summation-by-parts operators on an equidistant grid. They know nodes and weights, and no physics.
+//! Summation-by-parts operators: finite differences on an equidistant grid, and spectral elements on
+//! Gauss–Lobatto–Legendre nodes. They know nodes and weights, and no physics.
 //!
 //! D = H⁻¹Q approximates d/dγ, H is a diagonal quadrature rule, and Q + Qᵀ = E_N − E_0 is the discrete form of
 //! integration by parts: `(u, Dv)_H = u_N v_N − u_1 v_1 − (Du, v)_H`.
 
 pub mod coefficients;
+pub mod gll;
+mod name;
 mod regularised;
 
 pub use coefficients::Coefficients;
+pub use name::SbpName;
 pub use regularised::RegularisedOperator;
 
+use self::gll::LobattoRule;
 use crate::banded::BandedMatrix;
 use crate::scalar::{Real, sum};
 
-/// A grid has fewer points than the operator's two boundary closures need.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+/// A grid has fewer points than the operator's two boundary closures need, or not those of a spectral element.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{operator} needs at least {minimum} points, got {points}")]
 pub struct TooFewPoints {
     /// Name of the operator.
-    pub operator: &'static str,
+    pub operator: String,
     /// Points asked for.
     pub points: usize,
     /// Points needed.
     pub minimum: usize,
 }
 
-/// A diagonal-norm SBP first-derivative operator on N nodes of spacing h. Applying it allocates nothing.
+/// A diagonal-norm SBP first-derivative operator on N nodes. Applying it allocates nothing.
 #[derive(Debug, Clone)]
 pub struct SbpOperator<S = f64> {
+    /// Mean node spacing.
     spacing: S,
-    /// Closure rows divided by h, row-major, `closure_width` columns each.
-    closure: Vec<S>,
-    closure_width: usize,
-    /// d_m / h of the interior stencil.
-    interior: Vec<S>,
+    rows: Rows<S>,
     /// Diagonal of H, length N, in units of γ.
     weights: Vec<S>,
+    /// Largest Σ|hD| of a row.
+    row_sum: f64,
 }
 
+/// The rows of D, in units of 1/γ.
+#[derive(Debug, Clone)]
+enum Rows<S> {
+    /// Finite differences on equidistant nodes.
+    Stencil {
+        /// Closure rows, row-major, `closure_width` columns each.
+        closure: Vec<S>,
+        closure_width: usize,
+        /// d_m of the interior stencil.
+        interior: Vec<S>,
+    },
+    /// A spectral element.
+    Dense {
+        /// Positions of the nodes from the first one.
+        nodes: Vec<S>,
+        /// Row-major.
+        matrix: Vec<S>,
+    },
+}
+
+/// Rounding was calibrated on the first two operators, whose rows of |hD| sum to less than this.
+const LEAST_ROW_SUM: f64 = 4.0;
+
 impl<S: Real> SbpOperator<S> {
-    /// Builds the operator for `points` nodes with the given `spacing` = Δγ.
+    /// The finite-difference operator for `points` nodes with the given `spacing` = Δγ.
     ///
     /// # Errors
     /// [`TooFewPoints`] if the closures do not fit.
     pub fn new(coefficients: &Coefficients, points: usize, spacing: S) -> Result<Self, TooFewPoints> {
         if points < coefficients.minimum_points {
-            return Err(TooFewPoints { operator: coefficients.name, points, minimum: coefficients.minimum_points });
+            let operator = coefficients.name.to_owned();
+            return Err(TooFewPoints { operator, points, minimum: coefficients.minimum_points });
         }
         let mut weights = vec![spacing; points];
         for (k, weight) in coefficients.norm.iter().enumerate() {
             weights[k] = weight.to_real::<S>() * spacing;
             weights[points - 1 - k] = weights[k];
         }
-        Ok(Self {
-            spacing,
-            closure: coefficients
-                .closure
-                .iter()
-                .flat_map(|row| row.iter())
-                .map(|c| c.to_real::<S>() / spacing)
-                .collect(),
+        let row_sums = coefficients.closure.iter().map(|row| row.iter().map(|c| c.to_real::<f64>().abs()).sum());
+        let closure = coefficients.closure.iter().flat_map(|row| row.iter());
+        let rows = Rows::Stencil {
+            closure: closure.map(|c| c.to_real::<S>() / spacing).collect(),
             closure_width: coefficients.closure[0].len(),
             interior: coefficients.interior.iter().map(|c| c.to_real::<S>() / spacing).collect(),
-            weights,
-        })
+        };
+        Ok(Self { spacing, rows, weights, row_sum: row_sums.fold(LEAST_ROW_SUM, f64::max) })
+    }
+
+    /// The spectral element of `points` Gauss–Lobatto–Legendre nodes over the given `length` of γ.
+    pub fn gauss_lobatto(points: usize, length: S) -> Self {
+        let rule: LobattoRule<S> = LobattoRule::new(points);
+        let scale = (S::ONE + S::ONE) / length;
+        let matrix: Vec<S> = rule.differentiation.iter().map(|&d| scale * d).collect();
+        let spacing = length / S::from((points - 1) as f64);
+        let row_sums = matrix.chunks_exact(points).map(|row| sum(row.iter().map(|d| d.abs())) * spacing);
+        Self {
+            spacing,
+            weights: rule.weights.iter().map(|&w| length.half() * w).collect(),
+            row_sum: row_sums.fold(LEAST_ROW_SUM, |largest, row| largest.max(row.to_f64())),
+            rows: Rows::Dense { nodes: rule.nodes.iter().map(|&x| length.half() * (x + S::ONE)).collect(), matrix },
+        }
     }
 
     /// Number of nodes N.
@@ -70,9 +109,40 @@ impl<S: Real> SbpOperator<S> {
         self.weights.len()
     }
 
-    /// Node spacing h = Δγ.
+    /// Node spacing h = Δγ; the mean one of a spectral element.
     pub fn spacing(&self) -> S {
         self.spacing
+    }
+
+    /// Whether all intervals between nodes are the same.
+    pub fn is_equidistant(&self) -> bool {
+        matches!(self.rows, Rows::Stencil { .. })
+    }
+
+    /// γ of node k, counted from the first.
+    pub fn node(&self, k: usize) -> S {
+        match &self.rows {
+            Rows::Stencil { .. } => S::from(k as f64) * self.spacing,
+            Rows::Dense { nodes, .. } => nodes[k],
+        }
+    }
+
+    /// γ from node k to node k + 1.
+    pub fn interval(&self, k: usize) -> S {
+        match &self.rows {
+            Rows::Stencil { .. } => self.spacing,
+            Rows::Dense { nodes, .. } => nodes[k + 1] - nodes[k],
+        }
+    }
+
+    /// Largest Σ_j |hD_kj| of a row k (at least 4): how much rounding of u shows in hDu.
+    pub fn row_sum(&self) -> f64 {
+        self.row_sum
+    }
+
+    /// [`Self::row_sum`] in units of that of the operators of low order: 1 for SBP21 and SBP42.
+    pub fn stiffness(&self) -> f64 {
+        self.row_sum / LEAST_ROW_SUM
     }
 
     /// Diagonal of the norm H: quadrature weights in units of γ, length N.
@@ -80,18 +150,21 @@ impl<S: Real> SbpOperator<S> {
         &self.weights
     }
 
-    /// Number of boundary rows that differ from the interior stencil, at each end.
+    /// Number of rows at each end that may differ in shape from the others.
     pub fn closure_rows(&self) -> usize {
-        self.closure.len() / self.closure_width
+        match &self.rows {
+            Rows::Stencil { closure, closure_width, .. } => closure.len() / closure_width,
+            Rows::Dense { nodes, .. } => nodes.len() / 2,
+        }
     }
 
     /// Whether every row couples at most its two neighbours, so that Du = f is an explicit two-step recursion (SBP21).
     pub fn is_two_step(&self) -> bool {
-        self.closure_width == 2 && self.interior.len() == 1
+        matches!(&self.rows, Rows::Stencil { closure_width: 2, .. })
     }
 
     /// Number of last rows of D from the first one that reaches node N: where a deviation confined to node N shows
-    /// after another application of D (2 for SBP21, 4 for SBP42).
+    /// after another application of D (2, 4, 6, 8 for SBP21, 42, 63, 84; all for a spectral element).
     pub fn rows_reaching_last_node(&self) -> usize {
         let n = self.points();
         let reaches = |k: &usize| self.row(*k).any(|(column, _)| column == n - 1);
@@ -105,14 +178,18 @@ impl<S: Real> SbpOperator<S> {
     pub fn row(&self, k: usize) -> impl Iterator<Item = (usize, S)> + '_ {
         let n = self.points();
         assert!(k < n, "row {k} of an operator on {n} points");
-        let s = self.closure_rows();
-        let width = self.closure_width;
-        let closure = |i: usize| &self.closure[i * width..(i + 1) * width];
-        // Three kinds of row, one iterator type: (slice, first column, step, sign) describes each.
-        let (left, middle, right) = match k {
-            _ if k < s => (closure(k), [].as_slice(), [].as_slice()),
-            _ if k >= n - s => ([].as_slice(), [].as_slice(), closure(n - 1 - k)),
-            _ => ([].as_slice(), self.interior.as_slice(), [].as_slice()),
+        // Four kinds of row, one iterator type: (slice, first column, step, sign) describes each.
+        let (left, middle, right) = match &self.rows {
+            Rows::Dense { matrix, .. } => (&matrix[k * n..(k + 1) * n], [].as_slice(), [].as_slice()),
+            Rows::Stencil { closure, closure_width, interior } => {
+                let s = closure.len() / closure_width;
+                let closure = |i: usize| &closure[i * closure_width..(i + 1) * closure_width];
+                match k {
+                    _ if k < s => (closure(k), [].as_slice(), [].as_slice()),
+                    _ if k >= n - s => ([].as_slice(), [].as_slice(), closure(n - 1 - k)),
+                    _ => ([].as_slice(), interior.as_slice(), [].as_slice()),
+                }
+            }
         };
         let left = left.iter().enumerate().map(|(j, &c)| (j, c));
         let below = middle.iter().enumerate().rev().map(move |(m, &c)| (k - m - 1, -c));
@@ -125,16 +202,28 @@ impl<S: Real> SbpOperator<S> {
     pub fn apply(&self, u: &[S], out: &mut [S]) {
         let n = self.points();
         assert!(u.len() == n && out.len() == n, "vectors must have the operator's {n} points");
-        let s = self.closure_rows();
-        for (k, row) in self.closure.chunks_exact(self.closure_width).enumerate() {
-            out[k] = sum(row.iter().zip(u).map(|(&c, &v)| c * v));
-            out[n - 1 - k] = -sum(row.iter().zip(u.iter().rev()).map(|(&c, &v)| c * v));
-        }
-        let inner = &mut out[s..n - s];
-        match self.interior.as_slice() {
-            &[d1] => interior_stencil([d1], u, s, inner),
-            &[d1, d2] => interior_stencil([d1, d2], u, s, inner),
-            other => unreachable!("no interior stencil of half-width {}", other.len()),
+        match &self.rows {
+            Rows::Dense { matrix, .. } => {
+                // The rows sum to zero: differences lose less to rounding than values.
+                for ((out, row), &here) in out.iter_mut().zip(matrix.chunks_exact(n)).zip(u) {
+                    *out = sum(row.iter().zip(u).map(|(&d, &v)| d * (v - here)));
+                }
+            }
+            Rows::Stencil { closure, closure_width, interior } => {
+                let s = closure.len() / closure_width;
+                for (k, row) in closure.chunks_exact(*closure_width).enumerate() {
+                    out[k] = sum(row.iter().zip(u).map(|(&c, &v)| c * v));
+                    out[n - 1 - k] = -sum(row.iter().zip(u.iter().rev()).map(|(&c, &v)| c * v));
+                }
+                let inner = &mut out[s..n - s];
+                match interior.as_slice() {
+                    &[d1] => interior_stencil([d1], u, s, inner),
+                    &[d1, d2] => interior_stencil([d1, d2], u, s, inner),
+                    &[d1, d2, d3] => interior_stencil([d1, d2, d3], u, s, inner),
+                    &[d1, d2, d3, d4] => interior_stencil([d1, d2, d3, d4], u, s, inner),
+                    other => unreachable!("no interior stencil of half-width {}", other.len()),
+                }
+            }
         }
     }
 
@@ -174,7 +263,10 @@ impl SbpOperator {
     /// D as a banded N × N matrix.
     pub fn to_banded(&self) -> BandedMatrix {
         let n = self.points();
-        let reach = self.closure_width.saturating_sub(1).max(self.interior.len());
+        let reach = match &self.rows {
+            Rows::Stencil { closure_width, interior, .. } => (closure_width - 1).max(interior.len()),
+            Rows::Dense { .. } => n - 1,
+        };
         let mut matrix = BandedMatrix::zeros(n, reach, reach);
         for k in 0..n {
             for (column, value) in self.row(k) {

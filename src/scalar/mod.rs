@@ -48,6 +48,8 @@ pub trait Real:
     /// Whether this type has more digits than `f64`.
     const IS_EXTENDED: bool;
 
+    /// The nearest number of this type to an extended one.
+    fn round(number: Extended) -> Self;
     /// The nearest `f64`.
     fn to_f64(self) -> f64;
     /// The nearest number to a decimal such as `-1.5e-3`; `None` if it is not one.
@@ -154,6 +156,10 @@ impl Real for f64 {
     const MOST_DIGITS: u32 = 16;
     const IS_EXTENDED: bool = false;
 
+    fn round(number: Extended) -> Self {
+        decimal::to_f64(number)
+    }
+
     #[inline]
     fn to_f64(self) -> f64 {
         self
@@ -207,6 +213,10 @@ impl Real for Extended {
     // It has 71 and a little; the last one is left to rounding.
     const MOST_DIGITS: u32 = 70;
     const IS_EXTENDED: bool = true;
+
+    fn round(number: Extended) -> Self {
+        number
+    }
 
     fn to_f64(self) -> f64 {
         decimal::to_f64(self)

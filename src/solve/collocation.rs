@@ -13,9 +13,6 @@ use crate::metric::{MetricSamples, OutsideDomain};
 use crate::norm::max_abs;
 use crate::scalar::{Real, convert};
 
-/// Rounding units of hDu: the absolute coefficients of a boundary row of hD sum to less than 4.
-const ROW_SUM: f64 = 4.0;
-
 pub(super) fn solve<S: Real>(problem: &Problem<S>, case: &Case) -> Result<PhysicalLimit<S>, Failure> {
     let max_iterations = case.solver.max_iterations;
     let rough = problem.in_f64(case);
@@ -118,7 +115,7 @@ impl<S: Real> Refined<S> for TimeIntegration<'_, S> {
     }
 
     fn rounding(&self, u: &[S]) -> Option<RoundingLevels> {
-        Some(vec![(0..u.len(), ROW_SUM * S::EPSILON.to_f64() * max_abs(u).to_f64())])
+        Some(vec![(0..u.len(), self.problem.sbp.row_sum() * S::EPSILON.to_f64() * max_abs(u).to_f64())])
     }
 
     fn sizes(&self, u: &[S]) -> [S; 2] {
@@ -203,6 +200,11 @@ impl<'a, S: Real> Collocation<'a, S> {
         self.problem.metric.sample_into(&self.x, &mut self.metric)
     }
 
+    /// The rows are scaled for one level to hold for all.
+    fn rounding(&self, u: &[S]) -> RoundingLevels {
+        vec![(0..u.len(), self.problem.sbp.row_sum() * S::EPSILON.to_f64())]
+    }
+
     /// `out` = F(u).
     fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), OutsideDomain> {
         self.evaluate(u)?;
@@ -217,11 +219,6 @@ impl<'a, S: Real> Collocation<'a, S> {
         }
         Ok(())
     }
-}
-
-/// The rows are scaled for one level to hold for all.
-fn rounding<S: Real>(u: &[S]) -> RoundingLevels {
-    vec![(0..u.len(), ROW_SUM * S::EPSILON.to_f64())]
 }
 
 /// Largest |x| and |w| of interleaved unknowns.
@@ -260,7 +257,7 @@ impl NewtonSystem for Collocation<'_, f64> {
     }
 
     fn rounding(&self, u: &[f64]) -> Option<RoundingLevels> {
-        Some(rounding(u))
+        Some(Collocation::rounding(self, u))
     }
 
     fn newton_step(&mut self, _: &[f64], residual: &[f64], step: &mut [f64]) -> Result<(), LinearFailure> {
@@ -294,7 +291,7 @@ impl<S: Real> Refined<S> for RefinedCollocation<'_, S> {
     }
 
     fn rounding(&self, u: &[S]) -> Option<RoundingLevels> {
-        Some(rounding(u))
+        Some(self.residual.rounding(u))
     }
 
     fn sizes(&self, u: &[S]) -> [S; 2] {

@@ -14,10 +14,12 @@ use super::newton::{Failure, Root};
 use super::problem::Problem;
 use crate::action::{DoubledAction, Layout};
 use crate::geodesic::InitialData;
-use crate::sbp::SbpOperator;
+use crate::sbp::{SbpName, SbpOperator};
 
 /// Steps of a window; its nodes are one more, which every operator with banded closures accepts.
 const WINDOW_STEPS: usize = 8;
+/// Steps of the equidistant grid for each of a spectral element.
+const FINER: usize = 4;
 /// Positions are counted in this fraction of the grid spacing; it bounds how far a failing window is halved.
 const UNITS_PER_STEP: usize = 64;
 /// A window that needs more iterations than this is too long.
@@ -55,10 +57,10 @@ struct WindowGrid {
 }
 
 impl WindowGrid {
-    fn new(problem: &Problem, units: usize) -> Self {
-        let spacing = problem.sbp.spacing() * units as f64 / UNITS_PER_STEP as f64;
-        let sbp =
-            SbpOperator::new(problem.coefficients, WINDOW_STEPS + 1, spacing).expect("a window has enough points");
+    fn new(problem: &Problem, spacing: f64) -> Self {
+        // A guess needs no high order, and the closures of high orders do not fit into a window.
+        let name = if problem.sbp.is_two_step() { SbpName::Sbp21 } else { SbpName::Sbp42 };
+        let sbp = name.operator(WINDOW_STEPS + 1, spacing).expect("a window has enough points");
         let solver = CriticalPointSolver::new(&DoubledAction::new(&sbp, &problem.metric, problem.initial));
         Self { sbp, solver }
     }
@@ -100,7 +102,10 @@ fn straight_line(action: &DoubledAction<'_>) -> Vec<f64> {
 
 /// A guess for all 4N + 8 unknowns of the problem's action.
 pub(super) fn windowed_action(problem: &Problem) -> Result<Vec<f64>, WindowFailure> {
-    let points = problem.sbp.points();
+    let nodes = problem.sbp.points();
+    // Nodes that are not equidistant take their values from a finer grid that is.
+    let points = if problem.sbp.is_equidistant() { nodes } else { FINER * (nodes - 1) + 1 };
+    let spacing = problem.length / (points - 1) as f64;
     let end = (points - 1) * UNITS_PER_STEP;
     let mut t = vec![problem.initial.t; points];
     let mut x = vec![problem.initial.x; points];
@@ -114,7 +119,9 @@ pub(super) fn windowed_action(problem: &Problem) -> Result<Vec<f64>, WindowFailu
         while units * WINDOW_STEPS > end - position {
             units /= 2;
         }
-        let grid = grids.entry(units).or_insert_with(|| WindowGrid::new(problem, units));
+        let grid = grids
+            .entry(units)
+            .or_insert_with(|| WindowGrid::new(problem, spacing * units as f64 / UNITS_PER_STEP as f64));
         let acceptable = LARGEST_DEFECT.min(DEFECT_OF_RUN * (WINDOW_STEPS * units) as f64 / end as f64);
         match grid.solve(problem, start, &mut largest_x_dot) {
             Ok(window) if window.defect > acceptable && units > 1 => units /= 2,
@@ -139,7 +146,7 @@ pub(super) fn windowed_action(problem: &Problem) -> Result<Vec<f64>, WindowFailu
             }
             Err(_) if units > 1 => units /= 2,
             Err(failure) => {
-                let per_unit = problem.sbp.spacing() / UNITS_PER_STEP as f64;
+                let per_unit = spacing / UNITS_PER_STEP as f64;
                 return Err(WindowFailure {
                     failure: Box::new(failure),
                     start,
@@ -148,6 +155,14 @@ pub(super) fn windowed_action(problem: &Problem) -> Result<Vec<f64>, WindowFailu
                 });
             }
         }
+    }
+    if !problem.sbp.is_equidistant() {
+        let at = |values: &[f64], node: usize| {
+            let place = problem.sbp.node(node) / spacing;
+            let k = (place as usize).min(points - 2);
+            values[k] + (place - k as f64) * (values[k + 1] - values[k])
+        };
+        (t, x) = (0..nodes).map(|node| (at(&t, node), at(&x, node))).unzip();
     }
     Ok(problem.layout().physical_limit(&t, &x, &multipliers))
 }

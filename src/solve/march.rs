@@ -82,7 +82,6 @@ pub(super) fn nystrom(problem: &Problem) -> Result<(Vec<f64>, Vec<f64>), Outside
 /// Every `stride`-th node, with `substeps` steps from one to the next.
 fn nystrom_with(problem: &Problem, stride: usize, substeps: usize) -> Result<(Vec<f64>, Vec<f64>), OutsideDomain> {
     let intervals = (problem.sbp.points() - 1) / stride;
-    let h = problem.sbp.spacing() * stride as f64 / substeps as f64;
     let q_t = problem.invariants().q_t;
     let force = |interval: usize, x: f64| {
         let g = problem.metric.at(x);
@@ -94,6 +93,9 @@ fn nystrom_with(problem: &Problem, stride: usize, substeps: usize) -> Result<(Ve
     xs.push(x);
     ws.push(w);
     for k in 1..=intervals {
+        let from = (k - 1) * stride;
+        let length = (from..from + stride).fold(0.0, |length, k| length + problem.sbp.interval(k));
+        let h = length / substeps as f64;
         for _ in 0..substeps {
             let k1 = force(k - 1, x)?;
             let k2 = force(k, x + h * (0.5 * w + 0.125 * h * k1))?;

@@ -66,7 +66,7 @@ fn overflow<S: Real>(solution: Solution<S>) -> NoSolution {
     let index = (0..solution.x.len()).find(|k| !finite(k)).unwrap_or(solution.x.len() - 1);
     NoSolution {
         status: Status::OutsideDomain,
-        gamma: (solution.gamma_i + S::from(index as f64) * solution.sbp.spacing()).to_f64(),
+        gamma: (solution.gamma_i + solution.sbp.node(index)).to_f64(),
         x: solution.x[index].to_f64(),
         g00: solution.metric.at(solution.x[index]).g00.to_f64(),
         iteration: solution.history.len(),

@@ -70,7 +70,7 @@ impl<S: Real> Solution<S> {
     pub fn gamma(&self) -> impl Iterator<Item = S> + '_ {
         let last = self.x.len() - 1;
         let node = move |k: usize| {
-            if k == last { self.gamma_f() } else { self.gamma_i + S::from(k as f64) * self.sbp.spacing() }
+            if k == last { self.gamma_f() } else { self.gamma_i + self.sbp.node(k) }
         };
         (0..=last).map(node)
     }

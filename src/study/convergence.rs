@@ -239,7 +239,7 @@ pub fn errors<S: Real>(solution: &Solution<S>, reference: &ReferenceTrajectory<S
     let last = solution.x.len() - 1;
     let (mut t_squared, mut x_squared, mut final_errors) = (0.0, 0.0, (0.0, 0.0));
     for (k, weight) in solution.sbp.weights().iter().enumerate() {
-        let exact = reference.at(S::from(k as f64) * solution.sbp.spacing());
+        let exact = reference.at(solution.sbp.node(k));
         let (t, x) = ((solution.elapsed[k] - exact.elapsed).to_f64(), (solution.x[k] - exact.x).to_f64());
         let weight = weight.to_f64();
         t_squared += weight * t * t;
@@ -281,7 +281,7 @@ pub struct Slope {
 impl Slope {
     /// A sentence if the number should not be read as an order.
     pub fn warning(&self) -> Option<String> {
-        let (name, quantity) = (self.sbp.coefficients().name, self.quantity.as_str());
+        let (name, quantity) = (self.sbp, self.quantity.as_str());
         match &self.fit {
             None if self.plateau_from.is_some() => {
                 Some(format!("{name} {quantity}: no slope, the errors are at the rounding level"))

@@ -1,7 +1,7 @@
 //! The SBP coefficients satisfy their defining identities exactly, and are exact on polynomials up to their order and
 //! no further.
 
-use geodesic_ivp::sbp::coefficients::{Rational, SBP21, SBP42};
+use geodesic_ivp::sbp::coefficients::{Rational, SBP21, SBP42, SBP63, SBP84};
 use geodesic_ivp::sbp::{Coefficients, RegularisedOperator, SbpOperator};
 use nalgebra::{DMatrix, DVector};
 use num_rational::Ratio;
@@ -9,7 +9,7 @@ use proptest::prelude::*;
 
 type Exact = Ratio<i128>;
 
-const OPERATORS: [&Coefficients; 2] = [&SBP21, &SBP42];
+const OPERATORS: [&Coefficients; 4] = [&SBP21, &SBP42, &SBP63, &SBP84];
 
 fn exact(r: &Rational) -> Exact {
     Exact::new(i128::from(r.numerator), i128::from(r.denominator))
@@ -151,9 +151,12 @@ fn too_few_points_are_refused() {
 }
 
 #[test]
-fn a_deviation_at_the_last_node_reaches_two_or_four_rows() {
+fn a_deviation_at_the_last_node_reaches_as_many_rows_as_the_closure_has() {
     assert_eq!(operator(&SBP21, 20, 1.0).rows_reaching_last_node(), 2);
     assert_eq!(operator(&SBP42, 20, 1.0).rows_reaching_last_node(), 4);
+    assert_eq!(operator(&SBP63, 20, 1.0).rows_reaching_last_node(), 6);
+    assert_eq!(operator(&SBP84, 20, 1.0).rows_reaching_last_node(), 8);
+    assert_eq!(SbpOperator::gauss_lobatto(9, 1.0).rows_reaching_last_node(), 9);
 }
 
 #[test]
@@ -174,7 +177,7 @@ fn the_null_space_of_d_is_the_constants_and_the_regularised_one_has_none() {
 proptest! {
     #[test]
     fn the_affine_matrix_and_the_transpose_agree_with_the_operator(
-        u in proptest::collection::vec(-3.0..3.0_f64, 13), start in -2.0..2.0_f64, which in 0..2_usize,
+        u in proptest::collection::vec(-3.0..3.0_f64, 17), start in -2.0..2.0_f64, which in 0..4_usize,
     ) {
         let n = u.len();
         let sbp = operator(OPERATORS[which], n, 0.3);
@@ -194,5 +197,24 @@ proptest! {
         for k in 0..n {
             prop_assert!((transposed[k] - expected[k]).abs() < 1e-12);
         }
+    }
+}
+
+/// The largest modulus of an eigenvalue of hD.
+fn spectral_radius(c: &Coefficients, n: usize) -> f64 {
+    let banded = operator(c, n, 1.0).to_banded();
+    let d = DMatrix::from_fn(n, n, |i, j| banded.get(i, j));
+    d.complex_eigenvalues().iter().map(|e| e.norm()).fold(0.0, f64::max)
+}
+
+#[test]
+fn closures_are_no_stiffer_than_the_interior() {
+    // Largest symbol of the interior stencil, max_φ 2 Σ_m d_m sin mφ.
+    for (c, largest) in [(&SBP21, 1.0), (&SBP42, 1.372), (&SBP63, 1.586), (&SBP84, 1.731)] {
+        let stencil: Vec<f64> = c.interior.iter().map(|d| d.to_real::<f64>()).collect();
+        let symbol = |phi: f64| 2.0 * stencil.iter().zip(1..).map(|(d, m)| d * (f64::from(m) * phi).sin()).sum::<f64>();
+        let symbol = (0..3142).map(|k| symbol(f64::from(k) * 1e-3)).fold(0.0, f64::max);
+        assert!((symbol - largest).abs() < 1e-3, "{}: {symbol}", c.name);
+        assert!(spectral_radius(c, 48) <= largest, "{}: {}", c.name, spectral_radius(c, 48));
     }
 }

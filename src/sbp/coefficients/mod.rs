@@ -5,6 +5,10 @@
 //! with the sign changed. Nothing here is rounded: `tests/numerics/sbp_identities.rs` proves Q + Qᵀ = E_N − E_0 and the
 //! polynomial exactness on these very numbers in exact arithmetic.
 
+mod mattsson_nordstrom;
+
+pub use mattsson_nordstrom::{SBP63, SBP84};
+
 use crate::scalar::Real;
 
 /// A rational number `numerator / denominator`.
