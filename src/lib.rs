@@ -81,6 +81,7 @@
 //! | [`action`] | E_IVP, its gradient and its sparse Hessian |
 //! | [`mod@solve`] | Newton on ∇E_IVP = 0; the physical limit; every way it can end |
 //! | [`diagnostics`] | charges, residuals, bound, sawtooth; never calls a solver |
+//! | [`sampling`] | values between the nodes |
 //! | [`mod@reference`] | the trajectory to compare with, by a Taylor method |
 //! | [`study`] | sweeps and fits, on top of [`solve`](crate::solve()) |
 //! | [`output`] | CSV, JSON and SVG; prints nothing |
@@ -95,6 +96,7 @@ mod norm;
 pub mod output;
 pub mod potential;
 pub mod reference;
+pub mod sampling;
 pub mod sbp;
 pub mod scalar;
 pub mod solve;

@@ -6,6 +6,7 @@ mod input;
 mod interrupt;
 mod report;
 mod run;
+mod samples;
 mod shell;
 
 use std::path::PathBuf;

@@ -11,18 +11,21 @@ use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::geodesic::InitialData;
 use geodesic_ivp::output::pictures::{self, Run};
 use geodesic_ivp::output::{
-    Chart, Outcome, OutputSet, Summary, write_branches, write_combined, write_residuals, write_trajectory,
+    Chart, Outcome, OutputSet, Summary, write_branches, write_combined, write_residuals, write_samples,
+    write_trajectory,
 };
 use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
 use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::{Case, Solution, solve};
 use indicatif::ProgressBar;
 
+use super::samples::SampleArgs;
 use super::{CaseArgs, interrupt, report};
 
 const TRAJECTORY: &str = "trajectory.csv";
 const RESIDUALS: &str = "residuals.csv";
 const BRANCHES: &str = "branches.csv";
+const SAMPLES: &str = "samples.csv";
 const SUMMARY: &str = "summary.json";
 const PICTURES: [&str; 5] = ["world_line.svg", "t_dot.svg", "trajectory.svg", "delta_q_t.svg", "delta_g.svg"];
 const CASE: &str = "case.toml";
@@ -43,6 +46,9 @@ pub(super) struct RunArgs {
     /// Write one CSV with all columns to standard output, and no files
     #[arg(long)]
     stdout: bool,
+
+    #[command(flatten)]
+    samples: SampleArgs,
 }
 
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
@@ -62,8 +68,8 @@ fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     let directory = args.out.clone().unwrap_or_else(|| args.case.default_output());
-    let tables = [TRAJECTORY, RESIDUALS, BRANCHES, SUMMARY, CASE];
-    let files = OutputSet::open(&directory, &[tables, PICTURES].concat())?;
+    let tables = [TRAJECTORY, RESIDUALS, BRANCHES, SAMPLES, SUMMARY, CASE];
+    let files = OutputSet::open(&directory, &[tables.as_slice(), &PICTURES].concat())?;
     let mut effective = case.clone();
     if args.case.has_overrides() {
         // The expectations were made for the case as it is in its file.
@@ -85,6 +91,11 @@ fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
     warn_of(&diagnostics.warnings(&solution));
     let mut summary = Summary::new(case, Ok((&solution, &diagnostics)), solve_seconds);
     let start = Instant::now();
+    if args.samples.wanted() {
+        let samples = args.samples.take(&solution)?;
+        write_samples(files.writer(SAMPLES), samples.into_iter(), solution.digits)
+            .with_context(|| format!("cannot write {SAMPLES}"))?;
+    }
     write_tables(&files, &solution, &diagnostics)?;
     if let Outcome::Solved(solved) = &mut summary.outcome {
         solved.diagnostics_seconds = diagnostics_seconds;
@@ -99,9 +110,13 @@ fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
         }
     }
     let doubled = solution.backward.is_some();
-    files.commit(|name| if name == BRANCHES { doubled } else { args.plot || !PICTURES.contains(&name) })?;
+    files.commit(|name| match name {
+        BRANCHES => doubled,
+        SAMPLES => args.samples.wanted(),
+        _ => args.plot || !PICTURES.contains(&name),
+    })?;
     if !args.case.quiet {
-        let text = readable(case, &solution, &diagnostics, &summary, &directory);
+        let text = readable(case, &solution, &diagnostics, &summary, args, &directory);
         io::stdout().write_all(text.as_bytes())?;
     }
     Ok(ExitCode::SUCCESS)
@@ -165,6 +180,7 @@ fn readable<S: Real>(
     solution: &Solution<S>,
     diagnostics: &Diagnostics<S>,
     summary: &Summary,
+    args: &RunArgs,
     directory: &std::path::Path,
 ) -> String {
     let invariants = solution.invariants();
@@ -213,11 +229,13 @@ fn readable<S: Real>(
             short(diagnostics.bound.h_bvp_bound)
         ),
     ];
-    let files = if solution.backward.is_some() {
-        [TRAJECTORY, RESIDUALS, BRANCHES, SUMMARY, CASE].join(", ")
-    } else {
-        [TRAJECTORY, RESIDUALS, SUMMARY, CASE].join(", ")
-    };
-    lines.push(format!("  written    {}: {files}", directory.display()));
+    let mut files = vec![TRAJECTORY, RESIDUALS];
+    files.extend(solution.backward.is_some().then_some(BRANCHES));
+    files.extend(args.samples.wanted().then_some(SAMPLES));
+    files.extend([SUMMARY, CASE]);
+    if args.plot {
+        files.extend(PICTURES);
+    }
+    lines.push(format!("  written    {}: {}", directory.display(), files.join(", ")));
     lines.join("\n") + "\n"
 }

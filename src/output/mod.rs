@@ -13,4 +13,4 @@ pub use convergence::{ConvergenceSummary, write_convergence, write_slopes};
 pub use files::OutputSet;
 pub use number::Number;
 pub use summary::{Outcome, Summary};
-pub use tables::{write_branches, write_combined, write_residuals, write_trajectory};
+pub use tables::{write_branches, write_combined, write_residuals, write_samples, write_trajectory};

@@ -6,6 +6,7 @@ use std::io::Write;
 use csv::{ByteRecord, WriterBuilder};
 
 use crate::diagnostics::Diagnostics;
+use crate::sampling::Sample;
 use crate::scalar::{DecimalRoom, Real};
 use crate::solve::{Backward, Solution};
 
@@ -67,6 +68,28 @@ pub fn write_branches<S: Real>(out: impl Write, solution: &Solution<S>, backward
         push(solution.t_i + backward.elapsed[k]);
         push(backward.x[k]);
     })
+}
+
+/// `samples.csv`: gamma,t,x,t_dot,x_dot, with so many significant digits.
+///
+/// # Errors
+/// Whatever `out` reports.
+pub fn write_samples<S: Real>(
+    out: impl Write,
+    samples: impl Iterator<Item = Sample<S>>,
+    digits: u32,
+) -> csv::Result<()> {
+    let mut writer = WriterBuilder::new().buffer_capacity(BUFFER).from_writer(out);
+    writer.write_record(["gamma", "t", "x", "t_dot", "x_dot"])?;
+    let mut room = DecimalRoom::default();
+    for Sample { gamma, t, x, t_dot, x_dot } in samples {
+        for value in [gamma, t, x, t_dot, x_dot] {
+            writer.write_field(value.write_decimal(digits, &mut room))?;
+        }
+        writer.write_record(None::<&[u8]>)?;
+    }
+    writer.flush()?;
+    Ok(())
 }
 
 fn trajectory_row<S: Real>(solution: &Solution<S>, diagnostics: &Diagnostics<S>, k: usize, push: &mut dyn FnMut(S)) {

@@ -7,14 +7,13 @@ use crate::action::{DoubledAction, Layout};
 use crate::case::Case;
 use crate::geodesic::{InitialData, Invariants};
 use crate::metric::Metric;
-use crate::sbp::{SbpName, SbpOperator};
+use crate::sbp::SbpOperator;
 use crate::scalar::Real;
 
 /// Everything a solve needs. Time is counted from the start: `initial.t` is 0 and t_i is added to results, so that a
 /// shift of t_i shifts t and changes no other digit.
 #[derive(Debug, Clone)]
 pub(crate) struct Problem<S = f64> {
-    pub(crate) sbp_name: SbpName,
     pub(crate) sbp: SbpOperator<S>,
     pub(crate) metric: Metric<S>,
     pub(crate) initial: InitialData<S>,
@@ -28,11 +27,9 @@ pub(crate) struct Problem<S = f64> {
 impl<S: Real> Problem<S> {
     /// The problem of `case` on γ − γ_i ∈ [0, `length`].
     pub(crate) fn new(case: &Case, length: S) -> Self {
-        let sbp_name = case.scheme.sbp;
         let spacing = length / S::from((case.grid.n_gamma - 1) as f64);
-        let sbp = sbp_name.operator(case.grid.n_gamma, spacing).expect("a valid case has enough points");
+        let sbp = case.scheme.sbp.operator(case.grid.n_gamma, spacing).expect("a valid case has enough points");
         Self {
-            sbp_name,
             sbp,
             metric: case.metric(),
             initial: InitialData { t: S::ZERO, ..case.initial_data() },

@@ -10,6 +10,7 @@ mod invariances;
 mod long_runs;
 mod published_numbers;
 mod reference;
+mod sampling;
 mod sbp_identities;
 mod shipped_cases;
 mod spectral_elements;

@@ -1,0 +1,84 @@
+//! Samples between the nodes are as accurate as the nodes.
+
+use super::common::{case, solved, solved_in};
+use geodesic_ivp::reference::ReferenceTrajectory;
+use geodesic_ivp::sampling::Sampler;
+use geodesic_ivp::scalar::{Extended, Real};
+
+const RUN: &str = "grid.gamma_f=4.0";
+
+/// Largest errors of t and x at the nodes, and of t, x, ṫ, ẋ at samples between them.
+fn errors(overrides: &str) -> (f64, [f64; 2]) {
+    let solution = solved(overrides);
+    let case = case(overrides);
+    let reference = ReferenceTrajectory::new(&case.metric(), case.initial_data(), solution.length, 16).unwrap();
+    let at_nodes = (0..solution.x.len()).fold(0.0_f64, |largest, k| {
+        let exact = reference.at(solution.sbp.node(k));
+        largest.max((solution.x[k] - exact.x).abs()).max((solution.elapsed[k] - exact.elapsed).abs())
+    });
+    let sampler = Sampler::new(&solution);
+    let mut between = [0.0_f64; 2];
+    for k in 0..=1000 {
+        let gamma = solution.length * f64::from(k) / 1000.0;
+        let (sample, exact) = (sampler.at_gamma(gamma).unwrap(), reference.at(gamma));
+        between[0] = between[0].max((sample.x - exact.x).abs()).max((sample.t - exact.elapsed).abs());
+        between[1] = between[1].max((sample.x_dot - exact.x_dot).abs()).max((sample.t_dot - exact.t_dot).abs());
+        // The same point by its time.
+        let by_time = sampler.at_time(sample.t).unwrap();
+        assert!(
+            (by_time.gamma - gamma).abs() < 1e-13 && (by_time.x - sample.x).abs() < 1e-13,
+            "{overrides} at {gamma}"
+        );
+    }
+    (at_nodes, between)
+}
+
+#[test]
+fn samples_are_as_accurate_as_nodes() {
+    for (scheme, n) in [("SBP21", 401), ("SBP42", 401), ("SBP63", 401), ("SBP84", 401), ("GLL40", 40), ("GLL64", 64)] {
+        for system in ["physical-limit", "doubled"] {
+            let overrides = format!("{RUN} scheme.sbp={scheme} grid.n_gamma={n} solver.system={system}");
+            let (at_nodes, [values, slopes]) = errors(&overrides);
+            assert!(values <= 1.5 * at_nodes + 1e-12, "{overrides}: {values:e} between nodes, {at_nodes:e} at them");
+            assert!(slopes <= 30.0 * at_nodes + 1e-10, "{overrides}: slopes {slopes:e}, nodes {at_nodes:e}");
+        }
+    }
+}
+
+#[test]
+fn nodes_are_samples_of_themselves_and_the_ends_are_inside() {
+    for scheme in ["scheme.sbp=SBP42", "scheme.sbp=GLL16 grid.n_gamma=16"] {
+        let solution = solved(&format!("{scheme} grid.gamma_i=-0.3 grid.gamma_f=0.7 initial.t=2.5"));
+        let sampler = Sampler::new(&solution);
+        for (k, (gamma, t)) in solution.gamma().zip(solution.t()).enumerate() {
+            let sample = sampler.at_gamma(gamma).unwrap();
+            assert!((sample.t - t).abs() < 1e-14 && (sample.x - solution.x[k]).abs() < 1e-14, "{scheme}, node {k}");
+        }
+        assert_eq!(sampler.at_time(2.5).unwrap().x, 1.0);
+        assert!((sampler.at_time(solution.end.t).unwrap().gamma - 0.7).abs() < 1e-14);
+        assert!(sampler.at_gamma(0.7000001).is_err() && sampler.at_gamma(-0.3000001).is_err());
+        assert!(sampler.at_time(2.4999).is_err() && sampler.at_time(solution.end.t + 1e-6).is_err());
+    }
+}
+
+#[test]
+fn time_that_runs_backwards_is_sampled_too() {
+    let solution = solved("initial.t_dot=-1.0 scheme.sbp=SBP42 grid.n_gamma=200");
+    let sampler = Sampler::new(&solution);
+    let sample = sampler.at_time(-1.0).unwrap();
+    assert!((sampler.at_gamma(sample.gamma).unwrap().t + 1.0).abs() < 1e-13 && sample.t_dot < 0.0);
+    assert!(sampler.at_time(0.1).is_err());
+}
+
+#[test]
+fn samples_keep_the_digits_of_the_run() {
+    let solution = solved_in::<Extended>("scheme.sbp=GLL48 grid.n_gamma=48 solver.digits=40");
+    let case = case("");
+    let reference = ReferenceTrajectory::new(&case.metric(), case.initial_data(), Extended::ONE, 40).unwrap();
+    let sampler = Sampler::new(&solution);
+    for k in 1..20 {
+        let gamma = Extended::from(f64::from(k) * 0.05);
+        let error = (sampler.at_gamma(gamma).unwrap().x - reference.at(gamma).x).abs().to_f64();
+        assert!(error < 1e-16, "{error:e} with {} nodes", solution.x.len());
+    }
+}
