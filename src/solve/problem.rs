@@ -3,8 +3,9 @@
 use std::any::Any;
 use std::borrow::Cow;
 
+use super::derivative::FormDerivative;
 use crate::action::{DoubledAction, Layout};
-use crate::case::Case;
+use crate::case::{Case, Form};
 use crate::geodesic::{InitialData, Invariants};
 use crate::metric::Metric;
 use crate::sbp::{Coefficients, SbpOperator};
@@ -15,6 +16,7 @@ use crate::scalar::Real;
 #[derive(Debug, Clone)]
 pub(crate) struct Problem<S = f64> {
     pub(crate) coefficients: &'static Coefficients,
+    pub(crate) form: Form,
     pub(crate) sbp: SbpOperator<S>,
     pub(crate) metric: Metric<S>,
     pub(crate) initial: InitialData<S>,
@@ -33,6 +35,7 @@ impl<S: Real> Problem<S> {
         let sbp = SbpOperator::new(coefficients, case.grid.n_gamma, spacing).expect("a valid case has enough points");
         Self {
             coefficients,
+            form: case.scheme.form,
             sbp,
             metric: case.metric(),
             initial: InitialData { t: S::ZERO, ..case.initial_data() },
@@ -51,7 +54,10 @@ impl<S: Real> Problem<S> {
     }
 
     pub(crate) fn action(&self) -> DoubledAction<'_, S> {
-        DoubledAction::new(&self.sbp, &self.metric, self.initial)
+        match self.form {
+            Form::Strong => DoubledAction::new(&self.sbp, &self.metric, self.initial),
+            Form::Weak => DoubledAction::weak(&self.sbp, &self.metric, self.initial),
+        }
     }
 
     /// The action that `case` asks for: with D̄, or for the ablation with D.
@@ -64,7 +70,11 @@ impl<S: Real> Problem<S> {
     }
 
     pub(crate) fn layout(&self) -> Layout {
-        Layout::new(self.sbp.points())
+        Layout::new(self.sbp.points(), self.form)
+    }
+
+    pub(crate) fn derivative(&self) -> FormDerivative<'_, S> {
+        FormDerivative::new(&self.sbp, self.form)
     }
 
     pub(crate) fn invariants(&self) -> Invariants<S> {
