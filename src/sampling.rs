@@ -50,8 +50,8 @@ impl<'a, S: Real> Sampler<'a, S> {
     pub fn new(solution: &'a Solution<S>) -> Self {
         let last = solution.x.len() - 1;
         let q_t = solution.end.q_t;
-        // Dx is w* at all nodes but the last.
-        let mut x_dot = solution.sbp.derivative(&solution.x);
+        // It is w* at all nodes; in the strong form Dx is not at the last one.
+        let mut x_dot = solution.derivative(&solution.x, solution.initial.x);
         x_dot[last] = solution.end.x_dot;
         let mut nodes = [0; 3].map(|_| Vec::with_capacity(last + 1));
         for (k, &w) in x_dot.iter().enumerate() {

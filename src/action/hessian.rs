@@ -9,10 +9,12 @@
 
 use faer::sparse::{Argsort, Pair, SparseColMat, SymbolicSparseColMat};
 
-use super::{DoubledAction, MULTIPLIERS};
+use super::DoubledAction;
+use super::boundary::BranchEnds;
+use crate::case::Form;
 use crate::metric::OutsideDomain;
 
-/// A Hessian as a compressed sparse column matrix of order 4N + 8, both triangles stored.
+/// A Hessian as a compressed sparse column matrix with a row an unknown, both triangles stored.
 pub type SparseHessian = SparseColMat<usize, f64>;
 
 /// The sparsity of the Hessian and the order in which its contributions are visited.
@@ -42,7 +44,7 @@ impl DoubledAction<'_> {
         // Any numbers do: which entries exist does not depend on values.
         let zeros = vec![0.0; self.sbp.points()];
         let curvatures = [0, 1].map(|_| Curvature { tt: zeros.clone(), tx: zeros.clone(), xx: zeros.clone() });
-        self.visit(&curvatures, |row, col, _| indices.push(Pair { row, col }));
+        self.visit(&curvatures, &[BranchEnds::default(); 2], |row, col, _| indices.push(Pair { row, col }));
         let unknowns = self.layout().unknowns();
         let (symbolic, order) = SymbolicSparseColMat::try_new_from_indices(unknowns, unknowns, &indices)
             .expect("indices lie inside the matrix");
@@ -55,7 +57,9 @@ impl DoubledAction<'_> {
     /// [`OutsideDomain`] if g00 is not positive and finite at a node of either branch.
     pub fn hessian(&self, u: &[f64], pattern: &HessianPattern) -> Result<SparseHessian, OutsideDomain> {
         let weights = self.sbp.weights();
-        let curvatures = self.both_branches(u)?.map(|branch| {
+        let states = self.both_branches(u)?;
+        let ends = self.ends(u, &states);
+        let curvatures = states.map(|branch| {
             let (mut tt, mut tx, mut xx) = (branch.metric.g00, branch.metric.first, branch.metric.second);
             for (k, t_dot) in branch.t_dot.iter().enumerate() {
                 tt[k] *= weights[k];
@@ -65,14 +69,14 @@ impl DoubledAction<'_> {
             Curvature { tt, tx, xx }
         });
         let mut values = Vec::with_capacity(pattern.contributions);
-        self.visit(&curvatures, |_, _, value| values.push(value));
+        self.visit(&curvatures, &ends, |_, _, value| values.push(value));
         Ok(SparseColMat::new_from_argsort(pattern.symbolic.clone(), &pattern.order, &values)
             .expect("the pattern was made for this operator"))
     }
 
     /// Calls `push(row, column, value)` for every contribution, always in the same order; contributions to one entry
     /// add.
-    fn visit(&self, curvatures: &[Curvature; 2], mut push: impl FnMut(usize, usize, f64)) {
+    fn visit(&self, curvatures: &[Curvature; 2], ends: &[BranchEnds<f64>; 2], mut push: impl FnMut(usize, usize, f64)) {
         let layout = self.layout();
         let weights = self.sbp.weights();
         for (branch, curvature) in curvatures.iter().enumerate() {
@@ -94,32 +98,10 @@ impl DoubledAction<'_> {
                 }
             }
         }
-        self.visit_constraints(&mut push);
-    }
-
-    /// The constant border: ∂C_j/∂u and its transpose.
-    fn visit_constraints(&self, push: &mut impl FnMut(usize, usize, f64)) {
-        let layout = self.layout();
-        let last = self.sbp.points() - 1;
-        let border = layout.multiplier_range().start;
-        let mut both = |lambda: usize, unknown: usize, value: f64| {
-            push(border + lambda, unknown, value);
-            push(unknown, border + lambda, value);
-        };
-        let (t1, x1, t2, x2) = (layout.t(0), layout.x(0), layout.t(1), layout.x(1));
-        let single = [(0, t1, 1.0), (2, x1, 1.0)];
-        let ends = [(4, t1 + last, 1.0), (4, t2 + last, -1.0), (5, x1 + last, 1.0), (5, x2 + last, -1.0)];
-        for (lambda, unknown, value) in single.into_iter().chain(ends) {
-            both(lambda, unknown, value);
+        match self.form {
+            Form::Strong => self.visit_constraints(&mut push),
+            Form::Weak => self.visit_boundary(ends, &mut push),
         }
-        let rows = [(1, t1, 0, 1.0), (3, x1, 0, 1.0)];
-        let end_rows = [(6, t1, last, 1.0), (6, t2, last, -1.0), (7, x1, last, 1.0), (7, x2, last, -1.0)];
-        for (lambda, block, k, sign) in rows.into_iter().chain(end_rows) {
-            for (column, d) in self.sbp.row(k) {
-                both(lambda, block + column, sign * d);
-            }
-        }
-        debug_assert_eq!(layout.unknowns() - border, MULTIPLIERS);
     }
 }
 

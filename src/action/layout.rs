@@ -1,14 +1,18 @@
-//! Where the 4N + 8 unknowns of the doubled action live: (t₁ | x₁ | t₂ | x₂ | λ1 … λ8), each block contiguous.
+//! Where the unknowns of the doubled action live: (t₁ | x₁ | t₂ | x₂ | λ1 … λ8), each block contiguous; the weak form has
+//! no λ.
 
 use std::ops::Range;
 
-/// Number of Lagrange multipliers.
+use crate::case::Form;
+
+/// Number of Lagrange multipliers of the strong form.
 pub const MULTIPLIERS: usize = 8;
 
 /// Index arithmetic for a grid of N nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
     points: usize,
+    multipliers: usize,
 }
 
 /// One branch, read.
@@ -31,13 +35,17 @@ pub struct BranchMut<'u, S = f64> {
 
 impl Layout {
     /// The layout for `points` = N nodes.
-    pub fn new(points: usize) -> Self {
-        Self { points }
+    pub fn new(points: usize, form: Form) -> Self {
+        let multipliers = match form {
+            Form::Strong => MULTIPLIERS,
+            Form::Weak => 0,
+        };
+        Self { points, multipliers }
     }
 
-    /// 4N + 8.
+    /// 4N + 8, or 4N in the weak form.
     pub fn unknowns(&self) -> usize {
-        4 * self.points + MULTIPLIERS
+        4 * self.points + self.multipliers
     }
 
     /// First index of t on the branch (0 forward, 1 backward).
@@ -50,7 +58,7 @@ impl Layout {
         (2 * branch + 1) * self.points
     }
 
-    /// Indices of λ1 … λ8.
+    /// Indices of λ1 … λ8 (none in the weak form).
     pub fn multiplier_range(&self) -> Range<usize> {
         4 * self.points..self.unknowns()
     }
@@ -90,8 +98,9 @@ impl Layout {
         &mut u[self.multiplier_range()]
     }
 
-    /// The vector with both branches equal to (t, x): the physical limit.
-    pub fn physical_limit<S: Copy>(&self, t: &[S], x: &[S], multipliers: &[S; MULTIPLIERS]) -> Vec<S> {
-        [t, x, t, x, multipliers.as_slice()].concat()
+    /// The vector with both branches equal to (t, x): the physical limit. In the weak form `multipliers` is empty.
+    pub fn physical_limit<S: Copy>(&self, t: &[S], x: &[S], multipliers: &[S]) -> Vec<S> {
+        debug_assert_eq!(multipliers.len(), self.multipliers);
+        [t, x, t, x, multipliers].concat()
     }
 }

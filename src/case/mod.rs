@@ -146,6 +146,9 @@ pub enum Form {
     /// The paper's: initial and connecting conditions by Lagrange multipliers.
     #[default]
     Strong,
+    /// Boundary terms in place of the multipliers: the weak formulation that the paper's outlook asks for. Q_t is exact at
+    /// every node, the last one included.
+    Weak,
 }
 
 impl Form {
@@ -153,6 +156,7 @@ impl Form {
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Strong => "strong",
+            Self::Weak => "weak",
         }
     }
 }
@@ -163,7 +167,7 @@ impl TryFrom<String> for Form {
     fn try_from(name: String) -> Result<Self, String> {
         match name.as_str() {
             "strong" => Ok(Self::Strong),
-            "weak" => Err("form = \"weak\" is not available yet; use \"strong\"".to_owned()),
+            "weak" => Ok(Self::Weak),
             _ => Err(format!("unknown form \"{name}\", expected strong or weak")),
         }
     }
@@ -194,7 +198,7 @@ pub enum System {
     /// The collocation system that the critical point is, certified on the doubled action.
     #[default]
     PhysicalLimit,
-    /// ∇E_IVP = 0 in all 4N + 8 unknowns.
+    /// ∇E_IVP = 0 in all 4N + 8 unknowns (weak form: 4N).
     Doubled,
 }
 

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Case, DEFAULT_GAMMA_F, Decimal, PotentialSpec, System, values};
+use super::{Case, DEFAULT_GAMMA_F, Decimal, Form, PotentialSpec, System, values};
 use crate::geodesic::InitialData;
 use crate::potential::Formula;
 use crate::potential::formula::{is_identifier, is_reserved};
@@ -110,6 +110,10 @@ impl Case {
         if self.grid.gamma_f.is_some() && self.grid.t_f.is_some() {
             return Err(invalid("grid.t_f", "both gamma_f and t_f are given")
                 .help("keep exactly one of grid.gamma_f and grid.t_f"));
+        }
+        if !self.scheme.regularised && self.scheme.form == Form::Weak {
+            return Err(invalid("scheme.regularised", "regularised = false is not possible with form = \"weak\"")
+                .help("the weak form is made of the regularised operator; the ablation is one of form = \"strong\""));
         }
         if !self.scheme.regularised && self.solver.system != System::Doubled {
             return Err(invalid("scheme.regularised", "regularised = false needs solver.system = \"doubled\"")

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use anyhow::Context;
 use clap::Args;
 use geodesic_ivp::Case;
-use geodesic_ivp::case::SbpName;
+use geodesic_ivp::case::{Form, SbpName};
 use geodesic_ivp::output::{ConvergenceSummary, OutputSet, pictures, write_convergence, write_slopes};
 use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::study::convergence::{Convergence, Quantity, Slope, SweepError, sweep};
@@ -144,8 +144,12 @@ fn sweep_with_progress<S: Real>(
 
 fn readable<S>(case: &Case, convergence: &Convergence<S>, slopes: &[Slope], directory: &std::path::Path) -> String {
     let title = case.title.as_deref().unwrap_or("geodesic-ivp");
+    let form = match case.scheme.form {
+        Form::Strong => "",
+        Form::Weak => " (weak form)",
+    };
     let mut text = format!(
-        "{title}: convergence against a Taylor trajectory (its estimated error {:.1e})\n",
+        "{title}{form}: convergence against a Taylor trajectory (its estimated error {:.1e})\n",
         convergence.reference.error_estimate
     );
     text += "  operator  quantity      slope         against 1/N  fitted N        points\n";

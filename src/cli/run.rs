@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use clap::Args;
+use geodesic_ivp::case::Form;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::geodesic::InitialData;
 use geodesic_ivp::output::pictures::{self, Run};
@@ -198,31 +199,39 @@ fn readable<S: Real>(
         false => format!("{:.15}", number.to_f64()),
     };
     let digits = if S::IS_EXTENDED { format!(", {} digits", solution.digits) } else { String::new() };
+    let (action, but_last, charge_at_last) = match solution.form {
+        Form::Weak => ("E_weak", "", String::new()),
+        Form::Strong => {
+            let last = short(diagnostics.delta_q_t_last());
+            let corrected = short(diagnostics.max_abs_delta_q_t_corrected());
+            let at_last = format!(" but the last, {last:.2e} there ({corrected:.1e} with the multiplier correction)");
+            ("E_IVP", " but the last", at_last)
+        }
+    };
     let mut lines = vec![
         case.title.clone().unwrap_or_else(|| "geodesic-ivp".to_owned()),
         format!(
-            "  scheme     {} strong, {system}, {nodes} nodes on gamma in [{}, {}]{digits}: {iterations}, {:.3} ms",
+            "  scheme     {} {}, {system}, {nodes} nodes on gamma in [{}, {}]{digits}: {iterations}, {:.3} ms",
             summary.sbp,
+            solution.form.as_str(),
             short(solution.gamma_i),
             short(solution.gamma_f()),
             1e3 * summary.solve_seconds
         ),
         format!("  end        t = {}, x = {}", end(solution.end.t), end(solution.end.x)),
         format!(
-            "  Q_t        {:.6}; |dQ_t| <= {:.1e} at all nodes but the last, {:.2e} there ({:.1e} with the multiplier correction)",
+            "  Q_t        {:.6}; |dQ_t| <= {:.1e} at all nodes{charge_at_last}",
             short(invariants.q_t),
             short(diagnostics.max_abs_delta_q_t_interior()),
-            short(diagnostics.delta_q_t_last()),
-            short(diagnostics.max_abs_delta_q_t_corrected())
         ),
         format!(
-            "  K          {:.6}; |dK| <= {:.2e} at all nodes but the last, {:.2e} at the end handed on",
+            "  K          {:.6}; |dK| <= {:.2e} at all nodes{but_last}, {:.2e} at the end handed on",
             short(invariants.k),
             short(diagnostics.max_abs_delta_k()),
             short(diagnostics.charges.delta_k_end).abs()
         ),
         format!(
-            "  certified  |grad E_IVP| <= {:.1e}; sawtooth in x {}; H_BVP = {:.6}, Q_t (t_f - t_i) = {:.6}",
+            "  certified  |grad {action}| <= {:.1e}; sawtooth in x {}; H_BVP = {:.6}, Q_t (t_f - t_i) = {:.6}",
             short(solution.gradient_norm),
             diagnostics.sawtooth.map_or("not measurable".to_owned(), |s| format!("{:.1e}", short(s))),
             short(diagnostics.bound.h_bvp),

@@ -8,9 +8,9 @@ use crate::solve::Solution;
 /// Deviations of the constants of motion from their values in the continuum.
 #[derive(Debug, Clone)]
 pub struct Charges<S = f64> {
-    /// ΔQ_t = ΔE = g00(x)∘(Dt) − Q_t.
+    /// ΔQ_t = ΔE = g00(x)∘(Dt) − Q_t; here and below D̄ in the weak form.
     pub delta_q_t: Vec<S>,
-    /// ΔQ_t + (λ7/H_N) e_N: the last node with the multiplier's share taken off.
+    /// ΔQ_t + (λ7/H_N) e_N: the last node with the multiplier's share taken off. In the weak form ΔQ_t.
     pub delta_q_t_corrected: Vec<S>,
     /// ΔK = g00(x)∘(Dt)² − (Dx)² − K.
     pub delta_k: Vec<S>,
@@ -25,7 +25,9 @@ impl<S: Real> Charges<S> {
         let delta_q_t: Vec<S> = g00.iter().zip(t_dot).map(|(&g, &u)| g * u - invariants.q_t).collect();
         let mut delta_q_t_corrected = delta_q_t.clone();
         let last = delta_q_t.len() - 1;
-        delta_q_t_corrected[last] += solution.multipliers[6] / solution.sbp.weights()[last];
+        if let Some(multipliers) = &solution.multipliers {
+            delta_q_t_corrected[last] += multipliers[6] / solution.sbp.weights()[last];
+        }
         let delta_k = g00.iter().zip(t_dot).zip(x_dot).map(|((&g, &u), &w)| g * u * u - w * w - invariants.k).collect();
         let end = solution.end;
         let delta_k_end = end.q_t * end.q_t / g00[last] - end.x_dot * end.x_dot - invariants.k;

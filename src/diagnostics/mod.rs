@@ -10,6 +10,7 @@ pub use charges::{Charges, FreeParticleCharges};
 pub use residuals::GeodesicResiduals;
 pub use sawtooth::sawtooth;
 
+use crate::case::Form;
 use crate::norm::max_abs;
 use crate::scalar::Real;
 use crate::solve::Solution;
@@ -20,9 +21,9 @@ const LARGE_DRIFT: f64 = 0.1;
 /// Everything that is measured on a solution.
 #[derive(Debug, Clone)]
 pub struct Diagnostics<S = f64> {
-    /// Dt on the nodes.
+    /// Dt on the nodes; D̄t in the weak form.
     pub t_dot: Vec<S>,
-    /// Dx on the nodes.
+    /// Dx on the nodes; D̄x in the weak form.
     pub x_dot: Vec<S>,
     /// ΔQ_t, its corrected form and ΔK.
     pub charges: Charges<S>,
@@ -34,23 +35,38 @@ pub struct Diagnostics<S = f64> {
     pub sawtooth: Option<S>,
     /// Q_x and Q_η, if the potential vanishes.
     pub free_particle: Option<FreeParticleCharges<S>>,
+    /// Number of nodes, from the first, at which Q_t and K are judged, and those at which ΔG is.
+    interior_nodes: usize,
     interior_residual_nodes: usize,
 }
 
 impl<S: Real> Diagnostics<S> {
     /// Measures `solution`.
     pub fn new(solution: &Solution<S>) -> Self {
-        let sbp = &solution.sbp;
-        let t_dot = sbp.derivative(&solution.elapsed);
-        let x_dot = sbp.derivative(&solution.x);
+        let t_dot = solution.derivative(&solution.elapsed, S::ZERO);
+        let x_dot = solution.derivative(&solution.x, solution.initial.x);
         let metric = solution.metric.sample(&solution.x).expect("a solution lies inside the domain");
         let charges = Charges::new(solution, &metric.g00, &t_dot, &x_dot);
-        let residuals = GeodesicResiduals::new(sbp, &metric, &t_dot, &x_dot);
+        let residuals = GeodesicResiduals::new(solution, &metric, &t_dot, &x_dot);
         let bound = Bound::new(solution, &metric.g00);
-        let sawtooth = sawtooth(&solution.x[..solution.x.len() - 1]);
+        let interior_nodes = solution.exact_nodes();
+        let sawtooth = sawtooth(&solution.x[..interior_nodes]);
         let free_particle = FreeParticleCharges::new(solution, &t_dot, &x_dot);
-        let interior_residual_nodes = sbp.points() - sbp.rows_reaching_last_node();
-        Self { t_dot, x_dot, charges, residuals, bound, sawtooth, free_particle, interior_residual_nodes }
+        let interior_residual_nodes = match solution.form {
+            Form::Strong => solution.sbp.points() - solution.sbp.rows_reaching_last_node(),
+            Form::Weak => solution.sbp.points(),
+        };
+        Self {
+            t_dot,
+            x_dot,
+            charges,
+            residuals,
+            bound,
+            sawtooth,
+            free_particle,
+            interior_nodes,
+            interior_residual_nodes,
+        }
     }
 
     /// What in these numbers says that the trajectory should not be believed, a sentence each.
@@ -76,9 +92,9 @@ impl<S: Real> Diagnostics<S> {
         warnings
     }
 
-    /// max |ΔQ_t| over all nodes but the last.
+    /// max |ΔQ_t| over all nodes but the last; over all nodes in the weak form.
     pub fn max_abs_delta_q_t_interior(&self) -> S {
-        max_abs(all_but_last(&self.charges.delta_q_t))
+        max_abs(&self.charges.delta_q_t[..self.interior_nodes])
     }
 
     /// ΔQ_t at the last node.
@@ -91,15 +107,15 @@ impl<S: Real> Diagnostics<S> {
         max_abs(&self.charges.delta_q_t_corrected)
     }
 
-    /// max of |ΔGᵗ| and |ΔGˣ| over the nodes whose row of D does not reach node N.
+    /// max of |ΔGᵗ| and |ΔGˣ| over the nodes whose row of D does not reach node N; over all nodes in the weak form.
     pub fn max_abs_delta_g_interior(&self) -> S {
         let nodes = self.interior_residual_nodes;
         max_abs(&self.residuals.delta_g_t[..nodes]).max(max_abs(&self.residuals.delta_g_x[..nodes]))
     }
 
-    /// max |ΔK| over all nodes but the last.
+    /// max |ΔK| over all nodes but the last; over all nodes in the weak form.
     pub fn max_abs_delta_k(&self) -> S {
-        max_abs(all_but_last(&self.charges.delta_k))
+        max_abs(&self.charges.delta_k[..self.interior_nodes])
     }
 }
 
@@ -109,8 +125,4 @@ fn short_of_digits<S: Real>(solution: &Solution<S>) -> Option<u32> {
     let size = max_abs(&solution.elapsed).max(max_abs(&solution.x)).to_f64();
     let reached = -(last.step / size).log10();
     (reached < f64::from(solution.digits)).then_some(reached as u32)
-}
-
-fn all_but_last<S>(u: &[S]) -> &[S] {
-    &u[..u.len() - 1]
 }

@@ -1,26 +1,27 @@
-//! How well the nodes satisfy the second-order geodesic equations when these are written with D.
+//! How well the nodes satisfy the second-order geodesic equations when these are written with D (strong form), or with D̄
+//! and initial values for every derivative (weak form).
 
 use crate::metric::MetricSamples;
-use crate::sbp::SbpOperator;
 use crate::scalar::Real;
+use crate::solve::Solution;
 
 /// Residuals of the geodesic equations on the nodes.
 #[derive(Debug, Clone)]
 pub struct GeodesicResiduals<S = f64> {
-    /// ΔGᵗ = D( g00(x)∘Dt ).
+    /// ΔGᵗ = D( g00(x)∘Dt ); in the weak form D̄( g00(x)∘D̄t ) − H⁻¹e_1 Q_t.
     pub delta_g_t: Vec<S>,
-    /// ΔGˣ = DDx + ½ g00′(x)∘(Dt)².
+    /// ΔGˣ = DDx + ½ g00′(x)∘(Dt)²; in the weak form D̄D̄x − H⁻¹e_1 ẋ_i + ½ g00′(x)∘(D̄t)².
     pub delta_g_x: Vec<S>,
 }
 
 impl<S: Real> GeodesicResiduals<S> {
     /// From the metric, Dt and Dx on the nodes.
-    pub(super) fn new(sbp: &SbpOperator<S>, metric: &MetricSamples<S>, t_dot: &[S], x_dot: &[S]) -> Self {
+    pub(super) fn new(solution: &Solution<S>, metric: &MetricSamples<S>, t_dot: &[S], x_dot: &[S]) -> Self {
         let momentum: Vec<S> = metric.g00.iter().zip(t_dot).map(|(&g, &u)| g * u).collect();
-        let mut delta_g_x = sbp.derivative(x_dot);
+        let mut delta_g_x = solution.derivative(x_dot, solution.initial.x_dot);
         for ((residual, &slope), &u) in delta_g_x.iter_mut().zip(&metric.first).zip(t_dot) {
             *residual += slope.half() * u * u;
         }
-        Self { delta_g_t: sbp.derivative(&momentum), delta_g_x }
+        Self { delta_g_t: solution.derivative(&momentum, solution.invariants().q_t), delta_g_x }
     }
 }

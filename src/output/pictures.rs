@@ -1,6 +1,7 @@
 //! The pictures of `--plot`: what the paper draws, from solutions, their diagnostics and a reference.
 
 use super::chart::{Chart, Ink, Mark, Scale, Series};
+use crate::case::Form;
 use crate::diagnostics::Diagnostics;
 use crate::reference::{ReferencePoint, ReferenceTrajectory, TimeState};
 use crate::scalar::Real;
@@ -51,11 +52,15 @@ pub fn world_line<S: Real>(title: &str, solution: &Solution<S>) -> Chart {
     Chart { title: title.to_owned(), x_label: "γ".to_owned(), y_label: "t, x".to_owned(), series, ..Chart::default() }
 }
 
-/// dt/dγ on the nodes: the time mesh that emerges. The last node deviates.
+/// dt/dγ on the nodes: the time mesh that emerges. In the strong form the last node deviates.
 pub fn time_mesh<S: Real>(title: &str, runs: &[Run<'_, S>]) -> Chart {
     let series = runs.iter().map(|run| {
         let points = run.against_gamma(run.diagnostics.t_dot.iter().copied());
-        Series::new(run.named("(Dt)(γ)"), Mark::LineAndPoints, points)
+        let what = match run.solution.form {
+            Form::Strong => "(Dt)(γ)",
+            Form::Weak => "(D̄t)(γ)",
+        };
+        Series::new(run.named(what), Mark::LineAndPoints, points)
     });
     Chart {
         title: title.to_owned(),
@@ -92,14 +97,16 @@ pub fn trajectory<S: Real>(
     Chart { title: title.to_owned(), x_label: "t".to_owned(), y_label: "x".to_owned(), series, ..Chart::default() }
 }
 
-/// |ΔQₜ| on the nodes; for a single run also its last node with the multiplier correction (elsewhere the two agree).
+/// |ΔQₜ| on the nodes; for a single run of the strong form also its last node with the multiplier correction (elsewhere
+/// the two agree).
 pub fn noether_charge<S: Real>(title: &str, runs: &[Run<'_, S>]) -> Chart {
     let mut series = Vec::new();
     for run in runs {
         let charges = &run.diagnostics.charges;
         let points = run.against_gamma(charges.delta_q_t.iter().map(|v| v.abs()));
         series.push(Series::new(run.named("|ΔQₜ|"), Mark::Points, points));
-        if let ([_], Some(corrected)) = (runs, charges.delta_q_t_corrected.last()) {
+        let corrected = run.solution.multipliers.and(charges.delta_q_t_corrected.last());
+        if let ([_], Some(corrected)) = (runs, corrected) {
             let last = vec![(run.solution.gamma_f().to_f64(), corrected.to_f64().abs())];
             series.push(Series::new("last node, with + λ₇/H_N", Mark::Points, last));
         }
@@ -154,8 +161,10 @@ pub fn errors<S>(title: &str, convergence: &Convergence<S>, slopes: &[Slope], qu
         let ends = [fitted[0].0, fitted[fitted.len() - 1].0];
         let label = format!("slope {:.2}", fit.slope);
         series.push(Series::new(label, Mark::Dashed, ends.map(line).to_vec()).with_ink(Ink::Previous));
-        // The order of the strong form's global error: one above that of the boundary closure.
-        let order = (slope.sbp.boundary_order() + 1) as i32;
+        // The global error is one order above the boundary closure; the end of the weak form has the order of the interior.
+        let boundary_order = slope.sbp.boundary_order() as i32;
+        let at_weak_end = slope.form == Form::Weak && slope.quantity.is_at_end();
+        let order = if at_weak_end { 2 * boundary_order } else { boundary_order + 1 };
         if guides.iter().all(|(known, ..)| *known != order) {
             guides.push((order, fitted[fitted.len() - 1], ends[0]));
         }

@@ -63,29 +63,30 @@ pub enum Outcome {
 pub struct Solved {
     /// Largest entry of ∇E_IVP.
     pub gradient_norm: Number,
-    /// λ1 … λ8.
-    pub multipliers: [Number; MULTIPLIERS],
+    /// λ1 … λ8 (strong form).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub multipliers: Option<[Number; MULTIPLIERS]>,
     /// γ of the last node.
     pub gamma_final: Number,
     /// t of the last node.
     pub t_final: Number,
     /// x of the last node.
     pub x_final: Number,
-    /// w*_N, the value of dx/dγ to continue with.
+    /// w*_N (weak form: w_N), the value of dx/dγ to continue with.
     pub x_dot_final: Number,
     /// Q_t of the continuum.
     pub q_t: Number,
     /// K of the continuum.
     pub k: Number,
-    /// max |ΔQ_t| over all nodes but the last.
+    /// max |ΔQ_t| over all nodes but the last (weak form: over all).
     pub max_abs_delta_q_t_interior: Number,
     /// ΔQ_t at the last node.
     pub delta_q_t_last: Number,
     /// max |ΔQ_t| with the multiplier correction, over all nodes.
     pub max_abs_delta_q_t_corrected: Number,
-    /// max |ΔG| over the nodes whose row of D does not reach the last node.
+    /// max |ΔG| over the nodes whose row of D does not reach the last node (weak form: over all).
     pub max_abs_delta_g_interior: Number,
-    /// max |ΔK| over all nodes but the last.
+    /// max |ΔK| over all nodes but the last (weak form: over all).
     pub max_abs_delta_k: Number,
     /// |ΔK| of the values handed on at the end.
     pub max_abs_delta_k_ends: Number,
@@ -185,7 +186,7 @@ impl Solved {
         let number = |value: S| Number::new(value, solution.digits);
         Self {
             gradient_norm: number(solution.gradient_norm),
-            multipliers: solution.multipliers.map(number),
+            multipliers: solution.multipliers.map(|lambda| lambda.map(number)),
             gamma_final: number(solution.gamma_f()),
             t_final: number(solution.end.t),
             x_final: number(solution.end.x),

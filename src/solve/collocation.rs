@@ -1,5 +1,9 @@
 //! The collocation system of the physical limit as a banded Newton iteration in (x, w*), then one banded solve for t.
+//!
+//! Both forms of the action have one; they differ in which nodes are unknown and in how the initial values enter, and
+//! [`FormDerivative`] knows that.
 
+use super::derivative::FormDerivative;
 use super::march;
 use super::newton::{self, Failure, LinearFailure, NewtonSystem, Root, RoundingLevels};
 use super::physical_limit::PhysicalLimit;
@@ -17,7 +21,8 @@ pub(super) fn solve<S: Real>(problem: &Problem<S>, case: &Case) -> Result<Physic
     let max_iterations = case.solver.max_iterations;
     let rough = problem.in_f64(case);
     let (x, w) = march::nystrom(&rough).map_err(march::outside)?;
-    let guess: Vec<f64> = x[1..].iter().zip(&w[1..]).flat_map(|(&x, &w)| [x, w]).collect();
+    let first = rough.derivative().first_unknown();
+    let guess: Vec<f64> = x[first..].iter().zip(&w[first..]).flat_map(|(&x, &w)| [x, w]).collect();
     let scales = Scales::new(&rough, &x, &w);
     let mut system = Collocation::new(&*rough, scales, x, w);
     let root = newton::solve(&mut system, guess, max_iterations)?;
@@ -39,8 +44,8 @@ pub(super) fn solve<S: Real>(problem: &Problem<S>, case: &Case) -> Result<Physic
     Ok(PhysicalLimit { elapsed, x, x_dot: w, history, initial_guess: InitialGuess::Nystrom4 })
 }
 
-/// t − t_i from (Dt)_k = Q_t/g00(x_k) at the first N − 1 nodes, with iterative refinement: one round for `f64`, as many
-/// as the digits take for more. `spare` is room for N numbers.
+/// t − t_i from the equations dt/dγ = Q_t/g00(x_k), with iterative refinement: one round for `f64`, as many as the digits
+/// take for more. `spare` is room for N numbers.
 fn integrate<S: Real>(
     problem: &Problem<S>,
     rough: &Problem,
@@ -48,19 +53,19 @@ fn integrate<S: Real>(
     spare: Vec<S>,
     max_iterations: usize,
 ) -> Result<Vec<S>, Failure> {
-    let unknowns = problem.sbp.points() - 1;
-    let (h_q, elapsed) = (problem.sbp.spacing() * problem.invariants().q_t, vec![S::ZERO; unknowns + 1]);
+    let (first, unknowns) = (problem.derivative().first_unknown(), problem.derivative().unknowns());
+    let (h_q, elapsed) = (problem.sbp.spacing() * problem.invariants().q_t, vec![S::ZERO; problem.sbp.points()]);
     let mut system = TimeIntegration { problem, rough, h_q, g00, elapsed, slope: spare };
     if S::IS_EXTENDED {
         let start = Root { unknowns: vec![0.0; unknowns], history: Vec::new() };
         let root = refinement::refine(&mut system, start, problem.digits, max_iterations)?;
-        system.elapsed[1..].copy_from_slice(&root.unknowns);
+        system.elapsed[first..].copy_from_slice(&root.unknowns);
         return Ok(system.elapsed);
     }
     let mut right: Vec<f64> = g00[..unknowns].iter().map(|&g00| (h_q / g00).to_f64()).collect();
     for round in 0..2 {
-        system.solve_linearised(&mut right).expect("D without its first column and last row is invertible");
-        for (t, &correction) in system.elapsed[1..].iter_mut().zip(&right) {
+        system.solve_linearised(&mut right).expect("D without its first column and last row, or D̄, is invertible");
+        for (t, &correction) in system.elapsed[first..].iter_mut().zip(&right) {
             *t += S::from(correction);
         }
         if round == 0 {
@@ -73,7 +78,7 @@ fn integrate<S: Real>(
     Ok(system.elapsed)
 }
 
-/// Rows hDt − h Q_t/g00 at the first N − 1 nodes in the unknowns t_k − t_i, k = 2 … N.
+/// Rows h dt/dγ − h Q_t/g00 in the unknown t_k − t_i.
 struct TimeIntegration<'a, S> {
     problem: &'a Problem<S>,
     rough: &'a Problem,
@@ -86,7 +91,7 @@ struct TimeIntegration<'a, S> {
 
 impl<S: Real> TimeIntegration<'_, S> {
     fn evaluate(&mut self) {
-        self.problem.sbp.apply(&self.elapsed, &mut self.slope);
+        self.problem.derivative().apply(&self.elapsed, S::ZERO, &mut self.slope);
     }
 
     fn row(&self, k: usize) -> S {
@@ -96,7 +101,8 @@ impl<S: Real> TimeIntegration<'_, S> {
 
 impl<S: Real> Refined<S> for TimeIntegration<'_, S> {
     fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), OutsideDomain> {
-        self.elapsed[1..].copy_from_slice(u);
+        let first = self.problem.derivative().first_unknown();
+        self.elapsed[first..].copy_from_slice(u);
         self.evaluate();
         for (k, row) in out.iter_mut().enumerate() {
             *row = self.row(k);
@@ -105,11 +111,12 @@ impl<S: Real> Refined<S> for TimeIntegration<'_, S> {
     }
 
     fn solve_linearised(&mut self, right: &mut [f64]) -> Result<(), LinearFailure> {
-        let (lower, upper) = reach(self.rough);
+        let derivative = self.rough.derivative();
+        let (lower, upper) = derivative.reach();
         let h = self.rough.sbp.spacing();
         solve_banded(lower, upper, right, |k, row| {
             row.fill(0.0);
-            shifted_row(self.rough, k).for_each(|(column, d)| row[column + lower - k] = h * d);
+            derivative.row(k).for_each(|(column, d)| row[column + lower - k] += h * d);
         })
         .map_err(|_| LinearFailure)
     }
@@ -121,21 +128,6 @@ impl<S: Real> Refined<S> for TimeIntegration<'_, S> {
     fn sizes(&self, u: &[S]) -> [S; 2] {
         [max_abs(u), S::ZERO]
     }
-}
-
-/// (column, entry) of row k of D without its first column: columns count the nodes from the second.
-fn shifted_row(problem: &Problem, k: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-    problem.sbp.row(k).filter(|&(column, _)| column > 0).map(|(column, d)| (column - 1, d))
-}
-
-/// Sub- and super-diagonals of D without its first column and last row.
-fn reach(problem: &Problem) -> (usize, usize) {
-    let unknowns = problem.sbp.points() - 1;
-    // The rows of the closures and one between them show every offset that occurs.
-    let closure = problem.sbp.closure_rows();
-    let rows = (0..=closure).chain(unknowns - closure..unknowns);
-    rows.flat_map(|k| shifted_row(problem, k).map(move |(column, _)| (k, column)))
-        .fold((1, 0), |(l, u), (k, column)| (k.saturating_sub(column).max(l), column.saturating_sub(k).max(u)))
 }
 
 /// What the two kinds of row are divided by, so that one rounding level holds for both.
@@ -161,7 +153,8 @@ impl Scales {
     }
 }
 
-/// Rows (hDx − h w)/s_x and (hDw − h a(x))/s_w at nodes 1 … N−1 in the unknowns (x_k, w_k), k = 2 … N, interleaved.
+/// Rows (h dx/dγ − h w)/s_x and (h dw/dγ − h a(x))/s_w in the unknown (x_k, w_k), both interleaved: at nodes 1 … N−1 for
+/// k = 2 … N in the strong form, at all nodes for all k in the weak one.
 struct Collocation<'a, S> {
     problem: &'a Problem<S>,
     q_t: S,
@@ -194,7 +187,8 @@ impl<'a, S: Real> Collocation<'a, S> {
 
     /// Brings x, w and the metric to the unknowns `u`.
     fn evaluate(&mut self, u: &[S]) -> Result<(), OutsideDomain> {
-        for ((pair, x), w) in u.chunks_exact(2).zip(&mut self.x[1..]).zip(&mut self.w[1..]) {
+        let first = self.problem.derivative().first_unknown();
+        for ((pair, x), w) in u.chunks_exact(2).zip(&mut self.x[first..]).zip(&mut self.w[first..]) {
             (*x, *w) = (pair[0], pair[1]);
         }
         self.problem.metric.sample_into(&self.x, &mut self.metric)
@@ -210,8 +204,9 @@ impl<'a, S: Real> Collocation<'a, S> {
         self.evaluate(u)?;
         let h = self.problem.sbp.spacing();
         let (scale_x, scale_w) = (S::from(self.scales.x), S::from(self.scales.w));
-        self.problem.sbp.apply(&self.x, &mut self.slope_x);
-        self.problem.sbp.apply(&self.w, &mut self.slope_w);
+        let (derivative, initial) = (self.problem.derivative(), self.problem.initial);
+        derivative.apply(&self.x, initial.x, &mut self.slope_x);
+        derivative.apply(&self.w, initial.x_dot, &mut self.slope_w);
         for (k, rows) in out.chunks_exact_mut(2).enumerate() {
             let force = acceleration(self.q_t, self.metric.g00[k], self.metric.first[k]);
             rows[0] = h * (self.slope_x[k] - self.w[k]) / scale_x;
@@ -230,21 +225,23 @@ impl Collocation<'_, f64> {
     /// Overwrites `right` with J⁻¹ `right` for the Jacobian J at what was evaluated last.
     fn solve_linearised(&self, right: &mut [f64]) -> Result<(), LinearFailure> {
         let h = self.problem.sbp.spacing();
-        let (lower, upper) = reach(self.problem);
-        // Two fields a node; the coupling of w to x of the node before reaches three below the diagonal.
-        let (lower, upper) = ((2 * lower).max(3), 2 * upper);
+        let derivative: FormDerivative<'_, f64> = self.problem.derivative();
+        let (first, (lower, upper)) = (derivative.first_unknown(), derivative.reach());
+        // Two fields a node. Rows of node k stand beside the unknowns of node k + first, so their coupling to w and x of
+        // node k reaches 2 first + 1 below the diagonal, and 1 above it if first is 0.
+        let (lower, upper) = ((2 * lower).max(2 * first + 1), (2 * upper).max(1 - first));
         solve_banded(lower, upper, right, |index, row| {
             row.fill(0.0);
             let (k, is_w) = (index / 2, index % 2);
             let scale = if is_w == 1 { self.scales.w } else { self.scales.x };
-            shifted_row(self.problem, k).for_each(|(column, d)| row[2 * column + is_w + lower - index] = h * d / scale);
-            // The first node is given: it has no unknowns to couple to.
-            if k > 0 {
+            derivative.row(k).for_each(|(column, d)| row[2 * column + is_w + lower - index] += h * d / scale);
+            // In the strong form the first node is given: it has no unknowns to couple to.
+            if k >= first {
                 let coupling = match is_w {
                     0 => 1.0,
                     _ => acceleration_slope(self.q_t, self.metric.g00[k], self.metric.first[k], self.metric.second[k]),
                 };
-                row[2 * (k - 1) + (1 - is_w) + lower - index] = -h * coupling / scale;
+                row[2 * (k - first) + (1 - is_w) + lower - index] = -h * coupling / scale;
             }
         })
         .map_err(|_| LinearFailure)

@@ -6,6 +6,9 @@
 //! by the multipliers of the end constraints, ṫ = (Dt)_N + λ7/(H_N g00) and ẋ = (Dx)_N − λ8/H_N, because the last
 //! node takes up the action's compatibility defect. That correction also measures the window's error: a window that
 //! fails or needs a large correction is halved, one that does neither is followed by a longer one. O(N).
+//!
+//! Windows are of the strong form whatever the form of the whole: both approximate the same world-line, this guess
+//! is of t and x on the nodes only, and no one needs it more exact than [`LARGEST_DEFECT`].
 
 use std::collections::HashMap;
 
@@ -13,6 +16,7 @@ use super::critical_point::CriticalPointSolver;
 use super::newton::{Failure, Root};
 use super::problem::Problem;
 use crate::action::{DoubledAction, Layout};
+use crate::case::Form;
 use crate::geodesic::InitialData;
 use crate::sbp::{SbpName, SbpOperator};
 
@@ -100,7 +104,7 @@ fn straight_line(action: &DoubledAction<'_>) -> Vec<f64> {
     action.layout().physical_limit(&t, &x, &[0.0; 8])
 }
 
-/// A guess for all 4N + 8 unknowns of the problem's action.
+/// A guess for all unknowns of the problem's action.
 pub(super) fn windowed_action(problem: &Problem) -> Result<Vec<f64>, WindowFailure> {
     let nodes = problem.sbp.points();
     // Nodes that are not equidistant take their values from a finer grid that is.
@@ -126,7 +130,7 @@ pub(super) fn windowed_action(problem: &Problem) -> Result<Vec<f64>, WindowFailu
         match grid.solve(problem, start, &mut largest_x_dot) {
             Ok(window) if window.defect > acceptable && units > 1 => units /= 2,
             Ok(window) => {
-                let layout = Layout::new(WINDOW_STEPS + 1);
+                let layout = Layout::new(WINDOW_STEPS + 1, Form::Strong);
                 let [forward, _] = layout.branches(&window.root.unknowns);
                 for step in 1..=WINDOW_STEPS {
                     let at = position + step * units;
@@ -164,5 +168,9 @@ pub(super) fn windowed_action(problem: &Problem) -> Result<Vec<f64>, WindowFailu
         };
         (t, x) = (0..nodes).map(|node| (at(&t, node), at(&x, node))).unzip();
     }
-    Ok(problem.layout().physical_limit(&t, &x, &multipliers))
+    let multipliers = match problem.form {
+        Form::Strong => multipliers.as_slice(),
+        Form::Weak => &[],
+    };
+    Ok(problem.layout().physical_limit(&t, &x, multipliers))
 }

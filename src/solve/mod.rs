@@ -2,6 +2,7 @@
 
 mod collocation;
 mod critical_point;
+mod derivative;
 mod end_time;
 mod first_guess;
 mod march;
@@ -19,7 +20,7 @@ use self::critical_point::CriticalPointSolver;
 use self::newton::{Failure, Root};
 use self::problem::Problem;
 use crate::action::{DoubledAction, Layout, MULTIPLIERS};
-use crate::case::{Case, End, System};
+use crate::case::{Case, End, Form, System};
 use crate::metric::OutsideDomain;
 use crate::norm::max_abs;
 use crate::scalar::{Real, convert};
@@ -78,14 +79,19 @@ fn overflow<S: Real>(solution: Solution<S>) -> NoSolution {
 
 fn solve_physical_limit<S: Real>(problem: Problem<S>, case: &Case) -> Result<Solution<S>, NoSolution> {
     let limit = physical_limit::solve(&problem, case)
-        // Two rows and two unknowns a node: rows start at node 1, unknowns at node 2.
+        // Two rows and two unknowns a node: rows start at node 1, unknowns (strong) at node 2.
         .map_err(|(failure, guess)| {
             let rough = problem.in_f64(case);
-            let locate = |row: usize, u: &[f64]| (row / 2, if row < 2 { rough.initial.x } else { u[row / 2 * 2 - 2] });
+            let first = rough.derivative().first_unknown();
+            let locate = |row: usize, u: &[f64]| {
+                let node = row / 2;
+                (node, node.checked_sub(first).map_or(rough.initial.x, |unknown| u[2 * unknown]))
+            };
             no_solution(&rough, failure, guess, |node| rough.gamma(node), locate)
         })?;
-    let multipliers = limit.multipliers(&problem);
-    let unknowns = problem.layout().physical_limit(&limit.elapsed, &limit.x, &multipliers);
+    let multipliers = (problem.form == Form::Strong).then(|| limit.multipliers(&problem));
+    let lambda = multipliers.as_ref().map_or([].as_slice(), |lambda| lambda);
+    let unknowns = problem.layout().physical_limit(&limit.elapsed, &limit.x, lambda);
     let gradient_norm = gradient_norm(&problem.action(), &unknowns);
     let last = limit.x.len() - 1;
     let end = EndState {
@@ -107,6 +113,7 @@ fn solve_physical_limit<S: Real>(problem: Problem<S>, case: &Case) -> Result<Sol
         gamma_i: problem.gamma_i,
         length: problem.length,
         digits: problem.digits,
+        form: problem.form,
         sbp: problem.sbp,
         metric: problem.metric,
         initial: problem.initial,
@@ -131,7 +138,7 @@ fn solve_doubled<S: Real>(problem: Problem<S>, case: &Case) -> Result<Solution<S
             // A limit of iterations was the window's own; no setting of the user would help.
             failure.status = Status::Stalled;
         }
-        let layout = Layout::new((failure.unknowns.len() - MULTIPLIERS) / 4);
+        let layout = Layout::new((failure.unknowns.len() - MULTIPLIERS) / 4, Form::Strong);
         let gamma = |node: usize| window.gamma + node as f64 * window.spacing;
         no_solution(&rough, failure, guess, gamma, |unknown, u| on_forward_branch(layout, unknown, u))
     })?;
@@ -150,14 +157,15 @@ fn solve_doubled<S: Real>(problem: Problem<S>, case: &Case) -> Result<Solution<S
     })?;
     let gradient_norm = gradient_norm(&action, &root.unknowns);
     let [forward, backward] = layout.branches(&root.unknowns);
-    let multipliers: [S; MULTIPLIERS] = layout.multipliers(&root.unknowns).try_into().expect("eight multipliers");
+    let multipliers: Option<[S; MULTIPLIERS]> = layout.multipliers(&root.unknowns).try_into().ok();
     let last = problem.sbp.points() - 1;
-    let end = EndState {
-        t: case.initial.t.to::<S>() + forward.t[last],
-        x: forward.x[last],
-        x_dot: problem.sbp.derivative_at(forward.x, last) - multipliers[7] / problem.sbp.weights()[last],
-        q_t: -multipliers[4],
+    // D̄ is D at the last node.
+    let x_dot = problem.sbp.derivative_at(forward.x, last);
+    let (x_dot, q_t) = match &multipliers {
+        Some(lambda) => (x_dot - lambda[7] / problem.sbp.weights()[last], -lambda[4]),
+        None => (x_dot, problem.invariants().q_t),
     };
+    let end = EndState { t: case.initial.t.to::<S>() + forward.t[last], x: forward.x[last], x_dot, q_t };
     Ok(Solution {
         t_i: case.initial.t.to(),
         elapsed: forward.t.to_vec(),
@@ -171,6 +179,7 @@ fn solve_doubled<S: Real>(problem: Problem<S>, case: &Case) -> Result<Solution<S
         gamma_i: problem.gamma_i,
         length: problem.length,
         digits: problem.digits,
+        form: problem.form,
         sbp: problem.sbp.clone(),
         metric: problem.metric.clone(),
         initial: problem.initial,

@@ -15,7 +15,14 @@
 //! t_1 = t_i,  x_1 = x_i,  w*_1 = ẋ_i
 //! ```
 //!
-//! and the multipliers follow ([`PhysicalLimit::multipliers`]). The solution is not taken on trust: the caller
+//! and the multipliers follow ([`PhysicalLimit::multipliers`]). In the weak form, with the invertible D̄ in place of D, it
+//! is the same system at *all* nodes,
+//!
+//! ```text
+//! D̄t = Q_t/g00(x) + H⁻¹e_1 t_i,    D̄x = w + H⁻¹e_1 x_i,    D̄w = −½ g00′(x) (Q_t/g00(x))² + H⁻¹e_1 ẋ_i
+//! ```
+//!
+//! (D̄ linear here): an SBP–SAT scheme in γ, which meets the initial data up to its truncation error. The solution is not taken on trust: the caller
 //! evaluates ∇E_IVP of the doubled action at it.
 
 use super::collocation;
@@ -24,7 +31,7 @@ use super::newton::Failure;
 use super::problem::Problem;
 use super::status::{InitialGuess, IterationRecord};
 use crate::action::MULTIPLIERS;
-use crate::case::Case;
+use crate::case::{Case, Form};
 use crate::scalar::Real;
 
 /// A solution of the collocation system.
@@ -40,9 +47,9 @@ pub(super) struct PhysicalLimit<S> {
     pub(super) initial_guess: InitialGuess,
 }
 
-/// SBP21 is explicit and marches; wider operators are solved as one banded system.
+/// SBP21 is explicit in the strong form and marches; wider operators, and the weak form, are solved as one banded system.
 pub(super) fn solve<S: Real>(problem: &Problem<S>, case: &Case) -> Result<PhysicalLimit<S>, (Failure, InitialGuess)> {
-    if problem.sbp.is_two_step() {
+    if problem.form == Form::Strong && problem.sbp.is_two_step() {
         march::two_step(problem).map_err(|failure| (failure, InitialGuess::None))
     } else {
         collocation::solve(problem, case).map_err(|failure| (failure, InitialGuess::Nystrom4))
@@ -50,7 +57,7 @@ pub(super) fn solve<S: Real>(problem: &Problem<S>, case: &Case) -> Result<Physic
 }
 
 impl<S: Real> PhysicalLimit<S> {
-    /// λ1 … λ8 of the doubled action at this solution:
+    /// λ1 … λ8 of the strong doubled action at this solution:
     /// (0, 0, 0, 0, −Q_t, w*_N − r_N, −H_N ΔE_N, H_N((Dx)_N − w*_N)), r_N = (HDw* + ½H g00′(Dt)²)_N.
     pub(super) fn multipliers(&self, problem: &Problem<S>) -> [S; MULTIPLIERS] {
         let last = self.x.len() - 1;

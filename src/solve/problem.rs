@@ -3,8 +3,9 @@
 use std::any::Any;
 use std::borrow::Cow;
 
+use super::derivative::FormDerivative;
 use crate::action::{DoubledAction, Layout};
-use crate::case::Case;
+use crate::case::{Case, Form};
 use crate::geodesic::{InitialData, Invariants};
 use crate::metric::Metric;
 use crate::sbp::SbpOperator;
@@ -14,6 +15,7 @@ use crate::scalar::Real;
 /// shift of t_i shifts t and changes no other digit.
 #[derive(Debug, Clone)]
 pub(crate) struct Problem<S = f64> {
+    pub(crate) form: Form,
     pub(crate) sbp: SbpOperator<S>,
     pub(crate) metric: Metric<S>,
     pub(crate) initial: InitialData<S>,
@@ -30,6 +32,7 @@ impl<S: Real> Problem<S> {
         let spacing = length / S::from((case.grid.n_gamma - 1) as f64);
         let sbp = case.scheme.sbp.operator(case.grid.n_gamma, spacing).expect("a valid case has enough points");
         Self {
+            form: case.scheme.form,
             sbp,
             metric: case.metric(),
             initial: InitialData { t: S::ZERO, ..case.initial_data() },
@@ -48,7 +51,10 @@ impl<S: Real> Problem<S> {
     }
 
     pub(crate) fn action(&self) -> DoubledAction<'_, S> {
-        DoubledAction::new(&self.sbp, &self.metric, self.initial)
+        match self.form {
+            Form::Strong => DoubledAction::new(&self.sbp, &self.metric, self.initial),
+            Form::Weak => DoubledAction::weak(&self.sbp, &self.metric, self.initial),
+        }
     }
 
     /// The action that `case` asks for: with D̄, or for the ablation with D.
@@ -61,7 +67,11 @@ impl<S: Real> Problem<S> {
     }
 
     pub(crate) fn layout(&self) -> Layout {
-        Layout::new(self.sbp.points())
+        Layout::new(self.sbp.points(), self.form)
+    }
+
+    pub(crate) fn derivative(&self) -> FormDerivative<'_, S> {
+        FormDerivative::new(&self.sbp, self.form)
     }
 
     pub(crate) fn invariants(&self) -> Invariants<S> {

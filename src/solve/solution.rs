@@ -1,7 +1,9 @@
 //! What a successful solve returns.
 
+use super::derivative::FormDerivative;
 use super::status::{InitialGuess, IterationRecord};
 use crate::action::MULTIPLIERS;
+use crate::case::Form;
 use crate::geodesic::{InitialData, Invariants};
 use crate::metric::Metric;
 use crate::sbp::SbpOperator;
@@ -16,17 +18,17 @@ pub struct Backward<S = f64> {
     pub x: Vec<S>,
 }
 
-/// The values to continue the trajectory with. (Dt)_N and (Dx)_N are not: the last node takes up the compatibility
-/// defect.
+/// The values to continue the trajectory with. In the strong form (Dt)_N and (Dx)_N are not: the last node takes up the
+/// compatibility defect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EndState<S = f64> {
     /// t at the last node.
     pub t: S,
     /// x at the last node.
     pub x: S,
-    /// w*_N = (Dx)_N − λ8/H_N.
+    /// w*_N = (Dx)_N − λ8/H_N; in the weak form w_N = (D̄x)_N.
     pub x_dot: S,
-    /// Q_t = −λ5.
+    /// Q_t, in the strong form as −λ5.
     pub q_t: S,
 }
 
@@ -41,8 +43,8 @@ pub struct Solution<S = f64> {
     pub x: Vec<S>,
     /// The backward branch, if the doubled system was solved.
     pub backward: Option<Backward<S>>,
-    /// λ1 … λ8.
-    pub multipliers: [S; MULTIPLIERS],
+    /// λ1 … λ8; the weak form has none.
+    pub multipliers: Option<[S; MULTIPLIERS]>,
     /// Largest entry of ∇E_IVP of the doubled action at this solution: its certificate.
     pub gradient_norm: S,
     /// What to continue with.
@@ -57,6 +59,8 @@ pub struct Solution<S = f64> {
     pub length: S,
     /// Significant decimal digits that were asked for; 16 for `f64`.
     pub digits: u32,
+    /// The form of the action.
+    pub form: Form,
     /// The operator.
     pub sbp: SbpOperator<S>,
     /// The metric.
@@ -88,6 +92,19 @@ impl<S: Real> Solution<S> {
     /// The continuum's Q_t and K of the initial data.
     pub fn invariants(&self) -> Invariants<S> {
         self.initial.invariants(&self.metric)
+    }
+
+    /// d/dγ as the form of the action means it: Du (strong), or D̄u of a field `u` that starts at `initial` (weak).
+    pub(crate) fn derivative(&self, u: &[S], initial: S) -> Vec<S> {
+        FormDerivative::new(&self.sbp, self.form).derivative(u, initial)
+    }
+
+    /// Number of nodes, from the first, at which Q_t is exact: all but the last (strong), or all (weak).
+    pub(crate) fn exact_nodes(&self) -> usize {
+        match self.form {
+            Form::Strong => self.x.len() - 1,
+            Form::Weak => self.x.len(),
+        }
     }
 
     /// Largest distance between the branches in t or x; 0 in the physical limit.

@@ -27,7 +27,7 @@ pub struct Errors {
     pub eps_x_l2: f64,
     /// ΔQ_t at the last node.
     pub delta_q_t_last: f64,
-    /// max |ΔK| over all nodes but the last.
+    /// max |ΔK| over all nodes but the last (weak form: over all).
     pub delta_k_max: f64,
 }
 
@@ -85,6 +85,11 @@ impl Quantity {
             Self::EpsTL2 => "ε_t(L2)",
             Self::EpsXL2 => "ε_x(L2)",
         }
+    }
+
+    /// Whether it is an error at γ_f.
+    pub fn is_at_end(self) -> bool {
+        matches!(self, Self::EpsTFinal | Self::EpsXFinal)
     }
 
     /// Its value.
