@@ -39,7 +39,7 @@ type Jet<S> = [S; 3];
 #[derive(Debug)]
 pub struct Sampler<'a, S = f64> {
     solution: &'a Solution<S>,
-    /// t − t_i, x and w* on the nodes.
+    /// t from the start of the window, x and w* on the nodes.
     nodes: [Vec<Jet<S>>; 3],
     /// Weights of barycentric interpolation; none on an equidistant grid.
     barycentric: Option<Vec<S>>,
@@ -48,22 +48,23 @@ pub struct Sampler<'a, S = f64> {
 impl<'a, S: Real> Sampler<'a, S> {
     /// Prepares the nodes of `solution`.
     pub fn new(solution: &'a Solution<S>) -> Self {
-        let last = solution.x.len() - 1;
+        let last = solution.sbp.points() - 1;
         let q_t = solution.end.q_t;
-        // It is w* at all nodes; in the strong form Dx is not at the last one.
-        let mut x_dot = solution.derivative(&solution.x, solution.initial.x);
-        x_dot[last] = solution.end.x_dot;
-        let mut nodes = [0; 3].map(|_| Vec::with_capacity(last + 1));
-        for (k, &w) in x_dot.iter().enumerate() {
-            let x = solution.x[k];
-            let g = solution.metric.at(x);
-            let (t_dot, force) = (q_t / g.g00, acceleration(q_t, g.g00, g.first));
-            nodes[0].push([solution.elapsed[k], t_dot, -t_dot * g.first * w / g.g00]);
-            nodes[1].push([x, w, force]);
-            nodes[2].push([w, force, acceleration_slope(q_t, g.g00, g.first, g.second) * w]);
+        let mut nodes = [0; 3].map(|_| Vec::with_capacity(solution.x.len()));
+        for (view, window) in solution.views().zip(&solution.windows) {
+            // It is w* at all nodes; in the strong form Dx is not at the last one.
+            let mut x_dot = view.derivative(view.x, view.start.x);
+            x_dot[last] = window.end.1;
+            for ((&x, &w), &elapsed) in view.x.iter().zip(&x_dot).zip(view.elapsed) {
+                let g = solution.metric.at(x);
+                let (t_dot, force) = (q_t / g.g00, acceleration(q_t, g.g00, g.first));
+                nodes[0].push([elapsed, t_dot, -t_dot * g.first * w / g.g00]);
+                nodes[1].push([x, w, force]);
+                nodes[2].push([w, force, acceleration_slope(q_t, g.g00, g.first, g.second) * w]);
+            }
         }
         let barycentric = (!solution.sbp.is_equidistant()).then(|| {
-            let nodes: Vec<S> = (0..=last).map(|k| solution.sbp.node(k) / solution.length).collect();
+            let nodes: Vec<S> = (0..=last).map(|k| solution.sbp.node(k) / solution.window_length()).collect();
             let weight = |j: usize| {
                 let others = nodes.iter().enumerate().filter(|(k, _)| *k != j);
                 S::ONE / others.fold(S::ONE, |product, (_, &node)| product * (nodes[j] - node))
@@ -80,9 +81,12 @@ impl<'a, S: Real> Sampler<'a, S> {
     pub fn at_gamma(&self, gamma: S) -> Result<Sample<S>, OutsideRun<S>> {
         let Solution { gamma_i, length, .. } = *self.solution;
         let from_start = within(gamma - gamma_i, length).ok_or(OutsideRun { range: (gamma_i, gamma_i + length) })?;
-        let last = self.solution.x.len() - 1;
-        let k = partition(last, |k| self.solution.sbp.node(k) <= from_start);
-        Ok(Sample { gamma, ..self.between(k, from_start) })
+        let window_length = self.solution.window_length();
+        let window = ((from_start / window_length).to_f64() as usize).min(self.solution.windows.len() - 1);
+        let place = from_start - S::from(window as f64) * window_length;
+        let last = self.solution.sbp.points() - 1;
+        let k = partition(last, |k| self.solution.sbp.node(k) <= place);
+        Ok(Sample { gamma, ..self.between(window, k, place) })
     }
 
     /// The world-line at the time `t`.
@@ -90,48 +94,60 @@ impl<'a, S: Real> Sampler<'a, S> {
     /// # Errors
     /// [`OutsideRun`] before t_i or after t_N.
     pub fn at_time(&self, t: S) -> Result<Sample<S>, OutsideRun<S>> {
-        let (t_i, last) = (self.solution.t_i, self.solution.x.len() - 1);
-        let duration = self.nodes[0][last][0];
-        let range = if duration < S::ZERO { (t_i + duration, t_i) } else { (t_i, t_i + duration) };
-        let elapsed = within(t - t_i, duration).ok_or(OutsideRun { range })?;
+        let Solution { t_i, windows, sbp, .. } = self.solution;
+        let duration = self.solution.duration();
+        let range = if duration < S::ZERO { (*t_i + duration, *t_i) } else { (*t_i, *t_i + duration) };
+        let elapsed = within(t - *t_i, duration).ok_or(OutsideRun { range })?;
         // Time runs forwards or backwards, but not both.
-        let reached = |value: S| if duration < S::ZERO { value >= elapsed } else { value <= elapsed };
-        let k = partition(last, |k| reached(self.nodes[0][k][0]));
-        let (mut low, mut high) = (self.solution.sbp.node(k), self.solution.sbp.node(k + 1));
+        let reached = |value: S, goal: S| if duration < S::ZERO { value >= goal } else { value <= goal };
+        let window = partition(windows.len(), |window| reached(windows[window].start.t, elapsed));
+        let elapsed = elapsed - windows[window].start.t;
+        let (first, last) = (window * sbp.points(), sbp.points() - 1);
+        let k = partition(last, |k| reached(self.nodes[0][first + k][0], elapsed));
+        let (mut low, mut high) = (sbp.node(k), sbp.node(k + 1));
+        let excess = |sample: &Sample<S>| (sample.t - *t_i - windows[window].start.t) - elapsed;
         // Newton's method from the start of the interval, kept inside it.
         let mut here = low;
-        let mut sample = self.between(k, here);
+        let mut sample = self.between(window, k, here);
         for _ in 0..100 {
-            let excess = (sample.t - t_i) - elapsed;
-            if reached(sample.t - t_i) {
+            let excess = excess(&sample);
+            if reached(excess, S::ZERO) {
                 low = here
             } else {
                 high = here
             }
             let next = here - excess / sample.t_dot;
             let next = if next > low && next < high { next } else { (low + high).half() };
-            if next == here || excess == S::ZERO || !(low < high) {
-                break;
-            }
             let step = (next - here).abs();
-            (here, sample) = (next, self.between(k, next));
-            if step <= S::EPSILON * self.solution.length {
+            if excess == S::ZERO || step <= S::EPSILON * self.solution.window_length() {
                 break;
             }
+            (here, sample) = (next, self.between(window, k, next));
         }
         Ok(Sample { t, ..sample })
     }
 
-    /// The world-line at γ_i + `gamma`, in the interval behind node k.
-    fn between(&self, k: usize, gamma: S) -> Sample<S> {
-        let start = self.solution.sbp.node(k);
-        let value = |jets: &Vec<Jet<S>>| match &self.barycentric {
-            Some(weights) => self.lagrange(weights, jets, gamma),
-            None => hermite(jets[k], jets[k + 1], self.solution.sbp.interval(k), gamma - start),
+    /// The world-line at `gamma` behind the start of a window, in the interval behind its node k.
+    fn between(&self, window: usize, k: usize, gamma: S) -> Sample<S> {
+        let Solution { sbp, windows, .. } = self.solution;
+        let nodes = window * sbp.points()..(window + 1) * sbp.points();
+        let value = |jets: &Vec<Jet<S>>| {
+            let jets = &jets[nodes.clone()];
+            match &self.barycentric {
+                Some(weights) => self.lagrange(weights, jets, gamma),
+                None => hermite(jets[k], jets[k + 1], sbp.interval(k), gamma - sbp.node(k)),
+            }
         };
         let [t, x, x_dot] = self.nodes.each_ref().map(value);
         let t_dot = self.solution.end.q_t / self.solution.metric.at(x).g00;
-        Sample { gamma: self.solution.gamma_i + gamma, t: self.solution.t_i + t, x, t_dot, x_dot }
+        let from_start = S::from(window as f64) * self.solution.window_length() + gamma;
+        Sample {
+            gamma: self.solution.gamma_i + from_start,
+            t: self.solution.t_i + (windows[window].start.t + t),
+            x,
+            t_dot,
+            x_dot,
+        }
     }
 
     /// The polynomial through the values on all nodes.

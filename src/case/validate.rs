@@ -119,10 +119,8 @@ impl Case {
             return Err(invalid("scheme.regularised", "regularised = false needs solver.system = \"doubled\"")
                 .help("the physical limit exists only for the regularised operator"));
         }
-        match self.grid.windows {
-            1 => {}
-            0 => return Err(invalid("grid.windows", "windows must be at least 1")),
-            _ => return Err(not_available("grid.windows", "more than one window")),
+        if self.grid.windows == 0 {
+            return Err(invalid("grid.windows", "windows must be at least 1"));
         }
         let (digits, least, most) = (self.solver.digits, f64::MOST_DIGITS, Extended::MOST_DIGITS);
         if !(least..=most).contains(&digits) {
@@ -156,10 +154,13 @@ impl Case {
             return Err(invalid("grid.n_gamma", message));
         }
         if n_gamma > MOST_POINTS {
-            return Err(invalid(
-                "grid.n_gamma",
-                format!("n_gamma = {n_gamma} is above the limit of {MOST_POINTS} points"),
-            ));
+            let message = format!("n_gamma = {n_gamma} is above the limit of {MOST_POINTS} points");
+            return Err(invalid("grid.n_gamma", message));
+        }
+        if n_gamma.saturating_mul(self.grid.windows) > MOST_POINTS {
+            let message =
+                format!("{} windows of {n_gamma} points are above the limit of {MOST_POINTS}", self.grid.windows);
+            return Err(invalid("grid.windows", message));
         }
         if let Some(gamma_f) = gamma_f {
             if gamma_f <= gamma_i {
@@ -184,7 +185,7 @@ impl Case {
     /// Whether nodes over a range of γ of this length can be told apart, also when γ_i is added to them.
     fn check_spacing(&self, path: &str, length: f64) -> Result<(), Invalid> {
         let gamma_i = self.grid.gamma_i.value();
-        let spacing = length / (self.grid.n_gamma - 1) as f64;
+        let spacing = length / ((self.grid.n_gamma - 1) * self.grid.windows) as f64;
         let largest = gamma_i.abs().max((gamma_i + length).abs());
         if spacing.is_finite() && spacing >= f64::MIN_POSITIVE && spacing > 4.0 * f64::EPSILON * largest {
             return Ok(());

@@ -185,9 +185,12 @@ fn readable<S: Real>(
     directory: &std::path::Path,
 ) -> String {
     let invariants = solution.invariants();
-    let nodes = solution.x.len();
+    let nodes = match solution.windows.len() {
+        1 => format!("{} nodes", solution.sbp.points()),
+        windows => format!("{windows} windows of {} nodes", solution.sbp.points()),
+    };
     let system = if solution.backward.is_some() { "doubled action" } else { "physical limit" };
-    let iterations = match solution.history.len() {
+    let iterations = match solution.iterations {
         0 => "explicit".to_owned(),
         1 => "1 Newton iteration".to_owned(),
         count => format!("{count} Newton iterations"),
@@ -211,7 +214,7 @@ fn readable<S: Real>(
     let mut lines = vec![
         case.title.clone().unwrap_or_else(|| "geodesic-ivp".to_owned()),
         format!(
-            "  scheme     {} {}, {system}, {nodes} nodes on gamma in [{}, {}]{digits}: {iterations}, {:.3} ms",
+            "  scheme     {} {}, {system}, {nodes} on gamma in [{}, {}]{digits}: {iterations}, {:.3} ms",
             summary.sbp,
             solution.form.as_str(),
             short(solution.gamma_i),
@@ -228,7 +231,7 @@ fn readable<S: Real>(
             "  K          {:.6}; |dK| <= {:.2e} at all nodes{but_last}, {:.2e} at the end handed on",
             short(invariants.k),
             short(diagnostics.max_abs_delta_k()),
-            short(diagnostics.charges.delta_k_end).abs()
+            short(diagnostics.max_abs_delta_k_ends())
         ),
         format!(
             "  certified  |grad {action}| <= {:.1e}; sawtooth in x {}; H_BVP = {:.6}, Q_t (t_f - t_i) = {:.6}",

@@ -1,8 +1,8 @@
 //! The stability bound of the paper.
 
 use crate::sbp::RegularisedOperator;
-use crate::scalar::Real;
-use crate::solve::Solution;
+use crate::scalar::{Real, sum};
+use crate::solve::{Solution, WindowView};
 
 /// H_BVP = ∫ ½( g00 ṫ² + ẋ² ) dγ and its bound Q_t (t_f − t_i).
 ///
@@ -18,11 +18,15 @@ pub struct Bound<S = f64> {
 impl<S: Real> Bound<S> {
     /// From a solution and g00 on its nodes.
     pub(super) fn new(solution: &Solution<S>, g00: &[S]) -> Self {
-        let t_dot = RegularisedOperator::new(&solution.sbp, S::ZERO).derivative(&solution.elapsed);
-        let x_dot = RegularisedOperator::new(&solution.sbp, solution.initial.x).derivative(&solution.x);
-        let integrand: Vec<S> =
-            g00.iter().zip(&t_dot).zip(&x_dot).map(|((&g, &u), &w)| (g * u * u + w * w).half()).collect();
-        let elapsed = solution.elapsed.last().copied().unwrap_or(S::ZERO);
-        Self { h_bvp: solution.sbp.integrate(&integrand), h_bvp_bound: solution.invariants().q_t * elapsed }
+        let nodes = solution.sbp.points();
+        let of_window = |(window, g00): (WindowView<'_, S>, &[S])| {
+            let t_dot = RegularisedOperator::new(window.sbp, S::ZERO).derivative(window.elapsed);
+            let x_dot = RegularisedOperator::new(window.sbp, window.start.x).derivative(window.x);
+            let integrand: Vec<S> =
+                g00.iter().zip(&t_dot).zip(&x_dot).map(|((&g, &u), &w)| (g * u * u + w * w).half()).collect();
+            window.sbp.integrate(&integrand)
+        };
+        let h_bvp = sum(solution.views().zip(g00.chunks_exact(nodes)).map(of_window));
+        Self { h_bvp, h_bvp_bound: solution.invariants().q_t * solution.duration() }
     }
 }

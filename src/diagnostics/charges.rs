@@ -3,7 +3,7 @@
 use crate::norm::max_abs;
 use crate::potential::Potential;
 use crate::scalar::Real;
-use crate::solve::Solution;
+use crate::solve::{Solution, Window};
 
 /// Deviations of the constants of motion from their values in the continuum.
 #[derive(Debug, Clone)]
@@ -14,24 +14,28 @@ pub struct Charges<S = f64> {
     pub delta_q_t_corrected: Vec<S>,
     /// ΔK = g00(x)∘(Dt)² − (Dx)² − K.
     pub delta_k: Vec<S>,
-    /// K(x_N, w*_N, Q_t) − K from the values that a continuation starts with.
-    pub delta_k_end: S,
+    /// K(x_N, w*_N, Q_t) − K at the end of each window, from the values that a continuation starts with.
+    pub delta_k_ends: Vec<S>,
 }
 
 impl<S: Real> Charges<S> {
     /// Charges of `solution` with g00, Dt and Dx on its nodes.
     pub(super) fn new(solution: &Solution<S>, g00: &[S], t_dot: &[S], x_dot: &[S]) -> Self {
+        let nodes = solution.sbp.points();
         let invariants = solution.invariants();
         let delta_q_t: Vec<S> = g00.iter().zip(t_dot).map(|(&g, &u)| g * u - invariants.q_t).collect();
         let mut delta_q_t_corrected = delta_q_t.clone();
-        let last = delta_q_t.len() - 1;
-        if let Some(multipliers) = &solution.multipliers {
-            delta_q_t_corrected[last] += multipliers[6] / solution.sbp.weights()[last];
+        for (window, deviations) in solution.windows.iter().zip(delta_q_t_corrected.chunks_exact_mut(nodes)) {
+            if let Some(multipliers) = &window.multipliers {
+                deviations[nodes - 1] += multipliers[6] / solution.sbp.weights()[nodes - 1];
+            }
         }
         let delta_k = g00.iter().zip(t_dot).zip(x_dot).map(|((&g, &u), &w)| g * u * u - w * w - invariants.k).collect();
-        let end = solution.end;
-        let delta_k_end = end.q_t * end.q_t / g00[last] - end.x_dot * end.x_dot - invariants.k;
-        Self { delta_q_t, delta_q_t_corrected, delta_k, delta_k_end }
+        let q_t = solution.end.q_t;
+        let last = g00.iter().skip(nodes - 1).step_by(nodes);
+        let at_end = |(&g00, window): (&S, &Window<S>)| q_t * q_t / g00 - window.end.1 * window.end.1 - invariants.k;
+        let delta_k_ends = last.zip(&solution.windows).map(at_end).collect();
+        Self { delta_q_t, delta_q_t_corrected, delta_k, delta_k_ends }
     }
 }
 
@@ -54,9 +58,10 @@ impl<S: Real> FreeParticleCharges<S> {
         let initial = solution.initial;
         let delta_q_x: Vec<S> = x_dot.iter().map(|&w| initial.x_dot - w).collect();
         let q_eta = initial.x * initial.t_dot;
+        let time = solution.time_from_start(&solution.elapsed);
         let delta_q_eta: Vec<S> = (solution.x.iter().zip(t_dot))
-            .zip(solution.elapsed.iter().zip(x_dot))
-            .map(|((&x, &u), (&t, &w))| x * u - t * w - q_eta)
+            .zip(time.zip(x_dot))
+            .map(|((&x, &u), (t, &w))| x * u - t * w - q_eta)
             .collect();
         Some(Self { max_abs_delta_q_x: max_abs(&delta_q_x), max_abs_delta_q_eta: max_abs(&delta_q_eta) })
     }

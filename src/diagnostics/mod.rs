@@ -10,10 +10,12 @@ pub use charges::{Charges, FreeParticleCharges};
 pub use residuals::GeodesicResiduals;
 pub use sawtooth::sawtooth;
 
+use std::ops::Range;
+
 use crate::case::Form;
 use crate::norm::max_abs;
 use crate::scalar::Real;
-use crate::solve::Solution;
+use crate::solve::{Solution, WindowView};
 
 /// A drift of K by more than this share means that x is not resolved.
 const LARGE_DRIFT: f64 = 0.1;
@@ -35,7 +37,8 @@ pub struct Diagnostics<S = f64> {
     pub sawtooth: Option<S>,
     /// Q_x and Q_η, if the potential vanishes.
     pub free_particle: Option<FreeParticleCharges<S>>,
-    /// Number of nodes, from the first, at which Q_t and K are judged, and those at which ΔG is.
+    /// Number of nodes of a window; of those, from the first, at which Q_t and K are judged; and at which ΔG is.
+    nodes: usize,
     interior_nodes: usize,
     interior_residual_nodes: usize,
 }
@@ -43,14 +46,16 @@ pub struct Diagnostics<S = f64> {
 impl<S: Real> Diagnostics<S> {
     /// Measures `solution`.
     pub fn new(solution: &Solution<S>) -> Self {
-        let t_dot = solution.derivative(&solution.elapsed, S::ZERO);
-        let x_dot = solution.derivative(&solution.x, solution.initial.x);
+        let t_dot = on_windows(solution, |window, _| window.derivative(window.elapsed, S::ZERO));
+        let x_dot = on_windows(solution, |window, _| window.derivative(window.x, window.start.x));
         let metric = solution.metric.sample(&solution.x).expect("a solution lies inside the domain");
         let charges = Charges::new(solution, &metric.g00, &t_dot, &x_dot);
         let residuals = GeodesicResiduals::new(solution, &metric, &t_dot, &x_dot);
         let bound = Bound::new(solution, &metric.g00);
         let interior_nodes = solution.exact_nodes();
-        let sawtooth = sawtooth(&solution.x[..interior_nodes]);
+        let sawtooth = (solution.sbp.is_equidistant())
+            .then(|| solution.views().filter_map(|window| sawtooth(&window.x[..interior_nodes])).reduce(S::max))
+            .flatten();
         let free_particle = FreeParticleCharges::new(solution, &t_dot, &x_dot);
         let interior_residual_nodes = match solution.form {
             Form::Strong => solution.sbp.points() - solution.sbp.rows_reaching_last_node(),
@@ -64,6 +69,7 @@ impl<S: Real> Diagnostics<S> {
             bound,
             sawtooth,
             free_particle,
+            nodes: solution.sbp.points(),
             interior_nodes,
             interior_residual_nodes,
         }
@@ -94,7 +100,7 @@ impl<S: Real> Diagnostics<S> {
 
     /// max |ΔQ_t| over all nodes but the last; over all nodes in the weak form.
     pub fn max_abs_delta_q_t_interior(&self) -> S {
-        max_abs(&self.charges.delta_q_t[..self.interior_nodes])
+        self.max_abs_on(&self.charges.delta_q_t, self.interior_nodes)
     }
 
     /// ΔQ_t at the last node.
@@ -110,13 +116,38 @@ impl<S: Real> Diagnostics<S> {
     /// max of |ΔGᵗ| and |ΔGˣ| over the nodes whose row of D does not reach node N; over all nodes in the weak form.
     pub fn max_abs_delta_g_interior(&self) -> S {
         let nodes = self.interior_residual_nodes;
-        max_abs(&self.residuals.delta_g_t[..nodes]).max(max_abs(&self.residuals.delta_g_x[..nodes]))
+        self.max_abs_on(&self.residuals.delta_g_t, nodes).max(self.max_abs_on(&self.residuals.delta_g_x, nodes))
     }
 
     /// max |ΔK| over all nodes but the last; over all nodes in the weak form.
     pub fn max_abs_delta_k(&self) -> S {
-        max_abs(&self.charges.delta_k[..self.interior_nodes])
+        self.max_abs_on(&self.charges.delta_k, self.interior_nodes)
     }
+
+    /// max |ΔK| at the ends of the windows, from the values that a continuation starts with.
+    pub fn max_abs_delta_k_ends(&self) -> S {
+        max_abs(&self.charges.delta_k_ends)
+    }
+
+    /// max |u| over the first `count` nodes of every window; NaN if any is.
+    fn max_abs_on(&self, u: &[S], count: usize) -> S {
+        let of_windows: Vec<S> = u.chunks_exact(self.nodes).map(|window| max_abs(&window[..count])).collect();
+        max_abs(&of_windows)
+    }
+}
+
+/// What `of_window` says of every window and its range of nodes, in one vector.
+fn on_windows<S: Real>(
+    solution: &Solution<S>,
+    of_window: impl Fn(WindowView<'_, S>, Range<usize>) -> Vec<S>,
+) -> Vec<S> {
+    let nodes = solution.sbp.points();
+    let mut views = solution.views().enumerate();
+    let mut range = |(index, window)| of_window(window, index * nodes..(index + 1) * nodes);
+    let mut all = views.next().map_or_else(Vec::new, &mut range);
+    all.reserve_exact(nodes * (solution.windows.len() - 1));
+    views.for_each(|window| all.extend(range(window)));
+    all
 }
 
 /// The digits that the last correction left unchanged, if they are fewer than were asked for.

@@ -1,6 +1,7 @@
 //! How well the nodes satisfy the second-order geodesic equations when these are written with D (strong form), or with D̄
 //! and initial values for every derivative (weak form).
 
+use super::on_windows;
 use crate::metric::MetricSamples;
 use crate::scalar::Real;
 use crate::solve::Solution;
@@ -18,10 +19,12 @@ impl<S: Real> GeodesicResiduals<S> {
     /// From the metric, Dt and Dx on the nodes.
     pub(super) fn new(solution: &Solution<S>, metric: &MetricSamples<S>, t_dot: &[S], x_dot: &[S]) -> Self {
         let momentum: Vec<S> = metric.g00.iter().zip(t_dot).map(|(&g, &u)| g * u).collect();
-        let mut delta_g_x = solution.derivative(x_dot, solution.initial.x_dot);
+        let q_t = solution.invariants().q_t;
+        let delta_g_t = on_windows(solution, |window, nodes| window.derivative(&momentum[nodes], q_t));
+        let mut delta_g_x = on_windows(solution, |window, nodes| window.derivative(&x_dot[nodes], window.start.x_dot));
         for ((residual, &slope), &u) in delta_g_x.iter_mut().zip(&metric.first).zip(t_dot) {
             *residual += slope.half() * u * u;
         }
-        Self { delta_g_t: solution.derivative(&momentum, solution.invariants().q_t), delta_g_x }
+        Self { delta_g_t, delta_g_x }
     }
 }

@@ -34,7 +34,7 @@ impl<S: Real> Run<'_, S> {
 
 /// t(γ) and x(γ); of a doubled solution both branches.
 pub fn world_line<S: Real>(title: &str, solution: &Solution<S>) -> Chart {
-    let shifted = |elapsed: &[S]| elapsed.iter().map(|&e| solution.t_i + e).collect::<Vec<_>>();
+    let shifted = |elapsed: &[S]| solution.time_from_start(elapsed).map(|t| solution.t_i + t).collect::<Vec<_>>();
     let points = |values: &[S]| solution.gamma().zip(values).map(|(gamma, x)| (gamma.to_f64(), x.to_f64())).collect();
     let curve = |label: &str, values: &[S]| Series::new(label, Mark::LineAndPoints, points(values));
     let series = match &solution.backward {
@@ -105,7 +105,7 @@ pub fn noether_charge<S: Real>(title: &str, runs: &[Run<'_, S>]) -> Chart {
         let charges = &run.diagnostics.charges;
         let points = run.against_gamma(charges.delta_q_t.iter().map(|v| v.abs()));
         series.push(Series::new(run.named("|ΔQₜ|"), Mark::Points, points));
-        let corrected = run.solution.multipliers.and(charges.delta_q_t_corrected.last());
+        let corrected = run.solution.multipliers().and(charges.delta_q_t_corrected.last());
         if let ([_], Some(corrected)) = (runs, corrected) {
             let last = vec![(run.solution.gamma_f().to_f64(), corrected.to_f64().abs())];
             series.push(Series::new("last node, with + λ₇/H_N", Mark::Points, last));

@@ -44,7 +44,7 @@ pub struct Summary {
     pub outcome: Outcome,
     /// What the user was warned of.
     pub warnings: Vec<String>,
-    /// The iterations.
+    /// The iterations, of several windows those of the one that took most.
     pub history: Vec<IterationRecord>,
 }
 
@@ -136,15 +136,18 @@ impl Summary {
         solve_seconds: f64,
     ) -> Self {
         let measured = result.as_ref().map_or(Vec::new(), |(solution, diagnostics)| diagnostics.warnings(solution));
-        let (status, initial_guess, history, outcome) = match result {
+        let (status, initial_guess, iterations, history, outcome) = match result {
             Ok((solution, diagnostics)) => (
                 Status::Converged,
                 solution.initial_guess,
+                solution.iterations,
                 &solution.history,
                 Outcome::Solved(Box::new(Solved::new(solution, diagnostics))),
             ),
             Err(failure) => {
-                (failure.status, failure.initial_guess, &failure.history, Outcome::Failed(Failed::new(failure)))
+                let iterations = failure.history.len();
+                let outcome = Outcome::Failed(Failed::new(failure));
+                (failure.status, failure.initial_guess, iterations, &failure.history, outcome)
             }
         };
         Self {
@@ -159,7 +162,7 @@ impl Summary {
             n_gamma: case.grid.n_gamma,
             windows: case.grid.windows,
             initial_guess: initial_guess.as_str(),
-            iterations: history.len(),
+            iterations,
             solve_seconds,
             outcome,
             warnings: case.warnings().into_iter().chain(measured).collect(),
@@ -186,7 +189,7 @@ impl Solved {
         let number = |value: S| Number::new(value, solution.digits);
         Self {
             gradient_norm: number(solution.gradient_norm),
-            multipliers: solution.multipliers.map(|lambda| lambda.map(number)),
+            multipliers: solution.multipliers().map(|lambda| lambda.map(number)),
             gamma_final: number(solution.gamma_f()),
             t_final: number(solution.end.t),
             x_final: number(solution.end.x),
@@ -198,7 +201,7 @@ impl Solved {
             max_abs_delta_q_t_corrected: number(diagnostics.max_abs_delta_q_t_corrected()),
             max_abs_delta_g_interior: number(diagnostics.max_abs_delta_g_interior()),
             max_abs_delta_k: number(diagnostics.max_abs_delta_k()),
-            max_abs_delta_k_ends: number(diagnostics.charges.delta_k_end.abs()),
+            max_abs_delta_k_ends: number(diagnostics.max_abs_delta_k_ends()),
             sawtooth: diagnostics.sawtooth.map(number),
             h_bvp: number(diagnostics.bound.h_bvp),
             h_bvp_bound: number(diagnostics.bound.h_bvp_bound),

@@ -22,9 +22,9 @@ pub fn write_trajectory<S: Real>(
     solution: &Solution<S>,
     diagnostics: &Diagnostics<S>,
 ) -> csv::Result<()> {
-    write_table(out, solution, &["gamma", "t", "x", "t_dot", "x_dot"], |k, push| {
-        trajectory_row(solution, diagnostics, k, push);
-    })
+    let rows = solution.gamma().zip(solution.t()).enumerate();
+    let row = |(k, (gamma, t))| [gamma, t, solution.x[k], diagnostics.t_dot[k], diagnostics.x_dot[k]];
+    write_table(out, solution, ["gamma", "t", "x", "t_dot", "x_dot"], rows.map(row))
 }
 
 /// `residuals.csv`: gamma,delta_q_t,delta_q_t_corrected,delta_g_t,delta_g_x,delta_k.
@@ -37,7 +37,11 @@ pub fn write_residuals<S: Real>(
     diagnostics: &Diagnostics<S>,
 ) -> csv::Result<()> {
     let header = ["gamma", "delta_q_t", "delta_q_t_corrected", "delta_g_t", "delta_g_x", "delta_k"];
-    write_table(out, solution, &header, |k, push| residual_row(diagnostics, k, push))
+    let row = |(k, gamma)| {
+        let [a, b, c, d, e] = residuals(diagnostics, k);
+        [gamma, a, b, c, d, e]
+    };
+    write_table(out, solution, header, solution.gamma().enumerate().map(row))
 }
 
 /// `run --stdout`: the columns of both tables.
@@ -51,10 +55,11 @@ pub fn write_combined<S: Real>(
 ) -> csv::Result<()> {
     let header =
         ["gamma", "t", "x", "t_dot", "x_dot", "delta_q_t", "delta_q_t_corrected", "delta_g_t", "delta_g_x", "delta_k"];
-    write_table(out, solution, &header, |k, push| {
-        trajectory_row(solution, diagnostics, k, push);
-        residual_row(diagnostics, k, push);
-    })
+    let row = |(k, (gamma, t))| {
+        let [a, b, c, d, e] = residuals(diagnostics, k);
+        [gamma, t, solution.x[k], diagnostics.t_dot[k], diagnostics.x_dot[k], a, b, c, d, e]
+    };
+    write_table(out, solution, header, solution.gamma().zip(solution.t()).enumerate().map(row))
 }
 
 /// `branches.csv`: gamma,t_1,x_1,t_2,x_2.
@@ -62,12 +67,10 @@ pub fn write_combined<S: Real>(
 /// # Errors
 /// Whatever `out` reports.
 pub fn write_branches<S: Real>(out: impl Write, solution: &Solution<S>, backward: &Backward<S>) -> csv::Result<()> {
-    write_table(out, solution, &["gamma", "t_1", "x_1", "t_2", "x_2"], |k, push| {
-        push(solution.t_i + solution.elapsed[k]);
-        push(solution.x[k]);
-        push(solution.t_i + backward.elapsed[k]);
-        push(backward.x[k]);
-    })
+    let t_2 = solution.time_from_start(&backward.elapsed).map(|t| solution.t_i + t);
+    let times = solution.gamma().zip(solution.t().zip(t_2)).enumerate();
+    let row = |(k, (gamma, (t_1, t_2)))| [gamma, t_1, solution.x[k], t_2, backward.x[k]];
+    write_table(out, solution, ["gamma", "t_1", "x_1", "t_2", "x_2"], times.map(row))
 }
 
 /// `samples.csv`: gamma,t,x,t_dot,x_dot, with so many significant digits.
@@ -92,37 +95,38 @@ pub fn write_samples<S: Real>(
     Ok(())
 }
 
-fn trajectory_row<S: Real>(solution: &Solution<S>, diagnostics: &Diagnostics<S>, k: usize, push: &mut dyn FnMut(S)) {
-    push(solution.t_i + solution.elapsed[k]);
-    push(solution.x[k]);
-    push(diagnostics.t_dot[k]);
-    push(diagnostics.x_dot[k]);
+/// The columns of `residuals.csv` behind the first, at node k.
+fn residuals<S: Real>(diagnostics: &Diagnostics<S>, k: usize) -> [S; 5] {
+    let (charges, residuals) = (&diagnostics.charges, &diagnostics.residuals);
+    [
+        charges.delta_q_t[k],
+        charges.delta_q_t_corrected[k],
+        residuals.delta_g_t[k],
+        residuals.delta_g_x[k],
+        charges.delta_k[k],
+    ]
 }
 
-fn residual_row<S: Real>(diagnostics: &Diagnostics<S>, k: usize, push: &mut dyn FnMut(S)) {
-    push(diagnostics.charges.delta_q_t[k]);
-    push(diagnostics.charges.delta_q_t_corrected[k]);
-    push(diagnostics.residuals.delta_g_t[k]);
-    push(diagnostics.residuals.delta_g_x[k]);
-    push(diagnostics.charges.delta_k[k]);
-}
-
-/// A header, then a row a node: γ and whatever `row` pushes for the node.
-fn write_table<S: Real>(
+/// A header, then a row a node; with several windows a last column counts them from 1.
+fn write_table<S: Real, const COLUMNS: usize>(
     out: impl Write,
     solution: &Solution<S>,
-    header: &[&str],
-    row: impl Fn(usize, &mut dyn FnMut(S)),
+    header: [&str; COLUMNS],
+    rows: impl Iterator<Item = [S; COLUMNS]>,
 ) -> csv::Result<()> {
     let mut writer = WriterBuilder::new().buffer_capacity(BUFFER).from_writer(out);
-    writer.write_record(header)?;
+    let windows = solution.windows.len() > 1;
+    writer.write_record(header.iter().chain(windows.then_some(&"window")))?;
     let mut record = ByteRecord::new();
     let mut room = DecimalRoom::default();
-    for (k, gamma) in solution.gamma().enumerate() {
+    for (k, row) in rows.enumerate() {
         record.clear();
-        let mut push = |value: S| record.push_field(value.write_decimal(solution.digits, &mut room).as_bytes());
-        push(gamma);
-        row(k, &mut push);
+        for value in row {
+            record.push_field(value.write_decimal(solution.digits, &mut room).as_bytes());
+        }
+        if windows {
+            record.push_field((k / solution.sbp.points() + 1).to_string().as_bytes());
+        }
         writer.write_byte_record(&record)?;
     }
     writer.flush()?;

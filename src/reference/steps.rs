@@ -4,7 +4,7 @@ use super::series::SeriesMachine;
 use super::{EndReason, ReferenceEnds, ReferencePoint};
 use crate::geodesic::InitialData;
 use crate::metric::Metric;
-use crate::scalar::{Real, sum};
+use crate::scalar::{Compensated, Real, sum};
 
 /// A step below this share of the whole range means a singularity.
 const LEAST_STEP: f64 = 1e-13;
@@ -13,27 +13,6 @@ const MOST_STEPS: usize = 2_000_000;
 const HORIZON: f64 = 1e-3;
 /// A physical time is not reached if at the present rate it is this many times the length that the start suggested away.
 const FAR_TOO_LONG: f64 = 1e6;
-
-/// A sum of two numbers that carries its rounding error.
-#[derive(Debug, Clone, Copy, Default)]
-struct Compensated<S> {
-    high: S,
-    low: S,
-}
-
-impl<S: Real> Compensated<S> {
-    fn from(value: S) -> Self {
-        Self { high: value, low: S::ZERO }
-    }
-
-    /// Knuth's two-sum.
-    fn plus(self, increment: S) -> Self {
-        let increment = increment + self.low;
-        let high = self.high + increment;
-        let back = high - self.high;
-        Self { high, low: (self.high - (high - back)) + (increment - back) }
-    }
-}
 
 /// One step: x and t − t_i as polynomials in γ minus its start.
 #[derive(Debug, Clone)]

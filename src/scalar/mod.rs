@@ -4,7 +4,10 @@
 //! steers an iteration (Jacobians, damping, first guesses) is `f64` always: a correction needs few digits, a residual
 //! all of them.
 
+mod compensated;
 mod decimal;
+
+pub(crate) use compensated::Compensated;
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};

@@ -33,7 +33,7 @@ pub(super) fn solve<S: Real>(case: &Case, duration: S) -> Result<Solution<S>, No
     for _ in 0..MOST_SOLVES {
         match solve_to(case, length) {
             Ok(solution) => {
-                let excess = solution.elapsed.last().copied().unwrap_or(S::ZERO) - duration;
+                let excess = solution.duration() - duration;
                 let slope = solution.end.q_t / solution.metric.at(solution.end.x).g00;
                 if excess < S::ZERO {
                     below = length;

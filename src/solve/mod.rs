@@ -10,15 +10,18 @@ mod newton;
 mod physical_limit;
 mod problem;
 mod refinement;
+mod run;
 mod solution;
 mod status;
 
-pub use solution::{Backward, EndState, Solution};
+pub(crate) use solution::WindowView;
+pub use solution::{Backward, EndState, Solution, Window};
 pub use status::{InitialGuess, IterationRecord, NoSolution, Status};
 
 use self::critical_point::CriticalPointSolver;
 use self::newton::{Failure, Root};
 use self::problem::Problem;
+use self::run::{Piece, Run};
 use crate::action::{DoubledAction, Layout, MULTIPLIERS};
 use crate::case::{Case, End, Form, System};
 use crate::metric::OutsideDomain;
@@ -47,38 +50,49 @@ pub fn solve<S: Real>(case: &Case) -> Result<Solution<S>, NoSolution> {
     }
 }
 
-/// Solves a case on γ − γ_i ∈ [0, `length`].
+/// Solves a case on γ − γ_i ∈ [0, `length`], window after window.
 fn solve_to<S: Real>(case: &Case, length: S) -> Result<Solution<S>, NoSolution> {
-    let problem = Problem::new(case, length);
-    let solution = match case.solver.system {
-        System::PhysicalLimit => solve_physical_limit(problem, case),
-        System::Doubled => solve_doubled(problem, case),
-    }?;
-    // An overflow anywhere makes the gradient NaN or infinite: no such numbers are handed on as a result.
-    if solution.gradient_norm.is_finite() && solution.end.t.is_finite() {
-        Ok(solution)
-    } else {
-        Err(overflow(solution))
+    let windows = case.grid.windows;
+    let window_length = length / S::from(windows as f64);
+    let mut problem = Problem::new(case, window_length);
+    let (first, gamma_i) = (problem.initial, problem.gamma_i);
+    let mut run = Run::new(windows * problem.sbp.points());
+    for window in 0..windows {
+        if window > 0 {
+            let [x, x_dot] = run.end();
+            problem.continue_from(gamma_i + S::from(window as f64) * window_length, x, x_dot);
+        }
+        let piece = match case.solver.system {
+            System::PhysicalLimit => solve_physical_limit(&problem, case),
+            System::Doubled => solve_doubled(&problem, case),
+        }?;
+        run.append(&problem, piece)?;
     }
+    let (t_i, elapsed) = (case.initial.t.to::<S>(), run.elapsed());
+    let [x, x_dot] = run.end();
+    Ok(Solution {
+        t_i,
+        end: EndState { t: t_i + elapsed, x, x_dot, q_t: run.q_t },
+        elapsed: run.elapsed,
+        x: run.x,
+        backward: run.backward,
+        windows: run.windows,
+        gradient_norm: run.gradient_norm,
+        initial_guess: run.initial_guess,
+        iterations: run.iterations,
+        history: run.history,
+        gamma_i,
+        length,
+        digits: problem.digits,
+        form: problem.form,
+        sbp: problem.sbp,
+        metric: problem.metric,
+        initial: first,
+    })
 }
 
-fn overflow<S: Real>(solution: Solution<S>) -> NoSolution {
-    let finite = |k: &usize| solution.x[*k].is_finite() && solution.elapsed[*k].is_finite();
-    let index = (0..solution.x.len()).find(|k| !finite(k)).unwrap_or(solution.x.len() - 1);
-    NoSolution {
-        status: Status::OutsideDomain,
-        gamma: (solution.gamma_i + solution.sbp.node(index)).to_f64(),
-        x: solution.x[index].to_f64(),
-        g00: solution.metric.at(solution.x[index]).g00.to_f64(),
-        iteration: solution.history.len(),
-        residual: solution.gradient_norm.to_f64(),
-        history: solution.history,
-        initial_guess: solution.initial_guess,
-    }
-}
-
-fn solve_physical_limit<S: Real>(problem: Problem<S>, case: &Case) -> Result<Solution<S>, NoSolution> {
-    let limit = physical_limit::solve(&problem, case)
+fn solve_physical_limit<S: Real>(problem: &Problem<S>, case: &Case) -> Result<Piece<S>, NoSolution> {
+    let limit = physical_limit::solve(problem, case)
         // Two rows and two unknowns a node: rows start at node 1, unknowns (strong) at node 2.
         .map_err(|(failure, guess)| {
             let rough = problem.in_f64(case);
@@ -89,38 +103,25 @@ fn solve_physical_limit<S: Real>(problem: Problem<S>, case: &Case) -> Result<Sol
             };
             no_solution(&rough, failure, guess, |node| rough.gamma(node), locate)
         })?;
-    let multipliers = (problem.form == Form::Strong).then(|| limit.multipliers(&problem));
+    let multipliers = (problem.form == Form::Strong).then(|| limit.multipliers(problem));
     let lambda = multipliers.as_ref().map_or([].as_slice(), |lambda| lambda);
     let unknowns = problem.layout().physical_limit(&limit.elapsed, &limit.x, lambda);
     let gradient_norm = gradient_norm(&problem.action(), &unknowns);
     let last = limit.x.len() - 1;
-    let end = EndState {
-        t: case.initial.t.to::<S>() + limit.elapsed[last],
-        x: limit.x[last],
-        x_dot: limit.x_dot[last],
+    Ok(Piece {
+        end: [limit.x[last], limit.x_dot[last]],
         q_t: problem.invariants().q_t,
-    };
-    Ok(Solution {
-        t_i: case.initial.t.to(),
         elapsed: limit.elapsed,
         x: limit.x,
         backward: None,
         multipliers,
         gradient_norm,
-        end,
         initial_guess: limit.initial_guess,
         history: limit.history,
-        gamma_i: problem.gamma_i,
-        length: problem.length,
-        digits: problem.digits,
-        form: problem.form,
-        sbp: problem.sbp,
-        metric: problem.metric,
-        initial: problem.initial,
     })
 }
 
-fn solve_doubled<S: Real>(problem: Problem<S>, case: &Case) -> Result<Solution<S>, NoSolution> {
+fn solve_doubled<S: Real>(problem: &Problem<S>, case: &Case) -> Result<Piece<S>, NoSolution> {
     let guess = InitialGuess::WindowedAction;
     let rough = problem.in_f64(case);
     let start = first_guess::windowed_action(&rough).map_err(|window| {
@@ -165,24 +166,16 @@ fn solve_doubled<S: Real>(problem: Problem<S>, case: &Case) -> Result<Solution<S
         Some(lambda) => (x_dot - lambda[7] / problem.sbp.weights()[last], -lambda[4]),
         None => (x_dot, problem.invariants().q_t),
     };
-    let end = EndState { t: case.initial.t.to::<S>() + forward.t[last], x: forward.x[last], x_dot, q_t };
-    Ok(Solution {
-        t_i: case.initial.t.to(),
+    Ok(Piece {
+        end: [forward.x[last], x_dot],
+        q_t,
         elapsed: forward.t.to_vec(),
         x: forward.x.to_vec(),
         backward: Some(Backward { elapsed: backward.t.to_vec(), x: backward.x.to_vec() }),
         multipliers,
         gradient_norm,
-        end,
         initial_guess: guess,
         history: root.history,
-        gamma_i: problem.gamma_i,
-        length: problem.length,
-        digits: problem.digits,
-        form: problem.form,
-        sbp: problem.sbp.clone(),
-        metric: problem.metric.clone(),
-        initial: problem.initial,
     })
 }
 

@@ -19,6 +19,8 @@ pub(crate) struct Problem<S = f64> {
     pub(crate) sbp: SbpOperator<S>,
     pub(crate) metric: Metric<S>,
     pub(crate) initial: InitialData<S>,
+    /// Q_t and K of the whole run: every window has the same.
+    pub(crate) invariants: Invariants<S>,
     pub(crate) gamma_i: S,
     /// γ_f − γ_i.
     pub(crate) length: S,
@@ -27,27 +29,41 @@ pub(crate) struct Problem<S = f64> {
 }
 
 impl<S: Real> Problem<S> {
-    /// The problem of `case` on γ − γ_i ∈ [0, `length`].
+    /// The problem of the first window of `case`, with windows of the given `length` in γ.
     pub(crate) fn new(case: &Case, length: S) -> Self {
         let spacing = length / S::from((case.grid.n_gamma - 1) as f64);
         let sbp = case.scheme.sbp.operator(case.grid.n_gamma, spacing).expect("a valid case has enough points");
+        let (metric, initial) = (case.metric(), InitialData { t: S::ZERO, ..case.initial_data() });
         Self {
             form: case.scheme.form,
+            invariants: initial.invariants(&metric),
             sbp,
-            metric: case.metric(),
-            initial: InitialData { t: S::ZERO, ..case.initial_data() },
+            metric,
+            initial,
             gamma_i: case.grid.gamma_i.to(),
             length,
             digits: case.digits::<S>(),
         }
     }
 
-    /// The same problem in `f64`: itself, or one rounded from `case`.
+    /// Moves on to the window that starts at `gamma` where the particle is at `x` with dx/dγ = `x_dot`.
+    pub(crate) fn continue_from(&mut self, gamma: S, x: S, x_dot: S) {
+        let t_dot = self.invariants.q_t / self.metric.at(x).g00;
+        self.gamma_i = gamma;
+        self.initial = InitialData { t: S::ZERO, x, t_dot, x_dot };
+    }
+
+    /// The same problem in `f64`: itself, or a rounded one.
     pub(crate) fn in_f64(&self, case: &Case) -> Cow<'_, Problem> {
-        match (self as &dyn Any).downcast_ref() {
-            Some(same) => Cow::Borrowed(same),
-            None => Cow::Owned(Problem::new(case, self.length.to_f64())),
+        if let Some(same) = (self as &dyn Any).downcast_ref() {
+            return Cow::Borrowed(same);
         }
+        let mut rounded: Problem = Problem::new(case, self.length.to_f64());
+        let InitialData { t, x, t_dot, x_dot } = self.initial;
+        let [t, x, t_dot, x_dot] = [t, x, t_dot, x_dot].map(S::to_f64);
+        rounded.initial = InitialData { t, x, t_dot, x_dot };
+        rounded.gamma_i = self.gamma_i.to_f64();
+        Cow::Owned(rounded)
     }
 
     pub(crate) fn action(&self) -> DoubledAction<'_, S> {
@@ -75,7 +91,7 @@ impl<S: Real> Problem<S> {
     }
 
     pub(crate) fn invariants(&self) -> Invariants<S> {
-        self.initial.invariants(&self.metric)
+        self.invariants
     }
 
     /// γ of node k.

@@ -32,26 +32,41 @@ pub struct EndState<S = f64> {
     pub q_t: S,
 }
 
-/// A converged critical point with the problem it solves.
+/// What one window of a run starts from and ends with.
+#[derive(Debug, Clone)]
+pub struct Window<S = f64> {
+    /// Position and tangent that it continues, with time counted from the start of the run.
+    pub start: InitialData<S>,
+    /// x and w* at its last node.
+    pub end: (S, S),
+    /// λ1 … λ8 of its action; the weak form has none.
+    pub multipliers: Option<[S; MULTIPLIERS]>,
+}
+
+/// A converged critical point with the problem it solves; of a run in several windows one for each, end to end.
+///
+/// The nodes stand window by window, N each: the joint of two windows appears in both.
 #[derive(Debug, Clone)]
 pub struct Solution<S = f64> {
     /// Initial time, kept apart from [`Self::elapsed`] so that it costs no digits.
     pub t_i: S,
-    /// t − t_i on the nodes (forward branch).
+    /// t on the nodes (forward branch), counted from the start of their window.
     pub elapsed: Vec<S>,
     /// x on the nodes (forward branch).
     pub x: Vec<S>,
     /// The backward branch, if the doubled system was solved.
     pub backward: Option<Backward<S>>,
-    /// λ1 … λ8; the weak form has none.
-    pub multipliers: Option<[S; MULTIPLIERS]>,
-    /// Largest entry of ∇E_IVP of the doubled action at this solution: its certificate.
+    /// The windows, in order.
+    pub windows: Vec<Window<S>>,
+    /// Largest entry of the gradient of the doubled action at this solution (in any window): its certificate.
     pub gradient_norm: S,
     /// What to continue with.
     pub end: EndState<S>,
     /// Where the iteration started.
     pub initial_guess: InitialGuess,
-    /// The iterations (none if the equations are explicit).
+    /// Iterations of all windows.
+    pub iterations: usize,
+    /// The iterations (none if the equations are explicit) of the window that took most.
     pub history: Vec<IterationRecord>,
     /// γ of the first node.
     pub gamma_i: S,
@@ -61,7 +76,7 @@ pub struct Solution<S = f64> {
     pub digits: u32,
     /// The form of the action.
     pub form: Form,
-    /// The operator.
+    /// The operator of a window.
     pub sbp: SbpOperator<S>,
     /// The metric.
     pub metric: Metric<S>,
@@ -69,19 +84,73 @@ pub struct Solution<S = f64> {
     pub initial: InitialData<S>,
 }
 
+/// One window of a [`Solution`], to read.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct WindowView<'a, S> {
+    pub(crate) start: InitialData<S>,
+    /// t from the start of the window, and x.
+    pub(crate) elapsed: &'a [S],
+    pub(crate) x: &'a [S],
+    pub(crate) sbp: &'a SbpOperator<S>,
+    form: Form,
+}
+
+impl<S: Real> WindowView<'_, S> {
+    /// d/dγ as the form of the action means it: Du (strong), or D̄u of a field `u` that starts at `initial` (weak).
+    pub(crate) fn derivative(&self, u: &[S], initial: S) -> Vec<S> {
+        FormDerivative::new(self.sbp, self.form).derivative(u, initial)
+    }
+}
+
 impl<S: Real> Solution<S> {
+    /// The windows in order.
+    pub(crate) fn views(&self) -> impl ExactSizeIterator<Item = WindowView<'_, S>> {
+        let nodes = self.sbp.points();
+        self.windows.iter().enumerate().map(move |(index, window)| WindowView {
+            start: window.start,
+            elapsed: &self.elapsed[index * nodes..(index + 1) * nodes],
+            x: &self.x[index * nodes..(index + 1) * nodes],
+            sbp: &self.sbp,
+            form: self.form,
+        })
+    }
+
+    /// γ_f − γ_i of one window.
+    pub fn window_length(&self) -> S {
+        self.length / S::from(self.windows.len() as f64)
+    }
+
+    /// γ − γ_i on the nodes.
+    pub fn gamma_from_start(&self) -> impl Iterator<Item = S> + '_ {
+        let (windows, length) = (self.windows.len(), self.window_length());
+        let node = move |window: usize, k: usize| match (k + 1 == self.sbp.points(), window + 1 == windows) {
+            (true, true) => self.length,
+            (true, false) => S::from((window + 1) as f64) * length,
+            (false, _) if window == 0 => self.sbp.node(k),
+            (false, _) => S::from(window as f64) * length + self.sbp.node(k),
+        };
+        (0..windows).flat_map(move |window| (0..self.sbp.points()).map(move |k| node(window, k)))
+    }
+
     /// γ on the nodes.
     pub fn gamma(&self) -> impl Iterator<Item = S> + '_ {
-        let last = self.x.len() - 1;
-        let node = move |k: usize| {
-            if k == last { self.gamma_f() } else { self.gamma_i + self.sbp.node(k) }
-        };
-        (0..=last).map(node)
+        self.gamma_from_start().map(|gamma| self.gamma_i + gamma)
     }
 
     /// t on the nodes.
-    pub fn t(&self) -> impl ExactSizeIterator<Item = S> + '_ {
-        self.elapsed.iter().map(|&elapsed| self.t_i + elapsed)
+    pub fn t(&self) -> impl Iterator<Item = S> + '_ {
+        self.time_from_start(&self.elapsed).map(|t| self.t_i + t)
+    }
+
+    /// t − t_i for times `elapsed` on the nodes that count from the start of their window.
+    pub(crate) fn time_from_start<'a>(&'a self, elapsed: &'a [S]) -> impl Iterator<Item = S> + 'a {
+        let chunks = elapsed.chunks_exact(self.sbp.points()).zip(&self.windows);
+        chunks.flat_map(move |(elapsed, window)| elapsed.iter().map(move |&t| window.start.t + t))
+    }
+
+    /// t_N − t_i.
+    pub fn duration(&self) -> S {
+        self.windows.last().map_or(S::ZERO, |window| window.start.t) + self.elapsed.last().copied().unwrap_or(S::ZERO)
     }
 
     /// γ of the last node.
@@ -89,21 +158,21 @@ impl<S: Real> Solution<S> {
         self.gamma_i + self.length
     }
 
+    /// λ1 … λ8 of the last window; the weak form has none.
+    pub fn multipliers(&self) -> Option<&[S; MULTIPLIERS]> {
+        self.windows.last()?.multipliers.as_ref()
+    }
+
     /// The continuum's Q_t and K of the initial data.
     pub fn invariants(&self) -> Invariants<S> {
         self.initial.invariants(&self.metric)
     }
 
-    /// d/dγ as the form of the action means it: Du (strong), or D̄u of a field `u` that starts at `initial` (weak).
-    pub(crate) fn derivative(&self, u: &[S], initial: S) -> Vec<S> {
-        FormDerivative::new(&self.sbp, self.form).derivative(u, initial)
-    }
-
-    /// Number of nodes, from the first, at which Q_t is exact: all but the last (strong), or all (weak).
+    /// Number of nodes of each window, from its first, at which Q_t is exact: all but the last (strong), or all (weak).
     pub(crate) fn exact_nodes(&self) -> usize {
         match self.form {
-            Form::Strong => self.x.len() - 1,
-            Form::Weak => self.x.len(),
+            Form::Strong => self.sbp.points() - 1,
+            Form::Weak => self.sbp.points(),
         }
     }
 

@@ -224,7 +224,7 @@ fn measure<S: Real>(case: &Case, length: S, reference: &ReferenceTrajectory<S>) 
     let result = solve::<S>(case);
     let seconds = start.elapsed().as_secs_f64();
     let (status, iterations, errors) = match &result {
-        Ok(solution) => (Status::Converged, solution.history.len(), Some(errors(solution, reference))),
+        Ok(solution) => (Status::Converged, solution.iterations, Some(errors(solution, reference))),
         Err(failure) => (failure.status, failure.history.len(), None),
     };
     ConvergencePoint {
@@ -241,17 +241,16 @@ fn measure<S: Real>(case: &Case, length: S, reference: &ReferenceTrajectory<S>) 
 
 /// Errors of a solution at its nodes and in its own quadrature.
 pub fn errors<S: Real>(solution: &Solution<S>, reference: &ReferenceTrajectory<S>) -> Errors {
-    let last = solution.x.len() - 1;
     let (mut t_squared, mut x_squared, mut final_errors) = (0.0, 0.0, (0.0, 0.0));
-    for (k, weight) in solution.sbp.weights().iter().enumerate() {
-        let exact = reference.at(solution.sbp.node(k));
-        let (t, x) = ((solution.elapsed[k] - exact.elapsed).to_f64(), (solution.x[k] - exact.x).to_f64());
+    let values = solution.time_from_start(&solution.elapsed).zip(&solution.x);
+    let weights = solution.sbp.weights().iter().cycle();
+    for ((gamma, (t, &x)), weight) in solution.gamma_from_start().zip(values).zip(weights) {
+        let exact = reference.at(gamma);
+        let (t, x) = ((t - exact.elapsed).to_f64(), (x - exact.x).to_f64());
         let weight = weight.to_f64();
         t_squared += weight * t * t;
         x_squared += weight * x * x;
-        if k == last {
-            final_errors = (t.abs(), x.abs());
-        }
+        final_errors = (t.abs(), x.abs());
     }
     let diagnostics = Diagnostics::new(solution);
     Errors {

@@ -57,7 +57,7 @@ fn assert_exact(name: &str, solution: &Solution<Extended>, zero: &str) {
     assert!(diagnostics.max_abs_delta_q_t_interior() < zero, "{name}: interior ΔQ_t");
     assert!(diagnostics.max_abs_delta_q_t_corrected() < zero, "{name}: corrected ΔQ_t");
     assert!(diagnostics.max_abs_delta_g_interior() < zero, "{name}: interior ΔG");
-    assert!(solution.multipliers.unwrap()[..4].iter().all(|lambda| lambda.abs() < zero), "{name}: λ1 … λ4");
+    assert!(solution.multipliers().unwrap()[..4].iter().all(|lambda| lambda.abs() < zero), "{name}: λ1 … λ4");
     assert!(solution.gradient_norm < zero, "{name}: gradient {:?}", solution.gradient_norm);
     assert!(solution.branch_distance() < zero, "{name}: branches");
     // The checks can fail.

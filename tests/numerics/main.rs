@@ -14,3 +14,4 @@ mod sampling;
 mod sbp_identities;
 mod shipped_cases;
 mod spectral_elements;
+mod windows;

@@ -84,10 +84,10 @@ fn multipliers_and_branches_are_those_of_the_physical_limit() {
     for base in BASES {
         let limit = solved(&format!("{} {}", base.overrides, SYSTEMS[0]));
         let doubled = solved(&format!("{} {}", base.overrides, SYSTEMS[1]));
-        let (lambda, doubled_lambda) = (limit.multipliers.unwrap(), doubled.multipliers.unwrap());
+        let (lambda, doubled_lambda) = (limit.multipliers().unwrap(), doubled.multipliers().unwrap());
         assert!(limit.gradient_norm < 1e-10 && doubled.gradient_norm < 1e-10, "{}", base.overrides);
         assert!(doubled_lambda[..4].iter().all(|lambda| lambda.abs() < 1e-11), "{doubled_lambda:?}");
-        assert!(distance(&lambda, &doubled_lambda) < 1e-11, "{doubled_lambda:?}");
+        assert!(distance(lambda, doubled_lambda) < 1e-11, "{doubled_lambda:?}");
         assert!((doubled_lambda[4] + doubled.invariants().q_t).abs() < 1e-11);
         assert!(doubled.branch_distance() < 1e-11);
         assert!(distance(&limit.x, &doubled.x) < 1e-11 && distance(&limit.elapsed, &doubled.elapsed) < 1e-11);

@@ -1,0 +1,24 @@
+//! Sums that carry their rounding error.
+
+use super::Real;
+
+/// A sum of two numbers that carries its rounding error.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Compensated<S> {
+    pub(crate) high: S,
+    pub(crate) low: S,
+}
+
+impl<S: Real> Compensated<S> {
+    pub(crate) fn from(value: S) -> Self {
+        Self { high: value, low: S::ZERO }
+    }
+
+    /// Knuth's two-sum.
+    pub(crate) fn plus(self, increment: S) -> Self {
+        let increment = increment + self.low;
+        let high = self.high + increment;
+        let back = high - self.high;
+        Self { high, low: (self.high - (high - back)) + (increment - back) }
+    }
+}

@@ -1,0 +1,128 @@
+//! Windows: every operator, form, system and precision, laid end to end.
+
+use super::common::{case, distance, solved, solved_in};
+use geodesic_ivp::diagnostics::Diagnostics;
+use geodesic_ivp::reference::ReferenceTrajectory;
+use geodesic_ivp::sampling::Sampler;
+use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::{Solution, Status, solve};
+
+const OPERATORS: [(&str, usize); 6] =
+    [("SBP21", 40), ("SBP42", 40), ("SBP63", 40), ("SBP84", 40), ("GLL8", 8), ("GLL16", 16)];
+
+fn run(sbp: &str, n: usize, windows: usize, more: &str) -> String {
+    format!("scheme.sbp={sbp} grid.n_gamma={n} grid.windows={windows} grid.gamma_f=5.0 {more}")
+}
+
+#[test]
+fn every_combination_keeps_q_t_and_the_two_systems_agree() {
+    for (sbp, n) in OPERATORS {
+        for form in ["strong", "weak"] {
+            let with = |system: &str| solved(&run(sbp, n, 10, &format!("scheme.form={form} solver.system={system}")));
+            let (limit, doubled) = (with("physical-limit"), with("doubled"));
+            for solution in [&limit, &doubled] {
+                let diagnostics = Diagnostics::new(solution);
+                assert!(diagnostics.max_abs_delta_q_t_interior() < 1e-11, "{sbp} {form}");
+                assert!(diagnostics.max_abs_delta_q_t_corrected() < 1e-11, "{sbp} {form}");
+                assert!(diagnostics.max_abs_delta_g_interior() < 1e-8, "{sbp} {form}");
+                assert!(solution.gradient_norm < 1e-10, "{sbp} {form}");
+            }
+            let (x, t) = (distance(&limit.x, &doubled.x), (limit.end.t - doubled.end.t).abs());
+            // A window of the doubled system is good to 1e-11 or so; ten of them hand their rounding on.
+            assert!(x < 1e-9 && t < 1e-9, "{sbp} {form}: the systems differ by {x:e} and {t:e}");
+        }
+    }
+}
+
+#[test]
+fn a_window_continues_where_the_one_before_ends() {
+    for form in ["strong", "weak"] {
+        let whole = solved(&run("SBP42", 40, 2, &format!("scheme.form={form}")));
+        let first = solved(&format!("scheme.sbp=SBP42 grid.n_gamma=40 grid.gamma_f=2.5 scheme.form={form}"));
+        assert_eq!(whole.x[..40], first.x);
+        let end = first.end;
+        let t_dot = end.q_t / first.metric.at(end.x).g00;
+        let second = solved(&format!(
+            "scheme.sbp=SBP42 grid.n_gamma=40 grid.gamma_f=2.5 scheme.form={form} \
+             initial={{t={:?},x={:?},t_dot={t_dot:?},x_dot={:?}}}",
+            end.t, end.x, end.x_dot
+        ));
+        assert!(distance(&whole.x[40..], &second.x) < 1e-13, "{form}");
+        assert!((whole.end.t - second.end.t).abs() < 1e-13, "{form}");
+    }
+    // In the strong form (Dx)_N is not the velocity to continue with, and it would show.
+    let solution = solved(&run("SBP42", 40, 2, ""));
+    let diagnostics = Diagnostics::new(&solution);
+    assert!((diagnostics.x_dot[39] - solution.windows[1].start.x_dot).abs() > 1e-5);
+}
+
+/// Errors of x and t at the end.
+fn errors(overrides: &str) -> [f64; 2] {
+    let (solution, case) = (solved_in::<Extended>(overrides), case(overrides));
+    let reference = ReferenceTrajectory::new(&case.metric(), case.initial_data(), solution.length, 40).unwrap();
+    let end = reference.at(solution.length);
+    [(solution.end.x - end.x).abs().to_f64(), (solution.duration() - end.elapsed).abs().to_f64()]
+}
+
+#[test]
+fn spectral_elements_have_the_order_of_lobatto_iiic_at_the_ends() {
+    // n nodes: 2n − 2 (weak); the strong form loses orders.
+    for (n, windows) in [(3_usize, [64, 128]), (4, [32, 64]), (6, [16, 32])] {
+        let at = |windows: usize| {
+            errors(&format!(
+                "scheme.sbp=GLL{n} grid.n_gamma={n} grid.windows={windows} scheme.form=weak solver.digits=40"
+            ))
+        };
+        let (coarse, fine) = (at(windows[0]), at(windows[1]));
+        for (coarse, fine) in coarse.into_iter().zip(fine) {
+            let order = (coarse / fine).log2();
+            assert!((order - (2 * n - 2) as f64).abs() < 0.35, "GLL{n}: order {order}");
+        }
+    }
+}
+
+#[test]
+fn times_add_up_over_many_windows() {
+    let solution: Solution =
+        solved("scheme.sbp=GLL4 grid.n_gamma=4 grid.windows=20000 scheme.form=weak potential={free={}}");
+    assert_eq!(solution.windows.len(), 20_000);
+    assert!((solution.end.t - 1.0).abs() < 4.0 * f64::EPSILON, "{:e}", solution.end.t - 1.0);
+    assert!((solution.end.x - 1.1).abs() < 1e-12);
+}
+
+#[test]
+fn windows_cure_the_growing_mode_of_sbp21() {
+    let one = Diagnostics::new(&solved("grid.gamma_f=100.0 grid.n_gamma=2001"));
+    let many = Diagnostics::new(&solved("grid.gamma_f=100.0 grid.n_gamma=21 grid.windows=100"));
+    assert!(one.max_abs_delta_k() > 0.4 && many.sawtooth.unwrap() < 0.1 * one.sawtooth.unwrap());
+}
+
+#[test]
+fn samples_and_physical_times_know_windows() {
+    for (sbp, n, form) in [("SBP42", 40, "strong"), ("GLL16", 16, "strong"), ("GLL16", 16, "weak")] {
+        let grid = format!("{{t_f=5.0,n_gamma={n},windows=8}}");
+        let overrides = format!("scheme.sbp={sbp} scheme.form={form} grid={grid} initial.t=0.5");
+        let (solution, case) = (solved(&overrides), case(&overrides));
+        assert!((solution.end.t - 5.0).abs() < 1e-12, "{sbp} {form}: {}", solution.end.t);
+        let reference = ReferenceTrajectory::new(&case.metric(), case.initial_data(), solution.length, 16).unwrap();
+        let sampler = Sampler::new(&solution);
+        let worst = (solution.gamma_from_start().zip(&solution.x))
+            .map(|(g, x)| (x - reference.at(g).x).abs())
+            .fold(0.0, f64::max);
+        for k in 0..=90 {
+            let sample = sampler.at_time(0.5 + 0.05 * f64::from(k)).unwrap();
+            let error = (sample.x - reference.at(sample.gamma).x).abs();
+            assert!(error < 2.0 * worst + 1e-12, "{sbp} {form} at t = {}: {error:e} against {worst:e}", sample.t);
+            let back = sampler.at_gamma(sample.gamma).unwrap();
+            assert!((back.t - sample.t).abs() < 1e-12 && (back.x - sample.x).abs() < 1e-12, "{sbp} {form}");
+        }
+    }
+}
+
+#[test]
+fn a_window_that_fails_says_where() {
+    let falls = "potential={linear={alpha=-0.5}} initial.x=0.0 initial.x_dot=0.0";
+    let failure = solve::<f64>(&case(&format!("{falls} {}", run("GLL8", 8, 50, "scheme.form=weak")))).unwrap_err();
+    assert!(matches!(failure.status, Status::OutsideDomain | Status::Stalled), "{failure}");
+    assert!(failure.gamma > 1.0 && failure.gamma < 5.0, "{failure}");
+}
