@@ -161,7 +161,8 @@ pub fn errors<S>(title: &str, convergence: &Convergence<S>, slopes: &[Slope], qu
         let ends = [fitted[0].0, fitted[fitted.len() - 1].0];
         let label = format!("slope {:.2}", fit.slope);
         series.push(Series::new(label, Mark::Dashed, ends.map(line).to_vec()).with_ink(Ink::Previous));
-        // The global error is one order above the boundary closure; the end of the weak form has the order of the interior.
+        // The global error is one order above the boundary closure; the end of the weak form has the order of the
+        // interior.
         let interior_order = slope.sbp.coefficients().interior_order as i32;
         let order = if slope.form == Form::Weak && slope.quantity.is_at_end() {
             interior_order

@@ -12,3 +12,4 @@ mod published_numbers;
 mod reference;
 mod sbp_identities;
 mod shipped_cases;
+mod weak;
