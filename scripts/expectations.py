@@ -6,8 +6,9 @@ Solves the physical-limit collocation system of the discretised geodesic action,
     (Dx)_k = w_k,   (Dw)_k = -1/2 g00'(x_k) (Q/g00(x_k))^2,   (Dt)_k = Q/g00(x_k),   k = 1 .. N-1,
     t_1 = t_i,  x_1 = x_i,  w_1 = x_dot_i,  g00(x) = c^2 + 2 V(x)/m,  Q = g00(x_i) t_dot_i,
 
-with an SBP operator D given in exact rationals, for t_N and x_N. The numbers of a case file are taken as the decimals
-they are written as. This is an independent check of the program: it shares no code with it and is not needed to build or test it.
+with an SBP operator D given in exact rationals, for t_N and x_N. In the weak form D + H^-1 e_1 e_1^T takes the place of
+D, H^-1 e_1 times the initial value is added on the right-hand sides, and the equations hold at all nodes. The numbers of
+a case file are taken as the decimals they are written as. This is an independent check of the program: it shares no code with it and is not needed to build or test it.
 It needs Python >= 3.11 and mpmath.
 
     python3 scripts/expectations.py [--write] [CASE ...]        default: all of cases/*.toml
@@ -109,14 +110,20 @@ def with_derivatives(f, x):
         return middle, (right - left) / (2 * step), (right - 2 * middle + left) / step**2
 
 
-def derivative_rows(name, n, h):
-    """The first N-1 rows of D, as {column: coefficient}."""
+def derivative_rows(name, n, h, form):
+    """The first N-1 rows of D (strong form) or all of D + H^-1 e_1 e_1^T (weak), as {column: coefficient}; 1/H_1."""
     closure, interior = SBP[name]
     left = [dict(enumerate(row)) for row in closure]
     middle = [{k + m: d for m, d in interior.items()} for k in range(len(left), n - len(left))]
     right = [{n - 1 - j: -d for j, d in row.items()} for row in reversed(left)]
-    rows = (left + middle + right)[: n - 1]
-    return [{j: mpf(d.numerator) / (d.denominator * h) for j, d in row.items() if d} for row in rows]
+    rows = left + middle + right
+    penalty = -2 * rows[0][0]  # H_1 D_11 = Q_11 = -1/2 by the SBP property
+    if form == "weak":
+        rows[0][0] += penalty
+    else:
+        rows.pop()
+    scaled = lambda d: mpf(d.numerator) / (d.denominator * h)
+    return [{j: scaled(d) for j, d in row.items() if d} for row in rows], scaled(penalty)
 
 
 def solve_banded(rows, rhs):
@@ -150,6 +157,7 @@ class Geodesic:
         self.t_i, self.x_i, t_dot = (number(initial[key]) for key in ("t", "x", "t_dot"))
         self.x_dot = number(initial["x_dot"]) if "x_dot" in initial else number(initial["velocity"]) * t_dot
         self.gamma_i, self.n, self.sbp = number(grid.get("gamma_i", 0)), grid["n_gamma"], case["scheme"]["sbp"]
+        self.form = case["scheme"].get("form", "strong")
         self.q = self.g00(self.x_i)[0] * t_dot
 
     def g00(self, x):
@@ -169,7 +177,7 @@ class Geodesic:
     def solve(self, gamma_f):
         """t_N and x_N."""
         h = (gamma_f - self.gamma_i) / (self.n - 1)
-        return self.march(h) if self.sbp == "SBP21" else self.collocate(h)
+        return self.march(h) if (self.sbp, self.form) == ("SBP21", "strong") else self.collocate(h)
 
     def solve_until(self, t_f):
         """gamma_f, t_N and x_N such that t_N = t_f, by the secant method."""
@@ -194,28 +202,36 @@ class Geodesic:
 
     def collocate(self, h):
         """Newton's method for x and w on all nodes; t follows from a linear system."""
-        d = derivative_rows(self.sbp, self.n, h)
+        d, penalty = derivative_rows(self.sbp, self.n, h, self.form)
+        # The first unknown node, counted from 0, and what the initial values add to the first row.
+        first, x_start, w_start = 1, 0, 0
+        if self.form == "weak":
+            first, x_start, w_start = 0, penalty * self.x_i, penalty * self.x_dot
         x, w = self.first_guess(h)
         for _ in range(50):
-            # Unknowns x_2, w_2, x_3, w_3, ...; node j, counted from 0, has the columns 2j - 2 and 2j - 1.
+            # Unknowns x_2, w_2, x_3, w_3, ... (weak form: from node 1); node j, counted from 0, has the columns
+            # 2 (j - first) and 2 (j - first) + 1.
             jacobian, residual = [], []
             for k, row in enumerate(d):
                 _, w_dot, dw_dot = self.rates(x[k])
-                x_row = {2 * j - 2: a for j, a in row.items() if j}
-                w_row = {2 * j - 1: a for j, a in row.items() if j}
-                if k:
-                    x_row[2 * k - 1], w_row[2 * k - 2] = mpf(-1), -dw_dot
+                x_row = {2 * (j - first): a for j, a in row.items() if j >= first}
+                w_row = {2 * (j - first) + 1: a for j, a in row.items() if j >= first}
+                if k >= first:
+                    x_row[2 * (k - first) + 1], w_row[2 * (k - first)] = mpf(-1), -dw_dot
                 jacobian += x_row, w_row
                 residual += sum(a * x[j] for j, a in row.items()) - w[k], sum(a * w[j] for j, a in row.items()) - w_dot
+            residual[0] -= x_start
+            residual[1] -= w_start
             step = solve_banded(jacobian, residual)
-            x[1:] = (u - du for u, du in zip(x[1:], step[0::2]))
-            w[1:] = (u - du for u, du in zip(w[1:], step[1::2]))
+            x[first:] = (u - du for u, du in zip(x[first:], step[0::2]))
+            w[first:] = (u - du for u, du in zip(w[first:], step[1::2]))
             if max(map(abs, step)) < ACCURACY:
                 break
         else:
             raise ArithmeticError("Newton's method did not converge")
         t_dot = [self.rates(u)[0] for u in x]
-        elapsed = solve_banded([{j - 1: a for j, a in row.items() if j} for row in d], t_dot[:-1])
+        rows = [{j - first: a for j, a in row.items() if j >= first} for row in d]
+        elapsed = solve_banded(rows, t_dot[: len(rows)])
         return self.t_i + elapsed[-1], x[-1]
 
     def first_guess(self, h, substeps=8):

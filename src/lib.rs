@@ -36,6 +36,18 @@
 //! ```
 //!
 //! so Q_t has its continuum value at every node but the last, and the multipliers say what the last node deviates by.
+//!
+//! That is the paper's *strong* form. Its outlook asks for a *weak* formulation without Lagrange multipliers; here it
+//! is `form = "weak"`: boundary terms take the place of Σ λ_j C_j, v = g00∘D̄t, w = D̄x,
+//!
+//! ```text
+//! E_weak = F(t₁, x₁) − F(t₂, x₂) − ½(v₁+v₂)[N] (t₁−t₂)[N] − ( ½(v₁+v₂)[1] − Q_t ) (t₁−t₂)[1]
+//!                                + ½(w₁+w₂)[N] (x₁−x₂)[N] + ( ½(w₁+w₂)[1] − ẋ_i ) (x₁−x₂)[1]
+//! ```
+//!
+//! Its physical limit is the same system with the invertible D̄ at *all* nodes: Q_t is exact at the last one too, the
+//! initial data are met up to the truncation error, and t_N and x_N have the order of the interior stencil.
+//!
 //! See [`solve`](crate::solve()) for the two ways to the critical point, both certified by the gradient of E_IVP
 //! itself.
 //!
@@ -78,7 +90,7 @@
 //! | [`scalar`] | `f64` and extended precision, and what both offer |
 //! | [`metric`], [`geodesic`] | g00 and the constants of motion, but no grid |
 //! | [`sbp`], [`banded`] | operators and banded algebra, but no physics |
-//! | [`action`] | E_IVP, its gradient and its sparse Hessian |
+//! | [`action`] | E_IVP in both forms, its gradient and its sparse Hessian |
 //! | [`mod@solve`] | Newton on ∇E_IVP = 0; the physical limit; every way it can end |
 //! | [`diagnostics`] | charges, residuals, bound, sawtooth; never calls a solver |
 //! | [`sampling`] | values between the nodes |

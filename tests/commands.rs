@@ -100,6 +100,41 @@ fn a_doubled_run_writes_branches_and_another_run_removes_them() {
 }
 
 #[test]
+fn the_weak_form_has_no_multipliers_and_no_last_node_to_speak_of() {
+    let folder = TempDir::new().unwrap();
+    for system in ["physical-limit", "doubled"] {
+        let arguments = format!("run CASES/quartic-weak.toml --set solver.system={system} --out out --plot");
+        let text = succeeded(&run_in(folder.path(), &arguments));
+        assert!(text.contains("SBP42 weak") && text.contains("|grad E_weak|"), "{text}");
+        assert!(!text.contains("multiplier") && !text.contains("but the last"), "{text}");
+        let summary = json(&folder.path().join("out/summary.json"));
+        assert_eq!(summary["form"], "weak");
+        assert!(summary.get("multipliers").is_none());
+        assert!(summary["max_abs_delta_q_t_interior"].as_f64().unwrap() < 1e-13);
+        assert!(summary["delta_q_t_last"].as_f64().unwrap().abs() < 1e-13);
+        let picture = fs::read_to_string(folder.path().join("out/delta_q_t.svg")).unwrap();
+        assert!(!picture.contains("last node"), "no correction is drawn");
+        assert_eq!(folder.path().join("out/branches.csv").exists(), system == "doubled");
+    }
+    let text = succeeded(&run_in(folder.path(), "converge CASES/quartic-weak.toml --n-gamma 65,129,257 --out out"));
+    assert!(text.contains("(weak form)"), "{text}");
+    let slopes = fs::read_to_string(folder.path().join("out/slopes.csv")).unwrap();
+    assert!(slopes.contains("SBP42,weak,eps_t_final,4.0"), "{slopes}");
+    // One long block of SBP21 is too much for Newton's method: that is said, and nothing is handed on.
+    for system in ["physical-limit", "doubled"] {
+        let arguments = format!(
+            "run CASES/quartic.toml --set scheme.form=weak --set grid.gamma_f=100.0 --set grid.n_gamma=2001 \
+             --set solver.system={system} --out failed"
+        );
+        let output = run_in(folder.path(), &arguments);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(3), "{system}: {stderr}");
+        assert!(stderr.contains("no critical point found"), "{system}: {stderr}");
+        assert_eq!(names(&folder.path().join("failed")), ["case.toml", "summary.json"]);
+    }
+}
+
+#[test]
 fn standard_output_carries_data_only() {
     let folder = TempDir::new().unwrap();
     let text = succeeded(&run_in(folder.path(), "run CASES/quartic.toml --stdout"));

@@ -1,7 +1,7 @@
 //! What ties the branches in the weak form: boundary terms, and no multipliers.
 //!
-//! The paper's outlook asks for a weak formulation without Lagrange multipliers. With v = g00(x)∘D̄t and w = D̄x on each
-//! branch these terms give one:
+//! The paper's outlook asks for a weak formulation without Lagrange multipliers. With v = g00(x)∘D̄t and w = D̄x on
+//! each branch these terms give one:
 //!
 //! ```text
 //! − ( ½(v₁ + v₂)[1] − Q_t ) (t₁ − t₂)[1] + ( ½(w₁ + w₂)[1] − ẋ_i ) (x₁ − x₂)[1]
@@ -9,8 +9,9 @@
 //! ```
 //!
 //! Where the branches agree only the factors of (t₁ − t₂) and (x₁ − x₂) are left in the gradient; together with D̄ᵀH =
-//! −HD + E_N they turn ∂E/∂t = 0 into D̄v = H⁻¹e_1 Q_t. As D̄ is invertible, v = Q_t at every node, the last one included.
-//! v and w are functions of t and x themselves, so away from the physical limit every derivative of theirs counts.
+//! −HD + E_N they turn ∂E/∂t = 0 into D̄v = H⁻¹e_1 Q_t. As D̄ is invertible, v = Q_t at every node, the last one
+//! included. v and w are functions of t and x themselves, so away from the physical limit every derivative of theirs
+//! counts.
 
 use super::{Branch, BranchState, DoubledAction};
 use crate::metric::MetricJet;

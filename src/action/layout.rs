@@ -1,5 +1,5 @@
-//! Where the unknowns of the doubled action live: (t₁ | x₁ | t₂ | x₂ | λ1 … λ8), each block contiguous; the weak form has
-//! no λ.
+//! Where the unknowns of the doubled action live: (t₁ | x₁ | t₂ | x₂ | λ1 … λ8), each block contiguous; the weak form
+//! has no λ.
 
 use std::ops::Range;
 

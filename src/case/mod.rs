@@ -146,8 +146,8 @@ pub enum Form {
     /// The paper's: initial and connecting conditions by Lagrange multipliers.
     #[default]
     Strong,
-    /// Boundary terms in place of the multipliers: the weak formulation that the paper's outlook asks for. Q_t is exact at
-    /// every node, the last one included.
+    /// Boundary terms in place of the multipliers: the weak formulation that the paper's outlook asks for. Q_t is exact
+    /// at every node, the last one included.
     Weak,
 }
 

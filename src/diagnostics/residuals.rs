@@ -1,5 +1,5 @@
-//! How well the nodes satisfy the second-order geodesic equations when these are written with D (strong form), or with D̄
-//! and initial values for every derivative (weak form).
+//! How well the nodes satisfy the second-order geodesic equations when these are written with D (strong form), or with
+//! D̄ and initial values for every derivative (weak form).
 
 use super::on_windows;
 use crate::metric::MetricSamples;

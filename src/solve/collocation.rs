@@ -44,8 +44,8 @@ pub(super) fn solve<S: Real>(problem: &Problem<S>, case: &Case) -> Result<Physic
     Ok(PhysicalLimit { elapsed, x, x_dot: w, history, initial_guess: InitialGuess::Nystrom4 })
 }
 
-/// t − t_i from the equations dt/dγ = Q_t/g00(x_k), with iterative refinement: one round for `f64`, as many as the digits
-/// take for more. `spare` is room for N numbers.
+/// t − t_i from the equations dt/dγ = Q_t/g00(x_k), with iterative refinement: one round for `f64`, as many as the
+/// digits take for more. `spare` is room for N numbers.
 fn integrate<S: Real>(
     problem: &Problem<S>,
     rough: &Problem,
@@ -153,8 +153,8 @@ impl Scales {
     }
 }
 
-/// Rows (h dx/dγ − h w)/s_x and (h dw/dγ − h a(x))/s_w in the unknown (x_k, w_k), both interleaved: at nodes 1 … N−1 for
-/// k = 2 … N in the strong form, at all nodes for all k in the weak one.
+/// Rows (h dx/dγ − h w)/s_x and (h dw/dγ − h a(x))/s_w in the unknown (x_k, w_k), both interleaved: at nodes 1 … N−1
+/// for k = 2 … N in the strong form, at all nodes for all k in the weak one.
 struct Collocation<'a, S> {
     problem: &'a Problem<S>,
     q_t: S,
@@ -227,8 +227,8 @@ impl Collocation<'_, f64> {
         let h = self.problem.sbp.spacing();
         let derivative: FormDerivative<'_, f64> = self.problem.derivative();
         let (first, (lower, upper)) = (derivative.first_unknown(), derivative.reach());
-        // Two fields a node. Rows of node k stand beside the unknowns of node k + first, so their coupling to w and x of
-        // node k reaches 2 first + 1 below the diagonal, and 1 above it if first is 0.
+        // Two fields a node. Rows of node k stand beside the unknowns of node k + first, so their coupling to w and x
+        // of node k reaches 2 first + 1 below the diagonal, and 1 above it if first is 0.
         let (lower, upper) = ((2 * lower).max(2 * first + 1), (2 * upper).max(1 - first));
         solve_banded(lower, upper, right, |index, row| {
             row.fill(0.0);

@@ -7,8 +7,8 @@
 //! node takes up the action's compatibility defect. That correction also measures the window's error: a window that
 //! fails or needs a large correction is halved, one that does neither is followed by a longer one. O(N).
 //!
-//! Windows are of the strong form whatever the form of the whole: both approximate the same world-line, this guess
-//! is of t and x on the nodes only, and no one needs it more exact than [`LARGEST_DEFECT`].
+//! Windows are of the strong form whatever the form of the whole: both approximate the same world-line, this guess is
+//! of t and x on the nodes only, and no one needs it more exact than [`LARGEST_DEFECT`].
 
 use std::collections::HashMap;
 

@@ -15,15 +15,15 @@
 //! t_1 = t_i,  x_1 = x_i,  w*_1 = ẋ_i
 //! ```
 //!
-//! and the multipliers follow ([`PhysicalLimit::multipliers`]). In the weak form, with the invertible D̄ in place of D, it
-//! is the same system at *all* nodes,
+//! and the multipliers follow ([`PhysicalLimit::multipliers`]). In the weak form, with the invertible D̄ in place of D,
+//! it is the same system at *all* nodes,
 //!
 //! ```text
 //! D̄t = Q_t/g00(x) + H⁻¹e_1 t_i,    D̄x = w + H⁻¹e_1 x_i,    D̄w = −½ g00′(x) (Q_t/g00(x))² + H⁻¹e_1 ẋ_i
 //! ```
 //!
-//! (D̄ linear here): an SBP–SAT scheme in γ, which meets the initial data up to its truncation error. The solution is not taken on trust: the caller
-//! evaluates ∇E_IVP of the doubled action at it.
+//! (D̄ linear here): an SBP–SAT scheme in γ, which meets the initial data up to its truncation error. The solution is
+//! not taken on trust: the caller evaluates ∇E_IVP of the doubled action at it.
 
 use super::collocation;
 use super::march;
@@ -47,7 +47,8 @@ pub(super) struct PhysicalLimit<S> {
     pub(super) initial_guess: InitialGuess,
 }
 
-/// SBP21 is explicit in the strong form and marches; wider operators, and the weak form, are solved as one banded system.
+/// SBP21 is explicit in the strong form and marches; wider operators, and the weak form, are solved as one banded
+/// system.
 pub(super) fn solve<S: Real>(problem: &Problem<S>, case: &Case) -> Result<PhysicalLimit<S>, (Failure, InitialGuess)> {
     if problem.form == Form::Strong && problem.sbp.is_two_step() {
         march::two_step(problem).map_err(|failure| (failure, InitialGuess::None))

@@ -3,11 +3,15 @@
 use super::common::{distance, solved};
 use geodesic_ivp::diagnostics::Diagnostics;
 
-const SCHEMES: [&str; 4] = [
+const SCHEMES: [&str; 8] = [
     "scheme.sbp=SBP21",
     "scheme.sbp=SBP42",
     "scheme.sbp=SBP21 solver.system=doubled",
     "scheme.sbp=SBP42 solver.system=doubled",
+    "scheme={sbp=\"SBP21\",form=\"weak\"}",
+    "scheme={sbp=\"SBP42\",form=\"weak\"}",
+    "scheme={sbp=\"SBP21\",form=\"weak\"} solver.system=doubled",
+    "scheme={sbp=\"SBP42\",form=\"weak\"} solver.system=doubled",
 ];
 
 #[test]

@@ -14,4 +14,5 @@ mod sampling;
 mod sbp_identities;
 mod shipped_cases;
 mod spectral_elements;
+mod weak;
 mod windows;

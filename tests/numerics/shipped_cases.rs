@@ -15,7 +15,7 @@ fn shipped() -> Vec<(PathBuf, String)> {
         .map(|path| (path.clone(), std::fs::read_to_string(path).unwrap()))
         .collect();
     cases.sort();
-    assert!(cases.len() >= 18, "found only {} cases", cases.len());
+    assert!(cases.len() >= 19, "found only {} cases", cases.len());
     cases
 }
 

@@ -20,10 +20,12 @@ fn every_combination_keeps_q_t_and_the_two_systems_agree() {
         for form in ["strong", "weak"] {
             let with = |system: &str| solved(&run(sbp, n, 10, &format!("scheme.form={form} solver.system={system}")));
             let (limit, doubled) = (with("physical-limit"), with("doubled"));
-            for solution in [&limit, &doubled] {
+            // Newton's method on the second-order system ends after a step of 1e-8 or less: what that leaves is 1e-11 where the
+            // closures are stiff, and rounding elsewhere.
+            for (solution, zero) in [(&limit, 1e-12), (&doubled, 1e-10)] {
                 let diagnostics = Diagnostics::new(solution);
-                assert!(diagnostics.max_abs_delta_q_t_interior() < 1e-11, "{sbp} {form}");
-                assert!(diagnostics.max_abs_delta_q_t_corrected() < 1e-11, "{sbp} {form}");
+                assert!(diagnostics.max_abs_delta_q_t_interior() < zero, "{sbp} {form}");
+                assert!(diagnostics.max_abs_delta_q_t_corrected() < zero, "{sbp} {form}");
                 assert!(diagnostics.max_abs_delta_g_interior() < 1e-8, "{sbp} {form}");
                 assert!(solution.gradient_norm < 1e-10, "{sbp} {form}");
             }
