@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, Result};
-use geodesic_ivp::case::SbpName;
+use geodesic_ivp::case::{Form, SbpName};
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::output::Chart;
 use geodesic_ivp::output::pictures::{self, Run};
@@ -271,7 +271,13 @@ fn longer_runs(page: &mut Page, scene: &Scene) -> Result<()> {
 fn convergence(page: &mut Page, scene: &Scene) -> Result<()> {
     let case = Case::parse(scene.name, scene.text, &[])?;
     let operators = [SbpName::Sbp21, SbpName::Sbp42];
-    let convergence = sweep::<f64>(&case, &operators, &[16, 32, 64, 128, 256], &AtomicBool::new(false), &|_| {})?;
+    let convergence = sweep::<f64>(
+        &case,
+        &operators.map(|sbp| (sbp, Form::Strong)),
+        &[16, 32, 64, 128, 256],
+        &AtomicBool::new(false),
+        &|_| {},
+    )?;
     let [coarse, fine] = [(16, 64), (64, 256)].map(|range| convergence.slopes(range));
     let title = format!("{} potential: errors at γ_f", scene.name);
     let at_end = [Quantity::EpsXFinal, Quantity::EpsTFinal];

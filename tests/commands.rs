@@ -117,7 +117,7 @@ fn the_weak_form_has_no_multipliers_and_no_last_node_to_speak_of() {
         assert_eq!(folder.path().join("out/branches.csv").exists(), system == "doubled");
     }
     let text = succeeded(&run_in(folder.path(), "converge CASES/quartic-weak.toml --n-gamma 65,129,257 --out out"));
-    assert!(text.contains("(weak form)"), "{text}");
+    assert!(text.contains("SBP42 weak"), "{text}");
     let slopes = fs::read_to_string(folder.path().join("out/slopes.csv")).unwrap();
     assert!(slopes.contains("SBP42,weak,eps_t_final,4.0"), "{slopes}");
     // One long block of SBP21 is too much for Newton's method: that is said, and nothing is handed on.

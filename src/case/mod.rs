@@ -123,7 +123,7 @@ pub struct Grid {
     /// Number of nodes N (of each window); a spectral element fixes it and it may be left out.
     #[serde(default)]
     pub n_gamma: usize,
-    /// Number of windows (more than one is not available yet).
+    /// Number of windows that γ_f − γ_i is cut into; each has its own N nodes and continues the one before.
     #[serde(default = "one")]
     pub windows: usize,
 }
@@ -140,7 +140,7 @@ fn one() -> usize {
 }
 
 /// The form of the action.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(try_from = "String", rename_all = "lowercase")]
 pub enum Form {
     /// The paper's: initial and connecting conditions by Lagrange multipliers.
@@ -273,15 +273,24 @@ impl Case {
         self.solver.digits > f64::MOST_DIGITS
     }
 
-    /// The case with another operator and number of nodes, on γ ∈ [0, `length`].
+    /// The case with another operator, form and number of nodes, on γ ∈ [0, `length`]. A spectral element has as many
+    /// windows as give about that number of nodes in all.
     ///
     /// # Errors
     /// What is wrong with that grid.
-    pub fn on_grid(&self, sbp: SbpName, n_gamma: usize, length: impl Into<Decimal>) -> Result<Self, String> {
+    pub fn on_grid(
+        &self,
+        (sbp, form): (SbpName, Form),
+        n_gamma: usize,
+        length: impl Into<Decimal>,
+    ) -> Result<Self, String> {
         let mut case = self.clone();
-        case.scheme.sbp = sbp;
-        case.grid =
-            Grid { gamma_i: zero(), gamma_f: Some(length.into()), t_f: None, n_gamma, windows: self.grid.windows };
+        (case.scheme.sbp, case.scheme.form) = (sbp, form);
+        let (n_gamma, windows) = match sbp.fixed_points() {
+            Some(nodes) => (nodes, (n_gamma.saturating_sub(1) / (nodes - 1)).max(1)),
+            None => (n_gamma, self.grid.windows),
+        };
+        case.grid = Grid { gamma_i: zero(), gamma_f: Some(length.into()), t_f: None, n_gamma, windows };
         case.check_grid().map_err(|invalid| invalid.message)?;
         Ok(case)
     }

@@ -39,6 +39,10 @@ pub(super) struct ConvergeArgs {
     #[arg(long, value_name = "SBP,SBP,…", value_delimiter = ',', value_parser = sbp_name, default_value = "SBP21,SBP42")]
     sbp: Vec<SbpName>,
 
+    /// Forms of the action to sweep [default: the case's]
+    #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', value_parser = form)]
+    form: Vec<Form>,
+
     /// Also draw the errors and their fits as SVG
     #[arg(long)]
     plot: bool,
@@ -54,6 +58,10 @@ fn nodes(text: &str) -> Result<usize, String> {
 
 fn sbp_name(name: &str) -> Result<SbpName, String> {
     SbpName::try_from(name.trim().to_owned())
+}
+
+fn form(name: &str) -> Result<Form, String> {
+    Form::try_from(name.trim().to_owned())
 }
 
 fn range(text: &str) -> Result<(usize, usize), String> {
@@ -96,11 +104,13 @@ fn converge_in<S: Real>(case: &Case, args: &ConvergeArgs) -> anyhow::Result<Exit
     files.write_text(SUMMARY, &ConvergenceSummary::new(case, &convergence, &slopes).to_json())?;
     if args.plot {
         let title = case.title.as_deref().unwrap_or("Convergence");
+        // Of many schemes x alone: twice as many curves would be too many to tell apart.
+        let first = usize::from(slopes.len() > 4 * Quantity::ALL.len());
         for (name, what, quantities) in [
             (FINAL_ERRORS, "errors at the end", [Quantity::EpsTFinal, Quantity::EpsXFinal]),
             (L2_ERRORS, "errors in the L2 norm", [Quantity::EpsTL2, Quantity::EpsXL2]),
         ] {
-            let chart = pictures::errors(&format!("{title}: {what}"), &convergence, &slopes, &quantities);
+            let chart = pictures::errors(&format!("{title}: {what}"), &convergence, &slopes, &quantities[first..]);
             files.write_text(name, &chart.to_svg())?;
         }
     }
@@ -131,10 +141,12 @@ fn sweep_with_progress<S: Real>(
     args: &ConvergeArgs,
 ) -> anyhow::Result<Result<Convergence<S>, SweepError>> {
     let cancel = interrupt::flag()?;
-    let grids = (args.n_gamma.len() * args.sbp.len()) as u64;
+    let forms = if args.form.is_empty() { &[case.scheme.form] } else { args.form.as_slice() };
+    let schemes: Vec<_> = args.sbp.iter().flat_map(|&sbp| forms.iter().map(move |&form| (sbp, form))).collect();
+    let grids = (args.n_gamma.len() * schemes.len()) as u64;
     let bar = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new(grids) };
     bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} grids {msg}").expect("the template is valid"));
-    let result = sweep(case, &args.sbp, &args.n_gamma, &cancel, &|point| {
+    let result = sweep(case, &schemes, &args.n_gamma, &cancel, &|point| {
         bar.set_message(format!("last: {} N = {}", point.sbp, point.n_gamma));
         bar.inc(1);
     });
@@ -144,26 +156,22 @@ fn sweep_with_progress<S: Real>(
 
 fn readable<S>(case: &Case, convergence: &Convergence<S>, slopes: &[Slope], directory: &std::path::Path) -> String {
     let title = case.title.as_deref().unwrap_or("geodesic-ivp");
-    let form = match case.scheme.form {
-        Form::Strong => "",
-        Form::Weak => " (weak form)",
-    };
     let mut text = format!(
-        "{title}{form}: convergence against a Taylor trajectory (its estimated error {:.1e})\n",
+        "{title}: convergence against a Taylor trajectory (its estimated error {:.1e})\n",
         convergence.reference.error_estimate
     );
-    text += "  operator  quantity      slope         against 1/N  fitted N        points\n";
+    text += "  operator    quantity      slope         against 1/N  fitted N        points\n";
     for slope in slopes {
-        let operator = slope.sbp.to_string();
+        let operator = slope.scheme();
         let quantity = slope.quantity.as_str();
         let Some((fit, (n_min, n_max))) = slope.fit.as_ref().zip(slope.n_range) else {
-            text += &format!("  {operator:<8}  {quantity:<12}  -\n");
+            text += &format!("  {operator:<10}  {quantity:<12}  -\n");
             continue;
         };
         let error = fit.standard_error.map_or(String::new(), |e| format!(" ± {e:.3}"));
         let fitted = format!("{n_min} … {n_max}");
         text += &format!(
-            "  {operator:<8}  {quantity:<12}  {:<12}  {:<11.3}  {fitted:<14}  {}\n",
+            "  {operator:<10}  {quantity:<12}  {:<12}  {:<11.3}  {fitted:<14}  {}\n",
             format!("{:.3}{error}", fit.slope),
             fit.slope_vs_inverse_n,
             slope.points

@@ -37,7 +37,7 @@ impl Range {
             return Err("expected START:STOP:STEP, three numbers, for example 0:10:0.1".to_owned());
         };
         let steps = (stop - start) / step;
-        if !(steps >= 0.0) {
+        if steps.is_nan() || steps < 0.0 {
             return Err("a STEP that leads from START to STOP is needed".to_owned());
         }
         if steps > MOST_SAMPLES {

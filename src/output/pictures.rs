@@ -138,22 +138,33 @@ fn residual_chart(title: &str, y_label: &str, series: Vec<Series>) -> Chart {
     }
 }
 
+/// More schemes than this in one picture, and the fits are told by the legend instead of lines of their own.
+const MOST_FITTED: usize = 4;
+
 /// Errors against Δγ with their fits, and dotted lines of each operator's order.
 pub fn errors<S>(title: &str, convergence: &Convergence<S>, slopes: &[Slope], quantities: &[Quantity]) -> Chart {
     let mut series = Vec::new();
     let mut guides: Vec<(i32, (f64, f64), f64)> = Vec::new();
-    for slope in slopes.iter().filter(|slope| quantities.contains(&slope.quantity)) {
-        let points: Vec<(f64, f64)> = (convergence.points.iter())
-            .filter(|point| point.sbp == slope.sbp)
-            .filter_map(|point| point.errors.map(|errors| (point.delta_gamma, slope.quantity.of(&errors))))
+    let shown: Vec<&Slope> = slopes.iter().filter(|slope| quantities.contains(&slope.quantity)).collect();
+    let crowded = shown.len() > MOST_FITTED;
+    for slope in shown {
+        let points: Vec<(usize, (f64, f64))> = (convergence.points.iter())
+            .filter(|point| (point.sbp, point.form) == (slope.sbp, slope.form))
+            .filter_map(|point| {
+                point.errors.map(|errors| (point.n_gamma, (point.delta_gamma, slope.quantity.of(&errors))))
+            })
             .collect();
-        let name = format!("{} {}", slope.sbp, slope.quantity.symbol());
-        series.push(Series::new(name, Mark::Points, points.clone()));
+        let all = points.iter().map(|&(_, place)| place).collect();
+        let name = format!("{} {}", slope.scheme(), slope.quantity.symbol());
+        if crowded {
+            let fitted = slope.fit.as_ref().map_or(String::new(), |fit| format!(", slope {:.2}", fit.slope));
+            series.push(Series::new(name + &fitted, Mark::LineAndPoints, all));
+            continue;
+        }
+        series.push(Series::new(name, Mark::Points, all));
         let Some((fit, (n_min, n_max))) = slope.fit.as_ref().zip(slope.n_range) else { continue };
-        let fitted: Vec<(f64, f64)> = (convergence.points.iter())
-            .filter(|point| point.sbp == slope.sbp && (n_min..=n_max).contains(&point.n_gamma))
-            .filter_map(|point| point.errors.map(|errors| (point.delta_gamma, slope.quantity.of(&errors))))
-            .collect();
+        let in_range = points.iter().filter(|(n, _)| (n_min..=n_max).contains(n));
+        let fitted: Vec<(f64, f64)> = in_range.map(|&(_, place)| place).collect();
         // The fitted line passes through the mean of the logarithms.
         let mean = |f: &dyn Fn(&(f64, f64)) -> f64| fitted.iter().map(f).sum::<f64>() / fitted.len() as f64;
         let (log_h, log_error) = (mean(&|p| p.0.ln()), mean(&|p| p.1.ln()));

@@ -38,7 +38,7 @@ pub struct ConvergencePoint {
     pub sbp: SbpName,
     /// Form of the action.
     pub form: Form,
-    /// Nodes.
+    /// Different nodes of all windows.
     pub n_gamma: usize,
     /// Spacing.
     pub delta_gamma: f64,
@@ -146,7 +146,7 @@ pub enum SweepError {
     Grid(String),
 }
 
-/// Solves `case` for every operator and number of nodes, in parallel; results come in a fixed order.
+/// Solves `case` for every operator with its form and every number of nodes, in parallel; results come in a fixed order.
 ///
 /// A case that ends at a physical time is swept at the γ_f at which the reference reaches it. `finished` is called for
 /// every grid as it is done; a true `cancel` keeps grids that have not begun from beginning.
@@ -156,7 +156,7 @@ pub enum SweepError {
 /// status.
 pub fn sweep<S: Real>(
     case: &Case,
-    operators: &[SbpName],
+    schemes: &[(SbpName, Form)],
     n_gamma: &[usize],
     cancel: &AtomicBool,
     finished: &(dyn Fn(&ConvergencePoint) + Sync),
@@ -172,13 +172,15 @@ pub fn sweep<S: Real>(
     n_gamma.sort_unstable();
     n_gamma.dedup();
     let mut cases: Vec<Case> = Vec::new();
-    for &sbp in operators {
-        if cases.iter().all(|case| case.scheme.sbp != sbp) {
+    for &scheme in schemes {
+        if cases.iter().all(|case| (case.scheme.sbp, case.scheme.form) != scheme) {
             for &n in &n_gamma {
-                cases.push(case.on_grid(sbp, n, length).map_err(SweepError::Grid)?);
+                cases.push(case.on_grid(scheme, n, length).map_err(SweepError::Grid)?);
             }
         }
     }
+    // Few nodes round to one and the same number of spectral elements.
+    cases.dedup_by(|a, b| (a.scheme, &a.grid) == (b.scheme, &b.grid));
     let reference = ReferenceTrajectory::new(&metric, initial, length, digits)?;
     let end = reference.at(length);
     let samples = n_gamma.last().copied().unwrap_or(2).min(4096);
@@ -220,6 +222,7 @@ pub fn sweep<S: Real>(
 }
 
 fn measure<S: Real>(case: &Case, length: S, reference: &ReferenceTrajectory<S>) -> ConvergencePoint {
+    let intervals = case.grid.windows * (case.grid.n_gamma - 1);
     let start = Instant::now();
     let result = solve::<S>(case);
     let seconds = start.elapsed().as_secs_f64();
@@ -230,8 +233,8 @@ fn measure<S: Real>(case: &Case, length: S, reference: &ReferenceTrajectory<S>) 
     ConvergencePoint {
         sbp: case.scheme.sbp,
         form: case.scheme.form,
-        n_gamma: case.grid.n_gamma,
-        delta_gamma: length.to_f64() / (case.grid.n_gamma - 1) as f64,
+        n_gamma: intervals + 1,
+        delta_gamma: length.to_f64() / intervals as f64,
         errors,
         iterations,
         seconds,
@@ -283,9 +286,17 @@ pub struct Slope {
 }
 
 impl Slope {
+    /// The operator, with the form if that is not the paper's.
+    pub fn scheme(&self) -> String {
+        match self.form {
+            Form::Strong => self.sbp.to_string(),
+            Form::Weak => format!("{} weak", self.sbp),
+        }
+    }
+
     /// A sentence if the number should not be read as an order.
     pub fn warning(&self) -> Option<String> {
-        let (name, quantity) = (self.sbp, self.quantity.as_str());
+        let (name, quantity) = (self.scheme(), self.quantity.as_str());
         match &self.fit {
             None if self.plateau_from.is_some() => {
                 Some(format!("{name} {quantity}: no slope, the errors are at the rounding level"))
@@ -306,16 +317,15 @@ impl<S: Real> Convergence<S> {
     /// The slopes of every operator and quantity over the grids with `n_range.0` ≤ N ≤ `n_range.1` that lie above the
     /// rounding plateau.
     pub fn slopes(&self, n_range: (usize, usize)) -> Vec<Slope> {
-        let mut operators: Vec<SbpName> = self.points.iter().map(|point| point.sbp).collect();
-        operators.dedup();
-        operators.into_iter().flat_map(|sbp| Quantity::ALL.map(|quantity| self.slope(sbp, quantity, n_range))).collect()
+        let mut schemes: Vec<(SbpName, Form)> = self.points.iter().map(|point| (point.sbp, point.form)).collect();
+        schemes.dedup();
+        let of_scheme = |scheme| Quantity::ALL.map(|quantity| self.slope(scheme, quantity, n_range));
+        schemes.into_iter().flat_map(of_scheme).collect()
     }
 
-    fn slope(&self, sbp: SbpName, quantity: Quantity, n_range: (usize, usize)) -> Slope {
-        let mut form = Form::default();
+    fn slope(&self, (sbp, form): (SbpName, Form), quantity: Quantity, n_range: (usize, usize)) -> Slope {
         let (mut delta_gamma, mut n_gamma, mut errors) = (Vec::new(), Vec::new(), Vec::new());
-        for point in self.points.iter().filter(|point| point.sbp == sbp) {
-            form = point.form;
+        for point in self.points.iter().filter(|point| (point.sbp, point.form) == (sbp, form)) {
             let in_range = (n_range.0..=n_range.1).contains(&point.n_gamma);
             let error = point.errors.as_ref().map(|errors| quantity.of(errors));
             if let Some(error) = error.filter(|error| in_range && error.is_finite()) {

@@ -2,13 +2,13 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use geodesic_ivp::case::SbpName;
+use geodesic_ivp::case::{Form, SbpName};
 use geodesic_ivp::study::convergence::{Convergence, Quantity, SweepError, sweep};
 
 use super::common::case;
 
 const LINEAR: &str = "potential={linear={alpha=0.25}}";
-const BOTH: [SbpName; 2] = [SbpName::Sbp21, SbpName::Sbp42];
+const BOTH: [(SbpName, Form); 2] = [(SbpName::Sbp21, Form::Strong), (SbpName::Sbp42, Form::Strong)];
 
 fn swept(overrides: &str, n_gamma: &[usize]) -> Convergence {
     sweep(&case(overrides), &BOTH, n_gamma, &AtomicBool::new(false), &|_| {}).unwrap()
@@ -81,7 +81,7 @@ fn absolute_errors_of_the_quartic_case() {
 #[test]
 fn the_fit_stops_at_the_rounding_plateau() {
     let n: Vec<usize> = (6..19).map(|power| 1 << power).collect();
-    let convergence = sweep::<f64>(&case(""), &[SbpName::Sbp42], &n, &AtomicBool::new(false), &|_| {}).unwrap();
+    let convergence = sweep::<f64>(&case(""), &BOTH[1..], &n, &AtomicBool::new(false), &|_| {}).unwrap();
     for slope in convergence.slopes((0, usize::MAX)) {
         let (n_min, n_max) = slope.n_range.unwrap();
         assert_eq!(n_min, 64);
@@ -95,7 +95,7 @@ fn points_are_ordered_and_failures_are_points() {
     // At N = 8 the long run is hopelessly coarse for SBP42; the sweep goes on.
     let convergence = swept("grid.gamma_f=20.0", &[400, 8, 400, 200]);
     let order: Vec<(SbpName, usize)> = convergence.points.iter().map(|p| (p.sbp, p.n_gamma)).collect();
-    let expected: Vec<_> = BOTH.into_iter().flat_map(|sbp| [8, 200, 400].map(|n| (sbp, n))).collect();
+    let expected: Vec<_> = BOTH.into_iter().flat_map(|(sbp, _)| [8, 200, 400].map(|n| (sbp, n))).collect();
     assert_eq!(order, expected);
     let failed = &convergence.points[3];
     assert!(failed.errors.is_none() && failed.status.as_str() != "converged", "{failed:?}");

@@ -51,7 +51,7 @@ fn derivative_and_quadrature_are_exact_to_their_degree_and_no_further() {
         }
         assert!(error(n) > 1e-20, "n = {n} fails at degree {n}");
         let defect = |degree: usize| {
-            let exact = if degree % 2 == 0 { whole(2) / whole(degree + 1) } else { Extended::ZERO };
+            let exact = if degree.is_multiple_of(2) { whole(2) / whole(degree + 1) } else { Extended::ZERO };
             (sbp.integrate(&values(degree)) - exact).abs().to_f64()
         };
         for degree in [0, 1, n - 1, 2 * n - 3] {

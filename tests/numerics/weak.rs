@@ -97,7 +97,14 @@ fn zero_in_forty_and_sixty_digits() {
 fn the_end_has_the_order_of_the_interior() {
     let swept = |digits: &str, n_gamma: &[usize]| -> Convergence<Extended> {
         let case = case(&format!("scheme.form=weak {digits}"));
-        sweep(&case, &[SbpName::Sbp21, SbpName::Sbp42], n_gamma, &AtomicBool::new(false), &|_| {}).unwrap()
+        sweep(
+            &case,
+            &[(SbpName::Sbp21, Form::Weak), (SbpName::Sbp42, Form::Weak)],
+            n_gamma,
+            &AtomicBool::new(false),
+            &|_| {},
+        )
+        .unwrap()
     };
     let convergence = swept("solver.digits=30", &[129, 257, 513]);
     let sbp42 = convergence.points.iter().find(|p| p.sbp == SbpName::Sbp42 && p.n_gamma == 257).unwrap();
