@@ -1,12 +1,14 @@
 //! The mathematics: identities, published digits, symmetries, long runs. One binary, so that it links once.
 
 mod action_derivatives;
+mod adaptive;
 mod common;
 mod convergence;
 mod elementary_functions;
 mod extended;
 mod formula;
 mod invariances;
+mod lobatto;
 mod long_runs;
 mod published_numbers;
 mod reference;

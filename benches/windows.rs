@@ -1,0 +1,98 @@
+//! Windows of the weak scheme, quartic base case: γ_f = 1 at errors of 1e-13, γ_f = 1000 with |ΔK| < 7e-12. Divide by
+//! the number of windows, or by that of evaluations, which are printed first.
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+
+use divan::counter::ItemsCount;
+use divan::{Bencher, black_box};
+use geodesic_ivp::lobatto::{Level, March, Marched, State, Twofold, WeakRule, WindowView};
+use geodesic_ivp::metric::Metric;
+use geodesic_ivp::potential::{Formula, Potential};
+
+const POTENTIALS: [&str; 3] = ["named", "x^4/2", "x*x*x*x*0.5"];
+
+fn main() {
+    for potential in POTENTIALS {
+        for (n, windows, gamma, tolerance) in [(22, 1, 1.0, 1e-13), (24, 900, 1000.0, 1e-12), (20, 4000, 1000.0, 0.0)] {
+            let (metric, rule) = (metric(potential), WeakRule::new(n));
+            let Marched { end, statistics } = run(&mut march(&metric, &rule, windows, gamma, tolerance), windows);
+            println!(
+                "{potential}: gamma_f {gamma}, n {n}, {windows} windows, {} evaluations, x {:.16}, t {:.16}, dK {:.1e}",
+                statistics.evaluations,
+                end.x.hi,
+                end.t.hi,
+                delta_k(&end)
+            );
+        }
+    }
+    divan::main();
+}
+
+fn metric(name: &str) -> Metric {
+    let potential = match name {
+        "named" => Potential::quartic(0.5),
+        text => Potential::Formula(Formula::new(text, &BTreeMap::new()).expect("a valid formula")),
+    };
+    Metric::new(potential, 1.0, 1.0)
+}
+
+fn march<'a>(metric: &'a Metric, rule: &'a WeakRule, windows: usize, gamma: f64, tolerance: f64) -> March<'a> {
+    let length = Twofold::from(gamma) / Twofold::from(windows as f64);
+    March::new(metric, 2.0, rule, length).with_tolerance(tolerance)
+}
+
+fn run(march: &mut March<'_>, windows: usize) -> Marched {
+    let start = State { t: 0.0.into(), x: 1.0.into(), w: 0.1.into() };
+    let go_on = &mut |_: &WindowView<'_>| ControlFlow::Continue(());
+    march.run(black_box(start), windows, go_on).expect("the run converges")
+}
+
+fn delta_k(state: &State) -> f64 {
+    let square = state.x * state.x;
+    let k = Twofold::from(4.0) / (square * square + Twofold::ONE) - state.w * state.w;
+    (k - (Twofold::from(2.0) - Twofold::from(0.1) * Twofold::from(0.1))).hi
+}
+
+/// t and x at γ = 1 to 1e-13, in one window.
+#[divan::bench(args = POTENTIALS)]
+fn one_unit(bencher: Bencher, potential: &str) {
+    let (metric, rule) = (metric(potential), WeakRule::new(22));
+    let mut march = march(&metric, &rule, 1, 1.0, 1e-13);
+    bencher.bench_local(|| run(&mut march, 1));
+}
+
+/// A thousand units with |ΔK| < 7e-12.
+#[divan::bench(args = POTENTIALS)]
+fn a_thousand_units(bencher: Bencher, potential: &str) {
+    let (metric, rule) = (metric(potential), WeakRule::new(24));
+    let mut march = march(&metric, &rule, 900, 1000.0, 1e-12);
+    bencher.counter(ItemsCount::new(900usize)).bench_local(|| run(&mut march, 900));
+}
+
+/// 4000 windows to rounding, with the twofold evaluation: what a million units are made of.
+#[divan::bench(args = POTENTIALS)]
+fn a_thousand_units_to_rounding(bencher: Bencher, potential: &str) {
+    let (metric, rule) = (metric(potential), WeakRule::new(20));
+    let mut march = march(&metric, &rule, 4000, 1000.0, 0.0);
+    bencher.counter(ItemsCount::new(4000usize)).bench_local(|| run(&mut march, 4000));
+}
+
+/// The best instruction set against the others.
+#[divan::bench(args = ["best", "avx2", "scalar"])]
+fn levels(bencher: Bencher, level: &str) {
+    let (metric, rule) = (metric("named"), WeakRule::new(16));
+    let level = match level {
+        "best" => Level::Best,
+        "avx2" => Level::Avx2,
+        _ => Level::Scalar,
+    };
+    let mut march = march(&metric, &rule, 2000, 1000.0, 1e-17).with_level(level);
+    bencher.counter(ItemsCount::new(2000usize)).bench_local(|| run(&mut march, 2000));
+}
+
+/// The tables of one rule, and those of one length.
+#[divan::bench(args = [16, 20, 24, 64])]
+fn tables(bencher: Bencher, n: usize) {
+    bencher.bench_local(|| WeakRule::new(black_box(n)));
+}

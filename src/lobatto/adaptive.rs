@@ -1,0 +1,160 @@
+//! Windows as long, and a rule as high, as an accuracy asks for.
+
+use std::ops::ControlFlow;
+
+use super::attempt::{Attempt, Ended};
+use super::force::{Force, PolynomialForce};
+use super::formula::FormulaForce;
+use super::pair::Pair;
+use super::simd::Level;
+use super::twofold::Twofold;
+use super::view::WindowView;
+use super::{MarchFailure, State, Statistics};
+use crate::geodesic::acceleration_slope;
+use crate::metric::Metric;
+use crate::potential::Potential;
+
+/// Where an adaptive march ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Goal {
+    /// At γ − γ_i = this.
+    Gamma(f64),
+    /// At t − t_i = this, to rounding.
+    Time(f64),
+}
+
+/// Where an adaptive march ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Adapted {
+    /// The last state.
+    pub end: State,
+    /// γ − γ_i there.
+    pub gamma: Twofold,
+    /// What it took, with the companion and everything that was rejected.
+    pub statistics: Statistics,
+    /// An upper estimate of the error in t and x at all window ends, relative to max(1, largest |t − t_i|) and
+    /// max(1, largest |x|).
+    pub error_estimate: f64,
+    /// How often it was begun; all but the last time it turned out not to be accurate enough.
+    pub attempts: usize,
+}
+
+/// A march that keeps an accuracy.
+///
+/// Beside the world-line proper, which has n nodes a window, walks a companion with n − 4 nodes in the same windows. It
+/// starts its iterations from the forces of the other and so costs about half as much, but it is an integration of its
+/// own from beginning to end: its distance is the error of the less accurate of the two, whatever becomes of errors on
+/// the way, and three times that is the estimate. The world-line handed out is the more accurate one.
+///
+/// The length of a window is chosen such that the square of the Legendre coefficients of a and u near degree n − 4,
+/// which is the size of the companion's error at a window's end, stays below a share of the accuracy. Phases run away
+/// with the square of the number of windows; the share allows for that. Where it turns out not to be enough the march is
+/// begun again with a smaller share, down to rounding, after which it fails.
+#[derive(Debug, Clone, Copy)]
+pub struct Adaptive<'a> {
+    metric: &'a Metric,
+    q_t: f64,
+    level: Level,
+}
+
+/// Above this accuracy 16 nodes are cheaper, below it 24.
+const COARSE: f64 = 1e-3;
+
+impl<'a> Adaptive<'a> {
+    /// With the charge `q_t`.
+    pub fn new(metric: &'a Metric, q_t: f64) -> Self {
+        Self { metric, q_t, level: Level::Best }
+    }
+
+    /// Uses the instructions of `level`.
+    pub fn with_level(mut self, level: Level) -> Self {
+        self.level = level;
+        self
+    }
+
+    /// From `start` to `goal`, the error of t and x below `accuracy` at all window ends, relative to
+    /// max(1, largest |t − t_i|) and max(1, largest |x|). `observe` sees every window of the world-line and may end the
+    /// march; if a march is begun again, it sees index 0 again.
+    ///
+    /// # Errors
+    /// [`MarchFailure`] where the world-line leaves the domain, and if the accuracy or the goal is not reached.
+    pub fn run(
+        &self,
+        start: State,
+        goal: Goal,
+        accuracy: f64,
+        observe: &mut dyn FnMut(&WindowView<'_>) -> ControlFlow<()>,
+    ) -> Result<Adapted, MarchFailure> {
+        if accuracy >= COARSE {
+            self.sized::<16>(16, start, goal, accuracy, observe)
+        } else {
+            self.sized::<24>(24, start, goal, accuracy, observe)
+        }
+    }
+
+    fn sized<const P: usize>(
+        &self,
+        n: usize,
+        start: State,
+        goal: Goal,
+        accuracy: f64,
+        observe: &mut dyn FnMut(&WindowView<'_>) -> ControlFlow<()>,
+    ) -> Result<Adapted, MarchFailure> {
+        let Self { metric, q_t, .. } = *self;
+        match metric.potential() {
+            Potential::Polynomial(p) => {
+                let force = PolynomialForce::new(metric, q_t, p.coefficients());
+                self.attempts::<P, _>(n, force, start, goal, accuracy, observe)
+            }
+            Potential::Formula(f) => {
+                let force = FormulaForce::<P>::new(metric, q_t, f.program(), n);
+                self.attempts::<P, _>(n, force, start, goal, accuracy, observe)
+            }
+        }
+    }
+
+    fn attempts<const P: usize, F: Force>(
+        &self,
+        n: usize,
+        force: F,
+        start: State,
+        goal: Goal,
+        accuracy: f64,
+        observe: &mut dyn FnMut(&WindowView<'_>) -> ControlFlow<()>,
+    ) -> Result<Adapted, MarchFailure> {
+        let Self { metric, q_t, level } = *self;
+        let g = metric.at(start.x.hi);
+        if !g.is_inside() {
+            return Err(MarchFailure::OutsideDomain { window: 0, gamma: 0.0, x: start.x.hi, g00: g.g00 });
+        }
+        let t_dot = q_t / g.g00;
+        let length = match goal {
+            Goal::Gamma(length) => length,
+            Goal::Time(duration) => duration / t_dot,
+        };
+        let mut statistics = Statistics::default();
+        if !(length > 0.0 && length.is_finite()) {
+            return if length == 0.0 {
+                Ok(Adapted { end: start, gamma: Twofold::ZERO, statistics, error_estimate: 0.0, attempts: 0 })
+            } else {
+                Err(MarchFailure::TimeNotReached { gamma: 0.0, elapsed: 0.0 })
+            };
+        }
+        // The first try: a radian of the oscillation that the force has there.
+        let stiffness = acceleration_slope(q_t, g.g00, g.first, g.second).abs();
+        let first = (1.0 / stiffness.max(1e-60).sqrt()).min(length);
+        let mut pair = Pair::<P, F>::new(n, force, level);
+        let mut share = None;
+        for attempts in 1.. {
+            let attempt = Attempt { metric, q_t, start, goal, accuracy, length, first, share };
+            match attempt.walk(&mut pair, &mut statistics, observe) {
+                Err(Ended::Failed(failure)) => return Err(failure),
+                Err(Ended::Inaccurate { next }) => share = Some(next),
+                Ok((end, gamma, error_estimate)) => {
+                    return Ok(Adapted { end, gamma, statistics, error_estimate, attempts });
+                }
+            }
+        }
+        unreachable!("the shares run out")
+    }
+}

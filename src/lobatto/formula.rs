@@ -1,0 +1,276 @@
+//! The force of a formula: an interpreter of its program on vectors, compiled into the march itself.
+
+use pulp::Simd;
+
+use super::force::{Force, NEAR, corrections};
+use super::simd::{is_fused, multiply_add, product_error, two_sum, vectors, vectors_mut};
+use super::tables::Nodes;
+use crate::metric::Metric;
+use crate::potential::{Instruction, Program};
+
+/// g00 and g00′ by the program of V and V′, an instruction all nodes. Constants are registers that were filled once.
+#[derive(Debug, Clone)]
+pub(super) struct FormulaForce<const P: usize> {
+    q_t: f64,
+    c_squared: f64,
+    two_over_mass: f64,
+    steps: Vec<Instruction<f64>>,
+    /// Register 0 is x, then the constants, then one register a step.
+    first_step: usize,
+    value: usize,
+    slope: usize,
+    /// The registers, and in `refine` what they lack.
+    registers: Vec<Nodes<P>>,
+    lacks: Vec<Nodes<P>>,
+    points: usize,
+    refines: bool,
+}
+
+/// The operands of an instruction.
+fn operands(instruction: Instruction<f64>) -> [Option<usize>; 2] {
+    match instruction {
+        Instruction::X | Instruction::Constant(_) => [None, None],
+        Instruction::Negate(a) | Instruction::Call(_, a) => [Some(a), None],
+        Instruction::Add(a, b)
+        | Instruction::Subtract(a, b)
+        | Instruction::Multiply(a, b)
+        | Instruction::Divide(a, b)
+        | Instruction::Power(a, b) => [Some(a), Some(b)],
+    }
+}
+
+/// Whether the instruction is a constant ±2^k whose reciprocal is a number as exact.
+fn is_power_of_two(instruction: Instruction<f64>) -> bool {
+    matches!(instruction, Instruction::Constant(c) if (1.0 / c).is_normal() && c.to_bits() << 12 == 0 && c.is_normal())
+}
+
+impl<const P: usize> FormulaForce<P> {
+    /// For windows of `points` nodes. Instructions that only V″ needs are dropped.
+    pub(super) fn new(metric: &Metric, q_t: f64, program: &Program<f64>, points: usize) -> Self {
+        let all = program.instructions();
+        let [value, slope, _] = program.outputs();
+        let mut needed = vec![false; all.len()];
+        (needed[value], needed[slope]) = (true, true);
+        for k in (0..all.len()).rev() {
+            if needed[k] {
+                operands(all[k]).into_iter().flatten().for_each(|operand| needed[operand] = true);
+            }
+        }
+        let mut register_of = vec![0; all.len()];
+        let mut registers = vec![Nodes::ZERO];
+        for (k, instruction) in all.iter().enumerate().filter(|&(k, _)| needed[k]) {
+            if let Instruction::Constant(c) = *instruction {
+                register_of[k] = registers.len();
+                registers.push(Nodes([c; P]));
+                if is_power_of_two(*instruction) {
+                    registers.push(Nodes([1.0 / c; P]));
+                }
+            }
+        }
+        let first_step = registers.len();
+        let mut steps = Vec::new();
+        for (k, instruction) in all.iter().enumerate().filter(|&(k, _)| needed[k]) {
+            let at = |r: usize| register_of[r];
+            let step = match *instruction {
+                Instruction::X | Instruction::Constant(_) => continue,
+                Instruction::Add(a, b) => Instruction::Add(at(a), at(b)),
+                Instruction::Subtract(a, b) => Instruction::Subtract(at(a), at(b)),
+                Instruction::Multiply(a, b) => Instruction::Multiply(at(a), at(b)),
+                // Dividing by a power of two is multiplying by another, to the bit, and ten times slower.
+                Instruction::Divide(a, b) if is_power_of_two(all[b]) => {
+                    Instruction::Multiply(at(a), register_of[b] + 1)
+                }
+                Instruction::Divide(a, b) => Instruction::Divide(at(a), at(b)),
+                Instruction::Negate(a) => Instruction::Negate(at(a)),
+                Instruction::Power(a, b) => Instruction::Power(at(a), at(b)),
+                Instruction::Call(function, a) => Instruction::Call(function, at(a)),
+            };
+            register_of[k] = first_step + steps.len();
+            steps.push(step);
+        }
+        registers.resize(first_step + steps.len(), Nodes::ZERO);
+        let by_lanes = |step: &Instruction<f64>| matches!(step, Instruction::Power(..) | Instruction::Call(..));
+        Self {
+            q_t,
+            c_squared: metric.c_squared(),
+            two_over_mass: metric.two_over_mass(),
+            first_step,
+            value: register_of[value],
+            slope: register_of[slope],
+            lacks: vec![Nodes::ZERO; registers.len()],
+            registers,
+            points,
+            refines: !steps.iter().any(by_lanes),
+            steps,
+        }
+    }
+}
+
+/// A function without a vector form, node by node. The padding gets the number of the last node: it must be finite.
+#[inline(never)]
+fn by_lanes<const P: usize>(done: &[Nodes<P>], out: &mut Nodes<P>, step: Instruction<f64>, points: usize) {
+    match step {
+        Instruction::Power(a, b) => {
+            for k in 0..points {
+                out.0[k] = done[a].0[k].powf(done[b].0[k]);
+            }
+        }
+        Instruction::Call(function, a) => {
+            for (out, &x) in out.0.iter_mut().zip(&done[a].0[..points]) {
+                *out = function.apply(x);
+            }
+        }
+        _ => unreachable!("arithmetic has a vector form"),
+    }
+    let last = out.0[points - 1];
+    out.0[points..].fill(last);
+}
+
+impl<const P: usize> Force for FormulaForce<P> {
+    #[inline(always)]
+    fn refines(&self) -> bool {
+        self.refines
+    }
+
+    #[inline(always)]
+    fn evaluate<S: Simd>(&mut self, s: S, x: &[f64], a: &mut [f64], u: &mut [f64], near: bool) {
+        self.registers[0].0.copy_from_slice(x);
+        let mut k = 0;
+        while k < self.steps.len() {
+            let step = self.steps[k];
+            let (done, rest) = self.registers.split_at_mut(self.first_step + k);
+            k += 1;
+            let (i, j) = match step {
+                Instruction::Add(i, j)
+                | Instruction::Subtract(i, j)
+                | Instruction::Multiply(i, j)
+                | Instruction::Divide(i, j) => (i, j),
+                Instruction::Negate(i) => (i, i),
+                _ => {
+                    by_lanes(done, &mut rest[0], step, self.points);
+                    continue;
+                }
+            };
+            let (p, q) = (vectors::<S>(&done[i].0), vectors::<S>(&done[j].0));
+            let out = vectors_mut::<S>(&mut rest[0].0);
+            match step {
+                Instruction::Add(..) => {
+                    for n in 0..out.len() {
+                        out[n] = s.add_f64s(p[n], q[n]);
+                    }
+                }
+                Instruction::Subtract(..) => {
+                    for n in 0..out.len() {
+                        out[n] = s.sub_f64s(p[n], q[n]);
+                    }
+                }
+                Instruction::Multiply(..) => {
+                    for n in 0..out.len() {
+                        out[n] = s.mul_f64s(p[n], q[n]);
+                    }
+                }
+                Instruction::Divide(..) => {
+                    for n in 0..out.len() {
+                        out[n] = s.div_f64s(p[n], q[n]);
+                    }
+                }
+                _ => {
+                    for n in 0..out.len() {
+                        out[n] = s.neg_f64s(p[n]);
+                    }
+                }
+            }
+        }
+        let (q, m, c) = (s.splat_f64s(self.q_t), s.splat_f64s(self.two_over_mass), s.splat_f64s(self.c_squared));
+        let half = s.splat_f64s(-0.5 * self.two_over_mass);
+        let value = vectors::<S>(&self.registers[self.value].0);
+        let slope = vectors::<S>(&self.registers[self.slope].0);
+        let (a, u) = (&mut vectors_mut::<S>(a)[..value.len()], &mut vectors_mut::<S>(u)[..value.len()]);
+        if near && is_fused::<S>() && self.q_t != 0.0 {
+            // One Newton step, see `PolynomialForce`.
+            let reciprocal = s.splat_f64s(1.0 / self.q_t);
+            let mut far = s.splat_f64s(0.0);
+            for i in 0..value.len() {
+                let g = multiply_add(s, value[i], m, c);
+                let r = s.mul_f64s(multiply_add(s, s.neg_f64s(g), u[i], q), reciprocal);
+                far = s.max_f64s(far, s.abs_f64s(r));
+                u[i] = multiply_add(s, r, u[i], u[i]);
+                a[i] = s.mul_f64s(s.mul_f64s(s.mul_f64s(slope[i], half), u[i]), u[i]);
+            }
+            if s.reduce_max_f64s(far) < NEAR {
+                return;
+            }
+        }
+        for i in 0..value.len() {
+            u[i] = s.div_f64s(q, multiply_add(s, value[i], m, c));
+            a[i] = s.mul_f64s(s.mul_f64s(s.mul_f64s(slope[i], half), u[i]), u[i]);
+        }
+    }
+
+    /// The same program on pairs. Only for programs of pure arithmetic.
+    #[inline(always)]
+    fn refine<S: Simd>(&mut self, s: S, [x, x_lo]: [&[f64]; 2], [a, u]: [&[f64]; 2], [da, du]: [&mut [f64]; 2]) {
+        self.registers[0].0.copy_from_slice(x);
+        self.lacks[0].0.copy_from_slice(x_lo);
+        let mut k = 0;
+        while k < self.steps.len() {
+            let step = self.steps[k];
+            let (done, out) = self.registers.split_at_mut(self.first_step + k);
+            let (done_lo, out_lo) = self.lacks.split_at_mut(self.first_step + k);
+            k += 1;
+            let (i, j) = match step {
+                Instruction::Add(i, j)
+                | Instruction::Subtract(i, j)
+                | Instruction::Multiply(i, j)
+                | Instruction::Divide(i, j) => (i, j),
+                Instruction::Negate(i) => (i, i),
+                _ => unreachable!("only arithmetic is refined"),
+            };
+            let (p, p_lo) = (vectors::<S>(&done[i].0), vectors::<S>(&done_lo[i].0));
+            let (q, q_lo) = (vectors::<S>(&done[j].0), vectors::<S>(&done_lo[j].0));
+            let (y, y_lo) = (vectors_mut::<S>(&mut out[0].0), vectors_mut::<S>(&mut out_lo[0].0));
+            for n in 0..y.len() {
+                (y[n], y_lo[n]) = match step {
+                    Instruction::Add(..) => {
+                        let (sum, error) = two_sum(s, p[n], q[n]);
+                        (sum, s.add_f64s(error, s.add_f64s(p_lo[n], q_lo[n])))
+                    }
+                    Instruction::Subtract(..) => {
+                        let (sum, error) = two_sum(s, p[n], s.neg_f64s(q[n]));
+                        (sum, s.add_f64s(error, s.sub_f64s(p_lo[n], q_lo[n])))
+                    }
+                    Instruction::Multiply(..) => {
+                        let y = s.mul_f64s(p[n], q[n]);
+                        let error = product_error(s, p[n], q[n], y);
+                        (y, multiply_add(s, p[n], q_lo[n], multiply_add(s, p_lo[n], q[n], error)))
+                    }
+                    Instruction::Divide(..) => {
+                        // (p + p_lo − y (q + q_lo))/q with the remainder formed exactly
+                        let y = s.div_f64s(p[n], q[n]);
+                        let yq = s.mul_f64s(y, q[n]);
+                        let r = s.sub_f64s(s.sub_f64s(p[n], yq), product_error(s, y, q[n], yq));
+                        let r = s.add_f64s(r, s.sub_f64s(p_lo[n], s.mul_f64s(y, q_lo[n])));
+                        (y, s.div_f64s(r, q[n]))
+                    }
+                    _ => (s.neg_f64s(p[n]), s.neg_f64s(p_lo[n])),
+                };
+            }
+        }
+        let value = vectors::<S>(&self.registers[self.value].0);
+        let value_lo = vectors::<S>(&self.lacks[self.value].0);
+        let slope = vectors::<S>(&self.registers[self.slope].0);
+        let slope_lo = vectors::<S>(&self.lacks[self.slope].0);
+        let (a, u) = (vectors::<S>(a), vectors::<S>(u));
+        let (da, du) = (vectors_mut::<S>(da), vectors_mut::<S>(du));
+        let (m, c) = (s.splat_f64s(self.two_over_mass), s.splat_f64s(self.c_squared));
+        let half = s.splat_f64s(-0.5 * self.two_over_mass);
+        for i in 0..a.len() {
+            let p = s.mul_f64s(value[i], m);
+            let (g, error) = two_sum(s, p, c);
+            let p_lo = multiply_add(s, value_lo[i], m, product_error(s, value[i], m, p));
+            let d = s.mul_f64s(slope[i], half);
+            let d_lo = multiply_add(s, slope_lo[i], half, product_error(s, slope[i], half, d));
+            (da[i], du[i]) = corrections(s, self.q_t, (g, s.add_f64s(error, p_lo)), (d, d_lo), a[i], u[i]);
+        }
+    }
+}

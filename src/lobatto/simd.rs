@@ -1,0 +1,122 @@
+//! Vectors of the best instruction set that the machine has, chosen at run time.
+//!
+//! Everything that works on vectors is written against [`pulp::Simd`] and is `#[inline(always)]`: only what is inlined
+//! into pulp's entry function is compiled with the instructions of the level. For the same reason there are no closures
+//! and no iterator adaptors over vectors.
+
+use pulp::{Arch, Scalar, Simd, WithSimd};
+
+use super::twofold::{self, SPLITTER};
+
+/// Which instructions to use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Level {
+    /// The best that the machine has.
+    #[default]
+    Best,
+    /// AVX2 with fused multiply-add where the machine has it, otherwise [`Self::Scalar`].
+    Avx2,
+    /// One number at a time, no fused multiply-add.
+    Scalar,
+}
+
+impl Level {
+    #[inline]
+    pub(super) fn dispatch<W: WithSimd>(self, work: W) -> W::Output {
+        match self {
+            Self::Best => Arch::new().dispatch(work),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => match pulp::x86::V3::try_new() {
+                Some(simd) => Simd::vectorize(simd, work),
+                None => work.with_simd(Scalar),
+            },
+            #[allow(unreachable_patterns)]
+            Self::Avx2 | Self::Scalar => work.with_simd(Scalar),
+        }
+    }
+}
+
+/// Whether a multiply-add is one instruction; otherwise it is a slow library call.
+#[inline(always)]
+pub(super) fn is_fused<S: Simd>() -> bool {
+    !S::IS_SCALAR && cfg!(any(target_arch = "x86_64", target_arch = "aarch64"))
+}
+
+/// a b + c with one rounding or two.
+#[inline(always)]
+pub(super) fn multiply_add<S: Simd>(s: S, a: S::f64s, b: S::f64s, c: S::f64s) -> S::f64s {
+    s.mul_add_e_f64s(a, b, c)
+}
+
+/// a + b exactly, as (rounded sum, error).
+#[inline(always)]
+pub(super) fn two_sum<S: Simd>(s: S, a: S::f64s, b: S::f64s) -> (S::f64s, S::f64s) {
+    let sum = s.add_f64s(a, b);
+    let b_seen = s.sub_f64s(sum, a);
+    (sum, s.add_f64s(s.sub_f64s(a, s.sub_f64s(sum, b_seen)), s.sub_f64s(b, b_seen)))
+}
+
+/// a b − p exactly, for the rounded product p = a b.
+#[inline(always)]
+pub(super) fn product_error<S: Simd>(s: S, a: S::f64s, b: S::f64s, p: S::f64s) -> S::f64s {
+    if is_fused::<S>() {
+        return s.mul_add_f64s(a, b, s.neg_f64s(p));
+    }
+    let k = s.splat_f64s(SPLITTER);
+    let (ca, cb) = (s.mul_f64s(k, a), s.mul_f64s(k, b));
+    let (ah, bh) = (s.sub_f64s(ca, s.sub_f64s(ca, a)), s.sub_f64s(cb, s.sub_f64s(cb, b)));
+    let (al, bl) = (s.sub_f64s(a, ah), s.sub_f64s(b, bh));
+    let e = s.sub_f64s(s.mul_f64s(ah, bh), p);
+    let e = s.add_f64s(s.add_f64s(e, s.mul_f64s(ah, bl)), s.mul_f64s(al, bh));
+    s.add_f64s(e, s.mul_f64s(al, bl))
+}
+
+/// a b exactly, for one number.
+#[inline(always)]
+pub(super) fn two_product<S: Simd>(a: f64, b: f64) -> (f64, f64) {
+    if is_fused::<S>() {
+        let p = a * b;
+        (p, a.mul_add(b, -p))
+    } else {
+        twofold::two_product(a, b)
+    }
+}
+
+/// The vectors of a slice whose length is a multiple of 8, and with it of the vector length.
+#[inline(always)]
+pub(super) fn vectors<S: Simd>(v: &[f64]) -> &[S::f64s] {
+    S::as_simd_f64s(v).0
+}
+
+/// The same to be written to.
+#[inline(always)]
+pub(super) fn vectors_mut<S: Simd>(v: &mut [f64]) -> &mut [S::f64s] {
+    S::as_mut_simd_f64s(v).0
+}
+
+/// max |v_j|.
+#[inline(always)]
+pub(super) fn largest<S: Simd>(s: S, v: &[f64]) -> f64 {
+    let v = vectors::<S>(v);
+    let mut m = s.abs_f64s(v[0]);
+    let mut i = 1;
+    while i < v.len() {
+        m = s.max_f64s(m, s.abs_f64s(v[i]));
+        i += 1;
+    }
+    s.reduce_max_f64s(m)
+}
+
+/// min v_j and max v_j.
+#[inline(always)]
+pub(super) fn extremes<S: Simd>(s: S, v: &[f64]) -> (f64, f64) {
+    let v = vectors::<S>(v);
+    let (mut least, mut most) = (v[0], v[0]);
+    let mut i = 1;
+    while i < v.len() {
+        least = s.min_f64s(least, v[i]);
+        most = s.max_f64s(most, v[i]);
+        i += 1;
+    }
+    (s.reduce_min_f64s(least), s.reduce_max_f64s(most))
+}

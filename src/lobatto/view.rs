@@ -1,0 +1,65 @@
+//! What an observer sees of a window.
+
+use super::State;
+use super::dense::DenseWindow;
+use super::rule::WeakRule;
+use super::twofold::Twofold;
+use crate::metric::Metric;
+
+/// A window that was just solved. Everything beyond the plain numbers is computed when it is asked for.
+#[derive(Debug, Clone, Copy)]
+pub struct WindowView<'a> {
+    /// Index of the window.
+    pub index: usize,
+    /// γ − γ_i at its start.
+    pub gamma: Twofold,
+    /// Its length.
+    pub length: Twofold,
+    /// Its nodes and operators.
+    pub rule: &'a WeakRule,
+    /// The state at its start.
+    pub start: State,
+    /// The state at its end.
+    pub end: State,
+    /// X on the nodes.
+    pub x: &'a [f64],
+    /// dt/dγ = Q_t/g00(X) on the nodes.
+    pub t_dot: &'a [f64],
+    /// d²x/dγ² = a(X) on the nodes.
+    pub acceleration: &'a [f64],
+    pub(super) metric: &'a Metric,
+    pub(super) q_t: f64,
+}
+
+impl WindowView<'_> {
+    /// W = w + h A a on the nodes, the scheme's own.
+    pub fn w(&self) -> Vec<f64> {
+        self.integral(self.start.w, self.acceleration)
+    }
+
+    /// T = t + h A u on the nodes, the scheme's own.
+    pub fn t(&self) -> Vec<f64> {
+        self.integral(self.start.t, self.t_dot)
+    }
+
+    /// The world-line in this window, everywhere as accurate as at the window's ends; costs some ten evaluations of the
+    /// potential on twice as many nodes.
+    pub fn dense(&self) -> DenseWindow {
+        DenseWindow::refined(self)
+    }
+
+    /// The double integral of the scheme's own polynomial for a, and the integral of that for u: costs nothing, and is
+    /// between the nodes and the ends in accuracy.
+    pub fn own_dense(&self) -> DenseWindow {
+        DenseWindow::own(self)
+    }
+
+    fn integral(&self, start: Twofold, values: &[f64]) -> Vec<f64> {
+        let rows = self.rule.a().chunks(self.rule.points());
+        rows.map(|row| {
+            let sum: f64 = row.iter().zip(values).map(|(a, v)| a.hi * v).sum();
+            start.hi + (start.lo + self.length.hi * sum)
+        })
+        .collect()
+    }
+}

@@ -1,0 +1,300 @@
+//! One window: the fixed-point iteration on its nodes, and the update of the state.
+
+use pulp::Simd;
+
+use super::State;
+use super::force::Force;
+use super::simd::{extremes, largest, multiply_add, product_error, two_product, two_sum, vectors, vectors_mut};
+use super::tables::{Matrix, Nodes, Tables};
+use super::twofold::fast_two_sum;
+
+/// The most evaluations in one window; convergent iterations take ten.
+const MOST_EVALUATIONS: usize = 60;
+
+/// The arrays of one window.
+#[derive(Debug, Clone)]
+pub(super) struct Window<const P: usize> {
+    /// X = line + rest: the free motion, and the rest.
+    pub(super) x: Nodes<P>,
+    line: Nodes<P>,
+    rest: Nodes<P>,
+    /// a(X) and u(X); at the start of a window still those of the one before it.
+    pub(super) a: Nodes<P>,
+    pub(super) u: Nodes<P>,
+}
+
+/// Where the iteration starts.
+#[derive(Clone, Copy)]
+pub(super) enum Guess<'a, const P: usize> {
+    /// At the parabola through the start.
+    Parabola,
+    /// By the tables' own extrapolation from the window before.
+    Same,
+    /// At the forces `matrix` · `values`.
+    Forces { matrix: &'a Matrix<P>, values: &'a Nodes<P> },
+}
+
+/// How well to solve.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Precision {
+    /// The error of X relative to its size; 0 iterates to rounding.
+    pub(super) tolerance: f64,
+    /// Whether to evaluate the forces once more in twofold precision.
+    pub(super) refine: bool,
+}
+
+/// A window that was solved.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Solved {
+    pub(super) end: State,
+    pub(super) evaluations: usize,
+    /// The judged Legendre modes of a and u, and the largest |a|, |u|.
+    pub(super) tail: [f64; 2],
+    pub(super) largest: [f64; 2],
+}
+
+/// G vectors of rows of `base` + M v from the `r`-th on; 4 G independent chains hide the latency of multiply-adds.
+#[inline(always)]
+fn rows<S: Simd, const P: usize, const G: usize>(
+    s: S,
+    base: &[f64; P],
+    m: &[[f64; P]],
+    v: &[f64; P],
+    r: usize,
+    out: &mut [f64; P],
+) {
+    let mut sum = [[s.splat_f64s(0.0); G]; 4];
+    let base = &vectors::<S>(base)[r..r + G];
+    sum[0][..G].copy_from_slice(&base[..G]);
+    for (m, v) in m.as_chunks::<4>().0.iter().zip(v.as_chunks::<4>().0) {
+        for c in 0..4 {
+            let factor = s.splat_f64s(v[c]);
+            let column = &vectors::<S>(&m[c])[r..r + G];
+            for g in 0..G {
+                sum[c][g] = multiply_add(s, column[g], factor, sum[c][g]);
+            }
+        }
+    }
+    let out = &mut vectors_mut::<S>(out)[r..r + G];
+    for g in 0..G {
+        out[g] = s.add_f64s(s.add_f64s(sum[0][g], sum[1][g]), s.add_f64s(sum[2][g], sum[3][g]));
+    }
+}
+
+/// out = base + M v, as many rows at a time as fit the registers.
+#[inline(always)]
+fn product<S: Simd, const P: usize>(s: S, base: &[f64; P], m: &[[f64; P]], v: &[f64; P], out: &mut [f64; P]) {
+    // `v` is to be read from memory: broadcasting loads are cheap, shuffles of a register compete with the arithmetic
+    // (with AVX-512 a fifth of the whole time for 20 nodes).
+    let v = std::hint::black_box(v);
+    let count = P / S::F64_LANES;
+    let mut r = 0;
+    if count.is_multiple_of(3) {
+        while r < count {
+            rows::<S, P, 3>(s, base, m, v, r, out);
+            r += 3;
+        }
+    }
+    while r + 2 <= count {
+        rows::<S, P, 2>(s, base, m, v, r, out);
+        r += 2;
+    }
+    if r < count {
+        rows::<S, P, 1>(s, base, m, v, r, out);
+    }
+}
+
+/// Σ (c + c_lo)_j (v + dv)_j as a pair, good to about 30 digits.
+///
+/// `big` is 1.5 times a power of two and at least 4 Σ|c v|: adding and subtracting it cuts every product to a multiple
+/// of one unit, and such numbers add without error in any order (Rump, Ogita, Oishi 2008, "Accurate floating-point
+/// summation", ExtractVector). What is cut off is added plainly. With too small a `big` the sum is merely a plain one.
+#[inline(always)]
+fn dot<S: Simd, const P: usize>(s: S, c: [&[f64; P]; 2], v: &[f64; P], dv: &[f64; P], big: f64) -> (f64, f64) {
+    let big = s.splat_f64s(big);
+    let (mut sum, mut rest) = (s.splat_f64s(0.0), s.splat_f64s(0.0));
+    let (c, c_lo) = (vectors::<S>(c[0]), vectors::<S>(c[1]));
+    let (v, dv) = (vectors::<S>(v), vectors::<S>(dv));
+    for i in 0..c.len() {
+        let p = s.mul_f64s(c[i], v[i]);
+        let cut = s.sub_f64s(s.add_f64s(p, big), big);
+        let error = multiply_add(s, c_lo[i], v[i], product_error(s, c[i], v[i], p));
+        let error = multiply_add(s, c[i], dv[i], error);
+        rest = s.add_f64s(rest, s.add_f64s(error, s.sub_f64s(p, cut)));
+        sum = s.add_f64s(sum, cut);
+    }
+    fast_two_sum(s.reduce_sum_f64s(sum), s.reduce_sum_f64s(rest))
+}
+
+/// Σ c_j v_j.
+#[inline(always)]
+fn plain_dot<S: Simd, const P: usize>(s: S, c: &[f64; P], v: &[f64; P]) -> f64 {
+    let (c, v) = (vectors::<S>(c), vectors::<S>(v));
+    let mut sum = s.splat_f64s(0.0);
+    for i in 0..c.len() {
+        sum = multiply_add(s, c[i], v[i], sum);
+    }
+    s.reduce_sum_f64s(sum)
+}
+
+/// The larger of the two judged Legendre modes.
+#[inline(always)]
+fn tail<S: Simd, const P: usize>(s: S, t: &Tables<P>, v: &[f64; P]) -> f64 {
+    plain_dot(s, &t.tail[0], v).abs().max(plain_dot(s, &t.tail[1], v).abs())
+}
+
+/// 1.5 times the power of two in (4 v, 8 v].
+#[inline(always)]
+fn unit(v: f64) -> f64 {
+    f64::from_bits(v.to_bits() & 0x7ff0_0000_0000_0000) * 12.0
+}
+
+impl<const P: usize> Window<P> {
+    pub(super) fn new() -> Self {
+        Self { x: Nodes::ZERO, line: Nodes::ZERO, rest: Nodes::ZERO, a: Nodes::ZERO, u: Nodes::ZERO }
+    }
+
+    /// The window from `start`; `None` if it does not converge or does not stay inside g00 > 0.
+    #[inline(always)]
+    pub(super) fn solve<S: Simd, F: Force>(
+        &mut self,
+        s: S,
+        t: &Tables<P>,
+        force: &mut F,
+        start: &State,
+        guess: Guess<'_, P>,
+        precision: Precision,
+    ) -> Option<Solved> {
+        let evaluations = self.iterate(s, t, force, start, guess, precision)?;
+        // g00 > 0 where u has the sign of Q_t. (Q_t = 0 leaves u = 0 and a = 0: free motion.)
+        let (least, most) = extremes(s, &self.u.0);
+        let inside = least > 0.0 || most < 0.0 || (least == 0.0 && most == 0.0);
+        let solved = self.update(s, t, force, start, precision.refine, evaluations);
+        // A NaN anywhere ends up in the state.
+        (inside && (solved.end.x.hi + solved.end.w.hi + solved.end.t.hi).is_finite()).then_some(solved)
+    }
+
+    /// Solves X = x + h c w + h² A² a(X) and leaves a(X), u(X); the number of evaluations.
+    #[inline(always)]
+    fn iterate<S: Simd, F: Force>(
+        &mut self,
+        s: S,
+        t: &Tables<P>,
+        force: &mut F,
+        start: &State,
+        guess: Guess<'_, P>,
+        precision: Precision,
+    ) -> Option<usize> {
+        // The free line x + h c w as line + low, to twice the precision: X = line + (low + h² A² a), where the bracket is
+        // small and X is the only number that is rounded at the size of x. (Dropping the rounding error of h c w alone
+        // moves K by 1e-19 a window.)
+        let mut low = Nodes::<P>::ZERO;
+        let (x0, x0_lo) = (s.splat_f64s(start.x.hi), s.splat_f64s(start.x.lo));
+        let (w0, w0_lo) = (s.splat_f64s(start.w.hi), s.splat_f64s(start.w.lo));
+        {
+            let (hc, hc_lo) = (vectors::<S>(&t.line), vectors::<S>(&t.line_lo));
+            let (line, low) = (vectors_mut::<S>(&mut self.line.0), vectors_mut::<S>(&mut low.0));
+            for i in 0..low.len() {
+                let p = s.mul_f64s(hc[i], w0);
+                let (sum, error) = two_sum(s, x0, p);
+                let error = s.add_f64s(error, product_error(s, hc[i], w0, p));
+                line[i] = sum;
+                let rest = multiply_add(s, hc_lo[i], w0, multiply_add(s, hc[i], w0_lo, x0_lo));
+                low[i] = s.add_f64s(error, rest);
+            }
+        }
+        let columns = t.columns;
+        match guess {
+            Guess::Parabola => {
+                self.x.0 = [start.x.hi; P];
+                force.evaluate(s, &self.x.0, &mut self.a.0, &mut self.u.0, false);
+                let (rest, a) = (vectors_mut::<S>(&mut self.rest.0), vectors::<S>(&self.a.0));
+                for (i, parabola) in vectors::<S>(&t.parabola).iter().enumerate() {
+                    rest[i] = s.mul_f64s(*parabola, a[i]);
+                }
+            }
+            Guess::Same => product(s, &low.0, &t.guess[..columns], &self.a.0, &mut self.rest.0),
+            Guess::Forces { matrix, values } => {
+                product(s, &[0.0; P], &matrix[..], &values.0, &mut self.a.0);
+                product(s, &low.0, &t.force[..columns], &self.a.0, &mut self.rest.0);
+            }
+        }
+        let mut last = f64::INFINITY;
+        let mut evaluations = 0;
+        let mut near = false;
+        loop {
+            let mut change = s.splat_f64s(0.0);
+            let (x, line, rest) =
+                (vectors_mut::<S>(&mut self.x.0), vectors::<S>(&self.line.0), vectors::<S>(&self.rest.0));
+            for i in 0..x.len() {
+                let y = s.add_f64s(line[i], rest[i]);
+                change = s.max_f64s(change, s.abs_f64s(s.sub_f64s(y, x[i])));
+                x[i] = y;
+            }
+            force.evaluate(s, &self.x.0, &mut self.a.0, &mut self.u.0, near);
+            evaluations += 1;
+            let change = s.reduce_max_f64s(change);
+            // The size of the numbers; the last term is for a start from rest at x = 0.
+            let scale = start.x.hi.abs() + (t.length.hi * start.w.hi).abs() + self.rest.0[t.points - 1].abs();
+            let (wanted, noise) = (precision.tolerance * scale, 4.0 * f64::EPSILON * scale);
+            // The error of X is change · rate. At the level of rounding the rate cannot be seen: there one more iteration
+            // is made, as stopping early is an error with the same sign in every window.
+            let converged = evaluations > 1 && change <= wanted;
+            if converged || evaluations > 2 && (change * change <= wanted * last || last <= noise) {
+                return Some(evaluations);
+            }
+            if evaluations == MOST_EVALUATIONS || !change.is_finite() {
+                return None;
+            }
+            if !near && precision.tolerance == 0.0 {
+                // The rounding of h² A² moves K by 6e-21 a window.
+                product(s, &low.0, &t.force_lo[..columns], &self.a.0, &mut self.rest.0);
+                low.0 = self.rest.0;
+            }
+            last = if near { change } else { f64::INFINITY };
+            near = true;
+            product(s, &low.0, &t.force[..columns], &self.a.0, &mut self.rest.0);
+        }
+    }
+
+    /// The update of (t, x, w), the only place where rounding errors would add up over the windows.
+    #[inline(always)]
+    fn update<S: Simd, F: Force>(
+        &self,
+        s: S,
+        t: &Tables<P>,
+        force: &mut F,
+        start: &State,
+        refine: bool,
+        evaluations: usize,
+    ) -> Solved {
+        let (mut da, mut du) = (Nodes::<P>::ZERO, Nodes::<P>::ZERO);
+        if refine && force.refines() {
+            let mut x_lo = Nodes::<P>::ZERO;
+            let (x, line, rest) = (vectors::<S>(&self.x.0), vectors::<S>(&self.line.0), vectors::<S>(&self.rest.0));
+            let low = vectors_mut::<S>(&mut x_lo.0);
+            for i in 0..low.len() {
+                // What the rounding of line + rest to X left over, whichever is larger.
+                let seen = s.sub_f64s(x[i], line[i]);
+                low[i] = s.add_f64s(s.sub_f64s(line[i], s.sub_f64s(x[i], seen)), s.sub_f64s(rest[i], seen));
+            }
+            force.refine(s, [&self.x.0, &x_lo.0], [&self.a.0, &self.u.0], [&mut da.0, &mut du.0]);
+        }
+        let h = t.length;
+        let largest = [largest(s, &self.a.0), largest(s, &self.u.0)];
+        let (big_a, big_u) = (unit(h.hi * largest[0]), unit(h.hi * largest[1]));
+        let (b, position) = ([&t.weights, &t.weights_lo], [&t.position_weights, &t.position_weights_lo]);
+        let dw = dot(s, b, &self.a.0, &da.0, big_a);
+        let dx = dot(s, position, &self.a.0, &da.0, t.length_unit * big_a);
+        let dt = dot(s, b, &self.u.0, &du.0, big_u);
+        let (p, error) = two_product::<S>(h.hi, start.w.hi);
+        let free = (p, error + (h.lo * start.w.hi + h.hi * start.w.lo));
+        let end = State {
+            t: start.t.plus_update(dt),
+            x: start.x.plus_update(free).plus_update(dx),
+            w: start.w.plus_update(dw),
+        };
+        let tail = [tail(s, t, &self.a.0), tail(s, t, &self.u.0)];
+        Solved { end, evaluations, tail, largest }
+    }
+}

@@ -1,0 +1,232 @@
+//! Windows of the weak scheme: tables, long marches, levels, failures, and the world-line between the ends.
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+
+use geodesic_ivp::geodesic::InitialData;
+use geodesic_ivp::lobatto::{Level, March, MarchFailure, Marched, State, Twofold, WeakRule, WindowView};
+use geodesic_ivp::metric::Metric;
+use geodesic_ivp::potential::{Formula, Potential};
+use geodesic_ivp::reference::ReferenceTrajectory;
+
+/// t(1), x(1) and w(1) of the quartic base case, from its continuum solution with 24 digits.
+const QUARTIC_END: [f64; 3] = [1.468_634_756_955_731, 0.159_778_018_885_407_25, -1.416_825_598_093_154_3];
+
+fn quartic() -> Metric {
+    Metric::new(Potential::quartic(0.5), 1.0, 1.0)
+}
+
+fn formula(expression: &str) -> Potential {
+    Potential::Formula(Formula::new(expression, &BTreeMap::new()).expect("a valid formula"))
+}
+
+fn base() -> State {
+    State { t: 0.0.into(), x: 1.0.into(), w: 0.1.into() }
+}
+
+fn go_on(_: &WindowView<'_>) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+/// ΔK of the quartic base case in double-double.
+fn delta_k(state: &State) -> f64 {
+    let square = state.x * state.x;
+    let k = Twofold::from(4.0) / (square * square + Twofold::ONE) - state.w * state.w;
+    (k - (Twofold::from(2.0) - Twofold::from(0.1) * Twofold::from(0.1))).hi
+}
+
+fn worst_delta_k(metric: &Metric, n: usize, windows: usize, length: f64, level: Level) -> f64 {
+    let rule = WeakRule::new(n);
+    let mut worst = 0.0_f64;
+    let mut see = |view: &WindowView<'_>| {
+        worst = worst.max(delta_k(&view.end).abs());
+        ControlFlow::Continue(())
+    };
+    let mut march = March::new(metric, 2.0, &rule, length.into()).with_level(level);
+    march.run(base(), windows, &mut see).expect("the run converges");
+    worst
+}
+
+fn sum(terms: impl Iterator<Item = Twofold>) -> Twofold {
+    terms.fold(Twofold::ZERO, |sum, term| sum + term)
+}
+
+#[test]
+fn rules_are_exact_to_thirty_digits() {
+    for n in [2, 3, 5, 16, 20, 33, 64] {
+        let rule = WeakRule::new(n);
+        let (c, b) = (rule.nodes(), rule.weights());
+        for j in 0..n {
+            assert!((c[j] + c[n - 1 - j] - Twofold::ONE).hi.abs() < 1e-31 && b[j] == b[n - 1 - j]);
+        }
+        // The quadrature integrates s^d up to d = 2n − 3, and not 2n − 2.
+        let mut powers = vec![Twofold::ONE; n];
+        for degree in 0..=2 * n - 2 {
+            let error = (sum((0..n).map(|j| b[j] * powers[j])) * (degree + 1) as f64 - Twofold::ONE).abs().hi;
+            if degree < 2 * n - 2 {
+                assert!(error < 1e-29, "n {n} degree {degree}: {error:e}");
+            } else if n < 20 {
+                assert!(error > 1e-20, "n {n} degree {degree}: {error:e}");
+            }
+            powers.iter_mut().zip(c).for_each(|(p, &c)| *p = *p * c);
+        }
+    }
+}
+
+#[test]
+fn the_operators_satisfy_their_identities() {
+    for n in [2, 3, 8, 20, 64] {
+        let rule = WeakRule::new(n);
+        let (c, b, a, a_squared) = (rule.nodes(), rule.weights(), rule.a(), rule.a_squared());
+        for i in 0..n {
+            let close = |x: Twofold, y: Twofold| assert!((x - y).hi.abs() < 1e-29, "n {n} row {i}");
+            // A 1 = c and, with three nodes, A c = c²/2: polynomials of degree n − 2 are integrated exactly.
+            close(sum((0..n).map(|j| a[i * n + j])), c[i]);
+            assert_eq!(a[i * n], b[0]);
+            assert_eq!(a[(n - 1) * n + i], b[i]);
+            if n > 2 {
+                close(sum((0..n).map(|j| a[i * n + j] * c[j])), (c[i] * c[i]).half());
+                close(sum((0..n).map(|j| a_squared[i * n + j])), (c[i] * c[i]).half());
+            }
+            // bᵀA = b (1 − c)
+            close(sum((0..n).map(|j| b[j] * a[j * n + i])), rule.position_weight(i));
+            close(sum((0..n).map(|j| rule.integration()[i * n + j])), c[i]);
+        }
+    }
+}
+
+#[test]
+fn the_base_case_is_solved_to_the_last_digits_at_every_level_and_size() {
+    let metric = quartic();
+    for level in [Level::Best, Level::Avx2, Level::Scalar] {
+        for (n, windows) in [(8, 16), (16, 2), (24, 1), (30, 1), (40, 1), (64, 1)] {
+            let rule = WeakRule::new(n);
+            let length = Twofold::ONE / Twofold::from(windows as f64);
+            let marched = March::new(&metric, 2.0, &rule, length).with_level(level).run(base(), windows, &mut go_on);
+            let Marched { end, statistics } = marched.expect("it converges");
+            for (value, exact) in [end.t, end.x, end.w].iter().zip(QUARTIC_END) {
+                assert!((value.hi - exact).abs() < 4e-15, "n {n} {level:?}: {} {exact}", value.hi);
+            }
+            assert_eq!(statistics.windows, windows);
+        }
+    }
+}
+
+#[test]
+fn k_stays_over_a_thousand_units() {
+    for level in [Level::Best, Level::Avx2, Level::Scalar] {
+        let worst = worst_delta_k(&quartic(), 16, 2000, 0.5, level);
+        assert!(worst < 1e-13, "{level:?}: {worst:e}");
+        let worst = worst_delta_k(&quartic(), 20, 4000, 0.25, level);
+        assert!(worst < 1e-15, "{level:?}: {worst:e}");
+    }
+}
+
+#[test]
+fn a_formula_and_the_same_polynomial_agree() {
+    let of_formula = |text: &str| Metric::new(formula(text), 1.0, 1.0);
+    assert!(worst_delta_k(&of_formula("x^4/2"), 20, 4000, 0.25, Level::Best) < 1e-15);
+    // Every kind of instruction: arithmetic, negation, powers, functions; the last ones are not refined.
+    for text in
+        ["x^4/2", "-(0 - x^4)/2", "1/(2*x^(-4))", "x*x*x/(2/x)", "exp(ln(x^2)*2)/2", "abs(x)^4.0/2", "sqrt(x^8)/2"]
+    {
+        for level in [Level::Best, Level::Scalar] {
+            let metric = of_formula(text);
+            let rule = WeakRule::new(16);
+            let marched = March::new(&metric, 2.0, &rule, 0.25.into()).with_level(level).run(base(), 4, &mut go_on);
+            let end = marched.expect("it converges").end;
+            assert!((end.x.hi - QUARTIC_END[1]).abs() < 1e-14, "{text} {level:?}: {}", end.x.hi);
+            assert!((end.t.hi - QUARTIC_END[0]).abs() < 1e-14, "{text} {level:?}: {}", end.t.hi);
+        }
+    }
+}
+
+#[test]
+fn polynomials_of_any_length_and_rest_at_zero() {
+    let rule = WeakRule::new(12);
+    let march = |potential, start| {
+        let metric = Metric::new(potential, 1.0, 1.0);
+        let marched = March::new(&metric, 2.0, &rule, 0.25.into()).run(start, 40, &mut go_on);
+        (marched.expect("it converges").end, metric)
+    };
+    // Free motion is exact.
+    let (end, _) = march(Potential::free(), base());
+    let line = Twofold::from(0.1) * 10.0 + Twofold::ONE;
+    assert!((end.x - line).hi.abs() < 1e-30 && end.t.hi == 20.0 && end.w == 0.1.into());
+    let rest = State { x: 0.0.into(), w: 0.0.into(), ..base() };
+    let long = vec![0.1, 0.02, 0.2, 0.0, 0.03, 0.0, 0.02, 0.001, 0.003];
+    for potential in [Potential::linear(0.02), Potential::polynomial(long)] {
+        let (end, metric) = march(potential, rest);
+        let k = |s: &State| 4.0 / metric.at(s.x.hi).g00 - s.w.hi * s.w.hi;
+        assert!((k(&end) - k(&rest)).abs() < 1e-14 && end.x.hi != 0.0);
+    }
+    // Backwards in time, and no motion in time at all.
+    let metric = quartic();
+    for q_t in [-2.0, 0.0] {
+        let end = March::new(&metric, q_t, &rule, 0.25.into()).run(base(), 4, &mut go_on).expect("it converges").end;
+        let expected = if q_t == 0.0 { [0.0, 1.1] } else { [-QUARTIC_END[0], QUARTIC_END[1]] };
+        assert!((end.t.hi - expected[0]).abs() < 1e-12 && (end.x.hi - expected[1]).abs() < 1e-12, "{q_t}: {end:?}");
+    }
+}
+
+#[test]
+fn failures_say_what_and_where() {
+    // g00 = 1 + 2x: the particle falls into the horizon at x = −1/2.
+    let metric = Metric::new(Potential::linear(1.0), 1.0, 1.0);
+    let rule = WeakRule::new(16);
+    let start = State { t: 0.0.into(), x: 0.0.into(), w: 0.0.into() };
+    let failure = March::new(&metric, 1.0, &rule, 0.0625.into()).run(start, 100, &mut go_on).unwrap_err();
+    let MarchFailure::OutsideDomain { window, gamma, x, g00 } = failure else { panic!("{failure}") };
+    let initial = InitialData { t: 0.0, x: 0.0, t_dot: 1.0, x_dot: 0.0 };
+    let ends = ReferenceTrajectory::new(&metric, initial, 10.0, 16).unwrap_err();
+    assert!((gamma - ends.gamma).abs() < 0.0625, "{failure} against {ends}");
+    assert!(window as f64 * 0.0625 <= gamma && x < -0.4 && g00.is_nan() | (g00 <= 0.0));
+    // Ten units at once are too much for the quartic potential, which has no horizon.
+    let failure = March::new(&quartic(), 2.0, &rule, 10.0.into()).run(base(), 3, &mut go_on).unwrap_err();
+    assert!(matches!(failure, MarchFailure::NotConverged { window: 0, gamma: 0.0, x: 1.0 }), "{failure}");
+}
+
+#[test]
+fn observers_see_windows_and_can_stop() {
+    let (metric, rule) = (quartic(), WeakRule::new(16));
+    let mut indices = vec![];
+    let mut see = |view: &WindowView<'_>| {
+        indices.push(view.index);
+        assert_eq!(view.gamma.hi, 0.5 * view.index as f64);
+        let (w, t) = (view.w(), view.t());
+        assert!((w[15] - view.end.w.hi).abs() < 1e-14 && (t[15] - view.end.t.hi).abs() < 1e-13);
+        assert!((view.x[15] - view.end.x.hi).abs() < 1e-14);
+        if view.index == 4 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let marched = March::new(&metric, 2.0, &rule, 0.5.into()).run(base(), 100, &mut see).expect("it converges");
+    assert_eq!((marched.statistics.windows, indices), (5, vec![0, 1, 2, 3, 4]));
+}
+
+#[test]
+fn inside_a_window_the_world_line_is_as_accurate_as_at_its_ends() {
+    let (metric, rule) = (quartic(), WeakRule::new(16));
+    let initial = InitialData { t: 0.0, x: 1.0, t_dot: 1.0, x_dot: 0.1 };
+    let reference = ReferenceTrajectory::new(&metric, initial, 10.0, 16).expect("it exists");
+    let mut worst = [0.0_f64; 4];
+    let mut see = |view: &WindowView<'_>| {
+        let mut compare = |k: usize, s: f64, t: f64, x: f64| {
+            let exact = reference.at(view.gamma.hi + s * view.length.hi);
+            worst[k] = worst[k].max((t - exact.elapsed).abs()).max((x - exact.x).abs());
+        };
+        for (node, (x, t)) in view.rule.nodes().iter().zip(view.x.iter().zip(view.t())) {
+            compare(0, node.hi, t, *x);
+        }
+        for k in 0..=40 {
+            let s = f64::from(k) / 40.0;
+            let (own, refined) = (view.own_dense().at(s), view.dense().at(s));
+            compare(1, s, own.t, own.x);
+            compare(2, s, refined.t, refined.x);
+        }
+        compare(3, 1.0, view.end.t.hi, view.end.x.hi);
+        ControlFlow::Continue(())
+    };
+    March::new(&metric, 2.0, &rule, 0.5.into()).run(base(), 20, &mut see).expect("it converges");
+    let [nodes, own, refined, ends] = worst;
+    println!("nodes {nodes:.1e}, own integrals {own:.1e}, refined {refined:.1e}, ends {ends:.1e}");
+    assert!(ends < 2e-14 && refined < 3e-14 && own < 0.3 * nodes, "{worst:?}");
+}
