@@ -135,6 +135,12 @@ pub(crate) fn convert<A: Real, B: Real>(numbers: Vec<A>) -> Vec<B> {
     }
 }
 
+/// `value` if the two types are one.
+pub(crate) fn same<A: 'static, B: 'static>(value: A) -> Option<B> {
+    let mut value = Some(value);
+    (&mut value as &mut dyn std::any::Any).downcast_mut::<Option<B>>().and_then(Option::take)
+}
+
 /// One number of [`convert`].
 fn widen_or_round<A: Real, B: Real>(number: A) -> B {
     match (&number as &dyn std::any::Any).downcast_ref::<B>() {

@@ -12,7 +12,10 @@ mod problem;
 mod refinement;
 mod run;
 mod solution;
+mod spectral;
 mod status;
+
+use std::any::Any;
 
 pub(crate) use solution::WindowView;
 pub use solution::{Backward, EndState, Solution, Window};
@@ -26,7 +29,7 @@ use crate::action::{DoubledAction, Layout, MULTIPLIERS};
 use crate::case::{Case, End, Form, System};
 use crate::metric::OutsideDomain;
 use crate::norm::max_abs;
-use crate::scalar::{Real, convert};
+use crate::scalar::{self, Real, convert};
 
 /// Below this share of its first value, g00 is on its way to a horizon.
 const HORIZON: f64 = 1e-2;
@@ -53,21 +56,12 @@ pub fn solve<S: Real>(case: &Case) -> Result<Solution<S>, NoSolution> {
 /// Solves a case on γ − γ_i ∈ [0, `length`], window after window.
 fn solve_to<S: Real>(case: &Case, length: S) -> Result<Solution<S>, NoSolution> {
     let windows = case.grid.windows;
-    let window_length = length / S::from(windows as f64);
-    let mut problem = Problem::new(case, window_length);
+    let problem = Problem::new(case, length / S::from(windows as f64));
     let (first, gamma_i) = (problem.initial, problem.gamma_i);
-    let mut run = Run::new(windows * problem.sbp.points());
-    for window in 0..windows {
-        if window > 0 {
-            let [x, x_dot] = run.end();
-            problem.continue_from(gamma_i + S::from(window as f64) * window_length, x, x_dot);
-        }
-        let piece = match case.solver.system {
-            System::PhysicalLimit => solve_physical_limit(&problem, case),
-            System::Doubled => solve_doubled(&problem, case),
-        }?;
-        run.append(&problem, piece)?;
-    }
+    let run = match fast_run(&problem, case, length) {
+        Some(run) => run?,
+        None => window_by_window(problem.clone(), case)?,
+    };
     let (t_i, elapsed) = (case.initial.t.to::<S>(), run.elapsed());
     let [x, x_dot] = run.end();
     Ok(Solution {
@@ -89,6 +83,34 @@ fn solve_to<S: Real>(case: &Case, length: S) -> Result<Solution<S>, NoSolution> 
         metric: problem.metric,
         initial: first,
     })
+}
+
+/// The run of a spectral element in the weak form, if `S` is `f64` and its iteration converges.
+fn fast_run<S: Real>(problem: &Problem<S>, case: &Case, length: S) -> Option<Result<Run<S>, NoSolution>> {
+    let problem: &Problem = (problem as &dyn Any).downcast_ref()?;
+    let weak = problem.form == Form::Weak && case.solver.system == System::PhysicalLimit;
+    if !weak || problem.sbp.is_equidistant() {
+        return None;
+    }
+    spectral::march(problem, case.grid.windows, length.to_f64()).and_then(scalar::same)
+}
+
+/// Every window by Newton's method or an explicit recursion, from where the one before ends.
+fn window_by_window<S: Real>(mut problem: Problem<S>, case: &Case) -> Result<Run<S>, NoSolution> {
+    let gamma_i = problem.gamma_i;
+    let mut run = Run::new(case.grid.windows * problem.sbp.points());
+    for window in 0..case.grid.windows {
+        if window > 0 {
+            let [x, x_dot] = run.end();
+            problem.continue_from(gamma_i + S::from(window as f64) * problem.length, x, x_dot);
+        }
+        let piece = match case.solver.system {
+            System::PhysicalLimit => solve_physical_limit(&problem, case),
+            System::Doubled => solve_doubled(&problem, case),
+        }?;
+        run.append(&problem, piece)?;
+    }
+    Ok(run)
 }
 
 fn solve_physical_limit<S: Real>(problem: &Problem<S>, case: &Case) -> Result<Piece<S>, NoSolution> {

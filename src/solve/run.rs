@@ -65,6 +65,11 @@ impl<S: Real> Run<S> {
         self.time.high
     }
 
+    /// Replaces the sum of the windows' times by one that was kept with more digits.
+    pub(super) fn set_time(&mut self, elapsed: S) {
+        self.time = Compensated::from(elapsed);
+    }
+
     /// Adds the solution of `problem`.
     ///
     /// # Errors

@@ -71,6 +71,8 @@ pub enum InitialGuess {
     WindowedAction,
     /// The fourth-order Nyström integrator on the geodesic equation, on the same nodes.
     Nystrom4,
+    /// In every window the polynomial of the window before, continued (in the first a parabola).
+    Extrapolation,
 }
 
 impl InitialGuess {
@@ -80,6 +82,7 @@ impl InitialGuess {
             Self::None => "none",
             Self::WindowedAction => "windowed-action",
             Self::Nystrom4 => "nystrom4",
+            Self::Extrapolation => "extrapolation",
         }
     }
 }
