@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use geodesic_ivp::lobatto::{Level, March, Marched, State, Twofold, WeakRule, WindowView};
+use geodesic_ivp::lobatto::{Adaptive, Goal, Level, March, Marched, State, Twofold, WeakRule, WindowView};
 use geodesic_ivp::metric::Metric;
 use geodesic_ivp::potential::{Formula, Potential};
 
@@ -76,6 +76,17 @@ fn a_thousand_units_to_rounding(bencher: Bencher, potential: &str) {
     let (metric, rule) = (metric(potential), WeakRule::new(20));
     let mut march = march(&metric, &rule, 4000, 1000.0, 0.0);
     bencher.counter(ItemsCount::new(4000usize)).bench_local(|| run(&mut march, 4000));
+}
+
+/// A thousand units to an accuracy, with everything from the tables of the lengths to the error estimate.
+#[divan::bench(args = [1e-4, 1e-6, 1e-8, 1e-10])]
+fn a_thousand_units_adaptively(bencher: Bencher, accuracy: f64) {
+    let metric = metric("named");
+    let start = State { t: 0.0.into(), x: 1.0.into(), w: 0.1.into() };
+    bencher.bench_local(|| {
+        let go_on = &mut |_: &WindowView<'_>| ControlFlow::Continue(());
+        Adaptive::new(&metric, 2.0).run(black_box(start), Goal::Gamma(1000.0), accuracy, go_on).expect("it is reached")
+    });
 }
 
 /// The best instruction set against the others.

@@ -44,6 +44,20 @@ fn is_power_of_two(instruction: Instruction<f64>) -> bool {
     matches!(instruction, Instruction::Constant(c) if (1.0 / c).is_normal() && c.to_bits() << 12 == 0 && c.is_normal())
 }
 
+/// Whether two instructions compute the same number.
+fn is_same(a: Instruction<f64>, b: Instruction<f64>) -> bool {
+    use Instruction::{Add, Call, Divide, Multiply, Negate, Power, Subtract};
+    match (a, b) {
+        (Add(i, j), Add(k, l)) | (Multiply(i, j), Multiply(k, l)) => (i, j) == (k, l) || (i, j) == (l, k),
+        (Subtract(i, j), Subtract(k, l)) | (Divide(i, j), Divide(k, l)) | (Power(i, j), Power(k, l)) => {
+            (i, j) == (k, l)
+        }
+        (Negate(i), Negate(k)) => i == k,
+        (Call(f, i), Call(g, k)) => f == g && i == k,
+        _ => false,
+    }
+}
+
 impl<const P: usize> FormulaForce<P> {
     /// For windows of `points` nodes. Instructions that only V″ needs are dropped.
     pub(super) fn new(metric: &Metric, q_t: f64, program: &Program<f64>, points: usize) -> Self {
@@ -85,8 +99,12 @@ impl<const P: usize> FormulaForce<P> {
                 Instruction::Power(a, b) => Instruction::Power(at(a), at(b)),
                 Instruction::Call(function, a) => Instruction::Call(function, at(a)),
             };
-            register_of[k] = first_step + steps.len();
-            steps.push(step);
+            // Integer powers of V and of V′ are multiplied out each for itself: what is there already is not done again.
+            let known = steps.iter().position(|&earlier| is_same(earlier, step));
+            register_of[k] = first_step + known.unwrap_or(steps.len());
+            if known.is_none() {
+                steps.push(step);
+            }
         }
         registers.resize(first_step + steps.len(), Nodes::ZERO);
         let by_lanes = |step: &Instruction<f64>| matches!(step, Instruction::Power(..) | Instruction::Call(..));
@@ -140,45 +158,43 @@ impl<const P: usize> Force for FormulaForce<P> {
             let step = self.steps[k];
             let (done, rest) = self.registers.split_at_mut(self.first_step + k);
             k += 1;
-            let (i, j) = match step {
-                Instruction::Add(i, j)
-                | Instruction::Subtract(i, j)
-                | Instruction::Multiply(i, j)
-                | Instruction::Divide(i, j) => (i, j),
-                Instruction::Negate(i) => (i, i),
-                _ => {
-                    by_lanes(done, &mut rest[0], step, self.points);
-                    continue;
-                }
-            };
-            let (p, q) = (vectors::<S>(&done[i].0), vectors::<S>(&done[j].0));
-            let out = vectors_mut::<S>(&mut rest[0].0);
+            let out = &mut rest[0];
             match step {
-                Instruction::Add(..) => {
+                Instruction::Add(i, j) => {
+                    let (p, q, out) =
+                        (vectors::<S>(&done[i].0), vectors::<S>(&done[j].0), vectors_mut::<S>(&mut out.0));
                     for n in 0..out.len() {
                         out[n] = s.add_f64s(p[n], q[n]);
                     }
                 }
-                Instruction::Subtract(..) => {
+                Instruction::Subtract(i, j) => {
+                    let (p, q, out) =
+                        (vectors::<S>(&done[i].0), vectors::<S>(&done[j].0), vectors_mut::<S>(&mut out.0));
                     for n in 0..out.len() {
                         out[n] = s.sub_f64s(p[n], q[n]);
                     }
                 }
-                Instruction::Multiply(..) => {
+                Instruction::Multiply(i, j) => {
+                    let (p, q, out) =
+                        (vectors::<S>(&done[i].0), vectors::<S>(&done[j].0), vectors_mut::<S>(&mut out.0));
                     for n in 0..out.len() {
                         out[n] = s.mul_f64s(p[n], q[n]);
                     }
                 }
-                Instruction::Divide(..) => {
+                Instruction::Divide(i, j) => {
+                    let (p, q, out) =
+                        (vectors::<S>(&done[i].0), vectors::<S>(&done[j].0), vectors_mut::<S>(&mut out.0));
                     for n in 0..out.len() {
                         out[n] = s.div_f64s(p[n], q[n]);
                     }
                 }
-                _ => {
+                Instruction::Negate(i) => {
+                    let (p, out) = (vectors::<S>(&done[i].0), vectors_mut::<S>(&mut out.0));
                     for n in 0..out.len() {
                         out[n] = s.neg_f64s(p[n]);
                     }
                 }
+                _ => by_lanes(done, out, step, self.points),
             }
         }
         let (q, m, c) = (s.splat_f64s(self.q_t), s.splat_f64s(self.two_over_mass), s.splat_f64s(self.c_squared));

@@ -129,11 +129,16 @@ pub(super) fn evaluation_matrix<const P: usize>(
 ) -> Box<Matrix<P>> {
     let modes: Vec<Vec<f64>> = (0..=degree.min(rule.points() - 1)).map(|k| rule.mode(k).collect()).collect();
     let mut e = Box::new([[0.0; P]; P]);
+    // P_k at s(0) … s(rows − 1).
+    let mut at = vec![[0.0; P]; modes.len()];
     for i in 0..rows {
-        for (p, mode) in legendre_values(modes.len() - 1, 2.0 * s(i) - 1.0).iter().zip(&modes) {
-            for (j, mode) in mode.iter().enumerate() {
-                e[j][i] += p * mode;
-            }
+        for (p, value) in at.iter_mut().zip(legendre_values(modes.len() - 1, 2.0 * s(i) - 1.0)) {
+            p[i] = value;
+        }
+    }
+    for (p, mode) in at.iter().zip(&modes) {
+        for (column, mode) in e.iter_mut().zip(mode) {
+            column.iter_mut().zip(p).for_each(|(e, p)| *e += p * mode);
         }
     }
     e
