@@ -110,8 +110,38 @@ def with_derivatives(f, x):
         return middle, (right - left) / (2 * step), (right - 2 * middle + left) / step**2
 
 
+def lobatto_nodes(n):
+    """The Gauss-Lobatto-Legendre nodes on [-1, 1]: the ends and the zeros of P'_(n-1)."""
+    m, (before, now) = n - 1, ([mpf(1)], [mpf(0), mpf(1)])  # coefficients, lowest first
+    for k in range(1, m):
+        shifted = [mpf(0)] + [(2 * k + 1) * c for c in now]
+        shifted[: len(before)] = (a - k * b for a, b in zip(shifted, before))
+        before, now = now, [c / (k + 1) for c in shifted]
+    slope = [k * c for k, c in enumerate(now)][1:]
+    inner = mp.polyroots(slope[::-1], maxsteps=200, extraprec=400) if m > 1 else []
+    return [mpf(-1), *sorted(inner), mpf(1)]
+
+
+def lobatto_rows(n, length):
+    """All rows of D through these nodes, by differentiating the Lagrange polynomials, and 1/H_1 = n (n - 1) / length."""
+    z = lobatto_nodes(n)
+    others = [mp.fprod(z[j] - z[k] for k in range(n) if k != j) for j in range(n)]
+    entry = lambda i, j: others[i] / others[j] / (z[i] - z[j])
+    rows = [{j: 2 / length * entry(i, j) for j in range(n) if j != i} for i in range(n)]
+    for i, row in enumerate(rows):
+        row[i] = -mp.fsum(row.values())  # constants have no derivative
+    return rows, n * (n - 1) / length
+
+
 def derivative_rows(name, n, h, form):
     """The first N-1 rows of D (strong form) or all of D + H^-1 e_1 e_1^T (weak), as {column: coefficient}; 1/H_1."""
+    if name.startswith("GLL"):
+        rows, penalty = lobatto_rows(n, h * (n - 1))
+        if form == "weak":
+            rows[0][0] += penalty
+        else:
+            rows.pop()
+        return rows, penalty
     closure, interior = SBP[name]
     left = [dict(enumerate(row)) for row in closure]
     middle = [{k + m: d for m, d in interior.items()} for k in range(len(left), n - len(left))]
@@ -156,7 +186,9 @@ class Geodesic:
         self.mass, self.c = number(particle.get("mass", 1)), number(particle.get("c", 1))
         self.t_i, self.x_i, t_dot = (number(initial[key]) for key in ("t", "x", "t_dot"))
         self.x_dot = number(initial["x_dot"]) if "x_dot" in initial else number(initial["velocity"]) * t_dot
-        self.gamma_i, self.n, self.sbp = number(grid.get("gamma_i", 0)), grid["n_gamma"], case["scheme"]["sbp"]
+        self.gamma_i, self.sbp = number(grid.get("gamma_i", 0)), case["scheme"]["sbp"]
+        self.n = grid.get("n_gamma") or int(self.sbp.removeprefix("GLL"))
+        self.windows = grid.get("windows", 1)
         self.form = case["scheme"].get("form", "strong")
         self.q = self.g00(self.x_i)[0] * t_dot
 
@@ -176,8 +208,12 @@ class Geodesic:
 
     def solve(self, gamma_f):
         """t_N and x_N."""
-        h = (gamma_f - self.gamma_i) / (self.n - 1)
-        return self.march(h) if (self.sbp, self.form) == ("SBP21", "strong") else self.collocate(h)
+        h = (gamma_f - self.gamma_i) / (self.n - 1) / self.windows
+        explicit = (self.sbp, self.form) == ("SBP21", "strong")
+        state = self.t_i, self.x_i, self.x_dot
+        for _ in range(self.windows):
+            state = self.march(h, *state) if explicit else self.collocate(h, *state)
+        return state[:2]
 
     def solve_until(self, t_f):
         """gamma_f, t_N and x_N such that t_N = t_f, by the secant method."""
@@ -191,23 +227,23 @@ class Geodesic:
             last, gamma = (gamma, excess), gamma - excess / slope
         raise ArithmeticError("no gamma_f found for this t_f")
 
-    def march(self, h):
-        """SBP21: an Euler step, then leapfrog."""
-        before = now = self.t_i, self.x_i, self.x_dot
+    def march(self, h, *start):
+        """SBP21 from (t, x, w): an Euler step, then leapfrog."""
+        before = now = start
         for k in range(self.n - 1):
             t_dot, w_dot, _ = self.rates(now[1])
             step = 2 * h if k else h
             before, now = now, tuple(u + step * du for u, du in zip(before, (t_dot, now[2], w_dot)))
-        return now[0], now[1]
+        return now
 
-    def collocate(self, h):
-        """Newton's method for x and w on all nodes; t follows from a linear system."""
+    def collocate(self, h, t_i, x_i, w_i):
+        """From (t, x, w) Newton's method for x and w on all nodes; t follows from a linear system."""
         d, penalty = derivative_rows(self.sbp, self.n, h, self.form)
         # The first unknown node, counted from 0, and what the initial values add to the first row.
         first, x_start, w_start = 1, 0, 0
         if self.form == "weak":
-            first, x_start, w_start = 0, penalty * self.x_i, penalty * self.x_dot
-        x, w = self.first_guess(h)
+            first, x_start, w_start = 0, penalty * x_i, penalty * w_i
+        x, w = self.first_guess(h, x_i, w_i)
         for _ in range(50):
             # Unknowns x_2, w_2, x_3, w_3, ... (weak form: from node 1); node j, counted from 0, has the columns
             # 2 (j - first) and 2 (j - first) + 1.
@@ -232,20 +268,25 @@ class Geodesic:
         t_dot = [self.rates(u)[0] for u in x]
         rows = [{j - first: a for j, a in row.items() if j >= first} for row in d]
         elapsed = solve_banded(rows, t_dot[: len(rows)])
-        return self.t_i + elapsed[-1], x[-1]
+        return t_i + elapsed[-1], x[-1], w[-1]
 
-    def first_guess(self, h, substeps=8):
+    def first_guess(self, h, x_i, w_i, substeps=8):
         """x and w = dx/dgamma on the nodes by the classical Runge-Kutta method, in double precision."""
-        x, w = [self.x_i], [self.x_dot]
+        x, w = [x_i], [w_i]
+        nodes = [mpf(k) for k in range(self.n)]
+        if self.sbp.startswith("GLL"):
+            nodes = [(z + 1) / 2 * (self.n - 1) for z in lobatto_nodes(self.n)]
         with mp.workdps(15):
-            s, u, v = h / substeps, self.x_i, self.x_dot
-            for i in range(1, substeps * (self.n - 1) + 1):
+            u, v = x_i, w_i
+            for i in range(substeps * (self.n - 1)):
+                k = i // substeps
+                s = (nodes[k + 1] - nodes[k]) * h / substeps
                 u1, v1 = v, self.rates(u)[1]
                 u2, v2 = v + s / 2 * v1, self.rates(u + s / 2 * u1)[1]
                 u3, v3 = v + s / 2 * v2, self.rates(u + s / 2 * u2)[1]
                 u4, v4 = v + s * v3, self.rates(u + s * u3)[1]
                 u, v = u + s / 6 * (u1 + 2 * u2 + 2 * u3 + u4), v + s / 6 * (v1 + 2 * v2 + 2 * v3 + v4)
-                if i % substeps == 0:
+                if i % substeps == substeps - 1:
                     x.append(u)
                     w.append(v)
         return x, w
