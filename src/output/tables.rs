@@ -22,9 +22,10 @@ pub fn write_trajectory<S: Real>(
     solution: &Solution<S>,
     diagnostics: &Diagnostics<S>,
 ) -> csv::Result<()> {
-    let rows = solution.gamma().zip(solution.t()).enumerate();
-    let row = |(k, (gamma, t))| [gamma, t, solution.x[k], diagnostics.t_dot[k], diagnostics.x_dot[k]];
-    write_table(out, solution, ["gamma", "t", "x", "t_dot", "x_dot"], rows.map(row))
+    write_table(out, solution, ["gamma", "t", "x", "t_dot", "x_dot"], |gamma, start, k| {
+        let t = solution.t_i + (start + solution.elapsed[k]);
+        [gamma, t, solution.x[k], diagnostics.t_dot[k], diagnostics.x_dot[k]]
+    })
 }
 
 /// `residuals.csv`: gamma,delta_q_t,delta_q_t_corrected,delta_g_t,delta_g_x,delta_k.
@@ -37,11 +38,10 @@ pub fn write_residuals<S: Real>(
     diagnostics: &Diagnostics<S>,
 ) -> csv::Result<()> {
     let header = ["gamma", "delta_q_t", "delta_q_t_corrected", "delta_g_t", "delta_g_x", "delta_k"];
-    let row = |(k, gamma)| {
+    write_table(out, solution, header, |gamma, _, k| {
         let [a, b, c, d, e] = residuals(diagnostics, k);
         [gamma, a, b, c, d, e]
-    };
-    write_table(out, solution, header, solution.gamma().enumerate().map(row))
+    })
 }
 
 /// `run --stdout`: the columns of both tables.
@@ -55,11 +55,11 @@ pub fn write_combined<S: Real>(
 ) -> csv::Result<()> {
     let header =
         ["gamma", "t", "x", "t_dot", "x_dot", "delta_q_t", "delta_q_t_corrected", "delta_g_t", "delta_g_x", "delta_k"];
-    let row = |(k, (gamma, t))| {
+    write_table(out, solution, header, |gamma, start, k| {
+        let t = solution.t_i + (start + solution.elapsed[k]);
         let [a, b, c, d, e] = residuals(diagnostics, k);
         [gamma, t, solution.x[k], diagnostics.t_dot[k], diagnostics.x_dot[k], a, b, c, d, e]
-    };
-    write_table(out, solution, header, solution.gamma().zip(solution.t()).enumerate().map(row))
+    })
 }
 
 /// `branches.csv`: gamma,t_1,x_1,t_2,x_2.
@@ -67,10 +67,10 @@ pub fn write_combined<S: Real>(
 /// # Errors
 /// Whatever `out` reports.
 pub fn write_branches<S: Real>(out: impl Write, solution: &Solution<S>, backward: &Backward<S>) -> csv::Result<()> {
-    let t_2 = solution.time_from_start(&backward.elapsed).map(|t| solution.t_i + t);
-    let times = solution.gamma().zip(solution.t().zip(t_2)).enumerate();
-    let row = |(k, (gamma, (t_1, t_2)))| [gamma, t_1, solution.x[k], t_2, backward.x[k]];
-    write_table(out, solution, ["gamma", "t_1", "x_1", "t_2", "x_2"], times.map(row))
+    write_table(out, solution, ["gamma", "t_1", "x_1", "t_2", "x_2"], |gamma, start, k| {
+        let [t_1, t_2] = [&solution.elapsed, &backward.elapsed].map(|t| solution.t_i + (start + t[k]));
+        [gamma, t_1, solution.x[k], t_2, backward.x[k]]
+    })
 }
 
 /// `samples.csv`: gamma,t,x,t_dot,x_dot, with so many significant digits.
@@ -107,27 +107,32 @@ fn residuals<S: Real>(diagnostics: &Diagnostics<S>, k: usize) -> [S; 5] {
     ]
 }
 
-/// A header, then a row a node; with several windows a last column counts them from 1.
+/// A header, then a row a node: what `row` makes of γ, of t − t_i at the start of the window, and of the node's place in
+/// the arrays. With several windows a last column counts them from 1.
 fn write_table<S: Real, const COLUMNS: usize>(
     out: impl Write,
     solution: &Solution<S>,
     header: [&str; COLUMNS],
-    rows: impl Iterator<Item = [S; COLUMNS]>,
+    row: impl Fn(S, S, usize) -> [S; COLUMNS],
 ) -> csv::Result<()> {
     let mut writer = WriterBuilder::new().buffer_capacity(BUFFER).from_writer(out);
     let windows = solution.windows.len() > 1;
     writer.write_record(header.iter().chain(windows.then_some(&"window")))?;
     let mut record = ByteRecord::new();
     let mut room = DecimalRoom::default();
-    for (k, row) in rows.enumerate() {
-        record.clear();
-        for value in row {
-            record.push_field(value.write_decimal(solution.digits, &mut room).as_bytes());
+    let nodes = solution.sbp.points();
+    for (window, of_window) in solution.windows.iter().enumerate() {
+        for k in 0..nodes {
+            record.clear();
+            let gamma = solution.gamma_i + solution.gamma_at(window, k);
+            for value in row(gamma, of_window.start.t, window * nodes + k) {
+                record.push_field(value.write_decimal(solution.digits, &mut room).as_bytes());
+            }
+            if windows {
+                record.push_field((window + 1).to_string().as_bytes());
+            }
+            writer.write_byte_record(&record)?;
         }
-        if windows {
-            record.push_field((k / solution.sbp.points() + 1).to_string().as_bytes());
-        }
-        writer.write_byte_record(&record)?;
     }
     writer.flush()?;
     Ok(())

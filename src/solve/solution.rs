@@ -120,16 +120,23 @@ impl<S: Real> Solution<S> {
         self.length / S::from(self.windows.len() as f64)
     }
 
+    /// γ − γ_i at node k of a window, both counted from 0.
+    #[inline]
+    pub(crate) fn gamma_at(&self, window: usize, k: usize) -> S {
+        if k + 1 < self.sbp.points() {
+            let within = self.sbp.node(k);
+            return if window == 0 { within } else { S::from(window as f64) * self.window_length() + within };
+        }
+        match window + 1 == self.windows.len() {
+            true => self.length,
+            false => S::from((window + 1) as f64) * self.window_length(),
+        }
+    }
+
     /// γ − γ_i on the nodes.
     pub fn gamma_from_start(&self) -> impl Iterator<Item = S> + '_ {
-        let (windows, length) = (self.windows.len(), self.window_length());
-        let node = move |window: usize, k: usize| match (k + 1 == self.sbp.points(), window + 1 == windows) {
-            (true, true) => self.length,
-            (true, false) => S::from((window + 1) as f64) * length,
-            (false, _) if window == 0 => self.sbp.node(k),
-            (false, _) => S::from(window as f64) * length + self.sbp.node(k),
-        };
-        (0..windows).flat_map(move |window| (0..self.sbp.points()).map(move |k| node(window, k)))
+        let nodes = self.sbp.points();
+        (0..self.windows.len()).flat_map(move |window| (0..nodes).map(move |k| self.gamma_at(window, k)))
     }
 
     /// γ on the nodes.
