@@ -74,13 +74,20 @@ impl<'a, S: Real> Sampler<'a, S> {
         Self { solution, nodes, barycentric }
     }
 
+    /// A run that ends at a physical time ends there to all but a few of its digits, and so does what is asked for.
+    fn slack(&self) -> S {
+        const SPARE_DIGITS: u32 = 4;
+        S::from_decimal(&format!("1e-{}", self.solution.digits - SPARE_DIGITS)).unwrap_or(S::EPSILON)
+    }
+
     /// The world-line at `gamma`.
     ///
     /// # Errors
     /// [`OutsideRun`] beyond the ends by more than rounding.
     pub fn at_gamma(&self, gamma: S) -> Result<Sample<S>, OutsideRun<S>> {
         let Solution { gamma_i, length, .. } = *self.solution;
-        let from_start = within(gamma - gamma_i, length).ok_or(OutsideRun { range: (gamma_i, gamma_i + length) })?;
+        let from_start =
+            within(gamma - gamma_i, length, self.slack()).ok_or(OutsideRun { range: (gamma_i, gamma_i + length) })?;
         let window_length = self.solution.window_length();
         let window = ((from_start / window_length).to_f64() as usize).min(self.solution.windows.len() - 1);
         let place = from_start - S::from(window as f64) * window_length;
@@ -97,7 +104,7 @@ impl<'a, S: Real> Sampler<'a, S> {
         let Solution { t_i, windows, sbp, .. } = self.solution;
         let duration = self.solution.duration();
         let range = if duration < S::ZERO { (*t_i + duration, *t_i) } else { (*t_i, *t_i + duration) };
-        let elapsed = within(t - *t_i, duration).ok_or(OutsideRun { range })?;
+        let elapsed = within(t - *t_i, duration, self.slack()).ok_or(OutsideRun { range })?;
         // Time runs forwards or backwards, but not both.
         let reached = |value: S, goal: S| if duration < S::ZERO { value >= goal } else { value <= goal };
         let window = partition(windows.len(), |window| reached(windows[window].start.t, elapsed));
@@ -161,10 +168,9 @@ impl<'a, S: Real> Sampler<'a, S> {
     }
 }
 
-/// `value` between 0 and `end` (which may be negative), moved there if only rounding puts it outside.
-fn within<S: Real>(value: S, end: S) -> Option<S> {
-    const ROUNDING_UNITS: f64 = 64.0;
-    let slack = S::from(ROUNDING_UNITS) * S::EPSILON * end.abs();
+/// `value` between 0 and `end` (which may be negative), moved there if it lies outside by no more than that share.
+fn within<S: Real>(value: S, end: S, share: S) -> Option<S> {
+    let slack = share * end.abs();
     let (low, high) = if end < S::ZERO { (end, S::ZERO) } else { (S::ZERO, end) };
     let inside = value >= low - slack && value <= high + slack;
     inside.then(|| {

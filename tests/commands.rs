@@ -195,6 +195,12 @@ fn converge_refuses_what_it_cannot_sweep() {
         ("converge CASES/quartic.toml --n-gamma 16,x", 2, "invalid value 'x'"),
         ("converge CASES/quartic.toml --sbp SBP99", 2, "unknown operator \"SBP99\""),
         ("converge CASES/quartic.toml --sbp SBP84 --n-gamma 15", 2, "SBP84 needs at least 16 points"),
+        ("converge CASES/quartic.toml --sbp GLL3 --n-gamma 1", 2, "2 or more"),
+        (
+            "converge CASES/quartic.toml --form weak --set scheme.regularised=false --set solver.system=doubled",
+            2,
+            "regularised",
+        ),
         ("converge CASES/quartic.toml --fit-range 64", 2, "expected MIN:MAX"),
         ("converge CASES/horizon.toml", 4, "the reference trajectory ends at"),
     ] {

@@ -210,7 +210,7 @@ pub struct Solver {
     pub system: System,
     /// Significant decimal digits of the results, 16 to 70: 16 means `f64`, more means [`Extended`](crate::scalar::Extended).
     pub digits: u32,
-    /// Most Newton iterations.
+    /// Most Newton iterations (of a window); the fixed-point iteration of weak spectral elements has its own limit.
     pub max_iterations: usize,
     /// Accuracy asked for (not available yet).
     pub accuracy: Option<Decimal>,
@@ -291,7 +291,7 @@ impl Case {
             None => (n_gamma, self.grid.windows),
         };
         case.grid = Grid { gamma_i: zero(), gamma_f: Some(length.into()), t_f: None, n_gamma, windows };
-        case.check_grid().map_err(|invalid| invalid.message)?;
+        case.check_choices().and_then(|()| case.check_grid()).map_err(|invalid| invalid.message)?;
         Ok(case)
     }
 

@@ -9,7 +9,7 @@ use super::{Case, CaseError, Decimal};
 impl Case {
     /// Reads a case from TOML `text` after applying `overrides` of the form `dotted.key=value`.
     ///
-    /// The value of an override is a TOML value; a bare word that is none is taken as a string. With overrides, errors
+    /// The value of an override is a TOML value; a word that is none is taken as a string. With overrides, errors
     /// refer to the text as the overrides left it.
     ///
     /// # Errors
@@ -169,7 +169,12 @@ fn set(root: &mut Table, setting: &str) -> Result<(), String> {
     if value.is_empty() {
         return Err("the value is missing".to_owned());
     }
-    let value: Value = value.parse().unwrap_or_else(|_| Value::from(value));
+    let bare_word = value.starts_with(|c: char| c.is_ascii_alphabetic());
+    let value: Value = match value.parse() {
+        Ok(value) => value,
+        Err(_) if bare_word => Value::from(value),
+        Err(_) => return Err(format!("'{value}' is not a TOML value (a string needs quotes)")),
+    };
     let (last, tables) = keys.split_last().ok_or("the key is missing")?;
     let mut table: &mut dyn TableLike = root;
     for key in tables {

@@ -51,7 +51,7 @@ impl Case {
         }
         if self.grid.n_gamma == 0 {
             let nodes = self.scheme.sbp.fixed_points();
-            self.grid.n_gamma = nodes.ok_or_else(|| invalid("grid", "missing field `n_gamma`"))?;
+            self.grid.n_gamma = nodes.ok_or_else(|| invalid("grid", "missing field `n_gamma` (or it is 0)"))?;
         }
         self.check_grid()?;
         self.check_start()?;
@@ -99,7 +99,7 @@ impl Case {
         }
     }
 
-    fn check_choices(&self) -> Result<(), Invalid> {
+    pub(super) fn check_choices(&self) -> Result<(), Invalid> {
         match (&self.initial.x_dot, &self.initial.velocity) {
             (Some(_), Some(_)) => Err(invalid("initial.velocity", "both x_dot and velocity are given")
                 .help("keep exactly one of initial.x_dot (dx/dgamma) and initial.velocity (dx/dt)")),
@@ -191,7 +191,7 @@ impl Case {
             return Ok(());
         }
         let message = format!("the spacing {spacing:e} is too small or too large to tell neighbouring nodes apart");
-        Err(invalid(path, message).help("shift gamma_i towards 0, or take fewer points"))
+        Err(invalid(path, message).help("shift gamma_i towards 0, or take fewer points or windows"))
     }
 
     fn check_start(&self) -> Result<(), Invalid> {

@@ -31,7 +31,7 @@ pub(super) struct ConvergeArgs {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
-    /// Numbers of nodes to sweep
+    /// Numbers of nodes to sweep: of each of the case's windows; of all together for a spectral element, whose windows they fix
     #[arg(long, value_name = "N,N,…", value_delimiter = ',', value_parser = nodes, default_value = "16,32,64,128,256,512,1024")]
     n_gamma: Vec<usize>,
 
@@ -53,7 +53,7 @@ pub(super) struct ConvergeArgs {
 }
 
 fn nodes(text: &str) -> Result<usize, String> {
-    text.trim().parse().map_err(|_| "expected a number of nodes".to_owned())
+    text.trim().parse().ok().filter(|&n| n >= 2).ok_or_else(|| "expected a number of nodes, 2 or more".to_owned())
 }
 
 fn sbp_name(name: &str) -> Result<SbpName, String> {

@@ -17,6 +17,7 @@ use geodesic_ivp::output::{
 };
 use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
 use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::solve::InitialGuess;
 use geodesic_ivp::{Case, Solution, solve};
 use indicatif::ProgressBar;
 
@@ -105,7 +106,8 @@ fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
     files.write_text(SUMMARY, &summary.to_json())?;
     if args.plot {
         let title = case.title.as_deref().unwrap_or("geodesic-ivp");
-        let title = format!("{title} ({}, N = {})", summary.sbp, summary.n_gamma);
+        let windows = if summary.windows > 1 { format!(", {} windows", summary.windows) } else { String::new() };
+        let title = format!("{title} ({}, N = {}{windows})", summary.sbp, summary.n_gamma);
         for (name, chart) in PICTURES.into_iter().zip(pictures(&title, case, &solution, &diagnostics)) {
             files.write_text(name, &chart.to_svg())?;
         }
@@ -130,7 +132,7 @@ fn warn_of(warnings: &[String]) {
 /// Solves with a spinner on a terminal's standard error.
 fn timed_solve<S: Real>(case: &Case, quiet: bool) -> (Result<Solution<S>, geodesic_ivp::NoSolution>, f64) {
     let spinner = if quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
-    spinner.set_message(format!("solving for {} nodes", case.grid.n_gamma));
+    spinner.set_message(format!("solving for {} nodes", case.grid.n_gamma * case.grid.windows));
     spinner.enable_steady_tick(Duration::from_millis(200));
     let start = Instant::now();
     let result = solve(case);
@@ -192,6 +194,7 @@ fn readable<S: Real>(
     let system = if solution.backward.is_some() { "doubled action" } else { "physical limit" };
     let iterations = match solution.iterations {
         0 => "explicit".to_owned(),
+        count if solution.initial_guess == InitialGuess::Extrapolation => format!("{count} evaluations of the force"),
         1 => "1 Newton iteration".to_owned(),
         count => format!("{count} Newton iterations"),
     };
@@ -205,12 +208,19 @@ fn readable<S: Real>(
     let (action, but_last, charge_at_last) = match solution.form {
         Form::Weak => ("E_weak", "", String::new()),
         Form::Strong => {
-            let last = short(diagnostics.delta_q_t_last());
             let corrected = short(diagnostics.max_abs_delta_q_t_corrected());
-            let at_last = format!(" but the last, {last:.2e} there ({corrected:.1e} with the multiplier correction)");
-            ("E_IVP", " but the last", at_last)
+            let (last, but_last) = match solution.windows.len() {
+                1 => (format!("{:.2e}", short(diagnostics.delta_q_t_last())), " but the last"),
+                _ => (
+                    format!("up to {:.2e}", short(diagnostics.max_abs_delta_q_t_last())),
+                    " but the last of each window",
+                ),
+            };
+            let at_last = format!("{but_last}, {last} there ({corrected:.1e} with the multiplier correction)");
+            ("E_IVP", but_last, at_last)
         }
     };
+    let ends = if solution.windows.len() == 1 { "the end" } else { "the ends" };
     let mut lines = vec![
         case.title.clone().unwrap_or_else(|| "geodesic-ivp".to_owned()),
         format!(
@@ -228,7 +238,7 @@ fn readable<S: Real>(
             short(diagnostics.max_abs_delta_q_t_interior()),
         ),
         format!(
-            "  K          {:.6}; |dK| <= {:.2e} at all nodes{but_last}, {:.2e} at the end handed on",
+            "  K          {:.6}; |dK| <= {:.2e} at all nodes{but_last}, {:.2e} at {ends} handed on",
             short(invariants.k),
             short(diagnostics.max_abs_delta_k()),
             short(diagnostics.max_abs_delta_k_ends())

@@ -36,7 +36,7 @@ impl Range {
         let (Some(&[start, stop, step]), &[from, _, by]) = (numbers.as_deref(), parts.as_slice()) else {
             return Err("expected START:STOP:STEP, three numbers, for example 0:10:0.1".to_owned());
         };
-        let steps = (stop - start) / step;
+        let steps = if step == 0.0 { f64::NAN } else { (stop - start) / step };
         if steps.is_nan() || steps < 0.0 {
             return Err("a STEP that leads from START to STOP is needed".to_owned());
         }
@@ -44,7 +44,7 @@ impl Range {
             return Err(format!("more than {MOST_SAMPLES:e} samples"));
         }
         // STOP belongs to the range if only rounding keeps the last step from it.
-        let count = (steps * (1.0 + 4.0 * f64::EPSILON) + 1e-9).floor() as usize + 1;
+        let count = (steps * (1.0 + 16.0 * f64::EPSILON)).floor() as usize + 1;
         Ok(Self { text: text.to_owned(), start: from.to_owned(), step: by.to_owned(), count })
     }
 

@@ -82,12 +82,14 @@ impl<S: Real> Diagnostics<S> {
         let drift = self.max_abs_delta_k().to_f64();
         if drift > LARGE_DRIFT * k.abs() {
             warnings.push(format!(
-                "K drifts by {drift:.2e} of {k:.2e}: x is not resolved, however exact Q_t is; raise n_gamma, or use SBP42"
+                "K drifts by {drift:.2e} of {k:.2e}: x is not resolved, however exact Q_t is; raise n_gamma or windows, or \
+                 use an operator of higher order"
             ));
         }
         if let Some(reached) = short_of_digits(solution) {
             warnings.push(format!(
-                "the refinement ends at the rounding of the arithmetic: about {reached} of {} digits are certain",
+                "the iteration ends at the rounding of the arithmetic: about {reached} of {} digits are certain; the \
+                 physical limit, or more digits, have more",
                 solution.digits
             ));
         }
@@ -98,9 +100,15 @@ impl<S: Real> Diagnostics<S> {
         warnings
     }
 
-    /// max |ΔQ_t| over all nodes but the last; over all nodes in the weak form.
+    /// max |ΔQ_t| over all nodes but the last of each window; over all nodes in the weak form.
     pub fn max_abs_delta_q_t_interior(&self) -> S {
         self.max_abs_on(&self.charges.delta_q_t, self.interior_nodes)
+    }
+
+    /// Largest |ΔQ_t| at the last node of a window.
+    pub fn max_abs_delta_q_t_last(&self) -> S {
+        let last = self.charges.delta_q_t.iter().skip(self.nodes - 1).step_by(self.nodes);
+        last.fold(S::ZERO, |largest, deviation| largest.max(deviation.abs()))
     }
 
     /// ΔQ_t at the last node.
@@ -119,7 +127,7 @@ impl<S: Real> Diagnostics<S> {
         self.max_abs_on(&self.residuals.delta_g_t, nodes).max(self.max_abs_on(&self.residuals.delta_g_x, nodes))
     }
 
-    /// max |ΔK| over all nodes but the last; over all nodes in the weak form.
+    /// max |ΔK| over all nodes but the last of each window; over all nodes in the weak form.
     pub fn max_abs_delta_k(&self) -> S {
         self.max_abs_on(&self.charges.delta_k, self.interior_nodes)
     }
@@ -150,10 +158,13 @@ fn on_windows<S: Real>(
     all
 }
 
+/// Newton's method in `f64` ends with a step below this share, which leaves half as many zeros more; a larger one means that
+/// rounding has ended it.
+const SMALL_CORRECTION: f64 = 1e-8;
+
 /// The digits that the last correction left unchanged, if they are fewer than were asked for.
 fn short_of_digits<S: Real>(solution: &Solution<S>) -> Option<u32> {
-    let last = solution.history.last().filter(|_| S::IS_EXTENDED)?;
-    let size = max_abs(&solution.elapsed).max(max_abs(&solution.x)).to_f64();
-    let reached = -(last.step / size).log10();
-    (reached < f64::from(solution.digits)).then_some(reached as u32)
+    let reached = -solution.last_correction.log10();
+    let wanted = if S::IS_EXTENDED { f64::from(solution.digits) } else { -SMALL_CORRECTION.log10() };
+    (solution.last_correction > 0.0 && reached < wanted).then_some(reached.max(0.0) as u32)
 }

@@ -90,7 +90,7 @@ pub struct Solved {
     pub max_abs_delta_k: Number,
     /// |ΔK| of the values handed on at the end.
     pub max_abs_delta_k_ends: Number,
-    /// Amplitude of the even–odd oscillation of x; null with fewer than six nodes.
+    /// Amplitude of the even–odd oscillation of x; null with too few nodes and for spectral elements.
     pub sawtooth: Option<Number>,
     /// H_BVP.
     pub h_bvp: Number,

@@ -130,6 +130,9 @@ impl<S: Real> Refined<S> for TimeIntegration<'_, S> {
     }
 }
 
+/// So that entries of the Jacobian, divided by it, stay far from overflow.
+const LEAST_SCALE: f64 = 1e-280;
+
 /// What the two kinds of row are divided by, so that one rounding level holds for both.
 #[derive(Debug, Clone, Copy)]
 struct Scales {
@@ -147,8 +150,11 @@ impl Scales {
             let g = problem.metric.at(x);
             largest.max(acceleration(q_t, g.g00, g.first).abs())
         });
-        // At rest in an equilibrium every scale would vanish; the smallest normal number keeps 0/s at 0.
-        let scale = |size: f64, change: f64| (size + h * change).max(f64::MIN_POSITIVE);
+        // At rest in an equilibrium there is nothing to scale by.
+        let scale = |size: f64, change: f64| match size + h * change {
+            0.0 => 1.0,
+            scale => scale.max(LEAST_SCALE),
+        };
         Self { x: scale(size_x, size_w), w: scale(size_w, force) }
     }
 }

@@ -75,6 +75,7 @@ fn solve_to<S: Real>(case: &Case, length: S) -> Result<Solution<S>, NoSolution> 
         initial_guess: run.initial_guess,
         iterations: run.iterations,
         history: run.history,
+        last_correction: run.last_correction,
         gamma_i,
         length,
         digits: problem.digits,

@@ -57,6 +57,12 @@ pub(super) fn weigh<S: Real>(levels: &[(Range<usize>, f64)], residual: &[S]) -> 
     Weighed { largest, sum_of_squares }
 }
 
+/// The larger of the two changes, each relative to the size of its kind.
+pub(super) fn relative(changes: [f64; 2], sizes: [f64; 2]) -> f64 {
+    let of = |kind: usize| if changes[kind] == 0.0 { 0.0 } else { changes[kind] / sizes[kind] };
+    of(0).max(of(1))
+}
+
 /// A zero of F.
 #[derive(Debug, Clone)]
 pub(super) struct Root<S = f64> {
@@ -137,8 +143,11 @@ pub(super) fn solve(system: &mut impl NewtonSystem, guess: Vec<f64>, max_iterati
         std::mem::swap(&mut residual, &mut trial_residual);
         let changes = system.sizes(&step).map(|size| damping * size);
         let change = changes[0].max(changes[1]);
-        history.push(IterationRecord { iteration, residual: max_abs(&residual), step: change, damping });
-        let small = changes.iter().zip(system.sizes(&u)).all(|(change, size)| *change <= SMALL_STEP * size);
+        let sizes = system.sizes(&u);
+        let relative_step = relative(changes, sizes) / damping;
+        let residual_size = max_abs(&residual);
+        history.push(IterationRecord { iteration, residual: residual_size, step: change, damping, relative_step });
+        let small = changes.iter().zip(sizes).all(|(change, size)| *change <= SMALL_STEP * size);
         if at_rounding && (was_at_rounding || (small && damping == 1.0)) {
             return Ok(Root { unknowns: u, history });
         }

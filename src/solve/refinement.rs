@@ -91,7 +91,12 @@ pub(super) fn refine<S: Real>(
         }
         let change = changes[0].max(changes[1]).to_f64();
         let iteration = history.len() + 1;
-        history.push(IterationRecord { iteration, residual: scale.to_f64(), step: change, damping: 1.0 });
+        let relative_step = {
+            let share = |kind: usize| if changes[kind] == S::ZERO { S::ZERO } else { changes[kind] / sizes[kind] };
+            share(0).max(share(1)).to_f64()
+        };
+        let residual_size = scale.to_f64();
+        history.push(IterationRecord { iteration, residual: residual_size, step: change, damping: 1.0, relative_step });
         if small(0) && small(1) {
             return Ok(Root { unknowns: u, history });
         }

@@ -32,6 +32,7 @@ pub(super) struct Run<S> {
     pub(super) initial_guess: InitialGuess,
     pub(super) iterations: usize,
     pub(super) history: Vec<IterationRecord>,
+    pub(super) last_correction: f64,
     /// The time at the end, summed so that a million windows lose nothing.
     time: Compensated<S>,
     capacity: usize,
@@ -50,6 +51,7 @@ impl<S: Real> Run<S> {
             initial_guess: InitialGuess::None,
             iterations: 0,
             history: Vec::new(),
+            last_correction: 0.0,
             time: Compensated::default(),
             capacity,
         }
@@ -84,6 +86,7 @@ impl<S: Real> Run<S> {
         self.time = self.time.plus(duration);
         self.gradient_norm = self.gradient_norm.max(piece.gradient_norm);
         (self.q_t, self.initial_guess) = (piece.q_t, piece.initial_guess);
+        self.last_correction = self.last_correction.max(piece.history.last().map_or(0.0, |last| last.relative_step));
         self.iterations += piece.history.len();
         if piece.history.len() > self.history.len() {
             self.history = piece.history;

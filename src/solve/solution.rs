@@ -64,10 +64,13 @@ pub struct Solution<S = f64> {
     pub end: EndState<S>,
     /// Where the iteration started.
     pub initial_guess: InitialGuess,
-    /// Iterations of all windows.
+    /// Iterations of all windows: of Newton's method, or for the fixed-point iteration evaluations of the force.
     pub iterations: usize,
     /// The iterations (none if the equations are explicit) of the window that took most.
     pub history: Vec<IterationRecord>,
+    /// Largest change of t or x (physical limit: of x or w*) that the last iteration of a window still made, relative to
+    /// their sizes. 0 if the equations are explicit.
+    pub last_correction: f64,
     /// γ of the first node.
     pub gamma_i: S,
     /// γ_f − γ_i.

@@ -17,6 +17,11 @@ pub(super) fn march(problem: &Problem, windows: usize, length: f64) -> Option<Re
     let rule = WeakRule::shared(problem.sbp.points());
     let window_length = Twofold::from(length) / Twofold::from(windows as f64);
     let q_t = problem.invariants().q_t;
+    // The tables hold the square of the length, and half as many digits of it again.
+    let square = problem.length * problem.length;
+    if !(square.is_finite() && square > f64::MIN_POSITIVE / f64::EPSILON / f64::EPSILON) {
+        return None;
+    }
     let mut here = problem.clone();
     let mut run = Run::new(windows * problem.sbp.points());
     let mut failure = None;

@@ -58,6 +58,8 @@ pub struct IterationRecord {
     pub step: f64,
     /// Step length along the Newton direction; 1 is the full step.
     pub damping: f64,
+    /// Change that the full step would make, relative to the size of its kind of coordinate: the larger of the two.
+    pub relative_step: f64,
 }
 
 /// Where Newton's iteration started.
@@ -158,20 +160,22 @@ impl NoSolution {
             Status::Converged => "",
             Status::OutsideDomain => {
                 "g00 = c^2 + 2V/m must stay positive: end the run before this gamma, choose initial data that stay away \
-                 from the horizon, or raise c; if the potential is harmless there, the step is too coarse: raise n_gamma"
+                 from the horizon, or raise c; if the potential is harmless there, the step is too coarse: raise \
+                 n_gamma or windows"
             }
             Status::EndTimeNotReached => {
-                "raise n_gamma, so that every turn of the motion is resolved, or give gamma_f or an earlier t_f"
+                "raise n_gamma or windows, so that every turn of the motion is resolved, or give gamma_f or an earlier t_f"
             }
             Status::MaxIterations => {
-                "raise solver.max_iterations, or raise n_gamma so that every turn of the motion is resolved"
+                "raise solver.max_iterations, or n_gamma or windows so that every turn of the motion is resolved"
             }
             Status::PrecisionNotReached => {
-                "ask for fewer solver.digits; if f64 is in difficulties too (solver.digits = 16), raise n_gamma so that \
+                "ask for fewer solver.digits; if f64 is in difficulties too (solver.digits = 16), raise n_gamma or windows so that \
                  every turn of the motion is resolved"
             }
             Status::Stalled | Status::Singular => {
-                "raise n_gamma (or shorten gamma_f) so that every turn of the motion is resolved, or try the other operator"
+                "raise n_gamma or windows (or shorten gamma_f) so that every turn of the motion is resolved, or try another operator; \
+                 far from 1, choose units nearer to it"
             }
         }
     }

@@ -27,7 +27,7 @@ pub struct Errors {
     pub eps_x_l2: f64,
     /// ΔQ_t at the last node.
     pub delta_q_t_last: f64,
-    /// max |ΔK| over all nodes but the last (weak form: over all).
+    /// max |ΔK| over all nodes but the last of each window (weak form: over all).
     pub delta_k_max: f64,
 }
 
@@ -183,7 +183,7 @@ pub fn sweep<S: Real>(
     cases.dedup_by(|a, b| (a.scheme, &a.grid) == (b.scheme, &b.grid));
     let reference = ReferenceTrajectory::new(&metric, initial, length, digits)?;
     let end = reference.at(length);
-    let samples = n_gamma.last().copied().unwrap_or(2).min(4096);
+    let samples = n_gamma.last().copied().unwrap_or(2).clamp(2, 4096);
     let x_size = (0..samples)
         .map(|k| reference.at(length * S::from(k as f64 / (samples - 1) as f64)).x.to_f64().abs())
         .fold(f64::MIN_POSITIVE, f64::max);
@@ -191,7 +191,7 @@ pub fn sweep<S: Real>(
     let all = cases.len();
     // The largest grids first, so that no core is left alone with one at the end.
     let mut jobs: Vec<(usize, Case)> = cases.into_iter().enumerate().collect();
-    jobs.sort_by_key(|(_, case)| std::cmp::Reverse(case.grid.n_gamma));
+    jobs.sort_by_key(|(_, case)| std::cmp::Reverse(case.grid.n_gamma * case.grid.windows));
     let mut points: Vec<(usize, ConvergencePoint)> = jobs
         .into_par_iter()
         .with_max_len(1)

@@ -132,3 +132,40 @@ fn a_window_that_fails_says_where() {
     assert!(matches!(failure.status, Status::OutsideDomain | Status::Stalled), "{failure}");
     assert!(failure.gamma > 1.0 && failure.gamma < 5.0, "{failure}");
 }
+
+#[test]
+fn rest_in_an_equilibrium_is_a_solution_everywhere() {
+    for (sbp, n) in OPERATORS {
+        for form in ["strong", "weak"] {
+            let rest = format!("initial.x=0.0 initial.x_dot=0.0 {}", run(sbp, n, 2, &format!("scheme.form={form}")));
+            let solution = solved(&rest);
+            assert!(solution.x.iter().all(|&x| x == 0.0), "{sbp} {form}");
+            assert!((solution.end.t - 5.0).abs() < 1e-13, "{sbp} {form}: {}", solution.end.t);
+            let extended = solved_in::<Extended>(&format!("{rest} solver.digits=40"));
+            assert!((extended.end.t.to_f64() - 5.0).abs() < 1e-15, "{sbp} {form}");
+        }
+    }
+}
+
+#[test]
+fn a_run_that_rounding_ends_early_says_so() {
+    // Stiff closures on a short range: the residual is at its rounding level while t still moves by 1e-7.
+    let overrides = "scheme.sbp=SBP84 grid={gamma_f=0.2,n_gamma=30}";
+    let doubled = solved(&format!("{overrides} solver.system=doubled"));
+    let limit = solved(overrides);
+    let difference = distance(&doubled.elapsed, &limit.elapsed);
+    let warnings = Diagnostics::new(&doubled).warnings(&doubled);
+    let warned = warnings.iter().any(|warning| warning.contains("digits are certain"));
+    assert!(difference < 1e-10 || warned, "the systems differ by {difference:e}: {warnings:?}");
+    assert!(Diagnostics::new(&limit).warnings(&limit).is_empty());
+}
+
+#[test]
+fn the_last_time_can_be_sampled_in_every_precision() {
+    for digits in [16, 17, 40] {
+        let overrides = format!("scheme.sbp=GLL8 grid={{t_f=2.0,windows=3,n_gamma=8}} solver.digits={digits}");
+        let two = Extended::from(2.0);
+        assert!(digits == 16 || Sampler::new(&solved_in::<Extended>(&overrides)).at_time(two).is_ok(), "{digits}");
+        assert!(digits != 16 || Sampler::new(&solved(&overrides)).at_time(2.0).is_ok());
+    }
+}
