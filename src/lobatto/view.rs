@@ -32,12 +32,12 @@ pub struct WindowView<'a> {
 }
 
 impl WindowView<'_> {
-    /// W = w + h A a on the nodes, the scheme's own.
+    /// W = w + h A a on the n nodes, the scheme's own.
     pub fn w(&self) -> Vec<f64> {
         self.integral(self.start.w, self.acceleration)
     }
 
-    /// T = t + h A u on the nodes, the scheme's own.
+    /// T = t + h A u on the n nodes, the scheme's own.
     pub fn t(&self) -> Vec<f64> {
         self.integral(self.start.t, self.t_dot)
     }

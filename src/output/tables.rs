@@ -13,7 +13,7 @@ use crate::solve::{Backward, Solution};
 /// Bytes handed to the operating system at a time.
 const BUFFER: usize = 1 << 18;
 
-/// `trajectory.csv`: gamma,t,x,t_dot,x_dot.
+/// `trajectory.csv`: gamma,t,x,t_dot,x_dot, and with several windows window, as in the tables below.
 ///
 /// # Errors
 /// Whatever `out` reports.
@@ -73,7 +73,7 @@ pub fn write_branches<S: Real>(out: impl Write, solution: &Solution<S>, backward
     })
 }
 
-/// `samples.csv`: gamma,t,x,t_dot,x_dot, with so many significant digits.
+/// `samples.csv`: gamma,t,x,t_dot,x_dot, γ and t as in the case (not from the start), with so many significant digits.
 ///
 /// # Errors
 /// Whatever `out` reports.

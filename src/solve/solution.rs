@@ -136,18 +136,18 @@ impl<S: Real> Solution<S> {
         }
     }
 
-    /// γ − γ_i on the nodes.
+    /// γ − γ_i on the nodes: N values a window, joints twice.
     pub fn gamma_from_start(&self) -> impl Iterator<Item = S> + '_ {
         let nodes = self.sbp.points();
         (0..self.windows.len()).flat_map(move |window| (0..nodes).map(move |k| self.gamma_at(window, k)))
     }
 
-    /// γ on the nodes.
+    /// γ on the nodes: N values a window, joints twice.
     pub fn gamma(&self) -> impl Iterator<Item = S> + '_ {
         self.gamma_from_start().map(|gamma| self.gamma_i + gamma)
     }
 
-    /// t on the nodes.
+    /// t on the nodes: N values a window, joints twice.
     pub fn t(&self) -> impl Iterator<Item = S> + '_ {
         self.time_from_start(&self.elapsed).map(|t| self.t_i + t)
     }
