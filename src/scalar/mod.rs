@@ -124,29 +124,10 @@ pub(crate) fn sum<S: Real>(terms: impl Iterator<Item = S>) -> S {
     terms.fold(S::ZERO, |sum, term| sum + term)
 }
 
-/// The same numbers in another type: exact from `f64` to [`Extended`], rounded the other way, in place for one type.
-pub(crate) fn convert<A: Real, B: Real>(numbers: Vec<A>) -> Vec<B> {
-    match (&numbers as &dyn std::any::Any).downcast_ref::<Vec<B>>() {
-        Some(_) => {
-            let any: Box<dyn std::any::Any> = Box::new(numbers);
-            *any.downcast().expect("the type was just compared")
-        }
-        None => numbers.into_iter().map(widen_or_round).collect(),
-    }
-}
-
 /// `value` if the two types are one.
 pub(crate) fn same<A: 'static, B: 'static>(value: A) -> Option<B> {
     let mut value = Some(value);
     (&mut value as &mut dyn std::any::Any).downcast_mut::<Option<B>>().and_then(Option::take)
-}
-
-/// One number of [`convert`].
-fn widen_or_round<A: Real, B: Real>(number: A) -> B {
-    match (&number as &dyn std::any::Any).downcast_ref::<B>() {
-        Some(same) => *same,
-        None => B::from(number.to_f64()),
-    }
 }
 
 macro_rules! inherent {

@@ -15,7 +15,7 @@ use crate::case::Case;
 use crate::geodesic::{acceleration, acceleration_slope};
 use crate::metric::{MetricSamples, OutsideDomain};
 use crate::norm::max_abs;
-use crate::scalar::{Real, convert};
+use crate::scalar::{Real, same};
 
 pub(super) fn solve<S: Real>(problem: &Problem<S>, case: &Case) -> Result<PhysicalLimit<S>, Failure> {
     let max_iterations = case.solver.max_iterations;
@@ -37,8 +37,9 @@ pub(super) fn solve<S: Real>(problem: &Problem<S>, case: &Case) -> Result<Physic
         system.evaluate(&fine.unknowns).map_err(march::outside)?;
         (history, x, w, g00, spare) = (fine.history, system.x, system.w, system.metric.g00, system.slope_x);
     } else {
-        (history, x, w) = (root.history, convert(system.x), convert(system.w));
-        (g00, spare) = (convert(system.metric.g00), convert(system.slope_x));
+        let own = |numbers: Vec<f64>| same(numbers).expect("f64 is the only type that is not extended");
+        (history, x, w) = (root.history, own(system.x), own(system.w));
+        (g00, spare) = (own(system.metric.g00), own(system.slope_x));
     }
     let elapsed = integrate(problem, &rough, &g00, spare, max_iterations)?;
     Ok(PhysicalLimit { elapsed, x, x_dot: w, history, initial_guess: InitialGuess::Nystrom4 })

@@ -29,7 +29,7 @@ use crate::action::{DoubledAction, Layout, MULTIPLIERS};
 use crate::case::{Case, End, Form, System};
 use crate::metric::OutsideDomain;
 use crate::norm::max_abs;
-use crate::scalar::{self, Real, convert};
+use crate::scalar::{Real, same};
 
 /// Below this share of its first value, g00 is on its way to a horizon.
 const HORIZON: f64 = 1e-2;
@@ -93,7 +93,7 @@ fn fast_run<S: Real>(problem: &Problem<S>, case: &Case, length: S) -> Option<Res
     if !weak || problem.sbp.is_equidistant() {
         return None;
     }
-    spectral::march(problem, case.grid.windows, length.to_f64()).and_then(scalar::same)
+    spectral::march(problem, case.grid.windows, length.to_f64()).and_then(same)
 }
 
 /// Every window by Newton's method or an explicit recursion, from where the one before ends.
@@ -173,7 +173,8 @@ fn solve_doubled<S: Real>(problem: &Problem<S>, case: &Case) -> Result<Piece<S>,
         if S::IS_EXTENDED {
             return solver.refine(&action, &rough_action, root, &case.solver);
         }
-        Ok(Root { unknowns: convert(root.unknowns), history: root.history })
+        let unknowns = same(root.unknowns).expect("f64 is the only type that is not extended");
+        Ok(Root { unknowns, history: root.history })
     });
     let root = root.map_err(|failure| {
         let locate = |unknown: usize, u: &[f64]| on_forward_branch(layout, unknown, u);

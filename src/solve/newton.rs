@@ -58,9 +58,9 @@ pub(super) fn weigh<S: Real>(levels: &[(Range<usize>, f64)], residual: &[S]) -> 
 }
 
 /// The larger of the two changes, each relative to the size of its kind.
-pub(super) fn relative(changes: [f64; 2], sizes: [f64; 2]) -> f64 {
-    let of = |kind: usize| if changes[kind] == 0.0 { 0.0 } else { changes[kind] / sizes[kind] };
-    of(0).max(of(1))
+pub(super) fn relative<S: Real>(changes: [S; 2], sizes: [S; 2]) -> f64 {
+    let of = |kind: usize| if changes[kind] == S::ZERO { S::ZERO } else { changes[kind] / sizes[kind] };
+    of(0).max(of(1)).to_f64()
 }
 
 /// A zero of F.

@@ -4,7 +4,7 @@
 //! the `f64` solution is good for, ten and more where the system is well conditioned, and nothing is ever factored in
 //! extended precision (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., ch. 12).
 
-use super::newton::{Failure, LinearFailure, ROUNDING_UNITS, Root, RoundingLevels, weigh};
+use super::newton::{Failure, LinearFailure, ROUNDING_UNITS, Root, RoundingLevels, relative, weigh};
 use super::status::{IterationRecord, Status};
 use crate::metric::OutsideDomain;
 use crate::norm::max_abs;
@@ -91,10 +91,7 @@ pub(super) fn refine<S: Real>(
         }
         let change = changes[0].max(changes[1]).to_f64();
         let iteration = history.len() + 1;
-        let relative_step = {
-            let share = |kind: usize| if changes[kind] == S::ZERO { S::ZERO } else { changes[kind] / sizes[kind] };
-            share(0).max(share(1)).to_f64()
-        };
+        let relative_step = relative(changes, sizes);
         let residual_size = scale.to_f64();
         history.push(IterationRecord { iteration, residual: residual_size, step: change, damping: 1.0, relative_step });
         if small(0) && small(1) {

@@ -20,9 +20,9 @@ fn every_combination_keeps_q_t_and_the_two_systems_agree() {
         for form in ["strong", "weak"] {
             let with = |system: &str| solved(&run(sbp, n, 10, &format!("scheme.form={form} solver.system={system}")));
             let (limit, doubled) = (with("physical-limit"), with("doubled"));
-            // Newton's method on the second-order system ends after a step of 1e-8 or less: what that leaves is 1e-11 where the
-            // closures are stiff, and rounding elsewhere.
-            for (solution, zero) in [(&limit, 1e-12), (&doubled, 1e-10)] {
+            // The doubled system of SBP84 is ill-conditioned on so short a window: a digit goes to that.
+            let (zero_doubled, apart) = if sbp == "SBP84" { (1e-10, 1e-9) } else { (1e-12, 1e-10) };
+            for (solution, zero) in [(&limit, 1e-12), (&doubled, zero_doubled)] {
                 let diagnostics = Diagnostics::new(solution);
                 assert!(diagnostics.max_abs_delta_q_t_interior() < zero, "{sbp} {form}");
                 assert!(diagnostics.max_abs_delta_q_t_corrected() < zero, "{sbp} {form}");
@@ -30,8 +30,7 @@ fn every_combination_keeps_q_t_and_the_two_systems_agree() {
                 assert!(solution.gradient_norm < 1e-10, "{sbp} {form}");
             }
             let (x, t) = (distance(&limit.x, &doubled.x), (limit.end.t - doubled.end.t).abs());
-            // A window of the doubled system is good to 1e-11 or so; ten of them hand their rounding on.
-            assert!(x < 1e-9 && t < 1e-9, "{sbp} {form}: the systems differ by {x:e} and {t:e}");
+            assert!(x < apart && t < apart, "{sbp} {form}: the systems differ by {x:e} and {t:e}");
         }
     }
 }
