@@ -56,11 +56,11 @@ pub fn solve<S: Real>(case: &Case) -> Result<Solution<S>, NoSolution> {
 /// Solves a case on γ − γ_i ∈ [0, `length`], window after window.
 fn solve_to<S: Real>(case: &Case, length: S) -> Result<Solution<S>, NoSolution> {
     let windows = case.grid.windows;
-    let problem = Problem::new(case, length / S::from(windows as f64));
+    let mut problem = Problem::new(case, length / S::from(windows as f64));
     let (first, gamma_i) = (problem.initial, problem.gamma_i);
     let run = match fast_run(&problem, case, length) {
         Some(run) => run?,
-        None => window_by_window(problem.clone(), case)?,
+        None => window_by_window(&mut problem, case)?,
     };
     let (t_i, elapsed) = (case.initial.t.to::<S>(), run.elapsed());
     let [x, x_dot] = run.end();
@@ -97,7 +97,7 @@ fn fast_run<S: Real>(problem: &Problem<S>, case: &Case, length: S) -> Option<Res
 }
 
 /// Every window by Newton's method or an explicit recursion, from where the one before ends.
-fn window_by_window<S: Real>(mut problem: Problem<S>, case: &Case) -> Result<Run<S>, NoSolution> {
+fn window_by_window<S: Real>(problem: &mut Problem<S>, case: &Case) -> Result<Run<S>, NoSolution> {
     let gamma_i = problem.gamma_i;
     let mut run = Run::new(case.grid.windows * problem.sbp.points());
     for window in 0..case.grid.windows {
@@ -106,10 +106,10 @@ fn window_by_window<S: Real>(mut problem: Problem<S>, case: &Case) -> Result<Run
             problem.continue_from(gamma_i + S::from(window as f64) * problem.length, x, x_dot);
         }
         let piece = match case.solver.system {
-            System::PhysicalLimit => solve_physical_limit(&problem, case),
-            System::Doubled => solve_doubled(&problem, case),
+            System::PhysicalLimit => solve_physical_limit(problem, case),
+            System::Doubled => solve_doubled(problem, case),
         }?;
-        run.append(&problem, piece)?;
+        run.append(problem, piece)?;
     }
     Ok(run)
 }
