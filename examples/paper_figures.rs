@@ -166,9 +166,9 @@ fn base_run(page: &mut Page, scene: &Scene, operator: usize) -> Result<()> {
         &format!("ΔG is zero but at the last nodes; ΔE is {}.", scene.delta_e[operator]),
         &format!(
             "Interior |ΔG| ≤ {:.1e}, |ΔE| ≤ {:.1e}; at the last node ΔE = {:.3e}, with the multiplier correction {:.1e}.",
-            d.max_abs_delta_g_interior(),
-            d.max_abs_delta_q_t_interior(),
-            d.delta_q_t_last(),
+            d.measures.max_abs_delta_g_interior,
+            d.measures.max_abs_delta_q_t_interior,
+            d.measures.delta_q_t_last,
             d.charges.delta_q_t_corrected[last]
         ),
     )
@@ -189,14 +189,14 @@ fn exactness(page: &mut Page, scene: &Scene) -> Result<()> {
         chart.series.extend(pictures::noether_charge("", &[extended.run()]).series.into_iter().take(1));
         charts.push((format!("{}-{sbp}-exact", scene.name), chart));
         let interior = [
-            double.diagnostics.max_abs_delta_q_t_interior(),
-            extended.diagnostics.max_abs_delta_q_t_interior().to_f64(),
+            double.diagnostics.measures.max_abs_delta_q_t_interior,
+            extended.diagnostics.measures.max_abs_delta_q_t_interior.to_f64(),
         ];
         numbers.push(format!(
             "{sbp}: {:.0e} and {:.0e}, at the last node {:.6e} in both",
             interior[0],
             interior[1],
-            extended.diagnostics.delta_q_t_last().to_f64()
+            extended.diagnostics.measures.delta_q_t_last.to_f64()
         ));
     }
     let charts: Vec<(&str, Chart)> = charts.iter().map(|(name, chart)| (name.as_str(), chart.clone())).collect();
@@ -219,7 +219,8 @@ fn refinement(page: &mut Page, scene: &Scene) -> Result<()> {
         let runs: Vec<Run<'_>> = solved.iter().map(Solved::run).collect();
         let title = format!("{} potential, {sbp}: |ΔE| for N = 16, 32, 64", scene.name);
         charts.push((format!("{}-{sbp}-delta-e-n", scene.name), pictures::noether_charge(&title, &runs)));
-        let last: Vec<String> = solved.iter().map(|s| format!("{:.3e}", s.diagnostics.delta_q_t_last())).collect();
+        let last: Vec<String> =
+            solved.iter().map(|s| format!("{:.3e}", s.diagnostics.measures.delta_q_t_last)).collect();
         numbers.push(format!("{sbp}: {}", last.join(", ")));
     }
     let charts: Vec<(&str, Chart)> = charts.iter().map(|(name, chart)| (name.as_str(), chart.clone())).collect();
@@ -249,7 +250,9 @@ fn longer_runs(page: &mut Page, scene: &Scene) -> Result<()> {
         let longest = &solved[2];
         let name = format!("quartic-{sbp}-long");
         let ends: Vec<String> = (solved.iter())
-            .map(|s| format!("{:.3} ({:.1e})", s.diagnostics.delta_q_t_last(), s.diagnostics.max_abs_delta_k()))
+            .map(|s| {
+                format!("{:.3} ({:.1e})", s.diagnostics.measures.delta_q_t_last, s.diagnostics.measures.max_abs_delta_k)
+            })
             .collect();
         page.row(
             &[

@@ -155,7 +155,7 @@ const EDITS: &[(&str, &str, &str, &str, &str)] = &[
     ("too many digits", SOLVER, "digits = 71", "24:10", "digits must be from 16 to 70, got 71"),
     ("digits as a fraction", SOLVER, "digits = 40.5", "24:10", "expected a whole number"),
     ("digits as a string", SOLVER, "digits = \"40\"", "24:10", "expected a whole number"),
-    ("accuracy", SOLVER, "accuracy = 1e-10", "24:12", "choosing the grid by accuracy is not available yet"),
+    ("accuracy and a grid", SOLVER, "accuracy = 1e-10", "18:11", "both solver.accuracy and grid.n_gamma are given"),
     // TOML
     ("two equals signs", "x = 1.0", "x = = 1.0", "12:5", "`=`"),
     ("open table header", "[grid]", "[grid", "16:6", "unclosed table, expected `]`"),

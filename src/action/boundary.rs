@@ -13,6 +13,7 @@
 //! included. v and w are functions of t and x themselves, so away from the physical limit every derivative of theirs
 //! counts.
 
+use super::layout::BranchMut;
 use super::{Branch, BranchState, DoubledAction};
 use crate::metric::MetricJet;
 use crate::scalar::Real;
@@ -60,7 +61,7 @@ impl<S: Real> BranchEnds<S> {
 }
 
 /// One end of both branches, seen together.
-struct Tie<S> {
+pub(super) struct Tie<S> {
     /// Node.
     k: usize,
     nodes: [EndNode<S>; 2],
@@ -73,7 +74,7 @@ struct Tie<S> {
 }
 
 impl<S: Real> DoubledAction<'_, S> {
-    fn ties(&self, ends: &[BranchEnds<S>; 2]) -> [Tie<S>; 2] {
+    pub(super) fn ties(&self, ends: &[BranchEnds<S>; 2]) -> [Tie<S>; 2] {
         let last = self.sbp.points() - 1;
         let given = [(0, self.q_t, self.initial.x_dot), (last, S::ZERO, S::ZERO)];
         [0, 1].map(|end: usize| {
@@ -101,19 +102,27 @@ impl<S: Real> DoubledAction<'_, S> {
     pub(super) fn add_boundary_gradient(&self, ends: &[BranchEnds<S>; 2], out: &mut [S]) {
         let branches = self.layout().branches_mut(out);
         let ties = self.ties(ends);
-        for ((branch, out), sign) in branches.into_iter().enumerate().zip([S::ONE, -S::ONE]) {
-            for Tie { k, nodes, t_gap, x_gap, v, w } in &ties {
-                let (k, node) = (*k, nodes[branch]);
-                out.t[k] += -sign * *v;
-                out.x[k] += sign * *w;
-                // ½(v₁ + v₂) and ½(w₁ + w₂) by t and x of this branch.
-                for (column, d) in self.bar_t.row(k) {
-                    out.t[column] += -(t_gap.half() * node.metric.g00) * d;
-                }
-                out.x[k] += -t_gap.half() * node.metric.first * node.t_dot;
-                for (column, d) in self.bar_x.row(k) {
-                    out.x[column] += x_gap.half() * d;
-                }
+        for ((branch, mut out), sign) in branches.into_iter().enumerate().zip([S::ONE, -S::ONE]) {
+            self.add_ties(&ties, branch, sign, &mut out);
+        }
+    }
+
+    /// Adds the gradient of the boundary terms by one branch, which they see with the sign `sign`.
+    pub(super) fn add_ties(&self, ties: &[Tie<S>; 2], branch: usize, sign: S, out: &mut BranchMut<'_, S>) {
+        for Tie { k, nodes, t_gap, x_gap, v, w } in ties {
+            let (k, node) = (*k, nodes[branch]);
+            out.t[k] += -sign * *v;
+            out.x[k] += sign * *w;
+            if *t_gap == S::ZERO && *x_gap == S::ZERO {
+                continue;
+            }
+            // ½(v₁ + v₂) and ½(w₁ + w₂) by t and x of this branch.
+            for (column, d) in self.bar_t.row(k) {
+                out.t[column] += -(t_gap.half() * node.metric.g00) * d;
+            }
+            out.x[k] += -t_gap.half() * node.metric.first * node.t_dot;
+            for (column, d) in self.bar_x.row(k) {
+                out.x[column] += x_gap.half() * d;
             }
         }
     }

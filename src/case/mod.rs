@@ -37,7 +37,8 @@ pub struct Case {
     pub initial: Initial,
     /// The world-line parameter.
     pub grid: Grid,
-    /// Operator and form of the action.
+    /// Operator and form of the action; required unless an accuracy is asked for.
+    #[serde(default)]
     pub scheme: Scheme,
     /// How the critical point is computed.
     #[serde(default)]
@@ -120,7 +121,8 @@ pub struct Grid {
     pub gamma_f: Option<Decimal>,
     /// Physical time at which to end, instead of `gamma_f`.
     pub t_f: Option<Decimal>,
-    /// Number of nodes N (of each window); a spectral element fixes it and it may be left out.
+    /// Number of nodes N (of each window); a spectral element fixes it and it may be left out. 0 where an accuracy is asked
+    /// for.
     #[serde(default)]
     pub n_gamma: usize,
     /// Number of windows that γ_f − γ_i is cut into; each has its own N nodes and continues the one before.
@@ -178,6 +180,7 @@ impl TryFrom<String> for Form {
 #[serde(deny_unknown_fields)]
 pub struct Scheme {
     /// The SBP operator.
+    #[serde(default = "chosen")]
     pub sbp: SbpName,
     /// The form of the action.
     #[serde(default)]
@@ -185,6 +188,18 @@ pub struct Scheme {
     /// D̄ (true) or D (false, the ablation) in the action.
     #[serde(default = "yes")]
     pub regularised: bool,
+}
+
+/// What the operators chosen for an accuracy are like.
+fn chosen() -> SbpName {
+    SbpName::Gll(24)
+}
+
+impl Default for Scheme {
+    /// What an accuracy leads to.
+    fn default() -> Self {
+        Self { sbp: chosen(), form: Form::Weak, regularised: true }
+    }
 }
 
 fn yes() -> bool {
@@ -212,7 +227,8 @@ pub struct Solver {
     pub digits: u32,
     /// Most Newton iterations (of a window); the fixed-point iteration of weak spectral elements has its own limit.
     pub max_iterations: usize,
-    /// Accuracy asked for (not available yet).
+    /// The error allowed in t and x at the ends of windows, relative to max(1, largest |t − t_i|) and max(1, largest |x|): the
+    /// program chooses operator and windows, and `grid.n_gamma`, `grid.windows` and `scheme` are left out.
     pub accuracy: Option<Decimal>,
 }
 
@@ -273,7 +289,7 @@ impl Case {
         self.solver.digits > f64::MOST_DIGITS
     }
 
-    /// The case with another operator, form and number of nodes, on γ ∈ [0, `length`]. A spectral element has as many
+    /// The case with another operator, form and number of nodes (and no accuracy asked for), on γ ∈ [0, `length`]. A spectral element has as many
     /// windows as give about that number of nodes in all.
     ///
     /// # Errors
@@ -286,6 +302,7 @@ impl Case {
     ) -> Result<Self, String> {
         let mut case = self.clone();
         (case.scheme.sbp, case.scheme.form) = (sbp, form);
+        case.solver.accuracy = None;
         let (n_gamma, windows) = match sbp.fixed_points() {
             Some(nodes) => (nodes, (n_gamma.saturating_sub(1) / (nodes - 1)).max(1)),
             None => (n_gamma, self.grid.windows),
@@ -334,6 +351,12 @@ impl Case {
                 "regularised = false: without the regularisation critical points are wrong or missing".to_owned(),
             );
         }
+        if self.solver.accuracy.is_some() && self.scheme != Scheme::default() {
+            warnings.push(
+                "with solver.accuracy the program chooses operator and form (weak): what [scheme] says is not used"
+                    .to_owned(),
+            );
+        }
         if invariants.k < 0.0 {
             warnings.push(format!(
                 "the initial tangent is spacelike (K = g00 t_dot^2 - x_dot^2 = {:.6} < 0): the particle starts faster than \
@@ -348,7 +371,12 @@ impl Case {
     pub fn to_toml(&self) -> String {
         let text = toml::to_string(self).expect("every case can be written as TOML");
         let mut case = self.clone();
-        parse::with_literals(&text, &case.numbers_mut())
+        let chosen: &[&str] = match self.solver.accuracy {
+            Some(_) if self.scheme == Scheme::default() => &["grid.n_gamma", "grid.windows", "scheme"],
+            Some(_) => &["grid.n_gamma", "grid.windows"],
+            None => &[],
+        };
+        parse::with_literals(&text, &case.numbers_mut(), chosen)
     }
 
     /// Every number of the case with its dotted key; the place in an array is its last part.

@@ -58,6 +58,13 @@ impl Source {
             .text
             .parse()
             .map_err(|error: toml_edit::TomlError| self.error(error.span(), readable(error.message()), None))?;
+        let given: Vec<String> = overrides.iter().filter_map(|setting| dotted(setting)).collect();
+        for (one, others) in EXCLUSIVE {
+            if given.iter().any(|key| key == one) {
+                let free = |other: &&&str| !given.iter().any(|key| is_within(key, other));
+                others.iter().filter(free).for_each(|other| remove(document.as_table_mut(), other));
+            }
+        }
         for setting in overrides {
             set(document.as_table_mut(), setting)
                 .map_err(|message| self.error(None, format!("--set {setting}: {message}"), None))?;
@@ -110,6 +117,21 @@ impl Source {
             }
         }
         let Some(potential) = root.get("potential") else { return Ok(()) };
+        self.check_potential(potential)?;
+        let table = |key| root.get(key).and_then(Item::as_table_like);
+        if table("solver").is_some_and(|solver| solver.contains_key("accuracy")) {
+            return Ok(());
+        }
+        match root.get("scheme") {
+            None => Err(self.error(Some(0..0), "missing field `scheme`".to_owned(), None)),
+            Some(item) if table("scheme").is_some_and(|scheme| !scheme.contains_key("sbp")) => {
+                Err(self.error(item.span(), "missing field `sbp`".to_owned(), None))
+            }
+            Some(_) => Ok(()),
+        }
+    }
+
+    fn check_potential(&self, potential: &Item) -> Result<(), CaseError> {
         let kinds: Vec<(&str, &Item)> = potential.as_table_like().into_iter().flat_map(|table| table.iter()).collect();
         let one = || Some(POTENTIALS.to_owned());
         match kinds.as_slice() {
@@ -145,8 +167,10 @@ fn find<'i>(root: &'i Item, path: &str) -> (Option<Range<usize>>, Option<&'i str
 }
 
 /// `text`, a valid case, with its numbers as they were written.
-pub(super) fn with_literals(text: &str, numbers: &[(String, &mut Decimal)]) -> String {
+/// Without the keys in `removed`.
+pub(super) fn with_literals(text: &str, numbers: &[(String, &mut Decimal)], removed: &[&str]) -> String {
     let mut document: DocumentMut = text.parse().expect("a written case can be read");
+    removed.iter().for_each(|path| remove(document.as_table_mut(), path));
     for (path, number) in numbers {
         let literal: Value = number.literal().parse().expect("a decimal is a TOML value");
         let mut item = document.as_item_mut();
@@ -159,6 +183,40 @@ pub(super) fn with_literals(text: &str, numbers: &[(String, &mut Decimal)]) -> S
         *item = Item::Value(literal);
     }
     document.to_string()
+}
+
+/// An override of the first takes away the others, which it stands in for, unless they are overridden too.
+const EXCLUSIVE: [(&str, &[&str]); 7] = [
+    ("grid.t_f", &["grid.gamma_f"]),
+    ("grid.gamma_f", &["grid.t_f"]),
+    ("initial.velocity", &["initial.x_dot"]),
+    ("initial.x_dot", &["initial.velocity"]),
+    ("solver.accuracy", &["grid.n_gamma", "grid.windows", "scheme"]),
+    ("grid.n_gamma", &["solver.accuracy"]),
+    ("grid.windows", &["solver.accuracy"]),
+];
+
+/// The key of an override, with its parts in plain.
+fn dotted(setting: &str) -> Option<String> {
+    let keys = Key::parse(setting.split_once('=')?.0.trim()).ok()?;
+    Some(keys.iter().map(Key::get).collect::<Vec<_>>().join("."))
+}
+
+/// Whether `key` is `path`, lies in it, or holds it.
+fn is_within(key: &str, path: &str) -> bool {
+    let below = |long: &str, short: &str| long.strip_prefix(short).is_some_and(|rest| rest.starts_with('.'));
+    key == path || below(key, path) || below(path, key)
+}
+
+/// Takes the value of a dotted key away.
+fn remove(root: &mut Table, path: &str) {
+    let (tables, last) = path.rsplit_once('.').unwrap_or(("", path));
+    let mut table: &mut dyn TableLike = root;
+    for key in tables.split('.').filter(|key| !key.is_empty()) {
+        let Some(inner) = table.get_mut(key).and_then(Item::as_table_like_mut) else { return };
+        table = inner;
+    }
+    table.remove(last);
 }
 
 /// Applies one `dotted.key=value`.

@@ -33,10 +33,6 @@ impl Invalid {
     }
 }
 
-fn not_available(path: &str, what: &str) -> Invalid {
-    invalid(path, format!("{what} is not available yet"))
-}
-
 impl Case {
     /// The case with its conditional defaults filled in, if everything about it is acceptable.
     pub(super) fn validated(mut self) -> Result<Self, Invalid> {
@@ -49,7 +45,7 @@ impl Case {
         if self.grid.gamma_f.is_none() && self.grid.t_f.is_none() {
             self.grid.gamma_f = Some(Decimal::from(DEFAULT_GAMMA_F));
         }
-        if self.grid.n_gamma == 0 {
+        if self.solver.accuracy.is_none() && self.grid.n_gamma == 0 {
             let nodes = self.scheme.sbp.fixed_points();
             self.grid.n_gamma = nodes.ok_or_else(|| invalid("grid", "missing field `n_gamma` (or it is 0)"))?;
         }
@@ -128,12 +124,36 @@ impl Case {
             return Err(invalid("solver.digits", message)
                 .help("16 is double precision; more makes every number of the result exact to that many digits"));
         }
-        if self.solver.accuracy.is_some() {
-            return Err(not_available("solver.accuracy", "choosing the grid by accuracy")
-                .help("give grid.n_gamma and leave solver.accuracy out"));
-        }
+        self.check_accuracy()?;
         if self.solver.max_iterations == 0 {
             return Err(invalid("solver.max_iterations", "max_iterations must be at least 1"));
+        }
+        Ok(())
+    }
+
+    /// An accuracy leaves nothing of the scheme to be given.
+    fn check_accuracy(&self) -> Result<(), Invalid> {
+        let Some(accuracy) = self.solver.accuracy.as_ref().map(Decimal::value) else { return Ok(()) };
+        if !(accuracy > 0.0 && accuracy < 1.0) {
+            let message = format!("accuracy must lie between 0 and 1, got {accuracy}");
+            return Err(invalid("solver.accuracy", message).help("for example 1e-10"));
+        }
+        let both = |path: &str, what: &str| {
+            invalid(path, format!("both solver.accuracy and {what} are given"))
+                .help("with an accuracy the program chooses operator and windows itself: leave n_gamma and windows out")
+        };
+        if self.grid.n_gamma > 0 {
+            return Err(both("grid.n_gamma", "grid.n_gamma"));
+        }
+        if self.grid.windows != 1 {
+            return Err(both("grid.windows", "grid.windows"));
+        }
+        if self.solver.system != System::PhysicalLimit {
+            return Err(invalid("solver.system", "solver.accuracy needs system = \"physical-limit\""));
+        }
+        if self.solver.digits != f64::MOST_DIGITS {
+            return Err(invalid("solver.digits", "solver.accuracy and solver.digits exclude each other")
+                .help("an accuracy is one in double precision; for more digits give scheme and grid"));
         }
         Ok(())
     }
@@ -144,12 +164,13 @@ impl Case {
         let (gamma_i, gamma_f, t_f) = (self.grid.gamma_i.value(), value(&self.grid.gamma_f), value(&self.grid.t_f));
         let initial: InitialData = self.initial_data();
         let sbp = self.scheme.sbp;
-        if let Some(nodes) = sbp.fixed_points().filter(|&nodes| nodes != n_gamma) {
+        let chosen = self.solver.accuracy.is_some();
+        if let Some(nodes) = sbp.fixed_points().filter(|&nodes| !chosen && nodes != n_gamma) {
             let message = format!("{sbp} has {nodes} nodes, got n_gamma = {n_gamma}");
             return Err(invalid("grid.n_gamma", message)
                 .help("leave n_gamma out, or choose the spectral element of that many nodes"));
         }
-        if n_gamma < sbp.minimum_points() {
+        if !chosen && n_gamma < sbp.minimum_points() {
             let message = format!("{sbp} needs at least {} points, got n_gamma = {n_gamma}", sbp.minimum_points());
             return Err(invalid("grid.n_gamma", message));
         }
@@ -185,7 +206,8 @@ impl Case {
     /// Whether nodes over a range of γ of this length can be told apart, also when γ_i is added to them.
     fn check_spacing(&self, path: &str, length: f64) -> Result<(), Invalid> {
         let gamma_i = self.grid.gamma_i.value();
-        let spacing = length / ((self.grid.n_gamma - 1) * self.grid.windows) as f64;
+        let intervals = (self.grid.n_gamma.max(2) - 1) * self.grid.windows;
+        let spacing = length / intervals as f64;
         let largest = gamma_i.abs().max((gamma_i + length).abs());
         if spacing.is_finite() && spacing >= f64::MIN_POSITIVE && spacing > 4.0 * f64::EPSILON * largest {
             return Ok(());

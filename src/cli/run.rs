@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use clap::Args;
 use geodesic_ivp::case::Form;
-use geodesic_ivp::diagnostics::Diagnostics;
+use geodesic_ivp::diagnostics::{Diagnostics, Measures};
 use geodesic_ivp::geodesic::InitialData;
 use geodesic_ivp::output::pictures::{self, Run};
 use geodesic_ivp::output::{
@@ -16,8 +16,9 @@ use geodesic_ivp::output::{
     write_trajectory,
 };
 use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
+use geodesic_ivp::sampling::Sample;
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::solve::InitialGuess;
+use geodesic_ivp::solve::{InitialGuess, solve_window_by_window};
 use geodesic_ivp::{Case, Solution, solve};
 use indicatif::ProgressBar;
 
@@ -58,15 +59,36 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     if case.is_extended() { run_in::<Extended>(&case, args) } else { run_in::<f64>(&case, args) }
 }
 
+/// What a solve leaves behind.
+struct Solved<S> {
+    /// The run; its last window, where samples only are kept.
+    solution: Solution<S>,
+    /// None where samples only are kept.
+    diagnostics: Option<Diagnostics<S>>,
+    measures: Measures<S>,
+    samples: Vec<Sample<S>>,
+    seconds: Seconds,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Seconds {
+    solve: f64,
+    diagnostics: f64,
+}
+
 fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
     interrupt::end_at_once()?;
+    args.samples.check(args.stdout)?;
     warn_of(&case.warnings());
     if args.stdout {
-        let (result, _) = timed_solve::<S>(case, args.case.quiet);
-        let solution = result?;
-        let diagnostics = Diagnostics::new(&solution);
-        warn_of(&diagnostics.warnings(&solution));
-        write_combined(io::stdout().lock(), &solution, &diagnostics)?;
+        let (result, _) = solved::<S>(case, args);
+        let Solved { solution, diagnostics, measures, samples, .. } = result?;
+        warn_of(&measures.warnings(&solution));
+        let out = io::stdout().lock();
+        match diagnostics {
+            Some(diagnostics) => write_combined(out, &solution, &diagnostics)?,
+            None => write_samples(out, samples.into_iter(), solution.digits)?,
+        }
         return Ok(ExitCode::SUCCESS);
     }
     let directory = args.out.clone().unwrap_or_else(|| args.case.default_output());
@@ -78,48 +100,55 @@ fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
         effective.expect = None;
     }
     files.write_text(CASE, &effective.to_toml())?;
-    let (result, solve_seconds) = timed_solve::<S>(case, args.case.quiet);
-    let solution = match result {
-        Ok(solution) => solution,
-        Err(failure) => {
-            files.write_text(SUMMARY, &Summary::new::<S>(case, Err(&failure), solve_seconds).to_json())?;
-            files.commit(|name| name == SUMMARY || name == CASE)?;
-            return Err(failure.into());
+    let (result, solve_seconds) = solved::<S>(case, args);
+    let solved = match result {
+        Ok(solved) => solved,
+        Err(error) => {
+            if let Some(failure) = error.downcast_ref() {
+                files.write_text(SUMMARY, &Summary::new::<S>(case, Err(failure), solve_seconds).to_json())?;
+                files.commit(|name| name == SUMMARY || name == CASE)?;
+            }
+            return Err(error);
         }
     };
-    let start = Instant::now();
-    let diagnostics = Diagnostics::new(&solution);
-    let diagnostics_seconds = start.elapsed().as_secs_f64();
-    warn_of(&diagnostics.warnings(&solution));
-    let mut summary = Summary::new(case, Ok((&solution, &diagnostics)), solve_seconds);
+    let Solved { solution, diagnostics, measures, samples, seconds } = solved;
+    warn_of(&measures.warnings(&solution));
+    let mut summary = Summary::new(case, Ok((&solution, &measures)), seconds.solve);
     let start = Instant::now();
     if args.samples.wanted() {
-        let samples = args.samples.take(&solution)?;
         write_samples(files.writer(SAMPLES), samples.into_iter(), solution.digits)
             .with_context(|| format!("cannot write {SAMPLES}"))?;
     }
-    write_tables(&files, &solution, &diagnostics)?;
+    if let Some(diagnostics) = &diagnostics {
+        write_tables(&files, &solution, diagnostics)?;
+    }
     if let Outcome::Solved(solved) = &mut summary.outcome {
-        solved.diagnostics_seconds = diagnostics_seconds;
+        solved.diagnostics_seconds = seconds.diagnostics;
         solved.write_seconds = start.elapsed().as_secs_f64();
     }
     files.write_text(SUMMARY, &summary.to_json())?;
-    if args.plot {
+    if let Some(diagnostics) = diagnostics.as_ref().filter(|_| args.plot) {
         let title = case.title.as_deref().unwrap_or("geodesic-ivp");
         let windows = if summary.windows > 1 { format!(", {} windows", summary.windows) } else { String::new() };
         let title = format!("{title} ({}, N = {}{windows})", summary.sbp, summary.n_gamma);
-        for (name, chart) in PICTURES.into_iter().zip(pictures(&title, case, &solution, &diagnostics)) {
+        for (name, chart) in PICTURES.into_iter().zip(pictures(&title, case, &solution, diagnostics)) {
             files.write_text(name, &chart.to_svg())?;
         }
     }
     let doubled = solution.backward.is_some();
-    files.commit(|name| match name {
-        BRANCHES => doubled,
+    let is_kept = |name: &str| match name {
+        TRAJECTORY | RESIDUALS => diagnostics.is_some(),
+        BRANCHES => diagnostics.is_some() && doubled,
         SAMPLES => args.samples.wanted(),
-        _ => args.plot || !PICTURES.contains(&name),
-    })?;
+        SUMMARY | CASE => true,
+        _ => args.plot,
+    };
+    files.commit(is_kept)?;
     if !args.case.quiet {
-        let text = readable(case, &solution, &diagnostics, &summary, args, &directory);
+        let written = [[TRAJECTORY, RESIDUALS, BRANCHES, SAMPLES, SUMMARY, CASE].as_slice(), &PICTURES].concat();
+        let written: Vec<&str> = written.into_iter().filter(|name| is_kept(name)).collect();
+        let mut text = readable(case, &solution, &measures, &summary);
+        text.push_str(&format!("  written    {}: {}\n", directory.display(), written.join(", ")));
         io::stdout().write_all(text.as_bytes())?;
     }
     Ok(ExitCode::SUCCESS)
@@ -129,16 +158,48 @@ fn warn_of(warnings: &[String]) {
     warnings.iter().for_each(|warning| report::warn(warning));
 }
 
-/// Solves with a spinner on a terminal's standard error.
-fn timed_solve<S: Real>(case: &Case, quiet: bool) -> (Result<Solution<S>, geodesic_ivp::NoSolution>, f64) {
-    let spinner = if quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
-    spinner.set_message(format!("solving for {} nodes", case.grid.n_gamma * case.grid.windows));
+/// Solves with a spinner on a terminal's standard error, and measures and samples what comes out; also the seconds in the
+/// solver.
+fn solved<S: Real>(case: &Case, args: &RunArgs) -> (anyhow::Result<Solved<S>>, f64) {
+    let spinner = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
+    spinner.set_message(match &case.solver.accuracy {
+        Some(accuracy) => format!("solving to {accuracy}"),
+        None => format!("solving for {} nodes", case.grid.n_gamma * case.grid.windows),
+    });
     spinner.enable_steady_tick(Duration::from_millis(200));
     let start = Instant::now();
-    let result = solve(case);
-    let seconds = start.elapsed().as_secs_f64();
+    let mut stream = args.samples.stream(case);
+    let mut measures: Option<Measures<S>> = None;
+    let result = if args.samples.only() {
+        solve_window_by_window(case, &mut |window: &Solution<S>| {
+            let here = Diagnostics::new(window).measures;
+            let before = measures.take().filter(|_| window.window_count > 1);
+            measures = Some(before.map_or(here, |before| before.followed_by(here)));
+            stream.iter_mut().for_each(|stream| stream.see(window));
+        })
+    } else {
+        solve(case)
+    };
+    let mut seconds = Seconds { solve: start.elapsed().as_secs_f64(), diagnostics: 0.0 };
     spinner.finish_and_clear();
-    (result, seconds)
+    let solution = match result {
+        Ok(solution) => solution,
+        Err(failure) => return (Err(failure.into()), seconds.solve),
+    };
+    let start = Instant::now();
+    let (diagnostics, measures) = match measures {
+        Some(measures) => (None, measures),
+        None => {
+            let diagnostics = Diagnostics::new(&solution);
+            stream.iter_mut().for_each(|stream| stream.see(&solution));
+            let measures = diagnostics.measures;
+            (Some(diagnostics), measures)
+        }
+    };
+    seconds.diagnostics = start.elapsed().as_secs_f64();
+    let samples = stream.map_or(Ok(Vec::new()), |stream| stream.finish(&solution));
+    let samples = samples.map_err(|outside| args.samples.refuse(outside, solution.digits).into());
+    (samples.map(|samples| Solved { solution, diagnostics, measures, samples, seconds }), seconds.solve)
 }
 
 /// The two large tables are formatted side by side: at a million nodes that is most of what is left to do.
@@ -178,18 +239,11 @@ fn pictures<S: Real>(title: &str, case: &Case, solution: &Solution<S>, diagnosti
 }
 
 /// The summary a person reads.
-fn readable<S: Real>(
-    case: &Case,
-    solution: &Solution<S>,
-    diagnostics: &Diagnostics<S>,
-    summary: &Summary,
-    args: &RunArgs,
-    directory: &std::path::Path,
-) -> String {
+fn readable<S: Real>(case: &Case, solution: &Solution<S>, measures: &Measures<S>, summary: &Summary) -> String {
     let invariants = solution.invariants();
-    let nodes = match solution.windows.len() {
-        1 => format!("{} nodes", solution.sbp.points()),
-        windows => format!("{windows} windows of {} nodes", solution.sbp.points()),
+    let nodes = match solution.window_count {
+        1 => format!("{} nodes", solution.sbp().points()),
+        windows => format!("{windows} windows of {} nodes", solution.sbp().points()),
     };
     let system = if solution.backward.is_some() { "doubled action" } else { "physical limit" };
     let iterations = match solution.iterations {
@@ -208,20 +262,18 @@ fn readable<S: Real>(
     let (action, but_last, charge_at_last) = match solution.form {
         Form::Weak => ("E_weak", "", String::new()),
         Form::Strong => {
-            let corrected = short(diagnostics.max_abs_delta_q_t_corrected());
-            let (last, but_last) = match solution.windows.len() {
-                1 => (format!("{:.2e}", short(diagnostics.delta_q_t_last())), " but the last"),
-                _ => (
-                    format!("up to {:.2e}", short(diagnostics.max_abs_delta_q_t_last())),
-                    " but the last of each window",
-                ),
+            let corrected = short(measures.max_abs_delta_q_t_corrected);
+            let (last, but_last) = match solution.window_count {
+                1 => (format!("{:.2e}", short(measures.delta_q_t_last)), " but the last"),
+                _ => (format!("up to {:.2e}", short(measures.max_abs_delta_q_t_last)), " but the last of each window"),
             };
             let at_last = format!("{but_last}, {last} there ({corrected:.1e} with the multiplier correction)");
             ("E_IVP", but_last, at_last)
         }
     };
-    let ends = if solution.windows.len() == 1 { "the end" } else { "the ends" };
-    let mut lines = vec![
+    let estimate = solution.error_estimate.map_or(String::new(), |error| format!("; estimated error {error:.1e}"));
+    let ends = if solution.window_count == 1 { "the end" } else { "the ends" };
+    let lines = [
         case.title.clone().unwrap_or_else(|| "geodesic-ivp".to_owned()),
         format!(
             "  scheme     {} {}, {system}, {nodes} on gamma in [{}, {}]{digits}: {iterations}, {:.3} ms",
@@ -231,33 +283,25 @@ fn readable<S: Real>(
             short(solution.gamma_f()),
             1e3 * summary.solve_seconds
         ),
-        format!("  end        t = {}, x = {}", end(solution.end.t), end(solution.end.x)),
+        format!("  end        t = {}, x = {}{estimate}", end(solution.end.t), end(solution.end.x)),
         format!(
             "  Q_t        {:.6}; |dQ_t| <= {:.1e} at all nodes{charge_at_last}",
             short(invariants.q_t),
-            short(diagnostics.max_abs_delta_q_t_interior()),
+            short(measures.max_abs_delta_q_t_interior),
         ),
         format!(
             "  K          {:.6}; |dK| <= {:.2e} at all nodes{but_last}, {:.2e} at {ends} handed on",
             short(invariants.k),
-            short(diagnostics.max_abs_delta_k()),
-            short(diagnostics.max_abs_delta_k_ends())
+            short(measures.max_abs_delta_k),
+            short(measures.max_abs_delta_k_ends)
         ),
         format!(
             "  certified  |grad {action}| <= {:.1e}; sawtooth in x {}; H_BVP = {:.6}, Q_t (t_f - t_i) = {:.6}",
             short(solution.gradient_norm),
-            diagnostics.sawtooth.map_or("not measurable".to_owned(), |s| format!("{:.1e}", short(s))),
-            short(diagnostics.bound.h_bvp),
-            short(diagnostics.bound.h_bvp_bound)
+            measures.sawtooth.map_or("not measurable".to_owned(), |s| format!("{:.1e}", short(s))),
+            short(measures.bound.h_bvp),
+            short(measures.bound.h_bvp_bound)
         ),
     ];
-    let mut files = vec![TRAJECTORY, RESIDUALS];
-    files.extend(solution.backward.is_some().then_some(BRANCHES));
-    files.extend(args.samples.wanted().then_some(SAMPLES));
-    files.extend([SUMMARY, CASE]);
-    if args.plot {
-        files.extend(PICTURES);
-    }
-    lines.push(format!("  written    {}: {}", directory.display(), files.join(", ")));
     lines.join("\n") + "\n"
 }

@@ -1,9 +1,9 @@
 //! `run --sample-t START:STOP:STEP` and `--sample-gamma START:STOP:STEP`.
 
 use clap::Args;
-use geodesic_ivp::sampling::{OutsideRun, Sample, Sampler};
+use geodesic_ivp::sampling::{Coordinate, OutsideRun, SampleStream};
 use geodesic_ivp::scalar::Real;
-use geodesic_ivp::{CaseError, Solution};
+use geodesic_ivp::{Case, CaseError};
 
 /// More rows than this are a slip of the pen.
 const MOST_SAMPLES: f64 = 1e8;
@@ -11,12 +11,16 @@ const MOST_SAMPLES: f64 = 1e8;
 #[derive(Debug, Clone, Args)]
 pub(super) struct SampleArgs {
     /// Also write samples.csv at these times, for example 0:10:0.1
-    #[arg(long, value_name = "START:STOP:STEP", value_parser = Range::parse, conflicts_with_all = ["sample_gamma", "stdout"], allow_hyphen_values = true)]
+    #[arg(long, value_name = "START:STOP:STEP", value_parser = Range::parse, conflicts_with = "sample_gamma", allow_hyphen_values = true)]
     sample_t: Option<Range>,
 
     /// Also write samples.csv at these values of gamma
-    #[arg(long, value_name = "START:STOP:STEP", value_parser = Range::parse, conflicts_with = "stdout", allow_hyphen_values = true)]
+    #[arg(long, value_name = "START:STOP:STEP", value_parser = Range::parse, allow_hyphen_values = true)]
     sample_gamma: Option<Range>,
+
+    /// Keep the samples only: no other table, and the memory of one window however long the run
+    #[arg(long, conflicts_with = "plot")]
+    samples_only: bool,
 }
 
 /// Decimals, so that a step of 0.1 is one tenth in every precision.
@@ -56,30 +60,51 @@ impl Range {
 }
 
 impl SampleArgs {
+    /// Refuses combinations that make no sense.
+    ///
+    /// # Errors
+    /// [`CaseError`] that says which.
+    pub(super) fn check(&self, stdout: bool) -> Result<(), CaseError> {
+        let message = match (self.wanted(), self.samples_only) {
+            (false, true) => "--samples-only needs --sample-t or --sample-gamma",
+            (true, false) if stdout => {
+                "--stdout writes one table: with --sample-t or --sample-gamma it needs --samples-only"
+            }
+            _ => return Ok(()),
+        };
+        Err(CaseError::without_place("command line", message.to_owned()))
+    }
+
     /// Whether samples are asked for.
     pub(super) fn wanted(&self) -> bool {
         self.sample_t.is_some() || self.sample_gamma.is_some()
     }
 
-    /// The samples of `solution`.
-    ///
-    /// # Errors
-    /// [`CaseError`] if one of them lies outside the run.
-    pub(super) fn take<S: Real>(&self, solution: &Solution<S>) -> anyhow::Result<Vec<Sample<S>>> {
-        let sampler = Sampler::new(solution);
-        let refuse = |option: &str, range: &Range, OutsideRun { range: (from, to) }: OutsideRun<S>| {
-            let message = format!(
-                "--{option} {} goes beyond the run, which covers {} to {}",
-                range.text,
-                from.to_decimal(solution.digits),
-                to.to_decimal(solution.digits)
-            );
-            anyhow::Error::from(CaseError::without_place("command line", message))
-        };
-        if let Some(range) = &self.sample_t {
-            return range.values().map(|t| sampler.at_time(t).map_err(|end| refuse("sample-t", range, end))).collect();
-        }
-        let gammas = self.sample_gamma.iter().flat_map(|range| range.values().map(move |gamma| (range, gamma)));
-        gammas.map(|(range, gamma)| sampler.at_gamma(gamma).map_err(|end| refuse("sample-gamma", range, end))).collect()
+    /// Whether nothing but samples is.
+    pub(super) fn only(&self) -> bool {
+        self.samples_only
+    }
+
+    /// What takes the samples, if any are asked for.
+    pub(super) fn stream<S: Real>(&self, case: &Case) -> Option<SampleStream<S>> {
+        let backwards = case.initial_data::<S>().t_dot < S::ZERO;
+        let (coordinate, range, _) = self.range()?;
+        Some(SampleStream::new(coordinate, range.values().collect(), backwards))
+    }
+
+    fn range(&self) -> Option<(Coordinate, &Range, &'static str)> {
+        let by_time = self.sample_t.as_ref().map(|range| (Coordinate::Time, range, "sample-t"));
+        by_time.or(self.sample_gamma.as_ref().map(|range| (Coordinate::Gamma, range, "sample-gamma")))
+    }
+
+    /// The error of a sample that lies outside the run.
+    pub(super) fn refuse<S: Real>(&self, outside: OutsideRun<S>, digits: u32) -> CaseError {
+        let (option, range) = self.range().map_or(("", ""), |(_, range, option)| (option, range.text.as_str()));
+        let (from, to) = outside.range;
+        let [from, to] = [from, to].map(|end| end.to_decimal(digits));
+        CaseError::without_place(
+            "command line",
+            format!("--{option} {range} goes beyond the run, which covers {from} to {to}"),
+        )
     }
 }

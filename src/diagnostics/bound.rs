@@ -18,15 +18,25 @@ pub struct Bound<S = f64> {
 impl<S: Real> Bound<S> {
     /// From a solution and g00 on its nodes.
     pub(super) fn new(solution: &Solution<S>, g00: &[S]) -> Self {
-        let nodes = solution.sbp.points();
-        let of_window = |(window, g00): (WindowView<'_, S>, &[S])| {
-            let t_dot = RegularisedOperator::new(window.sbp, S::ZERO).derivative(window.elapsed);
-            let x_dot = RegularisedOperator::new(window.sbp, window.start.x).derivative(window.x);
-            let integrand: Vec<S> =
-                g00.iter().zip(&t_dot).zip(&x_dot).map(|((&g, &u), &w)| (g * u * u + w * w).half()).collect();
-            window.sbp.integrate(&integrand)
+        let (mut t_dot, mut x_dot) = (Vec::new(), Vec::new());
+        let of_window = |view: WindowView<'_, S>| {
+            for room in [&mut t_dot, &mut x_dot] {
+                room.resize(view.x.len(), S::ZERO);
+            }
+            RegularisedOperator::new(view.sbp, S::ZERO).apply(view.elapsed, &mut t_dot);
+            RegularisedOperator::new(view.sbp, view.window.start.x).apply(view.x, &mut x_dot);
+            for ((u, &w), &g) in t_dot.iter_mut().zip(&x_dot).zip(&g00[view.nodes()]) {
+                *u = (g * *u * *u + w * w).half();
+            }
+            view.sbp.integrate(&t_dot)
         };
-        let h_bvp = sum(solution.views().zip(g00.chunks_exact(nodes)).map(of_window));
-        Self { h_bvp, h_bvp_bound: solution.invariants().q_t * solution.duration() }
+        let h_bvp = sum(solution.views().map(of_window));
+        let begun = solution.windows.first().map_or(S::ZERO, |window| window.start.t);
+        Self { h_bvp, h_bvp_bound: solution.invariants().q_t * (solution.duration() - begun) }
+    }
+
+    /// The sums over a run of which these, and then the `next` ones, are the parts.
+    pub(super) fn followed_by(self, next: Self) -> Self {
+        Self { h_bvp: self.h_bvp + next.h_bvp, h_bvp_bound: self.h_bvp_bound + next.h_bvp_bound }
     }
 }

@@ -3,7 +3,7 @@
 use crate::norm::max_abs;
 use crate::potential::Potential;
 use crate::scalar::Real;
-use crate::solve::{Solution, Window};
+use crate::solve::{Solution, WindowView};
 
 /// Deviations of the constants of motion from their values in the continuum.
 #[derive(Debug, Clone)]
@@ -21,20 +21,22 @@ pub struct Charges<S = f64> {
 impl<S: Real> Charges<S> {
     /// Charges of `solution` with g00, Dt and Dx on its nodes.
     pub(super) fn new(solution: &Solution<S>, g00: &[S], t_dot: &[S], x_dot: &[S]) -> Self {
-        let nodes = solution.sbp.points();
         let invariants = solution.invariants();
         let delta_q_t: Vec<S> = g00.iter().zip(t_dot).map(|(&g, &u)| g * u - invariants.q_t).collect();
         let mut delta_q_t_corrected = delta_q_t.clone();
-        for (window, deviations) in solution.windows.iter().zip(delta_q_t_corrected.chunks_exact_mut(nodes)) {
-            if let Some(multipliers) = &window.multipliers {
-                deviations[nodes - 1] += multipliers[6] / solution.sbp.weights()[nodes - 1];
+        for view in solution.views() {
+            if let Some(multipliers) = &view.window.multipliers {
+                let last = view.x.len() - 1;
+                delta_q_t_corrected[view.nodes()][last] += multipliers[6] / view.sbp.weights()[last];
             }
         }
         let delta_k = g00.iter().zip(t_dot).zip(x_dot).map(|((&g, &u), &w)| g * u * u - w * w - invariants.k).collect();
         let q_t = solution.end.q_t;
-        let last = g00.iter().skip(nodes - 1).step_by(nodes);
-        let at_end = |(&g00, window): (&S, &Window<S>)| q_t * q_t / g00 - window.end.1 * window.end.1 - invariants.k;
-        let delta_k_ends = last.zip(&solution.windows).map(at_end).collect();
+        let at_end = |view: WindowView<'_, S>| {
+            let (g00, w) = (g00[view.nodes().end - 1], view.window.end.x_dot);
+            q_t * q_t / g00 - w * w - invariants.k
+        };
+        let delta_k_ends = solution.views().map(at_end).collect();
         Self { delta_q_t, delta_q_t_corrected, delta_k, delta_k_ends }
     }
 }
@@ -49,6 +51,14 @@ pub struct FreeParticleCharges<S = f64> {
 }
 
 impl<S: Real> FreeParticleCharges<S> {
+    /// The larger of both.
+    pub(super) fn max(self, other: Self) -> Self {
+        Self {
+            max_abs_delta_q_x: self.max_abs_delta_q_x.max(other.max_abs_delta_q_x),
+            max_abs_delta_q_eta: self.max_abs_delta_q_eta.max(other.max_abs_delta_q_eta),
+        }
+    }
+
     /// The charges if V = 0, over all nodes.
     pub(super) fn new(solution: &Solution<S>, t_dot: &[S], x_dot: &[S]) -> Option<Self> {
         let Potential::Polynomial(polynomial) = solution.metric.potential() else { return None };

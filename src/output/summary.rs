@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use super::number::Number;
 use crate::action::MULTIPLIERS;
-use crate::case::{Case, Form, System};
-use crate::diagnostics::Diagnostics;
+use crate::case::{Case, Decimal, Form, System};
+use crate::diagnostics::Measures;
 use crate::scalar::Real;
 use crate::solve::{IterationRecord, NoSolution, Solution, Status};
 
@@ -33,6 +33,9 @@ pub struct Summary {
     pub n_gamma: usize,
     /// Windows.
     pub windows: usize,
+    /// The accuracy asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<f64>,
     /// First guess of the Newton iteration.
     pub initial_guess: &'static str,
     /// Newton iterations.
@@ -105,6 +108,9 @@ pub struct Solved {
     /// max |ΔQ_η| (free particle).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_abs_delta_q_eta: Option<Number>,
+    /// The estimated error at the ends of windows, where an accuracy was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error_estimate: Option<f64>,
     /// Seconds spent in measuring the solution.
     pub diagnostics_seconds: f64,
     /// Seconds spent in formatting and writing the CSV files.
@@ -132,17 +138,22 @@ impl Summary {
     /// The summary of `case` with how it ended.
     pub fn new<S: Real>(
         case: &Case,
-        result: Result<(&Solution<S>, &Diagnostics<S>), &NoSolution>,
+        result: Result<(&Solution<S>, &Measures<S>), &NoSolution>,
         solve_seconds: f64,
     ) -> Self {
-        let measured = result.as_ref().map_or(Vec::new(), |(solution, diagnostics)| diagnostics.warnings(solution));
+        // With an accuracy asked for the scheme is what was chosen; a failure chose none.
+        let (sbp, form, n_gamma, windows) = match result {
+            Ok((solution, _)) => (solution.sbp_name, solution.form, solution.sbp().points(), solution.window_count),
+            Err(_) => (case.scheme.sbp, case.scheme.form, case.grid.n_gamma, case.grid.windows),
+        };
+        let measured = result.as_ref().map_or(Vec::new(), |(solution, measures)| measures.warnings(solution));
         let (status, initial_guess, iterations, history, outcome) = match result {
-            Ok((solution, diagnostics)) => (
+            Ok((solution, measures)) => (
                 Status::Converged,
                 solution.initial_guess,
                 solution.iterations,
                 &solution.history,
-                Outcome::Solved(Box::new(Solved::new(solution, diagnostics))),
+                Outcome::Solved(Box::new(Solved::new(solution, measures))),
             ),
             Err(failure) => {
                 let iterations = failure.history.len();
@@ -154,13 +165,14 @@ impl Summary {
             status,
             version: env!("CARGO_PKG_VERSION"),
             title: case.title.clone(),
-            sbp: case.scheme.sbp.into(),
-            form: case.scheme.form,
+            sbp: sbp.into(),
+            form,
             system: case.solver.system,
             regularised: case.scheme.regularised,
             digits: case.solver.digits,
-            n_gamma: case.grid.n_gamma,
-            windows: case.grid.windows,
+            n_gamma,
+            windows,
+            accuracy: case.solver.accuracy.as_ref().map(Decimal::value),
             initial_guess: initial_guess.as_str(),
             iterations,
             solve_seconds,
@@ -184,7 +196,7 @@ pub(super) fn json(summary: &impl Serialize) -> String {
 }
 
 impl Solved {
-    fn new<S: Real>(solution: &Solution<S>, diagnostics: &Diagnostics<S>) -> Self {
+    fn new<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> Self {
         let invariants = solution.invariants();
         let number = |value: S| Number::new(value, solution.digits);
         Self {
@@ -196,18 +208,19 @@ impl Solved {
             x_dot_final: number(solution.end.x_dot),
             q_t: number(invariants.q_t),
             k: number(invariants.k),
-            max_abs_delta_q_t_interior: number(diagnostics.max_abs_delta_q_t_interior()),
-            delta_q_t_last: number(diagnostics.delta_q_t_last()),
-            max_abs_delta_q_t_corrected: number(diagnostics.max_abs_delta_q_t_corrected()),
-            max_abs_delta_g_interior: number(diagnostics.max_abs_delta_g_interior()),
-            max_abs_delta_k: number(diagnostics.max_abs_delta_k()),
-            max_abs_delta_k_ends: number(diagnostics.max_abs_delta_k_ends()),
-            sawtooth: diagnostics.sawtooth.map(number),
-            h_bvp: number(diagnostics.bound.h_bvp),
-            h_bvp_bound: number(diagnostics.bound.h_bvp_bound),
-            branch_distance: solution.backward.as_ref().map(|_| number(solution.branch_distance())),
-            max_abs_delta_q_x: diagnostics.free_particle.map(|f| number(f.max_abs_delta_q_x)),
-            max_abs_delta_q_eta: diagnostics.free_particle.map(|f| number(f.max_abs_delta_q_eta)),
+            max_abs_delta_q_t_interior: number(measures.max_abs_delta_q_t_interior),
+            delta_q_t_last: number(measures.delta_q_t_last),
+            max_abs_delta_q_t_corrected: number(measures.max_abs_delta_q_t_corrected),
+            max_abs_delta_g_interior: number(measures.max_abs_delta_g_interior),
+            max_abs_delta_k: number(measures.max_abs_delta_k),
+            max_abs_delta_k_ends: number(measures.max_abs_delta_k_ends),
+            sawtooth: measures.sawtooth.map(number),
+            h_bvp: number(measures.bound.h_bvp),
+            h_bvp_bound: number(measures.bound.h_bvp_bound),
+            branch_distance: measures.branch_distance.map(number),
+            max_abs_delta_q_x: measures.free_particle.map(|f| number(f.max_abs_delta_q_x)),
+            max_abs_delta_q_eta: measures.free_particle.map(|f| number(f.max_abs_delta_q_eta)),
+            error_estimate: solution.error_estimate,
             diagnostics_seconds: 0.0,
             write_seconds: 0.0,
         }

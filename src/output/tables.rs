@@ -120,16 +120,15 @@ fn write_table<S: Real, const COLUMNS: usize>(
     writer.write_record(header.iter().chain(windows.then_some(&"window")))?;
     let mut record = ByteRecord::new();
     let mut room = DecimalRoom::default();
-    let nodes = solution.sbp.points();
-    for (window, of_window) in solution.windows.iter().enumerate() {
-        for k in 0..nodes {
+    for (index, view) in solution.views().enumerate() {
+        for (k, node) in view.nodes().enumerate() {
             record.clear();
-            let gamma = solution.gamma_i + solution.gamma_at(window, k);
-            for value in row(gamma, of_window.start.t, window * nodes + k) {
+            let gamma = solution.gamma_i + view.gamma_at(k);
+            for value in row(gamma, view.window.start.t, node) {
                 record.push_field(value.write_decimal(solution.digits, &mut room).as_bytes());
             }
             if windows {
-                record.push_field((window + 1).to_string().as_bytes());
+                record.push_field((index + 1).to_string().as_bytes());
             }
             writer.write_byte_record(&record)?;
         }

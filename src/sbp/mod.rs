@@ -56,8 +56,9 @@ enum Rows<S> {
     Dense {
         /// Positions of the nodes from the first one.
         nodes: Vec<S>,
-        /// Row-major.
+        /// Row by row, and column by column: to apply it, the columns vectorise.
         matrix: Vec<S>,
+        columns: Vec<S>,
     },
 }
 
@@ -91,7 +92,12 @@ impl<S: Real> SbpOperator<S> {
 
     /// The spectral element of `points` Gauss–Lobatto–Legendre nodes over the given `length` of γ.
     pub fn gauss_lobatto(points: usize, length: S) -> Self {
-        let rule: LobattoRule<S> = LobattoRule::new(points);
+        Self::on_rule(&LobattoRule::new(points), length)
+    }
+
+    /// The spectral element on the nodes of `rule` over the given `length` of γ.
+    pub fn on_rule(rule: &LobattoRule<S>, length: S) -> Self {
+        let points = rule.nodes.len();
         let scale = (S::ONE + S::ONE) / length;
         let matrix: Vec<S> = rule.differentiation.iter().map(|&d| scale * d).collect();
         let spacing = length / S::from((points - 1) as f64);
@@ -100,7 +106,11 @@ impl<S: Real> SbpOperator<S> {
             spacing,
             weights: rule.weights.iter().map(|&w| length.half() * w).collect(),
             row_sum: row_sums.fold(LEAST_ROW_SUM, |largest, row| largest.max(row.to_f64())),
-            rows: Rows::Dense { nodes: rule.nodes.iter().map(|&x| length.half() * (x + S::ONE)).collect(), matrix },
+            rows: Rows::Dense {
+                nodes: rule.nodes.iter().map(|&x| length.half() * (x + S::ONE)).collect(),
+                columns: (0..points * points).map(|k| matrix[k % points * points + k / points]).collect(),
+                matrix,
+            },
         }
     }
 
@@ -203,10 +213,13 @@ impl<S: Real> SbpOperator<S> {
         let n = self.points();
         assert!(u.len() == n && out.len() == n, "vectors must have the operator's {n} points");
         match &self.rows {
-            Rows::Dense { matrix, .. } => {
+            Rows::Dense { columns, .. } => {
+                out.fill(S::ZERO);
                 // The rows sum to zero: differences lose less to rounding than values.
-                for ((out, row), &here) in out.iter_mut().zip(matrix.chunks_exact(n)).zip(u) {
-                    *out = sum(row.iter().zip(u).map(|(&d, &v)| d * (v - here)));
+                for (column, &v) in columns.chunks_exact(n).zip(u) {
+                    for ((out, &d), &here) in out.iter_mut().zip(column).zip(u) {
+                        *out += d * (v - here);
+                    }
                 }
             }
             Rows::Stencil { closure, closure_width, interior } => {

@@ -31,13 +31,6 @@ impl<'a, S: Real> FormDerivative<'a, S> {
         }
     }
 
-    /// The same in a new vector.
-    pub(crate) fn derivative(&self, u: &[S], initial: S) -> Vec<S> {
-        let mut out = vec![S::ZERO; u.len()];
-        self.apply(u, initial, &mut out);
-        out
-    }
-
     /// Index of the first node whose value is unknown.
     pub(super) fn first_unknown(&self) -> usize {
         match self.form {

@@ -1,6 +1,7 @@
 //! Runs that end at a physical time: the γ_f at which t at the last node is t_f.
 
 use super::refinement;
+use super::run::Observer;
 use super::solution::Solution;
 use super::solve_to;
 use super::status::{NoSolution, Status};
@@ -17,13 +18,33 @@ const SPARE_DIGITS: u32 = 4;
 /// Newton's method on γ_f with dt/dγ at the end of each solution, kept inside the bracket found so far: t_N grows with
 /// γ_f as long as g00 > 0. A γ_f that has no solution (a horizon on the way) is an upper bound like one that ends too
 /// late.
-pub(super) fn solve<S: Real>(case: &Case, duration: S) -> Result<Solution<S>, NoSolution> {
+///
+/// Where somebody sees the windows, the search keeps no more than one, and the run that was found is done once more.
+pub(super) fn solve<S: Real>(
+    case: &Case,
+    duration: S,
+    observer: Option<Observer<'_, S>>,
+) -> Result<Solution<S>, NoSolution> {
+    match observer {
+        None => search(case, duration, &mut |length| solve_to(case, length, None)),
+        Some(observer) => {
+            let found = search(case, duration, &mut |length| solve_to(case, length, Some(&mut |_| ())))?;
+            solve_to(case, found.length, Some(observer))
+        }
+    }
+}
+
+fn search<S: Real>(
+    case: &Case,
+    duration: S,
+    solve_to: &mut dyn FnMut(S) -> Result<Solution<S>, NoSolution>,
+) -> Result<Solution<S>, NoSolution> {
     let digits = case.digits::<S>();
     let tolerance = refinement::tolerance::<S>(if S::IS_EXTENDED { digits } else { DOUBLE_DIGITS }) * duration;
     let loose_tolerance = refinement::tolerance::<S>(digits - SPARE_DIGITS) * duration;
     let mut length = if S::IS_EXTENDED {
         // Most of the way costs least in f64.
-        S::from(solve(case, duration.to_f64())?.length)
+        S::from(solve::<f64>(case, duration.to_f64(), Some(&mut |_| ()))?.length)
     } else {
         duration / case.initial.t_dot.to()
     };
@@ -31,7 +52,7 @@ pub(super) fn solve<S: Real>(case: &Case, duration: S) -> Result<Solution<S>, No
     let mut best: Option<(S, Solution<S>)> = None;
     let mut failure = None;
     for _ in 0..MOST_SOLVES {
-        match solve_to(case, length) {
+        match solve_to(length) {
             Ok(solution) => {
                 let excess = solution.duration() - duration;
                 let slope = solution.end.q_t / solution.metric.at(solution.end.x).g00;

@@ -1,5 +1,6 @@
 //! From a valid case to a critical point of its doubled action, or to the reason why there is none.
 
+mod accuracy;
 mod collocation;
 mod critical_point;
 mod derivative;
@@ -18,18 +19,18 @@ mod status;
 use std::any::Any;
 
 pub(crate) use solution::WindowView;
-pub use solution::{Backward, EndState, Solution, Window};
+pub use solution::{Backward, EndState, Solution, Window, WindowEnd};
 pub use status::{InitialGuess, IterationRecord, NoSolution, Status};
 
 use self::critical_point::CriticalPointSolver;
 use self::newton::{Failure, Root};
 use self::problem::Problem;
-use self::run::{Piece, Run};
+use self::run::{Observer, Piece, Place, Run};
 use crate::action::{DoubledAction, Layout, MULTIPLIERS};
 use crate::case::{Case, End, Form, System};
 use crate::metric::OutsideDomain;
 use crate::norm::max_abs;
-use crate::scalar::{Real, same};
+use crate::scalar::{Compensated, Real, same};
 
 /// Below this share of its first value, g00 is on its way to a horizon.
 const HORIZON: f64 = 1e-2;
@@ -41,77 +42,114 @@ const HORIZON: f64 = 1e-2;
 /// The physical limit costs O(N) time and memory, one potential evaluation a node for SBP21. The doubled system is
 /// solved by Newton's method with a sparse LU, in time linear in N in practice.
 ///
+/// With `case.solver.accuracy` the program chooses operator and windows itself, see [`Solution::error_estimate`].
+///
 /// # Errors
 /// [`NoSolution`] says how the solve ended, where, and with what residual. An unconverged trajectory is never returned.
 ///
 /// # Panics
-/// If the case was not made by [`Case::parse`] and is not valid.
+/// If the case was not made by [`Case::parse`] and is not valid, or if it asks for an accuracy and `S` is not `f64`.
 pub fn solve<S: Real>(case: &Case) -> Result<Solution<S>, NoSolution> {
+    solve_seen(case, None)
+}
+
+/// [`solve`] in the memory of one window: `observe` sees every window as a solution of its own, at its place in the run
+/// (its γ, t and constants of motion are those of the run), and what is returned is the last one with the certificate
+/// and the iterations of all.
+///
+/// A run may have to begin again, when another method has its turn or more accuracy is needed: `observe` then sees a
+/// window with `window_count` 1 again, and everything before it is void.
+///
+/// # Errors
+/// As [`solve`]; the windows seen so far are those before the one that failed.
+///
+/// # Panics
+/// As [`solve`].
+pub fn solve_window_by_window<S: Real>(
+    case: &Case,
+    observe: &mut dyn FnMut(&Solution<S>),
+) -> Result<Solution<S>, NoSolution> {
+    solve_seen(case, Some(observe))
+}
+
+fn solve_seen<S: Real>(case: &Case, observer: Option<Observer<'_, S>>) -> Result<Solution<S>, NoSolution> {
+    if case.solver.accuracy.is_some() {
+        return in_f64(observer, |observer| accuracy::solve(case, observer)).expect("an accuracy is a matter of f64");
+    }
     match case.end::<S>() {
-        End::Duration(duration) => end_time::solve(case, duration),
-        End::Length(length) => solve_to(case, length),
+        End::Duration(duration) => end_time::solve(case, duration, observer),
+        End::Length(length) => solve_to(case, length, observer),
     }
 }
 
 /// Solves a case on γ − γ_i ∈ [0, `length`], window after window.
-fn solve_to<S: Real>(case: &Case, length: S) -> Result<Solution<S>, NoSolution> {
+fn solve_to<S: Real>(case: &Case, length: S, mut observer: Option<Observer<'_, S>>) -> Result<Solution<S>, NoSolution> {
     let windows = case.grid.windows;
-    let mut problem = Problem::new(case, length / S::from(windows as f64));
-    let (first, gamma_i) = (problem.initial, problem.gamma_i);
-    let run = match fast_run(&problem, case, length) {
-        Some(run) => run?,
-        None => window_by_window(&mut problem, case)?,
-    };
-    let (t_i, elapsed) = (case.initial.t.to::<S>(), run.elapsed());
-    let [x, x_dot] = run.end();
-    Ok(Solution {
-        t_i,
-        end: EndState { t: t_i + elapsed, x, x_dot, q_t: run.q_t },
-        elapsed: run.elapsed,
-        x: run.x,
-        backward: run.backward,
-        windows: run.windows,
-        gradient_norm: run.gradient_norm,
-        initial_guess: run.initial_guess,
-        iterations: run.iterations,
-        history: run.history,
-        last_correction: run.last_correction,
-        gamma_i,
-        length,
-        digits: problem.digits,
-        form: problem.form,
-        sbp: problem.sbp,
-        metric: problem.metric,
-        initial: first,
-    })
+    let problem = Problem::new(case, length / S::from(windows as f64));
+    if let Some(solution) = fast_run(&problem, case, length, &mut observer) {
+        return solution;
+    }
+    let capacity = windows * problem.sbp.points();
+    let run = Run::new(&problem, case, length, capacity, observer);
+    each_window(problem, case, length, run)
 }
 
 /// The run of a spectral element in the weak form, if `S` is `f64` and its iteration converges.
-fn fast_run<S: Real>(problem: &Problem<S>, case: &Case, length: S) -> Option<Result<Run<S>, NoSolution>> {
+fn fast_run<S: Real>(
+    problem: &Problem<S>,
+    case: &Case,
+    length: S,
+    observer: &mut Option<Observer<'_, S>>,
+) -> Option<Result<Solution<S>, NoSolution>> {
     let problem: &Problem = (problem as &dyn Any).downcast_ref()?;
     let weak = problem.form == Form::Weak && case.solver.system == System::PhysicalLimit;
     if !weak || problem.sbp.is_equidistant() {
         return None;
     }
-    spectral::march(problem, case.grid.windows, length.to_f64()).and_then(same)
+    let observer = observer.as_mut().map(|observer| &mut **observer as Observer<'_, S>);
+    in_f64(observer, |observer| spectral::march(problem, case, length.to_f64(), observer).transpose()).flatten()
+}
+
+/// What `work`, which is done in `f64`, returns, if `S` is `f64`.
+fn in_f64<S: Real, T: 'static, U: 'static>(
+    observer: Option<Observer<'_, S>>,
+    work: impl FnOnce(Option<Observer<'_, f64>>) -> T,
+) -> Option<U> {
+    same(match observer {
+        None => work(None),
+        Some(observer) => work(Some(&mut |solution: &Solution| {
+            if let Some(solution) = (solution as &dyn Any).downcast_ref() {
+                observer(solution);
+            }
+        })),
+    })
 }
 
 /// Every window by Newton's method or an explicit recursion, from where the one before ends.
-fn window_by_window<S: Real>(problem: &mut Problem<S>, case: &Case) -> Result<Run<S>, NoSolution> {
-    let gamma_i = problem.gamma_i;
-    let mut run = Run::new(case.grid.windows * problem.sbp.points());
-    for window in 0..case.grid.windows {
+fn each_window<S: Real>(
+    mut problem: Problem<S>,
+    case: &Case,
+    length: S,
+    mut run: Run<'_, S>,
+) -> Result<Solution<S>, NoSolution> {
+    let (gamma_i, windows) = (problem.gamma_i, case.grid.windows);
+    // The time is summed so that a million windows lose nothing.
+    let mut time = Compensated::default();
+    for window in 0..windows {
+        let gamma = S::from(window as f64) * problem.length;
         if window > 0 {
-            let [x, x_dot] = run.end();
-            problem.continue_from(gamma_i + S::from(window as f64) * problem.length, x, x_dot);
+            problem.continue_from(gamma_i + gamma, run.solution.end.x, run.solution.end.x_dot);
         }
         let piece = match case.solver.system {
-            System::PhysicalLimit => solve_physical_limit(problem, case),
-            System::Doubled => solve_doubled(problem, case),
+            System::PhysicalLimit => solve_physical_limit(&problem, case),
+            System::Doubled => solve_doubled(&problem, case),
         }?;
-        run.append(problem, piece)?;
+        let start: Compensated<S> = time;
+        time = time.plus(piece.elapsed.last().copied().unwrap_or(S::ZERO));
+        let end = if window + 1 == windows { length } else { S::from((window + 1) as f64) * problem.length };
+        run.append(&problem, Place { gamma: [gamma, end], time: [start.high, time.high] }, piece)?;
     }
-    Ok(run)
+    Ok(run.solution)
 }
 
 fn solve_physical_limit<S: Real>(problem: &Problem<S>, case: &Case) -> Result<Piece<S>, NoSolution> {

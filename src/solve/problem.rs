@@ -2,10 +2,11 @@
 
 use std::any::Any;
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use super::derivative::FormDerivative;
 use crate::action::{DoubledAction, Layout};
-use crate::case::{Case, Form};
+use crate::case::{Case, Form, SbpName};
 use crate::geodesic::{InitialData, Invariants};
 use crate::metric::Metric;
 use crate::sbp::SbpOperator;
@@ -16,8 +17,9 @@ use crate::scalar::Real;
 #[derive(Debug, Clone)]
 pub(crate) struct Problem<S = f64> {
     pub(crate) form: Form,
-    pub(crate) sbp: SbpOperator<S>,
-    pub(crate) metric: Metric<S>,
+    pub(crate) sbp: Arc<SbpOperator<S>>,
+    pub(crate) sbp_name: SbpName,
+    pub(crate) metric: Arc<Metric<S>>,
     pub(crate) initial: InitialData<S>,
     /// Q_t and K of the whole run: every window has the same.
     pub(crate) invariants: Invariants<S>,
@@ -31,14 +33,19 @@ pub(crate) struct Problem<S = f64> {
 impl<S: Real> Problem<S> {
     /// The problem of the first window of `case`, with windows of the given `length` in γ.
     pub(crate) fn new(case: &Case, length: S) -> Self {
-        let spacing = length / S::from((case.grid.n_gamma - 1) as f64);
-        let sbp = case.scheme.sbp.operator(case.grid.n_gamma, spacing).expect("a valid case has enough points");
+        Self::on_operator(case, case.scheme.sbp, case.grid.n_gamma, length)
+    }
+
+    /// The same with another operator.
+    pub(crate) fn on_operator(case: &Case, sbp_name: SbpName, points: usize, length: S) -> Self {
+        let sbp = sbp_name.operator(points, length / S::from((points - 1) as f64));
         let (metric, initial) = (case.metric(), InitialData { t: S::ZERO, ..case.initial_data() });
         Self {
             form: case.scheme.form,
             invariants: initial.invariants(&metric),
-            sbp,
-            metric,
+            sbp: Arc::new(sbp.expect("a valid case has enough points")),
+            sbp_name,
+            metric: Arc::new(metric),
             initial,
             gamma_i: case.grid.gamma_i.to(),
             length,

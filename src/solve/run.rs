@@ -1,11 +1,17 @@
 //! Windows laid end to end.
 
+use std::sync::Arc;
+
 use super::problem::Problem;
-use super::solution::{Backward, Window};
+use super::solution::{Backward, EndState, Solution, Window, WindowEnd};
 use super::status::{InitialGuess, IterationRecord, NoSolution, Status};
 use crate::action::MULTIPLIERS;
+use crate::case::Case;
 use crate::geodesic::InitialData;
-use crate::scalar::{Compensated, Real};
+use crate::scalar::Real;
+
+/// Sees a run window by window, each as a solution of its own.
+pub(super) type Observer<'o, S> = &'o mut dyn FnMut(&Solution<S>);
 
 /// The critical point of one window. Its time counts from its start.
 pub(super) struct Piece<S> {
@@ -21,82 +27,114 @@ pub(super) struct Piece<S> {
     pub(super) history: Vec<IterationRecord>,
 }
 
-/// The windows so far.
-pub(super) struct Run<S> {
-    pub(super) elapsed: Vec<S>,
-    pub(super) x: Vec<S>,
-    pub(super) backward: Option<Backward<S>>,
-    pub(super) windows: Vec<Window<S>>,
-    pub(super) gradient_norm: S,
-    pub(super) q_t: S,
-    pub(super) initial_guess: InitialGuess,
-    pub(super) iterations: usize,
-    pub(super) history: Vec<IterationRecord>,
-    pub(super) last_correction: f64,
-    /// The time at the end, summed so that a million windows lose nothing.
-    time: Compensated<S>,
-    capacity: usize,
+/// Where a window lies in the run: γ − γ_i and t − t_i at its start and its end.
+pub(super) struct Place<S> {
+    pub(super) gamma: [S; 2],
+    pub(super) time: [S; 2],
 }
 
-impl<S: Real> Run<S> {
-    /// Nothing yet of a run of so many nodes.
-    pub(super) fn new(capacity: usize) -> Self {
-        Self {
+/// The windows so far: all of them, or where somebody sees them one by one the last.
+pub(super) struct Run<'o, S> {
+    pub(super) solution: Solution<S>,
+    capacity: usize,
+    observer: Option<Observer<'o, S>>,
+}
+
+impl<'o, S: Real> Run<'o, S> {
+    /// Nothing yet of a run of `case` over `length` that starts with `problem` and has so many nodes.
+    pub(super) fn new(
+        problem: &Problem<S>,
+        case: &Case,
+        length: S,
+        capacity: usize,
+        observer: Option<Observer<'o, S>>,
+    ) -> Self {
+        let end = EndState { t: S::ZERO, x: S::ZERO, x_dot: S::ZERO, q_t: S::ZERO };
+        let solution = Solution {
+            t_i: case.initial.t.to(),
             elapsed: Vec::new(),
             x: Vec::new(),
             backward: None,
             windows: Vec::new(),
+            window_count: 0,
             gradient_norm: S::ZERO,
-            q_t: S::ZERO,
+            end,
             initial_guess: InitialGuess::None,
             iterations: 0,
             history: Vec::new(),
             last_correction: 0.0,
-            time: Compensated::default(),
-            capacity,
-        }
+            gamma_i: problem.gamma_i,
+            length,
+            digits: problem.digits,
+            error_estimate: None,
+            form: problem.form,
+            sbp_name: problem.sbp_name,
+            operators: Vec::new(),
+            metric: Arc::clone(&problem.metric),
+            initial: problem.initial,
+        };
+        let capacity = if observer.is_some() { problem.sbp.points() } else { capacity };
+        Self { solution, capacity, observer }
     }
 
-    /// x and w* to continue with.
-    pub(super) fn end(&self) -> [S; 2] {
-        self.windows.last().map_or([S::ZERO; 2], |window| [window.end.0, window.end.1])
-    }
-
-    /// t_N − t_i.
-    pub(super) fn elapsed(&self) -> S {
-        self.time.high
-    }
-
-    /// Replaces the sum of the windows' times by one that was kept with more digits.
-    pub(super) fn set_time(&mut self, elapsed: S) {
-        self.time = Compensated::from(elapsed);
+    /// Forgets the windows so far: the run begins again.
+    pub(super) fn clear(&mut self) {
+        let run = &mut self.solution;
+        run.elapsed.clear();
+        run.x.clear();
+        run.windows.clear();
+        (run.window_count, run.gradient_norm) = (0, 0.0.into());
     }
 
     /// Adds the solution of `problem`.
     ///
     /// # Errors
     /// Numbers that are not finite are no result: an overflow anywhere makes the gradient NaN or infinite.
-    pub(super) fn append(&mut self, problem: &Problem<S>, piece: Piece<S>) -> Result<(), NoSolution> {
-        let duration = piece.elapsed.last().copied().unwrap_or(S::ZERO);
-        if !(piece.gradient_norm.is_finite() && duration.is_finite()) {
+    pub(super) fn append(&mut self, problem: &Problem<S>, place: Place<S>, piece: Piece<S>) -> Result<(), NoSolution> {
+        if !(piece.gradient_norm.is_finite() && place.time[1].is_finite()) {
             return Err(overflow(problem, piece));
         }
-        let start = InitialData { t: self.time.high, ..problem.initial };
-        self.windows.push(Window { start, end: (piece.end[0], piece.end[1]), multipliers: piece.multipliers });
-        self.time = self.time.plus(duration);
-        self.gradient_norm = self.gradient_norm.max(piece.gradient_norm);
-        (self.q_t, self.initial_guess) = (piece.q_t, piece.initial_guess);
-        self.last_correction = self.last_correction.max(piece.history.last().map_or(0.0, |last| last.relative_step));
-        self.iterations += piece.history.len();
-        if piece.history.len() > self.history.len() {
-            self.history = piece.history;
+        let Place { gamma, time } = place;
+        let run = &mut self.solution;
+        if self.observer.is_some() {
+            run.elapsed.clear();
+            run.x.clear();
+            run.backward = None;
+            run.windows.clear();
         }
-        collect(&mut self.elapsed, piece.elapsed, self.capacity);
-        collect(&mut self.x, piece.x, self.capacity);
+        let known = run.operators.iter().rposition(|operator| Arc::ptr_eq(operator, &problem.sbp));
+        let operator = known.unwrap_or_else(|| {
+            run.operators.push(Arc::clone(&problem.sbp));
+            run.operators.len() - 1
+        });
+        let [x, x_dot] = piece.end;
+        run.windows.push(Window {
+            gamma,
+            start: InitialData { t: time[0], ..problem.initial },
+            end: WindowEnd { t: time[1], x, x_dot },
+            multipliers: piece.multipliers,
+            first_node: run.x.len(),
+            operator,
+        });
+        run.window_count += 1;
+        (run.form, run.sbp_name) = (problem.form, problem.sbp_name);
+        run.end = EndState { t: run.t_i + time[1], x, x_dot, q_t: piece.q_t };
+        run.gradient_norm = run.gradient_norm.max(piece.gradient_norm);
+        run.initial_guess = piece.initial_guess;
+        run.last_correction = run.last_correction.max(piece.history.last().map_or(0.0, |last| last.relative_step));
+        run.iterations += piece.history.len();
+        if piece.history.len() > run.history.len() {
+            run.history = piece.history;
+        }
+        collect(&mut run.elapsed, piece.elapsed, self.capacity);
+        collect(&mut run.x, piece.x, self.capacity);
         if let Some(piece) = piece.backward {
-            let backward = self.backward.get_or_insert(Backward { elapsed: Vec::new(), x: Vec::new() });
+            let backward = run.backward.get_or_insert(Backward { elapsed: Vec::new(), x: Vec::new() });
             collect(&mut backward.elapsed, piece.elapsed, self.capacity);
             collect(&mut backward.x, piece.x, self.capacity);
+        }
+        if let Some(observer) = &mut self.observer {
+            observer(run);
         }
         Ok(())
     }
@@ -107,7 +145,7 @@ fn collect<S: Real>(all: &mut Vec<S>, piece: Vec<S>, capacity: usize) {
     if piece.len() == capacity {
         *all = piece;
     } else {
-        all.reserve_exact(capacity - all.len());
+        all.reserve_exact(capacity.saturating_sub(all.len()).max(piece.len()));
         all.extend(piece);
     }
 }

@@ -1,9 +1,12 @@
 //! What a successful solve returns.
 
+use std::ops::Range;
+use std::sync::Arc;
+
 use super::derivative::FormDerivative;
 use super::status::{InitialGuess, IterationRecord};
 use crate::action::MULTIPLIERS;
-use crate::case::Form;
+use crate::case::{Form, SbpName};
 use crate::geodesic::{InitialData, Invariants};
 use crate::metric::Metric;
 use crate::sbp::SbpOperator;
@@ -35,17 +38,41 @@ pub struct EndState<S = f64> {
 /// What one window of a run starts from and ends with.
 #[derive(Debug, Clone)]
 pub struct Window<S = f64> {
+    /// γ − γ_i at its first and its last node.
+    pub gamma: [S; 2],
     /// Position and tangent that it continues, with time counted from the start of the run.
     pub start: InitialData<S>,
-    /// x and w* at its last node.
-    pub end: (S, S),
+    /// What the next one continues with.
+    pub end: WindowEnd<S>,
     /// λ1 … λ8 of its action; the weak form has none.
     pub multipliers: Option<[S; MULTIPLIERS]>,
+    /// Index of its first node in the arrays of the [`Solution`], and of its operator there.
+    pub(crate) first_node: usize,
+    pub(crate) operator: usize,
+}
+
+/// What a window hands on beside Q_t.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WindowEnd<S = f64> {
+    /// t − t_i at its last node.
+    pub t: S,
+    /// x at its last node.
+    pub x: S,
+    /// w* at its last node.
+    pub x_dot: S,
+}
+
+impl<S: Real> Window<S> {
+    /// γ from its first to its last node.
+    pub fn length(&self) -> S {
+        self.gamma[1] - self.gamma[0]
+    }
 }
 
 /// A converged critical point with the problem it solves; of a run in several windows one for each, end to end.
 ///
-/// The nodes stand window by window, N each: the joint of two windows appears in both.
+/// The nodes stand window by window: the joint of two windows appears in both. Where windows are handed out one by one
+/// ([`solve_window_by_window`](super::solve_window_by_window)) it is that window alone, at its place in the run.
 #[derive(Debug, Clone)]
 pub struct Solution<S = f64> {
     /// Initial time, kept apart from [`Self::elapsed`] so that it costs no digits.
@@ -58,6 +85,8 @@ pub struct Solution<S = f64> {
     pub backward: Option<Backward<S>>,
     /// The windows, in order.
     pub windows: Vec<Window<S>>,
+    /// Number of windows of the run so far; more than [`Self::windows`] has where they are handed out one by one.
+    pub window_count: usize,
     /// Largest entry of the gradient of the doubled action at this solution (in any window): its certificate.
     pub gradient_norm: S,
     /// What to continue with.
@@ -77,12 +106,17 @@ pub struct Solution<S = f64> {
     pub length: S,
     /// Significant decimal digits that were asked for; 16 for `f64`.
     pub digits: u32,
+    /// The estimated error of t and x at the ends of windows, relative to max(1, largest |t − t_i|) and max(1, largest
+    /// |x|), if the windows were chosen for an accuracy.
+    pub error_estimate: Option<f64>,
     /// The form of the action.
     pub form: Form,
-    /// The operator of a window.
-    pub sbp: SbpOperator<S>,
+    /// The name of the operator.
+    pub sbp_name: SbpName,
+    /// The operators of the windows: one if all have the same length.
+    pub(crate) operators: Vec<Arc<SbpOperator<S>>>,
     /// The metric.
-    pub metric: Metric<S>,
+    pub metric: Arc<Metric<S>>,
     /// The initial data, with time counted from the start (t = 0).
     pub initial: InitialData<S>,
 }
@@ -90,7 +124,7 @@ pub struct Solution<S = f64> {
 /// One window of a [`Solution`], to read.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct WindowView<'a, S> {
-    pub(crate) start: InitialData<S>,
+    pub(crate) window: &'a Window<S>,
     /// t from the start of the window, and x.
     pub(crate) elapsed: &'a [S],
     pub(crate) x: &'a [S],
@@ -99,63 +133,82 @@ pub(crate) struct WindowView<'a, S> {
 }
 
 impl<S: Real> WindowView<'_, S> {
+    /// Its part of arrays that hold a value a node.
+    pub(crate) fn nodes(&self) -> Range<usize> {
+        self.window.first_node..self.window.first_node + self.x.len()
+    }
+
     /// d/dγ as the form of the action means it: Du (strong), or D̄u of a field `u` that starts at `initial` (weak).
-    pub(crate) fn derivative(&self, u: &[S], initial: S) -> Vec<S> {
-        FormDerivative::new(self.sbp, self.form).derivative(u, initial)
+    pub(crate) fn derivative(&self, u: &[S], initial: S, out: &mut [S]) {
+        FormDerivative::new(self.sbp, self.form).apply(u, initial, out);
+    }
+
+    /// γ − γ_i at node k.
+    #[inline]
+    pub(crate) fn gamma_at(&self, k: usize) -> S {
+        let [first, last] = self.window.gamma;
+        if k + 1 == self.x.len() {
+            last
+        } else if first == S::ZERO {
+            self.sbp.node(k)
+        } else {
+            first + self.sbp.node(k)
+        }
+    }
+
+    /// Number of nodes, from the first, at which Q_t is exact: all but the last (strong), or all (weak).
+    pub(crate) fn exact_nodes(&self) -> usize {
+        match self.form {
+            Form::Strong => self.x.len() - 1,
+            Form::Weak => self.x.len(),
+        }
+    }
+
+    /// Number of nodes, from the first, whose ΔG does not feel the last node of the strong form.
+    pub(crate) fn uncoupled_nodes(&self) -> usize {
+        match self.form {
+            Form::Strong => self.x.len() - self.sbp.rows_reaching_last_node(),
+            Form::Weak => self.x.len(),
+        }
     }
 }
 
 impl<S: Real> Solution<S> {
+    /// The operator of the first window.
+    pub fn sbp(&self) -> &SbpOperator<S> {
+        &self.operators[0]
+    }
+
     /// The windows in order.
-    pub(crate) fn views(&self) -> impl ExactSizeIterator<Item = WindowView<'_, S>> {
-        let nodes = self.sbp.points();
-        self.windows.iter().enumerate().map(move |(index, window)| WindowView {
-            start: window.start,
-            elapsed: &self.elapsed[index * nodes..(index + 1) * nodes],
-            x: &self.x[index * nodes..(index + 1) * nodes],
-            sbp: &self.sbp,
-            form: self.form,
-        })
+    pub(crate) fn views(&self) -> impl ExactSizeIterator<Item = WindowView<'_, S>> + Clone {
+        self.windows.iter().map(|window| self.view(window))
     }
 
-    /// γ_f − γ_i of one window.
-    pub fn window_length(&self) -> S {
-        self.length / S::from(self.windows.len() as f64)
+    /// One of the windows, to read.
+    pub(crate) fn view<'a>(&'a self, window: &'a Window<S>) -> WindowView<'a, S> {
+        let sbp = &*self.operators[window.operator];
+        let nodes = window.first_node..window.first_node + sbp.points();
+        WindowView { window, elapsed: &self.elapsed[nodes.clone()], x: &self.x[nodes], sbp, form: self.form }
     }
 
-    /// γ − γ_i at node k of a window, both counted from 0.
-    #[inline]
-    pub(crate) fn gamma_at(&self, window: usize, k: usize) -> S {
-        if k + 1 < self.sbp.points() {
-            let within = self.sbp.node(k);
-            return if window == 0 { within } else { S::from(window as f64) * self.window_length() + within };
-        }
-        match window + 1 == self.windows.len() {
-            true => self.length,
-            false => S::from((window + 1) as f64) * self.window_length(),
-        }
-    }
-
-    /// γ − γ_i on the nodes: N values a window, joints twice.
+    /// γ − γ_i on the nodes, window by window, joints twice.
     pub fn gamma_from_start(&self) -> impl Iterator<Item = S> + '_ {
-        let nodes = self.sbp.points();
-        (0..self.windows.len()).flat_map(move |window| (0..nodes).map(move |k| self.gamma_at(window, k)))
+        self.views().flat_map(|view| (0..view.x.len()).map(move |k| view.gamma_at(k)))
     }
 
-    /// γ on the nodes: N values a window, joints twice.
+    /// γ on the nodes, window by window, joints twice.
     pub fn gamma(&self) -> impl Iterator<Item = S> + '_ {
         self.gamma_from_start().map(|gamma| self.gamma_i + gamma)
     }
 
-    /// t on the nodes: N values a window, joints twice.
+    /// t on the nodes, window by window, joints twice.
     pub fn t(&self) -> impl Iterator<Item = S> + '_ {
         self.time_from_start(&self.elapsed).map(|t| self.t_i + t)
     }
 
     /// t − t_i for times `elapsed` on the nodes that count from the start of their window.
     pub(crate) fn time_from_start<'a>(&'a self, elapsed: &'a [S]) -> impl Iterator<Item = S> + 'a {
-        let chunks = elapsed.chunks_exact(self.sbp.points()).zip(&self.windows);
-        chunks.flat_map(move |(elapsed, window)| elapsed.iter().map(move |&t| window.start.t + t))
+        self.views().flat_map(move |view| elapsed[view.nodes()].iter().map(move |&t| view.window.start.t + t))
     }
 
     /// t_N − t_i.
@@ -176,14 +229,6 @@ impl<S: Real> Solution<S> {
     /// The continuum's Q_t and K of the initial data.
     pub fn invariants(&self) -> Invariants<S> {
         self.initial.invariants(&self.metric)
-    }
-
-    /// Number of nodes of each window, from its first, at which Q_t is exact: all but the last (strong), or all (weak).
-    pub(crate) fn exact_nodes(&self) -> usize {
-        match self.form {
-            Form::Strong => self.sbp.points() - 1,
-            Form::Weak => self.sbp.points(),
-        }
     }
 
     /// Largest distance between the branches in t or x; 0 in the physical limit.

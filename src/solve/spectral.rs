@@ -6,77 +6,125 @@
 
 use std::ops::ControlFlow;
 
-use super::gradient_norm;
 use super::problem::Problem;
-use super::run::{Piece, Run};
+use super::run::{Observer, Piece, Place, Run};
+use super::solution::Solution;
 use super::status::{InitialGuess, NoSolution, Status};
+use crate::action::GradientRoom;
+use crate::case::Case;
 use crate::lobatto::{March, MarchFailure, State, Twofold, WeakRule, WindowView};
 
-/// All windows of the run that starts with `problem`; none if the iteration does not converge.
-pub(super) fn march(problem: &Problem, windows: usize, length: f64) -> Option<Result<Run<f64>, NoSolution>> {
+/// The windows of the run that starts with `problem`; none if the iteration does not converge.
+pub(super) fn march(
+    problem: &Problem,
+    case: &Case,
+    length: f64,
+    observer: Option<Observer<'_, f64>>,
+) -> Result<Option<Solution>, NoSolution> {
+    let windows = case.grid.windows;
     let rule = WeakRule::shared(problem.sbp.points());
     let window_length = Twofold::from(length) / Twofold::from(windows as f64);
     let q_t = problem.invariants().q_t;
     // The tables hold the square of the length, and half as many digits of it again.
     let square = problem.length * problem.length;
     if !(square.is_finite() && square > f64::MIN_POSITIVE / f64::EPSILON / f64::EPSILON) {
-        return None;
+        return Ok(None);
     }
-    let mut here = problem.clone();
-    let mut run = Run::new(windows * problem.sbp.points());
-    let mut failure = None;
-    let marched = March::new(&problem.metric, q_t, rule, window_length).run(
-        State::from(problem.initial),
-        windows,
-        &mut |view: &WindowView<'_>| {
-            if view.index > 0 {
-                here.continue_from(problem.gamma_i + view.gamma.hi, view.start.x.hi, view.start.w.hi);
-            }
-            match run.append(&here, piece(&here, view)) {
-                Ok(()) => ControlFlow::Continue(()),
-                Err(error) => {
-                    failure = Some(error);
-                    ControlFlow::Break(())
-                }
-            }
-        },
-    );
-    if let Some(error) = failure {
-        return Some(Err(error));
-    }
+    let run = Run::new(problem, case, length, windows * problem.sbp.points(), observer);
+    let mut certified = CertifiedRun::new(problem.clone(), run);
+    let mut march = March::new(&problem.metric, q_t, rule, window_length);
+    let marched = march.run(State::from(problem.initial), windows, &mut |view| {
+        let end = if view.index + 1 == windows { length } else { (view.gamma + view.length).hi };
+        certified.append(view, end)
+    });
+    let mut run = certified.finish()?;
     match marched {
         Ok(marched) => {
-            run.set_time(marched.end.t.hi);
             run.iterations = marched.statistics.evaluations;
-            Some(Ok(run))
+            Ok(Some(run))
         }
-        Err(MarchFailure::OutsideDomain { gamma, x, g00, .. }) => Some(Err(NoSolution {
-            status: Status::OutsideDomain,
-            gamma: problem.gamma_i + gamma,
-            x,
-            g00,
-            iteration: 0,
-            residual: f64::INFINITY,
-            history: Vec::new(),
-            initial_guess: InitialGuess::Extrapolation,
-        })),
-        Err(_) => None,
+        Err(MarchFailure::OutsideDomain { gamma, x, g00, .. }) => {
+            Err(no_solution(Status::OutsideDomain, problem.gamma_i + gamma, x, g00))
+        }
+        Err(_) => Ok(None),
     }
 }
 
-/// One window as a critical point of its action.
-fn piece(problem: &Problem, view: &WindowView<'_>) -> Piece<f64> {
-    let elapsed = view.elapsed();
-    let unknowns = problem.layout().physical_limit(&elapsed, view.x, &[]);
-    Piece {
-        gradient_norm: gradient_norm(&problem.action(), &unknowns),
-        elapsed,
-        x: view.x.to_vec(),
-        backward: None,
-        multipliers: None,
-        end: [view.end.x.hi, view.end.w.hi],
-        q_t: problem.invariants().q_t,
-        initial_guess: InitialGuess::Extrapolation,
+/// A march that ended without a result at this point.
+pub(super) fn no_solution(status: Status, gamma: f64, x: f64, g00: f64) -> NoSolution {
+    NoSolution {
+        status,
+        gamma,
+        x,
+        g00,
+        iteration: 0,
+        residual: f64::INFINITY,
         history: Vec::new(),
+        initial_guess: InitialGuess::Extrapolation,
+    }
+}
+
+/// Collects marched windows, each as a critical point of its action.
+pub(super) struct CertifiedRun<'o> {
+    /// The problem of the window that comes next.
+    pub(super) problem: Problem,
+    gamma_i: f64,
+    pub(super) run: Run<'o, f64>,
+    room: GradientRoom<f64>,
+    failure: Option<NoSolution>,
+}
+
+impl<'o> CertifiedRun<'o> {
+    pub(super) fn new(problem: Problem, run: Run<'o, f64>) -> Self {
+        let room = GradientRoom::new(problem.sbp.points());
+        Self { gamma_i: problem.gamma_i, problem, run, room, failure: None }
+    }
+
+    /// Forgets everything: the march begins again from `start`.
+    pub(super) fn begin_again(&mut self, start: State) {
+        self.run.clear();
+        let State { x, w, .. } = start;
+        self.problem.continue_from(self.gamma_i, x.hi, w.hi);
+    }
+
+    /// Adds a window that ends at γ − γ_i = `end`.
+    pub(super) fn append(&mut self, view: &WindowView<'_>, end: f64) -> ControlFlow<()> {
+        let problem = &mut self.problem;
+        if view.index > 0 {
+            problem.continue_from(self.gamma_i + view.gamma.hi, view.start.x.hi, view.start.w.hi);
+        }
+        let elapsed = view.elapsed();
+        self.room.fit(elapsed.len());
+        let norm = problem.action().weak_gradient_norm_at_limit(&elapsed, view.x, &mut self.room);
+        let piece = Piece {
+            gradient_norm: norm.unwrap_or(f64::INFINITY),
+            elapsed,
+            x: view.x.to_vec(),
+            backward: None,
+            multipliers: None,
+            end: [view.end.x.hi, view.end.w.hi],
+            q_t: problem.invariants().q_t,
+            initial_guess: InitialGuess::Extrapolation,
+            history: Vec::new(),
+        };
+        let place = Place { gamma: [view.gamma.hi, end], time: [view.start.t.hi, view.end.t.hi] };
+        match self.run.append(problem, place, piece) {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(failure) => {
+                self.failure = Some(failure);
+                ControlFlow::Break(())
+            }
+        }
+    }
+
+    /// The run.
+    ///
+    /// # Errors
+    /// Why a window could not be added.
+    pub(super) fn finish(self) -> Result<Solution, NoSolution> {
+        match self.failure {
+            Some(failure) => Err(failure),
+            None => Ok(self.run.solution),
+        }
     }
 }

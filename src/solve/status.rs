@@ -21,6 +21,8 @@ pub enum Status {
     OutsideDomain,
     /// Refinement beyond `f64` does not reach the digits asked for.
     PrecisionNotReached,
+    /// The accuracy asked for is beyond what the arithmetic can keep on this run.
+    AccuracyNotReached,
     /// The asked-for physical time t_f is not reached by any γ_f tried.
     EndTimeNotReached,
 }
@@ -35,6 +37,7 @@ impl Status {
             Self::Singular => "singular",
             Self::OutsideDomain => "outside-domain",
             Self::PrecisionNotReached => "precision-not-reached",
+            Self::AccuracyNotReached => "accuracy-not-reached",
             Self::EndTimeNotReached => "end-time-not-reached",
         }
     }
@@ -127,6 +130,10 @@ impl fmt::Display for NoSolution {
                 let (gamma, x) = (Compact(*gamma), Compact(*x));
                 write!(f, "the physical time t_f is not reached: the search ended at gamma = {gamma}, x = {x}")
             }
+            Status::AccuracyNotReached => {
+                let gamma = Compact(*gamma);
+                write!(f, "the accuracy is not reached: the estimated error is {residual:.1e} at gamma = {gamma}")
+            }
             status => write!(
                 f,
                 "no critical point found ({status}) after {iteration} iterations: largest residual {residual:.2e} at gamma = {}, x = {}",
@@ -172,6 +179,9 @@ impl NoSolution {
             Status::PrecisionNotReached => {
                 "ask for fewer solver.digits; if f64 is in difficulties too (solver.digits = 16), raise n_gamma or windows so that \
                  every turn of the motion is resolved"
+            }
+            Status::AccuracyNotReached => {
+                "ask for less solver.accuracy or a shorter run; with scheme and grid given, solver.digits goes further"
             }
             Status::Stalled | Status::Singular => {
                 "raise n_gamma or windows (or shorten gamma_f) so that every turn of the motion is resolved, or try another operator; \

@@ -246,7 +246,7 @@ fn measure<S: Real>(case: &Case, length: S, reference: &ReferenceTrajectory<S>) 
 pub fn errors<S: Real>(solution: &Solution<S>, reference: &ReferenceTrajectory<S>) -> Errors {
     let (mut t_squared, mut x_squared, mut final_errors) = (0.0, 0.0, (0.0, 0.0));
     let values = solution.time_from_start(&solution.elapsed).zip(&solution.x);
-    let weights = solution.sbp.weights().iter().cycle();
+    let weights = solution.views().flat_map(|view| view.sbp.weights());
     for ((gamma, (t, &x)), weight) in solution.gamma_from_start().zip(values).zip(weights) {
         let exact = reference.at(gamma);
         let (t, x) = ((t - exact.elapsed).to_f64(), (x - exact.x).to_f64());
@@ -261,8 +261,8 @@ pub fn errors<S: Real>(solution: &Solution<S>, reference: &ReferenceTrajectory<S
         eps_x_final: final_errors.1,
         eps_t_l2: t_squared.sqrt(),
         eps_x_l2: x_squared.sqrt(),
-        delta_q_t_last: diagnostics.delta_q_t_last().to_f64(),
-        delta_k_max: diagnostics.max_abs_delta_k().to_f64(),
+        delta_q_t_last: diagnostics.measures.delta_q_t_last.to_f64(),
+        delta_k_max: diagnostics.measures.max_abs_delta_k.to_f64(),
     }
 }
 

@@ -54,14 +54,14 @@ const SYSTEMS: [&str; 2] = ["solver.system=physical-limit", "solver.system=doubl
 /// Everything that is zero in theory is below `zero`; the last nodes, which are not, stay where they are.
 fn assert_exact(name: &str, solution: &Solution<Extended>, zero: &str) {
     let (zero, diagnostics) = (read(zero), Diagnostics::new(solution));
-    assert!(diagnostics.max_abs_delta_q_t_interior() < zero, "{name}: interior ΔQ_t");
-    assert!(diagnostics.max_abs_delta_q_t_corrected() < zero, "{name}: corrected ΔQ_t");
-    assert!(diagnostics.max_abs_delta_g_interior() < zero, "{name}: interior ΔG");
+    assert!(diagnostics.measures.max_abs_delta_q_t_interior < zero, "{name}: interior ΔQ_t");
+    assert!(diagnostics.measures.max_abs_delta_q_t_corrected < zero, "{name}: corrected ΔQ_t");
+    assert!(diagnostics.measures.max_abs_delta_g_interior < zero, "{name}: interior ΔG");
     assert!(solution.multipliers().unwrap()[..4].iter().all(|lambda| lambda.abs() < zero), "{name}: λ1 … λ4");
     assert!(solution.gradient_norm < zero, "{name}: gradient {:?}", solution.gradient_norm);
     assert!(solution.branch_distance() < zero, "{name}: branches");
     // The checks can fail.
-    assert!(diagnostics.delta_q_t_last().abs() > read("1e-7"), "{name}: the last node stands alone");
+    assert!(diagnostics.measures.delta_q_t_last.abs() > read("1e-7"), "{name}: the last node stands alone");
     let last = solution.x.len() - 1;
     assert!(diagnostics.residuals.delta_g_x[last].abs() > read("1e-7"), "{name}: ΔG at the last node");
 }
@@ -74,7 +74,7 @@ fn the_base_cases_in_40_digits() {
             let solution = solved_in::<Extended>(&format!("{name} solver.digits=40"));
             assert!((solution.end.t - read(base.t_final)).abs() < read("1e-39"), "{name}: {:?}", solution.end.t);
             assert!((solution.end.x - read(base.x_final)).abs() < read("1e-39"), "{name}: {:?}", solution.end.x);
-            let last = Diagnostics::new(&solution).delta_q_t_last().to_f64();
+            let last = Diagnostics::new(&solution).measures.delta_q_t_last.to_f64();
             let published: f64 = base.delta_e_last.parse().unwrap();
             assert!((last / published - 1.0).abs() < 1e-9, "{name}: {last} against {published}");
             assert_exact(&name, &solution, "1e-36");
@@ -118,7 +118,7 @@ fn the_most_digits_there_are() {
             let solution = solved_in::<Extended>(&format!("{name} solver.digits=70"));
             assert_exact(&name, &solution, "1e-65");
             // The second-order form of the action loses N² units of the last place, and says so.
-            let warnings = Diagnostics::new(&solution).warnings(&solution);
+            let warnings = Diagnostics::new(&solution).measures.warnings(&solution);
             let warned = warnings.iter().any(|warning| warning.contains("of 70 digits"));
             assert!(system == SYSTEMS[0] && !warned || system == SYSTEMS[1], "{name}: {warnings:?}");
         }

@@ -1,0 +1,138 @@
+//! The numbers that one looks at first.
+
+use super::bound::Bound;
+use super::charges::{Charges, FreeParticleCharges};
+use super::residuals::GeodesicResiduals;
+use super::sawtooth;
+use crate::norm::max_abs;
+use crate::scalar::Real;
+use crate::solve::{Solution, WindowView};
+
+/// A drift of K by more than this share means that x is not resolved.
+const LARGE_DRIFT: f64 = 0.1;
+
+/// Newton's method in `f64` ends with a step below this share, which leaves half as many zeros more; a larger one means that
+/// rounding has ended it.
+const SMALL_CORRECTION: f64 = 1e-8;
+
+/// Extremes of the deviations over a run.
+///
+/// *Interior* nodes are all but the last of each window for Q_t and K, and those whose row of D does not reach it for ΔG; in
+/// the weak form they are all nodes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measures<S = f64> {
+    /// max |ΔQ_t| over the interior nodes.
+    pub max_abs_delta_q_t_interior: S,
+    /// Largest |ΔQ_t| at the last node of a window.
+    pub max_abs_delta_q_t_last: S,
+    /// ΔQ_t at the last node of the run.
+    pub delta_q_t_last: S,
+    /// max |ΔQ_t + (λ7/H_N) e_N| over all nodes.
+    pub max_abs_delta_q_t_corrected: S,
+    /// max of |ΔGᵗ| and |ΔGˣ| over the interior nodes.
+    pub max_abs_delta_g_interior: S,
+    /// max |ΔK| over the interior nodes.
+    pub max_abs_delta_k: S,
+    /// max |ΔK| at the ends of the windows, from the values that a continuation starts with.
+    pub max_abs_delta_k_ends: S,
+    /// Largest amplitude of the even–odd oscillation of x in a window; none if there are too few nodes, and for spectral
+    /// elements. See [`sawtooth()`].
+    pub sawtooth: Option<S>,
+    /// H_BVP and what bounds it.
+    pub bound: Bound<S>,
+    /// Largest distance between the branches in t or x, if the doubled system was solved.
+    pub branch_distance: Option<S>,
+    /// Q_x and Q_η, if the potential vanishes.
+    pub free_particle: Option<FreeParticleCharges<S>>,
+}
+
+impl<S: Real> Measures<S> {
+    pub(super) fn new(
+        solution: &Solution<S>,
+        g00: &[S],
+        [t_dot, x_dot]: [&[S]; 2],
+        charges: &Charges<S>,
+        residuals: &GeodesicResiduals<S>,
+    ) -> Self {
+        let exact = |view: &WindowView<'_, S>| view.exact_nodes();
+        let uncoupled = |view: &WindowView<'_, S>| view.uncoupled_nodes();
+        let largest = |u: &[S], count: &dyn Fn(&WindowView<'_, S>) -> usize| {
+            largest(solution.views().map(|view| max_abs(&u[view.nodes()][..count(&view)])))
+        };
+        let sawtooth_of = |view: WindowView<'_, S>| {
+            let nodes = if view.sbp.is_equidistant() { view.exact_nodes() } else { 0 };
+            sawtooth(&view.x[..nodes])
+        };
+        Self {
+            max_abs_delta_q_t_interior: largest(&charges.delta_q_t, &exact),
+            max_abs_delta_q_t_last: solution
+                .views()
+                .fold(S::ZERO, |largest, view| largest.max(charges.delta_q_t[view.nodes().end - 1].abs())),
+            delta_q_t_last: charges.delta_q_t.last().copied().unwrap_or(S::ZERO),
+            max_abs_delta_q_t_corrected: max_abs(&charges.delta_q_t_corrected),
+            max_abs_delta_g_interior: largest(&residuals.delta_g_t, &uncoupled)
+                .max(largest(&residuals.delta_g_x, &uncoupled)),
+            max_abs_delta_k: largest(&charges.delta_k, &exact),
+            max_abs_delta_k_ends: max_abs(&charges.delta_k_ends),
+            sawtooth: solution.views().filter_map(sawtooth_of).reduce(S::max),
+            bound: Bound::new(solution, g00),
+            branch_distance: solution.backward.as_ref().map(|_| solution.branch_distance()),
+            free_particle: FreeParticleCharges::new(solution, t_dot, x_dot),
+        }
+    }
+
+    /// The measures of a run of which these, and then the `next` ones, are.
+    pub fn followed_by(self, next: Self) -> Self {
+        let either = |a: Option<S>, b: Option<S>| a.into_iter().chain(b).reduce(S::max);
+        Self {
+            max_abs_delta_q_t_interior: self.max_abs_delta_q_t_interior.max(next.max_abs_delta_q_t_interior),
+            max_abs_delta_q_t_last: self.max_abs_delta_q_t_last.max(next.max_abs_delta_q_t_last),
+            delta_q_t_last: next.delta_q_t_last,
+            max_abs_delta_q_t_corrected: self.max_abs_delta_q_t_corrected.max(next.max_abs_delta_q_t_corrected),
+            max_abs_delta_g_interior: self.max_abs_delta_g_interior.max(next.max_abs_delta_g_interior),
+            max_abs_delta_k: self.max_abs_delta_k.max(next.max_abs_delta_k),
+            max_abs_delta_k_ends: self.max_abs_delta_k_ends.max(next.max_abs_delta_k_ends),
+            sawtooth: either(self.sawtooth, next.sawtooth),
+            bound: self.bound.followed_by(next.bound),
+            branch_distance: either(self.branch_distance, next.branch_distance),
+            free_particle: self.free_particle.zip(next.free_particle).map(|(a, b)| a.max(b)),
+        }
+    }
+
+    /// What in these numbers says that the trajectory should not be believed, a sentence each.
+    pub fn warnings(&self, solution: &Solution<S>) -> Vec<String> {
+        let k = solution.invariants().k.to_f64();
+        let mut warnings = Vec::new();
+        let drift = self.max_abs_delta_k.to_f64();
+        if drift > LARGE_DRIFT * k.abs() {
+            warnings.push(format!(
+                "K drifts by {drift:.2e} of {k:.2e}: x is not resolved, however exact Q_t is; raise n_gamma or windows, or \
+                 use an operator of higher order"
+            ));
+        }
+        if let Some(reached) = short_of_digits(solution) {
+            warnings.push(format!(
+                "the iteration ends at the rounding of the arithmetic: about {reached} of {} digits are certain; the \
+                 physical limit, or more digits, have more",
+                solution.digits
+            ));
+        }
+        if k >= 0.0 && self.bound.h_bvp > self.bound.h_bvp_bound {
+            let [h_bvp, h_bvp_bound] = [self.bound.h_bvp, self.bound.h_bvp_bound].map(S::to_f64);
+            warnings.push(format!("H_BVP = {h_bvp:.3e} exceeds its bound Q_t (t_f - t_i) = {h_bvp_bound:.3e}"));
+        }
+        warnings
+    }
+}
+
+/// The largest; NaN if any is.
+fn largest<S: Real>(values: impl Iterator<Item = S>) -> S {
+    values.fold(S::ZERO, |largest, value| max_abs(&[largest, value]))
+}
+
+/// The digits that the last correction left unchanged, if they are fewer than were asked for.
+fn short_of_digits<S: Real>(solution: &Solution<S>) -> Option<u32> {
+    let reached = -solution.last_correction.log10();
+    let wanted = if S::IS_EXTENDED { f64::from(solution.digits) } else { -SMALL_CORRECTION.log10() };
+    (solution.last_correction > 0.0 && reached < wanted).then_some(reached.max(0.0) as u32)
+}

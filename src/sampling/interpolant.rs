@@ -1,0 +1,144 @@
+//! The world-line in one window.
+
+use std::sync::Arc;
+
+use super::hermite::{Jet, hermite};
+use super::spectral::{Polynomials, Tables};
+use super::{Sample, partition};
+use crate::case::Form;
+use crate::geodesic::{acceleration, acceleration_slope};
+use crate::metric::Metric;
+use crate::scalar::{Real, sum};
+use crate::solve::{Solution, WindowView};
+
+/// What lies between the nodes of a window; γ and t count from its start.
+#[derive(Debug)]
+pub(super) struct Interpolant<S> {
+    kind: Kind<S>,
+    /// γ and t at the start of the window.
+    gamma: S,
+    t: S,
+    length: S,
+    q_t: S,
+    metric: Arc<Metric<S>>,
+}
+
+#[derive(Debug)]
+enum Kind<S> {
+    /// Positions of the nodes, and t, x, w* there.
+    Hermite { nodes: Vec<S>, jets: [Vec<Jet<S>>; 3] },
+    /// Positions of the nodes, weights of barycentric interpolation, and t, x, w* on the nodes.
+    Lagrange { nodes: Vec<S>, weights: Vec<S>, values: [Vec<S>; 3] },
+    /// Integrals of the forces.
+    Polynomials(Polynomials<S>),
+}
+
+impl<S: Real> Interpolant<S> {
+    pub(super) fn new(solution: &Solution<S>, view: WindowView<'_, S>, tables: &mut Tables<S>) -> Self {
+        let (q_t, metric, window) = (solution.end.q_t, &solution.metric, view.window);
+        let nodes = || (0..view.x.len()).map(|k| view.sbp.node(k)).collect::<Vec<_>>();
+        let kind = if view.sbp.is_equidistant() {
+            Kind::Hermite { nodes: nodes(), jets: jets(view, q_t, metric) }
+        } else if solution.form == Form::Weak {
+            Kind::Polynomials(Polynomials::new(window, view.x, q_t, metric, tables))
+        } else {
+            let nodes = nodes();
+            let others = |j: usize| nodes.iter().enumerate().filter(move |(k, _)| *k != j);
+            let weight = |j: usize| {
+                others(j).fold(S::ONE, |product, (_, &node)| product * (window.length() / (nodes[j] - node)))
+            };
+            let weights = (0..nodes.len()).map(weight).collect();
+            Kind::Lagrange { values: [view.elapsed.to_vec(), view.x.to_vec(), velocities(view)], weights, nodes }
+        };
+        Self {
+            kind,
+            gamma: solution.gamma_i + window.gamma[0],
+            t: solution.t_i + window.start.t,
+            length: window.length(),
+            q_t,
+            metric: Arc::clone(metric),
+        }
+    }
+
+    /// The world-line at `gamma` behind the start of the window.
+    pub(super) fn at(&self, gamma: S) -> Sample<S> {
+        self.sample(gamma, self.values(gamma))
+    }
+
+    fn sample(&self, gamma: S, [t, x, x_dot]: [S; 3]) -> Sample<S> {
+        let t_dot = self.q_t / self.metric.at(x).g00;
+        Sample { gamma: self.gamma + gamma, t: self.t + t, x, t_dot, x_dot }
+    }
+
+    /// t from the start of the window, x and w*.
+    fn values(&self, gamma: S) -> [S; 3] {
+        match &self.kind {
+            Kind::Hermite { nodes, jets } => {
+                let k = partition(nodes.len() - 1, |k| nodes[k] <= gamma);
+                jets.each_ref().map(|f| hermite(f[k], f[k + 1], nodes[k + 1] - nodes[k], gamma - nodes[k]))
+            }
+            Kind::Lagrange { nodes, weights, values } => {
+                if let Some(k) = nodes.iter().position(|&node| node == gamma) {
+                    return values.each_ref().map(|f| f[k]);
+                }
+                let factor = |k: usize| weights[k] / (gamma - nodes[k]);
+                let total = sum((0..nodes.len()).map(factor));
+                values.each_ref().map(|f| sum((0..nodes.len()).map(|k| factor(k) * f[k])) / total)
+            }
+            Kind::Polynomials(polynomials) => polynomials.at(gamma),
+        }
+    }
+
+    /// The world-line at the time `elapsed` behind the start of the window.
+    pub(super) fn at_elapsed(&self, elapsed: S, backwards: bool) -> Sample<S> {
+        let reached = |value: S| if backwards { value >= elapsed } else { value <= elapsed };
+        let (mut low, mut high) = match &self.kind {
+            Kind::Hermite { nodes, jets } => {
+                let k = partition(nodes.len() - 1, |k| reached(jets[0][k][0]));
+                (nodes[k], nodes[k + 1])
+            }
+            _ => (S::ZERO, self.length),
+        };
+        // Newton's method from the start of the interval, kept inside it.
+        let mut here = low;
+        let mut values = self.values(here);
+        for _ in 0..200 {
+            let excess = values[0] - elapsed;
+            if reached(values[0]) {
+                low = here
+            } else {
+                high = here
+            }
+            let next = here - excess * self.metric.at(values[1]).g00 / self.q_t;
+            let next = if next >= low && next <= high { next } else { (low + high).half() };
+            let step = (next - here).abs();
+            if excess == S::ZERO || step <= S::EPSILON * self.length {
+                break;
+            }
+            here = next;
+            values = self.values(here);
+        }
+        self.sample(here, values)
+    }
+}
+
+/// w* at all nodes; in the strong form Dx is not w* at the last one.
+fn velocities<S: Real>(view: WindowView<'_, S>) -> Vec<S> {
+    let mut x_dot = vec![S::ZERO; view.x.len()];
+    view.derivative(view.x, view.window.start.x, &mut x_dot);
+    x_dot[view.x.len() - 1] = view.window.end.x_dot;
+    x_dot
+}
+
+/// t from the start of the window, x and w* with their derivatives, on the nodes.
+fn jets<S: Real>(view: WindowView<'_, S>, q_t: S, metric: &Metric<S>) -> [Vec<Jet<S>>; 3] {
+    let mut jets = [0; 3].map(|_| Vec::with_capacity(view.x.len()));
+    for ((&x, w), &elapsed) in view.x.iter().zip(velocities(view)).zip(view.elapsed) {
+        let g = metric.at(x);
+        let (t_dot, force) = (q_t / g.g00, acceleration(q_t, g.g00, g.first));
+        jets[0].push([elapsed, t_dot, -t_dot * g.first * w / g.g00]);
+        jets[1].push([x, w, force]);
+        jets[2].push([w, force, acceleration_slope(q_t, g.g00, g.first, g.second) * w]);
+    }
+    jets
+}

@@ -1,0 +1,149 @@
+//! Weak windows of spectral elements between their ends.
+//!
+//! The scheme is the Lobatto IIIC method, of order 2n − 2 at the end of a window but of order n at its nodes. What a window
+//! starts with is an end, so its world-line inside is as accurate as the ends if it is continued from there with enough
+//! stages: Picard sweeps on 2n nodes, started from the forces at the n nodes of the window.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use crate::geodesic::acceleration;
+use crate::metric::Metric;
+use crate::sbp::gll::{LobattoRule, MOST_NODES};
+use crate::scalar::{Real, sum};
+use crate::solve::Window;
+
+/// Most sweeps; each gains two digits and more.
+const MOST_SWEEPS: usize = 100;
+
+/// Legendre expansions by the nodal values on one rule.
+#[derive(Debug)]
+struct Expansion<S> {
+    /// Nodes on [0, 1].
+    nodes: Vec<S>,
+    /// Row k: the weights of the nodal values in coefficient k.
+    modes: Vec<S>,
+    /// P_0 … P_{n+1} at each node.
+    basis: Vec<Vec<S>>,
+}
+
+impl<S: Real> Expansion<S> {
+    fn new(points: usize) -> Self {
+        let rule: LobattoRule<S> = LobattoRule::new(points);
+        let basis: Vec<Vec<S>> = rule.nodes.iter().map(|&z| legendre(points + 1, z)).collect();
+        let last = points - 1;
+        let mode = |k: usize, j: usize| {
+            // The rule does not integrate P_{n−1}² exactly.
+            let norm = if k < last { 2 * k + 1 } else { last };
+            S::from(norm as f64).half() * rule.weights[j] * basis[j][k]
+        };
+        let modes = (0..points * points).map(|place| mode(place / points, place % points)).collect();
+        Self { nodes: rule.nodes.iter().map(|&z| (S::ONE + z).half()).collect(), modes, basis }
+    }
+
+    /// Legendre coefficients of the polynomial through `values`.
+    fn coefficients(&self, values: &[S]) -> Vec<S> {
+        self.modes.chunks_exact(values.len()).map(|row| sum(row.iter().zip(values).map(|(&m, &v)| m * v))).collect()
+    }
+}
+
+/// Expansions by number of nodes, made once.
+#[derive(Debug)]
+pub(super) struct Tables<S>(HashMap<usize, Arc<Expansion<S>>>);
+
+impl<S> Default for Tables<S> {
+    fn default() -> Self {
+        Self(HashMap::new())
+    }
+}
+
+impl<S: Real> Tables<S> {
+    fn of(&mut self, points: usize) -> Arc<Expansion<S>> {
+        Arc::clone(self.0.entry(points).or_insert_with(|| Arc::new(Expansion::new(points))))
+    }
+}
+
+/// t (from the start of the window), x and w over one window, as integrals of polynomials for dt/dγ and d²x/dγ².
+#[derive(Debug)]
+pub(super) struct Polynomials<S> {
+    length: S,
+    /// x and w at the start.
+    start: [S; 2],
+    /// Legendre coefficients of ∫u, ∬a and ∫a over [0, 1].
+    integrals: [Vec<S>; 3],
+}
+
+impl<S: Real> Polynomials<S> {
+    /// Over `window`, which has the values `x` on its nodes.
+    pub(super) fn new(window: &Window<S>, x: &[S], q_t: S, metric: &Metric<S>, tables: &mut Tables<S>) -> Self {
+        let of_forces = |expansion: &Expansion<S>, x: &[S]| {
+            let jets: Vec<_> = x.iter().map(|&x| metric.at(x)).collect();
+            let u: Vec<S> = jets.iter().map(|g| q_t / g.g00).collect();
+            let a: Vec<S> = jets.iter().map(|g| acceleration(q_t, g.g00, g.first)).collect();
+            let w = integral(&expansion.coefficients(&a));
+            let integrals = [integral(&expansion.coefficients(&u)), integral(&w), w];
+            Self { length: window.length(), start: [window.start.x, window.start.x_dot], integrals }
+        };
+        let own = of_forces(&tables.of(x.len()), x);
+        let fine = tables.of((2 * x.len()).min(MOST_NODES));
+        let scale = window.start.x.abs() + (window.length() * window.start.x_dot).abs();
+        let mut refined: Option<Self> = None;
+        let mut before = vec![S::ZERO; fine.nodes.len()];
+        for sweep in 0..MOST_SWEEPS {
+            let last = refined.as_ref().unwrap_or(&own);
+            let x: Vec<S> = fine.nodes.iter().zip(&fine.basis).map(|(&s, basis)| last.x(s, basis)).collect();
+            if !x.iter().all(|&x| metric.at(x).is_inside()) {
+                break;
+            }
+            let change = x.iter().zip(&before).fold(S::ZERO, |change, (&x, &before)| change.max((x - before).abs()));
+            refined = Some(of_forces(&fine, &x));
+            if sweep > 0 && change <= S::EPSILON * (scale + scale) {
+                return refined.unwrap_or(own);
+            }
+            before = x;
+        }
+        // The window is too long for the sweeps; its own polynomial is more accurate than its nodes.
+        own
+    }
+
+    /// x at s ∈ [0, 1], where the Legendre polynomials are `basis`.
+    fn x(&self, s: S, basis: &[S]) -> S {
+        let [x, w] = self.start;
+        x + self.length * (w * s + self.length * series(&self.integrals[1], basis))
+    }
+
+    /// t, x and w at `gamma` behind the start of the window.
+    pub(super) fn at(&self, gamma: S) -> [S; 3] {
+        let s = gamma / self.length;
+        let basis = legendre(self.integrals[1].len() - 1, s + s - S::ONE);
+        let [t, _, w] = &self.integrals;
+        [self.length * series(t, &basis), self.x(s, &basis), self.start[1] + self.length * series(w, &basis)]
+    }
+}
+
+/// Σ c_k P_k, smallest terms first.
+fn series<S: Real>(c: &[S], basis: &[S]) -> S {
+    sum(c.iter().zip(basis).rev().map(|(&c, &p)| c * p))
+}
+
+/// P_0 … P_degree at z.
+fn legendre<S: Real>(degree: usize, z: S) -> Vec<S> {
+    let mut p = vec![S::ONE; degree + 1];
+    p[1] = z;
+    for k in 1..degree {
+        let [k_, next, twice] = [k, k + 1, 2 * k + 1].map(|k| S::from(k as f64));
+        p[k + 1] = (twice * z * p[k] - k_ * p[k - 1]) / next;
+    }
+    p
+}
+
+/// The Legendre coefficients of ∫_0^s, from ∫_{−1}^z P_k = (P_{k+1} − P_{k−1})/(2k + 1), half of it on [0, 1].
+fn integral<S: Real>(c: &[S]) -> Vec<S> {
+    let mut integral = vec![S::ZERO; c.len() + 1];
+    for (k, &c) in c.iter().enumerate() {
+        let share = c.half() / S::from((2 * k + 1) as f64);
+        integral[k + 1] += share;
+        if k == 0 { integral[0] += share } else { integral[k - 1] -= share }
+    }
+    integral
+}

@@ -1,0 +1,80 @@
+//! Windows as long, and a rule as high, as the accuracy asked for needs: weak spectral elements, marched by
+//! [`crate::lobatto::Adaptive`], every window certified on its action.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use super::problem::Problem;
+use super::run::{Observer, Run};
+use super::solution::Solution;
+use super::spectral::{CertifiedRun, no_solution};
+use super::status::{NoSolution, Status};
+use crate::case::{Case, End, Form, SbpName};
+use crate::lobatto::{Adaptive, Goal, MarchFailure, State, WindowView};
+use crate::sbp::SbpOperator;
+use crate::sbp::gll::LobattoRule;
+
+/// Operators of the lengths and numbers of nodes that occur; an accuracy leads to a dozen of them.
+#[derive(Default)]
+struct Operators {
+    rules: HashMap<usize, LobattoRule<f64>>,
+    operators: HashMap<(usize, u64), Arc<SbpOperator>>,
+}
+
+impl Operators {
+    fn of(&mut self, points: usize, length: f64) -> &Arc<SbpOperator> {
+        self.operators.entry((points, length.to_bits())).or_insert_with(|| {
+            let rule = self.rules.entry(points).or_insert_with(|| LobattoRule::new(points));
+            Arc::new(SbpOperator::on_rule(rule, length))
+        })
+    }
+}
+
+/// The run of a case that asks for an accuracy.
+pub(super) fn solve(case: &Case, observer: Option<Observer<'_, f64>>) -> Result<Solution, NoSolution> {
+    let accuracy = case.solver.accuracy.as_ref().expect("an accuracy is asked for").value();
+    let (goal, length) = match case.end::<f64>() {
+        End::Length(length) => (Goal::Gamma(length), length),
+        End::Duration(duration) => (Goal::Time(duration), 0.0),
+    };
+    // A placeholder until the first window says which rule it is on.
+    let mut problem = Problem::on_operator(case, SbpName::Gll(2), 2, 1.0);
+    problem.form = Form::Weak;
+    let (metric, q_t, gamma_i) = (Arc::clone(&problem.metric), problem.invariants().q_t, problem.gamma_i);
+    let start = State::from(problem.initial);
+    let run = Run::new(&problem, case, length, 0, observer);
+    let mut certified = CertifiedRun::new(problem, run);
+    let mut operators = Operators::default();
+    let adapted = Adaptive::new(&metric, q_t).run(start, goal, accuracy, &mut |view: &WindowView<'_>| {
+        if view.index == 0 {
+            certified.begin_again(start);
+        }
+        let points = view.rule.points();
+        certified.problem.sbp = Arc::clone(operators.of(points, view.length.hi));
+        certified.problem.sbp_name = SbpName::Gll(points as u8);
+        certified.append(view, (view.gamma + view.length).hi)
+    });
+    let last = certified.problem.initial.x;
+    let mut solution = certified.finish()?;
+    match adapted {
+        Ok(adapted) => {
+            solution.length = adapted.gamma.hi;
+            solution.iterations = adapted.statistics.evaluations;
+            solution.error_estimate = Some(adapted.error_estimate);
+            Ok(solution)
+        }
+        Err(failure) => {
+            let at = |status, gamma: f64, x: f64| no_solution(status, gamma_i + gamma, x, metric.at(x).g00);
+            Err(match failure {
+                MarchFailure::OutsideDomain { gamma, x, g00, .. } => {
+                    no_solution(Status::OutsideDomain, gamma_i + gamma, x, g00)
+                }
+                MarchFailure::NotConverged { gamma, x, .. } => at(Status::Stalled, gamma, x),
+                MarchFailure::AccuracyNotReached { gamma, estimate } => {
+                    NoSolution { residual: estimate, ..at(Status::AccuracyNotReached, gamma, last) }
+                }
+                MarchFailure::TimeNotReached { gamma, .. } => at(Status::EndTimeNotReached, gamma, last),
+            })
+        }
+    }
+}
