@@ -10,6 +10,8 @@
 //! SIAM J. Sci. Comput. 35 (2013) A1233; formulas as in Canuto, Hussaini, Quarteroni & Zang, Spectral Methods (2006), section
 //! 2.3). Everything is computed in extended precision and rounded once.
 
+use std::sync::OnceLock;
+
 use crate::scalar::{Extended, Real};
 
 /// Fewest nodes of a rule: its two ends.
@@ -58,12 +60,25 @@ fn rough_node(m: usize, i: usize) -> f64 {
 }
 
 impl<S: Real> LobattoRule<S> {
-    /// The rule of `n` nodes.
+    /// The rule of `n` nodes. It is computed once in the life of the program.
     ///
     /// # Panics
-    /// If n is below [`LEAST_NODES`].
+    /// If n is not in [`LEAST_NODES`] … [`MOST_NODES`].
     pub fn new(n: usize) -> Self {
-        assert!(n >= LEAST_NODES, "a Lobatto rule has at least its two ends");
+        static RULES: [OnceLock<LobattoRule<Extended>>; MOST_NODES + 1] = [const { OnceLock::new() }; MOST_NODES + 1];
+        assert!((LEAST_NODES..=MOST_NODES).contains(&n), "a Lobatto rule has {LEAST_NODES} to {MOST_NODES} nodes");
+        let exact = RULES[n].get_or_init(|| LobattoRule::computed(n));
+        let rounded = |values: &[Extended]| values.iter().map(|&value| S::round(value)).collect();
+        Self {
+            nodes: rounded(&exact.nodes),
+            weights: rounded(&exact.weights),
+            differentiation: rounded(&exact.differentiation),
+        }
+    }
+}
+
+impl LobattoRule<Extended> {
+    fn computed(n: usize) -> Self {
         let m = n - 1;
         let mut nodes = vec![Extended::ZERO; n];
         for i in 0..n / 2 {
@@ -80,11 +95,6 @@ impl<S: Real> LobattoRule<S> {
             _ if i == j => Extended::ZERO,
             _ => values[i] / values[j] / (nodes[i] - nodes[j]),
         };
-        let differentiation = (0..n * n).map(|k| S::round(entry(k / n, k % n)));
-        Self {
-            weights: weights.map(S::round).collect(),
-            differentiation: differentiation.collect(),
-            nodes: nodes.iter().map(|&x| S::round(x)).collect(),
-        }
+        Self { weights: weights.collect(), differentiation: (0..n * n).map(|k| entry(k / n, k % n)).collect(), nodes }
     }
 }
