@@ -313,3 +313,63 @@ fn samples_are_written_where_they_are_asked_for() {
         assert!(!folder.path().join("none/trajectory.csv").exists());
     }
 }
+
+#[test]
+fn nothing_but_samples_is_kept_where_nothing_else_is_wanted() {
+    let folder = TempDir::new().unwrap();
+    let arguments = "run CASES/quartic-windows.toml --sample-t 0:50:5";
+    succeeded(&run_in(folder.path(), &format!("{arguments} --out all")));
+    let text = succeeded(&run_in(folder.path(), &format!("{arguments} --samples-only --out few")));
+    assert!(text.ends_with("few: samples.csv, summary.json, case.toml\n"), "{text}");
+    let [all, few] = ["all", "few"].map(|out| folder.path().join(out));
+    assert_eq!(names(&few), ["case.toml", "samples.csv", "summary.json"]);
+    let samples = fs::read_to_string(few.join("samples.csv")).unwrap();
+    assert_eq!(samples, fs::read_to_string(all.join("samples.csv")).unwrap());
+    let piped = run_in(folder.path(), &format!("{arguments} --samples-only --stdout"));
+    assert_eq!(succeeded(&piped), samples);
+    let [all, few] = [all, few].map(|out| json(&out.join("summary.json")));
+    for key in ["windows", "max_abs_delta_k", "max_abs_delta_k_ends", "gradient_norm", "t_final"] {
+        assert_eq!(all[key], few[key], "{key}");
+    }
+}
+
+#[test]
+fn an_accuracy_stands_in_for_scheme_and_grid() {
+    let folder = TempDir::new().unwrap();
+    let text = succeeded(&run_in(folder.path(), "run CASES/quartic.toml --set solver.accuracy=1e-9 --out out"));
+    assert!(text.contains("GLL") && text.contains("weak") && text.contains("estimated error"), "{text}");
+    let summary = json(&folder.path().join("out/summary.json"));
+    let estimate = summary["error_estimate"].as_f64().unwrap();
+    assert!(estimate > 0.0 && estimate <= 1e-9 && summary["accuracy"] == 1e-9);
+    assert!((summary["x_final"].as_f64().unwrap() - 0.159_778_018_885_407_25).abs() < 1e-9);
+    // The effective case can be run again, says so, and lets a grid take the place of the accuracy.
+    let effective = fs::read_to_string(folder.path().join("out/case.toml")).unwrap();
+    assert!(effective.contains("accuracy = 1e-9") && !effective.contains("n_gamma") && !effective.contains("sbp"));
+    succeeded(&run_in(folder.path(), "run out/case.toml --out again"));
+    let grid = "run out/case.toml --set grid.n_gamma=32 --set scheme.sbp=SBP21 --set scheme.form=strong --out grid";
+    succeeded(&run_in(folder.path(), grid));
+    assert_eq!(json(&folder.path().join("grid/summary.json"))["n_gamma"], 32);
+    // What stands in [scheme] beside an accuracy is not used, and that is said.
+    let text = "potential.free = {}\ninitial = { t = 0.0, x = 0.0, t_dot = 1.0, x_dot = 0.5 }\nscheme.sbp = \"SBP21\"\n\
+                solver.accuracy = 1e-6\n[grid]\n";
+    fs::write(folder.path().join("both.toml"), text).unwrap();
+    let output = run_in(folder.path(), "run both.toml");
+    succeeded(&output);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("what [scheme] says is not used"));
+    // Beyond what the arithmetic can do.
+    let output = run_in(folder.path(), "run CASES/quartic.toml --set solver.accuracy=1e-17 --out none");
+    assert_eq!(output.status.code(), Some(3));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("the accuracy is not reached"));
+    assert_eq!(names(&folder.path().join("none")), ["case.toml", "summary.json"]);
+    assert_eq!(json(&folder.path().join("none/summary.json"))["status"], "accuracy-not-reached");
+}
+
+#[test]
+fn an_override_takes_the_place_of_what_it_excludes() {
+    let folder = TempDir::new().unwrap();
+    succeeded(&run_in(folder.path(), "run CASES/quartic.toml --set grid.t_f=1.0 --set initial.velocity=0.2 --out out"));
+    let summary = json(&folder.path().join("out/summary.json"));
+    assert!((summary["t_final"].as_f64().unwrap() - 1.0).abs() < 1e-14);
+    let effective = fs::read_to_string(folder.path().join("out/case.toml")).unwrap();
+    assert!(!effective.contains("gamma_f") && !effective.contains("x_dot"), "{effective}");
+}

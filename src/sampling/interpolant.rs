@@ -35,7 +35,7 @@ enum Kind<S> {
 
 impl<S: Real> Interpolant<S> {
     pub(super) fn new(solution: &Solution<S>, view: WindowView<'_, S>, tables: &mut Tables<S>) -> Self {
-        let (q_t, metric, window) = (solution.end.q_t, &solution.metric, view.window);
+        let (q_t, metric, window) = (solution.invariants().q_t, &solution.metric, view.window);
         let nodes = || (0..view.x.len()).map(|k| view.sbp.node(k)).collect::<Vec<_>>();
         let kind = if view.sbp.is_equidistant() {
             Kind::Hermite { nodes: nodes(), jets: jets(view, q_t, metric) }

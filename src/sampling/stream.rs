@@ -48,7 +48,8 @@ impl<S: Real> SampleStream<S> {
             Coordinate::Gamma => (solution.gamma_i, last.gamma[1]),
             Coordinate::Time => (solution.t_i, last.end.t),
         };
-        let beyond = |value: S| if end < S::ZERO { value - origin < end } else { value - origin > end };
+        // The end of a window is the start of the next one.
+        let beyond = |value: S| if end < S::ZERO { value - origin <= end } else { value - origin >= end };
         let mut sampler = Sampler::with_tables(solution, std::mem::take(&mut self.tables));
         for &value in &self.values[self.samples.len()..] {
             if beyond(value) {

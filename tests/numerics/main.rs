@@ -17,4 +17,5 @@ mod sbp_identities;
 mod shipped_cases;
 mod spectral_elements;
 mod weak;
+mod window_by_window;
 mod windows;

@@ -82,3 +82,39 @@ fn samples_keep_the_digits_of_the_run() {
         assert!(error < 1e-16, "{error:e} with {} nodes", solution.x.len());
     }
 }
+
+#[test]
+fn samples_inside_weak_windows_are_as_accurate_as_their_ends() {
+    for (scheme, nodes_at_least) in [
+        ("scheme.sbp=GLL16 grid.n_gamma=16 grid.windows=8", 1e-10),
+        ("scheme.sbp=GLL8 grid.n_gamma=8 grid.windows=20", 1e-8),
+        // Newton's method has its turn where windows are long.
+        ("scheme.sbp=GLL32 grid.n_gamma=32 grid.windows=2", 1e-9),
+        ("solver.accuracy=1e-12", 0.0),
+    ] {
+        let overrides = format!("{RUN} scheme.form=weak {scheme}");
+        let solution = solved(&overrides);
+        let reference =
+            ReferenceTrajectory::new(&case("").metric(), case("").initial_data(), solution.length, 16).unwrap();
+        let error = |gamma: f64, t: f64, x: f64| {
+            let exact = reference.at(gamma);
+            (t - exact.elapsed).abs().max((x - exact.x).abs())
+        };
+        let nodes = solution.gamma().zip(solution.t()).zip(&solution.x);
+        let at_nodes = nodes.fold(0.0_f64, |largest, ((gamma, t), &x)| largest.max(error(gamma, t, x)));
+        let at_ends = solution
+            .windows
+            .iter()
+            .fold(0.0_f64, |largest, window| largest.max(error(window.gamma[1], window.end.t, window.end.x)));
+        let mut sampler = Sampler::new(&solution);
+        let between = (0..=1000).fold(0.0_f64, |largest, k| {
+            let gamma = solution.length * f64::from(k) / 1000.0;
+            let sample = sampler.at_gamma(gamma).unwrap();
+            let exact = reference.at(gamma);
+            let slopes = (sample.x_dot - exact.x_dot).abs().max((sample.t_dot - exact.t_dot).abs());
+            largest.max(error(gamma, sample.t, sample.x)).max(slopes)
+        });
+        assert!(at_nodes >= nodes_at_least, "{scheme}: nodes {at_nodes:e}");
+        assert!(between <= 10.0 * at_ends + 1e-14, "{scheme}: {between:e} between, {at_ends:e} at the ends");
+    }
+}
