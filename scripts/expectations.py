@@ -186,10 +186,14 @@ class Geodesic:
         self.mass, self.c = number(particle.get("mass", 1)), number(particle.get("c", 1))
         self.t_i, self.x_i, t_dot = (number(initial[key]) for key in ("t", "x", "t_dot"))
         self.x_dot = number(initial["x_dot"]) if "x_dot" in initial else number(initial["velocity"]) * t_dot
-        self.gamma_i, self.sbp = number(grid.get("gamma_i", 0)), case["scheme"]["sbp"]
+        self.gamma_i, scheme, windows = number(grid.get("gamma_i", 0)), case.get("scheme", {}), grid.get("windows", 1)
+        if "accuracy" in case.get("solver", {}):
+            # What an accuracy is one of: the continuum, here to some 25 digits.
+            length = number(grid["t_f"]) - self.t_i if "t_f" in grid else number(grid.get("gamma_f", 1)) - self.gamma_i
+            scheme, windows = {"sbp": "GLL24", "form": "weak"}, int(mp.ceil(2 * length))
+        self.sbp = scheme["sbp"]
         self.n = grid.get("n_gamma") or int(self.sbp.removeprefix("GLL"))
-        self.windows = grid.get("windows", 1)
-        self.form = case["scheme"].get("form", "strong")
+        self.windows, self.form = windows, scheme.get("form", "strong")
         self.q = self.g00(self.x_i)[0] * t_dot
 
     def g00(self, x):
@@ -301,7 +305,7 @@ def check(path, write):
         expect = load(tail)
     except tomllib.TOMLDecodeError:
         pass  # a placeholder, to be written
-    status, regularised = expect.get("status", "converged"), case["scheme"].get("regularised", True)
+    status, regularised = expect.get("status", "converged"), case.get("scheme", {}).get("regularised", True)
     if status != "converged" or not regularised:
         print(f"{path.stem:22} skipped: {f'status {status} expected' if regularised else 'action not regularised'}")
         return True

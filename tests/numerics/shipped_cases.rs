@@ -23,6 +23,10 @@ fn shipped() -> Vec<(PathBuf, String)> {
 fn every_case_meets_its_expectations_in_both_systems() {
     for (path, text) in shipped() {
         let name = path.display().to_string();
+        if text.contains("\naccuracy = ") {
+            check_accuracy(&name, &Case::parse(&name, &text, &[]).unwrap());
+            continue;
+        }
         let with = |system: &str| Case::parse(&name, &text, &[format!("solver.system={system}")]).unwrap();
         let cases = [with("physical-limit"), with("doubled")];
         if cases[0].is_extended() { check::<Extended>(&name, &cases) } else { check::<f64>(&name, &cases) }
@@ -49,6 +53,16 @@ fn check<S: Real>(name: &str, [limit, doubled]: &[Case; 2]) {
     assert!(limit.gradient_norm < small && doubled.gradient_norm < small, "{name}: {:?}", limit.gradient_norm);
     let (t, x) = (distance(&limit.elapsed, &doubled.elapsed), distance(&limit.x, &doubled.x));
     assert!(t < small && x < small, "{name}: the systems differ by {t:?} in t and {x:?} in x");
+}
+
+/// An accuracy is a matter of the physical limit in `f64`.
+fn check_accuracy(name: &str, case: &Case) {
+    let (expect, solution) = (case.expect.as_ref().unwrap(), solve::<f64>(case).unwrap());
+    let accuracy = case.solver.accuracy.as_ref().unwrap().value();
+    let [t, x] = [&expect.t_final, &expect.x_final].map(|number| number.as_ref().unwrap().value());
+    assert!((solution.end.t - t).abs() < accuracy * t.abs().max(1.0), "{name}: t = {}", solution.end.t);
+    assert!((solution.end.x - x).abs() < accuracy * x.abs().max(1.0), "{name}: x = {}", solution.end.x);
+    assert!(solution.error_estimate.unwrap() <= accuracy && solution.gradient_norm < 1e-9, "{name}");
 }
 
 #[test]
