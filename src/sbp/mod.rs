@@ -289,15 +289,25 @@ impl SbpOperator {
 #[inline(always)]
 fn apply_columns<S: Real>(columns: &[S], u: &[S], out: &mut [S]) {
     let mut first = 0;
-    let (blocks, rest) = out.as_chunks_mut::<8>();
+    let rest = blocks_of_rows::<S, 8>(columns, u, &mut first, out);
+    let rest = blocks_of_rows::<S, 4>(columns, u, &mut first, rest);
+    blocks_of_rows::<S, 1>(columns, u, &mut first, rest);
+}
+
+/// As many blocks of B rows, from `first` on, as fit `out`; what is left of it.
+#[inline(always)]
+fn blocks_of_rows<'o, S: Real, const B: usize>(
+    columns: &[S],
+    u: &[S],
+    first: &mut usize,
+    out: &'o mut [S],
+) -> &'o mut [S] {
+    let (blocks, rest) = out.as_chunks_mut::<B>();
     for block in blocks {
-        *block = block_of_rows(columns, u, first);
-        first += 8;
+        *block = block_of_rows(columns, u, *first);
+        *first += B;
     }
-    for row in rest {
-        [*row] = block_of_rows(columns, u, first);
-        first += 1;
-    }
+    rest
 }
 
 /// Rows `first` … of D`u`. The rows sum to zero: differences of u lose less to rounding than its values.
