@@ -2,7 +2,7 @@
 
 use crate::sbp::RegularisedOperator;
 use crate::scalar::{Real, sum};
-use crate::solve::{Solution, WindowView};
+use crate::solve::{Solution, WindowNodes};
 
 /// H_BVP = ∫ ½( g00 ṫ² + ẋ² ) dγ and its bound Q_t (t_f − t_i).
 ///
@@ -19,7 +19,7 @@ impl<S: Real> Bound<S> {
     /// From a solution and g00 on its nodes.
     pub(super) fn new(solution: &Solution<S>, g00: &[S]) -> Self {
         let (mut t_dot, mut x_dot) = (Vec::new(), Vec::new());
-        let of_window = |view: WindowView<'_, S>| {
+        let of_window = |view: WindowNodes<'_, S>| {
             for room in [&mut t_dot, &mut x_dot] {
                 room.resize(view.x.len(), S::ZERO);
             }

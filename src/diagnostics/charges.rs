@@ -3,7 +3,7 @@
 use crate::norm::max_abs;
 use crate::potential::Potential;
 use crate::scalar::Real;
-use crate::solve::{Solution, WindowView};
+use crate::solve::{Solution, WindowNodes};
 
 /// Deviations of the constants of motion from their values in the continuum.
 #[derive(Debug, Clone)]
@@ -32,7 +32,7 @@ impl<S: Real> Charges<S> {
         }
         let delta_k = g00.iter().zip(t_dot).zip(x_dot).map(|((&g, &u), &w)| g * u * u - w * w - invariants.k).collect();
         let q_t = solution.end.q_t;
-        let at_end = |view: WindowView<'_, S>| {
+        let at_end = |view: WindowNodes<'_, S>| {
             let (g00, w) = (g00[view.nodes().end - 1], view.window.end.x_dot);
             q_t * q_t / g00 - w * w - invariants.k
         };

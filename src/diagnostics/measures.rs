@@ -6,7 +6,7 @@ use super::residuals::GeodesicResiduals;
 use super::sawtooth;
 use crate::norm::max_abs;
 use crate::scalar::Real;
-use crate::solve::{Solution, WindowView};
+use crate::solve::{Solution, WindowNodes};
 
 /// A drift of K by more than this share means that x is not resolved.
 const LARGE_DRIFT: f64 = 0.1;
@@ -54,12 +54,12 @@ impl<S: Real> Measures<S> {
         charges: &Charges<S>,
         residuals: &GeodesicResiduals<S>,
     ) -> Self {
-        let exact = |view: &WindowView<'_, S>| view.exact_nodes();
-        let uncoupled = |view: &WindowView<'_, S>| view.uncoupled_nodes();
-        let largest = |u: &[S], count: &dyn Fn(&WindowView<'_, S>) -> usize| {
+        let exact = |view: &WindowNodes<'_, S>| view.exact_nodes();
+        let uncoupled = |view: &WindowNodes<'_, S>| view.uncoupled_nodes();
+        let largest = |u: &[S], count: &dyn Fn(&WindowNodes<'_, S>) -> usize| {
             largest(solution.views().map(|view| max_abs(&u[view.nodes()][..count(&view)])))
         };
-        let sawtooth_of = |view: WindowView<'_, S>| {
+        let sawtooth_of = |view: WindowNodes<'_, S>| {
             let nodes = if view.sbp.is_equidistant() { view.exact_nodes() } else { 0 };
             sawtooth(&view.x[..nodes])
         };

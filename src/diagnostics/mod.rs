@@ -13,7 +13,7 @@ pub use residuals::GeodesicResiduals;
 pub use sawtooth::sawtooth;
 
 use crate::scalar::Real;
-use crate::solve::{Solution, WindowView};
+use crate::solve::{Solution, WindowNodes};
 
 /// Everything that is measured on a solution.
 #[derive(Debug, Clone)]
@@ -44,7 +44,7 @@ impl<S: Real> Diagnostics<S> {
 }
 
 /// What `of_window` says of every window, in one vector with a value a node.
-fn on_windows<S: Real>(solution: &Solution<S>, of_window: impl Fn(WindowView<'_, S>, &mut [S])) -> Vec<S> {
+fn on_windows<S: Real>(solution: &Solution<S>, of_window: impl Fn(WindowNodes<'_, S>, &mut [S])) -> Vec<S> {
     let mut all = vec![S::ZERO; solution.x.len()];
     for view in solution.views() {
         of_window(view, &mut all[view.nodes()]);

@@ -9,7 +9,7 @@ use crate::case::Form;
 use crate::geodesic::{acceleration, acceleration_slope};
 use crate::metric::Metric;
 use crate::scalar::{Real, sum};
-use crate::solve::{Solution, WindowView};
+use crate::solve::{Solution, WindowNodes};
 
 /// What lies between the nodes of a window; γ and t count from its start.
 #[derive(Debug)]
@@ -34,7 +34,7 @@ enum Kind<S> {
 }
 
 impl<S: Real> Interpolant<S> {
-    pub(super) fn new(solution: &Solution<S>, view: WindowView<'_, S>, tables: &mut Tables<S>) -> Self {
+    pub(super) fn new(solution: &Solution<S>, view: WindowNodes<'_, S>, tables: &mut Tables<S>) -> Self {
         let (q_t, metric, window) = (solution.invariants().q_t, &solution.metric, view.window);
         let nodes = || (0..view.x.len()).map(|k| view.sbp.node(k)).collect::<Vec<_>>();
         let kind = if view.sbp.is_equidistant() {
@@ -123,7 +123,7 @@ impl<S: Real> Interpolant<S> {
 }
 
 /// w* at all nodes; in the strong form Dx is not w* at the last one.
-fn velocities<S: Real>(view: WindowView<'_, S>) -> Vec<S> {
+fn velocities<S: Real>(view: WindowNodes<'_, S>) -> Vec<S> {
     let mut x_dot = vec![S::ZERO; view.x.len()];
     view.derivative(view.x, view.window.start.x, &mut x_dot);
     x_dot[view.x.len() - 1] = view.window.end.x_dot;
@@ -131,7 +131,7 @@ fn velocities<S: Real>(view: WindowView<'_, S>) -> Vec<S> {
 }
 
 /// t from the start of the window, x and w* with their derivatives, on the nodes.
-fn jets<S: Real>(view: WindowView<'_, S>, q_t: S, metric: &Metric<S>) -> [Vec<Jet<S>>; 3] {
+fn jets<S: Real>(view: WindowNodes<'_, S>, q_t: S, metric: &Metric<S>) -> [Vec<Jet<S>>; 3] {
     let mut jets = [0; 3].map(|_| Vec::with_capacity(view.x.len()));
     for ((&x, w), &elapsed) in view.x.iter().zip(velocities(view)).zip(view.elapsed) {
         let g = metric.at(x);

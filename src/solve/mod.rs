@@ -18,7 +18,7 @@ mod status;
 
 use std::any::Any;
 
-pub(crate) use solution::WindowView;
+pub(crate) use solution::WindowNodes;
 pub use solution::{Backward, EndState, Solution, Window, WindowEnd};
 pub use status::{InitialGuess, IterationRecord, NoSolution, Status};
 

@@ -123,7 +123,7 @@ pub struct Solution<S = f64> {
 
 /// One window of a [`Solution`], to read.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct WindowView<'a, S> {
+pub(crate) struct WindowNodes<'a, S> {
     pub(crate) window: &'a Window<S>,
     /// t from the start of the window, and x.
     pub(crate) elapsed: &'a [S],
@@ -132,7 +132,7 @@ pub(crate) struct WindowView<'a, S> {
     form: Form,
 }
 
-impl<S: Real> WindowView<'_, S> {
+impl<S: Real> WindowNodes<'_, S> {
     /// Its part of arrays that hold a value a node.
     pub(crate) fn nodes(&self) -> Range<usize> {
         self.window.first_node..self.window.first_node + self.x.len()
@@ -180,15 +180,15 @@ impl<S: Real> Solution<S> {
     }
 
     /// The windows in order.
-    pub(crate) fn views(&self) -> impl ExactSizeIterator<Item = WindowView<'_, S>> + Clone {
+    pub(crate) fn views(&self) -> impl ExactSizeIterator<Item = WindowNodes<'_, S>> + Clone {
         self.windows.iter().map(|window| self.view(window))
     }
 
     /// One of the windows, to read.
-    pub(crate) fn view<'a>(&'a self, window: &'a Window<S>) -> WindowView<'a, S> {
+    pub(crate) fn view<'a>(&'a self, window: &'a Window<S>) -> WindowNodes<'a, S> {
         let sbp = &*self.operators[window.operator];
         let nodes = window.first_node..window.first_node + sbp.points();
-        WindowView { window, elapsed: &self.elapsed[nodes.clone()], x: &self.x[nodes], sbp, form: self.form }
+        WindowNodes { window, elapsed: &self.elapsed[nodes.clone()], x: &self.x[nodes], sbp, form: self.form }
     }
 
     /// γ − γ_i on the nodes, window by window, joints twice.
