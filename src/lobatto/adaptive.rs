@@ -63,7 +63,7 @@ pub struct Adaptive<'a> {
 }
 
 /// Above the first accuracy 16 nodes are cheapest, down to the second 20, and below that 24.
-const COARSE: f64 = 5e-6;
+const COARSE: f64 = 2e-5;
 const MEDIUM: f64 = 5e-9;
 
 /// The first window to try, in radians of the oscillation that the force has there.

@@ -13,11 +13,14 @@ use super::{MarchFailure, State, Statistics};
 use crate::metric::Metric;
 
 /// The smallest share of a window: there is no truncation left to be reduced.
-const LEAST_SHARE: f64 = 1e-18;
+const LEAST_SHARE: f64 = 1e-22;
+
+/// Below this share the iteration goes to rounding and windows are summed with everything that the tables have.
+const ROUNDING_SHARE: f64 = 3e-18;
 
 /// The share of a single window, in units of the accuracy, and the power of the number of windows by which it falls.
 /// Errors add up, and phases run away with those of K; but the errors of K of equal windows nearly cancel over a turn.
-const SHARE: f64 = 0.12;
+const SHARE: f64 = 0.1;
 const GROWTH: f64 = 1.25;
 
 /// What a window adds to the distance because of rounding, if it is not evaluated in twofold precision.
@@ -37,6 +40,13 @@ const ROUNDING: f64 = 2.0 * f64::EPSILON;
 
 /// The estimate in units of the distance, which may lie on either side of the world-line.
 const CAUTION: f64 = 3.0;
+
+/// The same if a window was accepted in which V is rough on its scale, as at a kink: there the errors of the two are of
+/// one kind.
+const CAUTION_WHERE_ROUGH: f64 = 30.0;
+
+/// The highest modes relative to the largest value in a window where V is rough.
+const ROUGH: f64 = 0.03;
 
 /// The companion's measured error in units of the squared modes.
 const CALIBRATION: f64 = 0.03;
@@ -95,6 +105,7 @@ struct Judge {
     start: Twofold,
     sizes: [f64; 2],
     distance: f64,
+    caution: f64,
 }
 
 impl Judge {
@@ -126,7 +137,7 @@ impl Attempt<'_> {
         let order = (2 * rules[1].points() - 2) as f64;
         let mut gamma = Twofold::ZERO;
         let mut states = [self.start; 2];
-        let mut judge = Judge { start: self.start.t, sizes: [1.0; 2], distance: 0.0 };
+        let mut judge = Judge { start: self.start.t, sizes: [1.0; 2], distance: 0.0, caution: CAUTION };
         let (mut idle, mut refused) = (0, 0);
         // The largest excess since the lengths were judged last.
         let mut worst = 0.0_f64;
@@ -186,6 +197,9 @@ impl Attempt<'_> {
             let start = states[0];
             states = [solved.end, companion.end];
             judge.see(&states);
+            if (0..2).any(|k| solved.tail[k] > ROUGH * solved.largest[k]) {
+                judge.caution = CAUTION_WHERE_ROUGH;
+            }
             let next = gamma + this.h;
             self.check(&judge, next.hi, share)?;
             let [x, t_dot, acceleration] = pair.nodes(this);
@@ -228,7 +242,7 @@ impl Attempt<'_> {
         let windows = (self.length / h).max(1.0);
         let share = (SHARE * self.caution * self.accuracy / windows.powf(GROWTH)).max(LEAST_SHARE);
         let refine = self.caution < 1.0 && self.accuracy < 1e-9 || ROUNDS * windows.powf(1.5) > 0.3 * self.accuracy;
-        let tolerance = if share <= LEAST_SHARE { 0.0 } else { ITERATION * share / start.x.hi.abs().max(1.0) };
+        let tolerance = if share <= ROUNDING_SHARE { 0.0 } else { ITERATION * share / start.x.hi.abs().max(1.0) };
         (share, Precision { tolerance, refine, most: MOST })
     }
 
@@ -242,7 +256,7 @@ impl Attempt<'_> {
 
     /// Whether the distance is within the accuracy.
     fn check(&self, judge: &Judge, gamma: f64, share: f64) -> Result<(), Ended> {
-        let estimate = self.beyond(judge.distance);
+        let estimate = self.beyond(judge.distance, judge.caution);
         if estimate <= self.accuracy {
             return Ok(());
         }
@@ -254,8 +268,8 @@ impl Attempt<'_> {
     }
 
     /// What a distance means for the error.
-    fn beyond(&self, distance: f64) -> f64 {
-        CAUTION * distance + 2.0 * ITERATION * SHARE * self.caution * self.accuracy + ROUNDING
+    fn beyond(&self, distance: f64, caution: f64) -> f64 {
+        caution * distance + 2.0 * ITERATION * SHARE * self.caution * self.accuracy + ROUNDING
     }
 
     /// The estimate at the end; where t is given, an error of t is one of x.
@@ -268,7 +282,7 @@ impl Attempt<'_> {
                 x + (velocity * t * judge.sizes[0] / judge.sizes[1]).abs()
             }
         };
-        self.beyond(judge.distance.max(at_the_end))
+        self.beyond(judge.distance.max(at_the_end), judge.caution)
     }
 
     /// The length, and the window, at whose end t has the value asked for.
