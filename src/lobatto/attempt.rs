@@ -20,7 +20,7 @@ const ROUNDING_SHARE: f64 = 3e-18;
 
 /// The share of a single window, in units of the accuracy, and the power of the number of windows by which it falls.
 /// Errors add up, and phases run away with those of K; but the errors of K of equal windows nearly cancel over a turn.
-const SHARE: f64 = 0.1;
+const SHARE: f64 = 0.05;
 const GROWTH: f64 = 1.25;
 
 /// What a window adds to the distance because of rounding, if it is not evaluated in twofold precision.

@@ -56,6 +56,7 @@ fn measure(name: &str, (metric, initial): &(Metric, InitialData), length: f64, a
         adapted.statistics.windows, adapted.statistics.evaluations, adapted.attempts
     );
     assert!((adapted.gamma.hi - length).abs() <= 1e-15 * length);
+    assert!(reference.error_estimate() < 1e-11, "{name}: no reference");
     let slack = 2e-14 + reference.error_estimate();
     assert!(error <= accuracy + slack && estimate <= accuracy, "{name} {accuracy:e}: {error:e}, {estimate:e}");
     assert!(error <= estimate + slack, "{name} {accuracy:e}: {error:e} is more than {estimate:e}");
@@ -96,7 +97,6 @@ fn accuracies_are_kept_where_it_is_difficult() {
         ("separatrix", scene("0.1*(1 - cos(x))", [0.1, 1.0, 0.59]), 20.0),
         ("barrier top", scene("0.1*(x^2 - 1)^2", [1e-6, 1.0, 0.0]), 30.0),
         ("steep wall", scene("0.2*tanh(8*(x - 1))", [0.0, 1.0, 0.5]), 4.0),
-        ("x^20", scene("0.1*x^20", [0.0, 1.0, 0.5]), 8.0),
         ("backwards in time", scene("x^4/2", [1.0, -1.0, 0.1]), 5.0),
         ("small", scene("x^2/2", [1e-9, 1.0, 0.0]), 10.0),
         ("short", scene("x^4/2", [1.0, 1.0, 0.1]), 1e-8),
@@ -112,7 +112,7 @@ fn accuracies_are_kept_where_it_is_difficult() {
 
 #[test]
 fn accuracies_are_kept_over_long_runs() {
-    for accuracy in [1e-4, 1e-6, 1e-8, 1e-10] {
+    for accuracy in [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10] {
         measure("quartic", &quartic(), 1000.0, accuracy);
         measure("pendulum", &shipped(include_str!("../../cases/pendulum.toml")), 100.0, accuracy);
     }
@@ -171,21 +171,23 @@ fn a_kink_is_met_with_short_windows() {
     }
 }
 
-/// A wall so thin that a long window has no node in it. (The Taylor series at the start do not see this wall either, so
-/// the reference is a march in 800 windows.)
+/// Walls so thin that a long window has no node in them. (The Taylor series at the start do not see such walls either, so
+/// the reference is a march in short windows.)
 #[test]
-fn a_thin_wall_is_not_jumped_over() {
-    let (metric, initial) = scene("0.2*tanh(40*(x - 1))", [0.0, 1.0, 0.5]);
-    let q_t = initial.invariants(&metric).q_t;
-    let mut march = March::new(&metric, q_t, WeakRule::shared(16), 0.005.into());
-    let exact = march.run(initial.into(), 800, &mut go_on).expect("it converges").end;
-    assert!(exact.x.hi < 0.1, "it is reflected");
-    for digits in 4..=13 {
-        let accuracy = 10.0_f64.powi(-digits);
-        let adapted = Adaptive::new(&metric, q_t).run(initial.into(), Goal::Gamma(4.0), accuracy, &mut go_on);
-        let Adapted { end, error_estimate, .. } = adapted.unwrap_or_else(|error| panic!("{accuracy:e}: {error}"));
-        let error = ((end.t - exact.t).hi.abs() / exact.t.hi).max((end.x - exact.x).hi.abs());
-        assert!(error <= error_estimate + 2e-14 && error_estimate <= accuracy, "{accuracy:e}: {error:e}");
+fn thin_walls_are_not_jumped_over() {
+    for (formula, length) in [("0.2*tanh(40*(x - 1))", 4.0), ("0.1*x^20", 8.0)] {
+        let (metric, initial) = scene(formula, [0.0, 1.0, 0.5]);
+        let q_t = initial.invariants(&metric).q_t;
+        let mut march = March::new(&metric, q_t, WeakRule::shared(16), 0.005.into());
+        let exact = march.run(initial.into(), (200.0 * length) as usize, &mut go_on).expect("it converges").end;
+        for digits in 4..=13 {
+            let accuracy = 10.0_f64.powi(-digits);
+            let adapted = Adaptive::new(&metric, q_t).run(initial.into(), Goal::Gamma(length), accuracy, &mut go_on);
+            let Adapted { end, error_estimate, .. } = adapted.unwrap_or_else(|error| panic!("{accuracy:e}: {error}"));
+            let error = ((end.t - exact.t).hi.abs() / exact.t.hi.max(1.0)).max((end.x - exact.x).hi.abs());
+            println!("{formula} {accuracy:.0e}: error {error:.1e}, estimate {error_estimate:.1e}");
+            assert!(error <= error_estimate + 2e-14 && error_estimate <= accuracy, "{formula} {accuracy:e}: {error:e}");
+        }
     }
 }
 
