@@ -154,7 +154,9 @@ impl<'a> Adaptive<'a> {
         let stiffness = acceleration_slope(q_t, g.g00, g.first, g.second).abs();
         let first = (FIRST / stiffness.max(1e-60).sqrt()).min(length);
         let mut pair = Pair::new(kit, force, level);
-        let mut caution = 1.0;
+        // Long runs at the limit of the arithmetic leave no room for truncation beside rounding.
+        let windows = length / first;
+        let mut caution = if 1e-16 * windows.powf(1.5) > 20.0 * accuracy { 1e-3 } else { 1.0 };
         for attempts in 1.. {
             let attempt = Attempt { metric, q_t, start, goal, accuracy, length, first, caution };
             match attempt.walk(&mut pair, &mut statistics, observe) {
