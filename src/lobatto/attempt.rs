@@ -4,7 +4,6 @@ use std::ops::ControlFlow;
 
 use super::adaptive::Goal;
 use super::force::Force;
-use super::ladder;
 use super::pair::{Length, Pair};
 use super::probe;
 use super::twofold::Twofold;
@@ -14,13 +13,27 @@ use super::{MarchFailure, State, Statistics};
 use crate::metric::Metric;
 
 /// The smallest share of a window: there is no truncation left to be reduced.
-const LEAST_SHARE: f64 = 1e-18;
+const LEAST_SHARE: f64 = 1e-22;
 
-/// A share below this is at the level of rounding, and windows are iterated to it.
-const ROUNDING_SHARE: f64 = 1e-15;
+/// Below this share the iteration goes to rounding and windows are summed with everything that the tables have.
+const ROUNDING_SHARE: f64 = 3e-18;
+
+/// The share of a single window, in units of the accuracy, and the power of the number of windows by which it falls.
+/// Errors add up, and phases run away with those of K; but the errors of K of equal windows nearly cancel over a turn.
+const SHARE: f64 = 0.05;
+const GROWTH: f64 = 1.25;
+
+/// What a window adds to the distance because of rounding, if it is not evaluated in twofold precision.
+const ROUNDS: f64 = 1e-16;
 
 /// Windows shorter than this part of the first are taken for a singularity.
-const SHORTEST: f64 = 1e-7;
+const SHORTEST: f64 = 1e-11;
+
+/// The most evaluations in a window: with more, two shorter ones are cheaper.
+const MOST: usize = 24;
+
+/// The evaluations of an iteration that is slow.
+const SLOW: usize = 14;
 
 /// What the estimate is at least: the result is rounded.
 const ROUNDING: f64 = 2.0 * f64::EPSILON;
@@ -28,12 +41,32 @@ const ROUNDING: f64 = 2.0 * f64::EPSILON;
 /// The estimate in units of the distance, which may lie on either side of the world-line.
 const CAUTION: f64 = 3.0;
 
+/// The same if a window was accepted in which V is rough on its scale, as at a kink: there the errors of the two are of
+/// one kind.
+const CAUTION_WHERE_ROUGH: f64 = 30.0;
+
+/// The highest modes relative to the largest value in a window where V is rough.
+const ROUGH: f64 = 0.03;
+
 /// The companion's measured error in units of the squared modes.
 const CALIBRATION: f64 = 0.03;
 
-/// The part of a share that the iteration may leave. It is small because the companion starts where the world-line's
-/// iteration ended: of what that left the distance sees only a part.
-const ITERATION: f64 = 3e-3;
+/// The part of a share that the iteration may leave. The companion starts where the world-line's iteration ended, so
+/// that of this the distance sees only a part; the estimate counts it apart.
+const ITERATION: f64 = 0.03;
+
+/// What the error of a window is to be, in units of the share, and at most.
+const AIM: f64 = 0.3;
+const MOST_EXCESS: f64 = 4.0;
+
+/// Windows are made longer after so many that would all have allowed for it, or at once if they can be as much longer.
+///
+/// Windows of one length are the rule and others the exception: over a turn of an oscillation the errors of K of equal
+/// windows cancel, as the scheme's leading error is reversible. With lengths that follow the force they add up, and at
+/// the same accuracy there are half as many windows again.
+const PAUSE: usize = 12;
+const MUCH_LONGER: f64 = 1.6;
+const LONGER: f64 = 1.1;
 
 /// Steps of Newton's method towards the end time.
 const END_TIME_STEPS: usize = 12;
@@ -47,6 +80,11 @@ pub(super) enum Ended {
     },
 }
 
+/// By what the length of a window is to be multiplied.
+fn fit(excess: f64, order: f64) -> f64 {
+    (AIM / excess).powf(1.0 / order)
+}
+
 /// What is asked for.
 pub(super) struct Attempt<'a> {
     pub(super) metric: &'a Metric,
@@ -58,8 +96,8 @@ pub(super) struct Attempt<'a> {
     pub(super) length: f64,
     /// The first window to try.
     pub(super) first: f64,
-    /// The error that a window may make; by default the attempt finds out.
-    pub(super) share: Option<f64>,
+    /// The errors of windows are to be smaller by this than they usually have to be.
+    pub(super) caution: f64,
 }
 
 /// The largest |t − t_i| and |x|, at least 1, and the largest distance of the two world-lines, relative to them.
@@ -67,11 +105,12 @@ struct Judge {
     start: Twofold,
     sizes: [f64; 2],
     distance: f64,
+    caution: f64,
 }
 
 impl Judge {
     fn see(&mut self, [main, companion]: &[State; 2]) {
-        self.sizes[0] = self.sizes[0].max((main.t - self.start).hi.abs());
+        self.sizes[0] = self.sizes[0].max((main.t.hi - self.start.hi).abs());
         self.sizes[1] = self.sizes[1].max(main.x.hi.abs());
         let [t, x] = self.parts(main, companion);
         self.distance = self.distance.max(t).max(x);
@@ -79,7 +118,8 @@ impl Judge {
 
     fn parts(&self, main: &State, companion: &State) -> [f64; 2] {
         let [t, x] = self.sizes;
-        [(main.t - companion.t).hi.abs() / t, (main.x - companion.x).hi.abs() / x]
+        let distance = |a: Twofold, b: Twofold| ((a.hi - b.hi) + (a.lo - b.lo)).abs();
+        [distance(main.t, companion.t) / t, distance(main.x, companion.x) / x]
     }
 }
 
@@ -93,71 +133,81 @@ impl Attempt<'_> {
     ) -> Result<(State, Twofold, f64), Ended> {
         pair.forget();
         statistics.windows = 0;
-        let first = ladder::rung_below(self.first);
-        let (mut rung, mut longest) = (first, i32::MAX);
+        let rules = pair.kit.rules;
+        let order = (2 * rules[1].points() - 2) as f64;
         let mut gamma = Twofold::ZERO;
         let mut states = [self.start; 2];
-        let mut judge = Judge { start: self.start.t, sizes: [1.0; 2], distance: 0.0 };
-        let mut idle = 0;
+        let mut judge = Judge { start: self.start.t, sizes: [1.0; 2], distance: 0.0, caution: CAUTION };
+        let (mut idle, mut refused) = (0, 0);
+        // The largest excess since the lengths were judged last.
+        let mut worst = 0.0_f64;
+        let may_grow = AIM * MUCH_LONGER.powf(-order);
+        let mut length = Length::near(self.first, self.q_t);
+        let (mut share, mut precision) = self.share(self.first, &states[0]);
         loop {
-            let (mut length, mut is_last) = (Length::Rung(rung), false);
+            let (mut this, mut is_last) = (length, false);
             if let Goal::Gamma(whole) = self.goal {
                 let rest = Twofold::from(whole) - gamma;
-                if rest.hi <= ladder::length(rung).hi {
-                    (length, is_last) = (Length::Odd(rest), true);
+                if rest.hi <= length.h.hi * 1.05 {
+                    (this, is_last) = (Length::exactly(rest, self.q_t), true);
                 }
             }
-            // A few very short windows, at a kink of V, leave the share of one as it is.
-            let average = gamma.hi / statistics.windows.max(1) as f64;
-            let share = self.share_of(ladder::length(rung).hi.max(average).max(self.first / 16.0));
-            let precision = self.precision(share, &states[0]);
-            let mut h = pair.prepare(length);
-            let solved = pair.main(length, &states[0], precision, statistics);
-            let order = 2 * pair.rules[1].points() - 2;
-            let excess = solved.as_ref().map_or(f64::INFINITY, |s| self.error(s, h.hi, &judge) / share);
-            let Some(mut solved) = solved.filter(|_| excess <= 1.0) else {
-                // Each rung takes a factor of 2^(order/2) off the error; what does not converge gets two rungs less.
-                let rungs = (2.0 * excess.log2() / order as f64).ceil();
-                rung = ladder::rung_below(h.hi * 1.000_001)
-                    - if rungs.is_finite() { rungs.clamp(1.0, 8.0) as i32 } else { 2 };
-                longest = rung;
-                if ladder::length(rung).hi <= SHORTEST * self.first.min(ladder::length(first).hi) {
+            let solved = pair.main(this, &states[0], precision, statistics);
+            let excess = solved.as_ref().map_or(f64::INFINITY, |s| self.error(s, &judge) / share);
+            let Some(mut solved) = solved.filter(|_| excess <= MOST_EXCESS) else {
+                if excess.is_finite() {
+                    pair.reject(this);
+                }
+                refused += 1;
+                let factor = if excess.is_finite() { fit(excess, order).clamp(0.1, 0.9) } else { 0.5 };
+                // Where V is not smooth, errors shrink more slowly than the order promises.
+                let h = this.h.hi * if refused > 3 { factor.min(0.3) } else { factor };
+                if h <= SHORTEST * self.first {
                     let window = statistics.windows;
-                    let failure = probe::why(self.metric, self.q_t, &states[0], 64.0 * h.hi, window, gamma.hi);
+                    let failure = probe::why(self.metric, self.q_t, &states[0], 64.0 * h, window, gamma.hi);
                     return Err(Ended::Failed(failure));
                 }
+                length = Length::near(h, self.q_t);
+                // A few very short windows, at a kink of V, leave the share of one as it is.
+                let average = gamma.hi / statistics.windows.max(1) as f64;
+                (share, precision) = self.share(h.max(average).max(self.first / 16.0), &states[0]);
+                worst = 0.0;
                 continue;
             };
+            refused = 0;
             if let Goal::Time(duration) = self.goal {
                 let lack = |s: &Solved| ((self.start.t + Twofold::from(duration)) - s.end.t).hi;
                 if lack(&solved) * duration <= 0.0 {
                     is_last = true;
-                    (length, solved) =
-                        self.hit(pair, h, solved, &states[0], precision, statistics, &lack).map_err(Ended::Failed)?;
-                    h = pair.prepare(length);
+                    (this, solved) = self
+                        .hit(pair, this, solved, &states[0], precision, statistics, &lack)
+                        .map_err(Ended::Failed)?;
                 }
                 idle = if (solved.end.t - states[0].t).hi.abs() <= 1e-15 * duration.abs() { idle + 1 } else { 0 };
-                if idle > 100 || h.hi > 1e100 {
+                if idle > 100 || this.h.hi > 1e100 {
                     let elapsed = (solved.end.t - self.start.t).hi;
-                    return Err(Ended::Failed(MarchFailure::TimeNotReached { gamma: (gamma + h).hi, elapsed }));
+                    return Err(Ended::Failed(MarchFailure::TimeNotReached { gamma: (gamma + this.h).hi, elapsed }));
                 }
             }
-            let Some(companion) = pair.companion(length, &states[1], precision, statistics) else {
-                (rung, longest) = (rung - 1, rung - 1);
+            let Some(companion) = pair.companion(this, &states[1], precision, statistics) else {
+                length = Length::near(0.7 * this.h.hi, self.q_t);
                 pair.forget();
                 continue;
             };
             let start = states[0];
             states = [solved.end, companion.end];
             judge.see(&states);
-            let next = gamma + h;
+            if (0..2).any(|k| solved.tail[k] > ROUGH * solved.largest[k]) {
+                judge.caution = CAUTION_WHERE_ROUGH;
+            }
+            let next = gamma + this.h;
             self.check(&judge, next.hi, share)?;
-            let [x, t_dot, acceleration] = pair.nodes();
+            let [x, t_dot, acceleration] = pair.nodes(this);
             let view = WindowView {
                 index: statistics.windows,
                 gamma,
-                length: h,
-                rule: pair.rules[0],
+                length: this.h,
+                rule: rules[0],
                 start,
                 end: solved.end,
                 x,
@@ -171,47 +221,55 @@ impl Attempt<'_> {
             if observe(&view).is_break() || is_last {
                 return Ok((solved.end, gamma, self.estimate(&judge, &states)));
             }
-            // A rung more if it fits easily; after a window that was too long, not before eight have passed.
-            if excess * 4.0 * 2.0_f64.powf(0.5 * order as f64) <= 1.0 && rung < longest {
-                rung += 1;
-            } else if statistics.windows.is_multiple_of(8) {
-                longest = i32::MAX;
+            worst = worst.max(excess);
+            let at_once = excess > 1.0 || excess < may_grow;
+            if at_once || statistics.windows.is_multiple_of(PAUSE) {
+                let fit = fit(if at_once { excess } else { worst }, order);
+                // Where the iteration is slow, longer windows are not cheaper.
+                let fit = if solved.evaluations > SLOW { fit.min(1.0) } else { fit };
+                if !(1.0..=LONGER).contains(&fit) {
+                    length = Length::near(this.h.hi * fit.clamp(0.5, 2.0), self.q_t);
+                }
+                let average = gamma.hi / statistics.windows as f64;
+                (share, precision) = self.share(length.h.hi.max(average).max(self.first / 16.0), &states[0]);
+                worst = 0.0;
             }
         }
     }
 
-    /// The share of a window where windows are typically of length h. Errors add up, and phases run away with errors of
-    /// K; measured on oscillators, a power of 3/2 is enough.
-    fn share_of(&self, h: f64) -> f64 {
+    /// What a window of length h may add to the error, and how well it is to be solved.
+    fn share(&self, h: f64, start: &State) -> (f64, Precision) {
         let windows = (self.length / h).max(1.0);
-        self.share.unwrap_or(0.1 * self.accuracy / windows.powf(1.5)).max(LEAST_SHARE)
-    }
-
-    fn precision(&self, share: f64, start: &State) -> Precision {
-        let rounds = share <= ROUNDING_SHARE;
-        let tolerance = if rounds { 0.0 } else { ITERATION * share / start.x.hi.abs().max(1.0) };
-        Precision { tolerance, refine: rounds }
+        let share = (SHARE * self.caution * self.accuracy / windows.powf(GROWTH)).max(LEAST_SHARE);
+        let refine = self.caution < 1.0 && self.accuracy < 1e-9 || ROUNDS * windows.powf(1.5) > 0.3 * self.accuracy;
+        let tolerance = if share <= ROUNDING_SHARE { 0.0 } else { ITERATION * share / start.x.hi.abs().max(1.0) };
+        (share, Precision { tolerance, refine, most: MOST })
     }
 
     /// The companion's error at the end of a window: the square of what its highest modes are, relative to the sizes.
-    fn error(&self, solved: &Solved, h: f64, judge: &Judge) -> f64 {
-        let relative = |k: usize| if solved.largest[k] > 0.0 { solved.tail[k] / solved.largest[k] } else { 0.0 };
-        let x = h * h * solved.largest[0] * relative(0) * relative(0) / judge.sizes[1];
-        let t = h * solved.largest[1] * relative(1) * relative(1) / judge.sizes[0];
-        CALIBRATION * x.max(t)
+    fn error(&self, solved: &Solved, judge: &Judge) -> f64 {
+        let error = |k: usize| {
+            if solved.largest[k] > 0.0 { solved.tail[k] * (solved.tail[k] / solved.largest[k]) } else { 0.0 }
+        };
+        CALIBRATION * (error(0) / judge.sizes[1]).max(error(1) / judge.sizes[0])
     }
 
-    /// Whether the distance can stay within the accuracy up to the end.
+    /// Whether the distance is within the accuracy.
     fn check(&self, judge: &Judge, gamma: f64, share: f64) -> Result<(), Ended> {
-        let estimate = CAUTION * judge.distance + ROUNDING;
+        let estimate = self.beyond(judge.distance, judge.caution);
         if estimate <= self.accuracy {
             return Ok(());
         }
         if share <= LEAST_SHARE {
             return Err(Ended::Failed(MarchFailure::AccuracyNotReached { gamma, estimate }));
         }
-        let at_the_end = judge.distance * (self.length / gamma).max(1.0).powi(2);
-        Err(Ended::Inaccurate { next: share * (0.03 * self.accuracy / at_the_end).min(0.01) })
+        let at_the_end = estimate * (self.length / gamma).max(1.0);
+        Err(Ended::Inaccurate { next: self.caution * (0.1 * self.accuracy / at_the_end).max(1e-4) })
+    }
+
+    /// What a distance means for the error.
+    fn beyond(&self, distance: f64, caution: f64) -> f64 {
+        caution * distance + 2.0 * ITERATION * SHARE * self.caution * self.accuracy + ROUNDING
     }
 
     /// The estimate at the end; where t is given, an error of t is one of x.
@@ -224,7 +282,7 @@ impl Attempt<'_> {
                 x + (velocity * t * judge.sizes[0] / judge.sizes[1]).abs()
             }
         };
-        CAUTION * judge.distance.max(at_the_end) + ROUNDING
+        self.beyond(judge.distance.max(at_the_end), judge.caution)
     }
 
     /// The length, and the window, at whose end t has the value asked for.
@@ -232,7 +290,7 @@ impl Attempt<'_> {
     fn hit<const P: usize, F: Force>(
         &self,
         pair: &mut Pair<P, F>,
-        length: Twofold,
+        length: Length,
         too_long: Solved,
         start: &State,
         precision: Precision,
@@ -243,18 +301,16 @@ impl Attempt<'_> {
         for _ in 0..END_TIME_STEPS {
             let u = self.q_t / self.metric.at(solved.end.x.hi).g00;
             let step = lack(&solved) / u;
-            let odd = Length::Odd(length);
             let at_rounding = lack(&solved).abs() <= 0.25 * f64::EPSILON * solved.end.t.hi.abs();
-            if at_rounding || (length + Twofold::from(step)) == length {
-                pair.prepare(odd);
-                return Ok((odd, solved));
+            if at_rounding || (length.h + Twofold::from(step)) == length.h {
+                return Ok((length, solved));
             }
-            length = length + Twofold::from(step.max(-0.9 * length.hi));
-            pair.prepare(Length::Odd(length));
-            let Some(next) = pair.main(Length::Odd(length), start, precision, statistics) else { break };
+            pair.reject(length);
+            length = Length::exactly(length.h + Twofold::from(step.max(-0.9 * length.h.hi)), self.q_t);
+            let Some(next) = pair.main(length, start, precision, statistics) else { break };
             solved = next;
         }
         let elapsed = (solved.end.t - self.start.t).hi;
-        Err(MarchFailure::TimeNotReached { gamma: length.hi, elapsed })
+        Err(MarchFailure::TimeNotReached { gamma: length.h.hi, elapsed })
     }
 }

@@ -7,6 +7,9 @@ use crate::metric::Metric;
 
 /// The force of a potential. All slices have the padded length of a window, a multiple of 8.
 pub(super) trait Force {
+    /// The charge from now on, and how many of the nodes count.
+    fn set(&mut self, q_t: f64, points: usize);
+
     /// Whether [`Self::refine`] can do anything.
     fn refines(&self) -> bool;
 
@@ -92,6 +95,11 @@ impl PolynomialForce {
 }
 
 impl Force for PolynomialForce {
+    #[inline]
+    fn set(&mut self, q_t: f64, _points: usize) {
+        self.q_t = q_t;
+    }
+
     #[inline(always)]
     fn refines(&self) -> bool {
         true

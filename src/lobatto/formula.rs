@@ -145,6 +145,11 @@ fn by_lanes<const P: usize>(done: &[Nodes<P>], out: &mut Nodes<P>, step: Instruc
 }
 
 impl<const P: usize> Force for FormulaForce<P> {
+    #[inline]
+    fn set(&mut self, q_t: f64, points: usize) {
+        (self.q_t, self.points) = (q_t, points);
+    }
+
     #[inline(always)]
     fn refines(&self) -> bool {
         self.refines

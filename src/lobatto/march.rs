@@ -12,7 +12,7 @@ use super::simd::Level;
 use super::tables::Tables;
 use super::twofold::Twofold;
 use super::view::WindowView;
-use super::window::{Guess, Precision, Solved, Window};
+use super::window::{Guess, MOST_EVALUATIONS, Precision, Solved, Window};
 use super::{MarchFailure, State, Statistics};
 use crate::metric::Metric;
 use crate::potential::Potential;
@@ -56,7 +56,7 @@ impl<'a> March<'a> {
     /// Windows of `length` on the nodes of `rule`. Iterates to rounding unless [`Self::with_tolerance`] says otherwise.
     pub fn new(metric: &'a Metric, q_t: f64, rule: &'a WeakRule, length: Twofold) -> Self {
         let walker = walker(metric, q_t, rule, length);
-        let precision = Precision { tolerance: 0.0, refine: true };
+        let precision = Precision { tolerance: 0.0, refine: true, most: MOST_EVALUATIONS };
         Self { metric, q_t, rule, length, precision, level: Level::Best, walker }
     }
 
@@ -64,7 +64,7 @@ impl<'a> March<'a> {
     /// the error wanted at the ends. 0 goes to rounding, and then evaluates the forces once more in twofold precision
     /// where the potential is pure arithmetic.
     pub fn with_tolerance(mut self, tolerance: f64) -> Self {
-        self.precision = Precision { tolerance, refine: tolerance == 0.0 };
+        self.precision = Precision { tolerance, refine: tolerance == 0.0, most: MOST_EVALUATIONS };
         self
     }
 
@@ -175,20 +175,19 @@ impl<const P: usize, F: Force> Walk for Walker<P, F> {
 }
 
 /// Sees a window, its index, its start and what came of it.
-pub(super) type SeeWindow<'r, const P: usize> =
-    &'r mut dyn FnMut(&Window<P>, usize, &State, &Solved) -> ControlFlow<()>;
+type SeeWindow<'r, const P: usize> = &'r mut dyn FnMut(&Window<P>, usize, &State, &Solved) -> ControlFlow<()>;
 
 /// The work that is compiled for every level: windows of one table.
-pub(super) struct Run<'r, const P: usize, F> {
-    pub(super) tables: &'r Tables<P>,
-    pub(super) force: &'r mut F,
-    pub(super) window: &'r mut Window<P>,
+struct Run<'r, const P: usize, F> {
+    tables: &'r Tables<P>,
+    force: &'r mut F,
+    window: &'r mut Window<P>,
     /// Of the first window; the others extrapolate from the one before.
-    pub(super) guess: Guess<'r, P>,
-    pub(super) precision: Precision,
-    pub(super) windows: usize,
-    pub(super) marched: &'r mut Marched,
-    pub(super) see: SeeWindow<'r, P>,
+    guess: Guess<'r, P>,
+    precision: Precision,
+    windows: usize,
+    marched: &'r mut Marched,
+    see: SeeWindow<'r, P>,
 }
 
 impl<const P: usize, F: Force> WithSimd for Run<'_, P, F> {

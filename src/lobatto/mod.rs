@@ -25,7 +25,7 @@ mod attempt;
 mod dense;
 mod force;
 mod formula;
-mod ladder;
+mod kit;
 mod march;
 mod pair;
 mod probe;

@@ -1,95 +1,82 @@
 //! A world-line and its companion, window by window.
 
-use std::collections::BTreeMap;
+use pulp::{Simd, WithSimd};
 
 use super::force::Force;
-use super::ladder;
-use super::march::{Marched, Run};
-use super::rule::WeakRule;
+use super::kit::Kit;
 use super::simd::Level;
-use super::tables::{Matrix, Nodes, Tables, evaluation_matrix};
+use super::tables::{Nodes, Tables};
 use super::twofold::Twofold;
 use super::window::{Guess, Precision, Solved, Window};
 use super::{State, Statistics};
-use std::ops::ControlFlow;
 
-/// How many nodes fewer the companion has.
-const FEWER: usize = 4;
+/// The length of a window in γ, and what it makes of the charge.
+///
+/// The charge of the window, h Q_t, is a number and the length is computed from it to twice the precision: were it the
+/// other way round, the rounding of h Q_t would be an error of the same sign in every window.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Length {
+    pub(super) h: Twofold,
+    inverse: Twofold,
+    charge: f64,
+}
 
-/// The tables of one length, for both.
-type Both<const P: usize> = [Box<Tables<P>>; 2];
+impl Length {
+    /// Close to `h`.
+    pub(super) fn near(h: f64, q_t: f64) -> Self {
+        let charge = h * q_t;
+        if charge.is_normal() {
+            Self::with(Twofold::from(charge) / Twofold::from(q_t), charge)
+        } else {
+            Self::with(h.into(), charge)
+        }
+    }
+
+    /// Exactly `h`, for a single window.
+    pub(super) fn exactly(h: Twofold, q_t: f64) -> Self {
+        Self::with(h, (h * q_t).hi)
+    }
+
+    fn with(h: Twofold, charge: f64) -> Self {
+        Self { h, inverse: Twofold::ONE / h, charge }
+    }
+}
+
+/// The forces of a window, in units of its length.
+struct Forces<const P: usize> {
+    length: f64,
+    values: Nodes<P>,
+}
 
 /// Everything that a walk of two needs, to be used again for the next attempt.
 pub(super) struct Pair<const P: usize, F> {
-    pub(super) rules: [&'static WeakRule; 2],
+    pub(super) kit: &'static Kit<P>,
     level: Level,
     force: F,
-    /// By rung of the ladder.
-    tables: BTreeMap<i32, Both<P>>,
-    /// Of the odd length asked for last.
-    odd: Option<Both<P>>,
-    /// Extrapolations of a from one window to the next that is one rung shorter, as long, one rung longer.
-    extrapolations: [Box<Matrix<P>>; 3],
-    /// From the nodes of the one to those of the other.
-    resample: Box<Matrix<P>>,
     windows: [Window<P>; 2],
-    /// The forces of the window before, and its rung.
-    previous: Option<(i32, Nodes<P>)>,
-}
-
-/// The length of a window.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Length {
-    Rung(i32),
-    Odd(Twofold),
+    /// Those of the window before.
+    previous: Option<Forces<P>>,
+    /// Those of the window that begins at the same point and was too long.
+    rejected: Option<Forces<P>>,
+    /// Whether the world-line's window still holds them.
+    is_untouched: bool,
+    /// dt/dγ and d²x/dγ² on the nodes.
+    seen: [Nodes<P>; 2],
 }
 
 impl<const P: usize, F: Force> Pair<P, F> {
-    pub(super) fn new(n: usize, force: F, level: Level) -> Self {
-        let rules = [WeakRule::shared(n), WeakRule::shared(n - FEWER)];
-        let extrapolation =
-            |ratio: f64| evaluation_matrix::<P>(rules[0], (n - 1) * 3 / 4, |i| 1.0 + ratio * rules[0].nodes()[i].hi, n);
-        let root_2 = std::f64::consts::SQRT_2;
-        Self {
-            rules,
-            level,
-            force,
-            tables: BTreeMap::new(),
-            odd: None,
-            extrapolations: [extrapolation(1.0 / root_2), extrapolation(1.0), extrapolation(root_2)],
-            resample: evaluation_matrix::<P>(rules[0], n - 1, |i| rules[1].nodes()[i].hi, n - FEWER),
-            windows: [Window::new(), Window::new()],
-            previous: None,
-        }
+    pub(super) fn new(kit: &'static Kit<P>, force: F, level: Level) -> Self {
+        let windows = [Window::new(), Window::new()];
+        let seen = [Nodes::ZERO, Nodes::ZERO];
+        Self { kit, level, force, windows, previous: None, rejected: None, is_untouched: false, seen }
     }
 
     /// Forgets the window before: a new march begins.
     pub(super) fn forget(&mut self) {
-        self.previous = None;
+        (self.previous, self.rejected, self.is_untouched) = (None, None, false);
     }
 
-    /// The length as a number; its tables are ready afterwards.
-    pub(super) fn prepare(&mut self, length: Length) -> Twofold {
-        let [main, companion] = self.rules;
-        // The highest two modes that the companion has.
-        let tail = companion.points() - 2;
-        let both = |h| [Tables::new(main, h, tail), Tables::new(companion, h, tail)];
-        match length {
-            Length::Rung(rung) => {
-                let h = ladder::length(rung);
-                self.tables.entry(rung).or_insert_with(|| both(h));
-                h
-            }
-            Length::Odd(h) => {
-                if self.odd.as_ref().is_none_or(|odd| odd[0].length != h) {
-                    self.odd = Some(both(h));
-                }
-                h
-            }
-        }
-    }
-
-    /// The window of the world-line itself from `start`. Lengths must be prepared.
+    /// The window of the world-line itself from `start`.
     pub(super) fn main(
         &mut self,
         length: Length,
@@ -97,15 +84,31 @@ impl<const P: usize, F: Force> Pair<P, F> {
         precision: Precision,
         statistics: &mut Statistics,
     ) -> Option<Solved> {
-        let guess = match (&self.previous, length) {
-            (Some((before, values)), Length::Rung(rung)) if (rung - before).abs() <= 1 => {
-                Guess::Forces { matrix: &self.extrapolations[(rung - before + 1) as usize], values }
+        let n = self.kit.rules[0].points();
+        let ratio = |forces: &Forces<P>| length.h.hi / forces.length;
+        // The full degree amplifies noise outside of the window.
+        let (degree, begin, forces) = match (&self.rejected, &self.previous) {
+            (Some(forces), _) => (n - 1, 0.0, Some(forces)),
+            (None, forces) => ((n - 1) * 3 / 4, 1.0, forces.as_ref()),
+        };
+        let continuation = forces.map(|forces| self.kit.continuation(degree, begin, ratio(forces)));
+        let guess = match (forces, &continuation) {
+            (Some(forces), _) if self.rejected.is_none() && self.is_untouched && forces.length == length.h.hi => {
+                Guess::Same
             }
+            (Some(forces), Some(from)) => Guess::Continued { from, values: &forces.values },
             _ => Guess::Parabola,
         };
-        let tables = tables_of(&self.tables, self.odd.as_ref(), length);
-        let window = &mut self.windows[0];
-        single(self.level, &tables[0], &mut self.force, window, start, guess, precision, statistics)
+        self.is_untouched = false;
+        let tables = &self.kit.tables[0];
+        self.force.set(length.charge, n);
+        let (force, window) = (&mut self.force, &mut self.windows[0]);
+        One { tables, force, window, start, guess, precision }.at(length, self.level, statistics)
+    }
+
+    /// What [`Self::main`] made is too long; the forces are a good guess for a part of it.
+    pub(super) fn reject(&mut self, length: Length) {
+        self.rejected = Some(Forces { length: length.h.hi, values: self.windows[0].a.clone() });
     }
 
     /// The companion's window, starting from the forces of [`Self::main`], which is accepted with this.
@@ -116,53 +119,62 @@ impl<const P: usize, F: Force> Pair<P, F> {
         precision: Precision,
         statistics: &mut Statistics,
     ) -> Option<Solved> {
-        let [main, companion] = &mut self.windows;
-        self.previous = match length {
-            Length::Rung(rung) => Some((rung, main.a.clone())),
-            Length::Odd(_) => None,
-        };
-        let guess = Guess::Forces { matrix: &self.resample, values: &main.a };
-        let tables = tables_of(&self.tables, self.odd.as_ref(), length);
-        single(self.level, &tables[1], &mut self.force, companion, start, guess, precision, statistics)
+        let [main, window] = &mut self.windows;
+        let guess = Guess::Forces { matrix: &self.kit.resample, values: &main.a };
+        let (tables, force) = (&self.kit.tables[1], &mut self.force);
+        force.set(length.charge, tables.points);
+        let solved = One { tables, force, window, start, guess, precision }.at(length, self.level, statistics)?;
+        self.previous = Some(Forces { length: length.h.hi, values: main.a.clone() });
+        (self.rejected, self.is_untouched) = (None, true);
+        Some(solved)
     }
 
     /// X, u and a of the world-line on its nodes.
-    pub(super) fn nodes(&self) -> [&[f64]; 3] {
-        let (n, window) = (self.rules[0].points(), &self.windows[0]);
-        [&window.x.0[..n], &window.u.0[..n], &window.a.0[..n]]
+    pub(super) fn nodes(&mut self, length: Length) -> [&[f64]; 3] {
+        let (n, window, inverse) = (self.kit.rules[0].points(), &self.windows[0], length.inverse.hi);
+        let [u, a] = &mut self.seen;
+        for i in 0..P {
+            u.0[i] = window.u.0[i] * inverse;
+            a.0[i] = window.a.0[i] * inverse * inverse;
+        }
+        [&window.x.0[..n], &u.0[..n], &a.0[..n]]
     }
 }
 
-fn tables_of<'t, const P: usize>(
-    rungs: &'t BTreeMap<i32, Both<P>>,
-    odd: Option<&'t Both<P>>,
-    length: Length,
-) -> &'t Both<P> {
-    match length {
-        Length::Rung(rung) => &rungs[&rung],
-        Length::Odd(_) => odd.expect("the length was prepared"),
-    }
-}
-
-/// One window.
-#[allow(clippy::too_many_arguments)]
-fn single<const P: usize, F: Force>(
-    level: Level,
-    tables: &Tables<P>,
-    force: &mut F,
-    window: &mut Window<P>,
-    start: &State,
-    guess: Guess<'_, P>,
+/// One window, the work that is compiled for every level.
+struct One<'r, const P: usize, F> {
+    tables: &'r Tables<P>,
+    force: &'r mut F,
+    window: &'r mut Window<P>,
+    start: &'r State,
+    guess: Guess<'r, P>,
     precision: Precision,
-    statistics: &mut Statistics,
-) -> Option<Solved> {
-    let mut marched = Marched { end: *start, statistics: Statistics::default() };
-    let mut result = None;
-    let mut see = |_: &Window<P>, _: usize, _: &State, solved: &Solved| {
-        result = Some(*solved);
-        ControlFlow::Continue(())
-    };
-    level.dispatch(Run { tables, force, window, guess, precision, windows: 1, marched: &mut marched, see: &mut see });
-    statistics.evaluations += marched.statistics.evaluations;
-    result
+}
+
+impl<const P: usize, F: Force> One<'_, P, F> {
+    /// From a start and to an end in γ.
+    fn at(self, length: Length, level: Level, statistics: &mut Statistics) -> Option<Solved> {
+        let start = State { w: self.start.w * length.h, ..*self.start };
+        let mut solved = level.dispatch(One { start: &start, ..self })?;
+        solved.end.w = solved.end.w * length.inverse;
+        statistics.evaluations += solved.evaluations;
+        Some(solved)
+    }
+}
+
+impl<const P: usize, F: Force> WithSimd for One<'_, P, F> {
+    type Output = Option<Solved>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, s: S) -> Option<Solved> {
+        let Self { tables, force, window, start, mut guess, precision } = self;
+        loop {
+            let solved = window.solve(s, tables, force, start, guess, precision);
+            // A guess can be far off, even outside the domain: once more from the parabola.
+            if solved.is_some() || matches!(guess, Guess::Parabola) {
+                return solved;
+            }
+            guess = Guess::Parabola;
+        }
+    }
 }

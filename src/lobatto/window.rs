@@ -8,8 +8,8 @@ use super::simd::{extremes, largest, multiply_add, product_error, two_product, t
 use super::tables::{Matrix, Nodes, Tables};
 use super::twofold::fast_two_sum;
 
-/// The most evaluations in one window; convergent iterations take ten.
-const MOST_EVALUATIONS: usize = 60;
+/// The most evaluations in one window, if every length is to be tried; convergent iterations take ten.
+pub(super) const MOST_EVALUATIONS: usize = 60;
 
 /// The arrays of one window.
 #[derive(Debug, Clone)]
@@ -32,6 +32,44 @@ pub(super) enum Guess<'a, const P: usize> {
     Same,
     /// At the forces `matrix` · `values`.
     Forces { matrix: &'a Matrix<P>, values: &'a Nodes<P> },
+    /// At the forces of a window of any length, continued as a polynomial.
+    Continued { from: &'a Continuation<'a, P>, values: &'a Nodes<P> },
+}
+
+/// A polynomial through the nodal values of one window on the nodes of another: at z = `first` + `step` c_i on [−1, 1].
+pub(super) struct Continuation<'a, const P: usize> {
+    /// Column j is what node j adds to the Legendre coefficients.
+    pub(super) modes: &'a Matrix<P>,
+    /// (2k + 1)/(k + 1) and k/(k + 1): P_{k+1} = the one z P_k − the other P_{k−1}.
+    pub(super) recurrence: &'a [[f64; 2]],
+    pub(super) degree: usize,
+    pub(super) first: f64,
+    pub(super) step: f64,
+    /// What the values are multiplied by.
+    pub(super) factor: f64,
+}
+
+impl<const P: usize> Continuation<'_, P> {
+    #[inline(always)]
+    fn apply<S: Simd>(&self, s: S, t: &Tables<P>, values: &Nodes<P>, out: &mut Nodes<P>) {
+        let mut coefficients = Nodes::<P>::ZERO;
+        product(s, &[0.0; P], &self.modes[..t.columns], &values.0, &mut coefficients.0);
+        let (first, step) = (s.splat_f64s(self.first), s.splat_f64s(self.step / t.length.hi));
+        let factor = s.splat_f64s(self.factor);
+        let (line, out) = (vectors::<S>(&t.line), vectors_mut::<S>(&mut out.0));
+        for i in 0..out.len() {
+            // Clenshaw's recurrence
+            let z = multiply_add(s, line[i], step, first);
+            let (mut b, mut before) = (s.splat_f64s(0.0), s.splat_f64s(0.0));
+            for k in (0..=self.degree).rev() {
+                let c = s.splat_f64s(coefficients.0[k]);
+                let c = multiply_add(s, s.splat_f64s(-self.recurrence[k + 1][1]), before, c);
+                before = b;
+                b = multiply_add(s, s.mul_f64s(s.splat_f64s(self.recurrence[k][0]), z), b, c);
+            }
+            out[i] = s.mul_f64s(b, factor);
+        }
+    }
 }
 
 /// How well to solve.
@@ -41,6 +79,8 @@ pub(super) struct Precision {
     pub(super) tolerance: f64,
     /// Whether to evaluate the forces once more in twofold precision.
     pub(super) refine: bool,
+    /// The most evaluations.
+    pub(super) most: usize,
 }
 
 /// A window that was solved.
@@ -218,6 +258,10 @@ impl<const P: usize> Window<P> {
                 product(s, &[0.0; P], &matrix[..], &values.0, &mut self.a.0);
                 product(s, &low.0, &t.force[..columns], &self.a.0, &mut self.rest.0);
             }
+            Guess::Continued { from, values } => {
+                from.apply(s, t, values, &mut self.a);
+                product(s, &low.0, &t.force[..columns], &self.a.0, &mut self.rest.0);
+            }
         }
         let mut last = f64::INFINITY;
         let mut evaluations = 0;
@@ -243,7 +287,7 @@ impl<const P: usize> Window<P> {
             if converged || evaluations > 2 && (change * change <= wanted * last || last <= noise) {
                 return Some(evaluations);
             }
-            if evaluations == MOST_EVALUATIONS || !change.is_finite() {
+            if evaluations >= precision.most || !change.is_finite() {
                 return None;
             }
             if !near && precision.tolerance == 0.0 {
