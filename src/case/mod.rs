@@ -227,7 +227,7 @@ pub struct Solver {
     pub digits: u32,
     /// Most Newton iterations (of a window); the fixed-point iteration of weak spectral elements has its own limit.
     pub max_iterations: usize,
-    /// The error allowed in t and x at the ends of windows, relative to max(1, largest |t − t_i|) and max(1, largest |x|): the
+    /// The error allowed in t and x, relative to max(1, largest |t − t_i|) and max(1, largest |x|): the
     /// program chooses operator and windows, and `grid.n_gamma`, `grid.windows` and `scheme` are left out.
     pub accuracy: Option<Decimal>,
 }

@@ -33,7 +33,7 @@ pub struct Adapted {
     pub gamma: Twofold,
     /// What it took, with the companion and everything that was rejected.
     pub statistics: Statistics,
-    /// An upper estimate of the error in t and x at all window ends, relative to max(1, largest |t − t_i|) and
+    /// An upper estimate of the error in t and x at all nodes, relative to max(1, largest |t − t_i|) and
     /// max(1, largest |x|).
     pub error_estimate: f64,
     /// How often it was begun; all but the last time it turned out not to be accurate enough.
@@ -49,8 +49,8 @@ pub struct Adapted {
 /// the estimate. The world-line handed out is the more accurate one.
 ///
 /// The length of a window is chosen such that the square of the Legendre coefficients of a and u of the highest degrees
-/// that the companion has, which is the size of its error at a window's end, stays below a share of the accuracy. Where
-/// that turns out not to be enough the march is begun again with a smaller share, down to rounding, after which it
+/// that the companion has, which is the size of its error at a window's end, stays below a share of the accuracy, and
+/// what the coefficients themselves mean for the nodes inside below the accuracy. Where that turns out not to be enough the march is begun again with a smaller share, down to rounding, after which it
 /// fails. Lengths change seldom: equal windows are more accurate than many that follow the force closely.
 ///
 /// The tables serve all lengths and are made once in the life of the program; the first march with a rule is a fraction
@@ -81,7 +81,7 @@ impl<'a> Adaptive<'a> {
         self
     }
 
-    /// From `start` to `goal`, the error of t and x below `accuracy` at all window ends, relative to
+    /// From `start` to `goal`, the error of t and x below `accuracy` at all nodes, relative to
     /// max(1, largest |t − t_i|) and max(1, largest |x|). `observe` sees every window of the world-line and may end the
     /// march; if a march is begun again, it sees index 0 again.
     ///

@@ -89,7 +89,7 @@ impl<'a> March<'a> {
         let mut see = |index: usize, start: &State, end: &State, [x, t_dot, acceleration]: [&[f64]; 3]| {
             let gamma = gamma(index);
             let (start, end) = (*start, *end);
-            observe(&WindowView { index, gamma, length, rule, start, end, x, t_dot, acceleration, metric, q_t })
+            observe(&WindowView { index, gamma, length, rule, start, end, x, t_dot, acceleration })
         };
         let (marched, complete) = self.walker.walk(self.level, start, windows, self.precision, &mut see);
         if complete {

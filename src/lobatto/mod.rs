@@ -10,7 +10,7 @@
 //!
 //! the Lobatto IIIC Runge–Kutta method (Chipman 1971; Hairer, Wanner, "Solving Ordinary Differential Equations II",
 //! IV.5): L-stable and of order 2n − 2 at the ends of windows. *Inside* a window the scheme's own nodal values are less
-//! accurate; [`WindowView::dense`] is as accurate there as at the ends.
+//! accurate; [`crate::sampling`] continues the start of a window to points in it as accurately as to its end.
 //!
 //! [`March`] walks windows of one length, [`Adaptive`] chooses rules and lengths for an accuracy asked for. Both follow
 //! Hairer, McLachlan, Razakarivony (2008), "Achieving Brouwer's law with implicit Runge–Kutta methods", where it
@@ -22,7 +22,6 @@
 
 mod adaptive;
 mod attempt;
-mod dense;
 mod force;
 mod formula;
 mod kit;
@@ -37,7 +36,6 @@ mod view;
 mod window;
 
 pub use adaptive::{Adapted, Adaptive, Goal};
-pub use dense::{DensePoint, DenseWindow};
 pub use march::{March, Marched};
 pub use rule::WeakRule;
 pub use simd::Level;

@@ -1,10 +1,8 @@
 //! What an observer sees of a window.
 
 use super::State;
-use super::dense::DenseWindow;
 use super::rule::WeakRule;
 use super::twofold::Twofold;
-use crate::metric::Metric;
 
 /// A window that was just solved. Everything beyond the plain numbers is computed when it is asked for.
 #[derive(Debug, Clone, Copy)]
@@ -27,8 +25,6 @@ pub struct WindowView<'a> {
     pub t_dot: &'a [f64],
     /// d²x/dγ² = a(X) on the nodes.
     pub acceleration: &'a [f64],
-    pub(super) metric: &'a Metric,
-    pub(super) q_t: f64,
 }
 
 impl WindowView<'_> {
@@ -45,18 +41,6 @@ impl WindowView<'_> {
     /// t on the nodes, counted from the start of the window, where it costs no digits.
     pub fn elapsed(&self) -> Vec<f64> {
         self.integral(Twofold::ZERO, self.t_dot)
-    }
-
-    /// The world-line in this window, everywhere as accurate as at the window's ends; costs some ten evaluations of the
-    /// potential on twice as many nodes.
-    pub fn dense(&self) -> DenseWindow {
-        DenseWindow::refined(self)
-    }
-
-    /// The double integral of the scheme's own polynomial for a, and the integral of that for u: costs nothing, and is
-    /// between the nodes and the ends in accuracy.
-    pub fn own_dense(&self) -> DenseWindow {
-        DenseWindow::own(self)
     }
 
     fn integral(&self, start: Twofold, values: &[f64]) -> Vec<f64> {

@@ -108,7 +108,7 @@ pub struct Solved {
     /// max |ΔQ_η| (free particle).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_abs_delta_q_eta: Option<Number>,
-    /// The estimated error at the ends of windows, where an accuracy was asked for.
+    /// The estimated error of t and x, where an accuracy was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_estimate: Option<f64>,
     /// Seconds spent in measuring the solution.

@@ -106,8 +106,8 @@ pub struct Solution<S = f64> {
     pub length: S,
     /// Significant decimal digits that were asked for; 16 for `f64`.
     pub digits: u32,
-    /// The estimated error of t and x at the ends of windows, relative to max(1, largest |t − t_i|) and max(1, largest
-    /// |x|), if the windows were chosen for an accuracy.
+    /// The estimated error of t and x at the nodes, relative to max(1, largest |t − t_i|) and max(1, largest |x|), if the
+    /// windows were chosen for an accuracy.
     pub error_estimate: Option<f64>,
     /// The form of the action.
     pub form: Form,

@@ -23,7 +23,7 @@ fn go_on(_: &WindowView<'_>) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
-/// Marches and returns the largest true error at ends and in between, and the estimate.
+/// Marches and returns the largest true error at nodes and ends, and the estimate.
 fn measure(name: &str, (metric, initial): &(Metric, InitialData), length: f64, accuracy: f64) -> [f64; 2] {
     let reference = ReferenceTrajectory::new(metric, *initial, length, 16).expect("it exists");
     let q_t = initial.invariants(metric).q_t;
@@ -32,9 +32,8 @@ fn measure(name: &str, (metric, initial): &(Metric, InitialData), length: f64, a
         if view.index == 0 {
             points.clear();
         }
-        let dense = view.dense();
-        for s in [0.21, 0.5, 0.83] {
-            points.push((view.gamma.hi + s * view.length.hi, dense.at(s).t, dense.at(s).x));
+        for (node, (&x, t)) in view.rule.nodes().iter().zip(view.x.iter().zip(view.t())) {
+            points.push(((view.gamma + *node * view.length).hi, t, x));
         }
         points.push(((view.gamma + view.length).hi, view.end.t.hi, view.end.x.hi));
         ControlFlow::Continue(())
