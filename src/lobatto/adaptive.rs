@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use super::attempt::{Attempt, Ended};
+use super::attempt::{Attempt, Ended, ROUNDING};
 use super::force::{Force, PolynomialForce};
 use super::formula::FormulaForce;
 use super::kit::{self, Kit};
@@ -137,6 +137,9 @@ impl<'a> Adaptive<'a> {
         let g = metric.at(start.x.hi);
         if !g.is_inside() {
             return Err(MarchFailure::OutsideDomain { window: 0, gamma: 0.0, x: start.x.hi, g00: g.g00 });
+        }
+        if accuracy < ROUNDING {
+            return Err(MarchFailure::AccuracyNotReached { gamma: 0.0, estimate: ROUNDING });
         }
         let t_dot = q_t / g.g00;
         let length = match goal {

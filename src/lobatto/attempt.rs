@@ -36,7 +36,7 @@ const MOST: usize = 24;
 const SLOW: usize = 14;
 
 /// What the estimate is at least: the result is rounded.
-const ROUNDING: f64 = 2.0 * f64::EPSILON;
+pub(super) const ROUNDING: f64 = 2.0 * f64::EPSILON;
 
 /// The estimate in units of the distance, which may lie on either side of the world-line.
 const CAUTION: f64 = 3.0;

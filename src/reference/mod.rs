@@ -6,7 +6,7 @@
 //!
 //! Each step expands t and x in γ, to order 24 for the 16 digits of `f64` and to higher ones for more, from the potential's own program, so every potential of a case has a
 //! reference, formulas included. The step is chosen so that the last terms are below the rounding of the first; the
-//! state is summed with compensation. A step stops where an argument of `abs` changes its sign. The polynomials of the
+//! state is summed with compensation. A step is halved where V has a feature that the series do not know of, and stops where an argument of `abs` changes its sign. The polynomials of the
 //! steps are the dense output. The whole integration is done twice, with different order and steps, and the difference
 //! is the reported error estimate.
 

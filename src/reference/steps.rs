@@ -2,7 +2,7 @@
 
 use super::series::SeriesMachine;
 use super::{EndReason, ReferenceEnds, ReferencePoint};
-use crate::geodesic::InitialData;
+use crate::geodesic::{InitialData, acceleration};
 use crate::metric::Metric;
 use crate::scalar::{Compensated, Real, sum};
 
@@ -13,6 +13,10 @@ const MOST_STEPS: usize = 2_000_000;
 const HORIZON: f64 = 1e-3;
 /// A physical time is not reached if at the present rate it is this many times the length that the start suggested away.
 const FAR_TOO_LONG: f64 = 1e6;
+
+/// Points at which the series of a step are compared with V, and how often a step is halved for it.
+const PROBES: i32 = 8;
+const MOST_HALVINGS: usize = 40;
 
 /// One step: x and t − t_i as polynomials in γ minus its start.
 #[derive(Debug, Clone)]
@@ -133,6 +137,26 @@ impl<S: Real> Front<'_, S> {
         })
     }
 
+    /// The longest of h, h/2, h/4, … over which the series do not miss a feature of V that was too far away, or too thin,
+    /// to leave a trace in the coefficients: at points on the way dw/dγ of the series is that of V.
+    fn seen(&self, expansion: &Expansion<S>, h: S, tolerance: S) -> S {
+        let Expansion { x, w, .. } = expansion;
+        let scale = |h: S| w[1].abs().max((w[2] * h).abs()).max(w[0].abs() / h).max(x[0].abs() / (h * h));
+        let holds = |s: S, scale: S| {
+            let g = self.metric.at(x[0] + increment(x, s));
+            (slope(w, s) - acceleration(self.q_t, g.g00, g.first)).abs() <= tolerance * scale
+        };
+        let mut h = h;
+        for _ in 0..MOST_HALVINGS {
+            let place = |k: i32| h * S::from(f64::from(2 * k + 1) / f64::from(2 * PROBES));
+            if (0..PROBES).all(|k| holds(place(k), scale(h))) {
+                break;
+            }
+            h = h.half();
+        }
+        h
+    }
+
     fn advance(&mut self, expansion: Expansion<S>, h: S) -> Step<S> {
         let Expansion { x, w, t, .. } = expansion;
         let step = Step { start: self.gamma, x_low: self.x.low, t_low: self.t.low, x, t };
@@ -228,6 +252,7 @@ impl<S: Real> Steps<S> {
             Goal::Gamma(length) => length,
             Goal::Time(duration) => duration / initial.t_dot,
         };
+        let tolerance = S::from(10.0_f64.powf(-0.5 * f64::from(digits)));
         let mut front = Front {
             metric,
             q_t: initial.invariants(metric).q_t,
@@ -264,7 +289,9 @@ impl<S: Real> Steps<S> {
                     return Err(end(EndReason::TimeNotReached));
                 }
             }
-            let (h, last) = goal.limit(&front, &expansion.t, step_to_kink(&machine, h));
+            let (wanted, last) = goal.limit(&front, &expansion.t, step_to_kink(&machine, h));
+            let h = front.seen(&expansion, wanted, tolerance);
+            let last = last && h == wanted;
             steps.push(front.advance(expansion, h));
             if last {
                 return Ok(Self { steps, end: front.gamma.high });

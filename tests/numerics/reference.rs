@@ -242,3 +242,22 @@ fn a_potential_without_a_series_is_an_error() {
     let end = ReferenceTrajectory::new(&formula("x^2.5"), at_zero, 1.0, 16).unwrap_err();
     assert_eq!(end.reason, EndReason::Singular, "{end}");
 }
+
+/// A wall so thin that the series before it do not know of it, and a bump behind which everything is as before.
+#[test]
+fn what_no_coefficient_shows_is_not_jumped_over() {
+    for (formula, length) in [("0.2*tanh(40*(x - 1))", 4.0), ("0.1*x^20", 8.0), ("0.2*exp(-(60*(x - 1))^2)", 4.0)] {
+        let potential = Potential::Formula(Formula::new(formula, &BTreeMap::new()).unwrap());
+        let metric = Metric::new(potential, 1.0, 1.0);
+        let initial = InitialData { t: 0.0, x: 0.0, t_dot: 1.0, x_dot: 0.5 };
+        let q_t = initial.invariants(&metric).q_t;
+        let mut march = March::new(&metric, q_t, WeakRule::shared(16), (0.005).into());
+        let windows = (200.0 * length) as usize;
+        let end = march.run(initial.into(), windows, &mut |_| ControlFlow::Continue(())).unwrap().end;
+        let reference = ReferenceTrajectory::new(&metric, initial, length, 16).unwrap();
+        let exact = reference.at(length);
+        let error = (exact.x - end.x.hi).abs().max((exact.elapsed - end.t.hi).abs());
+        assert!(error < 1e-11 && reference.error_estimate() < 1e-11, "{formula}: {error:e}");
+        assert!(end.x.hi < 0.95, "{formula}: it is reflected");
+    }
+}

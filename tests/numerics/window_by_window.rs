@@ -13,7 +13,7 @@ const RUNS: [&str; 7] = [
     "grid.windows=6 grid.n_gamma=16 grid.gamma_f=3.0 scheme.sbp=GLL16 scheme.form=weak initial.t_dot=-1.0",
     "grid.windows=4 grid.n_gamma=12 grid.t_f=3.0 scheme.sbp=GLL12 scheme.form=weak",
     "solver.accuracy=1e-9 grid.gamma_f=7.0",
-    "solver.accuracy=1e-9 grid.t_f=7.0 potential={free={}}",
+    "solver.accuracy=1e-9 grid.t_f=7.0 potential={linear={alpha=0.2}}",
 ];
 
 #[test]
