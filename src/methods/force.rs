@@ -4,7 +4,7 @@ use crate::metric::Metric;
 use crate::potential::{Instruction, Potential};
 
 /// u = dt/dγ and a = d²x/dγ².
-pub trait Force {
+pub(super) trait Force {
     /// (u, a) at `x`.
     fn at(&mut self, x: f64) -> (f64, f64);
 }

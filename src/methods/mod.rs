@@ -20,15 +20,14 @@
 //!
 //! The module knows a metric and initial data, but no case and no file. All but Taylor are written here and
 //! compiled for the vector instructions of the machine, as this program's own iteration is: the point is to be
-//! fair to them. (With the crate `differential-equations` 0.7 the errors of Radau5 did not follow the tolerance.) Each evaluates g00 and g00′ and nothing else, once a stage, by [`Force`](force::Force).
+//! fair to them. (With the crate `differential-equations` 0.7 the errors of Radau5 did not follow the tolerance.) Each evaluates g00 and g00′ and nothing else, once a stage.
 //!
 //! Steps of constant length divide the intervals between the points asked for; adaptive methods end a step on each of
 //! them, but [`taylor()`], whose polynomials are its dense output.
 
-pub mod force;
-
 mod composition;
 mod dop853;
+mod force;
 mod gauss;
 mod radau5;
 mod rk4;
