@@ -16,6 +16,7 @@ pub struct Composition {
     compensated: bool,
 }
 
+#[allow(clippy::excessive_precision)] // The constants as they are published, to 18 digits.
 impl Composition {
     /// Störmer–Verlet (leapfrog), order 2.
     pub const VERLET: Self = Self::plain(&[1.0]);
@@ -75,12 +76,12 @@ impl Composition {
         let h = problem.length / (output.intervals * steps) as f64;
         let (mut kicks, mut drifts) = ([0.0; MOST_STAGES], [0.0; MOST_STAGES]);
         let n = self.stages();
-        for k in 0..n {
-            kicks[k] = h * self.half[k.min(n - 1 - k)];
+        for (k, kick) in kicks[..n].iter_mut().enumerate() {
+            *kick = h * self.half[k.min(n - 1 - k)];
         }
-        for k in 0..n {
+        for (k, drift) in drifts[..n].iter_mut().enumerate() {
             // The last drift of a step and the first of the next are one.
-            drifts[k] = 0.5 * (kicks[k] + kicks[(k + 1) % n]);
+            *drift = 0.5 * (kicks[k] + kicks[(k + 1) % n]);
         }
         let work = March::<C> { problem, output, steps, kicks: &kicks[..n], drifts: &drifts[..n] };
         dispatch(&problem.metric, problem.q_t(), work)

@@ -18,9 +18,10 @@
 //! | [`radau5()`] | 5 | adaptive | Hairer, Wanner II, IV.8, with an exact Jacobian |
 //! | [`taylor()`] | any | adaptive | the series of this program's reference trajectory, in `f64` |
 //!
-//! The module knows a metric and initial data, but no case and no file. All but Taylor are written here and
-//! compiled for the vector instructions of the machine, as this program's own iteration is: the point is to be
-//! fair to them. (With the crate `differential-equations` 0.7 the errors of Radau5 did not follow the tolerance.) Each evaluates g00 and g00′ and nothing else, once a stage.
+//! The module knows a metric and initial data, but no case and no file. All but Taylor are written here and compiled for
+//! the vector instructions of the machine, as this program's own iteration is: the point is to be fair to them. Each
+//! evaluates g00 and g00′ and nothing else, once a stage. (With the crate `differential-equations` 0.7 the errors of
+//! Radau5 did not follow the tolerance.)
 //!
 //! Steps of constant length divide the intervals between the points asked for; adaptive methods end a step on each of
 //! them, but [`taylor()`], whose polynomials are its dense output.

@@ -97,7 +97,7 @@ pub fn drift(title: &str, points: &[DriftPoint], of_k: bool) -> Chart {
             let value = if of_k { point.errors.delta_k } else { point.errors.largest() };
             let best = largest.entry(bin(point.gamma)).or_insert((point.gamma, value));
             // A NaN is kept: the curve ends there.
-            if !(value <= best.1) {
+            if value > best.1 || value.is_nan() {
                 *best = (point.gamma, value);
             }
         }
