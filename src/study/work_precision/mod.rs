@@ -130,7 +130,8 @@ pub struct Row {
     pub seconds_min: f64,
     /// Median over the rounds.
     pub seconds_median: f64,
-    /// Evaluations of the potential: one a node and sweep; of a series its coefficients.
+    /// Evaluations of the potential: one a node and sweep, or iteration of Newton's method (without those of its first guess
+    /// and of the certificate); of a series its coefficients.
     pub evaluations: usize,
     /// Nodes, or steps.
     pub points: usize,
