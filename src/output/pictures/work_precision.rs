@@ -60,6 +60,8 @@ pub fn work_precision<'a>(title: &str, rows: impl IntoIterator<Item = &'a Row>, 
     }
     let mut series = vec![Series::new("front of all", Mark::Band, best(&rows)).with_ink(Ink::Neutral)];
     let (mut own, mut others) = (0, 0);
+    // Nothing is drawn of a method without a result, and it needs no entry.
+    curves.retain(|_, rows| rows.iter().any(|row| row.rank().is_some()));
     for ((group, label), rows) in &curves {
         let index = if group.is_own() { &mut own } else { &mut others };
         let (mark, ink) = pen(*group, *index);
