@@ -66,7 +66,8 @@ fn every_method_of_constant_steps_has_its_order() {
         for (name, method, least, steps, bound) in &cases {
             let errors = steps.map(|n| error(problem, &output, &method(problem, &output, n).unwrap()));
             let slope = (errors[0] / errors[1]).ln() / (steps[1] as f64 / steps[0] as f64).ln();
-            assert!(slope > *least, "{name}: order {slope}, errors {errors:?}");
+            // Where the potential is smoother than the quartic one, the highest orders leave only rounding.
+            assert!(slope > *least || errors[1] < 1e-14, "{name}: order {slope}, errors {errors:?}");
             assert!(errors[1] < *bound, "{name}: {errors:?}");
         }
     }
