@@ -1,8 +1,10 @@
 //! The reference trajectory against closed forms, invariants, the quadrature and an independent integrator.
 
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 
 use geodesic_ivp::geodesic::{InitialData, acceleration};
+use geodesic_ivp::lobatto::{March, WeakRule};
 use geodesic_ivp::metric::Metric;
 use geodesic_ivp::potential::{Formula, Potential};
 use geodesic_ivp::reference::{EndReason, ReferenceTrajectory};

@@ -1,0 +1,199 @@
+//! One method in one setting, ready to run.
+
+use std::ops::ControlFlow;
+
+use super::Arena;
+use super::family::{Family, Setting, taylor_digits, taylor_order};
+use crate::case::{Case, Form, SbpName, Scheme, Solver};
+use crate::lobatto::{March, MarchFailure, State as MarchState, Twofold, WeakRule};
+use crate::methods::{self, Composition, Failure, Gauss, Output, State, Trajectory};
+use crate::sampling::{Coordinate, SampleStream};
+use crate::solve::{NoSolution, Solution, WindowEnd, solve, solve_window_by_window};
+
+/// A run to be timed; nothing is prepared in it that a user would not have to prepare.
+pub(super) struct Job<'a> {
+    run: Box<dyn Fn() -> Result<Raw, &'static str> + 'a>,
+}
+
+/// What a run hands out before anything is read from it.
+pub(super) enum Raw {
+    Trajectory(Trajectory),
+    Solution(Box<Solution>),
+}
+
+/// A run at the points of output.
+pub(super) struct Outcome {
+    pub(super) states: Vec<State>,
+    pub(super) evaluations: usize,
+    pub(super) points: usize,
+}
+
+/// The case without what belongs to one scheme only.
+pub(super) fn plain(case: &Case) -> Case {
+    let mut plain = case.clone();
+    plain.grid.windows = 1;
+    plain.scheme.regularised = true;
+    plain.solver = Solver::default();
+    plain.expect = None;
+    plain
+}
+
+impl<'a> Job<'a> {
+    pub(super) fn new(arena: &'a Arena, family: &Family, setting: Setting, output: Output) -> Self {
+        let Setting { per_interval: steps, tolerance } = setting;
+        let problem = &arena.problem;
+        let count = steps * output.intervals;
+        let composition = move |composition: Composition, output: Output| -> Box<dyn Fn() -> _> {
+            Box::new(move || finish(composition.run(problem, &output, steps)))
+        };
+        let run: Box<dyn Fn() -> Result<Raw, &'static str> + 'a> = match *family {
+            Family::Block(sbp, form) => certified(arena, (sbp, form), count + 1),
+            Family::Elements(nodes) => {
+                let name = SbpName::Gll(nodes as u8);
+                certified(arena, (name, Form::Weak), count * (nodes - 1) + 1)
+            }
+            Family::March(nodes) => {
+                let rule = WeakRule::shared(nodes);
+                Box::new(move || march(arena, rule, &output, steps, tolerance))
+            }
+            Family::Accuracy => accuracy(arena, output, tolerance),
+            Family::Rk4 => Box::new(move || finish(methods::rk4(problem, &output, steps))),
+            Family::Verlet => composition(Composition::VERLET, output),
+            Family::KahanLi6 => composition(Composition::KAHAN_LI_6, output),
+            Family::KahanLi8 => composition(Composition::KAHAN_LI_8, output),
+            Family::KahanLi8Compensated => composition(Composition::KAHAN_LI_8.compensated(), output),
+            Family::Gauss(stages) => {
+                let gauss = Gauss { stages, tolerance };
+                Box::new(move || finish(gauss.run(problem, &output, steps)))
+            }
+            Family::Dop853 => Box::new(move || finish(methods::dop853(problem, &output, tolerance))),
+            Family::Radau5 => Box::new(move || finish(methods::radau5(problem, &output, tolerance))),
+            Family::Taylor => {
+                let (order, digits) = (taylor_order(tolerance), taylor_digits(tolerance));
+                Box::new(move || finish(methods::taylor(problem, &output, order, digits)))
+            }
+            Family::Other(_) => Box::new(|| Err("elsewhere")),
+        };
+        Self { run }
+    }
+
+    pub(super) fn run(&self) -> Result<Raw, &'static str> {
+        (self.run)()
+    }
+}
+
+fn finish(result: Result<Trajectory, Failure>) -> Result<Raw, &'static str> {
+    result.map(Raw::Trajectory).map_err(|failure| match failure {
+        Failure::OutsideDomain => "outside-domain",
+        Failure::Diverged => "diverged",
+        Failure::TooManySteps => "too-many-steps",
+        Failure::NotConverged => "not-converged",
+    })
+}
+
+/// `solve` on so many nodes in all.
+fn certified<'a>(
+    arena: &'a Arena,
+    scheme: (SbpName, Form),
+    nodes: usize,
+) -> Box<dyn Fn() -> Result<Raw, &'static str> + 'a> {
+    match arena.case.on_grid(scheme, nodes, arena.problem.length) {
+        Ok(case) => Box::new(move || match solve(&case) {
+            Ok(solution) => Ok(Raw::Solution(Box::new(solution))),
+            Err(NoSolution { status, .. }) => Err(status.as_str()),
+        }),
+        Err(_) => Box::new(|| Err("no-such-grid")),
+    }
+}
+
+fn failed(failure: MarchFailure) -> &'static str {
+    match failure {
+        MarchFailure::OutsideDomain { .. } => "outside-domain",
+        MarchFailure::NotConverged { .. } => "not-converged",
+        MarchFailure::AccuracyNotReached { .. } => "accuracy-not-reached",
+        MarchFailure::TimeNotReached { .. } => "end-time-not-reached",
+    }
+}
+
+fn start(arena: &Arena) -> MarchState {
+    let initial = arena.problem.initial;
+    MarchState { t: Twofold::ZERO, x: initial.x.into(), w: initial.x_dot.into() }
+}
+
+fn march(arena: &Arena, rule: &WeakRule, output: &Output, steps: usize, tolerance: f64) -> Result<Raw, &'static str> {
+    let problem = &arena.problem;
+    let windows = steps * output.intervals;
+    let length = Twofold::from(problem.length) / Twofold::from(windows as f64);
+    let mut states = Vec::with_capacity(output.marks.len());
+    let mut wanted = output.marks.iter().map(|mark| mark * steps);
+    let mut next = wanted.next();
+    let mut march = March::new(&problem.metric, problem.q_t(), rule, length).with_tolerance(tolerance);
+    let last = output.marks.last().map_or(0, |mark| mark * steps);
+    let marched = march.run(start(arena), last, &mut |view| {
+        if next == Some(view.index + 1) {
+            states.push(State { elapsed: view.end.t.hi, x: view.end.x.hi, w: view.end.w.hi });
+            next = wanted.next();
+        }
+        ControlFlow::Continue(())
+    });
+    let statistics = marched.map_err(failed)?.statistics;
+    let nodes = rule.points();
+    Ok(Raw::Trajectory(Trajectory { states, evaluations: statistics.evaluations * nodes, steps: last * nodes }))
+}
+
+/// By samples, as accurate as the ends of the windows.
+fn accuracy<'a>(arena: &'a Arena, output: Output, accuracy: f64) -> Box<dyn Fn() -> Result<Raw, &'static str> + 'a> {
+    let length = arena.problem.length;
+    let mut case = arena.case.clone();
+    (case.grid.gamma_f, case.grid.t_f, case.grid.n_gamma) = (Some(length.into()), None, 0);
+    (case.grid.gamma_i, case.initial.t) = (0.0.into(), 0.0.into());
+    (case.solver.accuracy, case.scheme) = (Some(accuracy.into()), Scheme::default());
+    Box::new(move || {
+        let mut stream = SampleStream::new(Coordinate::Gamma, output.gamma(length).collect(), false);
+        let mut nodes = 0;
+        let last = solve_window_by_window(&case, &mut |window: &Solution| {
+            nodes += window.x.len();
+            stream.see(window);
+        });
+        let last = last.map_err(|failure| failure.status.as_str())?;
+        let samples = stream.finish(&last).map_err(|_| "outside-run")?;
+        let states = samples.iter().map(|sample| State { elapsed: sample.t, x: sample.x, w: sample.x_dot }).collect();
+        let evaluations = last.iterations * last.sbp().points();
+        Ok(Raw::Trajectory(Trajectory { states, evaluations, steps: nodes }))
+    })
+}
+
+impl Raw {
+    /// The states at the marks of `output`, which are at ends of windows or on nodes.
+    pub(super) fn outcome(self, output: &Output) -> Result<Outcome, &'static str> {
+        let solution = match self {
+            Self::Trajectory(Trajectory { states, evaluations, steps }) => {
+                return Ok(Outcome { states, evaluations, points: steps });
+            }
+            Self::Solution(solution) => solution,
+        };
+        let windows = solution.windows.len();
+        let nodes = solution.sbp().points();
+        let state = |&mark: &usize| {
+            if windows > 1 {
+                // Windows come in whole numbers an interval.
+                let after = mark * windows / output.intervals;
+                let WindowEnd { t, x, x_dot } = solution.windows[after - 1].end;
+                return State { elapsed: t, x, w: x_dot };
+            }
+            if mark == output.intervals {
+                return State { elapsed: solution.duration(), x: solution.end.x, w: solution.end.x_dot };
+            }
+            let node = mark * (nodes - 1) / output.intervals;
+            let w = solution.sbp().derivative_at(&solution.x, node);
+            State { elapsed: solution.elapsed[node], x: solution.x[node], w }
+        };
+        // An explicit recursion evaluates once a node; otherwise iterations are summed over the windows.
+        let sweeps = solution.iterations.max(windows);
+        Ok(Outcome {
+            states: output.marks.iter().map(state).collect(),
+            evaluations: sweeps * nodes,
+            points: windows * nodes,
+        })
+    }
+}
