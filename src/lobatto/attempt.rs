@@ -129,7 +129,8 @@ impl Judge {
     /// The error of a window at the nodes inside it.
     fn inside(&self, solved: &Solved) -> f64 {
         let error = |k: usize| INSIDE[k] * solved.tail[k];
-        (error(0) / self.sizes[1]).max(error(1) / self.sizes[0])
+        let t_size = self.sizes[0].max((solved.end.t.hi - self.start.hi).abs());
+        (error(0) / self.sizes[1].max(solved.end.x.hi.abs())).max(error(1) / t_size)
     }
 
     fn parts(&self, main: &State, companion: &State) -> [f64; 2] {

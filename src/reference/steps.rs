@@ -17,8 +17,10 @@ const HORIZON: f64 = 1e-3;
 const FAR_TOO_LONG: f64 = 1e6;
 
 /// Points at which the series of a step are compared with V, and how often a step is halved for it.
-const PROBES: i32 = 8;
+const PROBES: i32 = 32;
 const MOST_HALVINGS: usize = 40;
+/// The comparison of the series with V is good to so many digits less than the series themselves.
+const SPARE_DIGITS: f64 = 4.0;
 
 /// One step: x and t − t_i as polynomials in γ minus its start.
 #[derive(Debug, Clone)]
@@ -140,23 +142,36 @@ impl<S: Real> Front<'_, S> {
     }
 
     /// The longest of h, h/2, h/4, … over which the series do not miss a feature of V that was too far away, or too thin,
-    /// to leave a trace in the coefficients: at points on the way dw/dγ of the series is that of V.
-    fn seen(&self, expansion: &Expansion<S>, h: S, tolerance: S) -> S {
-        let Expansion { x, w, .. } = expansion;
-        let scale = |h: S| w[1].abs().max((w[2] * h).abs()).max(w[0].abs() / h).max(x[0].abs() / (h * h));
-        let holds = |s: S, scale: S| {
-            let g = self.metric.at(x[0] + increment(x, s));
-            (slope(w, s) - acceleration(self.q_t, g.g00, g.first)).abs() <= tolerance * scale
-        };
+    /// to leave a trace in the coefficients.
+    fn seen(&self, expansion: &Expansion<S>, h: S, digits: u32) -> S {
+        let [small, large] =
+            [SPARE_DIGITS - f64::from(digits), -0.5 * f64::from(digits)].map(|e| S::from(10.0_f64.powf(e)));
         let mut h = h;
+        let mut missed = self.missed(expansion, h);
         for _ in 0..MOST_HALVINGS {
-            let place = |k: i32| h * S::from(f64::from(2 * k + 1) / f64::from(2 * PROBES));
-            if (0..PROBES).all(|k| holds(place(k), scale(h))) {
+            if missed <= small {
                 break;
             }
-            h = h.half();
+            let of_half = self.missed(expansion, h.half());
+            // Rounding stays where it is when a step is halved; a feature is either large or fades away.
+            if missed <= large && S::from(4.0) * of_half > missed {
+                break;
+            }
+            (h, missed) = (h.half(), of_half);
         }
         h
+    }
+
+    /// The largest difference of dw/dγ between the series and V at points of a step, relative to the size of its terms.
+    fn missed(&self, Expansion { x, w, .. }: &Expansion<S>, h: S) -> S {
+        let size = w[1].abs().max((w[2] * h).abs()).max(w[0].abs() / h).max(x[0].abs() / (h * h)).max(S::MIN_POSITIVE);
+        let at = |k: i32| {
+            let s = h * S::from(f64::from(2 * k + 1) / f64::from(2 * PROBES));
+            let g = self.metric.at(x[0] + increment(x, s));
+            let difference = (slope(w, s) - acceleration(self.q_t, g.g00, g.first)).abs();
+            if difference.is_nan() { S::from(f64::INFINITY) } else { difference }
+        };
+        (0..PROBES).map(at).fold(S::ZERO, S::max) / size
     }
 
     /// Nothing is known of the scale of the first step but that it is no longer than the whole run, which may be far too
@@ -267,7 +282,6 @@ impl<S: Real> Steps<S> {
             Goal::Gamma(length) => length,
             Goal::Time(duration) => duration / initial.t_dot,
         };
-        let tolerance = S::from(10.0_f64.powf(-0.5 * f64::from(digits)));
         let mut front = Front {
             metric,
             q_t: initial.invariants(metric).q_t,
@@ -308,7 +322,7 @@ impl<S: Real> Steps<S> {
                 }
             }
             let (wanted, last) = goal.limit(&front, &expansion.t, step_to_kink(&machine, h));
-            let h = front.seen(&expansion, wanted, tolerance);
+            let h = front.seen(&expansion, wanted, digits);
             let last = last && h == wanted;
             steps.push(front.advance(expansion, h));
             if last {

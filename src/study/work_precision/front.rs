@@ -104,8 +104,8 @@ mod tests {
         let rows = [
             row(Family::Rk4, 1e-4, 1.0, good),
             row(Family::Rk4, 1e-8, 10.0, good),
-            row(Family::Accuracy, 1e-8, 8.0, good),
-            row(Family::Accuracy, 1e-6, 9.0, good),
+            row(Family::March(8), 1e-8, 8.0, good),
+            row(Family::March(8), 1e-6, 9.0, good),
             row(Family::Verlet, 1e-12, 0.1, RowStatus::Inaccurate),
             row(Family::Verlet, 1e-3, 2.0, good),
         ];
