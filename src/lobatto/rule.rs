@@ -2,6 +2,7 @@
 
 use std::sync::OnceLock;
 
+use super::tables::LengthFree;
 use super::twofold::Twofold;
 
 /// The weak window operators on n Gauss–Lobatto–Legendre nodes of [0, 1], in double-double.
@@ -20,6 +21,7 @@ pub struct WeakRule {
     integration: Vec<Twofold>,
     a: Vec<Twofold>,
     a_squared: Vec<Twofold>,
+    length_free: OnceLock<LengthFree>,
 }
 
 impl WeakRule {
@@ -45,7 +47,15 @@ impl WeakRule {
             weights[last - i] = weights[i];
         }
         let nodes = x.iter().map(|&x| (x + Twofold::ONE).half()).collect();
-        let mut rule = Self { nodes, weights, legendre, integration: vec![], a: vec![], a_squared: vec![] };
+        let mut rule = Self {
+            nodes,
+            weights,
+            legendre,
+            integration: vec![],
+            a: vec![],
+            a_squared: vec![],
+            length_free: OnceLock::new(),
+        };
         rule.integration = rule.integrate();
         rule.a = rule.invert();
         rule.a_squared = rule.square();
@@ -95,6 +105,11 @@ impl WeakRule {
     /// (bᵀA)_j = b_j (1 − c_j), the simplifying assumption D(1) of Lobatto IIIC.
     pub fn position_weight(&self, j: usize) -> Twofold {
         self.weights[j] * (Twofold::ONE - self.nodes[j])
+    }
+
+    /// What tables of windows are made of, computed when the first is made.
+    pub(super) fn length_free(&self) -> &LengthFree {
+        self.length_free.get_or_init(|| LengthFree::new(self))
     }
 
     /// P_k at node `i`, on [−1, 1].

@@ -45,20 +45,43 @@ pub(super) struct Tables<const P: usize> {
     pub(super) columns: usize,
 }
 
-/// Rounds a row to `f64`, largest entry first, each rounding error passed on to the next smaller entry: the sum of the
-/// row is right to half a unit of its smallest entry. Rounded one by one, the sums (the answer to a constant force) are
-/// off by 1e-17 with the same sign in every window, a drift of 4e-20 a window in K.
-fn round_row(row: &[Twofold]) -> Vec<f64> {
-    let mut order: Vec<usize> = (0..row.len()).collect();
-    order.sort_by(|&i, &j| row[j].hi.abs().total_cmp(&row[i].hi.abs()));
-    let mut rounded = vec![0.0; row.len()];
+/// What the tables of all lengths have in common.
+#[derive(Debug, Clone)]
+pub(super) struct LengthFree {
+    /// The columns of every row of A² by falling size of their entries.
+    order: Vec<u8>,
+    /// A² E by columns, E the extrapolation of nodal values from one window to the next by polynomials of all degrees, and of
+    /// three quarters of them.
+    guesses: [Vec<f64>; 2],
+}
+
+impl LengthFree {
+    pub(super) fn new(rule: &WeakRule) -> Self {
+        let n = rule.points();
+        let order = rule.a_squared().chunks_exact(n).flat_map(|row| {
+            let mut order: Vec<u8> = (0..n as u8).collect();
+            order.sort_by(|&i, &j| row[j as usize].hi.abs().total_cmp(&row[i as usize].hi.abs()));
+            order
+        });
+        let guesses = [n - 1, (n - 1) * 3 / 4].map(|degree| {
+            let e = evaluation_matrix::<{ WeakRule::MOST }>(rule, degree, |i| 1.0 + rule.nodes()[i].hi, n);
+            let entry = |i: usize, j: usize| (0..n).map(|k| rule.a_squared()[i * n + k].hi * e[j][k]).sum();
+            (0..n * n).map(|place| entry(place % n, place / n)).collect()
+        });
+        Self { order: order.collect(), guesses }
+    }
+}
+
+/// Rounds a row to `f64`, in the `order` of its entries from large to small, each rounding error passed on to the next
+/// smaller entry: the sum of the row is right to half a unit of its smallest entry. Rounded one by one, the sums (the answer
+/// to a constant force) are off by 1e-17 with the same sign in every window, a drift of 4e-20 a window in K.
+fn round_row(row: &[Twofold], order: &[u8], rounded: &mut [f64]) {
     let mut carry = Twofold::ZERO;
-    for i in order {
-        let entry = row[i] + carry;
-        rounded[i] = entry.hi;
+    for &i in order {
+        let entry = row[i as usize] + carry;
+        rounded[i as usize] = entry.hi;
         carry = Twofold::from(entry.lo);
     }
-    rounded
 }
 
 impl<const P: usize> Tables<P> {
@@ -84,9 +107,13 @@ impl<const P: usize> Tables<P> {
             points: n,
             columns: n.next_multiple_of(4),
         });
+        let order = &rule.length_free().order;
+        let (mut row, mut rounded) = ([Twofold::ZERO; P], [0.0; P]);
         for i in 0..n {
-            let row: Vec<Twofold> = rule.a_squared()[i * n..(i + 1) * n].iter().map(|&v| v * h_squared).collect();
-            for (j, rounded) in round_row(&row).into_iter().enumerate() {
+            let entries = i * n..(i + 1) * n;
+            row.iter_mut().zip(&rule.a_squared()[entries.clone()]).for_each(|(row, &v)| *row = v * h_squared);
+            round_row(&row, &order[entries], &mut rounded);
+            for (j, &rounded) in rounded[..n].iter().enumerate() {
                 t.force[j][i] = rounded;
                 t.force_lo[j][i] = (row[j] - Twofold::from(rounded)).hi;
             }
@@ -105,15 +132,10 @@ impl<const P: usize> Tables<P> {
 
     /// Fills the first guess for a run of windows of this length. Over long windows the full degree amplifies noise.
     pub(super) fn with_guess(mut self: Box<Self>, rule: &WeakRule) -> Box<Self> {
-        let n = rule.points();
-        let degree = if self.length.hi <= 0.4 { n - 1 } else { (n - 1) * 3 / 4 };
-        let e = evaluation_matrix::<P>(rule, degree, |i| 1.0 + rule.nodes()[i].hi, n);
-        for j in 0..n {
-            for k in 0..n {
-                for i in 0..n {
-                    self.guess[j][i] += self.force[k][i] * e[j][k];
-                }
-            }
+        let h_squared = self.length.hi * self.length.hi;
+        let guess = &rule.length_free().guesses[usize::from(self.length.hi > 0.4)];
+        for (column, unit) in self.guess.iter_mut().zip(guess.chunks_exact(rule.points())) {
+            column.iter_mut().zip(unit).for_each(|(entry, unit)| *entry = h_squared * unit);
         }
         self
     }
