@@ -12,7 +12,7 @@
 
 use std::sync::OnceLock;
 
-use crate::scalar::{Extended, Real};
+use crate::scalar::{Extended, Real, same};
 
 /// Fewest nodes of a rule: its two ends.
 pub const LEAST_NODES: usize = 2;
@@ -59,25 +59,34 @@ fn rough_node(m: usize, i: usize) -> f64 {
     (0..10).fold(-angle.cos(), |x, _| newton_step(m, x))
 }
 
+/// Rules by number of nodes, made when they are first asked for.
+type Rules<S> = [OnceLock<LobattoRule<S>>; MOST_NODES + 1];
+
 impl<S: Real> LobattoRule<S> {
     /// The rule of `n` nodes. It is computed once in the life of the program.
     ///
     /// # Panics
     /// If n is not in [`LEAST_NODES`] … [`MOST_NODES`].
     pub fn new(n: usize) -> Self {
-        static RULES: [OnceLock<LobattoRule<Extended>>; MOST_NODES + 1] = [const { OnceLock::new() }; MOST_NODES + 1];
+        static EXACT: Rules<Extended> = [const { OnceLock::new() }; MOST_NODES + 1];
+        static ROUNDED: Rules<f64> = [const { OnceLock::new() }; MOST_NODES + 1];
         assert!((LEAST_NODES..=MOST_NODES).contains(&n), "a Lobatto rule has {LEAST_NODES} to {MOST_NODES} nodes");
-        let exact = RULES[n].get_or_init(|| LobattoRule::computed(n));
-        let rounded = |values: &[Extended]| values.iter().map(|&value| S::round(value)).collect();
-        Self {
-            nodes: rounded(&exact.nodes),
-            weights: rounded(&exact.weights),
-            differentiation: rounded(&exact.differentiation),
+        let exact = || EXACT[n].get_or_init(|| LobattoRule::computed(n));
+        if S::IS_EXTENDED {
+            return exact().rounded();
         }
+        let rule = ROUNDED[n].get_or_init(|| exact().rounded());
+        same(rule.clone()).expect("f64 is the only type that is not extended")
     }
 }
 
 impl LobattoRule<Extended> {
+    fn rounded<S: Real>(&self) -> LobattoRule<S> {
+        let [nodes, weights, differentiation] = [&self.nodes, &self.weights, &self.differentiation]
+            .map(|values| values.iter().map(|&value| S::round(value)).collect());
+        LobattoRule { nodes, weights, differentiation }
+    }
+
     fn computed(n: usize) -> Self {
         let m = n - 1;
         let mut nodes = vec![Extended::ZERO; n];
