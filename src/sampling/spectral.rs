@@ -5,49 +5,66 @@
 //! stages: Picard sweeps on 2n nodes, started from the forces at the n nodes of the window.
 
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use crate::geodesic::acceleration;
 use crate::metric::Metric;
 use crate::sbp::gll::{LobattoRule, MOST_NODES};
-use crate::scalar::{Real, sum};
+use crate::scalar::{Real, same, sum};
 use crate::solve::Window;
 
 /// Most sweeps; each gains two digits and more.
 const MOST_SWEEPS: usize = 100;
 
-/// Legendre expansions by the nodal values on one rule.
+/// Legendre expansions by the nodal values on one rule. Both matrices stand as they are run through, so that products
+/// vectorise.
 #[derive(Debug)]
 struct Expansion<S> {
     /// Nodes on [0, 1].
     nodes: Vec<S>,
-    /// Row k: the weights of the nodal values in coefficient k.
+    /// For node j: its weights in coefficients 0 … n − 1.
     modes: Vec<S>,
-    /// P_0 … P_{n+1} at each node.
-    basis: Vec<Vec<S>>,
+    /// For degree k = 0 … n + 1: P_k at the nodes.
+    basis: Vec<S>,
 }
 
 impl<S: Real> Expansion<S> {
     fn new(points: usize) -> Self {
         let rule: LobattoRule<S> = LobattoRule::new(points);
-        let basis: Vec<Vec<S>> = rule.nodes.iter().map(|&z| legendre(points + 1, z)).collect();
+        let at_nodes: Vec<Vec<S>> = rule.nodes.iter().map(|&z| legendre(points + 1, z)).collect();
         let last = points - 1;
-        let mode = |k: usize, j: usize| {
+        let mode = |j: usize, k: usize| {
             // The rule does not integrate P_{n−1}² exactly.
             let norm = if k < last { 2 * k + 1 } else { last };
-            S::from(norm as f64).half() * rule.weights[j] * basis[j][k]
+            S::from(norm as f64).half() * rule.weights[j] * at_nodes[j][k]
         };
-        let modes = (0..points * points).map(|place| mode(place / points, place % points)).collect();
-        Self { nodes: rule.nodes.iter().map(|&z| (S::ONE + z).half()).collect(), modes, basis }
+        Self {
+            nodes: rule.nodes.iter().map(|&z| (S::ONE + z).half()).collect(),
+            modes: (0..points * points).map(|place| mode(place / points, place % points)).collect(),
+            basis: (0..points * (points + 2)).map(|place| at_nodes[place % points][place / points]).collect(),
+        }
     }
 
     /// Legendre coefficients of the polynomial through `values`.
     fn coefficients(&self, values: &[S]) -> Vec<S> {
-        self.modes.chunks_exact(values.len()).map(|row| sum(row.iter().zip(values).map(|(&m, &v)| m * v))).collect()
+        let mut coefficients = vec![S::ZERO; values.len()];
+        for (modes, &value) in self.modes.chunks_exact(values.len()).zip(values) {
+            coefficients.iter_mut().zip(modes).for_each(|(c, &mode)| *c += mode * value);
+        }
+        coefficients
+    }
+
+    /// Σ c_k P_k at the nodes, smallest terms first.
+    fn values(&self, coefficients: &[S]) -> Vec<S> {
+        let mut values = vec![S::ZERO; self.nodes.len()];
+        for (basis, &c) in self.basis.chunks_exact(values.len()).zip(coefficients).rev() {
+            values.iter_mut().zip(basis).for_each(|(value, &p)| *value += c * p);
+        }
+        values
     }
 }
 
-/// Expansions by number of nodes, made once.
+/// Expansions by number of nodes, made once: in `f64` in the life of the program, with more digits in that of this.
 #[derive(Debug)]
 pub(super) struct Tables<S>(HashMap<usize, Arc<Expansion<S>>>);
 
@@ -59,7 +76,12 @@ impl<S> Default for Tables<S> {
 
 impl<S: Real> Tables<S> {
     fn of(&mut self, points: usize) -> Arc<Expansion<S>> {
-        Arc::clone(self.0.entry(points).or_insert_with(|| Arc::new(Expansion::new(points))))
+        static ROUNDED: [OnceLock<Arc<Expansion<f64>>>; MOST_NODES + 1] = [const { OnceLock::new() }; MOST_NODES + 1];
+        if S::IS_EXTENDED {
+            return Arc::clone(self.0.entry(points).or_insert_with(|| Arc::new(Expansion::new(points))));
+        }
+        let rounded = ROUNDED[points].get_or_init(|| Arc::new(Expansion::new(points)));
+        same(Arc::clone(rounded)).expect("f64 is the only type that is not extended")
     }
 }
 
@@ -91,7 +113,11 @@ impl<S: Real> Polynomials<S> {
         let mut before = vec![S::ZERO; fine.nodes.len()];
         for sweep in 0..MOST_SWEEPS {
             let last = refined.as_ref().unwrap_or(&own);
-            let x: Vec<S> = fine.nodes.iter().zip(&fine.basis).map(|(&s, basis)| last.x(s, basis)).collect();
+            let [x_start, w] = last.start;
+            let mut x = fine.values(&last.integrals[1]);
+            for (x, &s) in x.iter_mut().zip(&fine.nodes) {
+                *x = x_start + last.length * (w * s + last.length * *x);
+            }
             if !x.iter().all(|&x| metric.at(x).is_inside()) {
                 break;
             }
@@ -106,18 +132,13 @@ impl<S: Real> Polynomials<S> {
         own
     }
 
-    /// x at s ∈ [0, 1], where the Legendre polynomials are `basis`.
-    fn x(&self, s: S, basis: &[S]) -> S {
-        let [x, w] = self.start;
-        x + self.length * (w * s + self.length * series(&self.integrals[1], basis))
-    }
-
     /// t, x and w at `gamma` behind the start of the window.
     pub(super) fn at(&self, gamma: S) -> [S; 3] {
         let s = gamma / self.length;
         let basis = legendre(self.integrals[1].len() - 1, s + s - S::ONE);
-        let [t, _, w] = &self.integrals;
-        [self.length * series(t, &basis), self.x(s, &basis), self.start[1] + self.length * series(w, &basis)]
+        let [t, x, w] = self.integrals.each_ref().map(|c| self.length * series(c, &basis));
+        let [x_start, w_start] = self.start;
+        [t, x_start + self.length * (w_start * s + x), w_start + w]
     }
 }
 
