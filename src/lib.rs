@@ -93,6 +93,7 @@
 //! | [`action`] | E_IVP in both forms, its gradient and its sparse Hessian |
 //! | [`mod@solve`] | Newton on ∇E_IVP = 0; the physical limit; every way it can end |
 //! | [`lobatto`] | windows of the weak scheme, at speed; knows no case |
+//! | [`methods`] | what others would take for the same world-line; knows no case |
 //! | [`diagnostics`] | charges, residuals, bound, sawtooth; never calls a solver |
 //! | [`sampling`] | values between the nodes |
 //! | [`mod@reference`] | the trajectory to compare with, by a Taylor method |
@@ -105,6 +106,7 @@ pub mod case;
 pub mod diagnostics;
 pub mod geodesic;
 pub mod lobatto;
+pub mod methods;
 pub mod metric;
 mod norm;
 pub mod output;

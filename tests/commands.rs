@@ -373,3 +373,74 @@ fn an_override_takes_the_place_of_what_it_excludes() {
     let effective = fs::read_to_string(folder.path().join("out/case.toml")).unwrap();
     assert!(!effective.contains("gamma_f") && !effective.contains("x_dot"), "{effective}");
 }
+
+#[test]
+fn work_precision_writes_its_table_its_summary_and_pictures() {
+    let folder = TempDir::new().unwrap();
+    let small = "--methods gll8,sbp21,rk4,gauss --longest 1e-4";
+    // The step of GLL and Gauss methods at its coarsest is too long for the steep wall: a row with its status.
+    let command = format!("work-precision CASES/tanh-wall.toml {small} --gamma-f 4,20 --plot --out out");
+    let text = succeeded(&run_in(folder.path(), &command));
+    assert!(text.contains("ratio") && text.contains("1e-12"), "{text}");
+    let out = folder.path().join("out");
+    let pictures = ["drift_error.svg", "drift_k.svg", "error_evaluations.svg", "error_evaluations_2.svg"];
+    let pictures = [&pictures[..], &["error_time.svg", "error_time_2.svg"]].concat();
+    assert_eq!(names(&out), [&["drift.csv"][..], &pictures, &["summary.json", "work_precision.csv"]].concat());
+    let columns =
+        "method,setting,error_t,error_x,delta_k_max,seconds_min,seconds_median,evaluations,points,status,gamma_f";
+    assert_eq!(first_line(&out.join("work_precision.csv")), columns);
+    assert_eq!(first_line(&out.join("drift.csv")), "method,setting,gamma,error_t,error_x,delta_k");
+    let table = fs::read_to_string(out.join("work_precision.csv")).unwrap();
+    assert!(table.contains("converged") && table.contains("not-converged"), "{table}");
+    let summary = json(&out.join("summary.json"));
+    assert_eq!((summary["status"].as_str(), summary["ratios"].as_array().unwrap().len()), (Some("complete"), 20));
+    assert!(!summary["fronts"].as_array().unwrap().is_empty());
+    // The table of one run can stand beside another's, and pictures of an earlier run do not.
+    let command =
+        "work-precision CASES/tanh-wall.toml --methods rk4 --longest 1e-4 --rows out/work_precision.csv --out again";
+    succeeded(&run_in(folder.path(), &command.replace("again", "out").replace("--rows out/work_precision.csv", "")));
+    assert_eq!(names(&out), ["drift.csv", "summary.json", "work_precision.csv"]);
+    succeeded(&run_in(folder.path(), command));
+    let lines = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap().lines().count();
+    assert!(lines("again/work_precision.csv") > lines("out/work_precision.csv") + 1);
+}
+
+#[test]
+fn work_precision_refuses_what_it_cannot_chart() {
+    let folder = TempDir::new().unwrap();
+    for (arguments, code, message) in [
+        ("work-precision CASES/horizon.toml", 4, "the reference trajectory ends at"),
+        ("work-precision CASES/quartic.toml --methods euler", 2, "no method is called 'euler'"),
+        ("work-precision CASES/quartic.toml --gamma-f 0", 2, "expected a positive number"),
+        ("work-precision CASES/quartic.toml --gamma-f 1,2,3,4,5", 2, "4 lengths at most"),
+        ("work-precision CASES/quartic.toml --rows none.csv", 1, "none.csv"),
+    ] {
+        let output = run_in(folder.path(), arguments);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{arguments}: {stderr}");
+        assert!(stderr.contains(message), "{arguments}: {stderr}");
+    }
+    assert!(!folder.path().join("results/horizon/work_precision.csv").exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_chart_keeps_what_was_finished() {
+    use std::io::Read;
+
+    let folder = TempDir::new().unwrap();
+    let mut child = program()
+        .current_dir(folder.path())
+        .args(["work-precision", &format!("{CASES}/quartic.toml"), "--out", "out", "--longest", "1"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(700));
+    assert!(Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).status().unwrap().success());
+    let mut stderr = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130), "{stderr}");
+    assert!(stderr.contains("interrupted:") && stderr.contains("settings were finished"), "{stderr}");
+    assert_eq!(json(&folder.path().join("out/summary.json"))["status"], "interrupted");
+}

@@ -8,6 +8,7 @@ mod report;
 mod run;
 mod samples;
 mod shell;
+mod work_precision;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -40,6 +41,8 @@ enum Command {
     Run(run::RunArgs),
     /// Sweep the number of nodes and fit the slopes of the errors against a reference trajectory
     Converge(converge::ConvergeArgs),
+    /// Chart speed against accuracy: this program's schemes beside other methods on the same world-line
+    WorkPrecision(work_precision::WorkPrecisionArgs),
     /// Validate a case and print it with every default filled in
     Check(check::CheckArgs),
     /// Print a shell completion script
@@ -76,6 +79,7 @@ impl Cli {
         match self.command {
             Command::Run(args) => run::run(&args),
             Command::Converge(args) => converge::converge(&args),
+            Command::WorkPrecision(args) => work_precision::work_precision(&args),
             Command::Check(args) => check::check(&args),
             Command::Completions { shell } => shell::completions(shell),
             Command::Man => shell::man(),

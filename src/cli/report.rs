@@ -16,6 +16,11 @@ pub(super) const NO_CRITICAL_POINT: u8 = 3;
 const OUTSIDE_DOMAIN: u8 = 4;
 const EXPECTATION: u8 = 5;
 
+/// Wrong usage that only the command itself can see.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub(super) struct Usage(pub(super) String);
+
 /// Prints `error` once, for a person, and returns its exit code. A reader that went away is no error.
 pub(crate) fn exit_code(error: &anyhow::Error) -> ExitCode {
     if is_broken_pipe(error) {
@@ -40,6 +45,8 @@ pub(crate) fn exit_code(error: &anyhow::Error) -> ExitCode {
         (sweep.to_string(), help, code)
     } else if error.is::<ExpectationNotMet>() {
         (error.to_string(), None, EXPECTATION)
+    } else if error.is::<Usage>() {
+        (error.to_string(), None, INVALID_CASE)
     } else {
         (format!("{error:#}"), None, IO_FAILURE)
     };

@@ -7,6 +7,7 @@ mod number;
 pub mod pictures;
 mod summary;
 mod tables;
+mod work_precision;
 
 pub use chart::{Chart, Ink, Mark, Scale, Series};
 pub use convergence::{ConvergenceSummary, write_convergence, write_slopes};
@@ -14,3 +15,4 @@ pub use files::OutputSet;
 pub use number::Number;
 pub use summary::{Outcome, Summary};
 pub use tables::{write_branches, write_combined, write_residuals, write_samples, write_trajectory};
+pub use work_precision::{WorkPrecisionSummary, read_rows, write_drift, write_work_precision};

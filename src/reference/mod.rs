@@ -106,6 +106,23 @@ impl<S: Real> ReferenceTrajectory<S> {
         Ok(Self { steps, error_estimate })
     }
 
+    /// The same by series of `order` whose last terms are `digits` decimal digits below the first, and without the second
+    /// integration: the error estimate is infinite. For those who compare with something better.
+    ///
+    /// # Errors
+    /// [`ReferenceEnds`] if it meets g00 ≤ 0 or a singularity of V.
+    pub fn unchecked(
+        metric: &Metric<S>,
+        initial: InitialData<S>,
+        length: S,
+        order: usize,
+        digits: u32,
+    ) -> Result<Self, ReferenceEnds> {
+        let accuracy = Accuracy { order, share: 1.0, digits };
+        let steps = Steps::integrate(metric, initial, Goal::Gamma(length), accuracy)?;
+        Ok(Self { steps, error_estimate: f64::INFINITY })
+    }
+
     /// The value of γ − γ_i at which t − t_i = `duration`.
     ///
     /// # Errors

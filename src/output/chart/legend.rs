@@ -65,7 +65,7 @@ impl Legend {
                 pen.line(canvas, &[(start, row), (start + SAMPLE, row)])?;
             }
             if pen.has_symbols() {
-                pen.symbol(canvas, (start + SAMPLE / 2, row), Pen::RADIUS, false)?;
+                pen.symbol(canvas, (start + SAMPLE / 2, row), Pen::RADIUS, pen.is_open())?;
             }
             let at = (start + SAMPLE + PADDING, row - TICK * 9 / 20);
             write(canvas, label, at, &font(TICK, label, WIDEST_LABEL, TEXT, HPos::Left))?;

@@ -40,6 +40,10 @@ pub enum Mark {
     Points,
     /// Symbols on a solid line.
     LineAndPoints,
+    /// Open symbols on a dashed line, as for others to compare with.
+    DashedAndOpenPoints,
+    /// A broad pale line to be drawn under others.
+    Band,
 }
 
 /// The colour of a series, and the shape of its symbols.
@@ -52,6 +56,13 @@ pub enum Ink {
     Previous,
     /// Grey, as for a reference; it takes none from the palette.
     Neutral,
+    /// One of the seven of the palette, and one of the four shapes.
+    Fixed {
+        /// Index of the colour.
+        colour: usize,
+        /// Index of the shape.
+        shape: usize,
+    },
 }
 
 /// Points that belong together.

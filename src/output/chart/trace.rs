@@ -20,6 +20,7 @@ const PALETTE: [RGBColor; 7] = [
     RGBColor(0, 0, 0),
 ];
 const NEUTRAL: RGBColor = RGBColor(128, 128, 128);
+const PALE_BAND: RGBColor = RGBColor(222, 222, 222);
 
 /// A series with more points is thinned.
 const MOST_POINTS: usize = 2000;
@@ -39,6 +40,7 @@ pub(super) fn pens(series: &[Series]) -> Vec<Pen> {
     let pen = |series: &Series| {
         let (colour, shape) = match (series.ink, last) {
             (Ink::Neutral, _) => (NEUTRAL, 0),
+            (Ink::Fixed { colour, shape }, _) => (PALETTE[colour % PALETTE.len()], shape),
             (Ink::Previous, Some(last)) => last,
             _ => {
                 used += 1;
@@ -60,13 +62,23 @@ impl Pen {
     }
 
     pub(super) fn has_symbols(self) -> bool {
-        matches!(self.mark, Mark::Points | Mark::LineAndPoints)
+        matches!(self.mark, Mark::Points | Mark::LineAndPoints | Mark::DashedAndOpenPoints)
+    }
+
+    /// Whether all its symbols are open.
+    pub(super) fn is_open(self) -> bool {
+        self.mark == Mark::DashedAndOpenPoints
     }
 
     pub(super) fn line(self, canvas: &Canvas<'_>, run: &[Pixel]) -> Drawn {
         let stroke = self.colour.stroke_width(16);
         match (self.mark, run) {
             (_, [alone]) => canvas.draw(&Circle::new(*alone, 12, self.colour.filled())),
+            (Mark::Band, _) => canvas.draw(&PathElement::new(run.to_vec(), PALE_BAND.stroke_width(110))),
+            (Mark::DashedAndOpenPoints, _) => {
+                let stroke = stroke.stroke_width(12);
+                canvas.draw(&DashedPathElement::new(run.iter().copied(), 50, 30, stroke))
+            }
             (Mark::Dashed, _) => canvas.draw(&DashedPathElement::new(run.iter().copied(), 80, 50, stroke)),
             (Mark::Dotted, _) => {
                 let stroke = stroke.stroke_width(13);
@@ -119,6 +131,7 @@ impl Trace {
             ..=MOST_POINTS => marks,
             _ => thin_marks(&marks),
         };
+        let (marks, open) = if pen.is_open() { (Vec::new(), [marks, open].concat()) } else { (marks, open) };
         Self { pen, runs, marks: thin(marks), open: thin(open) }
     }
 

@@ -26,6 +26,36 @@ pub(crate) enum Instruction<S> {
     Call(Function, Register),
 }
 
+impl<S: Real> Instruction<S> {
+    /// The registers that it reads.
+    pub(crate) fn operands(self) -> impl Iterator<Item = Register> {
+        let (a, b) = match self {
+            Self::X | Self::Constant(_) => (None, None),
+            Self::Negate(a) | Self::Call(_, a) => (Some(a), None),
+            Self::Add(a, b) | Self::Subtract(a, b) | Self::Multiply(a, b) | Self::Divide(a, b) | Self::Power(a, b) => {
+                (Some(a), Some(b))
+            }
+        };
+        a.into_iter().chain(b)
+    }
+
+    /// Its value at `x` with the registers `r`.
+    #[inline(always)]
+    pub(crate) fn apply(self, r: &[S], x: S) -> S {
+        match self {
+            Self::X => x,
+            Self::Constant(c) => c,
+            Self::Add(a, b) => r[a] + r[b],
+            Self::Subtract(a, b) => r[a] - r[b],
+            Self::Multiply(a, b) => r[a] * r[b],
+            Self::Divide(a, b) => r[a] / r[b],
+            Self::Negate(a) => -r[a],
+            Self::Power(a, b) => r[a].powf(r[b]),
+            Self::Call(function, a) => function.apply(r[a]),
+        }
+    }
+}
+
 /// A straight-line program that computes V, V′ and V″.
 #[derive(Debug, Clone)]
 pub(crate) struct Program<S> {
@@ -124,17 +154,7 @@ impl<S: Real> Program<S> {
 
     fn at_with(&self, x: S, r: &mut [S]) -> [S; 3] {
         for (to, &instruction) in self.instructions.iter().enumerate() {
-            r[to] = match instruction {
-                Instruction::X => x,
-                Instruction::Constant(c) => c,
-                Instruction::Add(a, b) => r[a] + r[b],
-                Instruction::Subtract(a, b) => r[a] - r[b],
-                Instruction::Multiply(a, b) => r[a] * r[b],
-                Instruction::Divide(a, b) => r[a] / r[b],
-                Instruction::Negate(a) => -r[a],
-                Instruction::Power(a, b) => r[a].powf(r[b]),
-                Instruction::Call(function, a) => function.apply(r[a]),
-            };
+            r[to] = instruction.apply(r, x);
         }
         self.outputs.map(|o| r[o])
     }

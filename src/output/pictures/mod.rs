@@ -1,5 +1,9 @@
 //! The pictures of `--plot`: what the paper draws, from solutions, their diagnostics and a reference.
 
+mod work_precision;
+
+pub use work_precision::{WorkAxis, drift, work_precision};
+
 use super::chart::{Chart, Ink, Mark, Scale, Series};
 use crate::case::Form;
 use crate::diagnostics::Diagnostics;

@@ -1,0 +1,163 @@
+//! What drives the motion, u = Q_t/g00(x) and a = −½ g00′(x) u², at one point as fast as it goes.
+
+use crate::metric::Metric;
+use crate::potential::{Instruction, Potential};
+
+/// u = dt/dγ and a = d²x/dγ².
+pub(super) trait Force {
+    /// (u, a) at `x`.
+    fn at(&mut self, x: f64) -> (f64, f64);
+}
+
+/// Work that is compiled for every kind of force.
+pub(super) trait WithForce {
+    type Output;
+
+    fn with(self, force: impl Force) -> Self::Output;
+}
+
+/// Does `work` with the force of `metric` for the charge `q_t`, compiled for the instructions of this machine.
+pub(super) fn dispatch<W: WithForce>(metric: &Metric, q_t: f64, work: W) -> W::Output {
+    let arch = pulp::Arch::new();
+    match metric.potential() {
+        Potential::Polynomial(p) => {
+            let g = coefficients(metric, p.coefficients());
+            if g.len() <= 5 {
+                let force = LowDegree::new(&g, q_t);
+                arch.dispatch(
+                    #[inline(always)]
+                    || work.with(force),
+                )
+            } else {
+                let force = AnyDegree { g, q_t };
+                arch.dispatch(
+                    #[inline(always)]
+                    || work.with(force),
+                )
+            }
+        }
+        Potential::Formula(_) => {
+            let force = ProgramForce::new(metric, q_t);
+            arch.dispatch(
+                #[inline(always)]
+                || work.with(force),
+            )
+        }
+    }
+}
+
+/// Of g00, lowest power first.
+fn coefficients(metric: &Metric, potential: &[f64]) -> Vec<f64> {
+    let mut g: Vec<f64> = potential.iter().map(|c| metric.two_over_mass() * c).collect();
+    g.resize(g.len().max(1), 0.0);
+    g[0] += metric.c_squared();
+    g
+}
+
+/// g00 of degree four at most, by Estrin's scheme: half the latency of Horner's, which is what a step waits for.
+struct LowDegree {
+    g: [f64; 5],
+    /// −½ g00′.
+    d: [f64; 4],
+    q_t: f64,
+}
+
+impl LowDegree {
+    fn new(coefficients: &[f64], q_t: f64) -> Self {
+        let mut g = [0.0; 5];
+        g[..coefficients.len()].copy_from_slice(coefficients);
+        Self { g, d: [-0.5 * g[1], -g[2], -1.5 * g[3], -2.0 * g[4]], q_t }
+    }
+}
+
+impl Force for LowDegree {
+    #[inline(always)]
+    fn at(&mut self, x: f64) -> (f64, f64) {
+        let Self { g, d, q_t } = self;
+        let x2 = x * x;
+        let g00 = (g[0] + g[1] * x) + x2 * ((g[2] + g[3] * x) + x2 * g[4]);
+        let u = *q_t / g00;
+        (u, ((d[0] + d[1] * x) + x2 * (d[2] + d[3] * x)) * (u * u))
+    }
+}
+
+/// g00 of any degree, by Horner's rule.
+struct AnyDegree {
+    g: Vec<f64>,
+    q_t: f64,
+}
+
+impl Force for AnyDegree {
+    #[inline(always)]
+    fn at(&mut self, x: f64) -> (f64, f64) {
+        let (mut g00, mut slope) = (0.0, 0.0);
+        for &c in self.g.iter().rev() {
+            slope = slope * x + g00;
+            g00 = g00 * x + c;
+        }
+        let u = self.q_t / g00;
+        (u, -0.5 * slope * (u * u))
+    }
+}
+
+/// The program of a formula without what only V″ needs; constants are in place once and for all.
+struct ProgramForce {
+    /// Instructions that compute, with the register they write.
+    steps: Vec<(usize, Instruction<f64>)>,
+    registers: Vec<f64>,
+    /// Where x goes, if V depends on it.
+    x: Option<usize>,
+    outputs: [usize; 2],
+    c_squared: f64,
+    two_over_mass: f64,
+    q_t: f64,
+}
+
+impl ProgramForce {
+    fn new(metric: &Metric, q_t: f64) -> Self {
+        let program = metric.potential().program();
+        let [value, slope, _] = program.outputs();
+        let all = program.instructions();
+        let mut needed = vec![false; all.len()];
+        (needed[value], needed[slope]) = (true, true);
+        for k in (0..all.len()).rev().filter(|&k| k <= value.max(slope)) {
+            if needed[k] {
+                all[k].operands().for_each(|operand| needed[operand] = true);
+            }
+        }
+        let mut registers = vec![0.0; all.len()];
+        let (mut steps, mut x) = (Vec::new(), None);
+        for (k, &instruction) in all.iter().enumerate().filter(|&(k, _)| needed[k]) {
+            match instruction {
+                Instruction::X => x = Some(k),
+                Instruction::Constant(c) => registers[k] = c,
+                _ => steps.push((k, instruction)),
+            }
+        }
+        Self {
+            steps,
+            registers,
+            x,
+            outputs: [value, slope],
+            c_squared: metric.c_squared(),
+            two_over_mass: metric.two_over_mass(),
+            q_t,
+        }
+    }
+}
+
+impl Force for ProgramForce {
+    #[inline]
+    fn at(&mut self, x: f64) -> (f64, f64) {
+        let r = &mut self.registers;
+        if let Some(at) = self.x {
+            r[at] = x;
+        }
+        for &(to, instruction) in &self.steps {
+            r[to] = instruction.apply(r, x);
+        }
+        let [value, slope] = self.outputs.map(|output| r[output]);
+        let u = self.q_t / (self.c_squared + self.two_over_mass * value);
+        (u, -0.5 * self.two_over_mass * slope * (u * u))
+    }
+}

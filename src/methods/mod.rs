@@ -1,0 +1,153 @@
+//! Other methods for the same world-line: what a user would take instead of this program's schemes, to compare with.
+//!
+//! ```text
+//! t′ = Q_t/g00(x),     x′ = w,     w′ = −½ g00′(x) (Q_t/g00(x))²,     ′ = d/dγ
+//! ```
+//!
+//! is the canonical system of H = w²/2 − Q_t²/(2 g00(x)) with the quadrature of t beside it. H is separable, and
+//! K = −2H. Every method here has Q_t as a *parameter*: that it is constant is no merit of theirs, and its drift alone
+//! would compare nothing. Position, time and K decide.
+//!
+//! | | order | step | source |
+//! |---|---|---|---|
+//! | [`rk4()`] | 4 | constant | the classical Runge–Kutta method |
+//! | [`Composition::VERLET`] | 2 | constant | Störmer–Verlet |
+//! | [`Composition::KAHAN_LI_6`], [`Composition::KAHAN_LI_8`] | 6, 8 | constant | Kahan, Li (1997) |
+//! | [`Gauss`] | 2s | constant | collocation on s Gauss nodes, fixed-point iteration |
+//! | [`dop853()`] | 8 | adaptive | Dormand, Prince; Hairer, Nørsett, Wanner I, II.5 |
+//! | [`radau5()`] | 5 | adaptive | Hairer, Wanner II, IV.8, with an exact Jacobian |
+//! | [`taylor()`] | any | adaptive | the series of this program's reference trajectory, in `f64` |
+//!
+//! The module knows a metric and initial data, but no case and no file. All but Taylor are written here and compiled for
+//! the vector instructions of the machine, as this program's own iteration is: the point is to be fair to them. Each
+//! evaluates g00 and g00′ and nothing else, once a stage. (With the crate `differential-equations` 0.7 the errors of
+//! Radau5 did not follow the tolerance.)
+//!
+//! Steps of constant length divide the intervals between the points asked for; adaptive methods end a step on each of
+//! them, but [`taylor()`], whose polynomials are its dense output.
+
+mod composition;
+mod dop853;
+mod force;
+mod gauss;
+mod radau5;
+mod rk4;
+mod taylor;
+
+pub use composition::Composition;
+pub use dop853::dop853;
+pub use gauss::Gauss;
+pub use radau5::radau5;
+pub use rk4::rk4;
+pub use taylor::taylor;
+
+use crate::geodesic::InitialData;
+use crate::metric::Metric;
+
+/// A method gives up after so many steps.
+pub const MOST_STEPS: usize = 20_000_000;
+
+/// A world-line to compute.
+#[derive(Debug, Clone)]
+pub struct Problem {
+    /// g00.
+    pub metric: Metric,
+    /// Its start; t counts from there.
+    pub initial: InitialData,
+    /// γ_f − γ_i.
+    pub length: f64,
+}
+
+impl Problem {
+    /// Q_t of the start.
+    pub fn q_t(&self) -> f64 {
+        self.initial.invariants(&self.metric).q_t
+    }
+
+    fn start(&self) -> State {
+        State { elapsed: 0.0, x: self.initial.x, w: self.initial.x_dot }
+    }
+}
+
+/// Where the world-line is wanted: at γ − γ_i = length · mark/intervals for every mark.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Output {
+    /// Parts of equal length.
+    pub intervals: usize,
+    /// Ends of parts, ascending, each at most `intervals`.
+    pub marks: Vec<usize>,
+}
+
+impl Output {
+    /// At the end of each of `intervals` parts.
+    pub fn even(intervals: usize) -> Self {
+        Self { intervals, marks: (1..=intervals).collect() }
+    }
+
+    /// γ − γ_i of the marks.
+    pub fn gamma(&self, length: f64) -> impl Iterator<Item = f64> + '_ {
+        self.marks.iter().map(move |&mark| length * (mark as f64 / self.intervals as f64))
+    }
+}
+
+/// A point of the world-line.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct State {
+    /// t − t_i.
+    pub elapsed: f64,
+    /// x.
+    pub x: f64,
+    /// dx/dγ.
+    pub w: f64,
+}
+
+/// A world-line that was computed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trajectory {
+    /// At the marks of the [`Output`].
+    pub states: Vec<State>,
+    /// Evaluations of the potential; for a series its coefficients.
+    pub evaluations: usize,
+    /// Steps, rejected ones not counted.
+    pub steps: usize,
+}
+
+/// Why there is none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum Failure {
+    /// It meets g00 ≤ 0.
+    #[error("the world-line leaves the domain")]
+    OutsideDomain,
+    /// A number is not finite.
+    #[error("the numbers are not finite")]
+    Diverged,
+    /// More than [`MOST_STEPS`], or steps that shrink without end.
+    #[error("too many steps")]
+    TooManySteps,
+    /// The iteration of an implicit method does not converge.
+    #[error("an implicit step does not converge")]
+    NotConverged,
+}
+
+/// Whether the computation can go on from here.
+fn check(metric: &Metric, state: State) -> Result<(), Failure> {
+    if !(state.elapsed.is_finite() && state.x.is_finite() && state.w.is_finite()) {
+        return Err(Failure::Diverged);
+    }
+    if metric.at(state.x).is_inside() { Ok(()) } else { Err(Failure::OutsideDomain) }
+}
+
+/// Walks the parts between the marks: `part` advances over so many of them.
+fn walk(
+    problem: &Problem,
+    output: &Output,
+    mut part: impl FnMut(usize) -> Result<State, Failure>,
+) -> Result<Vec<State>, Failure> {
+    let mut done = 0;
+    let advance = |&mark: &usize| {
+        let state = part(mark - done)?;
+        done = mark;
+        check(&problem.metric, state).map(|()| state)
+    };
+    output.marks.iter().map(advance).collect()
+}

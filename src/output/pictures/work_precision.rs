@@ -1,0 +1,119 @@
+//! Speed against accuracy, and errors along a run: this program in solid lines with filled symbols, others dashed with
+//! open ones.
+
+use std::collections::BTreeMap;
+
+use crate::output::chart::{Chart, Ink, Mark, Scale, Series};
+use crate::study::work_precision::{DriftPoint, Family, Group, Row, front};
+
+/// What the errors are drawn against.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WorkAxis {
+    /// Least seconds of a run.
+    Seconds,
+    /// Evaluations of the potential.
+    Evaluations,
+}
+
+impl WorkAxis {
+    fn of(self, row: &Row) -> f64 {
+        match self {
+            Self::Seconds => row.seconds_min,
+            Self::Evaluations => row.evaluations as f64,
+        }
+    }
+
+    fn label(self) -> &'static str {
+        match self {
+            Self::Seconds => "seconds",
+            Self::Evaluations => "evaluations of the potential",
+        }
+    }
+}
+
+/// One curve: a group of methods, or one that was measured elsewhere.
+fn curve(family: &Family) -> (Group, String) {
+    let group = family.group();
+    let label = match family {
+        Family::Other(name) => name.clone(),
+        _ => group.label().to_owned(),
+    };
+    (group, label)
+}
+
+/// The pen of the `index`-th curve of its side.
+fn pen(group: Group, index: usize) -> (Mark, Ink) {
+    let mark = if group.is_own() { Mark::LineAndPoints } else { Mark::DashedAndOpenPoints };
+    // Side by side in a legend, neighbours differ in colour and shape; after seven colours the shapes have moved on.
+    (mark, Ink::Fixed { colour: index, shape: index + 2 * (index / 7) })
+}
+
+/// The best settings of every group of methods on one length, and under them the front of all. Only results count.
+pub fn work_precision<'a>(title: &str, rows: impl IntoIterator<Item = &'a Row>, axis: WorkAxis) -> Chart {
+    let rows: Vec<&Row> = rows.into_iter().collect();
+    let cost = |row: &Row| axis.of(row);
+    let place = |row: &Row| (row.rank().unwrap_or(f64::NAN), axis.of(row));
+    let best = |rows: &[&'a Row]| front(rows.iter().copied(), cost).into_iter().map(place).collect::<Vec<_>>();
+    let mut curves: BTreeMap<(Group, String), Vec<&Row>> = BTreeMap::new();
+    for row in &rows {
+        curves.entry(curve(&row.family)).or_default().push(row);
+    }
+    let mut series = vec![Series::new("front of all", Mark::Band, best(&rows)).with_ink(Ink::Neutral)];
+    let (mut own, mut others) = (0, 0);
+    // Nothing is drawn of a method without a result, and it needs no entry.
+    curves.retain(|_, rows| rows.iter().any(|row| row.rank().is_some()));
+    for ((group, label), rows) in &curves {
+        let index = if group.is_own() { &mut own } else { &mut others };
+        let (mark, ink) = pen(*group, *index);
+        *index += 1;
+        series.push(Series::new(label, mark, best(rows)).with_ink(ink));
+    }
+    Chart {
+        title: title.to_owned(),
+        x_label: "largest error of t and x".to_owned(),
+        y_label: axis.label().to_owned(),
+        x_scale: Scale::Log,
+        y_scale: Scale::Log,
+        series,
+    }
+}
+
+/// Points of a curve along a run: each is the largest value over its share of log γ, or the oscillation would hide the rest.
+const BINS: usize = 24;
+
+/// |ΔK|, or the larger error of t and x, along a run. On these axes a bounded oscillation is level, a random walk has slope
+/// ½, a drift of K slope 1, and an error of the phase that grows with it slope 2.
+pub fn drift(title: &str, points: &[DriftPoint], of_k: bool) -> Chart {
+    let end = points.iter().map(|point| point.gamma).fold(0.0, f64::max);
+    let start = points.iter().map(|point| point.gamma).fold(end, f64::min);
+    let bin = |gamma: f64| {
+        let share = (gamma / start).ln() / (end / start).ln().max(f64::MIN_POSITIVE);
+        ((share * BINS as f64) as usize).min(BINS - 1)
+    };
+    let mut series = Vec::new();
+    let (mut own, mut others) = (0, 0);
+    for run in points.chunk_by(|a, b| a.family == b.family) {
+        let family = &run[0].family;
+        let mut largest: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
+        for point in run {
+            let value = if of_k { point.errors.delta_k } else { point.errors.largest() };
+            let best = largest.entry(bin(point.gamma)).or_insert((point.gamma, value));
+            // A NaN is kept: the curve ends there.
+            if value > best.1 || value.is_nan() {
+                *best = (point.gamma, value);
+            }
+        }
+        let index = if family.is_own() { &mut own } else { &mut others };
+        let (mark, ink) = pen(family.group(), *index);
+        *index += 1;
+        series.push(Series::new(family.name(), mark, largest.into_values().collect()).with_ink(ink));
+    }
+    Chart {
+        title: title.to_owned(),
+        x_label: "γ − γ_i".to_owned(),
+        y_label: if of_k { "|ΔK|" } else { "largest error of t and x" }.to_owned(),
+        x_scale: Scale::Log,
+        y_scale: Scale::Log,
+        series,
+    }
+}

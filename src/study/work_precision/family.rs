@@ -1,0 +1,225 @@
+//! The methods of the chart and their ranges of settings.
+
+use std::f64::consts::SQRT_2;
+
+use super::OUTPUTS;
+use crate::case::{Form, SbpName};
+
+/// A method with a range of settings.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Family {
+    /// This program: one block of a finite-difference operator over all nodes.
+    Block(SbpName, Form),
+    /// This program: the weak form on spectral elements of so many nodes, in windows.
+    Elements(usize),
+    /// This program's library: the windows of the same scheme without certificate and storage.
+    March(usize),
+    /// This program's library: windows chosen for an accuracy.
+    Adaptive,
+    /// The classical Runge–Kutta method.
+    Rk4,
+    /// Störmer–Verlet.
+    Verlet,
+    /// The composition of order 6 by Kahan and Li.
+    KahanLi6,
+    /// That of order 8.
+    KahanLi8,
+    /// The same with compensated sums.
+    KahanLi8Compensated,
+    /// Gauss–Legendre with so many stages.
+    Gauss(usize),
+    /// Dormand–Prince of order 8.
+    Dop853,
+    /// Radau IIA of order 5.
+    Radau5,
+    /// The Taylor method of the reference in `f64`.
+    Taylor,
+    /// Measured by another program.
+    Other(String),
+}
+
+/// What is drawn as one curve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[allow(missing_docs)] // As in `Family`.
+pub enum Group {
+    StrongBlocks,
+    WeakBlocks,
+    Elements,
+    March,
+    Adaptive,
+    Rk4,
+    Verlet,
+    KahanLi,
+    Gauss,
+    Dop853,
+    Radau5,
+    Taylor,
+    Other,
+}
+
+impl Group {
+    /// Entry of the legend.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::StrongBlocks => "SBP strong",
+            Self::WeakBlocks => "SBP weak",
+            Self::Elements => "GLL weak",
+            Self::March => "GLL march (library)",
+            Self::Adaptive => "adaptive (library)",
+            Self::Rk4 => "RK4",
+            Self::Verlet => "Störmer–Verlet",
+            Self::KahanLi => "Kahan–Li 6, 8",
+            Self::Gauss => "Gauss–Legendre",
+            Self::Dop853 => "DOP853",
+            Self::Radau5 => "Radau IIA 5",
+            Self::Taylor => "Taylor",
+            Self::Other => "measured elsewhere",
+        }
+    }
+
+    /// Whether it belongs to this program.
+    pub fn is_own(self) -> bool {
+        self <= Self::Adaptive
+    }
+}
+
+/// One setting: what it means depends on the method.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Setting {
+    /// Steps, nodes or windows in each interval between points of output; 1 for adaptive methods.
+    pub(super) per_interval: usize,
+    /// The tolerance of an adaptive method, or of the iteration of an implicit one (0: to rounding).
+    pub(super) tolerance: f64,
+}
+
+impl Setting {
+    pub(super) fn steps(per_interval: usize) -> Self {
+        Self { per_interval, tolerance: 0.0 }
+    }
+
+    pub(super) fn tolerance(tolerance: f64) -> Self {
+        Self { per_interval: 1, tolerance }
+    }
+
+    pub(super) fn with_inner(self, tolerance: f64) -> Self {
+        Self { tolerance, ..self }
+    }
+}
+
+impl Family {
+    /// Every method that is measured by default.
+    pub fn all() -> Vec<Self> {
+        let operators = [SbpName::Sbp21, SbpName::Sbp42, SbpName::Sbp63, SbpName::Sbp84];
+        let blocks = operators.iter().flat_map(|&sbp| [Self::Block(sbp, Form::Strong), Self::Block(sbp, Form::Weak)]);
+        let sizes = [4, 6, 8, 12, 16, 20, 24];
+        let mut all: Vec<Self> = blocks.collect();
+        all.extend(sizes.map(Self::Elements));
+        all.extend(sizes.map(Self::March));
+        all.extend([Self::Adaptive, Self::Rk4, Self::Verlet, Self::KahanLi6, Self::KahanLi8]);
+        all.push(Self::KahanLi8Compensated);
+        all.extend([2, 4, 6, 8, 12].map(Self::Gauss));
+        all.extend([Self::Dop853, Self::Radau5, Self::Taylor]);
+        all
+    }
+
+    /// The name in files.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Block(sbp, form) => format!("{sbp} {}", form.as_str()),
+            Self::Elements(nodes) => format!("GLL{nodes} weak"),
+            Self::March(nodes) => format!("GLL{nodes} march"),
+            Self::Adaptive => "adaptive".to_owned(),
+            Self::Rk4 => "RK4".to_owned(),
+            Self::Verlet => "Verlet".to_owned(),
+            Self::KahanLi6 => "Kahan-Li 6".to_owned(),
+            Self::KahanLi8 => "Kahan-Li 8".to_owned(),
+            Self::KahanLi8Compensated => "Kahan-Li 8 compensated".to_owned(),
+            Self::Gauss(stages) => format!("Gauss {stages}"),
+            Self::Dop853 => "DOP853".to_owned(),
+            Self::Radau5 => "Radau5".to_owned(),
+            Self::Taylor => "Taylor".to_owned(),
+            Self::Other(name) => name.clone(),
+        }
+    }
+
+    /// The curve it belongs to.
+    pub fn group(&self) -> Group {
+        match self {
+            Self::Block(_, Form::Strong) => Group::StrongBlocks,
+            Self::Block(_, Form::Weak) => Group::WeakBlocks,
+            Self::Elements(_) => Group::Elements,
+            Self::March(_) => Group::March,
+            Self::Adaptive => Group::Adaptive,
+            Self::Rk4 => Group::Rk4,
+            Self::Verlet => Group::Verlet,
+            Self::KahanLi6 | Self::KahanLi8 | Self::KahanLi8Compensated => Group::KahanLi,
+            Self::Gauss(_) => Group::Gauss,
+            Self::Dop853 => Group::Dop853,
+            Self::Radau5 => Group::Radau5,
+            Self::Taylor => Group::Taylor,
+            Self::Other(_) => Group::Other,
+        }
+    }
+
+    /// Whether it belongs to this program.
+    pub fn is_own(&self) -> bool {
+        self.group().is_own()
+    }
+
+    /// Whether it is a call of [`crate::solve()`], certified, and not of the library underneath.
+    pub fn is_certified(&self) -> bool {
+        matches!(self, Self::Block(..) | Self::Elements(_))
+    }
+
+    /// Whether its iteration can be ended early.
+    pub(super) fn has_inner_tolerance(&self) -> bool {
+        matches!(self, Self::March(_) | Self::Gauss(_))
+    }
+
+    /// Whether its steps are chosen by a tolerance.
+    pub(super) fn is_adaptive(&self) -> bool {
+        matches!(self, Self::Adaptive | Self::Dop853 | Self::Radau5 | Self::Taylor)
+    }
+
+    /// Its settings from cheap to dear, without end, on a world-line of `scale` pieces in which little happens.
+    pub(super) fn settings(&self, scale: f64) -> Box<dyn Iterator<Item = Setting>> {
+        if self.is_adaptive() {
+            return Box::new((2..=15).map(|digits| Setting::tolerance(10.0_f64.powi(-digits))));
+        }
+        // Steps that are wanted of a piece at the coarsest, and the factor from setting to setting.
+        let (coarsest, factor) = match self {
+            Self::Block(..) => (2.0, 2.0),
+            Self::Rk4 | Self::Verlet => (1.0, SQRT_2),
+            Self::KahanLi6 | Self::KahanLi8 | Self::KahanLi8Compensated => (0.25, SQRT_2),
+            _ => (0.05, SQRT_2),
+        };
+        let first = (coarsest * scale / OUTPUTS as f64).max(1.0);
+        let steps = (0..).map(move |k| (first * f64::powi(factor, k)).round() as usize);
+        let mut last = 0;
+        Box::new(steps.filter(move |&steps| std::mem::replace(&mut last, steps) != steps).map(Setting::steps))
+    }
+
+    /// A setting for people.
+    pub(super) fn label(&self, setting: &Setting) -> String {
+        let Setting { per_interval, tolerance } = *setting;
+        let count = per_interval * OUTPUTS;
+        let inner = if tolerance > 0.0 { format!(" tol={tolerance:e}") } else { String::new() };
+        match self {
+            Self::Block(..) => format!("N={}", count + 1),
+            Self::Elements(_) | Self::March(_) => format!("windows={count}{inner}"),
+            Self::Taylor => format!("order={} tol={tolerance:e}", taylor_order(tolerance)),
+            _ if self.is_adaptive() => format!("tol={tolerance:e}"),
+            _ => format!("steps={count}{inner}"),
+        }
+    }
+}
+
+/// Digits that a tolerance asks for.
+pub(super) fn taylor_digits(tolerance: f64) -> u32 {
+    (-tolerance.log10()).round().max(1.0) as u32
+}
+
+/// The cheapest order for a tolerance.
+pub(super) fn taylor_order(tolerance: f64) -> usize {
+    (1.15 * f64::from(taylor_digits(tolerance))).ceil() as usize + 2
+}

@@ -1,0 +1,121 @@
+//! The front, and who leads by how much.
+
+use super::Row;
+
+/// The rows that no other one beats in error and in `cost`, from accurate to rough.
+pub fn front<'a>(rows: impl IntoIterator<Item = &'a Row>, cost: impl Fn(&Row) -> f64) -> Vec<&'a Row> {
+    let mut ranked: Vec<(f64, f64, &Row)> =
+        rows.into_iter().filter_map(|row| Some((row.rank()?, cost(row), row))).collect();
+    ranked.sort_by(|a, b| (a.0, a.1).partial_cmp(&(b.0, b.1)).expect("ranks are finite"));
+    let mut cheapest = f64::INFINITY;
+    ranked.retain(|&(_, cost, _)| {
+        let kept = cost < cheapest;
+        cheapest = cheapest.min(cost);
+        kept
+    });
+    // The cheapest of the most accurate comes first: from there on, rougher rows must be cheaper.
+    ranked.into_iter().map(|(_, _, row)| row).collect()
+}
+
+/// The fastest row that is accurate enough.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Leader {
+    /// Its method.
+    pub method: String,
+    /// Its setting.
+    pub setting: String,
+    /// Its least seconds.
+    pub seconds: f64,
+}
+
+/// Own against others at one error.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ratio {
+    /// γ_f − γ_i.
+    pub gamma_f: f64,
+    /// The error of t and x that is allowed.
+    pub error: f64,
+    /// The fastest of this program, library included.
+    pub own: Option<Leader>,
+    /// The fastest certified one of this program.
+    pub certified: Option<Leader>,
+    /// The fastest of the others.
+    pub other: Option<Leader>,
+}
+
+impl Ratio {
+    /// Seconds of the others over seconds of this program: above 1 it leads.
+    pub fn lead(&self) -> Option<f64> {
+        Some(self.other.as_ref()?.seconds / self.own.as_ref()?.seconds)
+    }
+
+    /// The same for certified solutions alone.
+    pub fn certified_lead(&self) -> Option<f64> {
+        Some(self.other.as_ref()?.seconds / self.certified.as_ref()?.seconds)
+    }
+}
+
+/// The decades of error from 1e-3 to 1e-12, for every length in `rows`.
+pub fn ratios(rows: &[Row]) -> Vec<Ratio> {
+    let mut lengths: Vec<f64> = rows.iter().map(|row| row.gamma_f).collect();
+    lengths.sort_by(f64::total_cmp);
+    lengths.dedup();
+    let of = |gamma_f: f64, decade: i32| {
+        let error = 10.0_f64.powi(-decade);
+        let fastest = |wanted: &dyn Fn(&Row) -> bool| {
+            let enough = |row: &&Row| row.gamma_f == gamma_f && row.rank().is_some_and(|rank| rank <= error);
+            let rows = rows.iter().filter(enough).filter(|row| wanted(row));
+            let best = rows.min_by(|a, b| a.seconds_min.total_cmp(&b.seconds_min))?;
+            Some(Leader { method: best.family.name(), setting: best.setting.clone(), seconds: best.seconds_min })
+        };
+        Ratio {
+            gamma_f,
+            error,
+            own: fastest(&|row| row.family.is_own()),
+            certified: fastest(&|row| row.family.is_certified()),
+            other: fastest(&|row| !row.family.is_own()),
+        }
+    };
+    lengths.into_iter().flat_map(|length| (3..=12).map(move |decade| of(length, decade))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Family, RowErrors, RowStatus};
+    use super::*;
+
+    fn row(family: Family, error: f64, seconds: f64, status: RowStatus) -> Row {
+        Row {
+            family,
+            setting: String::new(),
+            gamma_f: 1.0,
+            errors: Some(RowErrors { t: error, x: 0.5 * error, delta_k: 0.0 }),
+            seconds_min: seconds,
+            seconds_median: seconds,
+            evaluations: 0,
+            points: 0,
+            status,
+        }
+    }
+
+    #[test]
+    fn the_front_has_what_nothing_beats() {
+        let good = RowStatus::Converged;
+        let rows = [
+            row(Family::Rk4, 1e-4, 1.0, good),
+            row(Family::Rk4, 1e-8, 10.0, good),
+            row(Family::Adaptive, 1e-8, 8.0, good),
+            row(Family::Adaptive, 1e-6, 9.0, good),
+            row(Family::Verlet, 1e-12, 0.1, RowStatus::Inaccurate),
+            row(Family::Verlet, 1e-3, 2.0, good),
+        ];
+        let found: Vec<f64> = front(&rows, |row| row.seconds_min).iter().map(|row| row.seconds_min).collect();
+        assert_eq!(found, [8.0, 1.0]);
+        let table = ratios(&rows);
+        assert_eq!(table.len(), 10);
+        assert_eq!(table[0].error, 1e-3);
+        assert_eq!((table[0].lead(), table[0].certified_lead()), (Some(1.0 / 8.0), None));
+        assert_eq!(table[5].lead(), Some(10.0 / 8.0));
+        assert!(table[6].own.is_none() && table[6].other.is_none() && table[6].lead().is_none());
+    }
+}

@@ -1,0 +1,149 @@
+//! The methods to compare with: their orders against the reference, and what they do to K.
+
+use std::collections::BTreeMap;
+
+use geodesic_ivp::geodesic::InitialData;
+use geodesic_ivp::methods::{Composition, Failure, Gauss, Output, Problem, Trajectory, dop853, radau5, rk4, taylor};
+use geodesic_ivp::metric::Metric;
+use geodesic_ivp::potential::{Formula, Potential};
+use geodesic_ivp::reference::ReferenceTrajectory;
+
+const START: InitialData = InitialData { t: 0.0, x: 1.0, t_dot: 1.0, x_dot: 0.1 };
+
+fn quartic(length: f64) -> Problem {
+    Problem { metric: Metric::new(Potential::quartic(0.5), 1.0, 1.0), initial: START, length }
+}
+
+/// A formula, and a polynomial of a degree that is evaluated otherwise.
+fn others(length: f64) -> [Problem; 2] {
+    let formula = Formula::new("0.3*(1 - exp(-x))^2", &BTreeMap::new()).unwrap();
+    let potentials = [Potential::Formula(formula), Potential::polynomial(vec![0.0, 0.1, 0.3, 0.0, 0.1, 0.0, 0.02])];
+    potentials.map(|potential| Problem { metric: Metric::new(potential, 1.0, 2.0), initial: START, length })
+}
+
+/// Largest error of t and x at the points of the output.
+fn error(problem: &Problem, output: &Output, trajectory: &Trajectory) -> f64 {
+    let reference = ReferenceTrajectory::new(&problem.metric, problem.initial, problem.length, 16).unwrap();
+    assert_eq!(trajectory.states.len(), output.marks.len());
+    let errors = output.gamma(problem.length).zip(&trajectory.states).map(|(gamma, state)| {
+        let exact = reference.at(gamma);
+        (state.elapsed - exact.elapsed).abs().max((state.x - exact.x).abs()).max((state.w - exact.x_dot).abs())
+    });
+    errors.fold(0.0, f64::max)
+}
+
+fn delta_k(problem: &Problem, trajectory: &Trajectory) -> Vec<f64> {
+    let invariants = problem.initial.invariants(&problem.metric);
+    let k = |x: f64, w: f64| invariants.q_t * invariants.q_t / problem.metric.at(x).g00 - w * w;
+    trajectory.states.iter().map(|state| (k(state.x, state.w) - invariants.k).abs()).collect()
+}
+
+type Fixed<'a> = &'a dyn Fn(&Problem, &Output, usize) -> Result<Trajectory, Failure>;
+
+/// A name, the method, its order, and the numbers of steps an interval of which the errors have that order, with a
+/// bound for the second of them.
+type Case<'a> = (&'a str, Fixed<'a>, f64, [usize; 2], f64);
+
+#[test]
+fn every_method_of_constant_steps_has_its_order() {
+    let composition = |c: Composition| move |p: &Problem, o: &Output, n: usize| c.run(p, o, n);
+    let gauss = |stages: usize| move |p: &Problem, o: &Output, n: usize| Gauss { stages, tolerance: 0.0 }.run(p, o, n);
+    let compensated = composition(Composition::KAHAN_LI_8.compensated());
+    let cases: [Case<'_>; 9] = [
+        ("rk4", &rk4, 4.0, [20, 40], 1e-6),
+        ("verlet", &composition(Composition::VERLET), 2.0, [100, 200], 1e-4),
+        ("kahan-li 6", &composition(Composition::KAHAN_LI_6), 6.0, [8, 16], 2e-7),
+        ("kahan-li 8", &composition(Composition::KAHAN_LI_8), 8.0, [8, 12], 5e-9),
+        ("kahan-li 8 compensated", &compensated, 8.0, [8, 12], 5e-9),
+        ("gauss 2", &gauss(2), 4.0, [20, 40], 1e-6),
+        ("gauss 4", &gauss(4), 8.0, [8, 12], 1e-9),
+        ("gauss 6", &gauss(6), 12.0, [3, 4], 1e-9),
+        ("gauss 8", &gauss(8), 16.0, [1, 2], 1e-7),
+    ];
+    let output = Output::even(5);
+    for problem in [&quartic(5.0), &others(5.0)[0], &others(5.0)[1]] {
+        for (name, method, order, steps, bound) in &cases {
+            let errors = steps.map(|n| error(problem, &output, &method(problem, &output, n).unwrap()));
+            let slope = (errors[0] / errors[1]).ln() / (steps[1] as f64 / steps[0] as f64).ln();
+            assert!(slope > order - 0.6 && slope < order + 2.5, "{name}: order {slope}, errors {errors:?}");
+            assert!(errors[1] < *bound, "{name}: {errors:?}");
+        }
+    }
+}
+
+#[test]
+fn every_adaptive_method_follows_its_tolerance() {
+    let output = Output::even(5);
+    for problem in [&quartic(5.0), &others(5.0)[0], &others(5.0)[1]] {
+        let order_8 = [1e-6, 1e-9, 1e-12].map(|tolerance| {
+            let trajectory = dop853(problem, &output, tolerance).unwrap();
+            (error(problem, &output, &trajectory), trajectory.evaluations as f64)
+        });
+        assert!(order_8.iter().zip([2e-5, 2e-8, 2e-11]).all(|((error, _), bound)| *error < bound), "{order_8:?}");
+        let work = (order_8[2].1 / order_8[1].1).ln() / (order_8[1].0 / order_8[2].0).ln();
+        assert!(1.0 / work > 6.5, "DOP853: order {}", 1.0 / work);
+        let order_5 = [1e-5, 1e-10].map(|tolerance| {
+            let trajectory = radau5(problem, &output, tolerance).unwrap();
+            (error(problem, &output, &trajectory), trajectory.steps as f64)
+        });
+        assert!(order_5[0].0 < 1e-4 && order_5[1].0 < 1e-10, "{order_5:?}");
+        let order = (order_5[0].0 / order_5[1].0).ln() / (order_5[1].1 / order_5[0].1).ln();
+        assert!((4.4..6.0).contains(&order), "Radau: order {order}, {order_5:?}");
+        for digits in [6, 15] {
+            let trajectory = taylor(problem, &output, digits as usize + 4, digits).unwrap();
+            let (error, bound) = (error(problem, &output, &trajectory), 10.0 * 10.0_f64.powi(-(digits as i32)));
+            assert!(error < bound, "Taylor: {error} with {digits} digits");
+        }
+    }
+}
+
+#[test]
+fn symplectic_methods_keep_k_bounded_and_runge_kutta_lets_it_drift() {
+    let problem = quartic(1000.0);
+    let output = Output::even(1000);
+    let late_to_early = |trajectory: Trajectory| {
+        let delta = delta_k(&problem, &trajectory);
+        let largest = |part: &[f64]| part.iter().copied().fold(0.0, f64::max);
+        largest(&delta[900..]) / largest(&delta[..100])
+    };
+    for composition in [Composition::VERLET, Composition::KAHAN_LI_6, Composition::KAHAN_LI_8] {
+        let growth = late_to_early(composition.run(&problem, &output, 180 / composition.stages()).unwrap());
+        assert!(growth < 1.2, "{composition:?}: {growth}");
+    }
+    let growth = late_to_early(Gauss { stages: 4, tolerance: 0.0 }.run(&problem, &output, 2).unwrap());
+    assert!(growth < 1.2, "{growth}");
+    let growth = late_to_early(rk4(&problem, &output, 20).unwrap());
+    assert!(growth > 5.0, "{growth}");
+    let growth = late_to_early(dop853(&problem, &output, 1e-8).unwrap());
+    assert!(growth > 5.0, "{growth}");
+}
+
+#[test]
+fn failures_are_told_apart() {
+    let start = InitialData { t: 0.0, x: 0.0, t_dot: 1.0, x_dot: 0.0 };
+    let problem = Problem { metric: Metric::new(Potential::linear(-0.5), 1.0, 1.0), initial: start, length: 5.0 };
+    let output = Output::even(5);
+    for failure in [
+        rk4(&problem, &output, 100).unwrap_err(),
+        dop853(&problem, &output, 1e-8).unwrap_err(),
+        taylor(&problem, &output, 18, 14).unwrap_err(),
+    ] {
+        assert!([Failure::OutsideDomain, Failure::TooManySteps, Failure::Diverged].contains(&failure), "{failure}");
+    }
+    let gauss = Gauss { stages: 8, tolerance: 0.0 };
+    assert_eq!(gauss.run(&quartic(1000.0), &output, 1).unwrap_err(), Failure::NotConverged);
+}
+
+#[test]
+fn output_need_not_be_even() {
+    let problem = quartic(10.0);
+    let output = Output { intervals: 100, marks: vec![1, 2, 7, 50, 100] };
+    for trajectory in [
+        Composition::KAHAN_LI_8.run(&problem, &output, 4).unwrap(),
+        Gauss { stages: 8, tolerance: 1e-14 }.run(&problem, &output, 1).unwrap(),
+        dop853(&problem, &output, 1e-13).unwrap(),
+        taylor(&problem, &output, 20, 16).unwrap(),
+    ] {
+        assert!(error(&problem, &output, &trajectory) < 1e-11);
+    }
+}
