@@ -2,4 +2,5 @@
 
 pub mod convergence;
 pub mod fit;
+pub mod stability;
 pub mod work_precision;
