@@ -109,7 +109,11 @@ fn short(length: f64) -> String {
 /// Where on the world-line the sawtooth begins, against Δγω.
 pub fn sawtooth_onset(title: &str, cells: &[Cell]) -> Chart {
     let mut series: Vec<Series> = Vec::new();
-    for onset in onsets(cells) {
+    // Beyond half the limit of SBP21 it begins at once; other methods have no such mode.
+    let has_mode = |cell: &&Cell| matches!(cell.method, Method::Block(..) | Method::Windows(..));
+    let resolved = |cell: &&Cell| cell.delta_gamma_omega.is_some_and(|at| at <= 0.5);
+    let shown: Vec<Cell> = cells.iter().filter(has_mode).filter(resolved).cloned().collect();
+    for onset in onsets(&shown) {
         let point = (onset.delta_gamma_omega, onset.gamma);
         match series.iter_mut().find(|series| series.label == onset.method) {
             Some(known) => known.points.push(point),
