@@ -7,6 +7,7 @@ mod interrupt;
 mod report;
 mod run;
 mod samples;
+mod second_opinion;
 mod shell;
 mod stability;
 mod work_precision;

@@ -58,7 +58,7 @@ impl<S: Real> Measures<S> {
     }
 
     fn drift_warning(&self, solution: &Solution<S>) -> Option<String> {
-        let (drift, x_dot) = (self.max_abs_delta_k.to_f64(), self.scales.x_dot);
+        let (drift, x_dot) = (self.max_abs_delta_k.max(self.max_abs_delta_k_ends).to_f64(), self.scales.x_dot);
         let (size, name) = match x_dot > 0.0 {
             true => (x_dot * x_dot, "the largest x_dot^2"),
             false => (solution.invariants().k.to_f64().abs(), "K"),
