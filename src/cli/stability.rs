@@ -161,7 +161,7 @@ fn measure_with_progress(scene: &Scene, plan: &Plan, cancel: &AtomicBool, quiet:
 
 fn readable(title: &str, scene: &Scene, plan: &Plan, atlas: &Atlas, directory: &Path) -> String {
     let mut text = format!(
-        "{title}: {} cells; largest local frequency {:.4}; reference to {:.0e}\n",
+        "{title}: {} cells; largest local frequency {:.4e}; reference to {:.0e}\n",
         atlas.cells.len(),
         scene.omega(),
         scene.reference_error()

@@ -183,7 +183,7 @@ fn warnings_name_what_is_wrong_and_leave_good_runs_alone() {
     assert!(warnings("grid.gamma_f=32.0 grid.n_gamma=65").contains("half the limit of SBP21"));
     assert!(warnings("initial.x=1.5 grid.n_gamma=200").contains("m c^2, above 1: g00"));
     // Of a light particle with c = 10 the drift is measured by the speed and not by K = 100.
-    let slow = "potential={formula={expression=\"x^2/2\"}} particle.c=10.0 grid.gamma_f=30.0 grid.n_gamma=101";
+    let slow = "potential={formula={expression=\"x^2/2\"}} particle.c=10.0 grid.gamma_f=100.0 grid.n_gamma=301";
     assert!(warnings(slow).contains("K drifts by"), "{}", warnings(slow));
     let spacelike = case("initial.x_dot=1.4142").warnings().join("\n");
     assert!(spacelike.contains("nearly spacelike: K = 3.8") && case("").warnings().is_empty(), "{spacelike}");
@@ -204,4 +204,25 @@ fn the_bound_is_kept_if_and_only_if_k_is_not_negative() {
     }
     let free = solved("potential={free={}}");
     assert!(Diagnostics::new(&free).measures.bound.defect().abs() < 1e-14);
+}
+
+#[test]
+fn units_are_nobody_s_business() {
+    let map = |unit: f64| {
+        let potential = format!("potential={{formula={{expression=\"(x/l)^2/4\",parameters={{l={unit:e}}}}}}}");
+        let scene = case(&format!("{potential} initial.x={unit:e} grid.gamma_f={unit:e}"));
+        let fixed =
+            Method::all().into_iter().filter(|method| !method.is_adaptive() && !method.label().contains("unreg"));
+        charted(&scene, fixed.collect(), &[unit, 5.0 * unit], &[0.05 * unit, 0.3 * unit]).cells
+    };
+    let one = map(1.0);
+    assert!(one.len() > 50 && one.iter().any(|cell| cell.status == CellStatus::Sawtooth));
+    for unit in [1e100, 1e-100] {
+        for (here, there) in map(unit).iter().zip(&one) {
+            assert_eq!((here.status, &here.method), (there.status, &there.method), "{unit:e}");
+            let [here, there] = [here, there].map(|cell| cell.numbers.map(|numbers| numbers.error_x_max.unwrap()));
+            let (here, there) = (here.unwrap_or(0.0) / unit, there.unwrap_or(0.0));
+            assert!((here - there).abs() < 1e-9, "{unit:e}: {here} and {there}");
+        }
+    }
 }
