@@ -9,6 +9,8 @@ use crate::scalar::{Compensated, Real, sum};
 /// A step below this share of the whole range means a singularity.
 const LEAST_STEP: f64 = 1e-13;
 const MOST_STEPS: usize = 2_000_000;
+/// Enough for the scale of the first step to settle.
+const FIRST_STEP_TRIES: usize = 8;
 /// Below this share of its first value, g00 is on its way to a horizon.
 const HORIZON: f64 = 1e-3;
 /// A physical time is not reached if at the present rate it is this many times the length that the start suggested away.
@@ -133,6 +135,19 @@ impl<S: Real> Front<'_, S> {
         })
     }
 
+    /// Nothing is known of the scale of the first step but that it is no longer than the whole run, which may be far too
+    /// long: then terms of the series would be compared with something huge.
+    fn settle_first_step(&mut self, expansion: &mut Expansion<S>, relative_step: S) {
+        for _ in 0..FIRST_STEP_TRIES {
+            let h = relative_step * expansion.radius;
+            if !(h > S::ZERO && h < self.last_step) {
+                break;
+            }
+            self.last_step = h;
+            expansion.radius = self.radius(&expansion.x, &expansion.w, &expansion.t);
+        }
+    }
+
     fn advance(&mut self, expansion: Expansion<S>, h: S) -> Step<S> {
         let Expansion { x, w, t, .. } = expansion;
         let step = Step { start: self.gamma, x_low: self.x.low, t_low: self.t.low, x, t };
@@ -241,7 +256,10 @@ impl<S: Real> Steps<S> {
         };
         let mut steps = Vec::new();
         loop {
-            let expansion = front.expand(&mut machine);
+            let mut expansion = front.expand(&mut machine);
+            if steps.is_empty() {
+                front.settle_first_step(&mut expansion, relative_step);
+            }
             let h = smaller(relative_step * expansion.radius, scale);
             let here = metric.at(front.x.high);
             let end = |reason| ReferenceEnds {

@@ -2,12 +2,14 @@
 
 use std::sync::atomic::AtomicBool;
 
-use geodesic_ivp::case::{Form, SbpName};
+use geodesic_ivp::Case;
+use geodesic_ivp::case::SbpName;
 use geodesic_ivp::study::work_precision::{Arena, Budget, Family, RowStatus, drift, measure};
 
 use super::common::case;
 
-const BUDGET: Budget = Budget { longest: 2e-3, rounds: 1, settings: 12 };
+/// By settings and not by time, so that a slow machine measures the same.
+const BUDGET: Budget = Budget { longest: f64::INFINITY, rounds: 1, settings: 12 };
 
 #[test]
 fn every_method_arrives_and_errors_are_those_of_the_method() {
@@ -38,17 +40,15 @@ fn every_method_arrives_and_errors_are_those_of_the_method() {
 
 #[test]
 fn what_fails_has_its_status_and_no_rank() {
-    let arena = Arena::new(&case("grid.gamma_f=200.0"), None).unwrap();
-    let families = [Family::March(24), Family::Gauss(12), Family::Rk4, Family::Block(SbpName::Sbp21, Form::Weak)];
+    let walls = include_str!("../../cases/tanh-wall.toml");
+    let case = Case::parse("tanh-wall", walls, &["grid.gamma_f=20.0".to_owned()]).unwrap();
+    let arena = Arena::new(&case, None).unwrap();
+    let families = [Family::Gauss(8), Family::Gauss(12), Family::Rk4];
     let measured = measure(&arena, &families, &BUDGET, &AtomicBool::new(false), &mut |_| {});
-    let statuses = |family: &Family| {
-        let rows = measured.rows.iter().filter(|row| row.family == *family);
-        rows.map(|row| row.status.as_str()).collect::<Vec<_>>()
-    };
-    for family in &families[..2] {
-        assert!(statuses(family).contains(&"not-converged"), "{}: {:?}", family.name(), statuses(family));
+    let statuses: Vec<&str> = measured.rows.iter().map(|row| row.status.as_str()).collect();
+    for status in ["converged", "inaccurate", "not-converged"] {
+        assert!(statuses.contains(&status), "{status}: {statuses:?}");
     }
-    assert!(statuses(&families[2]).contains(&"inaccurate"), "{:?}", statuses(&families[2]));
     for row in &measured.rows {
         assert_eq!(row.rank().is_some(), row.status == RowStatus::Converged, "{row:?}");
     }

@@ -24,8 +24,8 @@
 //!
 //! Constant steps, nodes and windows grow geometrically, tolerances shrink; a family ends when a setting costs more than
 //! [`Budget::longest`] or its errors have stopped falling. Iterated methods with a tolerance of their own (march, Gauss) get
-//! a hundredth of the error that the same setting has when it iterates to rounding, in a power of ten: what a user who
-//! knows the accuracy wanted would choose.
+//! the loosest one that leaves the error of the same setting as it is when it iterates to rounding: a hundredth of it, or
+//! less by powers of a hundred where errors of the iteration pile up. That is the best a user could choose, for both alike.
 
 mod drift;
 mod family;
@@ -57,6 +57,11 @@ const BATCH: f64 = 5e-5;
 /// or x: rounding, and no hesitation of coarse settings.
 const PLATEAU: usize = 3;
 const ROUNDING: f64 = 1e-9;
+/// The loosest tolerance of an iteration is the error over this, and the tightest one this power of ten; the error may become
+/// larger by this factor.
+const LOOSEST: f64 = 100.0;
+const TIGHTEST: f64 = -15.0;
+const SPOILT: f64 = 1.5;
 
 /// How much is measured.
 #[derive(Debug, Clone, PartialEq)]
@@ -164,8 +169,8 @@ impl Arena {
     pub fn new(case: &Case, length: Option<f64>) -> Result<Self, ReferenceEnds> {
         let metric = case.metric::<Extended>();
         let initial = case.initial_data::<Extended>();
-        // Sixteen digits of t at the end, and four to judge by.
-        let digits = |length: f64| (20.0 + length.max(1.0).log10().ceil()) as u32;
+        // Sixteen digits of t at the end, and four to judge by. Errors of the phase grow with the square of the length.
+        let digits = |length: f64| (20.0 + (2.0 * length.max(1.0).log10()).ceil()) as u32;
         let length = match (length, case.end::<Extended>()) {
             (Some(length), _) => length,
             (None, End::Length(length)) => length.to_f64(),
@@ -308,17 +313,20 @@ fn try_family<'a>(
     trials
 }
 
-/// Runs a setting; where the method has a tolerance for its iteration, to rounding first and then with the one that goes
-/// with the error.
+/// Runs a setting; where the method has a tolerance for its iteration, to rounding first and then with the loosest one, in
+/// steps of a hundred, that leaves about the same error.
 fn try_setting<'a>(arena: &'a Arena, family: &Family, setting: Setting) -> Trial<'a> {
-    let mut trial = attempt(arena, family, setting);
-    if let (Some(error), true) = (trial.row.rank(), family.has_inner_tolerance()) {
-        let power = (error / 100.0).log10().floor();
-        if power >= -15.0 {
-            trial = attempt(arena, family, setting.with_inner(10.0_f64.powf(power)));
+    let to_rounding = attempt(arena, family, setting);
+    let (Some(error), true) = (to_rounding.row.rank(), family.has_inner_tolerance()) else { return to_rounding };
+    let mut power = (error / LOOSEST).log10().floor();
+    while power >= TIGHTEST {
+        let trial = attempt(arena, family, setting.with_inner(10.0_f64.powf(power)));
+        if trial.row.rank().is_some_and(|rank| rank <= SPOILT * error) {
+            return trial;
         }
+        power -= 2.0;
     }
-    trial
+    to_rounding
 }
 
 fn attempt<'a>(arena: &'a Arena, family: &Family, setting: Setting) -> Trial<'a> {
