@@ -5,7 +5,7 @@
 //! |---|---|---|
 //! | sawtooth | 1 % of the amplitude of x, and a sixth difference of half the fourth | the same 1 % that the atlas calls inaccurate; a smooth motion on a grid that resolves it loses with every two differences |
 //! | K drifts | a tenth of the largest ẋ² | K = g00 ṫ² − ẋ² is the orbit: its own size may be that of c² and hides a change of speed |
-//! | Δγω | half the operator's largest symbol; π/2 for a spectral element | at the limit nothing oscillates any more; half of it is eight to fourteen nodes a turn for SBP21, where its phase is off by a radian in four turns |
+//! | Δγω | half the operator's largest symbol; π/2 for a spectral element | at the limit nothing oscillates any more; half of it is seven nodes a turn (SBP84) to thirteen (SBP21, whose phase is off by 0.3 a turn there) |
 //! | strong field | \|V\| > mc², or g00 < c²/100 | g00 = c² + 2V/m is meant for \|V\| ≪ mc²; the paper's quartic case has \|V\| = mc²/2 and stays silent |
 //! | bound | H_BVP > Q_t (t_f − t_i) with K ≥ 0 | the continuum keeps it |
 

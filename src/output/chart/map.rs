@@ -215,7 +215,7 @@ impl Map {
 /// A dashed line on a white one, to be seen on every colour.
 fn draw_limit(canvas: &Canvas<'_>, from: Pixel, to: Pixel) -> Drawn {
     canvas.draw(&PathElement::new(vec![from, to], WHITE.stroke_width(34)))?;
-    canvas.draw(&plotters::element::DashedPathElement::new([from, to].into_iter(), 45, 25, TEXT.stroke_width(16)))
+    canvas.draw(&plotters::element::DashedPathElement::new([from, to], 45, 25, TEXT.stroke_width(16)))
 }
 
 fn draw_cell(canvas: &Canvas<'_>, kind: &Kind, (left, top): Pixel, (right, bottom): Pixel) -> Drawn {

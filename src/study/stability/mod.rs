@@ -1,7 +1,7 @@
 //! Where methods fail: every scheme of this program and other methods over step and length of the world-line.
 //!
 //! A *cell* is one method on one grid. Its status is found by measurement against a reference trajectory, see
-//! [`CellStatus`] and the rules in `status.rs`: exact conservation of Q_t says nothing, and is only reported beside it. Beside the
+//! [`status`] for the rules and their thresholds: exact conservation of Q_t says nothing, and is only reported beside it. Beside the
 //! measurement stands the [`Limit`] of linear theory, from the operators' own coefficients.
 //!
 //! Lengths are given by γ_f, by ṫ_i, or by both: ṫ_i stretches the tangent (ẋ_i with it, dx/dt stays), which stretches
@@ -11,7 +11,7 @@
 mod method;
 mod run;
 mod scene;
-mod status;
+pub mod status;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

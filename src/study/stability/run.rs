@@ -223,14 +223,14 @@ impl Job {
         let delta_k = |state: &State| q_t * (q_t / problem.metric.at(state.x).g00) - state.w * state.w - k;
         let delta_k: Vec<f64> = all.iter().map(delta_k).collect();
         let count = all.len();
-        let stretches = if self.method.is_adaptive() { Vec::new() } else { vec![0..count] };
+        let equidistant = !self.method.is_adaptive();
         Ok(Solved::Other(Track {
             gamma: (0..count).map(|step| self.length * (step as f64 / (count - 1) as f64)).collect(),
             t: all.iter().map(|state| state.elapsed).collect(),
             x: all.iter().map(|state| state.x).collect(),
             delta_k_max: delta_k.iter().fold(0.0, |most: f64, value| most.max(value.abs())),
             delta_k,
-            stretches,
+            stretches: equidistant.then_some(0..count).into_iter().collect(),
             intervals,
             delta_q_t_max: None,
             last_node: None,

@@ -115,10 +115,9 @@ pub fn judge(evidence: &Evidence, sizes: &Sizes) -> CellStatus {
     if x <= ACCURATE * sizes.x && t <= ACCURATE * sizes.t {
         return CellStatus::Accurate;
     }
-    if let Some([amplitude, smooth]) = evidence.sawtooth {
-        if amplitude > SAWTOOTH * sizes.x && amplitude > ROUGHER * smooth {
-            return CellStatus::Sawtooth;
-        }
+    let is_rough = |[amplitude, smooth]: [f64; 2]| amplitude > SAWTOOTH * sizes.x && amplitude > ROUGHER * smooth;
+    if evidence.sawtooth.is_some_and(is_rough) {
+        return CellStatus::Sawtooth;
     }
     if evidence.k_drift.abs() > DRIFTING * sizes.k { CellStatus::Drifting } else { CellStatus::Inaccurate }
 }
