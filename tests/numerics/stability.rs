@@ -226,3 +226,21 @@ fn units_are_nobody_s_business() {
         }
     }
 }
+
+#[test]
+fn a_reference_that_would_not_do_is_replaced() {
+    // From 1e-10 beside the top of a barrier: after two visits to it nothing is left of sixteen digits.
+    let top = "potential={formula={expression=\"2*(x^2-1)^2\"}} particle.c=10.0 initial.x=1e-10 initial.x_dot=0.0";
+    let case = case(&format!("{top} grid.gamma_f=40.0"));
+    let double = ReferenceTrajectory::<f64>::new(&case.metric(), case.initial_data(), 40.0, 16).unwrap();
+    let scene = Scene::new(&case, &[40.0]).unwrap();
+    assert!(double.error_estimate() > 1e-3 && scene.reference_error() < 1e-8, "{:e}", scene.reference_error());
+    let plan = Plan {
+        methods: vec![Method::Other(Family::KahanLi8), Method::Accuracy],
+        lengths: vec![40.0],
+        tangents: vec![1.0],
+        spacings: vec![0.05],
+    };
+    let atlas = measure(&scene, &plan, &AtomicBool::new(false), &|_| {});
+    assert!(atlas.cells.iter().all(|cell| cell.status != CellStatus::Accurate), "f64 cannot be: {:?}", atlas.cells);
+}

@@ -12,8 +12,8 @@ use super::status::Sizes;
 const SAMPLES_A_STEP: usize = 8;
 const MOST_SAMPLES: usize = 200_000;
 
-/// An `f64` reference with a larger estimated error is replaced by one in extended precision; a hundredth of what the
-/// rules of the statuses see.
+/// An `f64` reference with a larger estimated error, in units of A and T, is replaced by one in extended precision; a
+/// hundredth of what the rules of the statuses see. If that is no better, nothing is called accurate.
 const GOOD_REFERENCE: f64 = 1e-4;
 /// Digits of that one.
 const DIGITS: u32 = 40;
@@ -35,6 +35,7 @@ pub struct Scene {
     reference: Option<Reference>,
     /// γ − γ_i up to which there is one.
     reached: f64,
+    trusted: bool,
     ends: Option<ReferenceEnds>,
     /// Largest local frequency along the reference; 0 if the motion never oscillates.
     omega: f64,
@@ -72,6 +73,7 @@ impl Scene {
             initial,
             reference: None,
             reached: 0.0,
+            trusted: false,
             ends: None,
             omega: 0.0,
             pace: 0.0,
@@ -102,13 +104,14 @@ impl Scene {
             Err(end) => return Err(end),
         };
         self.reached = reached;
-        self.reference = Some(if reference.error_estimate() <= GOOD_REFERENCE {
-            Reference::Double(reference)
-        } else {
+        self.reference = Some(Reference::Double(reference));
+        if !self.is_good() {
             let (metric, initial) = (self.case.metric(), self.case.initial_data::<Extended>());
             let initial = InitialData { t: Extended::ZERO, ..initial };
-            Reference::Extended(ReferenceTrajectory::new(&metric, initial, reached.into(), DIGITS)?)
-        });
+            let extended = ReferenceTrajectory::new(&metric, initial, reached.into(), DIGITS)?;
+            self.reference = Some(Reference::Extended(extended));
+        }
+        self.trusted = self.is_good();
         let q_t = self.invariants().q_t;
         let slope = |point: &ReferencePoint| {
             let jet = self.metric.at(point.x);
@@ -149,8 +152,21 @@ impl Scene {
         }
     }
 
-    /// What trajectories over [0, `length`] are measured by; none beyond the end of the reference.
+    /// Whether the reference is so good over its whole length that a wrong trajectory cannot pass for an accurate one.
+    fn is_good(&self) -> bool {
+        let (Some(sizes), Some(end)) = (self.measured_sizes(self.reached), self.at(self.reached)) else { return false };
+        // Its error is relative to the largest t and x, and the rules are to T and A.
+        let far = self.sampled(self.reached).iter().fold(f64::MIN_POSITIVE, |far, point| far.max(point.x.abs()));
+        let duration = end.elapsed.abs().max(f64::MIN_POSITIVE);
+        self.reference_error() <= GOOD_REFERENCE * (sizes.t / duration).min(sizes.x / far).min(1.0)
+    }
+
+    /// What trajectories over [0, `length`] are measured by; none beyond the end of the reference, or if that is no good.
     pub(super) fn sizes(&self, length: f64) -> Option<Sizes> {
+        self.measured_sizes(length).filter(|_| self.trusted)
+    }
+
+    fn measured_sizes(&self, length: f64) -> Option<Sizes> {
         self.at(length)?;
         let points = self.sampled(length);
         let range =
