@@ -82,17 +82,19 @@ pub fn stability_map(title: &str, scene: &Scene, methods: &[Method], cells: &[Ce
             columns: columns.len(),
             cells: here.filter_map(of_cell).collect(),
             ticks,
+            // Without an oscillation there is nothing that the limit is one of.
             line: match method.limit() {
-                Limit::Step(step) if step > 0.0 => between(&columns, step),
+                Limit::Step(step) if step > 0.0 && scene.omega() > 0.0 => between(&columns, step),
                 _ => None,
             },
         }
     };
     Map {
         title: format!("{title}: where methods fail"),
-        x_label:
-            "Δγ ω; of adaptive methods the tolerance (in parentheses: what linear theory allows; white: no such grid)"
-                .to_owned(),
+        x_label: format!(
+            "{}; of adaptive methods the tolerance (in parentheses: what linear theory allows; white: no such grid)",
+            if scene.omega() > 0.0 { "Δγ ω" } else { "Δγ × rate of growth" }
+        ),
         y_label: "length in γ".to_owned(),
         rows: lengths.iter().map(|&length| short(length)).collect(),
         kinds: CellStatus::ALL.map(kind).to_vec(),
