@@ -31,6 +31,7 @@ from mpmath import mp, mpf
 
 mp.dps = 100
 ACCURACY = mpf("1e-85")
+MOST_WINDOWS = 10_000  # more are too many to solve here
 TOLERANCE = "1e-11"  # written by --write; for a case of more than 16 digits all but two of them
 
 # Rows of D for unit spacing: left closure (the right one is its mirror image with the sign changed), interior stencil.
@@ -105,7 +106,7 @@ POTENTIALS = {
 def with_derivatives(f, x):
     """f, f' and f'' at x by central differences: in 250 digits and with this step they are exact to 85 digits."""
     with mp.workdps(250):
-        step = mpf("1e-45")
+        step = mpf("1e-45") * max(1, abs(x))
         left, middle, right = f(x - step), f(x), f(x + step)
         return middle, (right - left) / (2 * step), (right - 2 * middle + left) / step**2
 
@@ -191,10 +192,20 @@ class Geodesic:
             # What an accuracy is one of: the continuum, here to some 25 digits.
             length = number(grid["t_f"]) - self.t_i if "t_f" in grid else number(grid.get("gamma_f", 1)) - self.gamma_i
             scheme, windows = {"sbp": "GLL24", "form": "weak"}, int(mp.ceil(2 * length))
+        self.whole = mpf(0)  # of gamma in whole periods, and their time
+        self.q = self.g00(self.x_i)[0] * t_dot
+        if windows > MOST_WINDOWS:
+            # As fine as this the continuum is meant: the particle is where it was whole periods before.
+            period, self.whole_time = self.period()
+            length = number(grid.get("gamma_f", 1)) - self.gamma_i
+            self.whole = mp.floor(length / period) * period
+            self.whole_time *= mp.floor(length / period)
+            scheme, windows = {"sbp": "GLL24", "form": "weak"}, int(mp.ceil(4 * (length - self.whole)))
         self.sbp = scheme["sbp"]
         self.n = grid.get("n_gamma") or int(self.sbp.removeprefix("GLL"))
+        if self.whole:
+            self.n = 24
         self.windows, self.form = windows, scheme.get("form", "strong")
-        self.q = self.g00(self.x_i)[0] * t_dot
 
     def g00(self, x):
         """g00 and its first two derivatives."""
@@ -210,8 +221,41 @@ class Geodesic:
         t_dot = self.q / g
         return t_dot, -dg * t_dot**2 / 2, (dg**2 / g - ddg / 2) * t_dot**2
 
+    def period(self):
+        """The period in gamma and in t, from dx/dgamma = sqrt(Q^2/g00 - K) between the turning points.
+
+        With x = middle + half sin(s) the integrands are analytic and periodic in s: the midpoint rule converges
+        exponentially.
+        """
+        k = self.q**2 / self.g00(self.x_i)[0] - self.x_dot**2
+        square = lambda x: self.q**2 / self.g00(x)[0] - k
+        turns = []
+        for sign in (1, -1):
+            step = mpf("0.01") * sign
+            # Beyond a turning point the square is negative; at rest the start is one.
+            inside = self.x_i if square(self.x_i + step) > 0 else None
+            if inside is None:
+                turns.append(self.x_i)
+                continue
+            while square(inside + step) > 0:
+                inside += step
+            turns.append(mp.findroot(square, (inside, inside + step), solver="anderson", tol=ACCURACY**2))
+        middle, half, points = (turns[0] + turns[1]) / 2, (turns[0] - turns[1]) / 2, 200
+        gamma = time = mpf(0)
+        for j in range(points):
+            s = 2 * mp.pi * (j + mpf("0.5")) / points
+            x = middle + half * mp.sin(s)
+            pace = abs(half * mp.cos(s)) / mp.sqrt(square(x)) * 2 * mp.pi / points
+            gamma += pace
+            time += pace * self.rates(x)[0]
+        return gamma, time
+
     def solve(self, gamma_f):
         """t_N and x_N."""
+        if self.whole:
+            whole, self.whole = self.whole, mpf(0)
+            t, x = self.solve(gamma_f - whole)
+            return t + self.whole_time, x
         h = (gamma_f - self.gamma_i) / (self.n - 1) / self.windows
         explicit = (self.sbp, self.form) == ("SBP21", "strong")
         state = self.t_i, self.x_i, self.x_dot
@@ -265,7 +309,7 @@ class Geodesic:
             step = solve_banded(jacobian, residual)
             x[first:] = (u - du for u, du in zip(x[first:], step[0::2]))
             w[first:] = (u - du for u, du in zip(w[first:], step[1::2]))
-            if max(map(abs, step)) < ACCURACY:
+            if max(map(abs, step)) < ACCURACY * max(1, *map(abs, x)):
                 break
         else:
             raise ArithmeticError("Newton's method did not converge")

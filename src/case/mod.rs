@@ -130,6 +130,9 @@ pub struct Grid {
     pub windows: usize,
 }
 
+/// K below this share of g00 ṫ² is a small difference of large numbers.
+const NEARLY_SPACELIKE: f64 = 1e-2;
+
 /// γ_f of a case that gives neither γ_f nor t_f.
 const DEFAULT_GAMMA_F: f64 = 1.0;
 
@@ -361,6 +364,15 @@ impl Case {
             warnings.push(format!(
                 "the initial tangent is spacelike (K = g00 t_dot^2 - x_dot^2 = {:.6} < 0): the particle starts faster than \
                  light, and the bound on H_BVP does not hold",
+                invariants.k
+            ));
+        }
+        let timelike = invariants.k + self.initial_data::<f64>().x_dot.powi(2);
+        if (0.0..NEARLY_SPACELIKE * timelike).contains(&invariants.k) {
+            warnings.push(format!(
+                "the initial tangent is nearly spacelike: K = {:.2e} is below {NEARLY_SPACELIKE} of g00 t_dot^2 = \
+                 {timelike:.2e}; the particle starts almost with the speed of light, and K has lost digits: start slower, or \
+                 raise solver.digits",
                 invariants.k
             ));
         }

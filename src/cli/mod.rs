@@ -7,7 +7,9 @@ mod interrupt;
 mod report;
 mod run;
 mod samples;
+mod second_opinion;
 mod shell;
+mod stability;
 mod work_precision;
 
 use std::path::PathBuf;
@@ -43,6 +45,8 @@ enum Command {
     Converge(converge::ConvergeArgs),
     /// Chart speed against accuracy: this program's schemes beside other methods on the same world-line
     WorkPrecision(work_precision::WorkPrecisionArgs),
+    /// Chart where methods fail: every scheme over step and length, beside the limits of linear theory
+    Stability(stability::StabilityArgs),
     /// Validate a case and print it with every default filled in
     Check(check::CheckArgs),
     /// Print a shell completion script
@@ -80,6 +84,7 @@ impl Cli {
             Command::Run(args) => run::run(&args),
             Command::Converge(args) => converge::converge(&args),
             Command::WorkPrecision(args) => work_precision::work_precision(&args),
+            Command::Stability(args) => stability::stability(&args),
             Command::Check(args) => check::check(&args),
             Command::Completions { shell } => shell::completions(shell),
             Command::Man => shell::man(),

@@ -13,7 +13,7 @@ use super::check::ExpectationNotMet;
 const IO_FAILURE: u8 = 1;
 const INVALID_CASE: u8 = 2;
 pub(super) const NO_CRITICAL_POINT: u8 = 3;
-const OUTSIDE_DOMAIN: u8 = 4;
+pub(super) const OUTSIDE_DOMAIN: u8 = 4;
 const EXPECTATION: u8 = 5;
 
 /// Wrong usage that only the command itself can see.

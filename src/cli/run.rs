@@ -23,6 +23,7 @@ use geodesic_ivp::{Case, Solution, solve};
 use indicatif::ProgressBar;
 
 use super::samples::SampleArgs;
+use super::second_opinion::second_opinion;
 use super::{CaseArgs, interrupt, report};
 
 const TRAJECTORY: &str = "trajectory.csv";
@@ -112,8 +113,14 @@ fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
         }
     };
     let Solved { solution, diagnostics, measures, samples, seconds } = solved;
-    warn_of(&measures.warnings(&solution));
     let mut summary = Summary::new(case, Ok((&solution, &measures)), seconds.solve);
+    let mut suspicions = measures.warnings(&solution);
+    if !suspicions.is_empty() {
+        let opinion = second_opinion(case, &solution);
+        summary.warnings.extend(opinion.clone());
+        suspicions.extend(opinion);
+    }
+    warn_of(&suspicions);
     let start = Instant::now();
     if args.samples.wanted() {
         write_samples(files.writer(SAMPLES), samples.into_iter(), solution.digits)
@@ -238,6 +245,21 @@ fn pictures<S: Real>(title: &str, case: &Case, solution: &Solution<S>, diagnosti
     ]
 }
 
+/// Whether a number can be read without an exponent.
+fn is_readable(number: f64) -> bool {
+    number == 0.0 || (1e-4..1e9).contains(&number.abs())
+}
+
+/// A number with so many decimals, or where those would be noise or a long row of zeros with an exponent.
+fn fixed(number: f64, decimals: usize) -> String {
+    if is_readable(number) { format!("{number:.decimals$}") } else { format!("{number:.decimals$e}") }
+}
+
+/// A number with the digits it has.
+fn plain(number: f64) -> String {
+    if is_readable(number) { number.to_string() } else { format!("{number:e}") }
+}
+
 /// The summary a person reads.
 fn readable<S: Real>(case: &Case, solution: &Solution<S>, measures: &Measures<S>, summary: &Summary) -> String {
     let invariants = solution.invariants();
@@ -253,10 +275,11 @@ fn readable<S: Real>(case: &Case, solution: &Solution<S>, measures: &Measures<S>
         count => format!("{count} Newton iterations"),
     };
     let short = |number: S| number.to_f64();
+    let six = |number: S| fixed(number.to_f64(), 6);
     // The numbers that a person would compare with others.
     let end = |number: S| match S::IS_EXTENDED {
         true => number.to_decimal(solution.digits),
-        false => format!("{:.15}", number.to_f64()),
+        false => fixed(number.to_f64(), 15),
     };
     let digits = if S::IS_EXTENDED { format!(", {} digits", solution.digits) } else { String::new() };
     let (action, but_last, charge_at_last) = match solution.form {
@@ -279,28 +302,28 @@ fn readable<S: Real>(case: &Case, solution: &Solution<S>, measures: &Measures<S>
             "  scheme     {} {}, {system}, {nodes} on gamma in [{}, {}]{digits}: {iterations}, {:.3} ms",
             summary.sbp,
             solution.form.as_str(),
-            short(solution.gamma_i),
-            short(solution.gamma_f()),
+            plain(short(solution.gamma_i)),
+            plain(short(solution.gamma_f())),
             1e3 * summary.solve_seconds
         ),
         format!("  end        t = {}, x = {}{estimate}", end(solution.end.t), end(solution.end.x)),
         format!(
-            "  Q_t        {:.6}; |dQ_t| <= {:.1e} at all nodes{charge_at_last}",
-            short(invariants.q_t),
+            "  Q_t        {}; |dQ_t| <= {:.1e} at all nodes{charge_at_last}",
+            six(invariants.q_t),
             short(measures.max_abs_delta_q_t_interior),
         ),
         format!(
-            "  K          {:.6}; |dK| <= {:.2e} at all nodes{but_last}, {:.2e} at {ends} handed on",
-            short(invariants.k),
+            "  K          {}; |dK| <= {:.2e} at all nodes{but_last}, {:.2e} at {ends} handed on",
+            six(invariants.k),
             short(measures.max_abs_delta_k),
             short(measures.max_abs_delta_k_ends)
         ),
         format!(
-            "  certified  |grad {action}| <= {:.1e}; sawtooth in x {}; H_BVP = {:.6}, Q_t (t_f - t_i) = {:.6}",
+            "  certified  |grad {action}| <= {:.1e}; sawtooth in x {}; H_BVP = {}, Q_t (t_f - t_i) = {}",
             short(solution.gradient_norm),
             measures.sawtooth.map_or("not measurable".to_owned(), |s| format!("{:.1e}", short(s))),
-            short(measures.bound.h_bvp),
-            short(measures.bound.h_bvp_bound)
+            six(measures.bound.h_bvp),
+            six(measures.bound.h_bvp_bound)
         ),
     ];
     lines.join("\n") + "\n"

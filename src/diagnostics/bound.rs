@@ -1,5 +1,6 @@
 //! The stability bound of the paper.
 
+use crate::geodesic::Invariants;
 use crate::sbp::RegularisedOperator;
 use crate::scalar::{Real, sum};
 use crate::solve::{Solution, WindowNodes};
@@ -13,9 +14,25 @@ pub struct Bound<S = f64> {
     pub h_bvp: S,
     /// Q_t (t_N − t_i).
     pub h_bvp_bound: S,
+    /// ½ K (γ_f − γ_i), by which the continuum stays below it.
+    pub distance: S,
 }
 
+/// A null world-line meets its bound, to rounding: half the digits of `f64` are none of the grid's doing.
+const ROUNDING: f64 = 1e-12;
+
 impl<S: Real> Bound<S> {
+    /// Whether H_BVP ≤ Q_t (t_N − t_i) on the grid.
+    pub fn is_kept(&self) -> bool {
+        let allowed = S::from(ROUNDING) * self.h_bvp_bound.abs();
+        self.h_bvp <= self.h_bvp_bound + allowed
+    }
+
+    /// What the exact form is off by on the grid: H_BVP − Q_t (t_N − t_i) + ½ K (γ_f − γ_i).
+    pub fn defect(&self) -> S {
+        (self.h_bvp - self.h_bvp_bound) + self.distance
+    }
+
     /// From a solution and g00 on its nodes.
     pub(super) fn new(solution: &Solution<S>, g00: &[S]) -> Self {
         let (mut t_dot, mut x_dot) = (Vec::new(), Vec::new());
@@ -32,11 +49,19 @@ impl<S: Real> Bound<S> {
         };
         let h_bvp = sum(solution.views().map(of_window));
         let begun = solution.windows.first().map_or(S::ZERO, |window| window.start.t);
-        Self { h_bvp, h_bvp_bound: solution.invariants().q_t * (solution.duration() - begun) }
+        let length = solution.windows.last().map_or(S::ZERO, |window| window.gamma[1])
+            - solution.windows.first().map_or(S::ZERO, |window| window.gamma[0]);
+        let Invariants { q_t, k } = solution.invariants();
+        let h_bvp_bound = q_t * (solution.duration() - begun);
+        Self { h_bvp, h_bvp_bound, distance: (k * length).half() }
     }
 
     /// The sums over a run of which these, and then the `next` ones, are the parts.
     pub(super) fn followed_by(self, next: Self) -> Self {
-        Self { h_bvp: self.h_bvp + next.h_bvp, h_bvp_bound: self.h_bvp_bound + next.h_bvp_bound }
+        Self {
+            h_bvp: self.h_bvp + next.h_bvp,
+            h_bvp_bound: self.h_bvp_bound + next.h_bvp_bound,
+            distance: self.distance + next.distance,
+        }
     }
 }

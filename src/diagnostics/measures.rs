@@ -4,16 +4,11 @@ use super::bound::Bound;
 use super::charges::{Charges, FreeParticleCharges};
 use super::residuals::GeodesicResiduals;
 use super::sawtooth;
+use super::scales::Scales;
+use crate::metric::MetricSamples;
 use crate::norm::max_abs;
 use crate::scalar::Real;
 use crate::solve::{Solution, WindowNodes};
-
-/// A drift of K by more than this share means that x is not resolved.
-const LARGE_DRIFT: f64 = 0.1;
-
-/// Newton's method in `f64` ends with a step below this share, which leaves half as many zeros more; a larger one means that
-/// rounding has ended it.
-const SMALL_CORRECTION: f64 = 1e-8;
 
 /// Extremes of the deviations over a run.
 ///
@@ -40,6 +35,8 @@ pub struct Measures<S = f64> {
     pub sawtooth: Option<S>,
     /// H_BVP and what bounds it.
     pub bound: Bound<S>,
+    /// What the motion is like.
+    pub scales: Scales,
     /// Largest distance between the branches in t or x, if the doubled system was solved.
     pub branch_distance: Option<S>,
     /// Q_x and Q_η, if the potential vanishes.
@@ -49,7 +46,7 @@ pub struct Measures<S = f64> {
 impl<S: Real> Measures<S> {
     pub(super) fn new(
         solution: &Solution<S>,
-        g00: &[S],
+        metric: &MetricSamples<S>,
         [t_dot, x_dot]: [&[S]; 2],
         charges: &Charges<S>,
         residuals: &GeodesicResiduals<S>,
@@ -75,7 +72,8 @@ impl<S: Real> Measures<S> {
             max_abs_delta_k: largest(&charges.delta_k, &exact),
             max_abs_delta_k_ends: max_abs(&charges.delta_k_ends),
             sawtooth: solution.views().filter_map(sawtooth_of).reduce(S::max),
-            bound: Bound::new(solution, g00),
+            bound: Bound::new(solution, &metric.g00),
+            scales: Scales::new(solution, metric, x_dot),
             branch_distance: solution.backward.as_ref().map(|_| solution.branch_distance()),
             free_particle: FreeParticleCharges::new(solution, t_dot, x_dot),
         }
@@ -94,45 +92,14 @@ impl<S: Real> Measures<S> {
             max_abs_delta_k_ends: self.max_abs_delta_k_ends.max(next.max_abs_delta_k_ends),
             sawtooth: either(self.sawtooth, next.sawtooth),
             bound: self.bound.followed_by(next.bound),
+            scales: self.scales.followed_by(next.scales),
             branch_distance: either(self.branch_distance, next.branch_distance),
             free_particle: self.free_particle.zip(next.free_particle).map(|(a, b)| a.max(b)),
         }
-    }
-
-    /// What in these numbers says that the trajectory should not be believed, a sentence each.
-    pub fn warnings(&self, solution: &Solution<S>) -> Vec<String> {
-        let k = solution.invariants().k.to_f64();
-        let mut warnings = Vec::new();
-        let drift = self.max_abs_delta_k.to_f64();
-        if drift > LARGE_DRIFT * k.abs() {
-            warnings.push(format!(
-                "K drifts by {drift:.2e} of {k:.2e}: x is not resolved, however exact Q_t is; raise n_gamma or windows, or \
-                 use an operator of higher order"
-            ));
-        }
-        if let Some(reached) = short_of_digits(solution) {
-            warnings.push(format!(
-                "the iteration ends at the rounding of the arithmetic: about {reached} of {} digits are certain; the \
-                 physical limit, or more digits, have more",
-                solution.digits
-            ));
-        }
-        if k >= 0.0 && self.bound.h_bvp > self.bound.h_bvp_bound {
-            let [h_bvp, h_bvp_bound] = [self.bound.h_bvp, self.bound.h_bvp_bound].map(S::to_f64);
-            warnings.push(format!("H_BVP = {h_bvp:.3e} exceeds its bound Q_t (t_f - t_i) = {h_bvp_bound:.3e}"));
-        }
-        warnings
     }
 }
 
 /// The largest; NaN if any is.
 fn largest<S: Real>(values: impl Iterator<Item = S>) -> S {
     values.fold(S::ZERO, |largest, value| max_abs(&[largest, value]))
-}
-
-/// The digits that the last correction left unchanged, if they are fewer than were asked for.
-fn short_of_digits<S: Real>(solution: &Solution<S>) -> Option<u32> {
-    let reached = -solution.last_correction.log10();
-    let wanted = if S::IS_EXTENDED { f64::from(solution.digits) } else { -SMALL_CORRECTION.log10() };
-    (solution.last_correction > 0.0 && reached < wanted).then_some(reached.max(0.0) as u32)
 }

@@ -5,12 +5,15 @@ mod charges;
 mod measures;
 mod residuals;
 mod sawtooth;
+mod scales;
+mod warnings;
 
 pub use bound::Bound;
 pub use charges::{Charges, FreeParticleCharges};
 pub use measures::Measures;
 pub use residuals::GeodesicResiduals;
 pub use sawtooth::sawtooth;
+pub use scales::Scales;
 
 use crate::scalar::Real;
 use crate::solve::{Solution, WindowNodes};
@@ -38,7 +41,7 @@ impl<S: Real> Diagnostics<S> {
         let metric = solution.metric.sample(&solution.x).expect("a solution lies inside the domain");
         let charges = Charges::new(solution, &metric.g00, &t_dot, &x_dot);
         let residuals = GeodesicResiduals::new(solution, &metric, &t_dot, &x_dot);
-        let measures = Measures::new(solution, &metric.g00, [&t_dot, &x_dot], &charges, &residuals);
+        let measures = Measures::new(solution, &metric, [&t_dot, &x_dot], &charges, &residuals);
         Self { t_dot, x_dot, charges, residuals, measures }
     }
 }

@@ -12,6 +12,16 @@ pub fn sawtooth<S: Real>(u: &[S]) -> Option<S> {
     u.windows(5).map(fourth_difference).reduce(S::max)
 }
 
+/// max_k |δ⁶u_k| / 64: of A(−1)^k again A, of a smooth u h⁶|u⁗″|/64. `None` with fewer than seven nodes.
+pub(super) fn sixth_difference<S: Real>(u: &[S]) -> Option<S> {
+    let [six, fifteen, twenty, share] = [6.0, 15.0, 20.0, 1.0 / 64.0].map(S::from);
+    let difference = |w: &[S]| {
+        let even = w[0] + w[6] + fifteen * (w[2] + w[4]);
+        share * (even - six * (w[1] + w[5]) - twenty * w[3]).abs()
+    };
+    u.windows(7).map(difference).reduce(S::max)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -24,5 +34,7 @@ mod tests {
         let rough: Vec<f64> = (0..20).map(|k| cubic(k) + if k % 2 == 0 { 0.25 } else { -0.25 }).collect();
         assert_eq!(sawtooth(&rough), Some(0.25));
         assert_eq!(sawtooth(&rough[..4]), None);
+        assert_eq!((sixth_difference(&smooth), sixth_difference(&rough)), (Some(0.0), Some(0.25)));
+        assert_eq!(sixth_difference(&rough[..6]), None);
     }
 }

@@ -5,14 +5,16 @@ mod convergence;
 mod files;
 mod number;
 pub mod pictures;
+mod stability;
 mod summary;
 mod tables;
 mod work_precision;
 
-pub use chart::{Chart, Ink, Mark, Scale, Series};
+pub use chart::{Chart, Ink, Kind, Map, Mark, Panel, Scale, Series, Sign};
 pub use convergence::{ConvergenceSummary, write_convergence, write_slopes};
 pub use files::OutputSet;
 pub use number::Number;
+pub use stability::{Border, Onset, StabilitySummary, borders, onsets, write_stability};
 pub use summary::{Outcome, Summary};
 pub use tables::{write_branches, write_combined, write_residuals, write_samples, write_trajectory};
 pub use work_precision::{WorkPrecisionSummary, read_rows, write_drift, write_work_precision};

@@ -99,6 +99,10 @@ pub struct Solved {
     pub h_bvp: Number,
     /// Q_t (t_N − t_i).
     pub h_bvp_bound: Number,
+    /// Whether H_BVP stays below it.
+    pub h_bvp_bound_kept: bool,
+    /// H_BVP − Q_t (t_N − t_i) + ½ K (γ_f − γ_i), which is 0 in the continuum.
+    pub h_bvp_defect: Number,
     /// Largest distance of the two branches (doubled system).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub branch_distance: Option<Number>,
@@ -217,6 +221,8 @@ impl Solved {
             sawtooth: measures.sawtooth.map(number),
             h_bvp: number(measures.bound.h_bvp),
             h_bvp_bound: number(measures.bound.h_bvp_bound),
+            h_bvp_bound_kept: measures.bound.is_kept(),
+            h_bvp_defect: number(measures.bound.defect()),
             branch_distance: measures.branch_distance.map(number),
             max_abs_delta_q_x: measures.free_particle.map(|f| number(f.max_abs_delta_q_x)),
             max_abs_delta_q_eta: measures.free_particle.map(|f| number(f.max_abs_delta_q_eta)),

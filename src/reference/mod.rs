@@ -87,10 +87,37 @@ impl fmt::Display for ReferenceEnds {
 impl std::error::Error for ReferenceEnds {}
 
 /// A trajectory of the geodesic equations with its own error estimate.
+///
+/// It is integrated over γ/unit, with a unit near the length of the run: coefficient j of a series has the size of
+/// γ^−j, and would leave the range of numbers where γ is far from 1. The unit is a power of two and rounds nothing.
 #[derive(Debug, Clone)]
 pub struct ReferenceTrajectory<S = f64> {
     steps: Steps<S>,
+    unit: S,
     error_estimate: f64,
+}
+
+/// The steps over γ/unit.
+fn integrate<S: Real>(
+    metric: &Metric<S>,
+    initial: InitialData<S>,
+    goal: Goal<S>,
+    unit: S,
+    accuracy: Accuracy,
+) -> Result<Steps<S>, ReferenceEnds> {
+    let stretched = InitialData { t_dot: initial.t_dot * unit, x_dot: initial.x_dot * unit, ..initial };
+    let goal = match goal {
+        Goal::Gamma(length) => Goal::Gamma(length / unit),
+        Goal::Time(duration) => Goal::Time(duration),
+    };
+    Steps::integrate(metric, stretched, goal, accuracy)
+        .map_err(|end| ReferenceEnds { gamma: end.gamma * unit.to_f64(), ..end })
+}
+
+/// The power of two near a length.
+fn unit_of<S: Real>(length: S) -> S {
+    let unit = length.to_f64().abs().log2().round().exp2();
+    S::from(if unit.is_normal() { unit } else { 1.0 })
 }
 
 impl<S: Real> ReferenceTrajectory<S> {
@@ -100,10 +127,11 @@ impl<S: Real> ReferenceTrajectory<S> {
     /// # Errors
     /// [`ReferenceEnds`] if it meets g00 ≤ 0 or a singularity of V.
     pub fn new(metric: &Metric<S>, initial: InitialData<S>, length: S, digits: u32) -> Result<Self, ReferenceEnds> {
-        let steps = Steps::integrate(metric, initial, Goal::Gamma(length), accuracy(digits))?;
-        let check = Steps::integrate(metric, initial, Goal::Gamma(length), check_accuracy(digits))?;
+        let (goal, unit) = (Goal::Gamma(length), unit_of(length));
+        let steps = integrate(metric, initial, goal, unit, accuracy(digits))?;
+        let check = integrate(metric, initial, goal, unit, check_accuracy(digits))?;
         let error_estimate = steps.distance(&check);
-        Ok(Self { steps, error_estimate })
+        Ok(Self { steps, unit, error_estimate })
     }
 
     /// The same by series of `order` whose last terms are `digits` decimal digits below the first, and without the second
@@ -119,8 +147,9 @@ impl<S: Real> ReferenceTrajectory<S> {
         digits: u32,
     ) -> Result<Self, ReferenceEnds> {
         let accuracy = Accuracy { order, share: 1.0, digits };
-        let steps = Steps::integrate(metric, initial, Goal::Gamma(length), accuracy)?;
-        Ok(Self { steps, error_estimate: f64::INFINITY })
+        let unit = unit_of(length);
+        let steps = integrate(metric, initial, Goal::Gamma(length), unit, accuracy)?;
+        Ok(Self { steps, unit, error_estimate: f64::INFINITY })
     }
 
     /// The value of γ − γ_i at which t − t_i = `duration`.
@@ -133,7 +162,8 @@ impl<S: Real> ReferenceTrajectory<S> {
         duration: S,
         digits: u32,
     ) -> Result<S, ReferenceEnds> {
-        Steps::integrate(metric, initial, Goal::Time(duration), accuracy(digits)).map(|steps| steps.end())
+        let unit = unit_of(duration / initial.t_dot);
+        integrate(metric, initial, Goal::Time(duration), unit, accuracy(digits)).map(|steps| steps.end() * unit)
     }
 
     /// The largest difference in t or x, relative to the largest |t − t_i| or |x|, between this trajectory and one of
@@ -149,6 +179,7 @@ impl<S: Real> ReferenceTrajectory<S> {
 
     /// The point at γ − γ_i = `gamma`, inside the range it was made for.
     pub fn at(&self, gamma: S) -> ReferencePoint<S> {
-        self.steps.at(gamma)
+        let ReferencePoint { elapsed, x, t_dot, x_dot } = self.steps.at(gamma / self.unit);
+        ReferencePoint { elapsed, x, t_dot: t_dot / self.unit, x_dot: x_dot / self.unit }
     }
 }

@@ -8,6 +8,7 @@ pub mod coefficients;
 pub mod gll;
 mod name;
 mod regularised;
+pub mod symbol;
 
 pub use coefficients::Coefficients;
 pub use name::SbpName;

@@ -17,6 +17,7 @@ mod sampling;
 mod sbp_identities;
 mod shipped_cases;
 mod spectral_elements;
+mod stability;
 mod weak;
 mod window_by_window;
 mod windows;

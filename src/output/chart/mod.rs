@@ -3,7 +3,10 @@
 mod axis;
 mod canvas;
 mod legend;
+mod map;
 mod trace;
+
+pub use map::{Kind, Map, Panel, Sign};
 
 use plotters::coord::CoordTranslate;
 use plotters::prelude::*;

@@ -1,7 +1,9 @@
 //! The pictures of `--plot`: what the paper draws, from solutions, their diagnostics and a reference.
 
+mod stability;
 mod work_precision;
 
+pub use stability::{last_node, sawtooth_onset, stability_map};
 pub use work_precision::{WorkAxis, drift, work_precision};
 
 use super::chart::{Chart, Ink, Mark, Scale, Series};

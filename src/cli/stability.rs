@@ -1,0 +1,191 @@
+//! `stability CASE`.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::AtomicBool;
+
+use anyhow::Context;
+use clap::Args;
+use geodesic_ivp::output::{OutputSet, StabilitySummary, pictures, write_stability};
+use geodesic_ivp::study::convergence::SweepError;
+use geodesic_ivp::study::stability::{Atlas, Cell, CellStatus, Limit, Method, Plan, Scene, measure};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::interrupt::{self, INTERRUPTED};
+use super::{CaseArgs, report};
+
+const STABILITY: &str = "stability.csv";
+const SUMMARY: &str = "summary.json";
+const MAP: &str = "map.svg";
+const MAP_OTHERS: &str = "map_others.svg";
+const ONSET: &str = "sawtooth.svg";
+const LAST_NODE: &str = "last_node.svg";
+const PICTURES: [&str; 4] = [MAP, MAP_OTHERS, ONSET, LAST_NODE];
+
+#[derive(Debug, Args)]
+pub(super) struct StabilityArgs {
+    #[command(flatten)]
+    case: CaseArgs,
+
+    /// Directory for the result files [default: results/<case file stem>]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+
+    /// Methods to chart, by their names in the table (with the form) or the beginning of one [default: all]
+    #[arg(long, value_name = "NAME,NAME,…", value_delimiter = ',')]
+    methods: Vec<String>,
+
+    /// Lengths in gamma [default: round numbers from a third of the fastest oscillation to some 160, and the case's own]
+    #[arg(long, value_name = "L,L,…", value_delimiter = ',', value_parser = positive)]
+    gamma_f: Vec<f64>,
+
+    /// Lengths by the tangent: values of dt/dgamma at the start, with dx/dt kept [default: the case's own]
+    #[arg(long, value_name = "T,T,…", value_delimiter = ',', value_parser = positive)]
+    t_dot: Vec<f64>,
+
+    /// Steps in gamma [default: round numbers with delta_gamma omega from 0.02 to 2]
+    #[arg(long, value_name = "H,H,…", value_delimiter = ',', value_parser = positive)]
+    delta_gamma: Vec<f64>,
+
+    /// Also draw the maps, the beginning of the sawtooth and the charge at the last node as SVG
+    #[arg(long)]
+    plot: bool,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let parsed = text.trim().parse().ok().filter(|&value: &f64| value > 0.0 && value.is_finite());
+    parsed.ok_or_else(|| "expected a positive number".to_owned())
+}
+
+pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
+    let case = &args.case.read()?;
+    let methods = chosen(&args.methods)?;
+    let directory = args.out.clone().unwrap_or_else(|| args.case.default_output());
+    let files = OutputSet::open(&directory, &[&[STABILITY, SUMMARY], &PICTURES[..]].concat())?;
+    let cancel = interrupt::flag()?;
+    let t_dot = case.initial_data::<f64>().t_dot;
+    let tangents = match args.t_dot[..] {
+        [] => vec![1.0],
+        ref values => values.iter().map(|value| value / t_dot).collect(),
+    };
+    let lengths: Vec<f64> =
+        args.gamma_f.iter().flat_map(|length| tangents.iter().map(move |tangent| length * tangent)).collect();
+    let scene = match Scene::new(case, &lengths) {
+        Ok(scene) => scene,
+        Err(end) => {
+            // Without a reference nothing can be judged, and the results of an earlier run must not stand for it.
+            files.commit(|_| false)?;
+            return Err(SweepError::from(end).into());
+        }
+    };
+    let or = |given: &[f64], default: Vec<f64>| if given.is_empty() { default } else { ascending(given) };
+    let plan = Plan {
+        methods,
+        lengths: or(&args.gamma_f, scene.default_lengths()),
+        tangents,
+        spacings: or(&args.delta_gamma, scene.default_spacings()),
+    };
+    let atlas = measure_with_progress(&scene, &plan, &cancel, args.case.quiet);
+    write_stability(files.writer(STABILITY), &atlas.cells).context("cannot write stability.csv")?;
+    files.write_text(SUMMARY, &StabilitySummary::new(case, &scene, &plan, &atlas).to_json())?;
+    let title = case.title.as_deref().unwrap_or("Stability");
+    if args.plot {
+        let own = |own: bool| plan.methods.iter().filter(|method| method.is_own() == own).cloned().collect::<Vec<_>>();
+        files.write_text(MAP, &pictures::stability_map(title, &scene, &own(true), &atlas.cells).to_svg())?;
+        files.write_text(MAP_OTHERS, &pictures::stability_map(title, &scene, &own(false), &atlas.cells).to_svg())?;
+        files.write_text(ONSET, &pictures::sawtooth_onset(title, &atlas.cells).to_svg())?;
+        files.write_text(LAST_NODE, &pictures::last_node(title, &atlas.cells).to_svg())?;
+    }
+    files.commit(|name| args.plot || !PICTURES.contains(&name))?;
+    if !args.case.quiet {
+        io::stdout().write_all(readable(title, &scene, &plan, &atlas, &directory).as_bytes())?;
+    }
+    if atlas.interrupted {
+        let rows = atlas.cells.len();
+        report::warn(&format!("interrupted: {rows} cells were finished and are in {}", directory.display()));
+        return Ok(ExitCode::from(INTERRUPTED));
+    }
+    Ok(ending(&atlas))
+}
+
+/// 3 or 4 if no cell has a result.
+fn ending(atlas: &Atlas) -> ExitCode {
+    let all = |statuses: &[CellStatus]| atlas.cells.iter().all(|cell| statuses.contains(&cell.status));
+    if all(&[CellStatus::NoCriticalPoint]) {
+        report::warn("no method has a result on any grid: choose smaller --delta-gamma, or shorter --gamma-f");
+        return ExitCode::from(report::NO_CRITICAL_POINT);
+    }
+    if all(&[CellStatus::OutsideDomain, CellStatus::NoCriticalPoint]) {
+        report::warn("the geodesic leaves the domain on every grid: choose shorter --gamma-f");
+        return ExitCode::from(report::OUTSIDE_DOMAIN);
+    }
+    ExitCode::SUCCESS
+}
+
+fn ascending(values: &[f64]) -> Vec<f64> {
+    let mut values = values.to_vec();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    values
+}
+
+/// The methods whose labels begin with one of `names`.
+fn chosen(names: &[String]) -> anyhow::Result<Vec<Method>> {
+    let all = Method::all();
+    if names.is_empty() {
+        return Ok(all);
+    }
+    let begins = |method: &Method, name: &str| method.label().to_lowercase().starts_with(&name.trim().to_lowercase());
+    if let Some(name) = names.iter().find(|name| !all.iter().any(|method| begins(method, name))) {
+        let known: Vec<String> = all.iter().map(Method::label).collect();
+        anyhow::bail!(report::Usage(format!("no method is called '{name}'; there are {}", known.join(", "))));
+    }
+    Ok(all.into_iter().filter(|method| names.iter().any(|name| begins(method, name))).collect())
+}
+
+/// Measures with a bar on a terminal's standard error; an interrupt lets running cells finish and starts no more, a
+/// second one ends the program at once.
+fn measure_with_progress(scene: &Scene, plan: &Plan, cancel: &AtomicBool, quiet: bool) -> Atlas {
+    let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(plan.grids() as u64) };
+    bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} cells {msg}").expect("the template is valid"));
+    let atlas = measure(scene, plan, cancel, &|cell: Option<&Cell>| {
+        if let Some(cell) = cell {
+            bar.set_message(format!("last: {} {}", cell.method.label(), cell.status.label()));
+        }
+        bar.inc(1);
+    });
+    bar.finish_and_clear();
+    atlas
+}
+
+fn readable(title: &str, scene: &Scene, plan: &Plan, atlas: &Atlas, directory: &Path) -> String {
+    let mut text = format!(
+        "{title}: {} cells; largest local frequency {:.4e}; reference to {:.0e}\n",
+        atlas.cells.len(),
+        scene.omega(),
+        scene.reference_error()
+    );
+    if let Some(end) = scene.ends() {
+        text += &format!("  {end}\n");
+    }
+    text += "  method                limit";
+    for status in CellStatus::ALL {
+        text += &format!("  {}", status.label());
+    }
+    text += "\n";
+    for method in &plan.methods {
+        let limit = match method.limit() {
+            Limit::Step(step) => format!("{step:.3}"),
+            Limit::None => "none".to_owned(),
+            Limit::Adaptive => "-".to_owned(),
+        };
+        text += &format!("  {:<20}  {limit:>5}", method.label());
+        for status in CellStatus::ALL {
+            let count = atlas.cells.iter().filter(|cell| cell.method == *method && cell.status == status).count();
+            text += &format!("  {count:>width$}", width = status.label().len());
+        }
+        text += "\n";
+    }
+    text + &format!("  written   {}: {STABILITY}, {SUMMARY}\n", directory.display())
+}

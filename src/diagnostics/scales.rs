@@ -1,0 +1,78 @@
+//! What a motion is like: its size, its speed, its frequencies. Deviations are large or small against these.
+
+use super::sawtooth::sixth_difference;
+use crate::geodesic::acceleration_slope;
+use crate::metric::MetricSamples;
+use crate::scalar::Real;
+use crate::solve::Solution;
+
+/// Extremes over the nodes of a run, for judging, hence in `f64`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scales {
+    /// Least and greatest x.
+    pub x_range: [f64; 2],
+    /// Largest |dx/dγ|, but for the last node of windows in the strong form.
+    pub x_dot: f64,
+    /// Largest local frequency: ω² = −dẍ/dx where that is positive, or 0.
+    pub omega: f64,
+    /// Largest (mean) spacing of the nodes of a window.
+    pub spacing: f64,
+    /// Largest |V|/mc².
+    pub potential: f64,
+    /// Least g00/c².
+    pub g00: f64,
+    /// Largest sixth difference of x in a window, 1/64 of it: of a pure sawtooth its amplitude, of a smooth motion far less
+    /// than the fourth one. None with too few nodes, and for spectral elements.
+    pub sixth_difference: Option<f64>,
+}
+
+impl Scales {
+    pub(super) fn new<S: Real>(solution: &Solution<S>, metric: &MetricSamples<S>, x_dot: &[S]) -> Self {
+        let q_t = solution.invariants().q_t;
+        let least = |a: f64, b: f64| if b < a { b } else { a };
+        let most = |a: f64, b: f64| if b > a { b } else { a };
+        let x = || solution.x.iter().map(|x| x.to_f64());
+        let squares = (metric.g00.iter().zip(&metric.first).zip(&metric.second))
+            .map(|((&g00, &first), &second)| -acceleration_slope(q_t, g00, first, second).to_f64());
+        let c_squared = solution.metric.c_squared().to_f64();
+        let g00 = || metric.g00.iter().map(|g00| g00.to_f64() / c_squared);
+        let exact = solution.views().flat_map(|view| x_dot[view.nodes()][..view.exact_nodes()].iter());
+        let sixth = solution.views().filter(|view| view.sbp.is_equidistant());
+        Self {
+            x_range: [x().fold(f64::INFINITY, least), x().fold(f64::NEG_INFINITY, most)],
+            x_dot: exact.map(|x_dot| x_dot.to_f64().abs()).fold(0.0, most),
+            omega: squares.fold(0.0, most).sqrt(),
+            spacing: solution.views().map(|view| view.sbp.spacing().to_f64()).fold(0.0, most),
+            // g00 = c² + 2V/m.
+            potential: g00().map(|g00| 0.5 * (g00 - 1.0).abs()).fold(0.0, most),
+            g00: g00().fold(f64::INFINITY, least),
+            sixth_difference: sixth
+                .filter_map(|view| sixth_difference(&view.x[..view.exact_nodes()]))
+                .map(S::to_f64)
+                .reduce(most),
+        }
+    }
+
+    /// Half the range of x.
+    pub fn amplitude(&self) -> f64 {
+        0.5 * (self.x_range[1] - self.x_range[0])
+    }
+
+    /// Δγω.
+    pub fn step(&self) -> f64 {
+        self.spacing * self.omega
+    }
+
+    /// Of a run of which these, and then the `next` ones, are parts.
+    pub(super) fn followed_by(self, next: Self) -> Self {
+        Self {
+            x_range: [self.x_range[0].min(next.x_range[0]), self.x_range[1].max(next.x_range[1])],
+            x_dot: self.x_dot.max(next.x_dot),
+            omega: self.omega.max(next.omega),
+            spacing: self.spacing.max(next.spacing),
+            potential: self.potential.max(next.potential),
+            g00: self.g00.min(next.g00),
+            sixth_difference: self.sixth_difference.into_iter().chain(next.sixth_difference).reduce(f64::max),
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! What in the numbers of a run says that its trajectory should not be believed: a sentence each, with the number, its
+//! threshold and the remedy.
+//!
+//! | warning | threshold | reason |
+//! |---|---|---|
+//! | sawtooth | 1 % of the amplitude of x, and a sixth difference of half the fourth | the same 1 % that the atlas calls inaccurate; a smooth motion on a grid that resolves it loses with every two differences |
+//! | K drifts | a tenth of the largest ẋ² | K = g00 ṫ² − ẋ² is the orbit: its own size may be that of c² and hides a change of speed |
+//! | Δγω | half the operator's largest symbol; π/2 for a spectral element | at the limit nothing oscillates any more; half of it is seven nodes a turn (SBP84) to thirteen (SBP21, whose phase is off by 0.3 a turn there) |
+//! | strong field | \|V\| > mc², or g00 < c²/100 | g00 = c² + 2V/m is meant for \|V\| ≪ mc²; the paper's quartic case has \|V\| = mc²/2 and stays silent |
+//! | bound | H_BVP > Q_t (t_f − t_i) with K ≥ 0 | the continuum keeps it |
+
+use std::f64::consts::FRAC_PI_2;
+
+use super::Measures;
+use crate::sbp::symbol::largest_symbol;
+use crate::scalar::Real;
+use crate::solve::Solution;
+
+/// A drift of K by more than this share of ẋ² means that x is not resolved.
+const LARGE_DRIFT: f64 = 0.1;
+/// Even and odd nodes apart by this share of the amplitude of x.
+const LARGE_SAWTOOTH: f64 = 1e-2;
+/// The sixth difference of a sawtooth is as large as the fourth, that of a smooth motion (Δγω)²/4 of it.
+const ROUGH: f64 = 0.5;
+/// Share of the limit of linear theory.
+const NEAR_THE_LIMIT: f64 = 0.5;
+/// |V|/mc².
+const STRONG_FIELD: f64 = 1.0;
+/// g00/c².
+const NEAR_A_HORIZON: f64 = 1e-2;
+/// Newton's method in `f64` ends with a step below this share, which leaves half as many zeros more; a larger one means that
+/// rounding has ended it.
+const SMALL_CORRECTION: f64 = 1e-8;
+
+impl<S: Real> Measures<S> {
+    /// What in these numbers says that the trajectory should not be believed, a sentence each.
+    pub fn warnings(&self, solution: &Solution<S>) -> Vec<String> {
+        let found = [
+            self.sawtooth_warning(),
+            self.drift_warning(solution),
+            self.step_warning(solution),
+            self.field_warning(),
+            rounding_warning(solution),
+            self.bound_warning(solution),
+        ];
+        found.into_iter().flatten().collect()
+    }
+
+    fn sawtooth_warning(&self) -> Option<String> {
+        let (sawtooth, sixth) = (self.sawtooth?.to_f64(), self.scales.sixth_difference?);
+        let allowed = LARGE_SAWTOOTH * self.scales.amplitude();
+        (sawtooth > allowed && sixth > ROUGH * sawtooth).then(|| {
+            format!(
+                "even and odd nodes are apart: the sawtooth in x is {sawtooth:.1e}, above {LARGE_SAWTOOTH} of the \
+                 amplitude = {allowed:.1e}; use an operator of higher order or a weak form in windows, or raise n_gamma"
+            )
+        })
+    }
+
+    fn drift_warning(&self, solution: &Solution<S>) -> Option<String> {
+        let (drift, x_dot) = (self.max_abs_delta_k.max(self.max_abs_delta_k_ends).to_f64(), self.scales.x_dot);
+        let (size, name) = match x_dot > 0.0 {
+            true => (x_dot * x_dot, "the largest x_dot^2"),
+            false => (solution.invariants().k.to_f64().abs(), "K"),
+        };
+        (drift > LARGE_DRIFT * size).then(|| {
+            format!(
+                "K drifts by {drift:.2e}, above {LARGE_DRIFT} of {name} = {size:.2e}: x is not resolved, however exact Q_t \
+                 is; raise n_gamma or windows, or use an operator of higher order"
+            )
+        })
+    }
+
+    fn step_warning(&self, solution: &Solution<S>) -> Option<String> {
+        let (step, sbp) = (self.scales.step(), solution.sbp_name);
+        let allowed = match sbp.coefficients() {
+            Some(table) => NEAR_THE_LIMIT * largest_symbol(table),
+            None => FRAC_PI_2,
+        };
+        (step > allowed).then(|| {
+            let factor = step / allowed;
+            format!(
+                "delta_gamma times the largest local frequency is {step:.2}, above {allowed:.2}, half the limit of {sbp}: raise \
+                 n_gamma or windows by a factor of {factor:.1} or more"
+            )
+        })
+    }
+
+    fn field_warning(&self) -> Option<String> {
+        let (potential, g00) = (self.scales.potential, self.scales.g00);
+        if potential > STRONG_FIELD {
+            return Some(format!(
+                "|V| reaches {potential:.2e} m c^2, above {STRONG_FIELD}: g00 = c^2 + 2V/m is meant for weak fields, and \
+                 x(t) is not the motion of Newton's mechanics; raise c, or read it as a geodesic only"
+            ));
+        }
+        (g00 < NEAR_A_HORIZON).then(|| {
+            format!(
+                "g00 falls to {g00:.1e} c^2, below {NEAR_A_HORIZON}: near a horizon x changes ever faster in gamma; end \
+                 the run earlier, raise c, or ask for solver.accuracy"
+            )
+        })
+    }
+
+    fn bound_warning(&self, solution: &Solution<S>) -> Option<String> {
+        let k = solution.invariants().k.to_f64();
+        (k >= 0.0 && !self.bound.is_kept()).then(|| {
+            let [h_bvp, h_bvp_bound] = [self.bound.h_bvp, self.bound.h_bvp_bound].map(S::to_f64);
+            format!(
+                "H_BVP = {h_bvp:.3e} exceeds its bound Q_t (t_f - t_i) = {h_bvp_bound:.3e} though K = {k:.2e} >= 0: the \
+                 grid is too coarse; raise n_gamma or windows"
+            )
+        })
+    }
+}
+
+fn rounding_warning<S: Real>(solution: &Solution<S>) -> Option<String> {
+    let reached = short_of_digits(solution)?;
+    Some(format!(
+        "the iteration ends at the rounding of the arithmetic: about {reached} of {} digits are certain; the \
+         physical limit, or more digits, have more",
+        solution.digits
+    ))
+}
+
+/// The digits that the last correction left unchanged, if they are fewer than were asked for.
+fn short_of_digits<S: Real>(solution: &Solution<S>) -> Option<u32> {
+    let reached = -solution.last_correction.log10();
+    let wanted = if S::IS_EXTENDED { f64::from(solution.digits) } else { -SMALL_CORRECTION.log10() };
+    (solution.last_correction > 0.0 && reached < wanted).then_some(reached.max(0.0) as u32)
+}

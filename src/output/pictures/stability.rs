@@ -1,0 +1,176 @@
+//! The atlas: a small map a method, where the sawtooth begins, and the charge at the last node.
+
+use crate::case::Form;
+use crate::output::chart::{Chart, Ink, Kind, Map, Mark, Panel, Scale, Series, Sign};
+use crate::output::stability::onsets;
+use crate::study::stability::{Cell, CellStatus, Limit, Method, Scene};
+
+/// Ticks of Δγω.
+const TICKS: [f64; 8] = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0];
+
+/// Colours of Okabe and Ito between a pale and a black one; every kind has its own sign too.
+fn kind(status: CellStatus) -> Kind {
+    let (fill, sign) = match status {
+        CellStatus::Accurate => ([205, 229, 243], Sign::Empty),
+        CellStatus::Inaccurate => ([240, 228, 66], Sign::Ring),
+        CellStatus::Sawtooth => ([213, 94, 0], Sign::Zigzag),
+        CellStatus::Drifting => ([230, 159, 0], Sign::Slash),
+        CellStatus::Diverged => ([204, 121, 167], Sign::Cross),
+        CellStatus::NoCriticalPoint => ([128, 128, 128], Sign::Bar),
+        CellStatus::OutsideDomain => ([30, 30, 30], Sign::Square),
+    };
+    Kind { label: status.label().to_owned(), fill, sign }
+}
+
+/// Sorted, each once.
+fn distinct(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    values
+}
+
+fn place(values: &[f64], value: f64) -> Option<usize> {
+    values.iter().position(|&known| known == value)
+}
+
+/// Where `value` lies among logarithmically spaced columns, in columns.
+fn between(columns: &[f64], value: f64) -> Option<f64> {
+    let (first, last) = (columns.first()?, columns.last()?);
+    let step = if columns.len() > 1 { (last / first).ln() / (columns.len() - 1) as f64 } else { 1.0 };
+    // Inside by pieces, outside at the mean distance.
+    let inside = columns.windows(2).zip(0..).find(|(pair, _)| pair[0] <= value && value <= pair[1]);
+    Some(match inside {
+        Some((pair, k)) => f64::from(k) + 0.5 + (value / pair[0]).ln() / (pair[1] / pair[0]).ln(),
+        None if value < *first => 0.5 - (first / value).ln() / step,
+        None => columns.len() as f64 - 0.5 + (value / last).ln() / step,
+    })
+}
+
+/// The maps of `methods`: Δγω (tolerances of adaptive methods) against length, a cell each.
+pub fn stability_map(title: &str, scene: &Scene, methods: &[Method], cells: &[Cell]) -> Map {
+    let length = |cell: &Cell| cell.gamma_f * (cell.t_dot / scene.t_dot());
+    let lengths = distinct(cells.iter().map(length));
+    let panel = |method: &Method| {
+        let settings =
+            distinct(cells.iter().filter(|c| c.method.is_adaptive() == method.is_adaptive()).map(|c| c.setting));
+        let of_cell = |cell: &Cell| {
+            let status = CellStatus::ALL.iter().position(|&status| status == cell.status)?;
+            Some((place(&settings, cell.setting)?, place(&lengths, length(cell))?, status))
+        };
+        let here = cells.iter().filter(|cell| cell.method == *method);
+        let pace = if scene.omega() > 0.0 { scene.omega() } else { scene.pace() };
+        let columns: Vec<f64> = settings.iter().map(|setting| setting * pace).collect();
+        let within = |place: &f64| (0.0..=columns.len() as f64).contains(place);
+        let (limit, ticks) = match method.limit() {
+            Limit::Adaptive => {
+                let label = |(k, setting): (usize, &f64)| (k as f64 + 0.5, format!("{setting:e}"));
+                ("tolerance".to_owned(), settings.iter().enumerate().map(label).collect())
+            }
+            limit => {
+                let tick = |value: f64| Some((between(&columns, value).filter(within)?, value.to_string()));
+                let text = match limit {
+                    Limit::Step(step) if step > 0.0 => format!("≤ {step:.2}"),
+                    Limit::Step(_) => "grows".to_owned(),
+                    _ => "any".to_owned(),
+                };
+                (text, TICKS.into_iter().filter_map(tick).collect())
+            }
+        };
+        Panel {
+            title: format!("{} ({limit})", method.label()),
+            columns: columns.len(),
+            cells: here.filter_map(of_cell).collect(),
+            ticks,
+            // Without an oscillation there is nothing that the limit is one of.
+            line: match method.limit() {
+                Limit::Step(step) if step > 0.0 && scene.omega() > 0.0 => between(&columns, step),
+                _ => None,
+            },
+        }
+    };
+    Map {
+        title: format!("{title}: where methods fail"),
+        x_label: format!(
+            "{}; of adaptive methods the tolerance (in parentheses: what linear theory allows; white: no such grid)",
+            if scene.omega() > 0.0 { "Δγ ω" } else { "Δγ × rate of growth" }
+        ),
+        y_label: "length in γ".to_owned(),
+        rows: lengths.iter().map(|&length| short(length)).collect(),
+        kinds: CellStatus::ALL.map(kind).to_vec(),
+        panels: methods.iter().map(panel).collect(),
+        line_label: "limit of linear theory".to_owned(),
+    }
+}
+
+/// A length for people.
+fn short(length: f64) -> String {
+    if (1e-3..1e5).contains(&length) { format!("{}", (length * 1e4).round() / 1e4) } else { format!("{length:.1e}") }
+}
+
+/// Where on the world-line the sawtooth begins, against Δγω.
+pub fn sawtooth_onset(title: &str, cells: &[Cell]) -> Chart {
+    let mut series: Vec<Series> = Vec::new();
+    // Beyond half the limit of SBP21 it begins at once; other methods have no such mode.
+    let has_mode = |cell: &&Cell| matches!(cell.method, Method::Block(..) | Method::Windows(..));
+    let resolved = |cell: &&Cell| cell.delta_gamma_omega.is_some_and(|at| at <= 0.5);
+    let shown: Vec<Cell> = cells.iter().filter(has_mode).filter(resolved).cloned().collect();
+    for onset in onsets(&shown) {
+        let point = (onset.delta_gamma_omega, onset.gamma);
+        match series.iter_mut().find(|series| series.label == onset.method) {
+            Some(known) => known.points.push(point),
+            None => series.push(Series::new(onset.method, Mark::LineAndPoints, vec![point])),
+        }
+    }
+    for series in &mut series {
+        series.points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    }
+    Chart {
+        title: format!("{title}: where the sawtooth begins"),
+        x_label: "Δγ ω".to_owned(),
+        y_label: "γ − γ_i where it is first seen".to_owned(),
+        x_scale: Scale::Log,
+        y_scale: Scale::Log,
+        series,
+    }
+}
+
+/// Δγω of the spacing whose last node is drawn: the nearest one to this.
+const LAST_NODE_AT: f64 = 0.1;
+
+/// |ΔQ_t| at the last node of strong blocks against length, on one spacing, with the multiplier correction.
+pub fn last_node(title: &str, cells: &[Cell]) -> Chart {
+    let mut series: Vec<(Series, Vec<(f64, f64)>)> = Vec::new();
+    let blocks = || cells.iter().filter(|cell| matches!(cell.method, Method::Block(_, Form::Strong)));
+    let distance = |cell: &&Cell| cell.delta_gamma_omega.map_or(f64::INFINITY, |at| (at / LAST_NODE_AT).ln().abs());
+    let nearest = blocks().min_by(|a, b| distance(a).total_cmp(&distance(b))).map(|cell| cell.setting);
+    for cell in blocks().filter(|cell| Some(cell.setting) == nearest) {
+        let Some([last, corrected]) = cell.numbers.and_then(|numbers| numbers.last_node) else { continue };
+        let label = format!("{} Δγ = {}", cell.method.name(), short(cell.setting));
+        let (point, beside) = ((cell.gamma_f, last.abs()), (cell.gamma_f, corrected.abs()));
+        match series.iter_mut().find(|(known, _)| known.label == label) {
+            Some((known, with)) => {
+                known.points.push(point);
+                with.push(beside);
+            }
+            None => series.push((Series::new(label, Mark::LineAndPoints, vec![point]), vec![beside])),
+        }
+    }
+    let corrected = |points| Series::new("", Mark::Points, points).with_ink(Ink::Neutral);
+    let mut all: Vec<Series> = Vec::new();
+    for (raw, beside) in series {
+        all.push(raw);
+        all.push(corrected(beside));
+    }
+    if let Some(first) = all.get_mut(1) {
+        first.label = "with + λ₇/H_N".to_owned();
+    }
+    Chart {
+        title: format!("{title}: the charge at the last node"),
+        x_label: "γ_f − γ_i".to_owned(),
+        y_label: "|ΔQₜ| at the last node".to_owned(),
+        x_scale: Scale::Log,
+        y_scale: Scale::Log,
+        series: all,
+    }
+}

@@ -1,0 +1,229 @@
+//! The files of `stability`.
+
+use std::io::Write;
+
+use csv::Writer;
+use serde::Serialize;
+
+use crate::case::{Case, Form};
+use crate::study::stability::{
+    ACCURATE, Atlas, Cell, CellStatus, DIVERGED, DRIFTING, Limit, Method, Plan, ROUGHER, SAWTOOTH, Scene,
+};
+
+const COLUMNS: [&str; 13] = [
+    "method",
+    "form",
+    "n_gamma",
+    "gamma_f",
+    "t_dot",
+    "delta_gamma_omega",
+    "status",
+    "delta_k_max",
+    "delta_q_t_max",
+    "error_x_max",
+    "sawtooth",
+    "iterations",
+    "seconds",
+];
+
+/// `stability.csv`, a row a cell; what does not apply or was not measured stays empty, and so does what is not finite.
+///
+/// # Errors
+/// Whatever `out` reports.
+pub fn write_stability(out: impl Write, cells: &[Cell]) -> csv::Result<()> {
+    let mut writer = Writer::from_writer(out);
+    writer.write_record(COLUMNS)?;
+    for cell in cells {
+        let numbers = cell.numbers.as_ref();
+        let whole = |value: Option<usize>| value.map(|value| value.to_string()).unwrap_or_default();
+        let method = match cell.method.is_adaptive() {
+            true => format!("{} tol={:e}", cell.method.name(), cell.setting),
+            false => cell.method.name(),
+        };
+        writer.write_record([
+            method,
+            cell.method.form().map_or("", Form::as_str).to_owned(),
+            whole(cell.n_gamma),
+            number(Some(cell.gamma_f)),
+            number(Some(cell.t_dot)),
+            number(cell.delta_gamma_omega),
+            cell.status.as_str().to_owned(),
+            number(numbers.map(|n| n.delta_k_max)),
+            number(numbers.and_then(|n| n.delta_q_t_max)),
+            number(numbers.and_then(|n| n.error_x_max)),
+            number(numbers.and_then(|n| n.sawtooth)),
+            whole(cell.iterations),
+            number(Some(cell.seconds)),
+        ])?;
+    }
+    writer.flush()?;
+    Ok(())
+}
+
+fn number(value: Option<f64>) -> String {
+    let finite = value.filter(|value| value.is_finite());
+    finite.map(|value| zmij::Buffer::new().format(value).to_owned()).unwrap_or_default()
+}
+
+/// `summary.json` of `stability`.
+#[derive(Debug, Serialize)]
+pub struct StabilitySummary<'a> {
+    /// `complete` or `interrupted`.
+    status: &'static str,
+    version: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    title: Option<&'a str>,
+    omega: f64,
+    reference_error_estimate: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    geodesic_ends: Option<String>,
+    thresholds: Thresholds,
+    cells: usize,
+    methods: Vec<MethodSummary>,
+    last_node: Vec<LastNode>,
+    sawtooth: Vec<Onset>,
+    warnings: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Thresholds {
+    accurate: f64,
+    diverged: f64,
+    sawtooth: f64,
+    sawtooth_above_smooth: f64,
+    drifting: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct MethodSummary {
+    method: String,
+    /// The linear limit of hω: a number, null if there is none; absent for adaptive methods.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    linear_limit: Option<Option<f64>>,
+    /// Number of cells by status.
+    cells: std::collections::BTreeMap<&'static str, usize>,
+    /// For each length the largest Δγω up to which all cells are accurate.
+    accurate_up_to: Vec<Border>,
+}
+
+/// The border of what is accurate.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Border {
+    /// γ_f − γ_i, times ṫ_i in units of the first one charted.
+    pub length: f64,
+    /// Δγω; null if not even the finest cell is accurate.
+    pub delta_gamma_omega: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct LastNode {
+    method: String,
+    n_gamma: Option<usize>,
+    gamma_f: f64,
+    t_dot: f64,
+    delta_q_t_last: f64,
+    delta_q_t_last_corrected: f64,
+}
+
+/// Where along the world-line a sawtooth begins.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Onset {
+    /// Method and form.
+    pub method: String,
+    /// Δγω.
+    pub delta_gamma_omega: f64,
+    /// γ − γ_i.
+    pub gamma: f64,
+}
+
+/// For each length the largest Δγω up to which all cells of `method` are accurate.
+pub fn borders(cells: &[Cell], method: &Method, t_dot: f64) -> Vec<Border> {
+    let mut all: Vec<(f64, Vec<&Cell>)> = Vec::new();
+    for cell in cells.iter().filter(|cell| cell.method == *method) {
+        let length = cell.gamma_f * (cell.t_dot / t_dot);
+        match all.iter_mut().find(|(known, _)| *known == length) {
+            Some((_, row)) => row.push(cell),
+            None => all.push((length, vec![cell])),
+        }
+    }
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let border = |(length, mut row): (f64, Vec<&Cell>)| {
+        row.sort_by(|a, b| a.setting.total_cmp(&b.setting));
+        let accurate = row.iter().take_while(|cell| cell.status == CellStatus::Accurate);
+        Border { length, delta_gamma_omega: accurate.filter_map(|cell| cell.delta_gamma_omega).last() }
+    };
+    all.into_iter().map(border).collect()
+}
+
+/// Where the sawtooth begins on the longest world-line of each method and step that has one.
+pub fn onsets(cells: &[Cell]) -> Vec<Onset> {
+    let mut all: Vec<(&Cell, Onset)> = Vec::new();
+    for cell in cells {
+        let from = cell.numbers.and_then(|numbers| numbers.sawtooth_from);
+        let (Some(gamma), Some(delta_gamma_omega)) = (from, cell.delta_gamma_omega) else { continue };
+        let onset = Onset { method: cell.method.label(), delta_gamma_omega, gamma: gamma * cell.t_dot };
+        let same =
+            |other: &Cell| other.method == cell.method && other.setting * other.t_dot == cell.setting * cell.t_dot;
+        match all.iter_mut().find(|(other, _)| same(other)) {
+            Some(known) if known.0.gamma_f * known.0.t_dot < cell.gamma_f * cell.t_dot => *known = (cell, onset),
+            Some(_) => {}
+            None => all.push((cell, onset)),
+        }
+    }
+    all.into_iter().map(|(_, onset)| onset).collect()
+}
+
+impl<'a> StabilitySummary<'a> {
+    /// From what was planned and measured.
+    pub fn new(case: &'a Case, scene: &Scene, plan: &Plan, atlas: &Atlas) -> Self {
+        let of_method = |method: &Method| {
+            let mut counts = std::collections::BTreeMap::new();
+            for cell in atlas.cells.iter().filter(|cell| cell.method == *method) {
+                *counts.entry(cell.status.as_str()).or_insert(0) += 1;
+            }
+            let linear_limit = match method.limit() {
+                Limit::Step(step) => Some(Some(step)),
+                Limit::None => Some(None),
+                Limit::Adaptive => None,
+            };
+            let accurate_up_to = borders(&atlas.cells, method, scene.t_dot());
+            MethodSummary { method: method.label(), linear_limit, cells: counts, accurate_up_to }
+        };
+        let last_node = |cell: &Cell| {
+            let [last, corrected] = cell.numbers?.last_node?;
+            Some(LastNode {
+                method: cell.method.label(),
+                n_gamma: cell.n_gamma,
+                gamma_f: cell.gamma_f,
+                t_dot: cell.t_dot,
+                delta_q_t_last: last,
+                delta_q_t_last_corrected: corrected,
+            })
+        };
+        Self {
+            status: if atlas.interrupted { "interrupted" } else { "complete" },
+            version: env!("CARGO_PKG_VERSION"),
+            title: case.title.as_deref(),
+            omega: scene.omega(),
+            reference_error_estimate: scene.reference_error(),
+            geodesic_ends: scene.ends().map(ToString::to_string),
+            thresholds: Thresholds {
+                accurate: ACCURATE,
+                diverged: DIVERGED,
+                sawtooth: SAWTOOTH,
+                sawtooth_above_smooth: ROUGHER,
+                drifting: DRIFTING,
+            },
+            cells: atlas.cells.len(),
+            methods: plan.methods.iter().map(of_method).collect(),
+            last_node: atlas.cells.iter().filter_map(last_node).collect(),
+            sawtooth: onsets(&atlas.cells),
+            warnings: case.warnings(),
+        }
+    }
+
+    /// The JSON text, with a final newline.
+    pub fn to_json(&self) -> String {
+        super::summary::json(self)
+    }
+}

@@ -1,0 +1,154 @@
+//! What operators do to waves: the linear theory of stability, from their own coefficients.
+//!
+//! On an infinite grid hD turns the wave e^{ikθ} into i s(θ) e^{ikθ} with the *symbol* s(θ) = 2 Σ_m d_m sin mθ. An
+//! oscillation of frequency ω needs an angle with s(θ) = hω: there is none beyond the largest symbol, and the recursion
+//! has growing solutions instead. Before it there are two, the second one near θ = π where s(π) = 0: that is the
+//! computational mode, the sawtooth (−1)^k.
+//!
+//! A *window* maps its initial value to its last node: dy/dγ = λy becomes y_N = R(λ) y_0. Oscillations neither grow nor
+//! are kept from decaying as long as |R(iω)| ≤ 1. In the weak form
+//!
+//! ```text
+//! ( D + H⁻¹E_0 − λ ) y = H⁻¹e_1 y_0
+//! ```
+//!
+//! R belongs to an A- and L-stable Runge–Kutta method, for Gauss–Lobatto nodes to Lobatto IIIC. In the strong form
+//! (Dy)_k = λ y_k holds at all nodes but the last, and y_1 = y_0.
+
+use std::f64::consts::PI;
+
+use nalgebra::{Complex, DMatrix, DVector};
+
+use super::{Coefficients, SbpOperator};
+
+/// Angles on which the maximum of the symbol is looked for.
+const ANGLES: usize = 1000;
+
+/// s(θ) of hD inside the grid.
+pub fn symbol(coefficients: &Coefficients, angle: f64) -> f64 {
+    let terms = coefficients.interior.iter().zip(1..);
+    terms.map(|(d, m)| 2.0 * d.to_real::<f64>() * (f64::from(m) * angle).sin()).sum()
+}
+
+/// The largest s(θ): no oscillation with a larger hω is a solution inside the grid.
+pub fn largest_symbol(coefficients: &Coefficients) -> f64 {
+    let angle = |k: usize| PI * k as f64 / ANGLES as f64;
+    let at = |k: &usize| symbol(coefficients, angle(*k));
+    let best = (1..ANGLES).max_by(|a, b| at(a).total_cmp(&at(b))).unwrap_or(ANGLES / 2);
+    // The maximum is a single one between the neighbours: a third of the interval goes in each turn.
+    let (mut low, mut high) = (angle(best - 1), angle(best + 1));
+    for _ in 0..60 {
+        let third = (high - low) / 3.0;
+        if symbol(coefficients, low + third) < symbol(coefficients, high - third) {
+            low += third;
+        } else {
+            high -= third;
+        }
+    }
+    symbol(coefficients, 0.5 * (low + high))
+}
+
+/// How a window takes up its initial value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Start {
+    /// As the value of its first node; the last row of D goes unused.
+    Fixed,
+    /// By the penalty H⁻¹E_0; all rows hold.
+    Penalty,
+}
+
+/// R(λ) of a window, in the operator's own units of 1/γ; infinite where the system is singular.
+pub fn amplification(sbp: &SbpOperator, start: Start, lambda: Complex<f64>) -> Complex<f64> {
+    let n = sbp.points();
+    // Unknowns are the nodes from `first` on, one equation each.
+    let first = if start == Start::Fixed { 1 } else { 0 };
+    let mut matrix = DMatrix::<Complex<f64>>::zeros(n - first, n - first);
+    let mut right = DVector::<Complex<f64>>::zeros(n - first);
+    for row in 0..n - first {
+        let diagonal = std::iter::once((row, -lambda));
+        for (column, value) in sbp.row(row).map(|(column, d)| (column, d.into())).chain(diagonal) {
+            if column < first {
+                right[row] -= value;
+            } else {
+                matrix[(row, column - first)] += value;
+            }
+        }
+    }
+    if start == Start::Penalty {
+        let penalty = 1.0 / sbp.weights()[0];
+        matrix[(0, 0)] += penalty;
+        right[0] += penalty;
+    }
+    match matrix.lu().solve(&right) {
+        Some(y) => y[n - first - 1],
+        None => Complex::new(f64::INFINITY, 0.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sbp::SbpName;
+
+    #[test]
+    fn the_largest_symbols_are_those_of_the_central_stencils() {
+        let largest = SbpName::STENCILS.map(|name| largest_symbol(name.coefficients().unwrap()));
+        for (got, want) in largest.into_iter().zip([1.0, 1.372, 1.586, 1.731]) {
+            assert!((got - want).abs() < 6e-4, "{got} against {want}");
+        }
+        // Second order: s = sin θ. Fourth: s = (4/3) sin θ − (1/6) sin 2θ with s' = 0 at cos θ = 1 − √(3/2).
+        assert!((largest[0] - 1.0).abs() < 1e-15);
+        let angle = (1.0 - 1.5_f64.sqrt()).acos();
+        let exact = 4.0 / 3.0 * angle.sin() - (2.0 * angle).sin() / 6.0;
+        assert!((largest[1] - exact).abs() < 1e-15);
+        for name in SbpName::STENCILS {
+            let s = |angle| symbol(name.coefficients().unwrap(), angle);
+            assert!((s(1e-3) / 1e-3 - 1.0).abs() < 1e-6 && s(PI).abs() < 1e-14, "{name}: consistent, blind to (-1)^k");
+        }
+    }
+
+    #[test]
+    fn weak_windows_are_a_stable_and_l_stable() {
+        let operators = [
+            SbpName::Sbp21.operator(21, 1.0),
+            SbpName::Sbp42.operator(9, 1.0),
+            SbpName::Sbp84.operator(20, 1.0),
+            SbpName::Gll(2).operator(2, 1.0),
+            SbpName::Gll(5).operator(5, 0.25),
+            SbpName::Gll(16).operator(16, 1.0),
+        ];
+        for sbp in operators.map(Result::unwrap) {
+            for k in -40..=40 {
+                let omega = 10_f64.powf(0.1 * f64::from(k));
+                for damping in [0.0, 0.3, 20.0] {
+                    let r = amplification(&sbp, Start::Penalty, Complex::new(-damping, omega)).norm();
+                    assert!(r <= 1.0 + 1e-11, "{} nodes, omega = {omega}, -{damping}: {r}", sbp.points());
+                }
+            }
+            assert!(amplification(&sbp, Start::Penalty, Complex::new(-1e9, 0.0)).norm() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn gauss_lobatto_windows_are_lobatto_iiic() {
+        // Two nodes: R(z) = 1/(1 − z + z²/2), the (0, 2) Padé approximant of e^z; n nodes: the (n − 2, n) one.
+        for z in [Complex::new(0.0, 0.7), Complex::new(-0.4, 1.9)] {
+            let two = amplification(&SbpOperator::gauss_lobatto(2, 1.0), Start::Penalty, z);
+            assert!((two - (Complex::new(1.0, 0.0) - z + z * z * 0.5).inv()).norm() < 1e-14);
+            let three = amplification(&SbpOperator::gauss_lobatto(3, 1.0), Start::Penalty, z);
+            let denominator = Complex::new(1.0, 0.0) - z * 0.75 + z * z * 0.25 - z * z * z / 24.0;
+            assert!((three - (Complex::new(1.0, 0.0) + z * 0.25) / denominator).norm() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn strong_windows_begin_with_an_euler_step_and_grow() {
+        let sbp = SbpName::Sbp21.operator(3, 1.0).unwrap();
+        // y_2 = (1 + z) y_1, y_3 = y_1 + 2 z y_2.
+        let z = Complex::new(0.0, 0.1);
+        let r = amplification(&sbp, Start::Fixed, z);
+        assert!((r - (Complex::new(1.0, 0.0) + z * 2.0 * (Complex::new(1.0, 0.0) + z))).norm() < 1e-15);
+        let window = SbpName::Sbp21.operator(21, 1.0).unwrap();
+        assert!(amplification(&window, Start::Fixed, z).norm() > 1.0 + 1e-3);
+    }
+}

@@ -1,0 +1,236 @@
+//! The methods of the atlas, and the step that linear theory allows each of them.
+
+use nalgebra::Complex;
+
+use crate::case::{Form, SbpName};
+use crate::geodesic::InitialData;
+use crate::methods::{self, Composition, Failure, Gauss, Output, Problem, Trajectory};
+use crate::metric::Metric;
+use crate::potential::Potential;
+use crate::sbp::symbol::{Start, amplification, largest_symbol};
+use crate::study::work_precision::Family;
+
+/// Intervals of a window of a finite-difference operator where it is run in windows: twenty-one nodes.
+pub const WINDOW: usize = 20;
+
+/// Growth of an oscillation over a window or step that is no rounding.
+const GROWTH: f64 = 1e-9;
+/// The hω that are tried: in steps of half a per cent from the first to the last.
+const TRIED: (f64, f64, f64) = (0.02, 30.0, 1.005);
+
+/// A column of the atlas.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Method {
+    /// One block of a finite-difference operator over all nodes.
+    Block(SbpName, Form),
+    /// The same operator in windows of [`WINDOW`] intervals.
+    Windows(SbpName, Form),
+    /// Spectral elements, a window each.
+    Elements(usize, Form),
+    /// The paper's strong form with D in place of D̄ (the doubled action, on small grids).
+    Unregularised(SbpName),
+    /// Not of this program, with constant steps.
+    Other(Family),
+    /// Not of this program, with steps chosen by a tolerance.
+    Adaptive(Family),
+    /// This program's own choice of windows for an accuracy.
+    Accuracy,
+}
+
+/// What linear theory says of a method on an oscillation of frequency ω.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Limit {
+    /// Stable for hω up to this.
+    Step(f64),
+    /// Stable for every step.
+    None,
+    /// Not applicable: the method chooses its steps.
+    Adaptive,
+}
+
+impl Method {
+    /// Every method that is charted by default.
+    pub fn all() -> Vec<Self> {
+        let mut all = Vec::new();
+        for form in [Form::Strong, Form::Weak] {
+            all.extend(SbpName::STENCILS.map(|sbp| Self::Block(sbp, form)));
+        }
+        all.extend([Form::Strong, Form::Weak].map(|form| Self::Windows(SbpName::Sbp21, form)));
+        all.push(Self::Windows(SbpName::Sbp42, Form::Weak));
+        all.extend([4, 8, 16].map(|nodes| Self::Elements(nodes, Form::Weak)));
+        all.extend([SbpName::Sbp21, SbpName::Sbp42].map(Self::Unregularised));
+        all.push(Self::Accuracy);
+        all.extend([Family::Rk4, Family::Verlet, Family::KahanLi6, Family::KahanLi8].map(Self::Other));
+        all.extend([2, 4, 8].map(|stages| Self::Other(Family::Gauss(stages))));
+        all.extend([Family::Dop853, Family::Radau5, Family::Taylor].map(Self::Adaptive));
+        all
+    }
+
+    /// The name in the column `method`.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Block(sbp, _) => sbp.to_string(),
+            Self::Windows(sbp, _) => format!("{sbp} windows"),
+            Self::Elements(nodes, _) => format!("GLL{nodes}"),
+            Self::Unregularised(sbp) => format!("{sbp} unregularised"),
+            Self::Other(family) | Self::Adaptive(family) => family.name(),
+            Self::Accuracy => "accuracy".to_owned(),
+        }
+    }
+
+    /// The form of the action, for schemes of this program.
+    pub fn form(&self) -> Option<Form> {
+        match self {
+            Self::Block(_, form) | Self::Windows(_, form) | Self::Elements(_, form) => Some(*form),
+            Self::Unregularised(_) => Some(Form::Strong),
+            Self::Accuracy => Some(Form::Weak),
+            Self::Other(_) | Self::Adaptive(_) => None,
+        }
+    }
+
+    /// Name and form, for people and for the command line.
+    pub fn label(&self) -> String {
+        match self.form().filter(|_| !matches!(self, Self::Unregularised(_) | Self::Accuracy)) {
+            Some(form) => format!("{} {}", self.name(), form.as_str()),
+            None => self.name(),
+        }
+    }
+
+    /// Whether it chooses its steps by a tolerance.
+    pub fn is_adaptive(&self) -> bool {
+        matches!(self, Self::Adaptive(_) | Self::Accuracy)
+    }
+
+    /// Whether it belongs to this program.
+    pub fn is_own(&self) -> bool {
+        self.form().is_some()
+    }
+
+    /// The step that linear theory allows, from the operator's or the method's own coefficients.
+    ///
+    /// In one block the interior stencil decides, see [`crate::sbp::symbol`]; windows by |R(iω)| ≤ 1. The other methods
+    /// are run: on x″ = −ω²x one step is a 2 × 2 matrix, and the oscillation is kept while its spectral radius is 1. An
+    /// implicit method whose iteration fails ends there too.
+    pub fn limit(&self) -> Limit {
+        match self {
+            Self::Block(sbp, _) | Self::Unregularised(sbp) => {
+                sbp.coefficients().map_or(Limit::None, |table| Limit::Step(largest_symbol(table)))
+            }
+            Self::Windows(sbp, form) => of_windows(*sbp, WINDOW + 1, *form),
+            Self::Elements(nodes, form) => of_windows(SbpName::Gll(*nodes as u8), *nodes, *form),
+            Self::Other(family) => first_growing(|step| step_radius(family, step)),
+            Self::Adaptive(_) | Self::Accuracy => Limit::Adaptive,
+        }
+    }
+}
+
+fn of_windows(sbp: SbpName, points: usize, form: Form) -> Limit {
+    let Ok(operator) = sbp.operator(points, 1.0) else { return Limit::None };
+    let start = if form == Form::Weak { Start::Penalty } else { Start::Fixed };
+    first_growing(|step| amplification(&operator, start, Complex::new(0.0, step)).norm())
+}
+
+/// The first hω at which an oscillation grows.
+fn first_growing(radius: impl Fn(f64) -> f64) -> Limit {
+    let (first, last, ratio) = TRIED;
+    let grows = |step: f64| {
+        let radius = radius(step);
+        radius.is_nan() || radius > 1.0 + GROWTH
+    };
+    let (mut stable, mut step) = (0.0, first);
+    while !grows(step) {
+        (stable, step) = (step, step * ratio);
+        if step > last {
+            return Limit::None;
+        }
+    }
+    for _ in 0..30 {
+        let middle = 0.5 * (stable + step);
+        if grows(middle) { step = middle } else { stable = middle }
+    }
+    // Whatever grows at the first step tried does so from the beginning.
+    Limit::Step(if stable < first { 0.0 } else { stable })
+}
+
+/// The spectral radius of one step of a method on x″ = −x; infinite if it fails.
+fn step_radius(family: &Family, step: f64) -> f64 {
+    // So near to x = 0 the geodesic of V = x²/2 is the oscillator, to rounding.
+    const SMALL: f64 = 1e-12;
+    let metric = Metric::new(Potential::polynomial(vec![0.0, 0.0, 0.5]), 1.0, 1.0);
+    let column = |x: f64, x_dot: f64| {
+        let initial = InitialData { t: 0.0, x: SMALL * x, t_dot: 1.0, x_dot: SMALL * x_dot };
+        let problem = Problem { metric: metric.clone(), initial, length: step };
+        let state = *run_constant(family, &problem, 1).ok()?.states.last()?;
+        Some([state.x / SMALL, state.w / SMALL])
+    };
+    let (Some([a, c]), Some([b, d])) = (column(1.0, 0.0), column(0.0, 1.0)) else { return f64::INFINITY };
+    let (half_trace, determinant) = (0.5 * (a + d), a * d - b * c);
+    let discriminant = half_trace * half_trace - determinant;
+    if discriminant <= 0.0 { determinant.sqrt() } else { half_trace.abs() + discriminant.sqrt() }
+}
+
+/// A method with steps chosen by `tolerance`; most of them end a step at every point of `output`.
+pub(super) fn run_adaptive(
+    family: &Family,
+    problem: &Problem,
+    output: &Output,
+    tolerance: f64,
+) -> Result<Trajectory, Failure> {
+    let digits = (-tolerance.log10()).round().max(1.0);
+    match family {
+        Family::Dop853 => methods::dop853(problem, output, tolerance),
+        Family::Radau5 => methods::radau5(problem, output, tolerance),
+        // The cheapest order for so many digits.
+        Family::Taylor => methods::taylor(problem, output, (1.15 * digits).ceil() as usize + 2, digits as u32),
+        _ => Err(Failure::NotConverged),
+    }
+}
+
+/// A method with so many constant steps, all of them handed out.
+pub(super) fn run_constant(family: &Family, problem: &Problem, steps: usize) -> Result<Trajectory, Failure> {
+    let output = Output::even(steps);
+    match family {
+        Family::Rk4 => methods::rk4(problem, &output, 1),
+        Family::Verlet => Composition::VERLET.run(problem, &output, 1),
+        Family::KahanLi6 => Composition::KAHAN_LI_6.run(problem, &output, 1),
+        Family::KahanLi8 => Composition::KAHAN_LI_8.run(problem, &output, 1),
+        Family::Gauss(stages) => Gauss { stages: *stages, tolerance: 0.0 }.run(problem, &output, 1),
+        _ => Err(Failure::NotConverged),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn step(method: Method) -> f64 {
+        match method.limit() {
+            Limit::Step(step) => step,
+            other => panic!("{}: {other:?}", method.label()),
+        }
+    }
+
+    #[test]
+    fn limits_are_those_of_the_textbooks() {
+        for (sbp, want) in SbpName::STENCILS.into_iter().zip([1.0, 1.372, 1.586, 1.731]) {
+            assert!((step(Method::Block(sbp, Form::Strong)) - want).abs() < 6e-4);
+        }
+        assert!((step(Method::Other(Family::Verlet)) - 2.0).abs() < 1e-3);
+        assert!((step(Method::Other(Family::Rk4)) - 8.0_f64.sqrt()).abs() < 1e-3);
+        // Windows of the weak form are A-stable; in the strong form each begins with an Euler step, which grows.
+        for method in [Method::Windows(SbpName::Sbp21, Form::Weak), Method::Elements(8, Form::Weak)] {
+            assert_eq!(method.limit(), Limit::None, "{}", method.label());
+        }
+        assert_eq!(step(Method::Windows(SbpName::Sbp21, Form::Strong)), 0.0);
+        assert_eq!(Method::Adaptive(Family::Dop853).limit(), Limit::Adaptive);
+    }
+
+    #[test]
+    fn names_are_unique() {
+        let mut labels: Vec<String> = Method::all().iter().map(Method::label).collect();
+        let count = labels.len();
+        labels.sort();
+        labels.dedup();
+        assert_eq!(labels.len(), count);
+    }
+}

@@ -1,0 +1,140 @@
+//! Where methods fail: every scheme of this program and other methods over step and length of the world-line.
+//!
+//! A *cell* is one method on one grid. Its status is found by measurement against a reference trajectory, see
+//! [`status`] for the rules and their thresholds: exact conservation of Q_t says nothing, and is only reported beside it. Beside the
+//! measurement stands the [`Limit`] of linear theory, from the operators' own coefficients.
+//!
+//! Lengths are given by γ_f, by ṫ_i, or by both: ṫ_i stretches the tangent (ẋ_i with it, dx/dt stays), which stretches
+//! the world-line, since γ only counts. Steps are Δγ between nodes, for spectral elements their mean; adaptive methods
+//! have a tolerance instead, and the Δγ that comes out.
+
+mod method;
+mod run;
+mod scene;
+pub mod status;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+
+pub use method::{Limit, Method, WINDOW};
+pub use scene::Scene;
+pub use status::{ACCURATE, CellStatus, DIVERGED, DRIFTING, Evidence, ROUGHER, SAWTOOTH, Sizes, judge};
+
+use self::run::Job;
+
+/// Tolerances of adaptive methods.
+pub const TOLERANCES: [f64; 6] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8];
+
+/// What to chart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// The methods, in the order of the files.
+    pub methods: Vec<Method>,
+    /// γ_f − γ_i.
+    pub lengths: Vec<f64>,
+    /// ṫ_i in units of the case's own.
+    pub tangents: Vec<f64>,
+    /// Δγ of constant steps.
+    pub spacings: Vec<f64>,
+}
+
+/// What was measured where there is a result.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Numbers {
+    /// max |ΔK|.
+    pub delta_k_max: f64,
+    /// max |ΔQ_t| over the nodes where it is exact; none for methods that have Q_t as a parameter.
+    pub delta_q_t_max: Option<f64>,
+    /// Largest error of x over all nodes; none where the reference has ended.
+    pub error_x_max: Option<f64>,
+    /// Largest error of t.
+    pub error_t_max: Option<f64>,
+    /// Amplitude of the (−1)^k component of x; none without equidistant nodes.
+    pub sawtooth: Option<f64>,
+    /// γ − γ_i from which on it is above what the status allows.
+    pub sawtooth_from: Option<f64>,
+    /// ΔQ_t at the last node, and with the multiplier correction (strong form, one block).
+    pub last_node: Option<[f64; 2]>,
+}
+
+/// One method on one grid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cell {
+    /// The method.
+    pub method: Method,
+    /// The Δγ that was wanted, or the tolerance.
+    pub setting: f64,
+    /// Different nodes of all windows, or steps and one; none for an adaptive method that failed.
+    pub n_gamma: Option<usize>,
+    /// γ_f − γ_i.
+    pub gamma_f: f64,
+    /// ṫ_i.
+    pub t_dot: f64,
+    /// Δγ, as it came out, times the largest local frequency along the reference.
+    pub delta_gamma_omega: Option<f64>,
+    /// How it ended.
+    pub status: CellStatus,
+    /// What was measured, if there is a result.
+    pub numbers: Option<Numbers>,
+    /// Iterations; none for methods that have none.
+    pub iterations: Option<usize>,
+    /// Seconds, with other cells computed beside it.
+    pub seconds: f64,
+}
+
+/// The measured map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Atlas {
+    /// Method by method, length by length, from fine to coarse.
+    pub cells: Vec<Cell>,
+    /// Whether it was cancelled before it was complete.
+    pub interrupted: bool,
+}
+
+impl Plan {
+    /// Number of grids that will be tried.
+    pub fn grids(&self) -> usize {
+        self.jobs().len()
+    }
+
+    fn jobs(&self) -> Vec<Job> {
+        let mut jobs = Vec::new();
+        for method in &self.methods {
+            let settings = if method.is_adaptive() { TOLERANCES.as_slice() } else { &self.spacings };
+            for &length in &self.lengths {
+                for &tangent in &self.tangents {
+                    for &setting in settings {
+                        jobs.push(Job { method: method.clone(), length, tangent, setting });
+                    }
+                }
+            }
+        }
+        jobs
+    }
+}
+
+/// Measures all cells, `tried` after each grid. A true `cancel` lets running cells finish and starts no more.
+pub fn measure(scene: &Scene, plan: &Plan, cancel: &AtomicBool, tried: &(dyn Fn(Option<&Cell>) + Sync)) -> Atlas {
+    let jobs = plan.jobs();
+    let (all, done) = (jobs.len(), std::sync::atomic::AtomicUsize::new(0));
+    let mut order: Vec<(usize, Job)> = jobs.into_iter().enumerate().collect();
+    // The largest first, so that no core is left alone with one at the end.
+    let size = |job: &Job| job.length / job.setting;
+    order.sort_by(|(_, a), (_, b)| size(b).total_cmp(&size(a)));
+    let mut cells: Vec<(usize, Cell)> = order
+        .into_par_iter()
+        .with_max_len(1)
+        .filter_map(|(place, job)| {
+            if cancel.load(Ordering::Relaxed) {
+                return None;
+            }
+            let cell = job.measure(scene);
+            done.fetch_add(1, Ordering::Relaxed);
+            tried(cell.as_ref());
+            Some((place, cell?))
+        })
+        .collect();
+    cells.sort_by_key(|(place, _)| *place);
+    Atlas { interrupted: done.load(Ordering::Relaxed) < all, cells: cells.into_iter().map(|(_, cell)| cell).collect() }
+}

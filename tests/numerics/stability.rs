@@ -1,0 +1,246 @@
+//! The atlas: statuses on real runs, the scheme that fails with an exact charge, the last node, and that nothing inaccurate
+//! is called accurate.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::common::{case, solved};
+use geodesic_ivp::Case;
+use geodesic_ivp::case::{Form, SbpName};
+use geodesic_ivp::diagnostics::Diagnostics;
+use geodesic_ivp::reference::ReferenceTrajectory;
+use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::solve;
+use geodesic_ivp::study::stability::{Atlas, Cell, CellStatus, Method, Plan, Scene, measure};
+use geodesic_ivp::study::work_precision::Family;
+
+fn charted(case: &Case, methods: Vec<Method>, lengths: &[f64], spacings: &[f64]) -> Atlas {
+    let scene = Scene::new(case, lengths).unwrap();
+    let plan = Plan { methods, lengths: lengths.to_vec(), tangents: vec![1.0], spacings: spacings.to_vec() };
+    measure(&scene, &plan, &AtomicBool::new(false), &|_| {})
+}
+
+fn cell<'a>(atlas: &'a Atlas, label: &str, length: f64, spacing: f64) -> &'a Cell {
+    let wanted = |cell: &&Cell| cell.method.label() == label && cell.gamma_f == length && cell.setting == spacing;
+    atlas.cells.iter().find(wanted).unwrap_or_else(|| panic!("no cell {label} {length} {spacing}"))
+}
+
+#[test]
+fn the_scheme_that_fails_with_an_exact_charge_and_what_cures_it() {
+    let (strong, weak) = (Form::Strong, Form::Weak);
+    let methods = vec![
+        Method::Block(SbpName::Sbp21, strong),
+        Method::Block(SbpName::Sbp21, weak),
+        Method::Block(SbpName::Sbp42, strong),
+        Method::Windows(SbpName::Sbp21, strong),
+        Method::Windows(SbpName::Sbp21, weak),
+        Method::Elements(16, weak),
+        Method::Other(Family::Verlet),
+    ];
+    let atlas = charted(&case(""), methods, &[1.0, 100.0], &[0.05]);
+    let at = |label: &str| cell(&atlas, label, 100.0, 0.05);
+    let paper = at("SBP21 strong");
+    let numbers = paper.numbers.unwrap();
+    assert_eq!((paper.status, paper.n_gamma), (CellStatus::Sawtooth, Some(2001)));
+    assert!((numbers.delta_k_max - 0.46).abs() < 0.01 && numbers.delta_q_t_max.unwrap() < 1e-12, "{numbers:?}");
+    assert!((paper.delta_gamma_omega.unwrap() - 0.109).abs() < 1e-3, "a ninth of what linear theory allows");
+    assert!((10.0..13.0).contains(&numbers.sawtooth_from.unwrap()), "{numbers:?}");
+    assert_eq!(cell(&atlas, "SBP21 strong", 1.0, 0.05).status, CellStatus::Accurate);
+    assert_eq!(at("SBP21 weak").status, CellStatus::NoCriticalPoint);
+    assert!(at("SBP42 strong").numbers.unwrap().delta_k_max < 6e-4);
+    assert_eq!((at("SBP42 strong").status, at("GLL16 weak").status), (CellStatus::Accurate, CellStatus::Accurate));
+    assert_eq!(at("SBP21 windows strong").status, CellStatus::Drifting);
+    assert!((at("SBP21 windows strong").numbers.unwrap().delta_k_max - 0.8).abs() < 0.02);
+    // Cured of drift and sawtooth, but not of a wrong phase.
+    assert_eq!(at("SBP21 windows weak").status, CellStatus::Inaccurate);
+    assert!(at("SBP21 windows weak").numbers.unwrap().delta_k_max < 0.03);
+    let other = at("Verlet").numbers.unwrap();
+    assert!(other.delta_q_t_max.is_none() && other.error_x_max.unwrap() < 0.02);
+}
+
+#[test]
+fn the_sawtooth_begins_where_the_square_of_the_step_says() {
+    let spacings = [0.03, 0.05, 0.07, 0.1];
+    let atlas = charted(&case(""), vec![Method::Block(SbpName::Sbp21, Form::Strong)], &[100.0], &spacings);
+    let from = spacings.map(|h| cell(&atlas, "SBP21 strong", 100.0, h).numbers.unwrap().sawtooth_from.unwrap());
+    for (pair, h) in from.windows(2).zip(spacings.windows(2)) {
+        let order = (pair[0] / pair[1]).ln() / (h[1] / h[0]).ln();
+        assert!((1.0..3.5).contains(&order), "{from:?}");
+    }
+    let mean = (from[0] / from[3]).ln() / (0.1_f64 / 0.03).ln();
+    assert!((mean - 2.0).abs() < 0.3, "gamma of the onset goes like the step to the power of -{mean}");
+}
+
+#[test]
+fn the_charge_at_the_last_node_does_not_change_marginally_and_its_correction_is_exact() {
+    let methods = [SbpName::Sbp21, SbpName::Sbp42].map(|sbp| Method::Block(sbp, Form::Strong)).to_vec();
+    let lengths = [4.0, 8.0, 16.0, 32.0];
+    let atlas = charted(&case(""), methods, &lengths, &[0.0625]);
+    let last = |label, length| cell(&atlas, label, length, 0.0625).numbers.unwrap().last_node.unwrap();
+    for (length, want, digits) in [(4.0, -0.38, 5e-3), (8.0, -0.70, 5e-3), (16.0, -1.48, 5e-3), (32.0, -4.0, 0.05)] {
+        let [raw, corrected] = last("SBP21 strong", length);
+        assert!((raw - want).abs() < digits && corrected.abs() < 1e-12, "{length}: {raw}, {corrected}");
+        let [raw, corrected] = last("SBP42 strong", length);
+        assert!(raw.abs() < 0.1 && corrected.abs() < 1e-12, "{length}: {raw}, {corrected}");
+    }
+}
+
+#[test]
+fn a_longer_tangent_is_a_longer_world_line() {
+    let scene = Scene::new(&case(""), &[4.0]).unwrap();
+    let methods = vec![Method::Block(SbpName::Sbp42, Form::Strong), Method::Other(Family::Rk4)];
+    let chart = |lengths: &[f64], tangents: &[f64], spacings: &[f64]| {
+        let [lengths, tangents, spacings] = [lengths, tangents, spacings].map(<[f64]>::to_vec);
+        let plan = Plan { methods: methods.clone(), lengths, tangents, spacings };
+        measure(&scene, &plan, &AtomicBool::new(false), &|_| {}).cells
+    };
+    let (long, fast) = (chart(&[4.0], &[1.0], &[0.1]), chart(&[1.0], &[4.0], &[0.025]));
+    assert_eq!(long.len(), fast.len());
+    for (a, b) in long.iter().zip(&fast) {
+        let (x, y) = (a.numbers.unwrap(), b.numbers.unwrap());
+        assert_eq!((a.status, b.t_dot), (b.status, 4.0));
+        assert!((a.delta_gamma_omega.unwrap() - b.delta_gamma_omega.unwrap()).abs() < 1e-9);
+        assert!((x.error_x_max.unwrap() - y.error_x_max.unwrap()).abs() < 1e-8, "{a:?} {b:?}");
+        assert!((16.0 * x.delta_k_max - y.delta_k_max).abs() < 1e-7);
+    }
+}
+
+#[test]
+fn nothing_inaccurate_is_called_accurate() {
+    // Judged again, by a reference in forty digits and at the end, where errors are largest.
+    let case = case("");
+    let initial = case.initial_data::<Extended>();
+    let reference = ReferenceTrajectory::new(&case.metric(), initial, 20.0.into(), 40).unwrap();
+    let atlas = charted(&case, Method::all(), &[1.0, 5.0, 20.0], &[0.05, 0.1, 0.2, 0.5]);
+    let mut accurate = 0;
+    for cell in atlas.cells.iter().filter(|cell| cell.status == CellStatus::Accurate) {
+        let numbers = cell.numbers.unwrap();
+        assert!(numbers.error_x_max.unwrap() < 1.01e-2 && numbers.error_t_max.unwrap() < 2e-2, "{cell:?}");
+        accurate += 1;
+        if let Method::Block(sbp, form) = cell.method {
+            let again = solve::<f64>(&case.on_grid((sbp, form), cell.n_gamma.unwrap(), cell.gamma_f).unwrap()).unwrap();
+            let error = (reference.at(cell.gamma_f.into()).x - Extended::from(again.end.x)).abs();
+            assert!(error.to_f64() < 1.01e-2, "{cell:?}");
+        }
+    }
+    assert!(accurate > 100, "{accurate}");
+    // Every status but one is on this small map, and the ablation is on none of its grids accurate.
+    let seen = |status| atlas.cells.iter().any(|cell| cell.status == status);
+    assert!(CellStatus::ALL.into_iter().filter(|&status| status != CellStatus::OutsideDomain).all(seen));
+    let ablation = |cell: &&Cell| matches!(cell.method, Method::Unregularised(_));
+    assert!(atlas.cells.iter().filter(ablation).all(|cell| cell.status != CellStatus::Accurate));
+}
+
+#[test]
+fn beyond_the_horizon_nothing_is_accurate() {
+    let falls = case("potential={linear={alpha=-0.5}} initial.x=0.0 initial.x_dot=0.0 grid.gamma_f=5.0");
+    let atlas = charted(&falls, Method::all(), &[1.0, 5.0], &[0.02, 0.1]);
+    let scene = Scene::new(&falls, &[1.0, 5.0]).unwrap();
+    assert!((scene.ends().unwrap().gamma - std::f64::consts::FRAC_PI_2).abs() < 1e-6 && scene.omega() == 0.0);
+    assert!(atlas.cells.iter().any(|cell| cell.gamma_f == 1.0 && cell.status == CellStatus::Accurate));
+    for cell in atlas.cells.iter().filter(|cell| cell.gamma_f == 5.0) {
+        assert_ne!(cell.status, CellStatus::Accurate, "{cell:?}");
+        assert!(cell.numbers.is_none_or(|numbers| numbers.error_x_max.is_none()), "{cell:?}");
+    }
+    assert_eq!(cell(&atlas, "SBP42 strong", 5.0, 0.02).status, CellStatus::OutsideDomain);
+}
+
+#[test]
+fn a_cancelled_atlas_keeps_what_is_finished() {
+    let cancel = AtomicBool::new(false);
+    let case = case("");
+    let scene = Scene::new(&case, &[1.0]).unwrap();
+    let (methods, spacings) = (vec![Method::Other(Family::Rk4)], vec![0.02, 0.05, 0.1]);
+    let plan = Plan { methods, lengths: vec![1.0], tangents: vec![1.0], spacings };
+    assert_eq!(plan.grids(), 3);
+    let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let stop = |_: Option<&Cell>| cancel.store(true, Ordering::Relaxed);
+    let atlas = one_thread.install(|| measure(&scene, &plan, &cancel, &stop));
+    assert!(atlas.interrupted && atlas.cells.len() == 1);
+}
+
+#[test]
+fn the_ablation_has_a_wrong_critical_point_or_none() {
+    let without = "scheme.regularised=false solver.system=doubled";
+    let wrong = solved(&format!("potential={{linear={{alpha=0.25}}}} {without}"));
+    assert!((wrong.end.t - 1.0324).abs() < 1e-4 && wrong.gradient_norm < 1e-12, "{}", wrong.end.t);
+    assert!(solve::<f64>(&case(without)).is_err());
+}
+
+#[test]
+fn warnings_name_what_is_wrong_and_leave_good_runs_alone() {
+    let warnings = |overrides: &str| {
+        let solution = solved(overrides);
+        Diagnostics::new(&solution).measures.warnings(&solution).join("\n")
+    };
+    for good in ["", "scheme.sbp=SBP42", "scheme.form=weak", "grid.gamma_f=100.0 grid.n_gamma=2001 scheme.sbp=SBP42"] {
+        assert_eq!(warnings(good), "", "{good}");
+    }
+    let sawtooth = warnings("grid.gamma_f=100.0 grid.n_gamma=2001");
+    assert!(
+        sawtooth.contains("even and odd nodes are apart") && sawtooth.contains("K drifts by 4.63e-1"),
+        "{sawtooth}"
+    );
+    assert!(warnings("grid.gamma_f=32.0 grid.n_gamma=65").contains("half the limit of SBP21"));
+    assert!(warnings("initial.x=1.5 grid.n_gamma=200").contains("m c^2, above 1: g00"));
+    // Of a light particle with c = 10 the drift is measured by the speed and not by K = 100.
+    let slow = "potential={formula={expression=\"x^2/2\"}} particle.c=10.0 grid.gamma_f=100.0 grid.n_gamma=301";
+    assert!(warnings(slow).contains("K drifts by"), "{}", warnings(slow));
+    let spacelike = case("initial.x_dot=1.4142").warnings().join("\n");
+    assert!(spacelike.contains("nearly spacelike: K = 3.8") && case("").warnings().is_empty(), "{spacelike}");
+}
+
+#[test]
+fn the_bound_is_kept_if_and_only_if_k_is_not_negative() {
+    for (overrides, kept) in [("", true), ("initial.x_dot=1.4142", true), ("initial.x_dot=1.5", false)] {
+        let mut defects = [0.0; 2];
+        for (defect, n) in defects.iter_mut().zip([101, 201]) {
+            let solution = solved(&format!("{overrides} scheme.sbp=SBP42 grid.n_gamma={n}"));
+            let bound = Diagnostics::new(&solution).measures.bound;
+            assert_eq!(bound.is_kept(), kept, "{overrides}");
+            *defect = bound.defect().abs();
+        }
+        // The exact form is one of the continuum; the grid comes to it.
+        assert!(defects[1] < 1e-5 && defects[1] < defects[0] / 6.0, "{overrides}: {defects:?}");
+    }
+    let free = solved("potential={free={}}");
+    assert!(Diagnostics::new(&free).measures.bound.defect().abs() < 1e-14);
+}
+
+#[test]
+fn units_are_nobody_s_business() {
+    let map = |unit: f64| {
+        let potential = format!("potential={{formula={{expression=\"(x/l)^2/4\",parameters={{l={unit:e}}}}}}}");
+        let scene = case(&format!("{potential} initial.x={unit:e} grid.gamma_f={unit:e}"));
+        let fixed =
+            Method::all().into_iter().filter(|method| !method.is_adaptive() && !method.label().contains("unreg"));
+        charted(&scene, fixed.collect(), &[unit, 5.0 * unit], &[0.05 * unit, 0.3 * unit]).cells
+    };
+    let one = map(1.0);
+    assert!(one.len() > 50 && one.iter().any(|cell| cell.status == CellStatus::Sawtooth));
+    for unit in [1e100, 1e-100] {
+        for (here, there) in map(unit).iter().zip(&one) {
+            assert_eq!((here.status, &here.method), (there.status, &there.method), "{unit:e}");
+            let [here, there] = [here, there].map(|cell| cell.numbers.map(|numbers| numbers.error_x_max.unwrap()));
+            let (here, there) = (here.unwrap_or(0.0) / unit, there.unwrap_or(0.0));
+            assert!((here - there).abs() < 1e-9, "{unit:e}: {here} and {there}");
+        }
+    }
+}
+
+#[test]
+fn a_reference_that_would_not_do_is_replaced() {
+    // From 1e-10 beside the top of a barrier: after two visits to it nothing is left of sixteen digits.
+    let top = "potential={formula={expression=\"2*(x^2-1)^2\"}} particle.c=10.0 initial.x=1e-10 initial.x_dot=0.0";
+    let case = case(&format!("{top} grid.gamma_f=40.0"));
+    let double = ReferenceTrajectory::<f64>::new(&case.metric(), case.initial_data(), 40.0, 16).unwrap();
+    let scene = Scene::new(&case, &[40.0]).unwrap();
+    assert!(double.error_estimate() > 1e-3 && scene.reference_error() < 1e-8, "{:e}", scene.reference_error());
+    let plan = Plan {
+        methods: vec![Method::Other(Family::KahanLi8), Method::Accuracy],
+        lengths: vec![40.0],
+        tangents: vec![1.0],
+        spacings: vec![0.05],
+    };
+    let atlas = measure(&scene, &plan, &AtomicBool::new(false), &|_| {});
+    assert!(atlas.cells.iter().all(|cell| cell.status != CellStatus::Accurate), "f64 cannot be: {:?}", atlas.cells);
+}
