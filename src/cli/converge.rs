@@ -114,9 +114,9 @@ fn converge_in<S: Real>(case: &Case, args: &ConvergeArgs) -> anyhow::Result<Exit
             files.write_text(name, &chart.to_svg())?;
         }
     }
-    files.commit(|name| args.plot || ![FINAL_ERRORS, L2_ERRORS].contains(&name))?;
+    let kept = files.commit(|name| args.plot || ![FINAL_ERRORS, L2_ERRORS].contains(&name))?;
     if !args.case.quiet {
-        let text = readable(case, &convergence, &slopes, &directory);
+        let text = readable(case, &convergence, &slopes) + &report::written(&directory, &kept);
         io::stdout().write_all(text.as_bytes())?;
     }
     if convergence.interrupted {
@@ -154,7 +154,7 @@ fn sweep_with_progress<S: Real>(
     Ok(result)
 }
 
-fn readable<S>(case: &Case, convergence: &Convergence<S>, slopes: &[Slope], directory: &std::path::Path) -> String {
+fn readable<S>(case: &Case, convergence: &Convergence<S>, slopes: &[Slope]) -> String {
     let title = case.title.as_deref().unwrap_or("geodesic-ivp");
     let mut text = format!(
         "{title}: convergence against a Taylor trajectory (its estimated error {:.1e})\n",
@@ -180,5 +180,5 @@ fn readable<S>(case: &Case, convergence: &Convergence<S>, slopes: &[Slope], dire
     for point in convergence.points.iter().filter(|point| point.errors.is_none()) {
         text += &format!("  {} N = {}: {}\n", point.sbp, point.n_gamma, point.status);
     }
-    text + &format!("  written   {}: {CONVERGENCE}, {SLOPES}, {SUMMARY}\n", directory.display())
+    text
 }

@@ -1,6 +1,7 @@
 //! Errors and warnings on standard error, and the exit code an error stands for.
 
 use std::io::{self, IsTerminal, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
@@ -20,6 +21,11 @@ const EXPECTATION: u8 = 5;
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub(super) struct Usage(pub(super) String);
+
+/// The last line of a summary: what stands in `directory` now.
+pub(super) fn written(directory: &Path, names: &[&str]) -> String {
+    format!("  written    {}: {}\n", directory.display(), names.join(", "))
+}
 
 /// Prints `error` once, for a person, and returns its exit code. A reader that went away is no error.
 pub(crate) fn exit_code(error: &anyhow::Error) -> ExitCode {

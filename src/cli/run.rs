@@ -150,12 +150,9 @@ fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
         SUMMARY | CASE => true,
         _ => args.plot,
     };
-    files.commit(is_kept)?;
+    let kept = files.commit(is_kept)?;
     if !args.case.quiet {
-        let written = [[TRAJECTORY, RESIDUALS, BRANCHES, SAMPLES, SUMMARY, CASE].as_slice(), &PICTURES].concat();
-        let written: Vec<&str> = written.into_iter().filter(|name| is_kept(name)).collect();
-        let mut text = readable(case, &solution, &measures, &summary);
-        text.push_str(&format!("  written    {}: {}\n", directory.display(), written.join(", ")));
+        let text = readable(case, &solution, &measures, &summary) + &report::written(&directory, &kept);
         io::stdout().write_all(text.as_bytes())?;
     }
     Ok(ExitCode::SUCCESS)

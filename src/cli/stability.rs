@@ -1,7 +1,7 @@
 //! `stability CASE`.
 
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 
@@ -97,9 +97,10 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         files.write_text(ONSET, &pictures::sawtooth_onset(title, &atlas.cells).to_svg())?;
         files.write_text(LAST_NODE, &pictures::last_node(title, &atlas.cells).to_svg())?;
     }
-    files.commit(|name| args.plot || !PICTURES.contains(&name))?;
+    let kept = files.commit(|name| args.plot || !PICTURES.contains(&name))?;
     if !args.case.quiet {
-        io::stdout().write_all(readable(title, &scene, &plan, &atlas, &directory).as_bytes())?;
+        let text = readable(title, &scene, &plan, &atlas) + &report::written(&directory, &kept);
+        io::stdout().write_all(text.as_bytes())?;
     }
     if atlas.interrupted {
         let rows = atlas.cells.len();
@@ -159,7 +160,7 @@ fn measure_with_progress(scene: &Scene, plan: &Plan, cancel: &AtomicBool, quiet:
     atlas
 }
 
-fn readable(title: &str, scene: &Scene, plan: &Plan, atlas: &Atlas, directory: &Path) -> String {
+fn readable(title: &str, scene: &Scene, plan: &Plan, atlas: &Atlas) -> String {
     let mut text = format!(
         "{title}: {} cells; largest local frequency {:.4e}; reference to {:.0e}\n",
         atlas.cells.len(),
@@ -187,5 +188,5 @@ fn readable(title: &str, scene: &Scene, plan: &Plan, atlas: &Atlas, directory: &
         }
         text += "\n";
     }
-    text + &format!("  written   {}: {STABILITY}, {SUMMARY}\n", directory.display())
+    text
 }

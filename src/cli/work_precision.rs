@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -116,9 +116,9 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
     if args.plot {
         drawn = draw(case, &arenas, &measured, &along, &files)?;
     }
-    files.commit(|name| drawn.contains(&name) || [WORK_PRECISION, DRIFT, SUMMARY].contains(&name))?;
+    let kept = files.commit(|name| drawn.contains(&name) || [WORK_PRECISION, DRIFT, SUMMARY].contains(&name))?;
     if !args.case.quiet {
-        let text = readable(case, &arenas, &measured, &ratios, &directory);
+        let text = readable(case, &arenas, &measured, &ratios) + &report::written(&directory, &kept);
         io::stdout().write_all(text.as_bytes())?;
     }
     if measured.interrupted {
@@ -212,7 +212,7 @@ fn short(length: f64) -> String {
     rounded.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-fn readable(case: &Case, arenas: &[Arena], measured: &WorkPrecision, ratios: &[Ratio], directory: &Path) -> String {
+fn readable(case: &Case, arenas: &[Arena], measured: &WorkPrecision, ratios: &[Ratio]) -> String {
     let title = case.title.as_deref().unwrap_or("geodesic-ivp");
     let ranked = measured.rows.iter().filter(|row| row.rank().is_some()).count();
     let mut text = format!("{title}: {} settings, {ranked} of them with a result\n", measured.rows.len());
@@ -236,7 +236,7 @@ fn readable(case: &Case, arenas: &[Arena], measured: &WorkPrecision, ratios: &[R
             );
         }
     }
-    text + &format!("  written   {}: {WORK_PRECISION}, {DRIFT}, {SUMMARY}\n", directory.display())
+    text
 }
 
 fn leader(leader: &Option<Leader>) -> String {

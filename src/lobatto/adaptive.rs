@@ -62,6 +62,10 @@ pub struct Adaptive<'a> {
     level: Level,
 }
 
+/// Less than this costs hardly less, and in windows that resolve nothing, as next to a horizon, the companion goes astray
+/// together with the world-line.
+const LOOSEST: f64 = 1e-4;
+
 /// Above the first accuracy 16 nodes are cheapest, down to the second 20, and below that 24.
 const COARSE: f64 = 2e-5;
 const MEDIUM: f64 = 5e-9;
@@ -94,6 +98,7 @@ impl<'a> Adaptive<'a> {
         accuracy: f64,
         observe: &mut dyn FnMut(&WindowView<'_>) -> ControlFlow<()>,
     ) -> Result<Adapted, MarchFailure> {
+        let accuracy = accuracy.min(LOOSEST);
         if accuracy >= COARSE {
             self.with(kit::coarse(), start, goal, accuracy, observe)
         } else if accuracy >= MEDIUM {

@@ -57,15 +57,17 @@ impl OutputSet {
     }
 
     /// Puts the files whose names satisfy `keep` in place and removes any of the others left by an earlier run, so that
-    /// the directory never mixes the results of two.
+    /// the directory never mixes the results of two. Returns the names that are there now.
     ///
     /// # Errors
     /// If a file cannot be put in place.
-    pub fn commit(self, keep: impl Fn(&str) -> bool) -> anyhow::Result<()> {
+    pub fn commit(self, keep: impl Fn(&str) -> bool) -> anyhow::Result<Vec<&'static str>> {
+        let mut kept = Vec::new();
         for (name, file) in self.pending {
             let path = self.directory.join(name);
             if keep(name) {
                 file.commit().with_context(|| format!("cannot write {}", path.display()))?;
+                kept.push(name);
             } else {
                 drop(file);
                 match fs::remove_file(&path) {
@@ -76,6 +78,6 @@ impl OutputSet {
                 }
             }
         }
-        Ok(())
+        Ok(kept)
     }
 }
