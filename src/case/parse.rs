@@ -122,10 +122,11 @@ impl Source {
         if table("solver").is_some_and(|solver| solver.contains_key("accuracy")) {
             return Ok(());
         }
+        let scheme = || Some("give scheme.sbp and grid.n_gamma, or solver.accuracy in place of both".to_owned());
         match root.get("scheme") {
-            None => Err(self.error(Some(0..0), "missing field `scheme`".to_owned(), None)),
+            None => Err(self.error(Some(0..0), "missing field `scheme`".to_owned(), scheme())),
             Some(item) if table("scheme").is_some_and(|scheme| !scheme.contains_key("sbp")) => {
-                Err(self.error(item.span(), "missing field `sbp`".to_owned(), None))
+                Err(self.error(item.span(), "missing field `sbp`".to_owned(), scheme()))
             }
             Some(_) => Ok(()),
         }

@@ -23,6 +23,9 @@ const ONSET: &str = "sawtooth.svg";
 const LAST_NODE: &str = "last_node.svg";
 const PICTURES: [&str; 4] = [MAP, MAP_OTHERS, ONSET, LAST_NODE];
 
+/// A finer grid than this on the longest world-line is a slip of the pen.
+const MOST_STEPS: f64 = 1e7;
+
 #[derive(Debug, Args)]
 pub(super) struct StabilityArgs {
     #[command(flatten)]
@@ -86,6 +89,10 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         tangents,
         spacings: or(&args.delta_gamma, scene.default_spacings()),
     };
+    let steps = plan.lengths.iter().copied().fold(0.0, f64::max) / plan.spacings.first().copied().unwrap_or(1.0);
+    if steps > MOST_STEPS {
+        anyhow::bail!(report::Usage(format!("--delta-gamma takes {steps:.0e} steps, {MOST_STEPS:.0e} at most")));
+    }
     let atlas = measure_with_progress(&scene, &plan, &cancel, args.case.quiet);
     write_stability(files.writer(STABILITY), &atlas.cells).context("cannot write stability.csv")?;
     files.write_text(SUMMARY, &StabilitySummary::new(case, &scene, &plan, &atlas).to_json())?;

@@ -7,6 +7,7 @@
 //! | K drifts | a tenth of the largest ẋ² | K = g00 ṫ² − ẋ² is the orbit: its own size may be that of c² and hides a change of speed |
 //! | Δγω | half the operator's largest symbol; π/2 for a spectral element | at the limit nothing oscillates any more; half of it is seven nodes a turn (SBP84) to thirteen (SBP21, whose phase is off by 0.3 a turn there) |
 //! | strong field | \|V\| > mc², or g00 < c²/100 | g00 = c² + 2V/m is meant for \|V\| ≪ mc²; the paper's quartic case has \|V\| = mc²/2 and stays silent |
+//! | accuracy | estimated error above 1 % of the largest \|x\| | it is relative to max(1, \|x\|) |
 //! | bound | H_BVP > Q_t (t_f − t_i) with K ≥ 0 | the continuum keeps it |
 
 use std::f64::consts::FRAC_PI_2;
@@ -22,6 +23,10 @@ const LARGE_DRIFT: f64 = 0.1;
 const LARGE_SAWTOOTH: f64 = 1e-2;
 /// The sixth difference of a sawtooth is as large as the fourth, that of a smooth motion (Δγω)²/4 of it.
 const ROUGH: f64 = 0.5;
+/// A drift of K below this share of K can be rounding.
+const ROUNDING: f64 = 1e4 * f64::EPSILON;
+/// An estimated error above this share of the largest |x|.
+const LARGE_ESTIMATE: f64 = 1e-2;
 /// Share of the limit of linear theory.
 const NEAR_THE_LIMIT: f64 = 0.5;
 /// |V|/mc².
@@ -40,6 +45,7 @@ impl<S: Real> Measures<S> {
             self.drift_warning(solution),
             self.step_warning(solution),
             self.field_warning(),
+            self.scale_warning(solution),
             rounding_warning(solution),
             self.bound_warning(solution),
         ];
@@ -63,7 +69,8 @@ impl<S: Real> Measures<S> {
             true => (x_dot * x_dot, "the largest x_dot^2"),
             false => (solution.invariants().k.to_f64().abs(), "K"),
         };
-        (drift > LARGE_DRIFT * size).then(|| {
+        let rounding = ROUNDING * solution.invariants().k.to_f64().abs();
+        (drift > LARGE_DRIFT * size && drift > rounding).then(|| {
             format!(
                 "K drifts by {drift:.2e}, above {LARGE_DRIFT} of {name} = {size:.2e}: x is not resolved, however exact Q_t \
                  is; raise n_gamma or windows, or use an operator of higher order"
@@ -77,7 +84,8 @@ impl<S: Real> Measures<S> {
             Some(table) => NEAR_THE_LIMIT * largest_symbol(table),
             None => FRAC_PI_2,
         };
-        (step > allowed).then(|| {
+        // An accuracy has found its windows by itself.
+        (step > allowed && solution.error_estimate.is_none()).then(|| {
             let factor = step / allowed;
             format!(
                 "delta_gamma times the largest local frequency is {step:.2}, above {allowed:.2}, half the limit of {sbp}: raise \
@@ -98,6 +106,16 @@ impl<S: Real> Measures<S> {
             format!(
                 "g00 falls to {g00:.1e} c^2, below {NEAR_A_HORIZON}: near a horizon x changes ever faster in gamma; end \
                  the run earlier, raise c, or ask for solver.accuracy"
+            )
+        })
+    }
+
+    fn scale_warning(&self, solution: &Solution<S>) -> Option<String> {
+        let (estimate, size) = (solution.error_estimate?, crate::norm::max_abs(&solution.x).to_f64());
+        (size > 0.0 && estimate > LARGE_ESTIMATE * size).then(|| {
+            format!(
+                "the estimated error {estimate:.1e} is above {LARGE_ESTIMATE} of the largest |x| = {size:.1e}: below 1 an accuracy \
+                 is an absolute one; ask for more, or choose units nearer to 1"
             )
         })
     }

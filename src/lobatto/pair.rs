@@ -22,8 +22,10 @@ pub(super) struct Length {
 }
 
 impl Length {
-    /// Close to `h`.
+    /// Not above `h` and close to it, one of few lengths: whoever keeps something for every length has not much to keep.
     pub(super) fn near(h: f64, q_t: f64) -> Self {
+        const STEPS_TO_DOUBLE: f64 = 24.0;
+        let h = ((STEPS_TO_DOUBLE * h.log2()).floor() / STEPS_TO_DOUBLE).exp2();
         let charge = h * q_t;
         if charge.is_normal() {
             Self::with(Twofold::from(charge) / Twofold::from(q_t), charge)
