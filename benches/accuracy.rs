@@ -21,7 +21,7 @@ use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::scalar::{Extended, Real};
 
 /// Cases, and what is changed in them.
-const SCENES: [(&str, &str); 13] = [
+const SCENES: [(&str, &str); 18] = [
     ("free", ""),
     ("linear", ""),
     ("harmonic", ""),
@@ -32,6 +32,11 @@ const SCENES: [(&str, &str); 13] = [
     ("morse", ""),
     ("double-well", ""),
     ("units", ""),
+    ("tanh-wall", ""),
+    ("pendulum-separatrix", ""),
+    ("double-well-barrier", ""),
+    ("power-20", ""),
+    ("nearly-spacelike", ""),
     ("quartic", "grid.gamma_f=100.0"),
     ("pendulum", "grid.t_f=100.0"),
     ("quartic", "grid.gamma_f=1000.0"),
