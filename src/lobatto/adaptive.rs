@@ -7,7 +7,6 @@ use super::force::{Force, PolynomialForce};
 use super::formula::FormulaForce;
 use super::kit::{self, Kit};
 use super::pair::Pair;
-use super::simd::Level;
 use super::twofold::Twofold;
 use super::view::WindowView;
 use super::{MarchFailure, State, Statistics};
@@ -59,7 +58,6 @@ pub struct Adapted {
 pub struct Adaptive<'a> {
     metric: &'a Metric,
     q_t: f64,
-    level: Level,
 }
 
 /// Less than this costs hardly less, and in windows that resolve nothing, as next to a horizon, the companion goes astray
@@ -76,13 +74,7 @@ const FIRST: f64 = 1.5;
 impl<'a> Adaptive<'a> {
     /// With the charge `q_t`.
     pub fn new(metric: &'a Metric, q_t: f64) -> Self {
-        Self { metric, q_t, level: Level::Best }
-    }
-
-    /// Uses the instructions of `level`.
-    pub fn with_level(mut self, level: Level) -> Self {
-        self.level = level;
-        self
+        Self { metric, q_t }
     }
 
     /// From `start` to `goal`, the error of t and x below `accuracy` at all nodes, relative to
@@ -116,7 +108,7 @@ impl<'a> Adaptive<'a> {
         accuracy: f64,
         observe: &mut dyn FnMut(&WindowView<'_>) -> ControlFlow<()>,
     ) -> Result<Adapted, MarchFailure> {
-        let Self { metric, q_t, .. } = *self;
+        let Self { metric, q_t } = *self;
         match metric.potential() {
             Potential::Polynomial(p) => {
                 let force = PolynomialForce::new(metric, q_t, p.coefficients());
@@ -138,7 +130,7 @@ impl<'a> Adaptive<'a> {
         accuracy: f64,
         observe: &mut dyn FnMut(&WindowView<'_>) -> ControlFlow<()>,
     ) -> Result<Adapted, MarchFailure> {
-        let Self { metric, q_t, level } = *self;
+        let Self { metric, q_t } = *self;
         let g = metric.at(start.x.hi);
         if !g.is_inside() {
             return Err(MarchFailure::OutsideDomain { window: 0, gamma: 0.0, x: start.x.hi, g00: g.g00 });
@@ -161,7 +153,7 @@ impl<'a> Adaptive<'a> {
         }
         let stiffness = acceleration_slope(q_t, g.g00, g.first, g.second).abs();
         let first = (FIRST / stiffness.max(1e-60).sqrt()).min(length);
-        let mut pair = Pair::new(kit, force, level);
+        let mut pair = Pair::new(kit, force);
         // Long runs at the limit of the arithmetic leave no room for truncation beside rounding.
         let windows = length / first;
         let mut caution = if 1e-16 * windows.powf(1.5) > 20.0 * accuracy { 1e-3 } else { 1.0 };

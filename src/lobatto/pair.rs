@@ -53,7 +53,6 @@ struct Forces<const P: usize> {
 /// Everything that a walk of two needs, to be used again for the next attempt.
 pub(super) struct Pair<const P: usize, F> {
     pub(super) kit: &'static Kit<P>,
-    level: Level,
     force: F,
     windows: [Window<P>; 2],
     /// Those of the window before.
@@ -67,10 +66,10 @@ pub(super) struct Pair<const P: usize, F> {
 }
 
 impl<const P: usize, F: Force> Pair<P, F> {
-    pub(super) fn new(kit: &'static Kit<P>, force: F, level: Level) -> Self {
+    pub(super) fn new(kit: &'static Kit<P>, force: F) -> Self {
         let windows = [Window::new(), Window::new()];
         let seen = [Nodes::ZERO, Nodes::ZERO];
-        Self { kit, level, force, windows, previous: None, rejected: None, is_untouched: false, seen }
+        Self { kit, force, windows, previous: None, rejected: None, is_untouched: false, seen }
     }
 
     /// Forgets the window before: a new march begins.
@@ -105,7 +104,7 @@ impl<const P: usize, F: Force> Pair<P, F> {
         let tables = &self.kit.tables[0];
         self.force.set(length.charge, n);
         let (force, window) = (&mut self.force, &mut self.windows[0]);
-        One { tables, force, window, start, guess, precision }.at(length, self.level, statistics)
+        One { tables, force, window, start, guess, precision }.at(length, statistics)
     }
 
     /// What [`Self::main`] made is too long; the forces are a good guess for a part of it.
@@ -125,7 +124,7 @@ impl<const P: usize, F: Force> Pair<P, F> {
         let guess = Guess::Forces { matrix: &self.kit.resample, values: &main.a };
         let (tables, force) = (&self.kit.tables[1], &mut self.force);
         force.set(length.charge, tables.points);
-        let solved = One { tables, force, window, start, guess, precision }.at(length, self.level, statistics)?;
+        let solved = One { tables, force, window, start, guess, precision }.at(length, statistics)?;
         self.previous = Some(Forces { length: length.h.hi, values: main.a.clone() });
         (self.rejected, self.is_untouched) = (None, true);
         Some(solved)
@@ -155,9 +154,9 @@ struct One<'r, const P: usize, F> {
 
 impl<const P: usize, F: Force> One<'_, P, F> {
     /// From a start and to an end in γ.
-    fn at(self, length: Length, level: Level, statistics: &mut Statistics) -> Option<Solved> {
+    fn at(self, length: Length, statistics: &mut Statistics) -> Option<Solved> {
         let start = State { w: self.start.w * length.h, ..*self.start };
-        let mut solved = level.dispatch(One { start: &start, ..self })?;
+        let mut solved = Level::Best.dispatch(One { start: &start, ..self })?;
         solved.end.w = solved.end.w * length.inverse;
         statistics.evaluations += solved.evaluations;
         Some(solved)
