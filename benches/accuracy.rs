@@ -134,7 +134,7 @@ fn see(view: &WindowView<'_>, nodes: &mut Vec<(Twofold, f64, f64)>) -> ControlFl
     if view.index == 0 {
         nodes.clear();
     }
-    let inside = view.rule.nodes().iter().zip(view.t()).zip(view.x);
+    let inside = view.rule.nodes().iter().zip(view.t()).zip(view.x());
     nodes.extend(inside.map(|((&node, t), &x)| (view.gamma + node * view.length, t, x)));
     nodes.push((view.gamma + view.length, view.end.t.hi, view.end.x.hi));
     ControlFlow::Continue(())

@@ -19,7 +19,7 @@ fn main() {
     for potential in POTENTIALS {
         for (n, windows, gamma, tolerance) in [(24, 1, 1.0, 3e-13), (24, 900, 1000.0, 1e-12), (20, 4000, 1000.0, 0.0)] {
             let (metric, rule) = (metric(potential), WeakRule::new(n));
-            let Marched { end, statistics } = run(&mut march(&metric, &rule, windows, gamma, tolerance), windows);
+            let Marched { end, statistics } = run(&march(&metric, &rule, windows, gamma, tolerance), windows);
             let evaluations = statistics.evaluations;
             print!("{potential}: gamma_f {gamma}, n {n}, {windows} windows, {evaluations} evaluations");
             if potential == "1 - cos(x)" {
@@ -47,7 +47,7 @@ fn march<'a>(metric: &'a Metric, rule: &'a WeakRule, windows: usize, gamma: f64,
     March::new(metric, 2.0, rule, length).with_tolerance(tolerance)
 }
 
-fn run(march: &mut March<'_>, windows: usize) -> Marched {
+fn run(march: &March<'_>, windows: usize) -> Marched {
     let start = State { t: 0.0.into(), x: 1.0.into(), w: 0.1.into() };
     let go_on = &mut |_: &WindowView<'_>| ControlFlow::Continue(());
     march.run(black_box(start), windows, go_on).expect("the run converges")
@@ -63,24 +63,24 @@ fn delta_k(state: &State) -> f64 {
 #[divan::bench(args = POTENTIALS)]
 fn one_unit(bencher: Bencher, potential: &str) {
     let (metric, rule) = (metric(potential), WeakRule::new(24));
-    let mut march = march(&metric, &rule, 1, 1.0, 3e-13);
-    bencher.bench_local(|| run(&mut march, 1));
+    let march = march(&metric, &rule, 1, 1.0, 3e-13);
+    bencher.bench_local(|| run(&march, 1));
 }
 
 /// A thousand units with |ΔK| < 7e-12.
 #[divan::bench(args = POTENTIALS)]
 fn a_thousand_units(bencher: Bencher, potential: &str) {
     let (metric, rule) = (metric(potential), WeakRule::new(24));
-    let mut march = march(&metric, &rule, 900, 1000.0, 1e-12);
-    bencher.counter(ItemsCount::new(900usize)).bench_local(|| run(&mut march, 900));
+    let march = march(&metric, &rule, 900, 1000.0, 1e-12);
+    bencher.counter(ItemsCount::new(900usize)).bench_local(|| run(&march, 900));
 }
 
 /// 4000 windows to rounding, with the twofold evaluation: what a million units are made of.
 #[divan::bench(args = POTENTIALS)]
 fn a_thousand_units_to_rounding(bencher: Bencher, potential: &str) {
     let (metric, rule) = (metric(potential), WeakRule::new(20));
-    let mut march = march(&metric, &rule, 4000, 1000.0, 0.0);
-    bencher.counter(ItemsCount::new(4000usize)).bench_local(|| run(&mut march, 4000));
+    let march = march(&metric, &rule, 4000, 1000.0, 0.0);
+    bencher.counter(ItemsCount::new(4000usize)).bench_local(|| run(&march, 4000));
 }
 
 /// A thousand units to an accuracy, with everything from the tables of the lengths to the error estimate.
@@ -114,8 +114,8 @@ fn levels(bencher: Bencher, level: &str) {
         "avx2" => Level::Avx2,
         _ => Level::Scalar,
     };
-    let mut march = march(&metric, &rule, 2000, 1000.0, 1e-17).with_level(level);
-    bencher.counter(ItemsCount::new(2000usize)).bench_local(|| run(&mut march, 2000));
+    let march = march(&metric, &rule, 2000, 1000.0, 1e-17).with_level(level);
+    bencher.counter(ItemsCount::new(2000usize)).bench_local(|| run(&march, 2000));
 }
 
 /// The tables of one rule, and those of one length.

@@ -224,17 +224,15 @@ impl Attempt<'_> {
             }
             let next = gamma + this.h;
             self.check(&judge, next.hi, share)?;
-            let [x, t_dot, acceleration] = pair.nodes(this);
+            let index = statistics.windows;
             let view = WindowView {
-                index: statistics.windows,
+                index,
                 gamma,
                 length: this.h,
                 rule: rules[0],
                 start,
                 end: solved.end,
-                x,
-                t_dot,
-                acceleration,
+                nodes: pair.nodes(this),
             };
             statistics.windows += 1;
             gamma = next;

@@ -24,9 +24,10 @@ pub(super) trait Force {
 #[derive(Debug, Clone)]
 pub(super) struct PolynomialForce {
     q_t: f64,
-    g: Vec<f64>,
-    /// −½ g00′, lowest power first; a = d u². As long as `g`, the last one 0.
-    d: Vec<f64>,
+    /// The c_k, then the coefficients of d = −½ g00′, as many with a last one 0; a = d u².
+    coefficients: Vec<f64>,
+    /// Both again up to degree four.
+    low: Option<[[f64; 5]; 2]>,
 }
 
 /// The largest relative change of u for which one Newton step will do.
@@ -34,15 +35,29 @@ pub(super) const NEAR: f64 = 0.1;
 
 impl PolynomialForce {
     pub(super) fn new(metric: &Metric, q_t: f64, coefficients: &[f64]) -> Self {
-        let mut g: Vec<f64> = coefficients.iter().map(|c| metric.two_over_mass() * c).collect();
-        g.resize(g.len().max(1), 0.0);
-        g[0] += metric.c_squared();
-        while g.len() > 1 && g.last() == Some(&0.0) {
-            g.pop();
+        let degree = coefficients.iter().rposition(|&c| c != 0.0).unwrap_or(0);
+        let g = |k: usize| {
+            let term = coefficients.get(k).map_or(0.0, |c| metric.two_over_mass() * c);
+            if k == 0 { metric.c_squared() + term } else { term }
+        };
+        let d = |k: usize| if k < degree { -0.5 * (k + 1) as f64 * g(k + 1) } else { 0.0 };
+        let low = (degree < 5)
+            .then(|| [std::array::from_fn(|k| if k <= degree { g(k) } else { 0.0 }), std::array::from_fn(d)]);
+        Self { q_t, coefficients: (0..=degree).map(g).chain((0..=degree).map(d)).collect(), low }
+    }
+
+    /// g and d on G vectors from the `i`-th on; up to degree four in half the time of Horner's rule, by Estrin's scheme.
+    #[inline(always)]
+    fn values<S: Simd, const G: usize>(&self, s: S, x: &[S::f64s], i: usize) -> ([S::f64s; G], [S::f64s; G]) {
+        let Some([g, d]) = &self.low else { return self.horner(s, x, i) };
+        let mut out = ([s.splat_f64s(0.0); G], [s.splat_f64s(0.0); G]);
+        for (j, &x) in x[i..i + G].iter().enumerate() {
+            let square = s.mul_f64s(x, x);
+            let high = multiply_add(s, s.splat_f64s(g[4]), square, pair(s, &g[2..], x));
+            out.0[j] = multiply_add(s, high, square, pair(s, g, x));
+            out.1[j] = multiply_add(s, pair(s, &d[2..], x), square, pair(s, d, x));
         }
-        let mut d: Vec<f64> = g.iter().enumerate().skip(1).map(|(k, c)| -0.5 * k as f64 * c).collect();
-        d.push(0.0);
-        Self { q_t, g, d }
+        out
     }
 
     /// g and d on G vectors from the `i`-th on, by Horner's rule: G independent chains hide its latency.
@@ -51,10 +66,11 @@ impl PolynomialForce {
         let zero = s.splat_f64s(0.0);
         let (mut g, mut d) = ([zero; G], [zero; G]);
         let x = &x[i..i + G];
-        let mut k = self.g.len();
+        let (all_g, all_d) = self.coefficients.split_at(self.coefficients.len() / 2);
+        let mut k = all_g.len();
         while k > 0 {
             k -= 1;
-            let (c, e) = (s.splat_f64s(self.g[k]), s.splat_f64s(self.d[k]));
+            let (c, e) = (s.splat_f64s(all_g[k]), s.splat_f64s(all_d[k]));
             for j in 0..G {
                 g[j] = multiply_add(s, g[j], x[j], c);
                 d[j] = multiply_add(s, d[j], x[j], e);
@@ -75,7 +91,7 @@ impl PolynomialForce {
         far: &mut Option<S::f64s>,
     ) {
         let q = s.splat_f64s(self.q_t);
-        let (g, d) = self.horner::<S, G>(s, x, i);
+        let (g, d) = self.values::<S, G>(s, x, i);
         let (a, u) = (&mut a[i..i + G], &mut u[i..i + G]);
         for j in 0..G {
             match far {
@@ -143,12 +159,19 @@ impl Force for PolynomialForce {
         let (x, x_lo) = (vectors::<S>(x), vectors::<S>(x_lo));
         let (a, u) = (vectors::<S>(a), vectors::<S>(u));
         let (da, du) = (vectors_mut::<S>(da), vectors_mut::<S>(du));
+        let (g, d) = self.coefficients.split_at(self.coefficients.len() / 2);
         for i in 0..x.len() {
-            let g = compensated_horner(s, &self.g, x[i], x_lo[i]);
-            let d = compensated_horner(s, &self.d, x[i], x_lo[i]);
+            let g = compensated_horner(s, g, x[i], x_lo[i]);
+            let d = compensated_horner(s, d, x[i], x_lo[i]);
             (da[i], du[i]) = corrections(s, self.q_t, g, d, a[i], u[i]);
         }
     }
+}
+
+/// c_0 + c_1 x.
+#[inline(always)]
+fn pair<S: Simd>(s: S, c: &[f64], x: S::f64s) -> S::f64s {
+    multiply_add(s, s.splat_f64s(c[1]), x, s.splat_f64s(c[0]))
 }
 
 /// Σ c_k (x + x_lo)^k as (value, what it lacks).

@@ -11,6 +11,7 @@ use super::rule::WeakRule;
 use super::simd::Level;
 use super::tables::Tables;
 use super::twofold::Twofold;
+use super::unit::{Unit, with_unit};
 use super::view::WindowView;
 use super::window::{Guess, MOST_EVALUATIONS, Precision, Solved, Window};
 use super::{MarchFailure, State, Statistics};
@@ -49,15 +50,13 @@ pub struct March<'a> {
     length: Twofold,
     precision: Precision,
     level: Level,
-    walker: Box<dyn Walk>,
 }
 
 impl<'a> March<'a> {
     /// Windows of `length` on the nodes of `rule`. Iterates to rounding unless [`Self::with_tolerance`] says otherwise.
     pub fn new(metric: &'a Metric, q_t: f64, rule: &'a WeakRule, length: Twofold) -> Self {
-        let walker = walker(metric, q_t, rule, length);
         let precision = Precision { tolerance: 0.0, refine: true, most: MOST_EVALUATIONS };
-        Self { metric, q_t, rule, length, precision, level: Level::Best, walker }
+        Self { metric, q_t, rule, length, precision, level: Level::Best }
     }
 
     /// Stops the iteration of a window when the error of X is below `tolerance`, relative to its size: a hundredth of
@@ -79,100 +78,82 @@ impl<'a> March<'a> {
     /// # Errors
     /// [`MarchFailure`] where the world-line leaves the domain or a window is too long to converge.
     pub fn run(
-        &mut self,
+        &self,
         start: State,
         windows: usize,
         observe: &mut dyn FnMut(&WindowView<'_>) -> ControlFlow<()>,
     ) -> Result<Marched, MarchFailure> {
-        let (metric, q_t, rule, length) = (self.metric, self.q_t, self.rule, self.length);
-        let gamma = |index: usize| length * index as f64;
-        let mut see = |index: usize, start: &State, end: &State, [x, t_dot, acceleration]: [&[f64]; 3]| {
-            let gamma = gamma(index);
-            let (start, end) = (*start, *end);
-            observe(&WindowView { index, gamma, length, rule, start, end, x, t_dot, acceleration })
-        };
-        let (marched, complete) = self.walker.walk(self.level, start, windows, self.precision, &mut see);
+        let (marched, complete) = with_unit!(self.rule, unit => self.with(unit, start, windows, observe));
         if complete {
             return Ok(marched);
         }
         let window = marched.statistics.windows;
-        Err(probe::why(metric, q_t, &marched.end, length.hi, window, gamma(window).hi))
+        let gamma = (self.length * window as f64).hi;
+        Err(probe::why(self.metric, self.q_t, &marched.end, self.length.hi, window, gamma))
     }
-}
 
-/// Sees the index of a window, its start and end, and X, u, a on its nodes.
-type See<'s> = &'s mut dyn FnMut(usize, &State, &State, [&[f64]; 3]) -> ControlFlow<()>;
+    fn with<const P: usize>(&self, unit: &Unit<P>, start: State, windows: usize, observe: See<'_>) -> (Marched, bool) {
+        let Self { metric, q_t, .. } = *self;
+        match metric.potential() {
+            Potential::Polynomial(p) => {
+                self.walk(unit, PolynomialForce::new(metric, q_t, p.coefficients()), start, windows, observe)
+            }
+            Potential::Formula(f) => {
+                let force = FormulaForce::<P>::new(metric, q_t, f.program(), self.rule.points());
+                self.walk(unit, force, start, windows, observe)
+            }
+        }
+    }
 
-/// A march with everything that is known at compile time hidden.
-trait Walk {
     /// The end, and whether it is the one asked for.
-    fn walk(
-        &mut self,
-        level: Level,
+    ///
+    /// To rounding with tables of this length, where nothing drifts. Otherwise in units of the length, with tables that are
+    /// there already: h Q_t is rounded to a number, an error of 1e-16 with the same sign in every window.
+    fn walk<const P: usize, F: Force>(
+        &self,
+        unit: &Unit<P>,
+        mut force: F,
         start: State,
         windows: usize,
-        precision: Precision,
-        see: See<'_>,
-    ) -> (Marched, bool);
-}
-
-struct Walker<const P: usize, F> {
-    tables: Box<Tables<P>>,
-    force: F,
-}
-
-/// The smallest sizes that hold n nodes are compiled in.
-fn walker(metric: &Metric, q_t: f64, rule: &WeakRule, length: Twofold) -> Box<dyn Walk> {
-    match rule.points() {
-        ..=8 => sized::<8>(metric, q_t, rule, length),
-        9..=16 => sized::<16>(metric, q_t, rule, length),
-        17..=24 => sized::<24>(metric, q_t, rule, length),
-        25..=32 => sized::<32>(metric, q_t, rule, length),
-        _ => sized::<64>(metric, q_t, rule, length),
-    }
-}
-
-fn sized<const P: usize>(metric: &Metric, q_t: f64, rule: &WeakRule, length: Twofold) -> Box<dyn Walk> {
-    let tables = Tables::<P>::new(rule, length, rule.points() - 2).with_guess(rule);
-    match metric.potential() {
-        Potential::Polynomial(p) => {
-            Box::new(Walker { tables, force: PolynomialForce::new(metric, q_t, p.coefficients()) })
-        }
-        Potential::Formula(f) => {
-            Box::new(Walker { tables, force: FormulaForce::<P>::new(metric, q_t, f.program(), rule.points()) })
-        }
-    }
-}
-
-impl<const P: usize, F: Force> Walk for Walker<P, F> {
-    fn walk(
-        &mut self,
-        level: Level,
-        start: State,
-        windows: usize,
-        precision: Precision,
-        see: See<'_>,
+        observe: See<'_>,
     ) -> (Marched, bool) {
+        let Self { rule, length, precision, .. } = *self;
+        let own;
+        let (tables, scale) = if precision.tolerance == 0.0 {
+            own = Tables::<P>::new(rule, length);
+            (&*own, Twofold::ONE)
+        } else {
+            force.set((length * self.q_t).hi, rule.points());
+            (&*unit.tables, length)
+        };
+        let inverse = Twofold::from(1.0 / scale.hi);
+        let physical = |state: &State| State { w: state.w * inverse, ..*state };
         let mut window = Window::<P>::new();
+        let start = State { w: start.w * scale, ..start };
         let mut marched = Marched { end: start, statistics: Statistics::default() };
-        let n = self.tables.points;
-        let mut seen = |window: &Window<P>, index: usize, start: &State, solved: &Solved| {
-            see(index, start, &solved.end, [&window.x.0[..n], &window.u.0[..n], &window.a.0[..n]])
+        let mut see = |window: &Window<P>, index: usize, start: &State, solved: &Solved| {
+            let (start, end) = (physical(start), physical(&solved.end));
+            let nodes = window.nodes(rule.points(), scale);
+            observe(&WindowView { index, gamma: length * index as f64, length, rule, start, end, nodes })
         };
         let run = Run {
-            tables: &self.tables,
-            force: &mut self.force,
+            tables,
+            force: &mut force,
             window: &mut window,
             guess: Guess::Parabola,
             precision,
             windows,
             marched: &mut marched,
-            see: &mut seen,
+            see: &mut see,
         };
-        let complete = level.dispatch(run);
+        let complete = self.level.dispatch(run);
+        marched.end = physical(&marched.end);
         (marched, complete)
     }
 }
+
+/// Sees a window.
+type See<'s> = &'s mut dyn FnMut(&WindowView<'_>) -> ControlFlow<()>;
 
 /// Sees a window, its index, its start and what came of it.
 type SeeWindow<'r, const P: usize> = &'r mut dyn FnMut(&Window<P>, usize, &State, &Solved) -> ControlFlow<()>;

@@ -22,6 +22,7 @@
 
 mod adaptive;
 mod attempt;
+mod dense;
 mod force;
 mod formula;
 mod kit;
@@ -32,6 +33,7 @@ mod rule;
 mod simd;
 mod tables;
 mod twofold;
+mod unit;
 mod view;
 mod window;
 
@@ -40,7 +42,7 @@ pub use march::{March, Marched};
 pub use rule::WeakRule;
 pub use simd::Level;
 pub use twofold::Twofold;
-pub use view::WindowView;
+pub use view::{Inside, WindowView};
 
 use crate::geodesic::InitialData;
 

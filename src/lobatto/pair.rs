@@ -5,8 +5,10 @@ use pulp::{Simd, WithSimd};
 use super::force::Force;
 use super::kit::Kit;
 use super::simd::Level;
-use super::tables::{Nodes, Tables};
+use super::tables::Nodes;
 use super::twofold::Twofold;
+use super::unit::Unit;
+use super::view::NodeValues;
 use super::window::{Guess, Precision, Solved, Window};
 use super::{State, Statistics};
 
@@ -61,15 +63,12 @@ pub(super) struct Pair<const P: usize, F> {
     rejected: Option<Forces<P>>,
     /// Whether the world-line's window still holds them.
     is_untouched: bool,
-    /// dt/dγ and d²x/dγ² on the nodes.
-    seen: [Nodes<P>; 2],
 }
 
 impl<const P: usize, F: Force> Pair<P, F> {
     pub(super) fn new(kit: &'static Kit<P>, force: F) -> Self {
         let windows = [Window::new(), Window::new()];
-        let seen = [Nodes::ZERO, Nodes::ZERO];
-        Self { kit, force, windows, previous: None, rejected: None, is_untouched: false, seen }
+        Self { kit, force, windows, previous: None, rejected: None, is_untouched: false }
     }
 
     /// Forgets the window before: a new march begins.
@@ -92,7 +91,7 @@ impl<const P: usize, F: Force> Pair<P, F> {
             (Some(forces), _) => (n - 1, 0.0, Some(forces)),
             (None, forces) => ((n - 1) * 3 / 4, 1.0, forces.as_ref()),
         };
-        let continuation = forces.map(|forces| self.kit.continuation(degree, begin, ratio(forces)));
+        let continuation = forces.map(|forces| self.kit.units[0].continuation(degree, begin, ratio(forces)));
         let guess = match (forces, &continuation) {
             (Some(forces), _) if self.rejected.is_none() && self.is_untouched && forces.length == length.h.hi => {
                 Guess::Same
@@ -101,10 +100,10 @@ impl<const P: usize, F: Force> Pair<P, F> {
             _ => Guess::Parabola,
         };
         self.is_untouched = false;
-        let tables = &self.kit.tables[0];
+        let (unit, tail) = (self.kit.units[0], &self.kit.tails[0]);
         self.force.set(length.charge, n);
         let (force, window) = (&mut self.force, &mut self.windows[0]);
-        One { tables, force, window, start, guess, precision }.at(length, statistics)
+        One { unit, tail, force, window, start, guess, precision }.at(length, statistics)
     }
 
     /// What [`Self::main`] made is too long; the forces are a good guess for a part of it.
@@ -122,29 +121,24 @@ impl<const P: usize, F: Force> Pair<P, F> {
     ) -> Option<Solved> {
         let [main, window] = &mut self.windows;
         let guess = Guess::Forces { matrix: &self.kit.resample, values: &main.a };
-        let (tables, force) = (&self.kit.tables[1], &mut self.force);
-        force.set(length.charge, tables.points);
-        let solved = One { tables, force, window, start, guess, precision }.at(length, statistics)?;
+        let (unit, tail, force) = (self.kit.units[1], &self.kit.tails[1], &mut self.force);
+        force.set(length.charge, unit.tables.points);
+        let solved = One { unit, tail, force, window, start, guess, precision }.at(length, statistics)?;
         self.previous = Some(Forces { length: length.h.hi, values: main.a.clone() });
         (self.rejected, self.is_untouched) = (None, true);
         Some(solved)
     }
 
     /// X, u and a of the world-line on its nodes.
-    pub(super) fn nodes(&mut self, length: Length) -> [&[f64]; 3] {
-        let (n, window, inverse) = (self.kit.rules[0].points(), &self.windows[0], length.inverse.hi);
-        let [u, a] = &mut self.seen;
-        for i in 0..P {
-            u.0[i] = window.u.0[i] * inverse;
-            a.0[i] = window.a.0[i] * inverse * inverse;
-        }
-        [&window.x.0[..n], &u.0[..n], &a.0[..n]]
+    pub(super) fn nodes(&self, length: Length) -> NodeValues<'_> {
+        self.windows[0].nodes(self.kit.rules[0].points(), length.h)
     }
 }
 
 /// One window, the work that is compiled for every level.
 struct One<'r, const P: usize, F> {
-    tables: &'r Tables<P>,
+    unit: &'r Unit<P>,
+    tail: &'r [Nodes<P>; 2],
     force: &'r mut F,
     window: &'r mut Window<P>,
     start: &'r State,
@@ -168,14 +162,18 @@ impl<const P: usize, F: Force> WithSimd for One<'_, P, F> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, s: S) -> Option<Solved> {
-        let Self { tables, force, window, start, mut guess, precision } = self;
+        let Self { unit, tail, force, window, start, mut guess, precision } = self;
         loop {
-            let solved = window.solve(s, tables, force, start, guess, precision);
+            let solved = window.solve(s, &unit.tables, force, start, guess, precision);
             // A guess can be far off, even outside the domain: once more from the parabola.
-            if solved.is_some() || matches!(guess, Guess::Parabola) {
-                return solved;
+            if solved.is_none() && !matches!(guess, Guess::Parabola) {
+                guess = Guess::Parabola;
+                continue;
             }
-            guess = Guess::Parabola;
+            return solved.map(
+                #[inline(always)]
+                |solved| window.judge(s, tail, solved),
+            );
         }
     }
 }

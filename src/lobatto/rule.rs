@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use super::tables::LengthFree;
 use super::twofold::Twofold;
+use super::unit::SizedUnit;
 
 /// The weak window operators on n Gauss–Lobatto–Legendre nodes of [0, 1], in double-double.
 ///
@@ -22,6 +23,7 @@ pub struct WeakRule {
     a: Vec<Twofold>,
     a_squared: Vec<Twofold>,
     length_free: OnceLock<LengthFree>,
+    unit: OnceLock<SizedUnit>,
 }
 
 impl WeakRule {
@@ -55,6 +57,7 @@ impl WeakRule {
             a: vec![],
             a_squared: vec![],
             length_free: OnceLock::new(),
+            unit: OnceLock::new(),
         };
         rule.integration = rule.integrate();
         rule.a = rule.invert();
@@ -110,6 +113,11 @@ impl WeakRule {
     /// What tables of windows are made of, computed when the first is made.
     pub(super) fn length_free(&self) -> &LengthFree {
         self.length_free.get_or_init(|| LengthFree::new(self))
+    }
+
+    /// The tables of windows of length 1, computed when they are first asked for.
+    pub(super) fn unit(&self) -> &SizedUnit {
+        self.unit.get_or_init(|| SizedUnit::new(self))
     }
 
     /// P_k at node `i`, on [−1, 1].

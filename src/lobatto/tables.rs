@@ -35,8 +35,6 @@ pub(super) struct Tables<const P: usize> {
     pub(super) line_lo: [f64; P],
     /// h² c²/2, for the parabola.
     pub(super) parabola: [f64; P],
-    /// Two Legendre modes by which a window is judged.
-    pub(super) tail: [[f64; P]; 2],
     /// A power of two above h.
     pub(super) length_unit: f64,
     pub(super) length: Twofold,
@@ -85,8 +83,8 @@ fn round_row(row: &[Twofold], order: &[u8], rounded: &mut [f64]) {
 }
 
 impl<const P: usize> Tables<P> {
-    /// For windows of `length` with `rule`, of which they judge the modes `tail` and `tail` + 1.
-    pub(super) fn new(rule: &WeakRule, length: Twofold, tail: usize) -> Box<Self> {
+    /// For windows of `length` with `rule`.
+    pub(super) fn new(rule: &WeakRule, length: Twofold) -> Box<Self> {
         let n = rule.points();
         assert!(n <= P, "{n} nodes do not fit {P}");
         let h_squared = length * length;
@@ -101,7 +99,6 @@ impl<const P: usize> Tables<P> {
             line: [0.0; P],
             line_lo: [0.0; P],
             parabola: [0.0; P],
-            tail: [[0.0; P]; 2],
             length_unit: f64::from_bits(length.hi.to_bits() & 0x7ff0_0000_0000_0000) * 2.0,
             length,
             points: n,
@@ -124,20 +121,12 @@ impl<const P: usize> Tables<P> {
             (t.line[i], t.line_lo[i]) = (line.hi, line.lo);
             t.parabola[i] = 0.5 * line.hi * line.hi;
         }
-        for (k, row) in t.tail.iter_mut().enumerate() {
-            row.iter_mut().zip(rule.mode((tail + k).min(n - 1))).for_each(|(row, mode)| *row = mode);
+        // Over long windows the full degree amplifies noise.
+        let guess = &rule.length_free().guesses[usize::from(length.hi > 0.4)];
+        for (column, unit) in t.guess.iter_mut().zip(guess.chunks_exact(n)) {
+            column.iter_mut().zip(unit).for_each(|(entry, unit)| *entry = h_squared.hi * unit);
         }
         t
-    }
-
-    /// Fills the first guess for a run of windows of this length. Over long windows the full degree amplifies noise.
-    pub(super) fn with_guess(mut self: Box<Self>, rule: &WeakRule) -> Box<Self> {
-        let h_squared = self.length.hi * self.length.hi;
-        let guess = &rule.length_free().guesses[usize::from(self.length.hi > 0.4)];
-        for (column, unit) in self.guess.iter_mut().zip(guess.chunks_exact(rule.points())) {
-            column.iter_mut().zip(unit).for_each(|(entry, unit)| *entry = h_squared * unit);
-        }
-        self
     }
 }
 

@@ -1,10 +1,11 @@
 //! What an observer sees of a window.
 
 use super::State;
+use super::dense;
 use super::rule::WeakRule;
 use super::twofold::Twofold;
 
-/// A window that was just solved. Everything beyond the plain numbers is computed when it is asked for.
+/// A window that was just solved. Everything beyond its two ends and X is computed when it is asked for.
 #[derive(Debug, Clone, Copy)]
 pub struct WindowView<'a> {
     /// Index of the window.
@@ -19,35 +20,73 @@ pub struct WindowView<'a> {
     pub start: State,
     /// The state at its end.
     pub end: State,
-    /// X on the nodes.
-    pub x: &'a [f64],
-    /// dt/dγ = Q_t/g00(X) on the nodes.
-    pub t_dot: &'a [f64],
-    /// d²x/dγ² = a(X) on the nodes.
-    pub acceleration: &'a [f64],
+    pub(super) nodes: NodeValues<'a>,
 }
 
-impl WindowView<'_> {
+/// X, u = dt/ds and a = d²x/ds² on the nodes, where s = γ/unit.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct NodeValues<'a> {
+    pub(super) x: &'a [f64],
+    pub(super) u: &'a [f64],
+    pub(super) a: &'a [f64],
+    pub(super) unit: f64,
+}
+
+/// A point inside a window.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Inside {
+    /// t.
+    pub t: f64,
+    /// x.
+    pub x: f64,
+    /// w = dx/dγ.
+    pub w: f64,
+}
+
+impl<'a> WindowView<'a> {
+    /// X on the n nodes.
+    pub fn x(&self) -> &'a [f64] {
+        self.nodes.x
+    }
+
     /// W = w + h A a on the n nodes, the scheme's own.
     pub fn w(&self) -> Vec<f64> {
-        self.integral(self.start.w, self.acceleration)
+        let [_, a] = self.scales();
+        self.integral(self.start.w, a, self.nodes.a)
     }
 
     /// T = t + h A u on the n nodes, the scheme's own.
     pub fn t(&self) -> Vec<f64> {
-        self.integral(self.start.t, self.t_dot)
+        let [u, _] = self.scales();
+        self.integral(self.start.t, u, self.nodes.u)
     }
 
     /// t on the nodes, counted from the start of the window, where it costs no digits.
     pub fn elapsed(&self) -> Vec<f64> {
-        self.integral(Twofold::ZERO, self.t_dot)
+        let [u, _] = self.scales();
+        self.integral(Twofold::ZERO, u, self.nodes.u)
     }
 
-    fn integral(&self, start: Twofold, values: &[f64]) -> Vec<f64> {
+    /// Hands out t, x and w at `fractions` (0 to 1) of the window: the dense output.
+    ///
+    /// They are the integrals of the polynomials that u and a are on the nodes: of order n + 1, without an evaluation of
+    /// the potential; at 1 it is the end of the window, of order 2n − 2. [`crate::sampling`] keeps that order inside too,
+    /// at a hundred times the cost.
+    pub fn inside(&self, fractions: impl IntoIterator<Item = f64>, see: impl FnMut(Inside)) {
+        dense::inside(self, fractions.into_iter(), see);
+    }
+
+    /// What integrals over [0, 1] of the nodal values of u and of a are to be multiplied by to give t and w.
+    pub(super) fn scales(&self) -> [f64; 2] {
+        let scale = self.length.hi / self.nodes.unit;
+        [scale, scale / self.nodes.unit]
+    }
+
+    fn integral(&self, start: Twofold, scale: f64, values: &[f64]) -> Vec<f64> {
         let rows = self.rule.a().chunks(self.rule.points());
         rows.map(|row| {
             let sum: f64 = row.iter().zip(values).map(|(a, v)| a.hi * v).sum();
-            start.hi + (start.lo + self.length.hi * sum)
+            start.hi + (start.lo + scale * sum)
         })
         .collect()
     }

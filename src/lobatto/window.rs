@@ -6,7 +6,8 @@ use super::State;
 use super::force::Force;
 use super::simd::{extremes, largest, multiply_add, product_error, two_product, two_sum, vectors, vectors_mut};
 use super::tables::{Matrix, Nodes, Tables};
-use super::twofold::fast_two_sum;
+use super::twofold::{Twofold, fast_two_sum};
+use super::view::NodeValues;
 
 /// The most evaluations in one window, if every length is to be tried; convergent iterations take ten.
 pub(super) const MOST_EVALUATIONS: usize = 60;
@@ -83,12 +84,20 @@ pub(super) struct Precision {
     pub(super) most: usize,
 }
 
+impl Precision {
+    /// Whether the state is to be updated as if in twice the precision.
+    #[inline(always)]
+    fn is_twofold(self) -> bool {
+        self.refine || self.tolerance == 0.0
+    }
+}
+
 /// A window that was solved.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Solved {
     pub(super) end: State,
     pub(super) evaluations: usize,
-    /// The judged Legendre modes of a and u, and the largest |a|, |u|.
+    /// Legendre modes of a and u of high degree, and the largest |a|, |u|, if the window was judged.
     pub(super) tail: [f64; 2],
     pub(super) largest: [f64; 2],
 }
@@ -123,7 +132,13 @@ fn rows<S: Simd, const P: usize, const G: usize>(
 
 /// out = base + M v, as many rows at a time as fit the registers.
 #[inline(always)]
-fn product<S: Simd, const P: usize>(s: S, base: &[f64; P], m: &[[f64; P]], v: &[f64; P], out: &mut [f64; P]) {
+pub(super) fn product<S: Simd, const P: usize>(
+    s: S,
+    base: &[f64; P],
+    m: &[[f64; P]],
+    v: &[f64; P],
+    out: &mut [f64; P],
+) {
     // `v` is to be read from memory: broadcasting loads are cheap, shuffles of a register compete with the arithmetic
     // (with AVX-512 a fifth of the whole time for 20 nodes).
     let v = std::hint::black_box(v);
@@ -177,12 +192,6 @@ fn plain_dot<S: Simd, const P: usize>(s: S, c: &[f64; P], v: &[f64; P]) -> f64 {
     s.reduce_sum_f64s(sum)
 }
 
-/// The larger of the two judged Legendre modes.
-#[inline(always)]
-fn tail<S: Simd, const P: usize>(s: S, t: &Tables<P>, v: &[f64; P]) -> f64 {
-    plain_dot(s, &t.tail[0], v).abs().max(plain_dot(s, &t.tail[1], v).abs())
-}
-
 /// 1.5 times the power of two in (4 v, 8 v].
 #[inline(always)]
 fn unit(v: f64) -> f64 {
@@ -192,6 +201,23 @@ fn unit(v: f64) -> f64 {
 impl<const P: usize> Window<P> {
     pub(super) fn new() -> Self {
         Self { x: Nodes::ZERO, line: Nodes::ZERO, rest: Nodes::ZERO, a: Nodes::ZERO, u: Nodes::ZERO }
+    }
+
+    /// X, u and a on the n nodes; γ is counted in `unit`s.
+    pub(super) fn nodes(&self, n: usize, unit: Twofold) -> NodeValues<'_> {
+        NodeValues { x: &self.x.0[..n], u: &self.u.0[..n], a: &self.a.0[..n], unit: unit.hi }
+    }
+
+    /// Adds what the window is judged by: of a and of u the larger one of two Legendre modes, given the rows that take nodal
+    /// values to them, and the largest value.
+    #[inline(always)]
+    pub(super) fn judge<S: Simd>(&self, s: S, rows: &[Nodes<P>; 2], solved: Solved) -> Solved {
+        let mut judged = solved;
+        for (k, v) in [&self.a.0, &self.u.0].into_iter().enumerate() {
+            judged.tail[k] = plain_dot(s, &rows[0].0, v).abs().max(plain_dot(s, &rows[1].0, v).abs());
+            judged.largest[k] = largest(s, v);
+        }
+        judged
     }
 
     /// The window from `start`; `None` if it does not converge or does not stay inside g00 > 0.
@@ -209,7 +235,7 @@ impl<const P: usize> Window<P> {
         // g00 > 0 where u has the sign of Q_t. (Q_t = 0 leaves u = 0 and a = 0: free motion.)
         let (least, most) = extremes(s, &self.u.0);
         let inside = least > 0.0 || most < 0.0 || (least == 0.0 && most == 0.0);
-        let solved = self.update(s, t, force, start, precision.refine, evaluations);
+        let solved = self.update(s, t, force, start, precision, evaluations);
         // A NaN anywhere ends up in the state.
         (inside && (solved.end.x.hi + solved.end.w.hi + solved.end.t.hi).is_finite()).then_some(solved)
     }
@@ -235,6 +261,10 @@ impl<const P: usize> Window<P> {
             let (hc, hc_lo) = (vectors::<S>(&t.line), vectors::<S>(&t.line_lo));
             let (line, low) = (vectors_mut::<S>(&mut self.line.0), vectors_mut::<S>(&mut low.0));
             for i in 0..low.len() {
+                if !precision.is_twofold() {
+                    (line[i], low[i]) = (multiply_add(s, hc[i], w0, x0), x0_lo);
+                    continue;
+                }
                 let p = s.mul_f64s(hc[i], w0);
                 let (sum, error) = two_sum(s, x0, p);
                 let error = s.add_f64s(error, product_error(s, hc[i], w0, p));
@@ -309,11 +339,27 @@ impl<const P: usize> Window<P> {
         t: &Tables<P>,
         force: &mut F,
         start: &State,
-        refine: bool,
+        precision: Precision,
         evaluations: usize,
     ) -> Solved {
+        let h = t.length;
+        let (p, error) = two_product::<S>(h.hi, start.w.hi);
+        let free = (p, error + (h.lo * start.w.hi + h.hi * start.w.lo));
+        let end = |[dt, dx, dw]: [(f64, f64); 3]| State {
+            t: start.t.plus_update(dt),
+            x: start.x.plus_update(free).plus_update(dx),
+            w: start.w.plus_update(dw),
+        };
+        let solved = |end| Solved { end, evaluations, tail: [0.0; 2], largest: [0.0; 2] };
+        if !precision.is_twofold() {
+            let (a, u) = (&self.a.0, &self.u.0);
+            let dt = (plain_dot(s, &t.weights, u), 0.0);
+            let dx = (plain_dot(s, &t.position_weights, a), 0.0);
+            let dw = (plain_dot(s, &t.weights, a), 0.0);
+            return solved(end([dt, dx, dw]));
+        }
         let (mut da, mut du) = (Nodes::<P>::ZERO, Nodes::<P>::ZERO);
-        if refine && force.refines() {
+        if precision.refine && force.refines() {
             let mut x_lo = Nodes::<P>::ZERO;
             let (x, line, rest) = (vectors::<S>(&self.x.0), vectors::<S>(&self.line.0), vectors::<S>(&self.rest.0));
             let low = vectors_mut::<S>(&mut x_lo.0);
@@ -324,21 +370,12 @@ impl<const P: usize> Window<P> {
             }
             force.refine(s, [&self.x.0, &x_lo.0], [&self.a.0, &self.u.0], [&mut da.0, &mut du.0]);
         }
-        let h = t.length;
         let largest = [largest(s, &self.a.0), largest(s, &self.u.0)];
         let (big_a, big_u) = (unit(h.hi * largest[0]), unit(h.hi * largest[1]));
         let (b, position) = ([&t.weights, &t.weights_lo], [&t.position_weights, &t.position_weights_lo]);
         let dw = dot(s, b, &self.a.0, &da.0, big_a);
         let dx = dot(s, position, &self.a.0, &da.0, t.length_unit * big_a);
         let dt = dot(s, b, &self.u.0, &du.0, big_u);
-        let (p, error) = two_product::<S>(h.hi, start.w.hi);
-        let free = (p, error + (h.lo * start.w.hi + h.hi * start.w.lo));
-        let end = State {
-            t: start.t.plus_update(dt),
-            x: start.x.plus_update(free).plus_update(dx),
-            w: start.w.plus_update(dw),
-        };
-        let tail = [tail(s, t, &self.a.0), tail(s, t, &self.u.0)];
-        Solved { end, evaluations, tail, largest }
+        solved(end([dt, dx, dw]))
     }
 }

@@ -4,6 +4,8 @@ use super::force::{Force, WithForce, dispatch};
 use super::{Failure, MOST_STEPS, Output, Problem, State, Trajectory, check};
 
 const STAGES: usize = 12;
+/// With the derivative at the end, and three that only the dense output needs.
+const DENSE_STAGES: usize = 16;
 
 /// Rows 2 … 12 of A with b below: (stage, coefficient) of what is not zero. From dop853.f, E. Hairer and G. Wanner;
 /// Hairer, Nørsett, Wanner, "Solving Ordinary Differential Equations I", II.5.
@@ -85,6 +87,100 @@ const E5: [(usize, f64); 8] = [
 const B3: [(usize, f64); 3] =
     [(0, 2.440_944_881_889_764e-1), (8, 7.338_466_882_816_118e-1), (11, 2.205_882_352_941_176_6e-2)];
 
+/// Three more stages for the dense output, of which the thirteenth is the derivative at the end of the step.
+const A_DENSE: [&[(usize, f64)]; 3] = [
+    &[
+        (0, 5.616_750_228_304_795e-2),
+        (6, 2.535_002_102_166_248_3e-1),
+        (7, -2.462_390_374_708_025e-1),
+        (8, -1.241_914_232_638_163_7e-1),
+        (9, 1.532_917_982_787_656_8e-1),
+        (10, 8.201_052_295_634_69e-3),
+        (11, 7.567_897_660_545_699e-3),
+        (12, -8.298e-3),
+    ],
+    &[
+        (0, 3.183_464_816_350_214e-2),
+        (5, 2.830_090_967_236_677_6e-2),
+        (6, 5.354_198_830_743_856_6e-2),
+        (7, -5.492_374_857_139_099e-2),
+        (10, -1.083_473_286_972_493_2e-4),
+        (11, 3.825_710_908_356_584e-4),
+        (12, -3.404_650_086_874_045_6e-4),
+        (13, 1.413_124_436_746_325e-1),
+    ],
+    &[
+        (0, -4.288_963_015_837_919_4e-1),
+        (5, -4.697_621_415_361_164),
+        (6, 7.683_421_196_062_599),
+        (7, 4.068_989_818_397_11),
+        (8, 3.567_271_874_552_811e-1),
+        (12, -1.399_024_165_159_014_5e-3),
+        (13, 2.947_514_789_152_772_4),
+        (14, -9.150_958_472_179_87),
+    ],
+];
+
+/// The stages' weights in the last four coefficients of the dense output.
+const D: [&[(usize, f64)]; 4] = [
+    &[
+        (0, -8.428_938_276_109_013),
+        (5, 5.667_149_535_193_777e-1),
+        (6, -3.068_949_945_949_891_7),
+        (7, 2.384_667_656_512_07),
+        (8, 2.117_034_582_445_028),
+        (9, -8.713_915_837_779_73e-1),
+        (10, 2.240_437_430_260_788_3),
+        (11, 6.315_787_787_694_688e-1),
+        (12, -8.899_033_645_133_331e-2),
+        (13, 1.814_850_552_085_472_7e1),
+        (14, -9.194_632_392_478_356),
+        (15, -4.436_036_387_594_894),
+    ],
+    &[
+        (0, 1.042_750_864_257_913_4e1),
+        (5, 2.422_834_917_752_581_7e2),
+        (6, 1.652_004_517_172_702_8e2),
+        (7, -3.745_467_547_226_902e2),
+        (8, -2.211_366_685_312_530_6e1),
+        (9, 7.733_432_668_472_264),
+        (10, -3.067_408_473_108_939_8e1),
+        (11, -9.332_130_526_430_229),
+        (12, 1.569_723_812_177_084_5e1),
+        (13, -3.113_940_321_956_517_8e1),
+        (14, -9.352_924_358_844_48),
+        (15, 3.581_684_148_639_408e1),
+    ],
+    &[
+        (0, 1.998_505_324_200_243_3e1),
+        (5, -3.870_373_087_493_518e2),
+        (6, -1.891_781_381_951_675_8e2),
+        (7, 5.278_081_592_054_236e2),
+        (8, -1.157_390_253_995_963e1),
+        (9, 6.881_232_694_696_3),
+        (10, -1.000_605_096_691_083_8),
+        (11, 7.777_137_798_053_443e-1),
+        (12, -2.778_205_752_353_508),
+        (13, -6.019_669_523_126_412e1),
+        (14, 8.432_040_550_667_716e1),
+        (15, 1.199_229_113_618_279e1),
+    ],
+    &[
+        (0, -2.569_393_346_270_375e1),
+        (5, -1.541_897_486_902_364_3e2),
+        (6, -2.315_293_791_760_455e2),
+        (7, 3.576_391_179_106_141e2),
+        (8, 9.340_532_418_362_432e1),
+        (9, -3.745_832_313_645_163e1),
+        (10, 1.040_996_495_089_623e2),
+        (11, 2.984_029_342_666_05e1),
+        (12, -4.353_345_659_001_114e1),
+        (13, 9.632_455_395_918_828e1),
+        (14, -3.917_726_167_561_544e1),
+        (15, -1.497_268_362_579_856_4e2),
+    ],
+];
+
 /// A step's share of the one that the error allows, and the limits of its change.
 const SAFETY: f64 = 0.9;
 const LEAST_CHANGE: f64 = 1.0 / 3.0;
@@ -93,7 +189,7 @@ const MOST_CHANGE: f64 = 6.0;
 const LEAST_STEP: f64 = 1e-13;
 
 /// The world-line with relative and absolute `tolerance` for x and w. The quadrature of t is carried along outside the
-/// error norm, where it would only cost; steps end on the points of `output`, the last ones before it made even.
+/// error norm, where it would only cost; the points of `output` are on the polynomials of degree 7 of the dense output.
 ///
 /// # Errors
 /// [`Failure`].
@@ -110,9 +206,9 @@ struct March<'a> {
 /// Derivatives of (t, x, w) at the stages.
 #[derive(Default)]
 struct Stages {
-    t: [f64; STAGES],
-    x: [f64; STAGES],
-    w: [f64; STAGES],
+    t: [f64; DENSE_STAGES],
+    x: [f64; DENSE_STAGES],
+    w: [f64; DENSE_STAGES],
 }
 
 impl Stages {
@@ -140,6 +236,31 @@ impl Stages {
         advance(self.combine(A[STAGES - 1]))
     }
 
+    /// The dense output of a step of length `h`, the derivative at whose end is there: 3 evaluations.
+    #[inline(always)]
+    fn dense(&mut self, force: &mut impl Force, from: State, to: State, h: f64) -> Dense {
+        for (stage, row) in (STAGES + 1..).zip(A_DENSE) {
+            let [_, x, w] = self.combine(row);
+            let (u, a) = force.at(from.x + h * x);
+            (self.t[stage], self.x[stage], self.w[stage]) = (u, from.w + h * w, a);
+        }
+        let (from, to) = ([from.elapsed, from.x, from.w], [to.elapsed, to.x, to.w]);
+        let first = [self.t[0], self.x[0], self.w[0]];
+        let end = [self.t[STAGES], self.x[STAGES], self.w[STAGES]];
+        let mut coefficients = [[0.0; 3]; 8];
+        for k in 0..3 {
+            let rise = to[k] - from[k];
+            coefficients[0][k] = from[k];
+            coefficients[1][k] = rise;
+            coefficients[2][k] = h * first[k] - rise;
+            coefficients[3][k] = 2.0 * rise - h * (first[k] + end[k]);
+        }
+        for (coefficients, row) in coefficients[4..].iter_mut().zip(D) {
+            *coefficients = self.combine(row).map(|sum| h * sum);
+        }
+        Dense { coefficients }
+    }
+
     /// The error of a step of length `h` in units of the tolerance.
     #[inline(always)]
     fn error(&self, from: State, to: State, h: f64, tolerance: f64) -> f64 {
@@ -154,6 +275,26 @@ impl Stages {
         }
         let denominator = err + 0.01 * err_2;
         if denominator == 0.0 { 0.0 } else { h * err / (2.0 * denominator).sqrt() }
+    }
+}
+
+/// Σ over powers of s and 1 − s in turns, of (t, x, w).
+struct Dense {
+    coefficients: [[f64; 3]; 8],
+}
+
+impl Dense {
+    #[inline(always)]
+    fn at(&self, s: f64) -> State {
+        let mut value = [0.0; 3];
+        for (power, coefficients) in self.coefficients.iter().enumerate().rev() {
+            let factor = if power % 2 == 0 { s } else { 1.0 - s };
+            for k in 0..3 {
+                value[k] = value[k] * factor + coefficients[k];
+            }
+        }
+        let [elapsed, x, w] = value;
+        State { elapsed, x, w }
     }
 }
 
@@ -173,43 +314,56 @@ impl WithForce for March<'_> {
         let (mut evaluations, mut accepted, mut attempts) = (1, 0, 0);
         let mut gamma = 0.0;
         let mut states = Vec::with_capacity(output.marks.len());
-        for target in output.gamma(problem.length) {
-            loop {
-                let remaining = target - gamma;
-                // As many steps as it takes to the point, all alike: no short one is left over.
-                let parts = (remaining / h * (1.0 - 1e-12)).ceil().max(1.0);
-                let step = if parts <= 2.0 { remaining / parts } else { h };
-                let next = stages.step(&mut force, state, step);
-                evaluations += STAGES - 1;
-                attempts += 1;
-                let error = stages.error(state, next, step, tolerance);
-                if attempts > MOST_STEPS || step < LEAST_STEP * problem.length {
-                    return Err(Failure::TooManySteps);
-                }
-                if !(next.x.is_finite() && next.w.is_finite()) {
-                    h = step * LEAST_CHANGE;
-                    continue;
-                }
-                let change = (SAFETY * error.powf(-0.125)).clamp(LEAST_CHANGE, MOST_CHANGE);
-                if error > 1.0 {
-                    h = step * change.min(1.0);
-                    continue;
-                }
-                // A step that was cut says nothing against longer ones.
-                h = if step < h { (step * change).max(h) } else { step * change };
-                state = next;
-                gamma += step;
-                accepted += 1;
-                let (u, a) = force.at(state.x);
-                evaluations += 1;
-                (stages.t[0], stages.x[0], stages.w[0]) = (u, state.w, a);
-                if parts == 1.0 {
-                    gamma = target;
-                    break;
-                }
+        let mut targets = output.gamma(problem.length).peekable();
+        let end = output.gamma(problem.length).last().unwrap_or(0.0);
+        while targets.peek().is_some() {
+            let remaining = end - gamma;
+            // No short step is left over at the end.
+            let parts = (remaining / h * (1.0 - 1e-12)).ceil().max(1.0);
+            let step = if parts <= 2.0 { remaining / parts } else { h };
+            let next = stages.step(&mut force, state, step);
+            evaluations += STAGES - 1;
+            attempts += 1;
+            let error = stages.error(state, next, step, tolerance);
+            if attempts > MOST_STEPS || step < LEAST_STEP * problem.length {
+                return Err(Failure::TooManySteps);
             }
-            check(&problem.metric, state)?;
-            states.push(state);
+            if !(next.x.is_finite() && next.w.is_finite()) {
+                h = step * LEAST_CHANGE;
+                continue;
+            }
+            let change = (SAFETY * error.powf(-0.125)).clamp(LEAST_CHANGE, MOST_CHANGE);
+            if error > 1.0 {
+                h = step * change.min(1.0);
+                continue;
+            }
+            // A step that was cut says nothing against longer ones.
+            h = if step < h { (step * change).max(h) } else { step * change };
+            accepted += 1;
+            let (u, a) = force.at(next.x);
+            evaluations += 1;
+            (stages.t[STAGES], stages.x[STAGES], stages.w[STAGES]) = (u, next.w, a);
+            let mut dense = None;
+            while let Some(target) = targets.next_if(|&target| parts == 1.0 || target <= gamma + step) {
+                let fraction = (target - gamma) / step;
+                let point = if fraction == 1.0 {
+                    next
+                } else {
+                    let dense = dense.get_or_insert_with(
+                        #[inline(always)]
+                        || {
+                            evaluations += DENSE_STAGES - STAGES - 1;
+                            stages.dense(&mut force, state, next, step)
+                        },
+                    );
+                    dense.at(fraction)
+                };
+                check(&problem.metric, point)?;
+                states.push(point);
+            }
+            (stages.t[0], stages.x[0], stages.w[0]) = (u, next.w, a);
+            state = next;
+            gamma += step;
         }
         Ok(Trajectory { states, evaluations, steps: accepted })
     }

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use super::composition::Sum;
 use super::force::{Force, WithForce, dispatch};
-use super::{Failure, Output, Problem, State, Trajectory, walk};
+use super::{Failure, Marks, Output, Problem, State, Trajectory, check};
 
 /// Iterations allowed for a step.
 const MOST_ITERATIONS: usize = 60;
@@ -19,7 +19,8 @@ const ROUNDING: f64 = 1e-12;
 ///
 /// by fixed-point iteration from the polynomial of the step before, with compensated summation: as in Hairer,
 /// McLachlan, Razakarivony (2008), "Achieving Brouwer's law with implicit Runge–Kutta methods", but for the tables,
-/// which are in `f64`.
+/// which are in `f64`. Between the ends of steps t, x and w are the integrals of the polynomials through a and u at the
+/// stages: of order s + 1 in w and t.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gauss {
     /// Number of stages s: 2, 4, 6, 8, 10 or 12.
@@ -29,7 +30,7 @@ pub struct Gauss {
 }
 
 impl Gauss {
-    /// The world-line with so many steps in each interval of `output`.
+    /// The world-line in so many `steps` of equal length.
     ///
     /// # Errors
     /// [`Failure`].
@@ -49,10 +50,11 @@ impl Gauss {
     }
 
     fn sized<const S: usize>(&self, problem: &Problem, output: &Output, steps: usize) -> Result<Trajectory, Failure> {
-        let h = problem.length / (output.intervals * steps) as f64;
-        let tables = Tables::<S>::scaled(Unit::shared(S), h);
+        let h = problem.length / steps as f64;
+        let unit = Unit::shared(S);
+        let tables = Tables::<S>::scaled(unit, h);
         let tolerance = self.tolerance;
-        dispatch(&problem.metric, problem.q_t(), March { problem, output, steps, tables: &tables, h, tolerance })
+        dispatch(&problem.metric, problem.q_t(), March { problem, output, steps, unit, tables: &tables, h, tolerance })
     }
 }
 
@@ -64,6 +66,9 @@ struct Unit {
     square: Vec<f64>,
     /// Values of the interpolating polynomial at the nodes of the next step.
     next: Vec<f64>,
+    /// Coefficients of the interpolating polynomial: that of P_k over 2(2k + 1), as ∫P_k = (P_{k+1} − P_{k−1})/(2(2k + 1))
+    /// with P_{−1} = −1.
+    modes: Vec<f64>,
 }
 
 /// P_0 … P_n at z.
@@ -114,7 +119,10 @@ impl Unit {
         };
         let columns =
             |f: &dyn Fn(usize, usize) -> f64| (0..s).flat_map(|j| (0..s).map(move |i| f(i, j))).collect::<Vec<f64>>();
-        Self { square: columns(&square), next: columns(&lagrange), c: c.clone(), b: b.clone() }
+        // The norm of P_k cancels the denominator but for a half.
+        let mode = |k: usize, j: usize| 0.5 * b[j] * legendre(s, z[j])[k];
+        let modes = columns(&mode);
+        Self { square: columns(&square), next: columns(&lagrange), modes, c: c.clone(), b: b.clone() }
     }
 }
 
@@ -134,7 +142,7 @@ struct Tables<const S: usize> {
 
 impl<const S: usize> Tables<S> {
     fn scaled(unit: &Unit, h: f64) -> Self {
-        let Unit { c, b, square, next } = unit;
+        let Unit { c, b, square, next, .. } = unit;
         Self {
             hc: std::array::from_fn(|i| h * c[i]),
             square: std::array::from_fn(|j| std::array::from_fn(|i| h * h * square[j * S + i])),
@@ -149,6 +157,7 @@ struct March<'a, const S: usize> {
     problem: &'a Problem,
     output: &'a Output,
     steps: usize,
+    unit: &'a Unit,
     tables: &'a Tables<S>,
     h: f64,
     tolerance: f64,
@@ -162,6 +171,43 @@ fn multiply<const S: usize>(columns: &[[f64; S]; S], v: &[f64; S], out: &mut [f6
             out[i] += column[i] * v;
         }
     }
+}
+
+/// Points that are computed together.
+const TOGETHER: usize = 8;
+
+/// ∫u, ∬a and ∫a over [0, s] for several s, by the values of u and a at the stages.
+#[inline(always)]
+fn inside<const S: usize>(unit: &Unit, u: &[f64; S], a: &[f64; S], s: [f64; TOGETHER]) -> [[f64; TOGETHER]; 3] {
+    let (mut t, mut w) = ([0.0; S], [0.0; S]);
+    for (j, column) in unit.modes.chunks_exact(S).enumerate() {
+        for k in 0..S {
+            t[k] += column[k] * u[j];
+            w[k] += column[k] * a[j];
+        }
+    }
+    let mut out = [[0.0; TOGETHER]; 3];
+    let (mut p, mut before) = ([1.0; TOGETHER], [-1.0; TOGETHER]);
+    for k in 0..=S {
+        let share = 0.5 / (2 * k + 1) as f64;
+        let [t, w, w_before, w_after] = [
+            t.get(k).copied().unwrap_or(0.0),
+            w.get(k).copied().unwrap_or(0.0),
+            w[k.saturating_sub(1)],
+            w.get(k + 1).copied().unwrap_or(0.0),
+        ];
+        let x = share * (w_before - w_after);
+        let (next, last) = ((2 * k + 1) as f64 / (k + 1) as f64, k as f64 / (k + 1) as f64);
+        for l in 0..TOGETHER {
+            let after = next * (2.0 * s[l] - 1.0) * p[l] - last * before[l];
+            let difference = after - before[l];
+            out[0][l] += t * difference;
+            out[1][l] += x * difference;
+            out[2][l] += w * difference;
+            (before[l], p[l]) = (p[l], after);
+        }
+    }
+    out
 }
 
 #[inline(always)]
@@ -179,62 +225,82 @@ impl<const S: usize> WithForce for March<'_, S> {
 
     #[inline(always)]
     fn with(self, mut force: impl Force) -> Self::Output {
-        let Self { problem, output, steps, tables, h, tolerance } = self;
+        let Self { problem, output, steps, unit, tables, h, tolerance } = self;
         let State { elapsed, x, w } = problem.start();
         let [mut t, mut x, mut w] = [elapsed, x, w].map(Sum::<true>::new);
         let (mut a, mut u) = ([force.at(x.value).1; S], [0.0; S]);
-        let (mut done, mut sweeps) = (0, 0);
+        let mut sweeps = 0;
         let mut first = true;
-        let states = walk(
-            problem,
-            output,
-            #[inline(always)]
-            |parts| {
-                for _ in 0..parts * steps {
-                    if !first {
-                        let mut guess = [0.0; S];
-                        multiply(&tables.next, &a, &mut guess);
-                        a = guess;
-                    }
-                    first = false;
-                    let base: [f64; S] = std::array::from_fn(|i| x.low + tables.hc[i] * w.value);
-                    let mut z = [f64::INFINITY; S];
-                    let mut change_before = f64::INFINITY;
-                    let mut iteration = 0;
-                    loop {
-                        let mut shift = base;
-                        multiply(&tables.square, &a, &mut shift);
-                        let now = shift.map(|shift| x.value + shift);
-                        let change = largest::<S>(std::array::from_fn(|i| now[i] - z[i]));
-                        z = now;
-                        for i in 0..S {
-                            (u[i], a[i]) = force.at(z[i]);
-                        }
-                        iteration += 1;
-                        let size = largest(z);
-                        // The error left is about that share of the change by which changes shrink.
-                        let rate = change / change_before;
-                        let left = if change_before.is_finite() { change * rate.min(1.0) } else { change };
-                        if left <= tolerance * size || change <= f64::EPSILON / 4.0 * size {
-                            break;
-                        }
-                        if rate > 0.5 && change <= ROUNDING * size {
-                            break;
-                        }
-                        if iteration == MOST_ITERATIONS || !size.is_finite() {
-                            return Err(Failure::NotConverged);
-                        }
-                        change_before = change;
-                    }
-                    sweeps += iteration;
-                    x.add(h * w.value + (h * w.low + dot(&tables.position, &a)));
-                    w.add(dot(&tables.weight, &a));
-                    t.add(dot(&tables.weight, &u));
+        let mut marks = Marks::new(output, steps);
+        let mut states = Vec::with_capacity(output.marks.len());
+        let last = Marks::last(output, steps);
+        for step in 0..last {
+            if !first {
+                let mut guess = [0.0; S];
+                multiply(&tables.next, &a, &mut guess);
+                a = guess;
+            }
+            first = false;
+            let base: [f64; S] = std::array::from_fn(|i| x.low + tables.hc[i] * w.value);
+            let mut z = [f64::INFINITY; S];
+            let mut change_before = f64::INFINITY;
+            let mut iteration = 0;
+            loop {
+                let mut shift = base;
+                multiply(&tables.square, &a, &mut shift);
+                let now = shift.map(|shift| x.value + shift);
+                let change = largest::<S>(std::array::from_fn(|i| now[i] - z[i]));
+                z = now;
+                for i in 0..S {
+                    (u[i], a[i]) = force.at(z[i]);
                 }
-                done += parts * steps;
-                Ok(State { elapsed: t.value, x: x.value, w: w.value })
-            },
-        )?;
-        Ok(Trajectory { states, evaluations: sweeps * S, steps: done })
+                iteration += 1;
+                let size = largest(z);
+                // The error left is about that share of the change by which changes shrink.
+                let rate = change / change_before;
+                let left = if change_before.is_finite() { change * rate.min(1.0) } else { change };
+                if left <= tolerance * size || change <= f64::EPSILON / 4.0 * size {
+                    break;
+                }
+                if rate > 0.5 && change <= ROUNDING * size {
+                    break;
+                }
+                if iteration == MOST_ITERATIONS || !size.is_finite() {
+                    return Err(Failure::NotConverged);
+                }
+                change_before = change;
+            }
+            sweeps += iteration;
+            let start = State { elapsed: t.value, x: x.value, w: w.value };
+            x.add(h * w.value + (h * w.low + dot(&tables.position, &a)));
+            w.add(dot(&tables.weight, &a));
+            t.add(dot(&tables.weight, &u));
+            let mut waiting = marks.within(step);
+            while waiting.is_some() {
+                let (mut fractions, mut count) = ([1.0; TOGETHER], 0);
+                while let Some(fraction) = waiting.filter(|_| count < TOGETHER) {
+                    fractions[count] = fraction;
+                    count += 1;
+                    waiting = marks.within(step);
+                }
+                let is_inside = fractions[0] < 1.0;
+                let points = if is_inside { inside(unit, &u, &a, fractions) } else { Default::default() };
+                for l in 0..count {
+                    let s = h * fractions[l];
+                    let state = if fractions[l] < 1.0 {
+                        State {
+                            elapsed: start.elapsed + h * points[0][l],
+                            x: start.x + (s * start.w + h * h * points[1][l]),
+                            w: start.w + h * points[2][l],
+                        }
+                    } else {
+                        State { elapsed: t.value, x: x.value, w: w.value }
+                    };
+                    check(&problem.metric, state)?;
+                    states.push(state);
+                }
+            }
+        }
+        Ok(Trajectory { states, evaluations: sweeps * S, steps: last })
     }
 }

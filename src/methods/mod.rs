@@ -23,8 +23,10 @@
 //! evaluates g00 and g00′ and nothing else, once a stage. (With the crate `differential-equations` 0.7 the errors of
 //! Radau5 did not follow the tolerance.)
 //!
-//! Steps of constant length divide the intervals between the points asked for; adaptive methods end a step on each of
-//! them, but [`taylor()`], whose polynomials are its dense output.
+//! Between the ends of their steps RK4, Gauss and DOP853 have a dense output: the cubic through both ends, the integrals of
+//! the polynomials through the stages, and Hairer's polynomial of degree 7 with three stages more; [`taylor()`] has its
+//! polynomials. [`Composition`] divides the intervals between the points asked for, and [`radau5()`] ends a step on each of
+//! them.
 
 mod composition;
 mod dop853;
@@ -135,6 +137,36 @@ fn check(metric: &Metric, state: State) -> Result<(), Failure> {
         return Err(Failure::Diverged);
     }
     if metric.at(state.x).is_inside() { Ok(()) } else { Err(Failure::OutsideDomain) }
+}
+
+/// Where the points of an output are among steps of equal length.
+pub(crate) struct Marks<'o> {
+    intervals: usize,
+    steps: usize,
+    marks: std::iter::Peekable<std::slice::Iter<'o, usize>>,
+}
+
+impl<'o> Marks<'o> {
+    /// With so many steps in all.
+    pub(crate) fn new(output: &'o Output, steps: usize) -> Self {
+        Self { intervals: output.intervals, steps, marks: output.marks.iter().peekable() }
+    }
+
+    /// The steps that it takes to the last of them.
+    pub(crate) fn last(output: &Output, steps: usize) -> usize {
+        (output.marks.last().unwrap_or(&0) * steps).div_ceil(output.intervals)
+    }
+
+    /// The next of them as a fraction in (0, 1] of the step with this index, if it is there.
+    #[inline(always)]
+    pub(crate) fn within(&mut self, step: usize) -> Option<f64> {
+        let ahead = **self.marks.peek()? * self.steps - step * self.intervals;
+        if ahead > self.intervals {
+            return None;
+        }
+        self.marks.next();
+        Some(ahead as f64 / self.intervals as f64)
+    }
 }
 
 /// Walks the parts between the marks: `part` advances over so many of them.

@@ -32,7 +32,7 @@ pub(super) fn march(
     }
     let run = Run::new(problem, case, length, windows * problem.sbp.points(), observer);
     let mut certified = CertifiedRun::new(problem.clone(), run);
-    let mut march = March::new(&problem.metric, q_t, rule, window_length);
+    let march = March::new(&problem.metric, q_t, rule, window_length);
     let marched = march.run(State::from(problem.initial), windows, &mut |view| {
         let end = if view.index + 1 == windows { length } else { (view.gamma + view.length).hi };
         certified.append(view, end)
@@ -95,11 +95,11 @@ impl<'o> CertifiedRun<'o> {
         }
         let elapsed = view.elapsed();
         self.room.fit(elapsed.len());
-        let norm = problem.action().weak_gradient_norm_at_limit(&elapsed, view.x, &mut self.room);
+        let norm = problem.action().weak_gradient_norm_at_limit(&elapsed, view.x(), &mut self.room);
         let piece = Piece {
             gradient_norm: norm.unwrap_or(f64::INFINITY),
             elapsed,
-            x: view.x.to_vec(),
+            x: view.x().to_vec(),
             backward: None,
             multipliers: None,
             end: [view.end.x.hi, view.end.w.hi],

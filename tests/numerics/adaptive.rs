@@ -32,7 +32,7 @@ fn measure(name: &str, (metric, initial): &(Metric, InitialData), length: f64, a
         if view.index == 0 {
             points.clear();
         }
-        for (node, (&x, t)) in view.rule.nodes().iter().zip(view.x.iter().zip(view.t())) {
+        for (node, (&x, t)) in view.rule.nodes().iter().zip(view.x().iter().zip(view.t())) {
             points.push(((view.gamma + *node * view.length).hi, t, x));
         }
         points.push(((view.gamma + view.length).hi, view.end.t.hi, view.end.x.hi));
@@ -117,7 +117,7 @@ fn accuracies_are_kept_over_long_runs() {
     }
     // 1e-13 against windows that keep K to 1e-15: t is 1540 at the end.
     let (metric, initial) = quartic();
-    let mut march = March::new(&metric, 2.0, WeakRule::shared(20), 0.25.into());
+    let march = March::new(&metric, 2.0, WeakRule::shared(20), 0.25.into());
     let exact = march.run(initial.into(), 4000, &mut go_on).expect("it converges").end;
     let adapted = Adaptive::new(&metric, 2.0).run(initial.into(), Goal::Gamma(1000.0), 1e-13, &mut go_on);
     let Adapted { end, error_estimate, attempts, .. } = adapted.unwrap_or_else(|error| panic!("{error}"));
@@ -177,7 +177,7 @@ fn thin_walls_are_not_jumped_over() {
     for (formula, length) in [("0.2*tanh(40*(x - 1))", 4.0), ("0.1*x^20", 8.0)] {
         let (metric, initial) = scene(formula, [0.0, 1.0, 0.5]);
         let q_t = initial.invariants(&metric).q_t;
-        let mut march = March::new(&metric, q_t, WeakRule::shared(16), 0.005.into());
+        let march = March::new(&metric, q_t, WeakRule::shared(16), 0.005.into());
         let exact = march.run(initial.into(), (200.0 * length) as usize, &mut go_on).expect("it converges").end;
         for digits in 4..=13 {
             let accuracy = 10.0_f64.powi(-digits);

@@ -42,7 +42,7 @@ fn worst_delta_k(metric: &Metric, n: usize, windows: usize, length: f64, level: 
         worst = worst.max(delta_k(&view.end).abs());
         ControlFlow::Continue(())
     };
-    let mut march = March::new(metric, 2.0, &rule, length.into()).with_level(level);
+    let march = March::new(metric, 2.0, &rule, length.into()).with_level(level);
     march.run(base(), windows, &mut see).expect("the run converges");
     worst
 }
@@ -195,9 +195,50 @@ fn observers_see_windows_and_can_stop() {
         assert_eq!(view.gamma.hi, 0.5 * view.index as f64);
         let (w, t) = (view.w(), view.t());
         assert!((w[15] - view.end.w.hi).abs() < 1e-14 && (t[15] - view.end.t.hi).abs() < 1e-13);
-        assert!((view.x[15] - view.end.x.hi).abs() < 1e-14);
+        assert!((view.x()[15] - view.end.x.hi).abs() < 1e-14);
         if view.index == 4 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let marched = March::new(&metric, 2.0, &rule, 0.5.into()).run(base(), 100, &mut see).expect("it converges");
     assert_eq!((marched.statistics.windows, indices), (5, vec![0, 1, 2, 3, 4]));
+}
+
+/// Largest error of t, x and w at 40 fractions of each of `windows` windows on [0, 1].
+fn inside_error(n: usize, windows: usize, tolerance: f64) -> f64 {
+    let metric = quartic();
+    let State { t, x, w } = base();
+    let initial = InitialData { t: t.hi, x: x.hi, t_dot: 1.0, x_dot: w.hi };
+    let reference = ReferenceTrajectory::new(&metric, initial, 1.0, 16).expect("it gets there");
+    let fractions: Vec<f64> = (0..=40).map(|k| f64::from(k) / 40.0).collect();
+    let length = Twofold::ONE / Twofold::from(windows as f64);
+    let (mut points, mut largest) = (Vec::new(), 0.0_f64);
+    let mut see = |view: &WindowView<'_>| {
+        view.inside(fractions.iter().copied(), |point| points.push(point));
+        assert_eq!(points.len(), fractions.len());
+        assert_eq!(points[40].x, view.end.x.hi);
+        for (point, &fraction) in points.drain(..).zip(&fractions) {
+            let exact = reference.at(view.gamma.hi + fraction * view.length.hi);
+            for error in [point.t - exact.elapsed, point.x - exact.x, point.w - exact.x_dot] {
+                largest = largest.max(error.abs());
+            }
+        }
+        ControlFlow::Continue(())
+    };
+    let march = March::new(&metric, 2.0, WeakRule::shared(n), length).with_tolerance(tolerance);
+    march.run(base(), windows, &mut see).expect("it converges");
+    largest
+}
+
+#[test]
+fn dense_output_is_of_order_n_plus_one_and_the_same_for_all_vectors_and_units() {
+    for n in [4, 5, 6, 7] {
+        let errors = [8, 16].map(|windows| inside_error(n, windows, 0.0));
+        let order = (errors[0] / errors[1]).log2();
+        assert!(order > n as f64 + 0.75, "{n} nodes: order {order}, {errors:?}");
+    }
+    for n in [12, 16, 20, 24, 32] {
+        for tolerance in [0.0, 1e-16] {
+            let error = inside_error(n, 4, tolerance);
+            assert!(error < 1e-11_f64.powf(n as f64 / 12.0).max(2e-15), "{n} nodes: {error}");
+        }
+    }
 }

@@ -47,7 +47,11 @@ type Case<'a> = (&'a str, Fixed<'a>, f64, [usize; 2], f64);
 #[test]
 fn every_method_of_constant_steps_has_its_order() {
     let composition = |c: Composition| move |p: &Problem, o: &Output, n: usize| c.run(p, o, n);
-    let gauss = |stages: usize| move |p: &Problem, o: &Output, n: usize| Gauss { stages, tolerance: 0.0 }.run(p, o, n);
+    let in_all = |o: &Output, n: usize| n * o.intervals;
+    let rk4 = |p: &Problem, o: &Output, n: usize| rk4(p, o, in_all(o, n));
+    let gauss = |stages: usize| {
+        move |p: &Problem, o: &Output, n: usize| Gauss { stages, tolerance: 0.0 }.run(p, o, in_all(o, n))
+    };
     let compensated = composition(Composition::KAHAN_LI_8.compensated());
     let cases: [Case<'_>; 9] = [
         ("rk4", &rk4, 3.4, [20, 40], 1e-6),
@@ -112,9 +116,9 @@ fn symplectic_methods_keep_k_bounded_and_runge_kutta_lets_it_drift() {
         let growth = late_to_early(composition.run(&problem, &output, 180 / composition.stages()).unwrap());
         assert!(growth < 1.2, "{composition:?}: {growth}");
     }
-    let growth = late_to_early(Gauss { stages: 4, tolerance: 0.0 }.run(&problem, &output, 2).unwrap());
+    let growth = late_to_early(Gauss { stages: 4, tolerance: 0.0 }.run(&problem, &output, 2000).unwrap());
     assert!(growth < 1.2, "{growth}");
-    let growth = late_to_early(rk4(&problem, &output, 20).unwrap());
+    let growth = late_to_early(rk4(&problem, &output, 20_000).unwrap());
     assert!(growth > 5.0, "{growth}");
     let growth = late_to_early(dop853(&problem, &output, 1e-8).unwrap());
     assert!(growth > 5.0, "{growth}");
@@ -126,14 +130,14 @@ fn failures_are_told_apart() {
     let problem = Problem { metric: Metric::new(Potential::linear(-0.5), 1.0, 1.0), initial: start, length: 5.0 };
     let output = Output::even(5);
     for failure in [
-        rk4(&problem, &output, 100).unwrap_err(),
+        rk4(&problem, &output, 500).unwrap_err(),
         dop853(&problem, &output, 1e-8).unwrap_err(),
         taylor(&problem, &output, 18, 14).unwrap_err(),
     ] {
         assert!([Failure::OutsideDomain, Failure::TooManySteps, Failure::Diverged].contains(&failure), "{failure}");
     }
     let gauss = Gauss { stages: 8, tolerance: 0.0 };
-    assert_eq!(gauss.run(&quartic(1000.0), &output, 1).unwrap_err(), Failure::NotConverged);
+    assert_eq!(gauss.run(&quartic(1000.0), &output, 5).unwrap_err(), Failure::NotConverged);
 }
 
 #[test]
@@ -142,10 +146,39 @@ fn output_need_not_be_even() {
     let output = Output { intervals: 100, marks: vec![1, 2, 7, 50, 100] };
     for trajectory in [
         Composition::KAHAN_LI_8.run(&problem, &output, 4).unwrap(),
-        Gauss { stages: 8, tolerance: 1e-14 }.run(&problem, &output, 1).unwrap(),
+        Gauss { stages: 8, tolerance: 1e-14 }.run(&problem, &output, 100).unwrap(),
         dop853(&problem, &output, 1e-13).unwrap(),
         taylor(&problem, &output, 20, 16).unwrap(),
     ] {
         assert!(error(&problem, &output, &trajectory) < 1e-11);
+    }
+}
+
+#[test]
+fn dense_output_has_its_order() {
+    let gauss = |stages: usize| move |p: &Problem, o: &Output, n: usize| Gauss { stages, tolerance: 0.0 }.run(p, o, n);
+    // Of t and w, hence of the largest error: 4 for the cubic, s + 1 for Gauss; and more than eight points in a step.
+    let cases: [Case<'_>; 4] = [
+        ("rk4", &rk4, 3.6, [40, 80], 3e-5),
+        ("gauss 2", &gauss(2), 2.8, [40, 80], 1e-4),
+        ("gauss 4", &gauss(4), 4.7, [20, 40], 2e-6),
+        ("gauss 6", &gauss(6), 6.0, [10, 20], 2e-6),
+    ];
+    let output = Output::even(97);
+    for (name, method, least, steps, bound) in cases {
+        for problem in [&quartic(5.0), &others(5.0)[0]] {
+            let errors = steps.map(|n| error(problem, &output, &method(problem, &output, n).unwrap()));
+            let slope = (errors[0] / errors[1]).log2();
+            assert!(slope > least && errors[1] < bound, "{name}: order {slope}, errors {errors:?}");
+        }
+    }
+    // That of DOP853 is as accurate as the ends of its steps, about.
+    let problem = quartic(5.0);
+    for tolerance in [1e-6, 1e-9, 1e-12] {
+        let [ends, all] = [1, 97].map(|points| {
+            let output = Output::even(points);
+            error(&problem, &output, &dop853(&problem, &output, tolerance).unwrap())
+        });
+        assert!(all < 3.0 * ends + 30.0 * tolerance, "{tolerance}: {all} inside, {ends} at the end");
     }
 }

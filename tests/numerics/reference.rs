@@ -253,7 +253,7 @@ fn what_no_coefficient_shows_is_not_jumped_over() {
         let metric = Metric::new(potential, 1.0, 1.0);
         let initial = InitialData { t: 0.0, x: 0.0, t_dot: 1.0, x_dot: 0.5 };
         let q_t = initial.invariants(&metric).q_t;
-        let mut march = March::new(&metric, q_t, WeakRule::shared(16), (0.005).into());
+        let march = March::new(&metric, q_t, WeakRule::shared(16), (0.005).into());
         let windows = (200.0 * length) as usize;
         let end = march.run(initial.into(), windows, &mut |_| ControlFlow::Continue(())).unwrap().end;
         let reference = ReferenceTrajectory::new(&metric, initial, length, 16).unwrap();

@@ -2,7 +2,6 @@
 
 use std::sync::atomic::AtomicBool;
 
-use geodesic_ivp::Case;
 use geodesic_ivp::case::SbpName;
 use geodesic_ivp::study::work_precision::{Arena, Budget, Family, RowStatus, drift, measure};
 
@@ -25,7 +24,8 @@ fn every_method_arrives_and_errors_are_those_of_the_method() {
             Family::Block(SbpName::Sbp21, _) | Family::Verlet => 1e-2,
             Family::Block(SbpName::Sbp42, _) | Family::Radau5 => 1e-3,
             Family::Block(..) => 1e-4,
-            Family::Rk4 | Family::Gauss(2) => 1e-6,
+            Family::Rk4 | Family::Gauss(2) | Family::March(4) => 1e-5,
+            Family::Gauss(4) => 1e-8,
             _ => 1e-10,
         };
         assert!(best < bound, "{}: {best} in {} settings", family.name(), rows.len());
@@ -40,10 +40,8 @@ fn every_method_arrives_and_errors_are_those_of_the_method() {
 
 #[test]
 fn what_fails_has_its_status_and_no_rank() {
-    let walls = include_str!("../../cases/tanh-wall.toml");
-    let case = Case::parse("tanh-wall", walls, &["grid.gamma_f=20.0".to_owned()]).unwrap();
-    let arena = Arena::new(&case, None).unwrap();
-    let families = [Family::Gauss(8), Family::Gauss(12), Family::Rk4];
+    let arena = Arena::new(&case("grid.gamma_f=300.0"), None).unwrap();
+    let families = [Family::Gauss(2), Family::Rk4];
     let measured = measure(&arena, &families, &BUDGET, &AtomicBool::new(false), &mut |_| {});
     let statuses: Vec<&str> = measured.rows.iter().map(|row| row.status.as_str()).collect();
     for status in ["converged", "inaccurate", "not-converged"] {

@@ -65,7 +65,7 @@ pub fn drift(arena: &Arena, chosen: &[Family], cancel: &AtomicBool) -> Vec<Drift
             outcome.ok().map(|outcome| (setting, outcome))
         };
         let found = if cost > 0.0 {
-            run(Setting::steps((EVALUATIONS / cost).round().max(1.0) as usize))
+            run(Setting::steps(intervals * (EVALUATIONS / cost).round().max(1.0) as usize))
         } else {
             let distance = |outcome: &Outcome| (outcome.evaluations as f64 / intervals as f64 / EVALUATIONS).ln().abs();
             let all = (2..=15).filter_map(|digits| run(Setting::tolerance(10.0_f64.powi(-digits))));

@@ -86,19 +86,20 @@ impl Group {
 /// One setting: what it means depends on the method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Setting {
-    /// Steps, nodes or windows in each interval between points of output; 1 for adaptive methods.
-    pub(super) per_interval: usize,
+    /// Steps, windows, or nodes but one; 0 for adaptive methods. A multiple of the intervals between points of output
+    /// where there is nothing between them, see [`Family::has_dense_output`].
+    pub(super) count: usize,
     /// The tolerance of an adaptive method, or of the iteration of an implicit one (0: to rounding).
     pub(super) tolerance: f64,
 }
 
 impl Setting {
-    pub(super) fn steps(per_interval: usize) -> Self {
-        Self { per_interval, tolerance: 0.0 }
+    pub(super) fn steps(count: usize) -> Self {
+        Self { count, tolerance: 0.0 }
     }
 
     pub(super) fn tolerance(tolerance: f64) -> Self {
-        Self { per_interval: 1, tolerance }
+        Self { count: 0, tolerance }
     }
 
     pub(super) fn with_inner(self, tolerance: f64) -> Self {
@@ -181,6 +182,11 @@ impl Family {
         matches!(self, Self::Accuracy | Self::Dop853 | Self::Radau5 | Self::Taylor)
     }
 
+    /// Whether points of output may lie anywhere between the ends of its steps.
+    pub(super) fn has_dense_output(&self) -> bool {
+        matches!(self, Self::March(_) | Self::Gauss(_) | Self::Rk4)
+    }
+
     /// Its settings from cheap to dear, without end, on a world-line of `scale` pieces in which little happens.
     pub(super) fn settings(&self, scale: f64) -> Box<dyn Iterator<Item = Setting>> {
         if self.is_adaptive() {
@@ -193,16 +199,16 @@ impl Family {
             Self::KahanLi6 | Self::KahanLi8 | Self::KahanLi8Compensated => (0.25, SQRT_2),
             _ => (0.05, SQRT_2),
         };
-        let first = (coarsest * scale / OUTPUTS as f64).max(1.0);
-        let steps = (0..).map(move |k| (first * f64::powi(factor, k)).round() as usize);
+        let unit = if self.has_dense_output() { 1 } else { OUTPUTS };
+        let first = (coarsest * scale / unit as f64).max(1.0);
+        let steps = (0..).map(move |k| unit * (first * f64::powi(factor, k)).round() as usize);
         let mut last = 0;
         Box::new(steps.filter(move |&steps| std::mem::replace(&mut last, steps) != steps).map(Setting::steps))
     }
 
     /// A setting for people.
     pub(super) fn label(&self, setting: &Setting) -> String {
-        let Setting { per_interval, tolerance } = *setting;
-        let count = per_interval * OUTPUTS;
+        let Setting { count, tolerance } = *setting;
         let inner = if tolerance > 0.0 { format!(" tol={tolerance:e}") } else { String::new() };
         match self {
             Self::Block(..) => format!("N={}", count + 1),

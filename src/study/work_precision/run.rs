@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 use super::Arena;
 use super::family::{Family, Setting, taylor_digits, taylor_order};
 use crate::case::{Case, Form, SbpName, Scheme, Solver};
-use crate::lobatto::{March, MarchFailure, State as MarchState, Twofold, WeakRule};
-use crate::methods::{self, Composition, Failure, Gauss, Output, State, Trajectory};
+use crate::lobatto::{Inside, March, MarchFailure, State as MarchState, Twofold, WeakRule};
+use crate::methods::{self, Composition, Failure, Gauss, Marks, Output, State, Trajectory};
 use crate::sampling::{Coordinate, SampleStream};
 use crate::solve::{NoSolution, Solution, WindowEnd, solve, solve_window_by_window};
 
@@ -40,9 +40,9 @@ pub(super) fn plain(case: &Case) -> Case {
 
 impl<'a> Job<'a> {
     pub(super) fn new(arena: &'a Arena, family: &Family, setting: Setting, output: Output) -> Self {
-        let Setting { per_interval: steps, tolerance } = setting;
+        let Setting { count, tolerance } = setting;
         let problem = &arena.problem;
-        let count = steps * output.intervals;
+        let steps = count / output.intervals;
         let composition = move |composition: Composition, output: Output| -> Box<dyn Fn() -> _> {
             Box::new(move || finish(composition.run(problem, &output, steps)))
         };
@@ -54,17 +54,17 @@ impl<'a> Job<'a> {
             }
             Family::March(nodes) => {
                 let rule = WeakRule::shared(nodes);
-                Box::new(move || march(arena, rule, &output, steps, tolerance))
+                Box::new(move || march(arena, rule, &output, count, tolerance))
             }
             Family::Accuracy => accuracy(arena, output, tolerance),
-            Family::Rk4 => Box::new(move || finish(methods::rk4(problem, &output, steps))),
+            Family::Rk4 => Box::new(move || finish(methods::rk4(problem, &output, count))),
             Family::Verlet => composition(Composition::VERLET, output),
             Family::KahanLi6 => composition(Composition::KAHAN_LI_6, output),
             Family::KahanLi8 => composition(Composition::KAHAN_LI_8, output),
             Family::KahanLi8Compensated => composition(Composition::KAHAN_LI_8.compensated(), output),
             Family::Gauss(stages) => {
                 let gauss = Gauss { stages, tolerance };
-                Box::new(move || finish(gauss.run(problem, &output, steps)))
+                Box::new(move || finish(gauss.run(problem, &output, count)))
             }
             Family::Dop853 => Box::new(move || finish(methods::dop853(problem, &output, tolerance))),
             Family::Radau5 => Box::new(move || finish(methods::radau5(problem, &output, tolerance))),
@@ -120,20 +120,16 @@ fn start(arena: &Arena) -> MarchState {
     MarchState { t: Twofold::ZERO, x: initial.x.into(), w: initial.x_dot.into() }
 }
 
-fn march(arena: &Arena, rule: &WeakRule, output: &Output, steps: usize, tolerance: f64) -> Result<Raw, &'static str> {
+fn march(arena: &Arena, rule: &WeakRule, output: &Output, windows: usize, tolerance: f64) -> Result<Raw, &'static str> {
     let problem = &arena.problem;
-    let windows = steps * output.intervals;
     let length = Twofold::from(problem.length) / Twofold::from(windows as f64);
     let mut states = Vec::with_capacity(output.marks.len());
-    let mut wanted = output.marks.iter().map(|mark| mark * steps);
-    let mut next = wanted.next();
-    let mut march = March::new(&problem.metric, problem.q_t(), rule, length).with_tolerance(tolerance);
-    let last = output.marks.last().map_or(0, |mark| mark * steps);
+    let mut marks = Marks::new(output, windows);
+    let march = March::new(&problem.metric, problem.q_t(), rule, length).with_tolerance(tolerance);
+    let last = Marks::last(output, windows);
     let marched = march.run(start(arena), last, &mut |view| {
-        if next == Some(view.index + 1) {
-            states.push(State { elapsed: view.end.t.hi, x: view.end.x.hi, w: view.end.w.hi });
-            next = wanted.next();
-        }
+        let fractions = std::iter::from_fn(|| marks.within(view.index));
+        view.inside(fractions, |Inside { t, x, w }| states.push(State { elapsed: t, x, w }));
         ControlFlow::Continue(())
     });
     let statistics = marched.map_err(failed)?.statistics;

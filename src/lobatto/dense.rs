@@ -1,0 +1,175 @@
+//! Points inside a window, from the integrals of the polynomials that u and a are on its nodes.
+//!
+//! On [0, 1], with z = 2s − 1 and P_{−1} = −1, ∫_0^s P_k = (P_{k+1}(z) − P_{k−1}(z))/(2(2k + 1)).
+
+use std::iter::Peekable;
+
+use pulp::{Simd, WithSimd};
+
+use super::simd::{Level, multiply_add, vectors, vectors_mut};
+use super::tables::Nodes;
+use super::unit::{Unit, with_unit};
+use super::view::{Inside, WindowView};
+use super::window::product;
+
+/// Points that are computed together.
+const TOGETHER: usize = 16;
+
+pub(super) fn inside(view: &WindowView<'_>, fractions: impl Iterator<Item = f64>, see: impl FnMut(Inside)) {
+    let mut fractions = fractions.peekable();
+    if fractions.peek().is_some() {
+        with_unit!(view.rule, unit => Level::Best.dispatch(Dense { unit, view, fractions, see }));
+    }
+}
+
+struct Dense<'r, const P: usize, I: Iterator<Item = f64>, F> {
+    unit: &'r Unit<P>,
+    view: &'r WindowView<'r>,
+    fractions: Peekable<I>,
+    see: F,
+}
+
+/// Factors of P_{k+1} − P_{k−1}, k = 0 … n, in ∫u, ∫a and ∬a; only the last goes to n.
+struct Integrals<const P: usize> {
+    t: Nodes<P>,
+    w: Nodes<P>,
+    x: Nodes<P>,
+    x_last: f64,
+}
+
+impl<const P: usize, I: Iterator<Item = f64>, F: FnMut(Inside)> WithSimd for Dense<'_, P, I, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, s: S) {
+        let Self { unit, view, mut fractions, mut see } = self;
+        let (t0, x0, w0, end) = (view.start.t, view.start.x, view.start.w, view.end);
+        let [t_scale, w_scale] = view.scales();
+        let h = view.length.hi;
+        let x_scale = h * w_scale;
+        let mut integrals = None;
+        while fractions.peek().is_some() {
+            let (mut at, mut count) = (Nodes::<TOGETHER>::ZERO, 0);
+            while count < TOGETHER {
+                let Some(fraction) = fractions.next() else { break };
+                at.0[count] = fraction;
+                count += 1;
+            }
+            let mut series = [const { Nodes::ZERO }; 3];
+            if at.0[0] < 1.0 {
+                let integrals = integrals.get_or_insert_with(
+                    #[inline(always)]
+                    || unit.integrate(s, [view.nodes.u, view.nodes.a]),
+                );
+                unit.series(s, integrals, &at, count, &mut series);
+            }
+            let [t, x, w] = &series;
+            for i in 0..count {
+                let fraction = at.0[i];
+                see(if fraction == 1.0 {
+                    Inside { t: end.t.hi, x: end.x.hi, w: end.w.hi }
+                } else {
+                    Inside {
+                        t: t0.hi + (t0.lo + t_scale * t.0[i]),
+                        x: x0.hi + (x0.lo + (fraction * h * w0.hi + x_scale * x.0[i])),
+                        w: w0.hi + (w0.lo + w_scale * w.0[i]),
+                    }
+                });
+            }
+        }
+    }
+}
+
+impl<const P: usize> Unit<P> {
+    #[inline(always)]
+    fn integrate<S: Simd>(&self, s: S, nodal: [&[f64]; 2]) -> Integrals<P> {
+        let n = self.tables.points;
+        let [mut t, mut w] = [Nodes::<P>::ZERO, Nodes::<P>::ZERO];
+        for (values, out) in nodal.into_iter().zip([&mut t, &mut w]) {
+            let mut padded = Nodes::<P>::ZERO;
+            padded.0[..n].copy_from_slice(values);
+            product(s, &[0.0; P], &self.modes[..self.tables.columns], &padded.0, &mut out.0);
+            let (shares, out) = (vectors::<S>(&self.shares.0), vectors_mut::<S>(&mut out.0));
+            for i in 0..out.len() {
+                out[i] = s.mul_f64s(out[i], shares[i]);
+            }
+        }
+        // What stands at P_k in Σ w_k (P_{k+1} − P_{k−1}).
+        let mut x = Nodes::<P>::ZERO;
+        x.0[0] = w.0[0] - w.0[1];
+        for k in 1..P - 1 {
+            x.0[k] = w.0[k - 1] - w.0[k + 1];
+        }
+        x.0[P - 1] = w.0[P - 2];
+        for k in 0..P {
+            x.0[k] *= self.shares.0[k];
+        }
+        Integrals { x_last: w.0[n - 1] * share(n), t, w, x }
+    }
+
+    /// ∫u, ∬a, ∫a over [0, s] for the first `count` of `at`.
+    #[inline(always)]
+    fn series<S: Simd>(
+        &self,
+        s: S,
+        c: &Integrals<P>,
+        at: &Nodes<TOGETHER>,
+        count: usize,
+        out: &mut [Nodes<TOGETHER>; 3],
+    ) {
+        let vectors = count.div_ceil(S::F64_LANES);
+        let mut i = 0;
+        while i + 2 <= vectors {
+            self.block::<S, 2>(s, c, at, i, out);
+            i += 2;
+        }
+        if i < vectors {
+            self.block::<S, 1>(s, c, at, i, out);
+        }
+    }
+
+    /// The same on G vectors from the `i`-th on.
+    #[inline(always)]
+    fn block<S: Simd, const G: usize>(
+        &self,
+        s: S,
+        c: &Integrals<P>,
+        at: &Nodes<TOGETHER>,
+        i: usize,
+        out: &mut [Nodes<TOGETHER>; 3],
+    ) {
+        let (one, zero) = (s.splat_f64s(1.0), s.splat_f64s(0.0));
+        let at = &vectors::<S>(&at.0)[i..i + G];
+        let mut z = [zero; G];
+        for g in 0..G {
+            z[g] = s.sub_f64s(s.add_f64s(at[g], at[g]), one);
+        }
+        let (mut p, mut before) = ([one; G], [s.neg_f64s(one); G]);
+        let (mut t, mut x, mut w) = ([zero; G], [zero; G], [zero; G]);
+        let n = self.tables.points;
+        for k in 0..=n {
+            let [next, last] = self.recurrence[k];
+            let (next, last) = (s.splat_f64s(next), s.splat_f64s(-last));
+            let is_last = k == n;
+            let x_factor = s.splat_f64s(if is_last { c.x_last } else { c.x.0[k] });
+            for g in 0..G {
+                let after = multiply_add(s, s.mul_f64s(next, z[g]), p[g], s.mul_f64s(last, before[g]));
+                let difference = s.sub_f64s(after, before[g]);
+                x[g] = multiply_add(s, x_factor, difference, x[g]);
+                if !is_last {
+                    t[g] = multiply_add(s, s.splat_f64s(c.t.0[k]), difference, t[g]);
+                    w[g] = multiply_add(s, s.splat_f64s(c.w.0[k]), difference, w[g]);
+                }
+                (before[g], p[g]) = (p[g], after);
+            }
+        }
+        for (out, values) in out.iter_mut().zip([t, x, w]) {
+            vectors_mut::<S>(&mut out.0)[i..i + G].copy_from_slice(&values);
+        }
+    }
+}
+
+/// 1/(2(2k + 1)).
+pub(super) fn share(k: usize) -> f64 {
+    0.5 / (2 * k + 1) as f64
+}

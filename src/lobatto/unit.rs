@@ -1,0 +1,86 @@
+//! What windows of a rule have in common, whatever their length.
+//!
+//! A geodesic may be walked in any affine parameter: with s = γ/h, h Q_t and h w take the place of Q_t and w, and every
+//! window has length 1. So one set of tables serves windows of all lengths.
+
+use super::dense::share;
+use super::rule::WeakRule;
+use super::tables::{Matrix, Nodes, Tables};
+use super::twofold::Twofold;
+use super::window::Continuation;
+
+/// The tables of a rule, made once in its life.
+#[derive(Debug, Clone)]
+pub(super) struct Unit<const P: usize> {
+    pub(super) tables: Box<Tables<P>>,
+    /// From nodal values to Legendre coefficients, by columns.
+    pub(super) modes: Box<Matrix<P>>,
+    /// (2k + 1)/(k + 1) and k/(k + 1): P_{k+1} = the one z P_k − the other P_{k−1}.
+    pub(super) recurrence: Vec<[f64; 2]>,
+    /// 1/(2(2k + 1)) for k < n.
+    pub(super) shares: Nodes<P>,
+}
+
+impl<const P: usize> Unit<P> {
+    fn new(rule: &WeakRule) -> Self {
+        let n = rule.points();
+        let mut modes = Box::new([[0.0; P]; P]);
+        for k in 0..n {
+            modes.iter_mut().zip(rule.mode(k)).for_each(|(column, weight)| column[k] = weight);
+        }
+        let ratio = |k: usize| [(2 * k + 1) as f64 / (k + 1) as f64, k as f64 / (k + 1) as f64];
+        let mut shares = Nodes::ZERO;
+        (0..n).for_each(|k| shares.0[k] = share(k));
+        Self { tables: Tables::new(rule, Twofold::ONE), modes, recurrence: (0..=n).map(ratio).collect(), shares }
+    }
+
+    /// The forces of a window as a polynomial of `degree`, on one that begins at its start (`begin` 0) or end (1) and is
+    /// `ratio` as long.
+    pub(super) fn continuation(&self, degree: usize, begin: f64, ratio: f64) -> Continuation<'_, P> {
+        Continuation {
+            modes: &self.modes,
+            recurrence: &self.recurrence,
+            degree,
+            first: 2.0 * begin - 1.0,
+            step: 2.0 * ratio,
+            factor: ratio * ratio,
+        }
+    }
+}
+
+/// Of the smallest compiled size that holds the nodes.
+#[derive(Debug, Clone)]
+pub(super) enum SizedUnit {
+    P8(Box<Unit<8>>),
+    P16(Box<Unit<16>>),
+    P24(Box<Unit<24>>),
+    P32(Box<Unit<32>>),
+    P64(Box<Unit<64>>),
+}
+
+impl SizedUnit {
+    pub(super) fn new(rule: &WeakRule) -> Self {
+        match rule.points() {
+            ..=8 => Self::P8(Box::new(Unit::new(rule))),
+            9..=16 => Self::P16(Box::new(Unit::new(rule))),
+            17..=24 => Self::P24(Box::new(Unit::new(rule))),
+            25..=32 => Self::P32(Box::new(Unit::new(rule))),
+            _ => Self::P64(Box::new(Unit::new(rule))),
+        }
+    }
+}
+
+/// `$body` with `$unit` of whatever size.
+macro_rules! with_unit {
+    ($rule:expr, $unit:ident => $body:expr) => {
+        match $rule.unit() {
+            $crate::lobatto::unit::SizedUnit::P8($unit) => $body,
+            $crate::lobatto::unit::SizedUnit::P16($unit) => $body,
+            $crate::lobatto::unit::SizedUnit::P24($unit) => $body,
+            $crate::lobatto::unit::SizedUnit::P32($unit) => $body,
+            $crate::lobatto::unit::SizedUnit::P64($unit) => $body,
+        }
+    };
+}
+
+pub(super) use with_unit;
