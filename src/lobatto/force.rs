@@ -16,6 +16,12 @@ pub(super) trait Force {
     /// Fills `a` and `u` at `x`. If `near`, `u` holds the values at points close by, to start Newton's method from.
     fn evaluate<S: Simd>(&mut self, s: S, x: &[f64], a: &mut [f64], u: &mut [f64], near: bool);
 
+    /// Whether an evaluation costs so much more than a product of matrix and vector that slopes are worth their while.
+    fn is_dear(&self) -> bool;
+
+    /// da/dx and du/dx at the points of the last evaluation, which gave `a` and `u`.
+    fn slopes<S: Simd>(&mut self, s: S, au: [&[f64]; 2], slopes: [&mut [f64]; 2]);
+
     /// What `a` and `u` lack because of rounding: a(x + x_lo) − a and u(x + x_lo) − u.
     fn refine<S: Simd>(&mut self, s: S, x: [&[f64]; 2], au: [&[f64]; 2], corrections: [&mut [f64]; 2]);
 }
@@ -119,6 +125,15 @@ impl Force for PolynomialForce {
     #[inline(always)]
     fn refines(&self) -> bool {
         true
+    }
+
+    #[inline(always)]
+    fn is_dear(&self) -> bool {
+        false
+    }
+
+    fn slopes<S: Simd>(&mut self, _: S, _: [&[f64]; 2], _: [&mut [f64]; 2]) {
+        unreachable!("cheap forces are evaluated instead")
     }
 
     #[inline(always)]

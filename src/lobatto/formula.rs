@@ -8,22 +8,26 @@ use super::tables::Nodes;
 use crate::metric::Metric;
 use crate::potential::{Instruction, Program};
 
-/// g00 and g00′ by the program of V and V′, an instruction all nodes. Constants are registers that were filled once.
+/// g00 and its derivatives by the program of V, an instruction all nodes. Constants are registers that were filled once.
 #[derive(Debug, Clone)]
 pub(super) struct FormulaForce<const P: usize> {
     q_t: f64,
     c_squared: f64,
     two_over_mass: f64,
     steps: Vec<Instruction<f64>>,
+    /// The first of them are what V and V′ need; V″ needs the others too.
+    steps_to_slope: usize,
     /// Register 0 is x, then the constants, then one register a step.
     first_step: usize,
     value: usize,
     slope: usize,
+    curvature: usize,
     /// The registers, and in `refine` what they lack.
     registers: Vec<Nodes<P>>,
     lacks: Vec<Nodes<P>>,
     points: usize,
-    refines: bool,
+    /// Whether it calls functions, node by node.
+    is_dear: bool,
 }
 
 /// The operands of an instruction.
@@ -59,17 +63,24 @@ fn is_same(a: Instruction<f64>, b: Instruction<f64>) -> bool {
 }
 
 impl<const P: usize> FormulaForce<P> {
-    /// For windows of `points` nodes. Instructions that only V″ needs are dropped.
+    /// For windows of `points` nodes. What only V″ needs is dropped where an evaluation is cheap.
     pub(super) fn new(metric: &Metric, q_t: f64, program: &Program<f64>, points: usize) -> Self {
         let all = program.instructions();
-        let [value, slope, _] = program.outputs();
-        let mut needed = vec![false; all.len()];
-        (needed[value], needed[slope]) = (true, true);
-        for k in (0..all.len()).rev() {
-            if needed[k] {
-                operands(all[k]).into_iter().flatten().for_each(|operand| needed[operand] = true);
+        let [value, slope, curvature] = program.outputs();
+        let needed_for = |outputs: &[usize]| {
+            let mut needed = vec![false; all.len()];
+            outputs.iter().for_each(|&output| needed[output] = true);
+            for k in (0..all.len()).rev() {
+                if needed[k] {
+                    operands(all[k]).into_iter().flatten().for_each(|operand| needed[operand] = true);
+                }
             }
-        }
+            needed
+        };
+        let forces = needed_for(&[value, slope]);
+        let calls = |(instruction, &needed): (&Instruction<f64>, &bool)| needed && is_by_lanes(instruction);
+        let is_dear = all.iter().zip(&forces).any(calls);
+        let needed = if is_dear { needed_for(&[value, slope, curvature]) } else { forces.clone() };
         let mut register_of = vec![0; all.len()];
         let mut registers = vec![Nodes::ZERO];
         for (k, instruction) in all.iter().enumerate().filter(|&(k, _)| needed[k]) {
@@ -83,31 +94,37 @@ impl<const P: usize> FormulaForce<P> {
         }
         let first_step = registers.len();
         let mut steps = Vec::new();
-        for (k, instruction) in all.iter().enumerate().filter(|&(k, _)| needed[k]) {
-            let at = |r: usize| register_of[r];
-            let step = match *instruction {
-                Instruction::X | Instruction::Constant(_) => continue,
-                Instruction::Add(a, b) => Instruction::Add(at(a), at(b)),
-                Instruction::Subtract(a, b) => Instruction::Subtract(at(a), at(b)),
-                Instruction::Multiply(a, b) => Instruction::Multiply(at(a), at(b)),
-                // Dividing by a power of two is multiplying by another, to the bit, and ten times slower.
-                Instruction::Divide(a, b) if is_power_of_two(all[b]) => {
-                    Instruction::Multiply(at(a), register_of[b] + 1)
+        let mut steps_to_slope = 0;
+        for is_for_forces in [true, false] {
+            for (k, instruction) in all.iter().enumerate().filter(|&(k, _)| needed[k] && forces[k] == is_for_forces) {
+                let at = |r: usize| register_of[r];
+                let step = match *instruction {
+                    Instruction::X | Instruction::Constant(_) => continue,
+                    Instruction::Add(a, b) => Instruction::Add(at(a), at(b)),
+                    Instruction::Subtract(a, b) => Instruction::Subtract(at(a), at(b)),
+                    Instruction::Multiply(a, b) => Instruction::Multiply(at(a), at(b)),
+                    // Dividing by a power of two is multiplying by another, to the bit, and ten times slower.
+                    Instruction::Divide(a, b) if is_power_of_two(all[b]) => {
+                        Instruction::Multiply(at(a), register_of[b] + 1)
+                    }
+                    Instruction::Divide(a, b) => Instruction::Divide(at(a), at(b)),
+                    Instruction::Negate(a) => Instruction::Negate(at(a)),
+                    Instruction::Power(a, b) => Instruction::Power(at(a), at(b)),
+                    Instruction::Call(function, a) => Instruction::Call(function, at(a)),
+                };
+                // Integer powers of V and of V′ are multiplied out each for itself: what is there already is not done
+                // again.
+                let known = steps.iter().position(|&earlier| is_same(earlier, step));
+                register_of[k] = first_step + known.unwrap_or(steps.len());
+                if known.is_none() {
+                    steps.push(step);
                 }
-                Instruction::Divide(a, b) => Instruction::Divide(at(a), at(b)),
-                Instruction::Negate(a) => Instruction::Negate(at(a)),
-                Instruction::Power(a, b) => Instruction::Power(at(a), at(b)),
-                Instruction::Call(function, a) => Instruction::Call(function, at(a)),
-            };
-            // Integer powers of V and of V′ are multiplied out each for itself: what is there already is not done again.
-            let known = steps.iter().position(|&earlier| is_same(earlier, step));
-            register_of[k] = first_step + known.unwrap_or(steps.len());
-            if known.is_none() {
-                steps.push(step);
+            }
+            if is_for_forces {
+                steps_to_slope = steps.len();
             }
         }
         registers.resize(first_step + steps.len(), Nodes::ZERO);
-        let by_lanes = |step: &Instruction<f64>| matches!(step, Instruction::Power(..) | Instruction::Call(..));
         Self {
             q_t,
             c_squared: metric.c_squared(),
@@ -115,51 +132,21 @@ impl<const P: usize> FormulaForce<P> {
             first_step,
             value: register_of[value],
             slope: register_of[slope],
-            lacks: vec![Nodes::ZERO; registers.len()],
+            curvature: register_of[curvature],
             registers,
+            lacks: Vec::new(),
             points,
-            refines: !steps.iter().any(by_lanes),
+            is_dear,
             steps,
+            steps_to_slope,
         }
     }
-}
 
-/// A function without a vector form, node by node. The padding gets the number of the last node: it must be finite.
-#[inline(never)]
-fn by_lanes<const P: usize>(done: &[Nodes<P>], out: &mut Nodes<P>, step: Instruction<f64>, points: usize) {
-    match step {
-        Instruction::Power(a, b) => {
-            for k in 0..points {
-                out.0[k] = done[a].0[k].powf(done[b].0[k]);
-            }
-        }
-        Instruction::Call(function, a) => {
-            for (out, &x) in out.0.iter_mut().zip(&done[a].0[..points]) {
-                *out = function.apply(x);
-            }
-        }
-        _ => unreachable!("arithmetic has a vector form"),
-    }
-    let last = out.0[points - 1];
-    out.0[points..].fill(last);
-}
-
-impl<const P: usize> Force for FormulaForce<P> {
-    #[inline]
-    fn set(&mut self, q_t: f64, points: usize) {
-        (self.q_t, self.points) = (q_t, points);
-    }
-
+    /// Runs the instructions from the one to the other.
     #[inline(always)]
-    fn refines(&self) -> bool {
-        self.refines
-    }
-
-    #[inline(always)]
-    fn evaluate<S: Simd>(&mut self, s: S, x: &[f64], a: &mut [f64], u: &mut [f64], near: bool) {
-        self.registers[0].0.copy_from_slice(x);
-        let mut k = 0;
-        while k < self.steps.len() {
+    fn run<S: Simd>(&mut self, s: S, from: usize, to: usize) {
+        let mut k = from;
+        while k < to {
             let step = self.steps[k];
             let (done, rest) = self.registers.split_at_mut(self.first_step + k);
             k += 1;
@@ -202,6 +189,71 @@ impl<const P: usize> Force for FormulaForce<P> {
                 _ => by_lanes(done, out, step, self.points),
             }
         }
+    }
+}
+
+/// Whether the instruction has no vector form here.
+fn is_by_lanes(instruction: &Instruction<f64>) -> bool {
+    matches!(instruction, Instruction::Power(..) | Instruction::Call(..))
+}
+
+/// A function without a vector form, node by node. The padding gets the number of the last node: it must be finite.
+#[inline(never)]
+fn by_lanes<const P: usize>(done: &[Nodes<P>], out: &mut Nodes<P>, step: Instruction<f64>, points: usize) {
+    match step {
+        Instruction::Power(a, b) => {
+            for k in 0..points {
+                out.0[k] = done[a].0[k].powf(done[b].0[k]);
+            }
+        }
+        Instruction::Call(function, a) => {
+            for (out, &x) in out.0.iter_mut().zip(&done[a].0[..points]) {
+                *out = function.apply(x);
+            }
+        }
+        _ => unreachable!("arithmetic has a vector form"),
+    }
+    let last = out.0[points - 1];
+    out.0[points..].fill(last);
+}
+
+impl<const P: usize> Force for FormulaForce<P> {
+    #[inline]
+    fn set(&mut self, q_t: f64, points: usize) {
+        (self.q_t, self.points) = (q_t, points);
+    }
+
+    #[inline(always)]
+    fn refines(&self) -> bool {
+        !self.is_dear
+    }
+
+    #[inline(always)]
+    fn is_dear(&self) -> bool {
+        self.is_dear && self.q_t != 0.0
+    }
+
+    #[inline(always)]
+    fn slopes<S: Simd>(&mut self, s: S, [a, u]: [&[f64]; 2], [da, du]: [&mut [f64]; 2]) {
+        self.run(s, self.steps_to_slope, self.steps.len());
+        // With a = −½ g00′ u²: du/dx = 2 a/Q_t and da/dx = −½ g00″ u² + 4 a²/(Q_t u).
+        let half = s.splat_f64s(-0.5 * self.two_over_mass);
+        let reciprocal = s.splat_f64s(2.0 / self.q_t);
+        let curvature = vectors::<S>(&self.registers[self.curvature].0);
+        let (a, u) = (vectors::<S>(a), vectors::<S>(u));
+        let (da, du) = (vectors_mut::<S>(da), vectors_mut::<S>(du));
+        for i in 0..a.len() {
+            du[i] = s.mul_f64s(a[i], reciprocal);
+            let bend = s.mul_f64s(s.mul_f64s(curvature[i], half), s.mul_f64s(u[i], u[i]));
+            let twice = s.add_f64s(du[i], du[i]);
+            da[i] = multiply_add(s, s.div_f64s(twice, u[i]), a[i], bend);
+        }
+    }
+
+    #[inline(always)]
+    fn evaluate<S: Simd>(&mut self, s: S, x: &[f64], a: &mut [f64], u: &mut [f64], near: bool) {
+        self.registers[0].0.copy_from_slice(x);
+        self.run(s, 0, self.steps_to_slope);
         let (q, m, c) = (s.splat_f64s(self.q_t), s.splat_f64s(self.two_over_mass), s.splat_f64s(self.c_squared));
         let half = s.splat_f64s(-0.5 * self.two_over_mass);
         let value = vectors::<S>(&self.registers[self.value].0);
@@ -232,6 +284,7 @@ impl<const P: usize> Force for FormulaForce<P> {
     #[inline(always)]
     fn refine<S: Simd>(&mut self, s: S, [x, x_lo]: [&[f64]; 2], [a, u]: [&[f64]; 2], [da, du]: [&mut [f64]; 2]) {
         self.registers[0].0.copy_from_slice(x);
+        self.lacks.resize(self.registers.len(), Nodes::ZERO);
         self.lacks[0].0.copy_from_slice(x_lo);
         let mut k = 0;
         while k < self.steps.len() {

@@ -27,6 +27,7 @@ mod force;
 mod formula;
 mod kit;
 mod march;
+mod newton;
 mod pair;
 mod probe;
 mod rule;

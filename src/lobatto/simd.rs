@@ -107,6 +107,19 @@ pub(super) fn largest<S: Simd>(s: S, v: &[f64]) -> f64 {
     s.reduce_max_f64s(m)
 }
 
+/// max |v_j − w_j|.
+#[inline(always)]
+pub(super) fn distance<S: Simd>(s: S, v: &[f64], w: &[f64]) -> f64 {
+    let (v, w) = (vectors::<S>(v), vectors::<S>(w));
+    let mut m = s.abs_f64s(s.sub_f64s(v[0], w[0]));
+    let mut i = 1;
+    while i < v.len() {
+        m = s.max_f64s(m, s.abs_f64s(s.sub_f64s(v[i], w[i])));
+        i += 1;
+    }
+    s.reduce_max_f64s(m)
+}
+
 /// min v_j and max v_j.
 #[inline(always)]
 pub(super) fn extremes<S: Simd>(s: S, v: &[f64]) -> (f64, f64) {

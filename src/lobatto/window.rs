@@ -4,6 +4,7 @@ use pulp::Simd;
 
 use super::State;
 use super::force::Force;
+use super::newton::Newton;
 use super::simd::{extremes, largest, multiply_add, product_error, two_product, two_sum, vectors, vectors_mut};
 use super::tables::{Matrix, Nodes, Tables};
 use super::twofold::{Twofold, fast_two_sum};
@@ -17,8 +18,8 @@ pub(super) const MOST_EVALUATIONS: usize = 60;
 pub(super) struct Window<const P: usize> {
     /// X = line + rest: the free motion, and the rest.
     pub(super) x: Nodes<P>,
-    line: Nodes<P>,
-    rest: Nodes<P>,
+    pub(super) line: Nodes<P>,
+    pub(super) rest: Nodes<P>,
     /// a(X) and u(X); at the start of a window still those of the one before it.
     pub(super) a: Nodes<P>,
     pub(super) u: Nodes<P>,
@@ -293,6 +294,15 @@ impl<const P: usize> Window<P> {
                 product(s, &low.0, &t.force[..columns], &self.a.0, &mut self.rest.0);
             }
         }
+        let mut known = 0;
+        if force.is_dear() {
+            let guess = self.rest.clone();
+            match self.newton(s, t, force, &low, start, precision) {
+                Newton::Converged(evaluations) => return Some(evaluations),
+                Newton::Near(evaluations) => known = evaluations,
+                Newton::Failed(evaluations) => (known, self.rest) = (evaluations, guess),
+            }
+        }
         let mut last = f64::INFINITY;
         let mut evaluations = 0;
         let mut near = false;
@@ -308,16 +318,15 @@ impl<const P: usize> Window<P> {
             force.evaluate(s, &self.x.0, &mut self.a.0, &mut self.u.0, near);
             evaluations += 1;
             let change = s.reduce_max_f64s(change);
-            // The size of the numbers; the last term is for a start from rest at x = 0.
-            let scale = start.x.hi.abs() + (t.length.hi * start.w.hi).abs() + self.rest.0[t.points - 1].abs();
+            let scale = self.scale(t, start);
             let (wanted, noise) = (precision.tolerance * scale, 4.0 * f64::EPSILON * scale);
             // The error of X is change · rate. At the level of rounding the rate cannot be seen: there one more iteration
             // is made, as stopping early is an error with the same sign in every window.
             let converged = evaluations > 1 && change <= wanted;
             if converged || evaluations > 2 && (change * change <= wanted * last || last <= noise) {
-                return Some(evaluations);
+                return Some(known + evaluations);
             }
-            if evaluations >= precision.most || !change.is_finite() {
+            if known + evaluations >= precision.most || !change.is_finite() {
                 return None;
             }
             if !near && precision.tolerance == 0.0 {
@@ -329,6 +338,12 @@ impl<const P: usize> Window<P> {
             near = true;
             product(s, &low.0, &t.force[..columns], &self.a.0, &mut self.rest.0);
         }
+    }
+
+    /// The size of X; the last term is for a start from rest at x = 0.
+    #[inline(always)]
+    pub(super) fn scale(&self, t: &Tables<P>, start: &State) -> f64 {
+        start.x.hi.abs() + (t.length.hi * start.w.hi).abs() + self.rest.0[t.points - 1].abs()
     }
 
     /// The update of (t, x, w), the only place where rounding errors would add up over the windows.

@@ -1,0 +1,125 @@
+//! Newton's method for a window, where an evaluation of the force costs more than many products.
+
+use pulp::Simd;
+
+use super::State;
+use super::force::Force;
+use super::simd::{distance, largest, multiply_add, vectors, vectors_mut};
+use super::tables::{Nodes, Tables};
+use super::window::{Precision, Window, product};
+
+/// How Newton's method ended, and after how many evaluations.
+pub(super) enum Newton {
+    /// With a(X) and u(X).
+    Converged(usize),
+    /// So near that rounding is two sweeps away.
+    Near(usize),
+    Failed(usize),
+}
+
+/// Newton's method takes four steps; more are a sign that it leads nowhere.
+const MOST_NEWTON_STEPS: usize = 8;
+/// Iterations for a correction.
+const MOST_SWEEPS: usize = 40;
+/// Where plain iterations take over, if the wanted error is rounding.
+const NEAR_ROUNDING: f64 = 1e-12;
+
+impl<const P: usize> Window<P> {
+    /// Solves X = line + low + h² A² a(X): a correction δ to X solves δ = defect + h² A² a′(X) δ, by an iteration that needs
+    /// the slopes a′ and no evaluation. Near the solution a and u need none either: their slopes continue them to X + δ.
+    #[inline(always)]
+    pub(super) fn newton<S: Simd, F: Force>(
+        &mut self,
+        s: S,
+        t: &Tables<P>,
+        force: &mut F,
+        low: &Nodes<P>,
+        start: &State,
+        precision: Precision,
+    ) -> Newton {
+        let mut slopes = [Nodes::<P>::ZERO, Nodes::<P>::ZERO];
+        let [mut defect, mut delta, mut next, mut image] = [const { Nodes::<P>::ZERO }; 4];
+        let mut last = f64::INFINITY;
+        for evaluations in 1..=MOST_NEWTON_STEPS {
+            self.add_up(s);
+            force.evaluate(s, &self.x.0, &mut self.a.0, &mut self.u.0, false);
+            let [da, du] = &mut slopes;
+            force.slopes(s, [&self.a.0, &self.u.0], [&mut da.0, &mut du.0]);
+            product(s, &low.0, &t.force[..t.columns], &self.a.0, &mut defect.0);
+            {
+                let (defect, rest) = (vectors_mut::<S>(&mut defect.0), vectors::<S>(&self.rest.0));
+                for i in 0..rest.len() {
+                    defect[i] = s.sub_f64s(defect[i], rest[i]);
+                }
+            }
+            delta.0 = defect.0;
+            let scale = self.scale(t, start);
+            let wanted = precision.tolerance * scale;
+            // The first iterate, the defect itself, is a change from zero.
+            let mut size = largest(s, &defect.0);
+            let mut change = size;
+            let mut sweeps = 0;
+            loop {
+                {
+                    let (image, da, delta) =
+                        (vectors_mut::<S>(&mut image.0), vectors::<S>(&da.0), vectors::<S>(&delta.0));
+                    for i in 0..image.len() {
+                        image[i] = s.mul_f64s(da[i], delta[i]);
+                    }
+                }
+                product(s, &defect.0, &t.force[..t.columns], &image.0, &mut next.0);
+                let before = change;
+                change = distance(s, &next.0, &delta.0);
+                std::mem::swap(&mut delta, &mut next);
+                sweeps += 1;
+                // No better than the step itself will be.
+                let enough = (0.1 * wanted).max(0.1 * size * (size / scale));
+                if change * (change / before).min(1.0) <= enough {
+                    break;
+                }
+                if !change.is_finite() || sweeps == MOST_SWEEPS {
+                    return Newton::Failed(evaluations);
+                }
+            }
+            {
+                let (rest, delta) = (vectors_mut::<S>(&mut self.rest.0), vectors::<S>(&delta.0));
+                for i in 0..rest.len() {
+                    rest[i] = s.add_f64s(rest[i], delta[i]);
+                }
+            }
+            size = largest(s, &delta.0);
+            // The error of the step is its square times a number that two steps show.
+            let factor = (size / (last * last)).max(1.0 / scale);
+            let error = factor * size * size;
+            if precision.tolerance == 0.0 {
+                if error <= NEAR_ROUNDING * scale {
+                    return Newton::Near(evaluations);
+                }
+            } else if error <= 0.25 * wanted {
+                let (a, u) = (vectors_mut::<S>(&mut self.a.0), vectors_mut::<S>(&mut self.u.0));
+                let (da, du, delta) = (vectors::<S>(&da.0), vectors::<S>(&du.0), vectors::<S>(&delta.0));
+                for i in 0..a.len() {
+                    a[i] = multiply_add(s, da[i], delta[i], a[i]);
+                    u[i] = multiply_add(s, du[i], delta[i], u[i]);
+                }
+                self.add_up(s);
+                return Newton::Converged(evaluations);
+            }
+            let shrinks = size <= 0.5 * last;
+            if !shrinks {
+                return Newton::Failed(evaluations);
+            }
+            last = size;
+        }
+        Newton::Failed(MOST_NEWTON_STEPS)
+    }
+
+    /// X = line + rest.
+    #[inline(always)]
+    fn add_up<S: Simd>(&mut self, s: S) {
+        let (x, line, rest) = (vectors_mut::<S>(&mut self.x.0), vectors::<S>(&self.line.0), vectors::<S>(&self.rest.0));
+        for i in 0..x.len() {
+            x[i] = s.add_f64s(line[i], rest[i]);
+        }
+    }
+}
