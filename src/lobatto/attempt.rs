@@ -18,10 +18,8 @@ const LEAST_SHARE: f64 = 1e-22;
 /// Below this share the iteration goes to rounding and windows are summed with everything that the tables have.
 const ROUNDING_SHARE: f64 = 3e-18;
 
-/// The share of a single window, in units of the accuracy, and the power of the number of windows by which it falls.
-/// Errors add up, and phases run away with those of K; but the errors of K of equal windows nearly cancel over a turn.
+/// The share of a single window, in units of the accuracy; it falls with the number of windows to the power 5/4. Errors add up, and phases run away with those of K; but the errors of K of equal windows nearly cancel over a turn.
 const SHARE: f64 = 0.05;
-const GROWTH: f64 = 1.25;
 
 /// What a window adds to the distance because of rounding, if it is not evaluated in twofold precision.
 const ROUNDS: f64 = 1e-16;
@@ -258,8 +256,9 @@ impl Attempt<'_> {
     /// What a window of length h may add to the error, and how well it is to be solved.
     fn share(&self, h: f64, start: &State) -> (f64, Precision) {
         let windows = (self.length / h).max(1.0);
-        let share = (SHARE * self.caution * self.accuracy / windows.powf(GROWTH)).max(LEAST_SHARE);
-        let refine = self.caution < 1.0 && self.accuracy < 1e-9 || ROUNDS * windows.powf(1.5) > 0.3 * self.accuracy;
+        let share = (SHARE * self.caution * self.accuracy / (windows * windows.sqrt().sqrt())).max(LEAST_SHARE);
+        let refine =
+            self.caution < 1.0 && self.accuracy < 1e-9 || ROUNDS * windows * windows.sqrt() > 0.3 * self.accuracy;
         let tolerance = if share <= ROUNDING_SHARE { 0.0 } else { ITERATION * share / start.x.hi.abs().max(1.0) };
         (share, Precision { tolerance, refine, most: MOST })
     }

@@ -27,7 +27,7 @@ pub struct Marched {
     pub statistics: Statistics,
 }
 
-/// A march in windows of one length, with the tables for it.
+/// A march in windows of one length.
 ///
 /// ```
 /// use std::ops::ControlFlow;
@@ -43,6 +43,7 @@ pub struct Marched {
 /// assert!((end.x.hi - 0.159_778_018_885_407).abs() < 1e-15);
 /// # Ok::<(), geodesic_ivp::lobatto::MarchFailure>(())
 /// ```
+#[derive(Debug, Clone, Copy)]
 pub struct March<'a> {
     metric: &'a Metric,
     q_t: f64,

@@ -105,7 +105,7 @@ impl<const P: usize> Window<P> {
                 self.add_up(s);
                 return Newton::Converged(evaluations);
             }
-            let shrinks = size <= 0.5 * last;
+            let shrinks = size <= 0.5 * last || evaluations < 3;
             if !shrinks {
                 return Newton::Failed(evaluations);
             }

@@ -5,7 +5,7 @@ use pulp::{Simd, WithSimd};
 use super::force::Force;
 use super::kit::Kit;
 use super::simd::Level;
-use super::tables::Nodes;
+use super::tables::{EXTRAPOLATED, Nodes};
 use super::twofold::Twofold;
 use super::unit::Unit;
 use super::view::NodeValues;
@@ -29,11 +29,7 @@ impl Length {
         const STEPS_TO_DOUBLE: f64 = 24.0;
         let h = ((STEPS_TO_DOUBLE * h.log2()).floor() / STEPS_TO_DOUBLE).exp2();
         let charge = h * q_t;
-        if charge.is_normal() {
-            Self::with(Twofold::from(charge) / Twofold::from(q_t), charge)
-        } else {
-            Self::with(h.into(), charge)
-        }
+        if charge.is_normal() { Self::with(Twofold::ratio(charge, q_t), charge) } else { Self::with(h.into(), charge) }
     }
 
     /// Exactly `h`, for a single window.
@@ -42,7 +38,7 @@ impl Length {
     }
 
     fn with(h: Twofold, charge: f64) -> Self {
-        Self { h, inverse: Twofold::ONE / h, charge }
+        Self { h, inverse: h.reciprocal(), charge }
     }
 }
 
@@ -86,10 +82,9 @@ impl<const P: usize, F: Force> Pair<P, F> {
     ) -> Option<Solved> {
         let n = self.kit.rules[0].points();
         let ratio = |forces: &Forces<P>| length.h.hi / forces.length;
-        // The full degree amplifies noise outside of the window.
         let (degree, begin, forces) = match (&self.rejected, &self.previous) {
             (Some(forces), _) => (n - 1, 0.0, Some(forces)),
-            (None, forces) => ((n - 1) * 3 / 4, 1.0, forces.as_ref()),
+            (None, forces) => (EXTRAPOLATED, 1.0, forces.as_ref()),
         };
         let continuation = forces.map(|forces| self.kit.units[0].continuation(degree, begin, ratio(forces)));
         let guess = match (forces, &continuation) {

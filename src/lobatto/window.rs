@@ -275,15 +275,13 @@ impl<const P: usize> Window<P> {
             }
         }
         let columns = t.columns;
+        let seen = match guess {
+            Guess::Same => largest(s, &self.a.0),
+            Guess::Continued { from, values } => from.factor * largest(s, &values.0),
+            Guess::Parabola | Guess::Forces { .. } => f64::INFINITY,
+        };
         match guess {
-            Guess::Parabola => {
-                self.x.0 = [start.x.hi; P];
-                force.evaluate(s, &self.x.0, &mut self.a.0, &mut self.u.0, false);
-                let (rest, a) = (vectors_mut::<S>(&mut self.rest.0), vectors::<S>(&self.a.0));
-                for (i, parabola) in vectors::<S>(&t.parabola).iter().enumerate() {
-                    rest[i] = s.mul_f64s(*parabola, a[i]);
-                }
-            }
+            Guess::Parabola => self.parabola(s, t, force, start),
             Guess::Same => product(s, &low.0, &t.guess[..columns], &self.a.0, &mut self.rest.0),
             Guess::Forces { matrix, values } => {
                 product(s, &[0.0; P], &matrix[..], &values.0, &mut self.a.0);
@@ -293,6 +291,10 @@ impl<const P: usize> Window<P> {
                 from.apply(s, t, values, &mut self.a);
                 product(s, &low.0, &t.force[..columns], &self.a.0, &mut self.rest.0);
             }
+        }
+        // Over half a turn polynomials lead nowhere: with the largest force seen before, |rest| would be half of this.
+        if largest(s, &self.rest.0) > t.length.hi * t.length.hi * seen {
+            self.parabola(s, t, force, start);
         }
         let mut known = 0;
         if force.is_dear() {
@@ -315,11 +317,16 @@ impl<const P: usize> Window<P> {
                 change = s.max_f64s(change, s.abs_f64s(s.sub_f64s(y, x[i])));
                 x[i] = y;
             }
-            force.evaluate(s, &self.x.0, &mut self.a.0, &mut self.u.0, near);
-            evaluations += 1;
             let change = s.reduce_max_f64s(change);
             let scale = self.scale(t, start);
             let (wanted, noise) = (precision.tolerance * scale, 4.0 * f64::EPSILON * scale);
+            // a and u of the X before will do, if the step by which u was found left nothing either.
+            let is_first = evaluations == 1;
+            if near && change <= wanted && (is_first || last * last <= wanted * scale) && wanted > noise {
+                return Some(known + evaluations);
+            }
+            force.evaluate(s, &self.x.0, &mut self.a.0, &mut self.u.0, near);
+            evaluations += 1;
             // The error of X is change · rate. At the level of rounding the rate cannot be seen: there one more iteration
             // is made, as stopping early is an error with the same sign in every window.
             let converged = evaluations > 1 && change <= wanted;
@@ -337,6 +344,17 @@ impl<const P: usize> Window<P> {
             last = if near { change } else { f64::INFINITY };
             near = true;
             product(s, &low.0, &t.force[..columns], &self.a.0, &mut self.rest.0);
+        }
+    }
+
+    /// Leaves the parabola through the start in `rest`.
+    #[inline(always)]
+    fn parabola<S: Simd, F: Force>(&mut self, s: S, t: &Tables<P>, force: &mut F, start: &State) {
+        self.x.0 = [start.x.hi; P];
+        force.evaluate(s, &self.x.0, &mut self.a.0, &mut self.u.0, false);
+        let (rest, a) = (vectors_mut::<S>(&mut self.rest.0), vectors::<S>(&self.a.0));
+        for (i, parabola) in vectors::<S>(&t.parabola).iter().enumerate() {
+            rest[i] = s.mul_f64s(*parabola, a[i]);
         }
     }
 

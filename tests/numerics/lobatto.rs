@@ -242,3 +242,29 @@ fn dense_output_is_of_order_n_plus_one_and_the_same_for_all_vectors_and_units() 
         }
     }
 }
+
+#[test]
+fn potentials_that_call_functions_take_few_evaluations_and_keep_their_tolerance() {
+    let cases = [
+        ("0.3*(1 - exp(-x))^2", 3),
+        ("1 - cos(x)", 3),
+        ("0.5*tanh(3*(x - 1.2))", 8),
+        ("0.1*abs(x)^2.5 + 0.2*sqrt(1 + x^2)", 4),
+        ("ln(2 + x) + 1/(3 + sin(x))", 2),
+    ];
+    let initial = InitialData { t: 0.0, x: 0.9, t_dot: 1.2, x_dot: 0.3 };
+    for (expression, windows) in cases {
+        let metric = Metric::new(formula(expression), 1.5, 1.0);
+        let q_t = initial.invariants(&metric).q_t;
+        let end = ReferenceTrajectory::new(&metric, initial, 2.0, 16).expect("it gets there").at(2.0);
+        let march = March::new(&metric, q_t, WeakRule::shared(24), Twofold::from(2.0) / Twofold::from(windows as f64));
+        let start = State { t: 0.0.into(), x: 0.9.into(), w: 0.3.into() };
+        for tolerance in [1e-5, 1e-8, 1e-11, 1e-14, 0.0] {
+            let marched = march.with_tolerance(tolerance).run(start, windows, &mut go_on).expect("it converges");
+            let error = (marched.end.x.hi - end.x).abs().max((marched.end.t.hi - end.elapsed).abs());
+            let evaluations = marched.statistics.evaluations as f64 / windows as f64;
+            assert!(error < 10.0 * tolerance + 3e-15, "{expression}, {tolerance}: error {error}");
+            assert!(evaluations < if tolerance > 0.0 { 5.0 } else { 9.0 }, "{expression}: {evaluations} evaluations");
+        }
+    }
+}
