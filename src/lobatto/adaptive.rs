@@ -66,10 +66,12 @@ const LOOSEST: f64 = 1e-4;
 
 /// Above the first accuracy 16 nodes are cheapest, down to the second 20, and below that 24.
 const COARSE: f64 = 2e-5;
-const MEDIUM: f64 = 5e-9;
+const MEDIUM: f64 = 3e-8;
 
 /// The first window to try, in radians of the oscillation that the force has there.
 const FIRST: f64 = 1.5;
+/// The whole is tried in one window if it is not longer than so many of the first.
+const ONE: f64 = 1.7;
 
 impl<'a> Adaptive<'a> {
     /// With the charge `q_t`.
@@ -152,7 +154,9 @@ impl<'a> Adaptive<'a> {
             };
         }
         let stiffness = acceleration_slope(q_t, g.g00, g.first, g.second).abs();
-        let first = (FIRST / stiffness.max(1e-60).sqrt()).min(length);
+        let first = FIRST / stiffness.max(1e-60).sqrt();
+        // A second window costs more than to find out that it takes one.
+        let first = if length < ONE * first { length } else { first };
         let mut pair = Pair::new(kit, force);
         // Long runs at the limit of the arithmetic leave no room for truncation beside rounding.
         let windows = length / first;

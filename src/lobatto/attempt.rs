@@ -156,7 +156,7 @@ impl Attempt<'_> {
         let (mut idle, mut refused) = (0, 0);
         // The largest excess since the lengths were judged last.
         let mut worst = 0.0_f64;
-        let may_grow = AIM * MUCH_LONGER.powf(-order);
+        let may_grow = AIM * MUCH_LONGER.powi(-(order as i32));
         let mut length = Length::near(self.first, self.q_t);
         let (mut share, mut precision) = self.share(self.first, &states[0]);
         loop {
