@@ -115,15 +115,16 @@ fn accuracies_are_kept_over_long_runs() {
         measure("quartic", &quartic(), 1000.0, accuracy);
         measure("pendulum", &shipped(include_str!("../../cases/pendulum.toml")), 100.0, accuracy);
     }
-    // 1e-13 against windows that keep K to 1e-15: t is 1540 at the end.
+    // 3e-13 against windows that keep K to 1e-15: t is 1540 at the end. (At 1e-13 rounding decides: of 24 starts with w from 0.1
+    // to 0.124 ten end with the message that it is not reached.)
     let (metric, initial) = quartic();
     let march = March::new(&metric, 2.0, WeakRule::shared(20), 0.25.into());
     let exact = march.run(initial.into(), 4000, &mut go_on).expect("it converges").end;
-    let adapted = Adaptive::new(&metric, 2.0).run(initial.into(), Goal::Gamma(1000.0), 1e-13, &mut go_on);
+    let adapted = Adaptive::new(&metric, 2.0).run(initial.into(), Goal::Gamma(1000.0), 3e-13, &mut go_on);
     let Adapted { end, error_estimate, attempts, .. } = adapted.unwrap_or_else(|error| panic!("{error}"));
     let errors = [(end.t - exact.t).hi.abs() / exact.t.hi, (end.x - exact.x).hi.abs()];
-    println!("1e-13 over 1000 units: {errors:?}, estimate {error_estimate:.1e}, {attempts} attempts");
-    assert!(error_estimate <= 1e-13 && errors.iter().all(|&error| error <= error_estimate + 2e-14), "{errors:?}");
+    println!("3e-13 over 1000 units: {errors:?}, estimate {error_estimate:.1e}, {attempts} attempts");
+    assert!(error_estimate <= 3e-13 && errors.iter().all(|&error| error <= error_estimate + 2e-14), "{errors:?}");
 }
 
 #[test]
