@@ -65,7 +65,7 @@ pub struct Adaptive<'a> {
 const LOOSEST: f64 = 1e-4;
 
 /// Above the first accuracy 16 nodes are cheapest, down to the second 20, and below that 24.
-const COARSE: f64 = 5e-6;
+const COARSE: f64 = 2e-5;
 const MEDIUM: f64 = 2e-7;
 
 /// The first window to try, in radians of the oscillation that the force has there.
