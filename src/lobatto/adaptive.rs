@@ -30,7 +30,7 @@ pub struct Adapted {
     pub end: State,
     /// γ − γ_i there.
     pub gamma: Twofold,
-    /// What it took, with the companion and everything that was rejected.
+    /// What it took, with the companion and what was rejected, but for windows that did not converge.
     pub statistics: Statistics,
     /// An upper estimate of the error in t and x at all nodes, relative to max(1, largest |t − t_i|) and
     /// max(1, largest |x|).

@@ -56,7 +56,7 @@ impl<const P: usize, I: Iterator<Item = f64>, F: FnMut(Inside)> WithSimd for Den
                 count += 1;
             }
             let mut series = [const { Nodes::ZERO }; 3];
-            if at.0[0] < 1.0 {
+            if at.0[..count].iter().any(|&fraction| fraction != 1.0) {
                 let integrals = integrals.get_or_insert_with(
                     #[inline(always)]
                     || unit.integrate(s, [view.nodes.u, view.nodes.a]),

@@ -197,7 +197,7 @@ fn is_by_lanes(instruction: &Instruction<f64>) -> bool {
     matches!(instruction, Instruction::Power(..) | Instruction::Call(..))
 }
 
-/// A function without a vector form, node by node. The padding gets the number of the last node: it must be finite.
+/// A function without a vector form, node by node; the padding gets the number of the last node, whose x it has.
 #[inline(never)]
 fn by_lanes<const P: usize>(done: &[Nodes<P>], out: &mut Nodes<P>, step: Instruction<f64>, points: usize) {
     match step {
@@ -252,7 +252,9 @@ impl<const P: usize> Force for FormulaForce<P> {
 
     #[inline(always)]
     fn evaluate<S: Simd>(&mut self, s: S, x: &[f64], a: &mut [f64], u: &mut [f64], near: bool) {
+        // The padding repeats the last node: what is no node must not be a point of its own either, outside the domain say.
         self.registers[0].0.copy_from_slice(x);
+        self.registers[0].0[self.points..].fill(x[self.points - 1]);
         self.run(s, 0, self.steps_to_slope);
         let (q, m, c) = (s.splat_f64s(self.q_t), s.splat_f64s(self.two_over_mass), s.splat_f64s(self.c_squared));
         let half = s.splat_f64s(-0.5 * self.two_over_mass);

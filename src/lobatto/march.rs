@@ -6,6 +6,7 @@ use pulp::{Simd, WithSimd};
 
 use super::force::{Force, PolynomialForce};
 use super::formula::FormulaForce;
+use super::guess::Guess;
 use super::probe;
 use super::rule::WeakRule;
 use super::simd::Level;
@@ -13,7 +14,7 @@ use super::tables::Tables;
 use super::twofold::Twofold;
 use super::unit::{Unit, with_unit};
 use super::view::WindowView;
-use super::window::{Guess, MOST_EVALUATIONS, Precision, Solved, Window};
+use super::window::{MOST_EVALUATIONS, Precision, Solved, Window};
 use super::{MarchFailure, State, Statistics};
 use crate::metric::Metric;
 use crate::potential::Potential;
@@ -62,7 +63,7 @@ impl<'a> March<'a> {
 
     /// Stops the iteration of a window when the error of X is below `tolerance`, relative to its size: a hundredth of
     /// the error wanted at the ends. 0 goes to rounding, and then evaluates the forces once more in twofold precision
-    /// where the potential is pure arithmetic.
+    /// where the potential is pure arithmetic. With a tolerance a window is good to some 1e-16 at best.
     pub fn with_tolerance(mut self, tolerance: f64) -> Self {
         self.precision = Precision { tolerance, refine: tolerance == 0.0, most: MOST_EVALUATIONS };
         self
@@ -127,7 +128,7 @@ impl<'a> March<'a> {
             force.set((length * self.q_t).hi, rule.points());
             (&*unit.tables, length)
         };
-        let inverse = Twofold::from(1.0 / scale.hi);
+        let inverse = scale.reciprocal();
         let physical = |state: &State| State { w: state.w * inverse, ..*state };
         let mut window = Window::<P>::new();
         let start = State { w: start.w * scale, ..start };
@@ -141,7 +142,6 @@ impl<'a> March<'a> {
             tables,
             force: &mut force,
             window: &mut window,
-            guess: Guess::Parabola,
             precision,
             windows,
             marched: &mut marched,
@@ -164,8 +164,6 @@ struct Run<'r, const P: usize, F> {
     tables: &'r Tables<P>,
     force: &'r mut F,
     window: &'r mut Window<P>,
-    /// Of the first window; the others extrapolate from the one before.
-    guess: Guess<'r, P>,
     precision: Precision,
     windows: usize,
     marched: &'r mut Marched,
@@ -178,7 +176,8 @@ impl<const P: usize, F: Force> WithSimd for Run<'_, P, F> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, s: S) -> bool {
-        let Run { tables, force, window, mut guess, precision, windows, marched, see } = self;
+        let Run { tables, force, window, precision, windows, marched, see } = self;
+        let mut guess = Guess::Parabola;
         let mut done = 0;
         while done < windows {
             let start = marched.end;

@@ -10,12 +10,19 @@
 //!
 //! the Lobatto IIIC Runge–Kutta method (Chipman 1971; Hairer, Wanner, "Solving Ordinary Differential Equations II",
 //! IV.5): L-stable and of order 2n − 2 at the ends of windows. *Inside* a window the scheme's own nodal values are less
-//! accurate; [`crate::sampling`] continues the start of a window to points in it as accurately as to its end.
+//! accurate; [`WindowView::inside`] is of order n + 1 there for the price of a few sweeps of the iteration,
+//! [`crate::sampling`] continues the start of a window to points in it as accurately as to its end.
 //!
-//! [`March`] walks windows of one length, [`Adaptive`] chooses rules and lengths for an accuracy asked for. Both follow
+//! X is found by iterating the first line. Where V calls functions (exp, cos, …) an evaluation of all nodes costs ten times
+//! the product with A²: there Newton's method takes two evaluations in place of eight, with the iteration for its linear
+//! systems.
+//!
+//! [`March`] walks windows of one length, [`Adaptive`] chooses rules and lengths for an accuracy asked for. With
+//! s = γ/h a window has length 1, for h Q_t and h w in place of Q_t and w: one set of tables serves all lengths. To
+//! rounding a march takes tables of its own length, as the rounding of h Q_t would be the same in every window. Both follow
 //! Hairer, McLachlan, Razakarivony (2008), "Achieving Brouwer's law with implicit Runge–Kutta methods", where it
 //! matters for long runs: the tables are computed to 30 digits and rounded so that their sums stay right, states are
-//! unevaluated sums of two numbers, and the update is summed as if in twice the precision. Over 4·10⁶ windows K then
+//! unevaluated sums of two numbers, and what goes to rounding is summed as if in twice the precision. Over 4·10⁶ windows K then
 //! moves like a random walk of 1e-18 a window.
 //!
 //! The iteration runs on contiguous arrays with the vector instructions that the machine has ([`Level`]).
@@ -25,6 +32,7 @@ mod attempt;
 mod dense;
 mod force;
 mod formula;
+mod guess;
 mod kit;
 mod march;
 mod newton;

@@ -24,6 +24,18 @@ const MOST_SWEEPS: usize = 40;
 /// Where plain iterations take over, if the wanted error is rounding.
 const NEAR_ROUNDING: f64 = 1e-12;
 
+/// The largest (u′δ/u)²: about what u, continued by its slope, lacks relative to itself.
+#[inline(always)]
+fn bend<S: Simd>(s: S, du: &[f64], delta: &[f64], u: &[f64]) -> f64 {
+    let (du, delta, u) = (vectors::<S>(du), vectors::<S>(delta), vectors::<S>(u));
+    let mut most = s.splat_f64s(0.0);
+    for i in 0..u.len() {
+        most = s.max_f64s(most, s.abs_f64s(s.div_f64s(s.mul_f64s(du[i], delta[i]), u[i])));
+    }
+    let most = s.reduce_max_f64s(most);
+    most * most
+}
+
 impl<const P: usize> Window<P> {
     /// Solves X = line + low + h² A² a(X): a correction δ to X solves δ = defect + h² A² a′(X) δ, by an iteration that needs
     /// the slopes a′ and no evaluation. Near the solution a and u need none either: their slopes continue them to X + δ.
@@ -72,9 +84,10 @@ impl<const P: usize> Window<P> {
                 change = distance(s, &next.0, &delta.0);
                 std::mem::swap(&mut delta, &mut next);
                 sweeps += 1;
-                // No better than the step itself will be.
+                // No better than the step itself will be. The first rate is that of another kind of change.
                 let enough = (0.1 * wanted).max(0.1 * size * (size / scale));
-                if change * (change / before).min(1.0) <= enough {
+                let rate = if sweeps > 1 { (change / before).min(1.0) } else { 1.0 };
+                if change * rate <= enough {
                     break;
                 }
                 if !change.is_finite() || sweeps == MOST_SWEEPS {
@@ -88,14 +101,16 @@ impl<const P: usize> Window<P> {
                 }
             }
             size = largest(s, &delta.0);
-            // The error of the step is its square times a number that two steps show.
-            let factor = (size / (last * last)).max(1.0 / scale);
-            let error = factor * size * size;
+            // The error of the step is its square times a number that two steps show; before, V is taken to vary on the
+            // scale of the motion.
+            let motion = (t.length.hi * start.w.hi).abs() + largest(s, &self.rest.0);
+            let factor = (size / (last * last)).max(1.0 / motion);
+            let error = if size == 0.0 { 0.0 } else { factor * size * size };
             if precision.tolerance == 0.0 {
                 if error <= NEAR_ROUNDING * scale {
                     return Newton::Near(evaluations);
                 }
-            } else if error <= 0.25 * wanted {
+            } else if error <= 0.25 * wanted && bend(s, &du.0, &delta.0, &self.u.0) <= precision.tolerance {
                 let (a, u) = (vectors_mut::<S>(&mut self.a.0), vectors_mut::<S>(&mut self.u.0));
                 let (da, du, delta) = (vectors::<S>(&da.0), vectors::<S>(&du.0), vectors::<S>(&delta.0));
                 for i in 0..a.len() {

@@ -3,13 +3,14 @@
 use pulp::{Simd, WithSimd};
 
 use super::force::Force;
+use super::guess::Guess;
 use super::kit::Kit;
 use super::simd::Level;
 use super::tables::{EXTRAPOLATED, Nodes};
 use super::twofold::Twofold;
 use super::unit::Unit;
 use super::view::NodeValues;
-use super::window::{Guess, Precision, Solved, Window};
+use super::window::{Precision, Solved, Window};
 use super::{State, Statistics};
 
 /// The length of a window in γ, and what it makes of the charge.

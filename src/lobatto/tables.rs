@@ -125,7 +125,7 @@ impl<const P: usize> Tables<P> {
             (t.line[i], t.line_lo[i]) = (line.hi, line.lo);
             t.parabola[i] = 0.5 * line.hi * line.hi;
         }
-        // Over long windows the full degree amplifies noise.
+        // Short windows, to rounding, gain by the whole polynomial. (Unit tables have no length of their own.)
         let guess = &rule.length_free().guesses[usize::from(length.hi > 0.4)];
         for (column, unit) in t.guess.iter_mut().zip(guess.chunks_exact(n)) {
             column.iter_mut().zip(unit).for_each(|(entry, unit)| *entry = h_squared.hi * unit);

@@ -4,10 +4,10 @@
 //! window has length 1. So one set of tables serves windows of all lengths.
 
 use super::dense::share;
+use super::guess::Continuation;
 use super::rule::WeakRule;
 use super::tables::{Matrix, Nodes, Tables};
 use super::twofold::Twofold;
-use super::window::Continuation;
 
 /// The tables of a rule, made once in its life.
 #[derive(Debug, Clone)]

@@ -149,6 +149,8 @@ pub(crate) struct Marks<'o> {
 impl<'o> Marks<'o> {
     /// With so many steps in all.
     pub(crate) fn new(output: &'o Output, steps: usize) -> Self {
+        assert!(steps > 0 && output.intervals > 0, "no steps");
+        debug_assert!(output.marks.is_sorted());
         Self { intervals: output.intervals, steps, marks: output.marks.iter().peekable() }
     }
 

@@ -215,6 +215,9 @@ fn inside_error(n: usize, windows: usize, tolerance: f64) -> f64 {
         view.inside(fractions.iter().copied(), |point| points.push(point));
         assert_eq!(points.len(), fractions.len());
         assert_eq!(points[40].x, view.end.x.hi);
+        let mut backwards = Vec::new();
+        view.inside(fractions.iter().rev().copied(), |point| backwards.push(point));
+        assert!(backwards.iter().rev().eq(&points), "the order does not matter");
         for (point, &fraction) in points.drain(..).zip(&fractions) {
             let exact = reference.at(view.gamma.hi + fraction * view.length.hi);
             for error in [point.t - exact.elapsed, point.x - exact.x, point.w - exact.x_dot] {
@@ -265,6 +268,55 @@ fn potentials_that_call_functions_take_few_evaluations_and_keep_their_tolerance(
             let evaluations = marched.statistics.evaluations as f64 / windows as f64;
             assert!(error < 10.0 * tolerance + 3e-15, "{expression}, {tolerance}: error {error}");
             assert!(evaluations < if tolerance > 0.0 { 5.0 } else { 9.0 }, "{expression}: {evaluations} evaluations");
+        }
+    }
+}
+
+#[test]
+fn padding_is_no_point_of_the_world_line() {
+    // g00 is at least 1 on it, and would be negative at a mixture of values of exp(−x) and x from different nodes.
+    let metric = Metric::new(formula("3*(exp(-x) - 1 + x)"), 1.0, 1.0);
+    let initial = InitialData { t: 0.0, x: 0.0, t_dot: 1.0, x_dot: 0.3 };
+    let q_t = initial.invariants(&metric).q_t;
+    let exact = ReferenceTrajectory::new(&metric, initial, 1.0, 16).expect("it gets there").at(1.0);
+    for n in [15, 16, 19, 20, 23, 24] {
+        for tolerance in [1e-15, 0.0] {
+            let start = State { t: 0.0.into(), x: 0.0.into(), w: 0.3.into() };
+            let march = March::new(&metric, q_t, WeakRule::shared(n), 1.0.into()).with_tolerance(tolerance);
+            let end = march.run(start, 1, &mut go_on).unwrap_or_else(|failure| panic!("{n} nodes: {failure}")).end;
+            assert!((end.x.hi - exact.x).abs() + (end.t.hi - exact.elapsed).abs() < 1e-14, "{n} nodes");
+        }
+    }
+}
+
+#[test]
+fn slopes_do_not_trust_a_large_x_nor_a_steep_wall() {
+    let far = 2000.0 * std::f64::consts::PI;
+    for (expression, x, w, sign) in [
+        ("1 - cos(x)", far + 0.9, 0.3, 1.0),
+        ("1 - cos(x)", 0.9, 0.3, -1.0),
+        ("0.2*tanh(40*(x - 1))", 0.8, 0.4, 1.0),
+        ("1 - cos(x)", 0.0, 0.0, 1.0),
+    ] {
+        let metric = Metric::new(formula(expression), 1.0, 1.0);
+        let initial = InitialData { t: 0.0, x, t_dot: sign, x_dot: w };
+        let q_t = initial.invariants(&metric).q_t;
+        let windows = if expression.contains("tanh") { 40 } else { 2 };
+        let length = Twofold::from(2.0) / Twofold::from(windows as f64);
+        let start = State { t: 0.0.into(), x: x.into(), w: w.into() };
+        for level in [Level::Best, Level::Scalar] {
+            let march = March::new(&metric, q_t, WeakRule::shared(20), length).with_level(level);
+            let exact = march.run(start, windows, &mut go_on).expect("it converges").end;
+            for tolerance in [1e-6, 1e-8, 1e-10] {
+                let Marched { end, statistics } =
+                    march.with_tolerance(tolerance).run(start, windows, &mut go_on).expect("it converges");
+                let errors = [(end.x.hi - exact.x.hi).abs(), (end.t.hi - exact.t.hi).abs()];
+                let bounds = [10.0 * tolerance * x.abs().max(1.0), 100.0 * tolerance];
+                assert!(errors[0] < bounds[0] && errors[1] < bounds[1], "{expression} at {x}, {tolerance}: {errors:?}");
+                assert!(statistics.evaluations <= 6 * windows, "{expression} at {x}: {statistics:?}");
+            }
+            let same = march.with_tolerance(1e-8).run(start, 0, &mut go_on).expect("nothing to do").end;
+            assert!(same.w.hi == w && same.w.lo.abs() < 1e-31);
         }
     }
 }

@@ -31,7 +31,7 @@ pub struct DriftPoint {
 /// Runs one setting of each of some of the `chosen` methods that costs about 200 evaluations an interval of the world-line, where an
 /// interval is three steps of the reference, some six tenths of a radian of the motion each; for an adaptive method the
 /// tolerance that comes nearest. A method that fails is left out. The state is taken at 200 values of γ, evenly spaced
-/// in log γ; adaptive methods end a step there.
+/// in log γ; constant steps end there.
 pub fn drift(arena: &Arena, chosen: &[Family], cancel: &AtomicBool) -> Vec<DriftPoint> {
     let intervals = ((arena.scale() / PIECES).ceil() as usize).max(POINTS / 2);
     let mark = |k: usize| (intervals as f64).powf(k as f64 / (POINTS - 1) as f64).round() as usize;

@@ -3,8 +3,8 @@
 //! # What is measured
 //!
 //! Every method has to hand out t, x and w = dx/dγ at [`OUTPUTS`] equally spaced values of γ, the end included, by its own
-//! means: constant steps and windows divide the intervals between them, adaptive methods end a step there or use their
-//! dense output ([`crate::methods`] says which). The errors are the largest absolute differences of t and x from the
+//! means: a dense output where it has one, steps or windows that divide the intervals between them where it has not
+//! ([`crate::methods`] says which; of this program march and `accuracy` have one). The errors are the largest absolute differences of t and x from the
 //! reference at these points, which is a Taylor trajectory in extended precision with enough digits for the length of
 //! the run; |ΔK| is formed from (x, w, Q_t) alone. Q_t itself is *not* compared: it is a constant of the other
 //! methods' equations, and its drift would prove nothing.
