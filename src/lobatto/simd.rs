@@ -23,17 +23,37 @@ pub enum Level {
 impl Level {
     #[inline]
     pub(super) fn dispatch<W: WithSimd>(self, work: W) -> W::Output {
-        match self {
-            Self::Best => Arch::new().dispatch(work),
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => match pulp::x86::V3::try_new() {
-                Some(simd) => Simd::vectorize(simd, work),
-                None => work.with_simd(Scalar),
-            },
-            #[allow(unreachable_patterns)]
-            Self::Avx2 | Self::Scalar => work.with_simd(Scalar),
+        #[cfg(target_arch = "x86_64")]
+        match (self, Arch::new()) {
+            (Self::Best, Arch::V4(simd)) => return Simd::vectorize(simd, work),
+            (Self::Best, Arch::V3(simd)) => return Simd::vectorize(simd, work),
+            (Self::Avx2, _) => {
+                if let Some(simd) = pulp::x86::V3::try_new() {
+                    return Simd::vectorize(simd, work);
+                }
+            }
+            _ => {}
         }
+        #[cfg(target_arch = "aarch64")]
+        if let (Self::Best, Arch::Neon(simd)) = (self, Arch::new()) {
+            return Simd::vectorize(simd, work);
+        }
+        one_by_one(work)
     }
+}
+
+/// Kept out of line: it is rarely run, and as large as the others together.
+#[cold]
+#[inline(never)]
+fn one_by_one<W: WithSimd>(work: W) -> W::Output {
+    work.with_simd(Scalar)
+}
+
+/// A length by which the compiler does not unroll loops over single numbers. Unrolled, they would be larger than the code
+/// of all other levels together and take as long to build, for machines that hardly exist.
+#[inline(always)]
+pub(super) fn count<S: Simd>(length: usize) -> usize {
+    if S::IS_SCALAR { std::hint::black_box(length) } else { length }
 }
 
 /// Whether a multiply-add is one instruction; otherwise it is a slow library call.
@@ -85,13 +105,14 @@ pub(super) fn two_product<S: Simd>(a: f64, b: f64) -> (f64, f64) {
 /// The vectors of a slice whose length is a multiple of 8, and with it of the vector length.
 #[inline(always)]
 pub(super) fn vectors<S: Simd>(v: &[f64]) -> &[S::f64s] {
-    S::as_simd_f64s(v).0
+    S::as_simd_f64s(&v[..count::<S>(v.len())]).0
 }
 
 /// The same to be written to.
 #[inline(always)]
 pub(super) fn vectors_mut<S: Simd>(v: &mut [f64]) -> &mut [S::f64s] {
-    S::as_mut_simd_f64s(v).0
+    let length = count::<S>(v.len());
+    S::as_mut_simd_f64s(&mut v[..length]).0
 }
 
 /// max |v_j|.

@@ -6,7 +6,7 @@ use super::State;
 use super::force::Force;
 use super::guess::Guess;
 use super::newton::Newton;
-use super::simd::{extremes, largest, multiply_add, product_error, two_product, two_sum, vectors, vectors_mut};
+use super::simd::{count, extremes, largest, multiply_add, product_error, two_product, two_sum, vectors, vectors_mut};
 use super::tables::{Nodes, Tables};
 use super::twofold::{Twofold, fast_two_sum};
 use super::view::NodeValues;
@@ -95,7 +95,7 @@ pub(super) fn product<S: Simd, const P: usize>(
     // `v` is to be read from memory: broadcasting loads are cheap, shuffles of a register compete with the arithmetic
     // (with AVX-512 a fifth of the whole time for 20 nodes).
     let v = std::hint::black_box(v);
-    let count = P / S::F64_LANES;
+    let count = count::<S>(P / S::F64_LANES);
     let mut r = 0;
     if count.is_multiple_of(3) {
         while r < count {

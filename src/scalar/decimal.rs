@@ -166,10 +166,13 @@ fn significant(number: &Binary, count: i64) -> (String, i64) {
 
 #[cfg(test)]
 mod tests {
-    use num_rational::BigRational;
+    use num_bigint::BigInt;
+    use num_rational::Ratio;
     use proptest::prelude::*;
 
     use super::*;
+
+    type BigRational = Ratio<BigInt>;
 
     fn exact(number: Extended) -> BigRational {
         let Binary { negative, significand: (high, low), exponent } = decode(number);
