@@ -4,8 +4,6 @@ mod cli;
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
 fn main() -> ExitCode {
-    cli::Cli::parse().execute().unwrap_or_else(|error| cli::exit_code(&error))
+    cli::Cli::from_command_line().execute().unwrap_or_else(|error| cli::exit_code(&error))
 }

@@ -3,6 +3,7 @@
 //! [`Case::parse`] turns text and overrides into a [`Case`] or one [`CaseError`] with its place in the text. A parsed
 //! `Case` is valid: every number is finite, the grid fits the operator, and g00 is positive at the start.
 
+pub mod builtin;
 mod decimal;
 mod error;
 mod parse;

@@ -1,4 +1,4 @@
-//! `converge CASE`.
+//! `converge [CASE]`.
 
 use std::io::{self, Write};
 use std::path::PathBuf;

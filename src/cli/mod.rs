@@ -2,6 +2,7 @@
 
 mod check;
 mod converge;
+mod init;
 mod input;
 mod interrupt;
 mod report;
@@ -10,6 +11,7 @@ mod samples;
 mod second_opinion;
 mod shell;
 mod stability;
+mod usage;
 mod work_precision;
 
 use std::path::PathBuf;
@@ -40,6 +42,7 @@ pub(crate) struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Solve one case and write its trajectory, residuals and summary
+    #[command(mut_arg("case", |case| case.required(true)))]
     Run(run::RunArgs),
     /// Sweep the number of nodes and fit the slopes of the errors against a reference trajectory
     Converge(converge::ConvergeArgs),
@@ -48,7 +51,10 @@ enum Command {
     /// Chart where methods fail: every scheme over step and length, beside the limits of linear theory
     Stability(stability::StabilityArgs),
     /// Validate a case and print it with every default filled in
+    #[command(mut_arg("case", |case| case.required(true)))]
     Check(check::CheckArgs),
+    /// Write a built-in case to standard output, as a start for one's own
+    Init(init::InitArgs),
     /// Print a shell completion script
     Completions {
         /// The shell
@@ -61,9 +67,9 @@ enum Command {
 /// Arguments of every command that reads a case.
 #[derive(Debug, Args)]
 struct CaseArgs {
-    /// Case file (TOML), or - for standard input
+    /// Case file (TOML), - for standard input, or the name of a built-in case (`init --list` names them)
     #[arg(value_name = "CASE")]
-    case: PathBuf,
+    case: Option<PathBuf>,
 
     /// Override a case key, e.g. --set grid.n_gamma=64 (repeatable)
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -75,6 +81,11 @@ struct CaseArgs {
 }
 
 impl Cli {
+    /// Reads the command line. A mistake in it ends the program with 2; help and version end it with 0.
+    pub(crate) fn from_command_line() -> Self {
+        Self::try_parse().unwrap_or_else(|error| usage::explained(error).exit())
+    }
+
     /// Carries the command out.
     ///
     /// # Errors
@@ -86,6 +97,7 @@ impl Cli {
             Command::WorkPrecision(args) => work_precision::work_precision(&args),
             Command::Stability(args) => stability::stability(&args),
             Command::Check(args) => check::check(&args),
+            Command::Init(args) => init::init(&args),
             Command::Completions { shell } => shell::completions(shell),
             Command::Man => shell::man(),
         }

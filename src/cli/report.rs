@@ -70,6 +70,11 @@ pub(super) fn warn(message: &str) {
     print(&renderer().render(&[Group::with_title(Level::WARNING.primary_title(message))]));
 }
 
+/// Prints what a user should know, though nothing is wrong.
+pub(super) fn note(message: &str) {
+    print(&renderer().render(&[Group::with_title(Level::NOTE.primary_title(message))]));
+}
+
 fn render_case_error(error: &CaseError) -> String {
     // The message itself says which file, for errors without a place and for tools that read the first line only.
     let title = match error.span {

@@ -1,4 +1,4 @@
-//! `stability CASE`.
+//! `stability [CASE]`.
 
 use std::io::{self, Write};
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! `work-precision CASE`.
+//! `work-precision [CASE]`.
 
 use std::fs::File;
 use std::io::{self, Write};

@@ -1,0 +1,69 @@
+//! The shipped cases are in the program and at hand in any folder.
+
+use std::fs;
+
+use tempfile::TempDir;
+
+use super::common::{CASES, failed, json, names, run_in, stderr, succeeded};
+
+#[test]
+fn init_writes_and_lists_the_shipped_cases() {
+    let folder = TempDir::new().unwrap();
+    let list = succeeded(&run_in(folder.path(), "init --list"));
+    let mut files: Vec<String> = fs::read_dir(CASES)
+        .unwrap()
+        .map(|entry| entry.unwrap().path().file_stem().unwrap().to_str().unwrap().to_owned())
+        .collect();
+    files.sort();
+    let listed: Vec<&str> = list.lines().map(|line| line.split_whitespace().next().unwrap()).collect();
+    assert_eq!(listed, files);
+    assert!(list.lines().any(|line| line.starts_with("quartic ") && line.contains("Quartic oscillator ")), "{list}");
+    for name in listed {
+        let text = succeeded(&run_in(folder.path(), &format!("init {name}")));
+        assert_eq!(text, fs::read_to_string(format!("{CASES}/{name}.toml")).unwrap());
+    }
+    let message = failed(&run_in(folder.path(), "init quartc"), 2);
+    assert!(message.contains("'quartic'"), "{message}");
+    failed(&run_in(folder.path(), "init"), 2);
+    assert!(names(folder.path()).is_empty(), "init writes to standard output");
+}
+
+#[test]
+fn a_built_in_case_stands_in_for_a_file_that_is_not_there() {
+    let folder = TempDir::new().unwrap();
+    let output = run_in(folder.path(), "run quartic --out built-in");
+    succeeded(&output);
+    let note = "note: no file 'quartic' here: the built-in case of that name is used";
+    assert!(stderr(&output).contains(note), "{}", stderr(&output));
+    succeeded(&run_in(folder.path(), "run CASES/quartic.toml --out file"));
+    let of = |out: &str| fs::read(folder.path().join(out).join("trajectory.csv")).unwrap();
+    assert_eq!(of("built-in"), of("file"));
+    assert_eq!(stderr(&run_in(folder.path(), "run quartic --quiet --out built-in")), "");
+    assert!(succeeded(&run_in(folder.path(), "run quartic --set grid.n_gamma=8")).contains("results/quartic"));
+    // A file of that path wins, and a folder does not.
+    fs::copy(format!("{CASES}/free.toml"), folder.path().join("quartic")).unwrap();
+    let output = run_in(folder.path(), "run quartic --out own");
+    succeeded(&output);
+    assert_eq!(stderr(&output), "");
+    assert_eq!(json(&folder.path().join("own/summary.json"))["title"], "Free particle");
+    fs::create_dir(folder.path().join("linear")).unwrap();
+    assert!(succeeded(&run_in(folder.path(), "check --run linear")).contains("Linear potential"));
+}
+
+#[test]
+fn studies_need_no_case() {
+    let folder = TempDir::new().unwrap();
+    for (arguments, table) in [
+        ("work-precision --methods rk4 --longest 1e-3 --out work", "work/work_precision.csv"),
+        ("stability --methods rk4 --gamma-f 1 --delta-gamma 0.1 --out map", "map/stability.csv"),
+    ] {
+        let output = run_in(folder.path(), arguments);
+        assert!(succeeded(&output).starts_with("Quartic oscillator"), "{arguments}");
+        assert!(stderr(&output).contains("no CASE is given: the built-in case 'quartic' is used"), "{arguments}");
+        assert!(folder.path().join(table).exists(), "{arguments}");
+    }
+    let message = failed(&run_in(folder.path(), "run"), 2);
+    assert!(message.contains("<CASE>") && message.contains("`run quartic`"), "{message}");
+    let message = failed(&run_in(folder.path(), "check"), 2);
+    assert!(message.contains("`check quartic`") && message.contains("`init --list`"), "{message}");
+}
