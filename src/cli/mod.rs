@@ -5,6 +5,7 @@ mod converge;
 mod init;
 mod input;
 mod interrupt;
+mod readable;
 mod report;
 mod run;
 mod samples;

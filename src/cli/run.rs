@@ -7,7 +7,6 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use clap::Args;
-use geodesic_ivp::case::Form;
 use geodesic_ivp::diagnostics::{Diagnostics, Measures};
 use geodesic_ivp::geodesic::InitialData;
 use geodesic_ivp::output::pictures::{self, Run};
@@ -18,10 +17,12 @@ use geodesic_ivp::output::{
 use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
 use geodesic_ivp::sampling::Sample;
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::solve::{InitialGuess, solve_window_by_window};
+use geodesic_ivp::solve::solve_window_by_window;
+use geodesic_ivp::study::run_error::run_error;
 use geodesic_ivp::{Case, Solution, solve};
 use indicatif::ProgressBar;
 
+use super::readable::readable;
 use super::samples::SampleArgs;
 use super::second_opinion::second_opinion;
 use super::{CaseArgs, interrupt, report};
@@ -85,6 +86,7 @@ fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
         let (result, _) = solved::<S>(case, args);
         let Solved { solution, diagnostics, measures, samples, .. } = result?;
         warn_of(&measures.warnings(&solution));
+        warn_of(&Vec::from_iter(measures.newtonian_warning()));
         let out = io::stdout().lock();
         match diagnostics {
             Some(diagnostics) => write_combined(out, &solution, &diagnostics)?,
@@ -114,12 +116,17 @@ fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
     };
     let Solved { solution, diagnostics, measures, samples, seconds } = solved;
     let mut summary = Summary::new(case, Ok((&solution, &measures)), seconds.solve);
+    let error = run_error(case, &solution);
+    if let Outcome::Solved(solved) = &mut summary.outcome {
+        solved.error = error.map(Into::into);
+    }
     let mut suspicions = measures.warnings(&solution);
     if !suspicions.is_empty() {
         let opinion = second_opinion(case, &solution);
         summary.warnings.extend(opinion.clone());
         suspicions.extend(opinion);
     }
+    suspicions.extend(measures.newtonian_warning());
     warn_of(&suspicions);
     let start = Instant::now();
     if args.samples.wanted() {
@@ -152,7 +159,7 @@ fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
     };
     let kept = files.commit(is_kept)?;
     if !args.case.quiet {
-        let text = readable(case, &solution, &measures, &summary) + &report::written(&directory, &kept);
+        let text = readable(&solution, &measures, &summary, error.as_ref()) + &report::written(&directory, &kept);
         io::stdout().write_all(text.as_bytes())?;
     }
     Ok(ExitCode::SUCCESS)
@@ -240,88 +247,4 @@ fn pictures<S: Real>(title: &str, case: &Case, solution: &Solution<S>, diagnosti
         pictures::noether_charge(title, &runs),
         pictures::geodesic_residuals(title, &runs),
     ]
-}
-
-/// Whether a number can be read without an exponent.
-fn is_readable(number: f64) -> bool {
-    number == 0.0 || (1e-4..1e9).contains(&number.abs())
-}
-
-/// A number with so many decimals, or where those would be noise or a long row of zeros with an exponent.
-fn fixed(number: f64, decimals: usize) -> String {
-    if is_readable(number) { format!("{number:.decimals$}") } else { format!("{number:.decimals$e}") }
-}
-
-/// A number with the digits it has.
-fn plain(number: f64) -> String {
-    if is_readable(number) { number.to_string() } else { format!("{number:e}") }
-}
-
-/// The summary a person reads.
-fn readable<S: Real>(case: &Case, solution: &Solution<S>, measures: &Measures<S>, summary: &Summary) -> String {
-    let invariants = solution.invariants();
-    let nodes = match solution.window_count {
-        1 => format!("{} nodes", solution.sbp().points()),
-        windows => format!("{windows} windows of {} nodes", solution.sbp().points()),
-    };
-    let system = if solution.backward.is_some() { "doubled action" } else { "physical limit" };
-    let iterations = match solution.iterations {
-        0 => "explicit".to_owned(),
-        count if solution.initial_guess == InitialGuess::Extrapolation => format!("{count} evaluations of the force"),
-        1 => "1 Newton iteration".to_owned(),
-        count => format!("{count} Newton iterations"),
-    };
-    let short = |number: S| number.to_f64();
-    let six = |number: S| fixed(number.to_f64(), 6);
-    // The numbers that a person would compare with others.
-    let end = |number: S| match S::IS_EXTENDED {
-        true => number.to_decimal(solution.digits),
-        false => fixed(number.to_f64(), 15),
-    };
-    let digits = if S::IS_EXTENDED { format!(", {} digits", solution.digits) } else { String::new() };
-    let (action, but_last, charge_at_last) = match solution.form {
-        Form::Weak => ("E_weak", "", String::new()),
-        Form::Strong => {
-            let corrected = short(measures.max_abs_delta_q_t_corrected);
-            let (last, but_last) = match solution.window_count {
-                1 => (format!("{:.2e}", short(measures.delta_q_t_last)), " but the last"),
-                _ => (format!("up to {:.2e}", short(measures.max_abs_delta_q_t_last)), " but the last of each window"),
-            };
-            let at_last = format!("{but_last}, {last} there ({corrected:.1e} with the multiplier correction)");
-            ("E_IVP", but_last, at_last)
-        }
-    };
-    let estimate = solution.error_estimate.map_or(String::new(), |error| format!("; estimated error {error:.1e}"));
-    let ends = if solution.window_count == 1 { "the end" } else { "the ends" };
-    let lines = [
-        case.title.clone().unwrap_or_else(|| "geodesic-ivp".to_owned()),
-        format!(
-            "  scheme     {} {}, {system}, {nodes} on gamma in [{}, {}]{digits}: {iterations}, {:.3} ms",
-            summary.sbp,
-            solution.form.as_str(),
-            plain(short(solution.gamma_i)),
-            plain(short(solution.gamma_f())),
-            1e3 * summary.solve_seconds
-        ),
-        format!("  end        t = {}, x = {}{estimate}", end(solution.end.t), end(solution.end.x)),
-        format!(
-            "  Q_t        {}; |dQ_t| <= {:.1e} at all nodes{charge_at_last}",
-            six(invariants.q_t),
-            short(measures.max_abs_delta_q_t_interior),
-        ),
-        format!(
-            "  K          {}; |dK| <= {:.2e} at all nodes{but_last}, {:.2e} at {ends} handed on",
-            six(invariants.k),
-            short(measures.max_abs_delta_k),
-            short(measures.max_abs_delta_k_ends)
-        ),
-        format!(
-            "  certified  |grad {action}| <= {:.1e}; sawtooth in x {}; H_BVP = {}, Q_t (t_f - t_i) = {}",
-            short(solution.gradient_norm),
-            measures.sawtooth.map_or("not measurable".to_owned(), |s| format!("{:.1e}", short(s))),
-            six(measures.bound.h_bvp),
-            six(measures.bound.h_bvp_bound)
-        ),
-    ];
-    lines.join("\n") + "\n"
 }

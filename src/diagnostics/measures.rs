@@ -2,6 +2,7 @@
 
 use super::bound::Bound;
 use super::charges::{Charges, FreeParticleCharges};
+use super::newtonian::Newtonian;
 use super::residuals::GeodesicResiduals;
 use super::sawtooth;
 use super::scales::Scales;
@@ -37,6 +38,8 @@ pub struct Measures<S = f64> {
     pub bound: Bound<S>,
     /// What the motion is like.
     pub scales: Scales,
+    /// How far the motion is from Newton's.
+    pub newtonian: Newtonian,
     /// Largest distance between the branches in t or x, if the doubled system was solved.
     pub branch_distance: Option<S>,
     /// Q_x and Q_η, if the potential vanishes.
@@ -74,6 +77,7 @@ impl<S: Real> Measures<S> {
             sawtooth: solution.views().filter_map(sawtooth_of).reduce(S::max),
             bound: Bound::new(solution, &metric.g00),
             scales: Scales::new(solution, metric, x_dot),
+            newtonian: Newtonian::new(solution, metric, x_dot),
             branch_distance: solution.backward.as_ref().map(|_| solution.branch_distance()),
             free_particle: FreeParticleCharges::new(solution, t_dot, x_dot),
         }
@@ -93,6 +97,7 @@ impl<S: Real> Measures<S> {
             sawtooth: either(self.sawtooth, next.sawtooth),
             bound: self.bound.followed_by(next.bound),
             scales: self.scales.followed_by(next.scales),
+            newtonian: self.newtonian.followed_by(next.newtonian),
             branch_distance: either(self.branch_distance, next.branch_distance),
             free_particle: self.free_particle.zip(next.free_particle).map(|(a, b)| a.max(b)),
         }

@@ -3,6 +3,7 @@
 mod bound;
 mod charges;
 mod measures;
+mod newtonian;
 mod residuals;
 mod sawtooth;
 mod scales;
@@ -11,19 +12,22 @@ mod warnings;
 pub use bound::Bound;
 pub use charges::{Charges, FreeParticleCharges};
 pub use measures::Measures;
+pub use newtonian::{NEGLIGIBLE, Newtonian};
 pub use residuals::GeodesicResiduals;
 pub use sawtooth::sawtooth;
 pub use scales::Scales;
 
+use crate::case::Form;
 use crate::scalar::Real;
 use crate::solve::{Solution, WindowNodes};
 
 /// Everything that is measured on a solution.
 #[derive(Debug, Clone)]
 pub struct Diagnostics<S = f64> {
-    /// Dt on the nodes; D̄t in the weak form.
+    /// Dt on the nodes; D̄t in the weak form. In the strong form the last one of a window is no velocity, see
+    /// [`Self::tangent`].
     pub t_dot: Vec<S>,
-    /// Dx on the nodes; D̄x in the weak form.
+    /// Dx on the nodes; D̄x in the weak form. The same holds for the last one.
     pub x_dot: Vec<S>,
     /// ΔQ_t, its corrected form and ΔK.
     pub charges: Charges<S>,
@@ -43,6 +47,21 @@ impl<S: Real> Diagnostics<S> {
         let residuals = GeodesicResiduals::new(solution, &metric, &t_dot, &x_dot);
         let measures = Measures::new(solution, &metric, [&t_dot, &x_dot], &charges, &residuals);
         Self { t_dot, x_dot, charges, residuals, measures }
+    }
+
+    /// dt/dγ and dx/dγ on the nodes. They are those of the operator, Dt and Dx, but for the last node of a window in
+    /// the strong form: its row of D takes up the defect of D and is no velocity, so there stand the values that the
+    /// next window continues with, Q_t/g00(x_N) and w*_N.
+    pub fn tangent(&self, solution: &Solution<S>) -> [Vec<S>; 2] {
+        let [mut t_dot, mut x_dot] = [self.t_dot.clone(), self.x_dot.clone()];
+        if solution.form == Form::Strong {
+            for view in solution.views() {
+                let last = view.nodes().end - 1;
+                t_dot[last] = solution.end.q_t / solution.metric.at(solution.x[last]).g00;
+                x_dot[last] = view.window.end.x_dot;
+            }
+        }
+        [t_dot, x_dot]
     }
 }
 

@@ -17,8 +17,6 @@ pub struct Scales {
     pub omega: f64,
     /// Largest (mean) spacing of the nodes of a window.
     pub spacing: f64,
-    /// Largest |V|/mc².
-    pub potential: f64,
     /// Least g00/c².
     pub g00: f64,
     /// Largest sixth difference of x in a window, 1/64 of it: of a pure sawtooth its amplitude, of a smooth motion far less
@@ -35,7 +33,7 @@ impl Scales {
         let squares = (metric.g00.iter().zip(&metric.first).zip(&metric.second))
             .map(|((&g00, &first), &second)| -acceleration_slope(q_t, g00, first, second).to_f64());
         let c_squared = solution.metric.c_squared().to_f64();
-        let g00 = || metric.g00.iter().map(|g00| g00.to_f64() / c_squared);
+        let g00 = metric.g00.iter().map(|g00| g00.to_f64() / c_squared);
         let exact = solution.views().flat_map(|view| x_dot[view.nodes()][..view.exact_nodes()].iter());
         let sixth = solution.views().filter(|view| view.sbp.is_equidistant());
         Self {
@@ -43,9 +41,7 @@ impl Scales {
             x_dot: exact.map(|x_dot| x_dot.to_f64().abs()).fold(0.0, most),
             omega: squares.fold(0.0, most).sqrt(),
             spacing: solution.views().map(|view| view.sbp.spacing().to_f64()).fold(0.0, most),
-            // g00 = c² + 2V/m.
-            potential: g00().map(|g00| 0.5 * (g00 - 1.0).abs()).fold(0.0, most),
-            g00: g00().fold(f64::INFINITY, least),
+            g00: g00.fold(f64::INFINITY, least),
             sixth_difference: sixth
                 .filter_map(|view| sixth_difference(&view.x[..view.exact_nodes()]))
                 .map(S::to_f64)
@@ -70,7 +66,6 @@ impl Scales {
             x_dot: self.x_dot.max(next.x_dot),
             omega: self.omega.max(next.omega),
             spacing: self.spacing.max(next.spacing),
-            potential: self.potential.max(next.potential),
             g00: self.g00.min(next.g00),
             sixth_difference: self.sixth_difference.into_iter().chain(next.sixth_difference).reduce(f64::max),
         }

@@ -8,6 +8,7 @@ use crate::case::{Case, Decimal, Form, System};
 use crate::diagnostics::Measures;
 use crate::scalar::Real;
 use crate::solve::{IterationRecord, NoSolution, Solution, Status};
+use crate::study::run_error::RunError;
 
 /// The whole summary; keys that do not apply are absent.
 #[derive(Debug, Clone, Serialize)]
@@ -112,13 +113,50 @@ pub struct Solved {
     /// max |ΔQ_η| (free particle).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_abs_delta_q_eta: Option<Number>,
-    /// The estimated error of t and x, where an accuracy was asked for.
+    /// The estimated error of t and x relative to max(1, largest |t − t_i|) and max(1, largest |x|), where an accuracy was
+    /// asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_estimate: Option<f64>,
+    /// How far t and x are off at the last node and at most, and how that was found; absent where nothing to compare with
+    /// could be had.
+    #[serde(flatten)]
+    pub error: Option<Error>,
+    /// The largest share by which the acceleration differs from Newton's, 2v²/g00.
+    pub newtonian_deviation: f64,
+    /// The speed of light that would make that about 1e-6; absent for a motion without a speed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub newtonian_c: Option<f64>,
     /// Seconds spent in measuring the solution.
     pub diagnostics_seconds: f64,
     /// Seconds spent in formatting and writing the CSV files.
     pub write_seconds: f64,
+}
+
+/// The error of a run, see [`crate::study::run_error`].
+#[derive(Debug, Clone, Serialize)]
+pub struct Error {
+    /// Of t at the last node; 0 where that time was given.
+    pub error_t_final: f64,
+    /// Of x at the last node.
+    pub error_x_final: f64,
+    /// The largest of t over the nodes.
+    pub error_t_max: f64,
+    /// The largest of x over the nodes.
+    pub error_x_max: f64,
+    /// How it was found.
+    pub error_from: String,
+}
+
+impl From<RunError> for Error {
+    fn from(error: RunError) -> Self {
+        Self {
+            error_t_final: error.end[0],
+            error_x_final: error.end[1],
+            error_t_max: error.largest[0],
+            error_x_max: error.largest[1],
+            error_from: error.judge.describe(),
+        }
+    }
 }
 
 /// Where a solve without a result stood.
@@ -150,7 +188,9 @@ impl Summary {
             Ok((solution, _)) => (solution.sbp_name, solution.form, solution.sbp().points(), solution.window_count),
             Err(_) => (case.scheme.sbp, case.scheme.form, case.grid.n_gamma, case.grid.windows),
         };
-        let measured = result.as_ref().map_or(Vec::new(), |(solution, measures)| measures.warnings(solution));
+        let measured = result.as_ref().map_or(Vec::new(), |(solution, measures)| {
+            measures.warnings(solution).into_iter().chain(measures.newtonian_warning()).collect()
+        });
         let (status, initial_guess, iterations, history, outcome) = match result {
             Ok((solution, measures)) => (
                 Status::Converged,
@@ -227,6 +267,9 @@ impl Solved {
             max_abs_delta_q_x: measures.free_particle.map(|f| number(f.max_abs_delta_q_x)),
             max_abs_delta_q_eta: measures.free_particle.map(|f| number(f.max_abs_delta_q_eta)),
             error_estimate: solution.error_estimate,
+            error: None,
+            newtonian_deviation: measures.newtonian.deviation,
+            newtonian_c: measures.newtonian.c(),
             diagnostics_seconds: 0.0,
             write_seconds: 0.0,
         }

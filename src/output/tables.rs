@@ -13,7 +13,8 @@ use crate::solve::{Backward, Solution};
 /// Bytes handed to the operating system at a time.
 const BUFFER: usize = 1 << 18;
 
-/// `trajectory.csv`: gamma,t,x,t_dot,x_dot, and with several windows window, as in the tables below.
+/// `trajectory.csv`: gamma,t,x,t_dot,x_dot, and with several windows window, as in the tables below. t_dot and x_dot are
+/// the tangent that a trajectory continues with, see [`Diagnostics::tangent`].
 ///
 /// # Errors
 /// Whatever `out` reports.
@@ -22,9 +23,10 @@ pub fn write_trajectory<S: Real>(
     solution: &Solution<S>,
     diagnostics: &Diagnostics<S>,
 ) -> csv::Result<()> {
+    let [t_dot, x_dot] = diagnostics.tangent(solution);
     write_table(out, solution, ["gamma", "t", "x", "t_dot", "x_dot"], |gamma, start, k| {
         let t = solution.t_i + (start + solution.elapsed[k]);
-        [gamma, t, solution.x[k], diagnostics.t_dot[k], diagnostics.x_dot[k]]
+        [gamma, t, solution.x[k], t_dot[k], x_dot[k]]
     })
 }
 
@@ -55,10 +57,11 @@ pub fn write_combined<S: Real>(
 ) -> csv::Result<()> {
     let header =
         ["gamma", "t", "x", "t_dot", "x_dot", "delta_q_t", "delta_q_t_corrected", "delta_g_t", "delta_g_x", "delta_k"];
+    let [t_dot, x_dot] = diagnostics.tangent(solution);
     write_table(out, solution, header, |gamma, start, k| {
         let t = solution.t_i + (start + solution.elapsed[k]);
         let [a, b, c, d, e] = residuals(diagnostics, k);
-        [gamma, t, solution.x[k], diagnostics.t_dot[k], diagnostics.x_dot[k], a, b, c, d, e]
+        [gamma, t, solution.x[k], t_dot[k], x_dot[k], a, b, c, d, e]
     })
 }
 

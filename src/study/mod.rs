@@ -2,5 +2,6 @@
 
 pub mod convergence;
 pub mod fit;
+pub mod run_error;
 pub mod stability;
 pub mod work_precision;

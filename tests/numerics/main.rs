@@ -18,6 +18,7 @@ mod sbp_identities;
 mod shipped_cases;
 mod spectral_elements;
 mod stability;
+mod verdicts;
 mod weak;
 mod window_by_window;
 mod windows;

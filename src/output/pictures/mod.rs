@@ -58,15 +58,16 @@ pub fn world_line<S: Real>(title: &str, solution: &Solution<S>) -> Chart {
     Chart { title: title.to_owned(), x_label: "γ".to_owned(), y_label: "t, x".to_owned(), series, ..Chart::default() }
 }
 
-/// dt/dγ on the nodes: the time mesh that emerges. In the strong form the last node deviates.
+/// dt/dγ on the nodes: the time mesh that emerges. The last node of the strong form has the value handed on; what D makes
+/// of it is in the picture of ΔQ_t.
 pub fn time_mesh<S: Real>(title: &str, runs: &[Run<'_, S>]) -> Chart {
     let series = runs.iter().map(|run| {
-        let points = run.against_gamma(run.diagnostics.t_dot.iter().copied());
+        let [t_dot, _] = run.diagnostics.tangent(run.solution);
         let what = match run.solution.form {
             Form::Strong => "(Dt)(γ)",
             Form::Weak => "(D̄t)(γ)",
         };
-        Series::new(run.named(what), Mark::LineAndPoints, points)
+        Series::new(run.named(what), Mark::LineAndPoints, run.against_gamma(t_dot.into_iter()))
     });
     Chart {
         title: title.to_owned(),

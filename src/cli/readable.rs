@@ -1,0 +1,212 @@
+//! The summary of a run that a person reads: first what is known of the result, then how it was found.
+
+use geodesic_ivp::Solution;
+use geodesic_ivp::case::Form;
+use geodesic_ivp::diagnostics::{Measures, NEGLIGIBLE};
+use geodesic_ivp::output::Summary;
+use geodesic_ivp::scalar::Real;
+use geodesic_ivp::solve::InitialGuess;
+use geodesic_ivp::study::run_error::RunError;
+
+/// A constant that is kept to this share of itself, in units of 10^-digits, is kept to rounding.
+const ROUNDING: f64 = 1e5;
+
+/// The lines of a summary up to the list of files.
+pub(super) fn readable<S: Real>(
+    solution: &Solution<S>,
+    measures: &Measures<S>,
+    summary: &Summary,
+    error: Option<&RunError>,
+) -> String {
+    let lines = [
+        summary.title.clone().unwrap_or_else(|| "geodesic-ivp".to_owned()),
+        end(solution, error),
+        format!("  verdict    {}", verdict(solution, measures, error)),
+        charge(solution, measures),
+        second_invariant(solution, measures),
+        newton(measures),
+        critical_point(solution, measures),
+        scheme(solution, summary),
+    ];
+    lines.join("\n") + "\n"
+}
+
+/// t and x at the end, with the digits that they have.
+fn end<S: Real>(solution: &Solution<S>, error: Option<&RunError>) -> String {
+    let (t, x) = (solution.end.t, solution.end.x);
+    let Some(error) = error else {
+        let all = |number: S| number.to_decimal(solution.digits);
+        return format!("  end        t = {}, x = {}; no second solve to compare with", all(t), all(x));
+    };
+    let [in_t, in_x] = error.end;
+    let on_the_way = error.largest[1] > 2.0 * in_x && error.largest[1] > 2.0 * in_t;
+    let most = if on_the_way { format!(", at most {:.1e} on the way", error.largest[1]) } else { String::new() };
+    let off = if in_t == 0.0 { format!("x is off by {in_x:.1e}") } else { format!("off by {in_t:.1e} and {in_x:.1e}") };
+    format!(
+        "  end        t = {}, x = {}; {off}{most} ({})",
+        to_its_digits(t, in_t, solution.digits),
+        to_its_digits(x, in_x, solution.digits),
+        error.judge.describe()
+    )
+}
+
+/// A number up to the first decimal that its error reaches.
+fn to_its_digits<S: Real>(number: S, error: f64, digits: u32) -> String {
+    let size = number.to_f64().abs();
+    let significant = (size.log10().floor() - error.log10().floor()) + 1.0;
+    if !(size > 0.0 && error > 0.0 && size.is_finite() && significant <= f64::from(digits)) {
+        return number.to_decimal(digits);
+    }
+    if S::IS_EXTENDED {
+        return number.to_decimal(significant.max(1.0) as u32);
+    }
+    let decimals = (-error.log10().floor()).max(0.0) as usize;
+    let number = positive_zero(number.to_f64());
+    if is_readable(number) {
+        format!("{number:.decimals$}")
+    } else {
+        format!("{number:.*e}", significant.max(1.0) as usize - 1)
+    }
+}
+
+/// In one line what to think of the result.
+fn verdict<S: Real>(solution: &Solution<S>, measures: &Measures<S>, error: Option<&RunError>) -> String {
+    let invariants = solution.invariants();
+    let rounding = ROUNDING * 10.0_f64.powi(-(solution.digits as i32));
+    let kept = |name: &str, deviation: S, size: S| {
+        let share = (deviation.to_f64() / size.to_f64()).abs();
+        match share {
+            _ if deviation == S::ZERO || share <= rounding => format!("{name} is exact"),
+            _ if size == S::ZERO => format!("{name} is kept to {:.1e}", deviation.to_f64()),
+            _ if share < 1.0 => format!("{name} is kept to {}", percent(share)),
+            _ => format!("{name} is lost"),
+        }
+    };
+    let k = measures.max_abs_delta_k.max(measures.max_abs_delta_k_ends);
+    let charge = kept("Q_t", measures.max_abs_delta_q_t_interior, invariants.q_t);
+    let second = kept("K", k, invariants.k);
+    let [least, most] = measures.scales.x_range;
+    let sizes = [solution.duration().to_f64().abs(), least.abs().max(most.abs())];
+    let digits = error.map(|error| {
+        let relative = error.end.iter().zip(sizes).filter(|(error, _)| **error > 0.0).map(|(error, size)| error / size);
+        (-relative.fold(0.0, f64::max).log10()).floor().min(f64::from(solution.digits))
+    });
+    let position = match digits {
+        None => "how good t and x are is not known".to_owned(),
+        Some(digits) if digits >= 2.0 => format!("t and x are good to {digits} digits"),
+        Some(1.0) => "t and x are good to one digit".to_owned(),
+        Some(_) => "t and x are wrong".to_owned(),
+    };
+    format!("{charge}; {second}; {position}")
+}
+
+fn percent(share: f64) -> String {
+    match share {
+        0.1.. => format!("{:.0} %", 100.0 * share),
+        1e-4.. => format!("{:.2} %", 100.0 * share),
+        _ => format!("{share:.1e} of itself"),
+    }
+}
+
+fn charge<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> String {
+    let q_t = fixed(solution.invariants().q_t.to_f64(), 6);
+    let interior = measures.max_abs_delta_q_t_interior.to_f64();
+    if solution.form == Form::Weak {
+        return format!("  Q_t        {q_t}; |dQ_t| <= {interior:.1e} at all nodes");
+    }
+    let corrected = measures.max_abs_delta_q_t_corrected.to_f64();
+    let (last, which) = match solution.window_count {
+        1 => (measures.delta_q_t_last, "the last"),
+        _ => (measures.max_abs_delta_q_t_last, "the last of each window"),
+    };
+    let last = last.to_f64().abs();
+    format!(
+        "  Q_t        {q_t}; |dQ_t| <= {interior:.1e} at all nodes but {which}, where Dt takes up the defect of D: {last:.2e}, \
+         or {corrected:.1e} with its multiplier"
+    )
+}
+
+fn second_invariant<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> String {
+    let but_last = match (solution.form, solution.window_count) {
+        (Form::Weak, _) => "",
+        (Form::Strong, 1) => " but the last",
+        (Form::Strong, _) => " but the last of each window",
+    };
+    let ends = if solution.window_count == 1 { "the end" } else { "the ends" };
+    format!(
+        "  K          {}; |dK| <= {:.2e} at all nodes{but_last}, {:.2e} at {ends} handed on",
+        fixed(solution.invariants().k.to_f64(), 6),
+        measures.max_abs_delta_k.to_f64(),
+        measures.max_abs_delta_k_ends.to_f64()
+    )
+}
+
+fn newton<S: Real>(measures: &Measures<S>) -> String {
+    let deviation = measures.newtonian.deviation;
+    if deviation == 0.0 {
+        return "  Newton     the motion is Newton's".to_owned();
+    }
+    let remedy = match measures.newtonian.c() {
+        Some(c) if deviation > NEGLIGIBLE => format!("; c = {c} would make that about {NEGLIGIBLE:e}"),
+        _ => String::new(),
+    };
+    format!("  Newton     the acceleration differs from Newton's by up to {}{remedy}", percent(deviation))
+}
+
+fn critical_point<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> String {
+    let action = if solution.form == Form::Weak { "E_weak" } else { "E_IVP" };
+    let sawtooth = measures.sawtooth.map_or("not measurable".to_owned(), |s| format!("{:.1e}", s.to_f64()));
+    format!(
+        "  critical   |grad {action}| <= {:.1e}: a critical point of the action; sawtooth in x {sawtooth}; H_BVP = {} {} {} = \
+         Q_t (t_f - t_i)",
+        solution.gradient_norm.to_f64(),
+        fixed(measures.bound.h_bvp.to_f64(), 6),
+        if measures.bound.is_kept() { "<=" } else { ">" },
+        fixed(measures.bound.h_bvp_bound.to_f64(), 6)
+    )
+}
+
+fn scheme<S: Real>(solution: &Solution<S>, summary: &Summary) -> String {
+    let nodes = match solution.window_count {
+        1 => format!("{} nodes", solution.sbp().points()),
+        windows => format!("{windows} windows of {} nodes", solution.sbp().points()),
+    };
+    let system = if solution.backward.is_some() { "doubled action" } else { "physical limit" };
+    let iterations = match solution.iterations {
+        0 => "explicit".to_owned(),
+        count if solution.initial_guess == InitialGuess::Extrapolation => format!("{count} evaluations of the force"),
+        1 => "1 Newton iteration".to_owned(),
+        count => format!("{count} Newton iterations"),
+    };
+    let digits = if S::IS_EXTENDED { format!(", {} digits", solution.digits) } else { String::new() };
+    format!(
+        "  scheme     {} {}, {system}, {nodes} on gamma in [{}, {}]{digits}: {iterations}, {:.3} ms",
+        summary.sbp,
+        solution.form.as_str(),
+        plain(solution.gamma_i.to_f64()),
+        plain(solution.gamma_f().to_f64()),
+        1e3 * summary.solve_seconds
+    )
+}
+
+/// 0 without a sign.
+fn positive_zero(number: f64) -> f64 {
+    if number == 0.0 { 0.0 } else { number }
+}
+
+/// Whether a number can be read without an exponent.
+fn is_readable(number: f64) -> bool {
+    number == 0.0 || (1e-4..1e9).contains(&number.abs())
+}
+
+/// A number with so many decimals, or where those would be noise or a long row of zeros with an exponent.
+fn fixed(number: f64, decimals: usize) -> String {
+    let number = positive_zero(number);
+    if is_readable(number) { format!("{number:.decimals$}") } else { format!("{number:.decimals$e}") }
+}
+
+/// A number with the digits it has.
+fn plain(number: f64) -> String {
+    let number = positive_zero(number);
+    if is_readable(number) { number.to_string() } else { format!("{number:e}") }
+}

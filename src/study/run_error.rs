@@ -1,0 +1,193 @@
+//! How far a run is from the world-line it approximates, by a second and cheaper solve.
+//!
+//! The second solve is [`crate::lobatto::Adaptive`]: windows of its own choosing, to an accuracy far beyond that of most
+//! runs. It shares no grid and no operator with the run, and its own error estimate is added to what is found. In
+//! extended precision, where it agrees with a run to its last digits, the Taylor series of [`crate::reference`] in the
+//! same precision take its place.
+
+use std::ops::ControlFlow;
+
+use crate::case::{Case, End};
+use crate::geodesic::InitialData;
+use crate::lobatto::{Adaptive, Goal, State, WindowView};
+use crate::metric::Metric;
+use crate::reference::ReferenceTrajectory;
+use crate::scalar::Real;
+use crate::solve::Solution;
+
+/// What the second solve is asked for, and if it cannot meet that, as on a very long run, then what.
+const ACCURACIES: [f64; 3] = [1e-12, 1e-9, 1e-6];
+
+/// The second solve may have so many windows a node of the run, and never fewer than the second number.
+const WINDOWS: (usize, usize) = (1, 10_000);
+
+/// Errors of an extended run below this, relative to the sizes, are looked at in extended precision.
+const BEYOND_F64: f64 = 1e-11;
+
+/// The error of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunError {
+    /// Upper estimates of |error of t| and |error of x| at the last node; where t is given, x is compared at that time.
+    pub end: [f64; 2],
+    /// The largest such over all nodes.
+    pub largest: [f64; 2],
+    /// What was compared with.
+    pub judge: Judge,
+}
+
+/// What a run is compared with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Judge {
+    /// A second solve to this accuracy, relative to max(1, |t − t_i|) and max(1, |x|).
+    SecondSolve(f64),
+    /// A Taylor trajectory with this error estimate.
+    Taylor(f64),
+    /// The companion that a run to an accuracy has beside it.
+    Companion,
+}
+
+impl Judge {
+    /// A phrase for people.
+    pub fn describe(self) -> String {
+        match self {
+            Self::SecondSolve(accuracy) => format!("from a second solve to {accuracy:.0e}"),
+            Self::Taylor(error) => format!("from a Taylor series good to {error:.0e}"),
+            Self::Companion => "from a second run with one node fewer".to_owned(),
+        }
+    }
+}
+
+/// The error of the whole run `solution` of `case`; none where no second solve can be had.
+pub fn run_error<S: Real>(case: &Case, solution: &Solution<S>) -> Option<RunError> {
+    if let Some(estimate) = solution.error_estimate {
+        let largest = |values: &mut dyn Iterator<Item = f64>| values.map(f64::abs).fold(1.0, f64::max);
+        let t = largest(&mut solution.time_from_start(&solution.elapsed).map(S::to_f64));
+        let x = largest(&mut solution.x.iter().map(|x| x.to_f64()));
+        let error = [estimate * t, estimate * x];
+        return Some(RunError { end: error, largest: error, judge: Judge::Companion });
+    }
+    let nodes = Nodes::new(case, solution);
+    let found = nodes.by_second_solve(case);
+    let [t, x] = nodes.sizes;
+    let is_beyond = |error: &RunError| error.largest[0] < BEYOND_F64 * t && error.largest[1] < BEYOND_F64 * x;
+    if S::IS_EXTENDED && found.as_ref().is_none_or(is_beyond) { by_taylor(case, solution).or(found) } else { found }
+}
+
+/// The nodes of a run, to compare with.
+struct Nodes {
+    gamma: Vec<f64>,
+    elapsed: Vec<f64>,
+    x: Vec<f64>,
+    /// Whether the run ends at a time.
+    in_time: bool,
+    /// At least 1, and the largest |t − t_i| and |x|.
+    sizes: [f64; 2],
+}
+
+/// Errors gathered node by node.
+#[derive(Default)]
+struct Found {
+    largest: [f64; 2],
+    last: [f64; 2],
+}
+
+impl Found {
+    fn see(&mut self, off: [f64; 2]) {
+        let error = off.map(f64::abs);
+        for (largest, error) in self.largest.iter_mut().zip(error) {
+            *largest = if error > *largest || error.is_nan() { error } else { *largest };
+        }
+        self.last = error;
+    }
+
+    /// With what the judge itself may be wrong by.
+    fn finish(self, own: [f64; 2], judge: Judge) -> RunError {
+        let with = |errors: [f64; 2]| [errors[0] + own[0], errors[1] + own[1]];
+        RunError { end: with(self.last), largest: with(self.largest), judge }
+    }
+}
+
+impl Nodes {
+    fn new<S: Real>(case: &Case, solution: &Solution<S>) -> Self {
+        let gamma: Vec<f64> = solution.gamma_from_start().map(S::to_f64).collect();
+        let elapsed: Vec<f64> = solution.time_from_start(&solution.elapsed).map(S::to_f64).collect();
+        let x: Vec<f64> = solution.x.iter().map(|x| x.to_f64()).collect();
+        let size = |values: &[f64]| values.iter().fold(1.0, |size: f64, value| size.max(value.abs()));
+        let sizes = [size(&elapsed), size(&x)];
+        Self { gamma, elapsed, x, in_time: matches!(case.end::<f64>(), End::Duration(_)), sizes }
+    }
+
+    fn by_second_solve(&self, case: &Case) -> Option<RunError> {
+        ACCURACIES.into_iter().find_map(|accuracy| self.second_solve(case, accuracy))
+    }
+
+    fn second_solve(&self, case: &Case, accuracy: f64) -> Option<RunError> {
+        let metric: Metric = case.metric();
+        let initial = InitialData { t: 0.0, ..case.initial_data::<f64>() };
+        let q_t = initial.invariants(&metric).q_t;
+        let (most, length) = (WINDOWS.1.max(WINDOWS.0 * self.x.len()), *self.gamma.last()?);
+        let (mut found, mut next, mut tired) = (Found::default(), 0, false);
+        let mut points = Vec::new();
+        let mut see = |view: &WindowView<'_>| {
+            if view.index == 0 {
+                (found, next) = (Found::default(), 0);
+            }
+            let (start, h) = (view.gamma.hi, view.length.hi);
+            let end = (view.gamma + view.length).hi;
+            let is_last = end >= length * (1.0 - 4.0 * f64::EPSILON);
+            let here = self.gamma[next..].iter().take_while(|&&gamma| gamma < end || is_last).count();
+            points.clear();
+            let fractions = self.gamma[next..next + here].iter().map(|gamma| ((gamma - start) / h).clamp(0.0, 1.0));
+            view.inside(fractions, |inside| points.push(inside));
+            for (k, inside) in (next..).zip(&points) {
+                let is_end = k + 1 == self.x.len();
+                let (t, x, w) = match is_end {
+                    true => (view.end.t.hi, view.end.x.hi, view.end.w.hi),
+                    false => (inside.t, inside.x, inside.w),
+                };
+                let off = [self.elapsed[k] - t, self.x[k] - x];
+                found.see(if is_end && self.in_time { at_that_time(&metric, off, x, w / q_t) } else { off });
+            }
+            next += here;
+            tired = view.index >= most;
+            if tired { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let adapted = Adaptive::new(&metric, q_t).run(State::from(initial), Goal::Gamma(length), accuracy, &mut see);
+        let estimate = adapted.ok().filter(|_| !tired)?.error_estimate;
+        (next == self.x.len()).then(|| {
+            let own = self.sizes.map(|size| estimate * size);
+            let own = if self.in_time { [0.0, own[0].max(own[1])] } else { own };
+            found.finish(own, Judge::SecondSolve(accuracy))
+        })
+    }
+}
+
+/// What a node that is off by `[dt, dx]` from the point x with the tangent w = `w_per_charge` Q_t is off by at one and the
+/// same time, to second order in dt.
+fn at_that_time(metric: &Metric, [dt, dx]: [f64; 2], x: f64, w_per_charge: f64) -> [f64; 2] {
+    let g = metric.at(x);
+    let velocity = w_per_charge * g.g00;
+    [0.0, (dx - velocity * dt).abs() + 0.25 * (g.first * dt * dt).abs()]
+}
+
+/// The same by the Taylor series of the reference, in the precision of the run.
+fn by_taylor<S: Real>(case: &Case, solution: &Solution<S>) -> Option<RunError> {
+    let metric: Metric<S> = case.metric();
+    let initial = InitialData { t: S::ZERO, ..case.initial_data::<S>() };
+    let in_time = matches!(case.end::<S>(), End::Duration(_));
+    let reference = ReferenceTrajectory::new(&metric, initial, solution.length, solution.digits).ok()?;
+    let mut found = Found::default();
+    let (mut sizes, last) = ([1.0_f64; 2], solution.x.len() - 1);
+    let times = solution.time_from_start(&solution.elapsed);
+    for (k, ((gamma, t), &x)) in solution.gamma_from_start().zip(times).zip(&solution.x).enumerate() {
+        let exact = reference.at(gamma);
+        let (dt, dx) = (t - exact.elapsed, x - exact.x);
+        sizes = [sizes[0].max(t.to_f64().abs()), sizes[1].max(x.to_f64().abs())];
+        let off = [dt.to_f64(), dx.to_f64()];
+        let x = exact.x.to_f64();
+        let w = || (exact.x_dot / (metric.at(exact.x).g00 * exact.t_dot)).to_f64();
+        found.see(if in_time && k == last { at_that_time(&case.metric(), off, x, w()) } else { off });
+    }
+    let error = reference.error_estimate();
+    Some(found.finish(sizes.map(|size| error * size), Judge::Taylor(error)))
+}

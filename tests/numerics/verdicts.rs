@@ -1,0 +1,156 @@
+//! What a run says of itself: its error, its distance from Newton's mechanics, its last velocity.
+
+use std::f64::consts::TAU;
+
+use geodesic_ivp::Solution;
+use geodesic_ivp::diagnostics::Diagnostics;
+use geodesic_ivp::output::write_trajectory;
+use geodesic_ivp::reference::ReferenceTrajectory;
+use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::study::run_error::{Judge, RunError, run_error};
+
+use crate::common::{case, solved, solved_in};
+
+/// The largest errors of t and x over the nodes, and those at the end, against a Taylor trajectory.
+fn true_errors<S: Real>(solution: &Solution<S>, overrides: &str) -> [[f64; 2]; 2] {
+    let (metric, initial) = (case(overrides).metric::<S>(), case(overrides).initial_data::<S>());
+    let reference = ReferenceTrajectory::new(&metric, initial, solution.length, solution.digits).unwrap();
+    let (mut largest, mut last) = ([0.0_f64; 2], [0.0; 2]);
+    let t = solution.t().map(|t| t - solution.t_i);
+    for ((gamma, t), &x) in solution.gamma_from_start().zip(t).zip(&solution.x) {
+        let exact = reference.at(gamma);
+        last = [(t - exact.elapsed).to_f64().abs(), (x - exact.x).to_f64().abs()];
+        largest = [largest[0].max(last[0]), largest[1].max(last[1])];
+    }
+    [largest, last]
+}
+
+#[test]
+fn every_scheme_knows_its_error() {
+    let schemes = [
+        "scheme.sbp=SBP21",
+        "scheme.sbp=SBP42",
+        "scheme.sbp=SBP63 grid.n_gamma=64",
+        "scheme.sbp=SBP84 grid.n_gamma=64",
+        "scheme.sbp=SBP42 scheme.form=weak",
+        "scheme.sbp=SBP21 scheme.form=weak grid.windows=4",
+        "scheme.sbp=SBP42 solver.system=doubled",
+        "scheme.sbp=GLL8 scheme.form=weak grid.n_gamma=8 grid.windows=2",
+        "scheme.sbp=SBP42 grid.gamma_f=100.0 grid.n_gamma=2001",
+        "scheme.sbp=SBP42 potential={formula={expression=\"1-cos(x)\",parameters={}}} grid.gamma_f=5.0",
+        "scheme.sbp=SBP42 initial.t_dot=-1.0 initial.x_dot=-0.1",
+    ];
+    for scheme in schemes {
+        let solution = solved(scheme);
+        let RunError { end, largest, judge } = run_error(&case(scheme), &solution).unwrap();
+        assert!(matches!(judge, Judge::SecondSolve(_)), "{scheme}");
+        let [true_largest, true_end] = true_errors(&solution, scheme);
+        for k in 0..2 {
+            assert!(true_largest[k] <= largest[k] * (1.0 + 1e-9), "{scheme}: {} > {}", true_largest[k], largest[k]);
+            assert!(largest[k] <= 1.01 * true_largest[k] + 2e-11, "{scheme}: {} < {}", true_largest[k], largest[k]);
+            assert!(true_end[k] <= end[k] * (1.0 + 1e-9) && end[k] <= 1.01 * true_end[k] + 2e-11, "{scheme}");
+        }
+    }
+}
+
+#[test]
+fn an_error_below_the_digits_of_f64_is_seen_by_a_series_in_the_precision_of_the_run() {
+    let scheme = "scheme.sbp=GLL24 scheme.form=weak grid.n_gamma=24 grid.windows=4 solver.digits=40";
+    let solution: Solution<Extended> = solved_in(scheme);
+    let error = run_error(&case(scheme), &solution).unwrap();
+    let [_, true_end] = true_errors(&solution, scheme);
+    assert!(matches!(error.judge, Judge::Taylor(own) if own < 1e-38));
+    assert!(error.end[1] > 0.0 && error.end[1] < 1e-20, "{:?}", error.end);
+    for (found, wanted) in error.end.into_iter().zip(true_end) {
+        assert!(wanted <= found && found < 1.1 * wanted, "{found} for {wanted}");
+    }
+}
+
+#[test]
+fn where_the_time_is_given_an_error_of_t_is_one_of_x() {
+    let scheme = "scheme.sbp=SBP42 grid.t_f=1.2";
+    let solution = solved(scheme);
+    let error = run_error(&case(scheme), &solution).unwrap();
+    let (metric, initial) = (case(scheme).metric::<f64>(), case(scheme).initial_data::<f64>());
+    let length = ReferenceTrajectory::length_of(&metric, initial, 1.2, 16).unwrap();
+    let exact = ReferenceTrajectory::new(&metric, initial, length, 16).unwrap().at(length);
+    let off = (solution.end.x - exact.x).abs();
+    assert_eq!(error.end[0], 0.0);
+    assert!(off <= error.end[1] && error.end[1] < 1.05 * off + 1e-11, "{off} and {}", error.end[1]);
+}
+
+/// The acceleration that the world-line has with time as its parameter, by central differences of the reference.
+#[test]
+fn the_share_of_the_acceleration_is_the_one_derived() {
+    let overrides = "grid.n_gamma=1001 scheme.sbp=SBP42";
+    let (metric, initial) = (case(overrides).metric::<f64>(), case(overrides).initial_data::<f64>());
+    let reference = ReferenceTrajectory::new(&metric, initial, 1.0, 16).unwrap();
+    let mut largest = 0.0_f64;
+    for k in 0..=1000 {
+        let gamma = f64::from(k) / 1000.0;
+        let (here, h) = (reference.at(gamma), 1e-4);
+        let velocity = |gamma: f64| {
+            let point = reference.at(gamma.clamp(0.0, 1.0));
+            (point.x_dot / point.t_dot, point.elapsed)
+        };
+        let ((v0, t0), (v1, t1)) = (velocity(gamma - h), velocity(gamma + h));
+        let newton = -0.5 * metric.at(here.x).first;
+        let share = 1.0 - (v1 - v0) / (t1 - t0) / newton;
+        let derived = 2.0 * velocity(gamma).0.powi(2) / metric.at(here.x).g00;
+        if (1..1000).contains(&k) && newton.abs() > 0.05 {
+            assert!((share - derived).abs() < 1e-5, "{share} and {derived} at {gamma}");
+        }
+        largest = largest.max(derived);
+    }
+    let found = Diagnostics::new(&solved(overrides)).measures.newtonian.deviation;
+    assert!((found / largest - 1.0).abs() < 1e-5, "{found} and {largest}");
+}
+
+const TRAP: &str = "potential={polynomial={coefficients=[0.0,0.0,0.5]}} initial.x=0.9 initial.x_dot=0.0";
+
+#[test]
+fn a_motion_that_is_not_newtons_is_told_and_the_c_it_names_mends_it() {
+    let run = format!("{TRAP} grid.t_f={TAU} grid.n_gamma=2001 scheme.sbp=SBP42");
+    let solution = solved(&run);
+    assert!((solution.end.x - 0.5527).abs() < 1e-4, "Newton's law gives 0.9");
+    let measures = Diagnostics::new(&solution).measures;
+    let c = measures.newtonian.c().unwrap();
+    let warning = measures.newtonian_warning().unwrap();
+    assert!(warning.contains("Newton") && warning.contains(&format!("particle.c = {c} ")), "{warning}");
+
+    let mended = solved(&format!("{run} particle.c={c:?}"));
+    let measures = Diagnostics::new(&mended).measures;
+    assert!((mended.end.x - 0.9).abs() < 1e-5, "{}", mended.end.x);
+    assert!((0.5e-6..=1.05e-6).contains(&measures.newtonian.deviation), "{}", measures.newtonian.deviation);
+    assert_eq!(measures.newtonian_warning(), None);
+
+    let free = Diagnostics::new(&solved("potential={free={}} initial.x_dot=0.9")).measures.newtonian;
+    assert_eq!(free.deviation, 0.0, "free motion is Newton's, however fast");
+}
+
+#[test]
+fn the_last_row_of_a_trajectory_is_a_velocity() {
+    let well = "potential={polynomial={coefficients=[0.0,0.0,-0.25,0.0,0.25]}} initial.x=0.4 grid.gamma_f=8.0";
+    for scheme in ["scheme.sbp=SBP21 grid.n_gamma=64", "scheme.sbp=SBP42 grid.n_gamma=32 grid.windows=2"] {
+        let overrides = format!("{well} {scheme}");
+        let solution = solved(&overrides);
+        let diagnostics = Diagnostics::new(&solution);
+        let (metric, initial) = (case(&overrides).metric::<f64>(), case(&overrides).initial_data::<f64>());
+        let exact = ReferenceTrajectory::new(&metric, initial, 8.0, 16).unwrap().at(8.0);
+        let last = solution.x.len() - 1;
+        let off = |tangent: &[Vec<f64>; 2]| {
+            (tangent[0][last] - exact.t_dot).abs().max((tangent[1][last] - exact.x_dot).abs())
+        };
+        let tangent = diagnostics.tangent(&solution);
+        let of_operator = [diagnostics.t_dot.clone(), diagnostics.x_dot.clone()];
+        assert!(off(&tangent) < 0.1 * off(&of_operator), "{} and {}", off(&tangent), off(&of_operator));
+        assert_eq!(tangent[0][..32 - 1], of_operator[0][..32 - 1], "all others are the operator's");
+
+        let mut table = Vec::new();
+        write_trajectory(&mut table, &solution, &diagnostics).unwrap();
+        let text = String::from_utf8(table).unwrap();
+        let row: Vec<f64> = text.lines().last().unwrap().split(',').map(|field| field.parse().unwrap()).collect();
+        assert_eq!(row[3..5], [tangent[0][last], tangent[1][last]]);
+        assert_eq!(row[4], solution.end.x_dot);
+    }
+}
