@@ -515,7 +515,7 @@ fn failed_runs_leave_no_tables() {
 fn a_reader_that_goes_away_is_no_error() {
     let workspace = Workspace::new();
     let mut child = std::process::Command::new(PROGRAM)
-        .args(["run", "case.toml", "--stdout", "--set", "grid.n_gamma=200000"])
+        .args(["run", "case.toml", "--stdout", "--set", "grid.n_gamma=200000", "--set", "particle.c=2000.0"])
         .current_dir(workspace.0.path())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
