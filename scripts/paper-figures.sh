@@ -5,4 +5,4 @@ set -euo pipefail
 folder=${1:-results/paper}
 case $folder in /*) ;; *) folder=$PWD/$folder ;; esac
 cd "$(dirname "$0")/.."
-cargo run --quiet --release --locked --example paper_figures -- "$folder"
+cargo run --release --locked --example paper_figures -- "$folder"

@@ -1,0 +1,96 @@
+//! The two pictures at the top of the README: the time mesh that emerges, and the charge beside that of another method.
+//!
+//! ```text
+//! cargo run --release --example first_picture -- docs
+//! ```
+//!
+//! The other method is the classical Runge–Kutta method on the geodesic equations with both unknowns,
+//! ẗ = −(g00′/g00) ṫ ẋ and ẍ = −½ g00′ ṫ², with one step an interval of the same grid.
+
+use std::path::Path;
+use std::{env, fs};
+
+use geodesic_ivp::diagnostics::Diagnostics;
+use geodesic_ivp::metric::Metric;
+use geodesic_ivp::output::{Chart, Ink, Mark, Scale, Series};
+use geodesic_ivp::{Case, Solution, solve};
+
+const CASE: &str = r#"
+[potential]
+quartic = { kappa = 0.5 }
+
+[initial]
+t = 0.0
+x = 1.0
+t_dot = 1.0
+x_dot = 0.1
+
+[grid]
+gamma_f = 8.0
+n_gamma = 65
+
+[scheme]
+sbp = "SBP42"
+form = "weak"
+"#;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let folder = env::args().nth(1).unwrap_or_else(|| "docs".to_owned());
+    let short: Solution = solve(&Case::parse("first picture", CASE, &[])?)?;
+    let nodes: Vec<(f64, f64)> = short.t().zip(short.x.iter().copied()).collect();
+    let axis = nodes.iter().map(|&(t, _)| (t, -1.3)).collect();
+    let mesh = Chart {
+        title: "Even steps in γ, uneven steps in t: short where the force is strong".to_owned(),
+        x_label: "t".to_owned(),
+        y_label: "x".to_owned(),
+        series: vec![
+            Series::new("x(t) on the nodes", Mark::LineAndPoints, nodes),
+            Series::new("their times", Mark::Points, axis),
+        ],
+        ..Chart::default()
+    };
+
+    let long = Case::parse("first picture", CASE, &["grid.gamma_f=100.0".to_owned(), "grid.n_gamma=2001".to_owned()])?;
+    let solution: Solution = solve(&long)?;
+    let diagnostics = Diagnostics::new(&solution);
+    let own = solution.gamma().zip(diagnostics.charges.delta_q_t.iter().map(|delta| delta.abs())).collect();
+    let initial = long.initial_data::<f64>();
+    let start = [initial.t, initial.x, initial.t_dot, initial.x_dot];
+    let other = runge_kutta(&long.metric(), start, 100.0, 2000);
+    let charge = Chart {
+        title: "The charge Qₜ over a hundred units of γ".to_owned(),
+        x_label: "γ".to_owned(),
+        y_label: "|ΔQₜ|".to_owned(),
+        y_scale: Scale::Log,
+        series: vec![
+            Series::new("RK4 on the geodesic equations", Mark::Line, other).with_ink(Ink::Neutral),
+            Series::new("SBP42, weak form, the same 2001 nodes", Mark::Line, own),
+        ],
+        ..Chart::default()
+    };
+    for (name, chart) in [("mesh.svg", mesh), ("charge.svg", charge)] {
+        fs::write(Path::new(&folder).join(name), chart.to_svg())?;
+    }
+    Ok(())
+}
+
+/// |g00 ṫ − Q_t| after every step.
+fn runge_kutta(metric: &Metric, start: [f64; 4], length: f64, steps: usize) -> Vec<(f64, f64)> {
+    let slope = |[_, x, u, w]: [f64; 4]| {
+        let g = metric.at(x);
+        [u, w, -g.first / g.g00 * u * w, -0.5 * g.first * u * u]
+    };
+    let moved = |y: [f64; 4], k: [f64; 4], h: f64| std::array::from_fn(|i| y[i] + h * k[i]);
+    let charge = |y: [f64; 4]| metric.at(y[1]).g00 * y[2];
+    let (h, mut y) = (length / steps as f64, start);
+    let mut found = Vec::new();
+    for step in 1..=steps {
+        let k1 = slope(y);
+        let k2 = slope(moved(y, k1, 0.5 * h));
+        let k3 = slope(moved(y, k2, 0.5 * h));
+        let k4 = slope(moved(y, k3, h));
+        y = std::array::from_fn(|i| y[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
+        found.push((step as f64 * h, (charge(y) - charge(start)).abs()));
+    }
+    found
+}
