@@ -115,6 +115,7 @@ pub mod reference;
 pub mod sampling;
 pub mod sbp;
 pub mod scalar;
+pub mod similar;
 pub mod solve;
 pub mod study;
 

@@ -350,7 +350,9 @@ impl Workspace {
     }
 
     fn names_in(&self, directory: &str) -> Vec<PathBuf> {
-        tree(&self.0.path().join(directory)).into_keys().collect()
+        let all = tree(&self.0.path().join(directory)).into_keys();
+        // But for the program's own record of them.
+        all.filter(|name| name != Path::new(".geodesic-ivp-manifest.json")).collect()
     }
 }
 
@@ -408,7 +410,7 @@ fn invalid_cases() -> Vec<(String, String, String, String)> {
         formula("functions nested too deep", &"sin(".repeat(100), 257, "nested more than 64 deep"),
         formula("signs without end", &"-".repeat(1024), 1025, "found the end"),
         formula("too long", &"-".repeat(10_000), 1, "longer than 1024 bytes"),
-        row("no text", String::new(), "1:1", "missing field `potential`"),
+        row("no text", String::new(), "1:1", "missing fields `potential`, `initial`, `scheme`, `grid`"),
         row("JSON", "{\"title\": 1}".to_owned(), "1:1", "expected key"),
         row("nested arrays", edited("x = 1.0", &format!("x = {}", "[".repeat(100_000))), "12:85", "recursion"),
         row("CRLF line ends", not_finite.replace('\n', "\r\n"), "12:5", "initial.x must be a finite number"),

@@ -6,20 +6,21 @@
 pub mod builtin;
 mod decimal;
 mod error;
+mod formula_spec;
+mod hint;
 mod parse;
 mod validate;
-
-use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
 pub use crate::sbp::SbpName;
 pub use decimal::Decimal;
 pub use error::CaseError;
+pub use formula_spec::FormulaSpec;
 
 use crate::geodesic::InitialData;
 use crate::metric::Metric;
-use crate::potential::{Formula, Potential};
+use crate::potential::Potential;
 use crate::scalar::Real;
 use crate::solve::Status;
 
@@ -37,6 +38,7 @@ pub struct Case {
     /// The world-line's first point and tangent.
     pub initial: Initial,
     /// The world-line parameter.
+    #[serde(default)]
     pub grid: Grid,
     /// Operator and form of the action; required unless an accuracy is asked for.
     #[serde(default)]
@@ -70,13 +72,7 @@ pub enum PotentialSpec {
         coefficients: Vec<Decimal>,
     },
     /// V from an expression; see [`Formula`].
-    Formula {
-        /// The expression in x and the parameters.
-        expression: String,
-        /// Values of the names used in it.
-        #[serde(default)]
-        parameters: BTreeMap<String, Decimal>,
-    },
+    Formula(FormulaSpec),
 }
 
 /// `[particle]`.
@@ -100,6 +96,7 @@ impl Default for Particle {
 #[serde(deny_unknown_fields)]
 pub struct Initial {
     /// t_i.
+    #[serde(default = "zero")]
     pub t: Decimal,
     /// x_i.
     pub x: Decimal,
@@ -129,6 +126,13 @@ pub struct Grid {
     /// Number of windows that γ_f − γ_i is cut into; each has its own N nodes and continues the one before.
     #[serde(default = "one")]
     pub windows: usize,
+}
+
+impl Default for Grid {
+    /// What is left to the program.
+    fn default() -> Self {
+        Self { gamma_i: zero(), gamma_f: None, t_f: None, n_gamma: 0, windows: one() }
+    }
 }
 
 /// K below this share of g00 ṫ² is a small difference of large numbers.
@@ -325,9 +329,8 @@ impl Case {
             PotentialSpec::Polynomial { coefficients } => {
                 Potential::polynomial(coefficients.iter().map(Decimal::to).collect())
             }
-            PotentialSpec::Formula { expression, parameters } => {
-                let formula = Formula::new(expression, &values(parameters));
-                Potential::Formula(formula.expect("a valid case has a valid formula"))
+            PotentialSpec::Formula(spec) => {
+                Potential::Formula(spec.compiled().expect("a valid case has a valid formula"))
             }
         }
     }
@@ -360,6 +363,10 @@ impl Case {
                 "with solver.accuracy the program chooses operator and form (weak): what [scheme] says is not used"
                     .to_owned(),
             );
+        }
+        if let PotentialSpec::Formula(spec) = &self.potential {
+            let unused = spec.unused_parameters().into_iter();
+            warnings.extend(unused.map(|name| format!("the formula does not use the parameter '{name}'")));
         }
         if invariants.k < 0.0 {
             warnings.push(format!(
@@ -426,16 +433,11 @@ impl Case {
                 let path = |k| format!("potential.polynomial.coefficients.{k}");
                 numbers.extend(coefficients.iter_mut().enumerate().map(|(k, c)| (path(k), c)));
             }
-            PotentialSpec::Formula { parameters, .. } => {
+            PotentialSpec::Formula(FormulaSpec { parameters, .. }) => {
                 let path = |name: &String| format!("potential.formula.parameters.{name}");
                 numbers.extend(parameters.iter_mut().map(|(name, value)| (path(name), value)));
             }
         }
         numbers
     }
-}
-
-/// The parameters of a formula in `S`.
-fn values<S: Real>(parameters: &BTreeMap<String, Decimal>) -> BTreeMap<String, S> {
-    parameters.iter().map(|(name, value)| (name.clone(), value.to())).collect()
 }

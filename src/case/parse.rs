@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use toml_edit::{Document, DocumentMut, Item, Key, Table, TableLike, Value};
 
+use super::hint::{self, Missing};
 use super::{Case, CaseError, Decimal};
 
 impl Case {
@@ -19,8 +20,15 @@ impl Case {
         let plain = Source { name: source_name.to_owned(), text: text.to_owned() };
         let source = if overrides.is_empty() { plain } else { plain.with_overrides(overrides)? };
         source.check_structure()?;
-        let mut case: Case = toml::from_str(&source.text)
-            .map_err(|error| source.error(error.span(), readable(error.message()), None))?;
+        let read = toml::from_str(&source.text);
+        if read.as_ref().is_ok() || read.as_ref().is_err_and(|error| error.message().starts_with("missing field")) {
+            source.check_presence()?;
+        }
+        let mut case: Case = read.map_err(|error| {
+            let message = readable(error.message());
+            let help = hint::for_unknown(&message);
+            source.error(error.span(), message, help)
+        })?;
         source.restore_digits(case.numbers_mut());
         case.validated().map_err(|invalid| {
             let span = source.locate(&invalid.path, invalid.within.clone());
@@ -30,7 +38,7 @@ impl Case {
 }
 
 const POTENTIALS: &str = "give exactly one of free = {}, linear = { alpha }, quartic = { kappa }, \
-                          polynomial = { coefficients }, formula = { expression, parameters }";
+                          polynomial = { coefficients }, formula = \"expression\" or { expression, parameters }";
 
 /// serde names Rust types; a user knows TOML's.
 fn readable(message: &str) -> String {
@@ -116,20 +124,15 @@ impl Source {
                 return Err(self.error(item.span(), message, None));
             }
         }
-        let Some(potential) = root.get("potential") else { return Ok(()) };
-        self.check_potential(potential)?;
-        let table = |key| root.get(key).and_then(Item::as_table_like);
-        if table("solver").is_some_and(|solver| solver.contains_key("accuracy")) {
-            return Ok(());
-        }
-        let scheme = || Some("give scheme.sbp and grid.n_gamma, or solver.accuracy in place of both".to_owned());
-        match root.get("scheme") {
-            None => Err(self.error(Some(0..0), "missing field `scheme`".to_owned(), scheme())),
-            Some(item) if table("scheme").is_some_and(|scheme| !scheme.contains_key("sbp")) => {
-                Err(self.error(item.span(), "missing field `sbp`".to_owned(), scheme()))
-            }
-            Some(_) => Ok(()),
-        }
+        root.get("potential").map_or(Ok(()), |potential| self.check_potential(potential))
+    }
+
+    /// Keys that must be there, all of them at once.
+    fn check_presence(&self) -> Result<(), CaseError> {
+        let Ok(document) = Document::parse(self.text.as_str()) else { return Ok(()) };
+        let Some(missing) = Missing::in_case(document.as_table()) else { return Ok(()) };
+        let span = missing.item.map_or(Some(0..0), Item::span);
+        Err(self.error(span, missing.message(), missing.help(POTENTIALS)))
     }
 
     fn check_potential(&self, potential: &Item) -> Result<(), CaseError> {
@@ -137,6 +140,7 @@ impl Source {
         let one = || Some(POTENTIALS.to_owned());
         match kinds.as_slice() {
             [(_, item)] if item.is_table_like() => Ok(()),
+            [("formula", item)] if item.is_str() => Ok(()),
             [(kind, item)] => {
                 let message = format!("'potential.{kind}' must be a table, found {}", item.type_name());
                 Err(self.error(item.span(), message, one()))
@@ -160,6 +164,10 @@ fn find<'i>(root: &'i Item, path: &str) -> (Option<Range<usize>>, Option<&'i str
             item = inner;
             span = item.span().or(span);
         } else {
+            // A formula without parameters is its expression.
+            if item.is_str() {
+                break;
+            }
             let element = item.as_array().zip(key.parse().ok()).and_then(|(array, k): (_, usize)| array.get(k));
             return (element.and_then(Value::span).or(span), element.and_then(Value::as_str));
         }

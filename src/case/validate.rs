@@ -2,9 +2,8 @@
 
 use std::ops::Range;
 
-use super::{Case, DEFAULT_GAMMA_F, Decimal, Form, PotentialSpec, System, values};
+use super::{Case, DEFAULT_GAMMA_F, Decimal, Form, PotentialSpec, System};
 use crate::geodesic::InitialData;
-use crate::potential::Formula;
 use crate::potential::formula::{is_identifier, is_reserved};
 use crate::scalar::{Extended, Real};
 use crate::solve::Status;
@@ -64,8 +63,8 @@ impl Case {
     }
 
     fn check_potential(&self) -> Result<(), Invalid> {
-        let PotentialSpec::Formula { expression, parameters } = &self.potential else { return Ok(()) };
-        for name in parameters.keys() {
+        let PotentialSpec::Formula(spec) = &self.potential else { return Ok(()) };
+        for name in spec.parameters.keys() {
             let path = format!("potential.formula.parameters.{name}");
             if is_reserved(name) {
                 return Err(invalid(&path, format!("the parameter name '{name}' already has a meaning in a formula")));
@@ -75,21 +74,23 @@ impl Case {
                     .help("a name is a letter or underscore, then letters, digits and underscores"));
             }
         }
-        match Formula::<f64>::new(expression, &values(parameters)) {
+        match spec.compiled::<f64>() {
             Ok(_) => Ok(()),
             Err(error) => {
                 let rest = &error.expression[error.offset..];
                 let length = rest.chars().next().map_or(0, char::len_utf8);
-                let names: Vec<&str> = parameters.keys().map(String::as_str).collect();
+                let names: Vec<&str> = spec.parameters.keys().map(String::as_str).collect();
                 let parameters = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
                 Err(Invalid {
                     path: "potential.formula.expression".to_owned(),
                     within: Some(error.offset..error.offset + length),
                     message: format!("{} (character {} of the expression)", error.message, error.character()),
-                    help: Some(format!(
-                        "known are x, pi, the parameters ({parameters}), + - * / ^, parentheses and sin cos tan sinh cosh \
-                         tanh asin acos atan exp ln log10 sqrt abs"
-                    )),
+                    help: error.hint.or_else(|| {
+                        Some(format!(
+                            "known are x, pi, the parameters ({parameters}), + - * / ^, parentheses and sin cos tan sinh \
+                             cosh tanh asin acos atan exp ln log10 sqrt abs"
+                        ))
+                    }),
                 })
             }
         }

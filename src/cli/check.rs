@@ -1,6 +1,5 @@
 //! `check CASE`.
 
-use std::io::{self, Write};
 use std::process::ExitCode;
 
 use clap::Args;
@@ -8,7 +7,7 @@ use geodesic_ivp::case::Expect;
 use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::{Case, CaseError, NoSolution, Solution, Status, solve};
 
-use super::{CaseArgs, report};
+use super::{CaseArgs, memory, report, stdout};
 
 #[derive(Debug, Args)]
 pub(super) struct CheckArgs {
@@ -30,18 +29,18 @@ pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     for warning in case.warnings() {
         report::warn(&warning);
     }
-    let mut out = io::stdout().lock();
     if !args.case.quiet {
-        out.write_all(case.to_toml().as_bytes())?;
+        stdout::write(&case.to_toml())?;
     }
     if args.run {
         let Some(expect) = &case.expect else {
             let message = "the case has no [expect] table to compare with".to_owned();
             return Err(CaseError::without_place(&args.case.name(), message).into());
         };
+        memory::check(&case, None)?;
         let met = if case.is_extended() { compare::<Extended>(&case, expect)? } else { compare::<f64>(&case, expect)? };
         if !args.case.quiet {
-            writeln!(out, "\n# expected and found: {}", met.join("; "))?;
+            stdout::write(&format!("\n# expected and found: {}\n", met.join("; ")))?;
         }
     }
     Ok(ExitCode::SUCCESS)

@@ -1,7 +1,6 @@
 //! `converge [CASE]`.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Context;
@@ -14,7 +13,8 @@ use geodesic_ivp::study::convergence::{Convergence, Quantity, Slope, SweepError,
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::interrupt::{self, INTERRUPTED};
-use super::{CaseArgs, report};
+use super::out::OutArgs;
+use super::{CaseArgs, memory, report};
 
 const CONVERGENCE: &str = "convergence.csv";
 const SLOPES: &str = "slopes.csv";
@@ -27,9 +27,8 @@ pub(super) struct ConvergeArgs {
     #[command(flatten)]
     case: CaseArgs,
 
-    /// Directory for the result files [default: results/<case file stem>]
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    output: OutArgs,
 
     /// Numbers of nodes to sweep: of each of the case's windows; of all together for a spectral element, whose windows they fix
     #[arg(long, value_name = "N,N,…", value_delimiter = ',', value_parser = nodes, default_value = "16,32,64,128,256,512,1024")]
@@ -80,8 +79,14 @@ fn converge_in<S: Real>(case: &Case, args: &ConvergeArgs) -> anyhow::Result<Exit
     for warning in case.warnings() {
         report::warn(&warning);
     }
-    let directory = args.out.clone().unwrap_or_else(|| args.case.default_output());
-    let files = OutputSet::open(&directory, &[CONVERGENCE, SLOPES, SUMMARY, FINAL_ERRORS, L2_ERRORS])?;
+    let finest = args.n_gamma.iter().max().copied().unwrap_or(0);
+    for grid in args.sbp.iter().filter_map(|&sbp| case.on_grid((sbp, case.scheme.form), finest, 1.0).ok()) {
+        memory::check(&grid, None)?;
+    }
+    let target = args.output.target(&args.case, "converge")?;
+    let directory = target.folder.clone();
+    let pictures: &[&str] = if args.plot { &[FINAL_ERRORS, L2_ERRORS] } else { &[] };
+    let files = OutputSet::open(target, &[&[CONVERGENCE, SLOPES, SUMMARY], pictures].concat())?;
     let convergence = match sweep_with_progress::<S>(case, args)? {
         Ok(convergence) => convergence,
         Err(error) => {
@@ -114,7 +119,7 @@ fn converge_in<S: Real>(case: &Case, args: &ConvergeArgs) -> anyhow::Result<Exit
             files.write_text(name, &chart.to_svg())?;
         }
     }
-    let kept = files.commit(|name| args.plot || ![FINAL_ERRORS, L2_ERRORS].contains(&name))?;
+    let kept = files.commit(|_| true)?;
     if !args.case.quiet {
         let text = readable(case, &convergence, &slopes) + &report::written(&directory, &kept);
         io::stdout().write_all(text.as_bytes())?;

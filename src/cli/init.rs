@@ -1,12 +1,13 @@
 //! `init NAME` and `init --list`.
 
-use std::io::{self, Write};
 use std::process::ExitCode;
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use geodesic_ivp::Case;
 use geodesic_ivp::case::builtin::{self, NAMES};
+
+use super::stdout;
 
 #[derive(Debug, Args)]
 pub(super) struct InitArgs {
@@ -29,7 +30,7 @@ pub(super) fn init(args: &InitArgs) -> anyhow::Result<ExitCode> {
         Some(name) => builtin::text(name).expect("clap takes known names only").to_owned(),
         None => list()?,
     };
-    io::stdout().write_all(text.as_bytes())?;
+    stdout::write_data(text.as_bytes())?;
     Ok(ExitCode::SUCCESS)
 }
 

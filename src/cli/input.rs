@@ -1,16 +1,23 @@
 //! Reading a case named on the command line.
 
+use std::ffi::OsStr;
+use std::fs::File;
 use std::io::{self, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::Context;
 use geodesic_ivp::case::builtin;
+use geodesic_ivp::similar::nearest;
 use geodesic_ivp::{Case, CaseError};
 
-use super::{CaseArgs, report};
+use super::CaseArgs;
+use super::report::{self, Refusal};
 
 /// The built-in case of commands that are given none.
 const DEFAULT: &str = "quartic";
+
+/// A case is a page of text: what is longer than this is something else, and is not read.
+const MOST_BYTES: u64 = 1 << 20;
 
 /// Where a case comes from.
 enum Source<'a> {
@@ -53,16 +60,37 @@ impl CaseArgs {
         }
     }
 
+    /// What tells the case from others, seen from the folder the program runs in: a file's path from there, if it is
+    /// below it, and its whole path otherwise.
+    pub(super) fn identity(&self) -> String {
+        let Source::File(path) = self.source() else { return self.name() };
+        let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        let here = std::env::current_dir().and_then(|here| here.canonicalize()).unwrap_or_default();
+        path.strip_prefix(here).unwrap_or(&path).display().to_string()
+    }
+
+    /// What results are called after: the stem of the case's file.
+    pub(super) fn stem(&self) -> &OsStr {
+        let stem = match self.source() {
+            Source::StandardInput => None,
+            Source::File(path) => path.file_stem(),
+            Source::BuiltIn(name) => Some(name.as_ref()),
+        };
+        stem.unwrap_or("stdin".as_ref())
+    }
+
     /// The valid case. That a built-in one stands in for a file, or for no name at all, is said.
     pub(super) fn read(&self) -> anyhow::Result<Case> {
         let name = self.name();
-        let mut bytes = Vec::new();
-        match self.source() {
-            Source::StandardInput => {
-                io::stdin().read_to_end(&mut bytes).context("cannot read the case from standard input")?;
-            }
+        let bytes = match self.source() {
+            Source::StandardInput => at_most(io::stdin(), None, &name)?,
             Source::File(path) => {
-                bytes = std::fs::read(path).with_context(|| format!("cannot read the case file {name}"))?;
+                if path.is_dir() {
+                    return Err(unreadable(path, "it is a folder"));
+                }
+                let file = File::open(path).map_err(|error| unreadable(path, &error.to_string()))?;
+                let size = file.metadata().ok().map(|metadata| metadata.len());
+                at_most(file, size, &name)?
             }
             Source::BuiltIn(name) => {
                 if !self.quiet {
@@ -73,10 +101,11 @@ impl CaseArgs {
                 }
                 return self.read_built_in(name);
             }
-        }
+        };
         let text = String::from_utf8(bytes)
-            .map_err(|error| CaseError::without_place(&name, format!("the case is not UTF-8 text: {error}")))?;
-        Ok(Case::parse(&name, &text, &self.set)?)
+            .map_err(|error| CaseError::without_place(&name, format!("the case is not UTF-8 text: {error}")));
+        let case = text.and_then(|text| Case::parse(&name, &text, &self.set));
+        Ok(case.map_err(|error| self.of_another_kind(error))?)
     }
 
     /// A built-in case with the overrides of the command line.
@@ -85,13 +114,39 @@ impl CaseArgs {
         Ok(Case::parse(&format!("<built-in {name}>"), text, &self.set)?)
     }
 
-    /// `results/<case file stem>`.
-    pub(super) fn default_output(&self) -> PathBuf {
-        let stem = match self.source() {
-            Source::StandardInput => None,
-            Source::File(path) => path.file_stem(),
-            Source::BuiltIn(name) => Some(name.as_ref()),
-        };
-        Path::new("results").join(stem.unwrap_or("stdin".as_ref()))
+    /// Says what is expected where the file, by its name, is something else than TOML.
+    fn of_another_kind(&self, mut error: CaseError) -> CaseError {
+        if let Source::File(path) = self.source() {
+            let extension = path.extension().and_then(OsStr::to_str);
+            if let (Some(extension), None) = (extension.filter(|extension| *extension != "toml"), &error.help) {
+                error.help =
+                    Some(format!("a case is a TOML file, not .{extension}: `init quartic` writes one to start from"));
+            }
+        }
+        error
     }
+}
+
+/// Everything there is to read, unless it is too much for a case.
+fn at_most(reader: impl Read, size: Option<u64>, name: &str) -> anyhow::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    if size.is_none_or(|size| size <= MOST_BYTES) {
+        reader.take(MOST_BYTES + 1).read_to_end(&mut bytes).with_context(|| format!("cannot read the case {name}"))?;
+        if bytes.len() as u64 <= MOST_BYTES {
+            return Ok(bytes);
+        }
+    }
+    let found = size.map_or_else(|| "it has more".to_owned(), |size| format!("it has {size}"));
+    let message = format!("too long for a case: {found} bytes, {MOST_BYTES} at most");
+    Err(CaseError::without_place(name, message).into())
+}
+
+/// A case file that cannot be read, with what may have been meant.
+fn unreadable(path: &Path, reason: &str) -> anyhow::Error {
+    let stem = path.file_stem().and_then(OsStr::to_str).unwrap_or_default();
+    let help = match nearest(stem, builtin::NAMES.iter().copied()) {
+        Some(name) => format!("there is a built-in case `{name}`"),
+        None => "name a TOML file or a built-in case: `init --list` names these".to_owned(),
+    };
+    Refusal::input_output(format!("cannot read the case file {}: {reason}", path.display())).help(help).into()
 }

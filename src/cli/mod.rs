@@ -5,6 +5,8 @@ mod converge;
 mod init;
 mod input;
 mod interrupt;
+mod memory;
+mod out;
 mod readable;
 mod report;
 mod run;
@@ -12,6 +14,7 @@ mod samples;
 mod second_opinion;
 mod shell;
 mod stability;
+mod stdout;
 mod usage;
 mod work_precision;
 

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use geodesic_ivp::output::NotOurs;
 use geodesic_ivp::reference::EndReason;
 use geodesic_ivp::study::convergence::SweepError;
 use geodesic_ivp::{CaseError, NoSolution, Status};
@@ -21,6 +22,32 @@ const EXPECTATION: u8 = 5;
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub(super) struct Usage(pub(super) String);
+
+/// What the command layer refuses to do, and what to do instead.
+#[derive(Debug, thiserror::Error)]
+#[error("{message}")]
+pub(super) struct Refusal {
+    message: String,
+    help: Option<String>,
+    code: u8,
+}
+
+impl Refusal {
+    /// Of what is asked for.
+    pub(super) fn usage(message: impl Into<String>) -> Self {
+        Self { message: message.into(), help: None, code: INVALID_CASE }
+    }
+
+    /// Of a file or a stream.
+    pub(super) fn input_output(message: impl Into<String>) -> Self {
+        Self { message: message.into(), help: None, code: IO_FAILURE }
+    }
+
+    /// What to do instead.
+    pub(super) fn help(self, help: impl Into<String>) -> Self {
+        Self { help: Some(help.into()), ..self }
+    }
+}
 
 /// The last line of a summary: what stands in `directory` now.
 pub(super) fn written(directory: &Path, names: &[&str]) -> String {
@@ -49,6 +76,11 @@ pub(crate) fn exit_code(error: &anyhow::Error) -> ExitCode {
         };
         let help = Some(help);
         (sweep.to_string(), help, code)
+    } else if let Some(refusal) = error.downcast_ref::<Refusal>() {
+        (refusal.message.clone(), refusal.help.as_deref(), refusal.code)
+    } else if let Some(files) = error.downcast_ref::<NotOurs>() {
+        let help = "move them away, choose another folder with --out, or replace them with --force";
+        (files.to_string(), Some(help), IO_FAILURE)
     } else if error.is::<ExpectationNotMet>() {
         (error.to_string(), None, EXPECTATION)
     } else if error.is::<Usage>() {

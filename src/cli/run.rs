@@ -1,12 +1,11 @@
 //! `run CASE`.
 
-use std::io::{self, Write};
-use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use clap::Args;
+use geodesic_ivp::case::System;
 use geodesic_ivp::diagnostics::{Diagnostics, Measures};
 use geodesic_ivp::geodesic::InitialData;
 use geodesic_ivp::output::pictures::{self, Run};
@@ -20,12 +19,13 @@ use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::solve::solve_window_by_window;
 use geodesic_ivp::study::run_error::run_error;
 use geodesic_ivp::{Case, Solution, solve};
-use indicatif::ProgressBar;
+use indicatif::{ProgressBar, ProgressStyle};
 
+use super::out::OutArgs;
 use super::readable::readable;
 use super::samples::SampleArgs;
 use super::second_opinion::second_opinion;
-use super::{CaseArgs, interrupt, report};
+use super::{CaseArgs, interrupt, memory, report, stdout};
 
 const TRAJECTORY: &str = "trajectory.csv";
 const RESIDUALS: &str = "residuals.csv";
@@ -40,16 +40,15 @@ pub(super) struct RunArgs {
     #[command(flatten)]
     case: CaseArgs,
 
-    /// Directory for the result files [default: results/<case file stem>]
-    #[arg(long, value_name = "DIR", conflicts_with = "stdout")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    output: OutArgs,
 
     /// Also draw SVG pictures beside the CSV files
     #[arg(long, conflicts_with = "stdout")]
     plot: bool,
 
     /// Write one CSV with all columns to standard output, and no files
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["out", "force"])]
     stdout: bool,
 
     #[command(flatten)]
@@ -82,21 +81,33 @@ fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
     interrupt::end_at_once()?;
     args.samples.check(args.stdout)?;
     warn_of(&case.warnings());
+    memory::check(case, Some(&args.samples))?;
     if args.stdout {
+        // Before the computation that nobody could see.
+        drop(stdout::for_data()?);
         let (result, _) = solved::<S>(case, args);
         let Solved { solution, diagnostics, measures, samples, .. } = result?;
         warn_of(&measures.warnings(&solution));
         warn_of(&Vec::from_iter(measures.newtonian_warning()));
-        let out = io::stdout().lock();
+        let out = stdout::for_data()?;
         match diagnostics {
             Some(diagnostics) => write_combined(out, &solution, &diagnostics)?,
             None => write_samples(out, samples.into_iter(), solution.digits)?,
         }
         return Ok(ExitCode::SUCCESS);
     }
-    let directory = args.out.clone().unwrap_or_else(|| args.case.default_output());
-    let tables = [TRAJECTORY, RESIDUALS, BRANCHES, SAMPLES, SUMMARY, CASE];
-    let files = OutputSet::open(&directory, &[tables.as_slice(), &PICTURES].concat())?;
+    let target = args.output.target(&args.case, "run")?;
+    let directory = target.folder.clone();
+    let mut names = vec![TRAJECTORY, RESIDUALS, BRANCHES, SAMPLES, SUMMARY, CASE];
+    names.extend(PICTURES);
+    names.retain(|name| match *name {
+        TRAJECTORY | RESIDUALS => !args.samples.only(),
+        BRANCHES => !args.samples.only() && case.solver.system == System::Doubled,
+        SAMPLES => args.samples.wanted(),
+        SUMMARY | CASE => true,
+        _ => args.plot,
+    });
+    let files = OutputSet::open(target, &names)?;
     let mut effective = case.clone();
     if args.case.has_overrides() {
         // The expectations were made for the case as it is in its file.
@@ -149,18 +160,10 @@ fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
             files.write_text(name, &chart.to_svg())?;
         }
     }
-    let doubled = solution.backward.is_some();
-    let is_kept = |name: &str| match name {
-        TRAJECTORY | RESIDUALS => diagnostics.is_some(),
-        BRANCHES => diagnostics.is_some() && doubled,
-        SAMPLES => args.samples.wanted(),
-        SUMMARY | CASE => true,
-        _ => args.plot,
-    };
-    let kept = files.commit(is_kept)?;
+    let kept = files.commit(|_| true)?;
     if !args.case.quiet {
         let text = readable(&solution, &measures, &summary, error.as_ref()) + &report::written(&directory, &kept);
-        io::stdout().write_all(text.as_bytes())?;
+        stdout::write(&text)?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -177,6 +180,7 @@ fn solved<S: Real>(case: &Case, args: &RunArgs) -> (anyhow::Result<Solved<S>>, f
         Some(accuracy) => format!("solving to {accuracy}"),
         None => format!("solving for {} nodes", case.grid.n_gamma * case.grid.windows),
     });
+    spinner.set_style(ProgressStyle::with_template("{spinner} {msg} ({elapsed})").expect("the template is valid"));
     spinner.enable_steady_tick(Duration::from_millis(200));
     let start = Instant::now();
     let mut stream = args.samples.stream(case);

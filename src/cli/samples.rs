@@ -80,6 +80,11 @@ impl SampleArgs {
         self.sample_t.is_some() || self.sample_gamma.is_some()
     }
 
+    /// How many samples are asked for.
+    pub(super) fn count(&self) -> usize {
+        self.range().map_or(0, |(_, range, _)| range.count)
+    }
+
     /// Whether nothing but samples is.
     pub(super) fn only(&self) -> bool {
         self.samples_only
@@ -102,9 +107,12 @@ impl SampleArgs {
         let (option, range) = self.range().map_or(("", ""), |(_, range, option)| (option, range.text.as_str()));
         let (from, to) = outside.range;
         let [from, to] = [from, to].map(|end| end.to_decimal(digits));
-        CaseError::without_place(
-            "command line",
-            format!("--{option} {range} goes beyond the run, which covers {from} to {to}"),
-        )
+        let message = format!("--{option} {range} goes beyond the run, which covers {from} to {to}");
+        let longer = match option {
+            "sample-t" => "--set grid.t_f=…",
+            _ => "--set grid.gamma_f=…",
+        };
+        let help = format!("the run ends at {to}: end the samples there, or make it longer with {longer}");
+        CaseError { help: Some(help), ..CaseError::without_place("command line", message) }
     }
 }

@@ -1,12 +1,12 @@
 //! `completions SHELL` and `man`.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::CommandFactory;
 use clap_mangen::Man;
 
-use super::Cli;
+use super::{Cli, stdout};
 
 /// Generated into memory first: the generator itself would panic on a closed pipe.
 pub(super) fn completions(shell: clap_complete::Shell) -> anyhow::Result<ExitCode> {
@@ -14,7 +14,7 @@ pub(super) fn completions(shell: clap_complete::Shell) -> anyhow::Result<ExitCod
     let mut command = Cli::command();
     let name = command.get_name().to_owned();
     clap_complete::generate(shell, &mut command, name, &mut script);
-    io::stdout().write_all(&script)?;
+    stdout::write_data(&script)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -39,6 +39,6 @@ pub(super) fn man() -> anyhow::Result<ExitCode> {
         page.extend(String::from_utf8(text)?.replace(".SH ", ".SS ").into_bytes());
     }
     main.render_extra_section(&mut page)?;
-    io::stdout().write_all(&page)?;
+    stdout::write_data(&page)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -1,7 +1,6 @@
 //! `stability [CASE]`.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 
@@ -13,6 +12,7 @@ use geodesic_ivp::study::stability::{Atlas, Cell, CellStatus, Limit, Method, Pla
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::interrupt::{self, INTERRUPTED};
+use super::out::OutArgs;
 use super::{CaseArgs, report};
 
 const STABILITY: &str = "stability.csv";
@@ -31,9 +31,8 @@ pub(super) struct StabilityArgs {
     #[command(flatten)]
     case: CaseArgs,
 
-    /// Directory for the result files [default: results/<case file stem>]
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    output: OutArgs,
 
     /// Methods to chart, by their names in the table (with the form) or the beginning of one [default: all]
     #[arg(long, value_name = "NAME,NAME,…", value_delimiter = ',')]
@@ -64,8 +63,10 @@ fn positive(text: &str) -> Result<f64, String> {
 pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
     let case = &args.case.read()?;
     let methods = chosen(&args.methods)?;
-    let directory = args.out.clone().unwrap_or_else(|| args.case.default_output());
-    let files = OutputSet::open(&directory, &[&[STABILITY, SUMMARY], &PICTURES[..]].concat())?;
+    let target = args.output.target(&args.case, "stability")?;
+    let directory = target.folder.clone();
+    let pictures: &[&str] = if args.plot { &PICTURES } else { &[] };
+    let files = OutputSet::open(target, &[&[STABILITY, SUMMARY], pictures].concat())?;
     let cancel = interrupt::flag()?;
     let t_dot = case.initial_data::<f64>().t_dot;
     let tangents = match args.t_dot[..] {
@@ -104,7 +105,7 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         files.write_text(ONSET, &pictures::sawtooth_onset(title, &atlas.cells).to_svg())?;
         files.write_text(LAST_NODE, &pictures::last_node(title, &atlas.cells).to_svg())?;
     }
-    let kept = files.commit(|name| args.plot || !PICTURES.contains(&name))?;
+    let kept = files.commit(|_| true)?;
     if !args.case.quiet {
         let text = readable(title, &scene, &plan, &atlas) + &report::written(&directory, &kept);
         io::stdout().write_all(text.as_bytes())?;

@@ -1,27 +1,36 @@
 //! Mistakes on the command line, explained further than the argument parser does.
 
+use clap::CommandFactory;
 use clap::error::{ContextKind, ContextValue, Error, ErrorKind};
+use geodesic_ivp::similar::nearest;
 
-/// The parser's message, with what to do where a case is missing.
+use super::Cli;
+
+/// The parser's message, with what to do where a case is missing or a command is misspelt.
 pub(super) fn explained(mut error: Error) -> Error {
-    if error.kind() == ErrorKind::MissingRequiredArgument && is_about(&error, "<CASE>") {
-        // Of the two commands that must be told a case, the one that the usage line is of.
-        let usage = error.get(ContextKind::Usage).map(ToString::to_string).unwrap_or_default();
-        let command = if usage.contains(" check ") { "check" } else { "run" };
-        let tip = format!(
-            "name a file, - for standard input, or a built-in case, for example `{command} quartic`; \
-             `init --list` names these, and `init quartic > my-case.toml` starts one's own"
-        );
-        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+    match (error.kind(), error.get(ContextKind::InvalidArg), error.get(ContextKind::InvalidSubcommand)) {
+        (ErrorKind::MissingRequiredArgument, Some(ContextValue::Strings(names)), _)
+            if names.iter().any(|name| name == "<CASE>") =>
+        {
+            // Of the two commands that must be told a case, the one that the usage line is of.
+            let usage = error.get(ContextKind::Usage).map(ToString::to_string).unwrap_or_default();
+            let command = if usage.contains(" check ") { "check" } else { "run" };
+            let tip = format!(
+                "name a file, - for standard input, or a built-in case, for example `{command} quartic`; \
+                 `init --list` names these, and `init quartic > my-case.toml` starts one's own"
+            );
+            error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+        }
+        (ErrorKind::InvalidSubcommand, _, Some(ContextValue::String(word)))
+            if error.get(ContextKind::SuggestedSubcommand).is_none() =>
+        {
+            let command = Cli::command();
+            let known = command.get_subcommands().map(clap::Command::get_name);
+            if let Some(meant) = nearest(word, known).map(str::to_owned) {
+                error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(vec![meant]));
+            }
+        }
+        _ => {}
     }
     error
-}
-
-/// Whether `argument` is among those that the message names.
-fn is_about(error: &Error, argument: &str) -> bool {
-    match error.get(ContextKind::InvalidArg) {
-        Some(ContextValue::Strings(names)) => names.iter().any(|name| name == argument),
-        Some(ContextValue::String(name)) => name == argument,
-        _ => false,
-    }
 }

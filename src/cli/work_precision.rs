@@ -17,6 +17,7 @@ use geodesic_ivp::study::work_precision::{
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::interrupt::{self, INTERRUPTED};
+use super::out::OutArgs;
 use super::{CaseArgs, report};
 
 const WORK_PRECISION: &str = "work_precision.csv";
@@ -37,9 +38,8 @@ pub(super) struct WorkPrecisionArgs {
     #[command(flatten)]
     case: CaseArgs,
 
-    /// Directory for the result files [default: results/<case file stem>]
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    output: OutArgs,
 
     /// Lengths in gamma to chart, four at most [default: the case's own]; errors along the longest are in drift.csv
     #[arg(long, value_name = "L,L,…", value_delimiter = ',', value_parser = length)]
@@ -82,10 +82,12 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
         let table = File::open(path).with_context(|| format!("cannot read the rows {name}"))?;
         others = read_rows(table).with_context(|| format!("cannot read the rows {name}"))?;
     }
-    let directory = args.out.clone().unwrap_or_else(|| args.case.default_output());
-    let pictures: Vec<&'static str> =
-        BY_LENGTH.into_iter().flat_map(|(a, b)| [a, b]).chain([DRIFT_K, DRIFT_ERROR]).collect();
-    let files = OutputSet::open(&directory, &[&[WORK_PRECISION, DRIFT, SUMMARY], &pictures[..]].concat())?;
+    let target = args.output.target(&args.case, "work-precision")?;
+    let directory = target.folder.clone();
+    let by_length =
+        BY_LENGTH.into_iter().take(args.gamma_f.len().max(1)).flat_map(|(time, evaluations)| [time, evaluations]);
+    let pictures = by_length.chain([DRIFT_K, DRIFT_ERROR]).filter(|_| args.plot).collect::<Vec<_>>();
+    let files = OutputSet::open(target, &[&[WORK_PRECISION, DRIFT, SUMMARY], &pictures[..]].concat())?;
     let cancel = interrupt::flag()?;
     let lengths: Vec<Option<f64>> = match args.gamma_f[..] {
         [] => vec![None],
@@ -112,11 +114,10 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
     write_work_precision(files.writer(WORK_PRECISION), &measured.rows).context("cannot write work_precision.csv")?;
     write_drift(files.writer(DRIFT), &along).context("cannot write drift.csv")?;
     files.write_text(SUMMARY, &WorkPrecisionSummary::new(case, &arenas, &measured, &ratios).to_json())?;
-    let mut drawn = Vec::new();
     if args.plot {
-        drawn = draw(case, &arenas, &measured, &along, &files)?;
+        draw(case, &arenas, &measured, &along, &files)?;
     }
-    let kept = files.commit(|name| drawn.contains(&name) || [WORK_PRECISION, DRIFT, SUMMARY].contains(&name))?;
+    let kept = files.commit(|_| true)?;
     if !args.case.quiet {
         let text = readable(case, &arenas, &measured, &ratios) + &report::written(&directory, &kept);
         io::stdout().write_all(text.as_bytes())?;
@@ -180,20 +181,16 @@ fn measure_all(
     (measured, along)
 }
 
-/// Draws all pictures and returns their names.
+/// Draws all pictures.
 fn draw(
     case: &Case,
     arenas: &[Arena],
     measured: &WorkPrecision,
     along: &[DriftPoint],
     files: &OutputSet,
-) -> anyhow::Result<Vec<&'static str>> {
+) -> anyhow::Result<()> {
     let title = case.title.as_deref().unwrap_or("Work and precision");
-    let mut drawn = Vec::new();
-    let mut write = |name: &'static str, chart: geodesic_ivp::output::Chart| {
-        drawn.push(name);
-        files.write_text(name, &chart.to_svg())
-    };
+    let write = |name, chart: geodesic_ivp::output::Chart| files.write_text(name, &chart.to_svg());
     for (arena, (time, evaluations)) in arenas.iter().zip(BY_LENGTH) {
         let length = arena.length();
         let rows = || measured.rows.iter().filter(|row| row.gamma_f == length);
@@ -202,8 +199,7 @@ fn draw(
         write(evaluations, pictures::work_precision(&title, rows(), WorkAxis::Evaluations))?;
     }
     write(DRIFT_K, pictures::drift(&format!("{title}: K along the run"), along, true))?;
-    write(DRIFT_ERROR, pictures::drift(&format!("{title}: errors along the run"), along, false))?;
-    Ok(drawn)
+    write(DRIFT_ERROR, pictures::drift(&format!("{title}: errors along the run"), along, false))
 }
 
 /// A length for people.

@@ -1,4 +1,4 @@
-//! Output files that appear whole or not at all.
+//! Output files that appear whole or not at all, and all together.
 
 use std::fs;
 use std::io::{self, Write};
@@ -7,36 +7,129 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use atomic_write_file::AtomicWriteFile;
 
-/// Files of one directory that are written beside their final names and put in place together.
+use super::lock::FolderLock;
+use super::manifest::{Manifest, Origin, State};
+
+/// The file that is put in place last and taken away first: where it stands, the others stand beside it.
+const LAST: &str = "summary.json";
+
+/// Where files go, whose they are, and what they may replace.
+#[derive(Debug, Clone)]
+pub struct Target {
+    /// The folder.
+    pub folder: PathBuf,
+    /// Command and case.
+    pub origin: Origin,
+    /// Whether the folder is this origin's alone, because the program chose it: files of another are not replaced.
+    pub own: bool,
+    /// Whether files that the program did not write may be replaced.
+    pub force: bool,
+}
+
+/// Files of one folder that are written beside their final names and put in place together.
+///
+/// A set replaces the one before, of which nothing remains; files that the program did not write stay as they are.
+/// Programs that write into one folder at once put their sets in place one after the other. One that is killed
+/// leaves the set before, its own, or a part of one of them without a summary.
 #[derive(Debug)]
 pub struct OutputSet {
-    directory: PathBuf,
+    target: Target,
     pending: Vec<(&'static str, AtomicWriteFile)>,
 }
 
+/// Files of a user that stand where results are to go.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "{} holds files of these names already, and nothing says that this program wrote them: {}",
+    folder.display(),
+    names.join(", ")
+)]
+pub struct NotOurs {
+    folder: PathBuf,
+    names: Vec<String>,
+}
+
+impl Target {
+    /// The record of the set in the folder, which one of `names` may replace.
+    fn before(&self, names: &[&str]) -> anyhow::Result<Option<Manifest>> {
+        let before = Manifest::read(&self.folder)?;
+        if let Some(other) = before.as_ref().filter(|before| self.own && before.origin != self.origin) {
+            let Origin { command, case } = &other.origin;
+            anyhow::bail!("{} holds the results of {command} {case} by now", self.folder.display());
+        }
+        let mut foreign = Vec::new();
+        for &name in names {
+            let path = self.folder.join(name);
+            if path.is_dir() {
+                anyhow::bail!("cannot write {}: it is a directory", path.display());
+            }
+            let listed = before.as_ref().is_some_and(|before| before.files.iter().any(|listed| listed == name));
+            if !(self.force || listed) && path.symlink_metadata().is_ok() {
+                foreign.push(name.to_owned());
+            }
+        }
+        match foreign.is_empty() {
+            true => Ok(before),
+            false => Err(NotOurs { folder: self.folder.clone(), names: foreign }.into()),
+        }
+    }
+
+    /// Takes a file of the set before away; of a link that is to be written through what it points to.
+    fn take_away(&self, name: &str, through_links: bool) -> anyhow::Result<()> {
+        let link = self.folder.join(name);
+        let path = if through_links { fs::canonicalize(&link).unwrap_or(link) } else { link };
+        // A folder of that name is not the program's.
+        if path.is_dir() {
+            return Ok(());
+        }
+        remove(&path).with_context(|| format!("cannot remove the outdated {}", path.display()))
+    }
+}
+
+/// Removes a file that may be missing.
+pub(super) fn remove(path: &Path) -> io::Result<()> {
+    fs::remove_file(path).or_else(|error| match error.kind() {
+        io::ErrorKind::NotFound => Ok(()),
+        _ => Err(error),
+    })
+}
+
 impl OutputSet {
-    /// Creates `directory` and opens the named files in it, so that an unwritable target is found before a long
-    /// computation.
+    /// Creates the folder and opens the named files in it, so that an unwritable target, or one that is not the
+    /// program's to write, is found before a long computation.
     ///
     /// # Errors
-    /// If the directory cannot be made or a file in it cannot be written.
-    pub fn open(directory: &Path, names: &[&'static str]) -> anyhow::Result<Self> {
-        fs::create_dir_all(directory)
-            .with_context(|| format!("cannot create the output directory {}", directory.display()))?;
+    /// If the folder cannot be made, a file in it cannot be written, or one of these names is a user's file.
+    pub fn open(target: Target, names: &[&'static str]) -> anyhow::Result<Self> {
+        let folder = &target.folder;
+        fs::create_dir_all(folder)
+            .with_context(|| format!("cannot create the output directory {}", folder.display()))?;
+        {
+            let _lock = FolderLock::wait(folder)?;
+            let before = target.before(names)?;
+            let incomplete = before.filter(|before| before.state == State::Incomplete);
+            // With its summary a set is whole, though the program was killed before it could say so.
+            if let Some(before) = incomplete.filter(|_| !folder.join(LAST).exists()) {
+                before.files.iter().try_for_each(|name| target.take_away(name, false))?;
+                Manifest::remove(folder)?;
+            }
+        }
         let pending = names
             .iter()
             .map(|&name| {
-                let path = directory.join(name);
-                if path.is_dir() {
-                    anyhow::bail!("cannot write {}: it is a directory", path.display());
-                }
                 // Through a link to what it points to, which keeps its place and its mode.
+                let path = folder.join(name);
                 let path = fs::canonicalize(&path).unwrap_or(path);
                 let file = AtomicWriteFile::open(&path).with_context(|| format!("cannot write {}", path.display()))?;
                 Ok((name, file))
             })
             .collect::<anyhow::Result<_>>()?;
-        Ok(Self { directory: directory.to_owned(), pending })
+        Ok(Self { target, pending })
+    }
+
+    /// The folder.
+    pub fn folder(&self) -> &Path {
+        &self.target.folder
     }
 
     /// A file that was opened, unbuffered, to be written from any thread.
@@ -56,28 +149,41 @@ impl OutputSet {
         self.writer(name).write_all(text.as_bytes()).with_context(|| format!("cannot write {name}"))
     }
 
-    /// Puts the files whose names satisfy `keep` in place and removes any of the others left by an earlier run, so that
-    /// the directory never mixes the results of two. Returns the names that are there now.
+    /// Puts the files whose names satisfy `keep` in place of the set before, so that the folder never mixes the
+    /// results of two. Returns the names that are there now.
     ///
     /// # Errors
-    /// If a file cannot be put in place.
+    /// If a file cannot be put in place, or a user's file has come to stand there.
     pub fn commit(self, keep: impl Fn(&str) -> bool) -> anyhow::Result<Vec<&'static str>> {
-        let mut kept = Vec::new();
-        for (name, file) in self.pending {
-            let path = self.directory.join(name);
-            if keep(name) {
-                file.commit().with_context(|| format!("cannot write {}", path.display()))?;
-                kept.push(name);
-            } else {
-                drop(file);
-                match fs::remove_file(&path) {
-                    Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                        return Err(error).with_context(|| format!("cannot remove the outdated {}", path.display()));
-                    }
-                    _ => {}
-                }
-            }
+        let Self { target, pending } = self;
+        let (kept, dropped): (Vec<_>, Vec<_>) = pending.into_iter().partition(|(name, _)| keep(name));
+        drop(dropped);
+        let names: Vec<&'static str> = kept.iter().map(|(name, _)| *name).collect();
+        let folder = &target.folder;
+        let record = |state, files: Vec<String>| Manifest::new(target.origin.clone(), state, files);
+        let listed = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
+
+        let _lock = FolderLock::wait(folder)?;
+        let outdated = target.before(&names)?.map_or(Vec::new(), |before| before.files);
+        let mut all = outdated.clone();
+        all.extend(listed(&names).into_iter().filter(|name| !outdated.contains(name)));
+        if all.is_empty() {
+            return Ok(names);
         }
-        Ok(kept)
+        record(State::Incomplete, all.clone()).write(folder)?;
+        // The summary goes first, and comes last.
+        all.sort_by_key(|name| name != LAST);
+        for name in &all {
+            target.take_away(name, names.contains(&name.as_str()))?;
+        }
+        let (last, others): (Vec<_>, Vec<_>) = kept.into_iter().partition(|(name, _)| *name == LAST);
+        for (name, file) in others.into_iter().chain(last) {
+            file.commit().with_context(|| format!("cannot write {}", folder.join(name).display()))?;
+        }
+        match names.is_empty() {
+            true => Manifest::remove(folder)?,
+            false => record(State::Complete, listed(&names)).write(folder)?,
+        }
+        Ok(names)
     }
 }

@@ -3,6 +3,8 @@
 mod chart;
 mod convergence;
 mod files;
+mod lock;
+mod manifest;
 mod number;
 pub mod pictures;
 mod stability;
@@ -12,7 +14,8 @@ mod work_precision;
 
 pub use chart::{Chart, Ink, Kind, Map, Mark, Panel, Scale, Series, Sign};
 pub use convergence::{ConvergenceSummary, write_convergence, write_slopes};
-pub use files::OutputSet;
+pub use files::{NotOurs, OutputSet, Target};
+pub use manifest::{Origin, origin_of};
 pub use number::Number;
 pub use stability::{Border, Onset, StabilitySummary, borders, onsets, write_stability};
 pub use summary::{Outcome, Summary};

@@ -7,6 +7,7 @@ mod derivative;
 mod end_time;
 mod first_guess;
 mod march;
+mod memory;
 mod newton;
 mod physical_limit;
 mod problem;
@@ -18,6 +19,7 @@ mod status;
 
 use std::any::Any;
 
+pub use memory::bytes_needed;
 pub(crate) use solution::WindowNodes;
 pub use solution::{Backward, EndState, Solution, Window, WindowEnd};
 pub use status::{InitialGuess, IterationRecord, NoSolution, Status};

@@ -6,6 +6,9 @@ use std::process::{Command, Output};
 
 pub(crate) const CASES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/cases");
 
+/// What the program keeps a record of its files in.
+pub(crate) const MANIFEST: &str = ".geodesic-ivp-manifest.json";
+
 pub(crate) fn program() -> Command {
     Command::new(env!("CARGO_BIN_EXE_geodesic-ivp"))
 }
@@ -35,6 +38,7 @@ pub(crate) fn stderr(output: &Output) -> String {
 pub(crate) fn names(directory: &Path) -> Vec<String> {
     let mut names: Vec<String> =
         fs::read_dir(directory).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.retain(|name| name != MANIFEST);
     names.sort();
     names
 }

@@ -2,3 +2,10 @@
 
 mod built_in_cases;
 mod common;
+mod folders;
+mod hints;
+mod limits;
+#[cfg(unix)]
+mod streams;
+#[cfg(unix)]
+mod together;

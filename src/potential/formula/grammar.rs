@@ -20,8 +20,8 @@ use winnow::prelude::*;
 use winnow::stream::{LocatingSlice, Location, Stateful};
 use winnow::token::{any, take_while};
 
-use super::FormulaError;
 use super::graph::{Function, Graph, NodeId};
+use super::{FormulaError, hint};
 use crate::scalar::Real;
 
 /// Longest expression accepted: nested parentheses cost stack, and no potential needs this.
@@ -55,7 +55,11 @@ pub(super) fn parse<S: Real>(
     parameters: &BTreeMap<String, S>,
     graph: &mut Graph<S>,
 ) -> Result<NodeId, FormulaError> {
-    let error = |offset: usize, message: String| FormulaError { message, offset, expression: text.to_owned() };
+    let names = || parameters.keys().map(String::as_str);
+    let error = |offset: usize, message: String| {
+        let hint = hint::at(text, offset, names());
+        FormulaError { message, offset, expression: text.to_owned(), hint }
+    };
     if text.len() > MAX_BYTES {
         return Err(error(0, format!("the expression is longer than {MAX_BYTES} bytes")));
     }

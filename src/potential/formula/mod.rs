@@ -6,6 +6,7 @@
 
 mod grammar;
 mod graph;
+mod hint;
 mod program;
 
 use std::collections::BTreeMap;
@@ -29,6 +30,8 @@ pub struct FormulaError {
     pub offset: usize,
     /// The expression.
     pub expression: String,
+    /// What may have been meant.
+    pub hint: Option<String>,
 }
 
 impl FormulaError {

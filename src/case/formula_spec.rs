@@ -1,0 +1,77 @@
+//! A potential given as a formula, as a case writes it.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{self, Deserializer, MapAccess, Visitor};
+use serde::{Deserialize, Serialize};
+
+use super::Decimal;
+use crate::potential::{Formula, FormulaError};
+use crate::scalar::Real;
+
+/// `formula = { expression = "…", parameters = { … } }`, or `formula = "…"` where there are no parameters.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FormulaSpec {
+    /// The expression in x and the parameters.
+    pub expression: String,
+    /// Values of the names used in it.
+    pub parameters: BTreeMap<String, Decimal>,
+}
+
+impl FormulaSpec {
+    /// The formula itself, with the parameters in `S`.
+    ///
+    /// # Errors
+    /// The mistake in the expression.
+    pub(super) fn compiled<S: Real>(&self) -> Result<Formula<S>, FormulaError> {
+        self.without(None)
+    }
+
+    /// Parameters that the expression can do without.
+    pub(super) fn unused_parameters(&self) -> Vec<&str> {
+        let unused = |name: &&str| self.without::<f64>(Some(name)).is_ok();
+        self.parameters.keys().map(String::as_str).filter(unused).collect()
+    }
+
+    fn without<S: Real>(&self, missing: Option<&str>) -> Result<Formula<S>, FormulaError> {
+        let kept = self.parameters.iter().filter(|(name, _)| Some(name.as_str()) != missing);
+        let values: BTreeMap<String, S> = kept.map(|(name, value)| (name.clone(), value.to())).collect();
+        Formula::new(&self.expression, &values)
+    }
+}
+
+impl<'de> Deserialize<'de> for FormulaSpec {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        /// The long way to write it.
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Table {
+            expression: String,
+            #[serde(default)]
+            parameters: BTreeMap<String, Decimal>,
+        }
+
+        struct Either;
+
+        impl<'de> Visitor<'de> for Either {
+            type Value = FormulaSpec;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an expression, or a table with expression and parameters")
+            }
+
+            fn visit_str<E: de::Error>(self, expression: &str) -> Result<FormulaSpec, E> {
+                Ok(FormulaSpec { expression: expression.to_owned(), parameters: BTreeMap::new() })
+            }
+
+            fn visit_map<M: MapAccess<'de>>(self, map: M) -> Result<FormulaSpec, M::Error> {
+                let Table { expression, parameters } = Table::deserialize(MapAccessDeserializer::new(map))?;
+                Ok(FormulaSpec { expression, parameters })
+            }
+        }
+
+        deserializer.deserialize_any(Either)
+    }
+}

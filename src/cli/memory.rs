@@ -1,0 +1,48 @@
+//! Memory, which is asked about before it is used: without it the program would be ended in the middle.
+
+use std::fs;
+
+use geodesic_ivp::Case;
+use geodesic_ivp::solve::bytes_needed;
+
+use super::report::Refusal;
+use super::samples::SampleArgs;
+
+/// Refuses a run that needs more memory than there is.
+///
+/// # Errors
+/// [`Refusal`] with both numbers.
+pub(super) fn check(case: &Case, samples: Option<&SampleArgs>) -> anyhow::Result<()> {
+    let (only, count) = samples.map_or((false, 0), |samples| (samples.only(), samples.count()));
+    let needed = bytes_needed(case, only, count);
+    let Some(available) = available().filter(|available| needed > *available) else { return Ok(()) };
+    let [needed, available] = [needed, available].map(|bytes| bytes / 1e9);
+    let nodes = case.grid.n_gamma * case.grid.windows;
+    let message = format!(
+        "the run needs about {needed:.2} GB of memory for {nodes} nodes in {} digits, and there are {available:.2} GB",
+        case.solver.digits
+    );
+    let help = match count > 0 && !only && case.grid.windows > 1 {
+        true => "take fewer nodes or digits, or --samples-only, which keeps one window at a time",
+        false => "take fewer nodes, digits or samples",
+    };
+    Err(Refusal::usage(message).help(help).into())
+}
+
+/// The least of what the machine has left, what the process may take and what its group may, in bytes; None where the
+/// operating system does not say.
+fn available() -> Option<f64> {
+    let first_number = |text: &str| text.split_whitespace().find_map(|word| word.parse::<f64>().ok());
+    let read = |path: &str| fs::read_to_string(path).ok();
+    let line = |path: &str, name: &str| {
+        let text = read(path)?;
+        text.lines().find_map(|line| line.strip_prefix(name)).and_then(first_number)
+    };
+    let kilobytes = |name| line("/proc/meminfo", name).map(|number| 1024.0 * number);
+    let machine = kilobytes("MemAvailable:").map(|free| free + kilobytes("SwapFree:").unwrap_or(0.0));
+    // What is mapped already counts.
+    let mapped = line("/proc/self/status", "VmSize:").map_or(0.0, |number| 1024.0 * number);
+    let process = line("/proc/self/limits", "Max address space").map(|limit| (limit - mapped).max(0.0));
+    let group = read("/sys/fs/cgroup/memory.max").and_then(|text| first_number(&text));
+    [machine, process, group].into_iter().flatten().reduce(f64::min)
+}

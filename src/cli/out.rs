@@ -1,0 +1,74 @@
+//! Where a command's result files go.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use geodesic_ivp::output::{Origin, Target, origin_of};
+
+use super::{CaseArgs, report};
+
+/// The commands that write files; the first one's are those of the case itself.
+const COMMANDS: [&str; 4] = ["run", "converge", "work-precision", "stability"];
+
+/// Arguments of every command that writes files.
+#[derive(Debug, Args)]
+pub(super) struct OutArgs {
+    /// Folder for the result files; they replace what an earlier command wrote there, and nothing else [default:
+    /// results/<case file stem>, for other commands than run results/<case file stem>/<command>]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+
+    /// Also replace files of these names in that folder that this program did not write
+    #[arg(long)]
+    force: bool,
+}
+
+impl OutArgs {
+    /// Where the files of `command` go.
+    ///
+    /// # Errors
+    /// If the record of what is in a folder cannot be read.
+    pub(super) fn target(&self, case: &CaseArgs, command: &str) -> anyhow::Result<Target> {
+        let origin = Origin { command: command.to_owned(), case: case.identity() };
+        let (folder, own) = match &self.out {
+            Some(folder) => (folder.clone(), false),
+            None => (default_folder(case, &origin)?, true),
+        };
+        Ok(Target { folder, origin, own, force: self.force })
+    }
+}
+
+/// `results/<case file stem>`, or where that is taken by another case of this file name, the first of
+/// `results/<case file stem>-2`, … that is not.
+fn default_folder(case: &CaseArgs, origin: &Origin) -> anyhow::Result<PathBuf> {
+    let results = Path::new("results");
+    let first = results.join(case.stem());
+    let mut home = first.clone();
+    let mut owner = None;
+    for number in 2.. {
+        let Some(other) = other_case(&home, origin)? else { break };
+        owner.get_or_insert(other);
+        let mut name = case.stem().to_owned();
+        name.push(format!("-{number}"));
+        home = results.join(name);
+    }
+    if let Some(owner) = owner.filter(|_| !case.quiet) {
+        let (first, home) = (first.display(), home.display());
+        report::note(&format!("{first} holds results of {owner}: those of {} go to {home}", origin.case));
+    }
+    Ok(folder_of(&home, &origin.command))
+}
+
+/// The case, other than that of `origin`, whose results are in `home`.
+fn other_case(home: &Path, origin: &Origin) -> anyhow::Result<Option<String>> {
+    for command in COMMANDS {
+        if let Some(other) = origin_of(&folder_of(home, command))?.filter(|other| other.case != origin.case) {
+            return Ok(Some(other.case));
+        }
+    }
+    Ok(None)
+}
+
+fn folder_of(home: &Path, command: &str) -> PathBuf {
+    if command == COMMANDS[0] { home.to_owned() } else { home.join(command) }
+}

@@ -1,0 +1,48 @@
+//! What the writer of a formula may have meant.
+
+use super::Function;
+use crate::similar::nearest;
+
+/// Other languages' words and signs, and what they are here.
+const OTHERS: [(&str, &str); 21] = [
+    ("pow", "pow(a, b) is written a^b"),
+    ("log", "the natural logarithm is ln, the one to base 10 is log10"),
+    ("log2", "the logarithm to base 2 is ln(x)/ln(2)"),
+    ("cot", "cot(x) is written 1/tan(x)"),
+    ("sec", "sec(x) is written 1/cos(x)"),
+    ("csc", "csc(x) is written 1/sin(x)"),
+    ("cbrt", "for x > 0 the cube root is x^(1/3)"),
+    ("square", "a square is written x^2"),
+    ("sqr", "a square is written x^2, a square root sqrt(x)"),
+    ("arcsin", "the inverse sine is asin"),
+    ("arccos", "the inverse cosine is acos"),
+    ("arctan", "the inverse tangent is atan"),
+    ("fabs", "the absolute value is abs"),
+    ("e", "Euler's number is exp(1)"),
+    ("t", "V is a function of x alone"),
+    ("²", "a square is written ^2"),
+    ("³", "a cube is written ^3"),
+    ("−", "a minus sign is written -"),
+    ("·", "a product is written with *"),
+    ("×", "a product is written with *"),
+    ("|", "an absolute value is written abs(x)"),
+];
+
+/// What to write in place of what stands at `offset`, which was not understood.
+pub(super) fn at<'n>(expression: &str, offset: usize, parameters: impl Iterator<Item = &'n str>) -> Option<String> {
+    let (before, rest) = expression.split_at(offset);
+    if rest.starts_with('*') && before.trim_end().ends_with('*') {
+        return Some("a power is written ^, for example x^2".to_owned());
+    }
+    let length = rest.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).unwrap_or(rest.len());
+    let word = match length {
+        0 => &rest[..rest.chars().next().map_or(0, char::len_utf8)],
+        length => &rest[..length],
+    };
+    let other = |name: &str| OTHERS.iter().find(|(other, _)| *other == name).map(|(_, meaning)| (*meaning).to_owned());
+    if let Some(meaning) = other(word).or_else(|| other(&word.to_lowercase())) {
+        return Some(meaning);
+    }
+    let known = Function::NAMED.iter().map(|(name, _)| *name).chain(["x", "pi"]).chain(parameters);
+    nearest(word, known).filter(|name| *name != word).map(|name| format!("did you mean '{name}'?"))
+}

@@ -1,0 +1,49 @@
+//! Work and memory are bounded before they are spent.
+
+use std::fs::File;
+use std::time::{Duration, Instant};
+
+use tempfile::TempDir;
+
+use super::common::{failed, run_in};
+
+#[test]
+fn a_case_as_long_as_a_book_is_not_read() {
+    let folder = TempDir::new().unwrap();
+    File::create(folder.path().join("huge.toml")).unwrap().set_len(1 << 30).unwrap();
+    let start = Instant::now();
+    let message = failed(&run_in(folder.path(), "run huge.toml"), 2);
+    assert!(message.contains("too long for a case: it has 1073741824 bytes, 1048576 at most"), "{message}");
+    assert!(start.elapsed() < Duration::from_millis(300));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_endless_case_is_not_read() {
+    let message = failed(&super::streams::shell("yes | PROGRAM run -"), 2);
+    assert!(message.contains("<stdin>: too long for a case"), "{message}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_run_that_does_not_fit_is_refused_with_the_number() {
+    let limited = |settings: &str| {
+        let settings: String = settings.split_whitespace().map(|setting| format!(" --set {setting}")).collect();
+        super::streams::shell(&format!("ulimit -v 2000000; exec PROGRAM run CASES/quartic.toml{settings}"))
+    };
+    for (settings, needed) in [
+        ("grid.n_gamma=100000000 solver.digits=70", "needs about 54.41 GB of memory for 100000000 nodes in 70 digits"),
+        ("grid.n_gamma=1000 grid.windows=100000", "needs about 13.61 GB"),
+        ("grid.n_gamma=2000000 solver.system=doubled", "needs about 4.48 GB"),
+        ("grid.n_gamma=20000000 scheme.sbp=SBP84", "needs about 6.51 GB"),
+    ] {
+        let start = Instant::now();
+        let message = failed(&limited(settings), 2);
+        assert!(message.contains(needed) && message.contains("take fewer nodes"), "{settings}: {message}");
+        assert!(start.elapsed() < Duration::from_secs(1));
+    }
+    // What is said to fit does.
+    for settings in ["grid.n_gamma=300000", "grid.n_gamma=50000 scheme.sbp=SBP42 solver.system=doubled"] {
+        assert_eq!(limited(settings).status.code(), Some(0), "{settings}");
+    }
+}
