@@ -158,6 +158,10 @@ impl OutputSet {
         let Self { target, pending } = self;
         let (kept, dropped): (Vec<_>, Vec<_>) = pending.into_iter().partition(|(name, _)| keep(name));
         drop(dropped);
+        // What takes long comes before the old set is gone.
+        for (name, file) in &kept {
+            file.as_file().sync_all().with_context(|| format!("cannot write {name}"))?;
+        }
         let names: Vec<&'static str> = kept.iter().map(|(name, _)| *name).collect();
         let folder = &target.folder;
         let record = |state, files: Vec<String>| Manifest::new(target.origin.clone(), state, files);
