@@ -23,6 +23,7 @@ fn start(folder: &Path, n_gamma: usize, more: &[&str]) -> Child {
         .arg(format!("grid.n_gamma={n_gamma}"))
         .args(more)
         .stdout(Stdio::null())
+        .stderr(Stdio::null())
         .spawn()
         .unwrap()
 }
