@@ -76,6 +76,7 @@ def potential(spec, x):
     """V as an expression of heyoka."""
     ((kind, values),) = spec.items()
     if kind == "formula":
+        values = {"expression": values} if isinstance(values, str) else values
         functions = {name: getattr(hy, name) for name in FUNCTIONS} | {"ln": hy.log}
         names = {name: float(value) for name, value in values.get("parameters", {}).items()}
         return evaluate(values["expression"], names | {"x": x, "pi": math.pi}, functions)
@@ -241,16 +242,16 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("case", metavar="CASE", type=Path)
     parser.add_argument("--gamma-f", metavar="L,L", help="lengths in gamma (default: the case's own)")
-    parser.add_argument("--out", metavar="DIR", type=Path, help="default: results/<case file stem>")
+    parser.add_argument("--out", metavar="DIR", type=Path, help="default: results/<case file stem>/work-precision")
     parser.add_argument("--program", help="the geodesic-ivp to run (default: target/release/, or on the PATH)")
     arguments = parser.parse_args()
     built = Path(__file__).resolve().parent.parent / "target/release/geodesic-ivp"
     program = arguments.program or (str(built) if built.exists() else shutil.which("geodesic-ivp"))
     if not program:
         sys.exit("geodesic-ivp is not on the PATH: build it with cargo build --release")
-    out = arguments.out or Path("results") / arguments.case.stem
+    out = arguments.out or Path("results") / arguments.case.stem / "work-precision"
     case = tomllib.loads(arguments.case.read_text(encoding="utf-8"))
-    world, t_i = World(case), Decimal(str(case["initial"]["t"]))
+    world, t_i = World(case), Decimal(str(case["initial"].get("t", 0)))
     lengths = [float(length) for length in arguments.gamma_f.split(",")] if arguments.gamma_f else [None]
     rows = []
     for length in lengths:

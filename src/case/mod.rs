@@ -71,7 +71,7 @@ pub enum PotentialSpec {
         /// c_0, c_1, …
         coefficients: Vec<Decimal>,
     },
-    /// V from an expression; see [`Formula`].
+    /// V from an expression; see [`FormulaSpec`].
     Formula(FormulaSpec),
 }
 

@@ -43,6 +43,10 @@ pub(crate) fn names(directory: &Path) -> Vec<String> {
     names
 }
 
+pub(crate) fn first_line(path: &Path) -> String {
+    fs::read_to_string(path).unwrap().lines().next().unwrap().to_owned()
+}
+
 pub(crate) fn json(path: &Path) -> serde_json::Value {
     serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
 }

@@ -5,7 +5,12 @@ mod common;
 mod folders;
 mod hints;
 mod limits;
+mod malformed;
+mod pages;
+mod run;
+mod samples;
 #[cfg(unix)]
 mod streams;
+mod studies;
 #[cfg(unix)]
 mod together;

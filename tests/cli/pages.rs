@@ -1,0 +1,29 @@
+//! `check`, `completions` and `man`.
+
+use std::fs;
+
+use tempfile::TempDir;
+
+use super::common::{CASES, program, run_in, succeeded};
+
+#[test]
+fn check_prints_the_effective_case_and_compares() {
+    let folder = TempDir::new().unwrap();
+    let text = succeeded(&run_in(folder.path(), "check CASES/quartic.toml"));
+    assert!(text.contains("gamma_i = 0.0") && text.contains("max_iterations = 50"), "{text}");
+    for case in fs::read_dir(CASES).unwrap() {
+        let output = program().args(["check", "--run", "--quiet"]).arg(case.unwrap().path()).output().unwrap();
+        succeeded(&output);
+    }
+    let missed = run_in(folder.path(), "check --run --quiet CASES/quartic.toml --set expect.x_final=0.16018");
+    assert_eq!(missed.status.code(), Some(5));
+    assert!(String::from_utf8_lossy(&missed.stderr).contains("x_final"));
+}
+
+#[test]
+fn completions_and_manual_page() {
+    let folder = TempDir::new().unwrap();
+    assert!(succeeded(&run_in(folder.path(), "completions bash")).contains("geodesic-ivp"));
+    assert!(succeeded(&run_in(folder.path(), "man")).contains(".TH geodesic-ivp"));
+    assert!(succeeded(&run_in(folder.path(), "--help")).contains("Exit codes"));
+}
