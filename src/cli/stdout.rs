@@ -31,7 +31,9 @@ pub(super) fn write_data(bytes: &[u8]) -> anyhow::Result<()> {
 pub(super) fn for_data() -> anyhow::Result<StdoutLock<'static>> {
     if is_closed() {
         let refusal = Refusal::input_output("standard output is closed: nothing takes the data");
-        return Err(refusal.help("redirect it to a file or a pipe").into());
+        let help =
+            "redirect it to a file or a pipe (/dev/null opened for reading and writing looks the same as closed)";
+        return Err(refusal.help(help).into());
     }
     Ok(io::stdout().lock())
 }

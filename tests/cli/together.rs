@@ -5,7 +5,7 @@
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
@@ -69,19 +69,28 @@ fn two_programs_in_one_folder_leave_one_set() {
 fn a_killed_program_leaves_no_mixture() {
     let folder = TempDir::new().unwrap();
     let out = folder.path().join("out");
-    let (mut random, mut killed, mut partial) = (20_231_107_u64, 0, 0);
+    let mut random = 20_231_107_u64;
+    // Old set, new set, none: what a killed program left.
+    let mut left = [0, 0, 0];
+    let mut span = Duration::ZERO;
     for round in 0..rounds(60) {
+        if nodes(&out).is_none() {
+            let begin = Instant::now();
+            assert_eq!(start(folder.path(), 40, &[]).wait().unwrap().code(), Some(0));
+            span = begin.elapsed();
+        }
+        let before = nodes(&out).expect("a whole set");
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let share = (random >> 33) as f64 / f64::from(1_u32 << 31);
         let mut program = start(folder.path(), 50 + round % 7, &[]);
-        std::thread::sleep(Duration::from_micros((random >> 33) % 12_000));
+        std::thread::sleep(span.mul_f64(1.1 * share));
         program.kill().unwrap();
-        killed += usize::from(program.wait().unwrap().code().is_none());
-        if out.exists() {
-            partial += usize::from(nodes(&out).is_none());
+        if program.wait().unwrap().code().is_none() {
+            left[nodes(&out).map_or(2, |now| usize::from(now != before))] += 1;
         }
     }
-    assert!(killed > 0);
-    println!("{killed} were killed in time, {partial} times without a whole set behind them");
+    assert!(left[0] > 0, "{left:?}");
+    println!("killed programs left the old set, the new one and none so many times: {left:?}");
     assert_eq!(start(folder.path(), 40, &[]).wait().unwrap().code(), Some(0));
     assert_eq!(nodes(&out), Some(40));
     // A killed program may leave a nameless lock or a file that never got its name; no other file is left of it.
