@@ -8,6 +8,7 @@
 //! | Δγω | half the operator's largest symbol; π/2 for a spectral element | at the limit nothing oscillates any more; half of it is seven nodes a turn (SBP84) to thirteen (SBP21, whose phase is off by 0.3 a turn there) |
 //! | horizon | g00 < c²/100 | x changes ever faster in γ |
 //! | accuracy | estimated error above 1 % of the largest \|x\| | it is relative to max(1, \|x\|) |
+//! | printed t, γ | numbers of their size further apart than the accuracy asked for | errors are counted from t_i and γ_i |
 //! | bound | H_BVP > Q_t (t_f − t_i) with K ≥ 0 | the continuum keeps it |
 //!
 //! Of the model, not of the numbers, [`Measures::newtonian_warning`] speaks: above one per cent the motion is a geodesic
@@ -40,6 +41,8 @@ const NEAR_A_HORIZON: f64 = 1e-2;
 /// Newton's method in `f64` ends with a step below this share, which leaves half as many zeros more; a larger one means that
 /// rounding has ended it.
 const SMALL_CORRECTION: f64 = 1e-8;
+/// The remedy where the program chooses the windows.
+const SMALLER_ACCURACY: &str = "ask for a smaller solver.accuracy";
 
 impl<S: Real> Measures<S> {
     /// What in these numbers says that the trajectory should not be believed, a sentence each.
@@ -48,10 +51,12 @@ impl<S: Real> Measures<S> {
             self.sawtooth_warning(),
             self.drift_warning(solution),
             self.step_warning(solution),
-            self.horizon_warning(),
+            self.horizon_warning(solution),
             self.scale_warning(solution),
             rounding_warning(solution),
             self.bound_warning(solution),
+            printed_time_warning(solution),
+            self.printed_gamma_warning(solution),
         ];
         found.into_iter().flatten().collect()
     }
@@ -77,7 +82,11 @@ impl<S: Real> Measures<S> {
         (drift > LARGE_DRIFT * size && drift > rounding).then(|| {
             format!(
                 "K drifts by {drift:.2e}, above {LARGE_DRIFT} of {name} = {size:.2e}: x is not resolved, however exact Q_t \
-                 is; raise n_gamma or windows, or use an operator of higher order"
+                 is; {}",
+                match solution.accuracy {
+                    Some(_) => SMALLER_ACCURACY,
+                    None => "raise n_gamma or windows, or use an operator of higher order",
+                }
             )
         })
     }
@@ -115,12 +124,15 @@ impl<S: Real> Measures<S> {
         })
     }
 
-    fn horizon_warning(&self) -> Option<String> {
+    fn horizon_warning(&self, solution: &Solution<S>) -> Option<String> {
         let g00 = self.scales.g00;
         (g00 < NEAR_A_HORIZON).then(|| {
+            let remedy = match solution.accuracy {
+                Some(_) => "end the run earlier or raise c",
+                None => "end the run earlier, raise c, or ask for solver.accuracy",
+            };
             format!(
-                "g00 falls to {g00:.1e} c^2, below {NEAR_A_HORIZON}: near a horizon x changes ever faster in gamma; end \
-                 the run earlier, raise c, or ask for solver.accuracy"
+                "g00 falls to {g00:.1e} c^2, below {NEAR_A_HORIZON}: near a horizon x changes ever faster in gamma; {remedy}"
             )
         })
     }
@@ -135,16 +147,49 @@ impl<S: Real> Measures<S> {
         })
     }
 
+    /// The same for γ: x at a printed γ is off by the way that the particle makes in between.
+    fn printed_gamma_warning(&self, solution: &Solution<S>) -> Option<String> {
+        let accuracy = solution.accuracy?;
+        let size = solution.gamma_i.to_f64().abs().max(solution.gamma_f().to_f64().abs());
+        let (spacing, x) = (spacing(size), crate::norm::max_abs(&solution.x).to_f64().max(1.0));
+        (spacing * self.scales.x_dot > accuracy * x).then(|| {
+            format!(
+                "gamma is near {size:.1e}, where numbers are {spacing:.1e} apart: x at gamma as printed cannot be good to the \
+                 accuracy {accuracy:e}; choose grid.gamma_i nearer to 0"
+            )
+        })
+    }
+
     fn bound_warning(&self, solution: &Solution<S>) -> Option<String> {
         let k = solution.invariants().k.to_f64();
         (k >= 0.0 && !self.bound.is_kept()).then(|| {
             let [h_bvp, h_bvp_bound] = [self.bound.h_bvp, self.bound.h_bvp_bound].map(S::to_f64);
             format!(
                 "H_BVP = {h_bvp:.3e} exceeds its bound Q_t (t_f - t_i) = {h_bvp_bound:.3e} though K = {k:.2e} >= 0: the \
-                 grid is too coarse; raise n_gamma or windows"
+                 grid is too coarse; {}",
+                if solution.accuracy.is_some() { SMALLER_ACCURACY } else { "raise n_gamma or windows" }
             )
         })
     }
+}
+
+/// Time is counted from t_i and loses nothing there, but it is printed as t.
+fn printed_time_warning<S: Real>(solution: &Solution<S>) -> Option<String> {
+    let accuracy = solution.accuracy?;
+    let (t_i, t_f) = (solution.t_i.to_f64(), solution.end.t.to_f64());
+    let size = t_i.abs().max(t_f.abs());
+    let (spacing, elapsed) = (spacing(size), solution.duration().to_f64().abs().max(1.0));
+    (spacing > accuracy * elapsed).then(|| {
+        format!(
+            "t is near {size:.1e}, where numbers are {spacing:.1e} apart: as printed it cannot be good to the accuracy \
+             {accuracy:e} of t - t_i; choose initial.t nearer to 0"
+        )
+    })
+}
+
+/// The distance of neighbouring numbers of that size.
+fn spacing(size: f64) -> f64 {
+    size.next_up() - size
 }
 
 fn rounding_warning<S: Real>(solution: &Solution<S>) -> Option<String> {

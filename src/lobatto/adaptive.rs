@@ -2,9 +2,10 @@
 
 use std::ops::ControlFlow;
 
-use super::attempt::{Attempt, Ended, ROUNDING};
+use super::attempt::{Attempt, Ended};
 use super::force::{Force, PolynomialForce};
 use super::formula::FormulaForce;
+use super::judge::ROUNDING;
 use super::kit::{self, Kit};
 use super::pair::Pair;
 use super::twofold::Twofold;
@@ -19,7 +20,7 @@ use crate::potential::Potential;
 pub enum Goal {
     /// At γ − γ_i = this.
     Gamma(f64),
-    /// At t − t_i = this, to rounding.
+    /// At t − t_i = this, to the last bit.
     Time(f64),
 }
 
@@ -30,7 +31,7 @@ pub struct Adapted {
     pub end: State,
     /// γ − γ_i there.
     pub gamma: Twofold,
-    /// What it took, with the companion and what was rejected, but for windows that did not converge.
+    /// What it took, with the companion and what was rejected.
     pub statistics: Statistics,
     /// An upper estimate of the error in t and x at all nodes, relative to max(1, largest |t − t_i|) and
     /// max(1, largest |x|).

@@ -33,6 +33,8 @@ mod dense;
 mod force;
 mod formula;
 mod guess;
+mod hit;
+mod judge;
 mod kit;
 mod march;
 mod newton;
@@ -47,6 +49,7 @@ mod view;
 mod window;
 
 pub use adaptive::{Adapted, Adaptive, Goal};
+pub use attempt::MOST_EVALUATIONS;
 pub use march::{March, Marched};
 pub use rule::WeakRule;
 pub use simd::Level;
@@ -113,6 +116,21 @@ pub enum MarchFailure {
         gamma: f64,
         /// The estimated error there, relative to max(1, |t|) and max(1, |x|).
         estimate: f64,
+    },
+    /// The march makes so little progress that it would need more evaluations of the force than [`MOST_EVALUATIONS`].
+    #[error(
+        "no progress after {evaluations} evaluations of the force, at gamma - gamma_i = {gamma:.6e}: {needed:.0e} would be \
+         needed, above the limit of {MOST_EVALUATIONS:.0e}"
+    )]
+    EvaluationLimit {
+        /// γ − γ_i where it was stopped.
+        gamma: f64,
+        /// x there.
+        x: f64,
+        /// Evaluations so far, each on all nodes of a window.
+        evaluations: usize,
+        /// How many it would need at its pace; infinite if it has not moved.
+        needed: f64,
     },
     /// The physical time asked for is not reached: t hardly grows any more.
     #[error("the time asked for is not reached: t - t_i = {elapsed:.6e} at gamma - gamma_i = {gamma:.6e}")]

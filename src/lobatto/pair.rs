@@ -146,7 +146,11 @@ impl<const P: usize, F: Force> One<'_, P, F> {
     /// From a start and to an end in γ.
     fn at(self, length: Length, statistics: &mut Statistics) -> Option<Solved> {
         let start = State { w: self.start.w * length.h, ..*self.start };
-        let mut solved = Level::Best.dispatch(One { start: &start, ..self })?;
+        let most = self.precision.most;
+        let Some(mut solved) = Level::Best.dispatch(One { start: &start, ..self }) else {
+            statistics.evaluations += most;
+            return None;
+        };
         solved.end.w = solved.end.w * length.inverse;
         statistics.evaluations += solved.evaluations;
         Some(solved)

@@ -2,17 +2,21 @@
 //! [`crate::lobatto::Adaptive`], every window certified on its action.
 
 use std::collections::HashMap;
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use super::problem::Problem;
 use super::run::{Observer, Run};
 use super::solution::Solution;
 use super::spectral::{CertifiedRun, no_solution};
-use super::status::{NoSolution, Status};
+use super::status::{MOST_NODES, NoSolution, Status};
 use crate::case::{Case, End, Form, SbpName};
 use crate::lobatto::{Adaptive, Goal, MarchFailure, State, WindowView};
 use crate::sbp::SbpOperator;
 use crate::sbp::gll::LobattoRule;
+
+/// A forecast from the beginning of a run may be too high by this.
+const FORECAST: f64 = 3.0;
 
 /// Operators of the lengths and numbers of nodes that occur; an accuracy leads to a dozen of them.
 #[derive(Default)]
@@ -30,6 +34,15 @@ impl Operators {
     }
 }
 
+/// The nodes that a run will have, of which so many are `done`, if memory is not to hold them.
+///
+/// Windows become longer after the first few: a forecast is believed when they are a thousandth of what is allowed.
+fn beyond_memory(nodes: usize, done: f64) -> Option<f64> {
+    let (nodes, needed) = (nodes as f64, nodes as f64 / done);
+    let foreseen = nodes > 1e-3 * MOST_NODES && needed > FORECAST * MOST_NODES;
+    (nodes > MOST_NODES || foreseen).then_some(needed)
+}
+
 /// The run of a case that asks for an accuracy.
 pub(super) fn solve(case: &Case, observer: Option<Observer<'_, f64>>) -> Result<Solution, NoSolution> {
     let accuracy = case.solver.accuracy.as_ref().expect("an accuracy is asked for").value();
@@ -42,22 +55,41 @@ pub(super) fn solve(case: &Case, observer: Option<Observer<'_, f64>>) -> Result<
     problem.form = Form::Weak;
     let (metric, q_t, gamma_i) = (Arc::clone(&problem.metric), problem.invariants().q_t, problem.gamma_i);
     let start = State::from(problem.initial);
+    let is_kept = observer.is_none();
     let run = Run::new(&problem, case, length, 0, observer);
     let mut certified = CertifiedRun::new(problem, run);
     let mut operators = Operators::default();
+    let mut too_many = None;
     let adapted = Adaptive::new(&metric, q_t).run(start, goal, accuracy, &mut |view: &WindowView<'_>| {
         if view.index == 0 {
             certified.begin_again(start);
         }
         let points = view.rule.points();
+        let done = match goal {
+            Goal::Gamma(length) => (view.gamma + view.length).hi / length,
+            Goal::Time(duration) => (view.end.t - start.t).hi / duration,
+        };
+        if is_kept && let Some(needed) = beyond_memory((view.index + 1) * points, done) {
+            too_many = Some((needed, view.gamma.hi, view.start.x.hi));
+            return ControlFlow::Break(());
+        }
         certified.problem.sbp = Arc::clone(operators.of(points, view.length.hi));
         certified.problem.sbp_name = SbpName::Gll(points as u8);
         certified.append(view, (view.gamma + view.length).hi)
     });
     let last = certified.problem.initial.x;
     let mut solution = certified.finish()?;
+    if let Some((needed, gamma, x)) = too_many {
+        let at = no_solution(Status::TooManyNodes, gamma_i + gamma, x, metric.at(x).g00);
+        return Err(NoSolution { needed, adaptive: true, ..at });
+    }
     match adapted {
         Ok(adapted) => {
+            if let Some(t_f) = &case.grid.t_f {
+                // t_i + (t_f − t_i), rounded twice, may be the number beside it.
+                solution.end.t = t_f.value();
+            }
+            solution.accuracy = Some(accuracy);
             solution.length = adapted.gamma.hi;
             solution.iterations = adapted.statistics.evaluations;
             solution.error_estimate = Some(adapted.error_estimate);
@@ -65,7 +97,7 @@ pub(super) fn solve(case: &Case, observer: Option<Observer<'_, f64>>) -> Result<
         }
         Err(failure) => {
             let at = |status, gamma: f64, x: f64| no_solution(status, gamma_i + gamma, x, metric.at(x).g00);
-            Err(match failure {
+            let failure = match failure {
                 MarchFailure::OutsideDomain { gamma, x, g00, .. } => {
                     no_solution(Status::OutsideDomain, gamma_i + gamma, x, g00)
                 }
@@ -74,7 +106,11 @@ pub(super) fn solve(case: &Case, observer: Option<Observer<'_, f64>>) -> Result<
                     NoSolution { residual: estimate, ..at(Status::AccuracyNotReached, gamma, last) }
                 }
                 MarchFailure::TimeNotReached { gamma, .. } => at(Status::EndTimeNotReached, gamma, last),
-            })
+                MarchFailure::EvaluationLimit { gamma, x, evaluations, needed } => {
+                    NoSolution { iteration: evaluations, needed, ..at(Status::EvaluationLimit, gamma, x) }
+                }
+            };
+            Err(NoSolution { adaptive: true, ..failure })
         }
     }
 }

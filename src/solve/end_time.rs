@@ -106,5 +106,7 @@ fn not_reached<S: Real>(closest: Solution<S>) -> NoSolution {
         residual: closest.gradient_norm.to_f64(),
         initial_guess: closest.initial_guess,
         history: closest.history,
+        needed: 0.0,
+        adaptive: false,
     }
 }

@@ -283,5 +283,7 @@ fn no_solution(
         residual: worst.map_or(f64::INFINITY, |index| residual[index].abs()),
         history,
         initial_guess,
+        needed: 0.0,
+        adaptive: false,
     }
 }

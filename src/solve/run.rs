@@ -67,6 +67,7 @@ impl<'o, S: Real> Run<'o, S> {
             length,
             digits: problem.digits,
             error_estimate: None,
+            accuracy: None,
             form: problem.form,
             sbp_name: problem.sbp_name,
             operators: Vec::new(),
@@ -162,5 +163,7 @@ fn overflow<S: Real>(problem: &Problem<S>, piece: Piece<S>) -> NoSolution {
         residual: piece.gradient_norm.to_f64(),
         history: piece.history,
         initial_guess: piece.initial_guess,
+        needed: 0.0,
+        adaptive: false,
     }
 }

@@ -109,6 +109,8 @@ pub struct Solution<S = f64> {
     /// The estimated error of t and x at the nodes, relative to max(1, largest |t − t_i|) and max(1, largest |x|), if the
     /// windows were chosen for an accuracy.
     pub error_estimate: Option<f64>,
+    /// The accuracy that was asked for, if there was one.
+    pub accuracy: Option<f64>,
     /// The form of the action.
     pub form: Form,
     /// The name of the operator.
@@ -203,7 +205,13 @@ impl<S: Real> Solution<S> {
 
     /// t on the nodes, window by window, joints twice.
     pub fn t(&self) -> impl Iterator<Item = S> + '_ {
-        self.time_from_start(&self.elapsed).map(|t| self.t_i + t)
+        let last = self.x.len();
+        let times = self.views().flat_map(|view| {
+            let Window { start, end, .. } = view.window;
+            let points = view.elapsed.len();
+            (0..points).map(move |k| if k + 1 == points { end.t } else { start.t + view.elapsed[k] })
+        });
+        times.enumerate().map(move |(k, t)| if k + 1 == last { self.end.t } else { self.t_i + t })
     }
 
     /// t − t_i for times `elapsed` on the nodes that count from the start of their window.
@@ -213,7 +221,7 @@ impl<S: Real> Solution<S> {
 
     /// t_N − t_i.
     pub fn duration(&self) -> S {
-        self.windows.last().map_or(S::ZERO, |window| window.start.t) + self.elapsed.last().copied().unwrap_or(S::ZERO)
+        self.windows.last().map_or(S::ZERO, |window| window.end.t)
     }
 
     /// γ of the last node.

@@ -61,6 +61,8 @@ pub(super) fn no_solution(status: Status, gamma: f64, x: f64, g00: f64) -> NoSol
         residual: f64::INFINITY,
         history: Vec::new(),
         initial_guess: InitialGuess::Extrapolation,
+        needed: 0.0,
+        adaptive: false,
     }
 }
 

@@ -5,6 +5,11 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::lobatto::MOST_EVALUATIONS;
+
+/// The most nodes that a run to an accuracy keeps in memory: with everything that is measured on them some 110 bytes each.
+pub(super) const MOST_NODES: f64 = 5e7;
+
 /// The outcome of a solve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -25,6 +30,10 @@ pub enum Status {
     AccuracyNotReached,
     /// The asked-for physical time t_f is not reached by any γ_f tried.
     EndTimeNotReached,
+    /// The run makes too little progress for the force evaluations that it takes.
+    EvaluationLimit,
+    /// The run would have more nodes than memory holds.
+    TooManyNodes,
 }
 
 impl Status {
@@ -39,6 +48,8 @@ impl Status {
             Self::PrecisionNotReached => "precision-not-reached",
             Self::AccuracyNotReached => "accuracy-not-reached",
             Self::EndTimeNotReached => "end-time-not-reached",
+            Self::EvaluationLimit => "evaluation-limit",
+            Self::TooManyNodes => "too-many-nodes",
         }
     }
 }
@@ -105,8 +116,13 @@ pub struct NoSolution {
     pub g00: f64,
     /// Iterations done.
     pub iteration: usize,
-    /// Largest residual entry at the last accepted iterate (infinite if none was accepted).
+    /// Largest residual entry at the last accepted iterate (infinite if none was accepted); the estimated error where an
+    /// accuracy is not reached.
     pub residual: f64,
+    /// What a run beyond a limit would need: nodes, or evaluations of the force. 0 for every other status.
+    pub needed: f64,
+    /// Whether an accuracy was asked for, so that windows and operator were not the user's to choose.
+    pub adaptive: bool,
     /// The iterations.
     pub history: Vec<IterationRecord>,
     /// Where they started.
@@ -133,6 +149,29 @@ impl fmt::Display for NoSolution {
             Status::AccuracyNotReached => {
                 let gamma = Compact(*gamma);
                 write!(f, "the accuracy is not reached: the estimated error is {residual:.1e} at gamma = {gamma}")
+            }
+            Status::EvaluationLimit => {
+                let (gamma, x, needed) = (Compact(*gamma), Compact(*x), self.needed);
+                write!(
+                    f,
+                    "stopped after {iteration} evaluations of the force at gamma = {gamma}, x = {x}: at this pace the run needs \
+                     {needed:.1e} of them, above the limit of {MOST_EVALUATIONS:.0e}"
+                )
+            }
+            Status::TooManyNodes => {
+                let (gamma, needed) = (Compact(*gamma), self.needed);
+                write!(
+                    f,
+                    "stopped at gamma = {gamma}: the run would have {needed:.1e} nodes, above the limit of {MOST_NODES:.0e} that \
+                     are kept in memory"
+                )
+            }
+            status if self.adaptive => {
+                let (gamma, x) = (Compact(*gamma), Compact(*x));
+                write!(
+                    f,
+                    "no critical point found ({status}): no window, however short, converges at gamma = {gamma}, x = {x}"
+                )
             }
             status => write!(
                 f,
@@ -163,6 +202,9 @@ impl fmt::Display for Compact {
 impl NoSolution {
     /// What to try next.
     pub fn advice(&self) -> &'static str {
+        if self.adaptive {
+            return self.advice_to_an_accuracy();
+        }
         match self.status {
             Status::Converged => "",
             Status::OutsideDomain => {
@@ -180,12 +222,35 @@ impl NoSolution {
                 "ask for fewer solver.digits; if f64 is in difficulties too (solver.digits = 16), raise n_gamma or windows so that \
                  every turn of the motion is resolved"
             }
-            Status::AccuracyNotReached => {
-                "ask for less solver.accuracy or a shorter run; with scheme and grid given, solver.digits goes further"
-            }
+            Status::AccuracyNotReached | Status::EvaluationLimit | Status::TooManyNodes => self.advice_to_an_accuracy(),
             Status::Stalled | Status::Singular => {
                 "raise n_gamma or windows (or shorten gamma_f) so that every turn of the motion is resolved, or try another operator; \
                  far from 1, choose units nearer to it"
+            }
+        }
+    }
+
+    /// The same where the program chooses the windows: there is no n_gamma to raise.
+    fn advice_to_an_accuracy(&self) -> &'static str {
+        match self.status {
+            Status::Converged => "",
+            Status::OutsideDomain => {
+                "g00 = c^2 + 2V/m must stay positive: end the run before this gamma, choose initial data that stay away \
+                 from the horizon, or raise c"
+            }
+            Status::EndTimeNotReached => "give gamma_f or an earlier t_f: t hardly grows any more, or jumps over it",
+            Status::EvaluationLimit => {
+                "end the run before this gamma, or look at V there: it changes on a scale that windows cannot resolve"
+            }
+            Status::TooManyNodes => {
+                "take samples in place of the tables (run --sample-t or --sample-gamma with --samples-only), or end the run earlier"
+            }
+            Status::AccuracyNotReached | Status::PrecisionNotReached => {
+                "ask for a larger solver.accuracy, or a shorter run; with scheme and grid given, solver.digits goes further"
+            }
+            Status::MaxIterations | Status::Stalled | Status::Singular => {
+                "end the run before this gamma, or look at V there: it is not smooth enough for an accuracy; far from 1, choose \
+                 units nearer to it"
             }
         }
     }

@@ -11,6 +11,7 @@ mod invariances;
 mod lobatto;
 mod long_runs;
 mod methods;
+mod promises;
 mod published_numbers;
 mod reference;
 mod sampling;

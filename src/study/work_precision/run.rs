@@ -112,6 +112,7 @@ fn failed(failure: MarchFailure) -> &'static str {
         MarchFailure::NotConverged { .. } => "not-converged",
         MarchFailure::AccuracyNotReached { .. } => "accuracy-not-reached",
         MarchFailure::TimeNotReached { .. } => "end-time-not-reached",
+        MarchFailure::EvaluationLimit { .. } => "evaluation-limit",
     }
 }
 

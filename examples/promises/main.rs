@@ -1,0 +1,53 @@
+//! Does an accuracy asked for hold? Draws random scenes, marches each to a random accuracy, and compares all nodes with two
+//! other integrators, a Taylor method and DOP853, both begun anew on short pieces so that neither jumps over anything.
+//!
+//! V is smooth (the quartic, a pendulum, Morse's, a double well; these end at a random t_f), or has cusps, kinks, walls, steep
+//! powers or Gaussians.
+//!
+//! ```text
+//! cargo run --release --example promises [-- RUNS [SEED]]
+//! ```
+//!
+//! Every broken promise is printed with its scene. The exit code is 1 if there is one.
+
+mod scenes;
+
+use std::collections::BTreeMap;
+use std::process::ExitCode;
+
+use scenes::{Outcome, Random, Scene};
+
+fn main() -> ExitCode {
+    let mut arguments = std::env::args().skip(1);
+    let mut number = |default: u64| match arguments.next() {
+        Some(text) => text.parse().expect("a whole number"),
+        None => default,
+    };
+    let (runs, seed) = (number(1000), number(1));
+    let mut random = Random(seed);
+    // Runs, without reference, refused, broken promises, estimates that are too low.
+    let mut table: BTreeMap<&str, [usize; 5]> = BTreeMap::new();
+    for _ in 0..runs {
+        let scene =
+            if random.next().is_multiple_of(4) { Scene::smooth(&mut random) } else { Scene::rough(&mut random) };
+        let row = table.entry(scene.kind).or_default();
+        row[0] += 1;
+        let outcome = scene.run();
+        let column = match &outcome {
+            Outcome::NoReference => 1,
+            Outcome::Refused(_) => 2,
+            Outcome::Broken { .. } => 3,
+            Outcome::TooLow { .. } => 4,
+            Outcome::Kept => continue,
+        };
+        row[column] += 1;
+        if column > 1 {
+            println!("{outcome}: {scene}");
+        }
+    }
+    println!("{:>12} {:>8} {:>14} {:>8} {:>8} {:>8}", "kind", "runs", "no reference", "refused", "broken", "too low");
+    for (kind, [runs, unknown, refused, broken, low]) in &table {
+        println!("{kind:>12} {runs:>8} {unknown:>14} {refused:>8} {broken:>8} {low:>8}");
+    }
+    if table.values().any(|row| row[3] > 0 || row[4] > 0) { ExitCode::FAILURE } else { ExitCode::SUCCESS }
+}

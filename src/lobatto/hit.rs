@@ -1,0 +1,98 @@
+//! The window that ends at a given time.
+
+use super::attempt::Attempt;
+use super::force::Force;
+use super::pair::{Length, Pair};
+use super::twofold::Twofold;
+use super::window::{MOST_EVALUATIONS, Precision, Solved};
+use super::{MarchFailure, State, Statistics};
+use crate::geodesic::acceleration;
+
+/// Steps towards the end time: Newton's method takes four, bisection to the last bit sixty.
+const MOST_STEPS: usize = 80;
+
+/// What is left over counts as rounding below this share of t, and of the window.
+const ROUNDING: f64 = 2.0 * f64::EPSILON;
+
+/// What is left over, as a share of the accuracy, where the iteration does not go to rounding, as at a kink.
+const NOISE: f64 = 0.01;
+
+impl Attempt<'_> {
+    /// What is left of the time asked for at `state`.
+    pub(super) fn lack(&self, duration: f64, state: &State) -> f64 {
+        ((self.start.t + Twofold::from(duration)) - state.t).hi
+    }
+
+    /// The length, and the window, at whose end t has the value asked for, to the last bit.
+    ///
+    /// t grows with γ, so that the window `too_long` is an upper bound. Newton's method inside the bracket found so far, on
+    /// windows that are solved to rounding: with the tolerance of the march the end would depend on where the iteration began.
+    /// What is left over in the end is a rounding error of γ, and is made up for by the motion at the end itself.
+    #[allow(clippy::too_many_arguments)]
+    pub(super) fn hit<const P: usize, F: Force>(
+        &self,
+        pair: &mut Pair<P, F>,
+        length: Length,
+        too_long: Solved,
+        start: &State,
+        precision: Precision,
+        statistics: &mut Statistics,
+        duration: f64,
+    ) -> Result<(Length, Solved), MarchFailure> {
+        let goal = self.start.t + Twofold::from(duration);
+        let to_rounding = Precision { tolerance: 0.0, most: MOST_EVALUATIONS, ..precision };
+        let size = (goal - self.start.t).hi.abs().max(1.0);
+        let rounding = ROUNDING * goal.hi.abs().max(duration.abs());
+        let (mut below, mut above) = (0.0, length.h.hi);
+        let (mut length, mut solved) = (length, too_long);
+        for step in 0..MOST_STEPS {
+            let lack = self.lack(duration, &solved.end);
+            let g = self.metric.at(solved.end.x.hi);
+            let left = lack * (g.g00 / self.q_t);
+            let is_narrow = above - below <= ROUNDING * above;
+            if lack.abs() <= rounding
+                || left.abs() <= ROUNDING * length.h.hi
+                || is_narrow && lack.abs() <= NOISE * self.accuracy * size
+            {
+                let (h, left) = (length.h + Twofold::from(left), Twofold::from(left));
+                let a = Twofold::from(acceleration(self.q_t, g.g00, g.first));
+                solved.end.x = solved.end.x + left * (solved.end.w + (left * a).half());
+                solved.end.w = solved.end.w + left * a;
+                solved.end.t = goal;
+                return Ok((Length::exactly(h, self.q_t), solved));
+            }
+            if is_narrow {
+                break;
+            }
+            if lack * duration > 0.0 {
+                below = below.max(length.h.hi);
+            } else {
+                above = above.min(length.h.hi);
+                pair.reject(length);
+            }
+            let mut next = length.h + Twofold::from(left);
+            // Far away the slope at the end says little; Newton's method has its turns all the same.
+            if !(next.hi > below && next.hi < above) || step % 8 == 7 {
+                next = Twofold::from(0.5 * (below + above));
+            }
+            loop {
+                length = Length::exactly(next, self.q_t);
+                let found = pair.main(length, start, to_rounding, statistics);
+                if let Some(found) = found.or_else(|| pair.main(length, start, precision, statistics)) {
+                    solved = found;
+                    break;
+                }
+                above = next.hi;
+                next = Twofold::from(0.5 * (below + above));
+                if above - below <= ROUNDING * above {
+                    return Err(self.not_hit(length, &solved));
+                }
+            }
+        }
+        Err(self.not_hit(length, &solved))
+    }
+
+    fn not_hit(&self, length: Length, solved: &Solved) -> MarchFailure {
+        MarchFailure::TimeNotReached { gamma: length.h.hi, elapsed: (solved.end.t - self.start.t).hi }
+    }
+}
