@@ -10,6 +10,7 @@ mod formula_spec;
 mod hint;
 mod parse;
 mod validate;
+mod warnings;
 
 use serde::{Deserialize, Serialize};
 
@@ -134,9 +135,6 @@ impl Default for Grid {
         Self { gamma_i: zero(), gamma_f: None, t_f: None, n_gamma: 0, windows: one() }
     }
 }
-
-/// K below this share of g00 ṫ² is a small difference of large numbers.
-const NEARLY_SPACELIKE: f64 = 1e-2;
 
 /// γ_f of a case that gives neither γ_f nor t_f.
 const DEFAULT_GAMMA_F: f64 = 1.0;
@@ -297,8 +295,8 @@ impl Case {
         self.solver.digits > f64::MOST_DIGITS
     }
 
-    /// The case with another operator, form and number of nodes (and no accuracy asked for), on γ ∈ [0, `length`]. A spectral element has as many
-    /// windows as give about that number of nodes in all.
+    /// The case with another operator, form and number of nodes (and no accuracy asked for), on γ ∈ [0, `length`]. A
+    /// spectral element has as many windows as give about that number of nodes in all.
     ///
     /// # Errors
     /// What is wrong with that grid.
@@ -347,44 +345,6 @@ impl Case {
         let by_velocity = || velocity.as_ref().map(|velocity| velocity.to::<S>() * t_dot);
         let x_dot = x_dot.as_ref().map(Decimal::to).or_else(by_velocity).expect("a valid case has x_dot or velocity");
         InitialData { t: t.to(), x: x.to(), t_dot, x_dot }
-    }
-
-    /// What a user should know before believing the result.
-    pub fn warnings(&self) -> Vec<String> {
-        let invariants = self.initial_data::<f64>().invariants(&self.metric());
-        let mut warnings = Vec::new();
-        if !self.scheme.regularised {
-            warnings.push(
-                "regularised = false: without the regularisation critical points are wrong or missing".to_owned(),
-            );
-        }
-        if self.solver.accuracy.is_some() && self.scheme != Scheme::default() {
-            warnings.push(
-                "with solver.accuracy the program chooses operator and form (weak): what [scheme] says is not used"
-                    .to_owned(),
-            );
-        }
-        if let PotentialSpec::Formula(spec) = &self.potential {
-            let unused = spec.unused_parameters().into_iter();
-            warnings.extend(unused.map(|name| format!("the formula does not use the parameter '{name}'")));
-        }
-        if invariants.k < 0.0 {
-            warnings.push(format!(
-                "the initial tangent is spacelike (K = g00 t_dot^2 - x_dot^2 = {:.6} < 0): the particle starts faster than \
-                 light, and the bound on H_BVP does not hold",
-                invariants.k
-            ));
-        }
-        let timelike = invariants.k + self.initial_data::<f64>().x_dot.powi(2);
-        if (0.0..NEARLY_SPACELIKE * timelike).contains(&invariants.k) {
-            warnings.push(format!(
-                "the initial tangent is nearly spacelike: K = {:.2e} is below {NEARLY_SPACELIKE} of g00 t_dot^2 = \
-                 {timelike:.2e}; the particle starts almost with the speed of light, and K has lost digits: start slower, or \
-                 raise solver.digits",
-                invariants.k
-            ));
-        }
-        warnings
     }
 
     /// The case with every default filled in, as TOML; reading it again gives the same case.

@@ -1,0 +1,46 @@
+//! What is allowed in a case, and should be known.
+
+use super::{Case, PotentialSpec, Scheme};
+
+/// K below this share of g00 ṫ² is a small difference of large numbers.
+const NEARLY_SPACELIKE: f64 = 1e-2;
+
+impl Case {
+    /// What a user should know before believing the result.
+    pub fn warnings(&self) -> Vec<String> {
+        let invariants = self.initial_data::<f64>().invariants(&self.metric());
+        let mut warnings = Vec::new();
+        if !self.scheme.regularised {
+            warnings.push(
+                "regularised = false: without the regularisation critical points are wrong or missing".to_owned(),
+            );
+        }
+        if self.solver.accuracy.is_some() && self.scheme != Scheme::default() {
+            warnings.push(
+                "with solver.accuracy the program chooses operator and form (weak): what [scheme] says is not used"
+                    .to_owned(),
+            );
+        }
+        if let PotentialSpec::Formula(spec) = &self.potential {
+            let unused = spec.unused_parameters().into_iter();
+            warnings.extend(unused.map(|name| format!("the formula does not use the parameter '{name}'")));
+        }
+        if invariants.k < 0.0 {
+            warnings.push(format!(
+                "the initial tangent is spacelike (K = g00 t_dot^2 - x_dot^2 = {:.6} < 0): the particle starts faster than \
+                 light, and the bound on H_BVP does not hold",
+                invariants.k
+            ));
+        }
+        let timelike = invariants.k + self.initial_data::<f64>().x_dot.powi(2);
+        if (0.0..NEARLY_SPACELIKE * timelike).contains(&invariants.k) {
+            warnings.push(format!(
+                "the initial tangent is nearly spacelike: K = {:.2e} is below {NEARLY_SPACELIKE} of g00 t_dot^2 = \
+                 {timelike:.2e}; the particle starts almost with the speed of light, and K has lost digits: start slower, or \
+                 raise solver.digits",
+                invariants.k
+            ));
+        }
+        warnings
+    }
+}
