@@ -1,21 +1,25 @@
 //! `converge [CASE]`.
 
 use std::io::{self, Write};
+use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use clap::Args;
 use geodesic_ivp::Case;
 use geodesic_ivp::case::{Form, SbpName};
-use geodesic_ivp::output::{ConvergenceSummary, OutputSet, pictures, write_convergence, write_slopes};
+use geodesic_ivp::output::{ConvergenceSummary, OutputSet, Target, pictures, write_convergence, write_slopes};
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::study::convergence::{Convergence, Quantity, Slope, SweepError, sweep};
+use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, Slope, Sweep, SweepError};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::interrupt::{self, INTERRUPTED};
 use super::out::OutArgs;
-use super::{CaseArgs, memory, report};
+use super::{CaseArgs, base_cases, memory, report};
 
+pub(super) const COMMAND: &str = "converge";
 const CONVERGENCE: &str = "convergence.csv";
 const SLOPES: &str = "slopes.csv";
 const SUMMARY: &str = "summary.json";
@@ -25,10 +29,10 @@ const L2_ERRORS: &str = "errors_l2.svg";
 #[derive(Debug, Args)]
 pub(super) struct ConvergeArgs {
     #[command(flatten)]
-    case: CaseArgs,
+    pub(super) case: CaseArgs,
 
     #[command(flatten)]
-    output: OutArgs,
+    pub(super) output: OutArgs,
 
     /// Numbers of nodes to sweep: of each of the case's windows; of all together for a spectral element, whose windows they fix
     #[arg(long, value_name = "N,N,…", value_delimiter = ',', value_parser = nodes, default_value = "16,32,64,128,256,512,1024")]
@@ -71,24 +75,83 @@ fn range(text: &str) -> Result<(usize, usize), String> {
 }
 
 pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
+    if !args.case.is_given() {
+        return base_cases::converge(args);
+    }
     let case = args.case.read()?;
-    if case.is_extended() { converge_in::<Extended>(&case, args) } else { converge_in::<f64>(&case, args) }
+    let target = args.output.target(&args.case, COMMAND)?;
+    let Some(swept) = sweep_into(target, &case, args, &[], "")? else { return Ok(interrupt::before_any_result()) };
+    if !args.case.quiet {
+        io::stdout().write_all((swept.table.clone() + &swept.written).as_bytes())?;
+    }
+    Ok(swept.ending())
 }
 
-fn converge_in<S: Real>(case: &Case, args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
+/// A sweep whose files are written.
+pub(super) struct Swept {
+    /// The slopes, and what was written where.
+    table: String,
+    pub(super) written: String,
+    /// Slopes over all grids above the rounding plateau.
+    pub(super) slopes: Vec<Slope>,
+    /// Slopes over the ranges that were asked for beside them.
+    pub(super) beside: Vec<Vec<Slope>>,
+    /// What the reference says of its own error.
+    pub(super) reference_error: f64,
+    /// Grids that were finished, if it was interrupted, and whether any has a solution.
+    pub(super) interrupted: Option<usize>,
+    solved: bool,
+    directory: PathBuf,
+}
+
+impl Swept {
+    /// Warns of an end that is none, and says what it is to the shell.
+    pub(super) fn ending(&self) -> ExitCode {
+        if let Some(grids) = self.interrupted {
+            report::warn(&format!("interrupted: {grids} grids were finished and are in {}", self.directory.display()));
+            return ExitCode::from(INTERRUPTED);
+        }
+        if !self.solved {
+            report::warn("no grid of the sweep has a solution: raise --n-gamma, or shorten the run");
+            return ExitCode::from(report::NO_CRITICAL_POINT);
+        }
+        ExitCode::SUCCESS
+    }
+}
+
+/// Sweeps a case and writes its files; nothing if it was interrupted before there was a reference. Slopes are also fitted
+/// over the ranges of `beside`. Warnings begin with `name`.
+pub(super) fn sweep_into(
+    target: Target,
+    case: &Case,
+    args: &ConvergeArgs,
+    beside: &[(usize, usize)],
+    name: &str,
+) -> anyhow::Result<Option<Swept>> {
+    let sweep = if case.is_extended() { sweep_in::<Extended> } else { sweep_in::<f64> };
+    sweep(target, case, args, beside, name)
+}
+
+fn sweep_in<S: Real>(
+    target: Target,
+    case: &Case,
+    args: &ConvergeArgs,
+    beside: &[(usize, usize)],
+    name: &str,
+) -> anyhow::Result<Option<Swept>> {
     for warning in case.warnings() {
-        report::warn(&warning);
+        report::warn(&format!("{name}{warning}"));
     }
     let finest = args.n_gamma.iter().max().copied().unwrap_or(0);
     for grid in args.sbp.iter().filter_map(|&sbp| case.on_grid((sbp, case.scheme.form), finest, 1.0).ok()) {
         memory::check(&grid, None)?;
     }
-    let target = args.output.target(&args.case, "converge")?;
     let directory = target.folder.clone();
     let pictures: &[&str] = if args.plot { &[FINAL_ERRORS, L2_ERRORS] } else { &[] };
     let files = OutputSet::open(target, &[&[CONVERGENCE, SLOPES, SUMMARY], pictures].concat())?;
-    let convergence = match sweep_with_progress::<S>(case, args)? {
-        Ok(convergence) => convergence,
+    let convergence = match sweep_with_progress::<S>(case, args) {
+        Ok(Some(convergence)) => convergence,
+        Ok(None) => return Ok(None),
         Err(error) => {
             // An impossible grid is a mistake on the command line and changes nothing; a case without a reference has no
             // results, and those of an earlier sweep must not stand for it.
@@ -99,64 +162,78 @@ fn converge_in<S: Real>(case: &Case, args: &ConvergeArgs) -> anyhow::Result<Exit
         }
     };
     let slopes = convergence.slopes(args.fit_range.unwrap_or((0, usize::MAX)));
-    for slope in &slopes {
-        if let Some(warning) = slope.warning() {
-            report::warn(&warning);
-        }
+    for warning in slopes.iter().filter_map(Slope::warning) {
+        report::warn(&format!("{name}{warning}"));
     }
     write_convergence(files.writer(CONVERGENCE), &convergence.points).context("cannot write convergence.csv")?;
     write_slopes(files.writer(SLOPES), &slopes).context("cannot write slopes.csv")?;
     files.write_text(SUMMARY, &ConvergenceSummary::new(case, &convergence, &slopes).to_json())?;
     if args.plot {
-        let title = case.title.as_deref().unwrap_or("Convergence");
-        // Of many schemes x alone: twice as many curves would be too many to tell apart.
-        let first = usize::from(slopes.len() > 4 * Quantity::ALL.len());
-        for (name, what, quantities) in [
-            (FINAL_ERRORS, "errors at the end", [Quantity::EpsTFinal, Quantity::EpsXFinal]),
-            (L2_ERRORS, "errors in the L2 norm", [Quantity::EpsTL2, Quantity::EpsXL2]),
-        ] {
-            let chart = pictures::errors(&format!("{title}: {what}"), &convergence, &slopes, &quantities[first..]);
-            files.write_text(name, &chart.to_svg())?;
-        }
+        draw(case, &convergence, &slopes, &files)?;
     }
     let kept = files.commit(|_| true)?;
-    if !args.case.quiet {
-        let text = readable(case, &convergence, &slopes) + &report::written(&directory, &kept);
-        io::stdout().write_all(text.as_bytes())?;
-    }
-    if convergence.interrupted {
-        report::warn(&format!(
-            "interrupted: {} grids were finished and are in {}",
-            convergence.points.len(),
-            directory.display()
-        ));
-        return Ok(ExitCode::from(INTERRUPTED));
-    }
-    if convergence.points.iter().all(|point| point.errors.is_none()) {
-        report::warn("no grid of the sweep has a solution: raise --n-gamma, or shorten the run");
-        return Ok(ExitCode::from(report::NO_CRITICAL_POINT));
-    }
-    Ok(ExitCode::SUCCESS)
+    Ok(Some(Swept {
+        table: readable(case, &convergence, &slopes),
+        written: report::written(&directory, &kept),
+        beside: beside.iter().map(|&range| convergence.slopes(range)).collect(),
+        slopes,
+        reference_error: convergence.reference.error_estimate,
+        interrupted: convergence.interrupted.then_some(convergence.points.len()),
+        solved: convergence.points.iter().any(|point| point.errors.is_some()),
+        directory,
+    }))
 }
 
-/// Sweeps with a bar on a terminal's standard error; an interrupt lets running grids finish and starts no more, a
-/// second one ends the program at once.
-fn sweep_with_progress<S: Real>(
-    case: &Case,
-    args: &ConvergeArgs,
-) -> anyhow::Result<Result<Convergence<S>, SweepError>> {
-    let cancel = interrupt::flag()?;
+fn draw<S: Real>(case: &Case, convergence: &Convergence<S>, slopes: &[Slope], files: &OutputSet) -> anyhow::Result<()> {
+    let title = case.title.as_deref().unwrap_or("Convergence");
+    // Of many schemes x alone: twice as many curves would be too many to tell apart.
+    let first = usize::from(slopes.len() > 4 * Quantity::ALL.len());
+    for (name, what, quantities) in [
+        (FINAL_ERRORS, "errors at the end", [Quantity::EpsTFinal, Quantity::EpsXFinal]),
+        (L2_ERRORS, "errors in the L2 norm", [Quantity::EpsTL2, Quantity::EpsXL2]),
+    ] {
+        let chart = pictures::errors(&format!("{title}: {what}"), convergence, slopes, &quantities[first..]);
+        files.write_text(name, &chart.to_svg())?;
+    }
+    Ok(())
+}
+
+/// What a sweep tells while it is under way.
+enum News<S> {
+    Ready(Arc<Sweep<S>>),
+    Point(usize, ConvergencePoint),
+    Impossible(SweepError),
+}
+
+/// Sweeps with a bar on a terminal's standard error. After an interrupt it has the grids that were finished, and there is
+/// none if the reference was not.
+fn sweep_with_progress<S: Real>(case: &Case, args: &ConvergeArgs) -> Result<Option<Convergence<S>>, SweepError> {
     let forms = if args.form.is_empty() { &[case.scheme.form] } else { args.form.as_slice() };
     let schemes: Vec<_> = args.sbp.iter().flat_map(|&sbp| forms.iter().map(move |&form| (sbp, form))).collect();
     let grids = (args.n_gamma.len() * schemes.len()) as u64;
     let bar = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new(grids) };
     bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} grids {msg}").expect("the template is valid"));
-    let result = sweep(case, &schemes, &args.n_gamma, &cancel, &|point| {
-        bar.set_message(format!("last: {} N = {}", point.sbp, point.n_gamma));
-        bar.inc(1);
+    let (case, n_gamma) = (case.clone(), args.n_gamma.clone());
+    let work = move |tell: &(dyn Fn(News<S>) + Sync)| match Sweep::new(&case, &schemes, &n_gamma) {
+        Ok(sweep) => {
+            let sweep = Arc::new(sweep);
+            tell(News::Ready(Arc::clone(&sweep)));
+            sweep.run(&AtomicBool::new(false), &|place, point| tell(News::Point(place, point.clone())));
+        }
+        Err(error) => tell(News::Impossible(error)),
+    };
+    let (mut ready, mut points) = (Ok(None), Vec::new());
+    interrupt::beside_it(work, |news| match news {
+        News::Ready(sweep) => ready = Ok(Some(sweep)),
+        News::Impossible(error) => ready = Err(error),
+        News::Point(place, point) => {
+            bar.set_message(format!("last: {} N = {}", point.sbp, point.n_gamma));
+            bar.inc(1);
+            points.push((place, point));
+        }
     });
     bar.finish_and_clear();
-    Ok(result)
+    Ok(ready?.map(|sweep| sweep.gathered(points)))
 }
 
 fn readable<S>(case: &Case, convergence: &Convergence<S>, slopes: &[Slope]) -> String {

@@ -1,5 +1,6 @@
 //! The command layer: the only place that reads arguments and touches the terminal.
 
+mod base_cases;
 mod check;
 mod converge;
 mod init;
@@ -35,7 +36,8 @@ pub(crate) use report::exit_code;
                   of freedom; the critical point gives t(gamma) and x(gamma) together and conserves the Noether charge \
                   of time translations exactly.\n\nMethod: A. Rothkopf and J. Nordström, arXiv:2307.04490 (2023).",
     after_help = "Exit codes: 0 success, 1 input/output failure, 2 wrong usage or an invalid case, 3 no critical point \
-                  found, 4 the geodesic leaves the domain, 5 an expectation is not met, 130 interrupted.",
+                  found, 4 the geodesic leaves the domain, 5 an expectation is not met, 130 interrupted. Ctrl-C and SIGTERM end every \
+                  command within a second; converge, work-precision and stability write what was finished before.",
     arg_required_else_help = true
 )]
 pub(crate) struct Cli {
@@ -48,7 +50,8 @@ enum Command {
     /// Solve one case and write its trajectory, residuals and summary
     #[command(mut_arg("case", |case| case.required(true)))]
     Run(run::RunArgs),
-    /// Sweep the number of nodes and fit the slopes of the errors against a reference trajectory
+    /// Sweep the number of nodes and fit the slopes of the errors against a reference trajectory (without CASE: of the paper's
+    /// four base cases)
     Converge(converge::ConvergeArgs),
     /// Chart speed against accuracy: this program's schemes beside other methods on the same world-line
     WorkPrecision(work_precision::WorkPrecisionArgs),
@@ -95,6 +98,7 @@ impl Cli {
     /// # Errors
     /// Whatever ended the command; [`exit_code`] turns it into a message and an exit code.
     pub(crate) fn execute(self) -> anyhow::Result<ExitCode> {
+        interrupt::listen()?;
         match self.command {
             Command::Run(args) => run::run(&args),
             Command::Converge(args) => converge::converge(&args),

@@ -14,7 +14,8 @@ const COMMANDS: [&str; 4] = ["run", "converge", "work-precision", "stability"];
 #[derive(Debug, Args)]
 pub(super) struct OutArgs {
     /// Folder for the result files; they replace what an earlier command wrote there, and nothing else [default:
-    /// results/<case file stem>, for other commands than run results/<case file stem>/<command>]
+    /// results/<case file stem>, for other commands than run results/<case file stem>/<command>; converge
+    /// without CASE: results/converge/<case>]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
@@ -35,6 +36,14 @@ impl OutArgs {
             None => (default_folder(case, &origin)?, true),
         };
         Ok(Target { folder, origin, own, force: self.force })
+    }
+
+    /// Where the files of a `command` go that is given no case and takes several built-in ones: `results/<command>/<case>`, or
+    /// a folder of the case's name in that of `--out`.
+    pub(super) fn built_in_target(&self, case: &str, command: &str) -> Target {
+        let folder = self.out.clone().unwrap_or_else(|| Path::new("results").join(command)).join(case);
+        let origin = Origin { command: command.to_owned(), case: format!("<built-in {case}>") };
+        Target { folder, origin, own: self.out.is_none(), force: self.force }
     }
 }
 

@@ -71,6 +71,7 @@ pub(crate) fn exit_code(error: &anyhow::Error) -> ExitCode {
                 EndReason::OutsideDomain => ("end the run before the geodesic leaves the domain", OUTSIDE_DOMAIN),
                 EndReason::Singular => ("end the run before that point", NO_CRITICAL_POINT),
                 EndReason::TimeNotReached => ("give gamma_f instead of t_f, or an earlier t_f", NO_CRITICAL_POINT),
+                EndReason::TooLong { .. } => ("choose a shorter run, or fewer digits", NO_CRITICAL_POINT),
             },
             SweepError::Grid(_) => ("choose other numbers for --n-gamma, or fewer operators for --sbp", INVALID_CASE),
         };

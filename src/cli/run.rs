@@ -25,7 +25,7 @@ use super::out::OutArgs;
 use super::readable::readable;
 use super::samples::SampleArgs;
 use super::second_opinion::second_opinion;
-use super::{CaseArgs, interrupt, memory, report, stdout};
+use super::{CaseArgs, memory, report, stdout};
 
 const TRAJECTORY: &str = "trajectory.csv";
 const RESIDUALS: &str = "residuals.csv";
@@ -78,7 +78,6 @@ struct Seconds {
 }
 
 fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
-    interrupt::end_at_once()?;
     args.samples.check(args.stdout)?;
     warn_of(&case.warnings());
     memory::check(case, Some(&args.samples))?;

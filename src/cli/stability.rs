@@ -2,11 +2,14 @@
 
 use std::io::{self, Write};
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use clap::Args;
+use geodesic_ivp::Case;
 use geodesic_ivp::output::{OutputSet, StabilitySummary, pictures, write_stability};
+use geodesic_ivp::reference::ReferenceEnds;
 use geodesic_ivp::study::convergence::SweepError;
 use geodesic_ivp::study::stability::{Atlas, Cell, CellStatus, Limit, Method, Plan, Scene, measure};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -67,47 +70,32 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
     let directory = target.folder.clone();
     let pictures: &[&str] = if args.plot { &PICTURES } else { &[] };
     let files = OutputSet::open(target, &[&[STABILITY, SUMMARY], pictures].concat())?;
-    let cancel = interrupt::flag()?;
-    let t_dot = case.initial_data::<f64>().t_dot;
-    let tangents = match args.t_dot[..] {
-        [] => vec![1.0],
-        ref values => values.iter().map(|value| value / t_dot).collect(),
-    };
-    let lengths: Vec<f64> =
-        args.gamma_f.iter().flat_map(|length| tangents.iter().map(move |tangent| length * tangent)).collect();
-    let scene = match Scene::new(case, &lengths) {
-        Ok(scene) => scene,
-        Err(end) => {
+    let (scene, plan, atlas) = match measure_with_progress(case, methods, args) {
+        Ok(Some(measured)) => measured,
+        Ok(None) => return Ok(interrupt::before_any_result()),
+        Err(Impossible::Reference(end)) => {
             // Without a reference nothing can be judged, and the results of an earlier run must not stand for it.
             files.commit(|_| false)?;
             return Err(SweepError::from(end).into());
         }
+        Err(Impossible::Steps(steps)) => {
+            anyhow::bail!(report::Usage(format!("--delta-gamma takes {steps:.0e} steps, {MOST_STEPS:.0e} at most")));
+        }
     };
-    let or = |given: &[f64], default: Vec<f64>| if given.is_empty() { default } else { ascending(given) };
-    let plan = Plan {
-        methods,
-        lengths: or(&args.gamma_f, scene.default_lengths()),
-        tangents,
-        spacings: or(&args.delta_gamma, scene.default_spacings()),
-    };
-    let steps = plan.lengths.iter().copied().fold(0.0, f64::max) / plan.spacings.first().copied().unwrap_or(1.0);
-    if steps > MOST_STEPS {
-        anyhow::bail!(report::Usage(format!("--delta-gamma takes {steps:.0e} steps, {MOST_STEPS:.0e} at most")));
-    }
-    let atlas = measure_with_progress(&scene, &plan, &cancel, args.case.quiet);
+    let (scene, plan) = (scene.as_ref(), plan.as_ref());
     write_stability(files.writer(STABILITY), &atlas.cells).context("cannot write stability.csv")?;
-    files.write_text(SUMMARY, &StabilitySummary::new(case, &scene, &plan, &atlas).to_json())?;
+    files.write_text(SUMMARY, &StabilitySummary::new(case, scene, plan, &atlas).to_json())?;
     let title = case.title.as_deref().unwrap_or("Stability");
     if args.plot {
         let own = |own: bool| plan.methods.iter().filter(|method| method.is_own() == own).cloned().collect::<Vec<_>>();
-        files.write_text(MAP, &pictures::stability_map(title, &scene, &own(true), &atlas.cells).to_svg())?;
-        files.write_text(MAP_OTHERS, &pictures::stability_map(title, &scene, &own(false), &atlas.cells).to_svg())?;
+        files.write_text(MAP, &pictures::stability_map(title, scene, &own(true), &atlas.cells).to_svg())?;
+        files.write_text(MAP_OTHERS, &pictures::stability_map(title, scene, &own(false), &atlas.cells).to_svg())?;
         files.write_text(ONSET, &pictures::sawtooth_onset(title, &atlas.cells).to_svg())?;
         files.write_text(LAST_NODE, &pictures::last_node(title, &atlas.cells).to_svg())?;
     }
     let kept = files.commit(|_| true)?;
     if !args.case.quiet {
-        let text = readable(title, &scene, &plan, &atlas) + &report::written(&directory, &kept);
+        let text = readable(title, scene, plan, &atlas) + &report::written(&directory, &kept);
         io::stdout().write_all(text.as_bytes())?;
     }
     if atlas.interrupted {
@@ -153,19 +141,79 @@ fn chosen(names: &[String]) -> anyhow::Result<Vec<Method>> {
     Ok(all.into_iter().filter(|method| names.iter().any(|name| begins(method, name))).collect())
 }
 
-/// Measures with a bar on a terminal's standard error; an interrupt lets running cells finish and starts no more, a
-/// second one ends the program at once.
-fn measure_with_progress(scene: &Scene, plan: &Plan, cancel: &AtomicBool, quiet: bool) -> Atlas {
-    let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(plan.grids() as u64) };
+/// What an atlas tells while it is under way.
+enum News {
+    Ready(Arc<Scene>, Arc<Plan>),
+    Tried(usize, Option<Cell>),
+    Impossible(Impossible),
+}
+
+/// What was to be measured, and what was.
+type Measured = (Arc<Scene>, Arc<Plan>, Atlas);
+
+/// Why there is no atlas.
+enum Impossible {
+    /// Nothing can be judged.
+    Reference(ReferenceEnds),
+    /// The finest grid has so many steps.
+    Steps(f64),
+}
+
+/// The scene, and what is to be measured on it.
+fn planned(case: &Case, methods: Vec<Method>, args: &[Vec<f64>; 3]) -> Result<(Arc<Scene>, Arc<Plan>), Impossible> {
+    let [gamma_f, t_dot, delta_gamma] = args;
+    let own = case.initial_data::<f64>().t_dot;
+    let tangents = if t_dot.is_empty() { vec![1.0] } else { t_dot.iter().map(|value| value / own).collect() };
+    let lengths: Vec<f64> =
+        gamma_f.iter().flat_map(|length| tangents.iter().map(move |tangent| length * tangent)).collect();
+    let scene = Scene::new(case, &lengths).map_err(Impossible::Reference)?;
+    let or = |given: &[f64], default: Vec<f64>| if given.is_empty() { default } else { ascending(given) };
+    let plan = Plan {
+        methods,
+        lengths: or(gamma_f, scene.default_lengths()),
+        tangents,
+        spacings: or(delta_gamma, scene.default_spacings()),
+    };
+    let steps = plan.lengths.iter().copied().fold(0.0, f64::max) / plan.spacings.first().copied().unwrap_or(1.0);
+    if steps > MOST_STEPS { Err(Impossible::Steps(steps)) } else { Ok((Arc::new(scene), Arc::new(plan))) }
+}
+
+/// Measures with a bar on a terminal's standard error. After an interrupt it has the cells that were finished, and there is
+/// nothing if the reference was not.
+fn measure_with_progress(
+    case: &Case,
+    methods: Vec<Method>,
+    args: &StabilityArgs,
+) -> Result<Option<Measured>, Impossible> {
+    let bar = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new(0) };
     bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} cells {msg}").expect("the template is valid"));
-    let atlas = measure(scene, plan, cancel, &|cell: Option<&Cell>| {
-        if let Some(cell) = cell {
-            bar.set_message(format!("last: {} {}", cell.method.label(), cell.status.label()));
+    let case = case.clone();
+    let args = [&args.gamma_f, &args.t_dot, &args.delta_gamma].map(Vec::clone);
+    let work = move |tell: &(dyn Fn(News) + Sync)| match planned(&case, methods, &args) {
+        Ok((scene, plan)) => {
+            tell(News::Ready(Arc::clone(&scene), Arc::clone(&plan)));
+            let tried = |place: usize, cell: Option<&Cell>| tell(News::Tried(place, cell.cloned()));
+            measure(&scene, &plan, &AtomicBool::new(false), &tried);
         }
-        bar.inc(1);
+        Err(impossible) => tell(News::Impossible(impossible)),
+    };
+    let (mut ready, mut cells) = (Ok(None), Vec::new());
+    let interrupted = interrupt::beside_it(work, |news| match news {
+        News::Ready(scene, plan) => {
+            bar.set_length(plan.grids() as u64);
+            ready = Ok(Some((scene, plan)));
+        }
+        News::Impossible(impossible) => ready = Err(impossible),
+        News::Tried(place, cell) => {
+            if let Some(cell) = cell {
+                bar.set_message(format!("last: {} {}", cell.method.label(), cell.status.label()));
+                cells.push((place, cell));
+            }
+            bar.inc(1);
+        }
     });
     bar.finish_and_clear();
-    atlas
+    Ok(ready?.map(|(scene, plan)| (scene, plan, Atlas::gathered(cells, interrupted))))
 }
 
 fn readable(title: &str, scene: &Scene, plan: &Plan, atlas: &Atlas) -> String {

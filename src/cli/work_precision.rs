@@ -4,15 +4,18 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use clap::Args;
 use geodesic_ivp::Case;
 use geodesic_ivp::output::pictures::{self, WorkAxis};
 use geodesic_ivp::output::{OutputSet, WorkPrecisionSummary, read_rows, write_drift, write_work_precision};
+use geodesic_ivp::reference::ReferenceEnds;
+use geodesic_ivp::study::convergence::SweepError;
 use geodesic_ivp::study::work_precision::{
-    Arena, Budget, DriftPoint, Family, Leader, Progress, Ratio, WorkPrecision, drift, measure, ratios,
+    Arena, Budget, DriftPoint, Family, Leader, Progress, Ratio, Row, WorkPrecision, drift, measure, ratios,
 };
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -88,21 +91,15 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
         BY_LENGTH.into_iter().take(args.gamma_f.len().max(1)).flat_map(|(time, evaluations)| [time, evaluations]);
     let pictures = by_length.chain([DRIFT_K, DRIFT_ERROR]).filter(|_| args.plot).collect::<Vec<_>>();
     let files = OutputSet::open(target, &[&[WORK_PRECISION, DRIFT, SUMMARY], &pictures[..]].concat())?;
-    let cancel = interrupt::flag()?;
-    let lengths: Vec<Option<f64>> = match args.gamma_f[..] {
-        [] => vec![None],
-        ref lengths => lengths.iter().copied().map(Some).collect(),
-    };
-    let arenas: Result<Vec<Arena>, _> = lengths.into_iter().map(|length| Arena::new(case, length)).collect();
-    let arenas = match arenas {
-        Ok(arenas) => arenas,
+    let (arenas, mut measured, along) = match measure_all(case, families, args) {
+        Ok(Some(all)) => all,
+        Ok(None) => return Ok(interrupt::before_any_result()),
         Err(end) => {
             // Without a reference there are no results, and those of an earlier run must not stand for them.
             files.commit(|_| false)?;
-            return Err(geodesic_ivp::study::convergence::SweepError::from(end).into());
+            return Err(SweepError::from(end).into());
         }
     };
-    let (mut measured, along) = measure_all(&arenas, &families, args, &cancel);
     for row in &mut others {
         // Another program writes the length in its own way.
         if let Some(arena) = arenas.iter().find(|arena| (arena.length() / row.gamma_f - 1.0).abs() < 1e-9) {
@@ -144,41 +141,78 @@ fn chosen(names: &[String]) -> anyhow::Result<Vec<Family>> {
     Ok(all.into_iter().filter(|family| names.iter().any(|name| begins(family, name))).collect())
 }
 
-/// Measures every length, with a bar on a terminal's standard error; an interrupt ends it with what is there.
-fn measure_all(
-    arenas: &[Arena],
-    families: &[Family],
-    args: &WorkPrecisionArgs,
-    cancel: &AtomicBool,
-) -> (WorkPrecision, Vec<DriftPoint>) {
+/// What a chart tells while it is under way.
+enum News {
+    Ready(Arc<Vec<Arena>>),
+    Tried(Row),
+    /// The row with this index was timed again.
+    Retimed(usize, Row),
+    /// A round over all rows of a length: which, and of how many.
+    Round(usize, usize),
+    /// Errors along the longest run.
+    Along(Vec<DriftPoint>),
+    Impossible(ReferenceEnds),
+}
+
+/// Rows, and errors along the longest run.
+type Chart = (Arc<Vec<Arena>>, WorkPrecision, Vec<DriftPoint>);
+
+/// Measures every length, with a bar on a terminal's standard error. After an interrupt it has the rows that were
+/// finished, and there is nothing if the references were not.
+fn measure_all(case: &Case, families: Vec<Family>, args: &WorkPrecisionArgs) -> Result<Option<Chart>, ReferenceEnds> {
     let budget = Budget { longest: args.longest, ..Budget::default() };
-    let total = (arenas.len() * (families.len() + budget.rounds)) as u64;
+    let lengths: Vec<Option<f64>> = match args.gamma_f[..] {
+        [] => vec![None],
+        ref lengths => lengths.iter().copied().map(Some).collect(),
+    };
+    let total = (lengths.len() * (families.len() + budget.rounds)) as u64;
     let bar = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new(total) };
     bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}").expect("the template is valid"));
-    let mut measured = WorkPrecision::default();
-    for arena in arenas {
-        let mut before = None;
-        let one = measure(arena, families, &budget, cancel, &mut |progress| match progress {
-            Progress::Tried(family) => {
-                if before.replace(family.clone()).as_ref() != Some(family) {
-                    bar.set_message(format!("trying {}", family.name()));
-                    bar.inc(1);
-                }
-            }
-            Progress::Timed(round, rounds) => {
-                bar.set_message(format!("round {round} of {rounds}"));
+    let case = case.clone();
+    let work =
+        move |tell: &(dyn Fn(News) + Sync)| match lengths.into_iter().map(|length| Arena::new(&case, length)).collect()
+        {
+            Ok(arenas) => chart(&Arc::new(arenas), &families, &budget, tell),
+            Err(end) => tell(News::Impossible(end)),
+        };
+    let (mut ready, mut measured, mut along) = (Ok(None), WorkPrecision::default(), Vec::new());
+    measured.interrupted = interrupt::beside_it(work, |news| match news {
+        News::Ready(arenas) => ready = Ok(Some(arenas)),
+        News::Impossible(end) => ready = Err(end),
+        News::Tried(row) => {
+            if measured.rows.last().is_none_or(|last: &Row| last.family != row.family) {
+                bar.set_message(format!("trying {}", row.family.name()));
                 bar.inc(1);
             }
-        });
-        measured.rows.extend(one.rows);
-        measured.interrupted |= one.interrupted;
-    }
-    let longest = arenas.iter().max_by(|a, b| a.length().total_cmp(&b.length()));
-    bar.set_message("errors along the run");
-    let along = longest.map(|arena| drift(arena, families, cancel)).unwrap_or_default();
-    measured.interrupted |= cancel.load(Ordering::Relaxed);
+            measured.rows.push(row);
+        }
+        News::Retimed(index, row) => measured.rows[index] = row,
+        News::Round(round, rounds) => {
+            bar.set_message(format!("round {round} of {rounds}"));
+            bar.inc(1);
+        }
+        News::Along(points) => along.extend(points),
+    });
     bar.finish_and_clear();
-    (measured, along)
+    Ok(ready?.map(|arenas| (arenas, measured, along)))
+}
+
+/// Measures every length and then the errors along the longest.
+fn chart(arenas: &Arc<Vec<Arena>>, families: &[Family], budget: &Budget, tell: &(dyn Fn(News) + Sync)) {
+    let never = AtomicBool::new(false);
+    tell(News::Ready(Arc::clone(arenas)));
+    let mut before = 0;
+    for arena in arenas.iter() {
+        let one = measure(arena, families, budget, &never, &mut |progress| match progress {
+            Progress::Tried(row) => tell(News::Tried(row.clone())),
+            Progress::Retimed(index, row) => tell(News::Retimed(before + index, row.clone())),
+            Progress::Round(round, rounds) => tell(News::Round(round, rounds)),
+        });
+        before += one.rows.len();
+    }
+    if let Some(longest) = arenas.iter().max_by(|a, b| a.length().total_cmp(&b.length())) {
+        families.iter().for_each(|family| tell(News::Along(drift(longest, std::slice::from_ref(family), &never))));
+    }
 }
 
 /// Draws all pictures.

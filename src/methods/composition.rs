@@ -60,10 +60,13 @@ impl Composition {
         2 * self.half.len() - 1
     }
 
-    /// The world-line with so many steps in each interval of `output`.
+    /// The world-line in so many `steps` of equal length, a multiple of the intervals of `output`.
     ///
     /// # Errors
     /// [`Failure`].
+    ///
+    /// # Panics
+    /// If `steps` is no such multiple.
     pub fn run(&self, problem: &Problem, output: &Output, steps: usize) -> Result<Trajectory, Failure> {
         if self.compensated {
             self.with::<true>(problem, output, steps)
@@ -73,7 +76,8 @@ impl Composition {
     }
 
     fn with<const C: bool>(&self, problem: &Problem, output: &Output, steps: usize) -> Result<Trajectory, Failure> {
-        let h = problem.length / (output.intervals * steps) as f64;
+        assert!(steps > 0 && steps.is_multiple_of(output.intervals), "{steps} steps on {} intervals", output.intervals);
+        let h = problem.length / steps as f64;
         let (mut kicks, mut drifts) = ([0.0; MOST_STAGES], [0.0; MOST_STAGES]);
         let n = self.stages();
         for (k, kick) in kicks[..n].iter_mut().enumerate() {
@@ -83,7 +87,8 @@ impl Composition {
             // The last drift of a step and the first of the next are one.
             *drift = 0.5 * (kicks[k] + kicks[(k + 1) % n]);
         }
-        let work = March::<C> { problem, output, steps, kicks: &kicks[..n], drifts: &drifts[..n] };
+        let work =
+            March::<C> { problem, output, each: steps / output.intervals, kicks: &kicks[..n], drifts: &drifts[..n] };
         dispatch(&problem.metric, problem.q_t(), work)
     }
 }
@@ -91,7 +96,8 @@ impl Composition {
 struct March<'a, const C: bool> {
     problem: &'a Problem,
     output: &'a Output,
-    steps: usize,
+    /// Steps in an interval of the output.
+    each: usize,
     kicks: &'a [f64],
     drifts: &'a [f64],
 }
@@ -127,7 +133,7 @@ impl<const C: bool> WithForce for March<'_, C> {
 
     #[inline(always)]
     fn with(self, mut force: impl Force) -> Self::Output {
-        let Self { problem, output, steps, kicks, drifts } = self;
+        let Self { problem, output, each, kicks, drifts } = self;
         let State { elapsed, x, w } = problem.start();
         let [mut t, mut x, mut w] = [elapsed, x, w].map(Sum::<C>::new);
         let last = kicks.len() - 1;
@@ -137,7 +143,7 @@ impl<const C: bool> WithForce for March<'_, C> {
             output,
             #[inline(always)]
             |parts| {
-                let steps = parts * steps;
+                let steps = parts * each;
                 x.add(0.5 * kicks[0] * w.value);
                 for step in 1..=steps {
                     for k in 0..=last {

@@ -16,7 +16,7 @@ pub fn taylor(problem: &Problem, output: &Output, order: usize, digits: u32) -> 
     let trajectory = ReferenceTrajectory::unchecked(metric, *initial, *length, order, digits);
     let trajectory = trajectory.map_err(|end| match end.reason {
         EndReason::OutsideDomain => Failure::OutsideDomain,
-        EndReason::Singular | EndReason::TimeNotReached => Failure::TooManySteps,
+        EndReason::Singular | EndReason::TimeNotReached | EndReason::TooLong { .. } => Failure::TooManySteps,
     })?;
     let at = |gamma: f64| {
         let point = trajectory.at(gamma);

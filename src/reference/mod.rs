@@ -8,7 +8,7 @@
 //! reference, formulas included. The step is chosen so that the last terms are below the rounding of the first; the
 //! state is summed with compensation. A step is halved where V has a feature that the series do not know of, and stops where an argument of `abs` changes its sign. The polynomials of the
 //! steps are the dense output. The whole integration is done twice, with different order and steps, and the difference
-//! is the reported error estimate.
+//! is the reported error estimate. The number of steps is limited, by what a step of so many digits costs.
 
 mod series;
 mod steps;
@@ -57,6 +57,11 @@ pub enum EndReason {
     Singular,
     /// The physical time asked for is not reached: t hardly grows any more.
     TimeNotReached,
+    /// The range takes more Taylor steps than are allowed.
+    TooLong {
+        /// So many are.
+        most_steps: usize,
+    },
 }
 
 /// There is no trajectory to compare with over the whole range.
@@ -75,9 +80,12 @@ pub struct ReferenceEnds {
 impl fmt::Display for ReferenceEnds {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let what = match self.reason {
-            EndReason::OutsideDomain => "the geodesic leaves the domain",
-            EndReason::Singular => "the potential has no Taylor series",
-            EndReason::TimeNotReached => "the physical time t_f is not reached",
+            EndReason::OutsideDomain => "the geodesic leaves the domain".to_owned(),
+            EndReason::Singular => "the potential has no Taylor series".to_owned(),
+            EndReason::TimeNotReached => "the physical time t_f is not reached".to_owned(),
+            EndReason::TooLong { most_steps } => {
+                format!("the whole run would take more than {most_steps} Taylor steps, the limit for so many digits")
+            }
         };
         let Self { gamma, x, g00, .. } = self;
         write!(f, "the reference trajectory ends at gamma - gamma_i = {gamma:.6}, x = {x:.6e}, g00 = {g00:.3e}: {what}")
@@ -105,19 +113,30 @@ fn integrate<S: Real>(
     unit: S,
     accuracy: Accuracy,
 ) -> Result<Steps<S>, ReferenceEnds> {
-    let stretched = InitialData { t_dot: initial.t_dot * unit, x_dot: initial.x_dot * unit, ..initial };
     let goal = match goal {
         Goal::Gamma(length) => Goal::Gamma(length / unit),
         Goal::Time(duration) => Goal::Time(duration),
     };
-    Steps::integrate(metric, stretched, goal, accuracy)
+    Steps::integrate(metric, stretched(initial, unit), goal, accuracy)
         .map_err(|end| ReferenceEnds { gamma: end.gamma * unit.to_f64(), ..end })
 }
 
-/// The power of two near a length.
-fn unit_of<S: Real>(length: S) -> S {
-    let unit = length.to_f64().abs().log2().round().exp2();
-    S::from(if unit.is_normal() { unit } else { 1.0 })
+/// How often, and by which power of two, a unit is made smaller.
+const SMALLER_UNITS: usize = 20;
+const SMALLER_BY: i32 = 20;
+
+/// The power of two near a length; a smaller one if the length is so many steps long that coefficients would leave the range
+/// of numbers.
+fn unit_of<S: Real>(metric: &Metric<S>, initial: InitialData<S>, length: S, accuracy: Accuracy) -> S {
+    let near = length.to_f64().abs().log2().round().exp2();
+    let near = if near.is_normal() { near } else { 1.0 };
+    let smaller = (0..SMALLER_UNITS as i32).map(|k| near * 2.0_f64.powi(-SMALLER_BY * k));
+    let mut units = smaller.filter(|unit| unit.is_normal()).map(S::from);
+    units.find(|&unit| Steps::can_begin(metric, stretched(initial, unit), accuracy)).unwrap_or(S::from(near))
+}
+
+fn stretched<S: Real>(initial: InitialData<S>, unit: S) -> InitialData<S> {
+    InitialData { t_dot: initial.t_dot * unit, x_dot: initial.x_dot * unit, ..initial }
 }
 
 impl<S: Real> ReferenceTrajectory<S> {
@@ -125,10 +144,11 @@ impl<S: Real> ReferenceTrajectory<S> {
     /// than 16 for `f64`). Time counts from the start.
     ///
     /// # Errors
-    /// [`ReferenceEnds`] if it meets g00 ≤ 0 or a singularity of V.
+    /// [`ReferenceEnds`] if it meets g00 ≤ 0 or a singularity of V, or is too long.
     pub fn new(metric: &Metric<S>, initial: InitialData<S>, length: S, digits: u32) -> Result<Self, ReferenceEnds> {
-        let (goal, unit) = (Goal::Gamma(length), unit_of(length));
-        let steps = integrate(metric, initial, goal, unit, accuracy(digits))?;
+        let accuracy = accuracy(digits);
+        let (goal, unit) = (Goal::Gamma(length), unit_of(metric, initial, length, accuracy));
+        let steps = integrate(metric, initial, goal, unit, accuracy)?;
         let check = integrate(metric, initial, goal, unit, check_accuracy(digits))?;
         let error_estimate = steps.distance(&check);
         Ok(Self { steps, unit, error_estimate })
@@ -138,7 +158,7 @@ impl<S: Real> ReferenceTrajectory<S> {
     /// integration: the error estimate is infinite. For those who compare with something better.
     ///
     /// # Errors
-    /// [`ReferenceEnds`] if it meets g00 ≤ 0 or a singularity of V.
+    /// [`ReferenceEnds`] if it meets g00 ≤ 0 or a singularity of V, or is too long.
     pub fn unchecked(
         metric: &Metric<S>,
         initial: InitialData<S>,
@@ -147,7 +167,7 @@ impl<S: Real> ReferenceTrajectory<S> {
         digits: u32,
     ) -> Result<Self, ReferenceEnds> {
         let accuracy = Accuracy { order, share: 1.0, digits };
-        let unit = unit_of(length);
+        let unit = unit_of(metric, initial, length, accuracy);
         let steps = integrate(metric, initial, Goal::Gamma(length), unit, accuracy)?;
         Ok(Self { steps, unit, error_estimate: f64::INFINITY })
     }
@@ -155,15 +175,16 @@ impl<S: Real> ReferenceTrajectory<S> {
     /// The value of γ − γ_i at which t − t_i = `duration`.
     ///
     /// # Errors
-    /// [`ReferenceEnds`] if the geodesic leaves the domain before that time.
+    /// [`ReferenceEnds`] if the geodesic leaves the domain before that time, or takes too long to reach it.
     pub fn length_of(
         metric: &Metric<S>,
         initial: InitialData<S>,
         duration: S,
         digits: u32,
     ) -> Result<S, ReferenceEnds> {
-        let unit = unit_of(duration / initial.t_dot);
-        integrate(metric, initial, Goal::Time(duration), unit, accuracy(digits)).map(|steps| steps.end() * unit)
+        let accuracy = accuracy(digits);
+        let unit = unit_of(metric, initial, duration / initial.t_dot, accuracy);
+        integrate(metric, initial, Goal::Time(duration), unit, accuracy).map(|steps| steps.end() * unit)
     }
 
     /// The largest difference in t or x, relative to the largest |t − t_i| or |x|, between this trajectory and one of

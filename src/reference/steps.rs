@@ -8,7 +8,14 @@ use crate::scalar::{Compensated, Real, sum};
 
 /// A step below this share of the whole range means a singularity.
 const LEAST_STEP: f64 = 1e-13;
-const MOST_STEPS: usize = 2_000_000;
+/// So many products of coefficients are formed at most for each value of the potential's program: some seconds in `f64`,
+/// some minutes in extended precision.
+const MOST_PRODUCTS: usize = 200_000_000;
+/// After so many steps a run ends that would take this many times the steps that are allowed.
+const FIRST_STEPS: usize = 1000;
+const HOPELESS: f64 = 4.0;
+/// Steps that shrink to this share of the longest before them approach a singularity.
+const SHRUNK: f64 = 1e-6;
 /// Enough for the scale of the first step to settle.
 const FIRST_STEP_TRIES: usize = 8;
 /// Below this share of its first value, g00 is on its way to a horizon.
@@ -101,7 +108,21 @@ struct Expansion<S> {
     radius: S,
 }
 
-impl<S: Real> Front<'_, S> {
+impl<'m, S: Real> Front<'m, S> {
+    fn new(metric: &'m Metric<S>, initial: InitialData<S>, order: usize, scale: S) -> Self {
+        Self {
+            metric,
+            q_t: initial.invariants(metric).q_t,
+            order,
+            gamma: Compensated::default(),
+            x: Compensated::from(initial.x),
+            w: Compensated::from(initial.x_dot),
+            t: Compensated::default(),
+            g00_start: metric.at(initial.x).g00,
+            last_step: scale,
+        }
+    }
+
     fn expand(&self, machine: &mut SeriesMachine<'_, S>) -> Expansion<S> {
         let order = self.order;
         let (mut x, mut w, mut t) = (vec![self.x.high], vec![self.w.high], vec![self.t.high]);
@@ -238,6 +259,14 @@ pub(super) enum Goal<S> {
 }
 
 impl<S: Real> Goal<S> {
+    /// The length of the whole range, or what the start suggests.
+    fn scale(self, initial: InitialData<S>) -> S {
+        match self {
+            Self::Gamma(length) => length,
+            Self::Time(duration) => duration / initial.t_dot,
+        }
+    }
+
     /// The step to take instead of `h`, and whether it is the last one.
     fn limit(self, front: &Front<'_, S>, t: &[S], h: S) -> (S, bool) {
         match self {
@@ -278,22 +307,10 @@ impl<S: Real> Steps<S> {
         let relative_step = S::from(share * 10.0_f64.powf(-f64::from(digits) / order as f64));
         let program = metric.potential().program();
         let mut machine = SeriesMachine::new(&program, order);
-        let scale = match goal {
-            Goal::Gamma(length) => length,
-            Goal::Time(duration) => duration / initial.t_dot,
-        };
-        let mut front = Front {
-            metric,
-            q_t: initial.invariants(metric).q_t,
-            order,
-            gamma: Compensated::default(),
-            x: Compensated::from(initial.x),
-            w: Compensated::from(initial.x_dot),
-            t: Compensated::default(),
-            g00_start: metric.at(initial.x).g00,
-            last_step: scale,
-        };
-        let mut steps = Vec::new();
+        let scale = goal.scale(initial);
+        let mut front = Front::new(metric, initial, order, scale);
+        let most_steps = MOST_PRODUCTS / (order * order);
+        let (mut steps, mut longest) = (Vec::new(), S::ZERO);
         loop {
             let mut expansion = front.expand(&mut machine);
             if steps.is_empty() {
@@ -310,10 +327,16 @@ impl<S: Real> Steps<S> {
             if !here.is_inside() {
                 return Err(end(EndReason::OutsideDomain));
             }
-            if h <= S::from(LEAST_STEP) * scale || steps.len() >= MOST_STEPS {
+            let shrinks = h <= S::from(LEAST_STEP) * scale && (h == S::ZERO || h < S::from(SHRUNK) * longest);
+            if shrinks {
                 // Before g00 = 0 the steps shrink without end.
                 let horizon = here.g00 < S::from(HORIZON) * front.g00_start;
                 return Err(end(if horizon { EndReason::OutsideDomain } else { EndReason::Singular }));
+            }
+            let share = (front.gamma.high / scale).to_f64();
+            let hopeless = steps.len() == FIRST_STEPS && share * HOPELESS * (most_steps as f64) < FIRST_STEPS as f64;
+            if steps.len() >= most_steps || hopeless {
+                return Err(end(EndReason::TooLong { most_steps }));
             }
             if let Goal::Time(duration) = goal {
                 // At this rate it would take far too long: t saturates while x runs away.
@@ -324,11 +347,22 @@ impl<S: Real> Steps<S> {
             let (wanted, last) = goal.limit(&front, &expansion.t, step_to_kink(&machine, h));
             let h = front.seen(&expansion, wanted, digits);
             let last = last && h == wanted;
+            longest = longest.max(h);
             steps.push(front.advance(expansion, h));
             if last {
                 return Ok(Self { steps, end: front.gamma.high });
             }
         }
+    }
+
+    /// Whether the series of the start, and their squares, are in the range of numbers.
+    pub(super) fn can_begin(metric: &Metric<S>, initial: InitialData<S>, accuracy: Accuracy) -> bool {
+        let program = metric.potential().program();
+        let mut machine = SeriesMachine::new(&program, accuracy.order);
+        let Expansion { x, w, t, .. } = Front::new(metric, initial, accuracy.order, S::ONE).expand(&mut machine);
+        let largest = (S::ONE / S::MIN_POSITIVE).sqrt();
+        // Written so that a NaN is not in the range.
+        [x, w, t].iter().flatten().all(|c| c.abs() < largest)
     }
 
     /// γ − γ_i at the end.

@@ -1,7 +1,6 @@
 //! Studies: many solves of variations of one case. They call [`crate::solve()`] and nothing below it, and [`crate::methods`] to compare with.
 
 pub mod convergence;
-pub mod fit;
 pub mod run_error;
 pub mod stability;
 pub mod work_precision;

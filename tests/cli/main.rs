@@ -1,9 +1,12 @@
 //! The command line, as a user meets it: every test runs the program in a folder of its own.
 
+mod base_cases;
 mod built_in_cases;
 mod common;
 mod folders;
 mod hints;
+#[cfg(unix)]
+mod interrupts;
 mod limits;
 mod malformed;
 mod pages;

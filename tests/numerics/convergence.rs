@@ -91,6 +91,23 @@ fn the_fit_stops_at_the_rounding_plateau() {
 }
 
 #[test]
+fn a_fit_does_not_end_where_the_order_settles() {
+    let scene = "potential={polynomial={coefficients=[0.0,0.0,1.5]}} particle.mass=1.5 particle.c=2.0 initial.t=0.5 \
+                 initial.x=-0.8 initial.t_dot=1.25 initial.x_dot=0.3 grid.gamma_i=-1.0 grid.gamma_f=0.5";
+    let n = [24, 48, 96, 192, 384, 768];
+    let convergence = sweep::<f64>(&case(scene), &BOTH[1..], &n, &AtomicBool::new(false), &|_| {}).unwrap();
+    for slope in convergence.slopes((0, usize::MAX)) {
+        assert_eq!((slope.n_range, slope.plateau_from), (Some((24, 768)), None), "{:?}", slope.quantity);
+        let fit = slope.fit.as_ref().unwrap();
+        assert!((2.6..3.8).contains(&fit.slope), "{:?}: {}", slope.quantity, fit.slope);
+        if slope.quantity == Quantity::EpsXL2 {
+            let (low, high) = fit.local_range();
+            assert!(low > 3.0 && low < 3.1 && high > 3.5, "{:?}", fit.local_slopes);
+        }
+    }
+}
+
+#[test]
 fn points_are_ordered_and_failures_are_points() {
     // At N = 8 the long run is hopelessly coarse for SBP42; the sweep goes on.
     let convergence = swept("grid.gamma_f=20.0", &[400, 8, 400, 200]);

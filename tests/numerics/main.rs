@@ -19,6 +19,7 @@ mod sbp_identities;
 mod shipped_cases;
 mod spectral_elements;
 mod stability;
+mod study_orders;
 mod verdicts;
 mod weak;
 mod window_by_window;

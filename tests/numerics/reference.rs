@@ -8,6 +8,7 @@ use geodesic_ivp::lobatto::{March, WeakRule};
 use geodesic_ivp::metric::Metric;
 use geodesic_ivp::potential::{Formula, Potential};
 use geodesic_ivp::reference::{EndReason, ReferenceTrajectory};
+use geodesic_ivp::scalar::Extended;
 
 const START: InitialData = InitialData { t: 0.0, x: 1.0, t_dot: 1.0, x_dot: 0.1 };
 
@@ -243,6 +244,31 @@ fn a_potential_without_a_series_is_an_error() {
     let at_zero = InitialData { x: 0.0, ..START };
     let end = ReferenceTrajectory::new(&formula("x^2.5"), at_zero, 1.0, 16).unwrap_err();
     assert_eq!(end.reason, EndReason::Singular, "{end}");
+}
+
+#[test]
+fn what_would_take_too_long_is_refused_with_the_limit_and_not_for_another_reason() {
+    let begun = std::time::Instant::now();
+    for length in [1e6, 1e9, 1e12, 1e15, 1e30] {
+        for end in [
+            ReferenceTrajectory::new(&quartic(), START, length, 16).unwrap_err(),
+            ReferenceTrajectory::length_of(&quartic(), START, length, 16).unwrap_err(),
+        ] {
+            assert!(matches!(end.reason, EndReason::TooLong { most_steps: 347_222 }), "{length:e}: {end}");
+            assert!(end.to_string().contains("more than 347222 Taylor steps"), "{end}");
+        }
+    }
+    let metric: Metric<Extended> = Metric::new(Potential::quartic(0.5.into()), 1.0.into(), 1.0.into());
+    let [x, x_dot] = [1.0, 0.1].map(Extended::from);
+    let start = InitialData { t: 0.0.into(), x, t_dot: 1.0.into(), x_dot };
+    let end = ReferenceTrajectory::new(&metric, start, 1e9.into(), 20).unwrap_err();
+    assert!(matches!(end.reason, EndReason::TooLong { .. }), "{end}");
+    assert!(begun.elapsed().as_secs_f64() < 30.0, "{:?}", begun.elapsed());
+    // Far behind the start of a long range there still is a horizon.
+    let metric = Metric::new(Potential::linear(-0.5), 1.0, 1.0);
+    let start = InitialData { t: 0.0, x: 0.0, t_dot: 1.0, x_dot: 0.0 };
+    let end = ReferenceTrajectory::new(&metric, start, 1e12, 16).unwrap_err();
+    assert_eq!(end.reason, EndReason::OutsideDomain, "{end}");
 }
 
 /// A wall so thin that the series before it do not know of it, and a bump behind which everything is as before.

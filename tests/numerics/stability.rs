@@ -16,7 +16,7 @@ use geodesic_ivp::study::work_precision::Family;
 fn charted(case: &Case, methods: Vec<Method>, lengths: &[f64], spacings: &[f64]) -> Atlas {
     let scene = Scene::new(case, lengths).unwrap();
     let plan = Plan { methods, lengths: lengths.to_vec(), tangents: vec![1.0], spacings: spacings.to_vec() };
-    measure(&scene, &plan, &AtomicBool::new(false), &|_| {})
+    measure(&scene, &plan, &AtomicBool::new(false), &|_, _| {})
 }
 
 fn cell<'a>(atlas: &'a Atlas, label: &str, length: f64, spacing: f64) -> &'a Cell {
@@ -91,7 +91,7 @@ fn a_longer_tangent_is_a_longer_world_line() {
     let chart = |lengths: &[f64], tangents: &[f64], spacings: &[f64]| {
         let [lengths, tangents, spacings] = [lengths, tangents, spacings].map(<[f64]>::to_vec);
         let plan = Plan { methods: methods.clone(), lengths, tangents, spacings };
-        measure(&scene, &plan, &AtomicBool::new(false), &|_| {}).cells
+        measure(&scene, &plan, &AtomicBool::new(false), &|_, _| {}).cells
     };
     let (long, fast) = (chart(&[4.0], &[1.0], &[0.1]), chart(&[1.0], &[4.0], &[0.025]));
     assert_eq!(long.len(), fast.len());
@@ -153,7 +153,7 @@ fn a_cancelled_atlas_keeps_what_is_finished() {
     let plan = Plan { methods, lengths: vec![1.0], tangents: vec![1.0], spacings };
     assert_eq!(plan.grids(), 3);
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    let stop = |_: Option<&Cell>| cancel.store(true, Ordering::Relaxed);
+    let stop = |_, _: Option<&Cell>| cancel.store(true, Ordering::Relaxed);
     let atlas = one_thread.install(|| measure(&scene, &plan, &cancel, &stop));
     assert!(atlas.interrupted && atlas.cells.len() == 1);
 }
@@ -242,6 +242,6 @@ fn a_reference_that_would_not_do_is_replaced() {
         tangents: vec![1.0],
         spacings: vec![0.05],
     };
-    let atlas = measure(&scene, &plan, &AtomicBool::new(false), &|_| {});
+    let atlas = measure(&scene, &plan, &AtomicBool::new(false), &|_, _| {});
     assert!(atlas.cells.iter().all(|cell| cell.status != CellStatus::Accurate), "f64 cannot be: {:?}", atlas.cells);
 }

@@ -190,11 +190,11 @@ pub(super) fn run_adaptive(
 pub(super) fn run_constant(family: &Family, problem: &Problem, steps: usize) -> Result<Trajectory, Failure> {
     let output = Output::even(steps);
     match family {
-        Family::Rk4 => methods::rk4(problem, &output, 1),
-        Family::Verlet => Composition::VERLET.run(problem, &output, 1),
-        Family::KahanLi6 => Composition::KAHAN_LI_6.run(problem, &output, 1),
-        Family::KahanLi8 => Composition::KAHAN_LI_8.run(problem, &output, 1),
-        Family::Gauss(stages) => Gauss { stages: *stages, tolerance: 0.0 }.run(problem, &output, 1),
+        Family::Rk4 => methods::rk4(problem, &output, steps),
+        Family::Verlet => Composition::VERLET.run(problem, &output, steps),
+        Family::KahanLi6 => Composition::KAHAN_LI_6.run(problem, &output, steps),
+        Family::KahanLi8 => Composition::KAHAN_LI_8.run(problem, &output, steps),
+        Family::Gauss(stages) => Gauss { stages: *stages, tolerance: 0.0 }.run(problem, &output, steps),
         _ => Err(Failure::NotConverged),
     }
 }

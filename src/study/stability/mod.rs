@@ -92,6 +92,14 @@ pub struct Atlas {
     pub interrupted: bool,
 }
 
+impl Atlas {
+    /// The atlas of these cells with their places in the order.
+    pub fn gathered(mut cells: Vec<(usize, Cell)>, interrupted: bool) -> Self {
+        cells.sort_by_key(|(place, _)| *place);
+        Self { interrupted, cells: cells.into_iter().map(|(_, cell)| cell).collect() }
+    }
+}
+
 impl Plan {
     /// Number of grids that will be tried.
     pub fn grids(&self) -> usize {
@@ -114,15 +122,21 @@ impl Plan {
     }
 }
 
-/// Measures all cells, `tried` after each grid. A true `cancel` lets running cells finish and starts no more.
-pub fn measure(scene: &Scene, plan: &Plan, cancel: &AtomicBool, tried: &(dyn Fn(Option<&Cell>) + Sync)) -> Atlas {
+/// Measures all cells; `tried` is called after each grid, with its place in the order and its cell, if there is one. A true
+/// `cancel` lets running cells finish and starts no more.
+pub fn measure(
+    scene: &Scene,
+    plan: &Plan,
+    cancel: &AtomicBool,
+    tried: &(dyn Fn(usize, Option<&Cell>) + Sync),
+) -> Atlas {
     let jobs = plan.jobs();
     let (all, done) = (jobs.len(), std::sync::atomic::AtomicUsize::new(0));
     let mut order: Vec<(usize, Job)> = jobs.into_iter().enumerate().collect();
     // The largest first, so that no core is left alone with one at the end.
     let size = |job: &Job| job.length / job.setting;
     order.sort_by(|(_, a), (_, b)| size(b).total_cmp(&size(a)));
-    let mut cells: Vec<(usize, Cell)> = order
+    let cells: Vec<(usize, Cell)> = order
         .into_par_iter()
         .with_max_len(1)
         .filter_map(|(place, job)| {
@@ -131,10 +145,9 @@ pub fn measure(scene: &Scene, plan: &Plan, cancel: &AtomicBool, tried: &(dyn Fn(
             }
             let cell = job.measure(scene);
             done.fetch_add(1, Ordering::Relaxed);
-            tried(cell.as_ref());
+            tried(place, cell.as_ref());
             Some((place, cell?))
         })
         .collect();
-    cells.sort_by_key(|(place, _)| *place);
-    Atlas { interrupted: done.load(Ordering::Relaxed) < all, cells: cells.into_iter().map(|(_, cell)| cell).collect() }
+    Atlas::gathered(cells, done.load(Ordering::Relaxed) < all)
 }

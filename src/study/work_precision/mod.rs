@@ -32,15 +32,15 @@ mod drift;
 mod family;
 mod front;
 mod run;
+mod trial;
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 
 pub use drift::{DriftPoint, drift};
 pub use family::{Family, Group, Setting};
 pub use front::{Leader, Ratio, front, ratios};
 
-use self::run::{Job, Outcome};
+use self::trial::{time, try_family};
 use crate::case::{Case, End};
 use crate::geodesic::Invariants;
 use crate::methods::{Output, Problem, State};
@@ -52,18 +52,6 @@ pub const OUTPUTS: usize = 10;
 
 /// An error of this share of the largest |x|, or of t_f − t_i, is no result.
 const INACCURATE: f64 = 0.1;
-/// Runs shorter than this many seconds are repeated in a round until they take it.
-const BATCH: f64 = 5e-5;
-/// A family ends after so many settings whose errors are no longer smaller, if they are below this share of the size of t
-/// or x: rounding, and no hesitation of coarse settings.
-const PLATEAU: usize = 3;
-const ROUNDING: f64 = 1e-9;
-/// The loosest tolerance of an iteration is the error over this, and the tightest one this power of ten; the error may become
-/// larger by this factor.
-const LOOSEST: f64 = 100.0;
-const TIGHTEST: f64 = -15.0;
-const SPOILT: f64 = 1.5;
-
 /// How much is measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Budget {
@@ -248,13 +236,15 @@ pub struct WorkPrecision {
     pub interrupted: bool,
 }
 
-/// What is being done, for a progress bar.
+/// What has been done: enough to have all rows at any time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Progress<'a> {
-    /// A setting of this family was tried.
-    Tried(&'a Family),
+    /// A setting was tried: another row.
+    Tried(&'a Row),
+    /// The row with this index has been timed again.
+    Retimed(usize, &'a Row),
     /// So many of all rounds are done.
-    Timed(usize, usize),
+    Round(usize, usize),
 }
 
 /// Tries all settings of `families` and times those that arrive. A true `cancel` ends it with what is there.
@@ -271,130 +261,8 @@ pub fn measure(
         if is_cancelled() {
             break;
         }
-        trials.extend(try_family(arena, family, budget, &is_cancelled, &mut || progress(Progress::Tried(family))));
+        trials.extend(try_family(arena, family, budget, &is_cancelled, &mut |row| progress(Progress::Tried(row))));
     }
     time(&mut trials, budget, &is_cancelled, progress);
     WorkPrecision { rows: trials.into_iter().map(|trial| trial.row).collect(), interrupted: is_cancelled() }
-}
-
-/// A row with what it takes to run it again.
-struct Trial<'a> {
-    row: Row,
-    job: Job<'a>,
-}
-
-/// One family from cheap to dear.
-fn try_family<'a>(
-    arena: &'a Arena,
-    family: &Family,
-    budget: &Budget,
-    is_cancelled: &dyn Fn() -> bool,
-    tried: &mut dyn FnMut(),
-) -> Vec<Trial<'a>> {
-    let mut trials: Vec<Trial<'a>> = Vec::new();
-    let (mut least, mut stale) = (f64::INFINITY, 0);
-    for setting in family.settings(arena.scale()).take(budget.settings) {
-        if is_cancelled() {
-            break;
-        }
-        let trial = try_setting(arena, family, setting);
-        tried();
-        let (rank, seconds) = (trial.row.rank(), trial.row.seconds_min);
-        trials.push(trial);
-        if let Some(error) = rank {
-            // A little less is no progress: settings differ by factors. Tolerances are few, and steps may ignore them.
-            let rounding = error < ROUNDING * arena.sizes.0.max(arena.sizes.1) && !family.is_adaptive();
-            stale = if error < 0.8 * least || !rounding { 0 } else { stale + 1 };
-            least = least.min(error);
-        }
-        if seconds > budget.longest || stale >= PLATEAU {
-            break;
-        }
-    }
-    trials
-}
-
-/// Runs a setting; where the method has a tolerance for its iteration, to rounding first and then with the loosest one, in
-/// steps of a hundred, that leaves about the same error.
-fn try_setting<'a>(arena: &'a Arena, family: &Family, setting: Setting) -> Trial<'a> {
-    let to_rounding = attempt(arena, family, setting);
-    let (Some(error), true) = (to_rounding.row.rank(), family.has_inner_tolerance()) else { return to_rounding };
-    let mut power = (error / LOOSEST).log10().floor();
-    while power >= TIGHTEST {
-        let trial = attempt(arena, family, setting.with_inner(10.0_f64.powf(power)));
-        if trial.row.rank().is_some_and(|rank| rank <= SPOILT * error) {
-            return trial;
-        }
-        power -= 2.0;
-    }
-    to_rounding
-}
-
-fn attempt<'a>(arena: &'a Arena, family: &Family, setting: Setting) -> Trial<'a> {
-    let output = Output::even(OUTPUTS);
-    let job = Job::new(arena, family, setting, output.clone());
-    let start = Instant::now();
-    let result = job.run();
-    let seconds = start.elapsed().as_secs_f64();
-    let (status, errors, evaluations, points) = match result.and_then(|raw| raw.outcome(&output)) {
-        Ok(Outcome { states, evaluations, points }) => {
-            let errors = arena.errors(&output, &states);
-            (arena.judge(&errors), Some(errors), evaluations, points)
-        }
-        Err(word) => (RowStatus::Failed(word), None, 0, 0),
-    };
-    let row = Row {
-        family: family.clone(),
-        setting: family.label(&setting),
-        gamma_f: arena.length(),
-        errors,
-        seconds_min: seconds,
-        seconds_median: seconds,
-        evaluations,
-        points,
-        status,
-    };
-    Trial { row, job }
-}
-
-/// Rounds over all that arrived, in turns.
-fn time(
-    trials: &mut [Trial<'_>],
-    budget: &Budget,
-    is_cancelled: &dyn Fn() -> bool,
-    progress: &mut dyn FnMut(Progress<'_>),
-) {
-    let rounds = |seconds: f64| match seconds {
-        ..1e-3 => budget.rounds,
-        ..1e-2 => budget.rounds.div_ceil(2),
-        _ => budget.rounds.div_ceil(5),
-    };
-    let mut samples: Vec<Vec<f64>> = vec![Vec::new(); trials.len()];
-    for round in 0..budget.rounds {
-        for (trial, samples) in trials.iter().zip(&mut samples) {
-            if trial.row.status != RowStatus::Converged || round >= rounds(trial.row.seconds_min).max(3) {
-                continue;
-            }
-            if is_cancelled() {
-                break;
-            }
-            // The trial was cold: the first round says how often a run fits into a batch.
-            let known = samples.first().copied().unwrap_or(trial.row.seconds_min);
-            let repetitions = (BATCH / known.max(1e-9)).ceil().clamp(1.0, 1000.0) as u32;
-            let start = Instant::now();
-            for _ in 0..repetitions {
-                // A run that arrived once arrives again.
-                drop(std::hint::black_box(trial.job.run()));
-            }
-            samples.push(start.elapsed().as_secs_f64() / f64::from(repetitions));
-        }
-        progress(Progress::Timed(round + 1, budget.rounds));
-    }
-    for (trial, mut samples) in trials.iter_mut().zip(samples) {
-        samples.sort_by(f64::total_cmp);
-        if let Some(&least) = samples.first() {
-            trial.row.seconds_min = least;
-            trial.row.seconds_median = samples[samples.len() / 2];
-        }
-    }
 }

@@ -42,9 +42,8 @@ impl<'a> Job<'a> {
     pub(super) fn new(arena: &'a Arena, family: &Family, setting: Setting, output: Output) -> Self {
         let Setting { count, tolerance } = setting;
         let problem = &arena.problem;
-        let steps = count / output.intervals;
         let composition = move |composition: Composition, output: Output| -> Box<dyn Fn() -> _> {
-            Box::new(move || finish(composition.run(problem, &output, steps)))
+            Box::new(move || finish(composition.run(problem, &output, count)))
         };
         let run: Box<dyn Fn() -> Result<Raw, &'static str> + 'a> = match *family {
             Family::Block(sbp, form) => certified(arena, (sbp, form), count + 1),

@@ -1,0 +1,194 @@
+//! Slopes of errors on log–log axes, above the rounding plateau.
+
+use nalgebra::{DMatrix, DVector};
+
+/// A level that does not fall belongs to rounding if it has so many decimal digits fewer than the arithmetic, relative to
+/// the quantity's size; above it only errors that grow end a fit.
+const PLATEAU_DIGITS: i32 = 9;
+/// If even the coarsest grid's error has only this many digits fewer, there is nothing but rounding.
+const ROUNDING_DIGITS: i32 = 3;
+/// Rounding adds up to so many units of the last digit times √N: below that a point may be half rounding.
+const NEAR_DIGITS: i32 = 1;
+/// Errors that fall with less than this order have stopped falling: every scheme has an order of one at least.
+const STALLED: f64 = 0.5;
+/// Near rounding an error feels it that falls with less than this share of the order before it.
+const SHARE_OF_ORDER: f64 = 0.8;
+/// A fit uses errors of so many times the plateau's level at least.
+const ABOVE_PLATEAU: f64 = 4.0;
+/// Local slopes that spread by more than this are not asymptotic.
+const ASYMPTOTIC_SPREAD: f64 = 0.2;
+
+/// A fitted power law error ∝ Δγ^slope.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fit {
+    /// Least-squares slope of log error against log Δγ.
+    pub slope: f64,
+    /// Its standard error; not defined for two points.
+    pub standard_error: Option<f64>,
+    /// The slope of the same errors against log 1/N, as the paper plots them.
+    pub slope_vs_inverse_n: f64,
+    /// The slopes between successive points of the fitted range, coarse to fine.
+    pub local_slopes: Vec<f64>,
+}
+
+impl Fit {
+    /// Fits `errors` over grids with spacings `delta_gamma` and `n_gamma` nodes, coarse to fine; `None` with fewer than
+    /// two.
+    pub fn new(delta_gamma: &[f64], n_gamma: &[usize], errors: &[f64]) -> Option<Self> {
+        if errors.len() < 2 {
+            return None;
+        }
+        let inverse_n: Vec<f64> = n_gamma.iter().map(|&n| 1.0 / n as f64).collect();
+        let (slope, standard_error) = log_log(delta_gamma, errors);
+        let (slope_vs_inverse_n, _) = log_log(&inverse_n, errors);
+        Some(Self { slope, standard_error, slope_vs_inverse_n, local_slopes: local_slopes(delta_gamma, errors) })
+    }
+
+    /// Smallest and largest local slope.
+    pub fn local_range(&self) -> (f64, f64) {
+        self.local_slopes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &s| (low.min(s), high.max(s)))
+    }
+
+    /// Whether the local slopes agree so well that the fit describes an order and not a transition.
+    pub fn is_asymptotic(&self) -> bool {
+        let (low, high) = self.local_range();
+        high - low <= ASYMPTOTIC_SPREAD
+    }
+}
+
+/// Slope and its standard error of log y against log x.
+fn log_log(x: &[f64], y: &[f64]) -> (f64, Option<f64>) {
+    let n = x.len();
+    let design = DMatrix::from_fn(n, 2, |row, column| if column == 0 { 1.0 } else { x[row].ln() });
+    let target = DVector::from_iterator(n, y.iter().map(|y| y.ln()));
+    let svd = design.clone().svd(true, true);
+    let coefficients = svd.solve(&target, 0.0).expect("both factors were computed");
+    let residual = (&target - &design * &coefficients).norm_squared();
+    let standard_error = (n > 2)
+        .then(|| {
+            (design.transpose() * &design)
+                .try_inverse()
+                .map(|inverse| (residual / (n - 2) as f64 * inverse[(1, 1)]).sqrt())
+        })
+        .flatten();
+    (coefficients[1], standard_error)
+}
+
+fn local_slopes(delta_gamma: &[f64], errors: &[f64]) -> Vec<f64> {
+    let slope = |k: usize| (errors[k - 1] / errors[k]).ln() / (delta_gamma[k - 1] / delta_gamma[k]).ln();
+    (1..errors.len()).map(slope).collect()
+}
+
+/// How many of the errors, coarse to fine on grids of `n_gamma` nodes, lie above the rounding plateau.
+///
+/// Two things end the errors that can be fitted, and nothing else does: from some point to the last
+///
+/// * no error is smaller any more (with an order of a half at least), and that level can be one of rounding: with 16
+///   `digits` below 1e-7 of the quantity's `size`. So near to rounding that √N units of the last digit show (1e-15 √N),
+///   errors that fall with less than 0.8 of the order before them count as well;
+/// * or all errors are larger than the last one that fell, at any level.
+///
+/// An order that drops from grid to grid is not such an end, nor are coarse grids that hesitate, nor an error that passes
+/// through zero. Of the points before a plateau those are left out that are less than four times as large.
+pub fn points_above_plateau(delta_gamma: &[f64], n_gamma: &[usize], errors: &[f64], size: f64, digits: u32) -> usize {
+    let short_of = |spare: i32| 10.0_f64.powi(spare - digits as i32) * size;
+    // An error of zero is below every rounding level, and has no logarithm.
+    let some = errors.iter().position(|&error| error == 0.0).unwrap_or(errors.len());
+    let errors = &errors[..some];
+    if errors.first().is_none_or(|first| *first <= short_of(ROUNDING_DIGITS)) {
+        return 0;
+    }
+    let slopes = local_slopes(delta_gamma, errors);
+    let begins_at = |&start: &usize| {
+        let (last, tail) = (start - 1, start..errors.len());
+        let near = errors[start] <= short_of(NEAR_DIGITS) * (n_gamma[start] as f64).sqrt();
+        let before = if last > 0 { slopes[last - 1] } else { 1.0 };
+        let order = if near { STALLED.max(SHARE_OF_ORDER * before) } else { STALLED };
+        let falls = |k: usize| errors[k] <= errors[last] * (delta_gamma[k] / delta_gamma[last]).powf(order);
+        // Behind an error that happens to be small the others fall as they did before it.
+        let goes_on = tail.len() > 2 && !near && log_log(&delta_gamma[start..some], &errors[start..]).0 > 2.0 * STALLED;
+        let grows = last > 0 && slopes[last - 1] > 0.0 && tail.clone().all(|k| errors[k] > errors[last]);
+        let is_low = errors[start] <= short_of(PLATEAU_DIGITS);
+        !goes_on && (grows || (is_low && !tail.clone().any(falls)))
+    };
+    let Some(start) = (1..some).find(begins_at) else { return some };
+    let level = errors[start - 1..].iter().copied().fold(f64::INFINITY, f64::min);
+    (0..start).rev().find(|&k| errors[k] >= ABOVE_PLATEAU * level).map_or(0, |last| last + 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grids(count: u32) -> (Vec<f64>, Vec<usize>) {
+        let n: Vec<usize> = (0..count).map(|i| (16 << i) + 1).collect();
+        (n.iter().map(|&n| 1.0 / (n - 1) as f64).collect(), n)
+    }
+
+    #[test]
+    fn a_power_law_is_recovered() {
+        let (h, n) = grids(5);
+        let errors: Vec<f64> = h.iter().map(|h| 3.0 * h.powf(2.5)).collect();
+        let fit = Fit::new(&h, &n, &errors).unwrap();
+        assert!((fit.slope - 2.5).abs() < 1e-12 && fit.standard_error.unwrap() < 1e-12);
+        assert!(fit.slope_vs_inverse_n > 2.5, "1/N shrinks more slowly than 1/(N-1)");
+        assert!(fit.is_asymptotic() && fit.local_slopes.len() == 4);
+        assert_eq!(Fit::new(&h[..1], &n[..1], &errors[..1]), None);
+        assert_eq!(Fit::new(&h[..2], &n[..2], &errors[..2]).unwrap().standard_error, None);
+    }
+
+    #[test]
+    fn the_standard_error_is_that_of_the_textbook() {
+        // y = x with residuals (1, -2, 1)·c on logs 0, 1, 2: slope 1, RSS 6c², Var = 6c²/1/2.
+        let (h, n) = ([1.0_f64.exp().powi(2), 1.0_f64.exp(), 1.0], [2, 3, 4]);
+        let c: f64 = 0.01;
+        let errors = [(2.0 + c).exp(), (1.0 - 2.0 * c).exp(), c.exp()];
+        let fit = Fit::new(&h, &n, &errors).unwrap();
+        assert!((fit.slope - 1.0).abs() < 1e-12);
+        assert!((fit.standard_error.unwrap() - c * 3.0_f64.sqrt()).abs() < 1e-12);
+    }
+
+    /// How many errors with this law are kept on twelve grids.
+    fn kept(error: impl Fn(f64) -> f64) -> usize {
+        let (h, n) = grids(12);
+        let errors: Vec<f64> = h.iter().map(|&h| error(h)).collect();
+        points_above_plateau(&h, &n, &errors, 1.0, 16)
+    }
+
+    #[test]
+    fn a_plateau_of_rounding_and_errors_that_grow_end_a_fit() {
+        let ends = kept(|h| h.powi(4) + 1e-14 / h);
+        assert!((5..=6).contains(&ends), "{ends}: rounding takes over where h^4 = 1e-14/h");
+        let ends = kept(|h| h.powi(4) + 3e-16);
+        assert!((8..=9).contains(&ends), "{ends}: h^4 = 3e-16 at the tenth");
+        // Of a long run, whose rounding is carried far.
+        let ends = kept(|h| h.powi(2) + 1e-8);
+        assert!((8..=10).contains(&ends), "{ends}: h = 1e-4 at the tenth");
+        let ends = kept(|h| 1e3 * h.powi(2) + 1e-7 / h.powi(2));
+        assert!((4..=6).contains(&ends), "{ends}: the least error is 2e-2, and it grows from there");
+        assert_eq!(kept(|_| 1e-16), 0);
+        assert_eq!(kept(|h| if h < 1e-3 { 0.0 } else { h }), 6);
+        assert_eq!(points_above_plateau(&[], &[], &[], 1.0, 16), 0);
+        // A sweep that ends on the way into the plateau.
+        let (h, n) = grids(12);
+        assert_eq!(points_above_plateau(&h[8..11], &n[8..11], &[8e-13, 1e-13, 4e-14], 1.0, 16), 1);
+    }
+
+    #[test]
+    fn an_order_that_drops_is_no_plateau() {
+        for (high, low) in [(8.0, 4.0), (6.0, 3.0), (4.0, 3.0), (3.7, 3.0), (4.0, 2.0), (2.0, 1.0)] {
+            // The higher order leads on the first half of the grids.
+            let crossing = 1.0_f64 / 512.0;
+            let amplitude = 1e-7 / crossing.powf(low);
+            let law = |h: f64| amplitude * (h.powf(low) + crossing.powf(low - high) * h.powf(high));
+            let (h, n) = grids(12);
+            let errors: Vec<f64> = h.iter().map(|&h| law(h)).filter(|&error| error > 1e-12).collect();
+            let all = errors.len();
+            assert_eq!(points_above_plateau(&h[..all], &n[..all], &errors, 1.0, 16), all, "{high} to {low}");
+        }
+        assert_eq!(kept(|h| h.powi(2)), 12);
+        // A coarse grid that hesitates, and an error that changes its sign between two grids.
+        assert_eq!(kept(|h| if h > 0.04 { 1e-3 } else { h.powi(2) }), 12);
+        assert_eq!(kept(|h| 1e-5 * h * (h - 0.9e-3).abs()), 12);
+    }
+}

@@ -1,0 +1,91 @@
+//! The slopes of a sweep, and when they are no orders.
+
+use super::fit::{Fit, points_above_plateau};
+use super::{Convergence, Quantity};
+use crate::case::{Form, SbpName};
+use crate::scalar::Real;
+
+/// The fitted slope of one quantity for one operator.
+#[derive(Debug, Clone)]
+pub struct Slope {
+    /// Operator.
+    pub sbp: SbpName,
+    /// Form of the action.
+    pub form: Form,
+    /// What was fitted.
+    pub quantity: Quantity,
+    /// The fit; none with fewer than two points above the rounding plateau.
+    pub fit: Option<Fit>,
+    /// Smallest and largest N of the fit; none without points.
+    pub n_range: Option<(usize, usize)>,
+    /// Number of points of the fit.
+    pub points: usize,
+    /// First N on the rounding plateau, if the sweep reaches it.
+    pub plateau_from: Option<usize>,
+}
+
+impl Slope {
+    /// The operator, with the form if that is not the paper's.
+    pub fn scheme(&self) -> String {
+        match self.form {
+            Form::Strong => self.sbp.to_string(),
+            Form::Weak => format!("{} weak", self.sbp),
+        }
+    }
+
+    /// A sentence if the number should not be read as an order.
+    pub fn warning(&self) -> Option<String> {
+        let (name, quantity) = (self.scheme(), self.quantity.as_str());
+        match &self.fit {
+            None if self.plateau_from.is_some() => {
+                Some(format!("{name} {quantity}: no slope, the errors are at the rounding level"))
+            }
+            None => Some(format!("{name} {quantity}: no slope, fewer than two grids were solved in the range")),
+            Some(fit) if !fit.is_asymptotic() => {
+                let (low, high) = fit.local_range();
+                Some(format!(
+                    "{name} {quantity}: not asymptotic, the slope between neighbouring grids runs from {low:.2} to {high:.2}"
+                ))
+            }
+            Some(_) => None,
+        }
+    }
+}
+
+impl<S: Real> Convergence<S> {
+    /// The slopes of every operator and quantity over the grids with `n_range.0` ≤ N ≤ `n_range.1` that lie above the
+    /// rounding plateau.
+    pub fn slopes(&self, n_range: (usize, usize)) -> Vec<Slope> {
+        let mut schemes: Vec<(SbpName, Form)> = self.points.iter().map(|point| (point.sbp, point.form)).collect();
+        schemes.dedup();
+        let of_scheme = |scheme| Quantity::ALL.map(|quantity| self.slope(scheme, quantity, n_range));
+        schemes.into_iter().flat_map(of_scheme).collect()
+    }
+
+    fn slope(&self, (sbp, form): (SbpName, Form), quantity: Quantity, n_range: (usize, usize)) -> Slope {
+        let (mut delta_gamma, mut n_gamma, mut errors) = (Vec::new(), Vec::new(), Vec::new());
+        for point in self.points.iter().filter(|point| (point.sbp, point.form) == (sbp, form)) {
+            let in_range = (n_range.0..=n_range.1).contains(&point.n_gamma);
+            let error = point.errors.as_ref().map(|errors| quantity.of(errors));
+            if let Some(error) = error.filter(|error| in_range && error.is_finite()) {
+                delta_gamma.push(point.delta_gamma);
+                n_gamma.push(point.n_gamma);
+                errors.push(error);
+            }
+        }
+        let size = match quantity {
+            Quantity::EpsTFinal | Quantity::EpsTL2 => self.reference.t_size,
+            Quantity::EpsXFinal | Quantity::EpsXL2 => self.reference.x_size,
+        };
+        let kept = points_above_plateau(&delta_gamma, &n_gamma, &errors, size, self.digits);
+        Slope {
+            sbp,
+            form,
+            quantity,
+            fit: Fit::new(&delta_gamma[..kept], &n_gamma[..kept], &errors[..kept]),
+            n_range: n_gamma[..kept].first().copied().zip(n_gamma[..kept].last().copied()),
+            points: kept,
+            plateau_from: n_gamma.get(kept).copied(),
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! The grids of a sweep, solved in parallel and measured.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use super::{Convergence, ConvergencePoint, Errors, ReferenceInfo, SweepError};
+use crate::case::{Case, End, Form, SbpName};
+use crate::diagnostics::Diagnostics;
+use crate::metric::Metric;
+use crate::reference::ReferenceTrajectory;
+use crate::scalar::Real;
+use crate::solve::{Solution, Status, solve};
+
+/// A sweep that is ready: every grid is possible, and there is a reference.
+pub struct Sweep<S = f64> {
+    /// Operators in the order asked for, then N ascending.
+    cases: Vec<Case>,
+    length: S,
+    reference: ReferenceTrajectory<S>,
+    info: ReferenceInfo<S>,
+    digits: u32,
+}
+
+/// Solves `case` for every operator with its form and every number of nodes, in parallel; results come in a fixed order.
+///
+/// `finished` is called for every grid as it is done; a true `cancel` keeps grids that have not begun from beginning.
+///
+/// # Errors
+/// See [`Sweep::new`].
+pub fn sweep<S: Real>(
+    case: &Case,
+    schemes: &[(SbpName, Form)],
+    n_gamma: &[usize],
+    cancel: &AtomicBool,
+    finished: &(dyn Fn(&ConvergencePoint) + Sync),
+) -> Result<Convergence<S>, SweepError> {
+    let sweep = Sweep::new(case, schemes, n_gamma)?;
+    Ok(sweep.run(cancel, &|_, point| finished(point)))
+}
+
+impl<S: Real> Sweep<S> {
+    /// A sweep of `case` over every operator with its form and every number of nodes.
+    ///
+    /// A case that ends at a physical time is swept at the γ_f at which the reference reaches it.
+    ///
+    /// # Errors
+    /// [`SweepError`] if a grid cannot exist or there is no reference. A grid without a solution is a point with its
+    /// status.
+    pub fn new(case: &Case, schemes: &[(SbpName, Form)], n_gamma: &[usize]) -> Result<Self, SweepError> {
+        let metric: Metric<S> = case.metric();
+        let initial = case.initial_data();
+        let digits = case.digits::<S>();
+        let length = match case.end() {
+            End::Duration(duration) => ReferenceTrajectory::length_of(&metric, initial, duration, digits)?,
+            End::Length(length) => length,
+        };
+        let mut n_gamma = n_gamma.to_vec();
+        n_gamma.sort_unstable();
+        n_gamma.dedup();
+        let mut cases: Vec<Case> = Vec::new();
+        for &scheme in schemes {
+            if cases.iter().all(|case| (case.scheme.sbp, case.scheme.form) != scheme) {
+                for &n in &n_gamma {
+                    cases.push(case.on_grid(scheme, n, length).map_err(SweepError::Grid)?);
+                }
+            }
+        }
+        // Few nodes round to one and the same number of spectral elements.
+        cases.dedup_by(|a, b| (a.scheme, &a.grid) == (b.scheme, &b.grid));
+        let reference = ReferenceTrajectory::new(&metric, initial, length, digits)?;
+        let end = reference.at(length);
+        let samples = n_gamma.last().copied().unwrap_or(2).clamp(2, 4096);
+        let x_size = (0..samples)
+            .map(|k| reference.at(length * S::from(k as f64 / (samples - 1) as f64)).x.to_f64().abs())
+            .fold(f64::MIN_POSITIVE, f64::max);
+        let info = ReferenceInfo {
+            error_estimate: reference.error_estimate(),
+            steps: reference.steps(),
+            gamma_final: case.grid.gamma_i.to::<S>() + length,
+            t_final: initial.t + end.elapsed,
+            x_final: end.x,
+            t_size: end.elapsed.to_f64().abs(),
+            x_size,
+        };
+        Ok(Self { cases, length, reference, info, digits })
+    }
+
+    /// Number of grids.
+    pub fn grids(&self) -> usize {
+        self.cases.len()
+    }
+
+    /// Solves all grids; `finished` is called for each, with its place in the order, as it is done. A true `cancel` keeps
+    /// grids that have not begun from beginning.
+    pub fn run(&self, cancel: &AtomicBool, finished: &(dyn Fn(usize, &ConvergencePoint) + Sync)) -> Convergence<S> {
+        // The largest grids first, so that no core is left alone with one at the end.
+        let mut jobs: Vec<(usize, &Case)> = self.cases.iter().enumerate().collect();
+        jobs.sort_by_key(|(_, case)| std::cmp::Reverse(case.grid.n_gamma * case.grid.windows));
+        let points = jobs.into_par_iter().with_max_len(1).filter_map(|(place, case)| {
+            if cancel.load(Ordering::Relaxed) {
+                return None;
+            }
+            let point = measure(case, self.length, &self.reference);
+            finished(place, &point);
+            Some((place, point))
+        });
+        self.gathered(points.collect())
+    }
+
+    /// The sweep as far as these points go, which have their places in the order.
+    pub fn gathered(&self, mut points: Vec<(usize, ConvergencePoint)>) -> Convergence<S> {
+        points.sort_by_key(|(place, _)| *place);
+        Convergence {
+            interrupted: points.len() < self.cases.len(),
+            digits: self.digits,
+            points: points.into_iter().map(|(_, point)| point).collect(),
+            reference: self.info,
+        }
+    }
+}
+
+fn measure<S: Real>(case: &Case, length: S, reference: &ReferenceTrajectory<S>) -> ConvergencePoint {
+    let intervals = case.grid.windows * (case.grid.n_gamma - 1);
+    let start = Instant::now();
+    let result = solve::<S>(case);
+    let seconds = start.elapsed().as_secs_f64();
+    let (status, iterations, errors) = match &result {
+        Ok(solution) => (Status::Converged, solution.iterations, Some(errors(solution, reference))),
+        Err(failure) => (failure.status, failure.history.len(), None),
+    };
+    ConvergencePoint {
+        sbp: case.scheme.sbp,
+        form: case.scheme.form,
+        n_gamma: intervals + 1,
+        delta_gamma: length.to_f64() / intervals as f64,
+        errors,
+        iterations,
+        seconds,
+        status,
+    }
+}
+
+/// Errors of a solution at its nodes and in its own quadrature.
+pub fn errors<S: Real>(solution: &Solution<S>, reference: &ReferenceTrajectory<S>) -> Errors {
+    let (mut t_squared, mut x_squared, mut final_errors) = (0.0, 0.0, (0.0, 0.0));
+    let values = solution.time_from_start(&solution.elapsed).zip(&solution.x);
+    let weights = solution.views().flat_map(|view| view.sbp.weights());
+    for ((gamma, (t, &x)), weight) in solution.gamma_from_start().zip(values).zip(weights) {
+        let exact = reference.at(gamma);
+        let (t, x) = ((t - exact.elapsed).to_f64(), (x - exact.x).to_f64());
+        let weight = weight.to_f64();
+        t_squared += weight * t * t;
+        x_squared += weight * x * x;
+        final_errors = (t.abs(), x.abs());
+    }
+    let diagnostics = Diagnostics::new(solution);
+    Errors {
+        eps_t_final: final_errors.0,
+        eps_x_final: final_errors.1,
+        eps_t_l2: t_squared.sqrt(),
+        eps_x_l2: x_squared.sqrt(),
+        delta_q_t_last: diagnostics.measures.delta_q_t_last.to_f64(),
+        delta_k_max: diagnostics.measures.max_abs_delta_k.to_f64(),
+    }
+}

@@ -1,0 +1,153 @@
+//! Settings are tried one after the other, and timed in turns.
+
+use std::time::Instant;
+
+use super::family::{Family, Setting};
+use super::run::{Job, Outcome};
+use super::{Arena, Budget, OUTPUTS, Progress, Row, RowStatus};
+use crate::methods::Output;
+
+/// Runs shorter than this many seconds are repeated in a round until they take it.
+const BATCH: f64 = 5e-5;
+/// A family ends after so many settings whose errors are no longer smaller, if they are below this share of the size of t
+/// or x: rounding, and no hesitation of coarse settings.
+const PLATEAU: usize = 3;
+const ROUNDING: f64 = 1e-9;
+/// The loosest tolerance of an iteration is the error over this, and the tightest one this power of ten; the error may become
+/// larger by this factor.
+const LOOSEST: f64 = 100.0;
+const TIGHTEST: f64 = -15.0;
+const SPOILT: f64 = 1.5;
+
+/// A row with what it takes to run it again.
+pub(super) struct Trial<'a> {
+    pub(super) row: Row,
+    job: Job<'a>,
+    /// Seconds of the first run.
+    tried: f64,
+}
+
+impl Trial<'_> {
+    /// The times of the rounds take the place of the trial's.
+    pub(super) fn time(&mut self, samples: &[f64]) {
+        let mut samples = samples.to_vec();
+        samples.sort_by(f64::total_cmp);
+        (self.row.seconds_min, self.row.seconds_median) = (samples[0], samples[samples.len() / 2]);
+    }
+}
+
+/// One family from cheap to dear.
+pub(super) fn try_family<'a>(
+    arena: &'a Arena,
+    family: &Family,
+    budget: &Budget,
+    is_cancelled: &dyn Fn() -> bool,
+    tried: &mut dyn FnMut(&Row),
+) -> Vec<Trial<'a>> {
+    let mut trials: Vec<Trial<'a>> = Vec::new();
+    let (mut least, mut stale) = (f64::INFINITY, 0);
+    for setting in family.settings(arena.scale()).take(budget.settings) {
+        if is_cancelled() {
+            break;
+        }
+        let trial = try_setting(arena, family, setting);
+        tried(&trial.row);
+        let (rank, seconds) = (trial.row.rank(), trial.row.seconds_min);
+        trials.push(trial);
+        if let Some(error) = rank {
+            // A little less is no progress: settings differ by factors. Tolerances are few, and steps may ignore them.
+            let rounding = error < ROUNDING * arena.sizes.0.max(arena.sizes.1) && !family.is_adaptive();
+            stale = if error < 0.8 * least || !rounding { 0 } else { stale + 1 };
+            least = least.min(error);
+        }
+        if seconds > budget.longest || stale >= PLATEAU {
+            break;
+        }
+    }
+    trials
+}
+
+/// Runs a setting; where the method has a tolerance for its iteration, to rounding first and then with the loosest one, in
+/// steps of a hundred, that leaves about the same error.
+fn try_setting<'a>(arena: &'a Arena, family: &Family, setting: Setting) -> Trial<'a> {
+    let to_rounding = attempt(arena, family, setting);
+    let (Some(error), true) = (to_rounding.row.rank(), family.has_inner_tolerance()) else { return to_rounding };
+    let mut power = (error / LOOSEST).log10().floor();
+    while power >= TIGHTEST {
+        let trial = attempt(arena, family, setting.with_inner(10.0_f64.powf(power)));
+        if trial.row.rank().is_some_and(|rank| rank <= SPOILT * error) {
+            return trial;
+        }
+        power -= 2.0;
+    }
+    to_rounding
+}
+
+fn attempt<'a>(arena: &'a Arena, family: &Family, setting: Setting) -> Trial<'a> {
+    let output = Output::even(OUTPUTS);
+    let job = Job::new(arena, family, setting, output.clone());
+    let start = Instant::now();
+    let result = job.run();
+    let seconds = start.elapsed().as_secs_f64();
+    let (status, errors, evaluations, points) = match result.and_then(|raw| raw.outcome(&output)) {
+        Ok(Outcome { states, evaluations, points }) => {
+            let errors = arena.errors(&output, &states);
+            (arena.judge(&errors), Some(errors), evaluations, points)
+        }
+        Err(word) => (RowStatus::Failed(word), None, 0, 0),
+    };
+    let row = Row {
+        family: family.clone(),
+        setting: family.label(&setting),
+        gamma_f: arena.length(),
+        errors,
+        seconds_min: seconds,
+        seconds_median: seconds,
+        evaluations,
+        points,
+        status,
+    };
+    Trial { row, job, tried: seconds }
+}
+
+/// Rounds over all that arrived, in turns.
+pub(super) fn time(
+    trials: &mut [Trial<'_>],
+    budget: &Budget,
+    is_cancelled: &dyn Fn() -> bool,
+    progress: &mut dyn FnMut(Progress<'_>),
+) {
+    let rounds = |seconds: f64| match seconds {
+        ..1e-3 => budget.rounds,
+        ..1e-2 => budget.rounds.div_ceil(2),
+        _ => budget.rounds.div_ceil(5),
+    };
+    let mut samples: Vec<Vec<f64>> = vec![Vec::new(); trials.len()];
+    for round in 0..budget.rounds {
+        let before: Vec<usize> = samples.iter().map(Vec::len).collect();
+        for (trial, samples) in trials.iter().zip(&mut samples) {
+            if trial.row.status != RowStatus::Converged || round >= rounds(trial.tried).max(3) {
+                continue;
+            }
+            if is_cancelled() {
+                break;
+            }
+            // The trial was cold: the first round says how often a run fits into a batch.
+            let known = samples.first().copied().unwrap_or(trial.tried);
+            let repetitions = (BATCH / known.max(1e-9)).ceil().clamp(1.0, 1000.0) as u32;
+            let start = Instant::now();
+            for _ in 0..repetitions {
+                // A run that arrived once arrives again.
+                drop(std::hint::black_box(trial.job.run()));
+            }
+            samples.push(start.elapsed().as_secs_f64() / f64::from(repetitions));
+        }
+        for (index, (trial, samples)) in trials.iter_mut().zip(&samples).enumerate() {
+            if samples.len() > before[index] {
+                trial.time(samples);
+                progress(Progress::Retimed(index, &trial.row));
+            }
+        }
+        progress(Progress::Round(round + 1, budget.rounds));
+    }
+}

@@ -1,0 +1,160 @@
+//! Every method of `stability` and of `work-precision` is what it is called: its error falls at its order as the setting is
+//! refined, in the very rows and cells that the commands write.
+
+use std::sync::atomic::AtomicBool;
+
+use geodesic_ivp::case::{Form, SbpName};
+use geodesic_ivp::study::stability::{Cell, Method, Plan, Scene, measure};
+use geodesic_ivp::study::work_precision::{self, Arena, Budget, Family};
+
+use super::common::case;
+
+/// What the errors of a method do.
+enum Law {
+    /// They fall with an order in the step between these two, on the three finest grids above rounding.
+    Order(f64, f64),
+    /// They do so on all grids: where in a step the points of output lie differs from grid to grid.
+    Dense(f64, f64),
+    /// They follow the tolerance, and stay below so many of it.
+    Tolerance(f64),
+    /// They stay where they are: the method is wrong.
+    Wrong,
+}
+
+/// Errors above this are not asymptotic, and below the other one they feel rounding.
+const COARSE: f64 = 2e-3;
+const ROUNDING: f64 = 1e-13;
+
+/// The slope of the errors against the numbers of steps, or the like, on the finest `most` of these settings that are
+/// neither coarse nor rounding.
+fn order(errors: &[(f64, f64)], most: usize) -> Option<f64> {
+    let good: Vec<_> = errors.iter().filter(|(_, error)| (ROUNDING..COARSE).contains(error)).collect();
+    let finest = &good[good.len().saturating_sub(most)..];
+    let mean =
+        |value: &dyn Fn(&(f64, f64)) -> f64| finest.iter().map(|point| value(point)).sum::<f64>() / finest.len() as f64;
+    let (x, y) = (mean(&|point| point.0.ln()), mean(&|point| point.1.ln()));
+    let slope = mean(&|point| (point.0.ln() - x) * (point.1.ln() - y)) / mean(&|point| (point.0.ln() - x).powi(2));
+    (finest.len() >= 2 && slope.is_finite()).then_some(-slope)
+}
+
+/// What is wrong with the errors of a method, (steps or 1/tolerance, error), from cheap to dear.
+fn contradiction(name: &str, law: &Law, errors: &[(f64, f64)]) -> Option<String> {
+    let (most, range) = match *law {
+        Law::Order(low, high) => (3, low..high),
+        Law::Dense(low, high) => (usize::MAX, low..high),
+        Law::Tolerance(_) => (usize::MAX, 0.7..1.3),
+        Law::Wrong => (0, 0.0..0.0),
+    };
+    let order = order(errors, most);
+    let holds = match *law {
+        Law::Wrong => !errors.is_empty() && errors.iter().all(|(_, error)| *error > 0.01),
+        _ => order.is_some_and(|order| range.contains(&order)),
+    };
+    let is_within = |factor: f64| errors.iter().all(|(inverse, error)| *error < factor / inverse + ROUNDING);
+    let holds = holds && if let Law::Tolerance(factor) = *law { is_within(factor) } else { true };
+    (!holds).then(|| format!("{name}: order {order:?}, {errors:?}"))
+}
+
+#[test]
+fn every_method_of_the_atlas_has_its_order() {
+    let scene = Scene::new(&case(""), &[4.0]).unwrap();
+    let steps = [
+        4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0, 64.0, 96.0, 128.0, 192.0, 256.0, 384.0, 512.0, 1024.0, 2048.0,
+        4096.0,
+    ];
+    let plan = Plan {
+        methods: Method::all(),
+        lengths: vec![4.0],
+        tangents: vec![1.0],
+        spacings: steps.iter().rev().map(|steps| 4.0 / steps).collect(),
+    };
+    let atlas = measure(&scene, &plan, &AtomicBool::new(false), &|_, _| {});
+    let contradicted = plan.methods.iter().filter_map(|method| {
+        let law = match method {
+            Method::Block(SbpName::Sbp21, _) => Law::Order(1.9, 2.1),
+            Method::Block(SbpName::Sbp42, _) => Law::Order(2.8, 3.3),
+            Method::Block(SbpName::Sbp63, _) => Law::Order(3.6, 4.6),
+            Method::Block(..) => Law::Order(4.6, 5.9),
+            Method::Windows(SbpName::Sbp21, Form::Strong) => Law::Order(1.9, 2.3),
+            Method::Windows(SbpName::Sbp21, Form::Weak) => Law::Order(1.9, 2.1),
+            Method::Windows(..) => Law::Order(2.8, 3.3),
+            // Of the nodes inside; with sixteen of them rounding comes before the order is reached.
+            Method::Elements(nodes, _) => Law::Order(*nodes as f64 - 2.5, *nodes as f64 + 1.5),
+            Method::Unregularised(_) => Law::Wrong,
+            Method::Other(Family::Rk4) => Law::Order(3.7, 4.5),
+            Method::Other(Family::Verlet) => Law::Order(1.9, 2.1),
+            Method::Other(Family::KahanLi6) => Law::Order(5.6, 6.6),
+            Method::Other(Family::KahanLi8) => Law::Order(7.4, 8.9),
+            Method::Other(Family::Gauss(stages)) => Law::Order(2.0 * *stages as f64 - 0.4, 2.0 * *stages as f64 + 1.0),
+            Method::Other(_) => unreachable!("{} has no constant steps", method.label()),
+            Method::Adaptive(_) | Method::Accuracy => Law::Tolerance(30.0),
+        };
+        let mut errors: Vec<(f64, f64)> = atlas
+            .cells
+            .iter()
+            .filter(|cell| cell.method == *method)
+            .filter_map(|Cell { n_gamma, numbers, setting, .. }| {
+                let numbers = numbers.as_ref()?;
+                let steps = if method.is_adaptive() { 1.0 / setting } else { (*n_gamma)? as f64 - 1.0 };
+                // Whatever looser accuracy is asked for, it is that of 1e-4.
+                if *method == Method::Accuracy && steps < 1e4 {
+                    return None;
+                }
+                Some((steps, numbers.error_x_max?.max(numbers.error_t_max?)))
+            })
+            .collect();
+        errors.sort_by(|a, b| a.0.total_cmp(&b.0));
+        contradiction(&method.label(), &law, &errors)
+    });
+    assert_eq!(contradicted.collect::<Vec<_>>().join("\n"), "");
+}
+
+#[test]
+fn every_method_of_the_chart_has_its_order() {
+    // By settings and not by time, so that a slow machine measures the same.
+    let budget = Budget { longest: f64::INFINITY, rounds: 1, settings: 12 };
+    let families = Family::all();
+    let is_spectral = |family: &Family| matches!(family, Family::Elements(_) | Family::March(_) | Family::Gauss(_));
+    let (spectral, others): (Vec<_>, Vec<_>) = families.iter().cloned().partition(is_spectral);
+    let mut rows = Vec::new();
+    // On a short run windows of many nodes would have nothing but rounding.
+    for (length, families) in [("40.0", spectral), ("4.0", others)] {
+        let arena = Arena::new(&case(&format!("grid.gamma_f={length}")), None).unwrap();
+        rows.extend(work_precision::measure(&arena, &families, &budget, &AtomicBool::new(false), &mut |_| {}).rows);
+    }
+    let contradicted = families.iter().filter_map(|family| {
+        let law = match family {
+            Family::Block(SbpName::Sbp21, _) | Family::Verlet => Law::Order(1.9, 2.1),
+            Family::Block(SbpName::Sbp42, _) => Law::Order(2.8, 3.3),
+            Family::Block(SbpName::Sbp63, _) => Law::Order(3.6, 4.6),
+            Family::Block(..) => Law::Order(4.6, 5.9),
+            // 2n - 2 at the ends of windows and, as amplitudes shift the phase of a long run, one more. With many nodes
+            // rounding comes before the order is reached.
+            Family::Elements(nodes) => Law::Order((2.0 * *nodes as f64 - 3.5).min(17.0), 2.0 * *nodes as f64 - 0.5),
+            // n + 1 between the ends, unless the errors at the ends are larger still.
+            Family::March(nodes) => Law::Dense((*nodes as f64).min(11.0), 2.0 * *nodes as f64 - 0.5),
+            Family::Rk4 => Law::Order(3.7, 4.5),
+            Family::KahanLi6 => Law::Order(5.6, 6.6),
+            Family::KahanLi8 | Family::KahanLi8Compensated => Law::Order(7.4, 8.9),
+            Family::Gauss(stages) => Law::Dense((*stages as f64).min(11.0), 2.0 * *stages as f64 + 0.5),
+            Family::Accuracy | Family::Dop853 | Family::Radau5 | Family::Taylor => Law::Tolerance(30.0),
+            Family::Other(_) => unreachable!("measured elsewhere"),
+        };
+        let errors: Vec<(f64, f64)> = rows
+            .iter()
+            .filter(|row| row.family == *family)
+            .filter_map(|row| {
+                let number = |key: &str| {
+                    let value = row.setting.split(key).nth(1)?.split_whitespace().next()?;
+                    value.parse::<f64>().ok()
+                };
+                let count = ["steps=", "windows=", "N="].into_iter().find_map(number);
+                Some((count.or_else(|| number("tol=").map(f64::recip))?, row.errors?.largest()))
+            })
+            // On the ends of windows errors are smaller by far than between them.
+            .filter(|(count, _)| !matches!(law, Law::Dense(..)) || count % work_precision::OUTPUTS as f64 != 0.0)
+            .collect();
+        contradiction(&family.name(), &law, &errors)
+    });
+    assert_eq!(contradicted.collect::<Vec<_>>().join("\n"), "");
+}
