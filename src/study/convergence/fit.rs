@@ -89,7 +89,8 @@ fn local_slopes(delta_gamma: &[f64], errors: &[f64]) -> Vec<f64> {
 /// * or all errors are larger than the last one that fell, at any level.
 ///
 /// An order that drops from grid to grid is not such an end, nor are coarse grids that hesitate, nor an error that passes
-/// through zero. Of the points before a plateau those are left out that are less than four times as large.
+/// through zero. Of the points before a plateau those are left out that are less than four times as large (before errors
+/// that grow, than twice).
 pub fn points_above_plateau(delta_gamma: &[f64], n_gamma: &[usize], errors: &[f64], size: f64, digits: u32) -> usize {
     let short_of = |spare: i32| 10.0_f64.powi(spare - digits as i32) * size;
     // An error of zero is below every rounding level, and has no logarithm.
@@ -106,14 +107,16 @@ pub fn points_above_plateau(delta_gamma: &[f64], n_gamma: &[usize], errors: &[f6
         let order = if near { STALLED.max(SHARE_OF_ORDER * before) } else { STALLED };
         let falls = |k: usize| errors[k] <= errors[last] * (delta_gamma[k] / delta_gamma[last]).powf(order);
         // Behind an error that happens to be small the others fall as they did before it.
-        let goes_on = tail.len() > 2 && !near && log_log(&delta_gamma[start..some], &errors[start..]).0 > 2.0 * STALLED;
+        let goes_on = tail.len() > 2 && !near && log_log(&delta_gamma[start..some], &errors[start..]).0 > STALLED;
         let grows = last > 0 && slopes[last - 1] > 0.0 && tail.clone().all(|k| errors[k] > errors[last]);
         let is_low = errors[start] <= short_of(PLATEAU_DIGITS);
         !goes_on && (grows || (is_low && !tail.clone().any(falls)))
     };
     let Some(start) = (1..some).find(begins_at) else { return some };
     let level = errors[start - 1..].iter().copied().fold(f64::INFINITY, f64::min);
-    (0..start).rev().find(|&k| errors[k] >= ABOVE_PLATEAU * level).map_or(0, |last| last + 1)
+    // Where errors begin to grow, rounding is half of the least one only.
+    let above = if errors[start] > errors[start - 1] { 0.5 * ABOVE_PLATEAU } else { ABOVE_PLATEAU };
+    (0..start).rev().find(|&k| errors[k] >= above * level).map_or(0, |last| last + 1)
 }
 
 #[cfg(test)]
