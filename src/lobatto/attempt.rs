@@ -44,7 +44,7 @@ const SLOW: usize = 14;
 
 /// What the error inside a window is to stay away from the accuracy by, and on runs on which rounding takes most of it.
 const INSIDE_MARGIN: f64 = 2.0;
-const INSIDE_MARGIN_AT_ROUNDING: f64 = 10.0;
+const INSIDE_MARGIN_AT_ROUNDING: f64 = 20.0;
 
 /// The part of a share that the iteration may leave. The companion starts where the world-line's iteration ended, so
 /// that of this the distance sees only a part; the estimate counts it apart.
@@ -106,7 +106,7 @@ impl Attempt<'_> {
         let order = (2 * rules[1].points() - 2) as f64;
         let mut gamma = Twofold::ZERO;
         let mut states = [self.start; 2];
-        let mut judge = Judge::new(self.metric, self.q_t, &self.start);
+        let mut judge = Judge::new(self.metric, self.q_t, rules[0].points(), &self.start);
         let (mut idle, mut refused) = (0, 0);
         // Evaluations and γ − γ_i when progress was looked at last.
         let mut pace = (statistics.evaluations, 0.0);

@@ -24,10 +24,11 @@ const CALIBRATION: f64 = 0.03;
 /// The error of x and t at the nodes inside a window in units of its highest modes, at most; measured on oscillators it is
 /// 1e-4 to 1.3e-3 and 2e-3 to 2e-2, on steep powers and walls up to 4.3e-3 at the first node. It has the order of the modes and
 /// not of their square, and ends with the window.
-const INSIDE: [f64; 2] = [5e-3, 3e-2];
+/// That of x is in units of n⁻²: 4.3e-3 with 16 nodes and 2.2e-3 with 24.
+const INSIDE: [f64; 2] = [1.4, 3e-2];
 
 /// The same in a window where V is rough: modes beyond the highest fall as slowly as those before.
-const INSIDE_WHERE_ROUGH: [f64; 2] = [2e-2, 0.3];
+const INSIDE_WHERE_ROUGH: [f64; 2] = [6.0, 0.3];
 
 /// What K is off by because it is rounded, in units of the rounding of its terms.
 const K_ROUNDS: f64 = 8.0 * f64::EPSILON;
@@ -44,6 +45,8 @@ const PHASE: f64 = 2.0;
 pub(super) struct Judge<'m> {
     metric: &'m Metric,
     q_t: f64,
+    /// n⁻².
+    per_square: f64,
     start: Twofold,
     pub(super) sizes: [f64; 2],
     distance: f64,
@@ -53,8 +56,9 @@ pub(super) struct Judge<'m> {
     /// K at the start of the march and at the last joint.
     first: Norm,
     last: Norm,
-    /// The integral of ½|δK|/|w| over γ.
+    /// The integral of ½δK/|w| over γ, and the largest so far: what K loses and wins again over a turn does not add up.
     drift: f64,
+    drifted: f64,
 }
 
 /// K, and what it may be off by because it is rounded.
@@ -65,9 +69,10 @@ struct Norm {
 }
 
 impl Norm {
-    /// The distance of the two beyond rounding.
+    /// What it is off the other by, beyond rounding.
     fn off(self, other: Self) -> f64 {
-        ((self.k - other.k).abs() - self.rounds - other.rounds).max(0.0)
+        let (off, rounds) = (self.k - other.k, self.rounds + other.rounds);
+        if off.abs() > rounds { off - rounds.copysign(off) } else { 0.0 }
     }
 }
 
@@ -77,10 +82,12 @@ fn is_rough(solved: &Solved) -> bool {
 }
 
 impl<'m> Judge<'m> {
-    pub(super) fn new(metric: &'m Metric, q_t: f64, start: &State) -> Self {
+    /// For windows of `points` nodes from `start` on.
+    pub(super) fn new(metric: &'m Metric, q_t: f64, points: usize, start: &State) -> Self {
         let mut judge = Self {
             metric,
             q_t,
+            per_square: (points as f64).powi(-2),
             start: start.t,
             sizes: [1.0; 2],
             distance: 0.0,
@@ -89,6 +96,7 @@ impl<'m> Judge<'m> {
             first: Norm::default(),
             last: Norm::default(),
             drift: 0.0,
+            drifted: 0.0,
         };
         judge.first = judge.norm(start);
         judge.last = judge.first;
@@ -118,15 +126,16 @@ impl<'m> Judge<'m> {
         }
         let before = self.last.off(self.first);
         self.last = self.norm(main);
-        let off = before.max(self.last.off(self.first));
-        if off > 0.0 {
+        let off = 0.5 * (before + self.last.off(self.first));
+        if off != 0.0 {
             self.drift += 0.5 * off * h / speed(solved, start, h, scale);
+            self.drifted = self.drifted.max(self.drift.abs());
         }
     }
 
     /// What a distance of the two means for the error.
     pub(super) fn beyond(&self, distance: f64) -> f64 {
-        (self.caution * distance).max(PHASE * self.drift / self.sizes[1]) + self.inside + ROUNDING
+        (self.caution * distance).max(PHASE * self.drifted / self.sizes[1]) + self.inside + ROUNDING
     }
 
     /// The error so far.
@@ -144,7 +153,7 @@ impl<'m> Judge<'m> {
     /// The error of a window at the nodes inside it.
     pub(super) fn inside(&self, solved: &Solved) -> f64 {
         let factors = if is_rough(solved) { INSIDE_WHERE_ROUGH } else { INSIDE };
-        let error = |k: usize| factors[k] * solved.tail[k];
+        let error = |k: usize| factors[k] * if k == 0 { self.per_square } else { 1.0 } * solved.tail[k];
         let t_size = self.sizes[0].max((solved.end.t.hi - self.start.hi).abs());
         (error(0) / self.sizes[1].max(solved.end.x.hi.abs())).max(error(1) / t_size)
     }
@@ -161,7 +170,7 @@ impl<'m> Judge<'m> {
             solved.tail[k] * if ratio > ROUGH { 1.0 } else { CALIBRATION * ratio }
         };
         let lasting = (scale / h).max(1.0);
-        let lost = self.norm(&solved.end).off(self.last);
+        let lost = self.norm(&solved.end).off(self.last).abs();
         let lost = if lost > 0.0 { 0.5 * lost * h.max(scale) / speed(solved, start, h, scale) } else { 0.0 };
         ((error(0) * lasting).max(lost) / self.sizes[1]).max(error(1) / self.sizes[0])
     }
