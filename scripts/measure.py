@@ -217,7 +217,8 @@ def rounding():
             for sbp in dict.fromkeys(row["sbp"] for row in points):
                 errors = [short(row["eps_x_final"]) for row in points if row["sbp"] == sbp]
                 fitted = next(row for row in swept.rows("slopes.csv") if (row["sbp"], row["quantity"]) == (sbp, "eps_x_final"))
-                rows.append([f"{sbp} {form}", *errors, f"{float(fitted['slope']):.3f}, {fitted['n_min']} … {fitted['n_max']}"])
+                slope = f"{float(fitted['slope']):.3f}, {fitted['n_min']} … {fitted['n_max']}" if fitted["slope"] else "none"
+                rows.append([f"{sbp} {form}", *errors, slope])
     return table(["N =", *grids.split(","), "slope, fitted N"], rows)
 
 
