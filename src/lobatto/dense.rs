@@ -6,7 +6,7 @@ use std::iter::Peekable;
 
 use pulp::{Simd, WithSimd};
 
-use super::simd::{Level, multiply_add, vectors, vectors_mut};
+use super::simd::{Level, multiply_add, neg, vectors, vectors_mut};
 use super::tables::Nodes;
 use super::unit::{Unit, with_unit};
 use super::view::{Inside, WindowView};
@@ -144,7 +144,7 @@ impl<const P: usize> Unit<P> {
         for g in 0..G {
             z[g] = s.sub_f64s(s.add_f64s(at[g], at[g]), one);
         }
-        let (mut p, mut before) = ([one; G], [s.neg_f64s(one); G]);
+        let (mut p, mut before) = ([one; G], [neg(s, one); G]);
         let (mut t, mut x, mut w) = ([zero; G], [zero; G], [zero; G]);
         let n = self.tables.points;
         for k in 0..=n {

@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use super::simd::{is_fused, multiply_add, product_error, two_sum, vectors, vectors_mut};
+use super::simd::{abs, is_fused, multiply_add, neg, product_error, two_sum, vectors, vectors_mut};
 use crate::metric::Metric;
 
 /// The force of a potential. All slices have the padded length of a window, a multiple of 8.
@@ -104,9 +104,9 @@ impl PolynomialForce {
                 Some(far) => {
                     // As good as the iteration itself: x has moved by δ, the step leaves O(δ²). The residual has one
                     // rounding only, so that at convergence u is as accurate as by division.
-                    let r = multiply_add(s, s.neg_f64s(g[j]), u[j], q);
+                    let r = multiply_add(s, neg(s, g[j]), u[j], q);
                     let r = s.mul_f64s(r, s.splat_f64s(1.0 / self.q_t));
-                    *far = s.max_f64s(*far, s.abs_f64s(r));
+                    *far = s.max_f64s(*far, abs(s, r));
                     u[j] = multiply_add(s, r, u[j], u[j]);
                 }
                 None => u[j] = s.div_f64s(q, g[j]),

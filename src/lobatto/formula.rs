@@ -3,7 +3,7 @@
 use pulp::Simd;
 
 use super::force::{Force, NEAR, corrections};
-use super::simd::{is_fused, multiply_add, product_error, two_sum, vectors, vectors_mut};
+use super::simd::{abs, is_fused, multiply_add, neg, product_error, two_sum, vectors, vectors_mut};
 use super::tables::Nodes;
 use crate::metric::Metric;
 use crate::potential::{Instruction, Program};
@@ -183,7 +183,7 @@ impl<const P: usize> FormulaForce<P> {
                 Instruction::Negate(i) => {
                     let (p, out) = (vectors::<S>(&done[i].0), vectors_mut::<S>(&mut out.0));
                     for n in 0..out.len() {
-                        out[n] = s.neg_f64s(p[n]);
+                        out[n] = neg(s, p[n]);
                     }
                 }
                 _ => by_lanes(done, out, step, self.points),
@@ -267,8 +267,8 @@ impl<const P: usize> Force for FormulaForce<P> {
             let mut far = s.splat_f64s(0.0);
             for i in 0..value.len() {
                 let g = multiply_add(s, value[i], m, c);
-                let r = s.mul_f64s(multiply_add(s, s.neg_f64s(g), u[i], q), reciprocal);
-                far = s.max_f64s(far, s.abs_f64s(r));
+                let r = s.mul_f64s(multiply_add(s, neg(s, g), u[i], q), reciprocal);
+                far = s.max_f64s(far, abs(s, r));
                 u[i] = multiply_add(s, r, u[i], u[i]);
                 a[i] = s.mul_f64s(s.mul_f64s(s.mul_f64s(slope[i], half), u[i]), u[i]);
             }
@@ -312,7 +312,7 @@ impl<const P: usize> Force for FormulaForce<P> {
                         (sum, s.add_f64s(error, s.add_f64s(p_lo[n], q_lo[n])))
                     }
                     Instruction::Subtract(..) => {
-                        let (sum, error) = two_sum(s, p[n], s.neg_f64s(q[n]));
+                        let (sum, error) = two_sum(s, p[n], neg(s, q[n]));
                         (sum, s.add_f64s(error, s.sub_f64s(p_lo[n], q_lo[n])))
                     }
                     Instruction::Multiply(..) => {
@@ -328,7 +328,7 @@ impl<const P: usize> Force for FormulaForce<P> {
                         let r = s.add_f64s(r, s.sub_f64s(p_lo[n], s.mul_f64s(y, q_lo[n])));
                         (y, s.div_f64s(r, q[n]))
                     }
-                    _ => (s.neg_f64s(p[n]), s.neg_f64s(p_lo[n])),
+                    _ => (neg(s, p[n]), neg(s, p_lo[n])),
                 };
             }
         }

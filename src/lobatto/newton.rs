@@ -4,7 +4,7 @@ use pulp::Simd;
 
 use super::State;
 use super::force::Force;
-use super::simd::{distance, largest, multiply_add, vectors, vectors_mut};
+use super::simd::{abs, distance, largest, multiply_add, vectors, vectors_mut};
 use super::tables::{Nodes, Tables};
 use super::window::{Precision, Window, product};
 
@@ -30,7 +30,7 @@ fn bend<S: Simd>(s: S, du: &[f64], delta: &[f64], u: &[f64]) -> f64 {
     let (du, delta, u) = (vectors::<S>(du), vectors::<S>(delta), vectors::<S>(u));
     let mut most = s.splat_f64s(0.0);
     for i in 0..u.len() {
-        most = s.max_f64s(most, s.abs_f64s(s.div_f64s(s.mul_f64s(du[i], delta[i]), u[i])));
+        most = s.max_f64s(most, abs(s, s.div_f64s(s.mul_f64s(du[i], delta[i]), u[i])));
     }
     let most = s.reduce_max_f64s(most);
     most * most

@@ -62,6 +62,19 @@ pub(super) fn is_fused<S: Simd>() -> bool {
     !S::IS_SCALAR && cfg!(any(target_arch = "x86_64", target_arch = "aarch64"))
 }
 
+/// |a|. The methods of the trait for this and the next are not always inlined, and then compiled without the level's
+/// instructions.
+#[inline(always)]
+pub(super) fn abs<S: Simd>(s: S, a: S::f64s) -> S::f64s {
+    s.and_f64s(s.splat_f64s(f64::from_bits(!(1 << 63))), a)
+}
+
+/// −a.
+#[inline(always)]
+pub(super) fn neg<S: Simd>(s: S, a: S::f64s) -> S::f64s {
+    s.xor_f64s(a, s.splat_f64s(-0.0))
+}
+
 /// a b + c with one rounding or two.
 #[inline(always)]
 pub(super) fn multiply_add<S: Simd>(s: S, a: S::f64s, b: S::f64s, c: S::f64s) -> S::f64s {
@@ -80,7 +93,7 @@ pub(super) fn two_sum<S: Simd>(s: S, a: S::f64s, b: S::f64s) -> (S::f64s, S::f64
 #[inline(always)]
 pub(super) fn product_error<S: Simd>(s: S, a: S::f64s, b: S::f64s, p: S::f64s) -> S::f64s {
     if is_fused::<S>() {
-        return s.mul_add_f64s(a, b, s.neg_f64s(p));
+        return s.mul_add_f64s(a, b, neg(s, p));
     }
     let k = s.splat_f64s(SPLITTER);
     let (ca, cb) = (s.mul_f64s(k, a), s.mul_f64s(k, b));
@@ -119,10 +132,10 @@ pub(super) fn vectors_mut<S: Simd>(v: &mut [f64]) -> &mut [S::f64s] {
 #[inline(always)]
 pub(super) fn largest<S: Simd>(s: S, v: &[f64]) -> f64 {
     let v = vectors::<S>(v);
-    let mut m = s.abs_f64s(v[0]);
+    let mut m = abs(s, v[0]);
     let mut i = 1;
     while i < v.len() {
-        m = s.max_f64s(m, s.abs_f64s(v[i]));
+        m = s.max_f64s(m, abs(s, v[i]));
         i += 1;
     }
     s.reduce_max_f64s(m)
@@ -132,10 +145,10 @@ pub(super) fn largest<S: Simd>(s: S, v: &[f64]) -> f64 {
 #[inline(always)]
 pub(super) fn distance<S: Simd>(s: S, v: &[f64], w: &[f64]) -> f64 {
     let (v, w) = (vectors::<S>(v), vectors::<S>(w));
-    let mut m = s.abs_f64s(s.sub_f64s(v[0], w[0]));
+    let mut m = abs(s, s.sub_f64s(v[0], w[0]));
     let mut i = 1;
     while i < v.len() {
-        m = s.max_f64s(m, s.abs_f64s(s.sub_f64s(v[i], w[i])));
+        m = s.max_f64s(m, abs(s, s.sub_f64s(v[i], w[i])));
         i += 1;
     }
     s.reduce_max_f64s(m)

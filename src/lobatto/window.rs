@@ -6,7 +6,9 @@ use super::State;
 use super::force::Force;
 use super::guess::Guess;
 use super::newton::Newton;
-use super::simd::{count, extremes, largest, multiply_add, product_error, two_product, two_sum, vectors, vectors_mut};
+use super::simd::{
+    abs, count, extremes, largest, multiply_add, product_error, two_product, two_sum, vectors, vectors_mut,
+};
 use super::tables::{Nodes, Tables};
 use super::twofold::{Twofold, fast_two_sum};
 use super::view::NodeValues;
@@ -266,7 +268,7 @@ impl<const P: usize> Window<P> {
                 (vectors_mut::<S>(&mut self.x.0), vectors::<S>(&self.line.0), vectors::<S>(&self.rest.0));
             for i in 0..x.len() {
                 let y = s.add_f64s(line[i], rest[i]);
-                change = s.max_f64s(change, s.abs_f64s(s.sub_f64s(y, x[i])));
+                change = s.max_f64s(change, abs(s, s.sub_f64s(y, x[i])));
                 x[i] = y;
             }
             let change = s.reduce_max_f64s(change);
