@@ -3,6 +3,21 @@
 //! The physical limit is a banded system of 2(N − 1) unknowns. No maintained pure-Rust crate offers a banded solver,
 //! and a general sparse LU costs several times more here, so this small one is ours. Every system is solved once, so
 //! nothing is kept but the rows of U, each without its trailing zeros: at a million nodes memory traffic is what costs.
+//!
+//! ```
+//! use geodesic_ivp::banded::BandedMatrix;
+//!
+//! let mut matrix = BandedMatrix::zeros(3, 1, 1);
+//! for k in 0..3 {
+//!     matrix.add(k, k, 2.0);
+//! }
+//! matrix.add(0, 1, -1.0);
+//! matrix.add(2, 1, -1.0);
+//! let mut b = matrix.multiply(&[1.0, 2.0, 3.0]);
+//! matrix.solve_in_place(&mut b)?;
+//! assert_eq!(b, [1.0, 2.0, 3.0]);
+//! # Ok::<(), geodesic_ivp::banded::Singular>(())
+//! ```
 
 /// A square matrix with `lower` sub- and `upper` super-diagonals.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,6 +3,17 @@
 //! ```text
 //! d/dγ( g00 ṫ ) = 0,     ẍ + ½ g00′(x) ṫ² = 0,     ˙ = d/dγ
 //! ```
+//!
+//! ```
+//! use geodesic_ivp::geodesic::InitialData;
+//! use geodesic_ivp::metric::Metric;
+//! use geodesic_ivp::potential::Potential;
+//!
+//! let metric = Metric::new(Potential::quartic(0.5), 1.0, 1.0);
+//! let invariants = InitialData { t: 0.0, x: 1.0, t_dot: 1.0, x_dot: 0.1 }.invariants(&metric);
+//! assert_eq!(invariants.q_t, 2.0);
+//! assert!((invariants.k - 1.99).abs() < 1e-15);
+//! ```
 
 use crate::metric::Metric;
 use crate::scalar::Real;

@@ -121,3 +121,8 @@ pub mod study;
 
 pub use case::{Case, CaseError};
 pub use solve::{NoSolution, Solution, Status, solve};
+
+/// The examples of the documentation, which are tested.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/library.md")]
+struct LibraryPage;

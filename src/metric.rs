@@ -1,4 +1,13 @@
 //! The metric diag(g00(x), −1) of the curved space-time in which the particle is free. It knows no grid.
+//!
+//! ```
+//! use geodesic_ivp::metric::Metric;
+//! use geodesic_ivp::potential::Potential;
+//!
+//! let metric = Metric::new(Potential::linear(-0.5), 1.0, 1.0);
+//! assert_eq!(metric.at(0.5).g00, 0.5);
+//! assert!(!metric.at(1.0).is_inside(), "a horizon");
+//! ```
 
 use crate::potential::Potential;
 use crate::scalar::Real;
@@ -50,7 +59,8 @@ impl<S: Real> MetricSamples<S> {
 }
 
 /// A point lies outside the space-time: g00 ≤ 0 (a horizon) or not finite.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("x = {x} lies outside the domain: g00 = {g00}")]
 pub struct OutsideDomain {
     /// Index of the point in the array that was sampled.
     pub index: usize,

@@ -12,6 +12,26 @@
 //! Forward branch 1 carries the initial data, backward branch 2 is tied to it at the end. Nothing in this module
 //! knows an equation of motion: a trajectory is wherever ∇E_IVP = 0. (H̄ of the paper is H with a zero row and column
 //! for the affine entry, so the affine entry never contributes.)
+//!
+//! ```
+//! use geodesic_ivp::action::DoubledAction;
+//! use geodesic_ivp::geodesic::InitialData;
+//! use geodesic_ivp::metric::Metric;
+//! use geodesic_ivp::potential::Potential;
+//! use geodesic_ivp::sbp::{SbpOperator, coefficients::SBP21};
+//!
+//! // A free particle moves on a straight line, and that is a critical point of the weak action.
+//! let metric = Metric::new(Potential::free(), 1.0, 1.0);
+//! let initial = InitialData { t: 0.0, x: 0.0, t_dot: 1.0, x_dot: 0.5 };
+//! let sbp = SbpOperator::new(&SBP21, 11, 0.1)?;
+//! let action = DoubledAction::weak(&sbp, &metric, initial);
+//! let t: Vec<f64> = (0..11).map(|k| sbp.node(k)).collect();
+//! let x: Vec<f64> = t.iter().map(|t| 0.5 * t).collect();
+//! let mut gradient = vec![1.0; action.layout().unknowns()];
+//! action.gradient(&action.layout().physical_limit(&t, &x, &[]), &mut gradient)?;
+//! assert!(gradient.iter().all(|g| g.abs() < 1e-14));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod boundary;
 mod hessian;

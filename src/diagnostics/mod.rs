@@ -1,4 +1,21 @@
 //! Independent judges of a solution. They use nodes, operator and metric, and never call a solver.
+//!
+//! ```
+//! use geodesic_ivp::case::builtin;
+//! use geodesic_ivp::diagnostics::Diagnostics;
+//! use geodesic_ivp::{Case, Solution, solve};
+//!
+//! let text = builtin::text("quartic").expect("it is built in");
+//! let case = Case::parse("quartic", text, &["grid.gamma_f=100.0".to_owned(), "grid.n_gamma=2001".to_owned()])?;
+//! let solution: Solution = solve(&case)?;
+//! let measures = Diagnostics::new(&solution).measures;
+//!
+//! // Q_t is exact, and the trajectory is worth nothing: K tells.
+//! assert!(measures.max_abs_delta_q_t_interior < 1e-12);
+//! assert!(measures.max_abs_delta_k > 0.4);
+//! assert!(measures.warnings(&solution).iter().any(|warning| warning.contains("K drifts")));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod bound;
 mod charges;

@@ -27,6 +27,20 @@
 //! the polynomials through the stages, and Hairer's polynomial of degree 7 with three stages more; [`taylor()`] has its
 //! polynomials. [`Composition`] divides the intervals between the points asked for, and [`radau5()`] ends a step on each of
 //! them.
+//!
+//! ```
+//! use geodesic_ivp::geodesic::InitialData;
+//! use geodesic_ivp::methods::{Output, Problem, taylor};
+//! use geodesic_ivp::metric::Metric;
+//! use geodesic_ivp::potential::Potential;
+//!
+//! let metric = Metric::new(Potential::quartic(0.5), 1.0, 1.0);
+//! let initial = InitialData { t: 0.0, x: 1.0, t_dot: 1.0, x_dot: 0.1 };
+//! let problem = Problem { metric, initial, length: 1.0 };
+//! let trajectory = taylor(&problem, &Output::even(4), 20, 14)?;
+//! assert!((trajectory.states[3].x - 0.159_778_018_885_407).abs() < 1e-12);
+//! # Ok::<(), geodesic_ivp::methods::Failure>(())
+//! ```
 
 mod composition;
 mod dop853;

@@ -1,4 +1,18 @@
 //! Files and tables. Nothing here prints to a terminal.
+//!
+//! ```
+//! use geodesic_ivp::case::builtin;
+//! use geodesic_ivp::diagnostics::Diagnostics;
+//! use geodesic_ivp::output::Summary;
+//! use geodesic_ivp::{Case, Solution, solve};
+//!
+//! let case = Case::parse("free", builtin::text("free").expect("it is built in"), &[])?;
+//! let solution: Solution = solve(&case)?;
+//! let diagnostics = Diagnostics::new(&solution);
+//! let summary = Summary::new(&case, Ok((&solution, &diagnostics.measures)), 0.0).to_json();
+//! assert!(summary.contains("\"status\": \"converged\""));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod chart;
 mod convergence;

@@ -2,6 +2,18 @@
 //!
 //! Two representations cover every case: a polynomial (free, linear, quartic and general ones) evaluated by Horner's
 //! rule, and a compiled [`Formula`]. V is an energy; x is in the case's unit of length.
+//!
+//! ```
+//! use std::collections::BTreeMap;
+//!
+//! use geodesic_ivp::potential::{Formula, Potential};
+//!
+//! let formula = Potential::Formula(Formula::new("k*x^4", &BTreeMap::from([("k".to_owned(), 0.5)]))?);
+//! let (named, formula) = (Potential::quartic(0.5).at(2.0), formula.at(2.0));
+//! assert_eq!((named.first, named.second), (16.0, 24.0));
+//! assert_eq!((formula.first, formula.second), (16.0, 24.0));
+//! # Ok::<(), geodesic_ivp::potential::FormulaError>(())
+//! ```
 
 pub mod formula;
 mod polynomial;

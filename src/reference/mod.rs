@@ -9,6 +9,19 @@
 //! state is summed with compensation. A step is halved where V has a feature that the series do not know of, and stops where an argument of `abs` changes its sign. The polynomials of the
 //! steps are the dense output. The whole integration is done twice, with different order and steps, and the difference
 //! is the reported error estimate. The number of steps is limited, by what a step of so many digits costs.
+//!
+//! ```
+//! use geodesic_ivp::geodesic::InitialData;
+//! use geodesic_ivp::metric::Metric;
+//! use geodesic_ivp::potential::Potential;
+//! use geodesic_ivp::reference::ReferenceTrajectory;
+//!
+//! let metric: Metric = Metric::new(Potential::quartic(0.5), 1.0, 1.0);
+//! let initial = InitialData { t: 0.0, x: 1.0, t_dot: 1.0, x_dot: 0.1 };
+//! let reference = ReferenceTrajectory::new(&metric, initial, 1.0, 16)?;
+//! assert!((reference.at(1.0).x - 0.159_778_018_885_407).abs() < 1e-14);
+//! # Ok::<(), geodesic_ivp::reference::ReferenceEnds>(())
+//! ```
 
 mod series;
 mod steps;

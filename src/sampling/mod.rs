@@ -6,6 +6,18 @@
 //! strong form it is the polynomial through all nodes, which is what the operator differentiates; in one of the weak form,
 //! whose nodes are less accurate than its ends, the polynomials that continue what the window starts with by the scheme's
 //! collocation system on twice as many nodes, as accurate as the ends. dt/dγ is Q_t/g00 everywhere.
+//!
+//! ```
+//! use geodesic_ivp::case::builtin;
+//! use geodesic_ivp::sampling::Sampler;
+//! use geodesic_ivp::{Case, Solution, solve};
+//!
+//! let case = Case::parse("free", builtin::text("free").expect("it is built in"), &[])?;
+//! let solution: Solution = solve(&case)?;
+//! let sample = Sampler::new(&solution).at_gamma(0.123).expect("inside the run");
+//! assert!((sample.t - 0.123).abs() < 1e-13);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod hermite;
 mod interpolant;

@@ -3,6 +3,19 @@
 //!
 //! D = H⁻¹Q approximates d/dγ, H is a diagonal quadrature rule, and Q + Qᵀ = E_N − E_0 is the discrete form of
 //! integration by parts: `(u, Dv)_H = u_N v_N − u_1 v_1 − (Du, v)_H`.
+//!
+//! ```
+//! use geodesic_ivp::sbp::SbpName;
+//!
+//! for name in ["SBP21", "SBP42", "SBP63", "SBP84", "GLL17"] {
+//!     let name = SbpName::try_from(name.to_owned())?;
+//!     let d = name.operator::<f64>(17, 0.1)?;
+//!     let line: Vec<f64> = (0..17).map(|k| 3.0 * d.node(k) + 1.0).collect();
+//!     assert!(d.derivative(&line).iter().all(|slope| (slope - 3.0).abs() < 1e-11));
+//!     assert!((d.integrate(&d.derivative(&line)) - (line[16] - line[0])).abs() < 1e-12);
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod coefficients;
 pub mod gll;

@@ -3,6 +3,17 @@
 //! Operators, metric, action gradient, collocation, diagnostics and reference are written once for both. Only what
 //! steers an iteration (Jacobians, damping, first guesses) is `f64` always: a correction needs few digits, a residual
 //! all of them.
+//!
+//! ```
+//! use geodesic_ivp::scalar::{Extended, Real};
+//!
+//! fn tenth<S: Real>() -> S {
+//!     S::from_decimal("0.1").expect("it is a number")
+//! }
+//! assert_eq!(tenth::<f64>() * 3.0 - 0.3, 5.551115123125783e-17);
+//! let three = Extended::from(3.0);
+//! assert!((tenth::<Extended>() * three - Extended::from_decimal("0.3").expect("a number")).to_f64().abs() < 1e-70);
+//! ```
 
 mod compensated;
 mod decimal;

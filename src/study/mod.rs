@@ -1,4 +1,16 @@
 //! Studies: many solves of variations of one case. They call [`crate::solve()`] and nothing below it, and [`crate::methods`] to compare with.
+//!
+//! ```
+//! use geodesic_ivp::case::builtin;
+//! use geodesic_ivp::study::run_error::run_error;
+//! use geodesic_ivp::{Case, Solution, solve};
+//!
+//! let case = Case::parse("morse", builtin::text("morse").expect("it is built in"), &[])?;
+//! let solution: Solution = solve(&case)?;
+//! let error = run_error(&case, &solution).expect("there is a second solve");
+//! assert!((1e-4..1e-3).contains(&error.end[1]), "x is good to three digits");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod convergence;
 pub mod run_error;

@@ -1,0 +1,113 @@
+//! Lists that must have what the program has: keys of a case, columns of tables, keys of a summary.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use tempfile::TempDir;
+
+use super::pages::{Page, program};
+
+/// What the program knows where it is told something that it does not know.
+fn known(directory: &Path, setting: &str) -> Vec<String> {
+    let output = program(directory).args(["check", "quartic", "--quiet", "--set", setting]).output().unwrap();
+    let error = String::from_utf8(output.stderr).unwrap();
+    let line = error.lines().find(|line| line.starts_with("error: ")).unwrap_or_else(|| panic!("{setting}: {error}"));
+    match (line.split_once("available keys: "), line.split_once("expected ")) {
+        (Some((_, list)), _) => list.split(", ").map(str::to_owned).collect(),
+        (None, Some((_, list))) => list.split('`').skip(1).step_by(2).map(str::to_owned).collect(),
+        _ => panic!("{setting}: {error}"),
+    }
+}
+
+/// Every key of a case, dotted. Tables other than that of a potential's kind are no keys of their own.
+fn keys() -> BTreeSet<String> {
+    let folder = TempDir::new().unwrap();
+    let known = |setting: &str| known(folder.path(), setting);
+    let mut keys = BTreeSet::new();
+    for top in known("unknown=1") {
+        match top.as_str() {
+            "title" => drop(keys.insert(top)),
+            "potential" => {
+                for kind in known("potential={unknown={}}") {
+                    if kind != "free" {
+                        let inner = known(&format!("potential={{{kind}={{unknown=1}}}}"));
+                        keys.extend(inner.into_iter().map(|key| format!("potential.{kind}.{key}")));
+                    }
+                    keys.insert(format!("potential.{kind}"));
+                }
+            }
+            table => keys.extend(known(&format!("{table}.unknown=1")).into_iter().map(|key| format!("{table}.{key}"))),
+        }
+    }
+    keys
+}
+
+#[test]
+fn the_case_reference_has_every_key_and_no_other() {
+    let is_key = |cell: &String| cell == "title" || (cell.contains('.') && !cell.contains([' ', ',']));
+    let page = Page::named("docs/case-reference.md");
+    let listed = page.rows().filter_map(|row| row.into_iter().next().filter(is_key));
+    assert_eq!(listed.collect::<BTreeSet<_>>(), keys());
+}
+
+#[test]
+fn the_list_of_statuses_is_complete() {
+    let folder = TempDir::new().unwrap();
+    let page = Page::named("docs/files.md");
+    let (exits, all) = (["0", "3", "4"], known(folder.path(), "expect.status=unknown"));
+    let listed = page.rows().filter(|row| row.len() == 3 && exits.contains(&row[2].as_str())).map(|row| row[0].clone());
+    assert_eq!(listed.collect::<BTreeSet<_>>(), all.into_iter().collect());
+}
+
+/// A folder with what commands write that cost little.
+fn results() -> TempDir {
+    let folder = TempDir::new().unwrap();
+    for command in [
+        "run quartic --set solver.system=doubled --sample-gamma 0:1:0.5 --plot",
+        "converge quartic --n-gamma 16,32",
+        "work-precision quartic --methods RK4 --longest 0.001",
+        "stability quartic --methods RK4 --gamma-f 1 --delta-gamma 0.1",
+    ] {
+        let output =
+            program(folder.path()).args(command.split(' ')).args(["--quiet", "--out", "all"]).output().unwrap();
+        assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
+        let from = folder.path().join("all");
+        fs::rename(&from, folder.path().join(command.split(' ').next().unwrap())).unwrap();
+    }
+    folder
+}
+
+#[test]
+fn columns_keys_and_files_are_those_that_the_page_lists() {
+    let page = Page::named("docs/files.md");
+    let rows: Vec<Vec<String>> = page.rows().collect();
+    let folder = results();
+    let mut tables = BTreeSet::new();
+    for command in fs::read_dir(folder.path()).unwrap() {
+        let command = command.unwrap();
+        for file in fs::read_dir(command.path()).unwrap() {
+            let file = file.unwrap();
+            let name = file.file_name().into_string().unwrap();
+            if name.starts_with('.') {
+                continue;
+            }
+            let (command, text) =
+                (command.file_name().into_string().unwrap(), fs::read_to_string(file.path()).unwrap());
+            let mentioned =
+                |row: &&Vec<String>| row[0].starts_with(&command) && row.iter().any(|cell| cell.contains(&name));
+            assert!(rows.iter().any(|row| mentioned(&row)), "{command} writes {name}, which its rows do not name");
+            if name.ends_with(".csv") {
+                let header = text.lines().next().unwrap().replace(',', ", ");
+                assert!(rows.contains(&vec![name.clone(), header.clone()]), "{name} has {header}");
+                tables.insert(name);
+            }
+        }
+    }
+    assert_eq!(tables.len(), 9, "{tables:?}");
+    let summary: serde_json::Map<String, serde_json::Value> =
+        serde_json::from_str(&fs::read_to_string(folder.path().join("run/summary.json")).unwrap()).unwrap();
+    let listed: BTreeSet<&str> = rows.iter().flat_map(|row| row[0].split(", ")).collect();
+    let missing: Vec<&String> = summary.keys().filter(|key| !listed.contains(key.as_str())).collect();
+    assert!(missing.is_empty(), "keys of summary.json that docs/files.md does not have: {missing:?}");
+}
