@@ -12,6 +12,7 @@ mod malformed;
 mod pages;
 mod run;
 mod samples;
+mod stability;
 #[cfg(unix)]
 mod streams;
 mod studies;

@@ -2,30 +2,11 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
 
-const CASES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/cases");
-
-fn program() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_geodesic-ivp"))
-}
-
-fn run_in(directory: &Path, arguments: &str) -> Output {
-    program().current_dir(directory).args(arguments.replace("CASES", CASES).split_whitespace()).output().unwrap()
-}
-
-fn json(path: &Path) -> serde_json::Value {
-    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
-}
-
-fn names(directory: &Path) -> Vec<String> {
-    let mut names: Vec<String> =
-        fs::read_dir(directory).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
-}
+use crate::common::{CASES, json, names, program, run_in};
 
 /// No cell of any table in `directory` is NaN or infinite.
 fn check_tables(directory: &Path) {
