@@ -13,7 +13,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use geodesic_ivp::Case;
-use geodesic_ivp::case::End;
+use geodesic_ivp::case::{End, builtin};
 use geodesic_ivp::geodesic::InitialData;
 use geodesic_ivp::lobatto::{Adaptive, Goal, March, Twofold, WeakRule, WindowView};
 use geodesic_ivp::metric::Metric;
@@ -56,10 +56,9 @@ struct Scene {
 
 impl Scene {
     fn new(name: &str, change: &str) -> Self {
-        let path = format!("{}/cases/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-        let text = std::fs::read_to_string(path).expect("a shipped case");
+        let text = builtin::text(name).expect("a shipped case");
         let overrides: Vec<String> = change.split_whitespace().map(str::to_owned).collect();
-        let case = Case::parse(name, &text, &overrides).expect("a valid case");
+        let case = Case::parse(name, text, &overrides).expect("a valid case");
         let (metric, initial): (Metric, InitialData) = (case.metric(), case.initial_data());
         let length = match case.end::<f64>() {
             End::Length(length) => length,

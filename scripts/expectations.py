@@ -11,7 +11,7 @@ D, H^-1 e_1 times the initial value is added on the right-hand sides, and the eq
 a case file are taken as the decimals they are written as. This is an independent check of the program: it shares no code with it and is not needed to build or test it.
 It needs Python >= 3.11 and mpmath.
 
-    python3 scripts/expectations.py [--write] [CASE ...]        default: all of cases/*.toml
+    python3 scripts/expectations.py [--write] [CASE ...]        default: all of cases/
 
 Prints t_final and x_final of every case and compares them with its [expect] table; the exit code is 1 if a number differs
 by more than the table's tolerance or a case has no solution. --write replaces everything after the line [expect], which
@@ -382,9 +382,9 @@ def check(path, write):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--write", action="store_true", help="write the numbers into the [expect] tables")
-    parser.add_argument("cases", metavar="CASE", nargs="*", type=Path, help="case files (default: all of cases/*.toml)")
+    parser.add_argument("cases", metavar="CASE", nargs="*", type=Path, help="case files (default: all of cases/)")
     arguments = parser.parse_args()
-    cases = arguments.cases or sorted((Path(__file__).resolve().parent.parent / "cases").glob("*.toml"))
+    cases = arguments.cases or sorted((Path(__file__).resolve().parent.parent / "cases").rglob("*.toml"))
     results = [check(path, arguments.write) for path in cases]
     sys.exit(0 if all(results) else 1)
 

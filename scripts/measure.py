@@ -77,8 +77,14 @@ def sets(text):
     return [part for pair in text.split() for part in ("--set", pair)]
 
 
+def case_file(name):
+    """The path of a shipped case from the project's folder."""
+    folders = ("cases", "cases/hard")
+    return next(path for path in (f"{folder}/{name}.toml" for folder in folders) if (ROOT / path).exists())
+
+
 def run(case, changes="", *more, ends=(0,)):
-    return Results("run", f"cases/{case}.toml", *sets(changes), *more, ends=ends)
+    return Results("run", case_file(case), *sets(changes), *more, ends=ends)
 
 
 def table(head, rows):
@@ -272,7 +278,7 @@ def accuracy():
 
 def charted(case, lengths, picture, python):
     """A chart of speed against accuracy as a table, with its picture in docs/."""
-    arguments = [f"cases/{case}.toml", "--plot", *(["--gamma-f", lengths] if lengths else [])]
+    arguments = [case_file(case), "--plot", *(["--gamma-f", lengths] if lengths else [])]
     with Results("work-precision", *arguments) as chart:
         text = code(chart.line) + "\n"
         if python:

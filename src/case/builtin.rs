@@ -1,57 +1,97 @@
 //! The shipped cases, built into the program, so that they are at hand in any folder.
 
-/// Declares `ALL` from the names of the files in `cases/`.
-macro_rules! shipped {
-    ($($name:literal,)*) => {
-        /// Every shipped case as (name, text of its file).
-        const ALL: &[(&str, &str)] =
-            &[$(($name, include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/cases/", $name, ".toml")))),*];
+/// What a shipped case is there for; cases are listed in this order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Group {
+    /// The scenes of the paper.
+    Paper,
+    /// Other potentials, forms and ways to ask, one thing a case.
+    Basic,
+    /// Scenes at the edge of what a scheme can do, and beyond it.
+    Hard,
+}
 
-        /// The names of the shipped cases: their files' names without the extension, in order.
-        pub const NAMES: &[&str] = &[$($name),*];
+impl Group {
+    /// Its name in lists.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::Basic => "basic",
+            Self::Hard => "hard",
+        }
+    }
+}
+
+/// Declares `ALL` from the names of the files in `cases/` and `cases/hard/`.
+macro_rules! shipped {
+    ($($group:ident in $folder:literal: [$($name:literal,)*])*) => {
+        /// Every shipped case as (name, group, text of its file).
+        const ALL: &[(&str, Group, &str)] = &[$($((
+            $name,
+            Group::$group,
+            include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/", $folder, "/", $name, ".toml")),
+        ),)*)*];
+
+        /// The names of the shipped cases, group by group: their files' names without folder and extension.
+        pub const NAMES: &[&str] = &[$($($name,)*)*];
     };
 }
 
 shipped![
-    "double-well",
-    "double-well-barrier",
-    "free",
-    "gamma-long",
-    "gamma-short",
-    "harmonic",
-    "horizon",
-    "horizon-near",
-    "huge-units",
-    "linear",
-    "linear-sbp42",
-    "linear-unregularised",
-    "long-run",
-    "morse",
-    "morse-60-digits",
-    "nearly-spacelike",
-    "pendulum",
-    "pendulum-60-digits",
-    "pendulum-separatrix",
-    "power-20",
-    "quartic",
-    "quartic-40-digits",
-    "quartic-accuracy",
-    "quartic-sbp42",
-    "quartic-t-dot-4",
-    "quartic-t-dot-4-sbp42",
-    "quartic-t-dot-8",
-    "quartic-t-dot-8-sbp42",
-    "quartic-unregularised",
-    "quartic-weak",
-    "quartic-windows",
-    "tanh-wall",
-    "tiny-units",
-    "units",
+    Paper in "cases": [
+        "linear",
+        "linear-sbp42",
+        "quartic",
+        "quartic-40-digits",
+        "quartic-sbp42",
+        "quartic-t-dot-4",
+        "quartic-t-dot-4-sbp42",
+        "quartic-t-dot-8",
+        "quartic-t-dot-8-sbp42",
+    ]
+    Basic in "cases": [
+        "double-well",
+        "free",
+        "harmonic",
+        "morse",
+        "morse-60-digits",
+        "pendulum",
+        "pendulum-60-digits",
+        "quartic-accuracy",
+        "quartic-weak",
+        "quartic-windows",
+        "units",
+    ]
+    Hard in "cases/hard": [
+        "double-well-barrier",
+        "gamma-long",
+        "gamma-short",
+        "horizon",
+        "horizon-near",
+        "huge-units",
+        "linear-unregularised",
+        "long-run",
+        "nearly-spacelike",
+        "pendulum-separatrix",
+        "power-20",
+        "quartic-unregularised",
+        "tanh-wall",
+        "tiny-units",
+    ]
 ];
 
 /// The text of the shipped case of that name.
 pub fn text(name: &str) -> Option<&'static str> {
-    ALL.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+    found(name).map(|(_, _, text)| *text)
+}
+
+/// The group of the shipped case of that name.
+pub fn group(name: &str) -> Option<Group> {
+    found(name).map(|(_, group, _)| *group)
+}
+
+fn found(name: &str) -> Option<&'static (&'static str, Group, &'static str)> {
+    ALL.iter().find(|(known, _, _)| *known == name)
 }
 
 /// The first line of a case file's comment, which says what the case is.
@@ -65,20 +105,28 @@ mod tests {
     use crate::Case;
 
     #[test]
-    fn every_file_in_the_folder_is_built_in_and_described() {
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/cases");
-        let mut files: Vec<String> = std::fs::read_dir(folder)
-            .unwrap()
-            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-            .filter_map(|name| name.strip_suffix(".toml").map(str::to_owned))
-            .collect();
-        files.sort();
-        assert_eq!(files, NAMES);
-        for name in NAMES {
-            let text = text(name).unwrap();
-            assert_eq!(text, std::fs::read_to_string(format!("{folder}/{name}.toml")).unwrap());
-            assert!(description(text).len() > 20, "{name}");
-            assert!(Case::parse(name, text, &[]).unwrap().title.is_some(), "{name}");
+    fn every_file_in_the_folders_is_built_in_and_described() {
+        let root = concat!(env!("CARGO_MANIFEST_DIR"), "/cases");
+        for (folder, groups) in
+            [(root.to_owned(), &[Group::Paper, Group::Basic][..]), (format!("{root}/hard"), &[Group::Hard])]
+        {
+            let mut files: Vec<String> = std::fs::read_dir(&folder)
+                .unwrap()
+                .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+                .filter_map(|name| name.strip_suffix(".toml").map(str::to_owned))
+                .collect();
+            files.sort();
+            let mut built_in: Vec<&str> =
+                NAMES.iter().copied().filter(|name| groups.contains(&group(name).unwrap())).collect();
+            built_in.sort();
+            assert_eq!(files, built_in);
+            for name in built_in {
+                let text = text(name).unwrap();
+                assert_eq!(text, std::fs::read_to_string(format!("{folder}/{name}.toml")).unwrap());
+                assert!(description(text).len() > 20, "{name}");
+                assert!(Case::parse(name, text, &[]).unwrap().title.is_some(), "{name}");
+            }
         }
+        assert!(NAMES.is_sorted_by_key(|name| (group(name), *name)), "in order, group by group");
     }
 }

@@ -1,9 +1,9 @@
 //! `converge` without a case: the four base cases of the paper, their slopes beside the published ones.
 
-use std::io::{self, Write};
 use std::process::ExitCode;
 
 use geodesic_ivp::case::Form;
+use geodesic_ivp::output::json_object;
 use geodesic_ivp::study::convergence::paper::{BASE_CASES, PUBLISHED_SLOPES, published};
 use geodesic_ivp::study::convergence::{Quantity, Slope};
 
@@ -15,7 +15,9 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     if !args.case.quiet {
         report::note("no CASE is given: the paper's base cases are swept, linear and quartic");
     }
+    args.output.check_standard_output()?;
     let (mut table, mut written) = (Table::new(args.case.has_overrides()), String::new());
+    let mut summaries = Vec::new();
     let mut ending = ExitCode::SUCCESS;
     for name in BASE_CASES {
         let case = args.case.read_built_in(name)?;
@@ -27,6 +29,7 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
         };
         table.add(name, &swept);
         written += &swept.written;
+        summaries.push((name, swept.summary.clone()));
         let this = swept.ending();
         if this != ExitCode::SUCCESS {
             ending = this;
@@ -35,8 +38,8 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
             break;
         }
     }
-    if !args.case.quiet && !written.is_empty() {
-        io::stdout().write_all((table.finish() + &written).as_bytes())?;
+    if !summaries.is_empty() {
+        args.output.tell(&args.case, &json_object(&summaries), || table.finish() + &written)?;
     }
     Ok(ending)
 }

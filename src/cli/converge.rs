@@ -1,6 +1,5 @@
 //! `converge [CASE]`.
 
-use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -79,11 +78,10 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
         return base_cases::converge(args);
     }
     let case = args.case.read()?;
+    args.output.check_standard_output()?;
     let target = args.output.target(&args.case, COMMAND)?;
     let Some(swept) = sweep_into(target, &case, args, &[], "")? else { return Ok(interrupt::before_any_result()) };
-    if !args.case.quiet {
-        io::stdout().write_all((swept.table.clone() + &swept.written).as_bytes())?;
-    }
+    args.output.tell(&args.case, &swept.summary, || swept.table.clone() + &swept.written)?;
     Ok(swept.ending())
 }
 
@@ -91,6 +89,8 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
 pub(super) struct Swept {
     /// The slopes, and what was written where.
     table: String,
+    /// The text of summary.json.
+    pub(super) summary: String,
     pub(super) written: String,
     /// Slopes over all grids above the rounding plateau.
     pub(super) slopes: Vec<Slope>,
@@ -167,13 +167,15 @@ fn sweep_in<S: Real>(
     }
     write_convergence(files.writer(CONVERGENCE), &convergence.points).context("cannot write convergence.csv")?;
     write_slopes(files.writer(SLOPES), &slopes).context("cannot write slopes.csv")?;
-    files.write_text(SUMMARY, &ConvergenceSummary::new(case, &convergence, &slopes).to_json())?;
+    let summary = ConvergenceSummary::new(case, &convergence, &slopes).to_json();
+    files.write_text(SUMMARY, &summary)?;
     if args.plot {
         draw(case, &convergence, &slopes, &files)?;
     }
     let kept = files.commit(|_| true)?;
     Ok(Some(Swept {
         table: readable(case, &convergence, &slopes),
+        summary,
         written: report::written(&directory, &kept),
         beside: beside.iter().map(|&range| convergence.slopes(range)).collect(),
         slopes,

@@ -20,7 +20,7 @@ pub(super) struct InitArgs {
     )]
     name: Option<String>,
 
-    /// List the built-in cases instead: name, title and what they are
+    /// List the built-in cases instead: name, group (paper, basic, hard), title and what they are
     #[arg(long, conflicts_with = "name")]
     list: bool,
 }
@@ -34,17 +34,19 @@ pub(super) fn init(args: &InitArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// One line a case.
+/// One line a case, group by group.
 fn list() -> anyhow::Result<String> {
     let mut rows = Vec::new();
     for &name in NAMES {
         let text = builtin::text(name).expect("a listed case is built in");
-        rows.push((name, Case::parse(name, text, &[])?.title.unwrap_or_default(), builtin::description(text)));
+        let group = builtin::group(name).expect("a listed case is built in").as_str();
+        rows.push((name, group, Case::parse(name, text, &[])?.title.unwrap_or_default(), builtin::description(text)));
     }
-    let names = rows.iter().map(|row| row.0.len()).max().unwrap_or(0);
-    let titles = rows.iter().map(|row| row.1.chars().count()).max().unwrap_or(0);
+    let width = |of: fn(&(&str, &str, String, &str)) -> usize| rows.iter().map(of).max().unwrap_or(0);
+    let (names, groups, titles) =
+        (width(|row| row.0.len()), width(|row| row.1.len()), width(|row| row.2.chars().count()));
     Ok(rows
         .into_iter()
-        .map(|(name, title, description)| format!("{name:names$}  {title:titles$}  {description}\n"))
+        .map(|(name, group, title, about)| format!("{name:names$}  {group:groups$}  {title:titles$}  {about}\n"))
         .collect())
 }

@@ -6,6 +6,7 @@ mod converge;
 mod init;
 mod input;
 mod interrupt;
+mod manual;
 mod memory;
 mod out;
 mod readable;
@@ -26,6 +27,16 @@ use clap::{Args, Parser, Subcommand};
 
 pub(crate) use report::exit_code;
 
+/// The end of `--help`.
+fn after_help() -> String {
+    let codes = report::EXIT_CODES.map(|(code, meaning)| format!("  {code:<4} {meaning}\n"));
+    format!(
+        "Exit codes:\n{}\nCtrl-C and SIGTERM end every command within a second. `geodesic-ivp man` also has every key of a \
+         case file.",
+        codes.concat()
+    )
+}
+
 /// What the program is asked to do.
 #[derive(Debug, Parser)]
 #[command(
@@ -35,9 +46,7 @@ pub(crate) use report::exit_code;
                   discretised along the world-line parameter gamma with summation-by-parts operators and doubled degrees \
                   of freedom; the critical point gives t(gamma) and x(gamma) together and conserves the Noether charge \
                   of time translations exactly.\n\nMethod: A. Rothkopf and J. Nordström, arXiv:2307.04490 (2023).",
-    after_help = "Exit codes: 0 success, 1 input/output failure, 2 wrong usage or an invalid case, 3 no critical point \
-                  found, 4 the geodesic leaves the domain, 5 an expectation is not met, 130 interrupted. Ctrl-C and SIGTERM end every \
-                  command within a second; converge, work-precision and stability write what was finished before.",
+    after_help = after_help(),
     arg_required_else_help = true
 )]
 pub(crate) struct Cli {
@@ -107,7 +116,7 @@ impl Cli {
             Command::Check(args) => check::check(&args),
             Command::Init(args) => init::init(&args),
             Command::Completions { shell } => shell::completions(shell),
-            Command::Man => shell::man(),
+            Command::Man => manual::man(),
         }
     }
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use geodesic_ivp::output::{Origin, Target, origin_of};
 
-use super::{CaseArgs, report};
+use super::{CaseArgs, report, stdout};
 
 /// The commands that write files; the first one's are those of the case itself.
 const COMMANDS: [&str; 4] = ["run", "converge", "work-precision", "stability"];
@@ -22,9 +22,33 @@ pub(super) struct OutArgs {
     /// Also replace files of these names in that folder that this program did not write
     #[arg(long)]
     force: bool,
+
+    /// Print the summary as JSON, the text of summary.json, in place of the one for people
+    #[arg(long, conflicts_with = "quiet")]
+    json: bool,
 }
 
 impl OutArgs {
+    /// Refuses a computation whose summary nothing would take.
+    ///
+    /// # Errors
+    /// If JSON is asked for and standard output is closed.
+    pub(super) fn check_standard_output(&self) -> anyhow::Result<()> {
+        if self.json { stdout::for_data().map(drop) } else { Ok(()) }
+    }
+
+    /// Ends a command: prints its summary as `json` or `readable`, as asked for, or neither if it is to be quiet.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub(super) fn tell(&self, case: &CaseArgs, json: &str, readable: impl FnOnce() -> String) -> anyhow::Result<()> {
+        match (self.json, case.quiet) {
+            (true, _) => stdout::write_data(json.as_bytes()),
+            (false, true) => Ok(()),
+            (false, false) => stdout::write(&readable()),
+        }
+    }
+
     /// Where the files of `command` go.
     ///
     /// # Errors

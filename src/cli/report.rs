@@ -11,17 +11,30 @@ use geodesic_ivp::study::convergence::SweepError;
 use geodesic_ivp::{CaseError, NoSolution, Status};
 
 use super::check::ExpectationNotMet;
+use super::interrupt::INTERRUPTED;
+
+/// Every exit code and what it says.
+pub(super) const EXIT_CODES: [(u8, &str); 7] = [
+    (0, "success; also when a reader closes the pipe early"),
+    (
+        IO_FAILURE,
+        "a file cannot be read or written, or is not this program's to replace; standard output is closed or full",
+    ),
+    (INVALID_CASE, "wrong usage or an invalid case; the message shows line, column and what to do"),
+    (NO_CRITICAL_POINT, "no critical point; the message says where the residual is largest and what to try"),
+    (OUTSIDE_DOMAIN, "the geodesic leaves the domain; the message says at which γ and x"),
+    (EXPECTATION, "check --run: an expectation is not met"),
+    (
+        INTERRUPTED,
+        "interrupted by Ctrl-C or SIGTERM; converge, work-precision and stability still write what was finished",
+    ),
+];
 
 const IO_FAILURE: u8 = 1;
 const INVALID_CASE: u8 = 2;
 pub(super) const NO_CRITICAL_POINT: u8 = 3;
 pub(super) const OUTSIDE_DOMAIN: u8 = 4;
 const EXPECTATION: u8 = 5;
-
-/// Wrong usage that only the command itself can see.
-#[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-pub(super) struct Usage(pub(super) String);
 
 /// What the command layer refuses to do, and what to do instead.
 #[derive(Debug, thiserror::Error)]
@@ -84,8 +97,6 @@ pub(crate) fn exit_code(error: &anyhow::Error) -> ExitCode {
         (files.to_string(), Some(help), IO_FAILURE)
     } else if error.is::<ExpectationNotMet>() {
         (error.to_string(), None, EXPECTATION)
-    } else if error.is::<Usage>() {
-        (error.to_string(), None, INVALID_CASE)
     } else {
         (format!("{error:#}"), None, IO_FAILURE)
     };

@@ -48,7 +48,7 @@ pub(super) struct RunArgs {
     plot: bool,
 
     /// Write one CSV with all columns to standard output, and no files
-    #[arg(long, conflicts_with_all = ["out", "force"])]
+    #[arg(long, conflicts_with_all = ["out", "force", "json"])]
     stdout: bool,
 
     #[command(flatten)]
@@ -95,6 +95,7 @@ fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
         }
         return Ok(ExitCode::SUCCESS);
     }
+    args.output.check_standard_output()?;
     let target = args.output.target(&args.case, "run")?;
     let directory = target.folder.clone();
     let mut names = vec![TRAJECTORY, RESIDUALS, BRANCHES, SAMPLES, SUMMARY, CASE];
@@ -118,8 +119,11 @@ fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
         Ok(solved) => solved,
         Err(error) => {
             if let Some(failure) = error.downcast_ref() {
-                files.write_text(SUMMARY, &Summary::new::<S>(case, Err(failure), solve_seconds).to_json())?;
+                let summary = Summary::new::<S>(case, Err(failure), solve_seconds).to_json();
+                files.write_text(SUMMARY, &summary)?;
                 files.commit(|name| name == SUMMARY || name == CASE)?;
+                // A person reads the error instead, which matters more than where its summary could not be written.
+                let _ = args.output.tell(&args.case, &summary, String::new);
             }
             return Err(error);
         }
@@ -150,7 +154,8 @@ fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
         solved.diagnostics_seconds = seconds.diagnostics;
         solved.write_seconds = start.elapsed().as_secs_f64();
     }
-    files.write_text(SUMMARY, &summary.to_json())?;
+    let json = summary.to_json();
+    files.write_text(SUMMARY, &json)?;
     if let Some(diagnostics) = diagnostics.as_ref().filter(|_| args.plot) {
         let title = case.title.as_deref().unwrap_or("geodesic-ivp");
         let windows = if summary.windows > 1 { format!(", {} windows", summary.windows) } else { String::new() };
@@ -160,10 +165,9 @@ fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
         }
     }
     let kept = files.commit(|_| true)?;
-    if !args.case.quiet {
-        let text = readable(&solution, &measures, &summary, error.as_ref()) + &report::written(&directory, &kept);
-        stdout::write(&text)?;
-    }
+    args.output.tell(&args.case, &json, || {
+        readable(&solution, &measures, &summary, error.as_ref()) + &report::written(&directory, &kept)
+    })?;
     Ok(ExitCode::SUCCESS)
 }
 

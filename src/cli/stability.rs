@@ -1,6 +1,5 @@
 //! `stability [CASE]`.
 
-use std::io::{self, Write};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -14,9 +13,10 @@ use geodesic_ivp::study::convergence::SweepError;
 use geodesic_ivp::study::stability::{Atlas, Cell, CellStatus, Limit, Method, Plan, Scene, measure};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::CaseArgs;
 use super::interrupt::{self, INTERRUPTED};
 use super::out::OutArgs;
-use super::{CaseArgs, report};
+use super::report::{self, Refusal};
 
 const STABILITY: &str = "stability.csv";
 const SUMMARY: &str = "summary.json";
@@ -66,6 +66,7 @@ fn positive(text: &str) -> Result<f64, String> {
 pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
     let case = &args.case.read()?;
     let methods = chosen(&args.methods)?;
+    args.output.check_standard_output()?;
     let target = args.output.target(&args.case, "stability")?;
     let directory = target.folder.clone();
     let pictures: &[&str] = if args.plot { &PICTURES } else { &[] };
@@ -79,12 +80,13 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
             return Err(SweepError::from(end).into());
         }
         Err(Impossible::Steps(steps)) => {
-            anyhow::bail!(report::Usage(format!("--delta-gamma takes {steps:.0e} steps, {MOST_STEPS:.0e} at most")));
+            anyhow::bail!(Refusal::usage(format!("--delta-gamma takes {steps:.0e} steps, {MOST_STEPS:.0e} at most")));
         }
     };
     let (scene, plan) = (scene.as_ref(), plan.as_ref());
     write_stability(files.writer(STABILITY), &atlas.cells).context("cannot write stability.csv")?;
-    files.write_text(SUMMARY, &StabilitySummary::new(case, scene, plan, &atlas).to_json())?;
+    let summary = StabilitySummary::new(case, scene, plan, &atlas).to_json();
+    files.write_text(SUMMARY, &summary)?;
     let title = case.title.as_deref().unwrap_or("Stability");
     if args.plot {
         let own = |own: bool| plan.methods.iter().filter(|method| method.is_own() == own).cloned().collect::<Vec<_>>();
@@ -94,10 +96,8 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         files.write_text(LAST_NODE, &pictures::last_node(title, &atlas.cells).to_svg())?;
     }
     let kept = files.commit(|_| true)?;
-    if !args.case.quiet {
-        let text = readable(title, scene, plan, &atlas) + &report::written(&directory, &kept);
-        io::stdout().write_all(text.as_bytes())?;
-    }
+    args.output
+        .tell(&args.case, &summary, || readable(title, scene, plan, &atlas) + &report::written(&directory, &kept))?;
     if atlas.interrupted {
         let rows = atlas.cells.len();
         report::warn(&format!("interrupted: {rows} cells were finished and are in {}", directory.display()));
@@ -136,7 +136,7 @@ fn chosen(names: &[String]) -> anyhow::Result<Vec<Method>> {
     let begins = |method: &Method, name: &str| method.label().to_lowercase().starts_with(&name.trim().to_lowercase());
     if let Some(name) = names.iter().find(|name| !all.iter().any(|method| begins(method, name))) {
         let known: Vec<String> = all.iter().map(Method::label).collect();
-        anyhow::bail!(report::Usage(format!("no method is called '{name}'; there are {}", known.join(", "))));
+        anyhow::bail!(Refusal::usage(format!("no method is called '{name}'; there are {}", known.join(", "))));
     }
     Ok(all.into_iter().filter(|method| names.iter().any(|name| begins(method, name))).collect())
 }

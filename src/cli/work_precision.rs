@@ -1,7 +1,6 @@
 //! `work-precision [CASE]`.
 
 use std::fs::File;
-use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -19,9 +18,10 @@ use geodesic_ivp::study::work_precision::{
 };
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::CaseArgs;
 use super::interrupt::{self, INTERRUPTED};
 use super::out::OutArgs;
-use super::{CaseArgs, report};
+use super::report::{self, Refusal};
 
 const WORK_PRECISION: &str = "work_precision.csv";
 const DRIFT: &str = "drift.csv";
@@ -76,7 +76,7 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
         report::warn(&warning);
     }
     if args.gamma_f.len() > BY_LENGTH.len() {
-        anyhow::bail!(report::Usage(format!("--gamma-f takes {} lengths at most", BY_LENGTH.len())));
+        anyhow::bail!(Refusal::usage(format!("--gamma-f takes {} lengths at most", BY_LENGTH.len())));
     }
     let families = chosen(&args.methods)?;
     let mut others = Vec::new();
@@ -85,6 +85,7 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
         let table = File::open(path).with_context(|| format!("cannot read the rows {name}"))?;
         others = read_rows(table).with_context(|| format!("cannot read the rows {name}"))?;
     }
+    args.output.check_standard_output()?;
     let target = args.output.target(&args.case, "work-precision")?;
     let directory = target.folder.clone();
     let by_length =
@@ -110,15 +111,15 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
     let ratios = ratios(&measured.rows);
     write_work_precision(files.writer(WORK_PRECISION), &measured.rows).context("cannot write work_precision.csv")?;
     write_drift(files.writer(DRIFT), &along).context("cannot write drift.csv")?;
-    files.write_text(SUMMARY, &WorkPrecisionSummary::new(case, &arenas, &measured, &ratios).to_json())?;
+    let summary = WorkPrecisionSummary::new(case, &arenas, &measured, &ratios).to_json();
+    files.write_text(SUMMARY, &summary)?;
     if args.plot {
         draw(case, &arenas, &measured, &along, &files)?;
     }
     let kept = files.commit(|_| true)?;
-    if !args.case.quiet {
-        let text = readable(case, &arenas, &measured, &ratios) + &report::written(&directory, &kept);
-        io::stdout().write_all(text.as_bytes())?;
-    }
+    args.output.tell(&args.case, &summary, || {
+        readable(case, &arenas, &measured, &ratios) + &report::written(&directory, &kept)
+    })?;
     if measured.interrupted {
         let rows = measured.rows.len();
         report::warn(&format!("interrupted: {rows} settings were finished and are in {}", directory.display()));
@@ -136,7 +137,7 @@ fn chosen(names: &[String]) -> anyhow::Result<Vec<Family>> {
     let begins = |family: &Family, name: &str| family.name().to_lowercase().starts_with(&name.trim().to_lowercase());
     if let Some(name) = names.iter().find(|name| !all.iter().any(|family| begins(family, name))) {
         let known: Vec<String> = all.iter().map(Family::name).collect();
-        anyhow::bail!(report::Usage(format!("no method is called '{name}'; there are {}", known.join(", "))));
+        anyhow::bail!(Refusal::usage(format!("no method is called '{name}'; there are {}", known.join(", "))));
     }
     Ok(all.into_iter().filter(|family| names.iter().any(|name| begins(family, name))).collect())
 }

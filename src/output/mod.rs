@@ -32,6 +32,6 @@ pub use files::{NotOurs, OutputSet, Target};
 pub use manifest::{Origin, origin_of};
 pub use number::Number;
 pub use stability::{Border, Onset, StabilitySummary, borders, onsets, write_stability};
-pub use summary::{Outcome, Summary};
+pub use summary::{Outcome, Summary, json_object};
 pub use tables::{write_branches, write_combined, write_residuals, write_samples, write_trajectory};
 pub use work_precision::{WorkPrecisionSummary, read_rows, write_drift, write_work_precision};

@@ -239,6 +239,13 @@ pub(super) fn json(summary: &impl Serialize) -> String {
     text
 }
 
+/// One indented JSON object, with a final newline, of several texts of this kind under their names.
+pub fn json_object(members: &[(&str, String)]) -> String {
+    // No line ends inside a string of JSON, so all lines may be moved to the right.
+    let member = |(name, text): &(&str, String)| format!("  \"{name}\": {}", text.trim_end().replace('\n', "\n  "));
+    format!("{{\n{}\n}}\n", members.iter().map(member).collect::<Vec<_>>().join(",\n"))
+}
+
 impl Solved {
     fn new<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> Self {
         let invariants = solution.invariants();

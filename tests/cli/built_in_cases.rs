@@ -4,24 +4,24 @@ use std::fs;
 
 use tempfile::TempDir;
 
-use super::common::{CASES, failed, json, names, run_in, stderr, succeeded};
+use super::common::{CASES, case_file, failed, json, names, run_in, stderr, succeeded};
 
 #[test]
 fn init_writes_and_lists_the_shipped_cases() {
     let folder = TempDir::new().unwrap();
     let list = succeeded(&run_in(folder.path(), "init --list"));
-    let mut files: Vec<String> = fs::read_dir(CASES)
-        .unwrap()
-        .map(|entry| entry.unwrap().path().file_stem().unwrap().to_str().unwrap().to_owned())
-        .collect();
-    files.sort();
-    let listed: Vec<&str> = list.lines().map(|line| line.split_whitespace().next().unwrap()).collect();
-    assert_eq!(listed, files);
+    let words = |line: &str| line.split_whitespace().take(2).map(str::to_owned).collect::<Vec<_>>();
+    let rows: Vec<Vec<String>> = list.lines().map(words).collect();
     assert!(list.lines().any(|line| line.starts_with("quartic ") && line.contains("Quartic oscillator ")), "{list}");
-    for name in listed {
-        let text = succeeded(&run_in(folder.path(), &format!("init {name}")));
-        assert_eq!(text, fs::read_to_string(format!("{CASES}/{name}.toml")).unwrap());
+    for row in &rows {
+        let (name, group) = (&row[0], &row[1]);
+        let path = case_file(name);
+        assert_eq!(path.contains("/hard/"), group == "hard", "{name}");
+        assert_eq!(succeeded(&run_in(folder.path(), &format!("init {name}"))), fs::read_to_string(path).unwrap());
     }
+    let mut groups: Vec<&str> = rows.iter().map(|row| row[1].as_str()).collect();
+    groups.dedup();
+    assert_eq!(groups, ["paper", "basic", "hard"], "each group in one piece");
     let message = failed(&run_in(folder.path(), "init quartc"), 2);
     assert!(message.contains("'quartic'"), "{message}");
     failed(&run_in(folder.path(), "init"), 2);
@@ -48,6 +48,13 @@ fn a_built_in_case_stands_in_for_a_file_that_is_not_there() {
     assert_eq!(json(&folder.path().join("own/summary.json"))["title"], "Free particle");
     fs::create_dir(folder.path().join("linear")).unwrap();
     assert!(succeeded(&run_in(folder.path(), "check --run linear")).contains("Linear potential"));
+}
+
+#[test]
+fn a_hard_case_is_found_by_its_bare_name() {
+    let folder = TempDir::new().unwrap();
+    succeeded(&run_in(folder.path(), "run horizon-near --quiet"));
+    assert_eq!(json(&folder.path().join("results/horizon-near/summary.json"))["title"], "A horizon approached to 1e-6");
 }
 
 #[test]

@@ -6,6 +6,15 @@ use std::process::{Command, Output};
 
 pub(crate) const CASES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/cases");
 
+/// The file of the shipped case of that name.
+pub(crate) fn case_file(name: &str) -> String {
+    [CASES, concat!(env!("CARGO_MANIFEST_DIR"), "/cases/hard")]
+        .map(|folder| format!("{folder}/{name}.toml"))
+        .into_iter()
+        .find(|path| Path::new(path).exists())
+        .unwrap_or_else(|| panic!("there is no case {name}"))
+}
+
 /// What the program keeps a record of its files in.
 pub(crate) const MANIFEST: &str = ".geodesic-ivp-manifest.json";
 

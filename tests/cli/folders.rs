@@ -18,8 +18,8 @@ fn files_of_a_user_are_neither_replaced_nor_removed() {
     // What a run does not write is left alone, also where another run would write or remove it.
     ["samples.csv", "branches.csv", "world_line.svg", "notes.txt"].iter().for_each(|name| own(name));
     succeeded(&run_in(folder.path(), "run CASES/quartic.toml --out out"));
-    succeeded(&run_in(folder.path(), "run CASES/horizon-near.toml --out out"));
-    failed(&run_in(folder.path(), "run CASES/horizon.toml --out out"), 4);
+    succeeded(&run_in(folder.path(), "run CASES/hard/horizon-near.toml --out out"));
+    failed(&run_in(folder.path(), "run CASES/hard/horizon.toml --out out"), 4);
     assert!(["samples.csv", "branches.csv", "world_line.svg", "notes.txt"].into_iter().all(is_own));
     // What it does write is refused before anything is computed.
     let before = fs::read(out.join("summary.json")).unwrap();
@@ -107,7 +107,7 @@ fn an_incomplete_set_is_cleared_away() {
     fs::write(out.join(MANIFEST), &record).unwrap();
     fs::write(out.join("branches.csv"), "of nobody's").unwrap();
     fs::write(out.join(MANIFEST), record.replace("\"case.toml\"", "\"case.toml\", \"branches.csv\"")).unwrap();
-    failed(&run_in(folder.path(), "run CASES/horizon.toml --out out"), 4);
+    failed(&run_in(folder.path(), "run CASES/hard/horizon.toml --out out"), 4);
     assert_eq!(names(&out), ["case.toml", "summary.json"]);
     assert_eq!(json(&out.join(MANIFEST))["state"], "complete");
 }

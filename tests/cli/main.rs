@@ -7,6 +7,7 @@ mod folders;
 mod hints;
 #[cfg(unix)]
 mod interrupts;
+mod json;
 mod limits;
 mod malformed;
 mod pages;

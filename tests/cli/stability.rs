@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
 
-use crate::common::{CASES, json, names, program, run_in};
+use crate::common::{CASES, case_file, json, names, program, run_in};
 
 /// No cell of any table in `directory` is NaN or infinite.
 fn check_tables(directory: &Path) {
@@ -68,7 +68,7 @@ fn what_cannot_be_charted_is_refused() {
         ("stability CASES/quartic.toml --methods euler", 2, "no method is called 'euler'"),
         ("stability CASES/quartic.toml --gamma-f 0", 2, "expected a positive number"),
         (rough, 3, "no Taylor series"),
-        ("stability CASES/horizon.toml --methods sbp42 --gamma-f 5", 4, "leaves the domain on every grid"),
+        ("stability CASES/hard/horizon.toml --methods sbp42 --gamma-f 5", 4, "leaves the domain on every grid"),
         ("stability CASES/quartic.toml --methods sbp63 --gamma-f 100 --delta-gamma 1", 3, "no method has a result"),
     ] {
         let output = run_in(folder.path(), arguments);
@@ -87,7 +87,7 @@ fn hard_scenes_end_as_they_should() {
         let variants =
             ["", " --set scheme.sbp=SBP21 --set grid.n_gamma=9", " --set scheme.sbp=SBP84 --set grid.n_gamma=16"];
         for variant in variants {
-            let output = run_in(folder.path(), &format!("run CASES/{scene}.toml --out run --plot{variant}"));
+            let output = run_in(folder.path(), &format!("run {} --out run --plot{variant}", case_file(scene)));
             let stderr = String::from_utf8_lossy(&output.stderr);
             assert!([Some(0), Some(3), Some(4)].contains(&output.status.code()), "{scene}{variant}: {stderr}");
             assert!(!stderr.contains("panicked"), "{scene}{variant}: {stderr}");
@@ -97,7 +97,7 @@ fn hard_scenes_end_as_they_should() {
         }
         // On grids of the default plan there would be thousands; a few of each kind are as hard.
         let small = "--methods sbp21,sbp84,gll8,accuracy,verlet,gauss,radau --out map --plot";
-        let output = run_in(folder.path(), &format!("stability CASES/{scene}.toml {small} {}", grid(scene)));
+        let output = run_in(folder.path(), &format!("stability {} {small} {}", case_file(scene), grid(scene)));
         let stderr = String::from_utf8_lossy(&output.stderr);
         assert!([Some(0), Some(3), Some(4)].contains(&output.status.code()), "{scene}: {stderr}");
         check_tables(&folder.path().join("map"));

@@ -14,7 +14,8 @@ pub(crate) fn shell(line: &str) -> Output {
 #[cfg(target_os = "linux")]
 #[test]
 fn lost_output_is_an_error() {
-    for command in ["run CASES/quartic.toml --stdout", "init quartic", "completions bash", "man"] {
+    for command in ["run CASES/quartic.toml --stdout", "run quartic --json", "init quartic", "completions bash", "man"]
+    {
         let message = failed(&shell(&format!("PROGRAM {command} >&-")), 1);
         assert!(message.contains("standard output is closed"), "{command}: {message}");
         let message = failed(&shell(&format!("PROGRAM {command} >/dev/full")), 1);
@@ -32,6 +33,7 @@ fn output_that_nobody_wants_is_no_error() {
     for line in [
         "PROGRAM run CASES/quartic.toml --stdout >/dev/null",
         "PROGRAM check CASES/quartic.toml >&-",
+        "PROGRAM run CASES/quartic.toml --json >/dev/null",
         "PROGRAM run CASES/quartic.toml --quiet >&-",
         "PROGRAM run CASES/quartic.toml --stdout --set grid.n_gamma=200000 | head -1",
     ] {

@@ -54,7 +54,7 @@ fn converge_refuses_what_it_cannot_sweep() {
             "regularised",
         ),
         ("converge CASES/quartic.toml --fit-range 64", 2, "expected MIN:MAX"),
-        ("converge CASES/horizon.toml", 4, "the reference trajectory ends at"),
+        ("converge CASES/hard/horizon.toml", 4, "the reference trajectory ends at"),
     ] {
         let output = run_in(folder.path(), arguments);
         let stderr = String::from_utf8_lossy(&output.stderr);
@@ -99,7 +99,7 @@ fn work_precision_writes_its_table_its_summary_and_pictures() {
     let folder = TempDir::new().unwrap();
     let small = "--methods gll8,sbp21,rk4,gauss --longest 1e-3";
     // The step of GLL and Gauss methods at its coarsest is too long for the steep wall: a row with its status.
-    let command = format!("work-precision CASES/tanh-wall.toml {small} --gamma-f 4,20 --plot --out out");
+    let command = format!("work-precision CASES/hard/tanh-wall.toml {small} --gamma-f 4,20 --plot --out out");
     let text = succeeded(&run_in(folder.path(), &command));
     assert!(text.contains("ratio") && text.contains("1e-12"), "{text}");
     let out = folder.path().join("out");
@@ -116,8 +116,7 @@ fn work_precision_writes_its_table_its_summary_and_pictures() {
     assert_eq!((summary["status"].as_str(), summary["ratios"].as_array().unwrap().len()), (Some("complete"), 20));
     assert!(!summary["fronts"].as_array().unwrap().is_empty());
     // The table of one run can stand beside another's, and pictures of an earlier run do not.
-    let command =
-        "work-precision CASES/tanh-wall.toml --methods rk4 --longest 1e-3 --rows out/work_precision.csv --out again";
+    let command = "work-precision CASES/hard/tanh-wall.toml --methods rk4 --longest 1e-3 --rows out/work_precision.csv --out again";
     succeeded(&run_in(folder.path(), &command.replace("again", "out").replace("--rows out/work_precision.csv", "")));
     assert_eq!(names(&out), ["drift.csv", "summary.json", "work_precision.csv"]);
     succeeded(&run_in(folder.path(), command));
@@ -129,7 +128,7 @@ fn work_precision_writes_its_table_its_summary_and_pictures() {
 fn work_precision_refuses_what_it_cannot_chart() {
     let folder = TempDir::new().unwrap();
     for (arguments, code, message) in [
-        ("work-precision CASES/horizon.toml", 4, "the reference trajectory ends at"),
+        ("work-precision CASES/hard/horizon.toml", 4, "the reference trajectory ends at"),
         ("work-precision CASES/quartic.toml --methods euler", 2, "no method is called 'euler'"),
         ("work-precision CASES/quartic.toml --gamma-f 0", 2, "expected a positive number"),
         ("work-precision CASES/quartic.toml --gamma-f 1,2,3,4,5", 2, "4 lengths at most"),

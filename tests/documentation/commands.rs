@@ -19,7 +19,7 @@ fn commands(block: &Block) -> impl Iterator<Item = &str> {
 }
 
 /// Runs a line in a shell that finds the program; standard output.
-fn shell(directory: &Path, line: &str) -> Result<String, String> {
+pub(crate) fn shell(directory: &Path, line: &str) -> Result<String, String> {
     let own = Path::new(env!("CARGO_BIN_EXE_geodesic-ivp")).parent().unwrap();
     let path = std::env::var("PATH").unwrap_or_default();
     let output = Command::new("sh")
@@ -58,11 +58,14 @@ fn without_numbers(line: &str) -> String {
 /// A folder with the shipped cases and the files that a page's blocks are.
 fn folder(page: &Page) -> TempDir {
     let folder = TempDir::new().unwrap();
-    let cases = folder.path().join("cases");
-    fs::create_dir(&cases).unwrap();
-    for entry in fs::read_dir(Path::new(ROOT).join("cases")).unwrap() {
-        let entry = entry.unwrap();
-        fs::copy(entry.path(), cases.join(entry.file_name())).unwrap();
+    for cases in ["cases", "cases/hard"] {
+        fs::create_dir(folder.path().join(cases)).unwrap();
+        for entry in fs::read_dir(Path::new(ROOT).join(cases)).unwrap() {
+            let entry = entry.unwrap();
+            if entry.path().is_file() {
+                fs::copy(entry.path(), folder.path().join(cases).join(entry.file_name())).unwrap();
+            }
+        }
     }
     for block in page.blocks() {
         if let Some(name) = block.info.strip_prefix("toml ") {

@@ -4,9 +4,11 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
+use geodesic_ivp::case::KEYS;
+use geodesic_ivp::case::builtin::{self, Group};
 use tempfile::TempDir;
 
-use super::pages::{Page, program};
+use super::pages::{Page, ROOT, program};
 
 /// What the program knows where it is told something that it does not know.
 fn known(directory: &Path, setting: &str) -> Vec<String> {
@@ -21,7 +23,7 @@ fn known(directory: &Path, setting: &str) -> Vec<String> {
 }
 
 /// Every key of a case, dotted. Tables other than that of a potential's kind are no keys of their own.
-fn keys() -> BTreeSet<String> {
+pub(crate) fn keys() -> BTreeSet<String> {
     let folder = TempDir::new().unwrap();
     let known = |setting: &str| known(folder.path(), setting);
     let mut keys = BTreeSet::new();
@@ -45,10 +47,31 @@ fn keys() -> BTreeSet<String> {
 
 #[test]
 fn the_case_reference_has_every_key_and_no_other() {
-    let is_key = |cell: &String| cell == "title" || (cell.contains('.') && !cell.contains([' ', ',']));
+    let is_key = |cell: &str| cell == "title" || (cell.contains('.') && !cell.contains([' ', ',']));
+    let is_row = |row: &Vec<String>| row.len() >= 4 && is_key(&row[0]);
     let page = Page::named("docs/case-reference.md");
-    let listed = page.rows().filter_map(|row| row.into_iter().next().filter(is_key));
-    assert_eq!(listed.collect::<BTreeSet<_>>(), keys());
+    let listed: Vec<Vec<String>> = page.rows().filter(is_row).map(|row| row[..4].to_vec()).collect();
+    assert_eq!(listed.iter().map(|row| row[0].clone()).collect::<BTreeSet<_>>(), keys());
+    // The manual page has them in the same words.
+    let known = KEYS.iter().map(|key| [key.name, key.kind, key.default, key.meaning].map(str::to_owned).to_vec());
+    assert_eq!(listed, known.collect::<Vec<_>>());
+}
+
+#[test]
+fn the_index_of_cases_has_every_one_once_and_below_its_group() {
+    let headings = [(Group::Paper, "## The paper's"), (Group::Basic, "## Basic ones"), (Group::Hard, "## Hard ones")];
+    let (mut listed, mut group) = (Vec::new(), None);
+    for line in Page::named("cases/README.md").lines() {
+        group = headings.iter().find(|(_, heading)| *heading == line).map(|(group, _)| *group).or(group);
+        for name in line.split("[`").skip(1).filter_map(|rest| rest.split_once("`](")).map(|(name, _)| name) {
+            assert!(builtin::group(name) == group, "{name} is in {:?}", builtin::group(name));
+            listed.push(name.to_owned());
+        }
+    }
+    listed.sort();
+    let mut names = builtin::NAMES.to_vec();
+    names.sort();
+    assert_eq!(listed, names);
 }
 
 #[test]
@@ -61,7 +84,7 @@ fn the_list_of_statuses_is_complete() {
 }
 
 /// A folder with what commands write that cost little.
-fn results() -> TempDir {
+pub(crate) fn results() -> TempDir {
     let folder = TempDir::new().unwrap();
     for command in [
         "run quartic --set solver.system=doubled --sample-gamma 0:1:0.5 --plot",
@@ -110,4 +133,16 @@ fn columns_keys_and_files_are_those_that_the_page_lists() {
     let listed: BTreeSet<&str> = rows.iter().flat_map(|row| row[0].split(", ")).collect();
     let missing: Vec<&String> = summary.keys().filter(|key| !listed.contains(key.as_str())).collect();
     assert!(missing.is_empty(), "keys of summary.json that docs/files.md does not have: {missing:?}");
+}
+
+#[test]
+fn the_version_is_the_same_everywhere() {
+    let text = |name: &str| fs::read_to_string(Path::new(ROOT).join(name)).unwrap();
+    let (changelog, citation) = (text("CHANGELOG.md"), text("CITATION.cff"));
+    // The newest released section: "## [VERSION] - DATE".
+    let newest = changelog.lines().find(|line| line.starts_with("## [") && *line != "## [Unreleased]").unwrap();
+    let (version, date) = newest.strip_prefix("## [").unwrap().split_once("] - ").unwrap();
+    assert_eq!(version, env!("CARGO_PKG_VERSION"));
+    let has = |line: &str| citation.lines().any(|one| one == line);
+    assert!(has(&format!("version: {version}")) && has(&format!("date-released: {date}")), "{citation}");
 }

@@ -4,4 +4,5 @@ mod cases;
 mod commands;
 mod links;
 mod lists;
+mod manual;
 mod pages;

@@ -45,7 +45,7 @@ impl Page {
         Self { path, parts }
     }
 
-    /// Every page: README.md, CONTRIBUTING.md and docs/.
+    /// Every page: README.md, CONTRIBUTING.md, docs/ and the index of the cases.
     pub(crate) fn all() -> Vec<Self> {
         let mut paths: Vec<PathBuf> = fs::read_dir(Path::new(ROOT).join("docs"))
             .unwrap()
@@ -53,7 +53,7 @@ impl Page {
             .filter(|path| path.extension().is_some_and(|extension| extension == "md"))
             .collect();
         paths.sort();
-        paths.extend(["README.md", "CONTRIBUTING.md"].map(|name| Path::new(ROOT).join(name)));
+        paths.extend(["README.md", "CONTRIBUTING.md", "cases/README.md"].map(|name| Path::new(ROOT).join(name)));
         paths.into_iter().map(Self::read).collect()
     }
 
@@ -83,7 +83,8 @@ impl Page {
     /// The cells of every row of its tables, without code marks.
     pub(crate) fn rows(&self) -> impl Iterator<Item = Vec<String>> {
         let rows = self.lines().filter_map(|line| line.strip_prefix('|')?.strip_suffix('|'));
-        rows.map(|row| row.split(" | ").map(|cell| cell.trim().replace('`', "")).collect())
+        let cell = |cell: &str| cell.trim().replace('`', "").replace('\0', "|");
+        rows.map(move |row| row.replace("\\|", "\0").split('|').map(cell).collect())
     }
 }
 

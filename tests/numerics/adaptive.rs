@@ -147,7 +147,7 @@ fn what_cannot_be_done_fails() {
     let march = Adaptive::new(&metric, 2.0);
     let failure = march.run(initial.into(), Goal::Gamma(100.0), 1e-17, &mut go_on).unwrap_err();
     assert!(matches!(failure, MarchFailure::AccuracyNotReached { estimate, .. } if estimate > 1e-17), "{failure}");
-    // The horizon of cases/horizon.toml's kind: g00 = 1 + 2x.
+    // The horizon of cases/hard/horizon.toml's kind: g00 = 1 + 2x.
     let metric = Metric::new(Potential::linear(1.0), 1.0, 1.0);
     let start = State { t: 0.0.into(), x: 0.0.into(), w: 0.0.into() };
     let failure = Adaptive::new(&metric, 1.0).run(start, Goal::Gamma(10.0), 1e-8, &mut go_on).unwrap_err();

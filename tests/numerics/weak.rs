@@ -157,7 +157,7 @@ fn long_runs_in_one_block() {
 
 #[test]
 fn a_horizon_is_one_in_the_weak_form_too() {
-    let text = include_str!("../../cases/horizon.toml");
+    let text = include_str!("../../cases/hard/horizon.toml");
     for sbp in ["SBP21", "SBP42"] {
         for system in SYSTEMS {
             let overrides = ["scheme.form=weak", system, &format!("scheme.sbp={sbp}")].map(str::to_owned);

@@ -1,6 +1,6 @@
 //! What is wrong, and what must be said about it.
 
-pub(super) const HORIZON: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/cases/horizon.toml");
+pub(super) const HORIZON: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/cases/hard/horizon.toml");
 
 /// A valid case. The tables below name its lines and columns.
 pub(super) const QUARTIC: &str = r#"title = "Quartic"

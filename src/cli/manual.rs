@@ -1,0 +1,135 @@
+//! `man`: one page with all commands, the keys of a case, files, exit codes and examples.
+
+use std::process::ExitCode;
+
+use clap::CommandFactory;
+use clap_mangen::Man;
+use clap_mangen::roff::{Inline, Roff, bold, italic, roman};
+use geodesic_ivp::case::KEYS;
+
+use super::{Cli, report, stdout};
+
+/// What commands write: the command, its files, and what is in them.
+const FILES: [(&str, &str, &str); 13] = [
+    ("run", "trajectory.csv", "the world-line at the nodes"),
+    ("run", "residuals.csv", "charges and residuals of the geodesic equations at the nodes"),
+    ("run", "branches.csv", "forward and backward branch of the doubled system"),
+    ("run", "samples.csv", "the world-line at the values asked for with --sample-t or --sample-gamma"),
+    ("run", "case.toml", "the effective case, with every default and what --set changed"),
+    ("run --plot", "world_line.svg, t_dot.svg, trajectory.svg, delta_q_t.svg, delta_g.svg", "pictures"),
+    ("converge", "convergence.csv, slopes.csv", "errors of every grid, and the slopes fitted to them"),
+    ("converge --plot", "errors_final.svg, errors_l2.svg", "pictures"),
+    ("work-precision", "work_precision.csv, drift.csv", "errors and times of every setting, and errors along the run"),
+    (
+        "work-precision --plot",
+        "error_time.svg, error_evaluations.svg, drift_k.svg, drift_error.svg",
+        "pictures, the first two for each length",
+    ),
+    ("stability", "stability.csv", "the status of every method on every grid"),
+    ("stability --plot", "map.svg, map_others.svg, sawtooth.svg, last_node.svg", "pictures"),
+    (
+        "all of these",
+        "summary.json, .geodesic-ivp-manifest.json",
+        "the summary, which is written last, and the record of what the program may replace",
+    ),
+];
+
+/// Commands, and what they are for.
+const EXAMPLES: [(&str, &str); 8] = [
+    ("geodesic-ivp run quartic", "Solve a built-in case; the files go to results/quartic."),
+    ("geodesic-ivp run quartic --set scheme.sbp=SBP42 --plot", "The same with another operator, and with pictures."),
+    ("geodesic-ivp run quartic --set solver.accuracy=1e-10 --json", "To an accuracy; the summary as JSON."),
+    ("geodesic-ivp init pendulum > mine.toml", "Start a case of your own."),
+    ("geodesic-ivp run mine.toml --sample-t 0:4:0.5", "Solve it, with values at times of your choice."),
+    ("geodesic-ivp run morse --stdout --quiet | head -3", "One table into a pipe, and no files."),
+    ("geodesic-ivp converge quartic --n-gamma 16,32,64 --sbp SBP21", "Fit the order of an operator."),
+    ("geodesic-ivp check quartic --run", "Validate a case and compare its solution with its [expect] table."),
+];
+
+/// Prints the page. There are no further ones to refer to.
+pub(super) fn man() -> anyhow::Result<ExitCode> {
+    let mut page = Vec::new();
+    let mut command = Cli::command();
+    command.build();
+    let main = Man::new(command.clone());
+    main.render_title(&mut page)?;
+    main.render_name_section(&mut page)?;
+    main.render_synopsis_section(&mut page)?;
+    main.render_description_section(&mut page)?;
+    main.render_options_section(&mut page)?;
+    for subcommand in command.get_subcommands().filter(|subcommand| subcommand.get_name() != "help") {
+        Roff::new()
+            .control("SH", [format!("COMMAND {}", subcommand.get_name().to_uppercase()).as_str()])
+            .to_writer(&mut page)?;
+        let section = Man::new(subcommand.clone());
+        let mut text = Vec::new();
+        section.render_description_section(&mut text)?;
+        section.render_synopsis_section(&mut text)?;
+        section.render_options_section(&mut text)?;
+        // Sections of a command are sub-sections of the page.
+        page.extend(String::from_utf8(text)?.replace(".SH ", ".SS ").into_bytes());
+    }
+    for section in [case_file(), files(), exit_status(), examples()] {
+        section.to_writer(&mut page)?;
+    }
+    stdout::write_data(&page)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A section that begins with a paragraph.
+fn section(title: &str, text: &str) -> Roff {
+    let mut roff = Roff::new();
+    roff.control("SH", [title]).text([roman(text)]);
+    roff
+}
+
+/// A paragraph with a heading, as options have it.
+fn entry(roff: &mut Roff, heading: impl Into<Vec<Inline>>, text: impl Into<String>) {
+    roff.control("TP", []).text(heading).text([roman(text)]);
+}
+
+fn case_file() -> Roff {
+    let mut roff = section(
+        "CASE FILE",
+        "A case is a TOML file with these keys, for example [grid] with n_gamma = 32 for grid.n_gamma. An unknown key is an \
+         error. Exactly one kind of potential is required, and exactly one of initial.x_dot and initial.velocity.",
+    );
+    for key in KEYS {
+        let mut heading = vec![bold(key.name), roman(" "), italic(key.kind)];
+        match key.default {
+            "" | "none" => {}
+            "required" => heading.push(roman(" (required)")),
+            default => heading.push(roman(format!(" [default: {default}]"))),
+        }
+        entry(&mut roff, heading, key.meaning);
+    }
+    roff
+}
+
+fn files() -> Roff {
+    let mut roff = section(
+        "FILES",
+        "Results go to results/<case> for run, to results/<case>/<command> for the others, to results/converge/<case> for \
+         converge without CASE, or to the folder of --out.",
+    );
+    for (command, files, content) in FILES {
+        entry(&mut roff, [bold(files)], format!("{command}: {content}"));
+    }
+    roff
+}
+
+fn exit_status() -> Roff {
+    let mut roff = section("EXIT STATUS", "Ctrl-C and SIGTERM end every command within a second.");
+    for (code, meaning) in report::EXIT_CODES {
+        entry(&mut roff, [bold(code.to_string())], meaning);
+    }
+    roff
+}
+
+fn examples() -> Roff {
+    let mut roff = section("EXAMPLES", "In any folder:");
+    for (command, what) in EXAMPLES {
+        entry(&mut roff, [bold(command)], what);
+    }
+    roff
+}
