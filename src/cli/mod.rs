@@ -23,7 +23,7 @@ mod work_precision;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueHint};
 
 pub(crate) use report::exit_code;
 
@@ -84,7 +84,7 @@ enum Command {
 #[derive(Debug, Args)]
 struct CaseArgs {
     /// Case file (TOML), - for standard input, or the name of a built-in case (`init --list` names them)
-    #[arg(value_name = "CASE")]
+    #[arg(value_name = "CASE", value_hint = ValueHint::FilePath)]
     case: Option<PathBuf>,
 
     /// Override a case key, e.g. --set grid.n_gamma=64 (repeatable)

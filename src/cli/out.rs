@@ -1,8 +1,8 @@
-//! Where a command's result files go.
+//! Where a command's results go: its files, and its summary on standard output.
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueHint};
 use geodesic_ivp::output::{Origin, Target, origin_of};
 
 use super::{CaseArgs, report, stdout};
@@ -16,7 +16,7 @@ pub(super) struct OutArgs {
     /// Folder for the result files; they replace what an earlier command wrote there, and nothing else [default:
     /// results/<case file stem>, for other commands than run results/<case file stem>/<command>; converge
     /// without CASE: results/converge/<case>]
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     out: Option<PathBuf>,
 
     /// Also replace files of these names in that folder that this program did not write

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
-use clap::Args;
+use clap::{Args, ValueHint};
 use geodesic_ivp::Case;
 use geodesic_ivp::output::pictures::{self, WorkAxis};
 use geodesic_ivp::output::{OutputSet, WorkPrecisionSummary, read_rows, write_drift, write_work_precision};
@@ -53,7 +53,7 @@ pub(super) struct WorkPrecisionArgs {
     methods: Vec<String>,
 
     /// Also rank and draw the rows of this table, which another program measured
-    #[arg(long, value_name = "CSV")]
+    #[arg(long, value_name = "CSV", value_hint = ValueHint::FilePath)]
     rows: Option<PathBuf>,
 
     /// Seconds that a single run may take

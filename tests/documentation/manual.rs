@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use geodesic_ivp::case::builtin::NAMES;
 use tempfile::TempDir;
 
 use super::commands::shell;
@@ -82,6 +83,15 @@ fn completions_have_every_command_and_option() {
             }
         }
     }
+}
+
+#[test]
+fn completions_know_cases_folders_and_files() {
+    let bash = printed("completions bash");
+    assert!(bash.lines().any(|line| NAMES.iter().all(|name| line.split([' ', '"']).any(|word| word == *name))));
+    let zsh = printed("completions zsh");
+    let of = |option: &str| zsh.lines().find(|line| line.contains(option)).unwrap_or_else(|| panic!("{option}"));
+    assert!(of("--out=").contains("_files -/") && of("--rows=").contains("_files"));
 }
 
 #[test]
