@@ -96,7 +96,7 @@ impl Page {
             let file = format!("{name}.svg");
             let path = self.directory.join(&file);
             fs::write(&path, chart.to_svg()).with_context(|| format!("cannot write {}", path.display()))?;
-            let _ = writeln!(self.body, "<img src=\"{file}\" alt=\"{}\">", chart.title);
+            let _ = writeln!(self.body, "<img src=\"{file}\" alt=\"{}, {}\">", chart.title, chart.subtitle);
         }
         let _ = writeln!(
             self.body,
@@ -137,14 +137,14 @@ fn base_run(page: &mut Page, scene: &Scene, operator: usize) -> Result<()> {
     let sbp = OPERATORS[operator];
     let solved = Solved::new("", scene.text, &settings(&[DOUBLED, &format!("scheme.sbp={sbp}")]))?;
     let (runs, name) = ([solved.run()], format!("{}-{sbp}", scene.name));
-    let title = |what: &str| format!("{} potential, {sbp}, N = 32: {what}", scene.name);
+    let of = format!("{} potential, {sbp}, N = 32", scene.name);
     let (end, d) = (&solved.solution.end, &solved.diagnostics);
     let last = d.t_dot.len() - 1;
     page.row(
         &[
-            (&format!("{name}-dofs"), pictures::world_line(&title("degrees of freedom"), &solved.solution)),
-            (&format!("{name}-dt-dgamma"), pictures::time_mesh(&title("dt/dγ"), &runs)),
-            (&format!("{name}-x-of-t"), solved.trajectory(&title("x(t)"), &runs)?),
+            (&format!("{name}-dofs"), pictures::world_line(&of, &solved.solution)),
+            (&format!("{name}-dt-dgamma"), pictures::time_mesh(&of, &runs)),
+            (&format!("{name}-x-of-t"), solved.trajectory(&of, &runs)?),
         ],
         "t(γ) and x(γ) emerge together, both branches agree, and the time mesh is non-uniform.",
         &format!(
@@ -157,8 +157,8 @@ fn base_run(page: &mut Page, scene: &Scene, operator: usize) -> Result<()> {
     )?;
     page.row(
         &[
-            (&format!("{name}-delta-g"), pictures::geodesic_residuals(&title("|ΔG|"), &runs)),
-            (&format!("{name}-delta-e"), pictures::noether_charge(&title("|ΔE|"), &runs)),
+            (&format!("{name}-delta-g"), pictures::geodesic_residuals(&of, &runs)),
+            (&format!("{name}-delta-e"), pictures::noether_charge(&of, &runs)),
         ],
         &format!("ΔG is zero but at the last nodes; ΔE is {}.", scene.delta_e[operator]),
         &format!(
@@ -179,7 +179,7 @@ fn exactness(page: &mut Page, scene: &Scene) -> Result<()> {
             |digits: u32| settings(&[DOUBLED, &format!("scheme.sbp={sbp}"), &format!("solver.digits={digits}")]);
         let double = Solved::<f64>::new("16 digits", scene.text, &overrides(16))?;
         let extended = Solved::<Extended>::new("60 digits", scene.text, &overrides(60))?;
-        let title = format!("{} potential, {sbp}, N = 32: |ΔE| in 16 and in 60 digits", scene.name);
+        let title = format!("{} potential, {sbp}, N = 32, in 16 and in 60 digits", scene.name);
         let mut chart = pictures::noether_charge(&title, &[double.run()]);
         // Of each precision only the charge itself, without its correction.
         chart.series.truncate(1);
@@ -214,7 +214,7 @@ fn refinement(page: &mut Page, scene: &Scene) -> Result<()> {
         };
         let solved = [16, 32, 64].map(solve_with).into_iter().collect::<Result<Vec<_>>>()?;
         let runs: Vec<Run<'_>> = solved.iter().map(Solved::run).collect();
-        let title = format!("{} potential, {sbp}: |ΔE| for N = 16, 32, 64", scene.name);
+        let title = format!("{} potential, {sbp}, N = 16, 32, 64", scene.name);
         charts.push((format!("{}-{sbp}-delta-e-n", scene.name), pictures::noether_charge(&title, &runs)));
         let last: Vec<String> =
             solved.iter().map(|s| format!("{:.3e}", s.diagnostics.measures.delta_q_t_last)).collect();
@@ -243,7 +243,7 @@ fn longer_runs(page: &mut Page, scene: &Scene) -> Result<()> {
         };
         let solved = [(1, 32), (4, 32), (8, 64)].map(solve_with).into_iter().collect::<Result<Vec<_>>>()?;
         let runs: Vec<Run<'_>> = solved.iter().map(Solved::run).collect();
-        let title = |what: &str| format!("quartic potential, {sbp}, ṫ_i = 1, 4, 8: {what}");
+        let of = format!("quartic potential, {sbp}, ṫ_i = 1, 4, 8");
         let longest = &solved[2];
         let name = format!("quartic-{sbp}-long");
         let ends: Vec<String> = (solved.iter())
@@ -253,8 +253,8 @@ fn longer_runs(page: &mut Page, scene: &Scene) -> Result<()> {
             .collect();
         page.row(
             &[
-                (&format!("{name}-delta-e"), pictures::noether_charge(&title("|ΔE|"), &runs)),
-                (&format!("{name}-x-of-t"), longest.trajectory(&title("x(t)"), &runs)?),
+                (&format!("{name}-delta-e"), pictures::noether_charge(&of, &runs)),
+                (&format!("{name}-x-of-t"), longest.trajectory(&of, &runs)?),
             ],
             "Longer runs keep ΔE = 0 in the interior, and ΔE at the last node changes only marginally.",
             &format!(

@@ -229,12 +229,14 @@ fn draw(
     for (arena, (time, evaluations)) in arenas.iter().zip(BY_LENGTH) {
         let length = arena.length();
         let rows = || measured.rows.iter().filter(|row| row.gamma_f == length);
-        let title = format!("{title}, Δγ = {}", short(length));
+        let title = format!("{title}, γ_f − γ_i = {}", short(length));
         write(time, pictures::work_precision(&title, rows(), WorkAxis::Seconds))?;
         write(evaluations, pictures::work_precision(&title, rows(), WorkAxis::Evaluations))?;
     }
-    write(DRIFT_K, pictures::drift(&format!("{title}: K along the run"), along, true))?;
-    write(DRIFT_ERROR, pictures::drift(&format!("{title}: errors along the run"), along, false))
+    let longest = arenas.iter().map(Arena::length).fold(0.0, f64::max);
+    let title = format!("{title}, γ_f − γ_i = {}", short(longest));
+    write(DRIFT_K, pictures::drift(&title, along, true))?;
+    write(DRIFT_ERROR, pictures::drift(&title, along, false))
 }
 
 /// A length for people.

@@ -26,7 +26,7 @@ mod summary;
 mod tables;
 mod work_precision;
 
-pub use chart::{Chart, Ink, Kind, Map, Mark, Panel, Scale, Series, Sign};
+pub use chart::{Chart, Ink, Kind, Look, Map, Mark, Panel, Scale, Series, Shape, Sign};
 pub use convergence::{ConvergenceSummary, write_convergence, write_slopes};
 pub use files::{NotOurs, OutputSet, Target};
 pub use manifest::{Origin, origin_of};

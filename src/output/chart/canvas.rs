@@ -7,6 +7,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::axis::Axis;
+use super::typeset::{self, Level, SCRIPT};
 
 /// Drawing units in a pixel; the backend has whole units only, and a pixel is too coarse for curves.
 pub(super) const PX: i32 = 10;
@@ -14,10 +15,10 @@ pub(super) const WIDTH: i32 = 720 * PX;
 pub(super) const PLOT_HEIGHT: i32 = 360 * PX;
 pub(super) const MARGIN: i32 = 16 * PX;
 
-pub(super) const TITLE: i32 = 17 * PX;
-pub(super) const LABEL: i32 = 15 * PX;
-pub(super) const TICK: i32 = 13 * PX;
-pub(super) const SMALL: i32 = 12 * PX;
+pub(super) const TITLE: i32 = 18 * PX;
+pub(super) const LABEL: i32 = 16 * PX;
+pub(super) const TICK: i32 = 14 * PX;
+pub(super) const SMALL: i32 = 13 * PX;
 
 pub(super) const TEXT: RGBColor = RGBColor(34, 34, 34);
 pub(super) const PALE: RGBColor = RGBColor(96, 96, 96);
@@ -28,6 +29,27 @@ pub(super) type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub(super) type Plane = Cartesian2d<RangedCoordf64, RangedCoordf64>;
 pub(super) type Drawn<T = ()> = Result<T, DrawingAreaErrorKind<std::io::Error>>;
 pub(super) type Pixel = (i32, i32);
+
+/// The document in its size, with its scripts; `height` is in units. The first thing in it is a white rectangle all over.
+pub(super) fn finish(svg: &str, height: i32) -> String {
+    let size = |width: i32, height: i32| format!("width=\"{width}\" height=\"{height}\"");
+    let shown = format!("{} stroke-linejoin=\"round\"", size(WIDTH / PX, height / PX));
+    typeset::typeset(&svg.replacen(&size(WIDTH, height), &shown, 1))
+}
+
+/// The room that the heading takes.
+pub(super) fn heading_height(title: &str, subtitle: &str) -> i32 {
+    let row = |text: &str, size: i32| if text.is_empty() { 0 } else { size * 3 / 2 };
+    row(title, TITLE) + row(subtitle, SMALL)
+}
+
+/// What to see, and under it of what it is.
+pub(super) fn draw_heading(canvas: &Canvas<'_>, title: &str, subtitle: &str) -> Drawn {
+    let room = WIDTH - 2 * MARGIN;
+    write(canvas, title, (WIDTH / 2, MARGIN), &font(TITLE, title, room, TEXT, HPos::Center))?;
+    let under = MARGIN + heading_height(title, "");
+    write(canvas, subtitle, (WIDTH / 2, under), &font(SMALL, subtitle, room, PALE, HPos::Center))
+}
 
 /// Grid, frame, ticks and their labels.
 pub(super) fn draw_axes(canvas: &Canvas<'_>, x: &Axis, y: &Axis, plane: &Plane) -> Drawn {
@@ -80,7 +102,12 @@ pub(super) fn font(size: i32, text: &str, room: i32, colour: RGBColor, side: HPo
 /// About the width of a text, in any usual font.
 pub(super) fn extent(text: &str, size: i32) -> i32 {
     let is_accent = |c: char| ('\u{300}'..='\u{36f}').contains(&c);
-    units(text.chars().filter(|&c| !is_accent(c)).count()) * size * 11 / 20
+    let count = |text: &str| units(text.chars().filter(|&c| !is_accent(c)).count()) * size * 11 / 20;
+    let width = |(level, part): (Level, &str)| match level {
+        Level::Line => count(part),
+        _ => (SCRIPT * f64::from(count(part))) as i32,
+    };
+    typeset::parts(text).into_iter().map(width).sum()
 }
 
 /// A count of things on a canvas, of which there is no room for more than thousands.

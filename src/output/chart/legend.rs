@@ -1,13 +1,13 @@
-//! The legend: samples and labels in a box.
+//! The legend: samples and labels in a box; and labels in the plot itself.
 
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
 
 use super::Series;
-use super::canvas::{Canvas, Drawn, GRID, PX, Pixel, TEXT, TICK, WIDTH, extent, font, units, write};
+use super::canvas::{Canvas, Drawn, GRID, PALE, PX, Pixel, TEXT, TICK, WIDTH, extent, font, units, write};
 use super::trace::{Pen, Trace, pens};
 
-const ROW: i32 = 20 * PX;
+const ROW: i32 = 21 * PX;
 const SAMPLE: i32 = 30 * PX;
 const PADDING: i32 = 8 * PX;
 const WIDEST_LABEL: i32 = WIDTH * 2 / 5;
@@ -20,7 +20,10 @@ pub(super) struct Legend {
 
 impl Legend {
     pub(super) fn new(series: &[Series]) -> Self {
-        let labelled = series.iter().zip(pens(series)).filter(|(series, _)| !series.label.is_empty());
+        let labelled = series
+            .iter()
+            .zip(pens(series))
+            .filter(|(series, pen)| !series.label.is_empty() && !pen.is_labelled_in_place());
         let entries: Vec<(String, Pen)> = labelled.map(|(series, pen)| (series.label.clone(), pen)).collect();
         let widest = entries.iter().map(|(label, _)| extent(label, TICK).min(WIDEST_LABEL)).max();
         let size =
@@ -37,19 +40,44 @@ impl Legend {
         let corners = [(right, top), (left, top), (right, bottom), (left, bottom)];
         let others = [(right, middle), (left, middle), (centre, top), (centre, bottom)];
         let is_free = |&(x, y): &Pixel| {
-            let covers = |p: Pixel| {
-                (x - PADDING..=x + width + PADDING).contains(&p.0)
-                    && (y - PADDING..=y + height + PADDING).contains(&p.1)
-            };
-            let crosses = |a: Pixel, b: Pixel| {
-                let steps = (a.0.abs_diff(b.0).max(a.1.abs_diff(b.1)) / 40 + 1) as i32;
-                (0..=steps).any(|k| covers((a.0 + (b.0 - a.0) * k / steps, a.1 + (b.1 - a.1) * k / steps)))
-            };
-            let mut segments = traces.iter().flat_map(|trace| &trace.runs).flat_map(|run| run.windows(2));
-            !traces.iter().flat_map(Trace::symbols).any(covers) && !segments.any(|ends| crosses(ends[0], ends[1]))
+            let around = ((x - PADDING, y - PADDING), (x + width + PADDING, y + height + PADDING));
+            traces.iter().all(|trace| trace.is_clear_of(around))
         };
         let fits = |at: &Pixel| at.0 >= left && at.1 >= top;
         corners.into_iter().chain(others).filter(fits).find(is_free)
+    }
+
+    /// The names of series that have theirs in the plot: under the line, where nothing is in the way.
+    pub(super) fn draw_in_place(
+        canvas: &Canvas<'_>,
+        series: &[Series],
+        (start, end): (Pixel, Pixel),
+        traces: &[Trace],
+    ) -> Drawn {
+        for ((one, pen), trace) in series.iter().zip(pens(series)).zip(traces) {
+            if !pen.is_labelled_in_place() || one.label.is_empty() {
+                continue;
+            }
+            let (width, height) = (extent(&one.label, TICK), TICK * 5 / 4);
+            let line: Vec<Pixel> = trace.runs.concat();
+            let middle = line.len() / 2;
+            let mut order: Vec<usize> = (0..line.len()).collect();
+            order.sort_by_key(|&k| k.abs_diff(middle));
+            let under = |k: usize| {
+                let x = (line[k].0 - width / 2).clamp(start.0 + PADDING, (end.0 - PADDING - width).max(start.0));
+                (x, line[k].1 + 9 * PX)
+            };
+            let is_free = |&(x, y): &Pixel| {
+                let around = ((x, y), (x + width, y + height));
+                y + height < end.1 && traces.iter().all(|trace| trace.is_clear_of(around))
+            };
+            let places = || order.iter().map(|&k| under(k));
+            let above = |(x, y): Pixel| (x, (y - 9 * PX - 2 * height).max(start.1));
+            if let Some(at) = places().find(is_free).or_else(|| places().next().map(above)) {
+                write(canvas, &one.label, at, &font(TICK, &one.label, WIDEST_LABEL, PALE, HPos::Left))?;
+            }
+        }
+        Ok(())
     }
 
     pub(super) fn draw(&self, canvas: &Canvas<'_>, (x, y): Pixel) -> Drawn {

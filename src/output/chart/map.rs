@@ -1,23 +1,27 @@
 //! Maps: panels of equal cells, each of a kind with a colour of its own lightness and a sign, so that nothing is told by
 //! colour alone.
 
+use std::collections::BTreeSet;
+
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
 
-use super::canvas::{
-    self, Canvas, Drawn, LABEL, MARGIN, PALE, PX, Pixel, SMALL, TEXT, TITLE, WIDTH, extent, font, units,
-};
+use super::Look;
+use super::canvas::{self, Canvas, Drawn, LABEL, MARGIN, PALE, PX, Pixel, SMALL, TEXT, WIDTH, extent, font, units};
+use super::trace::draw_symbol;
 
 /// Panels side by side.
 const ACROSS: usize = 4;
 const GAP: i32 = 12 * PX;
 /// Room for the labels of the rows.
 const LEFT: i32 = 62 * PX;
-const CELL_HEIGHT: i32 = 13 * PX;
-const PANEL_TITLE: i32 = 17 * PX;
-const TICKS: i32 = 26 * PX;
-const TICK_LABEL: i32 = 10 * PX;
-const HEADING: i32 = 11 * PX;
+const CELL_HEIGHT: i32 = 14 * PX;
+const PANEL_TITLE: i32 = 20 * PX;
+const TICKS: i32 = 28 * PX;
+const TICK_LABEL: i32 = 12 * PX;
+const HEADING: i32 = 12 * PX;
+/// The symbol of a panel's method, beside its heading.
+const SYMBOL: i32 = 36;
 const LEGEND_ROW: i32 = 22 * PX;
 
 /// A sign in a cell.
@@ -25,6 +29,8 @@ const LEGEND_ROW: i32 = 22 * PX;
 pub enum Sign {
     /// None: the calm state.
     Empty,
+    /// ·
+    Dot,
     /// ○
     Ring,
     /// A zigzag.
@@ -55,6 +61,8 @@ pub struct Kind {
 pub struct Panel {
     /// Heading.
     pub title: String,
+    /// The look of what it shows in other pictures, open or filled.
+    pub look: Option<(Look, bool)>,
     /// Number of columns.
     pub columns: usize,
     /// Column, row from below, and index of the kind.
@@ -68,8 +76,10 @@ pub struct Panel {
 /// Panels over common rows.
 #[derive(Debug, Clone)]
 pub struct Map {
-    /// Heading.
+    /// Heading: what there is to see.
     pub title: String,
+    /// A smaller line under it, if not empty: of what.
+    pub subtitle: String,
     /// Name of all abscissae.
     pub x_label: String,
     /// Name of the ordinate.
@@ -78,6 +88,8 @@ pub struct Map {
     pub rows: Vec<String>,
     /// The kinds of cells.
     pub kinds: Vec<Kind>,
+    /// What a place without a cell is.
+    pub absent: Kind,
     /// The panels, in reading order.
     pub panels: Vec<Panel>,
     /// What the dashed line is.
@@ -90,9 +102,7 @@ impl Map {
         let mut svg = String::new();
         let height = self.height();
         self.draw(&mut svg, height).expect("writing to a string does not fail");
-        let size = |width: i32, height: i32| format!("width=\"{width}\" height=\"{height}\"");
-        let shown = format!("{} stroke-linejoin=\"round\"", size(WIDTH / PX, height / PX));
-        svg.replacen(&size(WIDTH, height), &shown, 1)
+        canvas::finish(&svg, height)
     }
 
     fn panel_size(&self) -> (i32, i32) {
@@ -101,7 +111,7 @@ impl Map {
     }
 
     fn top(&self) -> i32 {
-        MARGIN + TITLE * 3 / 2
+        MARGIN + canvas::heading_height(&self.title, &self.subtitle)
     }
 
     fn rows_of_panels(&self) -> i32 {
@@ -118,7 +128,7 @@ impl Map {
     }
 
     fn entries(&self) -> usize {
-        self.kinds.len() + usize::from(!self.line_label.is_empty())
+        self.kinds.len() + 1 + usize::from(!self.line_label.is_empty())
     }
 
     fn legend_rows(&self) -> i32 {
@@ -132,13 +142,18 @@ impl Map {
         let write = |text: &str, at: Pixel, size: i32, room: i32, side: HPos| {
             canvas::write(&canvas, text, at, &font(size, text, room, TEXT, side))
         };
-        write(&self.title, (middle, MARGIN), TITLE, WIDTH - 2 * MARGIN, HPos::Center)?;
+        canvas::draw_heading(&canvas, &self.title, &self.subtitle)?;
         let (width, panel_height) = self.panel_size();
         for (index, panel) in self.panels.iter().enumerate() {
             let (across, down) = ((index % ACROSS) as i32, units(index / ACROSS));
             let left = LEFT + across * (width + GAP);
             let top = self.top() + down * (PANEL_TITLE + panel_height + TICKS);
-            write(&panel.title, (left + width / 2, top + 3 * PX), HEADING, width, HPos::Center)?;
+            let room = if panel.look.is_some() { width - 14 * PX } else { width };
+            let style = font(HEADING, &panel.title, room, TEXT, HPos::Left);
+            canvas::write(&canvas, &panel.title, (left + width - room, top + 4 * PX), &style)?;
+            if let Some((look, open)) = panel.look {
+                draw_symbol(&canvas, look, (left + 6 * PX, top + 4 * PX + HEADING / 2), SYMBOL, open)?;
+            }
             self.draw_panel(&canvas, panel, (left, top + PANEL_TITLE), across == 0)?;
         }
         let base = self.base();
@@ -154,8 +169,11 @@ impl Map {
         let (width, height) = self.panel_size();
         let column = |place: f64| left + (place / panel.columns.max(1) as f64 * f64::from(width)).round() as i32;
         let bottom = top + height;
-        for &(x, y, kind) in &panel.cells {
-            let Some(kind) = self.kinds.get(kind) else { continue };
+        let known: BTreeSet<(usize, usize)> = panel.cells.iter().map(|&(x, y, _)| (x, y)).collect();
+        let everywhere = (0..self.rows.len()).flat_map(|y| (0..panel.columns).map(move |x| (x, y)));
+        let absent = everywhere.filter(|at| !known.contains(at)).map(|(x, y)| (x, y, &self.absent));
+        let present = panel.cells.iter().filter_map(|&(x, y, kind)| Some((x, y, self.kinds.get(kind)?)));
+        for (x, y, kind) in present.chain(absent) {
             let (from, to) = (column(x as f64), column(x as f64 + 1.0));
             let below = bottom - units(y) * CELL_HEIGHT;
             draw_cell(canvas, kind, (from, below - CELL_HEIGHT), (to, below))?;
@@ -169,7 +187,7 @@ impl Map {
             canvas.draw(&PathElement::new(vec![(at, bottom), (at, bottom + 3 * PX)], line))?;
             let half = extent(label, TICK_LABEL) / 2;
             if at - half > free {
-                free = at + half;
+                free = at + half + 4 * PX;
                 canvas::write(
                     canvas,
                     label,
@@ -197,13 +215,13 @@ impl Map {
             let style = font(SMALL, label, room - 24 * PX, colour, HPos::Left);
             canvas::write(canvas, label, (left + 20 * PX, top + CELL_HEIGHT / 2 - SMALL * 2 / 5), &style)
         };
-        for (index, kind) in self.kinds.iter().enumerate() {
+        for (index, kind) in self.kinds.iter().chain([&self.absent]).enumerate() {
             let (left, top) = place(index);
             draw_cell(canvas, kind, (left, top), (left + CELL_HEIGHT, top + CELL_HEIGHT))?;
             text((left, top), &kind.label, TEXT)?;
         }
         if !self.line_label.is_empty() {
-            let (left, top) = place(self.kinds.len());
+            let (left, top) = place(self.kinds.len() + 1);
             let x = left + CELL_HEIGHT / 2;
             draw_limit(canvas, (x, top - 2 * PX), (x, top + CELL_HEIGHT + 2 * PX))?;
             text((left, top), &self.line_label, PALE)?;
@@ -234,6 +252,7 @@ fn draw_cell(canvas: &Canvas<'_>, kind: &Kind, (left, top): Pixel, (right, botto
     };
     match kind.sign {
         Sign::Empty => Ok(()),
+        Sign::Dot => canvas.draw(&Circle::new((x, y), 9, PALE.filled())),
         Sign::Ring => canvas.draw(&Circle::new((x, y), size, pen)),
         Sign::Zigzag => path(&[(-3, 1), (-2, -1), (-1, 1), (0, -1), (1, 1), (2, -1), (3, 1)]),
         Sign::Slash => path(&[(-2, 2), (2, -2)]),
@@ -258,8 +277,10 @@ mod tests {
         let signs = [Sign::Empty, Sign::Ring, Sign::Zigzag, Sign::Slash, Sign::Cross, Sign::Bar, Sign::Square];
         let kind =
             |(k, sign): (usize, Sign)| Kind { label: format!("kind {k} <"), fill: [200 - 25 * k as u8; 3], sign };
+        let look = Look { colour: [1, 2, 3], shape: crate::output::chart::Shape::Diamond };
         let panel = Panel {
             title: "panel".into(),
+            look: Some((look, false)),
             columns: 7,
             cells: (0..7).map(|k| (k, k % 2, k)).chain([(0, 1, 99)]).collect(),
             ticks: vec![(0.5, "0.1".into()), (6.5, "1".into())],
@@ -267,10 +288,12 @@ mod tests {
         };
         let map = Map {
             title: "A < B".into(),
+            subtitle: "of my_case with γ_f".into(),
             x_label: "Δγω".into(),
             y_label: "length".into(),
             rows: vec!["1".into(), "2".into()],
             kinds: signs.into_iter().enumerate().map(kind).collect(),
+            absent: Kind { label: "none".into(), fill: [251; 3], sign: Sign::Dot },
             panels: vec![panel, Panel::default()],
             line_label: "limit".into(),
         };
@@ -281,6 +304,9 @@ mod tests {
         assert!(cells.into_iter().all(|fill| svg.matches(&fill).count() >= 2), "{svg}");
         assert!(svg.contains("kind 6 &lt;") && svg.contains("limit") && svg.starts_with("<svg width=\"720\""));
         assert!(!svg.contains("NaN"));
+        // Places without a cell: seven, less the one of an unknown kind, and the legend's.
+        assert_eq!(svg.matches("fill=\"#FBFBFB\"").count(), 7, "{svg}");
+        assert!(svg.contains("fill=\"#010203\"") && svg.contains("my_case") && svg.contains(">f</tspan>"), "{svg}");
         let empty = Map { panels: Vec::new(), rows: Vec::new(), kinds: Vec::new(), line_label: String::new(), ..map };
         assert!(empty.to_svg().contains("A &lt; B"));
     }

@@ -5,6 +5,7 @@ mod canvas;
 mod legend;
 mod map;
 mod trace;
+mod typeset;
 
 pub use map::{Kind, Map, Panel, Sign};
 
@@ -13,7 +14,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
 
 use self::axis::{Axis, is_drawable};
-use self::canvas::{Drawn, LABEL, MARGIN, PALE, PLOT_HEIGHT, PX, Pixel, Plane, SMALL, TEXT, TICK, TITLE, WIDTH, units};
+use self::canvas::{Drawn, LABEL, MARGIN, PALE, PLOT_HEIGHT, PX, Pixel, Plane, SMALL, TEXT, TICK, WIDTH, units};
 use self::legend::Legend;
 use self::trace::{Pen, Trace, pens};
 
@@ -43,9 +44,11 @@ pub enum Mark {
     Points,
     /// Symbols on a solid line.
     LineAndPoints,
+    /// Open symbols.
+    OpenPoints,
     /// Open symbols on a dashed line, as for others to compare with.
     DashedAndOpenPoints,
-    /// A broad pale line to be drawn under others.
+    /// A broad pale line to be drawn under others, with its label beside it and not in the legend.
     Band,
 }
 
@@ -59,13 +62,51 @@ pub enum Ink {
     Previous,
     /// Grey, as for a reference; it takes none from the palette.
     Neutral,
-    /// One of the seven of the palette, and one of the four shapes.
-    Fixed {
-        /// Index of the colour.
-        colour: usize,
-        /// Index of the shape.
-        shape: usize,
-    },
+    /// This one, which takes none from the palette.
+    Fixed(Look),
+}
+
+/// The colour and the shape by which something is known in every picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Look {
+    /// Red, green, blue.
+    pub colour: [u8; 3],
+    /// The shape of its symbols.
+    pub shape: Shape,
+}
+
+impl Look {
+    fn rgb(self) -> RGBColor {
+        let [red, green, blue] = self.colour;
+        RGBColor(red, green, blue)
+    }
+}
+
+/// The shape of a symbol.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Shape {
+    /// ●
+    Circle,
+    /// ■
+    Square,
+    /// ▲
+    Triangle,
+    /// ◆
+    Diamond,
+    /// ▼
+    Nabla,
+    /// ★
+    Star,
+    /// ×
+    Cross,
+    /// +
+    Plus,
+}
+
+impl Shape {
+    /// All of them.
+    pub const ALL: [Self; 8] =
+        [Self::Circle, Self::Square, Self::Triangle, Self::Diamond, Self::Nabla, Self::Star, Self::Cross, Self::Plus];
 }
 
 /// Points that belong together.
@@ -99,12 +140,14 @@ impl Series {
 
 /// A picture with two axes.
 ///
-/// Series are drawn in order, later ones on top. Text may be any Unicode; it is escaped as XML needs it, and set
-/// smaller if it is too long.
+/// Series are drawn in order, later ones on top, on opaque white. Text may be any Unicode; it is escaped as XML needs it,
+/// and set smaller if it is too long. `γ_f`, `V_{eff}` and `G^t` have sub- and superscripts.
 #[derive(Debug, Clone, Default)]
 pub struct Chart {
-    /// Heading, if not empty.
+    /// Heading, if not empty: what there is to see.
     pub title: String,
+    /// A smaller line under it, if not empty: of what.
+    pub subtitle: String,
     /// Name of the abscissa.
     pub x_label: String,
     /// Name of the ordinate.
@@ -122,9 +165,7 @@ impl Chart {
     pub fn to_svg(&self) -> String {
         let mut svg = String::new();
         let height = self.draw(&mut svg).expect("writing to a string does not fail");
-        let size = |width: i32, height: i32| format!("width=\"{width}\" height=\"{height}\"");
-        let shown = format!("{} stroke-linejoin=\"round\"", size(WIDTH / PX, height / PX));
-        svg.replacen(&size(WIDTH, height), &shown, 1)
+        canvas::finish(&svg, height)
     }
 
     /// Draws into `svg` and returns the height in units.
@@ -138,8 +179,7 @@ impl Chart {
             .collect();
 
         let line = SMALL * 3 / 2;
-        let heading = if self.title.is_empty() { 0 } else { TITLE * 3 / 2 };
-        let top = MARGIN + heading;
+        let top = MARGIN + canvas::heading_height(&self.title, &self.subtitle);
         let base = top + PLOT_HEIGHT;
         let under = base + TICK + 2 * LABEL + 6 * PX;
         let ticks = y.labelled.iter().map(|&v| canvas::extent(&y.label(v), TICK)).max().unwrap_or(0);
@@ -165,7 +205,7 @@ impl Chart {
         let write = |text: &str, at: Pixel, size: i32, colour: RGBColor, side: HPos| {
             canvas::write(&canvas, text, at, &canvas::font(size, text, room, colour, side))
         };
-        write(&self.title, (middle, MARGIN), TITLE, TEXT, HPos::Center)?;
+        canvas::draw_heading(&canvas, &self.title, &self.subtitle)?;
         write(&self.x_label, (middle, base + TICK + 13 * PX), LABEL, TEXT, HPos::Center)?;
         let upright = canvas::font(LABEL, &self.y_label, PLOT_HEIGHT, TEXT, HPos::Center);
         let upright = upright.transform(FontTransform::Rotate270);
@@ -177,6 +217,7 @@ impl Chart {
             write("no data", (middle, (top + base) / 2), LABEL, PALE, HPos::Center)?;
         }
         traces.iter().try_for_each(|trace| trace.draw(&canvas))?;
+        Legend::draw_in_place(&canvas, &self.series, ((left, top), (right, base)), &traces)?;
         legend.draw(&canvas, corner)?;
         canvas.present()?;
         Ok(height)
@@ -302,6 +343,27 @@ mod tests {
             circles(&svg, "#0072B2").iter().take(usize::try_from(n).unwrap()).map(|p| p.0).max().unwrap()
         };
         assert!(right(1000) < right(3) - 500);
+    }
+
+    #[test]
+    fn the_background_is_opaque_white_and_texts_have_their_scripts() {
+        let line = Series::new("front", Mark::Band, vec![(1.0, 1.0), (2.0, 2.0)]);
+        let chart = Chart {
+            title: "γ_f".into(),
+            subtitle: "of my_case".into(),
+            y_label: "|ΔQ_t|".into(),
+            ..chart(Scale::Linear, Scale::Linear, vec![line])
+        };
+        let svg = chart.to_svg();
+        check(&svg);
+        let first = svg.lines().nth(1).unwrap();
+        let size = svg.split("viewBox=\"0 0 ").nth(1).unwrap().split('"').next().unwrap().replace(' ', "\" height=\"");
+        let full = format!("<rect x=\"0\" y=\"0\" width=\"{size}\" opacity=\"1\" fill=\"#FFFFFF\" stroke=\"none\"/>");
+        assert_eq!(first, full);
+        assert!(svg.contains(">f</tspan>") && svg.contains(">t</tspan>") && svg.contains("of my_case"), "{svg}");
+        assert!(!svg.contains("γ_f") && !svg.contains("Q_t"));
+        // A band is labelled once, in the plot: there is no legend.
+        assert_eq!((svg.matches("front").count(), svg.matches("<rect").count()), (1, 1), "{svg}");
     }
 
     #[test]

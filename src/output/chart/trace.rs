@@ -7,19 +7,12 @@ use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 
 use super::canvas::{Canvas, Drawn, PX, Pixel};
-use super::{Ink, Mark, Series};
+use super::{Ink, Look, Mark, Series, Shape};
 
-/// Okabe and Ito's colours without yellow, which is too faint on white.
-const PALETTE: [RGBColor; 7] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-    RGBColor(0, 0, 0),
-];
-const NEUTRAL: RGBColor = RGBColor(128, 128, 128);
+/// Okabe and Ito's colours without yellow, which is too faint on white: for series that are no methods.
+const PALETTE: [[u8; 3]; 7] =
+    [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233], [0, 0, 0]];
+const NEUTRAL: Look = Look { colour: [128, 128, 128], shape: Shape::Circle };
 const PALE_BAND: RGBColor = RGBColor(222, 222, 222);
 
 /// A series with more points is thinned.
@@ -29,8 +22,7 @@ const MOST_POINTS: usize = 2000;
 #[derive(Clone, Copy)]
 pub(super) struct Pen {
     mark: Mark,
-    colour: RGBColor,
-    shape: usize,
+    look: Look,
 }
 
 /// The pens of some series.
@@ -38,17 +30,16 @@ pub(super) fn pens(series: &[Series]) -> Vec<Pen> {
     let mut used = 0;
     let mut last = None;
     let pen = |series: &Series| {
-        let (colour, shape) = match (series.ink, last) {
-            (Ink::Neutral, _) => (NEUTRAL, 0),
-            (Ink::Fixed { colour, shape }, _) => (PALETTE[colour % PALETTE.len()], shape),
-            (Ink::Previous, Some(last)) => last,
+        let look = match (series.ink, last) {
+            (Ink::Neutral, _) => NEUTRAL,
+            (Ink::Fixed(look), _) | (Ink::Previous, Some(look)) => look,
             _ => {
                 used += 1;
-                (PALETTE[(used - 1) % PALETTE.len()], used - 1)
+                Look { colour: PALETTE[(used - 1) % PALETTE.len()], shape: Shape::ALL[(used - 1) % 4] }
             }
         };
-        last = Some((colour, shape));
-        Pen { mark: series.mark, colour, shape }
+        last = Some(look);
+        Pen { mark: series.mark, look }
     };
     series.iter().map(pen).collect()
 }
@@ -58,22 +49,32 @@ impl Pen {
     pub(super) const RADIUS: i32 = 34;
 
     pub(super) fn has_line(self) -> bool {
-        self.mark != Mark::Points
+        !matches!(self.mark, Mark::Points | Mark::OpenPoints)
     }
 
     pub(super) fn has_symbols(self) -> bool {
-        matches!(self.mark, Mark::Points | Mark::LineAndPoints | Mark::DashedAndOpenPoints)
+        use Mark::{DashedAndOpenPoints, LineAndPoints, OpenPoints, Points};
+        matches!(self.mark, Points | OpenPoints | LineAndPoints | DashedAndOpenPoints)
     }
 
     /// Whether all its symbols are open.
     pub(super) fn is_open(self) -> bool {
-        self.mark == Mark::DashedAndOpenPoints
+        matches!(self.mark, Mark::DashedAndOpenPoints | Mark::OpenPoints)
+    }
+
+    /// Whether its name stands beside its line.
+    pub(super) fn is_labelled_in_place(self) -> bool {
+        self.mark == Mark::Band
+    }
+
+    fn colour(self) -> RGBColor {
+        self.look.rgb()
     }
 
     pub(super) fn line(self, canvas: &Canvas<'_>, run: &[Pixel]) -> Drawn {
-        let stroke = self.colour.stroke_width(16);
+        let stroke = self.colour().stroke_width(18);
         match (self.mark, run) {
-            (_, [alone]) => canvas.draw(&Circle::new(*alone, 12, self.colour.filled())),
+            (_, [alone]) => canvas.draw(&Circle::new(*alone, 12, self.colour().filled())),
             (Mark::Band, _) => canvas.draw(&PathElement::new(run.to_vec(), PALE_BAND.stroke_width(110))),
             (Mark::DashedAndOpenPoints, _) => {
                 let stroke = stroke.stroke_width(12);
@@ -89,25 +90,46 @@ impl Pen {
     }
 
     pub(super) fn symbol(self, canvas: &Canvas<'_>, at: Pixel, radius: i32, open: bool) -> Drawn {
-        let outline = self.colour.stroke_width(12);
-        // Corners, direction of the first in turns, and a size that makes all shapes look alike.
-        let (corners, first, size) = match self.shape % 4 {
-            0 if open => return canvas.draw(&Circle::new(at, radius, outline)),
-            0 => return canvas.draw(&Circle::new(at, radius, self.colour.filled())),
-            1 => (4, 0.125, 1.25),
-            2 => (3, 0.25, 1.5),
-            _ => (4, 0.0, 1.35),
-        };
-        let corner = |k: i32| {
-            let (sin, cos) = (TAU * (f64::from(k) / f64::from(corners) + first)).sin_cos();
-            let offset = |part: f64| (size * f64::from(radius) * part).round() as i32;
-            (at.0 + offset(cos), at.1 - offset(sin))
-        };
-        if open {
-            canvas.draw(&PathElement::new((0..=corners).map(corner).collect::<Vec<_>>(), outline))
-        } else {
-            canvas.draw(&Polygon::new((0..corners).map(corner).collect::<Vec<_>>(), self.colour.filled()))
-        }
+        draw_symbol(canvas, self.look, at, radius, open)
+    }
+}
+
+/// A symbol, filled or open.
+pub(super) fn draw_symbol(canvas: &Canvas<'_>, look: Look, at: Pixel, radius: i32, open: bool) -> Drawn {
+    let colour = look.rgb();
+    let outline = colour.stroke_width(13);
+    // A direction in turns, and a distance in radii.
+    let corner = |turn: f64, distance: f64| {
+        let (sin, cos) = (TAU * turn).sin_cos();
+        let offset = |part: f64| (distance * f64::from(radius) * part).round() as i32;
+        (at.0 + offset(cos), at.1 - offset(sin))
+    };
+    let stroke = |turn: f64| {
+        let ends = vec![corner(turn, 1.3), corner(turn + 0.5, 1.3)];
+        // A thicker one in place of the filling that it cannot have.
+        canvas.draw(&PathElement::new(ends, colour.stroke_width(if open { 13 } else { 20 })))
+    };
+    // Corners, direction of the first in turns, and a size that makes all shapes look alike.
+    let (corners, first, size) = match look.shape {
+        Shape::Circle if open => return canvas.draw(&Circle::new(at, radius, outline)),
+        Shape::Circle => return canvas.draw(&Circle::new(at, radius, colour.filled())),
+        Shape::Cross => return [0.125, 0.375].into_iter().try_for_each(stroke),
+        Shape::Plus => return [0.0, 0.25].into_iter().try_for_each(stroke),
+        Shape::Square => (4, 0.125, 1.25),
+        Shape::Triangle => (3, 0.25, 1.5),
+        Shape::Diamond => (4, 0.0, 1.35),
+        Shape::Nabla => (3, 0.75, 1.5),
+        Shape::Star => (10, 0.25, 1.7),
+    };
+    let place = |k: i32| {
+        // Every other corner of a star is an inner one.
+        let inner = if look.shape == Shape::Star && k % 2 == 1 { 0.45 } else { 1.0 };
+        corner(f64::from(k) / f64::from(corners) + first, inner * size)
+    };
+    if open {
+        canvas.draw(&PathElement::new((0..=corners).map(place).collect::<Vec<_>>(), outline))
+    } else {
+        canvas.draw(&Polygon::new((0..corners).map(place).collect::<Vec<_>>(), colour.filled()))
     }
 }
 
@@ -138,6 +160,17 @@ impl Trace {
     /// Where the symbols are.
     pub(super) fn symbols(&self) -> impl Iterator<Item = Pixel> {
         self.marks.iter().chain(&self.open).copied()
+    }
+
+    /// Whether nothing of it is in a box.
+    pub(super) fn is_clear_of(&self, (start, end): (Pixel, Pixel)) -> bool {
+        let is_inside = |p: Pixel| (start.0..=end.0).contains(&p.0) && (start.1..=end.1).contains(&p.1);
+        let crosses = |a: Pixel, b: Pixel| {
+            let steps = (a.0.abs_diff(b.0).max(a.1.abs_diff(b.1)) / 40 + 1) as i32;
+            (0..=steps).any(|k| is_inside((a.0 + (b.0 - a.0) * k / steps, a.1 + (b.1 - a.1) * k / steps)))
+        };
+        let mut segments = self.runs.iter().flat_map(|run| run.windows(2));
+        !self.symbols().any(is_inside) && !segments.any(|ends| crosses(ends[0], ends[1]))
     }
 
     pub(super) fn draw(&self, canvas: &Canvas<'_>) -> Drawn {
@@ -226,7 +259,21 @@ mod tests {
     fn a_fit_shares_the_colour_of_its_data() {
         let inks = [Ink::Previous, Ink::Next, Ink::Previous, Ink::Neutral, Ink::Next];
         let series = inks.map(|ink| Series::new("", Mark::Line, Vec::new()).with_ink(ink));
-        let colours: Vec<RGBColor> = pens(&series).iter().map(|pen| pen.colour).collect();
-        assert_eq!(colours, [PALETTE[0], PALETTE[1], PALETTE[1], NEUTRAL, PALETTE[2]]);
+        let colours: Vec<[u8; 3]> = pens(&series).iter().map(|pen| pen.look.colour).collect();
+        assert_eq!(colours, [PALETTE[0], PALETTE[1], PALETTE[1], NEUTRAL.colour, PALETTE[2]]);
+    }
+
+    #[test]
+    fn every_shape_is_another_picture() {
+        let picture = |shape: Shape, open: bool| {
+            let mut svg = String::new();
+            let canvas = SVGBackend::with_string(&mut svg, (100, 100)).into_drawing_area();
+            draw_symbol(&canvas, Look { colour: [1, 2, 3], shape }, (50, 50), 34, open).unwrap();
+            drop(canvas);
+            svg
+        };
+        let pictures: BTreeSet<String> =
+            Shape::ALL.into_iter().flat_map(|shape| [picture(shape, true), picture(shape, false)]).collect();
+        assert_eq!(pictures.len(), 2 * Shape::ALL.len());
     }
 }

@@ -1,5 +1,6 @@
 //! The pictures of `--plot`: what the paper draws, from solutions, their diagnostics and a reference.
 
+mod look;
 mod stability;
 mod work_precision;
 
@@ -39,7 +40,7 @@ impl<S: Real> Run<'_, S> {
 }
 
 /// t(γ) and x(γ); of a doubled solution both branches.
-pub fn world_line<S: Real>(title: &str, solution: &Solution<S>) -> Chart {
+pub fn world_line<S: Real>(of: &str, solution: &Solution<S>) -> Chart {
     let shifted = |elapsed: &[S]| solution.time_from_start(elapsed).map(|t| solution.t_i + t).collect::<Vec<_>>();
     let points = |values: &[S]| solution.gamma().zip(values).map(|(gamma, x)| (gamma.to_f64(), x.to_f64())).collect();
     let curve = |label: &str, values: &[S]| Series::new(label, Mark::LineAndPoints, points(values));
@@ -48,39 +49,56 @@ pub fn world_line<S: Real>(title: &str, solution: &Solution<S>) -> Chart {
         Some(backward) => {
             let dots = |label: &str, values: &[S]| Series::new(label, Mark::Points, points(values));
             vec![
-                curve("t₁(γ)", &shifted(&solution.elapsed)),
-                curve("x₁(γ)", &solution.x),
-                dots("t₂(γ)", &shifted(&backward.elapsed)),
-                dots("x₂(γ)", &backward.x),
+                curve("t_1(γ)", &shifted(&solution.elapsed)),
+                curve("x_1(γ)", &solution.x),
+                dots("t_2(γ)", &shifted(&backward.elapsed)),
+                dots("x_2(γ)", &backward.x),
             ]
         }
     };
-    Chart { title: title.to_owned(), x_label: "γ".to_owned(), y_label: "t, x".to_owned(), series, ..Chart::default() }
+    Chart {
+        title: "Time t and place x along the world-line".to_owned(),
+        subtitle: of.to_owned(),
+        x_label: "γ".to_owned(),
+        y_label: "t, x".to_owned(),
+        series,
+        ..Chart::default()
+    }
 }
 
 /// dt/dγ on the nodes: the time mesh that emerges. The last node of the strong form has the value handed on; what D makes
 /// of it is in the picture of ΔQ_t.
-pub fn time_mesh<S: Real>(title: &str, runs: &[Run<'_, S>]) -> Chart {
-    let series = runs.iter().map(|run| {
+pub fn time_mesh<S: Real>(of: &str, runs: &[Run<'_, S>]) -> Chart {
+    let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
+    let mut series = Vec::new();
+    for run in runs {
         let [t_dot, _] = run.diagnostics.tangent(run.solution);
         let what = match run.solution.form {
             Form::Strong => "(Dt)(γ)",
             Form::Weak => "(D̄t)(γ)",
         };
-        Series::new(run.named(what), Mark::LineAndPoints, run.against_gamma(t_dot.into_iter()))
-    });
+        let points = run.against_gamma(t_dot.into_iter());
+        (least, most) = points.iter().fold((least, most), |(least, most), p| (least.min(p.1), most.max(p.1)));
+        series.push(Series::new(run.named(what), Mark::LineAndPoints, points));
+    }
+    let title = if least > 0.0 && most > 1.005 * least {
+        format!("The time mesh: steps in t differ by a factor of {:.2}", most / least)
+    } else {
+        "The time mesh: dt/dγ".to_owned()
+    };
     Chart {
-        title: title.to_owned(),
+        title,
+        subtitle: of.to_owned(),
         x_label: "γ".to_owned(),
         y_label: "dt/dγ".to_owned(),
-        series: series.collect(),
+        series,
         ..Chart::default()
     }
 }
 
 /// x(t): the nodes, the reference geodesic and the motion with time as its parameter.
 pub fn trajectory<S: Real>(
-    title: &str,
+    of: &str,
     runs: &[Run<'_, S>],
     reference: Option<&ReferenceTrajectory>,
     time_parametrised: &[TimeState],
@@ -101,42 +119,50 @@ pub fn trajectory<S: Real>(
         let points = run.solution.t().zip(&run.solution.x).map(|(t, x)| (t.to_f64(), x.to_f64())).collect();
         series.push(Series::new(run.named("nodes"), Mark::Points, points));
     }
-    Chart { title: title.to_owned(), x_label: "t".to_owned(), y_label: "x".to_owned(), series, ..Chart::default() }
+    Chart {
+        title: "Where the nodes lie on the trajectory x(t)".to_owned(),
+        subtitle: of.to_owned(),
+        x_label: "t".to_owned(),
+        y_label: "x".to_owned(),
+        series,
+        ..Chart::default()
+    }
 }
 
-/// |ΔQₜ| on the nodes; for a single run of the strong form also its last node with the multiplier correction (elsewhere
+/// |ΔQ_t| on the nodes; for a single run of the strong form also its last node with the multiplier correction (elsewhere
 /// the two agree).
-pub fn noether_charge<S: Real>(title: &str, runs: &[Run<'_, S>]) -> Chart {
+pub fn noether_charge<S: Real>(of: &str, runs: &[Run<'_, S>]) -> Chart {
     let mut series = Vec::new();
     for run in runs {
         let charges = &run.diagnostics.charges;
         let points = run.against_gamma(charges.delta_q_t.iter().map(|v| v.abs()));
-        series.push(Series::new(run.named("|ΔQₜ|"), Mark::Points, points));
+        series.push(Series::new(run.named("|ΔQ_t|"), Mark::Points, points));
         let corrected = run.solution.multipliers().and(charges.delta_q_t_corrected.last());
         if let ([_], Some(corrected)) = (runs, corrected) {
             let last = vec![(run.solution.gamma_f().to_f64(), corrected.to_f64().abs())];
-            series.push(Series::new("last node, with + λ₇/H_N", Mark::Points, last));
+            series.push(Series::new("last node, with + λ_7/H_N", Mark::Points, last));
         }
     }
-    residual_chart(title, "|ΔQₜ|", series)
+    residual_chart("How far the charge Q_t is from its initial value", of, "|ΔQ_t|", series)
 }
 
-/// |ΔGᵗ| and |ΔGˣ| on the nodes.
-pub fn geodesic_residuals<S: Real>(title: &str, runs: &[Run<'_, S>]) -> Chart {
+/// |ΔG^t| and |ΔG^x| on the nodes.
+pub fn geodesic_residuals<S: Real>(of: &str, runs: &[Run<'_, S>]) -> Chart {
     let mut series = Vec::new();
     for run in runs {
         let residuals = &run.diagnostics.residuals;
-        for (label, values) in [("|ΔGᵗ|", &residuals.delta_g_t), ("|ΔGˣ|", &residuals.delta_g_x)] {
+        for (label, values) in [("|ΔG^t|", &residuals.delta_g_t), ("|ΔG^x|", &residuals.delta_g_x)] {
             let points = run.against_gamma(values.iter().map(|v| v.abs()));
             series.push(Series::new(run.named(label), Mark::Points, points));
         }
     }
-    residual_chart(title, "|ΔG|", series)
+    residual_chart("How far the nodes are from the discrete geodesic equations", of, "|ΔG|", series)
 }
 
-fn residual_chart(title: &str, y_label: &str, series: Vec<Series>) -> Chart {
+fn residual_chart(title: &str, of: &str, y_label: &str, series: Vec<Series>) -> Chart {
     Chart {
         title: title.to_owned(),
+        subtitle: of.to_owned(),
         x_label: "γ".to_owned(),
         y_label: y_label.to_owned(),
         y_scale: Scale::Log,
@@ -149,7 +175,7 @@ fn residual_chart(title: &str, y_label: &str, series: Vec<Series>) -> Chart {
 const MOST_FITTED: usize = 4;
 
 /// Errors against Δγ with their fits, and dotted lines of each operator's order.
-pub fn errors<S>(title: &str, convergence: &Convergence<S>, slopes: &[Slope], quantities: &[Quantity]) -> Chart {
+pub fn errors<S>(of: &str, convergence: &Convergence<S>, slopes: &[Slope], quantities: &[Quantity]) -> Chart {
     let mut series = Vec::new();
     let mut guides: Vec<(i32, (f64, f64), f64)> = Vec::new();
     let shown: Vec<&Slope> = slopes.iter().filter(|slope| quantities.contains(&slope.quantity)).collect();
@@ -163,12 +189,17 @@ pub fn errors<S>(title: &str, convergence: &Convergence<S>, slopes: &[Slope], qu
             .collect();
         let all = points.iter().map(|&(_, place)| place).collect();
         let name = format!("{} {}", slope.scheme(), slope.quantity.symbol());
+        let ink = Ink::Fixed(look::of_scheme(slope.sbp, slope.form));
+        // x has filled symbols and t open ones.
+        let is_time = matches!(slope.quantity, Quantity::EpsTFinal | Quantity::EpsTL2);
         if crowded {
             let fitted = slope.fit.as_ref().map_or(String::new(), |fit| format!(", slope {:.2}", fit.slope));
-            series.push(Series::new(name + &fitted, Mark::LineAndPoints, all));
+            let mark = if is_time { Mark::DashedAndOpenPoints } else { Mark::LineAndPoints };
+            series.push(Series::new(name + &fitted, mark, all).with_ink(ink));
             continue;
         }
-        series.push(Series::new(name, Mark::Points, all));
+        let mark = if is_time { Mark::OpenPoints } else { Mark::Points };
+        series.push(Series::new(name, mark, all).with_ink(ink));
         let Some((fit, (n_min, n_max))) = slope.fit.as_ref().zip(slope.n_range) else { continue };
         let in_range = points.iter().filter(|(n, _)| (n_min..=n_max).contains(n));
         let fitted: Vec<(f64, f64)> = in_range.map(|&(_, place)| place).collect();
@@ -193,8 +224,9 @@ pub fn errors<S>(title: &str, convergence: &Convergence<S>, slopes: &[Slope], qu
         series.push(Series::new(format!("slope {order}"), Mark::Dotted, points).with_ink(Ink::Neutral));
     }
     Chart {
-        title: title.to_owned(),
-        x_label: "Δγ".to_owned(),
+        title: "How errors fall with the step: the steeper, the higher the order".to_owned(),
+        subtitle: of.to_owned(),
+        x_label: "step Δγ".to_owned(),
         y_label: "error".to_owned(),
         x_scale: Scale::Log,
         y_scale: Scale::Log,

@@ -1,5 +1,6 @@
 //! The atlas: a small map a method, where the sawtooth begins, and the charge at the last node.
 
+use super::look;
 use crate::case::Form;
 use crate::output::chart::{Chart, Ink, Kind, Map, Mark, Panel, Scale, Series, Sign};
 use crate::output::stability::onsets;
@@ -8,10 +9,10 @@ use crate::study::stability::{Cell, CellStatus, Limit, Method, Scene};
 /// Ticks of Δγω.
 const TICKS: [f64; 8] = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0];
 
-/// Colours of Okabe and Ito between a pale and a black one; every kind has its own sign too.
+/// Colours of Okabe and Ito between a clear blue and a black; every kind has its own sign too.
 fn kind(status: CellStatus) -> Kind {
     let (fill, sign) = match status {
-        CellStatus::Accurate => ([205, 229, 243], Sign::Empty),
+        CellStatus::Accurate => ([126, 192, 232], Sign::Empty),
         CellStatus::Inaccurate => ([240, 228, 66], Sign::Ring),
         CellStatus::Sawtooth => ([213, 94, 0], Sign::Zigzag),
         CellStatus::Drifting => ([230, 159, 0], Sign::Slash),
@@ -48,7 +49,7 @@ fn between(columns: &[f64], value: f64) -> Option<f64> {
 }
 
 /// The maps of `methods`: Δγω (tolerances of adaptive methods) against length, a cell each.
-pub fn stability_map(title: &str, scene: &Scene, methods: &[Method], cells: &[Cell]) -> Map {
+pub fn stability_map(of: &str, scene: &Scene, methods: &[Method], cells: &[Cell]) -> Map {
     let length = |cell: &Cell| cell.gamma_f * (cell.t_dot / scene.t_dot());
     let lengths = distinct(cells.iter().map(length));
     let panel = |method: &Method| {
@@ -79,6 +80,7 @@ pub fn stability_map(title: &str, scene: &Scene, methods: &[Method], cells: &[Ce
         };
         Panel {
             title: format!("{} ({limit})", method.label()),
+            look: Some((look::of_method(method), !method.is_own())),
             columns: columns.len(),
             cells: here.filter_map(of_cell).collect(),
             ticks,
@@ -90,14 +92,16 @@ pub fn stability_map(title: &str, scene: &Scene, methods: &[Method], cells: &[Ce
         }
     };
     Map {
-        title: format!("{title}: where methods fail"),
+        title: "Where methods are accurate (blue), and how they fail".to_owned(),
+        subtitle: format!("{of}; in parentheses the largest step that linear theory allows"),
         x_label: format!(
-            "{}; of adaptive methods the tolerance (in parentheses: what linear theory allows; white: no such grid)",
-            if scene.omega() > 0.0 { "Δγ ω" } else { "Δγ × rate of growth" }
+            "{} (of adaptive methods the tolerance)",
+            if scene.omega() > 0.0 { "step: Δγ ω" } else { "step: Δγ × rate of growth" }
         ),
-        y_label: "length in γ".to_owned(),
+        y_label: "length γ_f − γ_i".to_owned(),
         rows: lengths.iter().map(|&length| short(length)).collect(),
         kinds: CellStatus::ALL.map(kind).to_vec(),
+        absent: Kind { label: "no such grid".to_owned(), fill: [255; 3], sign: Sign::Dot },
         panels: methods.iter().map(panel).collect(),
         line_label: "limit of linear theory".to_owned(),
     }
@@ -109,7 +113,7 @@ fn short(length: f64) -> String {
 }
 
 /// Where on the world-line the sawtooth begins, against Δγω.
-pub fn sawtooth_onset(title: &str, cells: &[Cell]) -> Chart {
+pub fn sawtooth_onset(of: &str, cells: &[Cell]) -> Chart {
     let mut series: Vec<Series> = Vec::new();
     // Beyond half the limit of SBP21 it begins at once; other methods have no such mode.
     let has_mode = |cell: &&Cell| matches!(cell.method, Method::Block(..) | Method::Windows(..));
@@ -119,15 +123,20 @@ pub fn sawtooth_onset(title: &str, cells: &[Cell]) -> Chart {
         let point = (onset.delta_gamma_omega, onset.gamma);
         match series.iter_mut().find(|series| series.label == onset.method) {
             Some(known) => known.points.push(point),
-            None => series.push(Series::new(onset.method, Mark::LineAndPoints, vec![point])),
+            None => {
+                let method = shown.iter().map(|cell| &cell.method).find(|method| method.label() == onset.method);
+                let ink = method.map_or(Ink::Next, |method| Ink::Fixed(look::of_method(method)));
+                series.push(Series::new(onset.method, Mark::LineAndPoints, vec![point]).with_ink(ink));
+            }
         }
     }
     for series in &mut series {
         series.points.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
     Chart {
-        title: format!("{title}: where the sawtooth begins"),
-        x_label: "Δγ ω".to_owned(),
+        title: "How far SBP schemes run before their sawtooth begins".to_owned(),
+        subtitle: of.to_owned(),
+        x_label: "step: Δγ ω".to_owned(),
         y_label: "γ − γ_i where it is first seen".to_owned(),
         x_scale: Scale::Log,
         y_scale: Scale::Log,
@@ -139,38 +148,60 @@ pub fn sawtooth_onset(title: &str, cells: &[Cell]) -> Chart {
 const LAST_NODE_AT: f64 = 0.1;
 
 /// |ΔQ_t| at the last node of strong blocks against length, on one spacing, with the multiplier correction.
-pub fn last_node(title: &str, cells: &[Cell]) -> Chart {
+pub fn last_node(of: &str, cells: &[Cell]) -> Chart {
     let mut series: Vec<(Series, Vec<(f64, f64)>)> = Vec::new();
     let blocks = || cells.iter().filter(|cell| matches!(cell.method, Method::Block(_, Form::Strong)));
     let distance = |cell: &&Cell| cell.delta_gamma_omega.map_or(f64::INFINITY, |at| (at / LAST_NODE_AT).ln().abs());
     let nearest = blocks().min_by(|a, b| distance(a).total_cmp(&distance(b))).map(|cell| cell.setting);
     for cell in blocks().filter(|cell| Some(cell.setting) == nearest) {
         let Some([last, corrected]) = cell.numbers.and_then(|numbers| numbers.last_node) else { continue };
-        let label = format!("{} Δγ = {}", cell.method.name(), short(cell.setting));
+        let label = format!("{}, Δγ = {}", cell.method.name(), short(cell.setting));
         let (point, beside) = ((cell.gamma_f, last.abs()), (cell.gamma_f, corrected.abs()));
         match series.iter_mut().find(|(known, _)| known.label == label) {
             Some((known, with)) => {
                 known.points.push(point);
                 with.push(beside);
             }
-            None => series.push((Series::new(label, Mark::LineAndPoints, vec![point]), vec![beside])),
+            None => {
+                let ink = Ink::Fixed(look::of_method(&cell.method));
+                series.push((Series::new(label, Mark::LineAndPoints, vec![point]).with_ink(ink), vec![beside]));
+            }
         }
     }
-    let corrected = |points| Series::new("", Mark::Points, points).with_ink(Ink::Neutral);
+    let corrected = |points| Series::new("", Mark::OpenPoints, points).with_ink(Ink::Previous);
     let mut all: Vec<Series> = Vec::new();
     for (raw, beside) in series {
         all.push(raw);
         all.push(corrected(beside));
     }
     if let Some(first) = all.get_mut(1) {
-        first.label = "with + λ₇/H_N".to_owned();
+        first.label = "open: with + λ_7/H_N".to_owned();
     }
     Chart {
-        title: format!("{title}: the charge at the last node"),
+        title: "The charge at the last node, and what + λ_7/H_N makes of it".to_owned(),
+        subtitle: of.to_owned(),
         x_label: "γ_f − γ_i".to_owned(),
-        y_label: "|ΔQₜ| at the last node".to_owned(),
+        y_label: "|ΔQ_t| at the last node".to_owned(),
         x_scale: Scale::Log,
         y_scale: Scale::Log,
         series: all,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::look::tests::grey;
+    use super::*;
+
+    #[test]
+    fn what_a_cell_is_can_be_told_in_greyscale() {
+        let kinds = CellStatus::ALL.map(kind);
+        for (k, one) in kinds.iter().enumerate() {
+            assert!(kinds[..k].iter().all(|other| other.sign != one.sign && other.fill != one.fill), "{}", one.label);
+            // A place without a cell is white, and nothing else is nearly so.
+            assert!(grey(one.fill) < 220.0, "{}", one.label);
+        }
+        // The only one without a sign is far from white.
+        assert!(grey(kind(CellStatus::Accurate).fill) < 255.0 - 60.0);
     }
 }

@@ -1,8 +1,9 @@
-//! Speed against accuracy, and errors along a run: this program in solid lines with filled symbols, others dashed with
-//! open ones.
+//! Speed against accuracy, and errors along a run: this program in solid coloured lines with filled symbols, others dashed
+//! and grey with open ones.
 
 use std::collections::BTreeMap;
 
+use super::look;
 use crate::output::chart::{Chart, Ink, Mark, Scale, Series};
 use crate::study::work_precision::{DriftPoint, Family, Group, Row, front};
 
@@ -20,6 +21,13 @@ impl WorkAxis {
         match self {
             Self::Seconds => row.seconds_min,
             Self::Evaluations => row.evaluations as f64,
+        }
+    }
+
+    fn headline(self) -> &'static str {
+        match self {
+            Self::Seconds => "What an accuracy costs in time: lower left is better",
+            Self::Evaluations => "What an accuracy costs in evaluations: lower left is better",
         }
     }
 
@@ -41,15 +49,8 @@ fn curve(family: &Family) -> (Group, String) {
     (group, label)
 }
 
-/// The pen of the `index`-th curve of its side.
-fn pen(group: Group, index: usize) -> (Mark, Ink) {
-    let mark = if group.is_own() { Mark::LineAndPoints } else { Mark::DashedAndOpenPoints };
-    // Side by side in a legend, neighbours differ in colour and shape; after seven colours the shapes have moved on.
-    (mark, Ink::Fixed { colour: index, shape: index + 2 * (index / 7) })
-}
-
 /// The best settings of every group of methods on one length, and under them the front of all. Only results count.
-pub fn work_precision<'a>(title: &str, rows: impl IntoIterator<Item = &'a Row>, axis: WorkAxis) -> Chart {
+pub fn work_precision<'a>(of: &str, rows: impl IntoIterator<Item = &'a Row>, axis: WorkAxis) -> Chart {
     let rows: Vec<&Row> = rows.into_iter().collect();
     let cost = |row: &Row| axis.of(row);
     let place = |row: &Row| (row.rank().unwrap_or(f64::NAN), axis.of(row));
@@ -58,18 +59,16 @@ pub fn work_precision<'a>(title: &str, rows: impl IntoIterator<Item = &'a Row>, 
     for row in &rows {
         curves.entry(curve(&row.family)).or_default().push(row);
     }
-    let mut series = vec![Series::new("front of all", Mark::Band, best(&rows)).with_ink(Ink::Neutral)];
-    let (mut own, mut others) = (0, 0);
+    let mut series = vec![Series::new("front of all methods", Mark::Band, best(&rows)).with_ink(Ink::Neutral)];
     // Nothing is drawn of a method without a result, and it needs no entry.
     curves.retain(|_, rows| rows.iter().any(|row| row.rank().is_some()));
     for ((group, label), rows) in &curves {
-        let index = if group.is_own() { &mut own } else { &mut others };
-        let (mark, ink) = pen(*group, *index);
-        *index += 1;
+        let (mark, ink) = look::pen(look::of_group(*group, label), group.is_own());
         series.push(Series::new(label, mark, best(rows)).with_ink(ink));
     }
     Chart {
-        title: title.to_owned(),
+        title: axis.headline().to_owned(),
+        subtitle: of.to_owned(),
         x_label: "largest error of t and x".to_owned(),
         y_label: axis.label().to_owned(),
         x_scale: Scale::Log,
@@ -83,7 +82,7 @@ const BINS: usize = 24;
 
 /// |ΔK|, or the larger error of t and x, along a run. On these axes a bounded oscillation is level, a random walk has slope
 /// ½, a drift of K slope 1, and an error of the phase that grows with it slope 2.
-pub fn drift(title: &str, points: &[DriftPoint], of_k: bool) -> Chart {
+pub fn drift(of: &str, points: &[DriftPoint], of_k: bool) -> Chart {
     let end = points.iter().map(|point| point.gamma).fold(0.0, f64::max);
     let start = points.iter().map(|point| point.gamma).fold(end, f64::min);
     let bin = |gamma: f64| {
@@ -91,7 +90,6 @@ pub fn drift(title: &str, points: &[DriftPoint], of_k: bool) -> Chart {
         ((share * BINS as f64) as usize).min(BINS - 1)
     };
     let mut series = Vec::new();
-    let (mut own, mut others) = (0, 0);
     for run in points.chunk_by(|a, b| a.family == b.family) {
         let family = &run[0].family;
         let mut largest: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
@@ -103,13 +101,17 @@ pub fn drift(title: &str, points: &[DriftPoint], of_k: bool) -> Chart {
                 *best = (point.gamma, value);
             }
         }
-        let index = if family.is_own() { &mut own } else { &mut others };
-        let (mark, ink) = pen(family.group(), *index);
-        *index += 1;
+        let (mark, ink) = look::pen(look::of_family(family), family.is_own());
         series.push(Series::new(family.name(), mark, largest.into_values().collect()).with_ink(ink));
     }
     Chart {
-        title: title.to_owned(),
+        title: if of_k {
+            "Does K drift? Level is bounded, slope ½ is rounding, slope 1 is drift"
+        } else {
+            "How errors grow along the run, at equal work"
+        }
+        .to_owned(),
+        subtitle: of.to_owned(),
         x_label: "γ − γ_i".to_owned(),
         y_label: if of_k { "|ΔK|" } else { "largest error of t and x" }.to_owned(),
         x_scale: Scale::Log,

@@ -1,0 +1,205 @@
+//! One colour and one shape a method, in every picture.
+//!
+//! A method of this program has a saturated colour and filled symbols on solid lines. Its colour says how it is made and
+//! its shape says how it is laid out; of those that share both, the finer operator is darker. Other methods are greys with
+//! open symbols on dashed lines. A curve of many settings looks like the member that is named here.
+
+use crate::case::{Form, SbpName};
+use crate::output::chart::{Ink, Look, Mark, Shape};
+use crate::study::stability::Method;
+use crate::study::work_precision::{Family, Group};
+
+const STRONG: [u8; 3] = [213, 94, 0];
+const WEAK: [u8; 3] = [20, 140, 225];
+const SPECTRAL: [u8; 3] = [0, 158, 115];
+const MARCH: [u8; 3] = [198, 66, 198];
+const ACCURACY: [u8; 3] = [190, 135, 0];
+
+/// Nodes of the elements between which the colours lie.
+const ELEMENTS: (f64, f64) = (4.0, 24.0);
+
+/// A colour mixed with so much black.
+fn darker(colour: [u8; 3], black: f64) -> [u8; 3] {
+    colour.map(|part| (f64::from(part) * (1.0 - black)).round() as u8)
+}
+
+/// How much darker an operator is than the coarsest of its like.
+fn depth(sbp: SbpName) -> f64 {
+    match sbp {
+        SbpName::Sbp21 => 0.0,
+        SbpName::Sbp42 => 0.2,
+        SbpName::Sbp63 => 0.38,
+        SbpName::Sbp84 => 0.54,
+        SbpName::Gll(nodes) => depth_of_element(usize::from(nodes)),
+    }
+}
+
+fn depth_of_element(nodes: usize) -> f64 {
+    let (least, most) = ELEMENTS;
+    0.42 * ((nodes as f64 / least).ln() / (most / least).ln()).clamp(0.0, 1.2)
+}
+
+/// One block of a scheme, or a spectral element a window.
+pub(super) fn of_scheme(sbp: SbpName, form: Form) -> Look {
+    let (colour, shape) = match (sbp, form) {
+        (SbpName::Gll(_), Form::Weak) => (SPECTRAL, Shape::Triangle),
+        (SbpName::Gll(_), Form::Strong) => (STRONG, Shape::Triangle),
+        (_, Form::Strong) => (STRONG, Shape::Circle),
+        (_, Form::Weak) => (WEAK, Shape::Square),
+    };
+    Look { colour: darker(colour, depth(sbp)), shape }
+}
+
+/// A method of `work-precision`.
+pub(super) fn of_family(family: &Family) -> Look {
+    let grey = |colour: [u8; 3], black: f64, shape: Shape| Look { colour: darker(colour, black), shape };
+    match family {
+        Family::Block(sbp, form) => of_scheme(*sbp, *form),
+        Family::Elements(nodes) => grey(SPECTRAL, depth_of_element(*nodes), Shape::Triangle),
+        Family::March(nodes) => grey(MARCH, depth_of_element(*nodes), Shape::Diamond),
+        Family::Accuracy => Look { colour: ACCURACY, shape: Shape::Star },
+        Family::Rk4 => grey([64, 68, 76], 0.0, Shape::Circle),
+        Family::Verlet => grey([130, 122, 112], 0.0, Shape::Square),
+        Family::KahanLi6 => grey([132, 140, 134], 0.0, Shape::Triangle),
+        Family::KahanLi8 => grey([132, 140, 134], 0.3, Shape::Triangle),
+        Family::KahanLi8Compensated => grey([132, 140, 134], 0.6, Shape::Triangle),
+        Family::Gauss(stages) => grey([140, 132, 146], 0.08 * (*stages as f64 - 2.0).clamp(0.0, 10.0), Shape::Diamond),
+        Family::Dop853 => grey([138, 138, 138], 0.0, Shape::Nabla),
+        Family::Radau5 => grey([74, 66, 66], 0.0, Shape::Plus),
+        Family::Taylor => grey([104, 116, 122], 0.0, Shape::Star),
+        Family::Other(name) => of_stranger(name),
+    }
+}
+
+/// A method that another program measured. What has a built-in namesake has its shape in another grey.
+fn of_stranger(name: &str) -> Look {
+    let lower = name.to_lowercase();
+    let known = [Family::Dop853, Family::Rk4, Family::Verlet, Family::Taylor, Family::Radau5];
+    let namesake = known.iter().find(|family| lower.contains(&family.name().to_lowercase()));
+    let sum: usize = name.bytes().map(usize::from).sum();
+    let shape = namesake.map_or([Shape::Cross, Shape::Plus][sum % 2], |family| of_family(family).shape);
+    // Between the greys of the built-in methods of these shapes.
+    let tone = 80 + 10 * (sum % 3) as u8;
+    Look { colour: [tone; 3], shape }
+}
+
+/// A curve over many settings.
+pub(super) fn of_group(group: Group, name: &str) -> Look {
+    of_family(&match group {
+        Group::StrongBlocks => Family::Block(SbpName::Sbp42, Form::Strong),
+        Group::WeakBlocks => Family::Block(SbpName::Sbp42, Form::Weak),
+        Group::Elements => Family::Elements(16),
+        Group::March => Family::March(16),
+        Group::Accuracy => Family::Accuracy,
+        Group::Rk4 => Family::Rk4,
+        Group::Verlet => Family::Verlet,
+        Group::KahanLi => Family::KahanLi8,
+        Group::Gauss => Family::Gauss(4),
+        Group::Dop853 => Family::Dop853,
+        Group::Radau5 => Family::Radau5,
+        Group::Taylor => Family::Taylor,
+        Group::Other => Family::Other(name.to_owned()),
+    })
+}
+
+/// A method of `stability`.
+pub(super) fn of_method(method: &Method) -> Look {
+    match method {
+        Method::Block(sbp, form) => of_scheme(*sbp, *form),
+        Method::Elements(nodes, form) => of_scheme(SbpName::Gll(*nodes as u8), *form),
+        // The same scheme, laid out otherwise.
+        Method::Windows(sbp, form) => Look { shape: Shape::Nabla, ..of_scheme(*sbp, *form) },
+        Method::Unregularised(sbp) => Look { shape: Shape::Cross, ..of_scheme(*sbp, Form::Strong) },
+        Method::Other(family) | Method::Adaptive(family) => of_family(family),
+        Method::Accuracy => of_family(&Family::Accuracy),
+    }
+}
+
+/// How a curve of a method is drawn.
+pub(super) fn pen(look: Look, is_own: bool) -> (Mark, Ink) {
+    (if is_own { Mark::LineAndPoints } else { Mark::DashedAndOpenPoints }, Ink::Fixed(look))
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// How light a colour is in greyscale, of 255.
+    pub(in super::super) fn grey([red, green, blue]: [u8; 3]) -> f64 {
+        0.299 * f64::from(red) + 0.587 * f64::from(green) + 0.114 * f64::from(blue)
+    }
+
+    /// The contrast to white as accessibility guidelines define it.
+    fn contrast(colour: [u8; 3]) -> f64 {
+        let linear = colour.map(|part| {
+            let part = f64::from(part) / 255.0;
+            if part <= 0.04045 { part / 12.92 } else { ((part + 0.055) / 1.055).powf(2.4) }
+        });
+        1.05 / (0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2] + 0.05)
+    }
+
+    fn saturation(colour: [u8; 3]) -> u8 {
+        colour.iter().max().unwrap() - colour.iter().min().unwrap()
+    }
+
+    fn strangers() -> [Family; 3] {
+        ["SciPy DOP853", "SciPy LSODA", "heyoka"].map(|name| Family::Other(name.to_owned()))
+    }
+
+    #[test]
+    fn every_method_is_seen_on_white_and_own_methods_are_coloured() {
+        for family in Family::all().into_iter().chain(strangers()) {
+            let look = of_family(&family);
+            assert!(contrast(look.colour) >= 3.0, "{}: {}", family.name(), contrast(look.colour));
+            let (least, most) = if family.is_own() { (70, 255) } else { (0, 20) };
+            assert!((least..=most).contains(&saturation(look.colour)), "{}: {:?}", family.name(), look.colour);
+        }
+        for method in Method::all() {
+            let look = of_method(&method);
+            assert!(contrast(look.colour) >= 3.0, "{}", method.label());
+            assert_eq!(saturation(look.colour) >= 70, method.is_own(), "{}", method.label());
+        }
+    }
+
+    #[test]
+    fn no_two_methods_look_alike() {
+        let methods: Vec<(String, Look)> = (Family::all().iter().chain(&strangers()).map(|f| (f.name(), of_family(f))))
+            .chain(Method::all().iter().map(|method| (method.label(), of_method(method))))
+            .collect();
+        for (k, (name, look)) in methods.iter().enumerate() {
+            for (other, its) in &methods[..k] {
+                // A method has one look in all studies, and a look has one method.
+                let is_same = name == other;
+                assert_eq!(look == its, is_same, "{name} and {other}: {look:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn operators_of_a_form_are_told_apart_in_grey() {
+        for form in [Form::Strong, Form::Weak] {
+            let greys = SbpName::STENCILS.map(|sbp| grey(of_scheme(sbp, form).colour));
+            assert!(greys.windows(2).all(|pair| pair[0] - pair[1] >= 18.0), "{greys:?}");
+        }
+    }
+
+    #[test]
+    fn curves_of_a_picture_differ_in_shape_or_in_grey() {
+        let alike = |a: Look, b: Look| a.shape == b.shape && (grey(a.colour) - grey(b.colour)).abs() < 10.0;
+        // What is drawn in the chart of speed against accuracy, own curves filled and others open.
+        for is_own in [true, false] {
+            let groups: Vec<Look> = Family::all()
+                .iter()
+                .map(Family::group)
+                .collect::<std::collections::BTreeSet<_>>()
+                .into_iter()
+                .filter(|group| group.is_own() == is_own)
+                .map(|group| of_group(group, ""))
+                .chain(strangers().iter().filter(|_| !is_own).map(of_family))
+                .collect();
+            for (k, &one) in groups.iter().enumerate() {
+                assert!(groups[..k].iter().all(|&other| !alike(one, other)), "{one:?} among {groups:?}");
+            }
+        }
+    }
+}
