@@ -1,0 +1,93 @@
+"""Pictures in docs/ and their tables: speed against accuracy, and where methods hold."""
+
+import json
+import shutil
+import subprocess
+
+from .page import DOCS, PROGRAM, ROOT, Results, code, duration, section, short, table
+
+
+def leader(one):
+    return "" if one is None else f"{one['method']} {one['setting']}, {duration(one['seconds'])}"
+
+
+def times(number):
+    return "" if number is None else f"{number:.2f}"
+
+
+def charted(case, lengths, picture, python, drift=None):
+    """A chart of speed against accuracy as a table, with its pictures in docs/."""
+    arguments = [f"cases/{case}.toml", "--plot", *(["--gamma-f", lengths] if lengths else [])]
+    with Results("work-precision", *arguments) as chart:
+        text = code(chart.line) + "\n"
+        if python:
+            script = ["uv", "run", str(ROOT / "scripts/work-precision.py"), *arguments[:1], *arguments[2:]]
+            subprocess.run([*script, "--out", chart.folder, "--program", PROGRAM], cwd=ROOT, check=True)
+            chart.summary = json.loads((chart.folder / "summary.json").read_text())
+        last = len(lengths.split(",")) if lengths else 1
+        shutil.copy(chart.folder / ("error_time.svg" if last == 1 else f"error_time_{last}.svg"), DOCS / picture)
+        pictures = [f"![Error against time, {case}]({picture})\n"]
+        if drift:
+            shutil.copy(chart.folder / "drift_k.svg", DOCS / drift)
+            pictures.append(f"![K along the run, {case}]({drift})\n")
+        for length in dict.fromkeys(ratio["gamma_f"] for ratio in chart.summary["ratios"]):
+            rows = []
+            for ratio in chart.summary["ratios"]:
+                if ratio["gamma_f"] != length:
+                    continue
+                leaders = [leader(ratio.get(key)) for key in ("own", "own_certified", "other")]
+                ratios = [times(ratio[key]) for key in ("ratio", "ratio_certified")]
+                rows.append([short(ratio["error"], 0), *leaders, *ratios])
+            text += f"γ_f − γ_i = {length:.6g}:\n\n"
+            text += table(["error", "own", "own, certified", "others", "others/own", "others/certified"], rows) + "\n"
+        return text + "\n".join(pictures)
+
+
+@section("Speed against accuracy: quartic case")
+def work_precision_quartic(python=False):
+    return charted("quartic", "1,1000", "work-precision-quartic.svg", python, "drift-quartic.svg")
+
+
+@section("Speed against accuracy: a steep wall")
+def work_precision_tanh_wall(python=False):
+    return charted("tanh-wall", None, "work-precision-tanh-wall.svg", python)
+
+
+STATUS = "method form n_gamma status delta_k_max delta_q_t_max error_x_max sawtooth".split()
+
+
+@section("Where methods hold and fail: quartic case")
+def stability():
+    with Results("stability", "cases/quartic.toml", "--plot") as atlas:
+        shutil.copy(atlas.folder / "map.svg", DOCS / "stability-quartic.svg")
+        shutil.copy(atlas.folder / "map_others.svg", DOCS / "stability-quartic-others.svg")
+        text = code(atlas.line) + "\n```text\n"
+        text += "".join(line + "\n" for line in atlas.output.splitlines() if "written" not in line) + "```\n\n"
+        onsets = [one for one in atlas.summary["sawtooth"] if one["method"] == "SBP21 strong"]
+        onsets.sort(key=lambda one: one["delta_gamma_omega"])
+        if onsets:
+            rows = [[f"{one['delta_gamma_omega']:.3g}", f"{one['gamma']:.3g}"] for one in onsets]
+            text += "Where SBP21's sawtooth begins on the longest of these world-lines:\n\n"
+            text += table(["Δγω", "γ"], rows) + "\n"
+    with Results("stability", "cases/quartic.toml", "--gamma-f", "100", "--delta-gamma", "0.05") as cells:
+        rows = [
+            [row["method"], row["form"], row["n_gamma"], row["status"], *(short(row[key]) for key in STATUS[4:])]
+            for row in cells.rows("stability.csv")
+        ]
+        text += code(cells.line) + "\n"
+        head = ["method", "form", "N", "status", "max \\|ΔK\\|", "max \\|ΔQ_t\\|", "error of x", "sawtooth"]
+        text += table(head, rows) + "\n"
+    pictures = ("stability-quartic", "this program"), ("stability-quartic-others", "other methods")
+    return text + "\n".join(f"![Where methods hold and fail, {name}]({file}.svg)" for file, name in pictures) + "\n"
+
+
+@section("The charge at the last node of the strong form, Δγ = 1/16")
+def last_node():
+    lengths = "4,8,16,32"
+    methods = ["--methods", "SBP21 strong,SBP42 strong", "--gamma-f", lengths, "--delta-gamma", "0.0625"]
+    with Results("stability", "cases/quartic.toml", *methods) as atlas:
+        rows = []
+        for one in atlas.summary["last_node"]:
+            numbers = {key: value for key, value in one.items() if isinstance(value, (int, float))}
+            rows.append([one["method"], *(f"{value:.3g}" for value in numbers.values())])
+        return code(atlas.line) + "\n" + table(["", *numbers], rows)
