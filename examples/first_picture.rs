@@ -58,9 +58,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let start = [initial.t, initial.x, initial.t_dot, initial.x_dot];
     let other = runge_kutta(&long.metric(), start, 100.0, 2000);
     let charge = Chart {
-        title: "The charge Qₜ over a hundred units of γ".to_owned(),
+        title: "The charge Q_t over a hundred units of γ".to_owned(),
         x_label: "γ".to_owned(),
-        y_label: "|ΔQₜ|".to_owned(),
+        y_label: "|ΔQ_t|".to_owned(),
         y_scale: Scale::Log,
         series: vec![
             Series::new("RK4 on the geodesic equations", Mark::Line, other).with_ink(Ink::Neutral),

@@ -66,7 +66,7 @@ def sets(text):
 
 
 def run(case, changes="", *more, ends=(0,)):
-    return Results("run", f"cases/{case}.toml", *sets(changes), *more, ends=ends)
+    return Results("run", case, *sets(changes), *more, ends=ends)
 
 
 def table(head, rows):

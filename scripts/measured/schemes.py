@@ -67,7 +67,7 @@ def forms():
                 short(max(float(exact.number("max_abs_delta_q_t_interior")), abs(exact.number("delta_q_t_last")))),
             ]
         with Results(
-            "converge", "cases/quartic.toml", "--n-gamma", "65,129,257", "--sbp", sbp, "--form", form
+            "converge", "quartic", "--n-gamma", "65,129,257", "--sbp", sbp, "--form", form
         ) as swept:
             finest = swept.rows("convergence.csv")[-1]
             slopes = {row["quantity"]: f"{float(row['slope']):.2f}" for row in swept.rows("slopes.csv")}
@@ -86,7 +86,7 @@ def forms():
 def operators():
     names = "SBP21,SBP42,SBP63,SBP84,GLL8,GLL16"
     sweep = ["--sbp", names, "--form", "strong,weak", "--n-gamma", "256,512,1024,2048", "--fit-range", "200:2100"]
-    with Results("converge", "cases/quartic.toml", *sweep, *sets("solver.digits=60")) as swept:
+    with Results("converge", "quartic", *sweep, *sets("solver.digits=60")) as swept:
         rows = []
         for sbp in names.split(","):
             cells = []
@@ -112,7 +112,7 @@ def rounding():
     rows = []
     for form in ("strong", "weak"):
         sweep = ["--sbp", "SBP21,SBP42" if form == "strong" else "SBP42", "--form", form, "--n-gamma", grids]
-        with Results("converge", "cases/quartic.toml", *sweep) as swept:
+        with Results("converge", "quartic", *sweep) as swept:
             points = swept.rows("convergence.csv")
             for sbp in dict.fromkeys(row["sbp"] for row in points):
                 errors = [short(row["eps_x_final"]) for row in points if row["sbp"] == sbp]
@@ -169,7 +169,7 @@ def accuracy():
         rows.append([case, *cells])
     what = "Errors of t and x at the end against a run of 200 windows of 24 nodes in 32 digits; in parentheses the\n"
     what += "run's own estimate, which is for all nodes.\n"
-    return what + "\n" + code("geodesic-ivp run cases/quartic.toml --set solver.accuracy=1e-10") + "\n" + table(
+    return what + "\n" + code("geodesic-ivp run quartic --set solver.accuracy=1e-10") + "\n" + table(
         ["asked for", "1e-4", "1e-7", "1e-10", "1e-13"], rows
     )
 

@@ -17,11 +17,12 @@ def times(number):
 
 def charted(case, lengths, picture, python, drift=None):
     """A chart of speed against accuracy as a table, with its pictures in docs/."""
-    arguments = [f"cases/{case}.toml", "--plot", *(["--gamma-f", lengths] if lengths else [])]
+    arguments = [case, "--plot", *(["--gamma-f", lengths] if lengths else [])]
     with Results("work-precision", *arguments) as chart:
         text = code(chart.line) + "\n"
         if python:
-            script = ["uv", "run", str(ROOT / "scripts/work-precision.py"), *arguments[:1], *arguments[2:]]
+            file = next((ROOT / "cases").rglob(f"{case}.toml"))
+            script = ["uv", "run", str(ROOT / "scripts/work-precision.py"), str(file), *arguments[2:]]
             subprocess.run([*script, "--out", chart.folder, "--program", PROGRAM], cwd=ROOT, check=True)
             chart.summary = json.loads((chart.folder / "summary.json").read_text())
         last = len(lengths.split(",")) if lengths else 1
@@ -58,7 +59,7 @@ STATUS = "method form n_gamma status delta_k_max delta_q_t_max error_x_max sawto
 
 @section("Where methods hold and fail: quartic case")
 def stability():
-    with Results("stability", "cases/quartic.toml", "--plot") as atlas:
+    with Results("stability", "quartic", "--plot") as atlas:
         shutil.copy(atlas.folder / "map.svg", DOCS / "stability-quartic.svg")
         shutil.copy(atlas.folder / "map_others.svg", DOCS / "stability-quartic-others.svg")
         text = code(atlas.line) + "\n```text\n"
@@ -69,7 +70,7 @@ def stability():
             rows = [[f"{one['delta_gamma_omega']:.3g}", f"{one['gamma']:.3g}"] for one in onsets]
             text += "Where SBP21's sawtooth begins on the longest of these world-lines:\n\n"
             text += table(["Δγω", "γ"], rows) + "\n"
-    with Results("stability", "cases/quartic.toml", "--gamma-f", "100", "--delta-gamma", "0.05") as cells:
+    with Results("stability", "quartic", "--gamma-f", "100", "--delta-gamma", "0.05") as cells:
         rows = [
             [row["method"], row["form"], row["n_gamma"], row["status"], *(short(row[key]) for key in STATUS[4:])]
             for row in cells.rows("stability.csv")
@@ -85,7 +86,7 @@ def stability():
 def last_node():
     lengths = "4,8,16,32"
     methods = ["--methods", "SBP21 strong,SBP42 strong", "--gamma-f", lengths, "--delta-gamma", "0.0625"]
-    with Results("stability", "cases/quartic.toml", *methods) as atlas:
+    with Results("stability", "quartic", *methods) as atlas:
         rows = []
         for one in atlas.summary["last_node"]:
             numbers = {key: value for key, value in one.items() if isinstance(value, (int, float))}

@@ -98,8 +98,10 @@ fn font_size(attributes: &str) -> Option<f64> {
 
 /// Not every viewer knows `baseline-shift`, but all know `dy`, which holds until it is taken back.
 fn set_parts(set: &mut String, content: &str, size: f64) {
+    // The backend writes the text in lines of its own.
+    let text = content.trim_end_matches('\n');
     let mut shift = 0.0;
-    for (level, part) in parts(content) {
+    for (level, part) in parts(text) {
         let by = level.shift() - shift;
         shift = level.shift();
         if by == 0.0 {
@@ -108,10 +110,11 @@ fn set_parts(set: &mut String, content: &str, size: f64) {
         }
         let letters = if level == Level::Line { 1.0 } else { SCRIPT };
         let (dy, letters) = (by * size, letters * size);
-        // A space at the beginning of an element is not shown everywhere, unless it is one that does not break.
-        let (space, part) = part.strip_prefix(' ').map_or(("", part), |part| ("\u{a0}", part));
-        let _ = write!(set, "<tspan dy=\"{dy:.1}\" font-size=\"{letters:.1}\">{space}{part}</tspan>");
+        // Without it, some viewers drop a space at the beginning.
+        let space = if part.starts_with(' ') { " xml:space=\"preserve\"" } else { "" };
+        let _ = write!(set, "<tspan dy=\"{dy:.1}\" font-size=\"{letters:.1}\"{space}>{part}</tspan>");
     }
+    set.push_str(&content[text.len()..]);
 }
 
 #[cfg(test)]
@@ -144,7 +147,7 @@ mod tests {
         let text = "<text dy=\"0.76em\" font-size=\"100\" fill=\"#222222\">\nγ_f − 1 &lt; x\n</text>";
         let set = typeset(text);
         assert!(set.contains("\nγ<tspan dy=\"22.0\" font-size=\"72.0\">f</tspan>"), "{set}");
-        assert!(set.contains("<tspan dy=\"-22.0\" font-size=\"100.0\">\u{a0}− 1 &lt; x\n</tspan></text>"), "{set}");
+        assert!(set.contains("font-size=\"100.0\" xml:space=\"preserve\"> − 1 &lt; x</tspan>\n</text>"), "{set}");
         let without = "<rect a=\"x_i\"/>\n<text fill=\"#000\">a</text>";
         assert_eq!(typeset(without), without);
     }
