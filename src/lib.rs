@@ -100,9 +100,14 @@
 //! | [`study`] | sweeps and fits, on top of [`solve`](crate::solve()) |
 //! | [`output`] | CSV, JSON and SVG; prints nothing |
 
+// The command layer names the library as any program would.
+extern crate self as geodesic_ivp;
+
 pub mod action;
 pub mod banded;
 pub mod case;
+#[doc(hidden)]
+pub mod cli;
 pub mod diagnostics;
 pub mod geodesic;
 pub mod lobatto;

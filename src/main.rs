@@ -1,9 +1,7 @@
-//! `geodesic-ivp`: parse, dispatch, exit code.
-
-mod cli;
+//! `geodesic-ivp`: the command line of the library. All of it is in the library, where what it calls is compiled already.
 
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    cli::Cli::from_command_line().execute().unwrap_or_else(|error| cli::exit_code(&error))
+    geodesic_ivp::cli::main()
 }

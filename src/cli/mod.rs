@@ -25,7 +25,12 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueHint};
 
-pub(crate) use report::exit_code;
+use report::exit_code;
+
+/// Parse, dispatch, exit code.
+pub fn main() -> ExitCode {
+    Cli::from_command_line().execute().unwrap_or_else(|error| exit_code(&error))
+}
 
 /// The end of `--help`.
 fn after_help() -> String {
@@ -49,7 +54,7 @@ fn after_help() -> String {
     after_help = after_help(),
     arg_required_else_help = true
 )]
-pub(crate) struct Cli {
+struct Cli {
     #[command(subcommand)]
     command: Command,
 }
@@ -98,7 +103,7 @@ struct CaseArgs {
 
 impl Cli {
     /// Reads the command line. A mistake in it ends the program with 2; help and version end it with 0.
-    pub(crate) fn from_command_line() -> Self {
+    fn from_command_line() -> Self {
         Self::try_parse().unwrap_or_else(|error| usage::explained(error).exit())
     }
 
@@ -106,7 +111,7 @@ impl Cli {
     ///
     /// # Errors
     /// Whatever ended the command; [`exit_code`] turns it into a message and an exit code.
-    pub(crate) fn execute(self) -> anyhow::Result<ExitCode> {
+    fn execute(self) -> anyhow::Result<ExitCode> {
         interrupt::listen()?;
         match self.command {
             Command::Run(args) => run::run(&args),

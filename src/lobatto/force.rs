@@ -19,6 +19,9 @@ pub(super) trait Force {
     /// Whether an evaluation costs so much more than a product of matrix and vector that slopes are worth their while.
     fn is_dear(&self) -> bool;
 
+    /// Whether it can be so at all: otherwise nothing is compiled for it.
+    const MAY_BE_DEAR: bool;
+
     /// da/dx and du/dx at the points of the last evaluation, which gave `a` and `u`.
     fn slopes<S: Simd>(&mut self, s: S, au: [&[f64]; 2], slopes: [&mut [f64]; 2]);
 
@@ -126,6 +129,8 @@ impl Force for PolynomialForce {
     fn refines(&self) -> bool {
         true
     }
+
+    const MAY_BE_DEAR: bool = false;
 
     #[inline(always)]
     fn is_dear(&self) -> bool {

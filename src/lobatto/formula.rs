@@ -228,6 +228,8 @@ impl<const P: usize> Force for FormulaForce<P> {
         !self.is_dear
     }
 
+    const MAY_BE_DEAR: bool = true;
+
     #[inline(always)]
     fn is_dear(&self) -> bool {
         self.is_dear && self.q_t != 0.0

@@ -1,6 +1,6 @@
 //! One window: the fixed-point iteration on its nodes, and the update of the state.
 
-use pulp::Simd;
+use pulp::{Scalar, Simd};
 
 use super::State;
 use super::force::Force;
@@ -186,6 +186,35 @@ impl<const P: usize> Window<P> {
         guess: Guess<'_, P>,
         precision: Precision,
     ) -> Option<Solved> {
+        if S::IS_SCALAR {
+            // No instructions have to be handed down, so that one copy of the code will do.
+            return self.solve_one_by_one(t, force, start, guess, precision);
+        }
+        self.solve_inlined(s, t, force, start, guess, precision)
+    }
+
+    #[inline(never)]
+    fn solve_one_by_one<F: Force>(
+        &mut self,
+        t: &Tables<P>,
+        force: &mut F,
+        start: &State,
+        guess: Guess<'_, P>,
+        precision: Precision,
+    ) -> Option<Solved> {
+        self.solve_inlined(Scalar, t, force, start, guess, precision)
+    }
+
+    #[inline(always)]
+    fn solve_inlined<S: Simd, F: Force>(
+        &mut self,
+        s: S,
+        t: &Tables<P>,
+        force: &mut F,
+        start: &State,
+        guess: Guess<'_, P>,
+        precision: Precision,
+    ) -> Option<Solved> {
         let evaluations = self.iterate(s, t, force, start, guess, precision)?;
         // g00 > 0 where u has the sign of Q_t. (Q_t = 0 leaves u = 0 and a = 0: free motion.)
         let (least, most) = extremes(s, &self.u.0);
@@ -251,7 +280,7 @@ impl<const P: usize> Window<P> {
             self.parabola(s, t, force, start);
         }
         let mut known = 0;
-        if force.is_dear() {
+        if F::MAY_BE_DEAR && force.is_dear() {
             let guess = self.rest.clone();
             match self.newton(s, t, force, &low, start, precision) {
                 Newton::Converged(evaluations) => return Some(evaluations),
