@@ -63,8 +63,10 @@ pub fn run_error<S: Real>(case: &Case, solution: &Solution<S>) -> Option<RunErro
         let largest = |values: &mut dyn Iterator<Item = f64>| values.map(f64::abs).fold(1.0, f64::max);
         let t = largest(&mut solution.time_from_start(&solution.elapsed).map(S::to_f64));
         let x = largest(&mut solution.x.iter().map(|x| x.to_f64()));
-        let error = [estimate * t, estimate * x];
-        return Some(RunError { end: error, largest: error, judge: Judge::Companion });
+        let largest = [estimate * t, estimate * x];
+        // Where the end is at a given time, all of the error is one of x.
+        let end = if matches!(case.end::<f64>(), End::Duration(_)) { [0.0, largest[1]] } else { largest };
+        return Some(RunError { end, largest, judge: Judge::Companion });
     }
     let nodes = Nodes::new(case, solution);
     let found = nodes.by_second_solve(case);

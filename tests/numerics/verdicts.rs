@@ -68,6 +68,8 @@ fn an_error_below_the_digits_of_f64_is_seen_by_a_series_in_the_precision_of_the_
 
 #[test]
 fn where_the_time_is_given_an_error_of_t_is_one_of_x() {
+    let to_accuracy = "solver.accuracy=1e-9 grid.t_f=1.2";
+    assert_eq!(run_error(&case(to_accuracy), &solved(to_accuracy)).unwrap().end[0], 0.0);
     let scheme = "scheme.sbp=SBP42 grid.t_f=1.2";
     let solution = solved(scheme);
     let error = run_error(&case(scheme), &solution).unwrap();
