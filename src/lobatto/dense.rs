@@ -163,12 +163,8 @@ impl<const P: usize> Unit<P> {
                 (before[g], p[g]) = (p[g], after);
             }
         }
-        let values = [t, x, w];
-        for q in 0..3 {
-            let out = &mut vectors_mut::<S>(&mut out[q].0)[i..i + G];
-            for g in 0..G {
-                out[g] = values[q][g];
-            }
+        for (out, values) in out.iter_mut().zip([t, x, w]) {
+            vectors_mut::<S>(&mut out.0)[i..i + G].copy_from_slice(&values);
         }
     }
 }

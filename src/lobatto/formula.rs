@@ -197,23 +197,6 @@ fn is_by_lanes(instruction: &Instruction<f64>) -> bool {
     matches!(instruction, Instruction::Power(..) | Instruction::Call(..))
 }
 
-/// The numbers of one slice into another of the same length.
-#[inline(always)]
-fn copy(from: &[f64], to: &mut [f64]) {
-    for i in 0..from.len().min(to.len()) {
-        to[i] = from[i];
-    }
-}
-
-/// Repeats the last of the nodes that count.
-#[inline(always)]
-fn pad(values: &mut [f64], points: usize) {
-    let last = values[points - 1];
-    for i in points..values.len() {
-        values[i] = last;
-    }
-}
-
 /// A function without a vector form, node by node; the padding gets the number of the last node, whose x it has.
 #[inline(never)]
 fn by_lanes<const P: usize>(done: &[Nodes<P>], out: &mut Nodes<P>, step: Instruction<f64>, points: usize) {
@@ -224,13 +207,14 @@ fn by_lanes<const P: usize>(done: &[Nodes<P>], out: &mut Nodes<P>, step: Instruc
             }
         }
         Instruction::Call(function, a) => {
-            for k in 0..points {
-                out.0[k] = function.apply(done[a].0[k]);
+            for (out, &x) in out.0.iter_mut().zip(&done[a].0[..points]) {
+                *out = function.apply(x);
             }
         }
         _ => unreachable!("arithmetic has a vector form"),
     }
-    pad(&mut out.0, points);
+    let last = out.0[points - 1];
+    out.0[points..].fill(last);
 }
 
 impl<const P: usize> Force for FormulaForce<P> {
@@ -271,8 +255,8 @@ impl<const P: usize> Force for FormulaForce<P> {
     #[inline(always)]
     fn evaluate<S: Simd>(&mut self, s: S, x: &[f64], a: &mut [f64], u: &mut [f64], near: bool) {
         // The padding repeats the last node: what is no node must not be a point of its own either, outside the domain say.
-        copy(x, &mut self.registers[0].0);
-        pad(&mut self.registers[0].0, self.points);
+        self.registers[0].0.copy_from_slice(x);
+        self.registers[0].0[self.points..].fill(x[self.points - 1]);
         self.run(s, 0, self.steps_to_slope);
         let (q, m, c) = (s.splat_f64s(self.q_t), s.splat_f64s(self.two_over_mass), s.splat_f64s(self.c_squared));
         let half = s.splat_f64s(-0.5 * self.two_over_mass);
@@ -303,9 +287,9 @@ impl<const P: usize> Force for FormulaForce<P> {
     /// The same program on pairs. Only for programs of pure arithmetic.
     #[inline(always)]
     fn refine<S: Simd>(&mut self, s: S, [x, x_lo]: [&[f64]; 2], [a, u]: [&[f64]; 2], [da, du]: [&mut [f64]; 2]) {
-        copy(x, &mut self.registers[0].0);
+        self.registers[0].0.copy_from_slice(x);
         self.lacks.resize(self.registers.len(), Nodes::ZERO);
-        copy(x_lo, &mut self.lacks[0].0);
+        self.lacks[0].0.copy_from_slice(x_lo);
         let mut k = 0;
         while k < self.steps.len() {
             let step = self.steps[k];

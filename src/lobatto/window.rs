@@ -69,20 +69,15 @@ fn rows<S: Simd, const P: usize, const G: usize>(
 ) {
     let mut sum = [[s.splat_f64s(0.0); G]; 4];
     let base = &vectors::<S>(base)[r..r + G];
-    for g in 0..G {
-        sum[0][g] = base[g];
-    }
-    let columns = m.len().min(P);
-    let mut k = 0;
-    while k + 4 <= columns {
+    sum[0][..G].copy_from_slice(&base[..G]);
+    for (m, v) in m.as_chunks::<4>().0.iter().zip(v.as_chunks::<4>().0) {
         for c in 0..4 {
-            let factor = s.splat_f64s(v[k + c]);
-            let column = &vectors::<S>(&m[k + c])[r..r + G];
+            let factor = s.splat_f64s(v[c]);
+            let column = &vectors::<S>(&m[c])[r..r + G];
             for g in 0..G {
                 sum[c][g] = multiply_add(s, column[g], factor, sum[c][g]);
             }
         }
-        k += 4;
     }
     let out = &mut vectors_mut::<S>(out)[r..r + G];
     for g in 0..G {
