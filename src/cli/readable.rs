@@ -84,20 +84,35 @@ fn verdict<S: Real>(solution: &Solution<S>, measures: &Measures<S>, error: Optio
     };
     let k = measures.max_abs_delta_k.max(measures.max_abs_delta_k_ends);
     let charge = kept("Q_t", measures.max_abs_delta_q_t_interior, invariants.q_t);
-    let second = kept("K", k, invariants.k);
+    let second = second_kept(k.to_f64(), invariants.k.to_f64(), measures.scales.x_dot, rounding);
     let [least, most] = measures.scales.x_range;
     let sizes = [solution.duration().to_f64().abs(), least.abs().max(most.abs())];
     let digits = error.map(|error| {
         let relative = error.end.iter().zip(sizes).filter(|(error, _)| **error > 0.0).map(|(error, size)| error / size);
         (-relative.fold(0.0, f64::max).log10()).floor().min(f64::from(solution.digits))
     });
+    // A time that was asked for is met.
+    let (what, verb) = if error.is_some_and(|error| error.end[0] == 0.0) { ("x", "is") } else { ("t and x", "are") };
     let position = match digits {
         None => "how good t and x are is not known".to_owned(),
-        Some(digits) if digits >= 2.0 => format!("t and x are good to {digits} digits"),
-        Some(1.0) => "t and x are good to one digit".to_owned(),
-        Some(_) => "t and x are wrong".to_owned(),
+        Some(digits) if digits >= 2.0 => format!("{what} {verb} good to {digits} digits"),
+        Some(1.0) => format!("{what} {verb} good to one digit"),
+        Some(_) => format!("{what} {verb} wrong"),
     };
     format!("{charge}; {second}; {position}")
+}
+
+/// K by the size of ẋ²: its own may be that of c², and hides a change of speed.
+fn second_kept(deviation: f64, k: f64, x_dot: f64, rounding: f64) -> String {
+    let motion = if x_dot > 0.0 { x_dot * x_dot } else { k.abs() };
+    let share = deviation / motion;
+    let is_rounding = deviation <= rounding * k.abs();
+    match share {
+        _ if deviation == 0.0 || is_rounding && share < 1e-2 => "K is kept to rounding".to_owned(),
+        _ if is_rounding => "K is lost in rounding, as c is very large".to_owned(),
+        _ if share < 1.0 => format!("K is kept to {}", percent(share)),
+        _ => "K is lost".to_owned(),
+    }
 }
 
 fn percent(share: f64) -> String {
@@ -147,7 +162,7 @@ fn newton<S: Real>(measures: &Measures<S>) -> String {
         return "  Newton     the motion is Newton's".to_owned();
     }
     let remedy = match measures.newtonian.c() {
-        Some(c) if deviation > NEGLIGIBLE => format!("; c = {c} would make that about {NEGLIGIBLE:e}"),
+        Some(c) if deviation > 2.0 * NEGLIGIBLE => format!("; c = {c} would make that about {NEGLIGIBLE:e}"),
         _ => String::new(),
     };
     format!("  Newton     the acceleration differs from Newton's by up to {}{remedy}", percent(deviation))
