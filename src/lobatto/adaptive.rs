@@ -1,4 +1,4 @@
-//! Windows as long, and a rule as high, as an accuracy asks for.
+//! Windows as long, and a rule of as high an order, as the requested accuracy needs.
 
 use std::ops::ControlFlow;
 
@@ -29,29 +29,30 @@ pub enum Goal {
 pub struct Adapted {
     /// The last state.
     pub end: State,
-    /// γ − γ_i there.
+    /// γ − γ_i at the last state.
     pub gamma: Twofold,
-    /// What it took, with the companion and what was rejected.
+    /// The work done, including the companion and rejected windows.
     pub statistics: Statistics,
     /// An upper estimate of the error in t and x at all nodes, relative to max(1, largest |t − t_i|) and
     /// max(1, largest |x|).
     pub error_estimate: f64,
-    /// How often it was begun; all but the last time it turned out not to be accurate enough.
+    /// How often the march was begun; every attempt but the last turned out not to be accurate enough.
     pub attempts: usize,
 }
 
-/// A march that keeps an accuracy.
+/// A march that keeps to a requested accuracy.
 ///
-/// The rule is that with 16, 20 or 24 nodes which is cheapest for the accuracy. Beside the world-line proper walks a
-/// companion with one node fewer in the same windows. It starts its iterations from the forces of the other and so
-/// costs less, but it is an integration of its own from beginning to end: its distance is the error of the less accurate
-/// of the two, whatever becomes of errors on the way, and three times that, with what the iterations may have left, is
-/// the estimate. The world-line handed out is the more accurate one.
+/// The rule is whichever of those with 16, 20 or 24 nodes is cheapest for the accuracy. A companion with one node fewer
+/// is integrated in the same windows, alongside the world-line proper. It starts its iterations from the forces of the
+/// world-line and so costs less, but it is an independent integration from beginning to end: its distance is the error
+/// of the less accurate of the two, however errors evolve on the way. Three times that distance, plus what the
+/// iterations may have left, is the estimate. The world-line returned is the more accurate one.
 ///
-/// The length of a window is chosen such that the square of the Legendre coefficients of a and u of the highest degrees
-/// that the companion has, which is the size of its error at a window's end, stays below a share of the accuracy, and
-/// what the coefficients themselves mean for the nodes inside below the accuracy. Where that turns out not to be enough the march is begun again with a smaller share, down to rounding, after which it
-/// fails. Lengths change seldom: equal windows are more accurate than many that follow the force closely.
+/// The length of a window is chosen such that the squares of the highest-degree Legendre coefficients of a and u that
+/// the companion has, which are the size of its error at a window's end, stay below a share of the accuracy, and what
+/// the coefficients themselves mean for the nodes inside stays below the accuracy. Where that turns out not to be
+/// enough, the march is begun again with a smaller share, down to rounding, after which it fails. Lengths change
+/// seldom: equal windows are more accurate than many that follow the force closely.
 ///
 /// The tables serve all lengths and are made once in the life of the program; the first march with a rule is a fraction
 /// of a millisecond slower.
@@ -61,8 +62,8 @@ pub struct Adaptive<'a> {
     q_t: f64,
 }
 
-/// Less than this costs hardly less, and in windows that resolve nothing, as next to a horizon, the companion goes astray
-/// together with the world-line.
+/// A lower accuracy would cost hardly less, and in windows that resolve nothing, such as next to a horizon, the
+/// companion would fail in the same way as the world-line.
 const LOOSEST: f64 = 1e-4;
 
 /// Above the first accuracy 16 nodes are cheapest, down to the second 20, and below that 24.
@@ -71,7 +72,7 @@ const MEDIUM: f64 = 2e-7;
 
 /// The first window to try, in radians of the oscillation that the force has there.
 const FIRST: f64 = 1.5;
-/// The whole is tried in one window if it is not longer than so many of the first.
+/// The whole range is tried in one window if it is no longer than this many first windows.
 const ONE: f64 = 1.7;
 
 impl<'a> Adaptive<'a> {
@@ -156,7 +157,7 @@ impl<'a> Adaptive<'a> {
         }
         let stiffness = acceleration_slope(q_t, g.g00, g.first, g.second).abs();
         let first = FIRST / stiffness.max(1e-60).sqrt();
-        // A second window costs more than to find out that it takes one.
+        // A second window costs more than finding out that one is needed.
         let first = if length < ONE * first { length } else { first };
         let mut pair = Pair::new(kit, force);
         // Long runs at the limit of the arithmetic leave no room for truncation beside rounding.

@@ -1,4 +1,4 @@
-//! One march of a world-line and its companion with one share of the accuracy a window.
+//! One march of a world-line and its companion, each window allowed one share of the accuracy.
 
 use std::ops::ControlFlow;
 
@@ -13,13 +13,14 @@ use super::window::Precision;
 use super::{MarchFailure, State, Statistics};
 use crate::metric::Metric;
 
-/// The smallest share of a window: there is no truncation left to be reduced.
+/// The smallest share of a window: no truncation error is left to reduce.
 const LEAST_SHARE: f64 = 1e-22;
 
-/// Below this share the iteration goes to rounding and windows are summed with everything that the tables have.
+/// Below this share the iteration goes to rounding and windows are summed with the full precision of the tables.
 const ROUNDING_SHARE: f64 = 3e-18;
 
-/// The share of a single window, in units of the accuracy; it falls with the number of windows to the power 5/4. Errors add up, and phases run away with those of K; but the errors of K of equal windows nearly cancel over a turn.
+/// The share of a single window, in units of the accuracy; it falls with the number of windows to the power 5/4. Errors
+/// add up, and phase errors grow with those of K; but the errors of K of equal windows nearly cancel over a turn.
 const SHARE: f64 = 0.05;
 
 /// What a window adds to the distance because of rounding, if it is not evaluated in twofold precision.
@@ -28,56 +29,57 @@ const ROUNDS: f64 = 1e-16;
 /// Windows shorter than this part of the first are taken for a singularity.
 const SHORTEST: f64 = 1e-16;
 
-/// The most evaluations of the force, on all nodes of a window, that a march to an accuracy may need: a day. At its pace a
-/// march that needs more is stopped early.
+/// The most evaluations of the force, on all nodes of a window, that a march to an accuracy may need: a day. At its
+/// pace a march that needs more is stopped early.
 pub const MOST_EVALUATIONS: f64 = 1e12;
 
-/// After how many evaluations the pace is looked at again, and an advance in units of the first window that is next to none.
+/// After how many evaluations progress is checked again, and the advance, in units of the first window, that counts as
+/// almost none.
 const PACE: usize = 10_000;
 const CRAWL: f64 = 0.1;
 
 /// The most evaluations in a window: with more, two shorter ones are cheaper.
 const MOST: usize = 24;
 
-/// The evaluations of an iteration that is slow.
+/// The number of evaluations that marks an iteration as slow.
 const SLOW: usize = 14;
 
-/// What the error inside a window is to stay away from the accuracy by, and on runs on which rounding takes most of it.
+/// The margin between the error inside a window and the accuracy, and the one on runs where rounding takes most of it.
 const INSIDE_MARGIN: f64 = 2.0;
 const INSIDE_MARGIN_AT_ROUNDING: f64 = 20.0;
 
 /// The part of a share that the iteration may leave. The companion starts where the world-line's iteration ended, so
-/// that of this the distance sees only a part; the estimate counts it apart.
+/// the distance shows only a part of it; the estimate counts it separately.
 const ITERATION: f64 = 0.03;
 
-/// What the error of a window is to be, in units of the share, and at most.
+/// The target for the error of a window, in units of the share, and the maximum.
 const AIM: f64 = 0.3;
 const MOST_EXCESS: f64 = 4.0;
 
-/// Windows are made longer after so many that would all have allowed for it, or at once if they can be as much longer.
+/// Windows are made longer after this many that would all have allowed it, or at once if they can be this much longer.
 ///
 /// Windows of one length are the rule and others the exception: over a turn of an oscillation the errors of K of equal
-/// windows cancel, as the scheme's leading error is reversible. With lengths that follow the force they add up, and at
-/// the same accuracy there are half as many windows again.
+/// windows cancel, as the scheme's leading error is reversible. With lengths that follow the force they add up, and the
+/// same accuracy takes half as many windows again.
 const PAUSE: usize = 12;
 const MUCH_LONGER: f64 = 1.6;
 const LONGER: f64 = 1.1;
 
-/// Why an attempt did not come to its goal.
+/// Why an attempt did not reach its goal.
 pub(super) enum Ended {
     Failed(MarchFailure),
-    /// It is to be begun again with another share.
+    /// The march is to be begun again with another share.
     Inaccurate {
         next: f64,
     },
 }
 
-/// By what the length of a window is to be multiplied.
+/// The factor by which the length of a window is to be multiplied.
 fn fit(excess: f64, order: f64) -> f64 {
     (AIM / excess).powf(1.0 / order)
 }
 
-/// What is asked for.
+/// The request.
 pub(super) struct Attempt<'a> {
     pub(super) metric: &'a Metric,
     pub(super) q_t: f64,
@@ -88,7 +90,7 @@ pub(super) struct Attempt<'a> {
     pub(super) length: f64,
     /// The first window to try.
     pub(super) first: f64,
-    /// The errors of windows are to be smaller by this than they usually have to be.
+    /// The factor by which the errors of windows must be smaller than usual.
     pub(super) caution: f64,
 }
 
@@ -211,12 +213,13 @@ impl Attempt<'_> {
         }
     }
 
-    /// The time scale of the motion, as far as windows tell: a few very short ones, at a kink of V, leave it as it is.
+    /// The time scale of the motion, as far as windows show it: a few very short ones, at a kink of V, do not change
+    /// it.
     fn scale(&self, h: f64, gamma: f64, windows: usize) -> f64 {
         h.max(gamma / windows.max(1) as f64).max(self.first / 16.0)
     }
 
-    /// What the iterations may have left, of which the companion sees only a part.
+    /// What the iterations may have left, of which the companion shows only a part.
     fn left_by_iterations(&self) -> f64 {
         2.0 * ITERATION * SHARE * self.caution * self.accuracy
     }
@@ -234,8 +237,9 @@ impl Attempt<'_> {
         }
     }
 
-    /// Ends a march that makes no progress, the last evaluations no more than `advance` in γ: because it is about to leave the
-    /// domain, or because at its pace it would take more evaluations than anybody waits for.
+    /// Ends a march that makes no progress, the last evaluations having advanced by no more than `advance` in γ:
+    /// because it is about to leave the domain, or because at this pace it would take more evaluations than anybody
+    /// would wait for.
     fn budget(&self, statistics: &Statistics, gamma: f64, advance: f64, state: &State) -> Result<(), MarchFailure> {
         if advance < CRAWL * self.first
             && let Some((elapsed, x, g00)) = probe::follow(self.metric, self.q_t, state, self.ahead(gamma))
@@ -259,7 +263,7 @@ impl Attempt<'_> {
         Ok(())
     }
 
-    /// What a window of length h may add to the error, and how well it is to be solved.
+    /// What a window of length h may add to the error, and how accurately it is to be solved.
     fn share(&self, h: f64, start: &State) -> (f64, Precision) {
         let windows = (self.length / h).max(1.0);
         let share = (SHARE * self.caution * self.accuracy / (windows * windows.sqrt().sqrt())).max(LEAST_SHARE);
@@ -276,7 +280,7 @@ impl Attempt<'_> {
             return Ok(());
         }
         if share <= LEAST_SHARE {
-            // Errors grow without end before a horizon: it is the reason then, and not the accuracy.
+            // Errors grow without bound before a horizon: then the horizon is the reason, not the accuracy.
             let failure = match probe::follow(self.metric, self.q_t, start, self.ahead(gamma)) {
                 Some((elapsed, x, g00)) => MarchFailure::OutsideDomain { window, gamma: gamma + elapsed, x, g00 },
                 None => MarchFailure::AccuracyNotReached { gamma, estimate },

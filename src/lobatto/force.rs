@@ -7,7 +7,7 @@ use crate::metric::Metric;
 
 /// The force of a potential. All slices have the padded length of a window, a multiple of 8.
 pub(super) trait Force {
-    /// The charge from now on, and how many of the nodes count.
+    /// Sets the charge from now on, and how many of the nodes count.
     fn set(&mut self, q_t: f64, points: usize);
 
     /// Whether [`Self::refine`] can do anything.
@@ -16,10 +16,10 @@ pub(super) trait Force {
     /// Fills `a` and `u` at `x`. If `near`, `u` holds the values at points close by, to start Newton's method from.
     fn evaluate<S: Simd>(&mut self, s: S, x: &[f64], a: &mut [f64], u: &mut [f64], near: bool);
 
-    /// Whether an evaluation costs so much more than a product of matrix and vector that slopes are worth their while.
+    /// Whether an evaluation costs so much more than a matrix–vector product that computing slopes pays off.
     fn is_dear(&self) -> bool;
 
-    /// Whether it can be so at all: otherwise nothing is compiled for it.
+    /// Whether that is possible at all: otherwise nothing is compiled for it.
     const MAY_BE_DEAR: bool;
 
     /// da/dx and du/dx at the points of the last evaluation, which gave `a` and `u`.
@@ -39,7 +39,7 @@ pub(super) struct PolynomialForce {
     low: Option<[[f64; 5]; 2]>,
 }
 
-/// The largest relative change of u for which one Newton step will do.
+/// The largest relative change of u for which one Newton step is enough.
 pub(super) const NEAR: f64 = 0.1;
 
 impl PolynomialForce {
@@ -55,7 +55,8 @@ impl PolynomialForce {
         Self { q_t, coefficients: (0..=degree).map(g).chain((0..=degree).map(d)).collect(), low }
     }
 
-    /// g and d on G vectors from the `i`-th on; up to degree four in half the time of Horner's rule, by Estrin's scheme.
+    /// g and d on G vectors from the `i`-th on; up to degree four in half the time of Horner's rule, by Estrin's
+    /// scheme.
     #[inline(always)]
     fn values<S: Simd, const G: usize>(&self, s: S, x: &[S::f64s], i: usize) -> ([S::f64s; G], [S::f64s; G]) {
         let Some([g, d]) = &self.low else { return self.horner(s, x, i) };

@@ -8,14 +8,15 @@ use super::tables::Nodes;
 use crate::metric::Metric;
 use crate::potential::{Instruction, Program};
 
-/// g00 and its derivatives by the program of V, an instruction all nodes. Constants are registers that were filled once.
+/// g00 and its derivatives by the program of V, an instruction all nodes. Constants are registers that were filled
+/// once.
 #[derive(Debug, Clone)]
 pub(super) struct FormulaForce<const P: usize> {
     q_t: f64,
     c_squared: f64,
     two_over_mass: f64,
     steps: Vec<Instruction<f64>>,
-    /// The first of them are what V and V′ need; V″ needs the others too.
+    /// The first of them are those that V and V′ need; V″ needs the others too.
     steps_to_slope: usize,
     /// Register 0 is x, then the constants, then one register a step.
     first_step: usize,
@@ -112,7 +113,7 @@ impl<const P: usize> FormulaForce<P> {
                     Instruction::Power(a, b) => Instruction::Power(at(a), at(b)),
                     Instruction::Call(function, a) => Instruction::Call(function, at(a)),
                 };
-                // Integer powers of V and of V′ are multiplied out each for itself: what is there already is not done
+                // Integer powers of V and of V′ are multiplied out separately: what exists already is not computed
                 // again.
                 let known = steps.iter().position(|&earlier| is_same(earlier, step));
                 register_of[k] = first_step + known.unwrap_or(steps.len());
@@ -142,7 +143,7 @@ impl<const P: usize> FormulaForce<P> {
         }
     }
 
-    /// Runs the instructions from the one to the other.
+    /// Runs the instructions in this range.
     #[inline(always)]
     fn run<S: Simd>(&mut self, s: S, from: usize, to: usize) {
         let mut k = from;
@@ -254,7 +255,7 @@ impl<const P: usize> Force for FormulaForce<P> {
 
     #[inline(always)]
     fn evaluate<S: Simd>(&mut self, s: S, x: &[f64], a: &mut [f64], u: &mut [f64], near: bool) {
-        // The padding repeats the last node: what is no node must not be a point of its own either, outside the domain say.
+        // The padding repeats the last node: it must not be a point of its own, which might lie outside the domain.
         self.registers[0].0.copy_from_slice(x);
         self.registers[0].0[self.points..].fill(x[self.points - 1]);
         self.run(s, 0, self.steps_to_slope);

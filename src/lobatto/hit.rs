@@ -11,23 +11,24 @@ use crate::geodesic::acceleration;
 /// Steps towards the end time: Newton's method takes four, bisection to the last bit sixty.
 const MOST_STEPS: usize = 80;
 
-/// What is left over counts as rounding below this share of t, and of the window.
+/// The remainder counts as rounding below this share of t, and of the window.
 const ROUNDING: f64 = 2.0 * f64::EPSILON;
 
-/// What is left over, as a share of the accuracy, where the iteration does not go to rounding, as at a kink.
+/// The remainder, as a share of the accuracy, where the iteration does not go to rounding, as at a kink.
 const NOISE: f64 = 0.01;
 
 impl Attempt<'_> {
-    /// What is left of the time asked for at `state`.
+    /// How much of the requested time is left at `state`.
     pub(super) fn lack(&self, duration: f64, state: &State) -> f64 {
         ((self.start.t + Twofold::from(duration)) - state.t).hi
     }
 
-    /// The length, and the window, at whose end t has the value asked for, to the last bit.
+    /// The length, and the window, at whose end t has the requested value, to the last bit.
     ///
-    /// t grows with γ, so that the window `too_long` is an upper bound. Newton's method inside the bracket found so far, on
-    /// windows that are solved to rounding: with the tolerance of the march the end would depend on where the iteration began.
-    /// What is left over in the end is a rounding error of γ, and is made up for by the motion at the end itself.
+    /// t grows with γ, so the window `too_long` is an upper bound. Newton's method runs inside the bracket found so
+    /// far, on windows that are solved to rounding: with the tolerance of the march the end would depend on where the
+    /// iteration began. The final remainder is a rounding error of γ, and is compensated by the motion at the end
+    /// itself.
     #[allow(clippy::too_many_arguments)]
     pub(super) fn hit<const P: usize, F: Force>(
         &self,
@@ -71,7 +72,7 @@ impl Attempt<'_> {
                 pair.reject(length);
             }
             let mut next = length.h + Twofold::from(left);
-            // Far away the slope at the end says little; Newton's method has its turns all the same.
+            // Far away the slope at the end says little; Newton's method is still tried.
             if !(next.hi > below && next.hi < above) || step % 8 == 7 {
                 next = Twofold::from(0.5 * (below + above));
             }

@@ -1,4 +1,4 @@
-//! What a march of two needs of its rules, made once in the life of the program.
+//! What a march of a world-line and its companion needs of its rules, made once in the life of the program.
 
 use std::sync::OnceLock;
 
@@ -10,10 +10,10 @@ use super::unit::{SizedUnit, Unit};
 pub(super) struct Kit<const P: usize> {
     pub(super) rules: [&'static WeakRule; 2],
     pub(super) units: [&'static Unit<P>; 2],
-    /// From the nodes of the one to those of the other.
+    /// From the nodes of the first rule to those of the second.
     pub(super) resample: Box<Matrix<P>>,
-    /// For either, two rows from nodal values to Legendre modes: the highest that the companion has, by which windows are
-    /// judged.
+    /// For each rule, two rows from nodal values to Legendre modes: the highest that the companion has, by which
+    /// windows are judged.
     pub(super) tails: [[Nodes<P>; 2]; 2],
 }
 

@@ -61,9 +61,9 @@ impl<'a> March<'a> {
         Self { metric, q_t, rule, length, precision, level: Level::Best }
     }
 
-    /// Stops the iteration of a window when the error of X is below `tolerance`, relative to its size: a hundredth of
-    /// the error wanted at the ends. 0 goes to rounding, and then evaluates the forces once more in twofold precision
-    /// where the potential is pure arithmetic. With a tolerance a window is good to some 1e-16 at best.
+    /// Stops the iteration of a window when the error of X is below `tolerance`, relative to its size; use a hundredth
+    /// of the error wanted at the ends. 0 iterates to rounding, and then evaluates the forces once more in twofold
+    /// precision where the potential is pure arithmetic. With a tolerance a window is accurate to about 1e-16 at best.
     pub fn with_tolerance(mut self, tolerance: f64) -> Self {
         self.precision = Precision { tolerance, refine: tolerance == 0.0, most: MOST_EVALUATIONS };
         self
@@ -75,7 +75,7 @@ impl<'a> March<'a> {
         self
     }
 
-    /// `windows` windows from `start` on; `observe` sees each of them and may end the march.
+    /// Marches `windows` windows from `start`; `observe` sees each of them and may end the march.
     ///
     /// # Errors
     /// [`MarchFailure`] where the world-line leaves the domain or a window is too long to converge.
@@ -107,10 +107,11 @@ impl<'a> March<'a> {
         }
     }
 
-    /// The end, and whether it is the one asked for.
+    /// The end, and whether it is the one requested.
     ///
-    /// To rounding with tables of this length, where nothing drifts. Otherwise in units of the length, with tables that are
-    /// there already: h Q_t is rounded to a number, an error of 1e-16 with the same sign in every window.
+    /// When going to rounding, uses tables of this length, so that nothing drifts. Otherwise works in units of the
+    /// length, with tables that exist already: h Q_t is rounded to a number, an error of 1e-16 with the same sign in
+    /// every window.
     fn walk<const P: usize, F: Force>(
         &self,
         unit: &Unit<P>,
@@ -156,7 +157,7 @@ impl<'a> March<'a> {
 /// Sees a window.
 type See<'s> = &'s mut dyn FnMut(&WindowView<'_>) -> ControlFlow<()>;
 
-/// Sees a window, its index, its start and what came of it.
+/// Sees a window, its index, its start and its result.
 type SeeWindow<'r, const P: usize> = &'r mut dyn FnMut(&Window<P>, usize, &State, &Solved) -> ControlFlow<()>;
 
 /// The work that is compiled for every level: windows of one table.
@@ -171,7 +172,7 @@ struct Run<'r, const P: usize, F> {
 }
 
 impl<const P: usize, F: Force> WithSimd for Run<'_, P, F> {
-    /// Whether it came to its end, or to where `see` stopped it.
+    /// Whether it reached its end, or the point where `see` stopped it.
     type Output = bool;
 
     #[inline(always)]
@@ -182,7 +183,7 @@ impl<const P: usize, F: Force> WithSimd for Run<'_, P, F> {
         while done < windows {
             let start = marched.end;
             let Some(solved) = window.solve(s, tables, force, &start, guess, precision) else {
-                // An extrapolation can be far off, even outside the domain: once more from the parabola.
+                // An extrapolation can be far off, even outside the domain: try once more from the parabola.
                 if matches!(guess, Guess::Parabola) {
                     return false;
                 }

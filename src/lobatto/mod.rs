@@ -1,7 +1,7 @@
 //! World-lines by windows of the weak scheme on Gauss–Lobatto nodes, at speed.
 //!
-//! With v = g00 D̄t and w = D̄x the weak (multiplier-free) form of the action has Q_t exactly constant at all nodes, and
-//! its critical point on one window of length h with n Gauss–Lobatto nodes is
+//! With v = g00 D̄t and w = D̄x the weak (multiplier-free) form of the action has Q_t exactly constant at all nodes,
+//! and its critical point on one window of length h with n Gauss–Lobatto nodes is
 //!
 //! ```text
 //! X = x + h c w + h² A² a(X),      a = −½ g00′(X) u²,   u = Q_t/g00(X),      A = D̄⁻¹ = (D + H⁻¹E_0)⁻¹
@@ -13,17 +13,17 @@
 //! accurate; [`WindowView::inside`] is of order n + 1 there for the price of a few sweeps of the iteration,
 //! [`crate::sampling`] continues the start of a window to points in it as accurately as to its end.
 //!
-//! X is found by iterating the first line. Where V calls functions (exp, cos, …) an evaluation of all nodes costs ten times
-//! the product with A²: there Newton's method takes two evaluations in place of eight, with the iteration for its linear
-//! systems.
+//! X is found by iterating the first line. Where V calls functions (exp, cos, …) an evaluation of all nodes costs ten
+//! times the product with A²: there Newton's method takes two evaluations in place of eight, with the iteration for its
+//! linear systems.
 //!
 //! [`March`] walks windows of one length, [`Adaptive`] chooses rules and lengths for an accuracy asked for. With
 //! s = γ/h a window has length 1, for h Q_t and h w in place of Q_t and w: one set of tables serves all lengths. To
-//! rounding a march takes tables of its own length, as the rounding of h Q_t would be the same in every window. Both follow
-//! Hairer, McLachlan, Razakarivony (2008), "Achieving Brouwer's law with implicit Runge–Kutta methods", where it
+//! rounding a march takes tables of its own length, as the rounding of h Q_t would be the same in every window. Both
+//! follow Hairer, McLachlan, Razakarivony (2008), "Achieving Brouwer's law with implicit Runge–Kutta methods", where it
 //! matters for long runs: the tables are computed to 30 digits and rounded so that their sums stay right, states are
-//! unevaluated sums of two numbers, and what goes to rounding is summed as if in twice the precision. Over 4·10⁶ windows K then
-//! moves like a random walk of 1e-18 a window.
+//! unevaluated sums of two numbers, and what goes to rounding is summed as if in twice the precision. Over 4·10⁶
+//! windows K then moves like a random walk of 1e-18 a window.
 //!
 //! The iteration runs on contiguous arrays with the vector instructions that the machine has ([`Level`]).
 
@@ -75,7 +75,7 @@ impl From<InitialData> for State {
     }
 }
 
-/// What a march did.
+/// The work done by a march.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Statistics {
     /// Windows that were accepted.
@@ -109,7 +109,7 @@ pub enum MarchFailure {
         /// x there.
         x: f64,
     },
-    /// The accuracy asked for is beyond what the arithmetic can keep on a run of this length.
+    /// The requested accuracy is beyond what the arithmetic can keep on a run of this length.
     #[error("the accuracy is not reached: the error is about {estimate:.1e} at gamma - gamma_i = {gamma:.6}")]
     AccuracyNotReached {
         /// γ − γ_i where that was found.
@@ -132,7 +132,7 @@ pub enum MarchFailure {
         /// How many it would need at its pace; infinite if it has not moved.
         needed: f64,
     },
-    /// The physical time asked for is not reached: t hardly grows any more.
+    /// The requested physical time is not reached: t hardly grows any more.
     #[error("the time asked for is not reached: t - t_i = {elapsed:.6e} at gamma - gamma_i = {gamma:.6e}")]
     TimeNotReached {
         /// γ − γ_i where the search ended.

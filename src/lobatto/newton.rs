@@ -1,4 +1,4 @@
-//! Newton's method for a window, where an evaluation of the force costs more than many products.
+//! Newton's method for a window, for when an evaluation of the force costs more than many products.
 
 use pulp::Simd;
 
@@ -12,12 +12,12 @@ use super::window::{Precision, Window, product};
 pub(super) enum Newton {
     /// With a(X) and u(X).
     Converged(usize),
-    /// So near that rounding is two sweeps away.
+    /// So close that rounding is two sweeps away.
     Near(usize),
     Failed(usize),
 }
 
-/// Newton's method takes four steps; more are a sign that it leads nowhere.
+/// Newton's method takes four steps; if it takes more, it is unlikely to converge.
 const MOST_NEWTON_STEPS: usize = 8;
 /// Iterations for a correction.
 const MOST_SWEEPS: usize = 40;
@@ -37,8 +37,9 @@ fn bend<S: Simd>(s: S, du: &[f64], delta: &[f64], u: &[f64]) -> f64 {
 }
 
 impl<const P: usize> Window<P> {
-    /// Solves X = line + low + h² A² a(X): a correction δ to X solves δ = defect + h² A² a′(X) δ, by an iteration that needs
-    /// the slopes a′ and no evaluation. Near the solution a and u need none either: their slopes continue them to X + δ.
+    /// Solves X = line + low + h² A² a(X): a correction δ to X solves δ = defect + h² A² a′(X) δ, by an iteration that
+    /// needs the slopes a′ and no evaluation. Near the solution a and u need none either: their slopes continue them to
+    /// X + δ.
     #[inline(always)]
     pub(super) fn newton<S: Simd, F: Force>(
         &mut self,
@@ -84,7 +85,8 @@ impl<const P: usize> Window<P> {
                 change = distance(s, &next.0, &delta.0);
                 std::mem::swap(&mut delta, &mut next);
                 sweeps += 1;
-                // No better than the step itself will be. The first rate is that of another kind of change.
+                // The correction need not be better than the step itself will be. The first rate is that of another
+                // kind of change.
                 let enough = (0.1 * wanted).max(0.1 * size * (size / scale));
                 let rate = if sweeps > 1 { (change / before).min(1.0) } else { 1.0 };
                 if change * rate <= enough {

@@ -15,8 +15,8 @@ use super::{State, Statistics};
 
 /// The length of a window in γ, and what it makes of the charge.
 ///
-/// The charge of the window, h Q_t, is a number and the length is computed from it to twice the precision: were it the
-/// other way round, the rounding of h Q_t would be an error of the same sign in every window.
+/// The charge of the window, h Q_t, is a number and the length is computed from it to twice the precision: the other
+/// way round, the rounding of h Q_t would be an error of the same sign in every window.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Length {
     pub(super) h: Twofold,
@@ -25,7 +25,7 @@ pub(super) struct Length {
 }
 
 impl Length {
-    /// Not above `h` and close to it, one of few lengths: whoever keeps something for every length has not much to keep.
+    /// Not above `h` and close to it, taken from few lengths, so that anything stored for every length stays small.
     pub(super) fn near(h: f64, q_t: f64) -> Self {
         const STEPS_TO_DOUBLE: f64 = 24.0;
         let h = ((STEPS_TO_DOUBLE * h.log2()).floor() / STEPS_TO_DOUBLE).exp2();
@@ -49,7 +49,7 @@ struct Forces<const P: usize> {
     values: Nodes<P>,
 }
 
-/// Everything that a walk of two needs, to be used again for the next attempt.
+/// Everything that a march of two needs, reusable for the next attempt.
 pub(super) struct Pair<const P: usize, F> {
     pub(super) kit: &'static Kit<P>,
     force: F,
@@ -68,7 +68,7 @@ impl<const P: usize, F: Force> Pair<P, F> {
         Self { kit, force, windows, previous: None, rejected: None, is_untouched: false }
     }
 
-    /// Forgets the window before: a new march begins.
+    /// Forgets the previous window: a new march begins.
     pub(super) fn forget(&mut self) {
         (self.previous, self.rejected, self.is_untouched) = (None, None, false);
     }
@@ -165,7 +165,7 @@ impl<const P: usize, F: Force> WithSimd for One<'_, P, F> {
         let Self { unit, tail, force, window, start, mut guess, precision } = self;
         loop {
             let solved = window.solve(s, &unit.tables, force, start, guess, precision);
-            // A guess can be far off, even outside the domain: once more from the parabola.
+            // A guess can be far off, even outside the domain: try once more from the parabola.
             if solved.is_none() && !matches!(guess, Guess::Parabola) {
                 guess = Guess::Parabola;
                 continue;

@@ -4,7 +4,7 @@ use super::{MarchFailure, State};
 use crate::geodesic::acceleration;
 use crate::metric::{Metric, MetricJet};
 
-/// Explicit steps across the failed window where nothing is in the way, and at most.
+/// Explicit steps across the failed window when nothing is in the way, and the most of them.
 const STEPS: f64 = 256.0;
 const MOST_STEPS: usize = 20_000;
 
@@ -29,8 +29,8 @@ pub(super) fn why(metric: &Metric, q_t: f64, start: &State, length: f64, window:
 
 /// γ from `start` on, x and g00 where the geodesic leaves the domain within `length`.
 ///
-/// Towards a horizon dx/dγ grows without end, and a step of constant length would jump over it. Steps are as short as
-/// it takes for g00 to change by a part only.
+/// Towards a horizon dx/dγ grows without bound, and a step of constant length would jump over it. Steps are therefore
+/// short enough for g00 to change only by a fraction.
 pub(super) fn follow(metric: &Metric, q_t: f64, start: &State, length: f64) -> Option<(f64, f64, f64)> {
     let (mut x, mut w) = (start.x.hi, start.w.hi);
     let mut here = metric.at(x);
@@ -59,7 +59,7 @@ pub(super) fn follow(metric: &Metric, q_t: f64, start: &State, length: f64) -> O
             }
             halvings += 1;
             if halvings == MOST_HALVINGS || done + h == done {
-                // However short the step, there is something that is not smooth: the end of the domain, or a jump.
+                // However short the step, something is not smooth: the end of the domain, or a jump.
                 let (x, g00) = outside.or_else(|| (here.g00 < HORIZON * first).then(|| beyond(metric, x, here)))?;
                 return Some((done, x, g00));
             }

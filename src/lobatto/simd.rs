@@ -49,8 +49,8 @@ fn one_by_one<W: WithSimd>(work: W) -> W::Output {
     work.with_simd(Scalar)
 }
 
-/// A length by which the compiler does not unroll loops over single numbers. Unrolled, they would be larger than the code
-/// of all other levels together and take as long to build, for machines that hardly exist.
+/// A length for which the compiler does not unroll loops over single numbers. Unrolled, they would be larger than the
+/// code of all other levels together and take as long to build, for machines that hardly exist.
 #[inline(always)]
 pub(super) fn count<S: Simd>(length: usize) -> usize {
     if S::IS_SCALAR { std::hint::black_box(length) } else { length }
@@ -62,7 +62,7 @@ pub(super) fn is_fused<S: Simd>() -> bool {
     !S::IS_SCALAR && cfg!(any(target_arch = "x86_64", target_arch = "aarch64"))
 }
 
-/// |a|. The methods of the trait for this and the next are not always inlined, and then compiled without the level's
+/// |a|. The trait's methods for this and the next one are not always inlined, and are then compiled without the level's
 /// instructions.
 #[inline(always)]
 pub(super) fn abs<S: Simd>(s: S, a: S::f64s) -> S::f64s {
@@ -121,7 +121,7 @@ pub(super) fn vectors<S: Simd>(v: &[f64]) -> &[S::f64s] {
     S::as_simd_f64s(&v[..count::<S>(v.len())]).0
 }
 
-/// The same to be written to.
+/// The same vectors, writable.
 #[inline(always)]
 pub(super) fn vectors_mut<S: Simd>(v: &mut [f64]) -> &mut [S::f64s] {
     let length = count::<S>(v.len());

@@ -43,8 +43,8 @@ pub(super) struct Tables<const P: usize> {
     pub(super) columns: usize,
 }
 
-/// The highest Legendre degree that is continued from one window to the next, where it is larger by up to 6^degree: with
-/// 8 to 24 nodes on windows of a third to a radian or two, the iteration is shortest with this one.
+/// The highest Legendre degree that is continued from one window to the next, where it is larger by up to 6^degree:
+/// with 8 to 24 nodes on windows of a third to a radian or two, the iteration is shortest with this one.
 pub(super) const EXTRAPOLATED: usize = 7;
 
 /// What the tables of all lengths have in common.
@@ -52,8 +52,8 @@ pub(super) const EXTRAPOLATED: usize = 7;
 pub(super) struct LengthFree {
     /// The columns of every row of A² by falling size of their entries.
     order: Vec<u8>,
-    /// A² E by columns, E the extrapolation of nodal values from one window to the next by the whole polynomial, and by its
-    /// low degrees.
+    /// A² E by columns, E the extrapolation of nodal values from one window to the next by the whole polynomial, and by
+    /// its low degrees.
     guesses: [Vec<f64>; 2],
 }
 
@@ -75,8 +75,8 @@ impl LengthFree {
 }
 
 /// Rounds a row to `f64`, in the `order` of its entries from large to small, each rounding error passed on to the next
-/// smaller entry: the sum of the row is right to half a unit of its smallest entry. Rounded one by one, the sums (the answer
-/// to a constant force) are off by 1e-17 with the same sign in every window, a drift of 4e-20 a window in K.
+/// smaller entry: the sum of the row is right to half a unit of its smallest entry. Rounded one by one, the sums (the
+/// answer to a constant force) are off by 1e-17 with the same sign in every window, a drift of 4e-20 a window in K.
 fn round_row(row: &[Twofold], order: &[u8], rounded: &mut [f64]) {
     let mut carry = Twofold::ZERO;
     for &i in order {
@@ -125,7 +125,7 @@ impl<const P: usize> Tables<P> {
             (t.line[i], t.line_lo[i]) = (line.hi, line.lo);
             t.parabola[i] = 0.5 * line.hi * line.hi;
         }
-        // Short windows, to rounding, gain by the whole polynomial. (Unit tables have no length of their own.)
+        // To rounding, short windows gain from the whole polynomial. (Unit tables have no length of their own.)
         let guess = &rule.length_free().guesses[usize::from(length.hi > 0.4)];
         for (column, unit) in t.guess.iter_mut().zip(guess.chunks_exact(n)) {
             column.iter_mut().zip(unit).for_each(|(entry, unit)| *entry = h_squared.hi * unit);

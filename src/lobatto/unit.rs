@@ -34,8 +34,8 @@ impl<const P: usize> Unit<P> {
         Self { tables: Tables::new(rule, Twofold::ONE), modes, recurrence: (0..=n).map(ratio).collect(), shares }
     }
 
-    /// The forces of a window as a polynomial of `degree`, on one that begins at its start (`begin` 0) or end (1) and is
-    /// `ratio` as long.
+    /// The forces of a window as a polynomial of `degree`, on one that begins at its start (`begin` 0) or end (1) and
+    /// is `ratio` as long.
     pub(super) fn continuation(&self, degree: usize, begin: f64, ratio: f64) -> Continuation<'_, P> {
         Continuation {
             modes: &self.modes,
@@ -48,7 +48,7 @@ impl<const P: usize> Unit<P> {
     }
 }
 
-/// Of the smallest compiled size that holds the nodes.
+/// The smallest compiled size that holds the nodes.
 #[derive(Debug, Clone)]
 pub(super) enum SizedUnit {
     P8(Box<Unit<8>>),
@@ -70,7 +70,7 @@ impl SizedUnit {
     }
 }
 
-/// `$body` with `$unit` of whatever size.
+/// `$body` with `$unit` of whichever size it has.
 macro_rules! with_unit {
     ($rule:expr, $unit:ident => $body:expr) => {
         match $rule.unit() {

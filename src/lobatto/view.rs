@@ -5,7 +5,7 @@ use super::dense;
 use super::rule::WeakRule;
 use super::twofold::Twofold;
 
-/// A window that was just solved. Everything beyond its two ends and X is computed when it is asked for.
+/// A window that has just been solved. Everything beyond its two ends and X is computed on request.
 #[derive(Debug, Clone, Copy)]
 pub struct WindowView<'a> {
     /// Index of the window.
@@ -61,7 +61,7 @@ impl<'a> WindowView<'a> {
         self.integral(self.start.t, u, self.nodes.u)
     }
 
-    /// t on the nodes, counted from the start of the window, where it costs no digits.
+    /// t on the nodes, counted from the start of the window, so that it loses no digits.
     pub fn elapsed(&self) -> Vec<f64> {
         let [u, _] = self.scales();
         self.integral(Twofold::ZERO, u, self.nodes.u)
@@ -69,14 +69,14 @@ impl<'a> WindowView<'a> {
 
     /// Hands out t, x and w at `fractions` (0 to 1) of the window: the dense output.
     ///
-    /// They are the integrals of the polynomials that u and a are on the nodes: of order n + 1, without an evaluation of
-    /// the potential; at 1 it is the end of the window, of order 2n − 2. [`crate::sampling`] keeps that order inside too,
-    /// at a hundred times the cost.
+    /// They are the integrals of the polynomials that u and a are on the nodes: of order n + 1, without an evaluation
+    /// of the potential; at 1 it is the end of the window, of order 2n − 2. [`crate::sampling`] keeps that order inside
+    /// too, at a hundred times the cost.
     pub fn inside(&self, fractions: impl IntoIterator<Item = f64>, see: impl FnMut(Inside)) {
         dense::inside(self, fractions.into_iter(), see);
     }
 
-    /// What integrals over [0, 1] of the nodal values of u and of a are to be multiplied by to give t and w.
+    /// The factors that turn integrals over [0, 1] of the nodal values of u and a into t and w.
     pub(super) fn scales(&self) -> [f64; 2] {
         let scale = self.length.hi / self.nodes.unit;
         [scale, scale / self.nodes.unit]

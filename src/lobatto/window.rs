@@ -13,7 +13,7 @@ use super::tables::{Nodes, Tables};
 use super::twofold::{Twofold, fast_two_sum};
 use super::view::NodeValues;
 
-/// The most evaluations in one window, if every length is to be tried; convergent iterations take ten.
+/// The most evaluations in one window when every length is to be tried; convergent iterations take ten.
 pub(super) const MOST_EVALUATIONS: usize = 60;
 
 /// The arrays of one window.
@@ -23,12 +23,12 @@ pub(super) struct Window<const P: usize> {
     pub(super) x: Nodes<P>,
     pub(super) line: Nodes<P>,
     pub(super) rest: Nodes<P>,
-    /// a(X) and u(X); at the start of a window still those of the one before it.
+    /// a(X) and u(X); at the start of a window still those of the previous one.
     pub(super) a: Nodes<P>,
     pub(super) u: Nodes<P>,
 }
 
-/// How well to solve.
+/// How accurately to solve.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Precision {
     /// The error of X relative to its size; 0 iterates to rounding.
@@ -163,8 +163,8 @@ impl<const P: usize> Window<P> {
         NodeValues { x: &self.x.0[..n], u: &self.u.0[..n], a: &self.a.0[..n], unit: unit.hi }
     }
 
-    /// Adds what the window is judged by: of a and of u the larger one of two Legendre modes, given the rows that take nodal
-    /// values to them, and the largest value.
+    /// Adds what the window is judged by: of a and of u the larger one of two Legendre modes, given the rows that take
+    /// nodal values to them, and the largest value.
     #[inline(always)]
     pub(super) fn judge<S: Simd>(&self, s: S, rows: &[Nodes<P>; 2], solved: Solved) -> Solved {
         let mut judged = solved;
@@ -187,7 +187,7 @@ impl<const P: usize> Window<P> {
         precision: Precision,
     ) -> Option<Solved> {
         if S::IS_SCALAR {
-            // No instructions have to be handed down, so that one copy of the code will do.
+            // No instructions have to be passed down, so one copy of the code is enough.
             return self.solve_one_by_one(t, force, start, guess, precision);
         }
         self.solve_inlined(s, t, force, start, guess, precision)
@@ -235,9 +235,9 @@ impl<const P: usize> Window<P> {
         guess: Guess<'_, P>,
         precision: Precision,
     ) -> Option<usize> {
-        // The free line x + h c w as line + low, to twice the precision: X = line + (low + h² A² a), where the bracket is
-        // small and X is the only number that is rounded at the size of x. (Dropping the rounding error of h c w alone
-        // moves K by 1e-19 a window.)
+        // The free line x + h c w as line + low, to twice the precision: X = line + (low + h² A² a), where the bracket
+        // is small and X is the only number that is rounded at the size of x. (Dropping the rounding error of h c w
+        // alone moves K by 1e-19 a window.)
         let mut low = Nodes::<P>::ZERO;
         let (x0, x0_lo) = (s.splat_f64s(start.x.hi), s.splat_f64s(start.x.lo));
         let (w0, w0_lo) = (s.splat_f64s(start.w.hi), s.splat_f64s(start.w.lo));
@@ -275,7 +275,7 @@ impl<const P: usize> Window<P> {
                 product(s, &low.0, &t.force[..columns], &self.a.0, &mut self.rest.0);
             }
         }
-        // Over half a turn polynomials lead nowhere: with the largest force seen before, |rest| would be half of this.
+        // Beyond half a turn polynomials are useless: with the largest force seen before, |rest| would be half of this.
         if seen > 0.0 && largest(s, &self.rest.0) > t.length.hi * t.length.hi * seen {
             self.parabola(s, t, force, start);
         }
@@ -303,15 +303,15 @@ impl<const P: usize> Window<P> {
             let change = s.reduce_max_f64s(change);
             let scale = self.scale(t, start);
             let (wanted, noise) = (precision.tolerance * scale, 4.0 * f64::EPSILON * scale);
-            // a and u of the X before will do, if the step by which u was found left nothing either.
+            // a and u of the previous X are good enough, if the step by which u was found left nothing either.
             let is_first = evaluations == 1;
             if near && change <= wanted && (is_first || last * last <= wanted * scale) && wanted > noise {
                 return Some(known + evaluations);
             }
             force.evaluate(s, &self.x.0, &mut self.a.0, &mut self.u.0, near);
             evaluations += 1;
-            // The error of X is change · rate. At the level of rounding the rate cannot be seen: there one more iteration
-            // is made, as stopping early is an error with the same sign in every window.
+            // The error of X is change · rate. At the level of rounding the rate cannot be seen, so one more iteration
+            // is made: stopping early would be an error with the same sign in every window.
             let converged = evaluations > 1 && change <= wanted;
             if converged || evaluations > 2 && (change * change <= wanted * last || last <= noise) {
                 return Some(known + evaluations);

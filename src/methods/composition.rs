@@ -3,7 +3,7 @@
 use super::force::{Force, WithForce, dispatch};
 use super::{Failure, Output, Problem, State, Trajectory, walk};
 
-/// Stages of the longest one.
+/// Stages of the longest composition.
 const MOST_STAGES: usize = 17;
 
 /// Drift x ← x + h w and kick (w, t) ← (w, t) + h (a, u)(x) in turns. With t as a coordinate whose momentum is the
@@ -60,13 +60,13 @@ impl Composition {
         2 * self.half.len() - 1
     }
 
-    /// The world-line in so many `steps` of equal length, a multiple of the intervals of `output`.
+    /// The world-line in this number of `steps` of equal length, a multiple of the intervals of `output`.
     ///
     /// # Errors
     /// [`Failure`].
     ///
     /// # Panics
-    /// If `steps` is no such multiple.
+    /// If `steps` is not such a multiple.
     pub fn run(&self, problem: &Problem, output: &Output, steps: usize) -> Result<Trajectory, Failure> {
         if self.compensated {
             self.with::<true>(problem, output, steps)

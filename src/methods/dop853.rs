@@ -185,7 +185,7 @@ const D: [&[(usize, f64)]; 4] = [
 const SAFETY: f64 = 0.9;
 const LEAST_CHANGE: f64 = 1.0 / 3.0;
 const MOST_CHANGE: f64 = 6.0;
-/// Shorter steps than this share of the whole length are none.
+/// Steps shorter than this share of the whole length are rejected.
 const LEAST_STEP: f64 = 1e-13;
 
 /// The world-line with relative and absolute `tolerance` for x and w. The quadrature of t is carried along outside the
@@ -236,7 +236,7 @@ impl Stages {
         advance(self.combine(A[STAGES - 1]))
     }
 
-    /// The dense output of a step of length `h`, the derivative at whose end is there: 3 evaluations.
+    /// The dense output of a step of length `h`, given the derivative at its end: it takes 3 evaluations.
     #[inline(always)]
     fn dense(&mut self, force: &mut impl Force, from: State, to: State, h: f64) -> Dense {
         for (stage, row) in (STAGES + 1..).zip(A_DENSE) {
@@ -337,7 +337,7 @@ impl WithForce for March<'_> {
                 h = step * change.min(1.0);
                 continue;
             }
-            // A step that was cut says nothing against longer ones.
+            // A step that was cut is no argument against longer ones.
             h = if step < h { (step * change).max(h) } else { step * change };
             accepted += 1;
             let (u, a) = force.at(next.x);

@@ -30,13 +30,13 @@ pub struct Gauss {
 }
 
 impl Gauss {
-    /// The world-line in so many `steps` of equal length.
+    /// The world-line in this number of `steps` of equal length.
     ///
     /// # Errors
     /// [`Failure`].
     ///
     /// # Panics
-    /// If there is no method of so many stages.
+    /// If there is no method with this number of stages.
     pub fn run(&self, problem: &Problem, output: &Output, steps: usize) -> Result<Trajectory, Failure> {
         match self.stages {
             2 => self.sized::<2>(problem, output, steps),
@@ -66,8 +66,8 @@ struct Unit {
     square: Vec<f64>,
     /// Values of the interpolating polynomial at the nodes of the next step.
     next: Vec<f64>,
-    /// Coefficients of the interpolating polynomial: that of P_k over 2(2k + 1), as ∫P_k = (P_{k+1} − P_{k−1})/(2(2k + 1))
-    /// with P_{−1} = −1.
+    /// Coefficients of the interpolating polynomial: that of P_k over 2(2k + 1), as
+    /// ∫P_k = (P_{k+1} − P_{k−1})/(2(2k + 1)) with P_{−1} = −1.
     modes: Vec<f64>,
 }
 

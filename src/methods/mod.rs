@@ -5,8 +5,8 @@
 //! ```
 //!
 //! is the canonical system of H = w²/2 − Q_t²/(2 g00(x)) with the quadrature of t beside it. H is separable, and
-//! K = −2H. Every method here has Q_t as a *parameter*: that it is constant is no merit of theirs, and its drift alone
-//! would compare nothing. Position, time and K decide.
+//! K = −2H. Every method here has Q_t as a *parameter*: they deserve no credit for its being constant, and comparing
+//! its drift alone would show nothing. Position, time and K decide.
 //!
 //! | | order | step | source |
 //! |---|---|---|---|
@@ -18,15 +18,15 @@
 //! | [`radau5()`] | 5 | adaptive | Hairer, Wanner II, IV.8, with an exact Jacobian |
 //! | [`taylor()`] | any | adaptive | the series of this program's reference trajectory, in `f64` |
 //!
-//! The module knows a metric and initial data, but no case and no file. All but Taylor are written here and compiled for
-//! the vector instructions of the machine, as this program's own iteration is: the point is to be fair to them. Each
-//! evaluates g00 and g00′ and nothing else, once a stage. (With the crate `differential-equations` 0.7 the errors of
-//! Radau5 did not follow the tolerance.)
+//! The module knows a metric and initial data, but no case and no file. All but Taylor are written here and compiled
+//! for the vector instructions of the machine, as this program's own iteration is: the point is to be fair to them.
+//! Each evaluates g00 and g00′ and nothing else, once a stage. (With the crate `differential-equations` 0.7 the errors
+//! of Radau5 did not follow the tolerance.)
 //!
-//! Between the ends of their steps RK4, Gauss and DOP853 have a dense output: the cubic through both ends, the integrals of
-//! the polynomials through the stages, and Hairer's polynomial of degree 7 with three stages more; [`taylor()`] has its
-//! polynomials. [`Composition`] divides the intervals between the points asked for, and [`radau5()`] ends a step on each of
-//! them.
+//! Between the ends of their steps RK4, Gauss and DOP853 have a dense output: the cubic through both ends, the
+//! integrals of the polynomials through the stages, and Hairer's polynomial of degree 7 with three stages more;
+//! [`taylor()`] has its polynomials. [`Composition`] divides the intervals between the points asked for, and
+//! [`radau5()`] ends a step on each of them.
 //!
 //! ```
 //! use geodesic_ivp::geodesic::InitialData;
@@ -60,7 +60,7 @@ pub use taylor::taylor;
 use crate::geodesic::InitialData;
 use crate::metric::Metric;
 
-/// A method gives up after so many steps.
+/// A method gives up after this many steps.
 pub const MOST_STEPS: usize = 20_000_000;
 
 /// A world-line to compute.
@@ -128,7 +128,7 @@ pub struct Trajectory {
     pub steps: usize,
 }
 
-/// Why there is none.
+/// Why no world-line was computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Failure {
     /// It meets g00 ≤ 0.
@@ -161,7 +161,7 @@ pub(crate) struct Marks<'o> {
 }
 
 impl<'o> Marks<'o> {
-    /// With so many steps in all.
+    /// With this many steps in all.
     pub(crate) fn new(output: &'o Output, steps: usize) -> Self {
         assert!(steps > 0 && output.intervals > 0, "no steps");
         debug_assert!(output.marks.is_sorted());
@@ -185,7 +185,7 @@ impl<'o> Marks<'o> {
     }
 }
 
-/// Walks the parts between the marks: `part` advances over so many of them.
+/// Walks the parts between the marks: `part` advances over a given number of them.
 fn walk(
     problem: &Problem,
     output: &Output,

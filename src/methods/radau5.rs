@@ -23,13 +23,13 @@ const NEWTON: f64 = 1e-2;
 const SAFETY: f64 = 0.9;
 const LEAST_CHANGE: f64 = 0.2;
 const MOST_CHANGE: f64 = 8.0;
-/// Shorter steps than this share of the whole length are none.
+/// Steps shorter than this share of the whole length are rejected.
 const LEAST_STEP: f64 = 1e-13;
 
 /// The world-line with relative and absolute `tolerance` for x and w; t is a quadrature outside the error norm.
 ///
-/// As for Gauss, x″ = a(x) leaves three unknowns a step, X = x + h c w + h² A² a(X), which a simplified Newton iteration
-/// solves with the exact slope of a at the start of the step. Steps end on the points of `output`.
+/// As for Gauss, x″ = a(x) leaves three unknowns a step, X = x + h c w + h² A² a(X), which a simplified Newton
+/// iteration solves with the exact slope of a at the start of the step. Steps end on the points of `output`.
 ///
 /// # Errors
 /// [`Failure`].
@@ -84,7 +84,7 @@ struct Start {
 }
 
 impl Start {
-    /// One step from a guess of a at its nodes, and how many evaluations it took; without a step if Newton's method fails.
+    /// One step from a guess of a at its nodes, and how many evaluations it took; no step if Newton's method fails.
     #[inline(always)]
     fn step(
         &self,
@@ -200,7 +200,7 @@ impl WithForce for March<'_> {
                         continue;
                     }
                 };
-                // A step that was cut says nothing against longer ones.
+                // A step that was cut is no argument against longer ones.
                 let longer = step * change(done.error);
                 h = if step < h { longer.max(h) } else { longer };
                 before = Some((done.a, step));

@@ -56,7 +56,7 @@ impl WithForce for March<'_> {
             while let Some(fraction) = marks.within(step) {
                 let mut state = State { elapsed: t, x, w };
                 if fraction < 1.0 {
-                    // It is the first stage of the next step; what is left of it behind the last step is not.
+                    // It is the first stage of the next step; after the last step it is not used.
                     let (u, a) = *first.get_or_insert_with(
                         #[inline(always)]
                         || {

@@ -7,7 +7,7 @@ use crate::reference::{EndReason, ReferenceTrajectory};
 /// cheapest order is about 1.15 · digits. The polynomials are stored and evaluated where output is wanted.
 ///
 /// This is the program's reference, written for any number of digits and not for speed: heyoka, in
-/// `scripts/work-precision.py`, is what a Taylor method can do.
+/// `scripts/work-precision.py`, shows what a Taylor method can achieve.
 ///
 /// # Errors
 /// [`Failure`].

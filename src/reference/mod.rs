@@ -4,11 +4,13 @@
 //! dx/dγ = w,    dw/dγ = −½ g00′(x) (Q_t/g00(x))²,    dt/dγ = Q_t/g00(x)
 //! ```
 //!
-//! Each step expands t and x in γ, to order 24 for the 16 digits of `f64` and to higher ones for more, from the potential's own program, so every potential of a case has a
-//! reference, formulas included. The step is chosen so that the last terms are below the rounding of the first; the
-//! state is summed with compensation. A step is halved where V has a feature that the series do not know of, and stops where an argument of `abs` changes its sign. The polynomials of the
-//! steps are the dense output. The whole integration is done twice, with different order and steps, and the difference
-//! is the reported error estimate. The number of steps is limited, by what a step of so many digits costs.
+//! Each step expands t and x in γ, to order 24 for the 16 digits of `f64` and to higher ones for more, from the
+//! potential's own program, so every potential of a case has a reference, formulas included. The step is chosen so that
+//! the last terms are below the rounding of the first; the state is summed with compensation. A step is halved where V
+//! has a feature that the series do not know of, and stops where an argument of `abs` changes its sign. The polynomials
+//! of the steps are the dense output. The whole integration is done twice, with different order and steps, and the
+//! difference is the reported error estimate. The number of steps is limited according to the cost of a step with that
+//! many digits.
 //!
 //! ```
 //! use geodesic_ivp::geodesic::InitialData;
@@ -37,13 +39,13 @@ use crate::scalar::Real;
 
 use self::steps::{Accuracy, Goal, Steps};
 
-/// The trajectory that is used. The cheapest order for a truncation of 10^−d is about 1.15 d; a little more makes longer
-/// steps and adds less rounding.
+/// The trajectory that is used. The cheapest order for a truncation of 10^−d is about 1.15 d; a little more makes
+/// longer steps and adds less rounding.
 fn accuracy(digits: u32) -> Accuracy {
     Accuracy { order: digits as usize * 3 / 2, share: 1.0, digits: digits + 1 }
 }
 
-/// The one that checks it.
+/// The trajectory that checks it.
 fn check_accuracy(digits: u32) -> Accuracy {
     Accuracy { order: digits as usize * 5 / 4, share: 0.7, digits: digits + 1 }
 }
@@ -68,11 +70,11 @@ pub enum EndReason {
     OutsideDomain,
     /// V is not smooth enough there to be expanded in a series.
     Singular,
-    /// The physical time asked for is not reached: t hardly grows any more.
+    /// The requested physical time is not reached: t hardly grows any more.
     TimeNotReached,
     /// The range takes more Taylor steps than are allowed.
     TooLong {
-        /// So many are.
+        /// The number of steps that are allowed.
         most_steps: usize,
     },
 }
@@ -138,8 +140,8 @@ fn integrate<S: Real>(
 const SMALLER_UNITS: usize = 20;
 const SMALLER_BY: i32 = 20;
 
-/// The power of two near a length; a smaller one if the length is so many steps long that coefficients would leave the range
-/// of numbers.
+/// The power of two near a length; a smaller one if the length is so many steps long that coefficients would leave the
+/// range of numbers.
 fn unit_of<S: Real>(metric: &Metric<S>, initial: InitialData<S>, length: S, accuracy: Accuracy) -> S {
     let near = length.to_f64().abs().log2().round().exp2();
     let near = if near.is_normal() { near } else { 1.0 };
@@ -167,8 +169,9 @@ impl<S: Real> ReferenceTrajectory<S> {
         Ok(Self { steps, unit, error_estimate })
     }
 
-    /// The same by series of `order` whose last terms are `digits` decimal digits below the first, and without the second
-    /// integration: the error estimate is infinite. For those who compare with something better.
+    /// The same by series of `order` whose last terms are `digits` decimal digits below the first, and without the
+    /// second integration, so the error estimate is infinite. It is meant for callers who compare with something
+    /// better.
     ///
     /// # Errors
     /// [`ReferenceEnds`] if it meets g00 ≤ 0 or a singularity of V, or is too long.

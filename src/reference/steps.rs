@@ -8,10 +8,10 @@ use crate::scalar::{Compensated, Real, sum};
 
 /// A step below this share of the whole range means a singularity.
 const LEAST_STEP: f64 = 1e-13;
-/// So many products of coefficients are formed at most for each value of the potential's program: some seconds in `f64`,
-/// some minutes in extended precision.
+/// At most this many products of coefficients are formed for each value of the potential's program: some seconds in
+/// `f64`, some minutes in extended precision.
 const MOST_PRODUCTS: usize = 200_000_000;
-/// After so many steps a run ends that would take this many times the steps that are allowed.
+/// A run ends after this many steps if it would take this many times the steps that are allowed.
 const FIRST_STEPS: usize = 1000;
 const HOPELESS: f64 = 4.0;
 /// Steps that shrink to this share of the longest before them approach a singularity.
@@ -20,13 +20,14 @@ const SHRUNK: f64 = 1e-6;
 const FIRST_STEP_TRIES: usize = 8;
 /// Below this share of its first value, g00 is on its way to a horizon.
 const HORIZON: f64 = 1e-3;
-/// A physical time is not reached if at the present rate it is this many times the length that the start suggested away.
+/// A physical time is not reached if, at the present rate, it is further away than this many times the length that the
+/// start suggested.
 const FAR_TOO_LONG: f64 = 1e6;
 
 /// Points at which the series of a step are compared with V, and how often a step is halved for it.
 const PROBES: i32 = 32;
 const MOST_HALVINGS: usize = 40;
-/// The comparison of the series with V is good to so many digits less than the series themselves.
+/// The comparison of the series with V is good to this many digits fewer than the series themselves.
 const SPARE_DIGITS: f64 = 4.0;
 
 /// One step: x and t − t_i as polynomials in γ minus its start.
@@ -73,7 +74,7 @@ fn smaller<S: Real>(a: S, b: S) -> S {
     if b < a || a.is_nan() { b } else { a }
 }
 
-/// How exactly an integration is done.
+/// The accuracy of an integration.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Accuracy {
     /// Order of the series.
@@ -162,8 +163,8 @@ impl<'m, S: Real> Front<'m, S> {
         })
     }
 
-    /// The longest of h, h/2, h/4, … over which the series do not miss a feature of V that was too far away, or too thin,
-    /// to leave a trace in the coefficients.
+    /// The longest of h, h/2, h/4, … over which the series do not miss a feature of V that was too far away, or too
+    /// thin, to leave a trace in the coefficients.
     fn seen(&self, expansion: &Expansion<S>, h: S, digits: u32) -> S {
         let [small, large] =
             [SPARE_DIGITS - f64::from(digits), -0.5 * f64::from(digits)].map(|e| S::from(10.0_f64.powf(e)));
@@ -195,8 +196,8 @@ impl<'m, S: Real> Front<'m, S> {
         (0..PROBES).map(at).fold(S::ZERO, S::max) / size
     }
 
-    /// Nothing is known of the scale of the first step but that it is no longer than the whole run, which may be far too
-    /// long: then terms of the series would be compared with something huge.
+    /// Nothing is known of the scale of the first step but that it is no longer than the whole run, which may be far
+    /// too long: then terms of the series would be compared with something huge.
     fn settle_first_step(&mut self, expansion: &mut Expansion<S>, relative_step: S) {
         for _ in 0..FIRST_STEP_TRIES {
             let h = relative_step * expansion.radius;
@@ -339,7 +340,7 @@ impl<S: Real> Steps<S> {
                 return Err(end(EndReason::TooLong { most_steps }));
             }
             if let Goal::Time(duration) = goal {
-                // At this rate it would take far too long: t saturates while x runs away.
+                // At this rate it would take far too long: t saturates while x grows without bound.
                 if (duration - front.t.high) * here.g00 > S::from(FAR_TOO_LONG) * scale * front.q_t {
                     return Err(end(EndReason::TimeNotReached));
                 }

@@ -1,11 +1,12 @@
 //! Values between the nodes, by the scheme's own interpolation.
 //!
-//! On an equidistant grid that is the quintic Hermite polynomial of each interval, for t, x and w* each with its own first
-//! two derivatives at both ends, which the geodesic equations give. Its error O(Δγ⁶) is below that of the nodes for every
-//! operator, and dx/dγ does not suffer from nodes of x that alternate about a smooth curve. In a spectral element of the
-//! strong form it is the polynomial through all nodes, which is what the operator differentiates; in one of the weak form,
-//! whose nodes are less accurate than its ends, the polynomials that continue what the window starts with by the scheme's
-//! collocation system on twice as many nodes, as accurate as the ends. dt/dγ is Q_t/g00 everywhere.
+//! On an equidistant grid that is the quintic Hermite polynomial of each interval, for t, x and w* each with its own
+//! first two derivatives at both ends, which the geodesic equations give. Its error O(Δγ⁶) is below that of the nodes
+//! for every operator, and dx/dγ does not suffer from nodes of x that alternate about a smooth curve. In a spectral
+//! element of the strong form it is the polynomial through all nodes, which is what the operator differentiates; in one
+//! of the weak form, whose nodes are less accurate than its ends, the polynomials that continue what the window starts
+//! with by the scheme's collocation system on twice as many nodes, as accurate as the ends. dt/dγ is Q_t/g00
+//! everywhere.
 //!
 //! ```
 //! use geodesic_ivp::case::builtin;
@@ -53,8 +54,8 @@ pub struct OutsideRun<S> {
     pub range: (S, S),
 }
 
-/// Interpolates one solution. What a window needs is prepared when a value in it is asked for, and kept until one in
-/// another is.
+/// Interpolates one solution. What a window needs is prepared when a value in it is requested, and kept until a value
+/// in another one is.
 #[derive(Debug)]
 pub struct Sampler<'a, S = f64> {
     solution: &'a Solution<S>,
@@ -73,7 +74,7 @@ impl<'a, S: Real> Sampler<'a, S> {
         Self { solution, tables, current: None }
     }
 
-    /// A run that ends at a physical time ends there to all but a few of its digits, and so does what is asked for.
+    /// A run that ends at a physical time meets it to all but a few of its digits, and so does the requested value.
     fn slack(&self) -> S {
         const SPARE_DIGITS: u32 = 4;
         S::from_decimal(&format!("1e-{}", self.solution.digits - SPARE_DIGITS)).unwrap_or(S::EPSILON)

@@ -1,8 +1,9 @@
 //! Weak windows of spectral elements between their ends.
 //!
-//! The scheme is the Lobatto IIIC method, of order 2n − 2 at the end of a window but of order n at its nodes. What a window
-//! starts with is an end, so its world-line inside is as accurate as the ends if it is continued from there with enough
-//! stages: Picard sweeps on 2n nodes, started from the forces at the n nodes of the window.
+//! The scheme is the Lobatto IIIC method, of order 2n − 2 at the end of a window but of order n at its nodes. The
+//! values at the start of a window are those at an end, so its world-line inside is as accurate as the ends if it is
+//! continued from there with enough stages: Picard sweeps on 2n nodes, started from the forces at the n nodes of the
+//! window.
 
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
@@ -16,8 +17,8 @@ use crate::solve::Window;
 /// Most sweeps; each gains two digits and more.
 const MOST_SWEEPS: usize = 100;
 
-/// Legendre expansions by the nodal values on one rule. Both matrices stand as they are run through, so that products
-/// vectorise.
+/// Legendre expansions by the nodal values on one rule. Both matrices are stored in the order of access, so that
+/// products vectorise.
 #[derive(Debug)]
 struct Expansion<S> {
     /// Nodes on [0, 1].
@@ -64,7 +65,8 @@ impl<S: Real> Expansion<S> {
     }
 }
 
-/// Expansions by number of nodes, made once: in `f64` in the life of the program, with more digits in that of this.
+/// Expansions by number of nodes, made once: in `f64` for the life of the program, with more digits for the life of
+/// this object.
 #[derive(Debug)]
 pub(super) struct Tables<S>(HashMap<usize, Arc<Expansion<S>>>);
 

@@ -5,7 +5,7 @@ use super::{OutsideRun, Sample, Sampler};
 use crate::scalar::Real;
 use crate::solve::Solution;
 
-/// What samples are asked for by.
+/// The quantity by which samples are requested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Coordinate {
     /// γ.
@@ -37,8 +37,8 @@ impl<S: Real> SampleStream<S> {
         Self { coordinate, values, reversed, samples: Vec::new(), tables: Tables::default() }
     }
 
-    /// Takes the samples that lie in `solution`, which continues what was seen before, or (with its first window) begins
-    /// the run again.
+    /// Takes the samples that lie in `solution`, which continues what was seen before, or (with its first window)
+    /// begins the run again.
     pub fn see(&mut self, solution: &Solution<S>) {
         if solution.window_count == solution.windows.len() {
             self.samples.clear();
@@ -55,7 +55,7 @@ impl<S: Real> SampleStream<S> {
             if beyond(value) {
                 break;
             }
-            // What lies before the run is found again, and refused, in the end.
+            // Values before the run are found again, and refused, in the end.
             let Ok(sample) = sampler.at(self.coordinate, value) else { break };
             self.samples.push(sample);
         }

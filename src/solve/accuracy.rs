@@ -1,4 +1,4 @@
-//! Windows as long, and a rule as high, as the accuracy asked for needs: weak spectral elements, marched by
+//! Windows as long, and a rule of as high an order, as the requested accuracy needs: weak spectral elements, marched by
 //! [`crate::lobatto::Adaptive`], every window certified on its action.
 
 use std::collections::HashMap;
@@ -15,10 +15,10 @@ use crate::lobatto::{Adaptive, Goal, MarchFailure, State, WindowView};
 use crate::sbp::SbpOperator;
 use crate::sbp::gll::LobattoRule;
 
-/// A forecast from the beginning of a run may be too high by this.
+/// A forecast from the beginning of a run may be too high by this factor.
 const FORECAST: f64 = 3.0;
 
-/// Operators of the lengths and numbers of nodes that occur; an accuracy leads to a dozen of them.
+/// Operators of the lengths and numbers of nodes that occur; an accuracy needs about a dozen of them.
 #[derive(Default)]
 struct Operators {
     rules: HashMap<usize, LobattoRule<f64>>,
@@ -34,7 +34,7 @@ impl Operators {
     }
 }
 
-/// The nodes that a run will have, of which so many are `done`, if memory is not to hold them.
+/// The number of nodes that a run will have, of which this many are `done`, if memory cannot hold them.
 ///
 /// Windows become longer after the first few: a forecast is believed when they are a thousandth of what is allowed.
 fn beyond_memory(nodes: usize, done: f64) -> Option<f64> {
@@ -86,7 +86,7 @@ pub(super) fn solve(case: &Case, observer: Option<Observer<'_, f64>>) -> Result<
     match adapted {
         Ok(adapted) => {
             if let Some(t_f) = &case.grid.t_f {
-                // t_i + (t_f − t_i), rounded twice, may be the number beside it.
+                // t_i + (t_f − t_i), rounded twice, may be the neighbouring number.
                 solution.end.t = t_f.value();
             }
             solution.accuracy = Some(accuracy);

@@ -1,7 +1,7 @@
 //! The collocation system of the physical limit as a banded Newton iteration in (x, w*), then one banded solve for t.
 //!
-//! Both forms of the action have one; they differ in which nodes are unknown and in how the initial values enter, and
-//! [`FormDerivative`] knows that.
+//! Both forms of the action have one; they differ in which nodes are unknown and in how the initial values enter, which
+//! [`FormDerivative`] knows.
 
 use super::derivative::FormDerivative;
 use super::march;
@@ -46,7 +46,7 @@ pub(super) fn solve<S: Real>(problem: &Problem<S>, case: &Case) -> Result<Physic
 }
 
 /// t − t_i from the equations dt/dγ = Q_t/g00(x_k), with iterative refinement: one round for `f64`, as many as the
-/// digits take for more. `spare` is room for N numbers.
+/// digits need otherwise. `spare` is room for N numbers.
 fn integrate<S: Real>(
     problem: &Problem<S>,
     rough: &Problem,
@@ -131,10 +131,10 @@ impl<S: Real> Refined<S> for TimeIntegration<'_, S> {
     }
 }
 
-/// So that entries of the Jacobian, divided by it, stay far from overflow.
+/// Entries of the Jacobian, divided by this, stay far from overflow.
 const LEAST_SCALE: f64 = 1e-280;
 
-/// What the two kinds of row are divided by, so that one rounding level holds for both.
+/// The divisors of the two kinds of row, so that one rounding level holds for both.
 #[derive(Debug, Clone, Copy)]
 struct Scales {
     x: f64,
@@ -151,7 +151,7 @@ impl Scales {
             let g = problem.metric.at(x);
             largest.max(acceleration(q_t, g.g00, g.first).abs())
         });
-        // At rest in an equilibrium there is nothing to scale by.
+        // At rest in an equilibrium there is no scale.
         let scale = |size: f64, change: f64| match size + h * change {
             0.0 => 1.0,
             scale => scale.max(LEAST_SCALE),
@@ -192,7 +192,7 @@ impl<'a, S: Real> Collocation<'a, S> {
         }
     }
 
-    /// Brings x, w and the metric to the unknowns `u`.
+    /// Updates x, w and the metric to the unknowns `u`.
     fn evaluate(&mut self, u: &[S]) -> Result<(), OutsideDomain> {
         let first = self.problem.derivative().first_unknown();
         for ((pair, x), w) in u.chunks_exact(2).zip(&mut self.x[first..]).zip(&mut self.w[first..]) {
@@ -201,7 +201,7 @@ impl<'a, S: Real> Collocation<'a, S> {
         self.problem.metric.sample_into(&self.x, &mut self.metric)
     }
 
-    /// The rows are scaled for one level to hold for all.
+    /// The rows are scaled so that one level holds for all.
     fn rounding(&self, u: &[S]) -> RoundingLevels {
         vec![(0..u.len(), self.problem.sbp.row_sum() * S::EPSILON.to_f64())]
     }

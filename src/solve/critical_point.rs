@@ -13,8 +13,8 @@ use crate::metric::OutsideDomain;
 use crate::norm::max_abs;
 use crate::scalar::Real;
 
-/// A refined linear solution must leave less than this share of the right-hand side; more means a useless
-/// factorisation.
+/// A refined linear solution must leave less than this share of the right-hand side; more means that the factorisation
+/// is useless.
 const LINEAR_TOLERANCE: f64 = 1e-3;
 
 /// Newton's method for actions on one operator: the sparsity and its symbolic factorisation are found once.
@@ -41,7 +41,7 @@ impl CriticalPointSolver {
         newton::solve(&mut Stationarity { solver: self, action }, guess, max_iterations)
     }
 
-    /// The critical point of `fine` beside that of `rough`, the same action in `f64`, whose Hessian is factored once.
+    /// The critical point of `fine` close to that of `rough`, the same action in `f64`, whose Hessian is factored once.
     pub(super) fn refine<S: Real>(
         &self,
         fine: &DoubledAction<'_, S>,

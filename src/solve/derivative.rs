@@ -5,7 +5,7 @@
 //! weak      (D̄u)_k,            k = 1 … N;     D̄u = Du + H⁻¹e_1 (u_1 − initial value), all of u is unknown
 //! ```
 //!
-//! Either way there are as many equations as unknowns, and u has an initial value that is no unknown of theirs.
+//! Either way there are as many equations as unknowns, and u has an initial value that is not among the unknowns.
 
 use crate::case::Form;
 use crate::sbp::{RegularisedOperator, SbpOperator};
@@ -55,7 +55,7 @@ impl<'a, S: Real> FormDerivative<'a, S> {
     /// Sub- and super-diagonals of the matrix of the equations.
     pub(super) fn reach(&self) -> (usize, usize) {
         let unknowns = self.unknowns();
-        // The rows of the closures and one between them show every offset that occurs.
+        // The rows of the closures, and one row between them, show every offset that occurs.
         let closure = self.sbp.closure_rows();
         let rows = (0..=closure).chain(unknowns - closure..unknowns);
         rows.flat_map(|k| self.row(k).map(move |(column, _)| (k, column)))

@@ -10,16 +10,16 @@ use crate::scalar::Real;
 
 /// Solves allowed for the search; Newton's method needs about five.
 const MOST_SOLVES: usize = 60;
-/// |t_N − t_f| that counts as equal, relative to t_f − t_i, in `f64`; with more digits it is all of them.
+/// The |t_N − t_f| that counts as equal, relative to t_f − t_i, in `f64`; with more digits, all of them must agree.
 const DOUBLE_DIGITS: u32 = 14;
-/// Where rounding ends the search first, that many digits fewer than asked for will do.
+/// Where rounding ends the search first, this many digits fewer than requested are enough.
 const SPARE_DIGITS: u32 = 4;
 
 /// Newton's method on γ_f with dt/dγ at the end of each solution, kept inside the bracket found so far: t_N grows with
 /// γ_f as long as g00 > 0. A γ_f that has no solution (a horizon on the way) is an upper bound like one that ends too
 /// late.
 ///
-/// Where somebody sees the windows, the search keeps no more than one, and the run that was found is done once more.
+/// Where the windows are observed, the search keeps no more than one, and the run that was found is repeated once.
 pub(super) fn solve<S: Real>(
     case: &Case,
     duration: S,
@@ -43,7 +43,7 @@ fn search<S: Real>(
     let tolerance = refinement::tolerance::<S>(if S::IS_EXTENDED { digits } else { DOUBLE_DIGITS }) * duration;
     let loose_tolerance = refinement::tolerance::<S>(digits - SPARE_DIGITS) * duration;
     let mut length = if S::IS_EXTENDED {
-        // Most of the way costs least in f64.
+        // Most of the search is cheapest in f64.
         S::from(solve::<f64>(case, duration.to_f64(), Some(&mut |_| ()))?.length)
     } else {
         duration / case.initial.t_dot.to()

@@ -1,4 +1,4 @@
-//! The first guess for the doubled action, made of nothing but small doubled actions.
+//! The first guess for the doubled action, made only of small doubled actions.
 //!
 //! Newton's method from a straight line finds the critical point of a short world-line, not of a long one. So the
 //! world-line is cut into windows of a few nodes. Each is the critical point of its own action, found from the
@@ -8,7 +8,7 @@
 //! fails or needs a large correction is halved, one that does neither is followed by a longer one. O(N).
 //!
 //! Windows are of the strong form whatever the form of the whole: both approximate the same world-line, this guess is
-//! of t and x on the nodes only, and no one needs it more exact than [`LARGEST_DEFECT`].
+//! of t and x on the nodes only, and it need not be more exact than [`LARGEST_DEFECT`].
 
 use std::collections::HashMap;
 
@@ -20,7 +20,7 @@ use crate::case::Form;
 use crate::geodesic::InitialData;
 use crate::sbp::{SbpName, SbpOperator};
 
-/// Steps of a window; its nodes are one more, which every operator with banded closures accepts.
+/// Steps of a window; it has one node more, which every operator with banded closures accepts.
 const WINDOW_STEPS: usize = 8;
 /// Steps of the equidistant grid for each of a spectral element.
 const FINER: usize = 4;
@@ -33,7 +33,7 @@ const LARGEST_DEFECT: f64 = 1e-4;
 /// … and all windows together may correct it by at most this share: on a long run small errors of the tangent add up to
 /// a phase that Newton's method does not recover from.
 const DEFECT_OF_RUN: f64 = 1e-2;
-/// A window whose correction is below this share of what it may be is followed by one twice as long.
+/// A window whose correction is below this share of its limit is followed by one twice as long.
 const LENGTHENING: f64 = 0.1;
 
 /// A window failed even at the smallest step.

@@ -51,9 +51,9 @@ const GUESS_TOLERANCE: f64 = 1e-4;
 /// x and dx/dγ on the nodes by Nyström's classical method of order four (E. J. Nyström, Acta Soc. Sci. Fenn. 50
 /// (1925)).
 ///
-/// The step is halved, starting from two node intervals, until that changes nothing that matters, so the guess is close
-/// to the geodesic however coarse the grid is. It is also how a geodesic that leaves the domain is told from a coarse
-/// step that jumps out of it: only what happens with ever finer steps is believed.
+/// The step, at first two node intervals, is halved until that changes nothing that matters, so the guess is close to
+/// the geodesic however coarse the grid is. It also tells a geodesic that leaves the domain from a coarse step that
+/// jumps out of it: only what happens with ever finer steps is believed.
 pub(super) fn nystrom(problem: &Problem) -> Result<(Vec<f64>, Vec<f64>), OutsideDomain> {
     // Every second node; the last interval is left out if their number is odd.
     let mut coarse = nystrom_with(problem, 2, 1);

@@ -1,4 +1,4 @@
-//! How much memory a run takes, before it takes it.
+//! How much memory a run takes, estimated before it starts.
 
 use crate::case::{Case, Form, System};
 use crate::scalar::Extended;
@@ -7,16 +7,16 @@ use crate::scalar::Extended;
 const NUMBERS: f64 = 17.0;
 /// Numbers kept for every sample.
 const SAMPLE_NUMBERS: f64 = 6.0;
-/// Bytes a node of the banded systems of the physical limit, always in `f64`: a part, and one for every order.
+/// Bytes per node of the banded systems of the physical limit, always in `f64`: a fixed part, and one for every order.
 const BANDED: [f64; 2] = [45.0, 18.0];
 /// The same for the sparse factors of the doubled system.
 const DOUBLED: [f64; 2] = [200.0, 950.0];
 /// The program itself.
 const PROGRAM: f64 = 6e6;
 
-/// About how many bytes solving `case` and writing its tables takes, with `samples` samples, in the memory of one window
-/// if `one_window` says so. The constants are what runs of a hundred thousand nodes take, which the estimate meets within
-/// a third. With an accuracy asked for the nodes are not known beforehand and do not count.
+/// About how many bytes solving `case` and writing its tables takes, with `samples` samples, in the memory of one
+/// window if `one_window` says so. The constants come from runs of a hundred thousand nodes, whose memory the estimate
+/// meets within a third. With an accuracy asked for, the nodes are not known beforehand and do not count.
 pub fn bytes_needed(case: &Case, one_window: bool, samples: usize) -> f64 {
     let number = if case.is_extended() { size_of::<Extended>() } else { size_of::<f64>() } as f64;
     let window = case.grid.n_gamma as f64;

@@ -38,8 +38,8 @@ use crate::scalar::{Compensated, Real, same};
 const HORIZON: f64 = 1e-2;
 
 /// Solves a case in the arithmetic of `S`: `f64`, or [`Extended`](crate::scalar::Extended) to the digits that
-/// `case.solver.digits` asks for ([`Case::is_extended`] says which the case wants). More digits are a matter of
-/// refinement: everything that finds and steers is done in `f64`.
+/// `case.solver.digits` asks for ([`Case::is_extended`] says which of the two the case wants). More digits are obtained
+/// by refinement: everything that searches and steers is done in `f64`.
 ///
 /// The physical limit costs O(N) time and memory, one potential evaluation a node for SBP21. The doubled system is
 /// solved by Newton's method with a sparse LU, in time linear in N in practice.
@@ -59,7 +59,7 @@ pub fn solve<S: Real>(case: &Case) -> Result<Solution<S>, NoSolution> {
 /// (its γ, t and constants of motion are those of the run), and what is returned is the last one with the certificate
 /// and the iterations of all.
 ///
-/// A run may have to begin again, when another method has its turn or more accuracy is needed: `observe` then sees a
+/// A run may have to begin again, when another method takes over or more accuracy is needed: `observe` then sees a
 /// window with `window_count` 1 again, and everything before it is void.
 ///
 /// # Errors
@@ -135,7 +135,7 @@ fn each_window<S: Real>(
     mut run: Run<'_, S>,
 ) -> Result<Solution<S>, NoSolution> {
     let (gamma_i, windows) = (problem.gamma_i, case.grid.windows);
-    // The time is summed so that a million windows lose nothing.
+    // The time is summed so that nothing is lost over a million windows.
     let mut time = Compensated::default();
     for window in 0..windows {
         let gamma = S::from(window as f64) * problem.length;
@@ -190,8 +190,8 @@ fn solve_doubled<S: Real>(problem: &Problem<S>, case: &Case) -> Result<Piece<S>,
     let start = first_guess::windowed_action(&rough).map_err(|window| {
         // The window is a short grid of its own: γ counts from its start.
         let mut failure = *window.failure;
-        // However short the window, Newton's method does not get across a horizon: there it meets points outside, or the
-        // particle has come so close that nothing smooth is left.
+        // However short the window, Newton's method does not get across a horizon: there it meets points outside, or
+        // the particle has come so close that nothing smooth is left.
         let here = rough.metric.at(window.start.x);
         let there = rough.metric.at(rough.initial.x);
         if failure.outside.is_some() || here.g00 < HORIZON * there.g00 {
@@ -199,7 +199,7 @@ fn solve_doubled<S: Real>(problem: &Problem<S>, case: &Case) -> Result<Piece<S>,
             let close = OutsideDomain { index: 0, x: window.start.x, g00: here.g00 };
             failure.outside.get_or_insert(close);
         } else {
-            // A limit of iterations was the window's own; no setting of the user would help.
+            // A limit of iterations belonged to the window alone; no setting of the user would help.
             failure.status = Status::Stalled;
         }
         let layout = Layout::new((failure.unknowns.len() - MULTIPLIERS) / 4, Form::Strong);
@@ -257,8 +257,8 @@ fn on_forward_branch(layout: Layout, unknown: usize, u: &[f64]) -> (usize, f64) 
     (node, layout.branches(u)[0].x[node])
 }
 
-/// Puts a failed iteration in terms of the case: `gamma` is γ of a node, and `locate` maps an index of the residual, at the last iterate, to its
-/// node and x.
+/// Expresses a failed iteration in terms of the case: `gamma` is γ of a node, and `locate` maps an index of the
+/// residual, at the last iterate, to its node and x.
 fn no_solution(
     problem: &Problem,
     failure: Failure,

@@ -48,7 +48,7 @@ pub(super) fn weigh<S: Real>(levels: &[(Range<usize>, f64)], residual: &[S]) -> 
     let (mut largest, mut sum_of_squares) = (0.0_f64, 0.0);
     for (range, level) in levels {
         for r in residual[range.clone()].iter().map(|r| r.to_f64()) {
-            // Where nothing can be rounded (everything is zero) only zero will do.
+            // Where nothing can be rounded (everything is zero) only zero is accepted.
             let weighed = if r == 0.0 { 0.0 } else { (r / level).abs() };
             largest = if weighed.is_nan() { f64::INFINITY } else { largest.max(weighed) };
             sum_of_squares += weighed * weighed;
@@ -70,7 +70,7 @@ pub(super) struct Root<S = f64> {
     pub(super) history: Vec<IterationRecord>,
 }
 
-/// Why there is none.
+/// Why no zero was found.
 #[derive(Debug, Clone)]
 pub(super) struct Failure {
     pub(super) status: Status,
@@ -91,8 +91,9 @@ impl Failure {
 
 /// Solves F(u) = 0 from `guess`, damping by |F|².
 ///
-/// Converged means: the largest residual entry is at the rounding level, and either the last coordinate step was below
-/// the square root of the precision or the residual had already been at that level before the step.
+/// A converged iteration means that the largest residual entry is at the rounding level, and that either the last
+/// coordinate step was below the square root of the precision or the residual had already been at that level before the
+/// step.
 pub(super) fn solve(system: &mut impl NewtonSystem, guess: Vec<f64>, max_iterations: usize) -> Result<Root, Failure> {
     let mut u = guess;
     let mut residual = vec![0.0; u.len()];

@@ -1,7 +1,7 @@
 //! The physical limit t₁ = t₂, x₁ = x₂: the first-order collocation system that the critical point of E_IVP is.
 //!
 //! Subtracting the two branches' stationarity conditions leaves λ1 = … = λ4 = 0. With u = Dt, v = g00∘u, w = Dx and the
-//! identity D̄ᵀH = −HD + E_N that the regularisation buys, what remains is
+//! identity D̄ᵀH = −HD + E_N that the regularisation provides, what remains is
 //!
 //! ```text
 //! −HDv + e_N v_N + λ5 e_N + λ7 Dᵀe_N = 0,      ½H g00′∘u∘u + HDw − e_N w_N + λ6 e_N + λ8 Dᵀe_N = 0.
@@ -47,7 +47,7 @@ pub(super) struct PhysicalLimit<S> {
     pub(super) initial_guess: InitialGuess,
 }
 
-/// SBP21 is explicit in the strong form and marches; wider operators, and the weak form, are solved as one banded
+/// In the strong form SBP21 is explicit and is marched; wider operators, and the weak form, are solved as one banded
 /// system.
 pub(super) fn solve<S: Real>(problem: &Problem<S>, case: &Case) -> Result<PhysicalLimit<S>, (Failure, InitialGuess)> {
     if problem.form == Form::Strong && problem.sbp.is_two_step() {

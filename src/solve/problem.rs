@@ -21,7 +21,7 @@ pub(crate) struct Problem<S = f64> {
     pub(crate) sbp_name: SbpName,
     pub(crate) metric: Arc<Metric<S>>,
     pub(crate) initial: InitialData<S>,
-    /// Q_t and K of the whole run: every window has the same.
+    /// Q_t and K of the whole run: they are the same in every window.
     pub(crate) invariants: Invariants<S>,
     pub(crate) gamma_i: S,
     /// γ_f − γ_i.

@@ -1,8 +1,8 @@
 //! From an `f64` root to one in extended precision: iterative refinement.
 //!
-//! The residual is evaluated with all digits, the linearised system is solved in `f64`. Each round gains the digits that
-//! the `f64` solution is good for, ten and more where the system is well conditioned, and nothing is ever factored in
-//! extended precision (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., ch. 12).
+//! The residual is evaluated with all digits, the linearised system is solved in `f64`. Each round gains the digits
+//! that the `f64` solution is good for, ten and more where the system is well conditioned, and nothing is ever factored
+//! in extended precision (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., ch. 12).
 
 use super::newton::{Failure, LinearFailure, ROUNDING_UNITS, Root, RoundingLevels, relative, weigh};
 use super::status::{IterationRecord, Status};
@@ -10,7 +10,7 @@ use crate::metric::OutsideDomain;
 use crate::norm::max_abs;
 use crate::scalar::Real;
 
-/// A round that leaves more than this share of the correction before it has nothing left to gain.
+/// A round that leaves more than this share of the previous correction has nothing left to gain.
 const LEAST_GAIN: f64 = 0.5;
 
 /// What is refined.
@@ -34,8 +34,8 @@ pub(super) fn tolerance<S: Real>(digits: u32) -> S {
 }
 
 /// Refines `root` until a correction changes no coordinate by more than 10^−`digits` of its kind's size. The error that
-/// then remains is smaller by the gain of another round. Where the corrections stop shrinking before, the residual must be
-/// at the rounding level of `S`, as it must be in `f64`.
+/// then remains is smaller by the gain of another round. Where the corrections stop shrinking before, the residual must
+/// be at the rounding level of `S`, as it must be in `f64`.
 pub(super) fn refine<S: Real>(
     system: &mut impl Refined<S>,
     root: Root,
@@ -61,7 +61,7 @@ pub(super) fn refine<S: Real>(
         if let Err(outside) = system.residual(&u, &mut residual) {
             return Err(failure(Status::OutsideDomain, Some(outside), &u, &residual, history));
         }
-        // Scaled, so that a residual of any size has its place in the range of f64.
+        // Scaled, so that a residual of any size fits into the range of f64.
         let scale = max_abs(&residual);
         if scale == S::ZERO {
             return Ok(Root { unknowns: u, history });

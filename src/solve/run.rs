@@ -33,7 +33,7 @@ pub(super) struct Place<S> {
     pub(super) time: [S; 2],
 }
 
-/// The windows so far: all of them, or where somebody sees them one by one the last.
+/// The windows so far: all of them or, where they are observed one by one, the last.
 pub(super) struct Run<'o, S> {
     pub(super) solution: Solution<S>,
     capacity: usize,
@@ -41,7 +41,7 @@ pub(super) struct Run<'o, S> {
 }
 
 impl<'o, S: Real> Run<'o, S> {
-    /// Nothing yet of a run of `case` over `length` that starts with `problem` and has so many nodes.
+    /// An empty run of `case` over `length` that starts with `problem` and has this many nodes.
     pub(super) fn new(
         problem: &Problem<S>,
         case: &Case,
@@ -90,7 +90,7 @@ impl<'o, S: Real> Run<'o, S> {
     /// Adds the solution of `problem`.
     ///
     /// # Errors
-    /// Numbers that are not finite are no result: an overflow anywhere makes the gradient NaN or infinite.
+    /// Numbers that are not finite are not a result: an overflow anywhere makes the gradient NaN or infinite.
     pub(super) fn append(&mut self, problem: &Problem<S>, place: Place<S>, piece: Piece<S>) -> Result<(), NoSolution> {
         if !(piece.gradient_norm.is_finite() && place.time[1].is_finite()) {
             return Err(overflow(problem, piece));

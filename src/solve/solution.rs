@@ -21,8 +21,8 @@ pub struct Backward<S = f64> {
     pub x: Vec<S>,
 }
 
-/// The values to continue the trajectory with. In the strong form (Dt)_N and (Dx)_N are not: the last node takes up the
-/// compatibility defect.
+/// The values from which to continue the trajectory. In the strong form these are not (Dt)_N and (Dx)_N: the last node
+/// takes up the compatibility defect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EndState<S = f64> {
     /// t at the last node.
@@ -35,14 +35,14 @@ pub struct EndState<S = f64> {
     pub q_t: S,
 }
 
-/// What one window of a run starts from and ends with.
+/// The start and the end of one window of a run.
 #[derive(Debug, Clone)]
 pub struct Window<S = f64> {
     /// γ − γ_i at its first and its last node.
     pub gamma: [S; 2],
     /// Position and tangent that it continues, with time counted from the start of the run.
     pub start: InitialData<S>,
-    /// What the next one continues with.
+    /// What the next window continues from.
     pub end: WindowEnd<S>,
     /// λ1 … λ8 of its action; the weak form has none.
     pub multipliers: Option<[S; MULTIPLIERS]>,
@@ -51,7 +51,7 @@ pub struct Window<S = f64> {
     pub(crate) operator: usize,
 }
 
-/// What a window hands on beside Q_t.
+/// What a window hands on besides Q_t.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WindowEnd<S = f64> {
     /// t − t_i at its last node.
@@ -69,13 +69,13 @@ impl<S: Real> Window<S> {
     }
 }
 
-/// A converged critical point with the problem it solves; of a run in several windows one for each, end to end.
+/// A converged critical point with the problem it solves; for a run in several windows, one for each, end to end.
 ///
-/// The nodes stand window by window: the joint of two windows appears in both. Where windows are handed out one by one
-/// ([`solve_window_by_window`](super::solve_window_by_window)) it is that window alone, at its place in the run.
+/// The nodes are stored window by window: the joint of two windows appears in both. Where windows are handed out one by
+/// one ([`solve_window_by_window`](super::solve_window_by_window)) it is that window alone, at its place in the run.
 #[derive(Debug, Clone)]
 pub struct Solution<S = f64> {
-    /// Initial time, kept apart from [`Self::elapsed`] so that it costs no digits.
+    /// Initial time, kept separate from [`Self::elapsed`] so that no digits are lost.
     pub t_i: S,
     /// t on the nodes (forward branch), counted from the start of their window.
     pub elapsed: Vec<S>,
@@ -85,20 +85,20 @@ pub struct Solution<S = f64> {
     pub backward: Option<Backward<S>>,
     /// The windows, in order.
     pub windows: Vec<Window<S>>,
-    /// Number of windows of the run so far; more than [`Self::windows`] has where they are handed out one by one.
+    /// Number of windows of the run so far; more than [`Self::windows`] holds where they are handed out one by one.
     pub window_count: usize,
     /// Largest entry of the gradient of the doubled action at this solution (in any window): its certificate.
     pub gradient_norm: S,
-    /// What to continue with.
+    /// What to continue from.
     pub end: EndState<S>,
     /// Where the iteration started.
     pub initial_guess: InitialGuess,
-    /// Iterations of all windows: of Newton's method, or for the fixed-point iteration evaluations of the force.
+    /// Iterations of all windows: of Newton's method or, for the fixed-point iteration, evaluations of the force.
     pub iterations: usize,
-    /// The iterations (none if the equations are explicit) of the window that took most.
+    /// The iterations (none if the equations are explicit) of the window that needed the most.
     pub history: Vec<IterationRecord>,
-    /// Largest change of t or x (physical limit: of x or w*) that the last iteration of a window still made, relative to
-    /// their sizes. 0 if the equations are explicit.
+    /// Largest change of t or x (physical limit: of x or w*) that the last iteration of a window still made, relative
+    /// to their sizes. 0 if the equations are explicit.
     pub last_correction: f64,
     /// γ of the first node.
     pub gamma_i: S,
@@ -106,8 +106,8 @@ pub struct Solution<S = f64> {
     pub length: S,
     /// Significant decimal digits that were asked for; 16 for `f64`.
     pub digits: u32,
-    /// The estimated error of t and x at the nodes, relative to max(1, largest |t − t_i|) and max(1, largest |x|), if the
-    /// windows were chosen for an accuracy.
+    /// The estimated error of t and x at the nodes, relative to max(1, largest |t − t_i|) and max(1, largest |x|), if
+    /// the windows were chosen for an accuracy.
     pub error_estimate: Option<f64>,
     /// The accuracy that was asked for, if there was one.
     pub accuracy: Option<f64>,
@@ -123,7 +123,7 @@ pub struct Solution<S = f64> {
     pub initial: InitialData<S>,
 }
 
-/// One window of a [`Solution`], to read.
+/// A read-only view of one window of a [`Solution`].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct WindowNodes<'a, S> {
     pub(crate) window: &'a Window<S>,
@@ -135,7 +135,7 @@ pub(crate) struct WindowNodes<'a, S> {
 }
 
 impl<S: Real> WindowNodes<'_, S> {
-    /// Its part of arrays that hold a value a node.
+    /// Its part of an array that holds one value per node.
     pub(crate) fn nodes(&self) -> Range<usize> {
         self.window.first_node..self.window.first_node + self.x.len()
     }
@@ -166,7 +166,7 @@ impl<S: Real> WindowNodes<'_, S> {
         }
     }
 
-    /// Number of nodes, from the first, whose ΔG does not feel the last node of the strong form.
+    /// Number of nodes, from the first, whose ΔG is not affected by the last node of the strong form.
     pub(crate) fn uncoupled_nodes(&self) -> usize {
         match self.form {
             Form::Strong => self.x.len() - self.sbp.rows_reaching_last_node(),
@@ -186,7 +186,7 @@ impl<S: Real> Solution<S> {
         self.windows.iter().map(|window| self.view(window))
     }
 
-    /// One of the windows, to read.
+    /// A read-only view of one of the windows.
     pub(crate) fn view<'a>(&'a self, window: &'a Window<S>) -> WindowNodes<'a, S> {
         let sbp = &*self.operators[window.operator];
         let nodes = window.first_node..window.first_node + sbp.points();

@@ -1,8 +1,8 @@
 //! Windows of the weak form on spectral elements, marched by the fixed-point iteration of [`crate::lobatto`].
 //!
 //! It is the same collocation system that Newton's method solves window by window, and every window is certified on the
-//! same action; only the way to it is some fifty times faster. Where the iteration does not converge, because a window is
-//! too long for it, Newton's method has its turn.
+//! same action; the iteration is just some fifty times faster. Where it does not converge, because a window is too long
+//! for it, Newton's method takes over.
 
 use std::ops::ControlFlow;
 
@@ -68,7 +68,7 @@ pub(super) fn no_solution(status: Status, gamma: f64, x: f64, g00: f64) -> NoSol
 
 /// Collects marched windows, each as a critical point of its action.
 pub(super) struct CertifiedRun<'o> {
-    /// The problem of the window that comes next.
+    /// The problem of the next window.
     pub(super) problem: Problem,
     gamma_i: f64,
     pub(super) run: Run<'o, f64>,

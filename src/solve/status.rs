@@ -1,5 +1,4 @@
-//! How a solve can end. Termination is data: every way has its own variant, and none of the bad ones carries a
-//! trajectory.
+//! How a solve can end. Termination is data: every way has its own variant, and no failure carries a trajectory.
 
 use std::fmt;
 
@@ -7,7 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::lobatto::MOST_EVALUATIONS;
 
-/// The most nodes that a run to an accuracy keeps in memory: with everything that is measured on them some 110 bytes each.
+/// The most nodes that a run to an accuracy keeps in memory: with everything that is measured on them, about 110 bytes
+/// each.
 pub(super) const MOST_NODES: f64 = 5e7;
 
 /// The outcome of a solve.
@@ -26,11 +26,11 @@ pub enum Status {
     OutsideDomain,
     /// Refinement beyond `f64` does not reach the digits asked for.
     PrecisionNotReached,
-    /// The accuracy asked for is beyond what the arithmetic can keep on this run.
+    /// The requested accuracy is beyond what the arithmetic can keep on this run.
     AccuracyNotReached,
-    /// The asked-for physical time t_f is not reached by any γ_f tried.
+    /// The requested physical time t_f is not reached by any γ_f tried.
     EndTimeNotReached,
-    /// The run makes too little progress for the force evaluations that it takes.
+    /// The run makes too little progress for the number of force evaluations that it takes.
     EvaluationLimit,
     /// The run would have more nodes than memory holds.
     TooManyNodes,
@@ -87,7 +87,7 @@ pub enum InitialGuess {
     WindowedAction,
     /// The fourth-order Nyström integrator on the geodesic equation, on the same nodes.
     Nystrom4,
-    /// In every window the polynomial of the window before, continued (in the first a parabola).
+    /// The polynomial of the previous window, continued into each window (in the first a parabola).
     Extrapolation,
 }
 
@@ -103,7 +103,7 @@ impl InitialGuess {
     }
 }
 
-/// No critical point: why, and where the solve stood.
+/// The reason why there is no critical point, and where the solve stood.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NoSolution {
     /// Any status but [`Status::Converged`].
@@ -116,10 +116,10 @@ pub struct NoSolution {
     pub g00: f64,
     /// Iterations done.
     pub iteration: usize,
-    /// Largest residual entry at the last accepted iterate (infinite if none was accepted); the estimated error where an
-    /// accuracy is not reached.
+    /// Largest residual entry at the last accepted iterate (infinite if none was accepted); the estimated error where
+    /// an accuracy is not reached.
     pub residual: f64,
-    /// What a run beyond a limit would need: nodes, or evaluations of the force. 0 for every other status.
+    /// What a run beyond a limit would need: nodes, or evaluations of the force. It is 0 for every other status.
     pub needed: f64,
     /// Whether an accuracy was asked for, so that windows and operator were not the user's to choose.
     pub adaptive: bool,

@@ -1,4 +1,5 @@
-//! Studies: many solves of variations of one case. They call [`crate::solve()`] and nothing below it, and [`crate::methods`] to compare with.
+//! Studies: many solves of variations of one case. They call [`crate::solve()`] and nothing below it, and
+//! [`crate::methods`] to compare with.
 //!
 //! ```
 //! use geodesic_ivp::case::builtin;

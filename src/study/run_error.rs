@@ -1,7 +1,7 @@
 //! How far a run is from the world-line it approximates, by a second and cheaper solve.
 //!
-//! The second solve is [`crate::lobatto::Adaptive`]: windows of its own choosing, to an accuracy far beyond that of most
-//! runs. It shares no grid and no operator with the run, and its own error estimate is added to what is found. In
+//! The second solve is [`crate::lobatto::Adaptive`]: windows of its own choosing, to an accuracy far beyond that of
+//! most runs. It shares no grid and no operator with the run, and its own error estimate is added to what is found. In
 //! extended precision, where it agrees with a run to its last digits, the Taylor series of [`crate::reference`] in the
 //! same precision take its place.
 
@@ -15,10 +15,10 @@ use crate::reference::ReferenceTrajectory;
 use crate::scalar::Real;
 use crate::solve::Solution;
 
-/// What the second solve is asked for, and if it cannot meet that, as on a very long run, then what.
+/// The accuracy requested of the second solve, and the fallback if it cannot meet that, as on a very long run.
 const ACCURACIES: [f64; 3] = [1e-12, 1e-9, 1e-6];
 
-/// The second solve may have so many windows a node of the run, and never fewer than the second number.
+/// The second solve may have this many windows per node of the run, and never fewer than the second number.
 const WINDOWS: (usize, usize) = (1, 10_000);
 
 /// Errors of an extended run below this, relative to the sizes, are looked at in extended precision.
@@ -47,7 +47,7 @@ pub enum Judge {
 }
 
 impl Judge {
-    /// A phrase for people.
+    /// A phrase for display.
     pub fn describe(self) -> String {
         match self {
             Self::SecondSolve(accuracy) => format!("from a second solve to {accuracy:.0e}"),
@@ -57,7 +57,7 @@ impl Judge {
     }
 }
 
-/// The error of the whole run `solution` of `case`; none where no second solve can be had.
+/// The error of the whole run `solution` of `case`; `None` where no second solve is possible.
 pub fn run_error<S: Real>(case: &Case, solution: &Solution<S>) -> Option<RunError> {
     if let Some(estimate) = solution.error_estimate {
         let largest = |values: &mut dyn Iterator<Item = f64>| values.map(f64::abs).fold(1.0, f64::max);
@@ -102,7 +102,7 @@ impl Found {
         self.last = error;
     }
 
-    /// With what the judge itself may be wrong by.
+    /// Adds the possible error of the judge itself.
     fn finish(self, own: [f64; 2], judge: Judge) -> RunError {
         let with = |errors: [f64; 2]| [errors[0] + own[0], errors[1] + own[1]];
         RunError { end: with(self.last), largest: with(self.largest), judge }
@@ -164,8 +164,8 @@ impl Nodes {
     }
 }
 
-/// What a node that is off by `[dt, dx]` from the point x with the tangent w = `w_per_charge` Q_t is off by at one and the
-/// same time, to second order in dt.
+/// The error at equal time of a node that is off by `[dt, dx]` from the point x with the tangent w = `w_per_charge`
+/// Q_t, to second order in dt.
 fn at_that_time(metric: &Metric, [dt, dx]: [f64; 2], x: f64, w_per_charge: f64) -> [f64; 2] {
     let g = metric.at(x);
     let velocity = w_per_charge * g.g00;

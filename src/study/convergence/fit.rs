@@ -2,18 +2,18 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// A level that does not fall belongs to rounding if it has so many decimal digits fewer than the arithmetic, relative to
-/// the quantity's size; above it only errors that grow end a fit.
+/// A level that does not fall is due to rounding if it has this many decimal digits fewer than the arithmetic, relative
+/// to the quantity's size; above it only growing errors end a fit.
 const PLATEAU_DIGITS: i32 = 9;
-/// If even the coarsest grid's error has only this many digits fewer, there is nothing but rounding.
+/// If even the coarsest grid's error has only this many digits fewer, it is nothing but rounding.
 const ROUNDING_DIGITS: i32 = 3;
-/// Rounding adds up to so many units of the last digit times √N: below that a point may be half rounding.
+/// Rounding adds up to this many units of the last digit times √N: below that a point may be half rounding.
 const NEAR_DIGITS: i32 = 1;
-/// Errors that fall with less than this order have stopped falling: every scheme has an order of one at least.
+/// Errors that fall with less than this order have stopped falling: every scheme has at least order one.
 const STALLED: f64 = 0.5;
-/// Near rounding an error feels it that falls with less than this share of the order before it.
+/// Close to rounding, an error is affected by it if it falls with less than this share of the order before it.
 const SHARE_OF_ORDER: f64 = 0.8;
-/// A fit uses errors of so many times the plateau's level at least.
+/// A fit uses only errors of at least this many times the plateau's level.
 const ABOVE_PLATEAU: f64 = 4.0;
 /// Local slopes that spread by more than this are not asymptotic.
 const ASYMPTOTIC_SPREAD: f64 = 0.2;
@@ -49,7 +49,7 @@ impl Fit {
         self.local_slopes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &s| (low.min(s), high.max(s)))
     }
 
-    /// Whether the local slopes agree so well that the fit describes an order and not a transition.
+    /// Whether the local slopes agree well enough for the fit to describe an order and not a transition.
     pub fn is_asymptotic(&self) -> bool {
         let (low, high) = self.local_range();
         high - low <= ASYMPTOTIC_SPREAD
@@ -88,9 +88,9 @@ fn local_slopes(delta_gamma: &[f64], errors: &[f64]) -> Vec<f64> {
 ///   errors that fall with less than 0.8 of the order before them count as well;
 /// * or all errors are larger than the last one that fell, at any level.
 ///
-/// An order that drops from grid to grid is not such an end, nor are coarse grids that hesitate, nor an error that passes
-/// through zero. Of the points before a plateau those are left out that are less than four times as large (before errors
-/// that grow, than twice).
+/// An order that drops from grid to grid is not such an end, nor are coarse grids without a clear order, nor an error
+/// that passes through zero. Of the points before a plateau, those less than four times as large are left out (before
+/// errors that grow, less than twice).
 pub fn points_above_plateau(delta_gamma: &[f64], n_gamma: &[usize], errors: &[f64], size: f64, digits: u32) -> usize {
     let short_of = |spare: i32| 10.0_f64.powi(spare - digits as i32) * size;
     // An error of zero is below every rounding level, and has no logarithm.
@@ -106,7 +106,7 @@ pub fn points_above_plateau(delta_gamma: &[f64], n_gamma: &[usize], errors: &[f6
         let before = if last > 0 { slopes[last - 1] } else { 1.0 };
         let order = if near { STALLED.max(SHARE_OF_ORDER * before) } else { STALLED };
         let falls = |k: usize| errors[k] <= errors[last] * (delta_gamma[k] / delta_gamma[last]).powf(order);
-        // Behind an error that happens to be small the others fall as they did before it.
+        // After an error that happens to be small, the others fall as they did before it.
         let goes_on = tail.len() > 2 && !near && log_log(&delta_gamma[start..some], &errors[start..]).0 > STALLED;
         let grows = last > 0 && slopes[last - 1] > 0.0 && tail.clone().all(|k| errors[k] > errors[last]);
         let is_low = errors[start] <= short_of(PLATEAU_DIGITS);
@@ -114,7 +114,7 @@ pub fn points_above_plateau(delta_gamma: &[f64], n_gamma: &[usize], errors: &[f6
     };
     let Some(start) = (1..some).find(begins_at) else { return some };
     let level = errors[start - 1..].iter().copied().fold(f64::INFINITY, f64::min);
-    // Where errors begin to grow, rounding is half of the least one only.
+    // Where errors begin to grow, rounding is half of the smallest one only.
     let above = if errors[start] > errors[start - 1] { 0.5 * ABOVE_PLATEAU } else { ABOVE_PLATEAU };
     (0..start).rev().find(|&k| errors[k] >= above * level).map_or(0, |last| last + 1)
 }
@@ -164,7 +164,7 @@ mod tests {
         assert!((5..=6).contains(&ends), "{ends}: rounding takes over where h^4 = 1e-14/h");
         let ends = kept(|h| h.powi(4) + 3e-16);
         assert!((8..=9).contains(&ends), "{ends}: h^4 = 3e-16 at the tenth");
-        // Of a long run, whose rounding is carried far.
+        // A long run, in which rounding accumulates.
         let ends = kept(|h| h.powi(2) + 1e-8);
         assert!((8..=10).contains(&ends), "{ends}: h = 1e-4 at the tenth");
         let ends = kept(|h| 1e3 * h.powi(2) + 1e-7 / h.powi(2));
@@ -190,7 +190,7 @@ mod tests {
             assert_eq!(points_above_plateau(&h[..all], &n[..all], &errors, 1.0, 16), all, "{high} to {low}");
         }
         assert_eq!(kept(|h| h.powi(2)), 12);
-        // A coarse grid that hesitates, and an error that changes its sign between two grids.
+        // A coarse grid without a clear order, and an error that changes its sign between two grids.
         assert_eq!(kept(|h| if h > 0.04 { 1e-3 } else { h.powi(2) }), 12);
         assert_eq!(kept(|h| 1e-5 * h * (h - 0.9e-3).abs()), 12);
     }

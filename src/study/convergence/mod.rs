@@ -38,7 +38,7 @@ pub struct ConvergencePoint {
     pub sbp: SbpName,
     /// Form of the action.
     pub form: Form,
-    /// Different nodes of all windows.
+    /// Distinct nodes of all windows.
     pub n_gamma: usize,
     /// Spacing.
     pub delta_gamma: f64,
@@ -77,7 +77,7 @@ impl Quantity {
         }
     }
 
-    /// The name for people.
+    /// The name for display.
     pub fn symbol(self) -> &'static str {
         match self {
             Self::EpsTFinal => "ε_t(γ_f)",
@@ -125,17 +125,17 @@ pub struct ReferenceInfo<S = f64> {
 /// The whole sweep.
 #[derive(Debug, Clone)]
 pub struct Convergence<S = f64> {
-    /// The grids that were finished: operators in the order asked for, then N ascending.
+    /// The grids that were finished: operators in the requested order, then N ascending.
     pub points: Vec<ConvergencePoint>,
     /// What they are compared with.
     pub reference: ReferenceInfo<S>,
-    /// Digits of the arithmetic: what the rounding plateau is judged by.
+    /// Digits of the arithmetic, by which the rounding plateau is judged.
     pub digits: u32,
     /// Whether the sweep was cancelled before all grids were done.
     pub interrupted: bool,
 }
 
-/// Why there is no sweep at all.
+/// The reason why there is no sweep at all.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SweepError {
     /// There is no trajectory to compare with.

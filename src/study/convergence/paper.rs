@@ -6,7 +6,7 @@ use crate::case::SbpName;
 /// A slope of the paper.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PublishedSlope {
-    /// The shipped case of its potential.
+    /// The shipped case with its potential.
     pub case: &'static str,
     /// Operator; the form is the strong one.
     pub sbp: SbpName,
@@ -21,11 +21,11 @@ pub struct PublishedSlope {
 /// The potentials of the paper's convergence study: the names of their shipped cases.
 pub const BASE_CASES: [&str; 2] = ["linear", "quartic"];
 
-/// Coarse grids, and those from which on ε_x of the quartic potential has SBP42's order.
+/// Coarse grids, and the grids from which on ε_x of the quartic potential has SBP42's order.
 const COARSE: (usize, usize) = (16, 64);
 const FINE: (usize, usize) = (64, 256);
 
-/// All that the paper reports.
+/// Everything that the paper reports.
 pub const PUBLISHED_SLOPES: [PublishedSlope; 8] = [
     at_end("linear", SbpName::Sbp21, Quantity::EpsXFinal, 2.08, COARSE),
     at_end("linear", SbpName::Sbp21, Quantity::EpsTFinal, 2.07, COARSE),
@@ -47,7 +47,7 @@ const fn at_end(
     PublishedSlope { case, sbp, quantity, slope, n_range }
 }
 
-/// The published slope of one quantity, if there is one.
+/// The published slope of one quantity, if it exists.
 pub fn published(case: &str, sbp: SbpName, quantity: Quantity) -> Option<&'static PublishedSlope> {
     PUBLISHED_SLOPES.iter().find(|one| one.case == case && one.sbp == sbp && one.quantity == quantity)
 }

@@ -1,4 +1,4 @@
-//! The slopes of a sweep, and when they are no orders.
+//! The slopes of a sweep, and when they should not be read as orders.
 
 use super::fit::{Fit, points_above_plateau};
 use super::{Convergence, Quantity};
@@ -14,9 +14,9 @@ pub struct Slope {
     pub form: Form,
     /// What was fitted.
     pub quantity: Quantity,
-    /// The fit; none with fewer than two points above the rounding plateau.
+    /// The fit; `None` with fewer than two points above the rounding plateau.
     pub fit: Option<Fit>,
-    /// Smallest and largest N of the fit; none without points.
+    /// Smallest and largest N of the fit; `None` without points.
     pub n_range: Option<(usize, usize)>,
     /// Number of points of the fit.
     pub points: usize,

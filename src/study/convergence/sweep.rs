@@ -15,7 +15,7 @@ use crate::solve::{Solution, Status, solve};
 
 /// A sweep that is ready: every grid is possible, and there is a reference.
 pub struct Sweep<S = f64> {
-    /// Operators in the order asked for, then N ascending.
+    /// Operators in the requested order, then N ascending.
     cases: Vec<Case>,
     length: S,
     reference: ReferenceTrajectory<S>,
@@ -23,9 +23,11 @@ pub struct Sweep<S = f64> {
     digits: u32,
 }
 
-/// Solves `case` for every operator with its form and every number of nodes, in parallel; results come in a fixed order.
+/// Solves `case` for every operator with its form and every number of nodes, in parallel; results come in a fixed
+/// order.
 ///
-/// `finished` is called for every grid as it is done; a true `cancel` keeps grids that have not begun from beginning.
+/// `finished` is called for every grid when it is done; a true `cancel` prevents grids that have not begun from
+/// starting.
 ///
 /// # Errors
 /// See [`Sweep::new`].
@@ -67,7 +69,7 @@ impl<S: Real> Sweep<S> {
                 }
             }
         }
-        // Few nodes round to one and the same number of spectral elements.
+        // Small numbers of nodes can round to the same number of spectral elements.
         cases.dedup_by(|a, b| (a.scheme, &a.grid) == (b.scheme, &b.grid));
         let reference = ReferenceTrajectory::new(&metric, initial, length, digits)?;
         let end = reference.at(length);
@@ -92,10 +94,10 @@ impl<S: Real> Sweep<S> {
         self.cases.len()
     }
 
-    /// Solves all grids; `finished` is called for each, with its place in the order, as it is done. A true `cancel` keeps
-    /// grids that have not begun from beginning.
+    /// Solves all grids; `finished` is called for each, with its place in the order, when it is done. A true `cancel`
+    /// prevents grids that have not begun from starting.
     pub fn run(&self, cancel: &AtomicBool, finished: &(dyn Fn(usize, &ConvergencePoint) + Sync)) -> Convergence<S> {
-        // The largest grids first, so that no core is left alone with one at the end.
+        // The largest grids come first, so that no core is left alone with one at the end.
         let mut jobs: Vec<(usize, &Case)> = self.cases.iter().enumerate().collect();
         jobs.sort_by_key(|(_, case)| std::cmp::Reverse(case.grid.n_gamma * case.grid.windows));
         let points = jobs.into_par_iter().with_max_len(1).filter_map(|(place, case)| {
@@ -109,7 +111,7 @@ impl<S: Real> Sweep<S> {
         self.gathered(points.collect())
     }
 
-    /// The sweep as far as these points go, which have their places in the order.
+    /// The sweep made of these points, which have their places in the order.
     pub fn gathered(&self, mut points: Vec<(usize, ConvergencePoint)>) -> Convergence<S> {
         points.sort_by_key(|(place, _)| *place);
         Convergence {

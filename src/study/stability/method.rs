@@ -13,9 +13,9 @@ use crate::study::work_precision::Family;
 /// Intervals of a window of a finite-difference operator where it is run in windows: twenty-one nodes.
 pub const WINDOW: usize = 20;
 
-/// Growth of an oscillation over a window or step that is no rounding.
+/// Growth of an oscillation over a window or step that cannot be rounding.
 const GROWTH: f64 = 1e-9;
-/// The hω that are tried: in steps of half a per cent from the first to the last.
+/// The values of hω that are tried: in steps of half a per cent from the first to the last.
 const TRIED: (f64, f64, f64) = (0.02, 30.0, 1.005);
 
 /// A column of the atlas.
@@ -29,9 +29,9 @@ pub enum Method {
     Elements(usize, Form),
     /// The paper's strong form with D in place of D̄ (the doubled action, on small grids).
     Unregularised(SbpName),
-    /// Not of this program, with constant steps.
+    /// A method from outside this program, with constant steps.
     Other(Family),
-    /// Not of this program, with steps chosen by a tolerance.
+    /// The same, with steps chosen by a tolerance.
     Adaptive(Family),
     /// This program's own choice of windows for an accuracy.
     Accuracy,
@@ -88,7 +88,7 @@ impl Method {
         }
     }
 
-    /// Name and form, for people and for the command line.
+    /// Name and form, for display and for the command line.
     pub fn label(&self) -> String {
         match self.form().filter(|_| !matches!(self, Self::Unregularised(_) | Self::Accuracy)) {
             Some(form) => format!("{} {}", self.name(), form.as_str()),
@@ -180,13 +180,13 @@ pub(super) fn run_adaptive(
     match family {
         Family::Dop853 => methods::dop853(problem, output, tolerance),
         Family::Radau5 => methods::radau5(problem, output, tolerance),
-        // The cheapest order for so many digits.
+        // The cheapest order for this many digits.
         Family::Taylor => methods::taylor(problem, output, (1.15 * digits).ceil() as usize + 2, digits as u32),
         _ => Err(Failure::NotConverged),
     }
 }
 
-/// A method with so many constant steps, all of them handed out.
+/// A method with this many constant steps, all of them returned.
 pub(super) fn run_constant(family: &Family, problem: &Problem, steps: usize) -> Result<Trajectory, Failure> {
     let output = Output::even(steps);
     match family {

@@ -1,8 +1,8 @@
 //! Where methods fail: every scheme of this program and other methods over step and length of the world-line.
 //!
 //! A *cell* is one method on one grid. Its status is found by measurement against a reference trajectory, see
-//! [`status`] for the rules and their thresholds: exact conservation of Q_t says nothing, and is only reported beside it. Beside the
-//! measurement stands the [`Limit`] of linear theory, from the operators' own coefficients.
+//! [`status`] for the rules and their thresholds: exact conservation of Q_t says nothing, and is only reported beside
+//! it. Beside the measurement stands the [`Limit`] of linear theory, from the operators' own coefficients.
 //!
 //! Lengths are given by γ_f, by ṫ_i, or by both: ṫ_i stretches the tangent (ẋ_i with it, dx/dt stays), which stretches
 //! the world-line, since γ only counts. Steps are Δγ between nodes, for spectral elements their mean; adaptive methods
@@ -122,8 +122,8 @@ impl Plan {
     }
 }
 
-/// Measures all cells; `tried` is called after each grid, with its place in the order and its cell, if there is one. A true
-/// `cancel` lets running cells finish and starts no more.
+/// Measures all cells; `tried` is called after each grid, with its place in the order and its cell, if there is one. A
+/// true `cancel` lets running cells finish and starts no more.
 pub fn measure(
     scene: &Scene,
     plan: &Plan,

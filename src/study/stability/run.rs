@@ -1,4 +1,4 @@
-//! One method on one grid: what it hands out, and what is measured on that.
+//! One method on one grid: what it returns, and what is measured on that.
 
 use std::time::Instant;
 
@@ -15,7 +15,7 @@ use crate::solve::{NoSolution, Solution, Status, solve};
 /// A spacing that comes out further from the one wanted is another cell: spectral elements and windows come in whole
 /// numbers.
 const SAME_SPACING: f64 = 1.25;
-/// The doubled action without the regularisation is tried on so many nodes at most.
+/// The doubled action without the regularisation is tried on at most this many nodes.
 const MOST_UNREGULARISED: usize = 200;
 /// Radians of the fastest oscillation between the points at which adaptive methods are looked at, and the most points.
 const OUTPUT_EVERY: f64 = 2.0;
@@ -195,7 +195,7 @@ impl Job {
         (ratio <= SAME_SPACING).then_some(case)
     }
 
-    /// The same world-line for the methods of others.
+    /// The same world-line for methods from outside this program.
     fn problem(&self, scene: &Scene) -> Problem {
         let mut initial = scene.initial;
         initial.t_dot *= self.tangent;
@@ -203,7 +203,7 @@ impl Job {
         Problem { metric: scene.metric.clone(), initial, length: self.length }
     }
 
-    /// What a method of others handed out.
+    /// The result of a method from outside this program.
     fn steps(&self, scene: &Scene, result: Result<Trajectory, Failure>, intervals: usize) -> Result<Solved, Failed> {
         let problem = self.problem(scene);
         let states = match result {
@@ -259,7 +259,7 @@ impl Track {
         let mut delta_k = charges.delta_k;
         let (mut stretches, mut intervals) = (Vec::new(), 0);
         for (view, &at_end) in solution.views().zip(&charges.delta_k_ends) {
-            // The derivatives at the last node of the strong form are none; what is handed on is.
+            // The derivatives at the last node of the strong form are not usable; the values handed on are.
             let nodes = view.nodes();
             delta_k[nodes.end - 1] = at_end;
             intervals += nodes.len() - 1;

@@ -12,10 +12,11 @@ use super::status::Sizes;
 const SAMPLES_A_STEP: usize = 8;
 const MOST_SAMPLES: usize = 200_000;
 
-/// An `f64` reference with a larger estimated error, in units of A and T, is replaced by one in extended precision; a
-/// hundredth of what the rules of the statuses see. If that is no better, nothing is called accurate.
+/// An `f64` reference with a larger estimated error, in units of A and T, is replaced by one in extended precision; the
+/// bound is a hundredth of what the rules of the statuses distinguish. If that is no better, nothing is called
+/// accurate.
 const GOOD_REFERENCE: f64 = 1e-4;
-/// Digits of that one.
+/// Digits of the reference in extended precision.
 const DIGITS: u32 = 40;
 /// The probe of a world-line that leaves the domain ends at this share of it.
 const SHORT_OF_THE_END: f64 = 0.9;
@@ -48,8 +49,8 @@ impl Scene {
     /// The scene of `case` with a reference that is as long as any of `lengths` or, without them, as the default ones.
     ///
     /// # Errors
-    /// [`ReferenceEnds`] if V has no Taylor series where the geodesic goes, or a t_f of the case is not reached: nothing
-    /// could be judged. That it leaves the domain is no error but what the atlas shows.
+    /// [`ReferenceEnds`] if V has no Taylor series where the geodesic goes, or a t_f of the case is not reached:
+    /// nothing could be judged. A geodesic that leaves the domain is not an error but what the atlas shows.
     pub fn new(case: &Case, lengths: &[f64]) -> Result<Self, ReferenceEnds> {
         let mut plain = case.clone();
         plain.grid.windows = 1;
@@ -91,7 +92,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Makes the reference as long as `length`, or as it goes.
+    /// Makes the reference as long as `length`, or as long as the geodesic allows.
     fn refer(&mut self, length: f64) -> Result<(), ReferenceEnds> {
         let double = |length: f64| ReferenceTrajectory::new(&self.metric, self.initial, length, f64::MOST_DIGITS);
         let (reference, reached) = match double(length) {
@@ -152,16 +153,18 @@ impl Scene {
         }
     }
 
-    /// Whether the reference is so good over its whole length that a wrong trajectory cannot pass for an accurate one.
+    /// Whether the reference is accurate enough over its whole length that a wrong trajectory cannot pass for an
+    /// accurate one.
     fn is_good(&self) -> bool {
         let (Some(sizes), Some(end)) = (self.measured_sizes(self.reached), self.at(self.reached)) else { return false };
-        // Its error is relative to the largest t and x, and the rules are to T and A.
+        // Its error is relative to the largest t and x, whereas the rules are relative to T and A.
         let far = self.sampled(self.reached).iter().fold(f64::MIN_POSITIVE, |far, point| far.max(point.x.abs()));
         let duration = end.elapsed.abs().max(f64::MIN_POSITIVE);
         self.reference_error() <= GOOD_REFERENCE * (sizes.t / duration).min(sizes.x / far).min(1.0)
     }
 
-    /// What trajectories over [0, `length`] are measured by; none beyond the end of the reference, or if that is no good.
+    /// What trajectories over [0, `length`] are measured by; `None` beyond the end of the reference, or if that is not
+    /// accurate enough.
     pub(super) fn sizes(&self, length: f64) -> Option<Sizes> {
         self.measured_sizes(length).filter(|_| self.trusted)
     }
@@ -236,7 +239,7 @@ impl Scene {
 /// Numbers with these digits between two others.
 fn round_numbers(from: f64, to: f64, digits: &[f64]) -> Vec<f64> {
     let (first, last) = (from.log10().floor() as i32, to.log10().ceil() as i32);
-    // Read as decimals, which they then are to the last bit.
+    // They are read as decimals, and are then exact to the last bit.
     let read = |digit: f64, power: i32| format!("{digit}e{power}").parse().ok();
     let all = (first..=last).flat_map(|power| digits.iter().filter_map(move |&digit| read(digit, power)));
     all.filter(|number| (from..=to).contains(number)).collect()

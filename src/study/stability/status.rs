@@ -1,4 +1,4 @@
-//! What a cell is called, and why.
+//! The status of a cell, and the reasons for it.
 //!
 //! A result is judged by its trajectory and never by Q_t. Sizes come from the reference over the same length: A is half
 //! the range of x, W the largest |dx/dγ|, and T = A / max |dx/dt| the time in which the motion is felt (at most
@@ -19,9 +19,9 @@
 
 /// Largest share of the amplitude that an accurate trajectory is off by.
 pub const ACCURATE: f64 = 1e-2;
-/// Errors of two amplitudes are the most that a wrong time can make; twice that is another motion.
+/// Errors of two amplitudes are the most that a wrong time can cause; twice that means another motion.
 pub const DIVERGED: f64 = 4.0;
-/// A sawtooth of less is no cause of an inaccurate result.
+/// A sawtooth smaller than this does not cause an inaccurate result.
 pub const SAWTOOTH: f64 = 1e-2;
 /// A smooth motion on a coarse grid has fourth differences too; the computational mode is what exceeds them by this.
 pub const ROUGHER: f64 = 3.0;
@@ -35,7 +35,7 @@ pub enum CellStatus {
     Accurate,
     /// The orbit is kept, the phase is lost.
     Inaccurate,
-    /// Even and odd nodes are apart: the computational mode.
+    /// Even and odd nodes have separated: the computational mode.
     Sawtooth,
     /// K leaves its value for good.
     Drifting,
@@ -72,7 +72,7 @@ impl CellStatus {
         }
     }
 
-    /// The name for people.
+    /// The name for display.
     pub fn label(self) -> &'static str {
         match self {
             Self::NoCriticalPoint => "no critical point",

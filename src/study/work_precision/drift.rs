@@ -10,7 +10,7 @@ use crate::methods::Output;
 
 /// Evaluations of the potential for each of the intervals that a run is cut into.
 const EVALUATIONS: f64 = 200.0;
-/// Pieces of the reference, in which little happens, that make an interval.
+/// Pieces of the reference, in each of which little happens, that make an interval.
 const PIECES: f64 = 3.0;
 /// Points of output, evenly spaced in log γ.
 const POINTS: usize = 200;
@@ -28,10 +28,10 @@ pub struct DriftPoint {
     pub errors: RowErrors,
 }
 
-/// Runs one setting of each of some of the `chosen` methods that costs about 200 evaluations an interval of the world-line, where an
-/// interval is three steps of the reference, some six tenths of a radian of the motion each; for an adaptive method the
-/// tolerance that comes nearest. A method that fails is left out. The state is taken at 200 values of γ, evenly spaced
-/// in log γ; constant steps end there.
+/// Runs one setting of each of some of the `chosen` methods that costs about 200 evaluations per interval of the
+/// world-line, where an interval is three steps of the reference, each about six tenths of a radian of the motion; for
+/// an adaptive method it is the closest tolerance. A method that fails is left out. The state is taken at 200 values of
+/// γ, evenly spaced in log γ; constant steps end there.
 pub fn drift(arena: &Arena, chosen: &[Family], cancel: &AtomicBool) -> Vec<DriftPoint> {
     let intervals = ((arena.scale() / PIECES).ceil() as usize).max(POINTS / 2);
     let mark = |k: usize| (intervals as f64).powf(k as f64 / (POINTS - 1) as f64).round() as usize;

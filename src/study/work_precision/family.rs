@@ -10,7 +10,7 @@ use crate::case::{Form, SbpName};
 pub enum Family {
     /// This program: one block of a finite-difference operator over all nodes.
     Block(SbpName, Form),
-    /// This program: the weak form on spectral elements of so many nodes, in windows.
+    /// This program: the weak form on spectral elements with this many nodes, in windows.
     Elements(usize),
     /// This program's library: the windows of the same scheme without certificate and storage.
     March(usize),
@@ -22,11 +22,11 @@ pub enum Family {
     Verlet,
     /// The composition of order 6 by Kahan and Li.
     KahanLi6,
-    /// That of order 8.
+    /// The composition of order 8 by the same authors.
     KahanLi8,
     /// The same with compensated sums.
     KahanLi8Compensated,
-    /// Gauss–Legendre with so many stages.
+    /// Gauss–Legendre with this many stages.
     Gauss(usize),
     /// Dormand–Prince of order 8.
     Dop853,
@@ -86,8 +86,8 @@ impl Group {
 /// One setting: what it means depends on the method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Setting {
-    /// Steps, windows, or nodes but one; 0 for adaptive methods. A multiple of the intervals between points of output
-    /// where there is nothing between them, see [`Family::has_dense_output`].
+    /// Steps, windows, or nodes minus one; 0 for adaptive methods. It is a multiple of the number of intervals between
+    /// points of output where the method has no dense output, see [`Family::has_dense_output`].
     pub(super) count: usize,
     /// The tolerance of an adaptive method, or of the iteration of an implicit one (0: to rounding).
     pub(super) tolerance: f64,
@@ -187,12 +187,13 @@ impl Family {
         matches!(self, Self::March(_) | Self::Gauss(_) | Self::Rk4)
     }
 
-    /// Its settings from cheap to dear, without end, on a world-line of `scale` pieces in which little happens.
+    /// Its settings from cheap to expensive, without end, on a world-line of `scale` pieces in each of which little
+    /// happens.
     pub(super) fn settings(&self, scale: f64) -> Box<dyn Iterator<Item = Setting>> {
         if self.is_adaptive() {
             return Box::new((2..=15).map(|digits| Setting::tolerance(10.0_f64.powi(-digits))));
         }
-        // Steps that are wanted of a piece at the coarsest, and the factor from setting to setting.
+        // The number of steps per piece at the coarsest setting, and the factor from setting to setting.
         let (coarsest, factor) = match self {
             Self::Block(..) => (2.0, 2.0),
             Self::Rk4 | Self::Verlet => (1.0, SQRT_2),
@@ -206,7 +207,7 @@ impl Family {
         Box::new(steps.filter(move |&steps| std::mem::replace(&mut last, steps) != steps).map(Setting::steps))
     }
 
-    /// A setting for people.
+    /// A setting for display.
     pub(super) fn label(&self, setting: &Setting) -> String {
         let Setting { count, tolerance } = *setting;
         let inner = if tolerance > 0.0 { format!(" tol={tolerance:e}") } else { String::new() };

@@ -28,7 +28,7 @@ pub struct Leader {
     pub seconds: f64,
 }
 
-/// Own against others at one error.
+/// This program against the others at one error.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ratio {
     /// γ_f − γ_i.

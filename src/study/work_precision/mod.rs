@@ -2,12 +2,12 @@
 //!
 //! # What is measured
 //!
-//! Every method has to hand out t, x and w = dx/dγ at [`OUTPUTS`] equally spaced values of γ, the end included, by its own
-//! means: a dense output where it has one, steps or windows that divide the intervals between them where it has not
-//! ([`crate::methods`] says which; of this program march and `accuracy` have one). The errors are the largest absolute differences of t and x from the
-//! reference at these points, which is a Taylor trajectory in extended precision with enough digits for the length of
-//! the run; |ΔK| is formed from (x, w, Q_t) alone. Q_t itself is *not* compared: it is a constant of the other
-//! methods' equations, and its drift would prove nothing.
+//! Every method has to hand out t, x and w = dx/dγ at [`OUTPUTS`] equally spaced values of γ, the end included, by its
+//! own means: a dense output where it has one, steps or windows that divide the intervals between them where it has not
+//! ([`crate::methods`] says which; of this program march and `accuracy` have one). The errors are the largest absolute
+//! differences of t and x from the reference at these points, which is a Taylor trajectory in extended precision with
+//! enough digits for the length of the run; |ΔK| is formed from (x, w, Q_t) alone. Q_t itself is *not* compared: it is
+//! a constant of the other methods' equations, and its drift would prove nothing.
 //!
 //! This program's schemes are timed as [`crate::solve()`], with its certificate and everything it stores; `accuracy` as
 //! [`crate::solve::solve_window_by_window`] with its certificate and its samples; `march` is [`crate::lobatto`] without
@@ -15,18 +15,19 @@
 //!
 //! # How it is timed
 //!
-//! One process, one thread. Each setting is tried once, which warms the machine up and says what it costs and how
-//! accurate it is. Then come rounds over all settings that arrived, in turns, so that a disturbance hits all methods alike;
-//! short runs are repeated within a round until the clock can resolve them. Handed out are the minimum and the median
-//! over the rounds: their distance is the noise. A setting that failed or is inaccurate keeps the time of its trial and
-//! never enters the front.
+//! One process and one thread are used. Each setting is tried once, which warms the machine up and shows its cost and
+//! accuracy. Then come rounds over all settings that succeeded, in turns, so that a disturbance hits all methods
+//! alike; short runs are repeated within a round until the clock can resolve them. The minimum and the median over the
+//! rounds are reported: their distance is the noise. A setting that failed or is inaccurate keeps the time of its trial
+//! and never enters the front.
 //!
 //! # Settings
 //!
-//! Constant steps, nodes and windows grow geometrically, tolerances shrink; a family ends when a setting costs more than
-//! [`Budget::longest`] or its errors have stopped falling. Iterated methods with a tolerance of their own (march, Gauss) get
-//! the loosest one that leaves the error of the same setting as it is when it iterates to rounding: a hundredth of it, or
-//! less by powers of a hundred where errors of the iteration pile up. That is the best a user could choose, for both alike.
+//! Constant steps, nodes and windows grow geometrically, tolerances shrink; a family ends when a setting costs more
+//! than [`Budget::longest`] or its errors have stopped falling. Iterated methods with a tolerance of their own (march,
+//! Gauss) get the loosest one that leaves the error of the same setting as it is when it iterates to rounding: a
+//! hundredth of it, or less by powers of a hundred where errors of the iteration pile up. That is the best a user could
+//! choose, for both alike.
 
 mod drift;
 mod family;
@@ -47,17 +48,17 @@ use crate::methods::{Output, Problem, State};
 use crate::reference::{ReferenceEnds, ReferencePoint, ReferenceTrajectory};
 use crate::scalar::{Extended, Real};
 
-/// Points at which every method hands out its state.
+/// Points at which every method reports its state.
 pub const OUTPUTS: usize = 10;
 
-/// An error of this share of the largest |x|, or of t_f − t_i, is no result.
+/// An error of this share of the largest |x|, or of t_f − t_i, does not count as a result.
 const INACCURATE: f64 = 0.1;
 /// How much is measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Budget {
     /// Seconds that a single run may take; the next setting of its family is not tried.
     pub longest: f64,
-    /// Most rounds, for short runs; those of a millisecond get half and longer ones a fifth of it, but three at least.
+    /// Most rounds, for short runs; those of a millisecond get half and longer ones a fifth of it, but at least three.
     pub rounds: usize,
     /// Most settings of a family.
     pub settings: usize,
@@ -114,7 +115,7 @@ impl RowErrors {
 pub struct Row {
     /// The method.
     pub family: Family,
-    /// Its setting, for people.
+    /// Its setting, for display.
     pub setting: String,
     /// γ_f − γ_i.
     pub gamma_f: f64,
@@ -124,8 +125,8 @@ pub struct Row {
     pub seconds_min: f64,
     /// Median over the rounds.
     pub seconds_median: f64,
-    /// Evaluations of the potential: one a node and sweep, or iteration of Newton's method (without those of its first guess
-    /// and of the certificate); of a series its coefficients.
+    /// Evaluations of the potential: one a node and sweep, or iteration of Newton's method (without those of its first
+    /// guess and of the certificate); of a series its coefficients.
     pub evaluations: usize,
     /// Nodes, or steps.
     pub points: usize,
@@ -140,7 +141,7 @@ impl Row {
     }
 }
 
-/// What all methods are compared on: the world-line over one length, and where it really goes.
+/// What all methods are compared on: the world-line over one length, and its exact course.
 pub struct Arena {
     problem: Problem,
     case: Case,
@@ -187,7 +188,7 @@ impl Arena {
         self.reference.error_estimate()
     }
 
-    /// Number of pieces of the world-line in which little happens: what settings are measured out with.
+    /// Number of pieces of the world-line in each of which little happens, by which settings are scaled.
     fn scale(&self) -> f64 {
         self.reference.steps() as f64
     }
@@ -230,24 +231,24 @@ impl Arena {
 /// A measured chart, of one length or several.
 #[derive(Debug, Clone, Default)]
 pub struct WorkPrecision {
-    /// All rows: families in order, settings from cheap to dear.
+    /// All rows: families in order, settings from cheap to expensive.
     pub rows: Vec<Row>,
     /// Whether it was cancelled before it was complete.
     pub interrupted: bool,
 }
 
-/// What has been done: enough to have all rows at any time.
+/// What has been done, in enough detail to have all rows at any time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Progress<'a> {
     /// A setting was tried: another row.
     Tried(&'a Row),
     /// The row with this index has been timed again.
     Retimed(usize, &'a Row),
-    /// So many of all rounds are done.
+    /// This many of all rounds are done.
     Round(usize, usize),
 }
 
-/// Tries all settings of `families` and times those that arrive. A true `cancel` ends it with what is there.
+/// Tries all settings of `families` and times those that succeed. A true `cancel` ends it with the rows so far.
 pub fn measure(
     arena: &Arena,
     families: &[Family],

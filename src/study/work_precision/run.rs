@@ -10,12 +10,12 @@ use crate::methods::{self, Composition, Failure, Gauss, Marks, Output, State, Tr
 use crate::sampling::{Coordinate, SampleStream};
 use crate::solve::{NoSolution, Solution, WindowEnd, solve, solve_window_by_window};
 
-/// A run to be timed; nothing is prepared in it that a user would not have to prepare.
+/// A run to be timed; it contains no preparation that a user would not have to do as well.
 pub(super) struct Job<'a> {
     run: Box<dyn Fn() -> Result<Raw, &'static str> + 'a>,
 }
 
-/// What a run hands out before anything is read from it.
+/// What a run returns before anything is read from it.
 pub(super) enum Raw {
     Trajectory(Trajectory),
     Solution(Box<Solution>),
@@ -90,7 +90,7 @@ fn finish(result: Result<Trajectory, Failure>) -> Result<Raw, &'static str> {
     })
 }
 
-/// `solve` on so many nodes in all.
+/// `solve` on this many nodes in all.
 fn certified<'a>(
     arena: &'a Arena,
     scheme: (SbpName, Form),
@@ -172,7 +172,7 @@ impl Raw {
         let nodes = solution.sbp().points();
         let state = |&mark: &usize| {
             if windows > 1 {
-                // Windows come in whole numbers an interval.
+                // The number of windows per interval is an integer.
                 let after = mark * windows / output.intervals;
                 let WindowEnd { t, x, x_dot } = solution.windows[after - 1].end;
                 return State { elapsed: t, x, w: x_dot };
