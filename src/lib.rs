@@ -106,6 +106,8 @@ extern crate self as geodesic_ivp;
 pub mod action;
 pub mod banded;
 pub mod case;
+// Its comments are the help of the command line, in which <case> is no tag.
+#[allow(rustdoc::invalid_html_tags)]
 #[doc(hidden)]
 pub mod cli;
 pub mod diagnostics;
