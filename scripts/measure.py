@@ -39,7 +39,8 @@ def heading():
 
 INTRODUCTION = """# Measured
 
-Every number and table here, and every picture in this folder, comes from `scripts/measure.py`; do not edit it by hand.
+Every number and table here, and every picture in this folder but `mesh.svg` and `charge.svg` (these are drawn by
+`examples/first_picture.rs`), comes from `scripts/measure.py`; do not edit it by hand.
 `scripts/measure.py SECTION` measures a section again, `--list` names them. Times are those of the machine and the
 minutes that each section names, often a shared one: trust ratios, and absolute times within tens of per cent.
 """
