@@ -2,8 +2,6 @@
 //!
 //! On [0, 1], with z = 2s − 1 and P_{−1} = −1, ∫_0^s P_k = (P_{k+1}(z) − P_{k−1}(z))/(2(2k + 1)).
 
-use std::iter::Peekable;
-
 use pulp::{Simd, WithSimd};
 
 use super::simd::{Level, multiply_add, neg, vectors, vectors_mut};
@@ -15,53 +13,28 @@ use super::window::product;
 /// Points that are computed together.
 const TOGETHER: usize = 16;
 
-pub(super) fn inside(view: &WindowView<'_>, fractions: impl Iterator<Item = f64>, see: impl FnMut(Inside)) {
-    let mut fractions = fractions.peekable();
-    if fractions.peek().is_some() {
-        with_unit!(view.rule, unit => Level::Best.dispatch(Dense { unit, view, fractions, see }));
-    }
-}
-
-struct Dense<'r, const P: usize, I: Iterator<Item = f64>, F> {
-    unit: &'r Unit<P>,
-    view: &'r WindowView<'r>,
-    fractions: Peekable<I>,
-    see: F,
-}
-
-/// Factors of P_{k+1} − P_{k−1}, k = 0 … n, in ∫u, ∫a and ∬a; only the last goes to n.
-struct Integrals<const P: usize> {
-    t: Nodes<P>,
-    w: Nodes<P>,
-    x: Nodes<P>,
-    x_last: f64,
-}
-
-impl<const P: usize, I: Iterator<Item = f64>, F: FnMut(Inside)> WithSimd for Dense<'_, P, I, F> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, s: S) {
-        let Self { unit, view, mut fractions, mut see } = self;
-        let (t0, x0, w0, end) = (view.start.t, view.start.x, view.start.w, view.end);
-        let [t_scale, w_scale] = view.scales();
-        let h = view.length.hi;
-        let x_scale = h * w_scale;
+/// Hands out the points at `fractions` of the window.
+pub(super) fn inside(view: &WindowView<'_>, fractions: impl Iterator<Item = f64>, mut see: impl FnMut(Inside)) {
+    let (t0, x0, w0, end) = (view.start.t, view.start.x, view.start.w, view.end);
+    let [t_scale, w_scale] = view.scales();
+    let h = view.length.hi;
+    let x_scale = h * w_scale;
+    let mut fractions = fractions.fuse();
+    with_unit!(view.rule, unit => {
         let mut integrals = None;
-        while fractions.peek().is_some() {
+        loop {
             let (mut at, mut count) = (Nodes::<TOGETHER>::ZERO, 0);
             while count < TOGETHER {
                 let Some(fraction) = fractions.next() else { break };
                 at.0[count] = fraction;
                 count += 1;
             }
+            if count == 0 {
+                break;
+            }
             let mut series = [const { Nodes::ZERO }; 3];
             if at.0[..count].iter().any(|&fraction| fraction != 1.0) {
-                let integrals = integrals.get_or_insert_with(
-                    #[inline(always)]
-                    || unit.integrate(s, [view.nodes.u, view.nodes.a]),
-                );
-                unit.series(s, integrals, &at, count, &mut series);
+                Level::Best.dispatch(Series { unit, view, integrals: &mut integrals, at: &at, count, out: &mut series });
             }
             let [t, x, w] = &series;
             for i in 0..count {
@@ -77,6 +50,39 @@ impl<const P: usize, I: Iterator<Item = f64>, F: FnMut(Inside)> WithSimd for Den
                 });
             }
         }
+    });
+}
+
+/// Factors of P_{k+1} − P_{k−1}, k = 0 … n, in ∫u, ∫a and ∬a; only the last goes to n.
+struct Integrals<const P: usize> {
+    t: Nodes<P>,
+    w: Nodes<P>,
+    x: Nodes<P>,
+    x_last: f64,
+}
+
+/// ∫u, ∬a and ∫a over [0, s] for the first `count` of `at`: the work that is compiled for every level.
+struct Series<'r, const P: usize> {
+    unit: &'r Unit<P>,
+    view: &'r WindowView<'r>,
+    /// Made with the first points.
+    integrals: &'r mut Option<Integrals<P>>,
+    at: &'r Nodes<TOGETHER>,
+    count: usize,
+    out: &'r mut [Nodes<TOGETHER>; 3],
+}
+
+impl<const P: usize> WithSimd for Series<'_, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, s: S) {
+        let Self { unit, view, integrals, at, count, out } = self;
+        let integrals = integrals.get_or_insert_with(
+            #[inline(always)]
+            || unit.integrate(s, [view.nodes.u, view.nodes.a]),
+        );
+        unit.series(s, integrals, at, count, out);
     }
 }
 
@@ -107,7 +113,6 @@ impl<const P: usize> Unit<P> {
         Integrals { x_last: w.0[n - 1] * share(n), t, w, x }
     }
 
-    /// ∫u, ∬a, ∫a over [0, s] for the first `count` of `at`.
     #[inline(always)]
     fn series<S: Simd>(
         &self,

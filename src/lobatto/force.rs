@@ -1,6 +1,6 @@
 //! What drives the motion, a(x) = −½ g00′(x) u² with u = Q_t/g00(x), on all nodes of a window at once.
 
-use pulp::Simd;
+use pulp::{Scalar, Simd};
 
 use super::simd::{abs, is_fused, multiply_add, neg, product_error, two_sum, vectors, vectors_mut};
 use crate::metric::Metric;
@@ -27,6 +27,21 @@ pub(super) trait Force {
 
     /// What `a` and `u` lack because of rounding: a(x + x_lo) − a and u(x + x_lo) − u.
     fn refine<S: Simd>(&mut self, s: S, x: [&[f64]; 2], au: [&[f64]; 2], corrections: [&mut [f64]; 2]);
+}
+
+/// [`Force::evaluate`], out of line for single numbers.
+#[inline(always)]
+pub(super) fn evaluate<S: Simd, F: Force>(s: S, force: &mut F, x: &[f64], a: &mut [f64], u: &mut [f64], near: bool) {
+    if S::IS_SCALAR {
+        evaluate_one_by_one(force, x, a, u, near);
+    } else {
+        force.evaluate(s, x, a, u, near);
+    }
+}
+
+#[inline(never)]
+fn evaluate_one_by_one<F: Force>(force: &mut F, x: &[f64], a: &mut [f64], u: &mut [f64], near: bool) {
+    force.evaluate(Scalar, x, a, u, near);
 }
 
 /// g00 = Σ c_k x^k, for every polynomial potential.

@@ -4,7 +4,6 @@ use pulp::Simd;
 
 use super::simd::{multiply_add, vectors, vectors_mut};
 use super::tables::{Matrix, Nodes, Tables};
-use super::window::product;
 
 /// Where the iteration starts.
 #[derive(Clone, Copy)]
@@ -33,13 +32,13 @@ pub(super) struct Continuation<'a, const P: usize> {
 }
 
 impl<const P: usize> Continuation<'_, P> {
+    /// From the Legendre coefficients in `values` to nodal values.
     #[inline(always)]
-    pub(super) fn apply<S: Simd>(&self, s: S, t: &Tables<P>, values: &Nodes<P>, out: &mut Nodes<P>) {
-        let mut coefficients = Nodes::<P>::ZERO;
-        product(s, &[0.0; P], &self.modes[..t.columns], &values.0, &mut coefficients.0);
+    pub(super) fn apply<S: Simd>(&self, s: S, t: &Tables<P>, values: &mut Nodes<P>) {
+        let coefficients = values.clone();
         let (first, step) = (s.splat_f64s(self.first), s.splat_f64s(self.step / t.length.hi));
         let factor = s.splat_f64s(self.factor);
-        let (line, out) = (vectors::<S>(&t.line), vectors_mut::<S>(&mut out.0));
+        let (line, out) = (vectors::<S>(&t.line), vectors_mut::<S>(&mut values.0));
         for i in 0..out.len() {
             // Clenshaw's recurrence
             let z = multiply_add(s, line[i], step, first);

@@ -2,11 +2,10 @@
 
 use std::ops::ControlFlow;
 
-use pulp::{Simd, WithSimd};
-
 use super::force::{Force, PolynomialForce};
 use super::formula::FormulaForce;
 use super::guess::Guess;
+use super::one::One;
 use super::probe;
 use super::rule::WeakRule;
 use super::simd::Level;
@@ -14,7 +13,7 @@ use super::tables::Tables;
 use super::twofold::Twofold;
 use super::unit::{Unit, with_unit};
 use super::view::WindowView;
-use super::window::{MOST_EVALUATIONS, Precision, Solved, Window};
+use super::window::{MOST_EVALUATIONS, Precision, Window};
 use super::{MarchFailure, State, Statistics};
 use crate::metric::Metric;
 use crate::potential::Potential;
@@ -134,71 +133,29 @@ impl<'a> March<'a> {
         let mut window = Window::<P>::new();
         let start = State { w: start.w * scale, ..start };
         let mut marched = Marched { end: start, statistics: Statistics::default() };
-        let mut see = |window: &Window<P>, index: usize, start: &State, solved: &Solved| {
-            let (start, end) = (physical(start), physical(&solved.end));
+        let mut guess = Guess::Parabola;
+        while marched.statistics.windows < windows {
+            let start = marched.end;
+            let (force, room) = (&mut force, &mut window);
+            let one = One { tables, tail: None, force, window: room, start: &start, guess, precision };
+            let Some(solved) = self.level.dispatch(one) else {
+                return (Marched { end: physical(&start), ..marched }, false);
+            };
+            guess = Guess::Same;
+            let index = marched.statistics.windows;
+            marched.end = solved.end;
+            marched.statistics.evaluations += solved.evaluations;
+            marched.statistics.windows += 1;
+            let (start, end) = (physical(&start), physical(&solved.end));
             let nodes = window.nodes(rule.points(), scale);
-            observe(&WindowView { index, gamma: length * index as f64, length, rule, start, end, nodes })
-        };
-        let run = Run {
-            tables,
-            force: &mut force,
-            window: &mut window,
-            precision,
-            windows,
-            marched: &mut marched,
-            see: &mut see,
-        };
-        let complete = self.level.dispatch(run);
-        marched.end = physical(&marched.end);
-        (marched, complete)
+            let view = WindowView { index, gamma: length * index as f64, length, rule, start, end, nodes };
+            if observe(&view).is_break() {
+                break;
+            }
+        }
+        (Marched { end: physical(&marched.end), ..marched }, true)
     }
 }
 
 /// Sees a window.
 type See<'s> = &'s mut dyn FnMut(&WindowView<'_>) -> ControlFlow<()>;
-
-/// Sees a window, its index, its start and its result.
-type SeeWindow<'r, const P: usize> = &'r mut dyn FnMut(&Window<P>, usize, &State, &Solved) -> ControlFlow<()>;
-
-/// The work that is compiled for every level: windows of one table.
-struct Run<'r, const P: usize, F> {
-    tables: &'r Tables<P>,
-    force: &'r mut F,
-    window: &'r mut Window<P>,
-    precision: Precision,
-    windows: usize,
-    marched: &'r mut Marched,
-    see: SeeWindow<'r, P>,
-}
-
-impl<const P: usize, F: Force> WithSimd for Run<'_, P, F> {
-    /// Whether it reached its end, or the point where `see` stopped it.
-    type Output = bool;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, s: S) -> bool {
-        let Run { tables, force, window, precision, windows, marched, see } = self;
-        let mut guess = Guess::Parabola;
-        let mut done = 0;
-        while done < windows {
-            let start = marched.end;
-            let Some(solved) = window.solve(s, tables, force, &start, guess, precision) else {
-                // An extrapolation can be far off, even outside the domain: try once more from the parabola.
-                if matches!(guess, Guess::Parabola) {
-                    return false;
-                }
-                guess = Guess::Parabola;
-                continue;
-            };
-            guess = Guess::Same;
-            done += 1;
-            marched.end = solved.end;
-            marched.statistics.evaluations += solved.evaluations;
-            marched.statistics.windows += 1;
-            if see(window, marched.statistics.windows - 1, &start, &solved).is_break() {
-                break;
-            }
-        }
-        true
-    }
-}

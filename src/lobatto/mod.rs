@@ -38,6 +38,7 @@ mod judge;
 mod kit;
 mod march;
 mod newton;
+mod one;
 mod pair;
 mod probe;
 mod rule;

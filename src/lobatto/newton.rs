@@ -3,7 +3,7 @@
 use pulp::Simd;
 
 use super::State;
-use super::force::Force;
+use super::force::{Force, evaluate};
 use super::simd::{abs, distance, largest, multiply_add, vectors, vectors_mut};
 use super::tables::{Nodes, Tables};
 use super::window::{Precision, Window, product};
@@ -55,7 +55,7 @@ impl<const P: usize> Window<P> {
         let mut last = f64::INFINITY;
         for evaluations in 1..=MOST_NEWTON_STEPS {
             self.add_up(s);
-            force.evaluate(s, &self.x.0, &mut self.a.0, &mut self.u.0, false);
+            evaluate(s, force, &self.x.0, &mut self.a.0, &mut self.u.0, false);
             let [da, du] = &mut slopes;
             force.slopes(s, [&self.a.0, &self.u.0], [&mut da.0, &mut du.0]);
             product(s, &low.0, &t.force[..t.columns], &self.a.0, &mut defect.0);

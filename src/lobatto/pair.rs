@@ -1,14 +1,12 @@
 //! A world-line and its companion, window by window.
 
-use pulp::{Simd, WithSimd};
-
 use super::force::Force;
 use super::guess::Guess;
 use super::kit::Kit;
+use super::one::One;
 use super::simd::Level;
 use super::tables::{EXTRAPOLATED, Nodes};
 use super::twofold::Twofold;
-use super::unit::Unit;
 use super::view::NodeValues;
 use super::window::{Precision, Solved, Window};
 use super::{State, Statistics};
@@ -96,10 +94,11 @@ impl<const P: usize, F: Force> Pair<P, F> {
             _ => Guess::Parabola,
         };
         self.is_untouched = false;
-        let (unit, tail) = (self.kit.units[0], &self.kit.tails[0]);
+        let (unit, tail) = (self.kit.units[0], Some(&self.kit.tails[0]));
         self.force.set(length.charge, n);
         let (force, window) = (&mut self.force, &mut self.windows[0]);
-        One { unit, tail, force, window, start, guess, precision }.at(length, statistics)
+        let tables = &*unit.tables;
+        at(One { tables, tail, force, window, start, guess, precision }, length, statistics)
     }
 
     /// What [`Self::main`] made is too long; the forces are a good guess for a part of it.
@@ -117,9 +116,10 @@ impl<const P: usize, F: Force> Pair<P, F> {
     ) -> Option<Solved> {
         let [main, window] = &mut self.windows;
         let guess = Guess::Forces { matrix: &self.kit.resample, values: &main.a };
-        let (unit, tail, force) = (self.kit.units[1], &self.kit.tails[1], &mut self.force);
+        let (unit, tail, force) = (self.kit.units[1], Some(&self.kit.tails[1]), &mut self.force);
         force.set(length.charge, unit.tables.points);
-        let solved = One { unit, tail, force, window, start, guess, precision }.at(length, statistics)?;
+        let tables = &*unit.tables;
+        let solved = at(One { tables, tail, force, window, start, guess, precision }, length, statistics)?;
         self.previous = Some(Forces { length: length.h.hi, values: main.a.clone() });
         (self.rejected, self.is_untouched) = (None, true);
         Some(solved)
@@ -131,49 +131,15 @@ impl<const P: usize, F: Force> Pair<P, F> {
     }
 }
 
-/// One window, the work that is compiled for every level.
-struct One<'r, const P: usize, F> {
-    unit: &'r Unit<P>,
-    tail: &'r [Nodes<P>; 2],
-    force: &'r mut F,
-    window: &'r mut Window<P>,
-    start: &'r State,
-    guess: Guess<'r, P>,
-    precision: Precision,
-}
-
-impl<const P: usize, F: Force> One<'_, P, F> {
-    /// From a start and to an end in γ.
-    fn at(self, length: Length, statistics: &mut Statistics) -> Option<Solved> {
-        let start = State { w: self.start.w * length.h, ..*self.start };
-        let most = self.precision.most;
-        let Some(mut solved) = Level::Best.dispatch(One { start: &start, ..self }) else {
-            statistics.evaluations += most;
-            return None;
-        };
-        solved.end.w = solved.end.w * length.inverse;
-        statistics.evaluations += solved.evaluations;
-        Some(solved)
-    }
-}
-
-impl<const P: usize, F: Force> WithSimd for One<'_, P, F> {
-    type Output = Option<Solved>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, s: S) -> Option<Solved> {
-        let Self { unit, tail, force, window, start, mut guess, precision } = self;
-        loop {
-            let solved = window.solve(s, &unit.tables, force, start, guess, precision);
-            // A guess can be far off, even outside the domain: try once more from the parabola.
-            if solved.is_none() && !matches!(guess, Guess::Parabola) {
-                guess = Guess::Parabola;
-                continue;
-            }
-            return solved.map(
-                #[inline(always)]
-                |solved| window.judge(s, tail, solved),
-            );
-        }
-    }
+/// Solves the window `one` of a table of length 1, whose start and end are in γ.
+fn at<const P: usize, F: Force>(one: One<'_, P, F>, length: Length, statistics: &mut Statistics) -> Option<Solved> {
+    let start = State { w: one.start.w * length.h, ..*one.start };
+    let most = one.precision.most;
+    let Some(mut solved) = Level::Best.dispatch(One { start: &start, ..one }) else {
+        statistics.evaluations += most;
+        return None;
+    };
+    solved.end.w = solved.end.w * length.inverse;
+    statistics.evaluations += solved.evaluations;
+    Some(solved)
 }

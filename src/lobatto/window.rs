@@ -3,7 +3,7 @@
 use pulp::{Scalar, Simd};
 
 use super::State;
-use super::force::Force;
+use super::force::{Force, evaluate};
 use super::guess::Guess;
 use super::newton::Newton;
 use super::simd::{
@@ -85,7 +85,7 @@ fn rows<S: Simd, const P: usize, const G: usize>(
     }
 }
 
-/// out = base + M v, as many rows at a time as fit the registers.
+/// out = base + M v.
 #[inline(always)]
 pub(super) fn product<S: Simd, const P: usize>(
     s: S,
@@ -94,6 +94,21 @@ pub(super) fn product<S: Simd, const P: usize>(
     v: &[f64; P],
     out: &mut [f64; P],
 ) {
+    if S::IS_SCALAR {
+        product_one_by_one(base, m, v, out);
+    } else {
+        product_inlined(s, base, m, v, out);
+    }
+}
+
+#[inline(never)]
+fn product_one_by_one<const P: usize>(base: &[f64; P], m: &[[f64; P]], v: &[f64; P], out: &mut [f64; P]) {
+    product_inlined(Scalar, base, m, v, out);
+}
+
+/// As many rows at a time as fit the registers.
+#[inline(always)]
+fn product_inlined<S: Simd, const P: usize>(s: S, base: &[f64; P], m: &[[f64; P]], v: &[f64; P], out: &mut [f64; P]) {
     // `v` is to be read from memory: broadcasting loads are cheap, shuffles of a register compete with the arithmetic
     // (with AVX-512 a fifth of the whole time for 20 nodes).
     let v = std::hint::black_box(v);
@@ -257,26 +272,8 @@ impl<const P: usize> Window<P> {
                 low[i] = s.add_f64s(error, rest);
             }
         }
-        let columns = t.columns;
-        let seen = match guess {
-            Guess::Same => largest(s, &self.a.0),
-            Guess::Continued { from, values } => from.factor * largest(s, &values.0),
-            Guess::Parabola | Guess::Forces { .. } => f64::INFINITY,
-        };
-        match guess {
-            Guess::Parabola => self.parabola(s, t, force, start),
-            Guess::Same => product(s, &low.0, &t.guess[..columns], &self.a.0, &mut self.rest.0),
-            Guess::Forces { matrix, values } => {
-                product(s, &[0.0; P], &matrix[..], &values.0, &mut self.a.0);
-                product(s, &low.0, &t.force[..columns], &self.a.0, &mut self.rest.0);
-            }
-            Guess::Continued { from, values } => {
-                from.apply(s, t, values, &mut self.a);
-                product(s, &low.0, &t.force[..columns], &self.a.0, &mut self.rest.0);
-            }
-        }
-        // Beyond half a turn polynomials are useless: with the largest force seen before, |rest| would be half of this.
-        if seen > 0.0 && largest(s, &self.rest.0) > t.length.hi * t.length.hi * seen {
+        let is_far = self.guess(s, t, &low, guess);
+        if is_far {
             self.parabola(s, t, force, start);
         }
         let mut known = 0;
@@ -308,7 +305,7 @@ impl<const P: usize> Window<P> {
             if near && change <= wanted && (is_first || last * last <= wanted * scale) && wanted > noise {
                 return Some(known + evaluations);
             }
-            force.evaluate(s, &self.x.0, &mut self.a.0, &mut self.u.0, near);
+            evaluate(s, force, &self.x.0, &mut self.a.0, &mut self.u.0, near);
             evaluations += 1;
             // The error of X is change · rate. At the level of rounding the rate cannot be seen, so one more iteration
             // is made: stopping early would be an error with the same sign in every window.
@@ -321,20 +318,47 @@ impl<const P: usize> Window<P> {
             }
             if !near && precision.tolerance == 0.0 {
                 // The rounding of h² A² moves K by 6e-21 a window.
-                product(s, &low.0, &t.force_lo[..columns], &self.a.0, &mut self.rest.0);
+                product(s, &low.0, &t.force_lo[..t.columns], &self.a.0, &mut self.rest.0);
                 low.0 = self.rest.0;
             }
             last = if near { change } else { f64::INFINITY };
             near = true;
-            product(s, &low.0, &t.force[..columns], &self.a.0, &mut self.rest.0);
+            product(s, &low.0, &t.force[..t.columns], &self.a.0, &mut self.rest.0);
         }
+    }
+
+    /// Leaves the guess in `rest`; whether it is none, or useless.
+    #[inline(always)]
+    fn guess<S: Simd>(&mut self, s: S, t: &Tables<P>, low: &Nodes<P>, guess: Guess<'_, P>) -> bool {
+        // One product for both kinds of guess that need one.
+        let from = match &guess {
+            Guess::Parabola => return true,
+            Guess::Same => None,
+            Guess::Forces { matrix, values } => Some((&matrix[..], *values)),
+            Guess::Continued { from, values } => Some((&from.modes[..t.columns], *values)),
+        };
+        let mut seen = f64::INFINITY;
+        let mut matrix = &t.guess;
+        if let Some((from, values)) = from {
+            product(s, &[0.0; P], from, &values.0, &mut self.a.0);
+            matrix = &t.force;
+        }
+        if let Guess::Continued { from, values } = &guess {
+            seen = from.factor * largest(s, &values.0);
+            from.apply(s, t, &mut self.a);
+        } else if from.is_none() {
+            seen = largest(s, &self.a.0);
+        }
+        product(s, &low.0, &matrix[..t.columns], &self.a.0, &mut self.rest.0);
+        // Beyond half a turn polynomials are useless: with the largest force seen before, |rest| would be half of this.
+        seen > 0.0 && largest(s, &self.rest.0) > t.length.hi * t.length.hi * seen
     }
 
     /// Leaves the parabola through the start in `rest`.
     #[inline(always)]
     fn parabola<S: Simd, F: Force>(&mut self, s: S, t: &Tables<P>, force: &mut F, start: &State) {
         self.x.0 = [start.x.hi; P];
-        force.evaluate(s, &self.x.0, &mut self.a.0, &mut self.u.0, false);
+        evaluate(s, force, &self.x.0, &mut self.a.0, &mut self.u.0, false);
         let (rest, a) = (vectors_mut::<S>(&mut self.rest.0), vectors::<S>(&self.a.0));
         for (i, parabola) in vectors::<S>(&t.parabola).iter().enumerate() {
             rest[i] = s.mul_f64s(*parabola, a[i]);

@@ -18,32 +18,34 @@ pub(super) trait WithForce {
 
 /// Does `work` with the force of `metric` for the charge `q_t`, compiled for the instructions of this machine.
 pub(super) fn dispatch<W: WithForce>(metric: &Metric, q_t: f64, work: W) -> W::Output {
-    let arch = pulp::Arch::new();
     match metric.potential() {
         Potential::Polynomial(p) => {
             let g = coefficients(metric, p.coefficients());
             if g.len() <= 5 {
                 let force = LowDegree::new(&g, q_t);
-                arch.dispatch(
-                    #[inline(always)]
-                    || work.with(force),
-                )
+                fused(work, force)
             } else {
                 let force = AnyDegree { g, q_t };
-                arch.dispatch(
-                    #[inline(always)]
-                    || work.with(force),
-                )
+                fused(work, force)
             }
         }
         Potential::Formula(_) => {
             let force = ProgramForce::new(metric, q_t);
-            arch.dispatch(
-                #[inline(always)]
-                || work.with(force),
-            )
+            fused(work, force)
         }
     }
+}
+
+/// With fused multiply-add, where the machine has it. Longer vectors would gain nothing on one particle.
+fn fused<W: WithForce>(work: W, force: impl Force) -> W::Output {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(simd) = pulp::x86::V3::try_new() {
+        return simd.vectorize(
+            #[inline(always)]
+            || work.with(force),
+        );
+    }
+    work.with(force)
 }
 
 /// Of g00, lowest power first.
