@@ -91,7 +91,8 @@ impl<const P: usize> Unit<P> {
     fn integrate<S: Simd>(&self, s: S, nodal: [&[f64]; 2]) -> Integrals<P> {
         let n = self.tables.points;
         let [mut t, mut w] = [Nodes::<P>::ZERO, Nodes::<P>::ZERO];
-        for (values, out) in nodal.into_iter().zip([&mut t, &mut w]) {
+        for k in 0..2 {
+            let (values, out) = if k == 0 { (nodal[0], &mut t) } else { (nodal[1], &mut w) };
             let mut padded = Nodes::<P>::ZERO;
             padded.0[..n].copy_from_slice(values);
             product(s, &[0.0; P], &self.modes[..self.tables.columns], &padded.0, &mut out.0);
@@ -168,8 +169,14 @@ impl<const P: usize> Unit<P> {
                 (before[g], p[g]) = (p[g], after);
             }
         }
-        for (out, values) in out.iter_mut().zip([t, x, w]) {
-            vectors_mut::<S>(&mut out.0)[i..i + G].copy_from_slice(&values);
+        let values = [t, x, w];
+        for k in 0..3 {
+            let out = &mut vectors_mut::<S>(&mut out[k].0)[i..i + G];
+            let mut g = 0;
+            while g < G {
+                out[g] = values[k][g];
+                g += 1;
+            }
         }
     }
 }

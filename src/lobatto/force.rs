@@ -59,15 +59,28 @@ pub(super) const NEAR: f64 = 0.1;
 
 impl PolynomialForce {
     pub(super) fn new(metric: &Metric, q_t: f64, coefficients: &[f64]) -> Self {
-        let degree = coefficients.iter().rposition(|&c| c != 0.0).unwrap_or(0);
-        let g = |k: usize| {
-            let term = coefficients.get(k).map_or(0.0, |c| metric.two_over_mass() * c);
-            if k == 0 { metric.c_squared() + term } else { term }
-        };
-        let d = |k: usize| if k < degree { -0.5 * (k + 1) as f64 * g(k + 1) } else { 0.0 };
-        let low = (degree < 5)
-            .then(|| [std::array::from_fn(|k| if k <= degree { g(k) } else { 0.0 }), std::array::from_fn(d)]);
-        Self { q_t, coefficients: (0..=degree).map(g).chain((0..=degree).map(d)).collect(), low }
+        let mut degree = coefficients.len().saturating_sub(1);
+        while degree > 0 && coefficients[degree] == 0.0 {
+            degree -= 1;
+        }
+        let mut all = vec![0.0; 2 * (degree + 1)];
+        let (g, d) = all.split_at_mut(degree + 1);
+        for (g, c) in g.iter_mut().zip(coefficients) {
+            *g = metric.two_over_mass() * c;
+        }
+        g[0] += metric.c_squared();
+        for k in 0..degree {
+            d[k] = -0.5 * (k + 1) as f64 * g[k + 1];
+        }
+        let mut low = None;
+        if degree < 5 {
+            let mut both = [[0.0; 5]; 2];
+            for k in 0..=degree {
+                (both[0][k], both[1][k]) = (g[k], d[k]);
+            }
+            low = Some(both);
+        }
+        Self { q_t, coefficients: all, low }
     }
 
     /// g and d on G vectors from the `i`-th on; up to degree four in half the time of Horner's rule, by Estrin's
@@ -76,7 +89,9 @@ impl PolynomialForce {
     fn values<S: Simd, const G: usize>(&self, s: S, x: &[S::f64s], i: usize) -> ([S::f64s; G], [S::f64s; G]) {
         let Some([g, d]) = &self.low else { return self.horner(s, x, i) };
         let mut out = ([s.splat_f64s(0.0); G], [s.splat_f64s(0.0); G]);
-        for (j, &x) in x[i..i + G].iter().enumerate() {
+        let x = &x[i..i + G];
+        for j in 0..G {
+            let x = x[j];
             let square = s.mul_f64s(x, x);
             let high = multiply_add(s, s.splat_f64s(g[4]), square, pair(s, &g[2..], x));
             out.0[j] = multiply_add(s, high, square, pair(s, g, x));

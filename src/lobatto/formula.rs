@@ -3,7 +3,7 @@
 use pulp::Simd;
 
 use super::force::{Force, NEAR, corrections};
-use super::simd::{abs, is_fused, multiply_add, neg, product_error, two_sum, vectors, vectors_mut};
+use super::simd::{abs, copy, is_fused, multiply_add, neg, product_error, two_sum, vectors, vectors_mut};
 use super::tables::Nodes;
 use crate::metric::Metric;
 use crate::potential::{Instruction, Program};
@@ -208,14 +208,15 @@ fn by_lanes<const P: usize>(done: &[Nodes<P>], out: &mut Nodes<P>, step: Instruc
             }
         }
         Instruction::Call(function, a) => {
-            for (out, &x) in out.0.iter_mut().zip(&done[a].0[..points]) {
-                *out = function.apply(x);
+            for k in 0..points {
+                out.0[k] = function.apply(done[a].0[k]);
             }
         }
         _ => unreachable!("arithmetic has a vector form"),
     }
-    let last = out.0[points - 1];
-    out.0[points..].fill(last);
+    for k in points..P {
+        out.0[k] = out.0[points - 1];
+    }
 }
 
 impl<const P: usize> Force for FormulaForce<P> {
@@ -256,8 +257,13 @@ impl<const P: usize> Force for FormulaForce<P> {
     #[inline(always)]
     fn evaluate<S: Simd>(&mut self, s: S, x: &[f64], a: &mut [f64], u: &mut [f64], near: bool) {
         // The padding repeats the last node: it must not be a point of its own, which might lie outside the domain.
-        self.registers[0].0.copy_from_slice(x);
-        self.registers[0].0[self.points..].fill(x[self.points - 1]);
+        copy::<S>(x, &mut self.registers[0].0);
+        let last = x[self.points - 1];
+        let mut k = self.points;
+        while k < P {
+            self.registers[0].0[k] = last;
+            k += 1;
+        }
         self.run(s, 0, self.steps_to_slope);
         let (q, m, c) = (s.splat_f64s(self.q_t), s.splat_f64s(self.two_over_mass), s.splat_f64s(self.c_squared));
         let half = s.splat_f64s(-0.5 * self.two_over_mass);
@@ -288,9 +294,11 @@ impl<const P: usize> Force for FormulaForce<P> {
     /// The same program on pairs. Only for programs of pure arithmetic.
     #[inline(always)]
     fn refine<S: Simd>(&mut self, s: S, [x, x_lo]: [&[f64]; 2], [a, u]: [&[f64]; 2], [da, du]: [&mut [f64]; 2]) {
-        self.registers[0].0.copy_from_slice(x);
-        self.lacks.resize(self.registers.len(), Nodes::ZERO);
-        self.lacks[0].0.copy_from_slice(x_lo);
+        copy::<S>(x, &mut self.registers[0].0);
+        if self.lacks.is_empty() {
+            self.lacks.resize(self.registers.len(), Nodes::ZERO);
+        }
+        copy::<S>(x_lo, &mut self.lacks[0].0);
         let mut k = 0;
         while k < self.steps.len() {
             let step = self.steps[k];

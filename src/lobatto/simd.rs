@@ -1,8 +1,8 @@
 //! Vectors of the best instruction set that the machine has, chosen at run time.
 //!
 //! Everything that works on vectors is written against [`pulp::Simd`] and is `#[inline(always)]`: only what is inlined
-//! into pulp's entry function is compiled with the instructions of the level. For the same reason there are no closures
-//! and no iterator adaptors over vectors.
+//! into pulp's entry function is compiled with the instructions of the level. For the same reason there are no closures,
+//! no iterator adaptors and no calls of the standard library over vectors.
 
 use pulp::{Arch, Scalar, Simd, WithSimd};
 
@@ -126,6 +126,17 @@ pub(super) fn vectors<S: Simd>(v: &[f64]) -> &[S::f64s] {
 pub(super) fn vectors_mut<S: Simd>(v: &mut [f64]) -> &mut [S::f64s] {
     let length = count::<S>(v.len());
     S::as_mut_simd_f64s(&mut v[..length]).0
+}
+
+/// Copies `from` to `to`, without the call that the standard library would make of it.
+#[inline(always)]
+pub(super) fn copy<S: Simd>(from: &[f64], to: &mut [f64]) {
+    let (from, to) = (vectors::<S>(from), vectors_mut::<S>(to));
+    let mut i = 0;
+    while i < to.len() {
+        to[i] = from[i];
+        i += 1;
+    }
 }
 
 /// max |v_j|.

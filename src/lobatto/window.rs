@@ -57,6 +57,19 @@ pub(super) struct Solved {
     pub(super) largest: [f64; 2],
 }
 
+impl Solved {
+    /// From `start`, after the free motion of x and the updates of t, x and w.
+    #[inline(always)]
+    fn new(start: &State, free: (f64, f64), [dt, dx, dw]: [(f64, f64); 3], evaluations: usize) -> Self {
+        let end = State {
+            t: start.t.plus_update(dt),
+            x: start.x.plus_update(free).plus_update(dx),
+            w: start.w.plus_update(dw),
+        };
+        Self { end, evaluations, tail: [0.0; 2], largest: [0.0; 2] }
+    }
+}
+
 /// G vectors of rows of `base` + M v from the `r`-th on; 4 G independent chains hide the latency of multiply-adds.
 #[inline(always)]
 fn rows<S: Simd, const P: usize, const G: usize>(
@@ -69,15 +82,23 @@ fn rows<S: Simd, const P: usize, const G: usize>(
 ) {
     let mut sum = [[s.splat_f64s(0.0); G]; 4];
     let base = &vectors::<S>(base)[r..r + G];
-    sum[0][..G].copy_from_slice(&base[..G]);
-    for (m, v) in m.as_chunks::<4>().0.iter().zip(v.as_chunks::<4>().0) {
+    let mut g = 0;
+    while g < G {
+        sum[0][g] = base[g];
+        g += 1;
+    }
+    let m = m.as_chunks::<4>().0;
+    let v = &v.as_chunks::<4>().0[..m.len()];
+    let mut k = 0;
+    while k < m.len() {
         for c in 0..4 {
-            let factor = s.splat_f64s(v[c]);
-            let column = &vectors::<S>(&m[c])[r..r + G];
+            let factor = s.splat_f64s(v[k][c]);
+            let column = &vectors::<S>(&m[k][c])[r..r + G];
             for g in 0..G {
                 sum[c][g] = multiply_add(s, column[g], factor, sum[c][g]);
             }
         }
+        k += 1;
     }
     let out = &mut vectors_mut::<S>(out)[r..r + G];
     for g in 0..G {
@@ -183,7 +204,8 @@ impl<const P: usize> Window<P> {
     #[inline(always)]
     pub(super) fn judge<S: Simd>(&self, s: S, rows: &[Nodes<P>; 2], solved: Solved) -> Solved {
         let mut judged = solved;
-        for (k, v) in [&self.a.0, &self.u.0].into_iter().enumerate() {
+        for k in 0..2 {
+            let v = if k == 0 { &self.a.0 } else { &self.u.0 };
             judged.tail[k] = plain_dot(s, &rows[0].0, v).abs().max(plain_dot(s, &rows[1].0, v).abs());
             judged.largest[k] = largest(s, v);
         }
@@ -360,8 +382,9 @@ impl<const P: usize> Window<P> {
         self.x.0 = [start.x.hi; P];
         evaluate(s, force, &self.x.0, &mut self.a.0, &mut self.u.0, false);
         let (rest, a) = (vectors_mut::<S>(&mut self.rest.0), vectors::<S>(&self.a.0));
-        for (i, parabola) in vectors::<S>(&t.parabola).iter().enumerate() {
-            rest[i] = s.mul_f64s(*parabola, a[i]);
+        let parabola = vectors::<S>(&t.parabola);
+        for i in 0..rest.len() {
+            rest[i] = s.mul_f64s(parabola[i], a[i]);
         }
     }
 
@@ -385,18 +408,12 @@ impl<const P: usize> Window<P> {
         let h = t.length;
         let (p, error) = two_product::<S>(h.hi, start.w.hi);
         let free = (p, error + (h.lo * start.w.hi + h.hi * start.w.lo));
-        let end = |[dt, dx, dw]: [(f64, f64); 3]| State {
-            t: start.t.plus_update(dt),
-            x: start.x.plus_update(free).plus_update(dx),
-            w: start.w.plus_update(dw),
-        };
-        let solved = |end| Solved { end, evaluations, tail: [0.0; 2], largest: [0.0; 2] };
         if !precision.is_twofold() {
             let (a, u) = (&self.a.0, &self.u.0);
             let dt = (plain_dot(s, &t.weights, u), 0.0);
             let dx = (plain_dot(s, &t.position_weights, a), 0.0);
             let dw = (plain_dot(s, &t.weights, a), 0.0);
-            return solved(end([dt, dx, dw]));
+            return Solved::new(start, free, [dt, dx, dw], evaluations);
         }
         let (mut da, mut du) = (Nodes::<P>::ZERO, Nodes::<P>::ZERO);
         if precision.refine && force.refines() {
@@ -416,6 +433,6 @@ impl<const P: usize> Window<P> {
         let dw = dot(s, b, &self.a.0, &da.0, big_a);
         let dx = dot(s, position, &self.a.0, &da.0, t.length_unit * big_a);
         let dt = dot(s, b, &self.u.0, &du.0, big_u);
-        solved(end([dt, dx, dw]))
+        Solved::new(start, free, [dt, dx, dw], evaluations)
     }
 }

@@ -20,8 +20,7 @@
 //!
 //! The module knows a metric and initial data, but no case and no file. All but Taylor are written here and compiled
 //! for the vector instructions of the machine, as this program's own iteration is: the point is to be fair to them.
-//! Each evaluates g00 and g00′ and nothing else, once a stage. (With the crate `differential-equations` 0.7 the errors
-//! of Radau5 did not follow the tolerance.)
+//! Each evaluates g00 and g00′ and nothing else, once a stage.
 //!
 //! Between the ends of their steps RK4, Gauss and DOP853 have a dense output: the cubic through both ends, the
 //! integrals of the polynomials through the stages, and Hairer's polynomial of degree 7 with three stages more;

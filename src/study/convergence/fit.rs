@@ -1,7 +1,5 @@
 //! Slopes of errors on log–log axes, above the rounding plateau.
 
-use nalgebra::{DMatrix, DVector};
-
 /// A level that does not fall is due to rounding if it has this many decimal digits fewer than the arithmetic, relative
 /// to the quantity's size; above it only growing errors end a fit.
 const PLATEAU_DIGITS: i32 = 9;
@@ -58,20 +56,14 @@ impl Fit {
 
 /// Slope and its standard error of log y against log x.
 fn log_log(x: &[f64], y: &[f64]) -> (f64, Option<f64>) {
-    let n = x.len();
-    let design = DMatrix::from_fn(n, 2, |row, column| if column == 0 { 1.0 } else { x[row].ln() });
-    let target = DVector::from_iterator(n, y.iter().map(|y| y.ln()));
-    let svd = design.clone().svd(true, true);
-    let coefficients = svd.solve(&target, 0.0).expect("both factors were computed");
-    let residual = (&target - &design * &coefficients).norm_squared();
-    let standard_error = (n > 2)
-        .then(|| {
-            (design.transpose() * &design)
-                .try_inverse()
-                .map(|inverse| (residual / (n - 2) as f64 * inverse[(1, 1)]).sqrt())
-        })
-        .flatten();
-    (coefficients[1], standard_error)
+    let n = x.len() as f64;
+    let mean = |v: &[f64]| v.iter().map(|v| v.ln()).sum::<f64>() / n;
+    let (x_mean, y_mean) = (mean(x), mean(y));
+    let points = || x.iter().zip(y).map(|(x, y)| (x.ln() - x_mean, y.ln() - y_mean));
+    let spread: f64 = points().map(|(x, _)| x * x).sum();
+    let slope = points().map(|(x, y)| x * y).sum::<f64>() / spread;
+    let residual: f64 = points().map(|(x, y)| (y - slope * x).powi(2)).sum();
+    (slope, (n > 2.0).then(|| (residual / (n - 2.0) / spread).sqrt()))
 }
 
 fn local_slopes(delta_gamma: &[f64], errors: &[f64]) -> Vec<f64> {
