@@ -6,8 +6,8 @@
 # # A first look from Python
 #
 # This notebook runs `geodesic-ivp`, reads its tables and its summary, and draws them. It needs the program on the PATH,
-# numpy and matplotlib. Run it as a script (`uv run examples/python/first_look.py`), or open it in an editor that knows cells.
-# Files and pictures go into `results/python`.
+# numpy and matplotlib. Run it as a script (`uv run examples/python/first_look.py`), or open it in an editor that knows
+# cells. Files and pictures go into `results/python`. Words and symbols are explained in `docs/README.md`.
 
 # %%
 import csv
@@ -57,7 +57,7 @@ def run(case, **changes):
 # %% [markdown]
 # ## The time mesh that nobody asked for
 #
-# The nodes are even in γ and uneven in t: ṫ = Q_t/g00 is small where the potential is high.
+# The nodes are even in γ and uneven in t: ṫ = dt/dγ = Q_t/g00 is small where the potential is high. A dot is d/dγ.
 
 # %%
 quartic = run("quartic")
@@ -69,7 +69,8 @@ figure.savefig(FOLDER / "motion.svg")
 # %% [markdown]
 # ## The charge, and what it does not say
 #
-# Q_t is exact at every node but the last. K is not conserved by construction, and says how good x is.
+# Q_t is exact at every node, in the strong form at every node but the last. K = g00 ṫ² − ẋ² is a constant of the
+# motion, too, but no scheme keeps it exactly. So it says how good x is.
 
 # %%
 figure, axes = plt.subplots()
@@ -85,7 +86,7 @@ figure.savefig(FOLDER / "charge.svg")
 # %% [markdown]
 # ## Errors, by the program's own judgement
 #
-# `run --out` leaves files. `summary.json` says how far t and x are off.
+# `run --out` leaves files. `summary.json` says how far t and x are off, at most about.
 
 # %%
 nodes = [16, 32, 64, 128, 256]
