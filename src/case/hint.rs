@@ -130,6 +130,10 @@ impl<'a> Missing<'a> {
                 "[initial] needs x, t_dot (dt/dgamma) and either x_dot (dx/dgamma) or velocity (dx/dt)".to_owned(),
             ),
             (
+                is_missing(&[("initial", "t_dot")]),
+                "initial.t_dot is dt/dgamma at the start; with 1, gamma runs like time does there".to_owned(),
+            ),
+            (
                 is_missing(&[("initial", "x_dot")]),
                 "give exactly one of initial.x_dot (dx/dgamma) and initial.velocity (dx/dt)".to_owned(),
             ),

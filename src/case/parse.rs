@@ -146,6 +146,11 @@ impl Source {
                 Err(self.error(item.span(), message, one()))
             }
             [] => Err(self.error(potential.span(), "no potential is given".to_owned(), one())),
+            [.., ("parameters", item)] | [("parameters", item), ..] => {
+                let message = "'potential.parameters' is not a potential".to_owned();
+                let help = "parameters belong to their formula: potential.formula.parameters".to_owned();
+                Err(self.error(item.span(), message, Some(help)))
+            }
             [(first, _), (second, item), ..] => {
                 let message = format!("more than one potential is given: {first} and {second}");
                 Err(self.error(item.span(), message, one()))
@@ -236,7 +241,9 @@ fn set(root: &mut Table, setting: &str) -> Result<(), String> {
     if value.is_empty() {
         return Err("the value is missing".to_owned());
     }
-    let bare_word = value.starts_with(|c: char| c.is_ascii_alphabetic());
+    // What cannot be another kind of value needs no quotes: a word, and a formula.
+    let is_formula = matches!(key.trim(), "potential.formula" | "potential.formula.expression");
+    let bare_word = value.starts_with(|c: char| c.is_ascii_alphabetic()) || is_formula;
     let value: Value = match value.parse() {
         Ok(value) => value,
         Err(_) if bare_word => Value::from(value),

@@ -28,7 +28,7 @@ impl Case {
         if invariants.k < 0.0 {
             warnings.push(format!(
                 "the initial tangent is spacelike (K = g00 t_dot^2 - x_dot^2 = {:.6} < 0): the particle starts faster than \
-                 light, and the bound on H_BVP does not hold",
+                 light, and the bound on H_BVP does not hold; for a motion of matter start slower, or raise particle.c",
                 invariants.k
             ));
         }

@@ -169,12 +169,13 @@ fn sweep_in<S: Real>(
     write_slopes(files.writer(SLOPES), &slopes).context("cannot write slopes.csv")?;
     let summary = ConvergenceSummary::new(case, &convergence, &slopes).to_json();
     files.write_text(SUMMARY, &summary)?;
+    let title = args.case.title(case);
     if args.plot {
-        draw(case, &convergence, &slopes, &files)?;
+        draw(&title, &convergence, &slopes, &files)?;
     }
     let kept = files.commit(|_| true)?;
     Ok(Some(Swept {
-        table: readable(case, &convergence, &slopes),
+        table: readable(&title, &convergence, &slopes),
         summary,
         written: report::written(&directory, &kept),
         beside: beside.iter().map(|&range| convergence.slopes(range)).collect(),
@@ -186,8 +187,7 @@ fn sweep_in<S: Real>(
     }))
 }
 
-fn draw<S: Real>(case: &Case, convergence: &Convergence<S>, slopes: &[Slope], files: &OutputSet) -> anyhow::Result<()> {
-    let title = case.title.as_deref().unwrap_or("Convergence");
+fn draw<S: Real>(title: &str, convergence: &Convergence<S>, slopes: &[Slope], files: &OutputSet) -> anyhow::Result<()> {
     // Of many schemes x alone: twice as many curves would be too many to tell apart.
     let first = usize::from(slopes.len() > 4 * Quantity::ALL.len());
     for (name, what, quantities) in [
@@ -238,8 +238,7 @@ fn sweep_with_progress<S: Real>(case: &Case, args: &ConvergeArgs) -> Result<Opti
     Ok(ready?.map(|sweep| sweep.gathered(points)))
 }
 
-fn readable<S>(case: &Case, convergence: &Convergence<S>, slopes: &[Slope]) -> String {
-    let title = case.title.as_deref().unwrap_or("geodesic-ivp");
+fn readable<S>(title: &str, convergence: &Convergence<S>, slopes: &[Slope]) -> String {
     let mut text = format!(
         "{title}: convergence against a Taylor trajectory (its estimated error {:.1e})\n",
         convergence.reference.error_estimate

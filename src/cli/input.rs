@@ -69,6 +69,11 @@ impl CaseArgs {
         path.strip_prefix(here).unwrap_or(&path).display().to_string()
     }
 
+    /// What heads the output and the pictures: the title of the case, or its name.
+    pub(super) fn title(&self, case: &Case) -> String {
+        case.title.clone().unwrap_or_else(|| self.stem().to_string_lossy().into_owned())
+    }
+
     /// What results are called after: the stem of the case's file.
     pub(super) fn stem(&self) -> &OsStr {
         let stem = match self.source() {

@@ -61,10 +61,14 @@ pub(super) fn man() -> anyhow::Result<ExitCode> {
         Roff::new()
             .control("SH", [format!("COMMAND {}", subcommand.get_name().to_uppercase()).as_str()])
             .to_writer(&mut page)?;
-        let section = Man::new(subcommand.clone());
+        let mut subcommand = subcommand.clone();
+        let usage = subcommand.render_usage().to_string();
+        let section = Man::new(subcommand);
         let mut text = Vec::new();
         section.render_description_section(&mut text)?;
-        section.render_synopsis_section(&mut text)?;
+        let mut synopsis = Roff::new();
+        synopsis.control("SH", ["SYNOPSIS"]).text([bold(usage.trim_start_matches("Usage: ").to_owned())]);
+        synopsis.to_writer(&mut text)?;
         section.render_options_section(&mut text)?;
         // Sections of a command are sub-sections of the page.
         page.extend(String::from_utf8(text)?.replace(".SH ", ".SS ").into_bytes());

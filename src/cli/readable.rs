@@ -13,13 +13,14 @@ const ROUNDING: f64 = 1e5;
 
 /// The lines of a summary up to the list of files.
 pub(super) fn readable<S: Real>(
+    title: &str,
     solution: &Solution<S>,
     measures: &Measures<S>,
     summary: &Summary,
     error: Option<&RunError>,
 ) -> String {
     let lines = [
-        summary.title.clone().unwrap_or_else(|| "geodesic-ivp".to_owned()),
+        title.to_owned(),
         end(solution, error),
         format!("  verdict    {}", verdict(solution, measures, error)),
         charge(solution, measures),

@@ -157,7 +157,7 @@ fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
     let json = summary.to_json();
     files.write_text(SUMMARY, &json)?;
     if let Some(diagnostics) = diagnostics.as_ref().filter(|_| args.plot) {
-        let title = case.title.as_deref().unwrap_or("geodesic-ivp");
+        let title = args.case.title(case);
         let windows = if summary.windows > 1 { format!(", {} windows", summary.windows) } else { String::new() };
         let title = format!("{title} ({}, N = {}{windows})", summary.sbp, summary.n_gamma);
         for (name, chart) in PICTURES.into_iter().zip(pictures(&title, case, &solution, diagnostics)) {
@@ -166,7 +166,8 @@ fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
     }
     let kept = files.commit(|_| true)?;
     args.output.tell(&args.case, &json, || {
-        readable(&solution, &measures, &summary, error.as_ref()) + &report::written(&directory, &kept)
+        readable(&args.case.title(case), &solution, &measures, &summary, error.as_ref())
+            + &report::written(&directory, &kept)
     })?;
     Ok(ExitCode::SUCCESS)
 }

@@ -87,7 +87,7 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
     write_stability(files.writer(STABILITY), &atlas.cells).context("cannot write stability.csv")?;
     let summary = StabilitySummary::new(case, scene, plan, &atlas).to_json();
     files.write_text(SUMMARY, &summary)?;
-    let title = case.title.as_deref().unwrap_or("Stability");
+    let title = &args.case.title(case);
     if args.plot {
         let own = |own: bool| plan.methods.iter().filter(|method| method.is_own() == own).cloned().collect::<Vec<_>>();
         files.write_text(MAP, &pictures::stability_map(title, scene, &own(true), &atlas.cells).to_svg())?;

@@ -113,12 +113,13 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
     write_drift(files.writer(DRIFT), &along).context("cannot write drift.csv")?;
     let summary = WorkPrecisionSummary::new(case, &arenas, &measured, &ratios).to_json();
     files.write_text(SUMMARY, &summary)?;
+    let title = args.case.title(case);
     if args.plot {
-        draw(case, &arenas, &measured, &along, &files)?;
+        draw(&title, &arenas, &measured, &along, &files)?;
     }
     let kept = files.commit(|_| true)?;
     args.output.tell(&args.case, &summary, || {
-        readable(case, &arenas, &measured, &ratios) + &report::written(&directory, &kept)
+        readable(&title, &arenas, &measured, &ratios) + &report::written(&directory, &kept)
     })?;
     if measured.interrupted {
         let rows = measured.rows.len();
@@ -218,13 +219,12 @@ fn chart(arenas: &Arc<Vec<Arena>>, families: &[Family], budget: &Budget, tell: &
 
 /// Draws all pictures.
 fn draw(
-    case: &Case,
+    title: &str,
     arenas: &[Arena],
     measured: &WorkPrecision,
     along: &[DriftPoint],
     files: &OutputSet,
 ) -> anyhow::Result<()> {
-    let title = case.title.as_deref().unwrap_or("Work and precision");
     let write = |name, chart: geodesic_ivp::output::Chart| files.write_text(name, &chart.to_svg());
     for (arena, (time, evaluations)) in arenas.iter().zip(BY_LENGTH) {
         let length = arena.length();
@@ -245,8 +245,7 @@ fn short(length: f64) -> String {
     rounded.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-fn readable(case: &Case, arenas: &[Arena], measured: &WorkPrecision, ratios: &[Ratio]) -> String {
-    let title = case.title.as_deref().unwrap_or("geodesic-ivp");
+fn readable(title: &str, arenas: &[Arena], measured: &WorkPrecision, ratios: &[Ratio]) -> String {
     let ranked = measured.rows.iter().filter(|row| row.rank().is_some()).count();
     let mut text = format!("{title}: {} settings, {ranked} of them with a result\n", measured.rows.len());
     for arena in arenas {

@@ -97,9 +97,14 @@ impl TryFrom<String> for SbpName {
         match digits.map(|digits| digits.parse::<usize>().unwrap_or(usize::MAX)) {
             Some(nodes) if (LEAST_NODES..=MOST_NODES).contains(&nodes) => Ok(Self::Gll(nodes as u8)),
             Some(_) => Err(format!("GLL<n> has from {LEAST_NODES} to {MOST_NODES} nodes, got {name}")),
-            None => Err(format!(
-                "unknown operator \"{name}\", expected SBP21, SBP42, SBP63, SBP84 or GLL<n>, for example GLL16"
-            )),
+            None => {
+                let upper = name.to_uppercase();
+                let is_known = upper != name && Self::try_from(upper.clone()).is_ok();
+                let meant = if is_known { format!("; did you mean \"{upper}\"?") } else { String::new() };
+                Err(format!(
+                    "unknown operator \"{name}\", expected SBP21, SBP42, SBP63, SBP84 or GLL<n>, for example GLL16{meant}"
+                ))
+            }
         }
     }
 }

@@ -199,6 +199,9 @@ impl fmt::Display for Compact {
     }
 }
 
+/// A residual below this is rounding where units are of the order of 1.
+const AT_ROUNDING: f64 = 1e-13;
+
 impl NoSolution {
     /// What to try next.
     pub fn advice(&self) -> &'static str {
@@ -207,6 +210,10 @@ impl NoSolution {
         }
         match self.status {
             Status::Converged => "",
+            Status::MaxIterations | Status::Stalled if self.residual < AT_ROUNDING => {
+                "the residual is at the level of rounding, so more iterations would not help: the grid hardly determines the \
+                 motion; raise n_gamma or windows, or give solver.accuracy in place of [scheme] and n_gamma"
+            }
             Status::OutsideDomain => {
                 "g00 = c^2 + 2V/m must stay positive: end the run before this gamma, choose initial data that stay away \
                  from the horizon, or raise c; if the potential is harmless there, the step is too coarse: raise \

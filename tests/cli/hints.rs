@@ -17,6 +17,12 @@ fn misspelt_words_are_recognised() {
         ("run quartic --set initial.mass=2.0", &["did you mean `particle.mass`?"]),
         ("run quartic --set potential={quartics={kappa=1.0}}", &["did you mean `quartic`?"]),
         ("run quartic --set solver.system=doubld", &["did you mean `doubled`?"]),
+        ("run quartic --set scheme.sbp=sbp42", &["did you mean \"SBP42\"?"]),
+        ("run quartic --set scheme.sbp=gll16", &["did you mean \"GLL16\"?"]),
+        (
+            "run pendulum --set potential.parameters.g=2",
+            &["'potential.parameters' is not a potential", "potential.formula.parameters"],
+        ),
     ] {
         let message = failed(&run_in(folder.path(), arguments), 2);
         assert!(fragments.iter().all(|fragment| message.contains(fragment)), "{arguments}: {message}");
@@ -35,6 +41,8 @@ fn formulas_of_other_languages_are_translated() {
         ("X^2", 1, "did you mean 'x'?"),
         ("x²", 2, "a square is written ^2"),
         ("omga*x", 1, "did you mean 'omega'?"),
+        ("1 + 2x^2", 5, "a product is written with *: 2*x"),
+        ("0.5(x^2)", 4, "a product is written with *"),
     ] {
         let setting = format!("potential={{formula={{expression=\"{expression}\",parameters={{omega=1.0}}}}}}");
         let output = program().current_dir(folder.path()).args(["run", "quartic", "--set", &setting]).output().unwrap();
@@ -59,7 +67,7 @@ fn all_missing_keys_are_named_at_once() {
         ),
         (
             "potential.free = {}\n[initial]\nx = 1.0\nvelocity = 0.1\n[solver]\naccuracy = 1e-9\n",
-            &["missing field `t_dot`"],
+            &["missing field `t_dot`", "initial.t_dot is dt/dgamma at the start"],
         ),
     ] {
         fs::write(folder.path().join("case.toml"), text).unwrap();
@@ -91,6 +99,28 @@ fn a_formula_can_be_a_word_and_t_begins_at_zero() {
     let text = "potential.formula = \"x^2\"\ninitial = { x = 1.0, t_dot = 1.0, x_dot = 0.1 }\nsolver.accuracy = 1e-8\n";
     fs::write(folder.path().join("accurate.toml"), text).unwrap();
     succeeded(&run_in(folder.path(), "run accurate.toml"));
+}
+
+#[test]
+fn a_formula_needs_no_quotes_on_the_command_line_and_a_case_no_title() {
+    let folder = TempDir::new().unwrap();
+    let text = "potential.formula = \"0\"\ninitial = { x = 1.0, t_dot = 1.0, x_dot = 0.1 }\n\
+                particle.c = 3.0\nsolver.accuracy = 1e-8\n";
+    fs::write(folder.path().join("mine.toml"), text).unwrap();
+    let output = succeeded(&run_in(folder.path(), "run mine.toml --set potential.formula=1-cos(x)"));
+    assert!(output.starts_with("mine\n"), "{output}");
+    let effective = fs::read_to_string(folder.path().join("results/mine/case.toml")).unwrap();
+    assert!(effective.contains("1-cos(x)") && !effective.contains("title"), "{effective}");
+    let message = failed(&run_in(folder.path(), "run mine.toml --set initial.x=1-2"), 2);
+    assert!(message.contains("'1-2' is not a TOML value"), "{message}");
+}
+
+#[test]
+fn where_the_residual_is_rounding_more_iterations_are_not_recommended() {
+    let folder = TempDir::new().unwrap();
+    let message = failed(&run_in(folder.path(), "run pendulum --set potential.formula.parameters.g=9.81"), 3);
+    assert!(message.contains("max-iterations") && message.contains("more iterations would not help"), "{message}");
+    assert!(message.contains("solver.accuracy") && !message.contains("raise solver.max_iterations"), "{message}");
 }
 
 #[test]

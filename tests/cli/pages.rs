@@ -23,6 +23,7 @@ fn check_prints_the_effective_case_and_compares() {
 fn completions_and_manual_page() {
     let folder = TempDir::new().unwrap();
     assert!(succeeded(&run_in(folder.path(), "completions bash")).contains("geodesic-ivp"));
-    assert!(succeeded(&run_in(folder.path(), "man")).contains(".TH geodesic-ivp"));
+    let page = succeeded(&run_in(folder.path(), "man"));
+    assert!(page.contains(".TH geodesic-ivp") && page.contains("geodesic\\-ivp run [OPTIONS] <CASE>"), "{page}");
     assert!(succeeded(&run_in(folder.path(), "--help")).contains("Exit codes"));
 }

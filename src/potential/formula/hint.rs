@@ -34,6 +34,16 @@ pub(super) fn at<'n>(expression: &str, offset: usize, parameters: impl Iterator<
     if rest.starts_with('*') && before.trim_end().ends_with('*') {
         return Some("a power is written ^, for example x^2".to_owned());
     }
+    // A number before a name is pointed at where it begins, one before a parenthesis where that does.
+    let digits = rest.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(rest.len());
+    let (number, factor) = rest.split_at(digits);
+    let end = factor.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(factor.len());
+    if digits > 0 && end > 0 {
+        return Some(format!("a product is written with *: {number}*{}", &factor[..end]));
+    }
+    if rest.starts_with('(') && before.trim_end().ends_with(|c: char| c.is_ascii_digit() || ").".contains(c)) {
+        return Some("a product is written with *".to_owned());
+    }
     let length = rest.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).unwrap_or(rest.len());
     let word = match length {
         0 => &rest[..rest.chars().next().map_or(0, char::len_utf8)],
