@@ -81,22 +81,22 @@
 //!
 //! # The modules
 //!
-//! Data flows one way:
+//! Data flows one way: a module imports only what stands above it in this table, which a test checks.
 //!
 //! | module | what it knows |
 //! |---|---|
-//! | [`case`] | the strict TOML case file |
-//! | [`potential`] | V, V′, V″; formulas |
 //! | [`scalar`] | `f64` and extended precision, and what both offer |
+//! | [`potential`] | V, V′, V″; formulas |
+//! | [`banded`], [`sbp`] | banded algebra and operators, but no physics |
 //! | [`metric`], [`geodesic`] | g00 and the constants of motion, but no grid |
-//! | [`sbp`], [`banded`] | operators and banded algebra, but no physics |
+//! | [`lobatto`] | windows of the weak scheme, at speed |
+//! | [`mod@reference`] | the trajectory to compare with, by a Taylor method |
+//! | [`methods`] | what others would take for the same world-line |
 //! | [`action`] | E_IVP in both forms, its gradient and its sparse Hessian |
-//! | [`mod@solve`] | Newton on ∇E_IVP = 0; the physical limit; every way it can end |
-//! | [`lobatto`] | windows of the weak scheme, at speed; knows no case |
-//! | [`methods`] | what others would take for the same world-line; knows no case |
+//! | [`mod@solve`] | Newton on ∇E_IVP = 0; the physical limit; every way it can end; knows a setup, but no case |
 //! | [`diagnostics`] | charges, residuals, bound, sawtooth; never calls a solver |
 //! | [`sampling`] | values between the nodes |
-//! | [`mod@reference`] | the trajectory to compare with, by a Taylor method |
+//! | [`case`] | the strict TOML case file, and the setup that it describes |
 //! | [`study`] | sweeps and fits, on top of [`solve`](crate::solve()) |
 //! | [`output`] | CSV, JSON and SVG; prints nothing |
 

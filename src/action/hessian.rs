@@ -10,8 +10,8 @@
 use faer::sparse::{Argsort, Pair, SparseColMat, SymbolicSparseColMat};
 
 use super::DoubledAction;
+use super::Form;
 use super::boundary::BranchEnds;
-use crate::case::Form;
 use crate::metric::OutsideDomain;
 
 /// A Hessian as a compressed sparse column matrix with a row an unknown, both triangles stored.

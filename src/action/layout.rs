@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use crate::case::Form;
+use super::Form;
 
 /// Number of Lagrange multipliers of the strong form.
 pub const MULTIPLIERS: usize = 8;

@@ -34,18 +34,19 @@
 //! ```
 
 mod boundary;
+mod form;
 mod hessian;
 mod layout;
 mod multipliers;
 mod rounding;
 
+pub use form::Form;
 pub use hessian::{HessianPattern, SparseHessian};
 pub use layout::{Branch, Layout, MULTIPLIERS};
 pub use rounding::GradientRounding;
 
 use self::boundary::BranchEnds;
 use self::layout::BranchMut;
-use crate::case::Form;
 use crate::geodesic::InitialData;
 use crate::metric::{Metric, MetricSamples, OutsideDomain};
 use crate::norm::max_abs;

@@ -10,13 +10,16 @@ mod formula_spec;
 mod hint;
 mod keys;
 mod parse;
+mod setup;
 mod validate;
 mod warnings;
 mod write;
 
 use serde::{Deserialize, Serialize};
 
+pub use crate::action::Form;
 pub use crate::sbp::SbpName;
+pub use crate::solve::{End, System};
 pub use decimal::Decimal;
 pub use error::CaseError;
 pub use formula_spec::FormulaSpec;
@@ -150,40 +153,6 @@ fn one() -> usize {
     1
 }
 
-/// The form of the action.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
-#[serde(try_from = "String", rename_all = "lowercase")]
-pub enum Form {
-    /// The paper's: initial and connecting conditions by Lagrange multipliers.
-    #[default]
-    Strong,
-    /// Boundary terms in place of the multipliers: the weak formulation that the paper's outlook asks for. Q_t is exact
-    /// at every node, the last one included.
-    Weak,
-}
-
-impl Form {
-    /// The name used in files.
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Strong => "strong",
-            Self::Weak => "weak",
-        }
-    }
-}
-
-impl TryFrom<String> for Form {
-    type Error = String;
-
-    fn try_from(name: String) -> Result<Self, String> {
-        match name.as_str() {
-            "strong" => Ok(Self::Strong),
-            "weak" => Ok(Self::Weak),
-            _ => Err(format!("unknown form \"{name}\", expected strong or weak")),
-        }
-    }
-}
-
 /// `[scheme]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -213,17 +182,6 @@ impl Default for Scheme {
 
 fn yes() -> bool {
     true
-}
-
-/// What is solved.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum System {
-    /// The collocation system that the critical point is, certified on the doubled action.
-    #[default]
-    PhysicalLimit,
-    /// ∇E_IVP = 0 in all 4N + 8 unknowns (weak form: 4N).
-    Doubled,
 }
 
 /// `[solver]`.
@@ -264,15 +222,6 @@ pub struct Expect {
 
 fn converged() -> Status {
     Status::Converged
-}
-
-/// Where a run ends.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum End<S = f64> {
-    /// At γ_f: the length γ_f − γ_i of the world-line parameter's range.
-    Length(S),
-    /// At a physical time: the duration t_f − t_i.
-    Duration(S),
 }
 
 impl Case {

@@ -3,7 +3,8 @@
 use std::fs;
 
 use geodesic_ivp::Case;
-use geodesic_ivp::solve::bytes_needed;
+use geodesic_ivp::scalar::Extended;
+use geodesic_ivp::solve::{Setup, bytes_needed};
 
 use super::report::Refusal;
 use super::samples::SampleArgs;
@@ -14,7 +15,11 @@ use super::samples::SampleArgs;
 /// [`Refusal`] with both numbers.
 pub(super) fn check(case: &Case, samples: Option<&SampleArgs>) -> anyhow::Result<()> {
     let (only, count) = samples.map_or((false, 0), |samples| (samples.only(), samples.count()));
-    let needed = bytes_needed(case, only, count);
+    let needed = if case.is_extended() {
+        bytes_needed(&Setup::<Extended>::from(case), only, count)
+    } else {
+        bytes_needed(&Setup::<f64>::from(case), only, count)
+    };
     let Some(available) = available().filter(|available| needed > *available) else { return Ok(()) };
     let [needed, available] = [needed, available].map(|bytes| bytes / 1e9);
     let nodes = case.grid.n_gamma * case.grid.windows;

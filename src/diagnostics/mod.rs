@@ -34,7 +34,7 @@ pub use residuals::GeodesicResiduals;
 pub use sawtooth::sawtooth;
 pub use scales::Scales;
 
-use crate::case::Form;
+use crate::action::Form;
 use crate::scalar::Real;
 use crate::solve::{Solution, WindowNodes};
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::hermite::{Jet, hermite};
 use super::spectral::{Polynomials, Tables};
 use super::{Sample, partition};
-use crate::case::Form;
+use crate::action::Form;
 use crate::geodesic::{acceleration, acceleration_slope};
 use crate::metric::Metric;
 use crate::scalar::{Real, sum};

@@ -7,13 +7,14 @@ use std::sync::Arc;
 
 use super::problem::Problem;
 use super::run::{Observer, Run};
+use super::setup::{End, Setup};
 use super::solution::Solution;
 use super::spectral::{CertifiedRun, no_solution};
 use super::status::{MOST_NODES, NoSolution, Status};
-use crate::case::{Case, End, Form, SbpName};
+use crate::action::Form;
 use crate::lobatto::{Adaptive, Goal, MarchFailure, State, WindowView};
-use crate::sbp::SbpOperator;
 use crate::sbp::gll::LobattoRule;
+use crate::sbp::{SbpName, SbpOperator};
 
 /// A forecast from the beginning of a run may be too high by this factor.
 const FORECAST: f64 = 3.0;
@@ -44,19 +45,19 @@ fn beyond_memory(nodes: usize, done: f64) -> Option<f64> {
 }
 
 /// The run of a case that asks for an accuracy.
-pub(super) fn solve(case: &Case, observer: Option<Observer<'_, f64>>) -> Result<Solution, NoSolution> {
-    let accuracy = case.solver.accuracy.as_ref().expect("an accuracy is asked for").value();
-    let (goal, length) = match case.end::<f64>() {
+pub(super) fn solve(setup: &Setup, observer: Option<Observer<'_, f64>>) -> Result<Solution, NoSolution> {
+    let accuracy = setup.accuracy.expect("an accuracy is asked for");
+    let (goal, length) = match setup.scene.end {
         End::Length(length) => (Goal::Gamma(length), length),
         End::Duration(duration) => (Goal::Time(duration), 0.0),
     };
     // A placeholder until the first window says which rule it is on.
-    let mut problem = Problem::on_operator(case, SbpName::Gll(2), 2, 1.0);
+    let mut problem = Problem::on_operator(setup, SbpName::Gll(2), 2, 1.0);
     problem.form = Form::Weak;
     let (metric, q_t, gamma_i) = (Arc::clone(&problem.metric), problem.invariants().q_t, problem.gamma_i);
     let start = State::from(problem.initial);
     let is_kept = observer.is_none();
-    let run = Run::new(&problem, case, length, 0, observer);
+    let run = Run::new(&problem, setup, length, 0, observer);
     let mut certified = CertifiedRun::new(problem, run);
     let mut operators = Operators::default();
     let mut too_many = None;
@@ -85,9 +86,9 @@ pub(super) fn solve(case: &Case, observer: Option<Observer<'_, f64>>) -> Result<
     }
     match adapted {
         Ok(adapted) => {
-            if let Some(t_f) = &case.grid.t_f {
+            if let Some(t_f) = setup.scene.t_f {
                 // t_i + (t_f − t_i), rounded twice, may be the neighbouring number.
-                solution.end.t = t_f.value();
+                solution.end.t = t_f;
             }
             solution.accuracy = Some(accuracy);
             solution.length = adapted.gamma.hi;

@@ -9,17 +9,17 @@ use super::newton::{self, Failure, LinearFailure, NewtonSystem, Root, RoundingLe
 use super::physical_limit::PhysicalLimit;
 use super::problem::Problem;
 use super::refinement::{self, Refined};
+use super::setup::Setup;
 use super::status::InitialGuess;
 use crate::banded::solve_banded;
-use crate::case::Case;
 use crate::geodesic::{acceleration, acceleration_slope};
 use crate::metric::{MetricSamples, OutsideDomain};
 use crate::norm::max_abs;
 use crate::scalar::{Real, same};
 
-pub(super) fn solve<S: Real>(problem: &Problem<S>, case: &Case) -> Result<PhysicalLimit<S>, Failure> {
-    let max_iterations = case.solver.max_iterations;
-    let rough = problem.in_f64(case);
+pub(super) fn solve<S: Real>(problem: &Problem<S>, setup: &Setup<S>) -> Result<PhysicalLimit<S>, Failure> {
+    let max_iterations = setup.max_iterations;
+    let rough = problem.in_f64(setup);
     let (x, w) = march::nystrom(&rough).map_err(march::outside)?;
     let first = rough.derivative().first_unknown();
     let guess: Vec<f64> = x[first..].iter().zip(&w[first..]).flat_map(|(&x, &w)| [x, w]).collect();

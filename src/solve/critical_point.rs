@@ -6,9 +6,9 @@ use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
 
 use super::newton::{self, Failure, LinearFailure, NewtonSystem, Root, RoundingLevels};
 use super::refinement::{self, Refined};
+use super::setup::Setup;
 use super::status::Status;
 use crate::action::{DoubledAction, GradientRounding, HessianPattern, Layout, MULTIPLIERS};
-use crate::case::Solver;
 use crate::metric::OutsideDomain;
 use crate::norm::max_abs;
 use crate::scalar::Real;
@@ -47,12 +47,12 @@ impl CriticalPointSolver {
         fine: &DoubledAction<'_, S>,
         rough: &DoubledAction<'_>,
         root: Root,
-        solver: &Solver,
+        setup: &Setup<S>,
     ) -> Result<Root<S>, Failure> {
         let hessian = rough.hessian(&root.unknowns, &self.pattern).ok();
         let lu = hessian.and_then(|hessian| Lu::try_new_with_symbolic(self.symbolic.clone(), hessian.as_ref()).ok());
         let lu = lu.ok_or_else(|| Failure::without_iterate(Status::Singular))?;
-        refinement::refine(&mut RefinedStationarity { action: fine, lu }, root, solver.digits, solver.max_iterations)
+        refinement::refine(&mut RefinedStationarity { action: fine, lu }, root, setup.digits, setup.max_iterations)
     }
 }
 

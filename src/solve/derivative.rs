@@ -7,7 +7,7 @@
 //!
 //! Either way there are as many equations as unknowns, and u has an initial value that is not among the unknowns.
 
-use crate::case::Form;
+use crate::action::Form;
 use crate::sbp::{RegularisedOperator, SbpOperator};
 use crate::scalar::Real;
 

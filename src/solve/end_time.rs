@@ -2,10 +2,10 @@
 
 use super::refinement;
 use super::run::Observer;
+use super::setup::Setup;
 use super::solution::Solution;
 use super::solve_to;
 use super::status::{NoSolution, Status};
-use crate::case::Case;
 use crate::scalar::Real;
 
 /// Solves allowed for the search; Newton's method needs about five.
@@ -21,32 +21,32 @@ const SPARE_DIGITS: u32 = 4;
 ///
 /// Where the windows are observed, the search keeps no more than one, and the run that was found is repeated once.
 pub(super) fn solve<S: Real>(
-    case: &Case,
+    setup: &Setup<S>,
     duration: S,
     observer: Option<Observer<'_, S>>,
 ) -> Result<Solution<S>, NoSolution> {
     match observer {
-        None => search(case, duration, &mut |length| solve_to(case, length, None)),
+        None => search(setup, duration, &mut |length| solve_to(setup, length, None)),
         Some(observer) => {
-            let found = search(case, duration, &mut |length| solve_to(case, length, Some(&mut |_| ())))?;
-            solve_to(case, found.length, Some(observer))
+            let found = search(setup, duration, &mut |length| solve_to(setup, length, Some(&mut |_| ())))?;
+            solve_to(setup, found.length, Some(observer))
         }
     }
 }
 
 fn search<S: Real>(
-    case: &Case,
+    setup: &Setup<S>,
     duration: S,
     solve_to: &mut dyn FnMut(S) -> Result<Solution<S>, NoSolution>,
 ) -> Result<Solution<S>, NoSolution> {
-    let digits = case.digits::<S>();
+    let digits = setup.digits;
     let tolerance = refinement::tolerance::<S>(if S::IS_EXTENDED { digits } else { DOUBLE_DIGITS }) * duration;
     let loose_tolerance = refinement::tolerance::<S>(digits - SPARE_DIGITS) * duration;
     let mut length = if S::IS_EXTENDED {
         // Most of the search is cheapest in f64.
-        S::from(solve::<f64>(case, duration.to_f64(), Some(&mut |_| ()))?.length)
+        S::from(solve::<f64>(&setup.in_f64(), duration.to_f64(), Some(&mut |_| ()))?.length)
     } else {
-        duration / case.initial.t_dot.to()
+        duration / setup.scene.initial.t_dot
     };
     let (mut below, mut above) = (S::ZERO, S::from(f64::INFINITY));
     let mut best: Option<(S, Solution<S>)> = None;

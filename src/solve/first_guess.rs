@@ -15,8 +15,8 @@ use std::collections::HashMap;
 use super::critical_point::CriticalPointSolver;
 use super::newton::{Failure, Root};
 use super::problem::Problem;
+use crate::action::Form;
 use crate::action::{DoubledAction, Layout};
-use crate::case::Form;
 use crate::geodesic::InitialData;
 use crate::sbp::{SbpName, SbpOperator};
 

@@ -13,6 +13,7 @@ mod physical_limit;
 mod problem;
 mod refinement;
 mod run;
+mod setup;
 mod solution;
 mod spectral;
 mod status;
@@ -20,6 +21,7 @@ mod status;
 use std::any::Any;
 
 pub use memory::bytes_needed;
+pub use setup::{End, Scene, Setup, System};
 pub(crate) use solution::WindowNodes;
 pub use solution::{Backward, EndState, Solution, Window, WindowEnd};
 pub use status::{InitialGuess, IterationRecord, NoSolution, Status};
@@ -28,8 +30,7 @@ use self::critical_point::CriticalPointSolver;
 use self::newton::{Failure, Root};
 use self::problem::Problem;
 use self::run::{Observer, Piece, Place, Run};
-use crate::action::{DoubledAction, Layout, MULTIPLIERS};
-use crate::case::{Case, End, Form, System};
+use crate::action::{DoubledAction, Form, Layout, MULTIPLIERS};
 use crate::metric::OutsideDomain;
 use crate::norm::max_abs;
 use crate::scalar::{Compensated, Real, same};
@@ -37,22 +38,23 @@ use crate::scalar::{Compensated, Real, same};
 /// Below this share of its first value, g00 is on its way to a horizon.
 const HORIZON: f64 = 1e-2;
 
-/// Solves a case in the arithmetic of `S`: `f64`, or [`Extended`](crate::scalar::Extended) to the digits that
-/// `case.solver.digits` asks for ([`Case::is_extended`] says which of the two the case wants). More digits are obtained
-/// by refinement: everything that searches and steers is done in `f64`.
+/// Solves a setup, which a [`Case`](crate::Case) makes, in the arithmetic of `S`: `f64`, or
+/// [`Extended`](crate::scalar::Extended) to the digits that it asks for
+/// ([`Case::is_extended`](crate::Case::is_extended) says which of the two a case wants). More digits are obtained by
+/// refinement: everything that searches and steers is done in `f64`.
 ///
 /// The physical limit costs O(N) time and memory, one potential evaluation a node for SBP21. The doubled system is
 /// solved by Newton's method with a sparse LU, in time linear in N in practice.
 ///
-/// With `case.solver.accuracy` the program chooses operator and windows itself, see [`Solution::error_estimate`].
+/// With [`Setup::accuracy`] the program chooses operator and windows itself, see [`Solution::error_estimate`].
 ///
 /// # Errors
 /// [`NoSolution`] says how the solve ended, where, and with what residual. An unconverged trajectory is never returned.
 ///
 /// # Panics
-/// If the case was not made by [`Case::parse`] and is not valid, or if it asks for an accuracy and `S` is not `f64`.
-pub fn solve<S: Real>(case: &Case) -> Result<Solution<S>, NoSolution> {
-    solve_seen(case, None)
+/// If the setup is not valid, which one of a valid case is, or if it asks for an accuracy and `S` is not `f64`.
+pub fn solve<S: Real>(setup: impl Into<Setup<S>>) -> Result<Solution<S>, NoSolution> {
+    solve_seen(&setup.into(), None)
 }
 
 /// [`solve`] in the memory of one window: `observe` sees every window as a solution of its own, at its place in the run
@@ -68,48 +70,54 @@ pub fn solve<S: Real>(case: &Case) -> Result<Solution<S>, NoSolution> {
 /// # Panics
 /// As [`solve`].
 pub fn solve_window_by_window<S: Real>(
-    case: &Case,
+    setup: impl Into<Setup<S>>,
     observe: &mut dyn FnMut(&Solution<S>),
 ) -> Result<Solution<S>, NoSolution> {
-    solve_seen(case, Some(observe))
+    solve_seen(&setup.into(), Some(observe))
 }
 
-fn solve_seen<S: Real>(case: &Case, observer: Option<Observer<'_, S>>) -> Result<Solution<S>, NoSolution> {
-    if case.solver.accuracy.is_some() {
-        return in_f64(observer, |observer| accuracy::solve(case, observer)).expect("an accuracy is a matter of f64");
+fn solve_seen<S: Real>(setup: &Setup<S>, observer: Option<Observer<'_, S>>) -> Result<Solution<S>, NoSolution> {
+    if setup.accuracy.is_some() {
+        return in_f64(observer, |observer| accuracy::solve(&setup.in_f64(), observer))
+            .expect("an accuracy is a matter of f64");
     }
-    match case.end::<S>() {
-        End::Duration(duration) => end_time::solve(case, duration, observer),
-        End::Length(length) => solve_to(case, length, observer),
+    match setup.scene.end {
+        End::Duration(duration) => end_time::solve(setup, duration, observer),
+        End::Length(length) => solve_to(setup, length, observer),
     }
 }
 
 /// Solves a case on γ − γ_i ∈ [0, `length`], window after window.
-fn solve_to<S: Real>(case: &Case, length: S, mut observer: Option<Observer<'_, S>>) -> Result<Solution<S>, NoSolution> {
-    let windows = case.grid.windows;
-    let problem = Problem::new(case, length / S::from(windows as f64));
-    if let Some(solution) = fast_run(&problem, case, length, &mut observer) {
+fn solve_to<S: Real>(
+    setup: &Setup<S>,
+    length: S,
+    mut observer: Option<Observer<'_, S>>,
+) -> Result<Solution<S>, NoSolution> {
+    let windows = setup.windows;
+    let problem = Problem::new(setup, length / S::from(windows as f64));
+    if let Some(solution) = fast_run(&problem, setup, length, &mut observer) {
         return solution;
     }
     let capacity = windows * problem.sbp.points();
-    let run = Run::new(&problem, case, length, capacity, observer);
-    each_window(problem, case, length, run)
+    let run = Run::new(&problem, setup, length, capacity, observer);
+    each_window(problem, setup, length, run)
 }
 
 /// The run of a spectral element in the weak form, if `S` is `f64` and its iteration converges.
 fn fast_run<S: Real>(
     problem: &Problem<S>,
-    case: &Case,
+    setup: &Setup<S>,
     length: S,
     observer: &mut Option<Observer<'_, S>>,
 ) -> Option<Result<Solution<S>, NoSolution>> {
     let problem: &Problem = (problem as &dyn Any).downcast_ref()?;
-    let weak = problem.form == Form::Weak && case.solver.system == System::PhysicalLimit;
+    let weak = problem.form == Form::Weak && setup.system == System::PhysicalLimit;
     if !weak || problem.sbp.is_equidistant() {
         return None;
     }
     let observer = observer.as_mut().map(|observer| &mut **observer as Observer<'_, S>);
-    in_f64(observer, |observer| spectral::march(problem, case, length.to_f64(), observer).transpose()).flatten()
+    in_f64(observer, |observer| spectral::march(problem, &setup.in_f64(), length.to_f64(), observer).transpose())
+        .flatten()
 }
 
 /// What `work`, which is done in `f64`, returns, if `S` is `f64`.
@@ -130,11 +138,11 @@ fn in_f64<S: Real, T: 'static, U: 'static>(
 /// Every window by Newton's method or an explicit recursion, from where the one before ends.
 fn each_window<S: Real>(
     mut problem: Problem<S>,
-    case: &Case,
+    setup: &Setup<S>,
     length: S,
     mut run: Run<'_, S>,
 ) -> Result<Solution<S>, NoSolution> {
-    let (gamma_i, windows) = (problem.gamma_i, case.grid.windows);
+    let (gamma_i, windows) = (problem.gamma_i, setup.windows);
     // The time is summed so that nothing is lost over a million windows.
     let mut time = Compensated::default();
     for window in 0..windows {
@@ -142,9 +150,9 @@ fn each_window<S: Real>(
         if window > 0 {
             problem.continue_from(gamma_i + gamma, run.solution.end.x, run.solution.end.x_dot);
         }
-        let piece = match case.solver.system {
-            System::PhysicalLimit => solve_physical_limit(&problem, case),
-            System::Doubled => solve_doubled(&problem, case),
+        let piece = match setup.system {
+            System::PhysicalLimit => solve_physical_limit(&problem, setup),
+            System::Doubled => solve_doubled(&problem, setup),
         }?;
         let start: Compensated<S> = time;
         time = time.plus(piece.elapsed.last().copied().unwrap_or(S::ZERO));
@@ -154,11 +162,11 @@ fn each_window<S: Real>(
     Ok(run.solution)
 }
 
-fn solve_physical_limit<S: Real>(problem: &Problem<S>, case: &Case) -> Result<Piece<S>, NoSolution> {
-    let limit = physical_limit::solve(problem, case)
+fn solve_physical_limit<S: Real>(problem: &Problem<S>, setup: &Setup<S>) -> Result<Piece<S>, NoSolution> {
+    let limit = physical_limit::solve(problem, setup)
         // Two rows and two unknowns a node: rows start at node 1, unknowns (strong) at node 2.
         .map_err(|(failure, guess)| {
-            let rough = problem.in_f64(case);
+            let rough = problem.in_f64(setup);
             let first = rough.derivative().first_unknown();
             let locate = |row: usize, u: &[f64]| {
                 let node = row / 2;
@@ -184,9 +192,9 @@ fn solve_physical_limit<S: Real>(problem: &Problem<S>, case: &Case) -> Result<Pi
     })
 }
 
-fn solve_doubled<S: Real>(problem: &Problem<S>, case: &Case) -> Result<Piece<S>, NoSolution> {
+fn solve_doubled<S: Real>(problem: &Problem<S>, setup: &Setup<S>) -> Result<Piece<S>, NoSolution> {
     let guess = InitialGuess::WindowedAction;
-    let rough = problem.in_f64(case);
+    let rough = problem.in_f64(setup);
     let start = first_guess::windowed_action(&rough).map_err(|window| {
         // The window is a short grid of its own: γ counts from its start.
         let mut failure = *window.failure;
@@ -207,11 +215,11 @@ fn solve_doubled<S: Real>(problem: &Problem<S>, case: &Case) -> Result<Piece<S>,
         no_solution(&rough, failure, guess, gamma, |unknown, u| on_forward_branch(layout, unknown, u))
     })?;
     let layout = problem.layout();
-    let (action, rough_action) = (problem.action_of(case), rough.action_of(case));
+    let (action, rough_action) = (problem.action_of(setup.regularised), rough.action_of(setup.regularised));
     let solver = CriticalPointSolver::new(&rough_action);
-    let root = solver.solve(&rough_action, start, case.solver.max_iterations).and_then(|root| {
+    let root = solver.solve(&rough_action, start, setup.max_iterations).and_then(|root| {
         if S::IS_EXTENDED {
-            return solver.refine(&action, &rough_action, root, &case.solver);
+            return solver.refine(&action, &rough_action, root, setup);
         }
         let unknowns = same(root.unknowns).expect("f64 is the only type that is not extended");
         Ok(Root { unknowns, history: root.history })

@@ -29,9 +29,10 @@ use super::collocation;
 use super::march;
 use super::newton::Failure;
 use super::problem::Problem;
+use super::setup::Setup;
 use super::status::{InitialGuess, IterationRecord};
+use crate::action::Form;
 use crate::action::MULTIPLIERS;
-use crate::case::{Case, Form};
 use crate::scalar::Real;
 
 /// A solution of the collocation system.
@@ -49,11 +50,14 @@ pub(super) struct PhysicalLimit<S> {
 
 /// In the strong form SBP21 is explicit and is marched; wider operators, and the weak form, are solved as one banded
 /// system.
-pub(super) fn solve<S: Real>(problem: &Problem<S>, case: &Case) -> Result<PhysicalLimit<S>, (Failure, InitialGuess)> {
+pub(super) fn solve<S: Real>(
+    problem: &Problem<S>,
+    setup: &Setup<S>,
+) -> Result<PhysicalLimit<S>, (Failure, InitialGuess)> {
     if problem.form == Form::Strong && problem.sbp.is_two_step() {
         march::two_step(problem).map_err(|failure| (failure, InitialGuess::None))
     } else {
-        collocation::solve(problem, case).map_err(|failure| (failure, InitialGuess::Nystrom4))
+        collocation::solve(problem, setup).map_err(|failure| (failure, InitialGuess::Nystrom4))
     }
 }
 

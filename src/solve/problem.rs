@@ -5,11 +5,11 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::derivative::FormDerivative;
-use crate::action::{DoubledAction, Layout};
-use crate::case::{Case, Form, SbpName};
+use super::setup::{Scene, Setup};
+use crate::action::{DoubledAction, Form, Layout};
 use crate::geodesic::{InitialData, Invariants};
 use crate::metric::Metric;
-use crate::sbp::SbpOperator;
+use crate::sbp::{SbpName, SbpOperator};
 use crate::scalar::Real;
 
 /// Everything a solve needs. Time is counted from the start: `initial.t` is 0 and t_i is added to results, so that a
@@ -31,25 +31,26 @@ pub(crate) struct Problem<S = f64> {
 }
 
 impl<S: Real> Problem<S> {
-    /// The problem of the first window of `case`, with windows of the given `length` in γ.
-    pub(crate) fn new(case: &Case, length: S) -> Self {
-        Self::on_operator(case, case.scheme.sbp, case.grid.n_gamma, length)
+    /// The problem of the first window of `setup`, with windows of the given `length` in γ.
+    pub(crate) fn new(setup: &Setup<S>, length: S) -> Self {
+        Self::on_operator(setup, setup.sbp, setup.n_gamma, length)
     }
 
     /// The same with another operator.
-    pub(crate) fn on_operator(case: &Case, sbp_name: SbpName, points: usize, length: S) -> Self {
+    pub(crate) fn on_operator(setup: &Setup<S>, sbp_name: SbpName, points: usize, length: S) -> Self {
         let sbp = sbp_name.operator(points, length / S::from((points - 1) as f64));
-        let (metric, initial) = (case.metric(), InitialData { t: S::ZERO, ..case.initial_data() });
+        let Scene { metric, initial, gamma_i, .. } = &setup.scene;
+        let initial = InitialData { t: S::ZERO, ..*initial };
         Self {
-            form: case.scheme.form,
-            invariants: initial.invariants(&metric),
-            sbp: Arc::new(sbp.expect("a valid case has enough points")),
+            form: setup.form,
+            invariants: initial.invariants(metric),
+            sbp: Arc::new(sbp.expect("a valid setup has enough points")),
             sbp_name,
-            metric: Arc::new(metric),
+            metric: Arc::clone(metric),
             initial,
-            gamma_i: case.grid.gamma_i.to(),
+            gamma_i: *gamma_i,
             length,
-            digits: case.digits::<S>(),
+            digits: setup.digits,
         }
     }
 
@@ -61,11 +62,11 @@ impl<S: Real> Problem<S> {
     }
 
     /// The same problem in `f64`: itself, or a rounded one.
-    pub(crate) fn in_f64(&self, case: &Case) -> Cow<'_, Problem> {
+    pub(crate) fn in_f64(&self, setup: &Setup<S>) -> Cow<'_, Problem> {
         if let Some(same) = (self as &dyn Any).downcast_ref() {
             return Cow::Borrowed(same);
         }
-        let mut rounded: Problem = Problem::new(case, self.length.to_f64());
+        let mut rounded: Problem = Problem::new(&setup.in_f64(), self.length.to_f64());
         let InitialData { t, x, t_dot, x_dot } = self.initial;
         let [t, x, t_dot, x_dot] = [t, x, t_dot, x_dot].map(S::to_f64);
         rounded.initial = InitialData { t, x, t_dot, x_dot };
@@ -80,9 +81,9 @@ impl<S: Real> Problem<S> {
         }
     }
 
-    /// The action that `case` asks for: with D̄, or for the ablation with D.
-    pub(crate) fn action_of(&self, case: &Case) -> DoubledAction<'_, S> {
-        if case.scheme.regularised {
+    /// The action that is asked for: with D̄, or for the ablation with D.
+    pub(crate) fn action_of(&self, is_regularised: bool) -> DoubledAction<'_, S> {
+        if is_regularised {
             self.action()
         } else {
             DoubledAction::without_regularisation(&self.sbp, &self.metric, self.initial)

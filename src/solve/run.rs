@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::problem::Problem;
+use super::setup::Setup;
 use super::solution::{Backward, EndState, Solution, Window, WindowEnd};
 use super::status::{InitialGuess, IterationRecord, NoSolution, Status};
 use crate::action::MULTIPLIERS;
-use crate::case::Case;
 use crate::geodesic::InitialData;
 use crate::scalar::Real;
 
@@ -44,14 +44,14 @@ impl<'o, S: Real> Run<'o, S> {
     /// An empty run of `case` over `length` that starts with `problem` and has this many nodes.
     pub(super) fn new(
         problem: &Problem<S>,
-        case: &Case,
+        setup: &Setup<S>,
         length: S,
         capacity: usize,
         observer: Option<Observer<'o, S>>,
     ) -> Self {
         let end = EndState { t: S::ZERO, x: S::ZERO, x_dot: S::ZERO, q_t: S::ZERO };
         let solution = Solution {
-            t_i: case.initial.t.to(),
+            t_i: setup.scene.initial.t,
             elapsed: Vec::new(),
             x: Vec::new(),
             backward: None,

@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use super::derivative::FormDerivative;
 use super::status::{InitialGuess, IterationRecord};
+use crate::action::Form;
 use crate::action::MULTIPLIERS;
-use crate::case::{Form, SbpName};
 use crate::geodesic::{InitialData, Invariants};
 use crate::metric::Metric;
+use crate::sbp::SbpName;
 use crate::sbp::SbpOperator;
 use crate::scalar::Real;
 

@@ -8,20 +8,20 @@ use std::ops::ControlFlow;
 
 use super::problem::Problem;
 use super::run::{Observer, Piece, Place, Run};
+use super::setup::Setup;
 use super::solution::Solution;
 use super::status::{InitialGuess, NoSolution, Status};
 use crate::action::GradientRoom;
-use crate::case::Case;
 use crate::lobatto::{March, MarchFailure, State, Twofold, WeakRule, WindowView};
 
 /// The windows of the run that starts with `problem`; none if the iteration does not converge.
 pub(super) fn march(
     problem: &Problem,
-    case: &Case,
+    setup: &Setup,
     length: f64,
     observer: Option<Observer<'_, f64>>,
 ) -> Result<Option<Solution>, NoSolution> {
-    let windows = case.grid.windows;
+    let windows = setup.windows;
     let rule = WeakRule::shared(problem.sbp.points());
     let window_length = Twofold::from(length) / Twofold::from(windows as f64);
     let q_t = problem.invariants().q_t;
@@ -30,7 +30,7 @@ pub(super) fn march(
     if !(square.is_finite() && square > f64::MIN_POSITIVE / f64::EPSILON / f64::EPSILON) {
         return Ok(None);
     }
-    let run = Run::new(problem, case, length, windows * problem.sbp.points(), observer);
+    let run = Run::new(problem, setup, length, windows * problem.sbp.points(), observer);
     let mut certified = CertifiedRun::new(problem.clone(), run);
     let march = March::new(&problem.metric, q_t, rule, window_length);
     let marched = march.run(State::from(problem.initial), windows, &mut |view| {

@@ -2,6 +2,7 @@
 
 mod cases;
 mod commands;
+mod layers;
 mod links;
 mod lists;
 mod manual;
