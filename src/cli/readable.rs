@@ -120,7 +120,7 @@ fn percent(share: f64) -> String {
     match share {
         0.1.. => format!("{:.0} %", 100.0 * share),
         1e-4.. => format!("{:.2} %", 100.0 * share),
-        _ => format!("{share:.1e} of itself"),
+        _ => format!("{share:.1e}"),
     }
 }
 

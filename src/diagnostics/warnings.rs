@@ -93,15 +93,15 @@ impl<S: Real> Measures<S> {
 
     fn step_warning(&self, solution: &Solution<S>) -> Option<String> {
         let (step, sbp) = (self.scales.step(), solution.sbp_name);
-        let allowed = match sbp.coefficients() {
-            Some(table) => NEAR_THE_LIMIT * largest_symbol(table),
-            None => FRAC_PI_2,
+        let (allowed, what) = match sbp.coefficients() {
+            Some(table) => (NEAR_THE_LIMIT * largest_symbol(table), format!("half the limit of {sbp}")),
+            None => (FRAC_PI_2, "fewer than four nodes a turn".to_owned()),
         };
         // An accuracy has found its windows by itself.
         (step > allowed && solution.error_estimate.is_none()).then(|| {
             let factor = step / allowed;
             format!(
-                "delta_gamma times the largest local frequency is {step:.2}, above {allowed:.2}, half the limit of {sbp}: raise \
+                "delta_gamma times the largest local frequency is {step:.2}, above {allowed:.2}, {what}: raise \
                  n_gamma or windows by a factor of {factor:.1} or more"
             )
         })
