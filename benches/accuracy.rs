@@ -1,9 +1,10 @@
 //! What `solver.accuracy` costs against the best windows picked by hand, and whether its promise is kept.
 //!
-//! For every shipped case with a world-line that stays inside the domain, and for long runs, a line an accuracy: the largest
-//! true error at all nodes against the Taylor reference, the estimate, the time of the adaptive march, and of the fastest march
-//! in equal windows (n, their number and the tolerance of the iteration tried out) whose true error at all nodes is below the
-//! same accuracy. Both count everything from the tables of the windows on.
+//! Prints one line per accuracy, for every built-in case with a world-line that stays inside the domain and for long
+//! runs. It has the largest true error at all nodes against the Taylor reference, the estimate, the time of the
+//! adaptive march, and the time of the fastest march in equal windows whose true error at all nodes is below the same
+//! accuracy. For the latter n, the number of windows and the tolerance of the iteration are tried out. Both times
+//! include everything after the tables of the windows.
 //!
 //! ```text
 //! cargo bench --bench accuracy [-- NAME]

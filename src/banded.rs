@@ -1,8 +1,9 @@
 //! Banded matrices, and banded linear systems in a single pass.
 //!
 //! The physical limit is a banded system of 2(N − 1) unknowns. No maintained pure-Rust crate offers a banded solver,
-//! and a general sparse LU costs several times more here, so this small one is ours. Every system is solved once, so
-//! nothing is kept but the rows of U, each without its trailing zeros: at a million nodes memory traffic is what costs.
+//! and a general sparse LU costs several times more here; hence this small one. Every system is solved only once, so
+//! nothing is kept but the rows of U, each without its trailing zeros: at a million nodes, memory traffic dominates the
+//! cost.
 //!
 //! ```
 //! use geodesic_ivp::banded::BandedMatrix;
@@ -19,7 +20,7 @@
 //! # Ok::<(), geodesic_ivp::banded::Singular>(())
 //! ```
 
-/// A square matrix with `lower` sub- and `upper` super-diagonals.
+/// A square matrix with `lower` sub-diagonals and `upper` super-diagonals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BandedMatrix {
     order: usize,
@@ -48,7 +49,7 @@ impl BandedMatrix {
         self.order
     }
 
-    /// (sub-diagonals, super-diagonals).
+    /// The numbers of sub-diagonals and of super-diagonals.
     pub fn bandwidths(&self) -> (usize, usize) {
         (self.lower, self.upper)
     }
@@ -73,7 +74,7 @@ impl BandedMatrix {
         self.index(row, column).map_or(0.0, |index| self.data[index])
     }
 
-    /// `self` times `x`.
+    /// The product of the matrix and `x`, which has one entry per row.
     pub fn multiply(&self, x: &[f64]) -> Vec<f64> {
         (0..self.order)
             .map(|row| {
@@ -94,10 +95,11 @@ impl BandedMatrix {
     }
 }
 
-/// Overwrites `b` with the solution of A·x = b, with partial pivoting, in O(n · lower · (lower + upper)).
+/// Overwrites `b` with the solution of A·x = b by Gaussian elimination with partial pivoting, in O(n · lower · (lower +
+/// upper)) operations.
 ///
-/// `row(i, out)` writes row i of A, the columns i − lower … i + upper, into `out`; what it writes for columns outside
-/// the matrix must be zero. Rows are asked for once, in order, so A need not exist as a whole.
+/// `row(i, out)` writes row i of A, that is columns i − lower … i + upper, into `out`; it must write zero for columns
+/// outside the matrix. Each row is requested once, in order, so A need not exist as a whole.
 ///
 /// # Errors
 /// [`Singular`] if a pivot column holds nothing but zeros or a number that is not finite.
@@ -109,13 +111,13 @@ pub fn solve_banded(
 ) -> Result<(), Singular> {
     let n = b.len();
     let width = lower + upper + 1;
-    // The rows that column k still has to be eliminated from, with column k first: `active[r]` is row k + r.
+    // The rows from which column k still has to be eliminated, each beginning with column k: `active[r]` is row k + r.
     let mut active = vec![0.0; (lower + 1) * width];
     let mut next = active.clone();
     let mut fresh = vec![0.0; width];
     for i in 0..n.min(lower + 1) {
         row(i, &mut fresh);
-        // Row i starts lower − i columns before the matrix does.
+        // The band of row i starts lower − i columns to the left of the matrix.
         active[i * width..][..width - (lower - i)].copy_from_slice(&fresh[lower - i..]);
     }
     let mut u = Vec::with_capacity(n * (upper + 2));
@@ -178,7 +180,7 @@ mod tests {
             let mut dense = DMatrix::zeros(n, n);
             for row in 0..n {
                 for column in row.saturating_sub(lower)..=(row + upper).min(n - 1) {
-                    // No diagonal dominance: pivoting must do the work.
+                    // The matrix is not diagonally dominant, so it cannot be solved without pivoting.
                     let value = *values.next().unwrap();
                     banded.add(row, column, value);
                     dense[(row, column)] = value;

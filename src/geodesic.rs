@@ -1,4 +1,4 @@
-//! Initial data of a geodesic and what the symmetries make of them.
+//! Initial data of a geodesic, its constants of motion and its acceleration.
 //!
 //! ```text
 //! d/dγ( g00 ṫ ) = 0,     ẍ + ½ g00′(x) ṫ² = 0,     ˙ = d/dγ
@@ -18,7 +18,7 @@
 use crate::metric::Metric;
 use crate::scalar::Real;
 
-/// Position and tangent of the world-line at γ_i.
+/// Position and tangent of the world-line at γ_i, in the units of the case.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InitialData<S = f64> {
     /// t_i.
@@ -31,7 +31,7 @@ pub struct InitialData<S = f64> {
     pub x_dot: S,
 }
 
-/// The continuum constants of motion.
+/// The constants of motion of the continuum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Invariants<S = f64> {
     /// Noether charge of time translations, Q_t = g00(x) ṫ (Killing vector (1, 0)).
@@ -55,7 +55,7 @@ pub fn acceleration<S: Real>(q_t: S, g00: S, first: S) -> S {
     -first.half() * t_dot * t_dot
 }
 
-/// dẍ/dx of [`acceleration`], −½ g00″ (Q_t/g00)² + g00′² Q_t²/g00³.
+/// The derivative of [`acceleration`] with respect to x: −½ g00″ (Q_t/g00)² + g00′² Q_t²/g00³.
 #[inline]
 pub fn acceleration_slope<S: Real>(q_t: S, g00: S, first: S, second: S) -> S {
     let t_dot = q_t / g00;

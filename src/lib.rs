@@ -18,27 +18,29 @@
 //! Q_t = g00(x) ṫ        (time translation)          K = g00(x) ṫ² − ẋ²        (length of the tangent).
 //! ```
 //!
-//! Only γ is discretised; t stays a continuous variable and the symmetry under t → t + const survives. With a
-//! summation-by-parts operator D and its quadrature H, the regularised D̄x = Dx + H⁻¹E_0(x − x_i), and a forward and a
-//! backward branch,
+//! Only γ is discretised; t stays a continuous variable, and the symmetry under t → t + const survives. D is a
+//! summation-by-parts operator that approximates d/dγ on N nodes, H is the diagonal matrix of its quadrature weights,
+//! and D̄x = Dx + H⁻¹E_0(x − x_i) is the regularised form of D, where E_0 is zero but for a 1 at the first node. ∘ is
+//! the product node by node. The world-line is doubled into a forward branch 1 and a backward branch 2. The action
 //!
 //! ```text
 //! F(t, x) = ½{ (D̄t)ᵀ g00(x) H (D̄t) − (D̄x)ᵀ H (D̄x) }
 //! E_IVP   = F(t₁, x₁) − F(t₂, x₂) + Σ λ_j C_j(t₁, x₁, t₂, x₂)
 //! ```
 //!
-//! turns the boundary value problem into an initial value problem: four constraints C_j fix the start of branch 1, four
-//! tie the branches at the end. The critical point of E_IVP has t₁ = t₂ and x₁ = x₂ (the physical limit), and there it
-//! *is* the first-order collocation system
+//! turns the boundary value problem into an initial value problem: four constraints C_j fix the start of branch 1, and
+//! four tie the branches together at the end. The critical point of E_IVP has t₁ = t₂ and x₁ = x₂. In this *physical
+//! limit* its equations are the first-order collocation system
 //!
 //! ```text
 //! (Dt)_k = Q_t/g00(x_k),    (Dx)_k = w_k,    (Dw)_k = −½ g00′(x_k) (Q_t/g00(x_k))²,       k = 1 … N−1,
 //! ```
 //!
-//! so Q_t has its continuum value at every node but the last, and the multipliers say what the last node deviates by.
+//! so Q_t has its continuum value at every node but the last, and the multipliers say by how much the last node
+//! deviates.
 //!
 //! That is the paper's *strong* form. Its outlook asks for a *weak* formulation without Lagrange multipliers; here it
-//! is `form = "weak"`: boundary terms take the place of Σ λ_j C_j, v = g00∘D̄t, w = D̄x,
+//! is `form = "weak"`. Boundary terms take the place of Σ λ_j C_j. With v = g00∘D̄t and w = D̄x,
 //!
 //! ```text
 //! E_weak = F(t₁, x₁) − F(t₂, x₂) − ½(v₁+v₂)[N] (t₁−t₂)[N] − ( ½(v₁+v₂)[1] − Q_t ) (t₁−t₂)[1]
@@ -48,8 +50,8 @@
 //! Its physical limit is the same system with the invertible D̄ at *all* nodes: Q_t is exact at the last one too, the
 //! initial data are met up to the truncation error, and t_N and x_N have the order of the interior stencil.
 //!
-//! See [`solve`](crate::solve()) for the two ways to the critical point, both certified by the gradient of E_IVP
-//! itself.
+//! See [`solve`](crate::solve()) for the two ways to compute the critical point. Both are certified by the gradient of
+//! E_IVP itself.
 //!
 //! # Using the library
 //!
@@ -89,9 +91,9 @@
 //! | [`potential`] | V, V′, V″; formulas |
 //! | [`banded`], [`sbp`] | banded algebra and operators, but no physics |
 //! | [`metric`], [`geodesic`] | g00 and the constants of motion, but no grid |
-//! | [`lobatto`] | windows of the weak scheme, at speed |
+//! | [`lobatto`] | a fast march over windows of weak spectral elements |
 //! | [`mod@reference`] | the trajectory to compare with, by a Taylor method |
-//! | [`methods`] | what others would take for the same world-line |
+//! | [`methods`] | other integrators to compare with |
 //! | [`action`] | E_IVP in both forms, its gradient and its sparse Hessian |
 //! | [`mod@solve`] | Newton on ∇E_IVP = 0; the physical limit; every way it can end; knows a setup, but no case |
 //! | [`diagnostics`] | charges, residuals, bound, sawtooth; never calls a solver |
@@ -100,13 +102,13 @@
 //! | [`study`] | sweeps and fits, on top of [`solve`](crate::solve()) |
 //! | [`output`] | CSV, JSON and SVG; prints nothing |
 
-// The command layer names the library as any program would.
+// So that `cli` can refer to the library by its name, as any other program would.
 extern crate self as geodesic_ivp;
 
 pub mod action;
 pub mod banded;
 pub mod case;
-// Its comments are the help of the command line, in which <case> is no tag.
+// The doc comments of `cli` are the help texts of the command line, where <case> is a placeholder and not an HTML tag.
 #[allow(rustdoc::invalid_html_tags)]
 #[doc(hidden)]
 pub mod cli;
@@ -129,7 +131,7 @@ pub mod study;
 pub use case::{Case, CaseError};
 pub use solve::{NoSolution, Solution, Status, solve};
 
-/// The examples of the documentation, which are tested.
+/// Makes the examples of the library page run as documentation tests.
 #[cfg(doctest)]
 #[doc = include_str!("../docs/library.md")]
 struct LibraryPage;

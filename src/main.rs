@@ -1,4 +1,5 @@
-//! `geodesic-ivp`: the command line of the library. All of it is in the library, where what it calls is compiled already.
+//! The program `geodesic-ivp`. All of the command line is in the library, so that the code it calls is compiled only
+//! once.
 
 use std::process::ExitCode;
 

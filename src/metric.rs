@@ -1,4 +1,4 @@
-//! The metric diag(g00(x), −1) of the curved space-time in which the particle is free. It knows no grid.
+//! The metric diag(g00(x), −1) of the curved space-time in which the particle moves freely. This module knows no grid.
 //!
 //! ```
 //! use geodesic_ivp::metric::Metric;
@@ -12,7 +12,9 @@
 use crate::potential::Potential;
 use crate::scalar::Real;
 
-/// g00(x) = c² + 2V(x)/m of a particle of mass m in the potential V (valid for |V| ≪ mc², g00 > 0).
+/// g00(x) = c² + 2V(x)/m for a particle of mass m in the potential V.
+///
+/// It is defined where g00 > 0. Its geodesics approach Newton's mechanics where |V| ≪ mc² and speeds are far below c.
 #[derive(Debug, Clone)]
 pub struct Metric<S = f64> {
     potential: Potential<S>,
@@ -24,7 +26,7 @@ pub struct Metric<S = f64> {
 /// g00 with its first two derivatives at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MetricJet<S = f64> {
-    /// g00(x), in units of c².
+    /// g00(x); its unit is that of c².
     pub g00: S,
     /// dg00/dx.
     pub first: S,
@@ -52,7 +54,7 @@ pub struct MetricSamples<S = f64> {
 }
 
 impl<S: Real> MetricSamples<S> {
-    /// Room for `points` samples.
+    /// Samples at `points` points, all zero, to be filled in.
     pub fn zeros(points: usize) -> Self {
         Self { g00: vec![S::ZERO; points], first: vec![S::ZERO; points], second: vec![S::ZERO; points] }
     }
@@ -112,7 +114,7 @@ impl<S: Real> Metric<S> {
         Ok(samples)
     }
 
-    /// [`Self::sample`] into arrays of the right length that are there already.
+    /// Does the same as [`Self::sample`], into arrays that exist already. They must be as long as `x`.
     ///
     /// # Errors
     /// [`OutsideDomain`] with the first point where g00 is not positive and finite.

@@ -2,7 +2,7 @@
 
 use crate::scalar::Real;
 
-/// max |u_k|; NaN if any entry is NaN, so that a comparison with it fails.
+/// max |u_k|; NaN if any entry is NaN, so that every comparison with it fails.
 pub(crate) fn max_abs<S: Real>(u: &[S]) -> S {
     u.iter().fold(
         S::ZERO,

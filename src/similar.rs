@@ -1,6 +1,6 @@
-//! What a misspelt word may have been meant to be.
+//! Suggestions for misspelt words.
 
-/// The one of `known` that `word` is nearest to, if it is near enough to be a slip of the pen.
+/// The word of `known` that is nearest to `word`, if it is near enough for `word` to be a typing mistake.
 pub fn nearest<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> Option<&'k str> {
     let folded = word.to_lowercase();
     let distance = |name: &str| strsim::damerau_levenshtein(&folded, &name.to_lowercase());

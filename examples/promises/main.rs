@@ -1,8 +1,9 @@
-//! Does an accuracy asked for hold? Draws random scenes, marches each to a random accuracy, and compares all nodes with two
-//! other integrators, a Taylor method and DOP853, both begun anew on short pieces so that neither jumps over anything.
+//! Is an accuracy that is asked for kept? Draws random scenes, marches each to a random accuracy, and compares all
+//! nodes with two other integrators, a Taylor method and DOP853. Both are restarted on short pieces, so that neither
+//! jumps over anything.
 //!
-//! V is smooth (the quartic, a pendulum, Morse's, a double well; these end at a random t_f), or has cusps, kinks, walls, steep
-//! powers or Gaussians.
+//! V is smooth (the quartic, a pendulum, Morse's, a double well; these end at a random t_f), or has cusps, kinks,
+//! walls, steep powers or Gaussians.
 //!
 //! ```text
 //! cargo run --release --example promises [-- RUNS [SEED]]

@@ -1,24 +1,24 @@
-//! What ties the branches in the weak form: boundary terms, and no multipliers.
+//! The weak form ties the two branches together by boundary terms and has no multipliers.
 //!
 //! The paper's outlook asks for a weak formulation without Lagrange multipliers. With v = g00(x)∘D̄t and w = D̄x on
-//! each branch these terms give one:
+//! each branch, and `[1]` and `[N]` for the values at the first and the last node, these terms give one:
 //!
 //! ```text
 //! − ( ½(v₁ + v₂)[1] − Q_t ) (t₁ − t₂)[1] + ( ½(w₁ + w₂)[1] − ẋ_i ) (x₁ − x₂)[1]
 //! −   ½(v₁ + v₂)[N]         (t₁ − t₂)[N] +   ½(w₁ + w₂)[N]         (x₁ − x₂)[N]
 //! ```
 //!
-//! Where the branches agree only the factors of (t₁ − t₂) and (x₁ − x₂) are left in the gradient; together with D̄ᵀH =
-//! −HD + E_N they turn ∂E/∂t = 0 into D̄v = H⁻¹e_1 Q_t. As D̄ is invertible, v = Q_t at every node, the last one
-//! included. v and w are functions of t and x themselves, so away from the physical limit every derivative of theirs
-//! counts.
+//! Where the branches agree, only the factors of (t₁ − t₂) and (x₁ − x₂) are left in the gradient. Together with
+//! D̄ᵀH = −HD + E_N they turn ∂E/∂t = 0 into D̄v = H⁻¹e_1 Q_t, where D̄ stands for its linear part D + H⁻¹E_0. As that
+//! is invertible, v = Q_t at every node, the last one included. v and w are functions of t and x themselves, so away
+//! from the physical limit the gradient also contains their derivatives.
 
 use super::layout::BranchMut;
 use super::{Branch, BranchState, DoubledAction};
 use crate::metric::MetricJet;
 use crate::scalar::Real;
 
-/// What the boundary terms see of a branch at one of its ends.
+/// What the boundary terms need to know of a branch at one of its ends.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EndNode<S> {
     t: S,
@@ -60,15 +60,15 @@ impl<S: Real> BranchEnds<S> {
     }
 }
 
-/// One end of both branches, seen together.
+/// One end of both branches together.
 pub(super) struct Tie<S> {
-    /// Node.
+    /// Index of the node.
     k: usize,
     nodes: [EndNode<S>; 2],
     /// t₁ − t₂ and x₁ − x₂.
     t_gap: S,
     x_gap: S,
-    /// ½(v₁ + v₂) and ½(w₁ + w₂), less their initial values at the first node.
+    /// ½(v₁ + v₂) and ½(w₁ + w₂); at the first node minus the initial values Q_t and ẋ_i.
     v: S,
     w: S,
 }
@@ -107,7 +107,7 @@ impl<S: Real> DoubledAction<'_, S> {
         }
     }
 
-    /// Adds the gradient of the boundary terms by one branch, which they see with the sign `sign`.
+    /// Adds the gradient of the boundary terms with respect to one branch, whose t and x enter them with `sign`.
     pub(super) fn add_ties(&self, ties: &[Tie<S>; 2], branch: usize, sign: S, out: &mut BranchMut<'_, S>) {
         for Tie { k, nodes, t_gap, x_gap, v, w } in ties {
             let (k, node) = (*k, nodes[branch]);
@@ -116,7 +116,7 @@ impl<S: Real> DoubledAction<'_, S> {
             if *t_gap == S::ZERO && *x_gap == S::ZERO {
                 continue;
             }
-            // ½(v₁ + v₂) and ½(w₁ + w₂) by t and x of this branch.
+            // The derivatives of ½(v₁ + v₂) and ½(w₁ + w₂) with respect to t and x of this branch.
             for (column, d) in self.bar_t.row(k) {
                 out.t[column] += -(t_gap.half() * node.metric.g00) * d;
             }
@@ -129,7 +129,7 @@ impl<S: Real> DoubledAction<'_, S> {
 }
 
 impl DoubledAction<'_> {
-    /// The second derivatives of the boundary terms.
+    /// Calls `push` for the second derivatives of the boundary terms.
     pub(super) fn visit_boundary(&self, ends: &[BranchEnds<f64>; 2], push: &mut impl FnMut(usize, usize, f64)) {
         let layout = self.layout();
         let signs = [1.0, -1.0];
@@ -144,7 +144,8 @@ impl DoubledAction<'_> {
                     push(x + k, t + column, mixed);
                 }
                 push(x + k, x + k, -0.5 * t_gap * second * node.t_dot);
-                // −½ ∂v ∂(t₁ − t₂) and ½ ∂w ∂(x₁ − x₂), both ways round; the gap is that of either branch.
+                // −½ ∂v ∂(t₁ − t₂) and ½ ∂w ∂(x₁ − x₂), in both orders; ∂(t₁ − t₂) and ∂(x₁ − x₂) have a part on each
+                // branch.
                 for (other, sign) in signs.into_iter().enumerate() {
                     let (t_gap, x_gap) = (layout.t(other) + k, layout.x(other) + k);
                     let mut both = |row: usize, column: usize, value: f64| {

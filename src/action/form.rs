@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(try_from = "String", rename_all = "lowercase")]
 pub enum Form {
-    /// The paper's: initial and connecting conditions by Lagrange multipliers.
+    /// The form of the paper: Lagrange multipliers impose the initial conditions and connect the branches.
     #[default]
     Strong,
-    /// Boundary terms in place of the multipliers: the weak formulation that the paper's outlook asks for. Q_t is exact
+    /// The weak form that the paper's outlook asks for, with boundary terms in place of the multipliers. Q_t is exact
     /// at every node, the last one included.
     Weak,
 }

@@ -14,7 +14,7 @@ use super::Form;
 use super::boundary::BranchEnds;
 use crate::metric::OutsideDomain;
 
-/// A Hessian as a compressed sparse column matrix with a row an unknown, both triangles stored.
+/// A Hessian as a compressed sparse column matrix with one row per unknown; both triangles are stored.
 pub type SparseHessian = SparseColMat<usize, f64>;
 
 /// The sparsity of the Hessian and the order in which its contributions are visited.
@@ -25,7 +25,7 @@ pub struct HessianPattern {
 }
 
 impl HessianPattern {
-    /// The structure, for a symbolic factorisation.
+    /// The positions of the nonzero entries, for a symbolic factorisation.
     pub fn symbolic(&self) -> &SymbolicSparseColMat<usize> {
         &self.symbolic
     }
@@ -41,7 +41,7 @@ impl DoubledAction<'_> {
     /// The pattern of [`Self::hessian`].
     pub fn hessian_pattern(&self) -> HessianPattern {
         let mut indices = Vec::new();
-        // Any numbers do: which entries exist does not depend on values.
+        // The pattern does not depend on the values, so zeros are as good as any.
         let zeros = vec![0.0; self.sbp.points()];
         let curvatures = [0, 1].map(|_| Curvature { tt: zeros.clone(), tx: zeros.clone(), xx: zeros.clone() });
         self.visit(&curvatures, &[BranchEnds::default(); 2], |row, col, _| indices.push(Pair { row, col }));
@@ -51,7 +51,7 @@ impl DoubledAction<'_> {
         HessianPattern { symbolic, order, contributions: indices.len() }
     }
 
-    /// ∇²E_IVP(u).
+    /// The Hessian ∇²E_IVP at `u`, with the `pattern` of [`Self::hessian_pattern`].
     ///
     /// # Errors
     /// [`OutsideDomain`] if g00 is not positive and finite at a node of either branch.
@@ -74,8 +74,8 @@ impl DoubledAction<'_> {
             .expect("the pattern was made for this operator"))
     }
 
-    /// Calls `push(row, column, value)` for every contribution, always in the same order; contributions to one entry
-    /// add.
+    /// Calls `push(row, column, value)` for every contribution, always in the same order. Contributions to the same
+    /// entry are to be added.
     fn visit(&self, curvatures: &[Curvature; 2], ends: &[BranchEnds<f64>; 2], mut push: impl FnMut(usize, usize, f64)) {
         let layout = self.layout();
         let weights = self.sbp.weights();
@@ -105,7 +105,7 @@ impl DoubledAction<'_> {
     }
 }
 
-/// Diagonals of the three blocks of a branch's Hessian: H g00, H g00′ D̄t and ½ H g00″ (D̄t)².
+/// The diagonal factors in the three blocks of a branch's Hessian: H g00, H g00′ D̄t and ½ H g00″ (D̄t)².
 struct Curvature {
     tt: Vec<f64>,
     tx: Vec<f64>,

@@ -1,4 +1,4 @@
-//! Where the unknowns of the doubled action live: (t₁ | x₁ | t₂ | x₂ | λ1 … λ8), each block contiguous; the weak form
+//! The order of the unknowns of the doubled action: (t₁ | x₁ | t₂ | x₂ | λ1 … λ8), each block contiguous. The weak form
 //! has no λ.
 
 use std::ops::Range;
@@ -8,14 +8,14 @@ use super::Form;
 /// Number of Lagrange multipliers of the strong form.
 pub const MULTIPLIERS: usize = 8;
 
-/// Index arithmetic for a grid of N nodes.
+/// Where each unknown of the doubled action is, on a grid of N nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
     points: usize,
     multipliers: usize,
 }
 
-/// One branch, read.
+/// One branch, to read.
 #[derive(Debug, Clone, Copy)]
 pub struct Branch<'u, S = f64> {
     /// t on the nodes.
@@ -24,7 +24,7 @@ pub struct Branch<'u, S = f64> {
     pub x: &'u [S],
 }
 
-/// One branch, written.
+/// One branch, to write.
 #[derive(Debug)]
 pub struct BranchMut<'u, S = f64> {
     /// t on the nodes.
@@ -43,7 +43,7 @@ impl Layout {
         Self { points, multipliers }
     }
 
-    /// 4N + 8, or 4N in the weak form.
+    /// Number of unknowns: 4N + 8, or 4N in the weak form.
     pub fn unknowns(&self) -> usize {
         4 * self.points + self.multipliers
     }
@@ -63,7 +63,8 @@ impl Layout {
         4 * self.points..self.unknowns()
     }
 
-    /// Node of an unknown (the last node for a multiplier that ties the ends, the first for the others).
+    /// The node that an unknown belongs to. Multipliers that fix the start belong to the first node, and those that tie
+    /// the ends to the last.
     pub fn node(&self, unknown: usize) -> usize {
         match unknown.checked_sub(4 * self.points) {
             None => unknown % self.points,
@@ -98,7 +99,8 @@ impl Layout {
         &mut u[self.multiplier_range()]
     }
 
-    /// The vector with both branches equal to (t, x): the physical limit. In the weak form `multipliers` is empty.
+    /// The vector of unknowns in the physical limit, where both branches are equal to (t, x). In the weak form
+    /// `multipliers` is empty.
     pub fn physical_limit<S: Copy>(&self, t: &[S], x: &[S], multipliers: &[S]) -> Vec<S> {
         debug_assert_eq!(multipliers.len(), self.multipliers);
         [t, x, t, x, multipliers].concat()

@@ -2,16 +2,17 @@
 //!
 //! ```text
 //! F(t, x) = ½{ (D̄t)ᵀ g00(x) H (D̄t) − (D̄x)ᵀ H (D̄x) }
-//! E_IVP   = F(t₁, x₁) − F(t₂, x₂) + what ties the branches to the initial data and to each other
+//! E_IVP   = F(t₁, x₁) − F(t₂, x₂) + terms that tie the branches to the initial data and to each other
 //! ```
 //!
-//! The forms differ in the ties: the paper's *strong* form has eight constraints with Lagrange multipliers
-//! (`multipliers.rs`), the *weak* form, which the paper's outlook asks for, has boundary terms and no multipliers
+//! The two forms differ in these terms. The paper's *strong* form has eight constraints with Lagrange multipliers
+//! (`multipliers.rs`). The *weak* form, which the paper's outlook asks for, has boundary terms and no multipliers
 //! (`boundary.rs`).
 //!
-//! Forward branch 1 carries the initial data, backward branch 2 is tied to it at the end. Nothing in this module
-//! knows an equation of motion: a trajectory is wherever ∇E_IVP = 0. (H̄ of the paper is H with a zero row and column
-//! for the affine entry, so the affine entry never contributes.)
+//! Forward branch 1 carries the initial data, and backward branch 2 is tied to it at the end. Nothing in this module
+//! knows an equation of motion: a trajectory is a point where ∇E_IVP = 0. (The paper writes D̄ as a matrix on the
+//! vector (x, 1). Its H̄ is H with a zero row and column for that last, *affine* entry, which therefore never
+//! contributes.)
 //!
 //! ```
 //! use geodesic_ivp::action::DoubledAction;
@@ -60,13 +61,13 @@ pub struct DoubledAction<'a, S = f64> {
     sbp: &'a SbpOperator<S>,
     metric: &'a Metric<S>,
     initial: InitialData<S>,
-    /// Q_t of the initial data: what the weak form is given in place of ṫ_i.
+    /// Q_t of the initial data, which the weak form takes in place of ṫ_i.
     q_t: S,
     bar_t: RegularisedOperator<'a, S>,
     bar_x: RegularisedOperator<'a, S>,
 }
 
-/// What one branch contributes at a point: the metric along it and its regularised velocities.
+/// One branch evaluated on its nodes: the metric, and the regularised velocities D̄t and D̄x.
 struct BranchState<S> {
     metric: MetricSamples<S>,
     t_dot: Vec<S>,
@@ -87,7 +88,7 @@ impl<S: Real> BranchState<S> {
     }
 }
 
-/// Room for the gradient at the physical limit of one window after another.
+/// Buffers for the gradient at the physical limit, which are used for one window after another.
 pub(crate) struct GradientRoom<S> {
     state: BranchState<S>,
     t: Vec<S>,
@@ -99,7 +100,7 @@ impl<S: Real> GradientRoom<S> {
         Self { state: BranchState::zeros(points), t: vec![S::ZERO; points], x: vec![S::ZERO; points] }
     }
 
-    /// Room for windows of `points` nodes.
+    /// Makes room for windows of `points` nodes.
     pub(crate) fn fit(&mut self, points: usize) {
         if self.t.len() != points {
             *self = Self::new(points);
@@ -108,30 +109,31 @@ impl<S: Real> GradientRoom<S> {
 }
 
 impl<'a, S: Real> DoubledAction<'a, S> {
-    /// The paper's action, with the regularised operators D̄.
+    /// The paper's strong form, with the regularised operators D̄.
     pub fn new(sbp: &'a SbpOperator<S>, metric: &'a Metric<S>, initial: InitialData<S>) -> Self {
         let bar_t = RegularisedOperator::new(sbp, initial.t);
         let bar_x = RegularisedOperator::new(sbp, initial.x);
         Self { form: Form::Strong, sbp, metric, initial, q_t: initial.invariants(metric).q_t, bar_t, bar_x }
     }
 
-    /// The weak formulation without multipliers that the paper's outlook asks for.
+    /// The weak form, without multipliers, which the paper's outlook asks for.
     pub fn weak(sbp: &'a SbpOperator<S>, metric: &'a Metric<S>, initial: InitialData<S>) -> Self {
         Self { form: Form::Weak, ..Self::new(sbp, metric, initial) }
     }
 
-    /// The ablation: the paper's action with D in place of D̄. It has wrong critical points or none.
+    /// The strong form with D in place of D̄, to show what the regularisation is for: this action has wrong critical
+    /// points or none.
     pub fn without_regularisation(sbp: &'a SbpOperator<S>, metric: &'a Metric<S>, initial: InitialData<S>) -> Self {
         let plain = RegularisedOperator::without_regularisation(sbp);
         Self { bar_t: plain, bar_x: plain, ..Self::new(sbp, metric, initial) }
     }
 
-    /// Where each unknown lives.
+    /// The order of the unknowns.
     pub fn layout(&self) -> Layout {
         Layout::new(self.sbp.points(), self.form)
     }
 
-    /// What ties the branches.
+    /// The form: strong or weak.
     pub fn form(&self) -> Form {
         self.form
     }
@@ -163,13 +165,13 @@ impl<'a, S: Real> DoubledAction<'a, S> {
         Ok([self.branch(forward.t, forward.x)?, self.branch(backward.t, backward.x)?])
     }
 
-    /// The ends of both branches of `u`, whose states these are.
+    /// The ends of both branches of `u`, from their `states`.
     fn ends(&self, u: &[S], states: &[BranchState<S>; 2]) -> [BranchEnds<S>; 2] {
         let branches = self.layout().branches(u);
         [0, 1].map(|branch: usize| BranchEnds::new(&branches[branch], &states[branch]))
     }
 
-    /// E_IVP(u).
+    /// The value E_IVP(u).
     ///
     /// # Errors
     /// [`OutsideDomain`] if g00 is not positive and finite at a node of either branch.
@@ -183,15 +185,15 @@ impl<'a, S: Real> DoubledAction<'a, S> {
         Ok(forward - backward + ties)
     }
 
-    /// `out` = ∇E_IVP(u), entry by entry: the derivative with respect to the branches, then (strong) the
-    /// constraints.
+    /// Writes ∇E_IVP(u) into `out`, which is as long as `u`: the derivatives with respect to both branches and then, in
+    /// the strong form, the constraints.
     ///
     /// # Errors
     /// [`OutsideDomain`] if g00 is not positive and finite at a node of either branch.
     pub fn gradient(&self, u: &[S], out: &mut [S]) -> Result<(), OutsideDomain> {
         let layout = self.layout();
         let mut ends = [BranchEnds::default(); 2];
-        // One branch after the other, in the same room.
+        // Both branches use the same buffers, one after the other.
         let mut state = BranchState::zeros(self.sbp.points());
         let parts = layout.branches(u).into_iter().zip(layout.branches_mut(out));
         for ((sign, ends), (branch, out)) in [S::ONE, -S::ONE].into_iter().zip(&mut ends).zip(parts) {
@@ -206,8 +208,9 @@ impl<'a, S: Real> DoubledAction<'a, S> {
         Ok(())
     }
 
-    /// The largest entry of ∇E_weak where both branches are (`t`, `x`): exchanging the branches only changes the sign of
-    /// E_weak, so there the gradient by the one is minus that by the other.
+    /// The largest entry of ∇E_weak where both branches are equal to (`t`, `x`). Exchanging the branches only changes
+    /// the sign of E_weak, so there the gradient with respect to one branch is minus that with respect to the other,
+    /// and one of them is enough.
     ///
     /// # Errors
     /// [`OutsideDomain`] if g00 is not positive and finite at a node.
@@ -226,7 +229,7 @@ impl<'a, S: Real> DoubledAction<'a, S> {
     }
 
     /// `sign` · (∂F/∂t, ∂F/∂x) with ∂F/∂t = D̄ᵀHv, ∂F/∂x = ½H g00′(D̄t)² − D̄ᵀHw, v = g00∘D̄t, w = D̄x.
-    /// The velocities are used up.
+    /// Overwrites the velocities of `branch`.
     fn branch_gradient(&self, branch: &mut BranchState<S>, sign: S, out_t: &mut [S], out_x: &mut [S]) {
         self.bar_x.apply_transpose_weighted(&branch.x_dot, out_x);
         let weights = self.sbp.weights();

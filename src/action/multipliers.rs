@@ -1,4 +1,4 @@
-//! What ties the branches in the strong form: eight constraints with Lagrange multipliers.
+//! The strong form ties the two branches together by eight constraints with Lagrange multipliers.
 //!
 //! ```text
 //! λ1 (t₁[1] − t_i) + λ2 ((Dt₁)[1] − ṫ_i) + λ3 (x₁[1] − x_i) + λ4 ((Dx₁)[1] − ẋ_i)
@@ -65,7 +65,7 @@ impl<S: Real> DoubledAction<'_, S> {
 }
 
 impl DoubledAction<'_> {
-    /// The constant border: ∂C_j/∂u and its transpose.
+    /// Calls `push` for the constant border of the Hessian: ∂C_j/∂u and its transpose.
     pub(super) fn visit_constraints(&self, push: &mut impl FnMut(usize, usize, f64)) {
         let layout = self.layout();
         let last = self.sbp.points() - 1;

@@ -1,4 +1,4 @@
-//! How exact a gradient can be.
+//! The size of the rounding error in the gradient, below which no gradient can be brought.
 
 use super::{BranchState, DoubledAction};
 use crate::metric::OutsideDomain;
@@ -29,19 +29,19 @@ impl<S: Real> DoubledAction<'_, S> {
         let lambda = layout.multipliers(u);
         let h = self.sbp.spacing().to_f64();
         let size = |u: &[S]| max_abs(u).to_f64();
-        // The weak form has none.
+        // The largest |λ_j| of the given indices; 0 in the weak form, which has no λ.
         let of = |indices: [usize; 2]| {
             indices.map(|j| lambda.get(j).map_or(0.0, |l| l.to_f64().abs())).into_iter().fold(0.0, f64::max)
         };
         let (mut t, mut x) = (0.0_f64, 0.0_f64);
-        // λ1, λ5 and λ3, λ6 enter as they are, λ2, λ7 and λ4, λ8 with a row of D.
+        // λ1, λ5 and λ3, λ6 enter the gradient directly; λ2, λ7 and λ4, λ8 are multiplied by a row of D.
         let (mut t_row, mut x_row) = (of([0, 4]) + of([1, 6]) / h, of([2, 5]) + of([3, 7]) / h);
         let mut state = BranchState::zeros(self.sbp.points());
         for branch in layout.branches(u) {
             self.branch_into(branch.t, branch.x, &mut state)?;
             let t_dot = size(&state.t_dot).max(self.initial.t_dot.to_f64().abs());
             let x_dot = size(&state.x_dot).max(self.initial.x_dot.to_f64().abs());
-            // A particle that starts at x = 0, perhaps at rest, moves by h ẋ and ½h²ẍ: that is what is rounded.
+            // Where x is zero at the start, perhaps at rest, rounding acts on the distances h ẋ and ½h²ẍ of one step.
             let fall = 0.5 * h * h * size(&state.metric.first) * t_dot * t_dot;
             let t_size = size(branch.t).max(h * t_dot);
             let x_size = size(branch.x).max(h * x_dot).max(fall).max(f64::MIN_POSITIVE);
@@ -52,7 +52,7 @@ impl<S: Real> DoubledAction<'_, S> {
             x_row = x_row.max(x_size / h).max(force);
         }
         let epsilon = S::EPSILON.to_f64();
-        // Rows of D with larger coefficients show more of the rounding of t and x; ∇E applies D twice.
+        // Rows of D with larger coefficients amplify the rounding of t and x; ∇E applies D twice.
         let once = epsilon * self.sbp.stiffness();
         let twice = once * self.sbp.stiffness();
         Ok(GradientRounding { t_rows: twice * t_row, x_rows: twice * x_row, t: once * t, x: once * x })

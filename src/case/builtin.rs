@@ -1,13 +1,13 @@
-//! The shipped cases, built into the program, so that they are at hand in any folder.
+//! The built-in cases: their files are compiled into the program, so that they are available in every folder.
 
-/// What a shipped case is there for; cases are listed in this order.
+/// The purpose of a built-in case; cases are listed in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Group {
-    /// The scenes of the paper.
+    /// The cases of the paper.
     Paper,
-    /// Other potentials, forms and ways to ask, one thing a case.
+    /// Other potentials, forms and settings; each case shows one of them.
     Basic,
-    /// Scenes at the edge of what a scheme can do, and beyond it.
+    /// Cases at the edge of what a scheme can do, and beyond it.
     Hard,
 }
 
@@ -25,14 +25,14 @@ impl Group {
 /// Declares `ALL` from the names of the files in `cases/` and `cases/hard/`.
 macro_rules! shipped {
     ($($group:ident in $folder:literal: [$($name:literal,)*])*) => {
-        /// Every shipped case as (name, group, text of its file).
+        /// Every built-in case as (name, group, text of its file).
         const ALL: &[(&str, Group, &str)] = &[$($((
             $name,
             Group::$group,
             include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/", $folder, "/", $name, ".toml")),
         ),)*)*];
 
-        /// The names of the shipped cases, group by group: their files' names without folder and extension.
+        /// The names of the built-in cases, group by group: their files' names without folder and extension.
         pub const NAMES: &[&str] = &[$($($name,)*)*];
     };
 }
@@ -80,12 +80,12 @@ shipped![
     ]
 ];
 
-/// The text of the shipped case of that name.
+/// The text of the built-in case `name`, if there is one.
 pub fn text(name: &str) -> Option<&'static str> {
     found(name).map(|(_, _, text)| *text)
 }
 
-/// The group of the shipped case of that name.
+/// The group of the built-in case `name`, if there is one.
 pub fn group(name: &str) -> Option<Group> {
     found(name).map(|(_, group, _)| *group)
 }
@@ -94,7 +94,8 @@ fn found(name: &str) -> Option<&'static (&'static str, Group, &'static str)> {
     ALL.iter().find(|(known, _, _)| *known == name)
 }
 
-/// The first line of a case file's comment, which says what the case is.
+/// The first line of a case file without its `#`: a sentence that says what the case is. Empty if that line is no
+/// comment.
 pub fn description(text: &str) -> &str {
     text.lines().next().and_then(|line| line.strip_prefix('#')).map_or("", str::trim)
 }

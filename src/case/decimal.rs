@@ -1,4 +1,4 @@
-//! Numbers of a case, exactly as they are written.
+//! The numbers of a case, kept exactly as they are written.
 
 use std::fmt;
 
@@ -10,7 +10,7 @@ use crate::scalar::Real;
 /// A decimal number with all its digits, so that 0.1 is one tenth in every precision and not the nearest `f64`.
 #[derive(Debug, Clone)]
 pub struct Decimal {
-    /// As TOML writes it, without underscores or a plus sign.
+    /// The number as TOML, without underscores or a plus sign.
     text: String,
     /// The nearest `f64`.
     value: f64,
@@ -27,10 +27,10 @@ impl Decimal {
         self.value
     }
 
-    /// Takes the digits of `literal`, the same number as a TOML literal, which the deserialiser rounded.
+    /// Restores the digits that the deserialiser rounded away: `literal` is the same number as it stands in the file.
     pub(super) fn set_literal(&mut self, literal: &str) {
         let text = literal.trim_start_matches('+').replace('_', "");
-        // Hexadecimal and the like are integers, which were read exactly.
+        // Hexadecimal, octal and binary literals do not parse here; they are integers and were read exactly.
         if text.parse::<f64>().is_ok_and(|value| value == self.value) {
             self.text = text;
         }
@@ -42,7 +42,7 @@ impl Decimal {
     }
 }
 
-/// Enough digits for any number of either precision to read back as itself.
+/// With so many digits, any number of either precision is read back as the same number.
 const ROUND_TRIP_DIGITS: u32 = 73;
 
 impl<S: Real> From<S> for Decimal {
@@ -51,7 +51,7 @@ impl<S: Real> From<S> for Decimal {
     }
 }
 
-/// Equal when no precision tells them apart.
+/// Two decimals are equal if they round to the same number in every precision.
 impl PartialEq for Decimal {
     fn eq(&self, other: &Self) -> bool {
         self.value == other.value && self.to::<crate::scalar::Extended>() == other.to::<crate::scalar::Extended>()
@@ -92,7 +92,7 @@ impl<'de> Deserialize<'de> for Decimal {
     }
 }
 
-/// As an `f64`: [`super::Case::to_toml`] puts the literals in their places afterwards.
+/// Writes an `f64`; [`super::Case::to_toml`] replaces it by the exact decimal afterwards.
 impl Serialize for Decimal {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_f64(self.value)

@@ -14,12 +14,12 @@ pub struct CaseError {
     pub span: Option<Range<usize>>,
     /// What is wrong.
     pub message: String,
-    /// What to do, where that is not obvious from the message.
+    /// What to do, if that is not obvious from the message.
     pub help: Option<String>,
 }
 
 impl CaseError {
-    /// A mistake that concerns the case as a whole.
+    /// A mistake that has no place in the text, for example one that concerns the case as a whole.
     pub fn without_place(source_name: &str, message: String) -> Self {
         Self { source_name: source_name.to_owned(), text: String::new(), span: None, message, help: None }
     }

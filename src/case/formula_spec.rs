@@ -1,4 +1,4 @@
-//! A potential given as a formula, as a case writes it.
+//! A potential given as a formula, in the syntax of a case file.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -14,22 +14,22 @@ use crate::scalar::Real;
 /// `formula = { expression = "…", parameters = { … } }`, or `formula = "…"` where there are no parameters.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FormulaSpec {
-    /// The expression in x and the parameters.
+    /// An expression in x and the parameters.
     pub expression: String,
-    /// Values of the names used in it.
+    /// The values of the parameters, by their names.
     pub parameters: BTreeMap<String, Decimal>,
 }
 
 impl FormulaSpec {
-    /// The formula itself, with the parameters in `S`.
+    /// The compiled formula, with the parameters in `S`.
     ///
     /// # Errors
-    /// The mistake in the expression.
+    /// [`FormulaError`] if there is a mistake in the expression.
     pub(super) fn compiled<S: Real>(&self) -> Result<Formula<S>, FormulaError> {
         self.without(None)
     }
 
-    /// Parameters that the expression can do without.
+    /// Parameters that the expression does not use.
     pub(super) fn unused_parameters(&self) -> Vec<&str> {
         let unused = |name: &&str| self.without::<f64>(Some(name)).is_ok();
         self.parameters.keys().map(String::as_str).filter(unused).collect()
@@ -44,7 +44,7 @@ impl FormulaSpec {
 
 impl<'de> Deserialize<'de> for FormulaSpec {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        /// The long way to write it.
+        /// The form with a table.
         #[derive(Deserialize)]
         #[serde(deny_unknown_fields)]
         struct Table {

@@ -1,4 +1,4 @@
-//! What to say beside a mistake in a case's keys.
+//! Advice for mistakes in the keys of a case.
 
 use toml_edit::{Item, Table};
 
@@ -42,12 +42,12 @@ fn last(key: &str) -> &str {
     key.rsplit_once('.').map_or(key, |(_, last)| last)
 }
 
-/// What an unknown key or word may have been meant to be, by the deserialiser's message about it.
+/// What an unknown key or word was probably meant to be, judged by the deserialiser's message about it.
 pub(super) fn for_unknown(message: &str) -> Option<String> {
     let mut quoted = message.split('`').skip(1).step_by(2);
     let word = quoted.next()?;
     let meant = if message.starts_with("unknown field `") {
-        // A known key of another table, then a slip among the keys of this one, then among all.
+        // First a key of this name in another table, then a similar key of this table, then a similar key of any table.
         let elsewhere = KEYS.into_iter().find(|key| last(key) == word);
         let anywhere = || KEYS.into_iter().find(|key| nearest(word, KEYS.map(last)) == Some(last(key)));
         elsewhere.or_else(|| nearest(word, quoted)).or_else(anywhere)?
@@ -59,16 +59,16 @@ pub(super) fn for_unknown(message: &str) -> Option<String> {
     Some(format!("did you mean `{meant}`?"))
 }
 
-/// Keys that a case must have and this one has not.
+/// The required keys that a case lacks.
 pub(super) struct Missing<'a> {
-    /// What is missing, as (table, key); a key at the top has no table.
+    /// The missing keys as (table, key); the table of a key at the top level is empty.
     keys: Vec<(&'static str, &'static str)>,
-    /// The table of the first one.
+    /// The table of the first missing key.
     pub(super) item: Option<&'a Item>,
 }
 
 impl<'a> Missing<'a> {
-    /// Looks for every key that must be there.
+    /// Looks for all required keys; `None` if every one is there.
     pub(super) fn in_case(root: &'a Table) -> Option<Self> {
         let table = |name: &str| root.get(name).and_then(Item::as_table_like);
         let has = |name: &str, key: &str| table(name).is_some_and(|table| table.contains_key(key));
@@ -85,7 +85,7 @@ impl<'a> Missing<'a> {
         if !has("solver", "accuracy") {
             need("scheme", &["sbp"]);
             let sbp = table("scheme").and_then(|scheme| scheme.get("sbp")).and_then(Item::as_str);
-            // A spectral element fixes its nodes.
+            // A spectral element has a fixed number of nodes.
             if !sbp.is_some_and(|sbp| sbp.starts_with("GLL")) {
                 need("grid", &["n_gamma"]);
             }
@@ -152,7 +152,7 @@ mod tests {
     use super::*;
     use crate::Case;
 
-    /// The deserialiser lists what it knows.
+    /// The deserialiser's message about an unknown key lists the keys that it knows.
     #[test]
     fn the_known_keys_are_those_of_a_case() {
         for table in ["particle", "initial", "grid", "scheme", "solver", "expect"] {

@@ -13,12 +13,12 @@ pub struct Key {
     pub meaning: &'static str,
 }
 
-/// Shortens the list: name, kind, default, meaning.
+/// Makes a [`Key`]; with this function every entry of the list is short.
 const fn key(name: &'static str, kind: &'static str, default: &'static str, meaning: &'static str) -> Key {
     Key { name, kind, default, meaning }
 }
 
-/// Every key, table by table. Of `potential.free` to `potential.formula` a case has exactly one.
+/// Every key, table by table. A case has exactly one of `potential.free` to `potential.formula`.
 pub const KEYS: &[Key] = &[
     key("title", "string, one line", "none", "A name for people. It heads the output and the pictures."),
     key("potential.free", "table", "", "V = 0"),

@@ -1,7 +1,7 @@
-//! Case files: the strict TOML schema, its defaults, and what a valid case means.
+//! Case files: the strict TOML schema, its defaults, and the metric, initial data and end that a case stands for.
 //!
-//! [`Case::parse`] turns text and overrides into a [`Case`] or one [`CaseError`] with its place in the text. A parsed
-//! `Case` is valid: every number is finite, the grid fits the operator, and g00 is positive at the start.
+//! [`Case::parse`] turns a text and overrides into a [`Case`], or into a [`CaseError`] with its place in the text. A
+//! parsed `Case` is valid: every number is finite, the grid fits the operator, and g00 is positive at the start.
 
 pub mod builtin;
 mod decimal;
@@ -35,16 +35,16 @@ use crate::solve::Status;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
-    /// A line for people.
+    /// A name for people, on one line.
     pub title: Option<String>,
-    /// V(x).
+    /// The potential V(x).
     pub potential: PotentialSpec,
     /// Mass and speed of light.
     #[serde(default)]
     pub particle: Particle,
     /// The world-line's first point and tangent.
     pub initial: Initial,
-    /// The world-line parameter.
+    /// The range of the world-line parameter γ, its nodes and its windows.
     #[serde(default)]
     pub grid: Grid,
     /// Operator and form of the action; required unless an accuracy is asked for.
@@ -53,7 +53,7 @@ pub struct Case {
     /// How the critical point is computed.
     #[serde(default)]
     pub solver: Solver,
-    /// Numbers this case must meet.
+    /// The results that this case must have.
     pub expect: Option<Expect>,
 }
 
@@ -86,9 +86,9 @@ pub enum PotentialSpec {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Particle {
-    /// m > 0.
+    /// The mass m > 0.
     pub mass: Decimal,
-    /// Speed of light c > 0.
+    /// The speed of light c > 0.
     pub c: Decimal,
 }
 
@@ -109,9 +109,9 @@ pub struct Initial {
     pub x: Decimal,
     /// dt/dγ at γ_i.
     pub t_dot: Decimal,
-    /// dx/dγ at γ_i; this or `velocity`.
+    /// dx/dγ at γ_i. A case has either this or `velocity`.
     pub x_dot: Option<Decimal>,
-    /// dx/dt at γ_i; this or `x_dot`.
+    /// dx/dt at γ_i. A case has either this or `x_dot`.
     pub velocity: Option<Decimal>,
 }
 
@@ -124,19 +124,19 @@ pub struct Grid {
     pub gamma_i: Decimal,
     /// Last value of γ; 1 if neither this nor `t_f` is given.
     pub gamma_f: Option<Decimal>,
-    /// Physical time at which to end, instead of `gamma_f`.
+    /// The physical time at which the run ends; an alternative to `gamma_f`.
     pub t_f: Option<Decimal>,
-    /// Number of nodes N (of each window); a spectral element fixes it and it may be left out. 0 where an accuracy is asked
-    /// for.
+    /// Number of nodes N of each window. It may be left out for a spectral element, which fixes it. It is 0 if the case
+    /// asks for an accuracy.
     #[serde(default)]
     pub n_gamma: usize,
-    /// Number of windows that γ_f − γ_i is cut into; each has its own N nodes and continues the one before.
+    /// Number of windows into which γ_f − γ_i is divided. Each has N nodes of its own and continues the one before.
     #[serde(default = "one")]
     pub windows: usize,
 }
 
 impl Default for Grid {
-    /// What is left to the program.
+    /// The grid of a case that leaves its choice to the program.
     fn default() -> Self {
         Self { gamma_i: zero(), gamma_f: None, t_f: None, n_gamma: 0, windows: one() }
     }
@@ -163,18 +163,18 @@ pub struct Scheme {
     /// The form of the action.
     #[serde(default)]
     pub form: Form,
-    /// D̄ (true) or D (false, the ablation) in the action.
+    /// Whether the action has the regularised operator D̄ or, to show what that is for, D.
     #[serde(default = "yes")]
     pub regularised: bool,
 }
 
-/// What the operators chosen for an accuracy are like.
+/// A stand-in where the case asks for an accuracy: the operators that are chosen then are of this kind.
 fn chosen() -> SbpName {
     SbpName::Gll(24)
 }
 
 impl Default for Scheme {
-    /// What an accuracy leads to.
+    /// The scheme of a case that asks for an accuracy.
     fn default() -> Self {
         Self { sbp: chosen(), form: Form::Weak, regularised: true }
     }
@@ -188,14 +188,16 @@ fn yes() -> bool {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Solver {
-    /// Which system.
+    /// The system that is solved.
     pub system: System,
-    /// Significant decimal digits of the results, 16 to 70: 16 means `f64`, more means [`Extended`](crate::scalar::Extended).
+    /// Significant decimal digits of the results, 16 to 70: 16 means `f64`, and more means
+    /// [`Extended`](crate::scalar::Extended).
     pub digits: u32,
-    /// Most Newton iterations (of a window); the fixed-point iteration of weak spectral elements has its own limit.
+    /// Largest number of Newton iterations in a window. The fixed-point iteration of weak spectral elements has its own
+    /// limit.
     pub max_iterations: usize,
-    /// The error allowed in t and x, relative to max(1, largest |t − t_i|) and max(1, largest |x|): the
-    /// program chooses operator and windows, and `grid.n_gamma`, `grid.windows` and `scheme` are left out.
+    /// The error allowed in t and x, relative to max(1, largest |t − t_i|) and max(1, largest |x|). With it the program
+    /// chooses operator and windows, and `grid.n_gamma`, `grid.windows` and `scheme` are left out.
     pub accuracy: Option<Decimal>,
 }
 
@@ -209,7 +211,7 @@ impl Default for Solver {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Expect {
-    /// How the solve must end (default `converged`).
+    /// How the run must end (default `converged`).
     #[serde(default = "converged")]
     pub status: Status,
     /// t at the last node.
@@ -225,7 +227,7 @@ fn converged() -> Status {
 }
 
 impl Case {
-    /// Where the run ends, counted from its start.
+    /// Where the run ends.
     pub fn end<S: Real>(&self) -> End<S> {
         match (&self.grid.t_f, &self.grid.gamma_f) {
             (Some(t_f), _) => End::Duration(t_f.to::<S>() - self.initial.t.to()),
@@ -241,17 +243,17 @@ impl Case {
         self.solver.digits.min(S::MOST_DIGITS)
     }
 
-    /// Whether more digits are asked for than `f64` has: the case is to be solved in
+    /// Whether the case asks for more digits than `f64` has, and is therefore to be solved in
     /// [`Extended`](crate::scalar::Extended).
     pub fn is_extended(&self) -> bool {
         self.solver.digits > f64::MOST_DIGITS
     }
 
-    /// The case with another operator, form and number of nodes (and no accuracy asked for), on γ ∈ [0, `length`]. A
-    /// spectral element has as many windows as give about that number of nodes in all.
+    /// The case with another operator, form and number of nodes on γ ∈ [0, `length`], and without an accuracy. A
+    /// spectral element gets as many windows as make about that number of nodes in all.
     ///
     /// # Errors
-    /// What is wrong with that grid.
+    /// A message that says what is wrong with that grid.
     pub fn on_grid(
         &self,
         (sbp, form): (SbpName, Form),
@@ -270,7 +272,7 @@ impl Case {
         Ok(case)
     }
 
-    /// V(x).
+    /// The potential V(x).
     pub fn potential<S: Real>(&self) -> Potential<S> {
         match &self.potential {
             PotentialSpec::Free {} => Potential::free(),
@@ -290,7 +292,7 @@ impl Case {
         Metric::new(self.potential(), self.particle.mass.to(), self.particle.c.to())
     }
 
-    /// Start and tangent, with ẋ_i = velocity · ṫ_i where the velocity is given.
+    /// The start and the tangent there, with ẋ_i = velocity · ṫ_i if the case gives a velocity.
     pub fn initial_data<S: Real>(&self) -> InitialData<S> {
         let Initial { t, x, t_dot, x_dot, velocity } = &self.initial;
         let t_dot = t_dot.to::<S>();

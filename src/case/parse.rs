@@ -1,4 +1,4 @@
-//! Text and overrides → a valid [`Case`], or an error that knows its place.
+//! Reads text and overrides into a valid [`Case`], or into an error with its place in the text.
 
 use std::ops::Range;
 
@@ -10,8 +10,8 @@ use super::{Case, CaseError, Decimal};
 impl Case {
     /// Reads a case from TOML `text` after applying `overrides` of the form `dotted.key=value`.
     ///
-    /// The value of an override is a TOML value; a word that is none is taken as a string. With overrides, errors
-    /// refer to the text as the overrides left it.
+    /// The value of an override is a TOML value; a word that is not one is taken as a string. With overrides, errors
+    /// refer to the text as the overrides have changed it.
     ///
     /// # Errors
     /// [`CaseError`] for anything that is not a complete, valid case: syntax, an unknown or missing key, a wrong type,
@@ -40,7 +40,7 @@ impl Case {
 const POTENTIALS: &str = "give exactly one of free = {}, linear = { alpha }, quartic = { kappa }, \
                           polynomial = { coefficients }, formula = \"expression\" or { expression, parameters }";
 
-/// serde names Rust types; a user knows TOML's.
+/// The message of serde with the names of TOML's types, which a user knows, in place of Rust's.
 fn readable(message: &str) -> String {
     let rust_to_toml = [
         ("expected f64", "expected a number"),
@@ -50,7 +50,7 @@ fn readable(message: &str) -> String {
     rust_to_toml.iter().fold(message.trim_end().to_owned(), |message, (rust, toml)| message.replace(rust, toml))
 }
 
-/// Named text that errors point into.
+/// The text of a case and its name, to which errors refer.
 struct Source {
     name: String,
     text: String,
@@ -81,8 +81,8 @@ impl Source {
         Ok(Self { name, text: document.to_string() })
     }
 
-    /// Where the value of a dotted key stands; of its nearest table if the key itself is missing. `within` narrows the
-    /// place to a part of a string value, if that is written without escapes.
+    /// The place of the value of a dotted key, or of the nearest table around it if the key itself is missing. `within`
+    /// narrows the place to a part of a string value, if that is written without escapes.
     fn locate(&self, path: &str, within: Option<Range<usize>>) -> Option<Range<usize>> {
         let document = Document::parse(self.text.as_str()).ok()?;
         let (span, string) = find(document.as_item(), path);
@@ -93,7 +93,7 @@ impl Source {
         }
     }
 
-    /// Gives numbers back the digits that the deserialiser rounded away.
+    /// Restores the digits that the deserialiser rounded away.
     fn restore_digits(&self, numbers: Vec<(String, &mut Decimal)>) {
         let Ok(document) = Document::parse(self.text.as_str()) else { return };
         for (path, number) in numbers {
@@ -103,7 +103,8 @@ impl Source {
         }
     }
 
-    /// What the deserialiser would accept or explain badly: tables written as arrays, and not exactly one potential.
+    /// Refuses what the deserialiser would accept, or explain badly: tables written as arrays, and none or several
+    /// potentials.
     fn check_structure(&self) -> Result<(), CaseError> {
         let document = Document::parse(self.text.as_str())
             .map_err(|error| self.error(error.span(), readable(error.message()), None))?;
@@ -127,7 +128,7 @@ impl Source {
         root.get("potential").map_or(Ok(()), |potential| self.check_potential(potential))
     }
 
-    /// Keys that must be there, all of them at once.
+    /// Refuses a case that lacks required keys, and names all of them at once.
     fn check_presence(&self) -> Result<(), CaseError> {
         let Ok(document) = Document::parse(self.text.as_str()) else { return Ok(()) };
         let Some(missing) = Missing::in_case(document.as_table()) else { return Ok(()) };
@@ -159,8 +160,8 @@ impl Source {
     }
 }
 
-/// Where the value of a dotted key stands (of its nearest table or array if it is missing), and the value if it is a
-/// string.
+/// The place of the value of a dotted key, or of the nearest table or array around it if it is missing; and the value
+/// if it is a string.
 fn find<'i>(root: &'i Item, path: &str) -> (Option<Range<usize>>, Option<&'i str>) {
     let mut span = None;
     let mut item = root;
@@ -169,7 +170,7 @@ fn find<'i>(root: &'i Item, path: &str) -> (Option<Range<usize>>, Option<&'i str
             item = inner;
             span = item.span().or(span);
         } else {
-            // A formula without parameters is its expression.
+            // A formula without parameters may be written as a string, which is its expression.
             if item.is_str() {
                 break;
             }
@@ -180,8 +181,7 @@ fn find<'i>(root: &'i Item, path: &str) -> (Option<Range<usize>>, Option<&'i str
     (span, item.as_str())
 }
 
-/// `text`, a valid case, with its numbers as they were written.
-/// Without the keys in `removed`.
+/// `text`, which is a valid case, with its numbers as they were written and without the keys in `removed`.
 pub(super) fn with_literals(text: &str, numbers: &[(String, &mut Decimal)], removed: &[&str]) -> String {
     let mut document: DocumentMut = text.parse().expect("a written case can be read");
     removed.iter().for_each(|path| remove(document.as_table_mut(), path));
@@ -199,7 +199,7 @@ pub(super) fn with_literals(text: &str, numbers: &[(String, &mut Decimal)], remo
     document.to_string()
 }
 
-/// An override of the first takes away the others, which it stands in for, unless they are overridden too.
+/// An override of the first key removes the other keys, which it replaces, unless they are overridden too.
 const EXCLUSIVE: [(&str, &[&str]); 7] = [
     ("grid.t_f", &["grid.gamma_f"]),
     ("grid.gamma_f", &["grid.t_f"]),
@@ -210,19 +210,19 @@ const EXCLUSIVE: [(&str, &[&str]); 7] = [
     ("grid.windows", &["solver.accuracy"]),
 ];
 
-/// The key of an override, with its parts in plain.
+/// The key of an override, its parts without quotes and joined by dots.
 fn dotted(setting: &str) -> Option<String> {
     let keys = Key::parse(setting.split_once('=')?.0.trim()).ok()?;
     Some(keys.iter().map(Key::get).collect::<Vec<_>>().join("."))
 }
 
-/// Whether `key` is `path`, lies in it, or holds it.
+/// Whether `key` is `path`, lies inside it, or contains it.
 fn is_within(key: &str, path: &str) -> bool {
     let below = |long: &str, short: &str| long.strip_prefix(short).is_some_and(|rest| rest.starts_with('.'));
     key == path || below(key, path) || below(path, key)
 }
 
-/// Takes the value of a dotted key away.
+/// Removes a dotted key.
 fn remove(root: &mut Table, path: &str) {
     let (tables, last) = path.rsplit_once('.').unwrap_or(("", path));
     let mut table: &mut dyn TableLike = root;

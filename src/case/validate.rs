@@ -1,4 +1,4 @@
-//! What TOML's types cannot say: ranges, finiteness, pairs of keys, the formula, the start.
+//! Checks that go beyond the types of TOML: ranges, finiteness, keys that exclude each other, the formula, the start.
 
 use std::ops::Range;
 
@@ -8,14 +8,14 @@ use crate::potential::formula::{is_identifier, is_reserved};
 use crate::scalar::{Extended, Real};
 use crate::solve::Status;
 
-/// More nodes than this would only exhaust the memory.
+/// More nodes than this would exhaust the memory.
 const MOST_POINTS: usize = 100_000_000;
 
 /// A value that is not acceptable.
 pub(super) struct Invalid {
     /// Dotted key.
     pub(super) path: String,
-    /// Part of a string value, in bytes.
+    /// The part of a string value that is wrong, as a range of bytes.
     pub(super) within: Option<Range<usize>>,
     pub(super) message: String,
     pub(super) help: Option<String>,
@@ -132,7 +132,7 @@ impl Case {
         Ok(())
     }
 
-    /// An accuracy leaves nothing of the scheme to be given.
+    /// With an accuracy the program chooses the whole scheme, so none of its keys may be given.
     fn check_accuracy(&self) -> Result<(), Invalid> {
         let Some(accuracy) = self.solver.accuracy.as_ref().map(Decimal::value) else { return Ok(()) };
         if !(accuracy > 0.0 && accuracy < 1.0) {
@@ -204,7 +204,8 @@ impl Case {
         Ok(())
     }
 
-    /// Whether nodes over a range of γ of this length can be told apart, also when γ_i is added to them.
+    /// Refuses nodes so close together, over a range of γ of this length, that rounding makes them equal, also when γ_i
+    /// is added to them.
     fn check_spacing(&self, path: &str, length: f64) -> Result<(), Invalid> {
         let gamma_i = self.grid.gamma_i.value();
         let intervals = (self.grid.n_gamma.max(2) - 1) * self.grid.windows;

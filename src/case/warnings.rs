@@ -1,8 +1,8 @@
-//! What is allowed in a case, and should be known.
+//! Warnings about cases that are valid but may surprise.
 
 use super::{Case, PotentialSpec, Scheme};
 
-/// K below this share of g00 ṫ² is a small difference of large numbers.
+/// If K is below this share of g00 ṫ², it is a small difference of large numbers and has lost digits.
 const NEARLY_SPACELIKE: f64 = 1e-2;
 
 impl Case {

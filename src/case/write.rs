@@ -1,9 +1,9 @@
-//! A case as text again.
+//! Writing a case as text.
 
 use super::{Case, Decimal, FormulaSpec, Initial, PotentialSpec, Scheme, parse};
 
 impl Case {
-    /// The case with every default filled in, as TOML; reading it again gives the same case.
+    /// The case as TOML, with every default filled in. Reading that text gives the same case.
     pub fn to_toml(&self) -> String {
         let text = toml::to_string(self).expect("every case can be written as TOML");
         let mut case = self.clone();
@@ -15,7 +15,7 @@ impl Case {
         parse::with_literals(&text, &case.numbers_mut(), chosen)
     }
 
-    /// Every number of the case with its dotted key; the place in an array is its last part.
+    /// Every number of the case with its dotted key; for an element of an array the last part of the key is its index.
     pub(super) fn numbers_mut(&mut self) -> Vec<(String, &mut Decimal)> {
         let Initial { t, x, t_dot, x_dot, velocity } = &mut self.initial;
         let mut numbers = vec![

@@ -1,4 +1,5 @@
-//! `converge` without a case: the four base cases of the paper, their slopes beside the published ones.
+//! `converge` without a case: the slopes of the paper's four base cases (two potentials with two operators each) beside
+//! the published ones.
 
 use std::process::ExitCode;
 
@@ -10,7 +11,7 @@ use geodesic_ivp::study::convergence::{Quantity, Slope};
 use super::converge::{COMMAND, ConvergeArgs, Swept, sweep_into};
 use super::{interrupt, report};
 
-/// Sweeps the base cases, each into a folder of its name, and prints one table.
+/// Sweeps the base cases, writes the files of each into a folder of its name, and prints one table.
 pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     if !args.case.quiet {
         report::note("no CASE is given: the paper's base cases are swept, linear and quartic");
@@ -44,18 +45,18 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     Ok(ending)
 }
 
-/// The grids of a case's published slopes.
+/// The ranges of N over which a case has its published slopes.
 fn ranges(case: &str) -> Vec<(usize, usize)> {
     let mut ranges: Vec<_> = PUBLISHED_SLOPES.iter().filter(|one| one.case == case).map(|one| one.n_range).collect();
     ranges.dedup();
     ranges
 }
 
-/// The table for people.
+/// The table that is printed.
 struct Table {
     lines: String,
     reference_error: f64,
-    /// Whether the cases are not quite the paper's.
+    /// Whether overrides have changed the cases, so that they are no longer those of the paper.
     changed: bool,
 }
 
@@ -70,7 +71,7 @@ impl Table {
         self.reference_error = self.reference_error.max(swept.reference_error);
         for (index, all) in swept.slopes.iter().enumerate() {
             let of = |quantity| published(name, all.sbp, quantity).filter(|_| all.form == Form::Strong);
-            // The paper has no slopes in the L2 norm; its grids are the same.
+            // The paper has no slopes in the L2 norm. They are fitted over the grids of ε_x.
             let range = of(Quantity::EpsXFinal).map(|published| published.n_range);
             let place = ranges(name).iter().position(|one| Some(*one) == range);
             let fitted = place.map(|place| &swept.beside[place][index]);

@@ -19,7 +19,7 @@ pub(super) struct CheckArgs {
     run: bool,
 }
 
-/// A solved case differs from its `[expect]` table.
+/// The error of a solved case that differs from its `[expect]` table: one phrase for each difference.
 #[derive(Debug, thiserror::Error)]
 #[error("the case does not meet its [expect] table: {}", .0.join("; "))]
 pub(super) struct ExpectationNotMet(Vec<String>);
@@ -46,7 +46,11 @@ pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What was found as expected, a phrase each; the first error otherwise.
+/// Solves the case and compares the result with its `[expect]` table. Returns one phrase for each number that is as
+/// expected.
+///
+/// # Errors
+/// [`ExpectationNotMet`] if anything is different.
 fn compare<S: Real>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<String>> {
     let result = solve::<S>(case);
     let status = result.as_ref().map_or_else(|failure| failure.status, |_| Status::Converged);

@@ -33,7 +33,8 @@ pub(super) struct ConvergeArgs {
     #[command(flatten)]
     pub(super) output: OutArgs,
 
-    /// Numbers of nodes to sweep: of each of the case's windows; of all together for a spectral element, whose windows they fix
+    /// Numbers of nodes to sweep: of each of the case's windows; of all together for a spectral element, whose windows
+    /// they fix
     #[arg(long, value_name = "N,N,…", value_delimiter = ',', value_parser = nodes, default_value = "16,32,64,128,256,512,1024")]
     n_gamma: Vec<usize>,
 
@@ -85,27 +86,28 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     Ok(swept.ending())
 }
 
-/// A sweep whose files are written.
+/// A sweep whose files have been written.
 pub(super) struct Swept {
-    /// The slopes, and what was written where.
+    /// The slopes for people.
     table: String,
     /// The text of summary.json.
     pub(super) summary: String,
     pub(super) written: String,
     /// Slopes over all grids above the rounding plateau.
     pub(super) slopes: Vec<Slope>,
-    /// Slopes over the ranges that were asked for beside them.
+    /// Slopes over each of the further ranges that were asked for.
     pub(super) beside: Vec<Vec<Slope>>,
-    /// What the reference says of its own error.
+    /// The reference's estimate of its own relative error.
     pub(super) reference_error: f64,
-    /// Grids that were finished, if it was interrupted, and whether any has a solution.
+    /// If the sweep was interrupted, the number of grids that were finished.
     pub(super) interrupted: Option<usize>,
+    /// Whether any grid has a solution.
     solved: bool,
     directory: PathBuf,
 }
 
 impl Swept {
-    /// Warns of an end that is none, and says what it is to the shell.
+    /// The exit code. Warns if the sweep was interrupted or no grid has a solution.
     pub(super) fn ending(&self) -> ExitCode {
         if let Some(grids) = self.interrupted {
             report::warn(&format!("interrupted: {grids} grids were finished and are in {}", self.directory.display()));
@@ -119,8 +121,8 @@ impl Swept {
     }
 }
 
-/// Sweeps a case and writes its files; nothing if it was interrupted before there was a reference. Slopes are also fitted
-/// over the ranges of `beside`. Warnings begin with `name`.
+/// Sweeps a case and writes its files; `None` if it was interrupted before there was a reference. Slopes are also
+/// fitted over the ranges of `beside`. Warnings begin with `name`.
 pub(super) fn sweep_into(
     target: Target,
     case: &Case,
@@ -153,8 +155,8 @@ fn sweep_in<S: Real>(
         Ok(Some(convergence)) => convergence,
         Ok(None) => return Ok(None),
         Err(error) => {
-            // An impossible grid is a mistake on the command line and changes nothing; a case without a reference has no
-            // results, and those of an earlier sweep must not stand for it.
+            // An impossible grid is a mistake on the command line, and nothing is changed. A case without a reference
+            // has no results, so the files of an earlier sweep are removed: they must not be taken for its own.
             if matches!(error, SweepError::Reference(_)) {
                 files.commit(|_| false)?;
             }
@@ -188,7 +190,7 @@ fn sweep_in<S: Real>(
 }
 
 fn draw<S: Real>(title: &str, convergence: &Convergence<S>, slopes: &[Slope], files: &OutputSet) -> anyhow::Result<()> {
-    // Of many schemes x alone: twice as many curves would be too many to tell apart.
+    // With many schemes only the errors of x are drawn: twice as many curves would be too many to tell apart.
     let first = usize::from(slopes.len() > 4 * Quantity::ALL.len());
     for (name, what, quantities) in [
         (FINAL_ERRORS, "errors at the end", [Quantity::EpsTFinal, Quantity::EpsXFinal]),
@@ -200,15 +202,15 @@ fn draw<S: Real>(title: &str, convergence: &Convergence<S>, slopes: &[Slope], fi
     Ok(())
 }
 
-/// What a sweep tells while it is under way.
+/// What a sweep reports while it is running.
 enum News<S> {
     Ready(Arc<Sweep<S>>),
     Point(usize, ConvergencePoint),
     Impossible(SweepError),
 }
 
-/// Sweeps with a bar on a terminal's standard error. After an interrupt it has the grids that were finished, and there is
-/// none if the reference was not.
+/// Sweeps, with a progress bar if standard error is a terminal. After an interrupt the result has the grids that were
+/// finished; it is `None` if the reference was not finished.
 fn sweep_with_progress<S: Real>(case: &Case, args: &ConvergeArgs) -> Result<Option<Convergence<S>>, SweepError> {
     let forms = if args.form.is_empty() { &[case.scheme.form] } else { args.form.as_slice() };
     let schemes: Vec<_> = args.sbp.iter().flat_map(|&sbp| forms.iter().map(move |&form| (sbp, form))).collect();

@@ -34,7 +34,7 @@ pub(super) fn init(args: &InitArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// One line a case, group by group.
+/// One line per case, group by group.
 fn list() -> anyhow::Result<String> {
     let mut rows = Vec::new();
     for &name in NAMES {

@@ -13,10 +13,10 @@ use geodesic_ivp::{Case, CaseError};
 use super::CaseArgs;
 use super::report::{self, Refusal};
 
-/// The built-in case of commands that are given none.
+/// The built-in case that is used by commands to which no case is given.
 const DEFAULT: &str = "quartic";
 
-/// A case is a page of text: what is longer than this is something else, and is not read.
+/// A case is a page of text. Anything longer than this is not a case, and is not read.
 const MOST_BYTES: u64 = 1 << 20;
 
 /// Where a case comes from.
@@ -28,7 +28,7 @@ enum Source<'a> {
 }
 
 impl CaseArgs {
-    /// A file of that path wins over a built-in case of that name.
+    /// The source that the argument names. A file takes precedence over a built-in case of the same name.
     fn source(&self) -> Source<'_> {
         let Some(path) = self.case.as_deref() else { return Source::BuiltIn(DEFAULT) };
         if path == Path::new("-") {
@@ -51,7 +51,7 @@ impl CaseArgs {
         !self.set.is_empty()
     }
 
-    /// What errors call the source.
+    /// The name of the source in error messages.
     pub(super) fn name(&self) -> String {
         match self.source() {
             Source::StandardInput => "<stdin>".to_owned(),
@@ -60,8 +60,8 @@ impl CaseArgs {
         }
     }
 
-    /// What tells the case from others, seen from the folder the program runs in: a file's path from there, if it is
-    /// below it, and its whole path otherwise.
+    /// Identifies the case in the record of a result folder. For a file it is its path, relative to the current folder
+    /// if the file is inside that.
     pub(super) fn identity(&self) -> String {
         let Source::File(path) = self.source() else { return self.name() };
         let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
@@ -74,7 +74,7 @@ impl CaseArgs {
         case.title.clone().unwrap_or_else(|| self.stem().to_string_lossy().into_owned())
     }
 
-    /// What results are called after: the stem of the case's file.
+    /// The name for the folder of results: the stem of the case's file, or the name of a built-in case.
     pub(super) fn stem(&self) -> &OsStr {
         let stem = match self.source() {
             Source::StandardInput => None,
@@ -84,7 +84,7 @@ impl CaseArgs {
         stem.unwrap_or("stdin".as_ref())
     }
 
-    /// The valid case. That a built-in one stands in for a file, or for no name at all, is said.
+    /// Reads the case. Prints a note if a built-in case is used because there is no such file, or no case was named.
     pub(super) fn read(&self) -> anyhow::Result<Case> {
         let name = self.name();
         let bytes = match self.source() {
@@ -119,7 +119,7 @@ impl CaseArgs {
         Ok(Case::parse(&format!("<built-in {name}>"), text, &self.set)?)
     }
 
-    /// Says what is expected where the file, by its name, is something else than TOML.
+    /// Adds to an error, if the file's name says that it is not TOML, that a case has to be.
     fn of_another_kind(&self, mut error: CaseError) -> CaseError {
         if let Source::File(path) = self.source() {
             let extension = path.extension().and_then(OsStr::to_str);
@@ -132,7 +132,7 @@ impl CaseArgs {
     }
 }
 
-/// Everything there is to read, unless it is too much for a case.
+/// Reads all bytes, or fails if there are too many for a case.
 fn at_most(reader: impl Read, size: Option<u64>, name: &str) -> anyhow::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     if size.is_none_or(|size| size <= MOST_BYTES) {
@@ -146,7 +146,7 @@ fn at_most(reader: impl Read, size: Option<u64>, name: &str) -> anyhow::Result<V
     Err(CaseError::without_place(name, message).into())
 }
 
-/// A case file that cannot be read, with what may have been meant.
+/// The error for a case file that cannot be read. It suggests a built-in case of a similar name.
 fn unreadable(path: &Path, reason: &str) -> anyhow::Error {
     let stem = path.file_stem().and_then(OsStr::to_str).unwrap_or_default();
     let help = match nearest(stem, builtin::NAMES.iter().copied()) {

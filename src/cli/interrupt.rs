@@ -1,8 +1,9 @@
 //! Interrupts: Ctrl-C and SIGTERM end every command with exit code 130 and within a second.
 //!
-//! Nothing is left half-written, because unfinished files have no name yet. A study is computed on a thread of its own,
-//! which hands over what is finished as it goes: the main thread, which writes the files, need not wait for a computation
-//! that is under way, however long it takes, but leaves it to the end of the program.
+//! No file is left half-written, because unfinished files are not yet at their final names. A study is computed on a
+//! thread of its own, which hands over every result as soon as it is finished. The main thread writes the files. After
+//! an interrupt it does not wait for the computation that is running, however long that would take; the end of the
+//! program stops it.
 
 use std::panic::resume_unwind;
 use std::process::{ExitCode, exit};
@@ -17,14 +18,14 @@ use super::report;
 /// The exit code of an interrupted command.
 pub(super) const INTERRUPTED: u8 = 130;
 
-/// Who is told of the first interrupt. Without anyone an interrupt ends the program.
+/// Called at the first interrupt. Without a listener an interrupt ends the program.
 static LISTENER: Mutex<Option<Box<dyn FnOnce() + Send>>> = Mutex::new(None);
 
 fn set_listener(listener: Option<Box<dyn FnOnce() + Send>>) -> Option<Box<dyn FnOnce() + Send>> {
     std::mem::replace(&mut *LISTENER.lock().unwrap_or_else(PoisonError::into_inner), listener)
 }
 
-/// From here on an interrupt ends the program, at once or by the way of [`beside_it`].
+/// From this call on, an interrupt ends the program with exit code 130: at once, or by way of [`beside_it`].
 pub(super) fn listen() -> anyhow::Result<()> {
     watch(|| match set_listener(None) {
         Some(listener) => listener(),
@@ -33,13 +34,13 @@ pub(super) fn listen() -> anyhow::Result<()> {
     .context("cannot listen for interrupts")
 }
 
-/// The end of a study that was interrupted before it had anything to write: the files of an earlier one stay.
+/// The exit code of a study that was interrupted before it had anything to write. The files of an earlier one stay.
 pub(super) fn before_any_result() -> ExitCode {
     report::warn("interrupted before anything was finished: no file was written");
     ExitCode::from(INTERRUPTED)
 }
 
-/// Calls `interrupted` for every Ctrl-C and SIGTERM, on a thread of its own. SIGHUP keeps its meaning, for nohup.
+/// Calls `interrupted` for every Ctrl-C and SIGTERM, on a thread of its own. SIGHUP is left alone, so that nohup works.
 #[cfg(unix)]
 fn watch(interrupted: impl Fn() + Send + 'static) -> anyhow::Result<()> {
     use signal_hook::consts::{SIGINT, SIGTERM};
@@ -54,25 +55,25 @@ fn watch(interrupted: impl Fn() + Send + 'static) -> anyhow::Result<()> {
     Ok(ctrlc::set_handler(interrupted)?)
 }
 
-/// What happens beside the main thread.
+/// Events that the main thread waits for.
 enum Event<T> {
     News(T),
     Ended,
     Interrupted,
 }
 
-/// Tells of its end, however it comes about.
+/// Sends [`Event::Ended`] when it is dropped, so also when the worker panics.
 struct Ending<T>(Sender<Event<T>>);
 
 impl<T> Drop for Ending<T> {
     fn drop(&mut self) {
-        // Nobody listens after an interrupt.
+        // After an interrupt the receiver is gone, and the error is of no interest.
         let _ = self.0.send(Event::Ended);
     }
 }
 
-/// Does `work` on another thread and hands everything that it tells to `hear` on this one, until it ends or is
-/// interrupted: whether it was. After an interrupt it is left alone, and another one ends the program at once.
+/// Runs `work` on another thread and passes everything that it reports to `hear` on this thread. Returns whether an
+/// interrupt came before `work` ended. Then `work` is left running, and another interrupt ends the program at once.
 pub(super) fn beside_it<T: Send + 'static>(
     work: impl FnOnce(&(dyn Fn(T) + Sync)) + Send + 'static,
     mut hear: impl FnMut(T),
@@ -100,7 +101,7 @@ pub(super) fn beside_it<T: Send + 'static>(
 mod tests {
     use super::*;
 
-    // One test: the listener is one for the whole program.
+    // All in one test, because the whole program has only one listener.
     #[test]
     fn work_is_heard_until_it_ends_or_is_interrupted() {
         let mut heard = Vec::new();
@@ -113,7 +114,7 @@ mod tests {
             |tell| {
                 tell(1);
                 set_listener(None).expect("a computation is listened to")();
-                // As long as a computation may take.
+                // A computation that never ends.
                 thread::park();
             },
             |news| heard += news,

@@ -9,7 +9,7 @@ use geodesic_ivp::case::KEYS;
 
 use super::{Cli, report, stdout};
 
-/// What commands write: the command, its files, and what is in them.
+/// The files that commands write: the command, the name of the file, and what is in it.
 const FILES: [(&str, &str, &str); 13] = [
     ("run", "trajectory.csv", "the world-line at the nodes"),
     ("run", "residuals.csv", "charges and residuals of the geodesic equations at the nodes"),
@@ -34,7 +34,7 @@ const FILES: [(&str, &str, &str); 13] = [
     ),
 ];
 
-/// Commands, and what they are for.
+/// Examples of commands, and what they do.
 const EXAMPLES: [(&str, &str); 8] = [
     ("geodesic-ivp run quartic", "Solve a built-in case; the files go to results/quartic."),
     ("geodesic-ivp run quartic --set scheme.sbp=SBP42 --plot", "The same with another operator, and with pictures."),
@@ -46,7 +46,7 @@ const EXAMPLES: [(&str, &str); 8] = [
     ("geodesic-ivp check quartic --run", "Validate a case and compare its solution with its [expect] table."),
 ];
 
-/// Prints the page. There are no further ones to refer to.
+/// Prints the manual page. There is only this one, so it refers to no others.
 pub(super) fn man() -> anyhow::Result<ExitCode> {
     let mut page = Vec::new();
     let mut command = Cli::command();
@@ -70,7 +70,7 @@ pub(super) fn man() -> anyhow::Result<ExitCode> {
         synopsis.control("SH", ["SYNOPSIS"]).text([bold(usage.trim_start_matches("Usage: ").to_owned())]);
         synopsis.to_writer(&mut text)?;
         section.render_options_section(&mut text)?;
-        // Sections of a command are sub-sections of the page.
+        // The sections of each command become sub-sections of the page.
         page.extend(String::from_utf8(text)?.replace(".SH ", ".SS ").into_bytes());
     }
     for section in [case_file(), files(), exit_status(), examples()] {
@@ -87,7 +87,7 @@ fn section(title: &str, text: &str) -> Roff {
     roff
 }
 
-/// A paragraph with a heading, as options have it.
+/// A paragraph under a heading, in the layout of options.
 fn entry(roff: &mut Roff, heading: impl Into<Vec<Inline>>, text: impl Into<String>) {
     roff.control("TP", []).text(heading).text([roman(text)]);
 }

@@ -1,4 +1,5 @@
-//! Memory, which is asked about before it is used: without it the program would be ended in the middle.
+//! Checks before a run that there is enough memory for it. Otherwise the operating system might kill the program in the
+//! middle of the run.
 
 use std::fs;
 
@@ -12,7 +13,7 @@ use super::samples::SampleArgs;
 /// Refuses a run that needs more memory than there is.
 ///
 /// # Errors
-/// [`Refusal`] with both numbers.
+/// [`Refusal`] with the memory that is needed and the memory that there is.
 pub(super) fn check(case: &Case, samples: Option<&SampleArgs>) -> anyhow::Result<()> {
     let (only, count) = samples.map_or((false, 0), |samples| (samples.only(), samples.count()));
     let needed = if case.is_extended() {
@@ -34,8 +35,8 @@ pub(super) fn check(case: &Case, samples: Option<&SampleArgs>) -> anyhow::Result
     Err(Refusal::usage(message).help(help).into())
 }
 
-/// The least of what the machine has left, what the process may take and what its group may, in bytes; None where the
-/// operating system does not say.
+/// The memory that the run can have, in bytes: the least of what the machine has left, what the process may still take,
+/// and the limit of its control group. `None` where the operating system does not say.
 fn available() -> Option<f64> {
     let first_number = |text: &str| text.split_whitespace().find_map(|word| word.parse::<f64>().ok());
     let read = |path: &str| fs::read_to_string(path).ok();
@@ -45,7 +46,7 @@ fn available() -> Option<f64> {
     };
     let kilobytes = |name| line("/proc/meminfo", name).map(|number| 1024.0 * number);
     let machine = kilobytes("MemAvailable:").map(|free| free + kilobytes("SwapFree:").unwrap_or(0.0));
-    // What is mapped already counts.
+    // The limit of the process includes what it has mapped already.
     let mapped = line("/proc/self/status", "VmSize:").map_or(0.0, |number| 1024.0 * number);
     let process = line("/proc/self/limits", "Max address space").map(|limit| (limit - mapped).max(0.0));
     let group = read("/sys/fs/cgroup/memory.max").and_then(|text| first_number(&text));

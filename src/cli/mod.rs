@@ -1,4 +1,4 @@
-//! The command layer: the only place that reads arguments and touches the terminal.
+//! The command line: the only part of the crate that reads arguments and writes to the terminal.
 
 mod base_cases;
 mod check;
@@ -27,12 +27,12 @@ use clap::{Args, Parser, Subcommand, ValueHint};
 
 use report::exit_code;
 
-/// Parse, dispatch, exit code.
+/// Reads the command line, executes the command and returns its exit code.
 pub fn main() -> ExitCode {
     Cli::from_command_line().execute().unwrap_or_else(|error| exit_code(&error))
 }
 
-/// The end of `--help`.
+/// The text at the end of `--help`.
 fn after_help() -> String {
     let codes = report::EXIT_CODES.map(|(code, meaning)| format!("  {code:<4} {meaning}\n"));
     format!(
@@ -64,8 +64,8 @@ enum Command {
     /// Solve one case and write its trajectory, residuals and summary
     #[command(mut_arg("case", |case| case.required(true)))]
     Run(run::RunArgs),
-    /// Sweep the number of nodes and fit the slopes of the errors against a reference trajectory (without CASE: of the paper's
-    /// four base cases)
+    /// Sweep the number of nodes and fit the slopes of the errors against a reference trajectory (without CASE: of the
+    /// paper's four base cases)
     Converge(converge::ConvergeArgs),
     /// Chart speed against accuracy: this program's schemes beside other methods on the same world-line
     WorkPrecision(work_precision::WorkPrecisionArgs),
@@ -102,15 +102,15 @@ struct CaseArgs {
 }
 
 impl Cli {
-    /// Reads the command line. A mistake in it ends the program with 2; help and version end it with 0.
+    /// Reads the command line. A mistake in it ends the program with exit code 2; help and version end it with 0.
     fn from_command_line() -> Self {
         Self::try_parse().unwrap_or_else(|error| usage::explained(error).exit())
     }
 
-    /// Carries the command out.
+    /// Executes the command.
     ///
     /// # Errors
-    /// Whatever ended the command; [`exit_code`] turns it into a message and an exit code.
+    /// The error that ended the command; [`exit_code`] turns it into a message and an exit code.
     fn execute(self) -> anyhow::Result<ExitCode> {
         interrupt::listen()?;
         match self.command {

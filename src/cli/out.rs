@@ -7,7 +7,8 @@ use geodesic_ivp::output::{Origin, Target, origin_of};
 
 use super::{CaseArgs, report, stdout};
 
-/// The commands that write files; the first one's are those of the case itself.
+/// The commands that write files. Those of the first go into the folder of the case itself, those of the others into
+/// folders in that one.
 const COMMANDS: [&str; 4] = ["run", "converge", "work-precision", "stability"];
 
 /// Arguments of every command that writes files.
@@ -29,7 +30,7 @@ pub(super) struct OutArgs {
 }
 
 impl OutArgs {
-    /// Refuses a computation whose summary nothing would take.
+    /// Refuses a computation whose JSON summary would be lost.
     ///
     /// # Errors
     /// If JSON is asked for and standard output is closed.
@@ -37,10 +38,11 @@ impl OutArgs {
         if self.json { stdout::for_data().map(drop) } else { Ok(()) }
     }
 
-    /// Ends a command: prints its summary as `json` or `readable`, as asked for, or neither if it is to be quiet.
+    /// Prints the summary of a command as the options ask for it: as `json`, as `readable`, or not at all if it is to
+    /// be quiet.
     ///
     /// # Errors
-    /// If it cannot be written.
+    /// If standard output is closed or cannot be written.
     pub(super) fn tell(&self, case: &CaseArgs, json: &str, readable: impl FnOnce() -> String) -> anyhow::Result<()> {
         match (self.json, case.quiet) {
             (true, _) => stdout::write_data(json.as_bytes()),
@@ -52,7 +54,7 @@ impl OutArgs {
     /// Where the files of `command` go.
     ///
     /// # Errors
-    /// If the record of what is in a folder cannot be read.
+    /// If the record of the files in a folder cannot be read.
     pub(super) fn target(&self, case: &CaseArgs, command: &str) -> anyhow::Result<Target> {
         let origin = Origin { command: command.to_owned(), case: case.identity() };
         let (folder, own) = match &self.out {
@@ -62,8 +64,8 @@ impl OutArgs {
         Ok(Target { folder, origin, own, force: self.force })
     }
 
-    /// Where the files of a `command` go that is given no case and takes several built-in ones: `results/<command>/<case>`, or
-    /// a folder of the case's name in that of `--out`.
+    /// Where the files of `command` go for one of several built-in cases that it takes when no case is given:
+    /// `results/<command>/<case>`, or `<case>` in the folder of `--out`.
     pub(super) fn built_in_target(&self, case: &str, command: &str) -> Target {
         let folder = self.out.clone().unwrap_or_else(|| Path::new("results").join(command)).join(case);
         let origin = Origin { command: command.to_owned(), case: format!("<built-in {case}>") };
@@ -71,8 +73,9 @@ impl OutArgs {
     }
 }
 
-/// `results/<case file stem>`, or where that is taken by another case of this file name, the first of
-/// `results/<case file stem>-2`, … that is not.
+/// The folder for the results of a command without `--out`. For `run` it is `results/<case file stem>` or, if that has
+/// the results of another case with the same file name, the first of `results/<case file stem>-2`, … that has not.
+/// Other commands have a folder in it.
 fn default_folder(case: &CaseArgs, origin: &Origin) -> anyhow::Result<PathBuf> {
     let results = Path::new("results");
     let first = results.join(case.stem());
@@ -92,7 +95,7 @@ fn default_folder(case: &CaseArgs, origin: &Origin) -> anyhow::Result<PathBuf> {
     Ok(folder_of(&home, &origin.command))
 }
 
-/// The case, other than that of `origin`, whose results are in `home`.
+/// The case whose results are in `home`, if it is not the case of `origin`.
 fn other_case(home: &Path, origin: &Origin) -> anyhow::Result<Option<String>> {
     for command in COMMANDS {
         if let Some(other) = origin_of(&folder_of(home, command))?.filter(|other| other.case != origin.case) {

@@ -1,4 +1,4 @@
-//! The summary of a run that a person reads: first what is known of the result, then how it was found.
+//! The summary of a run for people: first how good the result is, then how it was found.
 
 use geodesic_ivp::Solution;
 use geodesic_ivp::case::Form;
@@ -8,10 +8,10 @@ use geodesic_ivp::scalar::Real;
 use geodesic_ivp::solve::InitialGuess;
 use geodesic_ivp::study::run_error::RunError;
 
-/// A constant that is kept to this share of itself, in units of 10^-digits, is kept to rounding.
+/// A constant of motion whose relative deviation is at most this many units of 10^-digits is kept to rounding.
 const ROUNDING: f64 = 1e5;
 
-/// The lines of a summary up to the list of files.
+/// The summary without the list of files.
 pub(super) fn readable<S: Real>(
     title: &str,
     solution: &Solution<S>,
@@ -32,7 +32,7 @@ pub(super) fn readable<S: Real>(
     lines.join("\n") + "\n"
 }
 
-/// t and x at the end, with the digits that they have.
+/// The line of t and x at the end, with as many digits as their errors allow.
 fn end<S: Real>(solution: &Solution<S>, error: Option<&RunError>) -> String {
     let (t, x) = (solution.end.t, solution.end.x);
     let Some(error) = error else {
@@ -51,7 +51,7 @@ fn end<S: Real>(solution: &Solution<S>, error: Option<&RunError>) -> String {
     )
 }
 
-/// A number up to the first decimal that its error reaches.
+/// A number rounded at the first decimal that is affected by its error.
 fn to_its_digits<S: Real>(number: S, error: f64, digits: u32) -> String {
     let size = number.to_f64().abs();
     let significant = (size.log10().floor() - error.log10().floor()) + 1.0;
@@ -70,7 +70,7 @@ fn to_its_digits<S: Real>(number: S, error: f64, digits: u32) -> String {
     }
 }
 
-/// In one line what to think of the result.
+/// A judgement of the result in one line.
 fn verdict<S: Real>(solution: &Solution<S>, measures: &Measures<S>, error: Option<&RunError>) -> String {
     let invariants = solution.invariants();
     let rounding = ROUNDING * 10.0_f64.powi(-(solution.digits as i32));
@@ -92,7 +92,7 @@ fn verdict<S: Real>(solution: &Solution<S>, measures: &Measures<S>, error: Optio
         let relative = error.end.iter().zip(sizes).filter(|(error, _)| **error > 0.0).map(|(error, size)| error / size);
         (-relative.fold(0.0, f64::max).log10()).floor().min(f64::from(solution.digits))
     });
-    // A time that was asked for is met.
+    // The error of t is 0 where the run ends at a given time.
     let (what, verb) = if error.is_some_and(|error| error.end[0] == 0.0) { ("x", "is") } else { ("t and x", "are") };
     let position = match digits {
         None => "how good t and x are is not known".to_owned(),
@@ -103,7 +103,8 @@ fn verdict<S: Real>(solution: &Solution<S>, measures: &Measures<S>, error: Optio
     format!("{charge}; {second}; {position}")
 }
 
-/// K by the size of ẋ²: its own may be that of c², and hides a change of speed.
+/// How well K is kept, relative to the largest ẋ². K itself can be as large as c², and relative to that a change of
+/// speed would not be seen.
 fn second_kept(deviation: f64, k: f64, x_dot: f64, rounding: f64) -> String {
     let motion = if x_dot > 0.0 { x_dot * x_dot } else { k.abs() };
     let share = deviation / motion;
@@ -205,23 +206,23 @@ fn scheme<S: Real>(solution: &Solution<S>, summary: &Summary) -> String {
     )
 }
 
-/// 0 without a sign.
+/// The number, with 0 in place of −0.
 fn positive_zero(number: f64) -> f64 {
     if number == 0.0 { 0.0 } else { number }
 }
 
-/// Whether a number can be read without an exponent.
+/// Whether a number is easy to read without an exponent.
 fn is_readable(number: f64) -> bool {
     number == 0.0 || (1e-4..1e9).contains(&number.abs())
 }
 
-/// A number with so many decimals, or where those would be noise or a long row of zeros with an exponent.
+/// A number with the given number of decimals. Very small and very large numbers have an exponent instead.
 fn fixed(number: f64, decimals: usize) -> String {
     let number = positive_zero(number);
     if is_readable(number) { format!("{number:.decimals$}") } else { format!("{number:.decimals$e}") }
 }
 
-/// A number with the digits it has.
+/// A number with all its digits.
 fn plain(number: f64) -> String {
     let number = positive_zero(number);
     if is_readable(number) { number.to_string() } else { format!("{number:e}") }

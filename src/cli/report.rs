@@ -1,4 +1,4 @@
-//! Errors and warnings on standard error, and the exit code an error stands for.
+//! Errors and warnings on standard error, and the exit code of each error.
 
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
@@ -13,7 +13,7 @@ use geodesic_ivp::{CaseError, NoSolution, Status};
 use super::check::ExpectationNotMet;
 use super::interrupt::INTERRUPTED;
 
-/// Every exit code and what it says.
+/// Every exit code and its meaning.
 pub(super) const EXIT_CODES: [(u8, &str); 7] = [
     (0, "success; also when a reader closes the pipe early"),
     (
@@ -36,7 +36,7 @@ pub(super) const NO_CRITICAL_POINT: u8 = 3;
 pub(super) const OUTSIDE_DOMAIN: u8 = 4;
 const EXPECTATION: u8 = 5;
 
-/// What the command layer refuses to do, and what to do instead.
+/// A refusal of the command line, with its exit code and what to do instead.
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
 pub(super) struct Refusal {
@@ -46,28 +46,28 @@ pub(super) struct Refusal {
 }
 
 impl Refusal {
-    /// Of what is asked for.
+    /// A refusal of what the user asks for.
     pub(super) fn usage(message: impl Into<String>) -> Self {
         Self { message: message.into(), help: None, code: INVALID_CASE }
     }
 
-    /// Of a file or a stream.
+    /// A refusal because of a file or a stream.
     pub(super) fn input_output(message: impl Into<String>) -> Self {
         Self { message: message.into(), help: None, code: IO_FAILURE }
     }
 
-    /// What to do instead.
+    /// The same refusal with `help`, which says what to do instead.
     pub(super) fn help(self, help: impl Into<String>) -> Self {
         Self { help: Some(help.into()), ..self }
     }
 }
 
-/// The last line of a summary: what stands in `directory` now.
+/// The last line of a summary: the files that are in `directory` now.
 pub(super) fn written(directory: &Path, names: &[&str]) -> String {
     format!("  written    {}: {}\n", directory.display(), names.join(", "))
 }
 
-/// Prints `error` once, for a person, and returns its exit code. A reader that went away is no error.
+/// Prints `error` for people and returns its exit code. A pipe whose reader has closed it is not an error.
 pub(crate) fn exit_code(error: &anyhow::Error) -> ExitCode {
     if is_broken_pipe(error) {
         return ExitCode::SUCCESS;
@@ -114,13 +114,13 @@ pub(super) fn warn(message: &str) {
     print(&renderer().render(&[Group::with_title(Level::WARNING.primary_title(message))]));
 }
 
-/// Prints what a user should know, though nothing is wrong.
+/// Prints a note: something that a user should know although nothing is wrong.
 pub(super) fn note(message: &str) {
     print(&renderer().render(&[Group::with_title(Level::NOTE.primary_title(message))]));
 }
 
 fn render_case_error(error: &CaseError) -> String {
-    // The message itself says which file, for errors without a place and for tools that read the first line only.
+    // With a place, the snippet names the file. Without one, the message has to.
     let title = match error.span {
         Some(_) => error.message.clone(),
         None => error.to_string(),
@@ -144,7 +144,7 @@ fn renderer() -> Renderer {
 }
 
 fn print(text: &str) {
-    // Nothing is left to tell anyone if standard error is closed.
+    // If standard error is closed, there is no other way to report that.
     let _ = writeln!(io::stderr(), "{text}");
 }
 

@@ -60,11 +60,11 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     if case.is_extended() { run_in::<Extended>(&case, args) } else { run_in::<f64>(&case, args) }
 }
 
-/// What a solve leaves behind.
+/// The result of a solve.
 struct Solved<S> {
-    /// The run; its last window, where samples only are kept.
+    /// The whole run, or only its last window with `--samples-only`.
     solution: Solution<S>,
-    /// None where samples only are kept.
+    /// `None` with `--samples-only`.
     diagnostics: Option<Diagnostics<S>>,
     measures: Measures<S>,
     samples: Vec<Sample<S>>,
@@ -82,7 +82,7 @@ fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
     warn_of(&case.warnings());
     memory::check(case, Some(&args.samples))?;
     if args.stdout {
-        // Before the computation that nobody could see.
+        // Checked before the computation, whose result would otherwise be lost.
         drop(stdout::for_data()?);
         let (result, _) = solved::<S>(case, args);
         let Solved { solution, diagnostics, measures, samples, .. } = result?;
@@ -110,7 +110,7 @@ fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
     let files = OutputSet::open(target, &names)?;
     let mut effective = case.clone();
     if args.case.has_overrides() {
-        // The expectations were made for the case as it is in its file.
+        // The expectations hold for the case as it is in its file.
         effective.expect = None;
     }
     files.write_text(CASE, &effective.to_toml())?;
@@ -122,7 +122,7 @@ fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
                 let summary = Summary::new::<S>(case, Err(failure), solve_seconds).to_json();
                 files.write_text(SUMMARY, &summary)?;
                 files.commit(|name| name == SUMMARY || name == CASE)?;
-                // A person reads the error instead, which matters more than where its summary could not be written.
+                // The error of the run matters more than one in writing its summary, and is the one that is reported.
                 let _ = args.output.tell(&args.case, &summary, String::new);
             }
             return Err(error);
@@ -176,8 +176,8 @@ fn warn_of(warnings: &[String]) {
     warnings.iter().for_each(|warning| report::warn(warning));
 }
 
-/// Solves with a spinner on a terminal's standard error, and measures and samples what comes out; also the seconds in the
-/// solver.
+/// Solves the case, with a spinner if standard error is a terminal, and measures and samples the solution. Returns also
+/// the seconds in the solver.
 fn solved<S: Real>(case: &Case, args: &RunArgs) -> (anyhow::Result<Solved<S>>, f64) {
     let spinner = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
     spinner.set_message(match &case.solver.accuracy {
@@ -221,7 +221,8 @@ fn solved<S: Real>(case: &Case, args: &RunArgs) -> (anyhow::Result<Solved<S>>, f
     (samples.map(|samples| Solved { solution, diagnostics, measures, samples, seconds }), seconds.solve)
 }
 
-/// The two large tables are formatted side by side: at a million nodes that is most of what is left to do.
+/// Writes the tables. The two large ones are written in parallel: at a million nodes that is most of the work that is
+/// left after the solve.
 fn write_tables<S: Real>(
     files: &OutputSet,
     solution: &Solution<S>,
@@ -240,10 +241,10 @@ fn write_tables<S: Real>(
     Ok(())
 }
 
-/// One chart for each of `PICTURES`.
+/// One chart for each name in `PICTURES`, in that order.
 fn pictures<S: Real>(title: &str, case: &Case, solution: &Solution<S>, diagnostics: &Diagnostics<S>) -> [Chart; 5] {
     let runs = [Run { label: "", solution, diagnostics }];
-    // Where the continuum has no trajectory to the end, the picture does without. For a line f64 is precise enough.
+    // If the reference does not reach the end, the picture is drawn without it. For a line f64 is precise enough.
     let (metric, initial) = (case.metric(), InitialData { t: 0.0, ..case.initial_data() });
     let reference = ReferenceTrajectory::new(&metric, initial, solution.length.to_f64(), f64::MOST_DIGITS).ok();
     let duration = (solution.end.t - solution.t_i).to_f64();

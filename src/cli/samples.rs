@@ -5,7 +5,7 @@ use geodesic_ivp::sampling::{Coordinate, OutsideRun, SampleStream};
 use geodesic_ivp::scalar::Real;
 use geodesic_ivp::{Case, CaseError};
 
-/// More rows than this are a slip of the pen.
+/// More rows than this are taken for a typing mistake.
 const MOST_SAMPLES: f64 = 1e8;
 
 #[derive(Debug, Clone, Args)]
@@ -23,7 +23,7 @@ pub(super) struct SampleArgs {
     samples_only: bool,
 }
 
-/// Decimals, so that a step of 0.1 is one tenth in every precision.
+/// A range of samples. Its numbers are kept as text, so that a step of 0.1 is one tenth in every precision.
 #[derive(Debug, Clone)]
 struct Range {
     text: String,
@@ -47,7 +47,7 @@ impl Range {
         if steps > MOST_SAMPLES {
             return Err(format!("more than {MOST_SAMPLES:e} samples"));
         }
-        // STOP belongs to the range if only rounding keeps the last step from it.
+        // STOP belongs to the range even if rounding makes the last step end just short of it.
         let count = (steps * (1.0 + 16.0 * f64::EPSILON)).floor() as usize + 1;
         Ok(Self { text: text.to_owned(), start: from.to_owned(), step: by.to_owned(), count })
     }
@@ -60,10 +60,10 @@ impl Range {
 }
 
 impl SampleArgs {
-    /// Refuses combinations that make no sense.
+    /// Refuses combinations of options that make no sense.
     ///
     /// # Errors
-    /// [`CaseError`] that says which.
+    /// [`CaseError`] that says which options they are.
     pub(super) fn check(&self, stdout: bool) -> Result<(), CaseError> {
         let message = match (self.wanted(), self.samples_only) {
             (false, true) => "--samples-only needs --sample-t or --sample-gamma",
@@ -85,12 +85,12 @@ impl SampleArgs {
         self.range().map_or(0, |(_, range, _)| range.count)
     }
 
-    /// Whether nothing but samples is.
+    /// Whether nothing but samples is asked for.
     pub(super) fn only(&self) -> bool {
         self.samples_only
     }
 
-    /// What takes the samples, if any are asked for.
+    /// The stream that takes the samples, if any are asked for.
     pub(super) fn stream<S: Real>(&self, case: &Case) -> Option<SampleStream<S>> {
         let backwards = case.initial_data::<S>().t_dot < S::ZERO;
         let (coordinate, range, _) = self.range()?;
@@ -102,7 +102,7 @@ impl SampleArgs {
         by_time.or(self.sample_gamma.as_ref().map(|range| (Coordinate::Gamma, range, "sample-gamma")))
     }
 
-    /// The error of a sample that lies outside the run.
+    /// The error for samples that lie outside the run.
     pub(super) fn refuse<S: Real>(&self, outside: OutsideRun<S>, digits: u32) -> CaseError {
         let (option, range) = self.range().map_or(("", ""), |(_, range, option)| (option, range.text.as_str()));
         let (from, to) = outside.range;

@@ -1,16 +1,17 @@
-//! A suspect result is solved once more by the other system, which starts from another guess: where they end at different
-//! critical points, neither is to be believed.
+//! A doubtful result is computed once more with the other system, which starts from another guess. If they end at
+//! different critical points, neither should be believed.
 
 use geodesic_ivp::case::System;
 use geodesic_ivp::scalar::Real;
 use geodesic_ivp::{Case, Solution, solve};
 
-/// The doubled system of more nodes takes longer than a warning is worth.
+/// With more nodes the doubled system takes too long for a mere check.
 const MOST_NODES: usize = 5000;
-/// Both systems agree to rounding where they end at the same point; rounding grows on long runs, to 6e-8 at most.
+/// The relative difference up to which both systems have ended at the same point. Then they agree to rounding, which
+/// grows on long runs, to 6e-8 at most.
 const SAME: f64 = 1e-6;
 
-/// The warning, if the other system ends elsewhere. Asked only of a result that something else speaks against.
+/// The warning, if the other system ends elsewhere. It is only asked for if there is another warning already.
 pub(super) fn second_opinion<S: Real>(case: &Case, solution: &Solution<S>) -> Option<String> {
     let nodes = case.grid.n_gamma * case.grid.windows;
     if case.solver.accuracy.is_some() || !case.scheme.regularised || case.is_extended() || nodes > MOST_NODES {
@@ -27,7 +28,7 @@ pub(super) fn second_opinion<S: Real>(case: &Case, solution: &Solution<S>) -> Op
             "the physical limit"
         }
     };
-    // That it finds none says nothing against the one that is there.
+    // If the other system finds no critical point, that does not speak against this one.
     let other = solve::<S>(&other).ok()?;
     let [t, x] = [solution.end.t, solution.end.x].map(S::to_f64);
     let [other_t, other_x] = [other.end.t, other.end.x].map(S::to_f64);

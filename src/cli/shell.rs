@@ -6,7 +6,7 @@ use clap::CommandFactory;
 
 use super::{Cli, stdout};
 
-/// Generated into memory first: the generator itself would panic on a closed pipe.
+/// Prints the script. It is generated in memory first, because the generator would panic on a closed pipe.
 pub(super) fn completions(shell: clap_complete::Shell) -> anyhow::Result<ExitCode> {
     let mut script = Vec::new();
     let mut command = Cli::command();

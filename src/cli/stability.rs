@@ -26,7 +26,7 @@ const ONSET: &str = "sawtooth.svg";
 const LAST_NODE: &str = "last_node.svg";
 const PICTURES: [&str; 4] = [MAP, MAP_OTHERS, ONSET, LAST_NODE];
 
-/// A finer grid than this on the longest world-line is a slip of the pen.
+/// More steps than this on the longest world-line are taken for a typing mistake.
 const MOST_STEPS: f64 = 1e7;
 
 #[derive(Debug, Args)]
@@ -41,7 +41,8 @@ pub(super) struct StabilityArgs {
     #[arg(long, value_name = "NAME,NAME,…", value_delimiter = ',')]
     methods: Vec<String>,
 
-    /// Lengths in gamma [default: round numbers from a third of the fastest oscillation to some 160, and the case's own]
+    /// Lengths in gamma [default: round numbers from a third of the fastest oscillation to some 160, and the case's
+    /// own]
     #[arg(long, value_name = "L,L,…", value_delimiter = ',', value_parser = positive)]
     gamma_f: Vec<f64>,
 
@@ -75,7 +76,8 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         Ok(Some(measured)) => measured,
         Ok(None) => return Ok(interrupt::before_any_result()),
         Err(Impossible::Reference(end)) => {
-            // Without a reference nothing can be judged, and the results of an earlier run must not stand for it.
+            // Without a reference nothing can be judged. The files of an earlier run are removed: they must not be
+            // taken for results of this one.
             files.commit(|_| false)?;
             return Err(SweepError::from(end).into());
         }
@@ -106,7 +108,7 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
     Ok(ending(&atlas))
 }
 
-/// 3 or 4 if no cell has a result.
+/// The exit code: 3 or 4 if no cell has a result.
 fn ending(atlas: &Atlas) -> ExitCode {
     let all = |statuses: &[CellStatus]| atlas.cells.iter().all(|cell| statuses.contains(&cell.status));
     if all(&[CellStatus::NoCriticalPoint]) {
@@ -141,25 +143,25 @@ fn chosen(names: &[String]) -> anyhow::Result<Vec<Method>> {
     Ok(all.into_iter().filter(|method| names.iter().any(|name| begins(method, name))).collect())
 }
 
-/// What an atlas tells while it is under way.
+/// What a measurement reports while it is running.
 enum News {
     Ready(Arc<Scene>, Arc<Plan>),
     Tried(usize, Option<Cell>),
     Impossible(Impossible),
 }
 
-/// What was to be measured, and what was.
+/// The scene, what was to be measured on it, and what was measured.
 type Measured = (Arc<Scene>, Arc<Plan>, Atlas);
 
 /// Why there is no atlas.
 enum Impossible {
-    /// Nothing can be judged.
+    /// There is no reference, so nothing can be judged.
     Reference(ReferenceEnds),
-    /// The finest grid has so many steps.
+    /// The finest grid would have too many steps: this many.
     Steps(f64),
 }
 
-/// The scene, and what is to be measured on it.
+/// The scene and the plan: what is to be measured on it.
 fn planned(case: &Case, methods: Vec<Method>, args: &[Vec<f64>; 3]) -> Result<(Arc<Scene>, Arc<Plan>), Impossible> {
     let [gamma_f, t_dot, delta_gamma] = args;
     let own = case.initial_data::<f64>().t_dot;
@@ -178,8 +180,8 @@ fn planned(case: &Case, methods: Vec<Method>, args: &[Vec<f64>; 3]) -> Result<(A
     if steps > MOST_STEPS { Err(Impossible::Steps(steps)) } else { Ok((Arc::new(scene), Arc::new(plan))) }
 }
 
-/// Measures with a bar on a terminal's standard error. After an interrupt it has the cells that were finished, and there is
-/// nothing if the reference was not.
+/// Measures, with a progress bar if standard error is a terminal. After an interrupt the result has the cells that were
+/// finished; it is `None` if the reference was not finished.
 fn measure_with_progress(
     case: &Case,
     methods: Vec<Method>,

@@ -1,10 +1,10 @@
-//! Standard output, of which nothing may be lost unnoticed.
+//! Writing to standard output, so that a failure to write is always reported.
 
 use std::io::{self, StdoutLock, Write};
 
 use super::report::Refusal;
 
-/// Writes `text`, and notices a full disk before the program ends.
+/// Writes `text` and flushes it, so that a full disk is noticed before the program ends.
 ///
 /// # Errors
 /// If it cannot be written.
@@ -14,7 +14,7 @@ pub(super) fn write(text: &str) -> anyhow::Result<()> {
     Ok(out.flush()?)
 }
 
-/// Writes `bytes`, a command's whole product.
+/// Writes `bytes`, which are the whole output of a command.
 ///
 /// # Errors
 /// If standard output is closed or cannot be written.
@@ -38,9 +38,11 @@ pub(super) fn for_data() -> anyhow::Result<StdoutLock<'static>> {
     Ok(io::stdout().lock())
 }
 
-/// Before `main` begins, the standard library opens /dev/null for reading and writing where a standard stream is closed.
-/// A stream that was put there on purpose is usually open for writing only; one that is open for both is taken for a
-/// closed one, since what is written to it is lost all the same.
+/// Whether standard output is closed.
+///
+/// Before `main` begins, the standard library opens /dev/null for reading and writing in place of a closed standard
+/// stream. A user who redirects to /dev/null usually opens it for writing only. If it is open for both, standard output
+/// is taken to be closed, since what is written to it is lost in any case.
 #[cfg(target_os = "linux")]
 fn is_closed() -> bool {
     use std::fs;
@@ -61,7 +63,7 @@ fn is_closed() -> bool {
         && flags().is_some_and(|flags| flags & ACCESS == READ_AND_WRITE)
 }
 
-/// Elsewhere there is no telling without reaching below the standard library.
+/// On other systems the standard library gives no way to tell.
 #[cfg(not(target_os = "linux"))]
 fn is_closed() -> bool {
     false

@@ -1,4 +1,4 @@
-//! Mistakes on the command line, explained further than the argument parser does.
+//! Explains mistakes on the command line further than the argument parser does.
 
 use clap::CommandFactory;
 use clap::error::{ContextKind, ContextValue, Error, ErrorKind};
@@ -6,13 +6,13 @@ use geodesic_ivp::similar::nearest;
 
 use super::Cli;
 
-/// The parser's message, with what to do where a case is missing or a command is misspelt.
+/// The parser's message, and what to do if a case is missing or a command is misspelt.
 pub(super) fn explained(mut error: Error) -> Error {
     match (error.kind(), error.get(ContextKind::InvalidArg), error.get(ContextKind::InvalidSubcommand)) {
         (ErrorKind::MissingRequiredArgument, Some(ContextValue::Strings(names)), _)
             if names.iter().any(|name| name == "<CASE>") =>
         {
-            // Of the two commands that must be told a case, the one that the usage line is of.
+            // Two commands require a case; the usage line says which of them this is.
             let usage = error.get(ContextKind::Usage).map(ToString::to_string).unwrap_or_default();
             let command = if usage.contains(" check ") { "check" } else { "run" };
             let tip = format!(

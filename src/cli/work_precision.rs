@@ -28,7 +28,7 @@ const DRIFT: &str = "drift.csv";
 const SUMMARY: &str = "summary.json";
 const DRIFT_K: &str = "drift_k.svg";
 const DRIFT_ERROR: &str = "drift_error.svg";
-/// Pictures of every length, in the order of `--gamma-f`.
+/// The pictures of each length, in the order of `--gamma-f`.
 const BY_LENGTH: [(&str, &str); 4] = [
     ("error_time.svg", "error_evaluations.svg"),
     ("error_time_2.svg", "error_evaluations_2.svg"),
@@ -96,13 +96,14 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
         Ok(Some(all)) => all,
         Ok(None) => return Ok(interrupt::before_any_result()),
         Err(end) => {
-            // Without a reference there are no results, and those of an earlier run must not stand for them.
+            // Without a reference there are no results. The files of an earlier run are removed: they must not be taken
+            // for results of this one.
             files.commit(|_| false)?;
             return Err(SweepError::from(end).into());
         }
     };
     for row in &mut others {
-        // Another program writes the length in its own way.
+        // Another program may write the same length with other digits.
         if let Some(arena) = arenas.iter().find(|arena| (arena.length() / row.gamma_f - 1.0).abs() < 1e-9) {
             row.gamma_f = arena.length();
         }
@@ -143,24 +144,24 @@ fn chosen(names: &[String]) -> anyhow::Result<Vec<Family>> {
     Ok(all.into_iter().filter(|family| names.iter().any(|name| begins(family, name))).collect())
 }
 
-/// What a chart tells while it is under way.
+/// What a measurement reports while it is running.
 enum News {
     Ready(Arc<Vec<Arena>>),
     Tried(Row),
     /// The row with this index was timed again.
     Retimed(usize, Row),
-    /// A round over all rows of a length: which, and of how many.
+    /// A round over all rows of a length has ended: its number, and the number of all rounds.
     Round(usize, usize),
     /// Errors along the longest run.
     Along(Vec<DriftPoint>),
     Impossible(ReferenceEnds),
 }
 
-/// Rows, and errors along the longest run.
+/// The lengths, the measured rows, and the errors along the longest run.
 type Chart = (Arc<Vec<Arena>>, WorkPrecision, Vec<DriftPoint>);
 
-/// Measures every length, with a bar on a terminal's standard error. After an interrupt it has the rows that were
-/// finished, and there is nothing if the references were not.
+/// Measures every length, with a progress bar if standard error is a terminal. After an interrupt the result has the
+/// rows that were finished; it is `None` if the references were not finished.
 fn measure_all(case: &Case, families: Vec<Family>, args: &WorkPrecisionArgs) -> Result<Option<Chart>, ReferenceEnds> {
     let budget = Budget { longest: args.longest, ..Budget::default() };
     let lengths: Vec<Option<f64>> = match args.gamma_f[..] {
@@ -199,7 +200,7 @@ fn measure_all(case: &Case, families: Vec<Family>, args: &WorkPrecisionArgs) -> 
     Ok(ready?.map(|arenas| (arenas, measured, along)))
 }
 
-/// Measures every length and then the errors along the longest.
+/// Measures every length, and then the errors along the longest run.
 fn chart(arenas: &Arc<Vec<Arena>>, families: &[Family], budget: &Budget, tell: &(dyn Fn(News) + Sync)) {
     let never = AtomicBool::new(false);
     tell(News::Ready(Arc::clone(arenas)));
@@ -239,7 +240,7 @@ fn draw(
     write(DRIFT_ERROR, pictures::drift(&title, along, false))
 }
 
-/// A length for people.
+/// A length with few digits, for display.
 fn short(length: f64) -> String {
     let rounded = format!("{length:.6}");
     rounded.trim_end_matches('0').trim_end_matches('.').to_owned()

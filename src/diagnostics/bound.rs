@@ -1,4 +1,4 @@
-//! The stability bound of the paper.
+//! The paper's stability bound on H_BVP.
 
 use crate::geodesic::Invariants;
 use crate::sbp::RegularisedOperator;
@@ -14,11 +14,12 @@ pub struct Bound<S = f64> {
     pub h_bvp: S,
     /// Q_t (t_N − t_i).
     pub h_bvp_bound: S,
-    /// ½ K (γ_f − γ_i), by which the continuum stays below it.
+    /// ½ K (γ_f − γ_i), the distance of H_BVP from its bound in the continuum.
     pub distance: S,
 }
 
-/// A null world-line meets its bound, to rounding: half the digits of `f64` are none of the grid's doing.
+/// The relative excess over the bound that is put down to rounding. A world-line with K = 0 meets its bound exactly, so
+/// that rounding alone can take it beyond.
 const ROUNDING: f64 = 1e-12;
 
 impl<S: Real> Bound<S> {
@@ -28,7 +29,7 @@ impl<S: Real> Bound<S> {
         self.h_bvp <= self.h_bvp_bound + allowed
     }
 
-    /// What the exact form is off by on the grid: H_BVP − Q_t (t_N − t_i) + ½ K (γ_f − γ_i).
+    /// H_BVP − Q_t (t_N − t_i) + ½ K (γ_f − γ_i), which is 0 in the continuum.
     pub fn defect(&self) -> S {
         (self.h_bvp - self.h_bvp_bound) + self.distance
     }
@@ -56,7 +57,7 @@ impl<S: Real> Bound<S> {
         Self { h_bvp, h_bvp_bound, distance: (k * length).half() }
     }
 
-    /// The sums over a run of which these, and then the `next` ones, are the parts.
+    /// The sums over a run, from those over its first part, `self`, and its second part, `next`.
     pub(super) fn followed_by(self, next: Self) -> Self {
         Self {
             h_bvp: self.h_bvp + next.h_bvp,

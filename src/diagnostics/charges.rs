@@ -8,18 +8,20 @@ use crate::solve::{Solution, WindowNodes};
 /// Deviations of the constants of motion from their values in the continuum.
 #[derive(Debug, Clone)]
 pub struct Charges<S = f64> {
-    /// ΔQ_t = ΔE = g00(x)∘(Dt) − Q_t; here and below D̄ in the weak form.
+    /// ΔQ_t = g00(x)∘(Dt) − Q_t, the paper's ΔE. Here and below, the weak form has D̄ in place of D.
     pub delta_q_t: Vec<S>,
-    /// ΔQ_t + (λ7/H_N) e_N: the last node with the multiplier's share taken off. In the weak form ΔQ_t.
+    /// ΔQ_t + (λ7/H_N) e_N, which removes the multiplier's share from the last node of each window. In the weak form it
+    /// is ΔQ_t.
     pub delta_q_t_corrected: Vec<S>,
     /// ΔK = g00(x)∘(Dt)² − (Dx)² − K.
     pub delta_k: Vec<S>,
-    /// K(x_N, w*_N, Q_t) − K at the end of each window, from the values that a continuation starts with.
+    /// Q_t²/g00(x_N) − w*_N² − K at the end of each window. w*_N is the value of dx/dγ with which the next window
+    /// starts.
     pub delta_k_ends: Vec<S>,
 }
 
 impl<S: Real> Charges<S> {
-    /// Charges of `solution` with g00, Dt and Dx on its nodes.
+    /// The deviations in `solution`, from g00, Dt and Dx on its nodes.
     pub(super) fn new(solution: &Solution<S>, g00: &[S], t_dot: &[S], x_dot: &[S]) -> Self {
         let invariants = solution.invariants();
         let delta_q_t: Vec<S> = g00.iter().zip(t_dot).map(|(&g, &u)| g * u - invariants.q_t).collect();
@@ -51,7 +53,7 @@ pub struct FreeParticleCharges<S = f64> {
 }
 
 impl<S: Real> FreeParticleCharges<S> {
-    /// The larger of both.
+    /// The larger of the two values of each charge.
     pub(super) fn max(self, other: Self) -> Self {
         Self {
             max_abs_delta_q_x: self.max_abs_delta_q_x.max(other.max_abs_delta_q_x),

@@ -1,4 +1,4 @@
-//! The numbers that one looks at first.
+//! The most important numbers about a solution.
 
 use super::bound::Bound;
 use super::charges::{Charges, FreeParticleCharges};
@@ -13,8 +13,8 @@ use crate::solve::{Solution, WindowNodes};
 
 /// Extremes of the deviations over a run.
 ///
-/// *Interior* nodes are all but the last of each window for Q_t and K, and those whose row of D does not reach it for ΔG; in
-/// the weak form they are all nodes.
+/// In the strong form, the *interior* nodes for Q_t and K are all but the last of each window. For ΔG they are those
+/// whose row of D does not reach that last node. In the weak form all nodes are interior.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measures<S = f64> {
     /// max |ΔQ_t| over the interior nodes.
@@ -29,20 +29,20 @@ pub struct Measures<S = f64> {
     pub max_abs_delta_g_interior: S,
     /// max |ΔK| over the interior nodes.
     pub max_abs_delta_k: S,
-    /// max |ΔK| at the ends of the windows, from the values that a continuation starts with.
+    /// max |ΔK| at the ends of the windows, for the values that the next window starts with.
     pub max_abs_delta_k_ends: S,
-    /// Largest amplitude of the even–odd oscillation of x in a window; none if there are too few nodes, and for spectral
-    /// elements. See [`sawtooth()`].
+    /// Largest amplitude of the even–odd oscillation of x in a window; `None` if there are too few nodes, and for
+    /// spectral elements. See [`sawtooth()`].
     pub sawtooth: Option<S>,
-    /// H_BVP and what bounds it.
+    /// H_BVP and its bound.
     pub bound: Bound<S>,
-    /// What the motion is like.
+    /// Size, speed and frequency of the motion.
     pub scales: Scales,
     /// How far the motion is from Newton's.
     pub newtonian: Newtonian,
     /// Largest distance between the branches in t or x, if the doubled system was solved.
     pub branch_distance: Option<S>,
-    /// Q_x and Q_η, if the potential vanishes.
+    /// The deviations of Q_x and Q_η, if the potential vanishes.
     pub free_particle: Option<FreeParticleCharges<S>>,
 }
 
@@ -83,7 +83,7 @@ impl<S: Real> Measures<S> {
         }
     }
 
-    /// The measures of a run of which these, and then the `next` ones, are.
+    /// The measures of a run, from those of its first part, `self`, and its second part, `next`.
     pub fn followed_by(self, next: Self) -> Self {
         let either = |a: Option<S>, b: Option<S>| a.into_iter().chain(b).reduce(S::max);
         Self {
@@ -104,7 +104,7 @@ impl<S: Real> Measures<S> {
     }
 }
 
-/// The largest; NaN if any is.
+/// The largest of `values`; NaN if any of them is.
 fn largest<S: Real>(values: impl Iterator<Item = S>) -> S {
     values.fold(S::ZERO, |largest, value| max_abs(&[largest, value]))
 }

@@ -1,4 +1,4 @@
-//! Independent judges of a solution. They use nodes, operator and metric, and never call a solver.
+//! Independent checks of a solution. They use its nodes, the operator and the metric, and never call a solver.
 //!
 //! ```
 //! use geodesic_ivp::case::builtin;
@@ -41,16 +41,16 @@ use crate::solve::{Solution, WindowNodes};
 /// Everything that is measured on a solution.
 #[derive(Debug, Clone)]
 pub struct Diagnostics<S = f64> {
-    /// Dt on the nodes; D̄t in the weak form. In the strong form the last one of a window is no velocity, see
-    /// [`Self::tangent`].
+    /// Dt on the nodes; D̄t in the weak form. In the strong form the value at the last node of a window is not a
+    /// velocity, see [`Self::tangent`].
     pub t_dot: Vec<S>,
-    /// Dx on the nodes; D̄x in the weak form. The same holds for the last one.
+    /// Dx on the nodes; D̄x in the weak form. The same holds for the last node of a window.
     pub x_dot: Vec<S>,
     /// ΔQ_t, its corrected form and ΔK.
     pub charges: Charges<S>,
     /// ΔGᵗ and ΔGˣ.
     pub residuals: GeodesicResiduals<S>,
-    /// The extremes of all these, H_BVP and its bound.
+    /// The extremes of all of these, H_BVP and its bound.
     pub measures: Measures<S>,
 }
 
@@ -66,9 +66,9 @@ impl<S: Real> Diagnostics<S> {
         Self { t_dot, x_dot, charges, residuals, measures }
     }
 
-    /// dt/dγ and dx/dγ on the nodes. They are those of the operator, Dt and Dx, but for the last node of a window in
-    /// the strong form: its row of D takes up the defect of D and is no velocity, so there stand the values that the
-    /// next window continues with, Q_t/g00(x_N) and w*_N.
+    /// dt/dγ and dx/dγ on the nodes: Dt and Dx, except at the last node of a window in the strong form. There the row
+    /// of D takes up the defect of D and does not give a velocity. Its place is taken by the values that the next
+    /// window continues with, Q_t/g00(x_N) and w*_N.
     pub fn tangent(&self, solution: &Solution<S>) -> [Vec<S>; 2] {
         let [mut t_dot, mut x_dot] = [self.t_dot.clone(), self.x_dot.clone()];
         if solution.form == Form::Strong {
@@ -82,7 +82,7 @@ impl<S: Real> Diagnostics<S> {
     }
 }
 
-/// What `of_window` says of every window, in one vector with a value a node.
+/// The results of `of_window` for all windows, in one vector with one value per node.
 fn on_windows<S: Real>(solution: &Solution<S>, of_window: impl Fn(WindowNodes<'_, S>, &mut [S])) -> Vec<S> {
     let mut all = vec![S::ZERO; solution.x.len()];
     for view in solution.views() {

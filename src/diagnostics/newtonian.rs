@@ -1,4 +1,4 @@
-//! How far a motion is from Newton's.
+//! How far a motion is from that of Newton's mechanics.
 //!
 //! With time as the parameter and v = dx/dt, the geodesic equations of the metric diag(g00, −1), g00 = c² + 2V/m, are
 //!
@@ -6,22 +6,22 @@
 //! dv/dt = −(V′/m) (1 − 2v²/g00).
 //! ```
 //!
-//! (ẋ = vṫ gives ẍ = ṫ² dv/dt + v ẗ, and g00 ṫ = Q_t gives ẗ = −g00′ ẋ ṫ/g00.) So 2v²/g00 is exactly the share by which
-//! the acceleration differs from Newton's, and the motion is Newton's in the limit of large c.
+//! (ẋ = vṫ gives ẍ = ṫ² dv/dt + v ẗ, and g00 ṫ = Q_t gives ẗ = −g00′ ẋ ṫ/g00.) So the acceleration differs from
+//! Newton's by exactly the share 2v²/g00, and the motion is Newton's in the limit of large c.
 
 use crate::metric::MetricSamples;
 use crate::scalar::Real;
 use crate::solve::Solution;
 
-/// The deviation that [`Newtonian::c`] is chosen for.
+/// The deviation for which [`Newtonian::c`] is chosen.
 pub const NEGLIGIBLE: f64 = 1e-6;
 
 /// How far a run is from Newton's mechanics.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Newtonian {
-    /// The largest 2v²/g00 over the nodes where a force acts; 0 for free motion, infinite where t stands still.
+    /// The largest 2v²/g00 over the nodes where a force acts; 0 for free motion, infinite if t does not change.
     pub deviation: f64,
-    /// The largest v² that Newton's law allows for at the places visited, v_i² + 2(V_i − V)/m.
+    /// The largest v² of Newton's mechanics at the places visited, v_i² + 2(V_i − V)/m.
     speed_squared: f64,
     /// The largest −2V/m at the places visited.
     depth: f64,
@@ -42,7 +42,7 @@ impl Newtonian {
                 if first != S::ZERO {
                     let v = w * g00 / q_t;
                     let deviation = (S::from(2.0) * v * v / g00).to_f64();
-                    // A velocity of 0/0 is at rest in a space-time without time.
+                    // dx/dt is 0/0 where neither t nor x changes.
                     found.deviation = found.deviation.max(if deviation.is_nan() { f64::INFINITY } else { deviation });
                 }
                 found.speed_squared = found.speed_squared.max((v * v + (start - g00)).to_f64());
@@ -53,7 +53,7 @@ impl Newtonian {
     }
 
     /// The speed of light, rounded up to three digits, with which the deviation at the places visited would be
-    /// [`NEGLIGIBLE`]; none for a motion without a speed.
+    /// [`NEGLIGIBLE`]; `None` if the particle does not move.
     pub fn c(&self) -> Option<f64> {
         let squared = 2.0 / NEGLIGIBLE * self.speed_squared + self.depth;
         if !(self.speed_squared > 0.0 && squared > 0.0 && squared.is_finite()) {
@@ -64,7 +64,7 @@ impl Newtonian {
         Some((c / unit).ceil() * unit)
     }
 
-    /// Of a run of which this, and then the `next` one, are parts.
+    /// The extremes over a run, from those over its first part, `self`, and its second part, `next`.
     pub(super) fn followed_by(self, next: Self) -> Self {
         Self {
             deviation: self.deviation.max(next.deviation),

@@ -1,5 +1,5 @@
-//! How well the nodes satisfy the second-order geodesic equations when these are written with D (strong form), or with
-//! D̄ and initial values for every derivative (weak form).
+//! How well the nodes satisfy the second-order geodesic equations. In the strong form these are written with D, in the
+//! weak form with D̄ and an initial value for every derivative.
 
 use super::on_windows;
 use crate::metric::MetricSamples;
@@ -16,7 +16,7 @@ pub struct GeodesicResiduals<S = f64> {
 }
 
 impl<S: Real> GeodesicResiduals<S> {
-    /// From the metric, Dt and Dx on the nodes.
+    /// The residuals of `solution`, from the metric, Dt and Dx on its nodes.
     pub(super) fn new(solution: &Solution<S>, metric: &MetricSamples<S>, t_dot: &[S], x_dot: &[S]) -> Self {
         let momentum: Vec<S> = metric.g00.iter().zip(t_dot).map(|(&g, &u)| g * u).collect();
         let q_t = solution.invariants().q_t;

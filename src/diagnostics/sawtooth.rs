@@ -1,18 +1,19 @@
-//! A measure of even–odd splitting.
+//! A measure of the sawtooth, an oscillation in which even and odd nodes move apart.
 
 use crate::scalar::Real;
 
 /// The amplitude of the (−1)^k component of `u`: max_k |δ⁴u_k| / 16.
 ///
 /// The fourth difference δ⁴u = u_{k−2} − 4u_{k−1} + 6u_k − 4u_{k+1} + u_{k+2} of A(−1)^k is 16A(−1)^k, so a pure
-/// sawtooth is measured exactly, while a smooth u contributes only h⁴|u⁗|/16. `None` with fewer than five nodes.
+/// sawtooth is measured exactly, while a smooth u contributes only h⁴|u⁽⁴⁾|/16. `None` with fewer than five nodes.
 pub fn sawtooth<S: Real>(u: &[S]) -> Option<S> {
     let [four, six, sixteenth] = [4.0, 6.0, 1.0 / 16.0].map(S::from);
     let fourth_difference = |w: &[S]| sixteenth * (w[0] + w[4] - four * (w[1] + w[3]) + six * w[2]).abs();
     u.windows(5).map(fourth_difference).reduce(S::max)
 }
 
-/// max_k |δ⁶u_k| / 64: of A(−1)^k again A, of a smooth u h⁶|u⁗″|/64. `None` with fewer than seven nodes.
+/// max_k |δ⁶u_k| / 64, which is again A for A(−1)^k, and h⁶|u⁽⁶⁾|/64 for a smooth u. `None` with fewer than seven
+/// nodes.
 pub(super) fn sixth_difference<S: Real>(u: &[S]) -> Option<S> {
     let [six, fifteen, twenty, share] = [6.0, 15.0, 20.0, 1.0 / 64.0].map(S::from);
     let difference = |w: &[S]| {

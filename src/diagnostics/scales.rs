@@ -1,4 +1,4 @@
-//! What a motion is like: its size, its speed, its frequencies. Deviations are large or small against these.
+//! The scales of a motion: its size, its speed and its frequency. Deviations are judged relative to these.
 
 use super::sawtooth::sixth_difference;
 use crate::geodesic::acceleration_slope;
@@ -6,12 +6,12 @@ use crate::metric::MetricSamples;
 use crate::scalar::Real;
 use crate::solve::Solution;
 
-/// Extremes over the nodes of a run, for judging, hence in `f64`.
+/// Extremes over the nodes of a run. They serve to judge deviations, for which `f64` is enough.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scales {
     /// Least and greatest x.
     pub x_range: [f64; 2],
-    /// Largest |dx/dγ|, but for the last node of windows in the strong form.
+    /// Largest |dx/dγ|; in the strong form without the last node of each window.
     pub x_dot: f64,
     /// Largest local frequency: ω² = −dẍ/dx where that is positive, or 0.
     pub omega: f64,
@@ -19,8 +19,8 @@ pub struct Scales {
     pub spacing: f64,
     /// Least g00/c².
     pub g00: f64,
-    /// Largest sixth difference of x in a window, 1/64 of it: of a pure sawtooth its amplitude, of a smooth motion far less
-    /// than the fourth one. None with too few nodes, and for spectral elements.
+    /// 1/64 of the largest sixth difference of x in a window. For a pure sawtooth it is the amplitude, and for a smooth
+    /// motion far less than the fourth difference gives. `None` with too few nodes, and for spectral elements.
     pub sixth_difference: Option<f64>,
 }
 
@@ -54,12 +54,12 @@ impl Scales {
         0.5 * (self.x_range[1] - self.x_range[0])
     }
 
-    /// Δγω.
+    /// Δγω: the largest spacing times the largest local frequency.
     pub fn step(&self) -> f64 {
         self.spacing * self.omega
     }
 
-    /// Of a run of which these, and then the `next` ones, are parts.
+    /// The extremes over a run, from those over its first part, `self`, and its second part, `next`.
     pub(super) fn followed_by(self, next: Self) -> Self {
         Self {
             x_range: [self.x_range[0].min(next.x_range[0]), self.x_range[1].max(next.x_range[1])],

@@ -1,18 +1,18 @@
-//! What in the numbers of a run says that its trajectory should not be believed: a sentence each, with the number, its
-//! threshold and the remedy.
+//! Warnings that the trajectory of a run should not be believed, judged by its numbers. Each is one sentence with the
+//! number, its threshold and the remedy.
 //!
 //! | warning | threshold | reason |
 //! |---|---|---|
-//! | sawtooth | 1 % of the amplitude of x, and a sixth difference of half the fourth | the same 1 % that the atlas calls inaccurate; a smooth motion on a grid that resolves it loses with every two differences |
-//! | K drifts | a tenth of the largest ẋ² | K = g00 ṫ² − ẋ² is the orbit: its own size may be that of c² and hides a change of speed |
-//! | Δγω | half the operator's largest symbol; π/2 for a spectral element | at the limit nothing oscillates any more; half of it is seven nodes a turn (SBP84) to thirteen (SBP21, whose phase is off by 0.3 a turn there) |
+//! | sawtooth | 1 % of the amplitude of x, and a sixth difference above half the fourth | the study `stability` calls errors above 1 % inaccurate; for a smooth motion on a grid that resolves it, sixth differences are much smaller than fourth ones |
+//! | K drifts | a tenth of the largest ẋ² | K = g00 ṫ² − ẋ² determines the orbit; K itself may be as large as c², and relative to that a change of speed would not be seen |
+//! | Δγω | half the operator's largest symbol; π/2 for a spectral element | beyond the largest symbol the grid has no oscillation of that frequency; half of it means seven (SBP84) to thirteen (SBP21) nodes per oscillation, and for SBP21 a phase error of 0.3 rad per oscillation |
 //! | horizon | g00 < c²/100 | x changes ever faster in γ |
 //! | accuracy | estimated error above 1 % of the largest \|x\| | it is relative to max(1, \|x\|) |
 //! | printed t, γ | numbers of their size further apart than the accuracy asked for | errors are counted from t_i and γ_i |
-//! | bound | H_BVP > Q_t (t_f − t_i) with K ≥ 0 | the continuum keeps it |
+//! | bound | H_BVP > Q_t (t_f − t_i) with K ≥ 0 | in the continuum the bound holds |
 //!
-//! Of the model, not of the numbers, [`Measures::newtonian_warning`] speaks: above one per cent the motion is a geodesic
-//! and not the one of Newton's mechanics.
+//! [`Measures::newtonian_warning`] concerns the model and not the numerical errors: above one per cent the motion is a
+//! geodesic, but not that of Newton's mechanics.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -24,28 +24,29 @@ use crate::solve::Solution;
 
 /// A drift of K by more than this share of ẋ² means that x is not resolved.
 const LARGE_DRIFT: f64 = 0.1;
-/// Even and odd nodes apart by this share of the amplitude of x.
+/// A sawtooth is large above this share of the amplitude of x.
 const LARGE_SAWTOOTH: f64 = 1e-2;
-/// The sixth difference of a sawtooth is as large as the fourth, that of a smooth motion (Δγω)²/4 of it.
+/// A grid function is rough if its sixth difference (over 64) is above this share of its fourth (over 16). For a
+/// sawtooth they are equal; for a smooth motion the share is (Δγω)²/4.
 const ROUGH: f64 = 0.5;
 /// A drift of K below this share of K can be rounding.
 const ROUNDING: f64 = 1e4 * f64::EPSILON;
-/// An estimated error above this share of the largest |x|.
+/// An estimated error is large above this share of the largest |x|.
 const LARGE_ESTIMATE: f64 = 1e-2;
-/// Share of the limit of linear theory.
+/// Steps above this share of the limit of linear theory are too long.
 const NEAR_THE_LIMIT: f64 = 0.5;
 /// Share of the acceleration by which a motion may differ from Newton's without a warning.
 const NOT_NEWTONIAN: f64 = 1e-2;
-/// g00/c².
+/// Below this g00/c² the particle is near a horizon.
 const NEAR_A_HORIZON: f64 = 1e-2;
-/// Newton's method in `f64` ends with a step below this share, which leaves half as many zeros more; a larger one means that
-/// rounding has ended it.
+/// In `f64`, Newton's method normally ends with a relative correction below this. As it converges quadratically, that
+/// leaves no error above rounding. After a larger last correction, it was rounding that ended the iteration.
 const SMALL_CORRECTION: f64 = 1e-8;
 /// The remedy where the program chooses the windows.
 const SMALLER_ACCURACY: &str = "ask for a smaller solver.accuracy";
 
 impl<S: Real> Measures<S> {
-    /// What in these numbers says that the trajectory should not be believed, a sentence each.
+    /// The warnings that the trajectory should not be believed, one sentence each.
     pub fn warnings(&self, solution: &Solution<S>) -> Vec<String> {
         let found = [
             self.sawtooth_warning(),
@@ -97,7 +98,7 @@ impl<S: Real> Measures<S> {
             Some(table) => (NEAR_THE_LIMIT * largest_symbol(table), format!("half the limit of {sbp}")),
             None => (FRAC_PI_2, "fewer than four nodes a turn".to_owned()),
         };
-        // An accuracy has found its windows by itself.
+        // With an accuracy the program has chosen the windows by the error, so this warning is not needed.
         (step > allowed && solution.error_estimate.is_none()).then(|| {
             let factor = step / allowed;
             format!(
@@ -107,7 +108,7 @@ impl<S: Real> Measures<S> {
         })
     }
 
-    /// That the motion is not Newton's, with the c that would make it so.
+    /// The warning that the motion is not Newton's, with the c that would make it so.
     pub fn newtonian_warning(&self) -> Option<String> {
         let deviation = self.newtonian.deviation;
         (deviation > NOT_NEWTONIAN).then(|| {
@@ -147,7 +148,8 @@ impl<S: Real> Measures<S> {
         })
     }
 
-    /// The same for γ: x at a printed γ is off by the way that the particle makes in between.
+    /// The numbers of a table are rounded. Between two neighbouring values of γ the particle moves, and x at a printed
+    /// γ is off by that distance.
     fn printed_gamma_warning(&self, solution: &Solution<S>) -> Option<String> {
         let accuracy = solution.accuracy?;
         let size = solution.gamma_i.to_f64().abs().max(solution.gamma_f().to_f64().abs());
@@ -173,7 +175,7 @@ impl<S: Real> Measures<S> {
     }
 }
 
-/// Time is counted from t_i and loses nothing there, but it is printed as t.
+/// The solver counts time from t_i, so that a large t_i costs no accuracy; but t itself is printed, and is rounded.
 fn printed_time_warning<S: Real>(solution: &Solution<S>) -> Option<String> {
     let accuracy = solution.accuracy?;
     let (t_i, t_f) = (solution.t_i.to_f64(), solution.end.t.to_f64());
@@ -187,7 +189,7 @@ fn printed_time_warning<S: Real>(solution: &Solution<S>) -> Option<String> {
     })
 }
 
-/// The distance of neighbouring numbers of that size.
+/// The distance between neighbouring `f64` of that size.
 fn spacing(size: f64) -> f64 {
     size.next_up() - size
 }
@@ -201,7 +203,7 @@ fn rounding_warning<S: Real>(solution: &Solution<S>) -> Option<String> {
     ))
 }
 
-/// The digits that the last correction left unchanged, if they are fewer than were asked for.
+/// The number of digits that the last correction left unchanged, if they are fewer than were asked for.
 fn short_of_digits<S: Real>(solution: &Solution<S>) -> Option<u32> {
     let reached = -solution.last_correction.log10();
     let wanted = if S::IS_EXTENDED { f64::from(solution.digits) } else { -SMALL_CORRECTION.log10() };

@@ -1,8 +1,8 @@
 //! Vectors of the best instruction set that the machine has, chosen at run time.
 //!
 //! Everything that works on vectors is written against [`pulp::Simd`] and is `#[inline(always)]`: only what is inlined
-//! into pulp's entry function is compiled with the instructions of the level. For the same reason there are no closures,
-//! no iterator adaptors and no calls of the standard library over vectors.
+//! into pulp's entry function is compiled with the instructions of the level. For the same reason there are no
+//! closures, no iterator adaptors and no calls of the standard library over vectors.
 
 use pulp::{Arch, Scalar, Simd, WithSimd};
 

@@ -14,7 +14,7 @@ const ROUNDING: f64 = 1e-12;
 /// The Gauss–Legendre Runge–Kutta method as it is written for x″ = a(x),
 ///
 /// ```text
-/// X = x + h c w + h² A² a(X),     x⁺ = x + h w + h² Σ b_j (1 − c_j) a_j,     w⁺ = w + h Σ b_j a_j,     t⁺ = t + h Σ b_j u_j,
+/// X = x + h c w + h² A² a(X),   x⁺ = x + h w + h² Σ b_j (1 − c_j) a_j,   w⁺ = w + h Σ b_j a_j,   t⁺ = t + h Σ b_j u_j,
 /// ```
 ///
 /// by fixed-point iteration from the polynomial of the step before, with compensated summation: as in Hairer,

@@ -10,10 +10,10 @@ use crate::case::Case;
 use crate::scalar::Real;
 use crate::study::convergence::{Convergence, ConvergencePoint, Slope};
 
-/// `convergence.csv`, a row a grid; cells of a grid without a solution stay empty.
+/// Writes `convergence.csv`, one row per grid; cells of a grid without a solution are empty.
 ///
 /// # Errors
-/// Whatever `out` reports.
+/// If `out` cannot be written.
 pub fn write_convergence(out: impl Write, points: &[ConvergencePoint]) -> csv::Result<()> {
     let mut writer = Writer::from_writer(out);
     writer.write_record([
@@ -59,10 +59,10 @@ pub fn write_convergence(out: impl Write, points: &[ConvergencePoint]) -> csv::R
     Ok(())
 }
 
-/// `slopes.csv`, a row an operator and quantity.
+/// Writes `slopes.csv`, one row for each operator, form and quantity.
 ///
 /// # Errors
-/// Whatever `out` reports.
+/// If `out` cannot be written.
 pub fn write_slopes(out: impl Write, slopes: &[Slope]) -> csv::Result<()> {
     let mut writer = Writer::from_writer(out);
     writer.write_record([
@@ -116,7 +116,7 @@ pub struct ConvergenceSummary<'a> {
     warnings: Vec<String>,
 }
 
-/// What the errors are measured against.
+/// The reference against which the errors are measured.
 #[derive(Debug, Serialize)]
 struct ReferenceSummary {
     error_estimate: f64,
@@ -141,7 +141,7 @@ struct SlopeSummary {
 }
 
 impl<'a> ConvergenceSummary<'a> {
-    /// From the sweep and its slopes.
+    /// The summary of a sweep and its slopes.
     pub fn new<S: Real>(case: &'a Case, convergence: &Convergence<S>, slopes: &[Slope]) -> Self {
         let reference = &convergence.reference;
         let number = |value: S| Number::new(value, convergence.digits);

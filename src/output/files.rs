@@ -1,4 +1,4 @@
-//! Output files that appear whole or not at all, and all together.
+//! The output files of a command. They appear all together, and each of them is complete.
 
 use std::fs;
 use std::io::{self, Write};
@@ -10,34 +10,35 @@ use atomic_write_file::AtomicWriteFile;
 use super::lock::FolderLock;
 use super::manifest::{Manifest, Origin, State};
 
-/// The file that is put in place last and taken away first: where it stands, the others stand beside it.
+/// The file that is put in place last and removed first: if it is there, all the others are there too.
 const LAST: &str = "summary.json";
 
-/// Where files go, whose they are, and what they may replace.
+/// Where files go, which command and case they belong to, and what they may replace.
 #[derive(Debug, Clone)]
 pub struct Target {
     /// The folder.
     pub folder: PathBuf,
     /// Command and case.
     pub origin: Origin,
-    /// Whether the folder is this origin's alone, because the program chose it: files of another are not replaced.
+    /// Whether the program chose the folder, for this origin alone. Then files of another origin are not replaced.
     pub own: bool,
     /// Whether files that the program did not write may be replaced.
     pub force: bool,
 }
 
-/// Files of one folder that are written beside their final names and put in place together.
+/// The set of files that a command writes into a folder. They are written under temporary names and put in place
+/// together.
 ///
-/// A set replaces the one before, of which nothing remains; files that the program did not write stay as they are.
-/// Programs that write into one folder at once put their sets in place one after the other. One that is killed
-/// leaves the set before, its own, or a part of one of them without a summary.
+/// A set replaces the previous one completely; files that the program did not write are left alone. If several
+/// processes write into the same folder, they put their sets in place one after the other. A process that is killed
+/// leaves the previous set, its own set, or a part of one of them without its summary.
 #[derive(Debug)]
 pub struct OutputSet {
     target: Target,
     pending: Vec<(&'static str, AtomicWriteFile)>,
 }
 
-/// Files of a user that stand where results are to go.
+/// The error that files of a user have the names of result files.
 #[derive(Debug, thiserror::Error)]
 #[error(
     "{} holds files of these names already, and nothing says that this program wrote them: {}",
@@ -50,7 +51,10 @@ pub struct NotOurs {
 }
 
 impl Target {
-    /// The record of the set in the folder, which one of `names` may replace.
+    /// The record of the set that is in the folder, if there is one.
+    ///
+    /// # Errors
+    /// If files called `names` may not replace what is there.
     fn before(&self, names: &[&str]) -> anyhow::Result<Option<Manifest>> {
         let before = Manifest::read(&self.folder)?;
         if let Some(other) = before.as_ref().filter(|before| self.own && before.origin != self.origin) {
@@ -74,11 +78,12 @@ impl Target {
         }
     }
 
-    /// Takes a file of the set before away; of a link that is to be written through what it points to.
+    /// Removes a file of the previous set. With `through_links`, the target of a symbolic link is removed and not the
+    /// link.
     fn take_away(&self, name: &str, through_links: bool) -> anyhow::Result<()> {
         let link = self.folder.join(name);
         let path = if through_links { fs::canonicalize(&link).unwrap_or(link) } else { link };
-        // A folder of that name is not the program's.
+        // The program has not made a folder of that name.
         if path.is_dir() {
             return Ok(());
         }
@@ -95,8 +100,8 @@ pub(super) fn remove(path: &Path) -> io::Result<()> {
 }
 
 impl OutputSet {
-    /// Creates the folder and opens the named files in it, so that an unwritable target, or one that is not the
-    /// program's to write, is found before a long computation.
+    /// Creates the folder and opens the named files in it. A folder that cannot be written, or files that may not be
+    /// replaced, are thus found before a long computation.
     ///
     /// # Errors
     /// If the folder cannot be made, a file in it cannot be written, or one of these names is a user's file.
@@ -108,7 +113,8 @@ impl OutputSet {
             let _lock = FolderLock::wait(folder)?;
             let before = target.before(names)?;
             let incomplete = before.filter(|before| before.state == State::Incomplete);
-            // With its summary a set is whole, though the program was killed before it could say so.
+            // An incomplete set without its summary is removed. One with a summary is complete after all: the program
+            // was killed before it could record that.
             if let Some(before) = incomplete.filter(|_| !folder.join(LAST).exists()) {
                 before.files.iter().try_for_each(|name| target.take_away(name, false))?;
                 Manifest::remove(folder)?;
@@ -117,7 +123,7 @@ impl OutputSet {
         let pending = names
             .iter()
             .map(|&name| {
-                // Through a link to what it points to, which keeps its place and its mode.
+                // A symbolic link is followed, so that its target is replaced and the link stays.
                 let path = folder.join(name);
                 let path = fs::canonicalize(&path).unwrap_or(path);
                 let file = AtomicWriteFile::open(&path).with_context(|| format!("cannot write {}", path.display()))?;
@@ -132,7 +138,7 @@ impl OutputSet {
         &self.target.folder
     }
 
-    /// A file that was opened, unbuffered, to be written from any thread.
+    /// An opened file, to write to from any thread. It is not buffered.
     ///
     /// # Panics
     /// If `name` was not opened.
@@ -141,7 +147,7 @@ impl OutputSet {
         file.as_file()
     }
 
-    /// Writes a whole file that was opened.
+    /// Writes the whole content of an opened file.
     ///
     /// # Errors
     /// If it cannot be written.
@@ -149,16 +155,16 @@ impl OutputSet {
         self.writer(name).write_all(text.as_bytes()).with_context(|| format!("cannot write {name}"))
     }
 
-    /// Puts the files whose names satisfy `keep` in place of the set before, so that the folder never mixes the
-    /// results of two. Returns the names that are there now.
+    /// Replaces the previous set by the files whose names satisfy `keep`, so that the folder never mixes the results of
+    /// two commands. Returns the names of these files.
     ///
     /// # Errors
-    /// If a file cannot be put in place, or a user's file has come to stand there.
+    /// If a file cannot be put in place, or a user's file has meanwhile taken its name.
     pub fn commit(self, keep: impl Fn(&str) -> bool) -> anyhow::Result<Vec<&'static str>> {
         let Self { target, pending } = self;
         let (kept, dropped): (Vec<_>, Vec<_>) = pending.into_iter().partition(|(name, _)| keep(name));
         drop(dropped);
-        // What takes long comes before the old set is gone.
+        // Writing to the disk may take long, so it is done while the previous set is still there.
         for (name, file) in &kept {
             file.as_file().sync_all().with_context(|| format!("cannot write {name}"))?;
         }
@@ -175,7 +181,7 @@ impl OutputSet {
             return Ok(names);
         }
         record(State::Incomplete, all.clone()).write(folder)?;
-        // The summary goes first, and comes last.
+        // The summary is removed first and put in place last.
         all.sort_by_key(|name| name != LAST);
         for name in &all {
             target.take_away(name, names.contains(&name.as_str()))?;

@@ -1,4 +1,4 @@
-//! One program at a time in a folder.
+//! A lock on a folder, so that only one process at a time puts files in place there.
 
 use std::fs::{self, File, TryLockError};
 use std::io;
@@ -7,25 +7,25 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 
-/// Held while files are put in place, and taken away afterwards; one that a killed program left behind binds nobody.
+/// The file that is locked. It is removed afterwards. If a killed process leaves it behind, it is no longer locked.
 const NAME: &str = ".geodesic-ivp.lock";
 
-/// Putting files in place takes milliseconds; a program that takes this long is not going to let go.
+/// How long to wait for another process. Putting files in place takes milliseconds.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// The only program in a folder, for as long as it lives.
+/// While this value exists, no other process puts files in place in the folder.
 #[derive(Debug)]
 pub(super) struct FolderLock {
     path: PathBuf,
-    /// The operating system lets go of the lock with the file, however the program ends.
+    /// The operating system releases the lock when the file is closed, however the process ends.
     _file: File,
 }
 
 impl FolderLock {
-    /// Waits until no other program is in `folder`.
+    /// Waits until no other process has locked `folder`.
     ///
     /// # Errors
-    /// If the folder cannot be written to, or another program does not leave it.
+    /// If the folder cannot be written to, or another process holds the lock for too long.
     pub(super) fn wait(folder: &Path) -> anyhow::Result<Self> {
         let path = folder.join(NAME);
         let start = Instant::now();
@@ -33,7 +33,7 @@ impl FolderLock {
             let cannot = || format!("cannot write {}", path.display());
             let file = File::options().create(true).truncate(false).write(true).open(&path).with_context(cannot)?;
             match file.try_lock() {
-                // The one before may have taken away the file that was just locked.
+                // The previous holder may have removed the file between its opening and its locking here.
                 Ok(()) if is_at(&file, &path) => return Ok(Self { path, _file: file }),
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) if start.elapsed() < PATIENCE => {
@@ -42,7 +42,7 @@ impl FolderLock {
                 Err(TryLockError::WouldBlock) => {
                     anyhow::bail!("another program has been writing into {} for {PATIENCE:?}", folder.display());
                 }
-                // Some network file systems know no locks: there two programs in one folder are the user's to avoid.
+                // Some network file systems have no locks. There the user must not run two processes in one folder.
                 Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {
                     return Ok(Self { path, _file: file });
                 }
@@ -54,12 +54,13 @@ impl FolderLock {
 
 impl Drop for FolderLock {
     fn drop(&mut self) {
-        // While the lock is still held, so that nobody holds a lock on a file that is gone. If it stays, it does no harm.
+        // The file is removed while the lock is still held: after its release, another process may have locked the
+        // file. If it cannot be removed, it does no harm.
         let _ = fs::remove_file(&self.path);
     }
 }
 
-/// Whether `path` still leads to `file`.
+/// Whether `path` is still the path of `file`.
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -71,7 +72,7 @@ fn is_at(file: &File, path: &Path) -> bool {
     }
 }
 
-/// Elsewhere an open file cannot be taken away.
+/// On other systems an open file cannot be removed.
 #[cfg(not(unix))]
 fn is_at(_file: &File, _path: &Path) -> bool {
     true

@@ -1,4 +1,4 @@
-//! The record of what the program wrote into a folder: what it lists, and nothing else, may be replaced or taken away.
+//! The record of the files that the program wrote into a folder. Only files that it lists may be replaced or removed.
 
 use std::fs;
 use std::io::{self, Write};
@@ -8,25 +8,25 @@ use anyhow::Context;
 use atomic_write_file::AtomicWriteFile;
 use serde::{Deserialize, Serialize};
 
-/// The record's name.
+/// The name of the record's file.
 const NAME: &str = ".geodesic-ivp-manifest.json";
 
-/// Which command made the files of a folder, of which case.
+/// The command and the case that the files of a folder come from.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Origin {
     /// The subcommand.
     pub command: String,
-    /// The case: its path, or what stands for one.
+    /// The path of the case, or `<stdin>`, or the name of a built-in case in angle brackets.
     pub case: String,
 }
 
-/// Whether a folder's files belong together.
+/// Whether all files of a set are there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum State {
-    /// All that are listed are there.
+    /// All files that are listed are there.
     Complete,
-    /// They are being replaced, or the program that did so was killed: some may be missing.
+    /// The files are being replaced, or the program was killed while it did so: some may be missing.
     Incomplete,
 }
 
@@ -38,7 +38,7 @@ pub(super) struct Manifest {
     #[serde(flatten)]
     pub(super) origin: Origin,
     pub(super) state: State,
-    /// Names in the folder.
+    /// Names of the files in the folder.
     pub(super) files: Vec<String>,
 }
 
@@ -51,7 +51,7 @@ impl Manifest {
     /// The record of `folder`, if there is one.
     ///
     /// # Errors
-    /// If it cannot be read or is none.
+    /// If it cannot be read, or is not such a record.
     pub(super) fn read(folder: &Path) -> anyhow::Result<Option<Self>> {
         let path = folder.join(NAME);
         let text = match fs::read_to_string(&path) {
@@ -64,14 +64,14 @@ impl Manifest {
         let manifest: Self = serde_json::from_str(&text).with_context(|| {
             format!("{} is not a record of this program's files: remove it, or choose another folder", path.display())
         })?;
-        // Nothing outside the folder is ever touched, whatever a record says.
+        // A record must not make the program touch anything outside the folder.
         if let Some(name) = manifest.files.iter().find(|name| Path::new(name).file_name() != Some(name.as_ref())) {
             anyhow::bail!("{} lists '{name}', which is not the name of a file", path.display());
         }
         Ok(Some(manifest))
     }
 
-    /// Puts the record in place, whole.
+    /// Writes the record into `folder`, replacing an earlier one in a single step.
     ///
     /// # Errors
     /// If it cannot be written.
@@ -85,17 +85,17 @@ impl Manifest {
         write().with_context(|| format!("cannot write {}", path.display()))
     }
 
-    /// Takes the record away.
+    /// Removes the record of `folder`, if there is one.
     ///
     /// # Errors
-    /// If it is there and cannot be.
+    /// If it cannot be removed.
     pub(super) fn remove(folder: &Path) -> anyhow::Result<()> {
         let path = folder.join(NAME);
         super::files::remove(&path).with_context(|| format!("cannot remove {}", path.display()))
     }
 }
 
-/// Which command and case the files of `folder` are of, if the program wrote there.
+/// The command and the case that the files of `folder` come from, if the program wrote there.
 ///
 /// # Errors
 /// If the folder's record cannot be read.

@@ -6,17 +6,17 @@ use serde_json::value::RawValue;
 
 use crate::scalar::Real;
 
-/// A number on its way into JSON: an `f64`, or an extended one by its decimals, which JSON allows any number of.
+/// A number to be written as JSON: an `f64`, or the decimals of an extended number. JSON allows any number of digits.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Number {
     /// Written as the shortest decimal that reads back as itself; null if it is not finite.
     Double(f64),
-    /// Written as it stands.
+    /// Written as it is.
     Digits(String),
 }
 
 impl Number {
-    /// `value` with so many significant digits (all that an `f64` has).
+    /// `value` with the given number of significant digits; an `f64` keeps all of its digits.
     pub fn new<S: Real>(value: S, digits: u32) -> Self {
         if S::IS_EXTENDED && value.is_finite() {
             Self::Digits(value.to_decimal(digits))

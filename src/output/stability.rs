@@ -26,10 +26,11 @@ const COLUMNS: [&str; 13] = [
     "seconds",
 ];
 
-/// `stability.csv`, a row a cell; what does not apply or was not measured stays empty, and so does what is not finite.
+/// Writes `stability.csv`, one row per cell. Numbers that do not apply, were not measured or are not finite are left
+/// empty.
 ///
 /// # Errors
-/// Whatever `out` reports.
+/// If `out` cannot be written.
 pub fn write_stability(out: impl Write, cells: &[Cell]) -> csv::Result<()> {
     let mut writer = Writer::from_writer(out);
     writer.write_record(COLUMNS)?;
@@ -97,19 +98,19 @@ struct Thresholds {
 #[derive(Debug, Serialize)]
 struct MethodSummary {
     method: String,
-    /// The linear limit of hω: a number, null if there is none; absent for adaptive methods.
+    /// The linear limit of hω: a number, or null if there is no limit. Absent for adaptive methods.
     #[serde(skip_serializing_if = "Option::is_none")]
     linear_limit: Option<Option<f64>>,
     /// Number of cells by status.
     cells: std::collections::BTreeMap<&'static str, usize>,
-    /// For each length the largest Δγω up to which all cells are accurate.
+    /// For each length, the largest Δγω up to which all cells are accurate.
     accurate_up_to: Vec<Border>,
 }
 
-/// The border of what is accurate.
+/// The border of the accurate cells, for one length.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Border {
-    /// γ_f − γ_i, times ṫ_i in units of the first one charted.
+    /// γ_f − γ_i times ṫ_i, where ṫ_i is in units of the first one that is charted.
     pub length: f64,
     /// Δγω; null if not even the finest cell is accurate.
     pub delta_gamma_omega: Option<f64>,
@@ -136,7 +137,7 @@ pub struct Onset {
     pub gamma: f64,
 }
 
-/// For each length the largest Δγω up to which all cells of `method` are accurate.
+/// For each length, the largest Δγω up to which all cells of `method` are accurate. `t_dot` is the unit of ṫ_i.
 pub fn borders(cells: &[Cell], method: &Method, t_dot: f64) -> Vec<Border> {
     let mut all: Vec<(f64, Vec<&Cell>)> = Vec::new();
     for cell in cells.iter().filter(|cell| cell.method == *method) {
@@ -155,7 +156,7 @@ pub fn borders(cells: &[Cell], method: &Method, t_dot: f64) -> Vec<Border> {
     all.into_iter().map(border).collect()
 }
 
-/// Where the sawtooth begins on the longest world-line of each method and step that has one.
+/// Where the sawtooth begins, for each method and step: on the longest world-line that has one.
 pub fn onsets(cells: &[Cell]) -> Vec<Onset> {
     let mut all: Vec<(&Cell, Onset)> = Vec::new();
     for cell in cells {
@@ -174,7 +175,7 @@ pub fn onsets(cells: &[Cell]) -> Vec<Onset> {
 }
 
 impl<'a> StabilitySummary<'a> {
-    /// From what was planned and measured.
+    /// The summary of a plan and of the atlas that was measured.
     pub fn new(case: &'a Case, scene: &Scene, plan: &Plan, atlas: &Atlas) -> Self {
         let of_method = |method: &Method| {
             let mut counts = std::collections::BTreeMap::new();

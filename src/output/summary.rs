@@ -1,4 +1,4 @@
-//! `summary.json`: what was solved, how it ended, and the numbers a study needs.
+//! `summary.json` of `run`: what was solved, how the solve ended, and the numbers that a study needs.
 
 use serde::Serialize;
 
@@ -26,13 +26,13 @@ pub struct Summary {
     pub form: Form,
     /// System solved.
     pub system: System,
-    /// D̄ or D.
+    /// Whether the action has D̄ or, without the regularisation, D.
     pub regularised: bool,
     /// Significant digits of the arithmetic.
     pub digits: u32,
-    /// Nodes (a window).
+    /// Number of nodes of each window.
     pub n_gamma: usize,
-    /// Windows.
+    /// Number of windows.
     pub windows: usize,
     /// The accuracy asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -43,22 +43,22 @@ pub struct Summary {
     pub iterations: usize,
     /// Seconds spent in the solver.
     pub solve_seconds: f64,
-    /// What came out.
+    /// The numbers of the result, or of the failure.
     #[serde(flatten)]
     pub outcome: Outcome,
-    /// What the user was warned of.
+    /// The warnings that were printed.
     pub warnings: Vec<String>,
-    /// The iterations, of several windows those of the one that took most.
+    /// The iterations; with several windows, those of the window that took most.
     pub history: Vec<IterationRecord>,
 }
 
-/// The part that depends on how the solve ended.
+/// The part of the summary that depends on how the solve ended.
 #[derive(Debug, Clone, Serialize)]
 #[serde(untagged)]
 pub enum Outcome {
-    /// A critical point.
+    /// A critical point was found.
     Solved(Box<Solved>),
-    /// None.
+    /// No critical point was found.
     Failed(Failed),
 }
 
@@ -76,23 +76,23 @@ pub struct Solved {
     pub t_final: Number,
     /// x of the last node.
     pub x_final: Number,
-    /// w*_N (weak form: w_N), the value of dx/dγ to continue with.
+    /// w*_N (w_N in the weak form), the value of dx/dγ with which the world-line can be continued.
     pub x_dot_final: Number,
     /// Q_t of the continuum.
     pub q_t: Number,
     /// K of the continuum.
     pub k: Number,
-    /// max |ΔQ_t| over all nodes but the last (weak form: over all).
+    /// max |ΔQ_t| over all nodes but the last of each window (weak form: over all nodes).
     pub max_abs_delta_q_t_interior: Number,
     /// ΔQ_t at the last node.
     pub delta_q_t_last: Number,
     /// max |ΔQ_t| with the multiplier correction, over all nodes.
     pub max_abs_delta_q_t_corrected: Number,
-    /// max |ΔG| over the nodes whose row of D does not reach the last node (weak form: over all).
+    /// max |ΔG| over the nodes whose row of D does not reach the last node of the window (weak form: over all nodes).
     pub max_abs_delta_g_interior: Number,
-    /// max |ΔK| over all nodes but the last (weak form: over all).
+    /// max |ΔK| over all nodes but the last of each window (weak form: over all nodes).
     pub max_abs_delta_k: Number,
-    /// |ΔK| of the values handed on at the end.
+    /// max |ΔK| at the ends of the windows, for the values with which the world-line is continued.
     pub max_abs_delta_k_ends: Number,
     /// Amplitude of the even–odd oscillation of x; null with too few nodes and for spectral elements.
     pub sawtooth: Option<Number>,
@@ -100,7 +100,7 @@ pub struct Solved {
     pub h_bvp: Number,
     /// Q_t (t_N − t_i).
     pub h_bvp_bound: Number,
-    /// Whether H_BVP stays below it.
+    /// Whether H_BVP is at most its bound.
     pub h_bvp_bound_kept: bool,
     /// H_BVP − Q_t (t_N − t_i) + ½ K (γ_f − γ_i), which is 0 in the continuum.
     pub h_bvp_defect: Number,
@@ -113,17 +113,16 @@ pub struct Solved {
     /// max |ΔQ_η| (free particle).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_abs_delta_q_eta: Option<Number>,
-    /// The estimated error of t and x relative to max(1, largest |t − t_i|) and max(1, largest |x|), where an accuracy was
-    /// asked for.
+    /// With an accuracy: the estimated error of t and x, relative to max(1, largest |t − t_i|) and max(1, largest |x|).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_estimate: Option<f64>,
-    /// How far t and x are off at the last node and at most, and how that was found; absent where nothing to compare with
-    /// could be had.
+    /// The errors of t and x at the last node and at most, and how they were found; absent if there was nothing to
+    /// compare with.
     #[serde(flatten)]
     pub error: Option<Error>,
     /// The largest share by which the acceleration differs from Newton's, 2v²/g00.
     pub newtonian_deviation: f64,
-    /// The speed of light that would make that about 1e-6; absent for a motion without a speed.
+    /// The speed of light that would make that about 1e-6; absent if the particle does not move.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub newtonian_c: Option<f64>,
     /// Seconds spent in measuring the solution.
@@ -132,18 +131,18 @@ pub struct Solved {
     pub write_seconds: f64,
 }
 
-/// The error of a run, see [`crate::study::run_error`].
+/// The error of a run, see [`crate::study::run_error`], in the units of t and x.
 #[derive(Debug, Clone, Serialize)]
 pub struct Error {
-    /// Of t at the last node; 0 where that time was given.
+    /// The error of t at the last node; 0 if that time was given.
     pub error_t_final: f64,
-    /// Of x at the last node.
+    /// The error of x at the last node.
     pub error_x_final: f64,
-    /// The largest of t over the nodes.
+    /// The largest error of t over the nodes.
     pub error_t_max: f64,
-    /// The largest of x over the nodes.
+    /// The largest error of x over the nodes.
     pub error_x_max: f64,
-    /// How it was found.
+    /// How the errors were found.
     pub error_from: String,
 }
 
@@ -159,14 +158,14 @@ impl From<RunError> for Error {
     }
 }
 
-/// Where a solve without a result stood.
+/// How far a solve without a result came.
 #[derive(Debug, Clone, Serialize)]
 pub struct Failed {
     /// The message for people.
     pub message: String,
     /// What to try.
     pub advice: &'static str,
-    /// γ of the point concerned.
+    /// γ of the point that the message is about.
     pub gamma: f64,
     /// x there.
     pub x: f64,
@@ -177,13 +176,13 @@ pub struct Failed {
 }
 
 impl Summary {
-    /// The summary of `case` with how it ended.
+    /// The summary of `case` and of its solution or failure.
     pub fn new<S: Real>(
         case: &Case,
         result: Result<(&Solution<S>, &Measures<S>), &NoSolution>,
         solve_seconds: f64,
     ) -> Self {
-        // With an accuracy asked for the scheme is what was chosen; a failure chose none.
+        // With an accuracy the scheme is the one that was chosen; if the solve failed, none was.
         let (sbp, form, n_gamma, windows) = match result {
             Ok((solution, _)) => (solution.sbp_name, solution.form, solution.sbp().points(), solution.window_count),
             Err(_) => (case.scheme.sbp, case.scheme.form, case.grid.n_gamma, case.grid.windows),
@@ -239,9 +238,9 @@ pub(super) fn json(summary: &impl Serialize) -> String {
     text
 }
 
-/// One indented JSON object, with a final newline, of several texts of this kind under their names.
+/// One indented JSON object, with a final newline, from several JSON texts and their names.
 pub fn json_object(members: &[(&str, String)]) -> String {
-    // No line ends inside a string of JSON, so all lines may be moved to the right.
+    // Strings of JSON contain no line breaks, so all lines can be indented.
     let member = |(name, text): &(&str, String)| format!("  \"{name}\": {}", text.trim_end().replace('\n', "\n  "));
     format!("{{\n{}\n}}\n", members.iter().map(member).collect::<Vec<_>>().join(",\n"))
 }

@@ -1,5 +1,5 @@
-//! The CSV tables of `run`. Numbers are the shortest decimals that read back to the same `f64`; extended ones have as many
-//! significant digits as are asked for.
+//! The CSV tables of `run`. Numbers are the shortest decimals that read back to the same `f64`; extended numbers have
+//! as many significant digits as the case asks for.
 
 use std::io::Write;
 
@@ -10,14 +10,14 @@ use crate::sampling::Sample;
 use crate::scalar::{DecimalRoom, Real};
 use crate::solve::{Backward, Solution};
 
-/// Bytes handed to the operating system at a time.
+/// The tables are written in blocks of this many bytes.
 const BUFFER: usize = 1 << 18;
 
-/// `trajectory.csv`: gamma,t,x,t_dot,x_dot, and with several windows window, as in the tables below. t_dot and x_dot are
-/// the tangent that a trajectory continues with, see [`Diagnostics::tangent`].
+/// Writes `trajectory.csv` with the columns gamma,t,x,t_dot,x_dot. With several windows, this table and those below
+/// have also the column window. t_dot and x_dot are those of [`Diagnostics::tangent`].
 ///
 /// # Errors
-/// Whatever `out` reports.
+/// If `out` cannot be written.
 pub fn write_trajectory<S: Real>(
     out: impl Write,
     solution: &Solution<S>,
@@ -30,10 +30,10 @@ pub fn write_trajectory<S: Real>(
     })
 }
 
-/// `residuals.csv`: gamma,delta_q_t,delta_q_t_corrected,delta_g_t,delta_g_x,delta_k.
+/// Writes `residuals.csv` with the columns gamma,delta_q_t,delta_q_t_corrected,delta_g_t,delta_g_x,delta_k.
 ///
 /// # Errors
-/// Whatever `out` reports.
+/// If `out` cannot be written.
 pub fn write_residuals<S: Real>(
     out: impl Write,
     solution: &Solution<S>,
@@ -46,10 +46,10 @@ pub fn write_residuals<S: Real>(
     })
 }
 
-/// `run --stdout`: the columns of both tables.
+/// Writes the table of `run --stdout`, which has the columns of both of these tables.
 ///
 /// # Errors
-/// Whatever `out` reports.
+/// If `out` cannot be written.
 pub fn write_combined<S: Real>(
     out: impl Write,
     solution: &Solution<S>,
@@ -65,10 +65,10 @@ pub fn write_combined<S: Real>(
     })
 }
 
-/// `branches.csv`: gamma,t_1,x_1,t_2,x_2.
+/// Writes `branches.csv` with the columns gamma,t_1,x_1,t_2,x_2.
 ///
 /// # Errors
-/// Whatever `out` reports.
+/// If `out` cannot be written.
 pub fn write_branches<S: Real>(out: impl Write, solution: &Solution<S>, backward: &Backward<S>) -> csv::Result<()> {
     write_table(out, solution, ["gamma", "t_1", "x_1", "t_2", "x_2"], |gamma, start, k| {
         let [t_1, t_2] = [&solution.elapsed, &backward.elapsed].map(|t| solution.t_i + (start + t[k]));
@@ -76,10 +76,11 @@ pub fn write_branches<S: Real>(out: impl Write, solution: &Solution<S>, backward
     })
 }
 
-/// `samples.csv`: gamma,t,x,t_dot,x_dot, γ and t as in the case (not from the start), with so many significant digits.
+/// Writes `samples.csv` with the columns gamma,t,x,t_dot,x_dot. γ and t are those of the case, not counted from the
+/// start. Extended numbers have `digits` significant digits.
 ///
 /// # Errors
-/// Whatever `out` reports.
+/// If `out` cannot be written.
 pub fn write_samples<S: Real>(
     out: impl Write,
     samples: impl Iterator<Item = Sample<S>>,
@@ -98,7 +99,7 @@ pub fn write_samples<S: Real>(
     Ok(())
 }
 
-/// The columns of `residuals.csv` behind the first, at node k.
+/// The columns of `residuals.csv` after the first, at node k.
 fn residuals<S: Real>(diagnostics: &Diagnostics<S>, k: usize) -> [S; 5] {
     let (charges, residuals) = (&diagnostics.charges, &diagnostics.residuals);
     [
@@ -110,8 +111,8 @@ fn residuals<S: Real>(diagnostics: &Diagnostics<S>, k: usize) -> [S; 5] {
     ]
 }
 
-/// A header, then a row a node: what `row` makes of γ, of t − t_i at the start of the window, and of the node's place in
-/// the arrays. With several windows a last column counts them from 1.
+/// Writes a header and one row per node. The arguments of `row` are γ, t − t_i at the start of the window, and the
+/// index of the node in the arrays. With several windows, a last column counts them from 1.
 fn write_table<S: Real, const COLUMNS: usize>(
     out: impl Write,
     solution: &Solution<S>,

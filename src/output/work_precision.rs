@@ -24,10 +24,10 @@ const COLUMNS: [&str; 11] = [
     "gamma_f",
 ];
 
-/// `work_precision.csv`, a row a method and setting; errors without a result stay empty.
+/// Writes `work_precision.csv`, one row for each method and setting. The errors are empty if there is no result.
 ///
 /// # Errors
-/// Whatever `out` reports.
+/// If `out` cannot be written.
 pub fn write_work_precision(out: impl Write, rows: &[Row]) -> csv::Result<()> {
     let mut writer = Writer::from_writer(out);
     writer.write_record(COLUMNS)?;
@@ -51,14 +51,14 @@ pub fn write_work_precision(out: impl Write, rows: &[Row]) -> csv::Result<()> {
     Ok(())
 }
 
-/// Rows that another program measured, in a table with the columns of `work_precision.csv`.
+/// Reads rows that another program measured, from a table with the columns of `work_precision.csv`.
 ///
 /// # Errors
-/// What is wrong with the table.
+/// If the table cannot be read, or does not have these columns.
 pub fn read_rows(table: impl Read) -> csv::Result<Vec<Row>> {
     let row = |record: csv::Result<[String; 11]>| {
         let [method, setting, t, x, k, least, median, evaluations, points, status, gamma_f] = record?;
-        // A method without a result has empty cells.
+        // The cells of a method without a result are empty.
         let value = |cell: &str| cell.parse::<f64>().unwrap_or(f64::NAN);
         let count = |cell: &str| cell.parse().unwrap_or(0);
         let errors = RowErrors { t: value(&t), x: value(&x), delta_k: value(&k) };
@@ -84,10 +84,10 @@ pub fn read_rows(table: impl Read) -> csv::Result<Vec<Row>> {
     Reader::from_reader(table).into_deserialize().map(row).collect()
 }
 
-/// `drift.csv`, a row a method and γ.
+/// Writes `drift.csv`, one row for each method and γ.
 ///
 /// # Errors
-/// Whatever `out` reports.
+/// If `out` cannot be written.
 pub fn write_drift(out: impl Write, points: &[DriftPoint]) -> csv::Result<()> {
     let mut writer = Writer::from_writer(out);
     writer.write_record(["method", "setting", "gamma", "error_t", "error_x", "delta_k"])?;
@@ -154,7 +154,7 @@ struct FrontRow<'a> {
 }
 
 impl<'a> WorkPrecisionSummary<'a> {
-    /// From the arenas of all lengths, the rows measured on them and their table of ratios.
+    /// The summary of the arenas of all lengths, the rows measured on them and the table of their ratios.
     pub fn new(case: &'a Case, arenas: &[Arena], measured: &'a WorkPrecision, ratios: &'a [Ratio]) -> Self {
         let leader = |leader: &'a Option<Leader>| {
             leader.as_ref().map(|Leader { method, setting, seconds }| LeaderSummary {

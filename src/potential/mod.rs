@@ -65,7 +65,7 @@ impl<S: Real> Potential<S> {
         Self::Polynomial(Polynomial::new(coefficients))
     }
 
-    /// V, V′, V″ as a straight-line program, for arithmetic other than on numbers.
+    /// V, V′, V″ as a straight-line program, for arithmetic on something other than numbers, such as series.
     pub(crate) fn program(&self) -> Program<S> {
         match self {
             Self::Polynomial(p) => Program::polynomial(p.coefficients()),
@@ -73,7 +73,7 @@ impl<S: Real> Potential<S> {
         }
     }
 
-    /// V, V′, V″ at `x`. Not finite where the formula is not defined.
+    /// V, V′, V″ at `x`. They are not finite where the formula is not defined.
     pub fn at(&self, x: S) -> PotentialJet<S> {
         match self {
             Self::Polynomial(p) => p.at(x),
@@ -81,7 +81,7 @@ impl<S: Real> Potential<S> {
         }
     }
 
-    /// `out` = (V, V′, V″) at every entry of `x`, one contiguous array each, all of the length of `x`.
+    /// Writes V, V′ and V″ at every entry of `x` into `out`, three arrays as long as `x`.
     pub fn sample(&self, x: &[S], out: [&mut [S]; 3]) {
         match self {
             Self::Polynomial(p) => {

@@ -11,7 +11,7 @@ pub struct Polynomial<S = f64> {
 }
 
 impl<S: Real> Polynomial<S> {
-    /// From the coefficients, lowest power first.
+    /// The polynomial with these coefficients, lowest power first.
     pub fn new(coefficients: Vec<S>) -> Self {
         Self { coefficients }
     }
@@ -21,7 +21,7 @@ impl<S: Real> Polynomial<S> {
         &self.coefficients
     }
 
-    /// V, V′, V″ by Horner's rule on the three at once.
+    /// V, V′, V″ by Horner's rule, all three in one pass.
     #[inline]
     pub fn at(&self, x: S) -> PotentialJet<S> {
         let (mut value, mut first, mut half_second) = (S::ZERO, S::ZERO, S::ZERO);

@@ -1,16 +1,16 @@
-//! The trajectory to compare with: the geodesic equations integrated by a Taylor method of high order.
+//! The reference: a trajectory of the geodesic equations to compare with, by a Taylor method of high order.
 //!
 //! ```text
 //! dx/dγ = w,    dw/dγ = −½ g00′(x) (Q_t/g00(x))²,    dt/dγ = Q_t/g00(x)
 //! ```
 //!
-//! Each step expands t and x in γ, to order 24 for the 16 digits of `f64` and to higher ones for more, from the
-//! potential's own program, so every potential of a case has a reference, formulas included. The step is chosen so that
-//! the last terms are below the rounding of the first; the state is summed with compensation. A step is halved where V
-//! has a feature that the series do not know of, and stops where an argument of `abs` changes its sign. The polynomials
-//! of the steps are the dense output. The whole integration is done twice, with different order and steps, and the
-//! difference is the reported error estimate. The number of steps is limited according to the cost of a step with that
-//! many digits.
+//! Each step expands t and x in γ: to order 24 for the 16 digits of `f64`, and to higher orders for more digits. The
+//! series are computed from the program of the potential, so that every potential of a case has a reference, formulas
+//! included. The step is chosen so that the last terms are below the rounding of the first ones, and the states are
+//! added up with compensated sums. A step is halved if V has a feature that the series do not show. It ends early where
+//! an argument of `abs` changes its sign. The polynomials of the steps are the dense output. The whole integration is
+//! done twice, with different orders and steps, and the difference is the reported error estimate. The number of steps
+//! is limited, and the limit is lower for more digits, because their steps cost more.
 //!
 //! ```
 //! use geodesic_ivp::geodesic::InitialData;
@@ -39,13 +39,13 @@ use crate::scalar::Real;
 
 use self::steps::{Accuracy, Goal, Steps};
 
-/// The trajectory that is used. The cheapest order for a truncation of 10^−d is about 1.15 d; a little more makes
-/// longer steps and adds less rounding.
+/// The accuracy of the trajectory that is used. For a truncation error of 10^−d the cheapest order is about 1.15 d. A
+/// higher order makes longer steps, which add less rounding.
 fn accuracy(digits: u32) -> Accuracy {
     Accuracy { order: digits as usize * 3 / 2, share: 1.0, digits: digits + 1 }
 }
 
-/// The trajectory that checks it.
+/// The accuracy of the trajectory that checks it.
 fn check_accuracy(digits: u32) -> Accuracy {
     Accuracy { order: digits as usize * 5 / 4, share: 0.7, digits: digits + 1 }
 }
@@ -66,23 +66,23 @@ pub struct ReferencePoint<S = f64> {
 /// Why a reference trajectory ends early.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EndReason {
-    /// It meets g00 ≤ 0 or a point where V is not finite.
+    /// The trajectory meets g00 ≤ 0, or a point where V is not finite.
     OutsideDomain,
     /// V is not smooth enough there to be expanded in a series.
     Singular,
-    /// The requested physical time is not reached: t hardly grows any more.
+    /// The requested physical time is not reached, because t hardly grows any more.
     TimeNotReached,
-    /// The range takes more Taylor steps than are allowed.
+    /// The range would take more Taylor steps than are allowed.
     TooLong {
         /// The number of steps that are allowed.
         most_steps: usize,
     },
 }
 
-/// There is no trajectory to compare with over the whole range.
+/// The error that a reference trajectory ends before the end of the requested range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReferenceEnds {
-    /// Why.
+    /// Why it ends.
     pub reason: EndReason,
     /// γ − γ_i where it ends.
     pub gamma: f64,
@@ -111,8 +111,9 @@ impl std::error::Error for ReferenceEnds {}
 
 /// A trajectory of the geodesic equations with its own error estimate.
 ///
-/// It is integrated over γ/unit, with a unit near the length of the run: coefficient j of a series has the size of
-/// γ^−j, and would leave the range of numbers where γ is far from 1. The unit is a power of two and rounds nothing.
+/// It is integrated over γ/unit, where the unit is near the length of the run. Coefficient j of a series has a size
+/// like γ^−j, which could overflow or underflow for γ far from 1. The unit is a power of two, so that scaling by it
+/// rounds nothing.
 #[derive(Debug, Clone)]
 pub struct ReferenceTrajectory<S = f64> {
     steps: Steps<S>,
@@ -120,7 +121,7 @@ pub struct ReferenceTrajectory<S = f64> {
     error_estimate: f64,
 }
 
-/// The steps over γ/unit.
+/// Integrates over γ/unit.
 fn integrate<S: Real>(
     metric: &Metric<S>,
     initial: InitialData<S>,
@@ -136,12 +137,12 @@ fn integrate<S: Real>(
         .map_err(|end| ReferenceEnds { gamma: end.gamma * unit.to_f64(), ..end })
 }
 
-/// How often, and by which power of two, a unit is made smaller.
+/// How often a unit is made smaller at most, and by which power of two each time.
 const SMALLER_UNITS: usize = 20;
 const SMALLER_BY: i32 = 20;
 
-/// The power of two near a length; a smaller one if the length is so many steps long that coefficients would leave the
-/// range of numbers.
+/// The power of two nearest to `length`, or a smaller one if coefficients would overflow with that, because the run
+/// takes very many steps.
 fn unit_of<S: Real>(metric: &Metric<S>, initial: InitialData<S>, length: S, accuracy: Accuracy) -> S {
     let near = length.to_f64().abs().log2().round().exp2();
     let near = if near.is_normal() { near } else { 1.0 };
@@ -155,11 +156,11 @@ fn stretched<S: Real>(initial: InitialData<S>, unit: S) -> InitialData<S> {
 }
 
 impl<S: Real> ReferenceTrajectory<S> {
-    /// The geodesic of `metric` from `initial` over γ − γ_i ∈ [0, `length`] to that many `digits` (16 to 70; no more
-    /// than 16 for `f64`). Time counts from the start.
+    /// The geodesic of `metric` from `initial` over γ − γ_i ∈ [0, `length`], with that many `digits`: 16 for `f64`, and
+    /// 16 to 70 in extended precision. Time is counted from the start.
     ///
     /// # Errors
-    /// [`ReferenceEnds`] if it meets g00 ≤ 0 or a singularity of V, or is too long.
+    /// [`ReferenceEnds`] if the geodesic meets g00 ≤ 0 or a singularity of V, or is too long.
     pub fn new(metric: &Metric<S>, initial: InitialData<S>, length: S, digits: u32) -> Result<Self, ReferenceEnds> {
         let accuracy = accuracy(digits);
         let (goal, unit) = (Goal::Gamma(length), unit_of(metric, initial, length, accuracy));
@@ -169,12 +170,12 @@ impl<S: Real> ReferenceTrajectory<S> {
         Ok(Self { steps, unit, error_estimate })
     }
 
-    /// The same by series of `order` whose last terms are `digits` decimal digits below the first, and without the
-    /// second integration, so the error estimate is infinite. It is meant for callers who compare with something
-    /// better.
+    /// The same geodesic, by series of the given `order` whose last terms are `digits` decimal digits below the first,
+    /// and without the second integration. Its error estimate is infinite. It is meant for callers who compare it with
+    /// something better.
     ///
     /// # Errors
-    /// [`ReferenceEnds`] if it meets g00 ≤ 0 or a singularity of V, or is too long.
+    /// [`ReferenceEnds`] if the geodesic meets g00 ≤ 0 or a singularity of V, or is too long.
     pub fn unchecked(
         metric: &Metric<S>,
         initial: InitialData<S>,
@@ -203,8 +204,8 @@ impl<S: Real> ReferenceTrajectory<S> {
         integrate(metric, initial, Goal::Time(duration), unit, accuracy).map(|steps| steps.end() * unit)
     }
 
-    /// The largest difference in t or x, relative to the largest |t − t_i| or |x|, between this trajectory and one of
-    /// another order and step, over the ends of its steps.
+    /// The estimated relative error: the largest difference in t or x at the ends of its steps between this trajectory
+    /// and one with another order and other steps, relative to the largest |t − t_i| or |x|.
     pub fn error_estimate(&self) -> f64 {
         self.error_estimate
     }
@@ -214,7 +215,7 @@ impl<S: Real> ReferenceTrajectory<S> {
         self.steps.len()
     }
 
-    /// The point at γ − γ_i = `gamma`, inside the range it was made for.
+    /// The point at γ − γ_i = `gamma`, which must be inside the range of the trajectory.
     pub fn at(&self, gamma: S) -> ReferencePoint<S> {
         let ReferencePoint { elapsed, x, t_dot, x_dot } = self.steps.at(gamma / self.unit);
         ReferencePoint { elapsed, x, t_dot: t_dot / self.unit, x_dot: x_dot / self.unit }

@@ -1,20 +1,20 @@
 //! Taylor arithmetic on a formula's program: the coefficients of V(x(s)) and V′(x(s)) from those of x(s).
 //!
-//! Coefficient k of every value needs the coefficients 0 … k of its operands only, so x(s) can be extended by one
-//! coefficient at a time while its own right-hand side is computed from what is known (automatic differentiation of
-//! ODEs, e.g. Jorba & Zou, Exp. Math. 14 (2005) 99–117). The rules follow from each function's differential equation,
-//! as f = exp u gives f′ = f u′ and hence k f_k = Σ_j j u_j f_{k−j}.
+//! Coefficient k of a value needs only the coefficients 0 … k of its operands. Therefore x(s) can be extended one
+//! coefficient at a time, while the right-hand side of its equation is computed from the known ones (automatic
+//! differentiation of ODEs, e.g. Jorba & Zou, Exp. Math. 14 (2005) 99–117). The rule for each function follows from its
+//! differential equation. For example, f = exp u gives f′ = f u′ and hence k f_k = Σ_j j u_j f_{k−j}.
 
 use crate::potential::{Function, Instruction, Program};
 use crate::scalar::{Real, sum};
 
-/// Series of every value of a program, extended coefficient by coefficient.
+/// The series of every value of a program, extended coefficient by coefficient.
 #[derive(Debug)]
 pub(super) struct SeriesMachine<'p, S> {
     program: &'p Program<S>,
     /// Coefficients of each value.
     values: Vec<Vec<S>>,
-    /// A second series that some functions carry along: the cosine of a sine, 1 + u² of an arc tangent, …
+    /// A second series that some functions need, for example the cosine for a sine, or 1 + u² for an arc tangent.
     partners: Vec<Vec<S>>,
 }
 
@@ -53,7 +53,8 @@ impl<'p, S: Real> SeriesMachine<'p, S> {
         [self.values[v][k], self.values[first][k]]
     }
 
-    /// The series of every argument of `abs`: where one changes its sign, the series of this point end.
+    /// The series of every argument of `abs`. Where one changes its sign, the series around this point are no longer
+    /// valid.
     pub(super) fn kink_arguments(&self) -> impl Iterator<Item = &[S]> {
         self.program.instructions().iter().filter_map(|&instruction| match instruction {
             Instruction::Call(Function::Abs, a) => Some(self.values[a].as_slice()),
@@ -67,7 +68,7 @@ fn product<S: Real>(u: &[S], v: &[S], k: usize) -> S {
     sum((0..=k).map(|j| u[j] * v[k - j]))
 }
 
-/// Σ_{j=1}^{k−1} j u_j v_{k−j}: what most rules are made of.
+/// Σ_{j=1}^{k−1} j u_j v_{k−j}, which occurs in most rules.
 fn weighted<S: Real>(u: &[S], v: &[S], k: usize) -> S {
     sum((1..k).map(|j| number::<S>(j) * u[j] * v[k - j]))
 }
@@ -91,18 +92,18 @@ fn square_root<S: Real>(u_k: S, earlier: &[S], k: usize) -> S {
     (u_k - known) / (earlier[0] + earlier[0])
 }
 
-/// y with y′ = u′/q: k q_0 y_k = k u_k − Σ j y_j q_{k−j}.
+/// y_k for y′ = u′/q, from k q_0 y_k = k u_k − Σ j y_j q_{k−j}.
 fn from_derivative<S: Real>(u: &[S], q: &[S], y: &[S], k: usize) -> S {
     (u[k] - weighted(y, q, k) / number(k)) / q[0]
 }
 
-/// f with f′ = g u′: k f_k = Σ_{j=1}^{k} j u_j g_{k−j}.
+/// f_k for f′ = g u′, from k f_k = Σ_{j=1}^{k} j u_j g_{k−j}.
 fn chain<S: Real>(u: &[S], g: &[S], k: usize) -> S {
     (weighted(u, g, k) + number::<S>(k) * u[k] * g[0]) / number(k)
 }
 
-/// (u^v)_k. A constant exponent has the rule k u_0 p_k = Σ ((α+1) j − k) u_j p_{k−j}; any other goes through exp(v ln
-/// u).
+/// (u^v)_k. For a constant exponent α the rule is k u_0 p_k = Σ ((α+1) j − k) u_j p_{k−j}; for any other it is that of
+/// exp(v ln u).
 fn power<S: Real>(u: &[S], v: &[S], earlier: &[S], logarithm: &mut Vec<S>, k: usize) -> S {
     if k == 0 {
         logarithm.push(u[0].ln());
@@ -115,12 +116,12 @@ fn power<S: Real>(u: &[S], v: &[S], earlier: &[S], logarithm: &mut Vec<S>, k: us
         let terms = (1..=k).map(|j| (next * number(j) - number(k)) * u[j] * earlier[k - j]);
         return sum(terms) / (number::<S>(k) * u[0]);
     }
-    // exp of e = v ln u, whose coefficients are formed as needed.
+    // The rule of exp e with e = v ln u, whose coefficients are formed as needed.
     let exponent = |j: usize| product(v, logarithm, j);
     sum((1..=k).map(|j| number::<S>(j) * exponent(j) * earlier[k - j])) / number(k)
 }
 
-/// f(u)_k, appending to the function's partner series.
+/// f(u)_k. Also appends coefficient k to the partner series of the function.
 fn call<S: Real>(function: Function, u: &[S], y: &[S], partner: &mut Vec<S>, k: usize) -> S {
     let unit = if k == 0 { S::ONE } else { S::ZERO };
     match function {

@@ -6,31 +6,33 @@ use crate::geodesic::{InitialData, acceleration};
 use crate::metric::Metric;
 use crate::scalar::{Compensated, Real, sum};
 
-/// A step below this share of the whole range means a singularity.
+/// Only a step below this share of the whole range can mean a singularity.
 const LEAST_STEP: f64 = 1e-13;
-/// At most this many products of coefficients are formed for each value of the potential's program: some seconds in
-/// `f64`, some minutes in extended precision.
+/// Largest number of products of coefficients for each value of the potential's program. They take some seconds in
+/// `f64`, and some minutes in extended precision.
 const MOST_PRODUCTS: usize = 200_000_000;
-/// A run ends after this many steps if it would take this many times the steps that are allowed.
+/// After this many steps the integration ends early, if at that rate it would need the second number times as many
+/// steps as are allowed.
 const FIRST_STEPS: usize = 1000;
 const HOPELESS: f64 = 4.0;
 /// Steps that shrink to this share of the longest before them approach a singularity.
 const SHRUNK: f64 = 1e-6;
-/// Enough for the scale of the first step to settle.
+/// How often the scale of the first step is corrected at most.
 const FIRST_STEP_TRIES: usize = 8;
-/// Below this share of its first value, g00 is on its way to a horizon.
+/// If steps shrink while g00 is below this share of its first value, the trajectory approaches a horizon.
 const HORIZON: f64 = 1e-3;
 /// A physical time is not reached if, at the present rate, it is further away than this many times the length that the
 /// start suggested.
 const FAR_TOO_LONG: f64 = 1e6;
 
-/// Points at which the series of a step are compared with V, and how often a step is halved for it.
+/// Number of points at which the series of a step are compared with V, and how often a step is halved at most because
+/// of a difference.
 const PROBES: i32 = 32;
 const MOST_HALVINGS: usize = 40;
-/// The comparison of the series with V is good to this many digits fewer than the series themselves.
+/// The comparison of the series with V is accurate to this many digits fewer than the series themselves.
 const SPARE_DIGITS: f64 = 4.0;
 
-/// One step: x and t − t_i as polynomials in γ minus its start.
+/// One step: x and t − t_i as polynomials in γ, counted from the start of the step.
 #[derive(Debug, Clone)]
 struct Step<S> {
     start: Compensated<S>,
@@ -47,12 +49,12 @@ pub(super) struct Steps<S> {
     end: S,
 }
 
-/// Σ_{j≥1} c_j s^j: the small part of the polynomial, to be added to c_0 last.
+/// Σ_{j≥1} c_j s^j, the polynomial without c_0. It is small, and is added to c_0 at the end to lose less to rounding.
 fn increment<S: Real>(c: &[S], s: S) -> S {
     c[1..].iter().rev().fold(S::ZERO, |sum, &c| (sum + c) * s)
 }
 
-/// dc/ds.
+/// The derivative dc/ds of the polynomial.
 fn slope<S: Real>(c: &[S], s: S) -> S {
     c.iter().enumerate().skip(1).rev().fold(S::ZERO, |sum, (j, &c)| sum * s + S::from(j as f64) * c)
 }
@@ -69,7 +71,7 @@ impl<S: Real> Step<S> {
     }
 }
 
-/// The smaller one; the other one if one is NaN.
+/// The smaller of the two; if one is NaN, the other one.
 fn smaller<S: Real>(a: S, b: S) -> S {
     if b < a || a.is_nan() { b } else { a }
 }
@@ -79,7 +81,7 @@ fn smaller<S: Real>(a: S, b: S) -> S {
 pub(super) struct Accuracy {
     /// Order of the series.
     pub(super) order: usize,
-    /// Share of the step that the truncation error allows.
+    /// Share that is taken of the step that the truncation error allows.
     pub(super) share: f64,
     /// The last terms of a step's series are this many decimal digits below the first.
     pub(super) digits: u32,
@@ -163,8 +165,8 @@ impl<'m, S: Real> Front<'m, S> {
         })
     }
 
-    /// The longest of h, h/2, h/4, … over which the series do not miss a feature of V that was too far away, or too
-    /// thin, to leave a trace in the coefficients.
+    /// The longest of h, h/2, h/4, … over which the series agree with V. They may miss a feature of V that is too far
+    /// away, or too narrow, to show in the coefficients.
     fn seen(&self, expansion: &Expansion<S>, h: S, digits: u32) -> S {
         let [small, large] =
             [SPARE_DIGITS - f64::from(digits), -0.5 * f64::from(digits)].map(|e| S::from(10.0_f64.powf(e)));
@@ -175,7 +177,8 @@ impl<'m, S: Real> Front<'m, S> {
                 break;
             }
             let of_half = self.missed(expansion, h.half());
-            // Rounding stays where it is when a step is halved; a feature is either large or fades away.
+            // A small difference that hardly falls when the step is halved is rounding. One that comes from a feature
+            // of V is either large, or falls.
             if missed <= large && S::from(4.0) * of_half > missed {
                 break;
             }
@@ -196,8 +199,8 @@ impl<'m, S: Real> Front<'m, S> {
         (0..PROBES).map(at).fold(S::ZERO, S::max) / size
     }
 
-    /// Nothing is known of the scale of the first step but that it is no longer than the whole run, which may be far
-    /// too long: then terms of the series would be compared with something huge.
+    /// Finds the scale of the first step. At first it is taken to be the length of the whole run, which may be far too
+    /// long: then the terms of the series are compared with something much too large, and the radius is wrong.
     fn settle_first_step(&mut self, expansion: &mut Expansion<S>, relative_step: S) {
         for _ in 0..FIRST_STEP_TRIES {
             let h = relative_step * expansion.radius;
@@ -234,7 +237,7 @@ fn step_to_kink<S: Real>(machine: &SeriesMachine<'_, S>, h: S) -> S {
             continue;
         }
         let (mut inside, mut beyond) = (S::ZERO, step);
-        // A few probes, so that two crossings in one step are not missed.
+        // A few probes, so that two changes of sign in one step are not missed.
         let probe = (1..=16).map(|i| step * S::from(f64::from(i) / 16.0)).find(|&s| value(s) * series[0] <= S::ZERO);
         let Some(first) = probe else { continue };
         beyond = smaller(first, beyond);
@@ -260,7 +263,7 @@ pub(super) enum Goal<S> {
 }
 
 impl<S: Real> Goal<S> {
-    /// The length of the whole range, or what the start suggests.
+    /// The length of the whole range of γ; for a time, the length that dt/dγ at the start suggests.
     fn scale(self, initial: InitialData<S>) -> S {
         match self {
             Self::Gamma(length) => length,
@@ -330,7 +333,7 @@ impl<S: Real> Steps<S> {
             }
             let shrinks = h <= S::from(LEAST_STEP) * scale && (h == S::ZERO || h < S::from(SHRUNK) * longest);
             if shrinks {
-                // Before g00 = 0 the steps shrink without end.
+                // On the way to g00 = 0 the steps shrink without end.
                 let horizon = here.g00 < S::from(HORIZON) * front.g00_start;
                 return Err(end(if horizon { EndReason::OutsideDomain } else { EndReason::Singular }));
             }
@@ -340,7 +343,7 @@ impl<S: Real> Steps<S> {
                 return Err(end(EndReason::TooLong { most_steps }));
             }
             if let Goal::Time(duration) = goal {
-                // At this rate it would take far too long: t saturates while x grows without bound.
+                // At this rate it would take far too long: dt/dγ tends to 0 as x grows without bound.
                 if (duration - front.t.high) * here.g00 > S::from(FAR_TOO_LONG) * scale * front.q_t {
                     return Err(end(EndReason::TimeNotReached));
                 }
@@ -356,13 +359,13 @@ impl<S: Real> Steps<S> {
         }
     }
 
-    /// Whether the series of the start, and their squares, are in the range of numbers.
+    /// Whether the series at the start, and their squares, do not overflow.
     pub(super) fn can_begin(metric: &Metric<S>, initial: InitialData<S>, accuracy: Accuracy) -> bool {
         let program = metric.potential().program();
         let mut machine = SeriesMachine::new(&program, accuracy.order);
         let Expansion { x, w, t, .. } = Front::new(metric, initial, accuracy.order, S::ONE).expand(&mut machine);
         let largest = (S::ONE / S::MIN_POSITIVE).sqrt();
-        // Written so that a NaN is not in the range.
+        // The comparison is false for a NaN.
         [x, w, t].iter().flatten().all(|c| c.abs() < largest)
     }
 
@@ -380,7 +383,7 @@ impl<S: Real> Steps<S> {
         self.steps[next.saturating_sub(1)].at(gamma)
     }
 
-    /// Largest relative difference in t or x at the starts of the steps and at the end.
+    /// The largest relative difference in t or x to `other`, at the starts of the steps and at the end.
     pub(super) fn distance(&self, other: &Self) -> f64 {
         let (mut t, mut x, mut t_size, mut x_size) = (S::ZERO, S::ZERO, S::MIN_POSITIVE, S::MIN_POSITIVE);
         for gamma in self.steps.iter().map(|step| step.start.high).chain([self.end]) {

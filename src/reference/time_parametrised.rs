@@ -1,4 +1,4 @@
-//! The same motion with time as its parameter: what the world-line formulation is compared with in the paper's figures.
+//! The motion with time as its parameter, with which the figures of the paper compare the world-line formulation.
 
 use crate::geodesic::InitialData;
 use crate::metric::Metric;
@@ -14,11 +14,12 @@ pub struct TimeState {
     pub velocity: f64,
 }
 
-/// d²x/dt² = −(V′/m) (1 − (dx/dt)²/c²)^{3/2}, a relativistic particle with a potential term, at `points` equidistant
-/// times.
+/// The solution of d²x/dt² = −(V′/m) (1 − (dx/dt)²/c²)^{3/2}, a relativistic particle with a potential term, at
+/// `points` equidistant times.
 ///
-/// It agrees with the geodesic in the weak-field, slow limit only. Classical Runge–Kutta with 64 steps between two
-/// points, which is far below the width of a line in a plot. The motion ends early where it is not defined.
+/// It agrees with the geodesic only in the limit of weak fields and low speeds. It is computed by the classical
+/// Runge–Kutta method with 64 steps between two points; the error is far below the width of a line in a plot. The
+/// motion ends early where it is not defined.
 pub fn time_parametrised(metric: &Metric, initial: InitialData, duration: f64, points: usize) -> Vec<TimeState> {
     const STEPS: usize = 64;
     let h = duration / ((points - 1) * STEPS) as f64;

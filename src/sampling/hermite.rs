@@ -2,14 +2,14 @@
 
 use crate::scalar::Real;
 
-/// A function and its first two derivatives by γ.
+/// A function and its first two derivatives with respect to γ.
 pub(super) type Jet<S> = [S; 3];
 
-/// The quintic Hermite polynomial on [0, `h`] at `s`.
+/// The quintic Hermite polynomial on [0, `h`], evaluated at `s`. The arguments are the function at both ends.
 pub(super) fn hermite<S: Real>([f0, d0, c0]: Jet<S>, [f1, d1, c1]: Jet<S>, h: S, s: S) -> S {
     let number = |n: f64| S::from(n);
     let (change, d0, d1, c0, c1) = (f1 - f0, h * d0, h * d1, h * h * c0.half(), h * h * c1.half());
-    // In powers of s/h; the c are half the second derivatives.
+    // The coefficients in powers of s/h. From here on, c0 and c1 are halves of the second derivatives.
     let cubic = number(10.0) * change - number(6.0) * d0 - number(4.0) * d1 - number(3.0) * c0 + c1;
     let quartic = number(-15.0) * change + number(8.0) * d0 + number(7.0) * d1 + number(3.0) * c0 - number(2.0) * c1;
     let quintic = number(6.0) * change - number(3.0) * (d0 + d1) - c0 + c1;

@@ -1,4 +1,4 @@
-//! The world-line in one window.
+//! Interpolation of the world-line in one window.
 
 use std::sync::Arc;
 
@@ -11,11 +11,11 @@ use crate::metric::Metric;
 use crate::scalar::{Real, sum};
 use crate::solve::{Solution, WindowNodes};
 
-/// What lies between the nodes of a window; γ and t count from its start.
+/// The world-line in a window, as a function of γ. γ and t are counted from the start of the window.
 #[derive(Debug)]
 pub(super) struct Interpolant<S> {
     kind: Kind<S>,
-    /// γ and t at the start of the window.
+    /// γ and t of the case at the start of the window.
     gamma: S,
     t: S,
     length: S,
@@ -25,11 +25,11 @@ pub(super) struct Interpolant<S> {
 
 #[derive(Debug)]
 enum Kind<S> {
-    /// Positions of the nodes, and t, x, w* there.
+    /// Positions of the nodes, and t, x and w* there, with their first two derivatives.
     Hermite { nodes: Vec<S>, jets: [Vec<Jet<S>>; 3] },
-    /// Positions of the nodes, weights of barycentric interpolation, and t, x, w* on the nodes.
+    /// Positions of the nodes, weights of barycentric interpolation, and t, x and w* on the nodes.
     Lagrange { nodes: Vec<S>, weights: Vec<S>, values: [Vec<S>; 3] },
-    /// Integrals of the forces.
+    /// Integrals of dt/dγ and d²x/dγ².
     Polynomials(Polynomials<S>),
 }
 
@@ -60,7 +60,7 @@ impl<S: Real> Interpolant<S> {
         }
     }
 
-    /// The world-line at `gamma` behind the start of the window.
+    /// The world-line at `gamma`, counted from the start of the window.
     pub(super) fn at(&self, gamma: S) -> Sample<S> {
         self.sample(gamma, self.values(gamma))
     }
@@ -70,7 +70,7 @@ impl<S: Real> Interpolant<S> {
         Sample { gamma: self.gamma + gamma, t: self.t + t, x, t_dot, x_dot }
     }
 
-    /// t from the start of the window, x and w*.
+    /// t (counted from the start of the window), x and w*.
     fn values(&self, gamma: S) -> [S; 3] {
         match &self.kind {
             Kind::Hermite { nodes, jets } => {
@@ -89,7 +89,7 @@ impl<S: Real> Interpolant<S> {
         }
     }
 
-    /// The world-line at the time `elapsed` behind the start of the window.
+    /// The world-line at the time `elapsed`, counted from the start of the window.
     pub(super) fn at_elapsed(&self, elapsed: S, backwards: bool) -> Sample<S> {
         let reached = |value: S| if backwards { value >= elapsed } else { value <= elapsed };
         let (mut low, mut high) = match &self.kind {
@@ -99,7 +99,7 @@ impl<S: Real> Interpolant<S> {
             }
             _ => (S::ZERO, self.length),
         };
-        // Newton's method from the start of the interval, kept inside it.
+        // Newton's method from the start of the interval. A step that leaves the interval is replaced by a bisection.
         let mut here = low;
         let mut values = self.values(here);
         for _ in 0..200 {
@@ -122,7 +122,7 @@ impl<S: Real> Interpolant<S> {
     }
 }
 
-/// w* at all nodes; in the strong form Dx is not w* at the last one.
+/// w* at all nodes. In the strong form the last one is not Dx, and is taken from the end of the window.
 fn velocities<S: Real>(view: WindowNodes<'_, S>) -> Vec<S> {
     let mut x_dot = vec![S::ZERO; view.x.len()];
     view.derivative(view.x, view.window.start.x, &mut x_dot);
@@ -130,7 +130,7 @@ fn velocities<S: Real>(view: WindowNodes<'_, S>) -> Vec<S> {
     x_dot
 }
 
-/// t from the start of the window, x and w* with their derivatives, on the nodes.
+/// t (counted from the start of the window), x and w* on the nodes, with their first two derivatives.
 fn jets<S: Real>(view: WindowNodes<'_, S>, q_t: S, metric: &Metric<S>) -> [Vec<Jet<S>>; 3] {
     let mut jets = [0; 3].map(|_| Vec::with_capacity(view.x.len()));
     for ((&x, w), &elapsed) in view.x.iter().zip(velocities(view)).zip(view.elapsed) {

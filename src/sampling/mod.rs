@@ -1,12 +1,18 @@
 //! Values between the nodes, by the scheme's own interpolation.
 //!
-//! On an equidistant grid that is the quintic Hermite polynomial of each interval, for t, x and w* each with its own
-//! first two derivatives at both ends, which the geodesic equations give. Its error O(Δγ⁶) is below that of the nodes
-//! for every operator, and dx/dγ does not suffer from nodes of x that alternate about a smooth curve. In a spectral
-//! element of the strong form it is the polynomial through all nodes, which is what the operator differentiates; in one
-//! of the weak form, whose nodes are less accurate than its ends, the polynomials that continue what the window starts
-//! with by the scheme's collocation system on twice as many nodes, as accurate as the ends. dt/dγ is Q_t/g00
-//! everywhere.
+//! In the following w* is the scheme's value of dx/dγ on the nodes: Dx or, in the weak form, D̄x, except at the last
+//! node of a window in the strong form.
+//!
+//! * On an equidistant grid, t, x and w* are each interpolated by the quintic Hermite polynomial of every interval. The
+//!   first two derivatives at both ends come from the geodesic equations. The error O(Δγ⁶) is below that of the nodes
+//!   for every operator. As w* is interpolated by itself, a sawtooth in x does not spoil dx/dγ.
+//! * In a spectral element of the strong form, the polynomial through all nodes is used, which is the one that the
+//!   operator differentiates.
+//! * In a spectral element of the weak form, the nodes are less accurate than the ends. There the collocation system of
+//!   the scheme is solved once more from the start of the window, on twice as many nodes. The resulting polynomials are
+//!   as accurate as the ends.
+//!
+//! dt/dγ is Q_t/g00 everywhere.
 //!
 //! ```
 //! use geodesic_ivp::case::builtin;
@@ -47,15 +53,15 @@ pub struct Sample<S = f64> {
     pub x_dot: S,
 }
 
-/// A value that lies outside the run.
+/// The error of a value that lies outside the run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OutsideRun<S> {
-    /// First and last value of the run.
+    /// The smallest and the largest value that the run covers.
     pub range: (S, S),
 }
 
-/// Interpolates one solution. What a window needs is prepared when a value in it is requested, and kept until a value
-/// in another one is.
+/// Interpolates one solution. A window is prepared when a value in it is requested, and kept until a value in another
+/// window is.
 #[derive(Debug)]
 pub struct Sampler<'a, S = f64> {
     solution: &'a Solution<S>,
@@ -65,7 +71,7 @@ pub struct Sampler<'a, S = f64> {
 }
 
 impl<'a, S: Real> Sampler<'a, S> {
-    /// For the windows of `solution`.
+    /// A sampler of `solution`.
     pub fn new(solution: &'a Solution<S>) -> Self {
         Self::with_tables(solution, Tables::default())
     }
@@ -74,13 +80,14 @@ impl<'a, S: Real> Sampler<'a, S> {
         Self { solution, tables, current: None }
     }
 
-    /// A run that ends at a physical time meets it to all but a few of its digits, and so does the requested value.
+    /// The relative distance from the ends at which a value still counts as inside. The end of a run at a physical time
+    /// is only known up to a few of the last digits.
     fn slack(&self) -> S {
         const SPARE_DIGITS: u32 = 4;
         S::from_decimal(&format!("1e-{}", self.solution.digits - SPARE_DIGITS)).unwrap_or(S::EPSILON)
     }
 
-    /// γ and t at the ends of the solution, counted from those of the run.
+    /// γ and t at both ends of the solution, counted from the start of the run.
     fn ends(&self) -> Option<[[S; 2]; 2]> {
         let (first, last) = (self.solution.windows.first()?, self.solution.windows.last()?);
         Some([[first.gamma[0], last.gamma[1]], [first.start.t, self.solution.duration()]])
@@ -107,7 +114,7 @@ impl<'a, S: Real> Sampler<'a, S> {
     pub fn at_time(&mut self, t: S) -> Result<Sample<S>, OutsideRun<S>> {
         let Solution { t_i, windows, .. } = self.solution;
         let [_, ends] = self.ends().ok_or(OutsideRun { range: (*t_i, *t_i) })?;
-        // Time runs forwards or backwards, but not both.
+        // The sign of dt/dγ is that of Q_t everywhere, so that t is monotonic.
         let backwards = ends[1] < ends[0];
         let [earliest, latest] = if backwards { [ends[1], ends[0]] } else { ends };
         let elapsed = within(t - *t_i, [earliest, latest], self.slack())
@@ -138,7 +145,8 @@ impl<'a, S: Real> Sampler<'a, S> {
     }
 }
 
-/// `value` between the two ends, moved there if it lies outside by no more than that share of them.
+/// `value`, moved to the nearer end if it lies outside the two ends by at most `share` of them; `None` if it lies
+/// further outside.
 fn within<S: Real>(value: S, [low, high]: [S; 2], share: S) -> Option<S> {
     let slack = share * low.abs().max(high.abs());
     let inside = value >= low - slack && value <= high + slack;
@@ -153,7 +161,8 @@ fn within<S: Real>(value: S, [low, high]: [S; 2], share: S) -> Option<S> {
     })
 }
 
-/// The last interval 0 … `intervals` − 1 whose first node satisfies `reached`, which holds up to some node.
+/// The last of the intervals 0 … `intervals` − 1 whose first node satisfies `reached`, or the first interval.
+/// `reached` must be true up to some node and false from there on.
 fn partition(intervals: usize, reached: impl Fn(usize) -> bool) -> usize {
     let (mut low, mut high) = (0, intervals);
     while high - low > 1 {

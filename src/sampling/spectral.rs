@@ -1,9 +1,9 @@
-//! Weak windows of spectral elements between their ends.
+//! Interpolation in windows of weak spectral elements.
 //!
-//! The scheme is the Lobatto IIIC method, of order 2n − 2 at the end of a window but of order n at its nodes. The
-//! values at the start of a window are those at an end, so its world-line inside is as accurate as the ends if it is
-//! continued from there with enough stages: Picard sweeps on 2n nodes, started from the forces at the n nodes of the
-//! window.
+//! The scheme is the Lobatto IIIC method, which has order 2n − 2 at the end of a window but only order n at its nodes.
+//! The values at the start of a window are those at the end of the previous one. Inside the window the world-line
+//! becomes as accurate as at the ends if it is computed once more from the start with enough stages: by fixed-point
+//! (Picard) sweeps on 2n nodes, which begin with the forces at the n nodes of the window.
 
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
@@ -14,11 +14,11 @@ use crate::sbp::gll::{LobattoRule, MOST_NODES};
 use crate::scalar::{Real, same, sum};
 use crate::solve::Window;
 
-/// Most sweeps; each gains two digits and more.
+/// Largest number of sweeps. Each gains two digits or more.
 const MOST_SWEEPS: usize = 100;
 
-/// Legendre expansions by the nodal values on one rule. Both matrices are stored in the order of access, so that
-/// products vectorise.
+/// Conversion between nodal values on one rule and coefficients of Legendre polynomials. Both matrices are stored in
+/// the order of access, so that products vectorise.
 #[derive(Debug)]
 struct Expansion<S> {
     /// Nodes on [0, 1].
@@ -35,7 +35,7 @@ impl<S: Real> Expansion<S> {
         let at_nodes: Vec<Vec<S>> = rule.nodes.iter().map(|&z| legendre(points + 1, z)).collect();
         let last = points - 1;
         let mode = |j: usize, k: usize| {
-            // The rule does not integrate P_{n−1}² exactly.
+            // The rule does not integrate P_{n−1}² exactly, so the factor of the last coefficient is another one.
             let norm = if k < last { 2 * k + 1 } else { last };
             S::from(norm as f64).half() * rule.weights[j] * at_nodes[j][k]
         };
@@ -65,8 +65,8 @@ impl<S: Real> Expansion<S> {
     }
 }
 
-/// Expansions by number of nodes, made once: in `f64` for the life of the program, with more digits for the life of
-/// this object.
+/// Expansions by number of nodes, each computed once. In `f64` they are kept until the program ends, in extended
+/// precision as long as this object.
 #[derive(Debug)]
 pub(super) struct Tables<S>(HashMap<usize, Arc<Expansion<S>>>);
 
@@ -87,7 +87,8 @@ impl<S: Real> Tables<S> {
     }
 }
 
-/// t (from the start of the window), x and w over one window, as integrals of polynomials for dt/dγ and d²x/dγ².
+/// t (counted from the start of the window), x and w in one window, as integrals of the polynomials for u = dt/dγ and
+/// a = d²x/dγ².
 #[derive(Debug)]
 pub(super) struct Polynomials<S> {
     length: S,
@@ -98,7 +99,7 @@ pub(super) struct Polynomials<S> {
 }
 
 impl<S: Real> Polynomials<S> {
-    /// Over `window`, which has the values `x` on its nodes.
+    /// The polynomials for `window`, which has the values `x` on its nodes.
     pub(super) fn new(window: &Window<S>, x: &[S], q_t: S, metric: &Metric<S>, tables: &mut Tables<S>) -> Self {
         let of_forces = |expansion: &Expansion<S>, x: &[S]| {
             let jets: Vec<_> = x.iter().map(|&x| metric.at(x)).collect();
@@ -130,11 +131,12 @@ impl<S: Real> Polynomials<S> {
             }
             before = x;
         }
-        // The window is too long for the sweeps; its own polynomial is more accurate than its nodes.
+        // The window is too long for the sweeps to converge. The integrals over its own nodes are still more accurate
+        // than the values there.
         own
     }
 
-    /// t, x and w at `gamma` behind the start of the window.
+    /// t, x and w at `gamma`, counted from the start of the window.
     pub(super) fn at(&self, gamma: S) -> [S; 3] {
         let s = gamma / self.length;
         let basis = legendre(self.integrals[1].len() - 1, s + s - S::ONE);
@@ -160,7 +162,8 @@ fn legendre<S: Real>(degree: usize, z: S) -> Vec<S> {
     p
 }
 
-/// The Legendre coefficients of ∫_0^s, from ∫_{−1}^z P_k = (P_{k+1} − P_{k−1})/(2k + 1), half of it on [0, 1].
+/// The Legendre coefficients of the integral from 0 to s ∈ [0, 1] of the series with coefficients `c`. They follow from
+/// ∫_{−1}^z P_k = (P_{k+1} − P_{k−1})/(2k + 1), half of which is the integral on [0, 1].
 fn integral<S: Real>(c: &[S]) -> Vec<S> {
     let mut integral = vec![S::ZERO; c.len() + 1];
     for (k, &c) in c.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Samples of a run that comes window by window.
+//! Samples of a run that is computed window by window.
 
 use super::spectral::Tables;
 use super::{OutsideRun, Sample, Sampler};
@@ -14,20 +14,21 @@ pub enum Coordinate {
     Time,
 }
 
-/// Takes samples at given values from solutions that are the parts of a run, or the whole of it.
+/// Takes samples at given values from the solutions of a run: its consecutive parts, or the whole run at once.
 #[derive(Debug)]
 pub struct SampleStream<S = f64> {
     coordinate: Coordinate,
-    /// In the order of the run.
+    /// The values in the order of the run.
     values: Vec<S>,
-    /// Whether that is the reverse of the order asked for.
+    /// Whether that is the reverse of the requested order.
     reversed: bool,
     samples: Vec<Sample<S>>,
     tables: Tables<S>,
 }
 
 impl<S: Real> SampleStream<S> {
-    /// Samples at `values`, which ascend or descend, of a run whose time runs `backwards` or not.
+    /// A stream of samples at `values`, which must be in ascending or descending order. `backwards` says whether t
+    /// decreases along the run.
     pub fn new(coordinate: Coordinate, mut values: Vec<S>, backwards: bool) -> Self {
         let descending = values.first() > values.last();
         let reversed = descending != (backwards && coordinate == Coordinate::Time);
@@ -37,7 +38,7 @@ impl<S: Real> SampleStream<S> {
         Self { coordinate, values, reversed, samples: Vec::new(), tables: Tables::default() }
     }
 
-    /// Takes the samples that lie in `solution`, which continues what was seen before, or (with its first window)
+    /// Takes the samples that lie in `solution`. It must continue the previous one or, if it contains the first window,
     /// begins the run again.
     pub fn see(&mut self, solution: &Solution<S>) {
         if solution.window_count == solution.windows.len() {
@@ -48,21 +49,21 @@ impl<S: Real> SampleStream<S> {
             Coordinate::Gamma => (solution.gamma_i, last.gamma[1]),
             Coordinate::Time => (solution.t_i, last.end.t),
         };
-        // The end of a window is the start of the next one.
+        // A sample at the end of this solution is left to the next one, which starts there.
         let beyond = |value: S| if end < S::ZERO { value - origin <= end } else { value - origin >= end };
         let mut sampler = Sampler::with_tables(solution, std::mem::take(&mut self.tables));
         for &value in &self.values[self.samples.len()..] {
             if beyond(value) {
                 break;
             }
-            // Values before the run are found again, and refused, in the end.
+            // A value before the start of the run stays in the list, and `finish` refuses it.
             let Ok(sample) = sampler.at(self.coordinate, value) else { break };
             self.samples.push(sample);
         }
         self.tables = sampler.tables;
     }
 
-    /// All samples in the order asked for, `last` being the last that was seen.
+    /// All samples, in the requested order. `last` is the last solution that was seen.
     ///
     /// # Errors
     /// [`OutsideRun`] if one lies beyond the ends of the run by more than rounding.

@@ -1,31 +1,34 @@
 //! The Gauss–Lobatto–Legendre rule: nodes, weights and the differentiation matrix of the polynomials through its nodes.
 //!
-//! With m = n − 1 the nodes are ±1 and the zeros of P_m′, the weights 2/(n m P_m(x_i)²), and
+//! P_m is the Legendre polynomial of degree m = n − 1. The nodes are ±1 and the zeros of P_m′, the weights are
+//! 2/(n m P_m(x_i)²), and
 //!
 //! ```text
 //! D_ij = P_m(x_i)/P_m(x_j)/(x_i − x_j)  (i ≠ j),     D_11 = −n m/4 = −D_nn,     D_ii = 0 otherwise.
 //! ```
 //!
-//! The rule integrates degree 2n − 3 exactly, hence Q + Qᵀ = E_N − E_0 for Q = HD: a diagonal-norm SBP operator (Gassner,
-//! SIAM J. Sci. Comput. 35 (2013) A1233; formulas as in Canuto, Hussaini, Quarteroni & Zang, Spectral Methods (2006), section
-//! 2.3). Everything is computed in extended precision and rounded once.
+//! The rule integrates polynomials of degree 2n − 3 exactly. Hence Q + Qᵀ = E_N − E_0 for Q = HD, and D is a
+//! diagonal-norm SBP operator (Gassner, SIAM J. Sci. Comput. 35 (2013) A1233; the formulas are those of Canuto,
+//! Hussaini, Quarteroni & Zang, Spectral Methods (2006), section 2.3). Everything is computed in extended precision and
+//! rounded once.
 
 use std::sync::OnceLock;
 
 use crate::scalar::{Extended, Real, same};
 
-/// Fewest nodes of a rule: its two ends.
+/// Smallest number of nodes of a rule: its two ends.
 pub const LEAST_NODES: usize = 2;
-/// Most nodes that are offered.
+/// Largest number of nodes that is offered.
 pub const MOST_NODES: usize = 64;
 
-/// Newton's method doubles the digits: from those of `f64` to all.
+/// Number of Newton steps in extended precision. Each doubles the number of correct digits, beginning with those of
+/// `f64`.
 const REFINEMENTS: usize = 4;
 
 /// The rule on [−1, 1] in `S`.
 #[derive(Debug, Clone)]
 pub struct LobattoRule<S = f64> {
-    /// Nodes, ascending; symmetric to the last bit.
+    /// Nodes in ascending order, exactly symmetric about 0.
     pub nodes: Vec<S>,
     /// Weights.
     pub weights: Vec<S>,
@@ -53,13 +56,13 @@ fn newton_step<S: Real>(m: usize, x: S) -> S {
 
 /// Interior node i in `f64`.
 fn rough_node(m: usize, i: usize) -> f64 {
-    // An asymptotic formula close enough for Newton's method.
+    // An asymptotic formula, which is close enough for Newton's method.
     let (i, degree) = (i as f64 + 0.25, m as f64);
     let angle = std::f64::consts::PI * i / degree - 3.0 / (8.0 * degree * std::f64::consts::PI * i);
     (0..10).fold(-angle.cos(), |x, _| newton_step(m, x))
 }
 
-/// Rules by number of nodes, made when they are first asked for.
+/// Rules by number of nodes. Each is computed when it is first requested.
 type Rules<S> = [OnceLock<LobattoRule<S>>; MOST_NODES + 1];
 
 impl<S: Real> LobattoRule<S> {

@@ -1,5 +1,5 @@
 //! Summation-by-parts operators: finite differences on an equidistant grid, and spectral elements on
-//! Gauss–Lobatto–Legendre nodes. They know nodes and weights, and no physics.
+//! Gauss–Lobatto–Legendre nodes. Nothing in this module depends on physics.
 //!
 //! D = H⁻¹Q approximates d/dγ, H is a diagonal quadrature rule, and Q + Qᵀ = E_N − E_0 is the discrete form of
 //! integration by parts: `(u, Dv)_H = u_N v_N − u_1 v_1 − (Du, v)_H`.
@@ -33,7 +33,8 @@ use self::gll::LobattoRule;
 use crate::banded::BandedMatrix;
 use crate::scalar::{Real, sum};
 
-/// A grid has fewer points than the operator's two boundary closures need, or not those of a spectral element.
+/// A grid has fewer points than the operator's two boundary closures need, or another number than the spectral element
+/// has.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{operator} needs at least {minimum} points, got {points}")]
 pub struct TooFewPoints {
@@ -48,12 +49,12 @@ pub struct TooFewPoints {
 /// A diagonal-norm SBP first-derivative operator on N nodes. Applying it allocates nothing.
 #[derive(Debug, Clone)]
 pub struct SbpOperator<S = f64> {
-    /// Mean node spacing.
+    /// Mean spacing of the nodes, in units of γ.
     spacing: S,
     rows: Rows<S>,
     /// Diagonal of H, length N, in units of γ.
     weights: Vec<S>,
-    /// Largest Σ|hD| of a row.
+    /// See [`SbpOperator::row_sum`].
     row_sum: f64,
 }
 
@@ -72,13 +73,13 @@ enum Rows<S> {
     Dense {
         /// Positions of the nodes from the first one.
         nodes: Vec<S>,
-        /// Row by row, and column by column: to apply it, the columns vectorise.
+        /// D row by row, and again column by column, which is the order in which its application vectorises.
         matrix: Vec<S>,
         columns: Vec<S>,
     },
 }
 
-/// Rounding was calibrated on the first two operators, whose rows of |hD| sum to less than this.
+/// The estimates of rounding were calibrated on SBP21 and SBP42, whose rows of |hD| sum to less than this.
 const LEAST_ROW_SUM: f64 = 4.0;
 
 impl<S: Real> SbpOperator<S> {
@@ -135,17 +136,17 @@ impl<S: Real> SbpOperator<S> {
         self.weights.len()
     }
 
-    /// Node spacing h = Δγ; the mean one of a spectral element.
+    /// Node spacing h = Δγ; for a spectral element the mean spacing.
     pub fn spacing(&self) -> S {
         self.spacing
     }
 
-    /// Whether all intervals between nodes are the same.
+    /// Whether all intervals between nodes are equal.
     pub fn is_equidistant(&self) -> bool {
         matches!(self.rows, Rows::Stencil { .. })
     }
 
-    /// γ of node k, counted from the first.
+    /// γ at node k minus γ at the first node.
     pub fn node(&self, k: usize) -> S {
         match &self.rows {
             Rows::Stencil { .. } => S::from(k as f64) * self.spacing,
@@ -153,7 +154,7 @@ impl<S: Real> SbpOperator<S> {
         }
     }
 
-    /// γ from node k to node k + 1.
+    /// The interval of γ between nodes k and k + 1.
     pub fn interval(&self, k: usize) -> S {
         match &self.rows {
             Rows::Stencil { .. } => self.spacing,
@@ -161,12 +162,12 @@ impl<S: Real> SbpOperator<S> {
         }
     }
 
-    /// Largest Σ_j |hD_kj| of a row k (at least 4): how much rounding of u shows in hDu.
+    /// The largest Σ_j |hD_kj| over the rows k, but at least 4. By this factor hDu amplifies the rounding of u.
     pub fn row_sum(&self) -> f64 {
         self.row_sum
     }
 
-    /// [`Self::row_sum`] in units of that of the operators of low order: 1 for SBP21 and SBP42.
+    /// [`Self::row_sum`] relative to that of the operators of low order: 1 for SBP21 and SBP42.
     pub fn stiffness(&self) -> f64 {
         self.row_sum / LEAST_ROW_SUM
     }
@@ -176,7 +177,7 @@ impl<S: Real> SbpOperator<S> {
         &self.weights
     }
 
-    /// Number of rows at each end that may differ in shape from the others.
+    /// Number of rows at each end that may differ from the interior stencil.
     pub fn closure_rows(&self) -> usize {
         match &self.rows {
             Rows::Stencil { closure, closure_width, .. } => closure.len() / closure_width,
@@ -184,27 +185,29 @@ impl<S: Real> SbpOperator<S> {
         }
     }
 
-    /// Whether every row couples at most its two neighbours, so that Du = f is an explicit two-step recursion (SBP21).
+    /// Whether every row reaches only the neighbouring nodes, so that Du = f is an explicit two-step recursion (SBP21).
     pub fn is_two_step(&self) -> bool {
         matches!(&self.rows, Rows::Stencil { closure_width: 2, .. })
     }
 
-    /// Number of last rows of D from the first one that reaches node N: where a deviation confined to node N shows
-    /// after another application of D (2, 4, 6, 8 for SBP21, 42, 63, 84; all for a spectral element).
+    /// Number of rows at the end of D that have an entry for node N. A deviation at node N alone shows in these rows
+    /// when D is applied again. They are 2, 4, 6 and 8 for SBP21, SBP42, SBP63 and SBP84, and all of them for a
+    /// spectral element.
     pub fn rows_reaching_last_node(&self) -> usize {
         let n = self.points();
         let reaches = |k: &usize| self.row(*k).any(|(column, _)| column == n - 1);
         (0..n).rev().take_while(reaches).count()
     }
 
-    /// (column, coefficient) of row k of D, in units of 1/γ.
+    /// The nonzero entries of row k of D as (column, coefficient), in units of 1/γ.
     ///
     /// # Panics
     /// If k ≥ N.
     pub fn row(&self, k: usize) -> impl Iterator<Item = (usize, S)> + '_ {
         let n = self.points();
         assert!(k < n, "row {k} of an operator on {n} points");
-        // Four kinds of row, one iterator type: (slice, first column, step, sign) describes each.
+        // A row is part of the left closure, of the interior stencil or of the right closure, or is dense. To have one
+        // type of iterator for all of them, the parts that a row does not have are empty.
         let (left, middle, right) = match &self.rows {
             Rows::Dense { matrix, .. } => (&matrix[k * n..(k + 1) * n], [].as_slice(), [].as_slice()),
             Rows::Stencil { closure, closure_width, interior } => {
@@ -224,12 +227,12 @@ impl<S: Real> SbpOperator<S> {
         left.chain(below).chain(above).chain(right).filter(|&(_, c)| c != S::ZERO)
     }
 
-    /// `out` = D `u`; both of length N.
+    /// Writes D `u` into `out`; both have length N.
     pub fn apply(&self, u: &[S], out: &mut [S]) {
         let n = self.points();
         assert!(u.len() == n && out.len() == n, "vectors must have the operator's {n} points");
         match &self.rows {
-            // With the widest vectors of the machine.
+            // Uses the widest vector instructions of the machine.
             Rows::Dense { columns, .. } => Arch::new().dispatch(|| apply_columns(columns, u, out)),
             Rows::Stencil { closure, closure_width, interior } => {
                 let s = closure.len() / closure_width;
@@ -264,7 +267,7 @@ impl<S: Real> SbpOperator<S> {
         sum(self.row(k).map(|(column, d)| d * u[column]))
     }
 
-    /// `out` = Dᵀ H `v`, by summation by parts: DᵀH = −HD + E_N − E_0.
+    /// Writes Dᵀ H `v` into `out`, by summation by parts: DᵀH = −HD + E_N − E_0.
     pub fn apply_transpose_weighted(&self, v: &[S], out: &mut [S]) {
         self.apply(v, out);
         for (o, &weight) in out.iter_mut().zip(&self.weights) {
@@ -299,7 +302,7 @@ impl SbpOperator {
     }
 }
 
-/// `out` = D`u` for D by columns.
+/// Writes D`u` into `out`, for D stored by columns.
 #[inline(always)]
 fn apply_columns<S: Real>(columns: &[S], u: &[S], out: &mut [S]) {
     let mut first = 0;
@@ -308,7 +311,7 @@ fn apply_columns<S: Real>(columns: &[S], u: &[S], out: &mut [S]) {
     blocks_of_rows::<S, 1>(columns, u, &mut first, rest);
 }
 
-/// As many blocks of B rows, from `first` on, as fit `out`; what is left of it.
+/// Computes as many blocks of B rows as fit into `out`, beginning with row `first`. Returns the rest of `out`.
 #[inline(always)]
 fn blocks_of_rows<'o, S: Real, const B: usize>(
     columns: &[S],
@@ -324,7 +327,8 @@ fn blocks_of_rows<'o, S: Real, const B: usize>(
     rest
 }
 
-/// Rows `first` … of D`u`. The rows sum to zero: differences of u lose less to rounding than its values.
+/// Rows `first` … `first` + B − 1 of D`u`. As the entries of a row of D sum to zero, they can be applied to differences
+/// of u, which loses less to rounding than its values.
 #[inline(always)]
 fn block_of_rows<S: Real, const B: usize>(columns: &[S], u: &[S], first: usize) -> [S; B] {
     let here: [S; B] = std::array::from_fn(|i| u[first + i]);
@@ -338,7 +342,8 @@ fn block_of_rows<S: Real, const B: usize>(columns: &[S], u: &[S], first: usize) 
     sum
 }
 
-/// Rows s, s+1, … of the antisymmetric interior stencil; the half-width is a constant so that the loop vectorises.
+/// Writes rows s, s + 1, … of the antisymmetric interior stencil. The half-width P is a constant so that the loop
+/// vectorises.
 fn interior_stencil<S: Real, const P: usize>(d: [S; P], u: &[S], s: usize, out: &mut [S]) {
     let count = out.len();
     let above: [&[S]; P] = std::array::from_fn(|m| &u[s + m + 1..][..count]);

@@ -9,7 +9,7 @@ use super::gll::{LEAST_NODES, MOST_NODES};
 use super::{SbpOperator, TooFewPoints};
 use crate::scalar::Real;
 
-/// An operator family that can be asked for.
+/// The name of an operator. Spacing and, for finite differences, the number of nodes are still to be chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum SbpName {
@@ -29,7 +29,7 @@ impl SbpName {
     /// The finite-difference operators.
     pub const STENCILS: [Self; 4] = [Self::Sbp21, Self::Sbp42, Self::Sbp63, Self::Sbp84];
 
-    /// The table of a finite-difference operator; none for a spectral element.
+    /// The coefficients of a finite-difference operator; `None` for a spectral element.
     pub fn coefficients(self) -> Option<&'static Coefficients> {
         match self {
             Self::Sbp21 => Some(&SBP21),
@@ -40,7 +40,8 @@ impl SbpName {
         }
     }
 
-    /// The number of nodes of a spectral element; a finite-difference operator takes any from its minimum on.
+    /// The number of nodes of a spectral element; `None` for a finite-difference operator, which has any number of
+    /// nodes from its minimum on.
     pub fn fixed_points(self) -> Option<usize> {
         match self {
             Self::Gll(nodes) => Some(usize::from(nodes)),
@@ -53,7 +54,7 @@ impl SbpName {
         self.coefficients().map_or_else(|| self.fixed_points().unwrap_or(LEAST_NODES), |table| table.minimum_points)
     }
 
-    /// Degree up to which the boundary rows differentiate polynomials exactly.
+    /// Degree up to which the rows at the ends differentiate polynomials exactly.
     pub fn boundary_order(self) -> usize {
         match self {
             Self::Gll(nodes) => usize::from(nodes) - 1,
@@ -61,7 +62,7 @@ impl SbpName {
         }
     }
 
-    /// The operator on `points` nodes of (mean) `spacing` Δγ.
+    /// The operator on `points` nodes with the (mean) `spacing` Δγ.
     ///
     /// # Errors
     /// [`TooFewPoints`] if the closures do not fit, or a spectral element has another number of nodes.

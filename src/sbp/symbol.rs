@@ -1,19 +1,19 @@
-//! What operators do to waves: the linear theory of stability, from their own coefficients.
+//! The linear theory of stability, computed from the coefficients of the operators.
 //!
 //! On an infinite grid hD turns the wave e^{ikθ} into i s(θ) e^{ikθ} with the *symbol* s(θ) = 2 Σ_m d_m sin mθ. An
-//! oscillation of frequency ω needs an angle with s(θ) = hω: there is none beyond the largest symbol, and the recursion
-//! has growing solutions instead. Before it there are two, the second one near θ = π where s(π) = 0: that is the
-//! computational mode, the sawtooth (−1)^k.
+//! oscillation of frequency ω needs an angle with s(θ) = hω. If hω is above the largest symbol, there is no such angle,
+//! and the recursion has growing solutions instead. If it is below, there are two angles. The second one is near θ = π,
+//! where s(π) = 0; it belongs to the computational mode, the sawtooth (−1)^k.
 //!
-//! A *window* maps its initial value to its last node: dy/dγ = λy becomes y_N = R(λ) y_0. Oscillations neither grow nor
-//! are kept from decaying as long as |R(iω)| ≤ 1. In the weak form
+//! A *window* maps its initial value to its last node: dy/dγ = λy becomes y_N = R(λ) y_0. An oscillation does not grow
+//! as long as |R(iω)| ≤ 1. In the weak form
 //!
 //! ```text
 //! ( D + H⁻¹E_0 − λ ) y = H⁻¹e_1 y_0
 //! ```
 //!
-//! R belongs to an A- and L-stable Runge–Kutta method, for Gauss–Lobatto nodes to Lobatto IIIC. In the strong form
-//! (Dy)_k = λ y_k holds at all nodes but the last, and y_1 = y_0.
+//! holds, and R is that of an A- and L-stable Runge–Kutta method; for Gauss–Lobatto nodes that is Lobatto IIIC. In the
+//! strong form (Dy)_k = λ y_k holds at all nodes but the last, and y_1 = y_0.
 
 use std::f64::consts::PI;
 
@@ -21,21 +21,21 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::{Coefficients, SbpOperator};
 
-/// Angles on which the maximum of the symbol is looked for.
+/// Number of angles at which the maximum of the symbol is searched for.
 const ANGLES: usize = 1000;
 
-/// s(θ) of hD inside the grid.
+/// The symbol s(θ) of hD in the interior, at the given `angle` θ.
 pub fn symbol(coefficients: &Coefficients, angle: f64) -> f64 {
     let terms = coefficients.interior.iter().zip(1..);
     terms.map(|(d, m)| 2.0 * d.to_real::<f64>() * (f64::from(m) * angle).sin()).sum()
 }
 
-/// The largest s(θ): no oscillation with a larger hω is a solution inside the grid.
+/// The largest s(θ). No oscillation with a larger hω is a solution in the interior.
 pub fn largest_symbol(coefficients: &Coefficients) -> f64 {
     let angle = |k: usize| PI * k as f64 / ANGLES as f64;
     let at = |k: &usize| symbol(coefficients, angle(*k));
     let best = (1..ANGLES).max_by(|a, b| at(a).total_cmp(&at(b))).unwrap_or(ANGLES / 2);
-    // The maximum is a single one between the neighbours: a third of the interval goes in each turn.
+    // There is a single maximum between the neighbours; every step of the search removes a third of the interval.
     let (mut low, mut high) = (angle(best - 1), angle(best + 1));
     for _ in 0..60 {
         let third = (high - low) / 3.0;
@@ -48,19 +48,19 @@ pub fn largest_symbol(coefficients: &Coefficients) -> f64 {
     symbol(coefficients, 0.5 * (low + high))
 }
 
-/// How a window takes up its initial value.
+/// How the initial value enters a window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Start {
-    /// As the value of its first node; the last row of D goes unused.
+    /// As the value of the first node. The last row of D is not used. This is the strong form.
     Fixed,
-    /// By the penalty H⁻¹E_0; all rows hold.
+    /// By the penalty H⁻¹E_0. All rows of D are used. This is the weak form.
     Penalty,
 }
 
 /// R(λ) of a window, in the operator's own units of 1/γ; infinite where the system is singular.
 pub fn amplification(sbp: &SbpOperator, start: Start, lambda: Complex<f64>) -> Complex<f64> {
     let n = sbp.points();
-    // Unknowns are the nodes from `first` on, one equation each.
+    // The unknowns are the nodes from `first` on, and there is one equation for each.
     let first = if start == Start::Fixed { 1 } else { 0 };
     let mut matrix = DMatrix::<Complex<f64>>::zeros(n - first, n - first);
     let mut right = DVector::<Complex<f64>>::zeros(n - first);

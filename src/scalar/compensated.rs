@@ -1,8 +1,8 @@
-//! Sums that carry their rounding error.
+//! Compensated sums.
 
 use super::Real;
 
-/// A sum of two numbers that carries its rounding error.
+/// A sum, as a rounded number and its rounding error.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Compensated<S> {
     pub(crate) high: S,
@@ -14,7 +14,7 @@ impl<S: Real> Compensated<S> {
         Self { high: value, low: S::ZERO }
     }
 
-    /// Knuth's two-sum.
+    /// Adds `increment`, with Knuth's two-sum.
     pub(crate) fn plus(self, increment: S) -> Self {
         let increment = increment + self.low;
         let high = self.high + increment;

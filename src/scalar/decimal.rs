@@ -1,16 +1,16 @@
-//! Extended numbers from and to decimals, correctly rounded by exact integer arithmetic.
+//! Conversion of extended numbers from and to decimals, correctly rounded by exact integer arithmetic.
 //!
-//! The f256 crate has both, at the price of 15 MB of tables, but its formatting with a precision (0.11.3) writes numbers
-//! just below a power of ten ten times too large: 9.99…97 as 9.99…97e1.
+//! The f256 crate can convert both ways, at the price of 15 MB of tables. But its formatting with a given precision (in
+//! version 0.11.3) writes numbers just below a power of ten ten times too large: 9.99…97 as 9.99…97e1.
 
 use num_bigint::BigUint;
 
 use super::Extended;
 
-/// Decimal exponents beyond this are taken for zero or infinity: no quantity of a case lies there, and exact integers of
-/// that length would take for ever.
+/// Numbers with a decimal exponent beyond this become zero or infinity. No quantity of a case is that small or large,
+/// and exact integers of that length would take too long.
 const MOST_EXPONENT: i64 = 5000;
-/// Decimals with exponents outside this range are written with an exponent.
+/// Numbers are written without an exponent if their decimal exponent is in this range.
 const PLAIN: std::ops::Range<i64> = -5..16;
 
 const FRACTION_BITS: u32 = 236;
@@ -20,7 +20,7 @@ const EXPONENT_BIAS: i64 = 262_143;
 /// A finite number as sign · significand · 2^exponent.
 struct Binary {
     negative: bool,
-    /// High and low half; the leading one is written out.
+    /// High and low half, with the leading bit, which the format leaves out.
     significand: (u128, u128),
     exponent: i64,
 }
@@ -46,17 +46,17 @@ pub(super) fn to_f64(number: Extended) -> f64 {
         };
     }
     let Binary { negative, significand: (high, low), exponent } = decode(number);
-    // The first 64 bits, the last of them sticky, are rounded once when they become an f64.
+    // The first 64 bits are rounded to `f64`. The last of them is set if any later bit is, so that ties are seen.
     let dropped = FRACTION_BITS_OF_HIGH + 1 - 64;
     let sticky = high & ((1 << dropped) - 1) != 0 || low != 0;
     let first = (high >> dropped) as u64 | u64::from(sticky);
-    // In two factors, so that neither leaves the range before the product does.
+    // The power of two is applied in two factors, which are both in the range of `f64` even if their product is not.
     let scale = (exponent + 128 + i64::from(dropped)).clamp(-2400, 2400) as i32;
     let size = first as f64 * 2.0_f64.powi(scale / 2) * 2.0_f64.powi(scale - scale / 2);
     if negative { -size } else { size }
 }
 
-/// The nearest number to `[+-]digits[.digits][e[+-]digits]`.
+/// The number nearest to a decimal of the form `[+-]digits[.digits][e[+-]digits]`; `None` if the text is not one.
 pub(super) fn parse(text: &str) -> Option<Extended> {
     let (negative, unsigned) = match text.strip_prefix('-') {
         Some(rest) => (true, rest),
@@ -86,7 +86,7 @@ pub(super) fn parse(text: &str) -> Option<Extended> {
 
 /// The number nearest to a quotient of positive integers.
 fn nearest(numerator: BigUint, denominator: BigUint) -> Extended {
-    // A quotient of 250 bits or a little more: some beyond the 237 of the result, and all in two halves.
+    // The quotient gets at least 250 bits: more than the 237 of the result, and few enough for two halves of 128 bits.
     let shift = 251 - (numerator.bits() as i64 - denominator.bits() as i64);
     let (numerator, denominator) = scaled(numerator, denominator, shift);
     let quotient = &numerator / &denominator;
@@ -94,18 +94,18 @@ fn nearest(numerator: BigUint, denominator: BigUint) -> Extended {
     let mut limbs = quotient.iter_u64_digits();
     let mut half = || u128::from(limbs.next().unwrap_or(0)) | u128::from(limbs.next().unwrap_or(0)) << 64;
     let (low, high) = (half() | u128::from(sticky), half());
-    // The only rounding is that of this sum.
+    // This sum is the only operation that rounds.
     let rounded = Extended::from(high).mul_pow2(128) + Extended::from(low);
     if shift >= 0 { rounded.div_pow2(shift as u32) } else { rounded.mul_pow2(shift.unsigned_abs() as u32) }
 }
 
-/// numerator · 2^shift over denominator, as integers.
+/// numerator · 2^shift / denominator as a fraction of integers.
 fn scaled(numerator: BigUint, denominator: BigUint, shift: i64) -> (BigUint, BigUint) {
     let bits = shift.unsigned_abs();
     if shift >= 0 { (numerator << bits, denominator) } else { (numerator, denominator << bits) }
 }
 
-/// Appends `number` with so many significant digits, without trailing zeros.
+/// Appends `number` to `out`, rounded to `digits` significant digits and without trailing zeros.
 pub(super) fn push(number: Extended, digits: u32, out: &mut String) {
     if !number.is_finite() {
         out.push_str(zmij::Buffer::new().format(to_f64(number)));
@@ -136,7 +136,7 @@ pub(super) fn push(number: Extended, digits: u32, out: &mut String) {
     }
 }
 
-/// The first `count` digits of |number|, rounded, and the decimal exponent of the first.
+/// The first `count` digits of |number|, rounded, and the decimal exponent of the first digit.
 fn significant(number: &Binary, count: i64) -> (String, i64) {
     let (high, low) = number.significand;
     let significand = (BigUint::from(high) << 128_u32) | BigUint::from(low);
@@ -147,7 +147,7 @@ fn significant(number: &Binary, count: i64) -> (String, i64) {
         let tens = count - 1 - exponent;
         let ten = BigUint::from(10_u32).pow(tens.unsigned_abs() as u32);
         let rounded = if tens >= 0 && number.exponent < 0 {
-            // Almost all numbers: a product and a shift.
+            // The case of almost all numbers, for which a product and a shift are enough.
             (((significand.clone() * ten) >> (number.exponent.unsigned_abs() - 1)) + 1_u32) >> 1_u32
         } else {
             let (top, bottom) =
@@ -158,7 +158,7 @@ fn significant(number: &Binary, count: i64) -> (String, i64) {
         let digits = rounded.to_string();
         match digits.len() as i64 - count {
             0 => return (digits, exponent),
-            // The estimate was one too small, or rounding carried into a further digit.
+            // The estimate of the exponent was off by one, or rounding carried into another digit.
             more => exponent += more,
         }
     }
@@ -187,7 +187,7 @@ mod tests {
         text
     }
 
-    /// Any finite numbers, mostly of ordinary size, with random bits down to the last.
+    /// Finite numbers, many of them of ordinary size, with random bits.
     fn numbers() -> impl Strategy<Value = Extended> {
         (any::<u128>(), any::<u128>(), prop_oneof![-300_i64..300, -3000_i64..3000]).prop_map(|(high, low, exponent)| {
             let biased = (exponent + EXPONENT_BIAS) as u128;
@@ -243,7 +243,7 @@ mod tests {
             prop_assert!(error(rounded) <= error(rounded.next_up()) && error(rounded) <= error(rounded.next_down()));
         }
 
-        /// The arithmetic that everything rests on.
+        /// The arithmetic of the f256 crate, on which all extended results depend.
         #[test]
         fn arithmetic_is_correctly_rounded(a in numbers(), b in numbers()) {
             let nearest = |number: Extended, value: BigRational| {
@@ -254,7 +254,7 @@ mod tests {
             prop_assert!(nearest(a - b, exact(a) - exact(b)));
             prop_assert!(nearest(a * b, exact(a) * exact(b)));
             prop_assert!(nearest(a / b, exact(a) / exact(b)));
-            // (√a ± half a unit)² encloses a.
+            // a lies between (√a − half a unit)² and (√a + half a unit)².
             let (root, square) = (a.abs().sqrt(), exact(a.abs()));
             let two = BigRational::from_integer(2.into());
             let middle = |n: Extended| { let m = (exact(root) + exact(n)) / &two; &m * &m };
@@ -280,7 +280,7 @@ mod tests {
             ("2e2000", 40, "2e2000"),
             ("1e-999999999", 40, "0.0"),
             ("1e999999999", 40, "inf"),
-            // The carry that the library's own formatting gets wrong.
+            // Numbers just below a power of ten, which the formatting of the f256 crate gets wrong.
             ("9.99999999999999999999999999999999999999997", 42, "9.99999999999999999999999999999999999999997"),
             ("9.99999999999999999999999999999999999999997", 41, "10.0"),
             ("0.00099999999999999999", 5, "0.001"),

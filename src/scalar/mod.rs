@@ -1,8 +1,8 @@
-//! What a number type must offer, and the two that do: `f64` and [`Extended`].
+//! The trait of number types, [`Real`], and its two implementations: `f64` and [`Extended`].
 //!
-//! Operators, metric, action gradient, collocation, diagnostics and reference are written once for both. Only what
-//! steers an iteration (Jacobians, damping, first guesses) is `f64` always: a correction needs few digits, a residual
-//! all of them.
+//! Operators, metric, action gradient, collocation, diagnostics and reference are written once for both types. Only the
+//! quantities that steer an iteration (Jacobians, damping, first guesses) are always `f64`: a correction needs only a
+//! few digits, whereas a residual needs all of them.
 //!
 //! ```
 //! use geodesic_ivp::scalar::{Extended, Real};
@@ -26,7 +26,7 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 /// IEEE 754 binary256: 237 significant bits, 71 decimal digits, correctly rounded arithmetic.
 pub type Extended = f256::f256;
 
-/// A real number type. The functions are those of the formula grammar, to the type's full precision.
+/// A type of real numbers. Its functions are those of the formula grammar, in the full precision of the type.
 pub trait Real:
     Copy
     + Debug
@@ -57,16 +57,16 @@ pub trait Real:
     const EPSILON: Self;
     /// Smallest positive normal number.
     const MIN_POSITIVE: Self;
-    /// Most significant decimal digits that can be asked for in this type.
+    /// Largest number of significant decimal digits that can be asked for in this type.
     const MOST_DIGITS: u32;
     /// Whether this type has more digits than `f64`.
     const IS_EXTENDED: bool;
 
-    /// The nearest number of this type to an extended one.
+    /// The number of this type that is nearest to an extended one.
     fn round(number: Extended) -> Self;
     /// The nearest `f64`.
     fn to_f64(self) -> f64;
-    /// The nearest number to a decimal such as `-1.5e-3`; `None` if it is not one.
+    /// The number nearest to a decimal such as `-1.5e-3`; `None` if the text is not one.
     fn from_decimal(text: &str) -> Option<Self>;
     /// The number as a decimal in `room`: the shortest that reads back as the same `f64`, or the given number of
     /// significant digits without trailing zeros.
@@ -78,9 +78,9 @@ pub trait Real:
     fn is_nan(self) -> bool;
     /// |self|.
     fn abs(self) -> Self;
-    /// The larger one; the other one if one is NaN.
+    /// The larger of the two; if one is NaN, the other one.
     fn max(self, other: Self) -> Self;
-    /// 1 or −1 with the sign of the number, also of a zero.
+    /// 1 or −1, with the sign of the number; for 0 and −0 too.
     fn signum(self) -> Self;
     /// √self.
     fn sqrt(self) -> Self;
@@ -123,7 +123,7 @@ pub trait Real:
     }
 }
 
-/// Room for the decimals of one number, to be used again for the next.
+/// A buffer for the decimals of a number, which can be used again for the next number.
 #[derive(Default)]
 pub struct DecimalRoom {
     double: zmij::Buffer,
@@ -135,7 +135,7 @@ pub(crate) fn sum<S: Real>(terms: impl Iterator<Item = S>) -> S {
     terms.fold(S::ZERO, |sum, term| sum + term)
 }
 
-/// `value` if the two types are one.
+/// `value` as a `B`, if A and B are the same type.
 pub(crate) fn same<A: 'static, B: 'static>(value: A) -> Option<B> {
     let mut value = Some(value);
     (&mut value as &mut dyn std::any::Any).downcast_mut::<Option<B>>().and_then(Option::take)
@@ -211,7 +211,7 @@ impl Real for Extended {
     const LN_10: Self = f256::consts::LN_10;
     const EPSILON: Self = Extended::EPSILON;
     const MIN_POSITIVE: Self = Extended::MIN_POSITIVE;
-    // It has 71 and a little; the last one is left to rounding.
+    // The type has a little more than 71 digits; the last one is left to rounding.
     const MOST_DIGITS: u32 = 70;
     const IS_EXTENDED: bool = true;
 
@@ -259,7 +259,7 @@ impl Real for Extended {
 
     by_reference!(abs exp ln log10 sin cos tan asin acos atan);
 
-    // The hyperbolic functions from e^u − 1, which loses nothing at a small u.
+    // The hyperbolic functions are computed from e^u − 1, which is accurate for small u.
     fn sinh(self) -> Self {
         let e = Extended::exp_m1(&Extended::abs(&self));
         let size = if e.is_finite() { (e + e / (e + Self::ONE)).half() } else { e };

@@ -10,23 +10,23 @@ use crate::metric::Metric;
 use crate::sbp::SbpName;
 use crate::scalar::Real;
 
-/// What is solved.
+/// The system of equations that is solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum System {
-    /// The collocation system that the critical point is, certified on the doubled action.
+    /// The collocation system that holds at the critical point. Its solution is certified on the doubled action.
     #[default]
     PhysicalLimit,
-    /// ∇E_IVP = 0 in all 4N + 8 unknowns (weak form: 4N).
+    /// ∇E_IVP = 0 in all 4N + 8 unknowns (4N in the weak form).
     Doubled,
 }
 
-/// Where a run ends.
+/// Where a run ends, counted from its start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum End<S = f64> {
-    /// At γ_f: the length γ_f − γ_i of the world-line parameter's range.
+    /// At γ_f. The number is the length γ_f − γ_i of the range of γ.
     Length(S),
-    /// At a physical time: the duration t_f − t_i.
+    /// At the physical time t_f. The number is the duration t_f − t_i.
     Duration(S),
 }
 

@@ -1,5 +1,5 @@
-//! Studies: many solves of variations of one case. They call [`crate::solve()`] and nothing below it, and
-//! [`crate::methods`] to compare with.
+//! Studies, which solve many variations of a case with [`crate::solve()`] and compare them with the integrators of
+//! [`crate::methods`].
 //!
 //! ```
 //! use geodesic_ivp::case::builtin;

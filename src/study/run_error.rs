@@ -1,9 +1,9 @@
-//! How far a run is from the world-line it approximates, by a second and cheaper solve.
+//! The error of a run, estimated by a second and cheaper solve.
 //!
-//! The second solve is [`crate::lobatto::Adaptive`]: windows of its own choosing, to an accuracy far beyond that of
-//! most runs. It shares no grid and no operator with the run, and its own error estimate is added to what is found. In
-//! extended precision, where it agrees with a run to its last digits, the Taylor series of [`crate::reference`] in the
-//! same precision take its place.
+//! The second solve is [`crate::lobatto::Adaptive`], which chooses its own windows, with an accuracy far beyond that of
+//! most runs. It shares neither grid nor operator with the run. Its own error estimate is added to the differences that
+//! are found. If a run in extended precision agrees with it to its last digits, the Taylor series of
+//! [`crate::reference`] in the same precision take its place.
 
 use std::ops::ControlFlow;
 
@@ -15,34 +15,38 @@ use crate::reference::ReferenceTrajectory;
 use crate::scalar::Real;
 use crate::solve::Solution;
 
-/// The accuracy requested of the second solve, and the fallback if it cannot meet that, as on a very long run.
+/// The accuracies that are requested of the second solve, one after the other, until it can meet one. On a very long
+/// run the first one is out of reach.
 const ACCURACIES: [f64; 3] = [1e-12, 1e-9, 1e-6];
 
-/// The second solve may have this many windows per node of the run, and never fewer than the second number.
+/// The largest number of windows of the second solve: the first number is per node of the run, and the second one is
+/// allowed in any case.
 const WINDOWS: (usize, usize) = (1, 10_000);
 
-/// Errors of an extended run below this, relative to the sizes, are looked at in extended precision.
+/// If the errors of an extended run are below this, relative to the sizes of t and x, they are measured in extended
+/// precision.
 const BEYOND_F64: f64 = 1e-11;
 
 /// The error of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RunError {
-    /// Upper estimates of |error of t| and |error of x| at the last node; where t is given, x is compared at that time.
+    /// Upper estimates of the absolute errors of t and x at the last node. If the run ends at a given time, t has no
+    /// error there, and x is compared at that time.
     pub end: [f64; 2],
-    /// The largest such over all nodes.
+    /// The largest of these estimates over all nodes.
     pub largest: [f64; 2],
-    /// What was compared with.
+    /// What the run was compared with.
     pub judge: Judge,
 }
 
 /// What a run is compared with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Judge {
-    /// A second solve to this accuracy, relative to max(1, |t − t_i|) and max(1, |x|).
+    /// A second solve with this accuracy, relative to max(1, |t − t_i|) and max(1, |x|).
     SecondSolve(f64),
-    /// A Taylor trajectory with this error estimate.
+    /// A Taylor trajectory with this estimated relative error.
     Taylor(f64),
-    /// The companion that a run to an accuracy has beside it.
+    /// The second march that every run with an accuracy makes for its own error estimate.
     Companion,
 }
 
@@ -57,14 +61,14 @@ impl Judge {
     }
 }
 
-/// The error of the whole run `solution` of `case`; `None` where no second solve is possible.
+/// The error of `solution`, which must be the whole run of `case`; `None` if no second solve is possible.
 pub fn run_error<S: Real>(case: &Case, solution: &Solution<S>) -> Option<RunError> {
     if let Some(estimate) = solution.error_estimate {
         let largest = |values: &mut dyn Iterator<Item = f64>| values.map(f64::abs).fold(1.0, f64::max);
         let t = largest(&mut solution.time_from_start(&solution.elapsed).map(S::to_f64));
         let x = largest(&mut solution.x.iter().map(|x| x.to_f64()));
         let largest = [estimate * t, estimate * x];
-        // Where the end is at a given time, all of the error is one of x.
+        // If the run ends at a given time, all of its error there is one of x.
         let end = if matches!(case.end::<f64>(), End::Duration(_)) { [0.0, largest[1]] } else { largest };
         return Some(RunError { end, largest, judge: Judge::Companion });
     }
@@ -75,18 +79,18 @@ pub fn run_error<S: Real>(case: &Case, solution: &Solution<S>) -> Option<RunErro
     if S::IS_EXTENDED && found.as_ref().is_none_or(is_beyond) { by_taylor(case, solution).or(found) } else { found }
 }
 
-/// The nodes of a run, to compare with.
+/// The nodes of a run in `f64`, counted from its start.
 struct Nodes {
     gamma: Vec<f64>,
     elapsed: Vec<f64>,
     x: Vec<f64>,
-    /// Whether the run ends at a time.
+    /// Whether the run ends at a given time.
     in_time: bool,
-    /// At least 1, and the largest |t − t_i| and |x|.
+    /// max(1, largest |t − t_i|) and max(1, largest |x|).
     sizes: [f64; 2],
 }
 
-/// Errors gathered node by node.
+/// The errors found so far, node by node.
 #[derive(Default)]
 struct Found {
     largest: [f64; 2],
@@ -102,7 +106,7 @@ impl Found {
         self.last = error;
     }
 
-    /// Adds the possible error of the judge itself.
+    /// The result, with the possible error `own` of the judge itself added.
     fn finish(self, own: [f64; 2], judge: Judge) -> RunError {
         let with = |errors: [f64; 2]| [errors[0] + own[0], errors[1] + own[1]];
         RunError { end: with(self.last), largest: with(self.largest), judge }
@@ -164,15 +168,15 @@ impl Nodes {
     }
 }
 
-/// The error at equal time of a node that is off by `[dt, dx]` from the point x with the tangent w = `w_per_charge`
-/// Q_t, to second order in dt.
+/// The error of a node at equal time, to second order in dt. The node differs by `[dt, dx]` from the point x of the
+/// world-line, where dx/dγ is `w_per_charge` times Q_t.
 fn at_that_time(metric: &Metric, [dt, dx]: [f64; 2], x: f64, w_per_charge: f64) -> [f64; 2] {
     let g = metric.at(x);
     let velocity = w_per_charge * g.g00;
     [0.0, (dx - velocity * dt).abs() + 0.25 * (g.first * dt * dt).abs()]
 }
 
-/// The same by the Taylor series of the reference, in the precision of the run.
+/// The error of a run by the Taylor series of the reference, in the precision of the run.
 fn by_taylor<S: Real>(case: &Case, solution: &Solution<S>) -> Option<RunError> {
     let metric: Metric<S> = case.metric();
     let initial = InitialData { t: S::ZERO, ..case.initial_data::<S>() };

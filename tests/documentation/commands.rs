@@ -1,8 +1,9 @@
 //! Every command of the documentation that starts with the program's name.
 //!
-//! A page is followed as a reader follows it: all its blocks in one folder, one after the other, with the files in place that its
-//! blocks are said to be (```` ```toml NAME ````). Blocks marked ```` ```sh slow ```` are only parsed. What a block of text after
-//! commands shows is compared with what the last of them prints: words and their order, but not the digits of numbers.
+//! A page is followed as a reader follows it: all its blocks in one folder, one after the other, with the files in
+//! place that its blocks are said to be (```` ```toml NAME ````). Blocks marked ```` ```sh slow ```` are only parsed.
+//! What a block of text after commands shows is compared with what the last of them prints: words and their order, but
+//! not the digits of numbers.
 
 use std::fs;
 use std::path::Path;

@@ -115,8 +115,8 @@ fn accuracies_are_kept_over_long_runs() {
         measure("quartic", &quartic(), 1000.0, accuracy);
         measure("pendulum", &shipped(include_str!("../../cases/pendulum.toml")), 100.0, accuracy);
     }
-    // 3e-13 against windows that keep K to 1e-15: t is 1540 at the end. (At 1e-13 rounding decides: of 24 starts with w from 0.1
-    // to 0.124 ten end with the message that it is not reached.)
+    // 3e-13 against windows that keep K to 1e-15: t is 1540 at the end. (At 1e-13 rounding decides: of 24 starts with w
+    // from 0.1 to 0.124, ten end with the message that it is not reached.)
     let (metric, initial) = quartic();
     let march = March::new(&metric, 2.0, WeakRule::shared(20), 0.25.into());
     let exact = march.run(initial.into(), 4000, &mut go_on).expect("it converges").end;
@@ -171,8 +171,8 @@ fn a_kink_is_met_with_short_windows() {
     }
 }
 
-/// Walls so thin that a long window has no node in them. (The Taylor series at the start do not see such walls either, so
-/// the reference is a march in short windows.)
+/// Walls so thin that a long window has no node in them. (The Taylor series at the start do not see such walls either,
+/// so the reference is a march in short windows.)
 #[test]
 fn thin_walls_are_not_jumped_over() {
     for (formula, length) in [("0.2*tanh(40*(x - 1))", 4.0), ("0.1*x^20", 8.0)] {

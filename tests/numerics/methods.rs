@@ -40,8 +40,8 @@ fn delta_k(problem: &Problem, trajectory: &Trajectory) -> Vec<f64> {
 
 type Fixed<'a> = &'a dyn Fn(&Problem, &Output, usize) -> Result<Trajectory, Failure>;
 
-/// A name, the method, the least slope that shows its order, and the numbers of steps an interval between which the errors
-/// have it, with a bound for the second of them.
+/// A name, the method, the least slope that shows its order, two numbers of steps per interval between which the errors
+/// have that slope, and a bound for the error at the second of them.
 type Case<'a> = (&'a str, Fixed<'a>, f64, [usize; 2], f64);
 
 #[test]

@@ -1,5 +1,5 @@
-//! An accuracy asked for is kept, also where V is not smooth and up to a time. (`cargo run --release --example promises` does
-//! the same with as many random scenes as one likes.)
+//! An accuracy asked for is kept, also where V is not smooth, and also for runs that end at a given time. (`cargo run
+//! --release --example promises` does the same with as many random scenes as one likes.)
 
 #[path = "../../examples/promises/scenes.rs"]
 mod scenes;
@@ -159,8 +159,8 @@ fn a_time_that_cannot_be_printed_is_warned_of() {
     assert!(!warnings("solver.accuracy=1e-12").contains("near"));
 }
 
-/// A barrier narrower than the distance of the nodes is not seen, whatever the accuracy. Windows whose nodes are a fifth of
-/// its width apart see it.
+/// A barrier narrower than the distance of the nodes is not seen, whatever the accuracy. Windows whose nodes are a
+/// fifth of its width apart see it.
 #[test]
 fn windows_given_by_hand_see_what_is_narrow() {
     let start = [-0.6, 1.0, 0.6];

@@ -122,8 +122,8 @@ fn without_regularisation_the_critical_point_is_wrong_or_missing() {
     for (sbp, t_final) in [("SBP21", 1.0324), ("SBP42", 0.6350)] {
         let linear = solved(&format!("{ablation} potential={{linear={{alpha=0.25}}}} scheme.sbp={sbp}"));
         assert!((linear.end.t - t_final).abs() < 5e-5, "{sbp}: t = {}", linear.end.t);
-        // In the quartic case Newton's method fails, or its damping carries it to a spurious point in which even and odd
-        // nodes live on two different curves.
+        // In the quartic case Newton's method fails, or its damping carries it to a spurious point in which even and
+        // odd nodes lie on two different curves.
         let quartic = format!("{ablation} scheme.sbp={sbp} solver.max_iterations=100");
         match (sbp, geodesic_ivp::solve::<f64>(&super::common::case(&quartic))) {
             ("SBP21", result) => assert!(result.is_err(), "{sbp} has no critical point"),

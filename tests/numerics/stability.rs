@@ -1,5 +1,5 @@
-//! The atlas: statuses on real runs, the scheme that fails with an exact charge, the last node, and that nothing inaccurate
-//! is called accurate.
+//! The atlas: statuses on real runs, the scheme that fails with an exact charge, the last node, and that nothing
+//! inaccurate is called accurate.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

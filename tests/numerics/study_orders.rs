@@ -1,5 +1,5 @@
-//! Every method of `stability` and of `work-precision` is what it is called: its error falls at its order as the setting is
-//! refined, in the very rows and cells that the commands write.
+//! Every method of `stability` and of `work-precision` is what it is called: its error falls at its order as the
+//! setting is refined, in the very rows and cells that the commands write.
 
 use std::sync::atomic::AtomicBool;
 

@@ -6,12 +6,12 @@ use super::Scale;
 
 const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
 
-/// Whether a coordinate can be shown: the difference of two such values is finite.
+/// Whether a coordinate can be drawn. The difference of two such values is finite.
 pub(super) fn is_drawable(value: f64) -> bool {
     value.abs() <= 1e300
 }
 
-/// An axis in its own coordinate: the value, or on a logarithmic axis the logarithm.
+/// An axis. Its own coordinate is the value or, on a logarithmic axis, the decimal logarithm.
 pub(super) struct Axis {
     scale: Scale,
     pub(super) range: Range<f64>,
@@ -24,7 +24,7 @@ pub(super) struct Axis {
     floor: Option<Floor>,
 }
 
-/// Where the values without a logarithm are drawn.
+/// Where values that have no logarithm are drawn.
 #[derive(Clone, Copy)]
 struct Floor {
     at: f64,
@@ -33,7 +33,7 @@ struct Floor {
 }
 
 impl Axis {
-    /// An axis for values that can be shown.
+    /// An axis for `values`, which must be drawable.
     pub(super) fn new(scale: Scale, values: &[f64]) -> Self {
         match scale {
             Scale::Linear => Self::linear(values),
@@ -44,7 +44,7 @@ impl Axis {
     fn linear(values: &[f64]) -> Self {
         let (low, high) = ends(values.iter().copied()).unwrap_or((0.0, 1.0));
         let largest = low.abs().max(high.abs());
-        // Values that differ by less are equal to rounding, or too close to zero for powers of ten.
+        // Values that differ by less are equal up to rounding, or too close to zero for powers of ten.
         let padding = if high - low > (1e-12 * largest).max(1e-290) {
             0.04 * (high - low)
         } else if largest > 1e-290 {
@@ -62,9 +62,9 @@ impl Axis {
 
     fn logarithmic(values: &[f64]) -> Self {
         let positive = values.iter().copied().filter(|&v| v > 0.0).map(f64::log10);
-        // With nothing but zeros, the floor is below the rounding of numbers of order one.
+        // If no value is positive, the floor is put below the rounding of numbers of order one.
         let (low, high) = ends(positive).unwrap_or((-16.0, -15.0));
-        // The tolerance is for logarithms of powers of ten.
+        // The logarithms of powers of ten may be rounded; the tolerance makes them whole numbers.
         let (mut low, mut high) = ((low + 1e-9).floor(), (high - 1e-9).ceil());
         if low >= high {
             (low, high) = (low - 1.0, low + 1.0);
@@ -110,12 +110,12 @@ impl Axis {
         }
     }
 
-    /// Whether `value` has no place of its own.
+    /// Whether `value` is drawn at the floor.
     pub(super) fn is_at_floor(&self, value: f64) -> bool {
         self.scale == Scale::Log && value <= 0.0
     }
 
-    /// What a reader must know of the floor.
+    /// A sentence for the reader about the floor, if there is one.
     pub(super) fn remark(&self) -> Option<String> {
         self.floor.map(|floor| format!("{} drawn at {}", floor.values, logarithmic_label(floor.at)))
     }
@@ -137,7 +137,7 @@ impl Axis {
     }
 }
 
-/// The number with a logarithm that is whole, or that of a whole multiple of a power of ten.
+/// The label for a power of ten, or a whole multiple of one, from its logarithm.
 fn logarithmic_label(logarithm: f64) -> String {
     let exponent = (logarithm + 1e-9).floor();
     let power = format!("10{}", superscript(exponent as i32));
@@ -151,7 +151,7 @@ fn superscript(exponent: i32) -> String {
     exponent.to_string().chars().map(raised).collect()
 }
 
-/// Least and greatest.
+/// The least and the greatest of `values`.
 fn ends(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     values.fold(None, |ends, v| Some(ends.map_or((v, v), |(low, high): (f64, f64)| (low.min(v), high.max(v)))))
 }

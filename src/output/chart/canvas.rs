@@ -1,4 +1,4 @@
-//! Sizes, colours, text and the frame: the look that all pictures share.
+//! Sizes, colours, text and the frame, which all pictures have in common.
 
 use plotters::coord::cartesian::Cartesian2d;
 use plotters::coord::types::RangedCoordf64;
@@ -9,7 +9,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use super::axis::Axis;
 use super::typeset::{self, Level, SCRIPT};
 
-/// Drawing units in a pixel; the backend has whole units only, and a pixel is too coarse for curves.
+/// Drawing units per pixel. The backend only has whole units, and a pixel would be too coarse for curves.
 pub(super) const PX: i32 = 10;
 pub(super) const WIDTH: i32 = 720 * PX;
 pub(super) const PLOT_HEIGHT: i32 = 360 * PX;
@@ -30,20 +30,21 @@ pub(super) type Plane = Cartesian2d<RangedCoordf64, RangedCoordf64>;
 pub(super) type Drawn<T = ()> = Result<T, DrawingAreaErrorKind<std::io::Error>>;
 pub(super) type Pixel = (i32, i32);
 
-/// The document in its size, with its scripts; `height` is in units. The first thing in it is a white rectangle all over.
+/// The finished document: scaled to its size in pixels, and with its sub- and superscripts set. `height` is in drawing
+/// units.
 pub(super) fn finish(svg: &str, height: i32) -> String {
     let size = |width: i32, height: i32| format!("width=\"{width}\" height=\"{height}\"");
     let shown = format!("{} stroke-linejoin=\"round\"", size(WIDTH / PX, height / PX));
     typeset::typeset(&svg.replacen(&size(WIDTH, height), &shown, 1))
 }
 
-/// The room that the heading takes.
+/// The height of the heading, in drawing units.
 pub(super) fn heading_height(title: &str, subtitle: &str) -> i32 {
     let row = |text: &str, size: i32| if text.is_empty() { 0 } else { size * 3 / 2 };
     row(title, TITLE) + row(subtitle, SMALL)
 }
 
-/// What to see, and under it of what it is.
+/// Draws the heading: the title, and the subtitle below it.
 pub(super) fn draw_heading(canvas: &Canvas<'_>, title: &str, subtitle: &str) -> Drawn {
     let room = WIDTH - 2 * MARGIN;
     write(canvas, title, (WIDTH / 2, MARGIN), &font(TITLE, title, room, TEXT, HPos::Center))?;
@@ -51,7 +52,7 @@ pub(super) fn draw_heading(canvas: &Canvas<'_>, title: &str, subtitle: &str) -> 
     write(canvas, subtitle, (WIDTH / 2, under), &font(SMALL, subtitle, room, PALE, HPos::Center))
 }
 
-/// Grid, frame, ticks and their labels.
+/// Draws the grid lines, the frame, the ticks and their labels.
 pub(super) fn draw_axes(canvas: &Canvas<'_>, x: &Axis, y: &Axis, plane: &Plane) -> Drawn {
     let (left, bottom) = plane.translate(&(x.range.start, y.range.start));
     let (right, top) = plane.translate(&(x.range.end, y.range.end));
@@ -67,7 +68,7 @@ pub(super) fn draw_axes(canvas: &Canvas<'_>, x: &Axis, y: &Axis, plane: &Plane) 
     for &v in &x.labelled {
         let (at, label) = (column(v), x.label(v));
         stroke((at, bottom), (at, bottom + 5 * PX), line)?;
-        // A label that would run into the one before is left out.
+        // A label that would overlap the one before is left out.
         let half = extent(&label, TICK) / 2;
         if at - half > free {
             free = at + half;
@@ -84,22 +85,22 @@ pub(super) fn draw_axes(canvas: &Canvas<'_>, x: &Axis, y: &Axis, plane: &Plane) 
     canvas.draw(&PathElement::new(frame, line))
 }
 
-/// Writes text whose top is at a place.
+/// Writes text. The top of the letters is at `at`.
 pub(super) fn write(canvas: &Canvas<'_>, text: &str, at: Pixel, style: &TextStyle<'_>) -> Drawn {
-    // XML has no control characters, not even escaped.
+    // XML allows no control characters, not even escaped ones.
     let is_text = |c: char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
     let text: String = text.chars().map(|c| if is_text(c) { c } else { ' ' }).collect();
     if text.trim().is_empty() { Ok(()) } else { canvas.draw_text(&text, style, at) }
 }
 
-/// Letters for a text, made smaller if it takes more than its room.
+/// The font for a text. It is made smaller if the text is wider than `room`.
 pub(super) fn font(size: i32, text: &str, room: i32, colour: RGBColor, side: HPos) -> TextStyle<'static> {
     let size = f64::from(size) * (f64::from(room) / f64::from(extent(text, size).max(1))).min(1.0);
     // The backend divides sizes by 1.24.
     ("sans-serif", 1.24 * size).into_font().color(&colour).pos(Pos::new(side, VPos::Top))
 }
 
-/// About the width of a text, in any usual font.
+/// The approximate width of a text in any usual font.
 pub(super) fn extent(text: &str, size: i32) -> i32 {
     let is_accent = |c: char| ('\u{300}'..='\u{36f}').contains(&c);
     let count = |text: &str| units(text.chars().filter(|&c| !is_accent(c)).count()) * size * 11 / 20;
@@ -110,7 +111,7 @@ pub(super) fn extent(text: &str, size: i32) -> i32 {
     typeset::parts(text).into_iter().map(width).sum()
 }
 
-/// A count of things on a canvas, of which there is no room for more than thousands.
+/// A count as a coordinate. It is limited to ten thousand, more than fit on any canvas.
 pub(super) fn units(count: usize) -> i32 {
     count.min(10_000) as i32
 }

@@ -1,4 +1,4 @@
-//! The legend: samples and labels in a box; and labels in the plot itself.
+//! The legend, a box with a sample and a label for each series; and labels in the plot itself.
 
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
@@ -31,7 +31,7 @@ impl Legend {
         Self { entries, size }
     }
 
-    /// The corner of a place in the plot where the box covers no line and no symbol.
+    /// The upper left corner of a place in the plot where the box covers no line and no symbol, if there is one.
     pub(super) fn free_corner(&self, start: Pixel, end: Pixel, traces: &[Trace]) -> Option<Pixel> {
         let (width, height) = self.size;
         let (left, right) = (start.0 + PADDING, end.0 - PADDING - width);
@@ -47,7 +47,7 @@ impl Legend {
         corners.into_iter().chain(others).filter(fits).find(is_free)
     }
 
-    /// The names of series that have theirs in the plot: under the line, where nothing is in the way.
+    /// Draws the labels of series that have them in the plot: below the line, where nothing else is.
     pub(super) fn draw_in_place(
         canvas: &Canvas<'_>,
         series: &[Series],

@@ -1,5 +1,5 @@
-//! Maps: panels of equal cells, each of a kind with a colour of its own lightness and a sign, so that nothing is told by
-//! colour alone.
+//! Maps: panels of equal cells. Every kind of cell has a colour of different lightness and a sign, so that nothing is
+//! shown by colour alone.
 
 use std::collections::BTreeSet;
 
@@ -20,14 +20,14 @@ const PANEL_TITLE: i32 = 20 * PX;
 const TICKS: i32 = 28 * PX;
 const TICK_LABEL: i32 = 12 * PX;
 const HEADING: i32 = 12 * PX;
-/// The symbol of a panel's method, beside its heading.
+/// Radius of the symbol of a panel's method, which is beside its heading.
 const SYMBOL: i32 = 36;
 const LEGEND_ROW: i32 = 22 * PX;
 
 /// A sign in a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sign {
-    /// None: the calm state.
+    /// No sign, for the best kind of cell.
     Empty,
     /// ·
     Dot,
@@ -45,14 +45,14 @@ pub enum Sign {
     Square,
 }
 
-/// What a cell can be.
+/// A kind of cell.
 #[derive(Debug, Clone)]
 pub struct Kind {
     /// Entry in the legend.
     pub label: String,
     /// Red, green, blue.
     pub fill: [u8; 3],
-    /// The sign, drawn white on dark colours.
+    /// The sign in the cell; it is white on dark colours.
     pub sign: Sign,
 }
 
@@ -61,26 +61,26 @@ pub struct Kind {
 pub struct Panel {
     /// Heading.
     pub title: String,
-    /// The look of what it shows in other pictures, open or filled.
+    /// The look of its method in other pictures, and whether symbols are open there.
     pub look: Option<(Look, bool)>,
     /// Number of columns.
     pub columns: usize,
-    /// Column, row from below, and index of the kind.
+    /// The cells: column, row counted from below, and index of the kind.
     pub cells: Vec<(usize, usize, usize)>,
-    /// Places along the abscissa, in columns (0.5 is the middle of the first), with labels.
+    /// Labels and their places along the abscissa, in columns (0.5 is the middle of the first).
     pub ticks: Vec<(f64, String)>,
     /// A dashed line at this place.
     pub line: Option<f64>,
 }
 
-/// Panels over common rows.
+/// A map: panels with the same rows.
 #[derive(Debug, Clone)]
 pub struct Map {
-    /// Heading: what there is to see.
+    /// Heading, which says what the picture shows.
     pub title: String,
-    /// A smaller line under it, if not empty: of what.
+    /// A smaller line below it, if not empty, which says what was computed.
     pub subtitle: String,
-    /// Name of all abscissae.
+    /// Name of the abscissa of all panels.
     pub x_label: String,
     /// Name of the ordinate.
     pub y_label: String,
@@ -88,16 +88,16 @@ pub struct Map {
     pub rows: Vec<String>,
     /// The kinds of cells.
     pub kinds: Vec<Kind>,
-    /// What a place without a cell is.
+    /// The kind for a place without a cell.
     pub absent: Kind,
     /// The panels, in reading order.
     pub panels: Vec<Panel>,
-    /// What the dashed line is.
+    /// Entry of the dashed line in the legend.
     pub line_label: String,
 }
 
 impl Map {
-    /// The picture as an SVG document, the same for the same map.
+    /// The picture as an SVG document. It depends on the map alone.
     pub fn to_svg(&self) -> String {
         let mut svg = String::new();
         let height = self.height();
@@ -118,7 +118,7 @@ impl Map {
         units(self.panels.len().div_ceil(ACROSS).max(1))
     }
 
-    /// Where the panels end.
+    /// The ordinate of the lower end of the panels.
     fn base(&self) -> i32 {
         self.top() + self.rows_of_panels() * (PANEL_TITLE + self.panel_size().1 + TICKS)
     }
@@ -230,7 +230,7 @@ impl Map {
     }
 }
 
-/// A dashed line on a white one, to be seen on every colour.
+/// A dashed line on a broader white one, so that it is visible on every colour.
 fn draw_limit(canvas: &Canvas<'_>, from: Pixel, to: Pixel) -> Drawn {
     canvas.draw(&PathElement::new(vec![from, to], WHITE.stroke_width(34)))?;
     canvas.draw(&plotters::element::DashedPathElement::new([from, to], 45, 25, TEXT.stroke_width(16)))
@@ -299,12 +299,12 @@ mod tests {
         };
         let svg = map.to_svg();
         assert_eq!(svg, map.to_svg());
-        // Seven in the panel and seven in the legend; one of each is white, with the canvas.
+        // Every kind has a cell in the panel and one in the legend.
         let cells = (0..7).map(|k: usize| format!("fill=\"#{0:02X}{0:02X}{0:02X}\"", 200 - 25 * k));
         assert!(cells.into_iter().all(|fill| svg.matches(&fill).count() >= 2), "{svg}");
         assert!(svg.contains("kind 6 &lt;") && svg.contains("limit") && svg.starts_with("<svg width=\"720\""));
         assert!(!svg.contains("NaN"));
-        // Places without a cell: seven, less the one of an unknown kind, and the legend's.
+        // Places without a cell: six in the panel, and one in the legend.
         assert_eq!(svg.matches("fill=\"#FBFBFB\"").count(), 7, "{svg}");
         assert!(svg.contains("fill=\"#010203\"") && svg.contains("my_case") && svg.contains(">f</tspan>"), "{svg}");
         let empty = Map { panels: Vec::new(), rows: Vec::new(), kinds: Vec::new(), line_label: String::new(), ..map };

@@ -26,8 +26,9 @@ pub enum Scale {
     Linear,
     /// By their decimal logarithm, over whole decades.
     ///
-    /// Values that are zero or negative have none. They are drawn at a floor, a decade below that of the least positive
-    /// value, where symbols are open; its tick reads "0", "< 0" or "≤ 0", and a line under the axis says where it is.
+    /// Values that are zero or negative have no logarithm. They are drawn with open symbols at a floor, a decade below
+    /// that of the least positive value. Its tick reads "0", "< 0" or "≤ 0", and a line below the axis says where the
+    /// floor is.
     Log,
 }
 
@@ -40,15 +41,15 @@ pub enum Mark {
     Dashed,
     /// A thin dotted line, as for a reference.
     Dotted,
-    /// Symbols, whose shape goes with the colour.
+    /// Symbols. Colour and shape belong together.
     Points,
     /// Symbols on a solid line.
     LineAndPoints,
     /// Open symbols.
     OpenPoints,
-    /// Open symbols on a dashed line, as for others to compare with.
+    /// Open symbols on a dashed line, as for a method to compare with.
     DashedAndOpenPoints,
-    /// A broad pale line to be drawn under others, with its label beside it and not in the legend.
+    /// A broad pale line behind the others, with its label beside it and not in the legend.
     Band,
 }
 
@@ -58,15 +59,15 @@ pub enum Ink {
     /// The next one of the palette.
     #[default]
     Next,
-    /// That of the series before, as for a fit that follows its data.
+    /// The one of the previous series, as for a fit that follows its data.
     Previous,
-    /// Grey, as for a reference; it takes none from the palette.
+    /// Grey, as for a reference. It does not advance the palette.
     Neutral,
-    /// This one, which takes none from the palette.
+    /// A given one. It does not advance the palette.
     Fixed(Look),
 }
 
-/// The colour and the shape by which something is known in every picture.
+/// The colour and the shape that something has in every picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Look {
     /// Red, green, blue.
@@ -111,8 +112,8 @@ impl Shape {
 
 /// Points that belong together.
 ///
-/// A point with a coordinate that is not finite (or beyond ±10³⁰⁰) is left out and interrupts a line. Of thousands of
-/// points only those are drawn that can be told apart; the extremes in every column of pixels always are.
+/// A point with a coordinate that is not finite, or beyond ±10³⁰⁰, is left out and interrupts a line. Of thousands of
+/// points only those that can be told apart are drawn; the extremes in every column of pixels are always among them.
 #[derive(Debug, Clone)]
 pub struct Series {
     /// Entry in the legend, if not empty.
@@ -121,7 +122,7 @@ pub struct Series {
     pub mark: Mark,
     /// Its colour.
     pub ink: Ink,
-    /// Abscissae and ordinates, in the order a line joins them.
+    /// Abscissae and ordinates, in the order in which a line joins them.
     pub points: Vec<(f64, f64)>,
 }
 
@@ -131,7 +132,7 @@ impl Series {
         Self { label: label.into(), mark, ink: Ink::Next, points }
     }
 
-    /// The same in another colour.
+    /// The same series in another colour.
     #[must_use]
     pub fn with_ink(self, ink: Ink) -> Self {
         Self { ink, ..self }
@@ -140,13 +141,13 @@ impl Series {
 
 /// A picture with two axes.
 ///
-/// Series are drawn in order, later ones on top, on opaque white. Text may be any Unicode; it is escaped as XML needs it,
-/// and set smaller if it is too long. `γ_f`, `V_{eff}` and `G^t` have sub- and superscripts.
+/// Series are drawn in order, later ones on top, on opaque white. Text may be any Unicode; it is escaped for XML, and
+/// set smaller if it is too long. `γ_f`, `V_{eff}` and `G^t` are set with sub- and superscripts.
 #[derive(Debug, Clone, Default)]
 pub struct Chart {
-    /// Heading, if not empty: what there is to see.
+    /// Heading, if not empty. It says what the picture shows.
     pub title: String,
-    /// A smaller line under it, if not empty: of what.
+    /// A smaller line below it, if not empty. It says what was computed.
     pub subtitle: String,
     /// Name of the abscissa.
     pub x_label: String,
@@ -156,19 +157,19 @@ pub struct Chart {
     pub x_scale: Scale,
     /// Scale of the ordinate.
     pub y_scale: Scale,
-    /// What is drawn.
+    /// The series that are drawn.
     pub series: Vec<Series>,
 }
 
 impl Chart {
-    /// The picture as an SVG document, the same for the same chart.
+    /// The picture as an SVG document. It depends on the chart alone.
     pub fn to_svg(&self) -> String {
         let mut svg = String::new();
         let height = self.draw(&mut svg).expect("writing to a string does not fail");
         canvas::finish(&svg, height)
     }
 
-    /// Draws into `svg` and returns the height in units.
+    /// Draws into `svg` and returns the height in drawing units.
     fn draw(&self, svg: &mut String) -> Drawn<i32> {
         let points = self.series.iter().flat_map(|s| &s.points).copied();
         let (xs, ys): (Vec<f64>, Vec<f64>) = points.filter(|p| is_drawable(p.0) && is_drawable(p.1)).unzip();
@@ -185,7 +186,7 @@ impl Chart {
         let ticks = y.labelled.iter().map(|&v| canvas::extent(&y.label(v), TICK)).max().unwrap_or(0);
         let left = MARGIN + LABEL + ticks + 16 * PX;
 
-        // The legend goes where the plot is empty, or else beside it.
+        // The legend is put where the plot is empty; if there is no such place, beside the plot.
         let plane = |right: i32| Plane::new(x.range.clone(), y.range.clone(), (left..right, base..top));
         let legend = Legend::new(&self.series);
         let mut right = WIDTH - MARGIN;
@@ -223,7 +224,7 @@ impl Chart {
         Ok(height)
     }
 
-    /// The series on the plane.
+    /// The series in pixels.
     fn traces(&self, x: &Axis, y: &Axis, plane: &Plane) -> Vec<Trace> {
         let place = |&(a, b): &(f64, f64)| {
             let at = plane.translate(&(x.position(a)?, y.position(b)?));
@@ -249,7 +250,7 @@ mod tests {
         Chart { title: "A < B & \"C\"\u{7}".into(), x_label: "γ".into(), x_scale, y_scale, series, ..Chart::default() }
     }
 
-    /// Checks that every tag is closed and that no number is missing.
+    /// Checks that every tag is closed and that every number is finite.
     fn check(svg: &str) {
         let mut open = Vec::new();
         for tag in svg.split('<').skip(1) {

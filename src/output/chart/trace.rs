@@ -9,13 +9,13 @@ use plotters::prelude::*;
 use super::canvas::{Canvas, Drawn, PX, Pixel};
 use super::{Ink, Look, Mark, Series, Shape};
 
-/// Okabe and Ito's colours without yellow, which is too faint on white: for series that are no methods.
+/// The colours of Okabe and Ito, for series that are not methods; without yellow, which is too faint on white.
 const PALETTE: [[u8; 3]; 7] =
     [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233], [0, 0, 0]];
 const NEUTRAL: Look = Look { colour: [128, 128, 128], shape: Shape::Circle };
 const PALE_BAND: RGBColor = RGBColor(222, 222, 222);
 
-/// A series with more points is thinned.
+/// A series with more points than this is thinned.
 const MOST_POINTS: usize = 2000;
 
 /// How a series is drawn.
@@ -25,7 +25,7 @@ pub(super) struct Pen {
     look: Look,
 }
 
-/// The pens of some series.
+/// One pen for each of the series of a chart.
 pub(super) fn pens(series: &[Series]) -> Vec<Pen> {
     let mut used = 0;
     let mut last = None;
@@ -45,7 +45,7 @@ pub(super) fn pens(series: &[Series]) -> Vec<Pen> {
 }
 
 impl Pen {
-    /// Radius of a symbol where there are few.
+    /// Radius of a symbol in a series that has few of them.
     pub(super) const RADIUS: i32 = 34;
 
     pub(super) fn has_line(self) -> bool {
@@ -62,7 +62,7 @@ impl Pen {
         matches!(self.mark, Mark::DashedAndOpenPoints | Mark::OpenPoints)
     }
 
-    /// Whether its name stands beside its line.
+    /// Whether its label is beside its line and not in the legend.
     pub(super) fn is_labelled_in_place(self) -> bool {
         self.mark == Mark::Band
     }
@@ -98,7 +98,7 @@ impl Pen {
 pub(super) fn draw_symbol(canvas: &Canvas<'_>, look: Look, at: Pixel, radius: i32, open: bool) -> Drawn {
     let colour = look.rgb();
     let outline = colour.stroke_width(13);
-    // A direction in turns, and a distance in radii.
+    // The point in a direction, given in turns, and at a distance, given in radii.
     let corner = |turn: f64, distance: f64| {
         let (sin, cos) = (TAU * turn).sin_cos();
         let offset = |part: f64| (distance * f64::from(radius) * part).round() as i32;
@@ -106,10 +106,10 @@ pub(super) fn draw_symbol(canvas: &Canvas<'_>, look: Look, at: Pixel, radius: i3
     };
     let stroke = |turn: f64| {
         let ends = vec![corner(turn, 1.3), corner(turn + 0.5, 1.3)];
-        // A thicker one in place of the filling that it cannot have.
+        // Strokes cannot be filled; instead they are thicker.
         canvas.draw(&PathElement::new(ends, colour.stroke_width(if open { 13 } else { 20 })))
     };
-    // Corners, direction of the first in turns, and a size that makes all shapes look alike.
+    // Number of corners, direction of the first in turns, and a factor that makes all shapes look equally large.
     let (corners, first, size) = match look.shape {
         Shape::Circle if open => return canvas.draw(&Circle::new(at, radius, outline)),
         Shape::Circle => return canvas.draw(&Circle::new(at, radius, colour.filled())),
@@ -133,7 +133,7 @@ pub(super) fn draw_symbol(canvas: &Canvas<'_>, look: Look, at: Pixel, radius: i3
     }
 }
 
-/// A series in place, thinned if it has many points.
+/// A series in pixels, thinned if it has many points.
 pub(super) struct Trace {
     pen: Pen,
     /// The lines.
@@ -157,12 +157,12 @@ impl Trace {
         Self { pen, runs, marks: thin(marks), open: thin(open) }
     }
 
-    /// Where the symbols are.
+    /// The places of the symbols.
     pub(super) fn symbols(&self) -> impl Iterator<Item = Pixel> {
         self.marks.iter().chain(&self.open).copied()
     }
 
-    /// Whether nothing of it is in a box.
+    /// Whether no part of it is inside a box.
     pub(super) fn is_clear_of(&self, (start, end): (Pixel, Pixel)) -> bool {
         let is_inside = |p: Pixel| (start.0..=end.0).contains(&p.0) && (start.1..=end.1).contains(&p.1);
         let crosses = |a: Pixel, b: Pixel| {
@@ -185,7 +185,8 @@ impl Trace {
     }
 }
 
-/// Of successive points in a column of pixels, the first, the extremes and the last: the same picture.
+/// Keeps, of successive points in the same column of pixels, the first, the extremes and the last. The picture does not
+/// change.
 fn thin_line(run: &[Pixel]) -> Vec<Pixel> {
     let column = |points: &[Pixel]| {
         let rows = || points.iter().map(|p| p.1).enumerate();
@@ -197,7 +198,8 @@ fn thin_line(run: &[Pixel]) -> Vec<Pixel> {
     run.chunk_by(|a, b| a.0 / PX == b.0 / PX).flat_map(column).collect()
 }
 
-/// The extremes of every column of pixels, and one point of every square of three pixels: about the same picture.
+/// Keeps the extremes in every column of pixels, and one point in every square of three by three pixels. The picture
+/// hardly changes.
 fn thin_marks(marks: &[Pixel]) -> Vec<Pixel> {
     let mut columns = BTreeMap::new();
     for &(x, y) in marks {

@@ -1,17 +1,18 @@
 //! Sub- and superscripts: `γ_f`, `10^{−16}` and `Q_t` in the text of a picture are set as such.
 //!
-//! A script belongs to a letter that stands alone (or behind a capital delta), and is one letter or digit that nothing
-//! follows, or anything in braces. The names of files and columns, as `delta_q_t` or `x_final`, stay as they are.
+//! The base of a script is a single letter, which may have a capital delta before it. The script itself is a single
+//! letter or digit, or anything in braces. Names of files and columns such as `delta_q_t` or `x_final` are left as they
+//! are.
 
 use std::fmt::Write as _;
 
-/// A script is this much smaller than its letter,
+/// The size of a script, relative to its base.
 pub(super) const SCRIPT: f64 = 0.72;
-/// and moved by this part of the letter's size.
+/// How far a subscript and a superscript are moved down, relative to the size of their base.
 const LOWERED: f64 = 0.22;
 const RAISED: f64 = -0.36;
 
-/// Where a part of a text stands.
+/// The height of a part of a text: on the line, below or above it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Level {
     Line,
@@ -29,7 +30,7 @@ impl Level {
     }
 }
 
-/// The parts of a text, none of them empty.
+/// Splits a text into parts of the same level, none of them empty.
 pub(super) fn parts(text: &str) -> Vec<(Level, &str)> {
     let mut parts = Vec::new();
     let (mut from, mut at) = (0, 0);
@@ -48,7 +49,8 @@ pub(super) fn parts(text: &str) -> Vec<(Level, &str)> {
     parts
 }
 
-/// Whether a script may follow: the letter before it is alone, or it is the power of a number or a bracket.
+/// Whether a script may follow `before`: it ends with a single letter, or the script is the power of a number or a
+/// bracket.
 fn has_base(before: &str, mark: &str) -> bool {
     let mut back = before.chars().rev();
     let Some(base) = back.next() else { return false };
@@ -56,7 +58,7 @@ fn has_base(before: &str, mark: &str) -> bool {
     (base.is_alphabetic() && is_alone) || (mark.starts_with('^') && (base.is_ascii_digit() || base == ')'))
 }
 
-/// The script behind the mark at `mark`, and where the text goes on.
+/// The script after the `_` or `^` at `mark`, and the position at which the text continues.
 fn script(text: &str, mark: usize) -> Option<(&str, usize)> {
     let behind = &text[mark + 1..];
     if let Some(inner) = behind.strip_prefix('{') {
@@ -69,7 +71,7 @@ fn script(text: &str, mark: usize) -> Option<(&str, usize)> {
     (!goes_on).then_some((&behind[..letter.len_utf8()], mark + 1 + letter.len_utf8()))
 }
 
-/// The document with the scripts of all its texts in elements of their own.
+/// The document, with the scripts of all its texts as elements of their own.
 pub(super) fn typeset(svg: &str) -> String {
     let mut set = String::with_capacity(svg.len());
     let mut rest = svg;
@@ -96,9 +98,10 @@ fn font_size(attributes: &str) -> Option<f64> {
     attributes.split("font-size=\"").nth(1)?.split('"').next()?.parse().ok()
 }
 
-/// Not every viewer knows `baseline-shift`, but all know `dy`, which holds until it is taken back.
+/// Appends the parts of a text. Scripts are moved by `dy`, which every viewer knows, unlike `baseline-shift`. It
+/// applies to the rest of the text as well, so that the next part has to undo it.
 fn set_parts(set: &mut String, content: &str, size: f64) {
-    // The backend writes the text in lines of its own.
+    // The backend puts a newline after the text.
     let text = content.trim_end_matches('\n');
     let mut shift = 0.0;
     for (level, part) in parts(text) {
@@ -110,7 +113,7 @@ fn set_parts(set: &mut String, content: &str, size: f64) {
         }
         let letters = if level == Level::Line { 1.0 } else { SCRIPT };
         let (dy, letters) = (by * size, letters * size);
-        // Without it, some viewers drop a space at the beginning.
+        // Some viewers drop a space at the beginning if it is not marked as preserved.
         let space = if part.starts_with(' ') { " xml:space=\"preserve\"" } else { "" };
         let _ = write!(set, "<tspan dy=\"{dy:.1}\" font-size=\"{letters:.1}\"{space}>{part}</tspan>");
     }

@@ -1,8 +1,9 @@
-//! One colour and one shape a method, in every picture.
+//! The colour and the shape of each method, which are the same in all pictures.
 //!
-//! A method of this program has a saturated colour and filled symbols on solid lines. Its colour says how it is made and
-//! its shape says how it is laid out; of those that share both, the finer operator is darker. Other methods are greys with
-//! open symbols on dashed lines. A curve of many settings looks like the member that is named here.
+//! A method of this program has a saturated colour and filled symbols on solid lines. The colour shows its form or
+//! kind, and the shape whether it is one block, windows or elements; of methods that share both, the finer operator is
+//! darker. Other methods are grey, with open symbols on dashed lines. A curve that combines several methods has the
+//! look of one of them.
 
 use crate::case::{Form, SbpName};
 use crate::output::chart::{Ink, Look, Mark, Shape};
@@ -15,15 +16,15 @@ const SPECTRAL: [u8; 3] = [0, 158, 115];
 const MARCH: [u8; 3] = [198, 66, 198];
 const ACCURACY: [u8; 3] = [190, 135, 0];
 
-/// Nodes of the elements between which the colours lie.
+/// The smallest and the largest number of nodes between which the colours of elements are spread.
 const ELEMENTS: (f64, f64) = (4.0, 24.0);
 
-/// A colour mixed with so much black.
+/// A colour mixed with the share `black` of black.
 fn darker(colour: [u8; 3], black: f64) -> [u8; 3] {
     colour.map(|part| (f64::from(part) * (1.0 - black)).round() as u8)
 }
 
-/// How much darker an operator is than the coarsest of its like.
+/// How much darker an operator is than the coarsest one of its kind, as a share of black.
 fn depth(sbp: SbpName) -> f64 {
     match sbp {
         SbpName::Sbp21 => 0.0,
@@ -39,7 +40,7 @@ fn depth_of_element(nodes: usize) -> f64 {
     0.42 * ((nodes as f64 / least).ln() / (most / least).ln()).clamp(0.0, 1.2)
 }
 
-/// One block of a scheme, or a spectral element a window.
+/// The look of a scheme in one block or, for a spectral element, with one element per window.
 pub(super) fn of_scheme(sbp: SbpName, form: Form) -> Look {
     let (colour, shape) = match (sbp, form) {
         (SbpName::Gll(_), Form::Weak) => (SPECTRAL, Shape::Triangle),
@@ -50,7 +51,7 @@ pub(super) fn of_scheme(sbp: SbpName, form: Form) -> Look {
     Look { colour: darker(colour, depth(sbp)), shape }
 }
 
-/// A method of `work-precision`.
+/// The look of a method of `work-precision`.
 pub(super) fn of_family(family: &Family) -> Look {
     let grey = |colour: [u8; 3], black: f64, shape: Shape| Look { colour: darker(colour, black), shape };
     match family {
@@ -71,19 +72,20 @@ pub(super) fn of_family(family: &Family) -> Look {
     }
 }
 
-/// A method that another program measured. What has a built-in namesake has its shape in another grey.
+/// The look of a method that another program measured. If this program has a method of that name, the shape is the same
+/// and the grey is another one.
 fn of_stranger(name: &str) -> Look {
     let lower = name.to_lowercase();
     let known = [Family::Dop853, Family::Rk4, Family::Verlet, Family::Taylor, Family::Radau5];
     let namesake = known.iter().find(|family| lower.contains(&family.name().to_lowercase()));
     let sum: usize = name.bytes().map(usize::from).sum();
     let shape = namesake.map_or([Shape::Cross, Shape::Plus][sum % 2], |family| of_family(family).shape);
-    // Between the greys of the built-in methods of these shapes.
+    // These greys lie between those of the built-in methods with the same shapes.
     let tone = 80 + 10 * (sum % 3) as u8;
     Look { colour: [tone; 3], shape }
 }
 
-/// A curve over many settings.
+/// The look of a curve, which combines the methods of a group.
 pub(super) fn of_group(group: Group, name: &str) -> Look {
     of_family(&match group {
         Group::StrongBlocks => Family::Block(SbpName::Sbp42, Form::Strong),
@@ -102,12 +104,12 @@ pub(super) fn of_group(group: Group, name: &str) -> Look {
     })
 }
 
-/// A method of `stability`.
+/// The look of a method of `stability`.
 pub(super) fn of_method(method: &Method) -> Look {
     match method {
         Method::Block(sbp, form) => of_scheme(*sbp, *form),
         Method::Elements(nodes, form) => of_scheme(SbpName::Gll(*nodes as u8), *form),
-        // The same scheme, laid out otherwise.
+        // The same scheme, but in windows.
         Method::Windows(sbp, form) => Look { shape: Shape::Nabla, ..of_scheme(*sbp, *form) },
         Method::Unregularised(sbp) => Look { shape: Shape::Cross, ..of_scheme(*sbp, Form::Strong) },
         Method::Other(family) | Method::Adaptive(family) => of_family(family),
@@ -124,7 +126,7 @@ pub(super) fn pen(look: Look, is_own: bool) -> (Mark, Ink) {
 pub(super) mod tests {
     use super::*;
 
-    /// How light a colour is in greyscale, of 255.
+    /// How light a colour is in greyscale, from 0 to 255.
     pub(in super::super) fn grey([red, green, blue]: [u8; 3]) -> f64 {
         0.299 * f64::from(red) + 0.587 * f64::from(green) + 0.114 * f64::from(blue)
     }
@@ -168,7 +170,7 @@ pub(super) mod tests {
             .collect();
         for (k, (name, look)) in methods.iter().enumerate() {
             for (other, its) in &methods[..k] {
-                // A method has one look in all studies, and a look has one method.
+                // A method has the same look in all studies, and no two methods share a look.
                 let is_same = name == other;
                 assert_eq!(look == its, is_same, "{name} and {other}: {look:?}");
             }
@@ -186,7 +188,7 @@ pub(super) mod tests {
     #[test]
     fn curves_of_a_picture_differ_in_shape_or_in_grey() {
         let alike = |a: Look, b: Look| a.shape == b.shape && (grey(a.colour) - grey(b.colour)).abs() < 10.0;
-        // What is drawn in the chart of speed against accuracy, own curves filled and others open.
+        // The curves of speed against accuracy: those of this program are filled, others are open.
         for is_own in [true, false] {
             let groups: Vec<Look> = Family::all()
                 .iter()

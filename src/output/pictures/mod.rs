@@ -1,4 +1,4 @@
-//! The pictures of `--plot`: what the paper draws, from solutions, their diagnostics and a reference.
+//! The pictures of `--plot`, many of them as in the paper, from solutions, their diagnostics and a reference.
 
 mod look;
 mod stability;
@@ -15,17 +15,17 @@ use crate::scalar::Real;
 use crate::solve::Solution;
 use crate::study::convergence::{Convergence, Quantity, Slope};
 
-/// Points of a curve that is known everywhere.
+/// Number of points at which a continuous curve, such as the reference, is drawn.
 const CURVE_POINTS: usize = 400;
 
-/// A solved case in a picture, under a name for the legend.
+/// A solved case, with its label in the legend.
 #[derive(Debug, Clone, Copy)]
 pub struct Run<'a, S = f64> {
-    /// Entry of the legend; may be empty if there is one run only.
+    /// Entry in the legend. It may be empty if there is only one run.
     pub label: &'a str,
     /// The solution.
     pub solution: &'a Solution<S>,
-    /// What was measured on it.
+    /// Its diagnostics.
     pub diagnostics: &'a Diagnostics<S>,
 }
 
@@ -39,7 +39,7 @@ impl<S: Real> Run<'_, S> {
     }
 }
 
-/// t(γ) and x(γ); of a doubled solution both branches.
+/// t(γ) and x(γ); for a solution of the doubled system both branches.
 pub fn world_line<S: Real>(of: &str, solution: &Solution<S>) -> Chart {
     let shifted = |elapsed: &[S]| solution.time_from_start(elapsed).map(|t| solution.t_i + t).collect::<Vec<_>>();
     let points = |values: &[S]| solution.gamma().zip(values).map(|(gamma, x)| (gamma.to_f64(), x.to_f64())).collect();
@@ -66,8 +66,8 @@ pub fn world_line<S: Real>(of: &str, solution: &Solution<S>) -> Chart {
     }
 }
 
-/// dt/dγ on the nodes: the time mesh that emerges. The last node of the strong form has the value handed on; what D makes
-/// of it is in the picture of ΔQ_t.
+/// dt/dγ on the nodes: the time mesh that emerges. At the last node of a window in the strong form it is the value with
+/// which the next window starts; the value of Dt there shows in the picture of ΔQ_t.
 pub fn time_mesh<S: Real>(of: &str, runs: &[Run<'_, S>]) -> Chart {
     let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
     let mut series = Vec::new();
@@ -129,8 +129,8 @@ pub fn trajectory<S: Real>(
     }
 }
 
-/// |ΔQ_t| on the nodes; for a single run of the strong form also its last node with the multiplier correction (elsewhere
-/// the two agree).
+/// |ΔQ_t| on the nodes. A single run of the strong form has also the value at the last node with the multiplier
+/// correction; at all other nodes the two agree.
 pub fn noether_charge<S: Real>(of: &str, runs: &[Run<'_, S>]) -> Chart {
     let mut series = Vec::new();
     for run in runs {
@@ -171,7 +171,7 @@ fn residual_chart(title: &str, of: &str, y_label: &str, series: Vec<Series>) -> 
     }
 }
 
-/// More schemes than this in one picture, and the fits are told by the legend instead of lines of their own.
+/// With more schemes than this in one picture, the legend gives the fits and they are not drawn as lines.
 const MOST_FITTED: usize = 4;
 
 /// Errors against Δγ with their fits, and dotted lines of each operator's order.
@@ -210,7 +210,8 @@ pub fn errors<S>(of: &str, convergence: &Convergence<S>, slopes: &[Slope], quant
         let ends = [fitted[0].0, fitted[fitted.len() - 1].0];
         let label = format!("slope {:.2}", fit.slope);
         series.push(Series::new(label, Mark::Dashed, ends.map(line).to_vec()).with_ink(Ink::Previous));
-        // The global error is one order above the boundary closure; the end of the weak form has the order of the interior.
+        // The global error has one order more than the boundary closure; at the end of the weak form the error has the
+        // order of the interior.
         let boundary_order = slope.sbp.boundary_order() as i32;
         let at_weak_end = slope.form == Form::Weak && slope.quantity.is_at_end();
         let order = if at_weak_end { 2 * boundary_order } else { boundary_order + 1 };
@@ -219,7 +220,7 @@ pub fn errors<S>(of: &str, convergence: &Convergence<S>, slopes: &[Slope], quant
         }
     }
     for (order, (h, error), coarsest) in guides {
-        // A factor of four below the data, so that the guide is told from the fit.
+        // A factor of four below the data, so that the guide can be told from the fit.
         let points = vec![(h, error / 4.0), (coarsest, error / 4.0 * (coarsest / h).powi(order))];
         series.push(Series::new(format!("slope {order}"), Mark::Dotted, points).with_ink(Ink::Neutral));
     }

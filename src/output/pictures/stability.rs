@@ -1,4 +1,5 @@
-//! The atlas: a small map a method, where the sawtooth begins, and the charge at the last node.
+//! The pictures of `stability`: the atlas with one small map per method, where the sawtooth begins, and the charge at
+//! the last node.
 
 use super::look;
 use crate::case::Form;
@@ -6,10 +7,11 @@ use crate::output::chart::{Chart, Ink, Kind, Map, Mark, Panel, Scale, Series, Si
 use crate::output::stability::onsets;
 use crate::study::stability::{Cell, CellStatus, Limit, Method, Scene};
 
-/// Ticks of Δγω.
+/// The values of Δγω that have ticks.
 const TICKS: [f64; 8] = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0];
 
-/// Colours of Okabe and Ito between a clear blue and a black; every kind has its own sign too.
+/// The kind of cell for a status. The colours are mostly those of Okabe and Ito, with a light blue for the best status
+/// and nearly black for the worst; every kind has a sign of its own too.
 fn kind(status: CellStatus) -> Kind {
     let (fill, sign) = match status {
         CellStatus::Accurate => ([126, 192, 232], Sign::Empty),
@@ -23,7 +25,7 @@ fn kind(status: CellStatus) -> Kind {
     Kind { label: status.label().to_owned(), fill, sign }
 }
 
-/// Sorted, each once.
+/// The different ones of `values`, sorted.
 fn distinct(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
@@ -39,7 +41,7 @@ fn place(values: &[f64], value: f64) -> Option<usize> {
 fn between(columns: &[f64], value: f64) -> Option<f64> {
     let (first, last) = (columns.first()?, columns.last()?);
     let step = if columns.len() > 1 { (last / first).ln() / (columns.len() - 1) as f64 } else { 1.0 };
-    // Inside by pieces, outside at the mean distance.
+    // Between two columns by their own distance, and outside of them all by the mean distance.
     let inside = columns.windows(2).zip(0..).find(|(pair, _)| pair[0] <= value && value <= pair[1]);
     Some(match inside {
         Some((pair, k)) => f64::from(k) + 0.5 + (value / pair[0]).ln() / (pair[1] / pair[0]).ln(),
@@ -48,7 +50,7 @@ fn between(columns: &[f64], value: f64) -> Option<f64> {
     })
 }
 
-/// The maps of `methods`: Δγω (tolerances of adaptive methods) against length, a cell each.
+/// The maps of `methods`. The abscissa is Δγω, or the tolerance of an adaptive method; the ordinate is the length.
 pub fn stability_map(of: &str, scene: &Scene, methods: &[Method], cells: &[Cell]) -> Map {
     let length = |cell: &Cell| cell.gamma_f * (cell.t_dot / scene.t_dot());
     let lengths = distinct(cells.iter().map(length));
@@ -84,7 +86,7 @@ pub fn stability_map(of: &str, scene: &Scene, methods: &[Method], cells: &[Cell]
             columns: columns.len(),
             cells: here.filter_map(of_cell).collect(),
             ticks,
-            // Without an oscillation there is nothing that the limit is one of.
+            // The limit is one of Δγω; it has no meaning if the motion does not oscillate.
             line: match method.limit() {
                 Limit::Step(step) if step > 0.0 && scene.omega() > 0.0 => between(&columns, step),
                 _ => None,
@@ -107,7 +109,7 @@ pub fn stability_map(of: &str, scene: &Scene, methods: &[Method], cells: &[Cell]
     }
 }
 
-/// A length for people.
+/// A length with few digits, for display.
 fn short(length: f64) -> String {
     if (1e-3..1e5).contains(&length) { format!("{}", (length * 1e4).round() / 1e4) } else { format!("{length:.1e}") }
 }
@@ -115,7 +117,7 @@ fn short(length: f64) -> String {
 /// Where on the world-line the sawtooth begins, against Δγω.
 pub fn sawtooth_onset(of: &str, cells: &[Cell]) -> Chart {
     let mut series: Vec<Series> = Vec::new();
-    // Beyond half the limit of SBP21 it begins at once; other methods have no such mode.
+    // Beyond half the limit of SBP21 the sawtooth begins at once. Methods other than these have no such mode.
     let has_mode = |cell: &&Cell| matches!(cell.method, Method::Block(..) | Method::Windows(..));
     let resolved = |cell: &&Cell| cell.delta_gamma_omega.is_some_and(|at| at <= 0.5);
     let shown: Vec<Cell> = cells.iter().filter(has_mode).filter(resolved).cloned().collect();
@@ -144,10 +146,11 @@ pub fn sawtooth_onset(of: &str, cells: &[Cell]) -> Chart {
     }
 }
 
-/// Δγω of the spacing whose last node is drawn: the nearest one to this.
+/// The last node is drawn for the spacing whose Δγω is nearest to this.
 const LAST_NODE_AT: f64 = 0.1;
 
-/// |ΔQ_t| at the last node of strong blocks against length, on one spacing, with the multiplier correction.
+/// |ΔQ_t| at the last node against length, for blocks of the strong form with one spacing, also with the multiplier
+/// correction.
 pub fn last_node(of: &str, cells: &[Cell]) -> Chart {
     let mut series: Vec<(Series, Vec<(f64, f64)>)> = Vec::new();
     let blocks = || cells.iter().filter(|cell| matches!(cell.method, Method::Block(_, Form::Strong)));
@@ -198,10 +201,10 @@ mod tests {
         let kinds = CellStatus::ALL.map(kind);
         for (k, one) in kinds.iter().enumerate() {
             assert!(kinds[..k].iter().all(|other| other.sign != one.sign && other.fill != one.fill), "{}", one.label);
-            // A place without a cell is white, and nothing else is nearly so.
+            // Only a place without a cell is nearly white.
             assert!(grey(one.fill) < 220.0, "{}", one.label);
         }
-        // The only one without a sign is far from white.
+        // The only kind without a sign is clearly darker than white.
         assert!(grey(kind(CellStatus::Accurate).fill) < 255.0 - 60.0);
     }
 }

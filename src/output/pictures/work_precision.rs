@@ -1,5 +1,5 @@
-//! Speed against accuracy, and errors along a run: this program in solid coloured lines with filled symbols, others dashed
-//! and grey with open ones.
+//! The pictures of `work-precision`: speed against accuracy, and errors along a run. This program has solid coloured
+//! lines with filled symbols; other methods have dashed grey lines with open symbols.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use super::look;
 use crate::output::chart::{Chart, Ink, Mark, Scale, Series};
 use crate::study::work_precision::{DriftPoint, Family, Group, Row, front};
 
-/// What the errors are drawn against.
+/// The quantity on the ordinate, which measures the work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WorkAxis {
     /// Least seconds of a run.
@@ -39,7 +39,7 @@ impl WorkAxis {
     }
 }
 
-/// One curve: a group of methods, or one that was measured elsewhere.
+/// The curve that a method belongs to: that of its group, or one of its own if another program measured it.
 fn curve(family: &Family) -> (Group, String) {
     let group = family.group();
     let label = match family {
@@ -49,7 +49,8 @@ fn curve(family: &Family) -> (Group, String) {
     (group, label)
 }
 
-/// The best settings of every group of methods on one length, and under them the front of all. Only results count.
+/// The best settings of every group of methods on one length, and behind them the front of all methods. Settings
+/// without a result are not drawn.
 pub fn work_precision<'a>(of: &str, rows: impl IntoIterator<Item = &'a Row>, axis: WorkAxis) -> Chart {
     let rows: Vec<&Row> = rows.into_iter().collect();
     let cost = |row: &Row| axis.of(row);
@@ -60,7 +61,7 @@ pub fn work_precision<'a>(of: &str, rows: impl IntoIterator<Item = &'a Row>, axi
         curves.entry(curve(&row.family)).or_default().push(row);
     }
     let mut series = vec![Series::new("front of all methods", Mark::Band, best(&rows)).with_ink(Ink::Neutral)];
-    // Nothing is drawn of a method without a result, and it needs no entry.
+    // A method without any result has no curve and no entry in the legend.
     curves.retain(|_, rows| rows.iter().any(|row| row.rank().is_some()));
     for ((group, label), rows) in &curves {
         let (mark, ink) = look::pen(look::of_group(*group, label), group.is_own());
@@ -77,11 +78,12 @@ pub fn work_precision<'a>(of: &str, rows: impl IntoIterator<Item = &'a Row>, axi
     }
 }
 
-/// Points of a curve along a run: each is the largest value over its share of log γ, or the oscillation would hide the rest.
+/// Number of points of a curve along a run. Each is the largest value over an interval of log γ; otherwise oscillations
+/// would hide everything else.
 const BINS: usize = 24;
 
-/// |ΔK|, or the larger error of t and x, along a run. On these axes a bounded oscillation is level, a random walk has slope
-/// ½, a drift of K slope 1, and an error of the phase that grows with it slope 2.
+/// |ΔK|, or the larger error of t and x, along a run. On these logarithmic axes a bounded oscillation is level, a random
+/// walk has slope ½, and a drift of K slope 1; the error of the phase that a drift causes has slope 2.
 pub fn drift(of: &str, points: &[DriftPoint], of_k: bool) -> Chart {
     let end = points.iter().map(|point| point.gamma).fold(0.0, f64::max);
     let start = points.iter().map(|point| point.gamma).fold(end, f64::min);
@@ -96,7 +98,7 @@ pub fn drift(of: &str, points: &[DriftPoint], of_k: bool) -> Chart {
         for point in run {
             let value = if of_k { point.errors.delta_k } else { point.errors.largest() };
             let best = largest.entry(bin(point.gamma)).or_insert((point.gamma, value));
-            // A NaN is kept: the curve ends there.
+            // A NaN is kept, and the curve ends there.
             if value > best.1 || value.is_nan() {
                 *best = (point.gamma, value);
             }

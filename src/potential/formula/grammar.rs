@@ -1,4 +1,4 @@
-//! The formula grammar: a precedence parser that writes straight into the expression graph.
+//! The grammar of formulas: a parser with operator precedence, which builds the expression graph directly.
 //!
 //! ```text
 //! sum     = product (("+" | "-") product)*
@@ -24,9 +24,9 @@ use super::graph::{Function, Graph, NodeId};
 use super::{FormulaError, hint};
 use crate::scalar::Real;
 
-/// Longest expression accepted: nested parentheses cost stack, and no potential needs this.
+/// The longest expression that is accepted. No potential needs more.
 const MAX_BYTES: usize = 1024;
-/// Deepest nesting accepted.
+/// The deepest nesting that is accepted. The parser is recursive, so that nesting costs stack.
 const MAX_DEPTH: usize = 64;
 
 #[derive(Debug)]
@@ -69,7 +69,7 @@ pub(super) fn parse<S: Real>(
     let end = input.current_token_start();
     match (parsed, input.state.mistake) {
         (Ok(root), _) if end == text.len() => Ok(root),
-        // An operator that never found its operand stops the parser in front of itself; the mistake lies behind it.
+        // If the operand of an operator is missing, the parser stops before the operator, but the mistake is after it.
         (_, Some((offset, message))) if offset > end || end == text.len() => Err(error(offset, message)),
         (Ok(_), _) => Err(error(end, format!("expected an operator, found {}", found(&text[end..])))),
         (Err(_), Some((offset, message))) => Err(error(offset, message)),
@@ -81,7 +81,7 @@ fn found(rest: &str) -> String {
     rest.chars().next().map_or_else(|| "the end".to_owned(), |c| format!("'{c}'"))
 }
 
-/// `parser`, then white space.
+/// Applies `parser` and skips the white space after it.
 fn token<'i, 's: 'i, S: Real, O>(
     parser: impl Parser<Input<'i, 's, S>, O, Failure>,
 ) -> impl Parser<Input<'i, 's, S>, O, Failure> {
@@ -142,7 +142,7 @@ fn peek_char<S>(input: &mut Input<'_, '_, S>) -> Option<char> {
     input.input.chars().next()
 }
 
-/// The rest of a parenthesis opened at `opened`.
+/// The rest of a parenthesised expression whose parenthesis was opened at `opened`.
 fn closed<'i, 's: 'i, S: Real>(input: &mut Input<'i, 's, S>, opened: usize) -> Result<NodeId, Failure> {
     let inner = sum(input)?;
     let offset = input.current_token_start();

@@ -1,4 +1,4 @@
-//! Expression graphs: every distinct sub-expression once, with symbolic derivatives.
+//! Expression graphs, in which every distinct sub-expression occurs once, and their symbolic derivatives.
 
 use std::collections::HashMap;
 
@@ -76,7 +76,8 @@ impl Function {
     }
 }
 
-/// One operation; operands are earlier nodes. A constant is its place in the graph's table, so that nodes can be hashed.
+/// One operation, whose operands are earlier nodes. A constant is given by its index in the graph's table of constants,
+/// so that nodes can be hashed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Node {
     X,
@@ -118,7 +119,7 @@ impl<S: Real> Graph<S> {
         })
     }
 
-    /// The number of a [`Node::Constant`].
+    /// The value of a [`Node::Constant`].
     pub(super) fn number(&self, constant: usize) -> S {
         self.constants[constant]
     }
@@ -139,7 +140,8 @@ impl<S: Real> Graph<S> {
     }
 
     pub(super) fn constant(&mut self, value: S) -> NodeId {
-        // A formula has a handful of constants. The sign keeps −0 from 0; a NaN is equal to nothing and stays alone.
+        // A formula has only a few constants, so they are searched in order. 0 and −0 are different constants, because
+        // of their signs; a NaN is equal to nothing and always becomes a new one.
         let same = |known: &S| *known == value && known.signum() == value.signum();
         let constant = self.constants.iter().position(same).unwrap_or_else(|| {
             self.constants.push(value);
@@ -173,7 +175,7 @@ impl<S: Real> Graph<S> {
     pub(super) fn multiply(&mut self, a: NodeId, b: NodeId) -> NodeId {
         match (self.as_constant(a), self.as_constant(b)) {
             (Some(u), Some(v)) => self.constant(u * v),
-            // Also where u is not finite: a written 0*ln(x) is 0 for every x.
+            // Also where the other factor is not finite: 0*ln(x) is taken to be 0 for every x.
             (Some(u), _) | (_, Some(u)) if u == S::ZERO => self.whole(0),
             (Some(u), _) if u == S::ONE => b,
             (_, Some(v)) if v == S::ONE => a,
@@ -223,7 +225,7 @@ impl<S: Real> Graph<S> {
 
     /// d/dx of the expression rooted at `root`, as a new expression of the same graph.
     pub(super) fn derivative(&mut self, root: NodeId) -> NodeId {
-        // Operands precede their users, so one pass in order has every inner derivative ready.
+        // Operands come before the nodes that use them, so one pass in order finds all inner derivatives ready.
         let mut derivatives: Vec<NodeId> = Vec::with_capacity(root + 1);
         for id in 0..=root {
             let derivative = self.derivative_of_node(id, &derivatives);

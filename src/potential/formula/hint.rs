@@ -1,9 +1,9 @@
-//! What the writer of a formula may have meant.
+//! Advice for mistakes in a formula.
 
 use super::Function;
 use crate::similar::nearest;
 
-/// Other languages' words and signs, and what they are here.
+/// Words and signs of other languages, and what is written here instead.
 const OTHERS: [(&str, &str); 21] = [
     ("pow", "pow(a, b) is written a^b"),
     ("log", "the natural logarithm is ln, the one to base 10 is log10"),
@@ -28,7 +28,7 @@ const OTHERS: [(&str, &str); 21] = [
     ("|", "an absolute value is written abs(x)"),
 ];
 
-/// What to write in place of what stands at `offset`, which was not understood.
+/// What to write instead of the text at `offset`, which was not understood.
 pub(super) fn at<'n>(expression: &str, offset: usize, parameters: impl Iterator<Item = &'n str>) -> Option<String> {
     let (before, rest) = expression.split_at(offset);
     if rest.starts_with('*') && before.trim_end().ends_with('*') {

@@ -30,12 +30,12 @@ pub struct FormulaError {
     pub offset: usize,
     /// The expression.
     pub expression: String,
-    /// What may have been meant.
+    /// What was probably meant.
     pub hint: Option<String>,
 }
 
 impl FormulaError {
-    /// Position counted in characters from 1.
+    /// The position of the mistake in characters, counted from 1.
     pub fn character(&self) -> usize {
         self.expression[..self.offset].chars().count() + 1
     }
@@ -58,7 +58,7 @@ impl<S: Real> Formula<S> {
         Ok(Self { program: Program::with_derivatives(&mut graph, value) })
     }
 
-    /// The compiled program, for arithmetic other than on numbers.
+    /// The compiled program, for arithmetic on something other than numbers, such as series.
     pub(crate) fn program(&self) -> &Program<S> {
         &self.program
     }
@@ -69,18 +69,18 @@ impl<S: Real> Formula<S> {
         PotentialJet { value, first, second }
     }
 
-    /// `out` = (V, V′, V″) at every entry of `x`.
+    /// Writes V, V′ and V″ at every entry of `x` into `out`, three arrays as long as `x`.
     pub fn sample(&self, x: &[S], out: [&mut [S]; 3]) {
         self.program.sample(x, out);
     }
 }
 
-/// Names that a parameter must not take, because the grammar already gives them a meaning.
+/// Whether the grammar already gives `name` a meaning, so that it cannot be the name of a parameter.
 pub fn is_reserved(name: &str) -> bool {
     name == "x" || name == "pi" || Function::from_name(name).is_some()
 }
 
-/// Whether `name` can be written in a formula: a letter or underscore, then letters, digits, underscores.
+/// Whether `name` can be written in a formula: a letter or underscore, and then letters, digits and underscores.
 pub fn is_identifier(name: &str) -> bool {
     let mut characters = name.chars();
     characters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_')

@@ -1,18 +1,19 @@
-//! Flat programs: the part of an expression graph that its outputs need, one instruction a value.
+//! Straight-line programs: the nodes of an expression graph that its outputs need, with one instruction per value.
 
 use super::graph::{Function, Graph, Node, NodeId};
 use crate::scalar::Real;
 
-/// Points evaluated together: long enough to vectorise, short enough that a formula's values stay in the cache.
+/// Number of points that are evaluated together: enough to vectorise, and so few that all values of a formula stay in
+/// the cache.
 const BLOCK: usize = 64;
 
-/// Programs of at most this length evaluate a single point on the stack.
+/// Programs of at most this length keep the values of a single point on the stack.
 const STACK_VALUES: usize = 64;
 
 /// Index of an instruction, and of the value that it computes.
 pub(crate) type Register = usize;
 
-/// One instruction; operands are results of earlier ones.
+/// One instruction. Its operands are the results of earlier ones.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Instruction<S> {
     X,
@@ -95,7 +96,7 @@ impl<S: Real> Program<S> {
         Self::with_derivatives(&mut graph, value)
     }
 
-    /// Keeps the nodes that `outputs` need; integer powers become multiplications.
+    /// Compiles the nodes that `outputs` need. Integer powers become multiplications.
     fn compile(graph: &Graph<S>, outputs: [NodeId; 3]) -> Self {
         let nodes = graph.nodes();
         let mut needed = vec![false; nodes.len()];
@@ -159,7 +160,7 @@ impl<S: Real> Program<S> {
         self.outputs.map(|o| r[o])
     }
 
-    /// The three outputs at every entry of `x`, an instruction a block of points.
+    /// Writes the three outputs at every entry of `x`. Each instruction is executed on a block of points at a time.
     pub(super) fn sample(&self, x: &[S], out: [&mut [S]; 3]) {
         let [out_0, out_1, out_2] = out;
         let mut registers = vec![[S::ZERO; BLOCK]; self.instructions.len()];
@@ -176,7 +177,7 @@ impl<S: Real> Program<S> {
     }
 }
 
-/// Emits u^n by repeated squaring, as `powi` does it.
+/// Emits u^n by repeated squaring.
 fn integer_power<S: Real>(instructions: &mut Vec<Instruction<S>>, base: Register, exponent: i32) -> Register {
     let mut push = |instruction| {
         instructions.push(instruction);
@@ -205,7 +206,7 @@ fn integer_power<S: Real>(instructions: &mut Vec<Instruction<S>>, base: Register
     }
 }
 
-/// One instruction on a block. Lanes beyond the end of `x` compute on stale numbers that nobody reads.
+/// Executes one instruction on a block. Beyond the end of `x` it works on old numbers, and the results are not used.
 fn execute<S: Real>(r: &[[S; BLOCK]], out: &mut [S; BLOCK], instruction: Instruction<S>, x: &[S]) {
     match instruction {
         Instruction::X => out[..x.len()].copy_from_slice(x),

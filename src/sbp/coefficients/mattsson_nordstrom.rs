@@ -1,11 +1,12 @@
-//! The diagonal-norm operators of orders 6 and 8 of K. Mattsson & J. Nordström, "Summation by parts operators for finite
-//! difference approximations of second derivatives", J. Comput. Phys. 199 (2004) 503–540: their first derivatives.
+//! The diagonal-norm first-derivative operators of orders 6 and 8 of K. Mattsson & J. Nordström, "Summation by parts
+//! operators for finite difference approximations of second derivatives", J. Comput. Phys. 199 (2004) 503–540.
 //!
-//! The norms are unique; the closures have free parameters q_ij, entries of Q = HD, rows and columns from 1. Those below
-//! are in use with these operators at Uppsala (their library prints them as decimals). They keep the spectral radius of D at
-//! that of its interior stencil. Other values in circulation, −231661/322560, 7120007/33868800 and 70710683/101606400 at
-//! order 8, give a radius of 124 instead of 1.73: their errors are a few times smaller, but in f64 the charge loses two
-//! digits more to rounding and the doubled system at N = 1000 cannot be solved to it.
+//! The norms are unique. The closures have free parameters q_ij, which are entries of Q = HD, with rows and columns
+//! counted from 1. The values below are those used with these operators at Uppsala, whose library gives them as
+//! decimals. With them, the spectral radius of D is that of its interior stencil. Other values in circulation at order
+//! 8, −231661/322560, 7120007/33868800 and 70710683/101606400, give a radius of 124 instead of 1.73. Their errors are a
+//! few times smaller, but in `f64` the charge loses two more digits to rounding, and the doubled system with N = 1000
+//! cannot be solved to rounding.
 
 use super::{Coefficients, r};
 

@@ -1,9 +1,9 @@
 //! Coefficients of the diagonal-norm SBP first-derivative operators, as exact rationals.
 //!
-//! One table an operator; each names its source. A table holds the norm H and the boundary closure of D for
-//! unit spacing at the left end, and the antisymmetric interior stencil. The right end is the left one mirrored
-//! with the sign changed. Nothing here is rounded: `tests/numerics/sbp_identities.rs` proves Q + Qᵀ = E_N − E_0 and the
-//! polynomial exactness on these very numbers in exact arithmetic.
+//! There is one table per operator, and each names its source. A table holds the norm H and the boundary closure of D
+//! at the left end, for unit spacing, and the antisymmetric interior stencil. The right end is the left one mirrored,
+//! with the opposite sign. Nothing here is rounded: `tests/numerics/sbp_identities.rs` proves Q + Qᵀ = E_N − E_0 and
+//! the exactness on polynomials for these numbers, in exact arithmetic.
 
 mod mattsson_nordstrom;
 
@@ -21,7 +21,7 @@ pub struct Rational {
 }
 
 impl Rational {
-    /// The nearest number of type `S`.
+    /// The quotient in `S`, rounded once.
     pub fn to_real<S: Real>(self) -> S {
         S::from(self.numerator as f64) / S::from(self.denominator as f64)
     }
@@ -36,11 +36,11 @@ const fn r(numerator: i64, denominator: i64) -> Rational {
 pub struct Coefficients {
     /// Name as written in case files, e.g. `SBP42`.
     pub name: &'static str,
-    /// Order of the interior stencil; the boundary closure has half of it.
+    /// Order of the interior stencil. The boundary closure has half that order.
     pub interior_order: usize,
-    /// Diagonal of H at the first nodes; 1 from there on.
+    /// Diagonal of H at the first nodes; it is 1 at all further ones.
     pub norm: &'static [Rational],
-    /// First rows of D (one a boundary node, all of equal length), columns counted from the first node.
+    /// First rows of D, one per boundary node and all of the same length. Columns are counted from the first node.
     pub closure: &'static [&'static [Rational]],
     /// d_1, d_2, … of the interior row (Du)_k = Σ_m d_m (u_{k+m} − u_{k−m}).
     pub interior: &'static [Rational],

@@ -1,19 +1,20 @@
-//! Slopes of errors on log–log axes, above the rounding plateau.
+//! Slopes of errors on log–log axes, above the *rounding plateau*: on fine grids rounding keeps errors from falling.
 
-/// A level that does not fall is due to rounding if it has this many decimal digits fewer than the arithmetic, relative
-/// to the quantity's size; above it only growing errors end a fit.
+/// Errors that no longer fall can be due to rounding if they have at most this many decimal digits fewer than the
+/// arithmetic, relative to the size of the quantity. Above that level, only growing errors end a fit.
 const PLATEAU_DIGITS: i32 = 9;
-/// If even the coarsest grid's error has only this many digits fewer, it is nothing but rounding.
+/// If the error of the coarsest grid has at most this many digits fewer than the arithmetic, all errors are rounding.
 const ROUNDING_DIGITS: i32 = 3;
-/// Rounding adds up to this many units of the last digit times √N: below that a point may be half rounding.
+/// Rounding can add up to 10 to this power times √N, in units of the last digit. Below that, half of an error may be
+/// rounding.
 const NEAR_DIGITS: i32 = 1;
-/// Errors that fall with less than this order have stopped falling: every scheme has at least order one.
+/// Errors that fall with less than this order have stopped falling, since every scheme has at least order one.
 const STALLED: f64 = 0.5;
-/// Close to rounding, an error is affected by it if it falls with less than this share of the order before it.
+/// Close to rounding, an error is affected by it if it falls with less than this share of the preceding order.
 const SHARE_OF_ORDER: f64 = 0.8;
-/// A fit uses only errors of at least this many times the plateau's level.
+/// A fit uses only errors that are at least this many times the level of the plateau.
 const ABOVE_PLATEAU: f64 = 4.0;
-/// Local slopes that spread by more than this are not asymptotic.
+/// Local slopes whose range is larger than this are not asymptotic.
 const ASYMPTOTIC_SPREAD: f64 = 0.2;
 
 /// A fitted power law error ∝ Δγ^slope.
@@ -21,7 +22,7 @@ const ASYMPTOTIC_SPREAD: f64 = 0.2;
 pub struct Fit {
     /// Least-squares slope of log error against log Δγ.
     pub slope: f64,
-    /// Its standard error; not defined for two points.
+    /// The standard error of the slope; `None` for two points.
     pub standard_error: Option<f64>,
     /// The slope of the same errors against log 1/N, as the paper plots them.
     pub slope_vs_inverse_n: f64,
@@ -30,8 +31,8 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// Fits `errors` over grids with spacings `delta_gamma` and `n_gamma` nodes, coarse to fine; `None` with fewer than
-    /// two.
+    /// Fits `errors` over grids with spacings `delta_gamma` and `n_gamma` nodes, from coarse to fine; `None` with fewer
+    /// than two grids.
     pub fn new(delta_gamma: &[f64], n_gamma: &[usize], errors: &[f64]) -> Option<Self> {
         if errors.len() < 2 {
             return None;
@@ -47,14 +48,15 @@ impl Fit {
         self.local_slopes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &s| (low.min(s), high.max(s)))
     }
 
-    /// Whether the local slopes agree well enough for the fit to describe an order and not a transition.
+    /// Whether the local slopes agree well enough for the fit to describe an order, and not a transition between
+    /// orders.
     pub fn is_asymptotic(&self) -> bool {
         let (low, high) = self.local_range();
         high - low <= ASYMPTOTIC_SPREAD
     }
 }
 
-/// Slope and its standard error of log y against log x.
+/// The slope of log y against log x, and its standard error.
 fn log_log(x: &[f64], y: &[f64]) -> (f64, Option<f64>) {
     let n = x.len() as f64;
     let mean = |v: &[f64]| v.iter().map(|v| v.ln()).sum::<f64>() / n;
@@ -71,21 +73,22 @@ fn local_slopes(delta_gamma: &[f64], errors: &[f64]) -> Vec<f64> {
     (1..errors.len()).map(slope).collect()
 }
 
-/// How many of the errors, coarse to fine on grids of `n_gamma` nodes, lie above the rounding plateau.
+/// The number of errors that lie above the rounding plateau. `errors` are given from coarse to fine, on grids of
+/// `n_gamma` nodes.
 ///
-/// Two things end the errors that can be fitted, and nothing else does: from some point to the last
+/// The plateau begins at a point from which, to the last grid, one of these holds:
 ///
-/// * no error is smaller any more (with an order of a half at least), and that level can be one of rounding: with 16
-///   `digits` below 1e-7 of the quantity's `size`. So near to rounding that √N units of the last digit show (1e-15 √N),
-///   errors that fall with less than 0.8 of the order before them count as well;
-/// * or all errors are larger than the last one that fell, at any level.
+/// * No error falls any more (with an order of at least a half), and the level can be one of rounding: with 16 `digits`
+///   it is below 1e-7 of the quantity's `size`. Closer to rounding, below 1e-15 √N of the size, errors that fall with
+///   less than 0.8 of the preceding order count as not falling, too.
+/// * All errors are larger than the last one that fell, at any level.
 ///
-/// An order that drops from grid to grid is not such an end, nor are coarse grids without a clear order, nor an error
-/// that passes through zero. Of the points before a plateau, those less than four times as large are left out (before
-/// errors that grow, less than twice).
+/// Nothing else begins a plateau: not an order that drops from grid to grid, not coarse grids without a clear order,
+/// and not an error that passes through zero. Points before a plateau are left out as well if they are less than four
+/// times as large as its level, or less than twice if errors grow there.
 pub fn points_above_plateau(delta_gamma: &[f64], n_gamma: &[usize], errors: &[f64], size: f64, digits: u32) -> usize {
     let short_of = |spare: i32| 10.0_f64.powi(spare - digits as i32) * size;
-    // An error of zero is below every rounding level, and has no logarithm.
+    // An error of zero is on the plateau, and has no logarithm.
     let some = errors.iter().position(|&error| error == 0.0).unwrap_or(errors.len());
     let errors = &errors[..some];
     if errors.first().is_none_or(|first| *first <= short_of(ROUNDING_DIGITS)) {
@@ -98,7 +101,7 @@ pub fn points_above_plateau(delta_gamma: &[f64], n_gamma: &[usize], errors: &[f6
         let before = if last > 0 { slopes[last - 1] } else { 1.0 };
         let order = if near { STALLED.max(SHARE_OF_ORDER * before) } else { STALLED };
         let falls = |k: usize| errors[k] <= errors[last] * (delta_gamma[k] / delta_gamma[last]).powf(order);
-        // After an error that happens to be small, the others fall as they did before it.
+        // If an error is small by accident, the later ones still fall as they did before it.
         let goes_on = tail.len() > 2 && !near && log_log(&delta_gamma[start..some], &errors[start..]).0 > STALLED;
         let grows = last > 0 && slopes[last - 1] > 0.0 && tail.clone().all(|k| errors[k] > errors[last]);
         let is_low = errors[start] <= short_of(PLATEAU_DIGITS);
@@ -106,7 +109,7 @@ pub fn points_above_plateau(delta_gamma: &[f64], n_gamma: &[usize], errors: &[f6
     };
     let Some(start) = (1..some).find(begins_at) else { return some };
     let level = errors[start - 1..].iter().copied().fold(f64::INFINITY, f64::min);
-    // Where errors begin to grow, rounding is half of the smallest one only.
+    // Where errors begin to grow, only about half of the smallest one is rounding.
     let above = if errors[start] > errors[start - 1] { 0.5 * ABOVE_PLATEAU } else { ABOVE_PLATEAU };
     (0..start).rev().find(|&k| errors[k] >= above * level).map_or(0, |last| last + 1)
 }
@@ -143,7 +146,7 @@ mod tests {
         assert!((fit.standard_error.unwrap() - c * 3.0_f64.sqrt()).abs() < 1e-12);
     }
 
-    /// How many errors with this law are kept on twelve grids.
+    /// How many of the errors that follow this law on twelve grids are above the plateau.
     fn kept(error: impl Fn(f64) -> f64) -> usize {
         let (h, n) = grids(12);
         let errors: Vec<f64> = h.iter().map(|&h| error(h)).collect();
@@ -164,7 +167,7 @@ mod tests {
         assert_eq!(kept(|_| 1e-16), 0);
         assert_eq!(kept(|h| if h < 1e-3 { 0.0 } else { h }), 6);
         assert_eq!(points_above_plateau(&[], &[], &[], 1.0, 16), 0);
-        // A sweep that ends on the way into the plateau.
+        // A sweep that ends just as the plateau begins.
         let (h, n) = grids(12);
         assert_eq!(points_above_plateau(&h[8..11], &n[8..11], &[8e-13, 1e-13, 4e-14], 1.0, 16), 1);
     }

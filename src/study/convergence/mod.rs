@@ -1,4 +1,4 @@
-//! The sweep over N_γ and operators, its errors against the reference trajectory, and their slopes.
+//! Sweeps over operators and numbers of nodes: errors against the reference trajectory, and their slopes.
 
 pub mod fit;
 pub mod paper;
@@ -14,7 +14,7 @@ use crate::case::{Form, SbpName};
 use crate::reference::ReferenceEnds;
 use crate::solve::Status;
 
-/// The measured errors of one grid.
+/// The measured errors on one grid, in the units of t and x.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Errors {
     /// |t_N − t(γ_f)|.
@@ -40,13 +40,13 @@ pub struct ConvergencePoint {
     pub form: Form,
     /// Distinct nodes of all windows.
     pub n_gamma: usize,
-    /// Spacing.
+    /// (Mean) spacing Δγ of the nodes.
     pub delta_gamma: f64,
     /// The errors, if the solve converged.
     pub errors: Option<Errors>,
     /// Newton iterations.
     pub iterations: usize,
-    /// Seconds in the solver, while other grids are solved beside it.
+    /// Seconds in the solver, while other grids are solved in parallel.
     pub seconds: f64,
     /// How the solve ended.
     pub status: Status,
@@ -77,7 +77,7 @@ impl Quantity {
         }
     }
 
-    /// The name for display.
+    /// The symbol used in pictures.
     pub fn symbol(self) -> &'static str {
         match self {
             Self::EpsTFinal => "ε_t(γ_f)",
@@ -103,12 +103,12 @@ impl Quantity {
     }
 }
 
-/// What the errors are measured against.
+/// The reference against which the errors are measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReferenceInfo<S = f64> {
-    /// Its own estimate of its relative error.
+    /// Its estimate of its own relative error.
     pub error_estimate: f64,
-    /// Taylor steps.
+    /// Number of Taylor steps.
     pub steps: usize,
     /// γ_f.
     pub gamma_final: S,
@@ -127,15 +127,15 @@ pub struct ReferenceInfo<S = f64> {
 pub struct Convergence<S = f64> {
     /// The grids that were finished: operators in the requested order, then N ascending.
     pub points: Vec<ConvergencePoint>,
-    /// What they are compared with.
+    /// The reference with which they are compared.
     pub reference: ReferenceInfo<S>,
-    /// Digits of the arithmetic, by which the rounding plateau is judged.
+    /// Digits of the arithmetic, from which the level of rounding follows.
     pub digits: u32,
     /// Whether the sweep was cancelled before all grids were done.
     pub interrupted: bool,
 }
 
-/// The reason why there is no sweep at all.
+/// The reason why there is no sweep.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SweepError {
     /// There is no trajectory to compare with.

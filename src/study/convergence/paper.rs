@@ -3,29 +3,30 @@
 use super::Quantity;
 use crate::case::SbpName;
 
-/// A slope of the paper.
+/// A slope that the paper reports.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PublishedSlope {
-    /// The shipped case with its potential.
+    /// The built-in case with its potential.
     pub case: &'static str,
-    /// Operator; the form is the strong one.
+    /// The operator. The form is the strong one.
     pub sbp: SbpName,
-    /// The error.
+    /// The error whose slope it is.
     pub quantity: Quantity,
-    /// The paper's number, a fit against 1/N and not against Δγ = 1/(N − 1).
+    /// The paper's number, which is fitted against 1/N and not against Δγ = 1/(N − 1).
     pub slope: f64,
-    /// The grids on which the errors have this slope, from the smallest N to the largest; the paper names none.
+    /// The smallest and the largest N of the grids on which the errors have this slope. The paper does not name its
+    /// grids.
     pub n_range: (usize, usize),
 }
 
-/// The potentials of the paper's convergence study: the names of their shipped cases.
+/// The built-in cases with the potentials of the paper's convergence study.
 pub const BASE_CASES: [&str; 2] = ["linear", "quartic"];
 
-/// Coarse grids, and the grids from which on ε_x of the quartic potential has SBP42's order.
+/// Coarse grids, and finer ones, on which ε_x of the quartic potential has the order of SBP42.
 const COARSE: (usize, usize) = (16, 64);
 const FINE: (usize, usize) = (64, 256);
 
-/// Everything that the paper reports.
+/// All slopes that the paper reports.
 pub const PUBLISHED_SLOPES: [PublishedSlope; 8] = [
     at_end("linear", SbpName::Sbp21, Quantity::EpsXFinal, 2.08, COARSE),
     at_end("linear", SbpName::Sbp21, Quantity::EpsTFinal, 2.07, COARSE),

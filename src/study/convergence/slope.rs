@@ -5,14 +5,14 @@ use super::{Convergence, Quantity};
 use crate::case::{Form, SbpName};
 use crate::scalar::Real;
 
-/// The fitted slope of one quantity for one operator.
+/// The fitted slope of one quantity, for one operator and form.
 #[derive(Debug, Clone)]
 pub struct Slope {
     /// Operator.
     pub sbp: SbpName,
     /// Form of the action.
     pub form: Form,
-    /// What was fitted.
+    /// The quantity that was fitted.
     pub quantity: Quantity,
     /// The fit; `None` with fewer than two points above the rounding plateau.
     pub fit: Option<Fit>,
@@ -25,7 +25,7 @@ pub struct Slope {
 }
 
 impl Slope {
-    /// The operator, with the form if that is not the paper's.
+    /// The operator, and the form if it is not that of the paper.
     pub fn scheme(&self) -> String {
         match self.form {
             Form::Strong => self.sbp.to_string(),
@@ -33,7 +33,7 @@ impl Slope {
         }
     }
 
-    /// A sentence if the number should not be read as an order.
+    /// A warning, if the number should not be read as an order.
     pub fn warning(&self) -> Option<String> {
         let (name, quantity) = (self.scheme(), self.quantity.as_str());
         match &self.fit {
@@ -53,8 +53,8 @@ impl Slope {
 }
 
 impl<S: Real> Convergence<S> {
-    /// The slopes of every operator and quantity over the grids with `n_range.0` ≤ N ≤ `n_range.1` that lie above the
-    /// rounding plateau.
+    /// The slopes of every operator, form and quantity over the grids with `n_range.0` ≤ N ≤ `n_range.1` whose errors
+    /// lie above the rounding plateau.
     pub fn slopes(&self, n_range: (usize, usize)) -> Vec<Slope> {
         let mut schemes: Vec<(SbpName, Form)> = self.points.iter().map(|point| (point.sbp, point.form)).collect();
         schemes.dedup();

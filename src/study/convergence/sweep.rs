@@ -13,9 +13,9 @@ use crate::reference::ReferenceTrajectory;
 use crate::scalar::Real;
 use crate::solve::{Solution, Status, solve};
 
-/// A sweep that is ready: every grid is possible, and there is a reference.
+/// A sweep that is ready to run: every grid is possible, and there is a reference.
 pub struct Sweep<S = f64> {
-    /// Operators in the requested order, then N ascending.
+    /// One case per grid: operators in the requested order, then N ascending.
     cases: Vec<Case>,
     length: S,
     reference: ReferenceTrajectory<S>,
@@ -23,11 +23,10 @@ pub struct Sweep<S = f64> {
     digits: u32,
 }
 
-/// Solves `case` for every operator with its form and every number of nodes, in parallel; results come in a fixed
-/// order.
+/// Solves `case` for every operator with its form and every number of nodes, in parallel. The order of the results does
+/// not depend on which grid is finished first.
 ///
-/// `finished` is called for every grid when it is done; a true `cancel` prevents grids that have not begun from
-/// starting.
+/// `finished` is called for every grid when it is done. Once `cancel` is true, no further grids are started.
 ///
 /// # Errors
 /// See [`Sweep::new`].
@@ -69,7 +68,7 @@ impl<S: Real> Sweep<S> {
                 }
             }
         }
-        // Small numbers of nodes can round to the same number of spectral elements.
+        // Different numbers of nodes can round to the same number of spectral elements.
         cases.dedup_by(|a, b| (a.scheme, &a.grid) == (b.scheme, &b.grid));
         let reference = ReferenceTrajectory::new(&metric, initial, length, digits)?;
         let end = reference.at(length);
@@ -94,10 +93,10 @@ impl<S: Real> Sweep<S> {
         self.cases.len()
     }
 
-    /// Solves all grids; `finished` is called for each, with its place in the order, when it is done. A true `cancel`
-    /// prevents grids that have not begun from starting.
+    /// Solves all grids. `finished` is called for each when it is done, with its index in the order. Once `cancel` is
+    /// true, no further grids are started.
     pub fn run(&self, cancel: &AtomicBool, finished: &(dyn Fn(usize, &ConvergencePoint) + Sync)) -> Convergence<S> {
-        // The largest grids come first, so that no core is left alone with one at the end.
+        // The largest grids are started first, so that no core is still busy with one when the others have finished.
         let mut jobs: Vec<(usize, &Case)> = self.cases.iter().enumerate().collect();
         jobs.sort_by_key(|(_, case)| std::cmp::Reverse(case.grid.n_gamma * case.grid.windows));
         let points = jobs.into_par_iter().with_max_len(1).filter_map(|(place, case)| {
@@ -111,7 +110,7 @@ impl<S: Real> Sweep<S> {
         self.gathered(points.collect())
     }
 
-    /// The sweep made of these points, which have their places in the order.
+    /// The sweep with these points, each given with its index in the order.
     pub fn gathered(&self, mut points: Vec<(usize, ConvergencePoint)>) -> Convergence<S> {
         points.sort_by_key(|(place, _)| *place);
         Convergence {
@@ -144,7 +143,7 @@ fn measure<S: Real>(case: &Case, length: S, reference: &ReferenceTrajectory<S>) 
     }
 }
 
-/// Errors of a solution at its nodes and in its own quadrature.
+/// The errors of a solution at its nodes. The L2 norms use the quadrature of its operator.
 pub fn errors<S: Real>(solution: &Solution<S>, reference: &ReferenceTrajectory<S>) -> Errors {
     let (mut t_squared, mut x_squared, mut final_errors) = (0.0, 0.0, (0.0, 0.0));
     let values = solution.time_from_start(&solution.elapsed).zip(&solution.x);

@@ -1,4 +1,4 @@
-//! The methods of the atlas, and the step that linear theory allows each of them.
+//! The methods of the atlas, and the step that linear theory allows for each of them.
 
 use nalgebra::Complex;
 
@@ -10,34 +10,34 @@ use crate::potential::Potential;
 use crate::sbp::symbol::{Start, amplification, largest_symbol};
 use crate::study::work_precision::Family;
 
-/// Intervals of a window of a finite-difference operator where it is run in windows: twenty-one nodes.
+/// Number of intervals of each window of a finite-difference operator that is run in windows; it has one node more.
 pub const WINDOW: usize = 20;
 
-/// Growth of an oscillation over a window or step that cannot be rounding.
+/// The relative growth of an oscillation over a window or step, above which it cannot be rounding.
 const GROWTH: f64 = 1e-9;
-/// The values of hω that are tried: in steps of half a per cent from the first to the last.
+/// The values of hω that are tried: the first, the last, and the factor from each to the next.
 const TRIED: (f64, f64, f64) = (0.02, 30.0, 1.005);
 
-/// A column of the atlas.
+/// A method of the atlas.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Method {
     /// One block of a finite-difference operator over all nodes.
     Block(SbpName, Form),
     /// The same operator in windows of [`WINDOW`] intervals.
     Windows(SbpName, Form),
-    /// Spectral elements, a window each.
+    /// Spectral elements with this many nodes, one per window.
     Elements(usize, Form),
-    /// The paper's strong form with D in place of D̄ (the doubled action, on small grids).
+    /// The paper's strong form with D in place of D̄. It is solved as the doubled system, on small grids only.
     Unregularised(SbpName),
-    /// A method from outside this program, with constant steps.
+    /// One of [`crate::methods`], with constant steps.
     Other(Family),
-    /// The same, with steps chosen by a tolerance.
+    /// One of [`crate::methods`], with steps chosen by a tolerance.
     Adaptive(Family),
-    /// This program's own choice of windows for an accuracy.
+    /// The windows that this program chooses for an accuracy.
     Accuracy,
 }
 
-/// What linear theory says of a method on an oscillation of frequency ω.
+/// What linear theory says about a method that computes an oscillation of frequency ω with the step h.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Limit {
     /// Stable for hω up to this.
@@ -108,9 +108,9 @@ impl Method {
 
     /// The step that linear theory allows, from the operator's or the method's own coefficients.
     ///
-    /// In one block the interior stencil decides, see [`crate::sbp::symbol`]; windows by |R(iω)| ≤ 1. The other methods
-    /// are run: on x″ = −ω²x one step is a 2 × 2 matrix, and the oscillation is kept while its spectral radius is 1. An
-    /// implicit method whose iteration fails ends there too.
+    /// For one block it is the limit of the interior stencil, see [`crate::sbp::symbol`], and for windows the condition
+    /// |R(iω)| ≤ 1. The other methods are run: on x″ = −ω²x one step is a 2 × 2 matrix, and the step is allowed as long
+    /// as its spectral radius is at most 1. For an implicit method it is also the step at which the iteration fails.
     pub fn limit(&self) -> Limit {
         match self {
             Self::Block(sbp, _) | Self::Unregularised(sbp) => {
@@ -148,13 +148,13 @@ fn first_growing(radius: impl Fn(f64) -> f64) -> Limit {
         let middle = 0.5 * (stable + step);
         if grows(middle) { step = middle } else { stable = middle }
     }
-    // Whatever grows at the first step tried does so from the beginning.
+    // A method that grows at the first step tried is taken to grow for every step.
     Limit::Step(if stable < first { 0.0 } else { stable })
 }
 
 /// The spectral radius of one step of a method on x″ = −x; infinite if it fails.
 fn step_radius(family: &Family, step: f64) -> f64 {
-    // So near to x = 0 the geodesic of V = x²/2 is the oscillator, to rounding.
+    // So near to x = 0 the geodesic in V = x²/2 is a harmonic oscillation, up to rounding.
     const SMALL: f64 = 1e-12;
     let metric = Metric::new(Potential::polynomial(vec![0.0, 0.0, 0.5]), 1.0, 1.0);
     let column = |x: f64, x_dot: f64| {
@@ -169,7 +169,7 @@ fn step_radius(family: &Family, step: f64) -> f64 {
     if discriminant <= 0.0 { determinant.sqrt() } else { half_trace.abs() + discriminant.sqrt() }
 }
 
-/// A method with steps chosen by `tolerance`; most of them end a step at every point of `output`.
+/// Runs a method with steps chosen by `tolerance`. Most of these methods end a step at every point of `output`.
 pub(super) fn run_adaptive(
     family: &Family,
     problem: &Problem,
@@ -180,13 +180,13 @@ pub(super) fn run_adaptive(
     match family {
         Family::Dop853 => methods::dop853(problem, output, tolerance),
         Family::Radau5 => methods::radau5(problem, output, tolerance),
-        // The cheapest order for this many digits.
+        // The order that is cheapest for this many digits.
         Family::Taylor => methods::taylor(problem, output, (1.15 * digits).ceil() as usize + 2, digits as u32),
         _ => Err(Failure::NotConverged),
     }
 }
 
-/// A method with this many constant steps, all of them returned.
+/// Runs a method with this many constant steps. The trajectory contains the ends of all of them.
 pub(super) fn run_constant(family: &Family, problem: &Problem, steps: usize) -> Result<Trajectory, Failure> {
     let output = Output::even(steps);
     match family {

@@ -1,12 +1,14 @@
-//! Where methods fail: every scheme of this program and other methods over step and length of the world-line.
+//! The *atlas*: where methods fail. Every scheme of this program, and other methods, are run with many steps and over
+//! many lengths of the world-line.
 //!
-//! A *cell* is one method on one grid. Its status is found by measurement against a reference trajectory, see
-//! [`status`] for the rules and their thresholds: exact conservation of Q_t says nothing, and is only reported beside
-//! it. Beside the measurement stands the [`Limit`] of linear theory, from the operators' own coefficients.
+//! A *cell* is one method on one grid. Its status is found by measurement against a reference trajectory; for the rules
+//! and their thresholds see [`status`]. Exact conservation of Q_t says nothing about the trajectory, and is only
+//! reported. The [`Limit`] of linear theory is computed from the coefficients of the operators, to compare with.
 //!
-//! Lengths are given by γ_f, by ṫ_i, or by both: ṫ_i stretches the tangent (ẋ_i with it, dx/dt stays), which stretches
-//! the world-line, since γ only counts. Steps are Δγ between nodes, for spectral elements their mean; adaptive methods
-//! have a tolerance instead, and the Δγ that comes out.
+//! The length of the world-line is varied by γ_f, by ṫ_i, or by both. A larger ṫ_i stretches the whole tangent: ẋ_i
+//! grows with it, and dx/dt is kept. As γ is only a parameter, that makes the world-line longer over the same range of
+//! γ. The step is the spacing Δγ of the nodes, and their mean spacing for spectral elements. Adaptive methods have a
+//! tolerance instead, and the Δγ that results from it.
 
 mod method;
 mod run;
@@ -39,20 +41,20 @@ pub struct Plan {
     pub spacings: Vec<f64>,
 }
 
-/// What was measured where there is a result.
+/// The numbers that were measured on a result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Numbers {
     /// max |ΔK|.
     pub delta_k_max: f64,
-    /// max |ΔQ_t| over the nodes where it is exact; none for methods that have Q_t as a parameter.
+    /// max |ΔQ_t| over the nodes where Q_t is exact; `None` for methods that have Q_t as a parameter.
     pub delta_q_t_max: Option<f64>,
-    /// Largest error of x over all nodes; none where the reference has ended.
+    /// Largest error of x over all nodes; `None` if the reference does not reach the last of them.
     pub error_x_max: Option<f64>,
-    /// Largest error of t.
+    /// Largest error of t over all nodes; `None` like that of x.
     pub error_t_max: Option<f64>,
-    /// Amplitude of the (−1)^k component of x; none without equidistant nodes.
+    /// Amplitude of the (−1)^k component of x; `None` if the nodes are not equidistant.
     pub sawtooth: Option<f64>,
-    /// γ − γ_i from which on it is above what the status allows.
+    /// γ − γ_i at which this amplitude first exceeds the threshold of the status.
     pub sawtooth_from: Option<f64>,
     /// ΔQ_t at the last node, and with the multiplier correction (strong form, one block).
     pub last_node: Option<[f64; 2]>,
@@ -63,23 +65,23 @@ pub struct Numbers {
 pub struct Cell {
     /// The method.
     pub method: Method,
-    /// The Δγ that was wanted, or the tolerance.
+    /// The Δγ that was asked for, or the tolerance.
     pub setting: f64,
-    /// Different nodes of all windows, or steps and one; none for an adaptive method that failed.
+    /// Number of distinct nodes of all windows, or of steps plus one; `None` for an adaptive method that failed.
     pub n_gamma: Option<usize>,
     /// γ_f − γ_i.
     pub gamma_f: f64,
     /// ṫ_i.
     pub t_dot: f64,
-    /// Δγ, as it came out, times the largest local frequency along the reference.
+    /// The actual Δγ times the largest local frequency along the reference.
     pub delta_gamma_omega: Option<f64>,
     /// How it ended.
     pub status: CellStatus,
     /// What was measured, if there is a result.
     pub numbers: Option<Numbers>,
-    /// Iterations; none for methods that have none.
+    /// Number of iterations; `None` for methods that do not iterate.
     pub iterations: Option<usize>,
-    /// Seconds, with other cells computed beside it.
+    /// Seconds, while other cells are computed in parallel.
     pub seconds: f64,
 }
 
@@ -93,7 +95,7 @@ pub struct Atlas {
 }
 
 impl Atlas {
-    /// The atlas of these cells with their places in the order.
+    /// The atlas of these cells, each given with its index in the order.
     pub fn gathered(mut cells: Vec<(usize, Cell)>, interrupted: bool) -> Self {
         cells.sort_by_key(|(place, _)| *place);
         Self { interrupted, cells: cells.into_iter().map(|(_, cell)| cell).collect() }
@@ -122,8 +124,8 @@ impl Plan {
     }
 }
 
-/// Measures all cells; `tried` is called after each grid, with its place in the order and its cell, if there is one. A
-/// true `cancel` lets running cells finish and starts no more.
+/// Measures all cells. `tried` is called after each grid, with its index in the order and its cell, if there is one.
+/// Once `cancel` is true, running cells are finished and no further ones are started.
 pub fn measure(
     scene: &Scene,
     plan: &Plan,
@@ -133,7 +135,7 @@ pub fn measure(
     let jobs = plan.jobs();
     let (all, done) = (jobs.len(), std::sync::atomic::AtomicUsize::new(0));
     let mut order: Vec<(usize, Job)> = jobs.into_iter().enumerate().collect();
-    // The largest first, so that no core is left alone with one at the end.
+    // The largest cells are started first, so that no core is still busy with one when the others have finished.
     let size = |job: &Job| job.length / job.setting;
     order.sort_by(|(_, a), (_, b)| size(b).total_cmp(&size(a)));
     let cells: Vec<(usize, Cell)> = order

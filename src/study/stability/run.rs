@@ -1,4 +1,4 @@
-//! One method on one grid: what it returns, and what is measured on that.
+//! One method on one grid: its run, and the measurements on its result.
 
 use std::time::Instant;
 
@@ -12,16 +12,17 @@ use crate::geodesic::Invariants;
 use crate::methods::{Failure, Output, Problem, State, Trajectory};
 use crate::solve::{NoSolution, Solution, Status, solve};
 
-/// A spacing that comes out further from the one wanted is another cell: spectral elements and windows come in whole
-/// numbers.
+/// As the numbers of elements and windows are whole, the spacing can differ from the one that was asked for. If it does
+/// by more than this factor, there is no cell.
 const SAME_SPACING: f64 = 1.25;
 /// The doubled action without the regularisation is tried on at most this many nodes.
 const MOST_UNREGULARISED: usize = 200;
-/// Radians of the fastest oscillation between the points at which adaptive methods are looked at, and the most points.
+/// The distance of the points at which adaptive methods are measured, in radians of the fastest oscillation, and the
+/// largest number of these points.
 const OUTPUT_EVERY: f64 = 2.0;
 const MOST_OUTPUTS: f64 = 10_000.0;
 
-/// A grid wanted of a method.
+/// A method, and the grid that is asked for.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Job {
     pub(super) method: Method,
@@ -54,7 +55,7 @@ struct Failed {
 }
 
 impl Job {
-    /// The cell of this grid; none if the method has no such grid.
+    /// Runs and measures the cell of this grid; `None` if the method has no such grid.
     pub(super) fn measure(&self, scene: &Scene) -> Option<Cell> {
         let wanted = (self.length / self.setting).round().max(1.0) as usize;
         let case = if self.method.is_own() { Some(self.case(scene, wanted)?) } else { None };
@@ -156,7 +157,7 @@ impl Job {
         (status, numbers)
     }
 
-    /// The case of this grid, for a scheme of this program; none if there is no such grid.
+    /// The case of this grid, for a scheme of this program; `None` if there is no such grid.
     fn case(&self, scene: &Scene, wanted: usize) -> Option<Case> {
         let mut case = scene.case.clone();
         if self.tangent != 1.0 {
@@ -195,7 +196,7 @@ impl Job {
         (ratio <= SAME_SPACING).then_some(case)
     }
 
-    /// The same world-line for methods from outside this program.
+    /// The same world-line as a problem for [`crate::methods`].
     fn problem(&self, scene: &Scene) -> Problem {
         let mut initial = scene.initial;
         initial.t_dot *= self.tangent;
@@ -203,7 +204,7 @@ impl Job {
         Problem { metric: scene.metric.clone(), initial, length: self.length }
     }
 
-    /// The result of a method from outside this program.
+    /// The result of one of [`crate::methods`].
     fn steps(&self, scene: &Scene, result: Result<Trajectory, Failure>, intervals: usize) -> Result<Solved, Failed> {
         let problem = self.problem(scene);
         let states = match result {
@@ -239,7 +240,7 @@ impl Job {
     }
 }
 
-/// A result, as it comes from the clock.
+/// A result as the timed run returns it.
 enum Solved {
     Own(Box<Solution>),
     Other(Track),
@@ -259,7 +260,8 @@ impl Track {
         let mut delta_k = charges.delta_k;
         let (mut stretches, mut intervals) = (Vec::new(), 0);
         for (view, &at_end) in solution.views().zip(&charges.delta_k_ends) {
-            // The derivatives at the last node of the strong form are not usable; the values handed on are.
+            // In the strong form, Dt and Dx are not velocities at the last node of a window. There ΔK is that of the
+            // values with which the next window starts.
             let nodes = view.nodes();
             delta_k[nodes.end - 1] = at_end;
             intervals += nodes.len() - 1;
@@ -293,7 +295,7 @@ impl Track {
     }
 }
 
-/// Mean over the last quarter minus mean over the first.
+/// The mean of ΔK over the last quarter of the nodes minus that over the first quarter.
 fn k_drift(delta_k: &[f64]) -> f64 {
     let quarter = (delta_k.len() / 4).max(1).min(delta_k.len());
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;

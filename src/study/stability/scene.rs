@@ -1,4 +1,4 @@
-//! The world-line that all methods of an atlas are judged by.
+//! The world-line by which all methods of an atlas are judged.
 
 use crate::case::{Case, End, Solver};
 use crate::geodesic::{InitialData, Invariants, acceleration_slope};
@@ -8,20 +8,21 @@ use crate::scalar::{Extended, Real};
 
 use super::status::Sizes;
 
-/// Points along the reference on which sizes and frequencies are measured, for each of its steps and in all.
+/// Number of points on the reference at which sizes and frequencies are measured, per step of it, and the largest
+/// number in all.
 const SAMPLES_A_STEP: usize = 8;
 const MOST_SAMPLES: usize = 200_000;
 
-/// An `f64` reference with a larger estimated error, in units of A and T, is replaced by one in extended precision; the
-/// bound is a hundredth of what the rules of the statuses distinguish. If that is no better, nothing is called
-/// accurate.
+/// The largest acceptable error of the reference, relative to the sizes A and T of [`super::status`]. It is a hundredth
+/// of what the rules of the statuses distinguish. If the estimated error of an `f64` reference is larger, one in
+/// extended precision takes its place. If that is not better, no cell is called accurate.
 const GOOD_REFERENCE: f64 = 1e-4;
 /// Digits of the reference in extended precision.
 const DIGITS: u32 = 40;
-/// The probe of a world-line that leaves the domain ends at this share of it.
+/// If the world-line leaves the domain, the reference ends at this share of its length.
 const SHORT_OF_THE_END: f64 = 0.9;
 
-/// A reference in the precision that it needs.
+/// The reference, in the precision that it needs.
 enum Reference {
     Double(ReferenceTrajectory),
     Extended(ReferenceTrajectory<Extended>),
@@ -29,28 +30,31 @@ enum Reference {
 
 /// The geodesic of a case.
 pub struct Scene {
-    /// The case without what belongs to one scheme only.
+    /// The case without what belongs to one scheme only: its windows, its solver, its expectations and D in place of
+    /// D̄.
     pub(super) case: Case,
     pub(super) metric: Metric,
     pub(super) initial: InitialData,
     reference: Option<Reference>,
-    /// γ − γ_i up to which there is one.
+    /// γ − γ_i at the end of the reference.
     reached: f64,
     trusted: bool,
     ends: Option<ReferenceEnds>,
     /// Largest local frequency along the reference; 0 if the motion never oscillates.
     omega: f64,
-    /// The rate that a grid is made for: ω, or else the largest rate of growth, or else one turn over the run.
+    /// The rate for which grids are made: ω or, if nothing oscillates, the largest rate of growth or, if there is none
+    /// either, 2π over the length of the run.
     pace: f64,
     own_length: f64,
 }
 
 impl Scene {
-    /// The scene of `case` with a reference that is as long as any of `lengths` or, without them, as the default ones.
+    /// The scene of `case`, with a reference as long as the longest of `lengths` or, if there are none, of the default
+    /// ones.
     ///
     /// # Errors
-    /// [`ReferenceEnds`] if V has no Taylor series where the geodesic goes, or a t_f of the case is not reached:
-    /// nothing could be judged. A geodesic that leaves the domain is not an error but what the atlas shows.
+    /// [`ReferenceEnds`] if V has no Taylor series at some point of the geodesic, or the geodesic does not reach t_f of
+    /// the case: then nothing could be judged. A geodesic that leaves the domain is not an error; the atlas shows it.
     pub fn new(case: &Case, lengths: &[f64]) -> Result<Self, ReferenceEnds> {
         let mut plain = case.clone();
         plain.grid.windows = 1;
@@ -92,7 +96,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Makes the reference as long as `length`, or as long as the geodesic allows.
+    /// Computes a reference of the given `length`, or as long as the geodesic allows.
     fn refer(&mut self, length: f64) -> Result<(), ReferenceEnds> {
         let double = |length: f64| ReferenceTrajectory::new(&self.metric, self.initial, length, f64::MOST_DIGITS);
         let (reference, reached) = match double(length) {
@@ -126,7 +130,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Points of the reference over [0, `length`], which it reaches.
+    /// Points of the reference over [0, `length`], which must not go beyond its end.
     fn sampled(&self, length: f64) -> Vec<ReferencePoint> {
         let steps = match &self.reference {
             Some(Reference::Double(reference)) => reference.steps(),
@@ -137,7 +141,7 @@ impl Scene {
         (0..=count).filter_map(|k| self.at(length * (k as f64 / count as f64))).collect()
     }
 
-    /// The reference at γ − γ_i, where it goes so far.
+    /// The reference at γ − γ_i = `gamma`; `None` beyond its end.
     pub(super) fn at(&self, gamma: f64) -> Option<ReferencePoint> {
         if gamma > self.reached * (1.0 + 1e-12) {
             return None;
@@ -157,14 +161,14 @@ impl Scene {
     /// accurate one.
     fn is_good(&self) -> bool {
         let (Some(sizes), Some(end)) = (self.measured_sizes(self.reached), self.at(self.reached)) else { return false };
-        // Its error is relative to the largest t and x, whereas the rules are relative to T and A.
+        // The estimated error is relative to the largest t and x, whereas the rules are relative to T and A.
         let far = self.sampled(self.reached).iter().fold(f64::MIN_POSITIVE, |far, point| far.max(point.x.abs()));
         let duration = end.elapsed.abs().max(f64::MIN_POSITIVE);
         self.reference_error() <= GOOD_REFERENCE * (sizes.t / duration).min(sizes.x / far).min(1.0)
     }
 
-    /// What trajectories over [0, `length`] are measured by; `None` beyond the end of the reference, or if that is not
-    /// accurate enough.
+    /// The sizes by which trajectories over [0, `length`] are judged; `None` beyond the end of the reference, or if
+    /// that is not accurate enough.
     pub(super) fn sizes(&self, length: f64) -> Option<Sizes> {
         self.measured_sizes(length).filter(|_| self.trusted)
     }
@@ -177,7 +181,7 @@ impl Scene {
         let largest = |of: &dyn Fn(&ReferencePoint) -> f64| points.iter().map(of).fold(0.0, f64::max);
         let far = largest(&|p| p.x.abs());
         let amplitude = 0.5 * (range[1] - range[0]);
-        // At rest there is no motion to measure by.
+        // A particle at rest has no amplitude.
         let x = if amplitude > 1e-12 * far { amplitude } else { far.max(f64::MIN_POSITIVE) };
         let (speed, x_dot) = (largest(&|p| (p.x_dot / p.t_dot).abs()), largest(&|p| p.x_dot.abs()));
         let duration = points.last()?.elapsed.abs();
@@ -196,7 +200,7 @@ impl Scene {
         self.omega
     }
 
-    /// ω, or what takes its place where nothing oscillates.
+    /// ω, or the rate that takes its place if nothing oscillates.
     pub fn pace(&self) -> f64 {
         self.pace
     }
@@ -220,7 +224,7 @@ impl Scene {
         }
     }
 
-    /// Lengths 1, 2, 5, 10, … from two radians of the fastest oscillation to a thousand, and the case's own.
+    /// The case's own length, and 1, 2, 5, 10, … from two radians of the fastest oscillation to a thousand.
     pub fn default_lengths(&self) -> Vec<f64> {
         let mut lengths = round_numbers(2.0 / self.pace, 1100.0 / self.pace, &[1.0, 2.0, 5.0]);
         if lengths.iter().all(|length| (length / self.own_length - 1.0).abs() > 0.01) {
@@ -236,10 +240,10 @@ impl Scene {
     }
 }
 
-/// Numbers with these digits between two others.
+/// The numbers between two others that are one of `digits` times a power of ten.
 fn round_numbers(from: f64, to: f64, digits: &[f64]) -> Vec<f64> {
     let (first, last) = (from.log10().floor() as i32, to.log10().ceil() as i32);
-    // They are read as decimals, and are then exact to the last bit.
+    // They are parsed as decimals, so that they are correctly rounded.
     let read = |digit: f64, power: i32| format!("{digit}e{power}").parse().ok();
     let all = (first..=last).flat_map(|power| digits.iter().filter_map(move |&digit| read(digit, power)));
     all.filter(|number| (from..=to).contains(number)).collect()

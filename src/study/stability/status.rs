@@ -1,29 +1,30 @@
-//! The status of a cell, and the reasons for it.
+//! The status of a cell, and the rules for it.
 //!
-//! A result is judged by its trajectory and never by Q_t. Sizes come from the reference over the same length: A is half
-//! the range of x, W the largest |dx/dγ|, and T = A / max |dx/dt| the time in which the motion is felt (at most
-//! t_f − t_i).
+//! A result is judged by its trajectory and never by Q_t. The sizes that errors are compared with come from the
+//! reference over the same length: A is half the range of x, W is the largest |dx/dγ|, and T = A / max |dx/dt| is the
+//! time in which the particle moves by A (at most t_f − t_i).
 //!
 //! | status | rule, the first that holds |
 //! |---|---|
 //! | no critical point | the solve ends without one; an implicit step of another method does not converge, or has too many steps |
 //! | leaves the domain | the solve, or another method, meets g00 ≤ 0 |
-//! | diverged | an error of x above [`DIVERGED`]·A: no two points of the motion are half as far apart; or a number is not finite |
-//! | accurate | errors of x ≤ [`ACCURATE`]·A and of t ≤ [`ACCURATE`]·T at every node: curves that cannot be told apart by eye |
+//! | diverged | an error of x above [`DIVERGED`]·A, which is twice the distance of any two points of the motion; or a number is not finite |
+//! | accurate | errors of x ≤ [`ACCURATE`]·A and of t ≤ [`ACCURATE`]·T at every node, so that the curves cannot be told apart by eye |
 //! | sawtooth | the amplitude of the (−1)^k component of x is above [`SAWTOOTH`]·A and [`ROUGHER`] times that of the reference on the same nodes |
 //! | drifting | the mean of K over the last quarter of the nodes differs from that over the first by more than [`DRIFTING`]·W² |
-//! | inaccurate | anything else: on the right orbit, at the wrong time |
+//! | inaccurate | anything else: the orbit is right, but the time is wrong |
 //!
-//! Where the geodesic itself has left the domain there is nothing to be accurate against: a result there is inaccurate,
-//! and its errors stay empty.
+//! If the geodesic itself leaves the domain before the end, there is no trajectory to compare with. A result is then
+//! called inaccurate, and its errors are empty.
 
-/// Largest share of the amplitude that an accurate trajectory is off by.
+/// Largest error of an accurate trajectory, relative to A and T.
 pub const ACCURATE: f64 = 1e-2;
-/// Errors of two amplitudes are the most that a wrong time can cause; twice that means another motion.
+/// A wrong time alone causes errors of at most two amplitudes; twice that means another motion.
 pub const DIVERGED: f64 = 4.0;
-/// A sawtooth smaller than this does not cause an inaccurate result.
+/// A sawtooth smaller than this share of A is not the cause of an inaccurate result.
 pub const SAWTOOTH: f64 = 1e-2;
-/// A smooth motion on a coarse grid has fourth differences too; the computational mode is what exceeds them by this.
+/// The sawtooth is measured by fourth differences, which a smooth motion has on a coarse grid too. It is attributed to
+/// the computational mode if it is this many times larger than that of the reference.
 pub const ROUGHER: f64 = 3.0;
 /// K = g00 ṫ² − ẋ² belongs to another orbit when it has changed by this share of ẋ².
 pub const DRIFTING: f64 = 1e-2;
@@ -31,24 +32,24 @@ pub const DRIFTING: f64 = 1e-2;
 /// How a cell of the map ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CellStatus {
-    /// Checked against the reference at every node.
+    /// The trajectory agrees with the reference at every node.
     Accurate,
-    /// The orbit is kept, the phase is lost.
+    /// The orbit is kept, but the phase is lost.
     Inaccurate,
     /// Even and odd nodes have separated: the computational mode.
     Sawtooth,
-    /// K leaves its value for good.
+    /// K has drifted away from its value.
     Drifting,
-    /// Another motion, or none.
+    /// The result is another motion, or not finite.
     Diverged,
-    /// Nothing found.
+    /// The solve has found no critical point, or another method has failed.
     NoCriticalPoint,
-    /// g00 ≤ 0.
+    /// The trajectory has met g00 ≤ 0.
     OutsideDomain,
 }
 
 impl CellStatus {
-    /// From best to worst.
+    /// All of them, from best to worst.
     pub const ALL: [Self; 7] = [
         Self::Accurate,
         Self::Inaccurate,
@@ -82,7 +83,7 @@ impl CellStatus {
     }
 }
 
-/// What a trajectory is measured by.
+/// The sizes by which a trajectory is judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sizes {
     /// A.
@@ -93,13 +94,13 @@ pub struct Sizes {
     pub k: f64,
 }
 
-/// What was measured on a result.
+/// The measurements by which a result is judged.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Evidence {
-    /// Largest errors of x and t over the nodes; none without a reference.
+    /// Largest errors of x and t over the nodes; `None` without a reference.
     pub errors: Option<[f64; 2]>,
-    /// Amplitude of the (−1)^k component, and that of the reference on the same nodes; none where nodes are not
-    /// equidistant or too few.
+    /// Amplitude of the (−1)^k component of x, and that of the reference on the same nodes; `None` if the nodes are not
+    /// equidistant, or too few.
     pub sawtooth: Option<[f64; 2]>,
     /// Mean ΔK over the last quarter of the nodes minus that over the first.
     pub k_drift: f64,
@@ -142,7 +143,7 @@ mod tests {
         assert_eq!(judge(&rough(0.02, 0.01), &sizes), CellStatus::Inaccurate, "the motion itself is as rough");
         assert_eq!(judge(&Evidence { k_drift: -0.05, ..errors(0.5, 0.0) }, &sizes), CellStatus::Drifting);
         assert_eq!(judge(&Evidence { k_drift: -0.05, ..rough(0.02, 0.0) }, &sizes), CellStatus::Sawtooth);
-        // An accurate trajectory is accurate, whatever else it shows.
+        // A small error is enough for an accurate trajectory, even with a sawtooth.
         let small = Evidence { sawtooth: Some([0.02, 0.0]), ..errors(5e-3, 0.0) };
         assert_eq!(judge(&small, &sizes), CellStatus::Accurate);
     }

@@ -1,4 +1,5 @@
-//! Errors along a long run for about the same work: drift, bounded oscillation and the random walk of rounding.
+//! Errors along a long run, with about the same work for every method. They show a drift, a bounded oscillation, or the
+//! random walk of rounding.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -8,11 +9,11 @@ use super::{Arena, RowErrors};
 use crate::case::{Form, SbpName};
 use crate::methods::Output;
 
-/// Evaluations of the potential for each of the intervals that a run is cut into.
+/// Number of evaluations of the potential for each of the intervals into which a run is divided.
 const EVALUATIONS: f64 = 200.0;
-/// Pieces of the reference, in each of which little happens, that make an interval.
+/// Number of Taylor steps of the reference that make an interval.
 const PIECES: f64 = 3.0;
-/// Points of output, evenly spaced in log γ.
+/// Number of points of output, evenly spaced in log γ.
 const POINTS: usize = 200;
 
 /// The errors of one method at one γ.
@@ -24,21 +25,23 @@ pub struct DriftPoint {
     pub setting: String,
     /// γ − γ_i.
     pub gamma: f64,
-    /// The errors there.
+    /// The errors at that γ.
     pub errors: RowErrors,
 }
 
-/// Runs one setting of each of some of the `chosen` methods that costs about 200 evaluations per interval of the
-/// world-line, where an interval is three steps of the reference, each about six tenths of a radian of the motion; for
-/// an adaptive method it is the closest tolerance. A method that fails is left out. The state is taken at 200 values of
-/// γ, evenly spaced in log γ; constant steps end there.
+/// Runs some of the `chosen` methods, each in one setting, and returns their errors along the world-line.
+///
+/// The setting costs about 200 evaluations per interval of the world-line; for an adaptive method it is the tolerance
+/// that comes closest to that. An interval is three steps of the reference, each of which covers about 0.6 radians of
+/// the motion. The states are taken at 200 values of γ, evenly spaced in log γ, at which constant steps end. A method
+/// that fails is left out.
 pub fn drift(arena: &Arena, chosen: &[Family], cancel: &AtomicBool) -> Vec<DriftPoint> {
     let intervals = ((arena.scale() / PIECES).ceil() as usize).max(POINTS / 2);
     let mark = |k: usize| (intervals as f64).powf(k as f64 / (POINTS - 1) as f64).round() as usize;
     let mut marks: Vec<usize> = (0..POINTS).map(mark).collect();
     marks.dedup();
     let output = Output { intervals, marks };
-    // Evaluations of a step, measured where a method iterates.
+    // Evaluations per step, which were measured for methods that iterate; 0 for adaptive methods.
     let families = [
         (Family::Block(SbpName::Sbp21, Form::Strong), 1.0),
         (Family::Block(SbpName::Sbp42, Form::Strong), 6.0),

@@ -1,4 +1,4 @@
-//! The methods of the chart and their ranges of settings.
+//! The methods of `work-precision` and their ranges of settings.
 
 use std::f64::consts::SQRT_2;
 
@@ -12,9 +12,9 @@ pub enum Family {
     Block(SbpName, Form),
     /// This program: the weak form on spectral elements with this many nodes, in windows.
     Elements(usize),
-    /// This program's library: the windows of the same scheme without certificate and storage.
+    /// The library of this program: the windows of the same scheme, without certificate and storage.
     March(usize),
-    /// This program: windows chosen for an accuracy, seen one by one.
+    /// This program: windows chosen for an accuracy, which are handed over one by one.
     Accuracy,
     /// The classical Runge–Kutta method.
     Rk4,
@@ -24,7 +24,7 @@ pub enum Family {
     KahanLi6,
     /// The composition of order 8 by the same authors.
     KahanLi8,
-    /// The same with compensated sums.
+    /// The composition of order 8 with compensated sums.
     KahanLi8Compensated,
     /// Gauss–Legendre with this many stages.
     Gauss(usize),
@@ -34,11 +34,11 @@ pub enum Family {
     Radau5,
     /// The Taylor method of the reference in `f64`.
     Taylor,
-    /// Measured by another program.
+    /// A method of this name that another program measured.
     Other(String),
 }
 
-/// What is drawn as one curve.
+/// A group of methods, which are drawn as one curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[allow(missing_docs)] // As in `Family`.
 pub enum Group {
@@ -83,13 +83,13 @@ impl Group {
     }
 }
 
-/// One setting: what it means depends on the method.
+/// One setting of a method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Setting {
-    /// Steps, windows, or nodes minus one; 0 for adaptive methods. It is a multiple of the number of intervals between
-    /// points of output where the method has no dense output, see [`Family::has_dense_output`].
+    /// Number of steps, of windows, or of nodes minus one; 0 for adaptive methods. If the method has no dense output,
+    /// see [`Family::has_dense_output`], it is a multiple of the number of intervals between points of output.
     pub(super) count: usize,
-    /// The tolerance of an adaptive method, or of the iteration of an implicit one (0: to rounding).
+    /// The tolerance of an adaptive method, or of the iteration of an implicit one (0 if it iterates to rounding).
     pub(super) tolerance: f64,
 }
 
@@ -167,12 +167,12 @@ impl Family {
         self.group().is_own()
     }
 
-    /// Whether it is a call of [`crate::solve()`], certified, and not of the library underneath.
+    /// Whether its results are certified: it calls [`crate::solve()`] and not the library below that.
     pub fn is_certified(&self) -> bool {
         matches!(self, Self::Block(..) | Self::Elements(_) | Self::Accuracy)
     }
 
-    /// Whether its iteration can be ended early.
+    /// Whether its iteration has a tolerance of its own.
     pub(super) fn has_inner_tolerance(&self) -> bool {
         matches!(self, Self::March(_) | Self::Gauss(_))
     }
@@ -187,8 +187,8 @@ impl Family {
         matches!(self, Self::March(_) | Self::Gauss(_) | Self::Rk4)
     }
 
-    /// Its settings from cheap to expensive, without end, on a world-line of `scale` pieces in each of which little
-    /// happens.
+    /// Its settings, from cheap to expensive and without a last one for constant steps. The world-line takes `scale`
+    /// Taylor steps of the reference, which are pieces of similar difficulty.
     pub(super) fn settings(&self, scale: f64) -> Box<dyn Iterator<Item = Setting>> {
         if self.is_adaptive() {
             return Box::new((2..=15).map(|digits| Setting::tolerance(10.0_f64.powi(-digits))));
@@ -221,12 +221,12 @@ impl Family {
     }
 }
 
-/// Digits that a tolerance asks for.
+/// The number of digits that a tolerance stands for.
 pub(super) fn taylor_digits(tolerance: f64) -> u32 {
     (-tolerance.log10()).round().max(1.0) as u32
 }
 
-/// The cheapest order for a tolerance.
+/// The order that is cheapest for a tolerance.
 pub(super) fn taylor_order(tolerance: f64) -> usize {
     (1.15 * f64::from(taylor_digits(tolerance))).ceil() as usize + 2
 }

@@ -1,8 +1,8 @@
-//! The front, and who leads by how much.
+//! The front: the settings that no other one beats. And by how much the fastest method leads.
 
 use super::Row;
 
-/// The rows that no other one beats in error and in `cost`, from accurate to rough.
+/// The rows that no other row beats in both error and `cost`, from small errors to large ones.
 pub fn front<'a>(rows: impl IntoIterator<Item = &'a Row>, cost: impl Fn(&Row) -> f64) -> Vec<&'a Row> {
     let mut ranked: Vec<(f64, f64, &Row)> =
         rows.into_iter().filter_map(|row| Some((row.rank()?, cost(row), row))).collect();
@@ -13,7 +13,8 @@ pub fn front<'a>(rows: impl IntoIterator<Item = &'a Row>, cost: impl Fn(&Row) ->
         cheapest = cheapest.min(cost);
         kept
     });
-    // The cheapest of the most accurate comes first: from there on, rougher rows must be cheaper.
+    // The rows were sorted by error, and then by cost. After the first one, each row that is kept is cheaper than all
+    // more accurate ones.
     ranked.into_iter().map(|(_, _, row)| row).collect()
 }
 
@@ -28,34 +29,34 @@ pub struct Leader {
     pub seconds: f64,
 }
 
-/// This program against the others at one error.
+/// Compares this program with the others, at one error.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ratio {
     /// γ_f − γ_i.
     pub gamma_f: f64,
     /// The error of t and x that is allowed.
     pub error: f64,
-    /// The fastest of this program, library included.
+    /// The fastest method of this program, its library included.
     pub own: Option<Leader>,
-    /// The fastest certified one of this program.
+    /// The fastest certified method of this program.
     pub certified: Option<Leader>,
-    /// The fastest of the others.
+    /// The fastest of the other methods.
     pub other: Option<Leader>,
 }
 
 impl Ratio {
-    /// Seconds of the others over seconds of this program: above 1 it leads.
+    /// Seconds of the others over seconds of this program, which leads if that is above 1.
     pub fn lead(&self) -> Option<f64> {
         Some(self.other.as_ref()?.seconds / self.own.as_ref()?.seconds)
     }
 
-    /// The same for certified solutions alone.
+    /// The same ratio for certified solutions only.
     pub fn certified_lead(&self) -> Option<f64> {
         Some(self.other.as_ref()?.seconds / self.certified.as_ref()?.seconds)
     }
 }
 
-/// The decades of error from 1e-3 to 1e-12, for every length in `rows`.
+/// The comparison at the errors 1e-3, 1e-4, … 1e-12, for every length in `rows`.
 pub fn ratios(rows: &[Row]) -> Vec<Ratio> {
     let mut lengths: Vec<f64> = rows.iter().map(|row| row.gamma_f).collect();
     lengths.sort_by(f64::total_cmp);

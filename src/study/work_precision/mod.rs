@@ -2,32 +2,33 @@
 //!
 //! # What is measured
 //!
-//! Every method has to hand out t, x and w = dx/dγ at [`OUTPUTS`] equally spaced values of γ, the end included, by its
-//! own means: a dense output where it has one, steps or windows that divide the intervals between them where it has not
-//! ([`crate::methods`] says which; of this program march and `accuracy` have one). The errors are the largest absolute
-//! differences of t and x from the reference at these points, which is a Taylor trajectory in extended precision with
-//! enough digits for the length of the run; |ΔK| is formed from (x, w, Q_t) alone. Q_t itself is *not* compared: it is
-//! a constant of the other methods' equations, and its drift would prove nothing.
+//! Every method has to return t, x and w = dx/dγ at [`OUTPUTS`] equally spaced values of γ, the end included. If it has
+//! a dense output, it uses that; otherwise its steps or windows divide the intervals between these values.
+//! ([`crate::methods`] says which methods have one; of this program, `march` and `accuracy` have.) The errors are the
+//! largest absolute differences of t and x from the reference at these points. The reference is a Taylor trajectory in
+//! extended precision, with enough digits for the length of the run. |ΔK| is formed from x, w and Q_t. Q_t itself is
+//! *not* compared: it is a constant in the equations of the other methods, so that its drift would prove nothing.
 //!
-//! This program's schemes are timed as [`crate::solve()`], with its certificate and everything it stores; `accuracy` as
-//! [`crate::solve::solve_window_by_window`] with its certificate and its samples; `march` is [`crate::lobatto`] without
-//! those.
+//! The schemes of this program are timed as [`crate::solve()`], with its certificate and everything that it stores.
+//! `accuracy` is timed as [`crate::solve::solve_window_by_window`], with its certificate and its samples. `march` is
+//! [`crate::lobatto`], without certificate and storage.
 //!
 //! # How it is timed
 //!
-//! One process and one thread are used. Each setting is tried once, which warms the machine up and shows its cost and
-//! accuracy. Then come rounds over all settings that succeeded, in turns, so that a disturbance hits all methods
-//! alike; short runs are repeated within a round until the clock can resolve them. The minimum and the median over the
-//! rounds are reported: their distance is the noise. A setting that failed or is inaccurate keeps the time of its trial
-//! and never enters the front.
+//! One process and one thread are used. Each setting is tried once, which warms up the machine and shows the cost and
+//! the accuracy. Then come rounds over all settings that succeeded. In each round they take turns, so that a
+//! disturbance affects all methods alike. Short runs are repeated within a round until the clock can resolve them. The
+//! minimum and the median over the rounds are reported; their difference shows the noise. A setting that failed or is
+//! inaccurate keeps the time of its trial and is never part of the front.
 //!
 //! # Settings
 //!
-//! Constant steps, nodes and windows grow geometrically, tolerances shrink; a family ends when a setting costs more
-//! than [`Budget::longest`] or its errors have stopped falling. Iterated methods with a tolerance of their own (march,
-//! Gauss) get the loosest one that leaves the error of the same setting as it is when it iterates to rounding: a
-//! hundredth of it, or less by powers of a hundred where errors of the iteration pile up. That is the best a user could
-//! choose, for both alike.
+//! The numbers of steps, nodes and windows grow geometrically, and tolerances shrink. A family of settings ends when a
+//! setting costs more than [`Budget::longest`] or its errors have stopped falling. Methods whose iteration has a
+//! tolerance of its own (`march` and Gauss) get the loosest one that hardly changes the error of the same setting
+//! iterated to rounding. The tolerances that are tried are a hundredth of that error, a ten-thousandth, and so on,
+//! since errors of the iteration can accumulate. That is the best choice that a user could make, for both methods
+//! alike.
 
 mod drift;
 mod family;
@@ -48,19 +49,20 @@ use crate::methods::{Output, Problem, State};
 use crate::reference::{ReferenceEnds, ReferencePoint, ReferenceTrajectory};
 use crate::scalar::{Extended, Real};
 
-/// Points at which every method reports its state.
+/// Number of points at which every method reports its state.
 pub const OUTPUTS: usize = 10;
 
-/// An error of this share of the largest |x|, or of t_f − t_i, does not count as a result.
+/// With an error above this share of the largest |x|, or of the largest |t − t_i|, a setting has no result.
 const INACCURATE: f64 = 0.1;
 /// How much is measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Budget {
-    /// Seconds that a single run may take; the next setting of its family is not tried.
+    /// Seconds that a single run may take. After a longer one, no further setting of its family is tried.
     pub longest: f64,
-    /// Most rounds, for short runs; those of a millisecond get half and longer ones a fifth of it, but at least three.
+    /// Number of rounds for runs below a millisecond. Runs below ten milliseconds have half of them and longer runs a
+    /// fifth, but at least three.
     pub rounds: usize,
-    /// Most settings of a family.
+    /// Largest number of settings of a family.
     pub settings: usize,
 }
 
@@ -75,9 +77,9 @@ impl Default for Budget {
 pub enum RowStatus {
     /// With a result.
     Converged,
-    /// With errors of the size of the result: a tenth of the largest |x|, or of t_f − t_i.
+    /// With errors as large as the result: above a tenth of the largest |x| or |t − t_i|.
     Inaccurate,
-    /// Without one; the word is that of [`crate::Status`] or of [`crate::methods::Failure`].
+    /// Without a result. The word is that of [`crate::Status`] or of [`crate::methods::Failure`].
     Failed(&'static str),
 }
 
@@ -95,16 +97,16 @@ impl RowStatus {
 /// Largest errors at the points of output.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RowErrors {
-    /// Of t.
+    /// The largest error of t.
     pub t: f64,
-    /// Of x.
+    /// The largest error of x.
     pub x: f64,
     /// max |K − K(start)|.
     pub delta_k: f64,
 }
 
 impl RowErrors {
-    /// The larger one of t and x: what rows are ranked by.
+    /// The larger of the errors of t and x, by which rows are ranked.
     pub fn largest(&self) -> f64 {
         self.t.max(self.x)
     }
@@ -125,23 +127,23 @@ pub struct Row {
     pub seconds_min: f64,
     /// Median over the rounds.
     pub seconds_median: f64,
-    /// Evaluations of the potential: one a node and sweep, or iteration of Newton's method (without those of its first
-    /// guess and of the certificate); of a series its coefficients.
+    /// Number of evaluations of the potential: one per node in each sweep or iteration of Newton's method, without
+    /// those of the first guess and the certificate. For a series, the number of its coefficients.
     pub evaluations: usize,
-    /// Nodes, or steps.
+    /// Number of nodes, or of steps.
     pub points: usize,
     /// How it ended.
     pub status: RowStatus,
 }
 
 impl Row {
-    /// The error it is ranked by, if it may be ranked.
+    /// The error by which it is ranked; `None` without a result.
     pub fn rank(&self) -> Option<f64> {
         self.errors.filter(|_| self.status == RowStatus::Converged).map(|errors| errors.largest())
     }
 }
 
-/// What all methods are compared on: the world-line over one length, and its exact course.
+/// The problem on which all methods are compared: the world-line over one length, and its reference.
 pub struct Arena {
     problem: Problem,
     case: Case,
@@ -159,7 +161,8 @@ impl Arena {
     pub fn new(case: &Case, length: Option<f64>) -> Result<Self, ReferenceEnds> {
         let metric = case.metric::<Extended>();
         let initial = case.initial_data::<Extended>();
-        // Sixteen digits of t at the end, and four to judge by. Errors of the phase grow with the square of the length.
+        // Sixteen digits of t at the end, and four more to judge them. Errors of the phase grow with the square of the
+        // length.
         let digits = |length: f64| (20.0 + (2.0 * length.max(1.0).log10()).ceil()) as u32;
         let length = match (length, case.end::<Extended>()) {
             (Some(length), _) => length,
@@ -188,7 +191,7 @@ impl Arena {
         self.reference.error_estimate()
     }
 
-    /// Number of pieces of the world-line in each of which little happens, by which settings are scaled.
+    /// Number of Taylor steps of the reference, by which settings are scaled.
     fn scale(&self) -> f64 {
         self.reference.steps() as f64
     }
@@ -228,7 +231,7 @@ impl Arena {
     }
 }
 
-/// A measured chart, of one length or several.
+/// The measured rows, for one length or several.
 #[derive(Debug, Clone, Default)]
 pub struct WorkPrecision {
     /// All rows: families in order, settings from cheap to expensive.
@@ -237,18 +240,18 @@ pub struct WorkPrecision {
     pub interrupted: bool,
 }
 
-/// What has been done, in enough detail to have all rows at any time.
+/// Reports of what has been done. They contain all rows, so that a listener has them at any time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Progress<'a> {
-    /// A setting was tried: another row.
+    /// A setting was tried, which gives another row.
     Tried(&'a Row),
     /// The row with this index has been timed again.
     Retimed(usize, &'a Row),
-    /// This many of all rounds are done.
+    /// The number of rounds that are done, and the number of all rounds.
     Round(usize, usize),
 }
 
-/// Tries all settings of `families` and times those that succeed. A true `cancel` ends it with the rows so far.
+/// Tries all settings of `families` and times those that succeed. Once `cancel` is true, it ends with the rows so far.
 pub fn measure(
     arena: &Arena,
     families: &[Family],

@@ -10,25 +10,25 @@ use crate::methods::{self, Composition, Failure, Gauss, Marks, Output, State, Tr
 use crate::sampling::{Coordinate, SampleStream};
 use crate::solve::{NoSolution, Solution, WindowEnd, solve, solve_window_by_window};
 
-/// A run to be timed; it contains no preparation that a user would not have to do as well.
+/// A run to be timed. It contains only the work that a user would have to do as well.
 pub(super) struct Job<'a> {
     run: Box<dyn Fn() -> Result<Raw, &'static str> + 'a>,
 }
 
-/// What a run returns before anything is read from it.
+/// The result of a run, before the states are read from it.
 pub(super) enum Raw {
     Trajectory(Trajectory),
     Solution(Box<Solution>),
 }
 
-/// A run at the points of output.
+/// The states of a run at the points of output.
 pub(super) struct Outcome {
     pub(super) states: Vec<State>,
     pub(super) evaluations: usize,
     pub(super) points: usize,
 }
 
-/// The case without what belongs to one scheme only.
+/// The case without what belongs to one scheme only: its windows, its solver, its expectations and D in place of D̄.
 pub(super) fn plain(case: &Case) -> Case {
     let mut plain = case.clone();
     plain.grid.windows = 1;
@@ -90,7 +90,7 @@ fn finish(result: Result<Trajectory, Failure>) -> Result<Raw, &'static str> {
     })
 }
 
-/// `solve` on this many nodes in all.
+/// A call of `solve` with this many nodes in all.
 fn certified<'a>(
     arena: &'a Arena,
     scheme: (SbpName, Form),
@@ -137,7 +137,7 @@ fn march(arena: &Arena, rule: &WeakRule, output: &Output, windows: usize, tolera
     Ok(Raw::Trajectory(Trajectory { states, evaluations: statistics.evaluations * nodes, steps: last * nodes }))
 }
 
-/// By samples, as accurate as the ends of the windows.
+/// A run with an accuracy. Its states are samples, which are as accurate as the ends of the windows.
 fn accuracy<'a>(arena: &'a Arena, output: Output, accuracy: f64) -> Box<dyn Fn() -> Result<Raw, &'static str> + 'a> {
     let length = arena.problem.length;
     let mut case = arena.case.clone();
@@ -160,7 +160,7 @@ fn accuracy<'a>(arena: &'a Arena, output: Output, accuracy: f64) -> Box<dyn Fn()
 }
 
 impl Raw {
-    /// The states at the marks of `output`, which are at ends of windows or on nodes.
+    /// The states at the marks of `output`, which coincide with ends of windows or with nodes.
     pub(super) fn outcome(self, output: &Output) -> Result<Outcome, &'static str> {
         let solution = match self {
             Self::Trajectory(Trajectory { states, evaluations, steps }) => {
@@ -172,7 +172,7 @@ impl Raw {
         let nodes = solution.sbp().points();
         let state = |&mark: &usize| {
             if windows > 1 {
-                // The number of windows per interval is an integer.
+                // The number of windows per interval is whole.
                 let after = mark * windows / output.intervals;
                 let WindowEnd { t, x, x_dot } = solution.windows[after - 1].end;
                 return State { elapsed: t, x, w: x_dot };
@@ -184,7 +184,8 @@ impl Raw {
             let w = solution.sbp().derivative_at(&solution.x, node);
             State { elapsed: solution.elapsed[node], x: solution.x[node], w }
         };
-        // An explicit recursion evaluates once a node; otherwise iterations are summed over the windows.
+        // An explicit recursion evaluates once per node and reports no iterations; otherwise the iterations are summed
+        // over the windows.
         let sweeps = solution.iterations.max(windows);
         Ok(Outcome {
             states: output.marks.iter().map(state).collect(),

@@ -1,4 +1,4 @@
-//! Settings are tried one after the other, and timed in turns.
+//! Trying settings one after the other, and timing those that succeed in turns.
 
 use std::time::Instant;
 
@@ -9,17 +9,17 @@ use crate::methods::Output;
 
 /// Runs shorter than this many seconds are repeated within a round until they take that long.
 const BATCH: f64 = 5e-5;
-/// A family ends after this many settings whose errors are no longer smaller, if they are below this share of the size
-/// of t or x: then it is rounding, and not an irregularity of coarse settings.
+/// A family ends after this many settings whose errors are no longer smaller. Only errors below the second number times
+/// the size of t or x count: those are due to rounding, and not to an irregularity of coarse settings.
 const PLATEAU: usize = 3;
 const ROUNDING: f64 = 1e-9;
-/// The loosest tolerance of an iteration is the error over this, and the tightest one this power of ten; the error may
-/// become larger by this factor.
+/// The loosest tolerance that is tried for an iteration is the error divided by the first number, and the tightest one
+/// is ten to the power of the second. A tolerance is accepted if the error grows by at most the third number, a factor.
 const LOOSEST: f64 = 100.0;
 const TIGHTEST: f64 = -15.0;
 const SPOILT: f64 = 1.5;
 
-/// A row with what it takes to run it again.
+/// A row, and the job to run it again.
 pub(super) struct Trial<'a> {
     pub(super) row: Row,
     job: Job<'a>,
@@ -28,7 +28,7 @@ pub(super) struct Trial<'a> {
 }
 
 impl Trial<'_> {
-    /// Replaces the time of the trial by the times of the rounds.
+    /// Replaces the time of the trial by the minimum and the median of the times of the rounds.
     pub(super) fn time(&mut self, samples: &[f64]) {
         let mut samples = samples.to_vec();
         samples.sort_by(f64::total_cmp);
@@ -36,7 +36,7 @@ impl Trial<'_> {
     }
 }
 
-/// Tries one family from cheap to expensive.
+/// Tries the settings of one family, from cheap to expensive.
 pub(super) fn try_family<'a>(
     arena: &'a Arena,
     family: &Family,
@@ -55,8 +55,8 @@ pub(super) fn try_family<'a>(
         let (rank, seconds) = (trial.row.rank(), trial.row.seconds_min);
         trials.push(trial);
         if let Some(error) = rank {
-            // A slightly smaller error is not progress: settings differ by factors. Tolerances are few, and steps may
-            // ignore them.
+            // A slightly smaller error is no progress, since settings differ by factors. Adaptive methods have only a
+            // few tolerances, and may take the same steps for several of them, so that all of these are tried.
             let rounding = error < ROUNDING * arena.sizes.0.max(arena.sizes.1) && !family.is_adaptive();
             stale = if error < 0.8 * least || !rounding { 0 } else { stale + 1 };
             least = least.min(error);
@@ -68,8 +68,8 @@ pub(super) fn try_family<'a>(
     trials
 }
 
-/// Runs a setting; where the method has a tolerance for its iteration, to rounding first and then with the loosest one,
-/// in steps of a hundred, that leaves about the same error.
+/// Runs a setting. If the iteration of the method has a tolerance, it is run to rounding first, and then with tighter
+/// and tighter tolerances, by factors of a hundred, until the error is about the same.
 fn try_setting<'a>(arena: &'a Arena, family: &Family, setting: Setting) -> Trial<'a> {
     let to_rounding = attempt(arena, family, setting);
     let (Some(error), true) = (to_rounding.row.rank(), family.has_inner_tolerance()) else { return to_rounding };
@@ -111,7 +111,7 @@ fn attempt<'a>(arena: &'a Arena, family: &Family, setting: Setting) -> Trial<'a>
     Trial { row, job, tried: seconds }
 }
 
-/// Rounds over all settings that succeeded, in turns.
+/// Times all settings that succeeded, in rounds.
 pub(super) fn time(
     trials: &mut [Trial<'_>],
     budget: &Budget,
@@ -133,12 +133,13 @@ pub(super) fn time(
             if is_cancelled() {
                 break;
             }
-            // The trial was cold: the first round shows how many runs fit into a batch.
+            // The time of the trial includes warming up. From the second round on, that of the first round shows better
+            // how many runs make a batch.
             let known = samples.first().copied().unwrap_or(trial.tried);
             let repetitions = (BATCH / known.max(1e-9)).ceil().clamp(1.0, 1000.0) as u32;
             let start = Instant::now();
             for _ in 0..repetitions {
-                // A run that succeeded once succeeds again.
+                // The result is not looked at: a run that succeeded once succeeds again.
                 drop(std::hint::black_box(trial.job.run()));
             }
             samples.push(start.elapsed().as_secs_f64() / f64::from(repetitions));
