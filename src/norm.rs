@@ -1,4 +1,4 @@
-//! The maximum norm.
+//! The maximum norm, and the larger of two numbers.
 
 use crate::scalar::Real;
 
@@ -8,4 +8,23 @@ pub(crate) fn max_abs<S: Real>(u: &[S]) -> S {
         S::ZERO,
         |largest, v| if largest.is_nan() || v.is_nan() { S::from(f64::NAN) } else { largest.max(v.abs()) },
     )
+}
+
+/// The larger of `a` and `b`; NaN if either is, which `f64::max` would drop.
+pub(crate) fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b <= a { a } else { b }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::larger;
+
+    #[test]
+    fn a_nan_stays() {
+        let largest = |all: &[f64]| all.iter().copied().fold(0.0, larger);
+        assert_eq!(largest(&[1.0, 3.0, 2.0]), 3.0);
+        for all in [[f64::NAN, 1.0, 2.0], [1.0, f64::NAN, 2.0], [1.0, 2.0, f64::NAN]] {
+            assert!(largest(&all).is_nan(), "{all:?}");
+        }
+    }
 }

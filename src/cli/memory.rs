@@ -49,6 +49,7 @@ fn available() -> Option<f64> {
     // The limit of the process includes what it has mapped already.
     let mapped = line("/proc/self/status", "VmSize:").map_or(0.0, |number| 1024.0 * number);
     let process = line("/proc/self/limits", "Max address space").map(|limit| (limit - mapped).max(0.0));
-    let group = read("/sys/fs/cgroup/memory.max").and_then(|text| first_number(&text));
+    let of_group = |name: &str| read(&format!("/sys/fs/cgroup/memory.{name}")).and_then(|text| first_number(&text));
+    let group = of_group("max").map(|limit| (limit - of_group("current").unwrap_or(0.0)).max(0.0));
     [machine, process, group].into_iter().flatten().reduce(f64::min)
 }

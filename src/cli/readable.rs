@@ -89,7 +89,12 @@ fn verdict<S: Real>(solution: &Solution<S>, measures: &Measures<S>, error: Optio
     let [least, most] = measures.scales.x_range;
     let sizes = [solution.duration().to_f64().abs(), least.abs().max(most.abs())];
     let digits = error.map(|error| {
-        let relative = error.end.iter().zip(sizes).filter(|(error, _)| **error > 0.0).map(|(error, size)| error / size);
+        let relative = error
+            .end
+            .iter()
+            .zip(sizes)
+            .filter(|(error, size)| **error > 0.0 && *size > 0.0)
+            .map(|(error, size)| error / size);
         (-relative.fold(0.0, f64::max).log10()).floor().min(f64::from(solution.digits))
     });
     // The error of t is 0 where the run ends at a given time.

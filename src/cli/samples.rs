@@ -106,13 +106,17 @@ impl SampleArgs {
     pub(super) fn refuse<S: Real>(&self, outside: OutsideRun<S>, digits: u32) -> CaseError {
         let (option, range) = self.range().map_or(("", ""), |(_, range, option)| (option, range.text.as_str()));
         let (from, to) = outside.range;
+        let starts_before = self.range().is_some_and(|(_, range, _)| range.values::<S>().any(|value| value < from));
         let [from, to] = [from, to].map(|end| end.to_decimal(digits));
         let message = format!("--{option} {range} goes beyond the run, which covers {from} to {to}");
         let longer = match option {
             "sample-t" => "--set grid.t_f=…",
             _ => "--set grid.gamma_f=…",
         };
-        let help = format!("the run ends at {to}: end the samples there, or make it longer with {longer}");
+        let help = match starts_before {
+            true => format!("take samples from {from} to {to}"),
+            false => format!("the run ends at {to}: end the samples there, or make it longer with {longer}"),
+        };
         CaseError { help: Some(help), ..CaseError::without_place("command line", message) }
     }
 }

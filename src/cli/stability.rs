@@ -94,7 +94,7 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         let own = |own: bool| plan.methods.iter().filter(|method| method.is_own() == own).cloned().collect::<Vec<_>>();
         files.write_text(MAP, &pictures::stability_map(title, scene, &own(true), &atlas.cells).to_svg())?;
         files.write_text(MAP_OTHERS, &pictures::stability_map(title, scene, &own(false), &atlas.cells).to_svg())?;
-        files.write_text(ONSET, &pictures::sawtooth_onset(title, &atlas.cells).to_svg())?;
+        files.write_text(ONSET, &pictures::sawtooth_onset(title, &atlas.cells, scene.t_dot()).to_svg())?;
         files.write_text(LAST_NODE, &pictures::last_node(title, &atlas.cells).to_svg())?;
     }
     let kept = files.commit(|_| true)?;

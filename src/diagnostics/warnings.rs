@@ -67,8 +67,8 @@ impl<S: Real> Measures<S> {
         let allowed = LARGE_SAWTOOTH * self.scales.amplitude();
         (sawtooth > allowed && sixth > ROUGH * sawtooth).then(|| {
             format!(
-                "even and odd nodes are apart: the sawtooth in x is {sawtooth:.1e}, above {LARGE_SAWTOOTH} of the \
-                 amplitude = {allowed:.1e}; use an operator of higher order or a weak form in windows, or raise n_gamma"
+                "even and odd nodes are apart: the sawtooth in x is {sawtooth:.1e}, above {allowed:.1e}, {LARGE_SAWTOOTH} of \
+                 the amplitude; use an operator of higher order or a weak form in windows, or raise n_gamma"
             )
         })
     }
@@ -82,8 +82,9 @@ impl<S: Real> Measures<S> {
         let rounding = ROUNDING * solution.invariants().k.to_f64().abs();
         (drift > LARGE_DRIFT * size && drift > rounding).then(|| {
             format!(
-                "K drifts by {drift:.2e}, above {LARGE_DRIFT} of {name} = {size:.2e}: x is not resolved, however exact Q_t \
+                "K drifts by {drift:.2e}, above {:.2e}, {LARGE_DRIFT} of {name}: x is not resolved, however exact Q_t \
                  is; {}",
+                LARGE_DRIFT * size,
                 match solution.accuracy {
                     Some(_) => SMALLER_ACCURACY,
                     None => "raise n_gamma or windows, or use an operator of higher order",

@@ -131,6 +131,7 @@ struct ReferenceSummary {
 #[derive(Debug, Serialize)]
 struct SlopeSummary {
     sbp: String,
+    form: &'static str,
     quantity: &'static str,
     slope: Option<f64>,
     standard_error: Option<f64>,
@@ -147,6 +148,7 @@ impl<'a> ConvergenceSummary<'a> {
         let number = |value: S| Number::new(value, convergence.digits);
         let of_slope = |slope: &Slope| SlopeSummary {
             sbp: slope.sbp.into(),
+            form: slope.form.as_str(),
             quantity: slope.quantity.as_str(),
             slope: slope.fit.as_ref().map(|fit| fit.slope),
             standard_error: slope.fit.as_ref().and_then(|fit| fit.standard_error),

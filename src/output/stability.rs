@@ -156,13 +156,14 @@ pub fn borders(cells: &[Cell], method: &Method, t_dot: f64) -> Vec<Border> {
     all.into_iter().map(border).collect()
 }
 
-/// Where the sawtooth begins, for each method and step: on the longest world-line that has one.
-pub fn onsets(cells: &[Cell]) -> Vec<Onset> {
+/// Where the sawtooth begins, for each method and step: on the longest world-line that has one. `t_dot` is the unit of
+/// ṫ_i.
+pub fn onsets(cells: &[Cell], t_dot: f64) -> Vec<Onset> {
     let mut all: Vec<(&Cell, Onset)> = Vec::new();
     for cell in cells {
         let from = cell.numbers.and_then(|numbers| numbers.sawtooth_from);
         let (Some(gamma), Some(delta_gamma_omega)) = (from, cell.delta_gamma_omega) else { continue };
-        let onset = Onset { method: cell.method.label(), delta_gamma_omega, gamma: gamma * cell.t_dot };
+        let onset = Onset { method: cell.method.label(), delta_gamma_omega, gamma: gamma * (cell.t_dot / t_dot) };
         let same =
             |other: &Cell| other.method == cell.method && other.setting * other.t_dot == cell.setting * cell.t_dot;
         match all.iter_mut().find(|(other, _)| same(other)) {
@@ -218,7 +219,7 @@ impl<'a> StabilitySummary<'a> {
             cells: atlas.cells.len(),
             methods: plan.methods.iter().map(of_method).collect(),
             last_node: atlas.cells.iter().filter_map(last_node).collect(),
-            sawtooth: onsets(&atlas.cells),
+            sawtooth: onsets(&atlas.cells, scene.t_dot()),
             warnings: case.warnings(),
         }
     }

@@ -111,7 +111,9 @@ impl<S: Real> Polynomials<S> {
         };
         let own = of_forces(&tables.of(x.len()), x);
         let fine = tables.of((2 * x.len()).min(MOST_NODES));
-        let scale = window.start.x.abs() + (window.length() * window.start.x_dot).abs();
+        // For a start at rest in x = 0 the size of the motion is that of the nodes.
+        let reach = x.iter().fold(S::ZERO, |reach, x| reach.max((*x - window.start.x).abs()));
+        let scale = (window.start.x.abs() + (window.length() * window.start.x_dot).abs()).max(reach);
         let mut refined: Option<Self> = None;
         let mut before = vec![S::ZERO; fine.nodes.len()];
         for sweep in 0..MOST_SWEEPS {

@@ -152,6 +152,8 @@ fn samples_beyond_the_end_are_told_where_it_is() {
     let folder = TempDir::new().unwrap();
     let message = failed(&run_in(folder.path(), &format!("run {CASES}/pendulum.toml --sample-t 0:11:0.1")), 2);
     assert!(message.contains("the run ends at ") && message.contains("--set grid.t_f="), "{message}");
+    let message = failed(&run_in(folder.path(), "run quartic --sample-gamma -0.5:0.5:0.1"), 2);
+    assert!(message.contains("take samples from 0.0 to 1.0"), "{message}");
     let message = failed(&run_in(folder.path(), "run quartic --sample-gamma 0:2:0.1"), 2);
     assert!(message.contains("the run ends at 1.0") && message.contains("--set grid.gamma_f="), "{message}");
 }

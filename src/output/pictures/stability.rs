@@ -115,13 +115,13 @@ fn short(length: f64) -> String {
 }
 
 /// Where on the world-line the sawtooth begins, against Δγω.
-pub fn sawtooth_onset(of: &str, cells: &[Cell]) -> Chart {
+pub fn sawtooth_onset(of: &str, cells: &[Cell], t_dot: f64) -> Chart {
     let mut series: Vec<Series> = Vec::new();
     // Beyond half the limit of SBP21 the sawtooth begins at once. Methods other than these have no such mode.
     let has_mode = |cell: &&Cell| matches!(cell.method, Method::Block(..) | Method::Windows(..));
     let resolved = |cell: &&Cell| cell.delta_gamma_omega.is_some_and(|at| at <= 0.5);
     let shown: Vec<Cell> = cells.iter().filter(has_mode).filter(resolved).cloned().collect();
-    for onset in onsets(&shown) {
+    for onset in onsets(&shown, t_dot) {
         let point = (onset.delta_gamma_omega, onset.gamma);
         match series.iter_mut().find(|series| series.label == onset.method) {
             Some(known) => known.points.push(point),

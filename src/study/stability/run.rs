@@ -10,6 +10,7 @@ use crate::case::{Case, Decimal, Form, Scheme, System};
 use crate::diagnostics::{Diagnostics, sawtooth};
 use crate::geodesic::Invariants;
 use crate::methods::{Failure, Output, Problem, State, Trajectory};
+use crate::norm::larger;
 use crate::solve::{NoSolution, Solution, Status, solve};
 
 /// As the numbers of elements and windows are whole, the spacing can differ from the one that was asked for. If it does
@@ -124,8 +125,6 @@ impl Job {
         let (mut evidence, mut from) = (Evidence { k_drift: k_drift(&track.delta_k), ..Evidence::default() }, None);
         if let (Some(reference), Some(sizes)) = (&reference, &sizes) {
             let errors = reference.iter().zip(track.t.iter().zip(&track.x));
-            // `f64::max` would drop a NaN.
-            let larger = |a: f64, b: f64| if b <= a { a } else { b };
             let largest = |[x, t]: [f64; 2], (exact, (&t_here, &x_here)): (&_, (&f64, &f64))| {
                 let exact: &crate::reference::ReferencePoint = exact;
                 [larger(x, (x_here - exact.x).abs()), larger(t, (t_here - exact.elapsed).abs())]

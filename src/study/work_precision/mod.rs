@@ -46,6 +46,7 @@ use self::trial::{time, try_family};
 use crate::case::{Case, End};
 use crate::geodesic::Invariants;
 use crate::methods::{Output, Problem, State};
+use crate::norm::larger;
 use crate::reference::{ReferenceEnds, ReferencePoint, ReferenceTrajectory};
 use crate::scalar::{Extended, Real};
 
@@ -201,8 +202,6 @@ impl Arena {
         let mut largest = RowErrors { t: 0.0, x: 0.0, delta_k: 0.0 };
         for (gamma, state) in output.gamma(self.problem.length).zip(states) {
             let RowErrors { t, x, delta_k } = self.error(gamma, state);
-            // `f64::max` would drop a NaN.
-            let larger = |a: f64, b: f64| if b <= a { a } else { b };
             largest = RowErrors {
                 t: larger(largest.t, t),
                 x: larger(largest.x, x),
