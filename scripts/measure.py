@@ -59,11 +59,13 @@ def main():
     subprocess.run(["cargo", "build", "--release", "--locked"], cwd=ROOT, check=True)
     page = PAGE.read_text() if PAGE.exists() else ""
     texts = {name: text for name, text in re.findall(r"<!-- begin (\S+) -->\n(.*?)<!-- end \1 -->", page, re.S)}
+    # Once: this script's own page would make the tree look changed.
+    when_and_where = heading()
     for name in arguments.sections or SECTIONS:
         title, make = SECTIONS[name]
         print(name, file=sys.stderr)
         chart = {"python": arguments.python} if name.startswith("work-precision") else {}
-        texts[name] = f"## {title}\n\n*{heading()}*\n\n{make(**chart)}"
+        texts[name] = f"## {title}\n\n*{when_and_where}*\n\n{make(**chart)}"
         known = [f"<!-- begin {name} -->\n{texts[name]}<!-- end {name} -->\n" for name in SECTIONS if name in texts]
         PAGE.write_text(INTRODUCTION + "\n" + "\n".join(known))
 
