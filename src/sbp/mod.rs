@@ -27,7 +27,7 @@ pub use coefficients::Coefficients;
 pub use name::SbpName;
 pub use regularised::RegularisedOperator;
 
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
 use self::gll::LobattoRule;
 use crate::banded::BandedMatrix;
@@ -233,7 +233,7 @@ impl<S: Real> SbpOperator<S> {
         assert!(u.len() == n && out.len() == n, "vectors must have the operator's {n} points");
         match &self.rows {
             // Uses the widest vector instructions of the machine.
-            Rows::Dense { columns, .. } => Arch::new().dispatch(|| apply_columns(columns, u, out)),
+            Rows::Dense { columns, .. } => Arch::new().dispatch(DenseProduct { columns, u, out }),
             Rows::Stencil { closure, closure_width, interior } => {
                 let s = closure.len() / closure_width;
                 for (k, row) in closure.chunks_exact(*closure_width).enumerate() {
@@ -303,12 +303,26 @@ impl SbpOperator {
 }
 
 /// Writes D`u` into `out`, for D stored by columns.
-#[inline(always)]
-fn apply_columns<S: Real>(columns: &[S], u: &[S], out: &mut [S]) {
-    let mut first = 0;
-    let rest = blocks_of_rows::<S, 8>(columns, u, &mut first, out);
-    let rest = blocks_of_rows::<S, 4>(columns, u, &mut first, rest);
-    blocks_of_rows::<S, 1>(columns, u, &mut first, rest);
+///
+/// A type and not a closure: pulp calls a closure that borrows through a function that is not inlined, and what is not
+/// inlined is compiled without the instructions of the machine.
+struct DenseProduct<'a, S> {
+    columns: &'a [S],
+    u: &'a [S],
+    out: &'a mut [S],
+}
+
+impl<S: Real> WithSimd for DenseProduct<'_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<A: Simd>(self, _: A) {
+        let Self { columns, u, out } = self;
+        let mut first = 0;
+        let rest = blocks_of_rows::<S, 8>(columns, u, &mut first, out);
+        let rest = blocks_of_rows::<S, 4>(columns, u, &mut first, rest);
+        blocks_of_rows::<S, 1>(columns, u, &mut first, rest);
+    }
 }
 
 /// Computes as many blocks of B rows as fit into `out`, beginning with row `first`. Returns the rest of `out`.
@@ -331,10 +345,10 @@ fn blocks_of_rows<'o, S: Real, const B: usize>(
 /// of u, which loses less to rounding than its values.
 #[inline(always)]
 fn block_of_rows<S: Real, const B: usize>(columns: &[S], u: &[S], first: usize) -> [S; B] {
-    let here: [S; B] = std::array::from_fn(|i| u[first + i]);
+    let here = &u[first..first + B];
     let mut sum = [S::ZERO; B];
-    for (column, &v) in columns.chunks_exact(u.len()).zip(u) {
-        let column = &column[first..first + B];
+    for (k, &v) in u.iter().enumerate() {
+        let column = &columns[k * u.len() + first..][..B];
         for i in 0..B {
             sum[i] += column[i] * (v - here[i]);
         }
