@@ -77,7 +77,7 @@ def forms():
             column.append(short(long.number("max_abs_delta_k")) if long.code == 0 else "no critical point")
         columns.append(column)
     labels = ["ΔQ_t at the last node, N = 32", "max \\|ΔQ_t\\| over all nodes, N = 32, 40 digits, doubled"]
-    labels += ["ε_x(γ_f), N = 257", "ε_t(γ_f), N = 257", "slopes of ε_x(γ_f), ε_t(γ_f) from N = 65"]
+    labels += ["ε_x(γ_f), N = 257 (odd)", "ε_t(γ_f), N = 257 (odd)", "slopes of ε_x(γ_f), ε_t(γ_f) from N = 65"]
     labels += ["slopes of ε_x, ε_t in L2", "max \\|ΔK\\|, γ_f = 100, N = 2001"]
     return table(["", *(f"{sbp} {form}" for sbp, form in names)], [[a, *b] for a, b in zip(labels, zip(*columns))])
 

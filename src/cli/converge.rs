@@ -164,6 +164,15 @@ fn sweep_in<S: Real>(
         }
     };
     let slopes = convergence.slopes(args.fit_range.unwrap_or((0, usize::MAX)));
+    let is_strong = |point: &&ConvergencePoint| point.form == Form::Strong && point.sbp.fixed_points().is_none();
+    let mut parities = convergence.points.iter().filter(is_strong).map(|point| point.n_gamma % 2);
+    let first = parities.next();
+    if case.grid.windows == 1 && parities.any(|parity| Some(parity) != first) {
+        report::warn(&format!(
+            "{name}the grids mix even and odd numbers of nodes, which have different constants of the error at the end in the \
+             strong form: fit grids of one parity"
+        ));
+    }
     for warning in slopes.iter().filter_map(Slope::warning) {
         report::warn(&format!("{name}{warning}"));
     }

@@ -40,8 +40,15 @@ fn end<S: Real>(solution: &Solution<S>, error: Option<&RunError>) -> String {
         return format!("  end        t = {}, x = {}; no second solve to compare with", all(t), all(x));
     };
     let [in_t, in_x] = error.end;
-    let on_the_way = error.largest[1] > 2.0 * in_x && error.largest[1] > 2.0 * in_t;
-    let most = if on_the_way { format!(", at most {:.1e} on the way", error.largest[1]) } else { String::new() };
+    let [most_t, most_x] = error.largest;
+    // Rounding aside, the end is often where the errors are largest.
+    let most = match () {
+        () if in_t == 0.0 && most_x > 1.2 * in_x => format!(", at most {most_x:.1e} on the way"),
+        () if in_t > 0.0 && (most_t > 1.2 * in_t || most_x > 1.2 * in_x) => {
+            format!(", at most {most_t:.1e} and {most_x:.1e} on the way")
+        }
+        () => String::new(),
+    };
     let off = if in_t == 0.0 { format!("x is off by {in_x:.1e}") } else { format!("off by {in_t:.1e} and {in_x:.1e}") };
     format!(
         "  end        t = {}, x = {}; {off}{most} ({})",

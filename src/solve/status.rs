@@ -199,6 +199,10 @@ impl fmt::Display for Compact {
     }
 }
 
+/// What to do where g00 is NaN.
+const V_IS_NO_NUMBER: &str = "V is not a number there, as a root, a logarithm or a fractional power of a negative number \
+                              is none: write the formula so that V exists everywhere (abs(x)), or end the run before";
+
 /// A residual below this is rounding where units are of the order of 1.
 const AT_ROUNDING: f64 = 1e-13;
 
@@ -214,6 +218,7 @@ impl NoSolution {
                 "the residual is at the level of rounding, so more iterations would not help: the grid hardly determines the \
                  motion; raise n_gamma or windows, or give solver.accuracy in place of [scheme] and n_gamma"
             }
+            Status::OutsideDomain if self.g00.is_nan() => V_IS_NO_NUMBER,
             Status::OutsideDomain => {
                 "g00 = c^2 + 2V/m must stay positive: end the run before this gamma, choose initial data that stay away \
                  from the horizon, or raise c; if the potential is harmless there, the step is too coarse: raise \
@@ -241,6 +246,7 @@ impl NoSolution {
     fn advice_to_an_accuracy(&self) -> &'static str {
         match self.status {
             Status::Converged => "",
+            Status::OutsideDomain if self.g00.is_nan() => V_IS_NO_NUMBER,
             Status::OutsideDomain => {
                 "g00 = c^2 + 2V/m must stay positive: end the run before this gamma, choose initial data that stay away \
                  from the horizon, or raise c"

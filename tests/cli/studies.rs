@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
 
-use super::common::{CASES, first_line, json, names, program, run_in, succeeded};
+use super::common::{CASES, first_line, json, names, program, run_in, stderr, succeeded};
 
 #[test]
 fn converge_writes_errors_slopes_and_pictures() {
@@ -26,6 +26,21 @@ fn converge_writes_errors_slopes_and_pictures() {
     assert_eq!(json(&out.join("summary.json"))["status"], "complete");
     let ranged = succeeded(&run_in(folder.path(), "converge CASES/quartic.toml --fit-range 64:256 --out out"));
     assert!(ranged.contains("64 … 256") && !ranged.contains("16 …"), "{ranged}");
+}
+
+#[test]
+fn a_mixture_of_even_and_odd_grids_is_a_warning_in_the_strong_form() {
+    let folder = TempDir::new().unwrap();
+    for (arguments, is_mixed) in [
+        ("--n-gamma 63,64,65,128 --sbp SBP21", true),
+        ("--n-gamma 64,96,128 --sbp SBP21", false),
+        ("--n-gamma 65,97,129 --sbp SBP21", false),
+        ("--n-gamma 63,64,65,128 --sbp SBP21 --form weak", false),
+    ] {
+        let output = run_in(folder.path(), &format!("converge quartic {arguments}"));
+        succeeded(&output);
+        assert_eq!(stderr(&output).contains("even and odd numbers of nodes"), is_mixed, "{arguments}");
+    }
 }
 
 #[test]
