@@ -88,7 +88,8 @@
 //! | module | what it knows |
 //! |---|---|
 //! | [`scalar`] | `f64` and extended precision, and what both offer |
-//! | [`potential`] | V, V′, V″; formulas |
+//! | [`expr`] | formulas: graph, derivatives, program |
+//! | [`potential`] | V, V′, V″ |
 //! | [`banded`], [`sbp`] | banded algebra and operators, but no physics |
 //! | [`metric`], [`geodesic`] | g00 and the constants of motion, but no grid |
 //! | [`lobatto`] | a fast march over windows of weak spectral elements |
@@ -113,6 +114,7 @@ pub mod case;
 #[doc(hidden)]
 pub mod cli;
 pub mod diagnostics;
+pub mod expr;
 pub mod geodesic;
 pub mod lobatto;
 pub mod methods;

@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use super::{Case, DEFAULT_GAMMA_F, Decimal, Form, PotentialSpec, System};
+use crate::expr::is_identifier;
 use crate::geodesic::InitialData;
-use crate::potential::formula::{is_identifier, is_reserved};
+use crate::potential::is_reserved;
 use crate::scalar::{Extended, Real};
 use crate::solve::Status;
 

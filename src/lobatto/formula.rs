@@ -5,24 +5,17 @@ use pulp::Simd;
 use super::force::{Force, NEAR, corrections};
 use super::simd::{abs, copy, is_fused, multiply_add, neg, product_error, two_sum, vectors, vectors_mut};
 use super::tables::Nodes;
+use crate::expr::{Function, Machine, Operation, Program, Register, around};
 use crate::metric::Metric;
-use crate::potential::{Instruction, Program};
 
-/// g00 and its derivatives by the program of V, an instruction all nodes. Constants are registers that were filled
+/// g00 and its derivatives by the program of V, a step for all nodes at once. Constants are registers that were filled
 /// once.
 #[derive(Debug, Clone)]
-pub(super) struct FormulaForce<const P: usize> {
+pub(super) struct FormulaForce<'m, const P: usize> {
     q_t: f64,
     c_squared: f64,
     two_over_mass: f64,
-    steps: Vec<Instruction<f64>>,
-    /// The first of them are those that V and V′ need; V″ needs the others too.
-    steps_to_slope: usize,
-    /// Register 0 is x, then the constants, then one register a step.
-    first_step: usize,
-    value: usize,
-    slope: usize,
-    curvature: usize,
+    program: &'m Program<f64>,
     /// The registers, and in `refine` what they lack.
     registers: Vec<Nodes<P>>,
     lacks: Vec<Nodes<P>>,
@@ -31,195 +24,189 @@ pub(super) struct FormulaForce<const P: usize> {
     is_dear: bool,
 }
 
-/// The operands of an instruction.
-fn operands(instruction: Instruction<f64>) -> [Option<usize>; 2] {
-    match instruction {
-        Instruction::X | Instruction::Constant(_) => [None, None],
-        Instruction::Negate(a) | Instruction::Call(_, a) => [Some(a), None],
-        Instruction::Add(a, b)
-        | Instruction::Subtract(a, b)
-        | Instruction::Multiply(a, b)
-        | Instruction::Divide(a, b)
-        | Instruction::Power(a, b) => [Some(a), Some(b)],
-    }
-}
-
-/// Whether the instruction is a constant ±2^k whose reciprocal is a number as exact.
-fn is_power_of_two(instruction: Instruction<f64>) -> bool {
-    matches!(instruction, Instruction::Constant(c) if (1.0 / c).is_normal() && c.to_bits() << 12 == 0 && c.is_normal())
-}
-
-/// Whether two instructions compute the same number.
-fn is_same(a: Instruction<f64>, b: Instruction<f64>) -> bool {
-    use Instruction::{Add, Call, Divide, Multiply, Negate, Power, Subtract};
-    match (a, b) {
-        (Add(i, j), Add(k, l)) | (Multiply(i, j), Multiply(k, l)) => (i, j) == (k, l) || (i, j) == (l, k),
-        (Subtract(i, j), Subtract(k, l)) | (Divide(i, j), Divide(k, l)) | (Power(i, j), Power(k, l)) => {
-            (i, j) == (k, l)
-        }
-        (Negate(i), Negate(k)) => i == k,
-        (Call(f, i), Call(g, k)) => f == g && i == k,
-        _ => false,
-    }
-}
-
-impl<const P: usize> FormulaForce<P> {
-    /// For windows of `points` nodes. What only V″ needs is dropped where an evaluation is cheap.
-    pub(super) fn new(metric: &Metric, q_t: f64, program: &Program<f64>, points: usize) -> Self {
-        let all = program.instructions();
-        let [value, slope, curvature] = program.outputs();
-        let needed_for = |outputs: &[usize]| {
-            let mut needed = vec![false; all.len()];
-            outputs.iter().for_each(|&output| needed[output] = true);
-            for k in (0..all.len()).rev() {
-                if needed[k] {
-                    operands(all[k]).into_iter().flatten().for_each(|operand| needed[operand] = true);
-                }
-            }
-            needed
-        };
-        let forces = needed_for(&[value, slope]);
-        let calls = |(instruction, &needed): (&Instruction<f64>, &bool)| needed && is_by_lanes(instruction);
-        let is_dear = all.iter().zip(&forces).any(calls);
-        let needed = if is_dear { needed_for(&[value, slope, curvature]) } else { forces.clone() };
-        let mut register_of = vec![0; all.len()];
-        let mut registers = vec![Nodes::ZERO];
-        for (k, instruction) in all.iter().enumerate().filter(|&(k, _)| needed[k]) {
-            if let Instruction::Constant(c) = *instruction {
-                register_of[k] = registers.len();
-                registers.push(Nodes([c; P]));
-                if is_power_of_two(*instruction) {
-                    registers.push(Nodes([1.0 / c; P]));
-                }
-            }
-        }
-        let first_step = registers.len();
-        let mut steps = Vec::new();
-        let mut steps_to_slope = 0;
-        for is_for_forces in [true, false] {
-            for (k, instruction) in all.iter().enumerate().filter(|&(k, _)| needed[k] && forces[k] == is_for_forces) {
-                let at = |r: usize| register_of[r];
-                let step = match *instruction {
-                    Instruction::X | Instruction::Constant(_) => continue,
-                    Instruction::Add(a, b) => Instruction::Add(at(a), at(b)),
-                    Instruction::Subtract(a, b) => Instruction::Subtract(at(a), at(b)),
-                    Instruction::Multiply(a, b) => Instruction::Multiply(at(a), at(b)),
-                    // Dividing by a power of two is multiplying by another, to the bit, and ten times slower.
-                    Instruction::Divide(a, b) if is_power_of_two(all[b]) => {
-                        Instruction::Multiply(at(a), register_of[b] + 1)
-                    }
-                    Instruction::Divide(a, b) => Instruction::Divide(at(a), at(b)),
-                    Instruction::Negate(a) => Instruction::Negate(at(a)),
-                    Instruction::Power(a, b) => Instruction::Power(at(a), at(b)),
-                    Instruction::Call(function, a) => Instruction::Call(function, at(a)),
-                };
-                // Integer powers of V and of V′ are multiplied out separately: what exists already is not computed
-                // again.
-                let known = steps.iter().position(|&earlier| is_same(earlier, step));
-                register_of[k] = first_step + known.unwrap_or(steps.len());
-                if known.is_none() {
-                    steps.push(step);
-                }
-            }
-            if is_for_forces {
-                steps_to_slope = steps.len();
-            }
-        }
-        registers.resize(first_step + steps.len(), Nodes::ZERO);
+impl<'m, const P: usize> FormulaForce<'m, P> {
+    /// For windows of `points` nodes.
+    pub(super) fn new(metric: &Metric, q_t: f64, program: &'m Program<f64>, points: usize) -> Self {
+        let mut registers = vec![Nodes::ZERO; program.registers()];
+        program.each_constant(|register, c| registers[register].0 = [c; P]);
+        let is_by_lanes = |operation| matches!(operation, Operation::Power(..) | Operation::Call(..));
         Self {
             q_t,
             c_squared: metric.c_squared(),
             two_over_mass: metric.two_over_mass(),
-            first_step,
-            value: register_of[value],
-            slope: register_of[slope],
-            curvature: register_of[curvature],
+            is_dear: program.operations(2).any(|(_, operation)| is_by_lanes(operation)),
+            program,
             registers,
             lacks: Vec::new(),
             points,
-            is_dear,
-            steps,
-            steps_to_slope,
         }
     }
 
-    /// Runs the instructions in this range.
+    fn output(&self, index: usize) -> &[f64; P] {
+        &self.registers[self.program.output(index)].0
+    }
+}
+
+/// The nodes of a window in every register.
+struct Vectors<'r, S, const P: usize> {
+    s: S,
+    registers: &'r mut [Nodes<P>],
+    /// How many of them count.
+    points: usize,
+}
+
+/// `to` = `$operation` of a and b, vector by vector.
+macro_rules! on_vectors {
+    ($machine:expr, $to:expr, $a:expr, $b:expr, $operation:ident) => {{
+        let s = $machine.s;
+        let (out, others) = around($machine.registers, $to);
+        let (p, q) = (vectors::<S>(&others.at($a).0), vectors::<S>(&others.at($b).0));
+        let out = vectors_mut::<S>(&mut out.0);
+        for n in 0..out.len() {
+            out[n] = s.$operation(p[n], q[n]);
+        }
+    }};
+}
+
+impl<S: Simd, const P: usize> Machine for Vectors<'_, S, P> {
     #[inline(always)]
-    fn run<S: Simd>(&mut self, s: S, from: usize, to: usize) {
-        let mut k = from;
-        while k < to {
-            let step = self.steps[k];
-            let (done, rest) = self.registers.split_at_mut(self.first_step + k);
-            k += 1;
-            let out = &mut rest[0];
-            match step {
-                Instruction::Add(i, j) => {
-                    let (p, q, out) =
-                        (vectors::<S>(&done[i].0), vectors::<S>(&done[j].0), vectors_mut::<S>(&mut out.0));
-                    for n in 0..out.len() {
-                        out[n] = s.add_f64s(p[n], q[n]);
-                    }
-                }
-                Instruction::Subtract(i, j) => {
-                    let (p, q, out) =
-                        (vectors::<S>(&done[i].0), vectors::<S>(&done[j].0), vectors_mut::<S>(&mut out.0));
-                    for n in 0..out.len() {
-                        out[n] = s.sub_f64s(p[n], q[n]);
-                    }
-                }
-                Instruction::Multiply(i, j) => {
-                    let (p, q, out) =
-                        (vectors::<S>(&done[i].0), vectors::<S>(&done[j].0), vectors_mut::<S>(&mut out.0));
-                    for n in 0..out.len() {
-                        out[n] = s.mul_f64s(p[n], q[n]);
-                    }
-                }
-                Instruction::Divide(i, j) => {
-                    let (p, q, out) =
-                        (vectors::<S>(&done[i].0), vectors::<S>(&done[j].0), vectors_mut::<S>(&mut out.0));
-                    for n in 0..out.len() {
-                        out[n] = s.div_f64s(p[n], q[n]);
-                    }
-                }
-                Instruction::Negate(i) => {
-                    let (p, out) = (vectors::<S>(&done[i].0), vectors_mut::<S>(&mut out.0));
-                    for n in 0..out.len() {
-                        out[n] = neg(s, p[n]);
-                    }
-                }
-                _ => by_lanes(done, out, step, self.points),
-            }
+    fn add(&mut self, to: Register, a: Register, b: Register) {
+        on_vectors!(self, to, a, b, add_f64s);
+    }
+
+    #[inline(always)]
+    fn subtract(&mut self, to: Register, a: Register, b: Register) {
+        on_vectors!(self, to, a, b, sub_f64s);
+    }
+
+    #[inline(always)]
+    fn multiply(&mut self, to: Register, a: Register, b: Register) {
+        on_vectors!(self, to, a, b, mul_f64s);
+    }
+
+    #[inline(always)]
+    fn divide(&mut self, to: Register, a: Register, b: Register) {
+        on_vectors!(self, to, a, b, div_f64s);
+    }
+
+    #[inline(always)]
+    fn negate(&mut self, to: Register, a: Register) {
+        let (out, others) = around(self.registers, to);
+        let (p, out) = (vectors::<S>(&others.at(a).0), vectors_mut::<S>(&mut out.0));
+        for n in 0..out.len() {
+            out[n] = neg(self.s, p[n]);
         }
+    }
+
+    #[inline(always)]
+    fn power(&mut self, to: Register, a: Register, b: Register) {
+        power_by_lanes(self.registers, to, a, b, self.points);
+    }
+
+    #[inline(always)]
+    fn call(&mut self, to: Register, function: Function, a: Register) {
+        call_by_lanes(self.registers, to, function, a, self.points);
     }
 }
 
-/// Whether the instruction has no vector form here.
-fn is_by_lanes(instruction: &Instruction<f64>) -> bool {
-    matches!(instruction, Instruction::Power(..) | Instruction::Call(..))
-}
-
-/// A function without a vector form, node by node; the padding gets the number of the last node, whose x it has.
+/// u^v node by node; the padding gets the number of the last node, whose x it has.
 #[inline(never)]
-fn by_lanes<const P: usize>(done: &[Nodes<P>], out: &mut Nodes<P>, step: Instruction<f64>, points: usize) {
-    match step {
-        Instruction::Power(a, b) => {
-            for k in 0..points {
-                out.0[k] = done[a].0[k].powf(done[b].0[k]);
-            }
-        }
-        Instruction::Call(function, a) => {
-            for k in 0..points {
-                out.0[k] = function.apply(done[a].0[k]);
-            }
-        }
-        _ => unreachable!("arithmetic has a vector form"),
+fn power_by_lanes<const P: usize>(r: &mut [Nodes<P>], to: Register, a: Register, b: Register, points: usize) {
+    let (out, others) = around(r, to);
+    for k in 0..points {
+        out.0[k] = others.at(a).0[k].powf(others.at(b).0[k]);
     }
-    for k in points..P {
-        out.0[k] = out.0[points - 1];
+    let last = out.0[points - 1];
+    out.0[points..].fill(last);
+}
+
+/// f(u), in the same way.
+#[inline(never)]
+fn call_by_lanes<const P: usize>(r: &mut [Nodes<P>], to: Register, function: Function, a: Register, points: usize) {
+    let (out, others) = around(r, to);
+    for k in 0..points {
+        out.0[k] = function.apply(others.at(a).0[k]);
+    }
+    let last = out.0[points - 1];
+    out.0[points..].fill(last);
+}
+
+/// Values and what they lack in every register: the pairs add up to about twice the digits. Only arithmetic.
+struct Pairs<'r, S, const P: usize> {
+    s: S,
+    registers: &'r mut [Nodes<P>],
+    lacks: &'r mut [Nodes<P>],
+}
+
+/// `$body` for the pairs (p, p_lo), (q, q_lo) of a and b gives that of `to`.
+macro_rules! on_pairs {
+    ($machine:expr, $to:expr, $a:expr, $b:expr, |$s:ident, $p:ident, $q:ident| $body:expr) => {{
+        let $s = $machine.s;
+        let (out, others) = around($machine.registers, $to);
+        let (out_lo, others_lo) = around($machine.lacks, $to);
+        let (p, p_lo) = (vectors::<S>(&others.at($a).0), vectors::<S>(&others_lo.at($a).0));
+        let (q, q_lo) = (vectors::<S>(&others.at($b).0), vectors::<S>(&others_lo.at($b).0));
+        let (y, y_lo) = (vectors_mut::<S>(&mut out.0), vectors_mut::<S>(&mut out_lo.0));
+        for n in 0..y.len() {
+            let ($p, $q) = ((p[n], p_lo[n]), (q[n], q_lo[n]));
+            (y[n], y_lo[n]) = $body;
+        }
+    }};
+}
+
+impl<S: Simd, const P: usize> Machine for Pairs<'_, S, P> {
+    #[inline(always)]
+    fn add(&mut self, to: Register, a: Register, b: Register) {
+        on_pairs!(self, to, a, b, |s, p, q| {
+            let (sum, error) = two_sum(s, p.0, q.0);
+            (sum, s.add_f64s(error, s.add_f64s(p.1, q.1)))
+        });
+    }
+
+    #[inline(always)]
+    fn subtract(&mut self, to: Register, a: Register, b: Register) {
+        on_pairs!(self, to, a, b, |s, p, q| {
+            let (sum, error) = two_sum(s, p.0, neg(s, q.0));
+            (sum, s.add_f64s(error, s.sub_f64s(p.1, q.1)))
+        });
+    }
+
+    #[inline(always)]
+    fn multiply(&mut self, to: Register, a: Register, b: Register) {
+        on_pairs!(self, to, a, b, |s, p, q| {
+            let y = s.mul_f64s(p.0, q.0);
+            let error = product_error(s, p.0, q.0, y);
+            (y, multiply_add(s, p.0, q.1, multiply_add(s, p.1, q.0, error)))
+        });
+    }
+
+    #[inline(always)]
+    fn divide(&mut self, to: Register, a: Register, b: Register) {
+        on_pairs!(self, to, a, b, |s, p, q| {
+            // (p + p_lo − y (q + q_lo))/q with the remainder formed exactly
+            let y = s.div_f64s(p.0, q.0);
+            let yq = s.mul_f64s(y, q.0);
+            let r = s.sub_f64s(s.sub_f64s(p.0, yq), product_error(s, y, q.0, yq));
+            let r = s.add_f64s(r, s.sub_f64s(p.1, s.mul_f64s(y, q.1)));
+            (y, s.div_f64s(r, q.0))
+        });
+    }
+
+    #[inline(always)]
+    fn negate(&mut self, to: Register, a: Register) {
+        on_pairs!(self, to, a, a, |s, p, _q| (neg(s, p.0), neg(s, p.1)));
+    }
+
+    fn power(&mut self, _: Register, _: Register, _: Register) {
+        unreachable!("only arithmetic is refined");
+    }
+
+    fn call(&mut self, _: Register, _: Function, _: Register) {
+        unreachable!("only arithmetic is refined");
     }
 }
 
-impl<const P: usize> Force for FormulaForce<P> {
+impl<const P: usize> Force for FormulaForce<'_, P> {
     #[inline]
     fn set(&mut self, q_t: f64, points: usize) {
         (self.q_t, self.points) = (q_t, points);
@@ -239,11 +226,13 @@ impl<const P: usize> Force for FormulaForce<P> {
 
     #[inline(always)]
     fn slopes<S: Simd>(&mut self, s: S, [a, u]: [&[f64]; 2], [da, du]: [&mut [f64]; 2]) {
-        self.run(s, self.steps_to_slope, self.steps.len());
+        let (from, to) = (self.program.steps(2), self.program.steps(3));
+        let mut machine = Vectors { s, registers: &mut self.registers, points: self.points };
+        self.program.walk_on(from, to, &mut machine);
         // With a = −½ g00′ u²: du/dx = 2 a/Q_t and da/dx = −½ g00″ u² + 4 a²/(Q_t u).
         let half = s.splat_f64s(-0.5 * self.two_over_mass);
         let reciprocal = s.splat_f64s(2.0 / self.q_t);
-        let curvature = vectors::<S>(&self.registers[self.curvature].0);
+        let curvature = vectors::<S>(self.output(2));
         let (a, u) = (vectors::<S>(a), vectors::<S>(u));
         let (da, du) = (vectors_mut::<S>(da), vectors_mut::<S>(du));
         for i in 0..a.len() {
@@ -264,11 +253,12 @@ impl<const P: usize> Force for FormulaForce<P> {
             self.registers[0].0[k] = last;
             k += 1;
         }
-        self.run(s, 0, self.steps_to_slope);
+        let mut machine = Vectors { s, registers: &mut self.registers, points: self.points };
+        self.program.walk(2, &mut machine);
         let (q, m, c) = (s.splat_f64s(self.q_t), s.splat_f64s(self.two_over_mass), s.splat_f64s(self.c_squared));
         let half = s.splat_f64s(-0.5 * self.two_over_mass);
-        let value = vectors::<S>(&self.registers[self.value].0);
-        let slope = vectors::<S>(&self.registers[self.slope].0);
+        let value = vectors::<S>(self.output(0));
+        let slope = vectors::<S>(self.output(1));
         let (a, u) = (&mut vectors_mut::<S>(a)[..value.len()], &mut vectors_mut::<S>(u)[..value.len()]);
         if near && is_fused::<S>() && self.q_t != 0.0 {
             // One Newton step, see `PolynomialForce`.
@@ -299,54 +289,12 @@ impl<const P: usize> Force for FormulaForce<P> {
             self.lacks.resize(self.registers.len(), Nodes::ZERO);
         }
         copy::<S>(x_lo, &mut self.lacks[0].0);
-        let mut k = 0;
-        while k < self.steps.len() {
-            let step = self.steps[k];
-            let (done, out) = self.registers.split_at_mut(self.first_step + k);
-            let (done_lo, out_lo) = self.lacks.split_at_mut(self.first_step + k);
-            k += 1;
-            let (i, j) = match step {
-                Instruction::Add(i, j)
-                | Instruction::Subtract(i, j)
-                | Instruction::Multiply(i, j)
-                | Instruction::Divide(i, j) => (i, j),
-                Instruction::Negate(i) => (i, i),
-                _ => unreachable!("only arithmetic is refined"),
-            };
-            let (p, p_lo) = (vectors::<S>(&done[i].0), vectors::<S>(&done_lo[i].0));
-            let (q, q_lo) = (vectors::<S>(&done[j].0), vectors::<S>(&done_lo[j].0));
-            let (y, y_lo) = (vectors_mut::<S>(&mut out[0].0), vectors_mut::<S>(&mut out_lo[0].0));
-            for n in 0..y.len() {
-                (y[n], y_lo[n]) = match step {
-                    Instruction::Add(..) => {
-                        let (sum, error) = two_sum(s, p[n], q[n]);
-                        (sum, s.add_f64s(error, s.add_f64s(p_lo[n], q_lo[n])))
-                    }
-                    Instruction::Subtract(..) => {
-                        let (sum, error) = two_sum(s, p[n], neg(s, q[n]));
-                        (sum, s.add_f64s(error, s.sub_f64s(p_lo[n], q_lo[n])))
-                    }
-                    Instruction::Multiply(..) => {
-                        let y = s.mul_f64s(p[n], q[n]);
-                        let error = product_error(s, p[n], q[n], y);
-                        (y, multiply_add(s, p[n], q_lo[n], multiply_add(s, p_lo[n], q[n], error)))
-                    }
-                    Instruction::Divide(..) => {
-                        // (p + p_lo − y (q + q_lo))/q with the remainder formed exactly
-                        let y = s.div_f64s(p[n], q[n]);
-                        let yq = s.mul_f64s(y, q[n]);
-                        let r = s.sub_f64s(s.sub_f64s(p[n], yq), product_error(s, y, q[n], yq));
-                        let r = s.add_f64s(r, s.sub_f64s(p_lo[n], s.mul_f64s(y, q_lo[n])));
-                        (y, s.div_f64s(r, q[n]))
-                    }
-                    _ => (neg(s, p[n]), neg(s, p_lo[n])),
-                };
-            }
-        }
-        let value = vectors::<S>(&self.registers[self.value].0);
-        let value_lo = vectors::<S>(&self.lacks[self.value].0);
-        let slope = vectors::<S>(&self.registers[self.slope].0);
-        let slope_lo = vectors::<S>(&self.lacks[self.slope].0);
+        let mut machine = Pairs { s, registers: &mut self.registers, lacks: &mut self.lacks };
+        self.program.walk(2, &mut machine);
+        let value = vectors::<S>(self.output(0));
+        let value_lo = vectors::<S>(&self.lacks[self.program.output(0)].0);
+        let slope = vectors::<S>(self.output(1));
+        let slope_lo = vectors::<S>(&self.lacks[self.program.output(1)].0);
         let (a, u) = (vectors::<S>(a), vectors::<S>(u));
         let (da, du) = (vectors_mut::<S>(da), vectors_mut::<S>(du));
         let (m, c) = (s.splat_f64s(self.two_over_mass), s.splat_f64s(self.c_squared));

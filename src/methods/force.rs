@@ -1,7 +1,8 @@
 //! What drives the motion, u = Q_t/g00(x) and a = −½ g00′(x) u², at one point and as fast as possible.
 
+use crate::expr::Program;
 use crate::metric::Metric;
-use crate::potential::{Instruction, Potential};
+use crate::potential::Potential;
 
 /// u = dt/dγ and a = d²x/dγ².
 pub(super) trait Force {
@@ -29,8 +30,8 @@ pub(super) fn dispatch<W: WithForce>(metric: &Metric, q_t: f64, work: W) -> W::O
                 fused(work, force)
             }
         }
-        Potential::Formula(_) => {
-            let force = ProgramForce::new(metric, q_t);
+        Potential::Formula(formula) => {
+            let force = ProgramForce::new(metric, formula.program(), q_t);
             fused(work, force)
         }
     }
@@ -102,63 +103,29 @@ impl Force for AnyDegree {
     }
 }
 
-/// The program of a formula without what only V″ needs; constants are in place once and for all.
-struct ProgramForce {
-    /// Instructions that compute, with the register they write.
-    steps: Vec<(usize, Instruction<f64>)>,
+/// The program of a formula, as far as V and V′ need it; constants are in place once and for all.
+struct ProgramForce<'m> {
+    program: &'m Program<f64>,
     registers: Vec<f64>,
-    /// Where x goes, if V depends on it.
-    x: Option<usize>,
-    outputs: [usize; 2],
     c_squared: f64,
     two_over_mass: f64,
     q_t: f64,
 }
 
-impl ProgramForce {
-    fn new(metric: &Metric, q_t: f64) -> Self {
-        let program = metric.potential().program();
-        let [value, slope, _] = program.outputs();
-        let all = program.instructions();
-        let mut needed = vec![false; all.len()];
-        (needed[value], needed[slope]) = (true, true);
-        for k in (0..all.len()).rev().filter(|&k| k <= value.max(slope)) {
-            if needed[k] {
-                all[k].operands().for_each(|operand| needed[operand] = true);
-            }
-        }
-        let mut registers = vec![0.0; all.len()];
-        let (mut steps, mut x) = (Vec::new(), None);
-        for (k, &instruction) in all.iter().enumerate().filter(|&(k, _)| needed[k]) {
-            match instruction {
-                Instruction::X => x = Some(k),
-                Instruction::Constant(c) => registers[k] = c,
-                _ => steps.push((k, instruction)),
-            }
-        }
-        Self {
-            steps,
-            registers,
-            x,
-            outputs: [value, slope],
-            c_squared: metric.c_squared(),
-            two_over_mass: metric.two_over_mass(),
-            q_t,
-        }
+impl<'m> ProgramForce<'m> {
+    fn new(metric: &Metric, program: &'m Program<f64>, q_t: f64) -> Self {
+        let mut registers = vec![0.0; program.registers()];
+        program.each_constant(|register, c| registers[register] = c);
+        Self { program, registers, c_squared: metric.c_squared(), two_over_mass: metric.two_over_mass(), q_t }
     }
 }
 
-impl Force for ProgramForce {
+impl Force for ProgramForce<'_> {
     #[inline]
     fn at(&mut self, x: f64) -> (f64, f64) {
-        let r = &mut self.registers;
-        if let Some(at) = self.x {
-            r[at] = x;
-        }
-        for &(to, instruction) in &self.steps {
-            r[to] = instruction.apply(r, x);
-        }
-        let [value, slope] = self.outputs.map(|output| r[output]);
+        self.registers[0] = x;
+        self.program.run(2, &mut self.registers);
+        let [value, slope] = [0, 1].map(|output| self.registers[self.program.output(output)]);
         let u = self.q_t / (self.c_squared + self.two_over_mass * value);
         (u, -0.5 * self.two_over_mass * slope * (u * u))
     }

@@ -15,13 +15,14 @@
 //! # Ok::<(), geodesic_ivp::potential::FormulaError>(())
 //! ```
 
-pub mod formula;
+mod formula;
 mod polynomial;
 
-pub use formula::{Formula, FormulaError};
-pub(crate) use formula::{Function, Instruction, Program};
+pub use formula::{Formula, is_reserved};
 pub use polynomial::Polynomial;
 
+pub use crate::expr::FormulaError;
+use crate::expr::Program;
 use crate::scalar::Real;
 
 /// V, V′ and V″ at one point.
@@ -65,11 +66,11 @@ impl<S: Real> Potential<S> {
         Self::Polynomial(Polynomial::new(coefficients))
     }
 
-    /// V, V′, V″ as a straight-line program, for arithmetic on something other than numbers, such as series.
+    /// V, V′, V″ as a straight-line program with a register for every value, for arithmetic on series.
     pub(crate) fn program(&self) -> Program<S> {
         match self {
-            Self::Polynomial(p) => Program::polynomial(p.coefficients()),
-            Self::Formula(f) => f.program().clone(),
+            Self::Polynomial(p) => formula::polynomial(p.coefficients()),
+            Self::Formula(f) => f.unpacked().clone(),
         }
     }
 

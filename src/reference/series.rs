@@ -5,12 +5,13 @@
 //! differentiation of ODEs, e.g. Jorba & Zou, Exp. Math. 14 (2005) 99–117). The rule for each function follows from its
 //! differential equation. For example, f = exp u gives f′ = f u′ and hence k f_k = Σ_j j u_j f_{k−j}.
 
-use crate::potential::{Function, Instruction, Program};
+use crate::expr::{Function, Machine, Operation, Program, Register};
 use crate::scalar::{Real, sum};
 
 /// The series of every value of a program, extended coefficient by coefficient.
 #[derive(Debug)]
 pub(super) struct SeriesMachine<'p, S> {
+    /// With a register for every value.
     program: &'p Program<S>,
     /// Coefficients of each value.
     values: Vec<Vec<S>>,
@@ -20,7 +21,7 @@ pub(super) struct SeriesMachine<'p, S> {
 
 impl<'p, S: Real> SeriesMachine<'p, S> {
     pub(super) fn new(program: &'p Program<S>, order: usize) -> Self {
-        let series = || vec![Vec::with_capacity(order + 1); program.instructions().len()];
+        let series = || vec![Vec::with_capacity(order + 1); program.registers()];
         Self { program, values: series(), partners: series() }
     }
 
@@ -32,34 +33,64 @@ impl<'p, S: Real> SeriesMachine<'p, S> {
     /// Appends the next coefficient, number k = `x.len() − 1`, of every value, and returns those of V and V′.
     pub(super) fn extend(&mut self, x: &[S]) -> [S; 2] {
         let k = x.len() - 1;
-        for (to, &instruction) in self.program.instructions().iter().enumerate() {
-            let (before, rest) = self.values.split_at_mut(to);
-            let value = &mut rest[0];
-            let coefficient = match instruction {
-                Instruction::X => x[k],
-                Instruction::Constant(c) if k == 0 => c,
-                Instruction::Constant(_) => S::ZERO,
-                Instruction::Add(a, b) => before[a][k] + before[b][k],
-                Instruction::Subtract(a, b) => before[a][k] - before[b][k],
-                Instruction::Negate(a) => -before[a][k],
-                Instruction::Multiply(a, b) => product(&before[a], &before[b], k),
-                Instruction::Divide(a, b) => quotient(&before[a], &before[b], value, k),
-                Instruction::Power(a, b) => power(&before[a], &before[b], value, &mut self.partners[to], k),
-                Instruction::Call(function, a) => call(function, &before[a], value, &mut self.partners[to], k),
-            };
-            value.push(coefficient);
-        }
-        let [v, first, _] = self.program.outputs();
-        [self.values[v][k], self.values[first][k]]
+        let program = self.program;
+        program.each_constant(|register, c| self.values[register].push(if k == 0 { c } else { S::ZERO }));
+        self.values[0].push(x[k]);
+        program.walk(2, &mut Coefficient { values: &mut self.values, partners: &mut self.partners, k });
+        [0, 1].map(|output| self.values[program.output(output)][k])
     }
 
     /// The series of every argument of `abs`. Where one changes its sign, the series around this point are no longer
     /// valid.
     pub(super) fn kink_arguments(&self) -> impl Iterator<Item = &[S]> {
-        self.program.instructions().iter().filter_map(|&instruction| match instruction {
-            Instruction::Call(Function::Abs, a) => Some(self.values[a].as_slice()),
+        self.program.operations(2).filter_map(|(_, operation)| match operation {
+            Operation::Call(Function::Abs, a) => Some(self.values[a].as_slice()),
             _ => None,
         })
+    }
+}
+
+/// Appends coefficient k of one value after the other.
+struct Coefficient<'r, S> {
+    values: &'r mut [Vec<S>],
+    partners: &'r mut [Vec<S>],
+    k: usize,
+}
+
+impl<S: Real> Machine for Coefficient<'_, S> {
+    fn add(&mut self, to: Register, a: Register, b: Register) {
+        let next = self.values[a][self.k] + self.values[b][self.k];
+        self.values[to].push(next);
+    }
+
+    fn subtract(&mut self, to: Register, a: Register, b: Register) {
+        let next = self.values[a][self.k] - self.values[b][self.k];
+        self.values[to].push(next);
+    }
+
+    fn multiply(&mut self, to: Register, a: Register, b: Register) {
+        let next = product(&self.values[a], &self.values[b], self.k);
+        self.values[to].push(next);
+    }
+
+    fn divide(&mut self, to: Register, a: Register, b: Register) {
+        let next = quotient(&self.values[a], &self.values[b], &self.values[to], self.k);
+        self.values[to].push(next);
+    }
+
+    fn negate(&mut self, to: Register, a: Register) {
+        let next = -self.values[a][self.k];
+        self.values[to].push(next);
+    }
+
+    fn power(&mut self, to: Register, a: Register, b: Register) {
+        let next = power(&self.values[a], &self.values[b], &self.values[to], &mut self.partners[to], self.k);
+        self.values[to].push(next);
+    }
+
+    fn call(&mut self, to: Register, function: Function, a: Register) {
+        let next = call(function, &self.values[a], &self.values[to], &mut self.partners[to], self.k);
+        self.values[to].push(next);
     }
 }
 

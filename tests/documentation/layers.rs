@@ -4,10 +4,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// From low to high.
-const LAYERS: [&str; 18] = [
+const LAYERS: [&str; 19] = [
     "scalar",
     "norm",
     "similar",
+    "expr",
     "potential",
     "banded",
     "sbp",

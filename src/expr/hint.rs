@@ -28,8 +28,8 @@ const OTHERS: [(&str, &str); 21] = [
     ("|", "an absolute value is written abs(x)"),
 ];
 
-/// What to write instead of the text at `offset`, which was not understood.
-pub(super) fn at<'n>(expression: &str, offset: usize, parameters: impl Iterator<Item = &'n str>) -> Option<String> {
+/// What to write instead of the text at `offset`, which was not understood, where `names` exist besides functions.
+pub(super) fn at<'n>(expression: &str, offset: usize, names: impl Iterator<Item = &'n str>) -> Option<String> {
     let (before, rest) = expression.split_at(offset);
     if rest.starts_with('*') && before.trim_end().ends_with('*') {
         return Some("a power is written ^, for example x^2".to_owned());
@@ -53,6 +53,6 @@ pub(super) fn at<'n>(expression: &str, offset: usize, parameters: impl Iterator<
     if let Some(meaning) = other(word).or_else(|| other(&word.to_lowercase())) {
         return Some(meaning);
     }
-    let known = Function::NAMED.iter().map(|(name, _)| *name).chain(["x", "pi"]).chain(parameters);
+    let known = Function::NAMED.iter().map(|(name, _)| *name).chain(names);
     nearest(word, known).filter(|name| *name != word).map(|name| format!("did you mean '{name}'?"))
 }

@@ -5,7 +5,7 @@
 //! product = signed (("*" | "/") signed)*
 //! signed  = ("+" | "-") signed | power
 //! power   = atom ("^" signed)?              right-associative, binds tighter than unary minus on its left
-//! atom    = number | "x" | "pi" | parameter | function "(" sum ")" | "(" sum ")"
+//! atom    = number | variable | "pi" | parameter | function "(" sum ")" | "(" sum ")"
 //! ```
 
 use std::collections::BTreeMap;
@@ -20,8 +20,8 @@ use winnow::prelude::*;
 use winnow::stream::{LocatingSlice, Location, Stateful};
 use winnow::token::{any, take_while};
 
-use super::graph::{Function, Graph, NodeId};
-use super::{FormulaError, hint};
+use super::graph::{Graph, NodeId};
+use super::{FormulaError, Function, hint};
 use crate::scalar::Real;
 
 /// The longest expression that is accepted. No potential needs more.
@@ -29,9 +29,17 @@ const MAX_BYTES: usize = 1024;
 /// The deepest nesting that is accepted. The parser is recursive, so that nesting costs stack.
 const MAX_DEPTH: usize = 64;
 
+/// The names that a formula may use besides those of the grammar.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Names<'n, S> {
+    /// Variable k of the graph has the k-th name.
+    pub(crate) variables: &'n [&'n str],
+    pub(crate) parameters: &'n BTreeMap<String, S>,
+}
+
 #[derive(Debug)]
 struct State<'s, S> {
-    parameters: &'s BTreeMap<String, S>,
+    names: Names<'s, S>,
     graph: &'s mut Graph<S>,
     depth: usize,
     /// The mistake found furthest to the right.
@@ -50,20 +58,19 @@ type Input<'i, 's, S> = Stateful<LocatingSlice<&'i str>, State<'s, S>>;
 type Failure = ErrMode<ContextError>;
 
 /// Parses `text` into `graph` and returns the root.
-pub(super) fn parse<S: Real>(
-    text: &str,
-    parameters: &BTreeMap<String, S>,
-    graph: &mut Graph<S>,
-) -> Result<NodeId, FormulaError> {
-    let names = || parameters.keys().map(String::as_str);
+///
+/// # Errors
+/// [`FormulaError`] with the position of the mistake: syntax, an unknown name, a function without its parentheses.
+pub(crate) fn parse<S: Real>(text: &str, names: Names<'_, S>, graph: &mut Graph<S>) -> Result<NodeId, FormulaError> {
     let error = |offset: usize, message: String| {
-        let hint = hint::at(text, offset, names());
+        let given = names.parameters.keys().map(String::as_str);
+        let hint = hint::at(text, offset, names.variables.iter().copied().chain(["pi"]).chain(given));
         FormulaError { message, offset, expression: text.to_owned(), hint }
     };
     if text.len() > MAX_BYTES {
         return Err(error(0, format!("the expression is longer than {MAX_BYTES} bytes")));
     }
-    let state = State { parameters, graph, depth: 0, mistake: None };
+    let state = State { names, graph, depth: 0, mistake: None };
     let mut input = Stateful { input: LocatingSlice::new(text), state };
     let parsed = preceded(multispace0, sum).parse_next(&mut input);
     let end = input.current_token_start();
@@ -129,9 +136,10 @@ fn atom<'i, 's: 'i, S: Real>(input: &mut Input<'i, 's, S>) -> Result<NodeId, Fai
         Some(c) if c.is_ascii_alphabetic() || c == '_' => name(input),
         other => {
             let found = other.map_or_else(|| "the end".to_owned(), |c| format!("'{c}'"));
+            let variables = input.state.names.variables.join(", ");
             input.state.report(
                 offset,
-                format!("expected a number, x, a parameter, a function or a parenthesis, found {found}"),
+                format!("expected a number, {variables}, a parameter, a function or a parenthesis, found {found}"),
             );
             Err(ErrMode::Backtrack(ContextError::new()))
         }
@@ -199,18 +207,19 @@ fn name<'i, 's: 'i, S: Real>(input: &mut Input<'i, 's, S>) -> Result<NodeId, Fai
         let argument = closed(input, opened)?;
         return Ok(input.state.graph.call(function, argument));
     }
-    let value = match name {
-        "x" => Some(None),
-        "pi" => Some(Some(S::PI)),
-        _ => input.state.parameters.get(name).map(|&value| Some(value)),
+    let Names { variables, parameters } = input.state.names;
+    let constant = if name == "pi" { Some(S::PI) } else { parameters.get(name).copied() };
+    let node = match (variables.iter().position(|variable| *variable == name), constant) {
+        (Some(variable), _) => Some(input.state.graph.variable(variable)),
+        (None, Some(value)) => Some(input.state.graph.constant(value)),
+        (None, None) => None,
     };
-    match value {
+    match node {
         Some(_) if called => {
             input.state.report(offset, format!("'{name}' is not a function (a product is written with *)"));
             Err(cut())
         }
-        Some(None) => Ok(input.state.graph.x()),
-        Some(Some(value)) => Ok(input.state.graph.constant(value)),
+        Some(node) => Ok(node),
         None => {
             let kind = if called { "function" } else { "name" };
             input.state.report(offset, format!("unknown {kind} '{name}'"));

@@ -1,0 +1,236 @@
+//! Straight-line programs: what the outputs of a graph need, one step a value.
+
+pub(crate) use super::graph::Operation;
+use super::graph::{Graph, Node, NodeId};
+use super::machine::Machine;
+use crate::scalar::Real;
+
+/// The place of a value while a program runs.
+pub(crate) type Register = usize;
+
+/// Computes one value from earlier ones.
+#[derive(Debug, Clone, Copy)]
+struct Step {
+    to: Register,
+    operation: Operation,
+}
+
+/// One of the wanted values.
+#[derive(Debug, Clone, Copy)]
+struct Output {
+    register: Register,
+    /// So many steps compute this output and all before it.
+    steps: usize,
+}
+
+/// A straight-line program. The first registers are the variables, then come the constants, then the values of steps.
+#[derive(Debug, Clone)]
+pub(crate) struct Program<S> {
+    variables: usize,
+    constants: Vec<S>,
+    steps: Vec<Step>,
+    outputs: Vec<Output>,
+    registers: usize,
+}
+
+impl<S: Real> Program<S> {
+    /// Compiles what `outputs` need, which are expressions in the first `variables` variables. Every value has a
+    /// register of its own, see [`Self::packed`].
+    pub(crate) fn new(graph: &mut Graph<S>, variables: usize, outputs: &[NodeId]) -> Self {
+        let outputs = graph.expand_powers(outputs);
+        // In the order of the outputs that need them; an output is computed before work for the next one begins.
+        let mut order: Vec<NodeId> = Vec::new();
+        let mut is_known = vec![false; graph.nodes.len()];
+        let mut nodes_for = Vec::new();
+        for &output in &outputs {
+            let mut is_needed = vec![false; output + 1];
+            is_needed[output] = !is_known[output];
+            for id in (0..=output).rev().filter(|&id| !is_known[id]) {
+                if is_needed[id] {
+                    graph.nodes[id].operands().for_each(|operand| is_needed[operand] |= !is_known[operand]);
+                }
+            }
+            order.extend((0..=output).filter(|&id| is_needed[id]));
+            is_known[..=output].iter_mut().zip(&is_needed).for_each(|(known, needed)| *known |= needed);
+            nodes_for.push(order.len());
+        }
+        let mut register_of = vec![Register::MAX; graph.nodes.len()];
+        let mut constants = Vec::new();
+        for &id in &order {
+            match graph.nodes[id] {
+                Node::Variable(index) => register_of[id] = index,
+                Node::Constant(constant) => {
+                    register_of[id] = variables + constants.len();
+                    constants.push(graph.number(constant));
+                }
+                Node::PowerInteger(..) | Node::Apply(_) => {}
+            }
+        }
+        let first = variables + constants.len();
+        let mut steps: Vec<Step> = Vec::new();
+        let mut steps_for = vec![0; outputs.len()];
+        for (place, &id) in order.iter().enumerate() {
+            if let Node::Apply(operation) = graph.nodes[id] {
+                register_of[id] = first + steps.len();
+                steps.push(Step { to: register_of[id], operation: operation.map(|operand| register_of[operand]) });
+            }
+            for (count, &nodes) in steps_for.iter_mut().zip(&nodes_for) {
+                if place < nodes {
+                    *count = steps.len();
+                }
+            }
+        }
+        let output = |(&id, &steps): (&NodeId, &usize)| Output { register: register_of[id], steps };
+        let outputs = outputs.iter().zip(&steps_for).map(output).collect();
+        Self { variables, constants, registers: first + steps.len(), steps, outputs }
+    }
+
+    /// The same program in fewer registers: a value that is not needed any more leaves its place to another one.
+    pub(crate) fn packed(&self) -> Self {
+        let fixed = self.variables + self.constants.len();
+        // The step after which a register is free.
+        let mut last_use = vec![0; self.registers];
+        for (place, step) in self.steps.iter().enumerate() {
+            step.operation.operands().for_each(|operand| last_use[operand] = place);
+        }
+        for output in &self.outputs {
+            last_use[output.register] = usize::MAX;
+        }
+        let mut place_of: Vec<Register> = (0..self.registers).collect();
+        let (mut free, mut registers) = (Vec::new(), fixed);
+        let mut steps = Vec::with_capacity(self.steps.len());
+        for (place, step) in self.steps.iter().enumerate() {
+            // Operands are freed afterwards: a step does not write where it reads.
+            let to = free.pop().unwrap_or_else(|| {
+                registers += 1;
+                registers - 1
+            });
+            let mut ended: Vec<Register> = step.operation.operands().collect();
+            ended.retain(|&operand| operand >= fixed && last_use[operand] == place);
+            ended.dedup();
+            free.extend(ended.iter().map(|&operand| place_of[operand]));
+            steps.push(Step { to, operation: step.operation.map(|operand| place_of[operand]) });
+            place_of[step.to] = to;
+        }
+        let output = |output: &Output| Output { register: place_of[output.register], ..*output };
+        let outputs = self.outputs.iter().map(output).collect();
+        Self { variables: self.variables, constants: self.constants.clone(), steps, outputs, registers }
+    }
+
+    /// Number of variables.
+    pub(crate) fn variables(&self) -> usize {
+        self.variables
+    }
+
+    /// Number of registers.
+    pub(crate) fn registers(&self) -> usize {
+        self.registers
+    }
+
+    /// The register of an output.
+    #[inline]
+    pub(crate) fn output(&self, index: usize) -> Register {
+        self.outputs[index].register
+    }
+
+    /// Number of steps that compute the first `outputs` outputs.
+    pub(crate) fn steps(&self, outputs: usize) -> usize {
+        if outputs == 0 { 0 } else { self.outputs[outputs - 1].steps }
+    }
+
+    /// What these steps do, in order, with the registers that they write.
+    pub(crate) fn operations(&self, outputs: usize) -> impl Iterator<Item = (Register, Operation)> + '_ {
+        self.steps[..self.steps(outputs)].iter().map(|step| (step.to, step.operation))
+    }
+
+    /// Hands out the constants and their registers.
+    #[inline]
+    pub(crate) fn each_constant(&self, mut see: impl FnMut(Register, S)) {
+        for (place, &constant) in self.constants.iter().enumerate() {
+            see(self.variables + place, constant);
+        }
+    }
+
+    /// Lets `machine` compute the first `outputs` outputs.
+    #[inline(always)]
+    pub(crate) fn walk(&self, outputs: usize, machine: &mut impl Machine) {
+        self.walk_on(0, self.steps(outputs), machine);
+    }
+
+    /// Lets `machine` carry out the steps in a range.
+    #[inline(always)]
+    pub(crate) fn walk_on(&self, from: usize, to: usize, machine: &mut impl Machine) {
+        let mut k = from;
+        while k < to {
+            let Step { to, operation } = self.steps[k];
+            machine.carry_out(to, operation);
+            k += 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::super::{Graph, Names, parse};
+    use super::Program;
+
+    /// f with the first derivatives and the mixed second one, in x and y.
+    fn program(expression: &str) -> Program<f64> {
+        let mut graph = Graph::default();
+        let parameters = BTreeMap::from([("a".to_owned(), 0.7)]);
+        let f = parse(expression, Names { variables: &["x", "y"], parameters: &parameters }, &mut graph).unwrap();
+        let [f_x, f_y] = [0, 1].map(|variable| graph.derivative(f, variable));
+        let f_xy = graph.derivative(f_x, 1);
+        assert_eq!(graph.derivative(f_x, 1), f_xy, "memoised");
+        Program::new(&mut graph, 2, &[f, f_x, f_y, f_xy])
+    }
+
+    #[test]
+    fn several_variables() {
+        let (x, y) = (0.3_f64, -1.2_f64);
+        for (expression, expected) in [
+            ("x*y + a", [x * y + 0.7, y, x, 1.0]),
+            ("x^3*y^2", [x.powi(3) * y.powi(2), 3.0 * x * x * y * y, 2.0 * x.powi(3) * y, 6.0 * x * x * y]),
+            ("sin(x*y)", {
+                let (s, c) = (x * y).sin_cos();
+                [s, y * c, x * c, c - x * y * s]
+            }),
+            ("1/(x - y)", {
+                let r = 1.0 / (x - y);
+                [r, -r * r, r * r, -2.0 * r * r * r]
+            }),
+            ("2", [2.0, 0.0, 0.0, 0.0]),
+        ] {
+            let values: [f64; 4] = program(expression).values(&[x, y]);
+            for (value, expected) in values.iter().zip(expected) {
+                assert!((value - expected).abs() < 1e-14, "{expression}: {values:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn packing_changes_no_number_and_takes_fewer_registers() {
+        let long = "exp(-a*x^2)*cos(y)/(1 + x^2*y^2) + sqrt(x^4 + y^4 + 2) - tanh(x*y)^3";
+        for expression in ["x", "x*y + a", "x^7*y^2 - 1/y", long] {
+            let (own, packed) = (program(expression), program(expression).packed());
+            assert!(packed.registers() <= own.registers());
+            for point in [[0.3, -1.2], [2.0, 0.5], [-1.0, 3.0]] {
+                let [a, b]: [[f64; 4]; 2] = [own.values(&point), packed.values(&point)];
+                assert_eq!(a.map(f64::to_bits), b.map(f64::to_bits), "{expression}");
+            }
+        }
+        let [own, packed] = [program(long).registers(), program(long).packed().registers()];
+        assert!(2 * packed < own, "{packed} of {own}");
+    }
+
+    #[test]
+    fn what_is_equal_is_computed_once() {
+        // x^4 is the square of x^2, of which the derivatives in x need the product with x.
+        assert_eq!(program("x^4 + x^2").steps(1), 3);
+        assert_eq!(program("x*y + y*x").steps(1), 2);
+        assert_eq!(program("x/8 + x*0.125").steps(1), 2);
+        assert_eq!(program("0*exp(x) + y").steps(2), 0);
+    }
+}
