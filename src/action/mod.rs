@@ -47,10 +47,8 @@ pub use layout::{Branch, Layout, MULTIPLIERS};
 pub use rounding::GradientRounding;
 
 use self::boundary::BranchEnds;
-use self::layout::BranchMut;
 use crate::geodesic::InitialData;
 use crate::metric::{Metric, MetricSamples, OutsideDomain};
-use crate::norm::max_abs;
 use crate::sbp::{RegularisedOperator, SbpOperator};
 use crate::scalar::Real;
 
@@ -85,26 +83,6 @@ impl<S: Real> BranchState<S> {
             .map(|((&g00, &t_dot), &x_dot)| (g00 * t_dot * t_dot - x_dot * x_dot).half())
             .collect::<Vec<_>>();
         sbp.integrate(&integrand)
-    }
-}
-
-/// Buffers for the gradient at the physical limit, which are used for one window after another.
-pub(crate) struct GradientRoom<S> {
-    state: BranchState<S>,
-    t: Vec<S>,
-    x: Vec<S>,
-}
-
-impl<S: Real> GradientRoom<S> {
-    pub(crate) fn new(points: usize) -> Self {
-        Self { state: BranchState::zeros(points), t: vec![S::ZERO; points], x: vec![S::ZERO; points] }
-    }
-
-    /// Makes room for windows of `points` nodes.
-    pub(crate) fn fit(&mut self, points: usize) {
-        if self.t.len() != points {
-            *self = Self::new(points);
-        }
     }
 }
 
@@ -206,26 +184,6 @@ impl<'a, S: Real> DoubledAction<'a, S> {
             Form::Weak => self.add_boundary_gradient(&ends, out),
         }
         Ok(())
-    }
-
-    /// The largest entry of ∇E_weak where both branches are equal to (`t`, `x`). Exchanging the branches only changes
-    /// the sign of E_weak, so there the gradient with respect to one branch is minus that with respect to the other,
-    /// and one of them is enough.
-    ///
-    /// # Errors
-    /// [`OutsideDomain`] if g00 is not positive and finite at a node.
-    pub(crate) fn weak_gradient_norm_at_limit(
-        &self,
-        t: &[S],
-        x: &[S],
-        room: &mut GradientRoom<S>,
-    ) -> Result<S, OutsideDomain> {
-        let GradientRoom { state, t: out_t, x: out_x } = room;
-        self.branch_into(t, x, state)?;
-        let ends = BranchEnds::new(&Branch { t, x }, state);
-        self.branch_gradient(state, S::ONE, out_t, out_x);
-        self.add_ties(&self.ties(&[ends, ends]), 0, S::ONE, &mut BranchMut { t: out_t, x: out_x });
-        Ok(max_abs(out_t).max(max_abs(out_x)))
     }
 
     /// `sign` · (∂F/∂t, ∂F/∂x) with ∂F/∂t = D̄ᵀHv, ∂F/∂x = ½H g00′(D̄t)² − D̄ᵀHw, v = g00∘D̄t, w = D̄x.

@@ -60,6 +60,7 @@ pub struct Adapted {
 pub struct Adaptive<'a> {
     metric: &'a Metric,
     q_t: f64,
+    certify: bool,
 }
 
 /// A lower accuracy would cost hardly less, and in windows that resolve nothing, such as next to a horizon, the
@@ -78,7 +79,13 @@ const ONE: f64 = 1.7;
 impl<'a> Adaptive<'a> {
     /// With the charge `q_t`.
     pub fn new(metric: &'a Metric, q_t: f64) -> Self {
-        Self { metric, q_t }
+        Self { metric, q_t, certify: false }
+    }
+
+    /// Computes the certificate of every window too, for [`WindowView::certified`].
+    pub fn certified(mut self) -> Self {
+        self.certify = true;
+        self
     }
 
     /// From `start` to `goal`, the error of t and x below `accuracy` at all nodes, relative to
@@ -112,7 +119,7 @@ impl<'a> Adaptive<'a> {
         accuracy: f64,
         observe: &mut dyn FnMut(&WindowView<'_>) -> ControlFlow<()>,
     ) -> Result<Adapted, MarchFailure> {
-        let Self { metric, q_t } = *self;
+        let Self { metric, q_t, .. } = *self;
         match metric.potential() {
             Potential::Polynomial(p) => {
                 let force = PolynomialForce::new(metric, q_t, p.coefficients());
@@ -134,7 +141,7 @@ impl<'a> Adaptive<'a> {
         accuracy: f64,
         observe: &mut dyn FnMut(&WindowView<'_>) -> ControlFlow<()>,
     ) -> Result<Adapted, MarchFailure> {
-        let Self { metric, q_t } = *self;
+        let Self { metric, q_t, .. } = *self;
         let g = metric.at(start.x.hi);
         if !g.is_inside() {
             return Err(MarchFailure::OutsideDomain { window: 0, gamma: 0.0, x: start.x.hi, g00: g.g00 });
@@ -159,7 +166,7 @@ impl<'a> Adaptive<'a> {
         let first = FIRST / stiffness.max(1e-60).sqrt();
         // A second window costs more than finding out that one is needed.
         let first = if length < ONE * first { length } else { first };
-        let mut pair = Pair::new(kit, force);
+        let mut pair = Pair::new(kit, force, self.certify);
         // Long runs at the limit of the arithmetic leave no room for truncation beside rounding.
         let windows = length / first;
         let mut caution = if 1e-16 * windows.powf(1.5) > 20.0 * accuracy { 1e-3 } else { 1.0 };

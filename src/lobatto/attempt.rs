@@ -179,15 +179,16 @@ impl Attempt<'_> {
             judge.see(&solved, &start, &states, this.h.hi, scale);
             let next = gamma + this.h;
             self.check(&judge, &start, next.hi, statistics.windows, share)?;
-            let index = statistics.windows;
+            pair.certify(this, &start);
             let view = WindowView {
-                index,
+                index: statistics.windows,
                 gamma,
                 length: this.h,
                 rule: rules[0],
                 start,
                 end: solved.end,
                 nodes: pair.nodes(this),
+                certified: pair.certified(),
             };
             statistics.windows += 1;
             gamma = next;

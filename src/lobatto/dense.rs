@@ -4,11 +4,11 @@
 
 use pulp::{Simd, WithSimd};
 
+use super::product::product;
 use super::simd::{Level, multiply_add, neg, vectors, vectors_mut};
 use super::tables::Nodes;
 use super::unit::{Unit, with_unit};
 use super::view::{Inside, WindowView};
-use super::window::product;
 
 /// Points that are computed together.
 const TOGETHER: usize = 16;

@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use super::certificate::{Certificate, Certify};
 use super::force::{Force, PolynomialForce};
 use super::formula::FormulaForce;
 use super::guess::Guess;
@@ -51,13 +52,14 @@ pub struct March<'a> {
     length: Twofold,
     precision: Precision,
     level: Level,
+    certify: bool,
 }
 
 impl<'a> March<'a> {
     /// Windows of `length` on the nodes of `rule`. Iterates to rounding unless [`Self::with_tolerance`] says otherwise.
     pub fn new(metric: &'a Metric, q_t: f64, rule: &'a WeakRule, length: Twofold) -> Self {
         let precision = Precision { tolerance: 0.0, refine: true, most: MOST_EVALUATIONS };
-        Self { metric, q_t, rule, length, precision, level: Level::Best }
+        Self { metric, q_t, rule, length, precision, level: Level::Best, certify: false }
     }
 
     /// Stops the iteration of a window when the error of X is below `tolerance`, relative to its size; use a hundredth
@@ -65,6 +67,12 @@ impl<'a> March<'a> {
     /// precision where the potential is pure arithmetic. With a tolerance a window is accurate to about 1e-16 at best.
     pub fn with_tolerance(mut self, tolerance: f64) -> Self {
         self.precision = Precision { tolerance, refine: tolerance == 0.0, most: MOST_EVALUATIONS };
+        self
+    }
+
+    /// Computes the certificate of every window too, for [`WindowView::certified`]; a fifth more time.
+    pub fn certified(mut self) -> Self {
+        self.certify = true;
         self
     }
 
@@ -121,13 +129,15 @@ impl<'a> March<'a> {
     ) -> (Marched, bool) {
         let Self { rule, length, precision, .. } = *self;
         let own;
-        let (tables, scale) = if precision.tolerance == 0.0 {
+        let (tables, scale, charge) = if precision.tolerance == 0.0 {
             own = Tables::<P>::new(rule, length);
-            (&*own, Twofold::ONE)
+            (&*own, Twofold::ONE, self.q_t)
         } else {
-            force.set((length * self.q_t).hi, rule.points());
-            (&*unit.tables, length)
+            let charge = (length * self.q_t).hi;
+            force.set(charge, rule.points());
+            (&*unit.tables, length, charge)
         };
+        let mut certificate: Option<Certificate<P>> = None;
         let inverse = scale.reciprocal();
         let physical = |state: &State| State { w: state.w * inverse, ..*state };
         let mut window = Window::<P>::new();
@@ -135,20 +145,27 @@ impl<'a> March<'a> {
         let mut marched = Marched { end: start, statistics: Statistics::default() };
         let mut guess = Guess::Parabola;
         while marched.statistics.windows < windows {
-            let start = marched.end;
-            let (force, room) = (&mut force, &mut window);
-            let one = One { tables, tail: None, force, window: room, start: &start, guess, precision };
+            let begin = marched.end;
+            let one =
+                One { tables, tail: None, force: &mut force, window: &mut window, start: &begin, guess, precision };
             let Some(solved) = self.level.dispatch(one) else {
-                return (Marched { end: physical(&start), ..marched }, false);
+                return (Marched { end: physical(&begin), ..marched }, false);
             };
             guess = Guess::Same;
             let index = marched.statistics.windows;
             marched.end = solved.end;
             marched.statistics.evaluations += solved.evaluations;
             marched.statistics.windows += 1;
-            let (start, end) = (physical(&start), physical(&solved.end));
+            let (start, end) = (physical(&begin), physical(&solved.end));
+            if self.certify {
+                let out = certificate.get_or_insert_with(Certificate::new);
+                let stretch = length.hi / scale.hi;
+                let (force, window, start, length) = (&mut force, &window, &begin, length.hi);
+                self.level.dispatch(Certify { unit, force, charge, window, start, stretch, length, out });
+            }
             let nodes = window.nodes(rule.points(), scale);
-            let view = WindowView { index, gamma: length * index as f64, length, rule, start, end, nodes };
+            let certified = certificate.as_ref().map(|certificate| certificate.view(rule.points()));
+            let view = WindowView { index, gamma: length * index as f64, length, rule, start, end, nodes, certified };
             if observe(&view).is_break() {
                 break;
             }

@@ -29,6 +29,7 @@
 
 mod adaptive;
 mod attempt;
+mod certificate;
 mod dense;
 mod force;
 mod formula;
@@ -41,6 +42,7 @@ mod newton;
 mod one;
 mod pair;
 mod probe;
+mod product;
 mod rule;
 mod simd;
 mod tables;
@@ -55,7 +57,7 @@ pub use march::{March, Marched};
 pub use rule::WeakRule;
 pub use simd::Level;
 pub use twofold::Twofold;
-pub use view::{Inside, WindowView};
+pub use view::{Certified, Inside, WindowView};
 
 use crate::geodesic::InitialData;
 

@@ -4,9 +4,10 @@ use pulp::Simd;
 
 use super::State;
 use super::force::{Force, evaluate};
+use super::product::product;
 use super::simd::{abs, distance, largest, multiply_add, vectors, vectors_mut};
 use super::tables::{Nodes, Tables};
-use super::window::{Precision, Window, product};
+use super::window::{Precision, Window};
 
 /// How Newton's method ended, and after how many evaluations.
 pub(super) enum Newton {

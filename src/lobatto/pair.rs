@@ -1,5 +1,6 @@
 //! A world-line and its companion, window by window.
 
+use super::certificate::{Certificate, Certify};
 use super::force::Force;
 use super::guess::Guess;
 use super::kit::Kit;
@@ -7,7 +8,7 @@ use super::one::One;
 use super::simd::Level;
 use super::tables::{EXTRAPOLATED, Nodes};
 use super::twofold::Twofold;
-use super::view::NodeValues;
+use super::view::{Certified, NodeValues};
 use super::window::{Precision, Solved, Window};
 use super::{State, Statistics};
 
@@ -58,12 +59,15 @@ pub(super) struct Pair<const P: usize, F> {
     rejected: Option<Forces<P>>,
     /// Whether the world-line's window still holds them.
     is_untouched: bool,
+    /// Where certificates go, if they are wanted.
+    certificate: Option<Certificate<P>>,
 }
 
 impl<const P: usize, F: Force> Pair<P, F> {
-    pub(super) fn new(kit: &'static Kit<P>, force: F) -> Self {
+    pub(super) fn new(kit: &'static Kit<P>, force: F, certify: bool) -> Self {
         let windows = [Window::new(), Window::new()];
-        Self { kit, force, windows, previous: None, rejected: None, is_untouched: false }
+        let certificate = certify.then(Certificate::new);
+        Self { kit, force, windows, previous: None, rejected: None, is_untouched: false, certificate }
     }
 
     /// Forgets the previous window: a new march begins.
@@ -98,7 +102,7 @@ impl<const P: usize, F: Force> Pair<P, F> {
         self.force.set(length.charge, n);
         let (force, window) = (&mut self.force, &mut self.windows[0]);
         let tables = &*unit.tables;
-        at(One { tables, tail, force, window, start, guess, precision }, length, statistics)
+        in_gamma(One { tables, tail, force, window, start, guess, precision }, length, statistics)
     }
 
     /// What [`Self::main`] made is too long; the forces are a good guess for a part of it.
@@ -119,10 +123,25 @@ impl<const P: usize, F: Force> Pair<P, F> {
         let (unit, tail, force) = (self.kit.units[1], Some(&self.kit.tails[1]), &mut self.force);
         force.set(length.charge, unit.tables.points);
         let tables = &*unit.tables;
-        let solved = at(One { tables, tail, force, window, start, guess, precision }, length, statistics)?;
+        let solved = in_gamma(One { tables, tail, force, window, start, guess, precision }, length, statistics)?;
         self.previous = Some(Forces { length: length.h.hi, values: main.a.clone() });
         (self.rejected, self.is_untouched) = (None, true);
         Some(solved)
+    }
+
+    /// Computes the certificate of the world-line's window from `start`, if it is wanted.
+    pub(super) fn certify(&mut self, length: Length, start: &State) {
+        let Some(out) = &mut self.certificate else { return };
+        let (unit, force, charge) = (self.kit.units[0], &mut self.force, length.charge);
+        force.set(charge, unit.tables.points);
+        let start = &State { w: start.w * length.h, ..*start };
+        let (window, length) = (&self.windows[0], length.h.hi);
+        Level::Best.dispatch(Certify { unit, force, charge, window, start, stretch: 1.0, length, out });
+    }
+
+    /// The last certificate.
+    pub(super) fn certified(&self) -> Option<Certified<'_>> {
+        self.certificate.as_ref().map(|certificate| certificate.view(self.kit.rules[0].points()))
     }
 
     /// X, u and a of the world-line on its nodes.
@@ -132,7 +151,11 @@ impl<const P: usize, F: Force> Pair<P, F> {
 }
 
 /// Solves the window `one` of a table of length 1, whose start and end are in γ.
-fn at<const P: usize, F: Force>(one: One<'_, P, F>, length: Length, statistics: &mut Statistics) -> Option<Solved> {
+fn in_gamma<const P: usize, F: Force>(
+    one: One<'_, P, F>,
+    length: Length,
+    statistics: &mut Statistics,
+) -> Option<Solved> {
     let start = State { w: one.start.w * length.h, ..*one.start };
     let most = one.precision.most;
     let Some(mut solved) = Level::Best.dispatch(One { start: &start, ..one }) else {

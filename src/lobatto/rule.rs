@@ -110,6 +110,18 @@ impl WeakRule {
         self.weights[j] * (Twofold::ONE - self.nodes[j])
     }
 
+    /// The entry of A⁻¹ = D + H⁻¹E_0 in row `i` and column `j`, see [`crate::sbp::gll`] for D.
+    pub fn derivative(&self, i: usize, j: usize) -> Twofold {
+        let last = self.points() - 1;
+        let corner = Twofold::from((self.points() * last) as f64).half();
+        match (i, j) {
+            (0, 0) => Twofold::ONE / self.weights[0] - corner,
+            _ if i == last && j == last => corner,
+            _ if i == j => Twofold::ZERO,
+            _ => self.legendre(i, last) / self.legendre(j, last) / (self.nodes[i] - self.nodes[j]),
+        }
+    }
+
     /// What tables of windows are made of, computed when the first is made.
     pub(super) fn length_free(&self) -> &LengthFree {
         self.length_free.get_or_init(|| LengthFree::new(self))

@@ -3,9 +3,12 @@
 //! A geodesic may be walked in any affine parameter: with s = γ/h, h Q_t and h w take the place of Q_t and w, and every
 //! window has length 1. So one set of tables serves windows of all lengths.
 
+use pulp::Simd;
+
 use super::dense::share;
 use super::guess::Continuation;
 use super::rule::WeakRule;
+use super::simd::{vectors, vectors_mut};
 use super::tables::{Matrix, Nodes, Tables};
 use super::twofold::Twofold;
 
@@ -19,6 +22,10 @@ pub(super) struct Unit<const P: usize> {
     pub(super) recurrence: Vec<[f64; 2]>,
     /// 1/(2(2k + 1)) for k < n.
     pub(super) shares: Nodes<P>,
+    /// A by columns.
+    a: Box<Matrix<P>>,
+    /// A⁻¹ = D + H⁻¹E_0 by columns.
+    pub(super) derivative: Box<Matrix<P>>,
 }
 
 impl<const P: usize> Unit<P> {
@@ -31,7 +38,42 @@ impl<const P: usize> Unit<P> {
         let ratio = |k: usize| [(2 * k + 1) as f64 / (k + 1) as f64, k as f64 / (k + 1) as f64];
         let mut shares = Nodes::ZERO;
         (0..n).for_each(|k| shares.0[k] = share(k));
-        Self { tables: Tables::new(rule, Twofold::ONE), modes, recurrence: (0..=n).map(ratio).collect(), shares }
+        let (mut a, mut derivative) = (Box::new([[0.0; P]; P]), Box::new([[0.0; P]; P]));
+        for i in 0..n {
+            for j in 0..n {
+                (a[j][i], derivative[j][i]) = (rule.a()[i * n + j].hi, rule.derivative(i, j).hi);
+            }
+        }
+        Self {
+            tables: Tables::new(rule, Twofold::ONE),
+            modes,
+            recurrence: (0..=n).map(ratio).collect(),
+            shares,
+            a,
+            derivative,
+        }
+    }
+
+    /// `factor` A v, summed from the first node to the last with every product rounded, as
+    /// [`WindowView::t`](super::view::WindowView::t) does it.
+    #[inline(always)]
+    pub(super) fn integral<S: Simd>(&self, s: S, v: &Nodes<P>, factor: f64, out: &mut Nodes<P>) {
+        let (factor, zero) = (s.splat_f64s(factor), s.splat_f64s(0.0));
+        let out = vectors_mut::<S>(&mut out.0);
+        for i in 0..out.len() {
+            out[i] = zero;
+        }
+        let mut j = 0;
+        while j < self.tables.points {
+            let (column, value) = (vectors::<S>(&self.a[j]), s.splat_f64s(v.0[j]));
+            for i in 0..out.len() {
+                out[i] = s.add_f64s(out[i], s.mul_f64s(column[i], value));
+            }
+            j += 1;
+        }
+        for i in 0..out.len() {
+            out[i] = s.add_f64s(zero, s.mul_f64s(factor, out[i]));
+        }
     }
 
     /// The forces of a window as a polynomial of `degree`, on one that begins at its start (`begin` 0) or end (1) and

@@ -21,6 +21,16 @@ pub struct WindowView<'a> {
     /// The state at its end.
     pub end: State,
     pub(super) nodes: NodeValues<'a>,
+    pub(super) certified: Option<Certified<'a>>,
+}
+
+/// What a certified march knows of a window.
+#[derive(Debug, Clone, Copy)]
+pub struct Certified<'a> {
+    /// t on the n nodes, counted from the start of the window, so that it loses no digits.
+    pub elapsed: &'a [f64],
+    /// The largest entry of the gradient of the weak action at the window; infinite where a number overflows.
+    pub gradient_norm: f64,
 }
 
 /// X, u = dt/ds and a = d²x/ds² on the nodes, where s = γ/unit.
@@ -61,10 +71,9 @@ impl<'a> WindowView<'a> {
         self.integral(self.start.t, u, self.nodes.u)
     }
 
-    /// t on the nodes, counted from the start of the window, so that it loses no digits.
-    pub fn elapsed(&self) -> Vec<f64> {
-        let [u, _] = self.scales();
-        self.integral(Twofold::ZERO, u, self.nodes.u)
+    /// What certified marches add, see [`Certified`].
+    pub fn certified(&self) -> Option<Certified<'a>> {
+        self.certified
     }
 
     /// Hands out t, x and w at `fractions` (0 to 1) of the window: the dense output.

@@ -1,16 +1,15 @@
 //! One window: the fixed-point iteration on its nodes, and the update of the state.
 
-use pulp::{Scalar, Simd};
+use pulp::Simd;
 
 use super::State;
 use super::force::{Force, evaluate};
 use super::guess::Guess;
 use super::newton::Newton;
-use super::simd::{
-    abs, count, extremes, largest, multiply_add, product_error, two_product, two_sum, vectors, vectors_mut,
-};
+use super::product::{dot, plain_dot, product};
+use super::simd::{abs, extremes, largest, multiply_add, product_error, two_product, two_sum, vectors, vectors_mut};
 use super::tables::{Nodes, Tables};
-use super::twofold::{Twofold, fast_two_sum};
+use super::twofold::Twofold;
 use super::view::NodeValues;
 
 /// The most evaluations in one window when every length is to be tried; convergent iterations take ten.
@@ -70,119 +69,6 @@ impl Solved {
     }
 }
 
-/// G vectors of rows of `base` + M v from the `r`-th on; 4 G independent chains hide the latency of multiply-adds.
-#[inline(always)]
-fn rows<S: Simd, const P: usize, const G: usize>(
-    s: S,
-    base: &[f64; P],
-    m: &[[f64; P]],
-    v: &[f64; P],
-    r: usize,
-    out: &mut [f64; P],
-) {
-    let mut sum = [[s.splat_f64s(0.0); G]; 4];
-    let base = &vectors::<S>(base)[r..r + G];
-    let mut g = 0;
-    while g < G {
-        sum[0][g] = base[g];
-        g += 1;
-    }
-    let m = m.as_chunks::<4>().0;
-    let v = &v.as_chunks::<4>().0[..m.len()];
-    let mut k = 0;
-    while k < m.len() {
-        for c in 0..4 {
-            let factor = s.splat_f64s(v[k][c]);
-            let column = &vectors::<S>(&m[k][c])[r..r + G];
-            for g in 0..G {
-                sum[c][g] = multiply_add(s, column[g], factor, sum[c][g]);
-            }
-        }
-        k += 1;
-    }
-    let out = &mut vectors_mut::<S>(out)[r..r + G];
-    for g in 0..G {
-        out[g] = s.add_f64s(s.add_f64s(sum[0][g], sum[1][g]), s.add_f64s(sum[2][g], sum[3][g]));
-    }
-}
-
-/// out = base + M v.
-#[inline(always)]
-pub(super) fn product<S: Simd, const P: usize>(
-    s: S,
-    base: &[f64; P],
-    m: &[[f64; P]],
-    v: &[f64; P],
-    out: &mut [f64; P],
-) {
-    if S::IS_SCALAR {
-        product_one_by_one(base, m, v, out);
-    } else {
-        product_inlined(s, base, m, v, out);
-    }
-}
-
-#[inline(never)]
-fn product_one_by_one<const P: usize>(base: &[f64; P], m: &[[f64; P]], v: &[f64; P], out: &mut [f64; P]) {
-    product_inlined(Scalar, base, m, v, out);
-}
-
-/// As many rows at a time as fit the registers.
-#[inline(always)]
-fn product_inlined<S: Simd, const P: usize>(s: S, base: &[f64; P], m: &[[f64; P]], v: &[f64; P], out: &mut [f64; P]) {
-    // `v` is to be read from memory: broadcasting loads are cheap, shuffles of a register compete with the arithmetic
-    // (with AVX-512 a fifth of the whole time for 20 nodes).
-    let v = std::hint::black_box(v);
-    let count = count::<S>(P / S::F64_LANES);
-    let mut r = 0;
-    if count.is_multiple_of(3) {
-        while r < count {
-            rows::<S, P, 3>(s, base, m, v, r, out);
-            r += 3;
-        }
-    }
-    while r + 2 <= count {
-        rows::<S, P, 2>(s, base, m, v, r, out);
-        r += 2;
-    }
-    if r < count {
-        rows::<S, P, 1>(s, base, m, v, r, out);
-    }
-}
-
-/// Σ (c + c_lo)_j (v + dv)_j as a pair, good to about 30 digits.
-///
-/// `big` is 1.5 times a power of two and at least 4 Σ|c v|: adding and subtracting it cuts every product to a multiple
-/// of one unit, and such numbers add without error in any order (Rump, Ogita, Oishi 2008, "Accurate floating-point
-/// summation", ExtractVector). What is cut off is added plainly. With too small a `big` the sum is merely a plain one.
-#[inline(always)]
-fn dot<S: Simd, const P: usize>(s: S, c: [&[f64; P]; 2], v: &[f64; P], dv: &[f64; P], big: f64) -> (f64, f64) {
-    let big = s.splat_f64s(big);
-    let (mut sum, mut rest) = (s.splat_f64s(0.0), s.splat_f64s(0.0));
-    let (c, c_lo) = (vectors::<S>(c[0]), vectors::<S>(c[1]));
-    let (v, dv) = (vectors::<S>(v), vectors::<S>(dv));
-    for i in 0..c.len() {
-        let p = s.mul_f64s(c[i], v[i]);
-        let cut = s.sub_f64s(s.add_f64s(p, big), big);
-        let error = multiply_add(s, c_lo[i], v[i], product_error(s, c[i], v[i], p));
-        let error = multiply_add(s, c[i], dv[i], error);
-        rest = s.add_f64s(rest, s.add_f64s(error, s.sub_f64s(p, cut)));
-        sum = s.add_f64s(sum, cut);
-    }
-    fast_two_sum(s.reduce_sum_f64s(sum), s.reduce_sum_f64s(rest))
-}
-
-/// Σ c_j v_j.
-#[inline(always)]
-fn plain_dot<S: Simd, const P: usize>(s: S, c: &[f64; P], v: &[f64; P]) -> f64 {
-    let (c, v) = (vectors::<S>(c), vectors::<S>(v));
-    let mut sum = s.splat_f64s(0.0);
-    for i in 0..c.len() {
-        sum = multiply_add(s, c[i], v[i], sum);
-    }
-    s.reduce_sum_f64s(sum)
-}
-
 /// 1.5 times the power of two in (4 v, 8 v].
 #[inline(always)]
 fn unit(v: f64) -> f64 {
@@ -215,35 +101,6 @@ impl<const P: usize> Window<P> {
     /// The window from `start`; `None` if it does not converge or does not stay inside g00 > 0.
     #[inline(always)]
     pub(super) fn solve<S: Simd, F: Force>(
-        &mut self,
-        s: S,
-        t: &Tables<P>,
-        force: &mut F,
-        start: &State,
-        guess: Guess<'_, P>,
-        precision: Precision,
-    ) -> Option<Solved> {
-        if S::IS_SCALAR {
-            // No instructions have to be passed down, so one copy of the code is enough.
-            return self.solve_one_by_one(t, force, start, guess, precision);
-        }
-        self.solve_inlined(s, t, force, start, guess, precision)
-    }
-
-    #[inline(never)]
-    fn solve_one_by_one<F: Force>(
-        &mut self,
-        t: &Tables<P>,
-        force: &mut F,
-        start: &State,
-        guess: Guess<'_, P>,
-        precision: Precision,
-    ) -> Option<Solved> {
-        self.solve_inlined(Scalar, t, force, start, guess, precision)
-    }
-
-    #[inline(always)]
-    fn solve_inlined<S: Simd, F: Force>(
         &mut self,
         s: S,
         t: &Tables<P>,

@@ -58,12 +58,12 @@ pub(super) fn solve(setup: &Setup, observer: Option<Observer<'_, f64>>) -> Resul
     let start = State::from(problem.initial);
     let is_kept = observer.is_none();
     let run = Run::new(&problem, setup, length, 0, observer);
-    let mut certified = CertifiedRun::new(problem, run);
+    let mut certified = CertifiedRun::new(&problem, run);
     let mut operators = Operators::default();
     let mut too_many = None;
-    let adapted = Adaptive::new(&metric, q_t).run(start, goal, accuracy, &mut |view: &WindowView<'_>| {
+    let adapted = Adaptive::new(&metric, q_t).certified().run(start, goal, accuracy, &mut |view: &WindowView<'_>| {
         if view.index == 0 {
-            certified.begin_again(start);
+            certified.run.clear();
         }
         let points = view.rule.points();
         let done = match goal {
@@ -74,11 +74,10 @@ pub(super) fn solve(setup: &Setup, observer: Option<Observer<'_, f64>>) -> Resul
             too_many = Some((needed, view.gamma.hi, view.start.x.hi));
             return ControlFlow::Break(());
         }
-        certified.problem.sbp = Arc::clone(operators.of(points, view.length.hi));
-        certified.problem.sbp_name = SbpName::Gll(points as u8);
-        certified.append(view, (view.gamma + view.length).hi)
+        certified.run.solution.sbp_name = SbpName::Gll(points as u8);
+        certified.append(view, (view.gamma + view.length).hi, operators.of(points, view.length.hi))
     });
-    let last = certified.problem.initial.x;
+    let last = certified.run.solution.windows.last().map_or(problem.initial.x, |window| window.start.x);
     let mut solution = certified.finish()?;
     if let Some((needed, gamma, x)) = too_many {
         let at = no_solution(Status::TooManyNodes, gamma_i + gamma, x, metric.at(x).g00);

@@ -23,7 +23,7 @@ use std::any::Any;
 pub use memory::bytes_needed;
 pub use setup::{End, Scene, Setup, System};
 pub(crate) use solution::WindowNodes;
-pub use solution::{Backward, EndState, Solution, Window, WindowEnd};
+pub use solution::{Backward, EndState, Joint, Solution, Window};
 pub use status::{InitialGuess, IterationRecord, NoSolution, Status};
 
 use self::critical_point::CriticalPointSolver;

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use super::problem::Problem;
 use super::setup::Setup;
-use super::solution::{Backward, EndState, Solution, Window, WindowEnd};
+use super::solution::{Backward, EndState, Joint, Solution, Window};
 use super::status::{InitialGuess, IterationRecord, NoSolution, Status};
 use crate::action::MULTIPLIERS;
-use crate::geodesic::InitialData;
+use crate::sbp::SbpOperator;
 use crate::scalar::Real;
 
 /// Sees a run window by window, each as a solution of its own.
@@ -78,6 +78,13 @@ impl<'o, S: Real> Run<'o, S> {
         Self { solution, capacity, observer }
     }
 
+    /// Makes room for all nodes of so many `windows` at once.
+    pub(super) fn reserve(&mut self, windows: usize) {
+        self.solution.elapsed.reserve_exact(self.capacity);
+        self.solution.x.reserve_exact(self.capacity);
+        self.solution.windows.reserve_exact(if self.observer.is_some() { 1 } else { windows });
+    }
+
     /// Forgets the windows so far: the run begins again.
     pub(super) fn clear(&mut self) {
         let run = &mut self.solution;
@@ -95,31 +102,11 @@ impl<'o, S: Real> Run<'o, S> {
         if !(piece.gradient_norm.is_finite() && place.time[1].is_finite()) {
             return Err(overflow(problem, piece));
         }
-        let Place { gamma, time } = place;
+        let ends = [[problem.initial.x, problem.initial.x_dot], piece.end];
+        self.begin_window(&problem.sbp, &place, ends, piece.multipliers);
         let run = &mut self.solution;
-        if self.observer.is_some() {
-            run.elapsed.clear();
-            run.x.clear();
-            run.backward = None;
-            run.windows.clear();
-        }
-        let known = run.operators.iter().rposition(|operator| Arc::ptr_eq(operator, &problem.sbp));
-        let operator = known.unwrap_or_else(|| {
-            run.operators.push(Arc::clone(&problem.sbp));
-            run.operators.len() - 1
-        });
-        let [x, x_dot] = piece.end;
-        run.windows.push(Window {
-            gamma,
-            start: InitialData { t: time[0], ..problem.initial },
-            end: WindowEnd { t: time[1], x, x_dot },
-            multipliers: piece.multipliers,
-            first_node: run.x.len(),
-            operator,
-        });
-        run.window_count += 1;
         (run.form, run.sbp_name) = (problem.form, problem.sbp_name);
-        run.end = EndState { t: run.t_i + time[1], x, x_dot, q_t: piece.q_t };
+        run.end.q_t = piece.q_t;
         run.gradient_norm = run.gradient_norm.max(piece.gradient_norm);
         run.initial_guess = piece.initial_guess;
         run.last_correction = run.last_correction.max(piece.history.last().map_or(0.0, |last| last.relative_step));
@@ -134,10 +121,43 @@ impl<'o, S: Real> Run<'o, S> {
             collect(&mut backward.elapsed, piece.elapsed, self.capacity);
             collect(&mut backward.x, piece.x, self.capacity);
         }
-        if let Some(observer) = &mut self.observer {
-            observer(run);
-        }
+        self.end_window();
         Ok(())
+    }
+
+    /// Begins a window at this place, with x and dx/dγ at its ends. Its rows are to be appended to the solution, and
+    /// then [`Self::end_window`] is to be called.
+    pub(super) fn begin_window(
+        &mut self,
+        sbp: &Arc<SbpOperator<S>>,
+        &Place { gamma, time }: &Place<S>,
+        [from, to]: [[S; 2]; 2],
+        multipliers: Option<[S; MULTIPLIERS]>,
+    ) {
+        let run = &mut self.solution;
+        if self.observer.is_some() {
+            run.elapsed.clear();
+            run.x.clear();
+            run.backward = None;
+            run.windows.clear();
+        }
+        let known = run.operators.iter().rposition(|operator| Arc::ptr_eq(operator, sbp));
+        let operator = known.unwrap_or_else(|| {
+            run.operators.push(Arc::clone(sbp));
+            run.operators.len() - 1
+        });
+        let joint = |t: S, [x, x_dot]: [S; 2]| Joint { t, x, x_dot };
+        let (start, end, first_node) = (joint(time[0], from), joint(time[1], to), run.x.len());
+        run.windows.push(Window { gamma, start, end, multipliers: multipliers.map(Box::new), first_node, operator });
+        run.window_count += 1;
+        run.end = EndState { t: run.t_i + end.t, x: end.x, x_dot: end.x_dot, ..run.end };
+    }
+
+    /// Shows the window that was begun last to the observer.
+    pub(super) fn end_window(&mut self) {
+        if let Some(observer) = &mut self.observer {
+            observer(&self.solution);
+        }
     }
 }
 

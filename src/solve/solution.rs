@@ -41,25 +41,25 @@ pub struct EndState<S = f64> {
 pub struct Window<S = f64> {
     /// γ − γ_i at its first and its last node.
     pub gamma: [S; 2],
-    /// Position and tangent that it continues, with time counted from the start of the run.
-    pub start: InitialData<S>,
+    /// What it continues.
+    pub start: Joint<S>,
     /// What the next window continues from.
-    pub end: WindowEnd<S>,
+    pub end: Joint<S>,
     /// λ1 … λ8 of its action; the weak form has none.
-    pub multipliers: Option<[S; MULTIPLIERS]>,
+    pub multipliers: Option<Box<[S; MULTIPLIERS]>>,
     /// Index of its first node in the arrays of the [`Solution`], and of its operator there.
     pub(crate) first_node: usize,
     pub(crate) operator: usize,
 }
 
-/// What a window hands on besides Q_t.
+/// What one window hands to the next besides Q_t.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WindowEnd<S = f64> {
-    /// t − t_i at its last node.
+pub struct Joint<S = f64> {
+    /// t − t_i.
     pub t: S,
-    /// x at its last node.
+    /// x.
     pub x: S,
-    /// w* at its last node.
+    /// ẋ_i at the start of a run, w* at the last node of a window.
     pub x_dot: S,
 }
 
@@ -232,7 +232,7 @@ impl<S: Real> Solution<S> {
 
     /// λ1 … λ8 of the last window; the weak form has none.
     pub fn multipliers(&self) -> Option<&[S; MULTIPLIERS]> {
-        self.windows.last()?.multipliers.as_ref()
+        self.windows.last()?.multipliers.as_deref()
     }
 
     /// The continuum's Q_t and K of the initial data.

@@ -5,14 +5,15 @@
 //! for it, Newton's method takes over.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use super::problem::Problem;
-use super::run::{Observer, Piece, Place, Run};
+use super::run::{Observer, Place, Run};
 use super::setup::Setup;
 use super::solution::Solution;
 use super::status::{InitialGuess, NoSolution, Status};
-use crate::action::GradientRoom;
-use crate::lobatto::{March, MarchFailure, State, Twofold, WeakRule, WindowView};
+use crate::lobatto::{Certified, March, MarchFailure, State, Twofold, WeakRule, WindowView};
+use crate::sbp::SbpOperator;
 
 /// The windows of the run that starts with `problem`; none if the iteration does not converge.
 pub(super) fn march(
@@ -30,12 +31,14 @@ pub(super) fn march(
     if !(square.is_finite() && square > f64::MIN_POSITIVE / f64::EPSILON / f64::EPSILON) {
         return Ok(None);
     }
-    let run = Run::new(problem, setup, length, windows * problem.sbp.points(), observer);
-    let mut certified = CertifiedRun::new(problem.clone(), run);
-    let march = March::new(&problem.metric, q_t, rule, window_length);
+    let nodes = windows * problem.sbp.points();
+    let mut run = Run::new(problem, setup, length, nodes, observer);
+    run.reserve(windows);
+    let mut certified = CertifiedRun::new(problem, run);
+    let march = March::new(&problem.metric, q_t, rule, window_length).certified();
     let marched = march.run(State::from(problem.initial), windows, &mut |view| {
         let end = if view.index + 1 == windows { length } else { (view.gamma + view.length).hi };
-        certified.append(view, end)
+        certified.append(view, end, &problem.sbp)
     });
     let mut run = certified.finish()?;
     match marched {
@@ -66,57 +69,40 @@ pub(super) fn no_solution(status: Status, gamma: f64, x: f64, g00: f64) -> NoSol
     }
 }
 
-/// Collects marched windows, each as a critical point of its action.
+/// Collects marched windows, each with the certificate that it is a critical point of its action.
 pub(super) struct CertifiedRun<'o> {
-    /// The problem of the next window.
-    pub(super) problem: Problem,
-    gamma_i: f64,
     pub(super) run: Run<'o, f64>,
-    room: GradientRoom<f64>,
     failure: Option<NoSolution>,
 }
 
 impl<'o> CertifiedRun<'o> {
-    pub(super) fn new(problem: Problem, run: Run<'o, f64>) -> Self {
-        let room = GradientRoom::new(problem.sbp.points());
-        Self { gamma_i: problem.gamma_i, problem, run, room, failure: None }
+    /// For windows that are added to `run`, on elements.
+    pub(super) fn new(problem: &Problem, mut run: Run<'o, f64>) -> Self {
+        run.solution.initial_guess = InitialGuess::Extrapolation;
+        run.solution.end.q_t = problem.invariants().q_t;
+        Self { run, failure: None }
     }
 
-    /// Forgets everything: the march begins again from `start`.
-    pub(super) fn begin_again(&mut self, start: State) {
-        self.run.clear();
-        let State { x, w, .. } = start;
-        self.problem.continue_from(self.gamma_i, x.hi, w.hi);
-    }
-
-    /// Adds a window that ends at γ − γ_i = `end`.
-    pub(super) fn append(&mut self, view: &WindowView<'_>, end: f64) -> ControlFlow<()> {
-        let problem = &mut self.problem;
-        if view.index > 0 {
-            problem.continue_from(self.gamma_i + view.gamma.hi, view.start.x.hi, view.start.w.hi);
+    /// Adds a window on the nodes of `sbp` that ends at γ − γ_i = `end`.
+    pub(super) fn append(&mut self, view: &WindowView<'_>, end: f64, sbp: &Arc<SbpOperator>) -> ControlFlow<()> {
+        let Certified { elapsed, gradient_norm } = view.certified().expect("the march is certified");
+        let (start, last) = (view.start, view.end);
+        // Numbers that are not finite are not a result: an overflow anywhere makes the gradient infinite.
+        if !(gradient_norm.is_finite() && last.t.hi.is_finite()) {
+            let solution = &self.run.solution;
+            let g00 = solution.metric.at(last.x.hi).g00;
+            let failure = no_solution(Status::OutsideDomain, solution.gamma_i + view.gamma.hi, last.x.hi, g00);
+            self.failure = Some(NoSolution { residual: gradient_norm, ..failure });
+            return ControlFlow::Break(());
         }
-        let elapsed = view.elapsed();
-        self.room.fit(elapsed.len());
-        let norm = problem.action().weak_gradient_norm_at_limit(&elapsed, view.x(), &mut self.room);
-        let piece = Piece {
-            gradient_norm: norm.unwrap_or(f64::INFINITY),
-            elapsed,
-            x: view.x().to_vec(),
-            backward: None,
-            multipliers: None,
-            end: [view.end.x.hi, view.end.w.hi],
-            q_t: problem.invariants().q_t,
-            initial_guess: InitialGuess::Extrapolation,
-            history: Vec::new(),
-        };
-        let place = Place { gamma: [view.gamma.hi, end], time: [view.start.t.hi, view.end.t.hi] };
-        match self.run.append(problem, place, piece) {
-            Ok(()) => ControlFlow::Continue(()),
-            Err(failure) => {
-                self.failure = Some(failure);
-                ControlFlow::Break(())
-            }
-        }
+        let place = Place { gamma: [view.gamma.hi, end], time: [start.t.hi, last.t.hi] };
+        self.run.begin_window(sbp, &place, [[start.x.hi, start.w.hi], [last.x.hi, last.w.hi]], None);
+        let solution = &mut self.run.solution;
+        solution.gradient_norm = solution.gradient_norm.max(gradient_norm);
+        solution.elapsed.extend_from_slice(elapsed);
+        solution.x.extend_from_slice(view.x());
+        self.run.end_window();
+        ControlFlow::Continue(())
     }
 
     /// The run.

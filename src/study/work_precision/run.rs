@@ -8,7 +8,7 @@ use crate::case::{Case, Form, SbpName, Scheme, Solver};
 use crate::lobatto::{Inside, March, MarchFailure, State as MarchState, Twofold, WeakRule};
 use crate::methods::{self, Composition, Failure, Gauss, Marks, Output, State, Trajectory};
 use crate::sampling::{Coordinate, SampleStream};
-use crate::solve::{NoSolution, Solution, WindowEnd, solve, solve_window_by_window};
+use crate::solve::{Joint, NoSolution, Solution, solve, solve_window_by_window};
 
 /// A run to be timed. It contains only the work that a user would have to do as well.
 pub(super) struct Job<'a> {
@@ -174,7 +174,7 @@ impl Raw {
             if windows > 1 {
                 // The number of windows per interval is whole.
                 let after = mark * windows / output.intervals;
-                let WindowEnd { t, x, x_dot } = solution.windows[after - 1].end;
+                let Joint { t, x, x_dot } = solution.windows[after - 1].end;
                 return State { elapsed: t, x, w: x_dot };
             }
             if mark == output.intervals {
