@@ -239,48 +239,42 @@ fn largest<const S: usize>(values: [f64; S]) -> f64 {
     values.iter().fold(0.0, |largest: f64, v| if v.abs() > largest { v.abs() } else { largest })
 }
 
-impl<const S: usize> Walk<'_, S> {
-    /// Solves for a and u at the stages of the next step.
-    #[inline(always)]
-    fn iterate<F: Force>(&mut self, force: &mut Counted<F>) -> Result<(), Failure> {
-        let Self { tables, x, w, tolerance, .. } = *self;
-        let (mut a, mut u) = ([0.0; S], [0.0; S]);
-        if self.is_first {
-            a = [force.guess(x.value).1; S];
-            self.is_first = false;
-        } else {
-            multiply(&tables.next, &self.a, &mut a);
+/// Solves for a and u at the stages of a step from (`x`, `w`), where `a` is a guess.
+#[inline(always)]
+fn iterate<const S: usize>(
+    force: &mut Counted<impl Force>,
+    (tables, tolerance): (&Tables<S>, f64),
+    (x, w): (Sum<true>, f64),
+    (a, u): (&mut [f64; S], &mut [f64; S]),
+) -> Result<(), Failure> {
+    let base: [f64; S] = std::array::from_fn(|i| x.low + tables.hc[i] * w);
+    let mut z = [f64::INFINITY; S];
+    let mut change_before = f64::INFINITY;
+    for iteration in 1.. {
+        let mut shift = base;
+        multiply(&tables.square, a, &mut shift);
+        let now = shift.map(|shift| x.value + shift);
+        let change = largest::<S>(std::array::from_fn(|i| now[i] - z[i]));
+        z = now;
+        for i in 0..S {
+            (u[i], a[i]) = force.at(z[i]);
         }
-        let base: [f64; S] = std::array::from_fn(|i| x.low + tables.hc[i] * w.value);
-        let mut z = [f64::INFINITY; S];
-        let mut change_before = f64::INFINITY;
-        for iteration in 1.. {
-            let mut shift = base;
-            multiply(&tables.square, &a, &mut shift);
-            let now = shift.map(|shift| x.value + shift);
-            let change = largest::<S>(std::array::from_fn(|i| now[i] - z[i]));
-            z = now;
-            for i in 0..S {
-                (u[i], a[i]) = force.at(z[i]);
-            }
-            let size = largest(z);
-            // The error left is about that share of the change by which changes shrink.
-            let rate = change / change_before;
-            let left = if change_before.is_finite() { change * rate.min(1.0) } else { change };
-            if left <= tolerance * size || change <= f64::EPSILON / 4.0 * size {
-                break;
-            }
-            if rate > 0.5 && change <= ROUNDING * size {
-                break;
-            }
-            if iteration == MOST_ITERATIONS || !size.is_finite() {
-                return Err(Failure::NotConverged);
-            }
-            change_before = change;
+        let size = largest(z);
+        // The error left is about that share of the change by which changes shrink.
+        let rate = change / change_before;
+        let left = if change_before.is_finite() { change * rate.min(1.0) } else { change };
+        if left <= tolerance * size || change <= f64::EPSILON / 4.0 * size {
+            break;
         }
-        (self.a, self.u) = (a, u);
-        Ok(())
+        if rate > 0.5 && change <= ROUNDING * size {
+            break;
+        }
+        if iteration == MOST_ITERATIONS || !size.is_finite() {
+            return Err(Failure::NotConverged);
+        }
+        change_before = change;
     }
+    Ok(())
 }
 
 impl<const S: usize> Walker for Walk<'_, S> {
@@ -310,15 +304,23 @@ impl<const S: usize> Walker for Walk<'_, S> {
 impl<const S: usize> EqualSteps for Walk<'_, S> {
     #[inline(always)]
     fn advance<F: Force>(&mut self, force: &mut Counted<F>, steps: usize) -> Result<(), Failure> {
-        let (h, tables) = (self.h, self.tables);
+        let Self { tables, h, tolerance, mut t, mut x, mut w, mut a, mut u, .. } = *self;
         for _ in 0..steps {
-            self.iterate(force)?;
-            self.start = self.state();
-            let Self { t, x, w, a, u, .. } = self;
-            x.add(h * w.value + (h * w.low + dot(&tables.position, a)));
-            w.add(dot(&tables.weight, a));
-            t.add(dot(&tables.weight, u));
+            if self.is_first {
+                a = [force.guess(x.value).1; S];
+                self.is_first = false;
+            } else {
+                let mut guess = [0.0; S];
+                multiply(&tables.next, &a, &mut guess);
+                a = guess;
+            }
+            iterate(force, (tables, tolerance), (x, w.value), (&mut a, &mut u))?;
+            self.start = State { elapsed: t.value, x: x.value, w: w.value };
+            x.add(h * w.value + (h * w.low + dot(&tables.position, &a)));
+            w.add(dot(&tables.weight, &a));
+            t.add(dot(&tables.weight, &u));
         }
+        (self.t, self.x, self.w, self.a, self.u) = (t, x, w, a, u);
         Ok(())
     }
 }
