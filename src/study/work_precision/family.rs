@@ -60,10 +60,9 @@ impl Group {
 impl Family {
     /// Every method that is measured by default.
     pub fn all() -> Vec<Self> {
-        let operators = [SbpName::Sbp21, SbpName::Sbp42, SbpName::Sbp63, SbpName::Sbp84];
-        let blocks = operators.iter().flat_map(|&sbp| [Self::Block(sbp, Form::Strong), Self::Block(sbp, Form::Weak)]);
+        let both = |sbp| [Self::Block(sbp, Form::Strong), Self::Block(sbp, Form::Weak)];
         let sizes = [4, 6, 8, 12, 16, 20, 24];
-        let mut all: Vec<Self> = blocks.collect();
+        let mut all: Vec<Self> = SbpName::STENCILS.into_iter().flat_map(both).collect();
         all.extend(sizes.map(Self::Elements));
         all.extend(sizes.map(Self::March));
         all.push(Self::Accuracy);
