@@ -48,9 +48,10 @@ fn after_help() -> String {
     version,
     about = "Solve initial value problems as geodesics: exact Noether charge, emergent time mesh",
     long_about = "A point particle in a potential V(x) is a free particle in a curved space-time. Its geodesic action \
-                  is discretised along the world-line parameter gamma with summation-by-parts operators and doubled degrees \
-                  of freedom; the critical point gives t(gamma) and x(gamma) together and conserves the Noether charge \
-                  of time translations exactly.\n\nMethod: A. Rothkopf and J. Nordström, arXiv:2307.04490 (2023).",
+                  is discretised along the world-line parameter gamma with summation-by-parts operators and doubled \
+                  degrees of freedom; the critical point gives t(gamma) and x(gamma) together and conserves the \
+                  Noether charge of time translations exactly.\n\n\
+                  Method: A. Rothkopf and J. Nordström, arXiv:2307.04490 (2023).",
     after_help = after_help(),
     arg_required_else_help = true
 )]

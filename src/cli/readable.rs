@@ -107,8 +107,8 @@ fn verdict<S: Real>(solution: &Solution<S>, measures: &Measures<S>, error: Optio
     format!("{charge}; {second}; {position}")
 }
 
-/// The digits of numbers of these sizes that their errors leave, at most `digits`. Where the size is 0, the error itself
-/// counts, and not its share of the size.
+/// The digits of numbers of these sizes that their errors leave, at most `digits`. Where the size is 0, the error
+/// itself counts, and not its share of the size.
 fn good_digits(errors: [f64; 2], sizes: [f64; 2], digits: u32) -> f64 {
     let share = |(error, size): (f64, f64)| if size > 0.0 { error / size } else { error };
     let largest = errors.into_iter().zip(sizes).map(share).fold(0.0, f64::max);

@@ -8,8 +8,8 @@
 //! K = −2H. Every method here has Q_t as a *parameter*: they deserve no credit for its being constant, and comparing
 //! its drift alone would show nothing. Position, time and K decide.
 //!
-//! [`PEERS`] lists the methods. Each is a [`Peer`]: it says what it is and where it comes from, and how it takes a step;
-//! what is around the steps is the same for all.
+//! [`PEERS`] lists the methods. Each is a [`Peer`]: it says what it is, where it comes from and how it takes a step.
+//! What is around the steps is the same for all.
 //!
 //! The module knows a metric and initial data, but no case and no file. All but Taylor are written here and compiled
 //! for the vector instructions of the machine, as this program's own iteration is: the point is to be fair to them.

@@ -20,8 +20,8 @@ const ACCURACY: [u8; 3] = [190, 135, 0];
 /// The smallest and the largest number of nodes between which the colours of elements are spread.
 const ELEMENTS: (f64, f64) = (4.0, 24.0);
 
-/// The looks of the curves of methods to compare with. Of the methods on one curve each is darker than the one before by
-/// this share of black.
+/// The looks of the curves of methods to compare with. Of the methods on one curve each is darker than the one before
+/// it by this share of black.
 const GREYS: [(&str, [u8; 3], f64, Shape); 7] = [
     ("RK4", [64, 68, 76], 0.0, Shape::Circle),
     ("Störmer–Verlet", [130, 122, 112], 0.0, Shape::Square),
