@@ -174,7 +174,12 @@ mod tests {
 
     proptest! {
         #[test]
-        fn solves_like_a_dense_lu(n in 1_usize..30, lower in 0_usize..5, upper in 0_usize..5, seed in proptest::collection::vec(-1.0..1.0_f64, 400)) {
+        fn solves_like_a_dense_lu(
+            n in 1_usize..30,
+            lower in 0_usize..5,
+            upper in 0_usize..5,
+            seed in proptest::collection::vec(-1.0..1.0_f64, 400),
+        ) {
             let mut values = seed.iter().cycle();
             let mut banded = BandedMatrix::zeros(n, lower, upper);
             let mut dense = DMatrix::zeros(n, n);

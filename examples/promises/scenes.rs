@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 
 use geodesic_ivp::geodesic::InitialData;
 use geodesic_ivp::lobatto::{Adaptive, Goal, WindowView};
-use geodesic_ivp::methods::{Output, Problem, dop853};
+use geodesic_ivp::methods::{Dop853, Output, Peer, Problem, Setting};
 use geodesic_ivp::metric::Metric;
 use geodesic_ivp::potential::{Formula, Potential};
 use geodesic_ivp::reference::{ReferencePoint, ReferenceTrajectory};
@@ -202,7 +202,7 @@ impl Exact {
             pieces.push((here, trajectory));
             here = InitialData { t: here.t + elapsed, x, t_dot, x_dot };
             let problem = Problem { metric: metric.clone(), initial: other, length: piece };
-            let state = *dop853(&problem, &Output::even(1), 1e-15).ok()?.states.last()?;
+            let state = *Dop853.run(&problem, &Output::even(1), Setting::tolerance(1e-15)).ok()?.states.last()?;
             let t_dot = q_t / metric.at(state.x).g00;
             other = InitialData { t: other.t + state.elapsed, x: state.x, t_dot, x_dot: state.w };
             let apart = [(here.t, other.t), (here.x, other.x)].map(|(a, b)| (a - b).abs() / a.abs().max(1.0));

@@ -81,7 +81,8 @@ pub const KEYS: &[Key] = &[
         "solver.system",
         "string",
         "\"physical-limit\"",
-        "\"physical-limit\": the collocation system that the critical point is. \"doubled\": all unknowns of the action.",
+        "\"physical-limit\": the collocation system that the critical point is. \"doubled\": all unknowns of the \
+         action.",
     ),
     key("solver.max_iterations", "whole number ≥ 1", "50", "most Newton iterations of a window"),
     key("solver.digits", "16 … 70", "16", "significant digits. 16 is double precision, more is extended precision."),

@@ -88,8 +88,8 @@ impl Case {
                     message: format!("{} (character {} of the expression)", error.message, error.character()),
                     help: error.hint.or_else(|| {
                         Some(format!(
-                            "known are x, pi, the parameters ({parameters}), + - * / ^, parentheses and sin cos tan sinh \
-                             cosh tanh asin acos atan exp ln log10 sqrt abs"
+                            "known are x, pi, the parameters ({parameters}), + - * / ^, parentheses and sin cos tan \
+                             sinh cosh tanh asin acos atan exp ln log10 sqrt abs"
                         ))
                     }),
                 })

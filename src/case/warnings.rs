@@ -27,8 +27,9 @@ impl Case {
         }
         if invariants.k < 0.0 {
             warnings.push(format!(
-                "the initial tangent is spacelike (K = g00 t_dot^2 - x_dot^2 = {:.6} < 0): the particle starts faster than \
-                 light, and the bound on H_BVP does not hold; for a motion of matter start slower, or raise particle.c",
+                "the initial tangent is spacelike (K = g00 t_dot^2 - x_dot^2 = {:.6} < 0): the particle starts faster \
+                 than light, and the bound on H_BVP does not hold; for a motion of matter start slower, or raise \
+                 particle.c",
                 invariants.k
             ));
         }
@@ -36,8 +37,8 @@ impl Case {
         if (0.0..NEARLY_SPACELIKE * timelike).contains(&invariants.k) {
             warnings.push(format!(
                 "the initial tangent is nearly spacelike: K = {:.2e} is below {NEARLY_SPACELIKE} of g00 t_dot^2 = \
-                 {timelike:.2e}; the particle starts almost with the speed of light, and K has lost digits: start slower, or \
-                 raise solver.digits",
+                 {timelike:.2e}; the particle starts almost with the speed of light, and K has lost digits: start \
+                 slower, or raise solver.digits",
                 invariants.k
             ));
         }

@@ -35,11 +35,23 @@ pub(super) struct ConvergeArgs {
 
     /// Numbers of nodes to sweep: of each of the case's windows; of all together for a spectral element, whose windows
     /// they fix
-    #[arg(long, value_name = "N,N,…", value_delimiter = ',', value_parser = nodes, default_value = "16,32,64,128,256,512,1024")]
+    #[arg(
+        long,
+        value_name = "N,N,…",
+        value_delimiter = ',',
+        value_parser = nodes,
+        default_value = "16,32,64,128,256,512,1024"
+    )]
     n_gamma: Vec<usize>,
 
     /// Operators to sweep
-    #[arg(long, value_name = "SBP,SBP,…", value_delimiter = ',', value_parser = sbp_name, default_value = "SBP21,SBP42")]
+    #[arg(
+        long,
+        value_name = "SBP,SBP,…",
+        value_delimiter = ',',
+        value_parser = sbp_name,
+        default_value = "SBP21,SBP42"
+    )]
     sbp: Vec<SbpName>,
 
     /// Forms of the action to sweep [default: the case's]
@@ -169,8 +181,8 @@ fn sweep_in<S: Real>(
     let first = parities.next();
     if case.grid.windows == 1 && parities.any(|parity| Some(parity) != first) {
         report::warn(&format!(
-            "{name}the grids mix even and odd numbers of nodes, which have different constants of the error at the end in the \
-             strong form: fit grids of one parity"
+            "{name}the grids mix even and odd numbers of nodes, which have different constants of the error at the \
+             end in the strong form: fit grids of one parity"
         ));
     }
     for warning in slopes.iter().filter_map(Slope::warning) {

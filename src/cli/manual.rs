@@ -95,8 +95,9 @@ fn entry(roff: &mut Roff, heading: impl Into<Vec<Inline>>, text: impl Into<Strin
 fn case_file() -> Roff {
     let mut roff = section(
         "CASE FILE",
-        "A case is a TOML file with these keys, for example [grid] with n_gamma = 32 for grid.n_gamma. An unknown key is an \
-         error. Exactly one kind of potential is required, and exactly one of initial.x_dot and initial.velocity.",
+        "A case is a TOML file with these keys, for example [grid] with n_gamma = 32 for grid.n_gamma. An unknown key \
+         is an error. Exactly one kind of potential is required, and exactly one of initial.x_dot and \
+         initial.velocity.",
     );
     for key in KEYS {
         let mut heading = vec![bold(key.name), roman(" "), italic(key.kind)];
@@ -113,8 +114,8 @@ fn case_file() -> Roff {
 fn files() -> Roff {
     let mut roff = section(
         "FILES",
-        "Results go to results/<case> for run, to results/<case>/<command> for the others, to results/converge/<case> for \
-         converge without CASE, or to the folder of --out.",
+        "Results go to results/<case> for run, to results/<case>/<command> for the others, to results/converge/<case> \
+         for converge without CASE, or to the folder of --out.",
     );
     for (command, files, content) in FILES {
         entry(&mut roff, [bold(files)], format!("{command}: {content}"));

@@ -36,8 +36,8 @@ pub fn main() -> ExitCode {
 fn after_help() -> String {
     let codes = report::EXIT_CODES.map(|(code, meaning)| format!("  {code:<4} {meaning}\n"));
     format!(
-        "Exit codes:\n{}\nCtrl-C and SIGTERM end every command within a second. `geodesic-ivp man` also has every key of a \
-         case file.",
+        "Exit codes:\n{}\nCtrl-C and SIGTERM end every command within a second. `geodesic-ivp man` also has every key \
+         of a case file.",
         codes.concat()
     )
 }
@@ -47,10 +47,11 @@ fn after_help() -> String {
 #[command(
     version,
     about = "Solve initial value problems as geodesics: exact Noether charge, emergent time mesh",
-    long_about = "A point particle in a potential V(x) is a free particle in a curved space-time. Its geodesic action is \
-                  discretised along the world-line parameter gamma with summation-by-parts operators and doubled degrees \
-                  of freedom; the critical point gives t(gamma) and x(gamma) together and conserves the Noether charge \
-                  of time translations exactly.\n\nMethod: A. Rothkopf and J. Nordström, arXiv:2307.04490 (2023).",
+    long_about = "A point particle in a potential V(x) is a free particle in a curved space-time. Its geodesic action \
+                  is discretised along the world-line parameter gamma with summation-by-parts operators and doubled \
+                  degrees of freedom; the critical point gives t(gamma) and x(gamma) together and conserves the \
+                  Noether charge of time translations exactly.\n\n\
+                  Method: A. Rothkopf and J. Nordström, arXiv:2307.04490 (2023).",
     after_help = after_help(),
     arg_required_else_help = true
 )]

@@ -42,12 +42,12 @@ fn end<S: Real>(solution: &Solution<S>, error: Option<&RunError>) -> String {
     let [in_t, in_x] = error.end;
     let [most_t, most_x] = error.largest;
     // Rounding aside, the end is often where the errors are largest.
-    let most = match () {
-        () if in_t == 0.0 && most_x > 1.2 * in_x => format!(", at most {most_x:.1e} on the way"),
-        () if in_t > 0.0 && (most_t > 1.2 * in_t || most_x > 1.2 * in_x) => {
-            format!(", at most {most_t:.1e} and {most_x:.1e} on the way")
-        }
-        () => String::new(),
+    let most = if in_t == 0.0 && most_x > 1.2 * in_x {
+        format!(", at most {most_x:.1e} on the way")
+    } else if in_t > 0.0 && (most_t > 1.2 * in_t || most_x > 1.2 * in_x) {
+        format!(", at most {most_t:.1e} and {most_x:.1e} on the way")
+    } else {
+        String::new()
     };
     let off = if in_t == 0.0 { format!("x is off by {in_x:.1e}") } else { format!("off by {in_t:.1e} and {in_x:.1e}") };
     format!(
@@ -95,15 +95,7 @@ fn verdict<S: Real>(solution: &Solution<S>, measures: &Measures<S>, error: Optio
     let second = second_kept(k.to_f64(), invariants.k.to_f64(), measures.scales.x_dot, rounding);
     let [least, most] = measures.scales.x_range;
     let sizes = [solution.duration().to_f64().abs(), least.abs().max(most.abs())];
-    let digits = error.map(|error| {
-        let relative = error
-            .end
-            .iter()
-            .zip(sizes)
-            .filter(|(error, size)| **error > 0.0 && *size > 0.0)
-            .map(|(error, size)| error / size);
-        (-relative.fold(0.0, f64::max).log10()).floor().min(f64::from(solution.digits))
-    });
+    let digits = error.map(|error| good_digits(error.end, sizes, solution.digits));
     // The error of t is 0 where the run ends at a given time.
     let (what, verb) = if error.is_some_and(|error| error.end[0] == 0.0) { ("x", "is") } else { ("t and x", "are") };
     let position = match digits {
@@ -113,6 +105,14 @@ fn verdict<S: Real>(solution: &Solution<S>, measures: &Measures<S>, error: Optio
         Some(_) => format!("{what} {verb} wrong"),
     };
     format!("{charge}; {second}; {position}")
+}
+
+/// The digits of numbers of these sizes that their errors leave, at most `digits`. Where the size is 0, the error
+/// itself counts, and not its share of the size.
+fn good_digits(errors: [f64; 2], sizes: [f64; 2], digits: u32) -> f64 {
+    let share = |(error, size): (f64, f64)| if size > 0.0 { error / size } else { error };
+    let largest = errors.into_iter().zip(sizes).map(share).fold(0.0, f64::max);
+    (-largest.log10()).floor().min(f64::from(digits))
 }
 
 /// How well K is kept, relative to the largest ẋ². K itself can be as large as c², and relative to that a change of
@@ -150,8 +150,8 @@ fn charge<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> String {
     };
     let last = last.to_f64().abs();
     format!(
-        "  Q_t        {q_t}; |dQ_t| <= {interior:.1e} at all nodes but {which}, where Dt takes up the defect of D: {last:.2e}, \
-         or {corrected:.1e} with its multiplier"
+        "  Q_t        {q_t}; |dQ_t| <= {interior:.1e} at all nodes but {which}, where Dt takes up the defect of D: \
+         {last:.2e}, or {corrected:.1e} with its multiplier"
     )
 }
 
@@ -186,8 +186,8 @@ fn critical_point<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> St
     let action = if solution.form == Form::Weak { "E_weak" } else { "E_IVP" };
     let sawtooth = measures.sawtooth.map_or("not measurable".to_owned(), |s| format!("{:.1e}", s.to_f64()));
     format!(
-        "  critical   |grad {action}| <= {:.1e}: a critical point of the action; sawtooth in x {sawtooth}; H_BVP = {} {} {} = \
-         Q_t (t_f - t_i)",
+        "  critical   |grad {action}| <= {:.1e}: a critical point of the action; sawtooth in x {sawtooth}; \
+         H_BVP = {} {} {} = Q_t (t_f - t_i)",
         solution.gradient_norm.to_f64(),
         fixed(measures.bound.h_bvp.to_f64(), 6),
         if measures.bound.is_kept() { "<=" } else { ">" },
@@ -238,4 +238,20 @@ fn fixed(number: f64, decimals: usize) -> String {
 fn plain(number: f64) -> String {
     let number = positive_zero(number);
     if is_readable(number) { number.to_string() } else { format!("{number:e}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::good_digits;
+
+    #[test]
+    fn a_number_of_size_zero_is_as_good_as_its_error() {
+        assert_eq!(good_digits([1e-4, 3e-7], [2.0, 0.5], 16), 4.0);
+        // A run that ends at a given time, and one that stays where it is.
+        assert_eq!(good_digits([0.0, 3e-7], [2.0, 0.5], 16), 6.0);
+        assert_eq!(good_digits([0.0, 0.0], [2.0, 0.0], 16), 16.0);
+        // x is 0 at every node, and the true motion leaves it.
+        assert_eq!(good_digits([0.0, 2e-4], [2.0, 0.0], 16), 3.0);
+        assert_eq!(good_digits([1e-9, 0.5], [2.0, 0.0], 16), 0.0);
+    }
 }

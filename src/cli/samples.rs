@@ -11,7 +11,13 @@ const MOST_SAMPLES: f64 = 1e8;
 #[derive(Debug, Clone, Args)]
 pub(super) struct SampleArgs {
     /// Also write samples.csv at these times, for example 0:10:0.1
-    #[arg(long, value_name = "START:STOP:STEP", value_parser = Range::parse, conflicts_with = "sample_gamma", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "START:STOP:STEP",
+        value_parser = Range::parse,
+        conflicts_with = "sample_gamma",
+        allow_hyphen_values = true
+    )]
     sample_t: Option<Range>,
 
     /// Also write samples.csv at these values of gamma

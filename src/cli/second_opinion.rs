@@ -38,7 +38,8 @@ pub(super) fn second_opinion<S: Real>(case: &Case, solution: &Solution<S>) -> Op
     (apart(t, other_t, 0.0) || apart(x, other_x, amplitude)).then(|| {
         format!(
             "there are several critical points: {name}, from another guess, ends at t = {other_t:.6}, x = {other_x:.6} \
-             and not at t = {t:.6}, x = {x:.6}, further apart than {SAME:e} of them; raise n_gamma or windows until they agree"
+             and not at t = {t:.6}, x = {x:.6}, further apart than {SAME:e} of them; raise n_gamma or windows until \
+             they agree"
         )
     })
 }

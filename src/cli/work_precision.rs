@@ -252,11 +252,13 @@ fn readable(title: &str, arenas: &[Arena], measured: &WorkPrecision, ratios: &[R
     for arena in arenas {
         let length = arena.length();
         text += &format!(
-            "  gamma_f - gamma_i = {}; reference to {:.0e}; the fastest that is as accurate, and its ratio others / own\n",
+            "  gamma_f - gamma_i = {}; reference to {:.0e}; the fastest that is as accurate, and its ratio others / \
+             own\n",
             short(length),
             arena.reference_error()
         );
-        text += "  error  seconds  own                              seconds  others                           ratio  of solve\n";
+        text += "  error  seconds  own                              seconds  others                           \
+                 ratio  of solve\n";
         for ratio in ratios.iter().filter(|ratio| ratio.gamma_f == length) {
             let times = |ratio: Option<f64>| ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.2}"));
             text += &format!(

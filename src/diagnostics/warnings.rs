@@ -67,8 +67,9 @@ impl<S: Real> Measures<S> {
         let allowed = LARGE_SAWTOOTH * self.scales.amplitude();
         (sawtooth > allowed && sixth > ROUGH * sawtooth).then(|| {
             format!(
-                "even and odd nodes are apart: the sawtooth in x is {sawtooth:.1e}, above {allowed:.1e}, {LARGE_SAWTOOTH} of \
-                 the amplitude; use an operator of higher order or a weak form in windows, or raise n_gamma"
+                "even and odd nodes are apart: the sawtooth in x is {sawtooth:.1e}, above {allowed:.1e}, \
+                 {LARGE_SAWTOOTH} of the amplitude; use an operator of higher order or a weak form in windows, or \
+                 raise n_gamma"
             )
         })
     }
@@ -113,14 +114,15 @@ impl<S: Real> Measures<S> {
     pub fn newtonian_warning(&self) -> Option<String> {
         let deviation = self.newtonian.deviation;
         (deviation > NOT_NEWTONIAN).then(|| {
-            let share = if deviation < 10.0 { format!("{:.2} %", 100.0 * deviation) } else { format!("{deviation:.1e}") };
+            let percent = 100.0 * deviation;
+            let share = if deviation < 10.0 { format!("{percent:.2} %") } else { format!("{deviation:.1e}") };
             let remedy = match self.newtonian.c() {
                 Some(c) => format!("; particle.c = {c} would make that about {NEGLIGIBLE:e}"),
                 None => String::new(),
             };
             format!(
-                "x(t) is a geodesic and not the motion of Newton's mechanics: the acceleration differs by up to {share} \
-                 (2 v^2/g00), above {} %{remedy}",
+                "x(t) is a geodesic and not the motion of Newton's mechanics: the acceleration differs by up to \
+                 {share} (2 v^2/g00), above {} %{remedy}",
                 100.0 * NOT_NEWTONIAN
             )
         })
@@ -134,7 +136,8 @@ impl<S: Real> Measures<S> {
                 None => "end the run earlier, raise c, or ask for solver.accuracy",
             };
             format!(
-                "g00 falls to {g00:.1e} c^2, below {NEAR_A_HORIZON}: near a horizon x changes ever faster in gamma; {remedy}"
+                "g00 falls to {g00:.1e} c^2, below {NEAR_A_HORIZON}: near a horizon x changes ever faster in gamma; \
+                 {remedy}"
             )
         })
     }
@@ -143,8 +146,8 @@ impl<S: Real> Measures<S> {
         let (estimate, size) = (solution.error_estimate?, crate::norm::max_abs(&solution.x).to_f64());
         (size > 0.0 && estimate > LARGE_ESTIMATE * size).then(|| {
             format!(
-                "the estimated error {estimate:.1e} is above {LARGE_ESTIMATE} of the largest |x| = {size:.1e}: below 1 an accuracy \
-                 is an absolute one; ask for more, or choose units nearer to 1"
+                "the estimated error {estimate:.1e} is above {LARGE_ESTIMATE} of the largest |x| = {size:.1e}: below \
+                 1 an accuracy is an absolute one; ask for more, or choose units nearer to 1"
             )
         })
     }
@@ -157,8 +160,8 @@ impl<S: Real> Measures<S> {
         let (spacing, x) = (spacing(size), crate::norm::max_abs(&solution.x).to_f64().max(1.0));
         (spacing * self.scales.x_dot > accuracy * x).then(|| {
             format!(
-                "gamma is near {size:.1e}, where numbers are {spacing:.1e} apart: x at gamma as printed cannot be good to the \
-                 accuracy {accuracy:e}; choose grid.gamma_i nearer to 0"
+                "gamma is near {size:.1e}, where numbers are {spacing:.1e} apart: x at gamma as printed cannot be \
+                 good to the accuracy {accuracy:e}; choose grid.gamma_i nearer to 0"
             )
         })
     }
@@ -168,8 +171,8 @@ impl<S: Real> Measures<S> {
         (k >= 0.0 && !self.bound.is_kept()).then(|| {
             let [h_bvp, h_bvp_bound] = [self.bound.h_bvp, self.bound.h_bvp_bound].map(S::to_f64);
             format!(
-                "H_BVP = {h_bvp:.3e} exceeds its bound Q_t (t_f - t_i) = {h_bvp_bound:.3e} though K = {k:.2e} >= 0: the \
-                 grid is too coarse; {}",
+                "H_BVP = {h_bvp:.3e} exceeds its bound Q_t (t_f - t_i) = {h_bvp_bound:.3e} though K = {k:.2e} >= 0: \
+                 the grid is too coarse; {}",
                 if solution.accuracy.is_some() { SMALLER_ACCURACY } else { "raise n_gamma or windows" }
             )
         })

@@ -1,15 +1,23 @@
 //! Symmetric compositions of the Störmer–Verlet step.
 
-use super::force::{Force, WithForce, dispatch};
-use super::{Failure, Output, Problem, State, Trajectory, walk};
+use super::driver::{Counted, EqualSteps, Walker, equal_steps};
+use super::force::Force;
+use super::{About, Failure, Output, Peer, Problem, Setting, State, Step, Trajectory};
 
 /// Stages of the longest composition.
 const MOST_STAGES: usize = 17;
 
 /// Drift x ← x + h w and kick (w, t) ← (w, t) + h (a, u)(x) in turns. With t as a coordinate whose momentum is the
-/// parameter Q_t, each is the exact flow of a part of the Hamiltonian: the whole is symplectic and symmetric.
+/// parameter Q_t, each is the exact flow of a part of the Hamiltonian: the whole is symplectic and symmetric. It has no
+/// dense output: the number of its steps is a multiple of the intervals of the output.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Composition {
+    name: &'static str,
+    curve: &'static str,
+    order: usize,
+    /// See [`About::coarsest`].
+    coarsest: f64,
+    source: &'static str,
     /// The first half of the symmetric lengths of the kicks, with the middle one.
     half: &'static [f64],
     /// Whether sums carry what their rounding drops.
@@ -19,60 +27,60 @@ pub struct Composition {
 #[allow(clippy::excessive_precision)] // The constants as they are published, to 18 digits.
 impl Composition {
     /// Störmer–Verlet (leapfrog), order 2.
-    pub const VERLET: Self = Self::plain(&[1.0]);
+    pub const VERLET: Self = Self {
+        name: "Verlet",
+        curve: "Störmer–Verlet",
+        order: 2,
+        coarsest: 1.0,
+        source: "Hairer, Lubich, Wanner, Acta Numerica 12 (2003) 399",
+        half: &[1.0],
+        compensated: false,
+    };
 
     /// Order 6 in 9 stages: Kahan, Li, "Composition constants for raising the orders of unconventional schemes for
     /// ordinary differential equations", Math. Comp. 66 (1997) 1089–1099, as in Hairer, Lubich, Wanner, "Geometric
     /// Numerical Integration", V.3.2.
-    pub const KAHAN_LI_6: Self = Self::plain(&[
-        0.392_161_444_007_314_14,
-        0.332_599_136_789_359_43,
-        -0.706_246_172_557_639_36,
-        0.082_213_596_293_550_8,
-        0.798_543_990_934_829_96,
-    ]);
+    pub const KAHAN_LI_6: Self = Self {
+        name: "Kahan-Li 6",
+        curve: "Kahan–Li 6, 8",
+        order: 6,
+        coarsest: 0.25,
+        source: "Kahan, Li, Math. Comp. 66 (1997) 1089",
+        half: &[
+            0.392_161_444_007_314_14,
+            0.332_599_136_789_359_43,
+            -0.706_246_172_557_639_36,
+            0.082_213_596_293_550_8,
+            0.798_543_990_934_829_96,
+        ],
+        compensated: false,
+    };
 
     /// Order 8 in 17 stages, from the same place.
-    pub const KAHAN_LI_8: Self = Self::plain(&[
-        0.130_202_483_088_890_09,
-        0.561_162_981_775_108_38,
-        -0.389_474_962_644_847_29,
-        0.158_841_906_555_155_6,
-        -0.395_903_894_133_237_57,
-        0.184_539_640_978_315_71,
-        0.258_374_387_686_322_05,
-        0.295_011_723_609_310_3,
-        -0.605_508_533_830_034_5,
-    ]);
+    pub const KAHAN_LI_8: Self = Self {
+        name: "Kahan-Li 8",
+        order: 8,
+        half: &[
+            0.130_202_483_088_890_09,
+            0.561_162_981_775_108_38,
+            -0.389_474_962_644_847_29,
+            0.158_841_906_555_155_6,
+            -0.395_903_894_133_237_57,
+            0.184_539_640_978_315_71,
+            0.258_374_387_686_322_05,
+            0.295_011_723_609_310_3,
+            -0.605_508_533_830_034_5,
+        ],
+        ..Self::KAHAN_LI_6
+    };
 
-    const fn plain(half: &'static [f64]) -> Self {
-        Self { half, compensated: false }
-    }
-
-    /// The same with compensated summation, which keeps the rounding of a long run from piling up.
-    #[must_use]
-    pub const fn compensated(self) -> Self {
-        Self { compensated: true, ..self }
-    }
+    /// The same with compensated sums, which keep the rounding of a long run from piling up.
+    pub const KAHAN_LI_8_COMPENSATED: Self =
+        Self { name: "Kahan-Li 8 compensated", compensated: true, ..Self::KAHAN_LI_8 };
 
     /// Kicks, that is evaluations, a step.
     pub const fn stages(&self) -> usize {
         2 * self.half.len() - 1
-    }
-
-    /// The world-line in this number of `steps` of equal length, a multiple of the intervals of `output`.
-    ///
-    /// # Errors
-    /// [`Failure`].
-    ///
-    /// # Panics
-    /// If `steps` is not such a multiple.
-    pub fn run(&self, problem: &Problem, output: &Output, steps: usize) -> Result<Trajectory, Failure> {
-        if self.compensated {
-            self.with::<true>(problem, output, steps)
-        } else {
-            self.with::<false>(problem, output, steps)
-        }
     }
 
     fn with<const C: bool>(&self, problem: &Problem, output: &Output, steps: usize) -> Result<Trajectory, Failure> {
@@ -87,19 +95,28 @@ impl Composition {
             // The last drift of a step and the first of the next are one.
             *drift = 0.5 * (kicks[k] + kicks[(k + 1) % n]);
         }
-        let work =
-            March::<C> { problem, output, each: steps / output.intervals, kicks: &kicks[..n], drifts: &drifts[..n] };
-        dispatch(&problem.metric, problem.q_t(), work)
+        let State { elapsed, x, w } = problem.start();
+        let [t, x, w] = [elapsed, x, w].map(Sum::<C>::new);
+        equal_steps(problem, output, steps, Walk { kicks: &kicks[..n], drifts: &drifts[..n], t, x, w })
     }
 }
 
-struct March<'a, const C: bool> {
-    problem: &'a Problem,
-    output: &'a Output,
-    /// Steps in an interval of the output.
-    each: usize,
-    kicks: &'a [f64],
-    drifts: &'a [f64],
+impl Peer for Composition {
+    fn about(&self) -> About {
+        let Self { name, curve, order, coarsest, source, .. } = *self;
+        let (step, has_dense_output) = (Step::Constant, false);
+        About { name: name.to_owned(), curve, order: Some(order), step, has_dense_output, coarsest, source }
+    }
+
+    /// # Panics
+    /// If the steps do not divide the intervals of `output`.
+    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
+        if self.compensated {
+            self.with::<true>(problem, output, setting.count)
+        } else {
+            self.with::<false>(problem, output, setting.count)
+        }
+    }
 }
 
 /// A sum, with what rounding dropped from it if C.
@@ -128,36 +145,36 @@ impl<const C: bool> Sum<C> {
     }
 }
 
-impl<const C: bool> WithForce for March<'_, C> {
-    type Output = Result<Trajectory, Failure>;
+struct Walk<'a, const C: bool> {
+    kicks: &'a [f64],
+    drifts: &'a [f64],
+    t: Sum<C>,
+    x: Sum<C>,
+    w: Sum<C>,
+}
 
+impl<const C: bool> Walker for Walk<'_, C> {
     #[inline(always)]
-    fn with(self, mut force: impl Force) -> Self::Output {
-        let Self { problem, output, each, kicks, drifts } = self;
-        let State { elapsed, x, w } = problem.start();
-        let [mut t, mut x, mut w] = [elapsed, x, w].map(Sum::<C>::new);
+    fn state(&self) -> State {
+        State { elapsed: self.t.value, x: self.x.value, w: self.w.value }
+    }
+}
+
+impl<const C: bool> EqualSteps for Walk<'_, C> {
+    #[inline(always)]
+    fn advance<F: Force>(&mut self, force: &mut Counted<F>, steps: usize) -> Result<(), Failure> {
+        let Self { kicks, drifts, t, x, w } = self;
         let last = kicks.len() - 1;
-        let mut done = 0;
-        let states = walk(
-            problem,
-            output,
-            #[inline(always)]
-            |parts| {
-                let steps = parts * each;
-                x.add(0.5 * kicks[0] * w.value);
-                for step in 1..=steps {
-                    for k in 0..=last {
-                        let (u, a) = force.at(x.value);
-                        w.add(kicks[k] * a);
-                        t.add(kicks[k] * u);
-                        let drift = if k == last && step == steps { 0.5 * kicks[last] } else { drifts[k] };
-                        x.add(drift * w.value);
-                    }
-                }
-                done += steps;
-                Ok(State { elapsed: t.value, x: x.value, w: w.value })
-            },
-        )?;
-        Ok(Trajectory { states, evaluations: done * kicks.len(), steps: done })
+        x.add(0.5 * kicks[0] * w.value);
+        for step in 1..=steps {
+            for k in 0..=last {
+                let (u, a) = force.at(x.value);
+                w.add(kicks[k] * a);
+                t.add(kicks[k] * u);
+                let drift = if k == last && step == steps { 0.5 * kicks[last] } else { drifts[k] };
+                x.add(drift * w.value);
+            }
+        }
+        Ok(())
     }
 }

@@ -1,7 +1,8 @@
 //! DOP853: the explicit Runge–Kutta pair of order 8 by Dormand and Prince, with Hairer's error estimate and control.
 
-use super::force::{Force, WithForce, dispatch};
-use super::{Failure, MOST_STEPS, Output, Problem, State, Trajectory, check};
+use super::driver::{AdaptiveSteps, Control, Counted, Walker, adaptive_steps};
+use super::force::Force;
+use super::{About, Failure, Output, Peer, Problem, Setting, State, Step, Trajectory};
 
 const STAGES: usize = 12;
 /// With the derivative at the end, and three that only the dense output needs.
@@ -181,26 +182,29 @@ const D: [&[(usize, f64)]; 4] = [
     ],
 ];
 
-/// A step's share of the one that the error allows, and the limits of its change.
-const SAFETY: f64 = 0.9;
-const LEAST_CHANGE: f64 = 1.0 / 3.0;
-const MOST_CHANGE: f64 = 6.0;
-/// Steps shorter than this share of the whole length are rejected.
-const LEAST_STEP: f64 = 1e-13;
+/// Relative and absolute tolerance for x and w. The quadrature of t is carried along outside the error norm, where it
+/// would only cost; between the ends of steps are the polynomials of degree 7 of the dense output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Dop853;
 
-/// The world-line with relative and absolute `tolerance` for x and w. The quadrature of t is carried along outside the
-/// error norm, where it would only cost; the points of `output` are on the polynomials of degree 7 of the dense output.
-///
-/// # Errors
-/// [`Failure`].
-pub fn dop853(problem: &Problem, output: &Output, tolerance: f64) -> Result<Trajectory, Failure> {
-    dispatch(&problem.metric, problem.q_t(), March { problem, output, tolerance })
-}
+impl Peer for Dop853 {
+    fn about(&self) -> About {
+        About {
+            name: "DOP853".to_owned(),
+            curve: "DOP853",
+            order: Some(8),
+            step: Step::Adaptive,
+            has_dense_output: true,
+            coarsest: 1.0,
+            source: "Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, II.5",
+        }
+    }
 
-struct March<'a> {
-    problem: &'a Problem,
-    output: &'a Output,
-    tolerance: f64,
+    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
+        let (here, tolerance) = (problem.start(), setting.tolerance);
+        let walk = Walk { tolerance, stages: Stages::default(), from: here, here, next: here, h: 0.0 };
+        adaptive_steps(problem, output, tolerance, walk)
+    }
 }
 
 /// Derivatives of (t, x, w) at the stages.
@@ -212,6 +216,11 @@ struct Stages {
 }
 
 impl Stages {
+    #[inline(always)]
+    fn set(&mut self, stage: usize, t: f64, x: f64, w: f64) {
+        (self.t[stage], self.x[stage], self.w[stage]) = (t, x, w);
+    }
+
     #[inline(always)]
     fn combine(&self, row: &[(usize, f64)]) -> [f64; 3] {
         let mut sum = [0.0; 3];
@@ -225,24 +234,24 @@ impl Stages {
 
     /// One step of length `h`; the first stage is there already.
     #[inline(always)]
-    fn step(&mut self, force: &mut impl Force, state: State, h: f64) -> State {
+    fn step(&mut self, force: &mut Counted<impl Force>, state: State, h: f64) -> State {
         let advance =
             |[t, x, w]: [f64; 3]| State { elapsed: state.elapsed + h * t, x: state.x + h * x, w: state.w + h * w };
         for stage in 1..STAGES {
             let at = advance(self.combine(A[stage - 1]));
             let (u, a) = force.at(at.x);
-            (self.t[stage], self.x[stage], self.w[stage]) = (u, at.w, a);
+            self.set(stage, u, at.w, a);
         }
         advance(self.combine(A[STAGES - 1]))
     }
 
     /// The dense output of a step of length `h`, given the derivative at its end: it takes 3 evaluations.
     #[inline(always)]
-    fn dense(&mut self, force: &mut impl Force, from: State, to: State, h: f64) -> Dense {
+    fn dense(&mut self, force: &mut Counted<impl Force>, from: State, to: State, h: f64) -> Dense {
         for (stage, row) in (STAGES + 1..).zip(A_DENSE) {
             let [_, x, w] = self.combine(row);
             let (u, a) = force.at(from.x + h * x);
-            (self.t[stage], self.x[stage], self.w[stage]) = (u, from.w + h * w, a);
+            self.set(stage, u, from.w + h * w, a);
         }
         let (from, to) = ([from.elapsed, from.x, from.w], [to.elapsed, to.x, to.w]);
         let first = [self.t[0], self.x[0], self.w[0]];
@@ -298,73 +307,54 @@ impl Dense {
     }
 }
 
-impl WithForce for March<'_> {
-    type Output = Result<Trajectory, Failure>;
+struct Walk {
+    tolerance: f64,
+    /// The stages of the step that was tried last. The derivative at the end of the last step is in its place for the
+    /// dense output, behind the stages.
+    stages: Stages,
+    from: State,
+    here: State,
+    /// The end of the step that was tried last, and its length.
+    next: State,
+    h: f64,
+}
+
+impl Walker for Walk {
+    #[inline(always)]
+    fn state(&self) -> State {
+        self.here
+    }
 
     #[inline(always)]
-    fn with(self, mut force: impl Force) -> Self::Output {
-        let Self { problem, output, tolerance } = self;
-        let mut state = problem.start();
-        let (u, a) = force.at(state.x);
-        let mut stages = Stages::default();
-        (stages.t[0], stages.x[0], stages.w[0]) = (u, state.w, a);
-        // A step on which the force changes x about as much as the tolerance of order 8 allows.
-        let pace = a.abs().sqrt().max(state.w.abs()).max(1.0 / problem.length);
-        let mut h = (0.5 * tolerance.powf(0.125) / pace).min(problem.length);
-        let (mut evaluations, mut accepted, mut attempts) = (1, 0, 0);
-        let mut gamma = 0.0;
-        let mut states = Vec::with_capacity(output.marks.len());
-        let mut targets = output.gamma(problem.length).peekable();
-        let end = output.gamma(problem.length).last().unwrap_or(0.0);
-        while targets.peek().is_some() {
-            let remaining = end - gamma;
-            // No short step is left over at the end.
-            let parts = (remaining / h * (1.0 - 1e-12)).ceil().max(1.0);
-            let step = if parts <= 2.0 { remaining / parts } else { h };
-            let next = stages.step(&mut force, state, step);
-            evaluations += STAGES - 1;
-            attempts += 1;
-            let error = stages.error(state, next, step, tolerance);
-            if attempts > MOST_STEPS || step < LEAST_STEP * problem.length {
-                return Err(Failure::TooManySteps);
-            }
-            if !(next.x.is_finite() && next.w.is_finite()) {
-                h = step * LEAST_CHANGE;
-                continue;
-            }
-            let change = (SAFETY * error.powf(-0.125)).clamp(LEAST_CHANGE, MOST_CHANGE);
-            if error > 1.0 {
-                h = step * change.min(1.0);
-                continue;
-            }
-            // A step that was cut is no argument against longer ones.
-            h = if step < h { (step * change).max(h) } else { step * change };
-            accepted += 1;
-            let (u, a) = force.at(next.x);
-            evaluations += 1;
-            (stages.t[STAGES], stages.x[STAGES], stages.w[STAGES]) = (u, next.w, a);
-            let mut dense = None;
-            while let Some(target) = targets.next_if(|&target| parts == 1.0 || target <= gamma + step) {
-                let fraction = (target - gamma) / step;
-                let point = if fraction == 1.0 {
-                    next
-                } else {
-                    let dense = dense.get_or_insert_with(
-                        #[inline(always)]
-                        || {
-                            evaluations += DENSE_STAGES - STAGES - 1;
-                            stages.dense(&mut force, state, next, step)
-                        },
-                    );
-                    dense.at(fraction)
-                };
-                check(&problem.metric, point)?;
-                states.push(point);
-            }
-            (stages.t[0], stages.x[0], stages.w[0]) = (u, next.w, a);
-            state = next;
-            gamma += step;
-        }
-        Ok(Trajectory { states, evaluations, steps: accepted })
+    fn inside<F: Force>(&mut self, force: &mut Counted<F>, fractions: &[f64], states: &mut Vec<State>) {
+        let dense = self.stages.dense(force, self.from, self.here, self.h);
+        states.extend(fractions.iter().map(|&fraction| dense.at(fraction)));
+    }
+}
+
+impl AdaptiveSteps for Walk {
+    const CONTROL: Control =
+        Control { exponent: 0.125, change: [1.0 / 3.0, 6.0], after_failure: 1.0 / 3.0, ends_on_output: false };
+
+    #[inline(always)]
+    fn begin<F: Force>(&mut self, _: &mut Counted<F>, (u, a): (f64, f64)) {
+        self.stages.set(STAGES, u, self.here.w, a);
+    }
+
+    #[inline(always)]
+    fn attempt<F: Force>(&mut self, force: &mut Counted<F>, h: f64) -> Option<f64> {
+        let Self { stages, here, .. } = self;
+        stages.set(0, stages.t[STAGES], stages.x[STAGES], stages.w[STAGES]);
+        let next = stages.step(force, *here, h);
+        let error = stages.error(*here, next, h, self.tolerance);
+        (self.next, self.h) = (next, h);
+        (next.x.is_finite() && next.w.is_finite() && !error.is_nan()).then_some(error)
+    }
+
+    #[inline(always)]
+    fn accept<F: Force>(&mut self, force: &mut Counted<F>) {
+        (self.from, self.here) = (self.here, self.next);
+        let (u, a) = force.at(self.here.x);
+        self.stages.set(STAGES, u, self.here.w, a);
     }
 }

@@ -3,8 +3,9 @@
 use std::sync::OnceLock;
 
 use super::composition::Sum;
-use super::force::{Force, WithForce, dispatch};
-use super::{Failure, Marks, Output, Problem, State, Trajectory, check};
+use super::driver::{Counted, EqualSteps, Walker, equal_steps};
+use super::force::Force;
+use super::{About, Failure, Output, Peer, Problem, Setting, State, Step, Trajectory};
 
 /// Iterations allowed for a step.
 const MOST_ITERATIONS: usize = 60;
@@ -21,40 +22,52 @@ const ROUNDING: f64 = 1e-12;
 /// McLachlan, Razakarivony (2008), "Achieving Brouwer's law with implicit Runge–Kutta methods", but for the tables,
 /// which are in `f64`. Between the ends of steps t, x and w are the integrals of the polynomials through a and u at the
 /// stages: of order s + 1 in w and t.
-#[derive(Debug, Clone, Copy, PartialEq)]
+///
+/// The iteration ends when the error of X is below the tolerance, relative to its size; 0 goes to rounding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Gauss {
     /// Number of stages s: 2, 4, 6, 8, 10 or 12.
     pub stages: usize,
-    /// The iteration ends when the error of X is below this, relative to its size; 0 goes to rounding.
-    pub tolerance: f64,
 }
 
 impl Gauss {
-    /// The world-line in this number of `steps` of equal length.
-    ///
-    /// # Errors
-    /// [`Failure`].
-    ///
-    /// # Panics
-    /// If there is no method with this number of stages.
-    pub fn run(&self, problem: &Problem, output: &Output, steps: usize) -> Result<Trajectory, Failure> {
-        match self.stages {
-            2 => self.sized::<2>(problem, output, steps),
-            4 => self.sized::<4>(problem, output, steps),
-            6 => self.sized::<6>(problem, output, steps),
-            8 => self.sized::<8>(problem, output, steps),
-            10 => self.sized::<10>(problem, output, steps),
-            12 => self.sized::<12>(problem, output, steps),
-            stages => panic!("no Gauss method of {stages} stages"),
+    fn sized<const S: usize>(problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
+        let h = problem.length / setting.count as f64;
+        let unit = Unit::shared(S);
+        let tables = Tables::<S>::scaled(unit, h);
+        let start = problem.start();
+        let [t, x, w] = [start.elapsed, start.x, start.w].map(Sum::new);
+        let (a, u, is_first) = ([0.0; S], [0.0; S], true);
+        let walk = Walk { unit, tables: &tables, h, tolerance: setting.tolerance, start, t, x, w, a, u, is_first };
+        equal_steps(problem, output, setting.count, walk)
+    }
+}
+
+impl Peer for Gauss {
+    fn about(&self) -> About {
+        About {
+            name: format!("Gauss {}", self.stages),
+            curve: "Gauss–Legendre",
+            order: Some(2 * self.stages),
+            step: Step::Iterated,
+            has_dense_output: true,
+            coarsest: 0.05,
+            source: "Hairer, McLachlan, Razakarivony, BIT 48 (2008) 231",
         }
     }
 
-    fn sized<const S: usize>(&self, problem: &Problem, output: &Output, steps: usize) -> Result<Trajectory, Failure> {
-        let h = problem.length / steps as f64;
-        let unit = Unit::shared(S);
-        let tables = Tables::<S>::scaled(unit, h);
-        let tolerance = self.tolerance;
-        dispatch(&problem.metric, problem.q_t(), March { problem, output, steps, unit, tables: &tables, h, tolerance })
+    /// # Panics
+    /// If there is no method with this number of stages.
+    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
+        match self.stages {
+            2 => Self::sized::<2>(problem, output, setting),
+            4 => Self::sized::<4>(problem, output, setting),
+            6 => Self::sized::<6>(problem, output, setting),
+            8 => Self::sized::<8>(problem, output, setting),
+            10 => Self::sized::<10>(problem, output, setting),
+            12 => Self::sized::<12>(problem, output, setting),
+            stages => panic!("no Gauss method of {stages} stages"),
+        }
     }
 }
 
@@ -153,14 +166,20 @@ impl<const S: usize> Tables<S> {
     }
 }
 
-struct March<'a, const S: usize> {
-    problem: &'a Problem,
-    output: &'a Output,
-    steps: usize,
+struct Walk<'a, const S: usize> {
     unit: &'a Unit,
     tables: &'a Tables<S>,
     h: f64,
     tolerance: f64,
+    /// Where the last step began.
+    start: State,
+    t: Sum<true>,
+    x: Sum<true>,
+    w: Sum<true>,
+    /// a and u at the stages of the last step.
+    a: [f64; S],
+    u: [f64; S],
+    is_first: bool,
 }
 
 /// `out` += Σ_j column_j v_j.
@@ -220,87 +239,88 @@ fn largest<const S: usize>(values: [f64; S]) -> f64 {
     values.iter().fold(0.0, |largest: f64, v| if v.abs() > largest { v.abs() } else { largest })
 }
 
-impl<const S: usize> WithForce for March<'_, S> {
-    type Output = Result<Trajectory, Failure>;
+/// Solves for a and u at the stages of a step from (`x`, `w`), where `a` is a guess.
+#[inline(always)]
+fn iterate<const S: usize>(
+    force: &mut Counted<impl Force>,
+    (tables, tolerance): (&Tables<S>, f64),
+    (x, w): (Sum<true>, f64),
+    (a, u): (&mut [f64; S], &mut [f64; S]),
+) -> Result<(), Failure> {
+    let base: [f64; S] = std::array::from_fn(|i| x.low + tables.hc[i] * w);
+    let mut z = [f64::INFINITY; S];
+    let mut change_before = f64::INFINITY;
+    for iteration in 1.. {
+        let mut shift = base;
+        multiply(&tables.square, a, &mut shift);
+        let now = shift.map(|shift| x.value + shift);
+        let change = largest::<S>(std::array::from_fn(|i| now[i] - z[i]));
+        z = now;
+        for i in 0..S {
+            (u[i], a[i]) = force.at(z[i]);
+        }
+        let size = largest(z);
+        // The error left is about that share of the change by which changes shrink.
+        let rate = change / change_before;
+        let left = if change_before.is_finite() { change * rate.min(1.0) } else { change };
+        if left <= tolerance * size || change <= f64::EPSILON / 4.0 * size {
+            break;
+        }
+        if rate > 0.5 && change <= ROUNDING * size {
+            break;
+        }
+        if iteration == MOST_ITERATIONS || !size.is_finite() {
+            return Err(Failure::NotConverged);
+        }
+        change_before = change;
+    }
+    Ok(())
+}
+
+impl<const S: usize> Walker for Walk<'_, S> {
+    #[inline(always)]
+    fn state(&self) -> State {
+        State { elapsed: self.t.value, x: self.x.value, w: self.w.value }
+    }
 
     #[inline(always)]
-    fn with(self, mut force: impl Force) -> Self::Output {
-        let Self { problem, output, steps, unit, tables, h, tolerance } = self;
-        let State { elapsed, x, w } = problem.start();
-        let [mut t, mut x, mut w] = [elapsed, x, w].map(Sum::<true>::new);
-        let (mut a, mut u) = ([force.at(x.value).1; S], [0.0; S]);
-        let mut sweeps = 0;
-        let mut first = true;
-        let mut marks = Marks::new(output, steps);
-        let mut states = Vec::with_capacity(output.marks.len());
-        let last = Marks::last(output, steps);
-        for step in 0..last {
-            if !first {
+    fn inside<F: Force>(&mut self, _: &mut Counted<F>, fractions: &[f64], states: &mut Vec<State>) {
+        let (h, start) = (self.h, self.start);
+        for fractions in fractions.chunks(TOGETHER) {
+            let mut together = [1.0; TOGETHER];
+            together[..fractions.len()].copy_from_slice(fractions);
+            let [t, x, w] = inside(self.unit, &self.u, &self.a, together);
+            for (l, fraction) in fractions.iter().enumerate() {
+                states.push(State {
+                    elapsed: start.elapsed + h * t[l],
+                    x: start.x + (h * fraction * start.w + h * h * x[l]),
+                    w: start.w + h * w[l],
+                });
+            }
+        }
+    }
+}
+
+impl<const S: usize> EqualSteps for Walk<'_, S> {
+    #[inline(always)]
+    fn advance<F: Force>(&mut self, force: &mut Counted<F>, steps: usize) -> Result<(), Failure> {
+        let Self { tables, h, tolerance, mut t, mut x, mut w, mut a, mut u, .. } = *self;
+        for _ in 0..steps {
+            if self.is_first {
+                a = [force.guess(x.value).1; S];
+                self.is_first = false;
+            } else {
                 let mut guess = [0.0; S];
                 multiply(&tables.next, &a, &mut guess);
                 a = guess;
             }
-            first = false;
-            let base: [f64; S] = std::array::from_fn(|i| x.low + tables.hc[i] * w.value);
-            let mut z = [f64::INFINITY; S];
-            let mut change_before = f64::INFINITY;
-            let mut iteration = 0;
-            loop {
-                let mut shift = base;
-                multiply(&tables.square, &a, &mut shift);
-                let now = shift.map(|shift| x.value + shift);
-                let change = largest::<S>(std::array::from_fn(|i| now[i] - z[i]));
-                z = now;
-                for i in 0..S {
-                    (u[i], a[i]) = force.at(z[i]);
-                }
-                iteration += 1;
-                let size = largest(z);
-                // The error left is about that share of the change by which changes shrink.
-                let rate = change / change_before;
-                let left = if change_before.is_finite() { change * rate.min(1.0) } else { change };
-                if left <= tolerance * size || change <= f64::EPSILON / 4.0 * size {
-                    break;
-                }
-                if rate > 0.5 && change <= ROUNDING * size {
-                    break;
-                }
-                if iteration == MOST_ITERATIONS || !size.is_finite() {
-                    return Err(Failure::NotConverged);
-                }
-                change_before = change;
-            }
-            sweeps += iteration;
-            let start = State { elapsed: t.value, x: x.value, w: w.value };
+            iterate(force, (tables, tolerance), (x, w.value), (&mut a, &mut u))?;
+            self.start = State { elapsed: t.value, x: x.value, w: w.value };
             x.add(h * w.value + (h * w.low + dot(&tables.position, &a)));
             w.add(dot(&tables.weight, &a));
             t.add(dot(&tables.weight, &u));
-            let mut waiting = marks.within(step);
-            while waiting.is_some() {
-                let (mut fractions, mut count) = ([1.0; TOGETHER], 0);
-                while let Some(fraction) = waiting.filter(|_| count < TOGETHER) {
-                    fractions[count] = fraction;
-                    count += 1;
-                    waiting = marks.within(step);
-                }
-                let is_inside = fractions[0] < 1.0;
-                let points = if is_inside { inside(unit, &u, &a, fractions) } else { Default::default() };
-                for l in 0..count {
-                    let s = h * fractions[l];
-                    let state = if fractions[l] < 1.0 {
-                        State {
-                            elapsed: start.elapsed + h * points[0][l],
-                            x: start.x + (s * start.w + h * h * points[1][l]),
-                            w: start.w + h * points[2][l],
-                        }
-                    } else {
-                        State { elapsed: t.value, x: x.value, w: w.value }
-                    };
-                    check(&problem.metric, state)?;
-                    states.push(state);
-                }
-            }
         }
-        Ok(Trajectory { states, evaluations: sweeps * S, steps: last })
+        (self.t, self.x, self.w, self.a, self.u) = (t, x, w, a, u);
+        Ok(())
     }
 }

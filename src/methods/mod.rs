@@ -8,15 +8,8 @@
 //! K = −2H. Every method here has Q_t as a *parameter*: they deserve no credit for its being constant, and comparing
 //! its drift alone would show nothing. Position, time and K decide.
 //!
-//! | | order | step | source |
-//! |---|---|---|---|
-//! | [`rk4()`] | 4 | constant | the classical Runge–Kutta method |
-//! | [`Composition::VERLET`] | 2 | constant | Störmer–Verlet |
-//! | [`Composition::KAHAN_LI_6`], [`Composition::KAHAN_LI_8`] | 6, 8 | constant | Kahan, Li (1997) |
-//! | [`Gauss`] | 2s | constant | collocation on s Gauss nodes, fixed-point iteration |
-//! | [`dop853()`] | 8 | adaptive | Dormand, Prince; Hairer, Nørsett, Wanner I, II.5 |
-//! | [`radau5()`] | 5 | adaptive | Hairer, Wanner II, IV.8, with an exact Jacobian |
-//! | [`taylor()`] | any | adaptive | the series of this program's reference trajectory, in `f64` |
+//! [`PEERS`] lists the methods. Each is a [`Peer`]: it says what it is, where it comes from and how it takes a step.
+//! What is around the steps is the same for all.
 //!
 //! The module knows a metric and initial data, but no case and no file. All but Taylor are written here and compiled
 //! for the vector instructions of the machine, as this program's own iteration is: the point is to be fair to them.
@@ -24,37 +17,40 @@
 //!
 //! Between the ends of their steps RK4, Gauss and DOP853 have a dense output: the cubic through both ends, the
 //! integrals of the polynomials through the stages, and Hairer's polynomial of degree 7 with three stages more;
-//! [`taylor()`] has its polynomials. [`Composition`] divides the intervals between the points asked for, and
-//! [`radau5()`] ends a step on each of them.
+//! [`Taylor`] has its polynomials. [`Composition`] divides the intervals between the points asked for, and [`Radau5`]
+//! ends a step on each of them.
 //!
 //! ```
 //! use geodesic_ivp::geodesic::InitialData;
-//! use geodesic_ivp::methods::{Output, Problem, taylor};
+//! use geodesic_ivp::methods::{Output, Peer, Problem, Setting, Taylor};
 //! use geodesic_ivp::metric::Metric;
 //! use geodesic_ivp::potential::Potential;
 //!
 //! let metric = Metric::new(Potential::quartic(0.5), 1.0, 1.0);
 //! let initial = InitialData { t: 0.0, x: 1.0, t_dot: 1.0, x_dot: 0.1 };
 //! let problem = Problem { metric, initial, length: 1.0 };
-//! let trajectory = taylor(&problem, &Output::even(4), 20, 14)?;
+//! let trajectory = Taylor.run(&problem, &Output::even(4), Setting::tolerance(1e-14))?;
 //! assert!((trajectory.states[3].x - 0.159_778_018_885_407).abs() < 1e-12);
 //! # Ok::<(), geodesic_ivp::methods::Failure>(())
 //! ```
 
 mod composition;
 mod dop853;
+mod driver;
 mod force;
 mod gauss;
+mod peer;
 mod radau5;
 mod rk4;
 mod taylor;
 
 pub use composition::Composition;
-pub use dop853::dop853;
+pub use dop853::Dop853;
 pub use gauss::Gauss;
-pub use radau5::radau5;
-pub use rk4::rk4;
-pub use taylor::taylor;
+pub use peer::{About, PEERS, Peer, Setting, Step};
+pub use radau5::Radau5;
+pub use rk4::Rk4;
+pub use taylor::Taylor;
 
 use crate::geodesic::InitialData;
 use crate::metric::Metric;
@@ -172,6 +168,18 @@ impl<'o> Marks<'o> {
         (output.marks.last().unwrap_or(&0) * steps).div_ceil(output.intervals)
     }
 
+    /// Leaves out those at the start.
+    fn skip_start(&mut self) {
+        while self.marks.next_if(|&&mark| mark == 0).is_some() {}
+    }
+
+    /// The index of the step that has the next of them.
+    #[inline(always)]
+    fn step(&mut self) -> Option<usize> {
+        let &&mark = self.marks.peek()?;
+        Some((mark * self.steps).div_ceil(self.intervals).saturating_sub(1))
+    }
+
     /// The next of them as a fraction in (0, 1] of the step with this index, if it is there.
     #[inline(always)]
     pub(crate) fn within(&mut self, step: usize) -> Option<f64> {
@@ -182,19 +190,4 @@ impl<'o> Marks<'o> {
         self.marks.next();
         Some(ahead as f64 / self.intervals as f64)
     }
-}
-
-/// Walks the parts between the marks: `part` advances over a given number of them.
-fn walk(
-    problem: &Problem,
-    output: &Output,
-    mut part: impl FnMut(usize) -> Result<State, Failure>,
-) -> Result<Vec<State>, Failure> {
-    let mut done = 0;
-    let advance = |&mark: &usize| {
-        let state = part(mark - done)?;
-        done = mark;
-        check(&problem.metric, state).map(|()| state)
-    };
-    output.marks.iter().map(advance).collect()
 }

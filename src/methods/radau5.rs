@@ -1,8 +1,10 @@
 //! Radau IIA of order 5, the implicit method for stiff problems.
 
-use super::force::{Force, WithForce, dispatch};
-use super::{Failure, MOST_STEPS, Output, Problem, State, Trajectory, check};
+use super::driver::{AdaptiveSteps, Control, Counted, Walker, adaptive_steps};
+use super::force::Force;
+use super::{About, Failure, Output, Peer, Problem, Setting, State, Step, Trajectory};
 use crate::geodesic::acceleration_slope;
+use crate::metric::Metric;
 
 /// √6.
 const ROOT: f64 = 2.449_489_742_783_178;
@@ -20,27 +22,34 @@ const E: [f64; 3] = [-(13.0 + 7.0 * ROOT) / 3.0, (-13.0 + 7.0 * ROOT) / 3.0, -1.
 /// Newton iterations for a step, and what they leave in units of the tolerance.
 const MOST_ITERATIONS: usize = 10;
 const NEWTON: f64 = 1e-2;
-const SAFETY: f64 = 0.9;
-const LEAST_CHANGE: f64 = 0.2;
-const MOST_CHANGE: f64 = 8.0;
-/// Steps shorter than this share of the whole length are rejected.
-const LEAST_STEP: f64 = 1e-13;
 
-/// The world-line with relative and absolute `tolerance` for x and w; t is a quadrature outside the error norm.
+/// Relative and absolute tolerance for x and w; t is a quadrature outside the error norm.
 ///
 /// As for Gauss, x″ = a(x) leaves three unknowns a step, X = x + h c w + h² A² a(X), which a simplified Newton
-/// iteration solves with the exact slope of a at the start of the step. Steps end on the points of `output`.
-///
-/// # Errors
-/// [`Failure`].
-pub fn radau5(problem: &Problem, output: &Output, tolerance: f64) -> Result<Trajectory, Failure> {
-    dispatch(&problem.metric, problem.q_t(), March { problem, output, tolerance })
-}
+/// iteration solves with the exact slope of a at the start of the step. Steps end on the points of output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Radau5;
 
-struct March<'a> {
-    problem: &'a Problem,
-    output: &'a Output,
-    tolerance: f64,
+impl Peer for Radau5 {
+    fn about(&self) -> About {
+        About {
+            name: "Radau5".to_owned(),
+            curve: "Radau IIA 5",
+            order: Some(5),
+            step: Step::Adaptive,
+            has_dense_output: false,
+            coarsest: 1.0,
+            source: "Hairer, Wanner, Solving Ordinary Differential Equations II, IV.8",
+        }
+    }
+
+    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
+        let (q_t, metric, tolerance) = (problem.q_t(), &problem.metric, setting.tolerance);
+        let here = Start { state: problem.start(), a: 0.0, slope: 0.0 };
+        let tried = (Stages { end: here.state, a: [0.0; 3] }, 0.0);
+        let walk = Walk { metric, q_t, tolerance, square: square(), here, tried, before: None };
+        adaptive_steps(problem, output, tolerance, walk)
+    }
 }
 
 /// `m` v.
@@ -66,12 +75,11 @@ fn resolvent(m: &[[f64; 3]; 3], s: f64) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| minor(j, i) / determinant))
 }
 
-/// A step that was tried.
-struct Step {
+/// A step: its end, and a at its nodes.
+#[derive(Clone, Copy)]
+struct Stages {
     end: State,
     a: [f64; 3],
-    /// In units of the tolerance.
-    error: f64,
 }
 
 /// Where a step starts.
@@ -84,16 +92,17 @@ struct Start {
 }
 
 impl Start {
-    /// One step from a guess of a at its nodes, and how many evaluations it took; no step if Newton's method fails.
+    /// One step from a guess of a at its nodes, and its error in units of the tolerance; no step if Newton's method
+    /// fails.
     #[inline(always)]
     fn step(
         &self,
-        force: &mut impl Force,
+        force: &mut Counted<impl Force>,
         square: &[[f64; 3]; 3],
         h: f64,
         guess: [f64; 3],
         tolerance: f64,
-    ) -> (Option<Step>, usize) {
+    ) -> Option<(Stages, f64)> {
         let State { elapsed, x, w } = self.state;
         let inverse = resolvent(square, h * h * self.slope);
         let scales = [tolerance * (1.0 + x.abs()), tolerance * (1.0 + w.abs())];
@@ -105,12 +114,10 @@ impl Start {
         };
         let mut z = image(a);
         let mut converged = false;
-        let mut evaluations = 0;
         for _ in 0..MOST_ITERATIONS {
             for i in 0..3 {
                 (u[i], a[i]) = force.at(x + z[i]);
             }
-            evaluations += 3;
             let target = image(a);
             let change = multiply(&inverse, std::array::from_fn(|i| target[i] - z[i]));
             z = std::array::from_fn(|i| z[i] + change[i]);
@@ -124,12 +131,11 @@ impl Start {
             }
         }
         if !converged {
-            return (None, evaluations);
+            return None;
         }
         for i in 0..3 {
             (u[i], a[i]) = force.at(x + z[i]);
         }
-        evaluations += 3;
         let zw = multiply(&A, a).map(|sum| h * sum);
         let sum = |weights: [f64; 3], v: [f64; 3]| (0..3).map(|i| weights[i] * v[i]).sum::<f64>();
         let end = State { elapsed: elapsed + h * sum(A[2], u), x: x + z[2], w: w + zw[2] };
@@ -141,7 +147,7 @@ impl Start {
             (self.slope * right[0] + diagonal * right[1]) / determinant,
         ];
         let error = (0.5 * ((e[0] / scales[0]).powi(2) + (e[1] / scales[1]).powi(2))).sqrt();
-        (Some(Step { end, a, error }), evaluations)
+        Some((Stages { end, a }, error))
     }
 }
 
@@ -155,68 +161,60 @@ fn extrapolate(a: [f64; 3], ratio: f64) -> [f64; 3] {
     })
 }
 
-impl WithForce for March<'_> {
-    type Output = Result<Trajectory, Failure>;
+struct Walk<'a> {
+    metric: &'a Metric,
+    q_t: f64,
+    tolerance: f64,
+    square: [[f64; 3]; 3],
+    here: Start,
+    /// The step that was tried last, and its length.
+    tried: (Stages, f64),
+    /// a at the nodes of the step before, and its length.
+    before: Option<([f64; 3], f64)>,
+}
+
+impl Walk<'_> {
+    /// Goes on from this state, where a is known. The slope of a takes an evaluation.
+    #[inline(always)]
+    fn start(&mut self, force: &mut Counted<impl Force>, state: State, a: f64) {
+        let g = self.metric.at(state.x);
+        force.evaluations += 1;
+        self.here = Start { state, a, slope: acceleration_slope(self.q_t, g.g00, g.first, g.second) };
+    }
+}
+
+impl Walker for Walk<'_> {
+    #[inline(always)]
+    fn state(&self) -> State {
+        self.here.state
+    }
+}
+
+impl AdaptiveSteps for Walk<'_> {
+    const CONTROL: Control = Control { exponent: 0.25, change: [0.2, 8.0], after_failure: 0.5, ends_on_output: true };
 
     #[inline(always)]
-    fn with(self, mut force: impl Force) -> Self::Output {
-        let Self { problem, output, tolerance } = self;
-        let (metric, q_t) = (&problem.metric, problem.q_t());
-        let square = square();
-        let start = |state: State, a: f64| {
-            let g = metric.at(state.x);
-            Start { state, a, slope: acceleration_slope(q_t, g.g00, g.first, g.second) }
+    fn begin<F: Force>(&mut self, force: &mut Counted<F>, (_, a): (f64, f64)) {
+        self.start(force, self.here.state, a);
+    }
+
+    #[inline(always)]
+    fn attempt<F: Force>(&mut self, force: &mut Counted<F>, h: f64) -> Option<f64> {
+        let guess = self.before.map_or([self.here.a; 3], |(a, length)| extrapolate(a, h / length));
+        let tried = self.here.step(force, &self.square, h, guess, self.tolerance);
+        let Some((stages, error)) = tried.filter(|(_, error)| error.is_finite()) else {
+            self.before = None;
+            return None;
         };
-        let first = problem.start();
-        let mut from = start(first, force.at(first.x).1);
-        let pace = from.a.abs().sqrt().max(first.w.abs()).max(1.0 / problem.length);
-        let mut h = (0.5 * tolerance.powf(0.25) / pace).min(problem.length);
-        // The stages of the step before, and its length.
-        let mut before: Option<([f64; 3], f64)> = None;
-        let (mut evaluations, mut accepted, mut attempts, mut gamma) = (2, 0, 0, 0.0);
-        let mut states = Vec::with_capacity(output.marks.len());
-        for target in output.gamma(problem.length) {
-            loop {
-                let remaining = target - gamma;
-                let parts = (remaining / h * (1.0 - 1e-12)).ceil().max(1.0);
-                let step = if parts <= 2.0 { remaining / parts } else { h };
-                attempts += 1;
-                if attempts > MOST_STEPS || step < LEAST_STEP * problem.length {
-                    return Err(Failure::TooManySteps);
-                }
-                let guess = before.map_or([from.a; 3], |(a, length)| extrapolate(a, step / length));
-                let (tried, cost) = from.step(&mut force, &square, step, guess, tolerance);
-                evaluations += cost;
-                let change = |error: f64| (SAFETY * error.powf(-0.25)).clamp(LEAST_CHANGE, MOST_CHANGE);
-                let done = match tried {
-                    Some(done) if done.error <= 1.0 => done,
-                    Some(Step { error, .. }) if error.is_finite() => {
-                        h = step * change(error).min(1.0);
-                        continue;
-                    }
-                    _ => {
-                        h = 0.5 * step;
-                        before = None;
-                        continue;
-                    }
-                };
-                // A step that was cut is no argument against longer ones.
-                let longer = step * change(done.error);
-                h = if step < h { longer.max(h) } else { longer };
-                before = Some((done.a, step));
-                // The last node is the end of the step.
-                from = start(done.end, done.a[2]);
-                evaluations += 1;
-                accepted += 1;
-                gamma += step;
-                if parts == 1.0 {
-                    gamma = target;
-                    break;
-                }
-            }
-            check(metric, from.state)?;
-            states.push(from.state);
-        }
-        Ok(Trajectory { states, evaluations, steps: accepted })
+        self.tried = (stages, h);
+        Some(error)
+    }
+
+    #[inline(always)]
+    fn accept<F: Force>(&mut self, force: &mut Counted<F>) {
+        let (Stages { end, a }, h) = self.tried;
+        self.before = Some((a, h));
+        // The last node is the end of the step.
+        self.start(force, end, a[2]);
     }
 }

@@ -1,29 +1,55 @@
 //! The series of the reference trajectory as a method of its own.
 
-use super::{Failure, Output, Problem, State, Trajectory, check};
+use super::{About, Failure, Output, Peer, Problem, Setting, State, Step, Trajectory, check};
 use crate::reference::{EndReason, ReferenceTrajectory};
 
-/// The world-line in `f64` by series of `order` whose last terms are `digits` decimal digits below the first; the
-/// cheapest order is about 1.15 · digits. The polynomials are stored and evaluated where output is wanted.
+/// The world-line in `f64` by series whose last terms are below the first by the tolerance, at the order that is
+/// cheapest for it, and by their polynomials between the ends of steps.
 ///
 /// This is the program's reference, written for any number of digits and not for speed: heyoka, in
 /// `scripts/work-precision.py`, shows what a Taylor method can achieve.
-///
-/// # Errors
-/// [`Failure`].
-pub fn taylor(problem: &Problem, output: &Output, order: usize, digits: u32) -> Result<Trajectory, Failure> {
-    let Problem { metric, initial, length } = problem;
-    let trajectory = ReferenceTrajectory::unchecked(metric, *initial, *length, order, digits);
-    let trajectory = trajectory.map_err(|end| match end.reason {
-        EndReason::OutsideDomain => Failure::OutsideDomain,
-        EndReason::Singular | EndReason::TimeNotReached | EndReason::TooLong { .. } => Failure::TooManySteps,
-    })?;
-    let at = |gamma: f64| {
-        let point = trajectory.at(gamma);
-        let state = State { elapsed: point.elapsed, x: point.x, w: point.x_dot };
-        check(metric, state).map(|()| state)
-    };
-    let states = output.gamma(*length).map(at).collect::<Result<_, _>>()?;
-    let steps = trajectory.steps();
-    Ok(Trajectory { states, evaluations: steps * order, steps })
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Taylor;
+
+/// The digits that a tolerance stands for, and the order that is cheapest for them.
+fn digits_and_order(tolerance: f64) -> (u32, usize) {
+    let digits = (-tolerance.log10()).round().max(1.0) as u32;
+    (digits, (1.15 * f64::from(digits)).ceil() as usize + 2)
+}
+
+impl Peer for Taylor {
+    fn about(&self) -> About {
+        About {
+            name: "Taylor".to_owned(),
+            curve: "Taylor",
+            order: None,
+            step: Step::Adaptive,
+            has_dense_output: true,
+            coarsest: 1.0,
+            source: "Jorba, Zou, Exp. Math. 14 (2005) 99",
+        }
+    }
+
+    fn label(&self, setting: Setting) -> String {
+        let Setting { tolerance, .. } = setting;
+        format!("order={} tol={tolerance:e}", digits_and_order(tolerance).1)
+    }
+
+    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
+        let Problem { metric, initial, length } = problem;
+        let (digits, order) = digits_and_order(setting.tolerance);
+        let trajectory = ReferenceTrajectory::unchecked(metric, *initial, *length, order, digits);
+        let trajectory = trajectory.map_err(|end| match end.reason {
+            EndReason::OutsideDomain => Failure::OutsideDomain,
+            EndReason::Singular | EndReason::TimeNotReached | EndReason::TooLong { .. } => Failure::TooManySteps,
+        })?;
+        let at = |gamma: f64| {
+            let point = trajectory.at(gamma);
+            let state = State { elapsed: point.elapsed, x: point.x, w: point.x_dot };
+            check(metric, state).map(|()| state)
+        };
+        let states = output.gamma(*length).map(at).collect::<Result<_, _>>()?;
+        let steps = trajectory.steps();
+        Ok(Trajectory { states, evaluations: steps * order, steps })
+    }
 }

@@ -25,6 +25,7 @@
 //! # Ok::<(), geodesic_ivp::reference::ReferenceEnds>(())
 //! ```
 
+mod polynomials;
 mod series;
 mod steps;
 mod time_parametrised;

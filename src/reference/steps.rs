@@ -1,5 +1,6 @@
 //! The steps of the Taylor method.
 
+use super::polynomials::{Step, increment, slope};
 use super::series::SeriesMachine;
 use super::{EndReason, ReferenceEnds, ReferencePoint};
 use crate::geodesic::{InitialData, acceleration};
@@ -32,43 +33,11 @@ const MOST_HALVINGS: usize = 40;
 /// The comparison of the series with V is accurate to this many digits fewer than the series themselves.
 const SPARE_DIGITS: f64 = 4.0;
 
-/// One step: x and t − t_i as polynomials in γ, counted from the start of the step.
-#[derive(Debug, Clone)]
-struct Step<S> {
-    start: Compensated<S>,
-    x: Vec<S>,
-    x_low: S,
-    t: Vec<S>,
-    t_low: S,
-}
-
 /// All steps from γ_i on.
 #[derive(Debug, Clone)]
 pub(super) struct Steps<S> {
     steps: Vec<Step<S>>,
     end: S,
-}
-
-/// Σ_{j≥1} c_j s^j, the polynomial without c_0. It is small, and is added to c_0 at the end to lose less to rounding.
-fn increment<S: Real>(c: &[S], s: S) -> S {
-    c[1..].iter().rev().fold(S::ZERO, |sum, &c| (sum + c) * s)
-}
-
-/// The derivative dc/ds of the polynomial.
-fn slope<S: Real>(c: &[S], s: S) -> S {
-    c.iter().enumerate().skip(1).rev().fold(S::ZERO, |sum, (j, &c)| sum * s + S::from(j as f64) * c)
-}
-
-impl<S: Real> Step<S> {
-    fn at(&self, gamma: S) -> ReferencePoint<S> {
-        let s = (gamma - self.start.high) - self.start.low;
-        ReferencePoint {
-            elapsed: self.t[0] + (self.t_low + increment(&self.t, s)),
-            x: self.x[0] + (self.x_low + increment(&self.x, s)),
-            t_dot: slope(&self.t, s),
-            x_dot: slope(&self.x, s),
-        }
-    }
 }
 
 /// The smaller of the two; if one is NaN, the other one.

@@ -103,7 +103,8 @@ impl TryFrom<String> for SbpName {
                 let is_known = upper != name && Self::try_from(upper.clone()).is_ok();
                 let meant = if is_known { format!("; did you mean \"{upper}\"?") } else { String::new() };
                 Err(format!(
-                    "unknown operator \"{name}\", expected SBP21, SBP42, SBP63, SBP84 or GLL<n>, for example GLL16{meant}"
+                    "unknown operator \"{name}\", expected SBP21, SBP42, SBP63, SBP84 or GLL<n>, for example \
+                     GLL16{meant}"
                 ))
             }
         }

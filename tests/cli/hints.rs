@@ -12,7 +12,7 @@ fn misspelt_words_are_recognised() {
     for (arguments, fragments) in [
         ("rnu quartic", &["'run'"][..]),
         ("run quartic --plto", &["'--plot'"]),
-        ("run quartic --set grid.n_gama=64", &["unknown field `n_gama`", "did you mean `n_gamma`?", ":19:1"]),
+        ("run quartic --set grid.n_gama=64", &["unknown field `n_gama`", "did you mean `n_gamma`?", ":21:1"]),
         ("run quartic --set n_gamma=64", &["unknown field `n_gamma`", "did you mean `grid.n_gamma`?"]),
         ("run quartic --set initial.mass=2.0", &["did you mean `particle.mass`?"]),
         ("run quartic --set potential={quartics={kappa=1.0}}", &["did you mean `quartic`?"]),

@@ -35,7 +35,8 @@ fn the_atlas_has_its_columns_its_summary_and_its_pictures() {
     let out = folder.path().join("out");
     let pictures = ["last_node.svg", "map.svg", "map_others.svg", "sawtooth.svg", "stability.csv", "summary.json"];
     assert_eq!(names(&out), pictures);
-    let columns = "method,form,n_gamma,gamma_f,t_dot,delta_gamma_omega,status,delta_k_max,delta_q_t_max,error_x_max,sawtooth,iterations,seconds";
+    let columns = "method,form,n_gamma,gamma_f,t_dot,delta_gamma_omega,status,delta_k_max,delta_q_t_max,error_x_max,\
+         sawtooth,iterations,seconds";
     let table = fs::read_to_string(out.join("stability.csv")).unwrap();
     assert_eq!(table.lines().next(), Some(columns));
     assert!(table.contains("SBP21,strong,21,1.0,1.0,0.10") && table.contains("DOP853 tol=1e-6,,"), "{table}");

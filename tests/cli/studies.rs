@@ -17,7 +17,8 @@ fn converge_writes_errors_slopes_and_pictures() {
     assert!(text.contains("2.007") && text.contains("2.078"), "{text}");
     let out = folder.path().join("out");
     assert_eq!(names(&out), ["convergence.csv", "errors_final.svg", "errors_l2.svg", "slopes.csv", "summary.json"]);
-    let columns = "sbp,form,n_gamma,delta_gamma,eps_t_final,eps_x_final,eps_t_l2,eps_x_l2,delta_q_t_last,delta_k_max,iterations,seconds,status";
+    let columns = "sbp,form,n_gamma,delta_gamma,eps_t_final,eps_x_final,eps_t_l2,eps_x_l2,delta_q_t_last,delta_k_max,\
+         iterations,seconds,status";
     assert_eq!(first_line(&out.join("convergence.csv")), columns);
     let columns = "sbp,form,quantity,slope,standard_error,slope_vs_inverse_n,n_min,n_max,points";
     assert_eq!(first_line(&out.join("slopes.csv")), columns);
@@ -131,7 +132,8 @@ fn work_precision_writes_its_table_its_summary_and_pictures() {
     assert_eq!((summary["status"].as_str(), summary["ratios"].as_array().unwrap().len()), (Some("complete"), 20));
     assert!(!summary["fronts"].as_array().unwrap().is_empty());
     // The table of one run can stand beside another's, and pictures of an earlier run do not.
-    let command = "work-precision CASES/hard/tanh-wall.toml --methods rk4 --longest 1e-3 --rows out/work_precision.csv --out again";
+    let command = "work-precision CASES/hard/tanh-wall.toml --methods rk4 --longest 1e-3 --rows \
+         out/work_precision.csv --out again";
     succeeded(&run_in(folder.path(), &command.replace("again", "out").replace("--rows out/work_precision.csv", "")));
     assert_eq!(names(&out), ["drift.csv", "summary.json", "work_precision.csv"]);
     succeeded(&run_in(folder.path(), command));

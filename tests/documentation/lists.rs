@@ -6,6 +6,7 @@ use std::path::Path;
 
 use geodesic_ivp::case::KEYS;
 use geodesic_ivp::case::builtin::{self, Group};
+use geodesic_ivp::methods::PEERS;
 use tempfile::TempDir;
 
 use super::pages::{Page, ROOT, program};
@@ -133,6 +134,18 @@ fn columns_keys_and_files_are_those_that_the_page_lists() {
     let listed: BTreeSet<&str> = rows.iter().flat_map(|row| row[0].split(", ")).collect();
     let missing: Vec<&String> = summary.keys().filter(|key| !listed.contains(key.as_str())).collect();
     assert!(missing.is_empty(), "keys of summary.json that docs/files.md does not have: {missing:?}");
+}
+
+#[test]
+fn the_page_of_speed_lists_every_method_with_its_source() {
+    let rows: Vec<Vec<String>> = Page::named("docs/speed.md").rows().collect();
+    let first = rows.iter().position(|row| row[0] == "method").unwrap() + 2;
+    let known = PEERS.iter().map(|peer| {
+        let about = peer.about();
+        let order = about.order.map_or_else(|| "any".to_owned(), |order| order.to_string());
+        vec![about.name, order, format!("{:?}", about.step).to_lowercase(), about.source.to_owned()]
+    });
+    assert_eq!(rows[first..first + PEERS.len()], known.collect::<Vec<_>>());
 }
 
 #[test]

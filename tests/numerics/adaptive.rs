@@ -51,7 +51,8 @@ fn measure(name: &str, (metric, initial): &(Metric, InitialData), length: f64, a
     let error = (errors[0] / sizes[0]).max(errors[1] / sizes[1]);
     let estimate = adapted.error_estimate;
     println!(
-        "{name} {length} {accuracy:.0e}: error {error:.1e}, estimate {estimate:.1e}, {} windows, {} evaluations, {} attempts",
+        "{name} {length} {accuracy:.0e}: error {error:.1e}, estimate {estimate:.1e}, {} windows, {} evaluations, {} \
+         attempts",
         adapted.statistics.windows, adapted.statistics.evaluations, adapted.attempts
     );
     assert!((adapted.gamma.hi - length).abs() <= 1e-15 * length);
@@ -163,8 +164,8 @@ fn what_cannot_be_done_fails() {
 #[test]
 fn a_kink_is_met_with_short_windows() {
     let case = shipped(
-        "potential.formula = { expression = \"0.05*abs(x)\" }\ninitial = { t = 0.0, x = 1.0, t_dot = 1.0, x_dot = -0.5 }\n\
-         grid.n_gamma = 32\nscheme.sbp = \"SBP21\"",
+        "potential.formula = { expression = \"0.05*abs(x)\" }\ninitial = { t = 0.0, x = 1.0, t_dot = 1.0, x_dot = \
+         -0.5 }\ngrid.n_gamma = 32\nscheme.sbp = \"SBP21\"",
     );
     for accuracy in [1e-4, 1e-7] {
         measure("kink", &case, 8.0, accuracy);

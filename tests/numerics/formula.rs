@@ -107,7 +107,8 @@ proptest! {
             let jet = formula(expression).at(x);
             let (value, first, second) = second_derivative(oracle, x);
             for (name, got, want) in [("V", jet.value, value), ("V'", jet.first, first), ("V''", jet.second, second)] {
-                prop_assert!((got - want).abs() <= 1e-11 * (1.0 + want.abs()), "{name} of {expression} at {x}: {got}, {want}");
+                let size = 1.0 + want.abs();
+                prop_assert!((got - want).abs() <= 1e-11 * size, "{name} of {expression} at {x}: {got}, {want}");
             }
         }
     }

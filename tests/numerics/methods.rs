@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use geodesic_ivp::geodesic::InitialData;
-use geodesic_ivp::methods::{Composition, Failure, Gauss, Output, Problem, Trajectory, dop853, radau5, rk4, taylor};
+use geodesic_ivp::methods::{
+    Composition, Dop853, Failure, Gauss, Output, PEERS, Peer, Problem, Radau5, Rk4, Setting, Step, Taylor, Trajectory,
+};
 use geodesic_ivp::metric::Metric;
 use geodesic_ivp::potential::{Formula, Potential};
 use geodesic_ivp::reference::ReferenceTrajectory;
@@ -38,41 +40,38 @@ fn delta_k(problem: &Problem, trajectory: &Trajectory) -> Vec<f64> {
     trajectory.states.iter().map(|state| (k(state.x, state.w) - invariants.k).abs()).collect()
 }
 
-type Fixed<'a> = &'a dyn Fn(&Problem, &Output, usize) -> Result<Trajectory, Failure>;
-
-/// A name, the method, the least slope that shows its order, two numbers of steps per interval between which the errors
-/// have that slope, and a bound for the error at the second of them.
-type Case<'a> = (&'a str, Fixed<'a>, f64, [usize; 2], f64);
+/// The numbers of steps per interval between which the errors show the order of a method of constant steps, the least
+/// slope that shows it, and a bound for the error at the second of them.
+fn expected(peer: &dyn Peer) -> ([usize; 2], f64, f64) {
+    match peer.name().as_str() {
+        "RK4" => ([20, 40], 3.4, 1e-6),
+        "Verlet" => ([100, 200], 1.9, 1e-4),
+        "Kahan-Li 6" => ([8, 16], 5.4, 2e-7),
+        "Kahan-Li 8" | "Kahan-Li 8 compensated" => ([8, 12], 7.4, 5e-9),
+        "Gauss 2" => ([20, 40], 3.4, 1e-6),
+        "Gauss 4" => ([8, 12], 7.4, 1e-9),
+        "Gauss 6" => ([3, 4], 11.4, 1e-9),
+        // Not asymptotic before rounding, but above the one before it.
+        "Gauss 8" => ([1, 2], 10.0, 1e-7),
+        "Gauss 12" => ([1, 2], 10.0, 1e-10),
+        name => panic!("what is expected of {name}?"),
+    }
+}
 
 #[test]
 fn every_method_of_constant_steps_has_its_order() {
-    let in_all = |o: &Output, n: usize| n * o.intervals;
-    let composition = |c: Composition| move |p: &Problem, o: &Output, n: usize| c.run(p, o, in_all(o, n));
-    let rk4 = |p: &Problem, o: &Output, n: usize| rk4(p, o, in_all(o, n));
-    let gauss = |stages: usize| {
-        move |p: &Problem, o: &Output, n: usize| Gauss { stages, tolerance: 0.0 }.run(p, o, in_all(o, n))
-    };
-    let compensated = composition(Composition::KAHAN_LI_8.compensated());
-    let cases: [Case<'_>; 9] = [
-        ("rk4", &rk4, 3.4, [20, 40], 1e-6),
-        ("verlet", &composition(Composition::VERLET), 1.9, [100, 200], 1e-4),
-        ("kahan-li 6", &composition(Composition::KAHAN_LI_6), 5.4, [8, 16], 2e-7),
-        ("kahan-li 8", &composition(Composition::KAHAN_LI_8), 7.4, [8, 12], 5e-9),
-        ("kahan-li 8 compensated", &compensated, 7.4, [8, 12], 5e-9),
-        ("gauss 2", &gauss(2), 3.4, [20, 40], 1e-6),
-        ("gauss 4", &gauss(4), 7.4, [8, 12], 1e-9),
-        ("gauss 6", &gauss(6), 11.4, [3, 4], 1e-9),
-        // Not asymptotic before rounding, but above the one before it.
-        ("gauss 8", &gauss(8), 10.0, [1, 2], 1e-7),
-    ];
     let output = Output::even(5);
     for problem in [&quartic(5.0), &others(5.0)[0], &others(5.0)[1]] {
-        for (name, method, least, steps, bound) in &cases {
-            let errors = steps.map(|n| error(problem, &output, &method(problem, &output, n).unwrap()));
+        for peer in PEERS.into_iter().filter(|peer| peer.about().step != Step::Adaptive) {
+            let (steps, least, bound) = expected(peer);
+            let errors = steps.map(|n| {
+                let trajectory = peer.run(problem, &output, Setting::steps(n * output.intervals)).unwrap();
+                error(problem, &output, &trajectory)
+            });
             let slope = (errors[0] / errors[1]).ln() / (steps[1] as f64 / steps[0] as f64).ln();
             // Where the potential is smoother than the quartic one, the highest orders leave only rounding.
-            assert!(slope > *least || errors[1] < 1e-14, "{name}: order {slope}, errors {errors:?}");
-            assert!(errors[1] < *bound, "{name}: {errors:?}");
+            assert!(slope > least || errors[1] < 1e-14, "{peer:?}: order {slope}, errors {errors:?}");
+            assert!(errors[1] < bound, "{peer:?}: {errors:?}");
         }
     }
 }
@@ -82,23 +81,23 @@ fn every_adaptive_method_follows_its_tolerance() {
     let output = Output::even(5);
     for problem in [&quartic(5.0), &others(5.0)[0], &others(5.0)[1]] {
         let order_8 = [1e-6, 1e-9, 1e-12].map(|tolerance| {
-            let trajectory = dop853(problem, &output, tolerance).unwrap();
+            let trajectory = Dop853.run(problem, &output, Setting::tolerance(tolerance)).unwrap();
             (error(problem, &output, &trajectory), trajectory.evaluations as f64)
         });
         assert!(order_8.iter().zip([2e-5, 2e-8, 2e-11]).all(|((error, _), bound)| *error < bound), "{order_8:?}");
         let work = (order_8[2].1 / order_8[1].1).ln() / (order_8[1].0 / order_8[2].0).ln();
         assert!(1.0 / work > 6.5, "DOP853: order {}", 1.0 / work);
         let order_5 = [1e-5, 1e-10].map(|tolerance| {
-            let trajectory = radau5(problem, &output, tolerance).unwrap();
+            let trajectory = Radau5.run(problem, &output, Setting::tolerance(tolerance)).unwrap();
             (error(problem, &output, &trajectory), trajectory.steps as f64)
         });
         assert!(order_5[0].0 < 1e-4 && order_5[1].0 < 1e-10, "{order_5:?}");
         let order = (order_5[0].0 / order_5[1].0).ln() / (order_5[1].1 / order_5[0].1).ln();
         assert!((4.4..6.0).contains(&order), "Radau: order {order}, {order_5:?}");
-        for digits in [6, 15] {
-            let trajectory = taylor(problem, &output, digits as usize + 4, digits).unwrap();
-            let (error, bound) = (error(problem, &output, &trajectory), 10.0 * 10.0_f64.powi(-(digits as i32)));
-            assert!(error < bound, "Taylor: {error} with {digits} digits");
+        for tolerance in [1e-6, 1e-15] {
+            let trajectory = Taylor.run(problem, &output, Setting::tolerance(tolerance)).unwrap();
+            let error = error(problem, &output, &trajectory);
+            assert!(error < 10.0 * tolerance, "Taylor: {error} with {tolerance}");
         }
     }
 }
@@ -113,14 +112,16 @@ fn symplectic_methods_keep_k_bounded_and_runge_kutta_lets_it_drift() {
         largest(&delta[900..]) / largest(&delta[..100])
     };
     for composition in [Composition::VERLET, Composition::KAHAN_LI_6, Composition::KAHAN_LI_8] {
-        let growth = late_to_early(composition.run(&problem, &output, 1000 * (180 / composition.stages())).unwrap());
+        let growth = late_to_early(
+            composition.run(&problem, &output, Setting::steps(1000 * (180 / composition.stages()))).unwrap(),
+        );
         assert!(growth < 1.2, "{composition:?}: {growth}");
     }
-    let growth = late_to_early(Gauss { stages: 4, tolerance: 0.0 }.run(&problem, &output, 2000).unwrap());
+    let growth = late_to_early(Gauss { stages: 4 }.run(&problem, &output, Setting::steps(2000)).unwrap());
     assert!(growth < 1.2, "{growth}");
-    let growth = late_to_early(rk4(&problem, &output, 20_000).unwrap());
+    let growth = late_to_early(Rk4.run(&problem, &output, Setting::steps(20_000)).unwrap());
     assert!(growth > 5.0, "{growth}");
-    let growth = late_to_early(dop853(&problem, &output, 1e-8).unwrap());
+    let growth = late_to_early(Dop853.run(&problem, &output, Setting::tolerance(1e-8)).unwrap());
     assert!(growth > 5.0, "{growth}");
 }
 
@@ -130,46 +131,53 @@ fn failures_are_told_apart() {
     let problem = Problem { metric: Metric::new(Potential::linear(-0.5), 1.0, 1.0), initial: start, length: 5.0 };
     let output = Output::even(5);
     for failure in [
-        rk4(&problem, &output, 500).unwrap_err(),
-        dop853(&problem, &output, 1e-8).unwrap_err(),
-        taylor(&problem, &output, 18, 14).unwrap_err(),
+        Rk4.run(&problem, &output, Setting::steps(500)).unwrap_err(),
+        Dop853.run(&problem, &output, Setting::tolerance(1e-8)).unwrap_err(),
+        Taylor.run(&problem, &output, Setting::tolerance(1e-14)).unwrap_err(),
     ] {
         assert!([Failure::OutsideDomain, Failure::TooManySteps, Failure::Diverged].contains(&failure), "{failure}");
     }
-    let gauss = Gauss { stages: 8, tolerance: 0.0 };
-    assert_eq!(gauss.run(&quartic(1000.0), &output, 5).unwrap_err(), Failure::NotConverged);
+    let gauss = Gauss { stages: 8 };
+    assert_eq!(gauss.run(&quartic(1000.0), &output, Setting::steps(5)).unwrap_err(), Failure::NotConverged);
 }
 
 #[test]
 fn output_need_not_be_even() {
     let problem = quartic(10.0);
-    let output = Output { intervals: 100, marks: vec![1, 2, 7, 50, 100] };
-    for trajectory in [
-        Composition::KAHAN_LI_8.run(&problem, &output, 400).unwrap(),
-        Gauss { stages: 8, tolerance: 1e-14 }.run(&problem, &output, 100).unwrap(),
-        dop853(&problem, &output, 1e-13).unwrap(),
-        taylor(&problem, &output, 20, 16).unwrap(),
-    ] {
-        assert!(error(&problem, &output, &trajectory) < 1e-11);
+    // The start, and a point that is asked for twice.
+    let output = Output { intervals: 100, marks: vec![0, 1, 2, 7, 7, 50, 100] };
+    for peer in PEERS {
+        let about = peer.about();
+        let (setting, bound) = match about.step {
+            Step::Adaptive if about.order == Some(5) => (Setting::tolerance(1e-11), 1e-9),
+            Step::Adaptive => (Setting::tolerance(1e-13), 1e-11),
+            _ if about.order >= Some(8) => (Setting::steps(400), 1e-11),
+            _ => (Setting::steps(10_000), 1e-5),
+        };
+        let trajectory = peer.run(&problem, &output, setting).unwrap();
+        assert_eq!(trajectory.states.len(), output.marks.len(), "{peer:?}");
+        assert_eq!(trajectory.states[3], trajectory.states[4], "{peer:?}");
+        let error = error(&problem, &output, &trajectory);
+        assert!(error < bound, "{peer:?}: {error}");
     }
 }
 
 #[test]
 fn dense_output_has_its_order() {
-    let gauss = |stages: usize| move |p: &Problem, o: &Output, n: usize| Gauss { stages, tolerance: 0.0 }.run(p, o, n);
     // Of t and w, hence of the largest error: 4 for the cubic, s + 1 for Gauss; and more than eight points in a step.
-    let cases: [Case<'_>; 4] = [
-        ("rk4", &rk4, 3.6, [40, 80], 3e-5),
-        ("gauss 2", &gauss(2), 2.8, [40, 80], 1e-4),
-        ("gauss 4", &gauss(4), 4.7, [20, 40], 2e-6),
-        ("gauss 6", &gauss(6), 6.0, [10, 20], 2e-6),
+    let cases: [(&dyn Peer, f64, [usize; 2], f64); 4] = [
+        (&Rk4, 3.6, [40, 80], 3e-5),
+        (&Gauss { stages: 2 }, 2.8, [40, 80], 1e-4),
+        (&Gauss { stages: 4 }, 4.7, [20, 40], 2e-6),
+        (&Gauss { stages: 6 }, 6.0, [10, 20], 2e-6),
     ];
     let output = Output::even(97);
-    for (name, method, least, steps, bound) in cases {
+    for (peer, least, steps, bound) in cases {
         for problem in [&quartic(5.0), &others(5.0)[0]] {
-            let errors = steps.map(|n| error(problem, &output, &method(problem, &output, n).unwrap()));
+            let errors =
+                steps.map(|n| error(problem, &output, &peer.run(problem, &output, Setting::steps(n)).unwrap()));
             let slope = (errors[0] / errors[1]).log2();
-            assert!(slope > least && errors[1] < bound, "{name}: order {slope}, errors {errors:?}");
+            assert!(slope > least && errors[1] < bound, "{}: order {slope}, errors {errors:?}", peer.name());
         }
     }
     // That of DOP853 is as accurate as the ends of its steps, about.
@@ -177,7 +185,7 @@ fn dense_output_has_its_order() {
     for tolerance in [1e-6, 1e-9, 1e-12] {
         let [ends, all] = [1, 97].map(|points| {
             let output = Output::even(points);
-            error(&problem, &output, &dop853(&problem, &output, tolerance).unwrap())
+            error(&problem, &output, &Dop853.run(&problem, &output, Setting::tolerance(tolerance)).unwrap())
         });
         assert!(all < 3.0 * ends + 30.0 * tolerance, "{tolerance}: {all} inside, {ends} at the end");
     }

@@ -7,11 +7,11 @@ use super::common::{case, solved};
 use geodesic_ivp::Case;
 use geodesic_ivp::case::{Form, SbpName};
 use geodesic_ivp::diagnostics::Diagnostics;
+use geodesic_ivp::methods::{Composition, Rk4};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::solve;
 use geodesic_ivp::study::stability::{Atlas, Cell, CellStatus, Method, Plan, Scene, measure};
-use geodesic_ivp::study::work_precision::Family;
 
 fn charted(case: &Case, methods: Vec<Method>, lengths: &[f64], spacings: &[f64]) -> Atlas {
     let scene = Scene::new(case, lengths).unwrap();
@@ -34,7 +34,7 @@ fn the_scheme_that_fails_with_an_exact_charge_and_what_cures_it() {
         Method::Windows(SbpName::Sbp21, strong),
         Method::Windows(SbpName::Sbp21, weak),
         Method::Elements(16, weak),
-        Method::Other(Family::Verlet),
+        Method::Peer(&Composition::VERLET),
     ];
     let atlas = charted(&case(""), methods, &[1.0, 100.0], &[0.05]);
     let at = |label: &str| cell(&atlas, label, 100.0, 0.05);
@@ -87,7 +87,7 @@ fn the_charge_at_the_last_node_does_not_change_marginally_and_its_correction_is_
 #[test]
 fn a_longer_tangent_is_a_longer_world_line() {
     let scene = Scene::new(&case(""), &[4.0]).unwrap();
-    let methods = vec![Method::Block(SbpName::Sbp42, Form::Strong), Method::Other(Family::Rk4)];
+    let methods = vec![Method::Block(SbpName::Sbp42, Form::Strong), Method::Peer(&Rk4)];
     let chart = |lengths: &[f64], tangents: &[f64], spacings: &[f64]| {
         let [lengths, tangents, spacings] = [lengths, tangents, spacings].map(<[f64]>::to_vec);
         let plan = Plan { methods: methods.clone(), lengths, tangents, spacings };
@@ -149,7 +149,7 @@ fn a_cancelled_atlas_keeps_what_is_finished() {
     let cancel = AtomicBool::new(false);
     let case = case("");
     let scene = Scene::new(&case, &[1.0]).unwrap();
-    let (methods, spacings) = (vec![Method::Other(Family::Rk4)], vec![0.02, 0.05, 0.1]);
+    let (methods, spacings) = (vec![Method::Peer(&Rk4)], vec![0.02, 0.05, 0.1]);
     let plan = Plan { methods, lengths: vec![1.0], tangents: vec![1.0], spacings };
     assert_eq!(plan.grids(), 3);
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
@@ -237,7 +237,7 @@ fn a_reference_that_would_not_do_is_replaced() {
     let scene = Scene::new(&case, &[40.0]).unwrap();
     assert!(double.error_estimate() > 1e-3 && scene.reference_error() < 1e-8, "{:e}", scene.reference_error());
     let plan = Plan {
-        methods: vec![Method::Other(Family::KahanLi8), Method::Accuracy],
+        methods: vec![Method::Peer(&Composition::KAHAN_LI_8), Method::Accuracy],
         lengths: vec![40.0],
         tangents: vec![1.0],
         spacings: vec![0.05],

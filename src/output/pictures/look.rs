@@ -6,6 +6,7 @@
 //! look of one of them.
 
 use crate::case::{Form, SbpName};
+use crate::methods::{PEERS, Peer};
 use crate::output::chart::{Ink, Look, Mark, Shape};
 use crate::study::stability::Method;
 use crate::study::work_precision::{Family, Group};
@@ -18,6 +19,18 @@ const ACCURACY: [u8; 3] = [190, 135, 0];
 
 /// The smallest and the largest number of nodes between which the colours of elements are spread.
 const ELEMENTS: (f64, f64) = (4.0, 24.0);
+
+/// The looks of the curves of methods to compare with. Of the methods on one curve each is darker than the one before
+/// it by this share of black.
+const GREYS: [(&str, [u8; 3], f64, Shape); 7] = [
+    ("RK4", [64, 68, 76], 0.0, Shape::Circle),
+    ("Störmer–Verlet", [130, 122, 112], 0.0, Shape::Square),
+    ("Kahan–Li 6, 8", [132, 140, 134], 0.3, Shape::Triangle),
+    ("Gauss–Legendre", [140, 132, 146], 0.16, Shape::Diamond),
+    ("DOP853", [138, 138, 138], 0.0, Shape::Nabla),
+    ("Radau IIA 5", [74, 66, 66], 0.0, Shape::Plus),
+    ("Taylor", [104, 116, 122], 0.0, Shape::Star),
+];
 
 /// A colour mixed with the share `black` of black.
 fn darker(colour: [u8; 3], black: f64) -> [u8; 3] {
@@ -59,27 +72,36 @@ pub(super) fn of_family(family: &Family) -> Look {
         Family::Elements(nodes) => grey(SPECTRAL, depth_of_element(*nodes), Shape::Triangle),
         Family::March(nodes) => grey(MARCH, depth_of_element(*nodes), Shape::Diamond),
         Family::Accuracy => Look { colour: ACCURACY, shape: Shape::Star },
-        Family::Rk4 => grey([64, 68, 76], 0.0, Shape::Circle),
-        Family::Verlet => grey([130, 122, 112], 0.0, Shape::Square),
-        Family::KahanLi6 => grey([132, 140, 134], 0.0, Shape::Triangle),
-        Family::KahanLi8 => grey([132, 140, 134], 0.3, Shape::Triangle),
-        Family::KahanLi8Compensated => grey([132, 140, 134], 0.6, Shape::Triangle),
-        Family::Gauss(stages) => grey([140, 132, 146], 0.08 * (*stages as f64 - 2.0).clamp(0.0, 10.0), Shape::Diamond),
-        Family::Dop853 => grey([138, 138, 138], 0.0, Shape::Nabla),
-        Family::Radau5 => grey([74, 66, 66], 0.0, Shape::Plus),
-        Family::Taylor => grey([104, 116, 122], 0.0, Shape::Star),
+        Family::Peer(peer) => of_peer(*peer),
         Family::Other(name) => of_stranger(name),
     }
+}
+
+/// The look of a method to compare with: those of one curve are ever darker.
+fn of_peer(peer: &'static dyn Peer) -> Look {
+    let curve = peer.about().curve;
+    let Some(&(_, colour, step, shape)) = GREYS.iter().find(|(of, ..)| *of == curve) else {
+        return of_stranger(&peer.name());
+    };
+    let place = kin(curve).position(|other| other == peer).unwrap_or(0);
+    Look { colour: darker(colour, step * place as f64), shape }
+}
+
+/// The methods of a curve.
+fn kin(curve: &str) -> impl Iterator<Item = &'static dyn Peer> {
+    PEERS.into_iter().filter(move |peer| peer.about().curve == curve)
 }
 
 /// The look of a method that another program measured. If this program has a method of that name, the shape is the same
 /// and the grey is another one.
 fn of_stranger(name: &str) -> Look {
     let lower = name.to_lowercase();
-    let known = [Family::Dop853, Family::Rk4, Family::Verlet, Family::Taylor, Family::Radau5];
-    let namesake = known.iter().find(|family| lower.contains(&family.name().to_lowercase()));
+    let namesake = PEERS.iter().find_map(|peer| {
+        let (.., shape) = GREYS.iter().find(|(curve, ..)| *curve == peer.about().curve)?;
+        lower.contains(&peer.name().to_lowercase()).then_some(*shape)
+    });
     let sum: usize = name.bytes().map(usize::from).sum();
-    let shape = namesake.map_or([Shape::Cross, Shape::Plus][sum % 2], |family| of_family(family).shape);
+    let shape = namesake.unwrap_or([Shape::Cross, Shape::Plus][sum % 2]);
     // These greys lie between those of the built-in methods with the same shapes.
     let tone = 80 + 10 * (sum % 3) as u8;
     Look { colour: [tone; 3], shape }
@@ -93,13 +115,11 @@ pub(super) fn of_group(group: Group, name: &str) -> Look {
         Group::Elements => Family::Elements(16),
         Group::March => Family::March(16),
         Group::Accuracy => Family::Accuracy,
-        Group::Rk4 => Family::Rk4,
-        Group::Verlet => Family::Verlet,
-        Group::KahanLi => Family::KahanLi8,
-        Group::Gauss => Family::Gauss(4),
-        Group::Dop853 => Family::Dop853,
-        Group::Radau5 => Family::Radau5,
-        Group::Taylor => Family::Taylor,
+        // The second of them, if there are several.
+        Group::Peer(first) => {
+            let first = PEERS[first];
+            Family::Peer(kin(first.about().curve).nth(1).unwrap_or(first))
+        }
         Group::Other => Family::Other(name.to_owned()),
     })
 }
@@ -112,7 +132,7 @@ pub(super) fn of_method(method: &Method) -> Look {
         // The same scheme, but in windows.
         Method::Windows(sbp, form) => Look { shape: Shape::Nabla, ..of_scheme(*sbp, *form) },
         Method::Unregularised(sbp) => Look { shape: Shape::Cross, ..of_scheme(*sbp, Form::Strong) },
-        Method::Other(family) | Method::Adaptive(family) => of_family(family),
+        Method::Peer(peer) => of_peer(*peer),
         Method::Accuracy => of_family(&Family::Accuracy),
     }
 }

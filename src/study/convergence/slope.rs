@@ -44,7 +44,8 @@ impl Slope {
             Some(fit) if !fit.is_asymptotic() => {
                 let (low, high) = fit.local_range();
                 Some(format!(
-                    "{name} {quantity}: not asymptotic, the slope between neighbouring grids runs from {low:.2} to {high:.2}"
+                    "{name} {quantity}: not asymptotic, the slope between neighbouring grids runs from {low:.2} to \
+                     {high:.2}"
                 ))
             }
             Some(_) => None,

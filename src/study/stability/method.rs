@@ -4,14 +4,16 @@ use nalgebra::Complex;
 
 use crate::case::{Form, SbpName};
 use crate::geodesic::InitialData;
-use crate::methods::{self, Composition, Failure, Gauss, Output, Problem, Trajectory};
+use crate::methods::{Output, PEERS, Peer, Problem, Setting, Step};
 use crate::metric::Metric;
 use crate::potential::Potential;
 use crate::sbp::symbol::{Start, amplification, largest_symbol};
-use crate::study::work_precision::Family;
 
 /// Number of intervals of each window of a finite-difference operator that is run in windows; it has one node more.
 pub const WINDOW: usize = 20;
+
+/// Those of [`PEERS`] that are not charted: they differ from another one in rounding, or in their number of stages.
+const NOT_CHARTED: [&str; 3] = ["Kahan-Li 8 compensated", "Gauss 6", "Gauss 12"];
 
 /// The relative growth of an oscillation over a window or step, above which it cannot be rounding.
 const GROWTH: f64 = 1e-9;
@@ -29,10 +31,8 @@ pub enum Method {
     Elements(usize, Form),
     /// The paper's strong form with D in place of D̄. It is solved as the doubled system, on small grids only.
     Unregularised(SbpName),
-    /// One of [`crate::methods`], with constant steps.
-    Other(Family),
-    /// One of [`crate::methods`], with steps chosen by a tolerance.
-    Adaptive(Family),
+    /// One of [`PEERS`].
+    Peer(&'static dyn Peer),
     /// The windows that this program chooses for an accuracy.
     Accuracy,
 }
@@ -60,9 +60,7 @@ impl Method {
         all.extend([4, 8, 16].map(|nodes| Self::Elements(nodes, Form::Weak)));
         all.extend([SbpName::Sbp21, SbpName::Sbp42].map(Self::Unregularised));
         all.push(Self::Accuracy);
-        all.extend([Family::Rk4, Family::Verlet, Family::KahanLi6, Family::KahanLi8].map(Self::Other));
-        all.extend([2, 4, 8].map(|stages| Self::Other(Family::Gauss(stages))));
-        all.extend([Family::Dop853, Family::Radau5, Family::Taylor].map(Self::Adaptive));
+        all.extend(PEERS.into_iter().filter(|peer| !NOT_CHARTED.contains(&peer.name().as_str())).map(Self::Peer));
         all
     }
 
@@ -73,7 +71,7 @@ impl Method {
             Self::Windows(sbp, _) => format!("{sbp} windows"),
             Self::Elements(nodes, _) => format!("GLL{nodes}"),
             Self::Unregularised(sbp) => format!("{sbp} unregularised"),
-            Self::Other(family) | Self::Adaptive(family) => family.name(),
+            Self::Peer(peer) => peer.name(),
             Self::Accuracy => "accuracy".to_owned(),
         }
     }
@@ -84,7 +82,7 @@ impl Method {
             Self::Block(_, form) | Self::Windows(_, form) | Self::Elements(_, form) => Some(*form),
             Self::Unregularised(_) => Some(Form::Strong),
             Self::Accuracy => Some(Form::Weak),
-            Self::Other(_) | Self::Adaptive(_) => None,
+            Self::Peer(_) => None,
         }
     }
 
@@ -98,7 +96,10 @@ impl Method {
 
     /// Whether it chooses its steps by a tolerance.
     pub fn is_adaptive(&self) -> bool {
-        matches!(self, Self::Adaptive(_) | Self::Accuracy)
+        match self {
+            Self::Peer(peer) => peer.about().step == Step::Adaptive,
+            _ => *self == Self::Accuracy,
+        }
     }
 
     /// Whether it belongs to this program.
@@ -118,8 +119,8 @@ impl Method {
             }
             Self::Windows(sbp, form) => of_windows(*sbp, WINDOW + 1, *form),
             Self::Elements(nodes, form) => of_windows(SbpName::Gll(*nodes as u8), *nodes, *form),
-            Self::Other(family) => first_growing(|step| step_radius(family, step)),
-            Self::Adaptive(_) | Self::Accuracy => Limit::Adaptive,
+            Self::Peer(peer) if !self.is_adaptive() => first_growing(|step| step_radius(*peer, step)),
+            Self::Peer(_) | Self::Accuracy => Limit::Adaptive,
         }
     }
 }
@@ -153,14 +154,14 @@ fn first_growing(radius: impl Fn(f64) -> f64) -> Limit {
 }
 
 /// The spectral radius of one step of a method on x″ = −x; infinite if it fails.
-fn step_radius(family: &Family, step: f64) -> f64 {
+fn step_radius(peer: &dyn Peer, step: f64) -> f64 {
     // So near to x = 0 the geodesic in V = x²/2 is a harmonic oscillation, up to rounding.
     const SMALL: f64 = 1e-12;
     let metric = Metric::new(Potential::polynomial(vec![0.0, 0.0, 0.5]), 1.0, 1.0);
     let column = |x: f64, x_dot: f64| {
         let initial = InitialData { t: 0.0, x: SMALL * x, t_dot: 1.0, x_dot: SMALL * x_dot };
         let problem = Problem { metric: metric.clone(), initial, length: step };
-        let state = *run_constant(family, &problem, 1).ok()?.states.last()?;
+        let state = *peer.run(&problem, &Output::even(1), Setting::steps(1)).ok()?.states.last()?;
         Some([state.x / SMALL, state.w / SMALL])
     };
     let (Some([a, c]), Some([b, d])) = (column(1.0, 0.0), column(0.0, 1.0)) else { return f64::INFINITY };
@@ -169,39 +170,10 @@ fn step_radius(family: &Family, step: f64) -> f64 {
     if discriminant <= 0.0 { determinant.sqrt() } else { half_trace.abs() + discriminant.sqrt() }
 }
 
-/// Runs a method with steps chosen by `tolerance`. Most of these methods end a step at every point of `output`.
-pub(super) fn run_adaptive(
-    family: &Family,
-    problem: &Problem,
-    output: &Output,
-    tolerance: f64,
-) -> Result<Trajectory, Failure> {
-    let digits = (-tolerance.log10()).round().max(1.0);
-    match family {
-        Family::Dop853 => methods::dop853(problem, output, tolerance),
-        Family::Radau5 => methods::radau5(problem, output, tolerance),
-        // The order that is cheapest for this many digits.
-        Family::Taylor => methods::taylor(problem, output, (1.15 * digits).ceil() as usize + 2, digits as u32),
-        _ => Err(Failure::NotConverged),
-    }
-}
-
-/// Runs a method with this many constant steps. The trajectory contains the ends of all of them.
-pub(super) fn run_constant(family: &Family, problem: &Problem, steps: usize) -> Result<Trajectory, Failure> {
-    let output = Output::even(steps);
-    match family {
-        Family::Rk4 => methods::rk4(problem, &output, steps),
-        Family::Verlet => Composition::VERLET.run(problem, &output, steps),
-        Family::KahanLi6 => Composition::KAHAN_LI_6.run(problem, &output, steps),
-        Family::KahanLi8 => Composition::KAHAN_LI_8.run(problem, &output, steps),
-        Family::Gauss(stages) => Gauss { stages: *stages, tolerance: 0.0 }.run(problem, &output, steps),
-        _ => Err(Failure::NotConverged),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::methods::{Composition, Dop853, Rk4};
 
     fn step(method: Method) -> f64 {
         match method.limit() {
@@ -215,18 +187,19 @@ mod tests {
         for (sbp, want) in SbpName::STENCILS.into_iter().zip([1.0, 1.372, 1.586, 1.731]) {
             assert!((step(Method::Block(sbp, Form::Strong)) - want).abs() < 6e-4);
         }
-        assert!((step(Method::Other(Family::Verlet)) - 2.0).abs() < 1e-3);
-        assert!((step(Method::Other(Family::Rk4)) - 8.0_f64.sqrt()).abs() < 1e-3);
+        assert!((step(Method::Peer(&Composition::VERLET)) - 2.0).abs() < 1e-3);
+        assert!((step(Method::Peer(&Rk4)) - 8.0_f64.sqrt()).abs() < 1e-3);
         // Windows of the weak form are A-stable; in the strong form each begins with an Euler step, which grows.
         for method in [Method::Windows(SbpName::Sbp21, Form::Weak), Method::Elements(8, Form::Weak)] {
             assert_eq!(method.limit(), Limit::None, "{}", method.label());
         }
         assert_eq!(step(Method::Windows(SbpName::Sbp21, Form::Strong)), 0.0);
-        assert_eq!(Method::Adaptive(Family::Dop853).limit(), Limit::Adaptive);
+        assert_eq!(Method::Peer(&Dop853).limit(), Limit::Adaptive);
     }
 
     #[test]
     fn names_are_unique() {
+        assert!(NOT_CHARTED.iter().all(|name| PEERS.iter().any(|peer| peer.name() == *name)));
         let mut labels: Vec<String> = Method::all().iter().map(Method::label).collect();
         let count = labels.len();
         labels.sort();

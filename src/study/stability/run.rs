@@ -2,14 +2,14 @@
 
 use std::time::Instant;
 
-use super::method::{Method, WINDOW, run_adaptive, run_constant};
+use super::method::{Method, WINDOW};
 use super::scene::Scene;
 use super::status::{CellStatus, Evidence, ROUGHER, SAWTOOTH, Sizes, judge};
 use super::{Cell, Numbers};
 use crate::case::{Case, Decimal, Form, Scheme, System};
 use crate::diagnostics::{Diagnostics, sawtooth};
 use crate::geodesic::Invariants;
-use crate::methods::{Failure, Output, Problem, State, Trajectory};
+use crate::methods::{Failure, Output, Problem, Setting, State, Trajectory};
 use crate::norm::larger;
 use crate::solve::{NoSolution, Solution, Status, solve};
 
@@ -62,16 +62,10 @@ impl Job {
         let case = if self.method.is_own() { Some(self.case(scene, wanted)?) } else { None };
         let start = Instant::now();
         let result = match (&self.method, &case) {
-            (Method::Other(family), _) => {
-                let result = run_constant(family, &self.problem(scene), wanted);
-                self.steps(scene, result, wanted)
-            }
-            (Method::Adaptive(family), _) => {
-                let every = OUTPUT_EVERY / (scene.pace() * self.tangent);
-                let output = Output::even((self.length / every).ceil().clamp(8.0, MOST_OUTPUTS) as usize);
-                let result = run_adaptive(family, &self.problem(scene), &output, self.setting);
-                let intervals = result.as_ref().map_or(0, |trajectory| trajectory.steps);
-                self.steps(scene, result, intervals)
+            (Method::Peer(peer), _) => {
+                let (output, setting) = self.output(scene, wanted);
+                let result = peer.run(&self.problem(scene), &output, setting);
+                self.steps(scene, result)
             }
             (_, Some(case)) => match solve::<f64>(case) {
                 Ok(solution) => Ok(Solved::Own(Box::new(solution))),
@@ -195,6 +189,16 @@ impl Job {
         (ratio <= SAME_SPACING).then_some(case)
     }
 
+    /// Where one of [`crate::methods`] is measured, and its setting: constant steps at the ends of all of them.
+    fn output(&self, scene: &Scene, wanted: usize) -> (Output, Setting) {
+        if !self.method.is_adaptive() {
+            return (Output::even(wanted), Setting::steps(wanted));
+        }
+        let every = OUTPUT_EVERY / (scene.pace() * self.tangent);
+        let output = Output::even((self.length / every).ceil().clamp(8.0, MOST_OUTPUTS) as usize);
+        (output, Setting::tolerance(self.setting))
+    }
+
     /// The same world-line as a problem for [`crate::methods`].
     fn problem(&self, scene: &Scene) -> Problem {
         let mut initial = scene.initial;
@@ -204,10 +208,10 @@ impl Job {
     }
 
     /// The result of one of [`crate::methods`].
-    fn steps(&self, scene: &Scene, result: Result<Trajectory, Failure>, intervals: usize) -> Result<Solved, Failed> {
+    fn steps(&self, scene: &Scene, result: Result<Trajectory, Failure>) -> Result<Solved, Failed> {
         let problem = self.problem(scene);
-        let states = match result {
-            Ok(Trajectory { states, .. }) => states,
+        let (states, intervals) = match result {
+            Ok(Trajectory { states, steps, .. }) => (states, steps),
             Err(failure) => {
                 let status = match failure {
                     Failure::OutsideDomain => CellStatus::OutsideDomain,

@@ -3,11 +3,11 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::family::{Family, Setting};
+use super::family::Family;
 use super::run::{Job, Outcome};
 use super::{Arena, RowErrors};
 use crate::case::{Form, SbpName};
-use crate::methods::Output;
+use crate::methods::{Composition, Dop853, Gauss, Output, Rk4, Setting, Taylor};
 
 /// Number of evaluations of the potential for each of the intervals into which a run is divided.
 const EVALUATIONS: f64 = 200.0;
@@ -49,14 +49,14 @@ pub fn drift(arena: &Arena, chosen: &[Family], cancel: &AtomicBool) -> Vec<Drift
         (Family::Block(SbpName::Sbp84, Form::Weak), 6.0),
         (Family::March(8), 8.0 * 8.0),
         (Family::March(16), 16.0 * 11.0),
-        (Family::Rk4, 4.0),
-        (Family::Verlet, 1.0),
-        (Family::KahanLi8, 17.0),
-        (Family::KahanLi8Compensated, 17.0),
-        (Family::Gauss(4), 4.0 * 8.0),
-        (Family::Gauss(8), 8.0 * 11.0),
-        (Family::Dop853, 0.0),
-        (Family::Taylor, 0.0),
+        (Family::Peer(&Rk4), 4.0),
+        (Family::Peer(&Composition::VERLET), 1.0),
+        (Family::Peer(&Composition::KAHAN_LI_8), 17.0),
+        (Family::Peer(&Composition::KAHAN_LI_8_COMPENSATED), 17.0),
+        (Family::Peer(&Gauss { stages: 4 }), 4.0 * 8.0),
+        (Family::Peer(&Gauss { stages: 8 }), 8.0 * 11.0),
+        (Family::Peer(&Dop853), 0.0),
+        (Family::Peer(&Taylor), 0.0),
     ];
     let mut points = Vec::new();
     for (family, cost) in families.into_iter().filter(|(family, _)| chosen.contains(family)) {

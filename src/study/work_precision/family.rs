@@ -4,6 +4,7 @@ use std::f64::consts::SQRT_2;
 
 use super::OUTPUTS;
 use crate::case::{Form, SbpName};
+use crate::methods::{PEERS, Peer, Setting, Step};
 
 /// A method with a range of settings.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -16,24 +17,8 @@ pub enum Family {
     March(usize),
     /// This program: windows chosen for an accuracy, which are handed over one by one.
     Accuracy,
-    /// The classical Runge–Kutta method.
-    Rk4,
-    /// Störmer–Verlet.
-    Verlet,
-    /// The composition of order 6 by Kahan and Li.
-    KahanLi6,
-    /// The composition of order 8 by the same authors.
-    KahanLi8,
-    /// The composition of order 8 with compensated sums.
-    KahanLi8Compensated,
-    /// Gauss–Legendre with this many stages.
-    Gauss(usize),
-    /// Dormand–Prince of order 8.
-    Dop853,
-    /// Radau IIA of order 5.
-    Radau5,
-    /// The Taylor method of the reference in `f64`.
-    Taylor,
+    /// One of [`PEERS`].
+    Peer(&'static dyn Peer),
     /// A method of this name that another program measured.
     Other(String),
 }
@@ -47,13 +32,8 @@ pub enum Group {
     Elements,
     March,
     Accuracy,
-    Rk4,
-    Verlet,
-    KahanLi,
-    Gauss,
-    Dop853,
-    Radau5,
-    Taylor,
+    /// Those of [`PEERS`] that share a curve with the one of this index, which is the first of them.
+    Peer(usize),
     Other,
 }
 
@@ -66,13 +46,7 @@ impl Group {
             Self::Elements => "GLL weak",
             Self::March => "GLL march (library)",
             Self::Accuracy => "accuracy",
-            Self::Rk4 => "RK4",
-            Self::Verlet => "Störmer–Verlet",
-            Self::KahanLi => "Kahan–Li 6, 8",
-            Self::Gauss => "Gauss–Legendre",
-            Self::Dop853 => "DOP853",
-            Self::Radau5 => "Radau IIA 5",
-            Self::Taylor => "Taylor",
+            Self::Peer(first) => PEERS[first].about().curve,
             Self::Other => "measured elsewhere",
         }
     }
@@ -83,43 +57,16 @@ impl Group {
     }
 }
 
-/// One setting of a method.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Setting {
-    /// Number of steps, of windows, or of nodes minus one; 0 for adaptive methods. If the method has no dense output,
-    /// see [`Family::has_dense_output`], it is a multiple of the number of intervals between points of output.
-    pub(super) count: usize,
-    /// The tolerance of an adaptive method, or of the iteration of an implicit one (0 if it iterates to rounding).
-    pub(super) tolerance: f64,
-}
-
-impl Setting {
-    pub(super) fn steps(count: usize) -> Self {
-        Self { count, tolerance: 0.0 }
-    }
-
-    pub(super) fn tolerance(tolerance: f64) -> Self {
-        Self { count: 0, tolerance }
-    }
-
-    pub(super) fn with_inner(self, tolerance: f64) -> Self {
-        Self { tolerance, ..self }
-    }
-}
-
 impl Family {
     /// Every method that is measured by default.
     pub fn all() -> Vec<Self> {
-        let operators = [SbpName::Sbp21, SbpName::Sbp42, SbpName::Sbp63, SbpName::Sbp84];
-        let blocks = operators.iter().flat_map(|&sbp| [Self::Block(sbp, Form::Strong), Self::Block(sbp, Form::Weak)]);
+        let both = |sbp| [Self::Block(sbp, Form::Strong), Self::Block(sbp, Form::Weak)];
         let sizes = [4, 6, 8, 12, 16, 20, 24];
-        let mut all: Vec<Self> = blocks.collect();
+        let mut all: Vec<Self> = SbpName::STENCILS.into_iter().flat_map(both).collect();
         all.extend(sizes.map(Self::Elements));
         all.extend(sizes.map(Self::March));
-        all.extend([Self::Accuracy, Self::Rk4, Self::Verlet, Self::KahanLi6, Self::KahanLi8]);
-        all.push(Self::KahanLi8Compensated);
-        all.extend([2, 4, 6, 8, 12].map(Self::Gauss));
-        all.extend([Self::Dop853, Self::Radau5, Self::Taylor]);
+        all.push(Self::Accuracy);
+        all.extend(PEERS.map(Self::Peer));
         all
     }
 
@@ -130,15 +77,7 @@ impl Family {
             Self::Elements(nodes) => format!("GLL{nodes} weak"),
             Self::March(nodes) => format!("GLL{nodes} march"),
             Self::Accuracy => "accuracy".to_owned(),
-            Self::Rk4 => "RK4".to_owned(),
-            Self::Verlet => "Verlet".to_owned(),
-            Self::KahanLi6 => "Kahan-Li 6".to_owned(),
-            Self::KahanLi8 => "Kahan-Li 8".to_owned(),
-            Self::KahanLi8Compensated => "Kahan-Li 8 compensated".to_owned(),
-            Self::Gauss(stages) => format!("Gauss {stages}"),
-            Self::Dop853 => "DOP853".to_owned(),
-            Self::Radau5 => "Radau5".to_owned(),
-            Self::Taylor => "Taylor".to_owned(),
+            Self::Peer(peer) => peer.name(),
             Self::Other(name) => name.clone(),
         }
     }
@@ -151,13 +90,10 @@ impl Family {
             Self::Elements(_) => Group::Elements,
             Self::March(_) => Group::March,
             Self::Accuracy => Group::Accuracy,
-            Self::Rk4 => Group::Rk4,
-            Self::Verlet => Group::Verlet,
-            Self::KahanLi6 | Self::KahanLi8 | Self::KahanLi8Compensated => Group::KahanLi,
-            Self::Gauss(_) => Group::Gauss,
-            Self::Dop853 => Group::Dop853,
-            Self::Radau5 => Group::Radau5,
-            Self::Taylor => Group::Taylor,
+            Self::Peer(peer) => {
+                let curve = peer.about().curve;
+                PEERS.iter().position(|other| other.about().curve == curve).map_or(Group::Other, Group::Peer)
+            }
             Self::Other(_) => Group::Other,
         }
     }
@@ -172,35 +108,30 @@ impl Family {
         matches!(self, Self::Block(..) | Self::Elements(_) | Self::Accuracy)
     }
 
-    /// Whether its iteration has a tolerance of its own.
-    pub(super) fn has_inner_tolerance(&self) -> bool {
-        matches!(self, Self::March(_) | Self::Gauss(_))
-    }
-
-    /// Whether its steps are chosen by a tolerance.
-    pub(super) fn is_adaptive(&self) -> bool {
-        matches!(self, Self::Accuracy | Self::Dop853 | Self::Radau5 | Self::Taylor)
-    }
-
-    /// Whether points of output may lie anywhere between the ends of its steps.
-    pub(super) fn has_dense_output(&self) -> bool {
-        matches!(self, Self::March(_) | Self::Gauss(_) | Self::Rk4)
+    /// How its steps, windows or nodes are chosen.
+    pub(super) fn step(&self) -> Step {
+        match self {
+            Self::Peer(peer) => peer.about().step,
+            Self::March(_) => Step::Iterated,
+            Self::Accuracy => Step::Adaptive,
+            Self::Block(..) | Self::Elements(_) | Self::Other(_) => Step::Constant,
+        }
     }
 
     /// Its settings, from cheap to expensive and without a last one for constant steps. The world-line takes `scale`
     /// Taylor steps of the reference, which are pieces of similar difficulty.
     pub(super) fn settings(&self, scale: f64) -> Box<dyn Iterator<Item = Setting>> {
-        if self.is_adaptive() {
+        if self.step() == Step::Adaptive {
             return Box::new((2..=15).map(|digits| Setting::tolerance(10.0_f64.powi(-digits))));
         }
-        // The number of steps per piece at the coarsest setting, and the factor from setting to setting.
-        let (coarsest, factor) = match self {
-            Self::Block(..) => (2.0, 2.0),
-            Self::Rk4 | Self::Verlet => (1.0, SQRT_2),
-            Self::KahanLi6 | Self::KahanLi8 | Self::KahanLi8Compensated => (0.25, SQRT_2),
-            _ => (0.05, SQRT_2),
+        // The number of steps per piece at the coarsest setting, the factor from setting to setting, and whether points
+        // of output may lie anywhere between the ends of steps.
+        let (coarsest, factor, has_dense_output) = match self {
+            Self::Block(..) => (2.0, 2.0, false),
+            Self::Peer(peer) => (peer.about().coarsest, SQRT_2, peer.about().has_dense_output),
+            _ => (0.05, SQRT_2, matches!(self, Self::March(_))),
         };
-        let unit = if self.has_dense_output() { 1 } else { OUTPUTS };
+        let unit = if has_dense_output { 1 } else { OUTPUTS };
         let first = (coarsest * scale / unit as f64).max(1.0);
         let steps = (0..).map(move |k| unit * (first * f64::powi(factor, k)).round() as usize);
         let mut last = 0;
@@ -214,19 +145,8 @@ impl Family {
         match self {
             Self::Block(..) => format!("N={}", count + 1),
             Self::Elements(_) | Self::March(_) => format!("windows={count}{inner}"),
-            Self::Taylor => format!("order={} tol={tolerance:e}", taylor_order(tolerance)),
-            _ if self.is_adaptive() => format!("tol={tolerance:e}"),
-            _ => format!("steps={count}{inner}"),
+            Self::Peer(peer) => peer.label(*setting),
+            Self::Accuracy | Self::Other(_) => format!("tol={tolerance:e}"),
         }
     }
-}
-
-/// The number of digits that a tolerance stands for.
-pub(super) fn taylor_digits(tolerance: f64) -> u32 {
-    (-tolerance.log10()).round().max(1.0) as u32
-}
-
-/// The order that is cheapest for a tolerance.
-pub(super) fn taylor_order(tolerance: f64) -> usize {
-    (1.15 * f64::from(taylor_digits(tolerance))).ceil() as usize + 2
 }

@@ -84,6 +84,7 @@ pub fn ratios(rows: &[Row]) -> Vec<Ratio> {
 mod tests {
     use super::super::{Family, RowErrors, RowStatus};
     use super::*;
+    use crate::methods::{Composition, Rk4};
 
     fn row(family: Family, error: f64, seconds: f64, status: RowStatus) -> Row {
         Row {
@@ -103,12 +104,12 @@ mod tests {
     fn the_front_has_what_nothing_beats() {
         let good = RowStatus::Converged;
         let rows = [
-            row(Family::Rk4, 1e-4, 1.0, good),
-            row(Family::Rk4, 1e-8, 10.0, good),
+            row(Family::Peer(&Rk4), 1e-4, 1.0, good),
+            row(Family::Peer(&Rk4), 1e-8, 10.0, good),
             row(Family::March(8), 1e-8, 8.0, good),
             row(Family::March(8), 1e-6, 9.0, good),
-            row(Family::Verlet, 1e-12, 0.1, RowStatus::Inaccurate),
-            row(Family::Verlet, 1e-3, 2.0, good),
+            row(Family::Peer(&Composition::VERLET), 1e-12, 0.1, RowStatus::Inaccurate),
+            row(Family::Peer(&Composition::VERLET), 1e-3, 2.0, good),
         ];
         let found: Vec<f64> = front(&rows, |row| row.seconds_min).iter().map(|row| row.seconds_min).collect();
         assert_eq!(found, [8.0, 1.0]);

@@ -39,7 +39,7 @@ mod trial;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use drift::{DriftPoint, drift};
-pub use family::{Family, Group, Setting};
+pub use family::{Family, Group};
 pub use front::{Leader, Ratio, front, ratios};
 
 use self::trial::{time, try_family};

@@ -3,10 +3,10 @@
 use std::ops::ControlFlow;
 
 use super::Arena;
-use super::family::{Family, Setting, taylor_digits, taylor_order};
+use super::family::Family;
 use crate::case::{Case, Form, SbpName, Scheme, Solver};
 use crate::lobatto::{Inside, March, MarchFailure, State as MarchState, Twofold, WeakRule};
-use crate::methods::{self, Composition, Failure, Gauss, Marks, Output, State, Trajectory};
+use crate::methods::{Failure, Marks, Output, Setting, State, Trajectory};
 use crate::sampling::{Coordinate, SampleStream};
 use crate::solve::{Joint, NoSolution, Solution, solve, solve_window_by_window};
 
@@ -42,9 +42,6 @@ impl<'a> Job<'a> {
     pub(super) fn new(arena: &'a Arena, family: &Family, setting: Setting, output: Output) -> Self {
         let Setting { count, tolerance } = setting;
         let problem = &arena.problem;
-        let composition = move |composition: Composition, output: Output| -> Box<dyn Fn() -> _> {
-            Box::new(move || finish(composition.run(problem, &output, count)))
-        };
         let run: Box<dyn Fn() -> Result<Raw, &'static str> + 'a> = match *family {
             Family::Block(sbp, form) => certified(arena, (sbp, form), count + 1),
             Family::Elements(nodes) => {
@@ -56,21 +53,7 @@ impl<'a> Job<'a> {
                 Box::new(move || march(arena, rule, &output, count, tolerance))
             }
             Family::Accuracy => accuracy(arena, output, tolerance),
-            Family::Rk4 => Box::new(move || finish(methods::rk4(problem, &output, count))),
-            Family::Verlet => composition(Composition::VERLET, output),
-            Family::KahanLi6 => composition(Composition::KAHAN_LI_6, output),
-            Family::KahanLi8 => composition(Composition::KAHAN_LI_8, output),
-            Family::KahanLi8Compensated => composition(Composition::KAHAN_LI_8.compensated(), output),
-            Family::Gauss(stages) => {
-                let gauss = Gauss { stages, tolerance };
-                Box::new(move || finish(gauss.run(problem, &output, count)))
-            }
-            Family::Dop853 => Box::new(move || finish(methods::dop853(problem, &output, tolerance))),
-            Family::Radau5 => Box::new(move || finish(methods::radau5(problem, &output, tolerance))),
-            Family::Taylor => {
-                let (order, digits) = (taylor_order(tolerance), taylor_digits(tolerance));
-                Box::new(move || finish(methods::taylor(problem, &output, order, digits)))
-            }
+            Family::Peer(peer) => Box::new(move || finish(peer.run(problem, &output, setting))),
             Family::Other(_) => Box::new(|| Err("elsewhere")),
         };
         Self { run }

@@ -2,10 +2,10 @@
 
 use std::time::Instant;
 
-use super::family::{Family, Setting};
+use super::family::Family;
 use super::run::{Job, Outcome};
 use super::{Arena, Budget, OUTPUTS, Progress, Row, RowStatus};
-use crate::methods::Output;
+use crate::methods::{Output, Setting, Step};
 
 /// Runs shorter than this many seconds are repeated within a round until they take that long.
 const BATCH: f64 = 5e-5;
@@ -57,7 +57,7 @@ pub(super) fn try_family<'a>(
         if let Some(error) = rank {
             // A slightly smaller error is no progress, since settings differ by factors. Adaptive methods have only a
             // few tolerances, and may take the same steps for several of them, so that all of these are tried.
-            let rounding = error < ROUNDING * arena.sizes.0.max(arena.sizes.1) && !family.is_adaptive();
+            let rounding = error < ROUNDING * arena.sizes.0.max(arena.sizes.1) && family.step() != Step::Adaptive;
             stale = if error < 0.8 * least || !rounding { 0 } else { stale + 1 };
             least = least.min(error);
         }
@@ -72,7 +72,7 @@ pub(super) fn try_family<'a>(
 /// and tighter tolerances, by factors of a hundred, until the error is about the same.
 fn try_setting<'a>(arena: &'a Arena, family: &Family, setting: Setting) -> Trial<'a> {
     let to_rounding = attempt(arena, family, setting);
-    let (Some(error), true) = (to_rounding.row.rank(), family.has_inner_tolerance()) else { return to_rounding };
+    let (Some(error), true) = (to_rounding.row.rank(), family.step() == Step::Iterated) else { return to_rounding };
     let mut power = (error / LOOSEST).log10().floor();
     while power >= TIGHTEST {
         let trial = attempt(arena, family, setting.with_inner(10.0_f64.powf(power)));
