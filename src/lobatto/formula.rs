@@ -2,11 +2,12 @@
 
 use pulp::Simd;
 
+use super::elementary;
 use super::force::{Force, NEAR, corrections};
 use super::simd::{abs, copy, is_fused, multiply_add, neg, product_error, two_sum, vectors, vectors_mut};
 use super::tables::Nodes;
 use crate::metric::Metric;
-use crate::potential::{Instruction, Program};
+use crate::potential::{Function, Instruction, Program};
 
 /// g00 and its derivatives by the program of V, an instruction all nodes. Constants are registers that were filled
 /// once.
@@ -16,7 +17,9 @@ pub(super) struct FormulaForce<const P: usize> {
     c_squared: f64,
     two_over_mass: f64,
     steps: Vec<Instruction<f64>>,
-    /// The first of them are those that V and V′ need; V″ needs the others too.
+    /// For a sine or cosine the step with the other one of the same argument: the first of them does both.
+    twins: Vec<Option<usize>>,
+    /// The first of the steps are those that V and V′ need; V″ needs the others too.
     steps_to_slope: usize,
     /// Register 0 is x, then the constants, then one register a step.
     first_step: usize,
@@ -27,7 +30,7 @@ pub(super) struct FormulaForce<const P: usize> {
     registers: Vec<Nodes<P>>,
     lacks: Vec<Nodes<P>>,
     points: usize,
-    /// Whether it calls functions, node by node.
+    /// Whether it calls functions.
     is_dear: bool,
 }
 
@@ -63,6 +66,13 @@ fn is_same(a: Instruction<f64>, b: Instruction<f64>) -> bool {
     }
 }
 
+/// Whether one is the sine and one the cosine of the same.
+fn are_twins(a: Instruction<f64>, b: Instruction<f64>) -> bool {
+    use Function::{Cos, Sin};
+    matches!((a, b), (Instruction::Call(Sin, i), Instruction::Call(Cos, k))
+        | (Instruction::Call(Cos, i), Instruction::Call(Sin, k)) if i == k)
+}
+
 impl<const P: usize> FormulaForce<P> {
     /// For windows of `points` nodes. What only V″ needs is dropped where an evaluation is cheap.
     pub(super) fn new(metric: &Metric, q_t: f64, program: &Program<f64>, points: usize) -> Self {
@@ -79,7 +89,7 @@ impl<const P: usize> FormulaForce<P> {
             needed
         };
         let forces = needed_for(&[value, slope]);
-        let calls = |(instruction, &needed): (&Instruction<f64>, &bool)| needed && is_by_lanes(instruction);
+        let calls = |(instruction, &needed): (&Instruction<f64>, &bool)| needed && is_function(instruction);
         let is_dear = all.iter().zip(&forces).any(calls);
         let needed = if is_dear { needed_for(&[value, slope, curvature]) } else { forces.clone() };
         let mut register_of = vec![0; all.len()];
@@ -125,6 +135,7 @@ impl<const P: usize> FormulaForce<P> {
                 steps_to_slope = steps.len();
             }
         }
+        let twins = steps.iter().map(|&step| steps.iter().position(|&other| are_twins(step, other))).collect();
         registers.resize(first_step + steps.len(), Nodes::ZERO);
         Self {
             q_t,
@@ -138,6 +149,7 @@ impl<const P: usize> FormulaForce<P> {
             lacks: Vec::new(),
             points,
             is_dear,
+            twins,
             steps,
             steps_to_slope,
         }
@@ -187,36 +199,26 @@ impl<const P: usize> FormulaForce<P> {
                         out[n] = neg(s, p[n]);
                     }
                 }
-                _ => by_lanes(done, out, step, self.points),
+                Instruction::Power(i, j) => elementary::power(s, &done[i].0, &done[j].0, &mut out.0),
+                Instruction::Call(function, i) => match self.twins[k - 1] {
+                    Some(twin) if twin < k => {}
+                    Some(twin) => {
+                        let (out, later) = rest.split_at_mut(1);
+                        let (out, other) = (&mut out[0].0, &mut later[twin - k].0);
+                        let (sin, cos) = if function == Function::Sin { (out, other) } else { (other, out) };
+                        elementary::sin_cos(s, &done[i].0, [sin, cos]);
+                    }
+                    None => elementary::call(s, function, &done[i].0, &mut out.0),
+                },
+                Instruction::X | Instruction::Constant(_) => unreachable!("they are registers from the start"),
             }
         }
     }
 }
 
-/// Whether the instruction has no vector form here.
-fn is_by_lanes(instruction: &Instruction<f64>) -> bool {
+/// Whether the instruction takes longer than all arithmetic.
+fn is_function(instruction: &Instruction<f64>) -> bool {
     matches!(instruction, Instruction::Power(..) | Instruction::Call(..))
-}
-
-/// A function without a vector form, node by node; the padding gets the number of the last node, whose x it has.
-#[inline(never)]
-fn by_lanes<const P: usize>(done: &[Nodes<P>], out: &mut Nodes<P>, step: Instruction<f64>, points: usize) {
-    match step {
-        Instruction::Power(a, b) => {
-            for k in 0..points {
-                out.0[k] = done[a].0[k].powf(done[b].0[k]);
-            }
-        }
-        Instruction::Call(function, a) => {
-            for k in 0..points {
-                out.0[k] = function.apply(done[a].0[k]);
-            }
-        }
-        _ => unreachable!("arithmetic has a vector form"),
-    }
-    for k in points..P {
-        out.0[k] = out.0[points - 1];
-    }
 }
 
 impl<const P: usize> Force for FormulaForce<P> {
