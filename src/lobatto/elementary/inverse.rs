@@ -1,7 +1,7 @@
 //! Inverse circular functions.
 
 use super::pair::{abs, fma, polynomial, signed, sum};
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 /// Up to here what the reciprocal lacks is a normal number.
 pub(super) const MOST: f64 = 1e150;
@@ -51,7 +51,7 @@ pub(super) fn atan(x: f64) -> f64 {
         (c, angle, low) = (0.5, 0.463_647_609_000_806_1, 2.269_877_745_296_168_7e-17);
     }
     if t >= 0.6875 {
-        (c, angle, low) = (1.0, 0.785_398_163_397_448_3, 3.061_616_997_868_383e-17);
+        (c, angle, low) = (1.0, FRAC_PI_4, 3.061_616_997_868_383e-17);
     }
     if t >= 1.1875 {
         (c, angle, low) = (1.5, 0.982_793_723_247_329, 1.390_331_103_123_099_8e-17);

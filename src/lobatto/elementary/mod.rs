@@ -36,8 +36,8 @@ struct Range {
 }
 
 impl Range {
-    /// No x but 0.
-    const NONE: Self = Self { mask: !0, least: 0, span: 0 };
+    /// No x.
+    const NONE: Self = Self { mask: 0, least: 1, span: 0 };
     /// All x.
     const ALL: Self = Self { mask: !0, least: 0, span: !0 };
     /// Positive normal numbers.

@@ -24,7 +24,7 @@ pub(super) fn sign(a: f64) -> f64 {
     } else if a < 0.0 {
         -1.0
     } else {
-        a - a
+        0.0 * abs(a)
     }
 }
 

@@ -1,3 +1,5 @@
+//! Accuracy against extended precision, and every edge against single numbers.
+
 use pulp::{Simd, WithSimd};
 
 use super::{call, power, sin_cos};
@@ -50,10 +52,10 @@ fn exact(function: Option<Function>, x: f64, y: f64) -> Extended {
     function.map_or_else(|| Real::powf(x, Extended::from(y)), |function| function.apply(x))
 }
 
-/// The distance to the next larger number.
+/// The unit of the last digit.
 fn ulp(value: f64) -> f64 {
-    let size = value.abs().clamp(f64::MIN_POSITIVE, f64::MAX / 2.0);
-    f64::from_bits(size.to_bits() + 1) - size
+    let binade = f64::from_bits(value.to_bits() & f64::INFINITY.to_bits());
+    binade.clamp(f64::MIN_POSITIVE, f64::MAX) * f64::EPSILON
 }
 
 fn error(value: f64, exact: Extended) -> f64 {
