@@ -29,9 +29,9 @@ const COS: [f64; 6] = [
     -1.138_254_464_534_925e-11,
 ];
 
-/// The quarter turn nearest to x, and what is left as a pair. Cody and Waite's reduction (1980, "Software manual for the
-/// elementary functions") with the fused multiply-add, where the first step has no rounding error for a constant of full
-/// length (Boldo, Daumas, Li 2009, "Formally verified argument reduction with a fused multiply-add").
+/// The quarter turn nearest to x, and what is left as a pair. Cody and Waite's reduction (1980, "Software manual for
+/// the elementary functions") with the fused multiply-add, where the first step has no rounding error for a constant of
+/// full length (Boldo, Daumas, Li 2009, "Formally verified argument reduction with a fused multiply-add").
 #[inline(always)]
 fn reduced(x: f64) -> (u64, f64, f64) {
     let turns = fma(x, FRAC_2_PI, ROUND);
