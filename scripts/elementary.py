@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Prints the polynomials of src/lobatto/elementary/: interpolation at Chebyshev nodes with 60 digits, rounded to doubles.
+"""Prints the polynomials of src/lobatto/elementary/: interpolation at Chebyshev nodes in 60 digits, as doubles.
 
     scripts/elementary.py
 
