@@ -219,6 +219,13 @@ impl<S: Real> Graph<S> {
         }
     }
 
+    /// For a sine or a cosine both of them, if the graph has them.
+    pub(super) fn sine_and_cosine(&self, id: NodeId) -> Option<[NodeId; 2]> {
+        let Node::Apply(Operation::Call(Function::Sin | Function::Cos, angle)) = self.nodes[id] else { return None };
+        let find = |function| self.index.get(&Node::Apply(Operation::Call(function, angle))).copied();
+        Some([find(Function::Sin)?, find(Function::Cos)?])
+    }
+
     /// Writes every integer power out as products, by repeated squaring. Powers of one base share their squares. The
     /// nodes that take the place of `roots`.
     pub(super) fn expand_powers(&mut self, roots: &[NodeId]) -> Vec<NodeId> {

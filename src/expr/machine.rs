@@ -21,6 +21,13 @@ pub(crate) trait Machine {
     /// `to` = f(a).
     fn call(&mut self, to: Register, function: Function, a: Register);
 
+    /// `sin` and `cos` of a.
+    #[inline(always)]
+    fn sin_cos(&mut self, sin: Register, cos: Register, a: Register) {
+        self.call(sin, Function::Sin, a);
+        self.call(cos, Function::Cos, a);
+    }
+
     /// Carries out one operation.
     #[inline(always)]
     fn carry_out(&mut self, to: Register, operation: Operation) {

@@ -1,5 +1,6 @@
 //! Straight-line programs: what the outputs of a graph need, one step a value.
 
+use super::Function;
 pub(crate) use super::graph::Operation;
 use super::graph::{Graph, Node, NodeId};
 use super::machine::Machine;
@@ -38,7 +39,15 @@ impl<S: Real> Program<S> {
     /// register of its own, see [`Self::packed`].
     pub(crate) fn new(graph: &mut Graph<S>, variables: usize, outputs: &[NodeId]) -> Self {
         let outputs = graph.expand_powers(outputs);
-        // In the order of the outputs that need them; an output is computed before work for the next one begins.
+        let mut is_wanted = vec![false; graph.nodes.len()];
+        outputs.iter().for_each(|&output| is_wanted[output] = true);
+        for id in (0..graph.nodes.len()).rev() {
+            if is_wanted[id] {
+                graph.nodes[id].operands().for_each(|operand| is_wanted[operand] = true);
+            }
+        }
+        // In the order of the outputs that need them; an output is computed before work for the next one begins. A sine
+        // and the cosine of the same stand side by side.
         let mut order: Vec<NodeId> = Vec::new();
         let mut is_known = vec![false; graph.nodes.len()];
         let mut nodes_for = Vec::new();
@@ -50,8 +59,14 @@ impl<S: Real> Program<S> {
                     graph.nodes[id].operands().for_each(|operand| is_needed[operand] |= !is_known[operand]);
                 }
             }
-            order.extend((0..=output).filter(|&id| is_needed[id]));
-            is_known[..=output].iter_mut().zip(&is_needed).for_each(|(known, needed)| *known |= needed);
+            for id in (0..=output).filter(|&id| is_needed[id]) {
+                let group = graph.sine_and_cosine(id).filter(|pair| pair.iter().all(|&id| is_wanted[id]));
+                for id in group.as_ref().map_or(&[id][..], |pair| pair) {
+                    if !std::mem::replace(&mut is_known[*id], true) {
+                        order.push(*id);
+                    }
+                }
+            }
             nodes_for.push(order.len());
         }
         let mut register_of = vec![Register::MAX; graph.nodes.len()];
@@ -162,9 +177,18 @@ impl<S: Real> Program<S> {
     pub(crate) fn walk_on(&self, from: usize, to: usize, machine: &mut impl Machine) {
         let mut k = from;
         while k < to {
-            let Step { to, operation } = self.steps[k];
-            machine.carry_out(to, operation);
+            let Step { to: register, operation } = self.steps[k];
             k += 1;
+            if let Operation::Call(Function::Sin, a) = operation
+                && k < to
+                && let Step { to: cos, operation: Operation::Call(Function::Cos, b) } = self.steps[k]
+                && a == b
+            {
+                machine.sin_cos(register, cos, a);
+                k += 1;
+            } else {
+                machine.carry_out(register, operation);
+            }
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use pulp::Simd;
 
+use super::elementary;
 use super::force::{Force, NEAR, corrections};
 use super::simd::{abs, copy, is_fused, multiply_add, neg, product_error, two_sum, vectors, vectors_mut};
 use super::tables::Nodes;
@@ -20,7 +21,7 @@ pub(super) struct FormulaForce<'m, const P: usize> {
     registers: Vec<Nodes<P>>,
     lacks: Vec<Nodes<P>>,
     points: usize,
-    /// Whether it calls functions, node by node.
+    /// Whether it calls functions, which take longer than all arithmetic.
     is_dear: bool,
 }
 
@@ -29,12 +30,12 @@ impl<'m, const P: usize> FormulaForce<'m, P> {
     pub(super) fn new(metric: &Metric, q_t: f64, program: &'m Program<f64>, points: usize) -> Self {
         let mut registers = vec![Nodes::ZERO; program.registers()];
         program.each_constant(|register, c| registers[register].0 = [c; P]);
-        let is_by_lanes = |operation| matches!(operation, Operation::Power(..) | Operation::Call(..));
+        let is_function = |operation| matches!(operation, Operation::Power(..) | Operation::Call(..));
         Self {
             q_t,
             c_squared: metric.c_squared(),
             two_over_mass: metric.two_over_mass(),
-            is_dear: program.operations(2).any(|(_, operation)| is_by_lanes(operation)),
+            is_dear: program.operations(2).any(|(_, operation)| is_function(operation)),
             program,
             registers,
             lacks: Vec::new(),
@@ -51,8 +52,6 @@ impl<'m, const P: usize> FormulaForce<'m, P> {
 struct Vectors<'r, S, const P: usize> {
     s: S,
     registers: &'r mut [Nodes<P>],
-    /// How many of them count.
-    points: usize,
 }
 
 /// `to` = `$operation` of a and b, vector by vector.
@@ -100,35 +99,21 @@ impl<S: Simd, const P: usize> Machine for Vectors<'_, S, P> {
 
     #[inline(always)]
     fn power(&mut self, to: Register, a: Register, b: Register) {
-        power_by_lanes(self.registers, to, a, b, self.points);
+        let (out, others) = around(self.registers, to);
+        elementary::power(self.s, &others.at(a).0, &others.at(b).0, &mut out.0);
     }
 
     #[inline(always)]
     fn call(&mut self, to: Register, function: Function, a: Register) {
-        call_by_lanes(self.registers, to, function, a, self.points);
+        let (out, others) = around(self.registers, to);
+        elementary::call(self.s, function, &others.at(a).0, &mut out.0);
     }
-}
 
-/// u^v node by node; the padding gets the number of the last node, whose x it has.
-#[inline(never)]
-fn power_by_lanes<const P: usize>(r: &mut [Nodes<P>], to: Register, a: Register, b: Register, points: usize) {
-    let (out, others) = around(r, to);
-    for k in 0..points {
-        out.0[k] = others.at(a).0[k].powf(others.at(b).0[k]);
+    #[inline(always)]
+    fn sin_cos(&mut self, sin: Register, cos: Register, a: Register) {
+        let [sin, cos, a] = self.registers.get_disjoint_mut([sin, cos, a]).expect("three registers");
+        elementary::sin_cos(self.s, &a.0, [&mut sin.0, &mut cos.0]);
     }
-    let last = out.0[points - 1];
-    out.0[points..].fill(last);
-}
-
-/// f(u), in the same way.
-#[inline(never)]
-fn call_by_lanes<const P: usize>(r: &mut [Nodes<P>], to: Register, function: Function, a: Register, points: usize) {
-    let (out, others) = around(r, to);
-    for k in 0..points {
-        out.0[k] = function.apply(others.at(a).0[k]);
-    }
-    let last = out.0[points - 1];
-    out.0[points..].fill(last);
 }
 
 /// Values and what they lack in every register: the pairs add up to about twice the digits. Only arithmetic.
@@ -227,7 +212,7 @@ impl<const P: usize> Force for FormulaForce<'_, P> {
     #[inline(always)]
     fn slopes<S: Simd>(&mut self, s: S, [a, u]: [&[f64]; 2], [da, du]: [&mut [f64]; 2]) {
         let (from, to) = (self.program.steps(2), self.program.steps(3));
-        let mut machine = Vectors { s, registers: &mut self.registers, points: self.points };
+        let mut machine = Vectors { s, registers: &mut self.registers };
         self.program.walk_on(from, to, &mut machine);
         // With a = −½ g00′ u²: du/dx = 2 a/Q_t and da/dx = −½ g00″ u² + 4 a²/(Q_t u).
         let half = s.splat_f64s(-0.5 * self.two_over_mass);
@@ -253,7 +238,7 @@ impl<const P: usize> Force for FormulaForce<'_, P> {
             self.registers[0].0[k] = last;
             k += 1;
         }
-        let mut machine = Vectors { s, registers: &mut self.registers, points: self.points };
+        let mut machine = Vectors { s, registers: &mut self.registers };
         self.program.walk(2, &mut machine);
         let (q, m, c) = (s.splat_f64s(self.q_t), s.splat_f64s(self.two_over_mass), s.splat_f64s(self.c_squared));
         let half = s.splat_f64s(-0.5 * self.two_over_mass);

@@ -13,9 +13,9 @@
 //! accurate; [`WindowView::inside`] is of order n + 1 there for the price of a few sweeps of the iteration,
 //! [`crate::sampling`] continues the start of a window to points in it as accurately as to its end.
 //!
-//! X is found by iterating the first line. Where V calls functions (exp, cos, …) an evaluation of all nodes costs ten
-//! times the product with A²: there Newton's method takes two evaluations in place of eight, with the iteration for its
-//! linear systems.
+//! X is found by iterating the first line. Where V calls functions (exp, cos, …) an evaluation of all nodes costs more
+//! than the product with A²: there Newton's method takes three evaluations in place of eight, with the iteration for its
+//! linear systems, unless the march goes to rounding.
 //!
 //! [`March`] walks windows of one length, [`Adaptive`] chooses rules and lengths for an accuracy asked for. With
 //! s = γ/h a window has length 1, for h Q_t and h w in place of Q_t and w: one set of tables serves all lengths. To
@@ -31,6 +31,7 @@ mod adaptive;
 mod attempt;
 mod certificate;
 mod dense;
+mod elementary;
 mod force;
 mod formula;
 mod guess;

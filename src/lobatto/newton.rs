@@ -9,21 +9,10 @@ use super::simd::{abs, distance, largest, multiply_add, vectors, vectors_mut};
 use super::tables::{Nodes, Tables};
 use super::window::{Precision, Window};
 
-/// How Newton's method ended, and after how many evaluations.
-pub(super) enum Newton {
-    /// With a(X) and u(X).
-    Converged(usize),
-    /// So close that rounding is two sweeps away.
-    Near(usize),
-    Failed(usize),
-}
-
 /// Newton's method takes four steps; if it takes more, it is unlikely to converge.
 const MOST_NEWTON_STEPS: usize = 8;
 /// Iterations for a correction.
 const MOST_SWEEPS: usize = 40;
-/// Where plain iterations take over, if the wanted error is rounding.
-const NEAR_ROUNDING: f64 = 1e-12;
 
 /// The largest (u′δ/u)²: about what u, continued by its slope, lacks relative to itself.
 #[inline(always)]
@@ -40,7 +29,7 @@ fn bend<S: Simd>(s: S, du: &[f64], delta: &[f64], u: &[f64]) -> f64 {
 impl<const P: usize> Window<P> {
     /// Solves X = line + low + h² A² a(X): a correction δ to X solves δ = defect + h² A² a′(X) δ, by an iteration that
     /// needs the slopes a′ and no evaluation. Near the solution a and u need none either: their slopes continue them to
-    /// X + δ.
+    /// X + δ. The number of evaluations after which a(X) and u(X) are known, or after which it is given up.
     #[inline(always)]
     pub(super) fn newton<S: Simd, F: Force>(
         &mut self,
@@ -50,7 +39,7 @@ impl<const P: usize> Window<P> {
         low: &Nodes<P>,
         start: &State,
         precision: Precision,
-    ) -> Newton {
+    ) -> Result<usize, usize> {
         let mut slopes = [Nodes::<P>::ZERO, Nodes::<P>::ZERO];
         let [mut defect, mut delta, mut next, mut image] = [const { Nodes::<P>::ZERO }; 4];
         let mut last = f64::INFINITY;
@@ -94,7 +83,7 @@ impl<const P: usize> Window<P> {
                     break;
                 }
                 if !change.is_finite() || sweeps == MOST_SWEEPS {
-                    return Newton::Failed(evaluations);
+                    return Err(evaluations);
                 }
             }
             {
@@ -109,11 +98,7 @@ impl<const P: usize> Window<P> {
             let motion = (t.length.hi * start.w.hi).abs() + largest(s, &self.rest.0);
             let factor = (size / (last * last)).max(1.0 / motion);
             let error = if size == 0.0 { 0.0 } else { factor * size * size };
-            if precision.tolerance == 0.0 {
-                if error <= NEAR_ROUNDING * scale {
-                    return Newton::Near(evaluations);
-                }
-            } else if error <= 0.25 * wanted && bend(s, &du.0, &delta.0, &self.u.0) <= precision.tolerance {
+            if error <= 0.25 * wanted && bend(s, &du.0, &delta.0, &self.u.0) <= precision.tolerance {
                 let (a, u) = (vectors_mut::<S>(&mut self.a.0), vectors_mut::<S>(&mut self.u.0));
                 let (da, du, delta) = (vectors::<S>(&da.0), vectors::<S>(&du.0), vectors::<S>(&delta.0));
                 for i in 0..a.len() {
@@ -121,15 +106,15 @@ impl<const P: usize> Window<P> {
                     u[i] = multiply_add(s, du[i], delta[i], u[i]);
                 }
                 self.add_up(s);
-                return Newton::Converged(evaluations);
+                return Ok(evaluations);
             }
             let shrinks = size <= 0.5 * last || evaluations < 3;
             if !shrinks {
-                return Newton::Failed(evaluations);
+                return Err(evaluations);
             }
             last = size;
         }
-        Newton::Failed(MOST_NEWTON_STEPS)
+        Err(MOST_NEWTON_STEPS)
     }
 
     /// X = line + rest.

@@ -59,10 +59,8 @@ impl<const P: usize> Unit<P> {
     #[inline(always)]
     pub(super) fn integral<S: Simd>(&self, s: S, v: &Nodes<P>, factor: f64, out: &mut Nodes<P>) {
         let (factor, zero) = (s.splat_f64s(factor), s.splat_f64s(0.0));
+        *out = Nodes::ZERO;
         let out = vectors_mut::<S>(&mut out.0);
-        for i in 0..out.len() {
-            out[i] = zero;
-        }
         let mut j = 0;
         while j < self.tables.points {
             let (column, value) = (vectors::<S>(&self.a[j]), s.splat_f64s(v.0[j]));
@@ -71,8 +69,8 @@ impl<const P: usize> Unit<P> {
             }
             j += 1;
         }
-        for i in 0..out.len() {
-            out[i] = s.add_f64s(zero, s.mul_f64s(factor, out[i]));
+        for sum in out {
+            *sum = s.add_f64s(zero, s.mul_f64s(factor, *sum));
         }
     }
 

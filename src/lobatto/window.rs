@@ -5,7 +5,6 @@ use pulp::Simd;
 use super::State;
 use super::force::{Force, evaluate};
 use super::guess::Guess;
-use super::newton::Newton;
 use super::product::{dot, plain_dot, product};
 use super::simd::{abs, extremes, largest, multiply_add, product_error, two_product, two_sum, vectors, vectors_mut};
 use super::tables::{Nodes, Tables};
@@ -156,12 +155,12 @@ impl<const P: usize> Window<P> {
             self.parabola(s, t, force, start);
         }
         let mut known = 0;
-        if F::MAY_BE_DEAR && force.is_dear() {
+        // To rounding it would save too few evaluations.
+        if F::MAY_BE_DEAR && precision.tolerance > 0.0 && force.is_dear() {
             let guess = self.rest.clone();
             match self.newton(s, t, force, &low, start, precision) {
-                Newton::Converged(evaluations) => return Some(evaluations),
-                Newton::Near(evaluations) => known = evaluations,
-                Newton::Failed(evaluations) => (known, self.rest) = (evaluations, guess),
+                Ok(evaluations) => return Some(evaluations),
+                Err(evaluations) => (known, self.rest) = (evaluations, guess),
             }
         }
         let mut last = f64::INFINITY;
