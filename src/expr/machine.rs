@@ -1,7 +1,7 @@
 //! What carries out the steps of a program, and the two kinds of machine that work on plain numbers.
 
 use super::Function;
-use super::program::{Operation, Program, Register};
+use super::program::{Program, Register};
 use crate::scalar::Real;
 
 /// The operations on registers, whatever a register holds. `to` is never one of the operands.
@@ -26,20 +26,6 @@ pub(crate) trait Machine {
     fn sin_cos(&mut self, sin: Register, cos: Register, a: Register) {
         self.call(sin, Function::Sin, a);
         self.call(cos, Function::Cos, a);
-    }
-
-    /// Carries out one operation.
-    #[inline(always)]
-    fn carry_out(&mut self, to: Register, operation: Operation) {
-        match operation {
-            Operation::Add(a, b) => self.add(to, a, b),
-            Operation::Subtract(a, b) => self.subtract(to, a, b),
-            Operation::Multiply(a, b) => self.multiply(to, a, b),
-            Operation::Divide(a, b) => self.divide(to, a, b),
-            Operation::Negate(a) => self.negate(to, a),
-            Operation::Power(a, b) => self.power(to, a, b),
-            Operation::Call(function, a) => self.call(to, function, a),
-        }
     }
 }
 

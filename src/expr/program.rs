@@ -177,17 +177,24 @@ impl<S: Real> Program<S> {
     pub(crate) fn walk_on(&self, from: usize, to: usize, machine: &mut impl Machine) {
         let mut k = from;
         while k < to {
-            let Step { to: register, operation } = self.steps[k];
+            let Step { to: place, operation } = self.steps[k];
             k += 1;
-            if let Operation::Call(Function::Sin, a) = operation
-                && k < to
-                && let Step { to: cos, operation: Operation::Call(Function::Cos, b) } = self.steps[k]
-                && a == b
-            {
-                machine.sin_cos(register, cos, a);
-                k += 1;
-            } else {
-                machine.carry_out(register, operation);
+            match operation {
+                Operation::Add(a, b) => machine.add(place, a, b),
+                Operation::Subtract(a, b) => machine.subtract(place, a, b),
+                Operation::Multiply(a, b) => machine.multiply(place, a, b),
+                Operation::Divide(a, b) => machine.divide(place, a, b),
+                Operation::Negate(a) => machine.negate(place, a),
+                Operation::Power(a, b) => machine.power(place, a, b),
+                Operation::Call(function, a) => match self.steps[..to].get(k) {
+                    Some(&Step { to: cos, operation: Operation::Call(Function::Cos, b) })
+                        if function == Function::Sin && a == b =>
+                    {
+                        k += 1;
+                        machine.sin_cos(place, cos, a);
+                    }
+                    _ => machine.call(place, function, a),
+                },
             }
         }
     }
