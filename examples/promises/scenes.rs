@@ -5,7 +5,7 @@ use std::fmt;
 use std::ops::ControlFlow;
 
 use geodesic_ivp::geodesic::InitialData;
-use geodesic_ivp::lobatto::{Adaptive, Goal, WindowView};
+use geodesic_ivp::lobatto::{Adaptive, Goal, Inside, WindowView};
 use geodesic_ivp::methods::{Dop853, Output, Peer, Problem, Setting};
 use geodesic_ivp::metric::Metric;
 use geodesic_ivp::potential::{Formula, Potential};
@@ -105,6 +105,12 @@ impl Scene {
                 nodes.push(((view.gamma + *node * view.length).hi, t, x));
             }
             nodes.push(((view.gamma + view.length).hi, view.end.t.hi, view.end.x.hi));
+            // The dense output half way between nodes.
+            let places = view.rule.nodes().windows(2).map(|pair| 0.5 * (pair[0].hi + pair[1].hi));
+            let mut gammas = places.clone().map(|place| (view.gamma + view.length * place).hi);
+            view.inside(places, |Inside { t, x, .. }| {
+                nodes.extend(gammas.next().map(|gamma| (gamma, t, x)));
+            });
             ControlFlow::Continue(())
         };
         let q_t = initial.invariants(metric).q_t;

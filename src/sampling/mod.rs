@@ -10,7 +10,9 @@
 //!   operator differentiates.
 //! * In a spectral element of the weak form, the nodes are less accurate than the ends. There the collocation system of
 //!   the scheme is solved once more from the start of the window, on twice as many nodes. The resulting polynomials are
-//!   as accurate as the ends.
+//!   as accurate as the ends. Where the window's own nodes resolve the forces to rounding, or an accuracy was asked for,
+//!   which holds at the nodes too, the integrals of the forces through the window's own nodes are enough: their errors
+//!   of t and x are below those of the nodes, that of dx/dγ is up to 2n/h times as large.
 //!
 //! dt/dγ is Q_t/g00 everywhere.
 //!
@@ -26,6 +28,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod dense;
 mod hermite;
 mod interpolant;
 mod spectral;
@@ -123,6 +126,26 @@ impl<'a, S: Real> Sampler<'a, S> {
         let window = partition(windows.len(), |window| reached(windows[window].start.t));
         let elapsed = elapsed - windows[window].start.t;
         Ok(Sample { t, ..self.of_window(window).at_elapsed(elapsed, backwards) })
+    }
+
+    /// The world-line at the first of the `values` of γ, which ascend, and at the others in the same window.
+    fn at_leading(&mut self, values: &[S], samples: &mut Vec<Sample<S>>) -> Result<(), OutsideRun<S>> {
+        let Some(&first) = values.first() else { return Ok(()) };
+        let Solution { gamma_i, windows, .. } = self.solution;
+        let from_start = first - *gamma_i;
+        let window = partition(windows.len(), |window| windows[window].gamma[0] <= from_start);
+        let [begin, end] = windows[window].gamma;
+        let is_inside = |gamma: S| gamma - *gamma_i >= begin && gamma - *gamma_i < end;
+        let count = values.iter().take_while(|&&value| is_inside(value)).count();
+        if count < 2 {
+            samples.push(self.at_gamma(first)?);
+            return Ok(());
+        }
+        let places = values[..count].iter().map(|&value| value - *gamma_i - begin);
+        let from = samples.len();
+        self.of_window(window).at_many(places, samples);
+        samples[from..].iter_mut().zip(values).for_each(|(sample, &gamma)| sample.gamma = gamma);
+        Ok(())
     }
 
     fn at(&mut self, coordinate: Coordinate, value: S) -> Result<Sample<S>, OutsideRun<S>> {

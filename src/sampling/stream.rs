@@ -52,13 +52,18 @@ impl<S: Real> SampleStream<S> {
         // A sample at the end of this solution is left to the next one, which starts there.
         let beyond = |value: S| if end < S::ZERO { value - origin <= end } else { value - origin >= end };
         let mut sampler = Sampler::with_tables(solution, std::mem::take(&mut self.tables));
-        for &value in &self.values[self.samples.len()..] {
-            if beyond(value) {
+        let from = self.samples.len();
+        let reached = self.values[from..].iter().take_while(|&&value| !beyond(value)).count();
+        while self.samples.len() < from + reached {
+            let rest = &self.values[self.samples.len()..from + reached];
+            // A value before the start of the run stays in the list, and `finish` refuses it.
+            let taken = match self.coordinate {
+                Coordinate::Gamma => sampler.at_leading(rest, &mut self.samples),
+                Coordinate::Time => sampler.at_time(rest[0]).map(|sample| self.samples.push(sample)),
+            };
+            if taken.is_err() {
                 break;
             }
-            // A value before the start of the run stays in the list, and `finish` refuses it.
-            let Ok(sample) = sampler.at(self.coordinate, value) else { break };
-            self.samples.push(sample);
         }
         self.tables = sampler.tables;
     }

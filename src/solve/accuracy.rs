@@ -57,7 +57,8 @@ pub(super) fn solve(setup: &Setup, observer: Option<Observer<'_, f64>>) -> Resul
     let (metric, q_t, gamma_i) = (Arc::clone(&problem.metric), problem.invariants().q_t, problem.gamma_i);
     let start = State::from(problem.initial);
     let is_kept = observer.is_none();
-    let run = Run::new(&problem, setup, length, 0, observer);
+    let mut run = Run::new(&problem, setup, length, 0, observer);
+    run.solution.accuracy = Some(accuracy);
     let mut certified = CertifiedRun::new(&problem, run);
     let mut operators = Operators::default();
     let mut too_many = None;
@@ -89,7 +90,6 @@ pub(super) fn solve(setup: &Setup, observer: Option<Observer<'_, f64>>) -> Resul
                 // t_i + (t_f − t_i), rounded twice, may be the neighbouring number.
                 solution.end.t = t_f;
             }
-            solution.accuracy = Some(accuracy);
             solution.length = adapted.gamma.hi;
             solution.iterations = adapted.statistics.evaluations;
             solution.error_estimate = Some(adapted.error_estimate);

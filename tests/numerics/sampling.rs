@@ -1,9 +1,11 @@
 //! Samples between the nodes are as accurate as the nodes.
 
 use super::common::{case, solved, solved_in};
+use geodesic_ivp::case::builtin;
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::sampling::Sampler;
 use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::{Case, Solution, solve};
 
 const RUN: &str = "grid.gamma_f=4.0";
 
@@ -90,7 +92,6 @@ fn samples_inside_weak_windows_are_as_accurate_as_their_ends() {
         ("scheme.sbp=GLL8 grid.n_gamma=8 grid.windows=20", 1e-8),
         // Newton's method has its turn where windows are long.
         ("scheme.sbp=GLL32 grid.n_gamma=32 grid.windows=2", 1e-9),
-        ("solver.accuracy=1e-12", 0.0),
     ] {
         let overrides = format!("{RUN} scheme.form=weak {scheme}");
         let solution = solved(&overrides);
@@ -116,5 +117,32 @@ fn samples_inside_weak_windows_are_as_accurate_as_their_ends() {
         });
         assert!(at_nodes >= nodes_at_least, "{scheme}: nodes {at_nodes:e}");
         assert!(between <= 10.0 * at_ends + 1e-14, "{scheme}: {between:e} between, {at_ends:e} at the ends");
+    }
+}
+
+#[test]
+fn samples_of_an_accuracy_keep_it() {
+    for name in ["quartic", "pendulum", "morse", "double-well", "tanh-wall", "power-20"] {
+        for accuracy in [1e-4, 1e-7, 1e-10, 1e-12] {
+            let set = format!("solver.accuracy={accuracy:e}");
+            let case = Case::parse(name, builtin::text(name).unwrap(), &[set]).unwrap();
+            let solution: Solution = solve(&case).unwrap();
+            let (metric, initial) = (case.metric(), case.initial_data());
+            let reference = ReferenceTrajectory::new(&metric, initial, Extended::from(solution.length), 18).unwrap();
+            let mut sampler = Sampler::new(&solution);
+            let (mut errors, mut sizes) = ([0.0_f64; 2], [1.0_f64; 2]);
+            for k in 0..=700 {
+                let from_start = solution.length * f64::from(k) / 700.0;
+                let sample = sampler.at_gamma(solution.gamma_i + from_start).unwrap();
+                let exact = reference.at(Extended::from(sample.gamma - solution.gamma_i));
+                let found = [sample.t - solution.t_i, sample.x];
+                for (i, exact) in [exact.elapsed.to_f64(), exact.x.to_f64()].into_iter().enumerate() {
+                    errors[i] = errors[i].max((found[i] - exact).abs());
+                    sizes[i] = sizes[i].max(exact.abs());
+                }
+            }
+            let error = (errors[0] / sizes[0]).max(errors[1] / sizes[1]);
+            assert!(error < accuracy, "{name}, {accuracy:e}: {error:e}");
+        }
     }
 }

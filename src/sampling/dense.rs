@@ -1,0 +1,60 @@
+//! The dense output of the march for windows that the run has stored.
+
+use crate::geodesic::acceleration;
+use crate::lobatto::{Inside, WeakRule, WindowView};
+use crate::metric::Metric;
+use crate::scalar::Real;
+use crate::solve::Window;
+
+/// Legendre coefficients of the forces that count as rounding, relative to the largest force.
+const ROUNDING: f64 = 1e-16;
+
+/// A window in `f64` whose forces are polynomials through those on its nodes. Integrating them takes no evaluation of
+/// the potential, and is of order n + 1 inside the window, as against 2n − 2 at its end.
+#[derive(Debug)]
+pub(super) struct Dense {
+    rule: &'static WeakRule,
+    /// Time counts from the start of the window.
+    start: Inside,
+    end: Inside,
+    length: f64,
+    x: Vec<f64>,
+    u: Vec<f64>,
+    a: Vec<f64>,
+}
+
+impl Dense {
+    /// For a window with the values `x` on its nodes, of which `elapsed` is the time that it takes.
+    pub(super) fn new<S: Real>(window: &Window<S>, x: &[S], q_t: S, metric: &Metric<S>) -> Self {
+        let jets = x.iter().map(|&x| metric.at(x));
+        let (u, a) = jets.map(|g| ((q_t / g.g00).to_f64(), acceleration(q_t, g.g00, g.first).to_f64())).unzip();
+        let joint = |t: S, x: S, w: S| Inside { t: t.to_f64(), x: x.to_f64(), w: w.to_f64() };
+        let (start, end) = (window.start, window.end);
+        Self {
+            rule: WeakRule::shared(x.len()),
+            start: joint(S::ZERO, start.x, start.x_dot),
+            end: joint(end.t - start.t, end.x, end.x_dot),
+            length: window.length().to_f64(),
+            x: x.iter().map(|x| x.to_f64()).collect(),
+            u,
+            a,
+        }
+    }
+
+    /// Whether no digit would be gained by more nodes: the highest coefficients of both forces are rounding.
+    pub(super) fn is_resolved(&self) -> bool {
+        let last = self.rule.points() - 1;
+        [&self.u, &self.a].into_iter().all(|force| {
+            let largest = force.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
+            let tail = (last.saturating_sub(2)..=last).map(|k| self.rule.mode_of(k, force).abs());
+            tail.fold(0.0, f64::max) <= ROUNDING * largest
+        })
+    }
+
+    /// t (counted from the start of the window), x and w at every `gamma`, counted in the same way.
+    pub(super) fn at(&self, gamma: impl IntoIterator<Item = f64>, mut see: impl FnMut([f64; 3])) {
+        let view = WindowView::stored(self.rule, self.length, [self.start, self.end], [&self.x, &self.u, &self.a]);
+        let fractions = gamma.into_iter().map(|gamma| gamma / self.length);
+        view.inside(fractions, |Inside { t, x, w }| see([t, x, w]));
+    }
+}
