@@ -29,7 +29,7 @@ impl<S: Real> Charges<S> {
         for view in solution.views() {
             if let Some(multipliers) = &view.window.multipliers {
                 let last = view.x.len() - 1;
-                delta_q_t_corrected[view.nodes()][last] += multipliers[6] / view.sbp.weights()[last];
+                delta_q_t_corrected[view.nodes()][last] += multipliers[6] / view.sbp().weights()[last];
             }
         }
         let delta_k = g00.iter().zip(t_dot).zip(x_dot).map(|((&g, &u), &w)| g * u * u - w * w - invariants.k).collect();

@@ -60,7 +60,7 @@ impl<S: Real> Measures<S> {
             largest(solution.views().map(|view| max_abs(&u[view.nodes()][..count(&view)])))
         };
         let sawtooth_of = |view: WindowNodes<'_, S>| {
-            let nodes = if view.sbp.is_equidistant() { view.exact_nodes() } else { 0 };
+            let nodes = if view.is_equidistant() { view.exact_nodes() } else { 0 };
             sawtooth(&view.x[..nodes])
         };
         Self {

@@ -35,12 +35,12 @@ impl Scales {
         let c_squared = solution.metric.c_squared().to_f64();
         let g00 = metric.g00.iter().map(|g00| g00.to_f64() / c_squared);
         let exact = solution.views().flat_map(|view| x_dot[view.nodes()][..view.exact_nodes()].iter());
-        let sixth = solution.views().filter(|view| view.sbp.is_equidistant());
+        let sixth = solution.views().filter(|view| view.is_equidistant());
         Self {
             x_range: [x().fold(f64::INFINITY, least), x().fold(f64::NEG_INFINITY, most)],
             x_dot: exact.map(|x_dot| x_dot.to_f64().abs()).fold(0.0, most),
             omega: squares.fold(0.0, most).sqrt(),
-            spacing: solution.views().map(|view| view.sbp.spacing().to_f64()).fold(0.0, most),
+            spacing: solution.views().map(|view| view.sbp().spacing().to_f64()).fold(0.0, most),
             g00: g00.fold(f64::INFINITY, least),
             sixth_difference: sixth
                 .filter_map(|view| sixth_difference(&view.x[..view.exact_nodes()]))

@@ -54,11 +54,11 @@ pub struct Inside {
 }
 
 impl<'a> WindowView<'a> {
-    /// A window that somebody has kept, from the first of `ends` to the second: its values of x, u = dt/dγ and
-    /// a = d²x/dγ² on the nodes of `rule`.
-    pub(crate) fn stored(rule: &'a WeakRule, length: f64, ends: [Inside; 2], [x, u, a]: [&'a [f64]; 3]) -> Self {
+    /// A window that somebody has kept, from the first of `ends` to the second, with u = dt/dγ and a = d²x/dγ² on the
+    /// nodes of `rule`. It does not know x there.
+    pub(crate) fn stored(rule: &'a WeakRule, length: f64, ends: [Inside; 2], [u, a]: [&'a [f64]; 2]) -> Self {
         let [start, end] = ends.map(|end| State { t: end.t.into(), x: end.x.into(), w: end.w.into() });
-        let nodes = NodeValues { x, u, a, unit: 1.0 };
+        let nodes = NodeValues { x: &[], u, a, unit: 1.0 };
         Self { index: 0, gamma: Twofold::ZERO, length: length.into(), rule, start, end, nodes, certified: None }
     }
 

@@ -15,30 +15,21 @@ const ROUNDING: f64 = 1e-16;
 pub(super) struct Dense {
     rule: &'static WeakRule,
     /// Time counts from the start of the window.
-    start: Inside,
-    end: Inside,
+    ends: [Inside; 2],
     length: f64,
-    x: Vec<f64>,
     u: Vec<f64>,
     a: Vec<f64>,
 }
 
 impl Dense {
-    /// For a window with the values `x` on its nodes, of which `elapsed` is the time that it takes.
+    /// For a window with the values `x` on its nodes.
     pub(super) fn new<S: Real>(window: &Window<S>, x: &[S], q_t: S, metric: &Metric<S>) -> Self {
         let jets = x.iter().map(|&x| metric.at(x));
         let (u, a) = jets.map(|g| ((q_t / g.g00).to_f64(), acceleration(q_t, g.g00, g.first).to_f64())).unzip();
         let joint = |t: S, x: S, w: S| Inside { t: t.to_f64(), x: x.to_f64(), w: w.to_f64() };
         let (start, end) = (window.start, window.end);
-        Self {
-            rule: WeakRule::shared(x.len()),
-            start: joint(S::ZERO, start.x, start.x_dot),
-            end: joint(end.t - start.t, end.x, end.x_dot),
-            length: window.length().to_f64(),
-            x: x.iter().map(|x| x.to_f64()).collect(),
-            u,
-            a,
-        }
+        let ends = [joint(S::ZERO, start.x, start.x_dot), joint(end.t - start.t, end.x, end.x_dot)];
+        Self { rule: WeakRule::shared(x.len()), ends, length: window.length().to_f64(), u, a }
     }
 
     /// Whether no digit would be gained by more nodes: the highest coefficients of both forces are rounding.
@@ -53,7 +44,7 @@ impl Dense {
 
     /// t (counted from the start of the window), x and w at every `gamma`, counted in the same way.
     pub(super) fn at(&self, gamma: impl IntoIterator<Item = f64>, mut see: impl FnMut([f64; 3])) {
-        let view = WindowView::stored(self.rule, self.length, [self.start, self.end], [&self.x, &self.u, &self.a]);
+        let view = WindowView::stored(self.rule, self.length, self.ends, [&self.u, &self.a]);
         let fractions = gamma.into_iter().map(|gamma| gamma / self.length);
         view.inside(fractions, |Inside { t, x, w }| see([t, x, w]));
     }

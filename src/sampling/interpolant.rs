@@ -39,8 +39,8 @@ enum Kind<S> {
 impl<S: Real> Interpolant<S> {
     pub(super) fn new(solution: &Solution<S>, view: WindowNodes<'_, S>, tables: &mut Tables<S>) -> Self {
         let (q_t, metric, window) = (solution.invariants().q_t, &solution.metric, view.window);
-        let nodes = || (0..view.x.len()).map(|k| view.sbp.node(k)).collect::<Vec<_>>();
-        let kind = if view.sbp.is_equidistant() {
+        let nodes = || (0..view.x.len()).map(|k| view.sbp().node(k)).collect::<Vec<_>>();
+        let kind = if view.is_equidistant() {
             Kind::Hermite { nodes: nodes(), jets: jets(view, q_t, metric) }
         } else if solution.form == Form::Weak {
             let dense = (!S::IS_EXTENDED).then(|| Dense::new(window, view.x, q_t, metric));

@@ -87,7 +87,7 @@ impl<'a, S: Real> Sampler<'a, S> {
     /// is only known up to a few of the last digits.
     fn slack(&self) -> S {
         const SPARE_DIGITS: u32 = 4;
-        S::from_decimal(&format!("1e-{}", self.solution.digits - SPARE_DIGITS)).unwrap_or(S::EPSILON)
+        S::from(0.1_f64.powi((self.solution.digits - SPARE_DIGITS) as i32))
     }
 
     /// γ and t at both ends of the solution, counted from the start of the run.

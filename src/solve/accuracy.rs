@@ -1,39 +1,21 @@
 //! Windows as long, and a rule of as high an order, as the requested accuracy needs: weak spectral elements, marched by
 //! [`crate::lobatto::Adaptive`], every window certified on its action.
 
-use std::collections::HashMap;
 use std::ops::ControlFlow;
-use std::sync::Arc;
 
-use super::problem::Problem;
 use super::run::{Observer, Run};
-use super::setup::{End, Setup};
+use super::setup::{End, Scene};
 use super::solution::Solution;
 use super::spectral::{CertifiedRun, no_solution};
 use super::status::{MOST_NODES, NoSolution, Status};
 use crate::action::Form;
+use crate::geodesic::InitialData;
 use crate::lobatto::{Adaptive, Goal, MarchFailure, State, WindowView};
-use crate::sbp::gll::LobattoRule;
-use crate::sbp::{SbpName, SbpOperator};
+use crate::sbp::SbpName;
+use crate::scalar::Real;
 
 /// A forecast from the beginning of a run may be too high by this factor.
 const FORECAST: f64 = 3.0;
-
-/// Operators of the lengths and numbers of nodes that occur; an accuracy needs about a dozen of them.
-#[derive(Default)]
-struct Operators {
-    rules: HashMap<usize, LobattoRule<f64>>,
-    operators: HashMap<(usize, u64), Arc<SbpOperator>>,
-}
-
-impl Operators {
-    fn of(&mut self, points: usize, length: f64) -> &Arc<SbpOperator> {
-        self.operators.entry((points, length.to_bits())).or_insert_with(|| {
-            let rule = self.rules.entry(points).or_insert_with(|| LobattoRule::new(points));
-            Arc::new(SbpOperator::on_rule(rule, length))
-        })
-    }
-}
 
 /// The number of nodes that a run will have, of which this many are `done`, if memory cannot hold them.
 ///
@@ -44,27 +26,25 @@ fn beyond_memory(nodes: usize, done: f64) -> Option<f64> {
     (nodes > MOST_NODES || foreseen).then_some(needed)
 }
 
-/// The run of a case that asks for an accuracy.
-pub(super) fn solve(setup: &Setup, observer: Option<Observer<'_, f64>>) -> Result<Solution, NoSolution> {
-    let accuracy = setup.accuracy.expect("an accuracy is asked for");
-    let (goal, length) = match setup.scene.end {
+/// The run of a scene to an accuracy.
+pub(super) fn solve(scene: &Scene, accuracy: f64, observer: Option<Observer<'_, f64>>) -> Result<Solution, NoSolution> {
+    let (goal, length) = match scene.end {
         End::Length(length) => (Goal::Gamma(length), length),
         End::Duration(duration) => (Goal::Time(duration), 0.0),
     };
-    // A placeholder until the first window says which rule it is on.
-    let mut problem = Problem::on_operator(setup, SbpName::Gll(2), 2, 1.0);
-    problem.form = Form::Weak;
-    let (metric, q_t, gamma_i) = (Arc::clone(&problem.metric), problem.invariants().q_t, problem.gamma_i);
-    let start = State::from(problem.initial);
+    let Scene { metric, initial, gamma_i, .. } = scene;
+    let start = State::from(InitialData { t: 0.0, ..*initial });
     let is_kept = observer.is_none();
-    let mut run = Run::new(&problem, setup, length, 0, observer);
-    run.solution.accuracy = Some(accuracy);
-    let mut certified = CertifiedRun::new(&problem, run);
-    let mut operators = Operators::default();
+    // The first window says which rule it is on.
+    let mut run = Run::new(scene, (Form::Weak, SbpName::Gll(2)), f64::MOST_DIGITS, 0, observer);
+    (run.solution.accuracy, run.solution.length) = (Some(accuracy), length);
+    let mut certified = CertifiedRun::new(run);
     let mut too_many = None;
-    let adapted = Adaptive::new(&metric, q_t).certified().run(start, goal, accuracy, &mut |view: &WindowView<'_>| {
+    let march = Adaptive::new(metric, initial.invariants(metric).q_t).certified();
+    let adapted = march.run(start, goal, accuracy, &mut |view: &WindowView<'_>| {
+        let run = &mut certified.run;
         if view.index == 0 {
-            certified.run.clear();
+            run.clear();
         }
         let points = view.rule.points();
         let done = match goal {
@@ -75,10 +55,11 @@ pub(super) fn solve(setup: &Setup, observer: Option<Observer<'_, f64>>) -> Resul
             too_many = Some((needed, view.gamma.hi, view.start.x.hi));
             return ControlFlow::Break(());
         }
-        certified.run.solution.sbp_name = SbpName::Gll(points as u8);
-        certified.append(view, (view.gamma + view.length).hi, operators.of(points, view.length.hi))
+        run.solution.sbp_name = SbpName::Gll(points as u8);
+        let operator = run.element(points, view.length.hi);
+        certified.append(view, (view.gamma + view.length).hi, operator)
     });
-    let last = certified.run.solution.windows.last().map_or(problem.initial.x, |window| window.start.x);
+    let last = certified.run.solution.windows.last().map_or(initial.x, |window| window.start.x);
     let mut solution = certified.finish()?;
     if let Some((needed, gamma, x)) = too_many {
         let at = no_solution(Status::TooManyNodes, gamma_i + gamma, x, metric.at(x).g00);
@@ -86,7 +67,7 @@ pub(super) fn solve(setup: &Setup, observer: Option<Observer<'_, f64>>) -> Resul
     }
     match adapted {
         Ok(adapted) => {
-            if let Some(t_f) = setup.scene.t_f {
+            if let Some(t_f) = scene.t_f {
                 // t_i + (t_f − t_i), rounded twice, may be the neighbouring number.
                 solution.end.t = t_f;
             }

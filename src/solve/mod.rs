@@ -9,6 +9,7 @@ mod first_guess;
 mod march;
 mod memory;
 mod newton;
+mod operator;
 mod physical_limit;
 mod problem;
 mod refinement;
@@ -77,8 +78,8 @@ pub fn solve_window_by_window<S: Real>(
 }
 
 fn solve_seen<S: Real>(setup: &Setup<S>, observer: Option<Observer<'_, S>>) -> Result<Solution<S>, NoSolution> {
-    if setup.accuracy.is_some() {
-        return in_f64(observer, |observer| accuracy::solve(&setup.in_f64(), observer))
+    if let Some(accuracy) = setup.accuracy {
+        return in_f64(observer, |observer| accuracy::solve(&setup.rough, accuracy, observer))
             .expect("an accuracy is a matter of f64");
     }
     match setup.scene.end {
@@ -98,8 +99,9 @@ fn solve_to<S: Real>(
     if let Some(solution) = fast_run(&problem, setup, length, &mut observer) {
         return solution;
     }
-    let capacity = windows * problem.sbp.points();
-    let run = Run::new(&problem, setup, length, capacity, observer);
+    let nodes = if observer.is_some() { 1 } else { windows } * problem.sbp.points();
+    let mut run = Run::new(&setup.scene, (problem.form, problem.sbp_name), problem.digits, nodes, observer);
+    run.solution.length = length;
     each_window(problem, setup, length, run)
 }
 

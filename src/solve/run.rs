@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
+use super::operator::WindowOperator;
 use super::problem::Problem;
-use super::setup::Setup;
+use super::setup::Scene;
 use super::solution::{Backward, EndState, Joint, Solution, Window};
 use super::status::{InitialGuess, IterationRecord, NoSolution, Status};
-use crate::action::MULTIPLIERS;
-use crate::sbp::SbpOperator;
+use crate::action::{Form, MULTIPLIERS};
+use crate::geodesic::InitialData;
+use crate::sbp::{SbpName, SbpOperator};
 use crate::scalar::Real;
 
 /// Sees a run window by window, each as a solution of its own.
@@ -41,48 +43,49 @@ pub(super) struct Run<'o, S> {
 }
 
 impl<'o, S: Real> Run<'o, S> {
-    /// An empty run of `case` over `length` that starts with `problem` and has this many nodes.
+    /// An empty run of `scene`, with this form and operator, which will have about so many nodes; where windows are
+    /// observed, as many as one of them has.
     pub(super) fn new(
-        problem: &Problem<S>,
-        setup: &Setup<S>,
-        length: S,
-        capacity: usize,
+        scene: &Scene<S>,
+        (form, sbp_name): (Form, SbpName),
+        digits: u32,
+        nodes: usize,
         observer: Option<Observer<'o, S>>,
     ) -> Self {
-        let end = EndState { t: S::ZERO, x: S::ZERO, x_dot: S::ZERO, q_t: S::ZERO };
+        let initial = InitialData { t: S::ZERO, ..scene.initial };
+        let q_t = initial.invariants(&scene.metric).q_t;
         let solution = Solution {
-            t_i: setup.scene.initial.t,
+            t_i: scene.initial.t,
             elapsed: Vec::new(),
             x: Vec::new(),
             backward: None,
             windows: Vec::new(),
             window_count: 0,
             gradient_norm: S::ZERO,
-            end,
+            end: EndState { t: S::ZERO, x: S::ZERO, x_dot: S::ZERO, q_t },
             initial_guess: InitialGuess::None,
             iterations: 0,
             history: Vec::new(),
             last_correction: 0.0,
-            gamma_i: problem.gamma_i,
-            length,
-            digits: problem.digits,
+            gamma_i: scene.gamma_i,
+            length: S::ZERO,
+            digits,
             error_estimate: None,
             accuracy: None,
-            form: problem.form,
-            sbp_name: problem.sbp_name,
+            form,
+            sbp_name,
             operators: Vec::new(),
-            metric: Arc::clone(&problem.metric),
-            initial: problem.initial,
+            metric: Arc::clone(&scene.metric),
+            initial,
         };
-        let capacity = if observer.is_some() { problem.sbp.points() } else { capacity };
-        Self { solution, capacity, observer }
+        Self { solution, capacity: nodes, observer }
     }
 
     /// Makes room for all nodes of so many `windows` at once.
     pub(super) fn reserve(&mut self, windows: usize) {
         self.solution.elapsed.reserve_exact(self.capacity);
         self.solution.x.reserve_exact(self.capacity);
-        self.solution.windows.reserve_exact(if self.observer.is_some() { 1 } else { windows });
+        self.solution.windows.reserve_exact(windows);
     }
 
     /// Forgets the windows so far: the run begins again.
@@ -103,9 +106,9 @@ impl<'o, S: Real> Run<'o, S> {
             return Err(overflow(problem, piece));
         }
         let ends = [[problem.initial.x, problem.initial.x_dot], piece.end];
-        self.begin_window(&problem.sbp, &place, ends, piece.multipliers);
+        let operator = self.operator(&problem.sbp);
+        self.begin_window(operator, &place, ends, piece.multipliers);
         let run = &mut self.solution;
-        (run.form, run.sbp_name) = (problem.form, problem.sbp_name);
         run.end.q_t = piece.q_t;
         run.gradient_norm = run.gradient_norm.max(piece.gradient_norm);
         run.initial_guess = piece.initial_guess;
@@ -125,11 +128,35 @@ impl<'o, S: Real> Run<'o, S> {
         Ok(())
     }
 
+    /// The place of an operator among those of the run.
+    pub(super) fn operator(&mut self, sbp: &Arc<SbpOperator<S>>) -> usize {
+        self.operator_such_that(|operator| operator.is(sbp), || WindowOperator::made(sbp))
+    }
+
+    /// The place of the element with so many nodes over this length.
+    pub(super) fn element(&mut self, points: usize, length: S) -> usize {
+        let is_wanted = |operator: &WindowOperator<S>| operator.is_element_of(points, length);
+        self.operator_such_that(is_wanted, || WindowOperator::element(points, length))
+    }
+
+    /// Runs have a dozen operators at most, and the last one is usually meant.
+    fn operator_such_that(
+        &mut self,
+        is_wanted: impl Fn(&WindowOperator<S>) -> bool,
+        make: impl FnOnce() -> WindowOperator<S>,
+    ) -> usize {
+        let operators = &mut self.solution.operators;
+        operators.iter().rposition(is_wanted).unwrap_or_else(|| {
+            operators.push(make());
+            operators.len() - 1
+        })
+    }
+
     /// Begins a window at this place, with x and dx/dγ at its ends. Its rows are to be appended to the solution, and
     /// then [`Self::end_window`] is to be called.
     pub(super) fn begin_window(
         &mut self,
-        sbp: &Arc<SbpOperator<S>>,
+        operator: usize,
         &Place { gamma, time }: &Place<S>,
         [from, to]: [[S; 2]; 2],
         multipliers: Option<[S; MULTIPLIERS]>,
@@ -141,11 +168,6 @@ impl<'o, S: Real> Run<'o, S> {
             run.backward = None;
             run.windows.clear();
         }
-        let known = run.operators.iter().rposition(|operator| Arc::ptr_eq(operator, sbp));
-        let operator = known.unwrap_or_else(|| {
-            run.operators.push(Arc::clone(sbp));
-            run.operators.len() - 1
-        });
         let joint = |t: S, [x, x_dot]: [S; 2]| Joint { t, x, x_dot };
         let (start, end, first_node) = (joint(time[0], from), joint(time[1], to), run.x.len());
         run.windows.push(Window { gamma, start, end, multipliers: multipliers.map(Box::new), first_node, operator });

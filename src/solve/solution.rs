@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::derivative::FormDerivative;
+use super::operator::WindowOperator;
 use super::status::{InitialGuess, IterationRecord};
 use crate::action::Form;
 use crate::action::MULTIPLIERS;
@@ -117,7 +118,7 @@ pub struct Solution<S = f64> {
     /// The name of the operator.
     pub sbp_name: SbpName,
     /// The operators of the windows: one if all have the same length.
-    pub(crate) operators: Vec<Arc<SbpOperator<S>>>,
+    pub(crate) operators: Vec<WindowOperator<S>>,
     /// The metric.
     pub metric: Arc<Metric<S>>,
     /// The initial data, with time counted from the start (t = 0).
@@ -131,11 +132,21 @@ pub(crate) struct WindowNodes<'a, S> {
     /// t from the start of the window, and x.
     pub(crate) elapsed: &'a [S],
     pub(crate) x: &'a [S],
-    pub(crate) sbp: &'a SbpOperator<S>,
+    operator: &'a WindowOperator<S>,
     form: Form,
 }
 
-impl<S: Real> WindowNodes<'_, S> {
+impl<'a, S: Real> WindowNodes<'a, S> {
+    /// Its operator.
+    pub(crate) fn sbp(&self) -> &'a SbpOperator<S> {
+        self.operator.get()
+    }
+
+    /// Whether all intervals between its nodes are equal.
+    pub(crate) fn is_equidistant(&self) -> bool {
+        self.operator.is_equidistant()
+    }
+
     /// Its part of an array that holds one value per node.
     pub(crate) fn nodes(&self) -> Range<usize> {
         self.window.first_node..self.window.first_node + self.x.len()
@@ -143,7 +154,7 @@ impl<S: Real> WindowNodes<'_, S> {
 
     /// d/dγ as the form of the action means it: Du (strong), or D̄u of a field `u` that starts at `initial` (weak).
     pub(crate) fn derivative(&self, u: &[S], initial: S, out: &mut [S]) {
-        FormDerivative::new(self.sbp, self.form).apply(u, initial, out);
+        FormDerivative::new(self.sbp(), self.form).apply(u, initial, out);
     }
 
     /// γ − γ_i at node k.
@@ -153,9 +164,9 @@ impl<S: Real> WindowNodes<'_, S> {
         if k + 1 == self.x.len() {
             last
         } else if first == S::ZERO {
-            self.sbp.node(k)
+            self.sbp().node(k)
         } else {
-            first + self.sbp.node(k)
+            first + self.sbp().node(k)
         }
     }
 
@@ -170,7 +181,7 @@ impl<S: Real> WindowNodes<'_, S> {
     /// Number of nodes, from the first, whose ΔG is not affected by the last node of the strong form.
     pub(crate) fn uncoupled_nodes(&self) -> usize {
         match self.form {
-            Form::Strong => self.x.len() - self.sbp.rows_reaching_last_node(),
+            Form::Strong => self.x.len() - self.sbp().rows_reaching_last_node(),
             Form::Weak => self.x.len(),
         }
     }
@@ -179,7 +190,7 @@ impl<S: Real> WindowNodes<'_, S> {
 impl<S: Real> Solution<S> {
     /// The operator of the first window.
     pub fn sbp(&self) -> &SbpOperator<S> {
-        &self.operators[0]
+        self.operators[0].get()
     }
 
     /// The windows in order.
@@ -189,9 +200,9 @@ impl<S: Real> Solution<S> {
 
     /// A read-only view of one of the windows.
     pub(crate) fn view<'a>(&'a self, window: &'a Window<S>) -> WindowNodes<'a, S> {
-        let sbp = &*self.operators[window.operator];
-        let nodes = window.first_node..window.first_node + sbp.points();
-        WindowNodes { window, elapsed: &self.elapsed[nodes.clone()], x: &self.x[nodes], sbp, form: self.form }
+        let operator = &self.operators[window.operator];
+        let nodes = window.first_node..window.first_node + operator.points();
+        WindowNodes { window, elapsed: &self.elapsed[nodes.clone()], x: &self.x[nodes], operator, form: self.form }
     }
 
     /// γ − γ_i on the nodes, window by window, joints twice.

@@ -5,7 +5,6 @@
 //! for it, Newton's method takes over.
 
 use std::ops::ControlFlow;
-use std::sync::Arc;
 
 use super::problem::Problem;
 use super::run::{Observer, Place, Run};
@@ -13,7 +12,6 @@ use super::setup::Setup;
 use super::solution::Solution;
 use super::status::{InitialGuess, NoSolution, Status};
 use crate::lobatto::{Certified, March, MarchFailure, State, Twofold, WeakRule, WindowView};
-use crate::sbp::SbpOperator;
 
 /// The windows of the run that starts with `problem`; none if the iteration does not converge.
 pub(super) fn march(
@@ -31,14 +29,17 @@ pub(super) fn march(
     if !(square.is_finite() && square > f64::MIN_POSITIVE / f64::EPSILON / f64::EPSILON) {
         return Ok(None);
     }
-    let nodes = windows * problem.sbp.points();
-    let mut run = Run::new(problem, setup, length, nodes, observer);
-    run.reserve(windows);
-    let mut certified = CertifiedRun::new(problem, run);
+    let kept = if observer.is_some() { 1 } else { windows };
+    let scheme = (problem.form, problem.sbp_name);
+    let mut run = Run::new(&setup.scene, scheme, problem.digits, kept * rule.points(), observer);
+    run.reserve(kept);
+    run.solution.length = length;
+    let operator = run.operator(&problem.sbp);
+    let mut certified = CertifiedRun::new(run);
     let march = March::new(&problem.metric, q_t, rule, window_length).certified();
     let marched = march.run(State::from(problem.initial), windows, &mut |view| {
         let end = if view.index + 1 == windows { length } else { (view.gamma + view.length).hi };
-        certified.append(view, end, &problem.sbp)
+        certified.append(view, end, operator)
     });
     let mut run = certified.finish()?;
     match marched {
@@ -77,14 +78,13 @@ pub(super) struct CertifiedRun<'o> {
 
 impl<'o> CertifiedRun<'o> {
     /// For windows that are added to `run`, on elements.
-    pub(super) fn new(problem: &Problem, mut run: Run<'o, f64>) -> Self {
+    pub(super) fn new(mut run: Run<'o, f64>) -> Self {
         run.solution.initial_guess = InitialGuess::Extrapolation;
-        run.solution.end.q_t = problem.invariants().q_t;
         Self { run, failure: None }
     }
 
-    /// Adds a window on the nodes of `sbp` that ends at γ − γ_i = `end`.
-    pub(super) fn append(&mut self, view: &WindowView<'_>, end: f64, sbp: &Arc<SbpOperator>) -> ControlFlow<()> {
+    /// Adds a window with this operator of the run that ends at γ − γ_i = `end`.
+    pub(super) fn append(&mut self, view: &WindowView<'_>, end: f64, operator: usize) -> ControlFlow<()> {
         let Certified { elapsed, gradient_norm } = view.certified().expect("the march is certified");
         let (start, last) = (view.start, view.end);
         // Numbers that are not finite are not a result: an overflow anywhere makes the gradient infinite.
@@ -96,7 +96,7 @@ impl<'o> CertifiedRun<'o> {
             return ControlFlow::Break(());
         }
         let place = Place { gamma: [view.gamma.hi, end], time: [start.t.hi, last.t.hi] };
-        self.run.begin_window(sbp, &place, [[start.x.hi, start.w.hi], [last.x.hi, last.w.hi]], None);
+        self.run.begin_window(operator, &place, [[start.x.hi, start.w.hi], [last.x.hi, last.w.hi]], None);
         let solution = &mut self.run.solution;
         solution.gradient_norm = solution.gradient_norm.max(gradient_norm);
         solution.elapsed.extend_from_slice(elapsed);

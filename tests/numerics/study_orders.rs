@@ -162,6 +162,8 @@ fn every_method_of_the_chart_has_its_order() {
                 let count = ["steps=", "windows=", "N="].into_iter().find_map(number);
                 Some((count.or_else(|| number("tol=").map(f64::recip))?, row.errors?.largest()))
             })
+            // Whatever looser accuracy is asked for, it is that of 1e-4.
+            .filter(|(count, _)| *family != Family::Accuracy || *count > 9e3)
             // On the ends of windows errors are smaller by far than between them.
             .filter(|(count, _)| !matches!(law, Law::Dense(..)) || count % work_precision::OUTPUTS as f64 != 0.0)
             .collect();

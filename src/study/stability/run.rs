@@ -268,7 +268,7 @@ impl Track {
             let nodes = view.nodes();
             delta_k[nodes.end - 1] = at_end;
             intervals += nodes.len() - 1;
-            if view.sbp.is_equidistant() {
+            if view.is_equidistant() {
                 stretches.push(nodes.start..nodes.start + view.exact_nodes());
             }
         }

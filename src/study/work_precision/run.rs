@@ -8,7 +8,7 @@ use crate::case::{Case, Form, SbpName, Scheme, Solver};
 use crate::lobatto::{Inside, March, MarchFailure, State as MarchState, Twofold, WeakRule};
 use crate::methods::{Failure, Marks, Output, Setting, State, Trajectory};
 use crate::sampling::{Coordinate, SampleStream};
-use crate::solve::{Joint, NoSolution, Solution, solve, solve_window_by_window};
+use crate::solve::{Joint, NoSolution, Setup, Solution, solve, solve_window_by_window};
 
 /// A run to be timed. It contains only the work that a user would have to do as well.
 pub(super) struct Job<'a> {
@@ -127,17 +127,18 @@ fn accuracy<'a>(arena: &'a Arena, output: Output, accuracy: f64) -> Box<dyn Fn()
     (case.grid.gamma_f, case.grid.t_f, case.grid.n_gamma) = (Some(length.into()), None, 0);
     (case.grid.gamma_i, case.initial.t) = (0.0.into(), 0.0.into());
     (case.solver.accuracy, case.scheme) = (Some(accuracy.into()), Scheme::default());
+    let setup = Setup::from(&case);
     Box::new(move || {
         let mut stream = SampleStream::new(Coordinate::Gamma, output.gamma(length).collect(), false);
         let mut nodes = 0;
-        let last = solve_window_by_window(&case, &mut |window: &Solution| {
+        let last = solve_window_by_window(setup.clone(), &mut |window: &Solution| {
             nodes += window.x.len();
             stream.see(window);
         });
         let last = last.map_err(|failure| failure.status.as_str())?;
         let samples = stream.finish(&last).map_err(|_| "outside-run")?;
         let states = samples.iter().map(|sample| State { elapsed: sample.t, x: sample.x, w: sample.x_dot }).collect();
-        let evaluations = last.iterations * last.sbp().points();
+        let evaluations = last.iterations * last.x.len();
         Ok(Raw::Trajectory(Trajectory { states, evaluations, steps: nodes }))
     })
 }
