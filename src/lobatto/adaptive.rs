@@ -7,9 +7,9 @@ use super::force::{Force, PolynomialForce};
 use super::formula::FormulaForce;
 use super::judge::ROUNDING;
 use super::kit::{self, Kit};
-use super::pair::Pair;
 use super::twofold::Twofold;
 use super::view::WindowView;
+use super::walk::Walk;
 use super::{MarchFailure, State, Statistics};
 use crate::geodesic::acceleration_slope;
 use crate::metric::Metric;
@@ -31,7 +31,7 @@ pub struct Adapted {
     pub end: State,
     /// γ − γ_i at the last state.
     pub gamma: Twofold,
-    /// The work done, including the companion and rejected windows.
+    /// The work done, including rejected windows.
     pub statistics: Statistics,
     /// An upper estimate of the error in t and x at all nodes, relative to max(1, largest |t − t_i|) and
     /// max(1, largest |x|).
@@ -42,15 +42,14 @@ pub struct Adapted {
 
 /// A march that keeps to a requested accuracy.
 ///
-/// The rule is whichever of those with 16, 20 or 24 nodes is cheapest for the accuracy. A companion with one node fewer
-/// is integrated in the same windows, alongside the world-line proper. It starts its iterations from the forces of the
-/// world-line and so costs less, but it is an independent integration from beginning to end: its distance is the error
-/// of the less accurate of the two, however errors evolve on the way. Three times that distance, plus what the
-/// iterations may have left, is the estimate. The world-line returned is the more accurate one.
+/// The rule is whichever of those with 16, 20 or 24 nodes is cheapest for the accuracy. The length of a
+/// window is chosen such that the squares of the highest Legendre coefficients of a and u but the last, which bound the
+/// error at the window's end, stay below a share of the accuracy, and what the coefficients themselves mean for the
+/// nodes inside stays below the accuracy.
 ///
-/// The length of a window is chosen such that the squares of the highest-degree Legendre coefficients of a and u that
-/// the companion has, which are the size of its error at a window's end, stay below a share of the accuracy, and what
-/// the coefficients themselves mean for the nodes inside stays below the accuracy. Where that turns out not to be
+/// There is no second integration to compare with. The local errors of the windows add up to a shift along the
+/// world-line, and what K has lost, which is known exactly, is the error of the energy: that is all an error of one
+/// coordinate and its velocity can be. How both grow follows from the flow at the joints (see the module `judge`). Where that turns out not to be
 /// enough, the march is begun again with a smaller share, down to rounding, after which it fails. Lengths change
 /// seldom: equal windows are more accurate than many that follow the force closely.
 ///
@@ -63,8 +62,7 @@ pub struct Adaptive<'a> {
     certify: bool,
 }
 
-/// A lower accuracy would cost hardly less, and in windows that resolve nothing, such as next to a horizon, the
-/// companion would fail in the same way as the world-line.
+/// A lower accuracy would cost hardly less, and windows that resolve nothing, such as next to a horizon, do not show it.
 const LOOSEST: f64 = 1e-4;
 
 /// Above the first accuracy 16 nodes are cheapest, down to the second 20, and below that 24.
@@ -126,7 +124,7 @@ impl<'a> Adaptive<'a> {
                 self.attempts(kit, force, start, goal, accuracy, observe)
             }
             Potential::Formula(f) => {
-                let force = FormulaForce::<P>::new(metric, q_t, f.program(), kit.rules[0].points());
+                let force = FormulaForce::<P>::new(metric, q_t, f.program(), kit.rule.points());
                 self.attempts(kit, force, start, goal, accuracy, observe)
             }
         }
@@ -166,13 +164,13 @@ impl<'a> Adaptive<'a> {
         let first = FIRST / stiffness.max(1e-60).sqrt();
         // A second window costs more than finding out that one is needed.
         let first = if length < ONE * first { length } else { first };
-        let mut pair = Pair::new(kit, force, self.certify);
+        let mut walk = Walk::new(kit, force, self.certify);
         // Long runs at the limit of the arithmetic leave no room for truncation beside rounding.
         let windows = length / first;
         let mut caution = if 1e-16 * windows.powf(1.5) > 20.0 * accuracy { 1e-3 } else { 1.0 };
         for attempts in 1.. {
             let attempt = Attempt { metric, q_t, start, goal, accuracy, length, first, caution };
-            match attempt.walk(&mut pair, &mut statistics, observe) {
+            match attempt.walk(&mut walk, &mut statistics, observe) {
                 Err(Ended::Failed(failure)) => return Err(failure),
                 Err(Ended::Inaccurate { next }) => caution = next,
                 Ok((end, gamma, error_estimate)) => {

@@ -1,14 +1,14 @@
-//! One march of a world-line and its companion, each window allowed one share of the accuracy.
+//! One march, each window allowed one share of the accuracy.
 
 use std::ops::ControlFlow;
 
 use super::adaptive::Goal;
 use super::force::Force;
 use super::judge::Judge;
-use super::pair::{Length, Pair};
 use super::probe;
 use super::twofold::Twofold;
 use super::view::WindowView;
+use super::walk::{Length, Walk};
 use super::window::Precision;
 use super::{MarchFailure, State, Statistics};
 use crate::metric::Metric;
@@ -25,6 +25,9 @@ const SHARE: f64 = 0.05;
 
 /// What a window adds to the distance because of rounding, if it is not evaluated in twofold precision.
 const ROUNDS: f64 = 1e-16;
+
+/// The same if it is.
+const REFINED: f64 = 1e-18;
 
 /// Windows shorter than this part of the first are taken for a singularity.
 const SHORTEST: f64 = 1e-16;
@@ -48,8 +51,7 @@ const SLOW: usize = 14;
 const INSIDE_MARGIN: f64 = 2.0;
 const INSIDE_MARGIN_AT_ROUNDING: f64 = 20.0;
 
-/// The part of a share that the iteration may leave. The companion starts where the world-line's iteration ended, so
-/// the distance shows only a part of it; the estimate counts it separately.
+/// The part of a share that the iteration may leave. The modes do not show it; the estimate counts it separately.
 const ITERATION: f64 = 0.03;
 
 /// The target for the error of a window, in units of the share, and the maximum.
@@ -98,17 +100,17 @@ impl Attempt<'_> {
     /// End, γ − γ_i there, and the error estimate.
     pub(super) fn walk<const P: usize, F: Force>(
         &self,
-        pair: &mut Pair<P, F>,
+        walk: &mut Walk<P, F>,
         statistics: &mut Statistics,
         observe: &mut dyn FnMut(&WindowView<'_>) -> ControlFlow<()>,
     ) -> Result<(State, Twofold, f64), Ended> {
-        pair.forget();
+        walk.forget();
         statistics.windows = 0;
-        let rules = pair.kit.rules;
-        let order = (2 * rules[1].points() - 2) as f64;
+        let rule = walk.kit.rule;
+        let order = (2 * rule.points() - 4) as f64;
         let mut gamma = Twofold::ZERO;
-        let mut states = [self.start; 2];
-        let mut judge = Judge::new(self.metric, self.q_t, rules[0].points(), &self.start);
+        let mut state = self.start;
+        let mut judge = Judge::new(self.metric, self.q_t, rule.points(), &self.start, self.first);
         let (mut idle, mut refused) = (0, 0);
         // Evaluations and γ − γ_i when progress was looked at last.
         let mut pace = (statistics.evaluations, 0.0);
@@ -116,7 +118,7 @@ impl Attempt<'_> {
         let mut worst = 0.0_f64;
         let may_grow = AIM * MUCH_LONGER.powi(-(order as i32));
         let mut length = Length::near(self.first, self.q_t);
-        let (mut share, mut precision) = self.share(self.first, &states[0]);
+        let (mut share, mut precision) = self.share(self.first, &state);
         loop {
             let (mut this, mut is_last) = (length, false);
             if let Goal::Gamma(whole) = self.goal {
@@ -126,29 +128,29 @@ impl Attempt<'_> {
                 }
             }
             if statistics.evaluations - pace.0 > PACE {
-                self.budget(statistics, gamma.hi, gamma.hi - pace.1, &states[0]).map_err(Ended::Failed)?;
+                self.budget(statistics, gamma.hi, gamma.hi - pace.1, &state).map_err(Ended::Failed)?;
                 pace = (statistics.evaluations, gamma.hi);
             }
-            let solved = pair.main(this, &states[0], precision, statistics);
+            let solved = walk.solve(this, &state, precision, statistics);
             let scale = self.scale(this.h.hi, gamma.hi, statistics.windows);
             let excess = solved.as_ref().map_or(f64::INFINITY, |s| {
                 let margin = if precision.refine { INSIDE_MARGIN_AT_ROUNDING } else { INSIDE_MARGIN };
                 let inside = margin * judge.inside(s) / self.accuracy;
-                (judge.of_window(s, &states[0], this.h.hi, scale) / share).max(inside * inside)
+                (judge.of_window(s, &state, this.h.hi, scale) / share).max(inside * inside)
             });
             let Some(mut solved) = solved.filter(|_| excess <= MOST_EXCESS) else {
                 if excess.is_finite() {
-                    pair.reject(this);
+                    walk.reject(this);
                 }
                 refused += 1;
                 let factor = if excess.is_finite() { fit(excess, order).clamp(0.1, 0.9) } else { 0.5 };
                 // Where V is not smooth, errors shrink more slowly than the order promises.
                 let h = this.h.hi * if refused > 3 { factor.min(0.3) } else { factor };
                 if h <= SHORTEST * self.first {
-                    return Err(Ended::Failed(self.why(&states[0], statistics.windows, gamma.hi)));
+                    return Err(Ended::Failed(self.why(&state, statistics.windows, gamma.hi)));
                 }
                 length = Length::near(h, self.q_t);
-                (share, precision) = self.share(self.scale(h, gamma.hi, statistics.windows), &states[0]);
+                (share, precision) = self.share(self.scale(h, gamma.hi, statistics.windows), &state);
                 worst = 0.0;
                 continue;
             };
@@ -156,46 +158,39 @@ impl Attempt<'_> {
             if let Goal::Time(duration) = self.goal {
                 if self.lack(duration, &solved.end) * duration <= 0.0 {
                     is_last = true;
-                    (this, solved) = self
-                        .hit(pair, this, solved, &states[0], precision, statistics, duration)
-                        .map_err(Ended::Failed)?;
+                    (this, solved) =
+                        self.hit(walk, this, solved, &state, precision, statistics, duration).map_err(Ended::Failed)?;
                 }
-                idle = if (solved.end.t - states[0].t).hi.abs() <= 1e-15 * duration.abs() { idle + 1 } else { 0 };
+                idle = if (solved.end.t - state.t).hi.abs() <= 1e-15 * duration.abs() { idle + 1 } else { 0 };
                 if idle > 100 || this.h.hi > 1e100 {
                     let elapsed = (solved.end.t - self.start.t).hi;
                     return Err(Ended::Failed(MarchFailure::TimeNotReached { gamma: (gamma + this.h).hi, elapsed }));
                 }
             }
-            let Some(companion) = pair.companion(this, &states[1], precision, statistics) else {
-                length = Length::near(0.7 * this.h.hi, self.q_t);
-                if length.h.hi <= SHORTEST * self.first {
-                    return Err(Ended::Failed(self.why(&states[0], statistics.windows, gamma.hi)));
-                }
-                pair.forget();
-                continue;
-            };
-            let start = states[0];
-            states = [solved.end, companion.end];
-            judge.see(&solved, &start, &states, this.h.hi, scale);
+            walk.accept(this);
+            let start = state;
+            state = solved.end;
+            let rounds = if precision.refine && walk.refines() { REFINED } else { ROUNDS };
+            judge.see(&solved, this.h.hi, scale, rounds);
             let next = gamma + this.h;
             self.check(&judge, &start, next.hi, statistics.windows, share)?;
-            pair.certify(this, &start);
+            walk.certify(this, &start);
             let view = WindowView {
                 index: statistics.windows,
                 gamma,
                 length: this.h,
-                rule: rules[0],
+                rule,
                 start,
                 end: solved.end,
-                nodes: pair.nodes(this),
-                certified: pair.certified(),
+                nodes: walk.nodes(this),
+                certified: walk.certified(),
             };
             statistics.windows += 1;
             gamma = next;
             if observe(&view).is_break() || is_last {
                 let estimate = match self.goal {
                     Goal::Gamma(_) => judge.so_far(),
-                    Goal::Time(_) => judge.at_time(&states),
+                    Goal::Time(_) => judge.at_time(&state),
                 };
                 return Ok((solved.end, gamma, estimate + self.left_by_iterations()));
             }
@@ -208,7 +203,7 @@ impl Attempt<'_> {
                 if !(1.0..=LONGER).contains(&fit) {
                     length = Length::near(this.h.hi * fit.clamp(0.5, 2.0), self.q_t);
                 }
-                (share, precision) = self.share(self.scale(length.h.hi, gamma.hi, statistics.windows), &states[0]);
+                (share, precision) = self.share(self.scale(length.h.hi, gamma.hi, statistics.windows), &state);
                 worst = 0.0;
             }
         }
@@ -220,7 +215,7 @@ impl Attempt<'_> {
         h.max(gamma / windows.max(1) as f64).max(self.first / 16.0)
     }
 
-    /// What the iterations may have left, of which the companion shows only a part.
+    /// What the iterations may have left.
     fn left_by_iterations(&self) -> f64 {
         2.0 * ITERATION * SHARE * self.caution * self.accuracy
     }

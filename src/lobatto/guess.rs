@@ -12,8 +12,6 @@ pub(super) enum Guess<'a, const P: usize> {
     Parabola,
     /// By the tables' own extrapolation from the window before.
     Same,
-    /// At the forces `matrix` · `values`.
-    Forces { matrix: &'a Matrix<P>, values: &'a Nodes<P> },
     /// At the forces of a window of any length, continued as a polynomial.
     Continued { from: &'a Continuation<'a, P>, values: &'a Nodes<P> },
 }

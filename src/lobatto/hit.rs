@@ -2,8 +2,9 @@
 
 use super::attempt::Attempt;
 use super::force::Force;
-use super::pair::{Length, Pair};
+
 use super::twofold::Twofold;
+use super::walk::{Length, Walk};
 use super::window::{MOST_EVALUATIONS, Precision, Solved};
 use super::{MarchFailure, State, Statistics};
 use crate::geodesic::acceleration;
@@ -32,7 +33,7 @@ impl Attempt<'_> {
     #[allow(clippy::too_many_arguments)]
     pub(super) fn hit<const P: usize, F: Force>(
         &self,
-        pair: &mut Pair<P, F>,
+        walk: &mut Walk<P, F>,
         length: Length,
         too_long: Solved,
         start: &State,
@@ -69,7 +70,7 @@ impl Attempt<'_> {
                 below = below.max(length.h.hi);
             } else {
                 above = above.min(length.h.hi);
-                pair.reject(length);
+                walk.reject(length);
             }
             let mut next = length.h + Twofold::from(left);
             // Far away the slope at the end says little; Newton's method is still tried.
@@ -78,8 +79,8 @@ impl Attempt<'_> {
             }
             loop {
                 length = Length::exactly(next, self.q_t);
-                let found = pair.main(length, start, to_rounding, statistics);
-                if let Some(found) = found.or_else(|| pair.main(length, start, precision, statistics)) {
+                let found = walk.solve(length, start, to_rounding, statistics);
+                if let Some(found) = found.or_else(|| walk.solve(length, start, precision, statistics)) {
                     solved = found;
                     break;
                 }

@@ -3,6 +3,7 @@
 use super::State;
 use super::twofold::Twofold;
 use super::window::Solved;
+use crate::geodesic::acceleration_slope;
 use crate::metric::Metric;
 
 /// The minimum of the estimate: the result is rounded.
@@ -18,7 +19,7 @@ const CAUTION_WHERE_ROUGH: f64 = 30.0;
 /// The highest modes relative to the largest value in a window where V is rough.
 const ROUGH: f64 = 0.03;
 
-/// The companion's measured error in units of the squared modes.
+/// The error at the end of a window in units of the squared modes, at most: measured with a rule of one node less.
 const CALIBRATION: f64 = 0.03;
 
 /// The error of x and t at the nodes inside a window in units of its highest modes, at most; measured on oscillators it
@@ -37,40 +38,79 @@ const K_ROUNDS: f64 = 8.0 * f64::EPSILON;
 /// oscillator takes longer or shorter too.
 const PHASE: f64 = 2.0;
 
-/// The largest |t − t_i| and |x|, at least 1, the largest distance of the two world-lines relative to them, and what K
-/// says.
+/// What is known of the error of a world-line, without a second one.
 ///
-/// K of the world-line is known exactly: K_i. Its deviation at the end of a window is an error that no comparison with
-/// a companion can hide. With ½δK = a δx − w δw it is a lower bound of the errors there, and it gives the energy of the
-/// orbit that is followed from there on: x departs from the exact one at the rate ½|δK|/|w|.
+/// A deviation (δx, δw) from a geodesic is a shift along it and a change of its energy: in the frame of the flow
+/// f = (w, a) and of its symplectic partner, the shift stays what it is but for the shear ∫δE/f², and δE = −½δK for
+/// ever. K at the ends of windows is known exactly, so δE is measured. Shifts add up from the local errors of the
+/// windows, which their highest modes bound. The error of x is the shift times |f|: where the motion has become faster
+/// since, as after a barrier, it has grown by as much.
 pub(super) struct Judge<'m> {
     metric: &'m Metric,
     q_t: f64,
     /// n⁻².
     per_square: f64,
     start: Twofold,
+    /// The largest |t − t_i| and |x|, at least 1.
     pub(super) sizes: [f64; 2],
-    distance: f64,
-    /// The largest error inside a window.
+    /// A time scale of the motion, which makes a velocity of an acceleration.
+    time: f64,
+    /// The sum of the local truncation errors as shifts in γ.
+    shift: f64,
+    rounding: Rounding,
+    /// The integral of δE/f² over γ, and the largest so far: what K loses and regains over a turn does not add up.
+    shear: f64,
+    sheared: f64,
+    /// The sum of the local errors of t.
+    local_t: f64,
+    /// The largest dt/dγ.
+    rate: f64,
+    /// The largest relative error so far at the ends of windows, and inside one.
+    worst: f64,
     inside: f64,
     caution: f64,
-    /// K at the start of the march and at the last joint.
-    first: Norm,
-    last: Norm,
-    /// The integral of ½δK/|w| over γ, and the largest so far: what K loses and regains over a turn does not add up.
-    drift: f64,
-    drifted: f64,
+    /// At the start of the march and at the last joint.
+    first: Joint,
+    last: Joint,
 }
 
-/// K, and how far it may be off because of rounding.
+/// K, how far it may be off because of rounding, the flow |f|, |da/dx| and dt/dγ.
 #[derive(Debug, Clone, Copy, Default)]
-struct Norm {
+struct Joint {
     k: f64,
     rounds: f64,
+    flow: f64,
+    slope: f64,
+    rate: f64,
 }
 
-impl Norm {
-    /// How far it differs from the other, beyond rounding.
+/// What rounding errors add up to, as they do in a random walk. K does not show them, being rounded itself.
+#[derive(Debug, Clone, Copy, Default)]
+struct Rounding {
+    /// Sums of the squares of shifts and of energies, and the shear by the latter.
+    shifts: f64,
+    energies: f64,
+    shear: f64,
+}
+
+impl Rounding {
+    /// Adds a window of length `h` in which x is rounded by `x`, where the motion has this time scale.
+    fn add(&mut self, x: f64, time: f64, flow: [f64; 2], h: f64) {
+        if x > 0.0 {
+            self.shifts += (x / flow[1]).powi(2);
+            self.energies += (x / time * flow[1]).powi(2);
+            self.shear += self.energies.sqrt() * h / (flow[0] * flow[1]);
+        }
+    }
+
+    /// As a shift in γ.
+    fn shift(&self) -> f64 {
+        self.shifts.sqrt() + self.shear
+    }
+}
+
+impl Joint {
+    /// How far K differs from the other, beyond rounding.
     fn off(self, other: Self) -> f64 {
         let (off, rounds) = (self.k - other.k, self.rounds + other.rounds);
         if off.abs() > rounds { off - rounds.copysign(off) } else { 0.0 }
@@ -83,73 +123,99 @@ fn is_rough(solved: &Solved) -> bool {
 }
 
 impl<'m> Judge<'m> {
-    /// For windows of `points` nodes from `start` on.
-    pub(super) fn new(metric: &'m Metric, q_t: f64, points: usize, start: &State) -> Self {
+    /// For windows of `points` nodes from `start` on, where the motion has this time scale.
+    pub(super) fn new(metric: &'m Metric, q_t: f64, points: usize, start: &State, time: f64) -> Self {
         let mut judge = Self {
             metric,
             q_t,
             per_square: (points as f64).powi(-2),
             start: start.t,
             sizes: [1.0; 2],
-            distance: 0.0,
+            time,
+            shift: 0.0,
+            rounding: Rounding::default(),
+            shear: 0.0,
+            sheared: 0.0,
+            local_t: 0.0,
+            rate: 0.0,
+            worst: 0.0,
             inside: 0.0,
             caution: CAUTION,
-            first: Norm::default(),
-            last: Norm::default(),
-            drift: 0.0,
-            drifted: 0.0,
+            first: Joint::default(),
+            last: Joint::default(),
         };
-        judge.first = judge.norm(start);
+        judge.first = judge.joint(start);
         judge.last = judge.first;
         judge
     }
 
-    fn norm(&self, state: &State) -> Norm {
+    fn joint(&self, state: &State) -> Joint {
         let g = self.metric.at(state.x.hi);
         let u = self.q_t / g.g00;
         let (energy, motion) = (self.q_t * u, state.w.hi * state.w.hi);
         // g00 = c² + 2V/m is rounded at the size of its terms, and x at its own.
         let c_squared = self.metric.c_squared();
         let rounds = u * u * (c_squared + (g.g00 - c_squared).abs() + (g.first * state.x.hi).abs()) + motion;
-        Norm { k: energy - motion, rounds: K_ROUNDS * rounds }
+        let flow = state.w.hi.hypot(0.5 * g.first * u * u * self.time);
+        let slope = acceleration_slope(self.q_t, g.g00, g.first, g.second).abs();
+        Joint { k: energy - motion, rounds: K_ROUNDS * rounds, flow, slope, rate: u.abs() }
     }
 
-    /// Sees an accepted window of the two from `start` to `ends`, of length `h`, where the motion has the time scale
-    /// `scale`.
-    pub(super) fn see(&mut self, solved: &Solved, start: &State, ends: &[State; 2], h: f64, scale: f64) {
-        let [main, companion] = ends;
-        self.sizes[0] = self.sizes[0].max((main.t.hi - self.start.hi).abs());
-        self.sizes[1] = self.sizes[1].max(main.x.hi.abs());
-        let [t, x] = self.parts(main, companion);
-        self.distance = self.distance.max(t).max(x);
+    /// Sees an accepted window of length `h` that ends at `end`, where the motion has the time scale `scale`. `rounds`
+    /// is what rounding adds to x in it, relative to its size.
+    pub(super) fn see(&mut self, solved: &Solved, h: f64, scale: f64, rounds: f64) {
+        let end = &solved.end;
+        self.sizes[0] = self.sizes[0].max((end.t.hi - self.start.hi).abs());
+        self.sizes[1] = self.sizes[1].max(end.x.hi.abs());
         self.inside = self.inside.max(self.inside(solved));
         if is_rough(solved) {
             self.caution = CAUTION_WHERE_ROUGH;
         }
         let before = self.last.off(self.first);
-        self.last = self.norm(main);
-        let off = 0.5 * (before + self.last.off(self.first));
+        let (from, here) = (self.last, self.joint(end));
+        self.last = here;
+        let off = 0.25 * (before + here.off(self.first));
         if off != 0.0 {
-            self.drift += 0.5 * off * h / speed(solved, start, h, scale);
-            self.drifted = self.drifted.max(self.drift.abs());
+            let bend = (self.time * self.time * from.slope.max(here.slope)).max(1.0);
+            self.shear += off * h * bend / (from.flow * here.flow);
+            self.sheared = self.sheared.max(self.shear.abs());
         }
+        let [x, t] = local(solved);
+        let x = x * (scale / h).max(1.0);
+        if x > 0.0 {
+            self.shift += x / here.flow;
+        }
+        self.rounding.add(rounds * end.x.hi.abs(), self.time, [from.flow, here.flow], h);
+        self.local_t += t;
+        self.rate = self.rate.max(here.rate);
+        let [t, x] = self.errors();
+        self.worst = self.worst.max(t).max(x);
     }
 
-    /// What a distance between the two means for the error.
-    pub(super) fn beyond(&self, distance: f64) -> f64 {
-        (self.caution * distance).max(PHASE * self.drifted / self.sizes[1]) + self.inside + ROUNDING
+    /// The relative errors of t and x at the last joint.
+    fn errors(&self) -> [f64; 2] {
+        let shift = self.caution * self.shift + self.rounding.shift() + PHASE * self.sheared;
+        let energy = 0.5 * self.last.off(self.first).abs();
+        let across = if energy > 0.0 { self.time * energy / self.last.flow } else { 0.0 };
+        let x = if shift > 0.0 { self.last.flow * shift } else { 0.0 } + across;
+        let t = 2.0 * self.rate * shift + self.caution * self.local_t;
+        [t / self.sizes[0], x / self.sizes[1]]
+    }
+
+    fn beyond(&self, error: f64) -> f64 {
+        error + self.inside + ROUNDING
     }
 
     /// The error so far.
     pub(super) fn so_far(&self) -> f64 {
-        self.beyond(self.distance)
+        self.beyond(self.worst)
     }
 
-    /// The error where t is given, at the end of a march: there an error of t becomes one of x.
-    pub(super) fn at_time(&self, [main, companion]: &[State; 2]) -> f64 {
-        let [t, x] = self.parts(main, companion);
-        let velocity = main.w.hi * self.metric.at(main.x.hi).g00 / self.q_t;
-        self.beyond(self.distance.max(x + (velocity * t * self.sizes[0] / self.sizes[1]).abs()))
+    /// The error where t is given, at the end `end` of a march: there an error of t becomes one of x.
+    pub(super) fn at_time(&self, end: &State) -> f64 {
+        let [t, x] = self.errors();
+        let velocity = end.w.hi * self.metric.at(end.x.hi).g00 / self.q_t;
+        self.beyond(self.worst.max(x + (velocity * t * self.sizes[0] / self.sizes[1]).abs()))
     }
 
     /// The error of a window at the nodes inside it.
@@ -163,27 +229,26 @@ impl<'m> Judge<'m> {
     /// What a window of length `h` adds to the error of x and t in the long run, relative to the sizes, where the
     /// motion has the time scale `scale`.
     ///
-    /// At the end of a window the companion's error is the square of what its highest modes are. Where V is rough they
-    /// do not fall off beyond the highest, and the error has their own size. An error of w = dx/dγ goes on after the
-    /// window, which counts if it is much shorter than others. What K has lost is such an error of the world-line
-    /// itself.
+    /// An error of w = dx/dγ goes on after the window, which counts if it is much shorter than others. What K has lost
+    /// is such an error, too.
     pub(super) fn of_window(&self, solved: &Solved, start: &State, h: f64, scale: f64) -> f64 {
-        let error = |k: usize| {
-            let ratio = if solved.largest[k] > 0.0 { solved.tail[k] / solved.largest[k] } else { 0.0 };
-            solved.tail[k] * if ratio > ROUGH { 1.0 } else { CALIBRATION * ratio }
-        };
+        let [x, t] = local(solved);
         let lasting = (scale / h).max(1.0);
-        let lost = self.norm(&solved.end).off(self.last).abs();
+        let lost = self.joint(&solved.end).off(self.last).abs();
         let lost = if lost > 0.0 { 0.5 * lost * h.max(scale) / speed(solved, start, h, scale) } else { 0.0 };
-        ((error(0) * lasting).max(lost) / self.sizes[1]).max(error(1) / self.sizes[0])
+        ((x * lasting).max(lost) / self.sizes[1]).max(t / self.sizes[0])
     }
+}
 
-    /// The distances of the two in t and x, relative to the sizes.
-    fn parts(&self, main: &State, companion: &State) -> [f64; 2] {
-        let [t, x] = self.sizes;
-        let distance = |a: Twofold, b: Twofold| ((a.hi - b.hi) + (a.lo - b.lo)).abs();
-        [distance(main.t, companion.t) / t, distance(main.x, companion.x) / x]
-    }
+/// The errors of x and t at the end of a window, as its highest modes show them.
+///
+/// They are the square of what these modes are: the truncations of forces and of test functions multiply. Where V is
+/// rough they do not fall off beyond the highest, and the error has their own size.
+fn local(solved: &Solved) -> [f64; 2] {
+    [0, 1].map(|k| {
+        let ratio = if solved.largest[k] > 0.0 { solved.tail[k] / solved.largest[k] } else { 0.0 };
+        solved.tail[k] * if ratio > ROUGH { 1.0 } else { CALIBRATION * ratio }
+    })
 }
 
 /// |dx/dγ| on a window or, where that is about to change sign, its value shortly afterwards.

@@ -1,56 +1,44 @@
-//! What a march of a world-line and its companion needs of its rules, made once in the life of the program.
+//! What an adaptive march needs of its rule, made once in the life of the program.
 
 use std::sync::OnceLock;
 
 use super::rule::WeakRule;
-use super::tables::{Matrix, Nodes, evaluation_matrix};
+use super::tables::Nodes;
 use super::unit::{SizedUnit, Unit};
 
-/// A rule, and one with fewer nodes for the companion.
+/// A rule with all that windows of any length need.
 pub(super) struct Kit<const P: usize> {
-    pub(super) rules: [&'static WeakRule; 2],
-    pub(super) units: [&'static Unit<P>; 2],
-    /// From the nodes of the first rule to those of the second.
-    pub(super) resample: Box<Matrix<P>>,
-    /// For each rule, two rows from nodal values to Legendre modes: the highest that the companion has, by which
-    /// windows are judged.
-    pub(super) tails: [[Nodes<P>; 2]; 2],
+    pub(super) rule: &'static WeakRule,
+    pub(super) unit: &'static Unit<P>,
+    /// Two rows from nodal values to Legendre modes, the highest but the very last, by which windows are judged.
+    pub(super) tail: [Nodes<P>; 2],
 }
 
 impl<const P: usize> Kit<P> {
-    fn new(rules: [&'static WeakRule; 2], units: [&'static Unit<P>; 2]) -> Self {
-        let [n, companion] = rules.map(WeakRule::points);
-        let row = |rule: &WeakRule, k: usize| {
+    fn new(rule: &'static WeakRule, unit: &'static Unit<P>) -> Self {
+        let row = |k: usize| {
             let mut row = Nodes::ZERO;
             row.0.iter_mut().zip(rule.mode(k)).for_each(|(row, mode)| *row = mode);
             row
         };
-        Self {
-            rules,
-            units,
-            resample: evaluation_matrix::<P>(rules[0], n - 1, |i| rules[1].nodes()[i].hi, companion),
-            tails: rules.map(|rule| [companion - 2, companion - 1].map(|k| row(rule, k))),
-        }
+        let n = rule.points();
+        Self { rule, unit, tail: [n - 3, n - 2].map(row) }
     }
 }
 
 /// Made when it is first asked for.
 macro_rules! kit {
-    ($name:ident, $size:ident, $padded:literal, $nodes:literal, $companion:literal) => {
+    ($name:ident, $size:ident, $padded:literal, $nodes:literal) => {
         pub(super) fn $name() -> &'static Kit<$padded> {
             static KIT: OnceLock<Kit<$padded>> = OnceLock::new();
-            KIT.get_or_init(|| {
-                let rules = [$nodes, $companion].map(WeakRule::shared);
-                let units = rules.map(|rule| match rule.unit() {
-                    SizedUnit::$size(unit) => &**unit,
-                    _ => unreachable!("both rules have the size of the larger one"),
-                });
-                Kit::new(rules, units)
+            KIT.get_or_init(|| match WeakRule::shared($nodes).unit() {
+                SizedUnit::$size(unit) => Kit::new(WeakRule::shared($nodes), unit),
+                _ => unreachable!("the size of so many nodes"),
             })
         }
     };
 }
 
-kit!(coarse, P16, 16, 16, 15);
-kit!(medium, P24, 24, 20, 19);
-kit!(fine, P24, 24, 24, 23);
+kit!(coarse, P16, 16, 16);
+kit!(medium, P24, 24, 20);
+kit!(fine, P24, 24, 24);

@@ -41,7 +41,6 @@ mod kit;
 mod march;
 mod newton;
 mod one;
-mod pair;
 mod probe;
 mod product;
 mod rule;
@@ -50,6 +49,7 @@ mod tables;
 mod twofold;
 mod unit;
 mod view;
+mod walk;
 mod window;
 
 pub use adaptive::{Adapted, Adaptive, Goal};

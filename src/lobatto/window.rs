@@ -208,24 +208,17 @@ impl<const P: usize> Window<P> {
     /// Leaves the guess in `rest`; whether it is none, or useless.
     #[inline(always)]
     fn guess<S: Simd>(&mut self, s: S, t: &Tables<P>, low: &Nodes<P>, guess: Guess<'_, P>) -> bool {
-        // One product for both kinds of guess that need one.
-        let from = match &guess {
-            Guess::Parabola => return true,
-            Guess::Same => None,
-            Guess::Forces { matrix, values } => Some((&matrix[..], *values)),
-            Guess::Continued { from, values } => Some((&from.modes[..t.columns], *values)),
-        };
-        let mut seen = f64::INFINITY;
+        let seen;
         let mut matrix = &t.guess;
-        if let Some((from, values)) = from {
-            product(s, &[0.0; P], from, &values.0, &mut self.a.0);
-            matrix = &t.force;
-        }
-        if let Guess::Continued { from, values } = &guess {
-            seen = from.factor * largest(s, &values.0);
-            from.apply(s, t, &mut self.a);
-        } else if from.is_none() {
-            seen = largest(s, &self.a.0);
+        match &guess {
+            Guess::Parabola => return true,
+            Guess::Same => seen = largest(s, &self.a.0),
+            Guess::Continued { from, values } => {
+                product(s, &[0.0; P], &from.modes[..t.columns], &values.0, &mut self.a.0);
+                matrix = &t.force;
+                seen = from.factor * largest(s, &values.0);
+                from.apply(s, t, &mut self.a);
+            }
         }
         product(s, &low.0, &matrix[..t.columns], &self.a.0, &mut self.rest.0);
         // Beyond half a turn polynomials are useless: with the largest force seen before, |rest| would be half of this.

@@ -1,4 +1,4 @@
-//! A world-line and its companion, window by window.
+//! A world-line, window by window.
 
 use super::certificate::{Certificate, Certify};
 use super::force::Force;
@@ -48,26 +48,25 @@ struct Forces<const P: usize> {
     values: Nodes<P>,
 }
 
-/// Everything that a march of two needs, reusable for the next attempt.
-pub(super) struct Pair<const P: usize, F> {
+/// Everything that a march needs, reusable for the next attempt.
+pub(super) struct Walk<const P: usize, F> {
     pub(super) kit: &'static Kit<P>,
     force: F,
-    windows: [Window<P>; 2],
+    window: Window<P>,
     /// Those of the window before.
     previous: Option<Forces<P>>,
     /// Those of the window that begins at the same point and was too long.
     rejected: Option<Forces<P>>,
-    /// Whether the world-line's window still holds them.
+    /// Whether the window still holds them.
     is_untouched: bool,
     /// Where certificates go, if they are wanted.
     certificate: Option<Certificate<P>>,
 }
 
-impl<const P: usize, F: Force> Pair<P, F> {
+impl<const P: usize, F: Force> Walk<P, F> {
     pub(super) fn new(kit: &'static Kit<P>, force: F, certify: bool) -> Self {
-        let windows = [Window::new(), Window::new()];
-        let certificate = certify.then(Certificate::new);
-        Self { kit, force, windows, previous: None, rejected: None, is_untouched: false, certificate }
+        let (window, certificate) = (Window::new(), certify.then(Certificate::new));
+        Self { kit, force, window, previous: None, rejected: None, is_untouched: false, certificate }
     }
 
     /// Forgets the previous window: a new march begins.
@@ -75,21 +74,21 @@ impl<const P: usize, F: Force> Pair<P, F> {
         (self.previous, self.rejected, self.is_untouched) = (None, None, false);
     }
 
-    /// The window of the world-line itself from `start`.
-    pub(super) fn main(
+    /// The window from `start`.
+    pub(super) fn solve(
         &mut self,
         length: Length,
         start: &State,
         precision: Precision,
         statistics: &mut Statistics,
     ) -> Option<Solved> {
-        let n = self.kit.rules[0].points();
+        let n = self.kit.rule.points();
         let ratio = |forces: &Forces<P>| length.h.hi / forces.length;
         let (degree, begin, forces) = match (&self.rejected, &self.previous) {
             (Some(forces), _) => (n - 1, 0.0, Some(forces)),
             (None, forces) => (EXTRAPOLATED, 1.0, forces.as_ref()),
         };
-        let continuation = forces.map(|forces| self.kit.units[0].continuation(degree, begin, ratio(forces)));
+        let continuation = forces.map(|forces| self.kit.unit.continuation(degree, begin, ratio(forces)));
         let guess = match (forces, &continuation) {
             (Some(forces), _) if self.rejected.is_none() && self.is_untouched && forces.length == length.h.hi => {
                 Guess::Same
@@ -98,55 +97,47 @@ impl<const P: usize, F: Force> Pair<P, F> {
             _ => Guess::Parabola,
         };
         self.is_untouched = false;
-        let (unit, tail) = (self.kit.units[0], Some(&self.kit.tails[0]));
+        let (unit, tail) = (self.kit.unit, Some(&self.kit.tail));
         self.force.set(length.charge, n);
-        let (force, window) = (&mut self.force, &mut self.windows[0]);
+        let (force, window) = (&mut self.force, &mut self.window);
         let tables = &*unit.tables;
         in_gamma(One { tables, tail, force, window, start, guess, precision }, length, statistics)
     }
 
-    /// What [`Self::main`] made is too long; the forces are a good guess for a part of it.
+    /// What [`Self::solve`] made is too long; the forces are a good guess for a part of it.
     pub(super) fn reject(&mut self, length: Length) {
-        self.rejected = Some(Forces { length: length.h.hi, values: self.windows[0].a.clone() });
+        self.rejected = Some(Forces { length: length.h.hi, values: self.window.a.clone() });
     }
 
-    /// The companion's window, starting from the forces of [`Self::main`], which is accepted with this.
-    pub(super) fn companion(
-        &mut self,
-        length: Length,
-        start: &State,
-        precision: Precision,
-        statistics: &mut Statistics,
-    ) -> Option<Solved> {
-        let [main, window] = &mut self.windows;
-        let guess = Guess::Forces { matrix: &self.kit.resample, values: &main.a };
-        let (unit, tail, force) = (self.kit.units[1], Some(&self.kit.tails[1]), &mut self.force);
-        force.set(length.charge, unit.tables.points);
-        let tables = &*unit.tables;
-        let solved = in_gamma(One { tables, tail, force, window, start, guess, precision }, length, statistics)?;
-        self.previous = Some(Forces { length: length.h.hi, values: main.a.clone() });
+    /// What [`Self::solve`] made is accepted.
+    pub(super) fn accept(&mut self, length: Length) {
+        self.previous = Some(Forces { length: length.h.hi, values: self.window.a.clone() });
         (self.rejected, self.is_untouched) = (None, true);
-        Some(solved)
     }
 
-    /// Computes the certificate of the world-line's window from `start`, if it is wanted.
+    /// Whether forces can be evaluated in twofold precision.
+    pub(super) fn refines(&self) -> bool {
+        self.force.refines()
+    }
+
+    /// Computes the certificate of the window from `start`, if it is wanted.
     pub(super) fn certify(&mut self, length: Length, start: &State) {
         let Some(out) = &mut self.certificate else { return };
-        let (unit, force, charge) = (self.kit.units[0], &mut self.force, length.charge);
+        let (unit, force, charge) = (self.kit.unit, &mut self.force, length.charge);
         force.set(charge, unit.tables.points);
         let start = &State { w: start.w * length.h, ..*start };
-        let (window, length) = (&self.windows[0], length.h.hi);
+        let (window, length) = (&self.window, length.h.hi);
         Level::Best.dispatch(Certify { unit, force, charge, window, start, stretch: 1.0, length, out });
     }
 
     /// The last certificate.
     pub(super) fn certified(&self) -> Option<Certified<'_>> {
-        self.certificate.as_ref().map(|certificate| certificate.view(self.kit.rules[0].points()))
+        self.certificate.as_ref().map(|certificate| certificate.view(self.kit.rule.points()))
     }
 
-    /// X, u and a of the world-line on its nodes.
+    /// X, u and a on the nodes.
     pub(super) fn nodes(&self, length: Length) -> NodeValues<'_> {
-        self.windows[0].nodes(self.kit.rules[0].points(), length.h)
+        self.window.nodes(self.kit.rule.points(), length.h)
     }
 }
 
