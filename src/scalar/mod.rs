@@ -16,9 +16,11 @@
 //! ```
 
 mod compensated;
+mod constants;
 mod decimal;
 
 pub(crate) use compensated::Compensated;
+pub use constants::Constants;
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -62,8 +64,8 @@ pub trait Real:
     /// Whether this type has more digits than `f64`.
     const IS_EXTENDED: bool;
 
-    /// The number of this type that is nearest to an extended one.
-    fn round(number: Extended) -> Self;
+    /// The `numbers` in this type.
+    fn constants(numbers: &Constants) -> &[Self];
     /// The nearest `f64`.
     fn to_f64(self) -> f64;
     /// The number nearest to a decimal such as `-1.5e-3`; `None` if the text is not one.
@@ -157,8 +159,8 @@ impl Real for f64 {
     const MOST_DIGITS: u32 = 16;
     const IS_EXTENDED: bool = false;
 
-    fn round(number: Extended) -> Self {
-        decimal::to_f64(number)
+    fn constants(numbers: &Constants) -> &[Self] {
+        numbers.rounded()
     }
 
     #[inline]
@@ -215,8 +217,8 @@ impl Real for Extended {
     const MOST_DIGITS: u32 = 70;
     const IS_EXTENDED: bool = true;
 
-    fn round(number: Extended) -> Self {
-        number
+    fn constants(numbers: &Constants) -> &[Self] {
+        &numbers.exact
     }
 
     fn to_f64(self) -> f64 {
