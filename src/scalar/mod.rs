@@ -137,12 +137,6 @@ pub(crate) fn sum<S: Real>(terms: impl Iterator<Item = S>) -> S {
     terms.fold(S::ZERO, |sum, term| sum + term)
 }
 
-/// `value` as a `B`, if A and B are the same type.
-pub(crate) fn same<A: 'static, B: 'static>(value: A) -> Option<B> {
-    let mut value = Some(value);
-    (&mut value as &mut dyn std::any::Any).downcast_mut::<Option<B>>().and_then(Option::take)
-}
-
 macro_rules! inherent {
     ($type:ty: $($name:ident)*) => {
         $(#[inline] fn $name(self) -> Self { <$type>::$name(self) })*
