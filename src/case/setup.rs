@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::{Case, Decimal};
-use crate::scalar::{Real, same};
-use crate::solve::{Scene, Setup};
+use crate::scalar::Real;
+use crate::solve::{Arithmetic, Scene, Setup};
 
 impl Case {
     fn scene<S: Real>(&self) -> Scene<S> {
@@ -18,12 +18,12 @@ impl Case {
     }
 }
 
-impl<S: Real> From<&Case> for Setup<S> {
+impl<S: Arithmetic> From<&Case> for Setup<S> {
     fn from(case: &Case) -> Self {
         let scene = case.scene::<S>();
         Self {
             // Of a formula, compiling it once is enough where the two are of one kind.
-            rough: if S::IS_EXTENDED { case.scene() } else { same(scene.clone()).expect("S is f64") },
+            rough: S::rough_scene(&scene, || case.scene()),
             scene,
             sbp: case.scheme.sbp,
             form: case.scheme.form,

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use clap::Args;
 use geodesic_ivp::case::Expect;
 use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::{Case, CaseError, NoSolution, Solution, Status, solve};
 
 use super::{CaseArgs, memory, report, stdout};
@@ -51,7 +52,7 @@ pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
 ///
 /// # Errors
 /// [`ExpectationNotMet`] if anything is different.
-fn compare<S: Real>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<String>> {
+fn compare<S: Arithmetic>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<String>> {
     let result = solve::<S>(case);
     let status = result.as_ref().map_or_else(|failure| failure.status, |_| Status::Converged);
     if status != expect.status {

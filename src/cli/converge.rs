@@ -11,6 +11,7 @@ use geodesic_ivp::Case;
 use geodesic_ivp::case::{Form, SbpName};
 use geodesic_ivp::output::{ConvergenceSummary, OutputSet, Target, pictures, write_convergence, write_slopes};
 use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, Slope, Sweep, SweepError};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -146,7 +147,7 @@ pub(super) fn sweep_into(
     sweep(target, case, args, beside, name)
 }
 
-fn sweep_in<S: Real>(
+fn sweep_in<S: Arithmetic>(
     target: Target,
     case: &Case,
     args: &ConvergeArgs,
@@ -232,7 +233,7 @@ enum News<S> {
 
 /// Sweeps, with a progress bar if standard error is a terminal. After an interrupt the result has the grids that were
 /// finished; it is `None` if the reference was not finished.
-fn sweep_with_progress<S: Real>(case: &Case, args: &ConvergeArgs) -> Result<Option<Convergence<S>>, SweepError> {
+fn sweep_with_progress<S: Arithmetic>(case: &Case, args: &ConvergeArgs) -> Result<Option<Convergence<S>>, SweepError> {
     let forms = if args.form.is_empty() { &[case.scheme.form] } else { args.form.as_slice() };
     let schemes: Vec<_> = args.sbp.iter().flat_map(|&sbp| forms.iter().map(move |&form| (sbp, form))).collect();
     let grids = (args.n_gamma.len() * schemes.len()) as u64;

@@ -16,7 +16,7 @@ use geodesic_ivp::output::{
 use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
 use geodesic_ivp::sampling::Sample;
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::solve::solve_window_by_window;
+use geodesic_ivp::solve::{Arithmetic, solve_window_by_window};
 use geodesic_ivp::study::run_error::run_error;
 use geodesic_ivp::{Case, Solution, solve};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -77,7 +77,7 @@ struct Seconds {
     diagnostics: f64,
 }
 
-fn run_in<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
+fn run_in<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
     args.samples.check(args.stdout)?;
     warn_of(&case.warnings());
     memory::check(case, Some(&args.samples))?;
@@ -178,7 +178,7 @@ fn warn_of(warnings: &[String]) {
 
 /// Solves the case, with a spinner if standard error is a terminal, and measures and samples the solution. Returns also
 /// the seconds in the solver.
-fn solved<S: Real>(case: &Case, args: &RunArgs) -> (anyhow::Result<Solved<S>>, f64) {
+fn solved<S: Arithmetic>(case: &Case, args: &RunArgs) -> (anyhow::Result<Solved<S>>, f64) {
     let spinner = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
     spinner.set_message(match &case.solver.accuracy {
         Some(accuracy) => format!("solving to {accuracy}"),

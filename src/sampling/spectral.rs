@@ -6,12 +6,11 @@
 //! (Picard) sweeps on 2n nodes, which begin with the forces at the n nodes of the window.
 
 use std::collections::HashMap;
-use std::sync::{Arc, OnceLock};
 
 use crate::geodesic::acceleration;
 use crate::metric::Metric;
 use crate::sbp::gll::{LobattoRule, MOST_NODES};
-use crate::scalar::{Real, same, sum};
+use crate::scalar::{Real, sum};
 use crate::solve::Window;
 
 /// Largest number of sweeps. Each gains two digits or more.
@@ -65,10 +64,9 @@ impl<S: Real> Expansion<S> {
     }
 }
 
-/// Expansions by number of nodes, each computed once. In `f64` they are kept until the program ends, in extended
-/// precision as long as this object.
+/// Expansions by number of nodes, each computed once.
 #[derive(Debug)]
-pub(super) struct Tables<S>(HashMap<usize, Arc<Expansion<S>>>);
+pub(super) struct Tables<S>(HashMap<usize, Expansion<S>>);
 
 impl<S> Default for Tables<S> {
     fn default() -> Self {
@@ -77,13 +75,8 @@ impl<S> Default for Tables<S> {
 }
 
 impl<S: Real> Tables<S> {
-    fn of(&mut self, points: usize) -> Arc<Expansion<S>> {
-        static ROUNDED: [OnceLock<Arc<Expansion<f64>>>; MOST_NODES + 1] = [const { OnceLock::new() }; MOST_NODES + 1];
-        if S::IS_EXTENDED {
-            return Arc::clone(self.0.entry(points).or_insert_with(|| Arc::new(Expansion::new(points))));
-        }
-        let rounded = ROUNDED[points].get_or_init(|| Arc::new(Expansion::new(points)));
-        same(Arc::clone(rounded)).expect("f64 is the only type that is not extended")
+    fn of(&mut self, points: usize) -> &Expansion<S> {
+        self.0.entry(points).or_insert_with(|| Expansion::new(points))
     }
 }
 
@@ -109,7 +102,7 @@ impl<S: Real> Polynomials<S> {
             let integrals = [integral(&expansion.coefficients(&u)), integral(&w), w];
             Self { length: window.length(), start: [window.start.x, window.start.x_dot], integrals }
         };
-        let own = of_forces(&tables.of(x.len()), x);
+        let own = of_forces(tables.of(x.len()), x);
         let fine = tables.of((2 * x.len()).min(MOST_NODES));
         // For a start at rest in x = 0 the size of the motion is that of the nodes.
         let reach = x.iter().fold(S::ZERO, |reach, x| reach.max((*x - window.start.x).abs()));
@@ -127,7 +120,7 @@ impl<S: Real> Polynomials<S> {
                 break;
             }
             let change = x.iter().zip(&before).fold(S::ZERO, |change, (&x, &before)| change.max((x - before).abs()));
-            refined = Some(of_forces(&fine, &x));
+            refined = Some(of_forces(fine, &x));
             if sweep > 0 && change <= S::EPSILON * (scale + scale) {
                 return refined.unwrap_or(own);
             }

@@ -14,7 +14,7 @@
 
 use std::sync::OnceLock;
 
-use crate::scalar::{Extended, Real, same};
+use crate::scalar::{Constants, Extended, Real};
 
 /// Smallest number of nodes of a rule: its two ends.
 pub const LEAST_NODES: usize = 2;
@@ -62,51 +62,38 @@ fn rough_node(m: usize, i: usize) -> f64 {
     (0..10).fold(-angle.cos(), |x, _| newton_step(m, x))
 }
 
-/// Rules by number of nodes. Each is computed when it is first requested.
-type Rules<S> = [OnceLock<LobattoRule<S>>; MOST_NODES + 1];
-
 impl<S: Real> LobattoRule<S> {
     /// The rule of `n` nodes. It is computed once in the life of the program.
     ///
     /// # Panics
     /// If n is not in [`LEAST_NODES`] … [`MOST_NODES`].
     pub fn new(n: usize) -> Self {
-        static EXACT: Rules<Extended> = [const { OnceLock::new() }; MOST_NODES + 1];
-        static ROUNDED: Rules<f64> = [const { OnceLock::new() }; MOST_NODES + 1];
+        static RULES: [OnceLock<[Constants; 3]>; MOST_NODES + 1] = [const { OnceLock::new() }; MOST_NODES + 1];
         assert!((LEAST_NODES..=MOST_NODES).contains(&n), "a Lobatto rule has {LEAST_NODES} to {MOST_NODES} nodes");
-        let exact = || EXACT[n].get_or_init(|| LobattoRule::computed(n));
-        if S::IS_EXTENDED {
-            return exact().rounded();
-        }
-        let rule = ROUNDED[n].get_or_init(|| exact().rounded());
-        same(rule.clone()).expect("f64 is the only type that is not extended")
+        let rule = RULES[n].get_or_init(|| computed(n));
+        let [nodes, weights, differentiation] = rule.each_ref().map(|numbers| S::constants(numbers).to_vec());
+        Self { nodes, weights, differentiation }
     }
 }
 
-impl LobattoRule<Extended> {
-    fn rounded<S: Real>(&self) -> LobattoRule<S> {
-        let [nodes, weights, differentiation] = [&self.nodes, &self.weights, &self.differentiation]
-            .map(|values| values.iter().map(|&value| S::round(value)).collect());
-        LobattoRule { nodes, weights, differentiation }
+/// Nodes, weights and differentiation matrix of the rule of `n` nodes.
+fn computed(n: usize) -> [Constants; 3] {
+    let m = n - 1;
+    let mut nodes = vec![Extended::ZERO; n];
+    for i in 0..n / 2 {
+        let refined = |_| (0..REFINEMENTS).fold(Extended::from(rough_node(m, i)), |x, _| newton_step(m, x));
+        nodes[i] = if i == 0 { -Extended::ONE } else { refined(()) };
+        nodes[m - i] = -nodes[i];
     }
-
-    fn computed(n: usize) -> Self {
-        let m = n - 1;
-        let mut nodes = vec![Extended::ZERO; n];
-        for i in 0..n / 2 {
-            let refined = |_| (0..REFINEMENTS).fold(Extended::from(rough_node(m, i)), |x, _| newton_step(m, x));
-            nodes[i] = if i == 0 { -Extended::ONE } else { refined(()) };
-            nodes[m - i] = -nodes[i];
-        }
-        let values: Vec<Extended> = nodes.iter().map(|&x| legendre(m, x).1).collect();
-        let size = Extended::from((n * m) as f64);
-        let weights = values.iter().map(|&p| Extended::from(2.0) / (size * p * p));
-        let entry = |i: usize, j: usize| match (i, j) {
-            (0, 0) => -size / Extended::from(4.0),
-            _ if i == m && j == m => size / Extended::from(4.0),
-            _ if i == j => Extended::ZERO,
-            _ => values[i] / values[j] / (nodes[i] - nodes[j]),
-        };
-        Self { weights: weights.collect(), differentiation: (0..n * n).map(|k| entry(k / n, k % n)).collect(), nodes }
-    }
+    let values: Vec<Extended> = nodes.iter().map(|&x| legendre(m, x).1).collect();
+    let size = Extended::from((n * m) as f64);
+    let weights = values.iter().map(|&p| Extended::from(2.0) / (size * p * p));
+    let entry = |i: usize, j: usize| match (i, j) {
+        (0, 0) => -size / Extended::from(4.0),
+        _ if i == m && j == m => size / Extended::from(4.0),
+        _ if i == j => Extended::ZERO,
+        _ => values[i] / values[j] / (nodes[i] - nodes[j]),
+    };
+    let (weights, differentiation) = (weights.collect(), (0..n * n).map(|k| entry(k / n, k % n)).collect());
+    [nodes, weights, differentiation].map(Constants::new)
 }

@@ -16,9 +16,11 @@
 //! ```
 
 mod compensated;
+mod constants;
 mod decimal;
 
 pub(crate) use compensated::Compensated;
+pub use constants::Constants;
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -62,8 +64,8 @@ pub trait Real:
     /// Whether this type has more digits than `f64`.
     const IS_EXTENDED: bool;
 
-    /// The number of this type that is nearest to an extended one.
-    fn round(number: Extended) -> Self;
+    /// The `numbers` in this type.
+    fn constants(numbers: &Constants) -> &[Self];
     /// The nearest `f64`.
     fn to_f64(self) -> f64;
     /// The number nearest to a decimal such as `-1.5e-3`; `None` if the text is not one.
@@ -135,12 +137,6 @@ pub(crate) fn sum<S: Real>(terms: impl Iterator<Item = S>) -> S {
     terms.fold(S::ZERO, |sum, term| sum + term)
 }
 
-/// `value` as a `B`, if A and B are the same type.
-pub(crate) fn same<A: 'static, B: 'static>(value: A) -> Option<B> {
-    let mut value = Some(value);
-    (&mut value as &mut dyn std::any::Any).downcast_mut::<Option<B>>().and_then(Option::take)
-}
-
 macro_rules! inherent {
     ($type:ty: $($name:ident)*) => {
         $(#[inline] fn $name(self) -> Self { <$type>::$name(self) })*
@@ -157,8 +153,8 @@ impl Real for f64 {
     const MOST_DIGITS: u32 = 16;
     const IS_EXTENDED: bool = false;
 
-    fn round(number: Extended) -> Self {
-        decimal::to_f64(number)
+    fn constants(numbers: &Constants) -> &[Self] {
+        numbers.rounded()
     }
 
     #[inline]
@@ -215,8 +211,8 @@ impl Real for Extended {
     const MOST_DIGITS: u32 = 70;
     const IS_EXTENDED: bool = true;
 
-    fn round(number: Extended) -> Self {
-        number
+    fn constants(numbers: &Constants) -> &[Self] {
+        &numbers.exact
     }
 
     fn to_f64(self) -> f64 {

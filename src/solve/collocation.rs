@@ -3,6 +3,7 @@
 //! Both forms of the action have one; they differ in which nodes are unknown and in how the initial values enter, which
 //! [`FormDerivative`] knows.
 
+use super::arithmetic::Arithmetic;
 use super::derivative::FormDerivative;
 use super::march;
 use super::newton::{self, Failure, LinearFailure, NewtonSystem, Root, RoundingLevels};
@@ -10,16 +11,16 @@ use super::physical_limit::PhysicalLimit;
 use super::problem::Problem;
 use super::refinement::{self, Refined};
 use super::setup::Setup;
-use super::status::InitialGuess;
+use super::status::{InitialGuess, IterationRecord};
 use crate::banded::solve_banded;
 use crate::geodesic::{acceleration, acceleration_slope};
 use crate::metric::{MetricSamples, OutsideDomain};
 use crate::norm::max_abs;
-use crate::scalar::{Real, same};
+use crate::scalar::Real;
 
-pub(super) fn solve<S: Real>(problem: &Problem<S>, setup: &Setup<S>) -> Result<PhysicalLimit<S>, Failure> {
+pub(super) fn solve<S: Arithmetic>(problem: &Problem<S>, setup: &Setup<S>) -> Result<PhysicalLimit<S>, Failure> {
     let max_iterations = setup.max_iterations;
-    let rough = problem.in_f64(setup);
+    let rough = S::rough_problem(problem, setup);
     let (x, w) = march::nystrom(&rough).map_err(march::outside)?;
     let first = rough.derivative().first_unknown();
     let guess: Vec<f64> = x[first..].iter().zip(&w[first..]).flat_map(|(&x, &w)| [x, w]).collect();
@@ -27,22 +28,25 @@ pub(super) fn solve<S: Real>(problem: &Problem<S>, setup: &Setup<S>) -> Result<P
     let mut system = Collocation::new(&*rough, scales, x, w);
     let root = newton::solve(&mut system, guess, max_iterations)?;
     // The system was evaluated last at its root.
-    let (history, x, w, g00, spare): (_, Vec<S>, Vec<S>, Vec<S>, Vec<S>);
-    if S::IS_EXTENDED {
-        let zeros = || vec![S::ZERO; problem.sbp.points()];
-        let residual = Collocation::new(problem, scales, zeros(), zeros());
-        let mut refined = RefinedCollocation { residual, linearised: system };
-        let fine = refinement::refine(&mut refined, root, problem.digits, max_iterations)?;
-        let mut system = refined.residual;
-        system.evaluate(&fine.unknowns).map_err(march::outside)?;
-        (history, x, w, g00, spare) = (fine.history, system.x, system.w, system.metric.g00, system.slope_x);
-    } else {
-        let own = |numbers: Vec<f64>| same(numbers).expect("f64 is the only type that is not extended");
-        (history, x, w) = (root.history, own(system.x), own(system.w));
-        (g00, spare) = (own(system.metric.g00), own(system.slope_x));
-    }
-    let elapsed = integrate(problem, &rough, &g00, spare, max_iterations)?;
-    Ok(PhysicalLimit { elapsed, x, x_dot: w, history, initial_guess: InitialGuess::Nystrom4 })
+    let (system, history) = S::collocated(system, root, problem, setup)?;
+    let elapsed = integrate(problem, &rough, &system.metric.g00, system.slope_x, max_iterations)?;
+    Ok(PhysicalLimit { elapsed, x: system.x, x_dot: system.w, history, initial_guess: InitialGuess::Nystrom4 })
+}
+
+/// The system of `problem` at its root, by refinement of the `root` of the system `linearised` there.
+pub(super) fn refined<'a, S: Real>(
+    linearised: Collocation<'a, f64>,
+    root: Root,
+    problem: &'a Problem<S>,
+    max_iterations: usize,
+) -> Result<(Collocation<'a, S>, Vec<IterationRecord>), Failure> {
+    let zeros = || vec![S::ZERO; problem.sbp.points()];
+    let residual = Collocation::new(problem, linearised.scales, zeros(), zeros());
+    let mut refined = RefinedCollocation { residual, linearised };
+    let fine = refinement::refine(&mut refined, root, problem.digits, max_iterations)?;
+    let mut system = refined.residual;
+    system.evaluate(&fine.unknowns).map_err(march::outside)?;
+    Ok((system, fine.history))
 }
 
 /// t − t_i from the equations dt/dγ = Q_t/g00(x_k), with iterative refinement: one round for `f64`, as many as the
@@ -162,7 +166,7 @@ impl Scales {
 
 /// Rows (h dx/dγ − h w)/s_x and (h dw/dγ − h a(x))/s_w in the unknown (x_k, w_k), both interleaved: at nodes 1 … N−1
 /// for k = 2 … N in the strong form, at all nodes for all k in the weak one.
-struct Collocation<'a, S> {
+pub(super) struct Collocation<'a, S> {
     problem: &'a Problem<S>,
     q_t: S,
     scales: Scales,

@@ -1,5 +1,6 @@
 //! Runs that end at a physical time: the γ_f at which t at the last node is t_f.
 
+use super::arithmetic::Arithmetic;
 use super::refinement;
 use super::run::Observer;
 use super::setup::Setup;
@@ -20,7 +21,7 @@ const SPARE_DIGITS: u32 = 4;
 /// late.
 ///
 /// Where the windows are observed, the search keeps no more than one, and the run that was found is repeated once.
-pub(super) fn solve<S: Real>(
+pub(super) fn solve<S: Arithmetic>(
     setup: &Setup<S>,
     duration: S,
     observer: Option<Observer<'_, S>>,
@@ -34,7 +35,7 @@ pub(super) fn solve<S: Real>(
     }
 }
 
-fn search<S: Real>(
+fn search<S: Arithmetic>(
     setup: &Setup<S>,
     duration: S,
     solve_to: &mut dyn FnMut(S) -> Result<Solution<S>, NoSolution>,

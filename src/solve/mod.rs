@@ -1,6 +1,7 @@
 //! From a valid case to a critical point of its doubled action, or to the reason why there is none.
 
 mod accuracy;
+mod arithmetic;
 mod collocation;
 mod critical_point;
 mod derivative;
@@ -19,8 +20,7 @@ mod solution;
 mod spectral;
 mod status;
 
-use std::any::Any;
-
+pub use arithmetic::Arithmetic;
 pub use memory::bytes_needed;
 pub use setup::{End, Scene, Setup, System};
 pub(crate) use solution::WindowNodes;
@@ -28,13 +28,13 @@ pub use solution::{Backward, EndState, Joint, Solution, Window};
 pub use status::{InitialGuess, IterationRecord, NoSolution, Status};
 
 use self::critical_point::CriticalPointSolver;
-use self::newton::{Failure, Root};
+use self::newton::Failure;
 use self::problem::Problem;
 use self::run::{Observer, Piece, Place, Run};
 use crate::action::{DoubledAction, Form, Layout, MULTIPLIERS};
 use crate::metric::OutsideDomain;
 use crate::norm::max_abs;
-use crate::scalar::{Compensated, Real, same};
+use crate::scalar::{Compensated, Real};
 
 /// Below this share of its first value, g00 is on its way to a horizon.
 const HORIZON: f64 = 1e-2;
@@ -54,7 +54,7 @@ const HORIZON: f64 = 1e-2;
 ///
 /// # Panics
 /// If the setup is not valid, which one of a valid case is, or if it asks for an accuracy and `S` is not `f64`.
-pub fn solve<S: Real>(setup: impl Into<Setup<S>>) -> Result<Solution<S>, NoSolution> {
+pub fn solve<S: Arithmetic>(setup: impl Into<Setup<S>>) -> Result<Solution<S>, NoSolution> {
     solve_seen(&setup.into(), None)
 }
 
@@ -70,17 +70,16 @@ pub fn solve<S: Real>(setup: impl Into<Setup<S>>) -> Result<Solution<S>, NoSolut
 ///
 /// # Panics
 /// As [`solve`].
-pub fn solve_window_by_window<S: Real>(
+pub fn solve_window_by_window<S: Arithmetic>(
     setup: impl Into<Setup<S>>,
     observe: &mut dyn FnMut(&Solution<S>),
 ) -> Result<Solution<S>, NoSolution> {
     solve_seen(&setup.into(), Some(observe))
 }
 
-fn solve_seen<S: Real>(setup: &Setup<S>, observer: Option<Observer<'_, S>>) -> Result<Solution<S>, NoSolution> {
+fn solve_seen<S: Arithmetic>(setup: &Setup<S>, observer: Option<Observer<'_, S>>) -> Result<Solution<S>, NoSolution> {
     if let Some(accuracy) = setup.accuracy {
-        return in_f64(observer, |observer| accuracy::solve(&setup.rough, accuracy, observer))
-            .expect("an accuracy is a matter of f64");
+        return S::run_to_accuracy(setup, accuracy, observer);
     }
     match setup.scene.end {
         End::Duration(duration) => end_time::solve(setup, duration, observer),
@@ -89,15 +88,19 @@ fn solve_seen<S: Real>(setup: &Setup<S>, observer: Option<Observer<'_, S>>) -> R
 }
 
 /// Solves a case on γ − γ_i ∈ [0, `length`], window after window.
-fn solve_to<S: Real>(
+fn solve_to<S: Arithmetic>(
     setup: &Setup<S>,
     length: S,
     mut observer: Option<Observer<'_, S>>,
 ) -> Result<Solution<S>, NoSolution> {
     let windows = setup.windows;
     let problem = Problem::new(setup, length / S::from(windows as f64));
-    if let Some(solution) = fast_run(&problem, setup, length, &mut observer) {
-        return solution;
+    let weak = problem.form == Form::Weak && setup.system == System::PhysicalLimit;
+    if weak && !problem.sbp.is_equidistant() {
+        let observer = observer.as_mut().map(|observer| &mut **observer as Observer<'_, S>);
+        if let Some(solution) = S::fast_run(&problem, setup, length, observer)? {
+            return Ok(solution);
+        }
     }
     let nodes = if observer.is_some() { 1 } else { windows } * problem.sbp.points();
     let mut run = Run::new(&setup.scene, (problem.form, problem.sbp_name), problem.digits, nodes, observer);
@@ -105,40 +108,8 @@ fn solve_to<S: Real>(
     each_window(problem, setup, length, run)
 }
 
-/// The run of a spectral element in the weak form, if `S` is `f64` and its iteration converges.
-fn fast_run<S: Real>(
-    problem: &Problem<S>,
-    setup: &Setup<S>,
-    length: S,
-    observer: &mut Option<Observer<'_, S>>,
-) -> Option<Result<Solution<S>, NoSolution>> {
-    let problem: &Problem = (problem as &dyn Any).downcast_ref()?;
-    let weak = problem.form == Form::Weak && setup.system == System::PhysicalLimit;
-    if !weak || problem.sbp.is_equidistant() {
-        return None;
-    }
-    let observer = observer.as_mut().map(|observer| &mut **observer as Observer<'_, S>);
-    in_f64(observer, |observer| spectral::march(problem, &setup.in_f64(), length.to_f64(), observer).transpose())
-        .flatten()
-}
-
-/// What `work`, which is done in `f64`, returns, if `S` is `f64`.
-fn in_f64<S: Real, T: 'static, U: 'static>(
-    observer: Option<Observer<'_, S>>,
-    work: impl FnOnce(Option<Observer<'_, f64>>) -> T,
-) -> Option<U> {
-    same(match observer {
-        None => work(None),
-        Some(observer) => work(Some(&mut |solution: &Solution| {
-            if let Some(solution) = (solution as &dyn Any).downcast_ref() {
-                observer(solution);
-            }
-        })),
-    })
-}
-
 /// Every window by Newton's method or an explicit recursion, from where the one before ends.
-fn each_window<S: Real>(
+fn each_window<S: Arithmetic>(
     mut problem: Problem<S>,
     setup: &Setup<S>,
     length: S,
@@ -164,11 +135,11 @@ fn each_window<S: Real>(
     Ok(run.solution)
 }
 
-fn solve_physical_limit<S: Real>(problem: &Problem<S>, setup: &Setup<S>) -> Result<Piece<S>, NoSolution> {
+fn solve_physical_limit<S: Arithmetic>(problem: &Problem<S>, setup: &Setup<S>) -> Result<Piece<S>, NoSolution> {
     let limit = physical_limit::solve(problem, setup)
         // Two rows and two unknowns a node: rows start at node 1, unknowns (strong) at node 2.
         .map_err(|(failure, guess)| {
-            let rough = problem.in_f64(setup);
+            let rough = S::rough_problem(problem, setup);
             let first = rough.derivative().first_unknown();
             let locate = |row: usize, u: &[f64]| {
                 let node = row / 2;
@@ -194,9 +165,9 @@ fn solve_physical_limit<S: Real>(problem: &Problem<S>, setup: &Setup<S>) -> Resu
     })
 }
 
-fn solve_doubled<S: Real>(problem: &Problem<S>, setup: &Setup<S>) -> Result<Piece<S>, NoSolution> {
+fn solve_doubled<S: Arithmetic>(problem: &Problem<S>, setup: &Setup<S>) -> Result<Piece<S>, NoSolution> {
     let guess = InitialGuess::WindowedAction;
-    let rough = problem.in_f64(setup);
+    let rough = S::rough_problem(problem, setup);
     let start = first_guess::windowed_action(&rough).map_err(|window| {
         // The window is a short grid of its own: γ counts from its start.
         let mut failure = *window.failure;
@@ -219,13 +190,9 @@ fn solve_doubled<S: Real>(problem: &Problem<S>, setup: &Setup<S>) -> Result<Piec
     let layout = problem.layout();
     let (action, rough_action) = (problem.action_of(setup.regularised), rough.action_of(setup.regularised));
     let solver = CriticalPointSolver::new(&rough_action);
-    let root = solver.solve(&rough_action, start, setup.max_iterations).and_then(|root| {
-        if S::IS_EXTENDED {
-            return solver.refine(&action, &rough_action, root, setup);
-        }
-        let unknowns = same(root.unknowns).expect("f64 is the only type that is not extended");
-        Ok(Root { unknowns, history: root.history })
-    });
+    let root = solver
+        .solve(&rough_action, start, setup.max_iterations)
+        .and_then(|root| S::critical_point(&solver, &rough_action, root, &action, setup));
     let root = root.map_err(|failure| {
         let locate = |unknown: usize, u: &[f64]| on_forward_branch(layout, unknown, u);
         no_solution(&rough, failure, guess, |node| rough.gamma(node), locate)

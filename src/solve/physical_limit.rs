@@ -25,6 +25,7 @@
 //! (D̄ linear here): an SBP–SAT scheme in γ, which meets the initial data up to its truncation error. The solution is
 //! not taken on trust: the caller evaluates ∇E_IVP of the doubled action at it.
 
+use super::arithmetic::Arithmetic;
 use super::collocation;
 use super::march;
 use super::newton::Failure;
@@ -50,7 +51,7 @@ pub(super) struct PhysicalLimit<S> {
 
 /// In the strong form SBP21 is explicit and is marched; wider operators, and the weak form, are solved as one banded
 /// system.
-pub(super) fn solve<S: Real>(
+pub(super) fn solve<S: Arithmetic>(
     problem: &Problem<S>,
     setup: &Setup<S>,
 ) -> Result<PhysicalLimit<S>, (Failure, InitialGuess)> {

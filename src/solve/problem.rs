@@ -1,7 +1,5 @@
 //! A case made concrete: operator, metric and initial data on one grid.
 
-use std::any::Any;
-use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::derivative::FormDerivative;
@@ -61,17 +59,14 @@ impl<S: Real> Problem<S> {
         self.initial = InitialData { t: S::ZERO, x, t_dot, x_dot };
     }
 
-    /// The same problem in `f64`: itself, or a rounded one.
-    pub(crate) fn in_f64(&self, setup: &Setup<S>) -> Cow<'_, Problem> {
-        if let Some(same) = (self as &dyn Any).downcast_ref() {
-            return Cow::Borrowed(same);
-        }
+    /// The same problem, rounded to `f64`.
+    pub(super) fn rounded(&self, setup: &Setup<S>) -> Problem {
         let mut rounded: Problem = Problem::new(&setup.in_f64(), self.length.to_f64());
         let InitialData { t, x, t_dot, x_dot } = self.initial;
         let [t, x, t_dot, x_dot] = [t, x, t_dot, x_dot].map(S::to_f64);
         rounded.initial = InitialData { t, x, t_dot, x_dot };
         rounded.gamma_i = self.gamma_i.to_f64();
-        Cow::Owned(rounded)
+        rounded
     }
 
     pub(crate) fn action(&self) -> DoubledAction<'_, S> {

@@ -1,6 +1,7 @@
 //! What several test files need.
 
 use geodesic_ivp::scalar::Real;
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::{Case, Solution, solve};
 
 /// The base case of the paper, quartic potential; everything else is an override of it.
@@ -33,7 +34,7 @@ pub(crate) fn solved(overrides: &str) -> Solution {
 }
 
 /// The solution of `QUARTIC` with overrides in another arithmetic.
-pub(crate) fn solved_in<S: Real>(overrides: &str) -> Solution<S> {
+pub(crate) fn solved_in<S: Arithmetic>(overrides: &str) -> Solution<S> {
     solve(&case(overrides)).unwrap_or_else(|error| panic!("{overrides}: {error}"))
 }
 

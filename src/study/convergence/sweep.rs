@@ -11,7 +11,7 @@ use crate::diagnostics::Diagnostics;
 use crate::metric::Metric;
 use crate::reference::ReferenceTrajectory;
 use crate::scalar::Real;
-use crate::solve::{Solution, Status, solve};
+use crate::solve::{Arithmetic, Solution, Status, solve};
 
 /// A sweep that is ready to run: every grid is possible, and there is a reference.
 pub struct Sweep<S = f64> {
@@ -30,7 +30,7 @@ pub struct Sweep<S = f64> {
 ///
 /// # Errors
 /// See [`Sweep::new`].
-pub fn sweep<S: Real>(
+pub fn sweep<S: Arithmetic>(
     case: &Case,
     schemes: &[(SbpName, Form)],
     n_gamma: &[usize],
@@ -41,7 +41,7 @@ pub fn sweep<S: Real>(
     Ok(sweep.run(cancel, &|_, point| finished(point)))
 }
 
-impl<S: Real> Sweep<S> {
+impl<S: Arithmetic> Sweep<S> {
     /// A sweep of `case` over every operator with its form and every number of nodes.
     ///
     /// A case that ends at a physical time is swept at the γ_f at which the reference reaches it.
@@ -122,7 +122,7 @@ impl<S: Real> Sweep<S> {
     }
 }
 
-fn measure<S: Real>(case: &Case, length: S, reference: &ReferenceTrajectory<S>) -> ConvergencePoint {
+fn measure<S: Arithmetic>(case: &Case, length: S, reference: &ReferenceTrajectory<S>) -> ConvergencePoint {
     let intervals = case.grid.windows * (case.grid.n_gamma - 1);
     let start = Instant::now();
     let result = solve::<S>(case);

@@ -1,0 +1,157 @@
+//! What a run in `f64` and one in extended precision do differently, chosen by the type of the numbers.
+
+use std::borrow::Cow;
+
+use super::accuracy;
+use super::collocation::{self, Collocation};
+use super::critical_point::CriticalPointSolver;
+use super::newton::{Failure, Root};
+use super::problem::Problem;
+use super::run::Observer;
+use super::setup::{Scene, Setup};
+use super::solution::Solution;
+use super::spectral;
+use super::status::{IterationRecord, NoSolution};
+use crate::action::DoubledAction;
+use crate::scalar::{Extended, Real};
+
+/// The numbers that [`solve`](crate::solve()) computes in: `f64` and [`Extended`].
+#[expect(private_bounds, reason = "only this module solves")]
+pub trait Arithmetic: Real + Engine {
+    /// `scene` in `f64`, for [`Setup::rough`]: itself, or the one that `rounded` makes.
+    fn rough_scene(scene: &Scene<Self>, rounded: impl FnOnce() -> Scene) -> Scene;
+}
+
+impl Arithmetic for f64 {
+    fn rough_scene(scene: &Scene, _: impl FnOnce() -> Scene) -> Scene {
+        scene.clone()
+    }
+}
+
+impl Arithmetic for Extended {
+    fn rough_scene(_: &Scene<Self>, rounded: impl FnOnce() -> Scene) -> Scene {
+        rounded()
+    }
+}
+
+/// The parts of a run that depend on the kind of numbers.
+pub(super) trait Engine: Real {
+    /// `problem` in `f64`: itself, or a rounded one.
+    fn rough_problem<'a>(problem: &'a Problem<Self>, setup: &Setup<Self>) -> Cow<'a, Problem>;
+
+    /// The run of `setup` to an accuracy.
+    ///
+    /// # Panics
+    /// If this is not `f64`.
+    fn run_to_accuracy(
+        setup: &Setup<Self>,
+        accuracy: f64,
+        observer: Option<Observer<'_, Self>>,
+    ) -> Result<Solution<Self>, NoSolution>;
+
+    /// The run of spectral elements in the weak form that starts with `problem`, by a fast iteration; none if there is
+    /// no such iteration, or if it does not converge.
+    fn fast_run(
+        problem: &Problem<Self>,
+        setup: &Setup<Self>,
+        length: Self,
+        observer: Option<Observer<'_, Self>>,
+    ) -> Result<Option<Solution<Self>>, NoSolution>;
+
+    /// From the collocation system at its root in `f64` to that of `problem` at its root.
+    fn collocated<'a>(
+        rough: Collocation<'a, f64>,
+        root: Root,
+        problem: &'a Problem<Self>,
+        setup: &Setup<Self>,
+    ) -> Result<(Collocation<'a, Self>, Vec<IterationRecord>), Failure>;
+
+    /// From the critical point of `rough` to that of `action`, which is the same action.
+    fn critical_point(
+        solver: &CriticalPointSolver,
+        rough: &DoubledAction<'_>,
+        root: Root,
+        action: &DoubledAction<'_, Self>,
+        setup: &Setup<Self>,
+    ) -> Result<Root<Self>, Failure>;
+}
+
+impl Engine for f64 {
+    fn rough_problem<'a>(problem: &'a Problem, _: &Setup) -> Cow<'a, Problem> {
+        Cow::Borrowed(problem)
+    }
+
+    fn run_to_accuracy(
+        setup: &Setup,
+        accuracy: f64,
+        observer: Option<Observer<'_, f64>>,
+    ) -> Result<Solution, NoSolution> {
+        accuracy::solve(&setup.scene, accuracy, observer)
+    }
+
+    fn fast_run(
+        problem: &Problem,
+        setup: &Setup,
+        length: f64,
+        observer: Option<Observer<'_, f64>>,
+    ) -> Result<Option<Solution>, NoSolution> {
+        spectral::march(problem, setup, length, observer)
+    }
+
+    fn collocated<'a>(
+        rough: Collocation<'a, f64>,
+        root: Root,
+        _: &'a Problem,
+        _: &Setup,
+    ) -> Result<(Collocation<'a, f64>, Vec<IterationRecord>), Failure> {
+        Ok((rough, root.history))
+    }
+
+    fn critical_point(
+        _: &CriticalPointSolver,
+        _: &DoubledAction<'_>,
+        root: Root,
+        _: &DoubledAction<'_>,
+        _: &Setup,
+    ) -> Result<Root, Failure> {
+        Ok(root)
+    }
+}
+
+impl Engine for Extended {
+    fn rough_problem<'a>(problem: &'a Problem<Self>, setup: &Setup<Self>) -> Cow<'a, Problem> {
+        Cow::Owned(problem.rounded(setup))
+    }
+
+    fn run_to_accuracy(_: &Setup<Self>, _: f64, _: Option<Observer<'_, Self>>) -> Result<Solution<Self>, NoSolution> {
+        panic!("an accuracy is a matter of f64")
+    }
+
+    fn fast_run(
+        _: &Problem<Self>,
+        _: &Setup<Self>,
+        _: Self,
+        _: Option<Observer<'_, Self>>,
+    ) -> Result<Option<Solution<Self>>, NoSolution> {
+        Ok(None)
+    }
+
+    fn collocated<'a>(
+        rough: Collocation<'a, f64>,
+        root: Root,
+        problem: &'a Problem<Self>,
+        setup: &Setup<Self>,
+    ) -> Result<(Collocation<'a, Self>, Vec<IterationRecord>), Failure> {
+        collocation::refined(rough, root, problem, setup.max_iterations)
+    }
+
+    fn critical_point(
+        solver: &CriticalPointSolver,
+        rough: &DoubledAction<'_>,
+        root: Root,
+        action: &DoubledAction<'_, Self>,
+        setup: &Setup<Self>,
+    ) -> Result<Root<Self>, Failure> {
+        solver.refine(action, rough, root, setup)
+    }
+}
