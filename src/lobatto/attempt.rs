@@ -275,6 +275,9 @@ impl Attempt<'_> {
         if estimate <= self.accuracy {
             return Ok(());
         }
+        if share <= LEAST_SHARE && !estimate.is_finite() {
+            return Err(Ended::Failed(self.why(start, window, gamma)));
+        }
         if share <= LEAST_SHARE {
             // Errors grow without bound before a horizon: then the horizon is the reason, not the accuracy.
             let failure = match probe::follow(self.metric, self.q_t, start, self.ahead(gamma)) {

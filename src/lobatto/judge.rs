@@ -55,6 +55,8 @@ pub(super) struct Judge<'m> {
     pub(super) sizes: [f64; 2],
     /// A time scale of the motion, which makes a velocity of an acceleration.
     time: f64,
+    /// The length of the last window.
+    length: f64,
     /// The sum of the local truncation errors as shifts in γ.
     shift: f64,
     rounding: Rounding,
@@ -74,13 +76,15 @@ pub(super) struct Judge<'m> {
     last: Joint,
 }
 
-/// K, how far it may be off because of rounding, the flow |f|, |da/dx| and dt/dγ.
+/// K, how far it may be off because of rounding, the flow |f|, |da/dx|, |w|, |a| and |dt/dγ|.
 #[derive(Debug, Clone, Copy, Default)]
 struct Joint {
     k: f64,
     rounds: f64,
     flow: f64,
     slope: f64,
+    speed: f64,
+    push: f64,
     rate: f64,
 }
 
@@ -131,7 +135,9 @@ impl<'m> Judge<'m> {
             per_square: (points as f64).powi(-2),
             start: start.t,
             sizes: [1.0; 2],
-            time,
+            // Squares of its reciprocal must not overflow.
+            time: time.max(1e-100),
+            length: 0.0,
             shift: 0.0,
             rounding: Rounding::default(),
             shear: 0.0,
@@ -156,9 +162,10 @@ impl<'m> Judge<'m> {
         // g00 = c² + 2V/m is rounded at the size of its terms, and x at its own.
         let c_squared = self.metric.c_squared();
         let rounds = u * u * (c_squared + (g.g00 - c_squared).abs() + (g.first * state.x.hi).abs()) + motion;
-        let flow = state.w.hi.hypot(0.5 * g.first * u * u * self.time);
+        let (speed, push) = (state.w.hi.abs(), (0.5 * g.first * u * u).abs());
+        let flow = speed.hypot(push * self.time);
         let slope = acceleration_slope(self.q_t, g.g00, g.first, g.second).abs();
-        Joint { k: energy - motion, rounds: K_ROUNDS * rounds, flow, slope, rate: u.abs() }
+        Joint { k: energy - motion, rounds: K_ROUNDS * rounds, flow, slope, speed, push, rate: u.abs() }
     }
 
     /// Sees an accepted window of length `h` that ends at `end`, where the motion has the time scale `scale`. `rounds`
@@ -173,7 +180,7 @@ impl<'m> Judge<'m> {
         }
         let before = self.last.off(self.first);
         let (from, here) = (self.last, self.joint(end));
-        self.last = here;
+        (self.last, self.length) = (here, h);
         let off = 0.25 * (before + here.off(self.first));
         if off != 0.0 {
             let bend = (self.time * self.time * from.slope.max(here.slope)).max(1.0);
@@ -197,7 +204,9 @@ impl<'m> Judge<'m> {
         let shift = self.caution * self.shift + self.rounding.shift() + PHASE * self.sheared;
         let energy = 0.5 * self.last.off(self.first).abs();
         let across = if energy > 0.0 { self.time * energy / self.last.flow } else { 0.0 };
-        let x = if shift > 0.0 { self.last.flow * shift } else { 0.0 } + across;
+        // A shift moves x by dx/dγ, up to its largest value in the window.
+        let reach = self.last.speed + self.last.push * self.length;
+        let x = if shift > 0.0 { reach * shift } else { 0.0 } + across;
         let t = 2.0 * self.rate * shift + self.caution * self.local_t;
         [t / self.sizes[0], x / self.sizes[1]]
     }
