@@ -42,16 +42,17 @@ pub struct Adapted {
 
 /// A march that keeps to a requested accuracy.
 ///
-/// The rule is whichever of those with 16, 20 or 24 nodes is cheapest for the accuracy. The length of a
-/// window is chosen such that the squares of the highest Legendre coefficients of a and u but the last, which bound the
-/// error at the window's end, stay below a share of the accuracy, and what the coefficients themselves mean for the
-/// nodes inside stays below the accuracy.
+/// The rule is whichever of those with 16, 20 or 24 nodes is cheapest for the accuracy. The length of a window is
+/// chosen such that the squares of the highest Legendre coefficients of a and u but the last, which bound the error at
+/// the window's end, stay below a share of the accuracy, and what the coefficients themselves mean for the nodes inside
+/// stays below the accuracy. Lengths change seldom: equal windows are more accurate than many that follow the force
+/// closely.
 ///
 /// There is no second integration to compare with. The local errors of the windows add up to a shift along the
 /// world-line, and what K has lost, which is known exactly, is the error of the energy: that is all an error of one
-/// coordinate and its velocity can be. How both grow follows from the flow at the joints (see the module `judge`). Where that turns out not to be
-/// enough, the march is begun again with a smaller share, down to rounding, after which it fails. Lengths change
-/// seldom: equal windows are more accurate than many that follow the force closely.
+/// coordinate and its velocity can be. How both grow follows from the flow at the joints (see the module `judge`).
+/// Where that turns out to be more than was asked for, the march is begun again with a smaller share, down to rounding,
+/// after which it fails.
 ///
 /// The tables serve all lengths and are made once in the life of the program; the first march with a rule is a fraction
 /// of a millisecond slower.
@@ -62,7 +63,8 @@ pub struct Adaptive<'a> {
     certify: bool,
 }
 
-/// A lower accuracy would cost hardly less, and windows that resolve nothing, such as next to a horizon, do not show it.
+/// A lower accuracy would cost hardly less, and windows that resolve nothing, such as next to a horizon, do not show
+/// it.
 const LOOSEST: f64 = 1e-4;
 
 /// Above the first accuracy 16 nodes are cheapest, down to the second 20, and below that 24.

@@ -133,12 +133,13 @@ impl Attempt<'_> {
             }
             let solved = walk.solve(this, &state, precision, statistics);
             let scale = self.scale(this.h.hi, gamma.hi, statistics.windows);
-            let excess = solved.as_ref().map_or(f64::INFINITY, |s| {
+            let solved = solved.map(|solved| (judge.joint(&solved.end), solved));
+            let excess = solved.as_ref().map_or(f64::INFINITY, |(end, s)| {
                 let margin = if precision.refine { INSIDE_MARGIN_AT_ROUNDING } else { INSIDE_MARGIN };
                 let inside = margin * judge.inside(s) / self.accuracy;
-                (judge.of_window(s, &state, this.h.hi, scale) / share).max(inside * inside)
+                (judge.of_window(s, *end, &state, this.h.hi, scale) / share).max(inside * inside)
             });
-            let Some(mut solved) = solved.filter(|_| excess <= MOST_EXCESS) else {
+            let Some((mut end, mut solved)) = solved.filter(|_| excess <= MOST_EXCESS) else {
                 if excess.is_finite() {
                     walk.reject(this);
                 }
@@ -160,6 +161,7 @@ impl Attempt<'_> {
                     is_last = true;
                     (this, solved) =
                         self.hit(walk, this, solved, &state, precision, statistics, duration).map_err(Ended::Failed)?;
+                    end = judge.joint(&solved.end);
                 }
                 idle = if (solved.end.t - state.t).hi.abs() <= 1e-15 * duration.abs() { idle + 1 } else { 0 };
                 if idle > 100 || this.h.hi > 1e100 {
@@ -171,7 +173,7 @@ impl Attempt<'_> {
             let start = state;
             state = solved.end;
             let rounds = if precision.refine && walk.refines() { REFINED } else { ROUNDS };
-            judge.see(&solved, this.h.hi, scale, rounds);
+            judge.see(&solved, end, this.h.hi, scale, rounds);
             let next = gamma + this.h;
             self.check(&judge, &start, next.hi, statistics.windows, share)?;
             walk.certify(this, &start);
@@ -190,7 +192,7 @@ impl Attempt<'_> {
             if observe(&view).is_break() || is_last {
                 let estimate = match self.goal {
                     Goal::Gamma(_) => judge.so_far(),
-                    Goal::Time(_) => judge.at_time(&state),
+                    Goal::Time(_) => judge.at_time(),
                 };
                 return Ok((solved.end, gamma, estimate + self.left_by_iterations()));
             }

@@ -9,11 +9,10 @@ use crate::metric::Metric;
 /// The minimum of the estimate: the result is rounded.
 pub(super) const ROUNDING: f64 = 2.0 * f64::EPSILON;
 
-/// The estimate in units of the distance, which may lie on either side of the world-line.
+/// What the sums of local errors are multiplied by.
 const CAUTION: f64 = 3.0;
 
-/// The same if a window was accepted in which V is rough on its scale, as at a kink: there the errors of the two are of
-/// the same kind.
+/// The same if a window was accepted in which V is rough on its scale, as at a kink: there the modes say less.
 const CAUTION_WHERE_ROUGH: f64 = 30.0;
 
 /// The highest modes relative to the largest value in a window where V is rough.
@@ -43,7 +42,7 @@ const PHASE: f64 = 2.0;
 /// A deviation (δx, δw) from a geodesic is a shift along it and a change of its energy: in the frame of the flow
 /// f = (w, a) and of its symplectic partner, the shift stays what it is but for the shear ∫δE/f², and δE = −½δK for
 /// ever. K at the ends of windows is known exactly, so δE is measured. Shifts add up from the local errors of the
-/// windows, which their highest modes bound. The error of x is the shift times |f|: where the motion has become faster
+/// windows, which their highest modes bound. The error of x is the shift times dx/dγ: where the motion has become faster
 /// since, as after a barrier, it has grown by as much.
 pub(super) struct Judge<'m> {
     metric: &'m Metric,
@@ -78,7 +77,7 @@ pub(super) struct Judge<'m> {
 
 /// K, how far it may be off because of rounding, the flow |f|, |da/dx|, |w|, |a| and |dt/dγ|.
 #[derive(Debug, Clone, Copy, Default)]
-struct Joint {
+pub(super) struct Joint {
     k: f64,
     rounds: f64,
     flow: f64,
@@ -155,7 +154,8 @@ impl<'m> Judge<'m> {
         judge
     }
 
-    fn joint(&self, state: &State) -> Joint {
+    /// What is known of the joint at `state`.
+    pub(super) fn joint(&self, state: &State) -> Joint {
         let g = self.metric.at(state.x.hi);
         let u = self.q_t / g.g00;
         let (energy, motion) = (self.q_t * u, state.w.hi * state.w.hi);
@@ -168,9 +168,9 @@ impl<'m> Judge<'m> {
         Joint { k: energy - motion, rounds: K_ROUNDS * rounds, flow, slope, speed, push, rate: u.abs() }
     }
 
-    /// Sees an accepted window of length `h` that ends at `end`, where the motion has the time scale `scale`. `rounds`
-    /// is what rounding adds to x in it, relative to its size.
-    pub(super) fn see(&mut self, solved: &Solved, h: f64, scale: f64, rounds: f64) {
+    /// Sees an accepted window of length `h` that ends at the joint `here`, where the motion has the time scale `scale`.
+    /// `rounds` is what rounding adds to x and w in it, relative to their sizes.
+    pub(super) fn see(&mut self, solved: &Solved, here: Joint, h: f64, scale: f64, rounds: f64) {
         let end = &solved.end;
         self.sizes[0] = self.sizes[0].max((end.t.hi - self.start.hi).abs());
         self.sizes[1] = self.sizes[1].max(end.x.hi.abs());
@@ -179,7 +179,7 @@ impl<'m> Judge<'m> {
             self.caution = CAUTION_WHERE_ROUGH;
         }
         let before = self.last.off(self.first);
-        let (from, here) = (self.last, self.joint(end));
+        let from = self.last;
         (self.last, self.length) = (here, h);
         let off = 0.25 * (before + here.off(self.first));
         if off != 0.0 {
@@ -192,7 +192,8 @@ impl<'m> Judge<'m> {
         if x > 0.0 {
             self.shift += x / here.flow;
         }
-        self.rounding.add(rounds * end.x.hi.abs(), self.time, [from.flow, here.flow], h);
+        let rounds = rounds * end.x.hi.abs().max(here.speed * self.time);
+        self.rounding.add(rounds, self.time, [from.flow, here.flow], h);
         self.local_t += t;
         self.rate = self.rate.max(here.rate);
         let [t, x] = self.errors();
@@ -220,11 +221,11 @@ impl<'m> Judge<'m> {
         self.beyond(self.worst)
     }
 
-    /// The error where t is given, at the end `end` of a march: there an error of t becomes one of x.
-    pub(super) fn at_time(&self, end: &State) -> f64 {
+    /// The error where t is given, at the end of a march: there an error of t becomes one of x.
+    pub(super) fn at_time(&self) -> f64 {
         let [t, x] = self.errors();
-        let velocity = end.w.hi * self.metric.at(end.x.hi).g00 / self.q_t;
-        self.beyond(self.worst.max(x + (velocity * t * self.sizes[0] / self.sizes[1]).abs()))
+        let velocity = self.last.speed / self.last.rate;
+        self.beyond(self.worst.max(x + velocity * t * self.sizes[0] / self.sizes[1]))
     }
 
     /// The error of a window at the nodes inside it.
@@ -235,15 +236,15 @@ impl<'m> Judge<'m> {
         (error(0) / self.sizes[1].max(solved.end.x.hi.abs())).max(error(1) / t_size)
     }
 
-    /// What a window of length `h` adds to the error of x and t in the long run, relative to the sizes, where the
+    /// What a window of length `h` that ends at the joint `end` adds to the error of x and t in the long run, relative to the sizes, where the
     /// motion has the time scale `scale`.
     ///
     /// An error of w = dx/dγ goes on after the window, which counts if it is much shorter than others. What K has lost
     /// is such an error, too.
-    pub(super) fn of_window(&self, solved: &Solved, start: &State, h: f64, scale: f64) -> f64 {
+    pub(super) fn of_window(&self, solved: &Solved, end: Joint, start: &State, h: f64, scale: f64) -> f64 {
         let [x, t] = local(solved);
         let lasting = (scale / h).max(1.0);
-        let lost = self.joint(&solved.end).off(self.last).abs();
+        let lost = end.off(self.last).abs();
         let lost = if lost > 0.0 { 0.5 * lost * h.max(scale) / speed(solved, start, h, scale) } else { 0.0 };
         ((x * lasting).max(lost) / self.sizes[1]).max(t / self.sizes[0])
     }

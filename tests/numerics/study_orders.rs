@@ -43,7 +43,11 @@ fn law_of(peer: &dyn Peer) -> Law {
     let about = peer.about();
     match (about.step, about.order) {
         (Step::Adaptive, _) => Law::Tolerance(30.0),
-        (_, Some(order)) => Law::Order(0.95 * order as f64, 1.1 * order as f64),
+        (_, Some(2)) => Law::Order(1.9, 2.1),
+        (_, Some(order)) => {
+            let order = order as f64;
+            Law::Order((0.95 * order).max(order - 0.4), (1.1 * order).min(order + 1.0))
+        }
         (_, None) => panic!("{peer:?} has no order"),
     }
 }

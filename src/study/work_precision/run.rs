@@ -120,7 +120,7 @@ fn march(arena: &Arena, rule: &WeakRule, output: &Output, windows: usize, tolera
     Ok(Raw::Trajectory(Trajectory { states, evaluations: statistics.evaluations * nodes, steps: last * nodes }))
 }
 
-/// A run with an accuracy. Its states are samples, which are as accurate as the ends of the windows.
+/// A run with an accuracy. Its states are samples, of which t and x keep it.
 fn accuracy<'a>(arena: &'a Arena, output: Output, accuracy: f64) -> Box<dyn Fn() -> Result<Raw, &'static str> + 'a> {
     let length = arena.problem.length;
     let mut case = arena.case.clone();
