@@ -15,6 +15,7 @@
 //! assert!((invariants.k - 1.99).abs() < 1e-15);
 //! ```
 
+use crate::geometry::Start;
 use crate::metric::Metric;
 use crate::scalar::Real;
 
@@ -41,6 +42,12 @@ pub struct Invariants<S = f64> {
 }
 
 impl<S: Real> InitialData<S> {
+    /// The start in the coordinates t and x, with the momenta p_t = Q_t and p_x = −ẋ.
+    pub fn start(&self, metric: &Metric<S>) -> Start<S> {
+        let Self { t, x, t_dot, x_dot } = *self;
+        Start { q: vec![t, x], q_dot: vec![t_dot, x_dot], p: vec![self.invariants(metric).q_t, -x_dot] }
+    }
+
     /// Q_t and K of the geodesic that starts here.
     pub fn invariants(&self, metric: &Metric<S>) -> Invariants<S> {
         let g00 = metric.at(self.x).g00;

@@ -89,6 +89,7 @@
 //! |---|---|
 //! | [`scalar`] | `f64` and extended precision, and what both offer |
 //! | [`expr`] | formulas: graph, derivatives, program |
+//! | [`geometry`] | scenes of n coordinates: metric, one-form and force as programs |
 //! | [`potential`] | V, V′, V″ |
 //! | [`banded`], [`sbp`] | banded algebra and operators, but no physics |
 //! | [`metric`], [`geodesic`] | g00 and the constants of motion, but no grid |
@@ -116,6 +117,7 @@ pub mod cli;
 pub mod diagnostics;
 pub mod expr;
 pub mod geodesic;
+pub mod geometry;
 pub mod lobatto;
 pub mod methods;
 pub mod metric;

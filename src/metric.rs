@@ -9,6 +9,9 @@
 //! assert!(!metric.at(1.0).is_inside(), "a horizon");
 //! ```
 
+use std::sync::OnceLock;
+
+use crate::geometry::{Lagrangian, Samples, Source, Structure, Term};
 use crate::potential::Potential;
 use crate::scalar::Real;
 
@@ -21,6 +24,8 @@ pub struct Metric<S = f64> {
     c_squared: S,
     /// 2/m.
     two_over_mass: S,
+    /// Made when the doubled action is.
+    structure: OnceLock<Structure<S>>,
 }
 
 /// g00 with its first two derivatives at a point.
@@ -75,7 +80,7 @@ pub struct OutsideDomain {
 impl<S: Real> Metric<S> {
     /// The metric of a particle of the given `mass` in `potential`, with the speed of light `c`.
     pub fn new(potential: Potential<S>, mass: S, c: S) -> Self {
-        Self { potential, c_squared: c * c, two_over_mass: S::from(2.0) / mass }
+        Self { potential, c_squared: c * c, two_over_mass: S::from(2.0) / mass, structure: OnceLock::new() }
     }
 
     /// c².
@@ -120,7 +125,11 @@ impl<S: Real> Metric<S> {
     /// [`OutsideDomain`] with the first point where g00 is not positive and finite.
     pub fn sample_into(&self, x: &[S], samples: &mut MetricSamples<S>) -> Result<(), OutsideDomain> {
         let MetricSamples { g00, first, second } = samples;
-        self.potential.sample(x, [g00, first, second]);
+        self.sample_rows(x, [g00, first, second])
+    }
+
+    fn sample_rows(&self, x: &[S], [g00, first, second]: [&mut [S]; 3]) -> Result<(), OutsideDomain> {
+        self.potential.sample(x, [&mut *g00, &mut *first, &mut *second]);
         for g in g00.iter_mut() {
             *g = self.c_squared + self.two_over_mass * *g;
         }
@@ -133,4 +142,34 @@ impl<S: Real> Metric<S> {
             None => Ok(()),
         }
     }
+}
+
+/// The two coordinates t and x: g_tt = g00(x), g_xx = −1. The rows are those of [`MetricSamples`].
+impl<S: Real> Lagrangian<S> for Metric<S> {
+    type Outside = OutsideDomain;
+
+    fn structure(&self) -> &Structure<S> {
+        self.structure.get_or_init(|| {
+            let of_g00 = |row| Source::Row(row);
+            Structure {
+                dimension: 2,
+                values: vec![
+                    Term { ab: [0, 0], by: [], value: of_g00(0) },
+                    Term { ab: [1, 1], by: [], value: Source::Constant(-S::ONE) },
+                ],
+                first: vec![Term { ab: [0, 0], by: [1], value: of_g00(1) }],
+                second: vec![Term { ab: [0, 0], by: [1, 1], value: of_g00(2) }],
+                rows: 3,
+                ..Structure::default()
+            }
+        })
+    }
+
+    fn fill(&self, q: &[&[S]], samples: &mut Samples<S>) -> Result<(), OutsideDomain> {
+        let mut rows = samples.rows_mut();
+        let rows = [(); 3].map(|()| rows.next().expect("there are three rows"));
+        self.sample_rows(q[1], rows)
+    }
+
+    fn fill_force(&self, _: &[&[S]], _: &[&[S]], _: &mut Samples<S>) {}
 }

@@ -1,18 +1,20 @@
 //! The Hessian of the doubled action: symmetric, indefinite, sparse.
 //!
-//! The sparsity depends on the operator only, so the pattern is found once and every later Hessian refills its
-//! values in O(N). Per branch, with G = g00, u = D̄t:
+//! The sparsity depends on the operator and on which components are not zero only, so the pattern is found once and
+//! every later Hessian refills its values in O(N). Per branch, with the Lagrangian L at the nodes:
 //!
 //! ```text
-//! ∂²F/∂t² = D̄ᵀ H G D̄,    ∂²F/∂t∂x = D̄ᵀ H g00′ u,    ∂²F/∂x² = ½ H g00″ u² − D̄ᵀ H D̄
+//! ∂²F = D̄ᵀ H (∂²L/∂q̇^a∂q̇^b) D̄,    D̄ᵀ H ∂²L/∂q̇^a∂q^c,    H ∂²L/∂q^c∂q^d
+//! ∂²L/∂q̇^a∂q̇^b = g_ab,    ∂²L/∂q̇^a∂q^c = ∂_c g_ab q̇^b + ∂_c A_a,    ∂²L/∂q^c∂q^d = ½ ∂_c∂_d g_ab q̇^a q̇^b + …
 //! ```
 
 use faer::sparse::{Argsort, Pair, SparseColMat, SymbolicSparseColMat};
 
-use super::DoubledAction;
-use super::Form;
-use super::boundary::BranchEnds;
-use crate::metric::OutsideDomain;
+use super::boundary::Tie;
+use super::force::MeanForce;
+use super::state::{BothStates, BranchState, other};
+use super::{DoubledAction, Form};
+use crate::geometry::{Lagrangian, Term};
 
 /// A Hessian as a compressed sparse column matrix with one row per unknown; both triangles are stored.
 pub type SparseHessian = SparseColMat<usize, f64>;
@@ -37,15 +39,24 @@ impl std::fmt::Debug for HessianPattern {
     }
 }
 
-impl DoubledAction<'_> {
+/// What the Hessian is computed from: both branches, their ends and the force.
+struct Evaluated {
+    states: BothStates<f64>,
+    ties: [Tie<f64>; 2],
+    force: Option<MeanForce<f64>>,
+}
+
+impl<L: Lagrangian<f64>> DoubledAction<'_, f64, L> {
     /// The pattern of [`Self::hessian`].
     pub fn hessian_pattern(&self) -> HessianPattern {
         let mut indices = Vec::new();
-        // The pattern does not depend on the values, so zeros are as good as any.
-        let zeros = vec![0.0; self.sbp.points()];
-        let curvatures = [0, 1].map(|_| Curvature { tt: zeros.clone(), tx: zeros.clone(), xx: zeros.clone() });
-        self.visit(&curvatures, &[BranchEnds::default(); 2], |row, col, _| indices.push(Pair { row, col }));
         let unknowns = self.layout().unknowns();
+        // The pattern does not depend on the values, so zeros are as good as any.
+        let zeros = vec![0.0; unknowns];
+        let states = BothStates::zeros(self.lagrangian, self.sbp.points());
+        let ties = self.ties(&zeros, &states);
+        let force = MeanForce::zeros(self);
+        self.visit(&Evaluated { states, ties, force }, |row, col, _| indices.push(Pair { row, col }));
         let (symbolic, order) = SymbolicSparseColMat::try_new_from_indices(unknowns, unknowns, &indices)
             .expect("indices lie inside the matrix");
         HessianPattern { symbolic, order, contributions: indices.len() }
@@ -54,60 +65,78 @@ impl DoubledAction<'_> {
     /// The Hessian ∇²E_IVP at `u`, with the `pattern` of [`Self::hessian_pattern`].
     ///
     /// # Errors
-    /// [`OutsideDomain`] if g00 is not positive and finite at a node of either branch.
-    pub fn hessian(&self, u: &[f64], pattern: &HessianPattern) -> Result<SparseHessian, OutsideDomain> {
-        let weights = self.sbp.weights();
+    /// The first node of either branch that lies outside the domain.
+    pub fn hessian(&self, u: &[f64], pattern: &HessianPattern) -> Result<SparseHessian, L::Outside> {
         let states = self.both_branches(u)?;
-        let ends = self.ends(u, &states);
-        let curvatures = states.map(|branch| {
-            let (mut tt, mut tx, mut xx) = (branch.metric.g00, branch.metric.first, branch.metric.second);
-            for (k, t_dot) in branch.t_dot.iter().enumerate() {
-                tt[k] *= weights[k];
-                tx[k] *= weights[k] * t_dot;
-                xx[k] *= 0.5 * weights[k] * t_dot * t_dot;
-            }
-            Curvature { tt, tx, xx }
-        });
+        let ties = self.ties(u, &states);
+        let force = MeanForce::new(self, u, &states);
         let mut values = Vec::with_capacity(pattern.contributions);
-        self.visit(&curvatures, &ends, |_, _, value| values.push(value));
+        self.visit(&Evaluated { states, ties, force }, |_, _, value| values.push(value));
         Ok(SparseColMat::new_from_argsort(pattern.symbolic.clone(), &pattern.order, &values)
             .expect("the pattern was made for this operator"))
     }
 
     /// Calls `push(row, column, value)` for every contribution, always in the same order. Contributions to the same
     /// entry are to be added.
-    fn visit(&self, curvatures: &[Curvature; 2], ends: &[BranchEnds<f64>; 2], mut push: impl FnMut(usize, usize, f64)) {
-        let layout = self.layout();
-        let weights = self.sbp.weights();
-        for (branch, curvature) in curvatures.iter().enumerate() {
+    fn visit(&self, at: &Evaluated, mut push: impl FnMut(usize, usize, f64)) {
+        for branch in 0..2 {
+            let state = at.states.get(branch);
             let sign = if branch == 0 { 1.0 } else { -1.0 };
-            let (t, x) = (layout.t(branch), layout.x(branch));
-            for (k, &weight) in weights.iter().enumerate() {
-                for (a, d_a) in self.bar_t.row(k) {
-                    for (b, d_b) in self.bar_t.row(k) {
-                        push(t + a, t + b, sign * d_a * curvature.tt[k] * d_b);
-                    }
-                    push(t + a, x + k, sign * d_a * curvature.tx[k]);
-                    push(x + k, t + a, sign * d_a * curvature.tx[k]);
-                }
-                push(x + k, x + k, sign * curvature.xx[k]);
-                for (a, d_a) in self.bar_x.row(k) {
-                    for (b, d_b) in self.bar_x.row(k) {
-                        push(x + a, x + b, -sign * d_a * weight * d_b);
-                    }
-                }
+            for k in 0..self.sbp.points() {
+                self.visit_node(state, branch, k, sign, &mut push);
             }
+        }
+        if let Some(force) = &at.force {
+            self.visit_force(force, &mut push);
         }
         match self.form {
             Form::Strong => self.visit_constraints(&mut push),
-            Form::Weak => self.visit_boundary(ends, &mut push),
+            Form::Weak => self.visit_boundary(&at.ties, &at.states, &mut push),
         }
     }
-}
 
-/// The diagonal factors in the three blocks of a branch's Hessian: H g00, H g00′ D̄t and ½ H g00″ (D̄t)².
-struct Curvature {
-    tt: Vec<f64>,
-    tx: Vec<f64>,
-    xx: Vec<f64>,
+    /// The contributions of node k of a branch to ±∂²F.
+    fn visit_node(
+        &self,
+        state: &BranchState<f64>,
+        branch: usize,
+        k: usize,
+        sign: f64,
+        push: &mut impl FnMut(usize, usize, f64),
+    ) {
+        let (layout, structure, weight) = (self.layout(), self.lagrangian.structure(), self.sbp.weights()[k]);
+        let row = |a: usize| layout.row(branch, a);
+        let n = layout.dimension();
+        for a in 0..n {
+            for &Term { ab, by: [_, c], value } in structure.second.iter().filter(|term| term.by[0] == a) {
+                let factor = if ab[0] == ab[1] { 0.5 * weight } else { weight };
+                let [u, v] = ab.map(|b| state.velocity(b, k));
+                let curvature = state.samples.at(value, k) * (factor * u * v);
+                push(row(a) + k, row(c) + k, sign * curvature);
+                if a != c {
+                    push(row(c) + k, row(a) + k, sign * curvature);
+                }
+            }
+            for (column, d) in self.bars[a].row(k) {
+                for &Term { ab: [_, b], value, .. } in structure.values.iter().filter(|term| term.ab[0] == a) {
+                    if b == n {
+                        continue;
+                    }
+                    let mass = state.samples.at(value, k) * weight;
+                    for (other, e) in self.bars[b].row(k) {
+                        push(row(a) + column, row(b) + other, sign * d * mass * e);
+                        if a != b {
+                            push(row(b) + other, row(a) + column, sign * d * mass * e);
+                        }
+                    }
+                }
+                for &Term { ab, by: [c], value } in &structure.first {
+                    let Some(b) = other(ab, a) else { continue };
+                    let mixed = state.samples.at(value, k) * (weight * state.velocity(b, k));
+                    push(row(a) + column, row(c) + k, sign * d * mixed);
+                    push(row(c) + k, row(a) + column, sign * d * mixed);
+                }
+            }
+        }
+    }
 }

@@ -1,108 +1,117 @@
-//! The order of the unknowns of the doubled action: (t₁ | x₁ | t₂ | x₂ | λ1 … λ8), each block contiguous. The weak form
-//! has no λ.
+//! The order of the unknowns of the doubled action: the rows of branch 1 by coordinate, those of branch 2, and the
+//! multipliers. For t and x that is (t₁ | x₁ | t₂ | x₂ | λ1 … λ8). The weak form has no multipliers.
 
 use std::ops::Range;
 
 use super::Form;
 
-/// Number of Lagrange multipliers of the strong form.
-pub const MULTIPLIERS: usize = 8;
+/// Multipliers of the strong form for each coordinate: λ, μ, ν and κ.
+pub const MULTIPLIERS_PER_COORDINATE: usize = 4;
 
-/// Where each unknown of the doubled action is, on a grid of N nodes.
+/// Number of Lagrange multipliers of the strong form in the two coordinates t and x.
+pub const MULTIPLIERS: usize = 2 * MULTIPLIERS_PER_COORDINATE;
+
+/// Where each unknown of the doubled action is, for n coordinates on a grid of N nodes.
+///
+/// The multipliers are (λ_a, μ_a) for one coordinate a after the other, which fix the start, then all ν_a and then all
+/// κ_a, which tie the ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
+    dimension: usize,
     points: usize,
     multipliers: usize,
 }
 
-/// One branch, to read.
-#[derive(Debug, Clone, Copy)]
-pub struct Branch<'u, S = f64> {
-    /// t on the nodes.
-    pub t: &'u [S],
-    /// x on the nodes.
-    pub x: &'u [S],
-}
-
-/// One branch, to write.
-#[derive(Debug)]
-pub struct BranchMut<'u, S = f64> {
-    /// t on the nodes.
-    pub t: &'u mut [S],
-    /// x on the nodes.
-    pub x: &'u mut [S],
-}
-
 impl Layout {
-    /// The layout for `points` = N nodes.
-    pub fn new(points: usize, form: Form) -> Self {
+    /// The layout for `dimension` coordinates on `points` = N nodes.
+    pub fn new(dimension: usize, points: usize, form: Form) -> Self {
         let multipliers = match form {
-            Form::Strong => MULTIPLIERS,
+            Form::Strong => MULTIPLIERS_PER_COORDINATE * dimension,
             Form::Weak => 0,
         };
-        Self { points, multipliers }
+        Self { dimension, points, multipliers }
     }
 
-    /// Number of unknowns: 4N + 8, or 4N in the weak form.
+    /// Number of unknowns: 2nN + 4n, or 2nN in the weak form.
     pub fn unknowns(&self) -> usize {
-        4 * self.points + self.multipliers
+        2 * self.dimension * self.points + self.multipliers
     }
 
-    /// First index of t on the branch (0 forward, 1 backward).
-    pub fn t(&self, branch: usize) -> usize {
-        2 * branch * self.points
+    /// Number of coordinates n.
+    pub fn dimension(&self) -> usize {
+        self.dimension
     }
 
-    /// First index of x on the branch (0 forward, 1 backward).
-    pub fn x(&self, branch: usize) -> usize {
-        (2 * branch + 1) * self.points
+    /// First index of coordinate `a` on the branch (0 forward, 1 backward).
+    pub fn row(&self, branch: usize, a: usize) -> usize {
+        (branch * self.dimension + a) * self.points
     }
 
-    /// Indices of λ1 … λ8 (none in the weak form).
+    /// Indices of the multipliers (none in the weak form).
     pub fn multiplier_range(&self) -> Range<usize> {
-        4 * self.points..self.unknowns()
+        2 * self.dimension * self.points..self.unknowns()
+    }
+
+    /// Place of λ_a, which holds q^a at the start, among the multipliers.
+    pub fn lambda(&self, a: usize) -> usize {
+        2 * a
+    }
+
+    /// Place of μ_a, which holds dq^a/dγ at the start, among the multipliers.
+    pub fn mu(&self, a: usize) -> usize {
+        2 * a + 1
+    }
+
+    /// Place of ν_a, which ties the values at the end, among the multipliers.
+    pub fn nu(&self, a: usize) -> usize {
+        2 * self.dimension + a
+    }
+
+    /// Place of κ_a, which ties the derivatives at the end, among the multipliers.
+    pub fn kappa(&self, a: usize) -> usize {
+        3 * self.dimension + a
     }
 
     /// The node that an unknown belongs to. Multipliers that fix the start belong to the first node, and those that tie
     /// the ends to the last.
     pub fn node(&self, unknown: usize) -> usize {
-        match unknown.checked_sub(4 * self.points) {
+        match unknown.checked_sub(self.multiplier_range().start) {
             None => unknown % self.points,
-            Some(multiplier) if multiplier < 4 => 0,
+            Some(multiplier) if multiplier < 2 * self.dimension => 0,
             Some(_) => self.points - 1,
         }
     }
 
-    /// Forward and backward branch of `u`.
-    pub fn branches<'u, S>(&self, u: &'u [S]) -> [Branch<'u, S>; 2] {
-        let n = self.points;
-        [Branch { t: &u[..n], x: &u[n..2 * n] }, Branch { t: &u[2 * n..3 * n], x: &u[3 * n..4 * n] }]
+    /// Coordinate `a` of a branch of `u` on the nodes.
+    pub fn values<'u, S>(&self, u: &'u [S], branch: usize, a: usize) -> &'u [S] {
+        &u[self.row(branch, a)..][..self.points]
     }
 
-    /// Forward and backward branch of `u`, to write.
-    pub fn branches_mut<'u, S>(&self, u: &'u mut [S]) -> [BranchMut<'u, S>; 2] {
-        let n = self.points;
-        let (t1, rest) = u.split_at_mut(n);
-        let (x1, rest) = rest.split_at_mut(n);
-        let (t2, rest) = rest.split_at_mut(n);
-        let x2 = &mut rest[..n];
-        [BranchMut { t: t1, x: x1 }, BranchMut { t: t2, x: x2 }]
+    /// Coordinate `a` of a branch of `u` on the nodes, to write.
+    pub fn values_mut<'u, S>(&self, u: &'u mut [S], branch: usize, a: usize) -> &'u mut [S] {
+        &mut u[self.row(branch, a)..][..self.points]
     }
 
-    /// λ1 … λ8 of `u`.
+    /// All coordinates of a branch of `u`.
+    pub fn branch<'u, S>(&self, u: &'u [S], branch: usize) -> Vec<&'u [S]> {
+        (0..self.dimension).map(|a| self.values(u, branch, a)).collect()
+    }
+
+    /// The multipliers of `u`.
     pub fn multipliers<'u, S>(&self, u: &'u [S]) -> &'u [S] {
         &u[self.multiplier_range()]
     }
 
-    /// λ1 … λ8 of `u`, to write.
+    /// The multipliers of `u`, to write.
     pub fn multipliers_mut<'u, S>(&self, u: &'u mut [S]) -> &'u mut [S] {
         &mut u[self.multiplier_range()]
     }
 
-    /// The vector of unknowns in the physical limit, where both branches are equal to (t, x). In the weak form
-    /// `multipliers` is empty.
-    pub fn physical_limit<S: Copy>(&self, t: &[S], x: &[S], multipliers: &[S]) -> Vec<S> {
-        debug_assert_eq!(multipliers.len(), self.multipliers);
-        [t, x, t, x, multipliers].concat()
+    /// The vector of unknowns in the physical limit, where both branches are equal to `q`, an array for each
+    /// coordinate. In the weak form `multipliers` is empty.
+    pub fn physical_limit<S: Copy>(&self, q: &[&[S]], multipliers: &[S]) -> Vec<S> {
+        debug_assert_eq!((q.len(), multipliers.len()), (self.dimension, self.multipliers));
+        let both = q.iter().chain(q).flat_map(|row| row.iter());
+        both.chain(multipliers).copied().collect()
     }
 }

@@ -32,9 +32,11 @@ const MAX_DEPTH: usize = 64;
 /// The names that a formula may use besides those of the grammar.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Names<'n, S> {
-    /// Variable k of the graph has the k-th name.
+    /// Variable k of the graph has the k-th name. One with an empty name cannot be used.
     pub(crate) variables: &'n [&'n str],
     pub(crate) parameters: &'n BTreeMap<String, S>,
+    /// Expressions of the same graph that have names.
+    pub(crate) definitions: &'n BTreeMap<String, NodeId>,
 }
 
 #[derive(Debug)]
@@ -63,7 +65,7 @@ type Failure = ErrMode<ContextError>;
 /// [`FormulaError`] with the position of the mistake: syntax, an unknown name, a function without its parentheses.
 pub(crate) fn parse<S: Real>(text: &str, names: Names<'_, S>, graph: &mut Graph<S>) -> Result<NodeId, FormulaError> {
     let error = |offset: usize, message: String| {
-        let given = names.parameters.keys().map(String::as_str);
+        let given = names.parameters.keys().chain(names.definitions.keys()).map(String::as_str);
         let hint = hint::at(text, offset, names.variables.iter().copied().chain(["pi"]).chain(given));
         FormulaError { message, offset, expression: text.to_owned(), hint }
     };
@@ -136,7 +138,9 @@ fn atom<'i, 's: 'i, S: Real>(input: &mut Input<'i, 's, S>) -> Result<NodeId, Fai
         Some(c) if c.is_ascii_alphabetic() || c == '_' => name(input),
         other => {
             let found = other.map_or_else(|| "the end".to_owned(), |c| format!("'{c}'"));
-            let variables = input.state.names.variables.join(", ");
+            let named: Vec<&str> =
+                input.state.names.variables.iter().copied().filter(|name| !name.is_empty()).collect();
+            let variables = named.join(", ");
             input.state.report(
                 offset,
                 format!("expected a number, {variables}, a parameter, a function or a parenthesis, found {found}"),
@@ -207,12 +211,12 @@ fn name<'i, 's: 'i, S: Real>(input: &mut Input<'i, 's, S>) -> Result<NodeId, Fai
         let argument = closed(input, opened)?;
         return Ok(input.state.graph.call(function, argument));
     }
-    let Names { variables, parameters } = input.state.names;
+    let Names { variables, parameters, definitions } = input.state.names;
     let constant = if name == "pi" { Some(S::PI) } else { parameters.get(name).copied() };
     let node = match (variables.iter().position(|variable| *variable == name), constant) {
         (Some(variable), _) => Some(input.state.graph.variable(variable)),
         (None, Some(value)) => Some(input.state.graph.constant(value)),
-        (None, None) => None,
+        (None, None) => definitions.get(name).copied(),
     };
     match node {
         Some(_) if called => {

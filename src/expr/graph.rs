@@ -115,14 +115,14 @@ impl<S: Real> Graph<S> {
         self.constants[constant]
     }
 
-    fn as_constant(&self, id: NodeId) -> Option<S> {
+    pub(crate) fn as_constant(&self, id: NodeId) -> Option<S> {
         match self.nodes[id] {
             Node::Constant(constant) => Some(self.number(constant)),
             _ => None,
         }
     }
 
-    pub(super) fn is(&self, id: NodeId, value: f64) -> bool {
+    pub(crate) fn is(&self, id: NodeId, value: f64) -> bool {
         self.as_constant(id) == Some(S::from(value))
     }
 
@@ -141,7 +141,7 @@ impl<S: Real> Graph<S> {
         self.insert(Node::Constant(constant))
     }
 
-    pub(super) fn whole(&mut self, value: i32) -> NodeId {
+    pub(crate) fn whole(&mut self, value: i32) -> NodeId {
         self.constant(S::from(f64::from(value)))
     }
 
@@ -154,7 +154,7 @@ impl<S: Real> Graph<S> {
         }
     }
 
-    pub(super) fn subtract(&mut self, a: NodeId, b: NodeId) -> NodeId {
+    pub(crate) fn subtract(&mut self, a: NodeId, b: NodeId) -> NodeId {
         match (self.as_constant(a), self.as_constant(b)) {
             (Some(u), Some(v)) => self.constant(u - v),
             (Some(u), _) if u == S::ZERO => self.negate(b),
@@ -174,7 +174,7 @@ impl<S: Real> Graph<S> {
         }
     }
 
-    pub(super) fn divide(&mut self, a: NodeId, b: NodeId) -> NodeId {
+    pub(crate) fn divide(&mut self, a: NodeId, b: NodeId) -> NodeId {
         match (self.as_constant(a), self.as_constant(b)) {
             (Some(u), Some(v)) => self.constant(u / v),
             (Some(u), _) if u == S::ZERO => a,
@@ -188,7 +188,7 @@ impl<S: Real> Graph<S> {
         }
     }
 
-    pub(super) fn negate(&mut self, a: NodeId) -> NodeId {
+    pub(crate) fn negate(&mut self, a: NodeId) -> NodeId {
         match self.nodes[a] {
             Node::Constant(constant) => self.constant(-self.number(constant)),
             Node::Apply(Operation::Negate(inner)) => inner,
@@ -196,7 +196,7 @@ impl<S: Real> Graph<S> {
         }
     }
 
-    pub(super) fn power(&mut self, base: NodeId, exponent: NodeId) -> NodeId {
+    pub(crate) fn power(&mut self, base: NodeId, exponent: NodeId) -> NodeId {
         match (self.as_constant(base), self.as_constant(exponent)) {
             (Some(u), Some(v)) => self.constant(u.powf(v)),
             (_, Some(v)) if is_small_integer(v) => self.power_integer(base, v.to_f64() as i32),
@@ -204,7 +204,7 @@ impl<S: Real> Graph<S> {
         }
     }
 
-    pub(super) fn power_integer(&mut self, base: NodeId, exponent: i32) -> NodeId {
+    pub(crate) fn power_integer(&mut self, base: NodeId, exponent: i32) -> NodeId {
         match exponent {
             0 => self.whole(1),
             1 => base,
@@ -212,7 +212,7 @@ impl<S: Real> Graph<S> {
         }
     }
 
-    pub(super) fn call(&mut self, function: Function, argument: NodeId) -> NodeId {
+    pub(crate) fn call(&mut self, function: Function, argument: NodeId) -> NodeId {
         match self.as_constant(argument) {
             Some(u) => self.constant(function.apply(u)),
             None => self.apply(Operation::Call(function, argument)),
@@ -224,6 +224,59 @@ impl<S: Real> Graph<S> {
         let Node::Apply(Operation::Call(Function::Sin | Function::Cos, angle)) = self.nodes[id] else { return None };
         let find = |function| self.index.get(&Node::Apply(Operation::Call(function, angle))).copied();
         Some([find(Function::Sin)?, find(Function::Cos)?])
+    }
+
+    /// The expressions `roots` with other expressions, of the same graph, in place of variables: variable k becomes
+    /// `replacement[k]`. Variables beyond that stay.
+    pub(crate) fn substitute(&mut self, roots: &[NodeId], replacement: &[NodeId]) -> Vec<NodeId> {
+        let last = roots.iter().copied().max().map_or(0, |root| root + 1);
+        let mut is_needed = vec![false; last];
+        roots.iter().for_each(|&root| is_needed[root] = true);
+        for id in (0..last).rev() {
+            if is_needed[id] {
+                self.nodes[id].operands().for_each(|operand| is_needed[operand] = true);
+            }
+        }
+        let mut replaced: Vec<NodeId> = (0..last).collect();
+        for id in (0..last).filter(|&id| is_needed[id]) {
+            replaced[id] = match self.nodes[id] {
+                Node::Variable(index) => replacement.get(index).copied().unwrap_or(id),
+                Node::Constant(_) => id,
+                Node::PowerInteger(base, exponent) => self.power_integer(replaced[base], exponent),
+                Node::Apply(operation) => self.simplified(operation.map(|operand| replaced[operand])),
+            };
+        }
+        roots.iter().map(|&root| replaced[root]).collect()
+    }
+
+    /// An operation on nodes, simplified where it can be.
+    fn simplified(&mut self, operation: Operation) -> NodeId {
+        match operation {
+            Operation::Add(a, b) => self.add(a, b),
+            Operation::Subtract(a, b) => self.subtract(a, b),
+            Operation::Multiply(a, b) => self.multiply(a, b),
+            Operation::Divide(a, b) => self.divide(a, b),
+            Operation::Negate(a) => self.negate(a),
+            Operation::Power(a, b) => self.power(a, b),
+            Operation::Call(function, a) => self.call(function, a),
+        }
+    }
+
+    /// Which of the first `variables` variables the expression contains.
+    pub(crate) fn variables_of(&self, root: NodeId, variables: usize) -> Vec<bool> {
+        let mut contains = vec![false; variables];
+        let mut is_needed = vec![false; root + 1];
+        is_needed[root] = true;
+        for id in (0..=root).rev() {
+            if !is_needed[id] {
+                continue;
+            }
+            match self.nodes[id] {
+                Node::Variable(index) if index < variables => contains[index] = true,
+                node => node.operands().for_each(|operand| is_needed[operand] = true),
+            }
+        }
+        contains
     }
 
     /// Writes every integer power out as products, by repeated squaring. Powers of one base share their squares. The

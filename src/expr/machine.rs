@@ -176,9 +176,9 @@ impl<S: Real> Program<S> {
         self.walk(outputs, &mut Numbers(registers));
     }
 
-    /// Writes all outputs at many points into `out`, an array for each. There is an array of the points for each
+    /// Writes the first outputs at many points into `out`, an array for each. There is an array of the points for each
     /// variable; all arrays have one length. Each step is carried out on a block of points at a time.
-    pub(crate) fn sample<const N: usize>(&self, variables: &[&[S]], mut out: [&mut [S]; N]) {
+    pub(crate) fn sample(&self, variables: &[&[S]], out: &mut [&mut [S]]) {
         let mut registers = vec![[S::ZERO; BLOCK]; self.registers()];
         self.each_constant(|register, c| registers[register] = [c; BLOCK]);
         let points = variables[0].len();
@@ -187,7 +187,7 @@ impl<S: Real> Program<S> {
             for (register, variable) in registers.iter_mut().zip(variables) {
                 register[..end - start].copy_from_slice(&variable[start..end]);
             }
-            self.walk(N, &mut Blocks(&mut registers));
+            self.walk(out.len(), &mut Blocks(&mut registers));
             for (output, out) in out.iter_mut().enumerate() {
                 out[start..end].copy_from_slice(&registers[self.output(output)][..end - start]);
             }

@@ -211,7 +211,12 @@ mod tests {
     fn program(expression: &str) -> Program<f64> {
         let mut graph = Graph::default();
         let parameters = BTreeMap::from([("a".to_owned(), 0.7)]);
-        let f = parse(expression, Names { variables: &["x", "y"], parameters: &parameters }, &mut graph).unwrap();
+        let f = parse(
+            expression,
+            Names { variables: &["x", "y"], parameters: &parameters, definitions: &BTreeMap::new() },
+            &mut graph,
+        )
+        .unwrap();
         let [f_x, f_y] = [0, 1].map(|variable| graph.derivative(f, variable));
         let f_xy = graph.derivative(f_x, 1);
         assert_eq!(graph.derivative(f_x, 1), f_xy, "memoised");

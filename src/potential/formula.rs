@@ -24,7 +24,11 @@ impl<S: Real> Formula<S> {
     /// [`FormulaError`] with the position of the mistake: syntax, an unknown name, a function without its parentheses.
     pub fn new(expression: &str, parameters: &BTreeMap<String, S>) -> Result<Self, FormulaError> {
         let mut graph = Graph::default();
-        let value = expr::parse(expression, Names { variables: &["x"], parameters }, &mut graph)?;
+        let value = expr::parse(
+            expression,
+            Names { variables: &["x"], parameters, definitions: &BTreeMap::new() },
+            &mut graph,
+        )?;
         let unpacked = with_derivatives(&mut graph, value);
         Ok(Self { packed: unpacked.packed(), unpacked })
     }
@@ -46,8 +50,8 @@ impl<S: Real> Formula<S> {
     }
 
     /// Writes V, V′ and V″ at every entry of `x` into `out`, three arrays as long as `x`.
-    pub fn sample(&self, x: &[S], out: [&mut [S]; 3]) {
-        self.packed.sample(&[x], out);
+    pub fn sample(&self, x: &[S], mut out: [&mut [S]; 3]) {
+        self.packed.sample(&[x], &mut out);
     }
 }
 

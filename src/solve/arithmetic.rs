@@ -152,6 +152,6 @@ impl Engine for Extended {
         action: &DoubledAction<'_, Self>,
         setup: &Setup<Self>,
     ) -> Result<Root<Self>, Failure> {
-        solver.refine(action, rough, root, setup)
+        solver.refine(action, rough, root, (setup.digits, setup.max_iterations))
     }
 }

@@ -105,6 +105,8 @@ impl<S: Real> TimeIntegration<'_, S> {
 }
 
 impl<S: Real> Refined<S> for TimeIntegration<'_, S> {
+    type Outside = OutsideDomain;
+
     fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), OutsideDomain> {
         let first = self.problem.derivative().first_unknown();
         self.elapsed[first..].copy_from_slice(u);
@@ -130,8 +132,8 @@ impl<S: Real> Refined<S> for TimeIntegration<'_, S> {
         Some(vec![(0..u.len(), self.problem.sbp.row_sum() * S::EPSILON.to_f64() * max_abs(u).to_f64())])
     }
 
-    fn sizes(&self, u: &[S]) -> [S; 2] {
-        [max_abs(u), S::ZERO]
+    fn sizes(&self, u: &[S]) -> Vec<S> {
+        vec![max_abs(u)]
     }
 }
 
@@ -228,8 +230,8 @@ impl<'a, S: Real> Collocation<'a, S> {
 }
 
 /// Largest |x| and |w| of interleaved unknowns.
-fn sizes<S: Real>(u: &[S]) -> [S; 2] {
-    u.chunks_exact(2).fold([S::ZERO; 2], |[x, w], pair| [x.max(pair[0].abs()), w.max(pair[1].abs())])
+fn sizes<S: Real>(u: &[S]) -> Vec<S> {
+    u.chunks_exact(2).fold([S::ZERO; 2], |[x, w], pair| [x.max(pair[0].abs()), w.max(pair[1].abs())]).to_vec()
 }
 
 impl Collocation<'_, f64> {
@@ -260,6 +262,8 @@ impl Collocation<'_, f64> {
 }
 
 impl NewtonSystem for Collocation<'_, f64> {
+    type Outside = OutsideDomain;
+
     fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), OutsideDomain> {
         Collocation::residual(self, u, out)
     }
@@ -275,7 +279,7 @@ impl NewtonSystem for Collocation<'_, f64> {
         self.solve_linearised(step)
     }
 
-    fn sizes(&self, u: &[f64]) -> [f64; 2] {
+    fn sizes(&self, u: &[f64]) -> Vec<f64> {
         sizes(u)
     }
 }
@@ -290,6 +294,8 @@ struct RefinedCollocation<'a, S> {
 }
 
 impl<S: Real> Refined<S> for RefinedCollocation<'_, S> {
+    type Outside = OutsideDomain;
+
     fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), OutsideDomain> {
         self.residual.residual(u, out)
     }
@@ -302,7 +308,7 @@ impl<S: Real> Refined<S> for RefinedCollocation<'_, S> {
         Some(self.residual.rounding(u))
     }
 
-    fn sizes(&self, u: &[S]) -> [S; 2] {
+    fn sizes(&self, u: &[S]) -> Vec<S> {
         sizes(u)
     }
 }

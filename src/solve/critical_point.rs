@@ -6,10 +6,9 @@ use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
 
 use super::newton::{self, Failure, LinearFailure, NewtonSystem, Root, RoundingLevels};
 use super::refinement::{self, Refined};
-use super::setup::Setup;
 use super::status::Status;
-use crate::action::{DoubledAction, GradientRounding, HessianPattern, Layout, MULTIPLIERS};
-use crate::metric::OutsideDomain;
+use crate::action::{DoubledAction, GradientRounding, HessianPattern, Layout};
+use crate::geometry::Lagrangian;
 use crate::norm::max_abs;
 use crate::scalar::Real;
 
@@ -24,7 +23,7 @@ pub(super) struct CriticalPointSolver {
 }
 
 impl CriticalPointSolver {
-    pub(super) fn new(action: &DoubledAction<'_>) -> Self {
+    pub(super) fn new<L: Lagrangian<f64>>(action: &DoubledAction<'_, f64, L>) -> Self {
         let pattern = action.hessian_pattern();
         let symbolic =
             SymbolicLu::try_new(pattern.symbolic().as_ref()).expect("the order of the Hessian fits its index type");
@@ -32,38 +31,40 @@ impl CriticalPointSolver {
     }
 
     /// The critical point of `action` that Newton's method reaches from `guess`.
-    pub(super) fn solve(
+    pub(super) fn solve<L: Lagrangian<f64>>(
         &self,
-        action: &DoubledAction<'_>,
+        action: &DoubledAction<'_, f64, L>,
         guess: Vec<f64>,
         max_iterations: usize,
-    ) -> Result<Root, Failure> {
+    ) -> Result<Root, Failure<L::Outside>> {
         newton::solve(&mut Stationarity { solver: self, action }, guess, max_iterations)
     }
 
     /// The critical point of `fine` close to that of `rough`, the same action in `f64`, whose Hessian is factored once.
-    pub(super) fn refine<S: Real>(
+    pub(super) fn refine<S: Real, L: Lagrangian<S>, R: Lagrangian<f64>>(
         &self,
-        fine: &DoubledAction<'_, S>,
-        rough: &DoubledAction<'_>,
+        fine: &DoubledAction<'_, S, L>,
+        rough: &DoubledAction<'_, f64, R>,
         root: Root,
-        setup: &Setup<S>,
-    ) -> Result<Root<S>, Failure> {
+        (digits, max_iterations): (u32, usize),
+    ) -> Result<Root<S>, Failure<L::Outside>> {
         let hessian = rough.hessian(&root.unknowns, &self.pattern).ok();
         let lu = hessian.and_then(|hessian| Lu::try_new_with_symbolic(self.symbolic.clone(), hessian.as_ref()).ok());
         let lu = lu.ok_or_else(|| Failure::without_iterate(Status::Singular))?;
-        refinement::refine(&mut RefinedStationarity { action: fine, lu }, root, setup.digits, setup.max_iterations)
+        refinement::refine(&mut RefinedStationarity { action: fine, lu }, root, digits, max_iterations)
     }
 }
 
 /// ∇E_IVP = 0 as a Newton system.
-struct Stationarity<'a> {
+struct Stationarity<'a, L> {
     solver: &'a CriticalPointSolver,
-    action: &'a DoubledAction<'a>,
+    action: &'a DoubledAction<'a, f64, L>,
 }
 
-impl NewtonSystem for Stationarity<'_> {
-    fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), OutsideDomain> {
+impl<L: Lagrangian<f64>> NewtonSystem for Stationarity<'_, L> {
+    type Outside = L::Outside;
+
+    fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), L::Outside> {
         self.action.gradient(u, out)
     }
 
@@ -93,41 +94,51 @@ impl NewtonSystem for Stationarity<'_> {
         if left <= LINEAR_TOLERANCE * size || size == 0.0 { Ok(()) } else { Err(LinearFailure) }
     }
 
-    fn sizes(&self, u: &[f64]) -> [f64; 2] {
+    fn sizes(&self, u: &[f64]) -> Vec<f64> {
         sizes(self.action.layout(), u)
     }
 }
 
 /// The rounding errors to be expected in ∇E_IVP, block by block.
-fn rounding<S: Real>(action: &DoubledAction<'_, S>, u: &[S]) -> Option<RoundingLevels> {
-    let rounding = action.gradient_rounding(u).ok()?;
+fn rounding<S: Real, L: Lagrangian<S>>(action: &DoubledAction<'_, S, L>, u: &[S]) -> Option<RoundingLevels> {
+    let GradientRounding { rows, values } = action.gradient_rounding(u).ok()?;
     let (layout, h) = (action.layout(), action.sbp().spacing().to_f64());
-    let points = action.sbp().points();
-    let mut levels = Vec::with_capacity(4 + MULTIPLIERS);
-    for branch in 0..2 {
-        levels.push((layout.t(branch)..layout.t(branch) + points, rounding.t_rows));
-        levels.push((layout.x(branch)..layout.x(branch) + points, rounding.x_rows));
+    let (points, n) = (action.sbp().points(), layout.dimension());
+    let of_rows = (0..2).flat_map(|branch| {
+        let rows = rows.iter().enumerate();
+        rows.map(move |(a, &level)| (layout.row(branch, a)..layout.row(branch, a) + points, level))
+    });
+    let mut constraints = vec![0.0; layout.multiplier_range().len()];
+    if !constraints.is_empty() {
+        for (a, &value) in (0..n).zip(&values) {
+            for place in [layout.lambda(a), layout.nu(a)] {
+                constraints[place] = value;
+            }
+            for place in [layout.mu(a), layout.kappa(a)] {
+                constraints[place] = value / h;
+            }
+        }
     }
-    let GradientRounding { t, x, .. } = rounding;
-    let constraints = [t, t / h, x, x / h, t, x, t / h, x / h];
-    levels.extend(layout.multiplier_range().zip(constraints).map(|(row, level)| (row..row + 1, level)));
-    Some(levels)
+    let of_constraints = layout.multiplier_range().zip(constraints).map(|(row, level)| (row..row + 1, level));
+    Some(of_rows.chain(of_constraints).collect())
 }
 
-/// Largest |t| and |x| of both branches.
-fn sizes<S: Real>(layout: Layout, u: &[S]) -> [S; 2] {
-    let [forward, backward] = layout.branches(u);
-    [max_abs(forward.t).max(max_abs(backward.t)), max_abs(forward.x).max(max_abs(backward.x))]
+/// Largest absolute value of each coordinate on both branches.
+fn sizes<S: Real>(layout: Layout, u: &[S]) -> Vec<S> {
+    let size = |a| max_abs(layout.values(u, 0, a)).max(max_abs(layout.values(u, 1, a)));
+    (0..layout.dimension()).map(size).collect()
 }
 
 /// ∇E_IVP with all digits, its Hessian at the `f64` critical point.
-struct RefinedStationarity<'a, S> {
-    action: &'a DoubledAction<'a, S>,
+struct RefinedStationarity<'a, S, L> {
+    action: &'a DoubledAction<'a, S, L>,
     lu: Lu<usize, f64>,
 }
 
-impl<S: Real> Refined<S> for RefinedStationarity<'_, S> {
-    fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), OutsideDomain> {
+impl<S: Real, L: Lagrangian<S>> Refined<S> for RefinedStationarity<'_, S, L> {
+    type Outside = L::Outside;
+
+    fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), L::Outside> {
         self.action.gradient(u, out)
     }
 
@@ -141,7 +152,7 @@ impl<S: Real> Refined<S> for RefinedStationarity<'_, S> {
         rounding(self.action, u)
     }
 
-    fn sizes(&self, u: &[S]) -> [S; 2] {
+    fn sizes(&self, u: &[S]) -> Vec<S> {
         sizes(self.action.layout(), u)
     }
 }

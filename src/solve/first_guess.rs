@@ -65,27 +65,27 @@ impl WindowGrid {
         // A guess needs no high order, and the closures of high orders do not fit into a window.
         let name = if problem.sbp.is_two_step() { SbpName::Sbp21 } else { SbpName::Sbp42 };
         let sbp = name.operator(WINDOW_STEPS + 1, spacing).expect("a window has enough points");
-        let solver = CriticalPointSolver::new(&DoubledAction::new(&sbp, &problem.metric, problem.initial));
+        let solver = CriticalPointSolver::new(&DoubledAction::new(
+            &sbp,
+            &*problem.metric,
+            problem.initial.start(&problem.metric),
+        ));
         Self { sbp, solver }
     }
 
     fn solve(&self, problem: &Problem, start: InitialData, largest_x_dot: &mut f64) -> Result<Window, Failure> {
-        let action = DoubledAction::new(&self.sbp, &problem.metric, start);
+        let action = DoubledAction::new(&self.sbp, &*problem.metric, start.start(&problem.metric));
         let root = self.solver.solve(&action, straight_line(&action), WINDOW_ITERATIONS)?;
         let layout = action.layout();
-        let [forward, _] = layout.branches(&root.unknowns);
+        let [t, x] = [0, 1].map(|a| layout.values(&root.unknowns, 0, a));
         let lambda = layout.multipliers(&root.unknowns);
         let last = WINDOW_STEPS;
         let weight = self.sbp.weights()[last];
         let slope = |u: &[f64]| self.sbp.derivative_at(u, last);
-        let g00 = problem.metric.at(forward.x[last]).g00;
+        let g00 = problem.metric.at(x[last]).g00;
         let (t_correction, x_correction) = (lambda[6] / (weight * g00), -lambda[7] / weight);
-        let end = InitialData {
-            t: forward.t[last],
-            x: forward.x[last],
-            t_dot: slope(forward.t) + t_correction,
-            x_dot: slope(forward.x) + x_correction,
-        };
+        let end =
+            InitialData { t: t[last], x: x[last], t_dot: slope(t) + t_correction, x_dot: slope(x) + x_correction };
         // Not relative to this window's ẋ alone, which vanishes at a turning point.
         *largest_x_dot = largest_x_dot.max(start.x_dot.abs()).max(end.x_dot.abs());
         let share = |correction: f64, size: f64| if correction == 0.0 { 0.0 } else { (correction / size).abs() };
@@ -97,11 +97,11 @@ impl WindowGrid {
 /// (t_i + ṫ_i γ, x_i + ẋ_i γ) on both branches, multipliers zero: the gradient is linear in them, so a first full
 /// Newton step finds them from anywhere.
 fn straight_line(action: &DoubledAction<'_>) -> Vec<f64> {
-    let InitialData { t, x, t_dot, x_dot } = action.initial();
     let nodes = (0..action.sbp().points()).map(|k| k as f64 * action.sbp().spacing());
-    let t: Vec<f64> = nodes.clone().map(|gamma| t + t_dot * gamma).collect();
-    let x: Vec<f64> = nodes.map(|gamma| x + x_dot * gamma).collect();
-    action.layout().physical_limit(&t, &x, &[0.0; 8])
+    let start = action.initial().q.iter().zip(&action.initial().q_dot);
+    let lines: Vec<Vec<f64>> = start.map(|(q, q_dot)| nodes.clone().map(|gamma| q + q_dot * gamma).collect()).collect();
+    let rows: Vec<&[f64]> = lines.iter().map(Vec::as_slice).collect();
+    action.layout().physical_limit(&rows, &vec![0.0; action.layout().multiplier_range().len()])
 }
 
 /// A guess for all unknowns of the problem's action.
@@ -130,13 +130,13 @@ pub(super) fn windowed_action(problem: &Problem) -> Result<Vec<f64>, WindowFailu
         match grid.solve(problem, start, &mut largest_x_dot) {
             Ok(window) if window.defect > acceptable && units > 1 => units /= 2,
             Ok(window) => {
-                let layout = Layout::new(WINDOW_STEPS + 1, Form::Strong);
-                let [forward, _] = layout.branches(&window.root.unknowns);
+                let layout = Layout::new(2, WINDOW_STEPS + 1, Form::Strong);
+                let [forward_t, forward_x] = [0, 1].map(|a| layout.values(&window.root.unknowns, 0, a));
                 for step in 1..=WINDOW_STEPS {
                     let at = position + step * units;
                     if at % UNITS_PER_STEP == 0 {
-                        t[at / UNITS_PER_STEP] = forward.t[step];
-                        x[at / UNITS_PER_STEP] = forward.x[step];
+                        t[at / UNITS_PER_STEP] = forward_t[step];
+                        x[at / UNITS_PER_STEP] = forward_x[step];
                     }
                 }
                 multipliers.copy_from_slice(layout.multipliers(&window.root.unknowns));
@@ -172,5 +172,5 @@ pub(super) fn windowed_action(problem: &Problem) -> Result<Vec<f64>, WindowFailu
         Form::Strong => multipliers.as_slice(),
         Form::Weak => &[],
     };
-    Ok(problem.layout().physical_limit(&t, &x, multipliers))
+    Ok(problem.layout().physical_limit(&[&t, &x], multipliers))
 }

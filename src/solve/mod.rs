@@ -149,7 +149,7 @@ fn solve_physical_limit<S: Arithmetic>(problem: &Problem<S>, setup: &Setup<S>) -
         })?;
     let multipliers = (problem.form == Form::Strong).then(|| limit.multipliers(problem));
     let lambda = multipliers.as_ref().map_or([].as_slice(), |lambda| lambda);
-    let unknowns = problem.layout().physical_limit(&limit.elapsed, &limit.x, lambda);
+    let unknowns = problem.layout().physical_limit(&[&limit.elapsed, &limit.x], lambda);
     let gradient_norm = gradient_norm(&problem.action(), &unknowns);
     let last = limit.x.len() - 1;
     Ok(Piece {
@@ -183,7 +183,7 @@ fn solve_doubled<S: Arithmetic>(problem: &Problem<S>, setup: &Setup<S>) -> Resul
             // A limit of iterations belonged to the window alone; no setting of the user would help.
             failure.status = Status::Stalled;
         }
-        let layout = Layout::new((failure.unknowns.len() - MULTIPLIERS) / 4, Form::Strong);
+        let layout = Layout::new(2, (failure.unknowns.len() - MULTIPLIERS) / 4, Form::Strong);
         let gamma = |node: usize| window.gamma + node as f64 * window.spacing;
         no_solution(&rough, failure, guess, gamma, |unknown, u| on_forward_branch(layout, unknown, u))
     })?;
@@ -198,21 +198,22 @@ fn solve_doubled<S: Arithmetic>(problem: &Problem<S>, setup: &Setup<S>) -> Resul
         no_solution(&rough, failure, guess, |node| rough.gamma(node), locate)
     })?;
     let gradient_norm = gradient_norm(&action, &root.unknowns);
-    let [forward, backward] = layout.branches(&root.unknowns);
+    let of = |branch, a| layout.values(&root.unknowns, branch, a);
+    let [t, x] = [0, 1].map(|a| of(0, a));
     let multipliers: Option<[S; MULTIPLIERS]> = layout.multipliers(&root.unknowns).try_into().ok();
     let last = problem.sbp.points() - 1;
     // D̄ is D at the last node.
-    let x_dot = problem.sbp.derivative_at(forward.x, last);
+    let x_dot = problem.sbp.derivative_at(x, last);
     let (x_dot, q_t) = match &multipliers {
         Some(lambda) => (x_dot - lambda[7] / problem.sbp.weights()[last], -lambda[4]),
         None => (x_dot, problem.invariants().q_t),
     };
     Ok(Piece {
-        end: [forward.x[last], x_dot],
+        end: [x[last], x_dot],
         q_t,
-        elapsed: forward.t.to_vec(),
-        x: forward.x.to_vec(),
-        backward: Some(Backward { elapsed: backward.t.to_vec(), x: backward.x.to_vec() }),
+        elapsed: t.to_vec(),
+        x: x.to_vec(),
+        backward: Some(Backward { elapsed: of(1, 0).to_vec(), x: of(1, 1).to_vec() }),
         multipliers,
         gradient_norm,
         initial_guess: guess,
@@ -231,7 +232,7 @@ fn gradient_norm<S: Real>(action: &DoubledAction<'_, S>, unknowns: &[S]) -> S {
 /// Node of an unknown of the doubled action, and x of the forward branch there.
 fn on_forward_branch(layout: Layout, unknown: usize, u: &[f64]) -> (usize, f64) {
     let node = layout.node(unknown);
-    (node, layout.branches(u)[0].x[node])
+    (node, layout.values(u, 0, 1)[node])
 }
 
 /// Expresses a failed iteration in terms of the case: `gamma` is γ of a node, and `locate` maps an index of the

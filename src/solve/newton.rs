@@ -25,8 +25,11 @@ pub(super) type RoundingLevels = Vec<(Range<usize>, f64)>;
 
 /// F(u) = 0 with a Jacobian that the system itself factors.
 pub(super) trait NewtonSystem {
+    /// A point where F is not defined.
+    type Outside: Copy;
+
     /// `out` = F(u).
-    fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), OutsideDomain>;
+    fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), Self::Outside>;
 
     /// The rounding errors to be expected in F(u), a level for each block of entries. `None` where F is not defined.
     fn rounding(&self, u: &[f64]) -> Option<RoundingLevels>;
@@ -34,8 +37,8 @@ pub(super) trait NewtonSystem {
     /// `step` = −F′(u)⁻¹ F(u), where `residual` = F(u) is what [`Self::residual`] was asked for last.
     fn newton_step(&mut self, u: &[f64], residual: &[f64], step: &mut [f64]) -> Result<(), LinearFailure>;
 
-    /// Largest entries of the two kinds of coordinates in `u`; they have different units, so each is judged by itself.
-    fn sizes(&self, u: &[f64]) -> [f64; 2];
+    /// Largest entry of each kind of coordinate in `u`; they have different units, so each is judged by itself.
+    fn sizes(&self, u: &[f64]) -> Vec<f64>;
 }
 
 /// A residual in units of the rounding errors to be expected.
@@ -57,10 +60,10 @@ pub(super) fn weigh<S: Real>(levels: &[(Range<usize>, f64)], residual: &[S]) -> 
     Weighed { largest, sum_of_squares }
 }
 
-/// The larger of the two changes, each relative to the size of its kind.
-pub(super) fn relative<S: Real>(changes: [S; 2], sizes: [S; 2]) -> f64 {
-    let of = |kind: usize| if changes[kind] == S::ZERO { S::ZERO } else { changes[kind] / sizes[kind] };
-    of(0).max(of(1)).to_f64()
+/// The largest of the changes, each relative to the size of its kind.
+pub(super) fn relative<S: Real>(changes: &[S], sizes: &[S]) -> f64 {
+    let of = |(&change, &size): (&S, &S)| if change == S::ZERO { S::ZERO } else { change / size };
+    changes.iter().zip(sizes).map(of).fold(S::ZERO, S::max).to_f64()
 }
 
 /// A zero of F.
@@ -72,17 +75,17 @@ pub(super) struct Root<S = f64> {
 
 /// Why no zero was found.
 #[derive(Debug, Clone)]
-pub(super) struct Failure {
+pub(super) struct Failure<O = OutsideDomain> {
     pub(super) status: Status,
     /// The last accepted iterate.
     pub(super) unknowns: Vec<f64>,
     pub(super) residual: Vec<f64>,
     /// The last trial point that left the domain in the step that failed, if any did.
-    pub(super) outside: Option<OutsideDomain>,
+    pub(super) outside: Option<O>,
     pub(super) history: Vec<IterationRecord>,
 }
 
-impl Failure {
+impl<O> Failure<O> {
     /// A failure that has no iterate to show.
     pub(super) fn without_iterate(status: Status) -> Self {
         Self { status, unknowns: Vec::new(), residual: Vec::new(), outside: None, history: Vec::new() }
@@ -94,7 +97,11 @@ impl Failure {
 /// A converged iteration means that the largest residual entry is at the rounding level, and that either the last
 /// coordinate step was below the square root of the precision or the residual had already been at that level before the
 /// step.
-pub(super) fn solve(system: &mut impl NewtonSystem, guess: Vec<f64>, max_iterations: usize) -> Result<Root, Failure> {
+pub(super) fn solve<N: NewtonSystem>(
+    system: &mut N,
+    guess: Vec<f64>,
+    max_iterations: usize,
+) -> Result<Root, Failure<N::Outside>> {
     let mut u = guess;
     let mut residual = vec![0.0; u.len()];
     let mut history = Vec::new();
@@ -142,13 +149,13 @@ pub(super) fn solve(system: &mut impl NewtonSystem, guess: Vec<f64>, max_iterati
         };
         std::mem::swap(&mut u, &mut trial);
         std::mem::swap(&mut residual, &mut trial_residual);
-        let changes = system.sizes(&step).map(|size| damping * size);
-        let change = changes[0].max(changes[1]);
+        let changes: Vec<f64> = system.sizes(&step).into_iter().map(|size| damping * size).collect();
+        let change = changes.iter().copied().fold(0.0, f64::max);
         let sizes = system.sizes(&u);
-        let relative_step = relative(changes, sizes) / damping;
+        let relative_step = relative(&changes, &sizes) / damping;
         let residual_size = max_abs(&residual);
         history.push(IterationRecord { iteration, residual: residual_size, step: change, damping, relative_step });
-        let small = changes.iter().zip(sizes).all(|(change, size)| *change <= SMALL_STEP * size);
+        let small = changes.iter().zip(&sizes).all(|(change, size)| *change <= SMALL_STEP * size);
         if at_rounding && (was_at_rounding || (small && damping == 1.0)) {
             return Ok(Root { unknowns: u, history });
         }

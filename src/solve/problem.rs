@@ -70,10 +70,7 @@ impl<S: Real> Problem<S> {
     }
 
     pub(crate) fn action(&self) -> DoubledAction<'_, S> {
-        match self.form {
-            Form::Strong => DoubledAction::new(&self.sbp, &self.metric, self.initial),
-            Form::Weak => DoubledAction::weak(&self.sbp, &self.metric, self.initial),
-        }
+        DoubledAction::of_form(self.form, &self.sbp, &*self.metric, self.initial.start(&self.metric))
     }
 
     /// The action that is asked for: with D̄, or for the ablation with D.
@@ -81,12 +78,12 @@ impl<S: Real> Problem<S> {
         if is_regularised {
             self.action()
         } else {
-            DoubledAction::without_regularisation(&self.sbp, &self.metric, self.initial)
+            DoubledAction::without_regularisation(&self.sbp, &*self.metric, self.initial.start(&self.metric))
         }
     }
 
     pub(crate) fn layout(&self) -> Layout {
-        Layout::new(self.sbp.points(), self.form)
+        Layout::new(2, self.sbp.points(), self.form)
     }
 
     pub(crate) fn derivative(&self) -> FormDerivative<'_, S> {

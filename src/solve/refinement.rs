@@ -6,7 +6,6 @@
 
 use super::newton::{Failure, LinearFailure, ROUNDING_UNITS, Root, RoundingLevels, relative, weigh};
 use super::status::{IterationRecord, Status};
-use crate::metric::OutsideDomain;
 use crate::norm::max_abs;
 use crate::scalar::Real;
 
@@ -15,8 +14,11 @@ const LEAST_GAIN: f64 = 0.5;
 
 /// What is refined.
 pub(super) trait Refined<S> {
+    /// A point where F is not defined.
+    type Outside: Copy;
+
     /// `out` = F(u) in extended precision.
-    fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), OutsideDomain>;
+    fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), Self::Outside>;
 
     /// Overwrites `right` with J⁻¹ `right`, J being the Jacobian of F near the root.
     fn solve_linearised(&mut self, right: &mut [f64]) -> Result<(), LinearFailure>;
@@ -24,8 +26,8 @@ pub(super) trait Refined<S> {
     /// The rounding errors to be expected in F(u), a level for each block of entries. `None` where F is not defined.
     fn rounding(&self, u: &[S]) -> Option<RoundingLevels>;
 
-    /// Largest entries of the two kinds of coordinates in `u`.
-    fn sizes(&self, u: &[S]) -> [S; 2];
+    /// Largest entry of each kind of coordinate in `u`.
+    fn sizes(&self, u: &[S]) -> Vec<S>;
 }
 
 /// 10^−digits.
@@ -36,18 +38,18 @@ pub(super) fn tolerance<S: Real>(digits: u32) -> S {
 /// Refines `root` until a correction changes no coordinate by more than 10^−`digits` of its kind's size. The error that
 /// then remains is smaller by the gain of another round. Where the corrections stop shrinking before, the residual must
 /// be at the rounding level of `S`, as it must be in `f64`.
-pub(super) fn refine<S: Real>(
-    system: &mut impl Refined<S>,
+pub(super) fn refine<S: Real, R: Refined<S>>(
+    system: &mut R,
     root: Root,
     digits: u32,
     max_iterations: usize,
-) -> Result<Root<S>, Failure> {
+) -> Result<Root<S>, Failure<R::Outside>> {
     let Root { unknowns, mut history } = root;
     let tolerance: S = tolerance(digits);
     let mut u: Vec<S> = unknowns.iter().map(|&u| S::from(u)).collect();
     let mut residual = vec![S::ZERO; u.len()];
     let mut step = unknowns;
-    let mut previous = [S::from(f64::INFINITY); 2];
+    let mut previous: Option<Vec<S>> = None;
     let mut correction = residual.clone();
     let first = history.len();
     loop {
@@ -77,8 +79,12 @@ pub(super) fn refine<S: Real>(
         }
         let (changes, sizes) = (system.sizes(&correction), system.sizes(&u));
         let small = |kind: usize| changes[kind] <= tolerance * sizes[kind];
-        let gains = |kind: usize| small(kind) || changes[kind] <= S::from(LEAST_GAIN) * previous[kind];
-        if !(gains(0) && gains(1)) || history.len() - first >= max_iterations {
+        let shrinks = |kind: usize| {
+            let previous = previous.as_ref().map_or(S::from(f64::INFINITY), |previous| previous[kind]);
+            changes[kind] <= S::from(LEAST_GAIN) * previous
+        };
+        let kinds = 0..changes.len();
+        if !kinds.clone().all(|kind| small(kind) || shrinks(kind)) || history.len() - first >= max_iterations {
             let levels = system.rounding(&u);
             if levels.is_some_and(|levels| weigh(&levels, &residual).largest <= ROUNDING_UNITS) {
                 // The type has no more digits to give; the iteration history says how many there are.
@@ -89,14 +95,14 @@ pub(super) fn refine<S: Real>(
         for (u, &correction) in u.iter_mut().zip(&correction) {
             *u += correction;
         }
-        let change = changes[0].max(changes[1]).to_f64();
+        let change = changes.iter().copied().fold(S::ZERO, S::max).to_f64();
         let iteration = history.len() + 1;
-        let relative_step = relative(changes, sizes);
+        let relative_step = relative(&changes, &sizes);
         let residual_size = scale.to_f64();
         history.push(IterationRecord { iteration, residual: residual_size, step: change, damping: 1.0, relative_step });
-        if small(0) && small(1) {
+        if kinds.clone().all(small) {
             return Ok(Root { unknowns: u, history });
         }
-        previous = changes;
+        previous = Some(changes);
     }
 }

@@ -4,11 +4,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// From low to high.
-const LAYERS: [&str; 19] = [
+const LAYERS: [&str; 20] = [
     "scalar",
     "norm",
     "similar",
     "expr",
+    "geometry",
     "potential",
     "banded",
     "sbp",

@@ -21,9 +21,9 @@ fn with_actions(check: impl Fn(&DoubledAction<'_>)) {
     let metric = metric();
     for c in [&coefficients::SBP21, &coefficients::SBP42] {
         let sbp = SbpOperator::new(c, POINTS, 0.11).unwrap();
-        check(&DoubledAction::new(&sbp, &metric, INITIAL));
-        check(&DoubledAction::without_regularisation(&sbp, &metric, INITIAL));
-        check(&DoubledAction::weak(&sbp, &metric, INITIAL));
+        check(&DoubledAction::new(&sbp, &metric, INITIAL.start(&metric)));
+        check(&DoubledAction::without_regularisation(&sbp, &metric, INITIAL.start(&metric)));
+        check(&DoubledAction::weak(&sbp, &metric, INITIAL.start(&metric)));
     }
 }
 
@@ -90,7 +90,7 @@ fn the_value_vanishes_where_the_branches_agree_and_the_constraints_hold() {
         };
         let (t, x) = (line(INITIAL.t, INITIAL.t_dot), line(INITIAL.x, INITIAL.x_dot));
         let multipliers = [1.0, -2.0, 3.0, -4.0, 5.0, -6.0, 7.0, -8.0];
-        let u = action.layout().physical_limit(&t, &x, &multipliers[..action.layout().multiplier_range().len()]);
+        let u = action.layout().physical_limit(&[&t, &x], &multipliers[..action.layout().multiplier_range().len()]);
         assert!(action.value(&u).unwrap().abs() < 1e-13);
         assert!(action.constraints(&u).iter().all(|c| c.abs() < 1e-13));
     });
@@ -100,8 +100,8 @@ fn the_value_vanishes_where_the_branches_agree_and_the_constraints_hold() {
 fn a_node_outside_the_domain_is_named() {
     let metric = Metric::new(Potential::linear(-0.5), 1.0, 1.0);
     let sbp = SbpOperator::new(&coefficients::SBP21, 4, 0.1).unwrap();
-    let action = DoubledAction::new(&sbp, &metric, INITIAL);
-    let u = action.layout().physical_limit(&[0.0; 4], &[0.0, 0.5, 1.25, 0.0], &[0.0; 8]);
+    let action = DoubledAction::new(&sbp, &metric, INITIAL.start(&metric));
+    let u = action.layout().physical_limit(&[&[0.0; 4], &[0.0, 0.5, 1.25, 0.0]], &[0.0; 8]);
     let outside = action.value(&u).unwrap_err();
     assert_eq!((outside.index, outside.x, outside.g00), (2, 1.25, -0.25));
 }

@@ -332,7 +332,9 @@ fn gradient_norm(view: &WindowView<'_>, metric: &Metric, q_t: f64) -> f64 {
     let branch = [view.certified().expect("certified").elapsed, view.x()].concat();
     let unknowns = [&branch[..], &branch[..]].concat();
     let mut gradient = vec![0.0; unknowns.len()];
-    DoubledAction::weak(&sbp, metric, initial).gradient(&unknowns, &mut gradient).expect("inside the domain");
+    DoubledAction::weak(&sbp, metric, initial.start(metric))
+        .gradient(&unknowns, &mut gradient)
+        .expect("inside the domain");
     gradient.iter().fold(0.0, |most, v| v.abs().max(most))
 }
 

@@ -1,0 +1,165 @@
+//! Metrics by name. All have the signature + − − … of the paper, and units with G = c = 1 unless they say otherwise.
+
+use super::text::MetricText;
+
+/// A metric that a case can name in place of its components.
+#[derive(Debug, Clone, Copy)]
+pub struct Preset {
+    /// Its name in a case.
+    pub name: &'static str,
+    /// What it is, in a line.
+    pub what: &'static str,
+    /// Where it is from.
+    pub source: &'static str,
+    coordinates: &'static [&'static str],
+    components: &'static [(&'static str, &'static str)],
+    /// Definitions; a case may replace them.
+    definitions: &'static [(&'static str, &'static str)],
+    /// Parameters with the values that they have unless the case gives others.
+    parameters: &'static [(&'static str, &'static str)],
+}
+
+impl Preset {
+    /// The preset of that name.
+    pub fn from_name(name: &str) -> Option<&'static Self> {
+        PRESETS.iter().find(|preset| preset.name == name)
+    }
+
+    /// The names of its parameters.
+    pub fn parameters(&self) -> impl Iterator<Item = &'static str> {
+        self.parameters.iter().map(|(name, _)| *name)
+    }
+
+    /// Its formulas.
+    pub fn text(&self) -> MetricText {
+        let owned = |pairs: &[(&str, &str)]| -> Vec<(String, String)> {
+            pairs.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned())).collect()
+        };
+        let index = |name: &str| self.coordinates.iter().position(|other| *other == name);
+        let pair = |names: &str| {
+            let mut indices = names.split(' ').map(|name| index(name).expect("a preset knows its coordinates"));
+            [(); 2].map(|()| indices.next().expect("two names"))
+        };
+        MetricText {
+            coordinates: self.coordinates.iter().map(|name| (*name).to_owned()).collect(),
+            components: self.components.iter().map(|(names, text)| (pair(names), (*text).to_owned())).collect(),
+            definitions: owned(self.definitions),
+            parameters: owned(self.parameters),
+            ..MetricText::default()
+        }
+    }
+}
+
+/// All presets.
+pub const PRESETS: [Preset; 9] = [
+    Preset {
+        name: "minkowski",
+        what: "flat space-time in Cartesian coordinates",
+        source: "H. Minkowski, Phys. Z. 10 (1909) 75",
+        coordinates: &["t", "x", "y", "z"],
+        components: &[("t t", "c^2"), ("x x", "-1"), ("y y", "-1"), ("z z", "-1")],
+        definitions: &[],
+        parameters: &[("c", "1")],
+    },
+    Preset {
+        name: "polar",
+        what: "flat space-time, a plane in polar coordinates",
+        source: "H. Minkowski, Phys. Z. 10 (1909) 75",
+        coordinates: &["t", "r", "phi"],
+        components: &[("t t", "c^2"), ("r r", "-1"), ("phi phi", "-r^2")],
+        definitions: &[],
+        parameters: &[("c", "1")],
+    },
+    Preset {
+        name: "schwarzschild",
+        what: "a plane through a mass m, outside the horizon r = 2m",
+        source: "K. Schwarzschild, Sitzungsber. Preuss. Akad. Wiss. (1916) 189",
+        coordinates: &["t", "r", "phi"],
+        components: &[("t t", "f"), ("r r", "-1/f"), ("phi phi", "-r^2")],
+        definitions: &[("f", "1 - 2*m/r")],
+        parameters: &[("m", "1")],
+    },
+    Preset {
+        name: "schwarzschild-ef",
+        what: "the same in ingoing Eddington-Finkelstein coordinates, through the horizon",
+        source: "D. Finkelstein, Phys. Rev. 110 (1958) 965",
+        coordinates: &["v", "r", "phi"],
+        components: &[("v v", "1 - 2*m/r"), ("v r", "-1"), ("phi phi", "-r^2")],
+        definitions: &[],
+        parameters: &[("m", "1")],
+    },
+    Preset {
+        name: "kerr",
+        what: "a mass m with angular momentum m a, in Boyer-Lindquist coordinates",
+        source: "R. H. Boyer and R. W. Lindquist, J. Math. Phys. 8 (1967) 265",
+        coordinates: &["t", "r", "theta", "phi"],
+        components: &[
+            ("t t", "1 - w"),
+            ("t phi", "a*w*s2"),
+            ("r r", "-sigma/(r^2 - 2*m*r + a^2)"),
+            ("theta theta", "-sigma"),
+            ("phi phi", "-(r^2 + a^2 + a^2*w*s2)*s2"),
+        ],
+        definitions: &[("sigma", "r^2 + a^2*cos(theta)^2"), ("s2", "sin(theta)^2"), ("w", "2*m*r/sigma")],
+        parameters: &[("m", "1"), ("a", "0")],
+    },
+    Preset {
+        name: "kerr-equatorial",
+        what: "the equatorial plane of the same",
+        source: "R. H. Boyer and R. W. Lindquist, J. Math. Phys. 8 (1967) 265",
+        coordinates: &["t", "r", "phi"],
+        components: &[
+            ("t t", "1 - w"),
+            ("t phi", "a*w"),
+            ("r r", "-r^2/(r^2 - 2*m*r + a^2)"),
+            ("phi phi", "-(r^2 + a^2 + a^2*w)"),
+        ],
+        definitions: &[("w", "2*m/r")],
+        parameters: &[("m", "1"), ("a", "0")],
+    },
+    Preset {
+        name: "kerr-schild",
+        what: "the same mass in Cartesian Kerr-Schild coordinates, through the horizon",
+        source: "R. P. Kerr and A. Schild, Proc. Symp. Appl. Math. 17 (1965) 199",
+        coordinates: &["t", "x", "y", "z"],
+        components: &[
+            ("t t", "1 - h"),
+            ("t x", "-h*u"),
+            ("t y", "-h*v"),
+            ("t z", "-h*w"),
+            ("x x", "-1 - h*u^2"),
+            ("x y", "-h*u*v"),
+            ("x z", "-h*u*w"),
+            ("y y", "-1 - h*v^2"),
+            ("y z", "-h*v*w"),
+            ("z z", "-1 - h*w^2"),
+        ],
+        definitions: &[
+            ("d", "x^2 + y^2 + z^2 - a^2"),
+            ("r", "sqrt((d + sqrt(d^2 + 4*a^2*z^2))/2)"),
+            ("h", "2*m*r^3/(r^4 + a^2*z^2)"),
+            ("u", "(r*x + a*y)/(r^2 + a^2)"),
+            ("v", "(r*y - a*x)/(r^2 + a^2)"),
+            ("w", "z/r"),
+        ],
+        parameters: &[("m", "1"), ("a", "0")],
+    },
+    Preset {
+        name: "flrw",
+        what: "a flat expanding universe with the scale factor a(t), a definition",
+        source: "H. P. Robertson, Astrophys. J. 82 (1935) 284",
+        coordinates: &["t", "x", "y", "z"],
+        components: &[("t t", "1"), ("x x", "-a^2"), ("y y", "-a^2"), ("z z", "-a^2")],
+        definitions: &[("a", "t^(2/3)")],
+        parameters: &[],
+    },
+    Preset {
+        name: "optics",
+        what: "rays in a plane with the refractive index n(x, y), a definition (Fermat's principle)",
+        source: "M. Born and E. Wolf, Principles of Optics, 7th ed., ch. 3",
+        coordinates: &["x", "y"],
+        components: &[("x x", "n^2"), ("y y", "n^2")],
+        definitions: &[("n", "1")],
+        parameters: &[],
+    },
+];

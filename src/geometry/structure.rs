@@ -1,0 +1,140 @@
+//! Which components and derivatives of a Lagrangian are not zero, and their values on the nodes of a grid.
+
+use crate::scalar::Real;
+
+/// Where a value comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Source<S> {
+    /// It is the same everywhere.
+    Constant(S),
+    /// It stands in a row of [`Samples`].
+    Row(usize),
+}
+
+/// A derivative of g_ab (a ≤ b) with respect to coordinates, or g_ab itself.
+///
+/// One rule serves metric and one-form: with n coordinates and q̇^n = 1, A_a is the component g_an.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Term<S, const ORDER: usize> {
+    /// The pair a ≤ b; b = n for the one-form.
+    pub ab: [usize; 2],
+    /// With respect to which coordinates, in ascending order.
+    pub by: [usize; ORDER],
+    /// Its value.
+    pub value: Source<S>,
+}
+
+/// A derivative of F_a with respect to positions (0 … n−1) and velocities (n … 2n−1), or F_a itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ForceTerm<S, const ORDER: usize> {
+    /// The coordinate.
+    pub a: usize,
+    /// With respect to which variables, in ascending order.
+    pub by: [usize; ORDER],
+    /// Its value.
+    pub value: Source<S>,
+}
+
+/// What is not zero in a Lagrangian L = ½ g_ab(q) q̇^a q̇^b + A_a(q) q̇^a and a force F_a(q, q̇).
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Structure<S> {
+    /// Number of coordinates n.
+    pub dimension: usize,
+    /// Whether there is a one-form.
+    pub has_one_form: bool,
+    /// g_ab and A_a.
+    pub values: Vec<Term<S, 0>>,
+    /// Their first derivatives.
+    pub first: Vec<Term<S, 1>>,
+    /// Their second derivatives.
+    pub second: Vec<Term<S, 2>>,
+    /// F_a.
+    pub force: Vec<ForceTerm<S, 0>>,
+    /// Its first derivatives.
+    pub force_first: Vec<ForceTerm<S, 1>>,
+    /// Its second derivatives.
+    pub force_second: Vec<ForceTerm<S, 2>>,
+    /// Number of rows for the metric and the one-form with their derivatives.
+    pub rows: usize,
+    /// Number of rows for the force with its derivatives.
+    pub force_rows: usize,
+}
+
+impl<S> Structure<S> {
+    /// Velocities that the Lagrangian multiplies: n, and the constant 1 if there is a one-form.
+    pub fn velocities(&self) -> usize {
+        self.dimension + usize::from(self.has_one_form)
+    }
+}
+
+/// Values on nodes, one contiguous row for each quantity.
+#[derive(Debug, Clone)]
+pub struct Samples<S> {
+    points: usize,
+    data: Vec<S>,
+}
+
+impl<S: Real> Samples<S> {
+    /// All zero.
+    pub fn zeros(rows: usize, points: usize) -> Self {
+        Self { points, data: vec![S::ZERO; rows * points] }
+    }
+
+    /// A row.
+    pub fn row(&self, row: usize) -> &[S] {
+        &self.data[row * self.points..][..self.points]
+    }
+
+    /// A row, to write.
+    pub fn row_mut(&mut self, row: usize) -> &mut [S] {
+        &mut self.data[row * self.points..][..self.points]
+    }
+
+    /// All rows, to write.
+    pub fn rows_mut(&mut self) -> impl Iterator<Item = &mut [S]> {
+        self.data.chunks_exact_mut(self.points)
+    }
+
+    /// A value at node k.
+    #[inline]
+    pub fn at(&self, source: Source<S>, k: usize) -> S {
+        match source {
+            Source::Constant(value) => value,
+            Source::Row(row) => self.data[row * self.points + k],
+        }
+    }
+}
+
+/// Where a world-line starts: a position with its velocities and momenta.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Start<S = f64> {
+    /// q^a.
+    pub q: Vec<S>,
+    /// dq^a/dγ.
+    pub q_dot: Vec<S>,
+    /// p_a.
+    pub p: Vec<S>,
+}
+
+/// A Lagrangian ½ g_ab(q) q̇^a q̇^b + A_a(q) q̇^a with a force F_a(q, q̇), which the doubled action is made of.
+pub trait Lagrangian<S: Real> {
+    /// A point where it is not defined.
+    type Outside: Copy + std::fmt::Debug;
+
+    /// What is not zero.
+    fn structure(&self) -> &Structure<S>;
+
+    /// Room for [`Self::fill`] on so many nodes.
+    fn room(&self, points: usize) -> Samples<S> {
+        Samples::zeros(self.structure().rows, points)
+    }
+
+    /// Fills in the rows of the metric and the one-form at the positions `q`, one row of nodes for each coordinate.
+    ///
+    /// # Errors
+    /// The first node that lies outside the domain.
+    fn fill(&self, q: &[&[S]], samples: &mut Samples<S>) -> Result<(), Self::Outside>;
+
+    /// Fills in the rows of the force at positions and velocities.
+    fn fill_force(&self, q: &[&[S]], q_dot: &[&[S]], samples: &mut Samples<S>);
+}
