@@ -171,5 +171,9 @@ impl<S: Real> Lagrangian<S> for Metric<S> {
         self.sample_rows(q[1], rows)
     }
 
+    fn raise(&self, q: &[S], v: &[S], weight: S) -> Vec<S> {
+        vec![v[0] / (weight * self.at(q[1]).g00), -v[1] / weight]
+    }
+
     fn fill_force(&self, _: &[&[S]], _: &[&[S]], _: &mut Samples<S>) {}
 }

@@ -151,6 +151,26 @@ impl<S: Real> Geometry<S> {
         p
     }
 
+    /// f_a + F_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a at a point.
+    pub fn forces(&self, q: &[S], q_dot: &[S]) -> Vec<S> {
+        let samples = self.at(q);
+        let mut forces = vec![S::ZERO; self.dimension()];
+        for term in &self.structure.first {
+            let ([b, c], [a]) = (term.ab, term.by);
+            let product = samples.at(term.value, 0) * q_dot[b] * q_dot.get(c).copied().unwrap_or(S::ONE);
+            forces[a] += if b == c { product.half() } else { product };
+        }
+        if self.has_force() {
+            let [q, q_dot] = [q, q_dot].map(|row| row.iter().map(std::slice::from_ref).collect::<Vec<_>>());
+            let mut force = Samples::zeros(self.structure.force_rows, 1);
+            self.fill_force(&q, &q_dot, &mut force);
+            for term in &self.structure.force {
+                forces[term.a] += force.at(term.value, 0);
+            }
+        }
+        forces
+    }
+
     /// K = g_ab q̇^a q̇^b at a point.
     pub fn norm(&self, q: &[S], q_dot: &[S]) -> S {
         let samples = self.at(q);
@@ -203,6 +223,16 @@ impl<S: Real> Lagrangian<S> for Geometry<S> {
             }
         }
         Ok(())
+    }
+
+    fn raise(&self, q: &[S], v: &[S], weight: S) -> Vec<S> {
+        let n = self.dimension();
+        let at_rest = self.momenta(q, &vec![S::ZERO; n]);
+        let p: Vec<S> = v.iter().zip(&at_rest).map(|(&v, &one_form)| v / weight + one_form).collect();
+        let mut rates = self.field.room();
+        // Outside the domain the numbers are of no use, and whoever asks finds that out from the position.
+        let _ = self.field.evaluate(q, &p, &mut rates);
+        (0..n).map(|a| self.field.q_dot(&rates, a)).collect()
     }
 
     fn fill_force(&self, q: &[&[S]], q_dot: &[&[S]], samples: &mut Samples<S>) {

@@ -135,6 +135,9 @@ pub trait Lagrangian<S: Real> {
     /// The first node that lies outside the domain.
     fn fill(&self, q: &[&[S]], samples: &mut Samples<S>) -> Result<(), Self::Outside>;
 
+    /// g^ab v_b/weight at a point, for a covector v.
+    fn raise(&self, q: &[S], v: &[S], weight: S) -> Vec<S>;
+
     /// Fills in the rows of the force at positions and velocities.
     fn fill_force(&self, q: &[&[S]], q_dot: &[&[S]], samples: &mut Samples<S>);
 }

@@ -9,6 +9,7 @@ use super::march;
 use super::newton::{self, Failure, LinearFailure, NewtonSystem, Root, RoundingLevels};
 use super::physical_limit::PhysicalLimit;
 use super::problem::Problem;
+use super::quadrature::Integral;
 use super::refinement::{self, Refined};
 use super::setup::Setup;
 use super::status::{InitialGuess, IterationRecord};
@@ -29,7 +30,9 @@ pub(super) fn solve<S: Arithmetic>(problem: &Problem<S>, setup: &Setup<S>) -> Re
     let root = newton::solve(&mut system, guess, max_iterations)?;
     // The system was evaluated last at its root.
     let (system, history) = S::collocated(system, root, problem, setup)?;
-    let elapsed = integrate(problem, &rough, &system.metric.g00, system.slope_x, max_iterations)?;
+    let (h_q, g00) = (problem.sbp.spacing() * problem.invariants().q_t, &system.metric.g00);
+    let integral = Integral { derivative: problem.derivative(), rough: rough.derivative(), digits: problem.digits };
+    let elapsed = integral.of(|k| h_q / g00[k], system.slope_x, max_iterations)?;
     Ok(PhysicalLimit { elapsed, x: system.x, x_dot: system.w, history, initial_guess: InitialGuess::Nystrom4 })
 }
 
@@ -47,94 +50,6 @@ pub(super) fn refined<'a, S: Real>(
     let mut system = refined.residual;
     system.evaluate(&fine.unknowns).map_err(march::outside)?;
     Ok((system, fine.history))
-}
-
-/// t − t_i from the equations dt/dγ = Q_t/g00(x_k), with iterative refinement: one round for `f64`, as many as the
-/// digits need otherwise. `spare` is room for N numbers.
-fn integrate<S: Real>(
-    problem: &Problem<S>,
-    rough: &Problem,
-    g00: &[S],
-    spare: Vec<S>,
-    max_iterations: usize,
-) -> Result<Vec<S>, Failure> {
-    let (first, unknowns) = (problem.derivative().first_unknown(), problem.derivative().unknowns());
-    let (h_q, elapsed) = (problem.sbp.spacing() * problem.invariants().q_t, vec![S::ZERO; problem.sbp.points()]);
-    let mut system = TimeIntegration { problem, rough, h_q, g00, elapsed, slope: spare };
-    if S::IS_EXTENDED {
-        let start = Root { unknowns: vec![0.0; unknowns], history: Vec::new() };
-        let root = refinement::refine(&mut system, start, problem.digits, max_iterations)?;
-        system.elapsed[first..].copy_from_slice(&root.unknowns);
-        return Ok(system.elapsed);
-    }
-    let mut right: Vec<f64> = g00[..unknowns].iter().map(|&g00| (h_q / g00).to_f64()).collect();
-    for round in 0..2 {
-        system.solve_linearised(&mut right).expect("D without its first column and last row, or D̄, is invertible");
-        for (t, &correction) in system.elapsed[first..].iter_mut().zip(&right) {
-            *t += S::from(correction);
-        }
-        if round == 0 {
-            system.evaluate();
-            for (k, r) in right.iter_mut().enumerate() {
-                *r = -system.row(k).to_f64();
-            }
-        }
-    }
-    Ok(system.elapsed)
-}
-
-/// Rows h dt/dγ − h Q_t/g00 in the unknown t_k − t_i.
-struct TimeIntegration<'a, S> {
-    problem: &'a Problem<S>,
-    rough: &'a Problem,
-    h_q: S,
-    g00: &'a [S],
-    // What was evaluated last.
-    elapsed: Vec<S>,
-    slope: Vec<S>,
-}
-
-impl<S: Real> TimeIntegration<'_, S> {
-    fn evaluate(&mut self) {
-        self.problem.derivative().apply(&self.elapsed, S::ZERO, &mut self.slope);
-    }
-
-    fn row(&self, k: usize) -> S {
-        self.problem.sbp.spacing() * self.slope[k] - self.h_q / self.g00[k]
-    }
-}
-
-impl<S: Real> Refined<S> for TimeIntegration<'_, S> {
-    type Outside = OutsideDomain;
-
-    fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), OutsideDomain> {
-        let first = self.problem.derivative().first_unknown();
-        self.elapsed[first..].copy_from_slice(u);
-        self.evaluate();
-        for (k, row) in out.iter_mut().enumerate() {
-            *row = self.row(k);
-        }
-        Ok(())
-    }
-
-    fn solve_linearised(&mut self, right: &mut [f64]) -> Result<(), LinearFailure> {
-        let derivative = self.rough.derivative();
-        let (lower, upper) = derivative.reach();
-        let h = self.rough.sbp.spacing();
-        solve_banded(lower, upper, right, |k, row| {
-            row.fill(0.0);
-            derivative.row(k).for_each(|(column, d)| row[column + lower - k] += h * d);
-        })
-        .map_err(|_| LinearFailure)
-    }
-
-    fn rounding(&self, u: &[S]) -> Option<RoundingLevels> {
-        Some(vec![(0..u.len(), self.problem.sbp.row_sum() * S::EPSILON.to_f64() * max_abs(u).to_f64())])
-    }
-
-    fn sizes(&self, u: &[S]) -> Vec<S> {
-        vec![max_abs(u)]
-    }
 }
 
 /// Entries of the Jacobian, divided by this, stay far from overflow.

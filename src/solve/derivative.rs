@@ -23,6 +23,11 @@ impl<'a, S: Real> FormDerivative<'a, S> {
         Self { sbp, form }
     }
 
+    /// The operator.
+    pub(super) fn sbp(&self) -> &'a SbpOperator<S> {
+        self.sbp
+    }
+
     /// `out` = the derivative of `u` at all nodes (strong: at the last one it enters no equation).
     pub(crate) fn apply(&self, u: &[S], initial: S, out: &mut [S]) {
         match self.form {

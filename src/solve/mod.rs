@@ -13,8 +13,10 @@ mod newton;
 mod operator;
 mod physical_limit;
 mod problem;
+mod quadrature;
 mod refinement;
 mod run;
+pub mod scene;
 mod setup;
 mod solution;
 mod spectral;
@@ -168,23 +170,24 @@ fn solve_physical_limit<S: Arithmetic>(problem: &Problem<S>, setup: &Setup<S>) -
 fn solve_doubled<S: Arithmetic>(problem: &Problem<S>, setup: &Setup<S>) -> Result<Piece<S>, NoSolution> {
     let guess = InitialGuess::WindowedAction;
     let rough = S::rough_problem(problem, setup);
-    let start = first_guess::windowed_action(&rough).map_err(|window| {
+    // The guess is one for the regularised action, whichever is solved.
+    let guess_action = rough.action();
+    let start = first_guess::windowed_action(&guess_action, &*rough.metric, rough.length).map_err(|window| {
         // The window is a short grid of its own: γ counts from its start.
         let mut failure = *window.failure;
         // However short the window, Newton's method does not get across a horizon: there it meets points outside, or
         // the particle has come so close that nothing smooth is left.
-        let here = rough.metric.at(window.start.x);
-        let there = rough.metric.at(rough.initial.x);
+        let x = window.start.q[1];
+        let (here, there) = (rough.metric.at(x), rough.metric.at(rough.initial.x));
         if failure.outside.is_some() || here.g00 < HORIZON * there.g00 {
             failure.status = Status::OutsideDomain;
-            let close = OutsideDomain { index: 0, x: window.start.x, g00: here.g00 };
-            failure.outside.get_or_insert(close);
+            failure.outside.get_or_insert(OutsideDomain { index: 0, x, g00: here.g00 });
         } else {
             // A limit of iterations belonged to the window alone; no setting of the user would help.
             failure.status = Status::Stalled;
         }
         let layout = Layout::new(2, (failure.unknowns.len() - MULTIPLIERS) / 4, Form::Strong);
-        let gamma = |node: usize| window.gamma + node as f64 * window.spacing;
+        let gamma = |node: usize| rough.gamma_i + window.gamma + node as f64 * window.spacing;
         no_solution(&rough, failure, guess, gamma, |unknown, u| on_forward_branch(layout, unknown, u))
     })?;
     let layout = problem.layout();

@@ -87,6 +87,9 @@ pub enum InitialGuess {
     WindowedAction,
     /// The fourth-order Nyström integrator on the geodesic equation, on the same nodes.
     Nystrom4,
+    /// The classical Runge–Kutta method of order four on Hamilton's equations, on the same nodes.
+    #[serde(rename = "runge-kutta4")]
+    RungeKutta4,
     /// The polynomial of the previous window, continued into each window (in the first a parabola).
     Extrapolation,
 }
@@ -98,6 +101,7 @@ impl InitialGuess {
             Self::None => "none",
             Self::WindowedAction => "windowed-action",
             Self::Nystrom4 => "nystrom4",
+            Self::RungeKutta4 => "runge-kutta4",
             Self::Extrapolation => "extrapolation",
         }
     }
@@ -186,7 +190,7 @@ impl fmt::Display for NoSolution {
 impl std::error::Error for NoSolution {}
 
 /// A number for a message: six decimals, or an exponent where those would be noise or a long row of zeros.
-struct Compact(f64);
+pub(super) struct Compact(pub(super) f64);
 
 impl fmt::Display for Compact {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

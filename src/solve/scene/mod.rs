@@ -1,0 +1,45 @@
+//! Critical points of the doubled action in scenes of n coordinates.
+
+mod collocation;
+mod doubled;
+mod end;
+mod explicit;
+mod failure;
+mod limit;
+mod run;
+mod setup;
+mod window;
+mod world_line;
+
+pub use failure::NoWorldLine;
+pub use setup::{Place, SceneEnd, SceneSetup};
+pub use world_line::{SceneJoint, SceneWindow, WorldLine};
+
+use crate::action::DoubledAction;
+use crate::geometry::Geometry;
+use crate::norm::max_abs;
+use crate::scalar::Real;
+
+/// Solves a scene in the arithmetic of `S`: `f64`, or [`Extended`](crate::scalar::Extended) to the digits that the setup
+/// asks for. More digits are obtained by refinement: everything that searches and steers is done in `f64`.
+///
+/// # Errors
+/// [`NoWorldLine`] says how the solve ended, where, and with what residual.
+///
+/// # Panics
+/// If the setup is not valid: too few nodes for the operator, or no windows.
+pub fn solve_scene<S: Real>(setup: &SceneSetup<S>) -> Result<WorldLine<S>, NoWorldLine> {
+    match setup.end {
+        SceneEnd::Length(length) => run::solve_to(setup, length),
+        SceneEnd::Value { coordinate, value, within } => end::solve(setup, coordinate, value, within),
+    }
+}
+
+/// The largest entry of ∇E; infinite outside the domain.
+fn gradient_norm<S: Real>(action: &DoubledAction<'_, S, Geometry<S>>, unknowns: &[S]) -> S {
+    let mut gradient = vec![S::ZERO; unknowns.len()];
+    match action.gradient(unknowns, &mut gradient) {
+        Ok(()) => max_abs(&gradient),
+        Err(_) => S::from(f64::INFINITY),
+    }
+}

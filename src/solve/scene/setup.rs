@@ -1,0 +1,86 @@
+//! What is to be solved in a scene of n coordinates, and how.
+
+use std::sync::Arc;
+
+use crate::action::Form;
+use crate::geometry::{Geometry, Start};
+use crate::sbp::SbpName;
+use crate::scalar::Real;
+use crate::solve::System;
+
+/// Where a run ends.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SceneEnd<S = f64> {
+    /// After this length of γ.
+    Length(S),
+    /// Where a coordinate reaches a value, within a length of γ if one is given.
+    Value {
+        /// The coordinate.
+        coordinate: usize,
+        /// Its value at the end.
+        value: S,
+        /// The largest length of γ.
+        within: Option<S>,
+    },
+}
+
+/// A geometry with the start of a world-line in it, in numbers of one kind.
+#[derive(Debug, Clone)]
+pub struct Place<S = f64> {
+    /// The geometry, around the start.
+    pub geometry: Arc<Geometry<S>>,
+    /// The start.
+    pub start: Start<S>,
+}
+
+/// Everything that the solver of scenes is told.
+#[derive(Debug, Clone)]
+pub struct SceneSetup<S = f64> {
+    /// The geometry and the start.
+    pub place: Place<S>,
+    /// The same in `f64`, where first guesses and linear algebra work.
+    pub rough: Place,
+    /// The first value of γ.
+    pub gamma_i: S,
+    /// Where the run ends.
+    pub end: SceneEnd<S>,
+    /// The operator.
+    pub sbp: SbpName,
+    /// The form of the action.
+    pub form: Form,
+    /// The nodes of a window.
+    pub n_gamma: usize,
+    /// Windows of one length.
+    pub windows: usize,
+    /// Which system is solved.
+    pub system: System,
+    /// Significant decimal digits of the solution.
+    pub digits: u32,
+    /// Most Newton iterations of a window.
+    pub max_iterations: usize,
+}
+
+impl<S: Real> SceneSetup<S> {
+    /// The same in `f64`.
+    pub(super) fn in_f64(&self) -> SceneSetup {
+        let Self { gamma_i, sbp, form, n_gamma, windows, system, digits, max_iterations, .. } = *self;
+        SceneSetup {
+            place: self.rough.clone(),
+            rough: self.rough.clone(),
+            gamma_i: gamma_i.to_f64(),
+            end: match self.end {
+                SceneEnd::Length(length) => SceneEnd::Length(length.to_f64()),
+                SceneEnd::Value { coordinate, value, within } => {
+                    SceneEnd::Value { coordinate, value: value.to_f64(), within: within.map(S::to_f64) }
+                }
+            },
+            sbp,
+            form,
+            n_gamma,
+            windows,
+            system,
+            digits: digits.min(f64::MOST_DIGITS),
+            max_iterations,
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! What a solve of a scene returns.
+
+use std::sync::Arc;
+
+use super::setup::Place;
+use crate::action::Form;
+use crate::geometry::{Geometry, Start};
+use crate::sbp::{SbpName, SbpOperator};
+use crate::scalar::Real;
+use crate::solve::status::{InitialGuess, IterationRecord};
+
+/// A position with its velocities and momenta between two windows. In the strong form the momenta are p*, which differ
+/// from g_ab (Dq^b)_N + A_a: the last node takes up the compatibility defect.
+pub type SceneJoint<S = f64> = Start<S>;
+
+/// One window of a world-line.
+#[derive(Debug, Clone)]
+pub struct SceneWindow<S = f64> {
+    /// γ − γ_i at its first and its last node.
+    pub gamma: [S; 2],
+    /// What it continues.
+    pub start: SceneJoint<S>,
+    /// What the next window continues from.
+    pub end: SceneJoint<S>,
+    /// The multipliers of its action, in the order of [`Layout`](crate::action::Layout); the weak form has none.
+    pub multipliers: Vec<S>,
+    /// Index of its first node in the rows of the world-line.
+    pub(crate) first_node: usize,
+}
+
+/// A converged critical point in a scene; for a run in several windows, one for each, end to end.
+///
+/// The nodes are stored window by window: the joint of two windows appears in both.
+#[derive(Debug, Clone)]
+pub struct WorldLine<S = f64> {
+    /// The geometry and the start.
+    pub place: Place<S>,
+    /// γ of the first node.
+    pub gamma_i: S,
+    /// γ_f − γ_i.
+    pub length: S,
+    /// q^a on the nodes, a row for each coordinate; ignorable ones are counted from the start of their window.
+    pub(crate) q: Vec<Vec<S>>,
+    /// p*_a on the nodes, a row for each active coordinate (physical limit only).
+    pub(crate) p: Vec<Vec<S>>,
+    /// The backward branch in the same rows, if the doubled system was solved.
+    pub(crate) backward: Vec<Vec<S>>,
+    /// The windows, in order.
+    pub windows: Vec<SceneWindow<S>>,
+    /// Largest entry of the gradient of the doubled action at this solution, in any window: its certificate.
+    pub gradient_norm: S,
+    /// Where the iteration started.
+    pub initial_guess: InitialGuess,
+    /// Newton iterations of all windows.
+    pub iterations: usize,
+    /// The iterations of the window that needed the most; none if the equations are explicit.
+    pub history: Vec<IterationRecord>,
+    /// Significant decimal digits that were asked for; 16 for `f64`.
+    pub digits: u32,
+    /// The form of the action.
+    pub form: Form,
+    /// The name of the operator.
+    pub sbp_name: SbpName,
+    /// The operator of every window.
+    pub(crate) sbp: Arc<SbpOperator<S>>,
+}
+
+impl<S: Real> WorldLine<S> {
+    /// The geometry.
+    pub fn geometry(&self) -> &Geometry<S> {
+        &self.place.geometry
+    }
+
+    /// The operator of every window.
+    pub fn sbp(&self) -> &SbpOperator<S> {
+        &self.sbp
+    }
+
+    /// Number of nodes, joints twice.
+    pub fn nodes(&self) -> usize {
+        self.q[0].len()
+    }
+
+    /// Whether both branches were solved for.
+    pub fn is_doubled(&self) -> bool {
+        !self.backward.is_empty()
+    }
+
+    /// What to continue from.
+    pub fn end(&self) -> &SceneJoint<S> {
+        &self.windows[self.windows.len() - 1].end
+    }
+
+    /// γ of the last node.
+    pub fn gamma_f(&self) -> S {
+        self.gamma_i + self.length
+    }
+
+    /// γ on the nodes.
+    pub fn gamma(&self) -> impl Iterator<Item = S> + '_ {
+        let points = self.sbp.points();
+        self.windows.iter().flat_map(move |window| {
+            let of_node = move |k| if k + 1 == points { window.gamma[1] } else { window.gamma[0] + self.sbp.node(k) };
+            (0..points).map(move |k| self.gamma_i + of_node(k))
+        })
+    }
+
+    /// q^a on the nodes.
+    pub fn q(&self, a: usize) -> impl Iterator<Item = S> + '_ {
+        self.absolute(a, &self.q[a])
+    }
+
+    /// q^a of the backward branch on the nodes, if the doubled system was solved.
+    pub fn backward(&self, a: usize) -> Option<impl Iterator<Item = S> + '_> {
+        self.backward.get(a).map(|row| self.absolute(a, row))
+    }
+
+    /// A row of coordinate `a`, counted from its origin. An end of a window is what the next one starts from.
+    fn absolute<'l>(&'l self, a: usize, row: &'l [S]) -> impl Iterator<Item = S> + 'l {
+        let points = self.sbp.points();
+        let is_active = self.geometry().active().contains(&a);
+        self.windows.iter().zip(row.chunks_exact(points)).flat_map(move |(window, row)| {
+            row.iter().enumerate().map(move |(k, &q)| match (is_active, k + 1 == points) {
+                (true, _) => q,
+                (false, true) => window.end.q[a],
+                (false, false) => window.start.q[a] + q,
+            })
+        })
+    }
+
+    /// The rows of a window: q^a on its nodes, where ignorable ones are counted from its start.
+    pub(crate) fn rows(&self, window: &SceneWindow<S>) -> Vec<&[S]> {
+        let nodes = window.first_node..window.first_node + self.sbp.points();
+        self.q.iter().map(|row| &row[nodes.clone()]).collect()
+    }
+
+    /// The start of a window as its rows count it: ignorable coordinates are 0.
+    pub(crate) fn start_of_rows(&self, window: &SceneWindow<S>) -> Start<S> {
+        relative(self.geometry(), &window.start)
+    }
+
+    /// Largest distance between the branches in any coordinate; 0 in the physical limit.
+    pub fn branch_distance(&self) -> S {
+        let rows = self.q.iter().zip(&self.backward);
+        rows.flat_map(|(one, two)| one.iter().zip(two)).fold(S::ZERO, |d, (&one, &two)| d.max((one - two).abs()))
+    }
+}
+
+/// The same start with ignorable coordinates counted from it.
+pub(super) fn relative<S: Real>(geometry: &Geometry<S>, start: &Start<S>) -> Start<S> {
+    let mut start = start.clone();
+    geometry.ignorable().for_each(|a| start.q[a] = S::ZERO);
+    start
+}

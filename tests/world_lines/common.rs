@@ -1,0 +1,59 @@
+//! Scenes that several tests use.
+
+use std::sync::Arc;
+
+use geodesic_ivp::action::Form;
+use geodesic_ivp::geometry::{Geometry, GeometryText, MetricText, Start};
+use geodesic_ivp::sbp::SbpName;
+use geodesic_ivp::scalar::Real;
+use geodesic_ivp::solve::System;
+use geodesic_ivp::solve::scene::{Place, SceneEnd, SceneSetup};
+
+/// A metric from `"a b" = formula` pairs.
+pub fn metric(coordinates: &[&str], components: &[(&str, &str)]) -> MetricText {
+    let index = |name: &str| coordinates.iter().position(|other| *other == name).unwrap();
+    let pair = |names: &str| {
+        let (a, b) = names.split_once(' ').unwrap();
+        [index(a), index(b)]
+    };
+    MetricText {
+        coordinates: coordinates.iter().map(|name| (*name).to_owned()).collect(),
+        components: components.iter().map(|(names, text)| (pair(names), (*text).to_owned())).collect(),
+        ..MetricText::default()
+    }
+}
+
+/// Decimals in any precision.
+pub fn numbers<S: Real>(texts: &[&str]) -> Vec<S> {
+    texts.iter().map(|text| S::from_decimal(text).unwrap()).collect()
+}
+
+fn place<S: Real>(text: &GeometryText, q: &[&str], q_dot: &[&str]) -> Place<S> {
+    let (q, q_dot) = (numbers::<S>(q), numbers(q_dot));
+    let geometry = Geometry::new(text).unwrap().around(&q).unwrap();
+    let p = geometry.momenta(&q, &q_dot);
+    Place { geometry: Arc::new(geometry), start: Start { q, q_dot, p } }
+}
+
+/// A scene that starts at `q` with `q_dot`, on one window of `n_gamma` nodes.
+pub fn setup<S: Real>(
+    text: &GeometryText,
+    (q, q_dot): (&[&str], &[&str]),
+    length: f64,
+    (sbp, form, n_gamma): (SbpName, Form, usize),
+    system: System,
+) -> SceneSetup<S> {
+    SceneSetup {
+        place: place(text, q, q_dot),
+        rough: place(text, q, q_dot),
+        gamma_i: S::ZERO,
+        end: SceneEnd::Length(S::from(length)),
+        sbp,
+        form,
+        n_gamma,
+        windows: 1,
+        system,
+        digits: if S::IS_EXTENDED { 40 } else { 16 },
+        max_iterations: 50,
+    }
+}

@@ -1,0 +1,4 @@
+//! Critical points in scenes of n coordinates.
+
+mod common;
+mod schwarzschild;
