@@ -24,6 +24,7 @@ mod newtonian;
 mod residuals;
 mod sawtooth;
 mod scales;
+pub mod scene;
 mod warnings;
 
 pub use bound::Bound;

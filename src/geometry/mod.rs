@@ -27,6 +27,7 @@
 mod conserved;
 mod field;
 mod inverse;
+mod observable;
 mod outside;
 mod parts;
 mod presets;
@@ -37,6 +38,7 @@ mod value;
 pub use conserved::ConservedSum;
 pub use field::{Field, Rates};
 pub use inverse::MOST_COUPLED;
+pub use observable::Observable;
 pub use outside::OutsideGeometry;
 pub use presets::{PRESETS, Preset};
 pub use structure::{ForceTerm, Lagrangian, Samples, Source, Start, Structure, Term};

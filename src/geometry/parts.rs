@@ -112,6 +112,20 @@ pub(super) fn constant<S: Real>(
     if value.is_finite() { Ok(value) } else { Err(GeometryError::NotFinite(place)) }
 }
 
+/// The definitions of a metric in the expressions of `graph`, whose first variables are the coordinates `names`.
+pub(super) fn definitions<S: Real>(
+    graph: &mut Graph<S>,
+    names: &[String],
+    parameters: &BTreeMap<String, S>,
+    definitions: &[(String, String)],
+) -> Result<BTreeMap<String, NodeId>, GeometryError> {
+    let parameters = parameters.clone();
+    let mut scope =
+        Scope { graph, coordinates: names, all: names.len(), first: 0, parameters, definitions: BTreeMap::new() };
+    scope.define(definitions)?;
+    Ok(scope.definitions)
+}
+
 /// The values of the parameters.
 pub(super) fn parameters<S: Real>(texts: &[(String, String)]) -> Result<BTreeMap<String, S>, GeometryError> {
     let value = |(name, text): &(String, String)| {

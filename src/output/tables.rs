@@ -11,7 +11,7 @@ use crate::scalar::{DecimalRoom, Real};
 use crate::solve::{Backward, Solution};
 
 /// The tables are written in blocks of this many bytes.
-const BUFFER: usize = 1 << 18;
+pub(super) const BUFFER: usize = 1 << 18;
 
 /// Writes `trajectory.csv` with the columns gamma,t,x,t_dot,x_dot. With several windows, this table and those below
 /// have also the column window. t_dot and x_dot are those of [`Diagnostics::tangent`].

@@ -7,10 +7,10 @@ use geodesic_ivp::geometry::{Geometry, GeometryText, MetricText, Start};
 use geodesic_ivp::sbp::SbpName;
 use geodesic_ivp::scalar::Real;
 use geodesic_ivp::solve::System;
-use geodesic_ivp::solve::scene::{Place, SceneEnd, SceneSetup};
+use geodesic_ivp::solve::scene::{Place, SceneLimit, SceneSetup};
 
 /// A metric from `"a b" = formula` pairs.
-pub fn metric(coordinates: &[&str], components: &[(&str, &str)]) -> MetricText {
+pub(crate) fn metric(coordinates: &[&str], components: &[(&str, &str)]) -> MetricText {
     let index = |name: &str| coordinates.iter().position(|other| *other == name).unwrap();
     let pair = |names: &str| {
         let (a, b) = names.split_once(' ').unwrap();
@@ -24,7 +24,7 @@ pub fn metric(coordinates: &[&str], components: &[(&str, &str)]) -> MetricText {
 }
 
 /// Decimals in any precision.
-pub fn numbers<S: Real>(texts: &[&str]) -> Vec<S> {
+pub(crate) fn numbers<S: Real>(texts: &[&str]) -> Vec<S> {
     texts.iter().map(|text| S::from_decimal(text).unwrap()).collect()
 }
 
@@ -36,7 +36,7 @@ fn place<S: Real>(text: &GeometryText, q: &[&str], q_dot: &[&str]) -> Place<S> {
 }
 
 /// A scene that starts at `q` with `q_dot`, on one window of `n_gamma` nodes.
-pub fn setup<S: Real>(
+pub(crate) fn setup<S: Real>(
     text: &GeometryText,
     (q, q_dot): (&[&str], &[&str]),
     length: f64,
@@ -47,7 +47,8 @@ pub fn setup<S: Real>(
         place: place(text, q, q_dot),
         rough: place(text, q, q_dot),
         gamma_i: S::ZERO,
-        end: SceneEnd::Length(S::from(length)),
+        limit: SceneLimit::Length(S::from(length)),
+        until: None,
         sbp,
         form,
         n_gamma,

@@ -2,6 +2,7 @@
 
 mod collocation;
 mod doubled;
+mod crossing;
 mod end;
 mod explicit;
 mod failure;
@@ -12,7 +13,7 @@ mod window;
 mod world_line;
 
 pub use failure::NoWorldLine;
-pub use setup::{Place, SceneEnd, SceneSetup};
+pub use setup::{Place, SceneLimit, SceneSetup, Until};
 pub use world_line::{SceneJoint, SceneWindow, WorldLine};
 
 use crate::action::DoubledAction;
@@ -29,10 +30,18 @@ use crate::scalar::Real;
 /// # Panics
 /// If the setup is not valid: too few nodes for the operator, or no windows.
 pub fn solve_scene<S: Real>(setup: &SceneSetup<S>) -> Result<WorldLine<S>, NoWorldLine> {
-    match setup.end {
-        SceneEnd::Length(length) => run::solve_to(setup, length),
-        SceneEnd::Value { coordinate, value, within } => end::solve(setup, coordinate, value, within),
-    }
+    let whole = match setup.limit {
+        SceneLimit::Length(length) if setup.until.is_none() => return run::solve_to(setup, length),
+        SceneLimit::Length(length) => length,
+        SceneLimit::Value { coordinate, value } => {
+            let line = end::at_value(setup, coordinate, value)?;
+            if setup.until.is_none() {
+                return Ok(line);
+            }
+            line.length
+        }
+    };
+    end::until(setup, whole)
 }
 
 /// The largest entry of ∇E; infinite outside the domain.

@@ -3,25 +3,32 @@
 use std::sync::Arc;
 
 use crate::action::Form;
-use crate::geometry::{Geometry, Start};
+use crate::geometry::{Geometry, Observable, Start};
 use crate::sbp::SbpName;
 use crate::scalar::Real;
 use crate::solve::System;
 
-/// Where a run ends.
-#[derive(Debug, Clone, PartialEq)]
-pub enum SceneEnd<S = f64> {
+/// The largest extent of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SceneLimit<S = f64> {
     /// After this length of γ.
     Length(S),
-    /// Where a coordinate reaches a value, within a length of γ if one is given.
+    /// Where a coordinate reaches a value.
     Value {
         /// The coordinate.
         coordinate: usize,
         /// Its value at the end.
         value: S,
-        /// The largest length of γ.
-        within: Option<S>,
     },
+}
+
+/// A formula at whose first change of sign a run ends.
+#[derive(Debug, Clone)]
+pub struct Until<S = f64> {
+    /// The formula.
+    pub formula: Observable<S>,
+    /// The same in `f64`.
+    pub rough: Observable,
 }
 
 /// A geometry with the start of a world-line in it, in numbers of one kind.
@@ -42,8 +49,10 @@ pub struct SceneSetup<S = f64> {
     pub rough: Place,
     /// The first value of γ.
     pub gamma_i: S,
-    /// Where the run ends.
-    pub end: SceneEnd<S>,
+    /// Where the run ends at the latest.
+    pub limit: SceneLimit<S>,
+    /// Where it ends before that.
+    pub until: Option<Until<S>>,
     /// The operator.
     pub sbp: SbpName,
     /// The form of the action.
@@ -68,12 +77,11 @@ impl<S: Real> SceneSetup<S> {
             place: self.rough.clone(),
             rough: self.rough.clone(),
             gamma_i: gamma_i.to_f64(),
-            end: match self.end {
-                SceneEnd::Length(length) => SceneEnd::Length(length.to_f64()),
-                SceneEnd::Value { coordinate, value, within } => {
-                    SceneEnd::Value { coordinate, value: value.to_f64(), within: within.map(S::to_f64) }
-                }
+            limit: match self.limit {
+                SceneLimit::Length(length) => SceneLimit::Length(length.to_f64()),
+                SceneLimit::Value { coordinate, value } => SceneLimit::Value { coordinate, value: value.to_f64() },
             },
+            until: self.until.as_ref().map(|Until { rough, .. }| Until { formula: rough.clone(), rough: rough.clone() }),
             sbp,
             form,
             n_gamma,

@@ -1,0 +1,280 @@
+//! Independent checks of a world-line in a scene of n coordinates. They use its nodes, the operator and the geometry.
+
+use crate::action::Form;
+use crate::geometry::{Geometry, Lagrangian, Observable, Samples, Term};
+use crate::norm::max_abs;
+use crate::scalar::{Real, sum};
+use crate::sbp::RegularisedOperator;
+use crate::solve::scene::{SceneWindow, WorldLine};
+
+/// How far a momentum, or a sum of momenta, is from its value at the start of the run.
+#[derive(Debug, Clone)]
+pub struct ChargeDeviation<S = f64> {
+    /// Constants c^a of Σ c^a p_a, for the coordinates that occur.
+    pub terms: Vec<(usize, S)>,
+    /// Its value at the start.
+    pub value: S,
+    /// The deviation on the nodes.
+    pub delta: Vec<S>,
+    /// The same with the multipliers' share κ_a/H_N at the last node of each window.
+    pub corrected: Vec<S>,
+    /// Largest |delta| where the charge is exact: at all nodes but the last of each window (strong), or at all (weak).
+    pub max_interior: S,
+    /// Largest |delta| at the last node of a window.
+    pub max_last: S,
+    /// Largest |corrected|.
+    pub max_corrected: S,
+}
+
+/// What a user wants to see conserved.
+#[derive(Debug, Clone)]
+pub struct InvariantDeviation<S = f64> {
+    /// Its value at the start.
+    pub value: S,
+    /// The deviation on the nodes. At the last node of a window it is that of the values that are handed on.
+    pub delta: Vec<S>,
+}
+
+/// The balance of a charge that a force changes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WorkBalance<S = f64> {
+    /// The coordinate a.
+    pub coordinate: usize,
+    /// Σ_k H_k F_a, summed over the windows.
+    pub work: S,
+    /// p_a at the end − p_a at the start − work.
+    pub defect: S,
+}
+
+/// Everything that is measured on a world-line.
+#[derive(Debug, Clone)]
+pub struct SceneDiagnostics<S = f64> {
+    /// dq^a/dγ on the nodes: Dq^a (weak: D̄q^a), and at the last node of a window in the strong form, where D takes up
+    /// the defect, what the next window starts with.
+    pub tangent: Vec<Vec<S>>,
+    /// The charges of the ignorable coordinates, in order.
+    pub charges: Vec<ChargeDeviation<S>>,
+    /// Conserved sums of the momenta of active coordinates.
+    pub sums: Vec<ChargeDeviation<S>>,
+    /// ΔG_a = (Dp_a) − f_a − F_a of every coordinate; in the weak form with D̄ and the initial momenta.
+    pub delta_g: Vec<Vec<S>>,
+    /// Largest |ΔG_a| over the nodes whose row of D does not reach the last node of the window (weak: all nodes).
+    pub max_delta_g: S,
+    /// K at the start.
+    pub k: S,
+    /// ΔK = g_ab Dq^a Dq^b − K on the nodes.
+    pub delta_k: Vec<S>,
+    /// Largest |ΔK| over the interior nodes.
+    pub max_delta_k: S,
+    /// Largest |ΔK| at the ends of the windows, for the values that the next window starts with.
+    pub max_delta_k_ends: S,
+    /// The work balance of coordinates that only a force acts on.
+    pub work: Vec<WorkBalance<S>>,
+    /// The invariants of the user, in their order.
+    pub invariants: Vec<InvariantDeviation<S>>,
+}
+
+/// One window with everything on its nodes.
+struct Measured<'l, S> {
+    window: &'l SceneWindow<S>,
+    rows: Vec<&'l [S]>,
+    /// Dq^a or D̄q^a.
+    velocities: Vec<Vec<S>>,
+    samples: Samples<S>,
+    /// F_a on the nodes, zero where no force acts.
+    forces: Vec<Vec<S>>,
+}
+
+impl<S: Real> SceneDiagnostics<S> {
+    /// Measures `line`. `sums` are the conserved sums to look at, as constants by coordinate, and `invariants` the
+    /// formulas of the user.
+    pub fn new(line: &WorldLine<S>, sums: &[Vec<(usize, S)>], invariants: &mut [Observable<S>]) -> Self {
+        let geometry = line.geometry();
+        let n = geometry.dimension();
+        let windows: Vec<Measured<'_, S>> = line.windows.iter().map(|window| measured(line, window)).collect();
+        let momenta: Vec<Vec<S>> = (0..n).map(|a| on_nodes(&windows, |at, k| at.momentum(geometry, a, k))).collect();
+        let ignorable = geometry.ignorable().map(|a| vec![(a, S::ONE)]);
+        let charge = |terms: Vec<(usize, S)>| charge(line, &momenta, terms);
+        let k = geometry.norm(&line.place.start.q, &line.place.start.q_dot);
+        let delta_k = on_nodes(&windows, |at, node| at.norm(geometry, node) - k);
+        let delta_g: Vec<Vec<S>> = (0..n).map(|a| residual(line, &windows, &momenta[a], a)).collect();
+        let ends = line.windows.iter().map(|window| geometry.norm(&window.end.q, &window.end.q_dot) - k);
+        let tangent = tangent(line, &windows);
+        Self {
+            charges: ignorable.map(charge).collect(),
+            sums: sums.iter().cloned().map(charge).collect(),
+            max_delta_g: delta_g.iter().map(|row| largest(line, row, uncoupled(line))).fold(S::ZERO, S::max),
+            max_delta_k: largest(line, &delta_k, exact(line)),
+            max_delta_k_ends: max_abs(&ends.collect::<Vec<_>>()),
+            work: work(line, &windows),
+            invariants: invariants.iter_mut().map(|invariant| deviation(line, &tangent, invariant, k)).collect(),
+            tangent,
+            delta_g,
+            k,
+            delta_k,
+        }
+    }
+}
+
+fn measured<'l, S: Real>(line: &'l WorldLine<S>, window: &'l SceneWindow<S>) -> Measured<'l, S> {
+    let (geometry, sbp, rows) = (line.geometry(), line.sbp(), line.rows(window));
+    let start = line.start_of_rows(window);
+    let points = sbp.points();
+    let derivative = |(row, &start): (&&[S], &S)| match line.form {
+        Form::Strong => sbp.derivative(row),
+        Form::Weak => RegularisedOperator::new(sbp, start).derivative(row),
+    };
+    let velocities: Vec<Vec<S>> = rows.iter().zip(&start.q).map(derivative).collect();
+    let mut samples = geometry.room(points);
+    geometry.fill(&rows, &mut samples).expect("a solution lies inside the domain");
+    let mut forces = vec![Vec::new(); geometry.dimension()];
+    if geometry.has_force() {
+        let structure = geometry.structure();
+        let slopes: Vec<&[S]> = velocities.iter().map(Vec::as_slice).collect();
+        let mut force = Samples::zeros(structure.force_rows, points);
+        geometry.fill_force(&rows, &slopes, &mut force);
+        for term in &structure.force {
+            forces[term.a] = (0..points).map(|k| force.at(term.value, k)).collect();
+        }
+    }
+    Measured { window, rows, velocities, samples, forces }
+}
+
+impl<S: Real> Measured<'_, S> {
+    /// q̇^b at node k, or 1 for the one-form.
+    fn velocity(&self, b: usize, k: usize) -> S {
+        self.velocities.get(b).map_or(S::ONE, |row| row[k])
+    }
+
+    fn momentum(&self, geometry: &Geometry<S>, a: usize, k: usize) -> S {
+        let part = |&Term { ab: [b, c], value, .. }: &Term<S, 0>| match (b == a, c == a) {
+            (true, _) => self.samples.at(value, k) * self.velocity(c, k),
+            (_, true) => self.samples.at(value, k) * self.velocity(b, k),
+            _ => S::ZERO,
+        };
+        sum(geometry.structure().values.iter().map(part))
+    }
+
+    fn norm(&self, geometry: &Geometry<S>, k: usize) -> S {
+        let n = geometry.dimension();
+        let part = |&Term { ab: [a, b], value, .. }: &Term<S, 0>| {
+            let product = self.samples.at(value, k) * self.velocity(a, k) * self.velocity(b, k);
+            if a == b { product } else { product + product }
+        };
+        sum(geometry.structure().values.iter().filter(|term| term.ab[1] < n).map(part))
+    }
+
+    /// f_a + F_a.
+    fn force(&self, geometry: &Geometry<S>, a: usize, k: usize) -> S {
+        let part = |&Term { ab: [b, c], value, .. }: &Term<S, 1>| {
+            let product = self.samples.at(value, k) * self.velocity(b, k) * self.velocity(c, k);
+            if b == c { product.half() } else { product }
+        };
+        let own = sum(geometry.structure().first.iter().filter(|term| term.by == [a]).map(part));
+        own + self.forces[a].get(k).copied().unwrap_or(S::ZERO)
+    }
+}
+
+/// A value for every node of every window.
+fn on_nodes<S: Real>(windows: &[Measured<'_, S>], value: impl Fn(&Measured<'_, S>, usize) -> S) -> Vec<S> {
+    let of = |at: &Measured<'_, S>| (0..at.rows[0].len()).map(|k| value(at, k)).collect::<Vec<_>>();
+    windows.iter().flat_map(of).collect()
+}
+
+/// Number of nodes of a window, from the first, at which charges are exact.
+fn exact<S: Real>(line: &WorldLine<S>) -> usize {
+    line.sbp().points() - usize::from(line.form == Form::Strong)
+}
+
+/// Number of nodes of a window, from the first, whose ΔG the last node of the strong form does not affect.
+fn uncoupled<S: Real>(line: &WorldLine<S>) -> usize {
+    let affected = if line.form == Form::Strong { line.sbp().rows_reaching_last_node() } else { 0 };
+    line.sbp().points() - affected
+}
+
+/// The largest absolute value over the first `nodes` nodes of every window.
+fn largest<S: Real>(line: &WorldLine<S>, row: &[S], nodes: usize) -> S {
+    row.chunks_exact(line.sbp().points()).fold(S::ZERO, |largest, row| max_abs(&[largest, max_abs(&row[..nodes])]))
+}
+
+fn charge<S: Real>(line: &WorldLine<S>, momenta: &[Vec<S>], terms: Vec<(usize, S)>) -> ChargeDeviation<S> {
+    let value = sum(terms.iter().map(|&(a, c)| c * line.place.start.p[a]));
+    let delta: Vec<S> =
+        (0..line.nodes()).map(|k| sum(terms.iter().map(|&(a, c)| c * momenta[a][k])) - value).collect();
+    let mut corrected = delta.clone();
+    let (points, weight) = (line.sbp().points(), line.sbp().weights()[line.sbp().points() - 1]);
+    let layout = crate::action::Layout::new(momenta.len(), points, line.form);
+    for window in line.windows.iter().filter(|window| !window.multipliers.is_empty()) {
+        let share = sum(terms.iter().map(|&(a, c)| c * window.multipliers[layout.kappa(a)]));
+        corrected[window.first_node + points - 1] += share / weight;
+    }
+    let last: Vec<S> = delta.chunks_exact(points).map(|row| row[points - 1]).collect();
+    ChargeDeviation {
+        max_interior: largest(line, &delta, exact(line)),
+        max_last: max_abs(&last),
+        max_corrected: max_abs(&corrected),
+        terms,
+        value,
+        delta,
+        corrected,
+    }
+}
+
+/// (Dp_a) − f_a − F_a on the nodes.
+fn residual<S: Real>(line: &WorldLine<S>, windows: &[Measured<'_, S>], momentum: &[S], a: usize) -> Vec<S> {
+    let (geometry, sbp) = (line.geometry(), line.sbp());
+    let of = |at: &Measured<'_, S>| {
+        let row = &momentum[at.window.first_node..][..sbp.points()];
+        let mut residual = match line.form {
+            Form::Strong => sbp.derivative(row),
+            Form::Weak => RegularisedOperator::new(sbp, at.window.start.p[a]).derivative(row),
+        };
+        residual.iter_mut().enumerate().for_each(|(k, residual)| *residual += -at.force(geometry, a, k));
+        residual
+    };
+    windows.iter().flat_map(of).collect()
+}
+
+fn tangent<S: Real>(line: &WorldLine<S>, windows: &[Measured<'_, S>]) -> Vec<Vec<S>> {
+    let last = line.sbp().points() - 1;
+    let of = |a: usize| {
+        on_nodes(windows, |at, k| match line.form {
+            Form::Strong if k == last => at.window.end.q_dot[a],
+            _ => at.velocities[a][k],
+        })
+    };
+    (0..line.geometry().dimension()).map(of).collect()
+}
+
+/// The work of the force on coordinates that the Lagrangian does not depend on.
+fn work<S: Real>(line: &WorldLine<S>, windows: &[Measured<'_, S>]) -> Vec<WorkBalance<S>> {
+    let structure = line.geometry().structure();
+    let depends = |a: usize| structure.first.iter().any(|term| term.by == [a]);
+    let forced = structure.force.iter().map(|term| term.a).filter(|&a| !depends(a));
+    // In the strong form the equations hold at all nodes but the last, and no sum of them is the whole work.
+    let forced = forced.filter(|_| line.form == Form::Weak);
+    forced
+        .map(|coordinate| {
+            let work = sum(windows.iter().map(|at| line.sbp().integrate(&at.forces[coordinate])));
+            let gained = line.end().p[coordinate] - line.place.start.p[coordinate];
+            WorkBalance { coordinate, work, defect: gained - work }
+        })
+        .collect()
+}
+
+fn deviation<S: Real>(
+    line: &WorldLine<S>,
+    tangent: &[Vec<S>],
+    invariant: &mut Observable<S>,
+    k: S,
+) -> InvariantDeviation<S> {
+    let (geometry, start) = (line.geometry(), &line.place.start);
+    let value = invariant.at(&start.q, &start.q_dot, &start.p, k);
+    let rows: Vec<Vec<S>> = (0..tangent.len()).map(|a| line.q(a).collect()).collect();
+    let at = |node: usize| {
+        let [q, q_dot] = [&rows, tangent].map(|rows| rows.iter().map(|row| row[node]).collect::<Vec<_>>());
+        let p = geometry.momenta(&q, &q_dot);
+        invariant.at(&q, &q_dot, &p, k) - value
+    };
+    InvariantDeviation { value, delta: (0..line.nodes()).map(at).collect() }
+}

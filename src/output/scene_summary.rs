@@ -1,0 +1,235 @@
+//! `summary.json` of `run` for scenes of n coordinates.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::number::Number;
+use super::summary::json;
+use crate::action::Form;
+use crate::case::scene::SceneCase;
+use crate::diagnostics::scene::{ChargeDeviation, SceneDiagnostics};
+use crate::geometry::ConservedSum;
+use crate::scalar::Real;
+use crate::solve::scene::{NoWorldLine, WorldLine};
+use crate::solve::{IterationRecord, Status, System};
+
+/// The whole summary; keys that do not apply are absent.
+#[derive(Debug, Clone, Serialize)]
+pub struct SceneSummary {
+    /// How the solve ended.
+    pub status: Status,
+    /// Version of this program.
+    pub version: &'static str,
+    /// The case's title.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
+    /// The names of the coordinates.
+    pub coordinates: Vec<String>,
+    /// Those that nothing depends on.
+    pub ignorable: Vec<String>,
+    /// The others.
+    pub active: Vec<String>,
+    /// Operator.
+    pub sbp: String,
+    /// Form of the action.
+    pub form: Form,
+    /// System solved.
+    pub system: System,
+    /// Significant digits of the arithmetic.
+    pub digits: u32,
+    /// Number of nodes of each window.
+    pub n_gamma: usize,
+    /// Number of windows.
+    pub windows: usize,
+    /// First guess of the Newton iteration.
+    pub initial_guess: &'static str,
+    /// Newton iterations.
+    pub iterations: usize,
+    /// Seconds spent in the solver.
+    pub solve_seconds: f64,
+    /// The numbers of the result.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub solved: Option<Box<SolvedScene>>,
+    /// The numbers of the failure.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub failed: Option<FailedScene>,
+    /// The warnings that were printed.
+    pub warnings: Vec<String>,
+    /// The iterations; with several windows, those of the window that took most.
+    pub history: Vec<IterationRecord>,
+}
+
+/// A number for each of several coordinates.
+type ByName = BTreeMap<String, Number>;
+
+/// Numbers of a world-line.
+#[derive(Debug, Clone, Serialize)]
+pub struct SolvedScene {
+    /// Largest entry of ∇E_IVP.
+    pub gradient_norm: Number,
+    /// γ of the last node.
+    pub gamma_final: Number,
+    /// Every coordinate at the last node.
+    #[serde(rename = "final")]
+    pub position: ByName,
+    /// dq/dγ of every coordinate with which the world-line can be continued.
+    pub q_dot_final: ByName,
+    /// The momenta with which the world-line can be continued.
+    pub p_final: ByName,
+    /// The charges of the ignorable coordinates.
+    pub charges: ByName,
+    /// max |Δp_a| of each over all nodes but the last of each window (weak form: over all nodes).
+    pub max_abs_delta_q_interior: ByName,
+    /// Largest |Δp_a| of each at the last node of a window.
+    pub max_abs_delta_q_last: ByName,
+    /// max |Δp_a + κ_a/H_N e_N| of each, over all nodes.
+    pub max_abs_delta_q_corrected: ByName,
+    /// Conserved sums of momenta of active coordinates, with the largest deviation of each where it is exact.
+    pub conserved_sums: ByName,
+    /// K at the start.
+    pub k: Number,
+    /// max |ΔG| over the nodes whose row of D does not reach the last node of the window (weak form: over all nodes).
+    pub max_abs_delta_g_interior: Number,
+    /// max |ΔK| over all nodes but the last of each window (weak form: over all nodes).
+    pub max_abs_delta_k: Number,
+    /// max |ΔK| at the ends of the windows, for the values with which the world-line is continued.
+    pub max_abs_delta_k_ends: Number,
+    /// The work of a force on the charge of a coordinate.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub work: ByName,
+    /// What p_a at the end differs from p_a at the start plus that work.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub work_defect: ByName,
+    /// The invariants of the case at the start.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub invariants: ByName,
+    /// The largest deviation of each from that.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub max_abs_delta_invariant: ByName,
+    /// Largest distance of the two branches (doubled system).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub branch_distance: Option<Number>,
+    /// Seconds spent in measuring the world-line.
+    pub diagnostics_seconds: f64,
+}
+
+/// How far a solve without a result came.
+#[derive(Debug, Clone, Serialize)]
+pub struct FailedScene {
+    /// The message for people.
+    pub message: String,
+    /// What to try.
+    pub advice: &'static str,
+    /// γ of the point that the message is about.
+    pub gamma: f64,
+    /// The active coordinates there, where they are known.
+    pub point: BTreeMap<String, f64>,
+    /// Largest residual entry of the last iterate; null if there was none.
+    pub residual: f64,
+}
+
+impl SceneSummary {
+    /// The summary of `case` and of its world-line or failure.
+    pub fn new<S: Real>(
+        case: &SceneCase,
+        result: Result<(&WorldLine<S>, &SceneDiagnostics<S>, &[ConservedSum]), &NoWorldLine>,
+        solve_seconds: f64,
+    ) -> Self {
+        let geometry = case.geometry::<f64>();
+        let names = geometry.names();
+        let some = |indices: &mut dyn Iterator<Item = usize>| indices.map(|a| names[a].clone()).collect::<Vec<_>>();
+        let (status, guess, iterations, history) = match &result {
+            Ok((line, ..)) => (Status::Converged, line.initial_guess, line.iterations, line.history.clone()),
+            Err(failure) => (failure.status, failure.initial_guess, failure.iteration, failure.history.clone()),
+        };
+        Self {
+            status,
+            version: env!("CARGO_PKG_VERSION"),
+            title: case.title().map(str::to_owned),
+            coordinates: names.to_vec(),
+            ignorable: some(&mut geometry.ignorable()),
+            active: some(&mut geometry.active().iter().copied()),
+            sbp: case.sbp().into(),
+            form: case.form(),
+            system: case.system(),
+            digits: case.digits(),
+            n_gamma: case.n_gamma(),
+            windows: case.windows(),
+            initial_guess: guess.as_str(),
+            iterations,
+            solve_seconds,
+            failed: result.as_ref().err().map(|failure| FailedScene::new(failure)),
+            solved: result.ok().map(|(line, diagnostics, sums)| {
+                let invariants: Vec<&str> = case.invariants().iter().map(|(name, _)| name.as_str()).collect();
+                Box::new(SolvedScene::new(line, diagnostics, sums, &invariants))
+            }),
+            warnings: Vec::new(),
+            history,
+        }
+    }
+
+    /// The JSON text, with a final newline.
+    pub fn to_json(&self) -> String {
+        json(self)
+    }
+}
+
+impl SolvedScene {
+    fn new<S: Real>(
+        line: &WorldLine<S>,
+        diagnostics: &SceneDiagnostics<S>,
+        sums: &[ConservedSum],
+        invariants: &[&str],
+    ) -> Self {
+        let names = line.geometry().names();
+        let number = |value: S| Number::new(value, line.digits);
+        let all = |values: &[S]| -> ByName { names.iter().cloned().zip(values.iter().map(|&v| number(v))).collect() };
+        let of_charges = |value: fn(&ChargeDeviation<S>) -> S| -> ByName {
+            let charges = diagnostics.charges.iter();
+            charges.map(|charge| (names[charge.terms[0].0].clone(), number(value(charge)))).collect()
+        };
+        let work = diagnostics.work.iter();
+        let of_invariants = |value: &dyn Fn(usize) -> S| -> ByName {
+            invariants.iter().enumerate().map(|(k, name)| ((*name).to_owned(), number(value(k)))).collect()
+        };
+        let largest = |row: &[S]| crate::norm::max_abs(row);
+        let end = line.end();
+        Self {
+            gradient_norm: number(line.gradient_norm),
+            gamma_final: number(line.gamma_f()),
+            position: all(&end.q),
+            q_dot_final: all(&end.q_dot),
+            p_final: all(&end.p),
+            charges: of_charges(|charge| charge.value),
+            max_abs_delta_q_interior: of_charges(|charge| charge.max_interior),
+            max_abs_delta_q_last: of_charges(|charge| charge.max_last),
+            max_abs_delta_q_corrected: of_charges(|charge| charge.max_corrected),
+            conserved_sums: (sums.iter().zip(&diagnostics.sums))
+                .map(|(sum, charge)| (sum.formula(names), number(charge.max_interior)))
+                .collect(),
+            k: number(diagnostics.k),
+            max_abs_delta_g_interior: number(diagnostics.max_delta_g),
+            max_abs_delta_k: number(diagnostics.max_delta_k),
+            max_abs_delta_k_ends: number(diagnostics.max_delta_k_ends),
+            work: work.clone().map(|work| (names[work.coordinate].clone(), number(work.work))).collect(),
+            work_defect: work.map(|work| (names[work.coordinate].clone(), number(work.defect))).collect(),
+            invariants: of_invariants(&|k| diagnostics.invariants[k].value),
+            max_abs_delta_invariant: of_invariants(&|k| largest(&diagnostics.invariants[k].delta)),
+            branch_distance: line.is_doubled().then(|| number(line.branch_distance())),
+            diagnostics_seconds: 0.0,
+        }
+    }
+}
+
+impl FailedScene {
+    fn new(failure: &NoWorldLine) -> Self {
+        Self {
+            message: failure.to_string(),
+            advice: failure.advice(),
+            gamma: failure.gamma,
+            point: failure.point.iter().cloned().collect(),
+            residual: failure.residual,
+        }
+    }
+}
