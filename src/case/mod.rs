@@ -10,6 +10,7 @@ mod formula_spec;
 mod hint;
 mod keys;
 mod parse;
+pub mod scene;
 mod setup;
 mod validate;
 mod warnings;
@@ -24,6 +25,7 @@ pub use decimal::Decimal;
 pub use error::CaseError;
 pub use formula_spec::FormulaSpec;
 pub use keys::{KEYS, Key};
+pub use scene::SceneCase;
 
 use crate::geodesic::InitialData;
 use crate::metric::Metric;

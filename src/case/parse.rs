@@ -5,7 +5,7 @@ use std::ops::Range;
 use toml_edit::{Document, DocumentMut, Item, Key, Table, TableLike, Value};
 
 use super::hint::{self, Missing};
-use super::{Case, CaseError, Decimal};
+use super::{Case, CaseError, Decimal, scene};
 
 impl Case {
     /// Reads a case from TOML `text` after applying `overrides` of the form `dotted.key=value`.
@@ -17,8 +17,7 @@ impl Case {
     /// [`CaseError`] for anything that is not a complete, valid case: syntax, an unknown or missing key, a wrong type,
     /// a number that is not finite or out of range, a formula that does not parse, a start outside the domain.
     pub fn parse(source_name: &str, text: &str, overrides: &[String]) -> Result<Self, CaseError> {
-        let plain = Source { name: source_name.to_owned(), text: text.to_owned() };
-        let source = if overrides.is_empty() { plain } else { plain.with_overrides(overrides)? };
+        let source = Source::new(source_name, text, overrides)?;
         source.check_structure()?;
         let read = toml::from_str(&source.text);
         if read.as_ref().is_ok() || read.as_ref().is_err_and(|error| error.message().starts_with("missing field")) {
@@ -41,7 +40,7 @@ const POTENTIALS: &str = "give exactly one of free = {}, linear = { alpha }, qua
                           polynomial = { coefficients }, formula = \"expression\" or { expression, parameters }";
 
 /// The message of serde with the names of TOML's types, which a user knows, in place of Rust's.
-fn readable(message: &str) -> String {
+pub(super) fn readable(message: &str) -> String {
     let rust_to_toml = [
         ("expected f64", "expected a number"),
         ("expected usize", "expected a whole number, 0 or more"),
@@ -51,13 +50,24 @@ fn readable(message: &str) -> String {
 }
 
 /// The text of a case and its name, to which errors refer.
-struct Source {
+pub(super) struct Source {
     name: String,
-    text: String,
+    pub(super) text: String,
 }
 
 impl Source {
-    fn error(&self, span: Option<Range<usize>>, message: String, help: Option<String>) -> CaseError {
+    /// The text as the overrides change it.
+    pub(super) fn new(name: &str, text: &str, overrides: &[String]) -> Result<Self, CaseError> {
+        let plain = Self { name: name.to_owned(), text: text.to_owned() };
+        if overrides.is_empty() { Ok(plain) } else { plain.with_overrides(overrides) }
+    }
+
+    /// The keys and values of the text with their places.
+    pub(super) fn document(&self) -> Result<Document<&str>, CaseError> {
+        Document::parse(self.text.as_str()).map_err(|error| self.error(error.span(), readable(error.message()), None))
+    }
+
+    pub(super) fn error(&self, span: Option<Range<usize>>, message: String, help: Option<String>) -> CaseError {
         CaseError { source_name: self.name.clone(), text: self.text.clone(), span, message, help }
     }
 
@@ -67,6 +77,11 @@ impl Source {
             .parse()
             .map_err(|error: toml_edit::TomlError| self.error(error.span(), readable(error.message()), None))?;
         let given: Vec<String> = overrides.iter().filter_map(|setting| dotted(setting)).collect();
+        given.iter().filter_map(|key| other_rate(key)).filter(|other| !given.contains(other)).for_each(|other| {
+            if scene::is_scene_table(document.as_table()) {
+                remove(document.as_table_mut(), &other);
+            }
+        });
         for (one, others) in EXCLUSIVE {
             if given.iter().any(|key| key == one) {
                 let free = |other: &&&str| !given.iter().any(|key| is_within(key, other));
@@ -83,7 +98,7 @@ impl Source {
 
     /// The place of the value of a dotted key, or of the nearest table around it if the key itself is missing. `within`
     /// narrows the place to a part of a string value, if that is written without escapes.
-    fn locate(&self, path: &str, within: Option<Range<usize>>) -> Option<Range<usize>> {
+    pub(super) fn locate(&self, path: &str, within: Option<Range<usize>>) -> Option<Range<usize>> {
         let document = Document::parse(self.text.as_str()).ok()?;
         let (span, string) = find(document.as_item(), path);
         let (Some(span), Some(within), Some(string)) = (span.clone(), within, string) else { return span };
@@ -106,8 +121,7 @@ impl Source {
     /// Refuses what the deserialiser would accept, or explain badly: tables written as arrays, and none or several
     /// potentials.
     fn check_structure(&self) -> Result<(), CaseError> {
-        let document = Document::parse(self.text.as_str())
-            .map_err(|error| self.error(error.span(), readable(error.message()), None))?;
+        let document = self.document()?;
         let root = document.as_table();
         for key in ["potential", "particle", "initial", "grid", "scheme", "solver", "expect"] {
             if let Some(item) = root.get(key).filter(|item| !item.is_table_like()) {
@@ -200,7 +214,7 @@ pub(super) fn with_literals(text: &str, numbers: &[(String, &mut Decimal)], remo
 }
 
 /// An override of the first key removes the other keys, which it replaces, unless they are overridden too.
-const EXCLUSIVE: [(&str, &[&str]); 7] = [
+const EXCLUSIVE: [(&str, &[&str]); 10] = [
     ("grid.t_f", &["grid.gamma_f"]),
     ("grid.gamma_f", &["grid.t_f"]),
     ("initial.velocity", &["initial.x_dot"]),
@@ -208,7 +222,24 @@ const EXCLUSIVE: [(&str, &[&str]); 7] = [
     ("solver.accuracy", &["grid.n_gamma", "grid.windows", "scheme"]),
     ("grid.n_gamma", &["solver.accuracy"]),
     ("grid.windows", &["solver.accuracy"]),
+    ("metric.preset", &["metric.coordinates", "metric.components"]),
+    ("metric.coordinates", &["metric.preset"]),
+    ("metric.components", &["metric.preset"]),
 ];
+
+/// In a scene, the momentum in whose place a velocity is given, or the other way round.
+fn other_rate(key: &str) -> Option<String> {
+    let key = key.strip_prefix("initial.")?;
+    let velocity = || Some(format!("initial.p_{}", key.strip_suffix("_dot")?));
+    key.strip_prefix("p_").map(|name| format!("initial.{name}_dot")).or_else(velocity)
+}
+
+/// Whether the values of a dotted key are formulas, so that what is no TOML value needs no quotes.
+fn is_formula(key: &str) -> bool {
+    let tables = ["metric.", "invariants.", "potential.one_form.", "potential.force.", "potential.parameters."];
+    ["potential.formula", "potential.formula.expression", "grid.until"].contains(&key)
+        || tables.iter().any(|table| key.starts_with(table))
+}
 
 /// The key of an override, its parts without quotes and joined by dots.
 fn dotted(setting: &str) -> Option<String> {
@@ -242,8 +273,8 @@ fn set(root: &mut Table, setting: &str) -> Result<(), String> {
         return Err("the value is missing".to_owned());
     }
     // What cannot be another kind of value needs no quotes: a word, and a formula.
-    let is_formula = matches!(key.trim(), "potential.formula" | "potential.formula.expression");
-    let bare_word = value.starts_with(|c: char| c.is_ascii_alphabetic()) || is_formula;
+    let is_quoted = value.starts_with(['"', '\'', '[', '{']);
+    let bare_word = value.starts_with(|c: char| c.is_ascii_alphabetic()) || (is_formula(key.trim()) && !is_quoted);
     let value: Value = match value.parse() {
         Ok(value) => value,
         Err(_) if bare_word => Value::from(value),

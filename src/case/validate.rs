@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Case, DEFAULT_GAMMA_F, Decimal, Form, PotentialSpec, System};
+use super::{Case, DEFAULT_GAMMA_F, Decimal, Form, PotentialSpec, SbpName, System};
 use crate::expr::is_identifier;
 use crate::geodesic::InitialData;
 use crate::potential::is_reserved;
@@ -120,12 +120,7 @@ impl Case {
         if self.grid.windows == 0 {
             return Err(invalid("grid.windows", "windows must be at least 1"));
         }
-        let (digits, least, most) = (self.solver.digits, f64::MOST_DIGITS, Extended::MOST_DIGITS);
-        if !(least..=most).contains(&digits) {
-            let message = format!("digits must be from {least} to {most}, got {digits}");
-            return Err(invalid("solver.digits", message)
-                .help("16 is double precision; more makes every number of the result exact to that many digits"));
-        }
+        check_digits(self.solver.digits)?;
         self.check_accuracy()?;
         if self.solver.max_iterations == 0 {
             return Err(invalid("solver.max_iterations", "max_iterations must be at least 1"));
@@ -167,24 +162,7 @@ impl Case {
         let initial: InitialData = self.initial_data();
         let sbp = self.scheme.sbp;
         let chosen = self.solver.accuracy.is_some();
-        if let Some(nodes) = sbp.fixed_points().filter(|&nodes| !chosen && nodes != n_gamma) {
-            let message = format!("{sbp} has {nodes} nodes, got n_gamma = {n_gamma}");
-            return Err(invalid("grid.n_gamma", message)
-                .help("leave n_gamma out, or choose the spectral element of that many nodes"));
-        }
-        if !chosen && n_gamma < sbp.minimum_points() {
-            let message = format!("{sbp} needs at least {} points, got n_gamma = {n_gamma}", sbp.minimum_points());
-            return Err(invalid("grid.n_gamma", message));
-        }
-        if n_gamma > MOST_POINTS {
-            let message = format!("n_gamma = {n_gamma} is above the limit of {MOST_POINTS} points");
-            return Err(invalid("grid.n_gamma", message));
-        }
-        if n_gamma.saturating_mul(self.grid.windows) > MOST_POINTS {
-            let message =
-                format!("{} windows of {n_gamma} points are above the limit of {MOST_POINTS}", self.grid.windows);
-            return Err(invalid("grid.windows", message));
-        }
+        check_nodes((!chosen).then_some(sbp), n_gamma, self.grid.windows)?;
         if let Some(gamma_f) = gamma_f {
             if gamma_f <= gamma_i {
                 let message = format!("gamma_f = {gamma_f} must be greater than gamma_i = {gamma_i}");
@@ -205,18 +183,9 @@ impl Case {
         Ok(())
     }
 
-    /// Refuses nodes so close together, over a range of γ of this length, that rounding makes them equal, also when γ_i
-    /// is added to them.
     fn check_spacing(&self, path: &str, length: f64) -> Result<(), Invalid> {
-        let gamma_i = self.grid.gamma_i.value();
         let intervals = (self.grid.n_gamma.max(2) - 1) * self.grid.windows;
-        let spacing = length / intervals as f64;
-        let largest = gamma_i.abs().max((gamma_i + length).abs());
-        if spacing.is_finite() && spacing >= f64::MIN_POSITIVE && spacing > 4.0 * f64::EPSILON * largest {
-            return Ok(());
-        }
-        let message = format!("the spacing {spacing:e} is too small or too large to tell neighbouring nodes apart");
-        Err(invalid(path, message).help("shift gamma_i towards 0, or take fewer points or windows"))
+        check_spacing(path, self.grid.gamma_i.value(), intervals, length)
     }
 
     fn check_start(&self) -> Result<(), Invalid> {
@@ -269,4 +238,51 @@ impl Case {
             _ => Ok(()),
         }
     }
+}
+
+/// Refuses a number of digits that no arithmetic has.
+pub(super) fn check_digits(digits: u32) -> Result<(), Invalid> {
+    let (least, most) = (f64::MOST_DIGITS, Extended::MOST_DIGITS);
+    if (least..=most).contains(&digits) {
+        return Ok(());
+    }
+    let message = format!("digits must be from {least} to {most}, got {digits}");
+    Err(invalid("solver.digits", message)
+        .help("16 is double precision; more makes every number of the result exact to that many digits"))
+}
+
+/// Refuses numbers of nodes that do not fit the operator (if it is given) or the memory.
+pub(super) fn check_nodes(sbp: Option<SbpName>, n_gamma: usize, windows: usize) -> Result<(), Invalid> {
+    if let Some(sbp) = sbp {
+        if let Some(nodes) = sbp.fixed_points().filter(|&nodes| nodes != n_gamma) {
+            let message = format!("{sbp} has {nodes} nodes, got n_gamma = {n_gamma}");
+            return Err(invalid("grid.n_gamma", message)
+                .help("leave n_gamma out, or choose the spectral element of that many nodes"));
+        }
+        if n_gamma < sbp.minimum_points() {
+            let message = format!("{sbp} needs at least {} points, got n_gamma = {n_gamma}", sbp.minimum_points());
+            return Err(invalid("grid.n_gamma", message));
+        }
+    }
+    if n_gamma > MOST_POINTS {
+        let message = format!("n_gamma = {n_gamma} is above the limit of {MOST_POINTS} points");
+        return Err(invalid("grid.n_gamma", message));
+    }
+    if n_gamma.saturating_mul(windows) > MOST_POINTS {
+        let message = format!("{windows} windows of {n_gamma} points are above the limit of {MOST_POINTS}");
+        return Err(invalid("grid.windows", message));
+    }
+    Ok(())
+}
+
+/// Refuses nodes so close together, over a range of γ of this length, that rounding makes them equal, also when γ_i is
+/// added to them.
+pub(super) fn check_spacing(path: &str, gamma_i: f64, intervals: usize, length: f64) -> Result<(), Invalid> {
+    let spacing = length / intervals as f64;
+    let largest = gamma_i.abs().max((gamma_i + length).abs());
+    if spacing.is_finite() && spacing >= f64::MIN_POSITIVE && spacing > 4.0 * f64::EPSILON * largest {
+        return Ok(());
+    }
+    let message = format!("the spacing {spacing:e} is too small or too large to tell neighbouring nodes apart");
+    Err(invalid(path, message).help("shift gamma_i towards 0, or take fewer points or windows"))
 }

@@ -1,0 +1,193 @@
+//! Checks of a scene as a whole: one geometry, a start inside its domain, and a motion that its law allows.
+
+use super::initial::Initial;
+use super::reader::{Field, Section};
+use super::scenery::Scenery;
+use super::start::{self, NoStart, Solved};
+use super::{metric, potential};
+use crate::case::CaseError;
+use crate::geometry::{Geometry, GeometryText, Law, OutsideGeometry, Place, PotentialText};
+use crate::scalar::Real;
+
+/// Reads the one of `[metric]` and `[potential]` that is given.
+pub(super) fn geometry<'t>(
+    root: &Section<'t>,
+    metric: Option<Field<'t>>,
+    potential: Option<Field<'t>>,
+    particle: Section<'t>,
+) -> Result<Scenery<'t>, CaseError> {
+    match (metric, potential) {
+        (Some(_), Some(potential)) => {
+            let help = "a scene has exactly one of [metric] and [potential]".to_owned();
+            Err(potential.key_error("both a metric and a potential are given").with_help(help))
+        }
+        (None, None) => {
+            let help = "a scene has exactly one of [metric] and [potential]".to_owned();
+            Err(root.error("missing field `metric` or `potential`").with_help(help))
+        }
+        (Some(metric), None) => {
+            if particle.is_given() {
+                let help = "write the mass into the metric, or take a [potential]".to_owned();
+                return Err(particle
+                    .error("[particle] belongs to a potential, and the scene has a metric")
+                    .with_help(help));
+            }
+            metric::read(metric.section()?)
+        }
+        (None, Some(potential)) => potential::read(potential.section()?, particle),
+    }
+}
+
+/// A name for people.
+pub(super) fn title(field: &Field<'_>) -> Result<String, CaseError> {
+    let title = field.string()?;
+    if title.contains(char::is_control) {
+        return Err(field.error("the title must be one line without control characters"));
+    }
+    Ok(title.to_owned())
+}
+
+/// The start in `S`, if there is one that everything about it allows.
+pub(super) fn start<S: Real>(
+    scenery: &Scenery<'_>,
+    initial: &Initial<'_>,
+    geometry: Geometry<S>,
+    rounding: f64,
+) -> Result<Solved<S>, CaseError> {
+    let parameters = scenery.text.parameters();
+    let number = |quantity: &super::Quantity| quantity.value::<S>(parameters);
+    let q = initial.data.q.iter().map(number).collect::<Result<Vec<S>, _>>();
+    let q = q.map_err(|_| initial.section.error("a coordinate is not a finite number in the digits asked for"))?;
+    check_particle(scenery)?;
+    let names = geometry.names().to_vec();
+    let blocks = geometry.blocks().to_vec();
+    let geometry = geometry.around(&q).map_err(|outside| outside_error(&outside, initial, &names, &blocks, &q))?;
+    let solved = start::solve(&initial.data, &geometry, parameters, rounding, None);
+    let solved = solved.map_err(|none| no_start(&none, initial, &names))?;
+    check_motion(scenery, initial, &geometry, &solved, rounding)?;
+    let field = geometry.field();
+    field
+        .evaluate(&solved.start.q, &solved.start.p, &mut field.room())
+        .map_err(|outside| outside_error(&outside, initial, &names, &blocks, &q))?;
+    Ok(solved)
+}
+
+fn outside_error<S: Real>(
+    outside: &OutsideGeometry,
+    initial: &Initial<'_>,
+    names: &[String],
+    blocks: &[Vec<usize>],
+    q: &[S],
+) -> CaseError {
+    let at: Vec<String> = names.iter().zip(q).map(|(name, q)| format!("{name} = {}", q.to_f64())).collect();
+    let at = at.join(", ");
+    match outside.block {
+        Some(block) => {
+            let list = blocks[block].iter().map(|&a| names[a].as_str()).collect::<Vec<_>>().join(", ");
+            let message = format!(
+                "the metric is degenerate at the start: the determinant of the components of {list} is {} at {at}",
+                outside.determinant
+            );
+            let help = "choose another start, or coordinates that are regular there".to_owned();
+            initial.error_in_position(&blocks[block], message).with_help(help)
+        }
+        None => {
+            let all: Vec<usize> = (0..names.len()).collect();
+            let message = format!("the metric, the force or a derivative is not finite at the start, {at}");
+            initial.error_in_position(&all, message)
+        }
+    }
+}
+
+fn no_start(none: &NoStart, initial: &Initial<'_>, names: &[String]) -> CaseError {
+    let unknown = |a: usize| {
+        let rate = &initial.data.rates[a];
+        if rate.is_momentum() { format!("p_{}", names[a]) } else { format!("{}_dot", names[a]) }
+    };
+    match none {
+        NoStart::Undetermined(block) => {
+            let list: Vec<String> = block.iter().map(|&a| format!("p_{}", names[a])).collect();
+            let velocities: Vec<String> = block.iter().map(|&a| format!("{}_dot", names[a])).collect();
+            let message = format!("{} do not determine {}", list.join(", "), velocities.join(", "));
+            let help = "the metric has no inverse in these coordinates alone: give a velocity in place of a momentum";
+            initial.error_in_rate(block[0], message).with_help(help.to_owned())
+        }
+        NoStart::Independent(a) => {
+            let message = format!("K does not depend on {}, so that norm cannot determine it", unknown(*a));
+            initial.error_in_norm(message).with_help("solve for another velocity or momentum".to_owned())
+        }
+        NoStart::NoRoot { coordinate, norm, extreme, is_most } => {
+            let unknown = unknown(*coordinate);
+            let bound = if *is_most { "at most" } else { "at least" };
+            let message = format!("no real {unknown} gives K = {norm}: K is {bound} {extreme} whatever {unknown} is");
+            let help = format!("change the other velocities and momenta, or take a norm of {bound} {extreme}");
+            initial.error_in_norm(message).with_help(help)
+        }
+        NoStart::OtherSign { coordinate, root } => {
+            let unknown = unknown(*coordinate);
+            let message = format!("the only {unknown} that gives this K is {root}, which has the other sign");
+            initial.error_in_norm(message).with_help("change the sign in solve".to_owned())
+        }
+        NoStart::NotFinite => initial.section.error("a velocity, a momentum or K is not a finite number at the start"),
+    }
+}
+
+/// Refuses masses and c that are not positive.
+fn check_particle(scenery: &Scenery<'_>) -> Result<(), CaseError> {
+    let GeometryText::Potential(potential) = &scenery.text else { return Ok(()) };
+    let masses = potential.masses.iter().enumerate().map(|(a, mass)| (Place::Mass(Some(a)), mass));
+    let both = [(Place::Mass(None), &potential.mass), (Place::SpeedOfLight, &potential.c)];
+    for (place, text) in both.into_iter().chain(masses) {
+        let Some((_, field)) = scenery.fields.iter().find(|(other, _)| *other == place) else { continue };
+        let value = super::Quantity::new(text.clone()).value::<f64>(&potential.parameters).unwrap_or(f64::NAN);
+        if value.is_nan() || value <= 0.0 {
+            return Err(field.error(format!("{} must be positive, got {value}", field.path)));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a world-line that is a point, and a K or a g00 that the law does not allow.
+fn check_motion<S: Real>(
+    scenery: &Scenery<'_>,
+    initial: &Initial<'_>,
+    geometry: &Geometry<S>,
+    solved: &Solved<S>,
+    rounding: f64,
+) -> Result<(), CaseError> {
+    let start = &solved.start;
+    if start.q_dot.iter().all(|u| *u == S::ZERO) && !geometry.has_force() {
+        return Err(initial.section.error("all velocities are zero: the world-line would be a point"));
+    }
+    let k = geometry.norm(&start.q, &start.q_dot);
+    let size = start::size_of_norm(geometry, start);
+    let is_null = k.abs() <= start::rounding_of_norm::<S>(geometry.dimension(), rounding) * size;
+    let (conformal, law) = match &scenery.text {
+        GeometryText::Metric(metric) => (metric.conformal.is_some(), None),
+        GeometryText::Potential(PotentialText { conformal, law, .. }) => (conformal.is_some(), Some(*law)),
+    };
+    if law == Some(Law::Newtonian) && !is_null {
+        let message = format!("a newtonian scene has K = 0, and these data give K = {}", k.to_f64());
+        let help = "leave out s_dot and p_s (or p_t): they follow from the energy".to_owned();
+        return Err(initial.section.error(message).with_help(help));
+    }
+    if conformal && !is_null {
+        let message = format!("conformal needs a null start, K = 0, and these data give K = {}", k.to_f64());
+        let help = "add norm = \"null\" with solve = { … }, or a flat coordinate that makes K zero".to_owned();
+        let field = scenery.fields.iter().find(|(place, _)| *place == Place::Conformal).map(|(_, field)| field);
+        let error = field.map_or_else(|| initial.section.error(message.clone()), |field| field.error(message.clone()));
+        return Err(error.with_help(help));
+    }
+    if law == Some(Law::Relativistic) {
+        let mut rest = vec![S::ZERO; geometry.dimension()];
+        rest[0] = S::ONE;
+        let g00 = geometry.norm(&start.q, &rest).to_f64();
+        if g00 <= 0.0 {
+            let message = format!("g00 = c^2 + 2V/m must be positive at the start, got {g00}");
+            let help = "choose another start, a weaker potential or a larger c".to_owned();
+            let all: Vec<usize> = (1..geometry.dimension()).collect();
+            return Err(initial.error_in_position(&all, message).with_help(help));
+        }
+    }
+    Ok(())
+}

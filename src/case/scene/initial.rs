@@ -1,0 +1,278 @@
+//! `[initial]` of a scene: which positions, velocities and momenta are given.
+
+use super::quantity::Quantity;
+use super::reader::{Field, Section};
+use super::scenery::{Scenery, known};
+use crate::case::CaseError;
+use crate::geometry::{Geometry, GeometryError, GeometryText, Law, PotentialText};
+use crate::similar::nearest;
+
+/// Which of two roots is meant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sign {
+    /// The larger root.
+    Plus,
+    /// The smaller root.
+    Minus,
+}
+
+/// What is given of the motion along a coordinate.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Rate {
+    /// dq/dγ.
+    Velocity(Quantity),
+    /// The momentum.
+    Momentum(Quantity),
+    /// dq/dγ follows from K; without a sign the equation for it is linear.
+    VelocityFromNorm(Option<Sign>),
+    /// The momentum follows from K; without a sign the equation for it is linear.
+    MomentumFromNorm(Option<Sign>),
+}
+
+impl Rate {
+    /// Whether K decides.
+    pub(super) fn is_from_norm(&self) -> bool {
+        matches!(self, Self::VelocityFromNorm(_) | Self::MomentumFromNorm(_))
+    }
+
+    /// Whether it is about the momentum.
+    pub(super) fn is_momentum(&self) -> bool {
+        matches!(self, Self::Momentum(_) | Self::MomentumFromNorm(_))
+    }
+}
+
+/// The initial data of a scene as the case gives them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SceneInitial {
+    /// The position of every coordinate.
+    pub q: Vec<Quantity>,
+    /// The rate of every coordinate. At most one follows from the norm.
+    pub rates: Vec<Rate>,
+    /// K, if a rate follows from it.
+    pub norm: Option<Quantity>,
+}
+
+/// The initial data with their places in the text.
+pub(super) struct Initial<'t> {
+    pub(super) data: SceneInitial,
+    /// Where the position and the rate of every coordinate stand.
+    pub(super) q: Vec<Option<Field<'t>>>,
+    pub(super) rates: Vec<Option<Field<'t>>>,
+    pub(super) norm: Option<Field<'t>>,
+    pub(super) solve: Option<Field<'t>>,
+    pub(super) section: Section<'t>,
+}
+
+/// Reads `[initial]`.
+pub(super) fn read<'t>(
+    mut section: Section<'t>,
+    scenery: &Scenery<'t>,
+    geometry: &Geometry,
+) -> Result<Initial<'t>, CaseError> {
+    let names = geometry.names();
+    let q: Vec<Option<Field<'t>>> = names.iter().map(|name| section.take(name)).collect();
+    let velocities: Vec<_> = names.iter().map(|name| section.take(&format!("{name}_dot"))).collect();
+    let momenta: Vec<_> = names.iter().map(|name| section.take(&format!("p_{name}"))).collect();
+    let (norm, solve) = (section.take("norm"), section.take("solve"));
+    section.finish()?;
+    let positions = positions(&section, &q, geometry)?;
+    let mut rates: Vec<Option<Rate>> = Vec::new();
+    let mut fields = Vec::new();
+    for (velocity, momentum) in velocities.into_iter().zip(momenta) {
+        let rate = match (&velocity, &momentum) {
+            (Some(velocity), Some(momentum)) => {
+                let message = format!("both {} and {} are given", velocity.key, momentum.key);
+                let help =
+                    format!("they determine each other: keep exactly one of {} and {}", velocity.key, momentum.key);
+                return Err(momentum.key_error(message).with_help(help));
+            }
+            (Some(field), None) => Some(Rate::Velocity(field.quantity()?)),
+            (None, Some(field)) => Some(Rate::Momentum(field.quantity()?)),
+            (None, None) => None,
+        };
+        rates.push(rate);
+        fields.push(velocity.or(momentum));
+    }
+    let mut value = None;
+    match (&norm, &solve) {
+        (None, None) => {}
+        (Some(norm), None) => {
+            let help = "add solve = { r_dot = \"+\" } with the velocity or the momentum that is to be found, or leave \
+                        out norm";
+            return Err(norm.key_error("norm is given, and nothing to solve for").with_help(help.to_owned()));
+        }
+        (None, Some(solve)) => {
+            let help = "add norm = \"timelike\" (1), \"null\" (0) or a number: the K that the start must have";
+            return Err(solve.key_error("solve is given without norm").with_help(help.to_owned()));
+        }
+        (Some(norm), Some(solve)) => {
+            let (a, rate) = unknown(solve, names)?;
+            if let Some(given) = &fields[a] {
+                let message = format!("'{}' is given, so there is nothing to solve for", given.path);
+                return Err(solve.error(message).with_help("leave out one of the two".to_owned()));
+            }
+            rates[a] = Some(rate);
+            value = Some(norm_value(norm)?);
+        }
+    }
+    if let GeometryText::Potential(PotentialText { law: Law::Newtonian, .. }) = scenery.text {
+        add_lift(&mut rates, &mut value, norm.as_ref())?;
+    }
+    let rates = rates.into_iter().zip(names).map(|(rate, name)| rate.ok_or_else(|| missing(&section, name, &value)));
+    let data = SceneInitial { q: positions, rates: rates.collect::<Result<_, _>>()?, norm: value };
+    Ok(Initial { data, q, rates: fields, norm, solve, section })
+}
+
+/// The position of every coordinate; that of an ignorable one is 0 if it is left out.
+fn positions(
+    section: &Section<'_>,
+    fields: &[Option<Field<'_>>],
+    geometry: &Geometry,
+) -> Result<Vec<Quantity>, CaseError> {
+    if !section.is_given() {
+        return Err(section.error("missing field `initial`").with_help(
+            "[initial] needs every coordinate that the metric depends on, and for each coordinate q one of q_dot \
+             (dq/dgamma) and p_q (its momentum)"
+                .to_owned(),
+        ));
+    }
+    let missing: Vec<String> =
+        geometry.active().iter().filter(|&&a| fields[a].is_none()).map(|&a| geometry.names()[a].clone()).collect();
+    if !missing.is_empty() {
+        let list = missing.join("`, `");
+        let (field, help) = if missing.len() == 1 { ("field", "it") } else { ("fields", "them") };
+        let help = format!("the scene depends on {help}; only a coordinate that nothing depends on may be left out");
+        return Err(section.error(format!("missing {field} `{list}`")).with_help(help));
+    }
+    fields.iter().map(|field| field.as_ref().map_or(Ok(Quantity::new("0")), Field::quantity)).collect()
+}
+
+/// The rate that `solve` names.
+fn unknown(solve: &Field<'_>, names: &[String]) -> Result<(usize, Rate), CaseError> {
+    let fields = solve.section()?.fields();
+    let [field] = fields.as_slice() else {
+        let message =
+            format!("'{}' must name exactly one velocity or momentum, and names {}", solve.path, fields.len());
+        return Err(solve.error(message).with_help("for example solve = { r_dot = \"+\" }".to_owned()));
+    };
+    let sign = match field.string()? {
+        "+" => Some(Sign::Plus),
+        "-" => Some(Sign::Minus),
+        other => return Err(field.error(format!("the sign of a root is \"+\" or \"-\", got \"{other}\""))),
+    };
+    for (a, name) in names.iter().enumerate() {
+        if field.key == format!("{name}_dot") {
+            return Ok((a, Rate::VelocityFromNorm(sign)));
+        }
+        if field.key == format!("p_{name}") {
+            return Ok((a, Rate::MomentumFromNorm(sign)));
+        }
+    }
+    let known: Vec<String> = names.iter().flat_map(|name| [format!("{name}_dot"), format!("p_{name}")]).collect();
+    let meant = nearest(&field.key, known.iter().map(String::as_str)).map(|meant| format!("did you mean `{meant}`?"));
+    let message = format!("unknown velocity or momentum `{}`, expected one of {}", field.key, known.join(", "));
+    Err(field.key_error(message).with_help(meant))
+}
+
+fn norm_value(field: &Field<'_>) -> Result<Quantity, CaseError> {
+    match field.as_str() {
+        Some("timelike") => Ok(Quantity::new("1")),
+        Some("null") => Ok(Quantity::new("0")),
+        _ => field.quantity(),
+    }
+}
+
+/// What follows from Newton's law: the rate of t is 1, and that of s makes K zero.
+fn add_lift(
+    rates: &mut [Option<Rate>],
+    norm: &mut Option<Quantity>,
+    field: Option<&Field<'_>>,
+) -> Result<(), CaseError> {
+    let (last, zero) = (rates.len() - 1, Quantity::new("0"));
+    if let (Some(value), Some(field)) = (norm.as_ref(), field) {
+        if value.value(&[]) != Ok(0.0) {
+            let message = format!("a newtonian scene has norm = 0, got {}", value.text());
+            return Err(field
+                .error(message)
+                .with_help("the lift of Newton's law is made of null geodesics".to_owned()));
+        }
+    }
+    let one = || Quantity::new("1");
+    let is_free = norm.is_none();
+    match (&rates[0], &rates[last]) {
+        (None, Some(Rate::Momentum(_))) if is_free => {
+            rates[0] = Some(Rate::MomentumFromNorm(None));
+            *norm = Some(zero);
+        }
+        (Some(Rate::Momentum(_)), None) => rates[last] = Some(Rate::Momentum(one())),
+        (time, None) if is_free => {
+            rates[0] = Some(time.clone().unwrap_or(Rate::Velocity(one())));
+            rates[last] = Some(Rate::VelocityFromNorm(None));
+            *norm = Some(zero);
+        }
+        (None, _) => rates[0] = Some(Rate::Velocity(one())),
+        _ => {}
+    }
+    Ok(())
+}
+
+fn missing(section: &Section<'_>, name: &str, norm: &Option<Quantity>) -> CaseError {
+    let or = if norm.is_some() { "" } else { &format!(", or norm with solve = {{ {name}_dot = \"+\" }}") };
+    let help = format!("give exactly one of {name}_dot (d{name}/dgamma) and p_{name} (its momentum){or}");
+    section.error(format!("neither {name}_dot nor p_{name} is given")).with_help(help)
+}
+
+impl Initial<'_> {
+    /// Refuses what is not a finite number.
+    pub(super) fn check_numbers(&self, parameters: &[(String, String)]) -> Result<(), CaseError> {
+        for (quantity, field) in self.data.q.iter().zip(&self.q) {
+            check_number(quantity, field.as_ref(), parameters)?;
+        }
+        for (rate, field) in self.data.rates.iter().zip(&self.rates) {
+            if let Rate::Velocity(quantity) | Rate::Momentum(quantity) = rate {
+                check_number(quantity, field.as_ref(), parameters)?;
+            }
+        }
+        self.data.norm.as_ref().map_or(Ok(()), |norm| check_number(norm, self.norm.as_ref(), parameters))
+    }
+
+    /// A mistake in the position of one of these coordinates.
+    pub(super) fn error_in_position(&self, coordinates: &[usize], message: String) -> CaseError {
+        match coordinates.iter().find_map(|&a| self.q[a].as_ref()) {
+            Some(field) => field.error(message),
+            None => self.section.error(message),
+        }
+    }
+
+    /// A mistake in the rate of a coordinate.
+    pub(super) fn error_in_rate(&self, a: usize, message: String) -> CaseError {
+        match &self.rates[a] {
+            Some(field) => field.error(message),
+            None => self.error_in_norm(message),
+        }
+    }
+
+    /// A mistake in `solve` and `norm`.
+    pub(super) fn error_in_norm(&self, message: String) -> CaseError {
+        match &self.solve {
+            Some(field) => field.error(message),
+            None => self.section.error(message),
+        }
+    }
+}
+
+/// Refuses what is not a finite number in the parameters.
+pub(super) fn check_number(
+    quantity: &Quantity,
+    field: Option<&Field<'_>>,
+    parameters: &[(String, String)],
+) -> Result<(), CaseError> {
+    let Some(field) = field else { return Ok(()) };
+    quantity.value::<f64>(parameters).map(drop).map_err(|error| match error {
+        GeometryError::Formula(_, formula) => {
+            let names: Vec<String> = parameters.iter().map(|(name, _)| name.clone()).collect();
+            field.formula_error(&formula, known(&names))
+        }
+        _ => field.error(format!("'{}' is not a finite number", field.path)),
+    })
+}

@@ -1,0 +1,123 @@
+//! The names of a scene: coordinates, parameters, definitions and invariants.
+
+use std::collections::BTreeMap;
+
+use super::reader::Field;
+use crate::case::CaseError;
+use crate::expr::{is_identifier, is_reserved};
+use crate::similar::nearest;
+
+/// More coordinates than this are a mistake.
+const MOST_COORDINATES: usize = 64;
+/// Names of columns and keys that stand beside those of the coordinates.
+const COLUMNS: [&str; 5] = ["gamma", "window", "event", "norm", "solve"];
+/// Prefixes of the columns and keys that are made of names.
+const PREFIXES: [&str; 5] = ["p_", "delta_", "eps_", "error_", "norm_"];
+const IDENTIFIER: &str = "a name is a letter or underscore, then letters, digits and underscores";
+
+/// The names that have a meaning already, and what they mean.
+#[derive(Default)]
+pub(super) struct Taken(BTreeMap<String, &'static str>);
+
+impl Taken {
+    /// Takes the names that the coordinates give a meaning to.
+    pub(super) fn new(coordinates: &[String]) -> Self {
+        let mut taken = BTreeMap::from([("norm".to_owned(), "the norm K")]);
+        for name in coordinates {
+            taken.insert(name.clone(), "a coordinate");
+            taken.insert(format!("{name}_dot"), "a velocity");
+            taken.insert(format!("p_{name}"), "a momentum");
+        }
+        Self(taken)
+    }
+
+    /// Takes the name of a field, which becomes a `kind`.
+    pub(super) fn take(&mut self, field: &Field<'_>, kind: &'static str) -> Result<(), CaseError> {
+        let name = &field.key;
+        let noun = kind.rsplit(' ').next().unwrap_or(kind);
+        if is_reserved(name) {
+            return Err(field.key_error(format!("the {noun} name '{name}' already has a meaning in a formula")));
+        }
+        if !is_identifier(name) {
+            let message = format!("the {noun} name '{name}' cannot be written in a formula");
+            return Err(field.key_error(message).with_help(IDENTIFIER.to_owned()));
+        }
+        match self.0.insert(name.clone(), kind) {
+            Some(other) => {
+                let message = format!("the {noun} name '{name}' is already that of {other}");
+                Err(field.key_error(message).with_help("every name may have one meaning only".to_owned()))
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+/// The coordinates that an array names; `others` are names that the scene has besides.
+pub(super) fn coordinates(field: &Field<'_>, others: &[&str]) -> Result<Vec<String>, CaseError> {
+    let mut names: Vec<String> = Vec::new();
+    for (name, span) in field.strings()? {
+        let meaning = |what: &str| format!("a coordinate cannot have the name '{name}': {what}");
+        let prefix = PREFIXES.into_iter().find(|prefix| name.starts_with(prefix));
+        let (message, help) = if is_reserved(&name) {
+            (meaning("it has a meaning in formulas"), None)
+        } else if !is_identifier(&name) {
+            (format!("the coordinate name '{name}' cannot be written in a formula"), Some(IDENTIFIER.to_owned()))
+        } else if COLUMNS.contains(&name.as_str()) {
+            (meaning("it is reserved, for a column or a key"), None)
+        } else if name.ends_with("_dot") {
+            (meaning("names that end in _dot are those of velocities"), None)
+        } else if let Some(prefix) = prefix {
+            (meaning(&format!("names that begin with {prefix} are reserved")), None)
+        } else if others.contains(&name.as_str()) {
+            (meaning("the scene adds a coordinate of that name itself"), None)
+        } else if names.contains(&name) {
+            (format!("the coordinate '{name}' is given twice"), None)
+        } else {
+            names.push(name);
+            continue;
+        };
+        return Err(field.error_at(span, message).with_help(help));
+    }
+    if names.is_empty() {
+        return Err(field.error("a scene needs at least one coordinate"));
+    }
+    if names.len() > MOST_COORDINATES {
+        let message = format!("{} coordinates are above the limit of {MOST_COORDINATES}", names.len());
+        return Err(field.error(message));
+    }
+    Ok(names)
+}
+
+/// The index of the coordinate that the key of a field names.
+pub(super) fn index(field: &Field<'_>, coordinates: &[String]) -> Result<usize, CaseError> {
+    index_of(&field.key, field, coordinates)
+}
+
+/// The index of the coordinate `name`, which the key of a field mentions.
+pub(super) fn index_of(name: &str, field: &Field<'_>, coordinates: &[String]) -> Result<usize, CaseError> {
+    let known = || coordinates.iter().map(String::as_str);
+    coordinates.iter().position(|other| other == name).ok_or_else(|| {
+        let meant = nearest(name, known()).map(|meant| format!("did you mean '{meant}'?"));
+        let list = known().collect::<Vec<_>>().join(", ");
+        let help = meant.unwrap_or_else(|| format!("the coordinates are {list}"));
+        field.key_error(format!("unknown coordinate '{name}' in '{}'", field.path)).with_help(help)
+    })
+}
+
+/// Refuses a name of an invariant that cannot head its column `delta_<name>`.
+pub(super) fn check_invariant(field: &Field<'_>) -> Result<(), CaseError> {
+    let name = &field.key;
+    if !is_identifier(name) {
+        let message = format!("the invariant name '{name}' cannot head a column");
+        return Err(field.key_error(message).with_help(IDENTIFIER.to_owned()));
+    }
+    if ["k", "energy"].contains(&name.as_str()) || name.starts_with("q_") || name.starts_with("g_") {
+        return Err(field.key_error(format!("the column delta_{name} has a meaning already: choose another name")));
+    }
+    Ok(())
+}
+
+/// Whether `name` occurs in a formula as a word of its own.
+pub(super) fn mentions(text: &str, name: &str) -> bool {
+    text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).any(|word| word == name)
+}

@@ -1,0 +1,151 @@
+//! `[invariants]`, `[events]` and `[plot]` of a scene: formulas of what a run computes.
+
+use std::collections::BTreeMap;
+
+use super::names;
+use super::reader::{Field, Section};
+use super::scenery::known;
+use crate::case::CaseError;
+use crate::expr::{Graph, Names, is_identifier, parse};
+use crate::similar::nearest;
+
+/// Which sign changes are events.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Direction {
+    /// From negative to positive.
+    Up,
+    /// From positive to negative.
+    Down,
+    /// Either of them.
+    #[default]
+    Both,
+}
+
+impl Direction {
+    /// The name used in files.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Up => "up",
+            Self::Down => "down",
+            Self::Both => "both",
+        }
+    }
+}
+
+/// An entry of `[events]`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Event {
+    /// Its name.
+    pub name: String,
+    /// A formula of positions and velocities: an event is where it changes its sign.
+    pub when: String,
+    /// Which sign changes count.
+    pub direction: Direction,
+    /// Whether the first one ends the run.
+    pub until: bool,
+}
+
+/// `[plot]`: the axes of the picture of the orbit, as formulas of positions and velocities.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Axes {
+    /// To the right.
+    pub x: String,
+    /// Upwards.
+    pub y: String,
+}
+
+/// The names that formulas of a scene may use.
+pub(super) struct Formulas<'s> {
+    pub(super) coordinates: &'s [String],
+    pub(super) parameters: &'s [(String, String)],
+    pub(super) definitions: &'s [(String, String)],
+}
+
+impl Formulas<'_> {
+    /// A formula of positions and velocities.
+    pub(super) fn of_velocities(&self, field: &Field<'_>) -> Result<String, CaseError> {
+        let velocities = self.coordinates.iter().map(|name| format!("{name}_dot"));
+        self.check(field, self.coordinates.iter().cloned().chain(velocities).collect())
+    }
+
+    /// A formula of positions, velocities, momenta and the norm.
+    fn of_everything(&self, field: &Field<'_>) -> Result<String, CaseError> {
+        let velocities = self.coordinates.iter().map(|name| format!("{name}_dot"));
+        let momenta = self.coordinates.iter().map(|name| format!("p_{name}"));
+        let all = self.coordinates.iter().cloned().chain(velocities).chain(momenta).chain(["norm".to_owned()]);
+        self.check(field, all.collect())
+    }
+
+    fn check(&self, field: &Field<'_>, variables: Vec<String>) -> Result<String, CaseError> {
+        let text = field.formula()?;
+        let names =
+            |pairs: &[(String, String)]| -> Vec<String> { pairs.iter().map(|(name, _)| name.clone()).collect() };
+        // Whether a formula can be read does not depend on what its names stand for.
+        let all: Vec<String> =
+            variables.into_iter().chain(names(self.parameters)).chain(names(self.definitions)).collect();
+        let variables: Vec<&str> = all.iter().map(String::as_str).collect();
+        let nothing = (BTreeMap::<String, f64>::new(), BTreeMap::new());
+        let parsed = parse(
+            &text,
+            Names { variables: &variables, parameters: &nothing.0, definitions: &nothing.1 },
+            &mut Graph::default(),
+        );
+        parsed.map_err(|error| field.formula_error(&error, known(&all)))?;
+        Ok(text)
+    }
+
+    /// Reads `[invariants]`.
+    pub(super) fn invariants(&self, section: &Section<'_>) -> Result<Vec<(String, String)>, CaseError> {
+        let read = |field: Field<'_>| {
+            names::check_invariant(&field)?;
+            Ok((field.key.clone(), self.of_everything(&field)?))
+        };
+        section.fields().into_iter().map(read).collect()
+    }
+
+    /// Reads `[events]`.
+    pub(super) fn events(&self, section: &Section<'_>) -> Result<Vec<Event>, CaseError> {
+        section.fields().into_iter().map(|field| self.event(&field)).collect()
+    }
+
+    fn event(&self, field: &Field<'_>) -> Result<Event, CaseError> {
+        if !is_identifier(&field.key) {
+            let help = "a name is a letter or underscore, then letters, digits and underscores".to_owned();
+            let message = format!("the event name '{}' cannot be a name in a table", field.key);
+            return Err(field.key_error(message).with_help(help));
+        }
+        let mut section = field.section()?;
+        let (when, direction, until) = (section.take("when"), section.take("direction"), section.take("until"));
+        section.finish()?;
+        let when = when.ok_or_else(|| section.error(format!("the event '{}' has no `when`", field.key)))?;
+        Ok(Event {
+            name: field.key.clone(),
+            when: self.of_velocities(&when)?,
+            direction: direction.map_or(Ok(Direction::default()), |field| self::direction(&field))?,
+            until: until.map_or(Ok(false), |field| field.is_true())?,
+        })
+    }
+
+    /// Reads `[plot]`.
+    pub(super) fn axes(&self, mut section: Section<'_>) -> Result<Option<Axes>, CaseError> {
+        let (x, y) = (section.take("x"), section.take("y"));
+        section.finish()?;
+        match (x, y) {
+            (Some(x), Some(y)) => Ok(Some(Axes { x: self.of_velocities(&x)?, y: self.of_velocities(&y)? })),
+            (None, None) if !section.is_given() => Ok(None),
+            (x, _) => {
+                let missing = if x.is_none() { "x" } else { "y" };
+                Err(section.error(format!("missing field `{missing}`: [plot] needs the formulas x and y")))
+            }
+        }
+    }
+}
+
+fn direction(field: &Field<'_>) -> Result<Direction, CaseError> {
+    let name = field.string()?;
+    let all = [Direction::Up, Direction::Down, Direction::Both];
+    all.into_iter().find(|direction| direction.as_str() == name).ok_or_else(|| {
+        let meant = nearest(name, all.map(Direction::as_str)).map(|meant| format!("did you mean \"{meant}\"?"));
+        field.error(format!("unknown direction \"{name}\", expected up, down or both")).with_help(meant)
+    })
+}

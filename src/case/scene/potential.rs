@@ -1,0 +1,170 @@
+//! `[potential]` and `[particle]` of a scene.
+
+use super::metric::by_coordinate;
+use super::names::{self, Taken};
+use super::reader::{Field, Section};
+use super::scenery::Scenery;
+use crate::case::CaseError;
+use crate::geometry::{GeometryText, Law, Place, PotentialText};
+use crate::similar::nearest;
+
+const KINDS: [&str; 5] = ["free", "linear", "quartic", "polynomial", "formula"];
+const POTENTIALS: &str = "give exactly one of formula = \"expression\" or { expression, parameters } and, with one \
+                          coordinate, free = {}, linear = { alpha }, quartic = { kappa }, polynomial = { coefficients }";
+
+/// The values of `[particle]`.
+struct Particle<'t> {
+    mass: Option<Field<'t>>,
+    masses: Option<Field<'t>>,
+    c: Option<Field<'t>>,
+    law: Law,
+}
+
+/// Reads `[potential]` and `[particle]`.
+pub(super) fn read<'t>(mut section: Section<'t>, particle: Section<'t>) -> Result<Scenery<'t>, CaseError> {
+    let coordinates = section.take("coordinates");
+    let kinds: Vec<Field<'t>> = KINDS.into_iter().filter_map(|kind| section.take(kind)).collect();
+    let (one_form, force) = (section.section("one_form")?, section.section("force")?);
+    let (conformal, mut parameters) = (section.take("conformal"), vec![section.section("parameters")?]);
+    section.finish()?;
+    let particle = read_particle(particle)?;
+    let others: &[&str] = if particle.law == Law::Newtonian { &["t", "s"] } else { &["t"] };
+    let names = match &coordinates {
+        Some(field) => names::coordinates(field, others)?,
+        None => vec!["x".to_owned()],
+    };
+    let kind = match kinds.as_slice() {
+        [kind] => kind.clone(),
+        [] => return Err(section.error("no potential is given").with_help(POTENTIALS.to_owned())),
+        [first, second, ..] => {
+            let message = format!("more than one potential is given: {} and {}", first.key, second.key);
+            return Err(second.key_error(message).with_help(POTENTIALS.to_owned()));
+        }
+    };
+    let mut places = Vec::new();
+    let expression = expression(&kind, &names, &mut parameters, &mut places)?;
+    let mut taken = Taken::new(&names);
+    let mut text = PotentialText { coordinates: names, expression, law: particle.law, ..PotentialText::default() };
+    for section in &parameters {
+        for field in section.fields() {
+            taken.take(&field, "a parameter")?;
+            text.parameters.push((field.key.clone(), field.formula()?));
+            places.push((Place::Parameter(field.key.clone()), field));
+        }
+    }
+    text.parameters.sort();
+    text.one_form = by_coordinate(&one_form, &text.coordinates, Place::OneForm, &mut places)?;
+    text.force = by_coordinate(&force, &text.coordinates, Place::Force, &mut places)?;
+    if let Some(field) = conformal {
+        text.conformal = Some(field.formula()?);
+        places.push((Place::Conformal, field));
+    }
+    add_particle(&mut text, particle, &mut places)?;
+    Ok(Scenery { text: GeometryText::Potential(text), preset: None, fields: places, section, whole: Some(kind) })
+}
+
+fn read_particle(mut section: Section<'_>) -> Result<Particle<'_>, CaseError> {
+    let (mass, masses, c) = (section.take("mass"), section.take("masses"), section.take("c"));
+    let law = section.take("law");
+    section.finish()?;
+    let law = match law.as_ref().map(|field| field.string().map(|name| (name, field))).transpose()? {
+        None | Some(("relativistic", _)) => Law::Relativistic,
+        Some(("newtonian", _)) => Law::Newtonian,
+        Some((name, field)) => {
+            let meant = nearest(name, ["relativistic", "newtonian"]).map(|meant| format!("did you mean \"{meant}\"?"));
+            let message = format!("unknown law \"{name}\", expected \"relativistic\" or \"newtonian\"");
+            return Err(field.error(message).with_help(meant));
+        }
+    };
+    if let Some(c) = c.as_ref().filter(|_| law == Law::Newtonian) {
+        let help = "leave c out, or take law = \"relativistic\"".to_owned();
+        return Err(c.key_error("Newton's law has no speed of light").with_help(help));
+    }
+    if let (Some(mass), Some(_), Law::Newtonian) = (&mass, &masses, law) {
+        let message = "both mass and masses are given, and Newton's law needs one of them only";
+        return Err(mass.key_error(message).with_help("keep masses, or one mass for all coordinates".to_owned()));
+    }
+    Ok(Particle { mass, masses, c, law })
+}
+
+/// Fills in the masses and c.
+fn add_particle<'t>(
+    text: &mut PotentialText,
+    particle: Particle<'t>,
+    places: &mut Vec<(Place, Field<'t>)>,
+) -> Result<(), CaseError> {
+    let mut number = |field: Option<Field<'t>>, place: Place| match field {
+        Some(field) => {
+            let text = field.formula()?;
+            places.push((place, field));
+            Ok::<String, CaseError>(text)
+        }
+        None => Ok("1".to_owned()),
+    };
+    text.mass = number(particle.mass, Place::Mass(None))?;
+    text.c = number(particle.c, Place::SpeedOfLight)?;
+    let Some(masses) = particle.masses else {
+        text.masses = vec![text.mass.clone(); text.coordinates.len()];
+        return Ok(());
+    };
+    let given = by_coordinate(&masses.section()?, &text.coordinates, |a| Place::Mass(Some(a)), places)?;
+    for (a, name) in text.coordinates.iter().enumerate() {
+        match given.iter().find(|(b, _)| *b == a) {
+            Some((_, mass)) => text.masses.push(mass.clone()),
+            None => return Err(masses.error(format!("'particle.masses' has no mass for the coordinate '{name}'"))),
+        }
+    }
+    Ok(())
+}
+
+/// V as a formula, whatever kind of potential it is. Parameters of its own are appended.
+fn expression<'t>(
+    kind: &Field<'t>,
+    coordinates: &[String],
+    parameters: &mut Vec<Section<'t>>,
+    places: &mut Vec<(Place, Field<'t>)>,
+) -> Result<String, CaseError> {
+    if kind.key == "formula" && !kind.is_table() {
+        let text = kind.string()?.to_owned();
+        places.push((Place::Potential, kind.clone()));
+        return Ok(text);
+    }
+    let mut section = kind.section()?;
+    if kind.key == "formula" {
+        let expression = section.take("expression");
+        parameters.push(section.section("parameters")?);
+        section.finish()?;
+        let expression = expression.ok_or_else(|| section.error("missing field `expression`"))?;
+        let text = expression.string()?.to_owned();
+        places.push((Place::Potential, expression));
+        return Ok(text);
+    }
+    let [x] = coordinates else {
+        let message = format!("'potential.{}' is for one coordinate, and there are {}", kind.key, coordinates.len());
+        return Err(kind.key_error(message).with_help("write V as a formula".to_owned()));
+    };
+    let key = match kind.key.as_str() {
+        "linear" => "alpha",
+        "quartic" => "kappa",
+        "polynomial" => "coefficients",
+        _ => {
+            section.finish()?;
+            return Ok("0".to_owned());
+        }
+    };
+    let factor = section.take(key);
+    section.finish()?;
+    let factor = factor.ok_or_else(|| section.error(format!("missing field `{key}`")))?;
+    let text = match key {
+        "alpha" => format!("({})*{x}", factor.number()?),
+        "kappa" => format!("({})*{x}^4", factor.number()?),
+        _ => {
+            let coefficients = factor.numbers()?;
+            let terms = coefficients.iter().enumerate().filter(|(_, c)| c.parse() != Ok(0.0));
+            let terms: Vec<String> = terms.map(|(k, c)| format!("({c})*{x}^{k}")).collect();
+            if terms.is_empty() { "0".to_owned() } else { terms.join(" + ") }
+        }
+    };
+    places.push((Place::Potential, factor));
+    Ok(text)
+}

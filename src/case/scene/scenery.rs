@@ -1,0 +1,90 @@
+//! What a case says about its geometry, with the place of every formula.
+
+use super::reader::{Field, Section};
+use crate::case::CaseError;
+use crate::expr::Function;
+use crate::geometry::{Geometry, GeometryError, GeometryText, Place, Preset};
+use crate::scalar::Real;
+
+/// The geometry of a case while it is read.
+pub(super) struct Scenery<'t> {
+    pub(super) text: GeometryText,
+    pub(super) preset: Option<&'static Preset>,
+    /// Where the formulas stand. Those of a preset stand nowhere.
+    pub(super) fields: Vec<(Place, Field<'t>)>,
+    /// `[metric]` or `[potential]`.
+    pub(super) section: Section<'t>,
+    /// The coordinates, the components or the preset: what a mistake in the metric as a whole is about.
+    pub(super) whole: Option<Field<'t>>,
+}
+
+impl Scenery<'_> {
+    /// The compiled geometry.
+    pub(super) fn geometry<S: Real>(&self) -> Result<Geometry<S>, CaseError> {
+        Geometry::new(&self.text).map_err(|error| self.error(&error))
+    }
+
+    fn error(&self, error: &GeometryError) -> CaseError {
+        let field = |place: &Place| self.fields.iter().find(|(other, _)| other == place).map(|(_, field)| field);
+        let whole = |message: String| match &self.whole {
+            Some(field) => field.error(message),
+            None => self.section.error(message),
+        };
+        let names = self.text.coordinates();
+        let list = |block: &[usize]| block.iter().map(|&a| names[a].as_str()).collect::<Vec<_>>().join(", ");
+        match error {
+            GeometryError::Formula(place, formula) => match field(place) {
+                Some(field) => field.formula_error(formula, self.known(place)),
+                None => whole(format!("{formula}")),
+            },
+            GeometryError::NotFinite(place) => match field(place) {
+                Some(field) => field.error(format!("'{}' is not a finite number", field.path)),
+                None => whole(format!("{error}")),
+            },
+            GeometryError::Circular(circle) => match field(&Place::Definition(circle[0].clone())) {
+                Some(field) => field.error(format!("{error}")),
+                None => whole(format!("{error}")),
+            },
+            GeometryError::WithoutComponent(a) => {
+                let name = &names[*a];
+                whole(format!("no component with '{name}' is given, so the metric has no inverse"))
+                    .with_help(format!("give a component \"{name} {name}\", or leave out the coordinate"))
+            }
+            GeometryError::Degenerate(block) => {
+                whole(format!("the determinant of the metric is zero everywhere (coordinates {})", list(block)))
+            }
+            GeometryError::BlockTooLarge { .. } => whole(format!("{error}")),
+        }
+    }
+
+    /// What a formula may be made of.
+    fn known(&self, place: &Place) -> String {
+        let positions = match &self.text {
+            GeometryText::Metric(metric) => &metric.coordinates,
+            GeometryText::Potential(potential) => &potential.coordinates,
+        };
+        let definitions = match &self.text {
+            GeometryText::Metric(metric) => metric.definitions.as_slice(),
+            GeometryText::Potential(_) => &[],
+        };
+        let constants = || self.text.parameters().iter().map(|(name, _)| name.clone());
+        let names: Vec<String> = match place {
+            Place::Parameter(_) => Vec::new(),
+            Place::Mass(_) | Place::SpeedOfLight => constants().collect(),
+            _ => {
+                let velocities = positions.iter().map(|name| format!("{name}_dot"));
+                let velocities = velocities.filter(|_| matches!(place, Place::Force(_)));
+                let defined = definitions.iter().map(|(name, _)| name.clone());
+                positions.iter().cloned().chain(velocities).chain(constants()).chain(defined).collect()
+            }
+        };
+        known(&names)
+    }
+}
+
+/// The names and functions that a formula may be made of, in words.
+pub(super) fn known(names: &[String]) -> String {
+    let names: String = names.iter().map(|name| format!("{name}, ")).collect();
+    let functions = Function::NAMED.map(|(name, _)| name).join(" ");
+    format!("known are {names}pi, numbers, + - * / ^, parentheses and {functions}")
+}

@@ -1,0 +1,208 @@
+//! `[grid]`, `[scheme]`, `[solver]` and `[expect]` of a scene.
+
+use super::initial::check_number;
+use super::observables::Formulas;
+use super::quantity::Quantity;
+use super::reader::{Field, Section};
+use crate::action::Form;
+use crate::case::parse::Source;
+use crate::case::validate::{Invalid, check_digits, check_nodes, check_spacing};
+use crate::case::{CaseError, DEFAULT_GAMMA_F};
+use crate::geometry::Start;
+use crate::sbp::SbpName;
+use crate::solve::{Status, System};
+
+/// `[grid]`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SceneGrid {
+    /// First value of γ.
+    pub gamma_i: Quantity,
+    /// Last value of γ, unless `t_f` is given.
+    pub gamma_f: Option<Quantity>,
+    /// The value of the coordinate t at which the run ends.
+    pub t_f: Option<Quantity>,
+    /// Number of nodes of each window.
+    pub n_gamma: usize,
+    /// Number of windows.
+    pub windows: usize,
+    /// A formula of positions and velocities: the run ends where it changes its sign, if that is before the end.
+    pub until: Option<String>,
+}
+
+/// `[solver]`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SceneSolver {
+    /// The system that is solved.
+    pub system: System,
+    /// Significant decimal digits of the results.
+    pub digits: u32,
+    /// Largest number of iterations in a window.
+    pub max_iterations: usize,
+}
+
+/// `[expect]`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SceneExpect {
+    /// How the run must end.
+    pub status: Status,
+    /// Coordinates, by their index, at the last node.
+    pub finals: Vec<(usize, Quantity)>,
+    /// Largest absolute difference allowed in them.
+    pub tolerance: Option<Quantity>,
+}
+
+/// What the settings are checked against.
+pub(super) struct Context<'c> {
+    pub(super) source: &'c Source,
+    pub(super) names: &'c [String],
+    pub(super) parameters: &'c [(String, String)],
+    pub(super) formulas: &'c Formulas<'c>,
+    pub(super) start: &'c Start,
+}
+
+impl Context<'_> {
+    /// A number, checked, as it is written and as it is.
+    fn number(&self, field: Option<&Field<'_>>, default: f64) -> Result<(Quantity, f64), CaseError> {
+        let Some(field) = field else { return Ok((Quantity::new(default.to_string()), default)) };
+        let quantity = field.quantity()?;
+        check_number(&quantity, Some(field), self.parameters)?;
+        let value = quantity.value(self.parameters).unwrap_or(f64::NAN);
+        Ok((quantity, value))
+    }
+
+    fn error(&self, invalid: Invalid) -> CaseError {
+        self.source.error(self.source.locate(&invalid.path, invalid.within), invalid.message, invalid.help)
+    }
+}
+
+const LATER: &str = "is not available for scenes yet";
+
+/// Reads `[scheme]`.
+pub(super) fn scheme(mut section: Section<'_>) -> Result<(SbpName, Form), CaseError> {
+    let (sbp, form, regularised) = (section.take("sbp"), section.take("form"), section.take("regularised"));
+    section.finish()?;
+    if let Some(regularised) = regularised.filter(|field| field.is_true() != Ok(true)) {
+        regularised.is_true()?;
+        return Err(regularised.error(format!("regularised = false {LATER}")));
+    }
+    let sbp = sbp.ok_or_else(|| {
+        let help = "give scheme.sbp, for example \"GLL16\", and, unless it is a spectral element, grid.n_gamma";
+        section.error("missing field `sbp`").with_help(help.to_owned())
+    })?;
+    Ok((sbp.word()?, form.map_or(Ok(Form::default()), |form| form.word())?))
+}
+
+/// Reads `[solver]`.
+pub(super) fn solver(mut section: Section<'_>, source: &Source) -> Result<SceneSolver, CaseError> {
+    let (system, digits) = (section.take("system"), section.take("digits"));
+    let (max_iterations, accuracy) = (section.take("max_iterations"), section.take("accuracy"));
+    section.finish()?;
+    if let Some(accuracy) = accuracy {
+        let help = "give scheme.sbp, grid.n_gamma and grid.windows".to_owned();
+        return Err(accuracy.error(format!("solver.accuracy {LATER}")).with_help(help));
+    }
+    let system = system.map_or(Ok(System::default()), |system| system.word())?;
+    let whole = |field: &Option<Field<'_>>, default| field.as_ref().map_or(Ok(default), Field::whole);
+    let digits = u32::try_from(whole(&digits, 16)?).unwrap_or(u32::MAX);
+    check_digits(digits)
+        .map_err(|invalid| source.error(source.locate(&invalid.path, None), invalid.message, invalid.help))?;
+    let iterations = whole(&max_iterations, 50)?;
+    match max_iterations {
+        Some(field) if iterations == 0 => Err(field.error("max_iterations must be at least 1")),
+        _ => Ok(SceneSolver { system, digits, max_iterations: iterations }),
+    }
+}
+
+/// Reads `[grid]`.
+pub(super) fn grid(mut section: Section<'_>, sbp: SbpName, context: &Context<'_>) -> Result<SceneGrid, CaseError> {
+    let [gamma_i, gamma_f, t_f] = ["gamma_i", "gamma_f", "t_f"].map(|key| section.take(key));
+    let [n_gamma, windows, until] = ["n_gamma", "windows", "until"].map(|key| section.take(key));
+    section.finish()?;
+    if let (Some(_), Some(t_f)) = (&gamma_f, &t_f) {
+        let help = "keep exactly one of grid.gamma_f and grid.t_f".to_owned();
+        return Err(t_f.key_error("both gamma_f and t_f are given").with_help(help));
+    }
+    let whole = |field: &Option<Field<'_>>| field.as_ref().map(Field::whole).transpose();
+    let (n_gamma, windows) = match (whole(&n_gamma)?.or(sbp.fixed_points()), whole(&windows)?.unwrap_or(1)) {
+        (None, _) => return Err(section.error("missing field `n_gamma`")),
+        (_, 0) => {
+            return Err(windows.as_ref().map_or(section.error(""), |field| field.error("windows must be at least 1")));
+        }
+        (Some(n_gamma), windows) => (n_gamma, windows),
+    };
+    check_nodes(Some(sbp), n_gamma, windows).map_err(|invalid| context.error(invalid))?;
+    let intervals = (n_gamma.max(2) - 1) * windows;
+    let (gamma_i, first) = context.number(gamma_i.as_ref(), 0.0)?;
+    let spaced = |path: &str, length: f64| {
+        check_spacing(path, first, intervals, length).map_err(|invalid| context.error(invalid))
+    };
+    let mut grid = SceneGrid { gamma_i, gamma_f: None, t_f: None, n_gamma, windows, until: None };
+    match t_f {
+        Some(field) => {
+            let (t_f, duration, rate) = end_time(&field, context)?;
+            spaced("grid.t_f", duration / rate)?;
+            grid.t_f = Some(t_f);
+        }
+        None => {
+            let (quantity, last) = context.number(gamma_f.as_ref(), DEFAULT_GAMMA_F)?;
+            if last <= first {
+                let message = format!("gamma_f = {last} must be greater than gamma_i = {first}");
+                let error =
+                    gamma_f.map_or_else(|| section.error(message.clone()), |field| field.error(message.clone()));
+                return Err(error.with_help("gamma_f is 1 if it is not given".to_owned()));
+            }
+            spaced("grid.gamma_f", last - first)?;
+            grid.gamma_f = Some(quantity);
+        }
+    }
+    grid.until = until.map(|field| context.formulas.of_velocities(&field)).transpose()?;
+    Ok(grid)
+}
+
+/// t_f, the time from the start to it, and dt/dγ.
+fn end_time(field: &Field<'_>, context: &Context<'_>) -> Result<(Quantity, f64, f64), CaseError> {
+    let Some(t) = context.names.iter().position(|name| name == "t") else {
+        let help = "end at grid.gamma_f, or at grid.until".to_owned();
+        return Err(field.key_error("t_f needs a coordinate t, and the scene has none").with_help(help));
+    };
+    let (t_f, last) = context.number(Some(field), 0.0)?;
+    let (first, rate) = (context.start.q[t], context.start.q_dot[t]);
+    if rate <= 0.0 {
+        return Err(field.error(format!("t_f needs t_dot > 0 at the start, and it is {rate}")));
+    }
+    if last <= first {
+        return Err(field.error(format!("t_f = {last} must be later than the initial t = {first}")));
+    }
+    Ok((t_f, last - first, rate))
+}
+
+/// Reads `[expect]`.
+pub(super) fn expect(mut section: Section<'_>, context: &Context<'_>) -> Result<Option<SceneExpect>, CaseError> {
+    let status = section.take("status");
+    let finals: Vec<_> = context.names.iter().map(|name| section.take(&format!("{name}_final"))).collect();
+    let tolerance = section.take("tolerance");
+    section.finish()?;
+    if !section.is_given() {
+        return Ok(None);
+    }
+    let ends = status.as_ref().map_or(Ok(Status::Converged), Field::word)?;
+    let mut numbers = Vec::new();
+    for (a, field) in finals.iter().enumerate().filter_map(|(a, field)| Some((a, field.as_ref()?))) {
+        numbers.push((a, context.number(Some(field), 0.0)?.0));
+    }
+    if let Some(status) = status.filter(|_| ends != Status::Converged && !numbers.is_empty()) {
+        return Err(status.error(format!("a case that ends {ends} has no final coordinates")));
+    }
+    let tolerance = match tolerance {
+        Some(field) => {
+            let (quantity, value) = context.number(Some(&field), 0.0)?;
+            if value <= 0.0 {
+                return Err(field.error(format!("tolerance must be positive, got {value}")));
+            }
+            Some(quantity)
+        }
+        None if !numbers.is_empty() => return Err(section.error("final coordinates need a tolerance")),
+        None => None,
+    };
+    Ok(Some(SceneExpect { status: ends, finals: numbers, tolerance }))
+}

@@ -1,0 +1,272 @@
+//! The start of a scene in numbers: velocities and momenta from each other, and one of them from K.
+//!
+//! With G = (g_ab), P the coordinates whose momenta are given and V the others, p = G q̇ + A is solved for the q̇ in P:
+//!
+//! ```text
+//! G_PP q̇_P = p_P − A_P − G_PV q̇_V
+//! ```
+//!
+//! If one rate u is to be found from K, q̇ = α + β u, and K = (βᵀGβ) u² + 2 (αᵀGβ) u + αᵀGα.
+
+use super::initial::{Rate, SceneInitial, Sign};
+use crate::geometry::{Geometry, Lagrangian, Start};
+use crate::scalar::Real;
+
+/// Rounding errors of this many units in the last place, for each coordinate, are to be expected in a sum.
+const ROUNDING: f64 = 16.0;
+
+/// Why there is no start.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum NoStart {
+    /// The momenta of these coordinates do not determine their velocities.
+    Undetermined(Vec<usize>),
+    /// K does not depend on the rate of this coordinate.
+    Independent(usize),
+    /// K = `norm` has no real root; K is at most or at least `extreme`.
+    NoRoot { coordinate: usize, norm: f64, extreme: f64, is_most: bool },
+    /// The only root has the other sign.
+    OtherSign { coordinate: usize, root: f64 },
+    /// A number is not finite.
+    NotFinite,
+}
+
+/// A start, and whether the two roots for the unknown rate are one.
+pub(super) struct Solved<S> {
+    pub(super) start: Start<S>,
+    pub(super) is_double: bool,
+}
+
+/// The start that the data describe. `is_double` says whether the two roots are known to be one, or to be two; without
+/// it a discriminant below rounding is zero, where `rounding` is the relative accuracy of the data.
+pub(super) fn solve<S: Real>(
+    data: &SceneInitial,
+    geometry: &Geometry<S>,
+    parameters: &[(String, String)],
+    rounding: f64,
+    is_double: Option<bool>,
+) -> Result<Solved<S>, NoStart> {
+    let number = |quantity: &super::Quantity| quantity.value::<S>(parameters).map_err(|_| NoStart::NotFinite);
+    let q: Vec<S> = data.q.iter().map(number).collect::<Result<_, _>>()?;
+    let given = |rate: &Rate| match rate {
+        Rate::Velocity(quantity) | Rate::Momentum(quantity) => number(quantity),
+        _ => Ok(S::ZERO),
+    };
+    let given: Vec<S> = data.rates.iter().map(given).collect::<Result<_, _>>()?;
+    let (matrix, one_form) = matrix(geometry, &q);
+    let is_momentum: Vec<bool> = data.rates.iter().map(Rate::is_momentum).collect();
+    let alpha = velocities(&matrix, &one_form, &is_momentum, &given)?;
+    let unknown = data.rates.iter().position(Rate::is_from_norm);
+    let (Some(a), Some(norm)) = (unknown, &data.norm) else {
+        let start = start(geometry, q, alpha, &is_momentum, &given);
+        return is_finite(&start).then_some(Solved { start, is_double: false }).ok_or(NoStart::NotFinite);
+    };
+    let mut direction = vec![S::ZERO; given.len()];
+    direction[a] = S::ONE;
+    let beta = velocities(&matrix, &vec![S::ZERO; given.len()], &is_momentum, &direction)?;
+    let (square, square_size) = form(&matrix, &beta, &beta);
+    let (middle, middle_size) = form(&matrix, &alpha, &beta);
+    let (rest, rest_size) = form(&matrix, &alpha, &alpha);
+    let norm = number(norm)?;
+    let quadratic = Quadratic {
+        square,
+        middle,
+        rest: rest - norm,
+        sizes: [square_size, middle_size, rest_size + norm.abs()],
+        rounding: S::from(rounding.max(S::EPSILON.to_f64()) * ROUNDING * given.len() as f64),
+        is_double,
+    };
+    let sign = match data.rates[a] {
+        Rate::VelocityFromNorm(sign) | Rate::MomentumFromNorm(sign) => sign,
+        _ => None,
+    };
+    let (root, is_double) = quadratic.root(a, sign, norm)?;
+    let q_dot: Vec<S> = alpha.iter().zip(&beta).map(|(&alpha, &beta)| alpha + beta * root).collect();
+    let mut given = given;
+    given[a] = root;
+    let start = start(geometry, q, q_dot, &is_momentum, &given);
+    is_finite(&start).then_some(Solved { start, is_double }).ok_or(NoStart::NotFinite)
+}
+
+/// Σ |g_ab q̇^a q̇^b|, beside which a K of rounding errors is zero.
+pub(super) fn size_of_norm<S: Real>(geometry: &Geometry<S>, start: &Start<S>) -> S {
+    form(&matrix(geometry, &start.q).0, &start.q_dot, &start.q_dot).1
+}
+
+/// Rounding errors of K that are to be expected, relative to [`size_of_norm`].
+pub(super) fn rounding_of_norm<S: Real>(dimension: usize, rounding: f64) -> S {
+    S::from(rounding.max(S::EPSILON.to_f64()) * ROUNDING * dimension as f64)
+}
+
+fn is_finite<S: Real>(start: &Start<S>) -> bool {
+    start.q_dot.iter().chain(&start.p).all(|value| value.is_finite())
+}
+
+/// The start with the momenta that are given, and the others from p = G q̇ + A.
+fn start<S: Real>(geometry: &Geometry<S>, q: Vec<S>, q_dot: Vec<S>, is_momentum: &[bool], given: &[S]) -> Start<S> {
+    let mut p = geometry.momenta(&q, &q_dot);
+    for ((p, &is_momentum), &given) in p.iter_mut().zip(is_momentum).zip(given) {
+        if is_momentum {
+            *p = given;
+        }
+    }
+    Start { q, q_dot, p }
+}
+
+/// g_ab and A_a at a point.
+fn matrix<S: Real>(geometry: &Geometry<S>, q: &[S]) -> (Vec<Vec<S>>, Vec<S>) {
+    let (n, samples) = (geometry.dimension(), geometry.at(q));
+    let (mut matrix, mut one_form) = (vec![vec![S::ZERO; n]; n], vec![S::ZERO; n]);
+    for term in &geometry.structure().values {
+        let ([a, b], value) = (term.ab, samples.at(term.value, 0));
+        if b == n {
+            one_form[a] = value;
+        } else {
+            (matrix[a][b], matrix[b][a]) = (value, value);
+        }
+    }
+    (matrix, one_form)
+}
+
+/// aᵀ G b, and the sum of the magnitudes of its terms.
+fn form<S: Real>(matrix: &[Vec<S>], a: &[S], b: &[S]) -> (S, S) {
+    let terms = matrix.iter().zip(a).flat_map(|(row, &a)| row.iter().zip(b).map(move |(&g, &b)| g * a * b));
+    terms.fold((S::ZERO, S::ZERO), |(sum, size), term| (sum + term, size + term.abs()))
+}
+
+/// The velocities, where `given` are momenta of some coordinates and velocities of the others.
+fn velocities<S: Real>(
+    matrix: &[Vec<S>],
+    one_form: &[S],
+    is_momentum: &[bool],
+    given: &[S],
+) -> Result<Vec<S>, NoStart> {
+    let unknown: Vec<usize> = (0..given.len()).filter(|&a| is_momentum[a]).collect();
+    let known: Vec<usize> = (0..given.len()).filter(|&a| !is_momentum[a]).collect();
+    let row = |&a: &usize| {
+        let known = known.iter().fold(given[a] - one_form[a], |rest, &b| rest - matrix[a][b] * given[b]);
+        unknown.iter().map(|&b| matrix[a][b]).chain([known]).collect()
+    };
+    let solution = eliminate(unknown.iter().map(row).collect());
+    let solution = solution.ok_or_else(|| NoStart::Undetermined(unknown.clone()))?;
+    let mut velocities = given.to_vec();
+    for (&a, velocity) in unknown.iter().zip(solution) {
+        velocities[a] = velocity;
+    }
+    Ok(velocities)
+}
+
+/// The solution of a linear system whose rows end with the right-hand side, by Gauss–Jordan elimination with full
+/// pivoting; `None` if the system is singular.
+fn eliminate<S: Real>(mut rows: Vec<Vec<S>>) -> Option<Vec<S>> {
+    let order = rows.len();
+    let scales = equilibrate(&mut rows);
+    let singular = S::EPSILON * S::from(order as f64);
+    let mut columns: Vec<usize> = Vec::new();
+    for step in 0..order {
+        let free = (0..order).filter(|column| !columns.contains(column));
+        let places = free.flat_map(|column| (step..order).map(move |row| (row, column)));
+        let larger = |best: (usize, usize), next: (usize, usize)| {
+            if rows[next.0][next.1].abs() > rows[best.0][best.1].abs() { next } else { best }
+        };
+        let (row, column) = places.reduce(larger)?;
+        let pivot = rows[row][column];
+        if !pivot.is_finite() || pivot.abs() <= singular {
+            return None;
+        }
+        rows.swap(step, row);
+        let pivot_row = rows[step].clone();
+        for (_, row) in rows.iter_mut().enumerate().filter(|(row, _)| *row != step) {
+            let factor = row[column] / pivot;
+            for (entry, &other) in row.iter_mut().zip(&pivot_row) {
+                *entry -= factor * other;
+            }
+        }
+        columns.push(column);
+    }
+    let mut solution = vec![S::ZERO; order];
+    for (row, column) in rows.iter().zip(columns) {
+        solution[column] = row[order] / row[column] * scales[column];
+    }
+    Some(solution)
+}
+
+/// Scales rows and then columns by powers of two, which costs no digits, until the largest entry of each is about 1:
+/// coordinates may have any units. Returns the factors of the unknowns.
+fn equilibrate<S: Real>(rows: &mut [Vec<S>]) -> Vec<S> {
+    let order = rows.len();
+    let reciprocal = |largest: S| match largest.to_f64().log2().floor() {
+        exponent if exponent.is_finite() => S::from(2.0_f64.powf(-exponent)),
+        _ => S::ONE,
+    };
+    for row in rows.iter_mut() {
+        let scale = reciprocal(row[..order].iter().fold(S::ZERO, |largest, entry| largest.max(entry.abs())));
+        row.iter_mut().for_each(|entry| *entry = *entry * scale);
+    }
+    let mut scales = Vec::new();
+    for column in 0..order {
+        let scale = reciprocal(rows.iter().fold(S::ZERO, |largest, row| largest.max(row[column].abs())));
+        rows.iter_mut().for_each(|row| row[column] = row[column] * scale);
+        scales.push(scale);
+    }
+    scales
+}
+
+/// square u² + 2 middle u + rest = 0, with the sums of magnitudes that the coefficients come from.
+struct Quadratic<S> {
+    square: S,
+    middle: S,
+    rest: S,
+    sizes: [S; 3],
+    rounding: S,
+    is_double: Option<bool>,
+}
+
+impl<S: Real> Quadratic<S> {
+    /// The root that the sign says, and whether the two roots are one.
+    fn root(&self, coordinate: usize, sign: Option<Sign>, norm: S) -> Result<(S, bool), NoStart> {
+        let Self { square, middle, rest, .. } = *self;
+        let [square_size, middle_size, rest_size] = self.sizes;
+        if !(square_size + middle_size + rest_size).is_finite() {
+            return Err(NoStart::NotFinite);
+        }
+        if square.abs() <= self.rounding * square_size {
+            return self.linear_root(coordinate, sign);
+        }
+        let discriminant = middle * middle - square * rest;
+        let size = middle_size * middle_size + square.abs() * rest_size;
+        let is_double = self.is_double.unwrap_or(discriminant.abs() <= self.rounding * size);
+        if is_double {
+            return Ok((-middle / square, true));
+        }
+        if discriminant < S::ZERO {
+            // Of a start that is known to have two roots, a negative discriminant is a rounding error.
+            if self.is_double.is_some() {
+                return Ok((-middle / square, true));
+            }
+            let extreme = (rest + norm - middle * middle / square).to_f64();
+            let is_most = square < S::ZERO;
+            return Err(NoStart::NoRoot { coordinate, norm: norm.to_f64(), extreme, is_most });
+        }
+        // The sum has no cancellation; the other root follows from the product of both.
+        let far = -(middle + middle.signum() * discriminant.sqrt());
+        let (one, other) = (far / square, rest / far);
+        let (smaller, larger) = if one < other { (one, other) } else { (other, one) };
+        Ok((if sign == Some(Sign::Minus) { smaller } else { larger }, false))
+    }
+
+    fn linear_root(&self, coordinate: usize, sign: Option<Sign>) -> Result<(S, bool), NoStart> {
+        if self.middle.abs() <= self.rounding * self.sizes[1] {
+            return Err(NoStart::Independent(coordinate));
+        }
+        let root = -self.rest / (self.middle + self.middle);
+        let is_other = match sign {
+            Some(Sign::Plus) => root < S::ZERO,
+            Some(Sign::Minus) => root > S::ZERO,
+            None => false,
+        };
+        if is_other && self.rest.abs() > self.rounding * self.sizes[2] {
+            return Err(NoStart::OtherSign { coordinate, root: root.to_f64() });
+        }
+        Ok((root, false))
+    }
+}

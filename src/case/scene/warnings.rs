@@ -1,0 +1,72 @@
+//! Warnings about scenes that are valid but may surprise.
+
+use super::names::mentions;
+use super::{Rate, SceneCase};
+use crate::geometry::{GeometryText, Law, Preset, Start};
+
+impl SceneCase {
+    /// What a user should know before believing the result.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings: Vec<String> =
+            self.unused_parameters().map(|name| format!("no formula uses the parameter '{name}'")).collect();
+        if matches!(&self.geometry, GeometryText::Potential(potential) if potential.law == Law::Relativistic) {
+            let geometry = self.geometry::<f64>();
+            let start: Start = self.start_in(&geometry);
+            let k = geometry.norm(&start.q, &start.q_dot);
+            if k < 0.0 {
+                warnings.push(format!(
+                    "the initial tangent is spacelike (K = {k:.6} < 0): the particle starts faster than light; for a \
+                     motion of matter start slower, raise particle.c, or take particle.law = \"newtonian\""
+                ));
+            }
+        }
+        warnings
+    }
+
+    /// Parameters of the case that no formula mentions.
+    fn unused_parameters(&self) -> impl Iterator<Item = &str> {
+        let formulas = self.formulas();
+        let preset = self.preset.and_then(Preset::from_name);
+        let names = self.geometry.parameters().iter().map(|(name, _)| name.as_str());
+        names.filter(move |name| {
+            let is_of_preset = preset.is_some_and(|preset| preset.parameters().any(|other| other == *name));
+            !is_of_preset && !formulas.iter().any(|formula| mentions(formula, name))
+        })
+    }
+
+    /// Every formula of the case but those of parameters.
+    fn formulas(&self) -> Vec<&str> {
+        let mut formulas: Vec<&str> = Vec::new();
+        match &self.geometry {
+            GeometryText::Metric(metric) => {
+                formulas.extend(metric.components.iter().map(|(_, text)| text.as_str()));
+                formulas.extend(metric.definitions.iter().map(|(_, text)| text.as_str()));
+                formulas.extend(metric.one_form.iter().chain(&metric.force).map(|(_, text)| text.as_str()));
+                formulas.extend(metric.conformal.as_deref());
+            }
+            GeometryText::Potential(potential) => {
+                formulas.extend([&potential.expression, &potential.mass, &potential.c].map(String::as_str));
+                formulas.extend(potential.masses.iter().map(String::as_str));
+                formulas.extend(potential.one_form.iter().chain(&potential.force).map(|(_, text)| text.as_str()));
+                formulas.extend(potential.conformal.as_deref());
+            }
+        }
+        let rates = self.initial.rates.iter().filter_map(|rate| match rate {
+            Rate::Velocity(quantity) | Rate::Momentum(quantity) => Some(quantity),
+            _ => None,
+        });
+        let ends = [Some(&self.grid.gamma_i), self.grid.gamma_f.as_ref(), self.grid.t_f.as_ref()];
+        let expected = self
+            .expect
+            .iter()
+            .flat_map(|expect| expect.finals.iter().map(|(_, quantity)| quantity).chain(&expect.tolerance));
+        let quantities = self.initial.q.iter().chain(rates).chain(&self.initial.norm);
+        let quantities = quantities.chain(ends.into_iter().flatten()).chain(expected);
+        formulas.extend(quantities.map(|quantity| quantity.text()));
+        formulas.extend(self.grid.until.as_deref());
+        formulas.extend(self.invariants.iter().map(|(_, text)| text.as_str()));
+        formulas.extend(self.events.iter().map(|event| event.when.as_str()));
+        formulas.extend(self.axes.iter().flat_map(|axes| [axes.x.as_str(), axes.y.as_str()]));
+        formulas
+    }
+}
