@@ -4,11 +4,13 @@ use std::process::ExitCode;
 
 use clap::Args;
 use geodesic_ivp::case::Expect;
+use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::{Case, CaseError, NoSolution, Solution, Status, solve};
 
-use super::{CaseArgs, memory, report, stdout};
+use super::input::AnyCase;
+use super::{CaseArgs, memory, report, scene, stdout};
 
 #[derive(Debug, Args)]
 pub(super) struct CheckArgs {
@@ -26,7 +28,10 @@ pub(super) struct CheckArgs {
 pub(super) struct ExpectationNotMet(Vec<String>);
 
 pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
-    let case = args.case.read()?;
+    let case = match args.case.read_any()? {
+        AnyCase::One(case) => case,
+        AnyCase::Scene(case) => return check_scene(&case, args),
+    };
     for warning in case.warnings() {
         report::warn(&warning);
     }
@@ -34,17 +39,38 @@ pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
         stdout::write(&case.to_toml())?;
     }
     if args.run {
-        let Some(expect) = &case.expect else {
-            let message = "the case has no [expect] table to compare with".to_owned();
-            return Err(CaseError::without_place(&args.case.name(), message).into());
-        };
+        let Some(expect) = &case.expect else { return Err(without_expectations(args)) };
         memory::check(&case, None)?;
         let met = if case.is_extended() { compare::<Extended>(&case, expect)? } else { compare::<f64>(&case, expect)? };
-        if !args.case.quiet {
-            stdout::write(&format!("\n# expected and found: {}\n", met.join("; ")))?;
-        }
+        tell_met(args, &met)?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+fn check_scene(case: &SceneCase, args: &CheckArgs) -> anyhow::Result<ExitCode> {
+    for warning in case.warnings() {
+        report::warn(&warning);
+    }
+    if !args.case.quiet {
+        stdout::write(&case.to_toml())?;
+    }
+    if args.run {
+        let Some(expect) = case.expect() else { return Err(without_expectations(args)) };
+        tell_met(args, &scene::compare(case, expect).map_err(ExpectationNotMet)?)?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn without_expectations(args: &CheckArgs) -> anyhow::Error {
+    let message = "the case has no [expect] table to compare with".to_owned();
+    CaseError::without_place(&args.case.name(), message).into()
+}
+
+fn tell_met(args: &CheckArgs, met: &[String]) -> anyhow::Result<()> {
+    if args.case.quiet {
+        return Ok(());
+    }
+    stdout::write(&format!("\n# expected and found: {}\n", met.join("; ")))
 }
 
 /// Solves the case and compares the result with its `[expect]` table. Returns one phrase for each number that is as

@@ -7,6 +7,7 @@ use std::path::Path;
 
 use anyhow::Context;
 use geodesic_ivp::case::builtin;
+use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::similar::nearest;
 use geodesic_ivp::{Case, CaseError};
 
@@ -84,8 +85,20 @@ impl CaseArgs {
         stem.unwrap_or("stdin".as_ref())
     }
 
-    /// Reads the case. Prints a note if a built-in case is used because there is no such file, or no case was named.
+    /// Reads a case of one coordinate. Prints a note if a built-in case is used because there is no such file, or no
+    /// case was named.
     pub(super) fn read(&self) -> anyhow::Result<Case> {
+        match self.read_any()? {
+            AnyCase::One(case) => Ok(*case),
+            AnyCase::Scene(_) => {
+                let message = "this command takes cases of one coordinate in a potential, and not yet scenes";
+                Err(Refusal::usage(message).help("`run` and `check` take scenes").into())
+            }
+        }
+    }
+
+    /// Reads a case of any kind, with the same notes.
+    pub(super) fn read_any(&self) -> anyhow::Result<AnyCase> {
         let name = self.name();
         let bytes = match self.source() {
             Source::StandardInput => at_most(io::stdin(), None, &name)?,
@@ -97,26 +110,32 @@ impl CaseArgs {
                 let size = file.metadata().ok().map(|metadata| metadata.len());
                 at_most(file, size, &name)?
             }
-            Source::BuiltIn(name) => {
+            Source::BuiltIn(built_in) => {
                 if !self.quiet {
                     report::note(&match self.is_given() {
-                        true => format!("no file '{name}' here: the built-in case of that name is used"),
-                        false => format!("no CASE is given: the built-in case '{name}' is used"),
+                        true => format!("no file '{built_in}' here: the built-in case of that name is used"),
+                        false => format!("no CASE is given: the built-in case '{built_in}' is used"),
                     });
                 }
-                return self.read_built_in(name);
+                return Ok(self.parse(&name, built_in_text(built_in)?)?);
             }
         };
         let text = String::from_utf8(bytes)
             .map_err(|error| CaseError::without_place(&name, format!("the case is not UTF-8 text: {error}")));
-        let case = text.and_then(|text| Case::parse(&name, &text, &self.set));
+        let case = text.and_then(|text| self.parse(&name, &text));
         Ok(case.map_err(|error| self.of_another_kind(error))?)
     }
 
-    /// A built-in case with the overrides of the command line.
+    fn parse(&self, name: &str, text: &str) -> Result<AnyCase, CaseError> {
+        if SceneCase::is_scene(text, &self.set) {
+            return SceneCase::parse(name, text, &self.set).map(|case| AnyCase::Scene(Box::new(case)));
+        }
+        Case::parse(name, text, &self.set).map(|case| AnyCase::One(Box::new(case)))
+    }
+
+    /// A built-in case of one coordinate with the overrides of the command line.
     pub(super) fn read_built_in(&self, name: &str) -> anyhow::Result<Case> {
-        let text = builtin::text(name).with_context(|| format!("there is no built-in case '{name}'"))?;
-        Ok(Case::parse(&format!("<built-in {name}>"), text, &self.set)?)
+        Ok(Case::parse(&format!("<built-in {name}>"), built_in_text(name)?, &self.set)?)
     }
 
     /// Adds to an error, if the file's name says that it is not TOML, that a case has to be.
@@ -130,6 +149,18 @@ impl CaseArgs {
         }
         error
     }
+}
+
+/// A case of either kind.
+pub(super) enum AnyCase {
+    /// One coordinate in a potential.
+    One(Box<Case>),
+    /// n coordinates.
+    Scene(Box<SceneCase>),
+}
+
+fn built_in_text(name: &str) -> anyhow::Result<&'static str> {
+    builtin::text(name).with_context(|| format!("there is no built-in case '{name}'"))
 }
 
 /// Reads all bytes, or fails if there are too many for a case.

@@ -13,6 +13,8 @@ mod readable;
 mod report;
 mod run;
 mod samples;
+mod scene;
+mod scene_readable;
 mod second_opinion;
 mod shell;
 mod stability;

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use geodesic_ivp::output::NotOurs;
 use geodesic_ivp::reference::EndReason;
+use geodesic_ivp::solve::scene::NoWorldLine;
 use geodesic_ivp::study::convergence::SweepError;
 use geodesic_ivp::{CaseError, NoSolution, Status};
 
@@ -76,6 +77,9 @@ pub(crate) fn exit_code(error: &anyhow::Error) -> ExitCode {
         print(&render_case_error(case));
         return ExitCode::from(INVALID_CASE);
     } else if let Some(failure) = error.downcast_ref::<NoSolution>() {
+        let code = if failure.status == Status::OutsideDomain { OUTSIDE_DOMAIN } else { NO_CRITICAL_POINT };
+        (failure.to_string(), Some(failure.advice()), code)
+    } else if let Some(failure) = error.downcast_ref::<NoWorldLine>() {
         let code = if failure.status == Status::OutsideDomain { OUTSIDE_DOMAIN } else { NO_CRITICAL_POINT };
         (failure.to_string(), Some(failure.advice()), code)
     } else if let Some(sweep) = error.downcast_ref::<SweepError>() {

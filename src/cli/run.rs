@@ -21,11 +21,13 @@ use geodesic_ivp::study::run_error::run_error;
 use geodesic_ivp::{Case, Solution, solve};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::input::AnyCase;
 use super::out::OutArgs;
 use super::readable::readable;
 use super::samples::SampleArgs;
 use super::second_opinion::second_opinion;
-use super::{CaseArgs, memory, report, stdout};
+use super::report::Refusal;
+use super::{CaseArgs, memory, report, scene, stdout};
 
 const TRAJECTORY: &str = "trajectory.csv";
 const RESIDUALS: &str = "residuals.csv";
@@ -56,7 +58,16 @@ pub(super) struct RunArgs {
 }
 
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
-    let case = args.case.read()?;
+    let case = match args.case.read_any()? {
+        AnyCase::One(case) => case,
+        AnyCase::Scene(case) => {
+            if args.samples.wanted() || args.plot {
+                let message = "samples and pictures of scenes are not there yet";
+                return Err(Refusal::usage(message).help("trajectory.csv has every node").into());
+            }
+            return scene::run(&case, &args.case, &args.output, args.stdout);
+        }
+    };
     if case.is_extended() { run_in::<Extended>(&case, args) } else { run_in::<f64>(&case, args) }
 }
 

@@ -32,6 +32,7 @@ mod quantity;
 mod reader;
 mod scenery;
 mod settings;
+mod setup;
 mod start;
 mod warnings;
 mod write;

@@ -1,0 +1,57 @@
+//! From a scene's case to what a solver is told.
+
+use std::sync::Arc;
+
+use super::SceneCase;
+use crate::geometry::{GeometryText, Observable, Place as FormulaPlace};
+use crate::scalar::Real;
+use crate::solve::End;
+use crate::solve::scene::{Place, SceneLimit, SceneSetup, Until};
+
+impl SceneCase {
+    fn place<S: Real>(&self) -> Place<S> {
+        let geometry = self.geometry();
+        let start = self.start_in(&geometry);
+        Place { geometry: Arc::new(geometry), start }
+    }
+
+    /// The formulas of `[invariants]`, compiled, in their order.
+    pub fn observables<S: Real>(&self) -> Vec<Observable<S>> {
+        self.invariants().iter().map(|(_, formula)| observable(self.geometry_text(), formula)).collect()
+    }
+
+    /// What the solver of scenes is told.
+    pub fn setup<S: Real>(&self) -> SceneSetup<S> {
+        let place = self.place::<S>();
+        let limit = match self.end::<S>() {
+            End::Length(length) => SceneLimit::Length(length),
+            End::Duration(duration) => {
+                let t = place.geometry.names().iter().position(|name| name == "t");
+                let coordinate = t.expect("t_f needs a coordinate t");
+                SceneLimit::Value { coordinate, value: place.start.q[coordinate] + duration }
+            }
+        };
+        let text = self.geometry_text();
+        let until =
+            self.until().map(|formula| Until { formula: observable(text, formula), rough: observable(text, formula) });
+        SceneSetup {
+            place,
+            rough: self.place(),
+            gamma_i: self.gamma_i(),
+            limit,
+            until,
+            sbp: self.sbp(),
+            form: self.form(),
+            n_gamma: self.n_gamma(),
+            windows: self.windows(),
+            system: self.system(),
+            digits: if S::IS_EXTENDED { self.digits() } else { f64::MOST_DIGITS },
+            max_iterations: self.max_iterations(),
+        }
+    }
+}
+
+fn observable<S: Real>(text: &GeometryText, formula: &str) -> Observable<S> {
+    let place = FormulaPlace::Definition(String::new());
+    Observable::new(formula, text, place).expect("a valid scene has valid formulas")
+}

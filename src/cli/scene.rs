@@ -1,0 +1,142 @@
+//! `run` and `check` for scenes of n coordinates.
+
+use std::process::ExitCode;
+use std::time::Instant;
+
+use anyhow::Context;
+use geodesic_ivp::Status;
+use geodesic_ivp::case::scene::{SceneCase, SceneExpect};
+use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
+use geodesic_ivp::geometry::ConservedSum;
+use geodesic_ivp::output::{OutputSet, SceneSummary, scene_tables};
+use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::solve::System;
+use geodesic_ivp::solve::scene::{NoWorldLine, WorldLine, solve_scene};
+
+use super::out::OutArgs;
+use super::scene_readable::readable;
+use super::{CaseArgs, report, stdout};
+
+const TRAJECTORY: &str = "trajectory.csv";
+const RESIDUALS: &str = "residuals.csv";
+const BRANCHES: &str = "branches.csv";
+const SUMMARY: &str = "summary.json";
+const CASE: &str = "case.toml";
+
+/// A world-line with what is measured on it.
+struct Solved<S> {
+    line: WorldLine<S>,
+    sums: Vec<ConservedSum>,
+    diagnostics: SceneDiagnostics<S>,
+    seconds: [f64; 2],
+}
+
+/// `run` of a scene: its files, or with `to_stdout` one table on standard output.
+pub(super) fn run(case: &SceneCase, args: &CaseArgs, output: &OutArgs, to_stdout: bool) -> anyhow::Result<ExitCode> {
+    for warning in case.warnings() {
+        report::warn(&warning);
+    }
+    match case.is_extended() {
+        true => run_in::<Extended>(case, args, output, to_stdout),
+        false => run_in::<f64>(case, args, output, to_stdout),
+    }
+}
+
+fn run_in<S: Real>(case: &SceneCase, args: &CaseArgs, output: &OutArgs, to_stdout: bool) -> anyhow::Result<ExitCode> {
+    let invariants: Vec<&str> = case.invariants().iter().map(|(name, _)| name.as_str()).collect();
+    if to_stdout {
+        // Checked before the computation, whose result would otherwise be lost.
+        drop(stdout::for_data()?);
+        let Solved { line, diagnostics, .. } = solved::<S>(case)?;
+        scene_tables::write_combined(stdout::for_data()?, &line, &diagnostics, &invariants)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    output.check_standard_output()?;
+    let target = output.target(args, "run")?;
+    let directory = target.folder.clone();
+    let mut names = vec![TRAJECTORY, RESIDUALS, SUMMARY, CASE];
+    if case.system() == System::Doubled {
+        names.push(BRANCHES);
+    }
+    let files = OutputSet::open(target, &names)?;
+    files.write_text(CASE, &case.to_toml())?;
+    let start = Instant::now();
+    let Solved { line, sums, diagnostics, seconds } = match solved::<S>(case) {
+        Ok(solved) => solved,
+        Err(failure) => {
+            let seconds = start.elapsed().as_secs_f64();
+            let summary = SceneSummary::new::<S>(case, Err(&failure), seconds).to_json();
+            files.write_text(SUMMARY, &summary)?;
+            files.commit(|name| name == SUMMARY || name == CASE)?;
+            // The error of the run matters more than one in writing its summary, and is the one that is reported.
+            let _ = output.tell(args, &summary, String::new);
+            return Err(failure.into());
+        }
+    };
+    let mut summary = SceneSummary::new(case, Ok((&line, &diagnostics, &sums)), seconds[0]);
+    if let Some(solved) = &mut summary.solved {
+        solved.diagnostics_seconds = seconds[1];
+    }
+    scene_tables::write_trajectory(files.writer(TRAJECTORY), &line, &diagnostics)
+        .with_context(|| format!("cannot write {TRAJECTORY}"))?;
+    scene_tables::write_residuals(files.writer(RESIDUALS), &line, &diagnostics, &invariants)
+        .with_context(|| format!("cannot write {RESIDUALS}"))?;
+    if line.is_doubled() {
+        scene_tables::write_branches(files.writer(BRANCHES), &line)
+            .with_context(|| format!("cannot write {BRANCHES}"))?;
+    }
+    let json = summary.to_json();
+    files.write_text(SUMMARY, &json)?;
+    let kept = files.commit(|_| true)?;
+    let title = case.title().map_or_else(|| args.stem().to_string_lossy().into_owned(), str::to_owned);
+    output.tell(args, &json, || {
+        readable(&title, &line, &diagnostics, &sums, &invariants) + &report::written(&directory, &kept)
+    })?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn solved<S: Real>(case: &SceneCase) -> Result<Solved<S>, NoWorldLine> {
+    let setup = case.setup::<S>();
+    let start = Instant::now();
+    let line = solve_scene(&setup)?;
+    let solve_seconds = start.elapsed().as_secs_f64();
+    let start = Instant::now();
+    let sums = setup.rough.geometry.conserved_sums(&setup.rough.start.q, &setup.rough.start.q_dot);
+    let terms: Vec<Vec<(usize, S)>> =
+        sums.iter().map(|sum| sum.terms.iter().map(|&(a, c)| (a, S::from(c))).collect()).collect();
+    let diagnostics = SceneDiagnostics::new(&line, &terms, &mut case.observables());
+    Ok(Solved { line, sums, diagnostics, seconds: [solve_seconds, start.elapsed().as_secs_f64()] })
+}
+
+/// `check` of a scene; with `run` it is also solved and compared with its `[expect]` table. Returns the phrases that are
+/// met and missed.
+pub(super) fn compare(case: &SceneCase, expect: &SceneExpect) -> Result<Vec<String>, Vec<String>> {
+    if case.is_extended() { compare_in::<Extended>(case, expect) } else { compare_in::<f64>(case, expect) }
+}
+
+fn compare_in<S: Real>(case: &SceneCase, expect: &SceneExpect) -> Result<Vec<String>, Vec<String>> {
+    let result = solve_scene(&case.setup::<S>());
+    let status = result.as_ref().map_or_else(|failure| failure.status, |_| Status::Converged);
+    if status != expect.status {
+        let found = result.map_or_else(|failure| failure.to_string(), |_| status.to_string());
+        return Err(vec![format!("expected status {}, found {found}", expect.status)]);
+    }
+    let (mut met, mut missed) = (vec![format!("status {status}")], Vec::new());
+    if let (Ok(line), Some(tolerance)) = (&result, &expect.tolerance) {
+        let tolerance: S = case.value(tolerance);
+        for (a, expected) in &expect.finals {
+            let (found, expected) = (line.end().q[*a], case.value::<S>(expected));
+            let difference = (found - expected).abs();
+            let [found, expected] = [found, expected].map(|number| number.to_decimal(line.digits));
+            let (name, distance, allowed) = (&line.geometry().names()[*a], difference.to_f64(), tolerance.to_f64());
+            let phrase = |verb: &str| {
+                format!("{name}_final = {found} {verb} {distance:.1e} of {expected} (tolerance {allowed:e})")
+            };
+            match difference <= tolerance {
+                true => met.push(phrase("within")),
+                false => missed.push(phrase("differs by")),
+            }
+        }
+    }
+    if missed.is_empty() { Ok(met) } else { Err(missed) }
+}

@@ -1,0 +1,93 @@
+//! The summary of a scene's run for people.
+
+use geodesic_ivp::action::Form;
+use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
+use geodesic_ivp::geometry::ConservedSum;
+use geodesic_ivp::scalar::Real;
+use geodesic_ivp::solve::InitialGuess;
+use geodesic_ivp::solve::scene::WorldLine;
+
+/// The summary without the list of files.
+pub(super) fn readable<S: Real>(
+    title: &str,
+    line: &WorldLine<S>,
+    diagnostics: &SceneDiagnostics<S>,
+    sums: &[ConservedSum],
+    invariants: &[&str],
+) -> String {
+    let names = line.geometry().names();
+    let mut lines = vec![title.to_owned(), end(line)];
+    for charge in &diagnostics.charges {
+        let name = &names[charge.terms[0].0];
+        lines.push(deviation(&format!("p_{name}"), charge.value, charge.max_interior, line) + &at_last(line, charge));
+    }
+    for (sum, charge) in sums.iter().zip(&diagnostics.sums) {
+        lines.push(deviation(&sum.formula(names), charge.value, charge.max_interior, line));
+    }
+    for work in &diagnostics.work {
+        let name = format!("p_{}", names[work.coordinate]);
+        let (work, defect) = (work.work.to_f64(), work.defect.to_f64().abs());
+        lines.push(row(&name, &format!("changes by the work of the force, {work:.6}, to {defect:.1e}")));
+    }
+    let ends = diagnostics.max_delta_k_ends.to_f64();
+    lines.push(row("K", &format!("{}; drifts by at most {ends:.1e} between windows", short(diagnostics.k))));
+    for (name, invariant) in invariants.iter().zip(&diagnostics.invariants) {
+        let most = invariant.delta.iter().fold(0.0, |most: f64, delta| most.max(delta.to_f64().abs()));
+        lines.push(row(name, &format!("{}; changes by at most {most:.1e}", short(invariant.value))));
+    }
+    lines.push(critical_point(line));
+    lines.push(scheme(line));
+    lines.join("\n") + "\n"
+}
+
+fn row(name: &str, text: &str) -> String {
+    format!("  {name:<10} {text}")
+}
+
+fn short<S: Real>(value: S) -> String {
+    let value = value.to_f64();
+    if value == 0.0 || (1e-3..1e6).contains(&value.abs()) { format!("{value:.6}") } else { format!("{value:.6e}") }
+}
+
+fn end<S: Real>(line: &WorldLine<S>) -> String {
+    let names = line.geometry().names();
+    let position = names.iter().zip(&line.end().q).map(|(name, q)| format!("{name} = {}", q.to_decimal(line.digits)));
+    row("end", &position.collect::<Vec<_>>().join(", "))
+}
+
+fn deviation<S: Real>(name: &str, value: S, most: S, line: &WorldLine<S>) -> String {
+    let nodes = match line.form {
+        Form::Strong => "all nodes but the last",
+        Form::Weak => "every node",
+    };
+    row(name, &format!("{}; |change| <= {:.1e} at {nodes}", short(value), most.to_f64()))
+}
+
+/// What the last node of the strong form takes up.
+fn at_last<S: Real>(
+    line: &WorldLine<S>,
+    charge: &geodesic_ivp::diagnostics::scene::ChargeDeviation<S>,
+) -> String {
+    match line.form {
+        Form::Strong => {
+            let [last, corrected] = [charge.max_last, charge.max_corrected].map(|value| value.to_f64());
+            format!(", where Dq takes up the defect of D: {last:.2e}, or {corrected:.1e} with its multiplier")
+        }
+        Form::Weak => String::new(),
+    }
+}
+
+fn critical_point<S: Real>(line: &WorldLine<S>) -> String {
+    let how = match line.initial_guess {
+        InitialGuess::None => "explicit recursion".to_owned(),
+        _ => format!("{} Newton iterations", line.iterations),
+    };
+    row("grad E", &format!("{:.1e}, from {how}", line.gradient_norm.to_f64()))
+}
+
+fn scheme<S: Real>(line: &WorldLine<S>) -> String {
+    let windows = line.windows.len();
+    let cut = if windows > 1 { format!(" in each of {windows} windows") } else { String::new() };
+    let (name, form) = (String::from(line.sbp_name), line.form.as_str());
+    row("scheme", &format!("{name}, {form} form, {} nodes{cut}", line.sbp().points()))
+}
