@@ -24,9 +24,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::input::AnyCase;
 use super::out::OutArgs;
 use super::readable::readable;
+use super::report::Refusal;
 use super::samples::SampleArgs;
 use super::second_opinion::second_opinion;
-use super::report::Refusal;
 use super::{CaseArgs, memory, report, scene, stdout};
 
 const TRAJECTORY: &str = "trajectory.csv";

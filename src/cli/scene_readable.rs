@@ -64,10 +64,7 @@ fn deviation<S: Real>(name: &str, value: S, most: S, line: &WorldLine<S>) -> Str
 }
 
 /// What the last node of the strong form takes up.
-fn at_last<S: Real>(
-    line: &WorldLine<S>,
-    charge: &geodesic_ivp::diagnostics::scene::ChargeDeviation<S>,
-) -> String {
+fn at_last<S: Real>(line: &WorldLine<S>, charge: &geodesic_ivp::diagnostics::scene::ChargeDeviation<S>) -> String {
     match line.form {
         Form::Strong => {
             let [last, corrected] = [charge.max_last, charge.max_corrected].map(|value| value.to_f64());

@@ -3,8 +3,8 @@
 use crate::action::Form;
 use crate::geometry::{Geometry, Lagrangian, Observable, Samples, Term};
 use crate::norm::max_abs;
-use crate::scalar::{Real, sum};
 use crate::sbp::RegularisedOperator;
+use crate::scalar::{Real, sum};
 use crate::solve::scene::{SceneWindow, WorldLine};
 
 /// How far a momentum, or a sum of momenta, is from its value at the start of the run.
@@ -199,8 +199,7 @@ fn largest<S: Real>(line: &WorldLine<S>, row: &[S], nodes: usize) -> S {
 
 fn charge<S: Real>(line: &WorldLine<S>, momenta: &[Vec<S>], terms: Vec<(usize, S)>) -> ChargeDeviation<S> {
     let value = sum(terms.iter().map(|&(a, c)| c * line.place.start.p[a]));
-    let delta: Vec<S> =
-        (0..line.nodes()).map(|k| sum(terms.iter().map(|&(a, c)| c * momenta[a][k])) - value).collect();
+    let delta: Vec<S> = (0..line.nodes()).map(|k| sum(terms.iter().map(|&(a, c)| c * momenta[a][k])) - value).collect();
     let mut corrected = delta.clone();
     let (points, weight) = (line.sbp().points(), line.sbp().weights()[line.sbp().points() - 1]);
     let layout = crate::action::Layout::new(momenta.len(), points, line.form);

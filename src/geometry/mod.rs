@@ -123,6 +123,12 @@ impl<S: Real> Geometry<S> {
         (0..self.dimension()).filter(|a| !self.active.contains(a))
     }
 
+    /// Whether a component, the one-form or the force depends on the position in this coordinate.
+    pub fn depends_on(&self, a: usize) -> bool {
+        self.structure.first.iter().any(|term| term.by == [a])
+            || self.structure.force_first.iter().any(|term| term.by == [a])
+    }
+
     /// The coordinates that off-diagonal components couple, block by block.
     pub fn blocks(&self) -> &[Vec<usize>] {
         &self.blocks

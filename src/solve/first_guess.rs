@@ -31,6 +31,8 @@ const LARGEST_DEFECT: f64 = 1e-4;
 /// … and all windows together may correct it by at most this share: on a long run small errors of the tangent add up to
 /// a phase that Newton's method does not recover from.
 const DEFECT_OF_RUN: f64 = 1e-2;
+/// The rate of any other coordinate counts as this share of its largest one at least.
+const LEAST_RATE: f64 = 1e-3;
 /// A window whose correction is below this share of its limit is followed by one twice as long.
 const LENGTHENING: f64 = 0.1;
 
@@ -48,7 +50,7 @@ pub(super) struct WindowFailure<O> {
 struct Window {
     root: Root,
     end: Start,
-    /// |end correction| of q̇ over the largest |q̇| met so far: the largest over the coordinates.
+    /// |end correction| of q̇ relative to the size of q̇: the largest over the coordinates.
     defect: f64,
 }
 
@@ -91,12 +93,14 @@ impl WindowGrid {
         let corrections = whole.lagrangian.raise(&q, &kappa, self.sbp.weights()[last]);
         let slopes = forward.iter().map(|row| self.sbp.derivative_at(row, last));
         let q_dot: Vec<f64> = slopes.zip(&corrections).map(|(slope, correction)| slope + correction).collect();
-        let mut defect = 0.0_f64;
+        let (mut defect, structure) = (0.0_f64, whole.lagrangian.structure());
         for a in coordinates {
-            // Not relative to this window's q̇ alone, which vanishes at a turning point.
-            largest_q_dot[a] = largest_q_dot[a].max(start.q_dot[a].abs()).max(q_dot[a].abs());
-            let correction = corrections[a];
-            defect = defect.max(if correction == 0.0 { 0.0 } else { (correction / largest_q_dot[a]).abs() });
+            let (correction, here) = (corrections[a], q_dot[a].abs());
+            largest_q_dot[a] = largest_q_dot[a].max(start.q_dot[a].abs()).max(here);
+            // A coordinate that the Lagrangian depends on turns somewhere: there this window's q̇ alone vanishes.
+            let turns = structure.first.iter().any(|term| term.by == [a]);
+            let size = if turns { largest_q_dot[a] } else { here.max(LEAST_RATE * largest_q_dot[a]) };
+            defect = defect.max(if correction == 0.0 { 0.0 } else { (correction / size).abs() });
         }
         // The strong form needs no momenta of the start.
         Ok(Window { root, end: Start { q, q_dot, p: start.p.clone() }, defect })
@@ -108,8 +112,7 @@ impl WindowGrid {
 fn straight_line<L: Lagrangian<f64>>(action: &DoubledAction<'_, f64, L>) -> Vec<f64> {
     let nodes = (0..action.sbp().points()).map(|k| k as f64 * action.sbp().spacing());
     let start = action.initial().q.iter().zip(&action.initial().q_dot);
-    let lines: Vec<Vec<f64>> =
-        start.map(|(q, q_dot)| nodes.clone().map(|gamma| q + q_dot * gamma).collect()).collect();
+    let lines: Vec<Vec<f64>> = start.map(|(q, q_dot)| nodes.clone().map(|gamma| q + q_dot * gamma).collect()).collect();
     let rows: Vec<&[f64]> = lines.iter().map(Vec::as_slice).collect();
     action.layout().physical_limit(&rows, &vec![0.0; action.layout().multiplier_range().len()])
 }

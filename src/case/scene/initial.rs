@@ -136,8 +136,10 @@ fn positions(
                 .to_owned(),
         ));
     }
-    let missing: Vec<String> =
-        geometry.active().iter().filter(|&&a| fields[a].is_none()).map(|&a| geometry.names()[a].clone()).collect();
+    let missing: Vec<String> = (0..fields.len())
+        .filter(|&a| geometry.depends_on(a) && fields[a].is_none())
+        .map(|a| geometry.names()[a].clone())
+        .collect();
     if !missing.is_empty() {
         let list = missing.join("`, `");
         let (field, help) = if missing.len() == 1 { ("field", "it") } else { ("fields", "them") };

@@ -39,7 +39,8 @@ pub(super) fn at_value<S: Real>(
 pub(super) fn until<S: Real>(setup: &SceneSetup<S>, whole: S) -> Result<WorldLine<S>, NoWorldLine> {
     let Some(Until { formula, rough }) = &setup.until else { return solve_to(setup, whole) };
     let Some(near) = crossing::first(setup, rough, whole.to_f64()) else { return solve_to(setup, whole) };
-    let length = if S::IS_EXTENDED { S::from(until::<f64>(&setup.in_f64(), whole.to_f64())?.length) } else { near.into() };
+    let length =
+        if S::IS_EXTENDED { S::from(until::<f64>(&setup.in_f64(), whole.to_f64())?.length) } else { near.into() };
     let start = &setup.place.start;
     let k = setup.place.geometry.norm(&start.q, &start.q_dot);
     let mut formula = formula.clone();
@@ -86,14 +87,24 @@ fn search<S: Real>(
             }
         };
         let here = excess(&line);
-        if here < S::ZERO { below = length } else { above = length }
+        if here < S::ZERO {
+            below = length
+        } else {
+            above = length
+        }
         // Without two points the step of a secant is a small part of the length.
         let share = S::from(1e-6);
         let step = match (slope(&line), last) {
             (Some(slope), _) => here / slope,
             (None, Some((before, value))) if value != here => here * (length - before) / (here - value),
             (None, Some(_)) => S::ZERO,
-            (None, None) => if here < S::ZERO { -share * length } else { share * length },
+            (None, None) => {
+                if here < S::ZERO {
+                    -share * length
+                } else {
+                    share * length
+                }
+            }
         };
         last = Some((length, here));
         let improved = best.as_ref().is_none_or(|(least, _)| step.abs() < *least);
@@ -101,7 +112,8 @@ fn search<S: Real>(
             best = Some((step.abs(), line));
         }
         let least = best.as_ref().map_or(step.abs(), |(least, _)| *least);
-        if least <= tolerance * length || (!improved && least <= loose * length) || above - below <= tolerance * length {
+        if least <= tolerance * length || (!improved && least <= loose * length) || above - below <= tolerance * length
+        {
             break;
         }
         length += -step;

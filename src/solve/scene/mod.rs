@@ -1,8 +1,8 @@
 //! Critical points of the doubled action in scenes of n coordinates.
 
 mod collocation;
-mod doubled;
 mod crossing;
+mod doubled;
 mod end;
 mod explicit;
 mod failure;

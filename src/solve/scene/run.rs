@@ -11,8 +11,8 @@ use crate::action::Form;
 use crate::geometry::Start;
 use crate::sbp::SbpOperator;
 use crate::scalar::{Compensated, Real};
-use crate::solve::status::{InitialGuess, IterationRecord, Status};
 use crate::solve::System;
+use crate::solve::status::{InitialGuess, IterationRecord, Status};
 
 /// The critical point of one window, in which ignorable coordinates are counted from its start.
 pub(super) struct Piece<S> {
@@ -46,8 +46,7 @@ pub(super) fn solve_to<S: Real>(setup: &SceneSetup<S>, length: S) -> Result<Worl
         let (window_start, rough_start) = (relative(geometry, &here), relative(&setup.rough.geometry, &rough_here));
         let (form, digits) = (setup.form, setup.digits);
         let window = Window { form, sbp: &sbp, geometry, start: &window_start, digits };
-        let rough =
-            Window { form, sbp: &rough_sbp, geometry: &setup.rough.geometry, start: &rough_start, digits: 16 };
+        let rough = Window { form, sbp: &rough_sbp, geometry: &setup.rough.geometry, start: &rough_start, digits: 16 };
         let offset = (setup.gamma_i + gamma).to_f64();
         let piece = match setup.system {
             System::PhysicalLimit => solve_limit(&window, &rough, setup.max_iterations, offset),

@@ -81,7 +81,10 @@ impl<S: Real> SceneSetup<S> {
                 SceneLimit::Length(length) => SceneLimit::Length(length.to_f64()),
                 SceneLimit::Value { coordinate, value } => SceneLimit::Value { coordinate, value: value.to_f64() },
             },
-            until: self.until.as_ref().map(|Until { rough, .. }| Until { formula: rough.clone(), rough: rough.clone() }),
+            until: self
+                .until
+                .as_ref()
+                .map(|Until { rough, .. }| Until { formula: rough.clone(), rough: rough.clone() }),
             sbp,
             form,
             n_gamma,
