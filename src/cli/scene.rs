@@ -48,6 +48,7 @@ fn run_in<S: Real>(case: &SceneCase, args: &CaseArgs, output: &OutArgs, to_stdou
         // Checked before the computation, whose result would otherwise be lost.
         drop(stdout::for_data()?);
         let Solved { line, diagnostics, .. } = solved::<S>(case)?;
+        diagnostics.warnings().iter().for_each(|warning| report::warn(warning));
         scene_tables::write_combined(stdout::for_data()?, &line, &diagnostics, &invariants)?;
         return Ok(ExitCode::SUCCESS);
     }
@@ -77,6 +78,9 @@ fn run_in<S: Real>(case: &SceneCase, args: &CaseArgs, output: &OutArgs, to_stdou
     if let Some(solved) = &mut summary.solved {
         solved.diagnostics_seconds = seconds[1];
     }
+    summary.warnings = case.warnings();
+    summary.warnings.extend(diagnostics.warnings());
+    diagnostics.warnings().iter().for_each(|warning| report::warn(warning));
     scene_tables::write_trajectory(files.writer(TRAJECTORY), &line, &diagnostics)
         .with_context(|| format!("cannot write {TRAJECTORY}"))?;
     scene_tables::write_residuals(files.writer(RESIDUALS), &line, &diagnostics, &invariants)

@@ -68,6 +68,8 @@ pub struct SceneDiagnostics<S = f64> {
     pub max_delta_k: S,
     /// Largest |ΔK| at the ends of the windows, for the values that the next window starts with.
     pub max_delta_k_ends: S,
+    /// The size of K's terms besides the largest one, at most over the nodes: what motion contributes to K.
+    pub motion: f64,
     /// The work balance of coordinates that only a force acts on.
     pub work: Vec<WorkBalance<S>>,
     /// The invariants of the user, in their order.
@@ -97,6 +99,7 @@ impl<S: Real> SceneDiagnostics<S> {
         let charge = |terms: Vec<(usize, S)>| charge(line, &momenta, terms);
         let k = geometry.norm(&line.place.start.q, &line.place.start.q_dot);
         let delta_k = on_nodes(&windows, |at, node| at.norm(geometry, node) - k);
+        let motion = on_nodes(&windows, |at, node| at.motion(geometry, node));
         let delta_g: Vec<Vec<S>> = (0..n).map(|a| residual(line, &windows, &momenta[a], a)).collect();
         let ends = line.windows.iter().map(|window| geometry.norm(&window.end.q, &window.end.q_dot) - k);
         let tangent = tangent(line, &windows);
@@ -106,6 +109,7 @@ impl<S: Real> SceneDiagnostics<S> {
             max_delta_g: delta_g.iter().map(|row| largest(line, row, uncoupled(line))).fold(S::ZERO, S::max),
             max_delta_k: largest(line, &delta_k, exact(line)),
             max_delta_k_ends: max_abs(&ends.collect::<Vec<_>>()),
+            motion: largest(line, &motion, exact(line)).to_f64(),
             work: work(line, &windows),
             invariants: invariants.iter_mut().map(|invariant| deviation(line, &tangent, invariant, k)).collect(),
             tangent,
@@ -113,6 +117,25 @@ impl<S: Real> SceneDiagnostics<S> {
             k,
             delta_k,
         }
+    }
+}
+
+/// A drift of K beyond this share of what motion contributes to it makes the world-line doubtful.
+const DOUBTFUL: f64 = 1e-2;
+
+impl<S: Real> SceneDiagnostics<S> {
+    /// What is suspicious about the world-line, in words.
+    pub fn warnings(&self) -> Vec<String> {
+        let drift = self.max_delta_k_ends.max(self.max_delta_k).to_f64();
+        let is_small = drift <= DOUBTFUL * self.motion;
+        if is_small || self.motion == 0.0 || !self.work.is_empty() {
+            return Vec::new();
+        }
+        let share = drift / self.motion;
+        vec![format!(
+            "K drifts by {drift:.1e}, {share:.1e} of what motion contributes to it: the charges are exact, and the \
+             world-line is not to be trusted; raise n_gamma or windows"
+        )]
     }
 }
 
@@ -162,6 +185,17 @@ impl<S: Real> Measured<'_, S> {
             if a == b { product } else { product + product }
         };
         sum(geometry.structure().values.iter().filter(|term| term.ab[1] < n).map(part))
+    }
+
+    /// Σ |g_ab q̇^a q̇^b| without its largest term.
+    fn motion(&self, geometry: &Geometry<S>, k: usize) -> S {
+        let n = geometry.dimension();
+        let terms = geometry.structure().values.iter().filter(|term| term.ab[1] < n);
+        let size = |&Term { ab: [a, b], value, .. }: &Term<S, 0>| {
+            (self.samples.at(value, k) * self.velocity(a, k) * self.velocity(b, k)).abs()
+        };
+        let (sum, most) = terms.map(size).fold((S::ZERO, S::ZERO), |(sum, most), size| (sum + size, most.max(size)));
+        sum - most
     }
 
     /// f_a + F_a.

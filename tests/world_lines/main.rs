@@ -1,4 +1,6 @@
 //! Critical points in scenes of n coordinates.
 
 mod common;
+mod ends;
+mod features;
 mod schwarzschild;

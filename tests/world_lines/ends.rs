@@ -1,0 +1,77 @@
+//! Runs that end at a time, where a formula changes its sign, or outside the domain.
+
+use geodesic_ivp::Status;
+use geodesic_ivp::action::Form;
+use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
+use geodesic_ivp::geometry::{GeometryText, Observable, Place, Preset};
+use geodesic_ivp::sbp::SbpName;
+use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::solve::System;
+use geodesic_ivp::solve::scene::{SceneLimit, SceneSetup, Until, WorldLine, solve_scene};
+
+use super::common;
+
+fn plunge<S: Real>(length: f64, until: Option<&str>) -> SceneSetup<S> {
+    let text = GeometryText::Metric(Preset::from_name("schwarzschild-ef").unwrap().text());
+    // At rest at r = 10: K = 0.8 v_dot² = 1.
+    let v_dot = "1.1180339887498948482045868343656381177203091798057628621354486227";
+    let operator = (SbpName::Gll(24), Form::Weak, 24);
+    let start: (&[&str], &[&str]) = (&["0", "10", "0"], &[v_dot, "0", "0"]);
+    let setup = common::setup(&text, start, length, operator, System::PhysicalLimit);
+    let until = until.map(|formula| Until {
+        formula: Observable::new(formula, &text, Place::Potential).unwrap(),
+        rough: Observable::new(formula, &text, Place::Potential).unwrap(),
+    });
+    SceneSetup { until, windows: 40, ..setup }
+}
+
+/// Proper time from rest at R = 10 to r, by the cycloid.
+fn proper_time(r: f64) -> f64 {
+    let eta = (2.0 * r / 10.0 - 1.0).acos();
+    (1000.0_f64 / 8.0).sqrt() * (eta + eta.sin())
+}
+
+#[test]
+fn a_fall_goes_through_the_horizon_and_ends_where_a_formula_changes_its_sign() {
+    let line = solve_scene(&plunge::<f64>(36.0, Some("r - 2"))).unwrap();
+    assert!((line.length - 33.700869851892335).abs() < 1e-11, "{}", line.length);
+    assert!((line.end().q[1] - 2.0).abs() < 1e-13, "{}", line.end().q[1]);
+    let line = solve_scene(&plunge::<f64>(36.0, Some("1 - r"))).unwrap();
+    assert!((line.length - proper_time(1.0)).abs() < 1e-10, "{}", line.length);
+    // Where the formula keeps its sign the run has its whole length.
+    let line = solve_scene(&plunge::<f64>(30.0, Some("r - 1"))).unwrap();
+    assert_eq!(line.length, 30.0);
+}
+
+#[test]
+fn a_crossing_is_found_to_all_digits() {
+    let line = solve_scene(&plunge::<Extended>(36.0, Some("r - 2"))).unwrap();
+    assert!((line.end().q[1] - Extended::from(2.0)).abs().to_f64() < 1e-36);
+}
+
+#[test]
+fn a_run_ends_at_a_time_to_the_last_bit() {
+    let text = GeometryText::Metric(Preset::from_name("schwarzschild").unwrap().text());
+    let start: (&[&str], &[&str]) = (&["0", "10", "0"], &["1.2", "-0.05", "0.03"]);
+    let setup = common::setup::<f64>(&text, start, 0.0, (SbpName::Gll(20), Form::Weak, 20), System::PhysicalLimit);
+    for value in [5.0, 20.0, 53.98674477227013] {
+        let limit = SceneLimit::Value { coordinate: 0, value };
+        let line: WorldLine = solve_scene(&SceneSetup { limit, windows: 8, ..setup.clone() }).unwrap();
+        assert!((line.end().q[0] - value).abs() <= 2.0 * f64::EPSILON * value, "{} is not {value}", line.end().q[0]);
+    }
+}
+
+#[test]
+fn a_run_that_leaves_the_domain_says_where() {
+    let text = GeometryText::Metric(Preset::from_name("schwarzschild").unwrap().text());
+    let start: (&[&str], &[&str]) = (&["0", "10", "0"], &["1.2", "-0.05", "0.0"]);
+    let setup =
+        |sbp, n_gamma| common::setup::<f64>(&text, start, 60.0, (sbp, Form::Strong, n_gamma), System::PhysicalLimit);
+    let failure = solve_scene(&setup(SbpName::Sbp42, 401)).map(|line| line.length).unwrap_err();
+    assert_eq!(failure.status, Status::OutsideDomain, "{failure}");
+    assert!(failure.gamma > 20.0 && failure.gamma < 60.0, "{failure}");
+    // An explicit rule with a coarse step jumps over the horizon to r < 0, where the metric is regular again: K tells.
+    let line = solve_scene(&setup(SbpName::Sbp21, 401)).map_err(|failure| failure.to_string()).unwrap();
+    let warnings = SceneDiagnostics::new(&line, &[], &mut []).warnings();
+    assert!(warnings.iter().any(|warning| warning.starts_with("K drifts")), "{warnings:?}");
+}
