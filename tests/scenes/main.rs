@@ -1,6 +1,9 @@
 //! Scenes of n coordinates: reference trajectories, Hamilton's equations, the action, the metrics by name.
 
+mod action;
 mod common;
+mod field;
+mod formulas;
 mod newton;
 mod reference;
 mod relativity;
