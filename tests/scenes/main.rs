@@ -2,8 +2,11 @@
 
 mod action;
 mod common;
+mod curvature;
 mod field;
 mod formulas;
 mod newton;
+mod presets;
 mod reference;
 mod relativity;
+mod texts;

@@ -117,3 +117,27 @@ fn an_exponential_by_friction() {
     assert_near(end.q[1], 4.0 + (-5.0_f64).exp(), 1e-14, "x");
     assert_near(geometry.norm(&end.q, &end.q_dot), 0.0, 1e-13, "K");
 }
+
+#[test]
+fn the_rate_of_t_and_a_conformal_factor_leave_the_path() {
+    // ẍ = −x³ − v |v|/5 + ½, with t at the start at any rate.
+    let mut text = newtonian(&["x"], "x^4/4");
+    text.force = vec![(0, "1/2 - x_dot*abs(x_dot)/5".to_owned())];
+    let plain: Geometry = of_potential(&text);
+    let begin = newtonian_start(&plain, &[1.0], &[0.3]);
+    let path = reference(&plain, &begin, 6.0);
+    text.conformal = Some("1/(1 + x^2)".to_owned());
+    let other: Geometry = of_potential(&text);
+    let q = [0.0, 1.0, 0.0];
+    let q_dot = [2.0, 0.6, 2.0 * begin.q_dot[2]];
+    let begin = start(&other, &q, &q_dot);
+    assert_near(other.norm(&q, &q_dot), 0.0, 1e-15, "K");
+    let length = SceneReference::length_of(&other, &begin, 0, 6.0, 16).unwrap();
+    let conformal = reference(&other, &begin, length);
+    for i in 1..=12 {
+        let point = conformal.at(length * f64::from(i) / 12.0);
+        let same = path.at(point.q[0]);
+        assert_near(point.q[1], same.q[1], 1e-12, "x");
+        assert_near(point.q_dot[1] / point.q_dot[0], same.q_dot[1], 1e-12, "v");
+    }
+}

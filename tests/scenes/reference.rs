@@ -126,6 +126,19 @@ fn forces_that_cancel_cost_no_steps() {
 }
 
 #[test]
+fn lower_orders_are_less_accurate() {
+    let geometry: Geometry = geometry(&preset("schwarzschild", &[]));
+    let start = start(&geometry, &[0.0, 10.0, 0.0], &[1.2, -0.05, 0.03]);
+    let exact = reference(&geometry, &start, 40.0).at(40.0);
+    let error = |digits: u32| {
+        let rough = SceneReference::unchecked(&geometry, &start, 40.0, digits as usize + 4, digits).unwrap();
+        assert_eq!(rough.error_estimate(), f64::INFINITY);
+        (rough.at(40.0).q[1] - exact.q[1]).abs()
+    };
+    assert!(error(4) < 1e-2 && error(8) < 1e-6 && error(12) < 1e-10 && error(4) > error(12));
+}
+
+#[test]
 fn every_sign_change_is_found() {
     let geometry: Geometry = of_potential(&newtonian(&["x"], "x^2/2"));
     let reference = reference(&geometry, &newtonian_start(&geometry, &[1.0], &[0.0]), 20.0);

@@ -123,6 +123,32 @@ impl<S: Real> SceneReference<S> {
         Ok(Self { steps, unit, start: start.clone(), active: geometry.active().to_vec(), error_estimate })
     }
 
+    /// The same trajectory, by series of the given `order` whose last terms are `digits` decimal digits below the first,
+    /// and without the second integration. Its error estimate is infinite. It is meant for callers who compare it with
+    /// something better.
+    ///
+    /// # Errors
+    /// [`SceneReferenceEnds`] if it leaves the domain or meets a singularity, or is too long.
+    pub fn unchecked(
+        geometry: &Geometry<S>,
+        start: &Start<S>,
+        length: S,
+        order: usize,
+        digits: u32,
+    ) -> Result<Self, SceneReferenceEnds> {
+        let geometry = around(geometry, start)?;
+        let (run, accuracy) = (Run { geometry: &geometry, start }, Accuracy { order, share: 1.0, digits });
+        let unit = run.unit(length, accuracy);
+        let steps = run.integrate(Goal::Gamma(length / unit), unit, accuracy)?;
+        Ok(Self {
+            steps,
+            unit,
+            start: start.clone(),
+            active: geometry.active().to_vec(),
+            error_estimate: f64::INFINITY,
+        })
+    }
+
     /// The value of γ − γ_i at which coordinate `a`, which grows or falls all the way, has the given value.
     ///
     /// # Errors
