@@ -198,6 +198,22 @@ impl<S: Real> Geometry<S> {
         samples
     }
 
+    /// The determinants of the blocks at a point.
+    pub(crate) fn determinants(&self, q: &[S]) -> Vec<S> {
+        let samples = self.at(q);
+        (0..self.blocks.len()).map(|block| samples.row(self.structure.rows + block)[0]).collect()
+    }
+
+    /// g_aa at a point.
+    pub(crate) fn diagonal(&self, q: &[S]) -> Vec<S> {
+        let samples = self.at(q);
+        let mut diagonal = vec![S::ZERO; self.dimension()];
+        for term in self.structure.values.iter().filter(|term| term.ab[0] == term.ab[1]) {
+            diagonal[term.ab[0]] = samples.at(term.value, 0);
+        }
+        diagonal
+    }
+
     fn compute(&self, q: &[&[S]], samples: &mut Samples<S>) {
         let mut rows: Vec<&mut [S]> = samples.rows_mut().collect();
         self.lagrangian.sample(q, &mut rows);

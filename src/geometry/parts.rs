@@ -55,6 +55,37 @@ impl<S: Real> Scope<'_, S> {
         expr::parse(text, names, self.graph).map_err(|error| GeometryError::Formula(place, error))
     }
 
+    /// Newton's force F(x, dx/dt) as a force of the lift, Ω ṫ² F(x, ẋ/ṫ): with p_x = −Ω m ẋ and the constant
+    /// p_s = Ωṫ, the rate dp_x/dγ is −Ωṫ² m d²x/dt². The path does not depend on the rate of t.
+    fn by_time(&mut self, force: NodeId, omega: Option<NodeId>) -> NodeId {
+        let n = self.all;
+        let t_dot = self.graph.variable(n);
+        let mut replacement: Vec<NodeId> = (0..2 * n).map(|variable| self.graph.variable(variable)).collect();
+        for velocity in &mut replacement[n + 1..] {
+            *velocity = self.graph.divide(*velocity, t_dot);
+        }
+        let force = self.graph.substitute(&[force], &replacement)[0];
+        let force = omega.map_or(force, |omega| self.graph.multiply(omega, force));
+        let square = self.graph.power_integer(t_dot, 2);
+        self.graph.multiply(square, force)
+    }
+
+    /// Adds F_t = −F·ẋ/ṫ: a force does not change K, and Q_t changes by its work.
+    fn add_work(&mut self, force: &mut BTreeMap<usize, NodeId>) {
+        if force.is_empty() {
+            return;
+        }
+        let mut power = self.graph.constant(S::ZERO);
+        for (&a, &node) in force.iter() {
+            let velocity = self.graph.variable(self.all + a);
+            let work = self.graph.multiply(node, velocity);
+            power = self.graph.add(power, work);
+        }
+        let t_dot = self.graph.variable(self.all);
+        let rate = self.graph.divide(power, t_dot);
+        force.insert(0, self.graph.negate(rate));
+    }
+
     /// Adds the definitions, each after those that it uses.
     fn define(&mut self, definitions: &[(String, String)]) -> Result<(), GeometryError> {
         let uses: Vec<Vec<usize>> = definitions
@@ -204,23 +235,18 @@ impl<S: Real> Parts<S> {
             let node = scope.of_position(component, Place::OneForm(*a))?;
             metric.insert([0, a + 1], scope.graph.multiply(minus_one_over_scale, node));
         }
-        let (mut force, mut power) = (BTreeMap::new(), scope.graph.constant(S::ZERO));
+        let omega = match &text.conformal {
+            Some(omega) => Some(scope.of_position(omega, Place::Conformal)?),
+            None => None,
+        };
+        let mut force = BTreeMap::new();
         for (a, component) in &text.force {
             let node = scope.of_velocity(component, Place::Force(*a))?;
-            let node = scope.graph.multiply(minus_one_over_scale, node);
-            let velocity = scope.graph.variable(n + a + 1);
-            let work = scope.graph.multiply(node, velocity);
-            power = scope.graph.add(power, work);
-            force.insert(a + 1, node);
+            let node = if is_newtonian { scope.by_time(node, omega) } else { node };
+            force.insert(a + 1, scope.graph.multiply(minus_one_over_scale, node));
         }
-        if !force.is_empty() {
-            // F_t = −F·ẋ/ṫ: a force does not change K, and Q_t changes by its work.
-            let t_dot = scope.graph.variable(n);
-            let rate = scope.graph.divide(power, t_dot);
-            force.insert(0, scope.graph.negate(rate));
-        }
-        if let Some(omega) = &text.conformal {
-            let omega = scope.of_position(omega, Place::Conformal)?;
+        scope.add_work(&mut force);
+        if let Some(omega) = omega {
             for node in metric.values_mut() {
                 *node = scope.graph.multiply(omega, *node);
             }

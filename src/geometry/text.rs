@@ -52,7 +52,8 @@ pub struct PotentialText {
     pub law: Law,
     /// A_a of Newton's L = ½mv² − V + A·v, by the index of the coordinate.
     pub one_form: Vec<(usize, String)>,
-    /// A force besides −∂V, in the coordinates and their derivatives, by the index of the coordinate.
+    /// A force besides −∂V, in the coordinates and their derivatives `<name>_dot`, by the index of the coordinate. The
+    /// derivatives are with respect to γ, with [`Law::Newtonian`] to t.
     pub force: Vec<(usize, String)>,
     /// Ω in the coordinates.
     pub conformal: Option<String>,

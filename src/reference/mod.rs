@@ -24,12 +24,20 @@
 //! assert!((reference.at(1.0).x - 0.159_778_018_885_407).abs() < 1e-14);
 //! # Ok::<(), geodesic_ivp::reference::ReferenceEnds>(())
 //! ```
+//!
+//! [`SceneReference`] is the same for scenes of n coordinates. The steps know only a system of equations of first order
+//! (`equations.rs`); that of one coordinate (`one.rs`) and Hamilton's equations of a scene (`scene/`) are two of them.
 
+mod equations;
+mod one;
 mod polynomials;
+mod scene;
 mod series;
+mod size;
 mod steps;
 mod time_parametrised;
 
+pub use scene::{ScenePoint, SceneReference, SceneReferenceEnds};
 pub use time_parametrised::{TimeState, time_parametrised};
 
 use std::fmt;
@@ -38,7 +46,8 @@ use crate::geodesic::InitialData;
 use crate::metric::Metric;
 use crate::scalar::Real;
 
-use self::steps::{Accuracy, Goal, Steps};
+use self::one::{KEPT, OneCoordinate, T, X, start_of};
+use self::steps::{Accuracy, Goal, Steps, Stop};
 
 /// The accuracy of the trajectory that is used. For a truncation error of 10^−d the cheapest order is about 1.15 d. A
 /// higher order makes longer steps, which add less rounding.
@@ -67,17 +76,32 @@ pub struct ReferencePoint<S = f64> {
 /// Why a reference trajectory ends early.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EndReason {
-    /// The trajectory meets g00 ≤ 0, or a point where V is not finite.
+    /// The trajectory meets g00 ≤ 0 or a point where V is not finite; in a scene, a point where a determinant of the
+    /// metric changes its sign or a number is not finite.
     OutsideDomain,
-    /// V is not smooth enough there to be expanded in a series.
+    /// V, or another formula, is not smooth enough there to be expanded in a series.
     Singular,
-    /// The requested physical time is not reached, because t hardly grows any more.
+    /// The requested physical time, or value of a coordinate, is not reached, because t hardly grows any more.
     TimeNotReached,
     /// The range would take more Taylor steps than are allowed.
     TooLong {
         /// The number of steps that are allowed.
         most_steps: usize,
     },
+}
+
+impl EndReason {
+    /// In words; `formula` has no series, and `value` is not reached.
+    fn in_words(self, formula: &str, value: &str) -> String {
+        match self {
+            Self::OutsideDomain => "the geodesic leaves the domain".to_owned(),
+            Self::Singular => format!("{formula} has no Taylor series"),
+            Self::TimeNotReached => format!("{value} is not reached"),
+            Self::TooLong { most_steps } => {
+                format!("the whole run would take more than {most_steps} Taylor steps, the limit for so many digits")
+            }
+        }
+    }
 }
 
 /// The error that a reference trajectory ends before the end of the requested range.
@@ -95,14 +119,7 @@ pub struct ReferenceEnds {
 
 impl fmt::Display for ReferenceEnds {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let what = match self.reason {
-            EndReason::OutsideDomain => "the geodesic leaves the domain".to_owned(),
-            EndReason::Singular => "the potential has no Taylor series".to_owned(),
-            EndReason::TimeNotReached => "the physical time t_f is not reached".to_owned(),
-            EndReason::TooLong { most_steps } => {
-                format!("the whole run would take more than {most_steps} Taylor steps, the limit for so many digits")
-            }
-        };
+        let what = self.reason.in_words("the potential", "the physical time t_f");
         let Self { gamma, x, g00, .. } = self;
         write!(f, "the reference trajectory ends at gamma - gamma_i = {gamma:.6}, x = {x:.6e}, g00 = {g00:.3e}: {what}")
     }
@@ -130,30 +147,49 @@ fn integrate<S: Real>(
     unit: S,
     accuracy: Accuracy,
 ) -> Result<Steps<S>, ReferenceEnds> {
-    let goal = match goal {
-        Goal::Gamma(length) => Goal::Gamma(length / unit),
-        Goal::Time(duration) => Goal::Time(duration),
-    };
-    Steps::integrate(metric, stretched(initial, unit), goal, accuracy)
-        .map_err(|end| ReferenceEnds { gamma: end.gamma * unit.to_f64(), ..end })
+    let initial = stretched(initial, unit);
+    let program = metric.potential().program();
+    let mut equations = OneCoordinate::new(metric, &program, initial, accuracy.order);
+    Steps::integrate(&mut equations, &start_of(initial), goal, accuracy).map_err(|Stop { reason, gamma, state }| {
+        let (gamma, g00) = (gamma.to_f64() * unit.to_f64(), metric.at(state[X]).g00.to_f64());
+        ReferenceEnds { reason, gamma, x: state[X].to_f64(), g00 }
+    })
 }
 
 /// How often a unit is made smaller at most, and by which power of two each time.
 const SMALLER_UNITS: usize = 20;
 const SMALLER_BY: i32 = 20;
 
-/// The power of two nearest to `length`, or a smaller one if coefficients would overflow with that, because the run
-/// takes very many steps.
-fn unit_of<S: Real>(metric: &Metric<S>, initial: InitialData<S>, length: S, accuracy: Accuracy) -> S {
+/// The power of two nearest to `length`, or a smaller one if with that the integration cannot begin: coefficients would
+/// overflow, because the run takes very many steps.
+fn unit_of<S: Real>(length: S, mut can_begin: impl FnMut(S) -> bool) -> S {
     let near = length.to_f64().abs().log2().round().exp2();
     let near = if near.is_normal() { near } else { 1.0 };
     let smaller = (0..SMALLER_UNITS as i32).map(|k| near * 2.0_f64.powi(-SMALLER_BY * k));
     let mut units = smaller.filter(|unit| unit.is_normal()).map(S::from);
-    units.find(|&unit| Steps::can_begin(metric, stretched(initial, unit), accuracy)).unwrap_or(S::from(near))
+    units.find(|&unit| can_begin(unit)).unwrap_or(S::from(near))
+}
+
+/// The unit of a trajectory of about that `length`.
+fn unit_for<S: Real>(metric: &Metric<S>, initial: InitialData<S>, length: S, accuracy: Accuracy) -> S {
+    let program = metric.potential().program();
+    unit_of(length, |unit| {
+        let initial = stretched(initial, unit);
+        let mut equations = OneCoordinate::new(metric, &program, initial, accuracy.order);
+        Steps::can_begin(&mut equations, &start_of(initial), accuracy.order)
+    })
 }
 
 fn stretched<S: Real>(initial: InitialData<S>, unit: S) -> InitialData<S> {
     InitialData { t_dot: initial.t_dot * unit, x_dot: initial.x_dot * unit, ..initial }
+}
+
+/// The largest of the differences relative to the sizes.
+fn largest_relative<S: Real>(distances: impl IntoIterator<Item = (S, S)>) -> f64 {
+    distances.into_iter().fold(0.0, |largest, (distance, size)| {
+        let relative = if distance.is_finite() { (distance / size).to_f64() } else { f64::INFINITY };
+        largest.max(relative)
+    })
 }
 
 impl<S: Real> ReferenceTrajectory<S> {
@@ -164,10 +200,11 @@ impl<S: Real> ReferenceTrajectory<S> {
     /// [`ReferenceEnds`] if the geodesic meets g00 ≤ 0 or a singularity of V, or is too long.
     pub fn new(metric: &Metric<S>, initial: InitialData<S>, length: S, digits: u32) -> Result<Self, ReferenceEnds> {
         let accuracy = accuracy(digits);
-        let (goal, unit) = (Goal::Gamma(length), unit_of(metric, initial, length, accuracy));
+        let unit = unit_for(metric, initial, length, accuracy);
+        let goal = Goal::Gamma(length / unit);
         let steps = integrate(metric, initial, goal, unit, accuracy)?;
         let check = integrate(metric, initial, goal, unit, check_accuracy(digits))?;
-        let error_estimate = steps.distance(&check);
+        let error_estimate = largest_relative(steps.distances(&check, KEPT));
         Ok(Self { steps, unit, error_estimate })
     }
 
@@ -185,8 +222,8 @@ impl<S: Real> ReferenceTrajectory<S> {
         digits: u32,
     ) -> Result<Self, ReferenceEnds> {
         let accuracy = Accuracy { order, share: 1.0, digits };
-        let unit = unit_of(metric, initial, length, accuracy);
-        let steps = integrate(metric, initial, Goal::Gamma(length), unit, accuracy)?;
+        let unit = unit_for(metric, initial, length, accuracy);
+        let steps = integrate(metric, initial, Goal::Gamma(length / unit), unit, accuracy)?;
         Ok(Self { steps, unit, error_estimate: f64::INFINITY })
     }
 
@@ -201,8 +238,10 @@ impl<S: Real> ReferenceTrajectory<S> {
         digits: u32,
     ) -> Result<S, ReferenceEnds> {
         let accuracy = accuracy(digits);
-        let unit = unit_of(metric, initial, duration / initial.t_dot, accuracy);
-        integrate(metric, initial, Goal::Time(duration), unit, accuracy).map(|steps| steps.end() * unit)
+        let unit = unit_for(metric, initial, duration / initial.t_dot, accuracy);
+        let length = duration / stretched(initial, unit).t_dot;
+        let goal = Goal::Value { component: T, value: duration, sign: S::ONE, length };
+        integrate(metric, initial, goal, unit, accuracy).map(|steps| steps.end() * unit)
     }
 
     /// The estimated relative error: the largest difference in t or x at the ends of its steps between this trajectory
@@ -218,7 +257,9 @@ impl<S: Real> ReferenceTrajectory<S> {
 
     /// The point at γ − γ_i = `gamma`, which must be inside the range of the trajectory.
     pub fn at(&self, gamma: S) -> ReferencePoint<S> {
-        let ReferencePoint { elapsed, x, t_dot, x_dot } = self.steps.at(gamma / self.unit);
-        ReferencePoint { elapsed, x, t_dot: t_dot / self.unit, x_dot: x_dot / self.unit }
+        let (components, s) = self.steps.at(gamma / self.unit);
+        let (x, t) = (&components[X], &components[T]);
+        let [t_dot, x_dot] = [t, x].map(|component| component.slope(s) / self.unit);
+        ReferencePoint { elapsed: t.value(s), x: x.value(s), t_dot, x_dot }
     }
 }

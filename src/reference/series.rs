@@ -1,6 +1,6 @@
-//! Taylor arithmetic on a formula's program: the coefficients of V(x(s)) and V′(x(s)) from those of x(s).
+//! Taylor arithmetic on a program: the coefficients of its outputs from those of its variables, all series in s.
 //!
-//! Coefficient k of a value needs only the coefficients 0 … k of its operands. Therefore x(s) can be extended one
+//! Coefficient k of a value needs only the coefficients 0 … k of its operands. Therefore a solution can be extended one
 //! coefficient at a time, while the right-hand side of its equation is computed from the known ones (automatic
 //! differentiation of ODEs, e.g. Jorba & Zou, Exp. Math. 14 (2005) 99–117). The rule for each function follows from its
 //! differential equation. For example, f = exp u gives f′ = f u′ and hence k f_k = Σ_j j u_j f_{k−j}.
@@ -13,6 +13,8 @@ use crate::scalar::{Real, sum};
 pub(super) struct SeriesMachine<'p, S> {
     /// With a register for every value.
     program: &'p Program<S>,
+    /// Number of outputs that are computed.
+    outputs: usize,
     /// Coefficients of each value.
     values: Vec<Vec<S>>,
     /// A second series that some functions need, for example the cosine for a sine, or 1 + u² for an arc tangent.
@@ -20,9 +22,10 @@ pub(super) struct SeriesMachine<'p, S> {
 }
 
 impl<'p, S: Real> SeriesMachine<'p, S> {
-    pub(super) fn new(program: &'p Program<S>, order: usize) -> Self {
+    /// Of the first `outputs` outputs, with room for series of the given `order`.
+    pub(super) fn new(program: &'p Program<S>, outputs: usize, order: usize) -> Self {
         let series = || vec![Vec::with_capacity(order + 1); program.registers()];
-        Self { program, values: series(), partners: series() }
+        Self { program, outputs, values: series(), partners: series() }
     }
 
     /// Forgets all coefficients.
@@ -30,23 +33,31 @@ impl<'p, S: Real> SeriesMachine<'p, S> {
         self.values.iter_mut().chain(&mut self.partners).for_each(Vec::clear);
     }
 
-    /// Appends the next coefficient, number k = `x.len() − 1`, of every value, and returns those of V and V′.
-    pub(super) fn extend(&mut self, x: &[S]) -> [S; 2] {
-        let k = x.len() - 1;
+    /// Appends coefficient k of every value, from those of the variables, which are given by index. The coefficients
+    /// before it are known.
+    pub(super) fn extend(&mut self, k: usize, variables: impl Iterator<Item = (usize, S)>) {
         let program = self.program;
         program.each_constant(|register, c| self.values[register].push(if k == 0 { c } else { S::ZERO }));
-        self.values[0].push(x[k]);
-        program.walk(2, &mut Coefficient { values: &mut self.values, partners: &mut self.partners, k });
-        [0, 1].map(|output| self.values[program.output(output)][k])
+        variables.for_each(|(variable, c)| self.values[variable].push(c));
+        program.walk(self.outputs, &mut Coefficient { values: &mut self.values, partners: &mut self.partners, k });
     }
 
-    /// The series of every argument of `abs`. Where one changes its sign, the series around this point are no longer
-    /// valid.
+    /// The series of an output, as far as it is known.
+    pub(super) fn output(&self, output: usize) -> &[S] {
+        &self.values[self.program.output(output)]
+    }
+
+    /// The series of every argument of `abs` and of its derivative. Where one changes its sign, the series around this
+    /// point are no longer valid.
     pub(super) fn kink_arguments(&self) -> impl Iterator<Item = &[S]> {
-        self.program.operations(2).filter_map(|(_, operation)| match operation {
-            Operation::Call(Function::Abs, a) => Some(self.values[a].as_slice()),
-            _ => None,
-        })
+        let of = |function| {
+            self.program.operations(self.outputs).filter_map(move |(_, operation)| match operation {
+                Operation::Call(other, a) if other == function => Some(a),
+                _ => None,
+            })
+        };
+        let signs_alone = of(Function::Sign).filter(move |a| !of(Function::Abs).any(|other| other == *a));
+        of(Function::Abs).chain(signs_alone).map(|a| self.values[a].as_slice())
     }
 }
 

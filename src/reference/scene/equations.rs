@@ -1,0 +1,146 @@
+//! Hamilton's equations of a scene: the state is q^a of all coordinates, and then p_a of the active ones.
+
+use super::super::equations::{Equations, Series};
+use super::super::polynomials::{increment, slope};
+use super::super::series::SeriesMachine;
+use super::super::size::gap;
+use crate::geometry::{Geometry, Rates, Start};
+use crate::scalar::Real;
+
+/// If steps shrink while a determinant is below this share of its first value, or that many times above it, the
+/// trajectory approaches the edge of the domain.
+const EDGE: f64 = 1e-3;
+
+/// By how much the state is shifted to see what rounding does to its derivatives: these multiples of ε, in turn.
+const SHIFTS: [f64; 5] = [4.0, -8.0, 12.0, -4.0, 8.0];
+
+/// The equations over γ/unit. Ignorable coordinates are counted from the start.
+pub(super) struct SceneEquations<'g, S> {
+    geometry: &'g Geometry<S>,
+    unit: S,
+    /// Momenta; those of the active coordinates are overwritten.
+    p: Vec<S>,
+    /// The determinants of the metric's blocks at the start.
+    determinants: Vec<S>,
+    machine: SeriesMachine<'g, S>,
+    rates: Rates<S>,
+}
+
+/// The state at the start.
+pub(super) fn start_of<S: Real>(geometry: &Geometry<S>, start: &Start<S>) -> Vec<S> {
+    let mut state = start.q.clone();
+    geometry.ignorable().for_each(|a| state[a] = S::ZERO);
+    state.extend(geometry.active().iter().map(|&a| start.p[a]));
+    state
+}
+
+impl<'g, S: Real> SceneEquations<'g, S> {
+    pub(super) fn new(geometry: &'g Geometry<S>, start: &Start<S>, unit: S, order: usize) -> Self {
+        let field = geometry.field();
+        let outputs = geometry.dimension() + geometry.active().len();
+        Self {
+            geometry,
+            unit,
+            p: start.p.clone(),
+            determinants: geometry.determinants(&start.q),
+            machine: SeriesMachine::new(field.unpacked(), outputs, order),
+            rates: field.room(),
+        }
+    }
+
+    /// dq^a/dγ of all coordinates and dp_a/dγ of the active ones; `None` outside the domain.
+    fn derivatives(&mut self, state: &[S]) -> Option<Vec<S>> {
+        let (field, n) = (self.geometry.field(), self.geometry.dimension());
+        for (&a, &p) in self.geometry.active().iter().zip(&state[n..]) {
+            self.p[a] = p;
+        }
+        field.evaluate(&state[..n], &self.p, &mut self.rates).ok()?;
+        let rates = &self.rates;
+        let q_dot = (0..n).map(|a| field.q_dot(rates, a));
+        let p_dot = (n..state.len()).map(|component| field.p_dot(rates, component - n));
+        Some(q_dot.chain(p_dot).map(|rate| rate * self.unit).collect())
+    }
+
+    /// What rounding may do to the derivatives.
+    fn rounding(&mut self, state: &[S], derivatives: &[S]) -> Vec<S> {
+        let shifted = |(k, &value): (usize, &S)| value + value * (S::from(SHIFTS[k % SHIFTS.len()]) * S::EPSILON);
+        let charges = self.p.clone();
+        self.p = charges.iter().enumerate().map(shifted).collect();
+        let state: Vec<S> = state.iter().enumerate().map(shifted).collect();
+        let others = self.derivatives(&state);
+        self.p = charges;
+        match others {
+            Some(others) => others.iter().zip(derivatives).map(|(&a, &b)| gap(a, b)).collect(),
+            None => vec![S::ZERO; derivatives.len()],
+        }
+    }
+}
+
+impl<S: Real> Equations<S> for SceneEquations<'_, S> {
+    fn kept(&self) -> usize {
+        self.geometry.dimension() + self.geometry.active().len()
+    }
+
+    fn first_of_scale(&self, component: usize) -> usize {
+        let is_ignorable = component < self.geometry.dimension() && !self.geometry.active().contains(&component);
+        usize::from(is_ignorable)
+    }
+
+    fn expand(&mut self, state: &[S], order: usize) -> Series<S> {
+        let n = self.geometry.dimension();
+        let mut series: Series<S> = state.iter().map(|&value| vec![value]).collect();
+        let mut place_of = vec![None; n];
+        for (place, &a) in self.geometry.active().iter().enumerate() {
+            place_of[a] = Some(n + place);
+        }
+        self.machine.restart();
+        for k in 0..order {
+            let charge = |a: usize| if k == 0 { self.p[a] } else { S::ZERO };
+            let q = (0..n).map(|a| (a, series[a][k]));
+            let p = (0..n).map(|a| (2 * n + a, place_of[a].map_or_else(|| charge(a), |place| series[place][k])));
+            self.machine.extend(k, q.chain(p));
+            let next = S::from((k + 1) as f64);
+            for (component, series) in series.iter_mut().enumerate() {
+                series.push(self.machine.output(component)[k] * self.unit / next);
+            }
+        }
+        series
+    }
+
+    fn kink_arguments(&self) -> impl Iterator<Item = &[S]> {
+        self.machine.kink_arguments()
+    }
+
+    fn missed(&mut self, series: &Series<S>, h: S, s: S, small: S) -> S {
+        let state: Vec<S> = series.iter().map(|c| c[0] + increment(c, s)).collect();
+        let Some(derivatives) = self.derivatives(&state) else { return S::from(f64::INFINITY) };
+        let sizes: Vec<S> = (series.iter().enumerate())
+            .map(|(component, c)| {
+                let of_value = if self.first_of_scale(component) == 0 { c[0].abs() / h } else { S::ZERO };
+                c[1].abs().max((c[2] * h).abs()).max(of_value).max(S::MIN_POSITIVE)
+            })
+            .collect();
+        let gaps: Vec<S> = series.iter().zip(&derivatives).map(|(c, &d)| gap(slope(c, s), d)).collect();
+        let largest = |gaps: &[S]| gaps.iter().zip(&sizes).fold(S::ZERO, |all, (&gap, &size)| all.max(gap / size));
+        let missed = largest(&gaps);
+        if missed <= small {
+            return missed;
+        }
+        // A force that is the small difference of large ones is not known to so many digits.
+        let rounding = self.rounding(&state, &derivatives);
+        largest(&gaps.iter().zip(&rounding).map(|(&gap, &rounding)| gap - rounding).collect::<Vec<S>>())
+    }
+
+    fn is_inside(&mut self, state: &[S]) -> bool {
+        self.derivatives(state).is_some()
+    }
+
+    fn is_near_the_edge(&mut self, state: &[S]) -> bool {
+        let determinants = self.geometry.determinants(&state[..self.geometry.dimension()]);
+        let edge = S::from(EDGE);
+        determinants.iter().zip(&self.determinants).any(|(here, start)| {
+            let (here, start) = (here.abs(), start.abs());
+            here < edge * start || start < edge * here
+        })
+    }
+}

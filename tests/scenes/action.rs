@@ -1,0 +1,175 @@
+//! The doubled action in n coordinates against its definition, with dual numbers, and its Hessian against differences.
+
+use geodesic_ivp::action::{DoubledAction, Form};
+use geodesic_ivp::geometry::{Geometry, Start};
+use geodesic_ivp::sbp::{SbpOperator, coefficients};
+use num_dual::Dual64;
+use proptest::prelude::*;
+
+use super::common::{assert_near, start};
+use super::formulas::{Everything, Null, Number, Plane, Scene};
+
+const POINTS: usize = 9;
+
+fn start_of<G: Scene>(geometry: &Geometry) -> Start {
+    let n = geometry.dimension();
+    start(geometry, &[0.4, 0.8, -0.3, 0.2][..n], &[1.3, -0.2, 0.5, 0.7][..n])
+}
+
+fn with_actions<G: Scene>(check: impl Fn(&DoubledAction<'_, f64, Geometry>)) {
+    let geometry = G::geometry();
+    let banded = [&coefficients::SBP21, &coefficients::SBP42].map(|c| SbpOperator::new(c, POINTS, 0.11).unwrap());
+    for sbp in banded.into_iter().chain([SbpOperator::gauss_lobatto(POINTS, 0.9)]) {
+        for form in [Form::Strong, Form::Weak] {
+            check(&DoubledAction::of_form(form, &sbp, &geometry, start_of::<G>(&geometry)));
+        }
+    }
+}
+
+/// One branch: positions and D̄ of them, by coordinate and node.
+struct Branch<D> {
+    q: Vec<Vec<D>>,
+    q_dot: Vec<Vec<D>>,
+}
+
+impl<D: Number> Branch<D> {
+    fn new(action: &DoubledAction<'_, f64, Geometry>, u: &[D], branch: usize) -> Self {
+        let (layout, sbp) = (action.layout(), action.sbp());
+        let q: Vec<Vec<D>> = (0..layout.dimension()).map(|a| layout.values(u, branch, a).to_vec()).collect();
+        let bar = |(a, q): (usize, &Vec<D>)| {
+            let mut row: Vec<D> = (0..POINTS).map(|k| derivative(sbp, q, k)).collect();
+            row[0] += (q[0] - action.initial().q[a]) / sbp.weights()[0];
+            row
+        };
+        let q_dot = q.iter().enumerate().map(bar).collect();
+        Self { q, q_dot }
+    }
+
+    fn at(&self, k: usize) -> (Vec<D>, Vec<D>) {
+        let of = |rows: &Vec<Vec<D>>| rows.iter().map(|row| row[k]).collect();
+        (of(&self.q), of(&self.q_dot))
+    }
+}
+
+fn derivative<D: Number>(sbp: &SbpOperator, q: &[D], k: usize) -> D {
+    sbp.row(k).fold(D::from(0.0), |sum, (column, d)| sum + q[column] * d)
+}
+
+/// E_IVP from its definition.
+fn value<G: Scene, D: Number>(action: &DoubledAction<'_, f64, Geometry>, u: &[D]) -> D {
+    let (sbp, layout, initial) = (action.sbp(), action.layout(), action.initial());
+    let (n, last) = (layout.dimension(), POINTS - 1);
+    let [one, two] = [0, 1].map(|branch| Branch::new(action, u, branch));
+    let gap = |a: usize, k: usize| one.q[a][k] - two.q[a][k];
+    let mut sum = D::from(0.0);
+    for (k, &weight) in sbp.weights().iter().enumerate() {
+        let ((q1, v1), (q2, v2)) = (one.at(k), two.at(k));
+        sum += (G::lagrangian(&q1, &v1) - G::lagrangian(&q2, &v2)) * weight;
+        let mean = |a: &[D], b: &[D]| a.iter().zip(b).map(|(&a, &b)| (a + b) * 0.5).collect::<Vec<D>>();
+        let force = G::force(&mean(&q1, &q2), &mean(&v1, &v2));
+        for (a, &force) in force.iter().enumerate() {
+            sum += gap(a, k) * force * weight;
+        }
+    }
+    let multipliers = layout.multipliers(u);
+    for a in 0..n {
+        match action.form() {
+            Form::Strong => {
+                let [lambda, mu, nu, kappa] =
+                    [layout.lambda(a), layout.mu(a), layout.nu(a), layout.kappa(a)].map(|place| multipliers[place]);
+                sum += lambda * (one.q[a][0] - initial.q[a]);
+                sum += mu * (derivative(sbp, &one.q[a], 0) - initial.q_dot[a]);
+                sum += nu * gap(a, last);
+                sum += kappa * (derivative(sbp, &one.q[a], last) - derivative(sbp, &two.q[a], last));
+            }
+            Form::Weak => {
+                let mean = |k: usize| {
+                    let ((q1, v1), (q2, v2)) = (one.at(k), two.at(k));
+                    (G::momenta(&q1, &v1)[a] + G::momenta(&q2, &v2)[a]) * 0.5
+                };
+                sum -= mean(last) * gap(a, last) + (mean(0) - initial.p[a]) * gap(a, 0);
+            }
+        }
+    }
+    sum
+}
+
+fn check_gradient<G: Scene>(u: &[f64]) {
+    with_actions::<G>(|action| {
+        let u = &u[..action.layout().unknowns()];
+        let mut gradient = vec![0.0; u.len()];
+        action.gradient(u, &mut gradient).unwrap();
+        let exact = value::<G, f64>(action, u);
+        assert_near(action.value(u).unwrap(), exact, 1e-11, "the value");
+        let mut dual: Vec<Dual64> = u.iter().map(|&value| Dual64::from(value)).collect();
+        for i in 0..u.len() {
+            dual[i].eps = 1.0;
+            let slope = value::<G, Dual64>(action, &dual).eps;
+            dual[i].eps = 0.0;
+            assert_near(gradient[i], slope, 1e-10, &format!("{:?}, entry {i}", action.form()));
+        }
+    });
+}
+
+fn check_hessian<G: Scene>(u: &[f64]) {
+    with_actions::<G>(|action| {
+        let u = u[..action.layout().unknowns()].to_vec();
+        let dense = action.hessian(&u, &action.hessian_pattern()).unwrap().to_dense();
+        let largest = (0..u.len()).map(|i| dense[(i, i)].abs()).fold(1.0, f64::max);
+        for j in 0..u.len() {
+            let shifted = |step: f64| {
+                let mut u = u.clone();
+                u[j] += step;
+                let mut gradient = vec![0.0; u.len()];
+                action.gradient(&u, &mut gradient).unwrap();
+                gradient
+            };
+            let h = 1e-3;
+            let (a, b, c, d) = (shifted(h), shifted(-h), shifted(2.0 * h), shifted(-2.0 * h));
+            for i in 0..u.len() {
+                let difference = (8.0 * (a[i] - b[i]) - (c[i] - d[i])) / (12.0 * h);
+                let entry = dense[(i, j)];
+                assert_near(entry, difference, 1e-8 * largest, &format!("{:?}, ({i}, {j})", action.form()));
+                assert!((entry - dense[(j, i)]).abs() <= 1e-12 * largest, "({i}, {j}) is symmetric");
+            }
+        }
+    });
+}
+
+const UNKNOWNS: usize = 2 * 4 * POINTS + 16;
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(8))]
+
+    #[test]
+    fn the_gradient_is_the_derivative_of_the_definition(u in proptest::collection::vec(-1.0..1.2_f64, UNKNOWNS)) {
+        check_gradient::<Everything>(&u);
+        check_gradient::<Plane>(&u);
+        check_gradient::<Null>(&u);
+    }
+
+    #[test]
+    fn the_hessian_is_the_derivative_of_the_gradient(u in proptest::collection::vec(-1.0..1.2_f64, UNKNOWNS)) {
+        check_hessian::<Everything>(&u);
+        check_hessian::<Plane>(&u);
+        check_hessian::<Null>(&u);
+    }
+}
+
+#[test]
+fn the_value_vanishes_where_the_branches_agree() {
+    with_actions::<Everything>(|action| {
+        let (layout, initial) = (action.layout(), action.initial());
+        let line = |a: usize| -> Vec<f64> {
+            (0..POINTS).map(|k| initial.q[a] + initial.q_dot[a] * action.sbp().node(k)).collect()
+        };
+        let rows: Vec<Vec<f64>> = (0..4).map(line).collect();
+        let rows: Vec<&[f64]> = rows.iter().map(Vec::as_slice).collect();
+        let multipliers: Vec<f64> = (0..layout.multiplier_range().len()).map(|j| j as f64 - 7.5).collect();
+        let u = layout.physical_limit(&rows, &multipliers);
+        assert_near(action.value(&u).unwrap(), 0.0, 1e-13, "the value");
+        if action.form() == Form::Strong {
+            assert!(action.constraints(&u).iter().all(|c| c.abs() < 1e-13));
+        }
+    });
+}

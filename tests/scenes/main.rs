@@ -1,0 +1,12 @@
+//! Scenes of n coordinates: reference trajectories, Hamilton's equations, the action, the metrics by name.
+
+mod action;
+mod common;
+mod curvature;
+mod field;
+mod formulas;
+mod newton;
+mod presets;
+mod reference;
+mod relativity;
+mod texts;
