@@ -12,6 +12,7 @@ use geodesic_ivp::output::{OutputSet, SceneSummary, scene_tables};
 use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::solve::System;
 use geodesic_ivp::solve::scene::{NoWorldLine, WorldLine, solve_scene};
+use geodesic_ivp::study::scene_error::scene_error;
 
 use super::out::OutArgs;
 use super::scene_readable::readable;
@@ -75,8 +76,10 @@ fn run_in<S: Real>(case: &SceneCase, args: &CaseArgs, output: &OutArgs, to_stdou
         }
     };
     let mut summary = SceneSummary::new(case, Ok((&line, &diagnostics, &sums)), seconds[0]);
+    let error = scene_error(&line);
     if let Some(solved) = &mut summary.solved {
         solved.diagnostics_seconds = seconds[1];
+        error.iter().for_each(|error| solved.set_error(line.geometry().names(), error));
     }
     summary.warnings = case.warnings();
     summary.warnings.extend(diagnostics.warnings());
@@ -94,7 +97,7 @@ fn run_in<S: Real>(case: &SceneCase, args: &CaseArgs, output: &OutArgs, to_stdou
     let kept = files.commit(|_| true)?;
     let title = case.title().map_or_else(|| args.stem().to_string_lossy().into_owned(), str::to_owned);
     output.tell(args, &json, || {
-        readable(&title, &line, &diagnostics, &sums, &invariants) + &report::written(&directory, &kept)
+        readable(&title, &line, &diagnostics, (&sums, &invariants), error.as_ref()) + &report::written(&directory, &kept)
     })?;
     Ok(ExitCode::SUCCESS)
 }

@@ -6,17 +6,18 @@ use geodesic_ivp::geometry::ConservedSum;
 use geodesic_ivp::scalar::Real;
 use geodesic_ivp::solve::InitialGuess;
 use geodesic_ivp::solve::scene::WorldLine;
+use geodesic_ivp::study::scene_error::SceneError;
 
 /// The summary without the list of files.
 pub(super) fn readable<S: Real>(
     title: &str,
     line: &WorldLine<S>,
     diagnostics: &SceneDiagnostics<S>,
-    sums: &[ConservedSum],
-    invariants: &[&str],
+    (sums, invariants): (&[ConservedSum], &[&str]),
+    error: Option<&SceneError>,
 ) -> String {
     let names = line.geometry().names();
-    let mut lines = vec![title.to_owned(), end(line)];
+    let mut lines = vec![title.to_owned(), end(line), accuracy(line, error)];
     for charge in &diagnostics.charges {
         let name = &names[charge.terms[0].0];
         lines.push(deviation(&format!("p_{name}"), charge.value, charge.max_interior, line) + &at_last(line, charge));
@@ -53,6 +54,16 @@ fn end<S: Real>(line: &WorldLine<S>) -> String {
     let names = line.geometry().names();
     let position = names.iter().zip(&line.end().q).map(|(name, q)| format!("{name} = {}", q.to_decimal(line.digits)));
     row("end", &position.collect::<Vec<_>>().join(", "))
+}
+
+/// How far the end is from a reference.
+fn accuracy<S: Real>(line: &WorldLine<S>, error: Option<&SceneError>) -> String {
+    let Some(error) = error else { return row("error", "unknown: the reference does not reach the end") };
+    let of = |values: &[f64]| {
+        let each = line.geometry().names().iter().zip(values).map(|(name, error)| format!("{name} {error:.1e}"));
+        each.collect::<Vec<_>>().join(", ")
+    };
+    row("error", &format!("{} at the end (a Taylor reference)", of(&error.end)))
 }
 
 fn deviation<S: Real>(name: &str, value: S, most: S, line: &WorldLine<S>) -> String {

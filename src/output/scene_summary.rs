@@ -13,6 +13,7 @@ use crate::geometry::ConservedSum;
 use crate::scalar::Real;
 use crate::solve::scene::{NoWorldLine, WorldLine};
 use crate::solve::{IterationRecord, Status, System};
+use crate::study::scene_error::SceneError;
 
 /// The whole summary; keys that do not apply are absent.
 #[derive(Debug, Clone, Serialize)]
@@ -110,6 +111,15 @@ pub struct SolvedScene {
     /// Largest distance of the two branches (doubled system).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub branch_distance: Option<Number>,
+    /// The error of every coordinate at the last node, against a Taylor reference; absent if that does not reach it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error_final: Option<BTreeMap<String, f64>>,
+    /// The largest error of every coordinate over the nodes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error_max: Option<BTreeMap<String, f64>>,
+    /// The estimated relative error of the reference itself.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference_error: Option<f64>,
     /// Seconds spent in measuring the world-line.
     pub diagnostics_seconds: f64,
 }
@@ -217,8 +227,19 @@ impl SolvedScene {
             invariants: of_invariants(&|k| diagnostics.invariants[k].value),
             max_abs_delta_invariant: of_invariants(&|k| largest(&diagnostics.invariants[k].delta)),
             branch_distance: line.is_doubled().then(|| number(line.branch_distance())),
+            error_final: None,
+            error_max: None,
+            reference_error: None,
             diagnostics_seconds: 0.0,
         }
+    }
+
+    /// Adds the errors, in the order of the coordinates `names`.
+    pub fn set_error(&mut self, names: &[String], error: &SceneError) {
+        let by_name = |values: &[f64]| Some(names.iter().cloned().zip(values.iter().copied()).collect());
+        self.error_final = by_name(&error.end);
+        self.error_max = by_name(&error.largest);
+        self.reference_error = Some(error.reference);
     }
 }
 

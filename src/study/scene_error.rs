@@ -1,0 +1,34 @@
+//! How far a world-line in a scene is from the reference.
+
+use crate::reference::SceneReference;
+use crate::scalar::Real;
+use crate::solve::scene::WorldLine;
+
+/// The errors of a world-line, coordinate by coordinate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneError {
+    /// Of q^a at the last node.
+    pub end: Vec<f64>,
+    /// The largest of q^a over the nodes.
+    pub largest: Vec<f64>,
+    /// The estimated relative error of the reference itself.
+    pub reference: f64,
+}
+
+/// Compares a world-line with a Taylor reference of as many digits at every node. `None` if the reference does not reach
+/// the end.
+pub fn scene_error<S: Real>(line: &WorldLine<S>) -> Option<SceneError> {
+    let reference = SceneReference::new(line.geometry(), &line.place.start, line.length, line.digits).ok()?;
+    let n = line.geometry().dimension();
+    let rows: Vec<Vec<S>> = (0..n).map(|a| line.q(a).collect()).collect();
+    let (mut largest, mut end) = (vec![0.0_f64; n], vec![0.0; n]);
+    for (k, gamma) in line.gamma().enumerate() {
+        let exact = reference.at(if gamma < line.gamma_f() { gamma - line.gamma_i } else { line.length });
+        for a in 0..n {
+            end[a] = (rows[a][k] - exact.q[a]).abs().to_f64();
+            // A comparison that is false for NaN would drop it.
+            largest[a] = if end[a] <= largest[a] { largest[a] } else { end[a] };
+        }
+    }
+    Some(SceneError { end, largest, reference: reference.error_estimate() })
+}
