@@ -6,17 +6,18 @@
 //!
 //! In t and x they are the paper's λ1 … λ8, in the order λ_t, μ_t, λ_x, μ_x, ν_t, ν_x, κ_t, κ_x.
 
-use super::DoubledAction;
+use super::{DoubledAction, MULTIPLIERS_PER_COORDINATE};
 use crate::geometry::Lagrangian;
 use crate::scalar::{Real, sum};
 
 impl<S: Real, L: Lagrangian<S>> DoubledAction<'_, S, L> {
-    /// The constraints that the multipliers enforce, in their order.
+    /// The constraints that the multipliers of the strong form enforce, in their order. They can be asked for in the weak
+    /// form, too.
     pub fn constraints(&self, u: &[S]) -> Vec<S> {
         let layout = self.layout();
         let last = self.sbp.points() - 1;
         let row = |k: usize, u: &[S]| self.sbp.derivative_at(u, k);
-        let mut constraints = vec![S::ZERO; layout.multiplier_range().len()];
+        let mut constraints = vec![S::ZERO; MULTIPLIERS_PER_COORDINATE * layout.dimension()];
         for a in 0..layout.dimension() {
             let [one, two] = [0, 1].map(|branch| layout.values(u, branch, a));
             constraints[layout.lambda(a)] = one[0] - self.initial.q[a];
