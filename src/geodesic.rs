@@ -17,6 +17,8 @@
 
 use crate::geometry::Start;
 use crate::metric::Metric;
+
+pub use crate::metric::{acceleration, acceleration_slope};
 use crate::scalar::Real;
 
 /// Position and tangent of the world-line at γ_i, in the units of the case.
@@ -53,18 +55,4 @@ impl<S: Real> InitialData<S> {
         let g00 = metric.at(self.x).g00;
         Invariants { q_t: g00 * self.t_dot, k: g00 * self.t_dot * self.t_dot - self.x_dot * self.x_dot }
     }
-}
-
-/// ẍ = −½ g00′ (Q_t/g00)², the geodesic equation for x after Q_t has eliminated ṫ.
-#[inline]
-pub fn acceleration<S: Real>(q_t: S, g00: S, first: S) -> S {
-    let t_dot = q_t / g00;
-    -first.half() * t_dot * t_dot
-}
-
-/// The derivative of [`acceleration`] with respect to x: −½ g00″ (Q_t/g00)² + g00′² Q_t²/g00³.
-#[inline]
-pub fn acceleration_slope<S: Real>(q_t: S, g00: S, first: S, second: S) -> S {
-    let t_dot = q_t / g00;
-    t_dot * t_dot * (first * first / g00 - second.half())
 }

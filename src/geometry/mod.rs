@@ -27,6 +27,7 @@
 mod conserved;
 mod field;
 mod inverse;
+mod motion;
 mod observable;
 mod outside;
 mod parts;
@@ -38,6 +39,7 @@ mod value;
 pub use conserved::ConservedSum;
 pub use field::{Field, Rates};
 pub use inverse::MOST_COUPLED;
+pub use motion::{Motion, MotionRoom};
 pub use observable::Observable;
 pub use outside::OutsideGeometry;
 pub use presets::{PRESETS, Preset};
@@ -61,6 +63,8 @@ pub struct Geometry<S = f64> {
     force: Program<S>,
     field: Field<S>,
     active: Vec<usize>,
+    /// The active part of g^ab, row by row, if it is constant and coupled to nothing else.
+    separable: Option<Vec<S>>,
     /// The coordinates of every block, and the sign that its determinant has.
     blocks: Vec<Vec<usize>>,
     signs: Vec<S>,
@@ -81,10 +85,11 @@ impl<S: Real> Geometry<S> {
         let (structure, force) = force_structure_of(&mut parts, structure);
         let force = Program::new(&mut parts.graph, 2 * n, &force).packed();
         let active = active_of(&mut parts);
+        let separable = separable(&parts, &inverse, &active);
         let field = Field::new(&mut parts, &inverse, &active);
         let blocks: Vec<_> = inverse.blocks.iter().map(|block| block.coordinates.clone()).collect();
         let signs = vec![S::ZERO; blocks.len()];
-        Ok(Self { names: parts.names, structure, lagrangian, force, field, active, blocks, signs })
+        Ok(Self { names: parts.names, structure, lagrangian, force, field, active, separable, blocks, signs })
     }
 
     /// The same geometry, with the signs that the determinants have at `q` as the ones that they must have.
@@ -121,6 +126,12 @@ impl<S: Real> Geometry<S> {
     /// The ignorable coordinates, in order.
     pub fn ignorable(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.dimension()).filter(|a| !self.active.contains(a))
+    }
+
+    /// Whether the equations of motion are q̈ = a(q): the active part of g^ab is constant and coupled to nothing else,
+    /// the one-form has no active part, and no force acts.
+    pub fn is_separable(&self) -> bool {
+        self.separable.is_some()
     }
 
     /// Whether a component, the one-form or the force depends on the position in this coordinate.
@@ -332,6 +343,18 @@ fn force_structure_of<S: Real>(parts: &mut Parts<S>, structure: Structure<S>) ->
     }
     structure.force_rows = rows.len();
     (structure, rows)
+}
+
+/// The active part of g^ab, if the equations of motion are q̈ = a(q).
+fn separable<S: Real>(parts: &Parts<S>, inverse: &Inverse, active: &[usize]) -> Option<Vec<S>> {
+    let n = parts.dimension();
+    let is_coupled = |a: usize| (0..n).any(|b| !active.contains(&b) && inverse.get(a, b).is_some());
+    let has_one_form = |a: usize| parts.one_form.contains_key(&a);
+    if !parts.force.is_empty() || active.iter().any(|&a| is_coupled(a) || has_one_form(a)) {
+        return None;
+    }
+    let entry = |a: usize, b: usize| inverse.get(a, b).map_or(Some(S::ZERO), |node| parts.graph.as_constant(node));
+    active.iter().flat_map(|&a| active.iter().map(move |&b| (a, b))).map(|(a, b)| entry(a, b)).collect()
 }
 
 /// The coordinates that a component, the one-form or the force depends on, or that a force acts on.

@@ -9,9 +9,13 @@
 //! assert!(!metric.at(1.0).is_inside(), "a horizon");
 //! ```
 
+mod motion;
+
+pub use motion::{MetricRoom, acceleration, acceleration_slope};
+
 use std::sync::OnceLock;
 
-use crate::geometry::{Lagrangian, Samples, Source, Structure, Term};
+use crate::geometry::Structure;
 use crate::potential::Potential;
 use crate::scalar::Real;
 
@@ -142,38 +146,4 @@ impl<S: Real> Metric<S> {
             None => Ok(()),
         }
     }
-}
-
-/// The two coordinates t and x: g_tt = g00(x), g_xx = −1. The rows are those of [`MetricSamples`].
-impl<S: Real> Lagrangian<S> for Metric<S> {
-    type Outside = OutsideDomain;
-
-    fn structure(&self) -> &Structure<S> {
-        self.structure.get_or_init(|| {
-            let of_g00 = |row| Source::Row(row);
-            Structure {
-                dimension: 2,
-                values: vec![
-                    Term { ab: [0, 0], by: [], value: of_g00(0) },
-                    Term { ab: [1, 1], by: [], value: Source::Constant(-S::ONE) },
-                ],
-                first: vec![Term { ab: [0, 0], by: [1], value: of_g00(1) }],
-                second: vec![Term { ab: [0, 0], by: [1, 1], value: of_g00(2) }],
-                rows: 3,
-                ..Structure::default()
-            }
-        })
-    }
-
-    fn fill(&self, q: &[&[S]], samples: &mut Samples<S>) -> Result<(), OutsideDomain> {
-        let mut rows = samples.rows_mut();
-        let rows = [(); 3].map(|()| rows.next().expect("there are three rows"));
-        self.sample_rows(q[1], rows)
-    }
-
-    fn raise(&self, q: &[S], v: &[S], weight: S) -> Vec<S> {
-        vec![v[0] / (weight * self.at(q[1]).g00), -v[1] / weight]
-    }
-
-    fn fill_force(&self, _: &[&[S]], _: &[&[S]], _: &mut Samples<S>) {}
 }

@@ -1,0 +1,138 @@
+//! The paper's metric as a Lagrangian in the coordinates t and x, and Hamilton's equations of it: p_t = Q_t, p_x = −dx/dγ.
+
+use super::{Metric, MetricJet, MetricSamples, OutsideDomain};
+use crate::geometry::{Lagrangian, Motion, Samples, Source, Structure, Term};
+use crate::scalar::Real;
+
+/// The two coordinates t and x: g_tt = g00(x), g_xx = −1. The rows are those of [`MetricSamples`].
+impl<S: Real> Lagrangian<S> for Metric<S> {
+    type Outside = OutsideDomain;
+
+    fn structure(&self) -> &Structure<S> {
+        self.structure.get_or_init(|| {
+            let of_g00 = |row| Source::Row(row);
+            Structure {
+                dimension: 2,
+                values: vec![
+                    Term { ab: [0, 0], by: [], value: of_g00(0) },
+                    Term { ab: [1, 1], by: [], value: Source::Constant(-S::ONE) },
+                ],
+                first: vec![Term { ab: [0, 0], by: [1], value: of_g00(1) }],
+                second: vec![Term { ab: [0, 0], by: [1, 1], value: of_g00(2) }],
+                rows: 3,
+                ..Structure::default()
+            }
+        })
+    }
+
+    fn fill(&self, q: &[&[S]], samples: &mut Samples<S>) -> Result<(), OutsideDomain> {
+        let mut rows = samples.rows_mut();
+        let rows = [(); 3].map(|()| rows.next().expect("there are three rows"));
+        self.sample_rows(q[1], rows)
+    }
+
+    fn raise(&self, q: &[S], v: &[S], weight: S) -> Vec<S> {
+        vec![v[0] / (weight * self.at(q[1]).g00), -v[1] / weight]
+    }
+
+    fn fill_force(&self, _: &[&[S]], _: &[&[S]], _: &mut Samples<S>) {}
+}
+
+/// x is the only active coordinate.
+const ACTIVE: [usize; 1] = [1];
+
+/// What was computed last.
+#[derive(Debug, Clone)]
+pub struct MetricRoom<S> {
+    /// At one point.
+    jet: MetricJet<S>,
+    q_t: S,
+    p_x: S,
+    /// On the nodes.
+    samples: MetricSamples<S>,
+}
+
+impl<S: Real> Motion<S> for Metric<S> {
+    type Room = MetricRoom<S>;
+
+    fn motion_room(&self) -> MetricRoom<S> {
+        let zero = S::ZERO;
+        let jet = MetricJet { g00: zero, first: zero, second: zero };
+        MetricRoom { jet, q_t: zero, p_x: zero, samples: MetricSamples::zeros(0) }
+    }
+
+    fn active(&self) -> &[usize] {
+        &ACTIVE
+    }
+
+    #[inline]
+    fn rates_at(&self, q: &[S], p: &[S], index: usize, room: &mut MetricRoom<S>) -> Result<(), OutsideDomain> {
+        let x = q[1];
+        room.jet = self.at(x);
+        (room.q_t, room.p_x) = (p[0], p[1]);
+        if room.jet.is_inside() && x.is_finite() {
+            return Ok(());
+        }
+        Err(OutsideDomain { index, x: x.to_f64(), g00: room.jet.g00.to_f64() })
+    }
+
+    #[inline]
+    fn q_dot(&self, room: &MetricRoom<S>, a: usize) -> S {
+        if a == 0 { room.q_t / room.jet.g00 } else { -room.p_x }
+    }
+
+    #[inline]
+    fn p_dot(&self, room: &MetricRoom<S>, _: usize) -> S {
+        -acceleration(room.q_t, room.jet.g00, room.jet.first)
+    }
+
+    fn acceleration(&self, room: &MetricRoom<S>, _: usize) -> Option<S> {
+        Some(acceleration(room.q_t, room.jet.g00, room.jet.first))
+    }
+
+    fn rates(
+        &self,
+        q: &[Vec<S>],
+        p: &[Vec<S>],
+        start: &[S],
+        room: &mut MetricRoom<S>,
+        out: &mut [S],
+    ) -> Result<(), OutsideDomain> {
+        let points = q[1].len();
+        if room.samples.g00.len() != points {
+            room.samples = MetricSamples::zeros(points);
+        }
+        self.sample_into(&q[1], &mut room.samples)?;
+        let MetricSamples { g00, first, .. } = &room.samples;
+        for (k, (out, &p)) in out.chunks_exact_mut(2).zip(&p[0]).enumerate() {
+            out[0] = -p;
+            out[1] = -acceleration(start[0], g00[k], first[k]);
+        }
+        Ok(())
+    }
+
+    fn steps(&self, _: &[Vec<S>], _: &[Vec<S>], start: &[S], h: S, room: &mut MetricRoom<S>) -> Vec<Vec<S>> {
+        let h_q = h * start[0];
+        vec![room.samples.g00.iter().map(|&g00| h_q / g00).collect()]
+    }
+
+    fn jacobian(&self, _: &[S], p: &[S], k: usize, room: &mut MetricRoom<S>, mut see: impl FnMut(usize, usize, S)) {
+        let MetricSamples { g00, first, second } = &room.samples;
+        see(0, 1, -S::ONE);
+        see(1, 0, -acceleration_slope(p[0], g00[k], first[k], second[k]));
+    }
+}
+
+/// ẍ = −½ g00′ (Q_t/g00)², the geodesic equation for x after Q_t has eliminated ṫ.
+#[inline]
+pub fn acceleration<S: Real>(q_t: S, g00: S, first: S) -> S {
+    let t_dot = q_t / g00;
+    -first.half() * t_dot * t_dot
+}
+
+/// The derivative of [`acceleration`] with respect to x: −½ g00″ (Q_t/g00)² + g00′² Q_t²/g00³.
+#[inline]
+pub fn acceleration_slope<S: Real>(q_t: S, g00: S, first: S, second: S) -> S {
+    let t_dot = q_t / g00;
+    t_dot * t_dot * (first * first / g00 - second.half())
+}
