@@ -304,3 +304,28 @@ fn what_was_meant_is_said() {
         assert!(error.help.as_ref().is_some_and(|found| found.contains(help)), "{to}: {error}: {:?}", error.help);
     }
 }
+
+/// Whatever is missing or doubled, the answer is a scene or a mistake with a place; nothing panics.
+#[test]
+fn damaged_texts_are_read_or_refused() {
+    for base in [SCHWARZSCHILD, KEPLER, KERR] {
+        let lines: Vec<&str> = base.lines().collect();
+        let without = (0..lines.len()).map(|k| [&lines[..k], &lines[k + 1..]].concat().join("\n"));
+        let doubled = (0..lines.len()).map(|k| [&lines[..=k], &lines[k..]].concat().join("\n"));
+        let cut = (0..base.len()).map(|end| base[..end].to_owned());
+        let holes = (0..base.len()).map(|at| format!("{}{}", &base[..at], &base[at + 1..]));
+        for text in without.chain(doubled).chain(cut).chain(holes) {
+            match SceneCase::parse("case", &text, &[]) {
+                Ok(scene) => {
+                    let (start, _) = (scene.start::<f64>(), scene.warnings());
+                    assert!(start.q_dot.iter().chain(&start.p).all(|value| value.is_finite()), "{text}");
+                    assert_eq!(SceneCase::parse("case", &scene.to_toml(), &[]).as_ref(), Ok(&scene), "{text}");
+                }
+                Err(error) => {
+                    let place = error.span.clone().and_then(|span| error.text.get(span));
+                    assert!(place.is_some(), "{error} has no place in\n{text}");
+                }
+            }
+        }
+    }
+}
