@@ -97,7 +97,8 @@ fn run_in<S: Real>(case: &SceneCase, args: &CaseArgs, output: &OutArgs, to_stdou
     let kept = files.commit(|_| true)?;
     let title = case.title().map_or_else(|| args.stem().to_string_lossy().into_owned(), str::to_owned);
     output.tell(args, &json, || {
-        readable(&title, &line, &diagnostics, (&sums, &invariants), error.as_ref()) + &report::written(&directory, &kept)
+        readable(&title, &line, &diagnostics, (&sums, &invariants), error.as_ref())
+            + &report::written(&directory, &kept)
     })?;
     Ok(ExitCode::SUCCESS)
 }

@@ -157,37 +157,7 @@ impl<S: Real> Geometry<S> {
 
     /// p_a = g_ab q̇^b + A_a at a point.
     pub fn momenta(&self, q: &[S], q_dot: &[S]) -> Vec<S> {
-        let samples = self.at(q);
-        let n = self.dimension();
-        let mut p = vec![S::ZERO; n];
-        for term in &self.structure.values {
-            let ([a, b], value) = (term.ab, samples.at(term.value, 0));
-            p[a] += value * q_dot.get(b).copied().unwrap_or(S::ONE);
-            if b < n && a != b {
-                p[b] += value * q_dot[a];
-            }
-        }
-        p
-    }
-
-    /// f_a + F_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a at a point.
-    pub fn forces(&self, q: &[S], q_dot: &[S]) -> Vec<S> {
-        let samples = self.at(q);
-        let mut forces = vec![S::ZERO; self.dimension()];
-        for term in &self.structure.first {
-            let ([b, c], [a]) = (term.ab, term.by);
-            let product = samples.at(term.value, 0) * q_dot[b] * q_dot.get(c).copied().unwrap_or(S::ONE);
-            forces[a] += if b == c { product.half() } else { product };
-        }
-        if self.has_force() {
-            let [q, q_dot] = [q, q_dot].map(|row| row.iter().map(std::slice::from_ref).collect::<Vec<_>>());
-            let mut force = Samples::zeros(self.structure.force_rows, 1);
-            self.fill_force(&q, &q_dot, &mut force);
-            for term in &self.structure.force {
-                forces[term.a] += force.at(term.value, 0);
-            }
-        }
-        forces
+        Lagrangian::momenta(self, q, q_dot)
     }
 
     /// K = g_ab q̇^a q̇^b at a point.

@@ -1,9 +1,9 @@
 //! Hamilton's equations as the solvers of the physical limit use them.
 
+use super::Geometry;
 use super::field::Rates;
 use super::outside::OutsideGeometry;
 use super::structure::Lagrangian;
-use super::Geometry;
 use crate::scalar::Real;
 
 /// The rates of positions and momenta of a Lagrangian with a force: q̇^a = g^ab (p_b − A_b), ṗ_a = f_a + F_a.

@@ -140,4 +140,48 @@ pub trait Lagrangian<S: Real> {
 
     /// Fills in the rows of the force at positions and velocities.
     fn fill_force(&self, q: &[&[S]], q_dot: &[&[S]], samples: &mut Samples<S>);
+
+    /// p_a = g_ab q̇^b + A_a at a point, inside the domain or not.
+    fn momenta(&self, q: &[S], q_dot: &[S]) -> Vec<S> {
+        let (structure, samples) = (self.structure(), self.sample_at(q));
+        let n = structure.dimension;
+        let mut p = vec![S::ZERO; n];
+        for term in &structure.values {
+            let ([a, b], value) = (term.ab, samples.at(term.value, 0));
+            p[a] += value * q_dot.get(b).copied().unwrap_or(S::ONE);
+            if b < n && a != b {
+                p[b] += value * q_dot[a];
+            }
+        }
+        p
+    }
+
+    /// f_a + F_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a at a point, inside the domain or not.
+    fn forces(&self, q: &[S], q_dot: &[S]) -> Vec<S> {
+        let (structure, samples) = (self.structure(), self.sample_at(q));
+        let mut forces = vec![S::ZERO; structure.dimension];
+        for term in &structure.first {
+            let ([b, c], [a]) = (term.ab, term.by);
+            let product = samples.at(term.value, 0) * q_dot[b] * q_dot.get(c).copied().unwrap_or(S::ONE);
+            forces[a] += if b == c { product.half() } else { product };
+        }
+        if !structure.force.is_empty() {
+            let [q, q_dot] = [q, q_dot].map(|row| row.iter().map(std::slice::from_ref).collect::<Vec<_>>());
+            let mut force = Samples::zeros(structure.force_rows, 1);
+            self.fill_force(&q, &q_dot, &mut force);
+            for term in &structure.force {
+                forces[term.a] += force.at(term.value, 0);
+            }
+        }
+        forces
+    }
+
+    /// All rows of the metric and the one-form at one point, inside the domain or not.
+    fn sample_at(&self, q: &[S]) -> Samples<S> {
+        let rows: Vec<&[S]> = q.iter().map(std::slice::from_ref).collect();
+        let mut samples = self.room(1);
+        // Outside the domain the rows are filled in as well.
+        let _ = self.fill(&rows, &mut samples);
+        samples
+    }
 }

@@ -3,7 +3,6 @@
 use std::borrow::Cow;
 
 use super::accuracy;
-use super::collocation::{self, Collocation};
 use super::critical_point::CriticalPointSolver;
 use super::newton::{Failure, Root};
 use super::problem::Problem;
@@ -11,7 +10,7 @@ use super::run::Observer;
 use super::setup::{Scene, Setup};
 use super::solution::Solution;
 use super::spectral;
-use super::status::{IterationRecord, NoSolution};
+use super::status::NoSolution;
 use crate::action::DoubledAction;
 use crate::scalar::{Extended, Real};
 
@@ -58,14 +57,6 @@ pub(super) trait Engine: Real {
         observer: Option<Observer<'_, Self>>,
     ) -> Result<Option<Solution<Self>>, NoSolution>;
 
-    /// From the collocation system at its root in `f64` to that of `problem` at its root.
-    fn collocated<'a>(
-        rough: Collocation<'a, f64>,
-        root: Root,
-        problem: &'a Problem<Self>,
-        setup: &Setup<Self>,
-    ) -> Result<(Collocation<'a, Self>, Vec<IterationRecord>), Failure>;
-
     /// From the critical point of `rough` to that of `action`, which is the same action.
     fn critical_point(
         solver: &CriticalPointSolver,
@@ -98,15 +89,6 @@ impl Engine for f64 {
         spectral::march(problem, setup, length, observer)
     }
 
-    fn collocated<'a>(
-        rough: Collocation<'a, f64>,
-        root: Root,
-        _: &'a Problem,
-        _: &Setup,
-    ) -> Result<(Collocation<'a, f64>, Vec<IterationRecord>), Failure> {
-        Ok((rough, root.history))
-    }
-
     fn critical_point(
         _: &CriticalPointSolver,
         _: &DoubledAction<'_>,
@@ -134,15 +116,6 @@ impl Engine for Extended {
         _: Option<Observer<'_, Self>>,
     ) -> Result<Option<Solution<Self>>, NoSolution> {
         Ok(None)
-    }
-
-    fn collocated<'a>(
-        rough: Collocation<'a, f64>,
-        root: Root,
-        problem: &'a Problem<Self>,
-        setup: &Setup<Self>,
-    ) -> Result<(Collocation<'a, Self>, Vec<IterationRecord>), Failure> {
-        collocation::refined(rough, root, problem, setup.max_iterations)
     }
 
     fn critical_point(

@@ -2,16 +2,13 @@
 
 mod accuracy;
 mod arithmetic;
-mod collocation;
 mod critical_point;
 mod derivative;
 mod end_time;
 mod first_guess;
-mod march;
 mod memory;
 mod newton;
 mod operator;
-mod physical_limit;
 mod problem;
 mod quadrature;
 mod refinement;
@@ -33,6 +30,7 @@ use self::critical_point::CriticalPointSolver;
 use self::newton::Failure;
 use self::problem::Problem;
 use self::run::{Observer, Piece, Place, Run};
+use self::scene::limit::{self, Limit};
 use crate::action::{DoubledAction, Form, Layout, MULTIPLIERS};
 use crate::metric::OutsideDomain;
 use crate::norm::max_abs;
@@ -138,33 +136,31 @@ fn each_window<S: Arithmetic>(
 }
 
 fn solve_physical_limit<S: Arithmetic>(problem: &Problem<S>, setup: &Setup<S>) -> Result<Piece<S>, NoSolution> {
-    let limit = physical_limit::solve(problem, setup)
+    let rough = S::rough_problem(problem, setup);
+    let (start, rough_start) = (problem.start(), rough.start());
+    let (window, rough_window) = (problem.window(&start), rough.window(&rough_start));
+    let limit = limit::solve(&window, &rough_window, setup.max_iterations).map_err(|failure| {
+        let first = rough.derivative().first_unknown();
+        let is_explicit = problem.form == Form::Strong && problem.sbp.is_two_step();
+        let guess = if is_explicit { InitialGuess::None } else { InitialGuess::Nystrom4 };
         // Two rows and two unknowns a node: rows start at node 1, unknowns (strong) at node 2.
-        .map_err(|(failure, guess)| {
-            let rough = S::rough_problem(problem, setup);
-            let first = rough.derivative().first_unknown();
-            let locate = |row: usize, u: &[f64]| {
-                let node = row / 2;
-                (node, node.checked_sub(first).map_or(rough.initial.x, |unknown| u[2 * unknown]))
-            };
-            no_solution(&rough, failure, guess, |node| rough.gamma(node), locate)
-        })?;
-    let multipliers = (problem.form == Form::Strong).then(|| limit.multipliers(problem));
+        let locate = |row: usize, u: &[f64]| {
+            let node = row / 2;
+            (node, node.checked_sub(first).map_or(rough.initial.x, |unknown| u[2 * unknown]))
+        };
+        no_solution(&rough, failure, guess, |node| rough.gamma(node), locate)
+    })?;
+    let multipliers: Option<[S; MULTIPLIERS]> = limit.multipliers(&window).try_into().ok();
     let lambda = multipliers.as_ref().map_or([].as_slice(), |lambda| lambda);
-    let unknowns = problem.layout().physical_limit(&[&limit.elapsed, &limit.x], lambda);
+    let unknowns = problem.layout().physical_limit(&[&limit.q[0], &limit.q[1]], lambda);
     let gradient_norm = gradient_norm(&problem.action(), &unknowns);
-    let last = limit.x.len() - 1;
-    Ok(Piece {
-        end: [limit.x[last], limit.x_dot[last]],
-        q_t: problem.invariants().q_t,
-        elapsed: limit.elapsed,
-        x: limit.x,
-        backward: None,
-        multipliers,
-        gradient_norm,
-        initial_guess: limit.initial_guess,
-        history: limit.history,
-    })
+    let last = problem.sbp.points() - 1;
+    let Limit { mut q, p, history, initial_guess } = limit;
+    // p_x = −dx/dγ.
+    let end = [q[1][last], -p[0][last]];
+    let (x, elapsed) = (q.remove(1), q.remove(0));
+    let q_t = problem.invariants().q_t;
+    Ok(Piece { end, q_t, elapsed, x, backward: None, multipliers, gradient_norm, initial_guess, history })
 }
 
 fn solve_doubled<S: Arithmetic>(problem: &Problem<S>, setup: &Setup<S>) -> Result<Piece<S>, NoSolution> {

@@ -3,9 +3,11 @@
 use std::sync::Arc;
 
 use super::derivative::FormDerivative;
+use super::scene::window::Window;
 use super::setup::{Scene, Setup};
 use crate::action::{DoubledAction, Form, Layout};
 use crate::geodesic::{InitialData, Invariants};
+use crate::geometry::Start;
 use crate::metric::Metric;
 use crate::sbp::{SbpName, SbpOperator};
 use crate::scalar::Real;
@@ -67,6 +69,17 @@ impl<S: Real> Problem<S> {
         rounded.initial = InitialData { t, x, t_dot, x_dot };
         rounded.gamma_i = self.gamma_i.to_f64();
         rounded
+    }
+
+    /// The start in the coordinates t and x.
+    pub(super) fn start(&self) -> Start<S> {
+        let InitialData { t, x, t_dot, x_dot } = self.initial;
+        Start { q: vec![t, x], q_dot: vec![t_dot, x_dot], p: vec![self.invariants.q_t, -x_dot] }
+    }
+
+    /// The window in the coordinates t and x, which starts there.
+    pub(super) fn window<'w>(&'w self, start: &'w Start<S>) -> Window<'w, S, Metric<S>> {
+        Window { form: self.form, sbp: &self.sbp, geometry: &*self.metric, start, digits: self.digits }
     }
 
     pub(crate) fn action(&self) -> DoubledAction<'_, S> {

@@ -58,44 +58,40 @@ pub(super) fn start<S: Real>(
     let number = |quantity: &super::Quantity| quantity.value::<S>(parameters);
     let q = initial.data.q.iter().map(number).collect::<Result<Vec<S>, _>>();
     let q = q.map_err(|_| initial.section.error("a coordinate is not a finite number in the digits asked for"))?;
-    check_particle(scenery)?;
     let names = geometry.names().to_vec();
-    let blocks = geometry.blocks().to_vec();
-    let geometry = geometry.around(&q).map_err(|outside| outside_error(&outside, initial, &names, &blocks, &q))?;
+    let outside = Outside { active: geometry.active().to_vec(), blocks: geometry.blocks().to_vec() };
+    let geometry = geometry.around(&q).map_err(|error| outside.error(&error, initial, &names, &q))?;
     let solved = start::solve(&initial.data, &geometry, parameters, rounding, None);
     let solved = solved.map_err(|none| no_start(&none, initial, &names))?;
     check_motion(scenery, initial, &geometry, &solved, rounding)?;
     let field = geometry.field();
     field
         .evaluate(&solved.start.q, &solved.start.p, &mut field.room())
-        .map_err(|outside| outside_error(&outside, initial, &names, &blocks, &q))?;
+        .map_err(|error| outside.error(&error, initial, &names, &q))?;
     Ok(solved)
 }
 
-fn outside_error<S: Real>(
-    outside: &OutsideGeometry,
-    initial: &Initial<'_>,
-    names: &[String],
-    blocks: &[Vec<usize>],
-    q: &[S],
-) -> CaseError {
-    let at: Vec<String> = names.iter().zip(q).map(|(name, q)| format!("{name} = {}", q.to_f64())).collect();
-    let at = at.join(", ");
-    match outside.block {
-        Some(block) => {
-            let list = blocks[block].iter().map(|&a| names[a].as_str()).collect::<Vec<_>>().join(", ");
-            let message = format!(
-                "the metric is degenerate at the start: the determinant of the components of {list} is {} at {at}",
-                outside.determinant
-            );
-            let help = "choose another start, or coordinates that are regular there".to_owned();
-            initial.error_in_position(&blocks[block], message).with_help(help)
-        }
-        None => {
-            let all: Vec<usize> = (0..names.len()).collect();
+/// What a mistake in the position is described with.
+struct Outside {
+    active: Vec<usize>,
+    blocks: Vec<Vec<usize>>,
+}
+
+impl Outside {
+    fn error<S: Real>(&self, outside: &OutsideGeometry, initial: &Initial<'_>, names: &[String], q: &[S]) -> CaseError {
+        let at: Vec<String> = names.iter().zip(q).map(|(name, q)| format!("{name} = {}", q.to_f64())).collect();
+        let at = at.join(", ");
+        let Some(block) = outside.block else {
             let message = format!("the metric, the force or a derivative is not finite at the start, {at}");
-            initial.error_in_position(&all, message)
-        }
+            return initial.error_in_position(&self.active, message);
+        };
+        let list = self.blocks[block].iter().map(|&a| names[a].as_str()).collect::<Vec<_>>().join(", ");
+        let message = format!(
+            "the metric is degenerate at the start: the determinant of the components of {list} is {} at {at}",
+            outside.determinant
+        );
+        let help = "choose another start, or coordinates that are regular there".to_owned();
+        initial.error_in_position(&self.active, message).with_help(help)
     }
 }
 
@@ -133,14 +129,15 @@ fn no_start(none: &NoStart, initial: &Initial<'_>, names: &[String]) -> CaseErro
 }
 
 /// Refuses masses and c that are not positive.
-fn check_particle(scenery: &Scenery<'_>) -> Result<(), CaseError> {
+pub(super) fn particle(scenery: &Scenery<'_>) -> Result<(), CaseError> {
     let GeometryText::Potential(potential) = &scenery.text else { return Ok(()) };
     let masses = potential.masses.iter().enumerate().map(|(a, mass)| (Place::Mass(Some(a)), mass));
     let both = [(Place::Mass(None), &potential.mass), (Place::SpeedOfLight, &potential.c)];
     for (place, text) in both.into_iter().chain(masses) {
         let Some((_, field)) = scenery.fields.iter().find(|(other, _)| *other == place) else { continue };
-        let value = super::Quantity::new(text.clone()).value::<f64>(&potential.parameters).unwrap_or(f64::NAN);
-        if value.is_nan() || value <= 0.0 {
+        // What is no number is refused where it is compiled.
+        let value = super::Quantity::new(text.clone()).value::<f64>(&potential.parameters);
+        if let Some(value) = value.ok().filter(|value| *value <= 0.0) {
             return Err(field.error(format!("{} must be positive, got {value}", field.path)));
         }
     }
@@ -185,8 +182,7 @@ fn check_motion<S: Real>(
         if g00 <= 0.0 {
             let message = format!("g00 = c^2 + 2V/m must be positive at the start, got {g00}");
             let help = "choose another start, a weaker potential or a larger c".to_owned();
-            let all: Vec<usize> = (1..geometry.dimension()).collect();
-            return Err(initial.error_in_position(&all, message).with_help(help));
+            return Err(initial.error_in_position(geometry.active(), message).with_help(help));
         }
     }
     Ok(())

@@ -4,7 +4,7 @@ use super::quantity::Quantity;
 use super::reader::{Field, Section};
 use super::scenery::{Scenery, known};
 use crate::case::CaseError;
-use crate::geometry::{Geometry, GeometryError, GeometryText, Law, PotentialText};
+use crate::geometry::{Geometry, GeometryError, GeometryText, Law};
 use crate::similar::nearest;
 
 /// Which of two roots is meant.
@@ -74,16 +74,34 @@ pub(super) fn read<'t>(
     let velocities: Vec<_> = names.iter().map(|name| section.take(&format!("{name}_dot"))).collect();
     let momenta: Vec<_> = names.iter().map(|name| section.take(&format!("p_{name}"))).collect();
     let (norm, solve) = (section.take("norm"), section.take("solve"));
-    section.finish()?;
+    section.finish().map_err(|error| explain_velocity(error, names))?;
+    let is_lifted = matches!(&scenery.text, GeometryText::Potential(potential) if potential.law == Law::Newtonian);
     let positions = positions(&section, &q, geometry)?;
-    let mut rates: Vec<Option<Rate>> = Vec::new();
-    let mut fields = Vec::new();
+    let (mut rates, fields) = given_rates(velocities, momenta)?;
+    let mut value = from_norm(norm.as_ref(), solve.as_ref(), names, &fields, &mut rates)?;
+    if is_lifted {
+        add_lift(&mut rates, &mut value, norm.as_ref())?;
+    }
+    let rates =
+        rates.into_iter().zip(names).map(|(rate, name)| rate.ok_or_else(|| missing(&section, name, &value, is_lifted)));
+    let data = SceneInitial { q: positions, rates: rates.collect::<Result<_, _>>()?, norm: value };
+    Ok(Initial { data, q, rates: fields, norm, solve, section })
+}
+
+/// The rates that are given, and where they stand.
+type Given<'t> = (Vec<Option<Rate>>, Vec<Option<Field<'t>>>);
+
+/// The rates that are given, with their places.
+fn given_rates<'t>(
+    velocities: Vec<Option<Field<'t>>>,
+    momenta: Vec<Option<Field<'t>>>,
+) -> Result<Given<'t>, CaseError> {
+    let (mut rates, mut fields) = (Vec::new(), Vec::new());
     for (velocity, momentum) in velocities.into_iter().zip(momenta) {
         let rate = match (&velocity, &momentum) {
             (Some(velocity), Some(momentum)) => {
                 let message = format!("both {} and {} are given", velocity.key, momentum.key);
-                let help =
-                    format!("they determine each other: keep exactly one of {} and {}", velocity.key, momentum.key);
+                let help = format!("they determine each other: keep one of {} and {}", velocity.key, momentum.key);
                 return Err(momentum.key_error(message).with_help(help));
             }
             (Some(field), None) => Some(Rate::Velocity(field.quantity()?)),
@@ -93,37 +111,41 @@ pub(super) fn read<'t>(
         rates.push(rate);
         fields.push(velocity.or(momentum));
     }
-    let mut value = None;
-    match (&norm, &solve) {
-        (None, None) => {}
+    Ok((rates, fields))
+}
+
+/// The norm, if a rate follows from it, which is then marked.
+fn from_norm(
+    norm: Option<&Field<'_>>,
+    solve: Option<&Field<'_>>,
+    names: &[String],
+    given: &[Option<Field<'_>>],
+    rates: &mut [Option<Rate>],
+) -> Result<Option<Quantity>, CaseError> {
+    match (norm, solve) {
+        (None, None) => Ok(None),
         (Some(norm), None) => {
             let help = "add solve = { r_dot = \"+\" } with the velocity or the momentum that is to be found, or leave \
                         out norm";
-            return Err(norm.key_error("norm is given, and nothing to solve for").with_help(help.to_owned()));
+            Err(norm.key_error("norm is given, and nothing to solve for").with_help(help.to_owned()))
         }
         (None, Some(solve)) => {
             let help = "add norm = \"timelike\" (1), \"null\" (0) or a number: the K that the start must have";
-            return Err(solve.key_error("solve is given without norm").with_help(help.to_owned()));
+            Err(solve.key_error("solve is given without norm").with_help(help.to_owned()))
         }
         (Some(norm), Some(solve)) => {
             let (a, rate) = unknown(solve, names)?;
-            if let Some(given) = &fields[a] {
+            if let Some(given) = &given[a] {
                 let message = format!("'{}' is given, so there is nothing to solve for", given.path);
                 return Err(solve.error(message).with_help("leave out one of the two".to_owned()));
             }
             rates[a] = Some(rate);
-            value = Some(norm_value(norm)?);
+            norm_value(norm).map(Some)
         }
     }
-    if let GeometryText::Potential(PotentialText { law: Law::Newtonian, .. }) = scenery.text {
-        add_lift(&mut rates, &mut value, norm.as_ref())?;
-    }
-    let rates = rates.into_iter().zip(names).map(|(rate, name)| rate.ok_or_else(|| missing(&section, name, &value)));
-    let data = SceneInitial { q: positions, rates: rates.collect::<Result<_, _>>()?, norm: value };
-    Ok(Initial { data, q, rates: fields, norm, solve, section })
 }
 
-/// The position of every coordinate; that of an ignorable one is 0 if it is left out.
+/// The position of every coordinate; that of one that nothing depends on is 0 if it is left out.
 fn positions(
     section: &Section<'_>,
     fields: &[Option<Field<'_>>],
@@ -136,14 +158,13 @@ fn positions(
                 .to_owned(),
         ));
     }
-    let missing: Vec<String> = (0..fields.len())
-        .filter(|&a| geometry.depends_on(a) && fields[a].is_none())
-        .map(|a| geometry.names()[a].clone())
-        .collect();
+    // A force may act on a coordinate that nothing depends on, as on t of a damped motion.
+    let needed = (0..fields.len()).filter(|&a| geometry.depends_on(a));
+    let missing: Vec<&str> = needed.filter(|&a| fields[a].is_none()).map(|a| geometry.names()[a].as_str()).collect();
     if !missing.is_empty() {
         let list = missing.join("`, `");
-        let (field, help) = if missing.len() == 1 { ("field", "it") } else { ("fields", "them") };
-        let help = format!("the scene depends on {help}; only a coordinate that nothing depends on may be left out");
+        let (field, them) = if missing.len() == 1 { ("field", "it") } else { ("fields", "them") };
+        let help = format!("the scene depends on {them}; only a coordinate that nothing depends on may be left out");
         return Err(section.error(format!("missing {field} `{list}`")).with_help(help));
     }
     fields.iter().map(|field| field.as_ref().map_or(Ok(Quantity::new("0")), Field::quantity)).collect()
@@ -191,13 +212,10 @@ fn add_lift(
     field: Option<&Field<'_>>,
 ) -> Result<(), CaseError> {
     let (last, zero) = (rates.len() - 1, Quantity::new("0"));
-    if let (Some(value), Some(field)) = (norm.as_ref(), field) {
-        if value.value(&[]) != Ok(0.0) {
-            let message = format!("a newtonian scene has norm = 0, got {}", value.text());
-            return Err(field
-                .error(message)
-                .with_help("the lift of Newton's law is made of null geodesics".to_owned()));
-        }
+    let given = norm.as_ref().zip(field).filter(|(value, _)| value.value(&[]) != Ok(0.0));
+    if let Some((value, field)) = given {
+        let message = format!("a newtonian scene has norm = 0, got {}", value.text());
+        return Err(field.error(message).with_help("the lift of Newton's law is made of null geodesics".to_owned()));
     }
     let one = || Quantity::new("1");
     let is_free = norm.is_none();
@@ -218,10 +236,23 @@ fn add_lift(
     Ok(())
 }
 
-fn missing(section: &Section<'_>, name: &str, norm: &Option<Quantity>) -> CaseError {
-    let or = if norm.is_some() { "" } else { &format!(", or norm with solve = {{ {name}_dot = \"+\" }}") };
-    let help = format!("give exactly one of {name}_dot (d{name}/dgamma) and p_{name} (its momentum){or}");
+fn missing(section: &Section<'_>, name: &str, norm: &Option<Quantity>, is_lifted: bool) -> CaseError {
+    let help = if is_lifted && name == "s" {
+        "where norm determines another coordinate, give the energy as p_t, or s_dot".to_owned()
+    } else {
+        let or = if norm.is_some() { "" } else { &format!(", or norm with solve = {{ {name}_dot = \"+\" }}") };
+        format!("give exactly one of {name}_dot (d{name}/dgamma) and p_{name} (its momentum){or}")
+    };
     section.error(format!("neither {name}_dot nor p_{name} is given")).with_help(help)
+}
+
+/// Says what a scene takes in place of the velocity of a case of one coordinate.
+fn explain_velocity(error: CaseError, names: &[String]) -> CaseError {
+    if !error.message.starts_with("unknown field `velocity`") {
+        return error;
+    }
+    let name = names.get(1).unwrap_or(&names[0]);
+    error.with_help(format!("a scene takes {name}_dot = d{name}/dgamma, and so on, or the momentum p_{name}"))
 }
 
 impl Initial<'_> {
@@ -238,11 +269,12 @@ impl Initial<'_> {
         self.data.norm.as_ref().map_or(Ok(()), |norm| check_number(norm, self.norm.as_ref(), parameters))
     }
 
-    /// A mistake in the position of one of these coordinates.
-    pub(super) fn error_in_position(&self, coordinates: &[usize], message: String) -> CaseError {
-        match coordinates.iter().find_map(|&a| self.q[a].as_ref()) {
-            Some(field) => field.error(message),
-            None => self.section.error(message),
+    /// A mistake in the position, of which only the `active` coordinates matter.
+    pub(super) fn error_in_position(&self, active: &[usize], message: String) -> CaseError {
+        let mut given = active.iter().filter_map(|&a| self.q[a].as_ref());
+        match (given.next(), given.next()) {
+            (Some(field), None) => field.error(message),
+            _ => self.section.error(message),
         }
     }
 

@@ -1,6 +1,6 @@
 //! `[metric]`.
 
-use super::names::{self, Taken, mentions};
+use super::names::{self, Taken};
 use super::reader::{Field, Section};
 use super::scenery::Scenery;
 use crate::case::CaseError;
@@ -56,7 +56,7 @@ pub(super) fn read(mut section: Section<'_>) -> Result<Scenery<'_>, CaseError> {
         places.push((Place::Conformal, field));
     }
     if let Some(preset) = preset {
-        check_of_preset(preset, &text, &places)?;
+        check_of_preset(preset, &places)?;
     }
     let whole = fields.components.or(fields.preset).or(fields.coordinates);
     Ok(Scenery { text: text.into(), preset, fields: places, section, whole })
@@ -95,7 +95,7 @@ fn set(texts: &mut Vec<(String, String)>, name: &str, text: String) {
 
 fn preset(field: &Field<'_>, fields: &Fields<'_>) -> Result<&'static Preset, CaseError> {
     let name = field.string()?;
-    for other in [&fields.coordinates, &fields.components].into_iter().flatten() {
+    if let Some(other) = fields.coordinates.as_ref().or(fields.components.as_ref()) {
         let message = format!("'{}' and 'metric.preset' are both given", other.path);
         return Err(other.key_error(message).with_help("a preset has its own coordinates and components".to_owned()));
     }
@@ -106,31 +106,44 @@ fn preset(field: &Field<'_>, fields: &Fields<'_>) -> Result<&'static Preset, Cas
     })
 }
 
-/// Refuses a parameter or definition that a preset does not know and that no formula of the case uses.
-fn check_of_preset(preset: &Preset, text: &MetricText, places: &[(Place, Field<'_>)]) -> Result<(), CaseError> {
+/// Refuses a definition with the name of a parameter of the preset, and the other way round.
+fn check_of_preset(preset: &Preset, places: &[(Place, Field<'_>)]) -> Result<(), CaseError> {
     let own = preset.text();
-    let is_used = |name: &str| {
-        let formulas = text.definitions.iter().map(|(_, text)| text).chain(&text.conformal);
-        let forms = text.one_form.iter().chain(&text.force).map(|(_, text)| text);
-        formulas.chain(forms).any(|formula| mentions(formula, name))
-    };
     for (place, field) in places {
-        let (kind, known, others, name) = match place {
-            Place::Parameter(name) => ("parameter", &own.parameters, &own.definitions, name),
-            Place::Definition(name) => ("definition", &own.definitions, &own.parameters, name),
+        let (kind, others, name) = match place {
+            Place::Parameter(name) => ("parameter", &own.definitions, name),
+            Place::Definition(name) => ("definition", &own.parameters, name),
             _ => continue,
         };
         if others.iter().any(|(other, _)| other == name) {
             let message = format!("'{name}' is no {kind} of the preset \"{}\", but has another meaning", preset.name);
             return Err(field.key_error(message));
         }
+    }
+    Ok(())
+}
+
+/// Refuses a parameter or a definition that the preset does not know and that no formula uses.
+pub(super) fn check_use(
+    preset: &Preset,
+    places: &[(Place, Field<'_>)],
+    is_used: impl Fn(&str) -> bool,
+) -> Result<(), CaseError> {
+    let own = preset.text();
+    for (place, field) in places {
+        let (kind, known, name) = match place {
+            Place::Parameter(name) => ("parameter", &own.parameters, name),
+            Place::Definition(name) => ("definition", &own.definitions, name),
+            _ => continue,
+        };
         if known.iter().any(|(other, _)| other == name) || is_used(name) {
             continue;
         }
         let known: Vec<&str> = known.iter().map(|(name, _)| name.as_str()).collect();
         let meant = nearest(name, known.iter().copied()).map(|meant| format!("did you mean '{meant}'?"));
         let list = if known.is_empty() { format!("it has no {kind}") } else { format!("it has {}", known.join(", ")) };
-        let message = format!("the preset \"{}\" has no {kind} '{name}'", preset.name);
+        let message =
+            format!("the preset \"{}\" has no {kind} '{name}', and no formula of the case uses it", preset.name);
         return Err(field.key_error(message).with_help(meant.unwrap_or(list)));
     }
     Ok(())

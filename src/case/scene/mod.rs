@@ -50,7 +50,7 @@ use self::settings::Context;
 use super::CaseError;
 use super::parse::Source;
 use crate::action::Form;
-use crate::geometry::{Geometry, GeometryText, Preset, Start};
+use crate::geometry::{Geometry, GeometryText, Start};
 use crate::sbp::SbpName;
 use crate::scalar::{Extended, Real};
 use crate::solve::{End, System};
@@ -100,7 +100,10 @@ impl SceneCase {
     pub fn parse(source_name: &str, text: &str, overrides: &[String]) -> Result<Self, CaseError> {
         let source = Source::new(source_name, text, overrides)?;
         let document = source.document()?;
-        let mut root = Section::root(&source, document.as_table());
+        Self::read(&source, Section::root(&source, document.as_table()))
+    }
+
+    fn read<'t>(source: &'t Source, mut root: Section<'t>) -> Result<Self, CaseError> {
         let (title, metric, potential) = (root.take("title"), root.take("metric"), root.take("potential"));
         let [particle, initial, grid, scheme] = ["particle", "initial", "grid", "scheme"].map(|key| root.section(key));
         let [solver, expect, invariants] = ["solver", "expect", "invariants"].map(|key| root.section(key));
@@ -108,7 +111,8 @@ impl SceneCase {
         root.finish()?;
         let scenery = check::geometry(&root, metric, potential, particle?)?;
         let (sbp, form) = settings::scheme(scheme?)?;
-        let solver = settings::solver(solver?, &source)?;
+        let solver = settings::solver(solver?, source)?;
+        check::particle(&scenery)?;
         let compiled = scenery.geometry::<f64>()?;
         let names = compiled.names().to_vec();
         let initial = initial::read(initial?, &scenery, &compiled)?;
@@ -120,27 +124,27 @@ impl SceneCase {
         } else {
             found.is_double
         };
-        let definitions = match &scenery.text {
-            GeometryText::Metric(metric) => metric.definitions.as_slice(),
-            GeometryText::Potential(_) => &[],
-        };
-        let formulas = Formulas { coordinates: &names, parameters, definitions };
-        let context = Context { source: &source, names: &names, parameters, formulas: &formulas, start: &found.start };
-        Ok(Self {
+        let formulas = Formulas { coordinates: &names, parameters, definitions: scenery.definitions() };
+        let context = Context { source, names: &names, parameters, formulas: &formulas, start: &found.start };
+        let case = Self {
             title: title.map(|field| check::title(&field)).transpose()?,
             grid: settings::grid(grid?, sbp, &context)?,
             expect: settings::expect(expect?, &context)?,
             invariants: formulas.invariants(&invariants?)?,
             events: formulas.events(&events?)?,
             axes: formulas.axes(plot?)?,
-            preset: scenery.preset.map(|preset: &Preset| preset.name),
+            preset: scenery.preset.map(|preset| preset.name),
             initial: initial.data,
-            geometry: scenery.text,
+            geometry: scenery.text.clone(),
             is_double,
             sbp,
             form,
             solver,
-        })
+        };
+        if let Some(preset) = scenery.preset {
+            metric::check_use(preset, &scenery.fields, |name| case.is_used(name))?;
+        }
+        Ok(case)
     }
 
     /// A name for people, on one line.

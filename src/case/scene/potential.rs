@@ -9,8 +9,8 @@ use crate::geometry::{GeometryText, Law, Place, PotentialText};
 use crate::similar::nearest;
 
 const KINDS: [&str; 5] = ["free", "linear", "quartic", "polynomial", "formula"];
-const POTENTIALS: &str = "give exactly one of formula = \"expression\" or { expression, parameters } and, with one \
-                          coordinate, free = {}, linear = { alpha }, quartic = { kappa }, polynomial = { coefficients }";
+const POTENTIALS: &str = "give formula = \"expression\" or { expression, parameters } or, with one coordinate, one of \
+                          free = {}, linear = { alpha }, quartic = { kappa }, polynomial = { coefficients }";
 
 /// The values of `[particle]`.
 struct Particle<'t> {

@@ -57,16 +57,21 @@ impl Scenery<'_> {
         }
     }
 
+    /// Names and formulas of the definitions.
+    pub(super) fn definitions(&self) -> &[(String, String)] {
+        match &self.text {
+            GeometryText::Metric(metric) => &metric.definitions,
+            GeometryText::Potential(_) => &[],
+        }
+    }
+
     /// What a formula may be made of.
     fn known(&self, place: &Place) -> String {
         let positions = match &self.text {
             GeometryText::Metric(metric) => &metric.coordinates,
             GeometryText::Potential(potential) => &potential.coordinates,
         };
-        let definitions = match &self.text {
-            GeometryText::Metric(metric) => metric.definitions.as_slice(),
-            GeometryText::Potential(_) => &[],
-        };
+        let definitions = self.definitions();
         let constants = || self.text.parameters().iter().map(|(name, _)| name.clone());
         let names: Vec<String> = match place {
             Place::Parameter(_) => Vec::new(),

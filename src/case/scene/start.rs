@@ -200,12 +200,12 @@ fn equilibrate<S: Real>(rows: &mut [Vec<S>]) -> Vec<S> {
     };
     for row in rows.iter_mut() {
         let scale = reciprocal(row[..order].iter().fold(S::ZERO, |largest, entry| largest.max(entry.abs())));
-        row.iter_mut().for_each(|entry| *entry = *entry * scale);
+        row.iter_mut().for_each(|entry| *entry *= scale);
     }
     let mut scales = Vec::new();
     for column in 0..order {
         let scale = reciprocal(rows.iter().fold(S::ZERO, |largest, row| largest.max(row[column].abs())));
-        rows.iter_mut().for_each(|row| row[column] = row[column] * scale);
+        rows.iter_mut().for_each(|row| row[column] *= scale);
         scales.push(scale);
     }
     scales
@@ -247,9 +247,10 @@ impl<S: Real> Quadratic<S> {
             let is_most = square < S::ZERO;
             return Err(NoStart::NoRoot { coordinate, norm: norm.to_f64(), extreme, is_most });
         }
-        // The sum has no cancellation; the other root follows from the product of both.
+        // The sum has no cancellation; the other root follows from the product of both, or is its opposite.
         let far = -(middle + middle.signum() * discriminant.sqrt());
-        let (one, other) = (far / square, rest / far);
+        let one = far / square;
+        let other = if middle == S::ZERO { -one } else { rest / far };
         let (smaller, larger) = if one < other { (one, other) } else { (other, one) };
         Ok((if sign == Some(Sign::Minus) { smaller } else { larger }, false))
     }

@@ -25,13 +25,17 @@ impl SceneCase {
 
     /// Parameters of the case that no formula mentions.
     fn unused_parameters(&self) -> impl Iterator<Item = &str> {
-        let formulas = self.formulas();
         let preset = self.preset.and_then(Preset::from_name);
         let names = self.geometry.parameters().iter().map(|(name, _)| name.as_str());
         names.filter(move |name| {
             let is_of_preset = preset.is_some_and(|preset| preset.parameters().any(|other| other == *name));
-            !is_of_preset && !formulas.iter().any(|formula| mentions(formula, name))
+            !is_of_preset && !self.is_used(name)
         })
+    }
+
+    /// Whether a formula mentions a name.
+    pub(super) fn is_used(&self, name: &str) -> bool {
+        self.formulas().iter().any(|formula| mentions(formula, name))
     }
 
     /// Every formula of the case but those of parameters.

@@ -70,8 +70,8 @@ impl SceneCase {
             match rate {
                 Rate::Velocity(value) => insert(&mut table, &format!("{name}_dot"), quantity(value)),
                 Rate::Momentum(value) => insert(&mut table, &format!("p_{name}"), quantity(value)),
-                Rate::VelocityFromNorm(Some(sign)) => drop(solve.insert(&format!("{name}_dot"), sign_value(*sign))),
-                Rate::MomentumFromNorm(Some(sign)) => drop(solve.insert(&format!("p_{name}"), sign_value(*sign))),
+                Rate::VelocityFromNorm(Some(sign)) => drop(solve.insert(format!("{name}_dot"), sign_value(*sign))),
+                Rate::MomentumFromNorm(Some(sign)) => drop(solve.insert(format!("p_{name}"), sign_value(*sign))),
                 // It follows from Newton's law, which the case names.
                 Rate::VelocityFromNorm(None) | Rate::MomentumFromNorm(None) => {}
             }

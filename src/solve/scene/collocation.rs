@@ -1,33 +1,43 @@
 //! The collocation system of the active coordinates as a banded Newton iteration in (q, p*).
 
 use super::explicit;
-use super::window::{Node, Window};
+use super::window::Window;
 use crate::banded::solve_banded;
-use crate::geometry::{OutsideGeometry, Rates};
+use crate::geometry::Motion;
 use crate::scalar::Real;
 use crate::solve::derivative::FormDerivative;
 use crate::solve::newton::{self, Failure, LinearFailure, NewtonSystem, Root, RoundingLevels};
 use crate::solve::refinement::{self, Refined};
-use crate::solve::status::IterationRecord;
+use crate::solve::status::{InitialGuess, IterationRecord};
 
-/// p* of the active coordinates, q of all, and the iterations.
-type Solved<S> = (Vec<Vec<S>>, Vec<Vec<S>>, Vec<IterationRecord>);
+/// A solution of the collocation system, with what it was found from.
+pub(super) struct Solved<S, R> {
+    /// q^a of all coordinates, where ignorable ones are still what they are at the start.
+    pub(super) q: Vec<Vec<S>>,
+    /// p*_a of the active coordinates.
+    pub(super) p: Vec<Vec<S>>,
+    /// The rates on all nodes were computed in it last.
+    pub(super) room: R,
+    pub(super) history: Vec<IterationRecord>,
+    pub(super) initial_guess: InitialGuess,
+}
 
-/// p*_a of the active coordinates and q^a of all, where ignorable ones are still 0, with the iterations.
-pub(super) fn solve<S: Real>(
-    window: &Window<'_, S>,
-    rough: &Window<'_>,
+/// Solves the system of `window`; `rough` is the same in `f64`.
+pub(super) fn solve<S: Real, G: Motion<S>, R: Motion<f64, Outside = G::Outside>>(
+    window: &Window<'_, S, G>,
+    rough: &Window<'_, f64, R>,
     max_iterations: usize,
-) -> Result<Solved<S>, Failure<OutsideGeometry>> {
+) -> Result<Solved<S, G::Room>, Failure<G::Outside>> {
     let mut system = System::new(window, Vec::new());
-    let mut history = Vec::new();
+    let (mut history, mut initial_guess) = (Vec::new(), InitialGuess::None);
+    let mut unknowns = Vec::new();
     if system.fields() > 0 {
-        let states = explicit::runge_kutta(rough).map_err(explicit::outside)?;
+        let (states, guess) = explicit::guess(rough).map_err(explicit::outside)?;
         let scales = scales(rough, &states)?;
-        let guess = states[rough.derivative().first_unknown() * system.fields()..].to_vec();
+        let first = rough.derivative().first_unknown() * system.fields();
         let mut linearised = System::new(rough, scales.clone());
-        let root = newton::solve(&mut linearised, guess, max_iterations)?;
-        system = System::new(window, scales);
+        let root = newton::solve(&mut linearised, states[first..].to_vec(), max_iterations)?;
+        system.scales = scales;
         let root = if S::IS_EXTENDED {
             let mut refined = RefinedSystem { residual: system, linearised };
             let root = refinement::refine(&mut refined, root, window.digits, max_iterations)?;
@@ -36,10 +46,10 @@ pub(super) fn solve<S: Real>(
         } else {
             Root { unknowns: root.unknowns.into_iter().map(S::from).collect(), history: root.history }
         };
-        system.set(&root.unknowns);
-        history = root.history;
+        (unknowns, history, initial_guess) = (root.unknowns, root.history, guess);
     }
-    Ok((system.p, system.q, history))
+    system.evaluate(&unknowns).map_err(explicit::outside)?;
+    Ok(Solved { q: system.q, p: system.p, room: system.room, history, initial_guess })
 }
 
 /// Entries of the Jacobian, divided by this, stay far from overflow.
@@ -47,60 +57,50 @@ const LEAST_SCALE: f64 = 1e-280;
 
 /// The divisor of each kind of row, so that one rounding level holds for all: the size of the field plus its change in a
 /// step.
-fn scales(window: &Window<'_>, states: &[f64]) -> Result<Vec<f64>, Failure<OutsideGeometry>> {
-    let (field, h) = (window.geometry.field(), window.sbp.spacing());
-    let m = field.active().len();
-    let (mut node, mut rates) = (Node::new(window.start), field.room());
-    let (mut sizes, mut changes) = (vec![0.0_f64; 2 * m], vec![0.0_f64; 2 * m]);
-    for (k, state) in states.chunks_exact(2 * m).enumerate() {
-        for (place, &a) in field.active().iter().enumerate() {
-            (node.q[a], node.p[a]) = (state[place], state[m + place]);
-        }
-        let evaluated = field.evaluate(&node.q, &node.p, &mut rates);
-        evaluated.map_err(|point| explicit::outside(OutsideGeometry { index: k, ..point }))?;
-        for (place, &a) in field.active().iter().enumerate() {
-            sizes[place] = sizes[place].max(state[place].abs());
-            sizes[m + place] = sizes[m + place].max(state[m + place].abs());
-            changes[place] = changes[place].max(field.q_dot(&rates, a).abs());
-            changes[m + place] = changes[m + place].max(field.p_dot(&rates, place).abs());
-        }
-    }
-    // At rest in an equilibrium there is no scale.
-    let scale = |(size, change): (f64, f64)| match size + h * change {
-        0.0 => 1.0,
-        scale => scale.max(LEAST_SCALE),
+fn scales<G: Motion<f64>>(window: &Window<'_, f64, G>, states: &[f64]) -> Result<Vec<f64>, Failure<G::Outside>> {
+    let mut system = System::new(window, Vec::new());
+    let fields = system.fields();
+    let first = window.derivative().first_unknown() * fields;
+    system.evaluate(&states[first..]).map_err(explicit::outside)?;
+    let h = window.sbp.spacing();
+    let largest = |values: &[f64], field: usize| {
+        values.iter().skip(field).step_by(fields).fold(0.0_f64, |largest, value| largest.max(value.abs()))
     };
-    Ok(sizes.into_iter().zip(changes).map(scale).collect())
+    // At rest in an equilibrium there is no scale.
+    let scale = |field| match largest(states, field) + h * largest(&system.rates, field) {
+        0.0 => 1.0,
+        scale => f64::max(scale, LEAST_SCALE),
+    };
+    Ok((0..fields).map(scale).collect())
 }
 
 /// Rows (h du/dγ − h u̇)/s in the unknowns (q_1 … q_m, p_1 … p_m) of one node after the other: at nodes 1 … N−1 for
 /// nodes 2 … N in the strong form, at all nodes for all in the weak one.
-struct System<'w, S> {
-    window: Window<'w, S>,
+struct System<'w, S: Real, G: Motion<S>> {
+    window: Window<'w, S, G>,
     scales: Vec<f64>,
-    // What was evaluated last: the fields on all N nodes, their rates and their slopes.
+    // What was evaluated last: the fields on all N nodes, their rates and their slopes. Kept, because at a million nodes
+    // fresh memory costs more than the arithmetic.
     q: Vec<Vec<S>>,
     p: Vec<Vec<S>>,
     /// The rates of the 2m fields, node by node.
     rates: Vec<S>,
     slopes: Vec<Vec<S>>,
-    node: Node<S>,
-    room: Rates<S>,
+    room: G::Room,
 }
 
-impl<'w, S: Real> System<'w, S> {
-    fn new(window: &Window<'w, S>, scales: Vec<f64>) -> Self {
-        let (points, field) = (window.points(), window.geometry.field());
-        let m = field.active().len();
+impl<'w, S: Real, G: Motion<S>> System<'w, S, G> {
+    fn new(window: &Window<'w, S, G>, scales: Vec<f64>) -> Self {
+        let (points, geometry) = (window.points(), window.geometry);
+        let m = geometry.active().len();
         Self {
             window: *window,
             scales,
             q: window.start.q.iter().map(|&q| vec![q; points]).collect(),
-            p: field.active().iter().map(|&a| vec![window.start.p[a]; points]).collect(),
+            p: geometry.active().iter().map(|&a| vec![window.start.p[a]; points]).collect(),
             rates: vec![S::ZERO; 2 * m * points],
             slopes: vec![vec![S::ZERO; points]; 2 * m],
-            node: Node::new(window.start),
-            room: field.room(),
+            room: geometry.motion_room(),
         }
     }
 
@@ -117,41 +117,21 @@ impl<'w, S: Real> System<'w, S> {
         self.window.geometry.active()
     }
 
-    fn set(&mut self, u: &[S]) {
-        let (first, fields) = (self.derivative().first_unknown(), self.fields());
-        for (k, state) in u.chunks_exact(fields).enumerate() {
-            for (place, &a) in self.window.geometry.active().iter().enumerate() {
-                self.q[a][first + k] = state[place];
-                self.p[place][first + k] = state[fields / 2 + place];
-            }
-        }
-    }
-
-    fn set_node(&mut self, k: usize) {
-        for (place, &a) in self.window.geometry.active().iter().enumerate() {
-            (self.node.q[a], self.node.p[a]) = (self.q[a][k], self.p[place][k]);
-        }
-    }
-
     /// Updates the fields and their rates to the unknowns `u`.
-    fn evaluate(&mut self, u: &[S]) -> Result<(), OutsideGeometry> {
-        self.set(u);
-        let (field, fields) = (self.window.geometry.field(), self.fields());
-        for k in 0..self.window.points() {
-            self.set_node(k);
-            let evaluated = field.evaluate(&self.node.q, &self.node.p, &mut self.room);
-            evaluated.map_err(|point| OutsideGeometry { index: k, ..point })?;
-            let rates = &mut self.rates[k * fields..][..fields];
-            for (place, &a) in field.active().iter().enumerate() {
-                rates[place] = field.q_dot(&self.room, a);
-                rates[fields / 2 + place] = field.p_dot(&self.room, place);
+    fn evaluate(&mut self, u: &[S]) -> Result<(), G::Outside> {
+        let (first, fields) = (self.derivative().first_unknown(), self.fields());
+        for (place, &a) in self.active().iter().enumerate() {
+            let (q, p) = (&mut self.q[a][first..], &mut self.p[place][first..]);
+            for ((state, q), p) in u.chunks_exact(fields).zip(q).zip(p) {
+                (*q, *p) = (state[place], state[fields / 2 + place]);
             }
         }
-        Ok(())
+        let start = &self.window.start.p;
+        self.window.geometry.rates(&self.q, &self.p, start, &mut self.room, &mut self.rates)
     }
 
     /// `out` = F(u).
-    fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), OutsideGeometry> {
+    fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), G::Outside> {
         self.evaluate(u)?;
         let (h, derivative, fields) = (self.window.sbp.spacing(), self.derivative(), self.fields());
         let start = self.window.start;
@@ -159,10 +139,11 @@ impl<'w, S: Real> System<'w, S> {
             derivative.apply(&self.q[a], start.q[a], &mut self.slopes[place]);
             derivative.apply(&self.p[place], start.p[a], &mut self.slopes[fields / 2 + place]);
         }
-        for (k, rows) in out.chunks_exact_mut(fields).enumerate() {
-            for (field, row) in rows.iter_mut().enumerate() {
-                let defect = self.slopes[field][k] - self.rates[k * fields + field];
-                *row = h * defect / S::from(self.scales[field]);
+        for (field, slopes) in self.slopes.iter().enumerate() {
+            let scale = S::from(self.scales[field]);
+            let rows = out.iter_mut().skip(field).step_by(fields);
+            for ((row, slope), rate) in rows.zip(slopes).zip(self.rates.iter().skip(field).step_by(fields)) {
+                *row = h * (*slope - *rate) / scale;
             }
         }
         Ok(())
@@ -183,7 +164,7 @@ impl<'w, S: Real> System<'w, S> {
     }
 }
 
-impl System<'_, f64> {
+impl<G: Motion<f64>> System<'_, f64, G> {
     /// Overwrites `right` with J⁻¹ `right` for the Jacobian J at what was evaluated last.
     fn solve_linearised(&mut self, right: &mut [f64]) -> Result<(), LinearFailure> {
         let (h, derivative, fields) = (self.window.sbp.spacing(), self.derivative(), self.fields());
@@ -192,23 +173,26 @@ impl System<'_, f64> {
         // (first + 1) nodes, less one field, below the diagonal, and above it only if first is 0.
         let lower = (fields * lower).max(fields * (first + 1) - 1);
         let upper = (fields * upper).max(if first == 0 { fields - 1 } else { 0 });
-        let field = self.window.geometry.field();
-        let mut room = field.jacobian_room();
+        let Self { window, scales, q, p, room, .. } = self;
+        let geometry = window.geometry;
+        let (mut here, mut momenta) = (window.start.q.clone(), window.start.p.clone());
         let mut jacobian = vec![0.0; fields * fields];
         solve_banded(lower, upper, right, |index, row| {
             row.fill(0.0);
-            let (k, here) = (index / fields, index % fields);
-            if here == 0 && k >= first {
-                self.set_node(k);
+            let (k, field) = (index / fields, index % fields);
+            if field == 0 && k >= first {
+                for (place, &a) in geometry.active().iter().enumerate() {
+                    (here[a], momenta[a]) = (q[a][k], p[place][k]);
+                }
                 jacobian.fill(0.0);
                 let see = |row: usize, column: usize, value| jacobian[row * fields + column] = value;
-                field.jacobian(&self.node.q, &self.node.p, &mut room, see);
+                geometry.jacobian(&here, &momenta, k, room, see);
             }
-            let scale = self.scales[here];
-            derivative.row(k).for_each(|(column, d)| row[fields * column + here + lower - index] += h * d / scale);
+            let scale = scales[field];
+            derivative.row(k).for_each(|(column, d)| row[fields * column + field + lower - index] += h * d / scale);
             // In the strong form the first node is given: it has no unknowns to couple to.
             if k >= first {
-                for (other, &coupling) in jacobian[here * fields..][..fields].iter().enumerate() {
+                for (other, &coupling) in jacobian[field * fields..][..fields].iter().enumerate() {
                     if coupling != 0.0 {
                         row[fields * (k - first) + other + lower - index] -= h * coupling / scale;
                     }
@@ -219,10 +203,10 @@ impl System<'_, f64> {
     }
 }
 
-impl NewtonSystem for System<'_, f64> {
-    type Outside = OutsideGeometry;
+impl<G: Motion<f64>> NewtonSystem for System<'_, f64, G> {
+    type Outside = G::Outside;
 
-    fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), OutsideGeometry> {
+    fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), G::Outside> {
         System::residual(self, u, out)
     }
 
@@ -230,9 +214,8 @@ impl NewtonSystem for System<'_, f64> {
         Some(System::rounding(self, u))
     }
 
-    fn newton_step(&mut self, u: &[f64], residual: &[f64], step: &mut [f64]) -> Result<(), LinearFailure> {
-        // A trial step may have been evaluated since.
-        self.set(u);
+    /// `residual` was computed last, so that the fields are those of the unknowns.
+    fn newton_step(&mut self, _: &[f64], residual: &[f64], step: &mut [f64]) -> Result<(), LinearFailure> {
         for (step, r) in step.iter_mut().zip(residual) {
             *step = -r;
         }
@@ -244,16 +227,17 @@ impl NewtonSystem for System<'_, f64> {
     }
 }
 
-/// The residual with all digits, the Jacobian at the `f64` root, eliminated anew in every round.
-struct RefinedSystem<'w, S> {
-    residual: System<'w, S>,
-    linearised: System<'w, f64>,
+/// The residual with all digits, the Jacobian at the `f64` root, eliminated anew in every round: that is cheap beside an
+/// extended residual, and keeps the elimination in one pass without a stored factor L.
+struct RefinedSystem<'w, S: Real, G: Motion<S>, R: Motion<f64>> {
+    residual: System<'w, S, G>,
+    linearised: System<'w, f64, R>,
 }
 
-impl<S: Real> Refined<S> for RefinedSystem<'_, S> {
-    type Outside = OutsideGeometry;
+impl<S: Real, G: Motion<S>, R: Motion<f64>> Refined<S> for RefinedSystem<'_, S, G, R> {
+    type Outside = G::Outside;
 
-    fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), OutsideGeometry> {
+    fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), G::Outside> {
         self.residual.residual(u, out)
     }
 

@@ -14,8 +14,8 @@ use crate::solve::status::{InitialGuess, Status};
 
 /// The critical point of a window that starts at γ − γ_i = `gamma` and is `length` long.
 pub(super) fn solve<S: Real>(
-    window: &Window<'_, S>,
-    rough: &Window<'_>,
+    window: &Window<'_, S, Geometry<S>>,
+    rough: &Window<'_, f64, Geometry>,
     setup: &SceneSetup<S>,
     gamma: f64,
 ) -> Result<Piece<S>, NoWorldLine> {
@@ -71,7 +71,7 @@ fn refined<S: Real>(
 }
 
 /// A guess that failed, in terms of the scene.
-fn of_guess(window: &Window<'_>, failed: WindowFailure<OutsideGeometry>, gamma: f64) -> NoWorldLine {
+fn of_guess(window: &Window<'_, f64, Geometry>, failed: WindowFailure<OutsideGeometry>, gamma: f64) -> NoWorldLine {
     let WindowFailure { failure, start, gamma: from, spacing } = failed;
     let mut failure = *failure;
     // A limit of iterations belonged to the short window alone; no setting of the user would help.
@@ -82,7 +82,12 @@ fn of_guess(window: &Window<'_>, failed: WindowFailure<OutsideGeometry>, gamma: 
 }
 
 /// Node of an unknown, and the active coordinates of the forward branch there.
-fn on_forward_branch(window: &Window<'_>, layout: Layout, unknown: usize, u: &[f64]) -> (usize, Vec<f64>) {
+fn on_forward_branch(
+    window: &Window<'_, f64, Geometry>,
+    layout: Layout,
+    unknown: usize,
+    u: &[f64],
+) -> (usize, Vec<f64>) {
     let node = layout.node(unknown);
     (node, window.geometry.active().iter().map(|&a| layout.values(u, 0, a)[node]).collect())
 }

@@ -1,40 +1,44 @@
-//! Explicit recursions in γ: the two-step rule that SBP21's collocation system is, and Runge–Kutta steps for guesses.
+//! Explicit recursions in γ: the two-step rule that SBP21's collocation system is, and the integrators of first guesses.
 
 use super::limit::Limit;
-use super::window::{Node, Window};
-use crate::geometry::{OutsideGeometry, Rates};
+use super::window::Window;
+use crate::geometry::Motion;
+use crate::norm::max_abs;
 use crate::scalar::Real;
 use crate::solve::newton::Failure;
 use crate::solve::status::{InitialGuess, Status};
 
 /// A recursion that ended at a point outside the domain.
-pub(super) fn outside(point: OutsideGeometry) -> Failure<OutsideGeometry> {
+pub(in crate::solve) fn outside<O>(point: O) -> Failure<O> {
     Failure { outside: Some(point), ..Failure::without_iterate(Status::OutsideDomain) }
 }
 
 /// SBP21: one Euler step, then u_{k+1} = u_{k−1} + 2h u̇_k for every coordinate and every momentum. One evaluation a
 /// node.
-pub(super) fn two_step<S: Real>(window: &Window<'_, S>) -> Result<Limit<S>, Failure<OutsideGeometry>> {
-    let (points, h, field) = (window.points(), window.sbp.spacing(), window.geometry.field());
-    let active = field.active();
+///
+/// Exact charges say nothing about the rest here: the rule carries a computational (−1)^k mode, neutral only while
+/// hω < 1.
+pub(super) fn two_step<S: Real, G: Motion<S>>(window: &Window<'_, S, G>) -> Result<Limit<S>, Failure<G::Outside>> {
+    let (points, h, geometry) = (window.points(), window.sbp.spacing(), window.geometry);
+    let active = geometry.active();
     let mut q: Vec<Vec<S>> = window.start.q.iter().map(|&q| vec![q; points]).collect();
     let mut p: Vec<Vec<S>> = active.iter().map(|&a| vec![window.start.p[a]; points]).collect();
-    let (mut node, mut rates) = (Node::new(window.start), field.room());
+    let (mut here, mut momenta) = (window.start.q.clone(), window.start.p.clone());
+    let mut room = geometry.motion_room();
     for k in 0..points {
         for (place, &a) in active.iter().enumerate() {
-            (node.q[a], node.p[a]) = (q[a][k], p[place][k]);
+            (here[a], momenta[a]) = (q[a][k], p[place][k]);
         }
-        let evaluated = field.evaluate(&node.q, &node.p, &mut rates);
-        evaluated.map_err(|point| outside(OutsideGeometry { index: k, ..point }))?;
+        geometry.rates_at(&here, &momenta, k, &mut room).map_err(outside)?;
         if k + 1 == points {
             break;
         }
         let (from, step) = if k == 0 { (0, h) } else { (k - 1, h + h) };
         for (a, q) in q.iter_mut().enumerate() {
-            q[k + 1] = q[from] + step * field.q_dot(&rates, a);
+            q[k + 1] = q[from] + step * geometry.q_dot(&room, a);
         }
         for (place, p) in p.iter_mut().enumerate() {
-            p[k + 1] = p[from] + step * field.p_dot(&rates, place);
+            p[k + 1] = p[from] + step * geometry.p_dot(&room, place);
         }
     }
     Ok(Limit { q, p, history: Vec::new(), initial_guess: InitialGuess::None })
@@ -45,97 +49,174 @@ const MOST_SUBSTEPS: usize = 64;
 /// Halving the step may change a position by this share of its size; Newton's method does the rest.
 const GUESS_TOLERANCE: f64 = 1e-4;
 
-/// Rows of positions and momenta of the active coordinates, node by node: (q_1 … q_m, p_1 … p_m) each.
+/// The active coordinates on the nodes, node by node: (q_1 … q_m, p_1 … p_m) each.
 pub(super) type States = Vec<f64>;
 
-/// The active coordinates and momenta on the nodes by the classical Runge–Kutta method of order four.
+/// A first guess by an integrator of order four: Nyström's (E. J. Nyström, Acta Soc. Sci. Fenn. 50 (1925)) where the
+/// accelerations depend on positions only, otherwise the classical one of Runge and Kutta.
 ///
-/// The number of steps between two nodes, at first one, is doubled until that changes nothing that matters. So the
-/// guess is close to the geodesic however coarse the grid is, and only what happens with ever finer steps is believed.
-pub(super) fn runge_kutta(window: &Window<'_>) -> Result<States, OutsideGeometry> {
-    let mut coarse = runge_kutta_with(window, 1);
-    let mut substeps = 2;
+/// The step, at first two node intervals, is halved until that changes no position that matters, so the guess is close
+/// to the geodesic however coarse the grid is. It also tells a geodesic that leaves the domain from a coarse step that
+/// jumps out of it: only what happens with ever finer steps is believed.
+pub(super) fn guess<G: Motion<f64>>(window: &Window<'_, f64, G>) -> Result<(States, InitialGuess), G::Outside> {
+    let m = window.geometry.active().len();
+    // Every second node; the last interval is left out if their number is odd.
+    let mut coarse = integrate(window, 2, 1);
+    let mut coarse_stride = 2;
+    let mut substeps = 1;
     loop {
-        let fine = runge_kutta_with(window, substeps);
+        let fine = integrate(window, 1, substeps);
         let settled = match (&coarse, &fine) {
-            (Ok(before), Ok(after)) => has_settled(before, after, 2 * window.geometry.active().len()),
+            (Ok((before, _)), Ok((after, _))) => has_settled(before, after, coarse_stride, m),
             _ => false,
         };
         if settled || substeps == MOST_SUBSTEPS {
             return fine;
         }
-        coarse = fine;
+        (coarse, coarse_stride) = (fine, 1);
         substeps *= 2;
     }
 }
 
-/// Whether no field changed by more than the tolerance times its size.
-fn has_settled(before: &[f64], after: &[f64], fields: usize) -> bool {
-    (0..fields).all(|field| {
-        let pairs = || before.iter().zip(after).skip(field).step_by(fields);
-        let change = pairs().fold(0.0_f64, |change, (a, b)| change.max((a - b).abs()));
-        let size = pairs().fold(0.0_f64, |size, (_, b)| size.max(b.abs()));
-        change <= GUESS_TOLERANCE * size
+/// Whether no position changed by more than the tolerance times its size. `before` has every `stride`-th node.
+fn has_settled(before: &[f64], after: &[f64], stride: usize, m: usize) -> bool {
+    let fields = 2 * m;
+    (0..m).all(|field| {
+        let of = |states: &[f64], stride: usize| -> Vec<f64> {
+            states.iter().skip(field).step_by(fields * stride).copied().collect()
+        };
+        let change = of(before, 1).iter().zip(of(after, stride)).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+        change <= GUESS_TOLERANCE * max_abs(&of(after, 1))
     })
 }
 
-/// The right-hand side on active coordinates and momenta.
-struct Motion<'w> {
-    window: &'w Window<'w>,
-    node: Node<f64>,
-    rates: Rates<f64>,
+/// Every `stride`-th node, with `substeps` steps from one to the next.
+fn integrate<G: Motion<f64>>(
+    window: &Window<'_, f64, G>,
+    stride: usize,
+    substeps: usize,
+) -> Result<(States, InitialGuess), G::Outside> {
+    let intervals = (window.points() - 1) / stride;
+    let mut flow = Flow::new(window);
+    let mut states = Vec::with_capacity(flow.state.len() * (intervals + 1));
+    flow.append(&mut states);
+    // What the equations are is known after a first evaluation.
+    flow.rates(0)?;
+    let is_separable = window.geometry.acceleration(&flow.room, 0).is_some();
+    for k in 1..=intervals {
+        let from = (k - 1) * stride;
+        let length = (from..from + stride).fold(0.0, |length, k| length + window.sbp.interval(k));
+        let h = length / substeps as f64;
+        for _ in 0..substeps {
+            match is_separable {
+                true => flow.nystrom(h, [from, from + stride])?,
+                false => flow.runge_kutta(h, [from, from + stride])?,
+            }
+        }
+        flow.append(&mut states);
+    }
+    flow.rates(intervals * stride)?;
+    let guess = if is_separable { InitialGuess::Nystrom4 } else { InitialGuess::RungeKutta4 };
+    Ok((states, guess))
 }
 
-impl Motion<'_> {
-    fn slope(&mut self, state: &[f64], out: &mut [f64]) -> Result<(), OutsideGeometry> {
-        let field = self.window.geometry.field();
-        let m = field.active().len();
-        for (place, &a) in field.active().iter().enumerate() {
-            (self.node.q[a], self.node.p[a]) = (state[place], state[m + place]);
+/// The active coordinates and their momenta or, where the equations are separable, their velocities, on the way.
+struct Flow<'w, G: Motion<f64>> {
+    window: &'w Window<'w, f64, G>,
+    q: Vec<f64>,
+    p: Vec<f64>,
+    room: G::Room,
+    /// (q_1 … q_m, p_1 … p_m).
+    state: Vec<f64>,
+    slopes: [Vec<f64>; 4],
+}
+
+impl<'w, G: Motion<f64>> Flow<'w, G> {
+    fn new(window: &'w Window<'w, f64, G>) -> Self {
+        let (start, active) = (window.start, window.geometry.active());
+        let state: Vec<f64> = active.iter().map(|&a| start.q[a]).chain(active.iter().map(|&a| start.p[a])).collect();
+        let slopes = [(); 4].map(|()| vec![0.0; state.len()]);
+        let room = window.geometry.motion_room();
+        Self { window, q: start.q.clone(), p: start.p.clone(), room, state, slopes }
+    }
+
+    fn append(&self, states: &mut States) {
+        states.extend_from_slice(&self.state);
+    }
+
+    /// Computes the rates at the present state.
+    fn rates(&mut self, index: usize) -> Result<(), G::Outside> {
+        let m = self.state.len() / 2;
+        for (place, &a) in self.window.geometry.active().iter().enumerate() {
+            (self.q[a], self.p[a]) = (self.state[place], self.state[m + place]);
         }
-        field.evaluate(&self.node.q, &self.node.p, &mut self.rates)?;
-        for (place, &a) in field.active().iter().enumerate() {
-            out[place] = field.q_dot(&self.rates, a);
-            out[m + place] = field.p_dot(&self.rates, place);
+        self.window.geometry.rates_at(&self.q, &self.p, index, &mut self.room)
+    }
+
+    /// (q̇, ṗ) at the state plus `h` times slope `from`, into slope `to`.
+    fn slope(&mut self, h: f64, from: usize, to: usize, index: usize) -> Result<(), G::Outside> {
+        let m = self.state.len() / 2;
+        for (place, &a) in self.window.geometry.active().iter().enumerate() {
+            self.q[a] = self.state[place] + h * self.slopes[from][place];
+            self.p[a] = self.state[m + place] + h * self.slopes[from][m + place];
+        }
+        self.window.geometry.rates_at(&self.q, &self.p, index, &mut self.room)?;
+        for (place, &a) in self.window.geometry.active().iter().enumerate() {
+            self.slopes[to][place] = self.window.geometry.q_dot(&self.room, a);
+            self.slopes[to][m + place] = self.window.geometry.p_dot(&self.room, place);
         }
         Ok(())
     }
-}
 
-fn runge_kutta_with(window: &Window<'_>, substeps: usize) -> Result<States, OutsideGeometry> {
-    let (start, field) = (window.start, window.geometry.field());
-    let active = field.active();
-    let fields = 2 * active.len();
-    let mut motion = Motion { window, node: Node::new(start), rates: field.room() };
-    let mut state: Vec<f64> = active.iter().map(|&a| start.q[a]).chain(active.iter().map(|&a| start.p[a])).collect();
-    let mut states = Vec::with_capacity(fields * window.points());
-    states.extend_from_slice(&state);
-    let mut slopes = [(); 4].map(|()| vec![0.0; fields]);
-    let mut trial = state.clone();
-    for k in 1..window.points() {
-        let h = window.sbp.interval(k - 1) / substeps as f64;
-        let at = |index: usize| move |point: OutsideGeometry| OutsideGeometry { index, ..point };
-        for _ in 0..substeps {
-            let [k1, k2, k3, k4] = &mut slopes;
-            motion.slope(&state, k1).map_err(at(k - 1))?;
-            advance(&state, 0.5 * h, k1, &mut trial);
-            motion.slope(&trial, k2).map_err(at(k))?;
-            advance(&state, 0.5 * h, k2, &mut trial);
-            motion.slope(&trial, k3).map_err(at(k))?;
-            advance(&state, h, k3, &mut trial);
-            motion.slope(&trial, k4).map_err(at(k))?;
-            for (field, value) in state.iter_mut().enumerate() {
-                *value += h / 6.0 * (k1[field] + 2.0 * (k2[field] + k3[field]) + k4[field]);
-            }
+    /// A step of the classical method between two nodes.
+    fn runge_kutta(&mut self, h: f64, [from, to]: [usize; 2]) -> Result<(), G::Outside> {
+        self.slope(0.0, 0, 0, from)?;
+        self.slope(0.5 * h, 0, 1, to)?;
+        self.slope(0.5 * h, 1, 2, to)?;
+        self.slope(h, 2, 3, to)?;
+        let [k1, k2, k3, k4] = &self.slopes;
+        for (field, value) in self.state.iter_mut().enumerate() {
+            *value += h / 6.0 * (k1[field] + 2.0 * (k2[field] + k3[field]) + k4[field]);
         }
-        states.extend_from_slice(&state);
+        Ok(())
     }
-    motion.slope(&state, &mut trial).map_err(|point| OutsideGeometry { index: window.points() - 1, ..point })?;
-    Ok(states)
-}
 
-fn advance(state: &[f64], h: f64, slope: &[f64], out: &mut [f64]) {
-    for ((out, value), slope) in out.iter_mut().zip(state).zip(slope) {
-        *out = value + h * slope;
+    /// A step of Nyström's method between two nodes. Of the momenta only the rates matter: the velocities at the start
+    /// of the step are those of the state.
+    fn nystrom(&mut self, h: f64, [from, to]: [usize; 2]) -> Result<(), G::Outside> {
+        let m = self.state.len() / 2;
+        self.rates(from)?;
+        let geometry = self.window.geometry;
+        let velocities: Vec<f64> = geometry.active().iter().map(|&a| geometry.q_dot(&self.room, a)).collect();
+        self.keep(0);
+        for place in 0..m {
+            let (w, k1) = (velocities[place], self.slopes[0][place]);
+            self.q[geometry.active()[place]] = self.state[place] + h * (0.5 * w + 0.125 * h * k1);
+        }
+        geometry.rates_at(&self.q, &self.p, to, &mut self.room)?;
+        self.keep(1);
+        for place in 0..m {
+            let (w, k2) = (velocities[place], self.slopes[1][place]);
+            self.q[geometry.active()[place]] = self.state[place] + h * (w + 0.5 * h * k2);
+        }
+        geometry.rates_at(&self.q, &self.p, to, &mut self.room)?;
+        self.keep(2);
+        let [k1, k2, k3, _] = &self.slopes;
+        for place in 0..m {
+            self.state[place] += h * (velocities[place] + h * (k1[place] + 2.0 * k2[place]) / 6.0);
+            let at = m + place;
+            self.state[at] += h * (k1[at] + 4.0 * k2[at] + k3[at]) / 6.0;
+        }
+        Ok(())
+    }
+
+    /// Keeps the accelerations and the rates of the momenta as a slope.
+    fn keep(&mut self, slope: usize) {
+        let m = self.state.len() / 2;
+        for place in 0..m {
+            let acceleration = self.window.geometry.acceleration(&self.room, place);
+            self.slopes[slope][place] = acceleration.expect("the equations are separable");
+            self.slopes[slope][m + place] = self.window.geometry.p_dot(&self.room, place);
+        }
     }
 }

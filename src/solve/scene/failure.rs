@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::window::Window;
-use crate::geometry::OutsideGeometry;
+use crate::geometry::{Geometry, OutsideGeometry};
 use crate::solve::newton::Failure;
 use crate::solve::status::{Compact, InitialGuess, IterationRecord, Status};
 
@@ -33,7 +33,7 @@ impl NoWorldLine {
     /// A failed iteration in terms of the scene. `gamma` is γ of a node from the start of the run, and `locate` maps an
     /// index of the residual to its node and, if they are known, the active coordinates there.
     pub(super) fn new(
-        window: &Window<'_>,
+        window: &Window<'_, f64, Geometry>,
         failure: Failure<OutsideGeometry>,
         initial_guess: InitialGuess,
         gamma: impl Fn(usize) -> f64,

@@ -12,9 +12,9 @@
 
 use super::collocation;
 use super::explicit;
-use super::window::{Node, Window};
+use super::window::Window;
 use crate::action::Form;
-use crate::geometry::OutsideGeometry;
+use crate::geometry::Motion;
 use crate::scalar::Real;
 use crate::solve::newton::Failure;
 use crate::solve::quadrature::Integral;
@@ -22,76 +22,64 @@ use crate::solve::status::{InitialGuess, IterationRecord};
 
 /// A solution of the collocation system of a window.
 #[derive(Debug, Clone)]
-pub(super) struct Limit<S> {
+pub(in crate::solve) struct Limit<S> {
     /// q^a on the nodes, a row for each coordinate.
-    pub(super) q: Vec<Vec<S>>,
+    pub(in crate::solve) q: Vec<Vec<S>>,
     /// p*_a on the nodes, a row for each active coordinate.
-    pub(super) p: Vec<Vec<S>>,
-    pub(super) history: Vec<IterationRecord>,
-    pub(super) initial_guess: InitialGuess,
+    pub(in crate::solve) p: Vec<Vec<S>>,
+    pub(in crate::solve) history: Vec<IterationRecord>,
+    pub(in crate::solve) initial_guess: InitialGuess,
 }
 
 /// In the strong form SBP21 is explicit; everything else is one banded system.
-pub(super) fn solve<S: Real>(
-    window: &Window<'_, S>,
-    rough: &Window<'_>,
+pub(in crate::solve) fn solve<S: Real, G: Motion<S>, R: Motion<f64, Outside = G::Outside>>(
+    window: &Window<'_, S, G>,
+    rough: &Window<'_, f64, R>,
     max_iterations: usize,
-) -> Result<Limit<S>, Failure<OutsideGeometry>> {
+) -> Result<Limit<S>, Failure<G::Outside>> {
     if window.form == Form::Strong && window.sbp.is_two_step() {
         return explicit::two_step(window);
     }
-    let (p, mut q, history) = collocation::solve(window, rough, max_iterations)?;
-    // The velocities of the ignorable coordinates on the nodes, then these coordinates themselves.
-    let (points, field) = (window.points(), window.geometry.field());
-    let ignorable: Vec<usize> = window.geometry.ignorable().collect();
-    let mut velocities = vec![vec![S::ZERO; points]; ignorable.len()];
-    let (mut node, mut rates) = (Node::new(window.start), field.room());
-    for k in 0..points {
-        for (place, &a) in field.active().iter().enumerate() {
-            (node.q[a], node.p[a]) = (q[a][k], p[place][k]);
-        }
-        let evaluated = field.evaluate(&node.q, &node.p, &mut rates);
-        evaluated.map_err(|point| explicit::outside(OutsideGeometry { index: k, ..point }))?;
-        for (&a, velocities) in ignorable.iter().zip(&mut velocities) {
-            velocities[k] = field.q_dot(&rates, a);
-        }
-    }
+    let collocation::Solved { mut q, p, mut room, history, initial_guess } =
+        collocation::solve(window, rough, max_iterations)?;
     let integral = Integral { derivative: window.derivative(), rough: rough.derivative(), digits: window.digits };
-    let h = window.sbp.spacing();
-    for (&a, velocities) in ignorable.iter().zip(&velocities) {
-        q[a] = integral.of(|k| h * velocities[k], vec![S::ZERO; points], max_iterations)?;
+    let (points, active) = (window.points(), window.geometry.active());
+    let steps = window.geometry.steps(&q, &p, &window.start.p, window.sbp.spacing(), &mut room);
+    let ignorable = (0..q.len()).filter(|a| !active.contains(a));
+    for (a, steps) in ignorable.zip(steps) {
+        q[a] = integral.of(|k| steps[k], vec![S::ZERO; points], max_iterations)?;
     }
-    Ok(Limit { q, p, history, initial_guess: InitialGuess::RungeKutta4 })
+    Ok(Limit { q, p, history, initial_guess })
 }
 
 impl<S: Real> Limit<S> {
-    /// q^a and p*_a of all coordinates at node k.
-    pub(super) fn node(&self, window: &Window<'_, S>, k: usize) -> Node<S> {
-        let mut node = Node::new(window.start);
-        for (a, row) in self.q.iter().enumerate() {
-            node.q[a] = row[k];
-        }
+    /// p*_a of all coordinates at the last node.
+    pub(super) fn last_momenta<G: Motion<S>>(&self, window: &Window<'_, S, G>) -> Vec<S> {
+        let mut momenta = window.start.p.clone();
         for (place, &a) in window.geometry.active().iter().enumerate() {
-            node.p[a] = self.p[place][k];
+            momenta[a] = self.p[place][window.points() - 1];
         }
-        node
+        momenta
     }
 
-    /// The multipliers of the strong doubled action at this solution, in the order of its layout.
-    pub(super) fn multipliers(&self, window: &Window<'_, S>) -> Vec<S> {
+    /// The multipliers of the doubled action at this solution, in the order of its layout; none in the weak form.
+    pub(in crate::solve) fn multipliers<G: Motion<S>>(&self, window: &Window<'_, S, G>) -> Vec<S> {
         let layout = window.action().layout();
+        let mut multipliers = vec![S::ZERO; layout.multiplier_range().len()];
+        if multipliers.is_empty() {
+            return multipliers;
+        }
         let last = window.points() - 1;
         let weight = window.sbp.weights()[last];
-        let end = self.node(window, last);
+        let q: Vec<S> = self.q.iter().map(|row| row[last]).collect();
         let slopes: Vec<S> = self.q.iter().map(|row| window.sbp.derivative_at(row, last)).collect();
-        let momenta = window.geometry.momenta(&end.q, &slopes);
-        let forces = window.geometry.forces(&end.q, &slopes);
-        let mut multipliers = vec![S::ZERO; layout.multiplier_range().len()];
-        for a in 0..self.q.len() {
+        let (p, momenta) = (self.last_momenta(window), window.geometry.momenta(&q, &slopes));
+        let forces = window.geometry.forces(&q, &slopes);
+        for a in 0..q.len() {
             let place = window.geometry.active().iter().position(|&active| active == a);
             let slope = place.map_or(S::ZERO, |place| window.sbp.derivative_at(&self.p[place], last));
-            multipliers[layout.nu(a)] = weight * (slope - forces[a]) - end.p[a];
-            multipliers[layout.kappa(a)] = weight * (end.p[a] - momenta[a]);
+            multipliers[layout.nu(a)] = weight * (slope - forces[a]) - p[a];
+            multipliers[layout.kappa(a)] = weight * (p[a] - momenta[a]);
         }
         multipliers
     }

@@ -6,10 +6,10 @@ mod doubled;
 mod end;
 mod explicit;
 mod failure;
-mod limit;
+pub(super) mod limit;
 mod run;
 mod setup;
-mod window;
+pub(super) mod window;
 mod world_line;
 
 pub use failure::NoWorldLine;

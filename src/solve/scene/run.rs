@@ -7,8 +7,7 @@ use super::setup::{Place, SceneSetup};
 use super::window::Window;
 use super::world_line::{SceneWindow, WorldLine, relative};
 use super::{doubled, gradient_norm, limit};
-use crate::action::Form;
-use crate::geometry::Start;
+use crate::geometry::{Geometry, Start};
 use crate::sbp::SbpOperator;
 use crate::scalar::{Compensated, Real};
 use crate::solve::System;
@@ -45,8 +44,8 @@ pub(super) fn solve_to<S: Real>(setup: &SceneSetup<S>, length: S) -> Result<Worl
         let gamma = S::from(index as f64) * window_length;
         let (window_start, rough_start) = (relative(geometry, &here), relative(&setup.rough.geometry, &rough_here));
         let (form, digits) = (setup.form, setup.digits);
-        let window = Window { form, sbp: &sbp, geometry, start: &window_start, digits };
-        let rough = Window { form, sbp: &rough_sbp, geometry: &setup.rough.geometry, start: &rough_start, digits: 16 };
+        let window = Window { form, sbp: &*sbp, geometry: &**geometry, start: &window_start, digits };
+        let rough = Window { form, sbp: &rough_sbp, geometry: &*setup.rough.geometry, start: &rough_start, digits: 16 };
         let offset = (setup.gamma_i + gamma).to_f64();
         let piece = match setup.system {
             System::PhysicalLimit => solve_limit(&window, &rough, setup.max_iterations, offset),
@@ -82,8 +81,8 @@ fn in_f64<S: Real>(start: &Start<S>) -> Start {
 }
 
 fn solve_limit<S: Real>(
-    window: &Window<'_, S>,
-    rough: &Window<'_>,
+    window: &Window<'_, S, Geometry<S>>,
+    rough: &Window<'_, f64, Geometry>,
     max_iterations: usize,
     gamma: f64,
 ) -> Result<Piece<S>, NoWorldLine> {
@@ -98,16 +97,13 @@ fn solve_limit<S: Real>(
         let guess = InitialGuess::RungeKutta4;
         NoWorldLine::new(rough, failure, guess, |node| gamma + rough.sbp.node(node), locate)
     })?;
-    let multipliers = match window.form {
-        Form::Strong => limit.multipliers(window),
-        Form::Weak => Vec::new(),
-    };
+    let multipliers = limit.multipliers(window);
     let action = window.action();
     let rows: Vec<&[S]> = limit.q.iter().map(Vec::as_slice).collect();
     let unknowns = action.layout().physical_limit(&rows, &multipliers);
     Ok(Piece {
         gradient_norm: gradient_norm(&action, &unknowns),
-        end: limit.node(window, window.points() - 1).p,
+        end: limit.last_momenta(window),
         q: limit.q,
         p: limit.p,
         backward: Vec::new(),

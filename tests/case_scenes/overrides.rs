@@ -1,0 +1,54 @@
+//! `--set` on scenes.
+
+use geodesic_ivp::case::{CaseError, SceneCase};
+
+use super::{KEPLER, KERR, SCHWARZSCHILD};
+
+fn with(text: &str, overrides: &[&str]) -> Result<SceneCase, CaseError> {
+    SceneCase::parse("case", text, &overrides.iter().map(|setting| (*setting).to_owned()).collect::<Vec<_>>())
+}
+
+#[test]
+fn numbers_formulas_and_names() {
+    let scene = with(
+        SCHWARZSCHILD,
+        &[
+            "metric.parameters.m=2",
+            "metric.components.\"r r\"=-1/f",
+            "initial.phi=pi/3",
+            "grid.t_f=12",
+            "scheme.sbp=GLL16",
+        ],
+    )
+    .unwrap();
+    let start = scene.start::<f64>();
+    assert!((start.p[0] - 0.6 * 1.2).abs() < 1e-15 && start.q[2] == std::f64::consts::PI / 3.0);
+    assert_eq!((scene.n_gamma(), scene.t_f()), (16, Some(12.0)));
+    let scene = with(KEPLER, &["grid.gamma_f=3", "solver.digits=30", "potential.formula=-2/sqrt(x^2+y^2)"]).unwrap();
+    assert!(scene.is_extended() && scene.t_f::<f64>().is_none());
+}
+
+#[test]
+fn a_rate_takes_the_place_of_the_other() {
+    let scene = with(SCHWARZSCHILD, &["initial.p_r=0.1"]).unwrap();
+    assert_eq!(scene.start::<f64>().p[1], 0.1);
+    let scene = with(KERR, &["initial.theta_dot=0.02"]).unwrap();
+    assert_eq!(scene.start::<f64>().q_dot[2], 0.02);
+    let error = with(SCHWARZSCHILD, &["initial.p_r=0.1", "initial.r_dot=1"]).unwrap_err();
+    assert!(error.message.contains("both"), "{error}");
+}
+
+#[test]
+fn a_preset_takes_the_place_of_components() {
+    let scene =
+        with(SCHWARZSCHILD, &["metric.preset=kerr-equatorial", "metric.definitions={}", "metric.parameters.a=0.5"]);
+    assert_eq!(scene.unwrap().preset(), Some("kerr-equatorial"));
+}
+
+#[test]
+fn errors_refer_to_the_changed_text() {
+    let error = with(SCHWARZSCHILD, &["metric.definitions.f=1-2*M/r"]).unwrap_err();
+    let span = error.span.clone().unwrap();
+    assert_eq!(&error.text[span], "M");
+    assert!(error.source_name.contains("--set"));
+}
