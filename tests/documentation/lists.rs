@@ -60,7 +60,12 @@ fn the_case_reference_has_every_key_and_no_other() {
 
 #[test]
 fn the_index_of_cases_has_every_one_once_and_below_its_group() {
-    let headings = [(Group::Paper, "## The paper's"), (Group::Basic, "## Basic ones"), (Group::Hard, "## Hard ones")];
+    let headings = [
+        (Group::Paper, "## The paper's"),
+        (Group::Basic, "## Basic ones"),
+        (Group::Hard, "## Hard ones"),
+        (Group::Scene, "## Scenes"),
+    ];
     let (mut listed, mut group) = (Vec::new(), None);
     for line in Page::named("cases/README.md").lines() {
         group = headings.iter().find(|(_, heading)| *heading == line).map(|(group, _)| *group).or(group);

@@ -2,3 +2,4 @@
 
 mod common;
 mod schwarzschild;
+mod shipped_scenes;
