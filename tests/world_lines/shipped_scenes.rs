@@ -6,6 +6,9 @@ use geodesic_ivp::diagnostics::scene::{ChargeDeviation, SceneDiagnostics};
 use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::solve::scene::{WorldLine, solve_scene};
 
+/// Rounding errors of a charge, relative to the sum of the magnitudes of its terms; 7e-17 was seen.
+const ROUNDING: f64 = 5e-16;
+
 fn scene(name: &str, settings: &[&str]) -> SceneCase {
     let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
     SceneCase::parse(name, builtin::text(name).unwrap(), &settings).unwrap()
@@ -123,8 +126,12 @@ fn charges_and_conserved_sums_are_exact_to_the_rounding_of_their_terms() {
         assert_eq!(diagnostics.charges.len(), ignorable, "{name}");
         for charge in diagnostics.charges.iter().chain(&diagnostics.sums) {
             let (change, size) = (charge.max_interior, size(&line, charge));
-            assert!(change <= 2e-14 * size, "{name}: {:?} changes by {change:e}, its terms are {size:e}", charge.terms);
-            assert!(charge.max_corrected <= 2e-14 * size, "{name}: {:?} with its multiplier", charge.terms);
+            assert!(
+                change <= ROUNDING * size,
+                "{name}: {:?} changes by {change:e}, its terms are {size:e}",
+                charge.terms
+            );
+            assert!(charge.max_corrected <= ROUNDING * size, "{name}: {:?} with its multiplier", charge.terms);
         }
     }
 }
