@@ -8,14 +8,15 @@ Solves the physical-limit collocation system of the discretised geodesic action,
 
 with an SBP operator D given in exact rationals, for t_N and x_N. In the weak form D + H^-1 e_1 e_1^T takes the place of
 D, H^-1 e_1 times the initial value is added on the right-hand sides, and the equations hold at all nodes. The numbers of
-a case file are taken as the decimals they are written as. This is an independent check of the program: it shares no code with it and is not needed to build or test it.
-It needs Python >= 3.11 and mpmath.
+a case file are taken as the decimals they are written as. This is an independent check of the program: it shares no
+code with it and is not needed to build or test it. It needs Python >= 3.11 and mpmath. Scenes of n coordinates have
+scene_expectations.py.
 
-    python3 scripts/expectations.py [--write] [CASE ...]        default: all of cases/
+    python3 scripts/expectations.py [--write] [CASE ...]        default: all of cases/ but the scenes
 
-Prints t_final and x_final of every case and compares them with its [expect] table; the exit code is 1 if a number differs
-by more than the table's tolerance or a case has no solution. --write replaces everything after the line [expect], which
-must be the last table of its file, by the numbers found.
+Prints t_final and x_final of every case and compares them with its [expect] table; the exit code is 1 if a number
+differs by more than the table's tolerance or a case has no solution. --write replaces everything after the line
+[expect], which must be the last table of its file, by the numbers found.
 """
 
 import argparse
@@ -382,9 +383,10 @@ def check(path, write):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--write", action="store_true", help="write the numbers into the [expect] tables")
-    parser.add_argument("cases", metavar="CASE", nargs="*", type=Path, help="case files (default: all of cases/)")
+    parser.add_argument("cases", metavar="CASE", nargs="*", type=Path, help="case files (default: all but scenes)")
     arguments = parser.parse_args()
-    cases = arguments.cases or sorted((Path(__file__).resolve().parent.parent / "cases").rglob("*.toml"))
+    folder = Path(__file__).resolve().parent.parent / "cases"
+    cases = arguments.cases or sorted(path for path in folder.rglob("*.toml") if path.parent.name != "scenes")
     results = [check(path, arguments.write) for path in cases]
     sys.exit(0 if all(results) else 1)
 

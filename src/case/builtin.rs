@@ -1,5 +1,7 @@
 //! The built-in cases: their files are compiled into the program, so that they are available in every folder.
 
+use super::{Case, CaseError, SceneCase};
+
 /// The purpose of a built-in case; cases are listed in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Group {
@@ -9,6 +11,8 @@ pub enum Group {
     Basic,
     /// Cases at the edge of what a scheme can do, and beyond it.
     Hard,
+    /// Scenes of n coordinates.
+    Scene,
 }
 
 impl Group {
@@ -18,11 +22,12 @@ impl Group {
             Self::Paper => "paper",
             Self::Basic => "basic",
             Self::Hard => "hard",
+            Self::Scene => "scene",
         }
     }
 }
 
-/// Declares `ALL` from the names of the files in `cases/` and `cases/hard/`.
+/// Declares `ALL` from the names of the files in `cases/`, `cases/hard/` and `cases/scenes/`.
 macro_rules! shipped {
     ($($group:ident in $folder:literal: [$($name:literal,)*])*) => {
         /// Every built-in case as (name, group, text of its file).
@@ -78,6 +83,25 @@ shipped![
         "tanh-wall",
         "tiny-units",
     ]
+    Scene in "cases/scenes": [
+        "crossed-fields",
+        "damped-oscillator",
+        "expanding-universe",
+        "fish-eye",
+        "henon-heiles",
+        "kepler",
+        "kepler-eccentric",
+        "kepler-relativistic",
+        "kerr-inclined",
+        "kerr-periodic",
+        "kerr-photon",
+        "light-deflection",
+        "schwarzschild-orbit",
+        "schwarzschild-plunge",
+        "three-bodies",
+        "torus",
+        "two-bodies",
+    ]
 ];
 
 /// The text of the built-in case `name`, if there is one.
@@ -94,6 +118,18 @@ fn found(name: &str) -> Option<&'static (&'static str, Group, &'static str)> {
     ALL.iter().find(|(known, _, _)| *known == name)
 }
 
+/// The title of the built-in case `name`, if there is one.
+///
+/// # Errors
+/// If its file is not a valid case.
+pub fn title(name: &str) -> Result<Option<String>, CaseError> {
+    match found(name) {
+        Some((_, Group::Scene, text)) => Ok(SceneCase::parse(name, text, &[])?.title().map(str::to_owned)),
+        Some((_, _, text)) => Ok(Case::parse(name, text, &[])?.title),
+        None => Ok(None),
+    }
+}
+
 /// The first line of a case file without its `#`: a sentence that says what the case is. Empty if that line is no
 /// comment.
 pub fn description(text: &str) -> &str {
@@ -103,14 +139,15 @@ pub fn description(text: &str) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Case;
 
     #[test]
     fn every_file_in_the_folders_is_built_in_and_described() {
         let root = concat!(env!("CARGO_MANIFEST_DIR"), "/cases");
-        for (folder, groups) in
-            [(root.to_owned(), &[Group::Paper, Group::Basic][..]), (format!("{root}/hard"), &[Group::Hard])]
-        {
+        for (folder, groups) in [
+            (root.to_owned(), &[Group::Paper, Group::Basic][..]),
+            (format!("{root}/hard"), &[Group::Hard]),
+            (format!("{root}/scenes"), &[Group::Scene]),
+        ] {
             let mut files: Vec<String> = std::fs::read_dir(&folder)
                 .unwrap()
                 .map(|entry| entry.unwrap().file_name().into_string().unwrap())
@@ -125,7 +162,8 @@ mod tests {
                 let text = text(name).unwrap();
                 assert_eq!(text, std::fs::read_to_string(format!("{folder}/{name}.toml")).unwrap());
                 assert!(description(text).len() > 20, "{name}");
-                assert!(Case::parse(name, text, &[]).unwrap().title.is_some(), "{name}");
+                assert!(title(name).unwrap().is_some(), "{name}");
+                assert_eq!(SceneCase::is_scene(text, &[]), group(name) == Some(Group::Scene), "{name}");
             }
         }
         assert!(NAMES.is_sorted_by_key(|name| (group(name), *name)), "in order, group by group");

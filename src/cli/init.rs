@@ -4,7 +4,6 @@ use std::process::ExitCode;
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use geodesic_ivp::Case;
 use geodesic_ivp::case::builtin::{self, NAMES};
 
 use super::stdout;
@@ -20,7 +19,7 @@ pub(super) struct InitArgs {
     )]
     name: Option<String>,
 
-    /// List the built-in cases instead: name, group (paper, basic, hard), title and what they are
+    /// List the built-in cases instead: name, group (paper, basic, hard, scene), title and what they are
     #[arg(long, conflicts_with = "name")]
     list: bool,
 }
@@ -40,7 +39,7 @@ fn list() -> anyhow::Result<String> {
     for &name in NAMES {
         let text = builtin::text(name).expect("a listed case is built in");
         let group = builtin::group(name).expect("a listed case is built in").as_str();
-        rows.push((name, group, Case::parse(name, text, &[])?.title.unwrap_or_default(), builtin::description(text)));
+        rows.push((name, group, builtin::title(name)?.unwrap_or_default(), builtin::description(text)));
     }
     let width = |of: fn(&(&str, &str, String, &str)) -> usize| rows.iter().map(of).max().unwrap_or(0);
     let (names, groups, titles) =

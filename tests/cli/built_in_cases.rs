@@ -17,11 +17,12 @@ fn init_writes_and_lists_the_shipped_cases() {
         let (name, group) = (&row[0], &row[1]);
         let path = case_file(name);
         assert_eq!(path.contains("/hard/"), group == "hard", "{name}");
+        assert_eq!(path.contains("/scenes/"), group == "scene", "{name}");
         assert_eq!(succeeded(&run_in(folder.path(), &format!("init {name}"))), fs::read_to_string(path).unwrap());
     }
     let mut groups: Vec<&str> = rows.iter().map(|row| row[1].as_str()).collect();
     groups.dedup();
-    assert_eq!(groups, ["paper", "basic", "hard"], "each group in one piece");
+    assert_eq!(groups, ["paper", "basic", "hard", "scene"], "each group in one piece");
     let message = failed(&run_in(folder.path(), "init quartc"), 2);
     assert!(message.contains("'quartic'"), "{message}");
     failed(&run_in(folder.path(), "init"), 2);
@@ -55,6 +56,19 @@ fn a_hard_case_is_found_by_its_bare_name() {
     let folder = TempDir::new().unwrap();
     succeeded(&run_in(folder.path(), "run horizon-near --quiet"));
     assert_eq!(json(&folder.path().join("results/horizon-near/summary.json"))["title"], "A horizon approached to 1e-6");
+}
+
+#[test]
+fn a_scene_is_found_by_its_name_and_studies_say_that_they_take_none() {
+    let folder = TempDir::new().unwrap();
+    let output = run_in(folder.path(), "run kepler");
+    assert!(succeeded(&output).starts_with("Kepler's ellipse in Newton's law"));
+    assert!(stderr(&output).contains("the built-in case of that name is used"), "{}", stderr(&output));
+    assert_eq!(json(&folder.path().join("results/kepler/summary.json"))["ignorable"], serde_json::json!(["t", "s"]));
+    for command in ["converge", "work-precision", "stability"] {
+        let message = failed(&run_in(folder.path(), &format!("{command} kepler")), 2);
+        assert!(message.contains("not yet scenes"), "{command}: {message}");
+    }
 }
 
 #[test]

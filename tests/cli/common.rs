@@ -8,7 +8,7 @@ pub(crate) const CASES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/cases");
 
 /// The file of the shipped case of that name.
 pub(crate) fn case_file(name: &str) -> String {
-    [CASES, concat!(env!("CARGO_MANIFEST_DIR"), "/cases/hard")]
+    [CASES.to_owned(), format!("{CASES}/hard"), format!("{CASES}/scenes")]
         .map(|folder| format!("{folder}/{name}.toml"))
         .into_iter()
         .find(|path| Path::new(path).exists())

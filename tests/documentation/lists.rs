@@ -6,6 +6,7 @@ use std::path::Path;
 
 use geodesic_ivp::case::KEYS;
 use geodesic_ivp::case::builtin::{self, Group};
+use geodesic_ivp::geometry::PRESETS;
 use geodesic_ivp::methods::PEERS;
 use tempfile::TempDir;
 
@@ -60,7 +61,12 @@ fn the_case_reference_has_every_key_and_no_other() {
 
 #[test]
 fn the_index_of_cases_has_every_one_once_and_below_its_group() {
-    let headings = [(Group::Paper, "## The paper's"), (Group::Basic, "## Basic ones"), (Group::Hard, "## Hard ones")];
+    let headings = [
+        (Group::Paper, "## The paper's"),
+        (Group::Basic, "## Basic ones"),
+        (Group::Hard, "## Hard ones"),
+        (Group::Scene, "## Scenes"),
+    ];
     let (mut listed, mut group) = (Vec::new(), None);
     for line in Page::named("cases/README.md").lines() {
         group = headings.iter().find(|(_, heading)| *heading == line).map(|(group, _)| *group).or(group);
@@ -134,6 +140,62 @@ fn columns_keys_and_files_are_those_that_the_page_lists() {
     let listed: BTreeSet<&str> = rows.iter().flat_map(|row| row[0].split(", ")).collect();
     let missing: Vec<&String> = summary.keys().filter(|key| !listed.contains(key.as_str())).collect();
     assert!(missing.is_empty(), "keys of summary.json that docs/files.md does not have: {missing:?}");
+}
+
+#[test]
+fn columns_and_keys_of_scenes_are_those_that_the_page_lists() {
+    let page = Page::named("docs/files.md");
+    let rows: Vec<Vec<String>> = page.rows().collect();
+    let listed: BTreeSet<&str> = rows.iter().flat_map(|row| row[0].split(", ")).collect();
+    let folder = TempDir::new().unwrap();
+    // In one window, so that there is no column window: a charge and an invariant; a force; a sum and the other system.
+    for (scene, names, ignorable, invariants) in [
+        ("kerr-inclined", &["t", "r", "theta", "phi"][..], &["t", "phi"][..], &["carter"][..]),
+        ("damped-oscillator", &["t", "x", "s"], &["s"], &[]),
+        ("two-bodies", &["t", "x1", "x2"], &["t"], &[]),
+    ] {
+        let mut command = program(folder.path());
+        command.args(["run", scene, "--quiet", "--out", scene, "--set", "grid.windows=1", "--set", "grid.gamma_f=1"]);
+        if scene == "two-bodies" {
+            command.args(["--set", "solver.system=doubled"]);
+        }
+        assert!(command.status().unwrap().success(), "{scene}");
+        let text = |file: &str| fs::read_to_string(folder.path().join(scene).join(file)).unwrap();
+        let summary: serde_json::Map<String, serde_json::Value> = serde_json::from_str(&text("summary.json")).unwrap();
+        let missing: Vec<&String> = summary.keys().filter(|key| !listed.contains(key.as_str())).collect();
+        assert!(missing.is_empty(), "{scene}: keys that docs/files.md does not have: {missing:?}");
+        let header = |file: &str| text(file).lines().next().unwrap().to_owned();
+        let all = |suffix: &str| names.iter().map(|name| format!("{name}{suffix}")).collect::<Vec<_>>();
+        let gamma = || vec!["gamma".to_owned()];
+        assert_eq!(header("trajectory.csv"), [gamma(), all(""), all("_dot")].concat().join(","));
+        let charges = ignorable.iter().flat_map(|q| [format!("delta_q_{q}"), format!("delta_q_{q}_corrected")]);
+        let residuals = names.iter().map(|q| format!("delta_g_{q}")).chain(["delta_k".to_owned()]);
+        let residuals = residuals.chain(invariants.iter().map(|name| format!("delta_{name}")));
+        assert_eq!(
+            header("residuals.csv"),
+            gamma().into_iter().chain(charges).chain(residuals).collect::<Vec<_>>().join(",")
+        );
+        if scene == "two-bodies" {
+            assert_eq!(header("branches.csv"), [gamma(), all("_1"), all("_2")].concat().join(","));
+        }
+    }
+}
+
+#[test]
+fn the_page_of_scenes_has_every_preset() {
+    let rows: Vec<Vec<String>> = Page::named("docs/scenes.md").rows().collect();
+    let first = rows.iter().position(|row| row[0] == "preset").unwrap() + 2;
+    let listed = rows[first..].iter().take(PRESETS.len()).map(|row| (row[0].clone(), row[1].clone()));
+    let known = PRESETS.iter().map(|preset| (preset.name.to_owned(), preset.text().coordinates.join(", ")));
+    assert_eq!(listed.collect::<Vec<_>>(), known.collect::<Vec<_>>());
+    assert!(rows.get(first + PRESETS.len()).is_none_or(|row| row.len() != rows[first].len()), "a preset too many");
+    for preset in PRESETS {
+        let row = &rows[first..][PRESETS.iter().position(|other| other.name == preset.name).unwrap()];
+        for parameter in preset.parameters() {
+            let is_named = row[2].split(|c: char| !c.is_alphanumeric()).any(|word| word == parameter);
+            assert!(is_named, "{}: {parameter}", preset.name);
+        }
+    }
 }
 
 #[test]

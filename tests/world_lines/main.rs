@@ -4,3 +4,4 @@ mod common;
 mod ends;
 mod features;
 mod schwarzschild;
+mod shipped_scenes;
