@@ -111,7 +111,9 @@ impl Layout {
     /// coordinate. In the weak form `multipliers` is empty.
     pub fn physical_limit<S: Copy>(&self, q: &[&[S]], multipliers: &[S]) -> Vec<S> {
         debug_assert_eq!((q.len(), multipliers.len()), (self.dimension, self.multipliers));
-        let both = q.iter().chain(q).flat_map(|row| row.iter());
-        both.chain(multipliers).copied().collect()
+        let mut unknowns = Vec::with_capacity(self.unknowns());
+        q.iter().chain(q).for_each(|row| unknowns.extend_from_slice(row));
+        unknowns.extend_from_slice(multipliers);
+        unknowns
     }
 }

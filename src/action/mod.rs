@@ -56,7 +56,7 @@ pub use rounding::GradientRounding;
 
 use self::force::MeanForce;
 use self::state::{BothStates, BranchState};
-use crate::geometry::{Lagrangian, Start};
+use crate::geometry::{Lagrangian, Source, Start};
 use crate::metric::Metric;
 use crate::sbp::{RegularisedOperator, SbpOperator};
 use crate::scalar::Real;
@@ -176,10 +176,16 @@ impl<'a, S: Real, L: Lagrangian<S>> DoubledAction<'a, S, L> {
         let weights = self.sbp.weights();
         for term in structure.first.iter().filter(|term| term.by == [a]) {
             let [b, c] = term.ab.map(|b| state.velocities.row(b));
-            let is_square = term.ab[0] == term.ab[1];
-            for (k, out) in out.iter_mut().enumerate() {
-                let weight = if is_square { weights[k].half() } else { weights[k] };
-                *out += weight * state.samples.at(term.value, k) * b[k] * c[k];
+            let factor = if term.ab[0] == term.ab[1] { S::ONE.half() } else { S::ONE };
+            let nodes = out.iter_mut().zip(weights).zip(b.iter().zip(c));
+            match term.value {
+                Source::Constant(value) => {
+                    nodes.for_each(|((out, &weight), (&b, &c))| *out += factor * weight * value * b * c);
+                }
+                Source::Row(row) => {
+                    let nodes = nodes.zip(state.samples.row(row));
+                    nodes.for_each(|(((out, &weight), (&b, &c)), &value)| *out += factor * weight * value * b * c);
+                }
             }
         }
     }

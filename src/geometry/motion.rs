@@ -36,7 +36,7 @@ pub trait Motion<S: Real>: Lagrangian<S> {
     fn acceleration(&self, room: &Self::Room, place: usize) -> Option<S>;
 
     /// Computes the rates of the active coordinates on all nodes, from q^a (all) and p_a (active) there and the momenta
-    /// at the start (all), and writes (q̇, ṗ) of one node after the other into `out`.
+    /// at the start (all), and writes rows of q̇, then rows of ṗ, into `out`.
     ///
     /// # Errors
     /// The first node that is outside the domain.
@@ -46,10 +46,10 @@ pub trait Motion<S: Real>: Lagrangian<S> {
         p: &[Vec<S>],
         start: &[S],
         room: &mut Self::Room,
-        out: &mut [S],
+        out: &mut [Vec<S>],
     ) -> Result<(), Self::Outside>;
 
-    /// The rates of the ignorable coordinates times `h` on all nodes, a row for each, after [`Self::rates`].
+    /// The rates of the ignorable coordinates times `h` on all nodes, a row for each.
     fn steps(&self, q: &[Vec<S>], p: &[Vec<S>], start: &[S], h: S, room: &mut Self::Room) -> Vec<Vec<S>>;
 
     /// Calls `see(row, column, value)` for the entries of ∂(q̇, ṗ)/∂(q, p) of the active coordinates that are not zero,
@@ -132,14 +132,14 @@ impl<S: Real> Motion<S> for Geometry<S> {
         p: &[Vec<S>],
         start: &[S],
         room: &mut MotionRoom<S>,
-        out: &mut [S],
+        out: &mut [Vec<S>],
     ) -> Result<(), OutsideGeometry> {
         let m = self.active.len();
-        for (k, out) in out.chunks_exact_mut(2 * m).enumerate() {
+        for k in 0..q.first().map_or(0, Vec::len) {
             self.rates_of_node((q, p), start, k, room)?;
             for (place, &a) in self.active.iter().enumerate() {
-                out[place] = self.field.q_dot(&room.rates, a);
-                out[m + place] = self.field.p_dot(&room.rates, place);
+                out[place][k] = self.field.q_dot(&room.rates, a);
+                out[m + place][k] = self.field.p_dot(&room.rates, place);
             }
         }
         Ok(())

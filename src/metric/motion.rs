@@ -1,6 +1,6 @@
 //! The paper's metric as a Lagrangian in the coordinates t and x, and Hamilton's equations of it: p_t = Q_t, p_x = −dx/dγ.
 
-use super::{Metric, MetricJet, MetricSamples, OutsideDomain};
+use super::{Metric, MetricSamples, OutsideDomain};
 use crate::geometry::{Lagrangian, Motion, Samples, Source, Structure, Term};
 use crate::scalar::Real;
 
@@ -44,23 +44,30 @@ const ACTIVE: [usize; 1] = [1];
 /// What was computed last.
 #[derive(Debug, Clone)]
 pub struct MetricRoom<S> {
-    /// At one point.
-    jet: MetricJet<S>,
-    q_t: S,
-    p_x: S,
+    /// dt/dγ, dx/dγ and d²x/dγ² at one point.
+    t_dot: S,
+    x_dot: S,
+    acceleration: S,
     /// On the nodes.
     samples: MetricSamples<S>,
+}
+
+impl<S: Real> MetricRoom<S> {
+    fn resize(&mut self, points: usize) {
+        if self.samples.g00.len() != points {
+            self.samples = MetricSamples::zeros(points);
+        }
+    }
 }
 
 impl<S: Real> Motion<S> for Metric<S> {
     type Room = MetricRoom<S>;
 
     fn motion_room(&self) -> MetricRoom<S> {
-        let zero = S::ZERO;
-        let jet = MetricJet { g00: zero, first: zero, second: zero };
-        MetricRoom { jet, q_t: zero, p_x: zero, samples: MetricSamples::zeros(0) }
+        MetricRoom { t_dot: S::ZERO, x_dot: S::ZERO, acceleration: S::ZERO, samples: MetricSamples::zeros(0) }
     }
 
+    #[inline]
     fn active(&self) -> &[usize] {
         &ACTIVE
     }
@@ -68,26 +75,29 @@ impl<S: Real> Motion<S> for Metric<S> {
     #[inline]
     fn rates_at(&self, q: &[S], p: &[S], index: usize, room: &mut MetricRoom<S>) -> Result<(), OutsideDomain> {
         let x = q[1];
-        room.jet = self.at(x);
-        (room.q_t, room.p_x) = (p[0], p[1]);
-        if room.jet.is_inside() && x.is_finite() {
+        let jet = self.at(x);
+        room.t_dot = p[0] / jet.g00;
+        room.x_dot = -p[1];
+        room.acceleration = -jet.first.half() * room.t_dot * room.t_dot;
+        if jet.is_inside() && x.is_finite() {
             return Ok(());
         }
-        Err(OutsideDomain { index, x: x.to_f64(), g00: room.jet.g00.to_f64() })
+        Err(OutsideDomain { index, x: x.to_f64(), g00: jet.g00.to_f64() })
     }
 
     #[inline]
     fn q_dot(&self, room: &MetricRoom<S>, a: usize) -> S {
-        if a == 0 { room.q_t / room.jet.g00 } else { -room.p_x }
+        if a == 0 { room.t_dot } else { room.x_dot }
     }
 
     #[inline]
     fn p_dot(&self, room: &MetricRoom<S>, _: usize) -> S {
-        -acceleration(room.q_t, room.jet.g00, room.jet.first)
+        -room.acceleration
     }
 
+    #[inline]
     fn acceleration(&self, room: &MetricRoom<S>, _: usize) -> Option<S> {
-        Some(acceleration(room.q_t, room.jet.g00, room.jet.first))
+        Some(room.acceleration)
     }
 
     fn rates(
@@ -96,22 +106,23 @@ impl<S: Real> Motion<S> for Metric<S> {
         p: &[Vec<S>],
         start: &[S],
         room: &mut MetricRoom<S>,
-        out: &mut [S],
+        out: &mut [Vec<S>],
     ) -> Result<(), OutsideDomain> {
-        let points = q[1].len();
-        if room.samples.g00.len() != points {
-            room.samples = MetricSamples::zeros(points);
-        }
+        room.resize(q[1].len());
         self.sample_into(&q[1], &mut room.samples)?;
         let MetricSamples { g00, first, .. } = &room.samples;
-        for (k, (out, &p)) in out.chunks_exact_mut(2).zip(&p[0]).enumerate() {
-            out[0] = -p;
-            out[1] = -acceleration(start[0], g00[k], first[k]);
+        let [q_dot, p_dot] = out else { unreachable!("there is one active coordinate") };
+        q_dot.iter_mut().zip(&p[0]).for_each(|(q_dot, &p)| *q_dot = -p);
+        for ((p_dot, &g00), &first) in p_dot.iter_mut().zip(g00).zip(first) {
+            *p_dot = -acceleration(start[0], g00, first);
         }
         Ok(())
     }
 
-    fn steps(&self, _: &[Vec<S>], _: &[Vec<S>], start: &[S], h: S, room: &mut MetricRoom<S>) -> Vec<Vec<S>> {
+    fn steps(&self, q: &[Vec<S>], _: &[Vec<S>], start: &[S], h: S, room: &mut MetricRoom<S>) -> Vec<Vec<S>> {
+        room.resize(q[1].len());
+        // A node outside the domain has a g00 that the certificate of the window refuses.
+        let _ = self.sample_into(&q[1], &mut room.samples);
         let h_q = h * start[0];
         vec![room.samples.g00.iter().map(|&g00| h_q / g00).collect()]
     }

@@ -4,6 +4,7 @@ use super::explicit;
 use super::window::Window;
 use crate::banded::solve_banded;
 use crate::geometry::Motion;
+use crate::norm::max_abs;
 use crate::scalar::Real;
 use crate::solve::derivative::FormDerivative;
 use crate::solve::newton::{self, Failure, LinearFailure, NewtonSystem, Root, RoundingLevels};
@@ -11,13 +12,11 @@ use crate::solve::refinement::{self, Refined};
 use crate::solve::status::{InitialGuess, IterationRecord};
 
 /// A solution of the collocation system, with what it was found from.
-pub(super) struct Solved<S, R> {
+pub(super) struct Solved<S> {
     /// q^a of all coordinates, where ignorable ones are still what they are at the start.
     pub(super) q: Vec<Vec<S>>,
     /// p*_a of the active coordinates.
     pub(super) p: Vec<Vec<S>>,
-    /// The rates on all nodes were computed in it last.
-    pub(super) room: R,
     pub(super) history: Vec<IterationRecord>,
     pub(super) initial_guess: InitialGuess,
 }
@@ -27,52 +26,32 @@ pub(super) fn solve<S: Real, G: Motion<S>, R: Motion<f64, Outside = G::Outside>>
     window: &Window<'_, S, G>,
     rough: &Window<'_, f64, R>,
     max_iterations: usize,
-) -> Result<Solved<S, G::Room>, Failure<G::Outside>> {
-    let mut system = System::new(window, Vec::new());
-    let (mut history, mut initial_guess) = (Vec::new(), InitialGuess::None);
-    let mut unknowns = Vec::new();
-    if system.fields() > 0 {
-        let (states, guess) = explicit::guess(rough).map_err(explicit::outside)?;
-        let scales = scales(rough, &states)?;
-        let first = rough.derivative().first_unknown() * system.fields();
-        let mut linearised = System::new(rough, scales.clone());
-        let root = newton::solve(&mut linearised, states[first..].to_vec(), max_iterations)?;
-        system.scales = scales;
-        let root = if S::IS_EXTENDED {
-            let mut refined = RefinedSystem { residual: system, linearised };
-            let root = refinement::refine(&mut refined, root, window.digits, max_iterations)?;
-            system = refined.residual;
-            root
-        } else {
-            Root { unknowns: root.unknowns.into_iter().map(S::from).collect(), history: root.history }
-        };
-        (unknowns, history, initial_guess) = (root.unknowns, root.history, guess);
+) -> Result<Solved<S>, Failure<G::Outside>> {
+    if window.geometry.active().is_empty() {
+        let System { q, p, .. } = System::new(window, Vec::new());
+        return Ok(Solved { q, p, history: Vec::new(), initial_guess: InitialGuess::None });
     }
-    system.evaluate(&unknowns).map_err(explicit::outside)?;
-    Ok(Solved { q: system.q, p: system.p, room: system.room, history, initial_guess })
+    let (states, initial_guess) = explicit::guess(rough).map_err(explicit::outside)?;
+    let mut linearised = System::new(rough, Vec::new());
+    let guess = states[rough.derivative().first_unknown() * linearised.fields()..].to_vec();
+    linearised.evaluate(&guess).map_err(explicit::outside)?;
+    linearised.set_scales(&states);
+    let root = newton::solve(&mut linearised, guess, max_iterations)?;
+    if S::IS_EXTENDED {
+        let residual = System::new(window, linearised.scales.clone());
+        let mut refined = RefinedSystem { residual, linearised };
+        let Root { unknowns, history } = refinement::refine(&mut refined, root, window.digits, max_iterations)?;
+        let mut system = refined.residual;
+        system.evaluate(&unknowns).map_err(explicit::outside)?;
+        return Ok(Solved { q: system.q, p: system.p, history, initial_guess });
+    }
+    // The system was evaluated last at its root.
+    let in_s = |rows: Vec<Vec<f64>>| rows.into_iter().map(|row| row.into_iter().map(S::from).collect()).collect();
+    Ok(Solved { q: in_s(linearised.q), p: in_s(linearised.p), history: root.history, initial_guess })
 }
 
 /// Entries of the Jacobian, divided by this, stay far from overflow.
 const LEAST_SCALE: f64 = 1e-280;
-
-/// The divisor of each kind of row, so that one rounding level holds for all: the size of the field plus its change in a
-/// step.
-fn scales<G: Motion<f64>>(window: &Window<'_, f64, G>, states: &[f64]) -> Result<Vec<f64>, Failure<G::Outside>> {
-    let mut system = System::new(window, Vec::new());
-    let fields = system.fields();
-    let first = window.derivative().first_unknown() * fields;
-    system.evaluate(&states[first..]).map_err(explicit::outside)?;
-    let h = window.sbp.spacing();
-    let largest = |values: &[f64], field: usize| {
-        values.iter().skip(field).step_by(fields).fold(0.0_f64, |largest, value| largest.max(value.abs()))
-    };
-    // At rest in an equilibrium there is no scale.
-    let scale = |field| match largest(states, field) + h * largest(&system.rates, field) {
-        0.0 => 1.0,
-        scale => f64::max(scale, LEAST_SCALE),
-    };
-    Ok((0..fields).map(scale).collect())
-}
 
 /// Rows (h du/dγ − h u̇)/s in the unknowns (q_1 … q_m, p_1 … p_m) of one node after the other: at nodes 1 … N−1 for
 /// nodes 2 … N in the strong form, at all nodes for all in the weak one.
@@ -83,8 +62,7 @@ struct System<'w, S: Real, G: Motion<S>> {
     // fresh memory costs more than the arithmetic.
     q: Vec<Vec<S>>,
     p: Vec<Vec<S>>,
-    /// The rates of the 2m fields, node by node.
-    rates: Vec<S>,
+    rates: Vec<Vec<S>>,
     slopes: Vec<Vec<S>>,
     room: G::Room,
 }
@@ -98,7 +76,7 @@ impl<'w, S: Real, G: Motion<S>> System<'w, S, G> {
             scales,
             q: window.start.q.iter().map(|&q| vec![q; points]).collect(),
             p: geometry.active().iter().map(|&a| vec![window.start.p[a]; points]).collect(),
-            rates: vec![S::ZERO; 2 * m * points],
+            rates: vec![vec![S::ZERO; points]; 2 * m],
             slopes: vec![vec![S::ZERO; points]; 2 * m],
             room: geometry.motion_room(),
         }
@@ -139,11 +117,10 @@ impl<'w, S: Real, G: Motion<S>> System<'w, S, G> {
             derivative.apply(&self.q[a], start.q[a], &mut self.slopes[place]);
             derivative.apply(&self.p[place], start.p[a], &mut self.slopes[fields / 2 + place]);
         }
-        for (field, slopes) in self.slopes.iter().enumerate() {
+        for (field, (slopes, rates)) in self.slopes.iter().zip(&self.rates).enumerate() {
             let scale = S::from(self.scales[field]);
-            let rows = out.iter_mut().skip(field).step_by(fields);
-            for ((row, slope), rate) in rows.zip(slopes).zip(self.rates.iter().skip(field).step_by(fields)) {
-                *row = h * (*slope - *rate) / scale;
+            for ((rows, &slope), &rate) in out.chunks_exact_mut(fields).zip(slopes).zip(rates) {
+                rows[field] = h * (slope - rate) / scale;
             }
         }
         Ok(())
@@ -165,6 +142,21 @@ impl<'w, S: Real, G: Motion<S>> System<'w, S, G> {
 }
 
 impl<G: Motion<f64>> System<'_, f64, G> {
+    /// Sets the divisor of each kind of row, so that one rounding level holds for all: the size of the field in a guess,
+    /// given node by node, plus its change in a step, from the rates that were computed last.
+    fn set_scales(&mut self, states: &[f64]) {
+        let (fields, h) = (self.fields(), self.window.sbp.spacing());
+        // At rest in an equilibrium there is no scale.
+        let scale = |field: usize| {
+            let sizes = states.chunks_exact(fields).map(|state| state[field].abs());
+            match sizes.fold(0.0, f64::max) + h * max_abs(&self.rates[field]) {
+                0.0 => 1.0,
+                scale => f64::max(scale, LEAST_SCALE),
+            }
+        };
+        self.scales = (0..fields).map(scale).collect();
+    }
+
     /// Overwrites `right` with J⁻¹ `right` for the Jacobian J at what was evaluated last.
     fn solve_linearised(&mut self, right: &mut [f64]) -> Result<(), LinearFailure> {
         let (h, derivative, fields) = (self.window.sbp.spacing(), self.derivative(), self.fields());

@@ -145,6 +145,7 @@ impl<'w, G: Motion<f64>> Flow<'w, G> {
     }
 
     /// Computes the rates at the present state.
+    #[inline]
     fn rates(&mut self, index: usize) -> Result<(), G::Outside> {
         let m = self.state.len() / 2;
         for (place, &a) in self.window.geometry.active().iter().enumerate() {
@@ -183,34 +184,40 @@ impl<'w, G: Motion<f64>> Flow<'w, G> {
 
     /// A step of Nyström's method between two nodes. Of the momenta only the rates matter: the velocities at the start
     /// of the step are those of the state.
+    #[inline]
     fn nystrom(&mut self, h: f64, [from, to]: [usize; 2]) -> Result<(), G::Outside> {
-        let m = self.state.len() / 2;
         self.rates(from)?;
-        let geometry = self.window.geometry;
-        let velocities: Vec<f64> = geometry.active().iter().map(|&a| geometry.q_dot(&self.room, a)).collect();
+        let (m, geometry) = (self.state.len() / 2, self.window.geometry);
+        let active = geometry.active();
+        for (velocity, &a) in self.slopes[3].iter_mut().zip(active) {
+            *velocity = geometry.q_dot(&self.room, a);
+        }
         self.keep(0);
-        for place in 0..m {
-            let (w, k1) = (velocities[place], self.slopes[0][place]);
-            self.q[geometry.active()[place]] = self.state[place] + h * (0.5 * w + 0.125 * h * k1);
+        let Self { q, slopes: [k1, _, _, velocities], state, .. } = self;
+        for (((&a, x), w), k1) in active.iter().zip(&state[..m]).zip(&*velocities).zip(&*k1) {
+            q[a] = x + h * (0.5 * w + 0.125 * h * k1);
         }
         geometry.rates_at(&self.q, &self.p, to, &mut self.room)?;
         self.keep(1);
-        for place in 0..m {
-            let (w, k2) = (velocities[place], self.slopes[1][place]);
-            self.q[geometry.active()[place]] = self.state[place] + h * (w + 0.5 * h * k2);
+        let Self { q, slopes: [_, k2, _, velocities], state, .. } = self;
+        for (((&a, x), w), k2) in active.iter().zip(&state[..m]).zip(&*velocities).zip(&*k2) {
+            q[a] = x + h * (w + 0.5 * h * k2);
         }
         geometry.rates_at(&self.q, &self.p, to, &mut self.room)?;
         self.keep(2);
-        let [k1, k2, k3, _] = &self.slopes;
-        for place in 0..m {
-            self.state[place] += h * (velocities[place] + h * (k1[place] + 2.0 * k2[place]) / 6.0);
-            let at = m + place;
-            self.state[at] += h * (k1[at] + 4.0 * k2[at] + k3[at]) / 6.0;
+        let [k1, k2, k3, velocities] = &self.slopes;
+        let (x, p) = self.state.split_at_mut(m);
+        for (((x, w), k1), k2) in x.iter_mut().zip(velocities).zip(k1).zip(k2) {
+            *x += h * (w + h * (k1 + 2.0 * k2) / 6.0);
+        }
+        for (((p, k1), k2), k3) in p.iter_mut().zip(&k1[m..]).zip(&k2[m..]).zip(&k3[m..]) {
+            *p += h * (k1 + 4.0 * k2 + k3) / 6.0;
         }
         Ok(())
     }
 
     /// Keeps the accelerations and the rates of the momenta as a slope.
+    #[inline]
     fn keep(&mut self, slope: usize) {
         let m = self.state.len() / 2;
         for place in 0..m {
