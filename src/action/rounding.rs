@@ -1,8 +1,8 @@
 //! The size of the rounding error in the gradient, below which no gradient can be brought.
 
 use super::DoubledAction;
-use super::state::BranchState;
-use crate::geometry::{Lagrangian, Term};
+use super::state::{BranchState, other};
+use crate::geometry::{Lagrangian, Samples, Source, Term};
 use crate::norm::max_abs;
 use crate::scalar::Real;
 
@@ -42,16 +42,7 @@ impl<S: Real, L: Lagrangian<S>> DoubledAction<'_, S, L> {
             let mut q_dot: Vec<f64> =
                 (0..n).map(|a| size(state.velocities.row(a)).max(self.initial.q_dot[a].to_f64().abs())).collect();
             q_dot.push(1.0);
-            let component = |ab: [usize; 2]| {
-                let term = structure.values.iter().find(|term| term.ab == ab);
-                term.map_or(0.0, |term| state.size(term.value))
-            };
-            // Where q^c is zero at the start, perhaps at rest, rounding acts on the distances h q̇ and ½h²q̈ of a step.
-            let mut fall = vec![0.0_f64; n];
-            for &Term { ab: [a, b], by: [c], value } in &structure.first {
-                let force = 0.5 * h * h * state.size(value) * q_dot[a] * q_dot[b];
-                fall[c] = fall[c].max(force / component([c, c]).max(f64::MIN_POSITIVE));
-            }
+            let fall = self.falls(&state, &q, &q_dot);
             let sizes: Vec<f64> =
                 (0..n).map(|a| size(q[a]).max(h * q_dot[a]).max(fall[a]).max(f64::MIN_POSITIVE)).collect();
             values.iter_mut().zip(&sizes).for_each(|(value, &size)| *value = value.max(size));
@@ -79,5 +70,44 @@ impl<S: Real, L: Lagrangian<S>> DoubledAction<'_, S, L> {
             rows: rows.into_iter().map(|row| twice * row).collect(),
             values: values.into_iter().map(|value| once * value).collect(),
         })
+    }
+
+    /// ½h²|q̈^a|, the distance that a coordinate falls in a step from rest. Where it is zero at the start, perhaps at
+    /// rest, rounding acts on the distances h q̇ and ½h²q̈ of a step. `q_dot` are the sizes of the velocities, and 1.
+    fn falls(&self, state: &BranchState<S>, q: &[&[S]], q_dot: &[f64]) -> Vec<f64> {
+        let structure = self.lagrangian.structure();
+        let (n, h) = (structure.dimension, self.sbp.spacing().to_f64());
+        let mut forces = vec![0.0_f64; n];
+        // A change of g_ab or A_a along the way acts on p_a and p_b like a force.
+        for &Term { ab: [a, b], by: [c], value } in &structure.first {
+            let slope = 0.5 * h * h * state.size(value);
+            for (row, force) in [(c, slope * q_dot[a] * q_dot[b]), (a, slope * q_dot[b] * q_dot[c])] {
+                forces[row] = forces[row].max(force);
+            }
+            if b < n {
+                forces[b] = forces[b].max(slope * q_dot[a] * q_dot[c]);
+            }
+        }
+        if !structure.force.is_empty() {
+            let velocities: Vec<&[S]> = (0..n).map(|a| state.velocities.row(a)).collect();
+            let mut samples = Samples::zeros(structure.force_rows, self.sbp.points());
+            self.lagrangian.fill_force(q, &velocities, &mut samples);
+            for term in &structure.force {
+                let size = match term.value {
+                    Source::Constant(value) => value.abs().to_f64(),
+                    Source::Row(row) => max_abs(samples.row(row)).to_f64(),
+                };
+                forces[term.a] = forces[term.a].max(0.5 * h * h * size);
+            }
+        }
+        // Coordinates that are coupled accelerate each other.
+        let fall = |a: usize| {
+            let coupled = structure.values.iter().filter_map(|term| Some((other(term.ab, a)?, state.size(term.value))));
+            let (force, mass) = coupled
+                .filter(|(b, _)| *b < n)
+                .fold((0.0_f64, 0.0_f64), |(force, mass), (b, size)| (force.max(forces[b]), mass.max(size)));
+            force / mass.max(f64::MIN_POSITIVE)
+        };
+        (0..n).map(fall).collect()
     }
 }

@@ -61,7 +61,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let case = match args.case.read_any()? {
         AnyCase::One(case) => case,
         AnyCase::Scene(case) => {
-            if args.samples.wanted() || args.plot {
+            if args.samples.wanted() || args.samples.only() || args.plot {
                 let message = "samples and pictures of scenes are not there yet";
                 return Err(Refusal::usage(message).help("trajectory.csv has every node").into());
             }

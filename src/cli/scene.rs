@@ -112,7 +112,7 @@ fn solved<S: Real>(case: &SceneCase) -> Result<Solved<S>, NoWorldLine> {
     let sums = setup.rough.geometry.conserved_sums(&setup.rough.start.q, &setup.rough.start.q_dot);
     let terms: Vec<Vec<(usize, S)>> =
         sums.iter().map(|sum| sum.terms.iter().map(|&(a, c)| (a, S::from(c))).collect()).collect();
-    let diagnostics = SceneDiagnostics::new(&line, &terms, &mut case.observables());
+    let diagnostics = SceneDiagnostics::new(&line, &terms, &mut case.observables(), case.is_lifted());
     Ok(Solved { line, sums, diagnostics, seconds: [solve_seconds, start.elapsed().as_secs_f64()] })
 }
 

@@ -64,6 +64,9 @@ pub struct SceneDiagnostics<S = f64> {
     pub k: S,
     /// ΔK = g_ab Dq^a Dq^b − K on the nodes.
     pub delta_k: Vec<S>,
+    /// In the lift of Newton's law: the energy ½mv² + V of the computed positions and velocities minus the charge
+    /// p_t/p_s, which is −K/(2 ṫ p_s).
+    pub delta_energy: Option<Vec<S>>,
     /// Largest |ΔK| over the interior nodes.
     pub max_delta_k: S,
     /// Largest |ΔK| at the ends of the windows, for the values that the next window starts with.
@@ -90,7 +93,14 @@ struct Measured<'l, S> {
 impl<S: Real> SceneDiagnostics<S> {
     /// Measures `line`. `sums` are the conserved sums to look at, as constants by coordinate, and `invariants` the
     /// formulas of the user.
-    pub fn new(line: &WorldLine<S>, sums: &[Vec<(usize, S)>], invariants: &mut [Observable<S>]) -> Self {
+    ///
+    /// A scene that is the lift of Newton's law has t first and s last.
+    pub fn new(
+        line: &WorldLine<S>,
+        sums: &[Vec<(usize, S)>],
+        invariants: &mut [Observable<S>],
+        is_lifted: bool,
+    ) -> Self {
         let geometry = line.geometry();
         let n = geometry.dimension();
         let windows: Vec<Measured<'_, S>> = line.windows.iter().map(|window| measured(line, window)).collect();
@@ -112,6 +122,11 @@ impl<S: Real> SceneDiagnostics<S> {
             motion: largest(line, &motion, exact(line)).to_f64(),
             work: work(line, &windows),
             invariants: invariants.iter_mut().map(|invariant| deviation(line, &tangent, invariant, k)).collect(),
+            delta_energy: is_lifted.then(|| {
+                let twice_p_s = line.place.start.p[n - 1] + line.place.start.p[n - 1];
+                let deviations = delta_k.iter().zip(&tangent[0]);
+                deviations.map(|(&delta, &t_dot)| -(k + delta) / (twice_p_s * t_dot)).collect()
+            }),
             tangent,
             delta_g,
             k,

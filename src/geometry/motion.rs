@@ -49,7 +49,8 @@ pub trait Motion<S: Real>: Lagrangian<S> {
         out: &mut [Vec<S>],
     ) -> Result<(), Self::Outside>;
 
-    /// The rates of the ignorable coordinates times `h` on all nodes, a row for each.
+    /// The rates of the ignorable coordinates times `h` on all nodes, a row for each, where [`Self::rates`]
+    /// computed the rates from this q and p.
     fn steps(&self, q: &[Vec<S>], p: &[Vec<S>], start: &[S], h: S, room: &mut Self::Room) -> Vec<Vec<S>>;
 
     /// Calls `see(row, column, value)` for the entries of ∂(q̇, ṗ)/∂(q, p) of the active coordinates that are not zero,
@@ -134,12 +135,12 @@ impl<S: Real> Motion<S> for Geometry<S> {
         room: &mut MotionRoom<S>,
         out: &mut [Vec<S>],
     ) -> Result<(), OutsideGeometry> {
-        let m = self.active.len();
+        let (q_dot, p_dot) = out.split_at_mut(self.active.len());
         for k in 0..q.first().map_or(0, Vec::len) {
             self.rates_of_node((q, p), start, k, room)?;
-            for (place, &a) in self.active.iter().enumerate() {
-                out[place][k] = self.field.q_dot(&room.rates, a);
-                out[m + place][k] = self.field.p_dot(&room.rates, place);
+            for (place, (&a, (q_dot, p_dot))) in self.active.iter().zip(q_dot.iter_mut().zip(&mut *p_dot)).enumerate() {
+                q_dot[k] = self.field.q_dot(&room.rates, a);
+                p_dot[k] = self.field.p_dot(&room.rates, place);
             }
         }
         Ok(())

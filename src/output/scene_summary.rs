@@ -61,6 +61,9 @@ pub struct SceneSummary {
     pub history: Vec<IterationRecord>,
 }
 
+/// A world-line with what was measured on it.
+pub(super) type Measured<'m, S> = (&'m WorldLine<S>, &'m SceneDiagnostics<S>, &'m [ConservedSum]);
+
 /// A number for each of several coordinates.
 type ByName = BTreeMap<String, Number>;
 
@@ -141,11 +144,7 @@ pub struct FailedScene {
 
 impl SceneSummary {
     /// The summary of `case` and of its world-line or failure.
-    pub fn new<S: Real>(
-        case: &SceneCase,
-        result: Result<(&WorldLine<S>, &SceneDiagnostics<S>, &[ConservedSum]), &NoWorldLine>,
-        solve_seconds: f64,
-    ) -> Self {
+    pub fn new<S: Real>(case: &SceneCase, result: Result<Measured<'_, S>, &NoWorldLine>, solve_seconds: f64) -> Self {
         let geometry = case.geometry::<f64>();
         let names = geometry.names();
         let some = |indices: &mut dyn Iterator<Item = usize>| indices.map(|a| names[a].clone()).collect::<Vec<_>>();

@@ -26,7 +26,8 @@ pub fn write_trajectory<S: Real>(
 }
 
 /// Writes `residuals.csv`: gamma; for every ignorable coordinate delta_q_<a> and delta_q_<a>_corrected; delta_g_<a> for
-/// every coordinate; delta_k; delta_<name> for every invariant of the user, whose `names` are given.
+/// every coordinate; delta_k or, in the lift of Newton's law, delta_energy; delta_<name> for every invariant of the
+/// user, whose `names` are given.
 ///
 /// # Errors
 /// If `out` cannot be written.
@@ -87,7 +88,10 @@ fn residuals<S: Real>(line: &WorldLine<S>, diagnostics: &SceneDiagnostics<S>, na
     for (name, row) in coordinates.iter().zip(&diagnostics.delta_g) {
         columns.push((format!("delta_g_{name}"), row.clone()));
     }
-    columns.push(("delta_k".to_owned(), diagnostics.delta_k.clone()));
+    match &diagnostics.delta_energy {
+        Some(energy) => columns.push(("delta_energy".to_owned(), energy.clone())),
+        None => columns.push(("delta_k".to_owned(), diagnostics.delta_k.clone())),
+    }
     for (name, invariant) in names.iter().zip(&diagnostics.invariants) {
         columns.push((format!("delta_{name}"), invariant.delta.clone()));
     }

@@ -169,7 +169,9 @@ fn columns_and_keys_of_scenes_are_those_that_the_page_lists() {
         let gamma = || vec!["gamma".to_owned()];
         assert_eq!(header("trajectory.csv"), [gamma(), all(""), all("_dot")].concat().join(","));
         let charges = ignorable.iter().flat_map(|q| [format!("delta_q_{q}"), format!("delta_q_{q}_corrected")]);
-        let residuals = names.iter().map(|q| format!("delta_g_{q}")).chain(["delta_k".to_owned()]);
+        // A lift has s as its last coordinate.
+        let k = if names.last() == Some(&"s") { "delta_energy" } else { "delta_k" };
+        let residuals = names.iter().map(|q| format!("delta_g_{q}")).chain([k.to_owned()]);
         let residuals = residuals.chain(invariants.iter().map(|name| format!("delta_{name}")));
         assert_eq!(
             header("residuals.csv"),

@@ -72,6 +72,6 @@ fn a_run_that_leaves_the_domain_says_where() {
     assert!(failure.gamma > 20.0 && failure.gamma < 60.0, "{failure}");
     // An explicit rule with a coarse step jumps over the horizon to r < 0, where the metric is regular again: K tells.
     let line = solve_scene(&setup(SbpName::Sbp21, 401)).map_err(|failure| failure.to_string()).unwrap();
-    let warnings = SceneDiagnostics::new(&line, &[], &mut []).warnings();
+    let warnings = SceneDiagnostics::new(&line, &[], &mut [], false).warnings();
     assert!(warnings.iter().any(|warning| warning.starts_with("K drifts")), "{warnings:?}");
 }

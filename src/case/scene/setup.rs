@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::SceneCase;
-use crate::geometry::{GeometryText, Observable, Place as FormulaPlace};
+use crate::geometry::{GeometryText, Law, Observable, Place as FormulaPlace};
 use crate::scalar::Real;
 use crate::solve::End;
 use crate::solve::scene::{Place, SceneLimit, SceneSetup, Until};
@@ -13,6 +13,11 @@ impl SceneCase {
         let geometry = self.geometry();
         let start = self.start_in(&geometry);
         Place { geometry: Arc::new(geometry), start }
+    }
+
+    /// Whether the scene is the lift of Newton's law: its first coordinate is t, its last one s.
+    pub fn is_lifted(&self) -> bool {
+        matches!(self.geometry_text(), GeometryText::Potential(potential) if potential.law == Law::Newtonian)
     }
 
     /// The formulas of `[invariants]`, compiled, in their order.

@@ -17,6 +17,8 @@ pub(super) struct Solved<S> {
     pub(super) q: Vec<Vec<S>>,
     /// p*_a of the active coordinates.
     pub(super) p: Vec<Vec<S>>,
+    /// h q̇^a of the ignorable coordinates.
+    pub(super) steps: Vec<Vec<S>>,
     pub(super) history: Vec<IterationRecord>,
     pub(super) initial_guess: InitialGuess,
 }
@@ -28,8 +30,9 @@ pub(super) fn solve<S: Real, G: Motion<S>, R: Motion<f64, Outside = G::Outside>>
     max_iterations: usize,
 ) -> Result<Solved<S>, Failure<G::Outside>> {
     if window.geometry.active().is_empty() {
-        let System { q, p, .. } = System::new(window, Vec::new());
-        return Ok(Solved { q, p, history: Vec::new(), initial_guess: InitialGuess::None });
+        let mut system = System::new(window, Vec::new());
+        let steps = system.steps();
+        return Ok(Solved { q: system.q, p: system.p, steps, history: Vec::new(), initial_guess: InitialGuess::None });
     }
     let (states, initial_guess) = explicit::guess(rough).map_err(explicit::outside)?;
     let mut linearised = System::new(rough, Vec::new());
@@ -43,11 +46,13 @@ pub(super) fn solve<S: Real, G: Motion<S>, R: Motion<f64, Outside = G::Outside>>
         let Root { unknowns, history } = refinement::refine(&mut refined, root, window.digits, max_iterations)?;
         let mut system = refined.residual;
         system.evaluate(&unknowns).map_err(explicit::outside)?;
-        return Ok(Solved { q: system.q, p: system.p, history, initial_guess });
+        let steps = system.steps();
+        return Ok(Solved { q: system.q, p: system.p, steps, history, initial_guess });
     }
     // The system was evaluated last at its root.
     let in_s = |rows: Vec<Vec<f64>>| rows.into_iter().map(|row| row.into_iter().map(S::from).collect()).collect();
-    Ok(Solved { q: in_s(linearised.q), p: in_s(linearised.p), history: root.history, initial_guess })
+    let steps = in_s(linearised.steps());
+    Ok(Solved { q: in_s(linearised.q), p: in_s(linearised.p), steps, history: root.history, initial_guess })
 }
 
 /// Entries of the Jacobian, divided by this, stay far from overflow.
@@ -106,6 +111,12 @@ impl<'w, S: Real, G: Motion<S>> System<'w, S, G> {
         }
         let start = &self.window.start.p;
         self.window.geometry.rates(&self.q, &self.p, start, &mut self.room, &mut self.rates)
+    }
+
+    /// h q̇^a of the ignorable coordinates at what was evaluated last.
+    fn steps(&mut self) -> Vec<Vec<S>> {
+        let Window { sbp, start, geometry, .. } = self.window;
+        geometry.steps(&self.q, &self.p, &start.p, sbp.spacing(), &mut self.room)
     }
 
     /// `out` = F(u).

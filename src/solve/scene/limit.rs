@@ -40,11 +40,10 @@ pub(in crate::solve) fn solve<S: Real, G: Motion<S>, R: Motion<f64, Outside = G:
     if window.form == Form::Strong && window.sbp.is_two_step() {
         return explicit::two_step(window);
     }
-    let collocation::Solved { mut q, p, history, initial_guess } =
+    let collocation::Solved { mut q, p, steps, history, initial_guess } =
         collocation::solve(window, rough, max_iterations)?;
     let integral = Integral { derivative: window.derivative(), rough: rough.derivative(), digits: window.digits };
     let (points, active) = (window.points(), window.geometry.active());
-    let steps = window.geometry.steps(&q, &p, &window.start.p, window.sbp.spacing(), &mut window.geometry.motion_room());
     let ignorable = (0..q.len()).filter(|a| !active.contains(a));
     for (a, steps) in ignorable.zip(steps) {
         q[a] = integral.of(|k| steps[k], vec![S::ZERO; points], max_iterations)?;
