@@ -59,7 +59,7 @@ fn every_operator_has_its_order_in_both_forms() {
         }
     }
     for n in [3_u8, 4, 5, 6] {
-        let windows = if n < 5 { [16, 32] } else { [4, 8] };
+        let windows = if n < 5 { [16, 32] } else { [2, 4] };
         let [coarse, fine] = windows.map(|windows| {
             error(&solved(SbpName::Gll(n), Form::Weak, n.into(), windows, System::PhysicalLimit), &exact)
         });

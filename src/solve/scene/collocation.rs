@@ -3,7 +3,7 @@
 use super::explicit;
 use super::window::Window;
 use crate::banded::solve_banded;
-use crate::geometry::Motion;
+use crate::geometry::{Motion, Term};
 use crate::norm::max_abs;
 use crate::scalar::Real;
 use crate::solve::derivative::FormDerivative;
@@ -57,6 +57,8 @@ pub(super) fn solve<S: Real, G: Motion<S>, R: Motion<f64, Outside = G::Outside>>
 
 /// Entries of the Jacobian, divided by this, stay far from overflow.
 const LEAST_SCALE: f64 = 1e-280;
+/// A force counts at least as this share of its terms: a residual at the rounding level is that many times larger.
+const CANCELLED: f64 = 1e-2;
 
 /// Rows (h du/dγ − h u̇)/s in the unknowns (q_1 … q_m, p_1 … p_m) of one node after the other: at nodes 1 … N−1 for
 /// nodes 2 … N in the strong form, at all nodes for all in the weak one.
@@ -157,15 +159,33 @@ impl<G: Motion<f64>> System<'_, f64, G> {
     /// given node by node, plus its change in a step, from the rates that were computed last.
     fn set_scales(&mut self, states: &[f64]) {
         let (fields, h) = (self.fields(), self.window.sbp.spacing());
-        // At rest in an equilibrium there is no scale.
-        let scale = |field: usize| {
-            let sizes = states.chunks_exact(fields).map(|state| state[field].abs());
-            match sizes.fold(0.0, f64::max) + h * max_abs(&self.rates[field]) {
-                0.0 => 1.0,
-                scale => f64::max(scale, LEAST_SCALE),
-            }
+        let size = |field: usize| states.chunks_exact(fields).map(|state| state[field].abs()).fold(0.0, f64::max);
+        let sizes: Vec<f64> = (0..fields).map(size).collect();
+        // On a circular orbit a force is what is left of terms that cancel, and rounds like these.
+        let terms = self.force_terms();
+        let mut cancelled = vec![0.0; fields];
+        for (place, &a) in self.active().iter().enumerate() {
+            cancelled[fields / 2 + place] = CANCELLED * h * terms[a];
+        }
+        // At rest without any force there is no scale.
+        let scale = |field: usize| match (sizes[field] + h * max_abs(&self.rates[field])).max(cancelled[field]) {
+            0.0 => 1.0,
+            scale => f64::max(scale, LEAST_SCALE),
         };
         self.scales = (0..fields).map(scale).collect();
+    }
+
+    /// Σ |½ ∂_a g_bc q̇^b q̇^c| + Σ |∂_a A_b q̇^b| at the start.
+    fn force_terms(&self) -> Vec<f64> {
+        let (start, geometry) = (self.window.start, self.window.geometry);
+        let samples = geometry.sample_at(&start.q);
+        let velocity = |b: usize| start.q_dot.get(b).copied().unwrap_or(1.0);
+        let mut terms = vec![0.0; start.q.len()];
+        for &Term { ab: [b, c], by: [a], value } in &geometry.structure().first {
+            let factor = if b == c { 0.5 } else { 1.0 };
+            terms[a] += (factor * samples.at(value, 0) * velocity(b) * velocity(c)).abs();
+        }
+        terms
     }
 
     /// Overwrites `right` with J⁻¹ `right` for the Jacobian J at what was evaluated last.
