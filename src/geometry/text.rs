@@ -17,7 +17,7 @@ pub struct MetricText {
     pub parameters: Vec<(String, String)>,
     /// A_a by the index of the coordinate. What is not given is zero.
     pub one_form: Vec<(usize, String)>,
-    /// F_a in the coordinates and their derivatives `<name>_dot` = dq/dγ. What is not given is zero.
+    /// F_a in the coordinates and their derivatives `NAME_dot` = dq/dγ. What is not given is zero.
     pub force: Vec<(usize, String)>,
     /// Ω in the coordinates: the metric is Ω times what the components say.
     pub conformal: Option<String>,
@@ -52,7 +52,7 @@ pub struct PotentialText {
     pub law: Law,
     /// A_a of Newton's L = ½mv² − V + A·v, by the index of the coordinate.
     pub one_form: Vec<(usize, String)>,
-    /// A force besides −∂V, in the coordinates and their derivatives `<name>_dot`, by the index of the coordinate. The
+    /// A force besides −∂V, in the coordinates and their derivatives `NAME_dot`, by the index of the coordinate. The
     /// derivatives are with respect to γ, with [`Law::Newtonian`] to t.
     pub force: Vec<(usize, String)>,
     /// Ω in the coordinates.

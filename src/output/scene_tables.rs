@@ -25,8 +25,8 @@ pub fn write_trajectory<S: Real>(
     write_table(out, line, trajectory(line, diagnostics))
 }
 
-/// Writes `residuals.csv`: gamma; for every ignorable coordinate delta_q_<a> and delta_q_<a>_corrected; delta_g_<a> for
-/// every coordinate; delta_k or, in the lift of Newton's law, delta_energy; delta_<name> for every invariant of the
+/// Writes `residuals.csv`: gamma; for every ignorable coordinate `delta_q_A` and `delta_q_A_corrected`; `delta_g_A` for
+/// every coordinate; delta_k or, in the lift of Newton's law, delta_energy; `delta_NAME` for every invariant of the
 /// user, whose `names` are given.
 ///
 /// # Errors

@@ -110,8 +110,9 @@ impl SceneCase {
         let [events, plot] = ["events", "plot"].map(|key| root.section(key));
         root.finish()?;
         let scenery = check::geometry(&root, metric, potential, particle?)?;
-        let (sbp, form) = settings::scheme(scheme?)?;
+        // First, because an accuracy in an override takes the scheme away.
         let solver = settings::solver(solver?, source)?;
+        let (sbp, form) = settings::scheme(scheme?)?;
         check::particle(&scenery)?;
         let compiled = scenery.geometry::<f64>()?;
         let names = compiled.names().to_vec();

@@ -7,6 +7,7 @@ use super::setup::{Place, SceneSetup};
 use super::window::Window;
 use super::world_line::{SceneWindow, WorldLine, relative};
 use super::{doubled, gradient_norm, limit};
+use crate::action::Form;
 use crate::geometry::{Geometry, Start};
 use crate::sbp::SbpOperator;
 use crate::scalar::{Compensated, Real};
@@ -94,7 +95,12 @@ fn solve_limit<S: Real>(
             let state = node.checked_sub(first).and_then(|unknown| u.get(unknown * fields..)?.get(..fields / 2));
             (node, state.map_or(Vec::new(), <[f64]>::to_vec))
         };
-        let guess = InitialGuess::RungeKutta4;
+        let is_explicit = window.form == Form::Strong && window.sbp.is_two_step();
+        let guess = match (is_explicit, window.geometry.is_separable()) {
+            (true, _) => InitialGuess::None,
+            (false, true) => InitialGuess::Nystrom4,
+            (false, false) => InitialGuess::RungeKutta4,
+        };
         NoWorldLine::new(rough, failure, guess, |node| gamma + rough.sbp.node(node), locate)
     })?;
     let multipliers = limit.multipliers(window);
