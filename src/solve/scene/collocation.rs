@@ -34,11 +34,9 @@ pub(super) fn solve<S: Real, G: Motion<S>, R: Motion<f64, Outside = G::Outside>>
         let steps = system.steps();
         return Ok(Solved { q: system.q, p: system.p, steps, history: Vec::new(), initial_guess: InitialGuess::None });
     }
-    let (states, initial_guess) = explicit::guess(rough).map_err(explicit::outside)?;
+    let (mut guess, initial_guess) = explicit::guess(rough).map_err(explicit::outside)?;
     let mut linearised = System::new(rough, Vec::new());
-    let guess = states[rough.derivative().first_unknown() * linearised.fields()..].to_vec();
-    linearised.evaluate(&guess).map_err(explicit::outside)?;
-    linearised.set_scales(&states);
+    guess.drain(..rough.derivative().first_unknown() * linearised.fields());
     let root = newton::solve(&mut linearised, guess, max_iterations)?;
     if S::IS_EXTENDED {
         let residual = System::new(window, linearised.scales.clone());
@@ -64,6 +62,7 @@ const CANCELLED: f64 = 1e-2;
 /// nodes 2 … N in the strong form, at all nodes for all in the weak one.
 struct System<'w, S: Real, G: Motion<S>> {
     window: Window<'w, S, G>,
+    /// Set at the first residual if they are not given.
     scales: Vec<f64>,
     // What was evaluated last: the fields on all N nodes, their rates and their slopes. Kept, because at a million nodes
     // fresh memory costs more than the arithmetic.
@@ -115,6 +114,37 @@ impl<'w, S: Real, G: Motion<S>> System<'w, S, G> {
         self.window.geometry.rates(&self.q, &self.p, start, &mut self.room, &mut self.rates)
     }
 
+    /// Sets the divisor of each kind of row, so that one rounding level holds for all: the size of the field plus its
+    /// change in a step, at what was evaluated last.
+    fn set_scales(&mut self) {
+        let (m, h) = (self.active().len(), self.window.sbp.spacing().to_f64());
+        // On a circular orbit a force is what is left of terms that cancel, and rounds like these.
+        let terms = self.force_terms();
+        let scale = |field: usize, row: &[S], cancelled: f64| {
+            match (max_abs(row).to_f64() + h * max_abs(&self.rates[field]).to_f64()).max(CANCELLED * h * cancelled) {
+                // At rest without any force there is no scale.
+                0.0 => 1.0,
+                scale => f64::max(scale, LEAST_SCALE),
+            }
+        };
+        let positions = self.active().iter().enumerate().map(|(place, &a)| scale(place, &self.q[a], 0.0));
+        let momenta = self.active().iter().enumerate().map(|(place, &a)| scale(m + place, &self.p[place], terms[a]));
+        self.scales = positions.chain(momenta).collect();
+    }
+
+    /// Σ |½ ∂_a g_bc q̇^b q̇^c| + Σ |∂_a A_b q̇^b| at the start.
+    fn force_terms(&self) -> Vec<f64> {
+        let (start, geometry) = (self.window.start, self.window.geometry);
+        let samples = geometry.sample_at(&start.q);
+        let velocity = |b: usize| start.q_dot.get(b).copied().unwrap_or(S::ONE);
+        let mut terms = vec![0.0; start.q.len()];
+        for &Term { ab: [b, c], by: [a], value } in &geometry.structure().first {
+            let product = (samples.at(value, 0) * velocity(b) * velocity(c)).abs().to_f64();
+            terms[a] += if b == c { 0.5 * product } else { product };
+        }
+        terms
+    }
+
     /// h q̇^a of the ignorable coordinates at what was evaluated last.
     fn steps(&mut self) -> Vec<Vec<S>> {
         let Window { sbp, start, geometry, .. } = self.window;
@@ -124,6 +154,9 @@ impl<'w, S: Real, G: Motion<S>> System<'w, S, G> {
     /// `out` = F(u).
     fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), G::Outside> {
         self.evaluate(u)?;
+        if self.scales.is_empty() {
+            self.set_scales();
+        }
         let (h, derivative, fields) = (self.window.sbp.spacing(), self.derivative(), self.fields());
         let start = self.window.start;
         for (place, &a) in self.active().iter().enumerate() {
@@ -155,39 +188,6 @@ impl<'w, S: Real, G: Motion<S>> System<'w, S, G> {
 }
 
 impl<G: Motion<f64>> System<'_, f64, G> {
-    /// Sets the divisor of each kind of row, so that one rounding level holds for all: the size of the field in a guess,
-    /// given node by node, plus its change in a step, from the rates that were computed last.
-    fn set_scales(&mut self, states: &[f64]) {
-        let (fields, h) = (self.fields(), self.window.sbp.spacing());
-        let size = |field: usize| states.chunks_exact(fields).map(|state| state[field].abs()).fold(0.0, f64::max);
-        let sizes: Vec<f64> = (0..fields).map(size).collect();
-        // On a circular orbit a force is what is left of terms that cancel, and rounds like these.
-        let terms = self.force_terms();
-        let mut cancelled = vec![0.0; fields];
-        for (place, &a) in self.active().iter().enumerate() {
-            cancelled[fields / 2 + place] = CANCELLED * h * terms[a];
-        }
-        // At rest without any force there is no scale.
-        let scale = |field: usize| match (sizes[field] + h * max_abs(&self.rates[field])).max(cancelled[field]) {
-            0.0 => 1.0,
-            scale => f64::max(scale, LEAST_SCALE),
-        };
-        self.scales = (0..fields).map(scale).collect();
-    }
-
-    /// Σ |½ ∂_a g_bc q̇^b q̇^c| + Σ |∂_a A_b q̇^b| at the start.
-    fn force_terms(&self) -> Vec<f64> {
-        let (start, geometry) = (self.window.start, self.window.geometry);
-        let samples = geometry.sample_at(&start.q);
-        let velocity = |b: usize| start.q_dot.get(b).copied().unwrap_or(1.0);
-        let mut terms = vec![0.0; start.q.len()];
-        for &Term { ab: [b, c], by: [a], value } in &geometry.structure().first {
-            let factor = if b == c { 0.5 } else { 1.0 };
-            terms[a] += (factor * samples.at(value, 0) * velocity(b) * velocity(c)).abs();
-        }
-        terms
-    }
-
     /// Overwrites `right` with J⁻¹ `right` for the Jacobian J at what was evaluated last.
     fn solve_linearised(&mut self, right: &mut [f64]) -> Result<(), LinearFailure> {
         let (h, derivative, fields) = (self.window.sbp.spacing(), self.derivative(), self.fields());
