@@ -13,8 +13,8 @@
 //! the physical limit the gradient also contains their derivatives.
 
 use super::DoubledAction;
-use super::state::{BothStates, BranchState, other};
-use crate::geometry::{Lagrangian, Term};
+use super::state::{BothStates, BranchState};
+use crate::geometry::{Lagrangian, Term, other};
 use crate::scalar::Real;
 
 /// One end of both branches together.
@@ -29,12 +29,15 @@ pub(super) struct Tie<S> {
 
 impl<S: Real, L: Lagrangian<S>> DoubledAction<'_, S, L> {
     pub(super) fn ties(&self, u: &[S], states: &BothStates<S>) -> [Tie<S>; 2] {
-        let (layout, values) = (self.layout(), &self.lagrangian.structure().values);
+        let (layout, structure) = (self.layout(), self.lagrangian.structure());
         let n = layout.dimension();
         [0, self.sbp.points() - 1].map(|k: usize| {
             let gap = |a| layout.values(u, 0, a)[k] - layout.values(u, 1, a)[k];
             let momentum = |a: usize| {
-                let [one, two] = [0, 1].map(|branch| states.get(branch).momentum_at(values, a, k));
+                let [one, two] = [0, 1].map(|branch| {
+                    let state = states.get(branch);
+                    structure.momentum(&state.samples, |b| state.velocity(b, k), a, k)
+                });
                 (one + two).half() - if k == 0 { self.initial.p[a] } else { S::ZERO }
             };
             Tie { k, gaps: (0..n).map(gap).collect(), momenta: (0..n).map(momentum).collect() }

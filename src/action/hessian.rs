@@ -12,9 +12,9 @@ use faer::sparse::{Argsort, Pair, SparseColMat, SymbolicSparseColMat};
 
 use super::boundary::Tie;
 use super::force::MeanForce;
-use super::state::{BothStates, BranchState, other};
+use super::state::{BothStates, BranchState};
 use super::{DoubledAction, Form};
-use crate::geometry::{Lagrangian, Term};
+use crate::geometry::{Lagrangian, Term, other};
 
 /// A Hessian as a compressed sparse column matrix with one row per unknown; both triangles are stored.
 pub type SparseHessian = SparseColMat<usize, f64>;

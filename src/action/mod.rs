@@ -58,6 +58,7 @@ use self::force::MeanForce;
 use self::state::{BothStates, BranchState};
 use crate::geometry::{Lagrangian, Source, Start};
 use crate::metric::Metric;
+use crate::norm::max_abs;
 use crate::sbp::{RegularisedOperator, SbpOperator};
 use crate::scalar::Real;
 
@@ -166,6 +167,15 @@ impl<'a, S: Real, L: Lagrangian<S>> DoubledAction<'a, S, L> {
             Form::Weak => self.add_boundary_gradient(&self.ties(u, &states), &states, out),
         }
         Ok(())
+    }
+
+    /// The largest entry of ∇E_IVP(u); infinite where a node is outside the domain.
+    pub fn gradient_norm(&self, u: &[S]) -> S {
+        let mut gradient = vec![S::ZERO; u.len()];
+        match self.gradient(u, &mut gradient) {
+            Ok(()) => max_abs(&gradient),
+            Err(_) => S::from(f64::INFINITY),
+        }
     }
 
     /// ∂F/∂q^a = D̄ᵀH p_a + H f_a with f_a = ½ ∂_a g_bc D̄q^b D̄q^c + ∂_a A_b D̄q^b. `momentum` is room for N numbers.

@@ -1,8 +1,8 @@
 //! The size of the rounding error in the gradient, below which no gradient can be brought.
 
 use super::DoubledAction;
-use super::state::{BranchState, other};
-use crate::geometry::{Lagrangian, Samples, Source, Term};
+use super::state::BranchState;
+use crate::geometry::{Lagrangian, Samples, Source, Term, other};
 use crate::norm::max_abs;
 use crate::scalar::Real;
 

@@ -1,7 +1,7 @@
 //! One branch evaluated on its nodes.
 
 use super::Layout;
-use crate::geometry::{Lagrangian, Samples, Source, Term};
+use crate::geometry::{Lagrangian, Samples, Source, Term, other};
 use crate::norm::max_abs;
 use crate::sbp::{RegularisedOperator, SbpOperator};
 use crate::scalar::Real;
@@ -76,14 +76,6 @@ impl<S: Real> BranchState<S> {
             }
         }
     }
-
-    /// p_a at node k.
-    pub(super) fn momentum_at(&self, values: &[Term<S, 0>], a: usize, k: usize) -> S {
-        values.iter().fold(S::ZERO, |sum, term| match other(term.ab, a) {
-            Some(b) => sum + self.samples.at(term.value, k) * self.velocity(b, k),
-            None => sum,
-        })
-    }
 }
 
 /// Both branches. In the physical limit they are the same, and there is one state.
@@ -123,14 +115,5 @@ impl<S: Real> BothStates<S> {
     /// Forward (0) or backward (1).
     pub(super) fn get(&self, branch: usize) -> &BranchState<S> {
         self.backward.as_ref().filter(|_| branch == 1).unwrap_or(&self.forward)
-    }
-}
-
-/// The other index of a pair that contains `a`.
-pub(super) fn other([first, second]: [usize; 2], a: usize) -> Option<usize> {
-    match (first == a, second == a) {
-        (true, _) => Some(second),
-        (_, true) => Some(first),
-        _ => None,
     }
 }

@@ -25,7 +25,7 @@ pub(super) struct CheckArgs {
 /// The error of a solved case that differs from its `[expect]` table: one phrase for each difference.
 #[derive(Debug, thiserror::Error)]
 #[error("the case does not meet its [expect] table: {}", .0.join("; "))]
-pub(super) struct ExpectationNotMet(Vec<String>);
+pub(super) struct ExpectationNotMet(pub(super) Vec<String>);
 
 pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     let case = match args.case.read_any()? {
@@ -56,7 +56,7 @@ fn check_scene(case: &SceneCase, args: &CheckArgs) -> anyhow::Result<ExitCode> {
     }
     if args.run {
         let Some(expect) = case.expect() else { return Err(without_expectations(args)) };
-        tell_met(args, &scene::compare(case, expect).map_err(ExpectationNotMet)?)?;
+        tell_met(args, &scene::compare(case, expect)?)?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -4,8 +4,9 @@
 use std::fs;
 
 use geodesic_ivp::Case;
-use geodesic_ivp::scalar::Extended;
-use geodesic_ivp::solve::{Setup, bytes_needed};
+use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::solve::scene::SceneSetup;
+use geodesic_ivp::solve::{Setup, bytes_needed, scene_bytes_needed};
 
 use super::report::Refusal;
 use super::samples::SampleArgs;
@@ -21,17 +22,29 @@ pub(super) fn check(case: &Case, samples: Option<&SampleArgs>) -> anyhow::Result
     } else {
         bytes_needed(&Setup::<f64>::from(case), only, count)
     };
-    let Some(available) = available().filter(|available| needed > *available) else { return Ok(()) };
-    let [needed, available] = [needed, available].map(|bytes| bytes / 1e9);
-    let nodes = case.grid.n_gamma * case.grid.windows;
-    let message = format!(
-        "the run needs about {needed:.2} GB of memory for {nodes} nodes in {} digits, and there are {available:.2} GB",
-        case.solver.digits
-    );
     let help = match count > 0 && !only && case.grid.windows > 1 {
         true => "take fewer nodes or digits, or --samples-only, which keeps one window at a time",
         false => "take fewer nodes, digits or samples",
     };
+    refuse(needed, case.grid.n_gamma * case.grid.windows, case.solver.digits, help)
+}
+
+/// The same for a scene.
+///
+/// # Errors
+/// As [`check`].
+pub(super) fn check_scene<S: Real>(setup: &SceneSetup<S>) -> anyhow::Result<()> {
+    refuse(scene_bytes_needed(setup), setup.n_gamma * setup.windows, setup.digits, "take fewer nodes or digits")
+}
+
+/// Refuses a run of so many nodes and digits if there is less memory than it needs, in bytes.
+fn refuse(needed: f64, nodes: usize, digits: u32, help: &str) -> anyhow::Result<()> {
+    let Some(available) = available().filter(|available| needed > *available) else { return Ok(()) };
+    let [needed, available] = [needed, available].map(|bytes| bytes / 1e9);
+    let message = format!(
+        "the run needs about {needed:.2} GB of memory for {nodes} nodes in {digits} digits, and there are \
+         {available:.2} GB"
+    );
     Err(Refusal::usage(message).help(help).into())
 }
 

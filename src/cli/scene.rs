@@ -11,12 +11,13 @@ use geodesic_ivp::geometry::ConservedSum;
 use geodesic_ivp::output::{OutputSet, SceneSummary, scene_tables};
 use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::solve::System;
-use geodesic_ivp::solve::scene::{NoWorldLine, WorldLine, solve_scene};
+use geodesic_ivp::solve::scene::{NoWorldLine, SceneSetup, WorldLine, solve_scene};
 use geodesic_ivp::study::scene_error::scene_error;
 
+use super::check::ExpectationNotMet;
 use super::out::OutArgs;
 use super::scene_readable::readable;
-use super::{CaseArgs, report, stdout};
+use super::{CaseArgs, memory, report, stdout};
 
 const TRAJECTORY: &str = "trajectory.csv";
 const RESIDUALS: &str = "residuals.csv";
@@ -44,11 +45,13 @@ pub(super) fn run(case: &SceneCase, args: &CaseArgs, output: &OutArgs, to_stdout
 }
 
 fn run_in<S: Real>(case: &SceneCase, args: &CaseArgs, output: &OutArgs, to_stdout: bool) -> anyhow::Result<ExitCode> {
+    let setup = case.setup::<S>();
+    memory::check_scene(&setup)?;
     let invariants: Vec<&str> = case.invariants().iter().map(|(name, _)| name.as_str()).collect();
     if to_stdout {
         // Checked before the computation, whose result would otherwise be lost.
         drop(stdout::for_data()?);
-        let Solved { line, diagnostics, .. } = solved::<S>(case)?;
+        let Solved { line, diagnostics, .. } = solved(case, &setup)?;
         diagnostics.warnings().iter().for_each(|warning| report::warn(warning));
         scene_tables::write_combined(stdout::for_data()?, &line, &diagnostics, &invariants)?;
         return Ok(ExitCode::SUCCESS);
@@ -63,7 +66,7 @@ fn run_in<S: Real>(case: &SceneCase, args: &CaseArgs, output: &OutArgs, to_stdou
     let files = OutputSet::open(target, &names)?;
     files.write_text(CASE, &case.to_toml())?;
     let start = Instant::now();
-    let Solved { line, sums, diagnostics, seconds } = match solved::<S>(case) {
+    let Solved { line, sums, diagnostics, seconds } = match solved(case, &setup) {
         Ok(solved) => solved,
         Err(failure) => {
             let seconds = start.elapsed().as_secs_f64();
@@ -103,10 +106,9 @@ fn run_in<S: Real>(case: &SceneCase, args: &CaseArgs, output: &OutArgs, to_stdou
     Ok(ExitCode::SUCCESS)
 }
 
-fn solved<S: Real>(case: &SceneCase) -> Result<Solved<S>, NoWorldLine> {
-    let setup = case.setup::<S>();
+fn solved<S: Real>(case: &SceneCase, setup: &SceneSetup<S>) -> Result<Solved<S>, NoWorldLine> {
     let start = Instant::now();
-    let line = solve_scene(&setup)?;
+    let line = solve_scene(setup)?;
     let solve_seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let sums = setup.rough.geometry.conserved_sums(&setup.rough.start.q, &setup.rough.start.q_dot);
@@ -116,18 +118,22 @@ fn solved<S: Real>(case: &SceneCase) -> Result<Solved<S>, NoWorldLine> {
     Ok(Solved { line, sums, diagnostics, seconds: [solve_seconds, start.elapsed().as_secs_f64()] })
 }
 
-/// `check` of a scene; with `run` it is also solved and compared with its `[expect]` table. Returns the phrases that are
-/// met and missed.
-pub(super) fn compare(case: &SceneCase, expect: &SceneExpect) -> Result<Vec<String>, Vec<String>> {
+/// Solves a scene and compares it with its `[expect]` table. Returns one phrase for each number that is as expected.
+///
+/// # Errors
+/// [`ExpectationNotMet`] if anything is different.
+pub(super) fn compare(case: &SceneCase, expect: &SceneExpect) -> anyhow::Result<Vec<String>> {
     if case.is_extended() { compare_in::<Extended>(case, expect) } else { compare_in::<f64>(case, expect) }
 }
 
-fn compare_in<S: Real>(case: &SceneCase, expect: &SceneExpect) -> Result<Vec<String>, Vec<String>> {
-    let result = solve_scene(&case.setup::<S>());
+fn compare_in<S: Real>(case: &SceneCase, expect: &SceneExpect) -> anyhow::Result<Vec<String>> {
+    let setup = case.setup::<S>();
+    memory::check_scene(&setup)?;
+    let result = solve_scene(&setup);
     let status = result.as_ref().map_or_else(|failure| failure.status, |_| Status::Converged);
     if status != expect.status {
         let found = result.map_or_else(|failure| failure.to_string(), |_| status.to_string());
-        return Err(vec![format!("expected status {}, found {found}", expect.status)]);
+        return Err(ExpectationNotMet(vec![format!("expected status {}, found {found}", expect.status)]).into());
     }
     let (mut met, mut missed) = (vec![format!("status {status}")], Vec::new());
     if let (Ok(line), Some(tolerance)) = (&result, &expect.tolerance) {
@@ -146,5 +152,5 @@ fn compare_in<S: Real>(case: &SceneCase, expect: &SceneExpect) -> Result<Vec<Str
             }
         }
     }
-    if missed.is_empty() { Ok(met) } else { Err(missed) }
+    if missed.is_empty() { Ok(met) } else { Err(ExpectationNotMet(missed).into()) }
 }

@@ -185,21 +185,11 @@ impl<S: Real> Measured<'_, S> {
     }
 
     fn momentum(&self, geometry: &Geometry<S>, a: usize, k: usize) -> S {
-        let part = |&Term { ab: [b, c], value, .. }: &Term<S, 0>| match (b == a, c == a) {
-            (true, _) => self.samples.at(value, k) * self.velocity(c, k),
-            (_, true) => self.samples.at(value, k) * self.velocity(b, k),
-            _ => S::ZERO,
-        };
-        sum(geometry.structure().values.iter().map(part))
+        geometry.structure().momentum(&self.samples, |b| self.velocity(b, k), a, k)
     }
 
     fn norm(&self, geometry: &Geometry<S>, k: usize) -> S {
-        let n = geometry.dimension();
-        let part = |&Term { ab: [a, b], value, .. }: &Term<S, 0>| {
-            let product = self.samples.at(value, k) * self.velocity(a, k) * self.velocity(b, k);
-            if a == b { product } else { product + product }
-        };
-        sum(geometry.structure().values.iter().filter(|term| term.ab[1] < n).map(part))
+        geometry.structure().norm(&self.samples, |a| self.velocity(a, k), k)
     }
 
     /// Σ |g_ab q̇^a q̇^b| without its largest term.
@@ -215,11 +205,7 @@ impl<S: Real> Measured<'_, S> {
 
     /// f_a + F_a.
     fn force(&self, geometry: &Geometry<S>, a: usize, k: usize) -> S {
-        let part = |&Term { ab: [b, c], value, .. }: &Term<S, 1>| {
-            let product = self.samples.at(value, k) * self.velocity(b, k) * self.velocity(c, k);
-            if b == c { product.half() } else { product }
-        };
-        let own = sum(geometry.structure().first.iter().filter(|term| term.by == [a]).map(part));
+        let own = geometry.structure().force(&self.samples, |b| self.velocity(b, k), a, k);
         own + self.forces[a].get(k).copied().unwrap_or(S::ZERO)
     }
 }

@@ -29,8 +29,6 @@ pub struct Field<S = f64> {
     /// Entries of the Jacobian that are not zero: row, column, value.
     entries: Vec<(usize, usize, Source<S>)>,
     jacobian: Program<S>,
-    /// Σ_a F_a q̇^a by dK/dγ = 2 F_a q̇^a, if there is a force.
-    has_force: bool,
 }
 
 /// The registers in which a program runs, with what it computed last.
@@ -66,7 +64,6 @@ impl<S: Real> Field<S> {
             signs: vec![S::ZERO; inverse.blocks.len()],
             entries,
             jacobian,
-            has_force: !parts.force.is_empty(),
         }
     }
 
@@ -74,19 +71,9 @@ impl<S: Real> Field<S> {
         self.signs.copy_from_slice(signs);
     }
 
-    /// Number of coordinates n.
-    pub fn dimension(&self) -> usize {
-        self.dimension
-    }
-
     /// The active coordinates.
     pub fn active(&self) -> &[usize] {
         &self.active
-    }
-
-    /// Whether a force acts.
-    pub fn has_force(&self) -> bool {
-        self.has_force
     }
 
     /// The program with a register for every value: variables q^a, then n that are not used, then p_a; outputs q̇^a for

@@ -43,6 +43,7 @@ pub use motion::{Motion, MotionRoom};
 pub use observable::Observable;
 pub use outside::OutsideGeometry;
 pub use presets::{PRESETS, Preset};
+pub(crate) use structure::other;
 pub use structure::{ForceTerm, Lagrangian, Samples, Source, Start, Structure, Term};
 pub use text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText};
 pub use value::value_of;
@@ -162,13 +163,7 @@ impl<S: Real> Geometry<S> {
 
     /// K = g_ab q̇^a q̇^b at a point.
     pub fn norm(&self, q: &[S], q_dot: &[S]) -> S {
-        let samples = self.at(q);
-        let n = self.dimension();
-        self.structure.values.iter().filter(|term| term.ab[1] < n).fold(S::ZERO, |sum, term| {
-            let [a, b] = term.ab;
-            let product = samples.at(term.value, 0) * q_dot[a] * q_dot[b];
-            if a == b { sum + product } else { sum + product + product }
-        })
+        self.structure.norm(&self.at(q), |a| q_dot[a], 0)
     }
 
     /// All rows at one point, inside the domain or not.

@@ -60,7 +60,33 @@ pub struct Structure<S> {
     pub force_rows: usize,
 }
 
-impl<S> Structure<S> {
+impl<S: Real> Structure<S> {
+    /// p_a = g_ab q̇^b + A_a at node k, with q̇^b from `velocity` (1 for b = n).
+    pub fn momentum(&self, samples: &Samples<S>, velocity: impl Fn(usize) -> S, a: usize, k: usize) -> S {
+        self.values.iter().fold(S::ZERO, |sum, term| match other(term.ab, a) {
+            Some(b) => sum + samples.at(term.value, k) * velocity(b),
+            None => sum,
+        })
+    }
+
+    /// f_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b at node k.
+    pub fn force(&self, samples: &Samples<S>, velocity: impl Fn(usize) -> S, a: usize, k: usize) -> S {
+        let terms = self.first.iter().filter(|term| term.by == [a]);
+        terms.fold(S::ZERO, |sum, &Term { ab: [b, c], value, .. }| {
+            let product = samples.at(value, k) * velocity(b) * velocity(c);
+            sum + if b == c { product.half() } else { product }
+        })
+    }
+
+    /// K = g_ab q̇^a q̇^b at node k.
+    pub fn norm(&self, samples: &Samples<S>, velocity: impl Fn(usize) -> S, k: usize) -> S {
+        let terms = self.values.iter().filter(|term| term.ab[1] < self.dimension);
+        terms.fold(S::ZERO, |sum, &Term { ab: [a, b], value, .. }| {
+            let product = samples.at(value, k) * velocity(a) * velocity(b);
+            if a == b { sum + product } else { sum + product + product }
+        })
+    }
+
     /// Velocities that the Lagrangian multiplies: n, and the constant 1 if there is a one-form.
     pub fn velocities(&self) -> usize {
         self.dimension + usize::from(self.has_one_form)
@@ -144,27 +170,15 @@ pub trait Lagrangian<S: Real> {
     /// p_a = g_ab q̇^b + A_a at a point, inside the domain or not.
     fn momenta(&self, q: &[S], q_dot: &[S]) -> Vec<S> {
         let (structure, samples) = (self.structure(), self.sample_at(q));
-        let n = structure.dimension;
-        let mut p = vec![S::ZERO; n];
-        for term in &structure.values {
-            let ([a, b], value) = (term.ab, samples.at(term.value, 0));
-            p[a] += value * q_dot.get(b).copied().unwrap_or(S::ONE);
-            if b < n && a != b {
-                p[b] += value * q_dot[a];
-            }
-        }
-        p
+        let velocity = |b: usize| q_dot.get(b).copied().unwrap_or(S::ONE);
+        (0..structure.dimension).map(|a| structure.momentum(&samples, velocity, a, 0)).collect()
     }
 
     /// f_a + F_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a at a point, inside the domain or not.
     fn forces(&self, q: &[S], q_dot: &[S]) -> Vec<S> {
         let (structure, samples) = (self.structure(), self.sample_at(q));
-        let mut forces = vec![S::ZERO; structure.dimension];
-        for term in &structure.first {
-            let ([b, c], [a]) = (term.ab, term.by);
-            let product = samples.at(term.value, 0) * q_dot[b] * q_dot.get(c).copied().unwrap_or(S::ONE);
-            forces[a] += if b == c { product.half() } else { product };
-        }
+        let velocity = |b: usize| q_dot.get(b).copied().unwrap_or(S::ONE);
+        let mut forces: Vec<S> = (0..structure.dimension).map(|a| structure.force(&samples, velocity, a, 0)).collect();
         if !structure.force.is_empty() {
             let [q, q_dot] = [q, q_dot].map(|row| row.iter().map(std::slice::from_ref).collect::<Vec<_>>());
             let mut force = Samples::zeros(structure.force_rows, 1);
@@ -183,5 +197,14 @@ pub trait Lagrangian<S: Real> {
         // Outside the domain the rows are filled in as well.
         let _ = self.fill(&rows, &mut samples);
         samples
+    }
+}
+
+/// The other index of a pair that contains `a`.
+pub(crate) fn other([first, second]: [usize; 2], a: usize) -> Option<usize> {
+    match (first == a, second == a) {
+        (true, _) => Some(second),
+        (_, true) => Some(first),
+        _ => None,
     }
 }

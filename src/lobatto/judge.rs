@@ -236,8 +236,8 @@ impl<'m> Judge<'m> {
         (error(0) / self.sizes[1].max(solved.end.x.hi.abs())).max(error(1) / t_size)
     }
 
-    /// What a window of length `h` that ends at the joint `end` adds to the error of x and t in the long run, relative to the sizes, where the
-    /// motion has the time scale `scale`.
+    /// What a window of length `h` that ends at the joint `end` adds to the error of x and t in the long run, relative
+    /// to the sizes, where the motion has the time scale `scale`.
     ///
     /// An error of w = dx/dγ goes on after the window, which counts if it is much shorter than others. What K has lost
     /// is such an error, too.

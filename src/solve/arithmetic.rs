@@ -3,15 +3,12 @@
 use std::borrow::Cow;
 
 use super::accuracy;
-use super::critical_point::CriticalPointSolver;
-use super::newton::{Failure, Root};
 use super::problem::Problem;
 use super::run::Observer;
 use super::setup::{Scene, Setup};
 use super::solution::Solution;
 use super::spectral;
 use super::status::NoSolution;
-use crate::action::DoubledAction;
 use crate::scalar::{Extended, Real};
 
 /// The numbers that [`solve`](crate::solve()) computes in: `f64` and [`Extended`].
@@ -56,15 +53,6 @@ pub(super) trait Engine: Real {
         length: Self,
         observer: Option<Observer<'_, Self>>,
     ) -> Result<Option<Solution<Self>>, NoSolution>;
-
-    /// From the critical point of `rough` to that of `action`, which is the same action.
-    fn critical_point(
-        solver: &CriticalPointSolver,
-        rough: &DoubledAction<'_>,
-        root: Root,
-        action: &DoubledAction<'_, Self>,
-        setup: &Setup<Self>,
-    ) -> Result<Root<Self>, Failure>;
 }
 
 impl Engine for f64 {
@@ -88,16 +76,6 @@ impl Engine for f64 {
     ) -> Result<Option<Solution>, NoSolution> {
         spectral::march(problem, setup, length, observer)
     }
-
-    fn critical_point(
-        _: &CriticalPointSolver,
-        _: &DoubledAction<'_>,
-        root: Root,
-        _: &DoubledAction<'_>,
-        _: &Setup,
-    ) -> Result<Root, Failure> {
-        Ok(root)
-    }
 }
 
 impl Engine for Extended {
@@ -116,15 +94,5 @@ impl Engine for Extended {
         _: Option<Observer<'_, Self>>,
     ) -> Result<Option<Solution<Self>>, NoSolution> {
         Ok(None)
-    }
-
-    fn critical_point(
-        solver: &CriticalPointSolver,
-        rough: &DoubledAction<'_>,
-        root: Root,
-        action: &DoubledAction<'_, Self>,
-        setup: &Setup<Self>,
-    ) -> Result<Root<Self>, Failure> {
-        solver.refine(action, rough, root, (setup.digits, setup.max_iterations))
     }
 }

@@ -40,7 +40,8 @@ impl CriticalPointSolver {
         newton::solve(&mut Stationarity { solver: self, action }, guess, max_iterations)
     }
 
-    /// The critical point of `fine` close to that of `rough`, the same action in `f64`, whose Hessian is factored once.
+    /// The critical point of `fine` close to that of `rough`, the same action in `f64`, whose Hessian is factored once;
+    /// that one itself if `S` has no more digits.
     pub(super) fn refine<S: Real, L: Lagrangian<S>, R: Lagrangian<f64>>(
         &self,
         fine: &DoubledAction<'_, S, L>,
@@ -48,6 +49,10 @@ impl CriticalPointSolver {
         root: Root,
         (digits, max_iterations): (u32, usize),
     ) -> Result<Root<S>, Failure<L::Outside>> {
+        if !S::IS_EXTENDED {
+            let Root { unknowns, history } = root;
+            return Ok(Root { unknowns: unknowns.into_iter().map(S::from).collect(), history });
+        }
         let hessian = rough.hessian(&root.unknowns, &self.pattern).ok();
         let lu = hessian.and_then(|hessian| Lu::try_new_with_symbolic(self.symbolic.clone(), hessian.as_ref()).ok());
         let lu = lu.ok_or_else(|| Failure::without_iterate(Status::Singular))?;

@@ -20,7 +20,7 @@ mod spectral;
 mod status;
 
 pub use arithmetic::Arithmetic;
-pub use memory::bytes_needed;
+pub use memory::{bytes_needed, scene_bytes_needed};
 pub use setup::{End, Scene, Setup, System};
 pub(crate) use solution::WindowNodes;
 pub use solution::{Backward, EndState, Joint, Solution, Window};
@@ -31,10 +31,9 @@ use self::newton::Failure;
 use self::problem::Problem;
 use self::run::{Observer, Piece, Place, Run};
 use self::scene::limit::{self, Limit};
-use crate::action::{DoubledAction, Form, Layout, MULTIPLIERS};
+use crate::action::{Form, Layout, MULTIPLIERS};
 use crate::metric::OutsideDomain;
-use crate::norm::max_abs;
-use crate::scalar::{Compensated, Real};
+use crate::scalar::Compensated;
 
 /// Below this share of its first value, g00 is on its way to a horizon.
 const HORIZON: f64 = 1e-2;
@@ -153,7 +152,7 @@ fn solve_physical_limit<S: Arithmetic>(problem: &Problem<S>, setup: &Setup<S>) -
     let multipliers: Option<[S; MULTIPLIERS]> = limit.multipliers(&window).try_into().ok();
     let lambda = multipliers.as_ref().map_or([].as_slice(), |lambda| lambda);
     let unknowns = problem.layout().physical_limit(&[&limit.q[0], &limit.q[1]], lambda);
-    let gradient_norm = gradient_norm(&problem.action(), &unknowns);
+    let gradient_norm = problem.action().gradient_norm(&unknowns);
     let last = problem.sbp.points() - 1;
     let Limit { mut q, p, history, initial_guess } = limit;
     // p_x = −dx/dγ.
@@ -191,12 +190,12 @@ fn solve_doubled<S: Arithmetic>(problem: &Problem<S>, setup: &Setup<S>) -> Resul
     let solver = CriticalPointSolver::new(&rough_action);
     let root = solver
         .solve(&rough_action, start, setup.max_iterations)
-        .and_then(|root| S::critical_point(&solver, &rough_action, root, &action, setup));
+        .and_then(|root| solver.refine(&action, &rough_action, root, (setup.digits, setup.max_iterations)));
     let root = root.map_err(|failure| {
         let locate = |unknown: usize, u: &[f64]| on_forward_branch(layout, unknown, u);
         no_solution(&rough, failure, guess, |node| rough.gamma(node), locate)
     })?;
-    let gradient_norm = gradient_norm(&action, &root.unknowns);
+    let gradient_norm = action.gradient_norm(&root.unknowns);
     let of = |branch, a| layout.values(&root.unknowns, branch, a);
     let [t, x] = [0, 1].map(|a| of(0, a));
     let multipliers: Option<[S; MULTIPLIERS]> = layout.multipliers(&root.unknowns).try_into().ok();
@@ -218,14 +217,6 @@ fn solve_doubled<S: Arithmetic>(problem: &Problem<S>, setup: &Setup<S>) -> Resul
         initial_guess: guess,
         history: root.history,
     })
-}
-
-fn gradient_norm<S: Real>(action: &DoubledAction<'_, S>, unknowns: &[S]) -> S {
-    let mut gradient = vec![S::ZERO; unknowns.len()];
-    match action.gradient(unknowns, &mut gradient) {
-        Ok(()) => max_abs(&gradient),
-        Err(_) => S::from(f64::INFINITY),
-    }
 }
 
 /// Node of an unknown of the doubled action, and x of the forward branch there.

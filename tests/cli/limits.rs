@@ -27,10 +27,11 @@ fn an_endless_case_is_not_read() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_run_that_does_not_fit_is_refused_with_the_number() {
-    let limited = |settings: &str| {
+    let limited_case = |case: &str, settings: &str| {
         let settings: String = settings.split_whitespace().map(|setting| format!(" --set {setting}")).collect();
-        super::streams::shell(&format!("ulimit -v 2000000; exec PROGRAM run CASES/quartic.toml{settings}"))
+        super::streams::shell(&format!("ulimit -v 2000000; exec PROGRAM run CASES/{case}.toml{settings}"))
     };
+    let limited = |settings: &str| limited_case("quartic", settings);
     for (settings, needed) in [
         ("grid.n_gamma=100000000 solver.digits=70", "needs about 54.41 GB of memory for 100000000 nodes in 70 digits"),
         ("grid.n_gamma=1000 grid.windows=100000", "needs about 13.61 GB"),
@@ -46,4 +47,14 @@ fn a_run_that_does_not_fit_is_refused_with_the_number() {
     for settings in ["grid.n_gamma=300000", "grid.n_gamma=50000 scheme.sbp=SBP42 solver.system=doubled"] {
         assert_eq!(limited(settings).status.code(), Some(0), "{settings}");
     }
+    // Scenes, of which two-bodies has SBP42 in one window.
+    for (scene, settings) in [
+        ("two-bodies", "grid.n_gamma=50000000"),
+        ("two-bodies", "grid.n_gamma=1000000 solver.system=doubled"),
+        ("kepler", "grid.windows=2000000"),
+    ] {
+        let message = failed(&limited_case(&format!("scenes/{scene}"), settings), 2);
+        assert!(message.contains("GB of memory for") && message.contains("take fewer nodes"), "{settings}: {message}");
+    }
+    assert_eq!(limited_case("scenes/two-bodies", "grid.n_gamma=100000").status.code(), Some(0));
 }

@@ -4,12 +4,11 @@ use super::failure::NoWorldLine;
 use super::run::Piece;
 use super::setup::SceneSetup;
 use super::window::Window;
-use crate::action::{DoubledAction, Form, Layout};
+use crate::action::{Form, Layout};
 use crate::geometry::{Geometry, OutsideGeometry};
 use crate::scalar::Real;
 use crate::solve::critical_point::CriticalPointSolver;
 use crate::solve::first_guess::{self, WindowFailure};
-use crate::solve::newton::{Failure, Root};
 use crate::solve::status::{InitialGuess, Status};
 
 /// The critical point of a window that starts at γ − γ_i = `gamma` and is `length` long.
@@ -27,13 +26,13 @@ pub(super) fn solve<S: Real>(
     let solver = CriticalPointSolver::new(&rough_action);
     let root = solver
         .solve(&rough_action, start, setup.max_iterations)
-        .and_then(|root| refined(&solver, &rough_action, root, &action, setup));
+        .and_then(|root| solver.refine(&action, &rough_action, root, (setup.digits, setup.max_iterations)));
     let layout = action.layout();
     let root = root.map_err(|failure| {
         let locate = |unknown: usize, u: &[f64]| on_forward_branch(rough, layout, unknown, u);
         NoWorldLine::new(rough, failure, guess, |node| gamma + rough.sbp.node(node), locate)
     })?;
-    let gradient_norm = super::gradient_norm(&action, &root.unknowns);
+    let gradient_norm = action.gradient_norm(&root.unknowns);
     let rows = |branch| layout.branch(&root.unknowns, branch).into_iter().map(<[S]>::to_vec).collect::<Vec<_>>();
     let multipliers = layout.multipliers(&root.unknowns).to_vec();
     let q = rows(0);
@@ -55,19 +54,6 @@ pub(super) fn solve<S: Real>(
     let backward = rows(1);
     let (initial_guess, history) = (guess, root.history);
     Ok(Piece { q, p: Vec::new(), end: p, backward, multipliers, gradient_norm, initial_guess, history })
-}
-
-fn refined<S: Real>(
-    solver: &CriticalPointSolver,
-    rough: &DoubledAction<'_, f64, Geometry>,
-    root: Root,
-    action: &DoubledAction<'_, S, Geometry<S>>,
-    setup: &SceneSetup<S>,
-) -> Result<Root<S>, Failure<OutsideGeometry>> {
-    if S::IS_EXTENDED {
-        return solver.refine(action, rough, root, (setup.digits, setup.max_iterations));
-    }
-    Ok(Root { unknowns: root.unknowns.into_iter().map(S::from).collect(), history: root.history })
 }
 
 /// A guess that failed, in terms of the scene.

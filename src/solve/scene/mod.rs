@@ -16,9 +16,6 @@ pub use failure::NoWorldLine;
 pub use setup::{Place, SceneLimit, SceneSetup, Until};
 pub use world_line::{SceneJoint, SceneWindow, WorldLine};
 
-use crate::action::DoubledAction;
-use crate::geometry::Geometry;
-use crate::norm::max_abs;
 use crate::scalar::Real;
 
 /// Solves a scene in the arithmetic of `S`: `f64`, or [`Extended`](crate::scalar::Extended) to the digits that the setup
@@ -42,13 +39,4 @@ pub fn solve_scene<S: Real>(setup: &SceneSetup<S>) -> Result<WorldLine<S>, NoWor
         }
     };
     end::until(setup, whole)
-}
-
-/// The largest entry of ∇E; infinite outside the domain.
-fn gradient_norm<S: Real>(action: &DoubledAction<'_, S, Geometry<S>>, unknowns: &[S]) -> S {
-    let mut gradient = vec![S::ZERO; unknowns.len()];
-    match action.gradient(unknowns, &mut gradient) {
-        Ok(()) => max_abs(&gradient),
-        Err(_) => S::from(f64::INFINITY),
-    }
 }

@@ -6,7 +6,7 @@ use super::failure::NoWorldLine;
 use super::setup::{Place, SceneSetup};
 use super::window::Window;
 use super::world_line::{SceneWindow, WorldLine, relative};
-use super::{doubled, gradient_norm, limit};
+use super::{doubled, limit};
 use crate::action::Form;
 use crate::geometry::{Geometry, Start};
 use crate::sbp::SbpOperator;
@@ -108,7 +108,7 @@ fn solve_limit<S: Real>(
     let rows: Vec<&[S]> = limit.q.iter().map(Vec::as_slice).collect();
     let unknowns = action.layout().physical_limit(&rows, &multipliers);
     Ok(Piece {
-        gradient_norm: gradient_norm(&action, &unknowns),
+        gradient_norm: action.gradient_norm(&unknowns),
         end: limit.last_momenta(window),
         q: limit.q,
         p: limit.p,
