@@ -58,12 +58,17 @@ fn end<S: Real>(line: &WorldLine<S>) -> String {
 
 /// How far the end is from a reference.
 fn accuracy<S: Real>(line: &WorldLine<S>, error: Option<&SceneError>) -> String {
-    let Some(error) = error else { return row("error", "unknown: the reference does not reach the end") };
+    let estimate = line.error_estimate.map(|estimate| format!("estimated at {estimate:.1e} of max(1, way)"));
+    let Some(error) = error else {
+        let unknown = "the reference does not reach the end";
+        return row("error", &format!("{}: {unknown}", estimate.as_deref().unwrap_or("unknown")));
+    };
     let of = |values: &[f64]| {
         let each = line.geometry().names().iter().zip(values).map(|(name, error)| format!("{name} {error:.1e}"));
         each.collect::<Vec<_>>().join(", ")
     };
-    row("error", &format!("{} at the end (a Taylor reference)", of(&error.end)))
+    let estimate = estimate.map_or(String::new(), |estimate| format!("; {estimate}"));
+    row("error", &format!("{} at the end (a Taylor reference){estimate}", of(&error.end)))
 }
 
 fn deviation<S: Real>(name: &str, value: S, most: S, line: &WorldLine<S>) -> String {

@@ -41,12 +41,12 @@ impl<S: Real> Bound<S> {
             for room in [&mut t_dot, &mut x_dot] {
                 room.resize(view.x.len(), S::ZERO);
             }
-            RegularisedOperator::new(view.sbp(), S::ZERO).apply(view.elapsed, &mut t_dot);
-            RegularisedOperator::new(view.sbp(), view.window.start.x).apply(view.x, &mut x_dot);
-            for ((u, &w), &g) in t_dot.iter_mut().zip(&x_dot).zip(&g00[view.nodes()]) {
+            RegularisedOperator::new(view.grid.sbp(), S::ZERO).apply(view.elapsed, &mut t_dot);
+            RegularisedOperator::new(view.grid.sbp(), view.window.start.x).apply(view.x, &mut x_dot);
+            for ((u, &w), &g) in t_dot.iter_mut().zip(&x_dot).zip(&g00[view.grid.nodes()]) {
                 *u = (g * *u * *u + w * w).half();
             }
-            view.sbp().integrate(&t_dot)
+            view.grid.sbp().integrate(&t_dot)
         };
         let h_bvp = sum(solution.views().map(of_window));
         let begun = solution.windows.first().map_or(S::ZERO, |window| window.start.t);

@@ -29,13 +29,13 @@ impl<S: Real> Charges<S> {
         for view in solution.views() {
             if let Some(multipliers) = &view.window.multipliers {
                 let last = view.x.len() - 1;
-                delta_q_t_corrected[view.nodes()][last] += multipliers[6] / view.sbp().weights()[last];
+                delta_q_t_corrected[view.grid.nodes()][last] += multipliers[6] / view.grid.sbp().weights()[last];
             }
         }
         let delta_k = g00.iter().zip(t_dot).zip(x_dot).map(|((&g, &u), &w)| g * u * u - w * w - invariants.k).collect();
         let q_t = solution.end.q_t;
         let at_end = |view: WindowNodes<'_, S>| {
-            let (g00, w) = (g00[view.nodes().end - 1], view.window.end.x_dot);
+            let (g00, w) = (g00[view.grid.nodes().end - 1], view.window.end.x_dot);
             q_t * q_t / g00 - w * w - invariants.k
         };
         let delta_k_ends = solution.views().map(at_end).collect();

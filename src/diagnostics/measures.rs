@@ -4,8 +4,8 @@ use super::bound::Bound;
 use super::charges::{Charges, FreeParticleCharges};
 use super::newtonian::Newtonian;
 use super::residuals::GeodesicResiduals;
-use super::sawtooth;
 use super::scales::Scales;
+use super::{largest, sawtooth};
 use crate::metric::MetricSamples;
 use crate::norm::max_abs;
 use crate::scalar::Real;
@@ -54,25 +54,21 @@ impl<S: Real> Measures<S> {
         charges: &Charges<S>,
         residuals: &GeodesicResiduals<S>,
     ) -> Self {
-        let exact = |view: &WindowNodes<'_, S>| view.exact_nodes();
-        let uncoupled = |view: &WindowNodes<'_, S>| view.uncoupled_nodes();
-        let largest = |u: &[S], count: &dyn Fn(&WindowNodes<'_, S>) -> usize| {
-            largest(solution.views().map(|view| max_abs(&u[view.nodes()][..count(&view)])))
-        };
+        let exact = |u: &[S]| largest(u, solution.views().map(|view| view.grid.exact()));
+        let uncoupled = |u: &[S]| largest(u, solution.views().map(|view| view.grid.uncoupled()));
         let sawtooth_of = |view: WindowNodes<'_, S>| {
-            let nodes = if view.is_equidistant() { view.exact_nodes() } else { 0 };
-            sawtooth(&view.x[..nodes])
+            let nodes = if view.grid.is_equidistant() { view.grid.exact() } else { 0..0 };
+            sawtooth(&solution.x[nodes])
         };
         Self {
-            max_abs_delta_q_t_interior: largest(&charges.delta_q_t, &exact),
+            max_abs_delta_q_t_interior: exact(&charges.delta_q_t),
             max_abs_delta_q_t_last: solution
                 .views()
-                .fold(S::ZERO, |largest, view| largest.max(charges.delta_q_t[view.nodes().end - 1].abs())),
+                .fold(S::ZERO, |largest, view| largest.max(charges.delta_q_t[view.grid.nodes().end - 1].abs())),
             delta_q_t_last: charges.delta_q_t.last().copied().unwrap_or(S::ZERO),
             max_abs_delta_q_t_corrected: max_abs(&charges.delta_q_t_corrected),
-            max_abs_delta_g_interior: largest(&residuals.delta_g_t, &uncoupled)
-                .max(largest(&residuals.delta_g_x, &uncoupled)),
-            max_abs_delta_k: largest(&charges.delta_k, &exact),
+            max_abs_delta_g_interior: uncoupled(&residuals.delta_g_t).max(uncoupled(&residuals.delta_g_x)),
+            max_abs_delta_k: exact(&charges.delta_k),
             max_abs_delta_k_ends: max_abs(&charges.delta_k_ends),
             sawtooth: solution.views().filter_map(sawtooth_of).reduce(S::max),
             bound: Bound::new(solution, &metric.g00),
@@ -102,9 +98,4 @@ impl<S: Real> Measures<S> {
             free_particle: self.free_particle.zip(next.free_particle).map(|(a, b)| a.max(b)),
         }
     }
-}
-
-/// The largest of `values`; NaN if any of them is.
-fn largest<S: Real>(values: impl Iterator<Item = S>) -> S {
-    values.fold(S::ZERO, |largest, value| max_abs(&[largest, value]))
 }

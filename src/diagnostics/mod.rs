@@ -35,7 +35,10 @@ pub use residuals::GeodesicResiduals;
 pub use sawtooth::sawtooth;
 pub use scales::Scales;
 
+use std::ops::Range;
+
 use crate::action::Form;
+use crate::norm::max_abs;
 use crate::scalar::Real;
 use crate::solve::{Solution, WindowNodes};
 
@@ -58,8 +61,8 @@ pub struct Diagnostics<S = f64> {
 impl<S: Real> Diagnostics<S> {
     /// Measures `solution`.
     pub fn new(solution: &Solution<S>) -> Self {
-        let t_dot = on_windows(solution, |view, out| view.derivative(view.elapsed, S::ZERO, out));
-        let x_dot = on_windows(solution, |view, out| view.derivative(view.x, view.window.start.x, out));
+        let t_dot = on_windows(solution, |view, out| view.grid.derivative(view.elapsed, S::ZERO, out));
+        let x_dot = on_windows(solution, |view, out| view.grid.derivative(view.x, view.window.start.x, out));
         let metric = solution.metric.sample(&solution.x).expect("a solution lies inside the domain");
         let charges = Charges::new(solution, &metric.g00, &t_dot, &x_dot);
         let residuals = GeodesicResiduals::new(solution, &metric, &t_dot, &x_dot);
@@ -74,7 +77,7 @@ impl<S: Real> Diagnostics<S> {
         let [mut t_dot, mut x_dot] = [self.t_dot.clone(), self.x_dot.clone()];
         if solution.form == Form::Strong {
             for view in solution.views() {
-                let last = view.nodes().end - 1;
+                let last = view.grid.nodes().end - 1;
                 t_dot[last] = solution.end.q_t / solution.metric.at(solution.x[last]).g00;
                 x_dot[last] = view.window.end.x_dot;
             }
@@ -87,7 +90,12 @@ impl<S: Real> Diagnostics<S> {
 fn on_windows<S: Real>(solution: &Solution<S>, of_window: impl Fn(WindowNodes<'_, S>, &mut [S])) -> Vec<S> {
     let mut all = vec![S::ZERO; solution.x.len()];
     for view in solution.views() {
-        of_window(view, &mut all[view.nodes()]);
+        of_window(view, &mut all[view.grid.nodes()]);
     }
     all
+}
+
+/// The largest absolute value over these parts of an array; NaN if any value there is.
+fn largest<S: Real>(u: &[S], parts: impl Iterator<Item = Range<usize>>) -> S {
+    parts.fold(S::ZERO, |largest, part| max_abs(&[largest, max_abs(&u[part])]))
 }

@@ -36,7 +36,7 @@ impl Newtonian {
         let mut found = Self { deviation: 0.0, speed_squared: 0.0, depth: f64::NEG_INFINITY };
         for view in solution.views() {
             let last = view.x.len() - 1;
-            for (k, node) in view.nodes().enumerate() {
+            for (k, node) in view.grid.nodes().enumerate() {
                 let (g00, first) = (metric.g00[node], metric.first[node]);
                 let w = if k == last { view.window.end.x_dot } else { x_dot[node] };
                 if first != S::ZERO {

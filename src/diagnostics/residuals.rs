@@ -20,9 +20,9 @@ impl<S: Real> GeodesicResiduals<S> {
     pub(super) fn new(solution: &Solution<S>, metric: &MetricSamples<S>, t_dot: &[S], x_dot: &[S]) -> Self {
         let momentum: Vec<S> = metric.g00.iter().zip(t_dot).map(|(&g, &u)| g * u).collect();
         let q_t = solution.invariants().q_t;
-        let delta_g_t = on_windows(solution, |view, out| view.derivative(&momentum[view.nodes()], q_t, out));
+        let delta_g_t = on_windows(solution, |view, out| view.grid.derivative(&momentum[view.grid.nodes()], q_t, out));
         let mut delta_g_x = on_windows(solution, |view, out| {
-            view.derivative(&x_dot[view.nodes()], view.window.start.x_dot, out);
+            view.grid.derivative(&x_dot[view.grid.nodes()], view.window.start.x_dot, out);
         });
         for ((residual, &slope), &u) in delta_g_x.iter_mut().zip(&metric.first).zip(t_dot) {
             *residual += slope.half() * u * u;

@@ -34,16 +34,16 @@ impl Scales {
             .map(|((&g00, &first), &second)| -acceleration_slope(q_t, g00, first, second).to_f64());
         let c_squared = solution.metric.c_squared().to_f64();
         let g00 = metric.g00.iter().map(|g00| g00.to_f64() / c_squared);
-        let exact = solution.views().flat_map(|view| x_dot[view.nodes()][..view.exact_nodes()].iter());
-        let sixth = solution.views().filter(|view| view.is_equidistant());
+        let exact = solution.views().flat_map(|view| x_dot[view.grid.exact()].iter());
+        let sixth = solution.views().filter(|view| view.grid.is_equidistant());
         Self {
             x_range: [x().fold(f64::INFINITY, least), x().fold(f64::NEG_INFINITY, most)],
             x_dot: exact.map(|x_dot| x_dot.to_f64().abs()).fold(0.0, most),
             omega: squares.fold(0.0, most).sqrt(),
-            spacing: solution.views().map(|view| view.sbp().spacing().to_f64()).fold(0.0, most),
+            spacing: solution.views().map(|view| view.grid.sbp().spacing().to_f64()).fold(0.0, most),
             g00: g00.fold(f64::INFINITY, least),
             sixth_difference: sixth
-                .filter_map(|view| sixth_difference(&view.x[..view.exact_nodes()]))
+                .filter_map(|view| sixth_difference(&solution.x[view.grid.exact()]))
                 .map(S::to_f64)
                 .reduce(most),
         }

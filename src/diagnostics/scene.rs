@@ -1,10 +1,11 @@
 //! Independent checks of a world-line in a scene of n coordinates. They use its nodes, the operator and the geometry.
 
-use crate::action::Form;
+use super::largest;
+use crate::action::{Form, Layout};
 use crate::geometry::{Geometry, Lagrangian, Observable, Samples, Term};
 use crate::norm::max_abs;
-use crate::sbp::RegularisedOperator;
 use crate::scalar::{Real, sum};
+use crate::solve::WindowGrid;
 use crate::solve::scene::{SceneWindow, WorldLine};
 
 /// How far a momentum, or a sum of momenta, is from its value at the start of the run.
@@ -82,7 +83,7 @@ pub struct SceneDiagnostics<S = f64> {
 /// One window with everything on its nodes.
 struct Measured<'l, S> {
     window: &'l SceneWindow<S>,
-    rows: Vec<&'l [S]>,
+    grid: WindowGrid<'l, S>,
     /// Dq^a or D̄q^a.
     velocities: Vec<Vec<S>>,
     samples: Samples<S>,
@@ -116,10 +117,13 @@ impl<S: Real> SceneDiagnostics<S> {
         Self {
             charges: ignorable.map(charge).collect(),
             sums: sums.iter().cloned().map(charge).collect(),
-            max_delta_g: delta_g.iter().map(|row| largest(line, row, uncoupled(line))).fold(S::ZERO, S::max),
-            max_delta_k: largest(line, &delta_k, exact(line)),
+            max_delta_g: delta_g
+                .iter()
+                .map(|row| largest(row, line.grids().map(|grid| grid.uncoupled())))
+                .fold(S::ZERO, S::max),
+            max_delta_k: largest(&delta_k, line.grids().map(|grid| grid.exact())),
             max_delta_k_ends: max_abs(&ends.collect::<Vec<_>>()),
-            motion: largest(line, &motion, exact(line)).to_f64(),
+            motion: largest(&motion, line.grids().map(|grid| grid.exact())).to_f64(),
             work: work(line, &windows),
             invariants: invariants.iter_mut().map(|invariant| deviation(line, &tangent, invariant, k)).collect(),
             delta_energy: is_lifted.then(|| {
@@ -155,13 +159,10 @@ impl<S: Real> SceneDiagnostics<S> {
 }
 
 fn measured<'l, S: Real>(line: &'l WorldLine<S>, window: &'l SceneWindow<S>) -> Measured<'l, S> {
-    let (geometry, sbp, rows) = (line.geometry(), line.sbp(), line.rows(window));
+    let (geometry, grid, rows) = (line.geometry(), line.grid(window), line.rows(window));
     let start = line.start_of_rows(window);
-    let points = sbp.points();
-    let derivative = |(row, &start): (&&[S], &S)| match line.form {
-        Form::Strong => sbp.derivative(row),
-        Form::Weak => RegularisedOperator::new(sbp, start).derivative(row),
-    };
+    let points = grid.points();
+    let derivative = |(row, &start): (&&[S], &S)| derivative(&grid, row, start);
     let velocities: Vec<Vec<S>> = rows.iter().zip(&start.q).map(derivative).collect();
     let mut samples = geometry.room(points);
     geometry.fill(&rows, &mut samples).expect("a solution lies inside the domain");
@@ -175,7 +176,14 @@ fn measured<'l, S: Real>(line: &'l WorldLine<S>, window: &'l SceneWindow<S>) -> 
             forces[term.a] = (0..points).map(|k| force.at(term.value, k)).collect();
         }
     }
-    Measured { window, rows, velocities, samples, forces }
+    Measured { window, grid, velocities, samples, forces }
+}
+
+/// d/dγ of a row of a window, as the form of the action means it.
+fn derivative<S: Real>(grid: &WindowGrid<'_, S>, row: &[S], start: S) -> Vec<S> {
+    let mut slopes = vec![S::ZERO; row.len()];
+    grid.derivative(row, start, &mut slopes);
+    slopes
 }
 
 impl<S: Real> Measured<'_, S> {
@@ -212,39 +220,25 @@ impl<S: Real> Measured<'_, S> {
 
 /// A value for every node of every window.
 fn on_nodes<S: Real>(windows: &[Measured<'_, S>], value: impl Fn(&Measured<'_, S>, usize) -> S) -> Vec<S> {
-    let of = |at: &Measured<'_, S>| (0..at.rows[0].len()).map(|k| value(at, k)).collect::<Vec<_>>();
-    windows.iter().flat_map(of).collect()
-}
-
-/// Number of nodes of a window, from the first, at which charges are exact.
-fn exact<S: Real>(line: &WorldLine<S>) -> usize {
-    line.sbp().points() - usize::from(line.form == Form::Strong)
-}
-
-/// Number of nodes of a window, from the first, whose ΔG the last node of the strong form does not affect.
-fn uncoupled<S: Real>(line: &WorldLine<S>) -> usize {
-    let affected = if line.form == Form::Strong { line.sbp().rows_reaching_last_node() } else { 0 };
-    line.sbp().points() - affected
-}
-
-/// The largest absolute value over the first `nodes` nodes of every window.
-fn largest<S: Real>(line: &WorldLine<S>, row: &[S], nodes: usize) -> S {
-    row.chunks_exact(line.sbp().points()).fold(S::ZERO, |largest, row| max_abs(&[largest, max_abs(&row[..nodes])]))
+    windows.iter().flat_map(|at| (0..at.grid.points()).map(|k| value(at, k)).collect::<Vec<_>>()).collect()
 }
 
 fn charge<S: Real>(line: &WorldLine<S>, momenta: &[Vec<S>], terms: Vec<(usize, S)>) -> ChargeDeviation<S> {
     let value = sum(terms.iter().map(|&(a, c)| c * line.place.start.p[a]));
     let delta: Vec<S> = (0..line.nodes()).map(|k| sum(terms.iter().map(|&(a, c)| c * momenta[a][k])) - value).collect();
     let mut corrected = delta.clone();
-    let (points, weight) = (line.sbp().points(), line.sbp().weights()[line.sbp().points() - 1]);
-    let layout = crate::action::Layout::new(momenta.len(), points, line.form);
-    for window in line.windows.iter().filter(|window| !window.multipliers.is_empty()) {
-        let share = sum(terms.iter().map(|&(a, c)| c * window.multipliers[layout.kappa(a)]));
-        corrected[window.first_node + points - 1] += share / weight;
+    let mut last = Vec::with_capacity(line.windows.len());
+    for (window, grid) in line.windows.iter().zip(line.grids()) {
+        let node = grid.nodes().end - 1;
+        last.push(delta[node]);
+        if !window.multipliers.is_empty() {
+            let layout = Layout::new(momenta.len(), grid.points(), line.form);
+            let share = sum(terms.iter().map(|&(a, c)| c * window.multipliers[layout.kappa(a)]));
+            corrected[node] += share / grid.sbp().weights()[grid.points() - 1];
+        }
     }
-    let last: Vec<S> = delta.chunks_exact(points).map(|row| row[points - 1]).collect();
     ChargeDeviation {
-        max_interior: largest(line, &delta, exact(line)),
+        max_interior: largest(&delta, line.grids().map(|grid| grid.exact())),
         max_last: max_abs(&last),
         max_corrected: max_abs(&corrected),
         terms,
@@ -256,13 +250,9 @@ fn charge<S: Real>(line: &WorldLine<S>, momenta: &[Vec<S>], terms: Vec<(usize, S
 
 /// (Dp_a) − f_a − F_a on the nodes.
 fn residual<S: Real>(line: &WorldLine<S>, windows: &[Measured<'_, S>], momentum: &[S], a: usize) -> Vec<S> {
-    let (geometry, sbp) = (line.geometry(), line.sbp());
+    let geometry = line.geometry();
     let of = |at: &Measured<'_, S>| {
-        let row = &momentum[at.window.first_node..][..sbp.points()];
-        let mut residual = match line.form {
-            Form::Strong => sbp.derivative(row),
-            Form::Weak => RegularisedOperator::new(sbp, at.window.start.p[a]).derivative(row),
-        };
+        let mut residual = derivative(&at.grid, &momentum[at.grid.nodes()], at.window.start.p[a]);
         residual.iter_mut().enumerate().for_each(|(k, residual)| *residual += -at.force(geometry, a, k));
         residual
     };
@@ -270,10 +260,9 @@ fn residual<S: Real>(line: &WorldLine<S>, windows: &[Measured<'_, S>], momentum:
 }
 
 fn tangent<S: Real>(line: &WorldLine<S>, windows: &[Measured<'_, S>]) -> Vec<Vec<S>> {
-    let last = line.sbp().points() - 1;
     let of = |a: usize| {
         on_nodes(windows, |at, k| match line.form {
-            Form::Strong if k == last => at.window.end.q_dot[a],
+            Form::Strong if k + 1 == at.grid.points() => at.window.end.q_dot[a],
             _ => at.velocities[a][k],
         })
     };
@@ -289,7 +278,7 @@ fn work<S: Real>(line: &WorldLine<S>, windows: &[Measured<'_, S>]) -> Vec<WorkBa
     let forced = forced.filter(|_| line.form == Form::Weak);
     forced
         .map(|coordinate| {
-            let work = sum(windows.iter().map(|at| line.sbp().integrate(&at.forces[coordinate])));
+            let work = sum(windows.iter().map(|at| at.grid.sbp().integrate(&at.forces[coordinate])));
             let gained = line.end().p[coordinate] - line.place.start.p[coordinate];
             WorkBalance { coordinate, work, defect: gained - work }
         })

@@ -43,6 +43,9 @@ pub struct SceneSummary {
     pub n_gamma: usize,
     /// Number of windows.
     pub windows: usize,
+    /// The accuracy asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<f64>,
     /// First guess of the Newton iteration.
     pub initial_guess: &'static str,
     /// Newton iterations.
@@ -114,6 +117,10 @@ pub struct SolvedScene {
     /// Largest distance of the two branches (doubled system).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub branch_distance: Option<Number>,
+    /// With an accuracy: the estimated error of every coordinate, relative to max(1, its largest distance from the
+    /// start).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error_estimate: Option<f64>,
     /// The error of every coordinate at the last node, against a Taylor reference; absent if that does not reach it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_final: Option<BTreeMap<String, f64>>,
@@ -148,6 +155,11 @@ impl SceneSummary {
         let geometry = case.geometry::<f64>();
         let names = geometry.names();
         let some = |indices: &mut dyn Iterator<Item = usize>| indices.map(|a| names[a].clone()).collect::<Vec<_>>();
+        // With an accuracy the scheme is the one that was chosen; if the solve failed, none was.
+        let (sbp, form, n_gamma, windows, accuracy) = match &result {
+            Ok((line, ..)) => (line.sbp_name, line.form, line.sbp().points(), line.windows.len(), line.accuracy),
+            Err(_) => (case.sbp(), case.form(), case.n_gamma(), case.windows(), None),
+        };
         let (status, guess, iterations, history) = match &result {
             Ok((line, ..)) => (Status::Converged, line.initial_guess, line.iterations, line.history.clone()),
             Err(failure) => (failure.status, failure.initial_guess, failure.iteration, failure.history.clone()),
@@ -159,12 +171,13 @@ impl SceneSummary {
             coordinates: names.to_vec(),
             ignorable: some(&mut geometry.ignorable()),
             active: some(&mut geometry.active().iter().copied()),
-            sbp: case.sbp().into(),
-            form: case.form(),
+            sbp: sbp.into(),
+            form,
             system: case.system(),
             digits: case.digits(),
-            n_gamma: case.n_gamma(),
-            windows: case.windows(),
+            n_gamma,
+            windows,
+            accuracy,
             initial_guess: guess.as_str(),
             iterations,
             solve_seconds,
@@ -226,6 +239,7 @@ impl SolvedScene {
             invariants: of_invariants(&|k| diagnostics.invariants[k].value),
             max_abs_delta_invariant: of_invariants(&|k| largest(&diagnostics.invariants[k].delta)),
             branch_distance: line.is_doubled().then(|| number(line.branch_distance())),
+            error_estimate: line.error_estimate,
             error_final: None,
             error_max: None,
             reference_error: None,

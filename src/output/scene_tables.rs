@@ -105,13 +105,14 @@ fn write_table<S: Real>(out: impl Write, line: &WorldLine<S>, columns: Vec<Colum
     let names = columns.iter().map(|(name, _)| name.as_str());
     writer.write_record(std::iter::once("gamma").chain(names).chain(has_windows.then_some("window")))?;
     let (mut record, mut room) = (ByteRecord::new(), DecimalRoom::default());
-    for (k, gamma) in line.gamma().enumerate() {
+    let windows = line.grids().enumerate().flat_map(|(index, grid)| grid.nodes().map(move |_| index));
+    for ((k, gamma), window) in line.gamma().enumerate().zip(windows) {
         record.clear();
         for value in std::iter::once(gamma).chain(columns.iter().map(|(_, values)| values[k])) {
             record.push_field(value.write_decimal(line.digits, &mut room).as_bytes());
         }
         if has_windows {
-            record.push_field((k / line.sbp().points() + 1).to_string().as_bytes());
+            record.push_field((window + 1).to_string().as_bytes());
         }
         writer.write_byte_record(&record)?;
     }

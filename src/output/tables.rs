@@ -125,9 +125,9 @@ fn write_table<S: Real, const COLUMNS: usize>(
     let mut record = ByteRecord::new();
     let mut room = DecimalRoom::default();
     for (index, view) in solution.views().enumerate() {
-        for (k, node) in view.nodes().enumerate() {
+        for (k, node) in view.grid.nodes().enumerate() {
             record.clear();
-            let gamma = solution.gamma_i + view.gamma_at(k);
+            let gamma = solution.gamma_i + view.grid.gamma_at(k);
             for value in row(gamma, view.window.start.t, node) {
                 record.push_field(value.write_decimal(solution.digits, &mut room).as_bytes());
             }

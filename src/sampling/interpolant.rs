@@ -39,8 +39,8 @@ enum Kind<S> {
 impl<S: Real> Interpolant<S> {
     pub(super) fn new(solution: &Solution<S>, view: WindowNodes<'_, S>, tables: &mut Tables<S>) -> Self {
         let (q_t, metric, window) = (solution.invariants().q_t, &solution.metric, view.window);
-        let nodes = || (0..view.x.len()).map(|k| view.sbp().node(k)).collect::<Vec<_>>();
-        let kind = if view.is_equidistant() {
+        let nodes = || (0..view.x.len()).map(|k| view.grid.sbp().node(k)).collect::<Vec<_>>();
+        let kind = if view.grid.is_equidistant() {
             Kind::Hermite { nodes: nodes(), jets: jets(view, q_t, metric) }
         } else if solution.form == Form::Weak {
             let dense = (!S::IS_EXTENDED).then(|| Dense::new(window, view.x, q_t, metric));
@@ -150,7 +150,7 @@ impl<S: Real> Interpolant<S> {
 /// w* at all nodes. In the strong form the last one is not Dx, and is taken from the end of the window.
 fn velocities<S: Real>(view: WindowNodes<'_, S>) -> Vec<S> {
     let mut x_dot = vec![S::ZERO; view.x.len()];
-    view.derivative(view.x, view.window.start.x, &mut x_dot);
+    view.grid.derivative(view.x, view.window.start.x, &mut x_dot);
     x_dot[view.x.len() - 1] = view.window.end.x_dot;
     x_dot
 }

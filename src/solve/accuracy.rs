@@ -56,7 +56,7 @@ pub(super) fn solve(scene: &Scene, accuracy: f64, observer: Option<Observer<'_, 
             return ControlFlow::Break(());
         }
         run.solution.sbp_name = SbpName::Gll(points as u8);
-        let operator = run.element(points, view.length.hi);
+        let operator = run.solution.operators.element(points, view.length.hi);
         certified.append(view, (view.gamma + view.length).hi, operator)
     });
     let last = certified.run.solution.windows.last().map_or(initial.x, |window| window.start.x);

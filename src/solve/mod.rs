@@ -21,6 +21,7 @@ mod status;
 
 pub use arithmetic::Arithmetic;
 pub use memory::{bytes_needed, scene_bytes_needed};
+pub(crate) use operator::WindowGrid;
 pub use setup::{End, Scene, Setup, System};
 pub(crate) use solution::WindowNodes;
 pub use solution::{Backward, EndState, Joint, Solution, Window};

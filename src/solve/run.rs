@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use super::operator::WindowOperator;
+use super::operator::Operators;
 use super::problem::Problem;
 use super::setup::Scene;
 use super::solution::{Backward, EndState, Joint, Solution, Window};
 use super::status::{InitialGuess, IterationRecord, NoSolution, Status};
 use crate::action::{Form, MULTIPLIERS};
 use crate::geodesic::InitialData;
-use crate::sbp::{SbpName, SbpOperator};
+use crate::sbp::SbpName;
 use crate::scalar::Real;
 
 /// Sees a run window by window, each as a solution of its own.
@@ -74,7 +74,7 @@ impl<'o, S: Real> Run<'o, S> {
             accuracy: None,
             form,
             sbp_name,
-            operators: Vec::new(),
+            operators: Operators::none(),
             metric: Arc::clone(&scene.metric),
             initial,
         };
@@ -106,7 +106,7 @@ impl<'o, S: Real> Run<'o, S> {
             return Err(overflow(problem, piece));
         }
         let ends = [[problem.initial.x, problem.initial.x_dot], piece.end];
-        let operator = self.operator(&problem.sbp);
+        let operator = self.solution.operators.place_of(&problem.sbp);
         self.begin_window(operator, &place, ends, piece.multipliers);
         let run = &mut self.solution;
         run.end.q_t = piece.q_t;
@@ -126,30 +126,6 @@ impl<'o, S: Real> Run<'o, S> {
         }
         self.end_window();
         Ok(())
-    }
-
-    /// The place of an operator among those of the run.
-    pub(super) fn operator(&mut self, sbp: &Arc<SbpOperator<S>>) -> usize {
-        self.operator_such_that(|operator| operator.is(sbp), || WindowOperator::made(sbp))
-    }
-
-    /// The place of the element with so many nodes over this length.
-    pub(super) fn element(&mut self, points: usize, length: S) -> usize {
-        let is_wanted = |operator: &WindowOperator<S>| operator.is_element_of(points, length);
-        self.operator_such_that(is_wanted, || WindowOperator::element(points, length))
-    }
-
-    /// Runs have a dozen operators at most, and the last one is usually meant.
-    fn operator_such_that(
-        &mut self,
-        is_wanted: impl Fn(&WindowOperator<S>) -> bool,
-        make: impl FnOnce() -> WindowOperator<S>,
-    ) -> usize {
-        let operators = &mut self.solution.operators;
-        operators.iter().rposition(is_wanted).unwrap_or_else(|| {
-            operators.push(make());
-            operators.len() - 1
-        })
     }
 
     /// Begins a window at this place, with x and dx/dγ at its ends. Its rows are to be appended to the solution, and

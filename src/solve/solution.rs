@@ -1,10 +1,8 @@
 //! What a successful solve returns.
 
-use std::ops::Range;
 use std::sync::Arc;
 
-use super::derivative::FormDerivative;
-use super::operator::WindowOperator;
+use super::operator::{Operators, WindowGrid};
 use super::status::{InitialGuess, IterationRecord};
 use crate::action::Form;
 use crate::action::MULTIPLIERS;
@@ -118,7 +116,7 @@ pub struct Solution<S = f64> {
     /// The name of the operator.
     pub sbp_name: SbpName,
     /// The operators of the windows: one if all have the same length.
-    pub(crate) operators: Vec<WindowOperator<S>>,
+    pub(crate) operators: Operators<S>,
     /// The metric.
     pub metric: Arc<Metric<S>>,
     /// The initial data, with time counted from the start (t = 0).
@@ -132,65 +130,13 @@ pub(crate) struct WindowNodes<'a, S> {
     /// t from the start of the window, and x.
     pub(crate) elapsed: &'a [S],
     pub(crate) x: &'a [S],
-    operator: &'a WindowOperator<S>,
-    form: Form,
-}
-
-impl<'a, S: Real> WindowNodes<'a, S> {
-    /// Its operator.
-    pub(crate) fn sbp(&self) -> &'a SbpOperator<S> {
-        self.operator.get()
-    }
-
-    /// Whether all intervals between its nodes are equal.
-    pub(crate) fn is_equidistant(&self) -> bool {
-        self.operator.is_equidistant()
-    }
-
-    /// Its part of an array that holds one value per node.
-    pub(crate) fn nodes(&self) -> Range<usize> {
-        self.window.first_node..self.window.first_node + self.x.len()
-    }
-
-    /// d/dγ as the form of the action means it: Du (strong), or D̄u of a field `u` that starts at `initial` (weak).
-    pub(crate) fn derivative(&self, u: &[S], initial: S, out: &mut [S]) {
-        FormDerivative::new(self.sbp(), self.form).apply(u, initial, out);
-    }
-
-    /// γ − γ_i at node k.
-    #[inline]
-    pub(crate) fn gamma_at(&self, k: usize) -> S {
-        let [first, last] = self.window.gamma;
-        if k + 1 == self.x.len() {
-            last
-        } else if first == S::ZERO {
-            self.sbp().node(k)
-        } else {
-            first + self.sbp().node(k)
-        }
-    }
-
-    /// Number of nodes, from the first, at which Q_t is exact: all but the last (strong), or all (weak).
-    pub(crate) fn exact_nodes(&self) -> usize {
-        match self.form {
-            Form::Strong => self.x.len() - 1,
-            Form::Weak => self.x.len(),
-        }
-    }
-
-    /// Number of nodes, from the first, whose ΔG is not affected by the last node of the strong form.
-    pub(crate) fn uncoupled_nodes(&self) -> usize {
-        match self.form {
-            Form::Strong => self.x.len() - self.sbp().rows_reaching_last_node(),
-            Form::Weak => self.x.len(),
-        }
-    }
+    pub(crate) grid: WindowGrid<'a, S>,
 }
 
 impl<S: Real> Solution<S> {
     /// The operator of the first window.
     pub fn sbp(&self) -> &SbpOperator<S> {
-        self.operators[0].get()
+        self.operators.first()
     }
 
     /// The windows in order.
@@ -200,14 +146,13 @@ impl<S: Real> Solution<S> {
 
     /// A read-only view of one of the windows.
     pub(crate) fn view<'a>(&'a self, window: &'a Window<S>) -> WindowNodes<'a, S> {
-        let operator = &self.operators[window.operator];
-        let nodes = window.first_node..window.first_node + operator.points();
-        WindowNodes { window, elapsed: &self.elapsed[nodes.clone()], x: &self.x[nodes], operator, form: self.form }
+        let grid = self.operators.grid(window.operator, self.form, window.gamma, window.first_node);
+        WindowNodes { window, elapsed: &self.elapsed[grid.nodes()], x: &self.x[grid.nodes()], grid }
     }
 
     /// γ − γ_i on the nodes, window by window, joints twice.
     pub fn gamma_from_start(&self) -> impl Iterator<Item = S> + '_ {
-        self.views().flat_map(|view| (0..view.x.len()).map(move |k| view.gamma_at(k)))
+        self.views().flat_map(|view| (0..view.x.len()).map(move |k| view.grid.gamma_at(k)))
     }
 
     /// γ on the nodes, window by window, joints twice.
@@ -228,7 +173,7 @@ impl<S: Real> Solution<S> {
 
     /// t − t_i for times `elapsed` on the nodes that count from the start of their window.
     pub(crate) fn time_from_start<'a>(&'a self, elapsed: &'a [S]) -> impl Iterator<Item = S> + 'a {
-        self.views().flat_map(move |view| elapsed[view.nodes()].iter().map(move |&t| view.window.start.t + t))
+        self.views().flat_map(move |view| elapsed[view.grid.nodes()].iter().map(move |&t| view.window.start.t + t))
     }
 
     /// t_N − t_i.

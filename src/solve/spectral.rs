@@ -34,7 +34,7 @@ pub(super) fn march(
     let mut run = Run::new(&setup.scene, scheme, problem.digits, kept * rule.points(), observer);
     run.reserve(kept);
     run.solution.length = length;
-    let operator = run.operator(&problem.sbp);
+    let operator = run.solution.operators.place_of(&problem.sbp);
     let mut certified = CertifiedRun::new(run);
     let march = March::new(&problem.metric, q_t, rule, window_length).certified();
     let marched = march.run(State::from(problem.initial), windows, &mut |view| {

@@ -9,9 +9,10 @@ use super::world_line::{SceneWindow, WorldLine, relative};
 use super::{doubled, limit};
 use crate::action::Form;
 use crate::geometry::{Geometry, Start};
-use crate::sbp::SbpOperator;
+use crate::sbp::{SbpName, SbpOperator};
 use crate::scalar::{Compensated, Real};
 use crate::solve::System;
+use crate::solve::operator::Operators;
 use crate::solve::status::{InitialGuess, IterationRecord, Status};
 
 /// The critical point of one window, in which ignorable coordinates are counted from its start.
@@ -28,52 +29,93 @@ pub(super) struct Piece<S> {
     pub(super) history: Vec<IterationRecord>,
 }
 
-/// Solves a scene on γ − γ_i ∈ [0, `length`], window after window.
-pub(super) fn solve_to<S: Real>(setup: &SceneSetup<S>, length: S) -> Result<WorldLine<S>, NoWorldLine> {
-    let windows = setup.windows;
-    let window_length = length / S::from(windows as f64);
-    let spacing = window_length / S::from((setup.n_gamma - 1) as f64);
-    let sbp = Arc::new(setup.sbp.operator(setup.n_gamma, spacing).expect("a valid setup has enough points"));
-    let rough_sbp: SbpOperator =
-        setup.sbp.operator(setup.n_gamma, spacing.to_f64()).expect("a valid setup has enough points");
-    let Place { geometry, start } = &setup.place;
-    let mut line = empty(setup, length, Arc::clone(&sbp));
-    // Ignorable coordinates are summed so that nothing is lost over a million windows.
-    let mut sums: Vec<Compensated<S>> = start.q.iter().map(|&q| Compensated::from(q)).collect();
-    let (mut here, mut rough_here) = (start.clone(), setup.rough.start.clone());
-    for index in 0..windows {
-        let gamma = S::from(index as f64) * window_length;
-        let (window_start, rough_start) = (relative(geometry, &here), relative(&setup.rough.geometry, &rough_here));
-        let (form, digits) = (setup.form, setup.digits);
-        let window = Window { form, sbp: &*sbp, geometry: &**geometry, start: &window_start, digits };
-        let rough = Window { form, sbp: &rough_sbp, geometry: &*setup.rough.geometry, start: &rough_start, digits: 16 };
-        let offset = (setup.gamma_i + gamma).to_f64();
-        let piece = match setup.system {
-            System::PhysicalLimit => solve_limit(&window, &rough, setup.max_iterations, offset),
-            System::Doubled => doubled::solve(&window, &rough, setup, offset),
-        }?;
-        let last = setup.n_gamma - 1;
-        let mut end = Start { q: Vec::new(), q_dot: Vec::new(), p: piece.end.clone() };
-        for (a, sum) in sums.iter_mut().enumerate() {
-            *sum = if geometry.active().contains(&a) {
-                Compensated::from(piece.q[a][last])
-            } else {
-                sum.plus(piece.q[a][last])
-            };
+/// A world-line as far as it is solved.
+pub(super) struct Run<S> {
+    pub(super) line: WorldLine<S>,
+    /// Where the next window starts.
+    pub(super) here: Start<S>,
+    /// Ignorable coordinates are summed so that nothing is lost over a million windows.
+    sums: Vec<Compensated<S>>,
+    /// γ − γ_i there.
+    pub(super) gamma: S,
+}
+
+impl<S: Real> Run<S> {
+    /// One without windows, which is to end after `length`.
+    pub(super) fn new(setup: &SceneSetup<S>, length: S) -> Self {
+        let here = setup.place.start.clone();
+        let sums = here.q.iter().map(|&q| Compensated::from(q)).collect();
+        Self { line: empty(setup, length), here, sums, gamma: S::ZERO }
+    }
+
+    /// Adds the next window, which has the operator at `operator` of the world-line and ends at γ − γ_i = `gamma`.
+    ///
+    /// # Errors
+    /// Numbers that are not finite, or an end outside the domain, are not a result.
+    pub(super) fn append(&mut self, piece: Piece<S>, operator: usize, gamma: S) -> Result<(), NoWorldLine> {
+        let Place { geometry, start: first } = &self.line.place;
+        let mut end = Start { q: Vec::with_capacity(first.q.len()), q_dot: Vec::new(), p: piece.end.clone() };
+        for (a, (sum, row)) in self.sums.iter_mut().zip(&piece.q).enumerate() {
+            let last = row[row.len() - 1];
+            *sum = if geometry.active().contains(&a) { Compensated::from(last) } else { sum.plus(last) };
             end.q.push(sum.high);
         }
         let mut rates = geometry.field().room();
         let outside = geometry.field().evaluate(&end.q, &end.p, &mut rates).is_err();
         if outside || !piece.gradient_norm.is_finite() {
-            return Err(NoWorldLine::at(Status::OutsideDomain, offset + window_length.to_f64()));
+            return Err(NoWorldLine::at(Status::OutsideDomain, (self.line.gamma_i + gamma).to_f64()));
         }
         end.q_dot = (0..end.q.len()).map(|a| geometry.field().q_dot(&rates, a)).collect();
-        let gamma_end = if index + 1 == windows { length } else { S::from((index + 1) as f64) * window_length };
-        append(&mut line, piece, [gamma, gamma_end], here, end.clone());
-        here = end;
-        rough_here = in_f64(&here);
+        let start = std::mem::replace(&mut self.here, end.clone());
+        append(&mut self.line, piece, operator, [self.gamma, gamma], [start, end]);
+        self.gamma = gamma;
+        Ok(())
     }
-    Ok(line)
+}
+
+/// Solves a scene on γ − γ_i ∈ [0, `length`], window after window.
+pub(super) fn solve_to<S: Real>(setup: &SceneSetup<S>, length: S) -> Result<WorldLine<S>, NoWorldLine> {
+    let window_length = length / S::from(setup.windows as f64);
+    let operators = OnGrid::new(setup.sbp, setup.n_gamma, window_length);
+    let mut run = Run::new(setup, length);
+    for index in 1..=setup.windows {
+        let end = if index == setup.windows { length } else { S::from(index as f64) * window_length };
+        operators.solve(setup, &mut run, end)?;
+    }
+    Ok(run.line)
+}
+
+/// The operator of windows of one length, and the same in `f64`.
+struct OnGrid<S> {
+    sbp: Arc<SbpOperator<S>>,
+    rough: SbpOperator,
+}
+
+impl<S: Real> OnGrid<S> {
+    fn new(name: SbpName, points: usize, length: S) -> Self {
+        let spacing = length / S::from((points - 1) as f64);
+        let valid = "a valid setup has enough points";
+        let rough = name.operator(points, spacing.to_f64()).expect(valid);
+        Self { sbp: Arc::new(name.operator(points, spacing).expect(valid)), rough }
+    }
+
+    /// Solves the window that continues `run` and ends at γ − γ_i = `gamma`.
+    fn solve(&self, setup: &SceneSetup<S>, run: &mut Run<S>, gamma: S) -> Result<(), NoWorldLine> {
+        let (form, digits) = (setup.form, setup.digits);
+        let (geometry, rough_geometry) = (&*setup.place.geometry, &*setup.rough.geometry);
+        let is_first = run.line.windows.is_empty();
+        let rough_here = if is_first { setup.rough.start.clone() } else { in_f64(&run.here) };
+        let (start, rough_start) = (relative(geometry, &run.here), relative(rough_geometry, &rough_here));
+        let window = Window { form, sbp: &*self.sbp, geometry, start: &start, digits };
+        let rough = Window { form, sbp: &self.rough, geometry: rough_geometry, start: &rough_start, digits: 16 };
+        let offset = (setup.gamma_i + run.gamma).to_f64();
+        let piece = match setup.system {
+            System::PhysicalLimit => solve_limit(&window, &rough, setup.max_iterations, offset),
+            System::Doubled => doubled::solve(&window, &rough, setup, offset),
+        }?;
+        let operator = run.line.operators.place_of(&self.sbp);
+        run.append(piece, operator, gamma)
+    }
 }
 
 fn in_f64<S: Real>(start: &Start<S>) -> Start {
@@ -119,7 +161,7 @@ fn solve_limit<S: Real>(
     })
 }
 
-fn empty<S: Real>(setup: &SceneSetup<S>, length: S, sbp: Arc<SbpOperator<S>>) -> WorldLine<S> {
+fn empty<S: Real>(setup: &SceneSetup<S>, length: S) -> WorldLine<S> {
     let (n, m) = (setup.place.start.q.len(), setup.place.geometry.active().len());
     let is_doubled = setup.system == System::Doubled;
     WorldLine {
@@ -134,19 +176,29 @@ fn empty<S: Real>(setup: &SceneSetup<S>, length: S, sbp: Arc<SbpOperator<S>>) ->
         initial_guess: InitialGuess::None,
         iterations: 0,
         history: Vec::new(),
+        last_correction: 0.0,
         digits: setup.digits,
+        error_estimate: None,
+        accuracy: None,
         form: setup.form,
         sbp_name: setup.sbp,
-        sbp,
+        operators: Operators::none(),
     }
 }
 
-fn append<S: Real>(line: &mut WorldLine<S>, piece: Piece<S>, gamma: [S; 2], start: Start<S>, end: Start<S>) {
+fn append<S: Real>(
+    line: &mut WorldLine<S>,
+    piece: Piece<S>,
+    operator: usize,
+    gamma: [S; 2],
+    [start, end]: [Start<S>; 2],
+) {
     let first_node = line.q[0].len();
-    line.windows.push(SceneWindow { gamma, start, end, multipliers: piece.multipliers, first_node });
+    line.windows.push(SceneWindow { gamma, start, end, multipliers: piece.multipliers, first_node, operator });
     line.gradient_norm = line.gradient_norm.max(piece.gradient_norm);
     line.initial_guess = piece.initial_guess;
     line.iterations += piece.history.len();
+    line.last_correction = line.last_correction.max(piece.history.last().map_or(0.0, |last| last.relative_step));
     if piece.history.len() > line.history.len() {
         line.history = piece.history;
     }
@@ -158,5 +210,86 @@ fn append<S: Real>(line: &mut WorldLine<S>, piece: Piece<S>, gamma: [S; 2], star
         } else {
             all.append(&mut row);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::SceneCase;
+    use crate::diagnostics::scene::SceneDiagnostics;
+    use crate::output::scene_tables::{write_residuals, write_trajectory};
+    use crate::solve::scene::solve_scene;
+    use crate::study::scene_error::scene_error;
+
+    fn setup(form: &str) -> SceneSetup {
+        let text = r#"
+            metric.preset = "schwarzschild"
+            initial = { r = 10.0, t_dot = 1.2, r_dot = -0.05, p_phi = -3.0 }
+            grid.gamma_f = 20.0
+            scheme.sbp = "GLL16"
+        "#;
+        let overrides = [format!("scheme.form={form:?}")];
+        SceneCase::parse("mixed", text, &overrides).unwrap().setup()
+    }
+
+    /// Windows of spectral elements with these nodes that end at these γ.
+    fn mixed(setup: &SceneSetup, windows: [(u8, f64); 3]) -> WorldLine {
+        let mut run = Run::new(setup, 20.0);
+        for (points, end) in windows {
+            let grid = OnGrid::new(SbpName::Gll(points), points.into(), end - run.gamma);
+            grid.solve(setup, &mut run, end).unwrap();
+        }
+        run.line
+    }
+
+    #[test]
+    fn every_reader_of_a_world_line_takes_the_operator_of_each_window() {
+        // Few nodes in the strong form, so that its last node takes up something.
+        for (form, [one, two, three], tolerance) in [("weak", [16, 24, 20], 1e-12), ("strong", [8, 12, 10], 1e-3)] {
+            let setup = setup(form);
+            let line = mixed(&setup, [(one, 3.0), (two, 13.0), (three, 20.0)]);
+            let ([one, two, three], joints) = ([one, two, three].map(usize::from), [one - 1, one + two - 1]);
+            let even: WorldLine = solve_scene(&SceneSetup { windows: 4, ..setup.clone() }).unwrap();
+            for (found, expected) in line.end().q.iter().zip(&even.end().q) {
+                assert!((found - expected).abs() < tolerance * expected.abs().max(1.0), "{form}: {found} {expected}");
+            }
+            let gamma: Vec<f64> = line.gamma().collect();
+            let nodes = one + two + three;
+            assert_eq!((gamma.len(), line.nodes(), gamma[nodes - 1]), (nodes, nodes, 20.0));
+            let ends = joints.map(usize::from).map(|joint| [gamma[joint], gamma[joint + 1]]);
+            assert!(gamma.is_sorted() && ends == [[3.0, 3.0], [13.0, 13.0]]);
+            // The joints are the same point in both their windows, of an active and of an ignorable coordinate.
+            for a in 0..3 {
+                let q: Vec<f64> = line.q(a).collect();
+                let apart = joints.map(usize::from).map(|joint| (q[joint] - q[joint + 1]).abs());
+                assert!(q.len() == nodes && apart.iter().all(|apart| *apart < 1e-12), "{form}");
+            }
+            let diagnostics = SceneDiagnostics::new(&line, &[], &mut [], false);
+            assert!(diagnostics.max_delta_g < 1e6 * tolerance && diagnostics.max_delta_k_ends < tolerance, "{form}");
+            for charge in &diagnostics.charges {
+                assert!(charge.max_interior < 1e-12 && charge.max_corrected < 1e-12, "{form}: {charge:?}");
+                assert_eq!(charge.max_last > 1e-12, form == "strong", "{form}");
+            }
+            let error = scene_error(&line).unwrap();
+            assert!(error.largest.iter().all(|error| *error < 100.0 * tolerance), "{form}: {error:?}");
+            let mut tables = [Vec::new(), Vec::new()];
+            write_trajectory(&mut tables[0], &line, &diagnostics).unwrap();
+            write_residuals(&mut tables[1], &line, &diagnostics, &[]).unwrap();
+            for table in tables {
+                let table = String::from_utf8(table).unwrap();
+                let of = |window: &str| table.lines().filter(|row| row.ends_with(window)).count();
+                assert_eq!([of(",1"), of(",2"), of(",3")], [one, two, three]);
+            }
+        }
+    }
+
+    #[test]
+    fn windows_of_one_length_share_an_operator() {
+        let setup = setup("weak");
+        let mut run: Run<f64> = Run::new(&setup, 20.0);
+        let operators = &mut run.line.operators;
+        let [long, short, again] = [4.0, 2.0, 4.0].map(|length| operators.element(16, length));
+        assert!(long == again && long != short && operators.element(20, 4.0) != long);
     }
 }

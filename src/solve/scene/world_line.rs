@@ -1,12 +1,11 @@
 //! What a solve of a scene returns.
 
-use std::sync::Arc;
-
 use super::setup::Place;
 use crate::action::Form;
 use crate::geometry::{Geometry, Start};
 use crate::sbp::{SbpName, SbpOperator};
 use crate::scalar::Real;
+use crate::solve::operator::{Operators, WindowGrid};
 use crate::solve::status::{InitialGuess, IterationRecord};
 
 /// A position with its velocities and momenta between two windows. In the strong form the momenta are p*, which differ
@@ -24,8 +23,9 @@ pub struct SceneWindow<S = f64> {
     pub end: SceneJoint<S>,
     /// The multipliers of its action, in the order of [`Layout`](crate::action::Layout); the weak form has none.
     pub multipliers: Vec<S>,
-    /// Index of its first node in the rows of the world-line.
+    /// Index of its first node in the rows of the world-line, and of its operator there.
     pub(crate) first_node: usize,
+    pub(crate) operator: usize,
 }
 
 /// A converged critical point in a scene; for a run in several windows, one for each, end to end.
@@ -55,14 +55,22 @@ pub struct WorldLine<S = f64> {
     pub iterations: usize,
     /// The iterations of the window that needed the most; none if the equations are explicit.
     pub history: Vec<IterationRecord>,
+    /// Largest change that the last iteration of a window still made, relative to the sizes of what it changed. 0 if the
+    /// equations are explicit.
+    pub last_correction: f64,
     /// Significant decimal digits that were asked for; 16 for `f64`.
     pub digits: u32,
+    /// The estimated error of every coordinate at the nodes, relative to max(1, its largest distance from the start), if
+    /// the windows were chosen for an accuracy.
+    pub error_estimate: Option<f64>,
+    /// The accuracy that was asked for, if there was one.
+    pub accuracy: Option<f64>,
     /// The form of the action.
     pub form: Form,
     /// The name of the operator.
     pub sbp_name: SbpName,
-    /// The operator of every window.
-    pub(crate) sbp: Arc<SbpOperator<S>>,
+    /// The operators of the windows: one if all have the same length and as many nodes.
+    pub(crate) operators: Operators<S>,
 }
 
 impl<S: Real> WorldLine<S> {
@@ -71,9 +79,19 @@ impl<S: Real> WorldLine<S> {
         &self.place.geometry
     }
 
-    /// The operator of every window.
+    /// The operator of the first window.
     pub fn sbp(&self) -> &SbpOperator<S> {
-        &self.sbp
+        self.operators.first()
+    }
+
+    /// The grids of the windows, in order.
+    pub(crate) fn grids(&self) -> impl ExactSizeIterator<Item = WindowGrid<'_, S>> + Clone {
+        self.windows.iter().map(|window| self.grid(window))
+    }
+
+    /// The grid of one of the windows.
+    pub(crate) fn grid(&self, window: &SceneWindow<S>) -> WindowGrid<'_, S> {
+        self.operators.grid(window.operator, self.form, window.gamma, window.first_node)
     }
 
     /// Number of nodes, joints twice.
@@ -98,11 +116,7 @@ impl<S: Real> WorldLine<S> {
 
     /// γ on the nodes.
     pub fn gamma(&self) -> impl Iterator<Item = S> + '_ {
-        let points = self.sbp.points();
-        self.windows.iter().flat_map(move |window| {
-            let of_node = move |k| if k + 1 == points { window.gamma[1] } else { window.gamma[0] + self.sbp.node(k) };
-            (0..points).map(move |k| self.gamma_i + of_node(k))
-        })
+        self.grids().flat_map(move |grid| (0..grid.points()).map(move |k| self.gamma_i + grid.gamma_at(k)))
     }
 
     /// q^a on the nodes.
@@ -117,10 +131,10 @@ impl<S: Real> WorldLine<S> {
 
     /// A row of coordinate `a`, counted from its origin. An end of a window is what the next one starts from.
     fn absolute<'l>(&'l self, a: usize, row: &'l [S]) -> impl Iterator<Item = S> + 'l {
-        let points = self.sbp.points();
         let is_active = self.geometry().active().contains(&a);
-        self.windows.iter().zip(row.chunks_exact(points)).flat_map(move |(window, row)| {
-            row.iter().enumerate().map(move |(k, &q)| match (is_active, k + 1 == points) {
+        self.windows.iter().flat_map(move |window| {
+            let row = &row[self.grid(window).nodes()];
+            row.iter().enumerate().map(move |(k, &q)| match (is_active, k + 1 == row.len()) {
                 (true, _) => q,
                 (false, true) => window.end.q[a],
                 (false, false) => window.start.q[a] + q,
@@ -130,7 +144,7 @@ impl<S: Real> WorldLine<S> {
 
     /// The rows of a window: q^a on its nodes, where ignorable ones are counted from its start.
     pub(crate) fn rows(&self, window: &SceneWindow<S>) -> Vec<&[S]> {
-        let nodes = window.first_node..window.first_node + self.sbp.points();
+        let nodes = self.grid(window).nodes();
         self.q.iter().map(|row| &row[nodes.clone()]).collect()
     }
 

@@ -265,11 +265,11 @@ impl Track {
         for (view, &at_end) in solution.views().zip(&charges.delta_k_ends) {
             // In the strong form, Dt and Dx are not velocities at the last node of a window. There ΔK is that of the
             // values with which the next window starts.
-            let nodes = view.nodes();
+            let nodes = view.grid.nodes();
             delta_k[nodes.end - 1] = at_end;
             intervals += nodes.len() - 1;
-            if view.is_equidistant() {
-                stretches.push(nodes.start..nodes.start + view.exact_nodes());
+            if view.grid.is_equidistant() {
+                stretches.push(view.grid.exact());
             }
         }
         let corrected = charges.delta_q_t_corrected.last().copied();
