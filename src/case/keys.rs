@@ -1,4 +1,5 @@
-//! The keys of a case file in words: the list that the manual page prints and the case reference repeats.
+//! The keys of a case file in words: the lists that the manual page prints, and the case reference and the page about
+//! scenes repeat.
 
 /// A key of a case file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -101,4 +102,47 @@ pub const KEYS: &[Key] = &[
     key("expect.t_final", "number", "", "t at the last node"),
     key("expect.x_final", "number", "", "x at the last node"),
     key("expect.tolerance", "number > 0", "", "the largest difference allowed. Required with t_final or x_final."),
+];
+
+/// The keys that scenes have besides, or that mean more there, with what they mean. q stands for any coordinate, and
+/// NAME for a name of the case's own.
+pub const SCENE_KEYS: &[(&str, &str)] = &[
+    ("metric.coordinates", "their names, in the order of the columns"),
+    ("metric.components", "g_ab by pairs of names: { \"t t\" = \"f\", \"t phi\" = \"a*w\" }"),
+    ("metric.definitions", "named expressions, which may use each other"),
+    ("metric.parameters", "named numbers"),
+    ("metric.one_form", "A_a: { t = \"e*x\", y = \"-b*x\" }, the electromagnetic potential times the charge per mass"),
+    ("metric.force", "F_a in coordinates and velocities: { r = \"-k*r_dot\" }"),
+    (
+        "metric.conformal",
+        "a factor Ω of the metric, if K = 0. It changes neither path nor charges, only the pace of γ.",
+    ),
+    ("metric.preset", "a metric by name, in place of coordinates and components"),
+    ("potential.coordinates", "the coordinates of V; without it [\"x\"]"),
+    ("potential.formula", "V, as a string"),
+    ("potential.parameters", "named numbers, for all formulas of this table"),
+    ("potential.one_form", "A of L = ½mv² − V + A·v: a magnetic field, a rotating frame"),
+    ("potential.force", "a force in Newton's sense besides −∂V: { x = \"-k*x_dot\" }"),
+    ("potential.conformal", "as in [metric], with Newton's law"),
+    ("particle.law", "\"relativistic\", the metric of the paper, diag(c² + 2V/m, −m_a/m, …), or \"newtonian\""),
+    ("particle.mass, particle.masses", "one mass for all, or one for each coordinate: { x1 = 1.0, x2 = 3.0 }"),
+    ("particle.c", "the speed of light; Newton's law has none"),
+    ("initial.q", "the place, for each coordinate q; an ignorable one may be left out and is 0"),
+    ("initial.q_dot, initial.p_q", "for each coordinate either dq/dγ or its momentum"),
+    ("initial.norm", "a number for K, \"timelike\" (1) or \"null\" (0), in place of the rate of one coordinate"),
+    ("initial.solve", "that rate, which follows from K: { r_dot = \"+\" }, with \"+\" for the larger root"),
+    ("grid.gamma_f, grid.t_f", "where to end: a value of γ, or of the coordinate t"),
+    (
+        "grid.until",
+        "beside one of these: end earlier, where this formula of coordinates and velocities first changes its sign",
+    ),
+    (
+        "invariants.NAME",
+        "a formula in coordinates, velocities q_dot, momenta p_q and norm: how much it changes is reported",
+    ),
+    (
+        "expect.q_final",
+        "for a coordinate q, the value at the end that check --run compares with, up to expect.tolerance",
+    ),
+    ("expect.gamma_final", "the same for γ at the end"),
 ];

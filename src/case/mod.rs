@@ -24,7 +24,7 @@ pub use crate::solve::{End, System};
 pub use decimal::Decimal;
 pub use error::CaseError;
 pub use formula_spec::FormulaSpec;
-pub use keys::{KEYS, Key};
+pub use keys::{KEYS, Key, SCENE_KEYS};
 pub use scene::SceneCase;
 
 use crate::geodesic::InitialData;

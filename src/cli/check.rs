@@ -3,14 +3,15 @@
 use std::process::ExitCode;
 
 use clap::Args;
-use geodesic_ivp::case::Expect;
-use geodesic_ivp::case::scene::SceneCase;
+use geodesic_ivp::case::scene::{SceneCase, SceneExpect};
+use geodesic_ivp::case::{Decimal, Expect};
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::solve::Arithmetic;
-use geodesic_ivp::{Case, CaseError, NoSolution, Solution, Status, solve};
+use geodesic_ivp::solve::scene::solve_scene;
+use geodesic_ivp::solve::{Arithmetic, EndState};
+use geodesic_ivp::{Case, CaseError, Status, solve};
 
 use super::input::AnyCase;
-use super::{CaseArgs, memory, report, scene, stdout};
+use super::{CaseArgs, memory, report, stdout};
 
 #[derive(Debug, Args)]
 pub(super) struct CheckArgs {
@@ -56,7 +57,10 @@ fn check_scene(case: &SceneCase, args: &CheckArgs) -> anyhow::Result<ExitCode> {
     }
     if args.run {
         let Some(expect) = case.expect() else { return Err(without_expectations(args)) };
-        tell_met(args, &scene::compare(case, expect)?)?;
+        let is_extended = case.is_extended();
+        let met =
+            if is_extended { compare_scene::<Extended>(case, expect)? } else { compare_scene::<f64>(case, expect)? };
+        tell_met(args, &met)?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -73,41 +77,78 @@ fn tell_met(args: &CheckArgs, met: &[String]) -> anyhow::Result<()> {
     stdout::write(&format!("\n# expected and found: {}\n", met.join("; ")))
 }
 
+/// A number at the end of a run, and what it is expected to be.
+struct Number<S> {
+    name: String,
+    found: S,
+    expected: S,
+}
+
 /// Solves the case and compares the result with its `[expect]` table. Returns one phrase for each number that is as
 /// expected.
 ///
 /// # Errors
 /// [`ExpectationNotMet`] if anything is different.
 fn compare<S: Arithmetic>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<String>> {
-    let result = solve::<S>(case);
-    let status = result.as_ref().map_or_else(|failure| failure.status, |_| Status::Converged);
-    if status != expect.status {
-        let found = result.err().as_ref().map_or_else(|| status.to_string(), NoSolution::to_string);
-        return Err(ExpectationNotMet(vec![format!("expected status {}, found {found}", expect.status)]).into());
-    }
-    let mut met = vec![format!("status {status}")];
-    if let (Ok(solution), Some(tolerance)) = (&result, &expect.tolerance) {
-        let mut missed = Vec::new();
-        for (name, expected, found) in expected_numbers(expect, solution) {
-            let difference = (found - expected).abs();
-            let [found, expected] = [found, expected].map(|number| number.to_decimal(solution.digits));
-            let (distance, allowed) = (difference.to_f64(), tolerance.value());
-            let phrase = format!("{name} = {found} within {distance:.1e} of {expected} (tolerance {allowed:e})");
-            if difference <= tolerance.to() {
-                met.push(phrase)
-            } else {
-                missed.push(phrase.replace("within", "differs by"))
-            }
-        }
-        if !missed.is_empty() {
-            return Err(ExpectationNotMet(missed).into());
-        }
-    }
-    Ok(met)
+    let end = solve::<S>(case).map(|solution| solution.end).map_err(|failure| (failure.status, failure.to_string()));
+    let number = |name: &str, expected: &Option<Decimal>, found: fn(&EndState<S>) -> S| {
+        let (expected, end) = (expected.as_ref()?.to(), end.as_ref().ok()?);
+        Some(Number { name: name.to_owned(), found: found(end), expected })
+    };
+    let numbers = [number("t_final", &expect.t_final, |end| end.t), number("x_final", &expect.x_final, |end| end.x)];
+    let numbers: Vec<Number<S>> = numbers.into_iter().flatten().collect();
+    let tolerance = expect.tolerance.as_ref().map(Decimal::to);
+    judge(expect.status, end.map(|_| numbers), tolerance, case.solver.digits)
 }
 
-fn expected_numbers<S: Real>(expect: &Expect, solution: &Solution<S>) -> impl Iterator<Item = (&'static str, S, S)> {
-    let t = expect.t_final.as_ref().map(|expected| ("t_final", expected.to(), solution.end.t));
-    let x = expect.x_final.as_ref().map(|expected| ("x_final", expected.to(), solution.end.x));
-    t.into_iter().chain(x)
+/// The same for a scene.
+///
+/// # Errors
+/// As [`compare`], and if there is not enough memory.
+fn compare_scene<S: Real>(case: &SceneCase, expect: &SceneExpect) -> anyhow::Result<Vec<String>> {
+    let setup = case.setup::<S>();
+    memory::check_scene(&setup)?;
+    let result = solve_scene(&setup).map_err(|failure| (failure.status, failure.to_string()));
+    let numbers = result.map(|line| {
+        let gamma = expect.gamma_final.as_ref().map(|expected| ("gamma", line.gamma_f(), expected));
+        let names = line.geometry().names();
+        let finals = expect.finals.iter().map(|(a, expected)| (names[*a].as_str(), line.end().q[*a], expected));
+        let number = |(name, found, expected)| Number {
+            name: format!("{name}_final"),
+            found,
+            expected: case.value::<S>(expected),
+        };
+        gamma.into_iter().chain(finals).map(number).collect::<Vec<_>>()
+    });
+    judge(expect.status, numbers, expect.tolerance.as_ref().map(|tolerance| case.value(tolerance)), setup.digits)
+}
+
+/// Compares how a solve ended, and with which numbers, with what is expected.
+fn judge<S: Real>(
+    expected: Status,
+    ended: Result<Vec<Number<S>>, (Status, String)>,
+    tolerance: Option<S>,
+    digits: u32,
+) -> anyhow::Result<Vec<String>> {
+    let (status, found) = match &ended {
+        Ok(_) => (Status::Converged, Status::Converged.to_string()),
+        Err((status, message)) => (*status, message.clone()),
+    };
+    if status != expected {
+        return Err(ExpectationNotMet(vec![format!("expected status {expected}, found {found}")]).into());
+    }
+    let (mut met, mut missed) = (vec![format!("status {status}")], Vec::new());
+    let numbers = ended.unwrap_or_default();
+    for (Number { name, found, expected }, tolerance) in numbers.into_iter().zip(tolerance.into_iter().cycle()) {
+        let difference = (found - expected).abs();
+        let [found, expected] = [found, expected].map(|number| number.to_decimal(digits));
+        let (distance, allowed) = (difference.to_f64(), tolerance.to_f64());
+        let phrase =
+            |verb: &str| format!("{name} = {found} {verb} {distance:.1e} of {expected} (tolerance {allowed:e})");
+        match difference <= tolerance {
+            true => met.push(phrase("within")),
+            false => missed.push(phrase("differs by")),
+        }
+    }
+    if missed.is_empty() { Ok(met) } else { Err(ExpectationNotMet(missed).into()) }
 }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::CommandFactory;
 use clap_mangen::Man;
 use clap_mangen::roff::{Inline, Roff, bold, italic, roman};
-use geodesic_ivp::case::KEYS;
+use geodesic_ivp::case::{KEYS, SCENE_KEYS};
 
 use super::{Cli, report, stdout};
 
@@ -73,7 +73,7 @@ pub(super) fn man() -> anyhow::Result<ExitCode> {
         // The sections of each command become sub-sections of the page.
         page.extend(String::from_utf8(text)?.replace(".SH ", ".SS ").into_bytes());
     }
-    for section in [case_file(), files(), exit_status(), examples()] {
+    for section in [case_file(), scenes(), files(), exit_status(), examples()] {
         section.to_writer(&mut page)?;
     }
     stdout::write_data(&page)?;
@@ -107,6 +107,19 @@ fn case_file() -> Roff {
             default => heading.push(roman(format!(" [default: {default}]"))),
         }
         entry(&mut roff, heading, key.meaning);
+    }
+    roff
+}
+
+fn scenes() -> Roff {
+    let mut roff = section(
+        "SCENES",
+        "A case with [metric], or with several coordinates, a one-form, a force, masses or a law, is a scene. It has \
+         these keys besides, and [scheme] and [solver] as above. q stands for any of its coordinates, NAME for a name \
+         of your own.",
+    );
+    for (name, meaning) in SCENE_KEYS {
+        entry(&mut roff, [bold(*name)], *meaning);
     }
     roff
 }

@@ -245,9 +245,8 @@ fn write_tables<S: Real>(
     });
     trajectory.with_context(|| format!("cannot write {TRAJECTORY}"))?;
     residuals.expect("writing a table does not panic").with_context(|| format!("cannot write {RESIDUALS}"))?;
-    if let Some(backward) = &solution.backward {
-        write_branches(files.writer(BRANCHES), solution, backward)
-            .with_context(|| format!("cannot write {BRANCHES}"))?;
+    if solution.backward.is_some() {
+        write_branches(files.writer(BRANCHES), solution).with_context(|| format!("cannot write {BRANCHES}"))?;
     }
     Ok(())
 }

@@ -1,20 +1,20 @@
-//! `run` and `check` for scenes of n coordinates.
+//! `run` for scenes of n coordinates.
 
 use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::Context;
-use geodesic_ivp::Status;
-use geodesic_ivp::case::scene::{SceneCase, SceneExpect};
+use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::geometry::ConservedSum;
-use geodesic_ivp::output::{OutputSet, SceneSummary, scene_tables};
+use geodesic_ivp::output::{
+    OutputSet, SceneSummary, write_branches, write_combined, write_residuals, write_trajectory,
+};
 use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::solve::System;
 use geodesic_ivp::solve::scene::{NoWorldLine, SceneSetup, WorldLine, solve_scene};
 use geodesic_ivp::study::scene_error::scene_error;
 
-use super::check::ExpectationNotMet;
 use super::out::OutArgs;
 use super::scene_readable::readable;
 use super::{CaseArgs, memory, report, stdout};
@@ -47,13 +47,12 @@ pub(super) fn run(case: &SceneCase, args: &CaseArgs, output: &OutArgs, to_stdout
 fn run_in<S: Real>(case: &SceneCase, args: &CaseArgs, output: &OutArgs, to_stdout: bool) -> anyhow::Result<ExitCode> {
     let setup = case.setup::<S>();
     memory::check_scene(&setup)?;
-    let invariants: Vec<&str> = case.invariants().iter().map(|(name, _)| name.as_str()).collect();
     if to_stdout {
         // Checked before the computation, whose result would otherwise be lost.
         drop(stdout::for_data()?);
         let Solved { line, diagnostics, .. } = solved(case, &setup)?;
         diagnostics.warnings().iter().for_each(|warning| report::warn(warning));
-        scene_tables::write_combined(stdout::for_data()?, &line, &diagnostics, &invariants)?;
+        write_combined(stdout::for_data()?, &line, &diagnostics)?;
         return Ok(ExitCode::SUCCESS);
     }
     output.check_standard_output()?;
@@ -70,7 +69,7 @@ fn run_in<S: Real>(case: &SceneCase, args: &CaseArgs, output: &OutArgs, to_stdou
         Ok(solved) => solved,
         Err(failure) => {
             let seconds = start.elapsed().as_secs_f64();
-            let summary = SceneSummary::new::<S>(case, Err(&failure), seconds).to_json();
+            let summary = SceneSummary::new(case, &setup.place.geometry, Err(&failure), seconds).to_json();
             files.write_text(SUMMARY, &summary)?;
             files.commit(|name| name == SUMMARY || name == CASE)?;
             // The error of the run matters more than one in writing its summary, and is the one that is reported.
@@ -78,7 +77,7 @@ fn run_in<S: Real>(case: &SceneCase, args: &CaseArgs, output: &OutArgs, to_stdou
             return Err(failure.into());
         }
     };
-    let mut summary = SceneSummary::new(case, Ok((&line, &diagnostics, &sums)), seconds[0]);
+    let mut summary = SceneSummary::new(case, line.geometry(), Ok((&line, &diagnostics, &sums)), seconds[0]);
     let error = scene_error(&line);
     if let Some(solved) = &mut summary.solved {
         solved.diagnostics_seconds = seconds[1];
@@ -87,21 +86,19 @@ fn run_in<S: Real>(case: &SceneCase, args: &CaseArgs, output: &OutArgs, to_stdou
     summary.warnings = case.warnings();
     summary.warnings.extend(diagnostics.warnings());
     diagnostics.warnings().iter().for_each(|warning| report::warn(warning));
-    scene_tables::write_trajectory(files.writer(TRAJECTORY), &line, &diagnostics)
+    write_trajectory(files.writer(TRAJECTORY), &line, &diagnostics)
         .with_context(|| format!("cannot write {TRAJECTORY}"))?;
-    scene_tables::write_residuals(files.writer(RESIDUALS), &line, &diagnostics, &invariants)
+    write_residuals(files.writer(RESIDUALS), &line, &diagnostics)
         .with_context(|| format!("cannot write {RESIDUALS}"))?;
     if line.is_doubled() {
-        scene_tables::write_branches(files.writer(BRANCHES), &line)
-            .with_context(|| format!("cannot write {BRANCHES}"))?;
+        write_branches(files.writer(BRANCHES), &line).with_context(|| format!("cannot write {BRANCHES}"))?;
     }
     let json = summary.to_json();
     files.write_text(SUMMARY, &json)?;
     let kept = files.commit(|_| true)?;
     let title = case.title().map_or_else(|| args.stem().to_string_lossy().into_owned(), str::to_owned);
     output.tell(args, &json, || {
-        readable(&title, &line, &diagnostics, (&sums, &invariants), error.as_ref())
-            + &report::written(&directory, &kept)
+        readable(&title, &line, &diagnostics, &sums, error.as_ref()) + &report::written(&directory, &kept)
     })?;
     Ok(ExitCode::SUCCESS)
 }
@@ -116,41 +113,4 @@ fn solved<S: Real>(case: &SceneCase, setup: &SceneSetup<S>) -> Result<Solved<S>,
         sums.iter().map(|sum| sum.terms.iter().map(|&(a, c)| (a, S::from(c))).collect()).collect();
     let diagnostics = SceneDiagnostics::new(&line, &terms, &mut case.observables(), case.is_lifted());
     Ok(Solved { line, sums, diagnostics, seconds: [solve_seconds, start.elapsed().as_secs_f64()] })
-}
-
-/// Solves a scene and compares it with its `[expect]` table. Returns one phrase for each number that is as expected.
-///
-/// # Errors
-/// [`ExpectationNotMet`] if anything is different.
-pub(super) fn compare(case: &SceneCase, expect: &SceneExpect) -> anyhow::Result<Vec<String>> {
-    if case.is_extended() { compare_in::<Extended>(case, expect) } else { compare_in::<f64>(case, expect) }
-}
-
-fn compare_in<S: Real>(case: &SceneCase, expect: &SceneExpect) -> anyhow::Result<Vec<String>> {
-    let setup = case.setup::<S>();
-    memory::check_scene(&setup)?;
-    let result = solve_scene(&setup);
-    let status = result.as_ref().map_or_else(|failure| failure.status, |_| Status::Converged);
-    if status != expect.status {
-        let found = result.map_or_else(|failure| failure.to_string(), |_| status.to_string());
-        return Err(ExpectationNotMet(vec![format!("expected status {}, found {found}", expect.status)]).into());
-    }
-    let (mut met, mut missed) = (vec![format!("status {status}")], Vec::new());
-    if let (Ok(line), Some(tolerance)) = (&result, &expect.tolerance) {
-        let tolerance: S = case.value(tolerance);
-        for (a, expected) in &expect.finals {
-            let (found, expected) = (line.end().q[*a], case.value::<S>(expected));
-            let difference = (found - expected).abs();
-            let [found, expected] = [found, expected].map(|number| number.to_decimal(line.digits));
-            let (name, distance, allowed) = (&line.geometry().names()[*a], difference.to_f64(), tolerance.to_f64());
-            let phrase = |verb: &str| {
-                format!("{name}_final = {found} {verb} {distance:.1e} of {expected} (tolerance {allowed:e})")
-            };
-            match difference <= tolerance {
-                true => met.push(phrase("within")),
-                false => missed.push(phrase("differs by")),
-            }
-        }
-    }
-    if missed.is_empty() { Ok(met) } else { Err(ExpectationNotMet(missed).into()) }
 }

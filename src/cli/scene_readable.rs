@@ -13,7 +13,7 @@ pub(super) fn readable<S: Real>(
     title: &str,
     line: &WorldLine<S>,
     diagnostics: &SceneDiagnostics<S>,
-    (sums, invariants): (&[ConservedSum], &[&str]),
+    sums: &[ConservedSum],
     error: Option<&SceneError>,
 ) -> String {
     let names = line.geometry().names();
@@ -32,9 +32,9 @@ pub(super) fn readable<S: Real>(
     }
     let ends = diagnostics.max_delta_k_ends.to_f64();
     lines.push(row("K", &format!("{}; drifts by at most {ends:.1e} between windows", short(diagnostics.k))));
-    for (name, invariant) in invariants.iter().zip(&diagnostics.invariants) {
+    for invariant in &diagnostics.invariants {
         let most = invariant.delta.iter().fold(0.0, |most: f64, delta| most.max(delta.to_f64().abs()));
-        lines.push(row(name, &format!("{}; changes by at most {most:.1e}", short(invariant.value))));
+        lines.push(row(&invariant.name, &format!("{}; changes by at most {most:.1e}", short(invariant.value))));
     }
     lines.push(critical_point(line));
     lines.push(scheme(line));

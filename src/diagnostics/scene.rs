@@ -30,6 +30,8 @@ pub struct ChargeDeviation<S = f64> {
 /// What a user wants to see conserved.
 #[derive(Debug, Clone)]
 pub struct InvariantDeviation<S = f64> {
+    /// Its name.
+    pub name: String,
     /// Its value at the start.
     pub value: S,
     /// The deviation on the nodes. At the last node of a window it is that of the values that are handed on.
@@ -93,13 +95,13 @@ struct Measured<'l, S> {
 
 impl<S: Real> SceneDiagnostics<S> {
     /// Measures `line`. `sums` are the conserved sums to look at, as constants by coordinate, and `invariants` the
-    /// formulas of the user.
+    /// formulas of the user, with their names.
     ///
     /// A scene that is the lift of Newton's law has t first and s last.
     pub fn new(
         line: &WorldLine<S>,
         sums: &[Vec<(usize, S)>],
-        invariants: &mut [Observable<S>],
+        invariants: &mut [(String, Observable<S>)],
         is_lifted: bool,
     ) -> Self {
         let geometry = line.geometry();
@@ -288,7 +290,7 @@ fn work<S: Real>(line: &WorldLine<S>, windows: &[Measured<'_, S>]) -> Vec<WorkBa
 fn deviation<S: Real>(
     line: &WorldLine<S>,
     tangent: &[Vec<S>],
-    invariant: &mut Observable<S>,
+    (name, invariant): &mut (String, Observable<S>),
     k: S,
 ) -> InvariantDeviation<S> {
     let (geometry, start) = (line.geometry(), &line.place.start);
@@ -299,5 +301,5 @@ fn deviation<S: Real>(
         let p = geometry.momenta(&q, &q_dot);
         invariant.at(&q, &q_dot, &p, k) - value
     };
-    InvariantDeviation { value, delta: (0..line.nodes()).map(at).collect() }
+    InvariantDeviation { name: name.clone(), value, delta: (0..line.nodes()).map(at).collect() }
 }

@@ -8,8 +8,9 @@ use super::number::Number;
 use super::summary::json;
 use crate::action::Form;
 use crate::case::scene::SceneCase;
-use crate::diagnostics::scene::{ChargeDeviation, SceneDiagnostics};
-use crate::geometry::ConservedSum;
+use crate::diagnostics::scene::{ChargeDeviation, InvariantDeviation, SceneDiagnostics};
+use crate::geometry::{ConservedSum, Geometry};
+use crate::norm::max_abs;
 use crate::scalar::Real;
 use crate::solve::scene::{NoWorldLine, WorldLine};
 use crate::solve::{IterationRecord, Status, System};
@@ -150,9 +151,13 @@ pub struct FailedScene {
 }
 
 impl SceneSummary {
-    /// The summary of `case` and of its world-line or failure.
-    pub fn new<S: Real>(case: &SceneCase, result: Result<Measured<'_, S>, &NoWorldLine>, solve_seconds: f64) -> Self {
-        let geometry = case.geometry::<f64>();
+    /// The summary of `case`, whose compiled geometry is `geometry`, and of its world-line or failure.
+    pub fn new<S: Real>(
+        case: &SceneCase,
+        geometry: &Geometry<S>,
+        result: Result<Measured<'_, S>, &NoWorldLine>,
+        solve_seconds: f64,
+    ) -> Self {
         let names = geometry.names();
         let some = |indices: &mut dyn Iterator<Item = usize>| indices.map(|a| names[a].clone()).collect::<Vec<_>>();
         // With an accuracy the scheme is the one that was chosen; if the solve failed, none was.
@@ -182,10 +187,7 @@ impl SceneSummary {
             iterations,
             solve_seconds,
             failed: result.as_ref().err().map(|failure| FailedScene::new(failure)),
-            solved: result.ok().map(|(line, diagnostics, sums)| {
-                let invariants: Vec<&str> = case.invariants().iter().map(|(name, _)| name.as_str()).collect();
-                Box::new(SolvedScene::new(line, diagnostics, sums, &invariants))
-            }),
+            solved: result.ok().map(|(line, diagnostics, sums)| Box::new(SolvedScene::new(line, diagnostics, sums))),
             warnings: Vec::new(),
             history,
         }
@@ -198,12 +200,7 @@ impl SceneSummary {
 }
 
 impl SolvedScene {
-    fn new<S: Real>(
-        line: &WorldLine<S>,
-        diagnostics: &SceneDiagnostics<S>,
-        sums: &[ConservedSum],
-        invariants: &[&str],
-    ) -> Self {
+    fn new<S: Real>(line: &WorldLine<S>, diagnostics: &SceneDiagnostics<S>, sums: &[ConservedSum]) -> Self {
         let names = line.geometry().names();
         let number = |value: S| Number::new(value, line.digits);
         let all = |values: &[S]| -> ByName { names.iter().cloned().zip(values.iter().map(|&v| number(v))).collect() };
@@ -212,10 +209,10 @@ impl SolvedScene {
             charges.map(|charge| (names[charge.terms[0].0].clone(), number(value(charge)))).collect()
         };
         let work = diagnostics.work.iter();
-        let of_invariants = |value: &dyn Fn(usize) -> S| -> ByName {
-            invariants.iter().enumerate().map(|(k, name)| ((*name).to_owned(), number(value(k)))).collect()
+        let of_invariants = |value: fn(&InvariantDeviation<S>) -> S| -> ByName {
+            let invariants = diagnostics.invariants.iter();
+            invariants.map(|invariant| (invariant.name.clone(), number(value(invariant)))).collect()
         };
-        let largest = |row: &[S]| crate::norm::max_abs(row);
         let end = line.end();
         Self {
             gradient_norm: number(line.gradient_norm),
@@ -236,8 +233,8 @@ impl SolvedScene {
             max_abs_delta_k_ends: number(diagnostics.max_delta_k_ends),
             work: work.clone().map(|work| (names[work.coordinate].clone(), number(work.work))).collect(),
             work_defect: work.map(|work| (names[work.coordinate].clone(), number(work.defect))).collect(),
-            invariants: of_invariants(&|k| diagnostics.invariants[k].value),
-            max_abs_delta_invariant: of_invariants(&|k| largest(&diagnostics.invariants[k].delta)),
+            invariants: of_invariants(|invariant| invariant.value),
+            max_abs_delta_invariant: of_invariants(|invariant| max_abs(&invariant.delta)),
             branch_distance: line.is_doubled().then(|| number(line.branch_distance())),
             error_estimate: line.error_estimate,
             error_final: None,

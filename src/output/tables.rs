@@ -1,79 +1,129 @@
-//! The CSV tables of `run`. Numbers are the shortest decimals that read back to the same `f64`; extended numbers have
-//! as many significant digits as the case asks for.
+//! The CSV tables of `run`, column by column, for any number of coordinates. Numbers are the shortest decimals that read
+//! back to the same `f64`; extended numbers have as many significant digits as the case asks for.
 
+use std::borrow::Cow;
 use std::io::Write;
 
-use csv::{ByteRecord, WriterBuilder};
+use csv::{ByteRecord, Writer, WriterBuilder};
 
 use crate::diagnostics::Diagnostics;
+use crate::diagnostics::scene::SceneDiagnostics;
 use crate::sampling::Sample;
 use crate::scalar::{DecimalRoom, Real};
-use crate::solve::{Backward, Solution};
+use crate::solve::scene::WorldLine;
+use crate::solve::{Solution, Trajectory};
 
 /// The tables are written in blocks of this many bytes.
-pub(super) const BUFFER: usize = 1 << 18;
+const BUFFER: usize = 1 << 18;
 
-/// Writes `trajectory.csv` with the columns gamma,t,x,t_dot,x_dot. With several windows, this table and those below
-/// have also the column window. t_dot and x_dot are those of [`Diagnostics::tangent`].
-///
-/// # Errors
-/// If `out` cannot be written.
-pub fn write_trajectory<S: Real>(
-    out: impl Write,
-    solution: &Solution<S>,
-    diagnostics: &Diagnostics<S>,
-) -> csv::Result<()> {
-    let [t_dot, x_dot] = diagnostics.tangent(solution);
-    write_table(out, solution, ["gamma", "t", "x", "t_dot", "x_dot"], |gamma, start, k| {
-        let t = solution.t_i + (start + solution.elapsed[k]);
-        [gamma, t, solution.x[k], t_dot[k], x_dot[k]]
-    })
+/// What is measured on a run, as rows of values on its nodes.
+pub trait Measured<S: Clone> {
+    /// The run.
+    type Run: Trajectory<S>;
+
+    /// dq/dγ of every coordinate.
+    fn tangent(&self, run: &Self::Run) -> Vec<Cow<'_, [S]>>;
+
+    /// The columns of `residuals.csv` after the first, with their names.
+    fn residuals(&self, run: &Self::Run) -> Vec<(String, &[S])>;
 }
 
-/// Writes `residuals.csv` with the columns gamma,delta_q_t,delta_q_t_corrected,delta_g_t,delta_g_x,delta_k.
+impl<S: Real> Measured<S> for Diagnostics<S> {
+    type Run = Solution<S>;
+
+    fn tangent(&self, run: &Solution<S>) -> Vec<Cow<'_, [S]>> {
+        Diagnostics::tangent(self, run).map(Cow::Owned).to_vec()
+    }
+
+    fn residuals(&self, _: &Solution<S>) -> Vec<(String, &[S])> {
+        let (charges, residuals) = (&self.charges, &self.residuals);
+        let columns = [
+            ("delta_q_t", &charges.delta_q_t),
+            ("delta_q_t_corrected", &charges.delta_q_t_corrected),
+            ("delta_g_t", &residuals.delta_g_t),
+            ("delta_g_x", &residuals.delta_g_x),
+            ("delta_k", &charges.delta_k),
+        ];
+        columns.map(|(name, values)| (name.to_owned(), values.as_slice())).to_vec()
+    }
+}
+
+impl<S: Real> Measured<S> for SceneDiagnostics<S> {
+    type Run = WorldLine<S>;
+
+    fn tangent(&self, _: &WorldLine<S>) -> Vec<Cow<'_, [S]>> {
+        self.tangent.iter().map(|row| Cow::Borrowed(row.as_slice())).collect()
+    }
+
+    /// For every ignorable coordinate `delta_q_A` and `delta_q_A_corrected`; `delta_g_A` for every coordinate; delta_k
+    /// or, in the lift of Newton's law, delta_energy; `delta_NAME` for every invariant of the user.
+    fn residuals(&self, run: &WorldLine<S>) -> Vec<(String, &[S])> {
+        let coordinates = run.geometry().names();
+        let mut columns: Vec<(String, &[S])> = Vec::new();
+        for charge in &self.charges {
+            let name = &coordinates[charge.terms[0].0];
+            columns.push((format!("delta_q_{name}"), &charge.delta));
+            columns.push((format!("delta_q_{name}_corrected"), &charge.corrected));
+        }
+        for (name, row) in coordinates.iter().zip(&self.delta_g) {
+            columns.push((format!("delta_g_{name}"), row));
+        }
+        match &self.delta_energy {
+            Some(energy) => columns.push(("delta_energy".to_owned(), energy)),
+            None => columns.push(("delta_k".to_owned(), &self.delta_k)),
+        }
+        columns.extend(self.invariants.iter().map(|each| (format!("delta_{}", each.name), each.delta.as_slice())));
+        columns
+    }
+}
+
+/// A column: its name, and its values node by node.
+struct Column<'c, S> {
+    name: String,
+    values: Box<dyn Iterator<Item = S> + 'c>,
+}
+
+/// Writes `trajectory.csv`: gamma, the coordinates, their derivatives. With several windows, this table and those below
+/// have also the column window. The derivatives are those of [`Measured::tangent`].
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_residuals<S: Real>(
-    out: impl Write,
-    solution: &Solution<S>,
-    diagnostics: &Diagnostics<S>,
-) -> csv::Result<()> {
-    let header = ["gamma", "delta_q_t", "delta_q_t_corrected", "delta_g_t", "delta_g_x", "delta_k"];
-    write_table(out, solution, header, |gamma, _, k| {
-        let [a, b, c, d, e] = residuals(diagnostics, k);
-        [gamma, a, b, c, d, e]
-    })
+pub fn write_trajectory<S: Real, M: Measured<S>>(out: impl Write, run: &M::Run, measured: &M) -> csv::Result<()> {
+    let tangent = measured.tangent(run);
+    write_table(out, run, trajectory(run, &tangent))
+}
+
+/// Writes `residuals.csv`: gamma, and the columns of [`Measured::residuals`].
+///
+/// # Errors
+/// If `out` cannot be written.
+pub fn write_residuals<S: Real, M: Measured<S>>(out: impl Write, run: &M::Run, measured: &M) -> csv::Result<()> {
+    write_table(out, run, residuals(run, measured))
 }
 
 /// Writes the table of `run --stdout`, which has the columns of both of these tables.
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_combined<S: Real>(
-    out: impl Write,
-    solution: &Solution<S>,
-    diagnostics: &Diagnostics<S>,
-) -> csv::Result<()> {
-    let header =
-        ["gamma", "t", "x", "t_dot", "x_dot", "delta_q_t", "delta_q_t_corrected", "delta_g_t", "delta_g_x", "delta_k"];
-    let [t_dot, x_dot] = diagnostics.tangent(solution);
-    write_table(out, solution, header, |gamma, start, k| {
-        let t = solution.t_i + (start + solution.elapsed[k]);
-        let [a, b, c, d, e] = residuals(diagnostics, k);
-        [gamma, t, solution.x[k], t_dot[k], x_dot[k], a, b, c, d, e]
-    })
+pub fn write_combined<S: Real, M: Measured<S>>(out: impl Write, run: &M::Run, measured: &M) -> csv::Result<()> {
+    let tangent = measured.tangent(run);
+    let mut columns = trajectory(run, &tangent);
+    columns.extend(residuals(run, measured));
+    write_table(out, run, columns)
 }
 
-/// Writes `branches.csv` with the columns gamma,t_1,x_1,t_2,x_2.
+/// Writes `branches.csv`: gamma, every coordinate with _1, every coordinate with _2. A run that is not doubled has no
+/// second branch.
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_branches<S: Real>(out: impl Write, solution: &Solution<S>, backward: &Backward<S>) -> csv::Result<()> {
-    write_table(out, solution, ["gamma", "t_1", "x_1", "t_2", "x_2"], |gamma, start, k| {
-        let [t_1, t_2] = [&solution.elapsed, &backward.elapsed].map(|t| solution.t_i + (start + t[k]));
-        [gamma, t_1, solution.x[k], t_2, backward.x[k]]
-    })
+pub fn write_branches<S: Real>(out: impl Write, run: &impl Trajectory<S>) -> csv::Result<()> {
+    let names = run.coordinates();
+    let forward = |(a, name): (usize, &String)| Column { name: format!("{name}_1"), values: run.positions(a) };
+    let backward =
+        |(a, name): (usize, &String)| Some(Column { name: format!("{name}_2"), values: run.backward_positions(a)? });
+    let columns = names.iter().enumerate().map(forward).chain(names.iter().enumerate().filter_map(backward));
+    write_table(out, run, columns.collect())
 }
 
 /// Writes `samples.csv` with the columns gamma,t,x,t_dot,x_dot. γ and t are those of the case, not counted from the
@@ -86,57 +136,73 @@ pub fn write_samples<S: Real>(
     samples: impl Iterator<Item = Sample<S>>,
     digits: u32,
 ) -> csv::Result<()> {
-    let mut writer = WriterBuilder::new().buffer_capacity(BUFFER).from_writer(out);
-    writer.write_record(["gamma", "t", "x", "t_dot", "x_dot"])?;
-    let mut room = DecimalRoom::default();
+    let mut table = Table::new(out, ["gamma", "t", "x", "t_dot", "x_dot"], digits)?;
     for Sample { gamma, t, x, t_dot, x_dot } in samples {
-        for value in [gamma, t, x, t_dot, x_dot] {
-            writer.write_field(value.write_decimal(digits, &mut room))?;
-        }
-        writer.write_record(None::<&[u8]>)?;
+        table.row([gamma, t, x, t_dot, x_dot].into_iter(), None)?;
     }
-    writer.flush()?;
-    Ok(())
+    table.finish()
 }
 
-/// The columns of `residuals.csv` after the first, at node k.
-fn residuals<S: Real>(diagnostics: &Diagnostics<S>, k: usize) -> [S; 5] {
-    let (charges, residuals) = (&diagnostics.charges, &diagnostics.residuals);
-    [
-        charges.delta_q_t[k],
-        charges.delta_q_t_corrected[k],
-        residuals.delta_g_t[k],
-        residuals.delta_g_x[k],
-        charges.delta_k[k],
-    ]
+fn trajectory<'c, S: Real>(run: &'c impl Trajectory<S>, tangent: &'c [Cow<'_, [S]>]) -> Vec<Column<'c, S>> {
+    let names = run.coordinates();
+    let velocities = names.iter().zip(tangent);
+    let velocities = velocities
+        .map(|(name, row)| Column { name: format!("{name}_dot"), values: Box::new(row.iter().copied()) as _ });
+    let positions = names.iter().enumerate().map(|(a, name)| Column { name: name.clone(), values: run.positions(a) });
+    positions.chain(velocities).collect()
 }
 
-/// Writes a header and one row per node. The arguments of `row` are γ, t − t_i at the start of the window, and the
-/// index of the node in the arrays. With several windows, a last column counts them from 1.
-fn write_table<S: Real, const COLUMNS: usize>(
-    out: impl Write,
-    solution: &Solution<S>,
-    header: [&str; COLUMNS],
-    row: impl Fn(S, S, usize) -> [S; COLUMNS],
-) -> csv::Result<()> {
-    let mut writer = WriterBuilder::new().buffer_capacity(BUFFER).from_writer(out);
-    let windows = solution.windows.len() > 1;
-    writer.write_record(header.iter().chain(windows.then_some(&"window")))?;
-    let mut record = ByteRecord::new();
-    let mut room = DecimalRoom::default();
-    for (index, view) in solution.views().enumerate() {
-        for (k, node) in view.grid.nodes().enumerate() {
-            record.clear();
-            let gamma = solution.gamma_i + view.grid.gamma_at(k);
-            for value in row(gamma, view.window.start.t, node) {
-                record.push_field(value.write_decimal(solution.digits, &mut room).as_bytes());
-            }
-            if windows {
-                record.push_field((index + 1).to_string().as_bytes());
-            }
-            writer.write_byte_record(&record)?;
+fn residuals<'c, S: Real, M: Measured<S>>(run: &M::Run, measured: &'c M) -> Vec<Column<'c, S>> {
+    let columns = measured.residuals(run).into_iter();
+    columns.map(|(name, row)| Column { name, values: Box::new(row.iter().copied()) as _ }).collect()
+}
+
+/// Writes a header and one row per node: γ, the columns and, with several windows, the number of the window from 1.
+fn write_table<S: Real>(out: impl Write, run: &impl Trajectory<S>, columns: Vec<Column<'_, S>>) -> csv::Result<()> {
+    let (names, mut columns): (Vec<_>, Vec<_>) =
+        columns.into_iter().map(|Column { name, values }| (name, values)).unzip();
+    let has_windows = run.window_sizes().len() > 1;
+    let names = names.iter().map(String::as_str);
+    let header = std::iter::once("gamma").chain(names).chain(has_windows.then_some("window"));
+    let mut table = Table::new(out, header, run.digits())?;
+    let mut gammas = run.gammas();
+    for (window, nodes) in (1..).zip(run.window_sizes()) {
+        for gamma in gammas.by_ref().take(nodes) {
+            let values = columns.iter_mut().filter_map(Iterator::next);
+            table.row(std::iter::once(gamma).chain(values), has_windows.then_some(window))?;
         }
     }
-    writer.flush()?;
-    Ok(())
+    table.finish()
+}
+
+/// A table that is being written.
+struct Table<W: Write> {
+    writer: Writer<W>,
+    digits: u32,
+    record: ByteRecord,
+    room: DecimalRoom,
+}
+
+impl<W: Write> Table<W> {
+    fn new<'h>(out: W, header: impl IntoIterator<Item = &'h str>, digits: u32) -> csv::Result<Self> {
+        let mut writer = WriterBuilder::new().buffer_capacity(BUFFER).from_writer(out);
+        writer.write_record(header)?;
+        Ok(Self { writer, digits, record: ByteRecord::new(), room: DecimalRoom::default() })
+    }
+
+    fn row<S: Real>(&mut self, values: impl Iterator<Item = S>, window: Option<usize>) -> csv::Result<()> {
+        self.record.clear();
+        for value in values {
+            self.record.push_field(value.write_decimal(self.digits, &mut self.room).as_bytes());
+        }
+        if let Some(window) = window {
+            self.record.push_field(window.to_string().as_bytes());
+        }
+        self.writer.write_byte_record(&self.record)
+    }
+
+    fn finish(mut self) -> csv::Result<()> {
+        self.writer.flush()?;
+        Ok(())
+    }
 }

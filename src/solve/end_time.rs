@@ -1,20 +1,17 @@
 //! Runs that end at a physical time: the γ_f at which t at the last node is t_f.
 
 use super::arithmetic::Arithmetic;
-use super::refinement;
 use super::run::Observer;
+use super::search::{self, Excess, NotFound, Search};
 use super::setup::Setup;
 use super::solution::Solution;
 use super::solve_to;
-use super::status::{NoSolution, Status};
+use super::status::{InitialGuess, NoSolution, Status};
 use crate::scalar::Real;
 
-/// Solves allowed for the search; Newton's method needs about five.
-const MOST_SOLVES: usize = 60;
-/// The |t_N − t_f| that counts as equal, relative to t_f − t_i, in `f64`; with more digits, all of them must agree.
+/// The |t_N − t_f| that counts as equal, relative to t_f − t_i, has this many digits in `f64`; with more digits, all of
+/// them must agree.
 const DOUBLE_DIGITS: u32 = 14;
-/// Where rounding ends the search first, this many digits fewer than requested are enough.
-const SPARE_DIGITS: u32 = 4;
 
 /// Newton's method on γ_f with dt/dγ at the end of each solution, kept inside the bracket found so far: t_N grows with
 /// γ_f as long as g00 > 0. A γ_f that has no solution (a horizon on the way) is an upper bound like one that ends too
@@ -40,73 +37,45 @@ fn search<S: Arithmetic>(
     duration: S,
     solve_to: &mut dyn FnMut(S) -> Result<Solution<S>, NoSolution>,
 ) -> Result<Solution<S>, NoSolution> {
-    let digits = setup.digits;
-    let tolerance = refinement::tolerance::<S>(if S::IS_EXTENDED { digits } else { DOUBLE_DIGITS }) * duration;
-    let loose_tolerance = refinement::tolerance::<S>(digits - SPARE_DIGITS) * duration;
-    let mut length = if S::IS_EXTENDED {
+    let guess = if S::IS_EXTENDED {
         // Most of the search is cheapest in f64.
         S::from(solve::<f64>(&setup.in_f64(), duration.to_f64(), Some(&mut |_| ()))?.length)
     } else {
         duration / setup.scene.initial.t_dot
     };
-    let (mut below, mut above) = (S::ZERO, S::from(f64::INFINITY));
-    let mut best: Option<(S, Solution<S>)> = None;
-    let mut failure = None;
-    for _ in 0..MOST_SOLVES {
-        match solve_to(length) {
-            Ok(solution) => {
-                let excess = solution.duration() - duration;
-                let slope = solution.end.q_t / solution.metric.at(solution.end.x).g00;
-                if excess < S::ZERO {
-                    below = length;
-                } else {
-                    above = length;
-                }
-                let improved = best.as_ref().is_none_or(|(least, _)| excess.abs() < *least);
-                if improved {
-                    best = Some((excess.abs(), solution));
-                }
-                let least = best.as_ref().map_or(S::from(f64::INFINITY), |(least, _)| *least);
-                if least <= tolerance || (!improved && least <= loose_tolerance) {
-                    break;
-                }
-                length -= excess / slope;
-            }
-            Err(error) => {
-                above = length;
-                failure = Some(error);
-                length = below;
-            }
-        }
-        if !(length > below && length < above) {
-            // No upper bound yet: the run is longer than any tried.
-            length = if above.is_finite() { (below + above).half() } else { below + below };
-        }
-        if length <= below || length >= above || !length.is_finite() {
-            break;
-        }
-    }
-    match (best, failure) {
-        (Some((excess, solution)), _) if excess <= loose_tolerance => Ok(solution),
-        (_, Some(failure)) => Err(failure),
-        (best, None) => {
-            let (_, solution) = best.expect("a search without a failure has a solution");
-            Err(not_reached(solution))
-        }
-    }
+    let asked = Search {
+        guess,
+        limit: S::from(f64::INFINITY),
+        digits: if S::IS_EXTENDED { setup.digits } else { DOUBLE_DIGITS },
+        digits_of_runs: setup.digits,
+        scale: Some(duration),
+    };
+    let excess = |solution: &Solution<S>| Excess {
+        value: solution.duration() - duration,
+        slope: Some(solution.end.q_t / solution.metric.at(solution.end.x).g00),
+    };
+    search::search(asked, solve_to, excess).map_err(|error| match error {
+        NotFound::Failed(failure) => failure,
+        NotFound::Missed(closest) => not_reached(setup, closest),
+    })
 }
 
-/// The solution that came closest.
-fn not_reached<S: Real>(closest: Solution<S>) -> NoSolution {
+/// The failure of a search, of which `closest` came closest to its end.
+fn not_reached<S: Real>(setup: &Setup<S>, closest: Option<Solution<S>>) -> NoSolution {
+    let (x, gamma) = match &closest {
+        Some(closest) => (closest.end.x, closest.gamma_f()),
+        None => (setup.scene.initial.x, setup.scene.gamma_i),
+    };
+    let history = closest.as_ref().map_or(Vec::new(), |closest| closest.history.clone());
     NoSolution {
         status: Status::EndTimeNotReached,
-        gamma: closest.gamma_f().to_f64(),
-        x: closest.end.x.to_f64(),
-        g00: closest.metric.at(closest.end.x).g00.to_f64(),
-        iteration: closest.history.len(),
-        residual: closest.gradient_norm.to_f64(),
-        initial_guess: closest.initial_guess,
-        history: closest.history,
+        gamma: gamma.to_f64(),
+        x: x.to_f64(),
+        g00: setup.scene.metric.at(x).g00.to_f64(),
+        iteration: history.len(),
+        residual: closest.as_ref().map_or(f64::INFINITY, |closest| closest.gradient_norm.to_f64()),
+        initial_guess: closest.map_or(InitialGuess::None, |closest| closest.initial_guess),
+        history,
         needed: 0.0,
         adaptive: false,
     }

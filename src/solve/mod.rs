@@ -14,10 +14,12 @@ mod quadrature;
 mod refinement;
 mod run;
 pub mod scene;
+mod search;
 mod setup;
 mod solution;
 mod spectral;
 mod status;
+mod trajectory;
 
 pub use arithmetic::Arithmetic;
 pub use memory::{bytes_needed, scene_bytes_needed};
@@ -26,6 +28,7 @@ pub use setup::{End, Scene, Setup, System};
 pub(crate) use solution::WindowNodes;
 pub use solution::{Backward, EndState, Joint, Solution, Window};
 pub use status::{InitialGuess, IterationRecord, NoSolution, Status};
+pub use trajectory::Trajectory;
 
 use self::critical_point::CriticalPointSolver;
 use self::newton::Failure;

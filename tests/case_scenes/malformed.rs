@@ -151,6 +151,7 @@ const METRIC: &[Row] = &[
     ("form = \"weak\"", "form = \"weak\"\n[solver]\nmax_iterations = 1.5", "must be a whole number", "1.5"),
     // What a run is compared with, and what it computes besides.
     ("form = \"weak\"", "form = \"weak\"\n[expect]\nr_final = 1", "final coordinates need a tolerance", "[expect]"),
+    ("form = \"weak\"", "form = \"weak\"\n[expect]\ngamma_final = 1", "final coordinates need a tolerance", "[expect]"),
     ("form = \"weak\"", "form = \"weak\"\n[expect]\nx_final = 1", "unknown field `x_final`", "x_final"),
     ("form = \"weak\"", "form = \"weak\"\n[expect]\nr_final = 1\ntolerance = 0", "tolerance must be positive", "0"),
     ("form = \"weak\"", "form = \"weak\"\n[expect]\nstatus = \"fine\"", "unknown variant `fine`", "\"fine\""),

@@ -52,6 +52,7 @@ x = "x"
 y = "y"
 
 [expect]
+gamma_final = "pi/3"
 t_final = 3.5
 y_final = "pi"
 tolerance = 1e-11

@@ -72,6 +72,21 @@ fn a_scene_is_found_by_its_name_and_studies_say_that_they_take_none() {
 }
 
 #[test]
+fn gamma_at_the_end_of_a_scene_may_be_expected() {
+    let folder = TempDir::new().unwrap();
+    // The fall ends at r = 1, at the proper time that the cycloid gives.
+    let check = |gamma: &str| {
+        let set = format!("--set expect.gamma_final={gamma} --set expect.tolerance=1e-10");
+        run_in(folder.path(), &format!("check schwarzschild-plunge --run {set}"))
+    };
+    let output = check("34.76593");
+    assert!(failed(&output, 5).contains("gamma_final = 34.637"), "{}", stderr(&output));
+    let eta = (-0.8_f64).acos();
+    let met = succeeded(&check(&(125.0_f64.sqrt() * (eta + eta.sin())).to_string()));
+    assert!(met.contains("gamma_final = 34.637") && met.contains("r_final = "), "{met}");
+}
+
+#[test]
 fn studies_need_no_case() {
     let folder = TempDir::new().unwrap();
     for (arguments, table) in [

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use geodesic_ivp::case::KEYS;
 use geodesic_ivp::case::builtin::{self, Group};
+use geodesic_ivp::case::{KEYS, SCENE_KEYS};
 use geodesic_ivp::geometry::PRESETS;
 use geodesic_ivp::methods::PEERS;
 use tempfile::TempDir;
@@ -56,6 +56,14 @@ fn the_case_reference_has_every_key_and_no_other() {
     assert_eq!(listed.iter().map(|row| row[0].clone()).collect::<BTreeSet<_>>(), keys());
     // The manual page has them in the same words.
     let known = KEYS.iter().map(|key| [key.name, key.kind, key.default, key.meaning].map(str::to_owned).to_vec());
+    assert_eq!(listed, known.collect::<Vec<_>>());
+}
+
+#[test]
+fn the_page_about_scenes_has_their_keys_in_the_words_of_the_manual_page() {
+    let is_row = |row: &Vec<String>| row.len() == 2 && row[0].contains('.');
+    let listed: Vec<_> = Page::named("docs/scenes.md").rows().filter(is_row).collect();
+    let known = SCENE_KEYS.iter().map(|&(name, meaning)| vec![name.to_owned(), meaning.to_owned()]);
     assert_eq!(listed, known.collect::<Vec<_>>());
 }
 

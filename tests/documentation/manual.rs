@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use geodesic_ivp::case::SCENE_KEYS;
 use geodesic_ivp::case::builtin::NAMES;
 use tempfile::TempDir;
 
@@ -101,6 +102,14 @@ fn the_manual_page_has_every_key_of_a_case() {
     let named: BTreeSet<String> =
         entries.iter().map(|(heading, _)| heading.split(' ').next().unwrap().to_owned()).collect();
     assert_eq!(named, keys());
+}
+
+#[test]
+fn the_manual_page_has_the_keys_of_scenes() {
+    let page = page();
+    let named: Vec<&str> = entries(&page, "SCENES").iter().map(|(heading, _)| *heading).collect();
+    assert_eq!(named, SCENE_KEYS.iter().map(|(name, _)| *name).collect::<Vec<_>>());
+    assert!(named.contains(&"metric.components") && named.contains(&"expect.gamma_final"));
 }
 
 #[test]

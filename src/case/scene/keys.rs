@@ -1,7 +1,7 @@
 //! The keys of a scene, for advice about a key in the wrong table.
 
 /// Every key with a fixed name.
-const KEYS: [&str; 46] = [
+const KEYS: [&str; 47] = [
     "title",
     "metric.coordinates",
     "metric.components",
@@ -39,6 +39,7 @@ const KEYS: [&str; 46] = [
     "solver.digits",
     "solver.max_iterations",
     "expect.status",
+    "expect.gamma_final",
     "expect.tolerance",
     "events",
     "invariants",

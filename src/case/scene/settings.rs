@@ -45,9 +45,11 @@ pub struct SceneSolver {
 pub struct SceneExpect {
     /// How the run must end.
     pub status: Status,
+    /// γ of the last node.
+    pub gamma_final: Option<Quantity>,
     /// Coordinates, by their index, at the last node.
     pub finals: Vec<(usize, Quantity)>,
-    /// Largest absolute difference allowed in them.
+    /// Largest absolute difference allowed in all of these.
     pub tolerance: Option<Quantity>,
 }
 
@@ -178,7 +180,7 @@ fn end_time(field: &Field<'_>, context: &Context<'_>) -> Result<(Quantity, f64, 
 
 /// Reads `[expect]`.
 pub(super) fn expect(mut section: Section<'_>, context: &Context<'_>) -> Result<Option<SceneExpect>, CaseError> {
-    let status = section.take("status");
+    let (status, gamma_final) = (section.take("status"), section.take("gamma_final"));
     let finals: Vec<_> = context.names.iter().map(|name| section.take(&format!("{name}_final"))).collect();
     let tolerance = section.take("tolerance");
     section.finish()?;
@@ -190,7 +192,9 @@ pub(super) fn expect(mut section: Section<'_>, context: &Context<'_>) -> Result<
     for (a, field) in finals.iter().enumerate().filter_map(|(a, field)| Some((a, field.as_ref()?))) {
         numbers.push((a, context.number(Some(field), 0.0)?.0));
     }
-    if let Some(status) = status.filter(|_| ends != Status::Converged && !numbers.is_empty()) {
+    let gamma_final = gamma_final.map(|field| context.number(Some(&field), 0.0)).transpose()?.map(|(gamma, _)| gamma);
+    let has_numbers = !numbers.is_empty() || gamma_final.is_some();
+    if let Some(status) = status.filter(|_| ends != Status::Converged && has_numbers) {
         return Err(status.error(format!("a case that ends {ends} has no final coordinates")));
     }
     let tolerance = match tolerance {
@@ -201,8 +205,8 @@ pub(super) fn expect(mut section: Section<'_>, context: &Context<'_>) -> Result<
             }
             Some(quantity)
         }
-        None if !numbers.is_empty() => return Err(section.error("final coordinates need a tolerance")),
+        None if has_numbers => return Err(section.error("final coordinates need a tolerance")),
         None => None,
     };
-    Ok(Some(SceneExpect { status: ends, finals: numbers, tolerance }))
+    Ok(Some(SceneExpect { status: ends, gamma_final, finals: numbers, tolerance }))
 }

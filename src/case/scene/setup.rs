@@ -20,9 +20,10 @@ impl SceneCase {
         matches!(self.geometry_text(), GeometryText::Potential(potential) if potential.law == Law::Newtonian)
     }
 
-    /// The formulas of `[invariants]`, compiled, in their order.
-    pub fn observables<S: Real>(&self) -> Vec<Observable<S>> {
-        self.invariants().iter().map(|(_, formula)| observable(self.geometry_text(), formula)).collect()
+    /// The formulas of `[invariants]`, compiled, with their names, in their order.
+    pub fn observables<S: Real>(&self) -> Vec<(String, Observable<S>)> {
+        let compiled = |(name, formula): &(String, String)| (name.clone(), observable(self.geometry_text(), formula));
+        self.invariants().iter().map(compiled).collect()
     }
 
     /// What the solver of scenes is told.

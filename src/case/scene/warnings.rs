@@ -65,10 +65,10 @@ impl SceneCase {
             _ => None,
         });
         let ends = [Some(&self.grid.gamma_i), self.grid.gamma_f.as_ref(), self.grid.t_f.as_ref()];
-        let expected = self
-            .expect
-            .iter()
-            .flat_map(|expect| expect.finals.iter().map(|(_, quantity)| quantity).chain(&expect.tolerance));
+        let expected = self.expect.iter().flat_map(|expect| {
+            let finals = expect.finals.iter().map(|(_, quantity)| quantity);
+            finals.chain(&expect.gamma_final).chain(&expect.tolerance)
+        });
         let quantities = self.initial.q.iter().chain(rates).chain(&self.initial.norm);
         let quantities = quantities.chain(ends.into_iter().flatten()).chain(expected);
         formulas.extend(quantities.map(|quantity| quantity.text()));

@@ -128,6 +128,9 @@ impl SceneCase {
         let expect = self.expect.as_ref()?;
         let (mut table, names) = (Table::new(), self.coordinates());
         insert(&mut table, "status", expect.status.as_str());
+        if let Some(gamma) = &expect.gamma_final {
+            insert(&mut table, "gamma_final", quantity(gamma));
+        }
         for (a, value) in &expect.finals {
             insert(&mut table, &format!("{}_final", names[*a]), quantity(value));
         }

@@ -154,32 +154,20 @@ impl<'w, G: Motion<f64>> Flow<'w, G> {
         self.window.geometry.rates_at(&self.q, &self.p, index, &mut self.room)
     }
 
-    /// (q̇, ṗ) at the state plus `h` times slope `from`, into slope `to`.
-    fn slope(&mut self, h: f64, from: usize, to: usize, index: usize) -> Result<(), G::Outside> {
-        let m = self.state.len() / 2;
-        for (place, &a) in self.window.geometry.active().iter().enumerate() {
-            self.q[a] = self.state[place] + h * self.slopes[from][place];
-            self.p[a] = self.state[m + place] + h * self.slopes[from][m + place];
-        }
-        self.window.geometry.rates_at(&self.q, &self.p, index, &mut self.room)?;
-        for (place, &a) in self.window.geometry.active().iter().enumerate() {
-            self.slopes[to][place] = self.window.geometry.q_dot(&self.room, a);
-            self.slopes[to][m + place] = self.window.geometry.p_dot(&self.room, place);
-        }
-        Ok(())
-    }
-
     /// A step of the classical method between two nodes.
     fn runge_kutta(&mut self, h: f64, [from, to]: [usize; 2]) -> Result<(), G::Outside> {
-        self.slope(0.0, 0, 0, from)?;
-        self.slope(0.5 * h, 0, 1, to)?;
-        self.slope(0.5 * h, 1, 2, to)?;
-        self.slope(h, 2, 3, to)?;
-        let [k1, k2, k3, k4] = &self.slopes;
-        for (field, value) in self.state.iter_mut().enumerate() {
-            *value += h / 6.0 * (k1[field] + 2.0 * (k2[field] + k3[field]) + k4[field]);
-        }
-        Ok(())
+        let Self { window, q, p, room, state, slopes } = self;
+        let (geometry, m) = (window.geometry, state.len() / 2);
+        runge_kutta(state, h, slopes, |stage, trial, slope| {
+            for (place, &a) in geometry.active().iter().enumerate() {
+                (q[a], p[a]) = (trial[place], trial[m + place]);
+            }
+            geometry.rates_at(q, p, if stage == 0 { from } else { to }, room)?;
+            for (place, &a) in geometry.active().iter().enumerate() {
+                (slope[place], slope[m + place]) = (geometry.q_dot(room, a), geometry.p_dot(room, place));
+            }
+            Ok(())
+        })
     }
 
     /// A step of Nyström's method between two nodes. Of the momenta only the rates matter: the velocities at the start
@@ -226,4 +214,27 @@ impl<'w, G: Motion<f64>> Flow<'w, G> {
             self.slopes[slope][m + place] = self.window.geometry.p_dot(&self.room, place);
         }
     }
+}
+
+/// A step of the classical method of Runge and Kutta. `rates` gets the stage from 0, the state there and where its
+/// rates are to be written.
+pub(super) fn runge_kutta<E>(
+    state: &mut [f64],
+    h: f64,
+    slopes: &mut [Vec<f64>; 4],
+    mut rates: impl FnMut(usize, &[f64], &mut [f64]) -> Result<(), E>,
+) -> Result<(), E> {
+    let mut trial = state.to_vec();
+    for (stage, share) in [0.0, 0.5, 0.5, 1.0].into_iter().enumerate() {
+        if let Some(before) = stage.checked_sub(1) {
+            let fields = trial.iter_mut().zip(&*state).zip(&slopes[before]);
+            fields.for_each(|((trial, state), slope)| *trial = state + share * h * slope);
+        }
+        rates(stage, &trial, &mut slopes[stage])?;
+    }
+    let [k1, k2, k3, k4] = &*slopes;
+    for (field, value) in state.iter_mut().enumerate() {
+        *value += h / 6.0 * (k1[field] + 2.0 * (k2[field] + k3[field]) + k4[field]);
+    }
+    Ok(())
 }

@@ -6,6 +6,7 @@ mod doubled;
 mod end;
 mod explicit;
 mod failure;
+mod leap;
 pub(super) mod limit;
 mod run;
 mod setup;

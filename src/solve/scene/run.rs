@@ -6,7 +6,7 @@ use super::failure::NoWorldLine;
 use super::setup::{Place, SceneSetup};
 use super::window::Window;
 use super::world_line::{SceneWindow, WorldLine, relative};
-use super::{doubled, limit};
+use super::{doubled, explicit, leap, limit};
 use crate::action::Form;
 use crate::geometry::{Geometry, Start};
 use crate::sbp::{SbpName, SbpOperator};
@@ -130,14 +130,19 @@ fn solve_limit<S: Real>(
     gamma: f64,
 ) -> Result<Piece<S>, NoWorldLine> {
     let fields = 2 * window.geometry.active().len();
-    let limit = limit::solve(window, rough, max_iterations).map_err(|failure| {
+    let is_explicit = window.form == Form::Strong && window.sbp.is_two_step();
+    let solved = limit::solve(window, rough, max_iterations).and_then(|limit| {
+        // Other rules begin with a guess that follows the geodesic in ever finer steps.
+        let leap = if is_explicit { leap::outside(window.geometry, &limit.q) } else { None };
+        leap.map_or(Ok(limit), |point| Err(explicit::outside(point)))
+    });
+    let limit = solved.map_err(|failure| {
         let first = rough.derivative().first_unknown();
         let locate = |row: usize, u: &[f64]| {
             let node = row / fields;
             let state = node.checked_sub(first).and_then(|unknown| u.get(unknown * fields..)?.get(..fields / 2));
             (node, state.map_or(Vec::new(), <[f64]>::to_vec))
         };
-        let is_explicit = window.form == Form::Strong && window.sbp.is_two_step();
         let guess = match (is_explicit, window.geometry.is_separable()) {
             (true, _) => InitialGuess::None,
             (false, true) => InitialGuess::Nystrom4,
@@ -218,7 +223,7 @@ mod tests {
     use super::*;
     use crate::case::SceneCase;
     use crate::diagnostics::scene::SceneDiagnostics;
-    use crate::output::scene_tables::{write_residuals, write_trajectory};
+    use crate::output::{write_residuals, write_trajectory};
     use crate::solve::scene::solve_scene;
     use crate::study::scene_error::scene_error;
 
@@ -275,7 +280,7 @@ mod tests {
             assert!(error.largest.iter().all(|error| *error < 100.0 * tolerance), "{form}: {error:?}");
             let mut tables = [Vec::new(), Vec::new()];
             write_trajectory(&mut tables[0], &line, &diagnostics).unwrap();
-            write_residuals(&mut tables[1], &line, &diagnostics, &[]).unwrap();
+            write_residuals(&mut tables[1], &line, &diagnostics).unwrap();
             for table in tables {
                 let table = String::from_utf8(table).unwrap();
                 let of = |window: &str| table.lines().filter(|row| row.ends_with(window)).count();
