@@ -201,12 +201,7 @@ fn scheme<S: Real>(solution: &Solution<S>, summary: &Summary) -> String {
         windows => format!("{windows} windows of {} nodes", solution.sbp().points()),
     };
     let system = if solution.backward.is_some() { "doubled action" } else { "physical limit" };
-    let iterations = match solution.iterations {
-        0 => "explicit".to_owned(),
-        count if solution.initial_guess == InitialGuess::Extrapolation => format!("{count} evaluations of the force"),
-        1 => "1 Newton iteration".to_owned(),
-        count => format!("{count} Newton iterations"),
-    };
+    let iterations = iterations(solution.iterations, solution.initial_guess).unwrap_or("explicit".to_owned());
     let digits = if S::IS_EXTENDED { format!(", {} digits", solution.digits) } else { String::new() };
     format!(
         "  scheme     {} {}, {system}, {nodes} on gamma in [{}, {}]{digits}: {iterations}, {:.3} ms",
@@ -216,6 +211,16 @@ fn scheme<S: Real>(solution: &Solution<S>, summary: &Summary) -> String {
         plain(solution.gamma_f().to_f64()),
         1e3 * summary.solve_seconds
     )
+}
+
+/// How many iterations of which kind a run took, if it took any.
+pub(super) fn iterations(count: usize, guess: InitialGuess) -> Option<String> {
+    match count {
+        0 => None,
+        count if guess == InitialGuess::Extrapolation => Some(format!("{count} evaluations of the force")),
+        1 => Some("1 Newton iteration".to_owned()),
+        count => Some(format!("{count} Newton iterations")),
+    }
 }
 
 /// The number, with 0 in place of −0.

@@ -1,33 +1,22 @@
-//! `run CASE`.
+//! `run CASE`: one flow for cases of one coordinate and for scenes.
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use clap::Args;
-use geodesic_ivp::case::System;
-use geodesic_ivp::diagnostics::{Diagnostics, Measures};
-use geodesic_ivp::geodesic::InitialData;
-use geodesic_ivp::output::pictures::{self, Run};
-use geodesic_ivp::output::{
-    Chart, Outcome, OutputSet, Summary, write_branches, write_combined, write_residuals, write_samples,
-    write_trajectory,
-};
-use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
-use geodesic_ivp::sampling::Sample;
+use geodesic_ivp::output::{Chart, Measured, OutputSet, write_branches, write_residuals, write_trajectory};
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::solve::{Arithmetic, solve_window_by_window};
-use geodesic_ivp::study::run_error::run_error;
-use geodesic_ivp::{Case, Solution, solve};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::input::AnyCase;
 use super::out::OutArgs;
-use super::readable::readable;
 use super::report::Refusal;
+use super::run_one::OneCoordinate;
+use super::run_scene::Scene;
 use super::samples::SampleArgs;
-use super::second_opinion::second_opinion;
-use super::{CaseArgs, memory, report, scene, stdout};
+use super::{CaseArgs, report, stdout};
 
 const TRAJECTORY: &str = "trajectory.csv";
 const RESIDUALS: &str = "residuals.csv";
@@ -40,7 +29,7 @@ const CASE: &str = "case.toml";
 #[derive(Debug, Args)]
 pub(super) struct RunArgs {
     #[command(flatten)]
-    case: CaseArgs,
+    pub(super) case: CaseArgs,
 
     #[command(flatten)]
     output: OutArgs,
@@ -54,83 +43,103 @@ pub(super) struct RunArgs {
     stdout: bool,
 
     #[command(flatten)]
-    samples: SampleArgs,
+    pub(super) samples: SampleArgs,
+}
+
+/// What `run` does with a case: what one of one coordinate and a scene do differently.
+pub(super) trait Job {
+    /// A solution with what was measured on it.
+    type Solved;
+    /// The summary, with how good the solution is.
+    type Judged;
+
+    /// Warnings about the case itself.
+    fn warnings(&self) -> Vec<String>;
+
+    /// Refuses a run that needs more memory than there is.
+    fn check_memory(&self) -> anyhow::Result<()>;
+
+    /// Whether the doubled system is solved, so that there are two branches.
+    fn is_doubled(&self) -> bool;
+
+    /// The effective case as a text.
+    fn effective(&self) -> String;
+
+    /// What the spinner says.
+    fn progress(&self) -> String;
+
+    /// Solves and measures. Returns also the seconds in the solver.
+    fn solve(&self) -> (anyhow::Result<Self::Solved>, f64);
+
+    /// The summary of a solve that failed with this error, if it is one of the solver.
+    fn failed(&self, error: &anyhow::Error, seconds: f64) -> Option<String>;
+
+    /// Warnings that the solution should not be believed, from its own numbers.
+    fn suspicions(&self, solved: &Self::Solved) -> Vec<String>;
+
+    /// Writes the table of `--stdout`.
+    fn write_combined(&self, solved: Self::Solved, out: std::io::StdoutLock<'static>) -> csv::Result<()>;
+
+    /// Compares with a reference. Returns also what is to be warned of.
+    fn judge(&self, solved: &Self::Solved) -> (Self::Judged, Vec<String>);
+
+    /// Writes the tables.
+    fn write_tables(&self, solved: &Self::Solved, files: &Tables<'_>) -> anyhow::Result<()>;
+
+    /// The summary as JSON.
+    fn summary(&self, judged: &mut Self::Judged, write_seconds: f64) -> String;
+
+    /// The pictures, in the order of their names.
+    fn pictures(&self, solved: &Self::Solved, judged: &Self::Judged) -> Vec<Chart>;
+
+    /// The summary for people.
+    fn readable(&self, solved: &Self::Solved, judged: &Self::Judged) -> String;
 }
 
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
-    let case = match args.case.read_any()? {
-        AnyCase::One(case) => case,
-        AnyCase::Scene(case) => {
-            if args.samples.wanted() || args.samples.only() || args.plot {
-                let message = "samples and pictures of scenes are not there yet";
-                return Err(Refusal::usage(message).help("trajectory.csv has every node").into());
-            }
-            return scene::run(&case, &args.case, &args.output, args.stdout);
+    match args.case.read_any()? {
+        AnyCase::One(case) if case.is_extended() => execute(&OneCoordinate::<Extended>::new(&case, args), args),
+        AnyCase::One(case) => execute(&OneCoordinate::<f64>::new(&case, args), args),
+        AnyCase::Scene(_) if args.samples.wanted() || args.samples.only() || args.plot => {
+            let message = "samples and pictures of scenes are not there yet";
+            Err(Refusal::usage(message).help("trajectory.csv has every node").into())
         }
-    };
-    if case.is_extended() { run_in::<Extended>(&case, args) } else { run_in::<f64>(&case, args) }
+        AnyCase::Scene(case) if case.is_extended() => execute(&Scene::<Extended>::new(&case, args), args),
+        AnyCase::Scene(case) => execute(&Scene::<f64>::new(&case, args), args),
+    }
 }
 
-/// The result of a solve.
-struct Solved<S> {
-    /// The whole run, or only its last window with `--samples-only`.
-    solution: Solution<S>,
-    /// `None` with `--samples-only`.
-    diagnostics: Option<Diagnostics<S>>,
-    measures: Measures<S>,
-    samples: Vec<Sample<S>>,
-    seconds: Seconds,
-}
-
-#[derive(Debug, Clone, Copy, Default)]
-struct Seconds {
-    solve: f64,
-    diagnostics: f64,
-}
-
-fn run_in<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
+fn execute(job: &impl Job, args: &RunArgs) -> anyhow::Result<ExitCode> {
     args.samples.check(args.stdout)?;
-    warn_of(&case.warnings());
-    memory::check(case, Some(&args.samples))?;
+    warn_of(&job.warnings());
+    job.check_memory()?;
     if args.stdout {
         // Checked before the computation, whose result would otherwise be lost.
         drop(stdout::for_data()?);
-        let (result, _) = solved::<S>(case, args);
-        let Solved { solution, diagnostics, measures, samples, .. } = result?;
-        warn_of(&measures.warnings(&solution));
-        warn_of(&Vec::from_iter(measures.newtonian_warning()));
-        let out = stdout::for_data()?;
-        match diagnostics {
-            Some(diagnostics) => write_combined(out, &solution, &diagnostics)?,
-            None => write_samples(out, samples.into_iter(), solution.digits)?,
-        }
+        let solved = with_spinner(job, args).0?;
+        warn_of(&job.suspicions(&solved));
+        job.write_combined(solved, stdout::for_data()?)?;
         return Ok(ExitCode::SUCCESS);
     }
     args.output.check_standard_output()?;
     let target = args.output.target(&args.case, "run")?;
-    let directory = target.folder.clone();
+    let directory: PathBuf = target.folder.clone();
     let mut names = vec![TRAJECTORY, RESIDUALS, BRANCHES, SAMPLES, SUMMARY, CASE];
     names.extend(PICTURES);
     names.retain(|name| match *name {
         TRAJECTORY | RESIDUALS => !args.samples.only(),
-        BRANCHES => !args.samples.only() && case.solver.system == System::Doubled,
+        BRANCHES => !args.samples.only() && job.is_doubled(),
         SAMPLES => args.samples.wanted(),
         SUMMARY | CASE => true,
         _ => args.plot,
     });
     let files = OutputSet::open(target, &names)?;
-    let mut effective = case.clone();
-    if args.case.has_overrides() {
-        // The expectations hold for the case as it is in its file.
-        effective.expect = None;
-    }
-    files.write_text(CASE, &effective.to_toml())?;
-    let (result, solve_seconds) = solved::<S>(case, args);
+    files.write_text(CASE, &job.effective())?;
+    let (result, solve_seconds) = with_spinner(job, args);
     let solved = match result {
         Ok(solved) => solved,
         Err(error) => {
-            if let Some(failure) = error.downcast_ref() {
-                let summary = Summary::new::<S>(case, Err(failure), solve_seconds).to_json();
+            if let Some(summary) = job.failed(&error, solve_seconds) {
                 files.write_text(SUMMARY, &summary)?;
                 files.commit(|name| name == SUMMARY || name == CASE)?;
                 // The error of the run matters more than one in writing its summary, and is the one that is reported.
@@ -139,47 +148,19 @@ fn run_in<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode
             return Err(error);
         }
     };
-    let Solved { solution, diagnostics, measures, samples, seconds } = solved;
-    let mut summary = Summary::new(case, Ok((&solution, &measures)), seconds.solve);
-    let error = run_error(case, &solution);
-    if let Outcome::Solved(solved) = &mut summary.outcome {
-        solved.error = error.map(Into::into);
-    }
-    let mut suspicions = measures.warnings(&solution);
-    if !suspicions.is_empty() {
-        let opinion = second_opinion(case, &solution);
-        summary.warnings.extend(opinion.clone());
-        suspicions.extend(opinion);
-    }
-    suspicions.extend(measures.newtonian_warning());
+    let (mut judged, suspicions) = job.judge(&solved);
     warn_of(&suspicions);
     let start = Instant::now();
-    if args.samples.wanted() {
-        write_samples(files.writer(SAMPLES), samples.into_iter(), solution.digits)
-            .with_context(|| format!("cannot write {SAMPLES}"))?;
-    }
-    if let Some(diagnostics) = &diagnostics {
-        write_tables(&files, &solution, diagnostics)?;
-    }
-    if let Outcome::Solved(solved) = &mut summary.outcome {
-        solved.diagnostics_seconds = seconds.diagnostics;
-        solved.write_seconds = start.elapsed().as_secs_f64();
-    }
-    let json = summary.to_json();
+    job.write_tables(&solved, &Tables { files: &files })?;
+    let json = job.summary(&mut judged, start.elapsed().as_secs_f64());
     files.write_text(SUMMARY, &json)?;
-    if let Some(diagnostics) = diagnostics.as_ref().filter(|_| args.plot) {
-        let title = args.case.title(case);
-        let windows = if summary.windows > 1 { format!(", {} windows", summary.windows) } else { String::new() };
-        let title = format!("{title} ({}, N = {}{windows})", summary.sbp, summary.n_gamma);
-        for (name, chart) in PICTURES.into_iter().zip(pictures(&title, case, &solution, diagnostics)) {
+    if args.plot {
+        for (name, chart) in PICTURES.into_iter().zip(job.pictures(&solved, &judged)) {
             files.write_text(name, &chart.to_svg())?;
         }
     }
     let kept = files.commit(|_| true)?;
-    args.output.tell(&args.case, &json, || {
-        readable(&args.case.title(case), &solution, &measures, &summary, error.as_ref())
-            + &report::written(&directory, &kept)
-    })?;
+    args.output.tell(&args.case, &json, || job.readable(&solved, &judged) + &report::written(&directory, &kept))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -187,83 +168,45 @@ fn warn_of(warnings: &[String]) {
     warnings.iter().for_each(|warning| report::warn(warning));
 }
 
-/// Solves the case, with a spinner if standard error is a terminal, and measures and samples the solution. Returns also
-/// the seconds in the solver.
-fn solved<S: Arithmetic>(case: &Case, args: &RunArgs) -> (anyhow::Result<Solved<S>>, f64) {
+/// Solves, with a spinner if standard error is a terminal.
+fn with_spinner<J: Job>(job: &J, args: &RunArgs) -> (anyhow::Result<J::Solved>, f64) {
     let spinner = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
-    spinner.set_message(match &case.solver.accuracy {
-        Some(accuracy) => format!("solving to {accuracy}"),
-        None => format!("solving for {} nodes", case.grid.n_gamma * case.grid.windows),
-    });
+    spinner.set_message(job.progress());
     spinner.set_style(ProgressStyle::with_template("{spinner} {msg} ({elapsed})").expect("the template is valid"));
     spinner.enable_steady_tick(Duration::from_millis(200));
-    let start = Instant::now();
-    let mut stream = args.samples.stream(case);
-    let mut measures: Option<Measures<S>> = None;
-    let result = if args.samples.only() {
-        solve_window_by_window(case, &mut |window: &Solution<S>| {
-            let here = Diagnostics::new(window).measures;
-            let before = measures.take().filter(|_| window.window_count > 1);
-            measures = Some(before.map_or(here, |before| before.followed_by(here)));
-            stream.iter_mut().for_each(|stream| stream.see(window));
-        })
-    } else {
-        solve(case)
-    };
-    let mut seconds = Seconds { solve: start.elapsed().as_secs_f64(), diagnostics: 0.0 };
+    let result = job.solve();
     spinner.finish_and_clear();
-    let solution = match result {
-        Ok(solution) => solution,
-        Err(failure) => return (Err(failure.into()), seconds.solve),
-    };
-    let start = Instant::now();
-    let (diagnostics, measures) = match measures {
-        Some(measures) => (None, measures),
-        None => {
-            let diagnostics = Diagnostics::new(&solution);
-            stream.iter_mut().for_each(|stream| stream.see(&solution));
-            let measures = diagnostics.measures;
-            (Some(diagnostics), measures)
+    result
+}
+
+/// The files of a run that are tables.
+pub(super) struct Tables<'f> {
+    files: &'f OutputSet,
+}
+
+impl Tables<'_> {
+    /// Writes what was computed on the nodes. The two large tables are written in parallel: at a million nodes that is
+    /// most of the work that is left after the solve.
+    pub(super) fn nodes<S: Real, M>(&self, run: &M::Run, measured: &M, is_doubled: bool) -> anyhow::Result<()>
+    where
+        M: Measured<S> + Sync,
+        M::Run: Sync,
+    {
+        let files = self.files;
+        let (trajectory, residuals) = std::thread::scope(|scope| {
+            let residuals = scope.spawn(|| write_residuals(files.writer(RESIDUALS), run, measured));
+            (write_trajectory(files.writer(TRAJECTORY), run, measured), residuals.join())
+        });
+        trajectory.with_context(|| format!("cannot write {TRAJECTORY}"))?;
+        residuals.expect("writing a table does not panic").with_context(|| format!("cannot write {RESIDUALS}"))?;
+        if is_doubled {
+            write_branches(files.writer(BRANCHES), run).with_context(|| format!("cannot write {BRANCHES}"))?;
         }
-    };
-    seconds.diagnostics = start.elapsed().as_secs_f64();
-    let samples = stream.map_or(Ok(Vec::new()), |stream| stream.finish(&solution));
-    let samples = samples.map_err(|outside| args.samples.refuse(outside, solution.digits).into());
-    (samples.map(|samples| Solved { solution, diagnostics, measures, samples, seconds }), seconds.solve)
-}
-
-/// Writes the tables. The two large ones are written in parallel: at a million nodes that is most of the work that is
-/// left after the solve.
-fn write_tables<S: Real>(
-    files: &OutputSet,
-    solution: &Solution<S>,
-    diagnostics: &Diagnostics<S>,
-) -> anyhow::Result<()> {
-    let (trajectory, residuals) = std::thread::scope(|scope| {
-        let residuals = scope.spawn(|| write_residuals(files.writer(RESIDUALS), solution, diagnostics));
-        (write_trajectory(files.writer(TRAJECTORY), solution, diagnostics), residuals.join())
-    });
-    trajectory.with_context(|| format!("cannot write {TRAJECTORY}"))?;
-    residuals.expect("writing a table does not panic").with_context(|| format!("cannot write {RESIDUALS}"))?;
-    if solution.backward.is_some() {
-        write_branches(files.writer(BRANCHES), solution).with_context(|| format!("cannot write {BRANCHES}"))?;
+        Ok(())
     }
-    Ok(())
-}
 
-/// One chart for each name in `PICTURES`, in that order.
-fn pictures<S: Real>(title: &str, case: &Case, solution: &Solution<S>, diagnostics: &Diagnostics<S>) -> [Chart; 5] {
-    let runs = [Run { label: "", solution, diagnostics }];
-    // If the reference does not reach the end, the picture is drawn without it. For a line f64 is precise enough.
-    let (metric, initial) = (case.metric(), InitialData { t: 0.0, ..case.initial_data() });
-    let reference = ReferenceTrajectory::new(&metric, initial, solution.length.to_f64(), f64::MOST_DIGITS).ok();
-    let duration = (solution.end.t - solution.t_i).to_f64();
-    let in_time = time_parametrised(&metric, initial, duration, 400);
-    [
-        pictures::world_line(title, solution),
-        pictures::time_mesh(title, &runs),
-        pictures::trajectory(title, &runs, reference.as_ref(), &in_time),
-        pictures::noether_charge(title, &runs),
-        pictures::geodesic_residuals(title, &runs),
-    ]
+    /// Writes the samples.
+    pub(super) fn samples(&self, write: impl FnOnce(&mut dyn std::io::Write) -> csv::Result<()>) -> anyhow::Result<()> {
+        write(&mut self.files.writer(SAMPLES)).with_context(|| format!("cannot write {SAMPLES}"))
+    }
 }

@@ -4,9 +4,10 @@ use geodesic_ivp::action::Form;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::geometry::ConservedSum;
 use geodesic_ivp::scalar::Real;
-use geodesic_ivp::solve::InitialGuess;
 use geodesic_ivp::solve::scene::WorldLine;
 use geodesic_ivp::study::scene_error::SceneError;
+
+use super::readable::iterations;
 
 /// The summary without the list of files.
 pub(super) fn readable<S: Real>(
@@ -91,10 +92,7 @@ fn at_last<S: Real>(line: &WorldLine<S>, charge: &geodesic_ivp::diagnostics::sce
 }
 
 fn critical_point<S: Real>(line: &WorldLine<S>) -> String {
-    let how = match line.initial_guess {
-        InitialGuess::None => "explicit recursion".to_owned(),
-        _ => format!("{} Newton iterations", line.iterations),
-    };
+    let how = iterations(line.iterations, line.initial_guess).unwrap_or("an explicit recursion".to_owned());
     row("grad E", &format!("{:.1e}, from {how}", line.gradient_norm.to_f64()))
 }
 

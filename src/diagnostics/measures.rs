@@ -2,14 +2,15 @@
 
 use super::bound::Bound;
 use super::charges::{Charges, FreeParticleCharges};
+use super::largest;
 use super::newtonian::Newtonian;
 use super::residuals::GeodesicResiduals;
+use super::sawtooth::Sawtooth;
 use super::scales::Scales;
-use super::{largest, sawtooth};
 use crate::metric::MetricSamples;
 use crate::norm::max_abs;
 use crate::scalar::Real;
-use crate::solve::{Solution, WindowNodes};
+use crate::solve::Solution;
 
 /// Extremes of the deviations over a run.
 ///
@@ -32,7 +33,7 @@ pub struct Measures<S = f64> {
     /// max |ΔK| at the ends of the windows, for the values that the next window starts with.
     pub max_abs_delta_k_ends: S,
     /// Largest amplitude of the even–odd oscillation of x in a window; `None` if there are too few nodes, and for
-    /// spectral elements. See [`sawtooth()`].
+    /// spectral elements. See [`Sawtooth`].
     pub sawtooth: Option<S>,
     /// H_BVP and its bound.
     pub bound: Bound<S>,
@@ -56,10 +57,7 @@ impl<S: Real> Measures<S> {
     ) -> Self {
         let exact = |u: &[S]| largest(u, solution.views().map(|view| view.grid.exact()));
         let uncoupled = |u: &[S]| largest(u, solution.views().map(|view| view.grid.uncoupled()));
-        let sawtooth_of = |view: WindowNodes<'_, S>| {
-            let nodes = if view.grid.is_equidistant() { view.grid.exact() } else { 0..0 };
-            sawtooth(&solution.x[nodes])
-        };
+        let sawtooth = Sawtooth::new(&solution.x, solution.views().map(|view| view.grid));
         Self {
             max_abs_delta_q_t_interior: exact(&charges.delta_q_t),
             max_abs_delta_q_t_last: solution
@@ -70,9 +68,9 @@ impl<S: Real> Measures<S> {
             max_abs_delta_g_interior: uncoupled(&residuals.delta_g_t).max(uncoupled(&residuals.delta_g_x)),
             max_abs_delta_k: exact(&charges.delta_k),
             max_abs_delta_k_ends: max_abs(&charges.delta_k_ends),
-            sawtooth: solution.views().filter_map(sawtooth_of).reduce(S::max),
+            sawtooth: sawtooth.amplitude,
             bound: Bound::new(solution, &metric.g00),
-            scales: Scales::new(solution, metric, x_dot),
+            scales: Scales::new(solution, metric, x_dot, sawtooth.sixth_difference),
             newtonian: Newtonian::new(solution, metric, x_dot),
             branch_distance: solution.backward.as_ref().map(|_| solution.branch_distance()),
             free_particle: FreeParticleCharges::new(solution, t_dot, x_dot),

@@ -32,7 +32,7 @@ pub use charges::{Charges, FreeParticleCharges};
 pub use measures::Measures;
 pub use newtonian::{NEGLIGIBLE, Newtonian};
 pub use residuals::GeodesicResiduals;
-pub use sawtooth::sawtooth;
+pub use sawtooth::{Sawtooth, sawtooth};
 pub use scales::Scales;
 
 use std::ops::Range;

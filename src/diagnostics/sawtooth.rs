@@ -1,6 +1,7 @@
 //! A measure of the sawtooth, an oscillation in which even and odd nodes move apart.
 
 use crate::scalar::Real;
+use crate::solve::WindowGrid;
 
 /// The amplitude of the (−1)^k component of `u`: max_k |δ⁴u_k| / 16.
 ///
@@ -14,13 +15,38 @@ pub fn sawtooth<S: Real>(u: &[S]) -> Option<S> {
 
 /// max_k |δ⁶u_k| / 64, which is again A for A(−1)^k, and h⁶|u⁽⁶⁾|/64 for a smooth u. `None` with fewer than seven
 /// nodes.
-pub(super) fn sixth_difference<S: Real>(u: &[S]) -> Option<S> {
+fn sixth_difference<S: Real>(u: &[S]) -> Option<S> {
     let [six, fifteen, twenty, share] = [6.0, 15.0, 20.0, 1.0 / 64.0].map(S::from);
     let difference = |w: &[S]| {
         let even = w[0] + w[6] + fifteen * (w[2] + w[4]);
         share * (even - six * (w[1] + w[5]) - twenty * w[3]).abs()
     };
     u.windows(7).map(difference).reduce(S::max)
+}
+
+/// The sawtooth of a row of values on the nodes of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sawtooth<S = f64> {
+    /// Its largest amplitude in a window, see [`sawtooth()`]; `None` with too few nodes, and for spectral elements.
+    pub amplitude: Option<S>,
+    /// 1/64 of the largest sixth difference in a window. For a pure sawtooth it is the amplitude, and for a smooth
+    /// motion far less than the fourth difference gives. `None` with too few nodes, and for spectral elements.
+    pub sixth_difference: Option<f64>,
+}
+
+impl<S: Real> Sawtooth<S> {
+    /// That of `row` in the windows that are equidistant; the last node of the strong form is left out.
+    pub(super) fn new<'g>(row: &[S], grids: impl Iterator<Item = WindowGrid<'g, S>> + Clone) -> Self
+    where
+        S: 'g,
+    {
+        let most = |a: f64, b: f64| if b > a { b } else { a };
+        let windows = || grids.clone().filter(WindowGrid::is_equidistant).map(|grid| &row[grid.exact()]);
+        Self {
+            amplitude: windows().filter_map(sawtooth).reduce(S::max),
+            sixth_difference: windows().filter_map(sixth_difference).map(S::to_f64).reduce(most),
+        }
+    }
 }
 
 #[cfg(test)]

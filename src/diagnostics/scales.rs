@@ -1,6 +1,5 @@
 //! The scales of a motion: its size, its speed and its frequency. Deviations are judged relative to these.
 
-use super::sawtooth::sixth_difference;
 use crate::geodesic::acceleration_slope;
 use crate::metric::MetricSamples;
 use crate::scalar::Real;
@@ -19,13 +18,17 @@ pub struct Scales {
     pub spacing: f64,
     /// Least g00/c².
     pub g00: f64,
-    /// 1/64 of the largest sixth difference of x in a window. For a pure sawtooth it is the amplitude, and for a smooth
-    /// motion far less than the fourth difference gives. `None` with too few nodes, and for spectral elements.
+    /// That of x, see [`Sawtooth::sixth_difference`](super::Sawtooth::sixth_difference).
     pub sixth_difference: Option<f64>,
 }
 
 impl Scales {
-    pub(super) fn new<S: Real>(solution: &Solution<S>, metric: &MetricSamples<S>, x_dot: &[S]) -> Self {
+    pub(super) fn new<S: Real>(
+        solution: &Solution<S>,
+        metric: &MetricSamples<S>,
+        x_dot: &[S],
+        sixth_difference: Option<f64>,
+    ) -> Self {
         let q_t = solution.invariants().q_t;
         let least = |a: f64, b: f64| if b < a { b } else { a };
         let most = |a: f64, b: f64| if b > a { b } else { a };
@@ -35,17 +38,13 @@ impl Scales {
         let c_squared = solution.metric.c_squared().to_f64();
         let g00 = metric.g00.iter().map(|g00| g00.to_f64() / c_squared);
         let exact = solution.views().flat_map(|view| x_dot[view.grid.exact()].iter());
-        let sixth = solution.views().filter(|view| view.grid.is_equidistant());
         Self {
             x_range: [x().fold(f64::INFINITY, least), x().fold(f64::NEG_INFINITY, most)],
             x_dot: exact.map(|x_dot| x_dot.to_f64().abs()).fold(0.0, most),
             omega: squares.fold(0.0, most).sqrt(),
             spacing: solution.views().map(|view| view.grid.sbp().spacing().to_f64()).fold(0.0, most),
             g00: g00.fold(f64::INFINITY, least),
-            sixth_difference: sixth
-                .filter_map(|view| sixth_difference(&solution.x[view.grid.exact()]))
-                .map(S::to_f64)
-                .reduce(most),
+            sixth_difference,
         }
     }
 

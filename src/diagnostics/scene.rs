@@ -1,6 +1,7 @@
 //! Independent checks of a world-line in a scene of n coordinates. They use its nodes, the operator and the geometry.
 
-use super::largest;
+use super::warnings::rounding_warning;
+use super::{Sawtooth, largest};
 use crate::action::{Form, Layout};
 use crate::geometry::{Geometry, Lagrangian, Observable, Samples, Term};
 use crate::norm::max_abs;
@@ -76,6 +77,8 @@ pub struct SceneDiagnostics<S = f64> {
     pub max_delta_k_ends: S,
     /// The size of K's terms besides the largest one, at most over the nodes: what motion contributes to K.
     pub motion: f64,
+    /// The sawtooth of every coordinate that is active.
+    pub sawtooth: Vec<(usize, Sawtooth<S>)>,
     /// The work balance of coordinates that only a force acts on.
     pub work: Vec<WorkBalance<S>>,
     /// The invariants of the user, in their order.
@@ -126,6 +129,7 @@ impl<S: Real> SceneDiagnostics<S> {
             max_delta_k: largest(&delta_k, line.grids().map(|grid| grid.exact())),
             max_delta_k_ends: max_abs(&ends.collect::<Vec<_>>()),
             motion: largest(&motion, line.grids().map(|grid| grid.exact())).to_f64(),
+            sawtooth: geometry.active().iter().map(|&a| (a, Sawtooth::new(&line.q[a], line.grids()))).collect(),
             work: work(line, &windows),
             invariants: invariants.iter_mut().map(|invariant| deviation(line, &tangent, invariant, k)).collect(),
             delta_energy: is_lifted.then(|| {
@@ -145,19 +149,33 @@ impl<S: Real> SceneDiagnostics<S> {
 const DOUBTFUL: f64 = 1e-2;
 
 impl<S: Real> SceneDiagnostics<S> {
-    /// What is suspicious about the world-line, in words.
-    pub fn warnings(&self) -> Vec<String> {
+    /// What is suspicious about `line`, the world-line that was measured, in words.
+    pub fn warnings(&self, line: &WorldLine<S>) -> Vec<String> {
+        let names = line.geometry().names();
+        let of = |(a, sawtooth): &(usize, Sawtooth<S>)| sawtooth.warning(&names[*a], amplitude(&line.q[*a]));
+        let sawtooth = self.sawtooth.iter().filter_map(of);
+        let rounding = rounding_warning::<S>(line.last_correction, line.digits);
+        sawtooth.chain(self.drift_warning()).chain(rounding).collect()
+    }
+
+    fn drift_warning(&self) -> Option<String> {
         let drift = self.max_delta_k_ends.max(self.max_delta_k).to_f64();
         let is_small = drift <= DOUBTFUL * self.motion;
         if is_small || self.motion == 0.0 || !self.work.is_empty() {
-            return Vec::new();
+            return None;
         }
         let share = drift / self.motion;
-        vec![format!(
+        Some(format!(
             "K drifts by {drift:.1e}, {share:.1e} of what motion contributes to it: the charges are exact, and the \
              world-line is not to be trusted; raise n_gamma or windows"
-        )]
+        ))
     }
+}
+
+/// Half the range of a row.
+fn amplitude<S: Real>(row: &[S]) -> f64 {
+    let numbers = || row.iter().map(|value| value.to_f64());
+    0.5 * (numbers().fold(f64::NEG_INFINITY, f64::max) - numbers().fold(f64::INFINITY, f64::min))
 }
 
 fn measured<'l, S: Real>(line: &'l WorldLine<S>, window: &'l SceneWindow<S>) -> Measured<'l, S> {

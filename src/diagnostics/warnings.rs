@@ -16,8 +16,8 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::Measures;
 use super::newtonian::NEGLIGIBLE;
+use super::{Measures, Sawtooth};
 use crate::sbp::symbol::largest_symbol;
 use crate::scalar::Real;
 use crate::solve::Solution;
@@ -45,6 +45,21 @@ const SMALL_CORRECTION: f64 = 1e-8;
 /// The remedy where the program chooses the windows.
 const SMALLER_ACCURACY: &str = "ask for a smaller solver.accuracy";
 
+impl<S: Real> Sawtooth<S> {
+    /// The warning that the motion in the coordinate `name`, of this amplitude, has a sawtooth.
+    pub(super) fn warning(&self, name: &str, amplitude: f64) -> Option<String> {
+        let (sawtooth, sixth) = (self.amplitude?.to_f64(), self.sixth_difference?);
+        let allowed = LARGE_SAWTOOTH * amplitude;
+        (sawtooth > allowed && sixth > ROUGH * sawtooth).then(|| {
+            format!(
+                "even and odd nodes are apart: the sawtooth in {name} is {sawtooth:.1e}, above {allowed:.1e}, \
+                 {LARGE_SAWTOOTH} of the amplitude; use an operator of higher order or a weak form in windows, or \
+                 raise n_gamma"
+            )
+        })
+    }
+}
+
 impl<S: Real> Measures<S> {
     /// The warnings that the trajectory should not be believed, one sentence each.
     pub fn warnings(&self, solution: &Solution<S>) -> Vec<String> {
@@ -54,7 +69,7 @@ impl<S: Real> Measures<S> {
             self.step_warning(solution),
             self.horizon_warning(solution),
             self.scale_warning(solution),
-            rounding_warning(solution),
+            rounding_warning::<S>(solution.last_correction, solution.digits),
             self.bound_warning(solution),
             printed_time_warning(solution),
             self.printed_gamma_warning(solution),
@@ -63,15 +78,8 @@ impl<S: Real> Measures<S> {
     }
 
     fn sawtooth_warning(&self) -> Option<String> {
-        let (sawtooth, sixth) = (self.sawtooth?.to_f64(), self.scales.sixth_difference?);
-        let allowed = LARGE_SAWTOOTH * self.scales.amplitude();
-        (sawtooth > allowed && sixth > ROUGH * sawtooth).then(|| {
-            format!(
-                "even and odd nodes are apart: the sawtooth in x is {sawtooth:.1e}, above {allowed:.1e}, \
-                 {LARGE_SAWTOOTH} of the amplitude; use an operator of higher order or a weak form in windows, or \
-                 raise n_gamma"
-            )
-        })
+        let sawtooth = Sawtooth { amplitude: self.sawtooth, sixth_difference: self.scales.sixth_difference };
+        sawtooth.warning("x", self.scales.amplitude())
     }
 
     fn drift_warning(&self, solution: &Solution<S>) -> Option<String> {
@@ -198,18 +206,18 @@ fn spacing(size: f64) -> f64 {
     size.next_up() - size
 }
 
-fn rounding_warning<S: Real>(solution: &Solution<S>) -> Option<String> {
-    let reached = short_of_digits(solution)?;
+/// The warning that fewer digits are certain than were asked for, from the last correction of an iteration.
+pub(super) fn rounding_warning<S: Real>(last_correction: f64, digits: u32) -> Option<String> {
+    let reached = short_of_digits::<S>(last_correction, digits)?;
     Some(format!(
-        "the iteration ends at the rounding of the arithmetic: about {reached} of {} digits are certain; the \
-         physical limit, or more digits, have more",
-        solution.digits
+        "the iteration ends at the rounding of the arithmetic: about {reached} of {digits} digits are certain; the \
+         physical limit, or more digits, have more"
     ))
 }
 
 /// The number of digits that the last correction left unchanged, if they are fewer than were asked for.
-fn short_of_digits<S: Real>(solution: &Solution<S>) -> Option<u32> {
-    let reached = -solution.last_correction.log10();
-    let wanted = if S::IS_EXTENDED { f64::from(solution.digits) } else { -SMALL_CORRECTION.log10() };
-    (solution.last_correction > 0.0 && reached < wanted).then_some(reached.max(0.0) as u32)
+fn short_of_digits<S: Real>(last_correction: f64, digits: u32) -> Option<u32> {
+    let reached = -last_correction.log10();
+    let wanted = if S::IS_EXTENDED { f64::from(digits) } else { -SMALL_CORRECTION.log10() };
+    (last_correction > 0.0 && reached < wanted).then_some(reached.max(0.0) as u32)
 }

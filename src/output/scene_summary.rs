@@ -103,6 +103,9 @@ pub struct SolvedScene {
     pub max_abs_delta_k: Number,
     /// max |ΔK| at the ends of the windows, for the values with which the world-line is continued.
     pub max_abs_delta_k_ends: Number,
+    /// Amplitude of the even–odd oscillation of every active coordinate; null with too few nodes and for spectral
+    /// elements.
+    pub sawtooth: BTreeMap<String, Option<Number>>,
     /// The work of a force on the charge of a coordinate.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub work: ByName,
@@ -133,6 +136,8 @@ pub struct SolvedScene {
     pub reference_error: Option<f64>,
     /// Seconds spent in measuring the world-line.
     pub diagnostics_seconds: f64,
+    /// Seconds spent in formatting and writing the CSV files.
+    pub write_seconds: f64,
 }
 
 /// How far a solve without a result came.
@@ -165,6 +170,7 @@ impl SceneSummary {
             Ok((line, ..)) => (line.sbp_name, line.form, line.sbp().points(), line.windows.len(), line.accuracy),
             Err(_) => (case.sbp(), case.form(), case.n_gamma(), case.windows(), None),
         };
+        let measured = result.as_ref().map_or(Vec::new(), |(line, diagnostics, _)| diagnostics.warnings(line));
         let (status, guess, iterations, history) = match &result {
             Ok((line, ..)) => (Status::Converged, line.initial_guess, line.iterations, line.history.clone()),
             Err(failure) => (failure.status, failure.initial_guess, failure.iteration, failure.history.clone()),
@@ -188,7 +194,7 @@ impl SceneSummary {
             solve_seconds,
             failed: result.as_ref().err().map(|failure| FailedScene::new(failure)),
             solved: result.ok().map(|(line, diagnostics, sums)| Box::new(SolvedScene::new(line, diagnostics, sums))),
-            warnings: Vec::new(),
+            warnings: case.warnings().into_iter().chain(measured).collect(),
             history,
         }
     }
@@ -231,6 +237,9 @@ impl SolvedScene {
             max_abs_delta_g_interior: number(diagnostics.max_delta_g),
             max_abs_delta_k: number(diagnostics.max_delta_k),
             max_abs_delta_k_ends: number(diagnostics.max_delta_k_ends),
+            sawtooth: (diagnostics.sawtooth.iter())
+                .map(|(a, sawtooth)| (names[*a].clone(), sawtooth.amplitude.map(number)))
+                .collect(),
             work: work.clone().map(|work| (names[work.coordinate].clone(), number(work.work))).collect(),
             work_defect: work.map(|work| (names[work.coordinate].clone(), number(work.defect))).collect(),
             invariants: of_invariants(|invariant| invariant.value),
@@ -241,6 +250,7 @@ impl SolvedScene {
             error_max: None,
             reference_error: None,
             diagnostics_seconds: 0.0,
+            write_seconds: 0.0,
         }
     }
 

@@ -13,6 +13,7 @@ mod malformed;
 mod pages;
 mod run;
 mod samples;
+mod scenes;
 mod stability;
 #[cfg(unix)]
 mod streams;

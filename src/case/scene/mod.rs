@@ -148,6 +148,11 @@ impl SceneCase {
         Ok(case)
     }
 
+    /// The same without its `[expect]` table.
+    pub fn without_expectations(&self) -> Self {
+        Self { expect: None, ..self.clone() }
+    }
+
     /// A name for people, on one line.
     pub fn title(&self) -> Option<&str> {
         self.title.as_deref()

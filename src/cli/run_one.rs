@@ -1,0 +1,203 @@
+//! What `run` does with a case of one coordinate in a potential.
+
+use std::io::StdoutLock;
+use std::time::Instant;
+
+use geodesic_ivp::case::System;
+use geodesic_ivp::diagnostics::{Diagnostics, Measures};
+use geodesic_ivp::geodesic::InitialData;
+use geodesic_ivp::output::pictures::{self, Run};
+use geodesic_ivp::output::{Chart, Outcome, Summary, write_combined, write_samples};
+use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
+use geodesic_ivp::sampling::Sample;
+use geodesic_ivp::scalar::Real;
+use geodesic_ivp::solve::{Arithmetic, solve_window_by_window};
+use geodesic_ivp::study::run_error::{RunError, run_error};
+use geodesic_ivp::{Case, Solution, solve};
+
+use super::memory;
+use super::readable::readable;
+use super::run::{Job, RunArgs, Tables};
+use super::second_opinion::second_opinion;
+
+/// A case of one coordinate, in the arithmetic of `S`.
+pub(super) struct OneCoordinate<'c, S> {
+    case: &'c Case,
+    args: &'c RunArgs,
+    arithmetic: std::marker::PhantomData<S>,
+}
+
+impl<'c, S> OneCoordinate<'c, S> {
+    pub(super) fn new(case: &'c Case, args: &'c RunArgs) -> Self {
+        Self { case, args, arithmetic: std::marker::PhantomData }
+    }
+}
+
+/// The result of a solve.
+pub(super) struct Solved<S> {
+    /// The whole run, or only its last window with `--samples-only`.
+    solution: Solution<S>,
+    /// `None` with `--samples-only`.
+    diagnostics: Option<Diagnostics<S>>,
+    measures: Measures<S>,
+    samples: Vec<Sample<S>>,
+    /// Seconds in the solver and in the diagnostics.
+    seconds: [f64; 2],
+}
+
+/// The summary, and the error of the run.
+pub(super) struct Judged {
+    summary: Summary,
+    error: Option<RunError>,
+    diagnostics_seconds: f64,
+}
+
+impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
+    type Solved = Solved<S>;
+    type Judged = Judged;
+
+    fn warnings(&self) -> Vec<String> {
+        self.case.warnings()
+    }
+
+    fn check_memory(&self) -> anyhow::Result<()> {
+        memory::check(self.case, Some(&self.args.samples))
+    }
+
+    fn is_doubled(&self) -> bool {
+        self.case.solver.system == System::Doubled
+    }
+
+    fn effective(&self) -> String {
+        let mut effective = self.case.clone();
+        if self.args.case.has_overrides() {
+            // The expectations hold for the case as it is in its file.
+            effective.expect = None;
+        }
+        effective.to_toml()
+    }
+
+    fn progress(&self) -> String {
+        match &self.case.solver.accuracy {
+            Some(accuracy) => format!("solving to {accuracy}"),
+            None => format!("solving for {} nodes", self.case.grid.n_gamma * self.case.grid.windows),
+        }
+    }
+
+    fn solve(&self) -> (anyhow::Result<Solved<S>>, f64) {
+        let start = Instant::now();
+        let samples = &self.args.samples;
+        let mut stream = samples.stream(self.case);
+        let mut measures: Option<Measures<S>> = None;
+        let result = if samples.only() {
+            solve_window_by_window(self.case, &mut |window: &Solution<S>| {
+                let here = Diagnostics::new(window).measures;
+                let before = measures.take().filter(|_| window.window_count > 1);
+                measures = Some(before.map_or(here, |before| before.followed_by(here)));
+                stream.iter_mut().for_each(|stream| stream.see(window));
+            })
+        } else {
+            solve(self.case)
+        };
+        let solve_seconds = start.elapsed().as_secs_f64();
+        let solution = match result {
+            Ok(solution) => solution,
+            Err(failure) => return (Err(failure.into()), solve_seconds),
+        };
+        let start = Instant::now();
+        let (diagnostics, measures) = match measures {
+            Some(measures) => (None, measures),
+            None => {
+                let diagnostics = Diagnostics::new(&solution);
+                stream.iter_mut().for_each(|stream| stream.see(&solution));
+                let measures = diagnostics.measures;
+                (Some(diagnostics), measures)
+            }
+        };
+        let seconds = [solve_seconds, start.elapsed().as_secs_f64()];
+        let found = stream.map_or(Ok(Vec::new()), |stream| stream.finish(&solution));
+        let found = found.map_err(|outside| samples.refuse(outside, solution.digits).into());
+        (found.map(|samples| Solved { solution, diagnostics, measures, samples, seconds }), solve_seconds)
+    }
+
+    fn failed(&self, error: &anyhow::Error, seconds: f64) -> Option<String> {
+        error.downcast_ref().map(|failure| Summary::new::<S>(self.case, Err(failure), seconds).to_json())
+    }
+
+    fn suspicions(&self, solved: &Solved<S>) -> Vec<String> {
+        let warnings = solved.measures.warnings(&solved.solution);
+        warnings.into_iter().chain(solved.measures.newtonian_warning()).collect()
+    }
+
+    fn write_combined(&self, solved: Solved<S>, out: StdoutLock<'static>) -> csv::Result<()> {
+        let Solved { solution, diagnostics, samples, .. } = solved;
+        match diagnostics {
+            Some(diagnostics) => write_combined(out, &solution, &diagnostics),
+            None => write_samples(out, samples.into_iter(), solution.digits),
+        }
+    }
+
+    fn judge(&self, Solved { solution, measures, seconds, .. }: &Solved<S>) -> (Judged, Vec<String>) {
+        let mut summary = Summary::new(self.case, Ok((solution, measures)), seconds[0]);
+        let error = run_error(self.case, solution);
+        if let Outcome::Solved(solved) = &mut summary.outcome {
+            solved.error = error.map(Into::into);
+        }
+        let mut suspicions = measures.warnings(solution);
+        if !suspicions.is_empty() {
+            let opinion = second_opinion(self.case, solution);
+            summary.warnings.extend(opinion.clone());
+            suspicions.extend(opinion);
+        }
+        suspicions.extend(measures.newtonian_warning());
+        (Judged { summary, error, diagnostics_seconds: seconds[1] }, suspicions)
+    }
+
+    fn write_tables(&self, solved: &Solved<S>, tables: &Tables<'_>) -> anyhow::Result<()> {
+        let Solved { solution, diagnostics, samples, .. } = solved;
+        if self.args.samples.wanted() {
+            tables.samples(|out| write_samples(out, samples.iter().copied(), solution.digits))?;
+        }
+        match diagnostics {
+            Some(diagnostics) => tables.nodes(solution, diagnostics, solution.backward.is_some()),
+            None => Ok(()),
+        }
+    }
+
+    fn summary(&self, judged: &mut Judged, write_seconds: f64) -> String {
+        if let Outcome::Solved(solved) = &mut judged.summary.outcome {
+            (solved.diagnostics_seconds, solved.write_seconds) = (judged.diagnostics_seconds, write_seconds);
+        }
+        judged.summary.to_json()
+    }
+
+    fn pictures(&self, solved: &Solved<S>, Judged { summary, .. }: &Judged) -> Vec<Chart> {
+        let Some(diagnostics) = &solved.diagnostics else { return Vec::new() };
+        let title = self.args.case.title(self.case);
+        let windows = if summary.windows > 1 { format!(", {} windows", summary.windows) } else { String::new() };
+        let title = format!("{title} ({}, N = {}{windows})", summary.sbp, summary.n_gamma);
+        pictures(&title, self.case, &solved.solution, diagnostics).to_vec()
+    }
+
+    fn readable(&self, solved: &Solved<S>, Judged { summary, error, .. }: &Judged) -> String {
+        let title = self.args.case.title(self.case);
+        readable(&title, &solved.solution, &solved.measures, summary, error.as_ref())
+    }
+}
+
+/// One chart for each picture of a run, in the order of their names.
+fn pictures<S: Real>(title: &str, case: &Case, solution: &Solution<S>, diagnostics: &Diagnostics<S>) -> [Chart; 5] {
+    let runs = [Run { label: "", solution, diagnostics }];
+    // If the reference does not reach the end, the picture is drawn without it. For a line f64 is precise enough.
+    let (metric, initial) = (case.metric(), InitialData { t: 0.0, ..case.initial_data() });
+    let reference = ReferenceTrajectory::new(&metric, initial, solution.length.to_f64(), f64::MOST_DIGITS).ok();
+    let duration = (solution.end.t - solution.t_i).to_f64();
+    let in_time = time_parametrised(&metric, initial, duration, 400);
+    [
+        pictures::world_line(title, solution),
+        pictures::time_mesh(title, &runs),
+        pictures::trajectory(title, &runs, reference.as_ref(), &in_time),
+        pictures::noether_charge(title, &runs),
+        pictures::geodesic_residuals(title, &runs),
+    ]
+}
