@@ -1,5 +1,6 @@
 //! Noether charges and the second invariant on the nodes.
 
+use super::rows::corrected;
 use crate::norm::max_abs;
 use crate::potential::Potential;
 use crate::scalar::Real;
@@ -25,13 +26,9 @@ impl<S: Real> Charges<S> {
     pub(super) fn new(solution: &Solution<S>, g00: &[S], t_dot: &[S], x_dot: &[S]) -> Self {
         let invariants = solution.invariants();
         let delta_q_t: Vec<S> = g00.iter().zip(t_dot).map(|(&g, &u)| g * u - invariants.q_t).collect();
-        let mut delta_q_t_corrected = delta_q_t.clone();
-        for view in solution.views() {
-            if let Some(multipliers) = &view.window.multipliers {
-                let last = view.x.len() - 1;
-                delta_q_t_corrected[view.grid.nodes()][last] += multipliers[6] / view.grid.sbp().weights()[last];
-            }
-        }
+        // λ7 is the multiplier of the last node's dt/dγ.
+        let shares = solution.windows.iter().map(|window| window.multipliers.as_ref().map(|lambda| lambda[6]));
+        let delta_q_t_corrected = corrected(solution.grids(), &delta_q_t, shares);
         let delta_k = g00.iter().zip(t_dot).zip(x_dot).map(|((&g, &u), &w)| g * u * u - w * w - invariants.k).collect();
         let q_t = solution.end.q_t;
         let at_end = |view: WindowNodes<'_, S>| {

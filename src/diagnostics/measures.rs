@@ -2,9 +2,9 @@
 
 use super::bound::Bound;
 use super::charges::{Charges, FreeParticleCharges};
-use super::largest;
 use super::newtonian::Newtonian;
 use super::residuals::GeodesicResiduals;
+use super::rows::largest;
 use super::sawtooth::Sawtooth;
 use super::scales::Scales;
 use crate::metric::MetricSamples;
@@ -55,14 +55,12 @@ impl<S: Real> Measures<S> {
         charges: &Charges<S>,
         residuals: &GeodesicResiduals<S>,
     ) -> Self {
-        let exact = |u: &[S]| largest(u, solution.views().map(|view| view.grid.exact()));
-        let uncoupled = |u: &[S]| largest(u, solution.views().map(|view| view.grid.uncoupled()));
-        let sawtooth = Sawtooth::new(&solution.x, solution.views().map(|view| view.grid));
+        let exact = |u: &[S]| largest(u, solution.grids().map(|grid| grid.exact()));
+        let uncoupled = |u: &[S]| largest(u, solution.grids().map(|grid| grid.uncoupled()));
+        let sawtooth = Sawtooth::new(&solution.x, solution.grids());
         Self {
             max_abs_delta_q_t_interior: exact(&charges.delta_q_t),
-            max_abs_delta_q_t_last: solution
-                .views()
-                .fold(S::ZERO, |largest, view| largest.max(charges.delta_q_t[view.grid.nodes().end - 1].abs())),
+            max_abs_delta_q_t_last: largest(&charges.delta_q_t, solution.grids().map(|grid| grid.last())),
             delta_q_t_last: charges.delta_q_t.last().copied().unwrap_or(S::ZERO),
             max_abs_delta_q_t_corrected: max_abs(&charges.delta_q_t_corrected),
             max_abs_delta_g_interior: uncoupled(&residuals.delta_g_t).max(uncoupled(&residuals.delta_g_x)),

@@ -22,6 +22,7 @@ mod charges;
 mod measures;
 mod newtonian;
 mod residuals;
+mod rows;
 mod sawtooth;
 mod scales;
 pub mod scene;
@@ -35,12 +36,12 @@ pub use residuals::GeodesicResiduals;
 pub use sawtooth::{Sawtooth, sawtooth};
 pub use scales::Scales;
 
-use std::ops::Range;
+use std::iter::repeat;
 
+use self::rows::{derivative, handed_on};
 use crate::action::Form;
-use crate::norm::max_abs;
 use crate::scalar::Real;
-use crate::solve::{Solution, WindowNodes};
+use crate::solve::Solution;
 
 /// Everything that is measured on a solution.
 #[derive(Debug, Clone)]
@@ -61,8 +62,8 @@ pub struct Diagnostics<S = f64> {
 impl<S: Real> Diagnostics<S> {
     /// Measures `solution`.
     pub fn new(solution: &Solution<S>) -> Self {
-        let t_dot = on_windows(solution, |view, out| view.grid.derivative(view.elapsed, S::ZERO, out));
-        let x_dot = on_windows(solution, |view, out| view.grid.derivative(view.x, view.window.start.x, out));
+        let t_dot = derivative(solution.grids(), &solution.elapsed, repeat(S::ZERO));
+        let x_dot = derivative(solution.grids(), &solution.x, solution.windows.iter().map(|window| window.start.x));
         let metric = solution.metric.sample(&solution.x).expect("a solution lies inside the domain");
         let charges = Charges::new(solution, &metric.g00, &t_dot, &x_dot);
         let residuals = GeodesicResiduals::new(solution, &metric, &t_dot, &x_dot);
@@ -74,28 +75,14 @@ impl<S: Real> Diagnostics<S> {
     /// of D takes up the defect of D and does not give a velocity. Its place is taken by the values that the next
     /// window continues with, Q_t/g00(x_N) and w*_N.
     pub fn tangent(&self, solution: &Solution<S>) -> [Vec<S>; 2] {
-        let [mut t_dot, mut x_dot] = [self.t_dot.clone(), self.x_dot.clone()];
-        if solution.form == Form::Strong {
-            for view in solution.views() {
-                let last = view.grid.nodes().end - 1;
-                t_dot[last] = solution.end.q_t / solution.metric.at(solution.x[last]).g00;
-                x_dot[last] = view.window.end.x_dot;
-            }
+        let rows = [self.t_dot.clone(), self.x_dot.clone()];
+        if solution.form == Form::Weak {
+            return rows;
         }
-        [t_dot, x_dot]
+        let [t_dot, x_dot] = rows;
+        let q_t = solution.end.q_t;
+        let t_ends = solution.grids().map(|grid| q_t / solution.metric.at(solution.x[grid.last()][0]).g00);
+        let x_ends = solution.windows.iter().map(|window| window.end.x_dot);
+        [handed_on(solution.grids(), t_dot, t_ends), handed_on(solution.grids(), x_dot, x_ends)]
     }
-}
-
-/// The results of `of_window` for all windows, in one vector with one value per node.
-fn on_windows<S: Real>(solution: &Solution<S>, of_window: impl Fn(WindowNodes<'_, S>, &mut [S])) -> Vec<S> {
-    let mut all = vec![S::ZERO; solution.x.len()];
-    for view in solution.views() {
-        of_window(view, &mut all[view.grid.nodes()]);
-    }
-    all
-}
-
-/// The largest absolute value over these parts of an array; NaN if any value there is.
-fn largest<S: Real>(u: &[S], parts: impl Iterator<Item = Range<usize>>) -> S {
-    parts.fold(S::ZERO, |largest, part| max_abs(&[largest, max_abs(&u[part])]))
 }

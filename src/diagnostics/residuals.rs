@@ -1,7 +1,9 @@
 //! How well the nodes satisfy the second-order geodesic equations. In the strong form these are written with D, in the
 //! weak form with D̄ and an initial value for every derivative.
 
-use super::on_windows;
+use std::iter::repeat;
+
+use super::rows::derivative;
 use crate::metric::MetricSamples;
 use crate::scalar::Real;
 use crate::solve::Solution;
@@ -20,10 +22,9 @@ impl<S: Real> GeodesicResiduals<S> {
     pub(super) fn new(solution: &Solution<S>, metric: &MetricSamples<S>, t_dot: &[S], x_dot: &[S]) -> Self {
         let momentum: Vec<S> = metric.g00.iter().zip(t_dot).map(|(&g, &u)| g * u).collect();
         let q_t = solution.invariants().q_t;
-        let delta_g_t = on_windows(solution, |view, out| view.grid.derivative(&momentum[view.grid.nodes()], q_t, out));
-        let mut delta_g_x = on_windows(solution, |view, out| {
-            view.grid.derivative(&x_dot[view.grid.nodes()], view.window.start.x_dot, out);
-        });
+        let delta_g_t = derivative(solution.grids(), &momentum, repeat(q_t));
+        let starts = solution.windows.iter().map(|window| window.start.x_dot);
+        let mut delta_g_x = derivative(solution.grids(), x_dot, starts);
         for ((residual, &slope), &u) in delta_g_x.iter_mut().zip(&metric.first).zip(t_dot) {
             *residual += slope.half() * u * u;
         }

@@ -1,7 +1,8 @@
 //! Independent checks of a world-line in a scene of n coordinates. They use its nodes, the operator and the geometry.
 
+use super::Sawtooth;
+use super::rows::{corrected, derivative, handed_on, largest};
 use super::warnings::rounding_warning;
-use super::{Sawtooth, largest};
 use crate::action::{Form, Layout};
 use crate::geometry::{Geometry, Lagrangian, Observable, Samples, Term};
 use crate::norm::max_abs;
@@ -87,10 +88,9 @@ pub struct SceneDiagnostics<S = f64> {
 
 /// One window with everything on its nodes.
 struct Measured<'l, S> {
-    window: &'l SceneWindow<S>,
     grid: WindowGrid<'l, S>,
     /// Dq^a or D̄q^a.
-    velocities: Vec<Vec<S>>,
+    velocities: Vec<&'l [S]>,
     samples: Samples<S>,
     /// F_a on the nodes, zero where no force acts.
     forces: Vec<Vec<S>>,
@@ -109,7 +109,9 @@ impl<S: Real> SceneDiagnostics<S> {
     ) -> Self {
         let geometry = line.geometry();
         let n = geometry.dimension();
-        let windows: Vec<Measured<'_, S>> = line.windows.iter().map(|window| measured(line, window)).collect();
+        let velocities: Vec<Vec<S>> = (0..n).map(|a| velocity(line, a)).collect();
+        let windows: Vec<Measured<'_, S>> =
+            line.windows.iter().map(|window| measured(line, window, &velocities)).collect();
         let momenta: Vec<Vec<S>> = (0..n).map(|a| on_nodes(&windows, |at, k| at.momentum(geometry, a, k))).collect();
         let ignorable = geometry.ignorable().map(|a| vec![(a, S::ONE)]);
         let charge = |terms: Vec<(usize, S)>| charge(line, &momenta, terms);
@@ -118,7 +120,7 @@ impl<S: Real> SceneDiagnostics<S> {
         let motion = on_nodes(&windows, |at, node| at.motion(geometry, node));
         let delta_g: Vec<Vec<S>> = (0..n).map(|a| residual(line, &windows, &momenta[a], a)).collect();
         let ends = line.windows.iter().map(|window| geometry.norm(&window.end.q, &window.end.q_dot) - k);
-        let tangent = tangent(line, &windows);
+        let tangent: Vec<Vec<S>> = (0..n).map(|a| tangent(line, a, &velocities[a])).collect();
         Self {
             charges: ignorable.map(charge).collect(),
             sums: sums.iter().cloned().map(charge).collect(),
@@ -178,32 +180,26 @@ fn amplitude<S: Real>(row: &[S]) -> f64 {
     0.5 * (numbers().fold(f64::NEG_INFINITY, f64::max) - numbers().fold(f64::INFINITY, f64::min))
 }
 
-fn measured<'l, S: Real>(line: &'l WorldLine<S>, window: &'l SceneWindow<S>) -> Measured<'l, S> {
+fn measured<'l, S: Real>(
+    line: &'l WorldLine<S>,
+    window: &'l SceneWindow<S>,
+    velocities: &'l [Vec<S>],
+) -> Measured<'l, S> {
     let (geometry, grid, rows) = (line.geometry(), line.grid(window), line.rows(window));
-    let start = line.start_of_rows(window);
     let points = grid.points();
-    let derivative = |(row, &start): (&&[S], &S)| derivative(&grid, row, start);
-    let velocities: Vec<Vec<S>> = rows.iter().zip(&start.q).map(derivative).collect();
+    let velocities: Vec<&[S]> = velocities.iter().map(|row| &row[grid.nodes()]).collect();
     let mut samples = geometry.room(points);
     geometry.fill(&rows, &mut samples).expect("a solution lies inside the domain");
     let mut forces = vec![Vec::new(); geometry.dimension()];
     if geometry.has_force() {
         let structure = geometry.structure();
-        let slopes: Vec<&[S]> = velocities.iter().map(Vec::as_slice).collect();
         let mut force = Samples::zeros(structure.force_rows, points);
-        geometry.fill_force(&rows, &slopes, &mut force);
+        geometry.fill_force(&rows, &velocities, &mut force);
         for term in &structure.force {
             forces[term.a] = (0..points).map(|k| force.at(term.value, k)).collect();
         }
     }
-    Measured { window, grid, velocities, samples, forces }
-}
-
-/// d/dγ of a row of a window, as the form of the action means it.
-fn derivative<S: Real>(grid: &WindowGrid<'_, S>, row: &[S], start: S) -> Vec<S> {
-    let mut slopes = vec![S::ZERO; row.len()];
-    grid.derivative(row, start, &mut slopes);
-    slopes
+    Measured { grid, velocities, samples, forces }
 }
 
 impl<S: Real> Measured<'_, S> {
@@ -246,20 +242,15 @@ fn on_nodes<S: Real>(windows: &[Measured<'_, S>], value: impl Fn(&Measured<'_, S
 fn charge<S: Real>(line: &WorldLine<S>, momenta: &[Vec<S>], terms: Vec<(usize, S)>) -> ChargeDeviation<S> {
     let value = sum(terms.iter().map(|&(a, c)| c * line.place.start.p[a]));
     let delta: Vec<S> = (0..line.nodes()).map(|k| sum(terms.iter().map(|&(a, c)| c * momenta[a][k])) - value).collect();
-    let mut corrected = delta.clone();
-    let mut last = Vec::with_capacity(line.windows.len());
-    for (window, grid) in line.windows.iter().zip(line.grids()) {
-        let node = grid.nodes().end - 1;
-        last.push(delta[node]);
-        if !window.multipliers.is_empty() {
-            let layout = Layout::new(momenta.len(), grid.points(), line.form);
-            let share = sum(terms.iter().map(|&(a, c)| c * window.multipliers[layout.kappa(a)]));
-            corrected[node] += share / grid.sbp().weights()[grid.points() - 1];
-        }
-    }
+    let share = |(window, grid): (&SceneWindow<S>, WindowGrid<'_, S>)| {
+        let layout = Layout::new(momenta.len(), grid.points(), line.form);
+        let kappa = |&(a, c): &(usize, S)| c * window.multipliers[layout.kappa(a)];
+        (!window.multipliers.is_empty()).then(|| sum(terms.iter().map(kappa)))
+    };
+    let corrected = corrected(line.grids(), &delta, line.windows.iter().zip(line.grids()).map(share));
     ChargeDeviation {
         max_interior: largest(&delta, line.grids().map(|grid| grid.exact())),
-        max_last: max_abs(&last),
+        max_last: largest(&delta, line.grids().map(|grid| grid.last())),
         max_corrected: max_abs(&corrected),
         terms,
         value,
@@ -270,23 +261,26 @@ fn charge<S: Real>(line: &WorldLine<S>, momenta: &[Vec<S>], terms: Vec<(usize, S
 
 /// (Dp_a) − f_a − F_a on the nodes.
 fn residual<S: Real>(line: &WorldLine<S>, windows: &[Measured<'_, S>], momentum: &[S], a: usize) -> Vec<S> {
-    let geometry = line.geometry();
-    let of = |at: &Measured<'_, S>| {
-        let mut residual = derivative(&at.grid, &momentum[at.grid.nodes()], at.window.start.p[a]);
-        residual.iter_mut().enumerate().for_each(|(k, residual)| *residual += -at.force(geometry, a, k));
-        residual
-    };
-    windows.iter().flat_map(of).collect()
+    let mut residual = derivative(line.grids(), momentum, line.windows.iter().map(|window| window.start.p[a]));
+    let forces = on_nodes(windows, |at, k| at.force(line.geometry(), a, k));
+    residual.iter_mut().zip(forces).for_each(|(residual, force)| *residual += -force);
+    residual
 }
 
-fn tangent<S: Real>(line: &WorldLine<S>, windows: &[Measured<'_, S>]) -> Vec<Vec<S>> {
-    let of = |a: usize| {
-        on_nodes(windows, |at, k| match line.form {
-            Form::Strong if k + 1 == at.grid.points() => at.window.end.q_dot[a],
-            _ => at.velocities[a][k],
-        })
-    };
-    (0..line.geometry().dimension()).map(of).collect()
+/// Dq^a or D̄q^a on the nodes.
+fn velocity<S: Real>(line: &WorldLine<S>, a: usize) -> Vec<S> {
+    let starts = line.windows.iter().map(|window| line.start_of_rows(window).q[a]);
+    derivative(line.grids(), &line.q[a], starts)
+}
+
+/// dq^a/dγ on the nodes.
+fn tangent<S: Real>(line: &WorldLine<S>, a: usize, velocity: &[S]) -> Vec<S> {
+    match line.form {
+        Form::Weak => velocity.to_vec(),
+        Form::Strong => {
+            handed_on(line.grids(), velocity.to_vec(), line.windows.iter().map(|window| window.end.q_dot[a]))
+        }
+    }
 }
 
 /// The work of the force on coordinates that the Lagrangian does not depend on.

@@ -164,6 +164,12 @@ impl<'a, S: Real> WindowGrid<'a, S> {
         })
     }
 
+    /// The last node, in such an array.
+    pub(crate) fn last(&self) -> Range<usize> {
+        let end = self.nodes().end;
+        end - 1..end
+    }
+
     /// The nodes whose ΔG is not affected by the last node of the strong form, in such an array.
     pub(crate) fn uncoupled(&self) -> Range<usize> {
         self.nodes_but(match self.form {

@@ -144,6 +144,11 @@ impl<S: Real> Solution<S> {
         self.windows.iter().map(|window| self.view(window))
     }
 
+    /// The grids of the windows in order.
+    pub(crate) fn grids(&self) -> impl ExactSizeIterator<Item = WindowGrid<'_, S>> + Clone {
+        self.views().map(|view| view.grid)
+    }
+
     /// A read-only view of one of the windows.
     pub(crate) fn view<'a>(&'a self, window: &'a Window<S>) -> WindowNodes<'a, S> {
         let grid = self.operators.grid(window.operator, self.form, window.gamma, window.first_node);
