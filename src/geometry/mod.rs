@@ -40,7 +40,7 @@ pub use conserved::ConservedSum;
 pub use field::{Field, Rates};
 pub use inverse::MOST_COUPLED;
 pub use motion::{Motion, MotionRoom};
-pub use observable::Observable;
+pub use observable::{Observable, observed};
 pub use outside::OutsideGeometry;
 pub use presets::{PRESETS, Preset};
 pub(crate) use structure::other;

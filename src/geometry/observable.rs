@@ -15,6 +15,13 @@ pub struct Observable<S = f64> {
     registers: Vec<S>,
 }
 
+/// What an observable may use of a scene with these coordinates: all positions, all velocities, all momenta and the norm.
+pub fn observed(coordinates: &[String]) -> Vec<String> {
+    let velocities = coordinates.iter().map(|name| format!("{name}_dot"));
+    let momenta = coordinates.iter().map(|name| format!("p_{name}"));
+    coordinates.iter().cloned().chain(velocities).chain(momenta).chain(["norm".to_owned()]).collect()
+}
+
 impl<S: Real> Observable<S> {
     /// Compiles the formula `text` for the scene `geometry`, whose text gives the parameters. Mistakes are reported at
     /// `place`.
@@ -22,10 +29,7 @@ impl<S: Real> Observable<S> {
     /// # Errors
     /// [`GeometryError::Formula`] with the mistake.
     pub fn new(text: &str, scene: &GeometryText, place: Place) -> Result<Self, GeometryError> {
-        let names = scene.coordinates();
-        let velocities = names.iter().map(|name| format!("{name}_dot"));
-        let momenta = names.iter().map(|name| format!("p_{name}"));
-        let all: Vec<String> = names.iter().cloned().chain(velocities).chain(momenta).chain(["norm".into()]).collect();
+        let all = observed(&scene.coordinates());
         let variables: Vec<&str> = all.iter().map(String::as_str).collect();
         let parameters: BTreeMap<String, S> = parts::parameters(scene.parameters())?;
         let mut graph = Graph::default();

@@ -7,6 +7,7 @@ use super::reader::{Field, Section};
 use super::scenery::known;
 use crate::case::CaseError;
 use crate::expr::{Graph, Names, is_identifier, parse};
+use crate::geometry::observed;
 use crate::similar::nearest;
 
 /// Which sign changes are events.
@@ -64,16 +65,14 @@ pub(super) struct Formulas<'s> {
 impl Formulas<'_> {
     /// A formula of positions and velocities.
     pub(super) fn of_velocities(&self, field: &Field<'_>) -> Result<String, CaseError> {
-        let velocities = self.coordinates.iter().map(|name| format!("{name}_dot"));
-        self.check(field, self.coordinates.iter().cloned().chain(velocities).collect())
+        let mut variables = observed(self.coordinates);
+        variables.truncate(2 * self.coordinates.len());
+        self.check(field, variables)
     }
 
     /// A formula of positions, velocities, momenta and the norm.
     fn of_everything(&self, field: &Field<'_>) -> Result<String, CaseError> {
-        let velocities = self.coordinates.iter().map(|name| format!("{name}_dot"));
-        let momenta = self.coordinates.iter().map(|name| format!("p_{name}"));
-        let all = self.coordinates.iter().cloned().chain(velocities).chain(momenta).chain(["norm".to_owned()]);
-        self.check(field, all.collect())
+        self.check(field, observed(self.coordinates))
     }
 
     fn check(&self, field: &Field<'_>, variables: Vec<String>) -> Result<String, CaseError> {
