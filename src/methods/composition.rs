@@ -1,15 +1,17 @@
 //! Symmetric compositions of the Störmer–Verlet step.
 
-use super::driver::{Counted, EqualSteps, Walker, equal_steps};
-use super::force::Force;
-use super::{About, Failure, Output, Peer, Problem, Setting, State, Step, Trajectory};
+use super::driver::{BeginEqual, EqualSteps, Walker, equal_steps};
+use super::equations::{Counted, Equations, Parts, World};
+use super::peer::Method;
+use super::{About, Failure, Output, Setting, Step, Trajectory};
 
 /// Stages of the longest composition.
 const MOST_STAGES: usize = 17;
 
 /// Drift x ← x + h w and kick (w, t) ← (w, t) + h (a, u)(x) in turns. With t as a coordinate whose momentum is the
-/// parameter Q_t, each is the exact flow of a part of the Hamiltonian: the whole is symplectic and symmetric. It has no
-/// dense output: the number of its steps is a multiple of the intervals of the output.
+/// parameter Q_t, each is the exact flow of a part of the Hamiltonian: the whole is symplectic and symmetric. It needs
+/// equations of that kind, where no rate but that of x depends on w. It has no dense output: the number of its steps is a
+/// multiple of the intervals of the output.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Composition {
     name: &'static str,
@@ -83,9 +85,8 @@ impl Composition {
         2 * self.half.len() - 1
     }
 
-    fn with<const C: bool>(&self, problem: &Problem, output: &Output, steps: usize) -> Result<Trajectory, Failure> {
-        assert!(steps > 0 && steps.is_multiple_of(output.intervals), "{steps} steps on {} intervals", output.intervals);
-        let h = problem.length / steps as f64;
+    /// The lengths of kicks and drifts for steps of length `h`.
+    fn lengths(&self, h: f64) -> [[f64; MOST_STAGES]; 2] {
         let (mut kicks, mut drifts) = ([0.0; MOST_STAGES], [0.0; MOST_STAGES]);
         let n = self.stages();
         for (k, kick) in kicks[..n].iter_mut().enumerate() {
@@ -95,27 +96,63 @@ impl Composition {
             // The last drift of a step and the first of the next are one.
             *drift = 0.5 * (kicks[k] + kicks[(k + 1) % n]);
         }
-        let State { elapsed, x, w } = problem.start();
-        let [t, x, w] = [elapsed, x, w].map(Sum::<C>::new);
-        equal_steps(problem, output, steps, Walk { kicks: &kicks[..n], drifts: &drifts[..n], t, x, w })
+        [kicks, drifts]
     }
 }
 
-impl Peer for Composition {
+impl Method for Composition {
     fn about(&self) -> About {
         let Self { name, curve, order, coarsest, source, .. } = *self;
-        let (step, has_dense_output) = (Step::Constant, false);
-        About { name: name.to_owned(), curve, order: Some(order), step, has_dense_output, coarsest, source }
+        About {
+            name: name.to_owned(),
+            curve,
+            order: Some(order),
+            step: Step::Constant,
+            has_dense_output: false,
+            needs_second_order: true,
+            coarsest,
+            source,
+        }
     }
 
     /// # Panics
     /// If the steps do not divide the intervals of `output`.
-    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
-        if self.compensated {
-            self.with::<true>(problem, output, setting.count)
-        } else {
-            self.with::<false>(problem, output, setting.count)
+    fn drive<W: World>(&self, world: &W, output: &Output, setting: Setting) -> Result<Trajectory<W::Point>, Failure> {
+        let steps = setting.count;
+        assert!(steps > 0 && steps.is_multiple_of(output.intervals), "{steps} steps on {} intervals", output.intervals);
+        if !world.is_separable() {
+            return Err(Failure::NotSeparable);
         }
+        let [kicks, drifts] = self.lengths(world.length() / steps as f64);
+        let (kicks, drifts) = (&kicks[..self.stages()], &drifts[..self.stages()]);
+        if self.compensated {
+            equal_steps(world, output, steps, &Lengths::<true> { kicks, drifts })
+        } else {
+            equal_steps(world, output, steps, &Lengths::<false> { kicks, drifts })
+        }
+    }
+}
+
+/// The lengths of a step; its sums are compensated if C.
+struct Lengths<'l, const C: bool> {
+    kicks: &'l [f64],
+    drifts: &'l [f64],
+}
+
+impl<const C: bool> BeginEqual for Lengths<'_, C> {
+    type Walk<'m, E: Equations>
+        = Walk<'m, E, C>
+    where
+        Self: 'm;
+
+    #[inline(always)]
+    fn begin<E: Equations>(&self, equations: &E) -> Walk<'_, E, C> {
+        let start = equations.start();
+        let mut sums = equations.rows(Sum::new(0.0));
+        for (sum, &value) in sums.as_mut().iter_mut().zip(start.as_ref()) {
+            *sum = Sum::new(value);
+        }
+        Walk { kicks: self.kicks, drifts: self.drifts, sums, at: start.clone(), rates: start }
     }
 }
 
@@ -145,36 +182,55 @@ impl<const C: bool> Sum<C> {
     }
 }
 
-struct Walk<'a, const C: bool> {
-    kicks: &'a [f64],
-    drifts: &'a [f64],
-    t: Sum<C>,
-    x: Sum<C>,
-    w: Sum<C>,
+pub(super) struct Walk<'l, E: Equations, const C: bool> {
+    kicks: &'l [f64],
+    drifts: &'l [f64],
+    sums: E::Rows<Sum<C>>,
+    /// The values of the sums, and the derivatives there.
+    at: E::Rows<f64>,
+    rates: E::Rows<f64>,
 }
 
-impl<const C: bool> Walker for Walk<'_, C> {
+impl<E: Equations, const C: bool> Walker<E> for Walk<'_, E, C> {
     #[inline(always)]
-    fn state(&self) -> State {
-        State { elapsed: self.t.value, x: self.x.value, w: self.w.value }
+    fn state(&self, state: &mut E::Rows<f64>) {
+        for (state, sum) in state.as_mut().iter_mut().zip(self.sums.as_ref()) {
+            *state = sum.value;
+        }
     }
 }
 
-impl<const C: bool> EqualSteps for Walk<'_, C> {
+/// Moves positions for a time `length`.
+#[inline(always)]
+fn drift<const C: bool>(sums: &mut [Sum<C>], parts: Parts, length: f64) {
+    for k in parts.unknowns() {
+        let w = sums[k + parts.behind()].value;
+        sums[k].add(length * w);
+    }
+}
+
+impl<E: Equations, const C: bool> EqualSteps<E> for Walk<'_, E, C> {
     #[inline(always)]
-    fn advance<F: Force>(&mut self, force: &mut Counted<F>, steps: usize) -> Result<(), Failure> {
-        let Self { kicks, drifts, t, x, w } = self;
+    fn advance(self, equations: &mut Counted<E>, steps: usize) -> Result<Self, Failure> {
+        let parts = equations.equations.parts();
+        let Self { kicks, drifts, mut sums, mut at, mut rates } = self;
         let last = kicks.len() - 1;
-        x.add(0.5 * kicks[0] * w.value);
+        drift(sums.as_mut(), parts, 0.5 * kicks[0]);
         for step in 1..=steps {
             for k in 0..=last {
-                let (u, a) = force.at(x.value);
-                w.add(kicks[k] * a);
-                t.add(kicks[k] * u);
-                let drift = if k == last && step == steps { 0.5 * kicks[last] } else { drifts[k] };
-                x.add(drift * w.value);
+                for (at, sum) in at.as_mut().iter_mut().zip(sums.as_ref()) {
+                    *at = sum.value;
+                }
+                equations.rates(&at, &mut rates);
+                for kicked in [parts.driving(), 0..parts.quadratures] {
+                    for (sum, rate) in sums.as_mut()[kicked.clone()].iter_mut().zip(&rates.as_ref()[kicked]) {
+                        sum.add(kicks[k] * rate);
+                    }
+                }
+                let length = if k == last && step == steps { 0.5 * kicks[last] } else { drifts[k] };
+                drift(sums.as_mut(), parts, length);
             }
         }
-        Ok(())
+        Ok(Self { kicks, drifts, sums, at, rates })
     }
 }

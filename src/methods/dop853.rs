@@ -1,8 +1,11 @@
 //! DOP853: the explicit Runge–Kutta pair of order 8 by Dormand and Prince, with Hairer's error estimate and control.
 
-use super::driver::{AdaptiveSteps, Control, Counted, Walker, adaptive_steps};
-use super::force::Force;
-use super::{About, Failure, Output, Peer, Problem, Setting, State, Step, Trajectory};
+use std::ops::Range;
+
+use super::driver::{AdaptiveSteps, BeginAdaptive, Control, Walker, adaptive_steps};
+use super::equations::{Counted, Equations, World, copy, step, take};
+use super::peer::Method;
+use super::{About, Failure, Output, Setting, Step, Trajectory};
 
 const STAGES: usize = 12;
 /// With the derivative at the end, and three that only the dense output needs.
@@ -182,12 +185,12 @@ const D: [&[(usize, f64)]; 4] = [
     ],
 ];
 
-/// Relative and absolute tolerance for x and w. The quadrature of t is carried along outside the error norm, where it
-/// would only cost; between the ends of steps are the polynomials of degree 7 of the dense output.
+/// Relative and absolute tolerance for positions and velocities or momenta. Quadratures are carried along outside the
+/// error norm, where they would only cost; between the ends of steps are the polynomials of degree 7 of the dense output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dop853;
 
-impl Peer for Dop853 {
+impl Method for Dop853 {
     fn about(&self) -> About {
         About {
             name: "DOP853".to_owned(),
@@ -195,166 +198,164 @@ impl Peer for Dop853 {
             order: Some(8),
             step: Step::Adaptive,
             has_dense_output: true,
+            needs_second_order: false,
             coarsest: 1.0,
             source: "Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, II.5",
         }
     }
 
-    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
-        let (here, tolerance) = (problem.start(), setting.tolerance);
-        let walk = Walk { tolerance, stages: Stages::default(), from: here, here, next: here, h: 0.0 };
-        adaptive_steps(problem, output, tolerance, walk)
+    fn drive<W: World>(&self, world: &W, output: &Output, setting: Setting) -> Result<Trajectory<W::Point>, Failure> {
+        adaptive_steps(world, output, setting.tolerance, self)
     }
 }
 
-/// Derivatives of (t, x, w) at the stages.
-#[derive(Default)]
-struct Stages {
-    t: [f64; DENSE_STAGES],
-    x: [f64; DENSE_STAGES],
-    w: [f64; DENSE_STAGES],
-}
-
-impl Stages {
-    #[inline(always)]
-    fn set(&mut self, stage: usize, t: f64, x: f64, w: f64) {
-        (self.t[stage], self.x[stage], self.w[stage]) = (t, x, w);
-    }
-
-    #[inline(always)]
-    fn combine(&self, row: &[(usize, f64)]) -> [f64; 3] {
-        let mut sum = [0.0; 3];
-        for &(j, c) in row {
-            sum[0] += c * self.t[j];
-            sum[1] += c * self.x[j];
-            sum[2] += c * self.w[j];
-        }
-        sum
-    }
-
-    /// One step of length `h`; the first stage is there already.
-    #[inline(always)]
-    fn step(&mut self, force: &mut Counted<impl Force>, state: State, h: f64) -> State {
-        let advance =
-            |[t, x, w]: [f64; 3]| State { elapsed: state.elapsed + h * t, x: state.x + h * x, w: state.w + h * w };
-        for stage in 1..STAGES {
-            let at = advance(self.combine(A[stage - 1]));
-            let (u, a) = force.at(at.x);
-            self.set(stage, u, at.w, a);
-        }
-        advance(self.combine(A[STAGES - 1]))
-    }
-
-    /// The dense output of a step of length `h`, given the derivative at its end: it takes 3 evaluations.
-    #[inline(always)]
-    fn dense(&mut self, force: &mut Counted<impl Force>, from: State, to: State, h: f64) -> Dense {
-        for (stage, row) in (STAGES + 1..).zip(A_DENSE) {
-            let [_, x, w] = self.combine(row);
-            let (u, a) = force.at(from.x + h * x);
-            self.set(stage, u, from.w + h * w, a);
-        }
-        let (from, to) = ([from.elapsed, from.x, from.w], [to.elapsed, to.x, to.w]);
-        let first = [self.t[0], self.x[0], self.w[0]];
-        let end = [self.t[STAGES], self.x[STAGES], self.w[STAGES]];
-        let mut coefficients = [[0.0; 3]; 8];
-        for k in 0..3 {
-            let rise = to[k] - from[k];
-            coefficients[0][k] = from[k];
-            coefficients[1][k] = rise;
-            coefficients[2][k] = h * first[k] - rise;
-            coefficients[3][k] = 2.0 * rise - h * (first[k] + end[k]);
-        }
-        for (coefficients, row) in coefficients[4..].iter_mut().zip(D) {
-            *coefficients = self.combine(row).map(|sum| h * sum);
-        }
-        Dense { coefficients }
-    }
-
-    /// The error of a step of length `h` in units of the tolerance.
-    #[inline(always)]
-    fn error(&self, from: State, to: State, h: f64, tolerance: f64) -> f64 {
-        let (five, mut three) = (self.combine(&E5), self.combine(A[STAGES - 1]));
-        let embedded = self.combine(&B3);
-        let scales = [from.x.abs().max(to.x.abs()), from.w.abs().max(to.w.abs())].map(|v| tolerance * (1.0 + v));
-        let (mut err, mut err_2) = (0.0, 0.0);
-        for k in 0..2 {
-            three[k + 1] -= embedded[k + 1];
-            err += (five[k + 1] / scales[k]).powi(2);
-            err_2 += (three[k + 1] / scales[k]).powi(2);
-        }
-        let denominator = err + 0.01 * err_2;
-        if denominator == 0.0 { 0.0 } else { h * err / (2.0 * denominator).sqrt() }
-    }
-}
-
-/// Σ over powers of s and 1 − s in turns, of (t, x, w).
-struct Dense {
-    coefficients: [[f64; 3]; 8],
-}
-
-impl Dense {
-    #[inline(always)]
-    fn at(&self, s: f64) -> State {
-        let mut value = [0.0; 3];
-        for (power, coefficients) in self.coefficients.iter().enumerate().rev() {
-            let factor = if power % 2 == 0 { s } else { 1.0 - s };
-            for k in 0..3 {
-                value[k] = value[k] * factor + coefficients[k];
-            }
-        }
-        let [elapsed, x, w] = value;
-        State { elapsed, x, w }
-    }
-}
-
-struct Walk {
-    tolerance: f64,
-    /// The stages of the step that was tried last. The derivative at the end of the last step is in its place for the
-    /// dense output, behind the stages.
-    stages: Stages,
-    from: State,
-    here: State,
-    /// The end of the step that was tried last, and its length.
-    next: State,
-    h: f64,
-}
-
-impl Walker for Walk {
-    #[inline(always)]
-    fn state(&self) -> State {
-        self.here
-    }
-
-    #[inline(always)]
-    fn inside<F: Force>(&mut self, force: &mut Counted<F>, fractions: &[f64], states: &mut Vec<State>) {
-        let dense = self.stages.dense(force, self.from, self.here, self.h);
-        states.extend(fractions.iter().map(|&fraction| dense.at(fraction)));
-    }
-}
-
-impl AdaptiveSteps for Walk {
+impl BeginAdaptive for Dop853 {
     const CONTROL: Control =
         Control { exponent: 0.125, change: [1.0 / 3.0, 6.0], after_failure: 1.0 / 3.0, ends_on_output: false };
 
+    type Walk<E: Equations> = Walk<E>;
+
     #[inline(always)]
-    fn begin<F: Force>(&mut self, _: &mut Counted<F>, (u, a): (f64, f64)) {
-        self.stages.set(STAGES, u, self.here.w, a);
+    fn begin<E: Equations>(&self, equations: &E, tolerance: f64) -> Walk<E> {
+        let (here, zero) = (equations.start(), equations.rows(0.0));
+        let stages = std::array::from_fn(|_| zero.clone());
+        Walk { tolerance, stages, sums: [(); 3].map(|()| zero.clone()), from: here.clone(), next: zero, here, h: 0.0 }
+    }
+}
+
+/// `sum` = Σ over the entries of `row` of coefficient times the derivatives at that stage.
+#[inline(always)]
+fn combine<R: AsRef<[f64]> + AsMut<[f64]>>(stages: &[R; DENSE_STAGES], row: &[(usize, f64)], sum: &mut R) {
+    let sum = sum.as_mut();
+    sum.fill(0.0);
+    for &(j, c) in row {
+        for (sum, rate) in sum.iter_mut().zip(stages[j].as_ref()) {
+            *sum += c * rate;
+        }
+    }
+}
+
+pub(super) struct Walk<E: Equations> {
+    tolerance: f64,
+    /// The derivatives at the stages of the step that was tried last. The derivative at the end of the last step is in
+    /// its place for the dense output, behind the stages.
+    stages: [E::Rows<f64>; DENSE_STAGES],
+    /// Room for sums over stages.
+    sums: [E::Rows<f64>; 3],
+    from: E::Rows<f64>,
+    here: E::Rows<f64>,
+    /// The end of the step that was tried last, and its length.
+    next: E::Rows<f64>,
+    h: f64,
+}
+
+/// The error of a step between two states, in units of the tolerance, where `eight` are the sums of order 8.
+#[inline(always)]
+fn error<R: AsRef<[f64]> + AsMut<[f64]>>(
+    stages: &[R; DENSE_STAGES],
+    [from, to]: [&R; 2],
+    (h, tolerance): (f64, f64),
+    moving: Range<usize>,
+    eight: &R,
+    [five, three]: [&mut R; 2],
+) -> f64 {
+    combine(stages, &E5, five);
+    combine(stages, &B3, three);
+    let (from, to) = (from.as_ref(), to.as_ref());
+    let (eight, five, three) = (eight.as_ref(), five.as_ref(), three.as_ref());
+    let (mut err, mut err_2) = (0.0, 0.0);
+    for k in moving.clone() {
+        let scale = tolerance * (1.0 + from[k].abs().max(to[k].abs()));
+        err += (five[k] / scale).powi(2);
+        err_2 += ((eight[k] - three[k]) / scale).powi(2);
+    }
+    let denominator = err + 0.01 * err_2;
+    if denominator == 0.0 { 0.0 } else { h * err / (moving.len() as f64 * denominator).sqrt() }
+}
+
+impl<E: Equations> Walk<E> {
+    /// The coefficients of the dense output of the last step, for powers of s and 1 − s in turns. It takes 3
+    /// evaluations.
+    #[inline(always)]
+    fn dense(&mut self, equations: &mut Counted<E>) -> [E::Rows<f64>; 8] {
+        let Self { stages, sums: [sum, at, _], from, here, h, .. } = self;
+        for (stage, row) in (STAGES + 1..).zip(A_DENSE) {
+            combine(stages, row, sum);
+            step(at, from, *h, sum);
+            equations.rates(at, &mut stages[stage]);
+        }
+        let (from, to, h) = (from.as_ref(), here.as_ref(), *h);
+        let (first, end) = (stages[0].as_ref(), stages[STAGES].as_ref());
+        let mut coefficients: [E::Rows<f64>; 8] = std::array::from_fn(|_| here.clone());
+        let [zero, one, two, three, high @ ..] = &mut coefficients;
+        for k in 0..from.len() {
+            let rise = to[k] - from[k];
+            zero.as_mut()[k] = from[k];
+            one.as_mut()[k] = rise;
+            two.as_mut()[k] = h * first[k] - rise;
+            three.as_mut()[k] = 2.0 * rise - h * (first[k] + end[k]);
+        }
+        for (coefficients, row) in high.iter_mut().zip(D) {
+            combine(stages, row, coefficients);
+            coefficients.as_mut().iter_mut().for_each(|sum| *sum *= h);
+        }
+        coefficients
+    }
+}
+
+impl<E: Equations> Walker<E> for Walk<E> {
+    #[inline(always)]
+    fn state(&self, state: &mut E::Rows<f64>) {
+        copy(state, &self.here);
     }
 
     #[inline(always)]
-    fn attempt<F: Force>(&mut self, force: &mut Counted<F>, h: f64) -> Option<f64> {
-        let Self { stages, here, .. } = self;
-        stages.set(0, stages.t[STAGES], stages.x[STAGES], stages.w[STAGES]);
-        let next = stages.step(force, *here, h);
-        let error = stages.error(*here, next, h, self.tolerance);
-        (self.next, self.h) = (next, h);
-        (next.x.is_finite() && next.w.is_finite() && !error.is_nan()).then_some(error)
+    fn inside(&mut self, equations: &mut Counted<E>, fractions: &[f64], states: &mut Vec<E::Rows<f64>>) {
+        let dense = self.dense(equations);
+        for &s in fractions {
+            let mut state = equations.equations.rows(0.0);
+            for (power, coefficients) in dense.iter().enumerate().rev() {
+                let factor = if power % 2 == 0 { s } else { 1.0 - s };
+                for (value, coefficient) in state.as_mut().iter_mut().zip(coefficients.as_ref()) {
+                    *value = *value * factor + coefficient;
+                }
+            }
+            states.push(state);
+        }
+    }
+}
+
+impl<E: Equations> AdaptiveSteps<E> for Walk<E> {
+    #[inline(always)]
+    fn begin(&mut self, _: &mut Counted<E>, rates: &E::Rows<f64>) {
+        copy(&mut self.stages[STAGES], rates);
     }
 
     #[inline(always)]
-    fn accept<F: Force>(&mut self, force: &mut Counted<F>) {
-        (self.from, self.here) = (self.here, self.next);
-        let (u, a) = force.at(self.here.x);
-        self.stages.set(STAGES, u, self.here.w, a);
+    fn attempt(&mut self, equations: &mut Counted<E>, h: f64) -> Option<f64> {
+        let [mut sum, mut at, mut five] = self.sums.each_mut().map(|rows| take::<E, f64>(rows, 0.0));
+        let [here, mut next] = [&mut self.here, &mut self.next].map(|rows| take::<E, f64>(rows, 0.0));
+        let stages = &mut self.stages;
+        let (tried, end) = stages.split_at_mut(STAGES);
+        copy(&mut tried[0], &end[0]);
+        for (stage, row) in (1..STAGES).zip(A) {
+            combine(stages, row, &mut sum);
+            step(&mut at, &here, h, &sum);
+            equations.rates(&at, &mut stages[stage]);
+        }
+        combine(stages, A[STAGES - 1], &mut sum);
+        step(&mut next, &here, h, &sum);
+        let (moving, steps) = (equations.equations.parts().moving(), (h, self.tolerance));
+        let error = error(stages, [&here, &next], steps, moving.clone(), &sum, [&mut at, &mut five]);
+        let is_finite = next.as_ref()[moving].iter().all(|v| v.is_finite());
+        (self.sums, self.here, self.next, self.h) = ([sum, at, five], here, next, h);
+        (is_finite && !error.is_nan()).then_some(error)
+    }
+
+    #[inline(always)]
+    fn accept(&mut self, equations: &mut Counted<E>) {
+        copy(&mut self.from, &self.here);
+        copy(&mut self.here, &self.next);
+        equations.rates(&self.here, &mut self.stages[STAGES]);
     }
 }

@@ -1,57 +1,42 @@
 //! What drives every method: over steps of equal length, or over steps that a tolerance chooses. A method only says how
 //! it takes one; points of output, evaluations, limits and failures are the same for all.
 
-use super::force::{Force, WithForce, dispatch};
-use super::{Failure, MOST_STEPS, Marks, Output, Problem, State, Trajectory, check};
+use super::equations::{Counted, Equations, Work, World};
+use super::{Failure, MOST_STEPS, Marks, Output, Trajectory};
 
 /// The share that is taken of the step which the error allows.
 const SAFETY: f64 = 0.9;
 /// Steps shorter than this share of the whole length are not taken.
 const LEAST_STEP: f64 = 1e-13;
 
-/// A force that counts how often it is evaluated.
-pub(super) struct Counted<F> {
-    force: F,
-    pub(super) evaluations: usize,
-}
-
-impl<F: Force> Counted<F> {
-    fn new(force: F) -> Self {
-        Self { force, evaluations: 0 }
-    }
-
-    /// The force at a point, for a first guess, which does not count.
-    #[inline(always)]
-    pub(super) fn guess(&mut self, x: f64) -> (f64, f64) {
-        self.force.at(x)
-    }
-}
-
-impl<F: Force> Force for Counted<F> {
-    #[inline(always)]
-    fn at(&mut self, x: f64) -> (f64, f64) {
-        self.evaluations += 1;
-        self.force.at(x)
-    }
-}
-
 /// A method on its way.
-pub(super) trait Walker {
-    /// The end of the last step.
-    fn state(&self) -> State;
+pub(super) trait Walker<E: Equations> {
+    /// Copies the state at the end of the last step.
+    fn state(&self, state: &mut E::Rows<f64>);
 
     /// Adds the states at these fractions of the last step, ascending and below 1. A method without a dense output is
     /// never asked: its steps end on the points of output.
     #[inline(always)]
-    fn inside<F: Force>(&mut self, _force: &mut Counted<F>, _fractions: &[f64], _states: &mut Vec<State>) {
+    fn inside(&mut self, _equations: &mut Counted<E>, _fractions: &[f64], _states: &mut Vec<E::Rows<f64>>) {
         unreachable!("no dense output");
     }
 }
 
 /// A method that takes steps of equal length.
-pub(super) trait EqualSteps: Walker {
+pub(super) trait EqualSteps<E: Equations>: Walker<E> + Sized {
     /// Takes so many steps, after which its state is asked for.
-    fn advance<F: Force>(&mut self, force: &mut Counted<F>, steps: usize) -> Result<(), Failure>;
+    fn advance(self, equations: &mut Counted<E>, steps: usize) -> Result<Self, Failure>;
+}
+
+/// A method of steps of equal length that has not begun.
+pub(super) trait BeginEqual {
+    /// It on its way.
+    type Walk<'m, E: Equations>: EqualSteps<E>
+    where
+        Self: 'm;
+
+    /// Begins at the start of the equations.
+    fn begin<E: Equations>(&self, equations: &E) -> Self::Walk<'_, E>;
 }
 
 /// How a tolerance chooses the steps of a method.
@@ -67,122 +52,157 @@ pub(super) struct Control {
 }
 
 /// A method that estimates the error of its steps.
-pub(super) trait AdaptiveSteps: Walker {
-    const CONTROL: Control;
-
-    /// Learns u and a at the start.
-    fn begin<F: Force>(&mut self, force: &mut Counted<F>, start: (f64, f64));
+pub(super) trait AdaptiveSteps<E: Equations>: Walker<E> {
+    /// Learns the rates at the start.
+    fn begin(&mut self, equations: &mut Counted<E>, rates: &E::Rows<f64>);
 
     /// Tries a step of length `h`, and returns its error in units of the tolerance; `None` if it failed.
-    fn attempt<F: Force>(&mut self, force: &mut Counted<F>, h: f64) -> Option<f64>;
+    fn attempt(&mut self, equations: &mut Counted<E>, h: f64) -> Option<f64>;
 
     /// Goes to the end of the step that was tried last.
-    fn accept<F: Force>(&mut self, force: &mut Counted<F>);
+    fn accept(&mut self, equations: &mut Counted<E>);
+}
+
+/// A method that estimates the error of its steps and has not begun.
+pub(super) trait BeginAdaptive {
+    /// How it chooses them.
+    const CONTROL: Control;
+
+    /// It on its way.
+    type Walk<E: Equations>: AdaptiveSteps<E>;
+
+    /// Begins at the start of the equations.
+    fn begin<E: Equations>(&self, equations: &E, tolerance: f64) -> Self::Walk<E>;
 }
 
 /// The points of output so far.
-struct Points<'a> {
-    problem: &'a Problem,
-    states: Vec<State>,
+struct Points<E: Equations> {
+    points: Vec<E::Point>,
     /// Where the next ones are in the last step, in (0, 1].
     fractions: Vec<f64>,
+    /// The states there.
+    states: Vec<E::Rows<f64>>,
+    /// The end of the last step.
+    end: E::Rows<f64>,
 }
 
-impl<'a> Points<'a> {
+impl<E: Equations> Points<E> {
     /// The start is known, if it is asked for.
-    fn new(problem: &'a Problem, output: &Output) -> Self {
-        let mut states = Vec::with_capacity(output.marks.len());
-        states.extend(output.marks.iter().take_while(|&&mark| mark == 0).map(|_| problem.start()));
-        Self { problem, states, fractions: Vec::new() }
+    fn new(equations: &mut E, output: &Output) -> Result<Self, Failure> {
+        let start = equations.start();
+        let mut points = Vec::with_capacity(output.marks.len());
+        for _ in output.marks.iter().take_while(|&&mark| mark == 0) {
+            points.push(equations.point(&start)?);
+        }
+        Ok(Self { points, fractions: Vec::new(), states: Vec::new(), end: start })
     }
 
     /// Reads the next ones.
     #[inline(always)]
-    fn read<F: Force>(&mut self, walker: &mut impl Walker, force: &mut Counted<F>) -> Result<(), Failure> {
-        let Self { problem, states, fractions } = self;
-        let known = states.len();
+    fn read(&mut self, walker: &mut impl Walker<E>, equations: &mut Counted<E>) -> Result<(), Failure> {
+        let Self { points, fractions, states, end } = self;
         let inside = fractions.partition_point(|&fraction| fraction < 1.0);
         if inside > 0 {
-            walker.inside(force, &fractions[..inside], states);
+            states.clear();
+            walker.inside(equations, &fractions[..inside], states);
+            for state in &*states {
+                points.push(equations.equations.point(state)?);
+            }
         }
-        states.resize(known + fractions.len(), walker.state());
+        if inside < fractions.len() {
+            walker.state(end);
+            let point = equations.equations.point(end)?;
+            points.resize(points.len() + fractions.len() - inside, point);
+        }
         fractions.clear();
-        states[known..].iter().try_for_each(|&state| check(&problem.metric, state))
+        Ok(())
     }
 }
 
 /// The world-line in so many steps of equal length.
-pub(super) fn equal_steps(
-    problem: &Problem,
+pub(super) fn equal_steps<W: World>(
+    world: &W,
     output: &Output,
     steps: usize,
-    walker: impl EqualSteps,
-) -> Result<Trajectory, Failure> {
-    dispatch(&problem.metric, problem.q_t(), Equal { problem, output, steps, walker })
+    method: &impl BeginEqual,
+) -> Result<Trajectory<W::Point>, Failure> {
+    world.with_equations(Equal { output, steps, method })
 }
 
-struct Equal<'a, W> {
-    problem: &'a Problem,
+struct Equal<'a, M> {
     output: &'a Output,
     steps: usize,
-    walker: W,
+    method: &'a M,
 }
 
-impl<W: EqualSteps> WithForce for Equal<'_, W> {
-    type Output = Result<Trajectory, Failure>;
+impl<P: Clone, M: BeginEqual> Work<P> for Equal<'_, M> {
+    type Output = Result<Trajectory<P>, Failure>;
 
     #[inline(always)]
-    fn with(self, force: impl Force) -> Self::Output {
-        let Self { problem, output, steps, mut walker } = self;
-        let mut force = Counted::new(force);
-        let mut points = Points::new(problem, output);
+    fn with<E: Equations<Point = P>>(self, mut equations: E) -> Self::Output {
+        let Self { output, steps, method } = self;
         let mut marks = Marks::new(output, steps);
+        let mut walker = method.begin(&equations);
+        let mut points = Points::new(&mut equations, output)?;
+        let mut equations = Counted::new(equations);
         marks.skip_start();
         let mut done = 0;
         while let Some(next) = marks.step() {
-            walker.advance(&mut force, next + 1 - done)?;
+            walker = walker.advance(&mut equations, next + 1 - done)?;
             done = next + 1;
             points.fractions.extend(std::iter::from_fn(|| marks.within(next)));
-            points.read(&mut walker, &mut force)?;
+            points.read(&mut walker, &mut equations)?;
         }
-        Ok(Trajectory { states: points.states, evaluations: force.evaluations, steps: done })
+        Ok(Trajectory { states: points.points, evaluations: equations.evaluations, steps: done })
     }
 }
 
 /// The world-line in steps that `tolerance` chooses.
-pub(super) fn adaptive_steps(
-    problem: &Problem,
+pub(super) fn adaptive_steps<W: World>(
+    world: &W,
     output: &Output,
     tolerance: f64,
-    walker: impl AdaptiveSteps,
-) -> Result<Trajectory, Failure> {
-    dispatch(&problem.metric, problem.q_t(), Adaptive { problem, output, tolerance, walker })
+    method: &impl BeginAdaptive,
+) -> Result<Trajectory<W::Point>, Failure> {
+    world.with_equations(Adaptive { length: world.length(), output, tolerance, method })
 }
 
-struct Adaptive<'a, W> {
-    problem: &'a Problem,
+struct Adaptive<'a, M> {
+    length: f64,
     output: &'a Output,
     tolerance: f64,
-    walker: W,
+    method: &'a M,
 }
 
-impl<W: AdaptiveSteps> WithForce for Adaptive<'_, W> {
-    type Output = Result<Trajectory, Failure>;
+/// The inverse of a length on which the motion changes about as much as a tolerance of 1 allows.
+#[inline(always)]
+fn pace<E: Equations>(equations: &E, start: &E::Rows<f64>, rates: &E::Rows<f64>) -> f64 {
+    let (parts, start, rates) = (equations.parts(), start.as_ref(), rates.as_ref());
+    let largest = |of: &[f64]| of.iter().fold(0.0, |largest: f64, v| largest.max(v.abs()));
+    if parts.is_second_order {
+        return largest(&rates[parts.driving()]).sqrt().max(largest(&rates[parts.unknowns()]));
+    }
+    parts.unknowns().fold(0.0, |pace: f64, k| pace.max(rates[k].abs() / (1.0 + start[k].abs())))
+}
+
+impl<P: Clone, M: BeginAdaptive> Work<P> for Adaptive<'_, M> {
+    type Output = Result<Trajectory<P>, Failure>;
 
     #[inline(always)]
-    fn with(self, force: impl Force) -> Self::Output {
-        let Self { problem, output, tolerance, mut walker } = self;
-        let Control { exponent, change: [least, most], after_failure, ends_on_output } = W::CONTROL;
-        let (start, length) = (problem.start(), problem.length);
-        let mut force = Counted::new(force);
-        let (u, a) = force.at(start.x);
-        walker.begin(&mut force, (u, a));
-        // A step on which the force changes x about as much as the tolerance allows.
-        let pace = a.abs().sqrt().max(start.w.abs()).max(1.0 / length);
+    fn with<E: Equations<Point = P>>(self, mut equations: E) -> Self::Output {
+        let Self { length, output, tolerance, method } = self;
+        let Control { exponent, change: [least, most], after_failure, ends_on_output } = M::CONTROL;
+        let mut walker = method.begin(&equations, tolerance);
+        let mut points = Points::new(&mut equations, output)?;
+        let mut equations = Counted::new(equations);
+        let start = equations.equations.start();
+        let mut rates = start.clone();
+        equations.rates(&start, &mut rates);
+        walker.begin(&mut equations, &rates);
+        let pace = pace(&equations.equations, &start, &rates).max(1.0 / length);
         let mut h = (0.5 * tolerance.powf(exponent) / pace).min(length);
         let (mut accepted, mut attempts, mut gamma) = (0, 0, 0.0);
-        let mut points = Points::new(problem, output);
-        let mut targets = output.gamma(length).skip(points.states.len()).peekable();
+        let mut targets = output.gamma(length).skip(points.points.len()).peekable();
         let end = output.gamma(length).last().unwrap_or(0.0);
         while let Some(&next) = targets.peek() {
             let goal = if ends_on_output { next } else { end };
@@ -194,7 +214,7 @@ impl<W: AdaptiveSteps> WithForce for Adaptive<'_, W> {
             if attempts > MOST_STEPS || step < LEAST_STEP * length {
                 return Err(Failure::TooManySteps);
             }
-            let Some(error) = walker.attempt(&mut force, step) else {
+            let Some(error) = walker.attempt(&mut equations, step) else {
                 h = step * after_failure;
                 continue;
             };
@@ -205,15 +225,15 @@ impl<W: AdaptiveSteps> WithForce for Adaptive<'_, W> {
             }
             // A step that was cut is no argument against longer ones.
             h = if step < h { (step * change).max(h) } else { step * change };
-            walker.accept(&mut force);
+            walker.accept(&mut equations);
             accepted += 1;
             let here = if parts == 1.0 { goal } else { gamma + step };
             while let Some(target) = targets.next_if(|&target| target <= here) {
                 points.fractions.push((target - gamma) / step);
             }
             gamma = here;
-            points.read(&mut walker, &mut force)?;
+            points.read(&mut walker, &mut equations)?;
         }
-        Ok(Trajectory { states: points.states, evaluations: force.evaluations, steps: accepted })
+        Ok(Trajectory { states: points.points, evaluations: equations.evaluations, steps: accepted })
     }
 }

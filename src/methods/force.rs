@@ -1,5 +1,8 @@
 //! What drives the motion, u = Q_t/g00(x) and a = −½ g00′(x) u², at one point and as fast as possible.
 
+use super::equations::{Work, World, fused};
+use super::one::One;
+use super::{Problem, State};
 use crate::expr::Program;
 use crate::metric::Metric;
 use crate::potential::Potential;
@@ -10,43 +13,33 @@ pub(super) trait Force {
     fn at(&mut self, x: f64) -> (f64, f64);
 }
 
-/// Work that is compiled for every kind of force.
-pub(super) trait WithForce {
-    type Output;
+impl World for Problem {
+    type Point = State;
 
-    fn with(self, force: impl Force) -> Self::Output;
-}
+    fn length(&self) -> f64 {
+        self.length
+    }
 
-/// Does `work` with the force of `metric` for the charge `q_t`, compiled for the instructions of this machine.
-pub(super) fn dispatch<W: WithForce>(metric: &Metric, q_t: f64, work: W) -> W::Output {
-    match metric.potential() {
-        Potential::Polynomial(p) => {
-            let g = coefficients(metric, p.coefficients());
-            if g.len() <= 5 {
-                let force = LowDegree::new(&g, q_t);
-                fused(work, force)
-            } else {
-                let force = AnyDegree { g, q_t };
-                fused(work, force)
+    fn is_separable(&self) -> bool {
+        true
+    }
+
+    fn with_equations<W: Work<State>>(&self, work: W) -> W::Output {
+        let (metric, q_t) = (&self.metric, self.q_t());
+        match metric.potential() {
+            Potential::Polynomial(p) => {
+                let g = coefficients(metric, p.coefficients());
+                if g.len() <= 5 {
+                    fused(work, One::new(self, LowDegree::new(&g, q_t)))
+                } else {
+                    fused(work, One::new(self, AnyDegree { g, q_t }))
+                }
+            }
+            Potential::Formula(formula) => {
+                fused(work, One::new(self, ProgramForce::new(metric, formula.program(), q_t)))
             }
         }
-        Potential::Formula(formula) => {
-            let force = ProgramForce::new(metric, formula.program(), q_t);
-            fused(work, force)
-        }
     }
-}
-
-/// With fused multiply-add, where the machine has it. Longer vectors would gain nothing on one particle.
-fn fused<W: WithForce>(work: W, force: impl Force) -> W::Output {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(simd) = pulp::x86::V3::try_new() {
-        return simd.vectorize(
-            #[inline(always)]
-            || work.with(force),
-        );
-    }
-    work.with(force)
 }
 
 /// Of g00, lowest power first.

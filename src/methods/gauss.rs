@@ -3,9 +3,10 @@
 use std::sync::OnceLock;
 
 use super::composition::Sum;
-use super::driver::{Counted, EqualSteps, Walker, equal_steps};
-use super::force::Force;
-use super::{About, Failure, Output, Peer, Problem, Setting, State, Step, Trajectory};
+use super::driver::{BeginEqual, EqualSteps, Walker, equal_steps};
+use super::equations::{Counted, Equations, World};
+use super::peer::Method;
+use super::{About, Failure, Output, Setting, Step, Trajectory};
 
 /// Iterations allowed for a step.
 const MOST_ITERATIONS: usize = 60;
@@ -18,32 +19,20 @@ const ROUNDING: f64 = 1e-12;
 /// X = x + h c w + h² A² a(X),   x⁺ = x + h w + h² Σ b_j (1 − c_j) a_j,   w⁺ = w + h Σ b_j a_j,   t⁺ = t + h Σ b_j u_j,
 /// ```
 ///
-/// by fixed-point iteration from the polynomial of the step before, with compensated summation: as in Hairer,
-/// McLachlan, Razakarivony (2008), "Achieving Brouwer's law with implicit Runge–Kutta methods", but for the tables,
-/// which are in `f64`. Between the ends of steps t, x and w are the integrals of the polynomials through a and u at the
-/// stages: of order s + 1 in w and t.
+/// and as Y = y + h A f(Y), y⁺ = y + h Σ b_j f_j for equations of the first order. Both are solved by fixed-point
+/// iteration from the polynomial of the step before, with compensated summation: as in Hairer, McLachlan, Razakarivony
+/// (2008), "Achieving Brouwer's law with implicit Runge–Kutta methods", but for the tables, which are in `f64`. Between
+/// the ends of steps t, x and w are the integrals of the polynomials through a and u at the stages: of order s + 1 in w
+/// and t, and in all for equations of the first order.
 ///
-/// The iteration ends when the error of X is below the tolerance, relative to its size; 0 goes to rounding.
+/// The iteration ends when the error of the unknowns is below the tolerance, relative to their size; 0 goes to rounding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Gauss {
     /// Number of stages s: 2, 4, 6, 8, 10 or 12.
     pub stages: usize,
 }
 
-impl Gauss {
-    fn sized<const S: usize>(problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
-        let h = problem.length / setting.count as f64;
-        let unit = Unit::shared(S);
-        let tables = Tables::<S>::scaled(unit, h);
-        let start = problem.start();
-        let [t, x, w] = [start.elapsed, start.x, start.w].map(Sum::new);
-        let (a, u, is_first) = ([0.0; S], [0.0; S], true);
-        let walk = Walk { unit, tables: &tables, h, tolerance: setting.tolerance, start, t, x, w, a, u, is_first };
-        equal_steps(problem, output, setting.count, walk)
-    }
-}
-
-impl Peer for Gauss {
+impl Method for Gauss {
     fn about(&self) -> About {
         About {
             name: format!("Gauss {}", self.stages),
@@ -51,6 +40,7 @@ impl Peer for Gauss {
             order: Some(2 * self.stages),
             step: Step::Iterated,
             has_dense_output: true,
+            needs_second_order: false,
             coarsest: 0.05,
             source: "Hairer, McLachlan, Razakarivony, BIT 48 (2008) 231",
         }
@@ -58,16 +48,57 @@ impl Peer for Gauss {
 
     /// # Panics
     /// If there is no method with this number of stages.
-    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
+    fn drive<W: World>(&self, world: &W, output: &Output, setting: Setting) -> Result<Trajectory<W::Point>, Failure> {
         match self.stages {
-            2 => Self::sized::<2>(problem, output, setting),
-            4 => Self::sized::<4>(problem, output, setting),
-            6 => Self::sized::<6>(problem, output, setting),
-            8 => Self::sized::<8>(problem, output, setting),
-            10 => Self::sized::<10>(problem, output, setting),
-            12 => Self::sized::<12>(problem, output, setting),
+            2 => sized::<2, W>(world, output, setting),
+            4 => sized::<4, W>(world, output, setting),
+            6 => sized::<6, W>(world, output, setting),
+            8 => sized::<8, W>(world, output, setting),
+            10 => sized::<10, W>(world, output, setting),
+            12 => sized::<12, W>(world, output, setting),
             stages => panic!("no Gauss method of {stages} stages"),
         }
+    }
+}
+
+fn sized<const S: usize, W: World>(
+    world: &W,
+    output: &Output,
+    Setting { count, tolerance }: Setting,
+) -> Result<Trajectory<W::Point>, Failure> {
+    let (unit, h) = (Unit::shared(S), world.length() / count as f64);
+    let tables = Tables::<S>::scaled(unit, h, world.is_separable());
+    equal_steps(world, output, count, &Scaled { unit, tables, h, tolerance })
+}
+
+/// The method of S stages with steps of length `h`.
+struct Scaled<const S: usize> {
+    unit: &'static Unit,
+    tables: Tables<S>,
+    h: f64,
+    tolerance: f64,
+}
+
+impl<const S: usize> BeginEqual for Scaled<S> {
+    type Walk<'m, E: Equations> = Walk<'m, E, S>;
+
+    #[inline(always)]
+    fn begin<E: Equations>(&self, equations: &E) -> Walk<'_, E, S> {
+        let start = equations.start();
+        let mut sums = equations.rows(Sum::new(0.0));
+        for (sum, &value) in sums.as_mut().iter_mut().zip(start.as_ref()) {
+            *sum = Sum::new(value);
+        }
+        let rates = equations.rows([0.0; S]);
+        let stages = Stages {
+            places: rates.clone(),
+            rates,
+            at: start.clone(),
+            out: start.clone(),
+            changes: equations.rows([0.0; 2]),
+            sizes: start.clone(),
+        };
+        Walk { method: self, start, sums, stages, is_first: true }
     }
 }
 
@@ -75,7 +106,8 @@ impl Peer for Gauss {
 struct Unit {
     c: Vec<f64>,
     b: Vec<f64>,
-    /// A².
+    /// A, and A².
+    first: Vec<f64>,
     square: Vec<f64>,
     /// Values of the interpolating polynomial at the nodes of the next step.
     next: Vec<f64>,
@@ -135,7 +167,14 @@ impl Unit {
         // The norm of P_k cancels the denominator but for a half.
         let mode = |k: usize, j: usize| 0.5 * b[j] * legendre(s, z[j])[k];
         let modes = columns(&mode);
-        Self { square: columns(&square), next: columns(&lagrange), modes, c: c.clone(), b: b.clone() }
+        Self {
+            first: columns(&a),
+            square: columns(&square),
+            next: columns(&lagrange),
+            modes,
+            c: c.clone(),
+            b: b.clone(),
+        }
     }
 }
 
@@ -143,8 +182,8 @@ impl Unit {
 struct Tables<const S: usize> {
     /// h c.
     hc: [f64; S],
-    /// h² A².
-    square: [[f64; S]; S],
+    /// h² A² for equations of the second order, and h A for those of the first.
+    matrix: [[f64; S]; S],
     /// h b.
     weight: [f64; S],
     /// h² b (1 − c).
@@ -154,11 +193,12 @@ struct Tables<const S: usize> {
 }
 
 impl<const S: usize> Tables<S> {
-    fn scaled(unit: &Unit, h: f64) -> Self {
-        let Unit { c, b, square, next, .. } = unit;
+    fn scaled(unit: &Unit, h: f64, is_second_order: bool) -> Self {
+        let Unit { c, b, first, square, next, .. } = unit;
+        let (scale, matrix) = if is_second_order { (h * h, square) } else { (h, first) };
         Self {
             hc: std::array::from_fn(|i| h * c[i]),
-            square: std::array::from_fn(|j| std::array::from_fn(|i| h * h * square[j * S + i])),
+            matrix: std::array::from_fn(|j| std::array::from_fn(|i| scale * matrix[j * S + i])),
             weight: std::array::from_fn(|j| h * b[j]),
             position: std::array::from_fn(|j| h * h * b[j] * (1.0 - c[j])),
             next: std::array::from_fn(|j| std::array::from_fn(|i| next[j * S + i])),
@@ -166,20 +206,28 @@ impl<const S: usize> Tables<S> {
     }
 }
 
-struct Walk<'a, const S: usize> {
-    unit: &'a Unit,
-    tables: &'a Tables<S>,
-    h: f64,
-    tolerance: f64,
+pub(super) struct Walk<'m, E: Equations, const S: usize> {
+    method: &'m Scaled<S>,
     /// Where the last step began.
-    start: State,
-    t: Sum<true>,
-    x: Sum<true>,
-    w: Sum<true>,
-    /// a and u at the stages of the last step.
-    a: [f64; S],
-    u: [f64; S],
+    start: E::Rows<f64>,
+    sums: E::Rows<Sum<true>>,
+    stages: Stages<E, S>,
     is_first: bool,
+}
+
+/// The stages of a step.
+struct Stages<E: Equations, const S: usize> {
+    /// The rates of quadratures, and those from which the unknowns follow.
+    rates: E::Rows<[f64; S]>,
+    /// The unknowns.
+    places: E::Rows<[f64; S]>,
+    /// One of the stages, and the derivatives there.
+    at: E::Rows<f64>,
+    out: E::Rows<f64>,
+    /// By how much the last iteration and the one before changed each unknown.
+    changes: E::Rows<[f64; 2]>,
+    /// The size of each kind of unknowns.
+    sizes: E::Rows<f64>,
 }
 
 /// `out` += Σ_j column_j v_j.
@@ -195,35 +243,56 @@ fn multiply<const S: usize>(columns: &[[f64; S]; S], v: &[f64; S], out: &mut [f6
 /// Points that are computed together.
 const TOGETHER: usize = 8;
 
-/// ∫u, ∬a and ∫a over [0, s] for several s, by the values of u and a at the stages.
+/// Differences P_{k+1} − P_{k−1} at 2s − 1 for several s, up to k = `degree`.
 #[inline(always)]
-fn inside<const S: usize>(unit: &Unit, u: &[f64; S], a: &[f64; S], s: [f64; TOGETHER]) -> [[f64; TOGETHER]; 3] {
-    let (mut t, mut w) = ([0.0; S], [0.0; S]);
-    for (j, column) in unit.modes.chunks_exact(S).enumerate() {
-        for k in 0..S {
-            t[k] += column[k] * u[j];
-            w[k] += column[k] * a[j];
-        }
-    }
-    let mut out = [[0.0; TOGETHER]; 3];
+fn differences(degree: usize, s: [f64; TOGETHER]) -> [[f64; TOGETHER]; Unit::MOST + 1] {
+    let mut out = [[0.0; TOGETHER]; Unit::MOST + 1];
     let (mut p, mut before) = ([1.0; TOGETHER], [-1.0; TOGETHER]);
-    for k in 0..=S {
-        let share = 0.5 / (2 * k + 1) as f64;
-        let [t, w, w_before, w_after] = [
-            t.get(k).copied().unwrap_or(0.0),
-            w.get(k).copied().unwrap_or(0.0),
-            w[k.saturating_sub(1)],
-            w.get(k + 1).copied().unwrap_or(0.0),
-        ];
-        let x = share * (w_before - w_after);
+    for (k, out) in out[..=degree].iter_mut().enumerate() {
         let (next, last) = ((2 * k + 1) as f64 / (k + 1) as f64, k as f64 / (k + 1) as f64);
         for l in 0..TOGETHER {
             let after = next * (2.0 * s[l] - 1.0) * p[l] - last * before[l];
-            let difference = after - before[l];
-            out[0][l] += t * difference;
-            out[1][l] += x * difference;
-            out[2][l] += w * difference;
+            out[l] = after - before[l];
             (before[l], p[l]) = (p[l], after);
+        }
+    }
+    out
+}
+
+/// The coefficients of the polynomial through the values of `v` at the stages.
+#[inline(always)]
+fn modes<const S: usize>(unit: &Unit, v: &[f64; S]) -> [f64; S] {
+    let mut modes = [0.0; S];
+    for (column, v) in unit.modes.chunks_exact(S).zip(v) {
+        for k in 0..S {
+            modes[k] += column[k] * v;
+        }
+    }
+    modes
+}
+
+/// The integral of a polynomial over [0, s] for several s.
+#[inline(always)]
+fn once<const S: usize>(modes: &[f64; S], differences: &[[f64; TOGETHER]; Unit::MOST + 1]) -> [f64; TOGETHER] {
+    let mut out = [0.0; TOGETHER];
+    for (mode, difference) in modes.iter().zip(differences) {
+        for l in 0..TOGETHER {
+            out[l] += mode * difference[l];
+        }
+    }
+    out
+}
+
+/// The integral of that integral.
+#[inline(always)]
+fn twice<const S: usize>(modes: &[f64; S], differences: &[[f64; TOGETHER]; Unit::MOST + 1]) -> [f64; TOGETHER] {
+    let mut out = [0.0; TOGETHER];
+    for (k, difference) in differences[..=S].iter().enumerate() {
+        let share = 0.5 / (2 * k + 1) as f64;
+        let [before, after] = [modes[k.saturating_sub(1)], modes.get(k + 1).copied().unwrap_or(0.0)];
+        let mode = share * (before - after);
+        for l in 0..TOGETHER {
+            out[l] += mode * difference[l];
         }
     }
     out
@@ -239,88 +308,147 @@ fn largest<const S: usize>(values: [f64; S]) -> f64 {
     values.iter().fold(0.0, |largest: f64, v| if v.abs() > largest { v.abs() } else { largest })
 }
 
-/// Solves for a and u at the stages of a step from (`x`, `w`), where `a` is a guess.
-#[inline(always)]
-fn iterate<const S: usize>(
-    force: &mut Counted<impl Force>,
-    (tables, tolerance): (&Tables<S>, f64),
-    (x, w): (Sum<true>, f64),
-    (a, u): (&mut [f64; S], &mut [f64; S]),
-) -> Result<(), Failure> {
-    let base: [f64; S] = std::array::from_fn(|i| x.low + tables.hc[i] * w);
-    let mut z = [f64::INFINITY; S];
-    let mut change_before = f64::INFINITY;
-    for iteration in 1.. {
-        let mut shift = base;
-        multiply(&tables.square, a, &mut shift);
-        let now = shift.map(|shift| x.value + shift);
-        let change = largest::<S>(std::array::from_fn(|i| now[i] - z[i]));
-        z = now;
-        for i in 0..S {
-            (u[i], a[i]) = force.at(z[i]);
+impl<E: Equations, const S: usize> Stages<E, S> {
+    /// Solves for the rates at the stages of a step, where those that drive the unknowns are a guess.
+    #[inline(always)]
+    fn iterate(
+        self,
+        equations: &mut Counted<E>,
+        Scaled { tables, tolerance, .. }: &Scaled<S>,
+        sums: &E::Rows<Sum<true>>,
+    ) -> Result<Self, Failure> {
+        let Self { mut rates, mut places, mut at, mut out, mut changes, mut sizes } = self;
+        let (parts, sums) = (equations.equations.parts(), sums.as_ref());
+        for k in parts.unknowns() {
+            places.as_mut()[k] = [f64::INFINITY; S];
+            changes.as_mut()[k][0] = f64::INFINITY;
         }
-        let size = largest(z);
-        // The error left is about that share of the change by which changes shrink.
-        let rate = change / change_before;
-        let left = if change_before.is_finite() { change * rate.min(1.0) } else { change };
-        if left <= tolerance * size || change <= f64::EPSILON / 4.0 * size {
-            break;
+        for iteration in 1.. {
+            sizes.as_mut().fill(0.0);
+            for k in parts.unknowns() {
+                let (sum, driving) = (sums[k], k + parts.behind());
+                let mut shift = [sum.low; S];
+                if parts.is_second_order {
+                    let w = sums[driving].value;
+                    shift = std::array::from_fn(|i| sum.low + tables.hc[i] * w);
+                }
+                multiply(&tables.matrix, &rates.as_ref()[driving], &mut shift);
+                let now = shift.map(|shift| sum.value + shift);
+                let before = std::mem::replace(&mut places.as_mut()[k], now);
+                let change = largest::<S>(std::array::from_fn(|i| now[i] - before[i]));
+                let changes = &mut changes.as_mut()[k];
+                *changes = [change, changes[0]];
+                let (size, here) = (&mut sizes.as_mut()[equations.equations.kind(k)], largest(now));
+                *size = if *size > here { *size } else { here };
+            }
+            for i in 0..S {
+                for k in parts.unknowns() {
+                    at.as_mut()[k] = places.as_ref()[k][i];
+                }
+                equations.rates(&at, &mut out);
+                for k in 0..parts.quadratures {
+                    rates.as_mut()[k][i] = out.as_ref()[k];
+                }
+                for k in parts.driving() {
+                    rates.as_mut()[k][i] = out.as_ref()[k];
+                }
+            }
+            let (mut is_done, mut is_finite) = (true, true);
+            for k in parts.unknowns() {
+                let [change, change_before] = changes.as_ref()[k];
+                let size = sizes.as_ref()[equations.equations.kind(k)];
+                // The error left is about that share of the change by which changes shrink.
+                let rate = change / change_before;
+                let left = if change_before.is_finite() { change * rate.min(1.0) } else { change };
+                is_done &= left <= tolerance * size
+                    || change <= f64::EPSILON / 4.0 * size
+                    || (rate > 0.5 && change <= ROUNDING * size);
+                is_finite &= size.is_finite();
+            }
+            if is_done {
+                break;
+            }
+            if iteration == MOST_ITERATIONS || !is_finite {
+                return Err(Failure::NotConverged);
+            }
         }
-        if rate > 0.5 && change <= ROUNDING * size {
-            break;
-        }
-        if iteration == MOST_ITERATIONS || !size.is_finite() {
-            return Err(Failure::NotConverged);
-        }
-        change_before = change;
+        Ok(Self { rates, places, at, out, changes, sizes })
     }
-    Ok(())
 }
 
-impl<const S: usize> Walker for Walk<'_, S> {
+impl<E: Equations, const S: usize> Walker<E> for Walk<'_, E, S> {
     #[inline(always)]
-    fn state(&self) -> State {
-        State { elapsed: self.t.value, x: self.x.value, w: self.w.value }
+    fn state(&self, state: &mut E::Rows<f64>) {
+        for (state, sum) in state.as_mut().iter_mut().zip(self.sums.as_ref()) {
+            *state = sum.value;
+        }
     }
 
     #[inline(always)]
-    fn inside<F: Force>(&mut self, _: &mut Counted<F>, fractions: &[f64], states: &mut Vec<State>) {
-        let (h, start) = (self.h, self.start);
+    fn inside(&mut self, equations: &mut Counted<E>, fractions: &[f64], states: &mut Vec<E::Rows<f64>>) {
+        let (Scaled { unit, h, .. }, parts, start) = (self.method, equations.equations.parts(), self.start.as_ref());
         for fractions in fractions.chunks(TOGETHER) {
             let mut together = [1.0; TOGETHER];
             together[..fractions.len()].copy_from_slice(fractions);
-            let [t, x, w] = inside(self.unit, &self.u, &self.a, together);
-            for (l, fraction) in fractions.iter().enumerate() {
-                states.push(State {
-                    elapsed: start.elapsed + h * t[l],
-                    x: start.x + (h * fraction * start.w + h * h * x[l]),
-                    w: start.w + h * w[l],
-                });
+            let differences = differences(S, together);
+            let first = states.len();
+            states.resize(first + fractions.len(), self.start.clone());
+            for k in (0..parts.quadratures).chain(parts.driving()) {
+                let modes = modes(unit, &self.stages.rates.as_ref()[k]);
+                let once = once(&modes, &differences);
+                for (state, once) in states[first..].iter_mut().zip(once) {
+                    state.as_mut()[k] = start[k] + h * once;
+                }
+                if parts.is_second_order && k >= parts.quadratures {
+                    let position = k - parts.behind();
+                    let twice = twice(&modes, &differences);
+                    for ((state, twice), s) in states[first..].iter_mut().zip(twice).zip(fractions) {
+                        state.as_mut()[position] = start[position] + (h * s * start[k] + h * h * twice);
+                    }
+                }
             }
         }
     }
 }
 
-impl<const S: usize> EqualSteps for Walk<'_, S> {
+impl<E: Equations, const S: usize> EqualSteps<E> for Walk<'_, E, S> {
     #[inline(always)]
-    fn advance<F: Force>(&mut self, force: &mut Counted<F>, steps: usize) -> Result<(), Failure> {
-        let Self { tables, h, tolerance, mut t, mut x, mut w, mut a, mut u, .. } = *self;
+    fn advance(self, equations: &mut Counted<E>, steps: usize) -> Result<Self, Failure> {
+        let Self { method, mut start, mut sums, mut stages, mut is_first } = self;
+        let Scaled { tables, h, .. } = method;
+        let parts = equations.equations.parts();
         for _ in 0..steps {
-            if self.is_first {
-                a = [force.guess(x.value).1; S];
-                self.is_first = false;
+            if is_first {
+                // A first guess, which does not count.
+                equations.equations.rates(&start, &mut stages.out);
+                for k in parts.driving() {
+                    stages.rates.as_mut()[k] = [stages.out.as_ref()[k]; S];
+                }
+                is_first = false;
             } else {
-                let mut guess = [0.0; S];
-                multiply(&tables.next, &a, &mut guess);
-                a = guess;
+                for k in parts.driving() {
+                    let mut guess = [0.0; S];
+                    multiply(&tables.next, &stages.rates.as_ref()[k], &mut guess);
+                    stages.rates.as_mut()[k] = guess;
+                }
             }
-            iterate(force, (tables, tolerance), (x, w.value), (&mut a, &mut u))?;
-            self.start = State { elapsed: t.value, x: x.value, w: w.value };
-            x.add(h * w.value + (h * w.low + dot(&tables.position, &a)));
-            w.add(dot(&tables.weight, &a));
-            t.add(dot(&tables.weight, &u));
+            stages = stages.iterate(equations, method, &sums)?;
+            let (sums, rates) = (sums.as_mut(), stages.rates.as_ref());
+            for (start, sum) in start.as_mut().iter_mut().zip(&*sums) {
+                *start = sum.value;
+            }
+            if parts.is_second_order {
+                for k in parts.unknowns() {
+                    let Sum { value: w, low } = sums[k + parts.behind()];
+                    sums[k].add(h * w + (h * low + dot(&tables.position, &rates[k + parts.behind()])));
+                }
+            }
+            for driven in [parts.driving(), 0..parts.quadratures] {
+                for k in driven {
+                    sums[k].add(dot(&tables.weight, &rates[k]));
+                }
+            }
         }
-        (self.t, self.x, self.w, self.a, self.u) = (t, x, w, a, u);
-        Ok(())
+        Ok(Self { method, start, sums, stages, is_first })
     }
 }

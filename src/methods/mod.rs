@@ -8,12 +8,18 @@
 //! K = −2H. Every method here has Q_t as a *parameter*: they deserve no credit for its being constant, and comparing
 //! its drift alone would show nothing. Position, time and K decide.
 //!
+//! A scene of n coordinates is a [`SceneProblem`]. Its equations are those of Hamilton, for the active coordinates and
+//! their momenta; ignorable coordinates are quadratures, and charges are parameters as Q_t is. If the geometry is
+//! separable, they are q̈ = a(q), of the same form as above, and the methods take advantage of it. [`Composition`] needs
+//! that.
+//!
 //! [`PEERS`] lists the methods. Each is a [`Peer`]: it says what it is, where it comes from and how it takes a step.
 //! What is around the steps is the same for all.
 //!
-//! The module knows a metric and initial data, but no case and no file. All but Taylor are written here and compiled
-//! for the vector instructions of the machine, as this program's own iteration is: the point is to be fair to them.
-//! Each evaluates g00 and g00′ and nothing else, once a stage.
+//! The module knows a metric or a geometry, and initial data, but no case and no file. All but Taylor are written here
+//! and compiled for the vector instructions of the machine, as this program's own iteration is: the point is to be fair
+//! to them. In one coordinate each evaluates g00 and g00′ and nothing else, once a stage; in a scene it runs the program
+//! of Hamilton's equations.
 //!
 //! Between the ends of their steps RK4, Gauss and DOP853 have a dense output: the cubic through both ends, the
 //! integrals of the polynomials through the stages, and Hairer's polynomial of degree 7 with three stages more;
@@ -37,11 +43,15 @@
 mod composition;
 mod dop853;
 mod driver;
+mod equations;
 mod force;
 mod gauss;
+mod linear;
+mod one;
 mod peer;
 mod radau5;
 mod rk4;
+mod scene;
 mod taylor;
 
 pub use composition::Composition;
@@ -50,6 +60,7 @@ pub use gauss::Gauss;
 pub use peer::{About, PEERS, Peer, Setting, Step};
 pub use radau5::Radau5;
 pub use rk4::Rk4;
+pub use scene::{SceneProblem, SceneState};
 pub use taylor::Taylor;
 
 use crate::geodesic::InitialData;
@@ -73,10 +84,6 @@ impl Problem {
     /// Q_t of the start.
     pub fn q_t(&self) -> f64 {
         self.initial.invariants(&self.metric).q_t
-    }
-
-    fn start(&self) -> State {
-        State { elapsed: 0.0, x: self.initial.x, w: self.initial.x_dot }
     }
 }
 
@@ -112,11 +119,21 @@ pub struct State {
     pub w: f64,
 }
 
+impl State {
+    /// Whether the computation can go on from here.
+    fn check(&self, metric: &Metric) -> Result<(), Failure> {
+        if !(self.elapsed.is_finite() && self.x.is_finite() && self.w.is_finite()) {
+            return Err(Failure::Diverged);
+        }
+        if metric.at(self.x).is_inside() { Ok(()) } else { Err(Failure::OutsideDomain) }
+    }
+}
+
 /// A world-line that was computed.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Trajectory {
+pub struct Trajectory<P = State> {
     /// At the marks of the [`Output`].
-    pub states: Vec<State>,
+    pub states: Vec<P>,
     /// Evaluations of the potential; for a series its coefficients.
     pub evaluations: usize,
     /// Steps, rejected ones not counted.
@@ -126,7 +143,7 @@ pub struct Trajectory {
 /// Why no world-line was computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Failure {
-    /// It meets g00 ≤ 0.
+    /// It meets g00 ≤ 0, or a determinant of the metric changes its sign.
     #[error("the world-line leaves the domain")]
     OutsideDomain,
     /// A number is not finite.
@@ -138,14 +155,22 @@ pub enum Failure {
     /// The iteration of an implicit method does not converge.
     #[error("an implicit step does not converge")]
     NotConverged,
+    /// The method needs equations of the second order.
+    #[error("the scene is not separable")]
+    NotSeparable,
 }
 
-/// Whether the computation can go on from here.
-fn check(metric: &Metric, state: State) -> Result<(), Failure> {
-    if !(state.elapsed.is_finite() && state.x.is_finite() && state.w.is_finite()) {
-        return Err(Failure::Diverged);
+impl Failure {
+    /// A word for files.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::OutsideDomain => "outside-domain",
+            Self::Diverged => "diverged",
+            Self::TooManySteps => "too-many-steps",
+            Self::NotConverged => "not-converged",
+            Self::NotSeparable => "not-separable",
+        }
     }
-    if metric.at(state.x).is_inside() { Ok(()) } else { Err(Failure::OutsideDomain) }
 }
 
 /// Where the points of an output are among steps of equal length.

@@ -2,7 +2,10 @@
 
 use std::fmt;
 
-use super::{Composition, Dop853, Failure, Gauss, Output, Problem, Radau5, Rk4, Taylor, Trajectory};
+use super::equations::World;
+use super::{
+    Composition, Dop853, Failure, Gauss, Output, Problem, Radau5, Rk4, SceneProblem, SceneState, Taylor, Trajectory,
+};
 
 /// Every method to compare with, in the order of tables and pictures.
 pub static PEERS: [&dyn Peer; 13] = [
@@ -35,6 +38,20 @@ pub trait Peer: Sync {
     /// If it has no dense output, takes constant steps, and their number is no multiple of the intervals of `output`.
     fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure>;
 
+    /// The same for a scene.
+    ///
+    /// # Errors
+    /// [`Failure`]; [`Failure::NotSeparable`] if the method needs equations of the second order and the scene has none.
+    ///
+    /// # Panics
+    /// As [`Self::run`].
+    fn run_scene(
+        &self,
+        problem: &SceneProblem,
+        output: &Output,
+        setting: Setting,
+    ) -> Result<Trajectory<SceneState>, Failure>;
+
     /// A setting for display.
     fn label(&self, Setting { count, tolerance }: Setting) -> String {
         match self.about().step {
@@ -42,6 +59,37 @@ pub trait Peer: Sync {
             Step::Iterated if tolerance > 0.0 => format!("steps={count} tol={tolerance:e}"),
             _ => format!("steps={count}"),
         }
+    }
+}
+
+/// A method that is written once for all equations.
+pub trait Method: Sync {
+    /// What it is.
+    fn about(&self) -> About;
+
+    /// The trajectory of `world` in this setting, at the points of `output`.
+    ///
+    /// # Errors
+    /// [`Failure`].
+    fn drive<W: World>(&self, world: &W, output: &Output, setting: Setting) -> Result<Trajectory<W::Point>, Failure>;
+}
+
+impl<M: Method> Peer for M {
+    fn about(&self) -> About {
+        Method::about(self)
+    }
+
+    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
+        self.drive(problem, output, setting)
+    }
+
+    fn run_scene(
+        &self,
+        problem: &SceneProblem,
+        output: &Output,
+        setting: Setting,
+    ) -> Result<Trajectory<SceneState>, Failure> {
+        self.drive(problem, output, setting)
     }
 }
 
@@ -80,6 +128,8 @@ pub struct About {
     pub step: Step,
     /// Whether points of output may lie anywhere between the ends of its steps.
     pub has_dense_output: bool,
+    /// Whether it is for equations of the second order only, q̈ = a(q).
+    pub needs_second_order: bool,
     /// With constant steps: how many for each Taylor step of the reference make its coarsest useful setting.
     pub coarsest: f64,
     /// Where it is described.

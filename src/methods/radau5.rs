@@ -1,10 +1,9 @@
 //! Radau IIA of order 5, the implicit method for stiff problems.
 
-use super::driver::{AdaptiveSteps, Control, Counted, Walker, adaptive_steps};
-use super::force::Force;
-use super::{About, Failure, Output, Peer, Problem, Setting, State, Step, Trajectory};
-use crate::geodesic::acceleration_slope;
-use crate::metric::Metric;
+use super::driver::{AdaptiveSteps, BeginAdaptive, Control, Walker, adaptive_steps};
+use super::equations::{Counted, Equations, Parts, World, copy, take};
+use super::peer::Method;
+use super::{About, Failure, Output, Setting, Step, Trajectory};
 
 /// √6.
 const ROOT: f64 = 2.449_489_742_783_178;
@@ -23,14 +22,15 @@ const E: [f64; 3] = [-(13.0 + 7.0 * ROOT) / 3.0, (-13.0 + 7.0 * ROOT) / 3.0, -1.
 const MOST_ITERATIONS: usize = 10;
 const NEWTON: f64 = 1e-2;
 
-/// Relative and absolute tolerance for x and w; t is a quadrature outside the error norm.
+/// Relative and absolute tolerance for positions and velocities or momenta; quadratures are outside the error norm.
 ///
-/// As for Gauss, x″ = a(x) leaves three unknowns a step, X = x + h c w + h² A² a(X), which a simplified Newton
-/// iteration solves with the exact slope of a at the start of the step. Steps end on the points of output.
+/// As for Gauss, x″ = a(x) leaves three unknowns a step for each position, X = x + h c w + h² A² a(X), which a simplified
+/// Newton iteration solves with the exact Jacobian at the start of the step. Equations of the first order have
+/// Y = y + h A f(Y). Steps end on the points of output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Radau5;
 
-impl Peer for Radau5 {
+impl Method for Radau5 {
     fn about(&self) -> About {
         About {
             name: "Radau5".to_owned(),
@@ -38,17 +38,40 @@ impl Peer for Radau5 {
             order: Some(5),
             step: Step::Adaptive,
             has_dense_output: false,
+            needs_second_order: false,
             coarsest: 1.0,
             source: "Hairer, Wanner, Solving Ordinary Differential Equations II, IV.8",
         }
     }
 
-    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
-        let (q_t, metric, tolerance) = (problem.q_t(), &problem.metric, setting.tolerance);
-        let here = Start { state: problem.start(), a: 0.0, slope: 0.0 };
-        let tried = (Stages { end: here.state, a: [0.0; 3] }, 0.0);
-        let walk = Walk { metric, q_t, tolerance, square: square(), here, tried, before: None };
-        adaptive_steps(problem, output, tolerance, walk)
+    fn drive<W: World>(&self, world: &W, output: &Output, setting: Setting) -> Result<Trajectory<W::Point>, Failure> {
+        adaptive_steps(world, output, setting.tolerance, self)
+    }
+}
+
+impl BeginAdaptive for Radau5 {
+    const CONTROL: Control = Control { exponent: 0.25, change: [0.2, 8.0], after_failure: 0.5, ends_on_output: true };
+
+    type Walk<E: Equations> = Walk<E>;
+
+    #[inline(always)]
+    fn begin<E: Equations>(&self, equations: &E, tolerance: f64) -> Walk<E> {
+        let (here, nodes) = (equations.start(), equations.rows([0.0; 3]));
+        Walk {
+            tolerance,
+            square: square(),
+            next: here.clone(),
+            at: here.clone(),
+            out: here.clone(),
+            rates: here.clone(),
+            here,
+            known: nodes.clone(),
+            tried: nodes.clone(),
+            z: nodes.clone(),
+            change: nodes,
+            h: 0.0,
+            before: None,
+        }
     }
 }
 
@@ -64,93 +87,6 @@ fn square() -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
 }
 
-/// (1 − s m)⁻¹ by cofactors.
-fn resolvent(m: &[[f64; 3]; 3], s: f64) -> [[f64; 3]; 3] {
-    let r: [[f64; 3]; 3] = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j)) - s * m[i][j]));
-    let minor = |i: usize, j: usize| {
-        let ([a, b], [c, d]) = ([(i + 1) % 3, (i + 2) % 3], [(j + 1) % 3, (j + 2) % 3]);
-        r[a][c] * r[b][d] - r[a][d] * r[b][c]
-    };
-    let determinant: f64 = (0..3).map(|j| r[0][j] * minor(0, j)).sum();
-    std::array::from_fn(|i| std::array::from_fn(|j| minor(j, i) / determinant))
-}
-
-/// A step: its end, and a at its nodes.
-#[derive(Clone, Copy)]
-struct Stages {
-    end: State,
-    a: [f64; 3],
-}
-
-/// Where a step starts.
-#[derive(Clone, Copy)]
-struct Start {
-    state: State,
-    /// a and its slope there.
-    a: f64,
-    slope: f64,
-}
-
-impl Start {
-    /// One step from a guess of a at its nodes, and its error in units of the tolerance; no step if Newton's method
-    /// fails.
-    #[inline(always)]
-    fn step(
-        &self,
-        force: &mut Counted<impl Force>,
-        square: &[[f64; 3]; 3],
-        h: f64,
-        guess: [f64; 3],
-        tolerance: f64,
-    ) -> Option<(Stages, f64)> {
-        let State { elapsed, x, w } = self.state;
-        let inverse = resolvent(square, h * h * self.slope);
-        let scales = [tolerance * (1.0 + x.abs()), tolerance * (1.0 + w.abs())];
-        let (mut a, mut u) = (guess, [0.0; 3]);
-        // X − x on the nodes.
-        let image = |a: [f64; 3]| {
-            let product = multiply(square, a);
-            std::array::from_fn::<f64, 3, _>(|i| h * C[i] * w + h * h * product[i])
-        };
-        let mut z = image(a);
-        let mut converged = false;
-        for _ in 0..MOST_ITERATIONS {
-            for i in 0..3 {
-                (u[i], a[i]) = force.at(x + z[i]);
-            }
-            let target = image(a);
-            let change = multiply(&inverse, std::array::from_fn(|i| target[i] - z[i]));
-            z = std::array::from_fn(|i| z[i] + change[i]);
-            let size = change.iter().fold(0.0, |size: f64, c| size.max(c.abs()));
-            if size <= f64::max(NEWTON * scales[0], f64::EPSILON * x.abs()) {
-                converged = true;
-                break;
-            }
-            if !size.is_finite() {
-                break;
-            }
-        }
-        if !converged {
-            return None;
-        }
-        for i in 0..3 {
-            (u[i], a[i]) = force.at(x + z[i]);
-        }
-        let zw = multiply(&A, a).map(|sum| h * sum);
-        let sum = |weights: [f64; 3], v: [f64; 3]| (0..3).map(|i| weights[i] * v[i]).sum::<f64>();
-        let end = State { elapsed: elapsed + h * sum(A[2], u), x: x + z[2], w: w + zw[2] };
-        // (u₁/h − J) e = f(y) + Σ E_i Z_i/h with J = ((0, 1), (a′, 0)).
-        let (diagonal, right) = (U1 / h, [w + sum(E, z) / h, self.a + sum(E, zw) / h]);
-        let determinant = diagonal * diagonal - self.slope;
-        let e = [
-            (diagonal * right[0] + right[1]) / determinant,
-            (self.slope * right[0] + diagonal * right[1]) / determinant,
-        ];
-        let error = (0.5 * ((e[0] / scales[0]).powi(2) + (e[1] / scales[1]).powi(2))).sqrt();
-        Some((Stages { end, a }, error))
-    }
-}
-
 /// The parabola through `a` on the nodes of a step, on those of the next, `ratio` times as long.
 #[inline(always)]
 fn extrapolate(a: [f64; 3], ratio: f64) -> [f64; 3] {
@@ -161,60 +97,195 @@ fn extrapolate(a: [f64; 3], ratio: f64) -> [f64; 3] {
     })
 }
 
-struct Walk<'a> {
-    metric: &'a Metric,
-    q_t: f64,
+pub(super) struct Walk<E: Equations> {
     tolerance: f64,
     square: [[f64; 3]; 3],
-    here: Start,
-    /// The step that was tried last, and its length.
-    tried: (Stages, f64),
-    /// a at the nodes of the step before, and its length.
-    before: Option<([f64; 3], f64)>,
+    here: E::Rows<f64>,
+    /// The derivatives there.
+    rates: E::Rows<f64>,
+    /// The rates at the nodes of the step before, and its length.
+    known: E::Rows<[f64; 3]>,
+    before: Option<f64>,
+    /// The same of the step that was tried last, its end, and its length.
+    tried: E::Rows<[f64; 3]>,
+    next: E::Rows<f64>,
+    h: f64,
+    /// Room for what the unknowns at the nodes are away from the start of the step, and for their changes.
+    z: E::Rows<[f64; 3]>,
+    change: E::Rows<[f64; 3]>,
+    /// Room for one of the nodes, and the derivatives there.
+    at: E::Rows<f64>,
+    out: E::Rows<f64>,
 }
 
-impl Walk<'_> {
-    /// Goes on from this state, where a is known. The slope of a takes an evaluation.
+/// A step that is tried.
+struct Trial<E: Equations> {
+    h: f64,
+    here: E::Rows<f64>,
+    /// The rates at the nodes.
+    tried: E::Rows<[f64; 3]>,
+    z: E::Rows<[f64; 3]>,
+    change: E::Rows<[f64; 3]>,
+    at: E::Rows<f64>,
+    out: E::Rows<f64>,
+}
+
+impl<E: Equations> Trial<E> {
+    /// What the rates make of the unknown with index k at the nodes, less its value at the start.
     #[inline(always)]
-    fn start(&mut self, force: &mut Counted<impl Force>, state: State, a: f64) {
-        let g = self.metric.at(state.x);
-        force.evaluations += 1;
-        self.here = Start { state, a, slope: acceleration_slope(self.q_t, g.g00, g.first, g.second) };
+    fn image(&self, square: &[[f64; 3]; 3], parts: Parts, k: usize) -> [f64; 3] {
+        let (h, rates) = (self.h, self.tried.as_ref()[k + parts.behind()]);
+        if parts.is_second_order {
+            let (w, product) = (self.here.as_ref()[k + parts.behind()], multiply(square, rates));
+            return std::array::from_fn(|i| h * C[i] * w + h * h * product[i]);
+        }
+        multiply(&A, rates).map(|sum| h * sum)
+    }
+
+    /// The rates at the nodes.
+    #[inline(always)]
+    fn evaluate(&mut self, equations: &mut Counted<E>) {
+        let parts = equations.equations.parts();
+        let Self { here, z, at, out, tried, .. } = self;
+        for i in 0..3 {
+            for k in parts.unknowns() {
+                at.as_mut()[k] = here.as_ref()[k] + z.as_ref()[k][i];
+            }
+            equations.rates(at, out);
+            for k in 0..parts.quadratures {
+                tried.as_mut()[k][i] = out.as_ref()[k];
+            }
+            for k in parts.driving() {
+                tried.as_mut()[k][i] = out.as_ref()[k];
+            }
+        }
+    }
+
+    /// Solves from a guess of the rates at the nodes; whether Newton's method converges.
+    #[inline(always)]
+    fn solve(&mut self, equations: &mut Counted<E>, square: &[[f64; 3]; 3], tolerance: f64) -> bool {
+        let (parts, h) = (equations.equations.parts(), self.h);
+        if parts.is_second_order {
+            equations.equations.factor(square, h * h);
+        } else {
+            equations.equations.factor(&A, h);
+        }
+        for k in parts.unknowns() {
+            self.z.as_mut()[k] = self.image(square, parts, k);
+        }
+        for _ in 0..MOST_ITERATIONS {
+            self.evaluate(equations);
+            for k in parts.unknowns() {
+                let (target, z) = (self.image(square, parts, k), self.z.as_ref()[k]);
+                self.change.as_mut()[k] = std::array::from_fn(|i| target[i] - z[i]);
+            }
+            equations.equations.correct(&mut self.change);
+            let (mut is_done, mut is_finite) = (true, true);
+            for k in parts.unknowns() {
+                let (change, z, x) = (self.change.as_ref()[k], &mut self.z.as_mut()[k], self.here.as_ref()[k]);
+                *z = std::array::from_fn(|i| z[i] + change[i]);
+                let size = change.iter().fold(0.0, |size: f64, c| size.max(c.abs()));
+                is_done &= size <= f64::max(NEWTON * (tolerance * (1.0 + x.abs())), f64::EPSILON * x.abs());
+                is_finite &= size.is_finite();
+            }
+            if is_done || !is_finite {
+                return is_done;
+            }
+        }
+        false
+    }
+
+    /// The end of the step, and its error in units of the tolerance, where `rates` are those at the start.
+    #[inline(always)]
+    fn finish(
+        &mut self,
+        equations: &mut Counted<E>,
+        tolerance: f64,
+        rates: &E::Rows<f64>,
+        next: &mut E::Rows<f64>,
+    ) -> f64 {
+        self.evaluate(equations);
+        let (parts, h) = (equations.equations.parts(), self.h);
+        let Self { here, tried, z, out: right, .. } = self;
+        let (here, rates, tried, z) = (here.as_ref(), rates.as_ref(), tried.as_ref(), z.as_ref());
+        let sum = |weights: [f64; 3], v: [f64; 3]| (0..3).map(|i| weights[i] * v[i]).sum::<f64>();
+        for k in 0..parts.quadratures {
+            next.as_mut()[k] = here[k] + h * sum(A[2], tried[k]);
+        }
+        // (u₁/h − J) e = f(y) + Σ E_i Z_i/h.
+        for k in parts.unknowns() {
+            next.as_mut()[k] = here[k] + z[k][2];
+            right.as_mut()[k] = rates[k] + sum(E, z[k]) / h;
+        }
+        if parts.is_second_order {
+            for k in parts.driving() {
+                let z = multiply(&A, tried[k]).map(|sum| h * sum);
+                next.as_mut()[k] = here[k] + z[2];
+                right.as_mut()[k] = rates[k] + sum(E, z) / h;
+            }
+        }
+        equations.equations.smooth(U1 / h, right);
+        let moving = parts.moving();
+        let square = |k: usize| (right.as_ref()[k] / (tolerance * (1.0 + here[k].abs()))).powi(2);
+        (moving.clone().map(square).sum::<f64>() / moving.len() as f64).sqrt()
     }
 }
 
-impl Walker for Walk<'_> {
+impl<E: Equations> Walker<E> for Walk<E> {
     #[inline(always)]
-    fn state(&self) -> State {
-        self.here.state
+    fn state(&self, state: &mut E::Rows<f64>) {
+        copy(state, &self.here);
     }
 }
 
-impl AdaptiveSteps for Walk<'_> {
-    const CONTROL: Control = Control { exponent: 0.25, change: [0.2, 8.0], after_failure: 0.5, ends_on_output: true };
-
+impl<E: Equations> AdaptiveSteps<E> for Walk<E> {
     #[inline(always)]
-    fn begin<F: Force>(&mut self, force: &mut Counted<F>, (_, a): (f64, f64)) {
-        self.start(force, self.here.state, a);
+    fn begin(&mut self, equations: &mut Counted<E>, rates: &E::Rows<f64>) {
+        copy(&mut self.rates, rates);
+        equations.linearise(&self.here);
     }
 
     #[inline(always)]
-    fn attempt<F: Force>(&mut self, force: &mut Counted<F>, h: f64) -> Option<f64> {
-        let guess = self.before.map_or([self.here.a; 3], |(a, length)| extrapolate(a, h / length));
-        let tried = self.here.step(force, &self.square, h, guess, self.tolerance);
-        let Some((stages, error)) = tried.filter(|(_, error)| error.is_finite()) else {
+    fn attempt(&mut self, equations: &mut Counted<E>, h: f64) -> Option<f64> {
+        for k in equations.equations.parts().driving() {
+            self.tried.as_mut()[k] = match self.before {
+                Some(length) => extrapolate(self.known.as_ref()[k], h / length),
+                None => [self.rates.as_ref()[k]; 3],
+            };
+        }
+        let [here, at, out, mut next] =
+            [&mut self.here, &mut self.at, &mut self.out, &mut self.next].map(|rows| take::<E, f64>(rows, 0.0));
+        let [tried, z, change] =
+            [&mut self.tried, &mut self.z, &mut self.change].map(|rows| take::<E, [f64; 3]>(rows, [0.0; 3]));
+        let mut trial: Trial<E> = Trial { h, here, tried, z, change, at, out };
+        let is_solved = trial.solve(equations, &self.square, self.tolerance);
+        let error = if is_solved { trial.finish(equations, self.tolerance, &self.rates, &mut next) } else { f64::NAN };
+        let Trial { here, tried, z, change, at, out, .. } = trial;
+        (self.here, self.at, self.out, self.next) = (here, at, out, next);
+        (self.tried, self.z, self.change) = (tried, z, change);
+        if !error.is_finite() {
             self.before = None;
             return None;
-        };
-        self.tried = (stages, h);
+        }
+        self.h = h;
         Some(error)
     }
 
     #[inline(always)]
-    fn accept<F: Force>(&mut self, force: &mut Counted<F>) {
-        let (Stages { end, a }, h) = self.tried;
-        self.before = Some((a, h));
+    fn accept(&mut self, equations: &mut Counted<E>) {
+        let parts = equations.equations.parts();
+        self.before = Some(self.h);
+        self.known.as_mut().copy_from_slice(self.tried.as_ref());
+        copy(&mut self.here, &self.next);
         // The last node is the end of the step.
-        self.start(force, end, a[2]);
+        for k in parts.driving() {
+            self.rates.as_mut()[k] = self.tried.as_ref()[k][2];
+        }
+        if parts.is_second_order {
+            for k in parts.unknowns() {
+                self.rates.as_mut()[k] = self.here.as_ref()[k + parts.behind()];
+            }
+        }
+        equations.linearise(&self.here);
     }
 }

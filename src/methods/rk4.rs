@@ -1,14 +1,15 @@
 //! The classical Runge–Kutta method of order 4.
 
-use super::driver::{Counted, EqualSteps, Walker, equal_steps};
-use super::force::Force;
-use super::{About, Failure, Output, Peer, Problem, Setting, State, Step, Trajectory};
+use super::driver::{BeginEqual, EqualSteps, Walker, equal_steps};
+use super::equations::{Counted, Equations, World, copy, step};
+use super::peer::Method;
+use super::{About, Failure, Output, Setting, Step, Trajectory};
 
 /// The classical Runge–Kutta method; between the ends of its steps the cubics that fit states and derivatives there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rk4;
 
-impl Peer for Rk4 {
+impl Method for Rk4 {
     fn about(&self) -> About {
         About {
             name: "RK4".to_owned(),
@@ -16,25 +17,43 @@ impl Peer for Rk4 {
             order: Some(4),
             step: Step::Constant,
             has_dense_output: true,
+            needs_second_order: false,
             coarsest: 1.0,
             source: "Kutta, Z. Math. Phys. 46 (1901) 435",
         }
     }
 
-    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
-        let (h, here) = (problem.length / setting.count as f64, problem.start());
-        equal_steps(problem, output, setting.count, Walk { h, here, from: here, first: (0.0, 0.0), next: None })
+    fn drive<W: World>(&self, world: &W, output: &Output, setting: Setting) -> Result<Trajectory<W::Point>, Failure> {
+        let h = world.length() / setting.count as f64;
+        equal_steps(world, output, setting.count, &Length(h))
     }
 }
 
-struct Walk {
+/// That of a step.
+struct Length(f64);
+
+impl BeginEqual for Length {
+    type Walk<'m, E: Equations> = Walk<E>;
+
+    #[inline(always)]
+    fn begin<E: Equations>(&self, equations: &E) -> Walk<E> {
+        let (here, zero) = (equations.start(), equations.rows(0.0));
+        let stages = std::array::from_fn(|_| zero.clone());
+        Walk { h: self.0, from: here.clone(), at: zero, here, stages, next: None }
+    }
+}
+
+pub(super) struct Walk<E: Equations> {
     h: f64,
-    here: State,
-    /// Where the last step began, and u and a there.
-    from: State,
-    first: (f64, f64),
-    /// u and a where it ended, if they are known: the first stage of the next step.
-    next: Option<(f64, f64)>,
+    here: E::Rows<f64>,
+    /// Where the last step began.
+    from: E::Rows<f64>,
+    /// Where a stage is.
+    at: E::Rows<f64>,
+    /// The derivatives at the stages of the last step.
+    stages: [E::Rows<f64>; 4],
+    /// The derivatives where it ended, if they are known: the first stage of the next step.
+    next: Option<E::Rows<f64>>,
 }
 
 /// The cubic on [0, 1] with the values `v` and the derivatives `d` at its ends.
@@ -44,51 +63,50 @@ fn cubic(s: f64, v: [f64; 2], d: [f64; 2]) -> f64 {
     v[0] + s * (rise + (1.0 - s) * ((1.0 - s) * (d[0] - rise) + s * (rise - d[1])))
 }
 
-impl Walker for Walk {
+impl<E: Equations> Walker<E> for Walk<E> {
     #[inline(always)]
-    fn state(&self) -> State {
-        self.here
+    fn state(&self, state: &mut E::Rows<f64>) {
+        copy(state, &self.here);
     }
 
     #[inline(always)]
-    fn inside<F: Force>(&mut self, force: &mut Counted<F>, fractions: &[f64], states: &mut Vec<State>) {
-        let (h, from, to, (u1, a1)) = (self.h, self.from, self.here, self.first);
-        let (u, a) = force.at(to.x);
-        self.next = Some((u, a));
-        states.extend(fractions.iter().map(
-            #[inline(always)]
-            |&s| State {
-                elapsed: cubic(s, [from.elapsed, to.elapsed], [h * u1, h * u]),
-                x: cubic(s, [from.x, to.x], [h * from.w, h * to.w]),
-                w: cubic(s, [from.w, to.w], [h * a1, h * a]),
-            },
-        ));
+    fn inside(&mut self, equations: &mut Counted<E>, fractions: &[f64], states: &mut Vec<E::Rows<f64>>) {
+        let mut next = self.here.clone();
+        equations.rates(&self.here, &mut next);
+        let (h, from, to) = (self.h, self.from.as_ref(), self.here.as_ref());
+        let (first, last) = (self.stages[0].as_ref(), next.as_ref());
+        for &s in fractions {
+            let mut state = self.here.clone();
+            for (k, state) in state.as_mut().iter_mut().enumerate() {
+                *state = cubic(s, [from[k], to[k]], [h * first[k], h * last[k]]);
+            }
+            states.push(state);
+        }
+        self.next = Some(next);
     }
 }
 
-impl EqualSteps for Walk {
+impl<E: Equations> EqualSteps<E> for Walk<E> {
     #[inline(always)]
-    fn advance<F: Force>(&mut self, force: &mut Counted<F>, steps: usize) -> Result<(), Failure> {
-        let h = self.h;
+    fn advance(self, equations: &mut Counted<E>, steps: usize) -> Result<Self, Failure> {
+        let Self { h, mut here, mut from, mut at, stages: [mut k1, mut k2, mut k3, mut k4], mut next } = self;
         for _ in 0..steps {
-            let State { elapsed: t, x, w } = self.here;
-            let (u1, a1) = match self.next.take() {
-                Some(known) => known,
-                None => force.at(x),
-            };
-            let w2 = w + 0.5 * h * a1;
-            let (u2, a2) = force.at(x + 0.5 * h * w);
-            let w3 = w + 0.5 * h * a2;
-            let (u3, a3) = force.at(x + 0.5 * h * w2);
-            let w4 = w + h * a3;
-            let (u4, a4) = force.at(x + h * w3);
-            (self.from, self.first) = (self.here, (u1, a1));
-            self.here = State {
-                elapsed: t + h / 6.0 * ((u1 + u4) + 2.0 * (u2 + u3)),
-                x: x + h / 6.0 * ((w + w4) + 2.0 * (w2 + w3)),
-                w: w + h / 6.0 * ((a1 + a4) + 2.0 * (a2 + a3)),
-            };
+            match next.take() {
+                Some(known) => k1 = known,
+                None => equations.rates(&here, &mut k1),
+            }
+            step(&mut at, &here, 0.5 * h, &k1);
+            equations.rates(&at, &mut k2);
+            step(&mut at, &here, 0.5 * h, &k2);
+            equations.rates(&at, &mut k3);
+            step(&mut at, &here, h, &k3);
+            equations.rates(&at, &mut k4);
+            copy(&mut from, &here);
+            let (k1, k2, k3, k4) = (k1.as_ref(), k2.as_ref(), k3.as_ref(), k4.as_ref());
+            for (k, here) in here.as_mut().iter_mut().enumerate() {
+                *here += h / 6.0 * ((k1[k] + k4[k]) + 2.0 * (k2[k] + k3[k]));
+            }
         }
-        Ok(())
+        Ok(Self { h, here, from, at, stages: [k1, k2, k3, k4], next })
     }
 }

@@ -1,7 +1,7 @@
 //! The series of the reference trajectory as a method of its own.
 
-use super::{About, Failure, Output, Peer, Problem, Setting, State, Step, Trajectory, check};
-use crate::reference::{EndReason, ReferenceTrajectory};
+use super::{About, Failure, Output, Peer, Problem, SceneProblem, SceneState, Setting, State, Step, Trajectory};
+use crate::reference::{EndReason, ReferenceTrajectory, SceneReference};
 
 /// The world-line in `f64` by series whose last terms are below the first by the tolerance, at the order that is
 /// cheapest for it, and by their polynomials between the ends of steps.
@@ -25,6 +25,7 @@ impl Peer for Taylor {
             order: None,
             step: Step::Adaptive,
             has_dense_output: true,
+            needs_second_order: false,
             coarsest: 1.0,
             source: "Jorba, Zou, Exp. Math. 14 (2005) 99",
         }
@@ -39,17 +40,41 @@ impl Peer for Taylor {
         let Problem { metric, initial, length } = problem;
         let (digits, order) = digits_and_order(setting.tolerance);
         let trajectory = ReferenceTrajectory::unchecked(metric, *initial, *length, order, digits);
-        let trajectory = trajectory.map_err(|end| match end.reason {
-            EndReason::OutsideDomain => Failure::OutsideDomain,
-            EndReason::Singular | EndReason::TimeNotReached | EndReason::TooLong { .. } => Failure::TooManySteps,
-        })?;
+        let trajectory = trajectory.map_err(|end| failure(&end.reason))?;
         let at = |gamma: f64| {
             let point = trajectory.at(gamma);
             let state = State { elapsed: point.elapsed, x: point.x, w: point.x_dot };
-            check(metric, state).map(|()| state)
+            state.check(metric).map(|()| state)
         };
         let states = output.gamma(*length).map(at).collect::<Result<_, _>>()?;
         let steps = trajectory.steps();
         Ok(Trajectory { states, evaluations: steps * order, steps })
+    }
+
+    fn run_scene(
+        &self,
+        problem: &SceneProblem,
+        output: &Output,
+        setting: Setting,
+    ) -> Result<Trajectory<SceneState>, Failure> {
+        let SceneProblem { geometry, start, length } = problem;
+        let (digits, order) = digits_and_order(setting.tolerance);
+        let trajectory = SceneReference::unchecked(geometry, start, *length, order, digits);
+        let trajectory = trajectory.map_err(|end| failure(&end.reason))?;
+        let at = |gamma: f64| {
+            let point = trajectory.at(gamma);
+            let is_finite = point.q.iter().chain(&point.p).all(|v| v.is_finite());
+            is_finite.then_some(SceneState { q: point.q, p: point.p }).ok_or(Failure::Diverged)
+        };
+        let states = output.gamma(*length).map(at).collect::<Result<_, _>>()?;
+        let steps = trajectory.steps();
+        Ok(Trajectory { states, evaluations: steps * order, steps })
+    }
+}
+
+fn failure(reason: &EndReason) -> Failure {
+    match reason {
+        EndReason::OutsideDomain => Failure::OutsideDomain,
+        EndReason::Singular | EndReason::TimeNotReached | EndReason::TooLong { .. } => Failure::TooManySteps,
     }
 }

@@ -5,6 +5,7 @@ mod common;
 mod curvature;
 mod field;
 mod formulas;
+mod methods;
 mod newton;
 mod presets;
 mod reference;

@@ -216,7 +216,9 @@ impl Job {
                 let status = match failure {
                     Failure::OutsideDomain => CellStatus::OutsideDomain,
                     Failure::Diverged => CellStatus::Diverged,
-                    Failure::TooManySteps | Failure::NotConverged => CellStatus::NoCriticalPoint,
+                    Failure::TooManySteps | Failure::NotConverged | Failure::NotSeparable => {
+                        CellStatus::NoCriticalPoint
+                    }
                 };
                 return Err(Failed { status, iterations: None });
             }

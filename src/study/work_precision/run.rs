@@ -65,12 +65,7 @@ impl<'a> Job<'a> {
 }
 
 fn finish(result: Result<Trajectory, Failure>) -> Result<Raw, &'static str> {
-    result.map(Raw::Trajectory).map_err(|failure| match failure {
-        Failure::OutsideDomain => "outside-domain",
-        Failure::Diverged => "diverged",
-        Failure::TooManySteps => "too-many-steps",
-        Failure::NotConverged => "not-converged",
-    })
+    result.map(Raw::Trajectory).map_err(Failure::as_str)
 }
 
 /// A call of `solve` with this many nodes in all.

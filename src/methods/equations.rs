@@ -1,0 +1,184 @@
+//! What a method integrates.
+//!
+//! A state is a row of numbers: quadratures, positions, and a velocity or momentum for every position. The equations are
+//! of one of two kinds:
+//!
+//! ```text
+//! second order   t′ = u(x),       x′ = w,          w′ = a(x)
+//! first order    t′ = u(x, p),    x′ = v(x, p),    p′ = f(x, p)
+//! ```
+//!
+//! Nothing depends on a quadrature. Every method is written for both kinds; with the first one an implicit method solves
+//! for positions only.
+
+use std::ops::Range;
+
+use super::Failure;
+
+/// Which numbers a state has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Parts {
+    /// Numbers that nothing depends on, which come first.
+    pub quadratures: usize,
+    /// Positions, which come next. There are as many velocities or momenta behind them.
+    pub positions: usize,
+    /// Whether the equations are of the second order.
+    pub is_second_order: bool,
+}
+
+impl Parts {
+    /// All but the quadratures.
+    #[inline(always)]
+    pub fn moving(self) -> Range<usize> {
+        self.quadratures..self.quadratures + 2 * self.positions
+    }
+
+    /// What an implicit method solves for: positions, and momenta if the equations are of the first order.
+    #[inline(always)]
+    pub fn unknowns(self) -> Range<usize> {
+        let count = if self.is_second_order { self.positions } else { 2 * self.positions };
+        self.quadratures..self.quadratures + count
+    }
+
+    /// An unknown with index k follows from the rate with the index k + this: that of its velocity, or its own.
+    #[inline(always)]
+    pub fn behind(self) -> usize {
+        if self.is_second_order { self.positions } else { 0 }
+    }
+
+    /// The rates from which unknowns and quadratures follow.
+    #[inline(always)]
+    pub fn driving(self) -> Range<usize> {
+        let unknowns = self.unknowns();
+        unknowns.start + self.behind()..unknowns.end + self.behind()
+    }
+}
+
+/// The right-hand side of the equations, with the linear algebra of their derivatives.
+pub trait Equations {
+    /// A value for each number of a state: an array where its length is known, so that it stays in registers.
+    type Rows<T: Copy>: Clone + AsRef<[T]> + AsMut<[T]>;
+
+    /// What a trajectory is made of.
+    type Point: Clone;
+
+    /// `value` for each number of a state.
+    fn rows<T: Copy>(&self, value: T) -> Self::Rows<T>;
+
+    /// What stays behind where rows are taken out, without room of their own.
+    fn vacant<T: Copy>(value: T) -> Self::Rows<T>;
+
+    /// Which numbers a state has.
+    fn parts(&self) -> Parts;
+
+    /// The state to begin with; quadratures are counted from there.
+    fn start(&self) -> Self::Rows<f64>;
+
+    /// The derivatives of all numbers of a state. Outside the domain they may be anything, NaN included.
+    fn rates(&mut self, state: &Self::Rows<f64>, rates: &mut Self::Rows<f64>);
+
+    /// A state as a point of a trajectory.
+    ///
+    /// # Errors
+    /// If the computation cannot go on from there.
+    fn point(&mut self, state: &Self::Rows<f64>) -> Result<Self::Point, Failure>;
+
+    /// The first unknown that is of one kind with this one: an error is judged by the size of the largest of a kind.
+    fn kind(&self, unknown: usize) -> usize;
+
+    /// Learns the Jacobian J at a state.
+    fn linearise(&mut self, state: &Self::Rows<f64>);
+
+    /// Prepares [`Self::correct`], where J₁ is the derivative of the driving rates by the unknowns: 1 − `scale` · `matrix`
+    /// ⊗ J₁.
+    fn factor(&mut self, matrix: &[[f64; 3]; 3], scale: f64);
+
+    /// Solves with that matrix for the unknowns at three nodes.
+    fn correct(&mut self, right: &mut Self::Rows<[f64; 3]>);
+
+    /// Solves with `diagonal` − J for all but the quadratures.
+    fn smooth(&mut self, diagonal: f64, right: &mut Self::Rows<f64>);
+}
+
+/// Work that is compiled for every kind of equations with the same points.
+pub trait Work<P> {
+    /// What it returns.
+    type Output;
+
+    /// Does it.
+    fn with<E: Equations<Point = P>>(self, equations: E) -> Self::Output;
+}
+
+/// A world-line to compute, which has equations.
+pub trait World {
+    /// What its trajectory is made of.
+    type Point: Clone;
+
+    /// γ_f − γ_i.
+    fn length(&self) -> f64;
+
+    /// Whether its equations are of the second order.
+    fn is_separable(&self) -> bool;
+
+    /// Does `work` with the equations, compiled for the instructions of this machine.
+    fn with_equations<W: Work<Self::Point>>(&self, work: W) -> W::Output;
+}
+
+/// Does `work` with fused multiply-add, where the machine has it. Longer vectors would gain nothing on one particle.
+pub(super) fn fused<W: Work<E::Point>, E: Equations>(work: W, equations: E) -> W::Output {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(simd) = pulp::x86::V3::try_new() {
+        return simd.vectorize(
+            #[inline(always)]
+            || work.with(equations),
+        );
+    }
+    work.with(equations)
+}
+
+/// Equations that count how often they are evaluated.
+pub(super) struct Counted<E> {
+    pub(super) equations: E,
+    pub(super) evaluations: usize,
+}
+
+impl<E: Equations> Counted<E> {
+    pub(super) fn new(equations: E) -> Self {
+        Self { equations, evaluations: 0 }
+    }
+
+    /// The derivatives of a state.
+    #[inline(always)]
+    pub(super) fn rates(&mut self, state: &E::Rows<f64>, rates: &mut E::Rows<f64>) {
+        self.evaluations += 1;
+        self.equations.rates(state, rates);
+    }
+
+    /// The Jacobian at a state takes an evaluation.
+    #[inline(always)]
+    pub(super) fn linearise(&mut self, state: &E::Rows<f64>) {
+        self.evaluations += 1;
+        self.equations.linearise(state);
+    }
+}
+
+/// `out` = `y` + `h` · `v`.
+#[inline(always)]
+pub(super) fn step<R: AsRef<[f64]> + AsMut<[f64]>>(out: &mut R, y: &R, h: f64, v: &R) {
+    for ((out, y), v) in out.as_mut().iter_mut().zip(y.as_ref()).zip(v.as_ref()) {
+        *out = y + h * v;
+    }
+}
+
+/// Takes rows out of their place. A method that works on rows of its own, not on those in a place that others know of,
+/// keeps them in registers.
+#[inline(always)]
+pub(super) fn take<E: Equations, T: Copy>(rows: &mut E::Rows<T>, value: T) -> E::Rows<T> {
+    std::mem::replace(rows, E::vacant(value))
+}
+
+/// Copies numbers without giving up the room that they are in.
+#[inline(always)]
+pub(super) fn copy<R: AsRef<[f64]> + AsMut<[f64]>>(to: &mut R, from: &R) {
+    to.as_mut().copy_from_slice(from.as_ref());
+}

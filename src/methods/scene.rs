@@ -1,0 +1,271 @@
+//! The equations of a scene of n coordinates.
+
+use std::sync::Arc;
+
+use super::Failure;
+use super::equations::{Equations, Parts, Work, World, fused};
+use super::linear::Dense;
+use crate::geometry::{Geometry, Motion, MotionRoom, Start};
+
+/// A world-line of a scene to compute.
+#[derive(Debug, Clone)]
+pub struct SceneProblem {
+    /// The geometry, around its start.
+    pub geometry: Arc<Geometry>,
+    /// The start.
+    pub start: Start,
+    /// γ_f − γ_i.
+    pub length: f64,
+}
+
+/// A point of the world-line of a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneState {
+    /// q^a of all coordinates.
+    pub q: Vec<f64>,
+    /// p_a of all coordinates.
+    pub p: Vec<f64>,
+}
+
+impl World for SceneProblem {
+    type Point = SceneState;
+
+    fn length(&self) -> f64 {
+        self.length
+    }
+
+    fn is_separable(&self) -> bool {
+        self.geometry.is_separable()
+    }
+
+    fn with_equations<W: Work<SceneState>>(&self, work: W) -> W::Output {
+        fused(work, SceneEquations::new(self))
+    }
+}
+
+/// Hamilton's equations. Quadratures are the ignorable coordinates, counted from the start; positions are the active
+/// ones. Behind them are the velocities of these if the geometry is separable, and otherwise the momenta.
+struct SceneEquations<'p> {
+    problem: &'p SceneProblem,
+    parts: Parts,
+    ignorable: Vec<usize>,
+    /// The first unknown of the same kind, for each number of a state.
+    kinds: Vec<usize>,
+    /// g_ab of the active coordinates, where it is constant.
+    block: Vec<f64>,
+    room: MotionRoom<f64>,
+    /// All coordinates and momenta. Charges stay in their places.
+    q: Vec<f64>,
+    p: Vec<f64>,
+    /// ∂(q̇, ṗ)/∂(q, p) of the active coordinates, and the derivatives of the driving rates by the unknowns.
+    jacobian: Vec<f64>,
+    driving: Vec<f64>,
+    /// The systems of [`Equations::correct`] and of [`Equations::smooth`], and room for right-hand sides.
+    nodes: Dense,
+    state: Dense,
+    right: Vec<f64>,
+}
+
+impl<'p> SceneEquations<'p> {
+    fn new(problem: &'p SceneProblem) -> Self {
+        let SceneProblem { geometry, start, .. } = problem;
+        let (n, active) = (geometry.dimension(), geometry.active());
+        let m = active.len();
+        let parts = Parts { quadratures: n - m, positions: m, is_second_order: geometry.is_separable() };
+        let diagonal = geometry.diagonal(&start.q);
+        // Coordinates with the same g_aa have the same unit.
+        let first_alike = |place: usize| active.iter().position(|&b| diagonal[b] == diagonal[active[place]]);
+        let kinds: Vec<usize> = (0..m).map(|place| first_alike(place).unwrap_or(place)).collect();
+        let kind = |k: usize| match k.checked_sub(n - m) {
+            None => k,
+            Some(place) if place < m => n - m + kinds[place],
+            Some(place) => n + kinds[place - m],
+        };
+        let kinds = (0..n + m).map(kind).collect();
+        let unknowns = parts.unknowns().len();
+        Self {
+            problem,
+            parts,
+            ignorable: geometry.ignorable().collect(),
+            kinds,
+            block: block(geometry, start),
+            room: geometry.motion_room(),
+            q: start.q.clone(),
+            p: start.p.clone(),
+            jacobian: vec![0.0; 4 * m * m],
+            driving: vec![0.0; unknowns * unknowns],
+            nodes: Dense::new(3 * unknowns),
+            state: Dense::new(2 * m),
+            right: vec![0.0; 3 * unknowns.max(2 * m)],
+        }
+    }
+
+    /// Puts the active coordinates and their momenta into their places.
+    fn place(&mut self, state: &[f64]) {
+        let (active, m) = (self.problem.geometry.active(), self.parts.positions);
+        let (positions, rest) = state[self.parts.quadratures..].split_at(m);
+        for (place, &a) in active.iter().enumerate() {
+            self.q[a] = positions[place];
+            // The momenta of a separable geometry do not act on the others.
+            if !self.parts.is_second_order {
+                self.p[a] = rest[place];
+            }
+        }
+    }
+
+    /// ∂(driving rates)/∂(unknowns) from the whole Jacobian.
+    fn derive(&mut self) {
+        let m = self.parts.positions;
+        if !self.parts.is_second_order {
+            self.driving.copy_from_slice(&self.jacobian);
+            return;
+        }
+        // q̈ = g ṗ with g = ∂q̇/∂p.
+        let entry = |row: usize, column: usize| self.jacobian[row * 2 * m + column];
+        for a in 0..m {
+            for b in 0..m {
+                self.driving[a * m + b] = (0..m).map(|c| entry(a, m + c) * entry(m + c, b)).sum();
+            }
+        }
+    }
+}
+
+/// g_ab of the active coordinates of a separable geometry: p_a = g_ab q̇^b.
+fn block(geometry: &Geometry, start: &Start) -> Vec<f64> {
+    let active = geometry.active();
+    if !geometry.is_separable() {
+        return Vec::new();
+    }
+    let still = geometry.momenta(&start.q, &vec![0.0; start.q.len()]);
+    let column = |b: usize| {
+        let mut q_dot = vec![0.0; start.q.len()];
+        q_dot[b] = 1.0;
+        geometry.momenta(&start.q, &q_dot)
+    };
+    let columns: Vec<Vec<f64>> = active.iter().map(|&b| column(b)).collect();
+    active.iter().flat_map(|&a| columns.iter().map(|column| column[a] - still[a]).collect::<Vec<f64>>()).collect()
+}
+
+impl Equations for SceneEquations<'_> {
+    type Rows<T: Copy> = Vec<T>;
+    type Point = SceneState;
+
+    fn rows<T: Copy>(&self, value: T) -> Vec<T> {
+        vec![value; self.kinds.len()]
+    }
+
+    fn vacant<T: Copy>(_: T) -> Vec<T> {
+        Vec::new()
+    }
+
+    #[inline(always)]
+    fn parts(&self) -> Parts {
+        self.parts
+    }
+
+    fn start(&self) -> Vec<f64> {
+        let (start, active) = (&self.problem.start, self.problem.geometry.active());
+        let rest = if self.parts.is_second_order { &start.q_dot } else { &start.p };
+        let mut state = vec![0.0; self.parts.quadratures];
+        state.extend(active.iter().map(|&a| start.q[a]));
+        state.extend(active.iter().map(|&a| rest[a]));
+        state
+    }
+
+    fn rates(&mut self, state: &Vec<f64>, rates: &mut Vec<f64>) {
+        self.place(state);
+        let geometry = &*self.problem.geometry;
+        if geometry.rates_at(&self.q, &self.p, 0, &mut self.room).is_err() {
+            rates.fill(f64::NAN);
+            return;
+        }
+        let (quadratures, moving) = rates.split_at_mut(self.parts.quadratures);
+        for (rate, &a) in quadratures.iter_mut().zip(&self.ignorable) {
+            *rate = geometry.q_dot(&self.room, a);
+        }
+        let (positions, rest) = moving.split_at_mut(self.parts.positions);
+        if self.parts.is_second_order {
+            positions.copy_from_slice(&state[self.parts.driving()]);
+            for (place, rate) in rest.iter_mut().enumerate() {
+                *rate = geometry.acceleration(&self.room, place).unwrap_or(f64::NAN);
+            }
+            return;
+        }
+        for (place, (&a, (position, momentum))) in
+            geometry.active().iter().zip(positions.iter_mut().zip(rest)).enumerate()
+        {
+            *position = geometry.q_dot(&self.room, a);
+            *momentum = geometry.p_dot(&self.room, place);
+        }
+    }
+
+    fn point(&mut self, state: &Vec<f64>) -> Result<SceneState, Failure> {
+        if !state.iter().all(|v| v.is_finite()) {
+            return Err(Failure::Diverged);
+        }
+        self.place(state);
+        let SceneProblem { geometry, start, .. } = self.problem;
+        geometry.rates_at(&self.q, &self.p, 0, &mut self.room).map_err(|_| Failure::OutsideDomain)?;
+        let (mut q, mut p) = (self.q.clone(), self.p.clone());
+        for (&a, elapsed) in self.ignorable.iter().zip(state) {
+            q[a] = start.q[a] + elapsed;
+        }
+        if self.parts.is_second_order {
+            let q_dot = &state[self.parts.driving()];
+            for (row, &a) in self.block.chunks_exact(self.parts.positions.max(1)).zip(geometry.active()) {
+                p[a] = row.iter().zip(q_dot).map(|(g, q_dot)| g * q_dot).sum();
+            }
+        }
+        Ok(SceneState { q, p })
+    }
+
+    #[inline(always)]
+    fn kind(&self, unknown: usize) -> usize {
+        self.kinds[unknown]
+    }
+
+    fn linearise(&mut self, state: &Vec<f64>) {
+        self.place(state);
+        let Self { problem, jacobian, room, q, p, parts, .. } = self;
+        jacobian.fill(0.0);
+        let columns = 2 * parts.positions;
+        problem.geometry.jacobian(q, p, 0, room, |row, column, value| jacobian[row * columns + column] = value);
+        self.derive();
+    }
+
+    fn factor(&mut self, matrix: &[[f64; 3]; 3], scale: f64) {
+        let unknowns = self.parts.unknowns().len();
+        let driving = &self.driving;
+        self.nodes.factor(|row, column| {
+            let one = f64::from(u8::from(row == column));
+            one - scale * matrix[row % 3][column % 3] * driving[row / 3 * unknowns + column / 3]
+        });
+    }
+
+    fn correct(&mut self, right: &mut Vec<[f64; 3]>) {
+        let unknowns = &mut right[self.parts.unknowns()];
+        let flat = &mut self.right[..3 * unknowns.len()];
+        for (flat, values) in flat.chunks_exact_mut(3).zip(&*unknowns) {
+            flat.copy_from_slice(values);
+        }
+        self.nodes.solve(flat);
+        for (flat, values) in flat.chunks_exact(3).zip(unknowns) {
+            values.copy_from_slice(flat);
+        }
+    }
+
+    fn smooth(&mut self, diagonal: f64, right: &mut Vec<f64>) {
+        let (m, driving, jacobian) = (self.parts.positions, &self.driving, &self.jacobian);
+        let is_second_order = self.parts.is_second_order;
+        self.state.factor(|row, column| {
+            let derivative = match is_second_order {
+                false => jacobian[row * 2 * m + column],
+                true if row < m => f64::from(u8::from(column == row + m)),
+                true if column < m => driving[(row - m) * m + column],
+                true => 0.0,
+            };
+            diagonal * f64::from(u8::from(row == column)) - derivative
+        });
+        self.state.solve(&mut right[self.parts.moving()]);
+    }
+}
