@@ -281,8 +281,10 @@ fn convergence(page: &mut Page, scene: &Scene) -> Result<()> {
     )?;
     let [coarse, fine] = [(16, 64), (64, 256)].map(|range| convergence.slopes(range));
     let title = format!("{} potential: errors at γ_f", scene.name);
-    let at_end = [Quantity::EpsXFinal, Quantity::EpsTFinal];
-    let l2 = [Quantity::EpsXL2, Quantity::EpsTL2];
+    let at_end = [Quantity::EPS_X_FINAL, Quantity::EPS_T_FINAL];
+    let shown = |at_end: bool| -> Vec<Slope> {
+        coarse.iter().filter(|slope| slope.quantity.is_at_end() == at_end).cloned().collect()
+    };
     let slope = |slopes: &[Slope], sbp: SbpName, quantity: Quantity, inverse_n: bool| {
         let fit = slopes.iter().find(|s| s.sbp == sbp && s.quantity == quantity).and_then(|s| s.fit.as_ref());
         fit.map_or("none".to_owned(), |f| format!("{:.2}", if inverse_n { f.slope_vs_inverse_n } else { f.slope }))
@@ -293,11 +295,11 @@ fn convergence(page: &mut Page, scene: &Scene) -> Result<()> {
         let name = sbp;
         for quantity in at_end {
             let paper = published(scene.name, sbp, quantity).context("the paper has this slope")?.slope;
-            stated.push(format!("{name} {} {paper:.2}", quantity.symbol()));
+            stated.push(format!("{name} {} {paper:.2}", quantity.symbol(&convergence.coordinates)));
             let _ = write!(
                 table,
                 "{name} {} {} ({}), {}; ",
-                quantity.symbol(),
+                quantity.symbol(&convergence.coordinates),
                 slope(&coarse, sbp, quantity, false),
                 slope(&coarse, sbp, quantity, true),
                 slope(&fine, sbp, quantity, false)
@@ -307,10 +309,10 @@ fn convergence(page: &mut Page, scene: &Scene) -> Result<()> {
     let name = scene.name;
     page.row(
         &[
-            (&format!("{name}-convergence"), pictures::errors(&title, &convergence, &coarse, &at_end)),
+            (&format!("{name}-convergence"), pictures::errors(&title, &convergence, &shown(true))),
             (
                 &format!("{name}-convergence-l2"),
-                pictures::errors(&format!("{name} potential: L2 errors"), &convergence, &coarse, &l2),
+                pictures::errors(&format!("{name} potential: L2 errors"), &convergence, &shown(false)),
             ),
         ],
         &format!("Slopes: {}.", stated.join(", ")),

@@ -9,6 +9,7 @@ use geodesic_ivp::study::convergence::paper::{BASE_CASES, PUBLISHED_SLOPES, publ
 use geodesic_ivp::study::convergence::{Quantity, Slope};
 
 use super::converge::{COMMAND, ConvergeArgs, Swept, sweep_into};
+use super::input::AnyCase;
 use super::{interrupt, report};
 
 /// Sweeps the base cases, writes the files of each into a folder of its name, and prints one table.
@@ -21,7 +22,7 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     let mut summaries = Vec::new();
     let mut ending = ExitCode::SUCCESS;
     for name in BASE_CASES {
-        let case = args.case.read_built_in(name)?;
+        let case = AnyCase::One(Box::new(args.case.read_built_in(name)?));
         let ranges = ranges(name);
         let swept = sweep_into(args.output.built_in_target(name, COMMAND), &case, args, &ranges, &format!("{name}: "))?;
         let Some(swept) = swept else {
@@ -72,7 +73,7 @@ impl Table {
         for (index, all) in swept.slopes.iter().enumerate() {
             let of = |quantity| published(name, all.sbp, quantity).filter(|_| all.form == Form::Strong);
             // The paper has no slopes in the L2 norm. They are fitted over the grids of ε_x.
-            let range = of(Quantity::EpsXFinal).map(|published| published.n_range);
+            let range = of(Quantity::EPS_X_FINAL).map(|published| published.n_range);
             let place = ranges(name).iter().position(|one| Some(*one) == range);
             let fitted = place.map(|place| &swept.beside[place][index]);
             let paper =
@@ -88,7 +89,7 @@ impl Table {
             self.lines += &format!(
                 "  {name:<9}  {:<10}  {:<12}  {paper:>5}  {:>11}  {:>10}  {:<10}  {} ({})\n",
                 all.scheme(),
-                all.quantity.as_str(),
+                all.name,
                 slope(fitted, true),
                 slope(fitted, false),
                 grids(fitted),

@@ -7,7 +7,6 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use clap::Args;
-use geodesic_ivp::Case;
 use geodesic_ivp::case::{Form, SbpName};
 use geodesic_ivp::output::{ConvergenceSummary, OutputSet, Target, pictures, write_convergence, write_slopes};
 use geodesic_ivp::scalar::{Extended, Real};
@@ -15,6 +14,7 @@ use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, Slope, Sweep, SweepError};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::input::AnyCase;
 use super::interrupt::{self, INTERRUPTED};
 use super::out::OutArgs;
 use super::{CaseArgs, base_cases, memory, report};
@@ -25,6 +25,9 @@ const SLOPES: &str = "slopes.csv";
 const SUMMARY: &str = "summary.json";
 const FINAL_ERRORS: &str = "errors_final.svg";
 const L2_ERRORS: &str = "errors_l2.svg";
+
+/// With more schemes than this, not all errors are drawn.
+const MOST_SCHEMES: usize = 4;
 
 #[derive(Debug, Args)]
 pub(super) struct ConvergeArgs {
@@ -91,7 +94,7 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     if !args.case.is_given() {
         return base_cases::converge(args);
     }
-    let case = args.case.read()?;
+    let case = args.case.read_any()?;
     args.output.check_standard_output()?;
     let target = args.output.target(&args.case, COMMAND)?;
     let Some(swept) = sweep_into(target, &case, args, &[], "")? else { return Ok(interrupt::before_any_result()) };
@@ -138,7 +141,7 @@ impl Swept {
 /// fitted over the ranges of `beside`. Warnings begin with `name`.
 pub(super) fn sweep_into(
     target: Target,
-    case: &Case,
+    case: &AnyCase,
     args: &ConvergeArgs,
     beside: &[(usize, usize)],
     name: &str,
@@ -149,7 +152,7 @@ pub(super) fn sweep_into(
 
 fn sweep_in<S: Arithmetic>(
     target: Target,
-    case: &Case,
+    case: &AnyCase,
     args: &ConvergeArgs,
     beside: &[(usize, usize)],
     name: &str,
@@ -158,8 +161,17 @@ fn sweep_in<S: Arithmetic>(
         report::warn(&format!("{name}{warning}"));
     }
     let finest = args.n_gamma.iter().max().copied().unwrap_or(0);
-    for grid in args.sbp.iter().filter_map(|&sbp| case.on_grid((sbp, case.scheme.form), finest, 1.0).ok()) {
-        memory::check(&grid, None)?;
+    for &sbp in &args.sbp {
+        match case {
+            AnyCase::One(one) => {
+                let grid = one.on_grid((sbp, one.scheme.form), finest, 1.0).ok();
+                grid.map_or(Ok(()), |grid| memory::check(&grid, None))?;
+            }
+            AnyCase::Scene(scene) => {
+                let grid = scene.on_grid(&scene.setup::<S>(), (sbp, scene.form()), finest, S::ONE).ok();
+                grid.map_or(Ok(()), |grid| memory::check_scene(&grid))?;
+            }
+        }
     }
     let directory = target.folder.clone();
     let pictures: &[&str] = if args.plot { &[FINAL_ERRORS, L2_ERRORS] } else { &[] };
@@ -170,7 +182,7 @@ fn sweep_in<S: Arithmetic>(
         Err(error) => {
             // An impossible grid is a mistake on the command line, and nothing is changed. A case without a reference
             // has no results, so the files of an earlier sweep are removed: they must not be taken for its own.
-            if matches!(error, SweepError::Reference(_)) {
+            if matches!(error, SweepError::Reference(_) | SweepError::SceneReference(_)) {
                 files.commit(|_| false)?;
             }
             return Err(error.into());
@@ -180,7 +192,7 @@ fn sweep_in<S: Arithmetic>(
     let is_strong = |point: &&ConvergencePoint| point.form == Form::Strong && point.sbp.fixed_points().is_none();
     let mut parities = convergence.points.iter().filter(is_strong).map(|point| point.n_gamma % 2);
     let first = parities.next();
-    if case.grid.windows == 1 && parities.any(|parity| Some(parity) != first) {
+    if case.windows() == 1 && parities.any(|parity| Some(parity) != first) {
         report::warn(&format!(
             "{name}the grids mix even and odd numbers of nodes, which have different constants of the error at the \
              end in the strong form: fit grids of one parity"
@@ -189,11 +201,11 @@ fn sweep_in<S: Arithmetic>(
     for warning in slopes.iter().filter_map(Slope::warning) {
         report::warn(&format!("{name}{warning}"));
     }
-    write_convergence(files.writer(CONVERGENCE), &convergence.points).context("cannot write convergence.csv")?;
+    write_convergence(files.writer(CONVERGENCE), &convergence).context("cannot write convergence.csv")?;
     write_slopes(files.writer(SLOPES), &slopes).context("cannot write slopes.csv")?;
-    let summary = ConvergenceSummary::new(case, &convergence, &slopes).to_json();
+    let summary = ConvergenceSummary::new(case.title(), case.warnings(), &convergence, &slopes).to_json();
     files.write_text(SUMMARY, &summary)?;
-    let title = args.case.title(case);
+    let title = args.case.headed(case.title());
     if args.plot {
         draw(&title, &convergence, &slopes, &files)?;
     }
@@ -212,13 +224,25 @@ fn sweep_in<S: Arithmetic>(
 }
 
 fn draw<S: Real>(title: &str, convergence: &Convergence<S>, slopes: &[Slope], files: &OutputSet) -> anyhow::Result<()> {
-    // With many schemes only the errors of x are drawn: twice as many curves would be too many to tell apart.
-    let first = usize::from(slopes.len() > 4 * Quantity::ALL.len());
-    for (name, what, quantities) in [
-        (FINAL_ERRORS, "errors at the end", [Quantity::EpsTFinal, Quantity::EpsXFinal]),
-        (L2_ERRORS, "errors in the L2 norm", [Quantity::EpsTL2, Quantity::EpsXL2]),
-    ] {
-        let chart = pictures::errors(&format!("{title}: {what}"), convergence, slopes, &quantities[first..]);
+    let is_one = convergence.coordinates.len() == 2 && convergence.charges.len() == 1;
+    for (name, what, at_end) in [(FINAL_ERRORS, "errors at the end", true), (L2_ERRORS, "errors in the L2 norm", false)]
+    {
+        let (of_x, largest) = match at_end {
+            true => (Quantity::EPS_X_FINAL, Quantity::LARGEST_FINAL),
+            false => (Quantity::EPS_X_L2, Quantity::LARGEST_L2),
+        };
+        let shown: Vec<Slope> = if is_one {
+            // With many schemes only the errors of x are drawn: twice as many curves would be too many to tell apart.
+            let is_crowded = slopes.len() > MOST_SCHEMES * 4;
+            let is_shown = |quantity: Quantity| quantity == of_x || (!is_crowded && quantity.is_at_end() == at_end);
+            slopes.iter().filter(|slope| is_shown(slope.quantity)).cloned().collect()
+        } else {
+            // Of several coordinates the largest error is drawn.
+            let range = slopes.iter().filter_map(|slope| slope.n_range).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+            let schemes = convergence.schemes().into_iter();
+            schemes.map(|scheme| convergence.slope(scheme, largest, range.unwrap_or((0, usize::MAX)))).collect()
+        };
+        let chart = pictures::errors(&format!("{title}: {what}"), convergence, &shown);
         files.write_text(name, &chart.to_svg())?;
     }
     Ok(())
@@ -233,14 +257,21 @@ enum News<S> {
 
 /// Sweeps, with a progress bar if standard error is a terminal. After an interrupt the result has the grids that were
 /// finished; it is `None` if the reference was not finished.
-fn sweep_with_progress<S: Arithmetic>(case: &Case, args: &ConvergeArgs) -> Result<Option<Convergence<S>>, SweepError> {
-    let forms = if args.form.is_empty() { &[case.scheme.form] } else { args.form.as_slice() };
+fn sweep_with_progress<S: Arithmetic>(
+    case: &AnyCase,
+    args: &ConvergeArgs,
+) -> Result<Option<Convergence<S>>, SweepError> {
+    let forms = if args.form.is_empty() { &[case.form()] } else { args.form.as_slice() };
     let schemes: Vec<_> = args.sbp.iter().flat_map(|&sbp| forms.iter().map(move |&form| (sbp, form))).collect();
     let grids = (args.n_gamma.len() * schemes.len()) as u64;
     let bar = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new(grids) };
     bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} grids {msg}").expect("the template is valid"));
     let (case, n_gamma) = (case.clone(), args.n_gamma.clone());
-    let work = move |tell: &(dyn Fn(News<S>) + Sync)| match Sweep::new(&case, &schemes, &n_gamma) {
+    let new = move || match &case {
+        AnyCase::One(case) => Sweep::new(case, &schemes, &n_gamma),
+        AnyCase::Scene(case) => Sweep::of_scene(case, &schemes, &n_gamma),
+    };
+    let work = move |tell: &(dyn Fn(News<S>) + Sync)| match new() {
         Ok(sweep) => {
             let sweep = Arc::new(sweep);
             tell(News::Ready(Arc::clone(&sweep)));
@@ -270,7 +301,7 @@ fn readable<S>(title: &str, convergence: &Convergence<S>, slopes: &[Slope]) -> S
     text += "  operator    quantity      slope         against 1/N  fitted N        points\n";
     for slope in slopes {
         let operator = slope.scheme();
-        let quantity = slope.quantity.as_str();
+        let quantity = &slope.name;
         let Some((fit, (n_min, n_max))) = slope.fit.as_ref().zip(slope.n_range) else {
             text += &format!("  {operator:<10}  {quantity:<12}  -\n");
             continue;

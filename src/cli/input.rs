@@ -6,8 +6,8 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use anyhow::Context;
-use geodesic_ivp::case::builtin;
 use geodesic_ivp::case::scene::SceneCase;
+use geodesic_ivp::case::{Form, builtin};
 use geodesic_ivp::similar::nearest;
 use geodesic_ivp::{Case, CaseError};
 
@@ -72,7 +72,12 @@ impl CaseArgs {
 
     /// What heads the output and the pictures: the title of the case, or its name.
     pub(super) fn title(&self, case: &Case) -> String {
-        case.title.clone().unwrap_or_else(|| self.stem().to_string_lossy().into_owned())
+        self.headed(case.title.as_deref())
+    }
+
+    /// That title, or the name of the case if there is none.
+    pub(super) fn headed(&self, title: Option<&str>) -> String {
+        title.map_or_else(|| self.stem().to_string_lossy().into_owned(), str::to_owned)
     }
 
     /// The name for the folder of results: the stem of the case's file, or the name of a built-in case.
@@ -92,7 +97,7 @@ impl CaseArgs {
             AnyCase::One(case) => Ok(*case),
             AnyCase::Scene(_) => {
                 let message = "this command takes cases of one coordinate in a potential, and not yet scenes";
-                Err(Refusal::usage(message).help("`run` and `check` take scenes").into())
+                Err(Refusal::usage(message).help("`run`, `check` and `converge` take scenes").into())
             }
         }
     }
@@ -152,11 +157,54 @@ impl CaseArgs {
 }
 
 /// A case of either kind.
+#[derive(Debug, Clone)]
 pub(super) enum AnyCase {
     /// One coordinate in a potential.
     One(Box<Case>),
     /// n coordinates.
     Scene(Box<SceneCase>),
+}
+
+impl AnyCase {
+    /// Its title.
+    pub(super) fn title(&self) -> Option<&str> {
+        match self {
+            Self::One(case) => case.title.as_deref(),
+            Self::Scene(case) => case.title(),
+        }
+    }
+
+    /// What one should know about it.
+    pub(super) fn warnings(&self) -> Vec<String> {
+        match self {
+            Self::One(case) => case.warnings(),
+            Self::Scene(case) => case.warnings(),
+        }
+    }
+
+    /// Whether it asks for more digits than `f64` has.
+    pub(super) fn is_extended(&self) -> bool {
+        match self {
+            Self::One(case) => case.is_extended(),
+            Self::Scene(case) => case.is_extended(),
+        }
+    }
+
+    /// The form of its action.
+    pub(super) fn form(&self) -> Form {
+        match self {
+            Self::One(case) => case.scheme.form,
+            Self::Scene(case) => case.form(),
+        }
+    }
+
+    /// Its number of windows.
+    pub(super) fn windows(&self) -> usize {
+        match self {
+            Self::One(case) => case.grid.windows,
+            Self::Scene(case) => case.windows(),
+        }
+    }
 }
 
 fn built_in_text(name: &str) -> anyhow::Result<&'static str> {

@@ -14,6 +14,16 @@ use geodesic_ivp::{CaseError, NoSolution, Status};
 use super::check::ExpectationNotMet;
 use super::interrupt::INTERRUPTED;
 
+/// What to do about a reference that ends early, and the exit code.
+fn of_reference(reason: &EndReason) -> (&'static str, u8) {
+    match reason {
+        EndReason::OutsideDomain => ("end the run before the geodesic leaves the domain", OUTSIDE_DOMAIN),
+        EndReason::Singular => ("end the run before that point", NO_CRITICAL_POINT),
+        EndReason::TimeNotReached => ("give gamma_f instead of t_f, or an earlier t_f", NO_CRITICAL_POINT),
+        EndReason::TooLong { .. } => ("choose a shorter run, or fewer digits", NO_CRITICAL_POINT),
+    }
+}
+
 /// Every exit code and its meaning.
 pub(super) const EXIT_CODES: [(u8, &str); 7] = [
     (0, "success; also when a reader closes the pipe early"),
@@ -84,12 +94,8 @@ pub(crate) fn exit_code(error: &anyhow::Error) -> ExitCode {
         (failure.to_string(), Some(failure.advice()), code)
     } else if let Some(sweep) = error.downcast_ref::<SweepError>() {
         let (help, code) = match sweep {
-            SweepError::Reference(end) => match end.reason {
-                EndReason::OutsideDomain => ("end the run before the geodesic leaves the domain", OUTSIDE_DOMAIN),
-                EndReason::Singular => ("end the run before that point", NO_CRITICAL_POINT),
-                EndReason::TimeNotReached => ("give gamma_f instead of t_f, or an earlier t_f", NO_CRITICAL_POINT),
-                EndReason::TooLong { .. } => ("choose a shorter run, or fewer digits", NO_CRITICAL_POINT),
-            },
+            SweepError::Reference(end) => of_reference(&end.reason),
+            SweepError::SceneReference(end) => of_reference(&end.reason),
             SweepError::Grid(_) => ("choose other numbers for --n-gamma, or fewer operators for --sbp", INVALID_CASE),
         };
         let help = Some(help);

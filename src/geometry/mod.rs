@@ -190,6 +190,23 @@ impl<S: Real> Geometry<S> {
         diagonal
     }
 
+    /// For each coordinate the first with the same g_aa at a point. They have one unit, so that sizes are shared: of x
+    /// and y one may be zero but for rounding.
+    pub(crate) fn alike(&self, q: &[S]) -> Vec<usize> {
+        let diagonal = self.diagonal(q);
+        (0..diagonal.len()).map(|a| diagonal.iter().position(|g| *g == diagonal[a]).unwrap_or(a)).collect()
+    }
+
+    /// The largest of the sizes of all coordinates that are alike, for every coordinate; see [`Self::alike`].
+    pub(crate) fn shared(&self, q: &[S], sizes: &[f64]) -> Vec<f64> {
+        let alike = self.alike(q);
+        let largest = |kind: usize| {
+            let of_kind = alike.iter().zip(sizes).filter(|(other, _)| **other == kind);
+            of_kind.fold(0.0, |largest: f64, (_, &size)| largest.max(size))
+        };
+        alike.iter().map(|&kind| largest(kind)).collect()
+    }
+
     fn compute(&self, q: &[&[S]], samples: &mut Samples<S>) {
         let mut rows: Vec<&mut [S]> = samples.rows_mut().collect();
         self.lagrangian.sample(q, &mut rows);

@@ -338,8 +338,8 @@ impl<E: Equations> AdaptiveSteps<E> for Walk<E> {
         let stages = &mut self.stages;
         let (tried, end) = stages.split_at_mut(STAGES);
         copy(&mut tried[0], &end[0]);
-        for (stage, row) in (1..STAGES).zip(A) {
-            combine(stages, row, &mut sum);
+        for stage in 1..STAGES {
+            combine(stages, A[stage - 1], &mut sum);
             step(&mut at, &here, h, &sum);
             equations.rates(&at, &mut stages[stage]);
         }

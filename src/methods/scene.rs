@@ -72,9 +72,8 @@ impl<'p> SceneEquations<'p> {
         let (n, active) = (geometry.dimension(), geometry.active());
         let m = active.len();
         let parts = Parts { quadratures: n - m, positions: m, is_second_order: geometry.is_separable() };
-        let diagonal = geometry.diagonal(&start.q);
-        // Coordinates with the same g_aa have the same unit.
-        let first_alike = |place: usize| active.iter().position(|&b| diagonal[b] == diagonal[active[place]]);
+        let alike = geometry.alike(&start.q);
+        let first_alike = |place: usize| active.iter().position(|&b| alike[b] == alike[active[place]]);
         let kinds: Vec<usize> = (0..m).map(|place| first_alike(place).unwrap_or(place)).collect();
         let kind = |k: usize| match k.checked_sub(n - m) {
             None => k,

@@ -16,5 +16,6 @@
 pub mod convergence;
 pub mod run_error;
 pub mod scene_error;
+pub mod scene_length;
 pub mod stability;
 pub mod work_precision;

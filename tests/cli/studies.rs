@@ -30,6 +30,28 @@ fn converge_writes_errors_slopes_and_pictures() {
 }
 
 #[test]
+fn converge_takes_scenes() {
+    let folder = TempDir::new().unwrap();
+    let command = "converge kerr-inclined --set grid.gamma_f=60.0 --n-gamma 128,256,512 --sbp SBP21 --out out --plot";
+    let text = succeeded(&run_in(folder.path(), &(command.to_owned() + " --set grid.windows=1")));
+    assert!(text.contains("SBP21       eps_theta_l2   2.0"), "{text}");
+    let out = folder.path().join("out");
+    assert_eq!(names(&out), ["convergence.csv", "errors_final.svg", "errors_l2.svg", "slopes.csv", "summary.json"]);
+    let columns = "sbp,form,n_gamma,delta_gamma,eps_t_final,eps_r_final,eps_theta_final,eps_phi_final,eps_t_l2,\
+                   eps_r_l2,eps_theta_l2,eps_phi_l2,delta_q_t_last,delta_q_phi_last,delta_k_max,iterations,seconds,\
+                   status";
+    assert_eq!(first_line(&out.join("convergence.csv")), columns);
+    let slopes = fs::read_to_string(out.join("slopes.csv")).unwrap();
+    assert_eq!(slopes.lines().count(), 9);
+    let reference = &json(&out.join("summary.json"))["reference"];
+    assert!(reference["theta_final"].is_number() && reference["phi_size"].is_number(), "{reference}");
+    let picture = fs::read_to_string(out.join("errors_final.svg")).unwrap();
+    assert!(picture.contains("slope 2.0"), "the largest error is drawn with its slope");
+    let outside = run_in(folder.path(), "converge schwarzschild-plunge --sbp SBP21 --n-gamma 16");
+    assert_eq!(outside.status.code(), Some(4), "{}", stderr(&outside));
+}
+
+#[test]
 fn a_mixture_of_even_and_odd_grids_is_a_warning_in_the_strong_form() {
     let folder = TempDir::new().unwrap();
     for (arguments, is_mixed) in [

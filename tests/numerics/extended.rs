@@ -225,8 +225,8 @@ fn the_slope_of_sbp42_goes_on_below_the_rounding_of_f64() {
         assert!((fit.slope - 3.0).abs() < 0.02, "{:?}: {}", slope.quantity, fit.slope);
         assert!((fit.local_slopes[2] - 3.0).abs() < 2e-3, "{:?}: {:?}", slope.quantity, fit.local_slopes);
     }
-    let finest = convergence.points.last().unwrap().errors.unwrap();
-    assert!(Quantity::EpsXFinal.of(&finest) < 1e-16 && Quantity::EpsTFinal.of(&finest) < 1e-16, "{finest:?}");
+    let finest = convergence.points.last().unwrap().errors.clone().unwrap();
+    assert!(Quantity::EPS_X_FINAL.of(&finest) < 1e-16 && Quantity::EPS_T_FINAL.of(&finest) < 1e-16, "{finest:?}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Critical points in scenes of n coordinates.
 
 mod common;
+mod convergence;
 mod ends;
 mod features;
 mod schwarzschild;

@@ -3,7 +3,10 @@
 use std::sync::Arc;
 
 use super::SceneCase;
+use crate::action::Form;
+use crate::case::validate::{check_nodes, check_spacing};
 use crate::geometry::{GeometryText, Law, Observable, Place as FormulaPlace};
+use crate::sbp::SbpName;
 use crate::scalar::Real;
 use crate::solve::End;
 use crate::solve::scene::{Place, SceneLimit, SceneSetup, Until};
@@ -54,6 +57,30 @@ impl SceneCase {
             digits: if S::IS_EXTENDED { self.digits() } else { f64::MOST_DIGITS },
             max_iterations: self.max_iterations(),
         }
+    }
+}
+
+impl SceneCase {
+    /// What the solver is told on another grid: with that operator and form and so many nodes, over γ − γ_i up to
+    /// `length`. A spectral element gets as many windows as make about that number of nodes in all.
+    ///
+    /// # Errors
+    /// A message that says what is wrong with that grid.
+    pub fn on_grid<S: Real>(
+        &self,
+        setup: &SceneSetup<S>,
+        (sbp, form): (SbpName, Form),
+        n_gamma: usize,
+        length: S,
+    ) -> Result<SceneSetup<S>, String> {
+        let (n_gamma, windows) = match sbp.fixed_points() {
+            Some(nodes) => (nodes, (n_gamma.saturating_sub(1) / (nodes - 1)).max(1)),
+            None => (n_gamma, self.windows()),
+        };
+        let intervals = (n_gamma.max(2) - 1) * windows;
+        let spaced = || check_spacing("grid.gamma_f", setup.gamma_i.to_f64(), intervals, length.to_f64());
+        check_nodes(Some(sbp), n_gamma, windows).and_then(|()| spaced()).map_err(|invalid| invalid.message)?;
+        Ok(SceneSetup { limit: SceneLimit::Length(length), until: None, sbp, form, n_gamma, windows, ..setup.clone() })
     }
 }
 

@@ -13,7 +13,7 @@ use crate::diagnostics::Diagnostics;
 use crate::reference::{ReferencePoint, ReferenceTrajectory, TimeState};
 use crate::scalar::Real;
 use crate::solve::Solution;
-use crate::study::convergence::{Convergence, Quantity, Slope};
+use crate::study::convergence::{Convergence, Slope};
 
 /// Number of points at which a continuous curve, such as the reference, is drawn.
 const CURVE_POINTS: usize = 400;
@@ -174,24 +174,24 @@ fn residual_chart(title: &str, of: &str, y_label: &str, series: Vec<Series>) -> 
 /// With more schemes than this in one picture, the legend gives the fits and they are not drawn as lines.
 const MOST_FITTED: usize = 4;
 
-/// Errors against Δγ with their fits, and dotted lines of each operator's order.
-pub fn errors<S>(of: &str, convergence: &Convergence<S>, slopes: &[Slope], quantities: &[Quantity]) -> Chart {
+/// The errors of these slopes against Δγ with their fits, and dotted lines of each operator's order.
+pub fn errors<S>(of: &str, convergence: &Convergence<S>, slopes: &[Slope]) -> Chart {
     let mut series = Vec::new();
     let mut guides: Vec<(i32, (f64, f64), f64)> = Vec::new();
-    let shown: Vec<&Slope> = slopes.iter().filter(|slope| quantities.contains(&slope.quantity)).collect();
-    let crowded = shown.len() > MOST_FITTED;
-    for slope in shown {
+    let crowded = slopes.len() > MOST_FITTED;
+    for slope in slopes {
         let points: Vec<(usize, (f64, f64))> = (convergence.points.iter())
             .filter(|point| (point.sbp, point.form) == (slope.sbp, slope.form))
             .filter_map(|point| {
-                point.errors.map(|errors| (point.n_gamma, (point.delta_gamma, slope.quantity.of(&errors))))
+                let errors = point.errors.as_ref()?;
+                Some((point.n_gamma, (point.delta_gamma, slope.quantity.of(errors))))
             })
             .collect();
         let all = points.iter().map(|&(_, place)| place).collect();
-        let name = format!("{} {}", slope.scheme(), slope.quantity.symbol());
+        let name = format!("{} {}", slope.scheme(), slope.quantity.symbol(&convergence.coordinates));
         let ink = Ink::Fixed(look::of_scheme(slope.sbp, slope.form));
         // x has filled symbols and t open ones.
-        let is_time = matches!(slope.quantity, Quantity::EpsTFinal | Quantity::EpsTL2);
+        let is_time = slope.quantity.coordinate() == Some(0);
         if crowded {
             let fitted = slope.fit.as_ref().map_or(String::new(), |fit| format!(", slope {:.2}", fit.slope));
             let mark = if is_time { Mark::DashedAndOpenPoints } else { Mark::LineAndPoints };

@@ -96,13 +96,10 @@ impl<S: Real> Run<'_, S> {
     /// the same unit, and share the largest size: of x and y one may be zero but for rounding.
     fn difference(&self, steps: &Steps<S>, check: &Steps<S>) -> f64 {
         let n = self.geometry.dimension();
-        let diagonal = self.geometry.diagonal(&self.start.q);
         let distances = steps.distances(check, n);
-        let size = |a: usize| {
-            let alike = (0..n).filter(|&b| diagonal[b] == diagonal[a]);
-            alike.fold(distances[a].1, |size, b| size.max(distances[b].1))
-        };
-        largest_relative((0..n).map(|a| (distances[a].0, size(a))))
+        let sizes: Vec<f64> = distances.iter().map(|(_, size)| *size).collect();
+        let sizes = self.geometry.shared(&self.start.q, &sizes);
+        largest_relative((0..n).map(|a| (distances[a].0, sizes[a])))
     }
 }
 

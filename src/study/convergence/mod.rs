@@ -2,37 +2,33 @@
 
 pub mod fit;
 pub mod paper;
+mod scene;
 mod slope;
 mod sweep;
-
-use serde::Serialize;
 
 pub use slope::Slope;
 pub use sweep::{Sweep, errors, sweep};
 
 use crate::case::{Form, SbpName};
-use crate::reference::ReferenceEnds;
+use crate::norm::larger;
+use crate::reference::{ReferenceEnds, SceneReferenceEnds};
 use crate::solve::Status;
 
-/// The measured errors on one grid, in the units of t and x.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// The measured errors on one grid, in the units of the coordinates.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Errors {
-    /// |t_N − t(γ_f)|.
-    pub eps_t_final: f64,
-    /// |x_N − x(γ_f)|.
-    pub eps_x_final: f64,
-    /// ((t − t(γ))ᵀ H (t − t(γ)))^½.
-    pub eps_t_l2: f64,
-    /// ((x − x(γ))ᵀ H (x − x(γ)))^½.
-    pub eps_x_l2: f64,
-    /// ΔQ_t at the last node.
-    pub delta_q_t_last: f64,
+    /// |q_N − q(γ_f)| of every coordinate.
+    pub at_end: Vec<f64>,
+    /// ((q − q(γ))ᵀ H (q − q(γ)))^½ of every coordinate.
+    pub l2: Vec<f64>,
+    /// ΔQ_t at the last node; in a scene, the largest |Δp_a| at the last node of a window, of every charge.
+    pub charges_last: Vec<f64>,
     /// max |ΔK| over all nodes but the last of each window (weak form: over all).
     pub delta_k_max: f64,
 }
 
 /// One grid of the sweep.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ConvergencePoint {
     /// Operator.
     pub sbp: SbpName,
@@ -52,59 +48,78 @@ pub struct ConvergencePoint {
     pub status: Status,
 }
 
-/// The quantities whose slopes are fitted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-#[allow(missing_docs)] // Named as in `Errors`.
-pub enum Quantity {
-    EpsTFinal,
-    EpsXFinal,
-    EpsTL2,
-    EpsXL2,
+/// A quantity whose slope is fitted: the error of a coordinate, or the largest of all, at γ_f or in the L2 norm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Quantity {
+    /// The coordinate, by its place; all of them if there is none.
+    coordinate: Option<usize>,
+    at_end: bool,
+}
+
+#[allow(missing_docs)] // Named as in the files for one coordinate.
+impl Quantity {
+    pub const EPS_T_FINAL: Self = Self::at_end(0);
+    pub const EPS_X_FINAL: Self = Self::at_end(1);
+    pub const EPS_T_L2: Self = Self::l2(0);
+    pub const EPS_X_L2: Self = Self::l2(1);
 }
 
 impl Quantity {
-    /// All of them, in the order of the files.
-    pub const ALL: [Self; 4] = [Self::EpsTFinal, Self::EpsXFinal, Self::EpsTL2, Self::EpsXL2];
+    /// The largest error of a coordinate at γ_f.
+    pub const LARGEST_FINAL: Self = Self { coordinate: None, at_end: true };
+    /// The largest error of a coordinate in the L2 norm.
+    pub const LARGEST_L2: Self = Self { coordinate: None, at_end: false };
 
-    /// The name used in files.
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::EpsTFinal => "eps_t_final",
-            Self::EpsXFinal => "eps_x_final",
-            Self::EpsTL2 => "eps_t_l2",
-            Self::EpsXL2 => "eps_x_l2",
-        }
+    /// The error of a coordinate at γ_f.
+    pub const fn at_end(coordinate: usize) -> Self {
+        Self { coordinate: Some(coordinate), at_end: true }
+    }
+
+    /// The error of a coordinate in the L2 norm.
+    pub const fn l2(coordinate: usize) -> Self {
+        Self { coordinate: Some(coordinate), at_end: false }
+    }
+
+    /// Those of so many coordinates, in the order of the files. A case of one coordinate has two: t and x.
+    pub fn all(coordinates: usize) -> Vec<Self> {
+        (0..coordinates).map(Self::at_end).chain((0..coordinates).map(Self::l2)).collect()
+    }
+
+    /// The coordinate, if it is the error of one.
+    pub fn coordinate(self) -> Option<usize> {
+        self.coordinate
+    }
+
+    /// The name used in files, with these names of the coordinates.
+    pub fn name(self, coordinates: &[String]) -> String {
+        let of = self.coordinate.map_or("largest", |a| coordinates[a].as_str());
+        format!("eps_{of}_{}", if self.at_end { "final" } else { "l2" })
     }
 
     /// The symbol used in pictures.
-    pub fn symbol(self) -> &'static str {
-        match self {
-            Self::EpsTFinal => "ε_t(γ_f)",
-            Self::EpsXFinal => "ε_x(γ_f)",
-            Self::EpsTL2 => "ε_t(L2)",
-            Self::EpsXL2 => "ε_x(L2)",
-        }
+    pub fn symbol(self, coordinates: &[String]) -> String {
+        let of = self.coordinate.map_or(String::new(), |a| format!("_{}", coordinates[a]));
+        format!("ε{of}({})", if self.at_end { "γ_f" } else { "L2" })
     }
 
     /// Whether it is an error at γ_f.
     pub fn is_at_end(self) -> bool {
-        matches!(self, Self::EpsTFinal | Self::EpsXFinal)
+        self.at_end
     }
 
     /// Its value.
     pub fn of(self, errors: &Errors) -> f64 {
-        match self {
-            Self::EpsTFinal => errors.eps_t_final,
-            Self::EpsXFinal => errors.eps_x_final,
-            Self::EpsTL2 => errors.eps_t_l2,
-            Self::EpsXL2 => errors.eps_x_l2,
-        }
+        self.pick(if self.at_end { &errors.at_end } else { &errors.l2 })
+    }
+
+    /// The value of its coordinate, or the largest.
+    fn pick(self, values: &[f64]) -> f64 {
+        self.coordinate.map_or_else(|| values.iter().copied().fold(0.0, larger), |a| values[a])
     }
 }
 
 /// The reference against which the errors are measured.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ReferenceInfo<S = f64> {
     /// Its estimate of its own relative error.
     pub error_estimate: f64,
@@ -112,14 +127,12 @@ pub struct ReferenceInfo<S = f64> {
     pub steps: usize,
     /// γ_f.
     pub gamma_final: S,
-    /// t(γ_f).
-    pub t_final: S,
-    /// x(γ_f).
-    pub x_final: S,
-    /// Largest |t − t_i|: the size that errors of t are compared with.
-    pub t_size: f64,
-    /// Largest |x| at a node of the finest grid: the size that errors of x are compared with.
-    pub x_size: f64,
+    /// The coordinates at γ_f.
+    pub end: Vec<S>,
+    /// The size that errors of each coordinate are compared with: its largest absolute value at a node of the finest
+    /// grid; of t and of the ignorable coordinates of a scene the largest distance from the start. In a scene
+    /// coordinates with the same g_aa at the start share the largest.
+    pub sizes: Vec<f64>,
 }
 
 /// The whole sweep.
@@ -129,6 +142,10 @@ pub struct Convergence<S = f64> {
     pub points: Vec<ConvergencePoint>,
     /// The reference with which they are compared.
     pub reference: ReferenceInfo<S>,
+    /// The names of the coordinates.
+    pub coordinates: Vec<String>,
+    /// The names of those whose momenta are charges.
+    pub charges: Vec<String>,
     /// Digits of the arithmetic, from which the level of rounding follows.
     pub digits: u32,
     /// Whether the sweep was cancelled before all grids were done.
@@ -141,6 +158,9 @@ pub enum SweepError {
     /// There is no trajectory to compare with.
     #[error(transparent)]
     Reference(#[from] ReferenceEnds),
+    /// The same for a scene.
+    #[error(transparent)]
+    SceneReference(#[from] SceneReferenceEnds),
     /// A grid is not possible: too few nodes for the operator, too many, or too close.
     #[error("{0}")]
     Grid(String),

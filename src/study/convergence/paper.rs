@@ -28,14 +28,14 @@ const FINE: (usize, usize) = (64, 256);
 
 /// All slopes that the paper reports.
 pub const PUBLISHED_SLOPES: [PublishedSlope; 8] = [
-    at_end("linear", SbpName::Sbp21, Quantity::EpsXFinal, 2.08, COARSE),
-    at_end("linear", SbpName::Sbp21, Quantity::EpsTFinal, 2.07, COARSE),
-    at_end("linear", SbpName::Sbp42, Quantity::EpsXFinal, 3.07, COARSE),
-    at_end("linear", SbpName::Sbp42, Quantity::EpsTFinal, 3.48, COARSE),
-    at_end("quartic", SbpName::Sbp21, Quantity::EpsXFinal, 2.08, COARSE),
-    at_end("quartic", SbpName::Sbp21, Quantity::EpsTFinal, 2.06, COARSE),
-    at_end("quartic", SbpName::Sbp42, Quantity::EpsXFinal, 2.84, FINE),
-    at_end("quartic", SbpName::Sbp42, Quantity::EpsTFinal, 3.13, FINE),
+    at_end("linear", SbpName::Sbp21, Quantity::EPS_X_FINAL, 2.08, COARSE),
+    at_end("linear", SbpName::Sbp21, Quantity::EPS_T_FINAL, 2.07, COARSE),
+    at_end("linear", SbpName::Sbp42, Quantity::EPS_X_FINAL, 3.07, COARSE),
+    at_end("linear", SbpName::Sbp42, Quantity::EPS_T_FINAL, 3.48, COARSE),
+    at_end("quartic", SbpName::Sbp21, Quantity::EPS_X_FINAL, 2.08, COARSE),
+    at_end("quartic", SbpName::Sbp21, Quantity::EPS_T_FINAL, 2.06, COARSE),
+    at_end("quartic", SbpName::Sbp42, Quantity::EPS_X_FINAL, 2.84, FINE),
+    at_end("quartic", SbpName::Sbp42, Quantity::EPS_T_FINAL, 3.13, FINE),
 ];
 
 const fn at_end(

@@ -14,6 +14,8 @@ pub struct Slope {
     pub form: Form,
     /// The quantity that was fitted.
     pub quantity: Quantity,
+    /// Its name in files.
+    pub name: String,
     /// The fit; `None` with fewer than two points above the rounding plateau.
     pub fit: Option<Fit>,
     /// Smallest and largest N of the fit; `None` without points.
@@ -35,7 +37,7 @@ impl Slope {
 
     /// A warning, if the number should not be read as an order.
     pub fn warning(&self) -> Option<String> {
-        let (name, quantity) = (self.scheme(), self.quantity.as_str());
+        let (name, quantity) = (self.scheme(), &self.name);
         match &self.fit {
             None if self.plateau_from.is_some() => {
                 Some(format!("{name} {quantity}: no slope, the errors are at the rounding level"))
@@ -57,13 +59,20 @@ impl<S: Real> Convergence<S> {
     /// The slopes of every operator, form and quantity over the grids with `n_range.0` ≤ N ≤ `n_range.1` whose errors
     /// lie above the rounding plateau.
     pub fn slopes(&self, n_range: (usize, usize)) -> Vec<Slope> {
-        let mut schemes: Vec<(SbpName, Form)> = self.points.iter().map(|point| (point.sbp, point.form)).collect();
-        schemes.dedup();
-        let of_scheme = |scheme| Quantity::ALL.map(|quantity| self.slope(scheme, quantity, n_range));
-        schemes.into_iter().flat_map(of_scheme).collect()
+        let quantities = Quantity::all(self.coordinates.len());
+        let of_scheme = |scheme| quantities.iter().map(move |&quantity| self.slope(scheme, quantity, n_range));
+        self.schemes().into_iter().flat_map(of_scheme).collect()
     }
 
-    fn slope(&self, (sbp, form): (SbpName, Form), quantity: Quantity, n_range: (usize, usize)) -> Slope {
+    /// Every operator and form, in order.
+    pub fn schemes(&self) -> Vec<(SbpName, Form)> {
+        let mut schemes: Vec<(SbpName, Form)> = self.points.iter().map(|point| (point.sbp, point.form)).collect();
+        schemes.dedup();
+        schemes
+    }
+
+    /// The slope of one quantity for one operator and form.
+    pub fn slope(&self, (sbp, form): (SbpName, Form), quantity: Quantity, n_range: (usize, usize)) -> Slope {
         let (mut delta_gamma, mut n_gamma, mut errors) = (Vec::new(), Vec::new(), Vec::new());
         for point in self.points.iter().filter(|point| (point.sbp, point.form) == (sbp, form)) {
             let in_range = (n_range.0..=n_range.1).contains(&point.n_gamma);
@@ -74,15 +83,13 @@ impl<S: Real> Convergence<S> {
                 errors.push(error);
             }
         }
-        let size = match quantity {
-            Quantity::EpsTFinal | Quantity::EpsTL2 => self.reference.t_size,
-            Quantity::EpsXFinal | Quantity::EpsXL2 => self.reference.x_size,
-        };
+        let size = quantity.pick(&self.reference.sizes);
         let kept = points_above_plateau(&delta_gamma, &n_gamma, &errors, size, self.digits);
         Slope {
             sbp,
             form,
             quantity,
+            name: quantity.name(&self.coordinates),
             fit: Fit::new(&delta_gamma[..kept], &n_gamma[..kept], &errors[..kept]),
             n_range: n_gamma[..kept].first().copied().zip(n_gamma[..kept].last().copied()),
             points: kept,

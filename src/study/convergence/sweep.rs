@@ -15,12 +15,14 @@ use crate::solve::{Arithmetic, Solution, Status, solve};
 
 /// A sweep that is ready to run: every grid is possible, and there is a reference.
 pub struct Sweep<S = f64> {
-    /// One case per grid: operators in the requested order, then N ascending.
-    cases: Vec<Case>,
-    length: S,
-    reference: ReferenceTrajectory<S>,
-    info: ReferenceInfo<S>,
-    digits: u32,
+    /// The grids, by their numbers of nodes: operators in the requested order, then N ascending.
+    pub(super) nodes: Vec<usize>,
+    /// Solves the grid with that index and measures its errors.
+    pub(super) measure: Box<dyn Fn(usize) -> ConvergencePoint + Send + Sync>,
+    pub(super) info: ReferenceInfo<S>,
+    pub(super) coordinates: Vec<String>,
+    pub(super) charges: Vec<String>,
+    pub(super) digits: u32,
 }
 
 /// Solves `case` for every operator with its form and every number of nodes, in parallel. The order of the results does
@@ -57,22 +59,13 @@ impl<S: Arithmetic> Sweep<S> {
             End::Duration(duration) => ReferenceTrajectory::length_of(&metric, initial, duration, digits)?,
             End::Length(length) => length,
         };
-        let mut n_gamma = n_gamma.to_vec();
-        n_gamma.sort_unstable();
-        n_gamma.dedup();
-        let mut cases: Vec<Case> = Vec::new();
-        for &scheme in schemes {
-            if cases.iter().all(|case| (case.scheme.sbp, case.scheme.form) != scheme) {
-                for &n in &n_gamma {
-                    cases.push(case.on_grid(scheme, n, length).map_err(SweepError::Grid)?);
-                }
-            }
-        }
+        let on_grid = |scheme, n| case.on_grid(scheme, n, length).map_err(SweepError::Grid);
+        let mut cases: Vec<Case> = grids(schemes, n_gamma, on_grid)?;
         // Different numbers of nodes can round to the same number of spectral elements.
         cases.dedup_by(|a, b| (a.scheme, &a.grid) == (b.scheme, &b.grid));
         let reference = ReferenceTrajectory::new(&metric, initial, length, digits)?;
         let end = reference.at(length);
-        let samples = n_gamma.last().copied().unwrap_or(2).clamp(2, 4096);
+        let samples = samples(n_gamma);
         let x_size = (0..samples)
             .map(|k| reference.at(length * S::from(k as f64 / (samples - 1) as f64)).x.to_f64().abs())
             .fold(f64::MIN_POSITIVE, f64::max);
@@ -80,30 +73,32 @@ impl<S: Arithmetic> Sweep<S> {
             error_estimate: reference.error_estimate(),
             steps: reference.steps(),
             gamma_final: case.grid.gamma_i.to::<S>() + length,
-            t_final: initial.t + end.elapsed,
-            x_final: end.x,
-            t_size: end.elapsed.to_f64().abs(),
-            x_size,
+            end: vec![initial.t + end.elapsed, end.x],
+            sizes: vec![end.elapsed.to_f64().abs(), x_size],
         };
-        Ok(Self { cases, length, reference, info, digits })
+        let coordinates = ["t", "x"].map(str::to_owned).to_vec();
+        let nodes = cases.iter().map(|case| case.grid.n_gamma * case.grid.windows).collect();
+        let measure = move |grid: usize| measure(&cases[grid], length, &reference);
+        let charges = coordinates[..1].to_vec();
+        Ok(Self { nodes, measure: Box::new(measure), info, coordinates, charges, digits })
     }
 
     /// Number of grids.
     pub fn grids(&self) -> usize {
-        self.cases.len()
+        self.nodes.len()
     }
 
     /// Solves all grids. `finished` is called for each when it is done, with its index in the order. Once `cancel` is
     /// true, no further grids are started.
     pub fn run(&self, cancel: &AtomicBool, finished: &(dyn Fn(usize, &ConvergencePoint) + Sync)) -> Convergence<S> {
         // The largest grids are started first, so that no core is still busy with one when the others have finished.
-        let mut jobs: Vec<(usize, &Case)> = self.cases.iter().enumerate().collect();
-        jobs.sort_by_key(|(_, case)| std::cmp::Reverse(case.grid.n_gamma * case.grid.windows));
-        let points = jobs.into_par_iter().with_max_len(1).filter_map(|(place, case)| {
+        let mut jobs: Vec<usize> = (0..self.grids()).collect();
+        jobs.sort_by_key(|&place| std::cmp::Reverse(self.nodes[place]));
+        let points = jobs.into_par_iter().with_max_len(1).filter_map(|place| {
             if cancel.load(Ordering::Relaxed) {
                 return None;
             }
-            let point = measure(case, self.length, &self.reference);
+            let point = (self.measure)(place);
             finished(place, &point);
             Some((place, point))
         });
@@ -114,12 +109,39 @@ impl<S: Arithmetic> Sweep<S> {
     pub fn gathered(&self, mut points: Vec<(usize, ConvergencePoint)>) -> Convergence<S> {
         points.sort_by_key(|(place, _)| *place);
         Convergence {
-            interrupted: points.len() < self.cases.len(),
+            interrupted: points.len() < self.nodes.len(),
             digits: self.digits,
             points: points.into_iter().map(|(_, point)| point).collect(),
-            reference: self.info,
+            reference: self.info.clone(),
+            coordinates: self.coordinates.clone(),
+            charges: self.charges.clone(),
         }
     }
+}
+
+/// A grid for each operator with its form and each number of nodes, every scheme once and with ascending numbers.
+pub(super) fn grids<G>(
+    schemes: &[(SbpName, Form)],
+    n_gamma: &[usize],
+    on_grid: impl Fn((SbpName, Form), usize) -> Result<G, SweepError>,
+) -> Result<Vec<G>, SweepError> {
+    let mut n_gamma = n_gamma.to_vec();
+    n_gamma.sort_unstable();
+    n_gamma.dedup();
+    let mut grids = Vec::new();
+    for (place, &scheme) in schemes.iter().enumerate() {
+        if !schemes[..place].contains(&scheme) {
+            for &n in &n_gamma {
+                grids.push(on_grid(scheme, n)?);
+            }
+        }
+    }
+    Ok(grids)
+}
+
+/// Number of points at which the sizes of coordinates are looked for.
+pub(super) fn samples(n_gamma: &[usize]) -> usize {
+    n_gamma.iter().max().copied().unwrap_or(2).clamp(2, 4096)
 }
 
 fn measure<S: Arithmetic>(case: &Case, length: S, reference: &ReferenceTrajectory<S>) -> ConvergencePoint {
@@ -158,11 +180,9 @@ pub fn errors<S: Real>(solution: &Solution<S>, reference: &ReferenceTrajectory<S
     }
     let diagnostics = Diagnostics::new(solution);
     Errors {
-        eps_t_final: final_errors.0,
-        eps_x_final: final_errors.1,
-        eps_t_l2: t_squared.sqrt(),
-        eps_x_l2: x_squared.sqrt(),
-        delta_q_t_last: diagnostics.measures.delta_q_t_last.to_f64(),
+        at_end: vec![final_errors.0, final_errors.1],
+        l2: vec![t_squared.sqrt(), x_squared.sqrt()],
+        charges_last: vec![diagnostics.measures.delta_q_t_last.to_f64()],
         delta_k_max: diagnostics.measures.max_abs_delta_k.to_f64(),
     }
 }

@@ -1,0 +1,103 @@
+//! Sweeps of scenes.
+
+use std::time::Instant;
+
+use super::sweep::{grids, samples};
+use super::{ConvergencePoint, Errors, ReferenceInfo, Sweep, SweepError};
+use crate::case::scene::SceneCase;
+use crate::case::{Form, SbpName};
+use crate::diagnostics::scene::SceneDiagnostics;
+use crate::norm::larger;
+use crate::reference::SceneReference;
+use crate::scalar::Real;
+use crate::solve::Status;
+use crate::solve::scene::{SceneSetup, WorldLine, solve_scene};
+use crate::study::scene_length::length_of;
+
+impl<S: Real> Sweep<S> {
+    /// A sweep of a scene over every operator with its form and every number of nodes.
+    ///
+    /// A scene that ends where a coordinate has a value, or where a formula changes its sign, is swept at the γ_f at
+    /// which the reference gets there.
+    ///
+    /// # Errors
+    /// As [`Sweep::new`].
+    pub fn of_scene(case: &SceneCase, schemes: &[(SbpName, Form)], n_gamma: &[usize]) -> Result<Self, SweepError> {
+        let setup: SceneSetup<S> = case.setup();
+        let length = length_of(&setup)?;
+        let on_grid = |scheme, n| case.on_grid(&setup, scheme, n, length).map_err(SweepError::Grid);
+        let mut setups: Vec<SceneSetup<S>> = grids(schemes, n_gamma, on_grid)?;
+        // Different numbers of nodes can round to the same number of spectral elements.
+        let grid = |setup: &SceneSetup<S>| (setup.sbp, setup.form, setup.n_gamma, setup.windows);
+        setups.dedup_by(|a, b| grid(a) == grid(b));
+        let (geometry, start) = (&setup.place.geometry, &setup.place.start);
+        let reference = SceneReference::new(geometry, start, length, setup.digits)?;
+        let samples = samples(n_gamma);
+        let mut sizes = vec![f64::MIN_POSITIVE; geometry.dimension()];
+        for k in 0..samples {
+            let point = reference.at(length * S::from(k as f64 / (samples - 1) as f64));
+            for (a, size) in sizes.iter_mut().enumerate() {
+                let origin = if geometry.active().contains(&a) { S::ZERO } else { start.q[a] };
+                *size = larger(*size, (point.q[a] - origin).to_f64().abs());
+            }
+        }
+        let sizes = geometry.shared(&start.q, &sizes);
+        let info = ReferenceInfo {
+            error_estimate: reference.error_estimate(),
+            steps: reference.steps(),
+            gamma_final: setup.gamma_i + length,
+            end: reference.at(length).q,
+            sizes,
+        };
+        let coordinates = geometry.names().to_vec();
+        let charges = geometry.ignorable().map(|a| coordinates[a].clone()).collect();
+        let (nodes, digits) = (setups.iter().map(|setup| setup.n_gamma * setup.windows).collect(), setup.digits);
+        let measure = move |grid: usize| measure(&setups[grid], length, &reference);
+        Ok(Self { nodes, measure: Box::new(measure), info, coordinates, charges, digits })
+    }
+}
+
+fn measure<S: Real>(setup: &SceneSetup<S>, length: S, reference: &SceneReference<S>) -> ConvergencePoint {
+    let intervals = setup.windows * (setup.n_gamma - 1);
+    let start = Instant::now();
+    let result = solve_scene(setup);
+    let seconds = start.elapsed().as_secs_f64();
+    let (status, iterations, errors) = match &result {
+        Ok(line) => (Status::Converged, line.iterations, Some(errors(line, reference))),
+        Err(failure) => (failure.status, failure.history.len(), None),
+    };
+    ConvergencePoint {
+        sbp: setup.sbp,
+        form: setup.form,
+        n_gamma: intervals + 1,
+        delta_gamma: length.to_f64() / intervals as f64,
+        errors,
+        iterations,
+        seconds,
+        status,
+    }
+}
+
+/// The errors of a world-line at its nodes. The L2 norms use the quadratures of its operators.
+fn errors<S: Real>(line: &WorldLine<S>, reference: &SceneReference<S>) -> Errors {
+    let n = line.geometry().dimension();
+    let rows: Vec<Vec<S>> = (0..n).map(|a| line.q(a).collect()).collect();
+    let (mut at_end, mut squared) = (vec![0.0; n], vec![0.0; n]);
+    for grid in line.grids() {
+        for ((k, node), weight) in grid.nodes().enumerate().zip(grid.sbp().weights()) {
+            let (exact, weight) = (reference.at(grid.gamma_at(k)), weight.to_f64());
+            for a in 0..n {
+                let error = (rows[a][node] - exact.q[a]).to_f64();
+                at_end[a] = error.abs();
+                squared[a] += weight * error * error;
+            }
+        }
+    }
+    let diagnostics = SceneDiagnostics::new(line, &[], &mut [], false);
+    Errors {
+        at_end,
+        l2: squared.into_iter().map(f64::sqrt).collect(),
+        charges_last: diagnostics.charges.iter().map(|charge| charge.max_last.to_f64()).collect(),
+        delta_k_max: diagnostics.max_delta_k.to_f64(),
+    }
+}

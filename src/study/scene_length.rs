@@ -1,0 +1,37 @@
+//! Where the run of a scene ends, found by the reference.
+
+use std::cell::RefCell;
+
+use crate::reference::{SceneReference, SceneReferenceEnds};
+use crate::scalar::Real;
+use crate::solve::scene::{SceneLimit, SceneSetup};
+
+/// The run is searched for the end that a formula gives in so many stages, each twice as long as all before it: what
+/// comes after that end need not exist.
+const STAGES: i32 = 6;
+
+/// γ_f − γ_i of the run that is set up, wherever it ends.
+///
+/// # Errors
+/// [`SceneReferenceEnds`] if the world-line does not get there.
+pub fn length_of<S: Real>(setup: &SceneSetup<S>) -> Result<S, SceneReferenceEnds> {
+    let (geometry, start, digits) = (&setup.place.geometry, &setup.place.start, setup.digits);
+    let whole = match setup.limit {
+        SceneLimit::Length(length) => length,
+        SceneLimit::Value { coordinate, value } => {
+            SceneReference::length_of(geometry, start, coordinate, value, digits)?
+        }
+    };
+    let Some(until) = &setup.until else { return Ok(whole) };
+    let norm = geometry.norm(&start.q, &start.q_dot);
+    let formula = RefCell::new(until.formula.clone());
+    for stage in (0..=STAGES).rev() {
+        let length = whole * S::from(0.5_f64.powi(stage));
+        let reference = SceneReference::new(geometry, start, length, digits)?;
+        let changes = reference.sign_changes(|point| formula.borrow_mut().at(&point.q, &point.q_dot, &point.p, norm));
+        if let Some(&first) = changes.first() {
+            return Ok(first);
+        }
+    }
+    Ok(whole)
+}
