@@ -7,6 +7,7 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use clap::Args;
+use geodesic_ivp::case::scene::on_grid;
 use geodesic_ivp::case::{Form, SbpName};
 use geodesic_ivp::output::{ConvergenceSummary, OutputSet, Target, pictures, write_convergence, write_slopes};
 use geodesic_ivp::scalar::{Extended, Real};
@@ -168,7 +169,7 @@ fn sweep_in<S: Arithmetic>(
                 grid.map_or(Ok(()), |grid| memory::check(&grid, None))?;
             }
             AnyCase::Scene(scene) => {
-                let grid = scene.on_grid(&scene.setup::<S>(), (sbp, scene.form()), finest, S::ONE).ok();
+                let grid = on_grid(&scene.setup::<S>(), (sbp, scene.form()), finest, S::ONE).ok();
                 grid.map_or(Ok(()), |grid| memory::check_scene(&grid))?;
             }
         }
@@ -188,7 +189,8 @@ fn sweep_in<S: Arithmetic>(
             return Err(error.into());
         }
     };
-    let slopes = convergence.slopes(args.fit_range.unwrap_or((0, usize::MAX)));
+    let n_range = args.fit_range.unwrap_or((0, usize::MAX));
+    let slopes = convergence.slopes(n_range);
     let is_strong = |point: &&ConvergencePoint| point.form == Form::Strong && point.sbp.fixed_points().is_none();
     let mut parities = convergence.points.iter().filter(is_strong).map(|point| point.n_gamma % 2);
     let first = parities.next();
@@ -207,7 +209,7 @@ fn sweep_in<S: Arithmetic>(
     files.write_text(SUMMARY, &summary)?;
     let title = args.case.headed(case.title());
     if args.plot {
-        draw(&title, &convergence, &slopes, &files)?;
+        draw(&title, &convergence, (&slopes, n_range), &files)?;
     }
     let kept = files.commit(|_| true)?;
     Ok(Some(Swept {
@@ -223,10 +225,14 @@ fn sweep_in<S: Arithmetic>(
     }))
 }
 
-fn draw<S: Real>(title: &str, convergence: &Convergence<S>, slopes: &[Slope], files: &OutputSet) -> anyhow::Result<()> {
+fn draw<S: Real>(
+    title: &str,
+    convergence: &Convergence<S>,
+    (slopes, n_range): (&[Slope], (usize, usize)),
+    files: &OutputSet,
+) -> anyhow::Result<()> {
     let is_one = convergence.coordinates.len() == 2 && convergence.charges.len() == 1;
-    for (name, what, at_end) in [(FINAL_ERRORS, "errors at the end", true), (L2_ERRORS, "errors in the L2 norm", false)]
-    {
+    for (name, what, at_end) in [(FINAL_ERRORS, "at the end", true), (L2_ERRORS, "in the L2 norm", false)] {
         let (of_x, largest) = match at_end {
             true => (Quantity::EPS_X_FINAL, Quantity::LARGEST_FINAL),
             false => (Quantity::EPS_X_L2, Quantity::LARGEST_L2),
@@ -238,11 +244,10 @@ fn draw<S: Real>(title: &str, convergence: &Convergence<S>, slopes: &[Slope], fi
             slopes.iter().filter(|slope| is_shown(slope.quantity)).cloned().collect()
         } else {
             // Of several coordinates the largest error is drawn.
-            let range = slopes.iter().filter_map(|slope| slope.n_range).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
-            let schemes = convergence.schemes().into_iter();
-            schemes.map(|scheme| convergence.slope(scheme, largest, range.unwrap_or((0, usize::MAX)))).collect()
+            convergence.schemes().into_iter().map(|scheme| convergence.slope(scheme, largest, n_range)).collect()
         };
-        let chart = pictures::errors(&format!("{title}: {what}"), convergence, &shown);
+        let of = if is_one { "errors" } else { "largest error of a coordinate" };
+        let chart = pictures::errors(&format!("{title}: {of} {what}"), convergence, &shown);
         files.write_text(name, &chart.to_svg())?;
     }
     Ok(())
@@ -298,18 +303,19 @@ fn readable<S>(title: &str, convergence: &Convergence<S>, slopes: &[Slope]) -> S
         "{title}: convergence against a Taylor trajectory (its estimated error {:.1e})\n",
         convergence.reference.error_estimate
     );
-    text += "  operator    quantity      slope         against 1/N  fitted N        points\n";
+    let width = slopes.iter().map(|slope| slope.name.len()).fold(12, usize::max);
+    text += &format!("  operator    {:<width$}  slope         against 1/N  fitted N        points\n", "quantity");
     for slope in slopes {
         let operator = slope.scheme();
         let quantity = &slope.name;
         let Some((fit, (n_min, n_max))) = slope.fit.as_ref().zip(slope.n_range) else {
-            text += &format!("  {operator:<10}  {quantity:<12}  -\n");
+            text += &format!("  {operator:<10}  {quantity:<width$}  -\n");
             continue;
         };
         let error = fit.standard_error.map_or(String::new(), |e| format!(" ± {e:.3}"));
         let fitted = format!("{n_min} … {n_max}");
         text += &format!(
-            "  {operator:<10}  {quantity:<12}  {:<12}  {:<11.3}  {fitted:<14}  {}\n",
+            "  {operator:<10}  {quantity:<width$}  {:<12}  {:<11.3}  {fitted:<14}  {}\n",
             format!("{:.3}{error}", fit.slope),
             fit.slope_vs_inverse_n,
             slope.points

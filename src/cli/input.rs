@@ -97,7 +97,7 @@ impl CaseArgs {
             AnyCase::One(case) => Ok(*case),
             AnyCase::Scene(_) => {
                 let message = "this command takes cases of one coordinate in a potential, and not yet scenes";
-                Err(Refusal::usage(message).help("`run`, `check` and `converge` take scenes").into())
+                Err(Refusal::usage(message).help("all commands but `stability` take scenes").into())
             }
         }
     }
@@ -171,6 +171,14 @@ impl AnyCase {
         match self {
             Self::One(case) => case.title.as_deref(),
             Self::Scene(case) => case.title(),
+        }
+    }
+
+    /// The names of its coordinates.
+    pub(super) fn coordinates(&self) -> Vec<String> {
+        match self {
+            Self::One(_) => ["t", "x"].map(str::to_owned).to_vec(),
+            Self::Scene(case) => case.coordinates(),
         }
     }
 

@@ -35,7 +35,7 @@ const FILES: [(&str, &str, &str); 13] = [
 ];
 
 /// Examples of commands, and what they do.
-const EXAMPLES: [(&str, &str); 8] = [
+const EXAMPLES: [(&str, &str); 10] = [
     ("geodesic-ivp run quartic", "Solve a built-in case; the files go to results/quartic."),
     ("geodesic-ivp run quartic --set scheme.sbp=SBP42 --plot", "The same with another operator, and with pictures."),
     ("geodesic-ivp run quartic --set solver.accuracy=1e-10 --json", "To an accuracy; the summary as JSON."),
@@ -43,6 +43,11 @@ const EXAMPLES: [(&str, &str); 8] = [
     ("geodesic-ivp run mine.toml --sample-t 0:4:0.5", "Solve it, with values at times of your choice."),
     ("geodesic-ivp run morse --stdout --quiet | head -3", "One table into a pipe, and no files."),
     ("geodesic-ivp converge quartic --n-gamma 16,32,64 --sbp SBP21", "Fit the order of an operator."),
+    (
+        "geodesic-ivp converge kerr-inclined --n-gamma 40,80,160 --sbp SBP42",
+        "The same for every coordinate of a scene.",
+    ),
+    ("geodesic-ivp work-precision henon-heiles --plot", "Error against time, beside other methods, with pictures."),
     ("geodesic-ivp check quartic --run", "Validate a case and compare its solution with its [expect] table."),
 ];
 

@@ -8,10 +8,8 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use clap::{Args, ValueHint};
-use geodesic_ivp::Case;
 use geodesic_ivp::output::pictures::{self, WorkAxis};
 use geodesic_ivp::output::{OutputSet, WorkPrecisionSummary, read_rows, write_drift, write_work_precision};
-use geodesic_ivp::reference::ReferenceEnds;
 use geodesic_ivp::study::convergence::SweepError;
 use geodesic_ivp::study::work_precision::{
     Arena, Budget, DriftPoint, Family, Leader, Progress, Ratio, Row, WorkPrecision, drift, measure, ratios,
@@ -19,6 +17,7 @@ use geodesic_ivp::study::work_precision::{
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CaseArgs;
+use super::input::AnyCase;
 use super::interrupt::{self, INTERRUPTED};
 use super::out::OutArgs;
 use super::report::{self, Refusal};
@@ -71,19 +70,19 @@ fn length(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCode> {
-    let case = &args.case.read()?;
+    let case = &args.case.read_any()?;
     for warning in case.warnings() {
         report::warn(&warning);
     }
     if args.gamma_f.len() > BY_LENGTH.len() {
         anyhow::bail!(Refusal::usage(format!("--gamma-f takes {} lengths at most", BY_LENGTH.len())));
     }
-    let families = chosen(&args.methods)?;
+    let families = chosen(&args.methods, families_of(case))?;
     let mut others = Vec::new();
     if let Some(path) = &args.rows {
         let name = path.display();
         let table = File::open(path).with_context(|| format!("cannot read the rows {name}"))?;
-        others = read_rows(table).with_context(|| format!("cannot read the rows {name}"))?;
+        others = read_rows(table, &case.coordinates()).with_context(|| format!("cannot read the rows {name}"))?;
     }
     args.output.check_standard_output()?;
     let target = args.output.target(&args.case, "work-precision")?;
@@ -99,7 +98,7 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
             // Without a reference there are no results. The files of an earlier run are removed: they must not be taken
             // for results of this one.
             files.commit(|_| false)?;
-            return Err(SweepError::from(end).into());
+            return Err(end.into());
         }
     };
     for row in &mut others {
@@ -110,11 +109,12 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
     }
     measured.rows.extend(others);
     let ratios = ratios(&measured.rows);
-    write_work_precision(files.writer(WORK_PRECISION), &measured.rows).context("cannot write work_precision.csv")?;
-    write_drift(files.writer(DRIFT), &along).context("cannot write drift.csv")?;
-    let summary = WorkPrecisionSummary::new(case, &arenas, &measured, &ratios).to_json();
+    write_work_precision(files.writer(WORK_PRECISION), &case.coordinates(), &measured.rows)
+        .context("cannot write work_precision.csv")?;
+    write_drift(files.writer(DRIFT), &case.coordinates(), &along).context("cannot write drift.csv")?;
+    let summary = WorkPrecisionSummary::new(case.title(), &arenas, &measured, &ratios).to_json();
     files.write_text(SUMMARY, &summary)?;
-    let title = args.case.title(case);
+    let title = args.case.headed(case.title());
     if args.plot {
         draw(&title, &arenas, &measured, &along, &files)?;
     }
@@ -130,9 +130,16 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
     Ok(ExitCode::SUCCESS)
 }
 
-/// The methods whose names begin with one of `names`.
-fn chosen(names: &[String]) -> anyhow::Result<Vec<Family>> {
-    let all = Family::all();
+/// The methods that suit a case.
+fn families_of(case: &AnyCase) -> Vec<Family> {
+    match case {
+        AnyCase::One(_) => Family::all(),
+        AnyCase::Scene(scene) => Family::of_scene(scene.geometry::<f64>().is_separable()),
+    }
+}
+
+/// Those of `all` methods whose names begin with one of `names`.
+fn chosen(names: &[String], all: Vec<Family>) -> anyhow::Result<Vec<Family>> {
     if names.is_empty() {
         return Ok(all);
     }
@@ -154,7 +161,7 @@ enum News {
     Round(usize, usize),
     /// Errors along the longest run.
     Along(Vec<DriftPoint>),
-    Impossible(ReferenceEnds),
+    Impossible(SweepError),
 }
 
 /// The lengths, the measured rows, and the errors along the longest run.
@@ -162,7 +169,7 @@ type Chart = (Arc<Vec<Arena>>, WorkPrecision, Vec<DriftPoint>);
 
 /// Measures every length, with a progress bar if standard error is a terminal. After an interrupt the result has the
 /// rows that were finished; it is `None` if the references were not finished.
-fn measure_all(case: &Case, families: Vec<Family>, args: &WorkPrecisionArgs) -> Result<Option<Chart>, ReferenceEnds> {
+fn measure_all(case: &AnyCase, families: Vec<Family>, args: &WorkPrecisionArgs) -> Result<Option<Chart>, SweepError> {
     let budget = Budget { longest: args.longest, ..Budget::default() };
     let lengths: Vec<Option<f64>> = match args.gamma_f[..] {
         [] => vec![None],
@@ -172,12 +179,16 @@ fn measure_all(case: &Case, families: Vec<Family>, args: &WorkPrecisionArgs) -> 
     let bar = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new(total) };
     bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}").expect("the template is valid"));
     let case = case.clone();
-    let work =
-        move |tell: &(dyn Fn(News) + Sync)| match lengths.into_iter().map(|length| Arena::new(&case, length)).collect()
-        {
-            Ok(arenas) => chart(&Arc::new(arenas), &families, &budget, tell),
-            Err(end) => tell(News::Impossible(end)),
-        };
+    let arena = move |length| -> Result<Arena, SweepError> {
+        Ok(match &case {
+            AnyCase::One(case) => Arena::new(case, length)?,
+            AnyCase::Scene(case) => Arena::of_scene(case, length)?,
+        })
+    };
+    let work = move |tell: &(dyn Fn(News) + Sync)| match lengths.into_iter().map(&arena).collect() {
+        Ok(arenas) => chart(&Arc::new(arenas), &families, &budget, tell),
+        Err(end) => tell(News::Impossible(end)),
+    };
     let (mut ready, mut measured, mut along) = (Ok(None), WorkPrecision::default(), Vec::new());
     measured.interrupted = interrupt::beside_it(work, |news| match news {
         News::Ready(arenas) => ready = Ok(Some(arenas)),
@@ -231,13 +242,14 @@ fn draw(
         let length = arena.length();
         let rows = || measured.rows.iter().filter(|row| row.gamma_f == length);
         let title = format!("{title}, γ_f − γ_i = {}", short(length));
-        write(time, pictures::work_precision(&title, rows(), WorkAxis::Seconds))?;
-        write(evaluations, pictures::work_precision(&title, rows(), WorkAxis::Evaluations))?;
+        write(time, pictures::work_precision(&title, arena.coordinates(), rows(), WorkAxis::Seconds))?;
+        write(evaluations, pictures::work_precision(&title, arena.coordinates(), rows(), WorkAxis::Evaluations))?;
     }
+    let coordinates = arenas.first().map_or(&[][..], Arena::coordinates);
     let longest = arenas.iter().map(Arena::length).fold(0.0, f64::max);
     let title = format!("{title}, γ_f − γ_i = {}", short(longest));
-    write(DRIFT_K, pictures::drift(&title, along, true))?;
-    write(DRIFT_ERROR, pictures::drift(&title, along, false))
+    write(DRIFT_K, pictures::drift(&title, coordinates, along, true))?;
+    write(DRIFT_ERROR, pictures::drift(&title, coordinates, along, false))
 }
 
 /// A length with few digits, for display.

@@ -198,11 +198,11 @@ impl<S: Real> Geometry<S> {
     }
 
     /// The largest of the sizes of all coordinates that are alike, for every coordinate; see [`Self::alike`].
-    pub(crate) fn shared(&self, q: &[S], sizes: &[f64]) -> Vec<f64> {
+    pub(crate) fn shared<T: Real>(&self, q: &[S], sizes: &[T]) -> Vec<T> {
         let alike = self.alike(q);
         let largest = |kind: usize| {
             let of_kind = alike.iter().zip(sizes).filter(|(other, _)| **other == kind);
-            of_kind.fold(0.0, |largest: f64, (_, &size)| largest.max(size))
+            of_kind.fold(T::ZERO, |largest, (_, &size)| largest.max(size))
         };
         alike.iter().map(|&kind| largest(kind)).collect()
     }

@@ -218,20 +218,30 @@ impl BeginAdaptive for Dop853 {
     #[inline(always)]
     fn begin<E: Equations>(&self, equations: &E, tolerance: f64) -> Walk<E> {
         let (here, zero) = (equations.start(), equations.rows(0.0));
-        let stages = std::array::from_fn(|_| zero.clone());
+        let stages = equations.rows([0.0; DENSE_STAGES]);
         Walk { tolerance, stages, sums: [(); 3].map(|()| zero.clone()), from: here.clone(), next: zero, here, h: 0.0 }
     }
 }
 
+/// The derivatives of one number of a state at the stages.
+type AtStages = [f64; DENSE_STAGES];
+
 /// `sum` = Σ over the entries of `row` of coefficient times the derivatives at that stage.
 #[inline(always)]
-fn combine<R: AsRef<[f64]> + AsMut<[f64]>>(stages: &[R; DENSE_STAGES], row: &[(usize, f64)], sum: &mut R) {
-    let sum = sum.as_mut();
+fn combine(stages: &[AtStages], row: &[(usize, f64)], sum: &mut [f64]) {
     sum.fill(0.0);
     for &(j, c) in row {
-        for (sum, rate) in sum.iter_mut().zip(stages[j].as_ref()) {
-            *sum += c * rate;
+        for (sum, stages) in sum.iter_mut().zip(stages) {
+            *sum += c * stages[j];
         }
+    }
+}
+
+/// Sets the derivatives at a stage.
+#[inline(always)]
+fn set(stages: &mut [AtStages], stage: usize, rates: &[f64]) {
+    for (stages, rate) in stages.iter_mut().zip(rates) {
+        stages[stage] = *rate;
     }
 }
 
@@ -239,8 +249,8 @@ pub(super) struct Walk<E: Equations> {
     tolerance: f64,
     /// The derivatives at the stages of the step that was tried last. The derivative at the end of the last step is in
     /// its place for the dense output, behind the stages.
-    stages: [E::Rows<f64>; DENSE_STAGES],
-    /// Room for sums over stages.
+    stages: E::Rows<AtStages>,
+    /// Room for sums over stages, one of the stages, and the derivatives there.
     sums: [E::Rows<f64>; 3],
     from: E::Rows<f64>,
     here: E::Rows<f64>,
@@ -252,15 +262,15 @@ pub(super) struct Walk<E: Equations> {
 /// The error of a step between two states, in units of the tolerance, where `eight` are the sums of order 8.
 #[inline(always)]
 fn error<R: AsRef<[f64]> + AsMut<[f64]>>(
-    stages: &[R; DENSE_STAGES],
+    stages: &[AtStages],
     [from, to]: [&R; 2],
     (h, tolerance): (f64, f64),
     moving: Range<usize>,
     eight: &R,
     [five, three]: [&mut R; 2],
 ) -> f64 {
-    combine(stages, &E5, five);
-    combine(stages, &B3, three);
+    combine(stages, &E5, five.as_mut());
+    combine(stages, &B3, three.as_mut());
     let (from, to) = (from.as_ref(), to.as_ref());
     let (eight, five, three) = (eight.as_ref(), five.as_ref(), three.as_ref());
     let (mut err, mut err_2) = (0.0, 0.0);
@@ -278,25 +288,25 @@ impl<E: Equations> Walk<E> {
     /// evaluations.
     #[inline(always)]
     fn dense(&mut self, equations: &mut Counted<E>) -> [E::Rows<f64>; 8] {
-        let Self { stages, sums: [sum, at, _], from, here, h, .. } = self;
+        let Self { stages, sums: [sum, at, rates], from, here, h, .. } = self;
         for (stage, row) in (STAGES + 1..).zip(A_DENSE) {
-            combine(stages, row, sum);
+            combine(stages.as_ref(), row, sum.as_mut());
             step(at, from, *h, sum);
-            equations.rates(at, &mut stages[stage]);
+            equations.rates(at, rates);
+            set(stages.as_mut(), stage, rates.as_ref());
         }
-        let (from, to, h) = (from.as_ref(), here.as_ref(), *h);
-        let (first, end) = (stages[0].as_ref(), stages[STAGES].as_ref());
+        let (from, to, h, stages) = (from.as_ref(), here.as_ref(), *h, stages.as_ref());
         let mut coefficients: [E::Rows<f64>; 8] = std::array::from_fn(|_| here.clone());
         let [zero, one, two, three, high @ ..] = &mut coefficients;
         for k in 0..from.len() {
             let rise = to[k] - from[k];
             zero.as_mut()[k] = from[k];
             one.as_mut()[k] = rise;
-            two.as_mut()[k] = h * first[k] - rise;
-            three.as_mut()[k] = 2.0 * rise - h * (first[k] + end[k]);
+            two.as_mut()[k] = h * stages[k][0] - rise;
+            three.as_mut()[k] = 2.0 * rise - h * (stages[k][0] + stages[k][STAGES]);
         }
         for (coefficients, row) in high.iter_mut().zip(D) {
-            combine(stages, row, coefficients);
+            combine(stages, row, coefficients.as_mut());
             coefficients.as_mut().iter_mut().for_each(|sum| *sum *= h);
         }
         coefficients
@@ -328,27 +338,27 @@ impl<E: Equations> Walker<E> for Walk<E> {
 impl<E: Equations> AdaptiveSteps<E> for Walk<E> {
     #[inline(always)]
     fn begin(&mut self, _: &mut Counted<E>, rates: &E::Rows<f64>) {
-        copy(&mut self.stages[STAGES], rates);
+        set(self.stages.as_mut(), STAGES, rates.as_ref());
     }
 
     #[inline(always)]
     fn attempt(&mut self, equations: &mut Counted<E>, h: f64) -> Option<f64> {
-        let [mut sum, mut at, mut five] = self.sums.each_mut().map(|rows| take::<E, f64>(rows, 0.0));
+        let [mut sum, mut at, mut rates] = self.sums.each_mut().map(|rows| take::<E, f64>(rows, 0.0));
         let [here, mut next] = [&mut self.here, &mut self.next].map(|rows| take::<E, f64>(rows, 0.0));
-        let stages = &mut self.stages;
-        let (tried, end) = stages.split_at_mut(STAGES);
-        copy(&mut tried[0], &end[0]);
+        let stages = self.stages.as_mut();
+        stages.iter_mut().for_each(|stages| stages[0] = stages[STAGES]);
         for stage in 1..STAGES {
-            combine(stages, A[stage - 1], &mut sum);
+            combine(stages, A[stage - 1], sum.as_mut());
             step(&mut at, &here, h, &sum);
-            equations.rates(&at, &mut stages[stage]);
+            equations.rates(&at, &mut rates);
+            set(stages, stage, rates.as_ref());
         }
-        combine(stages, A[STAGES - 1], &mut sum);
+        combine(stages, A[STAGES - 1], sum.as_mut());
         step(&mut next, &here, h, &sum);
         let (moving, steps) = (equations.equations.parts().moving(), (h, self.tolerance));
-        let error = error(stages, [&here, &next], steps, moving.clone(), &sum, [&mut at, &mut five]);
+        let error = error(stages, [&here, &next], steps, moving.clone(), &sum, [&mut at, &mut rates]);
         let is_finite = next.as_ref()[moving].iter().all(|v| v.is_finite());
-        (self.sums, self.here, self.next, self.h) = ([sum, at, five], here, next, h);
+        (self.sums, self.here, self.next, self.h) = ([sum, at, rates], here, next, h);
         (is_finite && !error.is_nan()).then_some(error)
     }
 
@@ -356,6 +366,8 @@ impl<E: Equations> AdaptiveSteps<E> for Walk<E> {
     fn accept(&mut self, equations: &mut Counted<E>) {
         copy(&mut self.from, &self.here);
         copy(&mut self.here, &self.next);
-        equations.rates(&self.here, &mut self.stages[STAGES]);
+        let [rates, ..] = &mut self.sums;
+        equations.rates(&self.here, rates);
+        set(self.stages.as_mut(), STAGES, rates.as_ref());
     }
 }

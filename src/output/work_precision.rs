@@ -1,51 +1,46 @@
 //! The files of `work-precision`.
 
-use std::io::{Read, Write};
+use std::io::{self, Read, Write};
 
-use csv::{Reader, Writer};
+use csv::{Reader, StringRecord, Writer};
 use serde::Serialize;
 
-use crate::case::Case;
 use crate::study::work_precision::{
     Arena, DriftPoint, Family, Leader, Ratio, Row, RowErrors, RowStatus, WorkPrecision, front,
 };
 
-const COLUMNS: [&str; 11] = [
-    "method",
-    "setting",
-    "error_t",
-    "error_x",
-    "delta_k_max",
-    "seconds_min",
-    "seconds_median",
-    "evaluations",
-    "points",
-    "status",
-    "gamma_f",
-];
+/// Columns before and behind those of the errors, of which every coordinate has one.
+const BEFORE: [&str; 2] = ["method", "setting"];
+const BEHIND: [&str; 7] =
+    ["delta_k_max", "seconds_min", "seconds_median", "evaluations", "points", "status", "gamma_f"];
+
+fn header(coordinates: &[String], behind: &[&str]) -> Vec<String> {
+    let text = |name: &&str| (*name).to_owned();
+    let errors = coordinates.iter().map(|name| format!("error_{name}"));
+    BEFORE.iter().map(text).chain(errors).chain(behind.iter().map(text)).collect()
+}
 
 /// Writes `work_precision.csv`, one row for each method and setting. The errors are empty if there is no result.
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_work_precision(out: impl Write, rows: &[Row]) -> csv::Result<()> {
+pub fn write_work_precision(out: impl Write, coordinates: &[String], rows: &[Row]) -> csv::Result<()> {
     let mut writer = Writer::from_writer(out);
-    writer.write_record(COLUMNS)?;
+    writer.write_record(header(coordinates, &BEHIND))?;
     for row in rows {
-        let [t, x, k] = row.errors.map_or_else(Default::default, |e| [e.t, e.x, e.delta_k].map(number));
-        writer.write_record([
-            row.family.name(),
-            row.setting.clone(),
-            t,
-            x,
-            k,
+        let errors: Vec<String> = match &row.errors {
+            Some(RowErrors { q, delta_k }) => q.iter().chain([delta_k]).map(|&value| number(value)).collect(),
+            None => vec![String::new(); coordinates.len() + 1],
+        };
+        let times = [
             number(row.seconds_min),
             number(row.seconds_median),
             row.evaluations.to_string(),
             row.points.to_string(),
             row.status.as_str().to_owned(),
             number(row.gamma_f),
-        ])?;
+        ];
+        writer.write_record([row.family.name(), row.setting.clone()].into_iter().chain(errors).chain(times))?;
     }
     writer.flush()?;
     Ok(())
@@ -55,45 +50,54 @@ pub fn write_work_precision(out: impl Write, rows: &[Row]) -> csv::Result<()> {
 ///
 /// # Errors
 /// If the table cannot be read, or does not have these columns.
-pub fn read_rows(table: impl Read) -> csv::Result<Vec<Row>> {
-    let row = |record: csv::Result<[String; 11]>| {
-        let [method, setting, t, x, k, least, median, evaluations, points, status, gamma_f] = record?;
+pub fn read_rows(table: impl Read, coordinates: &[String]) -> csv::Result<Vec<Row>> {
+    let columns = BEFORE.len() + coordinates.len() + BEHIND.len();
+    let row = |record: csv::Result<StringRecord>| {
+        let record = record?;
+        if record.len() != columns {
+            let message = format!("{} columns and not {columns}", record.len());
+            return Err(io::Error::new(io::ErrorKind::InvalidData, message).into());
+        }
         // The cells of a method without a result are empty.
         let value = |cell: &str| cell.parse::<f64>().unwrap_or(f64::NAN);
         let count = |cell: &str| cell.parse().unwrap_or(0);
-        let errors = RowErrors { t: value(&t), x: value(&x), delta_k: value(&k) };
-        let status = match status.as_str() {
-            "converged" if errors.largest().is_finite() => RowStatus::Converged,
+        let behind = |place: usize| &record[BEFORE.len() + coordinates.len() + place];
+        let q = (0..coordinates.len()).map(|a| value(&record[BEFORE.len() + a])).collect();
+        let errors = RowErrors { q, delta_k: value(behind(0)) };
+        let status = match behind(5) {
+            "converged" if errors.q.iter().all(|error| error.is_finite()) => RowStatus::Converged,
             "inaccurate" => RowStatus::Inaccurate,
             "outside-domain" => RowStatus::Failed("outside-domain"),
             "too-many-steps" => RowStatus::Failed("too-many-steps"),
             _ => RowStatus::Failed("failed"),
         };
         Ok(Row {
-            family: Family::Other(method),
-            setting,
-            gamma_f: value(&gamma_f),
+            family: Family::Other(record[0].to_owned()),
+            setting: record[1].to_owned(),
+            gamma_f: value(behind(6)),
             errors: (!matches!(status, RowStatus::Failed(_))).then_some(errors),
-            seconds_min: value(&least),
-            seconds_median: value(&median),
-            evaluations: count(&evaluations),
-            points: count(&points),
+            seconds_min: value(behind(1)),
+            seconds_median: value(behind(2)),
+            evaluations: count(behind(3)),
+            points: count(behind(4)),
             status,
         })
     };
-    Reader::from_reader(table).into_deserialize().map(row).collect()
+    Reader::from_reader(table).into_records().map(row).collect()
 }
 
 /// Writes `drift.csv`, one row for each method and γ.
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_drift(out: impl Write, points: &[DriftPoint]) -> csv::Result<()> {
+pub fn write_drift(out: impl Write, coordinates: &[String], points: &[DriftPoint]) -> csv::Result<()> {
     let mut writer = Writer::from_writer(out);
-    writer.write_record(["method", "setting", "gamma", "error_t", "error_x", "delta_k"])?;
+    let mut columns = header(coordinates, &["delta_k"]);
+    columns.insert(BEFORE.len(), "gamma".to_owned());
+    writer.write_record(columns)?;
     for DriftPoint { family, setting, gamma, errors } in points {
-        let [gamma, t, x, k] = [*gamma, errors.t, errors.x, errors.delta_k].map(number);
-        writer.write_record([family.name(), setting.clone(), gamma, t, x, k])?;
+        let numbers = [gamma].into_iter().chain(&errors.q).chain([&errors.delta_k]).map(|&value| number(value));
+        writer.write_record([family.name(), setting.clone()].into_iter().chain(numbers))?;
     }
     writer.flush()?;
     Ok(())
@@ -154,8 +158,8 @@ struct FrontRow<'a> {
 }
 
 impl<'a> WorkPrecisionSummary<'a> {
-    /// The summary of the arenas of all lengths, the rows measured on them and the table of their ratios.
-    pub fn new(case: &'a Case, arenas: &[Arena], measured: &'a WorkPrecision, ratios: &'a [Ratio]) -> Self {
+    /// The summary of the case with this title: of the arenas of all lengths, the rows measured on them and the table of their ratios.
+    pub fn new(title: Option<&'a str>, arenas: &[Arena], measured: &'a WorkPrecision, ratios: &'a [Ratio]) -> Self {
         let leader = |leader: &'a Option<Leader>| {
             leader.as_ref().map(|Leader { method, setting, seconds }| LeaderSummary {
                 method,
@@ -179,7 +183,7 @@ impl<'a> WorkPrecisionSummary<'a> {
         Self {
             status: if measured.interrupted { "interrupted" } else { "complete" },
             version: env!("CARGO_PKG_VERSION"),
-            title: case.title.as_deref(),
+            title,
             rows: rows.len(),
             rows_without_result: rows.iter().filter(|row| row.rank().is_none()).count(),
             references: (arenas.iter())

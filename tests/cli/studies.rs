@@ -34,7 +34,7 @@ fn converge_takes_scenes() {
     let folder = TempDir::new().unwrap();
     let command = "converge kerr-inclined --set grid.gamma_f=60.0 --n-gamma 128,256,512 --sbp SBP21 --out out --plot";
     let text = succeeded(&run_in(folder.path(), &(command.to_owned() + " --set grid.windows=1")));
-    assert!(text.contains("SBP21       eps_theta_l2   2.0"), "{text}");
+    assert!(text.contains("SBP21 weak  eps_theta_l2     2.0"), "{text}");
     let out = folder.path().join("out");
     assert_eq!(names(&out), ["convergence.csv", "errors_final.svg", "errors_l2.svg", "slopes.csv", "summary.json"]);
     let columns = "sbp,form,n_gamma,delta_gamma,eps_t_final,eps_r_final,eps_theta_final,eps_phi_final,eps_t_l2,\
@@ -47,8 +47,14 @@ fn converge_takes_scenes() {
     assert!(reference["theta_final"].is_number() && reference["phi_size"].is_number(), "{reference}");
     let picture = fs::read_to_string(out.join("errors_final.svg")).unwrap();
     assert!(picture.contains("slope 2.0"), "the largest error is drawn with its slope");
-    let outside = run_in(folder.path(), "converge schwarzschild-plunge --sbp SBP21 --n-gamma 16");
-    assert_eq!(outside.status.code(), Some(4), "{}", stderr(&outside));
+    let plunge = "metric.preset = \"schwarzschild\"\ninitial = { r = 3.0, t_dot = 3.0, r_dot = -1.0, phi_dot = 0.0 }\n\
+                  grid.gamma_f = 20.0\nscheme.sbp = \"GLL8\"\n";
+    fs::write(folder.path().join("plunge.toml"), plunge).unwrap();
+    for command in ["converge plunge.toml --sbp SBP21 --n-gamma 16", "work-precision plunge.toml --methods rk4"] {
+        let outside = run_in(folder.path(), command);
+        assert_eq!(outside.status.code(), Some(4), "{command}: {}", stderr(&outside));
+        assert!(stderr(&outside).contains("the reference trajectory ends at"), "{command}");
+    }
 }
 
 #[test]
@@ -130,6 +136,34 @@ fn an_interrupted_sweep_keeps_what_was_finished() {
     let rows = fs::read_to_string(folder.path().join("out/convergence.csv")).unwrap().lines().count();
     assert!((2..8000).contains(&rows), "{rows} rows");
     assert_eq!(json(&folder.path().join("out/summary.json"))["status"], "interrupted");
+}
+
+#[test]
+fn work_precision_takes_scenes() {
+    let folder = TempDir::new().unwrap();
+    let small = "--methods gll8,sbp21,rk4,dop853 --longest 1e-3";
+    let command = format!("work-precision schwarzschild-orbit {small} --gamma-f 200 --plot --out out");
+    let text = succeeded(&run_in(folder.path(), &command));
+    assert!(text.contains("ratio") && text.contains("1e-12"), "{text}");
+    let out = folder.path().join("out");
+    let columns = "method,setting,error_t,error_r,error_phi,delta_k_max,seconds_min,seconds_median,evaluations,points,\
+                   status,gamma_f";
+    assert_eq!(first_line(&out.join("work_precision.csv")), columns);
+    assert_eq!(first_line(&out.join("drift.csv")), "method,setting,gamma,error_t,error_r,error_phi,delta_k");
+    let table = fs::read_to_string(out.join("work_precision.csv")).unwrap();
+    assert!(["GLL8 weak", "SBP21 strong", "RK4", "DOP853"].iter().all(|name| table.contains(name)), "{table}");
+    let picture = fs::read_to_string(out.join("error_time.svg")).unwrap();
+    assert!(picture.contains("largest error of t, r and phi"));
+    // Its own table can be read back, and that of another number of coordinates is refused.
+    let command = "work-precision schwarzschild-orbit --methods rk4 --longest 1e-3 --gamma-f 200 --out again --rows \
+                   out/work_precision.csv";
+    succeeded(&run_in(folder.path(), command));
+    let command = "work-precision henon-heiles --methods rk4 --longest 1e-3 --rows out/work_precision.csv --out again";
+    let refused = run_in(folder.path(), command);
+    assert_eq!(refused.status.code(), Some(1), "{}", stderr(&refused));
+    let unknown = run_in(folder.path(), "work-precision schwarzschild-orbit --methods verlet");
+    assert_eq!(unknown.status.code(), Some(2), "{}", stderr(&unknown));
+    assert!(stderr(&unknown).contains("no method is called 'verlet'"));
 }
 
 #[test]

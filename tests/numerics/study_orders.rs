@@ -164,7 +164,7 @@ fn every_method_of_the_chart_has_its_order() {
                     value.parse::<f64>().ok()
                 };
                 let count = ["steps=", "windows=", "N="].into_iter().find_map(number);
-                Some((count.or_else(|| number("tol=").map(f64::recip))?, row.errors?.largest()))
+                Some((count.or_else(|| number("tol=").map(f64::recip))?, row.errors.as_ref()?.largest()))
             })
             // Whatever looser accuracy is asked for, it is that of 1e-4.
             .filter(|(count, _)| *family != Family::Accuracy || *count > 9e3)

@@ -37,7 +37,7 @@ fn every_method_arrives_and_errors_are_those_of_the_method() {
         };
         assert!(best < bound, "{}: {best} in {} settings", family.name(), rows.len());
         for row in rows.iter().filter(|row| row.status == RowStatus::Converged) {
-            let errors = row.errors.unwrap();
+            let errors = row.errors.as_ref().unwrap();
             // K depends on x and w, which are as accurate as x; a node of the strong form is less so.
             assert!(errors.delta_k < 1e3 * errors.largest() + 1e-9, "{} {}: {errors:?}", family.name(), row.setting);
             assert!(row.evaluations > 0 && row.points > 0 && row.seconds_min <= row.seconds_median);

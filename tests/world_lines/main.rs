@@ -6,3 +6,4 @@ mod ends;
 mod features;
 mod schwarzschild;
 mod shipped_scenes;
+mod work_precision;

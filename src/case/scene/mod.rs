@@ -41,6 +41,7 @@ pub use initial::{Rate, SceneInitial, Sign};
 pub use observables::{Axes, Direction, Event};
 pub use quantity::Quantity;
 pub use settings::{SceneExpect, SceneGrid, SceneSolver};
+pub use setup::on_grid;
 
 use toml_edit::{Item, Table};
 

@@ -60,28 +60,25 @@ impl SceneCase {
     }
 }
 
-impl SceneCase {
-    /// What the solver is told on another grid: with that operator and form and so many nodes, over γ − γ_i up to
-    /// `length`. A spectral element gets as many windows as make about that number of nodes in all.
-    ///
-    /// # Errors
-    /// A message that says what is wrong with that grid.
-    pub fn on_grid<S: Real>(
-        &self,
-        setup: &SceneSetup<S>,
-        (sbp, form): (SbpName, Form),
-        n_gamma: usize,
-        length: S,
-    ) -> Result<SceneSetup<S>, String> {
-        let (n_gamma, windows) = match sbp.fixed_points() {
-            Some(nodes) => (nodes, (n_gamma.saturating_sub(1) / (nodes - 1)).max(1)),
-            None => (n_gamma, self.windows()),
-        };
-        let intervals = (n_gamma.max(2) - 1) * windows;
-        let spaced = || check_spacing("grid.gamma_f", setup.gamma_i.to_f64(), intervals, length.to_f64());
-        check_nodes(Some(sbp), n_gamma, windows).and_then(|()| spaced()).map_err(|invalid| invalid.message)?;
-        Ok(SceneSetup { limit: SceneLimit::Length(length), until: None, sbp, form, n_gamma, windows, ..setup.clone() })
-    }
+/// What the solver is told on another grid: with that operator and form and so many nodes in each window, over γ − γ_i up
+/// to `length`. A spectral element gets as many windows as make about that number of nodes in all.
+///
+/// # Errors
+/// A message that says what is wrong with that grid.
+pub fn on_grid<S: Real>(
+    setup: &SceneSetup<S>,
+    (sbp, form): (SbpName, Form),
+    n_gamma: usize,
+    length: S,
+) -> Result<SceneSetup<S>, String> {
+    let (n_gamma, windows) = match sbp.fixed_points() {
+        Some(nodes) => (nodes, (n_gamma.saturating_sub(1) / (nodes - 1)).max(1)),
+        None => (n_gamma, setup.windows),
+    };
+    let intervals = n_gamma.max(2).saturating_sub(1).saturating_mul(windows);
+    let spaced = || check_spacing("grid.gamma_f", setup.gamma_i.to_f64(), intervals, length.to_f64());
+    check_nodes(Some(sbp), n_gamma, windows).and_then(|()| spaced()).map_err(|invalid| invalid.message)?;
+    Ok(SceneSetup { limit: SceneLimit::Length(length), until: None, sbp, form, n_gamma, windows, ..setup.clone() })
 }
 
 fn observable<S: Real>(text: &GeometryText, formula: &str) -> Observable<S> {

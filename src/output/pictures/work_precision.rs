@@ -39,6 +39,14 @@ impl WorkAxis {
     }
 }
 
+/// What is drawn of the errors.
+fn error_label(coordinates: &[String]) -> String {
+    match coordinates {
+        [first @ .., last] if !first.is_empty() => format!("largest error of {} and {last}", first.join(", ")),
+        _ => "largest error".to_owned(),
+    }
+}
+
 /// The curve that a method belongs to: that of its group, or one of its own if another program measured it.
 fn curve(family: &Family) -> (Group, String) {
     let group = family.group();
@@ -51,7 +59,12 @@ fn curve(family: &Family) -> (Group, String) {
 
 /// The best settings of every group of methods on one length, and behind them the front of all methods. Settings
 /// without a result are not drawn.
-pub fn work_precision<'a>(of: &str, rows: impl IntoIterator<Item = &'a Row>, axis: WorkAxis) -> Chart {
+pub fn work_precision<'a>(
+    of: &str,
+    coordinates: &[String],
+    rows: impl IntoIterator<Item = &'a Row>,
+    axis: WorkAxis,
+) -> Chart {
     let rows: Vec<&Row> = rows.into_iter().collect();
     let cost = |row: &Row| axis.of(row);
     let place = |row: &Row| (row.rank().unwrap_or(f64::NAN), axis.of(row));
@@ -70,7 +83,7 @@ pub fn work_precision<'a>(of: &str, rows: impl IntoIterator<Item = &'a Row>, axi
     Chart {
         title: axis.headline().to_owned(),
         subtitle: of.to_owned(),
-        x_label: "largest error of t and x".to_owned(),
+        x_label: error_label(coordinates),
         y_label: axis.label().to_owned(),
         x_scale: Scale::Log,
         y_scale: Scale::Log,
@@ -82,9 +95,9 @@ pub fn work_precision<'a>(of: &str, rows: impl IntoIterator<Item = &'a Row>, axi
 /// would hide everything else.
 const BINS: usize = 24;
 
-/// |ΔK|, or the larger error of t and x, along a run. On these logarithmic axes a bounded oscillation is level, a random
+/// |ΔK|, or the largest error of a coordinate, along a run. On these logarithmic axes a bounded oscillation is level, a random
 /// walk has slope ½, and a drift of K slope 1; the error of the phase that a drift causes has slope 2.
-pub fn drift(of: &str, points: &[DriftPoint], of_k: bool) -> Chart {
+pub fn drift(of: &str, coordinates: &[String], points: &[DriftPoint], of_k: bool) -> Chart {
     let end = points.iter().map(|point| point.gamma).fold(0.0, f64::max);
     let start = points.iter().map(|point| point.gamma).fold(end, f64::min);
     let bin = |gamma: f64| {
@@ -115,7 +128,7 @@ pub fn drift(of: &str, points: &[DriftPoint], of_k: bool) -> Chart {
         .to_owned(),
         subtitle: of.to_owned(),
         x_label: "γ − γ_i".to_owned(),
-        y_label: if of_k { "|ΔK|" } else { "largest error of t and x" }.to_owned(),
+        y_label: if of_k { "|ΔK|".to_owned() } else { error_label(coordinates) },
         x_scale: Scale::Log,
         y_scale: Scale::Log,
         series,

@@ -97,7 +97,7 @@ impl<S: Real> Run<'_, S> {
     fn difference(&self, steps: &Steps<S>, check: &Steps<S>) -> f64 {
         let n = self.geometry.dimension();
         let distances = steps.distances(check, n);
-        let sizes: Vec<f64> = distances.iter().map(|(_, size)| *size).collect();
+        let sizes: Vec<S> = distances.iter().map(|(_, size)| *size).collect();
         let sizes = self.geometry.shared(&self.start.q, &sizes);
         largest_relative((0..n).map(|a| (distances[a].0, sizes[a])))
     }

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use super::sweep::{grids, samples};
 use super::{ConvergencePoint, Errors, ReferenceInfo, Sweep, SweepError};
-use crate::case::scene::SceneCase;
+use crate::case::scene::{SceneCase, on_grid};
 use crate::case::{Form, SbpName};
 use crate::diagnostics::scene::SceneDiagnostics;
 use crate::norm::larger;
@@ -25,8 +25,8 @@ impl<S: Real> Sweep<S> {
     pub fn of_scene(case: &SceneCase, schemes: &[(SbpName, Form)], n_gamma: &[usize]) -> Result<Self, SweepError> {
         let setup: SceneSetup<S> = case.setup();
         let length = length_of(&setup)?;
-        let on_grid = |scheme, n| case.on_grid(&setup, scheme, n, length).map_err(SweepError::Grid);
-        let mut setups: Vec<SceneSetup<S>> = grids(schemes, n_gamma, on_grid)?;
+        let grid_of = |scheme, n| on_grid(&setup, scheme, n, length).map_err(SweepError::Grid);
+        let mut setups: Vec<SceneSetup<S>> = grids(schemes, n_gamma, grid_of)?;
         // Different numbers of nodes can round to the same number of spectral elements.
         let grid = |setup: &SceneSetup<S>| (setup.sbp, setup.form, setup.n_gamma, setup.windows);
         setups.dedup_by(|a, b| grid(a) == grid(b));

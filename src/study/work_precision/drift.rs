@@ -64,7 +64,8 @@ pub fn drift(arena: &Arena, chosen: &[Family], cancel: &AtomicBool) -> Vec<Drift
             break;
         }
         let run = |setting: Setting| {
-            let outcome = Job::new(arena, &family, setting, output.clone()).run().and_then(|raw| raw.outcome(&output));
+            let outcome =
+                Job::new(arena, &family, setting, output.clone()).run().and_then(|raw| raw.outcome(arena, &output));
             outcome.ok().map(|outcome| (setting, outcome))
         };
         let found = if cost > 0.0 {
@@ -78,11 +79,11 @@ pub fn drift(arena: &Arena, chosen: &[Family], cancel: &AtomicBool) -> Vec<Drift
         let evaluations = outcome.evaluations as f64 / arena.length();
         let label = format!("{evaluations:.0} evaluations a unit of gamma");
         let label = if setting.tolerance > 0.0 { format!("tol={:e}, {label}", setting.tolerance) } else { label };
-        points.extend(output.gamma(arena.length()).zip(&outcome.states).map(|(gamma, state)| DriftPoint {
+        points.extend(output.gamma(arena.length()).zip(&outcome.places).map(|(gamma, place)| DriftPoint {
             family: family.clone(),
             setting: label.clone(),
             gamma,
-            errors: arena.error(gamma, state),
+            errors: arena.error(gamma, place),
         }));
     }
     points

@@ -70,6 +70,17 @@ impl Family {
         all
     }
 
+    /// Every method that is measured on a scene by default. The march is for one coordinate, and compositions are for
+    /// scenes that are separable.
+    pub fn of_scene(is_separable: bool) -> Vec<Self> {
+        let suits = |family: &Self| match family {
+            Self::March(_) | Self::Accuracy => false,
+            Self::Peer(peer) => is_separable || !peer.about().needs_second_order,
+            _ => true,
+        };
+        Self::all().into_iter().filter(suits).collect()
+    }
+
     /// The name in files.
     pub fn name(&self) -> String {
         match self {

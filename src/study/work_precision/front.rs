@@ -34,7 +34,7 @@ pub struct Leader {
 pub struct Ratio {
     /// γ_f − γ_i.
     pub gamma_f: f64,
-    /// The error of t and x that is allowed.
+    /// The error of every coordinate that is allowed.
     pub error: f64,
     /// The fastest method of this program, its library included.
     pub own: Option<Leader>,
@@ -91,7 +91,7 @@ mod tests {
             family,
             setting: String::new(),
             gamma_f: 1.0,
-            errors: Some(RowErrors { t: error, x: 0.5 * error, delta_k: 0.0 }),
+            errors: Some(RowErrors { q: vec![error, 0.5 * error], delta_k: 0.0 }),
             seconds_min: seconds,
             seconds_median: seconds,
             evaluations: 0,

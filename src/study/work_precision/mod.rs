@@ -1,4 +1,4 @@
-//! Speed against accuracy: every scheme of this program beside other methods, on the world-line of one case.
+//! Speed against accuracy: every scheme of this program beside other methods, on the world-line of one case or scene.
 //!
 //! # What is measured
 //!
@@ -9,7 +9,11 @@
 //! extended precision, with enough digits for the length of the run. |ΔK| is formed from x, w and Q_t. Q_t itself is
 //! *not* compared: it is a constant in the equations of the other methods, so that its drift would prove nothing.
 //!
+//! In a scene every method has to return all coordinates and momenta. Errors are those of every coordinate, and the
+//! largest of them ranks a setting. Charges are constants in the equations of the other methods, as Q_t is.
+//!
 //! The schemes of this program are timed as [`crate::solve()`], with its certificate and everything that it stores.
+//! Those of a scene are timed as [`crate::solve::scene::solve_scene`], which does the same.
 //! `accuracy` is timed as [`crate::solve::solve_window_by_window`], with its certificate and its samples. `march` is
 //! [`crate::lobatto`], without certificate and storage.
 //!
@@ -30,6 +34,7 @@
 //! since errors of the iteration can accumulate. That is the best choice that a user could make, for both methods
 //! alike.
 
+mod arena;
 mod drift;
 mod family;
 mod front;
@@ -38,23 +43,17 @@ mod trial;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+pub use arena::Arena;
 pub use drift::{DriftPoint, drift};
 pub use family::{Family, Group};
 pub use front::{Leader, Ratio, front, ratios};
 
 use self::trial::{time, try_family};
-use crate::case::{Case, End};
-use crate::geodesic::Invariants;
-use crate::methods::{Output, Problem, State};
 use crate::norm::larger;
-use crate::reference::{ReferenceEnds, ReferencePoint, ReferenceTrajectory};
-use crate::scalar::{Extended, Real};
 
 /// Number of points at which every method reports its state.
 pub const OUTPUTS: usize = 10;
 
-/// With an error above this share of the largest |x|, or of the largest |t − t_i|, a setting has no result.
-const INACCURATE: f64 = 0.1;
 /// How much is measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Budget {
@@ -78,7 +77,7 @@ impl Default for Budget {
 pub enum RowStatus {
     /// With a result.
     Converged,
-    /// With errors as large as the result: above a tenth of the largest |x| or |t − t_i|.
+    /// With errors as large as the result: above a tenth of the largest |x| or |t − t_i|, or of a coordinate of a scene.
     Inaccurate,
     /// Without a result. The word is that of [`crate::Status`] or of [`crate::methods::Failure`].
     Failed(&'static str),
@@ -96,20 +95,18 @@ impl RowStatus {
 }
 
 /// Largest errors at the points of output.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct RowErrors {
-    /// The largest error of t.
-    pub t: f64,
-    /// The largest error of x.
-    pub x: f64,
-    /// max |K − K(start)|.
+    /// The largest error of every coordinate: of t and x, or of those of a scene.
+    pub q: Vec<f64>,
+    /// max |K − K(start)|; where a force acts, the largest error of K.
     pub delta_k: f64,
 }
 
 impl RowErrors {
-    /// The larger of the errors of t and x, by which rows are ranked.
+    /// The largest error of a coordinate, by which rows are ranked.
     pub fn largest(&self) -> f64 {
-        self.t.max(self.x)
+        self.q.iter().copied().fold(0.0, larger)
     }
 }
 
@@ -140,93 +137,7 @@ pub struct Row {
 impl Row {
     /// The error by which it is ranked; `None` without a result.
     pub fn rank(&self) -> Option<f64> {
-        self.errors.filter(|_| self.status == RowStatus::Converged).map(|errors| errors.largest())
-    }
-}
-
-/// The problem on which all methods are compared: the world-line over one length, and its reference.
-pub struct Arena {
-    problem: Problem,
-    case: Case,
-    invariants: Invariants,
-    reference: ReferenceTrajectory<Extended>,
-    /// Largest |x| and |t − t_i| at the points of output.
-    sizes: (f64, f64),
-}
-
-impl Arena {
-    /// The case's own world-line, or that of another length in γ.
-    ///
-    /// # Errors
-    /// [`ReferenceEnds`] if the geodesic does not go so far.
-    pub fn new(case: &Case, length: Option<f64>) -> Result<Self, ReferenceEnds> {
-        let metric = case.metric::<Extended>();
-        let initial = case.initial_data::<Extended>();
-        // Sixteen digits of t at the end, and four more to judge them. Errors of the phase grow with the square of the
-        // length.
-        let digits = |length: f64| (20.0 + (2.0 * length.max(1.0).log10()).ceil()) as u32;
-        let length = match (length, case.end::<Extended>()) {
-            (Some(length), _) => length,
-            (None, End::Length(length)) => length.to_f64(),
-            (None, End::Duration(duration)) => {
-                ReferenceTrajectory::length_of(&metric, initial, duration, digits(duration.to_f64()))?.to_f64()
-            }
-        };
-        let reference = ReferenceTrajectory::new(&metric, initial, length.into(), digits(length))?;
-        let problem = Problem { metric: case.metric(), initial: case.initial_data(), length };
-        let at = |gamma: f64| reference.at(gamma.into());
-        let sizes = Output::even(OUTPUTS).gamma(length).map(at).fold((0.0_f64, 0.0_f64), |(x, t), point| {
-            (x.max(point.x.to_f64().abs()), t.max(point.elapsed.to_f64().abs()))
-        });
-        let invariants = problem.initial.invariants(&problem.metric);
-        Ok(Self { invariants, problem, case: run::plain(case), reference, sizes })
-    }
-
-    /// γ_f − γ_i.
-    pub fn length(&self) -> f64 {
-        self.problem.length
-    }
-
-    /// The reference's own estimate of its relative error.
-    pub fn reference_error(&self) -> f64 {
-        self.reference.error_estimate()
-    }
-
-    /// Number of Taylor steps of the reference, by which settings are scaled.
-    fn scale(&self) -> f64 {
-        self.reference.steps() as f64
-    }
-
-    /// The errors of `states` at the points of `output`.
-    fn errors(&self, output: &Output, states: &[State]) -> RowErrors {
-        let mut largest = RowErrors { t: 0.0, x: 0.0, delta_k: 0.0 };
-        for (gamma, state) in output.gamma(self.problem.length).zip(states) {
-            let RowErrors { t, x, delta_k } = self.error(gamma, state);
-            largest = RowErrors {
-                t: larger(largest.t, t),
-                x: larger(largest.x, x),
-                delta_k: larger(largest.delta_k, delta_k),
-            };
-        }
-        largest
-    }
-
-    fn error(&self, gamma: f64, state: &State) -> RowErrors {
-        let ReferencePoint { elapsed, x, .. } = self.reference.at(gamma.into());
-        let Invariants { q_t, k } = self.invariants;
-        let here = q_t * (q_t / self.problem.metric.at(state.x).g00) - state.w * state.w;
-        RowErrors {
-            t: (Extended::from(state.elapsed) - elapsed).to_f64().abs(),
-            x: (Extended::from(state.x) - x).to_f64().abs(),
-            delta_k: (here - k).abs(),
-        }
-    }
-
-    fn judge(&self, errors: &RowErrors) -> RowStatus {
-        let (x, t) = self.sizes;
-        // Written so that a NaN is inaccurate.
-        let good = errors.x <= INACCURATE * x && errors.t <= INACCURATE * t && errors.delta_k.is_finite();
-        if good { RowStatus::Converged } else { RowStatus::Inaccurate }
+        self.errors.as_ref().filter(|_| self.status == RowStatus::Converged).map(RowErrors::largest)
     }
 }
 

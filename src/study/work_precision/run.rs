@@ -2,13 +2,16 @@
 
 use std::ops::ControlFlow;
 
-use super::Arena;
+use super::arena::{Arena, One, Place, Scene, World};
 use super::family::Family;
+use crate::case::scene::on_grid;
 use crate::case::{Case, Form, SbpName, Scheme, Solver};
 use crate::lobatto::{Inside, March, MarchFailure, State as MarchState, Twofold, WeakRule};
-use crate::methods::{Failure, Marks, Output, Setting, State, Trajectory};
+use crate::methods::{Failure, Marks, Output, Problem, SceneState, Setting, State, Trajectory};
 use crate::sampling::{Coordinate, SampleStream};
-use crate::solve::{Joint, NoSolution, Setup, Solution, solve, solve_window_by_window};
+use crate::scalar::Real;
+use crate::solve::scene::{WorldLine, solve_scene};
+use crate::solve::{Joint, NoSolution, Setup, Solution, System, solve, solve_window_by_window};
 
 /// A run to be timed. It contains only the work that a user would have to do as well.
 pub(super) struct Job<'a> {
@@ -19,11 +22,13 @@ pub(super) struct Job<'a> {
 pub(super) enum Raw {
     Trajectory(Trajectory),
     Solution(Box<Solution>),
+    SceneTrajectory(Trajectory<SceneState>),
+    WorldLine(Box<WorldLine>),
 }
 
 /// The states of a run at the points of output.
 pub(super) struct Outcome {
-    pub(super) states: Vec<State>,
+    pub(super) places: Vec<Place>,
     pub(super) evaluations: usize,
     pub(super) points: usize,
 }
@@ -40,21 +45,9 @@ pub(super) fn plain(case: &Case) -> Case {
 
 impl<'a> Job<'a> {
     pub(super) fn new(arena: &'a Arena, family: &Family, setting: Setting, output: Output) -> Self {
-        let Setting { count, tolerance } = setting;
-        let problem = &arena.problem;
-        let run: Box<dyn Fn() -> Result<Raw, &'static str> + 'a> = match *family {
-            Family::Block(sbp, form) => certified(arena, (sbp, form), count + 1),
-            Family::Elements(nodes) => {
-                let name = SbpName::Gll(nodes as u8);
-                certified(arena, (name, Form::Weak), count * (nodes - 1) + 1)
-            }
-            Family::March(nodes) => {
-                let rule = WeakRule::shared(nodes);
-                Box::new(move || march(arena, rule, &output, count, tolerance))
-            }
-            Family::Accuracy => accuracy(arena, output, tolerance),
-            Family::Peer(peer) => Box::new(move || finish(peer.run(problem, &output, setting))),
-            Family::Other(_) => Box::new(|| Err("elsewhere")),
+        let run = match &arena.world {
+            World::One(one) => of_one(one, family, setting, output),
+            World::Scene(scene) => of_scene(scene, family, setting, output),
         };
         Self { run }
     }
@@ -64,22 +57,66 @@ impl<'a> Job<'a> {
     }
 }
 
-fn finish(result: Result<Trajectory, Failure>) -> Result<Raw, &'static str> {
-    result.map(Raw::Trajectory).map_err(Failure::as_str)
+type Run<'a> = Box<dyn Fn() -> Result<Raw, &'static str> + 'a>;
+
+/// For a family that there is not.
+fn none<'a>(word: &'static str) -> Run<'a> {
+    Box::new(move || Err(word))
+}
+
+fn of_one<'a>(one: &'a One, family: &Family, setting: Setting, output: Output) -> Run<'a> {
+    let Setting { count, tolerance } = setting;
+    match *family {
+        Family::Block(sbp, form) => certified(one, (sbp, form), count + 1),
+        Family::Elements(nodes) => certified(one, (SbpName::Gll(nodes as u8), Form::Weak), count * (nodes - 1) + 1),
+        Family::March(nodes) => {
+            let rule = WeakRule::shared(nodes);
+            Box::new(move || march(&one.problem, rule, &output, count, tolerance))
+        }
+        Family::Accuracy => accuracy(one, output, tolerance),
+        Family::Peer(peer) => Box::new(move || {
+            let trajectory = peer.run(&one.problem, &output, setting);
+            trajectory.map(Raw::Trajectory).map_err(Failure::as_str)
+        }),
+        Family::Other(_) => none("elsewhere"),
+    }
+}
+
+fn of_scene<'a>(scene: &'a Scene, family: &Family, setting: Setting, output: Output) -> Run<'a> {
+    let count = setting.count;
+    match *family {
+        Family::Block(sbp, form) => world_line(scene, (sbp, form), count + 1),
+        Family::Elements(nodes) => world_line(scene, (SbpName::Gll(nodes as u8), Form::Weak), count * (nodes - 1) + 1),
+        Family::Peer(peer) => Box::new(move || {
+            let trajectory = peer.run_scene(&scene.problem, &output, setting);
+            trajectory.map(Raw::SceneTrajectory).map_err(Failure::as_str)
+        }),
+        Family::March(_) | Family::Accuracy => none("not-for-scenes"),
+        Family::Other(_) => none("elsewhere"),
+    }
+}
+
+/// A call of `solve_scene` with this many nodes in all.
+fn world_line<'a>(scene: &'a Scene, scheme: (SbpName, Form), nodes: usize) -> Run<'a> {
+    let mut plain = scene.setup.clone();
+    (plain.system, plain.digits, plain.windows) = (System::PhysicalLimit, f64::MOST_DIGITS, 1);
+    match on_grid(&plain, scheme, nodes, scene.problem.length) {
+        Ok(setup) => Box::new(move || match solve_scene(&setup) {
+            Ok(line) => Ok(Raw::WorldLine(Box::new(line))),
+            Err(failure) => Err(failure.status.as_str()),
+        }),
+        Err(_) => none("no-such-grid"),
+    }
 }
 
 /// A call of `solve` with this many nodes in all.
-fn certified<'a>(
-    arena: &'a Arena,
-    scheme: (SbpName, Form),
-    nodes: usize,
-) -> Box<dyn Fn() -> Result<Raw, &'static str> + 'a> {
-    match arena.case.on_grid(scheme, nodes, arena.problem.length) {
+fn certified<'a>(one: &'a One, scheme: (SbpName, Form), nodes: usize) -> Run<'a> {
+    match one.case.on_grid(scheme, nodes, one.problem.length) {
         Ok(case) => Box::new(move || match solve(&case) {
             Ok(solution) => Ok(Raw::Solution(Box::new(solution))),
             Err(NoSolution { status, .. }) => Err(status.as_str()),
         }),
-        Err(_) => Box::new(|| Err("no-such-grid")),
+        Err(_) => none("no-such-grid"),
     }
 }
 
@@ -93,19 +130,24 @@ fn failed(failure: MarchFailure) -> &'static str {
     }
 }
 
-fn start(arena: &Arena) -> MarchState {
-    let initial = arena.problem.initial;
+fn start(problem: &Problem) -> MarchState {
+    let initial = problem.initial;
     MarchState { t: Twofold::ZERO, x: initial.x.into(), w: initial.x_dot.into() }
 }
 
-fn march(arena: &Arena, rule: &WeakRule, output: &Output, windows: usize, tolerance: f64) -> Result<Raw, &'static str> {
-    let problem = &arena.problem;
+fn march(
+    problem: &Problem,
+    rule: &WeakRule,
+    output: &Output,
+    windows: usize,
+    tolerance: f64,
+) -> Result<Raw, &'static str> {
     let length = Twofold::from(problem.length) / Twofold::from(windows as f64);
     let mut states = Vec::with_capacity(output.marks.len());
     let mut marks = Marks::new(output, windows);
     let march = March::new(&problem.metric, problem.q_t(), rule, length).with_tolerance(tolerance);
     let last = Marks::last(output, windows);
-    let marched = march.run(start(arena), last, &mut |view| {
+    let marched = march.run(start(problem), last, &mut |view| {
         let fractions = std::iter::from_fn(|| marks.within(view.index));
         view.inside(fractions, |Inside { t, x, w }| states.push(State { elapsed: t, x, w }));
         ControlFlow::Continue(())
@@ -116,9 +158,9 @@ fn march(arena: &Arena, rule: &WeakRule, output: &Output, windows: usize, tolera
 }
 
 /// A run with an accuracy. Its states are samples, of which t and x keep it.
-fn accuracy<'a>(arena: &'a Arena, output: Output, accuracy: f64) -> Box<dyn Fn() -> Result<Raw, &'static str> + 'a> {
-    let length = arena.problem.length;
-    let mut case = arena.case.clone();
+fn accuracy<'a>(one: &'a One, output: Output, accuracy: f64) -> Run<'a> {
+    let length = one.problem.length;
+    let mut case = one.case.clone();
     (case.grid.gamma_f, case.grid.t_f, case.grid.n_gamma) = (Some(length.into()), None, 0);
     (case.grid.gamma_i, case.initial.t) = (0.0.into(), 0.0.into());
     (case.solver.accuracy, case.scheme) = (Some(accuracy.into()), Scheme::default());
@@ -140,11 +182,17 @@ fn accuracy<'a>(arena: &'a Arena, output: Output, accuracy: f64) -> Box<dyn Fn()
 
 impl Raw {
     /// The states at the marks of `output`, which coincide with ends of windows or with nodes.
-    pub(super) fn outcome(self, output: &Output) -> Result<Outcome, &'static str> {
+    pub(super) fn outcome(self, arena: &Arena, output: &Output) -> Result<Outcome, &'static str> {
         let solution = match self {
             Self::Trajectory(Trajectory { states, evaluations, steps }) => {
-                return Ok(Outcome { states, evaluations, points: steps });
+                let places = states.iter().map(|state| arena.place(state)).collect();
+                return Ok(Outcome { places, evaluations, points: steps });
             }
+            Self::SceneTrajectory(Trajectory { states, evaluations, steps }) => {
+                let places = states.into_iter().map(|state| arena.place_of(state)).collect();
+                return Ok(Outcome { places, evaluations, points: steps });
+            }
+            Self::WorldLine(line) => return Ok(outcome_of(&line, arena, output)),
             Self::Solution(solution) => solution,
         };
         let windows = solution.windows.len();
@@ -167,9 +215,37 @@ impl Raw {
         // over the windows.
         let sweeps = solution.iterations.max(windows);
         Ok(Outcome {
-            states: output.marks.iter().map(state).collect(),
+            places: output.marks.iter().map(|mark| arena.place(&state(mark))).collect(),
             evaluations: sweeps * nodes,
             points: windows * nodes,
         })
+    }
+}
+
+/// The states of a world-line at the marks of `output`, which coincide with ends of windows or with nodes.
+fn outcome_of(line: &WorldLine, arena: &Arena, output: &Output) -> Outcome {
+    let (windows, nodes) = (line.windows.len(), line.sbp().points());
+    let state = |&mark: &usize| {
+        // The number of windows per interval is whole, unless there is one window.
+        let end =
+            if windows > 1 { Some(mark * windows / output.intervals) } else { (mark == output.intervals).then_some(1) };
+        if let Some(after) = end {
+            let end = &line.windows[after - 1].end;
+            return SceneState { q: end.q.clone(), p: end.p.clone() };
+        }
+        let node = mark * (nodes - 1) / output.intervals;
+        let (rows, mut p) = (line.rows(&line.windows[0]), line.place.start.p.clone());
+        for (row, &a) in line.p.iter().zip(line.geometry().active()) {
+            p[a] = row[node];
+        }
+        let start = &line.place.start;
+        let absolute = |a: usize| if line.geometry().active().contains(&a) { 0.0 } else { start.q[a] };
+        SceneState { q: rows.iter().enumerate().map(|(a, row)| absolute(a) + row[node]).collect(), p }
+    };
+    let sweeps = line.iterations.max(windows);
+    Outcome {
+        places: output.marks.iter().map(|mark| arena.place_of(state(mark))).collect(),
+        evaluations: sweeps * nodes,
+        points: windows * nodes,
     }
 }

@@ -57,7 +57,7 @@ pub(super) fn try_family<'a>(
         if let Some(error) = rank {
             // A slightly smaller error is no progress, since settings differ by factors. Adaptive methods have only a
             // few tolerances, and may take the same steps for several of them, so that all of these are tried.
-            let rounding = error < ROUNDING * arena.sizes.0.max(arena.sizes.1) && family.step() != Step::Adaptive;
+            let rounding = error < ROUNDING * arena.size() && family.step() != Step::Adaptive;
             stale = if error < 0.8 * least || !rounding { 0 } else { stale + 1 };
             least = least.min(error);
         }
@@ -90,9 +90,9 @@ fn attempt<'a>(arena: &'a Arena, family: &Family, setting: Setting) -> Trial<'a>
     let start = Instant::now();
     let result = job.run();
     let seconds = start.elapsed().as_secs_f64();
-    let (status, errors, evaluations, points) = match result.and_then(|raw| raw.outcome(&output)) {
-        Ok(Outcome { states, evaluations, points }) => {
-            let errors = arena.errors(&output, &states);
+    let (status, errors, evaluations, points) = match result.and_then(|raw| raw.outcome(arena, &output)) {
+        Ok(Outcome { places, evaluations, points }) => {
+            let errors = arena.errors(&output, &places);
             (arena.judge(&errors), Some(errors), evaluations, points)
         }
         Err(word) => (RowStatus::Failed(word), None, 0, 0),
