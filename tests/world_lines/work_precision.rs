@@ -10,7 +10,7 @@ use geodesic_ivp::sbp::SbpName;
 use geodesic_ivp::study::work_precision::{Arena, Budget, Family, RowStatus, drift, measure};
 
 /// By settings and not by time, so that a slow machine measures the same.
-const BUDGET: Budget = Budget { longest: f64::INFINITY, rounds: 1, settings: 8 };
+const BUDGET: Budget = Budget { longest: f64::INFINITY, rounds: 1, settings: 12 };
 
 fn scene(name: &str, overrides: &[&str]) -> SceneCase {
     let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
