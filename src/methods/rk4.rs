@@ -39,7 +39,7 @@ impl BeginEqual for Length {
     fn begin<E: Equations>(&self, equations: &E) -> Walk<E> {
         let (here, zero) = (equations.start(), equations.rows(0.0));
         let stages = std::array::from_fn(|_| zero.clone());
-        Walk { h: self.0, from: here.clone(), at: zero.clone(), here, stages, middle: zero, next: None }
+        Walk { h: self.0, from: here.clone(), at: zero, here, stages, next: None }
     }
 }
 
@@ -52,8 +52,6 @@ pub(super) struct Walk<E: Equations> {
     at: E::Rows<f64>,
     /// The derivatives at the stages of the last step.
     stages: [E::Rows<f64>; 4],
-    /// Twice the sum of those at the two in the middle.
-    middle: E::Rows<f64>,
     /// The derivatives where it ended, if they are known: the first stage of the next step.
     next: Option<E::Rows<f64>>,
 }
@@ -91,8 +89,7 @@ impl<E: Equations> Walker<E> for Walk<E> {
 impl<E: Equations> EqualSteps<E> for Walk<E> {
     #[inline(always)]
     fn advance(self, equations: &mut Counted<E>, steps: usize) -> Result<Self, Failure> {
-        let Self { h, mut here, mut from, mut at, stages: [mut k1, mut k2, mut k3, mut k4], mut middle, mut next } =
-            self;
+        let Self { h, mut here, mut from, mut at, stages: [mut k1, mut k2, mut k3, mut k4], mut next } = self;
         for _ in 0..steps {
             match next.take() {
                 Some(known) => k1 = known,
@@ -100,21 +97,21 @@ impl<E: Equations> EqualSteps<E> for Walk<E> {
             }
             step(&mut at, &here, 0.5 * h, &k1);
             equations.rates(&at, &mut k2);
+            // The result would not be finite either. The branch also keeps the compiler from computing the stages on
+            // both sides of it as one pair, which would wait for each other: the first two do not.
+            if !k2.as_ref().iter().all(|rate| rate.is_finite()) {
+                return Err(Failure::Diverged);
+            }
             step(&mut at, &here, 0.5 * h, &k2);
             equations.rates(&at, &mut k3);
-            // Added before the last stage: the compiler pairs the first two stages then, which do not wait for each
-            // other.
-            for (k, middle) in middle.as_mut().iter_mut().enumerate() {
-                *middle = 2.0 * (k2.as_ref()[k] + k3.as_ref()[k]);
-            }
             step(&mut at, &here, h, &k3);
             equations.rates(&at, &mut k4);
             copy(&mut from, &here);
-            let (k1, k4, middle) = (k1.as_ref(), k4.as_ref(), middle.as_ref());
+            let (k1, k2, k3, k4) = (k1.as_ref(), k2.as_ref(), k3.as_ref(), k4.as_ref());
             for (k, here) in here.as_mut().iter_mut().enumerate() {
-                *here += h / 6.0 * ((k1[k] + k4[k]) + middle[k]);
+                *here += h / 6.0 * ((k1[k] + k4[k]) + 2.0 * (k2[k] + k3[k]));
             }
         }
-        Ok(Self { h, here, from, at, stages: [k1, k2, k3, k4], middle, next })
+        Ok(Self { h, here, from, at, stages: [k1, k2, k3, k4], next })
     }
 }
