@@ -141,6 +141,15 @@ pub const SCENE_KEYS: &[(&str, &str)] = &[
         "a formula in coordinates, velocities q_dot, momenta p_q and norm: how much it changes is reported",
     ),
     (
+        "events.NAME",
+        "a table: when, a formula of coordinates and velocities, direction, \"up\", \"down\" or \"both\", and until = true \
+         to end the run there",
+    ),
+    (
+        "plot.x, plot.y",
+        "the axes of the pictures of the orbit and of the events, as formulas of coordinates and velocities",
+    ),
+    (
         "expect.q_final",
         "for a coordinate q, the value at the end that check --run compares with, up to expect.tolerance",
     ),

@@ -107,7 +107,7 @@ fn compare<S: Arithmetic>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<St
 /// As [`compare`], and if there is not enough memory.
 fn compare_scene<S: Real>(case: &SceneCase, expect: &SceneExpect) -> anyhow::Result<Vec<String>> {
     let setup = case.setup::<S>();
-    memory::check_scene(&setup)?;
+    memory::check_scene(&setup, 0)?;
     let result = solve_scene(&setup).map_err(|failure| (failure.status, failure.to_string()));
     let numbers = result.map(|line| {
         let gamma = expect.gamma_final.as_ref().map(|expected| ("gamma", line.gamma_f(), expected));

@@ -170,7 +170,7 @@ fn sweep_in<S: Arithmetic>(
             }
             AnyCase::Scene(scene) => {
                 let grid = on_grid(&scene.setup::<S>(), (sbp, scene.form()), finest, S::ONE).ok();
-                grid.map_or(Ok(()), |grid| memory::check_scene(&grid))?;
+                grid.map_or(Ok(()), |grid| memory::check_scene(&grid, 0))?;
             }
         }
     }

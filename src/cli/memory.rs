@@ -29,12 +29,13 @@ pub(super) fn check(case: &Case, samples: Option<&SampleArgs>) -> anyhow::Result
     refuse(needed, case.grid.n_gamma * case.grid.windows, case.solver.digits, help)
 }
 
-/// The same for a scene.
+/// The same for a scene with so many samples.
 ///
 /// # Errors
 /// As [`check`].
-pub(super) fn check_scene<S: Real>(setup: &SceneSetup<S>) -> anyhow::Result<()> {
-    refuse(scene_bytes_needed(setup), setup.n_gamma * setup.windows, setup.digits, "take fewer nodes or digits")
+pub(super) fn check_scene<S: Real>(setup: &SceneSetup<S>, samples: usize) -> anyhow::Result<()> {
+    let help = "take fewer nodes, digits or samples";
+    refuse(scene_bytes_needed(setup, samples), setup.n_gamma * setup.windows, setup.digits, help)
 }
 
 /// Refuses a run of so many nodes and digits if there is less memory than it needs, in bytes.

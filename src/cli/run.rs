@@ -12,7 +12,6 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::input::AnyCase;
 use super::out::OutArgs;
-use super::report::Refusal;
 use super::run_one::OneCoordinate;
 use super::run_scene::Scene;
 use super::samples::SampleArgs;
@@ -23,7 +22,7 @@ const RESIDUALS: &str = "residuals.csv";
 const BRANCHES: &str = "branches.csv";
 const SAMPLES: &str = "samples.csv";
 const SUMMARY: &str = "summary.json";
-const PICTURES: [&str; 5] = ["world_line.svg", "t_dot.svg", "trajectory.svg", "delta_q_t.svg", "delta_g.svg"];
+const EVENTS: &str = "events.csv";
 const CASE: &str = "case.toml";
 
 #[derive(Debug, Args)]
@@ -56,11 +55,17 @@ pub(super) trait Job {
     /// Warnings about the case itself.
     fn warnings(&self) -> Vec<String>;
 
+    /// Refuses options that this case does not have.
+    fn check_options(&self) -> anyhow::Result<()>;
+
     /// Refuses a run that needs more memory than there is.
     fn check_memory(&self) -> anyhow::Result<()>;
 
     /// Whether the doubled system is solved, so that there are two branches.
     fn is_doubled(&self) -> bool;
+
+    /// Whether the case has events.
+    fn has_events(&self) -> bool;
 
     /// The effective case as a text.
     fn effective(&self) -> String;
@@ -89,6 +94,9 @@ pub(super) trait Job {
     /// The summary as JSON.
     fn summary(&self, judged: &mut Self::Judged, write_seconds: f64) -> String;
 
+    /// The names of its pictures.
+    fn picture_names(&self) -> &'static [&'static str];
+
     /// The pictures, in the order of their names.
     fn pictures(&self, solved: &Self::Solved, judged: &Self::Judged) -> Vec<Chart>;
 
@@ -100,10 +108,6 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     match args.case.read_any()? {
         AnyCase::One(case) if case.is_extended() => execute(&OneCoordinate::<Extended>::new(&case, args), args),
         AnyCase::One(case) => execute(&OneCoordinate::<f64>::new(&case, args), args),
-        AnyCase::Scene(_) if args.samples.wanted() || args.samples.only() || args.plot => {
-            let message = "samples and pictures of scenes are not there yet";
-            Err(Refusal::usage(message).help("trajectory.csv has every node").into())
-        }
         AnyCase::Scene(case) if case.is_extended() => execute(&Scene::<Extended>::new(&case, args), args),
         AnyCase::Scene(case) => execute(&Scene::<f64>::new(&case, args), args),
     }
@@ -111,6 +115,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
 
 fn execute(job: &impl Job, args: &RunArgs) -> anyhow::Result<ExitCode> {
     args.samples.check(args.stdout)?;
+    job.check_options()?;
     warn_of(&job.warnings());
     job.check_memory()?;
     if args.stdout {
@@ -124,12 +129,13 @@ fn execute(job: &impl Job, args: &RunArgs) -> anyhow::Result<ExitCode> {
     args.output.check_standard_output()?;
     let target = args.output.target(&args.case, "run")?;
     let directory: PathBuf = target.folder.clone();
-    let mut names = vec![TRAJECTORY, RESIDUALS, BRANCHES, SAMPLES, SUMMARY, CASE];
-    names.extend(PICTURES);
+    let mut names = vec![TRAJECTORY, RESIDUALS, BRANCHES, SAMPLES, EVENTS, SUMMARY, CASE];
+    names.extend(job.picture_names());
     names.retain(|name| match *name {
         TRAJECTORY | RESIDUALS => !args.samples.only(),
         BRANCHES => !args.samples.only() && job.is_doubled(),
         SAMPLES => args.samples.wanted(),
+        EVENTS => job.has_events(),
         SUMMARY | CASE => true,
         _ => args.plot,
     });
@@ -155,7 +161,7 @@ fn execute(job: &impl Job, args: &RunArgs) -> anyhow::Result<ExitCode> {
     let json = job.summary(&mut judged, start.elapsed().as_secs_f64());
     files.write_text(SUMMARY, &json)?;
     if args.plot {
-        for (name, chart) in PICTURES.into_iter().zip(job.pictures(&solved, &judged)) {
+        for (name, chart) in job.picture_names().iter().zip(job.pictures(&solved, &judged)) {
             files.write_text(name, &chart.to_svg())?;
         }
     }
@@ -208,5 +214,10 @@ impl Tables<'_> {
     /// Writes the samples.
     pub(super) fn samples(&self, write: impl FnOnce(&mut dyn std::io::Write) -> csv::Result<()>) -> anyhow::Result<()> {
         write(&mut self.files.writer(SAMPLES)).with_context(|| format!("cannot write {SAMPLES}"))
+    }
+
+    /// Writes the events.
+    pub(super) fn events(&self, write: impl FnOnce(&mut dyn std::io::Write) -> csv::Result<()>) -> anyhow::Result<()> {
+        write(&mut self.files.writer(EVENTS)).with_context(|| format!("cannot write {EVENTS}"))
     }
 }

@@ -20,6 +20,8 @@ use super::readable::readable;
 use super::run::{Job, RunArgs, Tables};
 use super::second_opinion::second_opinion;
 
+const PICTURES: [&str; 5] = ["world_line.svg", "t_dot.svg", "trajectory.svg", "delta_q_t.svg", "delta_g.svg"];
+
 /// A case of one coordinate, in the arithmetic of `S`.
 pub(super) struct OneCoordinate<'c, S> {
     case: &'c Case,
@@ -60,12 +62,20 @@ impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
         self.case.warnings()
     }
 
+    fn check_options(&self) -> anyhow::Result<()> {
+        Ok(())
+    }
+
     fn check_memory(&self) -> anyhow::Result<()> {
         memory::check(self.case, Some(&self.args.samples))
     }
 
     fn is_doubled(&self) -> bool {
         self.case.solver.system == System::Doubled
+    }
+
+    fn has_events(&self) -> bool {
+        false
     }
 
     fn effective(&self) -> String {
@@ -169,6 +179,10 @@ impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
             (solved.diagnostics_seconds, solved.write_seconds) = (judged.diagnostics_seconds, write_seconds);
         }
         judged.summary.to_json()
+    }
+
+    fn picture_names(&self) -> &'static [&'static str] {
+        &PICTURES
     }
 
     fn pictures(&self, solved: &Solved<S>, Judged { summary, .. }: &Judged) -> Vec<Chart> {

@@ -6,15 +6,21 @@ use std::time::Instant;
 use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::geometry::ConservedSum;
-use geodesic_ivp::output::{Chart, SceneSummary, write_combined};
+use geodesic_ivp::output::pictures::scene::{self as pictures, PlotAxes};
+use geodesic_ivp::output::{Chart, SceneSummary, write_combined, write_events, write_scene_samples};
+use geodesic_ivp::sampling::{Coordinate, Crossing, SceneSample, SceneSampler, crossings};
 use geodesic_ivp::scalar::Real;
 use geodesic_ivp::solve::System;
 use geodesic_ivp::solve::scene::{SceneSetup, WorldLine, solve_scene};
 use geodesic_ivp::study::scene_error::{SceneError, scene_error};
 
 use super::memory;
+use super::report::Refusal;
 use super::run::{Job, RunArgs, Tables};
-use super::scene_readable::readable;
+use super::scene_readable::{events, readable};
+
+/// The last one only where there are events.
+const PICTURES: [&str; 4] = ["orbit.svg", "charges.svg", "mesh.svg", "section.svg"];
 
 /// A scene, in the arithmetic of `S`.
 pub(super) struct Scene<'c, S> {
@@ -27,6 +33,37 @@ impl<'c, S: Real> Scene<'c, S> {
     pub(super) fn new(case: &'c SceneCase, args: &'c RunArgs) -> Self {
         Self { case, args, setup: case.setup() }
     }
+
+    /// The index of the coordinate t.
+    fn time(&self) -> Option<usize> {
+        self.setup.place.geometry.names().iter().position(|name| name == "t")
+    }
+
+    /// The title of the case, or the name of its file.
+    fn title(&self) -> String {
+        self.case.title().map_or_else(|| self.args.case.stem().to_string_lossy().into_owned(), str::to_owned)
+    }
+
+    fn event_names(&self) -> Vec<&str> {
+        self.case.events().iter().map(|event| event.name.as_str()).collect()
+    }
+
+    /// The samples that are asked for.
+    fn samples(&self, line: &WorldLine<S>) -> anyhow::Result<Vec<SceneSample<S>>> {
+        let Some((coordinate, values)) = self.args.samples.values::<S>() else { return Ok(Vec::new()) };
+        let mut sampler = SceneSampler::new(line);
+        let time = self.time().filter(|_| coordinate == Coordinate::Time);
+        if time.is_some_and(|t| !sampler.is_monotonic(t)) {
+            let message = "t does not grow, or fall, all the way: a time is not one place of the world-line";
+            return Err(Refusal::usage(message).help("take samples with --sample-gamma").into());
+        }
+        let at = |value| match time {
+            Some(t) => sampler.at_value(t, value),
+            None => sampler.at_gamma(value),
+        };
+        let found: Result<_, _> = values.into_iter().map(at).collect();
+        found.map_err(|outside| self.args.samples.refuse(outside, line.digits).into())
+    }
 }
 
 /// A world-line with what is measured on it.
@@ -34,6 +71,9 @@ pub(super) struct Solved<S> {
     line: WorldLine<S>,
     sums: Vec<ConservedSum>,
     diagnostics: SceneDiagnostics<S>,
+    samples: Vec<SceneSample<S>>,
+    /// The events of the case, in the order of γ.
+    events: Vec<Crossing<S>>,
     /// Seconds in the solver and in the diagnostics.
     seconds: [f64; 2],
 }
@@ -52,12 +92,30 @@ impl<S: Real> Job for Scene<'_, S> {
         self.case.warnings()
     }
 
+    fn check_options(&self) -> anyhow::Result<()> {
+        let samples = &self.args.samples;
+        if samples.only() {
+            let help = "leave --samples-only out: samples.csv is written beside the other tables";
+            return Err(Refusal::usage("the run of a scene is kept as a whole").help(help).into());
+        }
+        let by_time = matches!(samples.values::<f64>(), Some((Coordinate::Time, _)));
+        if by_time && self.time().is_none() {
+            let help = "take samples with --sample-gamma";
+            return Err(Refusal::usage("--sample-t needs a coordinate t, and the scene has none").help(help).into());
+        }
+        Ok(())
+    }
+
     fn check_memory(&self) -> anyhow::Result<()> {
-        memory::check_scene(&self.setup)
+        memory::check_scene(&self.setup, self.args.samples.count())
     }
 
     fn is_doubled(&self) -> bool {
         self.case.system() == System::Doubled
+    }
+
+    fn has_events(&self) -> bool {
+        !self.case.events().is_empty()
     }
 
     fn effective(&self) -> String {
@@ -86,8 +144,11 @@ impl<S: Real> Job for Scene<'_, S> {
         let terms: Vec<Vec<(usize, S)>> =
             sums.iter().map(|sum| sum.terms.iter().map(|&(a, c)| (a, S::from(c))).collect()).collect();
         let diagnostics = SceneDiagnostics::new(&line, &terms, &mut self.case.observables(), self.case.is_lifted());
+        let events = crossings(&line, &mut self.case.watches());
+        let samples = self.samples(&line);
         let seconds = [solve_seconds, start.elapsed().as_secs_f64()];
-        (Ok(Solved { line, sums, diagnostics, seconds }), solve_seconds)
+        let solved = samples.map(|samples| Solved { line, sums, diagnostics, samples, events, seconds });
+        (solved, solve_seconds)
     }
 
     fn failed(&self, error: &anyhow::Error, seconds: f64) -> Option<String> {
@@ -105,18 +166,30 @@ impl<S: Real> Job for Scene<'_, S> {
     }
 
     fn judge(&self, solved: &Solved<S>) -> (Judged, Vec<String>) {
-        let Solved { line, sums, diagnostics, seconds } = solved;
+        let Solved { line, sums, diagnostics, events, seconds, .. } = solved;
         let mut summary = SceneSummary::new(self.case, line.geometry(), Ok((line, diagnostics, sums)), seconds[0]);
         let error = scene_error(line);
         if let Some(solved) = &mut summary.solved {
             solved.diagnostics_seconds = seconds[1];
             error.iter().for_each(|error| solved.set_error(line.geometry().names(), error));
+            for (index, event) in self.case.events().iter().enumerate() {
+                let count = events.iter().filter(|crossing| crossing.watch == index).count();
+                solved.events.insert(event.name.clone(), count);
+            }
         }
         (Judged { summary, error }, self.suspicions(solved))
     }
 
     fn write_tables(&self, solved: &Solved<S>, tables: &Tables<'_>) -> anyhow::Result<()> {
-        tables.nodes(&solved.line, &solved.diagnostics, solved.line.is_doubled())
+        let Solved { line, diagnostics, samples, events, .. } = solved;
+        let names = line.geometry().names();
+        if self.args.samples.wanted() {
+            tables.samples(|out| write_scene_samples(out, names, samples, line.digits))?;
+        }
+        if self.has_events() {
+            tables.events(|out| write_events(out, names, &self.event_names(), events, line.digits))?;
+        }
+        tables.nodes(line, diagnostics, line.is_doubled())
     }
 
     fn summary(&self, judged: &mut Judged, write_seconds: f64) -> String {
@@ -126,13 +199,31 @@ impl<S: Real> Job for Scene<'_, S> {
         judged.summary.to_json()
     }
 
-    fn pictures(&self, _: &Solved<S>, _: &Judged) -> Vec<Chart> {
-        Vec::new()
+    fn picture_names(&self) -> &'static [&'static str] {
+        if self.has_events() { &PICTURES } else { &PICTURES[..PICTURES.len() - 1] }
+    }
+
+    fn pictures(&self, solved: &Solved<S>, Judged { summary, .. }: &Judged) -> Vec<Chart> {
+        let Solved { line, sums, diagnostics, events, .. } = solved;
+        let (formulas, labels) = self.case.plot_axes(line.geometry());
+        let axes = PlotAxes { formulas, labels };
+        let windows = if summary.windows > 1 { format!(", {} windows", summary.windows) } else { String::new() };
+        let of = format!("{} ({}, N = {}{windows})", self.title(), summary.sbp, summary.n_gamma);
+        let mut pictures = vec![
+            pictures::orbit(&of, line, &axes),
+            pictures::charges(&of, line, diagnostics, sums),
+            pictures::mesh(&of, line),
+        ];
+        if self.has_events() {
+            pictures.push(pictures::section(&of, line, &axes, &self.event_names(), events));
+        }
+        pictures
     }
 
     fn readable(&self, solved: &Solved<S>, judged: &Judged) -> String {
-        let title =
-            self.case.title().map_or_else(|| self.args.case.stem().to_string_lossy().into_owned(), str::to_owned);
-        readable(&title, &solved.line, &solved.diagnostics, &solved.sums, judged.error.as_ref())
+        let title = self.title();
+        let Solved { line, sums, diagnostics, .. } = solved;
+        let events = events(&self.event_names(), &solved.events, line.digits);
+        readable(&title, line, diagnostics, sums, judged.error.as_ref(), events)
     }
 }

@@ -99,8 +99,13 @@ impl SampleArgs {
     /// The stream that takes the samples, if any are asked for.
     pub(super) fn stream<S: Real>(&self, case: &Case) -> Option<SampleStream<S>> {
         let backwards = case.initial_data::<S>().t_dot < S::ZERO;
-        let (coordinate, range, _) = self.range()?;
-        Some(SampleStream::new(coordinate, range.values().collect(), backwards))
+        let (coordinate, values) = self.values()?;
+        Some(SampleStream::new(coordinate, values, backwards))
+    }
+
+    /// The values that are asked for, of γ or of the time.
+    pub(super) fn values<S: Real>(&self) -> Option<(Coordinate, Vec<S>)> {
+        self.range().map(|(coordinate, range, _)| (coordinate, range.values().collect()))
     }
 
     fn range(&self) -> Option<(Coordinate, &Range, &'static str)> {

@@ -3,19 +3,21 @@
 use geodesic_ivp::action::Form;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::geometry::ConservedSum;
+use geodesic_ivp::sampling::Crossing;
 use geodesic_ivp::scalar::Real;
 use geodesic_ivp::solve::scene::WorldLine;
 use geodesic_ivp::study::scene_error::SceneError;
 
 use super::readable::iterations;
 
-/// The summary without the list of files.
+/// The summary without the list of files; `events` are its lines about these.
 pub(super) fn readable<S: Real>(
     title: &str,
     line: &WorldLine<S>,
     diagnostics: &SceneDiagnostics<S>,
     sums: &[ConservedSum],
     error: Option<&SceneError>,
+    events: Vec<String>,
 ) -> String {
     let names = line.geometry().names();
     let mut lines = vec![title.to_owned(), end(line), accuracy(line, error)];
@@ -31,15 +33,33 @@ pub(super) fn readable<S: Real>(
         let (work, defect) = (work.work.to_f64(), work.defect.to_f64().abs());
         lines.push(row(&name, &format!("changes by the work of the force, {work:.6}, to {defect:.1e}")));
     }
-    let ends = diagnostics.max_delta_k_ends.to_f64();
-    lines.push(row("K", &format!("{}; drifts by at most {ends:.1e} between windows", short(diagnostics.k))));
+    lines.push(drift(diagnostics));
     for invariant in &diagnostics.invariants {
         let most = invariant.delta.iter().fold(0.0, |most: f64, delta| most.max(delta.to_f64().abs()));
         lines.push(row(&invariant.name, &format!("{}; changes by at most {most:.1e}", short(invariant.value))));
     }
+    lines.extend(events);
     lines.push(critical_point(line));
     lines.push(scheme(line));
     lines.join("\n") + "\n"
+}
+
+/// A line for every event: how often it was met, and where. `names` are those of what was watched.
+pub(super) fn events<S: Real>(names: &[&str], crossings: &[Crossing<S>], digits: u32) -> Vec<String> {
+    let line = |(watch, name): (usize, &&str)| {
+        let gammas: Vec<S> =
+            crossings.iter().filter(|crossing| crossing.watch == watch).map(|crossing| crossing.sample.gamma).collect();
+        let at = |gamma: &S| gamma.to_decimal(digits);
+        let text = match gammas.as_slice() {
+            [] => "not met".to_owned(),
+            [one] => format!("met once, at gamma = {}", at(one)),
+            [first, .., last] => {
+                format!("met {} times, first at gamma = {}, last at {}", gammas.len(), at(first), at(last))
+            }
+        };
+        row(name, &text)
+    };
+    names.iter().enumerate().map(line).collect()
 }
 
 fn row(name: &str, text: &str) -> String {
@@ -70,6 +90,21 @@ fn accuracy<S: Real>(line: &WorldLine<S>, error: Option<&SceneError>) -> String 
     };
     let estimate = estimate.map_or(String::new(), |estimate| format!("; {estimate}"));
     row("error", &format!("{} at the end (a Taylor reference){estimate}", of(&error.end)))
+}
+
+/// What measures the error although the scheme does not keep it: K or, with Newton's law, the energy.
+fn drift<S: Real>(diagnostics: &SceneDiagnostics<S>) -> String {
+    match diagnostics.energy {
+        Some(energy) => {
+            let of = "that of the positions and velocities differs from p_t/p_s";
+            let most = energy.max_ends.to_f64().abs();
+            row("energy", &format!("{}; {of} by at most {most:.1e} between windows", short(energy.value)))
+        }
+        None => {
+            let ends = diagnostics.max_delta_k_ends.to_f64();
+            row("K", &format!("{}; drifts by at most {ends:.1e} between windows", short(diagnostics.k)))
+        }
+    }
 }
 
 fn deviation<S: Real>(name: &str, value: S, most: S, line: &WorldLine<S>) -> String {

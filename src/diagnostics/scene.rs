@@ -8,7 +8,7 @@ use crate::geometry::{Geometry, Lagrangian, Observable, Samples, Term};
 use crate::norm::max_abs;
 use crate::scalar::{Real, sum};
 use crate::solve::WindowGrid;
-use crate::solve::scene::{SceneWindow, WorldLine};
+use crate::solve::scene::{SceneJoint, SceneWindow, WorldLine};
 
 /// How far a momentum, or a sum of momenta, is from its value at the start of the run.
 #[derive(Debug, Clone)]
@@ -38,6 +38,15 @@ pub struct InvariantDeviation<S = f64> {
     pub value: S,
     /// The deviation on the nodes. At the last node of a window it is that of the values that are handed on.
     pub delta: Vec<S>,
+}
+
+/// The energy of a scene that is the lift of Newton's law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EnergyDeviation<S = f64> {
+    /// The charge p_t/p_s at the start.
+    pub value: S,
+    /// Largest difference between ½mv² + V and the charge at the ends of the windows.
+    pub max_ends: S,
 }
 
 /// The balance of a charge that a force changes.
@@ -72,6 +81,8 @@ pub struct SceneDiagnostics<S = f64> {
     /// In the lift of Newton's law: the energy ½mv² + V of the computed positions and velocities minus the charge
     /// p_t/p_s, which is −K/(2 ṫ p_s).
     pub delta_energy: Option<Vec<S>>,
+    /// The same at the ends of the windows, for the values that the next window starts with.
+    pub energy: Option<EnergyDeviation<S>>,
     /// Largest |ΔK| over the interior nodes.
     pub max_delta_k: S,
     /// Largest |ΔK| at the ends of the windows, for the values that the next window starts with.
@@ -135,9 +146,14 @@ impl<S: Real> SceneDiagnostics<S> {
             work: work(line, &windows),
             invariants: invariants.iter_mut().map(|invariant| deviation(line, &tangent, invariant, k)).collect(),
             delta_energy: is_lifted.then(|| {
-                let twice_p_s = line.place.start.p[n - 1] + line.place.start.p[n - 1];
                 let deviations = delta_k.iter().zip(&tangent[0]);
-                deviations.map(|(&delta, &t_dot)| -(k + delta) / (twice_p_s * t_dot)).collect()
+                deviations.map(|(&delta, &t_dot)| energy_off(line, k + delta, t_dot)).collect()
+            }),
+            energy: is_lifted.then(|| {
+                let of = |end: &SceneJoint<S>| energy_off(line, geometry.norm(&end.q, &end.q_dot), end.q_dot[0]);
+                let start = &line.place.start;
+                let ends: Vec<S> = line.windows.iter().map(|window| of(&window.end)).collect();
+                EnergyDeviation { value: start.p[0] / start.p[n - 1], max_ends: max_abs(&ends) }
             }),
             tangent,
             delta_g,
@@ -145,6 +161,12 @@ impl<S: Real> SceneDiagnostics<S> {
             delta_k,
         }
     }
+}
+
+/// What the energy of positions and velocities differs by from p_t/p_s where K has this value.
+fn energy_off<S: Real>(line: &WorldLine<S>, k: S, t_dot: S) -> S {
+    let p_s = line.place.start.p[line.place.start.p.len() - 1];
+    -k / ((p_s + p_s) * t_dot)
 }
 
 /// A drift of K beyond this share of what motion contributes to it makes the world-line doubtful.

@@ -25,6 +25,7 @@
 //! ```
 
 mod conserved;
+mod direction;
 mod field;
 mod inverse;
 mod motion;
@@ -37,6 +38,7 @@ mod text;
 mod value;
 
 pub use conserved::ConservedSum;
+pub use direction::Direction;
 pub use field::{Field, Rates};
 pub use inverse::MOST_COUPLED;
 pub use motion::{Motion, MotionRoom};

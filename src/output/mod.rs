@@ -35,5 +35,8 @@ pub use number::Number;
 pub use scene_summary::{FailedScene, SceneSummary, SolvedScene};
 pub use stability::{Border, Onset, StabilitySummary, borders, onsets, write_stability};
 pub use summary::{Outcome, Summary, json_object};
-pub use tables::{Measured, write_branches, write_combined, write_residuals, write_samples, write_trajectory};
+pub use tables::{
+    Measured, write_branches, write_combined, write_events, write_residuals, write_samples, write_scene_samples,
+    write_trajectory,
+};
 pub use work_precision::{WorkPrecisionSummary, read_rows, write_drift, write_work_precision};

@@ -103,6 +103,15 @@ pub struct SolvedScene {
     pub max_abs_delta_k: Number,
     /// max |ΔK| at the ends of the windows, for the values with which the world-line is continued.
     pub max_abs_delta_k_ends: Number,
+    /// With Newton's law: the charge p_t/p_s, the energy, at the start.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy: Option<Number>,
+    /// Largest difference between that and the energy of positions and velocities at the nodes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_abs_delta_energy: Option<Number>,
+    /// The same at the ends of the windows, for the values with which the world-line is continued.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_abs_delta_energy_ends: Option<Number>,
     /// Amplitude of the even–odd oscillation of every active coordinate; null with too few nodes and for spectral
     /// elements.
     pub sawtooth: BTreeMap<String, Option<Number>>,
@@ -118,6 +127,9 @@ pub struct SolvedScene {
     /// The largest deviation of each from that.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub max_abs_delta_invariant: ByName,
+    /// How often each event of the case was met.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub events: BTreeMap<String, usize>,
     /// Largest distance of the two branches (doubled system).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub branch_distance: Option<Number>,
@@ -237,6 +249,9 @@ impl SolvedScene {
             max_abs_delta_g_interior: number(diagnostics.max_delta_g),
             max_abs_delta_k: number(diagnostics.max_delta_k),
             max_abs_delta_k_ends: number(diagnostics.max_delta_k_ends),
+            energy: diagnostics.energy.map(|energy| number(energy.value)),
+            max_abs_delta_energy: diagnostics.delta_energy.as_ref().map(|delta| number(max_abs(delta))),
+            max_abs_delta_energy_ends: diagnostics.energy.map(|energy| number(energy.max_ends)),
             sawtooth: (diagnostics.sawtooth.iter())
                 .map(|(a, sawtooth)| (names[*a].clone(), sawtooth.amplitude.map(number)))
                 .collect(),
@@ -244,6 +259,7 @@ impl SolvedScene {
             work_defect: work.map(|work| (names[work.coordinate].clone(), number(work.defect))).collect(),
             invariants: of_invariants(|invariant| invariant.value),
             max_abs_delta_invariant: of_invariants(|invariant| max_abs(&invariant.delta)),
+            events: BTreeMap::new(),
             branch_distance: line.is_doubled().then(|| number(line.branch_distance())),
             error_estimate: line.error_estimate,
             error_final: None,

@@ -8,7 +8,7 @@ use csv::{ByteRecord, Writer, WriterBuilder};
 
 use crate::diagnostics::Diagnostics;
 use crate::diagnostics::scene::SceneDiagnostics;
-use crate::sampling::Sample;
+use crate::sampling::{Crossing, Sample, SceneSample};
 use crate::scalar::{DecimalRoom, Real};
 use crate::solve::scene::WorldLine;
 use crate::solve::{Solution, Trajectory};
@@ -136,11 +136,60 @@ pub fn write_samples<S: Real>(
     samples: impl Iterator<Item = Sample<S>>,
     digits: u32,
 ) -> csv::Result<()> {
-    let mut table = Table::new(out, ["gamma", "t", "x", "t_dot", "x_dot"], digits)?;
+    let names = ["t", "x"].map(str::to_owned);
+    let mut table = Table::new(out, state_header(&names).iter().map(String::as_str), digits)?;
     for Sample { gamma, t, x, t_dot, x_dot } in samples {
         table.row([gamma, t, x, t_dot, x_dot].into_iter(), None)?;
     }
     table.finish()
+}
+
+/// Writes `samples.csv` of a scene: gamma, the coordinates `names`, their derivatives.
+///
+/// # Errors
+/// If `out` cannot be written.
+pub fn write_scene_samples<S: Real>(
+    out: impl Write,
+    names: &[String],
+    samples: &[SceneSample<S>],
+    digits: u32,
+) -> csv::Result<()> {
+    let mut table = Table::new(out, state_header(names).iter().map(String::as_str), digits)?;
+    for sample in samples {
+        table.row(state(sample), None)?;
+    }
+    table.finish()
+}
+
+/// Writes `events.csv`: the name of the event, then the columns of `samples.csv`. `events` are the names of what was
+/// watched.
+///
+/// # Errors
+/// If `out` cannot be written.
+pub fn write_events<S: Real>(
+    out: impl Write,
+    names: &[String],
+    events: &[&str],
+    crossings: &[Crossing<S>],
+    digits: u32,
+) -> csv::Result<()> {
+    let header = state_header(names);
+    let mut table = Table::new(out, std::iter::once("event").chain(header.iter().map(String::as_str)), digits)?;
+    for Crossing { watch, sample } in crossings {
+        table.labelled_row(events[*watch], state(sample))?;
+    }
+    table.finish()
+}
+
+/// The columns of a point of a world-line.
+fn state_header(names: &[String]) -> Vec<String> {
+    let velocities = names.iter().map(|name| format!("{name}_dot"));
+    std::iter::once("gamma".to_owned()).chain(names.iter().cloned()).chain(velocities).collect()
+}
+
+/// The values of these columns.
+fn state<S: Real>(sample: &SceneSample<S>) -> impl Iterator<Item = S> {
+    std::iter::once(sample.gamma).chain(sample.q.iter().copied()).chain(sample.q_dot.iter().copied())
 }
 
 fn trajectory<'c, S: Real>(run: &'c impl Trajectory<S>, tangent: &'c [Cow<'_, [S]>]) -> Vec<Column<'c, S>> {
@@ -192,13 +241,24 @@ impl<W: Write> Table<W> {
 
     fn row<S: Real>(&mut self, values: impl Iterator<Item = S>, window: Option<usize>) -> csv::Result<()> {
         self.record.clear();
-        for value in values {
-            self.record.push_field(value.write_decimal(self.digits, &mut self.room).as_bytes());
-        }
+        self.push(values);
         if let Some(window) = window {
             self.record.push_field(window.to_string().as_bytes());
         }
         self.writer.write_byte_record(&self.record)
+    }
+
+    fn labelled_row<S: Real>(&mut self, label: &str, values: impl Iterator<Item = S>) -> csv::Result<()> {
+        self.record.clear();
+        self.record.push_field(label.as_bytes());
+        self.push(values);
+        self.writer.write_byte_record(&self.record)
+    }
+
+    fn push<S: Real>(&mut self, values: impl Iterator<Item = S>) {
+        for value in values {
+            self.record.push_field(value.write_decimal(self.digits, &mut self.room).as_bytes());
+        }
     }
 
     fn finish(mut self) -> csv::Result<()> {

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use super::dense::Dense;
 use super::hermite::{Jet, hermite};
-use super::spectral::{Polynomials, Tables};
+use super::legendre::Tables;
+use super::spectral::Polynomials;
 use super::{Sample, partition};
 use crate::action::Form;
 use crate::geodesic::{acceleration, acceleration_slope};

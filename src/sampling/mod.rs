@@ -16,6 +16,9 @@
 //!
 //! dt/dγ is Q_t/g00 everywhere.
 //!
+//! In scenes of several coordinates [`SceneSampler`] does the same with all positions and momenta, and [`crossings`] finds
+//! where formulas of them change their sign.
+//!
 //! ```
 //! use geodesic_ivp::case::builtin;
 //! use geodesic_ivp::sampling::Sampler;
@@ -31,13 +34,16 @@
 mod dense;
 mod hermite;
 mod interpolant;
+mod legendre;
+mod scene;
 mod spectral;
 mod stream;
 
+pub use scene::{Crossing, SceneSample, SceneSampler, Watch, crossings};
 pub use stream::{Coordinate, SampleStream};
 
 use self::interpolant::Interpolant;
-use self::spectral::Tables;
+use self::legendre::Tables;
 use crate::scalar::Real;
 use crate::solve::Solution;
 
@@ -83,13 +89,6 @@ impl<'a, S: Real> Sampler<'a, S> {
         Self { solution, tables, current: None }
     }
 
-    /// The relative distance from the ends at which a value still counts as inside. The end of a run at a physical time
-    /// is only known up to a few of the last digits.
-    fn slack(&self) -> S {
-        const SPARE_DIGITS: u32 = 4;
-        S::from(0.1_f64.powi((self.solution.digits - SPARE_DIGITS) as i32))
-    }
-
     /// γ and t at both ends of the solution, counted from the start of the run.
     fn ends(&self) -> Option<[[S; 2]; 2]> {
         let (first, last) = (self.solution.windows.first()?, self.solution.windows.last()?);
@@ -103,7 +102,7 @@ impl<'a, S: Real> Sampler<'a, S> {
     pub fn at_gamma(&mut self, gamma: S) -> Result<Sample<S>, OutsideRun<S>> {
         let Solution { gamma_i, windows, .. } = self.solution;
         let [ends, _] = self.ends().ok_or(OutsideRun { range: (*gamma_i, *gamma_i) })?;
-        let from_start = within(gamma - *gamma_i, ends, self.slack())
+        let from_start = within(gamma - *gamma_i, ends, slack(self.solution.digits))
             .ok_or(OutsideRun { range: (*gamma_i + ends[0], *gamma_i + ends[1]) })?;
         let window = partition(windows.len(), |window| windows[window].gamma[0] <= from_start);
         let place = from_start - windows[window].gamma[0];
@@ -120,7 +119,7 @@ impl<'a, S: Real> Sampler<'a, S> {
         // The sign of dt/dγ is that of Q_t everywhere, so that t is monotonic.
         let backwards = ends[1] < ends[0];
         let [earliest, latest] = if backwards { [ends[1], ends[0]] } else { ends };
-        let elapsed = within(t - *t_i, [earliest, latest], self.slack())
+        let elapsed = within(t - *t_i, [earliest, latest], slack(self.solution.digits))
             .ok_or(OutsideRun { range: (*t_i + earliest, *t_i + latest) })?;
         let reached = |value: S| if backwards { value >= elapsed } else { value <= elapsed };
         let window = partition(windows.len(), |window| reached(windows[window].start.t));
@@ -166,6 +165,13 @@ impl<'a, S: Real> Sampler<'a, S> {
         });
         interpolant
     }
+}
+
+/// The relative distance from the ends of a run of so many digits at which a value still counts as inside. The end of a
+/// run at a physical time is only known up to a few of the last digits.
+fn slack<S: Real>(digits: u32) -> S {
+    const SPARE_DIGITS: u32 = 4;
+    S::from(0.1_f64.powi((digits - SPARE_DIGITS) as i32))
 }
 
 /// `value`, moved to the nearer end if it lies outside the two ends by at most `share` of them; `None` if it lies

@@ -1,6 +1,6 @@
 //! Samples of a run that is computed window by window.
 
-use super::spectral::Tables;
+use super::legendre::Tables;
 use super::{OutsideRun, Sample, Sampler};
 use crate::scalar::Real;
 use crate::solve::Solution;

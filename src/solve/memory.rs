@@ -20,6 +20,8 @@ const NUMBERS_OF_WINDOW: f64 = 40.0;
 const BANDED: [f64; 2] = [45.0, 18.0];
 /// The same for the sparse factors of the doubled system with two coordinates, and with its square.
 const DOUBLED: [f64; 2] = [200.0, 950.0];
+/// Bytes of a list without its elements.
+const LIST: f64 = 24.0;
 /// The program itself.
 const PROGRAM: f64 = 6e6;
 
@@ -34,8 +36,8 @@ pub fn bytes_needed<S>(setup: &Setup<S>, one_window: bool, samples: usize) -> f6
     PROGRAM + number * (NUMBERS * nodes + SAMPLE_NUMBERS * samples as f64) + solver
 }
 
-/// The same for a scene.
-pub fn scene_bytes_needed<S: Real>(setup: &SceneSetup<S>) -> f64 {
+/// The same for a scene, whose run is kept as a whole.
+pub fn scene_bytes_needed<S: Real>(setup: &SceneSetup<S>, samples: usize) -> f64 {
     let (number, geometry) = (size_of::<S>() as f64, &setup.place.geometry);
     let (window, windows) = (setup.n_gamma as f64, setup.windows as f64);
     let coordinates = geometry.dimension() as f64;
@@ -43,7 +45,8 @@ pub fn scene_bytes_needed<S: Real>(setup: &SceneSetup<S>) -> f64 {
     let structure = geometry.structure();
     let rows = NUMBERS_OF_COORDINATE * coordinates + (structure.rows + structure.force_rows) as f64;
     let solver = window * bytes_of_solver((setup.system, setup.form, setup.sbp), coordinates, fields);
-    PROGRAM + number * windows * (rows * window + NUMBERS_OF_WINDOW * coordinates) + solver
+    let samples = samples as f64 * (number * (1.0 + 3.0 * coordinates) + 3.0 * LIST);
+    PROGRAM + number * windows * (rows * window + NUMBERS_OF_WINDOW * coordinates) + solver + samples
 }
 
 /// Bytes per node of a window for the linear systems.

@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use crate::reference::{SceneReference, SceneReferenceEnds};
+use crate::reference::{ScenePoint, SceneReference, SceneReferenceEnds};
 use crate::scalar::Real;
 use crate::solve::scene::{SceneLimit, SceneSetup};
 
@@ -22,14 +22,20 @@ pub fn length_of<S: Real>(setup: &SceneSetup<S>) -> Result<S, SceneReferenceEnds
             SceneReference::length_of(geometry, start, coordinate, value, digits)?
         }
     };
-    let Some(until) = &setup.until else { return Ok(whole) };
+    if setup.until.is_empty() {
+        return Ok(whole);
+    }
     let norm = geometry.norm(&start.q, &start.q_dot);
-    let formula = RefCell::new(until.formula.clone());
     for stage in (0..=STAGES).rev() {
         let length = whole * S::from(0.5_f64.powi(stage));
         let reference = SceneReference::new(geometry, start, length, digits)?;
-        let changes = reference.sign_changes(|point| formula.borrow_mut().at(&point.q, &point.q_dot, &point.p, norm));
-        if let Some(&first) = changes.first() {
+        let firsts = setup.until.iter().filter_map(|until| {
+            let formula = RefCell::new(until.formula.clone());
+            let value = |point: &ScenePoint<S>| formula.borrow_mut().at(&point.q, &point.q_dot, &point.p, norm);
+            let changes = reference.directed_sign_changes(value).into_iter();
+            changes.filter(|(_, to_positive)| until.direction.counts(*to_positive)).map(|(gamma, _)| gamma).next()
+        });
+        if let Some(first) = firsts.reduce(|a, b| if a < b { a } else { b }) {
             return Ok(first);
         }
     }

@@ -52,6 +52,58 @@ fn the_effective_case_has_expectations_only_as_it_stands_in_its_file() {
 }
 
 #[test]
+fn samples_events_and_pictures_of_a_scene_are_written() {
+    let folder = TempDir::new().unwrap();
+    let told = succeeded(&run_in(folder.path(), "run kepler --plot --sample-gamma 6:0:-0.5 --out all"));
+    assert!(told.contains("  periapsis  met once, at gamma = 6.28318530717958"), "{told}");
+    assert!(told.contains("  energy     -0.500000; "), "{told}");
+    let all = folder.path().join("all");
+    let pictures = ["orbit.svg", "charges.svg", "mesh.svg", "section.svg"];
+    assert!(pictures.iter().all(|name| fs::read_to_string(all.join(name)).unwrap().ends_with("</svg>\n")));
+    let table = |name: &str| {
+        let mut reader = csv::Reader::from_path(all.join(name)).unwrap();
+        let rows = reader.records().map(|row| row.unwrap().iter().map(str::to_owned).collect::<Vec<_>>());
+        rows.collect::<Vec<_>>()
+    };
+    let (samples, events) = (table("samples.csv"), table("events.csv"));
+    assert_eq!((samples.len(), samples[0][0].as_str(), samples[12][0].as_str()), (13, "6.0", "0.0"));
+    assert_eq!((&events[0][0], &events[1][0], events.len()), (&"apoapsis".to_owned(), &"periapsis".to_owned(), 2));
+    let number = |text: &str| text.parse::<f64>().unwrap();
+    assert!(
+        (number(&events[0][1]) - std::f64::consts::PI).abs() < 1e-12 && (number(&events[0][3]) + 1.6).abs() < 1e-12
+    );
+    let summary = json(&all.join("summary.json"));
+    assert_eq!(summary["events"], serde_json::json!({ "apoapsis": 1, "periapsis": 1 }));
+    let number = |key: &str| summary[key].as_f64().unwrap();
+    assert!((number("energy") + 0.5).abs() < 1e-15 && number("max_abs_delta_energy_ends") < 1e-13);
+    assert!(number("max_abs_delta_energy") > number("max_abs_delta_energy_ends"));
+    // The events stand in the effective case too, and what was not asked for is taken away.
+    assert!(fs::read_to_string(all.join("case.toml")).unwrap().contains("[events]"));
+    succeeded(&run_in(folder.path(), "run damped-oscillator --sample-t 0:10:2.5 --out all --force"));
+    assert!(!all.join("events.csv").exists() && !all.join("orbit.svg").exists());
+    let times: Vec<f64> = table("samples.csv").iter().map(|row| row[1].parse().unwrap()).collect();
+    assert_eq!(times, [0.0, 2.5, 5.0, 7.5, 10.0]);
+}
+
+#[test]
+fn options_that_a_scene_does_not_have_are_refused() {
+    let folder = TempDir::new().unwrap();
+    for (arguments, message) in [
+        ("kepler --sample-gamma 0:1:0.5 --samples-only", "the run of a scene is kept as a whole"),
+        (
+            "kepler --sample-gamma 0:7:1",
+            "--sample-gamma 0:7:1 goes beyond the run, which covers 0.0 to 6.28318530717958",
+        ),
+        ("fish-eye --sample-t 0:1:0.5", "--sample-t needs a coordinate t, and the scene has none"),
+    ] {
+        let output = run_in(folder.path(), &format!("run {arguments} --out none"));
+        assert_eq!(output.status.code(), Some(2), "{arguments}");
+        assert!(stderr(&output).contains(message), "{arguments}: {}", stderr(&output));
+        assert!(!folder.path().join("none/trajectory.csv").exists());
+    }
+}
+
+#[test]
 fn one_iteration_is_no_plural() {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("scene.toml"), QUARTIC.replace("x^4/2", "y/10")).unwrap();

@@ -156,6 +156,8 @@ fn columns_and_keys_of_scenes_are_those_that_the_page_lists() {
     let rows: Vec<Vec<String>> = page.rows().collect();
     let listed: BTreeSet<&str> = rows.iter().flat_map(|row| row[0].split(", ")).collect();
     let folder = TempDir::new().unwrap();
+    let manual = program(folder.path()).arg("man").output().unwrap().stdout;
+    let manual = String::from_utf8(manual).unwrap().replace('\\', "");
     // In one window, so that there is no column window: a charge and an invariant; a force; a sum and the other system.
     for (scene, names, ignorable, invariants) in [
         ("kerr-inclined", &["t", "r", "theta", "phi"][..], &["t", "phi"][..], &["carter"][..]),
@@ -164,6 +166,7 @@ fn columns_and_keys_of_scenes_are_those_that_the_page_lists() {
     ] {
         let mut command = program(folder.path());
         command.args(["run", scene, "--quiet", "--out", scene, "--set", "grid.windows=1", "--set", "grid.gamma_f=1"]);
+        command.args(["--plot", "--sample-gamma", "0:1:0.5"]);
         if scene == "two-bodies" {
             command.args(["--set", "solver.system=doubled"]);
         }
@@ -185,6 +188,18 @@ fn columns_and_keys_of_scenes_are_those_that_the_page_lists() {
             header("residuals.csv"),
             gamma().into_iter().chain(charges).chain(residuals).collect::<Vec<_>>().join(",")
         );
+        let state = [gamma(), all(""), all("_dot")].concat().join(",");
+        assert_eq!(header("samples.csv"), state);
+        if scene == "kerr-inclined" {
+            assert_eq!(header("events.csv"), format!("event,{state}"));
+        }
+        let files = fs::read_dir(folder.path().join(scene)).unwrap();
+        for name in files.map(|file| file.unwrap().file_name().into_string().unwrap()) {
+            let mentioned =
+                |row: &Vec<String>| row[0].starts_with("run") && row.iter().any(|cell| cell.contains(&name));
+            assert!(name.starts_with('.') || rows.iter().any(mentioned), "{scene}: {name}");
+            assert!(name.ends_with(".lock") || manual.contains(&name), "the manual page does not name {name}");
+        }
         if scene == "two-bodies" {
             assert_eq!(header("branches.csv"), [gamma(), all("_1"), all("_2")].concat().join(","));
         }

@@ -48,7 +48,7 @@ pub(crate) fn setup<S: Real>(
         rough: place(text, q, q_dot),
         gamma_i: S::ZERO,
         limit: SceneLimit::Length(S::from(length)),
-        until: None,
+        until: Vec::new(),
         sbp,
         form,
         n_gamma,

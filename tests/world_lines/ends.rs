@@ -2,7 +2,7 @@
 
 use geodesic_ivp::Status;
 use geodesic_ivp::action::Form;
-use geodesic_ivp::geometry::{GeometryText, Observable, Place, Preset};
+use geodesic_ivp::geometry::{Direction, GeometryText, Observable, Place, Preset};
 use geodesic_ivp::sbp::SbpName;
 use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::solve::System;
@@ -20,8 +20,9 @@ fn plunge<S: Real>(length: f64, until: Option<&str>) -> SceneSetup<S> {
     let until = until.map(|formula| Until {
         formula: Observable::new(formula, &text, Place::Potential).unwrap(),
         rough: Observable::new(formula, &text, Place::Potential).unwrap(),
+        direction: Direction::Both,
     });
-    SceneSetup { until, windows: 40, ..setup }
+    SceneSetup { until: until.into_iter().collect(), windows: 40, ..setup }
 }
 
 /// Proper time from rest at R = 10 to r, by the cycloid.

@@ -3,7 +3,9 @@
 mod common;
 mod convergence;
 mod ends;
+mod events;
 mod features;
+mod samples;
 mod schwarzschild;
 mod shipped_scenes;
 mod work_precision;

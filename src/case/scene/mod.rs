@@ -21,6 +21,7 @@
 //! # Ok::<(), geodesic_ivp::CaseError>(())
 //! ```
 
+mod axes;
 mod check;
 mod initial;
 mod keys;
@@ -38,10 +39,12 @@ mod warnings;
 mod write;
 
 pub use initial::{Rate, SceneInitial, Sign};
-pub use observables::{Axes, Direction, Event};
+pub use observables::{Axes, Event};
 pub use quantity::Quantity;
 pub use settings::{SceneExpect, SceneGrid, SceneSolver};
 pub use setup::on_grid;
+
+pub use crate::geometry::Direction;
 
 use toml_edit::{Item, Table};
 

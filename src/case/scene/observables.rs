@@ -7,31 +7,8 @@ use super::reader::{Field, Section};
 use super::scenery::known;
 use crate::case::CaseError;
 use crate::expr::{Graph, Names, is_identifier, parse};
-use crate::geometry::observed;
+use crate::geometry::{Direction, observed};
 use crate::similar::nearest;
-
-/// Which sign changes are events.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Direction {
-    /// From negative to positive.
-    Up,
-    /// From positive to negative.
-    Down,
-    /// Either of them.
-    #[default]
-    Both,
-}
-
-impl Direction {
-    /// The name used in files.
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Up => "up",
-            Self::Down => "down",
-            Self::Both => "both",
-        }
-    }
-}
 
 /// An entry of `[events]`.
 #[derive(Debug, Clone, PartialEq, Eq)]

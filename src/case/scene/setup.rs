@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use super::SceneCase;
+use super::{Axes, Event, SceneCase};
 use crate::action::Form;
 use crate::case::validate::{check_nodes, check_spacing};
-use crate::geometry::{GeometryText, Law, Observable, Place as FormulaPlace};
+use crate::geometry::{Direction, Geometry, GeometryText, Law, Observable, Place as FormulaPlace};
+use crate::sampling::Watch;
 use crate::sbp::SbpName;
 use crate::scalar::Real;
 use crate::solve::End;
@@ -29,6 +30,21 @@ impl SceneCase {
         self.invariants().iter().map(compiled).collect()
     }
 
+    /// The formulas of `[events]`, compiled, with their directions, in their order.
+    pub fn watches<S: Real>(&self) -> Vec<Watch<S>> {
+        let watch = |event: &Event| Watch {
+            formula: observable(self.geometry_text(), &event.when),
+            direction: event.direction,
+        };
+        self.events().iter().map(watch).collect()
+    }
+
+    /// The formulas of the axes of the picture of the orbit, compiled, and as text.
+    pub fn plot_axes<S: Real>(&self, geometry: &Geometry<S>) -> ([Observable<S>; 2], [String; 2]) {
+        let Axes { x, y } = self.axes_or_default(geometry);
+        ([&x, &y].map(|formula| observable(self.geometry_text(), formula)), [x, y])
+    }
+
     /// What the solver of scenes is told.
     pub fn setup<S: Real>(&self) -> SceneSetup<S> {
         let place = self.place::<S>();
@@ -41,8 +57,16 @@ impl SceneCase {
             }
         };
         let text = self.geometry_text();
-        let until =
-            self.until().map(|formula| Until { formula: observable(text, formula), rough: observable(text, formula) });
+        let ending =
+            self.events().iter().filter(|event| event.until).map(|event| (event.when.as_str(), event.direction));
+        let until = self.until().map(|formula| (formula, Direction::Both)).into_iter().chain(ending);
+        let until = until
+            .map(|(formula, direction)| Until {
+                formula: observable(text, formula),
+                rough: observable(text, formula),
+                direction,
+            })
+            .collect();
         SceneSetup {
             place,
             rough: self.place(),
@@ -78,7 +102,15 @@ pub fn on_grid<S: Real>(
     let intervals = n_gamma.max(2).saturating_sub(1).saturating_mul(windows);
     let spaced = || check_spacing("grid.gamma_f", setup.gamma_i.to_f64(), intervals, length.to_f64());
     check_nodes(Some(sbp), n_gamma, windows).and_then(|()| spaced()).map_err(|invalid| invalid.message)?;
-    Ok(SceneSetup { limit: SceneLimit::Length(length), until: None, sbp, form, n_gamma, windows, ..setup.clone() })
+    Ok(SceneSetup {
+        limit: SceneLimit::Length(length),
+        until: Vec::new(),
+        sbp,
+        form,
+        n_gamma,
+        windows,
+        ..setup.clone()
+    })
 }
 
 fn observable<S: Real>(text: &GeometryText, formula: &str) -> Observable<S> {

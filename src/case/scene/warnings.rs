@@ -9,11 +9,6 @@ impl SceneCase {
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings: Vec<String> =
             self.unused_parameters().map(|name| format!("no formula uses the parameter '{name}'")).collect();
-        for (name, is_given) in [("events", !self.events.is_empty()), ("plot", self.axes.is_some())] {
-            if is_given {
-                warnings.push(format!("[{name}] is read and has no effect yet"));
-            }
-        }
         if matches!(&self.geometry, GeometryText::Potential(potential) if potential.law == Law::Relativistic) {
             let geometry = self.geometry::<f64>();
             let start: Start = self.start_in(&geometry);

@@ -52,7 +52,17 @@ impl Axis {
         } else {
             1.0
         };
-        let (low, high) = (low - padding, high + padding);
+        Self::even(low - padding, high + padding)
+    }
+
+    /// The same linear axis over a range of this length around its middle.
+    pub(super) fn widened(&self, span: f64) -> Self {
+        let middle = 0.5 * (self.range.start + self.range.end);
+        Self::even(middle - 0.5 * span, middle + 0.5 * span)
+    }
+
+    /// A linear axis over this range.
+    fn even(low: f64, high: f64) -> Self {
         let rough = (high - low) / 7.0 * (1.0 - 1e-9);
         let power = 10_f64.powi(decade(rough));
         let step = power * [1.0, 2.0, 5.0].into_iter().find(|m| m * power >= rough).unwrap_or(10.0);

@@ -103,7 +103,9 @@ pub(super) fn font(size: i32, text: &str, room: i32, colour: RGBColor, side: HPo
 /// The approximate width of a text in any usual font.
 pub(super) fn extent(text: &str, size: i32) -> i32 {
     let is_accent = |c: char| ('\u{300}'..='\u{36f}').contains(&c);
-    let count = |text: &str| units(text.chars().filter(|&c| !is_accent(c)).count()) * size * 11 / 20;
+    // In halves of a usual letter.
+    let halves = |c: char| if "mwMW".contains(c) { 3 } else { 2 };
+    let count = |text: &str| units(text.chars().filter(|&c| !is_accent(c)).map(halves).sum()) * size * 11 / 40;
     let width = |(level, part): (Level, &str)| match level {
         Level::Line => count(part),
         _ => (SCRIPT * f64::from(count(part))) as i32,

@@ -2,12 +2,15 @@
 
 mod axis;
 mod canvas;
+mod isometric;
 mod legend;
 mod map;
+mod series;
 mod trace;
 mod typeset;
 
 pub use map::{Kind, Map, Panel, Sign};
+pub use series::{Ink, Look, Mark, Series, Shape};
 
 use plotters::coord::CoordTranslate;
 use plotters::prelude::*;
@@ -15,6 +18,7 @@ use plotters::style::text_anchor::HPos;
 
 use self::axis::{Axis, is_drawable};
 use self::canvas::{Drawn, LABEL, MARGIN, PALE, PLOT_HEIGHT, PX, Pixel, Plane, SMALL, TEXT, TICK, WIDTH, units};
+use self::isometric::isometric;
 use self::legend::Legend;
 use self::trace::{Pen, Trace, pens};
 
@@ -30,113 +34,6 @@ pub enum Scale {
     /// that of the least positive value. Its tick reads "0", "< 0" or "≤ 0", and a line below the axis says where the
     /// floor is.
     Log,
-}
-
-/// What a series looks like.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Mark {
-    /// A solid line.
-    Line,
-    /// A dashed line, as for a fit.
-    Dashed,
-    /// A thin dotted line, as for a reference.
-    Dotted,
-    /// Symbols. Colour and shape belong together.
-    Points,
-    /// Symbols on a solid line.
-    LineAndPoints,
-    /// Open symbols.
-    OpenPoints,
-    /// Open symbols on a dashed line, as for a method to compare with.
-    DashedAndOpenPoints,
-    /// A broad pale line behind the others, with its label beside it and not in the legend.
-    Band,
-}
-
-/// The colour of a series, and the shape of its symbols.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Ink {
-    /// The next one of the palette.
-    #[default]
-    Next,
-    /// The one of the previous series, as for a fit that follows its data.
-    Previous,
-    /// Grey, as for a reference. It does not advance the palette.
-    Neutral,
-    /// A given one. It does not advance the palette.
-    Fixed(Look),
-}
-
-/// The colour and the shape that something has in every picture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Look {
-    /// Red, green, blue.
-    pub colour: [u8; 3],
-    /// The shape of its symbols.
-    pub shape: Shape,
-}
-
-impl Look {
-    fn rgb(self) -> RGBColor {
-        let [red, green, blue] = self.colour;
-        RGBColor(red, green, blue)
-    }
-}
-
-/// The shape of a symbol.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Shape {
-    /// ●
-    Circle,
-    /// ■
-    Square,
-    /// ▲
-    Triangle,
-    /// ◆
-    Diamond,
-    /// ▼
-    Nabla,
-    /// ★
-    Star,
-    /// ×
-    Cross,
-    /// +
-    Plus,
-}
-
-impl Shape {
-    /// All of them.
-    pub const ALL: [Self; 8] =
-        [Self::Circle, Self::Square, Self::Triangle, Self::Diamond, Self::Nabla, Self::Star, Self::Cross, Self::Plus];
-}
-
-/// Points that belong together.
-///
-/// A point with a coordinate that is not finite, or beyond ±10³⁰⁰, is left out and interrupts a line. Of thousands of
-/// points only those that can be told apart are drawn; the extremes in every column of pixels are always among them.
-#[derive(Debug, Clone)]
-pub struct Series {
-    /// Entry in the legend, if not empty.
-    pub label: String,
-    /// What it looks like.
-    pub mark: Mark,
-    /// Its colour.
-    pub ink: Ink,
-    /// Abscissae and ordinates, in the order in which a line joins them.
-    pub points: Vec<(f64, f64)>,
-}
-
-impl Series {
-    /// A series in the next colour.
-    pub fn new(label: impl Into<String>, mark: Mark, points: Vec<(f64, f64)>) -> Self {
-        Self { label: label.into(), mark, ink: Ink::Next, points }
-    }
-
-    /// The same series in another colour.
-    #[must_use]
-    pub fn with_ink(self, ink: Ink) -> Self {
-        Self { ink, ..self }
-    }
 }
 
 /// A picture with two axes.
@@ -157,6 +54,8 @@ pub struct Chart {
     pub x_scale: Scale,
     /// Scale of the ordinate.
     pub y_scale: Scale,
+    /// Whether a unit has the same length along both axes, which are linear.
+    pub is_isometric: bool,
     /// The series that are drawn.
     pub series: Vec<Series>,
 }
@@ -173,7 +72,7 @@ impl Chart {
     fn draw(&self, svg: &mut String) -> Drawn<i32> {
         let points = self.series.iter().flat_map(|s| &s.points).copied();
         let (xs, ys): (Vec<f64>, Vec<f64>) = points.filter(|p| is_drawable(p.0) && is_drawable(p.1)).unzip();
-        let (x, y) = (Axis::new(self.x_scale, &xs), Axis::new(self.y_scale, &ys));
+        let (mut x, mut y) = (Axis::new(self.x_scale, &xs), Axis::new(self.y_scale, &ys));
         let remarks: Vec<String> = [(&x, format!("{}: ", self.x_label)), (&y, String::new())]
             .into_iter()
             .filter_map(|(axis, prefix)| axis.remark().map(|remark| prefix + &remark))
@@ -183,25 +82,37 @@ impl Chart {
         let top = MARGIN + canvas::heading_height(&self.title, &self.subtitle);
         let base = top + PLOT_HEIGHT;
         let under = base + TICK + 2 * LABEL + 6 * PX;
-        let ticks = y.labelled.iter().map(|&v| canvas::extent(&y.label(v), TICK)).max().unwrap_or(0);
-        let left = MARGIN + LABEL + ticks + 16 * PX;
+        let left_of = |y: &Axis| {
+            let ticks = y.labelled.iter().map(|&v| canvas::extent(&y.label(v), TICK)).max().unwrap_or(0);
+            MARGIN + LABEL + ticks + 16 * PX
+        };
+        let (mut left, mut right) = (left_of(&y), WIDTH - MARGIN);
+        if self.is_isometric {
+            (x, y, left) = isometric((&x, &y), right, left_of);
+        }
 
         // The legend is put where the plot is empty; if there is no such place, beside the plot.
-        let plane = |right: i32| Plane::new(x.range.clone(), y.range.clone(), (left..right, base..top));
+        let plane = |x: &Axis, y: &Axis, left: i32, right: i32| {
+            Plane::new(x.range.clone(), y.range.clone(), (left..right, base..top))
+        };
         let legend = Legend::new(&self.series);
-        let mut right = WIDTH - MARGIN;
         let mut height = under + units(remarks.len()) * line + MARGIN / 2;
-        let mut traces = self.traces(&x, &y, &plane(right));
+        let mut traces = self.traces(&x, &y, &plane(&x, &y, left, right));
         let corner = legend.free_corner((left, top), (right, base), &traces).unwrap_or_else(|| {
             right = WIDTH - MARGIN - legend.size.0;
             height = height.max(top + legend.size.1 + MARGIN);
-            traces = self.traces(&x, &y, &plane(right));
+            if self.is_isometric {
+                let axes = (Axis::new(self.x_scale, &xs), Axis::new(self.y_scale, &ys));
+                (x, y, left) = isometric((&axes.0, &axes.1), right, left_of);
+            }
+            traces = self.traces(&x, &y, &plane(&x, &y, left, right));
             (right + MARGIN / 2, top)
         });
+        let plane = plane(&x, &y, left, right);
 
         let canvas = SVGBackend::with_string(svg, (WIDTH.unsigned_abs(), height.unsigned_abs())).into_drawing_area();
         canvas.fill(&WHITE)?;
-        canvas::draw_axes(&canvas, &x, &y, &plane(right))?;
+        canvas::draw_axes(&canvas, &x, &y, &plane)?;
         let (middle, room) = ((left + right) / 2, right - left);
         let write = |text: &str, at: Pixel, size: i32, colour: RGBColor, side: HPos| {
             canvas::write(&canvas, text, at, &canvas::font(size, text, room, colour, side))
@@ -322,6 +233,25 @@ mod tests {
             let places = circles(&svg, "#0072B2");
             assert_eq!(places.len(), points.len());
             assert!(places.windows(2).all(|p| p[0].0 < p[1].0 && p[0].1 > p[1].1));
+        }
+    }
+
+    #[test]
+    fn a_circle_is_round_where_units_are_alike() {
+        let turn = |k: i32| std::f64::consts::TAU * f64::from(k) / 60.0;
+        for (scale, label) in
+            [(1.0, ""), (1e-3, "a legend that has no room in the plot, because the circle fills it all")]
+        {
+            let ring: Vec<(f64, f64)> = (0..60).map(|k| (7.0 + scale * turn(k).cos(), scale * turn(k).sin())).collect();
+            let series = vec![Series::new(label, Mark::Points, ring)];
+            let picture = Chart { is_isometric: true, ..chart(Scale::Linear, Scale::Linear, series) };
+            let places = circles(&picture.to_svg(), "#0072B2");
+            let extent = |value: fn(&(i32, i32)) -> i32| {
+                let values = || places.iter().take(60).map(value);
+                values().max().unwrap() - values().min().unwrap()
+            };
+            let (width, height) = (extent(|p| p.0), extent(|p| p.1));
+            assert!((width - height).abs() <= 2 && height > 2000, "{width} {height}");
         }
     }
 

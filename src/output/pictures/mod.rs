@@ -1,6 +1,7 @@
 //! The pictures of `--plot`, many of them as in the paper, from solutions, their diagnostics and a reference.
 
 mod look;
+pub mod scene;
 mod stability;
 mod work_precision;
 
@@ -232,5 +233,6 @@ pub fn errors<S>(of: &str, convergence: &Convergence<S>, slopes: &[Slope]) -> Ch
         x_scale: Scale::Log,
         y_scale: Scale::Log,
         series,
+        ..Chart::default()
     }
 }

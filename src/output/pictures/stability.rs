@@ -143,6 +143,7 @@ pub fn sawtooth_onset(of: &str, cells: &[Cell], t_dot: f64) -> Chart {
         x_scale: Scale::Log,
         y_scale: Scale::Log,
         series,
+        ..Chart::default()
     }
 }
 
@@ -188,6 +189,7 @@ pub fn last_node(of: &str, cells: &[Cell]) -> Chart {
         x_scale: Scale::Log,
         y_scale: Scale::Log,
         series: all,
+        ..Chart::default()
     }
 }
 

@@ -88,6 +88,7 @@ pub fn work_precision<'a>(
         x_scale: Scale::Log,
         y_scale: Scale::Log,
         series,
+        ..Chart::default()
     }
 }
 
@@ -132,5 +133,6 @@ pub fn drift(of: &str, coordinates: &[String], points: &[DriftPoint], of_k: bool
         x_scale: Scale::Log,
         y_scale: Scale::Log,
         series,
+        ..Chart::default()
     }
 }

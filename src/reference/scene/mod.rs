@@ -203,6 +203,11 @@ impl<S: Real> SceneReference<S> {
     /// Every γ − γ_i, in order, at which `f` changes its sign. Two changes that are closer together than a sixteenth of
     /// a Taylor step may be missed.
     pub fn sign_changes(&self, f: impl Fn(&ScenePoint<S>) -> S) -> Vec<S> {
+        self.directed_sign_changes(f).into_iter().map(|(gamma, _)| gamma).collect()
+    }
+
+    /// The same, with whether `f` is positive after the change.
+    pub fn directed_sign_changes(&self, f: impl Fn(&ScenePoint<S>) -> S) -> Vec<(S, bool)> {
         let value = |gamma: S| f(&self.at(gamma * self.unit));
         let ends: Vec<S> = self.steps.ends().collect();
         let mut found = Vec::new();
@@ -213,7 +218,8 @@ impl<S: Real> SceneReference<S> {
                 let next = value(gamma);
                 if next != S::ZERO {
                     if sign != S::ZERO && next.signum() != sign.signum() {
-                        found.push(bisected(before, gamma, |gamma| value(gamma) * sign > S::ZERO) * self.unit);
+                        let change = bisected(before, gamma, |gamma| value(gamma) * sign > S::ZERO) * self.unit;
+                        found.push((change, next > S::ZERO));
                     }
                     (before, sign) = (gamma, next);
                 }

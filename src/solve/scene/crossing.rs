@@ -1,4 +1,4 @@
-//! Where a formula of the state first changes its sign, roughly: Runge–Kutta steps on Hamilton's equations.
+//! Where one of some formulas of the state first changes its sign, roughly: Runge–Kutta steps on Hamilton's equations.
 
 use super::explicit::runge_kutta;
 use super::setup::SceneSetup;
@@ -30,10 +30,12 @@ fn slope(geometry: &Geometry, state: &[f64], rates: &mut Rates<f64>, out: &mut [
 }
 
 impl Flow<'_> {
-    fn value(&mut self, formula: &mut Observable) -> Result<f64, OutsideGeometry> {
+    /// The values of the formulas here.
+    fn values(&mut self, formulas: &mut [Observable]) -> Result<Vec<f64>, OutsideGeometry> {
         let n = self.geometry.dimension();
         slope(self.geometry, &self.state, &mut self.rates, &mut self.slopes[0])?;
-        Ok(formula.at(&self.state[..n], &self.slopes[0][..n], &self.state[n..], self.k))
+        let (state, q_dot) = (&self.state, &self.slopes[0][..n]);
+        Ok(formulas.iter_mut().map(|formula| formula.at(&state[..n], q_dot, &state[n..], self.k)).collect())
     }
 
     fn step(&mut self, h: f64) -> Result<(), OutsideGeometry> {
@@ -51,34 +53,49 @@ fn begin<S: Real>(setup: &SceneSetup<S>) -> Flow<'_> {
     Flow { geometry, rates: geometry.field().room(), state, slopes, k }
 }
 
-/// The sign of the formula on the way to its first change of sign; a formula that is zero at the start takes that of the
-/// first step.
-pub(super) fn side_before<S: Real>(setup: &SceneSetup<S>, formula: &Observable) -> f64 {
-    let (mut flow, mut formula) = (begin(setup), formula.clone());
-    let sign = |value: f64| if value == 0.0 { None } else { Some(value.signum()) };
-    let here = flow.value(&mut formula).ok().and_then(sign);
-    here.or_else(|| {
-        let size = flow.state.iter().fold(1e-9, |size: f64, value| size.max(1e-6 * value.abs()));
-        flow.step(size).ok()?;
-        flow.value(&mut formula).ok().and_then(sign)
-    })
-    .unwrap_or(1.0)
+/// A change of sign, roughly.
+pub(super) struct Near {
+    /// The place of the formula among those that end the run.
+    pub(super) index: usize,
+    /// γ − γ_i.
+    pub(super) gamma: f64,
+    /// Whether the formula is positive after it.
+    pub(super) to_positive: bool,
 }
 
-/// γ − γ_i of the first change of sign within `length`; `None` if there is none, or the flow ends before it.
-pub(super) fn first<S: Real>(setup: &SceneSetup<S>, formula: &Observable, length: f64) -> Option<f64> {
-    let side = side_before(setup, formula);
-    let (mut flow, mut formula) = (begin(setup), formula.clone());
+/// A root that is so small a part of the first step is the start itself, which is none.
+const AT_START: f64 = 1e-9;
+
+/// The first change of sign in its direction within `length`; `None` if there is none, or the flow ends before it.
+pub(super) fn first<S: Real>(setup: &SceneSetup<S>, length: f64) -> Option<Near> {
+    let mut flow = begin(setup);
+    let mut formulas: Vec<Observable> = setup.until.iter().map(|until| until.rough.clone()).collect();
     let steps = STEPS * (setup.n_gamma - 1) * setup.windows;
     let h = length / steps as f64;
-    let mut before = flow.value(&mut formula).ok()?;
+    let mut before = flow.values(&mut formulas).ok()?;
+    let mut found: Option<Near> = None;
     for k in 0..steps {
         flow.step(h).ok()?;
-        let here = flow.value(&mut formula).ok()?;
-        if here * side < 0.0 {
-            return Some(h * (k as f64 + before / (before - here)));
+        let here = flow.values(&mut formulas).ok()?;
+        for (index, (before, &here)) in before.iter_mut().zip(&here).enumerate() {
+            let share = *before / (*before - here);
+            let is_change = *before * here < 0.0 && !(k == 0 && share < AT_START);
+            let to_positive = here > 0.0;
+            let gamma = h * (k as f64 + share);
+            if is_change
+                && setup.until[index].direction.counts(to_positive)
+                && found.as_ref().is_none_or(|other| gamma < other.gamma)
+            {
+                found = Some(Near { index, gamma, to_positive });
+            }
+            // A value of zero has no sign: the one before it counts.
+            if here != 0.0 {
+                *before = here;
+            }
         }
-        before = here;
+        if found.is_some() {
+            break;
+        }
     }
-    None
+    found
 }

@@ -1,10 +1,10 @@
 //! Runs that end where a coordinate reaches a value or a formula changes its sign: the length of γ at which the last node
 //! is there.
 
-use super::crossing;
+use super::crossing::{self, Near};
 use super::failure::NoWorldLine;
 use super::run::solve_to;
-use super::setup::{SceneSetup, Until};
+use super::setup::SceneSetup;
 use super::world_line::WorldLine;
 use crate::scalar::Real;
 use crate::solve::search::{self, Excess, NotFound, Search};
@@ -31,19 +31,21 @@ pub(super) fn at_value<S: Real>(
     })
 }
 
-/// The world-line that ends where the formula of the setup first changes its sign, or after the length `whole`.
+/// The world-line that ends where one of the formulas of the setup first changes its sign in its direction, or after
+/// the length `whole`.
 pub(super) fn until<S: Real>(setup: &SceneSetup<S>, whole: S) -> Result<WorldLine<S>, NoWorldLine> {
-    let Some(Until { formula, rough }) = &setup.until else { return solve_to(setup, whole) };
-    let Some(near) = crossing::first(setup, rough, whole.to_f64()) else { return solve_to(setup, whole) };
+    let Some(Near { index, gamma, to_positive }) = crossing::first(setup, whole.to_f64()) else {
+        return solve_to(setup, whole);
+    };
     let length =
-        if S::IS_EXTENDED { S::from(until::<f64>(&setup.in_f64(), whole.to_f64())?.length) } else { near.into() };
+        if S::IS_EXTENDED { S::from(until::<f64>(&setup.in_f64(), whole.to_f64())?.length) } else { gamma.into() };
     let start = &setup.place.start;
     let k = setup.place.geometry.norm(&start.q, &start.q_dot);
-    let mut formula = formula.clone();
-    let side = S::from(crossing::side_before(setup, rough));
+    let mut formula = setup.until[index].formula.clone();
     search(setup, length, whole, |line| {
         let end = line.end();
-        Excess { value: -side * formula.at(&end.q, &end.q_dot, &end.p, k), slope: None }
+        let value = formula.at(&end.q, &end.q_dot, &end.p, k);
+        Excess { value: if to_positive { value } else { -value }, slope: None }
     })
 }
 

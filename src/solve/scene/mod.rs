@@ -29,11 +29,11 @@ use crate::scalar::Real;
 /// If the setup is not valid: too few nodes for the operator, or no windows.
 pub fn solve_scene<S: Real>(setup: &SceneSetup<S>) -> Result<WorldLine<S>, NoWorldLine> {
     let whole = match setup.limit {
-        SceneLimit::Length(length) if setup.until.is_none() => return run::solve_to(setup, length),
+        SceneLimit::Length(length) if setup.until.is_empty() => return run::solve_to(setup, length),
         SceneLimit::Length(length) => length,
         SceneLimit::Value { coordinate, value } => {
             let line = end::at_value(setup, coordinate, value)?;
-            if setup.until.is_none() {
+            if setup.until.is_empty() {
                 return Ok(line);
             }
             line.length

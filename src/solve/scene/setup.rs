@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::action::Form;
-use crate::geometry::{Geometry, Observable, Start};
+use crate::geometry::{Direction, Geometry, Observable, Start};
 use crate::sbp::SbpName;
 use crate::scalar::Real;
 use crate::solve::System;
@@ -22,13 +22,15 @@ pub enum SceneLimit<S = f64> {
     },
 }
 
-/// A formula at whose first change of sign a run ends.
+/// A formula at whose first change of sign in a direction a run ends.
 #[derive(Debug, Clone)]
 pub struct Until<S = f64> {
     /// The formula.
     pub formula: Observable<S>,
     /// The same in `f64`.
     pub rough: Observable,
+    /// Which changes count.
+    pub direction: Direction,
 }
 
 /// A geometry with the start of a world-line in it, in numbers of one kind.
@@ -51,8 +53,8 @@ pub struct SceneSetup<S = f64> {
     pub gamma_i: S,
     /// Where the run ends at the latest.
     pub limit: SceneLimit<S>,
-    /// Where it ends before that.
-    pub until: Option<Until<S>>,
+    /// Formulas at whose first change of sign it ends before that.
+    pub until: Vec<Until<S>>,
     /// The operator.
     pub sbp: SbpName,
     /// The form of the action.
@@ -69,6 +71,13 @@ pub struct SceneSetup<S = f64> {
     pub max_iterations: usize,
 }
 
+impl<S> Until<S> {
+    /// The same in `f64`.
+    fn in_f64(&self) -> Until {
+        Until { formula: self.rough.clone(), rough: self.rough.clone(), direction: self.direction }
+    }
+}
+
 impl<S: Real> SceneSetup<S> {
     /// The same in `f64`.
     pub(super) fn in_f64(&self) -> SceneSetup {
@@ -81,10 +90,7 @@ impl<S: Real> SceneSetup<S> {
                 SceneLimit::Length(length) => SceneLimit::Length(length.to_f64()),
                 SceneLimit::Value { coordinate, value } => SceneLimit::Value { coordinate, value: value.to_f64() },
             },
-            until: self
-                .until
-                .as_ref()
-                .map(|Until { rough, .. }| Until { formula: rough.clone(), rough: rough.clone() }),
+            until: self.until.iter().map(Until::in_f64).collect(),
             sbp,
             form,
             n_gamma,

@@ -1,0 +1,32 @@
+//! The axes of the picture of an orbit.
+
+use super::{Axes, SceneCase};
+use crate::geometry::Geometry;
+use crate::scalar::Real;
+
+impl SceneCase {
+    /// The axes of `[plot]` or, without it, those that suit the coordinates: the Cartesian ones of coordinates that are
+    /// called r, phi and perhaps theta; otherwise the first two coordinates besides t and, with Newton's law, s, active
+    /// ones before others. A single one is drawn against its velocity.
+    pub fn axes_or_default<S: Real>(&self, geometry: &Geometry<S>) -> Axes {
+        if let Some(axes) = self.axes() {
+            return axes.clone();
+        }
+        let names = geometry.names();
+        let has = |name: &str| names.iter().any(|other| other == name);
+        let axes = |x: &str, y: &str| Axes { x: x.to_owned(), y: y.to_owned() };
+        match (has("r") && has("phi"), has("theta")) {
+            (true, true) => return axes("r*sin(theta)*cos(phi)", "r*sin(theta)*sin(phi)"),
+            (true, false) => return axes("r*cos(phi)", "r*sin(phi)"),
+            (false, _) => {}
+        }
+        let is_place = |a: &usize| names[*a] != "t" && !(self.is_lifted() && *a + 1 == names.len());
+        let active = geometry.active().iter().copied().filter(is_place);
+        let places: Vec<usize> = active.chain(geometry.ignorable().filter(is_place)).collect();
+        match places.as_slice() {
+            [] => axes(&names[0], &format!("{}_dot", names[0])),
+            [one] => axes(&names[*one], &format!("{}_dot", names[*one])),
+            [x, y, ..] => axes(&names[*x], &names[*y]),
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! World-lines of scenes between the nodes, and where a formula of their state changes its sign.
+
+mod crossings;
+mod curve;
+mod root;
+mod shape;
+
+pub use crossings::{Crossing, Watch, crossings};
+
+use self::curve::Curve;
+use self::root::root;
+use super::legendre::Tables;
+use super::{OutsideRun, partition, slack, within};
+use crate::geometry::{Rates, Start};
+use crate::scalar::Real;
+use crate::solve::scene::WorldLine;
+
+/// A world-line at one value of γ.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneSample<S = f64> {
+    /// γ.
+    pub gamma: S,
+    /// q^a.
+    pub q: Vec<S>,
+    /// dq^a/dγ.
+    pub q_dot: Vec<S>,
+    /// p_a.
+    pub p: Vec<S>,
+}
+
+/// Interpolates a world-line. A window is prepared when a value in it is requested, and kept until a value in another
+/// window is.
+///
+/// ```
+/// use geodesic_ivp::case::{SceneCase, builtin};
+/// use geodesic_ivp::sampling::SceneSampler;
+/// use geodesic_ivp::solve::scene::{WorldLine, solve_scene};
+///
+/// let case = SceneCase::parse("kepler", builtin::text("kepler").expect("it is built in"), &[])?;
+/// let line: WorldLine = solve_scene(&case.setup())?;
+/// let half = SceneSampler::new(&line).at_gamma(std::f64::consts::PI).expect("inside the run");
+/// assert!((half.q[1] + 1.6).abs() < 1e-13 && (half.q_dot[2] + 0.5).abs() < 1e-13);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct SceneSampler<'l, S = f64> {
+    line: &'l WorldLine<S>,
+    tables: Tables<S>,
+    rates: Rates<S>,
+    /// The last window that was asked for, and its curve.
+    current: Option<(usize, Curve<S>)>,
+}
+
+impl<'l, S: Real> SceneSampler<'l, S> {
+    /// A sampler of `line`.
+    pub fn new(line: &'l WorldLine<S>) -> Self {
+        Self { line, tables: Tables::default(), rates: line.geometry().field().room(), current: None }
+    }
+
+    /// The world-line at `gamma`.
+    ///
+    /// # Errors
+    /// [`OutsideRun`] beyond the ends by more than rounding.
+    pub fn at_gamma(&mut self, gamma: S) -> Result<SceneSample<S>, OutsideRun<S>> {
+        let line = self.line;
+        let ends = [S::ZERO, line.length];
+        let from_start = within(gamma - line.gamma_i, ends, slack(line.digits))
+            .ok_or(OutsideRun { range: (line.gamma_i, line.gamma_f()) })?;
+        let window = partition(line.windows.len(), |window| line.windows[window].gamma[0] <= from_start);
+        Ok(SceneSample { gamma, ..self.in_window(window, from_start - line.windows[window].gamma[0]) })
+    }
+
+    /// The world-line where coordinate `a`, which grows or falls all the way, has the given value.
+    ///
+    /// # Errors
+    /// [`OutsideRun`] with the range of the coordinate, beyond it by more than rounding.
+    pub fn at_value(&mut self, a: usize, value: S) -> Result<SceneSample<S>, OutsideRun<S>> {
+        let windows = &self.line.windows;
+        let [first, last] = [windows[0].start.q[a], self.line.end().q[a]];
+        let [low, high] = if first <= last { [first, last] } else { [last, first] };
+        let value_inside =
+            within(value, [low, high], slack(self.line.digits)).ok_or(OutsideRun { range: (low, high) })?;
+        let reached = |here: S| if first <= last { here <= value_inside } else { here >= value_inside };
+        let window = partition(windows.len(), |window| reached(windows[window].start.q[a]));
+        let [start, end] = [&windows[window].start, &windows[window].end].map(|joint| joint.q[a] - value_inside);
+        let length = self.length_of(window);
+        let place = if start == S::ZERO {
+            S::ZERO
+        } else if end == S::ZERO {
+            length
+        } else {
+            let least = self.least(window);
+            root([S::ZERO, start], [length, end], least, |place| self.in_window(window, place).q[a] - value_inside)
+        };
+        let mut sample = self.in_window(window, place);
+        sample.q[a] = value;
+        Ok(sample)
+    }
+
+    /// Whether coordinate `a` grows, or falls, from window to window.
+    pub fn is_monotonic(&self, a: usize) -> bool {
+        let joints = || self.line.windows.iter().map(|window| window.end.q[a] - window.start.q[a]);
+        joints().all(|change| change > S::ZERO) || joints().all(|change| change < S::ZERO)
+    }
+
+    /// γ_f − γ_i of a window.
+    fn length_of(&self, window: usize) -> S {
+        let [first, last] = self.line.windows[window].gamma;
+        last - first
+    }
+
+    /// The distance in γ that counts as none.
+    fn least(&self, window: usize) -> S {
+        let gamma = self.line.gamma_i.abs().max(self.line.windows[window].gamma[1]);
+        let digits = S::from(0.1_f64.powi(self.line.digits as i32));
+        S::EPSILON.max(digits) * gamma.max(self.length_of(window))
+    }
+
+    /// The world-line at `place`, which is γ from the start of a window.
+    fn in_window(&mut self, window: usize, place: S) -> SceneSample<S> {
+        let (line, [first, last]) = (self.line, self.line.windows[window].gamma);
+        let gamma = line.gamma_i + first + place;
+        // The end of the run is known exactly.
+        if place == last - first && window + 1 == line.windows.len() {
+            let Start { q, q_dot, p } = line.end().clone();
+            return SceneSample { gamma: line.gamma_f(), q, q_dot, p };
+        }
+        self.prepare(window);
+        let Self { rates, current, .. } = self;
+        let (_, curve) = current.as_ref().expect("it was prepared");
+        let Start { q, p, .. } = curve.at(place, line.geometry());
+        let field = line.geometry().field();
+        // A curve that leaves the domain between nodes inside it has velocities that mean as little as its positions.
+        let _ = field.evaluate(&q, &p, rates);
+        let q_dot = (0..q.len()).map(|a| field.q_dot(rates, a)).collect();
+        SceneSample { gamma, q, q_dot, p }
+    }
+
+    /// The curve of a window.
+    fn prepare(&mut self, window: usize) -> &Curve<S> {
+        if self.current.as_ref().is_some_and(|(current, _)| *current != window) {
+            self.current = None;
+        }
+        let Self { line, tables, rates, current } = self;
+        let (_, curve) =
+            current.get_or_insert_with(|| (window, Curve::new(line, &line.windows[window], tables, rates)));
+        curve
+    }
+}

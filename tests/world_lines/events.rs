@@ -1,0 +1,192 @@
+//! `[events]`: where formulas of the state change their sign.
+
+use std::cell::RefCell;
+use std::f64::consts::{PI, TAU};
+
+use geodesic_ivp::case::{SceneCase, builtin};
+use geodesic_ivp::reference::{ScenePoint, SceneReference};
+use geodesic_ivp::sampling::{Crossing, crossings};
+use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::solve::scene::{WorldLine, solve_scene};
+
+fn scene(name: &str, set: &[&str]) -> SceneCase {
+    let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
+    SceneCase::parse(name, builtin::text(name).unwrap(), &set).unwrap()
+}
+
+fn run<S: Real>(case: &SceneCase) -> (WorldLine<S>, Vec<Crossing<S>>) {
+    let line = solve_scene(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+    let found = crossings(&line, &mut case.watches());
+    (line, found)
+}
+
+/// γ of the crossings of one of the events.
+fn gammas<S: Real>(found: &[Crossing<S>], watch: usize) -> Vec<f64> {
+    found.iter().filter(|crossing| crossing.watch == watch).map(|crossing| crossing.sample.gamma.to_f64()).collect()
+}
+
+/// The changes of sign of every event in its direction, by the reference.
+fn expected(case: &SceneCase, line: &WorldLine) -> Vec<Vec<f64>> {
+    let start = &line.place.start;
+    let reference = SceneReference::new(line.geometry(), start, line.length, 16).unwrap();
+    let norm = line.geometry().norm(&start.q, &start.q_dot);
+    let of = |watch: geodesic_ivp::sampling::Watch| {
+        let formula = RefCell::new(watch.formula);
+        let value = |point: &ScenePoint| formula.borrow_mut().at(&point.q, &point.q_dot, &point.p, norm);
+        let changes = reference.directed_sign_changes(value).into_iter();
+        changes.filter(|change| watch.direction.counts(change.1)).map(|change| change.0).collect()
+    };
+    case.watches().into_iter().map(of).collect()
+}
+
+#[test]
+fn a_planet_is_closest_at_multiples_of_its_period() {
+    // Ten periods; the last closest approach is the end of the run, and the first is its start and none.
+    for windows in ["200", "150"] {
+        let case = scene("kepler", &["grid.gamma_f='20*pi'", &format!("grid.windows={windows}")]);
+        let (_, found) = run::<f64>(&case);
+        let (closest, farthest) = (gammas(&found, 0), gammas(&found, 1));
+        assert_eq!((closest.len(), farthest.len()), (10, 10), "{closest:?} {farthest:?}");
+        for (k, (closest, farthest)) in (0..).zip(closest.iter().zip(&farthest)) {
+            let k = f64::from(k);
+            assert!((closest - TAU * (k + 1.0)).abs() < 1e-12, "{closest} after {k} periods");
+            assert!((farthest - TAU * k - PI).abs() < 1e-12, "{farthest} after {k} periods");
+        }
+        assert!(found.is_sorted_by_key(|crossing| crossing.sample.gamma.to_f64().to_bits()));
+    }
+}
+
+#[test]
+fn events_have_the_digits_of_the_run() {
+    let (_, found) = run::<Extended>(&scene("kepler", &["solver.digits=40", "grid.windows=30", "scheme.sbp='GLL32'"]));
+    let apoapsis = found.iter().find(|crossing| crossing.watch == 1).unwrap();
+    assert!((apoapsis.sample.gamma - Extended::PI).abs().to_f64() < 1e-36);
+    assert!((apoapsis.sample.q[1] + Extended::from_decimal("1.6").unwrap()).abs().to_f64() < 1e-36);
+}
+
+#[test]
+fn every_crossing_of_a_section_is_found() {
+    for set in [
+        &["grid.windows=100"] as &[&str],
+        // Windows in which the orbit crosses several times.
+        &["grid.windows=20", "scheme.sbp='GLL48'"],
+        &["grid.windows=40", "scheme.form='strong'", "scheme.sbp='GLL40'"],
+    ] {
+        let case = scene("henon-heiles", set);
+        let (line, found) = run(&case);
+        let expected = expected(&case, &line);
+        let (found, expected) = (gammas(&found, 0), &expected[0]);
+        assert_eq!(found.len(), expected.len(), "{set:?}");
+        assert!(
+            found.len() > 12 && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-11),
+            "{set:?}: {found:?} {expected:?}"
+        );
+    }
+}
+
+#[test]
+fn turning_points_around_a_black_hole_are_those_of_the_reference() {
+    let case = scene("kerr-inclined", &[]);
+    let (line, found) = run(&case);
+    for (watch, expected) in expected(&case, &line).iter().enumerate() {
+        let found = gammas(&found, watch);
+        // The reference does not see that it starts where both coordinates turn.
+        let expected: Vec<f64> = expected.iter().copied().filter(|gamma| *gamma > 1e-6).collect();
+        assert_eq!(found.len(), expected.len(), "{found:?} {expected:?}");
+        assert!(
+            !found.is_empty() && found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-9),
+            "{found:?} {expected:?}"
+        );
+    }
+}
+
+#[test]
+fn events_on_even_grids_have_the_accuracy_of_the_grid() {
+    let set = ["scheme.sbp='SBP84'", "grid.n_gamma=400", "grid.windows=2"];
+    for form in ["strong", "weak"] {
+        let form = format!("scheme.form='{form}'");
+        let (line, found) = run::<f64>(&scene("kepler", &[set[0], set[1], set[2], &form]));
+        let start = &line.place.start;
+        let reference = SceneReference::new(line.geometry(), start, line.length, 16).unwrap();
+        let off = line
+            .gamma()
+            .zip(line.q(1))
+            .fold(0.0, |most: f64, (gamma, x)| most.max((x - reference.at(gamma).q[1]).abs()));
+        let (closest, farthest) = (gammas(&found, 0), gammas(&found, 1));
+        assert_eq!(farthest.len(), 1, "{closest:?} {farthest:?}");
+        assert!((farthest[0] - PI).abs() < 3.0 * off && off < 1e-3, "{form}: {farthest:?}, {off:e}");
+    }
+}
+
+/// A straight line at unit speed: γ is x.
+const LINE: &str = r#"
+    metric = { coordinates = ["x", "y"], components = { "x x" = "1", "y y" = "1 + x^2" } }
+    initial = { x = 0.0, y = 0.0, x_dot = 1.0, y_dot = 0.0 }
+    grid.gamma_f = 2.0
+    scheme = { sbp = "GLL12", form = "weak" }
+"#;
+
+fn on_a_line(when: &str, direction: &str, windows: usize) -> Vec<f64> {
+    let set =
+        [format!("events={{found={{when={when:?}, direction={direction:?}}}}}"), format!("grid.windows={windows}")];
+    let case = SceneCase::parse("line", LINE, &set).unwrap();
+    gammas(&run::<f64>(&case).1, 0)
+}
+
+#[test]
+fn two_crossings_between_two_nodes_are_both_found() {
+    for windows in [1, 3] {
+        // Nodes of the only window around 1 are a quarter apart.
+        for distance in [0.1, 1e-2, 1e-4, 1e-6] {
+            let when = format!("(x - 1.0123)^2 - ({distance:e}/2)^2");
+            let found = on_a_line(&when, "both", windows);
+            assert_eq!(found.len(), 2, "{distance}");
+            let apart = found[1] - found[0];
+            assert!((apart - distance).abs() < 1e-9 && (found[0] + 0.5 * distance - 1.0123).abs() < 1e-9, "{found:?}");
+            assert_eq!(on_a_line(&when, "down", windows), found[..1]);
+            assert_eq!(on_a_line(&when, "up", windows), found[1..]);
+        }
+        // It touches zero, or does not reach it.
+        assert!(on_a_line("(x - 1.0123)^2 + 1e-9", "both", windows).is_empty());
+    }
+}
+
+#[test]
+fn a_crossing_at_a_joint_or_at_the_end_counts_once_and_one_at_the_start_not_at_all() {
+    for windows in [1, 2, 4, 7] {
+        assert_eq!(on_a_line("x - 1", "both", windows).len(), 1, "{windows} windows");
+        let end = on_a_line("x - 2", "both", windows);
+        assert!(end.len() == 1 && (end[0] - 2.0).abs() < 1e-14, "{windows} windows: {end:?}");
+        assert!(on_a_line("x", "both", windows).is_empty());
+        assert!(on_a_line("2 - x", "up", windows).is_empty());
+        let many = on_a_line("sin(10*pi*x)", "both", windows);
+        // A formula needs windows that resolve it: it is a polynomial of degree 23 on each.
+        if windows > 2 {
+            assert_eq!(many.len(), 20, "{windows} windows: {many:?}");
+        }
+    }
+}
+
+#[test]
+fn an_event_may_end_the_run_and_is_its_last_row() {
+    for (direction, place, gamma) in [("up", [0.4, 0.0], TAU), ("down", [-1.6, 0.0], PI), ("both", [-1.6, 0.0], PI)] {
+        let event = format!("events.periapsis={{when='x*x_dot + y*y_dot', direction='{direction}', until=true}}");
+        for set in [&["grid.windows=40"] as &[&str], &["grid.windows=40", "scheme.form='strong'"]] {
+            let all: Vec<&str> = [event.as_str(), "grid.gamma_f=20.0"].into_iter().chain(set.iter().copied()).collect();
+            let (line, found) = run::<f64>(&scene("kepler", &all));
+            assert!((line.length - gamma).abs() < 1e-11, "{direction}: {}", line.length);
+            assert!((line.end().q[1] - place[0]).abs() < 1e-11 && (line.end().q[2] - place[1]).abs() < 1e-11);
+            let found = gammas(&found, 0);
+            assert!(found.len() == 1 && (found[0] - gamma).abs() < 1e-11, "{direction}: {found:?}");
+        }
+    }
+    // The first of several that end the run does.
+    let both = [
+        "events.a={when='y + 0.1', until=true}",
+        "events.b={when='x + 0.2', until=true}",
+        "grid.gamma_f=20.0",
+        "grid.windows=40",
+    ];
+    let (line, _) = run::<f64>(&scene("kepler", &both));
+    assert!((line.end().q[1] + 0.2).abs() < 1e-12, "{:?}", line.end().q);
+}
