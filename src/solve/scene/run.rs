@@ -223,7 +223,9 @@ mod tests {
     use super::*;
     use crate::case::SceneCase;
     use crate::diagnostics::scene::SceneDiagnostics;
+    use crate::geometry::{Direction, GeometryText, Observable, Place as FormulaPlace, Preset};
     use crate::output::{write_residuals, write_trajectory};
+    use crate::sampling::{SceneSampler, Watch, crossings};
     use crate::solve::scene::solve_scene;
     use crate::study::scene_error::scene_error;
 
@@ -236,6 +238,10 @@ mod tests {
         "#;
         let overrides = [format!("scheme.form={form:?}")];
         SceneCase::parse("mixed", text, &overrides).unwrap().setup()
+    }
+
+    fn geometry_text() -> GeometryText {
+        GeometryText::Metric(Preset::from_name("schwarzschild").unwrap().text())
     }
 
     /// Windows of spectral elements with these nodes that end at these γ.
@@ -276,6 +282,18 @@ mod tests {
                 assert!(charge.max_interior < 1e-12 && charge.max_corrected < 1e-12, "{form}: {charge:?}");
                 assert_eq!(charge.max_last > 1e-12, form == "strong", "{form}");
             }
+            let [mut between, mut of_even] = [&line, &even].map(SceneSampler::new);
+            for gamma in [0.0, 1.0, 3.0, 7.7, 13.0, 19.9, 20.0] {
+                let [found, expected] = [&mut between, &mut of_even].map(|line| line.at_gamma(gamma).unwrap());
+                let pairs = found.q.iter().chain(&found.p).zip(expected.q.iter().chain(&expected.p));
+                let most = pairs.fold(0.0, |most: f64, (found, expected)| most.max((found - expected).abs()));
+                assert!(most < 100.0 * tolerance, "{form}, {gamma}: {most:e}");
+            }
+            let formula = Observable::new("phi - 0.5", &geometry_text(), FormulaPlace::Potential).unwrap();
+            let mut watch = [Watch { formula, direction: Direction::Both }];
+            let [found, expected] = [&line, &even].map(|line| crossings(line, &mut watch));
+            assert_eq!((found.len(), expected.len()), (1, 1));
+            assert!((found[0].sample.gamma - expected[0].sample.gamma).abs() < 1e3 * tolerance, "{form}");
             let error = scene_error(&line).unwrap();
             assert!(error.largest.iter().all(|error| *error < 100.0 * tolerance), "{form}: {error:?}");
             let mut tables = [Vec::new(), Vec::new()];
