@@ -93,7 +93,7 @@
 //! | [`potential`] | V, V′, V″ |
 //! | [`banded`], [`sbp`] | banded algebra and operators, but no physics |
 //! | [`metric`], [`geodesic`] | g00 and the constants of motion, but no grid |
-//! | [`lobatto`] | a fast march over windows of weak spectral elements |
+//! | [`lobatto`] | a fast march over windows of weak spectral elements, in one coordinate and in scenes |
 //! | [`mod@reference`] | the trajectory to compare with, by a Taylor method |
 //! | [`methods`] | other integrators to compare with |
 //! | [`action`] | E_IVP in both forms, its gradient and its sparse Hessian |

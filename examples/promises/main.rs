@@ -3,7 +3,8 @@
 //! jumps over anything.
 //!
 //! V is smooth (the quartic, a pendulum, Morse's, a double well; these end at a random t_f), or has cusps, kinks,
-//! walls, steep powers or Gaussians.
+//! walls, steep powers or Gaussians. Every second scene has several coordinates: a potential under either law, a
+//! planet, orbits around black holes, or coordinates that the metric couples. It is compared with a Taylor method.
 //!
 //! ```text
 //! cargo run --release --example promises [-- RUNS [SEED]]
@@ -12,11 +13,13 @@
 //! Every broken promise is printed with its scene. The exit code is 1 if there is one.
 
 mod scenes;
+mod several;
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
 use scenes::{Outcome, Random, Scene};
+use several::{Kept, Several};
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
@@ -28,7 +31,25 @@ fn main() -> ExitCode {
     let mut random = Random(seed);
     // Runs, without reference, refused, broken promises, estimates that are too low.
     let mut table: BTreeMap<&str, [usize; 5]> = BTreeMap::new();
-    for _ in 0..runs {
+    for run in 0..runs {
+        if run % 2 == 1 {
+            let scene = Several::draw(&mut random);
+            let row = table.entry(scene.kind).or_default();
+            row[0] += 1;
+            let kept = scene.run();
+            let column = match &kept {
+                Kept::NoReference => 1,
+                Kept::Refused(_) => 2,
+                Kept::Broken { .. } => 3,
+                Kept::TooLow { .. } => 4,
+                Kept::Yes => continue,
+            };
+            row[column] += 1;
+            if column > 1 {
+                println!("{kept}: {scene}");
+            }
+            continue;
+        }
         let scene =
             if random.next().is_multiple_of(4) { Scene::smooth(&mut random) } else { Scene::rough(&mut random) };
         let row = table.entry(scene.kind).or_default();

@@ -10,6 +10,7 @@
 use super::inverse::Inverse;
 use super::outside::OutsideGeometry;
 use super::parts::Parts;
+use super::rows::RowPrograms;
 use super::structure::Source;
 use super::{is_outside, source};
 use crate::expr::{NodeId, Program};
@@ -29,6 +30,7 @@ pub struct Field<S = f64> {
     /// Entries of the Jacobian that are not zero: row, column, value.
     entries: Vec<(usize, usize, Source<S>)>,
     jacobian: Program<S>,
+    rows: RowPrograms<S>,
 }
 
 /// The registers in which a program runs, with what it computed last.
@@ -38,11 +40,12 @@ pub struct Rates<S> {
 }
 
 impl<S: Real> Field<S> {
-    pub(super) fn new(parts: &mut Parts<S>, inverse: &Inverse, active: &[usize]) -> Self {
+    pub(super) fn new(parts: &mut Parts<S>, inverse: &Inverse, active: &[usize], is_separable: bool) -> Self {
         let n = parts.dimension();
         let q_dot = velocities(parts, inverse);
         let p_dot: Vec<NodeId> = active.iter().map(|&a| force(parts, a, &q_dot)).collect();
-        let determinants = inverse.blocks.iter().map(|block| block.determinant);
+        let determinants: Vec<NodeId> = inverse.blocks.iter().map(|block| block.determinant).collect();
+        let row_programs = RowPrograms::new(parts, active, is_separable, [&q_dot, &p_dot, &determinants]);
         let outputs: Vec<NodeId> = q_dot.iter().chain(&p_dot).copied().chain(determinants).collect();
         let unpacked = Program::new(&mut parts.graph, 3 * n, &outputs);
         let rows: Vec<NodeId> = active.iter().map(|&a| q_dot[a]).chain(p_dot).collect();
@@ -64,6 +67,7 @@ impl<S: Real> Field<S> {
             signs: vec![S::ZERO; inverse.blocks.len()],
             entries,
             jacobian,
+            rows: row_programs,
         }
     }
 
@@ -80,6 +84,16 @@ impl<S: Real> Field<S> {
     /// all a, then ṗ_a for active a.
     pub(crate) fn unpacked(&self) -> &Program<S> {
         &self.unpacked
+    }
+
+    /// The equations for all nodes of a window at once.
+    pub(crate) fn rows(&self) -> &RowPrograms<S> {
+        &self.rows
+    }
+
+    /// The signs that the determinants of the blocks have, ±1, or 0 for either.
+    pub(crate) fn signs(&self) -> &[S] {
+        &self.signs
     }
 
     /// Room to evaluate the equations in.
@@ -186,7 +200,7 @@ fn velocities<S: Real>(parts: &mut Parts<S>, inverse: &Inverse) -> Vec<NodeId> {
 }
 
 /// f_a + F_a.
-fn force<S: Real>(parts: &mut Parts<S>, a: usize, q_dot: &[NodeId]) -> NodeId {
+pub(super) fn force<S: Real>(parts: &mut Parts<S>, a: usize, q_dot: &[NodeId]) -> NodeId {
     let half = parts.graph.constant(S::ONE.half());
     let mut sum = parts.graph.constant(S::ZERO);
     let metric: Vec<([usize; 2], NodeId)> = parts.metric.iter().map(|(&bc, &node)| (bc, node)).collect();

@@ -33,6 +33,7 @@ mod observable;
 mod outside;
 mod parts;
 mod presets;
+mod rows;
 mod structure;
 mod text;
 mod value;
@@ -45,6 +46,7 @@ pub use motion::{Motion, MotionRoom};
 pub use observable::{Observable, observed};
 pub use outside::OutsideGeometry;
 pub use presets::{PRESETS, Preset};
+pub(crate) use rows::RowPrograms;
 pub(crate) use structure::other;
 pub use structure::{ForceTerm, Lagrangian, Samples, Source, Start, Structure, Term};
 pub use text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText};
@@ -89,7 +91,7 @@ impl<S: Real> Geometry<S> {
         let force = Program::new(&mut parts.graph, 2 * n, &force).packed();
         let active = active_of(&mut parts);
         let separable = separable(&parts, &inverse, &active);
-        let field = Field::new(&mut parts, &inverse, &active);
+        let field = Field::new(&mut parts, &inverse, &active, separable.is_some());
         let blocks: Vec<_> = inverse.blocks.iter().map(|block| block.coordinates.clone()).collect();
         let signs = vec![S::ZERO; blocks.len()];
         Ok(Self { names: parts.names, structure, lagrangian, force, field, active, separable, blocks, signs })
@@ -135,6 +137,11 @@ impl<S: Real> Geometry<S> {
     /// the one-form has no active part, and no force acts.
     pub fn is_separable(&self) -> bool {
         self.separable.is_some()
+    }
+
+    /// The active part of g^ab, row by row, if the equations of motion are q̈ = a(q).
+    pub(crate) fn separable(&self) -> Option<&[S]> {
+        self.separable.as_deref()
     }
 
     /// Whether a component, the one-form or the force depends on the position in this coordinate.

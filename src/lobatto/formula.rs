@@ -49,9 +49,9 @@ impl<'m, const P: usize> FormulaForce<'m, P> {
 }
 
 /// The nodes of a window in every register.
-struct Vectors<'r, S, const P: usize> {
-    s: S,
-    registers: &'r mut [Nodes<P>],
+pub(super) struct Vectors<'r, S, const P: usize> {
+    pub(super) s: S,
+    pub(super) registers: &'r mut [Nodes<P>],
 }
 
 /// `to` = `$operation` of a and b, vector by vector.

@@ -32,6 +32,7 @@ mod attempt;
 mod certificate;
 mod dense;
 mod elementary;
+pub mod flow;
 mod force;
 mod formula;
 mod guess;

@@ -133,8 +133,8 @@ pub struct SolvedScene {
     /// Largest distance of the two branches (doubled system).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub branch_distance: Option<Number>,
-    /// With an accuracy: the estimated error of every coordinate, relative to max(1, its largest distance from the
-    /// start).
+    /// With an accuracy: the estimated error of every coordinate, relative to max(1, largest |q^a|) of active and
+    /// max(1, largest |q^a − q_i^a|) of ignorable ones.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_estimate: Option<f64>,
     /// The error of every coordinate at the last node, against a Taylor reference; absent if that does not reach it.
@@ -180,7 +180,7 @@ impl SceneSummary {
         // With an accuracy the scheme is the one that was chosen; if the solve failed, none was.
         let (sbp, form, n_gamma, windows, accuracy) = match &result {
             Ok((line, ..)) => (line.sbp_name, line.form, line.sbp().points(), line.windows.len(), line.accuracy),
-            Err(_) => (case.sbp(), case.form(), case.n_gamma(), case.windows(), None),
+            Err(_) => (case.sbp(), case.form(), case.n_gamma(), case.windows(), case.accuracy()),
         };
         let measured = result.as_ref().map_or(Vec::new(), |(line, diagnostics, _)| diagnostics.warnings(line));
         let (status, guess, iterations, history) = match &result {

@@ -56,5 +56,6 @@ pub(crate) fn setup<S: Real>(
         system,
         digits: if S::IS_EXTENDED { 40 } else { 16 },
         max_iterations: 50,
+        accuracy: None,
     }
 }

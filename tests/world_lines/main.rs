@@ -1,5 +1,6 @@
 //! Critical points in scenes of n coordinates.
 
+mod accuracy;
 mod common;
 mod convergence;
 mod ends;

@@ -68,6 +68,8 @@ pub struct SceneCase {
     initial: SceneInitial,
     /// Whether the two roots for the rate that follows from K are one.
     is_double: bool,
+    /// Whether it has a scheme that is not used, since an accuracy is asked for.
+    ignores_scheme: bool,
     grid: SceneGrid,
     sbp: SbpName,
     form: Form,
@@ -116,7 +118,10 @@ impl SceneCase {
         let scenery = check::geometry(&root, metric, potential, particle?)?;
         // First, because an accuracy in an override takes the scheme away.
         let solver = settings::solver(solver?, source)?;
-        let (sbp, form) = settings::scheme(scheme?)?;
+        let scheme = scheme?;
+        let ignores_scheme = solver.accuracy.is_some() && scheme.is_given();
+        let (sbp, form) = settings::scheme(scheme, &solver)?;
+        let is_chosen = solver.accuracy.is_some();
         check::particle(&scenery)?;
         let compiled = scenery.geometry::<f64>()?;
         let names = compiled.names().to_vec();
@@ -133,7 +138,7 @@ impl SceneCase {
         let context = Context { source, names: &names, parameters, formulas: &formulas, start: &found.start };
         let case = Self {
             title: title.map(|field| check::title(&field)).transpose()?,
-            grid: settings::grid(grid?, sbp, &context)?,
+            grid: settings::grid(grid?, (!is_chosen).then_some(sbp), &context)?,
             expect: settings::expect(expect?, &context)?,
             invariants: formulas.invariants(&invariants?)?,
             events: formulas.events(&events?)?,
@@ -142,6 +147,7 @@ impl SceneCase {
             initial: initial.data,
             geometry: scenery.text.clone(),
             is_double,
+            ignores_scheme,
             sbp,
             form,
             solver,
@@ -274,6 +280,11 @@ impl SceneCase {
     /// Largest number of iterations in a window.
     pub fn max_iterations(&self) -> usize {
         self.solver.max_iterations
+    }
+
+    /// The accuracy for which operator and windows are chosen, if one is asked for.
+    pub fn accuracy(&self) -> Option<f64> {
+        self.solver.accuracy.as_ref().map(|accuracy| self.value(accuracy))
     }
 
     /// Whether the scene asks for more digits than `f64` has.

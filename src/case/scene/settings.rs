@@ -38,6 +38,8 @@ pub struct SceneSolver {
     pub digits: u32,
     /// Largest number of iterations in a window.
     pub max_iterations: usize,
+    /// The accuracy for which operator and windows are chosen.
+    pub accuracy: Option<Quantity>,
 }
 
 /// `[expect]`.
@@ -79,13 +81,21 @@ impl Context<'_> {
 
 const LATER: &str = "is not available for scenes yet";
 
-/// Reads `[scheme]`.
-pub(super) fn scheme(mut section: Section<'_>) -> Result<(SbpName, Form), CaseError> {
+/// The scheme of a solve to an accuracy, before it chooses one.
+const CHOSEN: (SbpName, Form) = (SbpName::Gll(24), Form::Weak);
+
+/// Reads `[scheme]`; with an accuracy what it says is not used.
+pub(super) fn scheme(mut section: Section<'_>, solver: &SceneSolver) -> Result<(SbpName, Form), CaseError> {
     let (sbp, form, regularised) = (section.take("sbp"), section.take("form"), section.take("regularised"));
     section.finish()?;
     if let Some(regularised) = regularised.filter(|field| field.is_true() != Ok(true)) {
         regularised.is_true()?;
         return Err(regularised.error(format!("regularised = false {LATER}")));
+    }
+    if solver.accuracy.is_some() {
+        sbp.map(|sbp| sbp.word::<SbpName>()).transpose()?;
+        form.map(|form| form.word::<Form>()).transpose()?;
+        return Ok(CHOSEN);
     }
     let sbp = sbp.ok_or_else(|| {
         let help = "give scheme.sbp, for example \"GLL16\", and, unless it is a spectral element, grid.n_gamma";
@@ -99,24 +109,77 @@ pub(super) fn solver(mut section: Section<'_>, source: &Source) -> Result<SceneS
     let (system, digits) = (section.take("system"), section.take("digits"));
     let (max_iterations, accuracy) = (section.take("max_iterations"), section.take("accuracy"));
     section.finish()?;
-    if let Some(accuracy) = accuracy {
-        let help = "give scheme.sbp, grid.n_gamma and grid.windows".to_owned();
-        return Err(accuracy.error(format!("solver.accuracy {LATER}")).with_help(help));
+    let needs = |field: &Option<Field<'_>>, message: &str, help: &str| match field {
+        Some(field) => Err(field.error(message).with_help(help.to_owned())),
+        None => Err(section.error(message).with_help(help.to_owned())),
+    };
+    let is_chosen = accuracy.is_some();
+    let accuracy = accuracy.map(|field| chosen_accuracy(&field)).transpose()?;
+    let system_field = system;
+    let system = system_field.as_ref().map_or(Ok(System::default()), Field::word)?;
+    if is_chosen && system != System::PhysicalLimit {
+        return needs(&system_field, "solver.accuracy needs system = \"physical-limit\"", "leave solver.system out");
     }
-    let system = system.map_or(Ok(System::default()), |system| system.word())?;
     let whole = |field: &Option<Field<'_>>, default| field.as_ref().map_or(Ok(default), Field::whole);
-    let digits = u32::try_from(whole(&digits, 16)?).unwrap_or(u32::MAX);
+    let digits_field = digits;
+    let digits = u32::try_from(whole(&digits_field, 16)?).unwrap_or(u32::MAX);
     check_digits(digits)
         .map_err(|invalid| source.error(source.locate(&invalid.path, None), invalid.message, invalid.help))?;
+    if is_chosen && digits != 16 {
+        let help = "an accuracy is one in double precision; for more digits give scheme and grid";
+        return needs(&digits_field, "solver.accuracy and solver.digits exclude each other", help);
+    }
     let iterations = whole(&max_iterations, 50)?;
     match max_iterations {
         Some(field) if iterations == 0 => Err(field.error("max_iterations must be at least 1")),
-        _ => Ok(SceneSolver { system, digits, max_iterations: iterations }),
+        _ => Ok(SceneSolver { system, digits, max_iterations: iterations, accuracy }),
     }
 }
 
-/// Reads `[grid]`.
-pub(super) fn grid(mut section: Section<'_>, sbp: SbpName, context: &Context<'_>) -> Result<SceneGrid, CaseError> {
+/// An accuracy between 0 and 1.
+fn chosen_accuracy(field: &Field<'_>) -> Result<Quantity, CaseError> {
+    let number = Quantity::new(field.number()?);
+    let value = number.value(&[]).unwrap_or(f64::NAN);
+    if value > 0.0 && value < 1.0 {
+        return Ok(number);
+    }
+    let message = format!("accuracy must lie between 0 and 1, got {value}");
+    Err(field.error(message).with_help("for example 1e-10".to_owned()))
+}
+
+/// The number of nodes and of windows; with an accuracy there is no operator, and neither may be given.
+fn nodes(
+    section: &Section<'_>,
+    sbp: Option<SbpName>,
+    n_gamma: &Option<Field<'_>>,
+    windows: &Option<Field<'_>>,
+) -> Result<(usize, usize), CaseError> {
+    let Some(sbp) = sbp else {
+        for (name, field) in [("n_gamma", n_gamma), ("windows", windows)] {
+            if let Some(field) = field {
+                let help =
+                    "with an accuracy the program chooses operator and windows itself: leave n_gamma and windows out";
+                let message = format!("both solver.accuracy and grid.{name} are given");
+                return Err(field.key_error(&message).with_help(help.to_owned()));
+            }
+        }
+        let (SbpName::Gll(points), _) = CHOSEN else { unreachable!("an element") };
+        return Ok((points.into(), 1));
+    };
+    let whole = |field: &Option<Field<'_>>| field.as_ref().map(Field::whole).transpose();
+    match (whole(n_gamma)?.or(sbp.fixed_points()), whole(windows)?.unwrap_or(1)) {
+        (None, _) => Err(section.error("missing field `n_gamma`")),
+        (_, 0) => Err(windows.as_ref().map_or(section.error(""), |field| field.error("windows must be at least 1"))),
+        (Some(n_gamma), windows) => Ok((n_gamma, windows)),
+    }
+}
+
+/// Reads `[grid]`; `sbp` is the operator, unless the program is to choose one.
+pub(super) fn grid(
+    mut section: Section<'_>,
+    sbp: Option<SbpName>,
+    context: &Context<'_>,
+) -> Result<SceneGrid, CaseError> {
     let [gamma_i, gamma_f, t_f] = ["gamma_i", "gamma_f", "t_f"].map(|key| section.take(key));
     let [n_gamma, windows, until] = ["n_gamma", "windows", "until"].map(|key| section.take(key));
     section.finish()?;
@@ -124,15 +187,8 @@ pub(super) fn grid(mut section: Section<'_>, sbp: SbpName, context: &Context<'_>
         let help = "keep exactly one of grid.gamma_f and grid.t_f".to_owned();
         return Err(t_f.key_error("both gamma_f and t_f are given").with_help(help));
     }
-    let whole = |field: &Option<Field<'_>>| field.as_ref().map(Field::whole).transpose();
-    let (n_gamma, windows) = match (whole(&n_gamma)?.or(sbp.fixed_points()), whole(&windows)?.unwrap_or(1)) {
-        (None, _) => return Err(section.error("missing field `n_gamma`")),
-        (_, 0) => {
-            return Err(windows.as_ref().map_or(section.error(""), |field| field.error("windows must be at least 1")));
-        }
-        (Some(n_gamma), windows) => (n_gamma, windows),
-    };
-    check_nodes(Some(sbp), n_gamma, windows).map_err(|invalid| context.error(invalid))?;
+    let (n_gamma, windows) = nodes(&section, sbp, &n_gamma, &windows)?;
+    check_nodes(sbp, n_gamma, windows).map_err(|invalid| context.error(invalid))?;
     let intervals = (n_gamma.max(2) - 1) * windows;
     let (gamma_i, first) = context.number(gamma_i.as_ref(), 0.0)?;
     let spaced = |path: &str, length: f64| {

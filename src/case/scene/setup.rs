@@ -53,7 +53,9 @@ impl SceneCase {
             End::Duration(duration) => {
                 let t = place.geometry.names().iter().position(|name| name == "t");
                 let coordinate = t.expect("t_f needs a coordinate t");
-                SceneLimit::Value { coordinate, value: place.start.q[coordinate] + duration }
+                // t_i + (t_f − t_i), rounded twice, may be the neighbouring number.
+                let value = self.t_f().unwrap_or(place.start.q[coordinate] + duration);
+                SceneLimit::Value { coordinate, value }
             }
         };
         let text = self.geometry_text();
@@ -80,6 +82,7 @@ impl SceneCase {
             system: self.system(),
             digits: if S::IS_EXTENDED { self.digits() } else { f64::MOST_DIGITS },
             max_iterations: self.max_iterations(),
+            accuracy: self.accuracy(),
         }
     }
 }

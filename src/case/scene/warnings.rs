@@ -9,6 +9,12 @@ impl SceneCase {
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings: Vec<String> =
             self.unused_parameters().map(|name| format!("no formula uses the parameter '{name}'")).collect();
+        if self.ignores_scheme {
+            warnings.push(
+                "with solver.accuracy the program chooses operator and form (weak): what [scheme] says is not used"
+                    .to_owned(),
+            );
+        }
         if matches!(&self.geometry, GeometryText::Potential(potential) if potential.law == Law::Relativistic) {
             let geometry = self.geometry::<f64>();
             let start: Start = self.start_in(&geometry);

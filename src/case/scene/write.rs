@@ -22,15 +22,20 @@ impl SceneCase {
         }
         root.insert("initial", Item::Table(self.initial_table()));
         root.insert("grid", Item::Table(self.grid_table()));
-        let mut scheme = Table::new();
-        insert(&mut scheme, "sbp", self.sbp.to_string());
-        insert(&mut scheme, "form", self.form.as_str());
-        root.insert("scheme", Item::Table(scheme));
+        if self.solver.accuracy.is_none() {
+            let mut scheme = Table::new();
+            insert(&mut scheme, "sbp", self.sbp.to_string());
+            insert(&mut scheme, "form", self.form.as_str());
+            root.insert("scheme", Item::Table(scheme));
+        }
         let mut solver = Table::new();
         let system = serde_json::to_value(self.solver.system).expect("a system has a name");
         insert(&mut solver, "system", system.as_str().unwrap_or_default());
         insert(&mut solver, "digits", i64::from(self.solver.digits));
         insert(&mut solver, "max_iterations", self.solver.max_iterations as i64);
+        if let Some(accuracy) = &self.solver.accuracy {
+            insert(&mut solver, "accuracy", quantity(accuracy));
+        }
         root.insert("solver", Item::Table(solver));
         self.add_observables(root);
         if let Some(expect) = self.expect_table() {
@@ -91,8 +96,10 @@ impl SceneCase {
                 insert(&mut table, key, quantity(value));
             }
         }
-        insert(&mut table, "n_gamma", grid.n_gamma as i64);
-        insert(&mut table, "windows", grid.windows as i64);
+        if self.solver.accuracy.is_none() {
+            insert(&mut table, "n_gamma", grid.n_gamma as i64);
+            insert(&mut table, "windows", grid.windows as i64);
+        }
         if let Some(until) = &grid.until {
             insert(&mut table, "until", formula(until));
         }

@@ -5,7 +5,7 @@ use std::fmt;
 use super::window::Window;
 use crate::geometry::{Geometry, OutsideGeometry};
 use crate::solve::newton::Failure;
-use crate::solve::status::{Compact, InitialGuess, IterationRecord, Status};
+use crate::solve::status::{Compact, InitialGuess, IterationRecord, MOST_NODES, Status};
 
 /// The reason why a scene has no critical point, and where the solve stood.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,6 +23,8 @@ pub struct NoWorldLine {
     pub iteration: usize,
     /// Largest residual entry at the last accepted iterate (infinite if none was accepted).
     pub residual: f64,
+    /// Whether an accuracy was asked for, so that windows and operator were not the user's to choose.
+    pub adaptive: bool,
     /// The iterations.
     pub history: Vec<IterationRecord>,
     /// Where they started.
@@ -59,6 +61,7 @@ impl NoWorldLine {
             block,
             iteration: history.len(),
             residual: worst.map_or(f64::INFINITY, |index| residual[index].abs()),
+            adaptive: false,
             history,
             initial_guess,
         }
@@ -73,13 +76,22 @@ impl NoWorldLine {
             block: None,
             iteration: 0,
             residual: f64::INFINITY,
+            adaptive: false,
             history: Vec::new(),
             initial_guess: InitialGuess::None,
         }
     }
 
+    /// The same of a solve to an accuracy.
+    pub(super) fn adaptive(status: Status, gamma: f64) -> Self {
+        Self { adaptive: true, initial_guess: InitialGuess::Extrapolation, ..Self::at(status, gamma) }
+    }
+
     /// What to try next.
     pub fn advice(&self) -> &'static str {
+        if self.adaptive {
+            return self.advice_to_an_accuracy();
+        }
         match self.status {
             Status::Converged => "",
             Status::OutsideDomain => {
@@ -98,6 +110,28 @@ impl NoWorldLine {
             _ => {
                 "raise n_gamma or windows (or shorten gamma_f) so that every turn of the motion is resolved, or try \
                  another operator"
+            }
+        }
+    }
+}
+
+impl NoWorldLine {
+    /// What to try next where the program chooses the windows.
+    fn advice_to_an_accuracy(&self) -> &'static str {
+        match self.status {
+            Status::Converged => "",
+            Status::OutsideDomain => {
+                "end the run before this gamma, choose initial data that stay away from the place, or coordinates in \
+                 which the metric is regular there"
+            }
+            Status::EndTimeNotReached => "give gamma_f or an end that is reached earlier",
+            Status::TooManyNodes => "end the run earlier, or ask for a larger solver.accuracy",
+            Status::AccuracyNotReached => {
+                "ask for a larger solver.accuracy, or a shorter run; with scheme and grid given, solver.digits goes further"
+            }
+            _ => {
+                "end the run before this gamma, or look at the scene there: it is not smooth enough for an accuracy; far \
+                 from 1, choose units nearer to it"
             }
         }
     }
@@ -124,6 +158,25 @@ impl fmt::Display for NoWorldLine {
             (Status::EndTimeNotReached, _) => {
                 write!(f, "the end is not reached: the search ended at gamma = {gamma}{place}")
             }
+            (Status::AccuracyNotReached, _) => {
+                write!(
+                    f,
+                    "the accuracy is not reached: the estimated error is {residual:.1e} at gamma = {gamma}{place}"
+                )
+            }
+            (Status::TooManyNodes, _) => {
+                write!(
+                    f,
+                    "stopped at gamma = {gamma}{place}: the run has more nodes than the {MOST_NODES:.0e} that are kept in memory"
+                )
+            }
+            (Status::EvaluationLimit, _) => {
+                write!(f, "stopped after {iteration} evaluations at gamma = {gamma}{place}: the run makes no progress")
+            }
+            _ if self.adaptive => write!(
+                f,
+                "no critical point found ({status}): no window, however short, converges at gamma = {gamma}{place}"
+            ),
             _ => write!(
                 f,
                 "no critical point found ({status}) after {iteration} iterations: largest residual {residual:.2e} at \

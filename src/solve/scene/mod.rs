@@ -1,5 +1,6 @@
 //! Critical points of the doubled action in scenes of n coordinates.
 
+mod accuracy;
 mod collocation;
 mod crossing;
 mod doubled;
@@ -28,6 +29,9 @@ use crate::scalar::Real;
 /// # Panics
 /// If the setup is not valid: too few nodes for the operator, or no windows.
 pub fn solve_scene<S: Real>(setup: &SceneSetup<S>) -> Result<WorldLine<S>, NoWorldLine> {
+    if let Some(accuracy) = setup.accuracy {
+        return accuracy::solve(setup, accuracy);
+    }
     let whole = match setup.limit {
         SceneLimit::Length(length) if setup.until.is_empty() => return run::solve_to(setup, length),
         SceneLimit::Length(length) => length,

@@ -69,6 +69,9 @@ pub struct SceneSetup<S = f64> {
     pub digits: u32,
     /// Most Newton iterations of a window.
     pub max_iterations: usize,
+    /// The accuracy for which operator and windows are chosen, if they are to be: the operator, the form, the number of
+    /// nodes and of windows say nothing then. Such a solve is one of the physical limit in `f64`.
+    pub accuracy: Option<f64>,
 }
 
 impl<S> Until<S> {
@@ -81,7 +84,7 @@ impl<S> Until<S> {
 impl<S: Real> SceneSetup<S> {
     /// The same in `f64`.
     pub(super) fn in_f64(&self) -> SceneSetup {
-        let Self { gamma_i, sbp, form, n_gamma, windows, system, digits, max_iterations, .. } = *self;
+        let Self { gamma_i, sbp, form, n_gamma, windows, system, digits, max_iterations, accuracy, .. } = *self;
         SceneSetup {
             place: self.rough.clone(),
             rough: self.rough.clone(),
@@ -98,6 +101,7 @@ impl<S: Real> SceneSetup<S> {
             system,
             digits: digits.min(f64::MOST_DIGITS),
             max_iterations,
+            accuracy,
         }
     }
 }

@@ -60,8 +60,8 @@ pub struct WorldLine<S = f64> {
     pub last_correction: f64,
     /// Significant decimal digits that were asked for; 16 for `f64`.
     pub digits: u32,
-    /// The estimated error of every coordinate at the nodes, relative to max(1, its largest distance from the start), if
-    /// the windows were chosen for an accuracy.
+    /// The estimated error of every coordinate at the nodes, relative to max(1, largest |q^a|) of active and
+    /// max(1, largest |q^a − q_i^a|) of ignorable ones, if the windows were chosen for an accuracy.
     pub error_estimate: Option<f64>,
     /// The accuracy that was asked for, if there was one.
     pub accuracy: Option<f64>,

@@ -74,7 +74,7 @@ impl Family {
     /// scenes that are separable.
     pub fn of_scene(is_separable: bool) -> Vec<Self> {
         let suits = |family: &Self| match family {
-            Self::March(_) | Self::Accuracy => false,
+            Self::March(_) => false,
             Self::Peer(peer) => is_separable || !peer.about().needs_second_order,
             _ => true,
         };

@@ -6,6 +6,7 @@ use super::arena::{Arena, One, Place, Scene, World};
 use super::family::Family;
 use crate::case::scene::on_grid;
 use crate::case::{Case, Form, SbpName, Scheme, Solver};
+use crate::lobatto::flow::{Flow, FlowFailure};
 use crate::lobatto::{Inside, March, MarchFailure, State as MarchState, Twofold, WeakRule};
 use crate::methods::{Failure, Marks, Output, Problem, SceneState, Setting, State, Trajectory};
 use crate::sampling::{Coordinate, SampleStream};
@@ -91,7 +92,8 @@ fn of_scene<'a>(scene: &'a Scene, family: &Family, setting: Setting, output: Out
             let trajectory = peer.run_scene(&scene.problem, &output, setting);
             trajectory.map(Raw::SceneTrajectory).map_err(Failure::as_str)
         }),
-        Family::March(_) | Family::Accuracy => none("not-for-scenes"),
+        Family::Accuracy => flow(scene, output, setting.tolerance),
+        Family::March(_) => none("not-for-scenes"),
         Family::Other(_) => none("elsewhere"),
     }
 }
@@ -107,6 +109,45 @@ fn world_line<'a>(scene: &'a Scene, scheme: (SbpName, Form), nodes: usize) -> Ru
         }),
         Err(_) => none("no-such-grid"),
     }
+}
+
+/// Certified windows for an accuracy, and the states inside them.
+fn flow<'a>(scene: &'a Scene, output: Output, accuracy: f64) -> Run<'a> {
+    let (geometry, start, length) = (&*scene.problem.geometry, &scene.problem.start, scene.problem.length);
+    let marks: Vec<f64> = output.gamma(length).collect();
+    Box::new(move || {
+        let (mut states, mut points): (Vec<SceneState>, _) = (Vec::with_capacity(marks.len()), 0);
+        let followed = Flow::new(geometry).certified().run(start, length, &mut [], accuracy, &mut |view| {
+            if view.index == 0 {
+                states.clear();
+                points = 0;
+            }
+            points += view.points;
+            let end = view.gamma + view.length;
+            let is_inside = |mark: &&f64| **mark <= end || end >= length;
+            let fractions = marks[states.len()..].iter().take_while(is_inside);
+            let fractions: Vec<f64> = fractions.map(|mark| ((mark - view.gamma) / view.length).min(1.0)).collect();
+            if !fractions.is_empty() {
+                let q: Vec<Vec<f64>> = (0..geometry.dimension()).map(|a| view.inside(a, &fractions)).collect();
+                let p: Vec<Vec<f64>> =
+                    (0..geometry.active().len()).map(|place| view.momentum_inside(place, &fractions)).collect();
+                for k in 0..fractions.len() {
+                    let mut momenta = start.p.clone();
+                    geometry.active().iter().zip(&p).for_each(|(&a, row)| momenta[a] = row[k]);
+                    states.push(SceneState { q: q.iter().map(|row| row[k]).collect(), p: momenta });
+                }
+            }
+            ControlFlow::Continue(())
+        });
+        let evaluations = match followed {
+            Ok(followed) => followed.statistics.evaluations * (points / followed.statistics.windows.max(1)),
+            Err(FlowFailure::OutsideDomain { .. }) => return Err("outside-domain"),
+            Err(FlowFailure::NotConverged { .. }) => return Err("not-converged"),
+            Err(FlowFailure::AccuracyNotReached { .. }) => return Err("accuracy-not-reached"),
+            Err(FlowFailure::EvaluationLimit { .. }) => return Err("evaluation-limit"),
+        };
+        Ok(Raw::SceneTrajectory(Trajectory { states, evaluations, steps: points }))
+    })
 }
 
 /// A call of `solve` with this many nodes in all.

@@ -1,0 +1,176 @@
+//! Random scenes of several coordinates, solved to a random accuracy and compared with Taylor series.
+
+use std::fmt;
+
+use geodesic_ivp::case::SceneCase;
+use geodesic_ivp::solve::Status;
+use geodesic_ivp::solve::scene::solve_scene;
+use geodesic_ivp::study::scene_error::scene_error;
+
+use super::scenes::Random;
+
+/// How far the reference may be off, as a share of the accuracy, to be believed; and what rounding may do in any case.
+const AGREED: f64 = 0.1;
+const ROUNDING: f64 = 2e-13;
+
+/// A scene as text.
+pub(crate) struct Several {
+    pub(crate) kind: &'static str,
+    pub(crate) text: String,
+    pub(crate) accuracy: f64,
+}
+
+/// What became of the promise.
+pub(crate) enum Kept {
+    /// The error is below both the estimate and the accuracy.
+    Yes,
+    /// There is nothing to compare with.
+    NoReference,
+    /// There is no result.
+    Refused(String),
+    /// The error is above the accuracy.
+    Broken { error: f64 },
+    /// The error is above the estimate.
+    TooLow { error: f64, estimate: f64 },
+}
+
+impl fmt::Display for Kept {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Yes => write!(f, "kept"),
+            Self::NoReference => write!(f, "no reference"),
+            Self::Refused(message) => write!(f, "refused: {message}"),
+            Self::Broken { error } => write!(f, "broken: the error is {error:.1e}"),
+            Self::TooLow { error, estimate } => write!(f, "the error is {error:.1e}, the estimate {estimate:.1e}"),
+        }
+    }
+}
+
+impl fmt::Display for Several {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, accuracy {:e}:\n{}", self.kind, self.accuracy, self.text)
+    }
+}
+
+impl Several {
+    pub(crate) fn draw(random: &mut Random) -> Self {
+        let accuracy = random.scale(1e-12, 1e-4);
+        let (kind, scene) = match random.next() % 6 {
+            0 => ("newtonian", potential(random, "law = \"newtonian\"")),
+            1 => {
+                let c = random.between(3.0, 8.0);
+                ("relativistic", potential(random, &format!("c = {c:?}")))
+            }
+            2 => ("planet", planet(random)),
+            3 => ("schwarzschild", schwarzschild(random)),
+            4 => ("kerr", kerr(random)),
+            _ => ("coupled", coupled(random)),
+        };
+        Self { kind, text: format!("{scene}[solver]\naccuracy = {accuracy:e}\n"), accuracy }
+    }
+
+    pub(crate) fn run(&self) -> Kept {
+        let case = SceneCase::parse(self.kind, &self.text, &[]).unwrap_or_else(|error| panic!("{self}\n{error}"));
+        let line = match solve_scene::<f64>(&case.setup()) {
+            Ok(line) => line,
+            Err(failure) if failure.status == Status::OutsideDomain => return Kept::NoReference,
+            Err(failure) => return Kept::Refused(failure.to_string()),
+        };
+        let Some(found) = scene_error(&line) else { return Kept::NoReference };
+        let allowed = (AGREED * self.accuracy).max(ROUNDING);
+        if found.reference > allowed {
+            return Kept::NoReference;
+        }
+        let geometry = line.geometry();
+        let start = &line.windows[0].start.q;
+        let error = (0..geometry.dimension()).fold(0.0_f64, |worst, a| {
+            let origin = if geometry.active().contains(&a) { 0.0 } else { start[a] };
+            let size = line.q(a).fold(1.0_f64, |size, q| size.max((q - origin).abs()));
+            worst.max(found.largest[a] / size)
+        });
+        let estimate = line.error_estimate.expect("it has one");
+        let rounded = (error - allowed.min(ROUNDING)).max(0.0);
+        if rounded > self.accuracy {
+            Kept::Broken { error }
+        } else if rounded > estimate {
+            Kept::TooLow { error, estimate }
+        } else {
+            Kept::Yes
+        }
+    }
+}
+
+/// One to four coordinates in a potential that binds, with couplings, a wave and a hill.
+fn potential(random: &mut Random, law: &str) -> String {
+    let n = 1 + (random.next() % 4) as usize;
+    let names: Vec<String> = (0..n).map(|k| format!("x{k}")).collect();
+    let mut v = String::from("0");
+    for name in &names {
+        let (stiffness, quartic) = (random.scale(0.2, 4.0), random.between(0.0, 0.5));
+        v += &format!(" + {stiffness:?}*{name}^2/2 + {quartic:?}*{name}^4");
+    }
+    for pair in names.windows(2) {
+        let (coupling, wave) = (random.between(-0.1, 0.1), random.between(-0.3, 0.3));
+        v += &format!(" + {coupling:?}*{}^2*{} + {wave:?}*cos({0} - {1})", pair[0], pair[1]);
+    }
+    let (height, width, place) = (random.between(-0.5, 0.5), random.scale(0.3, 2.0), random.between(-0.5, 0.5));
+    v += &format!(" + {height:?}*exp(-(({} - {place:?})/{width:?})^2)", names[0]);
+    let mut text = format!("[potential]\ncoordinates = {names:?}\nformula = \"{v}\"\n[particle]\n{law}\n[initial]\n");
+    for name in &names {
+        text += &format!("{name} = {:?}\n{name}_dot = {:?}\n", random.between(-0.6, 0.6), random.between(-0.5, 0.5));
+    }
+    if law.starts_with('c') {
+        text += "t_dot = 1.0\n";
+    }
+    text + &format!("[grid]\ngamma_f = {:?}\n", random.scale(1.0, 60.0))
+}
+
+/// A planet on an ellipse.
+fn planet(random: &mut Random) -> String {
+    let e = random.between(0.0, 0.85);
+    let end = random.scale(2.0, 60.0);
+    format!(
+        "[potential]\ncoordinates = [\"x\", \"y\"]\nformula = \"-1/sqrt(x^2 + y^2)\"\n[particle]\nlaw = \"newtonian\"\n\
+         [initial]\nx = {:?}\ny = 0.0\nx_dot = 0.0\ny_dot = {:?}\n[grid]\nt_f = {end:?}\n",
+        1.0 - e,
+        ((1.0 + e) / (1.0 - e)).sqrt()
+    )
+}
+
+/// A particle that starts outside a black hole.
+fn schwarzschild(random: &mut Random) -> String {
+    let (r, angular, r_dot) = (random.between(8.0, 30.0), random.between(3.8, 5.5), random.between(-0.1, 0.1));
+    format!(
+        "[metric]\npreset = \"schwarzschild\"\n[initial]\nr = {r:?}\nr_dot = {r_dot:?}\np_phi = -{angular:?}\n\
+         norm = \"timelike\"\nsolve = {{ t_dot = \"+\" }}\n[grid]\nuntil = \"r - 2.2\"\ngamma_f = {:?}\n",
+        random.scale(20.0, 1000.0)
+    )
+}
+
+/// An inclined orbit around a rotating black hole.
+fn kerr(random: &mut Random) -> String {
+    let (a, r, theta) = (random.between(0.0, 0.98), random.between(7.0, 20.0), random.between(1.0, 2.0));
+    let (theta_dot, phi_dot) = (random.between(-0.01, 0.01), random.between(0.015, 0.03));
+    format!(
+        "[metric]\npreset = \"kerr\"\nparameters = {{ a = {a:?} }}\n[initial]\nr = {r:?}\ntheta = {theta:?}\n\
+         r_dot = {:?}\ntheta_dot = {theta_dot:?}\nphi_dot = {phi_dot:?}\nnorm = \"timelike\"\nsolve = {{ t_dot = \"+\" }}\n\
+         [grid]\nuntil = \"r - 2.5\"\ngamma_f = {:?}\n",
+        random.between(-0.05, 0.05),
+        random.scale(20.0, 400.0)
+    )
+}
+
+/// Coordinates that the metric couples, with a one-form and friction.
+fn coupled(random: &mut Random) -> String {
+    let [a, b, c, d] = [0; 4].map(|_| random.between(-0.3, 0.3));
+    let (charge, friction) = (random.between(-0.5, 0.5), random.between(0.0, 0.1));
+    let mut text = format!(
+        "[metric]\ncoordinates = [\"u\", \"v\", \"w\"]\n[metric.components]\n\"u u\" = \"1 + {a:?}*cos(v)\"\n\
+         \"v v\" = \"2 + {b:?}*sin(u + w)\"\n\"w w\" = \"1 + {c:?}^2*u^2\"\n\"u v\" = \"{d:?}*cos(u - v)\"\n\
+         [metric.one_form]\nv = \"{charge:?}*u\"\n[metric.force]\nu = \"-{friction:?}*u_dot\"\n[initial]\n"
+    );
+    for name in ["u", "v", "w"] {
+        text += &format!("{name} = {:?}\n{name}_dot = {:?}\n", random.between(-1.0, 1.0), random.between(-1.0, 1.0));
+    }
+    text + &format!("[grid]\ngamma_f = {:?}\n", random.scale(1.0, 40.0))
+}

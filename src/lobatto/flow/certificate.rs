@@ -1,0 +1,89 @@
+//! The gradient of the weak action at a window that was solved.
+//!
+//! With D̄ᵀH = −HD + E_N the gradient of E_weak with respect to one of two equal branches is −H (D̄p_a − f_a − F_a), where
+//! p_a = g_ab D̄q^b + A_a, and D̄ contains the initial data. [`crate::action`] computes the same for any operator and any
+//! two branches.
+
+use super::state::FlowState;
+use super::window::FlowWindow;
+use super::work::{Evaluate, Multiply};
+use crate::expr::Register;
+use crate::geometry::Geometry;
+use crate::lobatto::simd::Level;
+use crate::lobatto::tables::Nodes;
+
+/// Room for certificates.
+pub(super) struct Certificate<'g, const P: usize> {
+    geometry: &'g Geometry,
+    /// Of the program of the momenta.
+    registers: Vec<Nodes<P>>,
+    outputs: Vec<Register>,
+    /// p_a at the start of the run.
+    momenta: Vec<f64>,
+    rows: Vec<Nodes<P>>,
+    slopes: Vec<Nodes<P>>,
+}
+
+impl<'g, const P: usize> Certificate<'g, P> {
+    pub(super) fn new(geometry: &'g Geometry, momenta: &[f64]) -> Self {
+        let program = geometry.field().rows().momenta();
+        let (n, m) = (geometry.dimension(), geometry.active().len());
+        let mut registers = vec![Nodes::ZERO; program.registers()];
+        program.each_constant(|register, constant| registers[register].0 = [constant; P]);
+        Self {
+            geometry,
+            registers,
+            outputs: (0..n + m).map(|output| program.output(output)).collect(),
+            momenta: momenta.to_vec(),
+            rows: vec![Nodes::ZERO; n + m],
+            slopes: vec![Nodes::ZERO; n],
+        }
+    }
+
+    /// The largest entry of the gradient of the action of the window of length `h` from `start`.
+    pub(super) fn of(&mut self, window: &FlowWindow<'_, P>, start: &FlowState, h: f64) -> f64 {
+        let (n, points) = (self.geometry.dimension(), window.rule.rule.points());
+        for (place, &a) in self.geometry.active().iter().enumerate() {
+            self.registers[a].0 = window.fields[place].0;
+            let from = start.q[a];
+            let row = window.fields[place].0.iter().map(|q| (q - from.hi) - from.lo);
+            self.rows[a].0.iter_mut().zip(row).for_each(|(to, value)| *to = value);
+        }
+        for a in self.geometry.ignorable() {
+            self.rows[a] = Nodes::ZERO;
+            self.rows[a].0[..points].copy_from_slice(&window.elapsed_row(a));
+        }
+        let unit = window.rule.unit;
+        let matrix = &unit.derivative[..unit.tables.columns];
+        Level::Best.dispatch(Multiply { matrix, rows: &self.rows[..n], out: &mut self.slopes });
+        for (a, slope) in self.slopes.iter().enumerate() {
+            let row = slope.0.iter().map(|slope| slope / h);
+            self.registers[n + a].0.iter_mut().zip(row).for_each(|(to, value)| *to = value);
+        }
+        Level::Best.dispatch(Evaluate {
+            program: self.geometry.field().rows().momenta(),
+            outputs: self.outputs.len(),
+            registers: &mut self.registers,
+            factor: 1.0,
+            from: &self.outputs,
+            to: &mut self.rows,
+        });
+        for (a, row) in self.rows[..n].iter_mut().enumerate() {
+            let place = window.place_of(a);
+            let start = place.map_or(self.momenta[a], |place| start.p[place].hi);
+            row.0.iter_mut().for_each(|p| *p -= start);
+        }
+        Level::Best.dispatch(Multiply { matrix, rows: &self.rows[..n], out: &mut self.slopes });
+        let (mut most, mut sum) = (0.0_f64, 0.0);
+        for (a, slope) in self.slopes.iter().enumerate() {
+            let force = window.place_of(a).map(|place| &self.rows[n + place]);
+            for k in 0..points {
+                let entry = unit.tables.weights[k] * (slope.0[k] - force.map_or(0.0, |force| h * force.0[k]));
+                most = most.max(entry.abs());
+                // The maximum may lose a NaN.
+                sum += entry;
+            }
+        }
+        if sum.is_finite() { most } else { f64::INFINITY }
+    }
+}

@@ -1,0 +1,348 @@
+//! A world-line of a scene, window by window.
+
+use std::ops::ControlFlow;
+
+use super::FlowFailure;
+use super::certificate::Certificate;
+use super::control::{Controller, TUNING};
+use super::judge::{Judge, ROUNDING};
+use super::probe;
+use super::rule;
+use super::state::FlowState;
+use super::stop::{Stop, Watch};
+use super::view::FlowView;
+use super::window::{FlowWindow, Outcome, Precision, Rule};
+use crate::geometry::{Geometry, Start};
+use crate::lobatto::attempt::MOST_EVALUATIONS;
+use crate::lobatto::{Statistics, Twofold};
+
+/// Where a march ended.
+#[derive(Debug, Clone)]
+pub struct Followed {
+    /// The last state.
+    pub end: FlowState,
+    /// γ − γ_i there.
+    pub gamma: f64,
+    /// Which of the stops ended it, if one did.
+    pub stopped_by: Option<usize>,
+    /// The work done, including rejected windows and companions. An evaluation is a sweep.
+    pub statistics: Statistics,
+    /// An upper estimate of the error of every coordinate at all nodes, relative to max(1, largest |q^a|) for active
+    /// coordinates and max(1, largest |q^a − q_i^a|) for ignorable ones.
+    pub error_estimate: f64,
+    /// How often the march was begun; every attempt but the last turned out not to be accurate enough.
+    pub attempts: usize,
+}
+
+/// A march along a world-line of a scene that keeps to a requested accuracy.
+#[derive(Debug, Clone, Copy)]
+pub struct Flow<'g> {
+    geometry: &'g Geometry,
+    certify: bool,
+}
+
+/// A lower accuracy would cost hardly less, and windows that resolve nothing do not show it.
+const LOOSEST: f64 = 1e-4;
+
+/// Above the first accuracy 16 nodes are cheapest, down to the second 20, and below that 24.
+const COARSE: f64 = 2e-5;
+const MEDIUM: f64 = 2e-7;
+
+/// The first window to try, in radians of the fastest motion at the start.
+const FIRST: f64 = 1.0;
+
+/// Windows shorter than this part of the first are taken for a singularity.
+const SHORTEST: f64 = 1e-13;
+
+/// After how many evaluations progress is checked again.
+const PACE: usize = 10_000;
+
+/// After this part of a run its error at the end is projected, and a march that would miss the accuracy by more than
+/// this factor is begun again at once.
+const EARLIEST: f64 = 0.05;
+const MOST_PROJECTED: f64 = 2.0;
+
+/// A share that follows a failed attempt aims at this part of the accuracy, and is at least that part of the one before.
+const RETRY: [f64; 2] = [0.2, 1e-4];
+
+/// Why an attempt did not reach its goal.
+enum Ended {
+    Failed(FlowFailure),
+    /// The march is to be begun again with windows that are allowed this factor less.
+    Inaccurate(f64),
+}
+
+/// What is asked for.
+struct Request<'r> {
+    start: FlowState,
+    /// p_a of all coordinates at the start.
+    momenta: &'r [f64],
+    /// γ at most; may be infinite.
+    length: f64,
+    accuracy: f64,
+    certify: bool,
+}
+
+impl<'g> Flow<'g> {
+    /// In `geometry`, whose determinants have the signs of the start.
+    pub fn new(geometry: &'g Geometry) -> Self {
+        Self { geometry, certify: false }
+    }
+
+    /// Computes the certificate of every window too.
+    pub fn certified(mut self) -> Self {
+        self.certify = true;
+        self
+    }
+
+    /// From `start` over `length` of γ, which may be infinite, or to the first change of sign of one of the `stops`.
+    /// `observe` sees every window of the world-line and may end the march; if a march is begun again, it sees index 0
+    /// again.
+    ///
+    /// # Errors
+    /// [`FlowFailure`] where the world-line leaves the domain, and if the accuracy is not reached.
+    pub fn run(
+        &self,
+        start: &Start,
+        length: f64,
+        stops: &mut [&mut dyn Stop],
+        accuracy: f64,
+        observe: &mut dyn FnMut(&FlowView<'_>) -> ControlFlow<()>,
+    ) -> Result<Followed, FlowFailure> {
+        let accuracy = accuracy.min(LOOSEST);
+        let request = Request {
+            start: FlowState::new(start, self.geometry.active()),
+            momenta: &start.p,
+            length,
+            accuracy,
+            certify: self.certify,
+        };
+        let mut watches: Vec<Watch<'_>> = stops.iter_mut().map(|stop| Watch::new(&mut **stop, &start.p)).collect();
+        if accuracy >= COARSE {
+            self.with(rule::coarse(), &request, &mut watches, observe)
+        } else if accuracy >= MEDIUM {
+            self.with(rule::medium(), &request, &mut watches, observe)
+        } else {
+            self.with(rule::fine(), &request, &mut watches, observe)
+        }
+    }
+
+    fn with<const P: usize>(
+        &self,
+        rule: Rule<P>,
+        request: &Request<'_>,
+        watches: &mut [Watch<'_>],
+        observe: &mut dyn FnMut(&FlowView<'_>) -> ControlFlow<()>,
+    ) -> Result<Followed, FlowFailure> {
+        if request.accuracy < ROUNDING {
+            let q = request.start.q.iter().map(|q| q.hi).collect();
+            return Err(FlowFailure::AccuracyNotReached { gamma: 0.0, q, estimate: ROUNDING });
+        }
+        let mut walk = Walk {
+            geometry: self.geometry,
+            request,
+            window: FlowWindow::new(self.geometry, rule),
+            certificate: request.certify.then(|| Certificate::new(self.geometry, request.momenta)),
+            statistics: Statistics::default(),
+        };
+        let mut caution = 1.0;
+        for attempts in 1.. {
+            match walk.attempt(caution, watches, observe) {
+                Err(Ended::Failed(failure)) => return Err(failure),
+                Err(Ended::Inaccurate(factor)) => caution *= factor,
+                Ok(followed) => return Ok(Followed { attempts, ..followed }),
+            }
+        }
+        unreachable!("the shares run out")
+    }
+}
+
+struct Walk<'g, 'r, const P: usize> {
+    geometry: &'g Geometry,
+    request: &'r Request<'r>,
+    window: FlowWindow<'g, P>,
+    certificate: Option<Certificate<'g, P>>,
+    statistics: Statistics,
+}
+
+/// A window that was solved.
+#[derive(Clone, Copy)]
+struct Solved {
+    h: f64,
+    sweeps: usize,
+}
+
+impl<const P: usize> Walk<'_, '_, P> {
+    /// One march, each window allowed one share of the accuracy.
+    fn attempt(
+        &mut self,
+        caution: f64,
+        watches: &mut [Watch<'_>],
+        observe: &mut dyn FnMut(&FlowView<'_>) -> ControlFlow<()>,
+    ) -> Result<Followed, Ended> {
+        let Request { length, accuracy, momenta, .. } = *self.request;
+        self.window.begin(momenta);
+        watches.iter_mut().for_each(Watch::begin);
+        self.statistics.windows = 0;
+        let mut state = self.request.start.clone();
+        let mut judge = Judge::new(self.geometry, &state, momenta);
+        let mut rate = judge.look_at(&state);
+        let first = (FIRST / rate.max(1e-60)).min(length).min(1e60);
+        let whole = if length.is_finite() { length } else { first };
+        let points = self.window.rule.rule.points();
+        let mut control = Controller::new(TUNING, points, caution * accuracy, whole, first);
+        let mut delta = FlowState::zeros(state.q.len(), state.p.len());
+        let mut gamma = Twofold::ZERO;
+        let mut pace = self.statistics.evaluations;
+        loop {
+            let rest = (Twofold::from(length) - gamma).hi;
+            let is_last = rest <= control.h * 1.05;
+            let h = if is_last { rest } else { control.h };
+            if self.statistics.evaluations - pace > PACE {
+                self.budget(gamma.hi, &state).map_err(Ended::Failed)?;
+                pace = self.statistics.evaluations;
+            }
+            let scale = h.max(gamma.hi / self.statistics.windows.max(1) as f64).max(first / 16.0);
+            judge.set_scale(scale);
+            let share = control.share(scale);
+            let precision = Precision { tolerance: control.tolerance(share), lasting: (scale / h).max(1.0) };
+            let excess_of = |window: &FlowWindow<'_, P>| {
+                let [end, inside] = judge.of_window(window, precision.lasting);
+                (end / share).max((TUNING.margin * inside / accuracy).powi(2))
+            };
+            // A tail is one of the solution where it is more than what sweeps still change.
+            let is_hopeless = |window: &FlowWindow<'_, P>, change: f64| {
+                judge.of_window(window, precision.lasting)[1] > change && control.is_hopeless(excess_of(window))
+            };
+            let outcome = self.window.solve(&state, h, &judge.weights, precision, &is_hopeless);
+            let excess = if outcome == Outcome::Failed { f64::INFINITY } else { excess_of(&self.window) };
+            let excess = if excess.is_nan() { f64::INFINITY } else { excess };
+            let mut solved = match outcome {
+                Outcome::Solved(sweeps) if control.accepts(excess) => Some(Solved { h, sweeps }),
+                _ => None,
+            };
+            let mut stopped_by = None;
+            if let Some(solved) = &mut solved {
+                stopped_by = self.stop(watches, &state, solved, gamma.hi, &judge, precision).map_err(Ended::Failed)?;
+            }
+            // A companion that cannot follow says nothing.
+            let followed = solved.filter(|solved| self.window.accompany(&state, solved.h, &judge.weights, &mut delta));
+            self.statistics.evaluations = self.window.sweeps;
+            let Some(solved) = followed else {
+                if excess.is_finite() {
+                    self.window.reject(h);
+                }
+                control.h = h;
+                control.refuse(if solved.is_some() { f64::INFINITY } else { excess });
+                if control.h <= SHORTEST * first {
+                    return Err(Ended::Failed(self.why(&state, first.min(rest), gamma.hi)));
+                }
+                continue;
+            };
+            self.window.accept(solved.h);
+            watches.iter_mut().for_each(Watch::accept);
+            let start = std::mem::take(&mut state);
+            state = self.window.end.clone();
+            judge.see(&self.window, judge.of_window(&self.window, 1.0)[1], &delta);
+            let end = gamma + Twofold::from(solved.h);
+            let estimate = judge.so_far() + control.left_by_sweeps();
+            let is_late = EARLIEST * length <= end.hi && length.is_finite();
+            let projected = if is_late { judge.at_ends() * length / end.hi } else { 0.0 };
+            if estimate.is_nan() || estimate > accuracy || projected > MOST_PROJECTED * accuracy {
+                return Err(self.inaccurate(&control, estimate, end.hi, &start));
+            }
+            let gradient_norm = self.certificate.as_mut().map(|room| room.of(&self.window, &start, solved.h));
+            let view = FlowView {
+                index: self.statistics.windows,
+                gamma: gamma.hi,
+                length: solved.h,
+                points,
+                start: &start,
+                end: &state,
+                gradient_norm,
+                window: &self.window,
+            };
+            self.statistics.windows += 1;
+            gamma = end;
+            if observe(&view).is_break() || is_last && solved.h == h || stopped_by.is_some() {
+                let statistics = self.statistics;
+                let gamma = if stopped_by.is_none() && is_last { length } else { gamma.hi };
+                return Ok(Followed {
+                    end: state,
+                    gamma,
+                    stopped_by,
+                    statistics,
+                    error_estimate: estimate,
+                    attempts: 0,
+                });
+            }
+            let before = std::mem::replace(&mut rate, judge.look_at(&state));
+            control.accept(solved.h, excess, solved.sweeps, [1.0 / before, 1.0 / rate]);
+        }
+    }
+
+    /// A window to be shortened or taken, however it fares.
+    fn solve(&mut self, state: &FlowState, h: f64, judge: &Judge<'_>, precision: Precision) -> Option<Solved> {
+        match self.window.solve(state, h, &judge.weights, precision, &|_, _| false) {
+            Outcome::Solved(sweeps) => Some(Solved { h, sweeps }),
+            Outcome::TooLong | Outcome::Failed => None,
+        }
+    }
+
+    /// Shortens the window that was solved to the first change of sign of a stop; which one.
+    fn stop(
+        &mut self,
+        watches: &mut [Watch<'_>],
+        start: &FlowState,
+        solved: &mut Solved,
+        gamma: f64,
+        judge: &Judge<'_>,
+        precision: Precision,
+    ) -> Result<Option<usize>, FlowFailure> {
+        let mut first = None;
+        for (index, watch) in watches.iter_mut().enumerate() {
+            let longest = solved.h;
+            let Some(bracket) = watch.look(&self.window, start, longest) else { continue };
+            self.window.reject(longest);
+            let root = bracket.root(gamma, longest, |h| {
+                self.solve(start, h, judge, precision)?;
+                Some(watch.at_end(&self.window, start, h))
+            });
+            let Some(h) = root else {
+                return Err(self.why(start, longest, gamma));
+            };
+            *solved = self.solve(start, h, judge, precision).ok_or_else(|| self.why(start, h, gamma))?;
+            first = Some(index);
+        }
+        Ok(first)
+    }
+
+    /// Why there is no window from here, however short.
+    fn why(&self, start: &FlowState, ahead: f64, gamma: f64) -> FlowFailure {
+        probe::why(self.geometry, start, self.request.momenta, ahead, gamma)
+    }
+
+    /// What follows from an estimate that is above the accuracy at `gamma`.
+    fn inaccurate(&self, control: &Controller, estimate: f64, gamma: f64, start: &FlowState) -> Ended {
+        let Request { length, accuracy, .. } = *self.request;
+        if control.is_exhausted(control.h) {
+            let q = start.q.iter().map(|q| q.hi).collect();
+            return Ended::Failed(FlowFailure::AccuracyNotReached { gamma, q, estimate });
+        }
+        let at_the_end = estimate * if length.is_finite() { (length / gamma).max(1.0) } else { 1.0 };
+        let factor = RETRY[0] * accuracy / at_the_end;
+        Ended::Inaccurate(if factor.is_nan() { RETRY[1] } else { factor.max(RETRY[1]) })
+    }
+
+    /// Ends a march that at its pace would take more evaluations than anybody would wait for.
+    fn budget(&self, gamma: f64, state: &FlowState) -> Result<(), FlowFailure> {
+        let evaluations = self.statistics.evaluations;
+        let done = if self.request.length.is_finite() { gamma / self.request.length } else { 1.0 };
+        let needed = evaluations as f64 / done;
+        if needed > MOST_EVALUATIONS {
+            let q = state.q.iter().map(|q| q.hi).collect();
+            return Err(FlowFailure::EvaluationLimit { gamma, q, evaluations, needed });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,42 @@
+//! A point of a world-line in phase space.
+
+use crate::geometry::Start;
+use crate::lobatto::Twofold;
+
+/// All positions and the momenta of active coordinates, each an unevaluated sum.
+#[derive(Debug, Default, PartialEq)]
+pub struct FlowState {
+    /// q^a of all coordinates.
+    pub q: Vec<Twofold>,
+    /// p_a of the active coordinates, in order.
+    pub p: Vec<Twofold>,
+}
+
+impl Clone for FlowState {
+    fn clone(&self) -> Self {
+        Self { q: self.q.clone(), p: self.p.clone() }
+    }
+
+    /// Keeps its memory.
+    fn clone_from(&mut self, other: &Self) {
+        self.q.clone_from(&other.q);
+        self.p.clone_from(&other.p);
+    }
+}
+
+impl FlowState {
+    /// The start of a world-line.
+    pub fn new(start: &Start, active: &[usize]) -> Self {
+        let q = start.q.iter().map(|&q| q.into()).collect();
+        Self { q, p: active.iter().map(|&a| start.p[a].into()).collect() }
+    }
+
+    /// Nothing but zeros.
+    pub(super) fn zeros(dimension: usize, active: usize) -> Self {
+        Self { q: vec![Twofold::ZERO; dimension], p: vec![Twofold::ZERO; active] }
+    }
+
+    pub(super) fn is_finite(&self) -> bool {
+        self.q.iter().chain(&self.p).all(|value| value.hi.is_finite())
+    }
+}

@@ -1,0 +1,146 @@
+//! Where a march is to end.
+
+use super::state::FlowState;
+use super::window::FlowWindow;
+
+/// A point of a world-line with its velocities and momenta, of all coordinates.
+#[derive(Debug, Clone, Copy)]
+pub struct PhasePoint<'p> {
+    /// q^a.
+    pub q: &'p [f64],
+    /// dq^a/dγ.
+    pub q_dot: &'p [f64],
+    /// p_a.
+    pub p: &'p [f64],
+}
+
+/// A function of the state at whose first change of sign a march ends.
+pub trait Stop {
+    /// Its value.
+    fn value(&mut self, point: PhasePoint<'_>) -> f64;
+
+    /// Whether a change to positive values, or to negative ones, ends the march.
+    fn counts(&self, to_positive: bool) -> bool;
+}
+
+/// Sees the sign of a stop change.
+pub(super) struct Watch<'s> {
+    stop: &'s mut dyn Stop,
+    /// The sign at the last joint and at the end of the window that was looked at; 0 as long as the value was 0.
+    side: f64,
+    side_at_end: f64,
+    /// All coordinates at one node.
+    q: Vec<f64>,
+    q_dot: Vec<f64>,
+    p: Vec<f64>,
+}
+
+/// Steps of a search for the place of a change; bisection alone would take as many.
+const MOST_STEPS: usize = 60;
+
+impl<'s> Watch<'s> {
+    /// From the momenta of all coordinates at the start.
+    pub(super) fn new(stop: &'s mut dyn Stop, momenta: &[f64]) -> Self {
+        let n = momenta.len();
+        Self { stop, side: 0.0, side_at_end: 0.0, q: vec![0.0; n], q_dot: vec![0.0; n], p: momenta.to_vec() }
+    }
+
+    /// A new march begins.
+    pub(super) fn begin(&mut self) {
+        self.side = 0.0;
+    }
+
+    /// The window that was looked at is accepted.
+    pub(super) fn accept(&mut self) {
+        self.side = self.side_at_end;
+    }
+
+    fn at<const P: usize>(&mut self, window: &FlowWindow<'_, P>, start: &FlowState, h: f64, node: usize) -> f64 {
+        window.node(start, h, node, [&mut self.q, &mut self.q_dot, &mut self.p]);
+        self.stop.value(PhasePoint { q: &self.q, q_dot: &self.q_dot, p: &self.p })
+    }
+
+    /// The interval of nodes of the solved window in which the sign first changes.
+    pub(super) fn look<const P: usize>(
+        &mut self,
+        window: &FlowWindow<'_, P>,
+        start: &FlowState,
+        h: f64,
+    ) -> Option<Bracket> {
+        let nodes = window.rule.rule.nodes();
+        let mut side = self.side;
+        let mut before = (0.0, self.at(window, start, h, 0));
+        for (node, c) in nodes.iter().enumerate() {
+            let here = (c.hi * h, self.at(window, start, h, node));
+            let is_change = here.1 * side < 0.0 || here.1 == 0.0 && side != 0.0;
+            if is_change && self.stop.counts(side < 0.0) {
+                return Some(Bracket { before, after: here });
+            }
+            if here.1 != 0.0 {
+                side = here.1.signum();
+            }
+            before = here;
+        }
+        self.side_at_end = side;
+        None
+    }
+
+    /// The value at the end of the solved window.
+    pub(super) fn at_end<const P: usize>(&mut self, window: &FlowWindow<'_, P>, start: &FlowState, h: f64) -> f64 {
+        self.at(window, start, h, window.rule.rule.points() - 1)
+    }
+}
+
+/// Two lengths of a window between whose ends the sign changes, with the values there.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bracket {
+    before: (f64, f64),
+    after: (f64, f64),
+}
+
+impl Bracket {
+    /// The length at which `value` changes its sign, to rounding of `gamma`, by regula falsi in the Illinois form
+    /// (Dowell, Jarratt 1971), with bisection where that is slow.
+    ///
+    /// Values inside a window are less accurate than those at its end: the bracket is tested and opened first.
+    pub(super) fn root(self, gamma: f64, longest: f64, mut value: impl FnMut(f64) -> Option<f64>) -> Option<f64> {
+        let Self { before: (low, _), after: (high, _) } = self;
+        let side = if self.after.1 != 0.0 { -self.after.1.signum() } else { self.before.1.signum() };
+        let (mut low, mut high) = (low, high);
+        let width = high - low;
+        let (mut at_low, mut at_high) = (if low > 0.0 { value(low)? } else { self.before.1 }, value(high)?);
+        if low > 0.0 && at_low * side <= 0.0 {
+            (high, at_high) = (low, at_low);
+            low = (low - width).max(0.0);
+            at_low = if low > 0.0 { value(low)? } else { side };
+        } else if at_high * side > 0.0 {
+            (low, at_low) = (high, at_high);
+            high = (high + width).min(longest);
+            at_high = value(high)?;
+        }
+        if low == 0.0 && at_low * side <= 0.0 {
+            at_low = side * f64::MIN_POSITIVE;
+        }
+        if at_low * side <= 0.0 || at_high * side > 0.0 {
+            return None;
+        }
+        let least = 2.0 * f64::EPSILON * (gamma + high).max(high);
+        for step in 0..MOST_STEPS {
+            if at_high == 0.0 || high - low <= least {
+                break;
+            }
+            let falsi = low + (high - low) * (at_low / (at_low - at_high));
+            let inside = falsi.clamp(low + 0.25 * least, high - 0.25 * least);
+            let h = if step % 8 == 7 || !inside.is_finite() { 0.5 * (low + high) } else { inside };
+            let here = value(h)?;
+            if here * side > 0.0 {
+                (low, at_low) = (h, here);
+                at_high *= 0.5;
+            } else {
+                (high, at_high) = (h, here);
+                at_low *= 0.5;
+            }
+        }
+        Some(high)
+    }
+}

@@ -1,0 +1,161 @@
+//! Windows as long as the requested accuracy needs, by [`crate::lobatto::flow`].
+
+use std::ops::ControlFlow;
+
+use super::failure::NoWorldLine;
+use super::run::{Piece, Run};
+use super::setup::{SceneLimit, SceneSetup, Until};
+use super::world_line::WorldLine;
+use crate::action::Form;
+use crate::geometry::{Direction, Geometry, Observable};
+use crate::lobatto::flow::{Flow, FlowFailure, FlowView, PhasePoint, Stop};
+use crate::sbp::SbpName;
+use crate::scalar::Real;
+use crate::solve::status::{InitialGuess, MOST_NODES, Status};
+
+/// Solves a scene so that every coordinate is as accurate as asked for at all nodes. It is a solve in `f64`.
+pub(super) fn solve<S: Real>(setup: &SceneSetup<S>, accuracy: f64) -> Result<WorldLine<S>, NoWorldLine> {
+    let place = &setup.rough;
+    let (geometry, start) = (&*place.geometry, &place.start);
+    let gamma_i = setup.gamma_i.to_f64();
+    let norm = geometry.norm(&start.q, &start.q_dot);
+    let (length, target) = match setup.limit {
+        SceneLimit::Length(length) => (length.to_f64(), None),
+        SceneLimit::Value { coordinate, value } => (f64::INFINITY, Some((coordinate, value.to_f64()))),
+    };
+    let mut at_value = target.map(|(coordinate, value)| AtValue { coordinate, value });
+    let formula = |until: &Until<S>| AtFormula { formula: until.rough.clone(), direction: until.direction, norm };
+    let mut formulas: Vec<AtFormula> = setup.until.iter().map(formula).collect();
+    let mut stops: Vec<&mut dyn Stop> = at_value.iter_mut().map(|stop| stop as &mut dyn Stop).collect();
+    stops.extend(formulas.iter_mut().map(|stop| stop as &mut dyn Stop));
+    // A run to a value of a coordinate has no other end.
+    let most = if target.is_some() { idle_limit(setup) } else { f64::INFINITY };
+    let mut run: Run<S> = Run::new(setup, S::ZERO);
+    let mut ended = None;
+    let followed = Flow::new(geometry).certified().run(start, length, &mut stops, accuracy, &mut |view| {
+        if view.index == 0 {
+            run = Run::new(setup, S::ZERO);
+        }
+        let end = view.gamma + view.length;
+        if (view.index + 1) as f64 * view.points as f64 > MOST_NODES {
+            ended = Some(NoWorldLine::adaptive(Status::TooManyNodes, gamma_i + end));
+        } else if end > most {
+            ended = Some(NoWorldLine::adaptive(Status::EndTimeNotReached, gamma_i + end));
+        } else {
+            ended = append(&mut run, view, geometry).err();
+        }
+        if ended.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    if let Some(failure) = ended {
+        return Err(failure);
+    }
+    let followed = followed.map_err(|failure| no_world_line(geometry, gamma_i, failure))?;
+    let mut line = run.line;
+    line.length = S::from(followed.gamma);
+    let last = line.windows.len() - 1;
+    line.windows[last].gamma[1] = line.length;
+    if let (Some((a, value)), Some(0)) = (target, followed.stopped_by) {
+        // Rounding of the length of the last window is one of this coordinate.
+        line.windows[last].end.q[a] = S::from(value);
+    }
+    line.accuracy = Some(accuracy);
+    line.error_estimate = Some(followed.error_estimate);
+    line.iterations = followed.statistics.evaluations;
+    Ok(line)
+}
+
+/// A coordinate with a value to reach.
+struct AtValue {
+    coordinate: usize,
+    value: f64,
+}
+
+impl Stop for AtValue {
+    fn value(&mut self, point: PhasePoint<'_>) -> f64 {
+        point.q[self.coordinate] - self.value
+    }
+
+    fn counts(&self, _: bool) -> bool {
+        true
+    }
+}
+
+/// A formula that changes its sign.
+struct AtFormula {
+    formula: Observable,
+    direction: Direction,
+    /// K at the start.
+    norm: f64,
+}
+
+impl Stop for AtFormula {
+    fn value(&mut self, point: PhasePoint<'_>) -> f64 {
+        self.formula.at(point.q, point.q_dot, point.p, self.norm)
+    }
+
+    fn counts(&self, to_positive: bool) -> bool {
+        self.direction.counts(to_positive)
+    }
+}
+
+/// γ − γ_i beyond which a value that is not reached counts as one that never is.
+fn idle_limit<S: Real>(setup: &SceneSetup<S>) -> f64 {
+    const TIMES: f64 = 1e9;
+    let SceneLimit::Value { coordinate, value } = setup.limit else { return f64::INFINITY };
+    let start = &setup.rough.start;
+    TIMES * ((value.to_f64() - start.q[coordinate]) / start.q_dot[coordinate]).abs()
+}
+
+fn append<S: Real>(run: &mut Run<S>, view: &FlowView<'_>, geometry: &Geometry) -> Result<(), NoWorldLine> {
+    let (n, active) = (geometry.dimension(), geometry.active());
+    let row = |values: &[f64], last: f64| -> Vec<S> {
+        let inner = values[..values.len() - 1].iter().chain(std::iter::once(&last));
+        inner.map(|&value| S::from(value)).collect()
+    };
+    let q = (0..n).map(|a| {
+        let [start, end] = [view.start.q[a], view.end.q[a]];
+        let last = if active.contains(&a) { end.hi } else { (end - start).hi };
+        row(&view.q(a), last)
+    });
+    let mut momenta = run.here.p.clone();
+    for (place, &a) in active.iter().enumerate() {
+        momenta[a] = S::from(view.end.p[place].hi);
+    }
+    let piece = Piece {
+        q: q.collect(),
+        p: (0..active.len()).map(|place| row(view.p(place, active.len()), view.end.p[place].hi)).collect(),
+        end: momenta,
+        backward: Vec::new(),
+        multipliers: Vec::new(),
+        gradient_norm: S::from(view.gradient_norm.unwrap_or(f64::INFINITY)),
+        initial_guess: InitialGuess::Extrapolation,
+        history: Vec::new(),
+    };
+    run.line.sbp_name = SbpName::Gll(view.points as u8);
+    run.line.form = Form::Weak;
+    let operator = run.line.operators.element(view.points, S::from(view.length));
+    run.append(piece, operator, S::from(view.gamma + view.length))
+}
+
+fn no_world_line(geometry: &Geometry, gamma_i: f64, failure: FlowFailure) -> NoWorldLine {
+    let point = |q: &[f64]| geometry.active().iter().map(|&a| (geometry.names()[a].clone(), q[a])).collect();
+    match failure {
+        FlowFailure::OutsideDomain { gamma, q, outside } => {
+            let coordinates = outside.block.map_or([].as_slice(), |block| &geometry.blocks()[block]);
+            let names = coordinates.iter().map(|&a| geometry.names()[a].clone()).collect();
+            let at = NoWorldLine::adaptive(Status::OutsideDomain, gamma_i + gamma);
+            NoWorldLine { point: point(&q), block: Some((names, outside.determinant)), ..at }
+        }
+        FlowFailure::NotConverged { gamma, q } => {
+            NoWorldLine { point: point(&q), ..NoWorldLine::adaptive(Status::Stalled, gamma_i + gamma) }
+        }
+        FlowFailure::AccuracyNotReached { gamma, q, estimate } => {
+            let at = NoWorldLine::adaptive(Status::AccuracyNotReached, gamma_i + gamma);
+            NoWorldLine { point: point(&q), residual: estimate, ..at }
+        }
+        FlowFailure::EvaluationLimit { gamma, q, evaluations, .. } => {
+            let at = NoWorldLine::adaptive(Status::EvaluationLimit, gamma_i + gamma);
+            NoWorldLine { point: point(&q), iteration: evaluations, ..at }
+        }
+    }
+}

@@ -1,0 +1,223 @@
+//! Scenes solved to an accuracy: published numbers, true errors below the estimate, ends to the last bit.
+
+#[path = "../../examples/promises/scenes.rs"]
+#[allow(dead_code)]
+mod scenes;
+#[path = "../../examples/promises/several.rs"]
+mod several;
+
+use std::ops::ControlFlow;
+
+use geodesic_ivp::Status;
+use geodesic_ivp::case::SceneCase;
+use geodesic_ivp::case::builtin::{self, Group, NAMES};
+use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
+use geodesic_ivp::lobatto::flow::Flow;
+use geodesic_ivp::reference::SceneReference;
+use geodesic_ivp::solve::scene::{NoWorldLine, WorldLine, solve_scene};
+use geodesic_ivp::study::scene_error::scene_error;
+use scenes::Random;
+use several::{Kept, Several};
+
+fn builtin_scene(name: &str, settings: &[&str]) -> SceneCase {
+    let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
+    SceneCase::parse(name, builtin::text(name).unwrap(), &settings).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+fn solved(case: &SceneCase) -> WorldLine {
+    solve_scene(&case.setup::<f64>()).unwrap_or_else(|failure| panic!("{failure}"))
+}
+
+fn from_text(text: &str) -> WorldLine {
+    solved(&SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}")))
+}
+
+/// Coordinate `name` at the end of a run.
+fn end(line: &WorldLine, name: &str) -> f64 {
+    line.end().q[line.geometry().names().iter().position(|other| other == name).unwrap()]
+}
+
+/// The largest error at a node, relative to the sizes that an accuracy is relative to.
+fn error(line: &WorldLine) -> f64 {
+    let found = scene_error(line).expect("the reference gets there");
+    let geometry = line.geometry();
+    (0..geometry.dimension()).fold(0.0_f64, |worst, a| {
+        let origin = if geometry.active().contains(&a) { 0.0 } else { line.windows[0].start.q[a] };
+        let size = line.q(a).fold(1.0_f64, |size, q| size.max((q - origin).abs()));
+        worst.max(found.largest[a] / size)
+    })
+}
+
+#[test]
+fn every_shipped_scene_is_as_accurate_as_asked_for() {
+    for name in NAMES.iter().filter(|name| builtin::group(name) == Some(Group::Scene)) {
+        for accuracy in [1e-3, 1e-6, 1e-9, 1e-12] {
+            let case = builtin_scene(name, &[&format!("solver.accuracy={accuracy:e}")]);
+            let line = solved(&case);
+            let (error, estimate) = (error(&line), line.error_estimate.unwrap());
+            assert!(error <= accuracy, "{name}, {accuracy:e}: {error:e}");
+            assert!(error <= estimate + 1e-13 && estimate <= accuracy, "{name}: {error:e}, {estimate:e}");
+            // A critical point, with charges to match.
+            let diagnostics = SceneDiagnostics::new(&line, &[], &mut [], case.is_lifted());
+            let momenta = line.place.start.p.iter().fold(1.0_f64, |size, p| size.max(p.abs()));
+            let level = accuracy.max(1e-11);
+            assert!(line.gradient_norm <= level * momenta, "{name}, {accuracy:e}: {:e}", line.gradient_norm);
+            for charge in &diagnostics.charges {
+                let allowed = (1e-2 * accuracy).max(1e-10) * charge.value.abs().max(1.0);
+                assert!(charge.max_interior <= allowed, "{name}, {accuracy:e}: {:e}", charge.max_interior);
+            }
+        }
+    }
+}
+
+/// Numbers that are published, or were computed by two other programs to 30 digits.
+#[test]
+fn published_numbers() {
+    let tight = |name: &str, more: &[&str]| solved(&builtin_scene(name, &[&["solver.accuracy=1e-12"], more].concat()));
+    let line = tight("schwarzschild-orbit", &["grid.gamma_f=2000.0"]);
+    for (name, expected) in [("t", 2303.946208190368), ("r", 17.26224354443184), ("phi", 54.49163727888025)] {
+        assert!((end(&line, name) - expected).abs() <= 1e-10 * expected, "{name}: {}", end(&line, name));
+    }
+    // It closes after three radial periods.
+    let line = tight("kerr-periodic", &[]);
+    let turns = end(&line, "phi") / std::f64::consts::TAU;
+    assert!((turns - turns.round()).abs() < 1e-10 && (end(&line, "r") - 7.561235180449384).abs() < 1e-10, "{turns}");
+    let line = tight("henon-heiles", &[]);
+    assert!((end(&line, "x") + 0.0401942378760688).abs() < 1e-10);
+    assert!((end(&line, "y") - 0.679016921772022).abs() < 1e-10);
+    // A ray in Maxwell's fish-eye closes.
+    let line = tight("fish-eye", &[]);
+    let start = &line.windows[0].start.q;
+    for (q, start) in line.end().q.iter().zip(start) {
+        assert!((q - start).abs() < 1e-10, "{q} {start}");
+    }
+}
+
+/// Falling from rest at r = 10, the horizon is met at τ = 33.7…, and r = 0.01 just before the singularity.
+#[test]
+fn a_formula_ends_the_fall_into_a_black_hole() {
+    for (radius, tau) in [("2", 33.700869851892335), ("0.01", 35.123602109185676)] {
+        let until = format!("grid.until=r - {radius}");
+        let settings = ["solver.accuracy=1e-11", "grid.gamma_f=35.2", &until];
+        let line = solved(&builtin_scene("schwarzschild-plunge", &settings));
+        assert!((line.gamma_f() - tau).abs() < 1e-10 * tau, "{radius}: {}", line.gamma_f());
+        assert!((end(&line, "r") - radius.parse::<f64>().unwrap()).abs() < 1e-8, "{radius}: {}", end(&line, "r"));
+    }
+}
+
+/// An event ends a run at its first crossing in the direction that is asked for.
+#[test]
+fn an_event_in_its_direction_ends_a_run() {
+    let text = ELLIPSE.replace("x = 0.1", "x = 0.5").replace("sqrt(19)", "sqrt(3)");
+    for (direction, turns) in [("down", 0.5), ("up", 1.0), ("both", 0.5)] {
+        let event =
+            format!("[events]\nr = {{ when = \"x*x_dot + y*y_dot\", direction = \"{direction}\", until = true }}\n");
+        let line = from_text(&format!("{text}[grid]\ngamma_f = 9.0\n[solver]\naccuracy = 1e-11\n{event}"));
+        assert!((line.gamma_f() - turns * std::f64::consts::TAU).abs() < 1e-9, "{direction}: {}", line.gamma_f());
+    }
+}
+
+const ELLIPSE: &str = "[potential]\ncoordinates = [\"x\", \"y\"]\nformula = \"-1/sqrt(x^2 + y^2)\"\n\
+                       [particle]\nlaw = \"newtonian\"\n\
+                       [initial]\nx = 0.1\ny = 0.0\nx_dot = 0.0\ny_dot = \"sqrt(19)\"\n";
+
+/// Ten turns of an ellipse of eccentricity 0.9: windows are fifty times as short at the periapsis as far out.
+#[test]
+fn windows_follow_the_motion() {
+    let line = from_text(&format!("{ELLIPSE}[grid]\nt_f = \"20*pi\"\n[solver]\naccuracy = 1e-9\n"));
+    assert!((end(&line, "x") - 0.1).abs() < 1e-9 && end(&line, "y").abs() < 4.5e-9, "{:?}", line.end().q);
+    let lengths = || line.windows.iter().map(|window| window.gamma[1] - window.gamma[0]);
+    let (shortest, longest) = (lengths().fold(f64::INFINITY, f64::min), lengths().fold(0.0, f64::max));
+    assert!(longest > 20.0 * shortest, "{shortest} {longest}");
+    assert!(line.windows.len() < 200, "{}", line.windows.len());
+}
+
+#[test]
+fn the_last_row_is_at_the_end_time() {
+    let mut random = Random(5);
+    for _ in 0..50 {
+        let (t_i, t_f) = (random.between(-5.0, 5.0), random.between(5.5, 12.0));
+        let accuracy = random.scale(1e-11, 1e-6);
+        let text = ELLIPSE.replace("x = 0.1\n", &format!("x = 0.5\nt = {t_i:?}\n"));
+        let line = from_text(&format!("{text}[grid]\nt_f = {t_f:?}\n[solver]\naccuracy = {accuracy:e}\n"));
+        let last = line.q(0).last().unwrap();
+        assert_eq!([last.to_bits(), end(&line, "t").to_bits()], [t_f.to_bits(); 2], "{t_i} {t_f} {accuracy:e}");
+    }
+}
+
+/// Between the nodes a window is as accurate as at them.
+#[test]
+fn points_inside_windows_are_as_accurate() {
+    for name in ["schwarzschild-orbit", "henon-heiles", "kerr-inclined"] {
+        let setup = builtin_scene(name, &[]).setup::<f64>();
+        let (geometry, start) = (&*setup.place.geometry, &setup.place.start);
+        let reference = SceneReference::new(geometry, start, 60.0, 16).unwrap();
+        let (fractions, accuracy) = ([0.0, 0.07, 0.31, 0.5, 0.83, 1.0], 1e-9);
+        let followed = Flow::new(geometry).run(start, 60.0, &mut [], accuracy, &mut |view| {
+            for a in 0..geometry.dimension() {
+                for (found, fraction) in view.inside(a, &fractions).into_iter().zip(fractions) {
+                    let exact = reference.at((view.gamma + fraction * view.length).min(60.0)).q[a];
+                    let allowed = accuracy * exact.abs().max(1.0);
+                    assert!((found - exact).abs() <= allowed, "{name}, {a}, {fraction}: {found} {exact}");
+                }
+            }
+            ControlFlow::Continue(())
+        });
+        assert_eq!(followed.unwrap().gamma, 60.0);
+    }
+}
+
+/// One coordinate in the paper's metric is a scene, too. There is another engine for it.
+#[test]
+fn one_coordinate_is_what_it_is_without_a_scene() {
+    let rest = "[grid]\ngamma_f = 20.0\n[solver]\naccuracy = 1e-11\n";
+    let initial = "[initial]\nt = 0.0\nx = 1.0\nt_dot = 1.0\nx_dot = 0.1\n";
+    let case =
+        geodesic_ivp::Case::parse("one", &format!("[potential]\nquartic = {{ kappa = 0.5 }}\n{initial}{rest}"), &[]);
+    let solution = geodesic_ivp::solve::solve::<f64>(&case.unwrap()).unwrap();
+    let line = from_text(&format!(
+        "[potential]\ncoordinates = [\"x\"]\nformula = \"x^4/2\"\n[particle]\nlaw = \"relativistic\"\n{initial}{rest}"
+    ));
+    assert!((end(&line, "x") - solution.end.x).abs() < 2e-11, "{} {}", end(&line, "x"), solution.end.x);
+    assert!((end(&line, "t") - solution.end.t).abs() < 2e-11 * solution.end.t);
+}
+
+fn failure(text: &str) -> NoWorldLine {
+    let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
+    solve_scene::<f64>(&case.setup()).expect_err("it cannot be done")
+}
+
+#[test]
+fn what_cannot_be_done_is_said() {
+    // The singularity of the metric at the horizon.
+    let fall = "[metric]\npreset = \"schwarzschild\"\n[initial]\nr = 6.0\nr_dot = -0.1\np_phi = 0.0\nnorm = \"timelike\"\n\
+                solve = { t_dot = \"+\" }\n[grid]\ngamma_f = 100.0\n[solver]\naccuracy = 1e-8\n";
+    let found = failure(fall);
+    assert!(matches!(found.status, Status::OutsideDomain | Status::AccuracyNotReached | Status::Stalled), "{found}");
+    assert!(!found.advice().contains("n_gamma") && !found.to_string().contains("inf"), "{found}; {}", found.advice());
+    // Beyond double precision.
+    let found = failure(&format!("{ELLIPSE}[grid]\nt_f = 1.0\n[solver]\naccuracy = 1e-16\n"));
+    assert_eq!(found.status, Status::AccuracyNotReached, "{found}");
+    // A collision.
+    let found = failure(&format!(
+        "{}[grid]\nt_f = 2.0\n[solver]\naccuracy = 1e-8\n",
+        ELLIPSE.replace("\"sqrt(19)\"", "0.0").replace("x = 0.1", "x = 1.0")
+    ));
+    assert!(matches!(found.status, Status::OutsideDomain | Status::Stalled | Status::AccuracyNotReached), "{found}");
+}
+
+#[test]
+fn random_scenes_keep_the_promise() {
+    let mut random = Random(31);
+    let (runs, mut unknown, mut refused) = (300, 0, 0);
+    for _ in 0..runs {
+        let scene = Several::draw(&mut random);
+        match scene.run() {
+            Kept::Yes => {}
+            Kept::NoReference => unknown += 1,
+            Kept::Refused(_) => refused += 1,
+            kept => panic!("{kept}: {scene}"),
+        }
+    }
+    assert!(10 * unknown < runs && 50 * refused < runs, "{unknown} without a reference, {refused} refused");
+}
