@@ -244,7 +244,8 @@ mod tests {
     #[test]
     fn the_error_at_the_end_is_the_square_of_the_tail() {
         let end = |tail, largest| TUNING.end_of(Tail { tail, largest }, 1.0);
-        assert_eq!(end(1e-5, 1.0), TUNING.end * 1e-10);
+        let tail = 0.5_f64.powi(16);
+        assert_eq!(end(tail, 1.0), TUNING.end * tail * tail);
         assert_eq!(end(0.5, 1.0), 0.5);
         // The tail of nothing but noise counts as little.
         assert!(end(1e-17, 1e-17) < 1e-22);
