@@ -35,6 +35,9 @@ pub(super) struct Watch<'s> {
     p: Vec<f64>,
 }
 
+/// A value at the start of a run counts as zero if it is this part of that at the next node.
+const AT_START: f64 = 1e-6;
+
 /// Steps of a search for the place of a change; bisection alone would take as many.
 const MOST_STEPS: usize = 60;
 
@@ -70,7 +73,14 @@ impl<'s> Watch<'s> {
         let nodes = window.rule.rule.nodes();
         let mut side = self.side;
         let mut before = (0.0, self.at(window, start, h, 0));
-        for (node, c) in nodes.iter().enumerate() {
+        if side == 0.0 {
+            // The start of a run. A root there is none, and the first node is the start up to an error of the scheme.
+            let next = self.at(window, start, h, 1);
+            let first = if before.1.abs() < AT_START * next.abs() { next } else { before.1 };
+            side = if first == 0.0 { 0.0 } else { first.signum() };
+            before.1 = before.1.abs().copysign(side);
+        }
+        for (node, c) in nodes.iter().enumerate().skip(1) {
             let here = (c.hi * h, self.at(window, start, h, node));
             let is_change = here.1 * side < 0.0 || here.1 == 0.0 && side != 0.0;
             if is_change && self.stop.counts(side < 0.0) {
