@@ -125,10 +125,12 @@ mod norm;
 pub mod output;
 pub mod potential;
 pub mod reference;
+mod root;
+mod runge_kutta;
 pub mod sampling;
 pub mod sbp;
 pub mod scalar;
-pub mod similar;
+mod similar;
 pub mod solve;
 pub mod study;
 

@@ -128,6 +128,21 @@ impl<S: Real> Field<S> {
         Err(OutsideGeometry { index: 0, block: None, determinant: f64::NAN })
     }
 
+    /// Writes the rates of a state, q^a of all coordinates and then p_a of all, into `out`.
+    ///
+    /// # Errors
+    /// As [`Self::evaluate`].
+    pub(crate) fn slopes(&self, state: &[S], rates: &mut Rates<S>, out: &mut [S]) -> Result<(), OutsideGeometry> {
+        let n = self.dimension;
+        self.evaluate(&state[..n], &state[n..], rates)?;
+        (0..n).for_each(|a| out[a] = self.q_dot(rates, a));
+        out[n..].fill(S::ZERO);
+        for (place, &a) in self.active.iter().enumerate() {
+            out[n + a] = self.p_dot(rates, place);
+        }
+        Ok(())
+    }
+
     /// dq^a/dγ as evaluated last.
     #[inline]
     pub fn q_dot(&self, rates: &Rates<S>, a: usize) -> S {

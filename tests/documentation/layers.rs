@@ -4,10 +4,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// From low to high.
-const LAYERS: [&str; 20] = [
+const LAYERS: [&str; 22] = [
     "scalar",
     "norm",
     "similar",
+    "root",
+    "runge_kutta",
     "expr",
     "geometry",
     "potential",

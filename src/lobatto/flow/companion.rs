@@ -1,7 +1,7 @@
 //! The companion of a world-line: the same method on the same nodes, without the two highest modes of the rates.
 
 use super::state::FlowState;
-use super::window::{FlowWindow, MOST_SWEEPS, Weights};
+use super::window::{FlowWindow, MOST_SWEEPS, Task};
 use crate::lobatto::tables::Nodes;
 
 /// The last sweep of a companion changes its distance by this share at most. What is left is an error of the distance
@@ -11,7 +11,8 @@ const COMPANION: f64 = 0.01;
 impl<const P: usize> FlowWindow<'_, P> {
     /// Carries the companion over the window that was solved: `delta` is what it is off by, at the start and then at the
     /// end. Whether its sweeps converge.
-    pub(super) fn accompany(&mut self, start: &FlowState, h: f64, weights: &Weights, delta: &mut FlowState) -> bool {
+    pub(super) fn accompany(&mut self, task: Task<'_>, delta: &mut FlowState) -> bool {
+        let Task { start, h, weights, .. } = task;
         self.prepare(start, h, Some(delta));
         let matrices = &self.rule.tables.companion;
         if self.geometry.is_separable() {

@@ -11,7 +11,7 @@ use super::rule;
 use super::state::FlowState;
 use super::stop::{Stop, Watch};
 use super::view::FlowView;
-use super::window::{FlowWindow, Outcome, Precision, Rule};
+use super::window::{FlowWindow, Outcome, Rule, Task};
 use crate::geometry::{Geometry, Start};
 use crate::lobatto::attempt::MOST_EVALUATIONS;
 use crate::lobatto::{Statistics, Twofold};
@@ -205,16 +205,18 @@ impl<const P: usize> Walk<'_, '_, P> {
             let scale = h.max(gamma.hi / self.statistics.windows.max(1) as f64).max(first / 16.0);
             judge.set_scale(scale);
             let share = control.share(scale);
-            let precision = Precision { tolerance: control.tolerance(share), lasting: (scale / h).max(1.0) };
+            let lasting = (scale / h).max(1.0);
+            let tolerance = control.tolerance(share);
+            let task = Task { start: &state, h, weights: &judge.weights, tolerance, lasting };
             let excess_of = |window: &FlowWindow<'_, P>| {
-                let [end, inside] = judge.of_window(window, precision.lasting);
+                let [end, inside] = judge.of_window(window, lasting);
                 (end / share).max((TUNING.margin * inside / accuracy).powi(2))
             };
             // A tail is one of the solution where it is more than what sweeps still change.
             let is_hopeless = |window: &FlowWindow<'_, P>, change: f64| {
-                judge.of_window(window, precision.lasting)[1] > change && control.is_hopeless(excess_of(window))
+                judge.of_window(window, lasting)[1] > change && control.is_hopeless(excess_of(window))
             };
-            let outcome = self.window.solve(&state, h, &judge.weights, precision, &is_hopeless);
+            let outcome = self.window.solve(task, &is_hopeless);
             let excess = if outcome == Outcome::Failed { f64::INFINITY } else { excess_of(&self.window) };
             let excess = if excess.is_nan() { f64::INFINITY } else { excess };
             let mut solved = match outcome {
@@ -223,10 +225,10 @@ impl<const P: usize> Walk<'_, '_, P> {
             };
             let mut stopped_by = None;
             if let Some(solved) = &mut solved {
-                stopped_by = self.stop(watches, &state, solved, gamma.hi, &judge, precision).map_err(Ended::Failed)?;
+                stopped_by = self.stop(watches, task, solved, gamma.hi).map_err(Ended::Failed)?;
             }
             // A companion that cannot follow says nothing.
-            let followed = solved.filter(|solved| self.window.accompany(&state, solved.h, &judge.weights, &mut delta));
+            let followed = solved.filter(|solved| self.window.accompany(Task { h: solved.h, ..task }, &mut delta));
             self.statistics.evaluations = self.window.sweeps;
             let Some(solved) = followed else {
                 if excess.is_finite() {
@@ -282,9 +284,9 @@ impl<const P: usize> Walk<'_, '_, P> {
     }
 
     /// A window to be shortened or taken, however it fares.
-    fn solve(&mut self, state: &FlowState, h: f64, judge: &Judge<'_>, precision: Precision) -> Option<Solved> {
-        match self.window.solve(state, h, &judge.weights, precision, &|_, _| false) {
-            Outcome::Solved(sweeps) => Some(Solved { h, sweeps }),
+    fn solve(&mut self, task: Task<'_>) -> Option<Solved> {
+        match self.window.solve(task, &|_, _| false) {
+            Outcome::Solved(sweeps) => Some(Solved { h: task.h, sweeps }),
             Outcome::TooLong | Outcome::Failed => None,
         }
     }
@@ -293,25 +295,23 @@ impl<const P: usize> Walk<'_, '_, P> {
     fn stop(
         &mut self,
         watches: &mut [Watch<'_>],
-        start: &FlowState,
+        task: Task<'_>,
         solved: &mut Solved,
         gamma: f64,
-        judge: &Judge<'_>,
-        precision: Precision,
     ) -> Result<Option<usize>, FlowFailure> {
-        let mut first = None;
+        let (start, mut first) = (task.start, None);
         for (index, watch) in watches.iter_mut().enumerate() {
             let longest = solved.h;
             let Some(bracket) = watch.look(&self.window, start, longest) else { continue };
             self.window.reject(longest);
             let root = bracket.root(gamma, longest, |h| {
-                self.solve(start, h, judge, precision)?;
+                self.solve(Task { h, ..task })?;
                 Some(watch.at_end(&self.window, start, h))
             });
             let Some(h) = root else {
                 return Err(self.why(start, longest, gamma));
             };
-            *solved = self.solve(start, h, judge, precision).ok_or_else(|| self.why(start, h, gamma))?;
+            *solved = self.solve(Task { h, ..task }).ok_or_else(|| self.why(start, h, gamma))?;
             first = Some(index);
         }
         Ok(first)

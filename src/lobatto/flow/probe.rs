@@ -2,7 +2,8 @@
 
 use super::FlowFailure;
 use super::state::FlowState;
-use crate::geometry::{Geometry, OutsideGeometry, Rates};
+use crate::geometry::Geometry;
+use crate::runge_kutta::runge_kutta;
 
 /// Explicit steps across the failed window.
 const STEPS: usize = 512;
@@ -15,29 +16,15 @@ pub(super) fn why(geometry: &Geometry, start: &FlowState, momenta: &[f64], lengt
     for (place, &a) in geometry.active().iter().enumerate() {
         state[n + a] = start.p[place].hi;
     }
-    let mut rates = geometry.field().room();
+    let (field, mut rates) = (geometry.field(), geometry.field().room());
+    let mut slopes = [(); 4].map(|()| vec![0.0; state.len()]);
     let h = length / STEPS as f64;
     for step in 0..STEPS {
-        if let Err(outside) = advance(geometry, &mut rates, &mut state, h) {
+        let advanced = runge_kutta(&mut state, h, &mut slopes, |_, trial, out| field.slopes(trial, &mut rates, out));
+        if let Err(outside) = advanced {
             let gamma = gamma + h * step as f64;
             return FlowFailure::OutsideDomain { gamma, q: state[..n].to_vec(), outside };
         }
     }
     FlowFailure::NotConverged { gamma, q: start.q.iter().map(|q| q.hi).collect() }
-}
-
-fn advance(geometry: &Geometry, rates: &mut Rates<f64>, state: &mut [f64], h: f64) -> Result<(), OutsideGeometry> {
-    let n = geometry.dimension();
-    let (field, from) = (geometry.field(), state.to_vec());
-    let mut trial = from.clone();
-    for (share, weight) in [(0.5, 1.0), (0.5, 2.0), (1.0, 2.0), (0.0, 1.0)] {
-        field.evaluate(&trial[..n], &trial[n..], rates)?;
-        let mut set = |index: usize, slope: f64| {
-            state[index] += h / 6.0 * weight * slope;
-            trial[index] = from[index] + share * h * slope;
-        };
-        (0..n).for_each(|a| set(a, field.q_dot(rates, a)));
-        field.active().iter().enumerate().for_each(|(place, &a)| set(n + a, field.p_dot(rates, place)));
-    }
-    Ok(())
 }

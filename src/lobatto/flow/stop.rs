@@ -2,6 +2,7 @@
 
 use super::state::FlowState;
 use super::window::FlowWindow;
+use crate::root::try_root;
 
 /// A point of a world-line with its velocities and momenta, of all coordinates.
 #[derive(Debug, Clone, Copy)]
@@ -37,9 +38,6 @@ pub(super) struct Watch<'s> {
 
 /// A value at the start of a run counts as zero if it is this part of that at the next node.
 const AT_START: f64 = 1e-6;
-
-/// Steps of a search for the place of a change; bisection alone would take as many.
-const MOST_STEPS: usize = 60;
 
 impl<'s> Watch<'s> {
     /// From the momenta of all coordinates at the start.
@@ -109,8 +107,7 @@ pub(super) struct Bracket {
 }
 
 impl Bracket {
-    /// The length at which `value` changes its sign, to rounding of `gamma`, by regula falsi in the Illinois form
-    /// (Dowell, Jarratt 1971), with bisection where that is slow.
+    /// The length at which `value` changes its sign, to rounding of `gamma`; `None` if there is no value on the way.
     ///
     /// Values inside a window are less accurate than those at its end: the bracket is tested and opened first.
     pub(super) fn root(self, gamma: f64, longest: f64, mut value: impl FnMut(f64) -> Option<f64>) -> Option<f64> {
@@ -135,22 +132,9 @@ impl Bracket {
             return None;
         }
         let least = 2.0 * f64::EPSILON * (gamma + high).max(high);
-        for step in 0..MOST_STEPS {
-            if at_high == 0.0 || high - low <= least {
-                break;
-            }
-            let falsi = low + (high - low) * (at_low / (at_low - at_high));
-            let inside = falsi.clamp(low + 0.25 * least, high - 0.25 * least);
-            let h = if step % 8 == 7 || !inside.is_finite() { 0.5 * (low + high) } else { inside };
-            let here = value(h)?;
-            if here * side > 0.0 {
-                (low, at_low) = (h, here);
-                at_high *= 0.5;
-            } else {
-                (high, at_high) = (h, here);
-                at_low *= 0.5;
-            }
+        if at_high == 0.0 {
+            return Some(high);
         }
-        Some(high)
+        try_root([low, at_low], [high, at_high], least, value)
     }
 }

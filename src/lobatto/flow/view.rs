@@ -26,7 +26,7 @@ pub struct FlowView<'v> {
 
 /// The nodal values of a window, whatever the padding of its arrays.
 pub(super) trait Nodal {
-    /// q^a of an active coordinate on the nodes, or p_a, or h q̇^a of an ignorable one.
+    /// q^a of an active coordinate on the nodes, and after those p_a.
     fn row(&self, row: usize) -> &[f64];
     /// h q̇^a on the nodes, of any coordinate.
     fn velocity(&self, a: usize) -> Vec<f64>;
@@ -75,9 +75,9 @@ impl FlowView<'_> {
         }
     }
 
-    /// p_a on the nodes, by place among the active coordinates, of which there are `active`.
-    pub fn p(&self, place: usize, active: usize) -> &[f64] {
-        self.window.row(active + place)
+    /// p_a on the nodes, by place among the active coordinates.
+    pub fn p(&self, place: usize) -> &[f64] {
+        self.window.row(self.start.p.len() + place)
     }
 
     /// q^a at fractions of the window, from the integral of the polynomial through the velocities on its nodes. It is of

@@ -37,9 +37,13 @@ pub(super) enum Outcome {
     Failed,
 }
 
-/// How accurately to solve.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Precision {
+/// A window to solve.
+#[derive(Clone, Copy)]
+pub(super) struct Task<'t> {
+    pub(super) start: &'t FlowState,
+    /// Its length.
+    pub(super) h: f64,
+    pub(super) weights: &'t Weights,
     /// The weighted error that the sweeps may leave.
     pub(super) tolerance: f64,
     /// By how much an error of a position counts more after the window.
@@ -190,22 +194,16 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
 
     /// Solves the window of length `h` from `start`, and leaves its end, its fields and its rates. After the first sweeps
     /// `is_hopeless` may look at the tails of the rates; it is told by how much the last sweep changed the fields.
-    pub(super) fn solve(
-        &mut self,
-        start: &FlowState,
-        h: f64,
-        weights: &Weights,
-        precision: Precision,
-        is_hopeless: &dyn Fn(&Self, f64) -> bool,
-    ) -> Outcome {
+    pub(super) fn solve(&mut self, task: Task<'_>, is_hopeless: &dyn Fn(&Self, f64) -> bool) -> Outcome {
+        let Task { start, h, .. } = task;
         self.length = h;
         let first = self.sweeps;
         let is_guessed = self.guess(start, h);
-        let mut outcome = self.iterate(start, h, weights, precision, is_hopeless);
+        let mut outcome = self.iterate(task, is_hopeless);
         if outcome == Outcome::Failed && is_guessed {
             // A guess can be far off, even outside the domain: try once more from the tangent.
             self.tangent(start, h);
-            outcome = self.iterate(start, h, weights, precision, is_hopeless);
+            outcome = self.iterate(task, is_hopeless);
         }
         let Outcome::Solved(_) = outcome else { return outcome };
         let is_inside = self.determinants.iter().zip(self.geometry.field().signs()).all(|(&register, &sign)| {
@@ -254,18 +252,12 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
     }
 
     /// Sweeps from the guess in the registers until the error of the fields is below the tolerance, or at rounding.
-    fn iterate(
-        &mut self,
-        start: &FlowState,
-        h: f64,
-        weights: &Weights,
-        precision: Precision,
-        is_hopeless: &dyn Fn(&Self, f64) -> bool,
-    ) -> Outcome {
+    fn iterate(&mut self, task: Task<'_>, is_hopeless: &dyn Fn(&Self, f64) -> bool) -> Outcome {
+        let Task { start, h, weights, .. } = task;
         // Errors of momenta have their weight; where only positions are iterated, theirs become errors of momenta.
         let tolerance = match self.geometry.is_separable() {
-            true => precision.tolerance / precision.lasting,
-            false => precision.tolerance,
+            true => task.tolerance / task.lasting,
+            false => task.tolerance,
         };
         self.prepare(start, h, None);
         let q = self.q_at.iter().map(|&a| weights.q[a] * start.q[a].hi.abs());

@@ -2,16 +2,15 @@
 
 mod crossings;
 mod curve;
-mod root;
 mod shape;
 
 pub use crossings::{Crossing, Watch, crossings};
 
 use self::curve::Curve;
-use self::root::root;
 use super::legendre::Tables;
 use super::{OutsideRun, partition, slack, within};
 use crate::geometry::{Rates, Start};
+use crate::root::root;
 use crate::scalar::Real;
 use crate::solve::scene::WorldLine;
 

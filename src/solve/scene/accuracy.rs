@@ -123,7 +123,7 @@ fn append<S: Real>(run: &mut Run<S>, view: &FlowView<'_>, geometry: &Geometry) -
     }
     let piece = Piece {
         q: q.collect(),
-        p: (0..active.len()).map(|place| row(view.p(place, active.len()), view.end.p[place].hi)).collect(),
+        p: (0..active.len()).map(|place| row(view.p(place), view.end.p[place].hi)).collect(),
         end: momenta,
         backward: Vec::new(),
         multipliers: Vec::new(),

@@ -1,8 +1,8 @@
 //! Where one of some formulas of the state first changes its sign, roughly: Runge–Kutta steps on Hamilton's equations.
 
-use super::explicit::runge_kutta;
 use super::setup::SceneSetup;
 use crate::geometry::{Geometry, Observable, OutsideGeometry, Rates};
+use crate::runge_kutta::runge_kutta;
 use crate::scalar::Real;
 
 /// Steps for each interval between two nodes.
@@ -17,30 +17,18 @@ struct Flow<'g> {
     k: f64,
 }
 
-/// The rates of a state.
-fn slope(geometry: &Geometry, state: &[f64], rates: &mut Rates<f64>, out: &mut [f64]) -> Result<(), OutsideGeometry> {
-    let (n, field) = (geometry.dimension(), geometry.field());
-    field.evaluate(&state[..n], &state[n..], rates)?;
-    (0..n).for_each(|a| out[a] = field.q_dot(rates, a));
-    out[n..].fill(0.0);
-    for (place, &a) in field.active().iter().enumerate() {
-        out[n + a] = field.p_dot(rates, place);
-    }
-    Ok(())
-}
-
 impl Flow<'_> {
     /// The values of the formulas here.
     fn values(&mut self, formulas: &mut [Observable]) -> Result<Vec<f64>, OutsideGeometry> {
         let n = self.geometry.dimension();
-        slope(self.geometry, &self.state, &mut self.rates, &mut self.slopes[0])?;
+        self.geometry.field().slopes(&self.state, &mut self.rates, &mut self.slopes[0])?;
         let (state, q_dot) = (&self.state, &self.slopes[0][..n]);
         Ok(formulas.iter_mut().map(|formula| formula.at(&state[..n], q_dot, &state[n..], self.k)).collect())
     }
 
     fn step(&mut self, h: f64) -> Result<(), OutsideGeometry> {
         let Self { geometry, rates, state, slopes, .. } = self;
-        runge_kutta(state, h, slopes, |_, trial, out| slope(geometry, trial, rates, out))
+        runge_kutta(state, h, slopes, |_, trial, out| geometry.field().slopes(trial, rates, out))
     }
 }
 

@@ -4,6 +4,7 @@ use super::limit::Limit;
 use super::window::Window;
 use crate::geometry::Motion;
 use crate::norm::max_abs;
+use crate::runge_kutta::runge_kutta;
 use crate::scalar::Real;
 use crate::solve::newton::Failure;
 use crate::solve::status::{InitialGuess, Status};
@@ -214,27 +215,4 @@ impl<'w, G: Motion<f64>> Flow<'w, G> {
             self.slopes[slope][m + place] = self.window.geometry.p_dot(&self.room, place);
         }
     }
-}
-
-/// A step of the classical method of Runge and Kutta. `rates` gets the stage from 0, the state there and where its
-/// rates are to be written.
-pub(super) fn runge_kutta<E>(
-    state: &mut [f64],
-    h: f64,
-    slopes: &mut [Vec<f64>; 4],
-    mut rates: impl FnMut(usize, &[f64], &mut [f64]) -> Result<(), E>,
-) -> Result<(), E> {
-    let mut trial = state.to_vec();
-    for (stage, share) in [0.0, 0.5, 0.5, 1.0].into_iter().enumerate() {
-        if let Some(before) = stage.checked_sub(1) {
-            let fields = trial.iter_mut().zip(&*state).zip(&slopes[before]);
-            fields.for_each(|((trial, state), slope)| *trial = state + share * h * slope);
-        }
-        rates(stage, &trial, &mut slopes[stage])?;
-    }
-    let [k1, k2, k3, k4] = &*slopes;
-    for (field, value) in state.iter_mut().enumerate() {
-        *value += h / 6.0 * (k1[field] + 2.0 * (k2[field] + k3[field]) + k4[field]);
-    }
-    Ok(())
 }

@@ -9,7 +9,12 @@ const BISECTION: usize = 4;
 
 /// Where `f` changes its sign between two places with their values, up to `least`: regula falsi in the form that is
 /// called Illinois (M. Dowell and P. Jarratt, BIT 11 (1971) 168).
-pub(super) fn root<S: Real>(low: [S; 2], high: [S; 2], least: S, mut f: impl FnMut(S) -> S) -> S {
+pub(crate) fn root<S: Real>(low: [S; 2], high: [S; 2], least: S, mut f: impl FnMut(S) -> S) -> S {
+    try_root(low, high, least, |at| Some(f(at))).expect("the function has a value everywhere")
+}
+
+/// The same of a function that may have no value; `None` if it has none at a place that is tried.
+pub(crate) fn try_root<S: Real>(low: [S; 2], high: [S; 2], least: S, mut f: impl FnMut(S) -> Option<S>) -> Option<S> {
     let ([mut low, mut at_low], [mut high, mut at_high]) = (low, high);
     let side = at_low.signum();
     // The sizes of the values at both ends, of which regula falsi halves one.
@@ -23,9 +28,9 @@ pub(super) fn root<S: Real>(low: [S; 2], high: [S; 2], least: S, mut f: impl FnM
         if high - low <= least || at <= low || at >= high {
             break;
         }
-        let here = f(at);
+        let here = f(at)?;
         if here == S::ZERO {
-            return at;
+            return Some(at);
         }
         let is_before = here.signum() == side;
         if is_before {
@@ -39,7 +44,7 @@ pub(super) fn root<S: Real>(low: [S; 2], high: [S; 2], least: S, mut f: impl FnM
         }
         last = here.signum();
     }
-    if sizes[0] < sizes[1] { low } else { high }
+    Some(if sizes[0] < sizes[1] { low } else { high })
 }
 
 #[cfg(test)]
