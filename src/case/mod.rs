@@ -3,6 +3,7 @@
 //! [`Case::parse`] turns a text and overrides into a [`Case`], or into a [`CaseError`] with its place in the text. A
 //! parsed `Case` is valid: every number is finite, the grid fits the operator, and g00 is positive at the start.
 
+mod any;
 pub mod builtin;
 mod decimal;
 mod error;
@@ -21,10 +22,12 @@ use serde::{Deserialize, Serialize};
 pub use crate::action::Form;
 pub use crate::sbp::SbpName;
 pub use crate::solve::{End, System};
+pub use any::AnyCase;
 pub use decimal::Decimal;
 pub use error::CaseError;
 pub use formula_spec::FormulaSpec;
 pub use keys::{KEYS, Key, SCENE_KEYS};
+pub use parse::{key_of, overridden};
 pub use scene::SceneCase;
 
 use crate::geodesic::InitialData;

@@ -17,7 +17,11 @@ impl Case {
     /// [`CaseError`] for anything that is not a complete, valid case: syntax, an unknown or missing key, a wrong type,
     /// a number that is not finite or out of range, a formula that does not parse, a start outside the domain.
     pub fn parse(source_name: &str, text: &str, overrides: &[String]) -> Result<Self, CaseError> {
-        let source = Source::new(source_name, text, overrides)?;
+        Self::from_source(&Source::new(source_name, text, overrides)?)
+    }
+
+    /// Reads a case from its text.
+    pub(super) fn from_source(source: &Source) -> Result<Self, CaseError> {
         source.check_structure()?;
         let read = toml::from_str(&source.text);
         if read.as_ref().is_ok() || read.as_ref().is_err_and(|error| error.message().starts_with("missing field")) {
@@ -239,6 +243,26 @@ fn is_formula(key: &str) -> bool {
     let tables = ["metric.", "invariants.", "potential.one_form.", "potential.force.", "potential.parameters."];
     ["potential.formula", "potential.formula.expression", "grid.until"].contains(&key)
         || tables.iter().any(|table| key.starts_with(table))
+}
+
+/// The text of a case as `overrides` change it, without what it expects if there are any: that holds for the case as it
+/// is in its file.
+///
+/// # Errors
+/// [`CaseError`] for an override that is none, or a text that is not TOML.
+pub fn overridden(source_name: &str, text: &str, overrides: &[String]) -> Result<String, CaseError> {
+    let source = Source::new(source_name, text, overrides)?;
+    let Ok(mut document) = source.text.parse::<DocumentMut>() else { return Ok(source.text) };
+    if overrides.is_empty() {
+        return Ok(source.text);
+    }
+    document.remove("expect");
+    Ok(document.to_string())
+}
+
+/// The key of an override `KEY=VALUE`, its parts without quotes and joined by dots; `None` if it has none.
+pub fn key_of(setting: &str) -> Option<String> {
+    dotted(setting).filter(|key| !key.is_empty())
 }
 
 /// The key of an override, its parts without quotes and joined by dots.

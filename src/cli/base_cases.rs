@@ -3,13 +3,12 @@
 
 use std::process::ExitCode;
 
-use geodesic_ivp::case::Form;
+use geodesic_ivp::case::{AnyCase, Form};
 use geodesic_ivp::output::json_object;
 use geodesic_ivp::study::convergence::paper::{BASE_CASES, PUBLISHED_SLOPES, published};
 use geodesic_ivp::study::convergence::{Quantity, Slope};
 
 use super::converge::{COMMAND, ConvergeArgs, Swept, sweep_into};
-use super::input::AnyCase;
 use super::{interrupt, report};
 
 /// Sweeps the base cases, writes the files of each into a folder of its name, and prints one table.
@@ -41,7 +40,7 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
         }
     }
     if !summaries.is_empty() {
-        args.output.tell(&args.case, &json_object(&summaries), || table.finish() + &written)?;
+        args.output.tell(args.case.quiet, &json_object(&summaries), || table.finish() + &written)?;
     }
     Ok(ending)
 }

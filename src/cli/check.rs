@@ -4,13 +4,12 @@ use std::process::ExitCode;
 
 use clap::Args;
 use geodesic_ivp::case::scene::{SceneCase, SceneExpect};
-use geodesic_ivp::case::{Decimal, Expect};
+use geodesic_ivp::case::{AnyCase, Decimal, Expect};
 use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::solve::scene::solve_scene;
 use geodesic_ivp::solve::{Arithmetic, EndState};
 use geodesic_ivp::{Case, CaseError, Status, solve};
 
-use super::input::AnyCase;
 use super::{CaseArgs, memory, report, stdout};
 
 #[derive(Debug, Args)]

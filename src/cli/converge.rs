@@ -8,14 +8,13 @@ use std::sync::atomic::AtomicBool;
 use anyhow::Context;
 use clap::Args;
 use geodesic_ivp::case::scene::on_grid;
-use geodesic_ivp::case::{Form, SbpName};
+use geodesic_ivp::case::{AnyCase, Form, SbpName};
 use geodesic_ivp::output::{ConvergenceSummary, OutputSet, Target, pictures, write_convergence, write_slopes};
 use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, Slope, Sweep, SweepError};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::input::AnyCase;
 use super::interrupt::{self, INTERRUPTED};
 use super::out::OutArgs;
 use super::{CaseArgs, base_cases, memory, report};
@@ -99,7 +98,7 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     args.output.check_standard_output()?;
     let target = args.output.target(&args.case, COMMAND)?;
     let Some(swept) = sweep_into(target, &case, args, &[], "")? else { return Ok(interrupt::before_any_result()) };
-    args.output.tell(&args.case, &swept.summary, || swept.table.clone() + &swept.written)?;
+    args.output.tell(args.case.quiet, &swept.summary, || swept.table.clone() + &swept.written)?;
     Ok(swept.ending())
 }
 

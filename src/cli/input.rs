@@ -6,8 +6,7 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use anyhow::Context;
-use geodesic_ivp::case::scene::SceneCase;
-use geodesic_ivp::case::{Form, builtin};
+use geodesic_ivp::case::{AnyCase, builtin};
 use geodesic_ivp::similar::nearest;
 use geodesic_ivp::{Case, CaseError};
 
@@ -104,6 +103,12 @@ impl CaseArgs {
 
     /// Reads a case of any kind, with the same notes.
     pub(super) fn read_any(&self) -> anyhow::Result<AnyCase> {
+        let text = self.read_text()?;
+        Ok(AnyCase::parse(&self.name(), &text, &self.set).map_err(|error| self.of_another_kind(error))?)
+    }
+
+    /// Reads the text of a case, with the same notes.
+    pub(super) fn read_text(&self) -> anyhow::Result<String> {
         let name = self.name();
         let bytes = match self.source() {
             Source::StandardInput => at_most(io::stdin(), None, &name)?,
@@ -122,20 +127,12 @@ impl CaseArgs {
                         false => format!("no CASE is given: the built-in case '{built_in}' is used"),
                     });
                 }
-                return Ok(self.parse(&name, built_in_text(built_in)?)?);
+                return Ok(built_in_text(built_in)?.to_owned());
             }
         };
         let text = String::from_utf8(bytes)
             .map_err(|error| CaseError::without_place(&name, format!("the case is not UTF-8 text: {error}")));
-        let case = text.and_then(|text| self.parse(&name, &text));
-        Ok(case.map_err(|error| self.of_another_kind(error))?)
-    }
-
-    fn parse(&self, name: &str, text: &str) -> Result<AnyCase, CaseError> {
-        if SceneCase::is_scene(text, &self.set) {
-            return SceneCase::parse(name, text, &self.set).map(|case| AnyCase::Scene(Box::new(case)));
-        }
-        Case::parse(name, text, &self.set).map(|case| AnyCase::One(Box::new(case)))
+        Ok(text.map_err(|error| self.of_another_kind(error))?)
     }
 
     /// A built-in case of one coordinate with the overrides of the command line.
@@ -144,7 +141,7 @@ impl CaseArgs {
     }
 
     /// Adds to an error, if the file's name says that it is not TOML, that a case has to be.
-    fn of_another_kind(&self, mut error: CaseError) -> CaseError {
+    pub(super) fn of_another_kind(&self, mut error: CaseError) -> CaseError {
         if let Source::File(path) = self.source() {
             let extension = path.extension().and_then(OsStr::to_str);
             if let (Some(extension), None) = (extension.filter(|extension| *extension != "toml"), &error.help) {
@@ -153,65 +150,6 @@ impl CaseArgs {
             }
         }
         error
-    }
-}
-
-/// A case of either kind.
-#[derive(Debug, Clone)]
-pub(super) enum AnyCase {
-    /// One coordinate in a potential.
-    One(Box<Case>),
-    /// n coordinates.
-    Scene(Box<SceneCase>),
-}
-
-impl AnyCase {
-    /// Its title.
-    pub(super) fn title(&self) -> Option<&str> {
-        match self {
-            Self::One(case) => case.title.as_deref(),
-            Self::Scene(case) => case.title(),
-        }
-    }
-
-    /// The names of its coordinates.
-    pub(super) fn coordinates(&self) -> Vec<String> {
-        match self {
-            Self::One(_) => ["t", "x"].map(str::to_owned).to_vec(),
-            Self::Scene(case) => case.coordinates(),
-        }
-    }
-
-    /// What one should know about it.
-    pub(super) fn warnings(&self) -> Vec<String> {
-        match self {
-            Self::One(case) => case.warnings(),
-            Self::Scene(case) => case.warnings(),
-        }
-    }
-
-    /// Whether it asks for more digits than `f64` has.
-    pub(super) fn is_extended(&self) -> bool {
-        match self {
-            Self::One(case) => case.is_extended(),
-            Self::Scene(case) => case.is_extended(),
-        }
-    }
-
-    /// The form of its action.
-    pub(super) fn form(&self) -> Form {
-        match self {
-            Self::One(case) => case.scheme.form,
-            Self::Scene(case) => case.form(),
-        }
-    }
-
-    /// Its number of windows.
-    pub(super) fn windows(&self) -> usize {
-        match self {
-            Self::One(case) => case.grid.windows,
-            Self::Scene(case) => case.windows(),
-        }
     }
 }
 

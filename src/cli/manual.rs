@@ -10,7 +10,7 @@ use geodesic_ivp::case::{KEYS, SCENE_KEYS};
 use super::{Cli, report, stdout};
 
 /// The files that commands write: the command, the name of the file, and what is in it.
-const FILES: [(&str, &str, &str); 15] = [
+const FILES: [(&str, &str, &str); 17] = [
     ("run", "trajectory.csv", "the world-line at the nodes"),
     ("run", "residuals.csv", "charges and residuals of the geodesic equations at the nodes"),
     ("run", "branches.csv", "forward and backward branch of the doubled system"),
@@ -19,6 +19,8 @@ const FILES: [(&str, &str, &str); 15] = [
     ("run", "case.toml", "the effective case, with every default and what --set changed"),
     ("run --plot", "world_line.svg, t_dot.svg, trajectory.svg, delta_q_t.svg, delta_g.svg", "pictures"),
     ("run --plot", "orbit.svg, charges.svg, mesh.svg, section.svg", "pictures of a scene, the last one of its events"),
+    ("run --vary, merge", "runs.csv, runs-events.csv, case.toml", "a row for each run, the events of all, the case"),
+    ("run --vary", "runs.partial.jsonl", "the rows that are finished, until all are"),
     ("converge", "convergence.csv, slopes.csv", "errors of every grid, and the slopes fitted to them"),
     ("converge --plot", "errors_final.svg, errors_l2.svg", "pictures"),
     ("work-precision", "work_precision.csv, drift.csv", "errors and times of every setting, and errors along the run"),
@@ -37,13 +39,17 @@ const FILES: [(&str, &str, &str); 15] = [
 ];
 
 /// Examples of commands, and what they do.
-const EXAMPLES: [(&str, &str); 10] = [
+const EXAMPLES: [(&str, &str); 11] = [
     ("geodesic-ivp run quartic", "Solve a built-in case; the files go to results/quartic."),
     ("geodesic-ivp run quartic --set scheme.sbp=SBP42 --plot", "The same with another operator, and with pictures."),
     ("geodesic-ivp run quartic --set solver.accuracy=1e-10 --json", "To an accuracy; the summary as JSON."),
     ("geodesic-ivp init pendulum > mine.toml", "Start a case of your own."),
     ("geodesic-ivp run mine.toml --sample-t 0:4:0.5", "Solve it, with values at times of your choice."),
     ("geodesic-ivp run morse --stdout --quiet | head -3", "One table into a pipe, and no files."),
+    (
+        "geodesic-ivp run henon-heiles --set solver.accuracy=1e-10 --vary initial.y=-0.1:0.3:5",
+        "Five orbits, one table, and their crossings in another.",
+    ),
     ("geodesic-ivp converge quartic --n-gamma 16,32,64 --sbp SBP21", "Fit the order of an operator."),
     (
         "geodesic-ivp converge kerr-inclined --n-gamma 40,80,160 --sbp SBP42",
@@ -134,8 +140,8 @@ fn scenes() -> Roff {
 fn files() -> Roff {
     let mut roff = section(
         "FILES",
-        "Results go to results/<case> for run, to results/<case>/<command> for the others, to results/converge/<case> \
-         for converge without CASE, or to the folder of --out.",
+        "Results go to results/<case> for run, to results/<case>/vary for run --vary, to results/<case>/<command> for the \
+         others, to results/converge/<case> for converge without CASE, or to the folder of --out.",
     );
     for (command, files, content) in FILES {
         entry(&mut roff, [bold(files)], format!("{command}: {content}"));

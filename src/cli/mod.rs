@@ -8,6 +8,7 @@ mod input;
 mod interrupt;
 mod manual;
 mod memory;
+mod merge;
 mod out;
 mod readable;
 mod report;
@@ -21,6 +22,7 @@ mod shell;
 mod stability;
 mod stdout;
 mod usage;
+mod vary;
 mod work_precision;
 
 use std::path::PathBuf;
@@ -75,6 +77,9 @@ enum Command {
     WorkPrecision(work_precision::WorkPrecisionArgs),
     /// Chart where methods fail: every scheme over step and length, beside the limits of linear theory
     Stability(stability::StabilityArgs),
+    /// Join the parts of a table that `run --vary … --part K/N` has written
+    #[command(mut_arg("out", |out| out.required(true)))]
+    Merge(merge::MergeArgs),
     /// Validate a case and print it with every default filled in
     #[command(mut_arg("case", |case| case.required(true)))]
     Check(check::CheckArgs),
@@ -90,10 +95,10 @@ enum Command {
 }
 
 /// Arguments of every command that reads a case.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 struct CaseArgs {
     /// Case file (TOML), - for standard input, or the name of a built-in case (`init --list` names them)
-    #[arg(value_name = "CASE", value_hint = ValueHint::FilePath)]
+    #[arg(index = 1, value_name = "CASE", value_hint = ValueHint::FilePath)]
     case: Option<PathBuf>,
 
     /// Override a case key, e.g. --set grid.n_gamma=64 (repeatable)
@@ -122,6 +127,7 @@ impl Cli {
             Command::Converge(args) => converge::converge(&args),
             Command::WorkPrecision(args) => work_precision::work_precision(&args),
             Command::Stability(args) => stability::stability(&args),
+            Command::Merge(args) => merge::merge(&args),
             Command::Check(args) => check::check(&args),
             Command::Init(args) => init::init(&args),
             Command::Completions { shell } => shell::completions(shell),

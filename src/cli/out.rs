@@ -1,5 +1,6 @@
 //! Where a command's results go: its files, and its summary on standard output.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
@@ -9,10 +10,13 @@ use super::{CaseArgs, report, stdout};
 
 /// The commands that write files. Those of the first go into the folder of the case itself, those of the others into
 /// folders in that one.
-const COMMANDS: [&str; 4] = ["run", "converge", "work-precision", "stability"];
+const COMMANDS: [&str; 5] = ["run", VARY, "converge", "work-precision", "stability"];
+
+/// What `run --vary` is called in records: it has a folder of its own.
+pub(super) const VARY: &str = "vary";
 
 /// Arguments of every command that writes files.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(super) struct OutArgs {
     /// Folder for the result files; they replace what an earlier command wrote there, and nothing else [default:
     /// results/<case file stem>, for other commands than run results/<case file stem>/<command>; converge
@@ -30,6 +34,16 @@ pub(super) struct OutArgs {
 }
 
 impl OutArgs {
+    /// Whether a folder is named.
+    pub(super) fn is_named(&self) -> bool {
+        self.out.is_some()
+    }
+
+    /// Makes the folder that is named, if one is, the one called `name` in it.
+    pub(super) fn go_below(&mut self, name: &OsStr) {
+        self.out = self.out.take().map(|folder| folder.join(name));
+    }
+
     /// Refuses a computation whose JSON summary would be lost.
     ///
     /// # Errors
@@ -43,8 +57,8 @@ impl OutArgs {
     ///
     /// # Errors
     /// If standard output is closed or cannot be written.
-    pub(super) fn tell(&self, case: &CaseArgs, json: &str, readable: impl FnOnce() -> String) -> anyhow::Result<()> {
-        match (self.json, case.quiet) {
+    pub(super) fn tell(&self, quiet: bool, json: &str, readable: impl FnOnce() -> String) -> anyhow::Result<()> {
+        match (self.json, quiet) {
             (true, _) => stdout::write_data(json.as_bytes()),
             (false, true) => Ok(()),
             (false, false) => stdout::write(&readable()),
@@ -62,6 +76,11 @@ impl OutArgs {
             None => (default_folder(case, &origin)?, true),
         };
         Ok(Target { folder, origin, own, force: self.force })
+    }
+
+    /// The folder of `--out`, for files of `origin`.
+    pub(super) fn named_target(&self, origin: Origin) -> Target {
+        Target { folder: self.out.clone().unwrap_or_default(), origin, own: false, force: self.force }
     }
 
     /// Where the files of `command` go for one of several built-in cases that it takes when no case is given:

@@ -37,12 +37,13 @@ pub(super) const EXIT_CODES: [(u8, &str); 7] = [
     (EXPECTATION, "check --run: an expectation is not met"),
     (
         INTERRUPTED,
-        "interrupted by Ctrl-C or SIGTERM; converge, work-precision and stability still write what was finished",
+        "interrupted by Ctrl-C or SIGTERM; run --vary keeps its rows, and converge, work-precision and stability still \
+         write what was finished",
     ),
 ];
 
 const IO_FAILURE: u8 = 1;
-const INVALID_CASE: u8 = 2;
+pub(super) const INVALID_CASE: u8 = 2;
 pub(super) const NO_CRITICAL_POINT: u8 = 3;
 pub(super) const OUTSIDE_DOMAIN: u8 = 4;
 const EXPECTATION: u8 = 5;
@@ -78,20 +79,28 @@ pub(super) fn written(directory: &Path, names: &[&str]) -> String {
     format!("  written    {}: {}\n", directory.display(), names.join(", "))
 }
 
+/// The exit code of a solve that ends without a solution.
+pub(super) fn code_of(status: Status) -> u8 {
+    if status == Status::OutsideDomain { OUTSIDE_DOMAIN } else { NO_CRITICAL_POINT }
+}
+
 /// Prints `error` for people and returns its exit code. A pipe whose reader has closed it is not an error.
 pub(crate) fn exit_code(error: &anyhow::Error) -> ExitCode {
+    ExitCode::from(explain(error))
+}
+
+/// The same as a number.
+pub(super) fn explain(error: &anyhow::Error) -> u8 {
     if is_broken_pipe(error) {
-        return ExitCode::SUCCESS;
+        return 0;
     }
     let (title, help, code) = if let Some(case) = error.downcast_ref::<CaseError>() {
         print(&render_case_error(case));
-        return ExitCode::from(INVALID_CASE);
+        return INVALID_CASE;
     } else if let Some(failure) = error.downcast_ref::<NoSolution>() {
-        let code = if failure.status == Status::OutsideDomain { OUTSIDE_DOMAIN } else { NO_CRITICAL_POINT };
-        (failure.to_string(), Some(failure.advice()), code)
+        (failure.to_string(), Some(failure.advice()), code_of(failure.status))
     } else if let Some(failure) = error.downcast_ref::<NoWorldLine>() {
-        let code = if failure.status == Status::OutsideDomain { OUTSIDE_DOMAIN } else { NO_CRITICAL_POINT };
-        (failure.to_string(), Some(failure.advice()), code)
+        (failure.to_string(), Some(failure.advice()), code_of(failure.status))
     } else if let Some(sweep) = error.downcast_ref::<SweepError>() {
         let (help, code) = match sweep {
             SweepError::Reference(end) => of_reference(&end.reason),
@@ -116,7 +125,7 @@ pub(crate) fn exit_code(error: &anyhow::Error) -> ExitCode {
         None => title,
     };
     print(&renderer().render(&[report]));
-    ExitCode::from(code)
+    code
 }
 
 /// Prints a warning.

@@ -5,16 +5,18 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use clap::Args;
+use clap::{Args, ValueHint};
+use geodesic_ivp::case::AnyCase;
 use geodesic_ivp::output::{Chart, Measured, OutputSet, write_branches, write_residuals, write_trajectory};
 use geodesic_ivp::scalar::{Extended, Real};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::input::AnyCase;
 use super::out::OutArgs;
+use super::report::Refusal;
 use super::run_one::OneCoordinate;
 use super::run_scene::Scene;
 use super::samples::SampleArgs;
+use super::vary::{VaryArgs, vary};
 use super::{CaseArgs, report, stdout};
 
 const TRAJECTORY: &str = "trajectory.csv";
@@ -25,13 +27,17 @@ const SUMMARY: &str = "summary.json";
 const EVENTS: &str = "events.csv";
 const CASE: &str = "case.toml";
 
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(super) struct RunArgs {
     #[command(flatten)]
     pub(super) case: CaseArgs,
 
+    /// Further cases: each is run as if by itself, into a folder of its own
+    #[arg(index = 2, value_name = "CASE", value_hint = ValueHint::FilePath, conflicts_with_all = ["stdout", "json"])]
+    more: Vec<PathBuf>,
+
     #[command(flatten)]
-    output: OutArgs,
+    pub(super) output: OutArgs,
 
     /// Also draw SVG pictures beside the CSV files
     #[arg(long, conflicts_with = "stdout")]
@@ -43,6 +49,9 @@ pub(super) struct RunArgs {
 
     #[command(flatten)]
     pub(super) samples: SampleArgs,
+
+    #[command(flatten)]
+    pub(super) vary: VaryArgs,
 }
 
 /// What `run` does with a case: what one of one coordinate and a scene do differently.
@@ -105,7 +114,50 @@ pub(super) trait Job {
 }
 
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
-    match args.case.read_any()? {
+    if args.vary.is_given() {
+        return vary(args);
+    }
+    if args.more.is_empty() {
+        return run_case(args.case.read_any()?, args);
+    }
+    // All are read before the first is run: a mistake in the last one is found at once.
+    let each = args.each()?;
+    let cases: Vec<AnyCase> = each.iter().map(|args| args.case.read_any()).collect::<anyhow::Result<_>>()?;
+    let mut worst = 0;
+    for (case, args) in cases.into_iter().zip(&each) {
+        if let Err(error) = run_case(case, args) {
+            worst = worst.max(report::explain(&error));
+        }
+    }
+    Ok(ExitCode::from(worst))
+}
+
+impl RunArgs {
+    /// The arguments of each case by itself. With `--out` every case has the folder of its name in that one.
+    fn each(&self) -> anyhow::Result<Vec<Self>> {
+        let mut each: Vec<Self> = Vec::new();
+        for path in self.case.case.iter().chain(&self.more) {
+            let mut args = Self { more: Vec::new(), ..self.clone() };
+            args.case.case = Some(path.clone());
+            let stem = args.case.stem().to_owned();
+            args.output.go_below(&stem);
+            if each.iter().any(|other| other.case.identity() == args.case.identity()) {
+                let message = format!("{} is named twice", args.case.name());
+                return Err(Refusal::usage(message).help("name every case once").into());
+            }
+            if self.output.is_named() && each.iter().any(|other| other.case.stem() == stem) {
+                let message = format!("with --out two cases called {} would have the same folder", stem.display());
+                return Err(Refusal::usage(message).help("leave --out out, or run them one after the other").into());
+            }
+            each.push(args);
+        }
+        Ok(each)
+    }
+}
+
+/// Runs one case, the one of `args`.
+fn run_case(case: AnyCase, args: &RunArgs) -> anyhow::Result<ExitCode> {
+    match case {
         AnyCase::One(case) if case.is_extended() => execute(&OneCoordinate::<Extended>::new(&case, args), args),
         AnyCase::One(case) => execute(&OneCoordinate::<f64>::new(&case, args), args),
         AnyCase::Scene(case) if case.is_extended() => execute(&Scene::<Extended>::new(&case, args), args),
@@ -149,7 +201,7 @@ fn execute(job: &impl Job, args: &RunArgs) -> anyhow::Result<ExitCode> {
                 files.write_text(SUMMARY, &summary)?;
                 files.commit(|name| name == SUMMARY || name == CASE)?;
                 // The error of the run matters more than one in writing its summary, and is the one that is reported.
-                let _ = args.output.tell(&args.case, &summary, String::new);
+                let _ = args.output.tell(args.case.quiet, &summary, String::new);
             }
             return Err(error);
         }
@@ -166,7 +218,8 @@ fn execute(job: &impl Job, args: &RunArgs) -> anyhow::Result<ExitCode> {
         }
     }
     let kept = files.commit(|_| true)?;
-    args.output.tell(&args.case, &json, || job.readable(&solved, &judged) + &report::written(&directory, &kept))?;
+    args.output
+        .tell(args.case.quiet, &json, || job.readable(&solved, &judged) + &report::written(&directory, &kept))?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -98,8 +98,9 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         files.write_text(LAST_NODE, &pictures::last_node(title, &atlas.cells).to_svg())?;
     }
     let kept = files.commit(|_| true)?;
-    args.output
-        .tell(&args.case, &summary, || readable(title, scene, plan, &atlas) + &report::written(&directory, &kept))?;
+    args.output.tell(args.case.quiet, &summary, || {
+        readable(title, scene, plan, &atlas) + &report::written(&directory, &kept)
+    })?;
     if atlas.interrupted {
         let rows = atlas.cells.len();
         report::warn(&format!("interrupted: {rows} cells were finished and are in {}", directory.display()));

@@ -8,6 +8,7 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use clap::{Args, ValueHint};
+use geodesic_ivp::case::AnyCase;
 use geodesic_ivp::output::pictures::{self, WorkAxis};
 use geodesic_ivp::output::{OutputSet, WorkPrecisionSummary, read_rows, write_drift, write_work_precision};
 use geodesic_ivp::study::convergence::SweepError;
@@ -17,7 +18,6 @@ use geodesic_ivp::study::work_precision::{
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CaseArgs;
-use super::input::AnyCase;
 use super::interrupt::{self, INTERRUPTED};
 use super::out::OutArgs;
 use super::report::{self, Refusal};
@@ -119,7 +119,7 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
         draw(&title, &arenas, &measured, &along, &files)?;
     }
     let kept = files.commit(|_| true)?;
-    args.output.tell(&args.case, &summary, || {
+    args.output.tell(args.case.quiet, &summary, || {
         readable(&title, &arenas, &measured, &ratios) + &report::written(&directory, &kept)
     })?;
     if measured.interrupted {

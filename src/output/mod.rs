@@ -21,6 +21,7 @@ mod lock;
 mod manifest;
 mod number;
 pub mod pictures;
+pub mod runs;
 mod scene_summary;
 mod stability;
 mod summary;

@@ -14,6 +14,7 @@
 //! ```
 
 pub mod convergence;
+pub mod many;
 pub mod run_error;
 pub mod scene_error;
 pub mod scene_length;

@@ -20,3 +20,4 @@ mod streams;
 mod studies;
 #[cfg(unix)]
 mod together;
+mod vary;

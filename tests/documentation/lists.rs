@@ -207,6 +207,46 @@ fn columns_and_keys_of_scenes_are_those_that_the_page_lists() {
 }
 
 #[test]
+fn the_page_of_many_runs_has_every_column() {
+    let page = Page::named("docs/many-runs.md");
+    let rows: Vec<Vec<String>> = page.rows().filter(|row| row.len() == 2).collect();
+    let listed: BTreeSet<&str> = rows.iter().flat_map(|row| row[0].split(", ")).collect();
+    let files: Vec<Vec<String>> = Page::named("docs/files.md").rows().collect();
+    let folder = TempDir::new().unwrap();
+    for (case, more, coordinates, invariants) in [
+        ("quartic", "", &["t", "x"][..], &[][..]),
+        ("kepler", "solver.accuracy=1e-6", &["t", "x", "y", "s"], &["angular_momentum"]),
+        ("schwarzschild-orbit", "grid.gamma_f=1.0", &["t", "r", "phi"], &[]),
+    ] {
+        let mut command = program(folder.path());
+        command.args(["run", case, "--quiet", "--out", case, "--vary", "grid.gamma_i=0.0"]);
+        if !more.is_empty() {
+            command.args(["--set", more]);
+        }
+        assert!(command.status().unwrap().success());
+        let header = fs::read_to_string(folder.path().join(case).join("runs.csv")).unwrap();
+        for column in header.lines().next().unwrap().split(',').filter(|column| *column != "grid.gamma_i") {
+            let q = coordinates.iter().find(|q| [q.to_string(), format!("{q}_dot")].contains(&column.to_owned()));
+            let of_charge = |q: &&str| column.replace(&format!("delta_q_{q}_"), "delta_q_NAME_");
+            let general = coordinates.iter().map(of_charge).find(|name| name != column);
+            let invariant = invariants.iter().any(|name| column == format!("max_abs_delta_{name}"));
+            let name = match (q, general) {
+                (Some(q), _) => column.replacen(q, "q", 1),
+                (None, Some(general)) => general,
+                (None, None) if invariant => "max_abs_delta_NAME".to_owned(),
+                (None, None) => column.to_owned(),
+            };
+            assert!(listed.contains(name.as_str()), "{case}: {column}");
+        }
+        for file in fs::read_dir(folder.path().join(case)).unwrap() {
+            let file = file.unwrap().file_name().into_string().unwrap();
+            let is_named = files.iter().any(|row| row[0].starts_with("run CASE --vary") && row[2].contains(&file));
+            assert!(file.starts_with('.') || is_named, "{file}");
+        }
+    }
+}
+
+#[test]
 fn the_page_of_scenes_has_every_preset() {
     let rows: Vec<Vec<String>> = Page::named("docs/scenes.md").rows().collect();
     let first = rows.iter().position(|row| row[0] == "preset").unwrap() + 2;

@@ -104,9 +104,13 @@ impl SceneCase {
     /// # Errors
     /// [`CaseError`] for anything that is not a complete, valid scene.
     pub fn parse(source_name: &str, text: &str, overrides: &[String]) -> Result<Self, CaseError> {
-        let source = Source::new(source_name, text, overrides)?;
+        Self::from_source(&Source::new(source_name, text, overrides)?)
+    }
+
+    /// Reads a scene from its text.
+    pub(super) fn from_source(source: &Source) -> Result<Self, CaseError> {
         let document = source.document()?;
-        Self::read(&source, Section::root(&source, document.as_table()))
+        Self::read(source, Section::root(source, document.as_table()))
     }
 
     fn read<'t>(source: &'t Source, mut root: Section<'t>) -> Result<Self, CaseError> {

@@ -1,6 +1,9 @@
 //! The polynomial through the values of a formula, and where it has extrema.
 
+use std::sync::OnceLock;
+
 use super::super::legendre::{legendre, series};
+use crate::sbp::gll::MOST_NODES;
 use crate::scalar::Real;
 
 /// Places for each coefficient of a polynomial between which zeros of its derivative are looked for.
@@ -47,11 +50,10 @@ impl<S: Real> Shape<S> {
         if self.keeps_its_sign() {
             return Vec::new();
         }
-        let probes = PROBES * self.coefficients.len();
-        let place = |k: usize| -(std::f64::consts::PI * k as f64 / probes as f64).cos();
-        let slopes: Vec<f64> = (0..=probes).map(|k| self.relative_slope(place(k))).collect();
-        let changes = (0..probes).filter(|&k| slopes[k] * slopes[k + 1] < 0.0);
-        changes.map(|k| self.bisected(slopes[k], place(k), place(k + 1))).collect()
+        let probes = probes(self.coefficients.len());
+        let slopes: Vec<f64> = probes.iter().map(|(_, basis)| series(&self.derivative, basis)).collect();
+        let changes = (1..probes.len()).filter(|&k| slopes[k - 1] * slopes[k] < 0.0);
+        changes.map(|k| self.bisected(slopes[k - 1], probes[k - 1].0, probes[k].0)).collect()
     }
 
     /// Where the derivative, which has the sign of `side` at `low`, changes it.
@@ -62,6 +64,20 @@ impl<S: Real> Shape<S> {
         }
         0.5 * (low + high)
     }
+}
+
+/// A place, and the Legendre polynomials there.
+type Probe = (f64, Vec<f64>);
+
+/// The places where a series of so many coefficients is looked at, with the Legendre polynomials there. They are the
+/// same in every window, and computing them would take longer than everything else of a search.
+fn probes(coefficients: usize) -> &'static [Probe] {
+    static PLACES: [OnceLock<Vec<Probe>>; MOST_NODES + 1] = [const { OnceLock::new() }; MOST_NODES + 1];
+    PLACES[coefficients].get_or_init(|| {
+        let last = PROBES * coefficients;
+        let place = |k: usize| -(std::f64::consts::PI * k as f64 / last as f64).cos();
+        (0..=last).map(|k| (place(k), legendre(coefficients.max(2) - 1, place(k)))).collect()
+    })
 }
 
 #[cfg(test)]

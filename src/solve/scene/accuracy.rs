@@ -58,6 +58,8 @@ pub(super) fn solve<S: Real>(setup: &SceneSetup<S>, accuracy: f64) -> Result<Wor
         // Rounding of the length of the last window is one of this coordinate.
         line.windows[last].end.q[a] = S::from(value);
     }
+    // The value of a coordinate stands before the formulas.
+    line.ended_by = followed.stopped_by.and_then(|stop| stop.checked_sub(usize::from(target.is_some())));
     line.accuracy = Some(accuracy);
     line.error_estimate = Some(followed.error_estimate);
     line.iterations = followed.statistics.evaluations;

@@ -42,11 +42,12 @@ pub(super) fn until<S: Real>(setup: &SceneSetup<S>, whole: S) -> Result<WorldLin
     let start = &setup.place.start;
     let k = setup.place.geometry.norm(&start.q, &start.q_dot);
     let mut formula = setup.until[index].formula.clone();
-    search(setup, length, whole, |line| {
+    let line = search(setup, length, whole, |line| {
         let end = line.end();
         let value = formula.at(&end.q, &end.q_dot, &end.p, k);
         Excess { value: if to_positive { value } else { -value }, slope: None }
-    })
+    })?;
+    Ok(WorldLine { ended_by: Some(index), ..line })
 }
 
 /// The world-line whose excess is 0, from a first guess of its length.

@@ -185,6 +185,7 @@ fn empty<S: Real>(setup: &SceneSetup<S>, length: S) -> WorldLine<S> {
         digits: setup.digits,
         error_estimate: None,
         accuracy: None,
+        ended_by: None,
         form: setup.form,
         sbp_name: setup.sbp,
         operators: Operators::none(),

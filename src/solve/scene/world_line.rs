@@ -65,6 +65,8 @@ pub struct WorldLine<S = f64> {
     pub error_estimate: Option<f64>,
     /// The accuracy that was asked for, if there was one.
     pub accuracy: Option<f64>,
+    /// The place in [`SceneSetup::until`](super::SceneSetup::until) of the formula that ended the run, if one did.
+    pub ended_by: Option<usize>,
     /// The form of the action.
     pub form: Form,
     /// The name of the operator.

@@ -1,0 +1,272 @@
+//! `run CASE --vary KEY=VALUES`: many runs of one case, a row of a table for each.
+//!
+//! Rows are computed by as many workers as there are cores, and each takes the next row when it has finished one. The
+//! main thread keeps every row in a journal as soon as it is there. When all are, they are sorted into the table, which
+//! appears as the files of every command do, and the journal is removed. A table that is interrupted, or killed, is
+//! continued by the same command.
+
+use std::process::ExitCode;
+use std::str::FromStr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use clap::Args;
+use geodesic_ivp::case::{AnyCase, key_of, overridden};
+use geodesic_ivp::output::OutputSet;
+use geodesic_ivp::output::runs::{
+    Columns, Ended, Identity, Journal, NotResumable, RUNS, RUNS_EVENTS, RunRow, RunsSummary, write_runs,
+};
+use geodesic_ivp::scalar::Extended;
+use geodesic_ivp::solve::Status;
+use geodesic_ivp::study::many::{Axis, ManyRuns, Outcome};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::interrupt::{self, INTERRUPTED};
+use super::report::{self, INVALID_CASE, NO_CRITICAL_POINT, Refusal};
+use super::run::RunArgs;
+use super::{memory, out};
+
+const SUMMARY: &str = "summary.json";
+const CASE: &str = "case.toml";
+
+/// The statuses of runs that are not begun.
+const INVALID: &str = "invalid-case";
+const TOO_LARGE: &str = "too-large";
+
+/// Runs of so few nodes fit any machine. To look for the memory that there is costs as much as a short run.
+const FEW_NODES: usize = 100_000;
+
+#[derive(Debug, Clone, Args)]
+pub(super) struct VaryArgs {
+    /// Run the case for each of several values of a key: a list (scheme.sbp=SBP21,SBP42), or COUNT equidistant values
+    /// with both ends among them (initial.x=0.1:0.9:9). Repeated, for every combination. Writes one table with a row
+    /// for each run
+    #[arg(
+        long,
+        value_name = "KEY=VALUES",
+        conflicts_with_all = ["more", "stdout", "plot", "sample_t", "sample_gamma", "samples_only"]
+    )]
+    vary: Vec<Axis>,
+
+    /// Compute only the K-th of N shares of the rows, for `merge` to join: row K, K + N, K + 2N and so on
+    #[arg(long, value_name = "K/N", requires_all = ["vary", "out"])]
+    part: Option<Share>,
+}
+
+impl VaryArgs {
+    /// Whether anything varies.
+    pub(super) fn is_given(&self) -> bool {
+        !self.vary.is_empty()
+    }
+}
+
+/// The K-th of N shares of the rows. Neighbouring rows, which take similar times, are in different shares.
+#[derive(Debug, Clone, Copy)]
+struct Share {
+    k: usize,
+    n: usize,
+}
+
+impl FromStr for Share {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parsed = text.split_once('/').and_then(|(k, n)| Some((k.trim().parse().ok()?, n.trim().parse().ok()?)));
+        parsed
+            .filter(|(k, n)| (1..=*n).contains(k))
+            .map(|(k, n)| Self { k, n })
+            .ok_or_else(|| "expected K/N with 1 <= K <= N, for example 2/4".to_owned())
+    }
+}
+
+pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
+    let VaryArgs { vary: axes, part } = &args.vary;
+    check_keys(axes, &args.case.set)?;
+    let (name, text, set) = (args.case.name(), args.case.read_text()?, &args.case.set);
+    let runs = ManyRuns::new(&name, &text, set, axes.clone()).map_err(|error| args.case.of_another_kind(error))?;
+    args.output.check_standard_output()?;
+    let case = overridden(&name, &text, set).map_err(|error| args.case.of_another_kind(error))?;
+    let asked = axes.iter().map(|axis| axis.text().to_owned()).collect();
+    let identity = Identity::new(case, asked, part.map(|Share { k, n }| format!("{k}/{n}")));
+    runs.first().warnings().iter().for_each(|warning| report::warn(warning));
+
+    let columns = Columns::new(&runs);
+    let target = args.output.target(&args.case, out::VARY)?;
+    let force = target.force;
+    let mut names = vec![RUNS, RUNS_EVENTS, SUMMARY, CASE];
+    names.retain(|name| *name != RUNS_EVENTS || columns.has_events());
+    let files = OutputSet::open(target, &names)?;
+    let mut journal = Journal::open(files.folder(), &identity, force).map_err(explained)?;
+
+    let Share { k, n } = part.unwrap_or(Share { k: 1, n: 1 });
+    let share = (k - 1..runs.len()).step_by(n);
+    let (all, there) = (share.len(), journal.rows().len());
+    let todo: Vec<usize> = share.filter(|run| !journal.has(run + 1)).collect();
+    if there > 0 && !args.case.quiet {
+        report::note(&format!("{there} of {all} rows are there already"));
+    }
+    let (runs, columns) = (Arc::new(runs), Arc::new(columns));
+    if compute(&runs, &columns, todo, &mut journal, args.case.quiet)? {
+        let (there, path) = (journal.rows().len(), journal.path().display());
+        report::warn(&format!(
+            "interrupted: {there} of {all} rows are kept in {path}; the same command goes on from there"
+        ));
+        return Ok(ExitCode::from(INTERRUPTED));
+    }
+
+    let mut summary = RunsSummary::new(runs.first().title(), &identity, runs.len());
+    let rows: Vec<usize> = journal.rows().collect();
+    let events = columns.has_events().then(|| files.writer(RUNS_EVENTS));
+    let rows = rows.into_iter().map(|row| {
+        let row = journal.row(row)?;
+        summary.count(&row);
+        Ok(row)
+    });
+    write_runs((files.writer(RUNS), events), &columns, rows)?;
+    files.write_text(CASE, &identity.case)?;
+    let json = summary.to_json();
+    files.write_text(SUMMARY, &json)?;
+    let folder = files.folder().to_owned();
+    let kept = files.commit(|_| true)?;
+    journal.remove()?;
+    let title = args.case.headed(runs.first().title());
+    args.output
+        .tell(args.case.quiet, &json, || readable(&title, &summary, &runs) + &report::written(&folder, &kept))?;
+    Ok(ending(&summary))
+}
+
+/// Warns of what the rows of a table say, and returns its exit code.
+pub(super) fn ending(summary: &RunsSummary) -> ExitCode {
+    if summary.doubtful > 0 {
+        let doubtful = summary.doubtful;
+        report::warn(&format!("{doubtful} of the solved rows are doubtful: their column message says why"));
+    }
+    if summary.solved == 0 && summary.rows > 0 {
+        report::warn("no row has a solution: the column message says why");
+        return ExitCode::from(NO_CRITICAL_POINT);
+    }
+    ExitCode::SUCCESS
+}
+
+/// Refuses keys that are given twice.
+fn check_keys(axes: &[Axis], set: &[String]) -> anyhow::Result<()> {
+    for (place, axis) in axes.iter().enumerate() {
+        let key = axis.key();
+        if axes[..place].iter().any(|other| other.key() == key) {
+            return Err(Refusal::usage(format!("--vary {key} is given twice"))
+                .help("give all its values at once")
+                .into());
+        }
+        if set.iter().any(|setting| key_of(setting).is_some_and(|other| other == key)) {
+            let message = format!("{key} is both in --set and in --vary");
+            return Err(Refusal::usage(message).help("leave one of them out").into());
+        }
+    }
+    Ok(())
+}
+
+/// The error with what to do about it.
+fn explained(error: anyhow::Error) -> anyhow::Error {
+    let Some(reason) = error.downcast_ref::<NotResumable>() else { return error };
+    let (refusal, help) = match reason {
+        NotResumable::Other { .. } => (
+            Refusal::usage as fn(String) -> Refusal,
+            "give the command that began that table to finish it, choose another folder with --out, or remove the file",
+        ),
+        NotResumable::NotOurs { .. } => {
+            (Refusal::input_output as _, "move it away, choose another folder with --out, or replace it with --force")
+        }
+        NotResumable::Busy { .. } => (Refusal::input_output as _, "wait for it, or choose another folder with --out"),
+    };
+    refusal(reason.to_string()).help(help).into()
+}
+
+/// Computes the rows `todo`, which count from 0, with a progress bar if standard error is a terminal, and keeps them.
+/// Returns whether it was interrupted.
+fn compute(
+    runs: &Arc<ManyRuns>,
+    columns: &Arc<Columns>,
+    todo: Vec<usize>,
+    journal: &mut Journal,
+    quiet: bool,
+) -> anyhow::Result<bool> {
+    let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(todo.len() as u64) };
+    let template = "{bar:30} {pos}/{len} runs, {eta} left";
+    bar.set_style(ProgressStyle::with_template(template).expect("the template is valid"));
+    let (next, end) = (Arc::new(AtomicUsize::new(0)), todo.len());
+    let work = {
+        let (runs, columns, next) = (Arc::clone(runs), Arc::clone(columns), Arc::clone(&next));
+        move |tell: &(dyn Fn(RunRow) + Sync)| {
+            rayon::broadcast(|_| {
+                while let Some(&run) = todo.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    tell(row(&runs, &columns, run));
+                }
+            });
+        }
+    };
+    let mut kept = Ok(());
+    let interrupted = interrupt::beside_it(work, |row| {
+        bar.inc(1);
+        if kept.is_ok() {
+            kept = journal.keep(&row);
+            if kept.is_err() {
+                // What cannot be kept need not be computed.
+                next.store(end, Ordering::Relaxed);
+            }
+        }
+    });
+    bar.finish_and_clear();
+    kept.map(|()| interrupted)
+}
+
+/// Computes a row.
+fn row(runs: &ManyRuns, columns: &Columns, run: usize) -> RunRow {
+    let refused = |status: &str, exit_code, message: &str| {
+        columns.row(runs, run, Ended { status, exit_code, end: None, message })
+    };
+    let case = match runs.case(run) {
+        Ok(case) => case,
+        Err(error) => return refused(INVALID, INVALID_CASE, &error.message),
+    };
+    if let Err(error) = check_memory(&case) {
+        return refused(TOO_LARGE, INVALID_CASE, &error.to_string());
+    }
+    match runs.outcome(&case) {
+        Outcome::Solved(end) => {
+            let status = Status::Converged.as_str();
+            columns.row(runs, run, Ended { status, exit_code: 0, end: Some(&end), message: "" })
+        }
+        Outcome::Failed { status, message } => refused(status.as_str(), report::code_of(status), &message),
+    }
+}
+
+fn check_memory(case: &AnyCase) -> anyhow::Result<()> {
+    match case {
+        AnyCase::One(case) if case.grid.n_gamma * case.grid.windows > FEW_NODES => memory::check(case, None),
+        AnyCase::Scene(case) if case.n_gamma() * case.windows() > FEW_NODES => match case.is_extended() {
+            true => memory::check_scene(&case.setup::<Extended>(), 0),
+            false => memory::check_scene(&case.setup::<f64>(), 0),
+        },
+        _ => Ok(()),
+    }
+}
+
+/// The summary for people.
+fn readable(title: &str, summary: &RunsSummary, runs: &ManyRuns) -> String {
+    let varied = |axis: &Axis| match axis.values() {
+        [one] => format!("{} = {one}", axis.key()),
+        [first, .., last] => format!("{} from {first} to {last} ({} values)", axis.key(), axis.values().len()),
+        [] => axis.key().to_owned(),
+    };
+    let varied: Vec<String> = runs.axes().iter().map(varied).collect();
+    let mut text = format!("{title}\n  varied     {}\n", varied.join(", "));
+    text += &counts(summary);
+    text
+}
+
+/// How many rows have which status.
+pub(super) fn counts(summary: &RunsSummary) -> String {
+    let counts: Vec<String> = summary.statuses.iter().map(|(status, count)| format!("{count} {status}")).collect();
+    let part = summary.part.as_ref().map_or(String::new(), |part| format!(", part {part} of {}", summary.runs));
+    format!("  rows       {}{part}: {}\n", summary.rows, counts.join(", "))
+}

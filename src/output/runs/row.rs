@@ -1,0 +1,128 @@
+//! A row of `runs.csv`, and what its columns are.
+
+use serde::{Deserialize, Serialize};
+
+use crate::scalar::Real;
+use crate::study::many::{End, Ending, ManyRuns};
+
+/// A run as a row of `runs.csv` and rows of `runs-events.csv`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunRow {
+    /// The number of the run, from 1.
+    pub row: usize,
+    /// How it ended, in a word.
+    pub status: String,
+    /// Whether it is solved and there is a reason not to believe it.
+    pub doubtful: bool,
+    /// The cells of `runs.csv` after the first.
+    pub cells: Vec<String>,
+    /// The cells of each row of `runs-events.csv` after the first.
+    pub events: Vec<Vec<String>>,
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy)]
+pub struct Ended<'e> {
+    /// The status in a word.
+    pub status: &'e str,
+    /// The exit code that a single run would have.
+    pub exit_code: u8,
+    /// The end, if it was solved.
+    pub end: Option<&'e End>,
+    /// Why it was not.
+    pub message: &'e str,
+}
+
+/// The columns of the table: those that the first valid run has.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Columns {
+    keys: Vec<String>,
+    coordinates: Vec<String>,
+    maxima: Vec<String>,
+    has_estimate: bool,
+    has_events: bool,
+}
+
+impl Columns {
+    /// The columns of a table of these runs.
+    pub fn new(runs: &ManyRuns) -> Self {
+        Self {
+            keys: runs.axes().iter().map(|axis| axis.key().to_owned()).collect(),
+            coordinates: runs.first().coordinates(),
+            maxima: End::maxima_of(runs.first()),
+            has_estimate: runs.first().has_accuracy(),
+            has_events: runs.first().has_events(),
+        }
+    }
+
+    /// Whether there is a table of events.
+    pub fn has_events(&self) -> bool {
+        self.has_events
+    }
+
+    /// The header of `runs.csv`.
+    pub fn header(&self) -> Vec<String> {
+        let before = ["status", "exit_code", "ended_by"].map(str::to_owned);
+        let estimate = self.has_estimate.then(|| "error_estimate".to_owned());
+        let keys = std::iter::once("row".to_owned()).chain(self.keys.iter().cloned());
+        let result = before.into_iter().chain(self.state()).chain(self.maxima.iter().cloned());
+        keys.chain(result).chain(estimate).chain(["message".to_owned()]).collect()
+    }
+
+    /// The header of `runs-events.csv`.
+    pub fn events_header(&self) -> Vec<String> {
+        ["row", "event"].map(str::to_owned).into_iter().chain(self.state()).collect()
+    }
+
+    /// The columns of a point of a world-line.
+    fn state(&self) -> impl Iterator<Item = String> + '_ {
+        let velocities = self.coordinates.iter().map(|name| format!("{name}_dot"));
+        std::iter::once("gamma".to_owned()).chain(self.coordinates.iter().cloned()).chain(velocities)
+    }
+
+    /// The row of a run, which counts from 0. Cells of what it does not have are empty.
+    pub fn row(&self, runs: &ManyRuns, run: usize, ended: Ended<'_>) -> RunRow {
+        let Ended { status, exit_code, end, message } = ended;
+        let mut cells: Vec<String> = runs.values(run).into_iter().map(str::to_owned).collect();
+        cells.extend([status.to_owned(), exit_code.to_string()]);
+        match end {
+            Some(end) => {
+                cells.push(name_of(&end.ending).to_owned());
+                cells.push(end.gamma.clone());
+                cells.extend(end.q.iter().chain(&end.q_dot).cloned());
+                // A charge that only some runs have is a column if the first one has it.
+                let value = |name: &String| end.maxima.iter().find(|(other, _)| other == name);
+                cells.extend(self.maxima.iter().map(|name| value(name).map_or_else(String::new, |(_, v)| v.clone())));
+            }
+            None => cells.extend(vec![String::new(); 2 + 2 * self.coordinates.len() + self.maxima.len()]),
+        }
+        if self.has_estimate {
+            let estimate = end.and_then(|end| end.error_estimate);
+            cells.push(estimate.map_or_else(String::new, |estimate| estimate.to_decimal(f64::MOST_DIGITS)));
+        }
+        let suspicions = end.map_or_else(String::new, |end| end.suspicions.join("; "));
+        // A row is one line.
+        let message = if end.is_some() { suspicions.as_str() } else { message };
+        cells.push(message.split_whitespace().collect::<Vec<_>>().join(" "));
+        let events = end.map_or(&[][..], |end| &end.events).iter();
+        let events = events.map(|found| [&[found.event.clone()][..], &found.state].concat());
+        RunRow {
+            row: run + 1,
+            status: status.to_owned(),
+            doubtful: !suspicions.is_empty(),
+            cells,
+            events: events.collect(),
+        }
+    }
+}
+
+/// The word in the column `ended_by`.
+fn name_of(ending: &Ending) -> &str {
+    match ending {
+        Ending::Gamma => "gamma_f",
+        Ending::Time => "t_f",
+        Ending::Until => "until",
+        Ending::Event(name) => name,
+    }
+}

@@ -1,0 +1,67 @@
+//! `summary.json` of many runs.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::super::summary::json;
+use super::{Identity, RunRow};
+use crate::solve::Status;
+
+/// The whole summary. It has no times, so that the same runs have the same summary.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RunsSummary {
+    /// Always `complete`.
+    pub status: String,
+    /// Version of the program.
+    pub version: String,
+    /// The case's title.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
+    /// What was varied, as it was asked for.
+    pub vary: Vec<String>,
+    /// The number of runs that this makes.
+    pub runs: usize,
+    /// The part that the table is, K/N; absent if it is the whole.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub part: Option<String>,
+    /// The number of rows of the table.
+    pub rows: usize,
+    /// Rows with a solution.
+    pub solved: usize,
+    /// Of these, rows with a message why not to believe it.
+    pub doubtful: usize,
+    /// The number of rows with each status.
+    pub statuses: BTreeMap<String, usize>,
+}
+
+impl RunsSummary {
+    /// The summary of a table without rows.
+    pub fn new(title: Option<&str>, identity: &Identity, runs: usize) -> Self {
+        Self {
+            status: "complete".to_owned(),
+            version: identity.version.clone(),
+            title: title.map(str::to_owned),
+            vary: identity.vary.clone(),
+            runs,
+            part: identity.part.clone(),
+            rows: 0,
+            solved: 0,
+            doubtful: 0,
+            statuses: BTreeMap::new(),
+        }
+    }
+
+    /// Counts a row.
+    pub fn count(&mut self, row: &RunRow) {
+        self.rows += 1;
+        self.solved += usize::from(row.status == Status::Converged.as_str());
+        self.doubtful += usize::from(row.doubtful);
+        *self.statuses.entry(row.status.clone()).or_default() += 1;
+    }
+
+    /// The JSON text, with a final newline.
+    pub fn to_json(&self) -> String {
+        json(self)
+    }
+}

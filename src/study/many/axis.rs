@@ -1,0 +1,176 @@
+//! A key and the values that it takes.
+
+use std::str::FromStr;
+
+use crate::case::key_of;
+use crate::scalar::{Extended, Real};
+
+/// More values than this are taken for a typing mistake.
+const MOST_VALUES: usize = 10_000_000;
+
+const EXPECTED: &str = "expected KEY=VALUE,VALUE,… or KEY=START:STOP:COUNT, for example initial.x=0.1:0.9:9";
+
+/// A key of a case with the values that it takes, read from `KEY=VALUE,VALUE,…` or `KEY=START:STOP:COUNT`.
+///
+/// The values of a list are kept as they are written. Those of a range are equidistant, START and STOP among them:
+/// START + k (STOP − START)/(COUNT − 1), computed from the decimals that were written and rounded once to `f64`.
+/// `0.1:0.3:3` has 0.2 and not a neighbour of it. Between whole ends whole values stay whole numbers.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Axis {
+    text: String,
+    key: String,
+    values: Vec<String>,
+}
+
+impl Axis {
+    /// The key, dotted.
+    pub fn key(&self) -> &str {
+        &self.key
+    }
+
+    /// The values, in order; there is at least one.
+    pub fn values(&self) -> &[String] {
+        &self.values
+    }
+
+    /// What it was read from.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+}
+
+impl FromStr for Axis {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (_, values) = text.split_once('=').ok_or(EXPECTED)?;
+        let key = key_of(text).ok_or_else(|| format!("there is no dotted key: {EXPECTED}"))?;
+        let items = split(values);
+        if items.iter().any(String::is_empty) {
+            return Err(format!("a value is missing: {EXPECTED}"));
+        }
+        let values = match items.as_slice() {
+            [one] if is_range(one) => range(one)?,
+            _ => match items.iter().find(|item| is_range(item)) {
+                Some(item) => return Err(format!("{item} is a range: give one range, or a list of values")),
+                None => items,
+            },
+        };
+        Ok(Self { text: text.to_owned(), key, values })
+    }
+}
+
+/// Whether a value is meant as a range: no value of a case but a quoted string or an array has a colon.
+fn is_range(value: &str) -> bool {
+    value.contains(':') && !value.starts_with(['"', '\'', '[', '{'])
+}
+
+/// The parts of a list, without blanks around them. Commas inside of quotes and brackets belong to a value.
+fn split(list: &str) -> Vec<String> {
+    let (mut parts, mut depth, mut quote) = (vec![String::new()], 0_usize, None);
+    for c in list.chars() {
+        match (c, quote) {
+            ('"' | '\'', None) => quote = Some(c),
+            (_, Some(open)) if c == open => quote = None,
+            ('[' | '{' | '(', None) => depth += 1,
+            (']' | '}' | ')', None) => depth = depth.saturating_sub(1),
+            (',', None) if depth == 0 => {
+                parts.push(String::new());
+                continue;
+            }
+            _ => {}
+        }
+        let last = parts.len() - 1;
+        parts[last].push(c);
+    }
+    parts.iter().map(|part| part.trim().to_owned()).collect()
+}
+
+fn range(text: &str) -> Result<Vec<String>, String> {
+    let parts: Vec<&str> = text.split(':').map(str::trim).collect();
+    let &[first, last, count] = parts.as_slice() else {
+        return Err(format!("{text} is no range: expected START:STOP:COUNT, for example 0.1:0.9:9"));
+    };
+    let number = |text: &str| {
+        let is_finite = text.parse::<f64>().is_ok_and(f64::is_finite);
+        let number = is_finite.then(|| Extended::from_decimal(text)).flatten();
+        number.ok_or_else(|| format!("'{text}' is not a finite number: START and STOP of a range are decimals"))
+    };
+    let [start, stop] = [number(first)?, number(last)?];
+    let count: usize =
+        count.parse().map_err(|_| format!("'{count}' is not a number of values: expected START:STOP:COUNT"))?;
+    match count {
+        0 => return Err("a range has at least one value".to_owned()),
+        1 if start != stop => {
+            return Err(format!("one value cannot reach from {first} to {last}: COUNT counts both ends"));
+        }
+        1 => {}
+        _ if start == stop => return Err(format!("{first} and {last} are the same: give COUNT as 1, or another STOP")),
+        _ if count > MOST_VALUES => return Err(format!("more than {MOST_VALUES} values")),
+        _ => {}
+    }
+    let is_whole = [first, last].iter().all(|text| text.parse::<i64>().is_ok());
+    let steps = Extended::from((count.max(2) - 1) as f64);
+    let values: Vec<f64> = (0..count)
+        .map(|k| {
+            let k = Extended::from(k as f64);
+            // Both ends are as they are written.
+            ((start * (steps - k) + stop * k) / steps).to_f64()
+        })
+        .collect();
+    let are_whole = is_whole && values.iter().all(|value| value.fract() == 0.0 && value.abs() < 1e15);
+    Ok(values.iter().map(|value| if are_whole { format!("{value}") } else { value.to_decimal(16) }).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn values(text: &str) -> Vec<String> {
+        text.parse::<Axis>().unwrap().values
+    }
+
+    #[test]
+    fn ranges_have_their_ends_and_the_shortest_decimals() {
+        assert_eq!(values("a=0.1:0.9:9"), ["0.1", "0.2", "0.3", "0.4", "0.5", "0.6", "0.7", "0.8", "0.9"]);
+        assert_eq!(values("a=1:-1:3"), ["1", "0", "-1"]);
+        assert_eq!(values("a=10:40:4"), ["10", "20", "30", "40"]);
+        assert_eq!(values("a=0:1:3"), ["0.0", "0.5", "1.0"]);
+        assert_eq!(values("a=0.5:0.5:1"), ["0.5"]);
+        assert_eq!(values("a = 1e-3 : 3e-3 : 3"), ["0.001", "0.002", "0.003"]);
+        // The sum of ends that have no double between them in `f64`.
+        assert_eq!(values("a=-1e308:1e308:3"), ["-1e+308", "0.0", "1e+308"]);
+    }
+
+    #[test]
+    fn lists_are_kept_as_they_are_written() {
+        assert_eq!(values("a.b=1, 2.50 ,SBP21"), ["1", "2.50", "SBP21"]);
+        assert_eq!(values("a=\"x, y\",[1, 2],[3]"), ["\"x, y\"", "[1, 2]", "[3]"]);
+        assert_eq!(values("a=\"b:c\""), ["\"b:c\""]);
+        assert_eq!("a.\"b\" = 1".parse::<Axis>().unwrap().key, "a.b");
+    }
+
+    #[test]
+    fn what_is_no_axis_is_refused() {
+        for (text, message) in [
+            ("a", "expected KEY=VALUE"),
+            ("=1", "no dotted key"),
+            ("a=", "a value is missing"),
+            ("a=1,,2", "a value is missing"),
+            ("a=1:2", "START:STOP:COUNT"),
+            ("a=1:2:3:4", "START:STOP:COUNT"),
+            ("a=x:2:3", "'x' is not a finite number"),
+            ("a=0:inf:3", "'inf' is not a finite number"),
+            ("a=0:1:2.5", "'2.5' is not a number of values"),
+            ("a=0:1:-2", "'-2' is not a number of values"),
+            ("a=0:1:0", "at least one value"),
+            ("a=0:1:1", "one value cannot reach from 0 to 1"),
+            ("a=1:1:2", "are the same"),
+            ("a=0:1:10000001", "more than 10000000"),
+            ("a=1,2:3:4", "2:3:4 is a range"),
+        ] {
+            let error = text.parse::<Axis>().unwrap_err();
+            assert!(error.contains(message), "{text}: {error}");
+        }
+    }
+}
