@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # /// script
 # requires-python = ">=3.11"
-# dependencies = ["heyoka>=7", "numpy", "scipy>=1.13"]
+# dependencies = ["heyoka>=7", "mpmath", "numpy", "scipy>=1.13"]
 # ///
 """`geodesic-ivp work-precision` with rows from Python beside it: heyoka's Taylor method and SciPy's solve_ivp.
 
@@ -15,6 +15,10 @@ short windows); minimum and median of repeated runs, in turns. What heyoka compi
 integrator is reused: only the integration is timed. Its steps are controlled by the largest component of the
 state, to which t would belong and grow: on runs longer than 20 t starts from 0 in each tenth of the run and is summed.
 SciPy gets an absolute tolerance for t that takes it out of the error norm, and right-hand sides in plain Python.
+
+Of a scene heyoka integrates Hamilton's equations of the active coordinates, with the charges as constants, and the
+ignorable coordinates as quadratures like t. The Hamiltonian is ½ g^ab p_a p_b, or T + V with Newton's law. Scenes with a
+one-form, a force or a conformal factor are not understood.
 """
 
 import argparse
@@ -35,6 +39,7 @@ from pathlib import Path
 
 import heyoka as hy
 import numpy as np
+from scene_expectations import DEFAULTS, PRESETS
 from scipy.integrate import solve_ivp
 
 getcontext().prec = 50
@@ -42,11 +47,20 @@ OUTPUTS = 10
 LONGEST = 0.5  # seconds of a run; the next tolerance of its method is not tried
 ROUNDS = 15
 ANY = 1e10  # an absolute tolerance that takes t out of the norm
-COLUMNS = "method setting error_t error_x delta_k_max seconds_min seconds_median evaluations points status gamma_f"
+BEHIND = "delta_k_max seconds_min seconds_median evaluations points status gamma_f".split()
+
+
+def power(base, exponent):
+    """The series of a general power divides by its base, which may be 0: small powers are products."""
+    if isinstance(base, hy.expression) and exponent in (2.0, 3.0, 4.0, 5.0, 6.0):
+        half = power(base, exponent // 2) if exponent > 3.0 else base
+        return half * half * base if exponent % 2 else half * half
+    return operator.pow(base, exponent)
+
 
 OPERATIONS = {
     **{ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv},
-    **{ast.Pow: operator.pow, ast.USub: operator.neg, ast.UAdd: operator.pos},
+    **{ast.Pow: power, ast.USub: operator.neg, ast.UAdd: operator.pos},
 }
 FUNCTIONS = "sin cos tan sinh cosh tanh asin acos atan exp sqrt".split()
 
@@ -86,7 +100,9 @@ def potential(spec, x):
 
 
 class World:
-    """The first-order system of a case, with t outside."""
+    """The first-order system of a case of one coordinate, with t outside. A state is x, w, t."""
+
+    coordinates = ["t", "x"]
 
     def __init__(self, case):
         particle, initial = case.get("particle", {}), case["initial"]
@@ -110,15 +126,133 @@ class World:
         text = {name: str(e) for name, e in (("u", u), ("a", self.a))}
         names = {name: getattr(math, name) for name in FUNCTIONS} | {"log": math.log}
         self.rates = eval(f"lambda x: ({text['u']}, {text['a']})", names)  # heyoka prints Python
+        self.system = [(self.x, self.w), (self.w, self.a), (self.t, self.u)]
+        self.origin = [Decimal(str(initial.get("t", 0))), Decimal(0)]
 
-    def taylor(self, tolerance):
-        system = [(self.x, self.w), (self.w, self.a), (self.t, self.u)]
-        return hy.taylor_adaptive(system, [*self.start, 0.0], tol=tolerance)
+    def place(self, state):
+        """The coordinates, from their origin."""
+        x, _, t = state
+        return [t, x]
+
+    def delta_k(self, state):
+        x, w, _ = state
+        return self.q**2 / self.metric(x)[0] - w**2 - self.k
+
+
+class Scene:
+    """Hamilton's equations of a scene. A state is q and p of the active coordinates, and then the ignorable ones."""
+
+    def __init__(self, case):
+        initial = case["initial"]
+        self.numbers = {"pi": math.pi}
+        table = case.get("metric") or case["potential"]
+        if unknown := {"one_form", "force", "conformal"} & table.keys():
+            sys.exit(f"not understood in a scene: {', '.join(sorted(unknown))}")
+        self.functions = {name: getattr(hy, name) for name in FUNCTIONS} | {"ln": hy.log}
+        parameters = DEFAULTS.get(table.get("preset"), {}) | table.get("parameters", {})
+        for name, value in parameters.items():
+            self.numbers[name] = self.number(value)
+        hamiltonian, rates, momenta = (self.of_metric if "metric" in case else self.of_potential)(case, table)
+        self.origin = [Decimal(repr(self.number(initial.get(name, 0)))) for name in self.coordinates]
+        depends = {str(name) for name in hy.get_variables(hamiltonian)}
+        self.active = [a for a, name in enumerate(self.coordinates) if name in depends]
+        self.ignorable = [a for a in range(len(self.coordinates)) if a not in self.active]
+        self.origin = [Decimal(0) if a in self.active else origin for a, origin in enumerate(self.origin)]
+        q, p = [hy.make_vars(name) for name in self.coordinates], self.p
+        constants = {p[a]: hy.expression(momenta[a]) for a in self.ignorable}
+        fixed = lambda expression: hy.subs(expression, constants)
+        self.system = [(q[a], fixed(rates[a])) for a in self.active]
+        self.system += [(p[a], fixed(-hy.diff(hamiltonian, q[a]))) for a in self.active]
+        self.system += [(q[a], fixed(rates[a])) for a in self.ignorable]
+        self.start = [self.number(initial[self.coordinates[a]]) for a in self.active]
+        self.start += [momenta[a] for a in self.active]
+        variables = [q[a] for a in self.active] + [p[a] for a in self.active]
+        twice = hy.cfunc([2.0 * fixed(hamiltonian)], variables)
+        # K = 2 H of a metric. In the lift of Newton's law with p_s = 1 it is -2 times what the energy is off by.
+        self.k_of = lambda state: twice(np.array(state[: len(variables)]))[0]
+        self.k = self.k_of(self.start)
+
+    def number(self, value):
+        functions = {name: getattr(math, name) for name in FUNCTIONS}
+        return float(value) if not isinstance(value, str) else evaluate(value, self.numbers, functions)
+
+    def expression(self, text, names):
+        return hy.expression(0.0) + evaluate(str(text), self.numbers | names, self.functions)
+
+    def of_metric(self, case, table):
+        """H, dq^a/dγ of all coordinates, and their momenta at the start."""
+        coordinates, definitions, components = PRESETS.get(table.get("preset"), (None, {}, {}))
+        self.coordinates = table.get("coordinates", coordinates)
+        definitions, components = definitions | table.get("definitions", {}), components | table.get("components", {})
+        names = {name: hy.make_vars(name) for name in self.coordinates}
+        while waiting := {name: text for name, text in definitions.items() if name not in names}:
+            for name, text in waiting.items():
+                if not set(re.findall(r"[A-Za-z_]\w*", text)) & waiting.keys():
+                    names[name] = self.expression(text, names)
+        n = len(self.coordinates)
+        metric = {}
+        for pair, text in components.items():
+            a, b = sorted(self.coordinates.index(name) for name in pair.split())
+            metric[a, b] = self.expression(text, names)
+        g = lambda a, b: metric.get((min(a, b), max(a, b)), hy.expression(0.0))
+        inverse, paired = {}, {pair for pair in metric if pair[0] != pair[1]}
+        if len({a for pair in paired for a in pair}) != 2 * len(paired):
+            sys.exit("more than two coordinates are coupled")
+        for a in range(n):
+            if not any(a in pair for pair in paired):
+                inverse[a, a] = 1.0 / metric[a, a]
+        for a, b in paired:
+            determinant = g(a, a) * g(b, b) - g(a, b) ** 2
+            inverse[a, a], inverse[b, b] = g(b, b) / determinant, g(a, a) / determinant
+            inverse[a, b] = -g(a, b) / determinant
+        self.p = [hy.make_vars(f"p_{name}") for name in self.coordinates]
+        terms = [g * self.p[a] * self.p[b] * (0.5 if a == b else 1.0) for (a, b), g in inverse.items()]
+        hamiltonian = sum(terms[1:], terms[0])
+        initial = case["initial"]
+        if any(f"{name}_dot" not in initial and f"p_{name}" not in initial for name in self.coordinates):
+            sys.exit("not understood in a scene: norm and solve")
+        place = [self.number(initial.get(name, 0)) for name in self.coordinates]
+        q = [hy.make_vars(name) for name in self.coordinates]
+        entry = lambda a, b: hy.cfunc([g(a, b)], q)(np.array(place))[0]
+        momenta = []
+        for a, name in enumerate(self.coordinates):
+            if (given := initial.get(f"p_{name}")) is not None:
+                momenta.append(self.number(given))
+            else:
+                row = [(b, initial.get(f"{other}_dot", 0)) for b, other in enumerate(self.coordinates)]
+                momenta.append(sum(entry(a, b) * self.number(dot) for b, dot in row if dot))
+        return hamiltonian, [hy.diff(hamiltonian, p) for p in self.p], momenta
+
+    def of_potential(self, case, table):
+        """The same of Newton's law with masses 1, where t is γ and s the action."""
+        particle = case.get("particle", {})
+        if particle.get("law") != "newtonian" or particle.keys() - {"law"}:
+            sys.exit("not understood in a scene: a potential without Newton's law, or with masses")
+        names = table.get("coordinates", ["x"])
+        self.coordinates = ["t", *names, "s"]
+        formula = table["formula"]
+        formula = formula["expression"] if isinstance(formula, dict) else formula
+        potential = self.expression(formula, {name: hy.make_vars(name) for name in names})
+        self.p = [hy.make_vars(f"p_{name}") for name in self.coordinates]
+        kinetic = sum((0.5 * p**2 for p in self.p[1:-1]), hy.expression(0.0))
+        momenta = [0.0, *(self.number(case["initial"][f"{name}_dot"]) for name in names), 0.0]
+        rates = [hy.expression(1.0), *self.p[1:-1], kinetic - potential]
+        return kinetic + potential, rates, momenta
+
+    def place(self, state):
+        """The coordinates; ignorable ones from the start."""
+        q = dict(zip(self.active, state))
+        q |= dict(zip(self.ignorable, state[2 * len(self.active) :]))
+        return [q[a] for a in range(len(self.coordinates))]
+
+    def delta_k(self, state):
+        return self.k_of(state) - self.k
 
 
 def heyoka(world, length, tolerance):
-    integrator = world.taylor(tolerance)
-    initial = np.array([*world.start, 0.0])
+    moving, count = len(world.start), len(world.system)
+    initial = np.array([*world.start, *[0.0] * (count - moving)])
+    integrator = hy.taylor_adaptive(world.system, initial, tol=tolerance)
     grid = np.linspace(0.0, length, OUTPUTS + 1)
     sliced = length > 20.0
 
@@ -129,12 +263,12 @@ def heyoka(world, length, tolerance):
             # (outcome, shortest step, longest step, steps, callback, states)
             outcome = integrator.propagate_grid(grid)
             return outcome[5][1:], outcome[3]
-        states, steps, elapsed = np.empty((OUTPUTS, 3)), 0, 0.0
+        states, steps, elapsed = np.empty((OUTPUTS, count)), 0, np.zeros(count - moving)
         for k in range(OUTPUTS):
-            integrator.state[2] = 0.0
+            integrator.state[moving:] = 0.0
             steps += integrator.propagate_until(grid[k + 1])[3]
-            elapsed += integrator.state[2]
-            states[k] = integrator.state[0], integrator.state[1], elapsed
+            elapsed += integrator.state[moving:]
+            states[k, :moving], states[k, moving:] = integrator.state[:moving], elapsed
         return states, steps
 
     return run, lambda steps: steps * integrator.order
@@ -169,73 +303,96 @@ def scipy(method):
     return make
 
 
-METHODS = {"heyoka": heyoka, **{f"SciPy {method}": scipy(method) for method in ("DOP853", "LSODA", "Radau")}}
+HEYOKA = {"heyoka": heyoka}
+METHODS = HEYOKA | {f"SciPy {method}": scipy(method) for method in ("DOP853", "LSODA", "Radau")}
 
 
-def reference(program, case, length):
-    """γ_f and (t − t_i, x) at the points of output, in 32 digits."""
+def reference(program, case, world, length):
+    """γ_f and the coordinates at the points of output, in 32 digits."""
     scheme = ["--set", 'scheme={sbp="GLL24",form="weak"}']
     run = [program, "run", str(case), "--quiet", *scheme]
     with tempfile.TemporaryDirectory() as folder:
-        if length is None:
-            grid = tomllib.loads(Path(case).read_text(encoding="utf-8"))["grid"]
+        grid = tomllib.loads(Path(case).read_text(encoding="utf-8"))["grid"]
+        if isinstance(world, Scene):
+            own = world.number(grid["gamma_f"]) - world.number(grid.get("gamma_i", 0))
+            length = own if length is None else length
+            # Windows half as long as those that are good to 1e-12.
+            windows = OUTPUTS * math.ceil(2 * grid["windows"] * length / own / OUTPUTS)
+        elif length is None:
             end = f"t_f={grid['t_f']}" if "t_f" in grid else f"gamma_f={grid.get('gamma_f', 1.0)}"
             start = grid.get("gamma_i", 0.0) if "t_f" not in grid else 0.0
             subprocess.run([*run, "--set", f"grid={{{end},gamma_i={start},windows=200}}", "--out", folder], check=True)
             length = json.loads((Path(folder) / "summary.json").read_text())["gamma_final"] - start
-        windows = OUTPUTS * math.ceil(max(40, 4 * length) / OUTPUTS)
+        if isinstance(world, World):
+            windows = OUTPUTS * math.ceil(max(40, 4 * length) / OUTPUTS)
         step = Decimal(repr(length)) / OUTPUTS
         options = ["--set", f"grid={{gamma_f={length!r},windows={windows}}}", "--set", "solver.digits=32"]
         subprocess.run([*run, *options, "--sample-gamma", f"0:{length!r}:{step:f}", "--out", folder], check=True)
         with open(Path(folder) / "samples.csv", newline="") as file:
-            rows = [(Decimal(row["t"]), Decimal(row["x"])) for row in csv.DictReader(file)][1:]
+            rows = [[Decimal(row[name]) for name in world.coordinates] for row in csv.DictReader(file)][1:]
     return length, rows
 
 
-def attempt(world, exact, t_i, run):
-    """Errors of t, x and K."""
+def attempt(world, exact, run):
+    """Errors of the coordinates and of K."""
     states, steps = run()
     if len(states) < OUTPUTS or not np.isfinite(states).all():
         return None, steps
-    errors = [0.0, 0.0, 0.0]
-    for (x, w, t), (t_exact, x_exact) in zip(states, exact):
-        k = world.q**2 / world.metric(x)[0] - w**2
-        found = abs(Decimal(float(t)) + t_i - t_exact), abs(Decimal(float(x)) - x_exact), abs(k - world.k)
+    errors = [0.0] * (len(world.coordinates) + 1)
+    for state, wanted in zip(states, exact):
+        place = zip(world.place(state), world.origin, wanted)
+        found = [abs(Decimal(float(q)) + origin - want) for q, origin, want in place]
+        found.append(abs(world.delta_k(state)))
         errors = [max(a, float(b)) for a, b in zip(errors, found)]
     return errors, steps
 
 
-def measure(world, exact, t_i, length):
-    jobs, sizes = [], (float(exact[-1][0] - t_i), max(abs(float(x)) for _, x in exact))
-    for name, make in METHODS.items():
+def measure(world, exact, length):
+    jobs = []
+    sizes = [max(float(abs(row[a] - origin)) for row in exact) for a, origin in enumerate(world.origin)]
+    for name, make in (METHODS if isinstance(world, World) else HEYOKA).items():
         for digits in range(3, 16):
             run, count = make(world, length, 10.0**-digits)
             start = time.perf_counter()
-            errors, steps = attempt(world, exact, t_i, run)
+            errors, steps = attempt(world, exact, run)
             seconds = time.perf_counter() - start
             status = "converged"
             if errors is None:
                 status = "failed"
-            elif errors[0] > 0.1 * sizes[0] or errors[1] > 0.1 * sizes[1]:
+            elif any(error > 0.1 * size for error, size in zip(errors, sizes)):
                 status = "inaccurate"
-            row = [name, f"tol=1e-{digits}", *(errors or ["", "", ""]), seconds, seconds, count(steps), steps, status, length]
+            errors = errors or [""] * (len(sizes) + 1)
+            times = dict(seconds_min=seconds, seconds_median=seconds, evaluations=count(steps), points=steps)
+            row = dict(zip(columns(world), [name, f"tol=1e-{digits}", *errors])) | times
+            row |= dict(status=status, gamma_f=length)
             jobs.append((row, run, []))
             print(f"{name:14} tol=1e-{digits:<3} {status:10} {seconds:.2e} s", file=sys.stderr)
             if seconds > LONGEST:
                 break
     for round in range(ROUNDS):
         for row, run, samples in jobs:
-            if row[9] != "converged" or (round >= 3 and row[5] > 0.01):
+            if row["status"] != "converged" or (round >= 3 and row["seconds_min"] > 0.01):
                 continue
-            repetitions = min(1000, math.ceil(5e-5 / (samples[0] if samples else row[5])))
+            repetitions = min(1000, math.ceil(5e-5 / (samples[0] if samples else row["seconds_min"])))
             start = time.perf_counter()
             for _ in range(repetitions):
                 run()
             samples.append((time.perf_counter() - start) / repetitions)
     for row, _, samples in jobs:
         if samples:
-            row[5], row[6] = min(samples), sorted(samples)[len(samples) // 2]
+            row["seconds_min"], row["seconds_median"] = min(samples), sorted(samples)[len(samples) // 2]
     return [row for row, _, _ in jobs]
+
+
+def columns(world):
+    return ["method", "setting", *(f"error_{name}" for name in world.coordinates), *BEHIND]
+
+
+def is_scene(case):
+    """Whether a case is one of several coordinates, of another metric or of another law."""
+    potential, particle = case.get("potential", {}), case.get("particle", {})
+    several = {"coordinates", "one_form", "force", "conformal"}
+    return "metric" in case or bool(several & potential.keys()) or bool({"masses", "law"} & particle.keys())
 
 
 def main():
@@ -251,17 +408,17 @@ def main():
         sys.exit("geodesic-ivp is not on the PATH: build it with cargo build --release")
     out = arguments.out or Path("results") / arguments.case.stem / "work-precision"
     case = tomllib.loads(arguments.case.read_text(encoding="utf-8"))
-    world, t_i = World(case), Decimal(str(case["initial"].get("t", 0)))
+    world = Scene(case) if is_scene(case) else World(case)
     lengths = [float(length) for length in arguments.gamma_f.split(",")] if arguments.gamma_f else [None]
     rows = []
     for length in lengths:
-        length, exact = reference(program, arguments.case, length)
-        rows += measure(world, exact, t_i, length)
+        length, exact = reference(program, arguments.case, world, length)
+        rows += measure(world, exact, length)
     out.mkdir(parents=True, exist_ok=True)
     table = out / "work_precision_python.csv"
     with open(table, "w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(COLUMNS.split())
+        writer = csv.DictWriter(file, columns(world))
+        writer.writeheader()
         writer.writerows(rows)
     command = [program, "work-precision", str(arguments.case), "--plot", "--rows", str(table), "--out", str(out)]
     if arguments.gamma_f:

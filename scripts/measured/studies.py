@@ -3,6 +3,7 @@
 import json
 import shutil
 import subprocess
+import sys
 
 from .page import DOCS, PROGRAM, ROOT, Results, code, duration, section, short, table
 
@@ -52,6 +53,29 @@ def work_precision_quartic(python=False):
 @section("Speed against accuracy: a steep wall")
 def work_precision_tanh_wall(python=False):
     return charted("tanh-wall", None, "work-precision-tanh-wall.svg", python)
+
+
+@section("Speed against accuracy: a star in a galaxy")
+def work_precision_henon_heiles(python=False):
+    return charted("henon-heiles", None, "work-precision-henon-heiles.svg", python)
+
+
+@section("Speed against accuracy: an orbit around a black hole")
+def work_precision_schwarzschild(python=False):
+    return charted("schwarzschild-orbit", None, "work-precision-schwarzschild.svg", python)
+
+
+@section("Speed against accuracy: an inclined orbit around a rotating black hole")
+def work_precision_kerr(python=False):
+    return charted("kerr-inclined", None, "work-precision-kerr.svg", python)
+
+
+@section("What a window of a scene costs")
+def costs_of_scenes():
+    line = "cargo bench --bench scenes"
+    print(f"  {line}", file=sys.stderr)
+    done = subprocess.run([*line.split(), "--quiet"], cwd=ROOT, capture_output=True, text=True, check=True)
+    return code(line) + "\n```text\n" + done.stdout + "```\n"
 
 
 STATUS = "method form n_gamma status delta_k_max delta_q_t_max error_x_max sawtooth".split()

@@ -89,19 +89,8 @@ impl CaseArgs {
         stem.unwrap_or("stdin".as_ref())
     }
 
-    /// Reads a case of one coordinate. Prints a note if a built-in case is used because there is no such file, or no
-    /// case was named.
-    pub(super) fn read(&self) -> anyhow::Result<Case> {
-        match self.read_any()? {
-            AnyCase::One(case) => Ok(*case),
-            AnyCase::Scene(_) => {
-                let message = "this command takes cases of one coordinate in a potential, and not yet scenes";
-                Err(Refusal::usage(message).help("all commands but `stability` take scenes").into())
-            }
-        }
-    }
-
-    /// Reads a case of any kind, with the same notes.
+    /// Reads a case of any kind. Prints a note if a built-in case is used because there is no such file, or no case was
+    /// named.
     pub(super) fn read_any(&self) -> anyhow::Result<AnyCase> {
         let text = self.read_text()?;
         Ok(AnyCase::parse(&self.name(), &text, &self.set).map_err(|error| self.of_another_kind(error))?)

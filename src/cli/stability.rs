@@ -6,11 +6,9 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use clap::Args;
-use geodesic_ivp::Case;
+use geodesic_ivp::case::AnyCase;
 use geodesic_ivp::output::{OutputSet, StabilitySummary, pictures, write_stability};
-use geodesic_ivp::reference::ReferenceEnds;
-use geodesic_ivp::study::convergence::SweepError;
-use geodesic_ivp::study::stability::{Atlas, Cell, CellStatus, Limit, Method, Plan, Scene, measure};
+use geodesic_ivp::study::stability::{Arena, Atlas, Cell, CellStatus, Ends, Limit, Method, Pace, Plan, measure};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CaseArgs;
@@ -46,7 +44,7 @@ pub(super) struct StabilityArgs {
     #[arg(long, value_name = "L,L,…", value_delimiter = ',', value_parser = positive)]
     gamma_f: Vec<f64>,
 
-    /// Lengths by the tangent: values of dt/dgamma at the start, with dx/dt kept [default: the case's own]
+    /// Lengths by the tangent: values of dt/dgamma at the start, with dx/dt kept [default: the case's own]; not in scenes
     #[arg(long, value_name = "T,T,…", value_delimiter = ',', value_parser = positive)]
     t_dot: Vec<f64>,
 
@@ -65,41 +63,45 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
-    let case = &args.case.read()?;
-    let methods = chosen(&args.methods)?;
+    let case = &args.case.read_any()?;
+    if matches!(case, AnyCase::Scene(_)) && !args.t_dot.is_empty() {
+        let refusal = Refusal::usage("--t-dot is for cases of one coordinate");
+        anyhow::bail!(refusal.help("the lengths of a scene are those of --gamma-f"));
+    }
+    let (methods, left_out) = chosen(&args.methods, case)?;
     args.output.check_standard_output()?;
     let target = args.output.target(&args.case, "stability")?;
     let directory = target.folder.clone();
     let pictures: &[&str] = if args.plot { &PICTURES } else { &[] };
     let files = OutputSet::open(target, &[&[STABILITY, SUMMARY], pictures].concat())?;
-    let (scene, plan, atlas) = match measure_with_progress(case, methods, args) {
+    let (arena, plan, atlas) = match measure_with_progress(case, methods, args) {
         Ok(Some(measured)) => measured,
         Ok(None) => return Ok(interrupt::before_any_result()),
         Err(Impossible::Reference(end)) => {
             // Without a reference nothing can be judged. The files of an earlier run are removed: they must not be
             // taken for results of this one.
             files.commit(|_| false)?;
-            return Err(SweepError::from(end).into());
+            return Err(end.error.into());
         }
         Err(Impossible::Steps(steps)) => {
             anyhow::bail!(Refusal::usage(format!("--delta-gamma takes {steps:.0e} steps, {MOST_STEPS:.0e} at most")));
         }
     };
-    let (scene, plan) = (scene.as_ref(), plan.as_ref());
-    write_stability(files.writer(STABILITY), &atlas.cells).context("cannot write stability.csv")?;
-    let summary = StabilitySummary::new(case, scene, plan, &atlas).to_json();
+    let (arena, plan) = (arena.as_ref(), plan.as_ref());
+    write_stability(files.writer(STABILITY), arena, &atlas.cells).context("cannot write stability.csv")?;
+    let summary = StabilitySummary::new((case.title(), case.warnings()), arena, plan, &atlas).to_json();
     files.write_text(SUMMARY, &summary)?;
-    let title = &args.case.title(case);
+    let title = &args.case.headed(case.title());
     if args.plot {
         let own = |own: bool| plan.methods.iter().filter(|method| method.is_own() == own).cloned().collect::<Vec<_>>();
-        files.write_text(MAP, &pictures::stability_map(title, scene, &own(true), &atlas.cells).to_svg())?;
-        files.write_text(MAP_OTHERS, &pictures::stability_map(title, scene, &own(false), &atlas.cells).to_svg())?;
-        files.write_text(ONSET, &pictures::sawtooth_onset(title, &atlas.cells, scene.t_dot()).to_svg())?;
-        files.write_text(LAST_NODE, &pictures::last_node(title, &atlas.cells).to_svg())?;
+        files.write_text(MAP, &pictures::stability_map(title, arena, &own(true), &atlas.cells).to_svg())?;
+        files.write_text(MAP_OTHERS, &pictures::stability_map(title, arena, &own(false), &atlas.cells).to_svg())?;
+        files.write_text(ONSET, &pictures::sawtooth_onset(title, &atlas.cells).to_svg())?;
+        files.write_text(LAST_NODE, &pictures::last_node(title, arena, &atlas.cells).to_svg())?;
     }
     let kept = files.commit(|_| true)?;
     args.output.tell(args.case.quiet, &summary, || {
-        readable(title, scene, plan, &atlas) + &report::written(&directory, &kept)
+        readable(title, arena, plan, &atlas) + &left_out + &report::written(&directory, &kept)
     })?;
     if atlas.interrupted {
         let rows = atlas.cells.len();
@@ -130,61 +132,84 @@ fn ascending(values: &[f64]) -> Vec<f64> {
     values
 }
 
-/// The methods whose labels begin with one of `names`.
-fn chosen(names: &[String]) -> anyhow::Result<Vec<Method>> {
-    let all = Method::all();
+/// The methods whose labels begin with one of `names`, and what to say about those that are left out although nobody
+/// said so.
+fn chosen(names: &[String], case: &AnyCase) -> anyhow::Result<(Vec<Method>, String)> {
+    let is_separable = match case {
+        AnyCase::One(_) => None,
+        AnyCase::Scene(scene) => Some(scene.geometry::<f64>().is_separable()),
+    };
+    let unsuitable = |method: &Method| is_separable.and_then(|is_separable| method.unsuitable(is_separable));
+    let (suitable, others): (Vec<Method>, Vec<Method>) =
+        Method::all().into_iter().partition(|method| unsuitable(method).is_none());
     if names.is_empty() {
-        return Ok(all);
+        let others: Vec<String> = others.iter().filter(|method| !method.is_own()).map(Method::label).collect();
+        let left_out = format!("  left out   {}: the scene is not separable\n", others.join(", "));
+        return Ok((suitable, if others.is_empty() { String::new() } else { left_out }));
     }
     let begins = |method: &Method, name: &str| method.label().to_lowercase().starts_with(&name.trim().to_lowercase());
-    if let Some(name) = names.iter().find(|name| !all.iter().any(|method| begins(method, name))) {
-        let known: Vec<String> = all.iter().map(Method::label).collect();
+    if let Some(name) = names.iter().find(|name| !suitable.iter().any(|method| begins(method, name))) {
+        let other = others.iter().find(|method| begins(method, name));
+        if let Some((method, reason)) = other.and_then(|method| Some((method, unsuitable(method)?))) {
+            anyhow::bail!(Refusal::usage(format!("{} {reason}", method.label())));
+        }
+        let known: Vec<String> = suitable.iter().map(Method::label).collect();
         anyhow::bail!(Refusal::usage(format!("no method is called '{name}'; there are {}", known.join(", "))));
     }
-    Ok(all.into_iter().filter(|method| names.iter().any(|name| begins(method, name))).collect())
+    let is_chosen = |method: &Method| names.iter().any(|name| begins(method, name));
+    Ok((suitable.into_iter().filter(is_chosen).collect(), String::new()))
 }
 
 /// What a measurement reports while it is running.
 enum News {
-    Ready(Arc<Scene>, Arc<Plan>),
-    Tried(usize, Option<Cell>),
+    Ready(Arc<Arena>, Arc<Plan>),
+    Tried(usize, Option<Box<Cell>>),
     Impossible(Impossible),
 }
 
-/// The scene, what was to be measured on it, and what was measured.
-type Measured = (Arc<Scene>, Arc<Plan>, Atlas);
+/// The world-line, what was to be measured on it, and what was measured.
+type Measured = (Arc<Arena>, Arc<Plan>, Atlas);
 
 /// Why there is no atlas.
 enum Impossible {
     /// There is no reference, so nothing can be judged.
-    Reference(ReferenceEnds),
+    Reference(Box<Ends>),
     /// The finest grid would have too many steps: this many.
     Steps(f64),
 }
 
-/// The scene and the plan: what is to be measured on it.
-fn planned(case: &Case, methods: Vec<Method>, args: &[Vec<f64>; 3]) -> Result<(Arc<Scene>, Arc<Plan>), Impossible> {
+/// The world-line and the plan: what is to be measured on it.
+fn planned(case: &AnyCase, methods: Vec<Method>, args: &[Vec<f64>; 3]) -> Result<(Arc<Arena>, Arc<Plan>), Impossible> {
     let [gamma_f, t_dot, delta_gamma] = args;
-    let own = case.initial_data::<f64>().t_dot;
-    let tangents = if t_dot.is_empty() { vec![1.0] } else { t_dot.iter().map(|value| value / own).collect() };
+    let tangents = match case {
+        AnyCase::One(case) if !t_dot.is_empty() => {
+            let own = case.initial_data::<f64>().t_dot;
+            t_dot.iter().map(|value| value / own).collect()
+        }
+        _ => vec![1.0],
+    };
     let lengths: Vec<f64> =
         gamma_f.iter().flat_map(|length| tangents.iter().map(move |tangent| length * tangent)).collect();
-    let scene = Scene::new(case, &lengths).map_err(Impossible::Reference)?;
+    let arena = match case {
+        AnyCase::One(case) => Arena::new(case, &lengths),
+        AnyCase::Scene(case) => Arena::of_scene(case, &lengths),
+    };
+    let arena = arena.map_err(|end| Impossible::Reference(Box::new(end)))?;
     let or = |given: &[f64], default: Vec<f64>| if given.is_empty() { default } else { ascending(given) };
     let plan = Plan {
         methods,
-        lengths: or(gamma_f, scene.default_lengths()),
+        lengths: or(gamma_f, arena.default_lengths()),
         tangents,
-        spacings: or(delta_gamma, scene.default_spacings()),
+        spacings: or(delta_gamma, arena.default_spacings()),
     };
     let steps = plan.lengths.iter().copied().fold(0.0, f64::max) / plan.spacings.first().copied().unwrap_or(1.0);
-    if steps > MOST_STEPS { Err(Impossible::Steps(steps)) } else { Ok((Arc::new(scene), Arc::new(plan))) }
+    if steps > MOST_STEPS { Err(Impossible::Steps(steps)) } else { Ok((Arc::new(arena), Arc::new(plan))) }
 }
 
 /// Measures, with a progress bar if standard error is a terminal. After an interrupt the result has the cells that were
 /// finished; it is `None` if the reference was not finished.
 fn measure_with_progress(
-    case: &Case,
+    case: &AnyCase,
     methods: Vec<Method>,
     args: &StabilityArgs,
 ) -> Result<Option<Measured>, Impossible> {
@@ -193,41 +218,48 @@ fn measure_with_progress(
     let case = case.clone();
     let args = [&args.gamma_f, &args.t_dot, &args.delta_gamma].map(Vec::clone);
     let work = move |tell: &(dyn Fn(News) + Sync)| match planned(&case, methods, &args) {
-        Ok((scene, plan)) => {
-            tell(News::Ready(Arc::clone(&scene), Arc::clone(&plan)));
-            let tried = |place: usize, cell: Option<&Cell>| tell(News::Tried(place, cell.cloned()));
-            measure(&scene, &plan, &AtomicBool::new(false), &tried);
+        Ok((arena, plan)) => {
+            tell(News::Ready(Arc::clone(&arena), Arc::clone(&plan)));
+            let tried = |place: usize, cell: Option<&Cell>| tell(News::Tried(place, cell.cloned().map(Box::new)));
+            measure(&arena, &plan, &AtomicBool::new(false), &tried);
         }
         Err(impossible) => tell(News::Impossible(impossible)),
     };
     let (mut ready, mut cells) = (Ok(None), Vec::new());
     let interrupted = interrupt::beside_it(work, |news| match news {
-        News::Ready(scene, plan) => {
+        News::Ready(arena, plan) => {
             bar.set_length(plan.grids() as u64);
-            ready = Ok(Some((scene, plan)));
+            ready = Ok(Some((arena, plan)));
         }
         News::Impossible(impossible) => ready = Err(impossible),
         News::Tried(place, cell) => {
             if let Some(cell) = cell {
                 bar.set_message(format!("last: {} {}", cell.method.label(), cell.status.label()));
-                cells.push((place, cell));
+                cells.push((place, *cell));
             }
             bar.inc(1);
         }
     });
     bar.finish_and_clear();
-    Ok(ready?.map(|(scene, plan)| (scene, plan, Atlas::gathered(cells, interrupted))))
+    Ok(ready?.map(|(arena, plan)| (arena, plan, Atlas::gathered(cells, interrupted))))
 }
 
-fn readable(title: &str, scene: &Scene, plan: &Plan, atlas: &Atlas) -> String {
+fn readable(title: &str, arena: &Arena, plan: &Plan, atlas: &Atlas) -> String {
     let mut text = format!(
         "{title}: {} cells; largest local frequency {:.4e}; reference to {:.0e}\n",
         atlas.cells.len(),
-        scene.omega(),
-        scene.reference_error()
+        arena.omega(),
+        arena.reference_error()
     );
-    if let Some(end) = scene.ends() {
-        text += &format!("  {end}\n");
+    match arena.pace() {
+        Pace::Frequency(_) => {}
+        Pace::Growth(rate) => {
+            text += &format!("  nothing oscillates: steps are in units of the rate of growth, {rate:.4e}\n")
+        }
+        Pace::Length(rate) => text += &format!("  nothing oscillates: steps are in units of 2 pi/length, {rate:.4e}\n"),
+    }
+    if let Some(end) = arena.ends() {
+        text += &format!("  {}\n", end.error);
     }
     text += "  method                limit";
     for status in CellStatus::ALL {

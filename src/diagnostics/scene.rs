@@ -4,7 +4,7 @@ use super::Sawtooth;
 use super::rows::{corrected, derivative, handed_on, largest};
 use super::warnings::rounding_warning;
 use crate::action::{Form, Layout};
-use crate::geometry::{Geometry, Lagrangian, Observable, Samples, Term};
+use crate::geometry::{Geometry, Lagrangian, Observable, Samples};
 use crate::norm::max_abs;
 use crate::scalar::{Real, sum};
 use crate::solve::WindowGrid;
@@ -238,15 +238,8 @@ impl<S: Real> Measured<'_, S> {
         geometry.structure().norm(&self.samples, |a| self.velocity(a, k), k)
     }
 
-    /// Σ |g_ab q̇^a q̇^b| without its largest term.
     fn motion(&self, geometry: &Geometry<S>, k: usize) -> S {
-        let n = geometry.dimension();
-        let terms = geometry.structure().values.iter().filter(|term| term.ab[1] < n);
-        let size = |&Term { ab: [a, b], value, .. }: &Term<S, 0>| {
-            (self.samples.at(value, k) * self.velocity(a, k) * self.velocity(b, k)).abs()
-        };
-        let (sum, most) = terms.map(size).fold((S::ZERO, S::ZERO), |(sum, most), size| (sum + size, most.max(size)));
-        sum - most
+        geometry.structure().motion(&self.samples, |a| self.velocity(a, k), k)
     }
 
     /// f_a + F_a.

@@ -175,6 +175,21 @@ impl<S: Real> Geometry<S> {
         self.structure.norm(&self.at(q), |a| q_dot[a], 0)
     }
 
+    /// What motion contributes to K at a point: the sizes of its terms without the largest of them.
+    pub fn motion(&self, q: &[S], q_dot: &[S]) -> S {
+        self.structure.motion(&self.at(q), |a| q_dot[a], 0)
+    }
+
+    /// q̇^a = g^ab (p_b − A_b) at a point.
+    ///
+    /// # Errors
+    /// [`OutsideGeometry`] with `index` 0, where the point is outside the domain.
+    pub fn velocities(&self, q: &[S], p: &[S]) -> Result<Vec<S>, OutsideGeometry> {
+        let mut rates = self.field.room();
+        self.field.evaluate(q, p, &mut rates)?;
+        Ok((0..self.dimension()).map(|a| self.field.q_dot(&rates, a)).collect())
+    }
+
     /// All rows at one point, inside the domain or not.
     pub fn at(&self, q: &[S]) -> Samples<S> {
         let rows: Vec<&[S]> = q.iter().map(std::slice::from_ref).collect();

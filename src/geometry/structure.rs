@@ -87,6 +87,15 @@ impl<S: Real> Structure<S> {
         })
     }
 
+    /// Σ |g_ab q̇^a q̇^b| over a ≤ b without its largest term, at node k: what motion contributes to K.
+    pub fn motion(&self, samples: &Samples<S>, velocity: impl Fn(usize) -> S, k: usize) -> S {
+        let terms = self.values.iter().filter(|term| term.ab[1] < self.dimension);
+        let size =
+            |&Term { ab: [a, b], value, .. }: &Term<S, 0>| (samples.at(value, k) * velocity(a) * velocity(b)).abs();
+        let (sum, most) = terms.map(size).fold((S::ZERO, S::ZERO), |(sum, most), size| (sum + size, most.max(size)));
+        sum - most
+    }
+
     /// Velocities that the Lagrangian multiplies: n, and the constant 1 if there is a one-form.
     pub fn velocities(&self) -> usize {
         self.dimension + usize::from(self.has_one_form)

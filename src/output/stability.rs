@@ -5,60 +5,72 @@ use std::io::Write;
 use csv::Writer;
 use serde::Serialize;
 
-use crate::case::{Case, Form};
+use crate::case::Form;
 use crate::study::stability::{
-    ACCURATE, Atlas, Cell, CellStatus, DIVERGED, DRIFTING, Limit, Method, Plan, ROUGHER, SAWTOOTH, Scene,
+    ACCURATE, Arena, Atlas, Cell, CellStatus, DIVERGED, DRIFTING, Limit, Method, Plan, ROUGHER, SAWTOOTH,
 };
 
-const COLUMNS: [&str; 13] = [
-    "method",
-    "form",
-    "n_gamma",
-    "gamma_f",
-    "t_dot",
-    "delta_gamma_omega",
-    "status",
-    "delta_k_max",
-    "delta_q_t_max",
-    "error_x_max",
-    "sawtooth",
-    "iterations",
-    "seconds",
-];
+/// The columns before those of the charge and the error, and those behind them.
+const BEFORE: [&str; 8] =
+    ["method", "form", "n_gamma", "gamma_f", "t_dot", "delta_gamma_omega", "status", "delta_k_max"];
+const BEHIND: [&str; 3] = ["sawtooth", "iterations", "seconds"];
+
+/// The columns of one coordinate have its charge and its error in the middle. Those of a scene have the errors of all
+/// coordinates, the charges and the energy at the end.
+fn columns(arena: &Arena) -> Vec<String> {
+    let text = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+    if !arena.is_scene() {
+        return [text(&BEFORE), text(&["delta_q_t_max", "error_x_max"]), text(&BEHIND)].concat();
+    }
+    let names = arena.coordinates();
+    let errors = names.iter().map(|name| format!("error_{name}")).collect();
+    let charges = arena.charges().map(|a| format!("delta_q_{}", names[a])).collect();
+    let energy = if arena.has_energy() { text(&["delta_energy_max"]) } else { Vec::new() };
+    [text(&BEFORE), text(&BEHIND), errors, charges, energy].concat()
+}
 
 /// Writes `stability.csv`, one row per cell. Numbers that do not apply, were not measured or are not finite are left
 /// empty.
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_stability(out: impl Write, cells: &[Cell]) -> csv::Result<()> {
+pub fn write_stability(out: impl Write, arena: &Arena, cells: &[Cell]) -> csv::Result<()> {
     let mut writer = Writer::from_writer(out);
-    writer.write_record(COLUMNS)?;
+    writer.write_record(columns(arena))?;
     for cell in cells {
-        let numbers = cell.numbers.as_ref();
-        let whole = |value: Option<usize>| value.map(|value| value.to_string()).unwrap_or_default();
-        let method = match cell.method.is_adaptive() {
-            true => format!("{} tol={:e}", cell.method.name(), cell.setting),
-            false => cell.method.name(),
-        };
-        writer.write_record([
-            method,
-            cell.method.form().map_or("", Form::as_str).to_owned(),
-            whole(cell.n_gamma),
-            number(Some(cell.gamma_f)),
-            number(Some(cell.t_dot)),
-            number(cell.delta_gamma_omega),
-            cell.status.as_str().to_owned(),
-            number(numbers.map(|n| n.delta_k_max)),
-            number(numbers.and_then(|n| n.delta_q_t_max)),
-            number(numbers.and_then(|n| n.error_x_max)),
-            number(numbers.and_then(|n| n.sawtooth)),
-            whole(cell.iterations),
-            number(Some(cell.seconds)),
-        ])?;
+        writer.write_record(row(arena, cell))?;
     }
     writer.flush()?;
     Ok(())
+}
+
+fn row(arena: &Arena, cell: &Cell) -> Vec<String> {
+    let numbers = cell.numbers.as_ref();
+    let whole = |value: Option<usize>| value.map(|value| value.to_string()).unwrap_or_default();
+    let method = match cell.method.is_adaptive() {
+        true => format!("{} tol={:e}", cell.method.name(), cell.setting),
+        false => cell.method.name(),
+    };
+    let before = vec![
+        method,
+        cell.method.form().map_or("", Form::as_str).to_owned(),
+        whole(cell.n_gamma),
+        number(Some(cell.gamma_f)),
+        number(cell.t_dot),
+        number(cell.delta_gamma_omega),
+        cell.status.as_str().to_owned(),
+        number(numbers.map(|n| n.delta_k_max)),
+    ];
+    let behind = vec![number(numbers.and_then(|n| n.sawtooth)), whole(cell.iterations), number(Some(cell.seconds))];
+    let error = |a: usize| number(numbers.and_then(|n| Some(n.errors.as_ref()?[a])));
+    let charge = |place: usize| number(numbers.and_then(|n| Some(n.charges.as_ref()?[place])));
+    if !arena.is_scene() {
+        return [before, vec![charge(0), error(1)], behind].concat();
+    }
+    let errors = (0..arena.coordinates().len()).map(error).collect();
+    let charges = (0..arena.charges().count()).map(charge).collect();
+    let energy = || number(numbers.and_then(|n| n.delta_energy_max));
+    [before, behind, errors, charges, arena.has_energy().then(energy).into_iter().collect()].concat()
 }
 
 fn number(value: Option<f64>) -> String {
@@ -110,20 +122,31 @@ struct MethodSummary {
 /// The border of the accurate cells, for one length.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Border {
-    /// γ_f − γ_i times ṫ_i, where ṫ_i is in units of the first one that is charted.
+    /// γ_f − γ_i times ṫ_i, where ṫ_i is in units of the case's own.
     pub length: f64,
     /// Δγω; null if not even the finest cell is accurate.
     pub delta_gamma_omega: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]
-struct LastNode {
-    method: String,
-    n_gamma: Option<usize>,
-    gamma_f: f64,
-    t_dot: f64,
-    delta_q_t_last: f64,
-    delta_q_t_last_corrected: f64,
+#[serde(untagged)]
+enum LastNode {
+    One {
+        method: String,
+        n_gamma: Option<usize>,
+        gamma_f: f64,
+        t_dot: Option<f64>,
+        delta_q_t_last: f64,
+        delta_q_t_last_corrected: f64,
+    },
+    Scene {
+        method: String,
+        n_gamma: Option<usize>,
+        gamma_f: f64,
+        charge: String,
+        delta_q_last: f64,
+        delta_q_last_corrected: f64,
+    },
 }
 
 /// Where along the world-line a sawtooth begins.
@@ -137,11 +160,11 @@ pub struct Onset {
     pub gamma: f64,
 }
 
-/// For each length, the largest Δγω up to which all cells of `method` are accurate. `t_dot` is the unit of ṫ_i.
-pub fn borders(cells: &[Cell], method: &Method, t_dot: f64) -> Vec<Border> {
+/// For each length, the largest Δγω up to which all cells of `method` are accurate.
+pub fn borders(cells: &[Cell], method: &Method) -> Vec<Border> {
     let mut all: Vec<(f64, Vec<&Cell>)> = Vec::new();
     for cell in cells.iter().filter(|cell| cell.method == *method) {
-        let length = cell.gamma_f * (cell.t_dot / t_dot);
+        let length = cell.length();
         match all.iter_mut().find(|(known, _)| *known == length) {
             Some((_, row)) => row.push(cell),
             None => all.push((length, vec![cell])),
@@ -156,18 +179,17 @@ pub fn borders(cells: &[Cell], method: &Method, t_dot: f64) -> Vec<Border> {
     all.into_iter().map(border).collect()
 }
 
-/// Where the sawtooth begins, for each method and step: on the longest world-line that has one. `t_dot` is the unit of
-/// ṫ_i.
-pub fn onsets(cells: &[Cell], t_dot: f64) -> Vec<Onset> {
+/// Where the sawtooth begins, for each method and step: on the longest world-line that has one.
+pub fn onsets(cells: &[Cell]) -> Vec<Onset> {
     let mut all: Vec<(&Cell, Onset)> = Vec::new();
     for cell in cells {
-        let from = cell.numbers.and_then(|numbers| numbers.sawtooth_from);
+        let from = cell.numbers.as_ref().and_then(|numbers| numbers.sawtooth_from);
         let (Some(gamma), Some(delta_gamma_omega)) = (from, cell.delta_gamma_omega) else { continue };
-        let onset = Onset { method: cell.method.label(), delta_gamma_omega, gamma: gamma * (cell.t_dot / t_dot) };
-        let same =
-            |other: &Cell| other.method == cell.method && other.setting * other.t_dot == cell.setting * cell.t_dot;
+        let onset = Onset { method: cell.method.label(), delta_gamma_omega, gamma: gamma * cell.tangent };
+        let step = |cell: &Cell| cell.setting * cell.tangent;
+        let same = |other: &Cell| other.method == cell.method && step(other) == step(cell);
         match all.iter_mut().find(|(other, _)| same(other)) {
-            Some(known) if known.0.gamma_f * known.0.t_dot < cell.gamma_f * cell.t_dot => *known = (cell, onset),
+            Some(known) if known.0.length() < cell.length() => *known = (cell, onset),
             Some(_) => {}
             None => all.push((cell, onset)),
         }
@@ -175,9 +197,26 @@ pub fn onsets(cells: &[Cell], t_dot: f64) -> Vec<Onset> {
     all.into_iter().map(|(_, onset)| onset).collect()
 }
 
+/// The charges at the last node of a cell.
+fn last_nodes(arena: &Arena, cell: &Cell) -> Vec<LastNode> {
+    let last = cell.numbers.as_ref().and_then(|numbers| numbers.last_node.clone()).unwrap_or_default();
+    let Cell { n_gamma, gamma_f, t_dot, .. } = *cell;
+    let of = |(a, [last, corrected]): (usize, [f64; 2])| {
+        let method = cell.method.label();
+        if arena.is_scene() {
+            let charge = arena.coordinates()[a].clone();
+            LastNode::Scene { method, n_gamma, gamma_f, charge, delta_q_last: last, delta_q_last_corrected: corrected }
+        } else {
+            let (delta_q_t_last, delta_q_t_last_corrected) = (last, corrected);
+            LastNode::One { method, n_gamma, gamma_f, t_dot, delta_q_t_last, delta_q_t_last_corrected }
+        }
+    };
+    arena.charges().zip(last).map(of).collect()
+}
+
 impl<'a> StabilitySummary<'a> {
-    /// The summary of a plan and of the atlas that was measured.
-    pub fn new(case: &'a Case, scene: &Scene, plan: &Plan, atlas: &Atlas) -> Self {
+    /// The summary of a plan and of the atlas that was measured, for a case with this title and these warnings.
+    pub fn new((title, warnings): (Option<&'a str>, Vec<String>), arena: &Arena, plan: &Plan, atlas: &Atlas) -> Self {
         let of_method = |method: &Method| {
             let mut counts = std::collections::BTreeMap::new();
             for cell in atlas.cells.iter().filter(|cell| cell.method == *method) {
@@ -188,27 +227,16 @@ impl<'a> StabilitySummary<'a> {
                 Limit::None => Some(None),
                 Limit::Adaptive => None,
             };
-            let accurate_up_to = borders(&atlas.cells, method, scene.t_dot());
+            let accurate_up_to = borders(&atlas.cells, method);
             MethodSummary { method: method.label(), linear_limit, cells: counts, accurate_up_to }
-        };
-        let last_node = |cell: &Cell| {
-            let [last, corrected] = cell.numbers?.last_node?;
-            Some(LastNode {
-                method: cell.method.label(),
-                n_gamma: cell.n_gamma,
-                gamma_f: cell.gamma_f,
-                t_dot: cell.t_dot,
-                delta_q_t_last: last,
-                delta_q_t_last_corrected: corrected,
-            })
         };
         Self {
             status: if atlas.interrupted { "interrupted" } else { "complete" },
             version: env!("CARGO_PKG_VERSION"),
-            title: case.title.as_deref(),
-            omega: scene.omega(),
-            reference_error_estimate: scene.reference_error(),
-            geodesic_ends: scene.ends().map(ToString::to_string),
+            title,
+            omega: arena.omega(),
+            reference_error_estimate: arena.reference_error(),
+            geodesic_ends: arena.ends().map(|end| end.error.to_string()),
             thresholds: Thresholds {
                 accurate: ACCURATE,
                 diverged: DIVERGED,
@@ -218,9 +246,9 @@ impl<'a> StabilitySummary<'a> {
             },
             cells: atlas.cells.len(),
             methods: plan.methods.iter().map(of_method).collect(),
-            last_node: atlas.cells.iter().filter_map(last_node).collect(),
-            sawtooth: onsets(&atlas.cells, scene.t_dot()),
-            warnings: case.warnings(),
+            last_node: atlas.cells.iter().flat_map(|cell| last_nodes(arena, cell)).collect(),
+            sawtooth: onsets(&atlas.cells),
+            warnings,
         }
     }
 

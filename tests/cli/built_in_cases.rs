@@ -59,14 +59,12 @@ fn a_hard_case_is_found_by_its_bare_name() {
 }
 
 #[test]
-fn a_scene_is_found_by_its_name_and_the_atlas_says_that_it_takes_none() {
+fn a_scene_is_found_by_its_name() {
     let folder = TempDir::new().unwrap();
     let output = run_in(folder.path(), "run kepler");
     assert!(succeeded(&output).starts_with("Kepler's ellipse in Newton's law"));
     assert!(stderr(&output).contains("the built-in case of that name is used"), "{}", stderr(&output));
     assert_eq!(json(&folder.path().join("results/kepler/summary.json"))["ignorable"], serde_json::json!(["t", "s"]));
-    let message = failed(&run_in(folder.path(), "stability kepler"), 2);
-    assert!(message.contains("not yet scenes"), "{message}");
 }
 
 #[test]

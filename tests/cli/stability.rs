@@ -61,6 +61,112 @@ fn the_atlas_has_its_columns_its_summary_and_its_pictures() {
 }
 
 #[test]
+fn the_atlas_of_a_scene_has_the_errors_of_all_coordinates() {
+    let folder = TempDir::new().unwrap();
+    let grid = "--gamma-f 2,20 --delta-gamma 0.05,0.3,0.7 --plot";
+    let output = run_in(folder.path(), &format!("stability henon-heiles --methods {METHODS} {grid} --out out"));
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(text.contains("SBP21 strong") && text.contains("Verlet") && !text.contains("left out"), "{text}");
+    let out = folder.path().join("out");
+    let pictures = ["last_node.svg", "map.svg", "map_others.svg", "sawtooth.svg", "stability.csv", "summary.json"];
+    assert_eq!(names(&out), pictures);
+    let columns = "method,form,n_gamma,gamma_f,t_dot,delta_gamma_omega,status,delta_k_max,sawtooth,iterations,seconds,\
+         error_t,error_x,error_y,error_s,delta_q_t,delta_q_s,delta_energy_max";
+    let mut table = csv::Reader::from_path(out.join("stability.csv")).unwrap();
+    assert_eq!(table.headers().unwrap().iter().collect::<Vec<_>>().join(","), columns);
+    check_tables(&out);
+    let mut accurate = 0;
+    for row in table.records().map(Result::unwrap) {
+        let number = |column: usize| row[column].parse::<f64>().ok();
+        let is_own = row[0].starts_with("SBP") || row[0].starts_with("GLL") || row[0].starts_with("accuracy");
+        // Charges are exact whatever becomes of the trajectory; those of other methods are parameters.
+        let charges = [15, 16].map(number);
+        let exact = charges.iter().all(|charge| charge.is_some_and(|charge| charge < 1e-10));
+        assert!(exact == (is_own && number(7).is_some()), "{row:?}");
+        if &row[6] == "accurate" {
+            accurate += 1;
+            // With Newton's law K is -2 p_s (energy off) with p_s = 1, and t is exact.
+            let (k, energy) = (number(7).unwrap(), number(17).unwrap());
+            assert!(energy >= 0.5 * k * (1.0 - 1e-9) && number(11).unwrap() < 1e-12, "{row:?}");
+            assert!(number(12).unwrap().max(number(13).unwrap()) < 1e-2, "{row:?}");
+        }
+    }
+    assert!(accurate > 10, "{accurate}");
+    let summary = json(&out.join("summary.json"));
+    let last = summary["last_node"].as_array().unwrap();
+    assert!(last.iter().any(|row| row["charge"] == "t" && row["delta_q_last"].as_f64() != Some(0.0)), "{last:?}");
+    for picture in ["map.svg", "map_others.svg", "sawtooth.svg", "last_node.svg"] {
+        let svg = fs::read_to_string(out.join(picture)).unwrap();
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>") && !svg.contains("NaN"), "{picture}");
+    }
+}
+
+/// One of each kind.
+const METHODS: &str = "sbp21,sbp42,gll8,accuracy,rk4,dop853,verlet,gauss,radau,taylor";
+
+#[test]
+fn methods_that_a_scene_does_not_have_are_left_out_or_refused() {
+    let folder = TempDir::new().unwrap();
+    let small = "--gamma-f 10,40 --delta-gamma 1 --out out";
+    let output = run_in(folder.path(), &format!("stability kerr-inclined {small}"));
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("left out   Verlet, Kahan-Li 6, Kahan-Li 8: the scene is not separable"), "{text}");
+    assert!(!text.contains("unregularised") && text.contains("Gauss 8"), "{text}");
+    for (arguments, message) in [
+        ("kerr-inclined --methods verlet", "Verlet needs a scene that is separable"),
+        ("henon-heiles --methods euler", "no method is called 'euler'; there are SBP21 strong"),
+        ("henon-heiles --t-dot 1,2", "--t-dot is for cases of one coordinate"),
+    ] {
+        let output = run_in(folder.path(), &format!("stability {arguments}"));
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments}: {stderr}");
+        assert!(stderr.contains(message), "{arguments}: {stderr}");
+    }
+    let unregularised = program()
+        .current_dir(folder.path())
+        .args(["stability", "kepler", "--methods", "sbp21 unreg"])
+        .output()
+        .unwrap();
+    let stderr = String::from_utf8_lossy(&unregularised.stderr);
+    assert!(stderr.contains("SBP21 unregularised is for one coordinate"), "{stderr}");
+}
+
+#[test]
+fn scenes_without_time_or_oscillation_and_with_an_end_are_charted() {
+    let folder = TempDir::new().unwrap();
+    let methods = "--methods sbp42,gll8,rk4,accuracy";
+    // Light has no coordinate t here.
+    let output =
+        run_in(folder.path(), &format!("stability fish-eye {methods} --gamma-f 3 --delta-gamma 0.1 --out eye"));
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let table = fs::read_to_string(folder.path().join("eye/stability.csv")).unwrap();
+    assert!(table.lines().nth(1).unwrap().starts_with("SBP42,strong,31,3.0,,"), "{table}");
+    let falls = "potential = { coordinates = [\"x\", \"y\"], formula = \"x/10\" }\nparticle.law = \"newtonian\"\n\
+         initial = { x = 0.0, y = 0.0, x_dot = 0.0, y_dot = 1.0 }\ngrid = { gamma_f = 4.0, n_gamma = 21 }\n\
+         scheme = { sbp = \"SBP42\" }\n";
+    fs::write(folder.path().join("falls.toml"), falls).unwrap();
+    let output = run_in(folder.path(), &format!("stability falls.toml {methods} --plot --out falls"));
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("nothing oscillates: steps are in units of 2 pi/length, 1.5708e0"), "{text}");
+    let table = fs::read_to_string(folder.path().join("falls/stability.csv")).unwrap();
+    assert!(table.lines().skip(1).all(|row| row.contains(",accurate,")), "{table}");
+    // Into the hole: accurate up to the horizon, and nothing behind it.
+    let plunge = "stability schwarzschild-orbit --set initial={r=6.0,p_t=1.0,p_phi=-1.0,r_dot=-0.5}";
+    let output = run_in(folder.path(), &format!("{plunge} {methods} --gamma-f 1,400 --delta-gamma 0.05,1 --out hole"));
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("the reference trajectory ends at") && text.contains("leaves the domain"), "{text}");
+    let table = fs::read_to_string(folder.path().join("hole/stability.csv")).unwrap();
+    let statuses = |length: &str| {
+        let rows = table.lines().filter(|row| row.split(',').nth(3) == Some(length));
+        rows.map(|row| row.split(',').nth(6).unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    assert!(statuses("1.0").contains(&"accurate".to_owned()), "{table}");
+    assert!(!statuses("400.0").contains(&"accurate".to_owned()), "{table}");
+    assert!(statuses("400.0").contains(&"outside-domain".to_owned()), "{table}");
+}
+
+#[test]
 fn what_cannot_be_charted_is_refused() {
     let folder = TempDir::new().unwrap();
     let rough =

@@ -14,7 +14,7 @@ use super::trace::draw_symbol;
 const ACROSS: usize = 4;
 const GAP: i32 = 12 * PX;
 /// Room for the labels of the rows.
-const LEFT: i32 = 62 * PX;
+const LEFT: i32 = 70 * PX;
 const CELL_HEIGHT: i32 = 14 * PX;
 const PANEL_TITLE: i32 = 20 * PX;
 const TICKS: i32 = 28 * PX;

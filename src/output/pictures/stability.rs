@@ -3,9 +3,10 @@
 
 use super::look;
 use crate::case::Form;
+use crate::norm::larger;
 use crate::output::chart::{Chart, Ink, Kind, Map, Mark, Panel, Scale, Series, Sign};
 use crate::output::stability::onsets;
-use crate::study::stability::{Cell, CellStatus, Limit, Method, Scene};
+use crate::study::stability::{Arena, Cell, CellStatus, Limit, Method, Pace};
 
 /// The values of Δγω that have ticks.
 const TICKS: [f64; 8] = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0];
@@ -51,19 +52,17 @@ fn between(columns: &[f64], value: f64) -> Option<f64> {
 }
 
 /// The maps of `methods`. The abscissa is Δγω, or the tolerance of an adaptive method; the ordinate is the length.
-pub fn stability_map(of: &str, scene: &Scene, methods: &[Method], cells: &[Cell]) -> Map {
-    let length = |cell: &Cell| cell.gamma_f * (cell.t_dot / scene.t_dot());
-    let lengths = distinct(cells.iter().map(length));
+pub fn stability_map(of: &str, arena: &Arena, methods: &[Method], cells: &[Cell]) -> Map {
+    let lengths = distinct(cells.iter().map(Cell::length));
     let panel = |method: &Method| {
         let settings =
             distinct(cells.iter().filter(|c| c.method.is_adaptive() == method.is_adaptive()).map(|c| c.setting));
         let of_cell = |cell: &Cell| {
             let status = CellStatus::ALL.iter().position(|&status| status == cell.status)?;
-            Some((place(&settings, cell.setting)?, place(&lengths, length(cell))?, status))
+            Some((place(&settings, cell.setting)?, place(&lengths, cell.length())?, status))
         };
         let here = cells.iter().filter(|cell| cell.method == *method);
-        let pace = if scene.omega() > 0.0 { scene.omega() } else { scene.pace() };
-        let columns: Vec<f64> = settings.iter().map(|setting| setting * pace).collect();
+        let columns: Vec<f64> = settings.iter().map(|setting| setting * arena.pace().rate()).collect();
         let within = |place: &f64| (0.0..=columns.len() as f64).contains(place);
         let (limit, ticks) = match method.limit() {
             Limit::Adaptive => {
@@ -88,7 +87,7 @@ pub fn stability_map(of: &str, scene: &Scene, methods: &[Method], cells: &[Cell]
             ticks,
             // The limit is one of Δγω; it has no meaning if the motion does not oscillate.
             line: match method.limit() {
-                Limit::Step(step) if step > 0.0 && scene.omega() > 0.0 => between(&columns, step),
+                Limit::Step(step) if step > 0.0 && arena.omega() > 0.0 => between(&columns, step),
                 _ => None,
             },
         }
@@ -98,7 +97,11 @@ pub fn stability_map(of: &str, scene: &Scene, methods: &[Method], cells: &[Cell]
         subtitle: format!("{of}; in parentheses the largest step that linear theory allows"),
         x_label: format!(
             "{} (of adaptive methods the tolerance)",
-            if scene.omega() > 0.0 { "step: Δγ ω" } else { "step: Δγ × rate of growth" }
+            match arena.pace() {
+                Pace::Frequency(_) => "step: Δγ ω",
+                Pace::Growth(_) => "step: Δγ × rate of growth",
+                Pace::Length(_) => "step: Δγ × 2π/length of the case",
+            }
         ),
         y_label: "length γ_f − γ_i".to_owned(),
         rows: lengths.iter().map(|&length| short(length)).collect(),
@@ -109,19 +112,27 @@ pub fn stability_map(of: &str, scene: &Scene, methods: &[Method], cells: &[Cell]
     }
 }
 
-/// A length with few digits, for display.
+/// A length with few digits, for display: no more than fit beside a map.
 fn short(length: f64) -> String {
-    if (1e-3..1e5).contains(&length) { format!("{}", (length * 1e4).round() / 1e4) } else { format!("{length:.1e}") }
+    if !(1e-3..1e5).contains(&length) {
+        return format!("{length:.1e}");
+    }
+    let text = format!("{}", (length * 1e4).round() / 1e4);
+    if text.len() <= 6 && length < 1.0 || text.len() <= 5 {
+        return text;
+    }
+    let unit = 10.0_f64.powi(2 - length.log10().floor() as i32);
+    format!("{}", (length * unit).round() / unit)
 }
 
 /// Where on the world-line the sawtooth begins, against Δγω.
-pub fn sawtooth_onset(of: &str, cells: &[Cell], t_dot: f64) -> Chart {
+pub fn sawtooth_onset(of: &str, cells: &[Cell]) -> Chart {
     let mut series: Vec<Series> = Vec::new();
     // Beyond half the limit of SBP21 the sawtooth begins at once. Methods other than these have no such mode.
     let has_mode = |cell: &&Cell| matches!(cell.method, Method::Block(..) | Method::Windows(..));
     let resolved = |cell: &&Cell| cell.delta_gamma_omega.is_some_and(|at| at <= 0.5);
     let shown: Vec<Cell> = cells.iter().filter(has_mode).filter(resolved).cloned().collect();
-    for onset in onsets(&shown, t_dot) {
+    for onset in onsets(&shown) {
         let point = (onset.delta_gamma_omega, onset.gamma);
         match series.iter_mut().find(|series| series.label == onset.method) {
             Some(known) => known.points.push(point),
@@ -151,16 +162,17 @@ pub fn sawtooth_onset(of: &str, cells: &[Cell], t_dot: f64) -> Chart {
 const LAST_NODE_AT: f64 = 0.1;
 
 /// |ΔQ_t| at the last node against length, for blocks of the strong form with one spacing, also with the multiplier
-/// correction.
-pub fn last_node(of: &str, cells: &[Cell]) -> Chart {
+/// correction; of the charges of a scene the largest.
+pub fn last_node(of: &str, arena: &Arena, cells: &[Cell]) -> Chart {
     let mut series: Vec<(Series, Vec<(f64, f64)>)> = Vec::new();
     let blocks = || cells.iter().filter(|cell| matches!(cell.method, Method::Block(_, Form::Strong)));
     let distance = |cell: &&Cell| cell.delta_gamma_omega.map_or(f64::INFINITY, |at| (at / LAST_NODE_AT).ln().abs());
     let nearest = blocks().min_by(|a, b| distance(a).total_cmp(&distance(b))).map(|cell| cell.setting);
     for cell in blocks().filter(|cell| Some(cell.setting) == nearest) {
-        let Some([last, corrected]) = cell.numbers.and_then(|numbers| numbers.last_node) else { continue };
+        let Some(all) = cell.numbers.as_ref().and_then(|numbers| numbers.last_node.as_ref()) else { continue };
+        let [last, corrected] = [0, 1].map(|which| all.iter().map(|charge| charge[which].abs()).fold(0.0, larger));
         let label = format!("{}, Δγ = {}", cell.method.name(), short(cell.setting));
-        let (point, beside) = ((cell.gamma_f, last.abs()), (cell.gamma_f, corrected.abs()));
+        let (point, beside) = ((cell.gamma_f, last), (cell.gamma_f, corrected));
         match series.iter_mut().find(|(known, _)| known.label == label) {
             Some((known, with)) => {
                 known.points.push(point);
@@ -172,6 +184,8 @@ pub fn last_node(of: &str, cells: &[Cell]) -> Chart {
             }
         }
     }
+    // The multiplier of the last node, as the theory calls it.
+    let share = if arena.is_scene() { "κ_a" } else { "λ_7" };
     let corrected = |points| Series::new("", Mark::OpenPoints, points).with_ink(Ink::Previous);
     let mut all: Vec<Series> = Vec::new();
     for (raw, beside) in series {
@@ -179,13 +193,17 @@ pub fn last_node(of: &str, cells: &[Cell]) -> Chart {
         all.push(corrected(beside));
     }
     if let Some(first) = all.get_mut(1) {
-        first.label = "open: with + λ_7/H_N".to_owned();
+        first.label = format!("open: with + {share}/H_N");
     }
+    let (charge, deviation) = match arena.is_scene() {
+        true => ("largest change of a charge", "largest |Δp_a|"),
+        false => ("charge", "|ΔQ_t|"),
+    };
     Chart {
-        title: "The charge at the last node, and what + λ_7/H_N makes of it".to_owned(),
+        title: format!("The {charge} at the last node, and what + {share}/H_N makes of it"),
         subtitle: of.to_owned(),
         x_label: "γ_f − γ_i".to_owned(),
-        y_label: "|ΔQ_t| at the last node".to_owned(),
+        y_label: format!("{deviation} at the last node"),
         x_scale: Scale::Log,
         y_scale: Scale::Log,
         series: all,
@@ -197,6 +215,15 @@ pub fn last_node(of: &str, cells: &[Cell]) -> Chart {
 mod tests {
     use super::super::look::tests::grey;
     use super::*;
+
+    #[test]
+    fn lengths_have_few_digits() {
+        for (length, text) in
+            [(62.8319, "62.8"), (2000.0, "2000"), (0.0625, "0.0625"), (12_345.6, "12300"), (1e5, "1.0e5")]
+        {
+            assert_eq!(short(length), text);
+        }
+    }
 
     #[test]
     fn what_a_cell_is_can_be_told_in_greyscale() {

@@ -64,6 +64,17 @@ impl Method {
         all
     }
 
+    /// Why there is no such method in a scene; `None` if there is.
+    pub fn unsuitable(&self, is_separable: bool) -> Option<&'static str> {
+        match self {
+            Self::Unregularised(_) => Some("is for one coordinate"),
+            Self::Peer(peer) if peer.about().needs_second_order && !is_separable => {
+                Some("needs a scene that is separable: accelerations that depend on the positions only")
+            }
+            _ => None,
+        }
+    }
+
     /// The name in the column `method`.
     pub fn name(&self) -> String {
         match self {

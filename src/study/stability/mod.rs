@@ -1,27 +1,34 @@
 //! The *atlas*: where methods fail. Every scheme of this program, and other methods, are run with many steps and over
-//! many lengths of the world-line.
+//! many lengths of the world-line of a case or of a scene.
 //!
 //! A *cell* is one method on one grid. Its status is found by measurement against a reference trajectory; for the rules
-//! and their thresholds see [`status`]. Exact conservation of Q_t says nothing about the trajectory, and is only
+//! and their thresholds see [`status`]. Exact conservation of a charge says nothing about the trajectory, and is only
 //! reported. The [`Limit`] of linear theory is computed from the coefficients of the operators, to compare with.
 //!
 //! The length of the world-line is varied by γ_f, by ṫ_i, or by both. A larger ṫ_i stretches the whole tangent: ẋ_i
 //! grows with it, and dx/dt is kept. As γ is only a parameter, that makes the world-line longer over the same range of
-//! γ. The step is the spacing Δγ of the nodes, and their mean spacing for spectral elements. Adaptive methods have a
-//! tolerance instead, and the Δγ that results from it.
+//! γ. In a scene only γ_f is varied: a one-form or a force tells one tangent from another, and there may be no t. The
+//! step is the spacing Δγ of the nodes, and their mean spacing for spectral elements. Adaptive methods have a tolerance
+//! instead, and the Δγ that results from it.
 
+mod arena;
+mod frequency;
 mod method;
+mod one;
 mod run;
 mod scene;
 pub mod status;
+mod track;
+mod world;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
+pub use arena::{Arena, Pace};
 pub use method::{Limit, Method, WINDOW};
-pub use scene::Scene;
 pub use status::{ACCURATE, CellStatus, DIVERGED, DRIFTING, Evidence, ROUGHER, SAWTOOTH, Sizes, judge};
+pub use world::Ends;
 
 use self::run::Job;
 
@@ -35,29 +42,31 @@ pub struct Plan {
     pub methods: Vec<Method>,
     /// γ_f − γ_i.
     pub lengths: Vec<f64>,
-    /// ṫ_i in units of the case's own.
+    /// The tangent at the start in units of the case's own; 1 in scenes.
     pub tangents: Vec<f64>,
     /// Δγ of constant steps.
     pub spacings: Vec<f64>,
 }
 
 /// The numbers that were measured on a result.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Numbers {
     /// max |ΔK|.
     pub delta_k_max: f64,
-    /// max |ΔQ_t| over the nodes where Q_t is exact; `None` for methods that have Q_t as a parameter.
-    pub delta_q_t_max: Option<f64>,
-    /// Largest error of x over all nodes; `None` if the reference does not reach the last of them.
-    pub error_x_max: Option<f64>,
-    /// Largest error of t over all nodes; `None` like that of x.
-    pub error_t_max: Option<f64>,
-    /// Amplitude of the (−1)^k component of x; `None` if the nodes are not equidistant.
+    /// The largest difference of ½mv² + V from its charge, in a scene that is the lift of Newton's law.
+    pub delta_energy_max: Option<f64>,
+    /// max |Δp_a| of every charge, in the order of [`Arena::charges`], over the nodes where it is exact; `None` for
+    /// methods that have the charges as parameters.
+    pub charges: Option<Vec<f64>>,
+    /// Largest error of every coordinate over all nodes; `None` if the reference does not reach the last of them.
+    pub errors: Option<Vec<f64>>,
+    /// Amplitude of the (−1)^k component of x; of the active coordinates of a scene that of the one where it is largest
+    /// relative to its size. `None` if the nodes are not equidistant.
     pub sawtooth: Option<f64>,
-    /// γ − γ_i at which this amplitude first exceeds the threshold of the status.
+    /// γ − γ_i at which this amplitude first exceeds the threshold of the status, in any active coordinate.
     pub sawtooth_from: Option<f64>,
-    /// ΔQ_t at the last node, and with the multiplier correction (strong form, one block).
-    pub last_node: Option<[f64; 2]>,
+    /// Δp_a at the last node, and with the multiplier correction, of every charge (strong form, one block).
+    pub last_node: Option<Vec<[f64; 2]>>,
 }
 
 /// One method on one grid.
@@ -71,8 +80,10 @@ pub struct Cell {
     pub n_gamma: Option<usize>,
     /// γ_f − γ_i.
     pub gamma_f: f64,
-    /// ṫ_i.
-    pub t_dot: f64,
+    /// ṫ_i, if there is a coordinate t.
+    pub t_dot: Option<f64>,
+    /// The tangent at the start in units of the case's own.
+    pub tangent: f64,
     /// The actual Δγ times the largest local frequency along the reference.
     pub delta_gamma_omega: Option<f64>,
     /// How it ended.
@@ -83,6 +94,13 @@ pub struct Cell {
     pub iterations: Option<usize>,
     /// Seconds, while other cells are computed in parallel.
     pub seconds: f64,
+}
+
+impl Cell {
+    /// The length of the world-line in the parameter of the case: γ_f − γ_i, times the tangent in units of the case's own.
+    pub fn length(&self) -> f64 {
+        self.gamma_f * self.tangent
+    }
 }
 
 /// The measured map.
@@ -127,12 +145,17 @@ impl Plan {
 /// Measures all cells. `tried` is called after each grid, with its index in the order and its cell, if there is one.
 /// Once `cancel` is true, running cells are finished and no further ones are started.
 pub fn measure(
-    scene: &Scene,
+    arena: &Arena,
     plan: &Plan,
     cancel: &AtomicBool,
     tried: &(dyn Fn(usize, Option<&Cell>) + Sync),
 ) -> Atlas {
     let jobs = plan.jobs();
+    let mut lengths: Vec<f64> = jobs.iter().map(Job::stretched).collect();
+    lengths.sort_by(f64::total_cmp);
+    lengths.dedup();
+    let sizes: Vec<Option<Sizes>> = lengths.par_iter().map(|&length| arena.sizes(length)).collect();
+    let sizes_of = |length: f64| lengths.iter().position(|&known| known == length).and_then(|at| sizes[at].as_ref());
     let (all, done) = (jobs.len(), std::sync::atomic::AtomicUsize::new(0));
     let mut order: Vec<(usize, Job)> = jobs.into_iter().enumerate().collect();
     // The largest cells are started first, so that no core is still busy with one when the others have finished.
@@ -145,7 +168,7 @@ pub fn measure(
             if cancel.load(Ordering::Relaxed) {
                 return None;
             }
-            let cell = job.measure(scene);
+            let cell = job.measure(arena, sizes_of(job.stretched()));
             done.fetch_add(1, Ordering::Relaxed);
             tried(place, cell.as_ref());
             Some((place, cell?))

@@ -174,11 +174,7 @@ impl Arena {
     pub(super) fn place_of(&self, state: SceneState) -> Place {
         let World::Scene(scene) = &self.world else { unreachable!("a case has other states") };
         let (geometry, SceneState { q, p }) = (&scene.problem.geometry, state);
-        let (field, mut rates) = (geometry.field(), geometry.field().room());
-        let k = match field.evaluate(&q, &p, &mut rates) {
-            Ok(()) => geometry.norm(&q, &(0..q.len()).map(|a| field.q_dot(&rates, a)).collect::<Vec<f64>>()),
-            Err(_) => f64::NAN,
-        };
+        let k = geometry.velocities(&q, &p).map_or(f64::NAN, |q_dot| geometry.norm(&q, &q_dot));
         Place { q, k }
     }
 

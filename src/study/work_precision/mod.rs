@@ -47,6 +47,7 @@ pub use arena::Arena;
 pub use drift::{DriftPoint, drift};
 pub use family::{Family, Group};
 pub use front::{Leader, Ratio, front, ratios};
+pub(super) use run::plain;
 
 use self::trial::{time, try_family};
 use crate::norm::larger;

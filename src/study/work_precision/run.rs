@@ -35,7 +35,7 @@ pub(super) struct Outcome {
 }
 
 /// The case without what belongs to one scheme only: its windows, its solver, its expectations and D in place of D̄.
-pub(super) fn plain(case: &Case) -> Case {
+pub(in crate::study) fn plain(case: &Case) -> Case {
     let mut plain = case.clone();
     plain.grid.windows = 1;
     plain.scheme.regularised = true;

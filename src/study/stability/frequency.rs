@@ -1,0 +1,84 @@
+//! The local frequencies of a scene: eigenvalues of the linearised equations of motion.
+
+use nalgebra::{DMatrix, Schur};
+
+use super::world::Point;
+use crate::geometry::{Geometry, Motion};
+
+/// The largest number of points at which eigenvalues are computed.
+const MOST_POINTS: usize = 5_000;
+/// A part of an eigenvalue below this share of the largest eigenvalue is rounding: two equal eigenvalues are known to
+/// the root of ε.
+const ROUNDING: f64 = 1e-6;
+/// Iterations allowed for the eigenvalues of a point. A point whose eigenvalues need more is left out.
+const MOST_ITERATIONS: usize = 1_000;
+
+/// The equations of the active coordinates and their momenta, linearised.
+pub(super) struct Linearised<'g> {
+    geometry: &'g Geometry,
+}
+
+impl<'g> Linearised<'g> {
+    pub(super) fn new(geometry: &'g Geometry) -> Self {
+        Self { geometry }
+    }
+
+    /// The largest |Im λ| and the largest |Re λ| of the eigenvalues λ of ∂(q̇, ṗ)/∂(q, p) at these points; 0 where all
+    /// are rounding. In one coordinate λ² = dẍ/dx.
+    pub(super) fn rates(&self, points: &[Point]) -> [f64; 2] {
+        let every = points.len().div_ceil(MOST_POINTS).max(1);
+        let mut room = self.geometry.motion_room();
+        let (mut largest, mut all) = ([0.0_f64; 2], 0.0_f64);
+        for point in points.iter().step_by(every) {
+            let mut jacobian = DMatrix::zeros(2 * self.active(), 2 * self.active());
+            let see = |row: usize, column: usize, value: f64| jacobian[(row, column)] = value;
+            self.geometry.jacobian(&point.q, &point.p, 0, &mut room, see);
+            for [re, im] in eigenvalues(jacobian) {
+                largest = [largest[0].max(im.abs()), largest[1].max(re.abs())];
+                all = all.max(re.hypot(im));
+            }
+        }
+        largest.map(|rate| if rate > ROUNDING * all { rate } else { 0.0 })
+    }
+
+    fn active(&self) -> usize {
+        self.geometry.active().len()
+    }
+}
+
+/// Real and imaginary parts of the eigenvalues of ((A, B), (C, D)); none if a number is not finite.
+fn eigenvalues(mut matrix: DMatrix<f64>) -> Vec<[f64; 2]> {
+    let half = matrix.nrows() / 2;
+    let size = |row: usize, column: usize| matrix.view((row, column), (half, half)).amax();
+    let [b, c] = [size(0, half), size(half, 0)];
+    // B and C have units that are the inverse of each other, of any size. A similarity makes them equally large.
+    if b > 0.0 && c > 0.0 {
+        let (b, c) = (b.sqrt(), c.sqrt());
+        let (to_b, to_c) = (c / b, b / c);
+        matrix.view_mut((0, half), (half, half)).scale_mut(to_b);
+        matrix.view_mut((half, 0), (half, half)).scale_mut(to_c);
+    }
+    let unit = matrix.amax();
+    if unit == 0.0 || !matrix.iter().all(|value| value.is_finite()) {
+        return Vec::new();
+    }
+    let Some(schur) = Schur::try_new(matrix / unit, f64::EPSILON, MOST_ITERATIONS) else { return Vec::new() };
+    schur.complex_eigenvalues().iter().map(|value| [value.re * unit, value.im * unit]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_of_momentum_do_not_matter() {
+        // ẋ = p/m, ṗ = −k x with ω² = k/m = 4, beside free motion.
+        for mass in [1e-200, 1.0, 1e200] {
+            let mut matrix = DMatrix::zeros(4, 4);
+            (matrix[(0, 2)], matrix[(1, 3)], matrix[(2, 0)]) = (1.0 / mass, 1.0 / mass, -4.0 * mass);
+            let largest = eigenvalues(matrix).into_iter().fold(0.0_f64, |most, [_, im]| most.max(im));
+            assert!((largest - 2.0).abs() < 1e-12, "{mass:e}: {largest}");
+        }
+        assert!(eigenvalues(DMatrix::zeros(2, 2)).is_empty() && eigenvalues(DMatrix::zeros(0, 0)).is_empty());
+    }
+}

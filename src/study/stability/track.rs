@@ -1,0 +1,89 @@
+//! A trajectory as the atlas judges it.
+
+use std::ops::Range;
+
+use super::status::Sizes;
+use super::world::Point;
+use crate::diagnostics::sawtooth;
+use crate::norm::larger;
+
+/// A trajectory on its nodes, window by window.
+pub(super) struct Track {
+    /// γ − γ_i.
+    pub(super) gamma: Vec<f64>,
+    /// The coordinates, a row for each.
+    pub(super) q: Vec<Vec<f64>>,
+    pub(super) delta_k: Vec<f64>,
+    /// Equidistant stretches of nodes.
+    pub(super) stretches: Vec<Range<usize>>,
+    pub(super) intervals: usize,
+    pub(super) delta_k_max: f64,
+    pub(super) delta_energy_max: Option<f64>,
+    /// max |Δp_a| of every charge.
+    pub(super) charges: Option<Vec<f64>>,
+    /// Δp_a at the last node, and with the multiplier correction, of every charge.
+    pub(super) last_node: Option<Vec<[f64; 2]>>,
+    pub(super) iterations: Option<usize>,
+}
+
+impl Track {
+    /// That of a method which took so many steps, and whose states are known at equal distances. Between the ends of its
+    /// steps, which have equal lengths only if `is_equidistant` says so, there is nothing of a sawtooth.
+    pub(super) fn of_steps(
+        length: f64,
+        (q, delta_k): (Vec<Vec<f64>>, Vec<f64>),
+        intervals: usize,
+        is_equidistant: bool,
+    ) -> Self {
+        let count = delta_k.len();
+        Self {
+            gamma: (0..count).map(|step| length * (step as f64 / (count - 1) as f64)).collect(),
+            q,
+            delta_k_max: delta_k.iter().fold(0.0, |most: f64, value| most.max(value.abs())),
+            delta_k,
+            stretches: is_equidistant.then_some(0..count).into_iter().collect(),
+            intervals,
+            delta_energy_max: None,
+            charges: None,
+            last_node: None,
+            iterations: None,
+        }
+    }
+
+    /// The largest error of each coordinate over the nodes.
+    pub(super) fn errors(&self, reference: &[Point]) -> Vec<f64> {
+        let largest = |(a, row): (usize, &Vec<f64>)| {
+            row.iter().zip(reference).fold(0.0, |most, (here, exact)| larger(most, (here - exact.q[a]).abs()))
+        };
+        self.q.iter().enumerate().map(largest).collect()
+    }
+
+    /// The amplitude of the (−1)^k component of a row of values on the nodes.
+    pub(super) fn sawtooth(&self, row: &[f64]) -> Option<f64> {
+        self.stretches.iter().filter_map(|nodes| sawtooth(&row[nodes.clone()])).reduce(f64::max)
+    }
+
+    /// γ − γ_i where that of coordinate `a` first exceeds `threshold`.
+    pub(super) fn sawtooth_from(&self, a: usize, threshold: f64) -> Option<f64> {
+        let first = |nodes: &Range<usize>| {
+            let rough = |w: &[f64]| sawtooth(w).is_some_and(|amplitude| amplitude > threshold);
+            self.q[a][nodes.clone()].windows(5).position(rough).map(|k| self.gamma[nodes.start + k + 2])
+        };
+        self.stretches.iter().find_map(first)
+    }
+
+    /// The coordinate with the largest sawtooth in units of its size, among these.
+    pub(super) fn roughest(&self, active: &[usize], sizes: Option<&Sizes>) -> Option<usize> {
+        let share = |a: usize| Some((a, self.sawtooth(&self.q[a])? / sizes.map_or(1.0, |sizes| sizes.q[a])));
+        let most = active.iter().filter_map(|&a| share(a)).max_by(|one, other| one.1.total_cmp(&other.1));
+        most.map(|(a, _)| a)
+    }
+
+    /// The mean of ΔK over the last quarter of the nodes minus that over the first quarter.
+    pub(super) fn k_drift(&self) -> f64 {
+        let count = self.delta_k.len();
+        let quarter = (count / 4).max(1).min(count);
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
+        mean(&self.delta_k[count - quarter..]) - mean(&self.delta_k[..quarter])
+    }
+}
