@@ -7,7 +7,7 @@ potential in the paper's metric, are integrated as Hamilton's equations,
     dq^a/dgamma = g^ab (p_b - A_b),   dp_a/dgamma = dL/dq^a + F_a,   L = 1/2 g_ab q_dot^a q_dot^b + A_a q_dot^a,
 
 with dL/dq^a by a complex step through the formulas of the case. Scenes with Newton's law are integrated as Newton's
-law, m d2x/dt2 = -dV/dx + F, in time, with s as the integral of 1/2 m v^2 - V. The integrator is the extrapolated
+law, m d2x/dt2 = -dV/dx + F, in time, with s as the integral of 1/2 m v^2 - V + A v. The integrator is the extrapolated
 midpoint rule of Gragg, Bulirsch and Stoer in 40 digits. For the SBP operators the value is the critical point itself:
 the collocation system (D y)_k = rates(y_k) of all q and p is solved by Newton's method in 100 digits, with the
 operators of expectations.py. The metrics that a case names as a preset are written out here a second time.
@@ -273,9 +273,12 @@ class Hamiltonian:
             form = lambda u, v: sum(u[a] * matrix[a][b] * v[b] for a in range(n) for b in range(n))
             norm = number({"timelike": 1, "null": 0}.get(initial["norm"], initial["norm"]))
             square, middle, rest = form(beta, beta), form(q_dot, beta), form(q_dot, q_dot) - norm
-            root = mp.sqrt(middle**2 - square * rest)
-            roots = sorted([(-middle - root) / square, (-middle + root) / square])
-            root = roots[1 if sign == "+" else 0]
+            if square == 0:
+                root = -rest / (2 * middle)
+            else:
+                root = mp.sqrt(middle**2 - square * rest)
+                roots = sorted([(-middle - root) / square, (-middle + root) / square])
+                root = roots[1 if sign == "+" else 0]
             q_dot = [u + root * v for u, v in zip(q_dot, beta)]
         p = [sum(g * u for g, u in zip(row, q_dot)) + v for row, v in zip(matrix, one_form)]
         return q, p
@@ -300,8 +303,11 @@ class Newtonian:
         self.forces = {names.index(a): self.formulas.formula(text) for a, text in table.get("force", {}).items()}
         masses = particle.get("masses", {name: particle.get("mass", 1) for name in names})
         self.masses = [number(masses[name]) for name in names]
-        if number(initial.get("t_dot", 1)) != 1 or "one_form" in table:
-            raise ValueError("only with t_dot = 1 and without a one-form")
+        self.one_form = {names.index(a): self.formulas.formula(text) for a, text in table.get("one_form", {}).items()}
+        if number(initial.get("t_dot", 1)) != 1:
+            raise ValueError("only with t_dot = 1")
+        if self.one_form and any(f"p_{name}" in initial for name in names):
+            raise ValueError("with a one-form only from velocities")
         if "conformal" in table and "t_f" not in case["grid"]:
             raise ValueError("conformal needs an end in t")
         self.gamma_i = number(case["grid"].get("gamma_i", 0))
@@ -317,14 +323,22 @@ class Newtonian:
         x, v = y[1 : n + 1], y[n + 2 :]
         names = self.formulas.names(x)
         acceleration = []
+        # The derivatives of A_b by q^a, where there is a one-form.
+        by = [[mpf(0)] * n for _ in range(n)]
+        for a in range(n):
+            shifted = [mpc(u, COMPLEX_STEP) if b == a else u for b, u in enumerate(x)]
+            for b, formula in self.one_form.items():
+                by[a][b] = mp.im(formula(self.formulas.names(shifted))) / COMPLEX_STEP
         for a in range(n):
             shifted = [mpc(u, COMPLEX_STEP) if b == a else u for b, u in enumerate(x)]
             force = -mp.im(self.potential(self.formulas.names(shifted))) / COMPLEX_STEP
+            force += sum((by[a][b] - by[b][a]) * v[b] for b in range(n))
             if a in self.forces:
                 force += self.forces[a](names | {f"{name}_dot_": u for name, u in zip(self.names, v)})
             acceleration.append(force / self.masses[a])
         kinetic = sum(m * u * u for m, u in zip(self.masses, v)) / 2
-        return [mpf(1), *v, kinetic - self.potential(names), *acceleration]
+        work = sum(formula(names) * v[b] for b, formula in self.one_form.items())
+        return [mpf(1), *v, kinetic - self.potential(names) + work, *acceleration]
 
     def position(self, y):
         return dict(zip(self.coordinates, y))
@@ -419,7 +433,8 @@ def collocate(scene, sbp, n, h, form):
 def solve(case):
     """The coordinates at the end, and gamma there."""
     is_newtonian = case.get("particle", {}).get("law") == "newtonian"
-    grid, scheme = case["grid"], case["scheme"]
+    # With an accuracy the program takes spectral elements.
+    grid, scheme = case["grid"], case.get("scheme", {"sbp": "GLL"})
     is_spectral = scheme["sbp"].startswith("GLL")
     mp.dps = DIGITS if is_spectral else COLLOCATION_DIGITS
     scene = Newtonian(case) if is_newtonian else Hamiltonian(case)

@@ -84,8 +84,10 @@ shipped![
         "tiny-units",
     ]
     Scene in "cases/scenes": [
+        "arenstorf",
         "crossed-fields",
         "damped-oscillator",
+        "double-pendulum",
         "expanding-universe",
         "fish-eye",
         "henon-heiles",

@@ -14,6 +14,7 @@ use geodesic_ivp::case::builtin::{self, Group, NAMES};
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::lobatto::flow::Flow;
 use geodesic_ivp::reference::SceneReference;
+use geodesic_ivp::sampling::SceneSampler;
 use geodesic_ivp::solve::scene::{NoWorldLine, WorldLine, solve_scene};
 use geodesic_ivp::study::scene_error::scene_error;
 use scenes::Random;
@@ -48,6 +49,27 @@ fn error(line: &WorldLine) -> f64 {
     })
 }
 
+/// The same between the nodes, as samples and events are taken there.
+fn error_of_samples(line: &WorldLine) -> f64 {
+    const SAMPLES: usize = 331;
+    let geometry = line.geometry();
+    let reference = SceneReference::new(geometry, &line.place.start, line.length, 16).expect("it gets there");
+    let mut sampler = SceneSampler::new(line);
+    let (mut largest, mut sizes) = (vec![0.0_f64; geometry.dimension()], vec![1.0_f64; geometry.dimension()]);
+    for k in 0..SAMPLES {
+        let gamma = line.length * (k as f64 + 0.37) / SAMPLES as f64;
+        let (sample, exact) = (sampler.at_gamma(line.gamma_i + gamma).expect("inside the run"), reference.at(gamma));
+        for a in 0..geometry.dimension() {
+            let origin = if geometry.active().contains(&a) { 0.0 } else { line.windows[0].start.q[a] };
+            let off = (sample.q[a] - exact.q[a]).abs();
+            assert!(off.is_finite(), "at {gamma}");
+            largest[a] = largest[a].max(off);
+            sizes[a] = sizes[a].max((exact.q[a] - origin).abs());
+        }
+    }
+    largest.iter().zip(&sizes).fold(0.0, |worst, (error, size)| worst.max(error / size))
+}
+
 #[test]
 fn every_shipped_scene_is_as_accurate_as_asked_for() {
     for name in NAMES.iter().filter(|name| builtin::group(name) == Some(Group::Scene)) {
@@ -57,6 +79,8 @@ fn every_shipped_scene_is_as_accurate_as_asked_for() {
             let (error, estimate) = (error(&line), line.error_estimate.unwrap());
             assert!(error <= accuracy, "{name}, {accuracy:e}: {error:e}");
             assert!(error <= estimate + 1e-13 && estimate <= accuracy, "{name}: {error:e}, {estimate:e}");
+            let of_samples = error_of_samples(&line);
+            assert!(of_samples <= accuracy, "{name}, {accuracy:e} between the nodes: {of_samples:e}");
             // A critical point, with charges to match.
             let diagnostics = SceneDiagnostics::new(&line, &[], &mut [], case.is_lifted());
             let momenta = line.place.start.p.iter().fold(1.0_f64, |size, p| size.max(p.abs()));

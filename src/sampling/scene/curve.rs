@@ -5,7 +5,8 @@
 //! * In a spectral element of the strong form it is the polynomial through all nodes, which the operator differentiates.
 //! * In a spectral element of the weak form the nodes are less accurate than the end of the window. The rates at the
 //!   nodes are integrated from the start, and Picard sweeps on twice as many nodes refine that. Their fixed point is the
-//!   same method with 2n stages, so that the inside is as accurate as the ends.
+//!   same method with 2n stages, so that the inside is as accurate as the ends. Where an accuracy was asked for, which
+//!   holds at the nodes too, the integrals are enough: they are more accurate than the nodes.
 
 use super::super::hermite::through;
 use super::super::legendre::{Expansion, Tables, integral, legendre, series};
@@ -60,8 +61,13 @@ impl<S: Real> Curve<S> {
             Kind::Legendre(values.iter().map(|row| expansion.coefficients(row)).collect())
         } else {
             let own = field.integrals(tables.of(grid.points()), &values, length);
-            let fine = tables.of((2 * grid.points()).min(MOST_NODES));
-            Kind::Legendre(field.refined(fine, own, length, line.digits))
+            // An accuracy holds at the nodes, and the integrals of their rates are more accurate.
+            if line.accuracy.is_some() {
+                Kind::Legendre(own)
+            } else {
+                let fine = tables.of((2 * grid.points()).min(MOST_NODES));
+                Kind::Legendre(field.refined(fine, own, length, line.digits))
+            }
         };
         Self { start, length, kind }
     }
