@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Reference values for the [expect] tables of the scenes in cases/scenes/.
 
-For spectral elements in windows the value is that of the continuum, to some 24 digits. Scenes with a metric, or with a
+For spectral elements in windows, and with an accuracy, the value is that of the continuum, to some 24 digits. Scenes with a metric, or with a
 potential in the paper's metric, are integrated as Hamilton's equations,
 
     dq^a/dgamma = g^ab (p_b - A_b),   dp_a/dgamma = dL/dq^a + F_a,   L = 1/2 g_ab q_dot^a q_dot^b + A_a q_dot^a,
@@ -445,7 +445,7 @@ def solve(case):
         length, n = number(grid.get("gamma_f", 1)) - scene.gamma_i, grid["n_gamma"]
         y = collocate(scene, scheme["sbp"], n, length / (n - 1), scheme.get("form", "strong"))
         return scene.position(y), scene.gamma_i + length
-    until, length = None, mpf("1e6")
+    until, length = None, mpf("1e18")
     if "t_f" in grid:
         t, t_f = scene.coordinates.index("t"), number(grid["t_f"])
         if is_newtonian:

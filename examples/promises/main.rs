@@ -12,14 +12,18 @@
 //!
 //! Every broken promise is printed with its scene. The exit code is 1 if there is one.
 
+mod outcome;
+mod random;
 mod scenes;
 mod several;
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
-use scenes::{Outcome, Random, Scene};
-use several::{Kept, Several};
+use outcome::Outcome;
+use random::Random;
+use scenes::Scene;
+use several::Several;
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
@@ -32,29 +36,16 @@ fn main() -> ExitCode {
     // Runs, without reference, refused, broken promises, estimates that are too low.
     let mut table: BTreeMap<&str, [usize; 5]> = BTreeMap::new();
     for run in 0..runs {
-        if run % 2 == 1 {
+        let (kind, outcome, scene) = if run % 2 == 1 {
             let scene = Several::draw(&mut random);
-            let row = table.entry(scene.kind).or_default();
-            row[0] += 1;
-            let kept = scene.run();
-            let column = match &kept {
-                Kept::NoReference => 1,
-                Kept::Refused(_) => 2,
-                Kept::Broken { .. } => 3,
-                Kept::TooLow { .. } => 4,
-                Kept::Yes => continue,
-            };
-            row[column] += 1;
-            if column > 1 {
-                println!("{kept}: {scene}");
-            }
-            continue;
-        }
-        let scene =
-            if random.next().is_multiple_of(4) { Scene::smooth(&mut random) } else { Scene::rough(&mut random) };
-        let row = table.entry(scene.kind).or_default();
+            (scene.kind, scene.run(), scene.to_string())
+        } else {
+            let is_smooth = random.next().is_multiple_of(4);
+            let scene = if is_smooth { Scene::smooth(&mut random) } else { Scene::rough(&mut random) };
+            (scene.kind, scene.run(), scene.to_string())
+        };
+        let row = table.entry(kind).or_default();
         row[0] += 1;
-        let outcome = scene.run();
         let column = match &outcome {
             Outcome::NoReference => 1,
             Outcome::Refused(_) => 2,

@@ -11,6 +11,9 @@ use geodesic_ivp::metric::Metric;
 use geodesic_ivp::potential::{Formula, Potential};
 use geodesic_ivp::reference::{ReferencePoint, ReferenceTrajectory};
 
+use super::outcome::Outcome;
+use super::random::Random;
+
 /// Pieces on which the other integrators begin anew.
 const PIECES: usize = 64;
 /// How far they may be apart, as a share of the accuracy, to be believed; and what rounding may do in any case.
@@ -18,27 +21,6 @@ const AGREED: f64 = 0.1;
 const ROUNDING: f64 = 1e-13;
 /// The exact world-line is computed a little beyond the end.
 const BEYOND: f64 = 1.001;
-
-/// SplitMix64 (Steele, Lea, Flood 2014).
-pub(crate) struct Random(pub(crate) u64);
-
-impl Random {
-    pub(crate) fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// With an even logarithm.
-    pub(crate) fn scale(&mut self, low: f64, high: f64) -> f64 {
-        self.between(low.ln(), high.ln()).exp()
-    }
-}
 
 /// What to march, and how well.
 pub(crate) struct Scene {
@@ -150,37 +132,6 @@ impl fmt::Display for Scene {
             f,
             "V = {formula}, c = {c}, x = {x}, t_dot = {t_dot}, x_dot = {x_dot}, {goal:?}, accuracy = {accuracy:e}"
         )
-    }
-}
-
-/// What came of a run.
-pub(crate) enum Outcome {
-    /// The other integrators do not agree, or leave the domain.
-    NoReference,
-    /// The march says that it cannot.
-    Refused(String),
-    /// The true error is above the accuracy.
-    Broken {
-        error: f64,
-        estimate: f64,
-    },
-    /// It is below the accuracy and above the estimate.
-    TooLow {
-        error: f64,
-        estimate: f64,
-    },
-    Kept,
-}
-
-impl fmt::Display for Outcome {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoReference => write!(f, "no reference"),
-            Self::Refused(why) => write!(f, "refused, {why}"),
-            Self::Broken { error, estimate } => write!(f, "BROKEN, error {error:.1e}, estimate {estimate:.1e}"),
-            Self::TooLow { error, estimate } => write!(f, "TOO LOW, error {error:.1e}, estimate {estimate:.1e}"),
-            Self::Kept => write!(f, "kept"),
-        }
     }
 }
 

@@ -7,7 +7,8 @@ use geodesic_ivp::solve::Status;
 use geodesic_ivp::solve::scene::solve_scene;
 use geodesic_ivp::study::scene_error::scene_error;
 
-use super::scenes::Random;
+use super::outcome::Outcome;
+use super::random::Random;
 
 /// How far the reference may be off, as a share of the accuracy, to be believed; and what rounding may do in any case.
 const AGREED: f64 = 0.1;
@@ -18,32 +19,6 @@ pub(crate) struct Several {
     pub(crate) kind: &'static str,
     pub(crate) text: String,
     pub(crate) accuracy: f64,
-}
-
-/// What became of the promise.
-pub(crate) enum Kept {
-    /// The error is below both the estimate and the accuracy.
-    Yes,
-    /// There is nothing to compare with.
-    NoReference,
-    /// There is no result.
-    Refused(String),
-    /// The error is above the accuracy.
-    Broken { error: f64 },
-    /// The error is above the estimate.
-    TooLow { error: f64, estimate: f64 },
-}
-
-impl fmt::Display for Kept {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Yes => write!(f, "kept"),
-            Self::NoReference => write!(f, "no reference"),
-            Self::Refused(message) => write!(f, "refused: {message}"),
-            Self::Broken { error } => write!(f, "broken: the error is {error:.1e}"),
-            Self::TooLow { error, estimate } => write!(f, "the error is {error:.1e}, the estimate {estimate:.1e}"),
-        }
-    }
 }
 
 impl fmt::Display for Several {
@@ -69,17 +44,17 @@ impl Several {
         Self { kind, text: format!("{scene}[solver]\naccuracy = {accuracy:e}\n"), accuracy }
     }
 
-    pub(crate) fn run(&self) -> Kept {
+    pub(crate) fn run(&self) -> Outcome {
         let case = SceneCase::parse(self.kind, &self.text, &[]).unwrap_or_else(|error| panic!("{self}\n{error}"));
         let line = match solve_scene::<f64>(&case.setup()) {
             Ok(line) => line,
-            Err(failure) if failure.status == Status::OutsideDomain => return Kept::NoReference,
-            Err(failure) => return Kept::Refused(failure.to_string()),
+            Err(failure) if failure.status == Status::OutsideDomain => return Outcome::NoReference,
+            Err(failure) => return Outcome::Refused(failure.to_string()),
         };
-        let Some(found) = scene_error(&line) else { return Kept::NoReference };
+        let Some(found) = scene_error(&line) else { return Outcome::NoReference };
         let allowed = (AGREED * self.accuracy).max(ROUNDING);
         if found.reference > allowed {
-            return Kept::NoReference;
+            return Outcome::NoReference;
         }
         let geometry = line.geometry();
         let start = &line.windows[0].start.q;
@@ -91,11 +66,11 @@ impl Several {
         let estimate = line.error_estimate.expect("it has one");
         let rounded = (error - allowed.min(ROUNDING)).max(0.0);
         if rounded > self.accuracy {
-            Kept::Broken { error }
+            Outcome::Broken { error, estimate }
         } else if rounded > estimate {
-            Kept::TooLow { error, estimate }
+            Outcome::TooLow { error, estimate }
         } else {
-            Kept::Yes
+            Outcome::Kept
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The summary of a scene's run for people.
 
 use geodesic_ivp::action::Form;
+use geodesic_ivp::diagnostics::ChargeDeviation;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::geometry::ConservedSum;
 use geodesic_ivp::sampling::Crossing;
@@ -26,7 +27,8 @@ pub(super) fn readable<S: Real>(
         lines.push(deviation(&format!("p_{name}"), charge.value, charge.max_interior, line) + &at_last(line, charge));
     }
     for (sum, charge) in sums.iter().zip(&diagnostics.sums) {
-        lines.push(deviation(&sum.formula(names), charge.value, charge.max_interior, line));
+        let between = format!(", {:.1e} between windows", charge.max_ends.to_f64());
+        lines.push(deviation(&sum.formula(names), charge.value, charge.max_interior, line) + &between);
     }
     for work in &diagnostics.work {
         let name = format!("p_{}", names[work.coordinate]);
@@ -36,7 +38,12 @@ pub(super) fn readable<S: Real>(
     lines.push(drift(diagnostics));
     for invariant in &diagnostics.invariants {
         let most = invariant.delta.iter().fold(0.0, |most: f64, delta| most.max(delta.to_f64().abs()));
-        lines.push(row(&invariant.name, &format!("{}; changes by at most {most:.1e}", short(invariant.value))));
+        let ends = invariant.max_ends.to_f64();
+        let text = format!(
+            "{}; changes by at most {most:.1e} at the nodes, {ends:.1e} between windows",
+            short(invariant.value)
+        );
+        lines.push(row(&invariant.name, &text));
     }
     lines.extend(events);
     lines.push(critical_point(line));
@@ -102,8 +109,8 @@ fn drift<S: Real>(diagnostics: &SceneDiagnostics<S>) -> String {
             row("energy", &format!("{}; {of} by at most {most:.1e} between windows", short(energy.value)))
         }
         None => {
-            let ends = diagnostics.max_delta_k_ends.to_f64();
-            row("K", &format!("{}; drifts by at most {ends:.1e} between windows", short(diagnostics.k)))
+            let ends = diagnostics.norm.max_ends.to_f64();
+            row("K", &format!("{}; drifts by at most {ends:.1e} between windows", short(diagnostics.norm.value)))
         }
     }
 }
@@ -117,7 +124,7 @@ fn deviation<S: Real>(name: &str, value: S, most: S, line: &WorldLine<S>) -> Str
 }
 
 /// What the last node of the strong form takes up.
-fn at_last<S: Real>(line: &WorldLine<S>, charge: &geodesic_ivp::diagnostics::scene::ChargeDeviation<S>) -> String {
+fn at_last<S: Real>(line: &WorldLine<S>, charge: &ChargeDeviation<S>) -> String {
     match line.form {
         Form::Strong => {
             let [last, corrected] = [charge.max_last, charge.max_corrected].map(|value| value.to_f64());

@@ -1,10 +1,9 @@
 //! Noether charges and the second invariant on the nodes.
 
-use super::rows::corrected;
 use crate::norm::max_abs;
 use crate::potential::Potential;
 use crate::scalar::Real;
-use crate::solve::{Solution, WindowNodes};
+use crate::solve::Solution;
 
 /// Deviations of the constants of motion from their values in the continuum.
 #[derive(Debug, Clone)]
@@ -19,25 +18,6 @@ pub struct Charges<S = f64> {
     /// Q_t²/g00(x_N) − w*_N² − K at the end of each window. w*_N is the value of dx/dγ with which the next window
     /// starts.
     pub delta_k_ends: Vec<S>,
-}
-
-impl<S: Real> Charges<S> {
-    /// The deviations in `solution`, from g00, Dt and Dx on its nodes.
-    pub(super) fn new(solution: &Solution<S>, g00: &[S], t_dot: &[S], x_dot: &[S]) -> Self {
-        let invariants = solution.invariants();
-        let delta_q_t: Vec<S> = g00.iter().zip(t_dot).map(|(&g, &u)| g * u - invariants.q_t).collect();
-        // λ7 is the multiplier of the last node's dt/dγ.
-        let shares = solution.windows.iter().map(|window| window.multipliers.as_ref().map(|lambda| lambda[6]));
-        let delta_q_t_corrected = corrected(solution.grids(), &delta_q_t, shares);
-        let delta_k = g00.iter().zip(t_dot).zip(x_dot).map(|((&g, &u), &w)| g * u * u - w * w - invariants.k).collect();
-        let q_t = solution.end.q_t;
-        let at_end = |view: WindowNodes<'_, S>| {
-            let (g00, w) = (g00[view.grid.nodes().end - 1], view.window.end.x_dot);
-            q_t * q_t / g00 - w * w - invariants.k
-        };
-        let delta_k_ends = solution.views().map(at_end).collect();
-        Self { delta_q_t, delta_q_t_corrected, delta_k, delta_k_ends }
-    }
 }
 
 /// The further charges of the free particle: its space-time is flat and has three Killing vectors.

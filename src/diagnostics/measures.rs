@@ -1,14 +1,13 @@
 //! The most important numbers about a solution.
 
 use super::bound::Bound;
-use super::charges::{Charges, FreeParticleCharges};
+use super::charges::FreeParticleCharges;
+use super::deviations::{ChargeDeviation, Fields, NormDeviation};
 use super::newtonian::Newtonian;
 use super::residuals::GeodesicResiduals;
-use super::rows::largest;
 use super::sawtooth::Sawtooth;
 use super::scales::Scales;
-use crate::metric::MetricSamples;
-use crate::norm::max_abs;
+use crate::metric::G00;
 use crate::scalar::Real;
 use crate::solve::Solution;
 
@@ -49,25 +48,26 @@ pub struct Measures<S = f64> {
 
 impl<S: Real> Measures<S> {
     pub(super) fn new(
-        solution: &Solution<S>,
-        metric: &MetricSamples<S>,
-        [t_dot, x_dot]: [&[S]; 2],
-        charges: &Charges<S>,
+        fields: &Fields<'_, S, Solution<S>>,
+        charge: &ChargeDeviation<S>,
+        norm: &NormDeviation<S>,
         residuals: &GeodesicResiduals<S>,
     ) -> Self {
-        let exact = |u: &[S]| largest(u, solution.grids().map(|grid| grid.exact()));
-        let uncoupled = |u: &[S]| largest(u, solution.grids().map(|grid| grid.uncoupled()));
+        let (solution, metric) = (fields.run, &fields.samples);
+        let [t_dot, x_dot] = [&fields.velocities[0], &fields.velocities[1]];
         let sawtooth = Sawtooth::new(&solution.x, solution.grids());
         Self {
-            max_abs_delta_q_t_interior: exact(&charges.delta_q_t),
-            max_abs_delta_q_t_last: largest(&charges.delta_q_t, solution.grids().map(|grid| grid.last())),
-            delta_q_t_last: charges.delta_q_t.last().copied().unwrap_or(S::ZERO),
-            max_abs_delta_q_t_corrected: max_abs(&charges.delta_q_t_corrected),
-            max_abs_delta_g_interior: uncoupled(&residuals.delta_g_t).max(uncoupled(&residuals.delta_g_x)),
-            max_abs_delta_k: exact(&charges.delta_k),
-            max_abs_delta_k_ends: max_abs(&charges.delta_k_ends),
+            max_abs_delta_q_t_interior: charge.max_interior,
+            max_abs_delta_q_t_last: charge.max_last,
+            delta_q_t_last: charge.delta.last().copied().unwrap_or(S::ZERO),
+            max_abs_delta_q_t_corrected: charge.max_corrected,
+            max_abs_delta_g_interior: fields
+                .max_residual(&residuals.delta_g_t)
+                .max(fields.max_residual(&residuals.delta_g_x)),
+            max_abs_delta_k: norm.max_interior,
+            max_abs_delta_k_ends: norm.max_ends,
             sawtooth: sawtooth.amplitude,
-            bound: Bound::new(solution, &metric.g00),
+            bound: Bound::new(solution, metric.row(G00)),
             scales: Scales::new(solution, metric, x_dot, sawtooth.sixth_difference),
             newtonian: Newtonian::new(solution, metric, x_dot),
             branch_distance: solution.backward.as_ref().map(|_| solution.branch_distance()),

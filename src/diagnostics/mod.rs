@@ -19,6 +19,7 @@
 
 mod bound;
 mod charges;
+mod deviations;
 mod measures;
 mod newtonian;
 mod residuals;
@@ -30,16 +31,14 @@ mod warnings;
 
 pub use bound::Bound;
 pub use charges::{Charges, FreeParticleCharges};
+pub use deviations::{ChargeDeviation, NormDeviation};
 pub use measures::Measures;
 pub use newtonian::{NEGLIGIBLE, Newtonian};
 pub use residuals::GeodesicResiduals;
 pub use sawtooth::{Sawtooth, sawtooth};
 pub use scales::Scales;
 
-use std::iter::repeat;
-
-use self::rows::{derivative, handed_on};
-use crate::action::Form;
+use self::deviations::{Fields, tangent};
 use crate::scalar::Real;
 use crate::solve::Solution;
 
@@ -62,12 +61,17 @@ pub struct Diagnostics<S = f64> {
 impl<S: Real> Diagnostics<S> {
     /// Measures `solution`.
     pub fn new(solution: &Solution<S>) -> Self {
-        let t_dot = derivative(solution.grids(), &solution.elapsed, repeat(S::ZERO));
-        let x_dot = derivative(solution.grids(), &solution.x, solution.windows.iter().map(|window| window.start.x));
-        let metric = solution.metric.sample(&solution.x).expect("a solution lies inside the domain");
-        let charges = Charges::new(solution, &metric.g00, &t_dot, &x_dot);
-        let residuals = GeodesicResiduals::new(solution, &metric, &t_dot, &x_dot);
-        let measures = Measures::new(solution, &metric, [&t_dot, &x_dot], &charges, &residuals);
+        let fields = Fields::new(solution);
+        let (charge, norm) = (fields.charge(vec![(0, S::ONE)]), fields.norm());
+        let residuals = GeodesicResiduals { delta_g_t: fields.residual(0), delta_g_x: fields.residual(1) };
+        let measures = Measures::new(&fields, &charge, &norm, &residuals);
+        let [t_dot, x_dot] = <[Vec<S>; 2]>::try_from(fields.velocities).expect("there are t and x");
+        let charges = Charges {
+            delta_q_t: charge.delta,
+            delta_q_t_corrected: charge.corrected,
+            delta_k: norm.delta,
+            delta_k_ends: norm.ends,
+        };
         Self { t_dot, x_dot, charges, residuals, measures }
     }
 
@@ -75,14 +79,6 @@ impl<S: Real> Diagnostics<S> {
     /// of D takes up the defect of D and does not give a velocity. Its place is taken by the values that the next
     /// window continues with, Q_t/g00(x_N) and w*_N.
     pub fn tangent(&self, solution: &Solution<S>) -> [Vec<S>; 2] {
-        let rows = [self.t_dot.clone(), self.x_dot.clone()];
-        if solution.form == Form::Weak {
-            return rows;
-        }
-        let [t_dot, x_dot] = rows;
-        let q_t = solution.end.q_t;
-        let t_ends = solution.grids().map(|grid| q_t / solution.metric.at(solution.x[grid.last()][0]).g00);
-        let x_ends = solution.windows.iter().map(|window| window.end.x_dot);
-        [handed_on(solution.grids(), t_dot, t_ends), handed_on(solution.grids(), x_dot, x_ends)]
+        [tangent(solution, 0, &self.t_dot), tangent(solution, 1, &self.x_dot)]
     }
 }

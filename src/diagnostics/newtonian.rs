@@ -9,7 +9,8 @@
 //! (ẋ = vṫ gives ẍ = ṫ² dv/dt + v ẗ, and g00 ṫ = Q_t gives ẗ = −g00′ ẋ ṫ/g00.) So the acceleration differs from
 //! Newton's by exactly the share 2v²/g00, and the motion is Newton's in the limit of large c.
 
-use crate::metric::MetricSamples;
+use crate::geometry::Samples;
+use crate::metric::{G00, G00_FIRST};
 use crate::scalar::Real;
 use crate::solve::Solution;
 
@@ -28,7 +29,7 @@ pub struct Newtonian {
 }
 
 impl Newtonian {
-    pub(super) fn new<S: Real>(solution: &Solution<S>, metric: &MetricSamples<S>, x_dot: &[S]) -> Self {
+    pub(super) fn new<S: Real>(solution: &Solution<S>, metric: &Samples<S>, x_dot: &[S]) -> Self {
         let q_t = solution.invariants().q_t;
         let c_squared = solution.metric.c_squared();
         let initial = solution.initial;
@@ -37,7 +38,7 @@ impl Newtonian {
         for view in solution.views() {
             let last = view.x.len() - 1;
             for (k, node) in view.grid.nodes().enumerate() {
-                let (g00, first) = (metric.g00[node], metric.first[node]);
+                let (g00, first) = (metric.row(G00)[node], metric.row(G00_FIRST)[node]);
                 let w = if k == last { view.window.end.x_dot } else { x_dot[node] };
                 if first != S::ZERO {
                     let v = w * g00 / q_t;

@@ -1,7 +1,8 @@
 //! The scales of a motion: its size, its speed and its frequency. Deviations are judged relative to these.
 
 use crate::geodesic::acceleration_slope;
-use crate::metric::MetricSamples;
+use crate::geometry::Samples;
+use crate::metric::{G00, G00_FIRST, G00_SECOND};
 use crate::scalar::Real;
 use crate::solve::Solution;
 
@@ -25,7 +26,7 @@ pub struct Scales {
 impl Scales {
     pub(super) fn new<S: Real>(
         solution: &Solution<S>,
-        metric: &MetricSamples<S>,
+        metric: &Samples<S>,
         x_dot: &[S],
         sixth_difference: Option<f64>,
     ) -> Self {
@@ -33,10 +34,11 @@ impl Scales {
         let least = |a: f64, b: f64| if b < a { b } else { a };
         let most = |a: f64, b: f64| if b > a { b } else { a };
         let x = || solution.x.iter().map(|x| x.to_f64());
-        let squares = (metric.g00.iter().zip(&metric.first).zip(&metric.second))
+        let g00 = metric.row(G00);
+        let squares = (g00.iter().zip(metric.row(G00_FIRST)).zip(metric.row(G00_SECOND)))
             .map(|((&g00, &first), &second)| -acceleration_slope(q_t, g00, first, second).to_f64());
         let c_squared = solution.metric.c_squared().to_f64();
-        let g00 = metric.g00.iter().map(|g00| g00.to_f64() / c_squared);
+        let g00 = g00.iter().map(|g00| g00.to_f64() / c_squared);
         let exact = solution.views().flat_map(|view| x_dot[view.grid.exact()].iter());
         Self {
             x_range: [x().fold(f64::INFINITY, least), x().fold(f64::NEG_INFINITY, most)],

@@ -1,33 +1,13 @@
 //! Independent checks of a world-line in a scene of n coordinates. They use its nodes, the operator and the geometry.
 
-use super::Sawtooth;
-use super::rows::{corrected, derivative, handed_on, largest};
+use super::deviations::Fields;
 use super::warnings::rounding_warning;
-use crate::action::{Form, Layout};
-use crate::geometry::{Geometry, Lagrangian, Observable, Samples};
+use super::{ChargeDeviation, NormDeviation, Sawtooth};
+use crate::action::Form;
+use crate::geometry::{Lagrangian, Observable};
 use crate::norm::max_abs;
 use crate::scalar::{Real, sum};
-use crate::solve::WindowGrid;
-use crate::solve::scene::{SceneJoint, SceneWindow, WorldLine};
-
-/// How far a momentum, or a sum of momenta, is from its value at the start of the run.
-#[derive(Debug, Clone)]
-pub struct ChargeDeviation<S = f64> {
-    /// Constants c^a of Σ c^a p_a, for the coordinates that occur.
-    pub terms: Vec<(usize, S)>,
-    /// Its value at the start.
-    pub value: S,
-    /// The deviation on the nodes.
-    pub delta: Vec<S>,
-    /// The same with the multipliers' share κ_a/H_N at the last node of each window.
-    pub corrected: Vec<S>,
-    /// Largest |delta| where the charge is exact: at all nodes but the last of each window (strong), or at all (weak).
-    pub max_interior: S,
-    /// Largest |delta| at the last node of a window.
-    pub max_last: S,
-    /// Largest |corrected|.
-    pub max_corrected: S,
-}
+use crate::solve::scene::{SceneJoint, WorldLine};
 
 /// What a user wants to see conserved.
 #[derive(Debug, Clone)]
@@ -36,8 +16,11 @@ pub struct InvariantDeviation<S = f64> {
     pub name: String,
     /// Its value at the start.
     pub value: S,
-    /// The deviation on the nodes. At the last node of a window it is that of the values that are handed on.
+    /// The deviation on the nodes. At the last node of a window in the strong form it is that of the values that are
+    /// handed on.
     pub delta: Vec<S>,
+    /// Largest deviation of what the next window starts with, at the ends of the windows.
+    pub max_ends: S,
 }
 
 /// The energy of a scene that is the lift of Newton's law.
@@ -70,23 +53,18 @@ pub struct SceneDiagnostics<S = f64> {
     pub charges: Vec<ChargeDeviation<S>>,
     /// Conserved sums of the momenta of active coordinates.
     pub sums: Vec<ChargeDeviation<S>>,
-    /// ΔG_a = (Dp_a) − f_a − F_a of every coordinate; in the weak form with D̄ and the initial momenta.
+    /// ΔG_a = (Dp_a) − f_a − F_a of every coordinate; in the weak form with D̄ and the initial momenta. For a coordinate
+    /// of a potential, whose g_aa is constant, it is divided by that: a deviation of d²q^a/dγ².
     pub delta_g: Vec<Vec<S>>,
     /// Largest |ΔG_a| over the nodes whose row of D does not reach the last node of the window (weak: all nodes).
     pub max_delta_g: S,
-    /// K at the start.
-    pub k: S,
-    /// ΔK = g_ab Dq^a Dq^b − K on the nodes.
-    pub delta_k: Vec<S>,
+    /// K and its deviation.
+    pub norm: NormDeviation<S>,
     /// In the lift of Newton's law: the energy ½mv² + V of the computed positions and velocities minus the charge
     /// p_t/p_s, which is −K/(2 ṫ p_s).
     pub delta_energy: Option<Vec<S>>,
     /// The same at the ends of the windows, for the values that the next window starts with.
     pub energy: Option<EnergyDeviation<S>>,
-    /// Largest |ΔK| over the interior nodes.
-    pub max_delta_k: S,
-    /// Largest |ΔK| at the ends of the windows, for the values that the next window starts with.
-    pub max_delta_k_ends: S,
     /// The size of K's terms besides the largest one, at most over the nodes: what motion contributes to K.
     pub motion: f64,
     /// The sawtooth of every coordinate that is active.
@@ -95,16 +73,6 @@ pub struct SceneDiagnostics<S = f64> {
     pub work: Vec<WorkBalance<S>>,
     /// The invariants of the user, in their order.
     pub invariants: Vec<InvariantDeviation<S>>,
-}
-
-/// One window with everything on its nodes.
-struct Measured<'l, S> {
-    grid: WindowGrid<'l, S>,
-    /// Dq^a or D̄q^a.
-    velocities: Vec<&'l [S]>,
-    samples: Samples<S>,
-    /// F_a on the nodes, zero where no force acts.
-    forces: Vec<Vec<S>>,
 }
 
 impl<S: Real> SceneDiagnostics<S> {
@@ -118,54 +86,39 @@ impl<S: Real> SceneDiagnostics<S> {
         invariants: &mut [(String, Observable<S>)],
         is_lifted: bool,
     ) -> Self {
-        let geometry = line.geometry();
+        let (geometry, fields) = (line.geometry(), Fields::new(line));
         let n = geometry.dimension();
-        let velocities: Vec<Vec<S>> = (0..n).map(|a| velocity(line, a)).collect();
-        let windows: Vec<Measured<'_, S>> =
-            line.windows.iter().map(|window| measured(line, window, &velocities)).collect();
-        let momenta: Vec<Vec<S>> = (0..n).map(|a| on_nodes(&windows, |at, k| at.momentum(geometry, a, k))).collect();
-        let ignorable = geometry.ignorable().map(|a| vec![(a, S::ONE)]);
-        let charge = |terms: Vec<(usize, S)>| charge(line, &momenta, terms);
-        let k = geometry.norm(&line.place.start.q, &line.place.start.q_dot);
-        let delta_k = on_nodes(&windows, |at, node| at.norm(geometry, node) - k);
-        let motion = on_nodes(&windows, |at, node| at.motion(geometry, node));
-        let delta_g: Vec<Vec<S>> = (0..n).map(|a| residual(line, &windows, &momenta[a], a)).collect();
-        let ends = line.windows.iter().map(|window| geometry.norm(&window.end.q, &window.end.q_dot) - k);
-        let tangent: Vec<Vec<S>> = (0..n).map(|a| tangent(line, a, &velocities[a])).collect();
+        let norm = fields.norm();
+        let delta_g: Vec<Vec<S>> = (0..n).map(|a| fields.residual(a)).collect();
+        let tangent: Vec<Vec<S>> = (0..n).map(|a| fields.tangent(a)).collect();
+        let start = &line.place.start;
         Self {
-            charges: ignorable.map(charge).collect(),
-            sums: sums.iter().cloned().map(charge).collect(),
-            max_delta_g: delta_g
-                .iter()
-                .map(|row| largest(row, line.grids().map(|grid| grid.uncoupled())))
-                .fold(S::ZERO, S::max),
-            max_delta_k: largest(&delta_k, line.grids().map(|grid| grid.exact())),
-            max_delta_k_ends: max_abs(&ends.collect::<Vec<_>>()),
-            motion: largest(&motion, line.grids().map(|grid| grid.exact())).to_f64(),
+            charges: geometry.ignorable().map(|a| fields.charge(vec![(a, S::ONE)])).collect(),
+            sums: sums.iter().map(|terms| fields.charge(terms.clone())).collect(),
+            max_delta_g: delta_g.iter().map(|row| fields.max_residual(row)).fold(S::ZERO, S::max),
+            motion: fields.motion(),
             sawtooth: geometry.active().iter().map(|&a| (a, Sawtooth::new(&line.q[a], line.grids()))).collect(),
-            work: work(line, &windows),
-            invariants: invariants.iter_mut().map(|invariant| deviation(line, &tangent, invariant, k)).collect(),
+            work: work(&fields),
+            invariants: invariants.iter_mut().map(|each| deviation(line, &tangent, each, norm.value)).collect(),
             delta_energy: is_lifted.then(|| {
-                let deviations = delta_k.iter().zip(&tangent[0]);
-                deviations.map(|(&delta, &t_dot)| energy_off(line, k + delta, t_dot)).collect()
+                let deviations = norm.delta.iter().zip(&tangent[0]);
+                deviations.map(|(&delta, &t_dot)| energy_off(start, norm.value + delta, t_dot)).collect()
             }),
             energy: is_lifted.then(|| {
-                let of = |end: &SceneJoint<S>| energy_off(line, geometry.norm(&end.q, &end.q_dot), end.q_dot[0]);
-                let start = &line.place.start;
+                let of = |end: &SceneJoint<S>| energy_off(start, geometry.norm(&end.q, &end.q_dot), end.q_dot[0]);
                 let ends: Vec<S> = line.windows.iter().map(|window| of(&window.end)).collect();
                 EnergyDeviation { value: start.p[0] / start.p[n - 1], max_ends: max_abs(&ends) }
             }),
             tangent,
             delta_g,
-            k,
-            delta_k,
+            norm,
         }
     }
 }
 
 /// What the energy of positions and velocities differs by from p_t/p_s where K has this value.
-fn energy_off<S: Real>(line: &WorldLine<S>, k: S, t_dot: S) -> S {
-    let p_s = line.place.start.p[line.place.start.p.len() - 1];
+fn energy_off<S: Real>(start: &SceneJoint<S>, k: S, t_dot: S) -> S {
+    let p_s = start.p[start.p.len() - 1];
     -k / ((p_s + p_s) * t_dot)
 }
 
@@ -183,7 +136,7 @@ impl<S: Real> SceneDiagnostics<S> {
     }
 
     fn drift_warning(&self) -> Option<String> {
-        let drift = self.max_delta_k_ends.max(self.max_delta_k).to_f64();
+        let drift = self.norm.max_ends.max(self.norm.max_interior).to_f64();
         let is_small = drift <= DOUBTFUL * self.motion;
         if is_small || self.motion == 0.0 || !self.work.is_empty() {
             return None;
@@ -202,104 +155,9 @@ fn amplitude<S: Real>(row: &[S]) -> f64 {
     0.5 * (numbers().fold(f64::NEG_INFINITY, f64::max) - numbers().fold(f64::INFINITY, f64::min))
 }
 
-fn measured<'l, S: Real>(
-    line: &'l WorldLine<S>,
-    window: &'l SceneWindow<S>,
-    velocities: &'l [Vec<S>],
-) -> Measured<'l, S> {
-    let (geometry, grid, rows) = (line.geometry(), line.grid(window), line.rows(window));
-    let points = grid.points();
-    let velocities: Vec<&[S]> = velocities.iter().map(|row| &row[grid.nodes()]).collect();
-    let mut samples = geometry.room(points);
-    geometry.fill(&rows, &mut samples).expect("a solution lies inside the domain");
-    let mut forces = vec![Vec::new(); geometry.dimension()];
-    if geometry.has_force() {
-        let structure = geometry.structure();
-        let mut force = Samples::zeros(structure.force_rows, points);
-        geometry.fill_force(&rows, &velocities, &mut force);
-        for term in &structure.force {
-            forces[term.a] = (0..points).map(|k| force.at(term.value, k)).collect();
-        }
-    }
-    Measured { grid, velocities, samples, forces }
-}
-
-impl<S: Real> Measured<'_, S> {
-    /// q̇^b at node k, or 1 for the one-form.
-    fn velocity(&self, b: usize, k: usize) -> S {
-        self.velocities.get(b).map_or(S::ONE, |row| row[k])
-    }
-
-    fn momentum(&self, geometry: &Geometry<S>, a: usize, k: usize) -> S {
-        geometry.structure().momentum(&self.samples, |b| self.velocity(b, k), a, k)
-    }
-
-    fn norm(&self, geometry: &Geometry<S>, k: usize) -> S {
-        geometry.structure().norm(&self.samples, |a| self.velocity(a, k), k)
-    }
-
-    fn motion(&self, geometry: &Geometry<S>, k: usize) -> S {
-        geometry.structure().motion(&self.samples, |a| self.velocity(a, k), k)
-    }
-
-    /// f_a + F_a.
-    fn force(&self, geometry: &Geometry<S>, a: usize, k: usize) -> S {
-        let own = geometry.structure().force(&self.samples, |b| self.velocity(b, k), a, k);
-        own + self.forces[a].get(k).copied().unwrap_or(S::ZERO)
-    }
-}
-
-/// A value for every node of every window.
-fn on_nodes<S: Real>(windows: &[Measured<'_, S>], value: impl Fn(&Measured<'_, S>, usize) -> S) -> Vec<S> {
-    windows.iter().flat_map(|at| (0..at.grid.points()).map(|k| value(at, k)).collect::<Vec<_>>()).collect()
-}
-
-fn charge<S: Real>(line: &WorldLine<S>, momenta: &[Vec<S>], terms: Vec<(usize, S)>) -> ChargeDeviation<S> {
-    let value = sum(terms.iter().map(|&(a, c)| c * line.place.start.p[a]));
-    let delta: Vec<S> = (0..line.nodes()).map(|k| sum(terms.iter().map(|&(a, c)| c * momenta[a][k])) - value).collect();
-    let share = |(window, grid): (&SceneWindow<S>, WindowGrid<'_, S>)| {
-        let layout = Layout::new(momenta.len(), grid.points(), line.form);
-        let kappa = |&(a, c): &(usize, S)| c * window.multipliers[layout.kappa(a)];
-        (!window.multipliers.is_empty()).then(|| sum(terms.iter().map(kappa)))
-    };
-    let corrected = corrected(line.grids(), &delta, line.windows.iter().zip(line.grids()).map(share));
-    ChargeDeviation {
-        max_interior: largest(&delta, line.grids().map(|grid| grid.exact())),
-        max_last: largest(&delta, line.grids().map(|grid| grid.last())),
-        max_corrected: max_abs(&corrected),
-        terms,
-        value,
-        delta,
-        corrected,
-    }
-}
-
-/// (Dp_a) − f_a − F_a on the nodes.
-fn residual<S: Real>(line: &WorldLine<S>, windows: &[Measured<'_, S>], momentum: &[S], a: usize) -> Vec<S> {
-    let mut residual = derivative(line.grids(), momentum, line.windows.iter().map(|window| window.start.p[a]));
-    let forces = on_nodes(windows, |at, k| at.force(line.geometry(), a, k));
-    residual.iter_mut().zip(forces).for_each(|(residual, force)| *residual += -force);
-    residual
-}
-
-/// Dq^a or D̄q^a on the nodes.
-fn velocity<S: Real>(line: &WorldLine<S>, a: usize) -> Vec<S> {
-    let starts = line.windows.iter().map(|window| line.start_of_rows(window).q[a]);
-    derivative(line.grids(), &line.q[a], starts)
-}
-
-/// dq^a/dγ on the nodes.
-fn tangent<S: Real>(line: &WorldLine<S>, a: usize, velocity: &[S]) -> Vec<S> {
-    match line.form {
-        Form::Weak => velocity.to_vec(),
-        Form::Strong => {
-            handed_on(line.grids(), velocity.to_vec(), line.windows.iter().map(|window| window.end.q_dot[a]))
-        }
-    }
-}
-
 /// The work of the force on coordinates that the Lagrangian does not depend on.
-fn work<S: Real>(line: &WorldLine<S>, windows: &[Measured<'_, S>]) -> Vec<WorkBalance<S>> {
+fn work<S: Real>(fields: &Fields<'_, S, WorldLine<S>>) -> Vec<WorkBalance<S>> {
+    let line = fields.run;
     let structure = line.geometry().structure();
     let depends = |a: usize| structure.first.iter().any(|term| term.by == [a]);
     let forced = structure.force.iter().map(|term| term.a).filter(|&a| !depends(a));
@@ -307,7 +165,8 @@ fn work<S: Real>(line: &WorldLine<S>, windows: &[Measured<'_, S>]) -> Vec<WorkBa
     let forced = forced.filter(|_| line.form == Form::Weak);
     forced
         .map(|coordinate| {
-            let work = sum(windows.iter().map(|at| at.grid.sbp().integrate(&at.forces[coordinate])));
+            let force = &fields.forces[coordinate];
+            let work = sum(line.grids().map(|grid| grid.sbp().integrate(&force[grid.nodes()])));
             let gained = line.end().p[coordinate] - line.place.start.p[coordinate];
             WorkBalance { coordinate, work, defect: gained - work }
         })
@@ -328,5 +187,8 @@ fn deviation<S: Real>(
         let p = geometry.momenta(&q, &q_dot);
         invariant.at(&q, &q_dot, &p, k) - value
     };
-    InvariantDeviation { name: name.clone(), value, delta: (0..line.nodes()).map(at).collect() }
+    let delta = (0..line.nodes()).map(at).collect();
+    let ends = line.windows.iter().map(|window| &window.end);
+    let ends: Vec<S> = ends.map(|end| invariant.at(&end.q, &end.q_dot, &end.p, k) - value).collect();
+    InvariantDeviation { name: name.clone(), value, delta, max_ends: max_abs(&ends) }
 }

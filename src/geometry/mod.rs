@@ -87,7 +87,8 @@ impl<S: Real> Geometry<S> {
         let (structure, mut rows) = structure_of(&mut parts);
         rows.extend(inverse.blocks.iter().map(|block| block.determinant));
         let lagrangian = Program::new(&mut parts.graph, n, &rows).packed();
-        let (structure, force) = force_structure_of(&mut parts, structure);
+        let (mut structure, force) = force_structure_of(&mut parts, structure);
+        structure.inertias = inertias(&parts, text);
         let force = Program::new(&mut parts.graph, 2 * n, &force).packed();
         let active = active_of(&mut parts);
         let separable = separable(&parts, &inverse, &active);
@@ -172,7 +173,7 @@ impl<S: Real> Geometry<S> {
 
     /// K = g_ab q̇^a q̇^b at a point.
     pub fn norm(&self, q: &[S], q_dot: &[S]) -> S {
-        self.structure.norm(&self.at(q), |a| q_dot[a], 0)
+        Lagrangian::norm(self, q, q_dot)
     }
 
     /// What motion contributes to K at a point: the sizes of its terms without the largest of them.
@@ -349,6 +350,14 @@ fn force_structure_of<S: Real>(parts: &mut Parts<S>, structure: Structure<S>) ->
     }
     structure.force_rows = rows.len();
     (structure, rows)
+}
+
+/// The coordinates of a potential with their g_aa, where those are constant.
+fn inertias<S: Real>(parts: &Parts<S>, text: &GeometryText) -> Vec<(usize, S)> {
+    let GeometryText::Potential(PotentialText { coordinates, .. }) = text else { return Vec::new() };
+    let inertia = |a: usize| Some((a, parts.graph.as_constant(*parts.metric.get(&[a, a])?)?));
+    // The first coordinate is t.
+    (1..=coordinates.len()).filter_map(inertia).collect()
 }
 
 /// The active part of g^ab, if the equations of motion are q̈ = a(q).

@@ -58,6 +58,8 @@ pub struct Structure<S> {
     pub rows: usize,
     /// Number of rows for the force with its derivatives.
     pub force_rows: usize,
+    /// The coordinates of a potential, each with its constant g_aa.
+    pub inertias: Vec<(usize, S)>,
 }
 
 impl<S: Real> Structure<S> {
@@ -94,6 +96,11 @@ impl<S: Real> Structure<S> {
             |&Term { ab: [a, b], value, .. }: &Term<S, 0>| (samples.at(value, k) * velocity(a) * velocity(b)).abs();
         let (sum, most) = terms.map(size).fold((S::ZERO, S::ZERO), |(sum, most), size| (sum + size, most.max(size)));
         sum - most
+    }
+
+    /// The constant g_aa of a coordinate of a potential.
+    pub fn inertia(&self, a: usize) -> Option<S> {
+        self.inertias.iter().find(|(other, _)| *other == a).map(|&(_, inertia)| inertia)
     }
 
     /// Velocities that the Lagrangian multiplies: n, and the constant 1 if there is a one-form.
@@ -181,6 +188,11 @@ pub trait Lagrangian<S: Real> {
         let (structure, samples) = (self.structure(), self.sample_at(q));
         let velocity = |b: usize| q_dot.get(b).copied().unwrap_or(S::ONE);
         (0..structure.dimension).map(|a| structure.momentum(&samples, velocity, a, 0)).collect()
+    }
+
+    /// K = g_ab q̇^a q̇^b at a point, inside the domain or not.
+    fn norm(&self, q: &[S], q_dot: &[S]) -> S {
+        self.structure().norm(&self.sample_at(q), |a| q_dot[a], 0)
     }
 
     /// f_a + F_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a at a point, inside the domain or not.

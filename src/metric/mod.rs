@@ -11,7 +11,7 @@
 
 mod motion;
 
-pub use motion::{MetricRoom, acceleration, acceleration_slope};
+pub use motion::{G00, G00_FIRST, G00_SECOND, MetricRoom, acceleration, acceleration_slope};
 
 use std::sync::OnceLock;
 

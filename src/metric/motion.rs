@@ -4,6 +4,13 @@ use super::{Metric, MetricSamples, OutsideDomain};
 use crate::geometry::{Lagrangian, Motion, Samples, Source, Structure, Term};
 use crate::scalar::Real;
 
+/// The row of g00 among the samples of the metric on some nodes.
+pub const G00: usize = 0;
+/// That of g00′.
+pub const G00_FIRST: usize = 1;
+/// That of g00″.
+pub const G00_SECOND: usize = 2;
+
 /// The two coordinates t and x: g_tt = g00(x), g_xx = −1. The rows are those of [`MetricSamples`].
 impl<S: Real> Lagrangian<S> for Metric<S> {
     type Outside = OutsideDomain;
@@ -14,12 +21,13 @@ impl<S: Real> Lagrangian<S> for Metric<S> {
             Structure {
                 dimension: 2,
                 values: vec![
-                    Term { ab: [0, 0], by: [], value: of_g00(0) },
+                    Term { ab: [0, 0], by: [], value: of_g00(G00) },
                     Term { ab: [1, 1], by: [], value: Source::Constant(-S::ONE) },
                 ],
-                first: vec![Term { ab: [0, 0], by: [1], value: of_g00(1) }],
-                second: vec![Term { ab: [0, 0], by: [1, 1], value: of_g00(2) }],
+                first: vec![Term { ab: [0, 0], by: [1], value: of_g00(G00_FIRST) }],
+                second: vec![Term { ab: [0, 0], by: [1, 1], value: of_g00(G00_SECOND) }],
                 rows: 3,
+                inertias: vec![(1, -S::ONE)],
                 ..Structure::default()
             }
         })

@@ -8,7 +8,8 @@ use super::number::Number;
 use super::summary::json;
 use crate::action::Form;
 use crate::case::scene::SceneCase;
-use crate::diagnostics::scene::{ChargeDeviation, InvariantDeviation, SceneDiagnostics};
+use crate::diagnostics::ChargeDeviation;
+use crate::diagnostics::scene::{InvariantDeviation, SceneDiagnostics};
 use crate::geometry::{ConservedSum, Geometry};
 use crate::norm::max_abs;
 use crate::scalar::Real;
@@ -95,6 +96,8 @@ pub struct SolvedScene {
     pub max_abs_delta_q_corrected: ByName,
     /// Conserved sums of momenta of active coordinates, with the largest deviation of each where it is exact.
     pub conserved_sums: ByName,
+    /// The largest deviation of each at the ends of the windows, for the values with which the world-line is continued.
+    pub conserved_sums_ends: ByName,
     /// K at the start.
     pub k: Number,
     /// max |ΔG| over the nodes whose row of D does not reach the last node of the window (weak form: over all nodes).
@@ -127,6 +130,9 @@ pub struct SolvedScene {
     /// The largest deviation of each from that.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub max_abs_delta_invariant: ByName,
+    /// The same at the ends of the windows, for the values with which the world-line is continued.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub max_abs_delta_invariant_ends: ByName,
     /// How often each event of the case was met.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub events: BTreeMap<String, usize>,
@@ -226,6 +232,10 @@ impl SolvedScene {
             let charges = diagnostics.charges.iter();
             charges.map(|charge| (names[charge.terms[0].0].clone(), number(value(charge)))).collect()
         };
+        let of_sums = |value: fn(&ChargeDeviation<S>) -> S| -> ByName {
+            let sums = sums.iter().zip(&diagnostics.sums);
+            sums.map(|(sum, charge)| (sum.formula(names), number(value(charge)))).collect()
+        };
         let work = diagnostics.work.iter();
         let of_invariants = |value: fn(&InvariantDeviation<S>) -> S| -> ByName {
             let invariants = diagnostics.invariants.iter();
@@ -242,13 +252,12 @@ impl SolvedScene {
             max_abs_delta_q_interior: of_charges(|charge| charge.max_interior),
             max_abs_delta_q_last: of_charges(|charge| charge.max_last),
             max_abs_delta_q_corrected: of_charges(|charge| charge.max_corrected),
-            conserved_sums: (sums.iter().zip(&diagnostics.sums))
-                .map(|(sum, charge)| (sum.formula(names), number(charge.max_interior)))
-                .collect(),
-            k: number(diagnostics.k),
+            conserved_sums: of_sums(|charge| charge.max_interior),
+            conserved_sums_ends: of_sums(|charge| charge.max_ends),
+            k: number(diagnostics.norm.value),
             max_abs_delta_g_interior: number(diagnostics.max_delta_g),
-            max_abs_delta_k: number(diagnostics.max_delta_k),
-            max_abs_delta_k_ends: number(diagnostics.max_delta_k_ends),
+            max_abs_delta_k: number(diagnostics.norm.max_interior),
+            max_abs_delta_k_ends: number(diagnostics.norm.max_ends),
             energy: diagnostics.energy.map(|energy| number(energy.value)),
             max_abs_delta_energy: diagnostics.delta_energy.as_ref().map(|delta| number(max_abs(delta))),
             max_abs_delta_energy_ends: diagnostics.energy.map(|energy| number(energy.max_ends)),
@@ -259,6 +268,7 @@ impl SolvedScene {
             work_defect: work.map(|work| (names[work.coordinate].clone(), number(work.defect))).collect(),
             invariants: of_invariants(|invariant| invariant.value),
             max_abs_delta_invariant: of_invariants(|invariant| max_abs(&invariant.delta)),
+            max_abs_delta_invariant_ends: of_invariants(|invariant| invariant.max_ends),
             events: BTreeMap::new(),
             branch_distance: line.is_doubled().then(|| number(line.branch_distance())),
             error_estimate: line.error_estimate,

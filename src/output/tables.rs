@@ -70,7 +70,7 @@ impl<S: Real> Measured<S> for SceneDiagnostics<S> {
         }
         match &self.delta_energy {
             Some(energy) => columns.push(("delta_energy".to_owned(), energy)),
-            None => columns.push(("delta_k".to_owned(), &self.delta_k)),
+            None => columns.push(("delta_k".to_owned(), &self.norm.delta)),
         }
         columns.extend(self.invariants.iter().map(|each| (format!("delta_{}", each.name), each.delta.as_slice())));
         columns

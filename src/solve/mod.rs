@@ -5,6 +5,7 @@ mod arithmetic;
 mod critical_point;
 mod derivative;
 mod end_time;
+mod extremal;
 mod first_guess;
 mod memory;
 mod newton;
@@ -22,6 +23,7 @@ mod status;
 mod trajectory;
 
 pub use arithmetic::Arithmetic;
+pub(crate) use extremal::Extremal;
 pub use memory::{bytes_needed, scene_bytes_needed};
 pub(crate) use operator::WindowGrid;
 pub use setup::{End, Scene, Setup, System};

@@ -183,3 +183,15 @@ impl<'a, S: Real> WindowGrid<'a, S> {
         start..end - last
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_of_one_length_share_an_operator() {
+        let mut operators: Operators<f64> = Operators::none();
+        let [long, short, again] = [4.0, 2.0, 4.0].map(|length| operators.element(16, length));
+        assert!(long == again && long != short && operators.element(20, 4.0) != long);
+    }
+}

@@ -1,6 +1,10 @@
 //! An accuracy asked for is kept, also where V is not smooth, and also for runs that end at a given time. (`cargo run
 //! --release --example promises` does the same with as many random scenes as one likes.)
 
+#[path = "../../examples/promises/outcome.rs"]
+mod outcome;
+#[path = "../../examples/promises/random.rs"]
+mod random;
 #[path = "../../examples/promises/scenes.rs"]
 mod scenes;
 
@@ -10,7 +14,9 @@ use geodesic_ivp::metric::Metric;
 use geodesic_ivp::potential::Potential;
 use geodesic_ivp::solve::{NoSolution, Status, solve_window_by_window};
 use geodesic_ivp::{Case, Solution, solve};
-use scenes::{Outcome, Random, Scene};
+use outcome::Outcome;
+use random::Random;
+use scenes::Scene;
 
 use crate::common::{case, solved};
 

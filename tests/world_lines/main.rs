@@ -6,6 +6,7 @@ mod convergence;
 mod ends;
 mod events;
 mod features;
+mod one_coordinate;
 mod samples;
 mod schwarzschild;
 mod shipped_scenes;

@@ -2,7 +2,8 @@
 
 use geodesic_ivp::case::SceneCase;
 use geodesic_ivp::case::builtin::{self, Group, NAMES};
-use geodesic_ivp::diagnostics::scene::{ChargeDeviation, SceneDiagnostics};
+use geodesic_ivp::diagnostics::ChargeDeviation;
+use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::solve::scene::{WorldLine, solve_scene};
 
@@ -71,13 +72,15 @@ fn every_scene_meets_its_expectations() {
         }
         count += 1;
     }
-    assert!(count >= 19, "{count} scenes");
+    assert!(count >= 24, "{count} scenes");
 }
 
 /// The doubled system has many more unknowns and is solved to fewer digits.
 #[test]
 fn the_doubled_system_has_the_same_world_lines() {
-    let is_short = |case: &SceneCase| case.windows() * case.n_gamma() <= 640 && case.t_f::<f64>().is_none();
+    let is_short = |case: &SceneCase| {
+        case.accuracy().is_none() && case.windows() * case.n_gamma() <= 640 && case.t_f::<f64>().is_none()
+    };
     let short = scenes().filter(|(_, case)| is_short(case));
     let mut count = 0;
     for (name, limit) in short {
@@ -118,7 +121,8 @@ fn the_effective_scene_reads_back_as_the_same_scene() {
 
 #[test]
 fn charges_and_conserved_sums_are_exact_to_the_rounding_of_their_terms() {
-    for (name, case) in scenes() {
+    // Windows for an accuracy differ in length; what their charges are worth is tested elsewhere.
+    for (name, case) in scenes().filter(|(_, case)| case.accuracy().is_none()) {
         let line = solved(name, &case);
         let diagnostics = diagnostics(&case, &line);
         let ignorable = line.geometry().ignorable().count();
@@ -137,7 +141,9 @@ fn charges_and_conserved_sums_are_exact_to_the_rounding_of_their_terms() {
 
 #[test]
 fn the_sums_that_are_conserved_are_found() {
-    for (name, expected) in [("two-bodies", 1), ("three-bodies", 2), ("kepler", 0), ("henon-heiles", 0)] {
+    for (name, expected) in
+        [("two-bodies", 1), ("three-bodies", 2), ("pleiades", 2), ("kepler", 0), ("henon-heiles", 0)]
+    {
         let case = scene(name, &[]);
         assert_eq!(diagnostics(&case, &solved(name, &case)).sums.len(), expected, "{name}");
     }

@@ -162,7 +162,7 @@ pub fn charges<S: Real>(
         diagnostics.invariants.iter().map(|invariant| curve(invariant.name.clone(), &invariant.delta)).collect();
     series.push(match &diagnostics.delta_energy {
         Some(energy) => curve("energy".to_owned(), energy),
-        None => curve("K".to_owned(), &diagnostics.delta_k),
+        None => curve("K".to_owned(), &diagnostics.norm.delta),
     });
     let charges = diagnostics.charges.iter().map(|charge| (format!("p_{}", names[charge.terms[0].0]), &charge.delta));
     let sums = sums.iter().zip(&diagnostics.sums).map(|(sum, charge)| (sum.formula(names), &charge.delta));

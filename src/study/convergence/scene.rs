@@ -98,6 +98,6 @@ fn errors<S: Real>(line: &WorldLine<S>, reference: &SceneReference<S>) -> Errors
         at_end,
         l2: squared.into_iter().map(f64::sqrt).collect(),
         charges_last: diagnostics.charges.iter().map(|charge| charge.max_last.to_f64()).collect(),
-        delta_k_max: diagnostics.max_delta_k.to_f64(),
+        delta_k_max: diagnostics.norm.max_interior.to_f64(),
     }
 }

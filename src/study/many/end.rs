@@ -163,7 +163,7 @@ fn maxima<S: Real>(line: &WorldLine<S>, diagnostics: &SceneDiagnostics<S>) -> Ve
     values.push(diagnostics.max_delta_g);
     values.extend(match (&diagnostics.delta_energy, diagnostics.energy) {
         (Some(delta), Some(energy)) => [max_abs(delta), energy.max_ends],
-        _ => [diagnostics.max_delta_k, diagnostics.max_delta_k_ends],
+        _ => [diagnostics.norm.max_interior, diagnostics.norm.max_ends],
     });
     values.extend(diagnostics.invariants.iter().map(|invariant| max_abs(&invariant.delta)));
     values.push(line.gradient_norm);

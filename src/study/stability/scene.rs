@@ -51,7 +51,7 @@ impl Scene {
     fn track_of(&self, line: &WorldLine) -> Track {
         let diagnostics = SceneDiagnostics::new(line, &[], &mut [], self.is_lifted);
         let k = line.geometry().norm(&line.place.start.q, &line.place.start.q_dot);
-        let (mut delta_k, mut stretches, mut intervals) = (diagnostics.delta_k, Vec::new(), 0);
+        let (mut delta_k, mut stretches, mut intervals) = (diagnostics.norm.delta, Vec::new(), 0);
         for (window, grid) in line.windows.iter().zip(line.grids()) {
             // At the last node of a window in the strong form Dq is no velocity.
             let nodes = grid.nodes();
@@ -75,7 +75,7 @@ impl Scene {
             delta_k,
             stretches,
             intervals,
-            delta_k_max: diagnostics.max_delta_k,
+            delta_k_max: diagnostics.norm.max_interior,
             delta_energy_max: energy,
             charges: Some(charges.iter().map(|charge| charge.max_interior).collect()),
             last_node: single.then(last_node),

@@ -1,0 +1,45 @@
+//! A potential in one coordinate is a scene like any other: a case without coordinates says the same about it.
+
+use geodesic_ivp::case::SceneCase;
+use geodesic_ivp::diagnostics::Diagnostics;
+use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
+use geodesic_ivp::solve::scene::{WorldLine, solve_scene};
+use geodesic_ivp::{Case, Solution, solve};
+
+fn near(found: &[f64], expected: &[f64], tolerance: f64, what: &str) {
+    assert_eq!(found.len(), expected.len(), "{what}");
+    for (k, (found, expected)) in found.iter().zip(expected).enumerate() {
+        assert!((found - expected).abs() <= tolerance, "{what}, node {k}: {found:e} {expected:e}");
+    }
+}
+
+#[test]
+fn one_coordinate_is_measured_as_it_is_without_a_scene() {
+    let rest = "[initial]\nt = 0.5\nx = 1.0\nt_dot = 1.1\nx_dot = 0.1\n[grid]\ngamma_f = 2.0\nwindows = 2\n";
+    for (sbp, form, n_gamma) in [("SBP21", "strong", 17), ("SBP42", "strong", 24), ("SBP42", "weak", 24)] {
+        let rest = format!("{rest}n_gamma = {n_gamma}\n[scheme]\nsbp = \"{sbp}\"\nform = \"{form}\"\n");
+        let particle = "[particle]\nmass = 2.0\nc = 1.5\n";
+        let one = format!("[potential]\nformula = {{ expression = \"x^4/2\" }}\n{particle}{rest}");
+        let solution: Solution = solve(&Case::parse("one", &one, &[]).unwrap()).unwrap();
+        let measured = Diagnostics::new(&solution);
+        let scene = format!("[potential]\ncoordinates = [\"x\"]\nformula = \"x^4/2\"\n{particle}{rest}");
+        let scene = SceneCase::parse("scene", &scene, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let line: WorldLine = solve_scene(&scene.setup()).unwrap();
+        let same = SceneDiagnostics::new(&line, &[], &mut [], false);
+        let what = |name: &str| format!("{sbp} {form} {name}");
+        near(&line.q(0).collect::<Vec<_>>(), &solution.t().collect::<Vec<_>>(), 1e-12, &what("t"));
+        near(&line.q(1).collect::<Vec<_>>(), &solution.x, 1e-12, &what("x"));
+        near(&same.charges[0].delta, &measured.charges.delta_q_t, 1e-11, &what("delta_q_t"));
+        near(&same.charges[0].corrected, &measured.charges.delta_q_t_corrected, 1e-11, &what("corrected"));
+        near(&same.norm.delta, &measured.charges.delta_k, 1e-11, &what("delta_k"));
+        near(&same.norm.ends, &measured.charges.delta_k_ends, 1e-11, &what("delta_k at the ends"));
+        near(&same.delta_g[0], &measured.residuals.delta_g_t, 1e-9, &what("delta_g_t"));
+        near(&same.delta_g[1], &measured.residuals.delta_g_x, 1e-9, &what("delta_g_x"));
+        // They differ from zero by more than that, so that sign and scale are tested.
+        let last = measured.residuals.delta_g_x[n_gamma - 1].abs();
+        assert_eq!(last > 1e-3, form == "strong", "{last:e}");
+        let tangent = measured.tangent(&solution);
+        near(&same.tangent[0], &tangent[0], 1e-11, &what("t_dot"));
+        near(&same.tangent[1], &tangent[1], 1e-11, &what("x_dot"));
+    }
+}
