@@ -9,7 +9,7 @@ use anyhow::Context;
 use clap::Args;
 use geodesic_ivp::case::scene::on_grid;
 use geodesic_ivp::case::{AnyCase, Form, SbpName};
-use geodesic_ivp::output::{ConvergenceSummary, OutputSet, Target, pictures, write_convergence, write_slopes};
+use geodesic_ivp::output::{ConvergenceSummary, OutputSet, SUMMARY, Target, pictures, write_convergence, write_slopes};
 use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, Slope, Sweep, SweepError};
@@ -22,7 +22,6 @@ use super::{CaseArgs, base_cases, memory, report};
 pub(super) const COMMAND: &str = "converge";
 const CONVERGENCE: &str = "convergence.csv";
 const SLOPES: &str = "slopes.csv";
-const SUMMARY: &str = "summary.json";
 const FINAL_ERRORS: &str = "errors_final.svg";
 const L2_ERRORS: &str = "errors_l2.svg";
 

@@ -5,14 +5,11 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueHint};
 use geodesic_ivp::output::runs::{Joined, MergeError, Part, RUNS, RUNS_EVENTS, join};
-use geodesic_ivp::output::{Origin, OutputSet, origin_of};
+use geodesic_ivp::output::{CASE, Origin, OutputSet, SUMMARY, origin_of};
 
 use super::out::{self, OutArgs};
 use super::report::{self, Refusal};
 use super::vary;
-
-const SUMMARY: &str = "summary.json";
-const CASE: &str = "case.toml";
 
 #[derive(Debug, Args)]
 pub(super) struct MergeArgs {

@@ -7,7 +7,9 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use clap::{Args, ValueHint};
 use geodesic_ivp::case::AnyCase;
-use geodesic_ivp::output::{Chart, Measured, OutputSet, write_branches, write_residuals, write_trajectory};
+use geodesic_ivp::output::{
+    CASE, Chart, Measured, OutputSet, SUMMARY, write_branches, write_residuals, write_trajectory,
+};
 use geodesic_ivp::scalar::{Extended, Real};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -23,9 +25,7 @@ const TRAJECTORY: &str = "trajectory.csv";
 const RESIDUALS: &str = "residuals.csv";
 const BRANCHES: &str = "branches.csv";
 const SAMPLES: &str = "samples.csv";
-const SUMMARY: &str = "summary.json";
 const EVENTS: &str = "events.csv";
-const CASE: &str = "case.toml";
 
 #[derive(Debug, Clone, Args)]
 pub(super) struct RunArgs {

@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use anyhow::Context;
 use clap::Args;
 use geodesic_ivp::case::AnyCase;
-use geodesic_ivp::output::{OutputSet, StabilitySummary, pictures, write_stability};
+use geodesic_ivp::output::{OutputSet, SUMMARY, StabilitySummary, pictures, write_stability};
 use geodesic_ivp::study::stability::{Arena, Atlas, Cell, CellStatus, Ends, Limit, Method, Pace, Plan, measure};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -17,7 +17,6 @@ use super::out::OutArgs;
 use super::report::{self, Refusal};
 
 const STABILITY: &str = "stability.csv";
-const SUMMARY: &str = "summary.json";
 const MAP: &str = "map.svg";
 const MAP_OTHERS: &str = "map_others.svg";
 const ONSET: &str = "sawtooth.svg";

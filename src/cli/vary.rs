@@ -12,10 +12,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Args;
 use geodesic_ivp::case::{AnyCase, key_of, overridden};
-use geodesic_ivp::output::OutputSet;
 use geodesic_ivp::output::runs::{
     Columns, Ended, Identity, Journal, NotResumable, RUNS, RUNS_EVENTS, RunRow, RunsSummary, write_runs,
 };
+use geodesic_ivp::output::{CASE, OutputSet, SUMMARY};
 use geodesic_ivp::scalar::Extended;
 use geodesic_ivp::solve::Status;
 use geodesic_ivp::study::many::{Axis, ManyRuns, Outcome};
@@ -25,9 +25,6 @@ use super::interrupt::{self, INTERRUPTED};
 use super::report::{self, INVALID_CASE, NO_CRITICAL_POINT, Refusal};
 use super::run::RunArgs;
 use super::{memory, out};
-
-const SUMMARY: &str = "summary.json";
-const CASE: &str = "case.toml";
 
 /// The statuses of runs that are not begun.
 const INVALID: &str = "invalid-case";

@@ -10,7 +10,7 @@ use anyhow::Context;
 use clap::{Args, ValueHint};
 use geodesic_ivp::case::AnyCase;
 use geodesic_ivp::output::pictures::{self, WorkAxis};
-use geodesic_ivp::output::{OutputSet, WorkPrecisionSummary, read_rows, write_drift, write_work_precision};
+use geodesic_ivp::output::{OutputSet, SUMMARY, WorkPrecisionSummary, read_rows, write_drift, write_work_precision};
 use geodesic_ivp::study::convergence::SweepError;
 use geodesic_ivp::study::work_precision::{
     Arena, Budget, DriftPoint, Family, Leader, Progress, Ratio, Row, WorkPrecision, drift, measure, ratios,
@@ -24,7 +24,6 @@ use super::report::{self, Refusal};
 
 const WORK_PRECISION: &str = "work_precision.csv";
 const DRIFT: &str = "drift.csv";
-const SUMMARY: &str = "summary.json";
 const DRIFT_K: &str = "drift_k.svg";
 const DRIFT_ERROR: &str = "drift_error.svg";
 /// The pictures of each length, in the order of `--gamma-f`.

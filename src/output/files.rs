@@ -10,8 +10,10 @@ use atomic_write_file::AtomicWriteFile;
 use super::lock::FolderLock;
 use super::manifest::{Manifest, Origin, State};
 
-/// The file that is put in place last and removed first: if it is there, all the others are there too.
-const LAST: &str = "summary.json";
+/// The summary of a command. It is put in place last and removed first: if it is there, all the others are there too.
+pub const SUMMARY: &str = "summary.json";
+/// The effective case, with every default.
+pub const CASE: &str = "case.toml";
 
 /// Where files go, which command and case they belong to, and what they may replace.
 #[derive(Debug, Clone)]
@@ -115,7 +117,7 @@ impl OutputSet {
             let incomplete = before.filter(|before| before.state == State::Incomplete);
             // An incomplete set without its summary is removed. One with a summary is complete after all: the program
             // was killed before it could record that.
-            if let Some(before) = incomplete.filter(|_| !folder.join(LAST).exists()) {
+            if let Some(before) = incomplete.filter(|_| !folder.join(SUMMARY).exists()) {
                 before.files.iter().try_for_each(|name| target.take_away(name, false))?;
                 Manifest::remove(folder)?;
             }
@@ -182,11 +184,11 @@ impl OutputSet {
         }
         record(State::Incomplete, all.clone()).write(folder)?;
         // The summary is removed first and put in place last.
-        all.sort_by_key(|name| name != LAST);
+        all.sort_by_key(|name| name != SUMMARY);
         for name in &all {
             target.take_away(name, names.contains(&name.as_str()))?;
         }
-        let (last, others): (Vec<_>, Vec<_>) = kept.into_iter().partition(|(name, _)| *name == LAST);
+        let (last, others): (Vec<_>, Vec<_>) = kept.into_iter().partition(|(name, _)| *name == SUMMARY);
         for (name, file) in others.into_iter().chain(last) {
             file.commit().with_context(|| format!("cannot write {}", folder.join(name).display()))?;
         }

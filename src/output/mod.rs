@@ -30,7 +30,7 @@ mod work_precision;
 
 pub use chart::{Chart, Ink, Kind, Look, Map, Mark, Panel, Scale, Series, Shape, Sign};
 pub use convergence::{ConvergenceSummary, write_convergence, write_slopes};
-pub use files::{NotOurs, OutputSet, Target};
+pub use files::{CASE, NotOurs, OutputSet, SUMMARY, Target};
 pub use manifest::{Origin, origin_of};
 pub use number::Number;
 pub use scene_summary::{FailedScene, SceneSummary, SolvedScene};

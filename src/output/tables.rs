@@ -1,5 +1,5 @@
-//! The CSV tables of `run`, column by column, for any number of coordinates. Numbers are the shortest decimals that read
-//! back to the same `f64`; extended numbers have as many significant digits as the case asks for.
+//! The CSV tables of `run`, column by column, for any number of coordinates. Numbers are the shortest decimals that
+//! read back to the same `f64`; extended numbers have as many significant digits as the case asks for.
 
 use std::borrow::Cow;
 use std::io::Write;
@@ -15,6 +15,11 @@ use crate::solve::{Solution, Trajectory};
 
 /// The tables are written in blocks of this many bytes.
 const BUFFER: usize = 1 << 18;
+
+/// A writer of a long table.
+pub(super) fn csv_writer<W: Write>(out: W) -> Writer<W> {
+    WriterBuilder::new().buffer_capacity(BUFFER).from_writer(out)
+}
 
 /// What is measured on a run, as rows of values on its nodes.
 pub trait Measured<S: Clone> {
@@ -182,7 +187,7 @@ pub fn write_events<S: Real>(
 }
 
 /// The columns of a point of a world-line.
-fn state_header(names: &[String]) -> Vec<String> {
+pub(super) fn state_header(names: &[String]) -> Vec<String> {
     let velocities = names.iter().map(|name| format!("{name}_dot"));
     std::iter::once("gamma".to_owned()).chain(names.iter().cloned()).chain(velocities).collect()
 }
@@ -234,7 +239,7 @@ struct Table<W: Write> {
 
 impl<W: Write> Table<W> {
     fn new<'h>(out: W, header: impl IntoIterator<Item = &'h str>, digits: u32) -> csv::Result<Self> {
-        let mut writer = WriterBuilder::new().buffer_capacity(BUFFER).from_writer(out);
+        let mut writer = csv_writer(out);
         writer.write_record(header)?;
         Ok(Self { writer, digits, record: ByteRecord::new(), room: DecimalRoom::default() })
     }

@@ -8,11 +8,9 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use csv::{Reader, StringRecord};
 
+use super::super::files::{CASE, SUMMARY};
 use super::table::Tables;
 use super::{JOURNAL, RUNS, RUNS_EVENTS, RunsSummary};
-
-const SUMMARY: &str = "summary.json";
-const CASE: &str = "case.toml";
 
 /// Rows that a message names at most.
 const MOST_NAMED: usize = 5;

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::super::tables::state_header;
 use crate::scalar::Real;
 use crate::study::many::{End, Ending, ManyRuns};
 
@@ -66,19 +67,13 @@ impl Columns {
         let before = ["status", "exit_code", "ended_by"].map(str::to_owned);
         let estimate = self.has_estimate.then(|| "error_estimate".to_owned());
         let keys = std::iter::once("row".to_owned()).chain(self.keys.iter().cloned());
-        let result = before.into_iter().chain(self.state()).chain(self.maxima.iter().cloned());
+        let result = before.into_iter().chain(state_header(&self.coordinates)).chain(self.maxima.iter().cloned());
         keys.chain(result).chain(estimate).chain(["message".to_owned()]).collect()
     }
 
     /// The header of `runs-events.csv`.
     pub fn events_header(&self) -> Vec<String> {
-        ["row", "event"].map(str::to_owned).into_iter().chain(self.state()).collect()
-    }
-
-    /// The columns of a point of a world-line.
-    fn state(&self) -> impl Iterator<Item = String> + '_ {
-        let velocities = self.coordinates.iter().map(|name| format!("{name}_dot"));
-        std::iter::once("gamma".to_owned()).chain(self.coordinates.iter().cloned()).chain(velocities)
+        ["row", "event"].map(str::to_owned).into_iter().chain(state_header(&self.coordinates)).collect()
     }
 
     /// The row of a run, which counts from 0. Cells of what it does not have are empty.

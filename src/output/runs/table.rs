@@ -3,12 +3,10 @@
 use std::io::Write;
 
 use anyhow::Context;
-use csv::{Writer, WriterBuilder};
+use csv::Writer;
 
+use super::super::tables::csv_writer;
 use super::{Columns, RUNS, RUNS_EVENTS, RunRow};
-
-/// The tables are written in blocks of this many bytes.
-const BUFFER: usize = 1 << 18;
 
 /// A table of many runs that is being written.
 pub(super) struct Tables<W: Write> {
@@ -20,7 +18,7 @@ impl<W: Write> Tables<W> {
     /// Begins them with their headers.
     pub(super) fn new((runs, header): (W, &[String]), events: Option<(W, &[String])>) -> anyhow::Result<Self> {
         let begin = |out: W, header: &[String], name: &str| {
-            let mut writer = WriterBuilder::new().buffer_capacity(BUFFER).from_writer(out);
+            let mut writer = csv_writer(out);
             writer.write_record(header).with_context(|| cannot(name))?;
             anyhow::Ok(writer)
         };
