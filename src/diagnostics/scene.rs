@@ -116,8 +116,9 @@ impl<S: Real> SceneDiagnostics<S> {
     }
 }
 
-/// What the energy of positions and velocities differs by from p_t/p_s where K has this value.
-fn energy_off<S: Real>(start: &SceneJoint<S>, k: S, t_dot: S) -> S {
+/// In the lift of Newton's law: what the energy of positions and velocities differs by from p_t/p_s where K, which is 0
+/// on a world-line, has this value.
+pub(crate) fn energy_off<S: Real>(start: &SceneJoint<S>, k: S, t_dot: S) -> S {
     let p_s = start.p[start.p.len() - 1];
     -k / ((p_s + p_s) * t_dot)
 }

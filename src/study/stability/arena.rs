@@ -61,8 +61,8 @@ impl Arena {
     /// default ones.
     ///
     /// # Errors
-    /// [`Ends`] if V has no Taylor series at some point of the geodesic, or the geodesic does not reach t_f of the case:
-    /// then nothing could be judged. A geodesic that leaves the domain is not an error; the atlas shows it.
+    /// [`Ends`] if V has no Taylor series at some point of the geodesic, or the geodesic does not reach t_f of the
+    /// case: then nothing could be judged. A geodesic that leaves the domain is not an error; the atlas shows it.
     pub fn new(case: &Case, lengths: &[f64]) -> Result<Self, Ends> {
         Self::of_world(Box::new(One::new(case)), lengths)
     }
@@ -233,6 +233,12 @@ pub(super) fn largest(points: &[Point], of: impl Fn(&Point) -> f64) -> f64 {
 pub(super) fn half_range(points: &[Point], a: usize) -> f64 {
     let values = || points.iter().map(|point| point.q[a]);
     0.5 * (values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min))
+}
+
+/// The amplitude of a coordinate, from half its range and its largest absolute value. At rest there is no amplitude, and
+/// the largest value takes its place.
+pub(super) fn amplitude(half_range: f64, largest: f64) -> f64 {
+    if half_range > 1e-12 * largest { half_range } else { largest.max(f64::MIN_POSITIVE) }
 }
 
 /// The numbers between two others that are one of `digits` times a power of ten.

@@ -13,7 +13,7 @@ use crate::scalar::{Extended, Real};
 use crate::solve::{NoSolution, Solution, solve};
 use crate::study::work_precision::plain;
 
-use super::arena::{DIGITS, half_range, largest};
+use super::arena::{DIGITS, amplitude, half_range, largest};
 
 const X: usize = 1;
 
@@ -109,9 +109,7 @@ impl World for One {
 
     fn sizes(&self, points: &[Point], _: f64) -> Sizes {
         let far = largest(points, |p| p.q[X]);
-        let amplitude = half_range(points, X);
-        // A particle at rest has no amplitude.
-        let x = if amplitude > 1e-12 * far { amplitude } else { far.max(f64::MIN_POSITIVE) };
+        let x = amplitude(half_range(points, X), far);
         let (speed, x_dot) = (largest(points, |p| p.q_dot[X] / p.q_dot[0]), largest(points, |p| p.q_dot[X]));
         let duration = points.last().map_or(0.0, |end| end.q[0].abs());
         let t = if speed > 0.0 { duration.min(x / speed) } else { duration };
@@ -168,31 +166,16 @@ fn failed(failure: &NoSolution) -> Failed {
 
 fn track_of(solution: &Solution) -> Track {
     let Diagnostics { charges, measures, .. } = Diagnostics::new(solution);
-    let mut delta_k = charges.delta_k;
-    let (mut stretches, mut intervals) = (Vec::new(), 0);
-    for (view, &at_end) in solution.views().zip(&charges.delta_k_ends) {
-        // In the strong form, Dt and Dx are not velocities at the last node of a window. There ΔK is that of the values
-        // with which the next window starts.
-        let nodes = view.grid.nodes();
-        delta_k[nodes.end - 1] = at_end;
-        intervals += nodes.len() - 1;
-        if view.grid.is_equidistant() {
-            stretches.push(view.grid.exact());
-        }
-    }
+    let (gamma, t) = (solution.gamma_from_start().collect(), solution.time_from_start(&solution.elapsed).collect());
+    let rows = (vec![t, solution.x.clone()], charges.delta_k);
+    let delta_k = (charges.delta_k_ends.as_slice(), measures.max_abs_delta_k);
     let corrected = charges.delta_q_t_corrected.last().copied();
     let single = solution.form == Form::Strong && solution.windows.len() == 1;
     Track {
-        gamma: solution.gamma_from_start().collect(),
-        q: vec![solution.time_from_start(&solution.elapsed).collect(), solution.x.clone()],
-        delta_k,
-        stretches,
-        intervals,
-        delta_k_max: measures.max_abs_delta_k,
-        delta_energy_max: None,
         charges: Some(vec![measures.max_abs_delta_q_t_interior]),
         last_node: corrected.filter(|_| single).map(|corrected| vec![[measures.delta_q_t_last, corrected]]),
         iterations: Some(solution.iterations),
+        ..Track::of_windows(solution.views().map(|view| view.grid), gamma, rows, delta_k)
     }
 }
 

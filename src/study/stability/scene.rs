@@ -1,13 +1,13 @@
 //! The world-line of a scene of n coordinates.
 
-use super::arena::{DIGITS, half_range, largest};
+use super::arena::{DIGITS, amplitude, half_range, largest};
 use super::frequency::Linearised;
 use super::status::{CellStatus, Sizes};
 use super::track::Track;
 use super::world::{Ends, Failed, Grid, Measured, Point, Range, Reference, Task, World};
 use crate::action::Form;
 use crate::case::scene::{SceneCase, on_grid};
-use crate::diagnostics::scene::SceneDiagnostics;
+use crate::diagnostics::scene::{SceneDiagnostics, energy_off};
 use crate::geometry::Geometry;
 use crate::methods::{Output, Peer, SceneProblem, SceneState, Setting, Trajectory};
 use crate::norm::{larger, max_abs};
@@ -42,25 +42,8 @@ impl Scene {
         &self.setup.place.geometry
     }
 
-    /// What ½mv² + V differs by from its charge where K, which is 0 in the lift of Newton's law, has this value.
-    fn energy_off(&self, k: f64, t_dot: f64) -> f64 {
-        let p = &self.setup.place.start.p;
-        k / (2.0 * t_dot * p[p.len() - 1])
-    }
-
     fn track_of(&self, line: &WorldLine) -> Track {
         let diagnostics = SceneDiagnostics::new(line, &[], &mut [], self.is_lifted);
-        let k = line.geometry().norm(&line.place.start.q, &line.place.start.q_dot);
-        let (mut delta_k, mut stretches, mut intervals) = (diagnostics.norm.delta, Vec::new(), 0);
-        for (window, grid) in line.windows.iter().zip(line.grids()) {
-            // At the last node of a window in the strong form Dq is no velocity.
-            let nodes = grid.nodes();
-            delta_k[nodes.end - 1] = line.geometry().norm(&window.end.q, &window.end.q_dot) - k;
-            intervals += nodes.len() - 1;
-            if grid.is_equidistant() {
-                stretches.push(grid.exact());
-            }
-        }
         let energy = diagnostics.delta_energy.map(|delta| {
             let inside = line.grids().map(|grid| max_abs(&delta[grid.exact()])).fold(0.0, larger);
             diagnostics.energy.map_or(inside, |energy| larger(inside, energy.max_ends))
@@ -69,17 +52,14 @@ impl Scene {
         let charges = &diagnostics.charges;
         let last = |row: &[f64]| row.last().copied().unwrap_or(f64::NAN);
         let last_node = || charges.iter().map(|charge| [last(&charge.delta), last(&charge.corrected)]).collect();
+        let q = (0..self.coordinates.len()).map(|a| line.q(a).collect()).collect();
+        let norm = diagnostics.norm;
         Track {
-            gamma: line.gamma().collect(),
-            q: (0..self.coordinates.len()).map(|a| line.q(a).collect()).collect(),
-            delta_k,
-            stretches,
-            intervals,
-            delta_k_max: diagnostics.norm.max_interior,
             delta_energy_max: energy,
             charges: Some(charges.iter().map(|charge| charge.max_interior).collect()),
             last_node: single.then(last_node),
             iterations: Some(line.iterations),
+            ..Track::of_windows(line.grids(), line.gamma().collect(), (q, norm.delta), (&norm.ends, norm.max_interior))
         }
     }
 
@@ -93,7 +73,7 @@ impl Scene {
             let delta = velocities.as_ref().map_or(f64::NAN, |q_dot| geometry.norm(&state.q, q_dot) - k);
             if self.is_lifted {
                 let t_dot = velocities.map_or(f64::NAN, |q_dot| q_dot[0]);
-                energy = larger(energy, self.energy_off(k + delta, t_dot).abs());
+                energy = larger(energy, energy_off(start, k + delta, t_dot).abs());
             }
             delta_k.push(delta);
             q.iter_mut().zip(state.q).for_each(|(row, q)| row.push(q));
@@ -154,10 +134,7 @@ impl World for Scene {
         let half = all.clone().map(|a| if is_active(a) { half_range(points, a) } else { 0.0 }).collect::<Vec<_>>();
         let speeds: Vec<f64> = all.clone().map(|a| largest(points, |point| point.q_dot[a])).collect();
         let [half, speeds] = [half, speeds].map(|row| geometry.shared(start, &row));
-        let amplitude = |a: usize| {
-            let far = largest(points, |point| point.q[a]);
-            if half[a] > 1e-12 * far { half[a] } else { far.max(f64::MIN_POSITIVE) }
-        };
+        let amplitude = |a: usize| amplitude(half[a], largest(points, |point| point.q[a]));
         let moved = geometry.active().iter().filter(|&&a| speeds[a] > 0.0).map(|&a| amplitude(a) / speeds[a]);
         let felt = moved.fold(length, f64::min);
         let size = |a: usize| if is_active(a) { amplitude(a) } else { (speeds[a] * felt).max(f64::MIN_POSITIVE) };

@@ -6,6 +6,7 @@ use super::status::Sizes;
 use super::world::Point;
 use crate::diagnostics::sawtooth;
 use crate::norm::larger;
+use crate::solve::WindowGrid;
 
 /// A trajectory on its nodes, window by window.
 pub(super) struct Track {
@@ -27,8 +28,40 @@ pub(super) struct Track {
 }
 
 impl Track {
-    /// That of a method which took so many steps, and whose states are known at equal distances. Between the ends of its
-    /// steps, which have equal lengths only if `is_equidistant` says so, there is nothing of a sawtooth.
+    /// That of a run in windows with these grids, where ΔK is `ends` for what the windows are continued with, and `delta_k_max`
+    /// at most on the way.
+    pub(super) fn of_windows<'g>(
+        grids: impl Iterator<Item = WindowGrid<'g, f64>>,
+        gamma: Vec<f64>,
+        (q, mut delta_k): (Vec<Vec<f64>>, Vec<f64>),
+        (ends, delta_k_max): (&[f64], f64),
+    ) -> Self {
+        let (mut stretches, mut intervals) = (Vec::new(), 0);
+        for (grid, &at_end) in grids.zip(ends) {
+            // In the strong form Dq is no velocity at the last node of a window.
+            let nodes = grid.nodes();
+            delta_k[nodes.end - 1] = at_end;
+            intervals += nodes.len() - 1;
+            if grid.is_equidistant() {
+                stretches.push(grid.exact());
+            }
+        }
+        Self {
+            gamma,
+            q,
+            delta_k,
+            stretches,
+            intervals,
+            delta_k_max,
+            delta_energy_max: None,
+            charges: None,
+            last_node: None,
+            iterations: None,
+        }
+    }
+
+    /// That of a method which took so many steps, and whose states are known at equal distances. Between the ends of
+    /// its steps, which have equal lengths only if `is_equidistant` says so, there is nothing of a sawtooth.
     pub(super) fn of_steps(
         length: f64,
         (q, delta_k): (Vec<Vec<f64>>, Vec<f64>),
