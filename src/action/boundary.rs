@@ -14,7 +14,7 @@
 
 use super::DoubledAction;
 use super::state::{BothStates, BranchState};
-use crate::geometry::{Lagrangian, Term, other};
+use crate::geometry::{Lagrangian, Term, other, single};
 use crate::scalar::Real;
 
 /// One end of both branches together.
@@ -35,8 +35,8 @@ impl<S: Real, L: Lagrangian<S>> DoubledAction<'_, S, L> {
             let gap = |a| layout.values(u, 0, a)[k] - layout.values(u, 1, a)[k];
             let momentum = |a: usize| {
                 let [one, two] = [0, 1].map(|branch| {
-                    let state = states.get(branch);
-                    structure.momentum(&state.samples, |b| state.velocity(b, k), a, k)
+                    let at = states.get(branch).contraction(structure, k..k + 1);
+                    single(|p| at.add_momentum(a, p))
                 });
                 (one + two).half() - if k == 0 { self.initial.p[a] } else { S::ZERO }
             };

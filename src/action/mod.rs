@@ -181,7 +181,8 @@ impl<'a, S: Real, L: Lagrangian<S>> DoubledAction<'a, S, L> {
     /// ∂F/∂q^a = D̄ᵀH p_a + H f_a with f_a = ½ ∂_a g_bc D̄q^b D̄q^c + ∂_a A_b D̄q^b. `momentum` is room for N numbers.
     fn coordinate_gradient(&self, state: &BranchState<S>, a: usize, momentum: &mut [S], out: &mut [S]) {
         let structure = self.lagrangian.structure();
-        state.momentum(&structure.values, a, momentum);
+        momentum.fill(S::ZERO);
+        state.contraction(structure, 0..momentum.len()).add_momentum(a, momentum);
         self.bars[a].apply_transpose_weighted(momentum, out);
         let weights = self.sbp.weights();
         for term in structure.first.iter().filter(|term| term.by == [a]) {

@@ -1,7 +1,9 @@
 //! One branch evaluated on its nodes.
 
+use std::ops::Range;
+
 use super::Layout;
-use crate::geometry::{Lagrangian, Samples, Source, Term, other};
+use crate::geometry::{Contraction, Lagrangian, Samples, Source, Structure, Term};
 use crate::norm::max_abs;
 use crate::sbp::{RegularisedOperator, SbpOperator};
 use crate::scalar::Real;
@@ -61,20 +63,17 @@ impl<S: Real> BranchState<S> {
         self.velocities.row(a)[k]
     }
 
-    /// Writes p_a = g_ab q̇^b + A_a at the nodes into `out`.
-    pub(super) fn momentum(&self, values: &[Term<S, 0>], a: usize, out: &mut [S]) {
-        out.fill(S::ZERO);
-        for term in values {
-            let Some(b) = other(term.ab, a) else { continue };
-            let velocities = out.iter_mut().zip(self.velocities.row(b));
-            match term.value {
-                Source::Constant(value) => velocities.for_each(|(out, &velocity)| *out += value * velocity),
-                Source::Row(row) => {
-                    let values = self.samples.row(row);
-                    velocities.zip(values).for_each(|((out, &velocity), &value)| *out += value * velocity);
-                }
-            }
-        }
+    /// The structure with these values and velocities on some of the nodes.
+    pub(super) fn contraction<'c>(
+        &'c self,
+        structure: &'c Structure<S>,
+        nodes: Range<usize>,
+    ) -> Contraction<'c, S, impl Fn(usize) -> Option<&'c [S]>> {
+        let velocity = {
+            let nodes = nodes.clone();
+            move |b| Some(&self.velocities.row(b)[nodes.clone()])
+        };
+        Contraction { structure, samples: &self.samples, nodes, velocity }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::rows::{corrected, derivative, handed_on, largest};
 use crate::action::Form;
-use crate::geometry::{Lagrangian, Samples, Source, Structure, Term, other};
+use crate::geometry::{Contraction, Lagrangian, Samples, Structure};
 use crate::norm::max_abs;
 use crate::scalar::Real;
 use crate::solve::Extremal;
@@ -75,7 +75,9 @@ impl<'r, S: Real, R: Extremal<S>> Fields<'r, S, R> {
             }
         }
         let mut fields = Self { run, velocities, samples, forces, momenta: Vec::new() };
-        fields.momenta = (0..n).map(|a| fields.momentum(a)).collect();
+        let mut momenta: Vec<Vec<S>> = vec![fields.zeros(); n];
+        momenta.iter_mut().enumerate().for_each(|(a, row)| fields.contraction().add_momentum(a, row));
+        fields.momenta = momenta;
         fields
     }
 
@@ -88,65 +90,19 @@ impl<'r, S: Real, R: Extremal<S>> Fields<'r, S, R> {
         vec![S::ZERO; self.velocities[0].len()]
     }
 
-    /// Changes `row` to `change(row_k, value_k q̇^b_k q̇^c_k)` at every node k, where q̇ is 1 for the one-form.
-    fn fold(&self, row: &mut [S], value: Source<S>, factors: &[usize], change: impl Fn(S, S) -> S) {
-        let [one, two] = [0, 1].map(|k| factors.get(k).and_then(|&b| self.velocities.get(b)));
-        let at = |row: Option<&Vec<S>>, k: usize| row.map_or(S::ONE, |row| row[k]);
-        // A loop for each frequent kind of term: they are most of the time that diagnostics take.
-        match (value, one, two) {
-            (Source::Row(g), Some(one), None) => {
-                let rows = self.samples.row(g).iter().zip(one);
-                row.iter_mut().zip(rows).for_each(|(sum, (&g, &v))| *sum = change(*sum, g * v));
-            }
-            (Source::Row(g), Some(one), Some(two)) => {
-                let rows = self.samples.row(g).iter().zip(one).zip(two);
-                row.iter_mut().zip(rows).for_each(|(sum, ((&g, &v), &w))| *sum = change(*sum, g * v * w));
-            }
-            _ => {
-                for (k, sum) in row.iter_mut().enumerate() {
-                    *sum = change(*sum, self.samples.at(value, k) * at(one, k) * at(two, k));
-                }
-            }
-        }
-    }
-
-    /// p_a = g_ab q̇^b + A_a.
-    fn momentum(&self, a: usize) -> Vec<S> {
-        let mut row = self.zeros();
-        for term in &self.structure().values {
-            if let Some(b) = other(term.ab, a) {
-                self.fold(&mut row, term.value, &[b], |sum, product| sum + product);
-            }
-        }
-        row
+    /// The metric and the one-form with the velocities.
+    fn contraction<'c>(&'c self) -> Contraction<'c, S, impl Fn(usize) -> Option<&'c [S]>> {
+        let (structure, samples) = (self.structure(), &self.samples);
+        let velocity = |b: usize| self.velocities.get(b).map(Vec::as_slice);
+        Contraction { structure, samples, nodes: 0..self.velocities[0].len(), velocity }
     }
 
     /// f_a + F_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a.
     fn force(&self, a: usize) -> Vec<S> {
         let mut row = self.zeros();
-        for &Term { ab: [b, c], value, .. } in self.structure().first.iter().filter(|term| term.by == [a]) {
-            let is_square = b == c;
-            self.fold(&mut row, value, &[b, c], |sum, product| sum + if is_square { product.half() } else { product });
-        }
+        self.contraction().add_force(a, &mut row);
         row.iter_mut().zip(&self.forces[a]).for_each(|(sum, &force)| *sum += force);
         row
-    }
-
-    /// g_ab q̇^a q̇^b.
-    fn norms(&self) -> Vec<S> {
-        let mut row = self.zeros();
-        for &Term { ab: [a, b], value, .. } in self.terms_of_metric() {
-            match a == b {
-                true => self.fold(&mut row, value, &[a, b], |sum, product| sum + product),
-                false => self.fold(&mut row, value, &[a, b], |sum, product| sum + product + product),
-            }
-        }
-        row
-    }
-
-    fn terms_of_metric(&self) -> impl Iterator<Item = &'r Term<S, 0>> {
-        let structure = self.structure();
-        structure.values.iter().filter(|term| term.ab[1] < structure.dimension)
     }
 
     /// The deviation of Σ c^a p_a.
@@ -187,7 +143,8 @@ impl<'r, S: Real, R: Extremal<S>> Fields<'r, S, R> {
     pub(super) fn norm(&self) -> NormDeviation<S> {
         let (run, start) = (self.run, self.run.start());
         let value = run.lagrangian().norm(&start.q, &start.q_dot);
-        let mut delta = self.norms();
+        let mut delta = self.zeros();
+        self.contraction().add_norm(&mut delta);
         delta.iter_mut().for_each(|delta| *delta -= value);
         let ends: Vec<S> = run.end_norms(&self.samples).map(|norm| norm - value).collect();
         NormDeviation {
@@ -226,9 +183,8 @@ impl<'r, S: Real, R: Extremal<S>> Fields<'r, S, R> {
     /// The largest of Σ |g_ab Dq^a Dq^b| without its largest term, where charges are exact: what motion contributes to
     /// K.
     pub(super) fn motion(&self) -> f64 {
-        let structure = self.structure();
-        let motion = |k: usize| structure.motion(&self.samples, |a| self.velocities[a][k], k);
-        let motion: Vec<S> = (0..self.velocities[0].len()).map(motion).collect();
+        let mut motion = self.zeros();
+        self.contraction().add_motion(&mut motion);
         largest(&motion, self.run.grids().map(|grid| grid.exact())).to_f64()
     }
 }

@@ -25,6 +25,7 @@
 //! ```
 
 mod conserved;
+mod contraction;
 mod direction;
 mod field;
 mod inverse;
@@ -39,6 +40,8 @@ mod text;
 mod value;
 
 pub use conserved::ConservedSum;
+pub use contraction::Contraction;
+pub(crate) use contraction::single;
 pub use direction::Direction;
 pub use field::{Field, Rates};
 pub use inverse::MOST_COUPLED;
@@ -52,6 +55,7 @@ pub use structure::{ForceTerm, Lagrangian, Samples, Source, Start, Structure, Te
 pub use text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText};
 pub use value::value_of;
 
+use self::contraction::at_point;
 use self::inverse::Inverse;
 use self::parts::Parts;
 use crate::expr::{NodeId, Program};
@@ -178,7 +182,7 @@ impl<S: Real> Geometry<S> {
 
     /// What motion contributes to K at a point: the sizes of its terms without the largest of them.
     pub fn motion(&self, q: &[S], q_dot: &[S]) -> S {
-        self.structure.motion(&self.at(q), |a| q_dot[a], 0)
+        single(|motion| at_point(&self.structure, &self.at(q), q_dot).add_motion(motion))
     }
 
     /// q̇^a = g^ab (p_b − A_b) at a point.

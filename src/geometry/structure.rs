@@ -1,5 +1,6 @@
 //! Which components and derivatives of a Lagrangian are not zero, and their values on the nodes of a grid.
 
+use super::contraction::{at_point, single};
 use crate::scalar::Real;
 
 /// Where a value comes from.
@@ -63,41 +64,6 @@ pub struct Structure<S> {
 }
 
 impl<S: Real> Structure<S> {
-    /// p_a = g_ab q̇^b + A_a at node k, with q̇^b from `velocity` (1 for b = n).
-    pub fn momentum(&self, samples: &Samples<S>, velocity: impl Fn(usize) -> S, a: usize, k: usize) -> S {
-        self.values.iter().fold(S::ZERO, |sum, term| match other(term.ab, a) {
-            Some(b) => sum + samples.at(term.value, k) * velocity(b),
-            None => sum,
-        })
-    }
-
-    /// f_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b at node k.
-    pub fn force(&self, samples: &Samples<S>, velocity: impl Fn(usize) -> S, a: usize, k: usize) -> S {
-        let terms = self.first.iter().filter(|term| term.by == [a]);
-        terms.fold(S::ZERO, |sum, &Term { ab: [b, c], value, .. }| {
-            let product = samples.at(value, k) * velocity(b) * velocity(c);
-            sum + if b == c { product.half() } else { product }
-        })
-    }
-
-    /// K = g_ab q̇^a q̇^b at node k.
-    pub fn norm(&self, samples: &Samples<S>, velocity: impl Fn(usize) -> S, k: usize) -> S {
-        let terms = self.values.iter().filter(|term| term.ab[1] < self.dimension);
-        terms.fold(S::ZERO, |sum, &Term { ab: [a, b], value, .. }| {
-            let product = samples.at(value, k) * velocity(a) * velocity(b);
-            if a == b { sum + product } else { sum + product + product }
-        })
-    }
-
-    /// Σ |g_ab q̇^a q̇^b| over a ≤ b without its largest term, at node k: what motion contributes to K.
-    pub fn motion(&self, samples: &Samples<S>, velocity: impl Fn(usize) -> S, k: usize) -> S {
-        let terms = self.values.iter().filter(|term| term.ab[1] < self.dimension);
-        let size =
-            |&Term { ab: [a, b], value, .. }: &Term<S, 0>| (samples.at(value, k) * velocity(a) * velocity(b)).abs();
-        let (sum, most) = terms.map(size).fold((S::ZERO, S::ZERO), |(sum, most), size| (sum + size, most.max(size)));
-        sum - most
-    }
-
     /// The constant g_aa of a coordinate of a potential.
     pub fn inertia(&self, a: usize) -> Option<S> {
         self.inertias.iter().find(|(other, _)| *other == a).map(|&(_, inertia)| inertia)
@@ -186,20 +152,20 @@ pub trait Lagrangian<S: Real> {
     /// p_a = g_ab q̇^b + A_a at a point, inside the domain or not.
     fn momenta(&self, q: &[S], q_dot: &[S]) -> Vec<S> {
         let (structure, samples) = (self.structure(), self.sample_at(q));
-        let velocity = |b: usize| q_dot.get(b).copied().unwrap_or(S::ONE);
-        (0..structure.dimension).map(|a| structure.momentum(&samples, velocity, a, 0)).collect()
+        let at = at_point(structure, &samples, q_dot);
+        (0..structure.dimension).map(|a| single(|p| at.add_momentum(a, p))).collect()
     }
 
     /// K = g_ab q̇^a q̇^b at a point, inside the domain or not.
     fn norm(&self, q: &[S], q_dot: &[S]) -> S {
-        self.structure().norm(&self.sample_at(q), |a| q_dot[a], 0)
+        single(|k| at_point(self.structure(), &self.sample_at(q), q_dot).add_norm(k))
     }
 
     /// f_a + F_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a at a point, inside the domain or not.
     fn forces(&self, q: &[S], q_dot: &[S]) -> Vec<S> {
         let (structure, samples) = (self.structure(), self.sample_at(q));
-        let velocity = |b: usize| q_dot.get(b).copied().unwrap_or(S::ONE);
-        let mut forces: Vec<S> = (0..structure.dimension).map(|a| structure.force(&samples, velocity, a, 0)).collect();
+        let at = at_point(structure, &samples, q_dot);
+        let mut forces: Vec<S> = (0..structure.dimension).map(|a| single(|f| at.add_force(a, f))).collect();
         if !structure.force.is_empty() {
             let [q, q_dot] = [q, q_dot].map(|row| row.iter().map(std::slice::from_ref).collect::<Vec<_>>());
             let mut force = Samples::zeros(structure.force_rows, 1);
