@@ -7,7 +7,6 @@ use std::process::ExitCode;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use geodesic_ivp::output::NotOurs;
 use geodesic_ivp::reference::EndReason;
-use geodesic_ivp::solve::scene::NoWorldLine;
 use geodesic_ivp::study::convergence::SweepError;
 use geodesic_ivp::{CaseError, NoSolution, Status};
 
@@ -98,8 +97,6 @@ pub(super) fn explain(error: &anyhow::Error) -> u8 {
         print(&render_case_error(case));
         return INVALID_CASE;
     } else if let Some(failure) = error.downcast_ref::<NoSolution>() {
-        (failure.to_string(), Some(failure.advice()), code_of(failure.status))
-    } else if let Some(failure) = error.downcast_ref::<NoWorldLine>() {
         (failure.to_string(), Some(failure.advice()), code_of(failure.status))
     } else if let Some(sweep) = error.downcast_ref::<SweepError>() {
         let (help, code) = match sweep {

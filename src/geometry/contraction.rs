@@ -75,7 +75,7 @@ impl<'c, S: Real, V: Fn(usize) -> Option<&'c [S]>> Contraction<'c, S, V> {
             self.fold(out, value, factors, |sum, product| sum + product.abs());
             self.fold(&mut largest, value, factors, |largest, product| largest.max(product.abs()));
         }
-        out.iter_mut().zip(largest).for_each(|(sum, largest)| *sum = *sum - largest);
+        out.iter_mut().zip(largest).for_each(|(sum, largest)| *sum -= largest);
     }
 
     fn terms_of_metric(&self) -> impl Iterator<Item = &'c Term<S, 0>> {

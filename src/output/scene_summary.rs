@@ -13,7 +13,8 @@ use crate::diagnostics::scene::{InvariantDeviation, SceneDiagnostics};
 use crate::geometry::{ConservedSum, Geometry};
 use crate::norm::max_abs;
 use crate::scalar::Real;
-use crate::solve::scene::{NoWorldLine, WorldLine};
+use crate::solve::NoSolution;
+use crate::solve::scene::WorldLine;
 use crate::solve::{IterationRecord, Status, System};
 use crate::study::scene_error::SceneError;
 
@@ -178,7 +179,7 @@ impl SceneSummary {
     pub fn new<S: Real>(
         case: &SceneCase,
         geometry: &Geometry<S>,
-        result: Result<Measured<'_, S>, &NoWorldLine>,
+        result: Result<Measured<'_, S>, &NoSolution>,
         solve_seconds: f64,
     ) -> Self {
         let names = geometry.names();
@@ -290,7 +291,7 @@ impl SolvedScene {
 }
 
 impl FailedScene {
-    fn new(failure: &NoWorldLine) -> Self {
+    fn new(failure: &NoSolution) -> Self {
         Self {
             message: failure.to_string(),
             advice: failure.advice(),

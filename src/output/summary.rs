@@ -7,7 +7,7 @@ use crate::action::MULTIPLIERS;
 use crate::case::{Case, Decimal, Form, System};
 use crate::diagnostics::Measures;
 use crate::scalar::Real;
-use crate::solve::{IterationRecord, NoSolution, Solution, Status};
+use crate::solve::{Domain, IterationRecord, NoSolution, Solution, Status};
 use crate::study::run_error::RunError;
 
 /// The whole summary; keys that do not apply are absent.
@@ -288,8 +288,8 @@ impl Failed {
             message: failure.to_string(),
             advice: failure.advice(),
             gamma: failure.gamma,
-            x: failure.x,
-            g00: failure.g00,
+            x: failure.point.first().map_or(f64::NAN, |(_, x)| *x),
+            g00: if let Domain::G00(g00) = failure.domain { g00 } else { f64::NAN },
             residual: failure.residual,
         }
     }

@@ -3,11 +3,12 @@
 
 use std::ops::ControlFlow;
 
+use super::failure::{At, NoSolution};
 use super::run::{Observer, Run};
 use super::setup::{End, Scene};
 use super::solution::Solution;
-use super::spectral::{CertifiedRun, no_solution};
-use super::status::{MOST_NODES, NoSolution, Status};
+use super::spectral::CertifiedRun;
+use super::status::{MOST_NODES, Status};
 use crate::action::Form;
 use crate::geodesic::InitialData;
 use crate::lobatto::{Adaptive, Goal, MarchFailure, State, WindowView};
@@ -62,8 +63,8 @@ pub(super) fn solve(scene: &Scene, accuracy: f64, observer: Option<Observer<'_, 
     let last = certified.run.solution.windows.last().map_or(initial.x, |window| window.start.x);
     let mut solution = certified.finish()?;
     if let Some((needed, gamma, x)) = too_many {
-        let at = no_solution(Status::TooManyNodes, gamma_i + gamma, x, metric.at(x).g00);
-        return Err(NoSolution { needed, adaptive: true, ..at });
+        let at = At::x(gamma_i + gamma, x, metric.at(x).g00);
+        return Err(NoSolution { needed, ..NoSolution::adaptive(Status::TooManyNodes, at) });
     }
     match adapted {
         Ok(adapted) => {
@@ -77,10 +78,11 @@ pub(super) fn solve(scene: &Scene, accuracy: f64, observer: Option<Observer<'_, 
             Ok(solution)
         }
         Err(failure) => {
-            let at = |status, gamma: f64, x: f64| no_solution(status, gamma_i + gamma, x, metric.at(x).g00);
-            let failure = match failure {
+            let at =
+                |status, gamma: f64, x: f64| NoSolution::adaptive(status, At::x(gamma_i + gamma, x, metric.at(x).g00));
+            Err(match failure {
                 MarchFailure::OutsideDomain { gamma, x, g00, .. } => {
-                    no_solution(Status::OutsideDomain, gamma_i + gamma, x, g00)
+                    NoSolution::adaptive(Status::OutsideDomain, At::x(gamma_i + gamma, x, g00))
                 }
                 MarchFailure::NotConverged { gamma, x, .. } => at(Status::Stalled, gamma, x),
                 MarchFailure::AccuracyNotReached { gamma, estimate } => {
@@ -90,8 +92,7 @@ pub(super) fn solve(scene: &Scene, accuracy: f64, observer: Option<Observer<'_, 
                 MarchFailure::EvaluationLimit { gamma, x, evaluations, needed } => {
                     NoSolution { iteration: evaluations, needed, ..at(Status::EvaluationLimit, gamma, x) }
                 }
-            };
-            Err(NoSolution { adaptive: true, ..failure })
+            })
         }
     }
 }

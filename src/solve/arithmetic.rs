@@ -3,12 +3,12 @@
 use std::borrow::Cow;
 
 use super::accuracy;
+use super::failure::NoSolution;
 use super::problem::Problem;
 use super::run::Observer;
 use super::setup::{Scene, Setup};
 use super::solution::Solution;
 use super::spectral;
-use super::status::NoSolution;
 use crate::scalar::{Extended, Real};
 
 /// The numbers that [`solve`](crate::solve()) computes in: `f64` and [`Extended`].

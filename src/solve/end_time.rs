@@ -1,12 +1,13 @@
 //! Runs that end at a physical time: the γ_f at which t at the last node is t_f.
 
 use super::arithmetic::Arithmetic;
+use super::failure::{At, NoSolution};
 use super::run::Observer;
 use super::search::{self, Excess, NotFound, Search};
 use super::setup::Setup;
 use super::solution::Solution;
 use super::solve_to;
-use super::status::{InitialGuess, NoSolution, Status};
+use super::status::{InitialGuess, Status};
 use crate::scalar::Real;
 
 /// The |t_N − t_f| that counts as equal, relative to t_f − t_i, has this many digits in `f64`; with more digits, all of
@@ -66,17 +67,13 @@ fn not_reached<S: Real>(setup: &Setup<S>, closest: Option<Solution<S>>) -> NoSol
         Some(closest) => (closest.end.x, closest.gamma_f()),
         None => (setup.scene.initial.x, setup.scene.gamma_i),
     };
+    let at = At::x(gamma.to_f64(), x.to_f64(), setup.scene.metric.at(x).g00.to_f64());
     let history = closest.as_ref().map_or(Vec::new(), |closest| closest.history.clone());
     NoSolution {
-        status: Status::EndTimeNotReached,
-        gamma: gamma.to_f64(),
-        x: x.to_f64(),
-        g00: setup.scene.metric.at(x).g00.to_f64(),
         iteration: history.len(),
         residual: closest.as_ref().map_or(f64::INFINITY, |closest| closest.gradient_norm.to_f64()),
         initial_guess: closest.map_or(InitialGuess::None, |closest| closest.initial_guess),
         history,
-        needed: 0.0,
-        adaptive: false,
+        ..NoSolution::new(Status::EndTimeNotReached, at)
     }
 }

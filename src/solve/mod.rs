@@ -6,6 +6,7 @@ mod critical_point;
 mod derivative;
 mod end_time;
 mod extremal;
+mod failure;
 mod first_guess;
 mod memory;
 mod newton;
@@ -24,15 +25,17 @@ mod trajectory;
 
 pub use arithmetic::Arithmetic;
 pub(crate) use extremal::Extremal;
+pub use failure::{Domain, NoSolution};
 pub use memory::{bytes_needed, scene_bytes_needed};
 pub(crate) use operator::WindowGrid;
 pub use setup::{End, Scene, Setup, System};
 pub(crate) use solution::WindowNodes;
 pub use solution::{Backward, EndState, Joint, Solution, Window};
-pub use status::{InitialGuess, IterationRecord, NoSolution, Status};
+pub use status::{InitialGuess, IterationRecord, Status};
 pub use trajectory::Trajectory;
 
 use self::critical_point::CriticalPointSolver;
+use self::failure::At;
 use self::newton::Failure;
 use self::problem::Problem;
 use self::run::{Observer, Piece, Place, Run};
@@ -240,24 +243,12 @@ fn no_solution(
     gamma: impl Fn(usize) -> f64,
     locate: impl Fn(usize, &[f64]) -> (usize, f64),
 ) -> NoSolution {
-    let Failure { status, unknowns, residual, outside, history } = failure;
-    let worst = (0..residual.len()).max_by(|&a, &b| residual[a].abs().total_cmp(&residual[b].abs()));
-    let outside = outside.filter(|_| status == Status::OutsideDomain);
-    let (index, x) = match outside {
-        Some(point) => (point.index, point.x),
-        None => worst.map_or((0, problem.initial.x), |index| locate(index, &unknowns)),
-    };
-    let g00 = outside.map_or_else(|| problem.metric.at(x).g00, |point| point.g00);
-    NoSolution {
-        status,
-        gamma: gamma(index),
-        x,
-        g00,
-        iteration: history.len(),
-        residual: worst.map_or(f64::INFINITY, |index| residual[index].abs()),
-        history,
-        initial_guess,
-        needed: 0.0,
-        adaptive: false,
-    }
+    NoSolution::iterated(failure, initial_guess, |outside, worst, unknowns| {
+        let (index, x) = match outside {
+            Some(point) => (point.index, point.x),
+            None => worst.map_or((0, problem.initial.x), |index| locate(index, unknowns)),
+        };
+        let g00 = outside.map_or_else(|| problem.metric.at(x).g00, |point| point.g00);
+        At::x(gamma(index), x, g00)
+    })
 }

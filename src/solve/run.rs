@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use super::failure::{At, NoSolution};
 use super::operator::Operators;
 use super::problem::Problem;
 use super::setup::Scene;
 use super::solution::{Backward, EndState, Joint, Solution, Window};
-use super::status::{InitialGuess, IterationRecord, NoSolution, Status};
+use super::status::{InitialGuess, IterationRecord, Status};
 use crate::action::{Form, MULTIPLIERS};
 use crate::geodesic::InitialData;
 use crate::sbp::SbpName;
@@ -172,16 +173,12 @@ fn collect<S: Real>(all: &mut Vec<S>, piece: Vec<S>, capacity: usize) {
 fn overflow<S: Real>(problem: &Problem<S>, piece: Piece<S>) -> NoSolution {
     let finite = |k: &usize| piece.x[*k].is_finite() && piece.elapsed[*k].is_finite();
     let index = (0..piece.x.len()).find(|k| !finite(k)).unwrap_or(piece.x.len() - 1);
+    let (x, g00) = (piece.x[index].to_f64(), problem.metric.at(piece.x[index]).g00.to_f64());
     NoSolution {
-        status: Status::OutsideDomain,
-        gamma: problem.gamma(index).to_f64(),
-        x: piece.x[index].to_f64(),
-        g00: problem.metric.at(piece.x[index]).g00.to_f64(),
         iteration: piece.history.len(),
         residual: piece.gradient_norm.to_f64(),
         history: piece.history,
         initial_guess: piece.initial_guess,
-        needed: 0.0,
-        adaptive: false,
+        ..NoSolution::new(Status::OutsideDomain, At::x(problem.gamma(index).to_f64(), x, g00))
     }
 }

@@ -6,11 +6,12 @@
 
 use std::ops::ControlFlow;
 
+use super::failure::{At, NoSolution};
 use super::problem::Problem;
 use super::run::{Observer, Place, Run};
 use super::setup::Setup;
 use super::solution::Solution;
-use super::status::{InitialGuess, NoSolution, Status};
+use super::status::{InitialGuess, Status};
 use crate::lobatto::{Certified, March, MarchFailure, State, Twofold, WeakRule, WindowView};
 
 /// The windows of the run that starts with `problem`; none if the iteration does not converge.
@@ -48,25 +49,9 @@ pub(super) fn march(
             Ok(Some(run))
         }
         Err(MarchFailure::OutsideDomain { gamma, x, g00, .. }) => {
-            Err(no_solution(Status::OutsideDomain, problem.gamma_i + gamma, x, g00))
+            Err(NoSolution::marched(Status::OutsideDomain, At::x(problem.gamma_i + gamma, x, g00)))
         }
         Err(_) => Ok(None),
-    }
-}
-
-/// A march that ended without a result at this point.
-pub(super) fn no_solution(status: Status, gamma: f64, x: f64, g00: f64) -> NoSolution {
-    NoSolution {
-        status,
-        gamma,
-        x,
-        g00,
-        iteration: 0,
-        residual: f64::INFINITY,
-        history: Vec::new(),
-        initial_guess: InitialGuess::Extrapolation,
-        needed: 0.0,
-        adaptive: false,
     }
 }
 
@@ -91,7 +76,8 @@ impl<'o> CertifiedRun<'o> {
         if !(gradient_norm.is_finite() && last.t.hi.is_finite()) {
             let solution = &self.run.solution;
             let g00 = solution.metric.at(last.x.hi).g00;
-            let failure = no_solution(Status::OutsideDomain, solution.gamma_i + view.gamma.hi, last.x.hi, g00);
+            let at = At::x(solution.gamma_i + view.gamma.hi, last.x.hi, g00);
+            let failure = NoSolution::marched(Status::OutsideDomain, at);
             self.failure = Some(NoSolution { residual: gradient_norm, ..failure });
             return ControlFlow::Break(());
         }

@@ -18,7 +18,8 @@ use geodesic_ivp::lobatto::flow::Flow;
 use geodesic_ivp::output::{write_residuals, write_trajectory};
 use geodesic_ivp::reference::SceneReference;
 use geodesic_ivp::sampling::{SceneSampler, Watch, crossings};
-use geodesic_ivp::solve::scene::{NoWorldLine, WorldLine, solve_scene};
+use geodesic_ivp::solve::NoSolution;
+use geodesic_ivp::solve::scene::{WorldLine, solve_scene};
 use geodesic_ivp::study::scene_error::scene_error;
 use outcome::Outcome;
 use random::Random;
@@ -259,7 +260,7 @@ fn one_coordinate_is_what_it_is_without_a_scene() {
     assert!((end(&line, "t") - solution.end.t).abs() < 2e-11 * solution.end.t);
 }
 
-fn failure(text: &str) -> NoWorldLine {
+fn failure(text: &str) -> NoSolution {
     let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
     solve_scene::<f64>(&case.setup()).expect_err("it cannot be done")
 }

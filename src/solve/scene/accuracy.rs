@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use super::failure::NoWorldLine;
+use super::failure;
 use super::run::{Piece, Run};
 use super::setup::{SceneLimit, SceneSetup, Until};
 use super::world_line::WorldLine;
@@ -11,10 +11,11 @@ use crate::geometry::{Direction, Geometry, Observable};
 use crate::lobatto::flow::{Flow, FlowFailure, FlowView, PhasePoint, Stop};
 use crate::sbp::SbpName;
 use crate::scalar::Real;
+use crate::solve::failure::{At, NoSolution};
 use crate::solve::status::{InitialGuess, MOST_NODES, Status};
 
 /// Solves a scene so that every coordinate is as accurate as asked for at all nodes. It is a solve in `f64`.
-pub(super) fn solve<S: Real>(setup: &SceneSetup<S>, accuracy: f64) -> Result<WorldLine<S>, NoWorldLine> {
+pub(super) fn solve<S: Real>(setup: &SceneSetup<S>, accuracy: f64) -> Result<WorldLine<S>, NoSolution> {
     let place = &setup.rough;
     let (geometry, start) = (&*place.geometry, &place.start);
     let gamma_i = setup.gamma_i.to_f64();
@@ -37,10 +38,13 @@ pub(super) fn solve<S: Real>(setup: &SceneSetup<S>, accuracy: f64) -> Result<Wor
             run = Run::new(setup, S::ZERO);
         }
         let end = view.gamma + view.length;
-        if (view.index + 1) as f64 * view.points as f64 > MOST_NODES {
-            ended = Some(NoWorldLine::adaptive(Status::TooManyNodes, gamma_i + end));
+        let nodes = (view.index + 1) as f64 * view.points as f64;
+        let at = || At::scene(gamma_i + end, Vec::new());
+        if nodes > MOST_NODES {
+            let needed = if length.is_finite() { nodes * (length / end).max(1.0) } else { nodes };
+            ended = Some(NoSolution { needed, ..NoSolution::adaptive(Status::TooManyNodes, at()) });
         } else if end > most {
-            ended = Some(NoWorldLine::adaptive(Status::EndTimeNotReached, gamma_i + end));
+            ended = Some(NoSolution::adaptive(Status::EndTimeNotReached, at()));
         } else {
             ended = append(&mut run, view, geometry).err();
         }
@@ -108,7 +112,7 @@ fn idle_limit<S: Real>(setup: &SceneSetup<S>) -> f64 {
     TIMES * ((value.to_f64() - start.q[coordinate]) / start.q_dot[coordinate]).abs()
 }
 
-fn append<S: Real>(run: &mut Run<S>, view: &FlowView<'_>, geometry: &Geometry) -> Result<(), NoWorldLine> {
+fn append<S: Real>(run: &mut Run<S>, view: &FlowView<'_>, geometry: &Geometry) -> Result<(), NoSolution> {
     let (n, active) = (geometry.dimension(), geometry.active());
     let row = |values: &[f64], last: f64| -> Vec<S> {
         let inner = values[..values.len() - 1].iter().chain(std::iter::once(&last));
@@ -139,25 +143,23 @@ fn append<S: Real>(run: &mut Run<S>, view: &FlowView<'_>, geometry: &Geometry) -
     run.append(piece, operator, S::from(view.gamma + view.length))
 }
 
-fn no_world_line(geometry: &Geometry, gamma_i: f64, failure: FlowFailure) -> NoWorldLine {
-    let point = |q: &[f64]| geometry.active().iter().map(|&a| (geometry.names()[a].clone(), q[a])).collect();
+fn no_world_line(geometry: &Geometry, gamma_i: f64, failure: FlowFailure) -> NoSolution {
+    let at = |gamma: f64, q: &[f64]| {
+        At::scene(gamma_i + gamma, failure::named(geometry, geometry.active().iter().map(|&a| q[a])))
+    };
     match failure {
         FlowFailure::OutsideDomain { gamma, q, outside } => {
-            let coordinates = outside.block.map_or([].as_slice(), |block| &geometry.blocks()[block]);
-            let names = coordinates.iter().map(|&a| geometry.names()[a].clone()).collect();
-            let at = NoWorldLine::adaptive(Status::OutsideDomain, gamma_i + gamma);
-            NoWorldLine { point: point(&q), block: Some((names, outside.determinant)), ..at }
+            let at = At { domain: failure::domain_of(geometry, &outside), ..at(gamma, &q) };
+            NoSolution::adaptive(Status::OutsideDomain, at)
         }
-        FlowFailure::NotConverged { gamma, q } => {
-            NoWorldLine { point: point(&q), ..NoWorldLine::adaptive(Status::Stalled, gamma_i + gamma) }
-        }
+        FlowFailure::NotConverged { gamma, q } => NoSolution::adaptive(Status::Stalled, at(gamma, &q)),
         FlowFailure::AccuracyNotReached { gamma, q, estimate } => {
-            let at = NoWorldLine::adaptive(Status::AccuracyNotReached, gamma_i + gamma);
-            NoWorldLine { point: point(&q), residual: estimate, ..at }
+            let failure = NoSolution::adaptive(Status::AccuracyNotReached, at(gamma, &q));
+            NoSolution { residual: estimate, ..failure }
         }
-        FlowFailure::EvaluationLimit { gamma, q, evaluations, .. } => {
-            let at = NoWorldLine::adaptive(Status::EvaluationLimit, gamma_i + gamma);
-            NoWorldLine { point: point(&q), iteration: evaluations, ..at }
+        FlowFailure::EvaluationLimit { gamma, q, evaluations, needed } => {
+            let failure = NoSolution::adaptive(Status::EvaluationLimit, at(gamma, &q));
+            NoSolution { iteration: evaluations, needed, ..failure }
         }
     }
 }

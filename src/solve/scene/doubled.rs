@@ -1,6 +1,6 @@
 //! The critical point of the doubled action of a window in all its unknowns.
 
-use super::failure::NoWorldLine;
+use super::failure;
 use super::run::Piece;
 use super::setup::SceneSetup;
 use super::window::Window;
@@ -8,6 +8,7 @@ use crate::action::{Form, Layout};
 use crate::geometry::{Geometry, OutsideGeometry};
 use crate::scalar::Real;
 use crate::solve::critical_point::CriticalPointSolver;
+use crate::solve::failure::NoSolution;
 use crate::solve::first_guess::{self, WindowFailure};
 use crate::solve::status::{InitialGuess, Status};
 
@@ -17,7 +18,7 @@ pub(super) fn solve<S: Real>(
     rough: &Window<'_, f64, Geometry>,
     setup: &SceneSetup<S>,
     gamma: f64,
-) -> Result<Piece<S>, NoWorldLine> {
+) -> Result<Piece<S>, NoSolution> {
     let guess = InitialGuess::WindowedAction;
     let (action, rough_action) = (window.action(), rough.action());
     let length = rough.sbp.node(rough.points() - 1);
@@ -30,7 +31,7 @@ pub(super) fn solve<S: Real>(
     let layout = action.layout();
     let root = root.map_err(|failure| {
         let locate = |unknown: usize, u: &[f64]| on_forward_branch(rough, layout, unknown, u);
-        NoWorldLine::new(rough, failure, guess, |node| gamma + rough.sbp.node(node), locate)
+        failure::iterated(rough, failure, guess, |node| gamma + rough.sbp.node(node), locate)
     })?;
     let gradient_norm = action.gradient_norm(&root.unknowns);
     let rows = |branch| layout.branch(&root.unknowns, branch).into_iter().map(<[S]>::to_vec).collect::<Vec<_>>();
@@ -57,14 +58,14 @@ pub(super) fn solve<S: Real>(
 }
 
 /// A guess that failed, in terms of the scene.
-fn of_guess(window: &Window<'_, f64, Geometry>, failed: WindowFailure<OutsideGeometry>, gamma: f64) -> NoWorldLine {
+fn of_guess(window: &Window<'_, f64, Geometry>, failed: WindowFailure<OutsideGeometry>, gamma: f64) -> NoSolution {
     let WindowFailure { failure, start, gamma: from, spacing } = failed;
     let mut failure = *failure;
     // A limit of iterations belonged to the short window alone; no setting of the user would help.
     failure.status = if failure.outside.is_some() { Status::OutsideDomain } else { Status::Stalled };
     let here = move |_: usize, _: &[f64]| (0, window.geometry.active().iter().map(|&a| start.q[a]).collect());
     let gamma = |node: usize| gamma + from + node as f64 * spacing;
-    NoWorldLine::new(window, failure, InitialGuess::WindowedAction, gamma, here)
+    failure::iterated(window, failure, InitialGuess::WindowedAction, gamma, here)
 }
 
 /// Node of an unknown, and the active coordinates of the forward branch there.

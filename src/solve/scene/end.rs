@@ -1,12 +1,12 @@
-//! Runs that end where a coordinate reaches a value or a formula changes its sign: the length of γ at which the last node
-//! is there.
+//! Runs that end where a coordinate reaches a value or a formula changes its sign: the length of γ at which the last
+//! node is there.
 
 use super::crossing::{self, Near};
-use super::failure::NoWorldLine;
 use super::run::solve_to;
 use super::setup::SceneSetup;
 use super::world_line::WorldLine;
 use crate::scalar::Real;
+use crate::solve::failure::{At, NoSolution};
 use crate::solve::search::{self, Excess, NotFound, Search};
 use crate::solve::status::Status;
 
@@ -18,7 +18,7 @@ pub(super) fn at_value<S: Real>(
     setup: &SceneSetup<S>,
     coordinate: usize,
     value: S,
-) -> Result<WorldLine<S>, NoWorldLine> {
+) -> Result<WorldLine<S>, NoSolution> {
     let way = value - setup.place.start.q[coordinate];
     let length = if S::IS_EXTENDED {
         S::from(at_value::<f64>(&setup.in_f64(), coordinate, value.to_f64())?.length)
@@ -33,7 +33,7 @@ pub(super) fn at_value<S: Real>(
 
 /// The world-line that ends where one of the formulas of the setup first changes its sign in its direction, or after
 /// the length `whole`.
-pub(super) fn until<S: Real>(setup: &SceneSetup<S>, whole: S) -> Result<WorldLine<S>, NoWorldLine> {
+pub(super) fn until<S: Real>(setup: &SceneSetup<S>, whole: S) -> Result<WorldLine<S>, NoSolution> {
     let Some(Near { index, gamma, to_positive }) = crossing::first(setup, whole.to_f64()) else {
         return solve_to(setup, whole);
     };
@@ -56,14 +56,14 @@ fn search<S: Real>(
     guess: S,
     limit: S,
     excess: impl FnMut(&WorldLine<S>) -> Excess<S>,
-) -> Result<WorldLine<S>, NoWorldLine> {
+) -> Result<WorldLine<S>, NoSolution> {
     let digits = if S::IS_EXTENDED { setup.digits } else { DOUBLE_DIGITS };
     let asked = Search { guess, limit, digits, digits_of_runs: setup.digits, scale: None };
     search::search(asked, |length| solve_to(setup, length), excess).map_err(|error| match error {
         NotFound::Failed(failure) => failure,
         NotFound::Missed(closest) => {
             let gamma = closest.map_or(setup.gamma_i, |line| line.gamma_f());
-            NoWorldLine::at(Status::EndTimeNotReached, gamma.to_f64())
+            NoSolution::new(Status::EndTimeNotReached, At::scene(gamma.to_f64(), Vec::new()))
         }
     })
 }

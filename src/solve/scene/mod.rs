@@ -14,21 +14,21 @@ mod setup;
 pub(super) mod window;
 mod world_line;
 
-pub use failure::NoWorldLine;
 pub use setup::{Place, SceneLimit, SceneSetup, Until};
 pub use world_line::{SceneJoint, SceneWindow, WorldLine};
 
 use crate::scalar::Real;
+use crate::solve::NoSolution;
 
-/// Solves a scene in the arithmetic of `S`: `f64`, or [`Extended`](crate::scalar::Extended) to the digits that the setup
-/// asks for. More digits are obtained by refinement: everything that searches and steers is done in `f64`.
+/// Solves a scene in the arithmetic of `S`: `f64`, or [`Extended`](crate::scalar::Extended) to the digits that the
+/// setup asks for. More digits are obtained by refinement: everything that searches and steers is done in `f64`.
 ///
 /// # Errors
-/// [`NoWorldLine`] says how the solve ended, where, and with what residual.
+/// [`NoSolution`] says how the solve ended, where, and with what residual.
 ///
 /// # Panics
 /// If the setup is not valid: too few nodes for the operator, or no windows.
-pub fn solve_scene<S: Real>(setup: &SceneSetup<S>) -> Result<WorldLine<S>, NoWorldLine> {
+pub fn solve_scene<S: Real>(setup: &SceneSetup<S>) -> Result<WorldLine<S>, NoSolution> {
     if let Some(accuracy) = setup.accuracy {
         return accuracy::solve(setup, accuracy);
     }

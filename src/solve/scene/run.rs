@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::failure::NoWorldLine;
+use super::failure;
 use super::setup::{Place, SceneSetup};
 use super::window::Window;
 use super::world_line::{SceneWindow, WorldLine, relative};
@@ -12,6 +12,7 @@ use crate::geometry::{Geometry, Start};
 use crate::sbp::{SbpName, SbpOperator};
 use crate::scalar::{Compensated, Real};
 use crate::solve::System;
+use crate::solve::failure::{At, NoSolution};
 use crate::solve::operator::Operators;
 use crate::solve::status::{InitialGuess, IterationRecord, Status};
 
@@ -52,7 +53,7 @@ impl<S: Real> Run<S> {
     ///
     /// # Errors
     /// Numbers that are not finite, or an end outside the domain, are not a result.
-    pub(super) fn append(&mut self, piece: Piece<S>, operator: usize, gamma: S) -> Result<(), NoWorldLine> {
+    pub(super) fn append(&mut self, piece: Piece<S>, operator: usize, gamma: S) -> Result<(), NoSolution> {
         let Place { geometry, start: first } = &self.line.place;
         let mut end = Start { q: Vec::with_capacity(first.q.len()), q_dot: Vec::new(), p: piece.end.clone() };
         for (a, (sum, row)) in self.sums.iter_mut().zip(&piece.q).enumerate() {
@@ -63,7 +64,8 @@ impl<S: Real> Run<S> {
         let mut rates = geometry.field().room();
         let outside = geometry.field().evaluate(&end.q, &end.p, &mut rates).is_err();
         if outside || !piece.gradient_norm.is_finite() {
-            return Err(NoWorldLine::at(Status::OutsideDomain, (self.line.gamma_i + gamma).to_f64()));
+            let at = At::scene((self.line.gamma_i + gamma).to_f64(), Vec::new());
+            return Err(NoSolution::new(Status::OutsideDomain, at));
         }
         end.q_dot = (0..end.q.len()).map(|a| geometry.field().q_dot(&rates, a)).collect();
         let start = std::mem::replace(&mut self.here, end.clone());
@@ -74,7 +76,7 @@ impl<S: Real> Run<S> {
 }
 
 /// Solves a scene on γ − γ_i ∈ [0, `length`], window after window.
-pub(super) fn solve_to<S: Real>(setup: &SceneSetup<S>, length: S) -> Result<WorldLine<S>, NoWorldLine> {
+pub(super) fn solve_to<S: Real>(setup: &SceneSetup<S>, length: S) -> Result<WorldLine<S>, NoSolution> {
     let window_length = length / S::from(setup.windows as f64);
     let operators = OnGrid::new(setup.sbp, setup.n_gamma, window_length);
     let mut run = Run::new(setup, length);
@@ -100,7 +102,7 @@ impl<S: Real> OnGrid<S> {
     }
 
     /// Solves the window that continues `run` and ends at γ − γ_i = `gamma`.
-    fn solve(&self, setup: &SceneSetup<S>, run: &mut Run<S>, gamma: S) -> Result<(), NoWorldLine> {
+    fn solve(&self, setup: &SceneSetup<S>, run: &mut Run<S>, gamma: S) -> Result<(), NoSolution> {
         let (form, digits) = (setup.form, setup.digits);
         let (geometry, rough_geometry) = (&*setup.place.geometry, &*setup.rough.geometry);
         let is_first = run.line.windows.is_empty();
@@ -128,7 +130,7 @@ fn solve_limit<S: Real>(
     rough: &Window<'_, f64, Geometry>,
     max_iterations: usize,
     gamma: f64,
-) -> Result<Piece<S>, NoWorldLine> {
+) -> Result<Piece<S>, NoSolution> {
     let fields = 2 * window.geometry.active().len();
     let is_explicit = window.form == Form::Strong && window.sbp.is_two_step();
     let solved = limit::solve(window, rough, max_iterations).and_then(|limit| {
@@ -148,7 +150,7 @@ fn solve_limit<S: Real>(
             (false, true) => InitialGuess::Nystrom4,
             (false, false) => InitialGuess::RungeKutta4,
         };
-        NoWorldLine::new(rough, failure, guess, |node| gamma + rough.sbp.node(node), locate)
+        failure::iterated(rough, failure, guess, |node| gamma + rough.sbp.node(node), locate)
     })?;
     let multipliers = limit.multipliers(window);
     let action = window.action();

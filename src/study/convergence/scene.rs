@@ -1,8 +1,6 @@
 //! Sweeps of scenes.
 
-use std::time::Instant;
-
-use super::sweep::{grids, samples};
+use super::sweep::{grids, point, samples};
 use super::{ConvergencePoint, Errors, ReferenceInfo, Sweep, SweepError};
 use crate::case::scene::{SceneCase, on_grid};
 use crate::case::{Form, SbpName};
@@ -10,7 +8,6 @@ use crate::diagnostics::scene::SceneDiagnostics;
 use crate::norm::larger;
 use crate::reference::SceneReference;
 use crate::scalar::Real;
-use crate::solve::Status;
 use crate::solve::scene::{SceneSetup, WorldLine, solve_scene};
 use crate::study::scene_length::length_of;
 
@@ -59,23 +56,8 @@ impl<S: Real> Sweep<S> {
 
 fn measure<S: Real>(setup: &SceneSetup<S>, length: S, reference: &SceneReference<S>) -> ConvergencePoint {
     let intervals = setup.windows * (setup.n_gamma - 1);
-    let start = Instant::now();
-    let result = solve_scene(setup);
-    let seconds = start.elapsed().as_secs_f64();
-    let (status, iterations, errors) = match &result {
-        Ok(line) => (Status::Converged, line.iterations, Some(errors(line, reference))),
-        Err(failure) => (failure.status, failure.history.len(), None),
-    };
-    ConvergencePoint {
-        sbp: setup.sbp,
-        form: setup.form,
-        n_gamma: intervals + 1,
-        delta_gamma: length.to_f64() / intervals as f64,
-        errors,
-        iterations,
-        seconds,
-        status,
-    }
+    let errors = |line: &WorldLine<S>| (line.iterations, errors(line, reference));
+    point((setup.sbp, setup.form), intervals, length.to_f64(), || solve_scene(setup), errors)
 }
 
 /// The errors of a world-line at its nodes. The L2 norms use the quadratures of its operators.

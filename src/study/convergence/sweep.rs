@@ -11,7 +11,7 @@ use crate::diagnostics::Diagnostics;
 use crate::metric::Metric;
 use crate::reference::ReferenceTrajectory;
 use crate::scalar::Real;
-use crate::solve::{Arithmetic, Solution, Status, solve};
+use crate::solve::{Arithmetic, NoSolution, Solution, Status, solve};
 
 /// A sweep that is ready to run: every grid is possible, and there is a reference.
 pub struct Sweep<S = f64> {
@@ -146,23 +146,31 @@ pub(super) fn samples(n_gamma: &[usize]) -> usize {
 
 fn measure<S: Arithmetic>(case: &Case, length: S, reference: &ReferenceTrajectory<S>) -> ConvergencePoint {
     let intervals = case.grid.windows * (case.grid.n_gamma - 1);
+    let errors = |solution: &Solution<S>| (solution.iterations, errors(solution, reference));
+    point((case.scheme.sbp, case.scheme.form), intervals, length.to_f64(), || solve::<S>(case), errors)
+}
+
+/// A point of a sweep, on a grid of so many intervals. `solve` is on the clock, and what it returns has the iterations
+/// and errors that `measure` finds.
+pub(super) fn point<R>(
+    (sbp, form): (SbpName, Form),
+    intervals: usize,
+    length: f64,
+    solve: impl FnOnce() -> Result<R, NoSolution>,
+    measure: impl FnOnce(&R) -> (usize, Errors),
+) -> ConvergencePoint {
     let start = Instant::now();
-    let result = solve::<S>(case);
+    let result = solve();
     let seconds = start.elapsed().as_secs_f64();
-    let (status, iterations, errors) = match &result {
-        Ok(solution) => (Status::Converged, solution.iterations, Some(errors(solution, reference))),
-        Err(failure) => (failure.status, failure.history.len(), None),
+    let (status, (iterations, errors)) = match &result {
+        Ok(run) => {
+            let (iterations, errors) = measure(run);
+            (Status::Converged, (iterations, Some(errors)))
+        }
+        Err(failure) => (failure.status, (failure.history.len(), None)),
     };
-    ConvergencePoint {
-        sbp: case.scheme.sbp,
-        form: case.scheme.form,
-        n_gamma: intervals + 1,
-        delta_gamma: length.to_f64() / intervals as f64,
-        errors,
-        iterations,
-        seconds,
-        status,
-    }
+    let delta_gamma = length / intervals as f64;
+    ConvergencePoint { sbp, form, n_gamma: intervals + 1, delta_gamma, errors, iterations, seconds, status }
 }
 
 /// The errors of a solution at its nodes. The L2 norms use the quadrature of its operator.

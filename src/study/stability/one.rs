@@ -1,8 +1,8 @@
 //! The world-line of a case of one coordinate. Its coordinates are t, counted from the start, and x.
 
-use super::status::{CellStatus, Sizes};
+use super::status::Sizes;
 use super::track::Track;
-use super::world::{Ends, Failed, Grid, Measured, Point, Range, Reference, Task, World};
+use super::world::{Ends, Grid, Measured, Point, Range, Reference, Task, World};
 use crate::case::{Case, Decimal, End, Form, Scheme, System};
 use crate::diagnostics::Diagnostics;
 use crate::geodesic::{InitialData, acceleration_slope};
@@ -10,7 +10,7 @@ use crate::methods::{Output, Peer, Problem, Setting, State, Trajectory};
 use crate::metric::Metric;
 use crate::reference::ReferenceTrajectory;
 use crate::scalar::{Extended, Real};
-use crate::solve::{NoSolution, Solution, solve};
+use crate::solve::{Solution, solve};
 use crate::study::work_precision::plain;
 
 use super::arena::{DIGITS, amplitude, half_range, largest};
@@ -143,9 +143,9 @@ impl World for One {
             }
         };
         let intervals = case.grid.windows * case.grid.n_gamma.saturating_sub(1);
-        let run = move || match solve::<f64>(&case) {
-            Ok(solution) => Ok(Box::new(move || track_of(&solution)) as Measured<'_>),
-            Err(failure) => Err(failed(&failure)),
+        let run = move || {
+            let solution = solve::<f64>(&case)?;
+            Ok(Box::new(move || track_of(&solution)) as Measured<'_>)
         };
         Some(Task { intervals, run: Box::new(run) })
     }
@@ -158,10 +158,6 @@ impl World for One {
         };
         Task { intervals: setting.count, run: Box::new(run) }
     }
-}
-
-fn failed(failure: &NoSolution) -> Failed {
-    Failed { status: CellStatus::of(failure.status), iterations: Some(failure.history.len()) }
 }
 
 fn track_of(solution: &Solution) -> Track {

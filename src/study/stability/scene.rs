@@ -2,9 +2,9 @@
 
 use super::arena::{DIGITS, amplitude, half_range, largest};
 use super::frequency::Linearised;
-use super::status::{CellStatus, Sizes};
+use super::status::Sizes;
 use super::track::Track;
-use super::world::{Ends, Failed, Grid, Measured, Point, Range, Reference, Task, World};
+use super::world::{Ends, Grid, Measured, Point, Range, Reference, Task, World};
 use crate::action::Form;
 use crate::case::scene::{SceneCase, on_grid};
 use crate::diagnostics::scene::{SceneDiagnostics, energy_off};
@@ -164,11 +164,9 @@ impl World for Scene {
             return None;
         }
         let intervals = setup.windows * (setup.n_gamma - 1);
-        let run = move || match solve_scene(&setup) {
-            Ok(line) => Ok(Box::new(move || self.track_of(&line)) as Measured<'_>),
-            Err(failure) => {
-                Err(Failed { status: CellStatus::of(failure.status), iterations: Some(failure.history.len()) })
-            }
+        let run = move || {
+            let line = solve_scene(&setup)?;
+            Ok(Box::new(move || self.track_of(&line)) as Measured<'_>)
         };
         Some(Task { intervals, run: Box::new(run) })
     }

@@ -8,6 +8,7 @@ use crate::reference::{
     EndReason, ReferenceEnds, ReferencePoint, ReferenceTrajectory, ScenePoint, SceneReference, SceneReferenceEnds,
 };
 use crate::scalar::Real;
+use crate::solve::NoSolution;
 use crate::study::convergence::SweepError;
 
 /// Where and why a world-line ends.
@@ -112,6 +113,12 @@ pub(super) struct Range {
 pub(super) struct Failed {
     pub(super) status: CellStatus,
     pub(super) iterations: Option<usize>,
+}
+
+impl From<NoSolution> for Failed {
+    fn from(failure: NoSolution) -> Self {
+        Self { status: CellStatus::of(failure.status), iterations: Some(failure.history.len()) }
+    }
 }
 
 impl From<Failure> for Failed {
