@@ -109,14 +109,16 @@ impl Page {
     fn finish(self) -> Result<PathBuf> {
         let path = self.directory.join("index.html");
         let page = format!(
-            "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>geodesic-ivp: the paper's figures</title>\n\
+            "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+             <title>geodesic-ivp: the paper's figures</title>\n\
              <style>body{{font:16px/1.5 sans-serif;max-width:1500px;margin:2em auto;padding:0 1em}}\
              .row{{display:flex;gap:2em;align-items:flex-start;border-top:1px solid #ddd;padding:1em 0}}\
-             .pictures{{flex:3;display:flex;flex-wrap:wrap;gap:.5em}}.pictures img{{flex:1 1 30%;min-width:300px;max-width:480px}}\
+             .pictures{{flex:3;display:flex;flex-wrap:wrap;gap:.5em}}\
+             .pictures img{{flex:1 1 30%;min-width:300px;max-width:480px}}\
              dl{{flex:0 0 18em;min-width:16em}}dt{{font-weight:bold}}dd{{margin:0 0 1em 0}}</style></head><body>\n\
              <h1>The numerical figures of the paper</h1>\n\
-             <p>A. Rothkopf, J. Nordström, <em>A symmetry and Noether charge preserving discretization of initial value \
-             problems</em>, arXiv:2307.04490 (2023), section 4. Every picture and number below was computed by \
+             <p>A. Rothkopf, J. Nordström, <em>A symmetry and Noether charge preserving discretization of initial \
+             value problems</em>, arXiv:2307.04490 (2023), section 4. Every picture and number below was computed by \
              geodesic-ivp {} when this page was made. ΔE and ΔQₜ are the same quantity.</p>\n{}</body></html>\n",
             env!("CARGO_PKG_VERSION"),
             self.body
@@ -163,7 +165,8 @@ fn base_run(page: &mut Page, scene: &Scene, operator: usize) -> Result<()> {
         ],
         &format!("ΔG is zero but at the last nodes; ΔE is {}.", scene.delta_e[operator]),
         &format!(
-            "Interior |ΔG| ≤ {:.1e}, |ΔE| ≤ {:.1e}; at the last node ΔE = {:.3e}, with the multiplier correction {:.1e}.",
+            "Interior |ΔG| ≤ {:.1e}, |ΔE| ≤ {:.1e}; at the last node ΔE = {:.3e}, with the multiplier correction \
+             {:.1e}.",
             d.measures.max_abs_delta_g_interior,
             d.measures.max_abs_delta_q_t_interior,
             d.measures.delta_q_t_last,

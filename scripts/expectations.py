@@ -7,8 +7,8 @@ Solves the physical-limit collocation system of the discretised geodesic action,
     t_1 = t_i,  x_1 = x_i,  w_1 = x_dot_i,  g00(x) = c^2 + 2 V(x)/m,  Q = g00(x_i) t_dot_i,
 
 with an SBP operator D given in exact rationals, for t_N and x_N. In the weak form D + H^-1 e_1 e_1^T takes the place of
-D, H^-1 e_1 times the initial value is added on the right-hand sides, and the equations hold at all nodes. The numbers of
-a case file are taken as the decimals they are written as. This is an independent check of the program: it shares no
+D, H^-1 e_1 times the initial value is added on the right-hand sides, and the equations hold at all nodes. The numbers
+of a case file are taken as the decimals they are written as. This is an independent check of the program: it shares no
 code with it and is not needed to build or test it. It needs Python >= 3.11 and mpmath. Scenes of n coordinates have
 scene_expectations.py.
 
@@ -125,7 +125,7 @@ def lobatto_nodes(n):
 
 
 def lobatto_rows(n, length):
-    """All rows of D through these nodes, by differentiating the Lagrange polynomials, and 1/H_1 = n (n - 1) / length."""
+    """All rows of D through these nodes, by differentiating Lagrange polynomials, and 1/H_1 = n (n - 1) / length."""
     z = lobatto_nodes(n)
     others = [mp.fprod(z[j] - z[k] for k in range(n) if k != j) for j in range(n)]
     entry = lambda i, j: others[i] / others[j] / (z[i] - z[j])

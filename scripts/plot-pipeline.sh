@@ -3,5 +3,6 @@
 # Usage: scripts/plot-pipeline.sh CASE > x-of-t.svg          (needs gnuplot)
 set -euo pipefail
 geodesic-ivp run "$1" --stdout |
-    gnuplot -e 'set datafile separator ","; set terminal svg background "white"; set key autotitle columnhead; set xlabel "t"; set ylabel "x";
+    gnuplot -e 'set datafile separator ","; set terminal svg background "white"; set key autotitle columnhead;
+                set xlabel "t"; set ylabel "x";
                 plot "/dev/stdin" using "t":"x" with linespoints'

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Reference values for the [expect] tables of the scenes in cases/scenes/.
 
-For spectral elements in windows, and with an accuracy, the value is that of the continuum, to some 24 digits. Scenes with a metric, or with a
-potential in the paper's metric, are integrated as Hamilton's equations,
+For spectral elements in windows, and with an accuracy, the value is that of the continuum, to some 24 digits. Scenes
+with a metric, or with a potential in the paper's metric, are integrated as Hamilton's equations,
 
     dq^a/dgamma = g^ab (p_b - A_b),   dp_a/dgamma = dL/dq^a + F_a,   L = 1/2 g_ab q_dot^a q_dot^b + A_a q_dot^a,
 

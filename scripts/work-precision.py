@@ -7,8 +7,8 @@
 
     uv run scripts/work-precision.py CASE [--gamma-f L,L] [--out DIR] [--program PATH]
 
-Measures these methods on the case's world-line, then has the program measure its own in the same minute, rank all together
-(`--rows`) and draw them. Everything else works without Python.
+Measures these methods on the case's world-line, then has the program measure its own in the same minute, rank all
+together (`--rows`) and draw them. Everything else works without Python.
 
 The same rules: t, x and w at ten equally spaced values of γ; errors against a run of the program in 32 digits (GLL24 in
 short windows); minimum and median of repeated runs, in turns. What heyoka compiles is compiled beforehand, and its
@@ -17,9 +17,8 @@ state, to which t would belong and grow: on runs longer than 20 t starts from 0 
 SciPy gets an absolute tolerance for t that takes it out of the error norm, and right-hand sides in plain Python.
 
 Of a scene heyoka integrates Hamilton's equations of the active coordinates, with the charges as constants, and the
-ignorable coordinates as quadratures like t. The Hamiltonian is ½ g^ab p_a p_b, or T + V with Newton's law. Scenes with a
-one-form, a force or a conformal factor are not understood.
-"""
+ignorable coordinates as quadratures like t. The Hamiltonian is ½ g^ab p_a p_b, or T + V with Newton's law. Scenes with
+a one-form, a force or a conformal factor are not understood. """
 
 import argparse
 import ast

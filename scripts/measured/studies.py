@@ -24,7 +24,8 @@ def charted(case, lengths, picture, python, drift=None):
         if python:
             file = next((ROOT / "cases").rglob(f"{case}.toml"))
             script = ["uv", "run", str(ROOT / "scripts/work-precision.py"), str(file), *arguments[2:]]
-            text = code(" ".join(["uv run scripts/work-precision.py", str(file.relative_to(ROOT)), *arguments[2:]])) + "\n"
+            line = ["uv run scripts/work-precision.py", str(file.relative_to(ROOT)), *arguments[2:]]
+            text = code(" ".join(line)) + "\n"
             subprocess.run([*script, "--out", chart.folder, "--program", PROGRAM], cwd=ROOT, check=True)
             chart.summary = json.loads((chart.folder / "summary.json").read_text())
         last = len(lengths.split(",")) if lengths else 1

@@ -1,7 +1,8 @@
 //! The weak form ties the two branches together by boundary terms and has no multipliers.
 //!
-//! The paper's outlook asks for a weak formulation without Lagrange multipliers. With the momenta p_a = g_ab D̄q^b + A_a
-//! of each branch, and `[1]` and `[N]` for the values at the first and the last node, these terms give one:
+//! The paper's outlook asks for a weak formulation without Lagrange multipliers. With the momenta
+//! p_a = g_ab D̄q^b + A_a of each branch, and `[1]` and `[N]` for the values at the first and the last node, these
+//! terms give one:
 //!
 //! ```text
 //! − Σ_a { ½(p₁ + p₂)_a[N] (q₁^a − q₂^a)[N] + ( ½(p₁ + p₂)_a[1] − p_a,i ) (q₁^a − q₂^a)[1] }

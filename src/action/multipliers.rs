@@ -11,8 +11,8 @@ use crate::geometry::Lagrangian;
 use crate::scalar::{Real, sum};
 
 impl<S: Real, L: Lagrangian<S>> DoubledAction<'_, S, L> {
-    /// The constraints that the multipliers of the strong form enforce, in their order. They can be asked for in the weak
-    /// form, too.
+    /// The constraints that the multipliers of the strong form enforce, in their order. They can be asked for in the
+    /// weak form, too.
     pub fn constraints(&self, u: &[S]) -> Vec<S> {
         let layout = self.layout();
         let last = self.sbp.points() - 1;

@@ -142,8 +142,8 @@ pub const SCENE_KEYS: &[(&str, &str)] = &[
     ),
     (
         "events.NAME",
-        "a table: when, a formula of coordinates and velocities, direction, \"up\", \"down\" or \"both\", and until = true \
-         to end the run there",
+        "a table: when, a formula of coordinates and velocities, direction, \"up\", \"down\" or \"both\", and until = \
+         true to end the run there",
     ),
     (
         "plot.x, plot.y",

@@ -140,8 +140,8 @@ fn scenes() -> Roff {
 fn files() -> Roff {
     let mut roff = section(
         "FILES",
-        "Results go to results/<case> for run, to results/<case>/vary for run --vary, to results/<case>/<command> for the \
-         others, to results/converge/<case> for converge without CASE, or to the folder of --out.",
+        "Results go to results/<case> for run, to results/<case>/vary for run --vary, to results/<case>/<command> for \
+         the others, to results/converge/<case> for converge without CASE, or to the folder of --out.",
     );
     for (command, files, content) in FILES {
         entry(&mut roff, [bold(files)], format!("{command}: {content}"));

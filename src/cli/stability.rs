@@ -43,7 +43,8 @@ pub(super) struct StabilityArgs {
     #[arg(long, value_name = "L,L,…", value_delimiter = ',', value_parser = positive)]
     gamma_f: Vec<f64>,
 
-    /// Lengths by the tangent: values of dt/dgamma at the start, with dx/dt kept [default: the case's own]; not in scenes
+    /// Lengths by the tangent: values of dt/dgamma at the start, with dx/dt kept [default: the case's own]; not in
+    /// scenes
     #[arg(long, value_name = "T,T,…", value_delimiter = ',', value_parser = positive)]
     t_dot: Vec<f64>,
 

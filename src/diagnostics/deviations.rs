@@ -156,8 +156,8 @@ impl<'r, S: Real, R: Extremal<S>> Fields<'r, S, R> {
         }
     }
 
-    /// ΔG_a = (Dp_a) − f_a − F_a on the nodes, in the weak form with D̄ and the initial momenta; divided by the constant
-    /// g_aa if a is a coordinate of a potential, so that it is a deviation of d²q^a/dγ².
+    /// ΔG_a = (Dp_a) − f_a − F_a on the nodes, in the weak form with D̄ and the initial momenta; divided by the
+    /// constant g_aa if a is a coordinate of a potential, so that it is a deviation of d²q^a/dγ².
     pub(super) fn residual(&self, a: usize) -> Vec<S> {
         let mut residual = derivative(self.run.grids(), &self.momenta[a], self.run.start_momenta(a));
         residual.iter_mut().zip(self.force(a)).for_each(|(residual, force)| *residual += -force);

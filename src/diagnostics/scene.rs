@@ -53,8 +53,8 @@ pub struct SceneDiagnostics<S = f64> {
     pub charges: Vec<ChargeDeviation<S>>,
     /// Conserved sums of the momenta of active coordinates.
     pub sums: Vec<ChargeDeviation<S>>,
-    /// ΔG_a = (Dp_a) − f_a − F_a of every coordinate; in the weak form with D̄ and the initial momenta. For a coordinate
-    /// of a potential, whose g_aa is constant, it is divided by that: a deviation of d²q^a/dγ².
+    /// ΔG_a = (Dp_a) − f_a − F_a of every coordinate; in the weak form with D̄ and the initial momenta. For a
+    /// coordinate of a potential, whose g_aa is constant, it is divided by that: a deviation of d²q^a/dγ².
     pub delta_g: Vec<Vec<S>>,
     /// Largest |ΔG_a| over the nodes whose row of D does not reach the last node of the window (weak: all nodes).
     pub max_delta_g: S,

@@ -7,15 +7,16 @@ use super::text::{GeometryError, GeometryText, Place};
 use crate::expr::{self, Graph, Names, Program};
 use crate::scalar::Real;
 
-/// A formula in the positions `q`, the velocities `q_dot` and the momenta `p_q` of a scene, in `norm`, which is K at the
-/// start, and in the parameters and definitions of the scene.
+/// A formula in the positions `q`, the velocities `q_dot` and the momenta `p_q` of a scene, in `norm`, which is K at
+/// the start, and in the parameters and definitions of the scene.
 #[derive(Debug, Clone)]
 pub struct Observable<S = f64> {
     program: Program<S>,
     registers: Vec<S>,
 }
 
-/// What an observable may use of a scene with these coordinates: all positions, all velocities, all momenta and the norm.
+/// What an observable may use of a scene with these coordinates: all positions, all velocities, all momenta and the
+/// norm.
 pub fn observed(coordinates: &[String]) -> Vec<String> {
     let velocities = coordinates.iter().map(|name| format!("{name}_dot"));
     let momenta = coordinates.iter().map(|name| format!("p_{name}"));

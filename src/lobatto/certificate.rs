@@ -6,8 +6,9 @@
 //! ∂E/∂t = −H D̄(v − Q_t),     ∂E/∂x = H ( ½ g00′ (D̄t)² + D̄w ),
 //! ```
 //!
-//! where D̄v stands for Dv + H⁻¹e_1 (v_1 − Q_t) and likewise for w: what the initial data of a field add. With the forces
-//! at X, g00 = Q_t/u and ½ g00′ = −a/u². [`crate::action`] computes the same for any operator and any two branches.
+//! where D̄v stands for Dv + H⁻¹e_1 (v_1 − Q_t) and likewise for w: what the initial data of a field add. With the
+//! forces at X, g00 = Q_t/u and ½ g00′ = −a/u². [`crate::action`] computes the same for any operator and any two
+//! branches.
 
 use pulp::{Simd, WithSimd};
 

@@ -34,7 +34,8 @@ pub(super) fn inside(view: &WindowView<'_>, fractions: impl Iterator<Item = f64>
             }
             let mut series = [const { Nodes::ZERO }; 3];
             if at.0[..count].iter().any(|&fraction| fraction != 1.0) {
-                Level::Best.dispatch(Series { unit, view, integrals: &mut integrals, at: &at, count, out: &mut series });
+                let series = Series { unit, view, integrals: &mut integrals, at: &at, count, out: &mut series };
+                Level::Best.dispatch(series);
             }
             let [t, x, w] = &series;
             for i in 0..count {

@@ -42,8 +42,8 @@ const PHASE: f64 = 2.0;
 /// A deviation (δx, δw) from a geodesic is a shift along it and a change of its energy: in the frame of the flow
 /// f = (w, a) and of its symplectic partner, the shift stays what it is but for the shear ∫δE/f², and δE = −½δK for
 /// ever. K at the ends of windows is known exactly, so δE is measured. Shifts add up from the local errors of the
-/// windows, which their highest modes bound. The error of x is the shift times dx/dγ: where the motion has become faster
-/// since, as after a barrier, it has grown by as much.
+/// windows, which their highest modes bound. The error of x is the shift times dx/dγ: where the motion has become
+/// faster since, as after a barrier, it has grown by as much.
 pub(super) struct Judge<'m> {
     metric: &'m Metric,
     q_t: f64,
@@ -168,8 +168,8 @@ impl<'m> Judge<'m> {
         Joint { k: energy - motion, rounds: K_ROUNDS * rounds, flow, slope, speed, push, rate: u.abs() }
     }
 
-    /// Sees an accepted window of length `h` that ends at the joint `here`, where the motion has the time scale `scale`.
-    /// `rounds` is what rounding adds to x and w in it, relative to their sizes.
+    /// Sees an accepted window of length `h` that ends at the joint `here`, where the motion has the time scale
+    /// `scale`. `rounds` is what rounding adds to x and w in it, relative to their sizes.
     pub(super) fn see(&mut self, solved: &Solved, here: Joint, h: f64, scale: f64, rounds: f64) {
         let end = &solved.end;
         self.sizes[0] = self.sizes[0].max((end.t.hi - self.start.hi).abs());

@@ -14,8 +14,8 @@
 //! [`crate::sampling`] continues the start of a window to points in it as accurately as to its end.
 //!
 //! X is found by iterating the first line. Where V calls functions (exp, cos, …) an evaluation of all nodes costs more
-//! than the product with A²: there Newton's method takes three evaluations in place of eight, with the iteration for its
-//! linear systems, unless the march goes to rounding.
+//! than the product with A²: there Newton's method takes three evaluations in place of eight, with the iteration for
+//! its linear systems, unless the march goes to rounding.
 //!
 //! [`March`] walks windows of one length, [`Adaptive`] chooses rules and lengths for an accuracy asked for. With
 //! s = γ/h a window has length 1, for h Q_t and h w in place of Q_t and w: one set of tables serves all lengths. To
@@ -124,8 +124,8 @@ pub enum MarchFailure {
     },
     /// The march makes so little progress that it would need more evaluations of the force than [`MOST_EVALUATIONS`].
     #[error(
-        "no progress after {evaluations} evaluations of the force, at gamma - gamma_i = {gamma:.6e}: {needed:.0e} would be \
-         needed, above the limit of {MOST_EVALUATIONS:.0e}"
+        "no progress after {evaluations} evaluations of the force, at gamma - gamma_i = {gamma:.6e}: {needed:.0e} \
+         would be needed, above the limit of {MOST_EVALUATIONS:.0e}"
     )]
     EvaluationLimit {
         /// γ − γ_i where it was stopped.

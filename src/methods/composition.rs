@@ -10,8 +10,8 @@ const MOST_STAGES: usize = 17;
 
 /// Drift x ← x + h w and kick (w, t) ← (w, t) + h (a, u)(x) in turns. With t as a coordinate whose momentum is the
 /// parameter Q_t, each is the exact flow of a part of the Hamiltonian: the whole is symplectic and symmetric. It needs
-/// equations of that kind, where no rate but that of x depends on w. It has no dense output: the number of its steps is a
-/// multiple of the intervals of the output.
+/// equations of that kind, where no rate but that of x depends on w. It has no dense output: the number of its steps is
+/// a multiple of the intervals of the output.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Composition {
     name: &'static str,

@@ -186,7 +186,8 @@ const D: [&[(usize, f64)]; 4] = [
 ];
 
 /// Relative and absolute tolerance for positions and velocities or momenta. Quadratures are carried along outside the
-/// error norm, where they would only cost; between the ends of steps are the polynomials of degree 7 of the dense output.
+/// error norm, where they would only cost; between the ends of steps are the polynomials of degree 7 of the dense
+/// output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dop853;
 

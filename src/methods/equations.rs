@@ -1,15 +1,15 @@
 //! What a method integrates.
 //!
-//! A state is a row of numbers: quadratures, positions, and a velocity or momentum for every position. The equations are
-//! of one of two kinds:
+//! A state is a row of numbers: quadratures, positions, and a velocity or momentum for every position. The equations
+//! are of one of two kinds:
 //!
 //! ```text
 //! second order   t′ = u(x),       x′ = w,          w′ = a(x)
 //! first order    t′ = u(x, p),    x′ = v(x, p),    p′ = f(x, p)
 //! ```
 //!
-//! Nothing depends on a quadrature. Every method is written for both kinds; with the first one an implicit method solves
-//! for positions only.
+//! Nothing depends on a quadrature. Every method is written for both kinds; with the first one an implicit method
+//! solves for positions only.
 
 use std::ops::Range;
 
@@ -89,8 +89,8 @@ pub trait Equations {
     /// Learns the Jacobian J at a state.
     fn linearise(&mut self, state: &Self::Rows<f64>);
 
-    /// Prepares [`Self::correct`], where J₁ is the derivative of the driving rates by the unknowns: 1 − `scale` · `matrix`
-    /// ⊗ J₁.
+    /// Prepares [`Self::correct`], where J₁ is the derivative of the driving rates by the unknowns:
+    /// 1 − `scale` · `matrix` ⊗ J₁.
     fn factor(&mut self, matrix: &[[f64; 3]; 3], scale: f64);
 
     /// Solves with that matrix for the unknowns at three nodes.

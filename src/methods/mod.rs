@@ -10,16 +10,16 @@
 //!
 //! A scene of n coordinates is a [`SceneProblem`]. Its equations are those of Hamilton, for the active coordinates and
 //! their momenta; ignorable coordinates are quadratures, and charges are parameters as Q_t is. If the geometry is
-//! separable, they are q̈ = a(q), of the same form as above, and the methods take advantage of it. [`Composition`] needs
-//! that.
+//! separable, they are q̈ = a(q), of the same form as above, and the methods take advantage of it. [`Composition`]
+//! needs that.
 //!
 //! [`PEERS`] lists the methods. Each is a [`Peer`]: it says what it is, where it comes from and how it takes a step.
 //! What is around the steps is the same for all.
 //!
 //! The module knows a metric or a geometry, and initial data, but no case and no file. All but Taylor are written here
 //! and compiled for the vector instructions of the machine, as this program's own iteration is: the point is to be fair
-//! to them. In one coordinate each evaluates g00 and g00′ and nothing else, once a stage; in a scene it runs the program
-//! of Hamilton's equations.
+//! to them. In one coordinate each evaluates g00 and g00′ and nothing else, once a stage; in a scene it runs the
+//! program of Hamilton's equations.
 //!
 //! Between the ends of their steps RK4, Gauss and DOP853 have a dense output: the cubic through both ends, the
 //! integrals of the polynomials through the stages, and Hairer's polynomial of degree 7 with three stages more;

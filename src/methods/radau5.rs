@@ -24,9 +24,9 @@ const NEWTON: f64 = 1e-2;
 
 /// Relative and absolute tolerance for positions and velocities or momenta; quadratures are outside the error norm.
 ///
-/// As for Gauss, x″ = a(x) leaves three unknowns a step for each position, X = x + h c w + h² A² a(X), which a simplified
-/// Newton iteration solves with the exact Jacobian at the start of the step. Equations of the first order have
-/// Y = y + h A f(Y). Steps end on the points of output.
+/// As for Gauss, x″ = a(x) leaves three unknowns a step for each position, X = x + h c w + h² A² a(X), which a
+/// simplified Newton iteration solves with the exact Jacobian at the start of the step. Equations of the first order
+/// have Y = y + h A f(Y). Steps end on the points of output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Radau5;
 

@@ -1,4 +1,5 @@
-//! The paper's metric as a Lagrangian in the coordinates t and x, and Hamilton's equations of it: p_t = Q_t, p_x = −dx/dγ.
+//! The paper's metric as a Lagrangian in the coordinates t and x, and Hamilton's equations of it: p_t = Q_t,
+//! p_x = −dx/dγ.
 
 use super::{Metric, MetricSamples, OutsideDomain};
 use crate::geometry::{Lagrangian, Motion, Samples, Source, Structure, Term};

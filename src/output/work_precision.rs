@@ -158,7 +158,8 @@ struct FrontRow<'a> {
 }
 
 impl<'a> WorkPrecisionSummary<'a> {
-    /// The summary of the case with this title: of the arenas of all lengths, the rows measured on them and the table of their ratios.
+    /// The summary of the case with this title: of the arenas of all lengths, the rows measured on them and the table
+    /// of their ratios.
     pub fn new(title: Option<&'a str>, arenas: &[Arena], measured: &'a WorkPrecision, ratios: &'a [Ratio]) -> Self {
         let leader = |leader: &'a Option<Leader>| {
             leader.as_ref().map(|Leader { method, setting, seconds }| LeaderSummary {

@@ -10,14 +10,14 @@
 //!   operator differentiates.
 //! * In a spectral element of the weak form, the nodes are less accurate than the ends. There the collocation system of
 //!   the scheme is solved once more from the start of the window, on twice as many nodes. The resulting polynomials are
-//!   as accurate as the ends. Where the window's own nodes resolve the forces to rounding, or an accuracy was asked for,
-//!   which holds at the nodes too, the integrals of the forces through the window's own nodes are enough: their errors
-//!   of t and x are below those of the nodes, that of dx/dγ is up to 2n/h times as large.
+//!   as accurate as the ends. Where the window's own nodes resolve the forces to rounding, or an accuracy was asked
+//!   for, which holds at the nodes too, the integrals of the forces through the window's own nodes are enough: their
+//!   errors of t and x are below those of the nodes, that of dx/dγ is up to 2n/h times as large.
 //!
 //! dt/dγ is Q_t/g00 everywhere.
 //!
-//! In scenes of several coordinates [`SceneSampler`] does the same with all positions and momenta, and [`crossings`] finds
-//! where formulas of them change their sign.
+//! In scenes of several coordinates [`SceneSampler`] does the same with all positions and momenta, and [`crossings`]
+//! finds where formulas of them change their sign.
 //!
 //! ```
 //! use geodesic_ivp::case::builtin;

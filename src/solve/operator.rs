@@ -100,8 +100,8 @@ impl<S: Real> Operators<S> {
         self.0[0].get()
     }
 
-    /// The grid of a window with the operator at `place`, on γ − γ_i ∈ `gamma`, whose first node is that of `first_node`
-    /// in the rows of the run.
+    /// The grid of a window with the operator at `place`, on γ − γ_i ∈ `gamma`, whose first node is that of
+    /// `first_node` in the rows of the run.
     pub(super) fn grid(&self, place: usize, form: Form, gamma: [S; 2], first_node: usize) -> WindowGrid<'_, S> {
         WindowGrid { operator: &self.0[place], form, gamma, first_node }
     }

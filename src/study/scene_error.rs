@@ -15,8 +15,8 @@ pub struct SceneError {
     pub reference: f64,
 }
 
-/// Compares a world-line with a Taylor reference of as many digits at every node. `None` if the reference does not reach
-/// the end.
+/// Compares a world-line with a Taylor reference of as many digits at every node. `None` if the reference does not
+/// reach the end.
 pub fn scene_error<S: Real>(line: &WorldLine<S>) -> Option<SceneError> {
     let reference = SceneReference::new(line.geometry(), &line.place.start, line.length, line.digits).ok()?;
     let n = line.geometry().dimension();

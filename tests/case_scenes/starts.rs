@@ -196,7 +196,8 @@ fn a_null_coordinate_makes_the_equation_linear() {
 
 #[test]
 fn units_of_any_size() {
-    let text = "[metric]\ncoordinates = [\"t\", \"x\"]\ncomponents = { \"t t\" = 1e40, \"x x\" = -1e-40, \"t x\" = 0.5 }\n\
+    let text = "[metric]\ncoordinates = [\"t\", \"x\"]\n\
+                components = { \"t t\" = 1e40, \"x x\" = -1e-40, \"t x\" = 0.5 }\n\
                 [initial]\np_t = 2e40\np_x = -3e-40\n[grid]\nn_gamma = 3\n[scheme]\nsbp = \"SBP21\"\n";
     let start: Start = scene(text).start();
     assert!(start.q_dot.iter().all(|u| u.is_finite()), "{start:?}");

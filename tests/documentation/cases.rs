@@ -1,10 +1,12 @@
 //! Case files in the pages.
 
 use std::fs;
+use std::path::Path;
 
+use geodesic_ivp::case::builtin;
 use tempfile::TempDir;
 
-use super::pages::{Page, program};
+use super::pages::{Page, ROOT, program};
 
 #[test]
 fn every_case_in_a_page_is_valid() {
@@ -21,4 +23,19 @@ fn every_case_in_a_page_is_valid() {
         }
     }
     assert!(count >= 6, "{count} cases");
+}
+
+#[test]
+fn every_built_in_case_begins_with_a_sentence() {
+    for name in builtin::NAMES {
+        let about = builtin::description(builtin::text(name).expect("it is built in"));
+        assert!(about.ends_with('.') && about.chars().count() <= 118, "{name}: {about}");
+    }
+}
+
+#[test]
+fn the_readme_knows_how_many_cases_there_are() {
+    let count = format!("has all {})", builtin::NAMES.len());
+    let readme = fs::read_to_string(Path::new(ROOT).join("README.md")).unwrap();
+    assert!(readme.contains(&count), "{count}");
 }

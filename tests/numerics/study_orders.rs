@@ -147,8 +147,8 @@ fn every_method_of_the_atlas_has_its_order_in_scenes() {
         let methods = methods.into_iter().filter(|method| high.is_none_or(|high| is_high(method) == high)).collect();
         let arena = Arena::of_scene(&case, &[length]).unwrap();
         let law = |method: &Method| match method {
-            // Of high orders few grids are both asymptotic and above rounding: errors may still fall faster, and around a
-            // hole, whose singularity is near, more slowly.
+            // Of high orders few grids are both asymptotic and above rounding: errors may still fall faster, and around
+            // a hole, whose singularity is near, more slowly.
             Method::Elements(16, _) => Law::Order(if is_separable { 12.5 } else { 8.0 }, 17.5),
             Method::Block(SbpName::Sbp84, _) => Law::Order(4.4, 6.0),
             Method::Peer(peer) if peer.about().order == Some(16) => {

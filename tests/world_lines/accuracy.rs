@@ -268,7 +268,8 @@ fn failure(text: &str) -> NoSolution {
 #[test]
 fn what_cannot_be_done_is_said() {
     // The singularity of the metric at the horizon.
-    let fall = "[metric]\npreset = \"schwarzschild\"\n[initial]\nr = 6.0\nr_dot = -0.1\np_phi = 0.0\nnorm = \"timelike\"\n\
+    let fall = "[metric]\npreset = \"schwarzschild\"\n\
+                [initial]\nr = 6.0\nr_dot = -0.1\np_phi = 0.0\nnorm = \"timelike\"\n\
                 solve = { t_dot = \"+\" }\n[grid]\ngamma_f = 100.0\n[solver]\naccuracy = 1e-8\n";
     let found = failure(fall);
     assert!(matches!(found.status, Status::OutsideDomain | Status::AccuracyNotReached | Status::Stalled), "{found}");

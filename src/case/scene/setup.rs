@@ -87,8 +87,8 @@ impl SceneCase {
     }
 }
 
-/// What the solver is told on another grid: with that operator and form and so many nodes in each window, over γ − γ_i up
-/// to `length`. A spectral element gets as many windows as make about that number of nodes in all.
+/// What the solver is told on another grid: with that operator and form and so many nodes in each window, over γ − γ_i
+/// up to `length`. A spectral element gets as many windows as make about that number of nodes in all.
 ///
 /// # Errors
 /// A message that says what is wrong with that grid.

@@ -26,7 +26,8 @@ const ROUNDING: f64 = 1e-12;
 /// the ends of steps t, x and w are the integrals of the polynomials through a and u at the stages: of order s + 1 in w
 /// and t, and in all for equations of the first order.
 ///
-/// The iteration ends when the error of the unknowns is below the tolerance, relative to their size; 0 goes to rounding.
+/// The iteration ends when the error of the unknowns is below the tolerance, relative to their size; 0 goes to
+/// rounding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Gauss {
     /// Number of stages s: 2, 4, 6, 8, 10 or 12.

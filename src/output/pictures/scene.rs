@@ -181,8 +181,8 @@ pub fn charges<S: Real>(
     }
 }
 
-/// The steps between nodes along the run, in γ and, where it is another one, in t. In windows of spectral elements, whose
-/// nodes crowd at the ends, the mean step of a window takes their place.
+/// The steps between nodes along the run, in γ and, where it is another one, in t. In windows of spectral elements,
+/// whose nodes crowd at the ends, the mean step of a window takes their place.
 pub fn mesh<S: Real>(of: &str, line: &WorldLine<S>) -> Chart {
     let gamma: Vec<f64> = line.gamma().map(S::to_f64).collect();
     let t = line.geometry().names().iter().position(|name| name == "t");

@@ -96,8 +96,8 @@ pub fn work_precision<'a>(
 /// would hide everything else.
 const BINS: usize = 24;
 
-/// |ΔK|, or the largest error of a coordinate, along a run. On these logarithmic axes a bounded oscillation is level, a random
-/// walk has slope ½, and a drift of K slope 1; the error of the phase that a drift causes has slope 2.
+/// |ΔK|, or the largest error of a coordinate, along a run. On these logarithmic axes a bounded oscillation is level, a
+/// random walk has slope ½, and a drift of K slope 1; the error of the phase that a drift causes has slope 2.
 pub fn drift(of: &str, coordinates: &[String], points: &[DriftPoint], of_k: bool) -> Chart {
     let end = points.iter().map(|point| point.gamma).fold(0.0, f64::max);
     let start = points.iter().map(|point| point.gamma).fold(end, f64::min);

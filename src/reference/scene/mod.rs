@@ -120,9 +120,9 @@ impl<S: Real> SceneReference<S> {
         Ok(Self { steps, unit, start: start.clone(), active: geometry.active().to_vec(), error_estimate })
     }
 
-    /// The same trajectory, by series of the given `order` whose last terms are `digits` decimal digits below the first,
-    /// and without the second integration. Its error estimate is infinite. It is meant for callers who compare it with
-    /// something better.
+    /// The same trajectory, by series of the given `order` whose last terms are `digits` decimal digits below the
+    /// first, and without the second integration. Its error estimate is infinite. It is meant for callers who compare
+    /// it with something better.
     ///
     /// # Errors
     /// [`SceneReferenceEnds`] if it leaves the domain or meets a singularity, or is too long.

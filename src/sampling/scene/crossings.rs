@@ -1,9 +1,10 @@
 //! Where formulas of the state change their sign along a world-line.
 //!
 //! In every window a formula is evaluated at enough points of the curve to resolve the motion. The polynomial through
-//! these values has extrema between them, and there the formula is evaluated, too: two crossings that are close together
-//! have an extremum between them. Between two values of different sign the crossing is a root of the formula on the curve
-//! itself. Two crossings are missed only where the formula passes zero by less than its polynomial resolves.
+//! these values has extrema between them, and there the formula is evaluated, too: two crossings that are close
+//! together have an extremum between them. Between two values of different sign the crossing is a root of the formula
+//! on the curve itself. Two crossings are missed only where the formula passes zero by less than its polynomial
+//! resolves.
 
 use std::cmp::Ordering;
 

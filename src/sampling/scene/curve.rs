@@ -2,11 +2,12 @@
 //!
 //! * On an equidistant grid every coordinate and every momentum is the Hermite polynomial through its values and
 //!   derivatives on the four nearest nodes. Its error, O(Δγ⁸), is below that of the nodes for every operator.
-//! * In a spectral element of the strong form it is the polynomial through all nodes, which the operator differentiates.
+//! * In a spectral element of the strong form it is the polynomial through all nodes, which the operator
+//!   differentiates.
 //! * In a spectral element of the weak form the nodes are less accurate than the end of the window. The rates at the
-//!   nodes are integrated from the start, and Picard sweeps on twice as many nodes refine that. Their fixed point is the
-//!   same method with 2n stages, so that the inside is as accurate as the ends. Where an accuracy was asked for, which
-//!   holds at the nodes too, the integrals are enough: they are more accurate than the nodes.
+//!   nodes are integrated from the start, and Picard sweeps on twice as many nodes refine that. Their fixed point is
+//!   the same method with 2n stages, so that the inside is as accurate as the ends. Where an accuracy was asked for,
+//!   which holds at the nodes too, the integrals are enough: they are more accurate than the nodes.
 
 use super::super::hermite::through;
 use super::super::legendre::{Expansion, Tables, integral, legendre, series};
@@ -100,8 +101,8 @@ impl<S: Real> Curve<S> {
         point(&self.start, &rows, geometry)
     }
 
-    /// Pieces of the window on which the curve is one polynomial, as values of γ at their ends, and the number of points
-    /// that resolve it.
+    /// Pieces of the window on which the curve is one polynomial, as values of γ at their ends, and the number of
+    /// points that resolve it.
     pub(super) fn cells(&self) -> (Vec<[S; 2]>, usize) {
         match &self.kind {
             Kind::Hermite { nodes, .. } => (nodes.windows(2).map(|ends| [ends[0], ends[1]]).collect(), 2 * STENCIL),
@@ -212,8 +213,8 @@ impl<S: Real> Field<'_, S> {
         own
     }
 
-    /// What a change of every row is small or large against: the values at the start, and those that the other rows have
-    /// in the units of this one. The radial momentum of a circular orbit is zero but for rounding of the others.
+    /// What a change of every row is small or large against: the values at the start, and those that the other rows
+    /// have in the units of this one. The radial momentum of a circular orbit is zero but for rounding of the others.
     fn sizes(&self, length: S) -> Vec<S> {
         let Start { q, q_dot, p } = self.start;
         let units: Vec<S> = self.geometry.diagonal(q).iter().map(|g| g.abs().sqrt()).collect();

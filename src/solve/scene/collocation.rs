@@ -64,8 +64,8 @@ struct System<'w, S: Real, G: Motion<S>> {
     window: Window<'w, S, G>,
     /// Set at the first residual if they are not given.
     scales: Vec<f64>,
-    // What was evaluated last: the fields on all N nodes, their rates and their slopes. Kept, because at a million nodes
-    // fresh memory costs more than the arithmetic.
+    // What was evaluated last: the fields on all N nodes, their rates and their slopes. Kept, because at a million
+    // nodes fresh memory costs more than the arithmetic.
     q: Vec<Vec<S>>,
     p: Vec<Vec<S>>,
     rates: Vec<Vec<S>>,
@@ -250,8 +250,8 @@ impl<G: Motion<f64>> NewtonSystem for System<'_, f64, G> {
     }
 }
 
-/// The residual with all digits, the Jacobian at the `f64` root, eliminated anew in every round: that is cheap beside an
-/// extended residual, and keeps the elimination in one pass without a stored factor L.
+/// The residual with all digits, the Jacobian at the `f64` root, eliminated anew in every round: that is cheap beside
+/// an extended residual, and keeps the elimination in one pass without a stored factor L.
 struct RefinedSystem<'w, S: Real, G: Motion<S>, R: Motion<f64>> {
     residual: System<'w, S, G>,
     linearised: System<'w, f64, R>,

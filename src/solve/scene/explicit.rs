@@ -1,4 +1,5 @@
-//! Explicit recursions in γ: the two-step rule that SBP21's collocation system is, and the integrators of first guesses.
+//! Explicit recursions in γ: the two-step rule that SBP21's collocation system is, and the integrators of first
+//! guesses.
 
 use super::limit::Limit;
 use super::window::Window;

@@ -55,8 +55,8 @@ pub struct WorldLine<S = f64> {
     pub iterations: usize,
     /// The iterations of the window that needed the most; none if the equations are explicit.
     pub history: Vec<IterationRecord>,
-    /// Largest change that the last iteration of a window still made, relative to the sizes of what it changed. 0 if the
-    /// equations are explicit.
+    /// Largest change that the last iteration of a window still made, relative to the sizes of what it changed. 0 if
+    /// the equations are explicit.
     pub last_correction: f64,
     /// Significant decimal digits that were asked for; 16 for `f64`.
     pub digits: u32,

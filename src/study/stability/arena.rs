@@ -235,8 +235,8 @@ pub(super) fn half_range(points: &[Point], a: usize) -> f64 {
     0.5 * (values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min))
 }
 
-/// The amplitude of a coordinate, from half its range and its largest absolute value. At rest there is no amplitude, and
-/// the largest value takes its place.
+/// The amplitude of a coordinate, from half its range and its largest absolute value. At rest there is no amplitude,
+/// and the largest value takes its place.
 pub(super) fn amplitude(half_range: f64, largest: f64) -> f64 {
     if half_range > 1e-12 * largest { half_range } else { largest.max(f64::MIN_POSITIVE) }
 }

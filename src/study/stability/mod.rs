@@ -97,7 +97,8 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// The length of the world-line in the parameter of the case: γ_f − γ_i, times the tangent in units of the case's own.
+    /// The length of the world-line in the parameter of the case: γ_f − γ_i, times the tangent in units of the case's
+    /// own.
     pub fn length(&self) -> f64 {
         self.gamma_f * self.tangent
     }

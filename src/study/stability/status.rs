@@ -4,9 +4,10 @@
 //! reference over the same length: A is half the range of x, W is the largest |dx/dγ|, and T = A / max |dx/dt| is the
 //! time in which the particle moves by A (at most t_f − t_i).
 //!
-//! In a scene every active coordinate has its A, and coordinates with the same g_aa at the start share the largest. Γ is
-//! the shortest range of γ in which one of them moves by its A, at most the length of the run. An ignorable coordinate
-//! is felt as t is: its T is max |q̇|·Γ. W² is what motion contributes to K: at most over the run, the sum of the
+//! In a scene every active coordinate has its A, and coordinates with the same g_aa at the start share the largest. Γ
+//! is the shortest range of γ in which one of them moves by its A, at most the length of the run. An ignorable
+//! coordinate is felt as t is: its T is max |q̇|·Γ. W² is what motion contributes to K: at most over the run, the sum
+//! of the
 //! |g_ab q̇^a q̇^b| without the largest of them. In the table x stands for every active coordinate, and t for every
 //! ignorable one.
 //!
@@ -110,8 +111,8 @@ pub struct Sizes {
 pub struct Evidence {
     /// Largest error of every coordinate over the nodes; `None` without a reference.
     pub errors: Option<Vec<f64>>,
-    /// Amplitude of the (−1)^k component of active coordinates, and that of the reference on the same nodes; none if the
-    /// nodes are not equidistant, or too few.
+    /// Amplitude of the (−1)^k component of active coordinates, and that of the reference on the same nodes; none if
+    /// the nodes are not equidistant, or too few.
     pub sawtooth: Vec<(usize, [f64; 2])>,
     /// Mean ΔK over the last quarter of the nodes minus that over the first.
     pub k_drift: f64,

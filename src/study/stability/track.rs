@@ -28,8 +28,8 @@ pub(super) struct Track {
 }
 
 impl Track {
-    /// That of a run in windows with these grids, where ΔK is `ends` for what the windows are continued with, and `delta_k_max`
-    /// at most on the way.
+    /// That of a run in windows with these grids, where ΔK is `ends` for what the windows are continued with, and
+    /// `delta_k_max` at most on the way.
     pub(super) fn of_windows<'g>(
         grids: impl Iterator<Item = WindowGrid<'g, f64>>,
         gamma: Vec<f64>,

@@ -11,8 +11,8 @@ use crate::scalar::{Extended, Real};
 use crate::solve::scene::SceneSetup;
 use crate::study::scene_length::length_of;
 
-/// With an error above this share of the size of a coordinate, a setting has no result. The size is the largest |x|, and
-/// of t and the ignorable coordinates of a scene the largest distance from the start.
+/// With an error above this share of the size of a coordinate, a setting has no result. The size is the largest |x|,
+/// and of t and the ignorable coordinates of a scene the largest distance from the start.
 const INACCURATE: f64 = 0.1;
 
 /// The problem on which all methods are compared: the world-line over one length, and its reference.
@@ -54,8 +54,8 @@ pub(super) struct Place {
     k: f64,
 }
 
-/// Sixteen digits of the coordinates at the end, and four more to judge them. Errors of the phase grow with the square of
-/// the length.
+/// Sixteen digits of the coordinates at the end, and four more to judge them. Errors of the phase grow with the square
+/// of the length.
 fn digits(length: f64) -> u32 {
     (20.0 + (2.0 * length.max(1.0).log10()).ceil()) as u32
 }

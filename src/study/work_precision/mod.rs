@@ -78,7 +78,8 @@ impl Default for Budget {
 pub enum RowStatus {
     /// With a result.
     Converged,
-    /// With errors as large as the result: above a tenth of the largest |x| or |t − t_i|, or of a coordinate of a scene.
+    /// With errors as large as the result: above a tenth of the largest |x| or |t − t_i|, or of a coordinate of a
+    /// scene.
     Inaccurate,
     /// Without a result. The word is that of [`crate::Status`] or of [`crate::methods::Failure`].
     Failed(&'static str),
