@@ -302,7 +302,7 @@ fn readable<S>(title: &str, convergence: &Convergence<S>, slopes: &[Slope]) -> S
         convergence.reference.error_estimate
     );
     let width = slopes.iter().map(|slope| slope.name.len()).fold(12, usize::max);
-    text += &format!("  operator    {:<width$}  slope         against 1/N  fitted N        points\n", "quantity");
+    text += &format!("  operator    {:<width$}  slope          against 1/N  fitted N        points\n", "quantity");
     for slope in slopes {
         let operator = slope.scheme();
         let quantity = &slope.name;
@@ -313,7 +313,7 @@ fn readable<S>(title: &str, convergence: &Convergence<S>, slopes: &[Slope]) -> S
         let error = fit.standard_error.map_or(String::new(), |e| format!(" ± {e:.3}"));
         let fitted = format!("{n_min} … {n_max}");
         text += &format!(
-            "  {operator:<10}  {quantity:<width$}  {:<12}  {:<11.3}  {fitted:<14}  {}\n",
+            "  {operator:<10}  {quantity:<width$}  {:<13}  {:<11.3}  {fitted:<14}  {}\n",
             format!("{:.3}{error}", fit.slope),
             fit.slope_vs_inverse_n,
             slope.points

@@ -273,8 +273,8 @@ fn readable(title: &str, arenas: &[Arena], measured: &WorkPrecision, ratios: &[R
         for ratio in ratios.iter().filter(|ratio| ratio.gamma_f == length) {
             let times = |ratio: Option<f64>| ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.2}"));
             text += &format!(
-                "  {:.0e}   {}  {}  {:>5}  {:>8}\n",
-                ratio.error,
+                "  {:<5}  {}  {}  {:>5}  {:>8}\n",
+                format!("{:.0e}", ratio.error),
                 leader(&ratio.own),
                 leader(&ratio.other),
                 times(ratio.lead()),

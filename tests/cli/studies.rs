@@ -7,6 +7,20 @@ use tempfile::TempDir;
 
 use super::common::{CASES, first_line, json, names, program, run_in, stderr, succeeded};
 
+/// Every row below this heading has a cell that begins where the heading does.
+fn assert_column(text: &str, heading: &str) {
+    let (above, below) = text.split_once(heading).unwrap_or_else(|| panic!("no {heading} in {text}"));
+    let column = above.lines().last().map_or(0, |line| line.chars().count());
+    let ends = |line: &str| line.starts_with("  written") || line.starts_with("  gamma_f");
+    let mut rows = 0;
+    for line in below.lines().skip(1).take_while(|line| !ends(line)) {
+        let cell: Vec<char> = line.chars().skip(column - 1).take(2).collect();
+        assert!(cell[0] == ' ' && cell[1] != ' ', "{heading}: {line}");
+        rows += 1;
+    }
+    assert!(rows >= 4, "{rows} rows below {heading} in {text}");
+}
+
 #[test]
 fn converge_writes_errors_slopes_and_pictures() {
     let folder = TempDir::new().unwrap();
@@ -15,6 +29,7 @@ fn converge_writes_errors_slopes_and_pictures() {
         "converge CASES/quartic.toml --n-gamma 64,32,16 --sbp SBP21 --out out --plot",
     ));
     assert!(text.contains("2.007") && text.contains("2.078"), "{text}");
+    ["quantity", "slope", "against 1/N", "fitted", "points"].iter().for_each(|heading| assert_column(&text, heading));
     let out = folder.path().join("out");
     assert_eq!(names(&out), ["convergence.csv", "errors_final.svg", "errors_l2.svg", "slopes.csv", "summary.json"]);
     let columns = "sbp,form,n_gamma,delta_gamma,eps_t_final,eps_x_final,eps_t_l2,eps_x_l2,delta_q_t_last,delta_k_max,\
@@ -174,6 +189,7 @@ fn work_precision_writes_its_table_its_summary_and_pictures() {
     let command = format!("work-precision CASES/hard/tanh-wall.toml {small} --gamma-f 4,20 --plot --out out");
     let text = succeeded(&run_in(folder.path(), &command));
     assert!(text.contains("ratio") && text.contains("1e-12"), "{text}");
+    ["seconds", "own  "].iter().for_each(|heading| assert_column(&text, heading));
     let out = folder.path().join("out");
     let pictures = ["drift_error.svg", "drift_k.svg", "error_evaluations.svg", "error_evaluations_2.svg"];
     let pictures = [&pictures[..], &["error_time.svg", "error_time_2.svg"]].concat();
