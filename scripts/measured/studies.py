@@ -118,3 +118,11 @@ def last_node():
             numbers = {key: value for key, value in one.items() if isinstance(value, (int, float))}
             rows.append([one["method"], *(f"{value:.3g}" for value in numbers.values())])
         return code(atlas.line) + "\n" + table(["", *numbers], rows)
+
+
+@section("The verdict on random scenes")
+def verdict():
+    line = "cargo run --release --example verdict -- 2000 1"
+    # It ends with 1 if a trusted result is wrong, and the table says so too.
+    done = subprocess.run(line.split(), cwd=ROOT, stdout=subprocess.PIPE, text=True)
+    return code(line) + "\n" + done.stdout[done.stdout.index("| verdict |") :]

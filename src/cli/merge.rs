@@ -44,7 +44,8 @@ pub(super) fn merge(args: &MergeArgs) -> anyhow::Result<ExitCode> {
     let kept = files.commit(|_| true)?;
     args.output.tell(args.quiet, &json, || {
         let title = joined.summary.title.as_deref().unwrap_or("Many runs");
-        format!("{title}\n{}{}", vary::counts(&joined.summary), report::written(&folder, &kept))
+        let summary = &joined.summary;
+        format!("{title}\n{}{}{}", vary::counts(summary), report::written(&folder, &kept), vary::verdict(summary))
     })?;
     Ok(vary::ending(&joined.summary))
 }

@@ -22,7 +22,7 @@ pub(super) fn readable<S: Real>(
     let lines = [
         title.to_owned(),
         end(solution, error),
-        format!("  verdict    {}", verdict(solution, measures, error)),
+        format!("  kept       {}", kept(solution, measures, error, summary.verdict.digits)),
         charge(solution, measures),
         second_invariant(solution, measures),
         newton(measures),
@@ -77,8 +77,13 @@ fn to_its_digits<S: Real>(number: S, error: f64, digits: u32) -> String {
     }
 }
 
-/// A judgement of the result in one line.
-fn verdict<S: Real>(solution: &Solution<S>, measures: &Measures<S>, error: Option<&RunError>) -> String {
+/// What is kept, and how well: the constants of motion, and the digits of t and x.
+fn kept<S: Real>(
+    solution: &Solution<S>,
+    measures: &Measures<S>,
+    error: Option<&RunError>,
+    digits: Option<u32>,
+) -> String {
     let invariants = solution.invariants();
     let rounding = ROUNDING * 10.0_f64.powi(-(solution.digits as i32));
     let kept = |name: &str, deviation: S, size: S| {
@@ -93,26 +98,15 @@ fn verdict<S: Real>(solution: &Solution<S>, measures: &Measures<S>, error: Optio
     let k = measures.max_abs_delta_k.max(measures.max_abs_delta_k_ends);
     let charge = kept("Q_t", measures.max_abs_delta_q_t_interior, invariants.q_t);
     let second = second_kept(k.to_f64(), invariants.k.to_f64(), measures.scales.x_dot, rounding);
-    let [least, most] = measures.scales.x_range;
-    let sizes = [solution.duration().to_f64().abs(), least.abs().max(most.abs())];
-    let digits = error.map(|error| good_digits(error.end, sizes, solution.digits));
     // The error of t is 0 where the run ends at a given time.
     let (what, verb) = if error.is_some_and(|error| error.end[0] == 0.0) { ("x", "is") } else { ("t and x", "are") };
     let position = match digits {
         None => "how good t and x are is not known".to_owned(),
-        Some(digits) if digits >= 2.0 => format!("{what} {verb} good to {digits} digits"),
-        Some(1.0) => format!("{what} {verb} good to one digit"),
+        Some(digits) if digits >= 2 => format!("{what} {verb} good to {digits} digits"),
+        Some(1) => format!("{what} {verb} good to one digit"),
         Some(_) => format!("{what} {verb} wrong"),
     };
     format!("{charge}; {second}; {position}")
-}
-
-/// The digits of numbers of these sizes that their errors leave, at most `digits`. Where the size is 0, the error
-/// itself counts, and not its share of the size.
-fn good_digits(errors: [f64; 2], sizes: [f64; 2], digits: u32) -> f64 {
-    let share = |(error, size): (f64, f64)| if size > 0.0 { error / size } else { error };
-    let largest = errors.into_iter().zip(sizes).map(share).fold(0.0, f64::max);
-    (-largest.log10()).floor().min(f64::from(digits))
 }
 
 /// How well K is kept, relative to the largest ẋ². K itself can be as large as c², and relative to that a change of
@@ -243,20 +237,4 @@ fn fixed(number: f64, decimals: usize) -> String {
 fn plain(number: f64) -> String {
     let number = positive_zero(number);
     if is_readable(number) { number.to_string() } else { format!("{number:e}") }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::good_digits;
-
-    #[test]
-    fn a_number_of_size_zero_is_as_good_as_its_error() {
-        assert_eq!(good_digits([1e-4, 3e-7], [2.0, 0.5], 16), 4.0);
-        // A run that ends at a given time, and one that stays where it is.
-        assert_eq!(good_digits([0.0, 3e-7], [2.0, 0.5], 16), 6.0);
-        assert_eq!(good_digits([0.0, 0.0], [2.0, 0.0], 16), 16.0);
-        // x is 0 at every node, and the true motion leaves it.
-        assert_eq!(good_digits([0.0, 2e-4], [2.0, 0.0], 16), 3.0);
-        assert_eq!(good_digits([1e-9, 0.5], [2.0, 0.0], 16), 0.0);
-    }
 }

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use clap::{Args, ValueHint};
 use geodesic_ivp::case::AnyCase;
+use geodesic_ivp::diagnostics::verdict::Verdict;
 use geodesic_ivp::output::{
     CASE, Chart, Measured, OutputSet, SUMMARY, write_branches, write_residuals, write_trajectory,
 };
@@ -111,6 +112,9 @@ pub(super) trait Job {
 
     /// The summary for people.
     fn readable(&self, solved: &Self::Solved, judged: &Self::Judged) -> String;
+
+    /// How far the solution is to be believed.
+    fn verdict<'j>(&self, judged: &'j Self::Judged) -> &'j Verdict;
 }
 
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
@@ -218,8 +222,10 @@ fn execute(job: &impl Job, args: &RunArgs) -> anyhow::Result<ExitCode> {
         }
     }
     let kept = files.commit(|_| true)?;
-    args.output
-        .tell(args.case.quiet, &json, || job.readable(&solved, &judged) + &report::written(&directory, &kept))?;
+    args.output.tell(args.case.quiet, &json, || {
+        let written = report::written(&directory, &kept);
+        format!("{}{written}{}\n", job.readable(&solved, &judged), job.verdict(&judged).line())
+    })?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -4,6 +4,7 @@ use std::io::StdoutLock;
 use std::time::Instant;
 
 use geodesic_ivp::case::System;
+use geodesic_ivp::diagnostics::verdict::Verdict;
 use geodesic_ivp::diagnostics::{Diagnostics, Measures};
 use geodesic_ivp::geodesic::InitialData;
 use geodesic_ivp::output::pictures::{self, Run};
@@ -13,6 +14,7 @@ use geodesic_ivp::sampling::Sample;
 use geodesic_ivp::scalar::Real;
 use geodesic_ivp::solve::{Arithmetic, solve_window_by_window};
 use geodesic_ivp::study::run_error::{RunError, run_error};
+use geodesic_ivp::study::verdict::of_solution;
 use geodesic_ivp::{Case, Solution, solve};
 
 use super::memory;
@@ -150,15 +152,16 @@ impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
     fn judge(&self, Solved { solution, measures, seconds, .. }: &Solved<S>) -> (Judged, Vec<String>) {
         let mut summary = Summary::new(self.case, Ok((solution, measures)), seconds[0]);
         let error = run_error(self.case, solution);
-        if let Outcome::Solved(solved) = &mut summary.outcome {
-            solved.error = error.map(Into::into);
-        }
+        let mut verdict = of_solution(solution, measures, error.as_ref());
         let mut suspicions = measures.warnings(solution);
-        if !suspicions.is_empty() {
-            let opinion = second_opinion(self.case, solution);
-            summary.warnings.extend(opinion.clone());
-            suspicions.extend(opinion);
+        if !suspicions.is_empty()
+            && let Some(opinion) = second_opinion(self.case, solution)
+        {
+            summary.warnings.push(opinion.to_string());
+            suspicions.push(opinion.to_string());
+            verdict.doubt(opinion);
         }
+        summary.set_error(error, verdict);
         suspicions.extend(measures.newtonian_warning());
         (Judged { summary, error, diagnostics_seconds: seconds[1] }, suspicions)
     }
@@ -196,6 +199,10 @@ impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
     fn readable(&self, solved: &Solved<S>, Judged { summary, error, .. }: &Judged) -> String {
         let title = self.args.case.title(self.case);
         readable(&title, &solved.solution, &solved.measures, summary, error.as_ref())
+    }
+
+    fn verdict<'j>(&self, judged: &'j Judged) -> &'j Verdict {
+        &judged.summary.verdict
     }
 }
 

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
+use geodesic_ivp::diagnostics::verdict::Verdict;
 use geodesic_ivp::geometry::ConservedSum;
 use geodesic_ivp::output::pictures::scene::{self as pictures, PlotAxes};
 use geodesic_ivp::output::{Chart, SceneSummary, write_combined, write_events, write_scene_samples};
@@ -13,6 +14,7 @@ use geodesic_ivp::scalar::Real;
 use geodesic_ivp::solve::System;
 use geodesic_ivp::solve::scene::{SceneSetup, WorldLine, solve_scene};
 use geodesic_ivp::study::scene_error::{SceneError, scene_error};
+use geodesic_ivp::study::verdict::of_world_line;
 
 use super::memory;
 use super::report::Refusal;
@@ -169,9 +171,9 @@ impl<S: Real> Job for Scene<'_, S> {
         let Solved { line, sums, diagnostics, events, seconds, .. } = solved;
         let mut summary = SceneSummary::new(self.case, line.geometry(), Ok((line, diagnostics, sums)), seconds[0]);
         let error = scene_error(line);
+        summary.set_error(error.as_ref(), of_world_line(line, diagnostics, error.as_ref()));
         if let Some(solved) = &mut summary.solved {
             solved.diagnostics_seconds = seconds[1];
-            error.iter().for_each(|error| solved.set_error(line.geometry().names(), error));
             for (index, event) in self.case.events().iter().enumerate() {
                 let count = events.iter().filter(|crossing| crossing.watch == index).count();
                 solved.events.insert(event.name.clone(), count);
@@ -225,5 +227,9 @@ impl<S: Real> Job for Scene<'_, S> {
         let Solved { line, sums, diagnostics, .. } = solved;
         let events = events(&self.event_names(), &solved.events, line.digits);
         readable(&title, line, diagnostics, sums, judged.error.as_ref(), events)
+    }
+
+    fn verdict<'j>(&self, judged: &'j Judged) -> &'j Verdict {
+        &judged.summary.verdict
     }
 }

@@ -2,6 +2,7 @@
 //! different critical points, neither should be believed.
 
 use geodesic_ivp::case::System;
+use geodesic_ivp::diagnostics::verdict::Reason;
 use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::{Case, Solution, solve};
 
@@ -12,7 +13,7 @@ const MOST_NODES: usize = 5000;
 const SAME: f64 = 1e-6;
 
 /// The warning, if the other system ends elsewhere. It is only asked for if there is another warning already.
-pub(super) fn second_opinion<S: Arithmetic>(case: &Case, solution: &Solution<S>) -> Option<String> {
+pub(super) fn second_opinion<S: Arithmetic>(case: &Case, solution: &Solution<S>) -> Option<Reason> {
     let nodes = case.grid.n_gamma * case.grid.windows;
     if case.solver.accuracy.is_some() || !case.scheme.regularised || case.is_extended() || nodes > MOST_NODES {
         return None;
@@ -36,10 +37,10 @@ pub(super) fn second_opinion<S: Arithmetic>(case: &Case, solution: &Solution<S>)
     // A run may end near x = 0: the size of x is that along the way.
     let amplitude = solution.x.iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()));
     (apart(t, other_t, 0.0) || apart(x, other_x, amplitude)).then(|| {
-        format!(
+        let finding = format!(
             "there are several critical points: {name}, from another guess, ends at t = {other_t:.6}, x = {other_x:.6} \
-             and not at t = {t:.6}, x = {x:.6}, further apart than {SAME:e} of them; raise n_gamma or windows until \
-             they agree"
-        )
+             and not at t = {t:.6}, x = {x:.6}, further apart than {SAME:e} of them"
+        );
+        Reason::new(finding, "raise n_gamma or windows until they agree")
     })
 }

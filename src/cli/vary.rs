@@ -127,8 +127,9 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let kept = files.commit(|_| true)?;
     journal.remove()?;
     let title = args.case.headed(runs.first().title());
-    args.output
-        .tell(args.case.quiet, &json, || readable(&title, &summary, &runs) + &report::written(&folder, &kept))?;
+    args.output.tell(args.case.quiet, &json, || {
+        readable(&title, &summary, &runs) + &report::written(&folder, &kept) + &verdict(&summary)
+    })?;
     Ok(ending(&summary))
 }
 
@@ -266,4 +267,11 @@ pub(super) fn counts(summary: &RunsSummary) -> String {
     let counts: Vec<String> = summary.statuses.iter().map(|(status, count)| format!("{count} {status}")).collect();
     let part = summary.part.as_ref().map_or(String::new(), |part| format!(", part {part} of {}", summary.runs));
     format!("  rows       {}{part}: {}\n", summary.rows, counts.join(", "))
+}
+
+/// The last line: how many rows have which verdict.
+pub(super) fn verdict(summary: &RunsSummary) -> String {
+    let RunsSummary { rows, solved, doubtful, .. } = summary;
+    let (trusted, refused) = (solved - doubtful, rows - solved);
+    format!("verdict: {trusted} trusted, {doubtful} doubtful, {refused} refused\n")
 }

@@ -27,6 +27,7 @@ mod rows;
 mod sawtooth;
 mod scales;
 pub mod scene;
+pub mod verdict;
 mod warnings;
 
 pub use bound::Bound;

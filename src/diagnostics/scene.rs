@@ -1,6 +1,7 @@
 //! Independent checks of a world-line in a scene of n coordinates. They use its nodes, the operator and the geometry.
 
 use super::deviations::Fields;
+use super::verdict::Reason;
 use super::warnings::rounding_warning;
 use super::{ChargeDeviation, NormDeviation, Sawtooth};
 use crate::action::Form;
@@ -129,24 +130,31 @@ const DOUBTFUL: f64 = 1e-2;
 impl<S: Real> SceneDiagnostics<S> {
     /// What is suspicious about `line`, the world-line that was measured, in words.
     pub fn warnings(&self, line: &WorldLine<S>) -> Vec<String> {
+        self.suspicions(line).iter().map(Reason::to_string).collect()
+    }
+
+    /// The same, each with its remedy.
+    pub fn suspicions(&self, line: &WorldLine<S>) -> Vec<Reason> {
         let names = line.geometry().names();
         let of = |(a, sawtooth): &(usize, Sawtooth<S>)| sawtooth.warning(&names[*a], amplitude(&line.q[*a]));
         let sawtooth = self.sawtooth.iter().filter_map(of);
         let rounding = rounding_warning::<S>(line.last_correction, line.digits);
-        sawtooth.chain(self.drift_warning()).chain(rounding).collect()
+        sawtooth.chain(self.drift_warning(line)).chain(rounding).collect()
     }
 
-    fn drift_warning(&self) -> Option<String> {
+    fn drift_warning(&self, line: &WorldLine<S>) -> Option<Reason> {
         let drift = self.norm.max_ends.max(self.norm.max_interior).to_f64();
         let is_small = drift <= DOUBTFUL * self.motion;
-        if is_small || self.motion == 0.0 || !self.work.is_empty() {
+        // A force changes K.
+        if is_small || self.motion == 0.0 || !line.geometry().structure().force.is_empty() {
             return None;
         }
         let share = drift / self.motion;
-        Some(format!(
+        let finding = format!(
             "K drifts by {drift:.1e}, {share:.1e} of what motion contributes to it: the charges are exact, and the \
-             world-line is not to be trusted; raise n_gamma or windows"
-        ))
+             world-line is not to be trusted"
+        );
+        Some(Reason::new(finding, "raise n_gamma or windows"))
     }
 }
 

@@ -17,6 +17,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::newtonian::NEGLIGIBLE;
+use super::verdict::{Reason, SMALLER_ACCURACY};
 use super::{Measures, Sawtooth};
 use crate::sbp::symbol::largest_symbol;
 use crate::scalar::Real;
@@ -42,20 +43,18 @@ const NEAR_A_HORIZON: f64 = 1e-2;
 /// In `f64`, Newton's method normally ends with a relative correction below this. As it converges quadratically, that
 /// leaves no error above rounding. After a larger last correction, it was rounding that ended the iteration.
 const SMALL_CORRECTION: f64 = 1e-8;
-/// The remedy where the program chooses the windows.
-const SMALLER_ACCURACY: &str = "ask for a smaller solver.accuracy";
 
 impl<S: Real> Sawtooth<S> {
     /// The warning that the motion in the coordinate `name`, of this amplitude, has a sawtooth.
-    pub(super) fn warning(&self, name: &str, amplitude: f64) -> Option<String> {
+    pub(super) fn warning(&self, name: &str, amplitude: f64) -> Option<Reason> {
         let (sawtooth, sixth) = (self.amplitude?.to_f64(), self.sixth_difference?);
         let allowed = LARGE_SAWTOOTH * amplitude;
         (sawtooth > allowed && sixth > ROUGH * sawtooth).then(|| {
-            format!(
+            let finding = format!(
                 "even and odd nodes are apart: the sawtooth in {name} is {sawtooth:.1e}, above {allowed:.1e}, \
-                 {LARGE_SAWTOOTH} of the amplitude; use an operator of higher order or a weak form in windows, or \
-                 raise n_gamma"
-            )
+                 {LARGE_SAWTOOTH} of the amplitude"
+            );
+            Reason::new(finding, "use an operator of higher order or a weak form in windows, or raise n_gamma")
         })
     }
 }
@@ -63,6 +62,11 @@ impl<S: Real> Sawtooth<S> {
 impl<S: Real> Measures<S> {
     /// The warnings that the trajectory should not be believed, one sentence each.
     pub fn warnings(&self, solution: &Solution<S>) -> Vec<String> {
+        self.suspicions(solution).iter().map(Reason::to_string).collect()
+    }
+
+    /// The same, each with its remedy.
+    pub fn suspicions(&self, solution: &Solution<S>) -> Vec<Reason> {
         let found = [
             self.sawtooth_warning(),
             self.drift_warning(solution),
@@ -77,12 +81,12 @@ impl<S: Real> Measures<S> {
         found.into_iter().flatten().collect()
     }
 
-    fn sawtooth_warning(&self) -> Option<String> {
+    fn sawtooth_warning(&self) -> Option<Reason> {
         let sawtooth = Sawtooth { amplitude: self.sawtooth, sixth_difference: self.scales.sixth_difference };
         sawtooth.warning("x", self.scales.amplitude())
     }
 
-    fn drift_warning(&self, solution: &Solution<S>) -> Option<String> {
+    fn drift_warning(&self, solution: &Solution<S>) -> Option<Reason> {
         let (drift, x_dot) = (self.max_abs_delta_k.max(self.max_abs_delta_k_ends).to_f64(), self.scales.x_dot);
         let (size, name) = match x_dot > 0.0 {
             true => (x_dot * x_dot, "the largest x_dot^2"),
@@ -90,19 +94,20 @@ impl<S: Real> Measures<S> {
         };
         let rounding = ROUNDING * solution.invariants().k.to_f64().abs();
         (drift > LARGE_DRIFT * size && drift > rounding).then(|| {
-            format!(
+            let finding = format!(
                 "K drifts by {drift:.2e}, above {:.2e}, {LARGE_DRIFT} of {name}: x is not resolved, however exact Q_t \
-                 is; {}",
-                LARGE_DRIFT * size,
-                match solution.accuracy {
-                    Some(_) => SMALLER_ACCURACY,
-                    None => "raise n_gamma or windows, or use an operator of higher order",
-                }
-            )
+                 is",
+                LARGE_DRIFT * size
+            );
+            let remedy = match solution.accuracy {
+                Some(_) => SMALLER_ACCURACY,
+                None => "raise n_gamma or windows, or use an operator of higher order",
+            };
+            Reason::new(finding, remedy)
         })
     }
 
-    fn step_warning(&self, solution: &Solution<S>) -> Option<String> {
+    fn step_warning(&self, solution: &Solution<S>) -> Option<Reason> {
         let (step, sbp) = (self.scales.step(), solution.sbp_name);
         let (allowed, what) = match sbp.coefficients() {
             Some(table) => (NEAR_THE_LIMIT * largest_symbol(table), format!("half the limit of {sbp}")),
@@ -111,10 +116,10 @@ impl<S: Real> Measures<S> {
         // With an accuracy the program has chosen the windows by the error, so this warning is not needed.
         (step > allowed && solution.error_estimate.is_none()).then(|| {
             let factor = step / allowed;
-            format!(
-                "delta_gamma times the largest local frequency is {step:.2}, above {allowed:.2}, {what}: raise \
-                 n_gamma or windows by a factor of {factor:.1} or more"
-            )
+            let finding =
+                format!("delta_gamma times the largest local frequency is {step:.2}, above {allowed:.2}, {what}");
+            let remedy = format!("raise n_gamma or windows by a factor of {factor:.1} or more");
+            Reason::new(finding, remedy).with_colon()
         })
     }
 
@@ -136,68 +141,72 @@ impl<S: Real> Measures<S> {
         })
     }
 
-    fn horizon_warning(&self, solution: &Solution<S>) -> Option<String> {
+    fn horizon_warning(&self, solution: &Solution<S>) -> Option<Reason> {
         let g00 = self.scales.g00;
         (g00 < NEAR_A_HORIZON).then(|| {
             let remedy = match solution.accuracy {
                 Some(_) => "end the run earlier or raise c",
                 None => "end the run earlier, raise c, or ask for solver.accuracy",
             };
-            format!(
-                "g00 falls to {g00:.1e} c^2, below {NEAR_A_HORIZON}: near a horizon x changes ever faster in gamma; \
-                 {remedy}"
-            )
+            let finding = format!(
+                "g00 falls to {g00:.1e} c^2, below {NEAR_A_HORIZON}: near a horizon x changes ever faster in gamma"
+            );
+            Reason::new(finding, remedy)
         })
     }
 
-    fn scale_warning(&self, solution: &Solution<S>) -> Option<String> {
+    fn scale_warning(&self, solution: &Solution<S>) -> Option<Reason> {
         let (estimate, size) = (solution.error_estimate?, crate::norm::max_abs(&solution.x).to_f64());
         (size > 0.0 && estimate > LARGE_ESTIMATE * size).then(|| {
-            format!(
+            let finding = format!(
                 "the estimated error {estimate:.1e} is above {LARGE_ESTIMATE} of the largest |x| = {size:.1e}: below \
-                 1 an accuracy is an absolute one; ask for more, or choose units nearer to 1"
-            )
+                 1 an accuracy is an absolute one"
+            );
+            Reason::new(finding, "ask for more, or choose units nearer to 1")
         })
     }
 
     /// The numbers of a table are rounded. Between two neighbouring values of γ the particle moves, and x at a printed
     /// γ is off by that distance.
-    fn printed_gamma_warning(&self, solution: &Solution<S>) -> Option<String> {
+    fn printed_gamma_warning(&self, solution: &Solution<S>) -> Option<Reason> {
         let accuracy = solution.accuracy?;
         let size = solution.gamma_i.to_f64().abs().max(solution.gamma_f().to_f64().abs());
         let (spacing, x) = (spacing(size), crate::norm::max_abs(&solution.x).to_f64().max(1.0));
         (spacing * self.scales.x_dot > accuracy * x).then(|| {
-            format!(
+            let finding = format!(
                 "gamma is near {size:.1e}, where numbers are {spacing:.1e} apart: x at gamma as printed cannot be \
-                 good to the accuracy {accuracy:e}; choose grid.gamma_i nearer to 0"
-            )
+                 good to the accuracy {accuracy:e}"
+            );
+            Reason::new(finding, "choose grid.gamma_i nearer to 0")
         })
     }
 
-    fn bound_warning(&self, solution: &Solution<S>) -> Option<String> {
+    fn bound_warning(&self, solution: &Solution<S>) -> Option<Reason> {
         let k = solution.invariants().k.to_f64();
         (k >= 0.0 && !self.bound.is_kept()).then(|| {
             let [h_bvp, h_bvp_bound] = [self.bound.h_bvp, self.bound.h_bvp_bound].map(S::to_f64);
-            format!(
+            let finding = format!(
                 "H_BVP = {h_bvp:.3e} exceeds its bound Q_t (t_f - t_i) = {h_bvp_bound:.3e} though K = {k:.2e} >= 0: \
-                 the grid is too coarse; {}",
-                if solution.accuracy.is_some() { SMALLER_ACCURACY } else { "raise n_gamma or windows" }
-            )
+                 the grid is too coarse"
+            );
+            let remedy = if solution.accuracy.is_some() { SMALLER_ACCURACY } else { "raise n_gamma or windows" };
+            Reason::new(finding, remedy)
         })
     }
 }
 
 /// The solver counts time from t_i, so that a large t_i costs no accuracy; but t itself is printed, and is rounded.
-fn printed_time_warning<S: Real>(solution: &Solution<S>) -> Option<String> {
+fn printed_time_warning<S: Real>(solution: &Solution<S>) -> Option<Reason> {
     let accuracy = solution.accuracy?;
     let (t_i, t_f) = (solution.t_i.to_f64(), solution.end.t.to_f64());
     let size = t_i.abs().max(t_f.abs());
     let (spacing, elapsed) = (spacing(size), solution.duration().to_f64().abs().max(1.0));
     (spacing > accuracy * elapsed).then(|| {
-        format!(
+        let finding = format!(
             "t is near {size:.1e}, where numbers are {spacing:.1e} apart: as printed it cannot be good to the accuracy \
-             {accuracy:e} of t - t_i; choose initial.t nearer to 0"
-        )
+             {accuracy:e} of t - t_i"
+        );
+        Reason::new(finding, "choose initial.t nearer to 0")
     })
 }
 
@@ -207,12 +216,11 @@ fn spacing(size: f64) -> f64 {
 }
 
 /// The warning that fewer digits are certain than were asked for, from the last correction of an iteration.
-pub(super) fn rounding_warning<S: Real>(last_correction: f64, digits: u32) -> Option<String> {
+pub(super) fn rounding_warning<S: Real>(last_correction: f64, digits: u32) -> Option<Reason> {
     let reached = short_of_digits::<S>(last_correction, digits)?;
-    Some(format!(
-        "the iteration ends at the rounding of the arithmetic: about {reached} of {digits} digits are certain; the \
-         physical limit, or more digits, have more"
-    ))
+    let finding =
+        format!("the iteration ends at the rounding of the arithmetic: about {reached} of {digits} digits are certain");
+    Some(Reason::new(finding, "the physical limit, or more digits, have more"))
 }
 
 /// The number of digits that the last correction left unchanged, if they are fewer than were asked for.

@@ -10,6 +10,7 @@ use crate::action::Form;
 use crate::case::scene::SceneCase;
 use crate::diagnostics::ChargeDeviation;
 use crate::diagnostics::scene::{InvariantDeviation, SceneDiagnostics};
+use crate::diagnostics::verdict::Verdict;
 use crate::geometry::{ConservedSum, Geometry};
 use crate::norm::max_abs;
 use crate::scalar::Real;
@@ -17,12 +18,16 @@ use crate::solve::NoSolution;
 use crate::solve::scene::WorldLine;
 use crate::solve::{IterationRecord, Status, System};
 use crate::study::scene_error::SceneError;
+use crate::study::verdict::of_world_line;
 
 /// The whole summary; keys that do not apply are absent.
 #[derive(Debug, Clone, Serialize)]
 pub struct SceneSummary {
     /// How the solve ended.
     pub status: Status,
+    /// How far the result is to be believed.
+    #[serde(flatten)]
+    pub verdict: Verdict,
     /// Version of this program.
     pub version: &'static str,
     /// The case's title.
@@ -175,7 +180,8 @@ pub struct FailedScene {
 }
 
 impl SceneSummary {
-    /// The summary of `case`, whose compiled geometry is `geometry`, and of its world-line or failure.
+    /// The summary of `case`, whose compiled geometry is `geometry`, and of its world-line or failure. The verdict is
+    /// the one without a reference; [`Self::set_error`] changes it.
     pub fn new<S: Real>(
         case: &SceneCase,
         geometry: &Geometry<S>,
@@ -196,6 +202,10 @@ impl SceneSummary {
         };
         Self {
             status,
+            verdict: match &result {
+                Ok((line, diagnostics, _)) => of_world_line(line, diagnostics, None),
+                Err(_) => Verdict::refused(),
+            },
             version: env!("CARGO_PKG_VERSION"),
             title: case.title().map(str::to_owned),
             coordinates: names.to_vec(),
@@ -216,6 +226,14 @@ impl SceneSummary {
             warnings: case.warnings().into_iter().chain(measured).collect(),
             history,
         }
+    }
+
+    /// Adds the errors of the coordinates, and the verdict that was made with them.
+    pub fn set_error(&mut self, error: Option<&SceneError>, verdict: Verdict) {
+        if let (Some(solved), Some(error)) = (&mut self.solved, error) {
+            solved.set_error(&self.coordinates, error);
+        }
+        self.verdict = verdict;
     }
 
     /// The JSON text, with a final newline.
@@ -282,7 +300,7 @@ impl SolvedScene {
     }
 
     /// Adds the errors, in the order of the coordinates `names`.
-    pub fn set_error(&mut self, names: &[String], error: &SceneError) {
+    fn set_error(&mut self, names: &[String], error: &SceneError) {
         let by_name = |values: &[f64]| Some(names.iter().cloned().zip(values.iter().copied()).collect());
         self.error_final = by_name(&error.end);
         self.error_max = by_name(&error.largest);

@@ -6,15 +6,20 @@ use super::number::Number;
 use crate::action::MULTIPLIERS;
 use crate::case::{Case, Decimal, Form, System};
 use crate::diagnostics::Measures;
+use crate::diagnostics::verdict::Verdict;
 use crate::scalar::Real;
 use crate::solve::{Domain, IterationRecord, NoSolution, Solution, Status};
 use crate::study::run_error::RunError;
+use crate::study::verdict::of_solution;
 
 /// The whole summary; keys that do not apply are absent.
 #[derive(Debug, Clone, Serialize)]
 pub struct Summary {
     /// How the solve ended.
     pub status: Status,
+    /// How far the result is to be believed.
+    #[serde(flatten)]
+    pub verdict: Verdict,
     /// Version of this program.
     pub version: &'static str,
     /// The case's title.
@@ -176,7 +181,8 @@ pub struct Failed {
 }
 
 impl Summary {
-    /// The summary of `case` and of its solution or failure.
+    /// The summary of `case` and of its solution or failure. The error of a solution is not known to it, so that its
+    /// verdict is doubtful until [`Self::set_error`].
     pub fn new<S: Real>(
         case: &Case,
         result: Result<(&Solution<S>, &Measures<S>), &NoSolution>,
@@ -206,6 +212,10 @@ impl Summary {
         };
         Self {
             status,
+            verdict: match result {
+                Ok((solution, measures)) => of_solution(solution, measures, None),
+                Err(_) => Verdict::refused(),
+            },
             version: env!("CARGO_PKG_VERSION"),
             title: case.title.clone(),
             sbp: sbp.into(),
@@ -223,6 +233,14 @@ impl Summary {
             warnings: case.warnings().into_iter().chain(measured).collect(),
             history: history.clone(),
         }
+    }
+
+    /// Adds the error of the solution, and the verdict that it was made with.
+    pub fn set_error(&mut self, error: Option<RunError>, verdict: Verdict) {
+        if let Outcome::Solved(solved) = &mut self.outcome {
+            solved.error = error.map(Into::into);
+        }
+        self.verdict = verdict;
     }
 
     /// The JSON text, with a final newline.

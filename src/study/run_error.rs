@@ -7,9 +7,10 @@
 
 use std::ops::ControlFlow;
 
+use super::stepped_over::{Between, fractions, points_in};
 use crate::case::{Case, End};
-use crate::geodesic::InitialData;
-use crate::lobatto::{Adaptive, Goal, State, WindowView};
+use crate::geodesic::{InitialData, Invariants};
+use crate::lobatto::{Adaptive, Goal, Inside, State, WindowView};
 use crate::metric::Metric;
 use crate::reference::ReferenceTrajectory;
 use crate::scalar::Real;
@@ -37,6 +38,8 @@ pub struct RunError {
     pub largest: [f64; 2],
     /// What the run was compared with.
     pub judge: Judge,
+    /// The share of its way by which the motion may be off because the judge stepped over a feature.
+    pub stepped_over: f64,
 }
 
 /// What a run is compared with.
@@ -70,7 +73,7 @@ pub fn run_error<S: Real>(case: &Case, solution: &Solution<S>) -> Option<RunErro
         let largest = [estimate * t, estimate * x];
         // If the run ends at a given time, all of its error there is one of x.
         let end = if matches!(case.end::<f64>(), End::Duration(_)) { [0.0, largest[1]] } else { largest };
-        return Some(RunError { end, largest, judge: Judge::Companion });
+        return Some(RunError { end, largest, judge: Judge::Companion, stepped_over: stepped_over(case, solution) });
     }
     let nodes = Nodes::new(case, solution);
     let found = nodes.by_second_solve(case);
@@ -107,9 +110,9 @@ impl Found {
     }
 
     /// The result, with the possible error `own` of the judge itself added.
-    fn finish(self, own: [f64; 2], judge: Judge) -> RunError {
+    fn finish(self, own: [f64; 2], judge: Judge, stepped_over: f64) -> RunError {
         let with = |errors: [f64; 2]| [errors[0] + own[0], errors[1] + own[1]];
-        RunError { end: with(self.last), largest: with(self.largest), judge }
+        RunError { end: with(self.last), largest: with(self.largest), judge, stepped_over }
     }
 }
 
@@ -133,6 +136,7 @@ impl Nodes {
         let q_t = initial.invariants(&metric).q_t;
         let (most, length) = (WINDOWS.1.max(WINDOWS.0 * self.x.len()), *self.gamma.last()?);
         let (mut found, mut next, mut tired) = (Found::default(), 0, false);
+        let mut gaps = Gaps::new(&metric, initial, length);
         let mut points = Vec::new();
         let mut see = |view: &WindowView<'_>| {
             if view.index == 0 {
@@ -155,6 +159,7 @@ impl Nodes {
                 found.see(if is_end && self.in_time { at_that_time(&metric, off, x, w / q_t) } else { off });
             }
             next += here;
+            gaps.see(view);
             tired = view.index >= most;
             if tired { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
@@ -163,9 +168,56 @@ impl Nodes {
         (next == self.x.len()).then(|| {
             let own = self.sizes.map(|size| estimate * size);
             let own = if self.in_time { [0.0, own[0].max(own[1])] } else { own };
-            found.finish(own, Judge::SecondSolve(accuracy))
+            found.finish(own, Judge::SecondSolve(accuracy), gaps.share())
         })
     }
+}
+
+/// What K is off by between the nodes of a march.
+struct Gaps<'m> {
+    metric: &'m Metric,
+    q_t: f64,
+    k: f64,
+    length: f64,
+    between: Between,
+}
+
+impl<'m> Gaps<'m> {
+    fn new(metric: &'m Metric, initial: InitialData, length: f64) -> Self {
+        let Invariants { q_t, k } = initial.invariants(metric);
+        Self { metric, q_t, k, length, between: Between::default() }
+    }
+
+    fn see(&mut self, view: &WindowView<'_>) {
+        if view.index == 0 {
+            self.between = Between::default();
+        }
+        let points = points_in(view.length.hi / self.length);
+        let length = view.length.hi / points as f64;
+        view.inside(fractions(points), |Inside { x, w, .. }| {
+            let timelike = self.q_t * self.q_t / self.metric.at(x).g00;
+            self.between.see(length, timelike - w * w - self.k, timelike, w * w);
+        });
+    }
+
+    fn share(&self) -> f64 {
+        self.between.share()
+    }
+}
+
+/// The share of its way by which a run to an accuracy may be off because of what lies between its nodes. The march is
+/// done once more, which costs less than to keep all of it, over the first windows of a very long run.
+fn stepped_over<S: Real>(case: &Case, solution: &Solution<S>) -> f64 {
+    let (metric, initial): (Metric, _) = (case.metric(), InitialData { t: 0.0, ..case.initial_data::<f64>() });
+    let (length, accuracy) = (solution.length.to_f64(), solution.accuracy.unwrap_or(ACCURACIES[0]));
+    let mut gaps = Gaps::new(&metric, initial, length);
+    let march = Adaptive::new(&metric, initial.invariants(&metric).q_t);
+    // It has the windows of the run, but for the last digit of its length, and does not fail where that did not.
+    let _ = march.run(State::from(initial), Goal::Gamma(length), accuracy, &mut |view: &WindowView<'_>| {
+        gaps.see(view);
+        if view.index >= WINDOWS.1 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    gaps.share()
 }
 
 /// The error of a node at equal time, to second order in dt. The node differs by `[dt, dx]` from the point x of the
@@ -195,5 +247,6 @@ fn by_taylor<S: Real>(case: &Case, solution: &Solution<S>) -> Option<RunError> {
         found.see(if in_time && k == last { at_that_time(&case.metric(), off, x, w()) } else { off });
     }
     let error = reference.error_estimate();
-    Some(found.finish(sizes.map(|size| error * size), Judge::Taylor(error)))
+    // It is asked only where a second solve agrees to many digits, which has looked between its nodes.
+    Some(found.finish(sizes.map(|size| error * size), Judge::Taylor(error), 0.0))
 }

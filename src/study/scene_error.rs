@@ -1,5 +1,7 @@
 //! How far a world-line in a scene is from the reference.
 
+use super::stepped_over::{Between, PROBES, fractions};
+use crate::geometry::Lagrangian;
 use crate::reference::SceneReference;
 use crate::scalar::Real;
 use crate::solve::scene::WorldLine;
@@ -13,6 +15,9 @@ pub struct SceneError {
     pub largest: Vec<f64>,
     /// The estimated relative error of the reference itself.
     pub reference: f64,
+    /// The share of its way by which the motion may be off because the reference stepped over a feature. It is 0 where a
+    /// force acts, which changes K, and in extended precision.
+    pub stepped_over: f64,
 }
 
 /// Compares a world-line with a Taylor reference of as many digits at every node. `None` if the reference does not
@@ -27,8 +32,28 @@ pub fn scene_error<S: Real>(line: &WorldLine<S>) -> Option<SceneError> {
         for a in 0..n {
             end[a] = (rows[a][k] - exact.q[a]).abs().to_f64();
             // A comparison that is false for NaN would drop it.
-            largest[a] = if end[a] <= largest[a] { largest[a] } else { end[a] };
+            largest[a] = if end[a] <= largest[a] || largest[a].is_nan() { largest[a] } else { end[a] };
         }
     }
-    Some(SceneError { end, largest, reference: reference.error_estimate() })
+    let stepped_over = stepped_over(line, &reference);
+    Some(SceneError { end, largest, reference: reference.error_estimate(), stepped_over })
+}
+
+/// The share of its way by which the motion may be off because of what the reference does not know.
+fn stepped_over<S: Real>(line: &WorldLine<S>, reference: &SceneReference<S>) -> f64 {
+    let geometry = line.geometry();
+    if S::IS_EXTENDED || !geometry.structure().force.is_empty() {
+        return 0.0;
+    }
+    let start = &line.place.start;
+    let (k, length) = (geometry.norm(&start.q, &start.q_dot), line.length.to_f64());
+    let mut between = Between::default();
+    for fraction in fractions(PROBES) {
+        let point = reference.at(line.length * S::from(fraction));
+        let here = geometry.norm(&point.q, &point.q_dot);
+        let motion = geometry.motion(&point.q, &point.q_dot).to_f64();
+        let delta = (here - k).to_f64();
+        between.see(length / PROBES as f64, delta, motion + k.to_f64().abs(), motion);
+    }
+    between.share()
 }

@@ -21,3 +21,4 @@ mod studies;
 #[cfg(unix)]
 mod together;
 mod vary;
+mod verdict;

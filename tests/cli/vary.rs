@@ -43,7 +43,7 @@ fn a_row_is_the_single_run_with_these_overrides() {
     let maxima = "max_abs_delta_q_t_interior,max_abs_delta_q_t_last,max_abs_delta_q_t_corrected,\
                   max_abs_delta_g_interior,max_abs_delta_k,max_abs_delta_k_ends,gradient_norm";
     let before = "row,initial.x,scheme.sbp,status,exit_code,ended_by,gamma,t,x,t_dot,x_dot";
-    assert_eq!(rows[0].join(","), format!("{before},{maxima},message"));
+    assert_eq!(rows[0].join(","), format!("{before},{maxima},verdict,message"));
     let keys: Vec<String> = rows[1..].iter().map(|row| row[..6].join(" ")).collect();
     let expected = ["1 0.8 SBP21", "2 0.8 SBP42", "3 1.0 SBP21", "4 1.0 SBP42"];
     assert_eq!(keys, expected.map(|row| format!("{row} converged 0 gamma_f")));

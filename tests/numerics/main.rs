@@ -13,6 +13,7 @@ mod long_runs;
 mod methods;
 mod promises;
 mod published_numbers;
+mod random_verdicts;
 mod reference;
 mod sampling;
 mod sbp_identities;

@@ -2,9 +2,9 @@
 //! --release --example promises` does the same with as many random scenes as one likes.)
 
 #[path = "../../examples/promises/outcome.rs"]
-mod outcome;
+pub(crate) mod outcome;
 #[path = "../../examples/promises/random.rs"]
-mod random;
+pub(crate) mod random;
 #[path = "../../examples/promises/scenes.rs"]
 mod scenes;
 

@@ -42,7 +42,7 @@ fn every_scheme_knows_its_error() {
     ];
     for scheme in schemes {
         let solution = solved(scheme);
-        let RunError { end, largest, judge } = run_error(&case(scheme), &solution).unwrap();
+        let RunError { end, largest, judge, .. } = run_error(&case(scheme), &solution).unwrap();
         assert!(matches!(judge, Judge::SecondSolve(_)), "{scheme}");
         let [true_largest, true_end] = true_errors(&solution, scheme);
         for k in 0..2 {

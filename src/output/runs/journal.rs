@@ -228,10 +228,17 @@ fn line_of(value: &impl Serialize) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnostics::verdict::Grade;
 
     fn row(row: usize) -> RunRow {
         let [status, cell] = ["converged".to_owned(), format!("{row}.0\n\"")];
-        RunRow { row, status, doubtful: false, cells: vec![cell; 3], events: vec![vec!["up".to_owned()]; row % 2] }
+        RunRow {
+            row,
+            status,
+            verdict: Grade::Trusted,
+            cells: vec![cell; 3],
+            events: vec![vec!["up".to_owned()]; row % 2],
+        }
     }
 
     fn identity() -> Identity {

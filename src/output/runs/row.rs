@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::super::tables::state_header;
+use crate::diagnostics::verdict::{Grade, Reason};
 use crate::scalar::Real;
 use crate::study::many::{End, Ending, ManyRuns};
 
@@ -14,8 +15,8 @@ pub struct RunRow {
     pub row: usize,
     /// How it ended, in a word.
     pub status: String,
-    /// Whether it is solved and there is a reason not to believe it.
-    pub doubtful: bool,
+    /// How far it is to be believed.
+    pub verdict: Grade,
     /// The cells of `runs.csv` after the first.
     pub cells: Vec<String>,
     /// The cells of each row of `runs-events.csv` after the first.
@@ -68,7 +69,7 @@ impl Columns {
         let estimate = self.has_estimate.then(|| "error_estimate".to_owned());
         let keys = std::iter::once("row".to_owned()).chain(self.keys.iter().cloned());
         let result = before.into_iter().chain(state_header(&self.coordinates)).chain(self.maxima.iter().cloned());
-        keys.chain(result).chain(estimate).chain(["message".to_owned()]).collect()
+        keys.chain(result).chain(estimate).chain(["verdict", "message"].map(str::to_owned)).collect()
     }
 
     /// The header of `runs-events.csv`.
@@ -96,19 +97,19 @@ impl Columns {
             let estimate = end.and_then(|end| end.error_estimate);
             cells.push(estimate.map_or_else(String::new, |estimate| estimate.to_decimal(f64::MOST_DIGITS)));
         }
-        let suspicions = end.map_or_else(String::new, |end| end.suspicions.join("; "));
+        let (verdict, message) = match end {
+            Some(End { verdict, .. }) => {
+                let reasons: Vec<String> = verdict.reasons.iter().map(Reason::to_string).collect();
+                (verdict.grade, reasons.join("; "))
+            }
+            None => (Grade::Refused, message.to_owned()),
+        };
+        cells.push(verdict.as_str().to_owned());
         // A row is one line.
-        let message = if end.is_some() { suspicions.as_str() } else { message };
         cells.push(message.split_whitespace().collect::<Vec<_>>().join(" "));
         let events = end.map_or(&[][..], |end| &end.events).iter();
         let events = events.map(|found| [&[found.event.clone()][..], &found.state].concat());
-        RunRow {
-            row: run + 1,
-            status: status.to_owned(),
-            doubtful: !suspicions.is_empty(),
-            cells,
-            events: events.collect(),
-        }
+        RunRow { row: run + 1, status: status.to_owned(), verdict, cells, events: events.collect() }
     }
 }
 

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::super::summary::json;
 use super::{Identity, RunRow};
+use crate::diagnostics::verdict::Grade;
 use crate::solve::Status;
 
 /// The whole summary. It has no times, so that the same runs have the same summary.
@@ -29,7 +30,7 @@ pub struct RunsSummary {
     pub rows: usize,
     /// Rows with a solution.
     pub solved: usize,
-    /// Of these, rows with a message why not to believe it.
+    /// Of these, rows whose verdict is doubtful.
     pub doubtful: usize,
     /// The number of rows with each status.
     pub statuses: BTreeMap<String, usize>,
@@ -56,7 +57,7 @@ impl RunsSummary {
     pub fn count(&mut self, row: &RunRow) {
         self.rows += 1;
         self.solved += usize::from(row.status == Status::Converged.as_str());
-        self.doubtful += usize::from(row.doubtful);
+        self.doubtful += usize::from(row.verdict == Grade::Doubtful);
         *self.statuses.entry(row.status.clone()).or_default() += 1;
     }
 

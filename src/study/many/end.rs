@@ -2,6 +2,7 @@
 
 use crate::case::{AnyCase, Case, SceneCase};
 use crate::diagnostics::scene::SceneDiagnostics;
+use crate::diagnostics::verdict::Verdict;
 use crate::diagnostics::{Diagnostics, Measures};
 use crate::geometry::Geometry;
 use crate::norm::max_abs;
@@ -9,6 +10,9 @@ use crate::sampling::crossings;
 use crate::scalar::Real;
 use crate::solve::scene::{WorldLine, solve_scene};
 use crate::solve::{Arithmetic, Solution, Status, solve};
+use crate::study::run_error::run_error;
+use crate::study::scene_error::scene_error;
+use crate::study::verdict::{of_solution, of_world_line};
 
 /// How a run ended.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,8 +56,8 @@ pub struct End {
     pub maxima: Vec<(String, String)>,
     /// The estimated error, if an accuracy was asked for.
     pub error_estimate: Option<f64>,
-    /// Why the result should not be believed, from its own numbers.
-    pub suspicions: Vec<String>,
+    /// How far the result is to be believed.
+    pub verdict: Verdict,
     /// The events of the case, in the order of γ.
     pub events: Vec<Found>,
 }
@@ -121,7 +125,7 @@ pub(super) fn of_one<S: Arithmetic>(case: &Case) -> Outcome {
         q_dot: [t_dot, end.x_dot].map(decimal).to_vec(),
         maxima: names_of_maxima(&["t"], false, &[]).into_iter().zip(maxima.map(decimal)).collect(),
         error_estimate: solution.error_estimate,
-        suspicions: measures.warnings(&solution),
+        verdict: of_solution(&solution, &measures, run_error(case, &solution).as_ref()),
         events: Vec::new(),
     }))
 }
@@ -141,6 +145,8 @@ pub(super) fn of_scene<S: Real>(case: &SceneCase) -> Outcome {
         let state = [&[sample.gamma][..], &sample.q, &sample.q_dot].concat();
         Found { event: case.events()[crossing.watch].name.clone(), state: all(&state) }
     });
+    // With an accuracy the run has an estimate of its own.
+    let error = if line.error_estimate.is_none() { scene_error(&line) } else { None };
     Outcome::Solved(Box::new(End {
         ending: ending(case, line.ended_by),
         gamma: decimal(line.gamma_f()),
@@ -148,7 +154,7 @@ pub(super) fn of_scene<S: Real>(case: &SceneCase) -> Outcome {
         q_dot: all(&end.q_dot),
         maxima: maxima(&line, &diagnostics).into_iter().map(|(name, value)| (name, decimal(value))).collect(),
         error_estimate: line.error_estimate,
-        suspicions: diagnostics.warnings(&line),
+        verdict: of_world_line(&line, &diagnostics, error.as_ref()),
         events: found.collect(),
     }))
 }

@@ -1,0 +1,86 @@
+//! Is the verdict on a run right? Solves random scenes in random schemes, from coarse to fine grids, and compares the
+//! verdict with what two other integrators find.
+//!
+//! The scenes are potentials of one coordinate, smooth ones and ones with cusps, kinks, walls and narrow humps, and
+//! scenes of several coordinates: potentials under either law, a planet, orbits around black holes, coordinates that
+//! the metric couples. The schemes are SBP21 to SBP84 and GLL2 to GLL24, strong and weak, physical limit and doubled,
+//! one window or many, and accuracies that are asked for.
+//!
+//! ```text
+//! cargo run --release --example verdict [-- RUNS [SEED]]
+//! ```
+//!
+//! The table counts verdicts by the error of their results. Every trusted result that is off by more than ten times its
+//! estimate is printed with its case; the exit code is 1 if there is one.
+
+mod draw;
+mod judged;
+#[path = "../promises/outcome.rs"]
+#[allow(dead_code, reason = "only the scenes are drawn here")]
+mod outcome;
+#[path = "../promises/random.rs"]
+mod random;
+#[path = "../promises/several.rs"]
+#[allow(dead_code, reason = "only the scenes are drawn here")]
+mod several;
+mod tally;
+mod truth;
+
+use std::collections::BTreeMap;
+use std::process::ExitCode;
+
+use draw::Drawn;
+use judged::Judged;
+use random::Random;
+use rayon::prelude::*;
+use tally::Tally;
+
+fn main() -> ExitCode {
+    let mut arguments = std::env::args().skip(1);
+    let mut number = |default: u64| match arguments.next() {
+        Some(text) => text.parse().expect("a whole number"),
+        None => default,
+    };
+    let (runs, seed) = (number(2000), number(1));
+    let mut random = Random(seed);
+    let drawn: Vec<Drawn> = (0..runs).map(|_| Drawn::new(&mut random)).collect();
+    let judged: Vec<Judged> = drawn.par_iter().map(|drawn| Judged::of(&drawn.case())).collect();
+
+    let mut all = Tally::default();
+    let (mut schemes, mut kinds): (BTreeMap<&str, Tally>, BTreeMap<&str, Tally>) = Default::default();
+    let mut reasons: BTreeMap<String, usize> = BTreeMap::new();
+    for (drawn, judged) in drawn.iter().zip(&judged) {
+        let careful = all.good[1];
+        if all.count(judged) {
+            println!("WRONG, {}: {drawn}\n", judged.verdict.line());
+        }
+        if all.good[1] > careful {
+            // Why a good result is called doubtful: the first words of the first reason.
+            let words = judged.verdict.reasons[0].reason.split_whitespace().take(3).collect::<Vec<_>>().join(" ");
+            *reasons.entry(words).or_default() += 1;
+        }
+        schemes.entry(&drawn.scheme).or_default().count(judged);
+        kinds.entry(drawn.kind).or_default().count(judged);
+    }
+    print!("{}", all.table());
+    let [good, careful] = all.good;
+    println!("\nGood results, whose estimate is right and small: {good}.");
+    println!("Of these are called doubtful: {careful}, that is {:.1} %.", 100.0 * all.too_careful());
+    if careful > 0 {
+        let reasons: Vec<String> = reasons.iter().map(|(words, count)| format!("\"{words} …\" {count}")).collect();
+        println!("Their first reasons: {}.", reasons.join(", "));
+    }
+    println!(
+        "\n| scheme, scene | trusted | of these off by more than the estimate | doubtful | refused | good, but doubtful |"
+    );
+    println!("|---|---|---|---|---|---|");
+    for (name, tally) in schemes.iter().chain(&kinds) {
+        let [trusted, doubtful] = tally.counts.map(|counts| counts.iter().sum::<usize>());
+        let low = tally.counts[0][1] + tally.counts[0][2];
+        println!(
+            "| {name} | {trusted} | {low} | {doubtful} | {} | {} of {} |",
+            tally.refused, tally.good[1], tally.good[0]
+        );
+    }
+    if all.counts[0][2] == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}

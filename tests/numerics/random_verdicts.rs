@@ -1,0 +1,39 @@
+//! No result that is trusted is off by more than ten times its estimate, and few good ones are called doubtful. (`cargo
+//! run --release --example verdict` does the same with as many random scenes as one likes.)
+
+#[path = "../../examples/verdict/draw.rs"]
+mod draw;
+#[path = "../../examples/verdict/judged.rs"]
+mod judged;
+#[path = "../../examples/promises/several.rs"]
+#[allow(dead_code, reason = "only the scenes are drawn here")]
+mod several;
+#[path = "../../examples/verdict/tally.rs"]
+#[allow(dead_code, reason = "only the counts are looked at here")]
+mod tally;
+#[path = "../../examples/verdict/truth.rs"]
+mod truth;
+
+use crate::promises::{outcome, random};
+use draw::Drawn;
+use judged::Judged;
+use random::Random;
+use rayon::prelude::*;
+use tally::Tally;
+
+const SCENES: usize = 60;
+
+#[test]
+fn a_trusted_result_is_within_ten_estimates_and_few_good_ones_are_doubtful() {
+    let mut random = Random(5);
+    let drawn: Vec<Drawn> = (0..SCENES).map(|_| Drawn::new(&mut random)).collect();
+    let judged: Vec<Judged> = drawn.par_iter().map(|drawn| Judged::of(&drawn.case())).collect();
+    let mut tally = Tally::default();
+    for (drawn, judged) in drawn.iter().zip(&judged) {
+        assert!(!tally.count(judged), "{} {}: {drawn}", judged.verdict.line(), drawn.scheme);
+    }
+    let [trusted, doubtful] = tally.counts.map(|counts| counts.iter().sum::<usize>());
+    // All grades occur, so that the test can fail.
+    assert!(trusted > SCENES / 3 && doubtful > SCENES / 8 && tally.refused > 0, "{}", tally.table());
+    assert!(tally.too_careful() < 0.15, "{}", tally.table());
+}
