@@ -15,8 +15,8 @@ pub struct SceneError {
     pub largest: Vec<f64>,
     /// The estimated relative error of the reference itself.
     pub reference: f64,
-    /// The share of its way by which the motion may be off because the reference stepped over a feature. It is 0 where a
-    /// force acts, which changes K, and in extended precision.
+    /// The share of its way by which the motion may be off because the reference stepped over a feature. It is 0 where
+    /// a force acts, which changes K, and in extended precision.
     pub stepped_over: f64,
 }
 

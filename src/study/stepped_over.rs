@@ -1,8 +1,9 @@
 //! Whether a solve that serves to judge another one has itself stepped over a feature: a hump of V, say, that is
 //! narrower than its windows and lies between their nodes.
 //!
-//! Such a solve is smooth where the motion is not, and nothing on its nodes tells. But K at a point between them is that
-//! of V or the metric *there*: inside of a hump that it does not know, K is off by all that the hump does to the motion.
+//! Such a solve is smooth where the motion is not, and nothing on its nodes tells. But K at a point between them is
+//! that of V or the metric *there*: inside of a hump that it does not know, K is off by all that the hump does to the
+//! motion.
 
 /// So many points are looked at, spread evenly over the run.
 pub(super) const PROBES: usize = 8192;
@@ -23,8 +24,8 @@ pub(super) struct Between {
 }
 
 impl Between {
-    /// Takes a point into account, for this `length` of γ around it: the deviation of K there, the largest term of K, and
-    /// what motion contributes to K.
+    /// Takes a point into account, for this `length` of γ around it: the deviation of K there, the largest term of K,
+    /// and what motion contributes to K.
     pub(super) fn see(&mut self, length: f64, delta_k: f64, largest_term: f64, motion: f64) {
         self.motion = self.motion.max(motion);
         self.length += length.abs();
