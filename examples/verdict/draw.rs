@@ -114,8 +114,9 @@ fn ridge(random: &mut Random) -> (&'static str, String) {
     let end = random.scale(1.0, 30.0);
     let text = format!(
         "[potential]\ncoordinates = [\"x\", \"y\"]\n\
-         formula = \"(x^2 + y^2)/2 + x^2*y/5 + {height:?}*exp(-((x + y - {place:?})/{width:?})^2)\"\n[particle]\n{law}\n\
-         [initial]\nx = {x:?}\ny = {y:?}\nx_dot = {x_dot:?}\ny_dot = {y_dot:?}\n{t_dot}[grid]\ngamma_f = {end:?}\n"
+         formula = \"(x^2 + y^2)/2 + x^2*y/5 + {height:?}*exp(-((x + y - {place:?})/{width:?})^2)\"\n\
+         [particle]\n{law}\n[initial]\nx = {x:?}\ny = {y:?}\nx_dot = {x_dot:?}\ny_dot = {y_dot:?}\n{t_dot}\
+         [grid]\ngamma_f = {end:?}\n"
     );
     ("ridge", text)
 }

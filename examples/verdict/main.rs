@@ -70,9 +70,7 @@ fn main() -> ExitCode {
         let reasons: Vec<String> = reasons.iter().map(|(words, count)| format!("\"{words} …\" {count}")).collect();
         println!("Their first reasons: {}.", reasons.join(", "));
     }
-    println!(
-        "\n| scheme, scene | trusted | of these off by more than the estimate | doubtful | refused | good, but doubtful |"
-    );
+    println!("\n| scheme, scene | trusted | of these above the estimate | doubtful | refused | good, but doubtful |");
     println!("|---|---|---|---|---|---|");
     for (name, tally) in schemes.iter().chain(&kinds) {
         let [trusted, doubtful] = tally.counts.map(|counts| counts.iter().sum::<usize>());
