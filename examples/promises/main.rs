@@ -10,7 +10,8 @@
 //! cargo run --release --example promises [-- RUNS [SEED]]
 //! ```
 //!
-//! Every broken promise is printed with its scene. The exit code is 1 if there is one.
+//! Every broken promise is printed with its scene. The exit code is 1 if there is one. The table has the median and the
+//! largest of the errors in units of their estimates.
 
 mod outcome;
 mod random;
@@ -25,6 +26,16 @@ use random::Random;
 use scenes::Scene;
 use several::Several;
 
+/// The error of a run in units of its estimate.
+fn share(outcome: &Outcome) -> Option<f64> {
+    match *outcome {
+        Outcome::NoReference | Outcome::Refused(_) => None,
+        Outcome::Broken { error, estimate }
+        | Outcome::TooLow { error, estimate }
+        | Outcome::Kept { error, estimate } => Some(error.max(0.0) / estimate),
+    }
+}
+
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
     let mut number = |default: u64| match arguments.next() {
@@ -34,7 +45,7 @@ fn main() -> ExitCode {
     let (runs, seed) = (number(1000), number(1));
     let mut random = Random(seed);
     // Runs, without reference, refused, broken promises, estimates that are too low.
-    let mut table: BTreeMap<&str, [usize; 5]> = BTreeMap::new();
+    let mut table: BTreeMap<&str, ([usize; 5], Vec<f64>)> = BTreeMap::new();
     for run in 0..runs {
         let (kind, outcome, scene) = if run % 2 == 1 {
             let scene = Several::draw(&mut random);
@@ -44,23 +55,31 @@ fn main() -> ExitCode {
             let scene = if is_smooth { Scene::smooth(&mut random) } else { Scene::rough(&mut random) };
             (scene.kind, scene.run(), scene.to_string())
         };
-        let row = table.entry(kind).or_default();
+        let (row, shares) = table.entry(kind).or_default();
+        shares.extend(share(&outcome));
         row[0] += 1;
         let column = match &outcome {
             Outcome::NoReference => 1,
             Outcome::Refused(_) => 2,
             Outcome::Broken { .. } => 3,
             Outcome::TooLow { .. } => 4,
-            Outcome::Kept => continue,
+            Outcome::Kept { .. } => continue,
         };
         row[column] += 1;
         if column > 1 {
             println!("{outcome}: {scene}");
         }
     }
-    println!("{:>12} {:>8} {:>14} {:>8} {:>8} {:>8}", "kind", "runs", "no reference", "refused", "broken", "too low");
-    for (kind, [runs, unknown, refused, broken, low]) in &table {
-        println!("{kind:>12} {runs:>8} {unknown:>14} {refused:>8} {broken:>8} {low:>8}");
+    println!(
+        "{:>13} {:>8} {:>14} {:>8} {:>8} {:>8} {:>8} {:>8}",
+        "kind", "runs", "no reference", "refused", "broken", "too low", "median", "largest"
+    );
+    for (kind, ([runs, unknown, refused, broken, low], shares)) in &mut table {
+        shares.sort_by(f64::total_cmp);
+        let (median, largest) = (shares.get(shares.len() / 2), shares.last());
+        let [median, largest] =
+            [median, largest].map(|share| share.map_or(String::new(), |share| format!("{share:.2}")));
+        println!("{kind:>13} {runs:>8} {unknown:>14} {refused:>8} {broken:>8} {low:>8} {median:>8} {largest:>8}");
     }
-    if table.values().any(|row| row[3] > 0 || row[4] > 0) { ExitCode::FAILURE } else { ExitCode::SUCCESS }
+    if table.values().any(|(row, _)| row[3] > 0 || row[4] > 0) { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }

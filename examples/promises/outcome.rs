@@ -13,7 +13,7 @@ pub(crate) enum Outcome {
     /// It is below the accuracy and above the estimate.
     TooLow { error: f64, estimate: f64 },
     /// It is below both.
-    Kept,
+    Kept { error: f64, estimate: f64 },
 }
 
 impl fmt::Display for Outcome {
@@ -23,7 +23,7 @@ impl fmt::Display for Outcome {
             Self::Refused(why) => write!(f, "refused, {why}"),
             Self::Broken { error, estimate } => write!(f, "BROKEN, error {error:.1e}, estimate {estimate:.1e}"),
             Self::TooLow { error, estimate } => write!(f, "TOO LOW, error {error:.1e}, estimate {estimate:.1e}"),
-            Self::Kept => write!(f, "kept"),
+            Self::Kept { error, estimate } => write!(f, "kept, error {error:.1e}, estimate {estimate:.1e}"),
         }
     }
 }

@@ -120,7 +120,7 @@ impl Scene {
         match error {
             error if error > *accuracy => Outcome::Broken { error, estimate },
             error if error > estimate => Outcome::TooLow { error, estimate },
-            _ => Outcome::Kept,
+            _ => Outcome::Kept { error, estimate },
         }
     }
 }

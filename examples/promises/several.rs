@@ -70,7 +70,7 @@ impl Several {
         } else if rounded > estimate {
             Outcome::TooLow { error, estimate }
         } else {
-            Outcome::Kept
+            Outcome::Kept { error: rounded, estimate }
         }
     }
 }

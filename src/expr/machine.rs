@@ -53,7 +53,7 @@ impl<'r, T> Others<'r, T> {
 }
 
 /// A number in every register.
-struct Numbers<'r, S>(&'r mut [S]);
+pub(super) struct Numbers<'r, S>(pub(super) &'r mut [S]);
 
 impl<S: Real> Machine for Numbers<'_, S> {
     #[inline(always)]

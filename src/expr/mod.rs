@@ -19,12 +19,14 @@ mod graph;
 mod hint;
 mod machine;
 mod program;
+mod staged;
 
 pub use function::Function;
 pub(crate) use grammar::{Names, parse};
 pub(crate) use graph::{Graph, NodeId};
 pub(crate) use machine::{Machine, around};
-pub(crate) use program::{Operation, Program, Register};
+pub(crate) use program::{Operation, Program, Register, Step, walk};
+pub(crate) use staged::Staged;
 
 /// A mistake in a formula.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

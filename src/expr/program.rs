@@ -11,26 +11,26 @@ pub(crate) type Register = usize;
 
 /// Computes one value from earlier ones.
 #[derive(Debug, Clone, Copy)]
-struct Step {
-    to: Register,
-    operation: Operation,
+pub(crate) struct Step {
+    pub(super) to: Register,
+    pub(super) operation: Operation,
 }
 
 /// One of the wanted values.
 #[derive(Debug, Clone, Copy)]
-struct Output {
+pub(super) struct Output {
     register: Register,
     /// So many steps compute this output and all before it.
-    steps: usize,
+    pub(super) steps: usize,
 }
 
 /// A straight-line program. The first registers are the variables, then come the constants, then the values of steps.
 #[derive(Debug, Clone)]
 pub(crate) struct Program<S> {
-    variables: usize,
+    pub(super) variables: usize,
     constants: Vec<S>,
-    steps: Vec<Step>,
-    outputs: Vec<Output>,
+    pub(super) steps: Vec<Step>,
+    pub(super) outputs: Vec<Output>,
     registers: usize,
 }
 
@@ -102,6 +102,11 @@ impl<S: Real> Program<S> {
 
     /// The same program in fewer registers: a value that is not needed any more leaves its place to another one.
     pub(crate) fn packed(&self) -> Self {
+        self.packed_but(&vec![false; self.registers])
+    }
+
+    /// The same, but what is kept leaves its register to nothing, and takes it from nothing.
+    pub(super) fn packed_but(&self, keeps: &[bool]) -> Self {
         let fixed = self.variables + self.constants.len();
         // The step after which a register is free.
         let mut last_use = vec![0; self.registers];
@@ -116,12 +121,13 @@ impl<S: Real> Program<S> {
         let mut steps = Vec::with_capacity(self.steps.len());
         for (place, step) in self.steps.iter().enumerate() {
             // Operands are freed afterwards: a step does not write where it reads.
-            let to = free.pop().unwrap_or_else(|| {
+            let known = if keeps[step.to] { None } else { free.pop() };
+            let to = known.unwrap_or_else(|| {
                 registers += 1;
                 registers - 1
             });
             let mut ended: Vec<Register> = step.operation.operands().collect();
-            ended.retain(|&operand| operand >= fixed && last_use[operand] == place);
+            ended.retain(|&operand| operand >= fixed && last_use[operand] == place && !keeps[operand]);
             ended.dedup();
             free.extend(ended.iter().map(|&operand| place_of[operand]));
             steps.push(Step { to, operation: step.operation.map(|operand| place_of[operand]) });
@@ -140,6 +146,11 @@ impl<S: Real> Program<S> {
     /// Number of registers.
     pub(crate) fn registers(&self) -> usize {
         self.registers
+    }
+
+    /// Number of outputs.
+    pub(crate) fn outputs(&self) -> usize {
+        self.outputs.len()
     }
 
     /// The register of an output.
@@ -166,36 +177,47 @@ impl<S: Real> Program<S> {
         }
     }
 
+    /// The steps to the first `outputs` outputs.
+    pub(crate) fn steps_to(&self, outputs: usize) -> &[Step] {
+        &self.steps[..self.steps(outputs)]
+    }
+
     /// Lets `machine` compute the first `outputs` outputs.
     #[inline(always)]
     pub(crate) fn walk(&self, outputs: usize, machine: &mut impl Machine) {
-        self.walk_on(0, self.steps(outputs), machine);
+        walk(self.steps_to(outputs), machine);
     }
 
     /// Lets `machine` carry out the steps in a range.
     #[inline(always)]
     pub(crate) fn walk_on(&self, from: usize, to: usize, machine: &mut impl Machine) {
-        let mut k = from;
-        while k < to {
-            let Step { to: place, operation } = self.steps[k];
-            k += 1;
-            match operation {
-                Operation::Add(a, b) => machine.add(place, a, b),
-                Operation::Subtract(a, b) => machine.subtract(place, a, b),
-                Operation::Multiply(a, b) => machine.multiply(place, a, b),
-                Operation::Divide(a, b) => machine.divide(place, a, b),
-                Operation::Negate(a) => machine.negate(place, a),
-                Operation::Power(a, b) => machine.power(place, a, b),
-                Operation::Call(function, a) => match self.steps[..to].get(k) {
-                    Some(&Step { to: cos, operation: Operation::Call(Function::Cos, b) })
-                        if function == Function::Sin && a == b =>
-                    {
-                        k += 1;
-                        machine.sin_cos(place, cos, a);
-                    }
-                    _ => machine.call(place, function, a),
-                },
-            }
+        walk(&self.steps[from..to], machine);
+    }
+}
+
+/// Lets `machine` carry out steps.
+#[inline(always)]
+pub(crate) fn walk(steps: &[Step], machine: &mut impl Machine) {
+    let mut k = 0;
+    while k < steps.len() {
+        let Step { to: place, operation } = steps[k];
+        k += 1;
+        match operation {
+            Operation::Add(a, b) => machine.add(place, a, b),
+            Operation::Subtract(a, b) => machine.subtract(place, a, b),
+            Operation::Multiply(a, b) => machine.multiply(place, a, b),
+            Operation::Divide(a, b) => machine.divide(place, a, b),
+            Operation::Negate(a) => machine.negate(place, a),
+            Operation::Power(a, b) => machine.power(place, a, b),
+            Operation::Call(function, a) => match steps.get(k) {
+                Some(&Step { to: cos, operation: Operation::Call(Function::Cos, b) })
+                    if function == Function::Sin && a == b =>
+                {
+                    k += 1;
+                    machine.sin_cos(place, cos, a);
+                }
+                _ => machine.call(place, function, a),
+            },
         }
     }
 }

@@ -13,7 +13,7 @@ use super::parts::Parts;
 use super::rows::RowPrograms;
 use super::structure::Source;
 use super::{is_outside, source};
-use crate::expr::{NodeId, Program};
+use crate::expr::{NodeId, Program, Staged};
 use crate::scalar::Real;
 
 /// Hamilton's equations.
@@ -27,10 +27,20 @@ pub struct Field<S = f64> {
     unpacked: Program<S>,
     blocks: usize,
     signs: Vec<S>,
-    /// Entries of the Jacobian that are not zero: row, column, value.
-    entries: Vec<(usize, usize, Source<S>)>,
-    jacobian: Program<S>,
+    /// The linearised equations, those of ignorable coordinates last.
+    entries: Vec<Entry<S>>,
+    jacobian: Staged<S>,
+    linear: Program<S>,
     rows: RowPrograms<S>,
+}
+
+/// An entry of the linearised equations that is not zero. Of m active coordinates rows 0 … m−1 are q̇^a, rows m … 2m−1
+/// are ṗ_a, and then comes q̇^a of ignorable coordinates; columns are q^a and then p_a of active ones.
+#[derive(Debug, Clone, Copy)]
+struct Entry<S> {
+    row: usize,
+    column: usize,
+    value: Source<S>,
 }
 
 /// The registers in which a program runs, with what it computed last.
@@ -48,16 +58,19 @@ impl<S: Real> Field<S> {
         let row_programs = RowPrograms::new(parts, active, is_separable, [&q_dot, &p_dot, &determinants]);
         let outputs: Vec<NodeId> = q_dot.iter().chain(&p_dot).copied().chain(determinants).collect();
         let unpacked = Program::new(&mut parts.graph, 3 * n, &outputs);
-        let rows: Vec<NodeId> = active.iter().map(|&a| q_dot[a]).chain(p_dot).collect();
+        let ignorable = (0..n).filter(|a| !active.contains(a)).map(|a| q_dot[a]);
+        let rows: Vec<NodeId> = active.iter().map(|&a| q_dot[a]).chain(p_dot).chain(ignorable).collect();
         let columns: Vec<usize> = active.iter().copied().chain(active.iter().map(|&a| 2 * n + a)).collect();
         let (mut entries, mut outputs) = (Vec::new(), Vec::new());
         for (row, &node) in rows.iter().enumerate() {
             for (column, &variable) in columns.iter().enumerate() {
                 let derivative = parts.graph.derivative(node, variable);
-                entries.extend(source(parts, derivative, &mut outputs).map(|value| (row, column, value)));
+                entries.extend(source(parts, derivative, &mut outputs).map(|value| Entry { row, column, value }));
             }
         }
-        let jacobian = Program::new(&mut parts.graph, 3 * n, &outputs).packed();
+        let varies = |variable: usize| variable < n || variable >= 2 * n && active.contains(&(variable - 2 * n));
+        let jacobian = Staged::new(Program::new(&mut parts.graph, 3 * n, &outputs), varies, 0, |_| false);
+        let linear = linear(parts, &entries, outputs.len(), [n, active.len()], is_separable);
         Self {
             dimension: n,
             active: active.to_vec(),
@@ -67,6 +80,7 @@ impl<S: Real> Field<S> {
             signs: vec![S::ZERO; inverse.blocks.len()],
             entries,
             jacobian,
+            linear,
             rows: row_programs,
         }
     }
@@ -103,7 +117,7 @@ impl<S: Real> Field<S> {
 
     /// Room to evaluate the Jacobian in.
     pub fn jacobian_room(&self) -> Rates<S> {
-        room(&self.jacobian)
+        room(self.jacobian.program())
     }
 
     /// Evaluates the equations at all q^a and p_a.
@@ -157,20 +171,31 @@ impl<S: Real> Field<S> {
 
     /// Calls `see(row, column, value)` for the entries of ∂(q̇, ṗ)/∂(q, p) of the active coordinates that are not
     /// zero. Rows and columns 0 … m−1 are positions, m … 2m−1 momenta.
-    pub fn jacobian(&self, q: &[S], p: &[S], rates: &mut Rates<S>, mut see: impl FnMut(usize, usize, S)) {
+    pub fn jacobian(&self, q: &[S], p: &[S], rates: &mut Rates<S>, see: impl FnMut(usize, usize, S)) {
         rates.set(q, p);
-        self.jacobian.run(self.jacobian_outputs(), &mut rates.registers);
-        for &(row, column, source) in &self.entries {
-            let value = match source {
+        let of_active = self.entries.iter().take_while(|entry| entry.row < 2 * self.active.len());
+        let outputs = of_active.filter(|entry| matches!(entry.value, Source::Row(_))).count();
+        self.jacobian.program().run(outputs, &mut rates.registers);
+        self.each_entry(|output| rates.registers[self.jacobian.program().output(output)], see);
+    }
+
+    /// The same with `value_of` an output of the program of the entries.
+    pub(crate) fn each_entry(&self, value_of: impl Fn(usize) -> S, mut see: impl FnMut(usize, usize, S)) {
+        for entry in self.entries.iter().take_while(|entry| entry.row < 2 * self.active.len()) {
+            let value = match entry.value {
                 Source::Constant(value) => value,
-                Source::Row(output) => rates.registers[self.jacobian.output(output)],
+                Source::Row(output) => value_of(output),
             };
-            see(row, column, value);
+            see(entry.row, entry.column, value);
         }
     }
 
-    fn jacobian_outputs(&self) -> usize {
-        self.entries.iter().filter(|(_, _, source)| matches!(source, Source::Row(_))).count()
+    /// The linearised equations: the program whose outputs are the entries that vary, in the variables of
+    /// [`Self::unpacked`]; and the program of the slopes of small errors. Its variables are the errors of q^a and p_a of
+    /// active coordinates, then those entries; its outputs are δq̇^a of active coordinates, δṗ_a and δq̇^a of ignorable
+    /// ones. Where the kinetic part is constant the first stand last.
+    pub(crate) fn linearised(&self) -> (&Staged<S>, &Program<S>) {
+        (&self.jacobian, &self.linear)
     }
 }
 
@@ -187,6 +212,30 @@ fn room<S: Real>(program: &Program<S>) -> Rates<S> {
     let mut registers = vec![S::ZERO; program.registers()];
     program.each_constant(|register, constant| registers[register] = constant);
     Rates { registers }
+}
+
+/// The slopes of small errors, see [`Field::linearised`].
+fn linear<S: Real>(
+    parts: &mut Parts<S>,
+    entries: &[Entry<S>],
+    varying: usize,
+    [n, m]: [usize; 2],
+    is_separable: bool,
+) -> Program<S> {
+    let mut outputs = vec![parts.graph.constant(S::ZERO); n + m];
+    for entry in entries {
+        let value = match entry.value {
+            Source::Constant(value) => parts.graph.constant(value),
+            Source::Row(output) => parts.graph.variable(2 * m + output),
+        };
+        let error = parts.graph.variable(entry.column);
+        let term = parts.graph.multiply(value, error);
+        outputs[entry.row] = parts.graph.add(outputs[entry.row], term);
+    }
+    if is_separable {
+        outputs.rotate_left(m);
+    }
+    Program::new(&mut parts.graph, 2 * m + varying, &outputs).packed()
 }
 
 /// q̇^a = g^ab (p_b − A_b) for every a.

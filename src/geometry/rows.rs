@@ -2,16 +2,16 @@
 
 use super::field::force;
 use super::parts::Parts;
-use crate::expr::{NodeId, Program, Register};
+use crate::expr::{NodeId, Program, Register, Staged};
 use crate::scalar::Real;
 
 /// Programs whose registers hold the nodes of a window. The first outputs are what a sweep over the window needs.
 #[derive(Debug, Clone)]
 pub(crate) struct RowPrograms<S> {
     /// Variables q^a, then n that are not used, then p_a. Outputs in this order, or with the velocities of active
-    /// coordinates last where the force does not depend on them: these velocities, the forces on active coordinates,
-    /// the velocities of ignorable ones, the determinants. The very last output is K.
-    rates: Program<S>,
+    /// coordinates last where they are not unknowns: these velocities, the forces on active coordinates, the velocities
+    /// of ignorable ones, the determinants. The very last output is K.
+    rates: Staged<S>,
     velocities: usize,
     forces: usize,
     ignorable: usize,
@@ -38,7 +38,14 @@ impl<S: Real> RowPrograms<S> {
         let mut outputs = if is_separable { [rest, velocities].concat() } else { [velocities, rest].concat() };
         outputs.push(norm(parts, q_dot));
         let first = if is_separable { 0 } else { m };
-        let rates = Program::new(&mut parts.graph, 3 * n, &outputs).packed();
+        // The momenta of ignorable coordinates are the same in a whole run; of active ones velocities are wanted again.
+        let is_momentum = |variable: usize| variable >= 2 * n && active.contains(&(variable - 2 * n));
+        let rates = Staged::new(
+            Program::new(&mut parts.graph, 3 * n, &outputs),
+            |variable| variable < n || is_momentum(variable),
+            if is_separable { 0 } else { m },
+            is_momentum,
+        );
         let momenta = momenta(parts, active);
         Self {
             rates,
@@ -55,28 +62,24 @@ impl<S: Real> RowPrograms<S> {
     }
 
     /// The program of the rates: variables q^a, n that are not used, p_a.
-    pub(crate) fn rates(&self) -> &Program<S> {
+    pub(crate) fn rates(&self) -> &Staged<S> {
         &self.rates
     }
 
-    /// How many of its outputs give the velocities of active coordinates, where they come first.
-    pub(crate) fn first_velocities(&self) -> usize {
-        if self.is_separable { 0 } else { self.active.len() }
-    }
-
-    /// How many give everything that a sweep needs: all, or all but the velocities of active coordinates.
+    /// How many of its outputs give everything that a sweep needs: velocities of active coordinates, where they are
+    /// unknowns, and forces.
     pub(crate) fn sweep(&self) -> usize {
-        self.determinants + self.blocks
+        self.forces + self.active.len()
     }
 
     /// How many there are.
     pub(crate) fn all(&self) -> usize {
-        self.sweep() + if self.is_separable { self.active.len() } else { 0 } + 1
+        self.determinants + self.blocks + if self.is_separable { self.active.len() } else { 0 } + 1
     }
 
     /// The register of K.
     pub(crate) fn norm_register(&self) -> Register {
-        self.rates.output(self.all() - 1)
+        self.rates.program().output(self.all() - 1)
     }
 
     /// The registers of q̇^a of the active coordinates.
@@ -106,7 +109,7 @@ impl<S: Real> RowPrograms<S> {
     }
 
     fn registers(&self, first: usize, count: usize) -> Vec<Register> {
-        (first..first + count).map(|output| self.rates.output(output)).collect()
+        (first..first + count).map(|output| self.rates.program().output(output)).collect()
     }
 }
 

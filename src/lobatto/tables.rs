@@ -77,7 +77,7 @@ impl LengthFree {
 /// Rounds a row to `f64`, in the `order` of its entries from large to small, each rounding error passed on to the next
 /// smaller entry: the sum of the row is right to half a unit of its smallest entry. Rounded one by one, the sums (the
 /// answer to a constant force) are off by 1e-17 with the same sign in every window, a drift of 4e-20 a window in K.
-fn round_row(row: &[Twofold], order: &[u8], rounded: &mut [f64]) {
+pub(super) fn round_row(row: &[Twofold], order: &[u8], rounded: &mut [f64]) {
     let mut carry = Twofold::ZERO;
     for &i in order {
         let entry = row[i as usize] + carry;

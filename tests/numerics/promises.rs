@@ -26,7 +26,7 @@ fn all_kept(runs: usize, draw: impl Fn(&mut Random) -> Scene) {
     for _ in 0..runs {
         let scene = draw(&mut random);
         match scene.run() {
-            Outcome::Kept => {}
+            Outcome::Kept { .. } => {}
             Outcome::NoReference => unknown += 1,
             outcome => panic!("{}: {outcome}: {scene}", scene.kind),
         }

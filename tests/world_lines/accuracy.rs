@@ -292,11 +292,41 @@ fn random_scenes_keep_the_promise() {
     for _ in 0..runs {
         let scene = Several::draw(&mut random);
         match scene.run() {
-            Outcome::Kept => {}
+            Outcome::Kept { .. } => {}
             Outcome::NoReference => unknown += 1,
             Outcome::Refused(_) => refused += 1,
             kept => panic!("{kept}: {scene}"),
         }
     }
     assert!(10 * unknown < runs && 50 * refused < runs, "{unknown} without a reference, {refused} refused");
+}
+
+#[test]
+fn many_windows_and_many_coordinates_keep_it_too() {
+    // Over thousands of windows the estimate must grow as errors do, in proportion to time or its square.
+    let galaxy = solved(&builtin_scene("henon-heiles", &["grid.gamma_f=3000", "solver.accuracy=1e-8"]));
+    assert!(galaxy.windows.len() > 1000, "{}", galaxy.windows.len());
+    assert!(error(&galaxy) <= galaxy.error_estimate.unwrap(), "{:e}", error(&galaxy));
+    // Springs that get stiffer, each coupled to its neighbours.
+    let names: Vec<String> = (0..14).map(|k| format!("x{k}")).collect();
+    let terms: Vec<String> = names.iter().map(|name| format!("{name}^2/2")).collect();
+    let pairs: Vec<String> = names.windows(2).map(|pair| format!("({} - {})^4", pair[0], pair[1])).collect();
+    let starts: Vec<String> = names
+        .iter()
+        .enumerate()
+        .map(|(k, name)| format!("{name} = {:?}\n{name}_dot = 0.0", (k as f64).cos()))
+        .collect();
+    let text = |accuracy: f64| {
+        format!(
+            "[potential]\ncoordinates = {names:?}\nformula = \"{} + {}\"\n[particle]\nlaw = \"newtonian\"\n[initial]\n{}\n\
+             [grid]\ngamma_f = 8.0\n[solver]\naccuracy = {accuracy:e}\n",
+            terms.join(" + "),
+            pairs.join(" + "),
+            starts.join("\n"),
+        )
+    };
+    for accuracy in [1e-5, 1e-8, 1e-10] {
+        let chain = from_text(&text(accuracy));
+        assert!(error(&chain) <= chain.error_estimate.unwrap(), "{accuracy:e}: {:e}", error(&chain));
+    }
 }

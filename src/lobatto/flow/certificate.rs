@@ -61,8 +61,7 @@ impl<'g, const P: usize> Certificate<'g, P> {
             self.registers[n + a].0.iter_mut().zip(row).for_each(|(to, value)| *to = value);
         }
         Level::Best.dispatch(Evaluate {
-            program: self.geometry.field().rows().momenta(),
-            outputs: self.outputs.len(),
+            steps: self.geometry.field().rows().momenta().steps_to(self.outputs.len()),
             registers: &mut self.registers,
             factor: 1.0,
             from: &self.outputs,

@@ -17,13 +17,13 @@ pub(super) struct Tuning {
     pub(super) most_excess: f64,
     /// The excess that marks a window as far too long before it is solved.
     pub(super) hopeless: f64,
-    /// The error at the end of a window in units of the squared modes over the largest value.
+    /// The error at the end of a window in units of the squared modes over the largest value, at most.
     pub(super) end: f64,
-    /// The error inside a window in units of the modes: of what is integrated once, and n² times that of what is
-    /// integrated twice.
+    /// The same in units of the modes in a window where the metric is rough.
+    pub(super) end_where_rough: f64,
+    /// The error inside a window in units of the modes that it does not see: of what is integrated once, and n² times
+    /// that of what is integrated twice.
     pub(super) inside: [f64; 2],
-    /// The same in a window where the metric is rough: modes beyond the highest fall as slowly as those before.
-    pub(super) inside_where_rough: [f64; 2],
     /// Modes above this share of the largest value do not fall off: the error at the end has their own size.
     pub(super) rough: f64,
     /// The margin of the error inside a window.
@@ -41,17 +41,17 @@ pub(super) struct Tuning {
 
 /// The constants in use.
 pub(super) const TUNING: Tuning = Tuning {
-    share: 0.05,
+    share: 0.04,
     least_share: 1e-22,
-    sweeps: 0.03,
+    sweeps: 0.0015,
     aim: 0.3,
     most_excess: 4.0,
     hopeless: 1e4,
-    end: 0.03,
-    inside: [3e-2, 1.4],
-    inside_where_rough: [0.3, 6.0],
+    end: 0.9,
+    end_where_rough: 30.0,
+    inside: [2.0, 50.0],
     rough: 0.03,
-    margin: 5.0,
+    margin: 2.5,
     pause: 12,
     much_longer: 1.6,
     longer: 1.1,
@@ -63,7 +63,7 @@ pub(super) const TUNING: Tuning = Tuning {
 const NOISE: f64 = 1e-12;
 
 /// The tail relative to the largest value, or to noise where that is more.
-fn ratio(tail: Tail, weight: f64) -> f64 {
+pub(super) fn ratio(tail: Tail, weight: f64) -> f64 {
     let floor = if weight > 0.0 { NOISE / weight } else { 0.0 };
     let largest = tail.largest.max(floor);
     if largest > 0.0 { tail.tail / largest } else { 0.0 }
@@ -73,13 +73,15 @@ impl Tuning {
     /// The error at the end of a window that this tail shows, in units of the row.
     pub(super) fn end_of(&self, tail: Tail, weight: f64) -> f64 {
         let ratio = ratio(tail, weight);
-        tail.tail * if ratio > self.rough { 1.0 } else { self.end * ratio }
+        tail.tail * if ratio > self.rough { self.end_where_rough } else { self.end * ratio }
     }
+}
 
-    /// The factors of the error inside a window with this tail.
-    pub(super) fn inside_of(&self, tail: Tail, weight: f64) -> [f64; 2] {
-        if ratio(tail, weight) > self.rough { self.inside_where_rough } else { self.inside }
-    }
+/// The modes beyond the highest in units of the tail, in a window where the tail is this part of the largest value: they
+/// fall by the same factor r from one to the next as those before, r² + r³ + … together.
+pub(super) fn unseen(ratio: f64, points: usize) -> f64 {
+    let r = ratio.min(0.5).powf(1.0 / (points - 2) as f64);
+    r * r / (1.0 - r)
 }
 
 /// Chooses lengths from the excess of windows: their error in units of their share.
@@ -121,11 +123,6 @@ impl Controller {
     /// The error that the sweeps may leave in a window that may add `share`.
     pub(super) fn tolerance(&self, share: f64) -> f64 {
         self.tuning.sweeps * share
-    }
-
-    /// What the sweeps may have left in all.
-    pub(super) fn left_by_sweeps(&self) -> f64 {
-        2.0 * self.tuning.sweeps * self.tuning.share * self.accuracy
     }
 
     fn fit(&self, excess: f64) -> f64 {
@@ -236,7 +233,7 @@ mod tests {
     fn shares_add_up_to_less_than_the_accuracy() {
         let control = controller();
         for h in [0.01, 1.0, 200.0] {
-            assert!(control.share(h) * (100.0_f64 / h).max(1.0) <= 0.05 * 1e-10);
+            assert!(control.share(h) * (100.0_f64 / h).max(1.0) <= TUNING.share * 1e-10);
         }
         assert!(control.is_exhausted(1e-30) && !control.is_exhausted(1.0));
     }
@@ -246,7 +243,7 @@ mod tests {
         let end = |tail, largest| TUNING.end_of(Tail { tail, largest }, 1.0);
         let tail = 0.5_f64.powi(16);
         assert_eq!(end(tail, 1.0), TUNING.end * tail * tail);
-        assert_eq!(end(0.5, 1.0), 0.5);
+        assert_eq!(end(0.5, 1.0), 0.5 * TUNING.end_where_rough);
         // The tail of nothing but noise counts as little.
         assert!(end(1e-17, 1e-17) < 1e-22);
         assert_eq!(end(0.0, 0.0), 0.0);

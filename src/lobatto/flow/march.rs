@@ -10,6 +10,7 @@ use super::probe;
 use super::rule;
 use super::state::FlowState;
 use super::stop::{Stop, Watch};
+use super::transport::Transport;
 use super::view::FlowView;
 use super::window::{FlowWindow, Outcome, Rule, Task};
 use crate::geometry::{Geometry, Start};
@@ -25,7 +26,7 @@ pub struct Followed {
     pub gamma: f64,
     /// Which of the stops ended it, if one did.
     pub stopped_by: Option<usize>,
-    /// The work done, including rejected windows and companions. An evaluation is a sweep.
+    /// The work done, including rejected windows. An evaluation is a sweep.
     pub statistics: Statistics,
     /// An upper estimate of the error of every coordinate at all nodes, relative to max(1, largest |q^a|) for active
     /// coordinates and max(1, largest |q^a − q_i^a|) for ignorable ones.
@@ -45,8 +46,8 @@ pub struct Flow<'g> {
 const LOOSEST: f64 = 1e-4;
 
 /// Above the first accuracy 16 nodes are cheapest, down to the second 20, and below that 24.
-const COARSE: f64 = 2e-5;
-const MEDIUM: f64 = 2e-7;
+const COARSE: f64 = 5e-9;
+const MEDIUM: f64 = 5e-11;
 
 /// The first window to try, in radians of the fastest motion at the start.
 const FIRST: f64 = 1.0;
@@ -61,6 +62,9 @@ const PACE: usize = 10_000;
 /// this factor is begun again at once.
 const EARLIEST: f64 = 0.05;
 const MOST_PROJECTED: f64 = 2.0;
+
+/// The most excess of a window whose rates are a guess for a shorter one. Sweeps that diverge leave numbers that are not.
+const SANE: f64 = 1e8;
 
 /// A share that follows a failed attempt aims at this part of the accuracy, and is at least that part of the one before.
 const RETRY: [f64; 2] = [0.2, 1e-4];
@@ -142,6 +146,7 @@ impl<'g> Flow<'g> {
             geometry: self.geometry,
             request,
             window: FlowWindow::new(self.geometry, rule),
+            transport: Transport::new(self.geometry),
             certificate: request.certify.then(|| Certificate::new(self.geometry, request.momenta)),
             statistics: Statistics::default(),
         };
@@ -161,6 +166,7 @@ struct Walk<'g, 'r, const P: usize> {
     geometry: &'g Geometry,
     request: &'r Request<'r>,
     window: FlowWindow<'g, P>,
+    transport: Transport<'g>,
     certificate: Option<Certificate<'g, P>>,
     statistics: Statistics,
 }
@@ -185,13 +191,15 @@ impl<const P: usize> Walk<'_, '_, P> {
         watches.iter_mut().for_each(Watch::begin);
         self.statistics.windows = 0;
         let mut state = self.request.start.clone();
+        let mut start = state.clone();
         let mut judge = Judge::new(self.geometry, &state, momenta);
-        let mut rate = judge.look_at(&state);
+        self.transport.begin(momenta, &state);
+        let mut rate = judge.look_at(&self.transport);
         let first = (FIRST / rate.max(1e-60)).min(length).min(1e60);
         let whole = if length.is_finite() { length } else { first };
         let points = self.window.rule.rule.points();
         let mut control = Controller::new(TUNING, points, caution * accuracy, whole, first);
-        let mut delta = FlowState::zeros(state.q.len(), state.p.len());
+        let mut longest = 0.0;
         let mut gamma = Twofold::ZERO;
         let mut pace = self.statistics.evaluations;
         loop {
@@ -207,7 +215,7 @@ impl<const P: usize> Walk<'_, '_, P> {
             let share = control.share(scale);
             let lasting = (scale / h).max(1.0);
             let tolerance = control.tolerance(share);
-            let task = Task { start: &state, h, weights: &judge.weights, tolerance, lasting };
+            let task = Task { start: &state, h, weights: &judge.weights, tolerance, is_new: h > longest };
             let excess_of = |window: &FlowWindow<'_, P>| {
                 let [end, inside] = judge.of_window(window, lasting);
                 (end / share).max((TUNING.margin * inside / accuracy).powi(2))
@@ -227,15 +235,11 @@ impl<const P: usize> Walk<'_, '_, P> {
             if let Some(solved) = &mut solved {
                 stopped_by = self.stop(watches, task, solved, gamma.hi).map_err(Ended::Failed)?;
             }
-            // A companion that cannot follow says nothing.
-            let followed = solved.filter(|solved| self.window.accompany(Task { h: solved.h, ..task }, &mut delta));
             self.statistics.evaluations = self.window.sweeps;
-            let Some(solved) = followed else {
-                if excess.is_finite() {
-                    self.window.reject(h);
-                }
+            let Some(solved) = solved else {
+                self.window.reject(h, excess <= SANE);
                 control.h = h;
-                control.refuse(if solved.is_some() { f64::INFINITY } else { excess });
+                control.refuse(excess);
                 if control.h <= SHORTEST * first {
                     return Err(Ended::Failed(self.why(&state, first.min(rest), gamma.hi)));
                 }
@@ -243,11 +247,15 @@ impl<const P: usize> Walk<'_, '_, P> {
             };
             self.window.accept(solved.h);
             watches.iter_mut().for_each(Watch::accept);
-            let start = std::mem::take(&mut state);
-            state = self.window.end.clone();
-            judge.see(&self.window, judge.of_window(&self.window, 1.0)[1], &delta);
+            std::mem::swap(&mut state, &mut start);
+            state.clone_from(&self.window.end);
+            longest = solved.h;
+            let windows = (self.statistics.windows as f64).max(whole / solved.h);
+            self.transport.follow(&self.window, &judge.weights, windows);
+            self.transport.enlarge(|row| judge.local(&self.window, row));
+            judge.see(&self.window, judge.of_window(&self.window, 1.0)[1], &self.transport);
             let end = gamma + Twofold::from(solved.h);
-            let estimate = judge.so_far() + control.left_by_sweeps();
+            let estimate = judge.so_far();
             let is_late = EARLIEST * length <= end.hi && length.is_finite();
             let projected = if is_late { judge.at_ends() * length / end.hi } else { 0.0 };
             if estimate.is_nan() || estimate > accuracy || projected > MOST_PROJECTED * accuracy {
@@ -278,7 +286,7 @@ impl<const P: usize> Walk<'_, '_, P> {
                     attempts: 0,
                 });
             }
-            let before = std::mem::replace(&mut rate, judge.look_at(&state));
+            let before = std::mem::replace(&mut rate, judge.look_at(&self.transport));
             control.accept(solved.h, excess, solved.sweeps, [1.0 / before, 1.0 / rate]);
         }
     }
@@ -303,7 +311,7 @@ impl<const P: usize> Walk<'_, '_, P> {
         for (index, watch) in watches.iter_mut().enumerate() {
             let longest = solved.h;
             let Some(bracket) = watch.look(&self.window, start, longest) else { continue };
-            self.window.reject(longest);
+            self.window.reject(longest, true);
             let root = bracket.root(gamma, longest, |h| {
                 self.solve(Task { h, ..task })?;
                 Some(watch.at_end(&self.window, start, h))

@@ -5,13 +5,10 @@
 //! q̈ = a(q) is solved with A² in one product for each coordinate; otherwise sweeps take momenta first, then positions
 //! with the new momenta.
 //!
-//! Lengths are chosen from the highest Legendre modes of the rates. The error is estimated by a *companion*: the same
-//! method on the same nodes, which sees the rates without their two highest modes and therefore has a lower order. It
-//! walks along from the same start and is carried as a difference. It starts its sweeps from the rates of the window, so
-//! that it takes few, and three times its distance at the joints bounds the error of the world-line.
+//! Lengths are chosen from the highest Legendre modes of the rates, which show what a window adds to the error. What
+//! errors grow to is seen from a *probe*, small errors that travel along with the world-line by its linearised equations.
 
 mod certificate;
-mod companion;
 mod control;
 mod guess;
 mod judge;
@@ -23,6 +20,7 @@ mod state;
 mod stop;
 mod sweep;
 mod tables;
+mod transport;
 mod view;
 mod window;
 mod work;

@@ -31,11 +31,6 @@ impl FlowState {
         Self { q, p: active.iter().map(|&a| start.p[a].into()).collect() }
     }
 
-    /// Nothing but zeros.
-    pub(super) fn zeros(dimension: usize, active: usize) -> Self {
-        Self { q: vec![Twofold::ZERO; dimension], p: vec![Twofold::ZERO; active] }
-    }
-
     pub(super) fn is_finite(&self) -> bool {
         self.q.iter().chain(&self.p).all(|value| value.hi.is_finite())
     }

@@ -1,45 +1,44 @@
 //! The matrices of a window of a scene on one rule, for windows of any length.
 
-use crate::lobatto::rule::WeakRule;
-use crate::lobatto::tables::{Matrix, Nodes, evaluation_matrix};
-
-/// The matrices of one system: A and A² as they are, or of what is left of the rates without their highest modes.
-pub(super) struct Matrices<const P: usize> {
-    /// A by columns.
-    pub(super) a: Box<Matrix<P>>,
-    /// A² by columns.
-    pub(super) a_squared: Box<Matrix<P>>,
-}
+use super::transport::LANES;
+use crate::lobatto::Twofold;
+use crate::lobatto::rule::{WeakRule, legendre_values};
+use crate::lobatto::tables::{Matrix, Nodes, round_row};
 
 /// What windows of a rule need, with time in units of their length.
 pub(super) struct FlowTables<const P: usize> {
-    /// The window.
-    pub(super) own: Matrices<P>,
-    /// Its companion, which sees the rates without their two highest modes.
-    pub(super) companion: Matrices<P>,
+    /// A by columns, rounded so that its rows sum right.
+    pub(super) a: Box<Matrix<P>>,
+    /// A² by columns, rounded like A.
+    pub(super) a_squared: Box<Matrix<P>>,
+    /// From nodal values to values on the nodes of [`Transport`](super::transport::Transport), by columns.
+    pub(super) sampled: Box<[[f64; LANES]; P]>,
     /// c.
     pub(super) nodes: Nodes<P>,
 }
 
-/// Legendre modes of the rates that the companion does not see.
-const UNSEEN: usize = 2;
-
 impl<const P: usize> FlowTables<P> {
     pub(super) fn new(rule: &WeakRule) -> Self {
         let n = rule.points();
-        let columns = |entry: &dyn Fn(usize, usize) -> f64| {
-            let mut matrix = Box::new([[0.0; P]; P]);
-            (0..n).for_each(|j| (0..n).for_each(|i| matrix[j][i] = entry(i, j)));
-            matrix
+        let rounded = |matrix: &[Twofold]| {
+            let mut columns = Box::new([[0.0; P]; P]);
+            for (i, row) in matrix.chunks_exact(n).enumerate() {
+                let mut order: Vec<u8> = (0..n as u8).collect();
+                order.sort_by(|&i, &j| row[j as usize].hi.abs().total_cmp(&row[i as usize].hi.abs()));
+                let mut out = vec![0.0; n];
+                round_row(row, &order, &mut out);
+                (0..n).for_each(|j| columns[j][i] = out[j]);
+            }
+            columns
         };
-        let a = columns(&|i, j| rule.a()[i * n + j].hi);
-        let a_squared = columns(&|i, j| rule.a_squared()[i * n + j].hi);
-        // Nodal values without their highest modes, by columns.
-        let seen = evaluation_matrix::<P>(rule, n - 1 - UNSEEN, |i| rule.nodes()[i].hi, n);
-        let of_seen = |matrix: &Matrix<P>| columns(&|i, j| (0..n).map(|k| matrix[k][i] * seen[j][k]).sum());
-        let companion = Matrices { a: of_seen(&a), a_squared: of_seen(&a_squared) };
+        let mut sampled = Box::new([[0.0; LANES]; P]);
+        for (lane, node) in WeakRule::shared(LANES).nodes().iter().enumerate() {
+            for (k, value) in legendre_values(n - 1, 2.0 * node.hi - 1.0).iter().enumerate() {
+                sampled.iter_mut().zip(rule.mode(k)).for_each(|(column, mode)| column[lane] += value * mode);
+            }
+        }
         let mut nodes = Nodes::ZERO;
         nodes.0.iter_mut().zip(rule.nodes()).for_each(|(to, node)| *to = node.hi);
-        Self { own: Matrices { a, a_squared }, companion, nodes }
+        Self { a: rounded(rule.a()), a_squared: rounded(rule.a_squared()), sampled, nodes }
     }
 }

@@ -1,4 +1,4 @@
-//! One window of a scene: sweeps over its nodes, and the companion from which its error is seen.
+//! One window of a scene: sweeps over its nodes.
 //!
 //! ```text
 //! general      P = p + h A ṗ(Q, P),  then  Q = q + h A q̇(Q, P)
@@ -23,6 +23,9 @@ pub(super) const MOST_SWEEPS: usize = 24;
 /// A sweep that leaves this much of the change before does not converge.
 const STALLED: f64 = 0.9;
 
+/// Faster sweeps are always enough.
+const SLOW: f64 = 0.2;
+
 /// After this many sweeps their rate shows.
 const EARLY: usize = 5;
 
@@ -46,8 +49,8 @@ pub(super) struct Task<'t> {
     pub(super) weights: &'t Weights,
     /// The weighted error that the sweeps may leave.
     pub(super) tolerance: f64,
-    /// By how much an error of a position counts more after the window.
-    pub(super) lasting: f64,
+    /// Whether it is longer than the window before, so that it may turn out to be far too long.
+    pub(super) is_new: bool,
 }
 
 /// What a rule brings to all windows.
@@ -110,31 +113,30 @@ pub(super) struct FlowWindow<'g, const P: usize> {
     pub(super) q_at: Vec<Register>,
     pub(super) p_at: Vec<Register>,
     pub(super) velocities_from: Vec<Register>,
-    pub(super) sweep_from: Vec<Register>,
+    pub(super) forces_from: Vec<Register>,
+    pub(super) ignorable_from: Vec<Register>,
     pub(super) determinants: Vec<Register>,
     pub(super) rows: Rows<P>,
-    pub(super) companion_rows: Rows<P>,
     pub(super) scratch: Vec<Nodes<P>>,
     /// What is added to the starts, a row for each active coordinate, then one for each of their momenta.
     pub(super) low: Vec<Nodes<P>>,
     pub(super) starts: Vec<f64>,
     pub(super) change: Vec<f64>,
-    /// Q and P of the window on its nodes; the registers hold those of the companion afterwards.
+    pub(super) kicks: Vec<f64>,
+    /// The weighted error that the sweeps have left in the fields of the window that was solved last.
+    pub(super) left: f64,
+    /// The weights of the unknowns.
+    row_weights: Vec<f64>,
+    /// Q and P of the window on its nodes.
     pub(super) fields: Vec<Nodes<P>>,
     pub(super) end: FlowState,
-    /// The companion's fields at the end, before a sweep.
-    pub(super) ends: Vec<f64>,
     /// Of every row of the rates.
     pub(super) tails: Vec<Tail>,
     /// Of the window that was solved last.
     pub(super) length: f64,
     /// K at its end.
     pub(super) norm: f64,
-    /// Changes that are rounding.
-    pub(super) noise: f64,
-    /// Random signs.
-    pub(super) signs: u64,
-    /// Sweeps so far, over all windows and companions.
+    /// Sweeps so far, over all windows.
     pub(super) sweeps: usize,
     pub(super) previous: Option<Known<P>>,
     pub(super) rejected: Option<Known<P>>,
@@ -144,9 +146,9 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
     pub(super) fn new(geometry: &'g Geometry, rule: Rule<P>) -> Self {
         let programs = geometry.field().rows();
         let (n, m) = (geometry.dimension(), geometry.active().len());
-        let mut registers = vec![Nodes::ZERO; programs.rates().registers()];
-        programs.rates().each_constant(|register, constant| registers[register].0 = [constant; P]);
-        let sweep_from = [programs.force_registers(), programs.ignorable_registers()].concat();
+        let rates = programs.rates().program();
+        let mut registers = vec![Nodes::ZERO; rates.registers()];
+        rates.each_constant(|register, constant| registers[register].0 = [constant; P]);
         Self {
             geometry,
             programs,
@@ -157,22 +159,22 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
             q_at: geometry.active().to_vec(),
             p_at: geometry.active().iter().map(|a| 2 * n + a).collect(),
             velocities_from: programs.velocity_registers(),
-            sweep_from,
+            forces_from: programs.force_registers(),
+            ignorable_from: programs.ignorable_registers(),
             determinants: programs.determinant_registers(),
             rows: Rows::new(m, n),
-            companion_rows: Rows::new(m, n),
             scratch: vec![Nodes::ZERO; 2 * m],
             low: vec![Nodes::ZERO; 2 * m],
             starts: vec![0.0; 2 * m],
             change: vec![0.0; 2 * m],
+            kicks: vec![0.0; m],
+            left: 0.0,
+            row_weights: Vec::with_capacity(2 * m),
             fields: vec![Nodes::ZERO; 2 * m],
             end: FlowState::default(),
-            ends: vec![0.0; 2 * m],
             tails: vec![Tail::default(); m + n],
             length: 0.0,
             norm: 0.0,
-            noise: 0.0,
-            signs: 1,
             sweeps: 0,
             previous: None,
             rejected: None,
@@ -190,6 +192,7 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
         for (a, &p) in momenta.iter().enumerate() {
             self.registers[2 * n + a].0 = [p; P];
         }
+        self.evaluate_fixed();
     }
 
     /// Solves the window of length `h` from `start`, and leaves its end, its fields and its rates. After the first sweeps
@@ -198,22 +201,26 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
         let Task { start, h, .. } = task;
         self.length = h;
         let first = self.sweeps;
-        let is_guessed = self.guess(start, h);
+        self.prepare(start, h);
+        let is_guessed = self.guess(h);
         let mut outcome = self.iterate(task, is_hopeless);
-        if outcome == Outcome::Failed && is_guessed {
-            // A guess can be far off, even outside the domain: try once more from the tangent.
-            self.tangent(start, h);
+        let is_solved = matches!(outcome, Outcome::Solved(_));
+        if is_guessed && !is_solved && (outcome == Outcome::Failed || self.rejected.is_some()) {
+            // A guess can be far off, even outside the domain: try once more from the tangent. If it was the part of a
+            // window that was too long, it is of no use any more.
+            self.rejected = None;
+            self.tangent();
             outcome = self.iterate(task, is_hopeless);
         }
         let Outcome::Solved(_) = outcome else { return outcome };
+        if self.geometry.is_separable() {
+            self.integrate_forces();
+        }
+        self.evaluate_last(h);
         let is_inside = self.determinants.iter().zip(self.geometry.field().signs()).all(|(&register, &sign)| {
             let nodes = &self.registers[register].0[..self.points()];
             nodes.iter().all(|&value| value.is_finite() && (value * sign > 0.0 || sign == 0.0))
         });
-        if self.geometry.is_separable() {
-            self.integrate_rows(&self.rule.tables.own.a[..], 1, false);
-        }
-        self.evaluate_last(h);
         for (field, &register) in self.fields.iter_mut().zip(self.q_at.iter().chain(&self.p_at)) {
             field.0 = self.registers[register].0;
         }
@@ -224,8 +231,12 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
         }
     }
 
-    /// What was solved last is too long; its rates are a good guess for a part of it.
-    pub(super) fn reject(&mut self, h: f64) {
+    /// What was solved last is too long; its rates are a good guess for a part of it, if they are `sane`.
+    pub(super) fn reject(&mut self, h: f64, sane: bool) {
+        if !sane {
+            self.rejected = None;
+            return;
+        }
         self.rejected = Some(Known { length: h, rates: self.rows.rates[..2 * self.m].to_vec() });
     }
 
@@ -243,49 +254,68 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
     }
 
     /// The largest change that the last sweep made, weighted.
-    fn weighted_change(&self, weights: &Weights) -> f64 {
-        let q = self.q_at.iter().zip(&self.change).map(|(&a, change)| weights.q[a] * change);
-        let momenta = if self.geometry.is_separable() { 0 } else { self.m };
-        let p = weights.p[..momenta].iter().zip(&self.change[self.m..]).map(|(weight, change)| weight * change);
+    fn weighted_change(&self) -> f64 {
         // NaN must not be lost.
-        q.chain(p).fold(0.0, |most, change| if change <= most { most } else { change })
+        let changes = self.row_weights.iter().zip(&self.change).map(|(weight, change)| weight * change);
+        changes.fold(0.0, |most, change| if change <= most { most } else { change })
+    }
+
+    /// Weighted changes of the fields that are rounding: below them no sweep is needed. Coordinates count relative to their
+    /// sizes.
+    fn noise(&self, Task { start, weights, .. }: Task<'_>) -> f64 {
+        let p = weights.p.iter().zip(&start.p).map(|(weight, p)| weight * p.hi.abs());
+        4.0 * f64::EPSILON * p.fold(1.0, f64::max)
+    }
+
+    /// Changes at which sweeps may get stuck, because the rates that they sum are rounded.
+    fn stuck(&self, task: Task<'_>) -> f64 {
+        let largest = |row: &Nodes<P>| row.0.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+        let Weights { q, p } = task.weights;
+        let q = self.q_at.iter().zip(self.rows.velocities()).map(|(&a, rates)| q[a] * largest(rates));
+        let p = p.iter().zip(self.rows.forces()).map(|(weight, rates)| weight * largest(rates));
+        16.0 * f64::EPSILON * q.chain(p).fold(0.0, f64::max) + 4.0 * self.noise(task)
     }
 
     /// Sweeps from the guess in the registers until the error of the fields is below the tolerance, or at rounding.
     fn iterate(&mut self, task: Task<'_>, is_hopeless: &dyn Fn(&Self, f64) -> bool) -> Outcome {
-        let Task { start, h, weights, .. } = task;
-        // Errors of momenta have their weight; where only positions are iterated, theirs become errors of momenta.
-        let tolerance = match self.geometry.is_separable() {
-            true => task.tolerance / task.lasting,
-            false => task.tolerance,
-        };
-        self.prepare(start, h, None);
-        let q = self.q_at.iter().map(|&a| weights.q[a] * start.q[a].hi.abs());
-        let p = weights.p.iter().zip(&start.p).map(|(weight, p)| weight * p.hi.abs());
-        let noise = 4.0 * f64::EPSILON * q.chain(p).fold(0.0, f64::max);
-        self.noise = noise;
-        let matrices = &self.rule.tables.own;
+        let Task { h, weights, tolerance, .. } = task;
+        self.row_weights.clear();
+        self.row_weights.extend(self.q_at.iter().map(|&a| weights.q[a]));
+        // Charges are as exact as the momenta of the last sweep, also where these do little to positions.
+        let largest = task.start.p.iter().fold(0.0_f64, |largest, p| largest.max(p.hi.abs()));
+        let relative = if largest > 0.0 { 1.0 / largest } else { 0.0 };
+        self.row_weights.extend(weights.p.iter().map(|weight| weight.max(relative)));
+        // What forces add to momenta is compared with what they added in the sweep before.
+        self.kicks.fill(0.0);
+        let noise = self.noise(task);
         let (mut last, mut slower) = (f64::INFINITY, f64::INFINITY);
         for sweeps in 1..=MOST_SWEEPS {
-            self.sweep(h, matrices, false);
-            let change = self.weighted_change(weights);
+            self.sweep(h);
+            let change = self.weighted_change();
             if !change.is_finite() {
                 return Outcome::Failed;
             }
             // The error is change · rate, with the slower of the last two rates: the first is often that of a part of the
             // guess. At the level of rounding the rate cannot be seen, so one more sweep is made.
             let rate = change / last;
-            let is_small = change <= tolerance || change * rate.max(slower) <= tolerance;
-            if sweeps > 1 && is_small || last <= noise {
+            let slowest = if slower.is_finite() { rate.max(slower) } else { rate };
+            let left = change * slowest.min(1.0);
+            if sweeps > 1 && (change <= tolerance || slower.is_finite() && left <= tolerance) || last <= noise {
+                // Rounding is counted by itself.
+                self.left = if left <= noise || last <= noise { 0.0 } else { left };
                 return Outcome::Solved(sweeps);
             }
             if sweeps >= EARLY && change > noise {
-                let needed = (tolerance.max(noise) / change).ln() / rate.ln();
-                if rate > STALLED || sweeps as f64 + needed > MOST_SWEEPS as f64 {
-                    return Outcome::Failed;
+                let is_too_slow = || change * rate.powi((MOST_SWEEPS - sweeps) as i32) > tolerance.max(noise);
+                if rate > STALLED || rate > SLOW && is_too_slow() {
+                    if rate <= STALLED || change > self.stuck(task) {
+                        return Outcome::Failed;
+                    }
+                    self.left = 0.0;
+                    return Outcome::Solved(sweeps);
                 }
             }
-            if sweeps > 1 && sweeps < EARLY {
+            if sweeps > 1 && sweeps < EARLY && task.is_new {
                 self.look();
                 if is_hopeless(self, change) {
                     return Outcome::TooLong;

@@ -2,17 +2,16 @@
 
 use pulp::{Simd, WithSimd};
 
-use crate::expr::{Program, Register};
+use crate::expr::{Register, Step, walk};
 use crate::lobatto::formula::Vectors;
 use crate::lobatto::guess::Continuation;
 use crate::lobatto::product::{plain_dot, product};
-use crate::lobatto::simd::{abs, largest, vectors, vectors_mut};
+use crate::lobatto::simd::{abs, largest, multiply_add, vectors, vectors_mut};
 use crate::lobatto::tables::{Nodes, Tables};
 
-/// Runs the program for its first `outputs`, and copies some registers, multiplied by `factor`.
+/// Carries out steps of a program, and copies some registers, multiplied by `factor`.
 pub(super) struct Evaluate<'r, const P: usize> {
-    pub(super) program: &'r Program<f64>,
-    pub(super) outputs: usize,
+    pub(super) steps: &'r [Step],
     pub(super) registers: &'r mut [Nodes<P>],
     pub(super) factor: f64,
     pub(super) from: &'r [Register],
@@ -24,8 +23,8 @@ impl<const P: usize> WithSimd for Evaluate<'_, P> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, s: S) {
-        let Self { program, outputs, registers, factor, from, to } = self;
-        program.walk(outputs, &mut Vectors { s, registers });
+        let Self { steps, registers, factor, from, to } = self;
+        walk(steps, &mut Vectors { s, registers });
         let factor = s.splat_f64s(factor);
         let mut row = 0;
         while row < to.len() {
@@ -34,6 +33,99 @@ impl<const P: usize> WithSimd for Evaluate<'_, P> {
                 to[i] = s.mul_f64s(factor, from[i]);
             }
             row += 1;
+        }
+    }
+}
+
+/// What sweeps over a window are made of.
+pub(super) struct Sweep<'r, const P: usize> {
+    pub(super) registers: &'r mut [Nodes<P>],
+    /// The length of the window.
+    pub(super) h: f64,
+    /// Rates of positions, or h² q̈ where these alone are unknowns; then of momenta.
+    pub(super) rates: &'r mut [Nodes<P>],
+    pub(super) start: &'r [f64],
+    pub(super) low: &'r [Nodes<P>],
+    pub(super) change: &'r mut [f64],
+    /// By how much momenta change over the window, where only positions are unknowns; and the weights of that sum.
+    pub(super) kicks: &'r mut [f64],
+    pub(super) weights: &'r [f64; P],
+    /// What is done, in order.
+    pub(super) passes: &'r [Pass<'r, P>],
+}
+
+/// Rates of positions or of momenta, and their integrals.
+#[derive(Clone, Copy)]
+pub(super) struct Pass<'r, const P: usize> {
+    /// The steps that compute them.
+    pub(super) steps: &'r [Step],
+    /// The registers of the rates.
+    pub(super) from: &'r [Register],
+    /// Whether positions are integrated; otherwise momenta.
+    pub(super) is_position: bool,
+    /// g^ab of active coordinates by rows, if positions follow from accelerations.
+    pub(super) inverse: Option<&'r [f64]>,
+    pub(super) matrix: &'r [[f64; P]],
+    pub(super) to: &'r [Register],
+}
+
+impl<const P: usize> WithSimd for Sweep<'_, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, s: S) {
+        let Self { registers, h, rates, start, low, change, kicks, weights, passes } = self;
+        let m = rates.len() / 2;
+        let length = s.splat_f64s(h);
+        let mut place = 0;
+        while place < passes.len() {
+            let Pass { steps, from, is_position, inverse, matrix, to } = passes[place];
+            place += 1;
+            walk(steps, &mut Vectors { s, registers });
+            let (velocities, forces) = rates.split_at_mut(m);
+            let rows = if inverse.is_none() && is_position { &mut *velocities } else { &mut *forces };
+            let mut row = 0;
+            while row < rows.len() {
+                let (from, to) = (vectors::<S>(&registers[from[row]].0), vectors_mut::<S>(&mut rows[row].0));
+                for i in 0..to.len() {
+                    to[i] = s.mul_f64s(length, from[i]);
+                }
+                row += 1;
+            }
+            if let Some(inverse) = inverse {
+                // h² q̈^a = h g^ab (h ṗ_b)
+                let mut row = 0;
+                while row < m {
+                    velocities[row] = Nodes::ZERO;
+                    let out = vectors_mut::<S>(&mut velocities[row].0);
+                    let mut column = 0;
+                    while column < m {
+                        let entry = inverse[row * m + column];
+                        if entry != 0.0 {
+                            let (factor, force) = (s.splat_f64s(h * entry), vectors::<S>(&forces[column].0));
+                            for i in 0..out.len() {
+                                out[i] = multiply_add(s, factor, force[i], out[i]);
+                            }
+                        }
+                        column += 1;
+                    }
+                    let kick = plain_dot(s, weights, &forces[row].0);
+                    change[m + row] = (kick - kicks[row]).abs();
+                    kicks[row] = kick;
+                    row += 1;
+                }
+            }
+            let range = if is_position { 0..m } else { m..2 * m };
+            Integrate {
+                matrix,
+                rates: if is_position { velocities } else { forces },
+                start: &start[range.clone()],
+                low: &low[range.clone()],
+                registers,
+                to,
+                change: &mut change[range],
+            }
+            .with_simd(s);
         }
     }
 }
@@ -68,6 +160,40 @@ impl<const P: usize> WithSimd for Integrate<'_, P> {
                 out[i] = value;
             }
             change[row] = s.reduce_max_f64s(most);
+            row += 1;
+        }
+    }
+}
+
+/// `to[row]` = M `rows[row]` with a matrix of few rows, by columns.
+pub(super) struct Sample<'r, const P: usize, const L: usize> {
+    pub(super) matrix: &'r [[f64; L]; P],
+    pub(super) points: usize,
+    pub(super) rows: &'r [Nodes<P>],
+    pub(super) registers: &'r mut [Nodes<L>],
+    pub(super) to: &'r [Register],
+}
+
+impl<const P: usize, const L: usize> WithSimd for Sample<'_, P, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, s: S) {
+        let Self { matrix, points, rows, registers, to } = self;
+        let mut row = 0;
+        while row < to.len() {
+            let values = &rows[row].0;
+            let mut sum = Nodes::<L>::ZERO;
+            let out = vectors_mut::<S>(&mut sum.0);
+            let mut j = 0;
+            while j < points {
+                let (column, value) = (vectors::<S>(&matrix[j]), s.splat_f64s(values[j]));
+                for i in 0..out.len() {
+                    out[i] = multiply_add(s, column[i], value, out[i]);
+                }
+                j += 1;
+            }
+            registers[to[row]] = sum;
             row += 1;
         }
     }
