@@ -38,7 +38,7 @@ const CAUTION: f64 = 2.0;
 
 /// The rounding of a window in units of that of its largest rate, where the kinetic part is constant and elsewhere:
 /// rates that need the inverse of the metric are rounded more than once.
-const ROUNDED: [f64; 2] = [0.5, 1.0];
+const ROUNDED: [f64; 2] = [0.5, 2.0];
 
 /// What K is off by because it is rounded, in units of the rounding of its terms.
 const K_ROUNDS: f64 = 16.0 * f64::EPSILON;
