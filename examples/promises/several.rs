@@ -128,8 +128,8 @@ fn kerr(random: &mut Random) -> String {
     let (theta_dot, phi_dot) = (random.between(-0.01, 0.01), random.between(0.015, 0.03));
     format!(
         "[metric]\npreset = \"kerr\"\nparameters = {{ a = {a:?} }}\n[initial]\nr = {r:?}\ntheta = {theta:?}\n\
-         r_dot = {:?}\ntheta_dot = {theta_dot:?}\nphi_dot = {phi_dot:?}\nnorm = \"timelike\"\nsolve = {{ t_dot = \"+\" }}\n\
-         [grid]\nuntil = \"r - 2.5\"\ngamma_f = {:?}\n",
+         r_dot = {:?}\ntheta_dot = {theta_dot:?}\nphi_dot = {phi_dot:?}\nnorm = \"timelike\"\n\
+         solve = {{ t_dot = \"+\" }}\n[grid]\nuntil = \"r - 2.5\"\ngamma_f = {:?}\n",
         random.between(-0.05, 0.05),
         random.scale(20.0, 400.0)
     )

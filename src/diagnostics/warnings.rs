@@ -1,15 +1,19 @@
 //! Warnings that the trajectory of a run should not be believed, judged by its numbers. Each is one sentence with the
 //! number, its threshold and the remedy.
 //!
-//! | warning | threshold | reason |
-//! |---|---|---|
-//! | sawtooth | 1 % of the amplitude of x, and a sixth difference above half the fourth | the study `stability` calls errors above 1 % inaccurate; for a smooth motion on a grid that resolves it, sixth differences are much smaller than fourth ones |
-//! | K drifts | a tenth of the largest ẋ² | K = g00 ṫ² − ẋ² determines the orbit; K itself may be as large as c², and relative to that a change of speed would not be seen |
-//! | Δγω | half the operator's largest symbol; π/2 for a spectral element | beyond the largest symbol the grid has no oscillation of that frequency; half of it means seven (SBP84) to thirteen (SBP21) nodes per oscillation, and for SBP21 a phase error of 0.3 rad per oscillation |
-//! | horizon | g00 < c²/100 | x changes ever faster in γ |
-//! | accuracy | estimated error above 1 % of the largest \|x\| | it is relative to max(1, \|x\|) |
-//! | printed t, γ | numbers of their size further apart than the accuracy asked for | errors are counted from t_i and γ_i |
-//! | bound | H_BVP > Q_t (t_f − t_i) with K ≥ 0 | in the continuum the bound holds |
+//! * Sawtooth: above 1 % of the amplitude of x, with a sixth difference above half the fourth. The study `stability`
+//!   calls errors above 1 % inaccurate; for a smooth motion on a grid that resolves it, sixth differences are much
+//!   smaller than fourth ones.
+//! * K drifts: by more than a tenth of the largest ẋ². K = g00 ṫ² − ẋ² determines the orbit; K itself may be as large
+//!   as c², and relative to that a change of speed would not be seen.
+//! * Δγω: above half the operator's largest symbol, or above π/2 for a spectral element. Beyond the largest symbol the
+//!   grid has no oscillation of that frequency; half of it means seven (SBP84) to thirteen (SBP21) nodes per
+//!   oscillation, and for SBP21 a phase error of 0.3 rad per oscillation.
+//! * Horizon: g00 < c²/100. There x changes ever faster in γ.
+//! * Accuracy: an estimated error above 1 % of the largest |x|. It is relative to max(1, |x|).
+//! * Printed t, γ: numbers of their size are further apart than the accuracy asked for. Errors are counted from t_i and
+//!   γ_i.
+//! * Bound: H_BVP > Q_t (t_f − t_i) with K ≥ 0. In the continuum the bound holds.
 //!
 //! [`Measures::newtonian_warning`] concerns the model and not the numerical errors: above one per cent the motion is a
 //! geodesic, but not that of Newton's mechanics.

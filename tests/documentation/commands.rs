@@ -13,10 +13,11 @@ use tempfile::TempDir;
 
 use super::pages::{Block, Page, Part, ROOT, program};
 
-/// Commands of a block: lines that start with the program's name, without comments.
-fn commands(block: &Block) -> impl Iterator<Item = &str> {
-    let lines = block.text.lines().filter(|line| line.starts_with("geodesic-ivp "));
-    lines.map(|line| line.split_once("  #").map_or(line, |(command, _)| command).trim_end())
+/// Commands of a block: lines that start with the program's name, without comments. A backslash continues a line.
+fn commands(block: &Block) -> Vec<String> {
+    let text = block.text.replace("\\\n", "");
+    let lines = text.lines().filter(|line| line.starts_with("geodesic-ivp "));
+    lines.map(|line| line.split_once("  #").map_or(line, |(command, _)| command).trim_end().to_owned()).collect()
 }
 
 /// Runs a line in a shell that finds the program; standard output.
@@ -89,7 +90,7 @@ fn follow(page: &Page) -> Vec<String> {
         match part {
             Part::Block(block) if block.info == "sh" && !all_are_slow => {
                 for line in commands(block) {
-                    match shell(folder.path(), line) {
+                    match shell(folder.path(), &line) {
                         Ok(output) => printed = Some(output),
                         Err(error) => wrong.push(format!("{}: {line}\n{error}", page.name())),
                     }
@@ -98,6 +99,7 @@ fn follow(page: &Page) -> Vec<String> {
             Part::Block(block) if block.info == "sh slow" || block.info == "sh" => {
                 wrong.extend(
                     commands(block)
+                        .iter()
                         .filter_map(|line| misread(folder.path(), line))
                         .map(|error| format!("{}: {error}", page.name())),
                 );
@@ -136,7 +138,7 @@ fn every_command_of_every_page_runs_and_prints_what_the_page_shows() {
         runs.into_iter().flat_map(|run| run.join().unwrap()).collect()
     });
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    let count: usize = pages.iter().flat_map(Page::blocks).map(|block| commands(block).count()).sum();
+    let count: usize = pages.iter().flat_map(Page::blocks).map(|block| commands(block).len()).sum();
     assert!(count > 30, "{count} commands");
 }
 

@@ -29,7 +29,8 @@ const LAYERS: [&str; 22] = [
     "output",
 ];
 
-fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+/// Every file of Rust in a folder.
+pub(crate) fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() {

@@ -1,6 +1,7 @@
 //! The documentation is what the program does: links lead somewhere, commands run, cases are valid, lists are complete.
 
 mod cases;
+mod columns;
 mod commands;
 mod layers;
 mod links;

@@ -18,8 +18,8 @@ enum Law {
     Dense(f64, f64),
     /// They follow the tolerance, and stay below so many of it.
     Tolerance(f64),
-    /// They fall with the tolerance, and are below it. Windows do not grow beyond what is cheap, so that loose tolerances
-    /// give smaller errors than asked for.
+    /// They fall with the tolerance, and are below it. Windows do not grow beyond what is cheap, so that loose
+    /// tolerances give smaller errors than asked for.
     Promise,
     /// They stay where they are: the method is wrong.
     Wrong,

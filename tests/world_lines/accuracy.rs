@@ -318,8 +318,8 @@ fn many_windows_and_many_coordinates_keep_it_too() {
         .collect();
     let text = |accuracy: f64| {
         format!(
-            "[potential]\ncoordinates = {names:?}\nformula = \"{} + {}\"\n[particle]\nlaw = \"newtonian\"\n[initial]\n{}\n\
-             [grid]\ngamma_f = 8.0\n[solver]\naccuracy = {accuracy:e}\n",
+            "[potential]\ncoordinates = {names:?}\nformula = \"{} + {}\"\n[particle]\nlaw = \"newtonian\"\n\
+             [initial]\n{}\n[grid]\ngamma_f = 8.0\n[solver]\naccuracy = {accuracy:e}\n",
             terms.join(" + "),
             pairs.join(" + "),
             starts.join("\n"),

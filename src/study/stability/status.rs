@@ -7,19 +7,24 @@
 //! In a scene every active coordinate has its A, and coordinates with the same g_aa at the start share the largest. Γ
 //! is the shortest range of γ in which one of them moves by its A, at most the length of the run. An ignorable
 //! coordinate is felt as t is: its T is max |q̇|·Γ. W² is what motion contributes to K: at most over the run, the sum
-//! of the
-//! |g_ab q̇^a q̇^b| without the largest of them. In the table x stands for every active coordinate, and t for every
-//! ignorable one.
+//! of the |g_ab q̇^a q̇^b| without the largest of them. In the rules x stands for every active coordinate, and t for
+//! every ignorable one.
 //!
-//! | status | rule, the first that holds |
-//! |---|---|
-//! | no critical point | the solve ends without one; an implicit step of another method does not converge, or has too many steps |
-//! | leaves the domain | the solve, or another method, meets g00 ≤ 0, or a determinant of the metric that changes its sign |
-//! | diverged | an error of x above [`DIVERGED`]·A, which is twice the distance of any two points of the motion; or a number is not finite |
-//! | accurate | errors of x ≤ [`ACCURATE`]·A and of t ≤ [`ACCURATE`]·T at every node, so that the curves cannot be told apart by eye |
-//! | sawtooth | the amplitude of the (−1)^k component of x is above [`SAWTOOTH`]·A and [`ROUGHER`] times that of the reference on the same nodes |
-//! | drifting | the mean of K over the last quarter of the nodes differs from that over the first by more than [`DRIFTING`]·W² |
-//! | inaccurate | anything else: the orbit is right, but the time is wrong |
+//! The rules, of which the first that holds gives the status:
+//!
+//! 1. no critical point: the solve ends without one; an implicit step of another method does not converge, or has too
+//!    many steps
+//! 2. leaves the domain: the solve, or another method, meets g00 ≤ 0, or a determinant of the metric that changes its
+//!    sign
+//! 3. diverged: an error of x above [`DIVERGED`]·A, which is twice the distance of any two points of the motion; or a
+//!    number is not finite
+//! 4. accurate: errors of x ≤ [`ACCURATE`]·A and of t ≤ [`ACCURATE`]·T at every node, so that the curves cannot be told
+//!    apart by eye
+//! 5. sawtooth: the amplitude of the (−1)^k component of x is above [`SAWTOOTH`]·A and [`ROUGHER`] times that of the
+//!    reference on the same nodes
+//! 6. drifting: the mean of K over the last quarter of the nodes differs from that over the first by more than
+//!    [`DRIFTING`]·W²
+//! 7. inaccurate: anything else: the orbit is right, but the time is wrong
 //!
 //! If the geodesic itself leaves the domain before the end, there is no trajectory to compare with. A result is then
 //! called inaccurate, and its errors are empty.
