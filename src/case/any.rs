@@ -1,7 +1,8 @@
 //! A case of either kind.
 
 use super::parse::Source;
-use super::{Case, CaseError, Form, SceneCase, scene};
+use super::{Case, CaseError, SceneCase, scene};
+use crate::solve::Settings;
 
 /// A case of one coordinate in a potential, or a scene.
 #[derive(Debug, Clone)]
@@ -51,27 +52,32 @@ impl AnyCase {
         }
     }
 
+    /// It as TOML, with every default filled in. Reading that text gives the same case.
+    pub fn to_toml(&self) -> String {
+        match self {
+            Self::One(case) => case.to_toml(),
+            Self::Scene(case) => case.to_toml(),
+        }
+    }
+
+    /// The same without its `[expect]` table.
+    pub fn without_expectations(self) -> Self {
+        match self {
+            Self::One(case) => Self::One(Box::new(Case { expect: None, ..*case })),
+            Self::Scene(case) => Self::Scene(Box::new(case.without_expectations())),
+        }
+    }
+
     /// Whether it asks for more digits than `f64` has.
     pub fn is_extended(&self) -> bool {
-        match self {
-            Self::One(case) => case.is_extended(),
-            Self::Scene(case) => case.is_extended(),
-        }
+        self.settings().is_extended()
     }
 
-    /// The form of its action.
-    pub fn form(&self) -> Form {
+    /// How its world-line is computed.
+    pub fn settings(&self) -> Settings {
         match self {
-            Self::One(case) => case.scheme.form,
-            Self::Scene(case) => case.form(),
-        }
-    }
-
-    /// Its number of windows.
-    pub fn windows(&self) -> usize {
-        match self {
-            Self::One(case) => case.grid.windows,
-            Self::Scene(case) => case.windows(),
+            Self::One(case) => case.settings(),
+            Self::Scene(case) => case.settings(),
         }
     }
 
@@ -80,14 +86,6 @@ impl AnyCase {
         match self {
             Self::One(_) => false,
             Self::Scene(case) => !case.events().is_empty(),
-        }
-    }
-
-    /// Whether it asks for an accuracy.
-    pub fn has_accuracy(&self) -> bool {
-        match self {
-            Self::One(case) => case.solver.accuracy.is_some(),
-            Self::Scene(case) => case.accuracy().is_some(),
         }
     }
 }

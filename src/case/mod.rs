@@ -243,15 +243,10 @@ impl Case {
         }
     }
 
-    /// Significant digits of a solution in `S`.
-    pub(crate) fn digits<S: Real>(&self) -> u32 {
-        self.solver.digits.min(S::MOST_DIGITS)
-    }
-
     /// Whether the case asks for more digits than `f64` has, and is therefore to be solved in
     /// [`Extended`](crate::scalar::Extended).
     pub fn is_extended(&self) -> bool {
-        self.solver.digits > f64::MOST_DIGITS
+        self.settings().is_extended()
     }
 
     /// The case with another operator, form and number of nodes on γ ∈ [0, `length`], and without an accuracy. A

@@ -4,9 +4,23 @@ use std::sync::Arc;
 
 use super::{Case, Decimal};
 use crate::scalar::Real;
-use crate::solve::{Arithmetic, Scene, Setup};
+use crate::solve::{Arithmetic, Scene, Settings, Setup};
 
 impl Case {
+    /// How its world-line is computed.
+    pub fn settings(&self) -> Settings {
+        Settings {
+            sbp: self.scheme.sbp,
+            form: self.scheme.form,
+            n_gamma: self.grid.n_gamma,
+            windows: self.grid.windows,
+            system: self.solver.system,
+            digits: self.solver.digits,
+            max_iterations: self.solver.max_iterations,
+            accuracy: self.solver.accuracy.as_ref().map(Decimal::value),
+        }
+    }
+
     fn scene<S: Real>(&self) -> Scene<S> {
         Scene {
             metric: Arc::new(self.metric()),
@@ -25,15 +39,8 @@ impl<S: Arithmetic> From<&Case> for Setup<S> {
             // Of a formula, compiling it once is enough where the two are of one kind.
             rough: S::rough_scene(&scene, || case.scene()),
             scene,
-            sbp: case.scheme.sbp,
-            form: case.scheme.form,
             regularised: case.scheme.regularised,
-            n_gamma: case.grid.n_gamma,
-            windows: case.grid.windows,
-            system: case.solver.system,
-            digits: case.digits::<S>(),
-            max_iterations: case.solver.max_iterations,
-            accuracy: case.solver.accuracy.as_ref().map(Decimal::value),
+            settings: case.settings().within::<S>(),
         }
     }
 }

@@ -28,52 +28,37 @@ pub(super) struct CheckArgs {
 pub(super) struct ExpectationNotMet(pub(super) Vec<String>);
 
 pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
-    let case = match args.case.read_any()? {
-        AnyCase::One(case) => case,
-        AnyCase::Scene(case) => return check_scene(&case, args),
+    let case = args.case.read_any()?;
+    for warning in case.warnings() {
+        report::warn(&warning);
+    }
+    if !args.case.quiet {
+        stdout::write(&case.to_toml())?;
+    }
+    if args.run {
+        let met = met(&case)?.ok_or_else(|| {
+            let message = "the case has no [expect] table to compare with".to_owned();
+            CaseError::without_place(&args.case.name(), message)
+        })?;
+        if !args.case.quiet {
+            stdout::write(&format!("\n# expected and found: {}\n", met.join("; ")))?;
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// One phrase for each number that is as expected; nothing if the case expects nothing.
+///
+/// # Errors
+/// [`ExpectationNotMet`] if anything is different.
+fn met(case: &AnyCase) -> anyhow::Result<Option<Vec<String>>> {
+    let met = match (case, case.is_extended()) {
+        (AnyCase::One(case), true) => case.expect.as_ref().map(|expect| compare::<Extended>(case, expect)),
+        (AnyCase::One(case), false) => case.expect.as_ref().map(|expect| compare::<f64>(case, expect)),
+        (AnyCase::Scene(case), true) => case.expect().map(|expect| compare_scene::<Extended>(case, expect)),
+        (AnyCase::Scene(case), false) => case.expect().map(|expect| compare_scene::<f64>(case, expect)),
     };
-    for warning in case.warnings() {
-        report::warn(&warning);
-    }
-    if !args.case.quiet {
-        stdout::write(&case.to_toml())?;
-    }
-    if args.run {
-        let Some(expect) = &case.expect else { return Err(without_expectations(args)) };
-        memory::check(&case, None)?;
-        let met = if case.is_extended() { compare::<Extended>(&case, expect)? } else { compare::<f64>(&case, expect)? };
-        tell_met(args, &met)?;
-    }
-    Ok(ExitCode::SUCCESS)
-}
-
-fn check_scene(case: &SceneCase, args: &CheckArgs) -> anyhow::Result<ExitCode> {
-    for warning in case.warnings() {
-        report::warn(&warning);
-    }
-    if !args.case.quiet {
-        stdout::write(&case.to_toml())?;
-    }
-    if args.run {
-        let Some(expect) = case.expect() else { return Err(without_expectations(args)) };
-        let is_extended = case.is_extended();
-        let met =
-            if is_extended { compare_scene::<Extended>(case, expect)? } else { compare_scene::<f64>(case, expect)? };
-        tell_met(args, &met)?;
-    }
-    Ok(ExitCode::SUCCESS)
-}
-
-fn without_expectations(args: &CheckArgs) -> anyhow::Error {
-    let message = "the case has no [expect] table to compare with".to_owned();
-    CaseError::without_place(&args.case.name(), message).into()
-}
-
-fn tell_met(args: &CheckArgs, met: &[String]) -> anyhow::Result<()> {
-    if args.case.quiet {
-        return Ok(());
-    }
-    stdout::write(&format!("\n# expected and found: {}\n", met.join("; ")))
+    met.transpose()
 }
 
 /// A number at the end of a run, and what it is expected to be.
@@ -87,8 +72,9 @@ struct Number<S> {
 /// expected.
 ///
 /// # Errors
-/// [`ExpectationNotMet`] if anything is different.
+/// [`ExpectationNotMet`] if anything is different, and if there is not enough memory.
 fn compare<S: Arithmetic>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<String>> {
+    memory::check(case, None)?;
     let end = solve::<S>(case).map(|solution| solution.end).map_err(|failure| (failure.status, failure.to_string()));
     let number = |name: &str, expected: &Option<Decimal>, found: fn(&EndState<S>) -> S| {
         let (expected, end) = (expected.as_ref()?.to(), end.as_ref().ok()?);
@@ -103,7 +89,7 @@ fn compare<S: Arithmetic>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<St
 /// The same for a scene.
 ///
 /// # Errors
-/// As [`compare`], and if there is not enough memory.
+/// As [`compare`].
 fn compare_scene<S: Real>(case: &SceneCase, expect: &SceneExpect) -> anyhow::Result<Vec<String>> {
     let setup = case.setup::<S>();
     memory::check_scene(&setup, 0)?;
@@ -119,7 +105,12 @@ fn compare_scene<S: Real>(case: &SceneCase, expect: &SceneExpect) -> anyhow::Res
         };
         gamma.into_iter().chain(finals).map(number).collect::<Vec<_>>()
     });
-    judge(expect.status, numbers, expect.tolerance.as_ref().map(|tolerance| case.value(tolerance)), setup.digits)
+    judge(
+        expect.status,
+        numbers,
+        expect.tolerance.as_ref().map(|tolerance| case.value(tolerance)),
+        setup.settings.digits,
+    )
 }
 
 /// Compares how a solve ended, and with which numbers, with what is expected.

@@ -167,7 +167,7 @@ fn sweep_in<S: Arithmetic>(
                 grid.map_or(Ok(()), |grid| memory::check(&grid, None))?;
             }
             AnyCase::Scene(scene) => {
-                let grid = on_grid(&scene.setup::<S>(), (sbp, scene.form()), finest, S::ONE).ok();
+                let grid = on_grid(&scene.setup::<S>(), (sbp, scene.settings().form), finest, S::ONE).ok();
                 grid.map_or(Ok(()), |grid| memory::check_scene(&grid, 0))?;
             }
         }
@@ -192,7 +192,7 @@ fn sweep_in<S: Arithmetic>(
     let is_strong = |point: &&ConvergencePoint| point.form == Form::Strong && point.sbp.fixed_points().is_none();
     let mut parities = convergence.points.iter().filter(is_strong).map(|point| point.n_gamma % 2);
     let first = parities.next();
-    if case.windows() == 1 && parities.any(|parity| Some(parity) != first) {
+    if case.settings().windows == 1 && parities.any(|parity| Some(parity) != first) {
         report::warn(&format!(
             "{name}the grids mix even and odd numbers of nodes, which have different constants of the error at the \
              end in the strong form: fit grids of one parity"
@@ -264,7 +264,7 @@ fn sweep_with_progress<S: Arithmetic>(
     case: &AnyCase,
     args: &ConvergeArgs,
 ) -> Result<Option<Convergence<S>>, SweepError> {
-    let forms = if args.form.is_empty() { &[case.form()] } else { args.form.as_slice() };
+    let forms = if args.form.is_empty() { &[case.settings().form] } else { args.form.as_slice() };
     let schemes: Vec<_> = args.sbp.iter().flat_map(|&sbp| forms.iter().map(move |&form| (sbp, form))).collect();
     let grids = (args.n_gamma.len() * schemes.len()) as u64;
     let bar = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new(grids) };

@@ -69,11 +69,6 @@ impl CaseArgs {
         path.strip_prefix(here).unwrap_or(&path).display().to_string()
     }
 
-    /// What heads the output and the pictures: the title of the case, or its name.
-    pub(super) fn title(&self, case: &Case) -> String {
-        self.headed(case.title.as_deref())
-    }
-
     /// That title, or the name of the case if there is none.
     pub(super) fn headed(&self, title: Option<&str>) -> String {
         title.map_or_else(|| self.stem().to_string_lossy().into_owned(), str::to_owned)

@@ -35,7 +35,12 @@ pub(super) fn check(case: &Case, samples: Option<&SampleArgs>) -> anyhow::Result
 /// As [`check`].
 pub(super) fn check_scene<S: Real>(setup: &SceneSetup<S>, samples: usize) -> anyhow::Result<()> {
     let help = "take fewer nodes, digits or samples";
-    refuse(scene_bytes_needed(setup, samples), setup.n_gamma * setup.windows, setup.digits, help)
+    refuse(
+        scene_bytes_needed(setup, samples),
+        setup.settings.n_gamma * setup.settings.windows,
+        setup.settings.digits,
+        help,
+    )
 }
 
 /// Refuses a run of so many nodes and digits if there is less memory than it needs, in bytes.

@@ -21,23 +21,28 @@ pub(super) fn readable<S: Real>(
 ) -> String {
     let lines = [
         title.to_owned(),
-        end(solution, error),
-        format!("  kept       {}", kept(solution, measures, error, summary.verdict.digits)),
-        charge(solution, measures),
-        second_invariant(solution, measures),
-        newton(measures),
-        critical_point(solution, measures),
-        scheme(solution, summary),
+        row("end", &end(solution, error)),
+        row("kept", &kept(solution, measures, error, summary.verdict.digits)),
+        row("Q_t", &charge(solution, measures)),
+        row("K", &second_invariant(solution, measures)),
+        row("Newton", &newton(measures)),
+        row("critical", &critical_point(solution, measures)),
+        row("scheme", &scheme(solution, summary)),
     ];
     lines.join("\n") + "\n"
 }
 
-/// The line of t and x at the end, with as many digits as their errors allow.
+/// A line with its name.
+pub(super) fn row(name: &str, text: &str) -> String {
+    format!("  {name:<10} {text}")
+}
+
+/// t and x at the end, with as many digits as their errors allow.
 fn end<S: Real>(solution: &Solution<S>, error: Option<&RunError>) -> String {
     let (t, x) = (solution.end.t, solution.end.x);
     let Some(error) = error else {
         let all = |number: S| number.to_decimal(solution.digits);
-        return format!("  end        t = {}, x = {}; no second solve to compare with", all(t), all(x));
+        return format!("t = {}, x = {}; no second solve to compare with", all(t), all(x));
     };
     let [in_t, in_x] = error.end;
     let [most_t, most_x] = error.largest;
@@ -51,7 +56,7 @@ fn end<S: Real>(solution: &Solution<S>, error: Option<&RunError>) -> String {
     };
     let off = if in_t == 0.0 { format!("x is off by {in_x:.1e}") } else { format!("off by {in_t:.1e} and {in_x:.1e}") };
     format!(
-        "  end        t = {}, x = {}; {off}{most} ({})",
+        "t = {}, x = {}; {off}{most} ({})",
         to_its_digits(t, in_t, solution.digits),
         to_its_digits(x, in_x, solution.digits),
         error.judge.describe()
@@ -135,7 +140,7 @@ fn charge<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> String {
     let q_t = fixed(solution.invariants().q_t.to_f64(), 6);
     let interior = measures.max_abs_delta_q_t_interior.to_f64();
     if solution.form == Form::Weak {
-        return format!("  Q_t        {q_t}; |dQ_t| <= {interior:.1e} at all nodes");
+        return format!("{q_t}; |dQ_t| <= {interior:.1e} at all nodes");
     }
     let corrected = measures.max_abs_delta_q_t_corrected.to_f64();
     let (last, which) = match solution.window_count {
@@ -144,7 +149,7 @@ fn charge<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> String {
     };
     let last = last.to_f64().abs();
     format!(
-        "  Q_t        {q_t}; |dQ_t| <= {interior:.1e} at all nodes but {which}, where Dt takes up the defect of D: \
+        "{q_t}; |dQ_t| <= {interior:.1e} at all nodes but {which}, where Dt takes up the defect of D: \
          {last:.2e}, or {corrected:.1e} with its multiplier"
     )
 }
@@ -157,7 +162,7 @@ fn second_invariant<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> 
     };
     let ends = if solution.window_count == 1 { "the end" } else { "the ends" };
     format!(
-        "  K          {}; |dK| <= {:.2e} at all nodes{but_last}, {:.2e} at {ends} handed on",
+        "{}; |dK| <= {:.2e} at all nodes{but_last}, {:.2e} at {ends} handed on",
         fixed(solution.invariants().k.to_f64(), 6),
         measures.max_abs_delta_k.to_f64(),
         measures.max_abs_delta_k_ends.to_f64()
@@ -167,20 +172,20 @@ fn second_invariant<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> 
 fn newton<S: Real>(measures: &Measures<S>) -> String {
     let deviation = measures.newtonian.deviation;
     if deviation == 0.0 {
-        return "  Newton     the motion is Newton's".to_owned();
+        return "the motion is Newton's".to_owned();
     }
     let remedy = match measures.newtonian.c() {
         Some(c) if deviation > 2.0 * NEGLIGIBLE => format!("; c = {c} would make that about {NEGLIGIBLE:e}"),
         _ => String::new(),
     };
-    format!("  Newton     the acceleration differs from Newton's by up to {}{remedy}", percent(deviation))
+    format!("the acceleration differs from Newton's by up to {}{remedy}", percent(deviation))
 }
 
 fn critical_point<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> String {
     let action = if solution.form == Form::Weak { "E_weak" } else { "E_IVP" };
     let sawtooth = measures.sawtooth.map_or("not measurable".to_owned(), |s| format!("{:.1e}", s.to_f64()));
     format!(
-        "  critical   |grad {action}| <= {:.1e}: a critical point of the action; sawtooth in x {sawtooth}; \
+        "|grad {action}| <= {:.1e}: a critical point of the action; sawtooth in x {sawtooth}; \
          H_BVP = {} {} {} = Q_t (t_f - t_i)",
         solution.gradient_norm.to_f64(),
         fixed(measures.bound.h_bvp.to_f64(), 6),
@@ -198,7 +203,7 @@ fn scheme<S: Real>(solution: &Solution<S>, summary: &Summary) -> String {
     let iterations = iterations(solution.iterations, solution.initial_guess).unwrap_or("explicit".to_owned());
     let digits = if S::IS_EXTENDED { format!(", {} digits", solution.digits) } else { String::new() };
     format!(
-        "  scheme     {} {}, {system}, {nodes} on gamma in [{}, {}]{digits}: {iterations}, {:.3} ms",
+        "{} {}, {system}, {nodes} on gamma in [{}, {}]{digits}: {iterations}, {:.3} ms",
         summary.sbp,
         solution.form.as_str(),
         plain(solution.gamma_i.to_f64()),

@@ -7,12 +7,13 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use clap::{Args, ValueHint};
 use geodesic_ivp::case::AnyCase;
-use geodesic_ivp::diagnostics::verdict::Verdict;
 use geodesic_ivp::output::{
-    CASE, Chart, Measured, OutputSet, SUMMARY, write_branches, write_residuals, write_trajectory,
+    CASE, Chart, Measured, OutputSet, SUMMARY, SummaryOf, write_branches, write_residuals, write_trajectory,
 };
 use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::solve::{NoSolution, Settings, System};
 use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
 
 use super::out::OutArgs;
 use super::report::Refusal;
@@ -59,11 +60,10 @@ pub(super) struct RunArgs {
 pub(super) trait Job {
     /// A solution with what was measured on it.
     type Solved;
-    /// The summary, with how good the solution is.
-    type Judged;
-
-    /// Warnings about the case itself.
-    fn warnings(&self) -> Vec<String>;
+    /// Its numbers in the summary.
+    type Numbers: Serialize;
+    /// How far it is from a reference.
+    type Error;
 
     /// Refuses options that this case does not have.
     fn check_options(&self) -> anyhow::Result<()>;
@@ -71,23 +71,11 @@ pub(super) trait Job {
     /// Refuses a run that needs more memory than there is.
     fn check_memory(&self) -> anyhow::Result<()>;
 
-    /// Whether the doubled system is solved, so that there are two branches.
-    fn is_doubled(&self) -> bool;
-
-    /// Whether the case has events.
-    fn has_events(&self) -> bool;
-
-    /// The effective case as a text.
-    fn effective(&self) -> String;
-
-    /// What the spinner says.
-    fn progress(&self) -> String;
-
     /// Solves and measures. Returns also the seconds in the solver.
     fn solve(&self) -> (anyhow::Result<Self::Solved>, f64);
 
-    /// The summary of a solve that failed with this error, if it is one of the solver.
-    fn failed(&self, error: &anyhow::Error, seconds: f64) -> Option<String>;
+    /// The summary of a solve that failed.
+    fn failed(&self, failure: &NoSolution, seconds: f64) -> SummaryOf<Self::Numbers>;
 
     /// Warnings that the solution should not be believed, from its own numbers.
     fn suspicions(&self, solved: &Self::Solved) -> Vec<String>;
@@ -95,26 +83,28 @@ pub(super) trait Job {
     /// Writes the table of `--stdout`.
     fn write_combined(&self, solved: Self::Solved, out: std::io::StdoutLock<'static>) -> csv::Result<()>;
 
-    /// Compares with a reference. Returns also what is to be warned of.
-    fn judge(&self, solved: &Self::Solved) -> (Self::Judged, Vec<String>);
+    /// Compares with a reference.
+    fn judge(&self, solved: &Self::Solved) -> Judged<Self::Numbers, Self::Error>;
 
     /// Writes the tables.
     fn write_tables(&self, solved: &Self::Solved, files: &Tables<'_>) -> anyhow::Result<()>;
-
-    /// The summary as JSON.
-    fn summary(&self, judged: &mut Self::Judged, write_seconds: f64) -> String;
 
     /// The names of its pictures.
     fn picture_names(&self) -> &'static [&'static str];
 
     /// The pictures, in the order of their names.
-    fn pictures(&self, solved: &Self::Solved, judged: &Self::Judged) -> Vec<Chart>;
+    fn pictures(&self, title: &str, solved: &Self::Solved) -> Vec<Chart>;
 
-    /// The summary for people.
-    fn readable(&self, solved: &Self::Solved, judged: &Self::Judged) -> String;
+    /// The summary for people, without files and verdict.
+    fn readable(&self, title: &str, solved: &Self::Solved, judged: &Judged<Self::Numbers, Self::Error>) -> String;
+}
 
-    /// How far the solution is to be believed.
-    fn verdict<'j>(&self, judged: &'j Self::Judged) -> &'j Verdict;
+/// How good a solution is.
+pub(super) struct Judged<N, E> {
+    pub(super) summary: SummaryOf<N>,
+    pub(super) error: Option<E>,
+    /// What is to be warned of.
+    pub(super) suspicions: Vec<String>,
 }
 
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
@@ -161,47 +151,48 @@ impl RunArgs {
 
 /// Runs one case, the one of `args`.
 fn run_case(case: AnyCase, args: &RunArgs) -> anyhow::Result<ExitCode> {
-    match case {
-        AnyCase::One(case) if case.is_extended() => execute(&OneCoordinate::<Extended>::new(&case, args), args),
-        AnyCase::One(case) => execute(&OneCoordinate::<f64>::new(&case, args), args),
-        AnyCase::Scene(case) if case.is_extended() => execute(&Scene::<Extended>::new(&case, args), args),
-        AnyCase::Scene(case) => execute(&Scene::<f64>::new(&case, args), args),
+    match &case {
+        AnyCase::One(one) if case.is_extended() => execute(&OneCoordinate::<Extended>::new(one, args), &case, args),
+        AnyCase::One(one) => execute(&OneCoordinate::<f64>::new(one, args), &case, args),
+        AnyCase::Scene(scene) if case.is_extended() => execute(&Scene::<Extended>::new(scene, args), &case, args),
+        AnyCase::Scene(scene) => execute(&Scene::<f64>::new(scene, args), &case, args),
     }
 }
 
-fn execute(job: &impl Job, args: &RunArgs) -> anyhow::Result<ExitCode> {
+fn execute(job: &impl Job, case: &AnyCase, args: &RunArgs) -> anyhow::Result<ExitCode> {
     args.samples.check(args.stdout)?;
     job.check_options()?;
-    warn_of(&job.warnings());
+    warn_of(&case.warnings());
     job.check_memory()?;
     if args.stdout {
         // Checked before the computation, whose result would otherwise be lost.
         drop(stdout::for_data()?);
-        let solved = with_spinner(job, args).0?;
+        let solved = with_spinner(job, case, args).0?;
         warn_of(&job.suspicions(&solved));
         job.write_combined(solved, stdout::for_data()?)?;
         return Ok(ExitCode::SUCCESS);
     }
     args.output.check_standard_output()?;
     let target = args.output.target(&args.case, "run")?;
-    let directory: PathBuf = target.folder.clone();
+    let directory = target.folder.clone();
     let mut names = vec![TRAJECTORY, RESIDUALS, BRANCHES, SAMPLES, EVENTS, SUMMARY, CASE];
     names.extend(job.picture_names());
     names.retain(|name| match *name {
         TRAJECTORY | RESIDUALS => !args.samples.only(),
-        BRANCHES => !args.samples.only() && job.is_doubled(),
+        BRANCHES => !args.samples.only() && case.settings().system == System::Doubled,
         SAMPLES => args.samples.wanted(),
-        EVENTS => job.has_events(),
+        EVENTS => case.has_events(),
         SUMMARY | CASE => true,
         _ => args.plot,
     });
     let files = OutputSet::open(target, &names)?;
-    files.write_text(CASE, &job.effective())?;
-    let (result, solve_seconds) = with_spinner(job, args);
+    files.write_text(CASE, &effective(case, args))?;
+    let (result, solve_seconds) = with_spinner(job, case, args);
     let solved = match result {
         Ok(solved) => solved,
         Err(error) => {
-            if let Some(summary) = job.failed(&error, solve_seconds) {
+            if let Some(failure) = error.downcast_ref() {
+                let summary = job.failed(failure, solve_seconds).to_json();
                 files.write_text(SUMMARY, &summary)?;
                 files.commit(|name| name == SUMMARY || name == CASE)?;
                 // The error of the run matters more than one in writing its summary, and is the one that is reported.
@@ -210,23 +201,38 @@ fn execute(job: &impl Job, args: &RunArgs) -> anyhow::Result<ExitCode> {
             return Err(error);
         }
     };
-    let (mut judged, suspicions) = job.judge(&solved);
-    warn_of(&suspicions);
+    let mut judged = job.judge(&solved);
+    warn_of(&judged.suspicions);
     let start = Instant::now();
     job.write_tables(&solved, &Tables { files: &files })?;
-    let json = job.summary(&mut judged, start.elapsed().as_secs_f64());
+    if let Some(seconds) = &mut judged.summary.seconds {
+        seconds.write = start.elapsed().as_secs_f64();
+    }
+    let (summary, title) = (&judged.summary, args.case.headed(case.title()));
+    let json = summary.to_json();
     files.write_text(SUMMARY, &json)?;
     if args.plot {
-        for (name, chart) in job.picture_names().iter().zip(job.pictures(&solved, &judged)) {
+        let windows = if summary.windows > 1 { format!(", {} windows", summary.windows) } else { String::new() };
+        let title = format!("{title} ({}, N = {}{windows})", summary.sbp, summary.n_gamma);
+        for (name, chart) in job.picture_names().iter().zip(job.pictures(&title, &solved)) {
             files.write_text(name, &chart.to_svg())?;
         }
     }
     let kept = files.commit(|_| true)?;
     args.output.tell(args.case.quiet, &json, || {
         let written = report::written(&directory, &kept);
-        format!("{}{written}{}\n", job.readable(&solved, &judged), job.verdict(&judged).line())
+        format!("{}{written}{}\n", job.readable(&title, &solved, &judged), summary.verdict.line())
     })?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// The case that is run, as a text.
+fn effective(case: &AnyCase, args: &RunArgs) -> String {
+    match args.case.has_overrides() {
+        // The expectations hold for the case as it is in its file.
+        true => case.clone().without_expectations().to_toml(),
+        false => case.to_toml(),
+    }
 }
 
 fn warn_of(warnings: &[String]) {
@@ -234,9 +240,13 @@ fn warn_of(warnings: &[String]) {
 }
 
 /// Solves, with a spinner if standard error is a terminal.
-fn with_spinner<J: Job>(job: &J, args: &RunArgs) -> (anyhow::Result<J::Solved>, f64) {
+fn with_spinner<J: Job>(job: &J, case: &AnyCase, args: &RunArgs) -> (anyhow::Result<J::Solved>, f64) {
     let spinner = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
-    spinner.set_message(job.progress());
+    let Settings { n_gamma, windows, accuracy, .. } = case.settings();
+    spinner.set_message(match accuracy {
+        Some(accuracy) => format!("solving to {accuracy:e}"),
+        None => format!("solving for {} nodes", n_gamma * windows),
+    });
     spinner.set_style(ProgressStyle::with_template("{spinner} {msg} ({elapsed})").expect("the template is valid"));
     spinner.enable_steady_tick(Duration::from_millis(200));
     let result = job.solve();

@@ -3,23 +3,21 @@
 use std::io::StdoutLock;
 use std::time::Instant;
 
-use geodesic_ivp::case::System;
-use geodesic_ivp::diagnostics::verdict::Verdict;
 use geodesic_ivp::diagnostics::{Diagnostics, Measures};
 use geodesic_ivp::geodesic::InitialData;
 use geodesic_ivp::output::pictures::{self, Run};
-use geodesic_ivp::output::{Chart, Outcome, Summary, write_combined, write_samples};
+use geodesic_ivp::output::{self, Chart, Seconds, Summary, write_combined, write_samples};
 use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
 use geodesic_ivp::sampling::Sample;
 use geodesic_ivp::scalar::Real;
-use geodesic_ivp::solve::{Arithmetic, solve_window_by_window};
+use geodesic_ivp::solve::{Arithmetic, NoSolution, solve_window_by_window};
 use geodesic_ivp::study::run_error::{RunError, run_error};
 use geodesic_ivp::study::verdict::of_solution;
 use geodesic_ivp::{Case, Solution, solve};
 
 use super::memory;
 use super::readable::readable;
-use super::run::{Job, RunArgs, Tables};
+use super::run::{Job, Judged, RunArgs, Tables};
 use super::second_opinion::second_opinion;
 
 const PICTURES: [&str; 5] = ["world_line.svg", "t_dot.svg", "trajectory.svg", "delta_q_t.svg", "delta_g.svg"];
@@ -49,20 +47,10 @@ pub(super) struct Solved<S> {
     seconds: [f64; 2],
 }
 
-/// The summary, and the error of the run.
-pub(super) struct Judged {
-    summary: Summary,
-    error: Option<RunError>,
-    diagnostics_seconds: f64,
-}
-
 impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
     type Solved = Solved<S>;
-    type Judged = Judged;
-
-    fn warnings(&self) -> Vec<String> {
-        self.case.warnings()
-    }
+    type Numbers = output::Solved;
+    type Error = RunError;
 
     fn check_options(&self) -> anyhow::Result<()> {
         Ok(())
@@ -70,30 +58,6 @@ impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
 
     fn check_memory(&self) -> anyhow::Result<()> {
         memory::check(self.case, Some(&self.args.samples))
-    }
-
-    fn is_doubled(&self) -> bool {
-        self.case.solver.system == System::Doubled
-    }
-
-    fn has_events(&self) -> bool {
-        false
-    }
-
-    fn effective(&self) -> String {
-        let mut effective = self.case.clone();
-        if self.args.case.has_overrides() {
-            // The expectations hold for the case as it is in its file.
-            effective.expect = None;
-        }
-        effective.to_toml()
-    }
-
-    fn progress(&self) -> String {
-        match &self.case.solver.accuracy {
-            Some(accuracy) => format!("solving to {accuracy}"),
-            None => format!("solving for {} nodes", self.case.grid.n_gamma * self.case.grid.windows),
-        }
     }
 
     fn solve(&self) -> (anyhow::Result<Solved<S>>, f64) {
@@ -132,8 +96,8 @@ impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
         (found.map(|samples| Solved { solution, diagnostics, measures, samples, seconds }), solve_seconds)
     }
 
-    fn failed(&self, error: &anyhow::Error, seconds: f64) -> Option<String> {
-        error.downcast_ref().map(|failure| Summary::new::<S>(self.case, Err(failure), seconds).to_json())
+    fn failed(&self, failure: &NoSolution, seconds: f64) -> Summary {
+        Summary::new::<S>(self.case, Err(failure), seconds)
     }
 
     fn suspicions(&self, solved: &Solved<S>) -> Vec<String> {
@@ -149,7 +113,7 @@ impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
         }
     }
 
-    fn judge(&self, Solved { solution, measures, seconds, .. }: &Solved<S>) -> (Judged, Vec<String>) {
+    fn judge(&self, Solved { solution, measures, seconds, .. }: &Solved<S>) -> Judged<output::Solved, RunError> {
         let mut summary = Summary::new(self.case, Ok((solution, measures)), seconds[0]);
         let error = run_error(self.case, solution);
         let mut verdict = of_solution(solution, measures, error.as_ref());
@@ -163,7 +127,8 @@ impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
         }
         summary.set_error(error, verdict);
         suspicions.extend(measures.newtonian_warning());
-        (Judged { summary, error, diagnostics_seconds: seconds[1] }, suspicions)
+        summary.seconds = Some(Seconds { diagnostics: seconds[1], write: 0.0 });
+        Judged { summary, error, suspicions }
     }
 
     fn write_tables(&self, solved: &Solved<S>, tables: &Tables<'_>) -> anyhow::Result<()> {
@@ -177,32 +142,17 @@ impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
         }
     }
 
-    fn summary(&self, judged: &mut Judged, write_seconds: f64) -> String {
-        if let Outcome::Solved(solved) = &mut judged.summary.outcome {
-            (solved.diagnostics_seconds, solved.write_seconds) = (judged.diagnostics_seconds, write_seconds);
-        }
-        judged.summary.to_json()
-    }
-
     fn picture_names(&self) -> &'static [&'static str] {
         &PICTURES
     }
 
-    fn pictures(&self, solved: &Solved<S>, Judged { summary, .. }: &Judged) -> Vec<Chart> {
+    fn pictures(&self, title: &str, solved: &Solved<S>) -> Vec<Chart> {
         let Some(diagnostics) = &solved.diagnostics else { return Vec::new() };
-        let title = self.args.case.title(self.case);
-        let windows = if summary.windows > 1 { format!(", {} windows", summary.windows) } else { String::new() };
-        let title = format!("{title} ({}, N = {}{windows})", summary.sbp, summary.n_gamma);
-        pictures(&title, self.case, &solved.solution, diagnostics).to_vec()
+        pictures(title, self.case, &solved.solution, diagnostics).to_vec()
     }
 
-    fn readable(&self, solved: &Solved<S>, Judged { summary, error, .. }: &Judged) -> String {
-        let title = self.args.case.title(self.case);
-        readable(&title, &solved.solution, &solved.measures, summary, error.as_ref())
-    }
-
-    fn verdict<'j>(&self, judged: &'j Judged) -> &'j Verdict {
-        &judged.summary.verdict
+    fn readable(&self, title: &str, solved: &Solved<S>, judged: &Judged<output::Solved, RunError>) -> String {
+        readable(title, &solved.solution, &solved.measures, &judged.summary, judged.error.as_ref())
     }
 }
 

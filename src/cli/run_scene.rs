@@ -5,20 +5,21 @@ use std::time::Instant;
 
 use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
-use geodesic_ivp::diagnostics::verdict::Verdict;
 use geodesic_ivp::geometry::ConservedSum;
 use geodesic_ivp::output::pictures::scene::{self as pictures, PlotAxes};
-use geodesic_ivp::output::{Chart, SceneSummary, write_combined, write_events, write_scene_samples};
+use geodesic_ivp::output::{
+    Chart, SceneSummary, Seconds, SolvedScene, write_combined, write_events, write_scene_samples,
+};
 use geodesic_ivp::sampling::{Coordinate, Crossing, SceneSample, SceneSampler, crossings};
 use geodesic_ivp::scalar::Real;
-use geodesic_ivp::solve::System;
+use geodesic_ivp::solve::NoSolution;
 use geodesic_ivp::solve::scene::{SceneSetup, WorldLine, solve_scene};
 use geodesic_ivp::study::scene_error::{SceneError, scene_error};
 use geodesic_ivp::study::verdict::of_world_line;
 
 use super::memory;
 use super::report::Refusal;
-use super::run::{Job, RunArgs, Tables};
+use super::run::{Job, Judged, RunArgs, Tables};
 use super::scene_readable::{events, readable};
 
 /// The last one only where there are events.
@@ -41,9 +42,8 @@ impl<'c, S: Real> Scene<'c, S> {
         self.setup.place.geometry.names().iter().position(|name| name == "t")
     }
 
-    /// The title of the case, or the name of its file.
-    fn title(&self) -> String {
-        self.case.title().map_or_else(|| self.args.case.stem().to_string_lossy().into_owned(), str::to_owned)
+    fn has_events(&self) -> bool {
+        !self.case.events().is_empty()
     }
 
     fn event_names(&self) -> Vec<&str> {
@@ -80,19 +80,10 @@ pub(super) struct Solved<S> {
     seconds: [f64; 2],
 }
 
-/// The summary, and the error of the run.
-pub(super) struct Judged {
-    summary: SceneSummary,
-    error: Option<SceneError>,
-}
-
 impl<S: Real> Job for Scene<'_, S> {
     type Solved = Solved<S>;
-    type Judged = Judged;
-
-    fn warnings(&self) -> Vec<String> {
-        self.case.warnings()
-    }
+    type Numbers = SolvedScene;
+    type Error = SceneError;
 
     fn check_options(&self) -> anyhow::Result<()> {
         let samples = &self.args.samples;
@@ -110,26 +101,6 @@ impl<S: Real> Job for Scene<'_, S> {
 
     fn check_memory(&self) -> anyhow::Result<()> {
         memory::check_scene(&self.setup, self.args.samples.count())
-    }
-
-    fn is_doubled(&self) -> bool {
-        self.case.system() == System::Doubled
-    }
-
-    fn has_events(&self) -> bool {
-        !self.case.events().is_empty()
-    }
-
-    fn effective(&self) -> String {
-        match self.args.case.has_overrides() {
-            // The expectations hold for the case as it is in its file.
-            true => self.case.without_expectations().to_toml(),
-            false => self.case.to_toml(),
-        }
-    }
-
-    fn progress(&self) -> String {
-        format!("solving for {} nodes", self.setup.n_gamma * self.setup.windows)
     }
 
     fn solve(&self) -> (anyhow::Result<Solved<S>>, f64) {
@@ -153,10 +124,8 @@ impl<S: Real> Job for Scene<'_, S> {
         (solved, solve_seconds)
     }
 
-    fn failed(&self, error: &anyhow::Error, seconds: f64) -> Option<String> {
-        let geometry = &self.setup.place.geometry;
-        let summary = |failure| SceneSummary::new(self.case, geometry, Err(failure), seconds).to_json();
-        error.downcast_ref().map(summary)
+    fn failed(&self, failure: &NoSolution, seconds: f64) -> SceneSummary {
+        SceneSummary::new(self.case, &self.setup.place.geometry, Err(failure), seconds)
     }
 
     fn suspicions(&self, solved: &Solved<S>) -> Vec<String> {
@@ -167,19 +136,19 @@ impl<S: Real> Job for Scene<'_, S> {
         write_combined(out, &solved.line, &solved.diagnostics)
     }
 
-    fn judge(&self, solved: &Solved<S>) -> (Judged, Vec<String>) {
+    fn judge(&self, solved: &Solved<S>) -> Judged<SolvedScene, SceneError> {
         let Solved { line, sums, diagnostics, events, seconds, .. } = solved;
         let mut summary = SceneSummary::new(self.case, line.geometry(), Ok((line, diagnostics, sums)), seconds[0]);
         let error = scene_error(line);
         summary.set_error(error.as_ref(), of_world_line(line, diagnostics, error.as_ref()));
-        if let Some(solved) = &mut summary.solved {
-            solved.diagnostics_seconds = seconds[1];
+        summary.seconds = Some(Seconds { diagnostics: seconds[1], write: 0.0 });
+        if let Some(numbers) = summary.solved_mut() {
             for (index, event) in self.case.events().iter().enumerate() {
                 let count = events.iter().filter(|crossing| crossing.watch == index).count();
-                solved.events.insert(event.name.clone(), count);
+                numbers.events.insert(event.name.clone(), count);
             }
         }
-        (Judged { summary, error }, self.suspicions(solved))
+        Judged { summary, error, suspicions: self.suspicions(solved) }
     }
 
     fn write_tables(&self, solved: &Solved<S>, tables: &Tables<'_>) -> anyhow::Result<()> {
@@ -194,42 +163,28 @@ impl<S: Real> Job for Scene<'_, S> {
         tables.nodes(line, diagnostics, line.is_doubled())
     }
 
-    fn summary(&self, judged: &mut Judged, write_seconds: f64) -> String {
-        if let Some(solved) = &mut judged.summary.solved {
-            solved.write_seconds = write_seconds;
-        }
-        judged.summary.to_json()
-    }
-
     fn picture_names(&self) -> &'static [&'static str] {
         if self.has_events() { &PICTURES } else { &PICTURES[..PICTURES.len() - 1] }
     }
 
-    fn pictures(&self, solved: &Solved<S>, Judged { summary, .. }: &Judged) -> Vec<Chart> {
+    fn pictures(&self, title: &str, solved: &Solved<S>) -> Vec<Chart> {
         let Solved { line, sums, diagnostics, events, .. } = solved;
         let (formulas, labels) = self.case.plot_axes(line.geometry());
         let axes = PlotAxes { formulas, labels };
-        let windows = if summary.windows > 1 { format!(", {} windows", summary.windows) } else { String::new() };
-        let of = format!("{} ({}, N = {}{windows})", self.title(), summary.sbp, summary.n_gamma);
         let mut pictures = vec![
-            pictures::orbit(&of, line, &axes),
-            pictures::charges(&of, line, diagnostics, sums),
-            pictures::mesh(&of, line),
+            pictures::orbit(title, line, &axes),
+            pictures::charges(title, line, diagnostics, sums),
+            pictures::mesh(title, line),
         ];
         if self.has_events() {
-            pictures.push(pictures::section(&of, line, &axes, &self.event_names(), events));
+            pictures.push(pictures::section(title, line, &axes, &self.event_names(), events));
         }
         pictures
     }
 
-    fn readable(&self, solved: &Solved<S>, judged: &Judged) -> String {
-        let title = self.title();
+    fn readable(&self, title: &str, solved: &Solved<S>, judged: &Judged<SolvedScene, SceneError>) -> String {
         let Solved { line, sums, diagnostics, .. } = solved;
         let events = events(&self.event_names(), &solved.events, line.digits);
-        readable(&title, line, diagnostics, sums, judged.error.as_ref(), events)
-    }
-
-    fn verdict<'j>(&self, judged: &'j Judged) -> &'j Verdict {
-        &judged.summary.verdict
+        readable(title, line, diagnostics, sums, judged.error.as_ref(), events)
     }
 }

@@ -9,7 +9,7 @@ use geodesic_ivp::scalar::Real;
 use geodesic_ivp::solve::scene::WorldLine;
 use geodesic_ivp::study::scene_error::SceneError;
 
-use super::readable::iterations;
+use super::readable::{iterations, row};
 
 /// The summary without the list of files; `events` are its lines about these.
 pub(super) fn readable<S: Real>(
@@ -67,10 +67,6 @@ pub(super) fn events<S: Real>(names: &[&str], crossings: &[Crossing<S>], digits:
         row(name, &text)
     };
     names.iter().enumerate().map(line).collect()
-}
-
-fn row(name: &str, text: &str) -> String {
-    format!("  {name:<10} {text}")
 }
 
 fn short<S: Real>(value: S) -> String {

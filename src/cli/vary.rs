@@ -17,7 +17,7 @@ use geodesic_ivp::output::runs::{
 };
 use geodesic_ivp::output::{CASE, OutputSet, SUMMARY};
 use geodesic_ivp::scalar::Extended;
-use geodesic_ivp::solve::Status;
+use geodesic_ivp::solve::{Settings, Status};
 use geodesic_ivp::study::many::{Axis, ManyRuns, Outcome};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -239,13 +239,12 @@ fn row(runs: &ManyRuns, columns: &Columns, run: usize) -> RunRow {
 }
 
 fn check_memory(case: &AnyCase) -> anyhow::Result<()> {
+    let Settings { n_gamma, windows, .. } = case.settings();
     match case {
-        AnyCase::One(case) if case.grid.n_gamma * case.grid.windows > FEW_NODES => memory::check(case, None),
-        AnyCase::Scene(case) if case.n_gamma() * case.windows() > FEW_NODES => match case.is_extended() {
-            true => memory::check_scene(&case.setup::<Extended>(), 0),
-            false => memory::check_scene(&case.setup::<f64>(), 0),
-        },
-        _ => Ok(()),
+        _ if n_gamma * windows <= FEW_NODES => Ok(()),
+        AnyCase::One(case) => memory::check(case, None),
+        AnyCase::Scene(case) if case.is_extended() => memory::check_scene(&case.setup::<Extended>(), 0),
+        AnyCase::Scene(case) => memory::check_scene(&case.setup::<f64>(), 0),
     }
 }
 

@@ -22,7 +22,6 @@ mod manifest;
 mod number;
 pub mod pictures;
 pub mod runs;
-mod scene_summary;
 mod stability;
 mod summary;
 mod tables;
@@ -33,9 +32,11 @@ pub use convergence::{ConvergenceSummary, write_convergence, write_slopes};
 pub use files::{CASE, NotOurs, OutputSet, SUMMARY, Target};
 pub use manifest::{Origin, origin_of};
 pub use number::Number;
-pub use scene_summary::{FailedScene, SceneSummary, SolvedScene};
 pub use stability::{Border, Onset, StabilitySummary, borders, onsets, write_stability};
-pub use summary::{Outcome, Summary, json_object};
+pub use summary::{
+    Coordinates, Error, Failed, Outcome, Point, SceneSummary, Seconds, Solved, SolvedScene, Summary, SummaryOf,
+    json_object,
+};
 pub use tables::{
     Measured, write_branches, write_combined, write_events, write_residuals, write_samples, write_scene_samples,
     write_trajectory,

@@ -47,8 +47,8 @@ fn search<S: Arithmetic>(
     let asked = Search {
         guess,
         limit: S::from(f64::INFINITY),
-        digits: if S::IS_EXTENDED { setup.digits } else { DOUBLE_DIGITS },
-        digits_of_runs: setup.digits,
+        digits: if S::IS_EXTENDED { setup.settings.digits } else { DOUBLE_DIGITS },
+        digits_of_runs: setup.settings.digits,
         scale: Some(duration),
     };
     let excess = |solution: &Solution<S>| Excess {

@@ -30,21 +30,22 @@ const PROGRAM: f64 = 6e6;
 /// meets within a third. With an accuracy asked for, the nodes are not known beforehand and do not count.
 pub fn bytes_needed<S>(setup: &Setup<S>, one_window: bool, samples: usize) -> f64 {
     let number = size_of::<S>() as f64;
-    let window = setup.n_gamma as f64;
-    let nodes = if one_window { window } else { window * setup.windows as f64 };
-    let solver = window * bytes_of_solver((setup.system, setup.form, setup.sbp), 2.0, 2.0);
+    let window = setup.settings.n_gamma as f64;
+    let nodes = if one_window { window } else { window * setup.settings.windows as f64 };
+    let solver = window * bytes_of_solver((setup.settings.system, setup.settings.form, setup.settings.sbp), 2.0, 2.0);
     PROGRAM + number * (NUMBERS * nodes + SAMPLE_NUMBERS * samples as f64) + solver
 }
 
 /// The same for a scene, whose run is kept as a whole.
 pub fn scene_bytes_needed<S: Real>(setup: &SceneSetup<S>, samples: usize) -> f64 {
     let (number, geometry) = (size_of::<S>() as f64, &setup.place.geometry);
-    let (window, windows) = (setup.n_gamma as f64, setup.windows as f64);
+    let (window, windows) = (setup.settings.n_gamma as f64, setup.settings.windows as f64);
     let coordinates = geometry.dimension() as f64;
     let fields = 2.0 * geometry.active().len() as f64;
     let structure = geometry.structure();
     let rows = NUMBERS_OF_COORDINATE * coordinates + (structure.rows + structure.force_rows) as f64;
-    let solver = window * bytes_of_solver((setup.system, setup.form, setup.sbp), coordinates, fields);
+    let solver =
+        window * bytes_of_solver((setup.settings.system, setup.settings.form, setup.settings.sbp), coordinates, fields);
     let samples = samples as f64 * (number * (1.0 + 3.0 * coordinates) + 3.0 * LIST);
     PROGRAM + number * windows * (rows * window + NUMBERS_OF_WINDOW * coordinates) + solver + samples
 }

@@ -28,7 +28,7 @@ pub(crate) use extremal::Extremal;
 pub use failure::{Domain, NoSolution};
 pub use memory::{bytes_needed, scene_bytes_needed};
 pub(crate) use operator::WindowGrid;
-pub use setup::{End, Scene, Setup, System};
+pub use setup::{End, Scene, Settings, Setup, System};
 pub(crate) use solution::WindowNodes;
 pub use solution::{Backward, EndState, Joint, Solution, Window};
 pub use status::{InitialGuess, IterationRecord, Status};
@@ -86,7 +86,7 @@ pub fn solve_window_by_window<S: Arithmetic>(
 }
 
 fn solve_seen<S: Arithmetic>(setup: &Setup<S>, observer: Option<Observer<'_, S>>) -> Result<Solution<S>, NoSolution> {
-    if let Some(accuracy) = setup.accuracy {
+    if let Some(accuracy) = setup.settings.accuracy {
         return S::run_to_accuracy(setup, accuracy, observer);
     }
     match setup.scene.end {
@@ -101,9 +101,9 @@ fn solve_to<S: Arithmetic>(
     length: S,
     mut observer: Option<Observer<'_, S>>,
 ) -> Result<Solution<S>, NoSolution> {
-    let windows = setup.windows;
+    let windows = setup.settings.windows;
     let problem = Problem::new(setup, length / S::from(windows as f64));
-    let weak = problem.form == Form::Weak && setup.system == System::PhysicalLimit;
+    let weak = problem.form == Form::Weak && setup.settings.system == System::PhysicalLimit;
     if weak && !problem.sbp.is_equidistant() {
         let observer = observer.as_mut().map(|observer| &mut **observer as Observer<'_, S>);
         if let Some(solution) = S::fast_run(&problem, setup, length, observer)? {
@@ -123,7 +123,7 @@ fn each_window<S: Arithmetic>(
     length: S,
     mut run: Run<'_, S>,
 ) -> Result<Solution<S>, NoSolution> {
-    let (gamma_i, windows) = (problem.gamma_i, setup.windows);
+    let (gamma_i, windows) = (problem.gamma_i, setup.settings.windows);
     // The time is summed so that nothing is lost over a million windows.
     let mut time = Compensated::default();
     for window in 0..windows {
@@ -131,7 +131,7 @@ fn each_window<S: Arithmetic>(
         if window > 0 {
             problem.continue_from(gamma_i + gamma, run.solution.end.x, run.solution.end.x_dot);
         }
-        let piece = match setup.system {
+        let piece = match setup.settings.system {
             System::PhysicalLimit => solve_physical_limit(&problem, setup),
             System::Doubled => solve_doubled(&problem, setup),
         }?;
@@ -147,7 +147,7 @@ fn solve_physical_limit<S: Arithmetic>(problem: &Problem<S>, setup: &Setup<S>) -
     let rough = S::rough_problem(problem, setup);
     let (start, rough_start) = (problem.start(), rough.start());
     let (window, rough_window) = (problem.window(&start), rough.window(&rough_start));
-    let limit = limit::solve(&window, &rough_window, setup.max_iterations).map_err(|failure| {
+    let limit = limit::solve(&window, &rough_window, setup.settings.max_iterations).map_err(|failure| {
         let first = rough.derivative().first_unknown();
         let is_explicit = problem.form == Form::Strong && problem.sbp.is_two_step();
         let guess = if is_explicit { InitialGuess::None } else { InitialGuess::Nystrom4 };
@@ -197,9 +197,9 @@ fn solve_doubled<S: Arithmetic>(problem: &Problem<S>, setup: &Setup<S>) -> Resul
     let layout = problem.layout();
     let (action, rough_action) = (problem.action_of(setup.regularised), rough.action_of(setup.regularised));
     let solver = CriticalPointSolver::new(&rough_action);
-    let root = solver
-        .solve(&rough_action, start, setup.max_iterations)
-        .and_then(|root| solver.refine(&action, &rough_action, root, (setup.digits, setup.max_iterations)));
+    let root = solver.solve(&rough_action, start, setup.settings.max_iterations).and_then(|root| {
+        solver.refine(&action, &rough_action, root, (setup.settings.digits, setup.settings.max_iterations))
+    });
     let root = root.map_err(|failure| {
         let locate = |unknown: usize, u: &[f64]| on_forward_branch(layout, unknown, u);
         no_solution(&rough, failure, guess, |node| rough.gamma(node), locate)

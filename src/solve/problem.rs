@@ -33,7 +33,7 @@ pub(crate) struct Problem<S = f64> {
 impl<S: Real> Problem<S> {
     /// The problem of the first window of `setup`, with windows of the given `length` in γ.
     pub(crate) fn new(setup: &Setup<S>, length: S) -> Self {
-        Self::on_operator(setup, setup.sbp, setup.n_gamma, length)
+        Self::on_operator(setup, setup.settings.sbp, setup.settings.n_gamma, length)
     }
 
     /// The same with another operator.
@@ -42,7 +42,7 @@ impl<S: Real> Problem<S> {
         let Scene { metric, initial, gamma_i, .. } = &setup.scene;
         let initial = InitialData { t: S::ZERO, ..*initial };
         Self {
-            form: setup.form,
+            form: setup.settings.form,
             invariants: initial.invariants(metric),
             sbp: Arc::new(sbp.expect("a valid setup has enough points")),
             sbp_name,
@@ -50,7 +50,7 @@ impl<S: Real> Problem<S> {
             initial,
             gamma_i: *gamma_i,
             length,
-            digits: setup.digits,
+            digits: setup.settings.digits,
         }
     }
 

@@ -45,19 +45,13 @@ pub struct Scene<S = f64> {
     pub t_f: Option<S>,
 }
 
-/// Everything that a solver is told. The numbers are valid: enough nodes for the operator, an end after the start.
-#[derive(Debug, Clone)]
-pub struct Setup<S = f64> {
-    /// What is looked for.
-    pub scene: Scene<S>,
-    /// The same in `f64`, where first guesses and linear algebra work.
-    pub rough: Scene,
+/// How a world-line is computed, in one coordinate and in scenes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
     /// The operator.
     pub sbp: SbpName,
     /// The form of the action.
     pub form: Form,
-    /// D̄ (true) or D (false) in the action.
-    pub regularised: bool,
     /// The nodes of a window.
     pub n_gamma: usize,
     /// Windows of one length.
@@ -68,27 +62,46 @@ pub struct Setup<S = f64> {
     pub digits: u32,
     /// Most Newton iterations of a window.
     pub max_iterations: usize,
-    /// The error allowed, relative to max(1, largest |t − t_i|) and max(1, largest |x|), where operator and windows are
-    /// left to the program.
+    /// The accuracy for which operator and windows are chosen, if they are to be: the operator, the form, the number of
+    /// nodes and of windows say nothing then. Such a solve is one of the physical limit in `f64`. It is the error
+    /// allowed, in a coordinate that is counted from its start relative to max(1, its largest change), in the others to
+    /// max(1, their largest size).
     pub accuracy: Option<f64>,
+}
+
+impl Settings {
+    /// Whether more digits are asked for than `f64` has.
+    pub fn is_extended(&self) -> bool {
+        self.digits > f64::MOST_DIGITS
+    }
+
+    /// The same with at most as many digits as `S` has.
+    pub fn within<S: Real>(self) -> Self {
+        Self { digits: self.digits.min(S::MOST_DIGITS), ..self }
+    }
+}
+
+/// Everything that a solver is told. The numbers are valid: enough nodes for the operator, an end after the start.
+#[derive(Debug, Clone)]
+pub struct Setup<S = f64> {
+    /// What is looked for.
+    pub scene: Scene<S>,
+    /// The same in `f64`, where first guesses and linear algebra work.
+    pub rough: Scene,
+    /// D̄ (true) or D (false) in the action.
+    pub regularised: bool,
+    /// How it is computed.
+    pub settings: Settings,
 }
 
 impl<S: Real> Setup<S> {
     /// The same in `f64`.
     pub(super) fn in_f64(&self) -> Setup {
-        let Self { sbp, form, regularised, n_gamma, windows, system, max_iterations, accuracy, .. } = *self;
         Setup {
             scene: self.rough.clone(),
             rough: self.rough.clone(),
-            digits: self.digits.min(f64::MOST_DIGITS),
-            sbp,
-            form,
-            regularised,
-            n_gamma,
-            windows,
-            system,
-            max_iterations,
-            accuracy,
+            regularised: self.regularised,
+            settings: self.settings.within::<f64>(),
         }
     }
 }

@@ -21,7 +21,7 @@ pub(super) fn march(
     length: f64,
     observer: Option<Observer<'_, f64>>,
 ) -> Result<Option<Solution>, NoSolution> {
-    let windows = setup.windows;
+    let windows = setup.settings.windows;
     let rule = WeakRule::shared(problem.sbp.points());
     let window_length = Twofold::from(length) / Twofold::from(windows as f64);
     let q_t = problem.invariants().q_t;

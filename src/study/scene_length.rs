@@ -15,7 +15,7 @@ const STAGES: i32 = 6;
 /// # Errors
 /// [`SceneReferenceEnds`] if the world-line does not get there.
 pub fn length_of<S: Real>(setup: &SceneSetup<S>) -> Result<S, SceneReferenceEnds> {
-    let (geometry, start, digits) = (&setup.place.geometry, &setup.place.start, setup.digits);
+    let (geometry, start, digits) = (&setup.place.geometry, &setup.place.start, setup.settings.digits);
     let whole = match setup.limit {
         SceneLimit::Length(length) => length,
         SceneLimit::Value { coordinate, value } => {

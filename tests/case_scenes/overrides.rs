@@ -23,7 +23,7 @@ fn numbers_formulas_and_names() {
     .unwrap();
     let start = scene.start::<f64>();
     assert!((start.p[0] - 0.6 * 1.2).abs() < 1e-15 && start.q[2] == std::f64::consts::PI / 3.0);
-    assert_eq!((scene.n_gamma(), scene.t_f()), (16, Some(12.0)));
+    assert_eq!((scene.settings().n_gamma, scene.t_f()), (16, Some(12.0)));
     let scene = with(KEPLER, &["grid.gamma_f=3", "solver.digits=30", "potential.formula=-2/sqrt(x^2+y^2)"]).unwrap();
     assert!(scene.is_extended() && scene.t_f::<f64>().is_none());
 }

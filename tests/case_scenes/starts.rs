@@ -31,7 +31,8 @@ fn components_and_preset_give_the_same_start() {
     assert_eq!(by_preset.geometry::<f64>().active(), by_components.geometry::<f64>().active());
     assert_eq!((by_preset.preset(), by_components.preset()), (Some("schwarzschild"), None));
     assert_eq!(by_components.end::<f64>(), End::Length(40.0));
-    assert!(by_components.n_gamma() == 12 && by_components.windows() == 1 && !by_components.is_extended());
+    let settings = by_components.settings();
+    assert!(settings.n_gamma == 12 && settings.windows == 1 && !settings.is_extended());
 }
 
 #[test]

@@ -6,8 +6,8 @@ use geodesic_ivp::action::Form;
 use geodesic_ivp::geometry::{Geometry, GeometryText, MetricText, Start};
 use geodesic_ivp::sbp::SbpName;
 use geodesic_ivp::scalar::Real;
-use geodesic_ivp::solve::System;
 use geodesic_ivp::solve::scene::{Place, SceneLimit, SceneSetup};
+use geodesic_ivp::solve::{Settings, System};
 
 /// A metric from `"a b" = formula` pairs.
 pub(crate) fn metric(coordinates: &[&str], components: &[(&str, &str)]) -> MetricText {
@@ -49,13 +49,21 @@ pub(crate) fn setup<S: Real>(
         gamma_i: S::ZERO,
         limit: SceneLimit::Length(S::from(length)),
         until: Vec::new(),
-        sbp,
-        form,
-        n_gamma,
-        windows: 1,
-        system,
-        digits: if S::IS_EXTENDED { 40 } else { 16 },
-        max_iterations: 50,
-        accuracy: None,
+        settings: Settings {
+            sbp,
+            form,
+            n_gamma,
+            windows: 1,
+            system,
+            digits: if S::IS_EXTENDED { 40 } else { 16 },
+            max_iterations: 50,
+            accuracy: None,
+        },
     }
+}
+
+/// The same in so many windows.
+pub(crate) fn in_windows<S>(mut setup: SceneSetup<S>, windows: usize) -> SceneSetup<S> {
+    setup.settings.windows = windows;
+    setup
 }

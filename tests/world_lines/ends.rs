@@ -22,7 +22,7 @@ fn plunge<S: Real>(length: f64, until: Option<&str>) -> SceneSetup<S> {
         rough: Observable::new(formula, &text, Place::Potential).unwrap(),
         direction: Direction::Both,
     });
-    SceneSetup { until: until.into_iter().collect(), windows: 40, ..setup }
+    SceneSetup { until: until.into_iter().collect(), ..common::in_windows(setup, 40) }
 }
 
 /// Proper time from rest at R = 10 to r, by the cycloid.
@@ -56,7 +56,7 @@ fn a_run_ends_at_a_time_to_the_last_bit() {
     let setup = common::setup::<f64>(&text, start, 0.0, (SbpName::Gll(20), Form::Weak, 20), System::PhysicalLimit);
     for value in [5.0, 20.0, 53.98674477227013] {
         let limit = SceneLimit::Value { coordinate: 0, value };
-        let line: WorldLine = solve_scene(&SceneSetup { limit, windows: 8, ..setup.clone() }).unwrap();
+        let line: WorldLine = solve_scene(&SceneSetup { limit, ..common::in_windows(setup.clone(), 8) }).unwrap();
         assert!((line.end().q[0] - value).abs() <= 2.0 * f64::EPSILON * value, "{} is not {value}", line.end().q[0]);
     }
 }

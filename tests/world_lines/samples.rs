@@ -17,7 +17,7 @@ fn setup<S: Real>(sbp: SbpName, form: Form, n_gamma: usize, windows: usize, syst
     let components = [("t t", "1 + x^2/4"), ("t x", "0.2*cos(t)"), ("x x", "-1 - x^2/10"), ("z z", "-2 - sin(x)")];
     let text = GeometryText::Metric(common::metric(&["t", "x", "z"], &components));
     let start: (&[&str], &[&str]) = (&["0.1", "0.5", "0.3"], &["1", "0.3", "0.2"]);
-    SceneSetup { windows, ..common::setup(&text, start, 4.0, (sbp, form, n_gamma), system) }
+    common::in_windows(common::setup(&text, start, 4.0, (sbp, form, n_gamma), system), windows)
 }
 
 fn reference<S: Real>(line: &WorldLine<S>) -> SceneReference<S> {

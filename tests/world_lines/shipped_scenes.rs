@@ -5,6 +5,7 @@ use geodesic_ivp::case::builtin::{self, Group, NAMES};
 use geodesic_ivp::diagnostics::ChargeDeviation;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::solve::Settings;
 use geodesic_ivp::solve::scene::{WorldLine, solve_scene};
 
 /// Rounding errors of a charge, relative to the sum of the magnitudes of its terms; 7e-17 was seen.
@@ -79,7 +80,8 @@ fn every_scene_meets_its_expectations() {
 #[test]
 fn the_doubled_system_has_the_same_world_lines() {
     let is_short = |case: &SceneCase| {
-        case.accuracy().is_none() && case.windows() * case.n_gamma() <= 640 && case.t_f::<f64>().is_none()
+        let Settings { n_gamma, windows, accuracy, .. } = case.settings();
+        accuracy.is_none() && windows * n_gamma <= 640 && case.t_f::<f64>().is_none()
     };
     let short = scenes().filter(|(_, case)| is_short(case));
     let mut count = 0;
@@ -122,7 +124,7 @@ fn the_effective_scene_reads_back_as_the_same_scene() {
 #[test]
 fn charges_and_conserved_sums_are_exact_to_the_rounding_of_their_terms() {
     // Windows for an accuracy differ in length; what their charges are worth is tested elsewhere.
-    for (name, case) in scenes().filter(|(_, case)| case.accuracy().is_none()) {
+    for (name, case) in scenes().filter(|(_, case)| case.settings().accuracy.is_none()) {
         let line = solved(name, &case);
         let diagnostics = diagnostics(&case, &line);
         let ignorable = line.geometry().ignorable().count();

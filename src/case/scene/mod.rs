@@ -57,7 +57,7 @@ use crate::action::Form;
 use crate::geometry::{Geometry, GeometryText, Start};
 use crate::sbp::SbpName;
 use crate::scalar::{Extended, Real};
-use crate::solve::{End, System};
+use crate::solve::{End, Settings};
 
 /// A whole case file with a scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -251,49 +251,24 @@ impl SceneCase {
         &self.grid
     }
 
-    /// Number of nodes of each window.
-    pub fn n_gamma(&self) -> usize {
-        self.grid.n_gamma
-    }
-
-    /// Number of windows.
-    pub fn windows(&self) -> usize {
-        self.grid.windows
-    }
-
-    /// The operator.
-    pub fn sbp(&self) -> SbpName {
-        self.sbp
-    }
-
-    /// The form of the action.
-    pub fn form(&self) -> Form {
-        self.form
-    }
-
-    /// The system that is solved.
-    pub fn system(&self) -> System {
-        self.solver.system
-    }
-
-    /// Significant digits of the results.
-    pub fn digits(&self) -> u32 {
-        self.solver.digits
-    }
-
-    /// Largest number of iterations in a window.
-    pub fn max_iterations(&self) -> usize {
-        self.solver.max_iterations
-    }
-
-    /// The accuracy for which operator and windows are chosen, if one is asked for.
-    pub fn accuracy(&self) -> Option<f64> {
-        self.solver.accuracy.as_ref().map(|accuracy| self.value(accuracy))
+    /// How its world-line is computed.
+    pub fn settings(&self) -> Settings {
+        let SceneSolver { system, digits, max_iterations, ref accuracy } = self.solver;
+        Settings {
+            sbp: self.sbp,
+            form: self.form,
+            n_gamma: self.grid.n_gamma,
+            windows: self.grid.windows,
+            system,
+            digits,
+            max_iterations,
+            accuracy: accuracy.as_ref().map(|accuracy| self.value(accuracy)),
+        }
     }
 
     /// Whether the scene asks for more digits than `f64` has.
     pub fn is_extended(&self) -> bool {
-        self.solver.digits > f64::MOST_DIGITS
+        self.settings().is_extended()
     }
 
     /// The results that this scene must have.

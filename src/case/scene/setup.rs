@@ -9,8 +9,8 @@ use crate::geometry::{Direction, Geometry, GeometryText, Law, Observable, Place 
 use crate::sampling::Watch;
 use crate::sbp::SbpName;
 use crate::scalar::Real;
-use crate::solve::End;
 use crate::solve::scene::{Place, SceneLimit, SceneSetup, Until};
+use crate::solve::{End, Settings};
 
 impl SceneCase {
     fn place<S: Real>(&self) -> Place<S> {
@@ -75,14 +75,7 @@ impl SceneCase {
             gamma_i: self.gamma_i(),
             limit,
             until,
-            sbp: self.sbp(),
-            form: self.form(),
-            n_gamma: self.n_gamma(),
-            windows: self.windows(),
-            system: self.system(),
-            digits: if S::IS_EXTENDED { self.digits() } else { f64::MOST_DIGITS },
-            max_iterations: self.max_iterations(),
-            accuracy: self.accuracy(),
+            settings: self.settings().within::<S>(),
         }
     }
 }
@@ -100,7 +93,7 @@ pub fn on_grid<S: Real>(
 ) -> Result<SceneSetup<S>, String> {
     let (n_gamma, windows) = match sbp.fixed_points() {
         Some(nodes) => (nodes, (n_gamma.saturating_sub(1) / (nodes - 1)).max(1)),
-        None => (n_gamma, setup.windows),
+        None => (n_gamma, setup.settings.windows),
     };
     let intervals = n_gamma.max(2).saturating_sub(1).saturating_mul(windows);
     let spaced = || check_spacing("grid.gamma_f", setup.gamma_i.to_f64(), intervals, length.to_f64());
@@ -108,10 +101,7 @@ pub fn on_grid<S: Real>(
     Ok(SceneSetup {
         limit: SceneLimit::Length(length),
         until: Vec::new(),
-        sbp,
-        form,
-        n_gamma,
-        windows,
+        settings: Settings { sbp, form, n_gamma, windows, ..setup.settings },
         ..setup.clone()
     })
 }

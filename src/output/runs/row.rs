@@ -53,7 +53,7 @@ impl Columns {
             keys: runs.axes().iter().map(|axis| axis.key().to_owned()).collect(),
             coordinates: runs.first().coordinates(),
             maxima: End::maxima_of(runs.first()),
-            has_estimate: runs.first().has_accuracy(),
+            has_estimate: runs.first().settings().accuracy.is_some(),
             has_events: runs.first().has_events(),
         }
     }

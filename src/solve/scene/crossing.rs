@@ -58,7 +58,7 @@ const AT_START: f64 = 1e-9;
 pub(super) fn first<S: Real>(setup: &SceneSetup<S>, length: f64) -> Option<Near> {
     let mut flow = begin(setup);
     let mut formulas: Vec<Observable> = setup.until.iter().map(|until| until.rough.clone()).collect();
-    let steps = STEPS * (setup.n_gamma - 1) * setup.windows;
+    let steps = STEPS * (setup.settings.n_gamma - 1) * setup.settings.windows;
     let h = length / steps as f64;
     let mut before = flow.values(&mut formulas).ok()?;
     let mut found: Option<Near> = None;

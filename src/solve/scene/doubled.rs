@@ -25,9 +25,9 @@ pub(super) fn solve<S: Real>(
     let start = first_guess::windowed_action(&rough_action, rough.geometry, length)
         .map_err(|failure| of_guess(rough, failure, gamma))?;
     let solver = CriticalPointSolver::new(&rough_action);
-    let root = solver
-        .solve(&rough_action, start, setup.max_iterations)
-        .and_then(|root| solver.refine(&action, &rough_action, root, (setup.digits, setup.max_iterations)));
+    let root = solver.solve(&rough_action, start, setup.settings.max_iterations).and_then(|root| {
+        solver.refine(&action, &rough_action, root, (setup.settings.digits, setup.settings.max_iterations))
+    });
     let layout = action.layout();
     let root = root.map_err(|failure| {
         let locate = |unknown: usize, u: &[f64]| on_forward_branch(rough, layout, unknown, u);

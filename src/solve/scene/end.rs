@@ -57,8 +57,8 @@ fn search<S: Real>(
     limit: S,
     excess: impl FnMut(&WorldLine<S>) -> Excess<S>,
 ) -> Result<WorldLine<S>, NoSolution> {
-    let digits = if S::IS_EXTENDED { setup.digits } else { DOUBLE_DIGITS };
-    let asked = Search { guess, limit, digits, digits_of_runs: setup.digits, scale: None };
+    let digits = if S::IS_EXTENDED { setup.settings.digits } else { DOUBLE_DIGITS };
+    let asked = Search { guess, limit, digits, digits_of_runs: setup.settings.digits, scale: None };
     search::search(asked, |length| solve_to(setup, length), excess).map_err(|error| match error {
         NotFound::Failed(failure) => failure,
         NotFound::Missed(closest) => {

@@ -29,7 +29,7 @@ use crate::solve::NoSolution;
 /// # Panics
 /// If the setup is not valid: too few nodes for the operator, or no windows.
 pub fn solve_scene<S: Real>(setup: &SceneSetup<S>) -> Result<WorldLine<S>, NoSolution> {
-    if let Some(accuracy) = setup.accuracy {
+    if let Some(accuracy) = setup.settings.accuracy {
         return accuracy::solve(setup, accuracy);
     }
     let whole = match setup.limit {

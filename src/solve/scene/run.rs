@@ -77,11 +77,11 @@ impl<S: Real> Run<S> {
 
 /// Solves a scene on γ − γ_i ∈ [0, `length`], window after window.
 pub(super) fn solve_to<S: Real>(setup: &SceneSetup<S>, length: S) -> Result<WorldLine<S>, NoSolution> {
-    let window_length = length / S::from(setup.windows as f64);
-    let operators = OnGrid::new(setup.sbp, setup.n_gamma, window_length);
+    let window_length = length / S::from(setup.settings.windows as f64);
+    let operators = OnGrid::new(setup.settings.sbp, setup.settings.n_gamma, window_length);
     let mut run = Run::new(setup, length);
-    for index in 1..=setup.windows {
-        let end = if index == setup.windows { length } else { S::from(index as f64) * window_length };
+    for index in 1..=setup.settings.windows {
+        let end = if index == setup.settings.windows { length } else { S::from(index as f64) * window_length };
         operators.solve(setup, &mut run, end)?;
     }
     Ok(run.line)
@@ -103,7 +103,7 @@ impl<S: Real> OnGrid<S> {
 
     /// Solves the window that continues `run` and ends at γ − γ_i = `gamma`.
     fn solve(&self, setup: &SceneSetup<S>, run: &mut Run<S>, gamma: S) -> Result<(), NoSolution> {
-        let (form, digits) = (setup.form, setup.digits);
+        let (form, digits) = (setup.settings.form, setup.settings.digits);
         let (geometry, rough_geometry) = (&*setup.place.geometry, &*setup.rough.geometry);
         let is_first = run.line.windows.is_empty();
         let rough_here = if is_first { setup.rough.start.clone() } else { in_f64(&run.here) };
@@ -111,8 +111,8 @@ impl<S: Real> OnGrid<S> {
         let window = Window { form, sbp: &*self.sbp, geometry, start: &start, digits };
         let rough = Window { form, sbp: &self.rough, geometry: rough_geometry, start: &rough_start, digits: 16 };
         let offset = (setup.gamma_i + run.gamma).to_f64();
-        let piece = match setup.system {
-            System::PhysicalLimit => solve_limit(&window, &rough, setup.max_iterations, offset),
+        let piece = match setup.settings.system {
+            System::PhysicalLimit => solve_limit(&window, &rough, setup.settings.max_iterations, offset),
             System::Doubled => doubled::solve(&window, &rough, setup, offset),
         }?;
         let operator = run.line.operators.place_of(&self.sbp);
@@ -170,7 +170,7 @@ fn solve_limit<S: Real>(
 
 fn empty<S: Real>(setup: &SceneSetup<S>, length: S) -> WorldLine<S> {
     let (n, m) = (setup.place.start.q.len(), setup.place.geometry.active().len());
-    let is_doubled = setup.system == System::Doubled;
+    let is_doubled = setup.settings.system == System::Doubled;
     WorldLine {
         place: setup.place.clone(),
         gamma_i: setup.gamma_i,
@@ -178,18 +178,18 @@ fn empty<S: Real>(setup: &SceneSetup<S>, length: S) -> WorldLine<S> {
         q: vec![Vec::new(); n],
         p: vec![Vec::new(); if is_doubled { 0 } else { m }],
         backward: vec![Vec::new(); if is_doubled { n } else { 0 }],
-        windows: Vec::with_capacity(setup.windows),
+        windows: Vec::with_capacity(setup.settings.windows),
         gradient_norm: S::ZERO,
         initial_guess: InitialGuess::None,
         iterations: 0,
         history: Vec::new(),
         last_correction: 0.0,
-        digits: setup.digits,
+        digits: setup.settings.digits,
         error_estimate: None,
         accuracy: None,
         ended_by: None,
-        form: setup.form,
-        sbp_name: setup.sbp,
+        form: setup.settings.form,
+        sbp_name: setup.settings.sbp,
         operators: Operators::none(),
     }
 }

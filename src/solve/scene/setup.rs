@@ -2,11 +2,9 @@
 
 use std::sync::Arc;
 
-use crate::action::Form;
 use crate::geometry::{Direction, Geometry, Observable, Start};
-use crate::sbp::SbpName;
 use crate::scalar::Real;
-use crate::solve::System;
+use crate::solve::Settings;
 
 /// The largest extent of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,23 +53,8 @@ pub struct SceneSetup<S = f64> {
     pub limit: SceneLimit<S>,
     /// Formulas at whose first change of sign it ends before that.
     pub until: Vec<Until<S>>,
-    /// The operator.
-    pub sbp: SbpName,
-    /// The form of the action.
-    pub form: Form,
-    /// The nodes of a window.
-    pub n_gamma: usize,
-    /// Windows of one length.
-    pub windows: usize,
-    /// Which system is solved.
-    pub system: System,
-    /// Significant decimal digits of the solution.
-    pub digits: u32,
-    /// Most Newton iterations of a window.
-    pub max_iterations: usize,
-    /// The accuracy for which operator and windows are chosen, if they are to be: the operator, the form, the number of
-    /// nodes and of windows say nothing then. Such a solve is one of the physical limit in `f64`.
-    pub accuracy: Option<f64>,
+    /// How it is computed.
+    pub settings: Settings,
 }
 
 impl<S> Until<S> {
@@ -84,24 +67,16 @@ impl<S> Until<S> {
 impl<S: Real> SceneSetup<S> {
     /// The same in `f64`.
     pub(super) fn in_f64(&self) -> SceneSetup {
-        let Self { gamma_i, sbp, form, n_gamma, windows, system, digits, max_iterations, accuracy, .. } = *self;
         SceneSetup {
             place: self.rough.clone(),
             rough: self.rough.clone(),
-            gamma_i: gamma_i.to_f64(),
+            gamma_i: self.gamma_i.to_f64(),
             limit: match self.limit {
                 SceneLimit::Length(length) => SceneLimit::Length(length.to_f64()),
                 SceneLimit::Value { coordinate, value } => SceneLimit::Value { coordinate, value: value.to_f64() },
             },
             until: self.until.iter().map(Until::in_f64).collect(),
-            sbp,
-            form,
-            n_gamma,
-            windows,
-            system,
-            digits: digits.min(f64::MOST_DIGITS),
-            max_iterations,
-            accuracy,
+            settings: self.settings.within::<f64>(),
         }
     }
 }

@@ -25,10 +25,12 @@ impl<S: Real> Sweep<S> {
         let grid_of = |scheme, n| on_grid(&setup, scheme, n, length).map_err(SweepError::Grid);
         let mut setups: Vec<SceneSetup<S>> = grids(schemes, n_gamma, grid_of)?;
         // Different numbers of nodes can round to the same number of spectral elements.
-        let grid = |setup: &SceneSetup<S>| (setup.sbp, setup.form, setup.n_gamma, setup.windows);
+        let grid = |setup: &SceneSetup<S>| {
+            (setup.settings.sbp, setup.settings.form, setup.settings.n_gamma, setup.settings.windows)
+        };
         setups.dedup_by(|a, b| grid(a) == grid(b));
         let (geometry, start) = (&setup.place.geometry, &setup.place.start);
-        let reference = SceneReference::new(geometry, start, length, setup.digits)?;
+        let reference = SceneReference::new(geometry, start, length, setup.settings.digits)?;
         let samples = samples(n_gamma);
         let mut sizes = vec![f64::MIN_POSITIVE; geometry.dimension()];
         for k in 0..samples {
@@ -48,16 +50,19 @@ impl<S: Real> Sweep<S> {
         };
         let coordinates = geometry.names().to_vec();
         let charges = geometry.ignorable().map(|a| coordinates[a].clone()).collect();
-        let (nodes, digits) = (setups.iter().map(|setup| setup.n_gamma * setup.windows).collect(), setup.digits);
+        let (nodes, digits) = (
+            setups.iter().map(|setup| setup.settings.n_gamma * setup.settings.windows).collect(),
+            setup.settings.digits,
+        );
         let measure = move |grid: usize| measure(&setups[grid], length, &reference);
         Ok(Self { nodes, measure: Box::new(measure), info, coordinates, charges, digits })
     }
 }
 
 fn measure<S: Real>(setup: &SceneSetup<S>, length: S, reference: &SceneReference<S>) -> ConvergencePoint {
-    let intervals = setup.windows * (setup.n_gamma - 1);
+    let intervals = setup.settings.windows * (setup.settings.n_gamma - 1);
     let errors = |line: &WorldLine<S>| (line.iterations, errors(line, reference));
-    point((setup.sbp, setup.form), intervals, length.to_f64(), || solve_scene(setup), errors)
+    point((setup.settings.sbp, setup.settings.form), intervals, length.to_f64(), || solve_scene(setup), errors)
 }
 
 /// The errors of a world-line at its nodes. The L2 norms use the quadratures of its operators.

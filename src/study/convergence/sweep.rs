@@ -54,7 +54,7 @@ impl<S: Arithmetic> Sweep<S> {
     pub fn new(case: &Case, schemes: &[(SbpName, Form)], n_gamma: &[usize]) -> Result<Self, SweepError> {
         let metric: Metric<S> = case.metric();
         let initial = case.initial_data();
-        let digits = case.digits::<S>();
+        let digits = case.settings().within::<S>().digits;
         let length = match case.end() {
             End::Duration(duration) => ReferenceTrajectory::length_of(&metric, initial, duration, digits)?,
             End::Length(length) => length,

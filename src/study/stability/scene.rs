@@ -33,8 +33,9 @@ pub(super) struct Scene {
 impl Scene {
     pub(super) fn new(case: &SceneCase) -> Self {
         let mut setup: SceneSetup = case.setup();
-        (setup.system, setup.digits, setup.accuracy) = (System::PhysicalLimit, f64::MOST_DIGITS, None);
-        (setup.gamma_i, setup.windows) = (0.0, 1);
+        (setup.settings.system, setup.settings.digits, setup.settings.accuracy) =
+            (System::PhysicalLimit, f64::MOST_DIGITS, None);
+        (setup.gamma_i, setup.settings.windows) = (0.0, 1);
         Self { coordinates: case.coordinates(), is_lifted: case.is_lifted(), case: case.clone(), setup }
     }
 
@@ -149,21 +150,24 @@ impl World for Scene {
     }
 
     fn scheme(&self, grid: &Grid, range: Range) -> Option<Task<'_>> {
+        let mut setup = self.setup.clone();
         let setup = match *grid {
             Grid::Nodes { scheme, nodes, windows } => {
-                on_grid(&SceneSetup { windows, ..self.setup.clone() }, scheme, nodes, range.length).ok()?
+                setup.settings.windows = windows;
+                on_grid(&setup, scheme, nodes, range.length).ok()?
             }
             Grid::Unregularised(..) => return None,
             Grid::Accuracy(accuracy) => {
-                let scheme = (self.setup.sbp, self.setup.form);
-                let setup = on_grid(&self.setup, scheme, 24, range.length).ok()?;
-                SceneSetup { accuracy: Some(accuracy), ..setup }
+                let scheme = (self.setup.settings.sbp, self.setup.settings.form);
+                setup = on_grid(&setup, scheme, 24, range.length).ok()?;
+                setup.settings.accuracy = Some(accuracy);
+                setup
             }
         };
         if scene_bytes_needed(&setup, 0) > MOST_BYTES {
             return None;
         }
-        let intervals = setup.windows * (setup.n_gamma - 1);
+        let intervals = setup.settings.windows * (setup.settings.n_gamma - 1);
         let run = move || {
             let line = solve_scene(&setup)?;
             Ok(Box::new(move || self.track_of(&line)) as Measured<'_>)

@@ -89,7 +89,8 @@ impl Arena {
     /// # Errors
     /// [`SceneReferenceEnds`] if it does not go so far.
     pub fn of_scene(case: &SceneCase, length: Option<f64>) -> Result<Self, SceneReferenceEnds> {
-        let exact = SceneSetup::<Extended> { digits: digits(1.0), ..case.setup() };
+        let mut exact: SceneSetup<Extended> = case.setup();
+        exact.settings.digits = digits(1.0);
         let length = length.map_or_else(|| length_of(&exact).map(|length| length.to_f64()), Ok)?;
         let place = &exact.place;
         let reference = SceneReference::new(&place.geometry, &place.start, length.into(), digits(length))?;

@@ -1,12 +1,11 @@
-//! `summary.json` of `run` for scenes of n coordinates.
+//! The summary of a scene of n coordinates.
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::number::Number;
-use super::summary::json;
-use crate::action::Form;
+use super::super::number::Number;
+use super::{Coordinates, Ended, Outcome, SceneSummary};
 use crate::case::scene::SceneCase;
 use crate::diagnostics::ChargeDeviation;
 use crate::diagnostics::scene::{InvariantDeviation, SceneDiagnostics};
@@ -14,66 +13,13 @@ use crate::diagnostics::verdict::Verdict;
 use crate::geometry::{ConservedSum, Geometry};
 use crate::norm::max_abs;
 use crate::scalar::Real;
-use crate::solve::NoSolution;
 use crate::solve::scene::WorldLine;
-use crate::solve::{IterationRecord, Status, System};
+use crate::solve::{NoSolution, Settings, Status};
 use crate::study::scene_error::SceneError;
 use crate::study::verdict::of_world_line;
 
-/// The whole summary; keys that do not apply are absent.
-#[derive(Debug, Clone, Serialize)]
-pub struct SceneSummary {
-    /// How the solve ended.
-    pub status: Status,
-    /// How far the result is to be believed.
-    #[serde(flatten)]
-    pub verdict: Verdict,
-    /// Version of this program.
-    pub version: &'static str,
-    /// The case's title.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub title: Option<String>,
-    /// The names of the coordinates.
-    pub coordinates: Vec<String>,
-    /// Those that nothing depends on.
-    pub ignorable: Vec<String>,
-    /// The others.
-    pub active: Vec<String>,
-    /// Operator.
-    pub sbp: String,
-    /// Form of the action.
-    pub form: Form,
-    /// System solved.
-    pub system: System,
-    /// Significant digits of the arithmetic.
-    pub digits: u32,
-    /// Number of nodes of each window.
-    pub n_gamma: usize,
-    /// Number of windows.
-    pub windows: usize,
-    /// The accuracy asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub accuracy: Option<f64>,
-    /// First guess of the Newton iteration.
-    pub initial_guess: &'static str,
-    /// Newton iterations.
-    pub iterations: usize,
-    /// Seconds spent in the solver.
-    pub solve_seconds: f64,
-    /// The numbers of the result.
-    #[serde(flatten, skip_serializing_if = "Option::is_none")]
-    pub solved: Option<Box<SolvedScene>>,
-    /// The numbers of the failure.
-    #[serde(flatten, skip_serializing_if = "Option::is_none")]
-    pub failed: Option<FailedScene>,
-    /// The warnings that were printed.
-    pub warnings: Vec<String>,
-    /// The iterations; with several windows, those of the window that took most.
-    pub history: Vec<IterationRecord>,
-}
-
 /// A world-line with what was measured on it.
-pub(super) type Measured<'m, S> = (&'m WorldLine<S>, &'m SceneDiagnostics<S>, &'m [ConservedSum]);
+type Measured<'m, S> = (&'m WorldLine<S>, &'m SceneDiagnostics<S>, &'m [ConservedSum]);
 
 /// A number for each of several coordinates.
 type ByName = BTreeMap<String, Number>;
@@ -158,25 +104,6 @@ pub struct SolvedScene {
     /// The estimated relative error of the reference itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference_error: Option<f64>,
-    /// Seconds spent in measuring the world-line.
-    pub diagnostics_seconds: f64,
-    /// Seconds spent in formatting and writing the CSV files.
-    pub write_seconds: f64,
-}
-
-/// How far a solve without a result came.
-#[derive(Debug, Clone, Serialize)]
-pub struct FailedScene {
-    /// The message for people.
-    pub message: String,
-    /// What to try.
-    pub advice: &'static str,
-    /// γ of the point that the message is about.
-    pub gamma: f64,
-    /// The active coordinates there, where they are known.
-    pub point: BTreeMap<String, f64>,
-    /// Largest residual entry of the last iterate; null if there was none.
-    pub residual: f64,
 }
 
 impl SceneSummary {
@@ -188,57 +115,44 @@ impl SceneSummary {
         result: Result<Measured<'_, S>, &NoSolution>,
         solve_seconds: f64,
     ) -> Self {
-        let names = geometry.names();
-        let some = |indices: &mut dyn Iterator<Item = usize>| indices.map(|a| names[a].clone()).collect::<Vec<_>>();
-        // With an accuracy the scheme is the one that was chosen; if the solve failed, none was.
-        let (sbp, form, n_gamma, windows, accuracy) = match &result {
-            Ok((line, ..)) => (line.sbp_name, line.form, line.sbp().points(), line.windows.len(), line.accuracy),
-            Err(_) => (case.sbp(), case.form(), case.n_gamma(), case.windows(), case.accuracy()),
-        };
-        let measured = result.as_ref().map_or(Vec::new(), |(line, diagnostics, _)| diagnostics.warnings(line));
-        let (status, guess, iterations, history) = match &result {
-            Ok((line, ..)) => (Status::Converged, line.initial_guess, line.iterations, line.history.clone()),
-            Err(failure) => (failure.status, failure.initial_guess, failure.iteration, failure.history.clone()),
-        };
-        Self {
-            status,
-            verdict: match &result {
-                Ok((line, diagnostics, _)) => of_world_line(line, diagnostics, None),
-                Err(_) => Verdict::refused(),
+        let settings = case.settings();
+        let ended = match result {
+            Ok((line, diagnostics, sums)) => Ended {
+                status: Status::Converged,
+                verdict: of_world_line(line, diagnostics, None),
+                settings: Settings {
+                    sbp: line.sbp_name,
+                    form: line.form,
+                    n_gamma: line.sbp().points(),
+                    windows: line.windows.len(),
+                    ..settings
+                },
+                initial_guess: line.initial_guess,
+                iterations: line.iterations,
+                history: line.history.clone(),
+                outcome: Outcome::Solved(Box::new(SolvedScene::new(line, diagnostics, sums))),
+                suspicions: diagnostics.warnings(line),
             },
-            version: env!("CARGO_PKG_VERSION"),
-            title: case.title().map(str::to_owned),
+            Err(failure) => Ended::without(failure, settings),
+        };
+        let names = geometry.names();
+        let some = |indices: &mut dyn Iterator<Item = usize>| indices.map(|a| names[a].clone()).collect();
+        let coordinates = Coordinates {
             coordinates: names.to_vec(),
             ignorable: some(&mut geometry.ignorable()),
             active: some(&mut geometry.active().iter().copied()),
-            sbp: sbp.into(),
-            form,
-            system: case.system(),
-            digits: case.digits(),
-            n_gamma,
-            windows,
-            accuracy,
-            initial_guess: guess.as_str(),
-            iterations,
-            solve_seconds,
-            failed: result.as_ref().err().map(|failure| FailedScene::new(failure)),
-            solved: result.ok().map(|(line, diagnostics, sums)| Box::new(SolvedScene::new(line, diagnostics, sums))),
-            warnings: case.warnings().into_iter().chain(measured).collect(),
-            history,
-        }
+        };
+        let summary = Self::of(case.title(), case.warnings(), ended, solve_seconds);
+        Self { coordinates: Some(coordinates), ..summary }
     }
 
     /// Adds the errors of the coordinates, and the verdict that was made with them.
     pub fn set_error(&mut self, error: Option<&SceneError>, verdict: Verdict) {
-        if let (Some(solved), Some(error)) = (&mut self.solved, error) {
-            solved.set_error(&self.coordinates, error);
+        let names = self.coordinates.as_ref().map_or(Vec::new(), |names| names.coordinates.clone());
+        if let (Some(solved), Some(error)) = (self.solved_mut(), error) {
+            solved.set_error(&names, error);
         }
         self.verdict = verdict;
-    }
-
-    /// The JSON text, with a final newline.
-    pub fn to_json(&self) -> String {
-        json(self)
     }
 }
 
@@ -294,8 +208,6 @@ impl SolvedScene {
             error_final: None,
             error_max: None,
             reference_error: None,
-            diagnostics_seconds: 0.0,
-            write_seconds: 0.0,
         }
     }
 
@@ -305,17 +217,5 @@ impl SolvedScene {
         self.error_final = by_name(&error.end);
         self.error_max = by_name(&error.largest);
         self.reference_error = Some(error.reference);
-    }
-}
-
-impl FailedScene {
-    fn new(failure: &NoSolution) -> Self {
-        Self {
-            message: failure.to_string(),
-            advice: failure.advice(),
-            gamma: failure.gamma,
-            point: failure.point.iter().cloned().collect(),
-            residual: failure.residual,
-        }
     }
 }

@@ -1,71 +1,17 @@
-//! `summary.json` of `run`: what was solved, how the solve ended, and the numbers that a study needs.
+//! The summary of a case of one coordinate.
 
 use serde::Serialize;
 
-use super::number::Number;
+use super::super::number::Number;
+use super::{Ended, Outcome, Summary};
 use crate::action::MULTIPLIERS;
-use crate::case::{Case, Decimal, Form, System};
+use crate::case::Case;
 use crate::diagnostics::Measures;
 use crate::diagnostics::verdict::Verdict;
 use crate::scalar::Real;
-use crate::solve::{Domain, IterationRecord, NoSolution, Solution, Status};
+use crate::solve::{NoSolution, Settings, Solution, Status};
 use crate::study::run_error::RunError;
 use crate::study::verdict::of_solution;
-
-/// The whole summary; keys that do not apply are absent.
-#[derive(Debug, Clone, Serialize)]
-pub struct Summary {
-    /// How the solve ended.
-    pub status: Status,
-    /// How far the result is to be believed.
-    #[serde(flatten)]
-    pub verdict: Verdict,
-    /// Version of this program.
-    pub version: &'static str,
-    /// The case's title.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub title: Option<String>,
-    /// Operator.
-    pub sbp: String,
-    /// Form of the action.
-    pub form: Form,
-    /// System solved.
-    pub system: System,
-    /// Whether the action has D̄ or, without the regularisation, D.
-    pub regularised: bool,
-    /// Significant digits of the arithmetic.
-    pub digits: u32,
-    /// Number of nodes of each window.
-    pub n_gamma: usize,
-    /// Number of windows.
-    pub windows: usize,
-    /// The accuracy asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub accuracy: Option<f64>,
-    /// First guess of the Newton iteration.
-    pub initial_guess: &'static str,
-    /// Newton iterations.
-    pub iterations: usize,
-    /// Seconds spent in the solver.
-    pub solve_seconds: f64,
-    /// The numbers of the result, or of the failure.
-    #[serde(flatten)]
-    pub outcome: Outcome,
-    /// The warnings that were printed.
-    pub warnings: Vec<String>,
-    /// The iterations; with several windows, those of the window that took most.
-    pub history: Vec<IterationRecord>,
-}
-
-/// The part of the summary that depends on how the solve ended.
-#[derive(Debug, Clone, Serialize)]
-#[serde(untagged)]
-pub enum Outcome {
-    /// A critical point was found.
-    Solved(Box<Solved>),
-    /// No critical point was found.
-    Failed(Failed),
-}
 
 /// Numbers of a critical point.
 #[derive(Debug, Clone, Serialize)]
@@ -130,10 +76,6 @@ pub struct Solved {
     /// The speed of light that would make that about 1e-6; absent if the particle does not move.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub newtonian_c: Option<f64>,
-    /// Seconds spent in measuring the solution.
-    pub diagnostics_seconds: f64,
-    /// Seconds spent in formatting and writing the CSV files.
-    pub write_seconds: f64,
 }
 
 /// The error of a run, see [`crate::study::run_error`], in the units of t and x.
@@ -163,23 +105,6 @@ impl From<RunError> for Error {
     }
 }
 
-/// How far a solve without a result came.
-#[derive(Debug, Clone, Serialize)]
-pub struct Failed {
-    /// The message for people.
-    pub message: String,
-    /// What to try.
-    pub advice: &'static str,
-    /// γ of the point that the message is about.
-    pub gamma: f64,
-    /// x there.
-    pub x: f64,
-    /// g00 there.
-    pub g00: f64,
-    /// Largest residual entry of the last iterate; null if there was none.
-    pub residual: f64,
-}
-
 impl Summary {
     /// The summary of `case` and of its solution or failure. The error of a solution is not known to it, so that its
     /// verdict is doubtful until [`Self::set_error`].
@@ -188,79 +113,37 @@ impl Summary {
         result: Result<(&Solution<S>, &Measures<S>), &NoSolution>,
         solve_seconds: f64,
     ) -> Self {
-        // With an accuracy the scheme is the one that was chosen; if the solve failed, none was.
-        let (sbp, form, n_gamma, windows) = match result {
-            Ok((solution, _)) => (solution.sbp_name, solution.form, solution.sbp().points(), solution.window_count),
-            Err(_) => (case.scheme.sbp, case.scheme.form, case.grid.n_gamma, case.grid.windows),
-        };
-        let measured = result.as_ref().map_or(Vec::new(), |(solution, measures)| {
-            measures.warnings(solution).into_iter().chain(measures.newtonian_warning()).collect()
-        });
-        let (status, initial_guess, iterations, history, outcome) = match result {
-            Ok((solution, measures)) => (
-                Status::Converged,
-                solution.initial_guess,
-                solution.iterations,
-                &solution.history,
-                Outcome::Solved(Box::new(Solved::new(solution, measures))),
-            ),
-            Err(failure) => {
-                let iterations = failure.history.len();
-                let outcome = Outcome::Failed(Failed::new(failure));
-                (failure.status, failure.initial_guess, iterations, &failure.history, outcome)
-            }
-        };
-        Self {
-            status,
-            verdict: match result {
-                Ok((solution, measures)) => of_solution(solution, measures, None),
-                Err(_) => Verdict::refused(),
+        let settings = case.settings();
+        let ended = match result {
+            Ok((solution, measures)) => Ended {
+                status: Status::Converged,
+                verdict: of_solution(solution, measures, None),
+                settings: Settings {
+                    sbp: solution.sbp_name,
+                    form: solution.form,
+                    n_gamma: solution.sbp().points(),
+                    windows: solution.window_count,
+                    ..settings
+                },
+                initial_guess: solution.initial_guess,
+                iterations: solution.iterations,
+                history: solution.history.clone(),
+                outcome: Outcome::Solved(Box::new(Solved::new(solution, measures))),
+                suspicions: measures.warnings(solution).into_iter().chain(measures.newtonian_warning()).collect(),
             },
-            version: env!("CARGO_PKG_VERSION"),
-            title: case.title.clone(),
-            sbp: sbp.into(),
-            form,
-            system: case.solver.system,
-            regularised: case.scheme.regularised,
-            digits: case.solver.digits,
-            n_gamma,
-            windows,
-            accuracy: case.solver.accuracy.as_ref().map(Decimal::value),
-            initial_guess: initial_guess.as_str(),
-            iterations,
-            solve_seconds,
-            outcome,
-            warnings: case.warnings().into_iter().chain(measured).collect(),
-            history: history.clone(),
-        }
+            Err(failure) => Ended { iterations: failure.history.len(), ..Ended::without(failure, settings) },
+        };
+        let summary = Self::of(case.title.as_deref(), case.warnings(), ended, solve_seconds);
+        Self { regularised: Some(case.scheme.regularised), ..summary }
     }
 
     /// Adds the error of the solution, and the verdict that it was made with.
     pub fn set_error(&mut self, error: Option<RunError>, verdict: Verdict) {
-        if let Outcome::Solved(solved) = &mut self.outcome {
+        if let Some(solved) = self.solved_mut() {
             solved.error = error.map(Into::into);
         }
         self.verdict = verdict;
     }
-
-    /// The JSON text, with a final newline.
-    pub fn to_json(&self) -> String {
-        json(self)
-    }
-}
-
-/// Indented JSON with a final newline.
-pub(super) fn json(summary: &impl Serialize) -> String {
-    let mut text = serde_json::to_string_pretty(summary).expect("a summary has string keys only");
-    text.push('\n');
-    text
-}
-
-/// One indented JSON object, with a final newline, from several JSON texts and their names.
-pub fn json_object(members: &[(&str, String)]) -> String {
-    // Strings of JSON contain no line breaks, so all lines can be indented.
-    let member = |(name, text): &(&str, String)| format!("  \"{name}\": {}", text.trim_end().replace('\n', "\n  "));
-    format!("{{\n{}\n}}\n", members.iter().map(member).collect::<Vec<_>>().join(",\n"))
 }
 
 impl Solved {
@@ -294,21 +177,6 @@ impl Solved {
             error: None,
             newtonian_deviation: measures.newtonian.deviation,
             newtonian_c: measures.newtonian.c(),
-            diagnostics_seconds: 0.0,
-            write_seconds: 0.0,
-        }
-    }
-}
-
-impl Failed {
-    fn new(failure: &NoSolution) -> Self {
-        Self {
-            message: failure.to_string(),
-            advice: failure.advice(),
-            gamma: failure.gamma,
-            x: failure.point.first().map_or(f64::NAN, |(_, x)| *x),
-            g00: if let Domain::G00(g00) = failure.domain { g00 } else { f64::NAN },
-            residual: failure.residual,
         }
     }
 }
