@@ -15,14 +15,16 @@
 
 mod outcome;
 mod random;
+mod rough;
 mod scenes;
 mod several;
+#[allow(dead_code, reason = "scenes are compared in another way")]
+mod truth;
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
 use outcome::Outcome;
-use random::Random;
 use scenes::Scene;
 use several::Several;
 
@@ -37,13 +39,7 @@ fn share(outcome: &Outcome) -> Option<f64> {
 }
 
 fn main() -> ExitCode {
-    let mut arguments = std::env::args().skip(1);
-    let mut number = |default: u64| match arguments.next() {
-        Some(text) => text.parse().expect("a whole number"),
-        None => default,
-    };
-    let (runs, seed) = (number(1000), number(1));
-    let mut random = Random(seed);
+    let (runs, mut random) = random::arguments(1000);
     // Runs, without reference, refused, broken promises, estimates that are too low.
     let mut table: BTreeMap<&str, ([usize; 5], Vec<f64>)> = BTreeMap::new();
     for run in 0..runs {

@@ -3,6 +3,16 @@
 /// SplitMix64 (Steele, Lea, Flood 2014).
 pub(crate) struct Random(pub(crate) u64);
 
+/// The arguments RUNS and SEED of an example: the number of its runs, and its random numbers.
+pub(crate) fn arguments(runs: u64) -> (u64, Random) {
+    let mut arguments = std::env::args().skip(1);
+    let mut number = |default: u64| match arguments.next() {
+        Some(text) => text.parse().expect("a whole number"),
+        None => default,
+    };
+    (number(runs), Random(number(1)))
+}
+
 impl Random {
     pub(crate) fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);

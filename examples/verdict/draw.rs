@@ -5,6 +5,7 @@ use std::fmt;
 use geodesic_ivp::case::AnyCase;
 
 use super::random::Random;
+use super::rough::Rough;
 use super::several::Several;
 
 /// A case, drawn.
@@ -123,25 +124,8 @@ fn ridge(random: &mut Random) -> (&'static str, String) {
 
 /// With something in it that is no polynomial on a window.
 fn rough(random: &mut Random) -> (&'static str, String) {
-    let c: f64 = [1.0, 3.0, 10.0][random.next() as usize % 3];
-    let strength = random.scale(0.05, 0.4) * c * c;
-    let (kind, formula) = match random.next() % 6 {
-        0 => ("cusp", format!("{strength}*sqrt(x^2 + {}^2)", random.scale(1e-3, 0.1))),
-        1 => ("kink", format!("{strength}*abs(x - {})", random.between(-0.3, 0.3))),
-        2 => ("wall", format!("{strength}*tanh({}*(x - 1))", random.scale(1.0, 200.0))),
-        3 => ("power", format!("{strength}*x^{}", 2 * (2 + random.next() % 10))),
-        4 => {
-            let (place, width) = (random.between(-1.0, 1.0), random.scale(5e-3, 1.0));
-            ("hump", format!("{strength}*exp(-((x - {place})/{width})^2)"))
-        }
-        _ => {
-            let s = random.scale(1e-3, 0.1);
-            ("cusps", format!("{strength}*(sqrt((x - 0.3)^2 + {s}^2) + abs(x + 0.2))"))
-        }
-    };
-    let t_dot = random.scale(1.0, 4.0);
-    let start = [random.between(-0.9, 0.9), t_dot, random.between(-0.6, 0.6) * c * t_dot];
-    let length = random.scale(0.5, 12.0) / t_dot;
+    let Rough { kind, formula, c, start, length } =
+        Rough::new(random, 1e-3, |random| [random.between(-1.0, 1.0), random.scale(5e-3, 1.0)]);
     (kind, one_coordinate(&formula, c, start, &format!("gamma_f = {length:?}")))
 }
 

@@ -20,10 +20,14 @@ mod judged;
 mod outcome;
 #[path = "../promises/random.rs"]
 mod random;
+#[path = "../promises/rough.rs"]
+mod rough;
 #[path = "../promises/several.rs"]
 #[allow(dead_code, reason = "only the scenes are drawn here")]
 mod several;
 mod tally;
+#[path = "../promises/truth.rs"]
+#[allow(dead_code, reason = "every coordinate has its own uncertainty")]
 mod truth;
 
 use std::collections::BTreeMap;
@@ -31,18 +35,11 @@ use std::process::ExitCode;
 
 use draw::Drawn;
 use judged::Judged;
-use random::Random;
 use rayon::prelude::*;
 use tally::Tally;
 
 fn main() -> ExitCode {
-    let mut arguments = std::env::args().skip(1);
-    let mut number = |default: u64| match arguments.next() {
-        Some(text) => text.parse().expect("a whole number"),
-        None => default,
-    };
-    let (runs, seed) = (number(2000), number(1));
-    let mut random = Random(seed);
+    let (runs, mut random) = random::arguments(2000);
     let drawn: Vec<Drawn> = (0..runs).map(|_| Drawn::new(&mut random)).collect();
     let judged: Vec<Judged> = drawn.par_iter().map(|drawn| Judged::of(&drawn.case())).collect();
 

@@ -5,7 +5,7 @@ use geodesic_ivp::case::Form;
 use geodesic_ivp::diagnostics::{Measures, NEGLIGIBLE};
 use geodesic_ivp::output::Summary;
 use geodesic_ivp::scalar::Real;
-use geodesic_ivp::solve::InitialGuess;
+use geodesic_ivp::solve::{InitialGuess, Iterations};
 use geodesic_ivp::study::run_error::RunError;
 
 /// A constant of motion whose relative deviation is at most this many units of 10^-digits is kept to rounding.
@@ -200,7 +200,7 @@ fn scheme<S: Real>(solution: &Solution<S>, summary: &Summary) -> String {
         windows => format!("{windows} windows of {} nodes", solution.sbp().points()),
     };
     let system = if solution.backward.is_some() { "doubled action" } else { "physical limit" };
-    let iterations = iterations(solution.iterations, solution.initial_guess).unwrap_or("explicit".to_owned());
+    let iterations = iterations(&solution.iterations).unwrap_or("explicit".to_owned());
     let digits = if S::IS_EXTENDED { format!(", {} digits", solution.digits) } else { String::new() };
     format!(
         "{} {}, {system}, {nodes} on gamma in [{}, {}]{digits}: {iterations}, {:.3} ms",
@@ -213,10 +213,10 @@ fn scheme<S: Real>(solution: &Solution<S>, summary: &Summary) -> String {
 }
 
 /// How many iterations of which kind a run took, if it took any.
-pub(super) fn iterations(count: usize, guess: InitialGuess) -> Option<String> {
+pub(super) fn iterations(&Iterations { count, initial_guess, .. }: &Iterations) -> Option<String> {
     match count {
         0 => None,
-        count if guess == InitialGuess::Extrapolation => Some(format!("{count} evaluations of the force")),
+        count if initial_guess == InitialGuess::Extrapolation => Some(format!("{count} evaluations of the force")),
         1 => Some("1 Newton iteration".to_owned()),
         count => Some(format!("{count} Newton iterations")),
     }

@@ -175,17 +175,7 @@ fn execute(job: &impl Job, case: &AnyCase, args: &RunArgs) -> anyhow::Result<Exi
     args.output.check_standard_output()?;
     let target = args.output.target(&args.case, "run")?;
     let directory = target.folder.clone();
-    let mut names = vec![TRAJECTORY, RESIDUALS, BRANCHES, SAMPLES, EVENTS, SUMMARY, CASE];
-    names.extend(job.picture_names());
-    names.retain(|name| match *name {
-        TRAJECTORY | RESIDUALS => !args.samples.only(),
-        BRANCHES => !args.samples.only() && case.settings().system == System::Doubled,
-        SAMPLES => args.samples.wanted(),
-        EVENTS => case.has_events(),
-        SUMMARY | CASE => true,
-        _ => args.plot,
-    });
-    let files = OutputSet::open(target, &names)?;
+    let files = OutputSet::open(target, &file_names(job, case, args))?;
     files.write_text(CASE, &effective(case, args))?;
     let (result, solve_seconds) = with_spinner(job, case, args);
     let solved = match result {
@@ -224,6 +214,21 @@ fn execute(job: &impl Job, case: &AnyCase, args: &RunArgs) -> anyhow::Result<Exi
         format!("{}{written}{}\n", job.readable(&title, &solved, &judged), summary.verdict.line())
     })?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// The files that a run writes.
+fn file_names(job: &impl Job, case: &AnyCase, args: &RunArgs) -> Vec<&'static str> {
+    let mut names = vec![TRAJECTORY, RESIDUALS, BRANCHES, SAMPLES, EVENTS, SUMMARY, CASE];
+    names.extend(job.picture_names());
+    names.retain(|name| match *name {
+        TRAJECTORY | RESIDUALS => !args.samples.only(),
+        BRANCHES => !args.samples.only() && case.settings().system == System::Doubled,
+        SAMPLES => args.samples.wanted(),
+        EVENTS => case.has_events(),
+        SUMMARY | CASE => true,
+        _ => args.plot,
+    });
+    names
 }
 
 /// The case that is run, as a text.

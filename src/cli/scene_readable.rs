@@ -131,7 +131,7 @@ fn at_last<S: Real>(line: &WorldLine<S>, charge: &ChargeDeviation<S>) -> String 
 }
 
 fn critical_point<S: Real>(line: &WorldLine<S>) -> String {
-    let how = iterations(line.iterations, line.initial_guess).unwrap_or("an explicit recursion".to_owned());
+    let how = iterations(&line.iterations).unwrap_or("an explicit recursion".to_owned());
     row("grad E", &format!("{:.1e}, from {how}", line.gradient_norm.to_f64()))
 }
 

@@ -138,7 +138,7 @@ impl<S: Real> SceneDiagnostics<S> {
         let names = line.geometry().names();
         let of = |(a, sawtooth): &(usize, Sawtooth<S>)| sawtooth.warning(&names[*a], amplitude(&line.q[*a]));
         let sawtooth = self.sawtooth.iter().filter_map(of);
-        let rounding = rounding_warning::<S>(line.last_correction, line.digits);
+        let rounding = rounding_warning::<S>(line.iterations.last_correction, line.digits);
         sawtooth.chain(self.drift_warning(line)).chain(rounding).collect()
     }
 

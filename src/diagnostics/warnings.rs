@@ -77,7 +77,7 @@ impl<S: Real> Measures<S> {
             self.step_warning(solution),
             self.horizon_warning(solution),
             self.scale_warning(solution),
-            rounding_warning::<S>(solution.last_correction, solution.digits),
+            rounding_warning::<S>(solution.iterations.last_correction, solution.digits),
             self.bound_warning(solution),
             printed_time_warning(solution),
             self.printed_gamma_warning(solution),

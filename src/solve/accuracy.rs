@@ -73,7 +73,7 @@ pub(super) fn solve(scene: &Scene, accuracy: f64, observer: Option<Observer<'_, 
                 solution.end.t = t_f;
             }
             solution.length = adapted.gamma.hi;
-            solution.iterations = adapted.statistics.evaluations;
+            solution.iterations.count = adapted.statistics.evaluations;
             solution.error_estimate = Some(adapted.error_estimate);
             Ok(solution)
         }
@@ -90,7 +90,7 @@ pub(super) fn solve(scene: &Scene, accuracy: f64, observer: Option<Observer<'_, 
                 }
                 MarchFailure::TimeNotReached { gamma, .. } => at(Status::EndTimeNotReached, gamma, last),
                 MarchFailure::EvaluationLimit { gamma, x, evaluations, needed } => {
-                    NoSolution { iteration: evaluations, needed, ..at(Status::EvaluationLimit, gamma, x) }
+                    NoSolution { needed, ..at(Status::EvaluationLimit, gamma, x).after(evaluations) }
                 }
             })
         }

@@ -7,7 +7,7 @@ use super::search::{self, Excess, NotFound, Search};
 use super::setup::Setup;
 use super::solution::Solution;
 use super::solve_to;
-use super::status::{InitialGuess, Status};
+use super::status::{InitialGuess, Iterations, Status};
 use crate::scalar::Real;
 
 /// The |t_N − t_f| that counts as equal, relative to t_f − t_i, has this many digits in `f64`; with more digits, all of
@@ -68,12 +68,13 @@ fn not_reached<S: Real>(setup: &Setup<S>, closest: Option<Solution<S>>) -> NoSol
         None => (setup.scene.initial.x, setup.scene.gamma_i),
     };
     let at = At::x(gamma.to_f64(), x.to_f64(), setup.scene.metric.at(x).g00.to_f64());
-    let history = closest.as_ref().map_or(Vec::new(), |closest| closest.history.clone());
+    let iterations = closest.as_ref().map_or(Iterations::from(InitialGuess::None), |closest| {
+        let Iterations { initial_guess, history, .. } = &closest.iterations;
+        Iterations::of(*initial_guess, history.clone())
+    });
     NoSolution {
-        iteration: history.len(),
+        iterations: Box::new(iterations),
         residual: closest.as_ref().map_or(f64::INFINITY, |closest| closest.gradient_norm.to_f64()),
-        initial_guess: closest.map_or(InitialGuess::None, |closest| closest.initial_guess),
-        history,
         ..NoSolution::new(Status::EndTimeNotReached, at)
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::newton::Failure;
-use super::status::{InitialGuess, IterationRecord, MOST_NODES, Status};
+use super::status::{InitialGuess, Iterations, MOST_NODES, Status};
 use crate::lobatto::MOST_EVALUATIONS;
 
 /// The reason why there is no critical point, and where the solve stood.
@@ -17,8 +17,6 @@ pub struct NoSolution {
     pub point: Vec<(String, f64)>,
     /// The metric there.
     pub domain: Domain,
-    /// Iterations done.
-    pub iteration: usize,
     /// Largest residual entry at the last accepted iterate (infinite if none was accepted); the estimated error where
     /// an accuracy is not reached.
     pub residual: f64,
@@ -26,10 +24,8 @@ pub struct NoSolution {
     pub needed: f64,
     /// Whether an accuracy was asked for, so that windows and operator were not the user's to choose.
     pub adaptive: bool,
-    /// The iterations.
-    pub history: Vec<IterationRecord>,
-    /// Where they started.
-    pub initial_guess: InitialGuess,
+    /// The iterations done.
+    pub iterations: Box<Iterations>,
 }
 
 /// What says whether a point is inside the domain of a metric.
@@ -75,23 +71,27 @@ impl NoSolution {
             gamma,
             point,
             domain,
-            iteration: 0,
             residual: f64::INFINITY,
             needed: 0.0,
             adaptive: false,
-            history: Vec::new(),
-            initial_guess: InitialGuess::None,
+            iterations: Box::new(Iterations::from(InitialGuess::None)),
         }
     }
 
     /// A march that ended without a result.
     pub(super) fn marched(status: Status, at: At) -> Self {
-        Self { initial_guess: InitialGuess::Extrapolation, ..Self::new(status, at) }
+        Self { iterations: Box::new(Iterations::from(InitialGuess::Extrapolation)), ..Self::new(status, at) }
     }
 
     /// A march to an accuracy that ended without a result.
     pub(super) fn adaptive(status: Status, at: At) -> Self {
         Self { adaptive: true, ..Self::marched(status, at) }
+    }
+
+    /// The same after so many evaluations of the force.
+    pub(super) fn after(mut self, evaluations: usize) -> Self {
+        self.iterations.count = evaluations;
+        self
     }
 
     /// A failed iteration. `locate` finds its place from the point that left the domain, if that is why it failed, the
@@ -105,10 +105,8 @@ impl NoSolution {
         let worst = (0..residual.len()).max_by(|&a, &b| residual[a].abs().total_cmp(&residual[b].abs()));
         let at = locate(outside.filter(|_| status == Status::OutsideDomain), worst, &unknowns);
         Self {
-            iteration: history.len(),
             residual: worst.map_or(f64::INFINITY, |index| residual[index].abs()),
-            history,
-            initial_guess,
+            iterations: Box::new(Iterations::of(initial_guess, history)),
             ..Self::new(status, at)
         }
     }
@@ -130,14 +128,15 @@ impl fmt::Display for Compact {
 
 impl fmt::Display for NoSolution {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { status, iteration, residual, needed, .. } = self;
+        let Self { status, residual, needed, .. } = self;
+        let count = self.iterations.count;
         let mut place = format!("gamma = {}", Compact(self.gamma));
         for (name, value) in &self.point {
             place += &format!(", {name} = {}", Compact(*value));
         }
         match (status, &self.domain) {
             (Status::OutsideDomain, Domain::G00(g00)) => {
-                write!(f, "the geodesic leaves the domain at {place}: g00 = {g00:.3e} (iteration {iteration}")?;
+                write!(f, "the geodesic leaves the domain at {place}: g00 = {g00:.3e} (iteration {count}")?;
                 // Where the equations are explicit, or the first guess already leaves, there is no residual.
                 if residual.is_finite() { write!(f, ", residual {residual:.2e})") } else { write!(f, ")") }
             }
@@ -157,7 +156,7 @@ impl fmt::Display for NoSolution {
                 write!(f, "the accuracy is not reached: the estimated error is {residual:.1e} at {place}")
             }
             (Status::EvaluationLimit, _) => {
-                write!(f, "stopped after {iteration} evaluations of the force at {place}: ")?;
+                write!(f, "stopped after {count} evaluations of the force at {place}: ")?;
                 match needed.is_finite() {
                     true => write!(
                         f,
@@ -176,7 +175,7 @@ impl fmt::Display for NoSolution {
             }
             _ => write!(
                 f,
-                "no critical point found ({status}) after {iteration} iterations: largest residual {residual:.2e} at \
+                "no critical point found ({status}) after {count} iterations: largest residual {residual:.2e} at \
                  {place}"
             ),
         }
@@ -290,7 +289,7 @@ mod tests {
     fn limits_say_what_would_be_needed_in_scenes_too() {
         let places = [At::x(1.0, 2.0, 3.0), At::scene(1.0, vec![("r".to_owned(), 2.0)])];
         for (at, name) in places.into_iter().zip(["x", "r"]) {
-            let adaptive = NoSolution { iteration: 7, ..NoSolution::adaptive(Status::TooManyNodes, at) };
+            let adaptive = NoSolution::adaptive(Status::TooManyNodes, at).after(7);
             let at = |status, needed| NoSolution { status, needed, ..adaptive.clone() }.to_string();
             let place = format!("at gamma = 1.000000, {name} = 2.000000: ");
             let nodes = format!("stopped {place}the run would have 6.0e7 nodes, above the limit of 5e7 that");

@@ -31,7 +31,7 @@ pub(crate) use operator::WindowGrid;
 pub use setup::{End, Scene, Settings, Setup, System};
 pub(crate) use solution::WindowNodes;
 pub use solution::{Backward, EndState, Joint, Solution, Window};
-pub use status::{InitialGuess, IterationRecord, Status};
+pub use status::{InitialGuess, IterationRecord, Iterations, Status};
 pub use trajectory::Trajectory;
 
 use self::critical_point::CriticalPointSolver;

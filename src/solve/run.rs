@@ -7,7 +7,7 @@ use super::operator::Operators;
 use super::problem::Problem;
 use super::setup::Scene;
 use super::solution::{Backward, EndState, Joint, Solution, Window};
-use super::status::{InitialGuess, IterationRecord, Status};
+use super::status::{InitialGuess, IterationRecord, Iterations, Status};
 use crate::action::{Form, MULTIPLIERS};
 use crate::geodesic::InitialData;
 use crate::sbp::SbpName;
@@ -64,10 +64,7 @@ impl<'o, S: Real> Run<'o, S> {
             window_count: 0,
             gradient_norm: S::ZERO,
             end: EndState { t: S::ZERO, x: S::ZERO, x_dot: S::ZERO, q_t },
-            initial_guess: InitialGuess::None,
-            iterations: 0,
-            history: Vec::new(),
-            last_correction: 0.0,
+            iterations: Iterations::from(InitialGuess::None),
             gamma_i: scene.gamma_i,
             length: S::ZERO,
             digits,
@@ -112,12 +109,7 @@ impl<'o, S: Real> Run<'o, S> {
         let run = &mut self.solution;
         run.end.q_t = piece.q_t;
         run.gradient_norm = run.gradient_norm.max(piece.gradient_norm);
-        run.initial_guess = piece.initial_guess;
-        run.last_correction = run.last_correction.max(piece.history.last().map_or(0.0, |last| last.relative_step));
-        run.iterations += piece.history.len();
-        if piece.history.len() > run.history.len() {
-            run.history = piece.history;
-        }
+        run.iterations.add(piece.initial_guess, piece.history);
         collect(&mut run.elapsed, piece.elapsed, self.capacity);
         collect(&mut run.x, piece.x, self.capacity);
         if let Some(piece) = piece.backward {
@@ -175,10 +167,8 @@ fn overflow<S: Real>(problem: &Problem<S>, piece: Piece<S>) -> NoSolution {
     let index = (0..piece.x.len()).find(|k| !finite(k)).unwrap_or(piece.x.len() - 1);
     let (x, g00) = (piece.x[index].to_f64(), problem.metric.at(piece.x[index]).g00.to_f64());
     NoSolution {
-        iteration: piece.history.len(),
         residual: piece.gradient_norm.to_f64(),
-        history: piece.history,
-        initial_guess: piece.initial_guess,
+        iterations: Box::new(Iterations::of(piece.initial_guess, piece.history)),
         ..NoSolution::new(Status::OutsideDomain, At::x(problem.gamma(index).to_f64(), x, g00))
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::operator::{Operators, WindowGrid};
-use super::status::{InitialGuess, IterationRecord};
+use super::status::Iterations;
 use crate::action::Form;
 use crate::action::MULTIPLIERS;
 use crate::geodesic::{InitialData, Invariants};
@@ -91,15 +91,8 @@ pub struct Solution<S = f64> {
     pub gradient_norm: S,
     /// What to continue from.
     pub end: EndState<S>,
-    /// Where the iteration started.
-    pub initial_guess: InitialGuess,
-    /// Iterations of all windows: of Newton's method or, for the fixed-point iteration, evaluations of the force.
-    pub iterations: usize,
-    /// The iterations (none if the equations are explicit) of the window that needed the most.
-    pub history: Vec<IterationRecord>,
-    /// Largest change of t or x (physical limit: of x or w*) that the last iteration of a window still made, relative
-    /// to their sizes. 0 if the equations are explicit.
-    pub last_correction: f64,
+    /// The iterations; their corrections are those of t and x (physical limit: of x and w*).
+    pub iterations: Iterations,
     /// γ of the first node.
     pub gamma_i: S,
     /// γ_f − γ_i.

@@ -45,7 +45,7 @@ pub(super) fn march(
     let mut run = certified.finish()?;
     match marched {
         Ok(marched) => {
-            run.iterations = marched.statistics.evaluations;
+            run.iterations.count = marched.statistics.evaluations;
             Ok(Some(run))
         }
         Err(MarchFailure::OutsideDomain { gamma, x, g00, .. }) => {
@@ -64,7 +64,7 @@ pub(super) struct CertifiedRun<'o> {
 impl<'o> CertifiedRun<'o> {
     /// For windows that are added to `run`, on elements.
     pub(super) fn new(mut run: Run<'o, f64>) -> Self {
-        run.solution.initial_guess = InitialGuess::Extrapolation;
+        run.solution.iterations.initial_guess = InitialGuess::Extrapolation;
         Self { run, failure: None }
     }
 

@@ -74,6 +74,44 @@ pub struct IterationRecord {
     pub relative_step: f64,
 }
 
+/// The iterations of a run, of all its windows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Iterations {
+    /// Where the iteration started.
+    pub initial_guess: InitialGuess,
+    /// Their number: of Newton's method or, for the fixed-point iteration, evaluations of the force.
+    pub count: usize,
+    /// Those of the window that needed the most; none if the equations are explicit.
+    pub history: Vec<IterationRecord>,
+    /// Largest change that the last iteration of a window still made, relative to the sizes of what it changed. 0 if
+    /// the equations are explicit.
+    pub last_correction: f64,
+}
+
+impl Iterations {
+    /// None so far, from this guess.
+    pub(super) fn from(initial_guess: InitialGuess) -> Self {
+        Self { initial_guess, count: 0, history: Vec::new(), last_correction: 0.0 }
+    }
+
+    /// Those of one window.
+    pub(super) fn of(initial_guess: InitialGuess, history: Vec<IterationRecord>) -> Self {
+        let mut iterations = Self::from(initial_guess);
+        iterations.add(initial_guess, history);
+        iterations
+    }
+
+    /// Adds those of the next window.
+    pub(super) fn add(&mut self, initial_guess: InitialGuess, history: Vec<IterationRecord>) {
+        self.initial_guess = initial_guess;
+        self.count += history.len();
+        self.last_correction = self.last_correction.max(history.last().map_or(0.0, |last| last.relative_step));
+        if history.len() > self.history.len() {
+            self.history = history;
+        }
+    }
+}
+
 /// Where Newton's iteration started.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]

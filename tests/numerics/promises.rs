@@ -4,9 +4,14 @@
 #[path = "../../examples/promises/outcome.rs"]
 pub(crate) mod outcome;
 #[path = "../../examples/promises/random.rs"]
+#[allow(dead_code, reason = "tests have no arguments")]
 pub(crate) mod random;
+#[path = "../../examples/promises/rough.rs"]
+pub(crate) mod rough;
 #[path = "../../examples/promises/scenes.rs"]
 mod scenes;
+#[path = "../../examples/promises/truth.rs"]
+pub(crate) mod truth;
 
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::lobatto::{Adaptive, Goal, MOST_EVALUATIONS, MarchFailure, State};

@@ -11,10 +11,8 @@ mod several;
 #[path = "../../examples/verdict/tally.rs"]
 #[allow(dead_code, reason = "only the counts are looked at here")]
 mod tally;
-#[path = "../../examples/verdict/truth.rs"]
-mod truth;
 
-use crate::promises::{outcome, random};
+use crate::promises::{outcome, random, rough, truth};
 use draw::Drawn;
 use judged::Judged;
 use random::Random;

@@ -42,7 +42,7 @@ fn windows_one_by_one_are_those_of_the_whole_run() {
         assert!(windows > 1 && windows == whole.window_count, "{overrides}");
         assert!(t.iter().copied().eq(whole.t()) && x == whole.x && gamma.iter().copied().eq(whole.gamma()));
         assert_eq!(last.end, whole.end, "{overrides}");
-        assert_eq!((last.gradient_norm, last.iterations), (whole.gradient_norm, whole.iterations), "{overrides}");
+        assert_eq!((last.gradient_norm, &last.iterations), (whole.gradient_norm, &whole.iterations), "{overrides}");
         assert_eq!((last.length, last.error_estimate), (whole.length, whole.error_estimate), "{overrides}");
 
         let (parts, all) = (measures.expect("there are windows"), Diagnostics::new(&whole).measures);

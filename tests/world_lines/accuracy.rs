@@ -3,6 +3,7 @@
 #[path = "../../examples/promises/outcome.rs"]
 mod outcome;
 #[path = "../../examples/promises/random.rs"]
+#[allow(dead_code, reason = "tests have no arguments")]
 mod random;
 #[path = "../../examples/promises/several.rs"]
 mod several;

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::case::{Form, System};
 use crate::diagnostics::verdict::Verdict;
-use crate::solve::{Domain, InitialGuess, IterationRecord, NoSolution, Settings, Status};
+use crate::solve::{Domain, IterationRecord, Iterations, NoSolution, Settings, Status};
 
 pub use one::{Error, Solved};
 pub use scene::SolvedScene;
@@ -144,9 +144,7 @@ struct Ended<R> {
     verdict: Verdict,
     /// With an accuracy the scheme is the one that was chosen; if the solve failed, none was.
     settings: Settings,
-    initial_guess: InitialGuess,
-    iterations: usize,
-    history: Vec<IterationRecord>,
+    iterations: Iterations,
     outcome: Outcome<R>,
     /// Warnings about the result.
     suspicions: Vec<String>,
@@ -159,9 +157,7 @@ impl<R> Ended<R> {
             status: failure.status,
             verdict: Verdict::refused(),
             settings,
-            initial_guess: failure.initial_guess,
-            iterations: failure.iteration,
-            history: failure.history.clone(),
+            iterations: (*failure.iterations).clone(),
             outcome: Outcome::Failed(Failed::new(failure)),
             suspicions: Vec::new(),
         }
@@ -187,13 +183,13 @@ impl<R> SummaryOf<R> {
             n_gamma,
             windows,
             accuracy,
-            initial_guess: ended.initial_guess.as_str(),
-            iterations: ended.iterations,
+            initial_guess: ended.iterations.initial_guess.as_str(),
+            iterations: ended.iterations.count,
             solve_seconds,
             seconds: matches!(ended.outcome, Outcome::Solved(_)).then(Seconds::default),
             outcome: ended.outcome,
             warnings,
-            history: ended.history,
+            history: ended.iterations.history,
         }
     }
 

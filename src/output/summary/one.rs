@@ -125,13 +125,16 @@ impl Summary {
                     windows: solution.window_count,
                     ..settings
                 },
-                initial_guess: solution.initial_guess,
-                iterations: solution.iterations,
-                history: solution.history.clone(),
+                iterations: solution.iterations.clone(),
                 outcome: Outcome::Solved(Box::new(Solved::new(solution, measures))),
                 suspicions: measures.warnings(solution).into_iter().chain(measures.newtonian_warning()).collect(),
             },
-            Err(failure) => Ended { iterations: failure.history.len(), ..Ended::without(failure, settings) },
+            Err(failure) => {
+                let mut ended = Ended::without(failure, settings);
+                // Evaluations of the force up to a limit are not counted.
+                ended.iterations.count = failure.iterations.history.len();
+                ended
+            }
         };
         let summary = Self::of(case.title.as_deref(), case.warnings(), ended, solve_seconds);
         Self { regularised: Some(case.scheme.regularised), ..summary }

@@ -127,9 +127,7 @@ impl SceneSummary {
                     windows: line.windows.len(),
                     ..settings
                 },
-                initial_guess: line.initial_guess,
-                iterations: line.iterations,
-                history: line.history.clone(),
+                iterations: line.iterations.clone(),
                 outcome: Outcome::Solved(Box::new(SolvedScene::new(line, diagnostics, sums))),
                 suspicions: diagnostics.warnings(line),
             },

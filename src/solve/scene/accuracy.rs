@@ -66,7 +66,7 @@ pub(super) fn solve<S: Real>(setup: &SceneSetup<S>, accuracy: f64) -> Result<Wor
     line.ended_by = followed.stopped_by.and_then(|stop| stop.checked_sub(usize::from(target.is_some())));
     line.accuracy = Some(accuracy);
     line.error_estimate = Some(followed.error_estimate);
-    line.iterations = followed.statistics.evaluations;
+    line.iterations.count = followed.statistics.evaluations;
     Ok(line)
 }
 
@@ -158,8 +158,8 @@ fn no_world_line(geometry: &Geometry, gamma_i: f64, failure: FlowFailure) -> NoS
             NoSolution { residual: estimate, ..failure }
         }
         FlowFailure::EvaluationLimit { gamma, q, evaluations, needed } => {
-            let failure = NoSolution::adaptive(Status::EvaluationLimit, at(gamma, &q));
-            NoSolution { iteration: evaluations, needed, ..failure }
+            let failure = NoSolution::adaptive(Status::EvaluationLimit, at(gamma, &q)).after(evaluations);
+            NoSolution { needed, ..failure }
         }
     }
 }

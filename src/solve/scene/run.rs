@@ -14,7 +14,7 @@ use crate::scalar::{Compensated, Real};
 use crate::solve::System;
 use crate::solve::failure::{At, NoSolution};
 use crate::solve::operator::Operators;
-use crate::solve::status::{InitialGuess, IterationRecord, Status};
+use crate::solve::status::{InitialGuess, IterationRecord, Iterations, Status};
 
 /// The critical point of one window, in which ignorable coordinates are counted from its start.
 pub(super) struct Piece<S> {
@@ -180,10 +180,7 @@ fn empty<S: Real>(setup: &SceneSetup<S>, length: S) -> WorldLine<S> {
         backward: vec![Vec::new(); if is_doubled { n } else { 0 }],
         windows: Vec::with_capacity(setup.settings.windows),
         gradient_norm: S::ZERO,
-        initial_guess: InitialGuess::None,
-        iterations: 0,
-        history: Vec::new(),
-        last_correction: 0.0,
+        iterations: Iterations::from(InitialGuess::None),
         digits: setup.settings.digits,
         error_estimate: None,
         accuracy: None,
@@ -204,12 +201,7 @@ fn append<S: Real>(
     let first_node = line.q[0].len();
     line.windows.push(SceneWindow { gamma, start, end, multipliers: piece.multipliers, first_node, operator });
     line.gradient_norm = line.gradient_norm.max(piece.gradient_norm);
-    line.initial_guess = piece.initial_guess;
-    line.iterations += piece.history.len();
-    line.last_correction = line.last_correction.max(piece.history.last().map_or(0.0, |last| last.relative_step));
-    if piece.history.len() > line.history.len() {
-        line.history = piece.history;
-    }
+    line.iterations.add(piece.initial_guess, piece.history);
     let rows = line.q.iter_mut().zip(piece.q);
     let rows = rows.chain(line.p.iter_mut().zip(piece.p)).chain(line.backward.iter_mut().zip(piece.backward));
     for (all, mut row) in rows {

@@ -6,7 +6,7 @@ use crate::geometry::{Geometry, Start};
 use crate::sbp::{SbpName, SbpOperator};
 use crate::scalar::Real;
 use crate::solve::operator::{Operators, WindowGrid};
-use crate::solve::status::{InitialGuess, IterationRecord};
+use crate::solve::status::Iterations;
 
 /// A position with its velocities and momenta between two windows. In the strong form the momenta are p*, which differ
 /// from g_ab (Dq^b)_N + A_a: the last node takes up the compatibility defect.
@@ -49,15 +49,8 @@ pub struct WorldLine<S = f64> {
     pub windows: Vec<SceneWindow<S>>,
     /// Largest entry of the gradient of the doubled action at this solution, in any window: its certificate.
     pub gradient_norm: S,
-    /// Where the iteration started.
-    pub initial_guess: InitialGuess,
-    /// Newton iterations of all windows.
-    pub iterations: usize,
-    /// The iterations of the window that needed the most; none if the equations are explicit.
-    pub history: Vec<IterationRecord>,
-    /// Largest change that the last iteration of a window still made, relative to the sizes of what it changed. 0 if
-    /// the equations are explicit.
-    pub last_correction: f64,
+    /// The iterations.
+    pub iterations: Iterations,
     /// Significant decimal digits that were asked for; 16 for `f64`.
     pub digits: u32,
     /// The estimated error of every coordinate at the nodes, relative to max(1, largest |q^a|) of active and

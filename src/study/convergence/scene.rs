@@ -61,7 +61,7 @@ impl<S: Real> Sweep<S> {
 
 fn measure<S: Real>(setup: &SceneSetup<S>, length: S, reference: &SceneReference<S>) -> ConvergencePoint {
     let intervals = setup.settings.windows * (setup.settings.n_gamma - 1);
-    let errors = |line: &WorldLine<S>| (line.iterations, errors(line, reference));
+    let errors = |line: &WorldLine<S>| (line.iterations.count, errors(line, reference));
     point((setup.settings.sbp, setup.settings.form), intervals, length.to_f64(), || solve_scene(setup), errors)
 }
 

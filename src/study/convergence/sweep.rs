@@ -146,7 +146,7 @@ pub(super) fn samples(n_gamma: &[usize]) -> usize {
 
 fn measure<S: Arithmetic>(case: &Case, length: S, reference: &ReferenceTrajectory<S>) -> ConvergencePoint {
     let intervals = case.grid.windows * (case.grid.n_gamma - 1);
-    let errors = |solution: &Solution<S>| (solution.iterations, errors(solution, reference));
+    let errors = |solution: &Solution<S>| (solution.iterations.count, errors(solution, reference));
     point((case.scheme.sbp, case.scheme.form), intervals, length.to_f64(), || solve::<S>(case), errors)
 }
 
@@ -167,7 +167,7 @@ pub(super) fn point<R>(
             let (iterations, errors) = measure(run);
             (Status::Converged, (iterations, Some(errors)))
         }
-        Err(failure) => (failure.status, (failure.history.len(), None)),
+        Err(failure) => (failure.status, (failure.iterations.history.len(), None)),
     };
     let delta_gamma = length / intervals as f64;
     ConvergencePoint { sbp, form, n_gamma: intervals + 1, delta_gamma, errors, iterations, seconds, status }

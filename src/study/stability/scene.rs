@@ -59,7 +59,7 @@ impl Scene {
             delta_energy_max: energy,
             charges: Some(charges.iter().map(|charge| charge.max_interior).collect()),
             last_node: single.then(last_node),
-            iterations: Some(line.iterations),
+            iterations: Some(line.iterations.count),
             ..Track::of_windows(line.grids(), line.gamma().collect(), (q, norm.delta), (&norm.ends, norm.max_interior))
         }
     }

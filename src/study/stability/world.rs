@@ -117,7 +117,7 @@ pub(super) struct Failed {
 
 impl From<NoSolution> for Failed {
     fn from(failure: NoSolution) -> Self {
-        Self { status: CellStatus::of(failure.status), iterations: Some(failure.history.len()) }
+        Self { status: CellStatus::of(failure.status), iterations: Some(failure.iterations.history.len()) }
     }
 }
 

@@ -217,7 +217,7 @@ fn accuracy<'a>(one: &'a One, output: Output, accuracy: f64) -> Run<'a> {
         let last = last.map_err(|failure| failure.status.as_str())?;
         let samples = stream.finish(&last).map_err(|_| "outside-run")?;
         let states = samples.iter().map(|sample| State { elapsed: sample.t, x: sample.x, w: sample.x_dot }).collect();
-        let evaluations = last.iterations * last.x.len();
+        let evaluations = last.iterations.count * last.x.len();
         Ok(Raw::Trajectory(Trajectory { states, evaluations, steps: nodes }))
     })
 }
@@ -255,7 +255,7 @@ impl Raw {
         };
         // An explicit recursion evaluates once per node and reports no iterations; otherwise the iterations are summed
         // over the windows.
-        let sweeps = solution.iterations.max(windows);
+        let sweeps = solution.iterations.count.max(windows);
         Ok(Outcome {
             places: output.marks.iter().map(|mark| arena.place(&state(mark))).collect(),
             evaluations: sweeps * nodes,
@@ -284,7 +284,7 @@ fn outcome_of(line: &WorldLine, arena: &Arena, output: &Output) -> Outcome {
         let absolute = |a: usize| if line.geometry().active().contains(&a) { 0.0 } else { start.q[a] };
         SceneState { q: rows.iter().enumerate().map(|(a, row)| absolute(a) + row[node]).collect(), p }
     };
-    let sweeps = line.iterations.max(windows);
+    let sweeps = line.iterations.count.max(windows);
     Outcome {
         places: output.marks.iter().map(|mark| arena.place_of(state(mark))).collect(),
         evaluations: sweeps * nodes,

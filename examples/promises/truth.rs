@@ -24,6 +24,8 @@ pub(crate) struct Truth {
     piece: f64,
     /// What every coordinate may be off by.
     pub(crate) uncertain: Vec<f64>,
+    /// The most that the integrators are apart, relative to max(1, size).
+    pub(crate) apart: f64,
 }
 
 enum Piece {
@@ -50,7 +52,7 @@ impl Truth {
             other = InitialData { t: other.t + state.elapsed, x: state.x, t_dot, x_dot: state.w };
             apart.see(&[here.t, here.x], &[other.t, other.x]);
         }
-        Some(Self { pieces, piece, uncertain: apart.uncertain() })
+        Some(apart.truth(pieces, piece))
     }
 
     /// Of all coordinates of a scene.
@@ -70,7 +72,7 @@ impl Truth {
             other = Start { q_dot: geometry.velocities(&q, &p).ok()?, q, p };
             apart.see(&here.q, &other.q);
         }
-        Some(Self { pieces, piece, uncertain: apart.uncertain() })
+        Some(apart.truth(pieces, piece))
     }
 
     /// The coordinates at γ − γ_i.
@@ -106,7 +108,13 @@ impl Apart {
         }
     }
 
-    fn uncertain(self) -> Vec<f64> {
-        self.most.iter().zip(self.sizes).map(|(most, size)| most + ROUNDING * size).collect()
+    fn truth(self, pieces: Vec<Piece>, piece: f64) -> Truth {
+        let of_each = || self.most.iter().zip(&self.sizes);
+        Truth {
+            pieces,
+            piece,
+            uncertain: of_each().map(|(most, size)| most + ROUNDING * size).collect(),
+            apart: of_each().map(|(most, size)| most / size).fold(0.0, f64::max),
+        }
     }
 }
