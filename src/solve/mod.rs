@@ -55,7 +55,7 @@ const HORIZON: f64 = 1e-2;
 /// The physical limit costs O(N) time and memory, one potential evaluation a node for SBP21. The doubled system is
 /// solved by Newton's method with a sparse LU, in time linear in N in practice.
 ///
-/// With [`Setup::accuracy`] the program chooses operator and windows itself, see [`Solution::error_estimate`].
+/// With [`Settings::accuracy`] the program chooses operator and windows itself, see [`Solution::error_estimate`].
 ///
 /// # Errors
 /// [`NoSolution`] says how the solve ended, where, and with what residual. An unconverged trajectory is never returned.
