@@ -22,8 +22,8 @@ pub(super) struct Unit<const P: usize> {
     pub(super) recurrence: Vec<[f64; 2]>,
     /// 1/(2(2k + 1)) for k < n.
     pub(super) shares: Nodes<P>,
-    /// A by columns.
-    a: Box<Matrix<P>>,
+    /// A by columns, every entry rounded by itself.
+    pub(super) a: Box<Matrix<P>>,
     /// A⁻¹ = D + H⁻¹E_0 by columns.
     pub(super) derivative: Box<Matrix<P>>,
 }

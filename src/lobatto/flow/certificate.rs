@@ -5,6 +5,7 @@
 //! two branches.
 
 use super::state::FlowState;
+use super::unknowns::room;
 use super::window::FlowWindow;
 use super::work::{Evaluate, Multiply};
 use crate::expr::Register;
@@ -28,11 +29,9 @@ impl<'g, const P: usize> Certificate<'g, P> {
     pub(super) fn new(geometry: &'g Geometry, momenta: &[f64]) -> Self {
         let program = geometry.field().rows().momenta();
         let (n, m) = (geometry.dimension(), geometry.active().len());
-        let mut registers = vec![Nodes::ZERO; program.registers()];
-        program.each_constant(|register, constant| registers[register].0 = [constant; P]);
         Self {
             geometry,
-            registers,
+            registers: room(program),
             outputs: (0..n + m).map(|output| program.output(output)).collect(),
             momenta: momenta.to_vec(),
             rows: vec![Nodes::ZERO; n + m],
@@ -49,15 +48,17 @@ impl<'g, const P: usize> Certificate<'g, P> {
             let row = window.fields[place].0.iter().map(|q| (q - from.hi) - from.lo);
             self.rows[a].0.iter_mut().zip(row).for_each(|(to, value)| *to = value);
         }
-        for a in self.geometry.ignorable() {
-            self.rows[a] = Nodes::ZERO;
-            self.rows[a].0[..points].copy_from_slice(&window.elapsed_row(a));
-        }
         let unit = window.rule.unit;
-        let matrix = &unit.derivative[..unit.tables.columns];
+        let columns = unit.tables.columns;
+        for (&a, velocity) in window.ignorable.iter().zip(window.unknowns.ignorable()) {
+            let (matrix, rows) = (&unit.a[..columns], std::slice::from_ref(velocity));
+            Level::Best.dispatch(Multiply { matrix, rows, out: &mut self.rows[a..=a] });
+        }
+        let matrix = &unit.derivative[..columns];
         Level::Best.dispatch(Multiply { matrix, rows: &self.rows[..n], out: &mut self.slopes });
+        let per_length = 1.0 / h;
         for (a, slope) in self.slopes.iter().enumerate() {
-            let row = slope.0.iter().map(|slope| slope / h);
+            let row = slope.0.iter().map(|slope| per_length * slope);
             self.registers[n + a].0.iter_mut().zip(row).for_each(|(to, value)| *to = value);
         }
         Level::Best.dispatch(Evaluate {
@@ -73,16 +74,17 @@ impl<'g, const P: usize> Certificate<'g, P> {
             row.0.iter_mut().for_each(|p| *p -= start);
         }
         Level::Best.dispatch(Multiply { matrix, rows: &self.rows[..n], out: &mut self.slopes });
-        let (mut most, mut sum) = (0.0_f64, 0.0);
+        // The maximum may lose a NaN, the sum does not.
+        let (mut most, mut sum) = ([0.0_f64; P], [0.0; P]);
         for (a, slope) in self.slopes.iter().enumerate() {
-            let force = window.place_of(a).map(|place| &self.rows[n + place]);
+            let force = window.place_of(a).map_or(&Nodes::ZERO, |place| &self.rows[n + place]);
+            // Beyond the nodes velocities are 0, and forces need not be finite.
             for k in 0..points {
-                let entry = unit.tables.weights[k] * (slope.0[k] - force.map_or(0.0, |force| h * force.0[k]));
-                most = most.max(entry.abs());
-                // The maximum may lose a NaN.
-                sum += entry;
+                let entry = unit.tables.weights[k] * (slope.0[k] - h * force.0[k]);
+                most[k] = most[k].max(entry.abs());
+                sum[k] += entry;
             }
         }
-        if sum.is_finite() { most } else { f64::INFINITY }
+        if sum.iter().sum::<f64>().is_finite() { most.into_iter().fold(0.0, f64::max) } else { f64::INFINITY }
     }
 }

@@ -14,7 +14,7 @@ impl<const P: usize> FlowWindow<'_, P> {
             (Some(known), _) => (known, self.points() - 1, 0.0),
             (None, Some(known)) => (known, degree(known), 1.0),
             (None, None) => {
-                self.tangent();
+                self.unknowns.tangent();
                 return false;
             }
         };
@@ -29,29 +29,7 @@ impl<const P: usize> FlowWindow<'_, P> {
         let rows = if self.geometry.is_separable() { self.m } else { 2 * self.m };
         let out = &mut self.scratch[..rows];
         Level::Best.dispatch(Continue { from: &from, tables: &unit.tables, rows: &known.rates[..rows], out });
-        self.integrate_scratch();
+        self.unknowns.start_from(out);
         true
-    }
-
-    /// Puts the start into the registers, and with constant kinetic part the line of the free motion.
-    pub(super) fn tangent(&mut self) {
-        for (row, &register) in self.q_at.iter().chain(&self.p_at).enumerate() {
-            let start = self.starts[row];
-            let to = &mut self.registers[register].0;
-            to.iter_mut().zip(&self.low[row].0).for_each(|(to, low)| *to = start + low);
-        }
-    }
-
-    /// Integrates the rows in `scratch`: a guess.
-    fn integrate_scratch(&mut self) {
-        let rows = std::mem::take(&mut self.scratch);
-        let tables = self.rule.tables;
-        if self.geometry.is_separable() {
-            self.integrate(&tables.a_squared[..], &rows[..self.m], true);
-        } else {
-            self.integrate(&tables.a[..], &rows[self.m..], false);
-            self.integrate(&tables.a[..], &rows[..self.m], true);
-        }
-        self.scratch = rows;
     }
 }

@@ -216,16 +216,18 @@ impl<const P: usize> Walk<'_, '_, P> {
             let lasting = (scale / h).max(1.0);
             let tolerance = control.tolerance(share);
             let task = Task { start: &state, h, weights: &judge.weights, tolerance, is_new: h > longest };
-            let excess_of = |window: &FlowWindow<'_, P>| {
-                let [end, inside] = judge.of_window(window, lasting);
-                (end / share).max((TUNING.margin * inside / accuracy).powi(2))
-            };
+            let excess_of = |[end, inside]: [f64; 2]| (end / share).max((TUNING.margin * inside / accuracy).powi(2));
             // A tail is one of the solution where it is more than what sweeps still change.
             let is_hopeless = |window: &FlowWindow<'_, P>, change: f64| {
-                judge.of_window(window, lasting)[1] > change && control.is_hopeless(excess_of(window))
+                let errors = judge.of_window(window, lasting);
+                errors[1] > change && control.is_hopeless(excess_of(errors))
             };
             let outcome = self.window.solve(task, &is_hopeless);
-            let excess = if outcome == Outcome::Failed { f64::INFINITY } else { excess_of(&self.window) };
+            let mut errors = [f64::INFINITY; 2];
+            if outcome != Outcome::Failed {
+                errors = judge.of_window(&self.window, lasting);
+            }
+            let excess = excess_of(errors);
             let excess = if excess.is_nan() { f64::INFINITY } else { excess };
             let mut solved = match outcome {
                 Outcome::Solved(sweeps) if control.accepts(excess) => Some(Solved { h, sweeps }),
@@ -253,7 +255,9 @@ impl<const P: usize> Walk<'_, '_, P> {
             let windows = (self.statistics.windows as f64).max(whole / solved.h);
             self.transport.follow(&self.window, &judge.weights, windows);
             self.transport.enlarge(|row| judge.local(&self.window, row));
-            judge.see(&self.window, judge.of_window(&self.window, 1.0)[1], &self.transport);
+            let [_, inside] =
+                if lasting == 1.0 && stopped_by.is_none() { errors } else { judge.of_window(&self.window, 1.0) };
+            judge.see(&self.window, inside, &self.transport);
             let end = gamma + Twofold::from(solved.h);
             let estimate = judge.so_far();
             let is_late = EARLIEST * length <= end.hi && length.is_finite();

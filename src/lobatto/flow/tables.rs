@@ -13,6 +13,8 @@ pub(super) struct FlowTables<const P: usize> {
     pub(super) a_squared: Box<Matrix<P>>,
     /// From nodal values to values on the nodes of [`Transport`](super::transport::Transport), by columns.
     pub(super) sampled: Box<[[f64; LANES]; P]>,
+    /// Column k is the row of weights that nodal values have in Legendre coefficient k.
+    pub(super) from_modes: Box<Matrix<P>>,
     /// c.
     pub(super) nodes: Nodes<P>,
 }
@@ -37,8 +39,12 @@ impl<const P: usize> FlowTables<P> {
                 sampled.iter_mut().zip(rule.mode(k)).for_each(|(column, mode)| column[lane] += value * mode);
             }
         }
+        let mut from_modes = Box::new([[0.0; P]; P]);
+        for (k, column) in from_modes[..n].iter_mut().enumerate() {
+            column.iter_mut().zip(rule.mode(k)).for_each(|(to, mode)| *to = mode);
+        }
         let mut nodes = Nodes::ZERO;
         nodes.0.iter_mut().zip(rule.nodes()).for_each(|(to, node)| *to = node.hi);
-        Self { a: rounded(rule.a()), a_squared: rounded(rule.a_squared()), sampled, nodes }
+        Self { a: rounded(rule.a()), a_squared: rounded(rule.a_squared()), sampled, from_modes, nodes }
     }
 }

@@ -10,10 +10,12 @@
 
 use super::rule;
 use super::state::FlowState;
-use super::window::{FlowWindow, MOST_SWEEPS, Rule, Weights};
-use super::work::{Evaluate, Integrate, Pass, Sample, Sweep};
+use super::unknowns::{Places, SweepSteps, Unknowns, room};
+use super::window::{FlowWindow, MOST_SWEEPS, Weights};
+use super::work::{Evaluate, Sample};
 use crate::expr::{Program, Register, Staged};
 use crate::geometry::Geometry;
+use crate::lobatto::Twofold;
 use crate::lobatto::simd::Level;
 use crate::lobatto::tables::Nodes;
 
@@ -40,7 +42,7 @@ pub(super) struct Local {
 pub(super) struct Transport<'g> {
     geometry: &'g Geometry,
     m: usize,
-    rule: Rule<LANES>,
+    last: usize,
     /// The entries of the linearised equations, in the variables q^a and p_a.
     jacobian: &'g Staged<f64>,
     jacobian_registers: Vec<Nodes<LANES>>,
@@ -49,22 +51,12 @@ pub(super) struct Transport<'g> {
     entries_from: Vec<Register>,
     /// The slopes of small errors. Its first registers are the errors, then come the entries.
     linear: &'g Program<f64>,
-    registers: Vec<Nodes<LANES>>,
-    /// The registers of the errors.
-    errors: Vec<Register>,
-    velocities_from: Vec<Register>,
-    forces_from: Vec<Register>,
-    ignorable_from: Vec<Register>,
-    rates: Vec<Nodes<LANES>>,
-    low: Vec<Nodes<LANES>>,
-    starts: Vec<f64>,
-    change: Vec<f64>,
-    kicks: Vec<f64>,
+    errors: Unknowns<'g, LANES>,
     /// By how much errors of the fields count.
     weights: Vec<f64>,
     probe: Vec<f64>,
-    /// Random signs.
-    signs: u64,
+    /// Windows so far.
+    windows: f64,
 }
 
 impl<'g> Transport<'g> {
@@ -72,42 +64,37 @@ impl<'g> Transport<'g> {
         let (jacobian, linear) = geometry.field().linearised();
         let entries = jacobian.program();
         let (n, m) = (geometry.dimension(), geometry.active().len());
-        let room = |program: &Program<f64>| {
-            let mut registers = vec![Nodes::ZERO; program.registers()];
-            program.each_constant(|register, constant| registers[register].0 = [constant; LANES]);
-            registers
-        };
         let outputs = |from: usize, count: usize| (from..from + count).map(|output| linear.output(output)).collect();
         let velocities = if geometry.is_separable() { n } else { 0 };
         let forces = if geometry.is_separable() { 0 } else { m };
+        let places = Places {
+            q: (0..m).collect(),
+            p: (m..2 * m).collect(),
+            velocities: outputs(velocities, m),
+            forces: outputs(forces, m),
+            ignorable: outputs(forces + m, n - m),
+        };
+        let rule = rule::coarse();
         Self {
             geometry,
             m,
-            rule: rule::coarse(),
+            last: rule.rule.points() - 1,
             jacobian,
             jacobian_registers: room(entries),
             variables: geometry.active().iter().copied().chain(geometry.active().iter().map(|a| 2 * n + a)).collect(),
             entries_from: (0..entries.outputs()).map(|output| entries.output(output)).collect(),
             linear,
-            registers: room(linear),
-            errors: (0..2 * m).collect(),
-            velocities_from: outputs(velocities, m),
-            forces_from: outputs(forces, m),
-            ignorable_from: outputs(forces + m, n - m),
-            rates: vec![Nodes::ZERO; n + m],
-            low: vec![Nodes::ZERO; 2 * m],
-            starts: vec![0.0; 2 * m],
-            change: vec![0.0; 2 * m],
-            kicks: vec![0.0; m],
+            errors: Unknowns::new(rule, geometry.separable(), linear, places),
             weights: Vec::with_capacity(2 * m),
             probe: vec![0.0; n + m],
-            signs: 1,
+            windows: 0.0,
         }
     }
 
     /// Forgets all errors: a new march begins from `start`, with these momenta of ignorable coordinates.
     pub(super) fn begin(&mut self, momenta: &[f64], start: &FlowState) {
         self.probe.fill(0.0);
+        self.windows = 0.0;
         let n = momenta.len();
         for (a, &p) in momenta.iter().enumerate() {
             self.jacobian_registers[2 * n + a].0 = [p; LANES];
@@ -129,14 +116,13 @@ impl<'g> Transport<'g> {
             registers: &mut self.jacobian_registers,
             factor: 1.0,
             from: &self.entries_from,
-            to: &mut self.registers[first..first + outputs],
+            to: &mut self.errors.registers[first..first + outputs],
         });
     }
 
     /// The entries at the end of what was evaluated last, of active coordinates: row, column, value.
     pub(super) fn at_end(&self, see: impl FnMut(usize, usize, f64)) {
-        let last = self.rule.rule.points() - 1;
-        let value = |output: usize| self.registers[2 * self.m + output].0[last];
+        let value = |output: usize| self.errors.registers[2 * self.m + output].0[self.last];
         self.geometry.field().each_entry(value, see);
     }
 
@@ -153,97 +139,48 @@ impl<'g> Transport<'g> {
         self.weights.clear();
         self.weights.extend(self.geometry.active().iter().map(|&a| weights.q[a]).chain(weights.p.iter().copied()));
         let interest = (INTEREST / (windows * windows)).clamp(LEAST, MOST);
-        let mut probe = std::mem::take(&mut self.probe);
-        self.carry(&mut probe, window.length, interest);
-        self.probe = probe;
+        self.carry(window.length, interest);
     }
 
-    /// Carries a probe over a window of length `h`, until sweeps change it by that share at most.
-    fn carry(&mut self, probe: &mut [f64], h: f64, interest: f64) {
-        let m = self.m;
-        self.starts.copy_from_slice(&probe[..2 * m]);
-        let separable = self.geometry.separable();
-        for row in 0..2 * m {
-            if let (Some(inverse), true) = (separable, row < m) {
-                let velocity: f64 = inverse[row * m..][..m].iter().zip(&probe[m..2 * m]).map(|(g, p)| g * p).sum();
-                let c = &self.rule.tables.nodes.0;
-                self.low[row].0.iter_mut().zip(c).for_each(|(low, c)| *low = h * velocity * c);
-            }
-            let (start, low) = (self.starts[row], &self.low[row]);
-            self.registers[row].0.iter_mut().zip(&low.0).for_each(|(to, low)| *to = start + low);
-        }
-        let (q, p) = self.errors.split_at(m);
-        let (a, a_squared) = (&self.rule.tables.a[..], &self.rule.tables.a_squared[..]);
-        let (velocities, forces) = (&self.velocities_from[..], &self.forces_from[..]);
-        let steps = self.linear.steps_to(if separable.is_some() { m } else { 2 * m });
-        let force = Pass { steps, from: forces, is_position: false, inverse: None, matrix: a, to: p };
-        let separable_pass = [Pass { is_position: true, inverse: separable, matrix: a_squared, to: q, ..force }];
-        let general =
-            [force, Pass { steps: self.linear.steps_to(m), from: velocities, is_position: true, to: q, ..force }];
-        let passes = if separable.is_some() { &separable_pass[..] } else { &general[..] };
+    /// Carries the probe over a window of length `h`, until sweeps change it by that share at most.
+    fn carry(&mut self, h: f64, interest: f64) {
+        let Self { m, last, linear, ref weights, .. } = *self;
+        let (errors, probe) = (&mut self.errors, &mut self.probe);
+        errors.prepare(|row| Twofold::from(probe[row]), h);
+        errors.tangent();
+        let is_separable = self.geometry.is_separable();
+        let all = linear.steps_to(if is_separable { m } else { 2 * m });
         for sweep in 0..MOST_SWEEPS {
-            Level::Best.dispatch(Sweep {
-                registers: &mut self.registers,
-                h,
-                rates: &mut self.rates[..2 * m],
-                start: &self.starts,
-                low: &self.low,
-                change: &mut self.change,
-                kicks: &mut self.kicks,
-                weights: &self.rule.unit.tables.weights,
-                passes,
-            });
-            let last = self.rule.rule.points() - 1;
+            errors.sweep(SweepSteps { all, velocities: linear.steps_to(m) }, h);
             let (mut change, mut size) = (0.0_f64, 0.0_f64);
-            for row in 0..2 * m {
-                change = change.max(self.weights[row] * self.change[row]);
-                size = size.max(self.weights[row] * self.starts[row].abs().max(self.registers[row].0[last].abs()));
+            for (row, weight) in weights.iter().enumerate() {
+                change = change.max(weight * errors.change[row]);
+                size = size.max(weight * errors.starts[row].abs().max(errors.row(row).0[last].abs()));
             }
             if sweep > 0 && change <= interest * size {
                 break;
             }
         }
-        if separable.is_some() {
-            Level::Best.dispatch(Integrate {
-                matrix: a,
-                rates: &self.rates[m..2 * m],
-                start: &self.starts[m..],
-                low: &self.low[m..],
-                registers: &mut self.registers,
-                to: p,
-                change: &mut self.change[m..],
-            });
-        }
-        let outputs = if separable.is_some() { probe.len() - m } else { probe.len() };
-        Level::Best.dispatch(Evaluate {
-            steps: self.linear.steps_to(outputs),
-            registers: &mut self.registers,
-            factor: h,
-            from: &self.ignorable_from,
-            to: &mut self.rates[2 * m..],
-        });
-        let last = self.rule.rule.points() - 1;
-        for (row, error) in probe.iter_mut().enumerate() {
-            if row < 2 * m {
-                *error = self.registers[row].0[last];
-            } else {
-                let weights = &self.rule.unit.tables.weights;
-                *error += weights.iter().zip(&self.rates[row].0).map(|(b, rate)| b * rate).sum::<f64>();
-            }
-        }
+        errors.integrate_forces();
+        let outputs = if is_separable { probe.len() - m } else { probe.len() };
+        errors.evaluate_ignorable(linear.steps_to(outputs), h);
+        let (fields, ignorable) = probe.split_at_mut(2 * m);
+        fields.iter_mut().enumerate().for_each(|(row, error)| *error = errors.row(row).0[last]);
+        let weights = &rule::coarse().unit.tables.weights;
+        ignorable.iter_mut().zip(errors.ignorable()).for_each(|(error, rates)| *error += rates.dot(weights));
     }
 
     /// Enlarges the probe by what a window may add: in the direction in which K changes most, away from its present
     /// change. Errors of K grow into errors of the phase; added with other signs they could cancel by accident.
     pub(super) fn enlarge(&mut self, local: impl Fn(usize) -> Local) {
         let half_norm: f64 = self.probe.iter().enumerate().map(|(row, error)| local(row).half_norm * error).sum();
+        // Rounding errors have random signs: after j windows they have added up to √j of them.
+        let share = (self.windows + 1.0).sqrt() - self.windows.sqrt();
+        self.windows += 1.0;
         for (row, error) in self.probe.iter_mut().enumerate() {
             let Local { size, rounding, half_norm: slope } = local(row);
             let towards = if slope == 0.0 { *error } else { slope * 1.0_f64.copysign(half_norm) };
-            // A linear congruential generator (Knuth, MMIX).
-            self.signs = self.signs.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            let sign = if self.signs >> 63 == 0 { 1.0 } else { -1.0 };
-            *error += size.copysign(towards) + sign * rounding;
+            *error += (size + share * rounding).copysign(towards);
         }
     }
 

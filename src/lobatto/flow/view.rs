@@ -2,8 +2,6 @@
 
 use super::state::FlowState;
 use super::window::FlowWindow;
-use crate::lobatto::Twofold;
-use crate::lobatto::rule::legendre_values;
 
 /// An accepted window.
 pub struct FlowView<'v> {
@@ -28,12 +26,8 @@ pub struct FlowView<'v> {
 pub(super) trait Nodal {
     /// q^a of an active coordinate on the nodes, and after those p_a.
     fn row(&self, row: usize) -> &[f64];
-    /// h q̇^a on the nodes, of any coordinate.
-    fn velocity(&self, a: usize) -> Vec<f64>;
-    /// h ṗ_a on the nodes, by place.
-    fn force(&self, place: usize) -> &[f64];
-    /// Legendre coefficient k of nodal values.
-    fn mode(&self, k: usize, values: &[f64]) -> f64;
+    /// By how much every q^a, and every p_a by place, has changed after a fraction of the window.
+    fn changes(&self, fraction: f64, q: &mut [f64], p: &mut [f64]);
     /// q^a of an ignorable coordinate on the nodes, from the start of the window.
     fn elapsed(&self, a: usize) -> Vec<f64>;
     /// The place of a coordinate among the active ones.
@@ -45,16 +39,8 @@ impl<const P: usize> Nodal for FlowWindow<'_, P> {
         &self.fields[row].0[..self.rule.rule.points()]
     }
 
-    fn velocity(&self, a: usize) -> Vec<f64> {
-        self.velocity_row(a)
-    }
-
-    fn force(&self, place: usize) -> &[f64] {
-        &self.rows.forces()[place].0[..self.rule.rule.points()]
-    }
-
-    fn mode(&self, k: usize, values: &[f64]) -> f64 {
-        self.rule.rule.mode_of(k, values)
+    fn changes(&self, fraction: f64, q: &mut [f64], p: &mut [f64]) {
+        self.changes_at(fraction, q, p);
     }
 
     fn elapsed(&self, a: usize) -> Vec<f64> {
@@ -80,28 +66,20 @@ impl FlowView<'_> {
         self.window.row(self.start.p.len() + place)
     }
 
-    /// q^a at fractions of the window, from the integral of the polynomial through the velocities on its nodes. It is of
-    /// order n + 1, as against 2n − 2 at the end.
-    pub fn inside(&self, a: usize, fractions: &[f64]) -> Vec<f64> {
-        self.integrals(&self.window.velocity(a), [self.start.q[a], self.end.q[a]], fractions)
-    }
-
-    /// p_a there, by place among the active coordinates.
-    pub fn momentum_inside(&self, place: usize, fractions: &[f64]) -> Vec<f64> {
-        self.integrals(self.window.force(place), [self.start.p[place], self.end.p[place]], fractions)
-    }
-
-    fn integrals(&self, rates: &[f64], [start, end]: [Twofold; 2], fractions: &[f64]) -> Vec<f64> {
-        let modes: Vec<f64> = (0..self.points).map(|k| self.window.mode(k, rates)).collect();
-        let at = |&fraction: &f64| {
+    /// Hands out all q^a, and p_a by place among the active coordinates, at fractions of the window: from the integrals
+    /// of the polynomials through the rates on its nodes. They are of order n + 1, as against 2n − 2 at the end.
+    pub fn inside(&self, fractions: &[f64], mut see: impl FnMut(&[f64], &[f64])) {
+        let (mut q, mut p) = (vec![0.0; self.start.q.len()], vec![0.0; self.start.p.len()]);
+        for &fraction in fractions {
             if fraction == 1.0 {
-                return end.hi;
+                let fields = q.iter_mut().zip(&self.end.q).chain(p.iter_mut().zip(&self.end.p));
+                fields.for_each(|(value, end)| *value = end.hi);
+            } else {
+                self.window.changes(fraction, &mut q, &mut p);
+                let fields = q.iter_mut().zip(&self.start.q).chain(p.iter_mut().zip(&self.start.p));
+                fields.for_each(|(value, start)| *value = start.hi + (start.lo + *value));
             }
-            // ∫_0^s P_k(2s − 1) = (P_{k+1} − P_{k−1})/(2(2k + 1)), with P_{−1} = −1.
-            let p = legendre_values(self.points, 2.0 * fraction - 1.0);
-            let integral = |k: usize| (p[k + 1] - if k == 0 { -1.0 } else { p[k - 1] }) / (4 * k + 2) as f64;
-            start.hi + (start.lo + (0..self.points).rev().map(|k| modes[k] * integral(k)).sum::<f64>())
-        };
-        fractions.iter().map(at).collect()
+            see(&q, &p);
+        }
     }
 }

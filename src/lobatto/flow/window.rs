@@ -1,14 +1,10 @@
 //! One window of a scene: sweeps over its nodes.
 //!
-//! ```text
-//! general      P = p + h A ṗ(Q, P),  then  Q = q + h A q̇(Q, P)
-//! separable    Q = q + h c q̇ + h² A² g^ab ṗ_b(Q)          where q̇^a = g^ab p_b with constant g^ab
-//! ```
-//!
 //! Only active coordinates are unknowns; ignorable ones are quadratures.
 
 use super::state::FlowState;
 use super::tables::FlowTables;
+use super::unknowns::{Places, SweepSteps, Unknowns};
 use super::work::{Look, Tail};
 use crate::expr::Register;
 use crate::geometry::{Geometry, RowPrograms};
@@ -70,31 +66,6 @@ pub(super) struct Weights {
     pub(super) p: Vec<f64>,
 }
 
-/// Rates on the nodes, times the length of the window: of active coordinates, of their momenta, of ignorable
-/// coordinates. In the separable case there is in place of the first h² q̈.
-pub(super) struct Rows<const P: usize> {
-    pub(super) rates: Vec<Nodes<P>>,
-    m: usize,
-}
-
-impl<const P: usize> Rows<P> {
-    fn new(m: usize, n: usize) -> Self {
-        Self { rates: vec![Nodes::ZERO; m + n], m }
-    }
-
-    pub(super) fn velocities(&self) -> &[Nodes<P>] {
-        &self.rates[..self.m]
-    }
-
-    pub(super) fn forces(&self) -> &[Nodes<P>] {
-        &self.rates[self.m..2 * self.m]
-    }
-
-    pub(super) fn ignorable(&self) -> &[Nodes<P>] {
-        &self.rates[2 * self.m..]
-    }
-}
-
 /// The rates of a window that was solved.
 pub(super) struct Known<const P: usize> {
     pub(super) length: f64,
@@ -108,21 +79,10 @@ pub(super) struct FlowWindow<'g, const P: usize> {
     pub(super) rule: Rule<P>,
     pub(super) m: usize,
     pub(super) ignorable: Vec<usize>,
-    /// Of the program of the rates. The nodes of Q and P stand in those of its variables.
-    pub(super) registers: Vec<Nodes<P>>,
-    pub(super) q_at: Vec<Register>,
-    pub(super) p_at: Vec<Register>,
-    pub(super) velocities_from: Vec<Register>,
-    pub(super) forces_from: Vec<Register>,
-    pub(super) ignorable_from: Vec<Register>,
+    /// With the program of the rates.
+    pub(super) unknowns: Unknowns<'g, P>,
     pub(super) determinants: Vec<Register>,
-    pub(super) rows: Rows<P>,
     pub(super) scratch: Vec<Nodes<P>>,
-    /// What is added to the starts, a row for each active coordinate, then one for each of their momenta.
-    pub(super) low: Vec<Nodes<P>>,
-    pub(super) starts: Vec<f64>,
-    pub(super) change: Vec<f64>,
-    pub(super) kicks: Vec<f64>,
     /// The weighted error that the sweeps have left in the fields of the window that was solved last.
     pub(super) left: f64,
     /// The weights of the unknowns.
@@ -146,28 +106,22 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
     pub(super) fn new(geometry: &'g Geometry, rule: Rule<P>) -> Self {
         let programs = geometry.field().rows();
         let (n, m) = (geometry.dimension(), geometry.active().len());
-        let rates = programs.rates().program();
-        let mut registers = vec![Nodes::ZERO; rates.registers()];
-        rates.each_constant(|register, constant| registers[register].0 = [constant; P]);
+        let places = Places {
+            q: geometry.active().to_vec(),
+            p: geometry.active().iter().map(|a| 2 * n + a).collect(),
+            velocities: programs.velocity_registers(),
+            forces: programs.force_registers(),
+            ignorable: programs.ignorable_registers(),
+        };
         Self {
             geometry,
             programs,
             rule,
             m,
             ignorable: geometry.ignorable().collect(),
-            registers,
-            q_at: geometry.active().to_vec(),
-            p_at: geometry.active().iter().map(|a| 2 * n + a).collect(),
-            velocities_from: programs.velocity_registers(),
-            forces_from: programs.force_registers(),
-            ignorable_from: programs.ignorable_registers(),
+            unknowns: Unknowns::new(rule, geometry.separable(), programs.rates().program(), places),
             determinants: programs.determinant_registers(),
-            rows: Rows::new(m, n),
             scratch: vec![Nodes::ZERO; 2 * m],
-            low: vec![Nodes::ZERO; 2 * m],
-            starts: vec![0.0; 2 * m],
-            change: vec![0.0; 2 * m],
-            kicks: vec![0.0; m],
             left: 0.0,
             row_weights: Vec::with_capacity(2 * m),
             fields: vec![Nodes::ZERO; 2 * m],
@@ -190,9 +144,9 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
         (self.previous, self.rejected) = (None, None);
         let n = momenta.len();
         for (a, &p) in momenta.iter().enumerate() {
-            self.registers[2 * n + a].0 = [p; P];
+            self.unknowns.registers[2 * n + a].0 = [p; P];
         }
-        self.evaluate_fixed();
+        self.unknowns.evaluate(self.programs.rates().fixed());
     }
 
     /// Solves the window of length `h` from `start`, and leaves its end, its fields and its rates. After the first sweeps
@@ -201,7 +155,9 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
         let Task { start, h, .. } = task;
         self.length = h;
         let first = self.sweeps;
-        self.prepare(start, h);
+        let m = self.m;
+        let start_of = |row: usize| if row < m { start.q[self.geometry.active()[row]] } else { start.p[row - m] };
+        self.unknowns.prepare(start_of, h);
         let is_guessed = self.guess(h);
         let mut outcome = self.iterate(task, is_hopeless);
         let is_solved = matches!(outcome, Outcome::Solved(_));
@@ -209,20 +165,21 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
             // A guess can be far off, even outside the domain: try once more from the tangent. If it was the part of a
             // window that was too long, it is of no use any more.
             self.rejected = None;
-            self.tangent();
+            self.unknowns.tangent();
             outcome = self.iterate(task, is_hopeless);
         }
         let Outcome::Solved(_) = outcome else { return outcome };
-        if self.geometry.is_separable() {
-            self.integrate_forces();
-        }
-        self.evaluate_last(h);
+        self.unknowns.integrate_forces();
+        // K and the velocities of ignorable coordinates at the fields as they are: so charges are exact to rounding on
+        // the nodes, whatever the tolerance, unless the metric couples their coordinate to an active one.
+        self.unknowns.evaluate_ignorable(self.programs.rates().varying(self.programs.all()), h);
+        self.norm = self.unknowns.registers[self.programs.norm_register()].0[self.points() - 1];
         let is_inside = self.determinants.iter().zip(self.geometry.field().signs()).all(|(&register, &sign)| {
-            let nodes = &self.registers[register].0[..self.points()];
+            let nodes = &self.unknowns.registers[register].0[..self.points()];
             nodes.iter().all(|&value| value.is_finite() && (value * sign > 0.0 || sign == 0.0))
         });
-        for (field, &register) in self.fields.iter_mut().zip(self.q_at.iter().chain(&self.p_at)) {
-            field.0 = self.registers[register].0;
+        for (row, field) in self.fields.iter_mut().enumerate() {
+            field.0 = self.unknowns.row(row).0;
         }
         self.finish(start, h);
         match is_inside && self.end.is_finite() {
@@ -237,12 +194,12 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
             self.rejected = None;
             return;
         }
-        self.rejected = Some(Known { length: h, rates: self.rows.rates[..2 * self.m].to_vec() });
+        self.rejected = Some(Known { length: h, rates: self.unknowns.rates()[..2 * self.m].to_vec() });
     }
 
     /// What was solved last is accepted.
     pub(super) fn accept(&mut self, h: f64) {
-        let rates = &self.rows.rates[..2 * self.m];
+        let rates = &self.unknowns.rates()[..2 * self.m];
         match &mut self.previous {
             Some(known) => {
                 known.length = h;
@@ -256,7 +213,7 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
     /// The largest change that the last sweep made, weighted.
     fn weighted_change(&self) -> f64 {
         // NaN must not be lost.
-        let changes = self.row_weights.iter().zip(&self.change).map(|(weight, change)| weight * change);
+        let changes = self.row_weights.iter().zip(&self.unknowns.change).map(|(weight, change)| weight * change);
         changes.fold(0.0, |most, change| if change <= most { most } else { change })
     }
 
@@ -271,8 +228,9 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
     fn stuck(&self, task: Task<'_>) -> f64 {
         let largest = |row: &Nodes<P>| row.0.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
         let Weights { q, p } = task.weights;
-        let q = self.q_at.iter().zip(self.rows.velocities()).map(|(&a, rates)| q[a] * largest(rates));
-        let p = p.iter().zip(self.rows.forces()).map(|(weight, rates)| weight * largest(rates));
+        let active = self.geometry.active().iter();
+        let q = active.zip(self.unknowns.velocities()).map(|(&a, rates)| q[a] * largest(rates));
+        let p = p.iter().zip(self.unknowns.forces()).map(|(weight, rates)| weight * largest(rates));
         16.0 * f64::EPSILON * q.chain(p).fold(0.0, f64::max) + 4.0 * self.noise(task)
     }
 
@@ -280,17 +238,18 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
     fn iterate(&mut self, task: Task<'_>, is_hopeless: &dyn Fn(&Self, f64) -> bool) -> Outcome {
         let Task { h, weights, tolerance, .. } = task;
         self.row_weights.clear();
-        self.row_weights.extend(self.q_at.iter().map(|&a| weights.q[a]));
+        self.row_weights.extend(self.geometry.active().iter().map(|&a| weights.q[a]));
         // Charges are as exact as the momenta of the last sweep, also where these do little to positions.
         let largest = task.start.p.iter().fold(0.0_f64, |largest, p| largest.max(p.hi.abs()));
         let relative = if largest > 0.0 { 1.0 / largest } else { 0.0 };
         self.row_weights.extend(weights.p.iter().map(|weight| weight.max(relative)));
-        // What forces add to momenta is compared with what they added in the sweep before.
-        self.kicks.fill(0.0);
+        let program = self.programs.rates();
+        let steps = SweepSteps { all: program.varying(self.programs.sweep()), velocities: program.again() };
         let noise = self.noise(task);
         let (mut last, mut slower) = (f64::INFINITY, f64::INFINITY);
         for sweeps in 1..=MOST_SWEEPS {
-            self.sweep(h);
+            self.unknowns.sweep(steps, h);
+            self.sweeps += 1;
             let change = self.weighted_change();
             if !change.is_finite() {
                 return Outcome::Failed;
@@ -330,31 +289,30 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
     /// Looks at the tails of the rates.
     fn look(&mut self) {
         let modes = self.rule.tail;
-        Level::Best.dispatch(Look { modes, rows: &self.rows.rates, out: &mut self.tails });
+        Level::Best.dispatch(Look { modes, rows: self.unknowns.rates(), out: &mut self.tails });
     }
 
     /// The ends of all fields.
     fn finish(&mut self, start: &FlowState, h: f64) {
         let m = self.m;
         let tables = &self.rule.unit.tables;
-        let sum = |weights: &[f64; P], row: &Nodes<P>| -> f64 { weights.iter().zip(&row.0).map(|(b, v)| b * v).sum() };
         self.end.clone_from(start);
-        for (place, &a) in self.q_at.iter().enumerate() {
-            let row = &self.rows.velocities()[place];
-            let dp = sum(&tables.weights, &self.rows.forces()[place]);
+        for (place, &a) in self.geometry.active().iter().enumerate() {
+            let row = &self.unknowns.velocities()[place];
+            let dp = self.unknowns.forces()[place].dot(&tables.weights);
             self.end.p[place] = start.p[place].plus_update((dp, 0.0));
             self.end.q[a] = match self.geometry.separable() {
-                None => start.q[a].plus_update((sum(&tables.weights, row), 0.0)),
+                None => start.q[a].plus_update((row.dot(&tables.weights), 0.0)),
                 Some(inverse) => {
                     let row_of_g = &inverse[place * m..][..m];
                     let free: f64 = row_of_g.iter().zip(&start.p).map(|(g, p)| g * h * p.hi).sum();
                     let rest: f64 = row_of_g.iter().zip(&start.p).map(|(g, p)| g * h * p.lo).sum();
-                    start.q[a].plus_update((free, rest)).plus_update((sum(&tables.position_weights, row), 0.0))
+                    start.q[a].plus_update((free, rest)).plus_update((row.dot(&tables.position_weights), 0.0))
                 }
             };
         }
-        for (&a, row) in self.ignorable.iter().zip(self.rows.ignorable()) {
-            self.end.q[a] = start.q[a].plus_update((sum(&tables.weights, row), 0.0));
+        for (&a, row) in self.ignorable.iter().zip(self.unknowns.ignorable()) {
+            self.end.q[a] = start.q[a].plus_update((row.dot(&tables.weights), 0.0));
         }
         self.look();
     }

@@ -25,15 +25,21 @@ impl<const P: usize> WithSimd for Evaluate<'_, P> {
     fn with_simd<S: Simd>(self, s: S) {
         let Self { steps, registers, factor, from, to } = self;
         walk(steps, &mut Vectors { s, registers });
-        let factor = s.splat_f64s(factor);
-        let mut row = 0;
-        while row < to.len() {
-            let (from, to) = (vectors::<S>(&registers[from[row]].0), vectors_mut::<S>(&mut to[row].0));
-            for i in 0..to.len() {
-                to[i] = s.mul_f64s(factor, from[i]);
-            }
-            row += 1;
+        scaled(s, factor, registers, from, to);
+    }
+}
+
+/// `to[row]` = `factor` times register `from[row]`.
+#[inline(always)]
+fn scaled<S: Simd, const P: usize>(s: S, factor: f64, registers: &[Nodes<P>], from: &[Register], to: &mut [Nodes<P>]) {
+    let factor = s.splat_f64s(factor);
+    let mut row = 0;
+    while row < to.len() {
+        let (from, to) = (vectors::<S>(&registers[from[row]].0), vectors_mut::<S>(&mut to[row].0));
+        for i in 0..to.len() {
+            to[i] = s.mul_f64s(factor, from[i]);
         }
+        row += 1;
     }
 }
 
@@ -76,7 +82,6 @@ impl<const P: usize> WithSimd for Sweep<'_, P> {
     fn with_simd<S: Simd>(self, s: S) {
         let Self { registers, h, rates, start, low, change, kicks, weights, passes } = self;
         let m = rates.len() / 2;
-        let length = s.splat_f64s(h);
         let mut place = 0;
         while place < passes.len() {
             let Pass { steps, from, is_position, inverse, matrix, to } = passes[place];
@@ -84,14 +89,7 @@ impl<const P: usize> WithSimd for Sweep<'_, P> {
             walk(steps, &mut Vectors { s, registers });
             let (velocities, forces) = rates.split_at_mut(m);
             let rows = if inverse.is_none() && is_position { &mut *velocities } else { &mut *forces };
-            let mut row = 0;
-            while row < rows.len() {
-                let (from, to) = (vectors::<S>(&registers[from[row]].0), vectors_mut::<S>(&mut rows[row].0));
-                for i in 0..to.len() {
-                    to[i] = s.mul_f64s(length, from[i]);
-                }
-                row += 1;
-            }
+            scaled(s, h, registers, from, rows);
             if let Some(inverse) = inverse {
                 // h² q̈^a = h g^ab (h ṗ_b)
                 let mut row = 0;

@@ -128,16 +128,11 @@ fn flow<'a>(scene: &'a Scene, output: Output, accuracy: f64) -> Run<'a> {
             let is_inside = |mark: &&f64| **mark <= end || end >= length;
             let fractions = marks[states.len()..].iter().take_while(is_inside);
             let fractions: Vec<f64> = fractions.map(|mark| ((mark - view.gamma) / view.length).min(1.0)).collect();
-            if !fractions.is_empty() {
-                let q: Vec<Vec<f64>> = (0..geometry.dimension()).map(|a| view.inside(a, &fractions)).collect();
-                let p: Vec<Vec<f64>> =
-                    (0..geometry.active().len()).map(|place| view.momentum_inside(place, &fractions)).collect();
-                for k in 0..fractions.len() {
-                    let mut momenta = start.p.clone();
-                    geometry.active().iter().zip(&p).for_each(|(&a, row)| momenta[a] = row[k]);
-                    states.push(SceneState { q: q.iter().map(|row| row[k]).collect(), p: momenta });
-                }
-            }
+            view.inside(&fractions, |q, p| {
+                let mut momenta = start.p.clone();
+                geometry.active().iter().zip(p).for_each(|(&a, &p)| momenta[a] = p);
+                states.push(SceneState { q: q.to_vec(), p: momenta });
+            });
             ControlFlow::Continue(())
         });
         let evaluations = match followed {
