@@ -48,6 +48,7 @@ impl<S: Real> Graph<S> {
                 let outer = self.derivative_of_call(function, a, id);
                 self.multiply(outer, inner(self, a))
             }
+            Operation::Fused(..) => unreachable!("graphs have no fused operations"),
             Operation::Add(a, b) => self.add(inner(self, a), inner(self, b)),
             Operation::Subtract(a, b) => self.subtract(inner(self, a), inner(self, b)),
             Operation::Multiply(a, b) => {

@@ -18,18 +18,32 @@ pub(crate) enum Operation {
     Negate(usize),
     Power(usize, usize),
     Call(Function, usize),
+    /// A product with a sum at once. Programs have it ([`super::Program::fused`]), graphs do not.
+    Fused(Fused, [usize; 3]),
+}
+
+/// A product ab with a third value c.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) enum Fused {
+    /// ab + c.
+    Add,
+    /// ab − c.
+    Subtract,
+    /// c − ab.
+    SubtractFrom,
 }
 
 impl Operation {
     /// The indices of its operands.
     pub(super) fn operands(self) -> impl Iterator<Item = usize> {
-        let (a, b) = match self {
-            Self::Negate(a) | Self::Call(_, a) => (a, None),
+        let (a, b, c) = match self {
+            Self::Negate(a) | Self::Call(_, a) => (a, None, None),
             Self::Add(a, b) | Self::Subtract(a, b) | Self::Multiply(a, b) | Self::Divide(a, b) | Self::Power(a, b) => {
-                (a, Some(b))
+                (a, Some(b), None)
             }
+            Self::Fused(_, [a, b, c]) => (a, Some(b), Some(c)),
         };
-        std::iter::once(a).chain(b)
+        std::iter::once(a).chain(b).chain(c)
     }
 
     /// The same on other indices.
@@ -42,6 +56,7 @@ impl Operation {
             Self::Negate(a) => Self::Negate(at(a)),
             Self::Power(a, b) => Self::Power(at(a), at(b)),
             Self::Call(function, a) => Self::Call(function, at(a)),
+            Self::Fused(fused, operands) => Self::Fused(fused, operands.map(at)),
         }
     }
 
@@ -259,6 +274,7 @@ impl<S: Real> Graph<S> {
             Operation::Negate(a) => self.negate(a),
             Operation::Power(a, b) => self.power(a, b),
             Operation::Call(function, a) => self.call(function, a),
+            Operation::Fused(..) => unreachable!("graphs have no fused operations"),
         }
     }
 
@@ -295,7 +311,7 @@ impl<S: Real> Graph<S> {
         roots.iter().map(|&root| expanded[root]).collect()
     }
 
-    fn products(&mut self, base: NodeId, exponent: i32) -> NodeId {
+    pub(super) fn products(&mut self, base: NodeId, exponent: i32) -> NodeId {
         let (mut square, mut remaining) = (base, exponent.unsigned_abs());
         let mut product = None;
         loop {

@@ -1,6 +1,7 @@
 //! What carries out the steps of a program, and the two kinds of machine that work on plain numbers.
 
 use super::Function;
+use super::graph::Fused;
 use super::program::{Program, Register};
 use crate::scalar::Real;
 
@@ -20,6 +21,12 @@ pub(crate) trait Machine {
     fn power(&mut self, to: Register, a: Register, b: Register);
     /// `to` = f(a).
     fn call(&mut self, to: Register, function: Function, a: Register);
+
+    /// `to` = ab + c, ab − c or c − ab, rounded once or twice. Only programs that were [`Program::fused`] have it.
+    #[inline(always)]
+    fn fused(&mut self, to: Register, fused: Fused, operands: [Register; 3]) {
+        unreachable!("a program for other machines has {fused:?} of {operands:?} for {to}");
+    }
 
     /// `sin` and `cos` of a.
     #[inline(always)]
@@ -89,6 +96,16 @@ impl<S: Real> Machine for Numbers<'_, S> {
     #[inline(always)]
     fn call(&mut self, to: Register, function: Function, a: Register) {
         self.0[to] = function.apply(self.0[a]);
+    }
+
+    #[inline(always)]
+    fn fused(&mut self, to: Register, fused: Fused, [a, b, c]: [Register; 3]) {
+        let product = self.0[a] * self.0[b];
+        self.0[to] = match fused {
+            Fused::Add => product + self.0[c],
+            Fused::Subtract => product - self.0[c],
+            Fused::SubtractFrom => self.0[c] - product,
+        };
     }
 }
 

@@ -4,6 +4,7 @@
 //! grammar     parses text into a graph
 //! graph       holds every distinct sub-expression once
 //! derivative  adds symbolic derivatives to a graph, so they are exact and share sub-expressions with the rest
+//! reduce      writes expressions with fewer operations
 //! program     compiles what the wanted outputs need to a list of steps on registers
 //! machine     carries out the steps: on numbers and blocks of them (here), vectors of nodes, Taylor series (elsewhere)
 //! ```
@@ -19,13 +20,15 @@ mod graph;
 mod hint;
 mod machine;
 mod program;
+mod reduce;
 mod staged;
 
 pub use function::Function;
 pub(crate) use grammar::{Names, parse};
-pub(crate) use graph::{Graph, NodeId};
+pub(crate) use graph::{Fused, Graph, NodeId};
 pub(crate) use machine::{Machine, around};
 pub(crate) use program::{Operation, Program, Register, Step, walk};
+pub(crate) use reduce::Level;
 pub(crate) use staged::Staged;
 
 /// A mistake in a formula.

@@ -10,7 +10,7 @@
 use super::inverse::Inverse;
 use super::outside::OutsideGeometry;
 use super::parts::Parts;
-use super::rows::RowPrograms;
+use super::rows::{RowPrograms, level};
 use super::structure::Source;
 use super::{is_outside, source};
 use crate::expr::{NodeId, Program, Staged};
@@ -57,6 +57,8 @@ impl<S: Real> Field<S> {
         let determinants: Vec<NodeId> = inverse.blocks.iter().map(|block| block.determinant).collect();
         let row_programs = RowPrograms::new(parts, active, is_separable, [&q_dot, &p_dot, &determinants]);
         let outputs: Vec<NodeId> = q_dot.iter().chain(&p_dot).copied().chain(determinants).collect();
+        let level = level(n, active);
+        let outputs = parts.graph.reduced(&outputs, &level);
         let unpacked = Program::new(&mut parts.graph, 3 * n, &outputs);
         let ignorable = (0..n).filter(|a| !active.contains(a)).map(|a| q_dot[a]);
         let rows: Vec<NodeId> = active.iter().map(|&a| q_dot[a]).chain(p_dot).chain(ignorable).collect();
@@ -68,8 +70,9 @@ impl<S: Real> Field<S> {
                 entries.extend(source(parts, derivative, &mut outputs).map(|value| Entry { row, column, value }));
             }
         }
-        let varies = |variable: usize| variable < n || variable >= 2 * n && active.contains(&(variable - 2 * n));
-        let jacobian = Staged::new(Program::new(&mut parts.graph, 3 * n, &outputs), varies, 0, |_| false);
+        let outputs = parts.graph.reduced(&outputs, &level);
+        let program = Program::new(&mut parts.graph, 3 * n, &outputs).fused();
+        let jacobian = Staged::new(program, |variable| level(variable) > 0, 0, |_| false);
         let linear = linear(parts, &entries, outputs.len(), [n, active.len()], is_separable);
         Self {
             dimension: n,
@@ -235,7 +238,7 @@ fn linear<S: Real>(
     if is_separable {
         outputs.rotate_left(m);
     }
-    Program::new(&mut parts.graph, 2 * m + varying, &outputs).packed()
+    Program::new(&mut parts.graph, 2 * m + varying, &outputs).fused().packed()
 }
 
 /// q̇^a = g^ab (p_b − A_b) for every a.

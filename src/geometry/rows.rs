@@ -2,7 +2,7 @@
 
 use super::field::force;
 use super::parts::Parts;
-use crate::expr::{NodeId, Program, Register, Staged};
+use crate::expr::{Level, NodeId, Program, Register, Staged};
 use crate::scalar::Real;
 
 /// Programs whose registers hold the nodes of a window. The first outputs are what a sweep over the window needs.
@@ -39,10 +39,17 @@ impl<S: Real> RowPrograms<S> {
         outputs.push(norm(parts, q_dot));
         let first = if is_separable { 0 } else { m };
         // The momenta of ignorable coordinates are the same in a whole run; of active ones velocities are wanted again.
-        let is_momentum = |variable: usize| variable >= 2 * n && active.contains(&(variable - 2 * n));
+        let level = level(n, active);
+        let is_momentum = |variable: usize| level(variable) == 2;
+        // What a sweep needs comes first: it shares its work with nothing that is wanted once.
+        let (sweep, others) = outputs.split_at_mut(first + m);
+        for outputs in [sweep, others] {
+            let reduced = parts.graph.reduced(outputs, &level);
+            outputs.copy_from_slice(&reduced);
+        }
         let rates = Staged::new(
-            Program::new(&mut parts.graph, 3 * n, &outputs),
-            |variable| variable < n || is_momentum(variable),
+            Program::new(&mut parts.graph, 3 * n, &outputs).fused(),
+            |variable| level(variable) > 0,
             if is_separable { 0 } else { m },
             is_momentum,
         );
@@ -113,6 +120,16 @@ impl<S: Real> RowPrograms<S> {
     }
 }
 
+/// When variables of Hamilton's equations become known: momenta of ignorable coordinates at the start of a run, then
+/// positions, then momenta.
+pub(super) fn level(n: usize, active: &[usize]) -> impl Fn(usize) -> Level {
+    move |variable| match variable.checked_sub(2 * n) {
+        None => 1,
+        Some(a) if active.contains(&a) => 2,
+        Some(_) => 0,
+    }
+}
+
 /// K = g_ab q̇^a q̇^b.
 fn norm<S: Real>(parts: &mut Parts<S>, q_dot: &[NodeId]) -> NodeId {
     let mut sum = parts.graph.constant(S::ZERO);
@@ -146,5 +163,6 @@ fn momenta<S: Real>(parts: &mut Parts<S>, active: &[usize]) -> Program<S> {
     for &a in active {
         outputs.push(force(parts, a, &q_dot));
     }
-    Program::new(&mut parts.graph, 2 * n, &outputs).packed()
+    let outputs = parts.graph.reduced(&outputs, |_| 1);
+    Program::new(&mut parts.graph, 2 * n, &outputs).fused().packed()
 }

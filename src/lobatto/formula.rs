@@ -6,7 +6,7 @@ use super::elementary;
 use super::force::{Force, NEAR, corrections};
 use super::simd::{abs, copy, is_fused, multiply_add, neg, product_error, two_sum, vectors, vectors_mut};
 use super::tables::Nodes;
-use crate::expr::{Function, Machine, Operation, Program, Register, around};
+use crate::expr::{Function, Fused, Machine, Operation, Program, Register, around};
 use crate::metric::Metric;
 
 /// g00 and its derivatives by the program of V, a step for all nodes at once. Constants are registers that were filled
@@ -107,6 +107,21 @@ impl<S: Simd, const P: usize> Machine for Vectors<'_, S, P> {
     fn call(&mut self, to: Register, function: Function, a: Register) {
         let (out, others) = around(self.registers, to);
         elementary::call(self.s, function, &others.at(a).0, &mut out.0);
+    }
+
+    #[inline(always)]
+    fn fused(&mut self, to: Register, fused: Fused, [a, b, c]: [Register; 3]) {
+        let s = self.s;
+        let (out, others) = around(self.registers, to);
+        let [p, q, r] = [a, b, c].map(|operand| vectors::<S>(&others.at(operand).0));
+        let out = vectors_mut::<S>(&mut out.0);
+        for n in 0..out.len() {
+            out[n] = match fused {
+                Fused::Add => multiply_add(s, p[n], q[n], r[n]),
+                Fused::Subtract => multiply_add(s, p[n], q[n], neg(s, r[n])),
+                Fused::SubtractFrom => multiply_add(s, neg(s, p[n]), q[n], r[n]),
+            };
+        }
     }
 
     #[inline(always)]

@@ -40,6 +40,10 @@ const CAUTION: f64 = 2.0;
 /// rates that need the inverse of the metric are rounded more than once.
 const ROUNDED: [f64; 2] = [0.5, 2.0];
 
+/// The rounding of a window's rates because positions and momenta are rounded on its nodes, in units of what a unit in
+/// the last place of all of them does. Near a mass this is more than the rounding of the rates themselves.
+const ROUNDED_NODES: f64 = 0.25;
+
 /// What K is off by because it is rounded, in units of the rounding of its terms.
 const K_ROUNDS: f64 = 16.0 * f64::EPSILON;
 
@@ -193,7 +197,18 @@ impl<'g> Judge<'g> {
         let left = if weight > 0.0 && row < 2 * m { window.left / weight } else { 0.0 };
         let size = self.tuning.end_of(tail, weight) + left;
         let rounded = ROUNDED[usize::from(!self.geometry.is_separable())];
-        Local { size, half_norm, rounding: rounded * f64::EPSILON * tail.largest }
+        let nodes = if row < 2 * m { ROUNDED_NODES * window.length * self.inputs(window, row) } else { 0.0 };
+        Local { size, half_norm, rounding: f64::EPSILON * (rounded * tail.largest + nodes) }
+    }
+
+    /// By how much a row of rates changes at most for a relative change of all positions and momenta at the start of the
+    /// window, in units of that change.
+    fn inputs<const P: usize>(&self, window: &FlowWindow<'_, P>, row: usize) -> f64 {
+        let (active, m) = (self.geometry.active(), self.weights.p.len());
+        let entries = &self.entries[row * 2 * m..][..2 * m];
+        let q = active.iter().zip(entries).map(|(&a, entry)| (entry * window.end.q[a].hi).abs());
+        let p = window.end.p.iter().zip(&entries[m..]).map(|(p, entry)| (entry * p.hi).abs());
+        q.chain(p).sum()
     }
 
     /// The error at the ends of windows so far.

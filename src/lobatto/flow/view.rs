@@ -69,6 +69,9 @@ impl FlowView<'_> {
     /// Hands out all q^a, and p_a by place among the active coordinates, at fractions of the window: from the integrals
     /// of the polynomials through the rates on its nodes. They are of order n + 1, as against 2n − 2 at the end.
     pub fn inside(&self, fractions: &[f64], mut see: impl FnMut(&[f64], &[f64])) {
+        if fractions.is_empty() {
+            return;
+        }
         let (mut q, mut p) = (vec![0.0; self.start.q.len()], vec![0.0; self.start.p.len()]);
         for &fraction in fractions {
             if fraction == 1.0 {
