@@ -5,8 +5,8 @@
 
 Without SECTION everything is measured: a quarter of an hour on two cores. With SECTIONs the others stay as they are in
 the file. The sections are in scripts/measured/. Needs Python 3.11 and cargo; with --python the charts of speed against
-accuracy have heyoka and SciPy beside them (scripts/work-precision.py, which needs uv). Times are those of the machine
-that is named, others' work on it included.
+accuracy have heyoka and SciPy beside them, and REBOUND is measured too (scripts/work-precision.py and scripts/kepler.py,
+which need uv). Times are those of the machine that is named, others' work on it included.
 """
 
 import argparse
@@ -63,6 +63,9 @@ def main():
     when_and_where = heading()
     for name in arguments.sections or SECTIONS:
         title, make = SECTIONS[name]
+        if make.needs_python and not arguments.python:
+            print(f"{name} is left as it is: it needs --python", file=sys.stderr)
+            continue
         print(name, file=sys.stderr)
         chart = {"python": arguments.python} if name.startswith("work-precision") else {}
         texts[name] = f"## {title}\n\n*{when_and_where}*\n\n{make(**chart)}"

@@ -17,8 +17,8 @@ state, to which t would belong and grow: on runs longer than 20 t starts from 0 
 SciPy gets an absolute tolerance for t that takes it out of the error norm, and right-hand sides in plain Python.
 
 Of a scene heyoka integrates Hamilton's equations of the active coordinates, with the charges as constants, and the
-ignorable coordinates as quadratures like t. The Hamiltonian is ½ g^ab p_a p_b, or T + V with Newton's law. Scenes with
-a one-form, a force or a conformal factor are not understood. """
+ignorable coordinates as quadratures like t. The Hamiltonian is ½ g^ab (p_a − A_a)(p_b − A_b) with a one-form A, or T + V
+with Newton's law. Scenes with a force or a conformal factor are not understood. """
 
 import argparse
 import ast
@@ -145,7 +145,8 @@ class Scene:
         initial = case["initial"]
         self.numbers = {"pi": math.pi}
         table = case.get("metric") or case["potential"]
-        if unknown := {"one_form", "force", "conformal"} & table.keys():
+        unknown = {"force", "conformal"} if "metric" in case else {"one_form", "force", "conformal"}
+        if unknown := unknown & table.keys():
             sys.exit(f"not understood in a scene: {', '.join(sorted(unknown))}")
         self.functions = {name: getattr(hy, name) for name in FUNCTIONS} | {"ln": hy.log}
         parameters = DEFAULTS.get(table.get("preset"), {}) | table.get("parameters", {})
@@ -205,22 +206,38 @@ class Scene:
             inverse[a, a], inverse[b, b] = g(b, b) / determinant, g(a, a) / determinant
             inverse[a, b] = -g(a, b) / determinant
         self.p = [hy.make_vars(f"p_{name}") for name in self.coordinates]
-        terms = [g * self.p[a] * self.p[b] * (0.5 if a == b else 1.0) for (a, b), g in inverse.items()]
+        one_form = [self.expression(table.get("one_form", {}).get(name, 0), names) for name in self.coordinates]
+        kinetic = [p - form for p, form in zip(self.p, one_form)]
+        terms = [g * kinetic[a] * kinetic[b] * (0.5 if a == b else 1.0) for (a, b), g in inverse.items()]
         hamiltonian = sum(terms[1:], terms[0])
-        initial = case["initial"]
-        if any(f"{name}_dot" not in initial and f"p_{name}" not in initial for name in self.coordinates):
-            sys.exit("not understood in a scene: norm and solve")
-        place = [self.number(initial.get(name, 0)) for name in self.coordinates]
+        place = [self.number(case["initial"].get(name, 0)) for name in self.coordinates]
         q = [hy.make_vars(name) for name in self.coordinates]
-        entry = lambda a, b: hy.cfunc([g(a, b)], q)(np.array(place))[0]
+        at_start = lambda expression: hy.cfunc([expression], q)(np.array(place))[0]
+        entries = np.array([[at_start(g(a, b)) for b in range(n)] for a in range(n)])
+        initial = self.with_norm(case["initial"], entries)
         momenta = []
         for a, name in enumerate(self.coordinates):
             if (given := initial.get(f"p_{name}")) is not None:
                 momenta.append(self.number(given))
             else:
-                row = [(b, initial.get(f"{other}_dot", 0)) for b, other in enumerate(self.coordinates)]
-                momenta.append(sum(entry(a, b) * self.number(dot) for b, dot in row if dot))
+                dots = [self.number(initial.get(f"{other}_dot", 0)) for other in self.coordinates]
+                momenta.append(entries[a] @ dots + at_start(one_form[a]))
         return hamiltonian, [hy.diff(hamiltonian, p) for p in self.p], momenta
+
+    def with_norm(self, initial, entries):
+        """The initial data with the rate that follows from K."""
+        missing = [name for name in self.coordinates if not {f"{name}_dot", f"p_{name}"} & initial.keys()]
+        if not missing:
+            return initial
+        if len(missing) > 1 or any(f"p_{name}" in initial for name in self.coordinates) or "norm" not in initial:
+            sys.exit("not understood in a scene: norm and solve beside momenta")
+        a, norm = self.coordinates.index(missing[0]), {"timelike": 1.0, "null": 0.0}.get(initial["norm"])
+        given = (initial.get(f"{name}_dot", 0) for name in self.coordinates)
+        dots = np.array([self.number(value) for value in given])
+        half, rest = entries[a] @ dots, dots @ entries @ dots - (self.number(initial["norm"]) if norm is None else norm)
+        root = math.sqrt(half**2 - entries[a, a] * rest)
+        roots = sorted((-half + sign * root) / entries[a, a] for sign in (-1.0, 1.0))
+        return initial | {f"{missing[0]}_dot": roots["-+".index(initial["solve"][f"{missing[0]}_dot"])]}
 
     def of_potential(self, case, table):
         """The same of Newton's law with masses 1, where t is γ and s the action."""

@@ -15,10 +15,11 @@ DOCS = ROOT / "docs"
 SECTIONS = {}
 
 
-def section(title):
-    """A section of the page: a function that returns its text."""
+def section(title, needs_python=False):
+    """A section of the page: a function that returns its text. Some can be made with `--python` only."""
 
     def register(make):
+        make.needs_python = needs_python
         SECTIONS[make.__name__.replace("_", "-")] = (title, make)
         return make
 

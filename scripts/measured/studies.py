@@ -17,7 +17,7 @@ def times(number):
 
 
 def charted(case, lengths, picture, python, drift=None):
-    """A chart of speed against accuracy as a table, with its pictures in docs/."""
+    """A chart of speed against accuracy as a table, with its pictures in docs/, if there is to be one."""
     arguments = [case, "--plot", *(["--gamma-f", lengths] if lengths else [])]
     with Results("work-precision", *arguments) as chart:
         text = code(chart.line) + "\n"
@@ -29,8 +29,10 @@ def charted(case, lengths, picture, python, drift=None):
             subprocess.run([*script, "--out", chart.folder, "--program", PROGRAM], cwd=ROOT, check=True)
             chart.summary = json.loads((chart.folder / "summary.json").read_text())
         last = len(lengths.split(",")) if lengths else 1
-        shutil.copy(chart.folder / ("error_time.svg" if last == 1 else f"error_time_{last}.svg"), DOCS / picture)
-        pictures = [f"![Error against time, {case}]({picture})\n"]
+        pictures = []
+        if picture:
+            shutil.copy(chart.folder / ("error_time.svg" if last == 1 else f"error_time_{last}.svg"), DOCS / picture)
+            pictures.append(f"![Error against time, {case}]({picture})\n")
         if drift:
             shutil.copy(chart.folder / "drift_k.svg", DOCS / drift)
             pictures.append(f"![K along the run, {case}]({drift})\n")
@@ -70,6 +72,22 @@ def work_precision_schwarzschild(python=False):
 @section("Speed against accuracy: an inclined orbit around a rotating black hole")
 def work_precision_kerr(python=False):
     return charted("kerr-inclined", None, "work-precision-kerr.svg", python)
+
+
+@section("Speed against accuracy: a charge in crossed fields")
+def work_precision_crossed_fields(python=False):
+    return charted("crossed-fields", "20,1000", None, python)
+
+
+@section("Speed against accuracy: a planet on an eccentric ellipse", needs_python=True)
+def kepler():
+    line = "uv run scripts/kepler.py"
+    print(f"  {line}", file=sys.stderr)
+    run = [*line.split(), "--program", PROGRAM, "--json"]
+    rows = json.loads(subprocess.run(run, cwd=ROOT, capture_output=True, text=True, check=True).stdout)
+    time = lambda seconds: "" if seconds is None else duration(seconds)
+    cells = [[short(error, 0), *map(time, times)] for error, *times in (row.values() for row in rows)]
+    return code(line) + "\n" + table(rows[0], cells)
 
 
 @section("What a window of a scene costs")

@@ -4,6 +4,7 @@ mod cases;
 mod columns;
 mod commands;
 mod layers;
+mod licences;
 mod links;
 mod lists;
 mod manual;
