@@ -2,7 +2,7 @@
 
 use super::deviations::Fields;
 use super::verdict::Reason;
-use super::warnings::rounding_warning;
+use super::warnings::{rounding_warning, unproved_warning};
 use super::{ChargeDeviation, NormDeviation, Sawtooth};
 use crate::action::Form;
 use crate::geometry::{Lagrangian, Observable};
@@ -139,7 +139,8 @@ impl<S: Real> SceneDiagnostics<S> {
         let of = |(a, sawtooth): &(usize, Sawtooth<S>)| sawtooth.warning(&names[*a], amplitude(&line.q[*a]));
         let sawtooth = self.sawtooth.iter().filter_map(of);
         let rounding = rounding_warning::<S>(line.iterations.last_correction, line.digits);
-        sawtooth.chain(self.drift_warning(line)).chain(rounding).collect()
+        let unproved = unproved_warning(line.windows_unproved);
+        sawtooth.chain(self.drift_warning(line)).chain(unproved).chain(rounding).collect()
     }
 
     fn drift_warning(&self, line: &WorldLine<S>) -> Option<Reason> {

@@ -77,6 +77,7 @@ impl<S: Real> Measures<S> {
             self.step_warning(solution),
             self.horizon_warning(solution),
             self.scale_warning(solution),
+            unproved_warning(solution.windows_unproved),
             rounding_warning::<S>(solution.iterations.last_correction, solution.digits),
             self.bound_warning(solution),
             printed_time_warning(solution),
@@ -217,6 +218,16 @@ fn printed_time_warning<S: Real>(solution: &Solution<S>) -> Option<Reason> {
 /// The distance between neighbouring `f64` of that size.
 fn spacing(size: f64) -> f64 {
     size.next_up() - size
+}
+
+/// The warning that something may hide between the nodes of some windows.
+pub(super) fn unproved_warning(windows: Option<usize>) -> Option<Reason> {
+    let windows = windows.filter(|&windows| windows > 0)?;
+    let finding = format!(
+        "in {windows} of the windows, too short to be cut again, the formulas are so steep that what they do between \
+         the nodes is not proved"
+    );
+    Some(Reason::new(finding, "write the formula without the kink or pole at that place, or compare with a fixed grid"))
 }
 
 /// The warning that fewer digits are certain than were asked for, from the last correction of an iteration.

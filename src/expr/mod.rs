@@ -6,7 +6,9 @@
 //! derivative  adds symbolic derivatives to a graph, so they are exact and share sub-expressions with the rest
 //! reduce      writes expressions with fewer operations
 //! program     compiles what the wanted outputs need to a list of steps on registers
+//! fused       makes one step of a product and a sum
 //! machine     carries out the steps: on numbers and blocks of them (here), vectors of nodes, Taylor series (elsewhere)
+//! steep       finds what functions and quotients of a program are applied to
 //! ```
 //!
 //! The grammar is that of a case file: numbers (also `1e-3`), variables, parameters, `pi`, `+ - * / ^`
@@ -15,6 +17,7 @@
 
 mod derivative;
 mod function;
+mod fused;
 mod grammar;
 mod graph;
 mod hint;
@@ -22,6 +25,7 @@ mod machine;
 mod program;
 mod reduce;
 mod staged;
+mod steep;
 
 pub use function::Function;
 pub(crate) use grammar::{Names, parse};
@@ -30,6 +34,7 @@ pub(crate) use machine::{Machine, around};
 pub(crate) use program::{Operation, Program, Register, Step, walk};
 pub(crate) use reduce::Level;
 pub(crate) use staged::Staged;
+pub(crate) use steep::{Kind, Steep, kind, plain};
 
 /// A mistake in a formula.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

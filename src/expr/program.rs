@@ -12,14 +12,14 @@ pub(crate) type Register = usize;
 /// Computes one value from earlier ones.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Step {
-    pub(super) to: Register,
-    pub(super) operation: Operation,
+    pub(crate) to: Register,
+    pub(crate) operation: Operation,
 }
 
 /// One of the wanted values.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Output {
-    register: Register,
+    pub(super) register: Register,
     /// So many steps compute this output and all before it.
     pub(super) steps: usize,
 }
@@ -28,10 +28,10 @@ pub(super) struct Output {
 #[derive(Debug, Clone)]
 pub(crate) struct Program<S> {
     pub(super) variables: usize,
-    constants: Vec<S>,
+    pub(super) constants: Vec<S>,
     pub(super) steps: Vec<Step>,
     pub(super) outputs: Vec<Output>,
-    registers: usize,
+    pub(super) registers: usize,
 }
 
 impl<S: Real> Program<S> {
@@ -100,44 +100,53 @@ impl<S: Real> Program<S> {
         Self { variables, constants, registers: first + steps.len(), steps, outputs }
     }
 
-    /// The same program with a product and the sum that alone needs it as one step. Every value must have a register of
-    /// its own.
-    pub(crate) fn fused(&self) -> Self {
-        let mut uses = vec![0_usize; self.registers];
-        self.steps.iter().flat_map(|step| step.operation.operands()).for_each(|operand| uses[operand] += 1);
-        self.outputs.iter().for_each(|output| uses[output.register] += 2);
-        let mut products: Vec<Option<[Register; 2]>> = vec![None; self.registers];
-        for step in &self.steps {
-            if let Operation::Multiply(a, b) = step.operation {
-                products[step.to] = (uses[step.to] == 1).then_some([a, b]);
+    /// From steps that each write the next register after those of variables and constants.
+    pub(super) fn of_steps(variables: usize, constants: Vec<S>, steps: Vec<Step>, outputs: &[Register]) -> Self {
+        let first = variables + constants.len();
+        let mut known = 0;
+        let outputs = outputs.iter().map(|&register| {
+            known = known.max((register + 1).saturating_sub(first));
+            Output { register, steps: known }
+        });
+        let outputs = outputs.collect();
+        Self { variables, constants, registers: first + steps.len(), steps, outputs }
+    }
+
+    /// What these registers need and nothing else, of a program in which every value has a register of its own.
+    pub(super) fn only(&self, outputs: &[Register]) -> Self {
+        let mut is_needed = vec![false; self.registers];
+        outputs.iter().for_each(|&output| is_needed[output] = true);
+        for step in self.steps.iter().rev() {
+            if is_needed[step.to] {
+                step.operation.operands().for_each(|operand| is_needed[operand] = true);
             }
         }
-        let mut is_fused = vec![false; self.registers];
-        let mut fuse = |operation: Operation| {
-            let (a, b, [of_first, of_second]) = match operation {
-                Operation::Add(a, b) => (a, b, [Fused::Add, Fused::Add]),
-                Operation::Subtract(a, b) => (a, b, [Fused::Subtract, Fused::SubtractFrom]),
-                _ => return operation,
-            };
-            // The later one of two products: the other one may be needed by a product before.
-            match (products[a], products[b]) {
-                (_, Some([c, d])) => {
-                    is_fused[b] = true;
-                    Operation::Fused(of_second, [c, d, a])
-                }
-                (Some([c, d]), None) => {
-                    is_fused[a] = true;
-                    Operation::Fused(of_first, [c, d, b])
-                }
-                (None, None) => operation,
-            }
-        };
-        let steps: Vec<Step> =
-            self.steps.iter().map(|step| Step { operation: fuse(step.operation), ..*step }).collect();
-        let left = |count: usize| self.steps[..count].iter().filter(|step| !is_fused[step.to]).count();
-        let outputs = self.outputs.iter().map(|output| Output { steps: left(output.steps), ..*output }).collect();
-        let steps = steps.into_iter().filter(|step| !is_fused[step.to]).collect();
-        Self { constants: self.constants.clone(), steps, outputs, ..*self }
+        let first = self.variables + self.constants.len();
+        let mut place_of: Vec<Register> = (0..self.registers).collect();
+        let mut steps = Vec::new();
+        for step in self.steps.iter().filter(|step| is_needed[step.to]) {
+            place_of[step.to] = first + steps.len();
+            let operation = step.operation.map(|operand| place_of[operand]);
+            steps.push(Step { to: place_of[step.to], operation });
+        }
+        let outputs: Vec<Register> = outputs.iter().map(|&output| place_of[output]).collect();
+        Self::of_steps(self.variables, self.constants.clone(), steps, &outputs)
+    }
+
+    /// Whether a step or an output reads this register.
+    pub(super) fn reads(&self, register: Register) -> bool {
+        let is_operand = self.steps.iter().any(|step| step.operation.operands().any(|operand| operand == register));
+        is_operand || self.outputs.iter().any(|output| output.register == register)
+    }
+
+    /// Which registers depend on these variables, where every value has a register of its own.
+    pub(super) fn dependent(&self, is_variable: impl Fn(usize) -> bool) -> Vec<bool> {
+        let is_among = |place: usize| place < self.variables && is_variable(place);
+        let mut depends: Vec<bool> = (0..self.registers).map(is_among).collect();
+        for step in &self.steps {
+            depends[step.to] = step.operation.operands().any(|operand| depends[operand]);
+        }
+        depends
     }
 
     /// The same program in fewer registers: a value that is not needed any more leaves its place to another one.

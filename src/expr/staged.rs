@@ -23,7 +23,7 @@ impl<S: Real> Staged<S> {
         outputs: usize,
         moved: impl Fn(usize) -> bool,
     ) -> Self {
-        let depends = dependent(&program, varies);
+        let depends = program.dependent(varies);
         let steps = std::mem::take(&mut program.steps);
         let is_fixed = |step: &&Step| !depends[step.to];
         let fixed = steps.iter().filter(is_fixed).count();
@@ -32,7 +32,7 @@ impl<S: Real> Staged<S> {
         }
         let varying = steps.iter().filter(|step| depends[step.to]);
         program.steps = steps.iter().filter(is_fixed).chain(varying).copied().collect();
-        let moves = dependent(&program, moved);
+        let moves = program.dependent(moved);
         let range = fixed..program.steps(outputs).max(fixed);
         let mut keeps = vec![false; program.registers()];
         program.steps[..fixed].iter().for_each(|step| keeps[step.to] = true);
@@ -43,6 +43,11 @@ impl<S: Real> Staged<S> {
         let packed = program.packed_but(&keeps);
         let again = range.filter(|&place| moves[program.steps[place].to]).map(|place| packed.steps[place]).collect();
         Self { program: packed, fixed, again }
+    }
+
+    /// All of a program as what varies.
+    pub(crate) fn whole(program: Program<S>) -> Self {
+        Self { program, fixed: 0, again: Vec::new() }
     }
 
     /// The program as a whole.
@@ -64,16 +69,6 @@ impl<S: Real> Staged<S> {
     pub(crate) fn again(&self) -> &[Step] {
         &self.again
     }
-}
-
-/// Which registers depend on these variables, where every value has a register of its own.
-fn dependent<S: Real>(program: &Program<S>, is_variable: impl Fn(usize) -> bool) -> Vec<bool> {
-    let is_among = |place: usize| place < program.variables && is_variable(place);
-    let mut depends: Vec<bool> = (0..program.registers()).map(is_among).collect();
-    for step in &program.steps {
-        depends[step.to] = step.operation.operands().any(|operand| depends[operand]);
-    }
-    depends
 }
 
 #[cfg(test)]

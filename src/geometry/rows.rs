@@ -79,6 +79,11 @@ impl<S: Real> RowPrograms<S> {
         self.forces + self.active.len()
     }
 
+    /// How many of them are velocities and forces, but for velocities of active coordinates that are not unknowns.
+    pub(crate) fn motion(&self) -> usize {
+        self.determinants
+    }
+
     /// How many there are.
     pub(crate) fn all(&self) -> usize {
         self.determinants + self.blocks + if self.is_separable { self.active.len() } else { 0 } + 1

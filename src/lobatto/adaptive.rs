@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::attempt::{Attempt, Ended};
+use super::enclosure::Enclosure;
 use super::force::{Force, PolynomialForce};
 use super::formula::FormulaForce;
 use super::judge::ROUNDING;
@@ -123,11 +124,13 @@ impl<'a> Adaptive<'a> {
         match metric.potential() {
             Potential::Polynomial(p) => {
                 let force = PolynomialForce::new(metric, q_t, p.coefficients());
-                self.attempts(kit, force, start, goal, accuracy, observe)
+                self.attempts(kit, (force, None), start, goal, accuracy, observe)
             }
             Potential::Formula(f) => {
                 let force = FormulaForce::<P>::new(metric, q_t, f.program(), kit.rule.points());
-                self.attempts(kit, force, start, goal, accuracy, observe)
+                // V and V′ drive the motion.
+                let enclosure = Enclosure::new(f.program(), 2, |_| true);
+                self.attempts(kit, (force, enclosure), start, goal, accuracy, observe)
             }
         }
     }
@@ -135,7 +138,7 @@ impl<'a> Adaptive<'a> {
     fn attempts<const P: usize, F: Force>(
         &self,
         kit: &'static Kit<P>,
-        force: F,
+        (force, enclosure): (F, Option<Enclosure>),
         start: State,
         goal: Goal,
         accuracy: f64,
@@ -166,7 +169,7 @@ impl<'a> Adaptive<'a> {
         let first = FIRST / stiffness.max(1e-60).sqrt();
         // A second window costs more than finding out that one is needed.
         let first = if length < ONE * first { length } else { first };
-        let mut walk = Walk::new(kit, force, self.certify);
+        let mut walk = Walk::new(kit, force, enclosure, self.certify);
         // Long runs at the limit of the arithmetic leave no room for truncation beside rounding.
         let windows = length / first;
         let mut caution = if 1e-16 * windows.powf(1.5) > 20.0 * accuracy { 1e-3 } else { 1.0 };

@@ -105,7 +105,7 @@ impl Attempt<'_> {
         observe: &mut dyn FnMut(&WindowView<'_>) -> ControlFlow<()>,
     ) -> Result<(State, Twofold, f64), Ended> {
         walk.forget();
-        statistics.windows = 0;
+        (statistics.windows, statistics.unproved) = (0, 0);
         let rule = walk.kit.rule;
         let order = (2 * rule.points() - 4) as f64;
         let mut gamma = Twofold::ZERO;
@@ -139,6 +139,8 @@ impl Attempt<'_> {
                 let inside = margin * judge.inside(s) / self.accuracy;
                 (judge.of_window(s, *end, &state, this.h.hi, scale) / share).max(inside * inside)
             });
+            let hides = excess <= MOST_EXCESS && self.hides(walk, (this, &state), &judge, statistics);
+            let excess = if hides { f64::INFINITY } else { excess };
             let Some((mut end, mut solved)) = solved.filter(|_| excess <= MOST_EXCESS) else {
                 if excess.is_finite() {
                     walk.reject(this);

@@ -25,6 +25,8 @@
 //! unevaluated sums of two numbers, and what goes to rounding is summed as if in twice the precision. Over 4·10⁶
 //! windows K then moves like a random walk of 1e-18 a window.
 //!
+//! What a window does not see between its nodes is looked at by interval arithmetic on the formulas (see `enclosure`).
+//!
 //! The iteration runs on contiguous arrays with the vector instructions that the machine has ([`Level`]).
 
 mod adaptive;
@@ -32,6 +34,8 @@ mod attempt;
 mod certificate;
 mod dense;
 mod elementary;
+mod enclosed;
+mod enclosure;
 pub mod flow;
 mod force;
 mod formula;
@@ -87,6 +91,8 @@ pub struct Statistics {
     pub windows: usize,
     /// Evaluations of the force on all nodes of a window.
     pub evaluations: usize,
+    /// Windows that were accepted although something steep may hide between their nodes.
+    pub unproved: usize,
 }
 
 /// Why a march ends early.

@@ -1,6 +1,7 @@
 //! A world-line, window by window.
 
 use super::certificate::{Certificate, Certify};
+use super::enclosure::Enclosure;
 use super::force::Force;
 use super::guess::Guess;
 use super::kit::Kit;
@@ -52,7 +53,9 @@ struct Forces<const P: usize> {
 pub(super) struct Walk<const P: usize, F> {
     pub(super) kit: &'static Kit<P>,
     force: F,
-    window: Window<P>,
+    pub(super) window: Window<P>,
+    /// What looks between nodes, where something could hide there.
+    pub(super) enclosure: Option<Enclosure>,
     /// Those of the window before.
     previous: Option<Forces<P>>,
     /// Those of the window that begins at the same point and was too long.
@@ -64,9 +67,9 @@ pub(super) struct Walk<const P: usize, F> {
 }
 
 impl<const P: usize, F: Force> Walk<P, F> {
-    pub(super) fn new(kit: &'static Kit<P>, force: F, certify: bool) -> Self {
+    pub(super) fn new(kit: &'static Kit<P>, force: F, enclosure: Option<Enclosure>, certify: bool) -> Self {
         let (window, certificate) = (Window::new(), certify.then(Certificate::new));
-        Self { kit, force, window, previous: None, rejected: None, is_untouched: false, certificate }
+        Self { kit, force, window, enclosure, previous: None, rejected: None, is_untouched: false, certificate }
     }
 
     /// Forgets the previous window: a new march begins.

@@ -75,6 +75,7 @@ pub(super) fn solve(scene: &Scene, accuracy: f64, observer: Option<Observer<'_, 
             solution.length = adapted.gamma.hi;
             solution.iterations.count = adapted.statistics.evaluations;
             solution.error_estimate = Some(adapted.error_estimate);
+            solution.windows_unproved = Some(adapted.statistics.unproved);
             Ok(solution)
         }
         Err(failure) => {

@@ -69,6 +69,7 @@ impl<'o, S: Real> Run<'o, S> {
             length: S::ZERO,
             digits,
             error_estimate: None,
+            windows_unproved: None,
             accuracy: None,
             form,
             sbp_name,

@@ -102,6 +102,8 @@ pub struct Solution<S = f64> {
     /// The estimated error of t and x at the nodes, relative to max(1, largest |t − t_i|) and max(1, largest |x|), if
     /// the windows were chosen for an accuracy.
     pub error_estimate: Option<f64>,
+    /// With an accuracy: the number of windows of which it is not proved that nothing steep hides between their nodes.
+    pub windows_unproved: Option<usize>,
     /// The accuracy that was asked for, if there was one.
     pub accuracy: Option<f64>,
     /// The form of the action.

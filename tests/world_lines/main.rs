@@ -10,4 +10,5 @@ mod one_coordinate;
 mod samples;
 mod schwarzschild;
 mod shipped_scenes;
+mod steep;
 mod work_precision;

@@ -23,7 +23,7 @@ pub(super) enum Letter {
     Scaled(NodeId, LetterId),
 }
 
-/// Powers up to this one are written as letters.
+/// Powers up to this one are written as products of squares.
 const SPELT: u32 = 16;
 
 /// Products as words of letters.
@@ -71,11 +71,20 @@ impl<'l> Words<'l> {
         let mut letters = Vec::new();
         for &(atom, exponent) in &product.powers {
             let letter = if exponent < 0 { Letter::Reciprocal(atom) } else { Letter::Atom(atom) };
-            let (letter, count) = (self.letter(letter), exponent.unsigned_abs());
-            if count > SPELT {
-                letters.push(self.letter(Letter::Power(letter, count)));
-            } else {
-                letters.extend(std::iter::repeat_n(letter, count as usize));
+            let (mut power, mut rest) = (self.letter(letter), exponent.unsigned_abs());
+            if rest > SPELT {
+                letters.push(self.letter(Letter::Power(power, rest)));
+                continue;
+            }
+            // Squares are written as such: intervals of them are not negative.
+            while rest > 0 {
+                if rest % 2 == 1 {
+                    letters.push(power);
+                }
+                rest /= 2;
+                if rest > 0 {
+                    power = self.letter(Letter::Pair(power, power));
+                }
             }
         }
         letters.sort_by_key(|&letter| (self.levels[letter], letter));

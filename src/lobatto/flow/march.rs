@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use super::FlowFailure;
 use super::certificate::Certificate;
 use super::control::{Controller, TUNING};
+use super::enclosed::{Look, Scales};
 use super::judge::{Judge, ROUNDING};
 use super::probe;
 use super::rule;
@@ -147,6 +148,7 @@ impl<'g> Flow<'g> {
             request,
             window: FlowWindow::new(self.geometry, rule),
             transport: Transport::new(self.geometry),
+            look: Look::new(self.geometry),
             certificate: request.certify.then(|| Certificate::new(self.geometry, request.momenta)),
             statistics: Statistics::default(),
         };
@@ -167,6 +169,7 @@ struct Walk<'g, 'r, const P: usize> {
     request: &'r Request<'r>,
     window: FlowWindow<'g, P>,
     transport: Transport<'g>,
+    look: Look,
     certificate: Option<Certificate<'g, P>>,
     statistics: Statistics,
 }
@@ -189,7 +192,8 @@ impl<const P: usize> Walk<'_, '_, P> {
         let Request { length, accuracy, momenta, .. } = *self.request;
         self.window.begin(momenta);
         watches.iter_mut().for_each(Watch::begin);
-        self.statistics.windows = 0;
+        self.look.begin(momenta);
+        (self.statistics.windows, self.statistics.unproved) = (0, 0);
         let mut state = self.request.start.clone();
         let mut start = state.clone();
         let mut judge = Judge::new(self.geometry, &state, momenta);
@@ -229,6 +233,11 @@ impl<const P: usize> Walk<'_, '_, P> {
             }
             let excess = excess_of(errors);
             let excess = if excess.is_nan() { f64::INFINITY } else { excess };
+            let is_good = matches!(outcome, Outcome::Solved(_)) && control.accepts(excess);
+            let scales = Scales { accuracy, length, gamma: gamma.hi, first, time: scale };
+            let [hides, is_short] = if is_good { self.look.at(&self.window, &judge, scales) } else { [false; 2] };
+            self.statistics.unproved += usize::from(hides && is_short);
+            let excess = if hides && !is_short { f64::INFINITY } else { excess };
             let mut solved = match outcome {
                 Outcome::Solved(sweeps) if control.accepts(excess) => Some(Solved { h, sweeps }),
                 _ => None,

@@ -10,6 +10,7 @@
 
 mod certificate;
 mod control;
+mod enclosed;
 mod guess;
 mod judge;
 mod march;

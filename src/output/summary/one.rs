@@ -67,6 +67,9 @@ pub struct Solved {
     /// With an accuracy: the estimated error of t and x, relative to max(1, largest |t − t_i|) and max(1, largest |x|).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_estimate: Option<f64>,
+    /// With an accuracy: windows of which it is not proved that nothing steep hides between their nodes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub windows_unproved: Option<usize>,
     /// The errors of t and x at the last node and at most, and how they were found; absent if there was nothing to
     /// compare with.
     #[serde(flatten)]
@@ -177,6 +180,7 @@ impl Solved {
             max_abs_delta_q_x: measures.free_particle.map(|f| number(f.max_abs_delta_q_x)),
             max_abs_delta_q_eta: measures.free_particle.map(|f| number(f.max_abs_delta_q_eta)),
             error_estimate: solution.error_estimate,
+            windows_unproved: solution.windows_unproved,
             error: None,
             newtonian_deviation: measures.newtonian.deviation,
             newtonian_c: measures.newtonian.c(),

@@ -95,6 +95,9 @@ pub struct SolvedScene {
     /// max(1, largest |q^a − q_i^a|) of ignorable ones.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_estimate: Option<f64>,
+    /// With an accuracy: windows of which it is not proved that nothing steep hides between their nodes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub windows_unproved: Option<usize>,
     /// The error of every coordinate at the last node, against a Taylor reference; absent if that does not reach it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_final: Option<BTreeMap<String, f64>>,
@@ -203,6 +206,7 @@ impl SolvedScene {
             events: BTreeMap::new(),
             branch_distance: line.is_doubled().then(|| number(line.branch_distance())),
             error_estimate: line.error_estimate,
+            windows_unproved: line.windows_unproved,
             error_final: None,
             error_max: None,
             reference_error: None,

@@ -132,8 +132,9 @@ impl<S: Real> Walk<S> {
         if cell.is_last && is_change && self.is_at_zero(cell, last, slope) {
             roots.push(cell.ends[1]);
         }
-        let crossing = |place| Crossing { watch, sample: sampler.in_window(cell.window, place) };
-        self.found.extend(roots.into_iter().map(crossing));
+        let is_end = |place: S| cell.is_last && cell.ends[1] - place <= self.nowhere;
+        let places = roots.into_iter().map(|place| if is_end(place) { cell.ends[1] } else { place });
+        self.found.extend(places.map(|place| Crossing { watch, sample: sampler.in_window(cell.window, place) }));
     }
 
     /// Whether a formula with this value and slope at an end of a cell is zero there but for rounding.

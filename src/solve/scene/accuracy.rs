@@ -66,6 +66,7 @@ pub(super) fn solve<S: Real>(setup: &SceneSetup<S>, accuracy: f64) -> Result<Wor
     line.ended_by = followed.stopped_by.and_then(|stop| stop.checked_sub(usize::from(target.is_some())));
     line.accuracy = Some(accuracy);
     line.error_estimate = Some(followed.error_estimate);
+    line.windows_unproved = Some(followed.statistics.unproved);
     line.iterations.count = followed.statistics.evaluations;
     Ok(line)
 }

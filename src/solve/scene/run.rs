@@ -183,6 +183,7 @@ fn empty<S: Real>(setup: &SceneSetup<S>, length: S) -> WorldLine<S> {
         iterations: Iterations::from(InitialGuess::None),
         digits: setup.settings.digits,
         error_estimate: None,
+        windows_unproved: None,
         accuracy: None,
         ended_by: None,
         form: setup.settings.form,

@@ -56,6 +56,8 @@ pub struct WorldLine<S = f64> {
     /// The estimated error of every coordinate at the nodes, relative to max(1, largest |q^a|) of active and
     /// max(1, largest |q^a − q_i^a|) of ignorable ones, if the windows were chosen for an accuracy.
     pub error_estimate: Option<f64>,
+    /// With an accuracy: the number of windows of which it is not proved that nothing steep hides between their nodes.
+    pub windows_unproved: Option<usize>,
     /// The accuracy that was asked for, if there was one.
     pub accuracy: Option<f64>,
     /// The place in [`SceneSetup::until`](super::SceneSetup::until) of the formula that ended the run, if one did.

@@ -1,0 +1,61 @@
+//! Whether something steep may hide between the nodes of a window of one coordinate.
+
+use super::attempt::Attempt;
+use super::enclosure::Found;
+use super::force::Force;
+use super::judge::Judge;
+use super::walk::{Length, Walk};
+use super::{State, Statistics};
+
+/// The part of the accuracy that may come from what is too small to be seen.
+const UNSEEN: f64 = 0.1;
+
+/// Windows shorter than this part of the first are not cut any more.
+const LEAST: f64 = 1e-9;
+
+impl<const P: usize, F: Force> Walk<P, F> {
+    /// Looks between the nodes of the window that was solved.
+    fn look(&mut self, tolerances: impl FnOnce() -> Vec<f64>) -> Found {
+        let Self { kit, window, enclosure, .. } = self;
+        let Some(enclosure) = enclosure else { return Found::Nothing };
+        let (nodes, a) = (kit.rule.nodes(), &window.a.0);
+        enclosure.path.begin(kit.rule.points());
+        enclosure.path.push(0, &window.x.0, |k| {
+            let distance = nodes[k + 1].hi - nodes[k].hi;
+            0.5 * distance * distance * (a[k] + a[k + 1])
+        });
+        enclosure.look(tolerances)
+    }
+}
+
+impl Attempt<'_> {
+    /// Whether the window from `start` that was solved is to be shortened, because something may hide in it. If that
+    /// does not help any more, it is counted and taken as it is.
+    pub(super) fn hides<const P: usize, F: Force>(
+        &self,
+        walk: &mut Walk<P, F>,
+        (length, start): (Length, &State),
+        judge: &Judge<'_>,
+        statistics: &mut Statistics,
+    ) -> bool {
+        if walk.enclosure.is_none() || walk.look(|| self.negligible(start, judge)) == Found::Nothing {
+            return false;
+        }
+        if length.h.hi > LEAST * self.first {
+            return true;
+        }
+        statistics.unproved += 1;
+        false
+    }
+
+    /// By how much V and V′ may change on all of the way without an effect.
+    fn negligible(&self, start: &State, judge: &Judge<'_>) -> Vec<f64> {
+        let [t, x] = judge.sizes;
+        let (g00, two_over_mass) = (self.metric.at(start.x.hi).g00, self.metric.two_over_mass());
+        let u = (self.q_t / g00).abs();
+        let share = UNSEEN * self.accuracy;
+        // a = −½ g00′ u² moves x by a γ²/2 at most; a relative change of u = Q_t/g00 is that of t.
+        let slope = 2.0 * share * x / (self.length * self.length * two_over_mass * u * u);
+        vec![share * g00 / two_over_mass * t / t.max(u * self.length), slope]
+    }
+}
