@@ -201,8 +201,8 @@ impl<'g> Judge<'g> {
         Local { size, half_norm, rounding: f64::EPSILON * (rounded * tail.largest + nodes) }
     }
 
-    /// By how much a row of rates changes at most for a relative change of all positions and momenta at the start of the
-    /// window, in units of that change.
+    /// By how much a row of rates changes at most for a relative change of all positions and momenta, in units of that
+    /// change: by the linearised equations at the start of the window, with the values at its end.
     fn inputs<const P: usize>(&self, window: &FlowWindow<'_, P>, row: usize) -> f64 {
         let (active, m) = (self.geometry.active(), self.weights.p.len());
         let entries = &self.entries[row * 2 * m..][..2 * m];
