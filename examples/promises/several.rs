@@ -97,16 +97,26 @@ fn potential(random: &mut Random, law: &str) -> String {
     if law.starts_with('c') {
         text += "t_dot = 1.0\n";
     }
-    text + &format!("[grid]\ngamma_f = {:?}\n", random.scale(1.0, 60.0))
+    text + &format!("[grid]\n{} = {:?}\n", end(random), random.scale(1.0, 60.0))
 }
 
-/// A planet on an ellipse.
+/// What a run goes to: a γ or a time.
+fn end(random: &mut Random) -> &'static str {
+    if random.next() % 2 == 0 { "gamma_f" } else { "t_f" }
+}
+
+/// A planet on an ellipse, with and without steps that adapt to it by a conformal factor.
 fn planet(random: &mut Random) -> String {
     let e = random.between(0.0, 0.85);
     let end = random.scale(2.0, 60.0);
+    let conformal = match random.next() % 3 {
+        0 => "",
+        1 => "conformal = \"1/sqrt(x^2 + y^2)\"\n",
+        _ => "conformal = \"1/(x^2 + y^2)\"\n",
+    };
     format!(
-        "[potential]\ncoordinates = [\"x\", \"y\"]\nformula = \"-1/sqrt(x^2 + y^2)\"\n[particle]\nlaw = \"newtonian\"\n\
-         [initial]\nx = {:?}\ny = 0.0\nx_dot = 0.0\ny_dot = {:?}\n[grid]\nt_f = {end:?}\n",
+        "[potential]\ncoordinates = [\"x\", \"y\"]\nformula = \"-1/sqrt(x^2 + y^2)\"\n{conformal}\
+         [particle]\nlaw = \"newtonian\"\n[initial]\nx = {:?}\ny = 0.0\nx_dot = 0.0\ny_dot = {:?}\n[grid]\nt_f = {end:?}\n",
         1.0 - e,
         ((1.0 + e) / (1.0 - e)).sqrt()
     )
@@ -117,7 +127,8 @@ fn schwarzschild(random: &mut Random) -> String {
     let (r, angular, r_dot) = (random.between(8.0, 30.0), random.between(3.8, 5.5), random.between(-0.1, 0.1));
     format!(
         "[metric]\npreset = \"schwarzschild\"\n[initial]\nr = {r:?}\nr_dot = {r_dot:?}\np_phi = -{angular:?}\n\
-         norm = \"timelike\"\nsolve = {{ t_dot = \"+\" }}\n[grid]\nuntil = \"r - 2.2\"\ngamma_f = {:?}\n",
+         norm = \"timelike\"\nsolve = {{ t_dot = \"+\" }}\n[grid]\nuntil = \"r - 2.2\"\n{} = {:?}\n",
+        end(random),
         random.scale(20.0, 1000.0)
     )
 }
@@ -129,8 +140,9 @@ fn kerr(random: &mut Random) -> String {
     format!(
         "[metric]\npreset = \"kerr\"\nparameters = {{ a = {a:?} }}\n[initial]\nr = {r:?}\ntheta = {theta:?}\n\
          r_dot = {:?}\ntheta_dot = {theta_dot:?}\nphi_dot = {phi_dot:?}\nnorm = \"timelike\"\n\
-         solve = {{ t_dot = \"+\" }}\n[grid]\nuntil = \"r - 2.5\"\ngamma_f = {:?}\n",
+         solve = {{ t_dot = \"+\" }}\n[grid]\nuntil = \"r - 2.5\"\n{} = {:?}\n",
         random.between(-0.05, 0.05),
+        end(random),
         random.scale(20.0, 400.0)
     )
 }

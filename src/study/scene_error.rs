@@ -2,16 +2,16 @@
 
 use super::stepped_over::{Between, PROBES, fractions};
 use crate::geometry::Lagrangian;
-use crate::reference::SceneReference;
+use crate::reference::{ScenePoint, SceneReference};
 use crate::scalar::Real;
 use crate::solve::scene::WorldLine;
 
 /// The errors of a world-line, coordinate by coordinate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneError {
-    /// Of q^a at the last node.
+    /// Of q^a at the last node. If the value of a coordinate ended the run, points with that value are compared.
     pub end: Vec<f64>,
-    /// The largest of q^a over the nodes.
+    /// The largest of q^a over the nodes, of which the last is compared as for `end`.
     pub largest: Vec<f64>,
     /// The estimated relative error of the reference itself.
     pub reference: f64,
@@ -27,16 +27,26 @@ pub fn scene_error<S: Real>(line: &WorldLine<S>) -> Option<SceneError> {
     let n = line.geometry().dimension();
     let rows: Vec<Vec<S>> = (0..n).map(|a| line.q(a).collect()).collect();
     let (mut largest, mut end) = (vec![0.0_f64; n], vec![0.0; n]);
+    let last = line.nodes() - 1;
     for (k, gamma) in line.gamma().enumerate() {
         let exact = reference.at(if gamma < line.gamma_f() { gamma - line.gamma_i } else { line.length });
+        let clock = line.ended_at.filter(|_| k == last).map(|clock| (clock, rows[clock][k] - exact.q[clock]));
         for a in 0..n {
-            end[a] = (rows[a][k] - exact.q[a]).abs().to_f64();
+            let off = rows[a][k] - exact.q[a];
+            end[a] = clock.map_or(off, |(clock, late)| off - late * pace(line, &exact, a, clock)).abs().to_f64();
             // A comparison that is false for NaN would drop it.
             largest[a] = if end[a] <= largest[a] || largest[a].is_nan() { largest[a] } else { end[a] };
         }
     }
     let stepped_over = stepped_over(line, &reference);
     Some(SceneError { end, largest, reference: reference.error_estimate(), stepped_over })
+}
+
+/// dq^a by the change of the coordinate `clock`, from the last node of a world-line to the `exact` point: the mean of both
+/// ends, so that an error of third order is left.
+fn pace<S: Real>(line: &WorldLine<S>, exact: &ScenePoint<S>, a: usize, clock: usize) -> S {
+    let found = &line.end().q_dot;
+    S::from(0.5) * (found[a] / found[clock] + exact.q_dot[a] / exact.q_dot[clock])
 }
 
 /// The share of its way by which the motion may be off because of what the reference does not know.

@@ -188,6 +188,21 @@ fn windows_follow_the_motion() {
     assert!(line.windows.len() < 200, "{}", line.windows.len());
 }
 
+/// A hundred turns with an adapted pace: an error of t counts as one of the position, which is fast at the periapsis.
+#[test]
+fn a_run_to_a_time_is_accurate_at_that_time() {
+    let ellipse = ELLIPSE.replace("[particle]", "conformal = \"1/sqrt(x^2 + y^2)\"\n[particle]");
+    for accuracy in [1e-5, 1e-7, 1e-9] {
+        let line = from_text(&format!("{ellipse}[grid]\nt_f = \"200*pi\"\n[solver]\naccuracy = {accuracy:e}\n"));
+        let off = (end(&line, "x") - 0.1).hypot(end(&line, "y"));
+        let estimate = line.error_estimate.unwrap();
+        assert!(off <= estimate && estimate <= accuracy, "{accuracy:e}: off by {off:e}, estimate {estimate:e}");
+        let found = scene_error(&line).unwrap();
+        assert!((found.end[1].hypot(found.end[2]) - off).abs() <= 1e-3 * off + 1e-11, "{:?}", found.end);
+        assert_eq!(found.end[0], 0.0);
+    }
+}
+
 /// Windows of different lengths say the same as windows of one length.
 #[test]
 fn every_reader_of_a_world_line_takes_the_grid_of_each_window() {

@@ -92,8 +92,6 @@ pub(super) struct Controller {
     order: f64,
     /// What windows of this run may add together.
     accuracy: f64,
-    /// The length of the run, or an estimate.
-    whole: f64,
     /// The length to try next.
     pub(super) h: f64,
     /// The largest excess since the length was judged last, and how many windows that was.
@@ -104,20 +102,20 @@ pub(super) struct Controller {
 
 impl Controller {
     /// For windows of `points` nodes, the first of length `h`.
-    pub(super) fn new(tuning: Tuning, points: usize, accuracy: f64, whole: f64, h: f64) -> Self {
+    pub(super) fn new(tuning: Tuning, points: usize, accuracy: f64, h: f64) -> Self {
         let order = (2 * points - 4) as f64;
-        Self { tuning, order, accuracy, whole, h, worst: 0.0, count: 0, refused: 0 }
+        Self { tuning, order, accuracy, h, worst: 0.0, count: 0, refused: 0 }
     }
 
-    /// What a window of a run with windows of length `h` may add to the error.
-    pub(super) fn share(&self, h: f64) -> f64 {
-        let windows = (self.whole / h).max(1.0);
+    /// What a window may add to the error that is this part of the run.
+    pub(super) fn share(&self, part: f64) -> f64 {
+        let windows = (1.0 / part).max(1.0);
         (self.tuning.share * self.accuracy / (windows * windows.sqrt().sqrt())).max(self.tuning.least_share)
     }
 
-    /// Whether nothing is gained by smaller shares.
-    pub(super) fn is_exhausted(&self, h: f64) -> bool {
-        self.share(h) <= self.tuning.least_share
+    /// Whether nothing is gained by shares smaller than this.
+    pub(super) fn is_exhausted(&self, share: f64) -> bool {
+        share <= self.tuning.least_share
     }
 
     /// The error that the sweeps may leave in a window that may add `share`.
@@ -186,7 +184,7 @@ mod tests {
     use super::{Controller, TUNING, Tail};
 
     fn controller() -> Controller {
-        Controller::new(TUNING, 24, 1e-10, 100.0, 1.0)
+        Controller::new(TUNING, 24, 1e-10, 1.0)
     }
 
     #[test]
@@ -232,10 +230,10 @@ mod tests {
     #[test]
     fn shares_add_up_to_less_than_the_accuracy() {
         let control = controller();
-        for h in [0.01, 1.0, 200.0] {
-            assert!(control.share(h) * (100.0_f64 / h).max(1.0) <= TUNING.share * 1e-10);
+        for part in [1e-4, 0.01, 2.0] {
+            assert!(control.share(part) * (1.0_f64 / part).max(1.0) <= TUNING.share * 1e-10);
         }
-        assert!(control.is_exhausted(1e-30) && !control.is_exhausted(1.0));
+        assert!(control.is_exhausted(control.share(1e-30)) && !control.is_exhausted(control.share(0.01)));
     }
 
     #[test]

@@ -18,6 +18,10 @@ pub(super) struct Judge<'g> {
     /// max(1, |q^a|) of active coordinates, max(1, |q^a − q_i^a|) of ignorable ones, at most so far.
     pub(super) sizes: Vec<f64>,
     pub(super) weights: Weights,
+    /// The coordinate whose value ends the run, and the largest |dq^a/dt| so far with it in place of t: by this much its
+    /// error counts as one of q^a, as the end is compared at an equal value.
+    clock: Option<usize>,
+    paces: Vec<f64>,
     /// Of the linearised equations: all entries by rows, and the diagonal of their square.
     entries: Vec<f64>,
     square: Vec<f64>,
@@ -51,8 +55,8 @@ const K_ROUNDS: f64 = 16.0 * f64::EPSILON;
 const BY_NORM: f64 = 3.0;
 
 impl<'g> Judge<'g> {
-    /// From the start, where all momenta are `momenta`.
-    pub(super) fn new(geometry: &'g Geometry, start: &FlowState, momenta: &[f64]) -> Self {
+    /// From the start, where all momenta are `momenta`, for a run that ends at a value of the coordinate `clock`.
+    pub(super) fn new(geometry: &'g Geometry, start: &FlowState, momenta: &[f64], clock: Option<usize>) -> Self {
         let m = geometry.active().len();
         let q: Vec<f64> = start.q.iter().map(|q| q.hi).collect();
         let mut judge = Self {
@@ -61,6 +65,8 @@ impl<'g> Judge<'g> {
             ignorable: geometry.ignorable().collect(),
             sizes: vec![1.0; q.len()],
             weights: Weights { q: vec![1.0; q.len()], p: vec![0.0; m] },
+            clock,
+            paces: vec![0.0; q.len()],
             entries: vec![0.0; 4 * m * m],
             square: vec![0.0; 2 * m],
             coupling: vec![0.0; m],
@@ -71,8 +77,8 @@ impl<'g> Judge<'g> {
             inside: 0.0,
             start: q.clone(),
         };
-        judge.measure(start);
         judge.set_norm(&q, momenta, start);
+        judge.measure(start);
         judge
     }
 
@@ -88,6 +94,7 @@ impl<'g> Judge<'g> {
         let _ = field.evaluate(q, &p, &mut rates);
         let q_dot: Vec<f64> = (0..q.len()).map(|a| field.q_dot(&rates, a)).collect();
         self.norm = self.geometry.norm(q, &q_dot);
+        self.keep_pace(|a| q_dot[a]);
         let terms = q_dot.iter().zip(&p).map(|(q_dot, p)| (q_dot * p).abs());
         self.rounds = K_ROUNDS * terms.sum::<f64>();
     }
@@ -101,6 +108,23 @@ impl<'g> Judge<'g> {
             self.sizes[a] = self.sizes[a].max((state.q[a].hi - self.start[a]).abs());
         }
         self.weights.q.iter_mut().zip(&self.sizes).for_each(|(weight, size)| *weight = 1.0 / size);
+        if let Some(clock) = self.clock {
+            let others = self.paces.iter().zip(&self.sizes).map(|(pace, size)| pace / size);
+            self.weights.q[clock] = others.fold(self.weights.q[clock], f64::max);
+        }
+    }
+
+    /// Brings the paces up to date with velocities.
+    fn keep_pace(&mut self, velocity: impl Fn(usize) -> f64) {
+        let Some(clock) = self.clock else { return };
+        let per_time = 1.0 / velocity(clock);
+        for (a, pace) in self.paces.iter_mut().enumerate() {
+            let here = (velocity(a) * per_time).abs();
+            // Where the clock stands still no error is finite.
+            if a != clock && here.is_finite() {
+                *pace = pace.max(here);
+            }
+        }
     }
 
     /// The rate of the fastest motion where `transport` has arrived, in radians: from the square of the linearised
@@ -156,6 +180,7 @@ impl<'g> Judge<'g> {
     /// K is a judge of its own, as it belongs to no scheme. With ½ dK = q̇^a dp_a − ṗ_a dq^a its change says how large
     /// the errors are at least, also where V is so rough that the modes do not show it.
     pub(super) fn see<const P: usize>(&mut self, window: &FlowWindow<'_, P>, inside: f64, transport: &Transport<'_>) {
+        self.keep_pace(|a| window.velocity_at_end(a));
         self.measure(&window.end);
         let off = (window.norm - self.norm).abs() - self.rounds.max(K_ROUNDS * window.norm_terms());
         if !self.geometry.has_force() && off > 0.0 {
@@ -171,10 +196,13 @@ impl<'g> Judge<'g> {
         }
         self.inside = self.inside.max(inside);
         let m = self.geometry.active().len();
-        for row in (0..m).chain(2 * m..m + self.sizes.len()) {
-            let off = self.weights.q[self.coordinate(row)] * transport.of(row).abs();
-            self.worst = if off <= self.worst { self.worst } else { off };
-        }
+        let rows = || (0..m).chain(2 * m..m + self.sizes.len()).map(|row| (self.coordinate(row), row));
+        let off = |(a, row): (usize, usize)| self.weights.q[a] * transport.of(row).abs();
+        let clock: f64 = rows().filter(|&(a, _)| Some(a) == self.clock).map(off).sum();
+        // NaN must not be lost.
+        let most = |most: f64, off: f64| if off <= most { most } else { off };
+        let others = rows().filter(|&(a, _)| Some(a) != self.clock).map(off).fold(0.0, most);
+        self.worst = most(self.worst, others + clock);
     }
 
     /// The coordinate of a row of positions.

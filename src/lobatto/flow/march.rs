@@ -8,6 +8,7 @@ use super::control::{Controller, TUNING};
 use super::enclosed::{Look, Scales};
 use super::judge::{Judge, ROUNDING};
 use super::probe;
+use super::request::{Request, Target};
 use super::rule;
 use super::state::FlowState;
 use super::stop::{Stop, Watch};
@@ -41,6 +42,7 @@ pub struct Followed {
 pub struct Flow<'g> {
     geometry: &'g Geometry,
     certify: bool,
+    target: Option<Target>,
 }
 
 /// A lower accuracy would cost hardly less, and windows that resolve nothing do not show it.
@@ -77,21 +79,17 @@ enum Ended {
     Inaccurate(f64),
 }
 
-/// What is asked for.
-struct Request<'r> {
-    start: FlowState,
-    /// p_a of all coordinates at the start.
-    momenta: &'r [f64],
-    /// γ at most; may be infinite.
-    length: f64,
-    accuracy: f64,
-    certify: bool,
-}
-
 impl<'g> Flow<'g> {
     /// In `geometry`, whose determinants have the signs of the start.
     pub fn new(geometry: &'g Geometry) -> Self {
-        Self { geometry, certify: false }
+        Self { geometry, certify: false, target: None }
+    }
+
+    /// Ends with this value of a coordinate, as a stop that stands before all others. Errors are those at equal values of
+    /// this coordinate then, as well as those at equal γ.
+    pub fn to_value(mut self, coordinate: usize, value: f64) -> Self {
+        self.target = Some(Target { coordinate, value });
+        self
     }
 
     /// Computes the certificate of every window too.
@@ -117,12 +115,17 @@ impl<'g> Flow<'g> {
         let accuracy = accuracy.min(LOOSEST);
         let request = Request {
             start: FlowState::new(start, self.geometry.active()),
+            q_dot: &start.q_dot,
             momenta: &start.p,
             length,
+            target: self.target,
             accuracy,
             certify: self.certify,
         };
-        let mut watches: Vec<Watch<'_>> = stops.iter_mut().map(|stop| Watch::new(&mut **stop, &start.p)).collect();
+        let mut target = self.target;
+        let target = target.iter_mut().map(|target| target as &mut dyn Stop);
+        let stops = target.chain(stops.iter_mut().map(|stop| &mut **stop as &mut dyn Stop));
+        let mut watches: Vec<Watch<'_>> = stops.map(|stop| Watch::new(stop, &start.p)).collect();
         if accuracy >= COARSE {
             self.with(rule::coarse(), &request, &mut watches, observe)
         } else if accuracy >= MEDIUM {
@@ -189,20 +192,22 @@ impl<const P: usize> Walk<'_, '_, P> {
         watches: &mut [Watch<'_>],
         observe: &mut dyn FnMut(&FlowView<'_>) -> ControlFlow<()>,
     ) -> Result<Followed, Ended> {
-        let Request { length, accuracy, momenta, .. } = *self.request;
+        let Request { length, target, accuracy, momenta, .. } = *self.request;
         self.window.begin(momenta);
         watches.iter_mut().for_each(Watch::begin);
         self.look.begin(momenta);
         (self.statistics.windows, self.statistics.unproved) = (0, 0);
         let mut state = self.request.start.clone();
         let mut start = state.clone();
-        let mut judge = Judge::new(self.geometry, &state, momenta);
+        let mut judge = Judge::new(self.geometry, &state, momenta, target.map(|target| target.coordinate));
         self.transport.begin(momenta, &state);
         let mut rate = judge.look_at(&self.transport);
-        let first = (FIRST / rate.max(1e-60)).min(length).min(1e60);
-        let whole = if length.is_finite() { length } else { first };
+        let mut whole = self.request.whole(0.0, &state);
+        let first = (FIRST / rate.max(1e-60)).min(whole).min(1e60);
         let points = self.window.rule.rule.points();
-        let mut control = Controller::new(TUNING, points, caution * accuracy, whole, first);
+        let mut control = Controller::new(TUNING, points, caution * accuracy, first);
+        // Without an end in sight nothing is foreseen but the first window.
+        let foreseen = |whole: f64| if whole.is_finite() { whole } else { first };
         let mut longest = 0.0;
         let mut gamma = Twofold::ZERO;
         let mut pace = self.statistics.evaluations;
@@ -211,12 +216,12 @@ impl<const P: usize> Walk<'_, '_, P> {
             let is_last = rest <= control.h * 1.05;
             let h = if is_last { rest } else { control.h };
             if self.statistics.evaluations - pace > PACE {
-                self.budget(gamma.hi, &state).map_err(Ended::Failed)?;
+                self.budget([gamma.hi, whole], &state).map_err(Ended::Failed)?;
                 pace = self.statistics.evaluations;
             }
             let scale = h.max(gamma.hi / self.statistics.windows.max(1) as f64).max(first / 16.0);
             judge.set_scale(scale);
-            let share = control.share(scale);
+            let share = control.share(scale / foreseen(whole));
             let lasting = (scale / h).max(1.0);
             let tolerance = control.tolerance(share);
             let task = Task { start: &state, h, weights: &judge.weights, tolerance, is_new: h > longest };
@@ -234,7 +239,7 @@ impl<const P: usize> Walk<'_, '_, P> {
             let excess = excess_of(errors);
             let excess = if excess.is_nan() { f64::INFINITY } else { excess };
             let is_good = matches!(outcome, Outcome::Solved(_)) && control.accepts(excess);
-            let scales = Scales { accuracy, length, gamma: gamma.hi, first, time: scale };
+            let scales = Scales { accuracy, length: whole, gamma: gamma.hi, first, time: scale };
             let [hides, is_short] = if is_good { self.look.at(&self.window, &judge, scales) } else { [false; 2] };
             self.statistics.unproved += usize::from(hides && is_short);
             let excess = if hides && !is_short { f64::INFINITY } else { excess };
@@ -261,18 +266,21 @@ impl<const P: usize> Walk<'_, '_, P> {
             std::mem::swap(&mut state, &mut start);
             state.clone_from(&self.window.end);
             longest = solved.h;
-            let windows = (self.statistics.windows as f64).max(whole / solved.h);
+            let end = gamma + Twofold::from(solved.h);
+            whole = self.request.whole(end.hi, &state);
+            let windows = (self.statistics.windows as f64).max(foreseen(whole) / solved.h);
             self.transport.follow(&self.window, &judge.weights, windows);
             self.transport.enlarge(|row| judge.local(&self.window, row));
             let [_, inside] =
                 if lasting == 1.0 && stopped_by.is_none() { errors } else { judge.of_window(&self.window, 1.0) };
             judge.see(&self.window, inside, &self.transport);
-            let end = gamma + Twofold::from(solved.h);
             let estimate = judge.so_far();
+            // How far it is to a target is too uncertain to give up early.
             let is_late = EARLIEST * length <= end.hi && length.is_finite();
             let projected = if is_late { judge.at_ends() * length / end.hi } else { 0.0 };
             if estimate.is_nan() || estimate > accuracy || projected > MOST_PROJECTED * accuracy {
-                return Err(self.inaccurate(&control, estimate, end.hi, &start));
+                let done = if whole.is_finite() { (end.hi / whole).min(1.0) } else { 1.0 };
+                return Err(self.inaccurate(control.is_exhausted(share), estimate, [end.hi, done], &start));
             }
             let gradient_norm = self.certificate.as_mut().map(|room| room.of(&self.window, &start, solved.h));
             let view = FlowView {
@@ -343,22 +351,20 @@ impl<const P: usize> Walk<'_, '_, P> {
         probe::why(self.geometry, start, self.request.momenta, ahead, gamma)
     }
 
-    /// What follows from an estimate that is above the accuracy at `gamma`.
-    fn inaccurate(&self, control: &Controller, estimate: f64, gamma: f64, start: &FlowState) -> Ended {
-        let Request { length, accuracy, .. } = *self.request;
-        if control.is_exhausted(control.h) {
+    /// What follows from an estimate that is above the accuracy at `gamma`, when this part of the run is `done`.
+    fn inaccurate(&self, is_exhausted: bool, estimate: f64, [gamma, done]: [f64; 2], start: &FlowState) -> Ended {
+        if is_exhausted {
             let q = start.q.iter().map(|q| q.hi).collect();
             return Ended::Failed(FlowFailure::AccuracyNotReached { gamma, q, estimate });
         }
-        let at_the_end = estimate * if length.is_finite() { (length / gamma).max(1.0) } else { 1.0 };
-        let factor = RETRY[0] * accuracy / at_the_end;
+        let factor = RETRY[0] * self.request.accuracy * done / estimate;
         Ended::Inaccurate(if factor.is_nan() { RETRY[1] } else { factor.max(RETRY[1]) })
     }
 
     /// Ends a march that at its pace would take more evaluations than anybody would wait for.
-    fn budget(&self, gamma: f64, state: &FlowState) -> Result<(), FlowFailure> {
+    fn budget(&self, [gamma, whole]: [f64; 2], state: &FlowState) -> Result<(), FlowFailure> {
         let evaluations = self.statistics.evaluations;
-        let done = if self.request.length.is_finite() { gamma / self.request.length } else { 1.0 };
+        let done = if whole.is_finite() { gamma / whole } else { 1.0 };
         let needed = evaluations as f64 / done;
         if needed > MOST_EVALUATIONS {
             let q = state.q.iter().map(|q| q.hi).collect();

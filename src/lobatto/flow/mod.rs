@@ -16,6 +16,7 @@ mod judge;
 mod march;
 mod nodes;
 mod probe;
+mod request;
 mod rule;
 mod state;
 mod stop;

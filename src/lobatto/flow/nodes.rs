@@ -77,6 +77,17 @@ impl<const P: usize> FlowWindow<'_, P> {
         [velocity, self.unknowns.forces()[place].0[last] / self.length]
     }
 
+    /// dq^a/dγ at the end.
+    pub(super) fn velocity_at_end(&self, a: usize) -> f64 {
+        match self.place_of(a) {
+            Some(place) => self.rates_at_end(place)[0],
+            None => {
+                let place = self.ignorable.iter().position(|&other| other == a).expect("an ignorable coordinate");
+                self.unknowns.ignorable()[place].0[self.points() - 1] / self.length
+            }
+        }
+    }
+
     /// All positions, velocities and momenta at a node.
     pub(super) fn node(&self, start: &FlowState, h: f64, node: usize, [q, q_dot, p]: [&mut [f64]; 3]) {
         for (place, &a) in self.geometry.active().iter().enumerate() {

@@ -24,16 +24,16 @@ pub(super) fn solve<S: Real>(setup: &SceneSetup<S>, accuracy: f64) -> Result<Wor
         SceneLimit::Length(length) => (length.to_f64(), None),
         SceneLimit::Value { coordinate, value } => (f64::INFINITY, Some((coordinate, value.to_f64()))),
     };
-    let mut at_value = target.map(|(coordinate, value)| AtValue { coordinate, value });
     let formula = |until: &Until<S>| AtFormula { formula: until.rough.clone(), direction: until.direction, norm };
     let mut formulas: Vec<AtFormula> = setup.until.iter().map(formula).collect();
-    let mut stops: Vec<&mut dyn Stop> = at_value.iter_mut().map(|stop| stop as &mut dyn Stop).collect();
-    stops.extend(formulas.iter_mut().map(|stop| stop as &mut dyn Stop));
+    let mut stops: Vec<&mut dyn Stop> = formulas.iter_mut().map(|stop| stop as &mut dyn Stop).collect();
     // A run to a value of a coordinate has no other end.
     let most = if target.is_some() { idle_limit(setup) } else { f64::INFINITY };
     let mut run: Run<S> = Run::new(setup, S::ZERO);
     let mut ended = None;
-    let followed = Flow::new(geometry).certified().run(start, length, &mut stops, accuracy, &mut |view| {
+    let flow = Flow::new(geometry).certified();
+    let flow = target.map_or(flow, |(coordinate, value)| flow.to_value(coordinate, value));
+    let followed = flow.run(start, length, &mut stops, accuracy, &mut |view| {
         if view.index == 0 {
             run = Run::new(setup, S::ZERO);
         }
@@ -61,6 +61,7 @@ pub(super) fn solve<S: Real>(setup: &SceneSetup<S>, accuracy: f64) -> Result<Wor
     if let (Some((a, value)), Some(0)) = (target, followed.stopped_by) {
         // Rounding of the length of the last window is one of this coordinate.
         line.windows[last].end.q[a] = S::from(value);
+        line.ended_at = Some(a);
     }
     // The value of a coordinate stands before the formulas.
     line.ended_by = followed.stopped_by.and_then(|stop| stop.checked_sub(usize::from(target.is_some())));
@@ -69,22 +70,6 @@ pub(super) fn solve<S: Real>(setup: &SceneSetup<S>, accuracy: f64) -> Result<Wor
     line.windows_unproved = Some(followed.statistics.unproved);
     line.iterations.count = followed.statistics.evaluations;
     Ok(line)
-}
-
-/// A coordinate with a value to reach.
-struct AtValue {
-    coordinate: usize,
-    value: f64,
-}
-
-impl Stop for AtValue {
-    fn value(&mut self, point: PhasePoint<'_>) -> f64 {
-        point.q[self.coordinate] - self.value
-    }
-
-    fn counts(&self, _: bool) -> bool {
-        true
-    }
 }
 
 /// A formula that changes its sign.

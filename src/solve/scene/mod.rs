@@ -38,7 +38,7 @@ pub fn solve_scene<S: Real>(setup: &SceneSetup<S>) -> Result<WorldLine<S>, NoSol
         SceneLimit::Value { coordinate, value } => {
             let line = end::at_value(setup, coordinate, value)?;
             if setup.until.is_empty() {
-                return Ok(line);
+                return Ok(WorldLine { ended_at: Some(coordinate), ..line });
             }
             line.length
         }

@@ -186,6 +186,7 @@ fn empty<S: Real>(setup: &SceneSetup<S>, length: S) -> WorldLine<S> {
         windows_unproved: None,
         accuracy: None,
         ended_by: None,
+        ended_at: None,
         form: setup.settings.form,
         sbp_name: setup.settings.sbp,
         operators: Operators::none(),

@@ -62,6 +62,8 @@ pub struct WorldLine<S = f64> {
     pub accuracy: Option<f64>,
     /// The place in [`SceneSetup::until`](super::SceneSetup::until) of the formula that ended the run, if one did.
     pub ended_by: Option<usize>,
+    /// The coordinate whose value ended the run, if one did.
+    pub ended_at: Option<usize>,
     /// The form of the action.
     pub form: Form,
     /// The name of the operator.
