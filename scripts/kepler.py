@@ -14,7 +14,9 @@ runs counts, all settings in turns.
 
 heyoka integrates Hamilton's equations, IAS15 a massless planet around a fixed sun, and this program the geodesic with
 one of three conformal factors: none, 1/r, and the root of the largest second derivative of V, which is r^(-3/2). With
-the last of them a window would turn by the same angle everywhere. """
+the last of them a window would turn by the same angle everywhere. In Levi-Civita's coordinates x + iy = (u + iv)^2 with
+the factor 1/r the plane is flat. The same equations are also given to heyoka: u'' = -u/4, v'' = -v/4, t' = u^2 + v^2.
+"""
 
 import argparse
 import json
@@ -36,6 +38,7 @@ POINTS = 10
 ROUNDS = 7
 LENGTH = 2.0 * math.pi * TURNS
 FACTORS = {"1": None, "1/r": "1/sqrt(x^2 + y^2)", "r^(-3/2)": "1/sqrt((x^2 + y^2)*sqrt(x^2 + y^2))"}
+FLAT = "own, Levi-Civita"
 ACCURACIES = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10]
 TOLERANCES = [1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 1e-14]
 EPSILONS = [1e-5, 1e-6, 1e-7, 1e-8, 1e-9]
@@ -53,6 +56,23 @@ x = {x!r}
 y = 0.0
 x_dot = 0.0
 y_dot = {y_dot!r}
+"""
+
+LEVI_CIVITA = """
+[metric]
+coordinates = ["t", "u", "v", "s"]
+components = {{ "t t" = "-2/(u^2 + v^2)^2", "t s" = "1/(u^2 + v^2)", "u u" = "-4", "v v" = "-4" }}
+[initial]
+t_dot = {x!r}
+u = "sqrt({x!r})"
+v = 0.0
+u_dot = 0.0
+v_dot = "{y_dot!r}*sqrt({x!r})/2"
+norm = "null"
+solve = {{ s_dot = "+" }}
+"""
+
+GRID = """
 [grid]
 t_f = {length!r}
 [solver]
@@ -70,15 +90,20 @@ def exact(t):
 
 
 TIMES = np.linspace(0.0, LENGTH, POINTS + 1)
+TRUTH = np.array([exact(t) for t in TIMES[1:]])
 START = [1.0 - ECCENTRICITY, 0.0, 0.0, math.sqrt((1.0 + ECCENTRICITY) / (1.0 - ECCENTRICITY))]
 
 
 def own(program, factor, accuracy):
-    conformal = FACTORS[factor]
-    text = CASE.format(
+    is_flat = factor == FLAT
+    conformal = FACTORS.get(factor)
+    text = (LEVI_CIVITA if is_flat else CASE) + GRID
+    text = text.format(
         conformal=f'conformal = "{conformal}"' if conformal else "",
         x=START[0], y_dot=START[3], length=LENGTH, accuracy=accuracy,
     )
+    names = ("u", "v") if is_flat else ("x", "y")
+    point = lambda u, v: (u * u - v * v, 2.0 * u * v) if is_flat else (u, v)
     folder = Path(tempfile.mkdtemp(prefix="kepler-"))
     (folder / "case.toml").write_text(text)
 
@@ -89,9 +114,9 @@ def own(program, factor, accuracy):
             return math.inf, None
         summary = json.loads((folder / "out/summary.json").read_text())
         rows = [line.split(",") for line in (folder / "out/samples.csv").read_text().split()]
-        x, y = rows[0].index("x"), rows[0].index("y")
-        points = [(float(row[x]), float(row[y])) for row in rows[2 : POINTS + 1]]
-        end = [float(summary["final"][name]) for name in ("x", "y")]
+        columns = [rows[0].index(name) for name in names]
+        points = [point(*(float(row[column]) for column in columns)) for row in rows[2 : POINTS + 1]]
+        end = point(*(float(summary["final"][name]) for name in names))
         return summary["solve_seconds"], np.array([*points, end])
 
     return run
@@ -108,6 +133,26 @@ def heyoka(tolerance):
         begin = time.perf_counter()
         outcome = integrator.propagate_grid(TIMES)
         return time.perf_counter() - begin, outcome[5][1:, :2]
+
+    return run
+
+
+def heyoka_flat(tolerance):
+    """A turn is 2π of γ, and ends at the periapsis. Positions are compared at the time that was found for them."""
+    u, v, u_dot, v_dot, t = hy.make_vars("u", "v", "u_dot", "v_dot", "t")
+    start = [math.sqrt(START[0]), 0.0, 0.0, START[3] * math.sqrt(START[0]) / 2.0, 0.0]
+    equations = [(u, u_dot), (v, v_dot), (u_dot, -u / 4.0), (v_dot, -v / 4.0), (t, u * u + v * v)]
+    integrator = hy.taylor_adaptive(equations, start, tol=tolerance)
+
+    def run():
+        integrator.time = 0.0
+        integrator.state[:] = start
+        begin = time.perf_counter()
+        outcome = integrator.propagate_grid(TIMES)
+        seconds = time.perf_counter() - begin
+        u, v, _, _, t = outcome[5][1:].T
+        late = np.array([exact(t) for t in t]) - TRUTH
+        return seconds, np.column_stack([u * u - v * v, 2.0 * u * v]) - late
 
     return run
 
@@ -134,17 +179,19 @@ def main():
     parser.add_argument("--program", default="target/release/geodesic-ivp")
     parser.add_argument("--json", action="store_true", help="print the rows as JSON")
     arguments = parser.parse_args()
-    runs = {("own, factor " + factor, a): own(arguments.program, factor, a) for factor in FACTORS for a in ACCURACIES}
+    program = arguments.program
+    runs = {("own, factor " + factor, a): own(program, factor, a) for factor in FACTORS for a in ACCURACIES}
+    runs |= {(FLAT, a): own(program, FLAT, a) for a in ACCURACIES}
     runs |= {("heyoka", tolerance): heyoka(tolerance) for tolerance in TOLERANCES}
+    runs |= {("heyoka, Levi-Civita", tolerance): heyoka_flat(tolerance) for tolerance in TOLERANCES}
     runs |= {("IAS15", epsilon): ias15(epsilon) for epsilon in EPSILONS}
-    truth = np.array([exact(t) for t in TIMES[1:]])
     least, errors = dict.fromkeys(runs, math.inf), {}
     for _ in range(ROUNDS):
         for key, run in runs.items():
             seconds, points = run()
             if points is not None:
                 least[key] = min(least[key], seconds)
-                errors[key] = float(np.abs(points - truth).max())
+                errors[key] = float(np.abs(points - TRUTH).max())
     rows = []
     for error in ERRORS:
         row = {"error": error}

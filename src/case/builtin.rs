@@ -93,6 +93,7 @@ shipped![
         "henon-heiles",
         "kepler",
         "kepler-eccentric",
+        "kepler-levi-civita",
         "kepler-polar",
         "kepler-relativistic",
         "kerr-inclined",
