@@ -8,7 +8,7 @@
 use std::panic::resume_unwind;
 use std::process::{ExitCode, exit};
 use std::sync::mpsc::{Sender, channel};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, Once, PoisonError};
 use std::thread;
 
 use anyhow::Context;
@@ -45,7 +45,7 @@ pub(super) fn before_any_result() -> ExitCode {
 fn watch(interrupted: impl Fn() + Send + 'static) -> anyhow::Result<()> {
     use signal_hook::consts::{SIGINT, SIGTERM};
     let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM])?;
-    thread::spawn(move || signals.forever().for_each(|_| interrupted()));
+    thread::Builder::new().spawn(move || signals.forever().for_each(|_| interrupted()))?;
     Ok(())
 }
 
@@ -74,17 +74,21 @@ impl<T> Drop for Ending<T> {
 
 /// Runs `work` on another thread and passes everything that it reports to `hear` on this thread. Returns whether an
 /// interrupt came before `work` ended. Then `work` is left running, and another interrupt ends the program at once.
+///
+/// A system without room for the threads of a study ends the program with exit code 1.
 pub(super) fn beside_it<T: Send + 'static>(
     work: impl FnOnce(&(dyn Fn(T) + Sync)) + Send + 'static,
     mut hear: impl FnMut(T),
 ) -> bool {
+    start_threads();
     let (sender, events) = channel();
     let interrupts = sender.clone();
     set_listener(Some(Box::new(move || drop(interrupts.send(Event::Interrupted)))));
-    let worker = thread::spawn(move || {
+    let worker = thread::Builder::new().spawn(move || {
         let ending = Ending(sender);
         work(&|news| drop(ending.0.send(Event::News(news))));
     });
+    let worker = worker.unwrap_or_else(|error| without_threads(error));
     for event in events {
         match event {
             Event::News(news) => hear(news),
@@ -95,6 +99,20 @@ pub(super) fn beside_it<T: Send + 'static>(
     set_listener(None);
     worker.join().unwrap_or_else(|panic| resume_unwind(panic));
     false
+}
+
+/// Starts the threads that studies compute with, once.
+fn start_threads() {
+    static STARTED: Once = Once::new();
+    STARTED.call_once(|| {
+        let started = rayon::ThreadPoolBuilder::new().build_global();
+        started.unwrap_or_else(|error| without_threads(error));
+    });
+}
+
+fn without_threads(error: impl Into<anyhow::Error>) -> ! {
+    let error = error.into().context("cannot start the threads of a study");
+    exit(i32::from(report::explain(&error)))
 }
 
 #[cfg(test)]

@@ -46,10 +46,11 @@ pub(super) fn check_scene<S: Real>(setup: &SceneSetup<S>, samples: usize) -> any
 /// Refuses a run of so many nodes and digits if there is less memory than it needs, in bytes.
 fn refuse(needed: f64, nodes: usize, digits: u32, help: &str) -> anyhow::Result<()> {
     let Some(available) = available().filter(|available| needed > *available) else { return Ok(()) };
-    let [needed, available] = [needed, available].map(|bytes| bytes / 1e9);
+    let (unit, name) = if needed < 1e8 { (1e6, "MB") } else { (1e9, "GB") };
+    let [needed, available] = [needed, available].map(|bytes| bytes / unit);
     let message = format!(
-        "the run needs about {needed:.2} GB of memory for {nodes} nodes in {digits} digits, and there are \
-         {available:.2} GB"
+        "the run needs about {needed:.2} {name} of memory for {nodes} nodes in {digits} digits, and there are \
+         {available:.2} {name}"
     );
     Err(Refusal::usage(message).help(help).into())
 }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::thread::{Builder, ScopedJoinHandle, scope};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
@@ -273,12 +274,16 @@ impl Tables<'_> {
         M::Run: Sync,
     {
         let files = self.files;
-        let (trajectory, residuals) = std::thread::scope(|scope| {
-            let residuals = scope.spawn(|| write_residuals(files.writer(RESIDUALS), run, measured));
-            (write_trajectory(files.writer(TRAJECTORY), run, measured), residuals.join())
+        let (trajectory, residuals) = scope(|scope| {
+            let write = || write_residuals(files.writer(RESIDUALS), run, measured);
+            let residuals = Builder::new().spawn_scoped(scope, write);
+            let trajectory = write_trajectory(files.writer(TRAJECTORY), run, measured);
+            // Where there is no room for a thread, one table follows the other.
+            let join = |thread: ScopedJoinHandle<'_, _>| thread.join().expect("writing a table does not panic");
+            (trajectory, residuals.map_or_else(|_| write(), join))
         });
         trajectory.with_context(|| format!("cannot write {TRAJECTORY}"))?;
-        residuals.expect("writing a table does not panic").with_context(|| format!("cannot write {RESIDUALS}"))?;
+        residuals.with_context(|| format!("cannot write {RESIDUALS}"))?;
         if is_doubled {
             write_branches(files.writer(BRANCHES), run).with_context(|| format!("cannot write {BRANCHES}"))?;
         }
