@@ -97,6 +97,7 @@ shipped![
         "kepler-polar",
         "kepler-relativistic",
         "kerr-inclined",
+        "kerr-mino",
         "kerr-periodic",
         "kerr-photon",
         "light-capture",

@@ -115,7 +115,8 @@ pub const SCENE_KEYS: &[(&str, &str)] = &[
     ("metric.force", "F_a in coordinates and velocities: { r = \"-k*r_dot\" }"),
     (
         "metric.conformal",
-        "a factor Ω of the metric, if K = 0. It changes neither path nor charges, only the pace of γ.",
+        "a factor Ω of the metric. It changes neither path nor charges, only the pace of γ. Where K is not 0 it adds \
+         the coordinate tau.",
     ),
     ("metric.preset", "a metric by name, in place of coordinates and components"),
     ("potential.coordinates", "the coordinates of V; without it [\"x\"]"),
@@ -123,7 +124,7 @@ pub const SCENE_KEYS: &[(&str, &str)] = &[
     ("potential.parameters", "named numbers, for all formulas of this table"),
     ("potential.one_form", "A of L = ½mv² − V + A·v: a magnetic field, a rotating frame"),
     ("potential.force", "a force in Newton's sense besides −∂V: { x = \"-k*x_dot\" }"),
-    ("potential.conformal", "as in [metric], with Newton's law"),
+    ("potential.conformal", "a factor Ω of the metric of Newton's law"),
     ("particle.law", "\"relativistic\", the metric of the paper, diag(c² + 2V/m, −m_a/m, …), or \"newtonian\""),
     ("particle.mass, particle.masses", "one mass for all, or one for each coordinate: { x1 = 1.0, x2 = 3.0 }"),
     ("particle.c", "the speed of light; Newton's law has none"),

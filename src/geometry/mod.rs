@@ -52,7 +52,7 @@ pub use presets::{PRESETS, Preset};
 pub(crate) use rows::RowPrograms;
 pub(crate) use structure::other;
 pub use structure::{ForceTerm, Lagrangian, Samples, Source, Start, Structure, Term};
-pub use text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText};
+pub use text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText, Tau};
 pub use value::value_of;
 
 use self::contraction::at_point;

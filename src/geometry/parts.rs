@@ -178,8 +178,8 @@ impl<S: Real> Parts<S> {
         let mut graph = Graph::default();
         let parameters = parameters(&text.parameters)?;
         let definitions = BTreeMap::new();
-        let coordinates = names.as_slice();
-        let mut scope = Scope { graph: &mut graph, coordinates, all: names.len(), first: 0, parameters, definitions };
+        let (coordinates, n) = (text.coordinates.as_slice(), names.len());
+        let mut scope = Scope { graph: &mut graph, coordinates, all: n, first: 0, parameters, definitions };
         scope.define(&text.definitions)?;
         let omega = match &text.conformal {
             Some(omega) => Some(scope.of_position(omega, Place::Conformal)?),
@@ -190,6 +190,10 @@ impl<S: Real> Parts<S> {
             let node = scope.of_position(component, Place::Component([*a, *b]))?;
             let node = omega.map_or(node, |omega| scope.graph.multiply(omega, node));
             metric.insert([*a.min(b), *a.max(b)], node);
+        }
+        if let Some(tau) = text.tau {
+            let flat = scope.graph.constant(tau.component());
+            metric.insert([n - 1, n - 1], omega.map_or(flat, |omega| scope.graph.multiply(omega, flat)));
         }
         for (a, component) in &text.one_form {
             one_form.insert(*a, scope.of_position(component, Place::OneForm(*a))?);

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use crate::expr::FormulaError;
+use crate::scalar::Real;
 
 /// The metric of a scene in formulas of its coordinates.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -21,6 +22,31 @@ pub struct MetricText {
     pub force: Vec<(usize, String)>,
     /// Ω in the coordinates: the metric is Ω times what the components say.
     pub conformal: Option<String>,
+    /// One more coordinate, which makes K zero.
+    pub tau: Option<Tau>,
+}
+
+/// The flat coordinate `tau`, with which a particle with K ≠ 0 is one with K = 0. It is the last one, and coupled to no
+/// other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tau {
+    /// K > 0: its component is −Ω.
+    Timelike,
+    /// K < 0: its component is Ω.
+    Spacelike,
+}
+
+impl Tau {
+    /// Its name.
+    pub const NAME: &'static str = "tau";
+
+    /// Its component, without Ω.
+    pub fn component<S: Real>(self) -> S {
+        match self {
+            Self::Timelike => -S::ONE,
+            Self::Spacelike => S::ONE,
+        }
+    }
 }
 
 /// The law that a potential stands for.
@@ -72,12 +98,23 @@ impl GeometryText {
     /// The names of all coordinates, in order.
     pub fn coordinates(&self) -> Vec<String> {
         match self {
-            Self::Metric(metric) => metric.coordinates.clone(),
+            Self::Metric(metric) => {
+                let last = metric.tau.map(|_| Tau::NAME.to_owned());
+                metric.coordinates.iter().cloned().chain(last).collect()
+            }
             Self::Potential(PotentialText { coordinates, law, .. }) => {
                 let last = (*law == Law::Newtonian).then_some("s");
                 let names = std::iter::once("t").chain(coordinates.iter().map(String::as_str)).chain(last);
                 names.map(str::to_owned).collect()
             }
+        }
+    }
+
+    /// The coordinate `tau`, if there is one.
+    pub fn tau(&self) -> Option<Tau> {
+        match self {
+            Self::Metric(metric) => metric.tau,
+            Self::Potential(_) => None,
         }
     }
 

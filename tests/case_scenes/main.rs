@@ -1,5 +1,6 @@
 //! Case files of scenes: what they mean, and how a mistake in one is reported.
 
+mod conformal;
 mod fuzz;
 mod malformed;
 mod overrides;

@@ -71,7 +71,6 @@ const METRIC: &[Row] = &[
     ("{ m = 1.0 }", "{ m = 1.0 }\none_form = { q = \"r\" }", "unknown coordinate 'q' in 'metric.one_form.q'", "q"),
     ("{ m = 1.0 }", "{ m = 1.0 }\none_form = { t = \"r_dot\" }", "unknown name 'r_dot'", "r"),
     ("{ m = 1.0 }", "{ m = 1.0 }\nforce = { rr = \"r\" }", "unknown coordinate 'rr' in 'metric.force.rr'", "rr"),
-    ("{ m = 1.0 }", "{ m = 1.0 }\nconformal = \"1/r\"", "conformal needs a null start, K = 0", "\"1/r\""),
     ("{ m = 1.0 }", "3", "'metric.parameters' must be a table, found integer", "3"),
     // Presets.
     (

@@ -68,7 +68,8 @@ fn what_is_written_reads_back_as_the_same_scene() {
     let newtonian = KEPLER.replace("law = \"newtonian\"", "law = \"newtonian\"\nmasses = { x = 2, y = 2 }");
     let fish_eye = "metric = { preset = \"optics\", definitions = { n = \"2/(1 + x^2 + y^2)\" } }\nscheme.sbp = \
                     \"GLL8\"\ninitial = { x = 0.5, y = 0, x_dot = 0, y_dot = 1 }\n";
-    for text in [SCHWARZSCHILD, KEPLER, KERR, EVERYTHING, masses, &energy, &newtonian, fish_eye] {
+    let massive = SCHWARZSCHILD.replace("[initial]", "conformal = \"1/r\"\n[initial]");
+    for text in [SCHWARZSCHILD, KEPLER, KERR, EVERYTHING, masses, &energy, &newtonian, fish_eye, &massive] {
         let first = scene(text);
         let written = first.to_toml();
         let second = scene(&written);

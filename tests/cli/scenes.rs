@@ -86,6 +86,28 @@ fn samples_events_and_pictures_of_a_scene_are_written() {
 }
 
 #[test]
+fn a_particle_with_a_conformal_factor_has_tau_in_every_file_and_table() {
+    let folder = TempDir::new().unwrap();
+    let text = succeeded(&run_in(folder.path(), "init kerr-mino"));
+    fs::write(folder.path().join("mino.toml"), text).unwrap();
+    succeeded(&run_in(folder.path(), "check mino.toml --run"));
+    let told = succeeded(&run_in(folder.path(), "run mino.toml --plot --sample-gamma 0:1:0.5 --out one"));
+    assert!(told.contains("\n  p_tau      -1.000000; |change| <= "), "{told}");
+    let header = |file: &str| fs::read_to_string(folder.path().join(file)).unwrap().lines().next().unwrap().to_owned();
+    for file in ["one/trajectory.csv", "one/samples.csv", "one/events.csv"] {
+        assert!(header(file).contains(",tau,") && header(file).contains(",tau_dot"), "{file}: {}", header(file));
+    }
+    assert!(header("one/residuals.csv").contains(",delta_q_tau,"));
+    let summary = json(&folder.path().join("one/summary.json"));
+    let of = |key: &str| summary[key]["tau"].as_f64().unwrap_or_else(|| panic!("{summary}"));
+    assert!((of("final") - 400.0).abs() < 1e-10 && (of("charges") + 1.0).abs() < 1e-15, "{summary}");
+    let charges = fs::read_to_string(folder.path().join("one/charges.svg")).unwrap();
+    assert!(charges.contains("\u{3c4}</tspan>"), "p_tau has a curve");
+    succeeded(&run_in(folder.path(), "run mino.toml --vary initial.r=4.0,4.5 --quiet --out two"));
+    assert!(header("two/runs.csv").contains(",phi,tau,t_dot,"), "{}", header("two/runs.csv"));
+}
+
+#[test]
 fn options_that_a_scene_does_not_have_are_refused() {
     let folder = TempDir::new().unwrap();
     for (arguments, message) in [

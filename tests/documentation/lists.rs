@@ -158,9 +158,11 @@ fn columns_and_keys_of_scenes_are_those_that_the_page_lists() {
     let folder = TempDir::new().unwrap();
     let manual = program(folder.path()).arg("man").output().unwrap().stdout;
     let manual = String::from_utf8(manual).unwrap().replace('\\', "");
-    // In one window, so that there is no column window: a charge and an invariant; a force; a sum and the other system.
+    // In one window, so that there is no column window: a charge and an invariant; a coordinate that conformal adds; a
+    // force; a sum and the other system.
     for (scene, names, ignorable, invariants) in [
         ("kerr-inclined", &["t", "r", "theta", "phi"][..], &["t", "phi"][..], &["carter"][..]),
+        ("kerr-mino", &["t", "r", "theta", "phi", "tau"], &["t", "phi", "tau"], &["carter"]),
         ("damped-oscillator", &["t", "x", "s"], &["s"], &[]),
         ("two-bodies", &["t", "x1", "x2"], &["t"], &[]),
     ] {

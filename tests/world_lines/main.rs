@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod common;
+mod conformal;
 mod convergence;
 mod ends;
 mod events;

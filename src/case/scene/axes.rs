@@ -6,8 +6,8 @@ use crate::scalar::Real;
 
 impl SceneCase {
     /// The axes of `[plot]` or, without it, those that suit the coordinates: the Cartesian ones of coordinates that are
-    /// called r, phi and perhaps theta; otherwise the first two coordinates besides t and, with Newton's law, s, active
-    /// ones before others. A single one is drawn against its velocity.
+    /// called r, phi and perhaps theta; otherwise the first two coordinates besides t and a last one that the scene
+    /// adds itself, active ones before others. A single one is drawn against its velocity.
     pub fn axes_or_default<S: Real>(&self, geometry: &Geometry<S>) -> Axes {
         if let Some(axes) = self.axes() {
             return axes.clone();
@@ -20,7 +20,8 @@ impl SceneCase {
             (true, false) => return axes("r*cos(phi)", "r*sin(phi)"),
             (false, _) => {}
         }
-        let is_place = |a: &usize| names[*a] != "t" && !(self.is_lifted() && *a + 1 == names.len());
+        let is_last_added = self.is_lifted() || self.geometry_text().tau().is_some();
+        let is_place = |a: &usize| names[*a] != "t" && !(is_last_added && *a + 1 == names.len());
         let active = geometry.active().iter().copied().filter(is_place);
         let places: Vec<usize> = active.chain(geometry.ignorable().filter(is_place)).collect();
         match places.as_slice() {

@@ -4,9 +4,9 @@ use super::initial::Initial;
 use super::reader::{Field, Section};
 use super::scenery::Scenery;
 use super::start::{self, NoStart, Solved};
-use super::{metric, potential};
+use super::{conformal, metric, potential};
 use crate::case::CaseError;
-use crate::geometry::{Geometry, GeometryText, Law, OutsideGeometry, Place, PotentialText};
+use crate::geometry::{Geometry, GeometryText, Law, OutsideGeometry, Place, PotentialText, Start, Tau};
 use crate::scalar::Real;
 
 /// Reads the one of `[metric]` and `[potential]` that is given.
@@ -47,13 +47,35 @@ pub(super) fn title(field: &Field<'_>) -> Result<String, CaseError> {
     Ok(title.to_owned())
 }
 
+/// What the initial data say, if everything about it is allowed.
+pub(super) struct Found<S> {
+    /// The geometry that the data belong to, if it is not that of the scene.
+    bare: Option<Geometry<S>>,
+    /// The start there.
+    start: Start<S>,
+    /// Whether the two roots for the unknown rate are one.
+    pub(super) is_double: bool,
+    /// The coordinate that K ≠ 0 asks for.
+    pub(super) tau: Option<Tau>,
+}
+
+impl<S: Real> Found<S> {
+    /// The start in the geometry of the scene, whose text has the coordinate tau if one is asked for.
+    pub(super) fn start(self, text: &GeometryText, initial: &Initial<'_>) -> Result<Start<S>, CaseError> {
+        let Some(bare) = self.bare else { return Ok(self.start) };
+        let start = conformal::with_factor(text, &bare, &initial.data, self.start);
+        let is_finite = start.q_dot.iter().all(|u| u.is_finite());
+        if is_finite { Ok(start) } else { Err(no_start(&NoStart::NotFinite, initial, &text.coordinates())) }
+    }
+}
+
 /// The start in `S`, if there is one that everything about it allows.
 pub(super) fn start<S: Real>(
     scenery: &Scenery<'_>,
     initial: &Initial<'_>,
     geometry: Geometry<S>,
     rounding: f64,
-) -> Result<Solved<S>, CaseError> {
+) -> Result<Found<S>, CaseError> {
     let parameters = scenery.text.parameters();
     let number = |quantity: &super::Quantity| quantity.value::<S>(parameters);
     let q = initial.data.q.iter().map(number).collect::<Result<Vec<S>, _>>();
@@ -61,14 +83,17 @@ pub(super) fn start<S: Real>(
     let names = geometry.names().to_vec();
     let outside = Outside { active: geometry.active().to_vec(), blocks: geometry.blocks().to_vec() };
     let geometry = geometry.around(&q).map_err(|error| outside.error(&error, initial, &names, &q))?;
-    let solved = start::solve(&initial.data, &geometry, parameters, rounding, None);
-    let solved = solved.map_err(|none| no_start(&none, initial, &names))?;
-    check_motion(scenery, initial, &geometry, &solved, rounding)?;
+    scenery.check_factor(&q)?;
+    let bare = scenery.bare()?;
+    let of_data = bare.as_ref().unwrap_or(&geometry);
+    let solved = start::solve(&initial.data, of_data, parameters, rounding, None);
+    let Solved { start, is_double } = solved.map_err(|none| no_start(&none, initial, &names))?;
+    let tau = check_motion(scenery, initial, of_data, &start, rounding)?;
     let field = geometry.field();
     field
-        .evaluate(&solved.start.q, &solved.start.p, &mut field.room())
+        .evaluate(&start.q, &start.p, &mut field.room())
         .map_err(|error| outside.error(&error, initial, &names, &q))?;
-    Ok(solved)
+    Ok(Found { bare, start, is_double, tau })
 }
 
 /// What a mistake in the position is described with.
@@ -144,36 +169,28 @@ pub(super) fn particle(scenery: &Scenery<'_>) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// Refuses a world-line that is a point, and a K or a g00 that the law does not allow.
+/// Refuses a world-line that is a point, and a K or a g00 that the law does not allow. The coordinate that K asks for.
 fn check_motion<S: Real>(
     scenery: &Scenery<'_>,
     initial: &Initial<'_>,
     geometry: &Geometry<S>,
-    solved: &Solved<S>,
+    start: &Start<S>,
     rounding: f64,
-) -> Result<(), CaseError> {
-    let start = &solved.start;
+) -> Result<Option<Tau>, CaseError> {
     if start.q_dot.iter().all(|u| *u == S::ZERO) && !geometry.has_force() {
         return Err(initial.section.error("all velocities are zero: the world-line would be a point"));
     }
     let k = geometry.norm(&start.q, &start.q_dot);
     let size = start::size_of_norm(geometry, start);
     let is_null = k.abs() <= start::rounding_of_norm::<S>(geometry.dimension(), rounding) * size;
-    let (conformal, law) = match &scenery.text {
-        GeometryText::Metric(metric) => (metric.conformal.is_some(), None),
-        GeometryText::Potential(PotentialText { conformal, law, .. }) => (conformal.is_some(), Some(*law)),
+    let law = match &scenery.text {
+        GeometryText::Metric(_) => None,
+        GeometryText::Potential(PotentialText { law, .. }) => Some(*law),
     };
     if law == Some(Law::Newtonian) && !is_null {
         let message = format!("a newtonian scene has K = 0, and these data give K = {}", k.to_f64());
         let help = "leave out s_dot and p_s (or p_t): they follow from the energy".to_owned();
         return Err(initial.section.error(message).with_help(help));
-    }
-    if conformal && !is_null {
-        let message = format!("conformal needs a null start, K = 0, and these data give K = {}", k.to_f64());
-        let help = "add norm = \"null\" with solve = { … }, or a flat coordinate that makes K zero".to_owned();
-        let field = scenery.fields.iter().find(|(place, _)| *place == Place::Conformal).map(|(_, field)| field);
-        let error = field.map_or_else(|| initial.section.error(message.clone()), |field| field.error(message.clone()));
-        return Err(error.with_help(help));
     }
     if law == Some(Law::Relativistic) {
         let mut rest = vec![S::ZERO; geometry.dimension()];
@@ -185,5 +202,5 @@ fn check_motion<S: Real>(
             return Err(initial.error_in_position(geometry.active(), message).with_help(help));
         }
     }
-    Ok(())
+    if is_null { Ok(None) } else { scenery.tau(k, geometry.has_force()) }
 }

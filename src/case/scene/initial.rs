@@ -41,7 +41,7 @@ impl Rate {
     }
 }
 
-/// The initial data of a scene as the case gives them.
+/// The initial data of a scene as the case gives them, without the coordinate tau that `conformal` may add.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SceneInitial {
     /// The position of every coordinate.

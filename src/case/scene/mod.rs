@@ -23,6 +23,7 @@
 
 mod axes;
 mod check;
+mod conformal;
 mod initial;
 mod keys;
 mod metric;
@@ -119,7 +120,7 @@ impl SceneCase {
         let [solver, expect, invariants] = ["solver", "expect", "invariants"].map(|key| root.section(key));
         let [events, plot] = ["events", "plot"].map(|key| root.section(key));
         root.finish()?;
-        let scenery = check::geometry(&root, metric, potential, particle?)?;
+        let mut scenery = check::geometry(&root, metric, potential, particle?)?;
         // First, because an accuracy in an override takes the scheme away.
         let solver = settings::solver(solver?, source)?;
         let scheme = scheme?;
@@ -128,18 +129,21 @@ impl SceneCase {
         let is_chosen = solver.accuracy.is_some();
         check::particle(&scenery)?;
         let compiled = scenery.geometry::<f64>()?;
-        let names = compiled.names().to_vec();
         let initial = initial::read(initial?, &scenery, &compiled)?;
-        let parameters = scenery.text.parameters();
-        initial.check_numbers(parameters)?;
+        initial.check_numbers(scenery.text.parameters())?;
         let found = check::start(&scenery, &initial, compiled, rounding(solver.digits))?;
-        let is_double = if solver.digits > f64::MOST_DIGITS {
-            check::start::<Extended>(&scenery, &initial, scenery.geometry()?, rounding(solver.digits))?.is_double
+        let (is_double, tau) = if solver.digits > f64::MOST_DIGITS {
+            let geometry = scenery.geometry()?;
+            let found = check::start::<Extended>(&scenery, &initial, geometry, rounding(solver.digits))?;
+            (found.is_double, found.tau)
         } else {
-            found.is_double
+            (found.is_double, found.tau)
         };
+        scenery.add(tau);
+        let start = found.start(&scenery.text, &initial)?;
+        let (names, parameters) = (scenery.text.coordinates(), scenery.text.parameters());
         let formulas = Formulas { coordinates: &names, parameters, definitions: scenery.definitions() };
-        let context = Context { source, names: &names, parameters, formulas: &formulas, start: &found.start };
+        let context = Context { source, names: &names, parameters, formulas: &formulas, start: &start };
         let case = Self {
             title: title.map(|field| check::title(&field)).transpose()?,
             grid: settings::grid(grid?, (!is_chosen).then_some(sbp), &context)?,
@@ -182,7 +186,7 @@ impl SceneCase {
         self.preset
     }
 
-    /// The names of all coordinates, in order.
+    /// The names of all coordinates, in order, with those that the scene adds itself.
     pub fn coordinates(&self) -> Vec<String> {
         self.geometry.coordinates()
     }
@@ -195,7 +199,8 @@ impl SceneCase {
     /// The compiled geometry, whose determinants must keep the signs that they have at the start.
     pub fn geometry<S: Real>(&self) -> Geometry<S> {
         let geometry = Geometry::new(&self.geometry).expect("a valid scene has valid formulas");
-        let q: Vec<S> = self.initial.q.iter().map(|q| self.value(q)).collect();
+        let tau = self.geometry.tau().map(|_| S::ZERO);
+        let q: Vec<S> = self.initial.q.iter().map(|q| self.value(q)).chain(tau).collect();
         geometry.around(&q).unwrap_or_else(|outside| panic!("a valid scene starts inside its domain: {outside:?}"))
     }
 
@@ -207,8 +212,12 @@ impl SceneCase {
     /// The start in the geometry of this scene, which [`Self::geometry`] has compiled.
     pub fn start_in<S: Real>(&self, geometry: &Geometry<S>) -> Start<S> {
         let (parameters, rounding) = (self.geometry.parameters(), rounding(self.solver.digits));
-        let solved = start::solve(&self.initial, geometry, parameters, rounding, Some(self.is_double));
-        solved.unwrap_or_else(|none| panic!("a valid scene has a start: {none:?}")).start
+        let bare = conformal::bare(&self.geometry);
+        let bare = bare.map(|text| Geometry::new(&text).expect("a valid scene has valid formulas"));
+        let of_data = bare.as_ref().unwrap_or(geometry);
+        let solved = start::solve(&self.initial, of_data, parameters, rounding, Some(self.is_double));
+        let start = solved.unwrap_or_else(|none| panic!("a valid scene has a start: {none:?}")).start;
+        conformal::with_factor(&self.geometry, of_data, &self.initial, start)
     }
 
     /// A number of this scene, rounded once if it is written as a decimal.

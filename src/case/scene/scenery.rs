@@ -1,5 +1,6 @@
 //! What a case says about its geometry, with the place of every formula.
 
+use super::conformal;
 use super::reader::{Field, Section};
 use crate::case::CaseError;
 use crate::expr::Function;
@@ -22,6 +23,12 @@ impl Scenery<'_> {
     /// The compiled geometry.
     pub(super) fn geometry<S: Real>(&self) -> Result<Geometry<S>, CaseError> {
         Geometry::new(&self.text).map_err(|error| self.error(&error))
+    }
+
+    /// The compiled geometry that the initial data belong to, if it is another one.
+    pub(super) fn bare<S: Real>(&self) -> Result<Option<Geometry<S>>, CaseError> {
+        let compiled = |text| Geometry::new(&text).map_err(|error| self.error(&error));
+        conformal::bare(&self.text).map(compiled).transpose()
     }
 
     fn error(&self, error: &GeometryError) -> CaseError {

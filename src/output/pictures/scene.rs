@@ -69,6 +69,7 @@ fn written(formula: &str) -> String {
         let of = |name: &str| match name {
             "phi" => "φ".to_owned(),
             "theta" => "θ".to_owned(),
+            "tau" => "τ".to_owned(),
             _ => name.to_owned(),
         };
         text += &match word.strip_suffix("_dot") {
