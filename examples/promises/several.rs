@@ -116,7 +116,8 @@ fn planet(random: &mut Random) -> String {
     };
     format!(
         "[potential]\ncoordinates = [\"x\", \"y\"]\nformula = \"-1/sqrt(x^2 + y^2)\"\n{conformal}\
-         [particle]\nlaw = \"newtonian\"\n[initial]\nx = {:?}\ny = 0.0\nx_dot = 0.0\ny_dot = {:?}\n[grid]\nt_f = {end:?}\n",
+         [particle]\nlaw = \"newtonian\"\n[initial]\nx = {:?}\ny = 0.0\nx_dot = 0.0\ny_dot = {:?}\n\
+         [grid]\nt_f = {end:?}\n",
         1.0 - e,
         ((1.0 + e) / (1.0 - e)).sqrt()
     )

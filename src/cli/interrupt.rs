@@ -5,6 +5,7 @@
 //! an interrupt it does not wait for the computation that is running, however long that would take; the end of the
 //! program stops it.
 
+use std::error::Error;
 use std::panic::resume_unwind;
 use std::process::{ExitCode, exit};
 use std::sync::mpsc::{Sender, channel};
@@ -101,12 +102,16 @@ pub(super) fn beside_it<T: Send + 'static>(
     false
 }
 
-/// Starts the threads that studies compute with, once.
-fn start_threads() {
+/// Starts the threads that studies compute with. What computes with them before [`beside_it`] calls this first.
+pub(super) fn start_threads() {
     static STARTED: Once = Once::new();
     STARTED.call_once(|| {
-        let started = rayon::ThreadPoolBuilder::new().build_global();
-        started.unwrap_or_else(|error| without_threads(error));
+        // Threads that run already are no error of the system, and have no source.
+        if let Err(error) = rayon::ThreadPoolBuilder::new().build_global()
+            && error.source().is_some()
+        {
+            without_threads(error);
+        }
     });
 }
 

@@ -79,6 +79,7 @@ impl FromStr for Share {
 pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let VaryArgs { vary: axes, part } = &args.vary;
     check_keys(axes, &args.case.set)?;
+    interrupt::start_threads();
     let (name, text, set) = (args.case.name(), args.case.read_text()?, &args.case.set);
     let runs = ManyRuns::new(&name, &text, set, axes.clone()).map_err(|error| args.case.of_another_kind(error))?;
     args.output.check_standard_output()?;

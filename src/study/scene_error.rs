@@ -42,8 +42,8 @@ pub fn scene_error<S: Real>(line: &WorldLine<S>) -> Option<SceneError> {
     Some(SceneError { end, largest, reference: reference.error_estimate(), stepped_over })
 }
 
-/// dq^a by the change of the coordinate `clock`, from the last node of a world-line to the `exact` point: the mean of both
-/// ends, so that an error of third order is left.
+/// dq^a by the change of the coordinate `clock`, from the last node of a world-line to the `exact` point: the mean of
+/// both ends, so that an error of third order is left.
 fn pace<S: Real>(line: &WorldLine<S>, exact: &ScenePoint<S>, a: usize, clock: usize) -> S {
     let found = &line.end().q_dot;
     S::from(0.5) * (found[a] / found[clock] + exact.q_dot[a] / exact.q_dot[clock])
