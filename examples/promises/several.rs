@@ -102,7 +102,7 @@ fn potential(random: &mut Random, law: &str) -> String {
 
 /// What a run goes to: a γ or a time.
 fn end(random: &mut Random) -> &'static str {
-    if random.next() % 2 == 0 { "gamma_f" } else { "t_f" }
+    if random.next().is_multiple_of(2) { "gamma_f" } else { "t_f" }
 }
 
 /// A planet on an ellipse, with and without steps that adapt to it by a conformal factor.
