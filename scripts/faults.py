@@ -7,8 +7,8 @@ Each command has two settings, whose files differ, and both write into one folde
 
 * Killed (signal 9): if there is a summary, every file must belong to the setting that the summary names. A table of
   `run --vary` must go on to the very table that an undisturbed run writes.
-* Full disk: a small file system in memory, on Linux and as root. The program must end with exit code 0 or 1, and what
-  was there before must still be a set.
+* Full disk: a small file system in memory, on Linux and as root. The program must end with exit code 0 or 1, and leave
+  one whole set or none.
 * Memory: address space limited to random sizes. The program must end with a documented exit code, not be aborted.
 
 What was found is printed, and the exit code is 1 if there was a fault.

@@ -36,11 +36,12 @@ pub fn solve_scene<S: Real>(setup: &SceneSetup<S>) -> Result<WorldLine<S>, NoSol
         SceneLimit::Length(length) if setup.until.is_empty() => return run::solve_to(setup, length),
         SceneLimit::Length(length) => length,
         SceneLimit::Value { coordinate, value } => {
-            let line = end::at_value(setup, coordinate, value)?;
-            if setup.until.is_empty() {
-                return Ok(WorldLine { ended_at: Some(coordinate), ..line });
+            let mut line = end::at_value(setup, coordinate, value)?;
+            if !setup.until.is_empty() {
+                line = end::until(setup, line.length)?;
             }
-            line.length
+            let ended_at = line.ended_by.is_none().then_some(coordinate);
+            return Ok(WorldLine { ended_at, ..line });
         }
     };
     end::until(setup, whole)
