@@ -140,7 +140,7 @@ def last_node():
 
 @section("The verdict on random scenes")
 def verdict():
-    line = "cargo run --release --example verdict -- 2000 1"
+    line = "cargo bench --bench verdict -- 2000 1"
     # It ends with 1 if a trusted result is wrong, and the table says so too.
     done = subprocess.run(line.split(), cwd=ROOT, stdout=subprocess.PIPE, text=True)
     return code(line) + "\n" + done.stdout[done.stdout.index("| verdict |") :]

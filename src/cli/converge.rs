@@ -182,7 +182,7 @@ fn sweep_in<S: Arithmetic>(
             // An impossible grid is a mistake on the command line, and nothing is changed. A case without a reference
             // has no results, so the files of an earlier sweep are removed: they must not be taken for its own.
             if matches!(error, SweepError::Reference(_) | SweepError::SceneReference(_)) {
-                files.commit(|_| false)?;
+                files.commit(&|_| false)?;
             }
             return Err(error.into());
         }
@@ -209,7 +209,7 @@ fn sweep_in<S: Arithmetic>(
     if args.plot {
         draw(&title, &convergence, (&slopes, n_range), &files)?;
     }
-    let kept = files.commit(|_| true)?;
+    let kept = files.commit(&|_| true)?;
     Ok(Some(Swept {
         table: readable(&title, &convergence, &slopes),
         summary,

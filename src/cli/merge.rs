@@ -41,7 +41,7 @@ pub(super) fn merge(args: &MergeArgs) -> anyhow::Result<ExitCode> {
     let json = joined.summary.to_json();
     files.write_text(SUMMARY, &json)?;
     let folder = files.folder().to_owned();
-    let kept = files.commit(|_| true)?;
+    let kept = files.commit(&|_| true)?;
     args.output.tell(args.quiet, &json, || {
         let title = joined.summary.title.as_deref().unwrap_or("Many runs");
         let summary = &joined.summary;

@@ -185,7 +185,7 @@ fn execute(job: &impl Job, case: &AnyCase, args: &RunArgs) -> anyhow::Result<Exi
             if let Some(failure) = error.downcast_ref() {
                 let summary = job.failed(failure, solve_seconds).to_json();
                 files.write_text(SUMMARY, &summary)?;
-                files.commit(|name| name == SUMMARY || name == CASE)?;
+                files.commit(&|name| name == SUMMARY || name == CASE)?;
                 // The error of the run matters more than one in writing its summary, and is the one that is reported.
                 let _ = args.output.tell(args.case.quiet, &summary, String::new);
             }
@@ -209,7 +209,7 @@ fn execute(job: &impl Job, case: &AnyCase, args: &RunArgs) -> anyhow::Result<Exi
             files.write_text(name, &chart.to_svg())?;
         }
     }
-    let kept = files.commit(|_| true)?;
+    let kept = files.commit(&|_| true)?;
     args.output.tell(args.case.quiet, &json, || {
         let written = report::written(&directory, &kept);
         format!("{}{written}{}\n", job.readable(&title, &solved, &judged), summary.verdict.line())

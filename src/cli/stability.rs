@@ -80,7 +80,7 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         Err(Impossible::Reference(end)) => {
             // Without a reference nothing can be judged. The files of an earlier run are removed: they must not be
             // taken for results of this one.
-            files.commit(|_| false)?;
+            files.commit(&|_| false)?;
             return Err(end.error.into());
         }
         Err(Impossible::Steps(steps)) => {
@@ -99,7 +99,7 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         files.write_text(ONSET, &pictures::sawtooth_onset(title, &atlas.cells).to_svg())?;
         files.write_text(LAST_NODE, &pictures::last_node(title, arena, &atlas.cells).to_svg())?;
     }
-    let kept = files.commit(|_| true)?;
+    let kept = files.commit(&|_| true)?;
     args.output.tell(args.case.quiet, &summary, || {
         readable(title, arena, plan, &atlas) + &left_out + &report::written(&directory, &kept)
     })?;

@@ -125,7 +125,7 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let json = summary.to_json();
     files.write_text(SUMMARY, &json)?;
     let folder = files.folder().to_owned();
-    let kept = files.commit(|_| true)?;
+    let kept = files.commit(&|_| true)?;
     journal.remove()?;
     let title = args.case.headed(runs.first().title());
     args.output.tell(args.case.quiet, &json, || {

@@ -96,7 +96,7 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
         Err(end) => {
             // Without a reference there are no results. The files of an earlier run are removed: they must not be taken
             // for results of this one.
-            files.commit(|_| false)?;
+            files.commit(&|_| false)?;
             return Err(end.into());
         }
     };
@@ -117,7 +117,7 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
     if args.plot {
         draw(&title, &arenas, &measured, &along, &files)?;
     }
-    let kept = files.commit(|_| true)?;
+    let kept = files.commit(&|_| true)?;
     args.output.tell(args.case.quiet, &summary, || {
         readable(&title, &arenas, &measured, &ratios) + &report::written(&directory, &kept)
     })?;

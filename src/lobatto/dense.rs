@@ -13,22 +13,32 @@ use super::view::{Inside, WindowView};
 /// Points that are computed together.
 const TOGETHER: usize = 16;
 
-/// Hands out the points at `fractions` of the window.
+/// Hands out the points at `fractions` of the window, in blocks of at most [`TOGETHER`]. What is compiled for every
+/// number of nodes knows neither type, so that nothing of it is compiled again where they differ.
 pub(super) fn inside(view: &WindowView<'_>, fractions: impl Iterator<Item = f64>, mut see: impl FnMut(Inside)) {
+    let mut fractions = fractions.fuse();
+    let mut fill = |at: &mut [f64; TOGETHER]| {
+        let mut count = 0;
+        for (at, fraction) in at.iter_mut().zip(&mut fractions) {
+            *at = fraction;
+            count += 1;
+        }
+        count
+    };
+    blocks(view, &mut fill, &mut |points| points.iter().copied().for_each(&mut see));
+}
+
+/// `fill` says how many fractions it has put into a block, 0 at the end; `see` gets the points there.
+fn blocks(view: &WindowView<'_>, fill: &mut dyn FnMut(&mut [f64; TOGETHER]) -> usize, see: &mut dyn FnMut(&[Inside])) {
     let (t0, x0, w0, end) = (view.start.t, view.start.x, view.start.w, view.end);
     let [t_scale, w_scale] = view.scales();
     let h = view.length.hi;
     let x_scale = h * w_scale;
-    let mut fractions = fractions.fuse();
     with_unit!(view.rule, unit => {
         let mut integrals = None;
         loop {
-            let (mut at, mut count) = (Nodes::<TOGETHER>::ZERO, 0);
-            while count < TOGETHER {
-                let Some(fraction) = fractions.next() else { break };
-                at.0[count] = fraction;
-                count += 1;
-            }
+            let mut at = Nodes::<TOGETHER>::ZERO;
+            let count = fill(&mut at.0);
             if count == 0 {
                 break;
             }
@@ -38,9 +48,10 @@ pub(super) fn inside(view: &WindowView<'_>, fractions: impl Iterator<Item = f64>
                 Level::Best.dispatch(series);
             }
             let [t, x, w] = &series;
-            for i in 0..count {
+            let mut points = [Inside::default(); TOGETHER];
+            for (i, point) in points[..count].iter_mut().enumerate() {
                 let fraction = at.0[i];
-                see(if fraction == 1.0 {
+                *point = if fraction == 1.0 {
                     Inside { t: end.t.hi, x: end.x.hi, w: end.w.hi }
                 } else {
                     Inside {
@@ -48,8 +59,9 @@ pub(super) fn inside(view: &WindowView<'_>, fractions: impl Iterator<Item = f64>
                         x: x0.hi + (x0.lo + (fraction * h * w0.hi + x_scale * x.0[i])),
                         w: w0.hi + (w0.lo + w_scale * w.0[i]),
                     }
-                });
+                };
             }
+            see(&points[..count]);
         }
     });
 }

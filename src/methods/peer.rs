@@ -74,24 +74,31 @@ pub trait Method: Sync {
     fn drive<W: World>(&self, world: &W, output: &Output, setting: Setting) -> Result<Trajectory<W::Point>, Failure>;
 }
 
-impl<M: Method> Peer for M {
-    fn about(&self) -> About {
-        Method::about(self)
-    }
+/// Every [`Method`] is a [`Peer`]. A generic implementation would be compiled again in every crate that names a method.
+macro_rules! peers {
+    ($($method:ty),*) => {$(
+        impl Peer for $method {
+            fn about(&self) -> About {
+                Method::about(self)
+            }
 
-    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
-        self.drive(problem, output, setting)
-    }
+            fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
+                self.drive(problem, output, setting)
+            }
 
-    fn run_scene(
-        &self,
-        problem: &SceneProblem,
-        output: &Output,
-        setting: Setting,
-    ) -> Result<Trajectory<SceneState>, Failure> {
-        self.drive(problem, output, setting)
-    }
+            fn run_scene(
+                &self,
+                problem: &SceneProblem,
+                output: &Output,
+                setting: Setting,
+            ) -> Result<Trajectory<SceneState>, Failure> {
+                self.drive(problem, output, setting)
+            }
+        }
+    )*};
 }
+
+peers!(Rk4, Composition, Gauss, Dop853, Radau5);
 
 impl dyn Peer + '_ {
     /// Its name in files.

@@ -162,7 +162,7 @@ impl OutputSet {
     ///
     /// # Errors
     /// If a file cannot be put in place, or a user's file has meanwhile taken its name.
-    pub fn commit(self, keep: impl Fn(&str) -> bool) -> anyhow::Result<Vec<&'static str>> {
+    pub fn commit(self, keep: &dyn Fn(&str) -> bool) -> anyhow::Result<Vec<&'static str>> {
         let Self { target, pending } = self;
         let (kept, dropped): (Vec<_>, Vec<_>) = pending.into_iter().partition(|(name, _)| keep(name));
         drop(dropped);

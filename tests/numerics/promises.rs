@@ -1,16 +1,16 @@
-//! An accuracy asked for is kept, also where V is not smooth, and also for runs that end at a given time. (`cargo run
-//! --release --example promises` does the same with as many random scenes as one likes.)
+//! An accuracy asked for is kept, also where V is not smooth, and also for runs that end at a given time. (`cargo bench
+//! --bench promises` does the same with as many random scenes as one likes.)
 
-#[path = "../../examples/promises/outcome.rs"]
+#[path = "../../benches/promises/outcome.rs"]
 pub(crate) mod outcome;
-#[path = "../../examples/promises/random.rs"]
+#[path = "../../benches/promises/random.rs"]
 #[allow(dead_code, reason = "tests have no arguments")]
 pub(crate) mod random;
-#[path = "../../examples/promises/rough.rs"]
+#[path = "../../benches/promises/rough.rs"]
 pub(crate) mod rough;
-#[path = "../../examples/promises/scenes.rs"]
+#[path = "../../benches/promises/scenes.rs"]
 mod scenes;
-#[path = "../../examples/promises/truth.rs"]
+#[path = "../../benches/promises/truth.rs"]
 pub(crate) mod truth;
 
 use geodesic_ivp::diagnostics::Diagnostics;

@@ -1,14 +1,14 @@
 //! No result that is trusted is off by more than ten times its estimate, and few good ones are called doubtful. (`cargo
-//! run --release --example verdict` does the same with as many random scenes as one likes.)
+//! bench --bench verdict` does the same with as many random scenes as one likes.)
 
-#[path = "../../examples/verdict/draw.rs"]
+#[path = "../../benches/verdict/draw.rs"]
 mod draw;
-#[path = "../../examples/verdict/judged.rs"]
+#[path = "../../benches/verdict/judged.rs"]
 mod judged;
-#[path = "../../examples/promises/several.rs"]
+#[path = "../../benches/promises/several.rs"]
 #[allow(dead_code, reason = "only the scenes are drawn here")]
 mod several;
-#[path = "../../examples/verdict/tally.rs"]
+#[path = "../../benches/verdict/tally.rs"]
 #[allow(dead_code, reason = "only the counts are looked at here")]
 mod tally;
 

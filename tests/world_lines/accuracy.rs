@@ -1,11 +1,11 @@
 //! Scenes solved to an accuracy: published numbers, true errors below the estimate, ends to the last bit.
 
-#[path = "../../examples/promises/outcome.rs"]
+#[path = "../../benches/promises/outcome.rs"]
 mod outcome;
-#[path = "../../examples/promises/random.rs"]
+#[path = "../../benches/promises/random.rs"]
 #[allow(dead_code, reason = "tests have no arguments")]
 mod random;
-#[path = "../../examples/promises/several.rs"]
+#[path = "../../benches/promises/several.rs"]
 mod several;
 
 use std::ops::ControlFlow;

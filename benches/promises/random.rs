@@ -3,9 +3,10 @@
 /// SplitMix64 (Steele, Lea, Flood 2014).
 pub(crate) struct Random(pub(crate) u64);
 
-/// The arguments RUNS and SEED of an example: the number of its runs, and its random numbers.
+/// The arguments RUNS and SEED of the command line: the number of runs, and random numbers. `cargo bench` adds a
+/// `--bench` of its own.
 pub(crate) fn arguments(runs: u64) -> (u64, Random) {
-    let mut arguments = std::env::args().skip(1);
+    let mut arguments = std::env::args().skip(1).filter(|argument| argument != "--bench");
     let mut number = |default: u64| match arguments.next() {
         Some(text) => text.parse().expect("a whole number"),
         None => default,

@@ -7,7 +7,7 @@
 //! planet, orbits around black holes, or coordinates that the metric couples. It is compared with a Taylor method.
 //!
 //! ```text
-//! cargo run --release --example promises [-- RUNS [SEED]]
+//! cargo bench --bench promises [-- RUNS [SEED]]
 //! ```
 //!
 //! Every broken promise is printed with its scene. The exit code is 1 if there is one. The table has the median and the

@@ -7,7 +7,7 @@
 //! one window or many, and accuracies that are asked for.
 //!
 //! ```text
-//! cargo run --release --example verdict [-- RUNS [SEED]]
+//! cargo bench --bench verdict [-- RUNS [SEED]]
 //! ```
 //!
 //! The table counts verdicts by the error of their results. Every trusted result that is off by more than ten times its
