@@ -5,8 +5,8 @@
 
 Without SECTION everything is measured: a quarter of an hour on two cores. With SECTIONs the others stay as they are in
 the file. The sections are in scripts/measured/. Needs Python 3.11 and cargo; with --python the charts of speed against
-accuracy have heyoka and SciPy beside them, and REBOUND is measured too (scripts/work-precision.py and scripts/kepler.py,
-which need uv). Times are those of the machine that is named, others' work on it included.
+accuracy have heyoka and SciPy beside them, and REBOUND is measured too (scripts/work-precision.py, scripts/kepler.py and
+scripts/newton.py, which need uv). Times are those of the machine that is named, others' work on it included.
 """
 
 import argparse

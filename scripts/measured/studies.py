@@ -90,6 +90,17 @@ def kepler():
     return code(line) + "\n" + table(rows[0], cells)
 
 
+@section("Iterations of a window: sweeps and Newton's method", needs_python=True)
+def newton():
+    line = "uv run scripts/newton.py"
+    print(f"  {line}", file=sys.stderr)
+    run = [*line.split(), "--json"]
+    rows = json.loads(subprocess.run(run, cwd=ROOT, capture_output=True, text=True, check=True).stdout)
+    cells = [[row.pop("motion"), row.pop("windows"), *(f"{value:.2g}" for value in row.values())] for row in rows]
+    head = ["motion", "windows", "largest tail", "sweeps", "simplified Newton", "Newton"]
+    return code(line) + "\n" + table(head, cells)
+
+
 @section("What a window of a scene costs")
 def costs_of_scenes():
     line = "cargo bench --bench scenes"

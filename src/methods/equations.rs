@@ -17,45 +17,45 @@ use super::Failure;
 
 /// Which numbers a state has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Parts {
+pub(super) struct Parts {
     /// Numbers that nothing depends on, which come first.
-    pub quadratures: usize,
+    pub(super) quadratures: usize,
     /// Positions, which come next. There are as many velocities or momenta behind them.
-    pub positions: usize,
+    pub(super) positions: usize,
     /// Whether the equations are of the second order.
-    pub is_second_order: bool,
+    pub(super) is_second_order: bool,
 }
 
 impl Parts {
     /// All but the quadratures.
     #[inline(always)]
-    pub fn moving(self) -> Range<usize> {
+    pub(super) fn moving(self) -> Range<usize> {
         self.quadratures..self.quadratures + 2 * self.positions
     }
 
     /// What an implicit method solves for: positions, and momenta if the equations are of the first order.
     #[inline(always)]
-    pub fn unknowns(self) -> Range<usize> {
+    pub(super) fn unknowns(self) -> Range<usize> {
         let count = if self.is_second_order { self.positions } else { 2 * self.positions };
         self.quadratures..self.quadratures + count
     }
 
     /// An unknown with index k follows from the rate with the index k + this: that of its velocity, or its own.
     #[inline(always)]
-    pub fn behind(self) -> usize {
+    pub(super) fn behind(self) -> usize {
         if self.is_second_order { self.positions } else { 0 }
     }
 
     /// The rates from which unknowns and quadratures follow.
     #[inline(always)]
-    pub fn driving(self) -> Range<usize> {
+    pub(super) fn driving(self) -> Range<usize> {
         let unknowns = self.unknowns();
         unknowns.start + self.behind()..unknowns.end + self.behind()
     }
 }
 
 /// The right-hand side of the equations, with the linear algebra of their derivatives.
-pub trait Equations {
+pub(super) trait Equations {
     /// A value for each number of a state: an array where its length is known, so that it stays in registers.
     type Rows<T: Copy>: Clone + AsRef<[T]> + AsMut<[T]>;
 
@@ -101,7 +101,7 @@ pub trait Equations {
 }
 
 /// Work that is compiled for every kind of equations with the same points.
-pub trait Work<P> {
+pub(super) trait Work<P> {
     /// What it returns.
     type Output;
 
@@ -110,7 +110,7 @@ pub trait Work<P> {
 }
 
 /// A world-line to compute, which has equations.
-pub trait World {
+pub(super) trait World {
     /// What its trajectory is made of.
     type Point: Clone;
 

@@ -63,7 +63,7 @@ pub trait Peer: Sync {
 }
 
 /// A method that is written once for all equations.
-pub trait Method: Sync {
+pub(super) trait Method: Sync {
     /// What it is.
     fn about(&self) -> About;
 

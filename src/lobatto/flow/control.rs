@@ -1,5 +1,6 @@
 //! How long the next window is.
 
+use super::course::Course;
 use super::work::Tail;
 
 /// The constants of the controller. Errors are relative to the sizes of the coordinates.
@@ -33,7 +34,7 @@ pub(super) struct Tuning {
     pub(super) pause: usize,
     pub(super) much_longer: f64,
     pub(super) longer: f64,
-    /// Time scales of the motion at the ends of a window that differ by more than this factor.
+    /// The rate of the motion is uneven if it changes by more than this factor in a window.
     pub(super) uneven: f64,
     /// The number of sweeps that marks a window as slow: longer ones would not be cheaper.
     pub(super) slow: usize,
@@ -55,7 +56,7 @@ pub(super) const TUNING: Tuning = Tuning {
     pause: 12,
     much_longer: 1.6,
     longer: 1.1,
-    uneven: 1.5,
+    uneven: 1.35,
     slow: 14,
 };
 
@@ -146,23 +147,21 @@ impl Controller {
         excess <= self.tuning.most_excess
     }
 
-    /// A window of length `h` with that excess, solved in so many sweeps, was accepted. `times` are the time scales of
-    /// the motion at its start and at its end.
+    /// A window of length `h` with that excess, solved in so many sweeps, was accepted. The rate of the motion in it
+    /// took that `course`.
     ///
-    /// Where they differ much, as towards a periapsis and away from it, the next window gets the same share of a turn:
-    /// with a time scale s that goes on linearly, ∫ dγ/s is the same for both.
-    pub(super) fn accept(&mut self, h: f64, excess: f64, sweeps: usize, times: [f64; 2]) {
+    /// Where the rate changes much, as towards a periapsis and away from it, the length of the next window follows from
+    /// the poles of the course.
+    pub(super) fn accept(&mut self, h: f64, excess: f64, sweeps: usize, course: Course) {
         self.refused = 0;
-        let [start, end] = times;
-        let ratio = end / start;
-        if ratio.is_finite() && !(1.0 / self.tuning.uneven..=self.tuning.uneven).contains(&ratio) {
+        if course.is_uneven(self.tuning.uneven) {
             let fit = self.fit(excess).clamp(0.5, 1.5);
             let fit = if sweeps > self.tuning.slow { fit.min(1.0) } else { fit };
-            // s goes from `start` to `end` over h: a turn of ln(end/start)/slope.
-            let next = end * ((ratio.ln() * fit).exp() - 1.0) * h / (end - start);
-            self.h = next.clamp(0.2 * h, 4.0 * h);
-            (self.worst, self.count) = (0.0, 0);
-            return;
+            if let Some(next) = course.next(fit) {
+                self.h = h * next.clamp(0.1, 4.0);
+                (self.worst, self.count) = (0.0, 0);
+                return;
+            }
         }
         self.worst = self.worst.max(excess);
         self.count += 1;
@@ -181,7 +180,9 @@ impl Controller {
 
 #[cfg(test)]
 mod tests {
-    use super::{Controller, TUNING, Tail};
+    use super::{Controller, Course, TUNING, Tail};
+
+    const EVEN: Course = Course { part: 0.5, rates: [1.0; 3] };
 
     fn controller() -> Controller {
         Controller::new(TUNING, 24, 1e-10, 1.0)
@@ -196,35 +197,20 @@ mod tests {
         assert!(control.h < 0.4);
         // Much shorter than need be: longer at once, but at most twice.
         let h = control.h;
-        control.accept(h, 1e-40, 8, [1.0, 1.0]);
+        control.accept(h, 1e-40, 8, EVEN);
         assert_eq!(control.h, 2.0 * h);
         // A little: only after a pause.
         let h = control.h;
         for _ in 1..TUNING.pause {
-            control.accept(h, 1e-3, 8, [1.0, 1.1]);
+            control.accept(h, 1e-3, 8, EVEN);
             assert_eq!(control.h, h);
         }
-        control.accept(h, 1e-3, 8, [1.0, 1.1]);
+        control.accept(h, 1e-3, 8, EVEN);
         assert!(control.h > h);
         // Slow windows do not grow.
         let h = control.h;
-        control.accept(h, 1e-40, TUNING.slow + 1, [1.0, 1.0]);
+        control.accept(h, 1e-40, TUNING.slow + 1, EVEN);
         assert_eq!(control.h, h);
-    }
-
-    #[test]
-    fn lengths_follow_the_time_scale() {
-        let aim = TUNING.aim;
-        // Towards a periapsis s = −γ: from −1 to −½, then to −¼.
-        let mut control = controller();
-        control.accept(0.5, aim, 8, [1.0, 0.5]);
-        assert!((control.h - 0.25).abs() < 1e-15);
-        // And away from it.
-        control.accept(0.25, aim, 8, [0.25, 0.5]);
-        assert!((control.h - 0.5).abs() < 1e-15);
-        control.accept(0.25, aim, 8, [0.0, 0.5]);
-        control.accept(0.25, aim, 8, [f64::INFINITY, 0.5]);
-        assert!(control.h.is_finite() && control.h > 0.0);
     }
 
     #[test]

@@ -22,7 +22,7 @@ pub(super) struct Judge<'g> {
     /// error counts as one of q^a, as the end is compared at an equal value.
     clock: Option<usize>,
     paces: Vec<f64>,
-    /// Of the linearised equations: all entries by rows, and the diagonal of their square.
+    /// Of the linearised equations: all entries by rows, and room for a row of their square.
     entries: Vec<f64>,
     square: Vec<f64>,
     /// Largest |∂q̇^b/∂p_a| over the size of q^b, by place of a.
@@ -127,13 +127,11 @@ impl<'g> Judge<'g> {
         }
     }
 
-    /// The rate of the fastest motion where `transport` has arrived, in radians: from the square of the linearised
-    /// equations.
+    /// The rate of the motion where `transport` has arrived, in radians.
     pub(super) fn look_at(&mut self, transport: &Transport<'_>) -> f64 {
         let active = self.geometry.active();
         let m = active.len();
         self.coupling.fill(0.0);
-        self.square.fill(0.0);
         let (coupling, sizes, entries) = (&mut self.coupling, &self.sizes, &mut self.entries);
         transport.at_end(|row, column, value| {
             entries[row * 2 * m + column] = value;
@@ -142,9 +140,39 @@ impl<'g> Judge<'g> {
                 coupling[column - m] = coupling[column - m].max(value);
             }
         });
-        let (square, entries) = (&mut self.square, &self.entries);
-        transport.at_end(|row, column, value| square[row] += value * entries[column * 2 * m + row]);
-        self.square.iter().fold(0.0_f64, |most, square| most.max(square.abs())).sqrt()
+        self.rate()
+    }
+
+    /// The rate near the middle of the window, with the part of it that comes before. What the window adds to an error is
+    /// found with the linearised equations there.
+    pub(super) fn look_back(&mut self, transport: &Transport<'_>) -> (f64, f64) {
+        let columns = self.square.len();
+        let entries = &mut self.entries;
+        let part = transport.at_middle(|row, column, value| entries[row * columns + column] = value);
+        (part, self.rate())
+    }
+
+    /// The rate of the motion from the entries J of the linearised equations. With S = J² it is the fourth root of
+    /// ½ Σ |S_ij S_ji|, so that neither the units of coordinates nor a rotation change it: ω for an oscillator.
+    fn rate(&mut self) -> f64 {
+        let (entries, square) = (&self.entries, &mut self.square);
+        let n = square.len();
+        let mut sum = 0.0;
+        for i in 0..n {
+            // A row of S at a time.
+            square.fill(0.0);
+            for (k, &entry) in entries[i * n..][..n].iter().enumerate() {
+                if entry != 0.0 {
+                    square.iter_mut().zip(&entries[k * n..][..n]).for_each(|(s, e)| *s += entry * e);
+                }
+            }
+            // S_ji needs a column of J.
+            for (j, s) in square.iter().enumerate().filter(|(_, s)| **s != 0.0) {
+                let transposed: f64 = (0..n).map(|k| entries[j * n + k] * entries[k * n + i]).sum();
+                sum += (s * transposed).abs();
+            }
+        }
+        (0.5_f64 * sum).sqrt().sqrt()
     }
 
     /// Sets by how much errors of momenta count: by what they do to positions in the time scale of the motion.
@@ -230,7 +258,7 @@ impl<'g> Judge<'g> {
     }
 
     /// By how much a row of rates changes at most for a relative change of all positions and momenta, in units of that
-    /// change: by the linearised equations at the start of the window, with the values at its end.
+    /// change: by the linearised equations in the middle of the window, with the values at its end.
     fn inputs<const P: usize>(&self, window: &FlowWindow<'_, P>, row: usize) -> f64 {
         let (active, m) = (self.geometry.active(), self.weights.p.len());
         let entries = &self.entries[row * 2 * m..][..2 * m];

@@ -5,7 +5,9 @@ use std::ops::ControlFlow;
 use super::FlowFailure;
 use super::certificate::Certificate;
 use super::control::{Controller, TUNING};
+use super::course::Course;
 use super::enclosed::{Look, Scales};
+use super::growth::Growth;
 use super::judge::{Judge, ROUNDING};
 use super::probe;
 use super::request::{Request, Target};
@@ -61,10 +63,12 @@ const SHORTEST: f64 = 1e-13;
 /// After how many evaluations progress is checked again.
 const PACE: usize = 10_000;
 
-/// After this part of a run its error at the end is projected, and a march that would miss the accuracy by more than
-/// this factor is begun again at once.
-const EARLIEST: f64 = 0.05;
-const MOST_PROJECTED: f64 = 2.0;
+/// A march whose error at the end will miss the accuracy by more than this factor is begun again at once.
+const MOST_PROJECTED: f64 = 1.2;
+
+/// Not so if that error is no less than this part of that of the attempt before: what is left is rounding, which no
+/// smaller share reduces.
+const BETTER: f64 = 0.3;
 
 /// The most excess of a window whose rates are a guess for a shorter one. Sweeps that diverge leave numbers that are not.
 const SANE: f64 = 1e8;
@@ -75,8 +79,11 @@ const RETRY: [f64; 2] = [0.2, 1e-4];
 /// Why an attempt did not reach its goal.
 enum Ended {
     Failed(FlowFailure),
-    /// The march is to be begun again with windows that are allowed this factor less.
-    Inaccurate(f64),
+    /// The march is to be begun again with windows that are allowed this factor less, as its error would be this.
+    Inaccurate {
+        factor: f64,
+        expected: f64,
+    },
 }
 
 impl<'g> Flow<'g> {
@@ -155,11 +162,14 @@ impl<'g> Flow<'g> {
             certificate: request.certify.then(|| Certificate::new(self.geometry, request.momenta)),
             statistics: Statistics::default(),
         };
-        let mut caution = 1.0;
+        let (mut caution, mut missed) = (1.0, f64::INFINITY);
         for attempts in 1.. {
-            match walk.attempt(caution, watches, observe) {
+            match walk.attempt(caution, missed, watches, observe) {
                 Err(Ended::Failed(failure)) => return Err(failure),
-                Err(Ended::Inaccurate(factor)) => caution *= factor,
+                Err(Ended::Inaccurate { factor, expected }) => {
+                    caution *= factor;
+                    missed = expected;
+                }
                 Ok(followed) => return Ok(Followed { attempts, ..followed }),
             }
         }
@@ -185,10 +195,11 @@ struct Solved {
 }
 
 impl<const P: usize> Walk<'_, '_, P> {
-    /// One march, each window allowed one share of the accuracy.
+    /// One march, each window allowed one share of the accuracy. An attempt before would have `missed` it by that error.
     fn attempt(
         &mut self,
         caution: f64,
+        missed: f64,
         watches: &mut [Watch<'_>],
         observe: &mut dyn FnMut(&FlowView<'_>) -> ControlFlow<()>,
     ) -> Result<Followed, Ended> {
@@ -208,6 +219,7 @@ impl<const P: usize> Walk<'_, '_, P> {
         let mut control = Controller::new(TUNING, points, caution * accuracy, first);
         // Without an end in sight nothing is foreseen but the first window.
         let foreseen = |whole: f64| if whole.is_finite() { whole } else { first };
+        let mut growth = Growth::default();
         let mut longest = 0.0;
         let mut gamma = Twofold::ZERO;
         let mut pace = self.statistics.evaluations;
@@ -270,17 +282,19 @@ impl<const P: usize> Walk<'_, '_, P> {
             whole = self.request.whole(end.hi, &state);
             let windows = (self.statistics.windows as f64).max(foreseen(whole) / solved.h);
             self.transport.follow(&self.window, &judge.weights, windows);
+            let (part, middle) = judge.look_back(&self.transport);
             self.transport.enlarge(|row| judge.local(&self.window, row));
             let [_, inside] =
                 if lasting == 1.0 && stopped_by.is_none() { errors } else { judge.of_window(&self.window, 1.0) };
             judge.see(&self.window, inside, &self.transport);
             let estimate = judge.so_far();
-            // How far it is to a target is too uncertain to give up early.
-            let is_late = EARLIEST * length <= end.hi && length.is_finite();
-            let projected = if is_late { judge.at_ends() * length / end.hi } else { 0.0 };
-            if estimate.is_nan() || estimate > accuracy || projected > MOST_PROJECTED * accuracy {
-                let done = if whole.is_finite() { (end.hi / whole).min(1.0) } else { 1.0 };
-                return Err(self.inaccurate(control.is_exhausted(share), estimate, [end.hi, done], &start));
+            let done = if whole.is_finite() { (end.hi / whole).min(1.0) } else { 1.0 };
+            let projected = growth.project(end.hi, judge.at_ends(), done);
+            let is_exhausted = control.is_exhausted(share);
+            let is_missed = estimate.is_nan() || estimate > accuracy;
+            let is_foreseen = projected > MOST_PROJECTED * accuracy && projected < BETTER * missed;
+            if is_missed || is_foreseen && !is_exhausted {
+                return Err(self.inaccurate(is_exhausted, projected.max(estimate), end.hi, &start));
             }
             let gradient_norm = self.certificate.as_mut().map(|room| room.of(&self.window, &start, solved.h));
             let view = FlowView {
@@ -308,7 +322,8 @@ impl<const P: usize> Walk<'_, '_, P> {
                 });
             }
             let before = std::mem::replace(&mut rate, judge.look_at(&self.transport));
-            control.accept(solved.h, excess, solved.sweeps, [1.0 / before, 1.0 / rate]);
+            let course = Course { part, rates: [before, middle, rate] };
+            control.accept(solved.h, excess, solved.sweeps, course);
         }
     }
 
@@ -351,14 +366,15 @@ impl<const P: usize> Walk<'_, '_, P> {
         probe::why(self.geometry, start, self.request.momenta, ahead, gamma)
     }
 
-    /// What follows from an estimate that is above the accuracy at `gamma`, when this part of the run is `done`.
-    fn inaccurate(&self, is_exhausted: bool, estimate: f64, [gamma, done]: [f64; 2], start: &FlowState) -> Ended {
+    /// What follows from an `estimate` for the whole run that is above the accuracy, at `gamma`.
+    fn inaccurate(&self, is_exhausted: bool, estimate: f64, gamma: f64, start: &FlowState) -> Ended {
         if is_exhausted {
             let q = start.q.iter().map(|q| q.hi).collect();
             return Ended::Failed(FlowFailure::AccuracyNotReached { gamma, q, estimate });
         }
-        let factor = RETRY[0] * self.request.accuracy * done / estimate;
-        Ended::Inaccurate(if factor.is_nan() { RETRY[1] } else { factor.max(RETRY[1]) })
+        let factor = RETRY[0] * self.request.accuracy / estimate;
+        let factor = if factor.is_nan() { RETRY[1] } else { factor.max(RETRY[1]) };
+        Ended::Inaccurate { factor, expected: estimate }
     }
 
     /// Ends a march that at its pace would take more evaluations than anybody would wait for.

@@ -10,7 +10,9 @@
 
 mod certificate;
 mod control;
+mod course;
 mod enclosed;
+mod growth;
 mod guess;
 mod judge;
 mod march;

@@ -120,10 +120,22 @@ impl<'g> Transport<'g> {
         });
     }
 
-    /// The entries at the end of what was evaluated last, of active coordinates: row, column, value.
-    pub(super) fn at_end(&self, see: impl FnMut(usize, usize, f64)) {
-        let value = |output: usize| self.errors.registers[2 * self.m + output].0[self.last];
+    /// The entries at one of the nodes of what was evaluated last, of active coordinates: row, column, value.
+    fn at(&self, node: usize, see: impl FnMut(usize, usize, f64)) {
+        let value = |output: usize| self.errors.registers[2 * self.m + output].0[node];
         self.geometry.field().each_entry(value, see);
+    }
+
+    /// The entries at the end of what was evaluated last.
+    pub(super) fn at_end(&self, see: impl FnMut(usize, usize, f64)) {
+        self.at(self.last, see);
+    }
+
+    /// The entries at a node near the middle, and what part of the window comes before it.
+    pub(super) fn at_middle(&self, see: impl FnMut(usize, usize, f64)) -> f64 {
+        let node = self.last / 2;
+        self.at(node, see);
+        rule::coarse().rule.nodes()[node].hi
     }
 
     /// Carries the probe over a window that was solved, one of about `windows`. Errors are compared with `weights`.
