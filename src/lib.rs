@@ -93,6 +93,7 @@
 //! | [`potential`] | V, V′, V″ |
 //! | [`banded`], [`sbp`] | banded algebra and operators, but no physics |
 //! | [`metric`], [`geodesic`] | g00 and the constants of motion, but no grid |
+//! | `vector`, `enclosure` | arithmetic on the vectors of the machine; what formulas do between two nodes |
 //! | [`lobatto`] | a fast march over windows of weak spectral elements, in one coordinate and in scenes |
 //! | [`mod@reference`] | the trajectory to compare with, by a Taylor method |
 //! | [`methods`] | other integrators to compare with |
@@ -115,6 +116,7 @@ pub mod case;
 #[doc(hidden)]
 pub mod cli;
 pub mod diagnostics;
+mod enclosure;
 pub mod expr;
 pub mod geodesic;
 pub mod geometry;
@@ -133,6 +135,7 @@ pub mod scalar;
 mod similar;
 pub mod solve;
 pub mod study;
+mod vector;
 
 pub use case::{Case, CaseError};
 pub use solve::{NoSolution, Solution, Status, solve};

@@ -3,18 +3,18 @@
 use std::ops::ControlFlow;
 
 use super::attempt::{Attempt, Ended};
-use super::enclosure::Enclosure;
 use super::force::{Force, PolynomialForce};
 use super::formula::FormulaForce;
 use super::judge::ROUNDING;
 use super::kit::{self, Kit};
-use super::twofold::Twofold;
 use super::view::WindowView;
 use super::walk::Walk;
 use super::{MarchFailure, State, Statistics};
+use crate::enclosure::Enclosure;
 use crate::geodesic::acceleration_slope;
 use crate::metric::Metric;
 use crate::potential::Potential;
+use crate::vector::Twofold;
 
 /// Where an adaptive march ends.
 #[derive(Debug, Clone, Copy, PartialEq)]

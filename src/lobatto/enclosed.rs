@@ -1,11 +1,11 @@
 //! Whether something steep may hide between the nodes of a window of one coordinate.
 
 use super::attempt::Attempt;
-use super::enclosure::Found;
 use super::force::Force;
 use super::judge::Judge;
 use super::walk::{Length, Walk};
 use super::{State, Statistics};
+use crate::enclosure::Found;
 
 /// The part of the accuracy that may come from what is too small to be seen.
 const UNSEEN: f64 = 0.1;

@@ -2,8 +2,8 @@
 
 use super::judge::Judge;
 use super::window::FlowWindow;
+use crate::enclosure::{Enclosure, Found};
 use crate::geometry::Geometry;
-use crate::lobatto::enclosure::{Enclosure, Found};
 
 /// The part of the accuracy that may come from what is too small to be seen.
 const UNSEEN: f64 = 0.1;

@@ -19,8 +19,8 @@ mod tests;
 use self::influence::Influence;
 use self::lanes::{BOXES, Enclose, Lanes};
 use self::path::Path;
-use super::simd::Level;
 use crate::expr::{Kind, Program, Staged, Steep, plain};
+use crate::vector::Level;
 
 /// Largest over smallest value of a divisor between neighbouring nodes, at most. What the nodes do not see is then at
 /// most so many times what they see, and they see it if their modes are small beside it. On the built-in cases with
@@ -33,7 +33,7 @@ const ANGLE: f64 = 1.5;
 
 /// What was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Found {
+pub(crate) enum Found {
     /// Nothing hides.
     Nothing,
     /// Something may hide between the nodes.
@@ -85,8 +85,8 @@ impl Enclosed {
 }
 
 /// Looks at windows.
-pub(super) struct Enclosure {
-    pub(super) path: Path,
+pub(crate) struct Enclosure {
+    pub(crate) path: Path,
     kinds: Vec<Kind>,
     /// Whether arguments depend on a variable.
     reads: Vec<bool>,
@@ -98,7 +98,7 @@ pub(super) struct Enclosure {
 impl Enclosure {
     /// For motion that the first `outputs` outputs of `program` drive, where some of its variables vary; `None` where
     /// nothing can hide.
-    pub(super) fn new(program: &Program<f64>, outputs: usize, varies: impl Fn(usize) -> bool) -> Option<Self> {
+    pub(crate) fn new(program: &Program<f64>, outputs: usize, varies: impl Fn(usize) -> bool) -> Option<Self> {
         let steep = Steep::new(program, outputs, &varies)?;
         let drive = plain(program, outputs);
         let influence = Influence::new(&drive);
@@ -118,14 +118,14 @@ impl Enclosure {
     }
 
     /// Sets the variables that stay.
-    pub(super) fn fix(&mut self, values: &[(usize, f64)]) {
+    pub(crate) fn fix(&mut self, values: &[(usize, f64)]) {
         self.arguments.fix(values);
         self.drive.fix(values);
     }
 
     /// Looks at the window that [`Self::path`] describes, first at boxes that hold two or three pairs of nodes. Changes
     /// of what drives the motion by `tolerances` do nothing.
-    pub(super) fn look(&mut self, tolerances: impl FnOnce() -> Vec<f64>) -> Found {
+    pub(crate) fn look(&mut self, tolerances: impl FnOnce() -> Vec<f64>) -> Found {
         let pairs = self.path.points - 1;
         let ends = |group: usize| group * pairs / BOXES;
         let rows = 0..self.path.variables.len();

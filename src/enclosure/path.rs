@@ -5,7 +5,7 @@ const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// The variables of a program along a window.
 #[derive(Debug, Default)]
-pub(in crate::lobatto) struct Path {
+pub(crate) struct Path {
     /// Number of nodes.
     pub(super) points: usize,
     /// The variables that vary.
@@ -18,7 +18,7 @@ pub(in crate::lobatto) struct Path {
 
 impl Path {
     /// Forgets the last window.
-    pub(in crate::lobatto) fn begin(&mut self, points: usize) {
+    pub(crate) fn begin(&mut self, points: usize) {
         self.points = points;
         self.variables.clear();
         self.values.clear();
@@ -27,7 +27,7 @@ impl Path {
 
     /// Adds a variable by its values on the nodes and its second derivative from every node to the next, times the
     /// square of their distance.
-    pub(in crate::lobatto) fn push(&mut self, variable: usize, values: &[f64], bend: impl Fn(usize) -> f64) {
+    pub(crate) fn push(&mut self, variable: usize, values: &[f64], bend: impl Fn(usize) -> f64) {
         self.variables.push(variable);
         self.values.extend(&values[..self.points]);
         self.bends.extend((0..self.points - 1).map(bend));
