@@ -66,16 +66,18 @@ impl Influence {
         })
     }
 
-    /// Whether what is steep on the boxes of these pairs changes every output by less than its tolerance.
-    pub(super) fn is_negligible(&mut self, drive: &Enclosed, pairs: &[usize], tolerances: &[f64]) -> bool {
+    /// Whether what is steep on the boxes of these pairs changes every output by less than its tolerance, pair by pair.
+    pub(super) fn are_negligible(&mut self, drive: &Enclosed, pairs: &[usize], tolerances: &[f64]) -> [bool; BOXES] {
         let program = drive.program.program();
         for &Step { to, operation } in program.steps_to(program.outputs()) {
             self.bounds[to] = self.bound(drive, pairs, to, operation);
         }
-        tolerances.iter().enumerate().all(|(output, &tolerance)| {
+        let mut flags = [true; BOXES];
+        for (output, &tolerance) in tolerances.iter().enumerate() {
             let bounds = &self.bounds[program.output(output)];
-            bounds[..pairs.len()].iter().all(|&bound| bound <= tolerance)
-        })
+            (0..BOXES).for_each(|k| flags[k] &= bounds[k] <= tolerance);
+        }
+        flags
     }
 
     fn bound(&self, drive: &Enclosed, pairs: &[usize], to: Register, operation: Operation) -> Bounds {

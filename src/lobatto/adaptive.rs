@@ -128,9 +128,7 @@ impl<'a> Adaptive<'a> {
             }
             Potential::Formula(f) => {
                 let force = FormulaForce::<P>::new(metric, q_t, f.program(), kit.rule.points());
-                // V and V′ drive the motion.
-                let enclosure = Enclosure::new(f.program(), 2, |_| true);
-                self.attempts(kit, (force, enclosure), start, goal, accuracy, observe)
+                self.attempts(kit, (force, Enclosure::of_metric(metric)), start, goal, accuracy, observe)
             }
         }
     }
