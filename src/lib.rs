@@ -99,7 +99,7 @@
 //! | [`methods`] | other integrators to compare with |
 //! | [`action`] | E_IVP in both forms, its gradient and its sparse Hessian |
 //! | [`mod@solve`] | Newton on ∇E_IVP = 0; the physical limit; every way it can end; knows a setup, but no case |
-//! | [`diagnostics`] | charges, residuals, bound, sawtooth; never calls a solver |
+//! | [`diagnostics`] | charges, residuals, bound, sawtooth, gaps between nodes; never calls a solver |
 //! | [`sampling`] | values between the nodes, and events |
 //! | [`case`] | the strict TOML case file, and the setup that it describes |
 //! | [`study`] | sweeps and fits, on top of [`solve`](crate::solve()) |

@@ -1,6 +1,6 @@
 //! Whether something steep may hide between nodes.
 //!
-//! The nodes of a window know the force where they are. Its formulas say more: interval arithmetic bounds what they do on the boxes
+//! Nodes know the force where they are. Its formulas say more: interval arithmetic bounds what they do on the boxes
 //! that neighbouring nodes span. This is done in two stages.
 //!
 //! 1. In sums and products nothing hides that the polynomials of a window do not show; functions and quotients have
@@ -10,7 +10,7 @@
 //!    `influence`). If that is more than the accuracy allows, the window has not seen its force.
 //!
 //! A march asks whether this holds for a window, which it can shorten. Of a run on a given grid every pair of nodes is
-//! asked for where it does not hold (see `pieces`).
+//! asked for what it may hide (see `pieces`).
 
 mod functions;
 mod influence;
@@ -202,7 +202,7 @@ impl Enclosure {
         pairs.chunks(BOXES).all(|some| {
             Self::place(path, drive, some);
             drive.run();
-            influence.are_negligible(drive, some, tolerances)[..some.len()].iter().all(|&is_negligible| is_negligible)
+            influence.largest(drive, some, tolerances)[..some.len()].iter().all(|&bound| bound <= 1.0)
         })
     }
 }
@@ -211,7 +211,7 @@ impl Enclosure {
 fn is_gentle(kind: Kind, lo: f64, hi: f64) -> bool {
     match kind {
         Kind::Ratio => lo > 0.0 && hi <= RATIO * lo || hi < 0.0 && -lo <= -RATIO * hi,
-        Kind::Step => hi - lo <= STEP,
+        Kind::Exponent | Kind::Step => hi - lo <= STEP,
         Kind::Angle => hi - lo <= ANGLE,
         Kind::Sign => lo > 0.0 || hi < 0.0,
         Kind::Edge => {

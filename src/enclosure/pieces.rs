@@ -1,15 +1,24 @@
-//! Which pairs of nodes hide something, where the nodes are given.
+//! What pairs of nodes hide, where the nodes are given.
 //!
 //! An enclosure on the box between two nodes is wider than what formulas do on the way from one to the other: it does
 //! not know that variables change together. So the way is cut into pieces where its box is not enough. What formulas do
 //! on the way is the union of what they do on the pieces, and that is judged as the box is.
+//!
+//! Nodes that are given are allowed one thing more, the tail of an exponential: exp and all its derivatives are
+//! monotone, so that no value of them is unseen where the exponent stays between its values at the nodes.
 
 use super::lanes::BOXES;
 use super::path::Path;
 use super::{Enclosed, Enclosure, is_gentle};
+use crate::expr::Kind;
 
 /// Into so many pieces a way is cut, one number after the other. Each is a multiple of the number of boxes.
 const PIECES: [usize; 2] = [8, 64];
+
+/// The change of an exponent between two nodes that show its least and its largest value, and by how much it may pass
+/// these on the way.
+const TAIL: f64 = 6.0;
+const PASSED: f64 = 0.5;
 
 /// Pairs of nodes that are looked at together first.
 const TOGETHER: usize = 3 * BOXES;
@@ -40,41 +49,59 @@ impl Enclosed {
 }
 
 impl Enclosure {
-    /// The pairs of neighbouring nodes of [`Self::path`], each named by its first node, between which something may
-    /// hide. Changes of what drives the motion by `tolerances` do nothing.
-    pub(crate) fn unexplained(&mut self, tolerances: impl FnOnce() -> Vec<f64>) -> Vec<usize> {
+    /// What may hide between neighbouring nodes of [`Self::path`]: pairs, each named by its first node, with the
+    /// largest change of what drives the motion, in units of `tolerances`. Pairs that hide nothing are left out, and
+    /// what is below `least` is not looked at more closely.
+    pub(crate) fn hidden(&mut self, tolerances: impl FnOnce() -> Vec<f64>, least: f64) -> Vec<(usize, f64)> {
         let pairs = self.path.points - 1;
         let some = (0..pairs).step_by(TOGETHER).map(|first| first..(first + TOGETHER).min(pairs));
         let steep: Vec<usize> = some.flat_map(|some| self.steep(some)).collect();
         if steep.is_empty() {
-            return steep;
+            return Vec::new();
         }
         let tolerances = tolerances();
         let Self { path, drive, influence, .. } = self;
         influence.see_nodes(path, drive);
-        let mut left = Vec::new();
+        let mut hidden = Vec::with_capacity(steep.len());
         for some in steep.chunks(BOXES) {
             Self::place(path, drive, some);
             drive.run();
-            let flags = influence.are_negligible(drive, some, &tolerances);
-            left.extend(some.iter().zip(flags).filter(|look| !look.1).map(|look| *look.0));
+            let changes = influence.largest(drive, some, &tolerances);
+            hidden.extend(some.iter().copied().zip(changes));
         }
-        left.retain(|&pair| !PIECES.iter().any(|&count| self.is_explained(pair, count, &tolerances)));
-        left
+        for (pair, change) in &mut hidden {
+            for count in PIECES {
+                if *change > least {
+                    *change = change.min(self.change_on_pieces(*pair, count, &tolerances));
+                }
+            }
+        }
+        hidden.retain(|(_, change)| *change > 0.0);
+        hidden
     }
 
-    /// Whether nothing hides between two nodes, by the pieces of the way from one to the other.
-    fn is_explained(&mut self, pair: usize, count: usize, tolerances: &[f64]) -> bool {
+    /// The largest change between two nodes, by the pieces of the way from one to the other.
+    fn change_on_pieces(&mut self, pair: usize, count: usize, tolerances: &[f64]) -> f64 {
         let Self { path, kinds, arguments, drive, influence, .. } = self;
-        arguments.run_in_pieces(path, pair, count);
-        let is_gentle = |(output, &kind)| {
+        for (row, &variable) in path.variables.iter().enumerate() {
+            (0..BOXES).for_each(|k| arguments.set(variable, k, [path.values[row * path.points + pair + k % 2]; 2]));
+        }
+        arguments.run();
+        let ends = |output: usize| {
             let (lo, hi) = arguments.output(output);
-            is_gentle(kind, lo[0], hi[0])
+            [lo[0].min(lo[1]), hi[0].max(hi[1])]
         };
-        if kinds.iter().enumerate().all(is_gentle) {
-            return true;
+        let ends: Vec<[f64; 2]> = (0..kinds.len()).map(ends).collect();
+        arguments.run_in_pieces(path, pair, count);
+        let is_followed = |((output, &kind), &[least, most]): ((usize, &Kind), &[f64; 2])| {
+            let (lo, hi) = arguments.output(output);
+            let is_between = lo[0] >= least - PASSED && hi[0] <= most + PASSED;
+            is_gentle(kind, lo[0], hi[0]) || kind == Kind::Exponent && is_between && most - least <= TAIL
+        };
+        if kinds.iter().enumerate().zip(&ends).all(is_followed) {
+            return 0.0;
         }
         drive.run_in_pieces(path, pair, count);
-        influence.are_negligible(drive, &[pair], tolerances)[0]
+        influence.largest(drive, &[pair], tolerances)[0]
     }
 }

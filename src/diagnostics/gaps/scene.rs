@@ -1,32 +1,33 @@
 //! The gaps of a run of a scene.
 
-use super::{Gap, Gaps};
+use super::{Gap, Gaps, accuracy, bend, look};
 use crate::enclosure::{Enclosure, Path, UNSEEN, Weights, negligible_rates};
 use crate::geometry::Geometry;
 use crate::scalar::Real;
 use crate::solve::scene::{SceneWindow, WorldLine};
 
 impl Gaps {
-    /// Looks at the gaps of `line`, whose geometry is `geometry`. `error` is its estimated error relative to max(1, size)
-    /// of its coordinates, as in [`Verdict`](crate::diagnostics::verdict::Verdict), if it is known.
+    /// Looks at the gaps of `line`, whose geometry is `geometry`. `error` is its estimated error relative to
+    /// max(1, size) of its coordinates, as in [`Verdict`](crate::diagnostics::verdict::Verdict), if it is known.
     pub fn of_world_line<S: Real>(line: &WorldLine<S>, geometry: &Geometry, error: Option<f64>) -> Self {
-        let mut gaps = Self::none(error);
-        let mut enclosure = Enclosure::of_geometry(geometry);
-        let momenta: Vec<f64> = line.place.start.p.iter().map(|p| p.to_f64()).collect();
-        enclosure.iter_mut().for_each(|enclosure| enclosure.fix_momenta(&momenta));
+        let accuracy = accuracy(error);
         let (weights, length) = (weights(line), line.length.to_f64());
-        for window in &line.windows {
-            let unexplained = enclosure.as_mut().map_or(Vec::new(), |enclosure| {
+        let count = line.nodes() - line.windows.len();
+        let mut hidden = Vec::new();
+        if let Some(mut enclosure) = Enclosure::of_geometry(geometry) {
+            let momenta: Vec<f64> = line.place.start.p.iter().map(|p| p.to_f64()).collect();
+            enclosure.fix_momenta(&momenta);
+            for (place, window) in line.windows.iter().enumerate() {
                 let nodes = Nodes::new(line, window);
                 nodes.describe(geometry, &mut enclosure.path);
-                enclosure.unexplained(|| {
+                let tolerances = || {
                     let weights = Weights { q: &weights, p: &nodes.couplings(geometry, &weights) };
-                    negligible_rates(geometry, &weights, length, UNSEEN * gaps.accuracy)
-                })
-            });
-            gaps.see(line.grid(window).points() - 1, &unexplained, |k| gap(line, window, k));
+                    negligible_rates(geometry, &weights, length, UNSEEN * accuracy)
+                };
+                hidden.extend(look(&mut enclosure, place, &nodes.distances, (length, count), tolerances));
+            }
         }
-        gaps
+        Self::new(count, accuracy, hidden, |first| gap(line, &line.windows[first.window], first.node))
     }
 }
 
@@ -57,11 +58,7 @@ impl Nodes {
             places.zip(&increments).for_each(|(place, row)| state[place] += row[k]);
             state.into_iter().map(S::to_f64).collect()
         };
-        let distance = |k: usize| (grid.sbp().node(k + 1) - grid.sbp().node(k)).to_f64();
-        Self {
-            distances: (0..grid.points() - 1).map(distance).collect(),
-            states: (0..grid.points()).map(state).collect(),
-        }
+        Self { distances: grid.distances(), states: (0..grid.points()).map(state).collect() }
     }
 
     /// Describes the positions and momenta of active coordinates as a path. They bend as their rates at the nodes say.
@@ -79,10 +76,7 @@ impl Nodes {
         for place in geometry.active().iter().flat_map(|&a| [a, n + a]) {
             let values: Vec<f64> = self.states.iter().map(|state| state[place]).collect();
             let variable = if place < n { place } else { place + n };
-            path.push(variable, &values, |k| {
-                let bend = self.distances[k] * (rates[k + 1][place] - rates[k][place]);
-                if bend.is_nan() { f64::INFINITY } else { bend }
-            });
+            path.push(variable, &values, |k| bend(self.distances[k] * (rates[k + 1][place] - rates[k][place])));
         }
     }
 
