@@ -80,7 +80,8 @@ fn interval(most: f64) -> impl Strategy<Value = ([f64; 2], Vec<f64>)> {
     })
 }
 
-/// Expressions in x and y. They have no constants but exact exponents: a graph rounds what follows from constants alone.
+/// Expressions in x and y. They have no constants but exact exponents: a graph rounds what follows from constants
+/// alone.
 fn expression() -> impl Strategy<Value = String> {
     let leaf = prop::sample::select(vec!["x", "y"]).prop_map(String::from);
     leaf.prop_recursive(5, 30, 2, |inner| {
