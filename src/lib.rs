@@ -93,12 +93,13 @@
 //! | [`potential`] | V, V′, V″ |
 //! | [`banded`], [`sbp`] | banded algebra and operators, but no physics |
 //! | [`metric`], [`geodesic`] | g00 and the constants of motion, but no grid |
+//! | `vector`, `enclosure` | arithmetic on the vectors of the machine; what formulas do between two nodes |
 //! | [`lobatto`] | a fast march over windows of weak spectral elements, in one coordinate and in scenes |
 //! | [`mod@reference`] | the trajectory to compare with, by a Taylor method |
 //! | [`methods`] | other integrators to compare with |
 //! | [`action`] | E_IVP in both forms, its gradient and its sparse Hessian |
 //! | [`mod@solve`] | Newton on ∇E_IVP = 0; the physical limit; every way it can end; knows a setup, but no case |
-//! | [`diagnostics`] | charges, residuals, bound, sawtooth; never calls a solver |
+//! | [`diagnostics`] | charges, residuals, bound, sawtooth, gaps between nodes; never calls a solver |
 //! | [`sampling`] | values between the nodes, and events |
 //! | [`case`] | the strict TOML case file, and the setup that it describes |
 //! | [`study`] | sweeps and fits, on top of [`solve`](crate::solve()) |
@@ -115,6 +116,7 @@ pub mod case;
 #[doc(hidden)]
 pub mod cli;
 pub mod diagnostics;
+mod enclosure;
 pub mod expr;
 pub mod geodesic;
 pub mod geometry;
@@ -133,6 +135,7 @@ pub mod scalar;
 mod similar;
 pub mod solve;
 pub mod study;
+mod vector;
 
 pub use case::{Case, CaseError};
 pub use solve::{NoSolution, Solution, Status, solve};

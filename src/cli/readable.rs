@@ -2,6 +2,7 @@
 
 use geodesic_ivp::Solution;
 use geodesic_ivp::case::Form;
+use geodesic_ivp::diagnostics::gaps::Gaps;
 use geodesic_ivp::diagnostics::{Measures, NEGLIGIBLE};
 use geodesic_ivp::output::Summary;
 use geodesic_ivp::scalar::Real;
@@ -19,6 +20,7 @@ pub(super) fn readable<S: Real>(
     summary: &Summary,
     error: Option<&RunError>,
 ) -> String {
+    let gaps = summary.solved().and_then(|solved| solved.gaps.as_ref());
     let lines = [
         title.to_owned(),
         row("end", &end(solution, error)),
@@ -29,7 +31,17 @@ pub(super) fn readable<S: Real>(
         row("critical", &critical_point(solution, measures)),
         row("scheme", &scheme(solution, summary)),
     ];
-    lines.join("\n") + "\n"
+    lines.into_iter().chain(gaps.map(between)).collect::<Vec<_>>().join("\n") + "\n"
+}
+
+/// What was found between the nodes.
+pub(super) fn between(gaps: &Gaps) -> String {
+    let Gaps { count, unproved, accuracy, .. } = gaps;
+    let found = match unproved {
+        0 => format!("nothing hides in the {count} gaps between nodes"),
+        _ => format!("{unproved} of {count} gaps between nodes are not explained"),
+    };
+    row("between", &format!("{found}, beside an accuracy of {accuracy:.0e}"))
 }
 
 /// A line with its name.

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use clap::{Args, ValueHint};
 use geodesic_ivp::case::AnyCase;
+use geodesic_ivp::diagnostics::gaps::Gaps;
 use geodesic_ivp::output::{
     CASE, Chart, Measured, OutputSet, SUMMARY, SummaryOf, write_branches, write_residuals, write_trajectory,
 };
@@ -49,6 +50,11 @@ pub(super) struct RunArgs {
     /// Write one CSV with all columns to standard output, and no files
     #[arg(long, conflicts_with_all = ["out", "force", "json"])]
     stdout: bool,
+
+    /// Also look between the nodes: enclose the formulas on the way from each node to the next, and doubt the result
+    /// where they may do what the nodes do not see. (With solver.accuracy every run does so)
+    #[arg(long, conflicts_with = "vary")]
+    pub(super) enclose: bool,
 
     #[command(flatten)]
     pub(super) samples: SampleArgs,
@@ -98,6 +104,15 @@ pub(super) trait Job {
 
     /// The summary for people, without files and verdict.
     fn readable(&self, title: &str, solved: &Self::Solved, judged: &Judged<Self::Numbers, Self::Error>) -> String;
+}
+
+/// What every judge of a result adds to, where it looks between the nodes.
+pub(super) fn doubt_gaps<N>(summary: &mut SummaryOf<N>, gaps: &Gaps, suspicions: &mut Vec<String>) {
+    if let Some(reason) = gaps.reason() {
+        summary.warnings.push(reason.to_string());
+        suspicions.push(reason.to_string());
+        summary.verdict.doubt(reason);
+    }
 }
 
 /// How good a solution is.
@@ -169,7 +184,9 @@ fn execute(job: &impl Job, case: &AnyCase, args: &RunArgs) -> anyhow::Result<Exi
         // Checked before the computation, whose result would otherwise be lost.
         drop(stdout::for_data()?);
         let solved = with_spinner(job, case, args).0?;
-        warn_of(&job.suspicions(&solved));
+        // What hides between nodes is compared with the error of the run.
+        let suspicions = if args.enclose { job.judge(&solved).suspicions } else { job.suspicions(&solved) };
+        warn_of(&suspicions);
         job.write_combined(solved, stdout::for_data()?)?;
         return Ok(ExitCode::SUCCESS);
     }

@@ -3,6 +3,7 @@
 use std::io::StdoutLock;
 use std::time::Instant;
 
+use geodesic_ivp::diagnostics::gaps::Gaps;
 use geodesic_ivp::diagnostics::{Diagnostics, Measures};
 use geodesic_ivp::geodesic::InitialData;
 use geodesic_ivp::output::pictures::{self, Run};
@@ -17,7 +18,8 @@ use geodesic_ivp::{Case, Solution, solve};
 
 use super::memory;
 use super::readable::readable;
-use super::run::{Job, Judged, RunArgs, Tables};
+use super::report::Refusal;
+use super::run::{Job, Judged, RunArgs, Tables, doubt_gaps};
 use super::second_opinion::second_opinion;
 
 const PICTURES: [&str; 5] = ["world_line.svg", "t_dot.svg", "trajectory.svg", "delta_q_t.svg", "delta_g.svg"];
@@ -32,6 +34,11 @@ pub(super) struct OneCoordinate<'c, S> {
 impl<'c, S> OneCoordinate<'c, S> {
     pub(super) fn new(case: &'c Case, args: &'c RunArgs) -> Self {
         Self { case, args, arithmetic: std::marker::PhantomData }
+    }
+
+    /// Whether to look between the nodes. With an accuracy the solver has.
+    fn looks_between(&self) -> bool {
+        self.args.enclose && self.case.solver.accuracy.is_none()
     }
 }
 
@@ -53,6 +60,12 @@ impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
     type Error = RunError;
 
     fn check_options(&self) -> anyhow::Result<()> {
+        if self.looks_between() && self.args.samples.only() {
+            let help = "leave one of them out, or ask for solver.accuracy, which looks between the nodes on the way";
+            return Err(Refusal::usage("--samples-only keeps no nodes that --enclose could look between")
+                .help(help)
+                .into());
+        }
         Ok(())
     }
 
@@ -125,7 +138,14 @@ impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
             suspicions.push(opinion.to_string());
             verdict.doubt(opinion);
         }
+        let gaps = self.looks_between().then(|| Gaps::of_solution(solution, &self.case.metric(), verdict.error));
         summary.set_error(error, verdict);
+        if let Some(gaps) = gaps {
+            doubt_gaps(&mut summary, &gaps, &mut suspicions);
+            if let Some(numbers) = summary.solved_mut() {
+                numbers.gaps = Some(gaps);
+            }
+        }
         suspicions.extend(measures.newtonian_warning());
         summary.seconds = Some(Seconds { diagnostics: seconds[1], write: 0.0 });
         Judged { summary, error, suspicions }

@@ -4,6 +4,7 @@ use std::io::StdoutLock;
 use std::time::Instant;
 
 use geodesic_ivp::case::scene::SceneCase;
+use geodesic_ivp::diagnostics::gaps::Gaps;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::geometry::ConservedSum;
 use geodesic_ivp::output::pictures::scene::{self as pictures, PlotAxes};
@@ -19,7 +20,7 @@ use geodesic_ivp::study::verdict::of_world_line;
 
 use super::memory;
 use super::report::Refusal;
-use super::run::{Job, Judged, RunArgs, Tables};
+use super::run::{Job, Judged, RunArgs, Tables, doubt_gaps};
 use super::scene_readable::{events, readable};
 
 /// The last one only where there are events.
@@ -140,15 +141,23 @@ impl<S: Real> Job for Scene<'_, S> {
         let Solved { line, sums, diagnostics, events, seconds, .. } = solved;
         let mut summary = SceneSummary::new(self.case, line.geometry(), Ok((line, diagnostics, sums)), seconds[0]);
         let error = scene_error(line);
-        summary.set_error(error.as_ref(), of_world_line(line, diagnostics, error.as_ref()));
+        let verdict = of_world_line(line, diagnostics, error.as_ref());
+        let looks_between = self.args.enclose && line.accuracy.is_none();
+        let gaps = looks_between.then(|| Gaps::of_world_line(line, &self.case.geometry(), verdict.error));
+        summary.set_error(error.as_ref(), verdict);
+        let mut suspicions = self.suspicions(solved);
+        if let Some(gaps) = &gaps {
+            doubt_gaps(&mut summary, gaps, &mut suspicions);
+        }
         summary.seconds = Some(Seconds { diagnostics: seconds[1], write: 0.0 });
         if let Some(numbers) = summary.solved_mut() {
+            numbers.gaps = gaps;
             for (index, event) in self.case.events().iter().enumerate() {
                 let count = events.iter().filter(|crossing| crossing.watch == index).count();
                 numbers.events.insert(event.name.clone(), count);
             }
         }
-        Judged { summary, error, suspicions: self.suspicions(solved) }
+        Judged { summary, error, suspicions }
     }
 
     fn write_tables(&self, solved: &Solved<S>, tables: &Tables<'_>) -> anyhow::Result<()> {
@@ -185,6 +194,7 @@ impl<S: Real> Job for Scene<'_, S> {
     fn readable(&self, title: &str, solved: &Solved<S>, judged: &Judged<SolvedScene, SceneError>) -> String {
         let Solved { line, sums, diagnostics, .. } = solved;
         let events = events(&self.event_names(), &solved.events, line.digits);
-        readable(title, line, diagnostics, sums, judged.error.as_ref(), events)
+        let gaps = judged.summary.solved().and_then(|solved| solved.gaps.as_ref());
+        readable(title, line, diagnostics, sums, judged.error.as_ref(), gaps, events)
     }
 }

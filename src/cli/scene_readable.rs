@@ -2,6 +2,7 @@
 
 use geodesic_ivp::action::Form;
 use geodesic_ivp::diagnostics::ChargeDeviation;
+use geodesic_ivp::diagnostics::gaps::Gaps;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::geometry::ConservedSum;
 use geodesic_ivp::sampling::Crossing;
@@ -9,7 +10,7 @@ use geodesic_ivp::scalar::Real;
 use geodesic_ivp::solve::scene::WorldLine;
 use geodesic_ivp::study::scene_error::SceneError;
 
-use super::readable::{iterations, row};
+use super::readable::{between, iterations, row};
 
 /// The summary without the list of files; `events` are its lines about these.
 pub(super) fn readable<S: Real>(
@@ -18,6 +19,7 @@ pub(super) fn readable<S: Real>(
     diagnostics: &SceneDiagnostics<S>,
     sums: &[ConservedSum],
     error: Option<&SceneError>,
+    gaps: Option<&Gaps>,
     events: Vec<String>,
 ) -> String {
     let names = line.geometry().names();
@@ -48,6 +50,7 @@ pub(super) fn readable<S: Real>(
     lines.extend(events);
     lines.push(critical_point(line));
     lines.push(scheme(line));
+    lines.extend(gaps.map(between));
     lines.join("\n") + "\n"
 }
 

@@ -20,6 +20,7 @@
 mod bound;
 mod charges;
 mod deviations;
+pub mod gaps;
 mod measures;
 mod newtonian;
 mod residuals;

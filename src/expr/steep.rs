@@ -17,7 +17,9 @@ use super::staged::Staged;
 pub(crate) enum Kind {
     /// A divisor, or what a root or a logarithm is taken of: by its ratio, and it must not contain 0.
     Ratio,
-    /// The argument of exp, tanh and the like: by its difference.
+    /// The argument of exp: by its difference.
+    Exponent,
+    /// The argument of tanh and the like: by its difference.
     Step,
     /// An angle: by its difference.
     Angle,
@@ -79,7 +81,8 @@ pub(crate) fn kind(function: Function) -> Kind {
         Function::Sin | Function::Cos | Function::Tan => Kind::Angle,
         Function::Abs | Function::Sign => Kind::Sign,
         Function::Asin | Function::Acos => Kind::Edge,
-        Function::Exp | Function::Sinh | Function::Cosh | Function::Tanh | Function::Atan => Kind::Step,
+        Function::Exp => Kind::Exponent,
+        Function::Sinh | Function::Cosh | Function::Tanh | Function::Atan => Kind::Step,
     }
 }
 

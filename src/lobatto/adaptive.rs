@@ -3,18 +3,18 @@
 use std::ops::ControlFlow;
 
 use super::attempt::{Attempt, Ended};
-use super::enclosure::Enclosure;
 use super::force::{Force, PolynomialForce};
 use super::formula::FormulaForce;
 use super::judge::ROUNDING;
 use super::kit::{self, Kit};
-use super::twofold::Twofold;
 use super::view::WindowView;
 use super::walk::Walk;
 use super::{MarchFailure, State, Statistics};
+use crate::enclosure::Enclosure;
 use crate::geodesic::acceleration_slope;
 use crate::metric::Metric;
 use crate::potential::Potential;
+use crate::vector::Twofold;
 
 /// Where an adaptive march ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -128,9 +128,7 @@ impl<'a> Adaptive<'a> {
             }
             Potential::Formula(f) => {
                 let force = FormulaForce::<P>::new(metric, q_t, f.program(), kit.rule.points());
-                // V and V′ drive the motion.
-                let enclosure = Enclosure::new(f.program(), 2, |_| true);
-                self.attempts(kit, (force, enclosure), start, goal, accuracy, observe)
+                self.attempts(kit, (force, Enclosure::of_metric(metric)), start, goal, accuracy, observe)
             }
         }
     }

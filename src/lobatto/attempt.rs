@@ -6,12 +6,12 @@ use super::adaptive::Goal;
 use super::force::Force;
 use super::judge::Judge;
 use super::probe;
-use super::twofold::Twofold;
 use super::view::WindowView;
 use super::walk::{Length, Walk};
 use super::window::Precision;
 use super::{MarchFailure, State, Statistics};
 use crate::metric::Metric;
+use crate::vector::Twofold;
 
 /// The smallest share of a window: no truncation error is left to reduce.
 const LEAST_SHARE: f64 = 1e-22;

@@ -15,11 +15,10 @@ use pulp::{Simd, WithSimd};
 use super::State;
 use super::force::{Force, evaluate};
 use super::product::product;
-use super::simd::{abs, copy, vectors, vectors_mut};
-use super::tables::Nodes;
 use super::unit::Unit;
 use super::view::Certified;
 use super::window::Window;
+use crate::vector::{Nodes, abs, copy, vectors, vectors_mut};
 
 /// What an observer of certified windows gets besides the window.
 #[derive(Debug, Clone)]

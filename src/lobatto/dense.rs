@@ -5,10 +5,9 @@
 use pulp::{Simd, WithSimd};
 
 use super::product::product;
-use super::simd::{Level, multiply_add, neg, vectors, vectors_mut};
-use super::tables::Nodes;
 use super::unit::{Unit, with_unit};
 use super::view::{Inside, WindowView};
+use crate::vector::{Level, Nodes, multiply_add, neg, vectors, vectors_mut};
 
 /// Points that are computed together.
 const TOGETHER: usize = 16;

@@ -1,14 +1,11 @@
 //! Whether something steep may hide between the nodes of a window of one coordinate.
 
 use super::attempt::Attempt;
-use super::enclosure::Found;
 use super::force::Force;
 use super::judge::Judge;
 use super::walk::{Length, Walk};
 use super::{State, Statistics};
-
-/// The part of the accuracy that may come from what is too small to be seen.
-const UNSEEN: f64 = 0.1;
+use crate::enclosure::{Found, UNSEEN, negligible_potential};
 
 /// Windows shorter than this part of the first are not cut any more.
 const LEAST: f64 = 1e-9;
@@ -50,12 +47,6 @@ impl Attempt<'_> {
 
     /// By how much V and V′ may change on all of the way without an effect.
     fn negligible(&self, start: &State, judge: &Judge<'_>) -> Vec<f64> {
-        let [t, x] = judge.sizes;
-        let (g00, two_over_mass) = (self.metric.at(start.x.hi).g00, self.metric.two_over_mass());
-        let u = (self.q_t / g00).abs();
-        let share = UNSEEN * self.accuracy;
-        // a = −½ g00′ u² moves x by a γ²/2 at most; a relative change of u = Q_t/g00 is that of t.
-        let slope = 2.0 * share * x / (self.length * self.length * two_over_mass * u * u);
-        vec![share * g00 / two_over_mass * t / t.max(u * self.length), slope]
+        negligible_potential(self.metric, (self.q_t, start.x.hi), self.length, judge.sizes, UNSEEN * self.accuracy)
     }
 }

@@ -2,8 +2,8 @@
 
 use pulp::{Scalar, Simd};
 
-use super::simd::{abs, is_fused, multiply_add, neg, product_error, two_sum, vectors, vectors_mut};
 use crate::metric::Metric;
+use crate::vector::{abs, is_fused, multiply_add, neg, product_error, two_sum, vectors, vectors_mut};
 
 /// The force of a potential. All slices have the padded length of a window, a multiple of 8.
 pub(super) trait Force {

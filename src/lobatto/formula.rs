@@ -2,12 +2,12 @@
 
 use pulp::Simd;
 
-use super::elementary;
 use super::force::{Force, NEAR, corrections};
-use super::simd::{abs, copy, is_fused, multiply_add, neg, product_error, two_sum, vectors, vectors_mut};
-use super::tables::Nodes;
 use crate::expr::{Function, Fused, Machine, Operation, Program, Register, around};
 use crate::metric::Metric;
+use crate::vector::{
+    Nodes, abs, copy, elementary, is_fused, multiply_add, neg, product_error, two_sum, vectors, vectors_mut,
+};
 
 /// g00 and its derivatives by the program of V, a step for all nodes at once. Constants are registers that were filled
 /// once.

@@ -2,8 +2,8 @@
 
 use pulp::Simd;
 
-use super::simd::{multiply_add, vectors, vectors_mut};
-use super::tables::{Matrix, Nodes, Tables};
+use super::tables::{Matrix, Tables};
+use crate::vector::{Nodes, multiply_add, vectors, vectors_mut};
 
 /// Where the iteration starts.
 #[derive(Clone, Copy)]

@@ -3,11 +3,11 @@
 use super::attempt::Attempt;
 use super::force::Force;
 
-use super::twofold::Twofold;
 use super::walk::{Length, Walk};
 use super::window::{MOST_EVALUATIONS, Precision, Solved};
 use super::{MarchFailure, State, Statistics};
 use crate::geodesic::acceleration;
+use crate::vector::Twofold;
 
 /// Steps towards the end time: Newton's method takes four, bisection to the last bit sixty.
 const MOST_STEPS: usize = 80;

@@ -1,10 +1,10 @@
 //! What an adaptive march knows about its error.
 
 use super::State;
-use super::twofold::Twofold;
 use super::window::Solved;
 use crate::geodesic::acceleration_slope;
 use crate::metric::Metric;
+use crate::vector::Twofold;
 
 /// The minimum of the estimate: the result is rounded.
 pub(super) const ROUNDING: f64 = 2.0 * f64::EPSILON;

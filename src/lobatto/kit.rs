@@ -3,8 +3,8 @@
 use std::sync::OnceLock;
 
 use super::rule::WeakRule;
-use super::tables::Nodes;
 use super::unit::{SizedUnit, Unit};
+use crate::vector::Nodes;
 
 /// A rule with all that windows of any length need.
 pub(super) struct Kit<const P: usize> {

@@ -9,15 +9,14 @@ use super::guess::Guess;
 use super::one::One;
 use super::probe;
 use super::rule::WeakRule;
-use super::simd::Level;
 use super::tables::Tables;
-use super::twofold::Twofold;
 use super::unit::{Unit, with_unit};
 use super::view::WindowView;
 use super::window::{MOST_EVALUATIONS, Precision, Window};
 use super::{MarchFailure, State, Statistics};
 use crate::metric::Metric;
 use crate::potential::Potential;
+use crate::vector::{Level, Twofold};
 
 /// Where a march ended.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,9 +5,9 @@ use pulp::Simd;
 use super::State;
 use super::force::{Force, evaluate};
 use super::product::product;
-use super::simd::{abs, distance, largest, multiply_add, vectors, vectors_mut};
-use super::tables::{Nodes, Tables};
+use super::tables::Tables;
 use super::window::{Precision, Window};
+use crate::vector::{Nodes, abs, distance, largest, multiply_add, vectors, vectors_mut};
 
 /// Newton's method takes four steps; if it takes more, it is unlikely to converge.
 const MOST_NEWTON_STEPS: usize = 8;

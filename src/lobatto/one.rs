@@ -5,8 +5,9 @@ use pulp::{Simd, WithSimd};
 use super::State;
 use super::force::Force;
 use super::guess::Guess;
-use super::tables::{Nodes, Tables};
+use super::tables::Tables;
 use super::window::{Precision, Solved, Window};
+use crate::vector::Nodes;
 
 /// A window from `start`; `None` if it does not converge or does not stay inside g00 > 0.
 pub(super) struct One<'r, const P: usize, F> {

@@ -2,8 +2,8 @@
 
 use pulp::{Scalar, Simd};
 
-use super::simd::{count, multiply_add, product_error, vectors, vectors_mut};
-use super::twofold::fast_two_sum;
+use crate::vector::twofold::fast_two_sum;
+use crate::vector::{count, multiply_add, product_error, vectors, vectors_mut};
 
 /// G vectors of rows of `base` + M v from the `r`-th on; 4 G independent chains hide the latency of multiply-adds.
 #[inline(always)]

@@ -3,8 +3,8 @@
 use std::sync::OnceLock;
 
 use super::tables::LengthFree;
-use super::twofold::Twofold;
 use super::unit::SizedUnit;
+use crate::vector::Twofold;
 
 /// The weak window operators on n Gauss–Lobatto–Legendre nodes of [0, 1], in double-double.
 ///

@@ -1,25 +1,7 @@
 //! The tables of windows of one length, rounded to `f64` so that nothing drifts.
 
 use super::rule::{WeakRule, legendre_values};
-use super::twofold::Twofold;
-
-/// Nodal values, padded to P.
-#[repr(align(64))]
-#[derive(Debug, Clone)]
-pub(super) struct Nodes<const P: usize>(pub(super) [f64; P]);
-
-impl<const P: usize> Nodes<P> {
-    pub(super) const ZERO: Self = Self([0.0; P]);
-
-    /// Σ b_j v_j, in eight sums that do not wait for each other.
-    pub(super) fn dot(&self, weights: &[f64; P]) -> f64 {
-        let mut sums = [0.0; 8];
-        for (v, b) in self.0.as_chunks::<8>().0.iter().zip(weights.as_chunks::<8>().0) {
-            (0..8).for_each(|k| sums[k] += v[k] * b[k]);
-        }
-        sums.iter().sum()
-    }
-}
+use crate::vector::Twofold;
 
 /// A matrix by columns, padded to P × P.
 pub(super) type Matrix<const P: usize> = [[f64; P]; P];

@@ -8,9 +8,8 @@ use pulp::Simd;
 use super::dense::share;
 use super::guess::Continuation;
 use super::rule::WeakRule;
-use super::simd::{vectors, vectors_mut};
-use super::tables::{Matrix, Nodes, Tables};
-use super::twofold::Twofold;
+use super::tables::{Matrix, Tables};
+use crate::vector::{Nodes, Twofold, vectors, vectors_mut};
 
 /// The tables of a rule, made once in its life.
 #[derive(Debug, Clone)]

@@ -3,7 +3,7 @@
 use super::State;
 use super::dense;
 use super::rule::WeakRule;
-use super::twofold::Twofold;
+use crate::vector::Twofold;
 
 /// A window that has just been solved. Everything beyond its two ends and X is computed on request.
 #[derive(Debug, Clone, Copy)]

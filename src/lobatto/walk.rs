@@ -1,17 +1,16 @@
 //! A world-line, window by window.
 
 use super::certificate::{Certificate, Certify};
-use super::enclosure::Enclosure;
 use super::force::Force;
 use super::guess::Guess;
 use super::kit::Kit;
 use super::one::One;
-use super::simd::Level;
-use super::tables::{EXTRAPOLATED, Nodes};
-use super::twofold::Twofold;
+use super::tables::EXTRAPOLATED;
 use super::view::{Certified, NodeValues};
 use super::window::{Precision, Solved, Window};
 use super::{State, Statistics};
+use crate::enclosure::Enclosure;
+use crate::vector::{Level, Nodes, Twofold};
 
 /// The length of a window in γ, and what it makes of the charge.
 ///

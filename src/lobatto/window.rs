@@ -6,10 +6,11 @@ use super::State;
 use super::force::{Force, evaluate};
 use super::guess::Guess;
 use super::product::{dot, plain_dot, product};
-use super::simd::{abs, extremes, largest, multiply_add, product_error, two_product, two_sum, vectors, vectors_mut};
-use super::tables::{Nodes, Tables};
-use super::twofold::Twofold;
+use super::tables::Tables;
 use super::view::NodeValues;
+use crate::vector::{
+    Nodes, Twofold, abs, extremes, largest, multiply_add, product_error, two_product, two_sum, vectors, vectors_mut,
+};
 
 /// The most evaluations in one window when every length is to be tried; convergent iterations take ten.
 pub(super) const MOST_EVALUATIONS: usize = 60;

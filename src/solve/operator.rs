@@ -155,6 +155,12 @@ impl<'a, S: Real> WindowGrid<'a, S> {
         }
     }
 
+    /// γ from each node to the next, in `f64`.
+    pub(crate) fn distances(&self) -> Vec<f64> {
+        let sbp = self.sbp();
+        (1..self.points()).map(|k| (sbp.node(k) - sbp.node(k - 1)).to_f64()).collect()
+    }
+
     /// Where charges are exact, in an array with one value per node: at all nodes but the last (strong), or at all
     /// (weak).
     pub(crate) fn exact(&self) -> Range<usize> {

@@ -3,6 +3,7 @@
 mod base_cases;
 mod built_in_cases;
 mod common;
+mod enclose;
 mod folders;
 mod hints;
 #[cfg(unix)]

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// From low to high.
-const LAYERS: [&str; 22] = [
+const LAYERS: [&str; 24] = [
     "scalar",
     "norm",
     "similar",
@@ -17,6 +17,8 @@ const LAYERS: [&str; 22] = [
     "sbp",
     "metric",
     "geodesic",
+    "vector",
+    "enclosure",
     "lobatto",
     "reference",
     "methods",

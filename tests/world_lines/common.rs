@@ -9,6 +9,22 @@ use geodesic_ivp::scalar::Real;
 use geodesic_ivp::solve::scene::{Place, SceneLimit, SceneSetup};
 use geodesic_ivp::solve::{Settings, System};
 
+/// Random numbers by xorshift.
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    pub(crate) fn between(&mut self, least: f64, most: f64) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        least + (most - least) * ((self.0 >> 11) as f64 / (1_u64 << 53) as f64)
+    }
+
+    pub(crate) fn scale(&mut self, least: f64, most: f64) -> f64 {
+        self.between(least.ln(), most.ln()).exp()
+    }
+}
+
 /// A metric from `"a b" = formula` pairs.
 pub(crate) fn metric(coordinates: &[&str], components: &[(&str, &str)]) -> MetricText {
     let index = |name: &str| coordinates.iter().position(|other| *other == name).unwrap();

@@ -7,6 +7,7 @@ mod convergence;
 mod ends;
 mod events;
 mod features;
+mod gaps;
 mod one_coordinate;
 mod samples;
 mod schwarzschild;

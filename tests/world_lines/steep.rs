@@ -11,23 +11,9 @@ use geodesic_ivp::lobatto::{Adaptive, Goal, MarchFailure, Statistics, WindowView
 use geodesic_ivp::metric::Metric;
 use geodesic_ivp::potential::{Formula, Potential};
 
+use super::common::Random;
+
 const C: f64 = 3.0;
-
-/// Random numbers by xorshift.
-struct Random(u64);
-
-impl Random {
-    fn between(&mut self, least: f64, most: f64) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        least + (most - least) * ((self.0 >> 11) as f64 / (1_u64 << 53) as f64)
-    }
-
-    fn scale(&mut self, least: f64, most: f64) -> f64 {
-        self.between(least.ln(), most.ln()).exp()
-    }
-}
 
 /// V = height exp(−(d/width)²), where d is the distance from a line, or from a point.
 #[derive(Debug, Clone, Copy)]

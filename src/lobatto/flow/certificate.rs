@@ -10,8 +10,7 @@ use super::window::FlowWindow;
 use super::work::{Evaluate, Multiply};
 use crate::expr::Register;
 use crate::geometry::Geometry;
-use crate::lobatto::simd::Level;
-use crate::lobatto::tables::Nodes;
+use crate::vector::{Level, Nodes};
 
 /// Room for certificates.
 pub(super) struct Certificate<'g, const P: usize> {

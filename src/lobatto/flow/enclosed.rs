@@ -2,11 +2,8 @@
 
 use super::judge::Judge;
 use super::window::FlowWindow;
+use crate::enclosure::{Enclosure, Found, UNSEEN, Weights, negligible_rates};
 use crate::geometry::Geometry;
-use crate::lobatto::enclosure::{Enclosure, Found};
-
-/// The part of the accuracy that may come from what is too small to be seen.
-const UNSEEN: f64 = 0.1;
 
 /// Windows shorter than this part of the first are not cut any more.
 const LEAST: f64 = 1e-9;
@@ -34,16 +31,12 @@ pub(super) struct Scales {
 
 impl Look {
     pub(super) fn new(geometry: &Geometry) -> Self {
-        let (n, active, rows) = (geometry.dimension(), geometry.active(), geometry.field().rows());
-        let varies = |variable: usize| active.contains(&variable) || active.iter().any(|a| 2 * n + a == variable);
-        Self { enclosure: Enclosure::new(rows.rates().program(), rows.motion(), varies) }
+        Self { enclosure: Enclosure::of_geometry(geometry) }
     }
 
     /// A march begins, with these momenta of ignorable coordinates.
     pub(super) fn begin(&mut self, momenta: &[f64]) {
-        let n = momenta.len();
-        let fixed: Vec<(usize, f64)> = momenta.iter().enumerate().map(|(a, &p)| (2 * n + a, p)).collect();
-        self.enclosure.iter_mut().for_each(|enclosure| enclosure.fix(&fixed));
+        self.enclosure.iter_mut().for_each(|enclosure| enclosure.fix_momenta(momenta));
     }
 
     /// Whether something may hide between the nodes of the solved window, and whether it is too short to be cut.
@@ -70,20 +63,15 @@ impl Look {
                 }
             });
         }
-        let is_hidden = enclosure.look(|| negligible(geometry, judge, scales).collect()) == Found::Hidden;
+        let is_hidden = enclosure.look(|| negligible(geometry, judge, scales)) == Found::Hidden;
         [is_hidden, window.length <= LEAST * scales.first]
     }
 }
 
-/// By how much rates may change on all of the way without an effect, in the order of the program's outputs.
-fn negligible<'j>(geometry: &'j Geometry, judge: &'j Judge<'_>, scales: Scales) -> impl Iterator<Item = f64> + 'j {
+/// By how much rates may change on all of the way without an effect.
+fn negligible(geometry: &Geometry, judge: &Judge<'_>, scales: Scales) -> Vec<f64> {
     let Scales { accuracy, length, gamma, first, time } = scales;
     let whole = if length.is_finite() { length } else { gamma.max(LONG * first) };
-    let share = UNSEEN * accuracy;
-    let weights = &judge.weights;
-    let velocity = move |a: usize| share / (whole * weights.q[a]);
-    let active = geometry.active().iter().filter(|_| !geometry.is_separable()).map(move |&a| velocity(a));
-    // An error of a momentum is one of velocities, for the rest of the way.
-    let forces = weights.p.iter().map(move |weight| share * time / (whole * whole * weight));
-    active.chain(forces).chain(geometry.ignorable().map(velocity))
+    let p: Vec<f64> = judge.weights.p.iter().map(|weight| weight / time).collect();
+    negligible_rates(geometry, &Weights { q: &judge.weights.q, p: &p }, whole, UNSEEN * accuracy)
 }

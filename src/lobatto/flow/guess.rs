@@ -2,8 +2,8 @@
 
 use super::window::{FlowWindow, Known};
 use super::work::Continue;
-use crate::lobatto::simd::Level;
 use crate::lobatto::tables::EXTRAPOLATED;
+use crate::vector::Level;
 
 impl<const P: usize> FlowWindow<'_, P> {
     /// Puts a guess into the registers; whether it is a continuation of known rates.

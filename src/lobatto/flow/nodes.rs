@@ -3,8 +3,7 @@
 use super::state::FlowState;
 use super::window::FlowWindow;
 use super::work::Multiply;
-use crate::lobatto::simd::Level;
-use crate::lobatto::tables::Nodes;
+use crate::vector::{Level, Nodes};
 
 impl<const P: usize> FlowWindow<'_, P> {
     /// The place of a coordinate among the active ones.

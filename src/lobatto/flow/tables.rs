@@ -3,7 +3,8 @@
 use super::transport::LANES;
 use crate::lobatto::Twofold;
 use crate::lobatto::rule::{WeakRule, legendre_values};
-use crate::lobatto::tables::{Matrix, Nodes, round_row};
+use crate::lobatto::tables::{Matrix, round_row};
+use crate::vector::Nodes;
 
 /// What windows of a rule need, with time in units of their length.
 pub(super) struct FlowTables<const P: usize> {

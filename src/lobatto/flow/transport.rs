@@ -16,8 +16,7 @@ use super::work::{Evaluate, Sample};
 use crate::expr::{Program, Register, Staged};
 use crate::geometry::Geometry;
 use crate::lobatto::Twofold;
-use crate::lobatto::simd::Level;
-use crate::lobatto::tables::Nodes;
+use crate::vector::{Level, Nodes};
 
 /// Nodes of a window on which small errors are followed.
 pub(super) const LANES: usize = 16;

@@ -12,8 +12,7 @@ use super::window::Rule;
 use super::work::{Evaluate, Integrate, Pass, Sweep};
 use crate::expr::{Program, Register, Step};
 use crate::lobatto::Twofold;
-use crate::lobatto::simd::Level;
-use crate::lobatto::tables::Nodes;
+use crate::vector::{Level, Nodes};
 
 /// Registers with one number on all nodes, and the constants of a program in their places.
 pub(super) fn room<const P: usize>(program: &Program<f64>) -> Vec<Nodes<P>> {

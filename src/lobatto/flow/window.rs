@@ -9,9 +9,8 @@ use super::work::{Look, Tail};
 use crate::expr::Register;
 use crate::geometry::{Geometry, RowPrograms};
 use crate::lobatto::rule::WeakRule;
-use crate::lobatto::simd::Level;
-use crate::lobatto::tables::Nodes;
 use crate::lobatto::unit::Unit;
+use crate::vector::{Level, Nodes};
 
 /// The most sweeps over a window: with more, two shorter ones are cheaper.
 pub(super) const MOST_SWEEPS: usize = 24;

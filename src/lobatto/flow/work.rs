@@ -6,8 +6,8 @@ use crate::expr::{Register, Step, walk};
 use crate::lobatto::formula::Vectors;
 use crate::lobatto::guess::Continuation;
 use crate::lobatto::product::{plain_dot, product};
-use crate::lobatto::simd::{abs, largest, multiply_add, vectors, vectors_mut};
-use crate::lobatto::tables::{Nodes, Tables};
+use crate::lobatto::tables::Tables;
+use crate::vector::{Nodes, abs, largest, multiply_add, vectors, vectors_mut};
 
 /// Carries out steps of a program, and copies some registers, multiplied by `factor`.
 pub(super) struct Evaluate<'r, const P: usize> {

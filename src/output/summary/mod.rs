@@ -194,6 +194,14 @@ impl<R> SummaryOf<R> {
     }
 
     /// The numbers of the result, if there is one.
+    pub fn solved(&self) -> Option<&R> {
+        match &self.outcome {
+            Outcome::Solved(solved) => Some(solved),
+            Outcome::Failed(_) => None,
+        }
+    }
+
+    /// The same, to change them.
     pub fn solved_mut(&mut self) -> Option<&mut R> {
         match &mut self.outcome {
             Outcome::Solved(solved) => Some(solved),

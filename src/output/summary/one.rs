@@ -7,6 +7,7 @@ use super::{Ended, Outcome, Summary};
 use crate::action::MULTIPLIERS;
 use crate::case::Case;
 use crate::diagnostics::Measures;
+use crate::diagnostics::gaps::Gaps;
 use crate::diagnostics::verdict::Verdict;
 use crate::scalar::Real;
 use crate::solve::{NoSolution, Settings, Solution, Status};
@@ -70,6 +71,9 @@ pub struct Solved {
     /// With an accuracy: windows of which it is not proved that nothing steep hides between their nodes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub windows_unproved: Option<usize>,
+    /// The gaps between nodes, if they were looked at.
+    #[serde(flatten)]
+    pub gaps: Option<Gaps>,
     /// The errors of t and x at the last node and at most, and how they were found; absent if there was nothing to
     /// compare with.
     #[serde(flatten)]
@@ -181,6 +185,7 @@ impl Solved {
             max_abs_delta_q_eta: measures.free_particle.map(|f| number(f.max_abs_delta_q_eta)),
             error_estimate: solution.error_estimate,
             windows_unproved: solution.windows_unproved,
+            gaps: None,
             error: None,
             newtonian_deviation: measures.newtonian.deviation,
             newtonian_c: measures.newtonian.c(),

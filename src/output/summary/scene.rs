@@ -8,6 +8,7 @@ use super::super::number::Number;
 use super::{Coordinates, Ended, Outcome, SceneSummary};
 use crate::case::scene::SceneCase;
 use crate::diagnostics::ChargeDeviation;
+use crate::diagnostics::gaps::Gaps;
 use crate::diagnostics::scene::{InvariantDeviation, SceneDiagnostics};
 use crate::diagnostics::verdict::Verdict;
 use crate::geometry::{ConservedSum, Geometry};
@@ -98,6 +99,9 @@ pub struct SolvedScene {
     /// With an accuracy: windows of which it is not proved that nothing steep hides between their nodes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub windows_unproved: Option<usize>,
+    /// The gaps between nodes, if they were looked at.
+    #[serde(flatten)]
+    pub gaps: Option<Gaps>,
     /// The error of every coordinate at the last node, against a Taylor reference; absent if that does not reach it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_final: Option<BTreeMap<String, f64>>,
@@ -207,6 +211,7 @@ impl SolvedScene {
             branch_distance: line.is_doubled().then(|| number(line.branch_distance())),
             error_estimate: line.error_estimate,
             windows_unproved: line.windows_unproved,
+            gaps: None,
             error_final: None,
             error_max: None,
             reference_error: None,

@@ -52,7 +52,7 @@ impl<S: Real> Curve<S> {
     ) -> Self {
         let grid = line.grid(window);
         let (geometry, start, length) = (line.geometry(), window.start.clone(), window.gamma[1] - window.gamma[0]);
-        let values = on_nodes(line, window);
+        let values = line.increments(window);
         let mut field = Field { geometry, start: &start, rates };
         let kind = if grid.is_equidistant() {
             let slopes = field.slopes(&values);
@@ -123,38 +123,6 @@ fn point<S: Real>(start: &Start<S>, rows: &[S], geometry: &Geometry<S>) -> Start
     }
     let q = start.q.iter().zip(rows).map(|(&q, &change)| q + change).collect();
     Start { q, p, q_dot: Vec::new() }
-}
-
-/// Rows of q^a of all coordinates and p_a of the active ones on the nodes of a window, counted from its start. In the
-/// strong form the momenta are p*.
-fn on_nodes<S: Real>(line: &WorldLine<S>, window: &SceneWindow<S>) -> Vec<Vec<S>> {
-    let (geometry, grid) = (line.geometry(), line.grid(window));
-    let from = line.start_of_rows(window);
-    let rows = line.rows(window);
-    let counted = |row: &[S], origin: S| row.iter().map(|&value| value - origin).collect::<Vec<S>>();
-    let mut all: Vec<Vec<S>> = rows.iter().zip(&from.q).map(|(row, &origin)| counted(row, origin)).collect();
-    if !line.is_doubled() {
-        let momenta = line.p.iter().zip(geometry.active());
-        all.extend(momenta.map(|(row, &a)| counted(&row[grid.nodes()], from.p[a])));
-        return all;
-    }
-    // The doubled system has positions only.
-    let velocities: Vec<Vec<S>> = (rows.iter().zip(&from.q))
-        .map(|(row, &origin)| {
-            let mut slopes = vec![S::ZERO; row.len()];
-            grid.derivative(row, origin, &mut slopes);
-            slopes
-        })
-        .collect();
-    let at = |rows: &[&[S]], k: usize| rows.iter().map(|row| row[k]).collect::<Vec<S>>();
-    let velocities: Vec<&[S]> = velocities.iter().map(Vec::as_slice).collect();
-    let mut momenta: Vec<Vec<S>> =
-        (0..grid.points()).map(|k| geometry.momenta(&at(&rows, k), &at(&velocities, k))).collect();
-    if let (Form::Strong, Some(last)) = (line.form, momenta.last_mut()) {
-        last.clone_from(&window.end.p);
-    }
-    all.extend(geometry.active().iter().map(|&a| momenta.iter().map(|p| p[a] - from.p[a]).collect()));
-    all
 }
 
 /// Hamilton's equations around the start of a window.

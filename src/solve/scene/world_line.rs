@@ -147,6 +147,38 @@ impl<S: Real> WorldLine<S> {
         self.q.iter().map(|row| &row[nodes.clone()]).collect()
     }
 
+    /// Rows of q^a of all coordinates and p_a of the active ones on the nodes of a window, counted from its start. In
+    /// the strong form the momenta are p*.
+    pub(crate) fn increments(&self, window: &SceneWindow<S>) -> Vec<Vec<S>> {
+        let (geometry, grid) = (self.geometry(), self.grid(window));
+        let from = self.start_of_rows(window);
+        let rows = self.rows(window);
+        let counted = |row: &[S], origin: S| row.iter().map(|&value| value - origin).collect::<Vec<S>>();
+        let mut all: Vec<Vec<S>> = rows.iter().zip(&from.q).map(|(row, &origin)| counted(row, origin)).collect();
+        if !self.is_doubled() {
+            let momenta = self.p.iter().zip(geometry.active());
+            all.extend(momenta.map(|(row, &a)| counted(&row[grid.nodes()], from.p[a])));
+            return all;
+        }
+        // The doubled system has positions only.
+        let velocities: Vec<Vec<S>> = (rows.iter().zip(&from.q))
+            .map(|(row, &origin)| {
+                let mut slopes = vec![S::ZERO; row.len()];
+                grid.derivative(row, origin, &mut slopes);
+                slopes
+            })
+            .collect();
+        let at = |rows: &[&[S]], k: usize| rows.iter().map(|row| row[k]).collect::<Vec<S>>();
+        let velocities: Vec<&[S]> = velocities.iter().map(Vec::as_slice).collect();
+        let mut momenta: Vec<Vec<S>> =
+            (0..grid.points()).map(|k| geometry.momenta(&at(&rows, k), &at(&velocities, k))).collect();
+        if let (Form::Strong, Some(last)) = (self.form, momenta.last_mut()) {
+            last.clone_from(&window.end.p);
+        }
+        all.extend(geometry.active().iter().map(|&a| momenta.iter().map(|p| p[a] - from.p[a]).collect()));
+        all
+    }
+
     /// The start of a window as its rows count it: ignorable coordinates are 0.
     pub(crate) fn start_of_rows(&self, window: &SceneWindow<S>) -> Start<S> {
         relative(self.geometry(), &window.start)

@@ -8,9 +8,7 @@ use pulp::{Simd, WithSimd};
 
 use super::functions;
 use crate::expr::{Function, Machine, Register, Step, around, walk};
-use crate::lobatto::elementary;
-use crate::lobatto::simd::{abs, multiply_add, neg, vectors, vectors_mut};
-use crate::lobatto::tables::Nodes;
+use crate::vector::{Nodes, abs, elementary, multiply_add, neg, vectors, vectors_mut};
 
 /// How many boxes there are.
 pub(super) const BOXES: usize = 8;

@@ -13,7 +13,7 @@ use crate::expr::{Function, Kind, Operation, Program, Register, Step, kind};
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 /// A bound for each box.
-type Bounds = [f64; BOXES];
+pub(super) type Bounds = [f64; BOXES];
 
 /// Room for the bounds of all values.
 pub(super) struct Influence {
@@ -66,16 +66,22 @@ impl Influence {
         })
     }
 
-    /// Whether what is steep on the boxes of these pairs changes every output by less than its tolerance.
-    pub(super) fn is_negligible(&mut self, drive: &Enclosed, pairs: &[usize], tolerances: &[f64]) -> bool {
+    /// By how much what is steep on the boxes of these pairs changes an output, in units of its tolerance: the most of
+    /// all outputs, pair by pair.
+    pub(super) fn largest(&mut self, drive: &Enclosed, pairs: &[usize], tolerances: &[f64]) -> Bounds {
         let program = drive.program.program();
         for &Step { to, operation } in program.steps_to(program.outputs()) {
             self.bounds[to] = self.bound(drive, pairs, to, operation);
         }
-        tolerances.iter().enumerate().all(|(output, &tolerance)| {
-            let bounds = &self.bounds[program.output(output)];
-            bounds[..pairs.len()].iter().all(|&bound| bound <= tolerance)
-        })
+        let mut largest = [0.0_f64; BOXES];
+        // Nothing depends on an output whose tolerance is infinite.
+        for (output, &tolerance) in tolerances.iter().enumerate().filter(|(_, tolerance)| tolerance.is_finite()) {
+            for (largest, &bound) in largest.iter_mut().zip(&self.bounds[program.output(output)]) {
+                let share = if bound == 0.0 { 0.0 } else { bound / tolerance };
+                *largest = if share.is_nan() { f64::INFINITY } else { largest.max(share) };
+            }
+        }
+        largest
     }
 
     fn bound(&self, drive: &Enclosed, pairs: &[usize], to: Register, operation: Operation) -> Bounds {

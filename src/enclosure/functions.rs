@@ -3,7 +3,7 @@
 use super::lanes::{BOXES, Lanes, TINY};
 use crate::expr::Function;
 
-/// More than the functions of [`crate::lobatto::elementary`] and of the standard library are off by, relative to the
+/// More than the functions of [`crate::vector::elementary`] and of the standard library are off by, relative to the
 /// result: one unit in the last place, or two.
 const ERROR: f64 = 4.0 * f64::EPSILON;
 

@@ -4,8 +4,8 @@ use pulp::{Simd, WithSimd};
 
 use super::{call, power, sin_cos};
 use crate::expr::Function;
-use crate::lobatto::Level;
 use crate::scalar::{Extended, Real};
+use crate::vector::Level;
 
 /// f(x) or x^y at a level.
 struct Values<'a> {

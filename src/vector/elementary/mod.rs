@@ -18,7 +18,7 @@ mod tests;
 use pulp::{Simd, WithSimd};
 
 use self::pair::SIGN;
-use super::simd::is_fused;
+use super::is_fused;
 use crate::expr::Function;
 
 /// All of `x`, whose length is a multiple of 8, so that the compiler knows this and makes no code for a rest.
@@ -183,7 +183,7 @@ fn powers_outside(x: &[f64], y: &[f64], out: &mut [f64]) {
 
 /// f(x) on as many nodes as there are. Compiled once for every level, with its instructions.
 #[inline(never)]
-pub(super) fn call<S: Simd>(s: S, function: Function, x: &[f64], out: &mut [f64]) {
+pub(crate) fn call<S: Simd>(s: S, function: Function, x: &[f64], out: &mut [f64]) {
     if is_fused::<S>() {
         s.vectorize(Call { function, x, out });
     } else {
@@ -193,7 +193,7 @@ pub(super) fn call<S: Simd>(s: S, function: Function, x: &[f64], out: &mut [f64]
 
 /// x^y likewise.
 #[inline(never)]
-pub(super) fn power<S: Simd>(s: S, x: &[f64], y: &[f64], out: &mut [f64]) {
+pub(crate) fn power<S: Simd>(s: S, x: &[f64], y: &[f64], out: &mut [f64]) {
     if is_fused::<S>() {
         s.vectorize(Power { x, y, out });
     } else {
@@ -204,7 +204,7 @@ pub(super) fn power<S: Simd>(s: S, x: &[f64], y: &[f64], out: &mut [f64]) {
 
 /// sin x and cos x likewise.
 #[inline(never)]
-pub(super) fn sin_cos<S: Simd>(s: S, x: &[f64], [sin, cos]: [&mut [f64]; 2]) {
+pub(crate) fn sin_cos<S: Simd>(s: S, x: &[f64], [sin, cos]: [&mut [f64]; 2]) {
     if is_fused::<S>() {
         s.vectorize(SinCos { x, sin, cos });
     } else {

@@ -1,6 +1,6 @@
-//! Whether something steep may hide between the nodes of a window.
+//! Whether something steep may hide between nodes.
 //!
-//! A window knows the force on its nodes. Its formulas say more: interval arithmetic bounds what they do on the boxes
+//! Nodes know the force where they are. Its formulas say more: interval arithmetic bounds what they do on the boxes
 //! that neighbouring nodes span. This is done in two stages.
 //!
 //! 1. In sums and products nothing hides that the polynomials of a window do not show; functions and quotients have
@@ -8,19 +8,30 @@
 //!    than [`RATIO`] or [`STEP`] from a node to the next, the nodes see whatever they do.
 //! 2. On the other boxes it is bounded what those functions and quotients, steep as they are, can do to the motion (see
 //!    `influence`). If that is more than the accuracy allows, the window has not seen its force.
+//!
+//! A march asks whether this holds for a window, which it can shorten. Of a run on a given grid every pair of nodes is
+//! asked for what it may hide (see `pieces`).
 
 mod functions;
 mod influence;
 mod lanes;
+mod one;
 mod path;
+mod pieces;
+mod scene;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use one::negligible_potential;
+pub(crate) use path::Path;
+pub(crate) use scene::{Weights, negligible_rates};
+
+use std::ops::Range;
+
 use self::influence::Influence;
 use self::lanes::{BOXES, Enclose, Lanes};
-use self::path::Path;
-use super::simd::Level;
 use crate::expr::{Kind, Program, Staged, Steep, plain};
+use crate::vector::Level;
 
 /// Largest over smallest value of a divisor between neighbouring nodes, at most. What the nodes do not see is then at
 /// most so many times what they see, and they see it if their modes are small beside it. On the built-in cases with
@@ -31,9 +42,12 @@ const RATIO: f64 = 8.0;
 const STEP: f64 = 2.0;
 const ANGLE: f64 = 1.5;
 
+/// The part of an accuracy that may come from what is too small to be seen.
+pub(crate) const UNSEEN: f64 = 0.1;
+
 /// What was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Found {
+pub(crate) enum Found {
     /// Nothing hides.
     Nothing,
     /// Something may hide between the nodes.
@@ -84,9 +98,9 @@ impl Enclosed {
     }
 }
 
-/// Looks at windows.
-pub(super) struct Enclosure {
-    pub(super) path: Path,
+/// Looks between the nodes of a path.
+pub(crate) struct Enclosure {
+    pub(crate) path: Path,
     kinds: Vec<Kind>,
     /// Whether arguments depend on a variable.
     reads: Vec<bool>,
@@ -98,7 +112,7 @@ pub(super) struct Enclosure {
 impl Enclosure {
     /// For motion that the first `outputs` outputs of `program` drive, where some of its variables vary; `None` where
     /// nothing can hide.
-    pub(super) fn new(program: &Program<f64>, outputs: usize, varies: impl Fn(usize) -> bool) -> Option<Self> {
+    pub(crate) fn new(program: &Program<f64>, outputs: usize, varies: impl Fn(usize) -> bool) -> Option<Self> {
         let steep = Steep::new(program, outputs, &varies)?;
         let drive = plain(program, outputs);
         let influence = Influence::new(&drive);
@@ -118,16 +132,35 @@ impl Enclosure {
     }
 
     /// Sets the variables that stay.
-    pub(super) fn fix(&mut self, values: &[(usize, f64)]) {
+    pub(crate) fn fix(&mut self, values: &[(usize, f64)]) {
         self.arguments.fix(values);
         self.drive.fix(values);
     }
 
-    /// Looks at the window that [`Self::path`] describes, first at boxes that hold two or three pairs of nodes. Changes
-    /// of what drives the motion by `tolerances` do nothing.
-    pub(super) fn look(&mut self, tolerances: impl FnOnce() -> Vec<f64>) -> Found {
-        let pairs = self.path.points - 1;
-        let ends = |group: usize| group * pairs / BOXES;
+    /// Looks at the window that [`Self::path`] describes. Changes of what drives the motion by `tolerances` do nothing.
+    pub(crate) fn look(&mut self, tolerances: impl FnOnce() -> Vec<f64>) -> Found {
+        let steep = self.steep(0..self.path.points - 1);
+        if steep.is_empty() || self.prove(&steep, &tolerances()) { Found::Nothing } else { Found::Hidden }
+    }
+
+    /// The pairs of nodes, each named by its first node, between which an argument changes much.
+    fn steep(&mut self, pairs: Range<usize>) -> Vec<usize> {
+        let mut steep = Vec::new();
+        for some in self.suspicious(pairs).chunks(BOXES) {
+            Self::place(&self.path, &mut self.arguments, some);
+            let flags = self.flags();
+            steep.extend(some.iter().zip(flags).filter(|look| look.1).map(|look| *look.0));
+        }
+        steep
+    }
+
+    /// The pairs that are to be looked at one by one: those in boxes of some pairs each on which an argument changes
+    /// much.
+    fn suspicious(&mut self, pairs: Range<usize>) -> Vec<usize> {
+        if pairs.len() <= BOXES {
+            return pairs.collect();
+        }
+        let ends = |group: usize| pairs.start + group * pairs.len() / BOXES;
         let rows = 0..self.path.variables.len();
         for row in rows.filter(|&row| self.reads[self.path.variables[row]]) {
             for group in 0..BOXES {
@@ -137,18 +170,7 @@ impl Enclosure {
             }
         }
         let flags = self.flags();
-        if flags == [false; BOXES] {
-            return Found::Nothing;
-        }
-        let flagged = (0..BOXES).filter(|&group| flags[group]);
-        let suspicious: Vec<usize> = flagged.flat_map(|group| ends(group)..ends(group + 1)).collect();
-        let mut steep = Vec::new();
-        for some in suspicious.chunks(BOXES) {
-            Self::place(&self.path, &mut self.arguments, some);
-            let flags = self.flags();
-            steep.extend(some.iter().zip(flags).filter(|look| look.1).map(|look| *look.0));
-        }
-        if steep.is_empty() { Found::Nothing } else { self.prove(&steep, &tolerances()) }
+        (0..BOXES).filter(|&group| flags[group]).flat_map(|group| ends(group)..ends(group + 1)).collect()
     }
 
     /// Which boxes have an argument that changes much.
@@ -173,18 +195,15 @@ impl Enclosure {
         }
     }
 
-    /// Bounds what is steep from node to node by what it does to the motion.
-    fn prove(&mut self, pairs: &[usize], tolerances: &[f64]) -> Found {
+    /// Bounds what is steep from node to node by what it does to the motion. Whether that is nothing.
+    fn prove(&mut self, pairs: &[usize], tolerances: &[f64]) -> bool {
         let Self { path, drive, influence, .. } = self;
         influence.see_nodes(path, drive);
-        for some in pairs.chunks(BOXES) {
+        pairs.chunks(BOXES).all(|some| {
             Self::place(path, drive, some);
             drive.run();
-            if !influence.is_negligible(drive, some, tolerances) {
-                return Found::Hidden;
-            }
-        }
-        Found::Nothing
+            influence.largest(drive, some, tolerances)[..some.len()].iter().all(|&bound| bound <= 1.0)
+        })
     }
 }
 
@@ -192,7 +211,7 @@ impl Enclosure {
 fn is_gentle(kind: Kind, lo: f64, hi: f64) -> bool {
     match kind {
         Kind::Ratio => lo > 0.0 && hi <= RATIO * lo || hi < 0.0 && -lo <= -RATIO * hi,
-        Kind::Step => hi - lo <= STEP,
+        Kind::Exponent | Kind::Step => hi - lo <= STEP,
         Kind::Angle => hi - lo <= ANGLE,
         Kind::Sign => lo > 0.0 || hi < 0.0,
         Kind::Edge => {

@@ -4,9 +4,16 @@
 //! into pulp's entry function is compiled with the instructions of the level. For the same reason there are no
 //! closures, no iterator adaptors and no calls of the standard library over vectors.
 
+pub(crate) mod elementary;
+mod nodes;
+pub(crate) mod twofold;
+
+pub(crate) use nodes::Nodes;
+pub use twofold::Twofold;
+
 use pulp::{Arch, Scalar, Simd, WithSimd};
 
-use super::twofold::{self, SPLITTER};
+use self::twofold::SPLITTER;
 
 /// Which instructions to use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -22,7 +29,7 @@ pub enum Level {
 
 impl Level {
     #[inline]
-    pub(super) fn dispatch<W: WithSimd>(self, work: W) -> W::Output {
+    pub(crate) fn dispatch<W: WithSimd>(self, work: W) -> W::Output {
         #[cfg(target_arch = "x86_64")]
         match (self, Arch::new()) {
             (Self::Best, Arch::V4(simd)) => return Simd::vectorize(simd, work),
@@ -52,38 +59,38 @@ fn one_by_one<W: WithSimd>(work: W) -> W::Output {
 /// A length for which the compiler does not unroll loops over single numbers. Unrolled, they would be larger than the
 /// code of all other levels together and take as long to build, for machines that hardly exist.
 #[inline(always)]
-pub(super) fn count<S: Simd>(length: usize) -> usize {
+pub(crate) fn count<S: Simd>(length: usize) -> usize {
     if S::IS_SCALAR { std::hint::black_box(length) } else { length }
 }
 
 /// Whether a multiply-add is one instruction; otherwise it is a slow library call.
 #[inline(always)]
-pub(super) fn is_fused<S: Simd>() -> bool {
+pub(crate) fn is_fused<S: Simd>() -> bool {
     !S::IS_SCALAR && cfg!(any(target_arch = "x86_64", target_arch = "aarch64"))
 }
 
 /// |a|. The trait's methods for this and the next one are not always inlined, and are then compiled without the level's
 /// instructions.
 #[inline(always)]
-pub(super) fn abs<S: Simd>(s: S, a: S::f64s) -> S::f64s {
+pub(crate) fn abs<S: Simd>(s: S, a: S::f64s) -> S::f64s {
     s.and_f64s(s.splat_f64s(f64::from_bits(!(1 << 63))), a)
 }
 
 /// −a.
 #[inline(always)]
-pub(super) fn neg<S: Simd>(s: S, a: S::f64s) -> S::f64s {
+pub(crate) fn neg<S: Simd>(s: S, a: S::f64s) -> S::f64s {
     s.xor_f64s(a, s.splat_f64s(-0.0))
 }
 
 /// a b + c with one rounding or two.
 #[inline(always)]
-pub(super) fn multiply_add<S: Simd>(s: S, a: S::f64s, b: S::f64s, c: S::f64s) -> S::f64s {
+pub(crate) fn multiply_add<S: Simd>(s: S, a: S::f64s, b: S::f64s, c: S::f64s) -> S::f64s {
     s.mul_add_e_f64s(a, b, c)
 }
 
 /// a + b exactly, as (rounded sum, error).
 #[inline(always)]
-pub(super) fn two_sum<S: Simd>(s: S, a: S::f64s, b: S::f64s) -> (S::f64s, S::f64s) {
+pub(crate) fn two_sum<S: Simd>(s: S, a: S::f64s, b: S::f64s) -> (S::f64s, S::f64s) {
     let sum = s.add_f64s(a, b);
     let b_seen = s.sub_f64s(sum, a);
     (sum, s.add_f64s(s.sub_f64s(a, s.sub_f64s(sum, b_seen)), s.sub_f64s(b, b_seen)))
@@ -91,7 +98,7 @@ pub(super) fn two_sum<S: Simd>(s: S, a: S::f64s, b: S::f64s) -> (S::f64s, S::f64
 
 /// a b − p exactly, for the rounded product p = a b.
 #[inline(always)]
-pub(super) fn product_error<S: Simd>(s: S, a: S::f64s, b: S::f64s, p: S::f64s) -> S::f64s {
+pub(crate) fn product_error<S: Simd>(s: S, a: S::f64s, b: S::f64s, p: S::f64s) -> S::f64s {
     if is_fused::<S>() {
         return s.mul_add_f64s(a, b, neg(s, p));
     }
@@ -106,7 +113,7 @@ pub(super) fn product_error<S: Simd>(s: S, a: S::f64s, b: S::f64s, p: S::f64s) -
 
 /// a b exactly, for one number.
 #[inline(always)]
-pub(super) fn two_product<S: Simd>(a: f64, b: f64) -> (f64, f64) {
+pub(crate) fn two_product<S: Simd>(a: f64, b: f64) -> (f64, f64) {
     if is_fused::<S>() {
         let p = a * b;
         (p, a.mul_add(b, -p))
@@ -117,20 +124,20 @@ pub(super) fn two_product<S: Simd>(a: f64, b: f64) -> (f64, f64) {
 
 /// The vectors of a slice whose length is a multiple of 8, and with it of the vector length.
 #[inline(always)]
-pub(super) fn vectors<S: Simd>(v: &[f64]) -> &[S::f64s] {
+pub(crate) fn vectors<S: Simd>(v: &[f64]) -> &[S::f64s] {
     S::as_simd_f64s(&v[..count::<S>(v.len())]).0
 }
 
 /// The same vectors, writable.
 #[inline(always)]
-pub(super) fn vectors_mut<S: Simd>(v: &mut [f64]) -> &mut [S::f64s] {
+pub(crate) fn vectors_mut<S: Simd>(v: &mut [f64]) -> &mut [S::f64s] {
     let length = count::<S>(v.len());
     S::as_mut_simd_f64s(&mut v[..length]).0
 }
 
 /// Copies `from` to `to`, without the call that the standard library would make of it.
 #[inline(always)]
-pub(super) fn copy<S: Simd>(from: &[f64], to: &mut [f64]) {
+pub(crate) fn copy<S: Simd>(from: &[f64], to: &mut [f64]) {
     let (from, to) = (vectors::<S>(from), vectors_mut::<S>(to));
     let mut i = 0;
     while i < to.len() {
@@ -141,7 +148,7 @@ pub(super) fn copy<S: Simd>(from: &[f64], to: &mut [f64]) {
 
 /// max |v_j|.
 #[inline(always)]
-pub(super) fn largest<S: Simd>(s: S, v: &[f64]) -> f64 {
+pub(crate) fn largest<S: Simd>(s: S, v: &[f64]) -> f64 {
     let v = vectors::<S>(v);
     let mut m = abs(s, v[0]);
     let mut i = 1;
@@ -154,7 +161,7 @@ pub(super) fn largest<S: Simd>(s: S, v: &[f64]) -> f64 {
 
 /// max |v_j − w_j|.
 #[inline(always)]
-pub(super) fn distance<S: Simd>(s: S, v: &[f64], w: &[f64]) -> f64 {
+pub(crate) fn distance<S: Simd>(s: S, v: &[f64], w: &[f64]) -> f64 {
     let (v, w) = (vectors::<S>(v), vectors::<S>(w));
     let mut m = abs(s, s.sub_f64s(v[0], w[0]));
     let mut i = 1;
@@ -167,7 +174,7 @@ pub(super) fn distance<S: Simd>(s: S, v: &[f64], w: &[f64]) -> f64 {
 
 /// min v_j and max v_j.
 #[inline(always)]
-pub(super) fn extremes<S: Simd>(s: S, v: &[f64]) -> (f64, f64) {
+pub(crate) fn extremes<S: Simd>(s: S, v: &[f64]) -> (f64, f64) {
     let v = vectors::<S>(v);
     let (mut least, mut most) = (v[0], v[0]);
     let mut i = 1;

@@ -17,7 +17,7 @@ pub struct Twofold {
 
 /// `a + b` exactly, as (rounded sum, error), whichever is larger (Knuth).
 #[inline(always)]
-pub(super) fn two_sum(a: f64, b: f64) -> (f64, f64) {
+pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     let b_seen = sum - a;
     (sum, (a - (sum - b_seen)) + (b - b_seen))
@@ -25,13 +25,13 @@ pub(super) fn two_sum(a: f64, b: f64) -> (f64, f64) {
 
 /// `a + b` exactly if |a| ≥ |b| or a = 0 (Dekker).
 #[inline(always)]
-pub(super) fn fast_two_sum(a: f64, b: f64) -> (f64, f64) {
+pub(crate) fn fast_two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     (sum, b - (sum - a))
 }
 
 /// 2^27 + 1: multiplying by it splits a number into two halves of 26 bits (Dekker).
-pub(super) const SPLITTER: f64 = 134_217_729.0;
+pub(crate) const SPLITTER: f64 = 134_217_729.0;
 
 #[inline(always)]
 fn split(a: f64) -> (f64, f64) {
@@ -42,7 +42,7 @@ fn split(a: f64) -> (f64, f64) {
 
 /// `a · b` exactly, as (rounded product, error).
 #[inline(always)]
-pub(super) fn two_product(a: f64, b: f64) -> (f64, f64) {
+pub(crate) fn two_product(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;
     let ((a_hi, a_lo), (b_hi, b_lo)) = (split(a), split(b));
     (product, ((a_hi * b_hi - product) + a_hi * b_lo + a_lo * b_hi) + a_lo * b_lo)
@@ -75,7 +75,7 @@ impl Twofold {
 
     /// a/b of two plain numbers.
     #[inline(always)]
-    pub(super) fn ratio(a: f64, b: f64) -> Self {
+    pub(crate) fn ratio(a: f64, b: f64) -> Self {
         let first = a / b;
         let (product, error) = two_product(first, b);
         Self::new(first, ((a - product) - error) / b)
@@ -83,7 +83,7 @@ impl Twofold {
 
     /// 1/self, by one step of Newton's method from the rounded one.
     #[inline(always)]
-    pub(super) fn reciprocal(self) -> Self {
+    pub(crate) fn reciprocal(self) -> Self {
         let first = 1.0 / self.hi;
         let (product, error) = two_product(first, self.hi);
         Self::new(first, first * (((1.0 - product) - error) - first * self.lo))
@@ -91,7 +91,7 @@ impl Twofold {
 
     /// `self` plus the small sum `b.0 + b.1`, for the joints of windows: one renormalisation, error 2^−104 |self|.
     #[inline(always)]
-    pub(super) fn plus_update(self, b: (f64, f64)) -> Self {
+    pub(crate) fn plus_update(self, b: (f64, f64)) -> Self {
         let (sum, error) = two_sum(self.hi, b.0);
         let (hi, lo) = fast_two_sum(sum, error + (self.lo + b.1));
         Self { hi, lo }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use proptest::prelude::*;
 
 use super::lanes::BOXES;
-use super::{Enclosed, is_gentle};
+use super::{Enclosed, Enclosure, is_gentle};
 use crate::expr::{Function, Graph, Kind, Names, NodeId, Program, Staged, plain};
 use crate::scalar::{Extended, Real};
 
@@ -80,7 +80,8 @@ fn interval(most: f64) -> impl Strategy<Value = ([f64; 2], Vec<f64>)> {
     })
 }
 
-/// Expressions in x and y. They have no constants but exact exponents: a graph rounds what follows from constants alone.
+/// Expressions in x and y. They have no constants but exact exponents: a graph rounds what follows from constants
+/// alone.
 fn expression() -> impl Strategy<Value = String> {
     let leaf = prop::sample::select(vec!["x", "y"]).prop_map(String::from);
     leaf.prop_recursive(5, 30, 2, |inner| {
@@ -154,10 +155,30 @@ fn edges() {
     assert!(lo.abs() < 1e-300 && hi < 1e-300);
 }
 
+/// What hides on a way of three nodes, where x and y move as given.
+fn hidden(text: &str, x: [f64; 3], y: [f64; 3]) -> Vec<usize> {
+    let mut enclosure = Enclosure::new(&parsed(text), 1, |_| true).unwrap();
+    enclosure.path.begin(3);
+    enclosure.path.push(0, &x, |_| 0.0);
+    enclosure.path.push(1, &y, |_| 0.0);
+    enclosure.hidden(|| vec![1e-9], 0.0).into_iter().map(|(pair, _)| pair).collect()
+}
+
+#[test]
+fn pieces_know_that_variables_change_together() {
+    // On the box of each pair the divisor may be 0; on the way it is 1.
+    assert!(hidden("1/(x-y)", [1.0, 3.0, 6.0], [0.0, 2.0, 5.0]).is_empty());
+    assert_eq!(hidden("1/(x-y)", [1.0, 3.0, 6.0], [0.0, 2.0, 7.0]), [1]);
+    // The exponent is smallest on the way from the second node to the third, or falls all the way.
+    assert_eq!(hidden("exp(-(x*y))", [1.0, 2.0, 0.0], [1.0, 1.0, 6.0]), [1]);
+    assert!(hidden("exp(-(x*y))", [1.0, 2.0, 4.0], [1.0, 2.0, 2.0]).is_empty());
+    assert_eq!(hidden("tanh(x*y)", [-1.0, 2.0, 4.0], [1.0, 2.0, 2.0]), [0, 1]);
+}
+
 #[test]
 fn what_changes_little_is_gentle() {
     let unknown = [-f64::INFINITY, f64::INFINITY];
-    for kind in [Kind::Ratio, Kind::Step, Kind::Angle, Kind::Sign, Kind::Edge] {
+    for kind in [Kind::Ratio, Kind::Exponent, Kind::Step, Kind::Angle, Kind::Sign, Kind::Edge] {
         assert!(!is_gentle(kind, unknown[0], unknown[1]), "{kind:?}");
     }
     assert!(is_gentle(Kind::Ratio, 1.0, 1.5) && is_gentle(Kind::Ratio, -1.5, -1.0));

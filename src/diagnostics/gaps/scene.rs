@@ -1,0 +1,110 @@
+//! The gaps of a run of a scene.
+
+use super::{Gap, Gaps, accuracy, bend, look};
+use crate::enclosure::{Enclosure, Path, UNSEEN, Weights, negligible_rates};
+use crate::geometry::Geometry;
+use crate::scalar::Real;
+use crate::solve::scene::{SceneWindow, WorldLine};
+
+impl Gaps {
+    /// Looks at the gaps of `line`, whose geometry is `geometry`. `error` is its estimated error relative to
+    /// max(1, size) of its coordinates, as in [`Verdict`](crate::diagnostics::verdict::Verdict), if it is known.
+    pub fn of_world_line<S: Real>(line: &WorldLine<S>, geometry: &Geometry, error: Option<f64>) -> Self {
+        let accuracy = accuracy(error);
+        let (weights, length) = (weights(line), line.length.to_f64());
+        let count = line.nodes() - line.windows.len();
+        let mut hidden = Vec::new();
+        if let Some(mut enclosure) = Enclosure::of_geometry(geometry) {
+            let momenta: Vec<f64> = line.place.start.p.iter().map(|p| p.to_f64()).collect();
+            enclosure.fix_momenta(&momenta);
+            for (place, window) in line.windows.iter().enumerate() {
+                let nodes = Nodes::new(line, window);
+                nodes.describe(geometry, &mut enclosure.path);
+                let tolerances = || {
+                    let weights = Weights { q: &weights, p: &nodes.couplings(geometry, &weights) };
+                    negligible_rates(geometry, &weights, length, UNSEEN * accuracy)
+                };
+                hidden.extend(look(&mut enclosure, place, &nodes.distances, (length, count), tolerances));
+            }
+        }
+        Self::new(count, accuracy, hidden, |first| gap(line, &line.windows[first.window], first.node))
+    }
+}
+
+/// One over max(1, size) of every coordinate: over its largest |q^a| or, if it is ignorable, its largest |q^a − q_i^a|.
+fn weights<S: Real>(line: &WorldLine<S>) -> Vec<f64> {
+    let size = |a: usize| {
+        let origin = if line.geometry().active().contains(&a) { S::ZERO } else { line.place.start.q[a] };
+        line.q(a).fold(1.0, |most: f64, q| most.max((q - origin).to_f64().abs()))
+    };
+    (0..line.geometry().dimension()).map(|a| 1.0 / size(a)).collect()
+}
+
+/// A window in `f64`.
+struct Nodes {
+    /// γ from each node to the next.
+    distances: Vec<f64>,
+    /// q^a and then p_a of all coordinates, node by node.
+    states: Vec<Vec<f64>>,
+}
+
+impl Nodes {
+    fn new<S: Real>(line: &WorldLine<S>, window: &SceneWindow<S>) -> Self {
+        let (geometry, grid, n) = (line.geometry(), line.grid(window), line.geometry().dimension());
+        let increments = line.increments(window);
+        let state = |k: usize| {
+            let mut state: Vec<S> = window.start.q.iter().chain(&window.start.p).copied().collect();
+            let places = (0..n).chain(geometry.active().iter().map(|a| n + a));
+            places.zip(&increments).for_each(|(place, row)| state[place] += row[k]);
+            state.into_iter().map(S::to_f64).collect()
+        };
+        Self { distances: grid.distances(), states: (0..grid.points()).map(state).collect() }
+    }
+
+    /// Describes the positions and momenta of active coordinates as a path. They bend as their rates at the nodes say.
+    fn describe(&self, geometry: &Geometry, path: &mut Path) {
+        let (field, n) = (geometry.field(), geometry.dimension());
+        let mut room = field.room();
+        let mut rates = |state: &Vec<f64>| {
+            let mut rates = vec![0.0; 2 * n];
+            // Nothing is known of a path that leaves the domain.
+            let inside = field.slopes(state, &mut room, &mut rates);
+            inside.map_or_else(|_| vec![f64::NAN; 2 * n], |()| rates)
+        };
+        let rates: Vec<Vec<f64>> = self.states.iter().map(&mut rates).collect();
+        path.begin(self.states.len());
+        for place in geometry.active().iter().flat_map(|&a| [a, n + a]) {
+            let values: Vec<f64> = self.states.iter().map(|state| state[place]).collect();
+            let variable = if place < n { place } else { place + n };
+            path.push(variable, &values, |k| bend(self.distances[k] * (rates[k + 1][place] - rates[k][place])));
+        }
+    }
+
+    /// By how much the momentum of each active coordinate changes velocities, times the `weights` of these: the most on
+    /// the nodes.
+    fn couplings(&self, geometry: &Geometry, weights: &[f64]) -> Vec<f64> {
+        let (field, n, active) = (geometry.field(), geometry.dimension(), geometry.active());
+        let m = active.len();
+        let (mut room, mut couplings) = (field.jacobian_room(), vec![0.0; m]);
+        for state in &self.states {
+            field.jacobian(&state[..n], &state[n..], &mut room, |row, column, value| {
+                if row < m && column >= m {
+                    let coupling: &mut f64 = &mut couplings[column - m];
+                    *coupling = coupling.max(value.abs() * weights[active[row]]);
+                }
+            });
+        }
+        couplings
+    }
+}
+
+/// The gap from node k of a window.
+fn gap<S: Real>(line: &WorldLine<S>, window: &SceneWindow<S>, k: usize) -> Gap {
+    let grid = line.grid(window);
+    let increments = line.increments(window);
+    let gamma = [k, k + 1].map(|k| (line.gamma_i + grid.gamma_at(k)).to_f64());
+    let names = line.geometry().names().iter().zip(window.start.q.iter().zip(&increments));
+    let ends =
+        |(name, (&start, row)): (&String, (&S, &Vec<S>))| (name.clone(), [k, k + 1].map(|k| (start + row[k]).to_f64()));
+    Gap { gamma, coordinates: names.map(ends).collect() }
+}
