@@ -178,6 +178,7 @@ def ias15(epsilon):
 def dop853(program):
     """Rows of `work-precision`: seconds and errors of the position, by tolerance."""
     text = CASE.format(conformal="", x=START[0], y_dot=START[3]) + f"[grid]\ngamma_f = {LENGTH!r}\n"
+    text += 'windows = 1500\n[scheme]\nsbp = "GLL20"\n'
     folder = Path(tempfile.mkdtemp(prefix="kepler-"))
     (folder / "case.toml").write_text(text)
     line = [program, "work-precision", str(folder / "case.toml"), "--quiet", "--methods", "DOP853"]

@@ -61,7 +61,7 @@ def work_precision_tanh_wall(python=False):
 
 @section("Speed against accuracy: a star in a galaxy")
 def work_precision_henon_heiles(python=False):
-    return charted("henon-heiles", None, "work-precision-henon-heiles.svg", python)
+    return charted("henon-heiles", "100,1000", "work-precision-henon-heiles.svg", python)
 
 
 @section("Speed against accuracy: an orbit around a black hole")
