@@ -28,7 +28,8 @@ pub(super) const EXIT_CODES: [(u8, &str); 7] = [
     (0, "success; also when a reader closes the pipe early"),
     (
         IO_FAILURE,
-        "a file cannot be read or written, or is not this program's to replace; standard output is closed or full",
+        "a file cannot be read or written, or is not this program's to replace; standard output is closed or full; no \
+         memory or thread is to be had",
     ),
     (INVALID_CASE, "wrong usage or an invalid case; the message shows line, column and what to do"),
     (NO_CRITICAL_POINT, "no critical point; the message says where the residual is largest and what to try"),

@@ -12,7 +12,7 @@ use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
 use geodesic_ivp::sampling::Sample;
 use geodesic_ivp::scalar::Real;
 use geodesic_ivp::solve::{Arithmetic, NoSolution, solve_window_by_window};
-use geodesic_ivp::study::run_error::{RunError, run_error};
+use geodesic_ivp::study::run_error::{RunError, error_with_samples};
 use geodesic_ivp::study::verdict::of_solution;
 use geodesic_ivp::{Case, Solution, solve};
 
@@ -126,9 +126,14 @@ impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
         }
     }
 
-    fn judge(&self, Solved { solution, measures, seconds, .. }: &Solved<S>) -> Judged<output::Solved, RunError> {
+    fn judge(
+        &self,
+        Solved { solution, measures, samples, seconds, .. }: &Solved<S>,
+    ) -> Judged<output::Solved, RunError> {
         let mut summary = Summary::new(self.case, Ok((solution, measures)), seconds[0]);
-        let error = run_error(self.case, solution);
+        // The nodes before the last window may be gone; what is written is compared all the same.
+        let samples = if self.args.samples.only() { samples.as_slice() } else { &[] };
+        let error = error_with_samples(self.case, solution, samples);
         let mut verdict = of_solution(solution, measures, error.as_ref());
         let mut suspicions = measures.warnings(solution);
         if !suspicions.is_empty()

@@ -13,6 +13,7 @@ use crate::geodesic::{InitialData, Invariants};
 use crate::lobatto::{Adaptive, Goal, Inside, State, WindowView};
 use crate::metric::Metric;
 use crate::reference::ReferenceTrajectory;
+use crate::sampling::Sample;
 use crate::scalar::Real;
 use crate::solve::Solution;
 
@@ -66,6 +67,11 @@ impl Judge {
 
 /// The error of `solution`, which must be the whole run of `case`; `None` if no second solve is possible.
 pub fn run_error<S: Real>(case: &Case, solution: &Solution<S>) -> Option<RunError> {
+    error_with_samples(case, solution, &[])
+}
+
+/// The error of a run of `case` of which only its last part, the `solution`, and `samples` of all of it are kept.
+pub fn error_with_samples<S: Real>(case: &Case, solution: &Solution<S>, samples: &[Sample<S>]) -> Option<RunError> {
     if let Some(estimate) = solution.error_estimate {
         let largest = |values: &mut dyn Iterator<Item = f64>| values.map(f64::abs).fold(1.0, f64::max);
         let t = largest(&mut solution.time_from_start(&solution.elapsed).map(S::to_f64));
@@ -75,14 +81,33 @@ pub fn run_error<S: Real>(case: &Case, solution: &Solution<S>) -> Option<RunErro
         let end = if matches!(case.end::<f64>(), End::Duration(_)) { [0.0, largest[1]] } else { largest };
         return Some(RunError { end, largest, judge: Judge::Companion, stepped_over: stepped_over(case, solution) });
     }
-    let nodes = Nodes::new(case, solution);
+    let points = points(solution, samples);
+    let nodes = Nodes::new(case, &points);
     let found = nodes.by_second_solve(case);
     let [t, x] = nodes.sizes;
     let is_beyond = |error: &RunError| error.largest[0] < BEYOND_F64 * t && error.largest[1] < BEYOND_F64 * x;
-    if S::IS_EXTENDED && found.as_ref().is_none_or(is_beyond) { by_taylor(case, solution).or(found) } else { found }
+    if S::IS_EXTENDED && found.as_ref().is_none_or(is_beyond) {
+        by_taylor(case, solution, &points).or(found)
+    } else {
+        found
+    }
 }
 
-/// The nodes of a run in `f64`, counted from its start.
+/// γ − γ_i, t − t_i and x at the samples before `solution`, in the order of the run, and at its nodes.
+fn points<S: Real>(solution: &Solution<S>, samples: &[Sample<S>]) -> Vec<[S; 3]> {
+    let nodes = solution.gamma_from_start().zip(solution.time_from_start(&solution.elapsed)).zip(&solution.x);
+    let nodes = nodes.map(|((gamma, t), &x)| [gamma, t, x]);
+    let first = solution.gamma_from_start().next().unwrap_or(S::ZERO);
+    let from_start = |sample: &Sample<S>| [sample.gamma - solution.gamma_i, sample.t - solution.t_i, sample.x];
+    let mut points: Vec<[S; 3]> = samples.iter().map(from_start).filter(|[gamma, ..]| *gamma < first).collect();
+    if points.first().zip(points.last()).is_some_and(|(first, last)| first[0] > last[0]) {
+        points.reverse();
+    }
+    points.extend(nodes);
+    points
+}
+
+/// The nodes of a run in `f64`, counted from its start, or samples in place of some of them.
 struct Nodes {
     gamma: Vec<f64>,
     elapsed: Vec<f64>,
@@ -117,10 +142,9 @@ impl Found {
 }
 
 impl Nodes {
-    fn new<S: Real>(case: &Case, solution: &Solution<S>) -> Self {
-        let gamma: Vec<f64> = solution.gamma_from_start().map(S::to_f64).collect();
-        let elapsed: Vec<f64> = solution.time_from_start(&solution.elapsed).map(S::to_f64).collect();
-        let x: Vec<f64> = solution.x.iter().map(|x| x.to_f64()).collect();
+    fn new<S: Real>(case: &Case, points: &[[S; 3]]) -> Self {
+        let [gamma, elapsed, x] =
+            [0, 1, 2].map(|of| points.iter().map(|point| point[of].to_f64()).collect::<Vec<f64>>());
         let size = |values: &[f64]| values.iter().fold(1.0, |size: f64, value| size.max(value.abs()));
         let sizes = [size(&elapsed), size(&x)];
         Self { gamma, elapsed, x, in_time: matches!(case.end::<f64>(), End::Duration(_)), sizes }
@@ -229,15 +253,14 @@ fn at_that_time(metric: &Metric, [dt, dx]: [f64; 2], x: f64, w_per_charge: f64) 
 }
 
 /// The error of a run by the Taylor series of the reference, in the precision of the run.
-fn by_taylor<S: Real>(case: &Case, solution: &Solution<S>) -> Option<RunError> {
+fn by_taylor<S: Real>(case: &Case, solution: &Solution<S>, points: &[[S; 3]]) -> Option<RunError> {
     let metric: Metric<S> = case.metric();
     let initial = InitialData { t: S::ZERO, ..case.initial_data::<S>() };
     let in_time = matches!(case.end::<S>(), End::Duration(_));
     let reference = ReferenceTrajectory::new(&metric, initial, solution.length, solution.digits).ok()?;
     let mut found = Found::default();
-    let (mut sizes, last) = ([1.0_f64; 2], solution.x.len() - 1);
-    let times = solution.time_from_start(&solution.elapsed);
-    for (k, ((gamma, t), &x)) in solution.gamma_from_start().zip(times).zip(&solution.x).enumerate() {
+    let (mut sizes, last) = ([1.0_f64; 2], points.len() - 1);
+    for (k, &[gamma, t, x]) in points.iter().enumerate() {
         let exact = reference.at(gamma);
         let (dt, dx) = (t - exact.elapsed, x - exact.x);
         sizes = [sizes[0].max(t.to_f64().abs()), sizes[1].max(x.to_f64().abs())];

@@ -60,4 +60,12 @@ fn nothing_but_samples_is_kept_where_nothing_else_is_wanted() {
     for key in ["windows", "max_abs_delta_k", "max_abs_delta_k_ends", "gradient_norm", "t_final"] {
         assert_eq!(all[key], few[key], "{key}");
     }
+    // The error is that of all samples, and not of the last window only.
+    succeeded(&run_in(
+        folder.path(),
+        "run CASES/quartic-windows.toml --sample-gamma 0:100:1 --samples-only --out many",
+    ));
+    let many = json(&folder.path().join("many/summary.json"));
+    let [of_nodes, of_samples] = [&all, &many].map(|summary| summary["verdict_error"].as_f64().unwrap());
+    assert!(of_samples > 0.2 * of_nodes && of_samples < 1.1 * of_nodes, "{of_nodes:e}, {of_samples:e}");
 }

@@ -22,7 +22,7 @@ pub(super) struct Judge<'g> {
     /// error counts as one of q^a, as the end is compared at an equal value.
     clock: Option<usize>,
     paces: Vec<f64>,
-    /// Of the linearised equations: all entries by rows, and room for a row of their square.
+    /// Of the linearised equations: all entries by rows, and room for their square.
     entries: Vec<f64>,
     square: Vec<f64>,
     /// Largest |∂q̇^b/∂p_a| over the size of q^b, by place of a.
@@ -68,7 +68,7 @@ impl<'g> Judge<'g> {
             clock,
             paces: vec![0.0; q.len()],
             entries: vec![0.0; 4 * m * m],
-            square: vec![0.0; 2 * m],
+            square: vec![0.0; 4 * m * m],
             coupling: vec![0.0; m],
             norm: 0.0,
             rounds: 0.0,
@@ -146,7 +146,7 @@ impl<'g> Judge<'g> {
     /// The rate near the middle of the window, with the part of it that comes before. What the window adds to an error is
     /// found with the linearised equations there.
     pub(super) fn look_back(&mut self, transport: &Transport<'_>) -> (f64, f64) {
-        let columns = self.square.len();
+        let columns = 2 * self.coupling.len();
         let entries = &mut self.entries;
         let part = transport.at_middle(|row, column, value| entries[row * columns + column] = value);
         (part, self.rate())
@@ -156,23 +156,17 @@ impl<'g> Judge<'g> {
     /// ½ Σ |S_ij S_ji|, so that neither the units of coordinates nor a rotation change it: ω for an oscillator.
     fn rate(&mut self) -> f64 {
         let (entries, square) = (&self.entries, &mut self.square);
-        let n = square.len();
-        let mut sum = 0.0;
-        for i in 0..n {
-            // A row of S at a time.
-            square.fill(0.0);
-            for (k, &entry) in entries[i * n..][..n].iter().enumerate() {
-                if entry != 0.0 {
-                    square.iter_mut().zip(&entries[k * n..][..n]).for_each(|(s, e)| *s += entry * e);
-                }
-            }
-            // S_ji needs a column of J.
-            for (j, s) in square.iter().enumerate().filter(|(_, s)| **s != 0.0) {
-                let transposed: f64 = (0..n).map(|k| entries[j * n + k] * entries[k * n + i]).sum();
-                sum += (s * transposed).abs();
+        let n = 2 * self.coupling.len();
+        square.fill(0.0);
+        for (row, s) in entries.chunks(n).zip(square.chunks_mut(n)) {
+            for (&entry, others) in row.iter().zip(entries.chunks(n)).filter(|(entry, _)| **entry != 0.0) {
+                s.iter_mut().zip(others).for_each(|(s, other)| *s += entry * other);
             }
         }
-        (0.5_f64 * sum).sqrt().sqrt()
+        let pairs = (0..n).flat_map(|i| (0..i).map(move |j| (i, j)));
+        let twice: f64 = pairs.map(|(i, j)| (square[i * n + j] * square[j * n + i]).abs()).sum();
+        let once: f64 = (0..n).map(|i| square[i * n + i].powi(2)).sum();
+        (0.5 * once + twice).sqrt().sqrt()
     }
 
     /// Sets by how much errors of momenta count: by what they do to positions in the time scale of the motion.
