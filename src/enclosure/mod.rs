@@ -1,6 +1,6 @@
 //! Whether something steep may hide between nodes.
 //!
-//! Nodes know the force where they are. Its formulas say more: interval arithmetic bounds what they do on the boxes
+//! The nodes know the force where they are. Its formulas say more: interval arithmetic bounds what they do on the boxes
 //! that neighbouring nodes span. This is done in two stages.
 //!
 //! 1. In sums and products nothing hides that the polynomials of a window do not show; functions and quotients have

@@ -81,30 +81,27 @@ pub fn error_with_samples<S: Real>(case: &Case, solution: &Solution<S>, samples:
         let end = if matches!(case.end::<f64>(), End::Duration(_)) { [0.0, largest[1]] } else { largest };
         return Some(RunError { end, largest, judge: Judge::Companion, stepped_over: stepped_over(case, solution) });
     }
-    let points = points(solution, samples);
-    let nodes = Nodes::new(case, &points);
+    let nodes = Nodes::new(case, points(solution, samples));
     let found = nodes.by_second_solve(case);
     let [t, x] = nodes.sizes;
     let is_beyond = |error: &RunError| error.largest[0] < BEYOND_F64 * t && error.largest[1] < BEYOND_F64 * x;
     if S::IS_EXTENDED && found.as_ref().is_none_or(is_beyond) {
-        by_taylor(case, solution, &points).or(found)
+        by_taylor(case, solution, samples).or(found)
     } else {
         found
     }
 }
 
 /// γ − γ_i, t − t_i and x at the samples before `solution`, in the order of the run, and at its nodes.
-fn points<S: Real>(solution: &Solution<S>, samples: &[Sample<S>]) -> Vec<[S; 3]> {
-    let nodes = solution.gamma_from_start().zip(solution.time_from_start(&solution.elapsed)).zip(&solution.x);
-    let nodes = nodes.map(|((gamma, t), &x)| [gamma, t, x]);
+fn points<'s, S: Real>(solution: &'s Solution<S>, samples: &[Sample<S>]) -> impl Iterator<Item = [S; 3]> + use<'s, S> {
     let first = solution.gamma_from_start().next().unwrap_or(S::ZERO);
     let from_start = |sample: &Sample<S>| [sample.gamma - solution.gamma_i, sample.t - solution.t_i, sample.x];
-    let mut points: Vec<[S; 3]> = samples.iter().map(from_start).filter(|[gamma, ..]| *gamma < first).collect();
-    if points.first().zip(points.last()).is_some_and(|(first, last)| first[0] > last[0]) {
-        points.reverse();
+    let mut before: Vec<[S; 3]> = samples.iter().map(from_start).filter(|[gamma, ..]| *gamma < first).collect();
+    if before.first().zip(before.last()).is_some_and(|(first, last)| first[0] > last[0]) {
+        before.reverse();
     }
-    points.extend(nodes);
-    points
+    let nodes = solution.gamma_from_start().zip(solution.time_from_start(&solution.elapsed)).zip(&solution.x);
+    before.into_iter().chain(nodes.map(|((gamma, t), &x)| [gamma, t, x]))
 }
 
 /// The nodes of a run in `f64`, counted from its start, or samples in place of some of them.
@@ -142,9 +139,14 @@ impl Found {
 }
 
 impl Nodes {
-    fn new<S: Real>(case: &Case, points: &[[S; 3]]) -> Self {
-        let [gamma, elapsed, x] =
-            [0, 1, 2].map(|of| points.iter().map(|point| point[of].to_f64()).collect::<Vec<f64>>());
+    fn new<S: Real>(case: &Case, points: impl Iterator<Item = [S; 3]>) -> Self {
+        let (mut gamma, mut elapsed, mut x) = (Vec::new(), Vec::new(), Vec::new());
+        for point in points {
+            let [gamma_here, t, x_here] = point.map(S::to_f64);
+            gamma.push(gamma_here);
+            elapsed.push(t);
+            x.push(x_here);
+        }
         let size = |values: &[f64]| values.iter().fold(1.0, |size: f64, value| size.max(value.abs()));
         let sizes = [size(&elapsed), size(&x)];
         Self { gamma, elapsed, x, in_time: matches!(case.end::<f64>(), End::Duration(_)), sizes }
@@ -253,21 +255,22 @@ fn at_that_time(metric: &Metric, [dt, dx]: [f64; 2], x: f64, w_per_charge: f64) 
 }
 
 /// The error of a run by the Taylor series of the reference, in the precision of the run.
-fn by_taylor<S: Real>(case: &Case, solution: &Solution<S>, points: &[[S; 3]]) -> Option<RunError> {
+fn by_taylor<S: Real>(case: &Case, solution: &Solution<S>, samples: &[Sample<S>]) -> Option<RunError> {
     let metric: Metric<S> = case.metric();
     let initial = InitialData { t: S::ZERO, ..case.initial_data::<S>() };
     let in_time = matches!(case.end::<S>(), End::Duration(_));
     let reference = ReferenceTrajectory::new(&metric, initial, solution.length, solution.digits).ok()?;
     let mut found = Found::default();
-    let (mut sizes, last) = ([1.0_f64; 2], points.len() - 1);
-    for (k, &[gamma, t, x]) in points.iter().enumerate() {
+    let mut sizes = [1.0_f64; 2];
+    let mut points = points(solution, samples).peekable();
+    while let Some([gamma, t, x]) = points.next() {
         let exact = reference.at(gamma);
         let (dt, dx) = (t - exact.elapsed, x - exact.x);
         sizes = [sizes[0].max(t.to_f64().abs()), sizes[1].max(x.to_f64().abs())];
         let off = [dt.to_f64(), dx.to_f64()];
         let x = exact.x.to_f64();
         let w = || (exact.x_dot / (metric.at(exact.x).g00 * exact.t_dot)).to_f64();
-        found.see(if in_time && k == last { at_that_time(&case.metric(), off, x, w()) } else { off });
+        found.see(if in_time && points.peek().is_none() { at_that_time(&case.metric(), off, x, w()) } else { off });
     }
     let error = reference.error_estimate();
     // It is asked only where a second solve agrees to many digits, which has looked between its nodes.

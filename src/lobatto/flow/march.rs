@@ -54,7 +54,7 @@ const LOOSEST: f64 = 1e-4;
 const COARSE: f64 = 5e-9;
 const MEDIUM: f64 = 5e-11;
 
-/// The first window to try, in radians of the fastest motion at the start.
+/// The first window to try, in radians of the motion at the start.
 const FIRST: f64 = 1.0;
 
 /// Windows shorter than this part of the first are taken for a singularity.
