@@ -78,10 +78,13 @@ impl Tuning {
     }
 }
 
-/// The modes beyond the highest in units of the tail, in a window where the tail is this part of the largest value: they
-/// fall by the same factor r from one to the next as those before, r² + r³ + … together.
-pub(super) fn unseen(ratio: f64, points: usize) -> f64 {
-    let r = ratio.min(0.5).powf(1.0 / (points - 2) as f64);
+/// The factor by which modes fall from one to the next, in a window where the tail is this part of the largest value.
+pub(super) fn fall(ratio: f64, points: usize) -> f64 {
+    ratio.min(0.5).powf(1.0 / (points - 2) as f64)
+}
+
+/// The modes beyond the highest in units of the tail: r² + r³ + … together, as they fall by the factor r.
+pub(super) fn unseen(r: f64) -> f64 {
     r * r / (1.0 - r)
 }
 
@@ -182,7 +185,7 @@ impl Controller {
 mod tests {
     use super::{Controller, Course, TUNING, Tail};
 
-    const EVEN: Course = Course { part: 0.5, rates: [1.0; 3] };
+    const EVEN: Course = Course { part: 0.5, rates: [1.0; 3], fall: 0.3 };
 
     fn controller() -> Controller {
         Controller::new(TUNING, 24, 1e-10, 1.0)

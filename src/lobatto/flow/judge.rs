@@ -1,6 +1,6 @@
 //! What is known of the error of a world-line in a scene.
 
-use super::control::{TUNING, Tuning, ratio, unseen};
+use super::control::{TUNING, Tuning, fall, ratio, unseen};
 use super::state::FlowState;
 use super::transport::{Local, Transport};
 use super::window::{FlowWindow, Weights};
@@ -34,6 +34,22 @@ pub(super) struct Judge<'g> {
     /// The largest error that a change of K stands for.
     by_norm: f64,
     inside: f64,
+}
+
+/// What the modes of a window show.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct WindowErrors {
+    /// The error at its end.
+    pub(super) end: f64,
+    /// The error at the nodes inside it.
+    pub(super) inside: f64,
+    /// The factor by which the slowest modes fall from one to the next.
+    pub(super) fall: f64,
+}
+
+impl WindowErrors {
+    /// Of a window that was not solved.
+    pub(super) const NONE: Self = Self { end: f64::INFINITY, inside: f64::INFINITY, fall: 1.0 };
 }
 
 /// The error in units of the probe, at most. In the median of thousands of random scenes it is a fiftieth; on
@@ -174,8 +190,8 @@ impl<'g> Judge<'g> {
         self.weights.p.iter_mut().zip(&self.coupling).for_each(|(weight, coupling)| *weight = time * coupling);
     }
 
-    /// The errors of the solved window: at its end, and at the nodes inside it.
-    pub(super) fn of_window<const P: usize>(&self, window: &FlowWindow<'_, P>, lasting: f64) -> [f64; 2] {
+    /// The errors of the solved window.
+    pub(super) fn of_window<const P: usize>(&self, window: &FlowWindow<'_, P>, lasting: f64) -> WindowErrors {
         let m = self.geometry.active().len();
         let is_separable = self.geometry.is_separable();
         let per_square = 1.0 / (window.rule.rule.points() as f64).powi(2);
@@ -194,7 +210,8 @@ impl<'g> Judge<'g> {
             inside = inside.max(weight * inner * tail.tail);
             slowest = slowest.max(ratio(tail, weight));
         }
-        [end, inside * unseen(slowest, window.points())]
+        let fall = fall(slowest, window.points());
+        WindowErrors { end, inside: inside * unseen(fall), fall }
     }
 
     /// Sees an accepted window with that error inside and what errors have grown to at its end.

@@ -8,7 +8,7 @@ use super::control::{Controller, TUNING};
 use super::course::Course;
 use super::enclosed::{Look, Scales};
 use super::growth::Growth;
-use super::judge::{Judge, ROUNDING};
+use super::judge::{Judge, ROUNDING, WindowErrors};
 use super::probe;
 use super::request::{Request, Target};
 use super::rule;
@@ -237,14 +237,15 @@ impl<const P: usize> Walk<'_, '_, P> {
             let lasting = (scale / h).max(1.0);
             let tolerance = control.tolerance(share);
             let task = Task { start: &state, h, weights: &judge.weights, tolerance, is_new: h > longest };
-            let excess_of = |[end, inside]: [f64; 2]| (end / share).max((TUNING.margin * inside / accuracy).powi(2));
+            let excess_of =
+                |errors: WindowErrors| (errors.end / share).max((TUNING.margin * errors.inside / accuracy).powi(2));
             // A tail is one of the solution where it is more than what sweeps still change.
             let is_hopeless = |window: &FlowWindow<'_, P>, change: f64| {
                 let errors = judge.of_window(window, lasting);
-                errors[1] > change && control.is_hopeless(excess_of(errors))
+                errors.inside > change && control.is_hopeless(excess_of(errors))
             };
             let outcome = self.window.solve(task, &is_hopeless);
-            let mut errors = [f64::INFINITY; 2];
+            let mut errors = WindowErrors::NONE;
             if outcome != Outcome::Failed {
                 errors = judge.of_window(&self.window, lasting);
             }
@@ -284,9 +285,10 @@ impl<const P: usize> Walk<'_, '_, P> {
             self.transport.follow(&self.window, &judge.weights, windows);
             let (part, middle) = judge.look_back(&self.transport);
             self.transport.enlarge(|row| judge.local(&self.window, row));
-            let [_, inside] =
-                if lasting == 1.0 && stopped_by.is_none() { errors } else { judge.of_window(&self.window, 1.0) };
-            judge.see(&self.window, inside, &self.transport);
+            if lasting != 1.0 || stopped_by.is_some() {
+                errors = judge.of_window(&self.window, 1.0);
+            }
+            judge.see(&self.window, errors.inside, &self.transport);
             let estimate = judge.so_far();
             let done = if whole.is_finite() { (end.hi / whole).min(1.0) } else { 1.0 };
             let projected = growth.project(end.hi, judge.at_ends(), done);
@@ -322,7 +324,7 @@ impl<const P: usize> Walk<'_, '_, P> {
                 });
             }
             let before = std::mem::replace(&mut rate, judge.look_at(&self.transport));
-            let course = Course { part, rates: [before, middle, rate] };
+            let course = Course { part, rates: [before, middle, rate], fall: errors.fall };
             control.accept(solved.h, excess, solved.sweeps, course);
         }
     }
