@@ -155,6 +155,12 @@ pub fn solve_banded(
         lengths.push(length as u32);
         std::mem::swap(&mut active, &mut next);
     }
+    substitute(&u, &lengths, b);
+    Ok(())
+}
+
+/// Solves with the upper triangle, of which `u` holds the rows, each from its diagonal on, of these lengths.
+fn substitute(u: &[f64], lengths: &[u32], b: &mut [f64]) {
     let mut end = u.len();
     for (k, &length) in lengths.iter().enumerate().rev() {
         let start = end - length as usize;
@@ -163,7 +169,6 @@ pub fn solve_banded(
         b[k] = (b[k] - sum) / diagonal;
         end = start;
     }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -149,16 +149,8 @@ pub(super) fn sweep_into(
     sweep(target, case, args, beside, name)
 }
 
-fn sweep_in<S: Arithmetic>(
-    target: Target,
-    case: &AnyCase,
-    args: &ConvergeArgs,
-    beside: &[(usize, usize)],
-    name: &str,
-) -> anyhow::Result<Option<Swept>> {
-    for warning in case.warnings() {
-        report::warn(&format!("{name}{warning}"));
-    }
+/// Whether the finest grids fit into memory.
+fn check_memory<S: Arithmetic>(case: &AnyCase, args: &ConvergeArgs) -> anyhow::Result<()> {
     let finest = args.n_gamma.iter().max().copied().unwrap_or(0);
     for &sbp in &args.sbp {
         match case {
@@ -172,6 +164,28 @@ fn sweep_in<S: Arithmetic>(
             }
         }
     }
+    Ok(())
+}
+
+/// Whether even and odd numbers of nodes are mixed where that matters.
+fn mixes_parities<S>(convergence: &Convergence<S>) -> bool {
+    let is_strong = |point: &&ConvergencePoint| point.form == Form::Strong && point.sbp.fixed_points().is_none();
+    let mut parities = convergence.points.iter().filter(is_strong).map(|point| point.n_gamma % 2);
+    let first = parities.next();
+    parities.any(|parity| Some(parity) != first)
+}
+
+fn sweep_in<S: Arithmetic>(
+    target: Target,
+    case: &AnyCase,
+    args: &ConvergeArgs,
+    beside: &[(usize, usize)],
+    name: &str,
+) -> anyhow::Result<Option<Swept>> {
+    for warning in case.warnings() {
+        report::warn(&format!("{name}{warning}"));
+    }
+    check_memory::<S>(case, args)?;
     let directory = target.folder.clone();
     let pictures: &[&str] = if args.plot { &[FINAL_ERRORS, L2_ERRORS] } else { &[] };
     let files = OutputSet::open(target, &[&[CONVERGENCE, SLOPES, SUMMARY], pictures].concat())?;
@@ -189,10 +203,7 @@ fn sweep_in<S: Arithmetic>(
     };
     let n_range = args.fit_range.unwrap_or((0, usize::MAX));
     let slopes = convergence.slopes(n_range);
-    let is_strong = |point: &&ConvergencePoint| point.form == Form::Strong && point.sbp.fixed_points().is_none();
-    let mut parities = convergence.points.iter().filter(is_strong).map(|point| point.n_gamma % 2);
-    let first = parities.next();
-    if case.settings().windows == 1 && parities.any(|parity| Some(parity) != first) {
+    if case.settings().windows == 1 && mixes_parities(&convergence) {
         report::warn(&format!(
             "{name}the grids mix even and odd numbers of nodes, which have different constants of the error at the \
              end in the strong form: fit grids of one parity"

@@ -34,6 +34,33 @@ pub(crate) struct Program<S> {
     pub(super) registers: usize,
 }
 
+/// The nodes in the order of the outputs that need them, and how many of them each output needs; an output is computed
+/// before work for the next one begins. A sine and the cosine of the same stand side by side, if both are wanted.
+fn in_order<S: Real>(graph: &Graph<S>, outputs: &[NodeId], is_wanted: &[bool]) -> (Vec<NodeId>, Vec<usize>) {
+    let mut order: Vec<NodeId> = Vec::new();
+    let mut is_known = vec![false; graph.nodes.len()];
+    let mut nodes_for = Vec::new();
+    for &output in outputs {
+        let mut is_needed = vec![false; output + 1];
+        is_needed[output] = !is_known[output];
+        for id in (0..=output).rev().filter(|&id| !is_known[id]) {
+            if is_needed[id] {
+                graph.nodes[id].operands().for_each(|operand| is_needed[operand] |= !is_known[operand]);
+            }
+        }
+        for id in (0..=output).filter(|&id| is_needed[id]) {
+            let group = graph.sine_and_cosine(id).filter(|pair| pair.iter().all(|&id| is_wanted[id]));
+            for id in group.as_ref().map_or(&[id][..], |pair| pair) {
+                if !std::mem::replace(&mut is_known[*id], true) {
+                    order.push(*id);
+                }
+            }
+        }
+        nodes_for.push(order.len());
+    }
+    (order, nodes_for)
+}
+
 impl<S: Real> Program<S> {
     /// Compiles what `outputs` need, which are expressions in the first `variables` variables. Every value has a
     /// register of its own, see [`Self::packed`].
@@ -46,29 +73,7 @@ impl<S: Real> Program<S> {
                 graph.nodes[id].operands().for_each(|operand| is_wanted[operand] = true);
             }
         }
-        // In the order of the outputs that need them; an output is computed before work for the next one begins. A sine
-        // and the cosine of the same stand side by side.
-        let mut order: Vec<NodeId> = Vec::new();
-        let mut is_known = vec![false; graph.nodes.len()];
-        let mut nodes_for = Vec::new();
-        for &output in &outputs {
-            let mut is_needed = vec![false; output + 1];
-            is_needed[output] = !is_known[output];
-            for id in (0..=output).rev().filter(|&id| !is_known[id]) {
-                if is_needed[id] {
-                    graph.nodes[id].operands().for_each(|operand| is_needed[operand] |= !is_known[operand]);
-                }
-            }
-            for id in (0..=output).filter(|&id| is_needed[id]) {
-                let group = graph.sine_and_cosine(id).filter(|pair| pair.iter().all(|&id| is_wanted[id]));
-                for id in group.as_ref().map_or(&[id][..], |pair| pair) {
-                    if !std::mem::replace(&mut is_known[*id], true) {
-                        order.push(*id);
-                    }
-                }
-            }
-            nodes_for.push(order.len());
-        }
+        let (order, nodes_for) = in_order(graph, &outputs, &is_wanted);
         let mut register_of = vec![Register::MAX; graph.nodes.len()];
         let mut constants = Vec::new();
         for &id in &order {

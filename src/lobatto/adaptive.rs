@@ -9,21 +9,12 @@ use super::judge::ROUNDING;
 use super::kit::{self, Kit};
 use super::view::WindowView;
 use super::walk::Walk;
-use super::{MarchFailure, State, Statistics};
+use super::{Goal, MarchFailure, State, Statistics};
 use crate::enclosure::Enclosure;
 use crate::geodesic::acceleration_slope;
 use crate::metric::Metric;
 use crate::potential::Potential;
 use crate::vector::Twofold;
-
-/// Where an adaptive march ends.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Goal {
-    /// At γ − γ_i = this.
-    Gamma(f64),
-    /// At t − t_i = this, to the last bit.
-    Time(f64),
-}
 
 /// Where an adaptive march ended.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,6 +4,7 @@
 
 use pulp::{Simd, WithSimd};
 
+use super::operators::share;
 use super::product::product;
 use super::unit::{Unit, with_unit};
 use super::view::{Inside, WindowView};
@@ -12,22 +13,29 @@ use crate::vector::{Level, Nodes, multiply_add, neg, vectors, vectors_mut};
 /// Points that are computed together.
 const TOGETHER: usize = 16;
 
-/// Hands out the points at `fractions` of the window, in blocks of at most [`TOGETHER`]. What is compiled for every
-/// number of nodes knows neither type, so that nothing of it is compiled again where they differ.
-pub(super) fn inside(view: &WindowView<'_>, fractions: impl Iterator<Item = f64>, mut see: impl FnMut(Inside)) {
-    let mut fractions = fractions.fuse();
-    let mut fill = |at: &mut [f64; TOGETHER]| {
-        let mut count = 0;
-        for (at, fraction) in at.iter_mut().zip(&mut fractions) {
-            *at = fraction;
-            count += 1;
-        }
-        count
-    };
-    blocks(view, &mut fill, &mut |points| points.iter().copied().for_each(&mut see));
+impl WindowView<'_> {
+    /// Hands out t, x and w at `fractions` (0 to 1) of the window: the dense output.
+    ///
+    /// They are the integrals of the polynomials that u and a are on the nodes: of order n + 1, without an evaluation
+    /// of the potential; at 1 it is the end of the window, of order 2n − 2. [`crate::sampling`] keeps that order inside
+    /// too, at a hundred times the cost.
+    pub fn inside(&self, fractions: impl IntoIterator<Item = f64>, mut see: impl FnMut(Inside)) {
+        let mut fractions = fractions.into_iter().fuse();
+        let mut fill = |at: &mut [f64; TOGETHER]| {
+            let mut count = 0;
+            for (at, fraction) in at.iter_mut().zip(&mut fractions) {
+                *at = fraction;
+                count += 1;
+            }
+            count
+        };
+        blocks(self, &mut fill, &mut |points| points.iter().copied().for_each(&mut see));
+    }
 }
 
-/// `fill` says how many fractions it has put into a block, 0 at the end; `see` gets the points there.
+/// Points in blocks of at most [`TOGETHER`]: `fill` says how many fractions it has put into one, 0 at the end; `see` gets
+/// the points there. What is compiled for every number of nodes knows neither type, so that nothing of it is compiled
+/// again where they differ.
 fn blocks(view: &WindowView<'_>, fill: &mut dyn FnMut(&mut [f64; TOGETHER]) -> usize, see: &mut dyn FnMut(&[Inside])) {
     let (t0, x0, w0, end) = (view.start.t, view.start.x, view.start.w, view.end);
     let [t_scale, w_scale] = view.scales();
@@ -191,9 +199,4 @@ impl<const P: usize> Unit<P> {
             }
         }
     }
-}
-
-/// 1/(2(2k + 1)).
-pub(super) fn share(k: usize) -> f64 {
-    0.5 / (2 * k + 1) as f64
 }

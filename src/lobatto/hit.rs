@@ -1,8 +1,7 @@
 //! The window that ends at a given time.
 
-use super::attempt::Attempt;
+use super::attempt::{Attempt, Task};
 use super::force::Force;
-
 use super::walk::{Length, Walk};
 use super::window::{MOST_EVALUATIONS, Precision, Solved};
 use super::{MarchFailure, State, Statistics};
@@ -30,14 +29,12 @@ impl Attempt<'_> {
     /// far, on windows that are solved to rounding: with the tolerance of the march the end would depend on where the
     /// iteration began. The final remainder is a rounding error of γ, and is compensated by the motion at the end
     /// itself.
-    #[allow(clippy::too_many_arguments)]
     pub(super) fn hit<const P: usize, F: Force>(
         &self,
         walk: &mut Walk<P, F>,
-        length: Length,
+        Task { length, precision, .. }: Task,
         too_long: Solved,
         start: &State,
-        precision: Precision,
         statistics: &mut Statistics,
         duration: f64,
     ) -> Result<(Length, Solved), MarchFailure> {
@@ -52,10 +49,8 @@ impl Attempt<'_> {
             let g = self.metric.at(solved.end.x.hi);
             let left = lack * (g.g00 / self.q_t);
             let is_narrow = above - below <= ROUNDING * above;
-            if lack.abs() <= rounding
-                || left.abs() <= ROUNDING * length.h.hi
-                || is_narrow && lack.abs() <= NOISE * self.accuracy * size
-            {
+            let is_near = is_narrow && lack.abs() <= NOISE * self.accuracy * size;
+            if is_near || lack.abs() <= rounding || left.abs() <= ROUNDING * length.h.hi {
                 let (h, left) = (length.h + Twofold::from(left), Twofold::from(left));
                 let a = Twofold::from(acceleration(self.q_t, g.g00, g.first));
                 solved.end.x = solved.end.x + left * (solved.end.w + (left * a).half());
@@ -79,8 +74,8 @@ impl Attempt<'_> {
             }
             loop {
                 length = Length::exactly(next, self.q_t);
-                let found = walk.solve(length, start, to_rounding, statistics);
-                if let Some(found) = found.or_else(|| walk.solve(length, start, precision, statistics)) {
+                let mut solve = |precision: Precision| walk.solve(length, start, precision, statistics);
+                if let Some(found) = solve(to_rounding).or_else(|| solve(precision)) {
                     solved = found;
                     break;
                 }

@@ -129,7 +129,7 @@ impl<'a> March<'a> {
         let Self { rule, length, precision, .. } = *self;
         let own;
         let (tables, scale, charge) = if precision.tolerance == 0.0 {
-            own = Tables::<P>::new(rule, length);
+            own = Tables::<P>::new(rule, rule.length_free(), length);
             (&*own, Twofold::ONE, self.q_t)
         } else {
             let charge = (length * self.q_t).hi;

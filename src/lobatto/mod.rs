@@ -32,6 +32,7 @@
 mod adaptive;
 mod attempt;
 mod certificate;
+mod control;
 mod dense;
 mod enclosed;
 pub mod flow;
@@ -44,6 +45,8 @@ mod kit;
 mod march;
 mod newton;
 mod one;
+mod operators;
+mod pace;
 mod probe;
 mod product;
 mod rule;
@@ -54,9 +57,10 @@ mod walk;
 mod window;
 
 pub use crate::vector::{Level, Twofold};
-pub use adaptive::{Adapted, Adaptive, Goal};
-pub use attempt::MOST_EVALUATIONS;
+pub use adaptive::{Adapted, Adaptive};
 pub use march::{March, Marched};
+pub use operators::WeakOperators;
+pub use pace::MOST_EVALUATIONS;
 pub use rule::WeakRule;
 pub use view::{Certified, Inside, WindowView};
 
@@ -77,6 +81,15 @@ impl From<InitialData> for State {
     fn from(initial: InitialData) -> Self {
         Self { t: initial.t.into(), x: initial.x.into(), w: initial.x_dot.into() }
     }
+}
+
+/// Where an adaptive march ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Goal {
+    /// At γ − γ_i = this.
+    Gamma(f64),
+    /// At t − t_i = this, to the last bit.
+    Time(f64),
 }
 
 /// The work done by a march.

@@ -26,6 +26,52 @@ fn bend<S: Simd>(s: S, du: &[f64], delta: &[f64], u: &[f64]) -> f64 {
     most * most
 }
 
+/// `a` − `b` in place of `a`.
+#[inline(always)]
+fn subtract<S: Simd>(s: S, a: &mut [f64], b: &[f64]) {
+    let (a, b) = (vectors_mut::<S>(a), vectors::<S>(b));
+    for i in 0..a.len() {
+        a[i] = s.sub_f64s(a[i], b[i]);
+    }
+}
+
+/// Solves δ = defect + h² A² a′ δ by iteration until δ is good to `enough`; whether that succeeds.
+#[inline(always)]
+fn correct<S: Simd, const P: usize>(
+    s: S,
+    t: &Tables<P>,
+    [slope, defect]: [&Nodes<P>; 2],
+    enough: f64,
+    delta: &mut Nodes<P>,
+) -> bool {
+    let [mut next, mut image] = [const { Nodes::<P>::ZERO }; 2];
+    delta.0 = defect.0;
+    // The first iterate, the defect itself, is a change from zero.
+    let mut change = largest(s, &defect.0);
+    for sweeps in 1..=MOST_SWEEPS {
+        {
+            let (image, slope, delta) =
+                (vectors_mut::<S>(&mut image.0), vectors::<S>(&slope.0), vectors::<S>(&delta.0));
+            for i in 0..image.len() {
+                image[i] = s.mul_f64s(slope[i], delta[i]);
+            }
+        }
+        product(s, &defect.0, &t.force[..t.columns], &image.0, &mut next.0);
+        let before = change;
+        change = distance(s, &next.0, &delta.0);
+        std::mem::swap(delta, &mut next);
+        // The first rate is that of another kind of change.
+        let rate = if sweeps > 1 { (change / before).min(1.0) } else { 1.0 };
+        if change * rate <= enough {
+            return true;
+        }
+        if !change.is_finite() {
+            return false;
+        }
+    }
+    false
+}
+
 impl<const P: usize> Window<P> {
     /// Solves X = line + low + h² A² a(X): a correction δ to X solves δ = defect + h² A² a′(X) δ, by an iteration that
     /// needs the slopes a′ and no evaluation. Near the solution a and u need none either: their slopes continue them to
@@ -41,7 +87,7 @@ impl<const P: usize> Window<P> {
         precision: Precision,
     ) -> Result<usize, usize> {
         let mut slopes = [Nodes::<P>::ZERO, Nodes::<P>::ZERO];
-        let [mut defect, mut delta, mut next, mut image] = [const { Nodes::<P>::ZERO }; 4];
+        let [mut defect, mut delta] = [const { Nodes::<P>::ZERO }; 2];
         let mut last = f64::INFINITY;
         for evaluations in 1..=MOST_NEWTON_STEPS {
             self.add_up(s);
@@ -49,42 +95,14 @@ impl<const P: usize> Window<P> {
             let [da, du] = &mut slopes;
             force.slopes(s, [&self.a.0, &self.u.0], [&mut da.0, &mut du.0]);
             product(s, &low.0, &t.force[..t.columns], &self.a.0, &mut defect.0);
-            {
-                let (defect, rest) = (vectors_mut::<S>(&mut defect.0), vectors::<S>(&self.rest.0));
-                for i in 0..rest.len() {
-                    defect[i] = s.sub_f64s(defect[i], rest[i]);
-                }
-            }
-            delta.0 = defect.0;
+            subtract(s, &mut defect.0, &self.rest.0);
             let scale = self.scale(t, start);
             let wanted = precision.tolerance * scale;
-            // The first iterate, the defect itself, is a change from zero.
-            let mut size = largest(s, &defect.0);
-            let mut change = size;
-            let mut sweeps = 0;
-            loop {
-                {
-                    let (image, da, delta) =
-                        (vectors_mut::<S>(&mut image.0), vectors::<S>(&da.0), vectors::<S>(&delta.0));
-                    for i in 0..image.len() {
-                        image[i] = s.mul_f64s(da[i], delta[i]);
-                    }
-                }
-                product(s, &defect.0, &t.force[..t.columns], &image.0, &mut next.0);
-                let before = change;
-                change = distance(s, &next.0, &delta.0);
-                std::mem::swap(&mut delta, &mut next);
-                sweeps += 1;
-                // The correction need not be better than the step itself will be. The first rate is that of another
-                // kind of change.
-                let enough = (0.1 * wanted).max(0.1 * size * (size / scale));
-                let rate = if sweeps > 1 { (change / before).min(1.0) } else { 1.0 };
-                if change * rate <= enough {
-                    break;
-                }
-                if !change.is_finite() || sweeps == MOST_SWEEPS {
-                    return Err(evaluations);
-                }
+            // The correction need not be better than the step itself will be.
+            let size = largest(s, &defect.0);
+            let enough = (0.1 * wanted).max(0.1 * size * (size / scale));
+            if !correct(s, t, [da, &defect], enough, &mut delta) {
+                return Err(evaluations);
             }
             {
                 let (rest, delta) = (vectors_mut::<S>(&mut self.rest.0), vectors::<S>(&delta.0));
@@ -92,7 +110,7 @@ impl<const P: usize> Window<P> {
                     rest[i] = s.add_f64s(rest[i], delta[i]);
                 }
             }
-            size = largest(s, &delta.0);
+            let size = largest(s, &delta.0);
             // The error of the step is its square times a number that two steps show; before, V is taken to vary on the
             // scale of the motion.
             let motion = (t.length.hi * start.w.hi).abs() + largest(s, &self.rest.0);

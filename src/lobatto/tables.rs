@@ -1,6 +1,6 @@
 //! The tables of windows of one length, rounded to `f64` so that nothing drifts.
 
-use super::rule::{WeakRule, legendre_values};
+use super::operators::{WeakOperators, legendre_values};
 use crate::vector::Twofold;
 
 /// A matrix by columns, padded to P × P.
@@ -49,16 +49,17 @@ pub(super) struct LengthFree {
 }
 
 impl LengthFree {
-    pub(super) fn new(rule: &WeakRule) -> Self {
-        let n = rule.points();
-        let order = rule.a_squared().chunks_exact(n).flat_map(|row| {
+    pub(super) fn new(operators: &WeakOperators) -> Self {
+        let n = operators.points();
+        let order = operators.a_squared().chunks_exact(n).flat_map(|row| {
             let mut order: Vec<u8> = (0..n as u8).collect();
             order.sort_by(|&i, &j| row[j as usize].hi.abs().total_cmp(&row[i as usize].hi.abs()));
             order
         });
         let guesses = [n - 1, (n - 1).min(EXTRAPOLATED)].map(|degree| {
-            let e = evaluation_matrix::<{ WeakRule::MOST }>(rule, degree, |i| 1.0 + rule.nodes()[i].hi, n);
-            let entry = |i: usize, j: usize| (0..n).map(|k| rule.a_squared()[i * n + k].hi * e[j][k]).sum();
+            let e =
+                evaluation_matrix::<{ WeakOperators::MOST }>(operators, degree, |i| 1.0 + operators.nodes()[i].hi, n);
+            let entry = |i: usize, j: usize| (0..n).map(|k| operators.a_squared()[i * n + k].hi * e[j][k]).sum();
             (0..n * n).map(|place| entry(place % n, place / n)).collect()
         });
         Self { order: order.collect(), guesses }
@@ -78,9 +79,9 @@ pub(super) fn round_row(row: &[Twofold], order: &[u8], rounded: &mut [f64]) {
 }
 
 impl<const P: usize> Tables<P> {
-    /// For windows of `length` with `rule`.
-    pub(super) fn new(rule: &WeakRule, length: Twofold) -> Box<Self> {
-        let n = rule.points();
+    /// For windows of `length` with these `operators`, of which `free` is made.
+    pub(super) fn new(operators: &WeakOperators, free: &LengthFree, length: Twofold) -> Box<Self> {
+        let n = operators.points();
         assert!(n <= P, "{n} nodes do not fit {P}");
         let h_squared = length * length;
         let mut t = Box::new(Self {
@@ -99,25 +100,25 @@ impl<const P: usize> Tables<P> {
             points: n,
             columns: n.next_multiple_of(4),
         });
-        let order = &rule.length_free().order;
+        let order = &free.order;
         let (mut row, mut rounded) = ([Twofold::ZERO; P], [0.0; P]);
         for i in 0..n {
             let entries = i * n..(i + 1) * n;
-            row.iter_mut().zip(&rule.a_squared()[entries.clone()]).for_each(|(row, &v)| *row = v * h_squared);
+            row.iter_mut().zip(&operators.a_squared()[entries.clone()]).for_each(|(row, &v)| *row = v * h_squared);
             round_row(&row, &order[entries], &mut rounded);
             for (j, &rounded) in rounded[..n].iter().enumerate() {
                 t.force[j][i] = rounded;
                 t.force_lo[j][i] = (row[j] - Twofold::from(rounded)).hi;
             }
-            let (weight, line) = (rule.weights()[i] * length, rule.nodes()[i] * length);
-            let position = rule.position_weight(i) * h_squared;
+            let (weight, line) = (operators.weights()[i] * length, operators.nodes()[i] * length);
+            let position = operators.position_weight(i) * h_squared;
             (t.weights[i], t.weights_lo[i]) = (weight.hi, weight.lo);
             (t.position_weights[i], t.position_weights_lo[i]) = (position.hi, position.lo);
             (t.line[i], t.line_lo[i]) = (line.hi, line.lo);
             t.parabola[i] = 0.5 * line.hi * line.hi;
         }
         // To rounding, short windows gain from the whole polynomial. (Unit tables have no length of their own.)
-        let guess = &rule.length_free().guesses[usize::from(length.hi > 0.4)];
+        let guess = &free.guesses[usize::from(length.hi > 0.4)];
         for (column, unit) in t.guess.iter_mut().zip(guess.chunks_exact(n)) {
             column.iter_mut().zip(unit).for_each(|(entry, unit)| *entry = h_squared.hi * unit);
         }
@@ -125,15 +126,15 @@ impl<const P: usize> Tables<P> {
     }
 }
 
-/// The matrix that takes nodal values on `rule` to the values at s(0) … s(rows − 1) of the polynomial of `degree` that
+/// The matrix that takes nodal values on the nodes of `operators` to the values at s(0) … s(rows − 1) of the polynomial of `degree` that
 /// fits them; s runs over [0, 1] inside the window of the nodal values.
 pub(super) fn evaluation_matrix<const P: usize>(
-    rule: &WeakRule,
+    operators: &WeakOperators,
     degree: usize,
     s: impl Fn(usize) -> f64,
     rows: usize,
 ) -> Box<Matrix<P>> {
-    let modes: Vec<Vec<f64>> = (0..=degree.min(rule.points() - 1)).map(|k| rule.mode(k).collect()).collect();
+    let modes: Vec<Vec<f64>> = (0..=degree.min(operators.points() - 1)).map(|k| operators.mode(k).collect()).collect();
     let mut e = Box::new([[0.0; P]; P]);
     // P_k at s(0) … s(rows − 1).
     let mut at = vec![[0.0; P]; modes.len()];

@@ -5,10 +5,9 @@
 
 use pulp::Simd;
 
-use super::dense::share;
 use super::guess::Continuation;
-use super::rule::WeakRule;
-use super::tables::{Matrix, Tables};
+use super::operators::{WeakOperators, share};
+use super::tables::{LengthFree, Matrix, Tables};
 use crate::vector::{Nodes, Twofold, vectors, vectors_mut};
 
 /// The tables of a rule, made once in its life.
@@ -28,11 +27,11 @@ pub(super) struct Unit<const P: usize> {
 }
 
 impl<const P: usize> Unit<P> {
-    fn new(rule: &WeakRule) -> Self {
-        let n = rule.points();
+    fn new(operators: &WeakOperators, free: &LengthFree) -> Self {
+        let n = operators.points();
         let mut modes = Box::new([[0.0; P]; P]);
         for k in 0..n {
-            modes.iter_mut().zip(rule.mode(k)).for_each(|(column, weight)| column[k] = weight);
+            modes.iter_mut().zip(operators.mode(k)).for_each(|(column, weight)| column[k] = weight);
         }
         let ratio = |k: usize| [(2 * k + 1) as f64 / (k + 1) as f64, k as f64 / (k + 1) as f64];
         let mut shares = Nodes::ZERO;
@@ -40,11 +39,11 @@ impl<const P: usize> Unit<P> {
         let (mut a, mut derivative) = (Box::new([[0.0; P]; P]), Box::new([[0.0; P]; P]));
         for i in 0..n {
             for j in 0..n {
-                (a[j][i], derivative[j][i]) = (rule.a()[i * n + j].hi, rule.derivative(i, j).hi);
+                (a[j][i], derivative[j][i]) = (operators.a()[i * n + j].hi, operators.derivative(i, j).hi);
             }
         }
         Self {
-            tables: Tables::new(rule, Twofold::ONE),
+            tables: Tables::new(operators, free, Twofold::ONE),
             modes,
             recurrence: (0..=n).map(ratio).collect(),
             shares,
@@ -98,13 +97,13 @@ pub(super) enum SizedUnit {
 }
 
 impl SizedUnit {
-    pub(super) fn new(rule: &WeakRule) -> Self {
-        match rule.points() {
-            ..=8 => Self::P8(Box::new(Unit::new(rule))),
-            9..=16 => Self::P16(Box::new(Unit::new(rule))),
-            17..=24 => Self::P24(Box::new(Unit::new(rule))),
-            25..=32 => Self::P32(Box::new(Unit::new(rule))),
-            _ => Self::P64(Box::new(Unit::new(rule))),
+    pub(super) fn new(operators: &WeakOperators, free: &LengthFree) -> Self {
+        match operators.points() {
+            ..=8 => Self::P8(Box::new(Unit::new(operators, free))),
+            9..=16 => Self::P16(Box::new(Unit::new(operators, free))),
+            17..=24 => Self::P24(Box::new(Unit::new(operators, free))),
+            25..=32 => Self::P32(Box::new(Unit::new(operators, free))),
+            _ => Self::P64(Box::new(Unit::new(operators, free))),
         }
     }
 }

@@ -1,7 +1,6 @@
 //! What an observer sees of a window.
 
 use super::State;
-use super::dense;
 use super::rule::WeakRule;
 use crate::vector::Twofold;
 
@@ -82,15 +81,6 @@ impl<'a> WindowView<'a> {
     /// What certified marches add, see [`Certified`].
     pub fn certified(&self) -> Option<Certified<'a>> {
         self.certified
-    }
-
-    /// Hands out t, x and w at `fractions` (0 to 1) of the window: the dense output.
-    ///
-    /// They are the integrals of the polynomials that u and a are on the nodes: of order n + 1, without an evaluation
-    /// of the potential; at 1 it is the end of the window, of order 2n − 2. [`crate::sampling`] keeps that order inside
-    /// too, at a hundred times the cost.
-    pub fn inside(&self, fractions: impl IntoIterator<Item = f64>, see: impl FnMut(Inside)) {
-        dense::inside(self, fractions.into_iter(), see);
     }
 
     /// The factors that turn integrals over [0, 1] of the nodal values of u and a into t and w.

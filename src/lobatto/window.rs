@@ -129,30 +129,8 @@ impl<const P: usize> Window<P> {
         guess: Guess<'_, P>,
         precision: Precision,
     ) -> Option<usize> {
-        // The free line x + h c w as line + low, to twice the precision: X = line + (low + h² A² a), where the bracket
-        // is small and X is the only number that is rounded at the size of x. (Dropping the rounding error of h c w
-        // alone moves K by 1e-19 a window.)
-        let mut low = Nodes::<P>::ZERO;
-        let (x0, x0_lo) = (s.splat_f64s(start.x.hi), s.splat_f64s(start.x.lo));
-        let (w0, w0_lo) = (s.splat_f64s(start.w.hi), s.splat_f64s(start.w.lo));
-        {
-            let (hc, hc_lo) = (vectors::<S>(&t.line), vectors::<S>(&t.line_lo));
-            let (line, low) = (vectors_mut::<S>(&mut self.line.0), vectors_mut::<S>(&mut low.0));
-            for i in 0..low.len() {
-                if !precision.is_twofold() {
-                    (line[i], low[i]) = (multiply_add(s, hc[i], w0, x0), x0_lo);
-                    continue;
-                }
-                let p = s.mul_f64s(hc[i], w0);
-                let (sum, error) = two_sum(s, x0, p);
-                let error = s.add_f64s(error, product_error(s, hc[i], w0, p));
-                line[i] = sum;
-                let rest = multiply_add(s, hc_lo[i], w0, multiply_add(s, hc[i], w0_lo, x0_lo));
-                low[i] = s.add_f64s(error, rest);
-            }
-        }
-        let is_far = self.guess(s, t, &low, guess);
-        if is_far {
+        let mut low = self.free_line(s, t, start, precision);
+        if self.guess(s, t, &low, guess) {
             self.parabola(s, t, force, start);
         }
         let mut known = 0;
@@ -168,15 +146,7 @@ impl<const P: usize> Window<P> {
         let mut evaluations = 0;
         let mut near = false;
         loop {
-            let mut change = s.splat_f64s(0.0);
-            let (x, line, rest) =
-                (vectors_mut::<S>(&mut self.x.0), vectors::<S>(&self.line.0), vectors::<S>(&self.rest.0));
-            for i in 0..x.len() {
-                let y = s.add_f64s(line[i], rest[i]);
-                change = s.max_f64s(change, abs(s, s.sub_f64s(y, x[i])));
-                x[i] = y;
-            }
-            let change = s.reduce_max_f64s(change);
+            let change = self.advance(s);
             let scale = self.scale(t, start);
             let (wanted, noise) = (precision.tolerance * scale, 4.0 * f64::EPSILON * scale);
             // a and u of the previous X are good enough, if the step by which u was found left nothing either.
@@ -204,6 +174,46 @@ impl<const P: usize> Window<P> {
             near = true;
             product(s, &low.0, &t.force[..t.columns], &self.a.0, &mut self.rest.0);
         }
+    }
+
+    /// The free line x + h c w as `line` + what is returned, to twice the precision: X = line + (low + h² A² a), where the
+    /// bracket is small and X is the only number that is rounded at the size of x. (Dropping the rounding error of h c w
+    /// alone moves K by 1e-19 a window.)
+    #[inline(always)]
+    fn free_line<S: Simd>(&mut self, s: S, t: &Tables<P>, start: &State, precision: Precision) -> Nodes<P> {
+        let mut rounded_off = Nodes::<P>::ZERO;
+        let (x0, x0_lo) = (s.splat_f64s(start.x.hi), s.splat_f64s(start.x.lo));
+        let (w0, w0_lo) = (s.splat_f64s(start.w.hi), s.splat_f64s(start.w.lo));
+        {
+            let (hc, hc_lo) = (vectors::<S>(&t.line), vectors::<S>(&t.line_lo));
+            let (line, low) = (vectors_mut::<S>(&mut self.line.0), vectors_mut::<S>(&mut rounded_off.0));
+            for i in 0..low.len() {
+                if !precision.is_twofold() {
+                    (line[i], low[i]) = (multiply_add(s, hc[i], w0, x0), x0_lo);
+                    continue;
+                }
+                let p = s.mul_f64s(hc[i], w0);
+                let (sum, error) = two_sum(s, x0, p);
+                let error = s.add_f64s(error, product_error(s, hc[i], w0, p));
+                line[i] = sum;
+                let rest = multiply_add(s, hc_lo[i], w0, multiply_add(s, hc[i], w0_lo, x0_lo));
+                low[i] = s.add_f64s(error, rest);
+            }
+        }
+        rounded_off
+    }
+
+    /// X = line + rest; the largest change of X.
+    #[inline(always)]
+    fn advance<S: Simd>(&mut self, s: S) -> f64 {
+        let mut change = s.splat_f64s(0.0);
+        let (x, line, rest) = (vectors_mut::<S>(&mut self.x.0), vectors::<S>(&self.line.0), vectors::<S>(&self.rest.0));
+        for i in 0..x.len() {
+            let y = s.add_f64s(line[i], rest[i]);
+            change = s.max_f64s(change, abs(s, s.sub_f64s(y, x[i])));
+            x[i] = y;
+        }
+        s.reduce_max_f64s(change)
     }
 
     /// Leaves the guess in `rest`; whether it is none, or useless.

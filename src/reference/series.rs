@@ -163,26 +163,29 @@ fn power<S: Real>(u: &[S], v: &[S], earlier: &[S], logarithm: &mut Vec<S>, k: us
     sum((1..=k).map(|j| number::<S>(j) * exponent(j) * earlier[k - j])) / number(k)
 }
 
+/// Coefficient `k` of sin, cos, sinh or cosh, with its counterpart as `partner`.
+fn circular<S: Real>(function: Function, u: &[S], y: &[S], partner: &mut Vec<S>, k: usize) -> S {
+    if k == 0 {
+        let (value, other) = match function {
+            Function::Sin => (u[0].sin(), u[0].cos()),
+            Function::Cos => (u[0].cos(), u[0].sin()),
+            Function::Sinh => (u[0].sinh(), u[0].cosh()),
+            _ => (u[0].cosh(), u[0].sinh()),
+        };
+        partner.push(other);
+        return value;
+    }
+    let (value, other) = (chain(u, partner, k), chain(u, y, k));
+    // sin′ = cos, cos′ = −sin, and both hyperbolic derivatives are positive.
+    partner.push(if function == Function::Sin { -other } else { other });
+    if function == Function::Cos { -value } else { value }
+}
+
 /// f(u)_k. Also appends coefficient k to the partner series of the function.
 fn call<S: Real>(function: Function, u: &[S], y: &[S], partner: &mut Vec<S>, k: usize) -> S {
     let unit = if k == 0 { S::ONE } else { S::ZERO };
     match function {
-        Function::Sin | Function::Cos | Function::Sinh | Function::Cosh => {
-            if k == 0 {
-                let (value, other) = match function {
-                    Function::Sin => (u[0].sin(), u[0].cos()),
-                    Function::Cos => (u[0].cos(), u[0].sin()),
-                    Function::Sinh => (u[0].sinh(), u[0].cosh()),
-                    _ => (u[0].cosh(), u[0].sinh()),
-                };
-                partner.push(other);
-                return value;
-            }
-            let (value, other) = (chain(u, partner, k), chain(u, y, k));
-            // sin′ = cos, cos′ = −sin, and both hyperbolic derivatives are positive.
-            partner.push(if function == Function::Sin { -other } else { other });
-            if function == Function::Cos { -value } else { value }
-        }
+        Function::Sin | Function::Cos | Function::Sinh | Function::Cosh => circular(function, u, y, partner, k),
         Function::Tan | Function::Tanh => {
             // y′ = (1 ± y²) u′ with the partner 1 ± y².
             let value = if k == 0 { function.apply(u[0]) } else { chain(u, partner, k) };

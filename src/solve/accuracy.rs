@@ -78,22 +78,24 @@ pub(super) fn solve(scene: &Scene, accuracy: f64, observer: Option<Observer<'_, 
             solution.windows_unproved = Some(adapted.statistics.unproved);
             Ok(solution)
         }
-        Err(failure) => {
-            let at =
-                |status, gamma: f64, x: f64| NoSolution::adaptive(status, At::x(gamma_i + gamma, x, metric.at(x).g00));
-            Err(match failure {
-                MarchFailure::OutsideDomain { gamma, x, g00, .. } => {
-                    NoSolution::adaptive(Status::OutsideDomain, At::x(gamma_i + gamma, x, g00))
-                }
-                MarchFailure::NotConverged { gamma, x, .. } => at(Status::Stalled, gamma, x),
-                MarchFailure::AccuracyNotReached { gamma, estimate } => {
-                    NoSolution { residual: estimate, ..at(Status::AccuracyNotReached, gamma, last) }
-                }
-                MarchFailure::TimeNotReached { gamma, .. } => at(Status::EndTimeNotReached, gamma, last),
-                MarchFailure::EvaluationLimit { gamma, x, evaluations, needed } => {
-                    NoSolution { needed, ..at(Status::EvaluationLimit, gamma, x).after(evaluations) }
-                }
-            })
+        Err(failure) => Err(failed(scene, failure, last)),
+    }
+}
+
+/// What the failure of a march means for the case. Where it does not say x, that is `last`.
+fn failed(Scene { metric, gamma_i, .. }: &Scene, failure: MarchFailure, last: f64) -> NoSolution {
+    let at = |status, gamma: f64, x: f64| NoSolution::adaptive(status, At::x(gamma_i + gamma, x, metric.at(x).g00));
+    match failure {
+        MarchFailure::OutsideDomain { gamma, x, g00, .. } => {
+            NoSolution::adaptive(Status::OutsideDomain, At::x(gamma_i + gamma, x, g00))
+        }
+        MarchFailure::NotConverged { gamma, x, .. } => at(Status::Stalled, gamma, x),
+        MarchFailure::AccuracyNotReached { gamma, estimate } => {
+            NoSolution { residual: estimate, ..at(Status::AccuracyNotReached, gamma, last) }
+        }
+        MarchFailure::TimeNotReached { gamma, .. } => at(Status::EndTimeNotReached, gamma, last),
+        MarchFailure::EvaluationLimit { gamma, x, evaluations, needed } => {
+            NoSolution { needed, ..at(Status::EvaluationLimit, gamma, x).after(evaluations) }
         }
     }
 }

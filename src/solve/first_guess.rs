@@ -149,32 +149,21 @@ pub(super) fn windowed_action<L: Lagrangian<f64>>(
             Ok(window) => {
                 let layout = Layout::new(rows.len(), WINDOW_STEPS + 1, Form::Strong);
                 let forward = layout.branch(&window.root.unknowns, 0);
-                for step in 1..=WINDOW_STEPS {
-                    let at = position + step * units;
-                    if at % UNITS_PER_STEP == 0 {
-                        for (row, forward) in rows.iter_mut().zip(&forward) {
-                            row[at / UNITS_PER_STEP] = forward[step];
-                        }
-                    }
+                let places = (1..=WINDOW_STEPS).map(|step| (step, position + step * units));
+                for (step, at) in places.filter(|(_, at)| at % UNITS_PER_STEP == 0) {
+                    rows.iter_mut().zip(&forward).for_each(|(row, forward)| row[at / UNITS_PER_STEP] = forward[step]);
                 }
                 multipliers = layout.multipliers(&window.root.unknowns).to_vec();
                 start = window.end;
                 position += WINDOW_STEPS * units;
-                let accurate = window.defect <= LENGTHENING * acceptable;
                 // A longer window must still have its nodes on the grid.
-                if accurate && units < UNITS_PER_STEP && position.is_multiple_of(2 * units) {
-                    units *= 2;
-                }
+                let may_grow = units < UNITS_PER_STEP && position.is_multiple_of(2 * units);
+                units *= if may_grow && window.defect <= LENGTHENING * acceptable { 2 } else { 1 };
             }
             Err(_) if units > 1 => units /= 2,
             Err(failure) => {
-                let per_unit = spacing / UNITS_PER_STEP as f64;
-                return Err(WindowFailure {
-                    failure: Box::new(failure),
-                    start,
-                    gamma: position as f64 * per_unit,
-                    spacing: units as f64 * per_unit,
-                });
+                let [gamma, spacing] = [position, units].map(|count| count as f64 * spacing / UNITS_PER_STEP as f64);
+                return Err(WindowFailure { failure: Box::new(failure), start, gamma, spacing });
             }
         }
     }

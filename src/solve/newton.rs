@@ -119,34 +119,11 @@ pub(super) fn solve<N: NewtonSystem>(
             return Err(Failure { status: Status::Singular, unknowns: u, residual, outside: None, history });
         }
         let before = weigh(&levels, &residual).sum_of_squares;
-        let mut damping = 1.0;
-        let mut inside;
-        let mut last_outside = None;
-        let at_rounding = loop {
-            for ((trial, u), step) in trial.iter_mut().zip(&u).zip(&step) {
-                *trial = u + damping * step;
-            }
-            match system.residual(&trial, &mut trial_residual) {
-                Ok(()) => {
-                    inside = true;
-                    let after = weigh(&levels, &trial_residual);
-                    let at_rounding = after.largest <= ROUNDING_UNITS;
-                    let enough = (1.0 - 2.0 * SUFFICIENT_DECREASE * damping) * before;
-                    if at_rounding || after.sum_of_squares <= enough {
-                        break at_rounding;
-                    }
-                }
-                Err(point) => {
-                    inside = false;
-                    last_outside = Some(point);
-                }
-            }
-            damping *= 0.5;
-            if damping < LEAST_DAMPING {
-                let status = if inside { Status::Stalled } else { Status::OutsideDomain };
-                return Err(Failure { status, unknowns: u, residual, outside: last_outside, history });
-            }
-        };
+        let (damping, at_rounding) =
+            match damped(system, [&u, &step], (&levels, before), [&mut trial, &mut trial_residual]) {
+                Ok(found) => found,
+                Err((status, outside)) => return Err(Failure { status, unknowns: u, residual, outside, history }),
+            };
         std::mem::swap(&mut u, &mut trial);
         std::mem::swap(&mut residual, &mut trial_residual);
         let changes: Vec<f64> = system.sizes(&step).into_iter().map(|size| damping * size).collect();
@@ -162,4 +139,42 @@ pub(super) fn solve<N: NewtonSystem>(
         was_at_rounding = at_rounding;
     }
     Err(Failure { status: Status::MaxIterations, unknowns: u, residual, outside: None, history })
+}
+
+/// A damping, and whether the residual is rounding with it; or why there is none.
+type Damped<O> = Result<(f64, bool), (Status, Option<O>)>;
+
+/// The damping of a step from `u` with which the residual, `before` there in units of `levels`, decreases enough, and
+/// whether it is rounding then. The iterate and its residual are left in `trial`.
+fn damped<N: NewtonSystem>(
+    system: &mut N,
+    [u, step]: [&[f64]; 2],
+    (levels, before): (&[(Range<usize>, f64)], f64),
+    [trial, residual]: [&mut [f64]; 2],
+) -> Damped<N::Outside> {
+    let (mut damping, mut last_outside) = (1.0, None);
+    loop {
+        for ((trial, u), step) in trial.iter_mut().zip(u).zip(step) {
+            *trial = u + damping * step;
+        }
+        let status = match system.residual(trial, residual) {
+            Ok(()) => {
+                let after = weigh(levels, residual);
+                let at_rounding = after.largest <= ROUNDING_UNITS;
+                let enough = (1.0 - 2.0 * SUFFICIENT_DECREASE * damping) * before;
+                if at_rounding || after.sum_of_squares <= enough {
+                    return Ok((damping, at_rounding));
+                }
+                Status::Stalled
+            }
+            Err(point) => {
+                last_outside = Some(point);
+                Status::OutsideDomain
+            }
+        };
+        damping *= 0.5;
+        if damping < LEAST_DAMPING {
+            return Err((status, last_outside));
+        }
+    }
 }

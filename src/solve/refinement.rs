@@ -53,15 +53,8 @@ pub(super) fn refine<S: Real, R: Refined<S>>(
     let mut correction = residual.clone();
     let first = history.len();
     loop {
-        let failure = |status, outside, u: &[S], residual: &[S], history| Failure {
-            status,
-            unknowns: u.iter().map(|u| u.to_f64()).collect(),
-            residual: residual.iter().map(|r| r.to_f64()).collect(),
-            outside,
-            history,
-        };
         if let Err(outside) = system.residual(&u, &mut residual) {
-            return Err(failure(Status::OutsideDomain, Some(outside), &u, &residual, history));
+            return Err(failed(Status::OutsideDomain, Some(outside), &u, &residual, history));
         }
         // Scaled, so that a residual of any size fits into the range of f64.
         let scale = max_abs(&residual);
@@ -72,7 +65,7 @@ pub(super) fn refine<S: Real, R: Refined<S>>(
             *step = -(r / scale).to_f64();
         }
         if system.solve_linearised(&mut step).is_err() || !max_abs(&step).is_finite() {
-            return Err(failure(Status::Singular, None, &u, &residual, history));
+            return Err(failed(Status::Singular, None, &u, &residual, history));
         }
         for (correction, &step) in correction.iter_mut().zip(&step) {
             *correction = scale * S::from(step);
@@ -90,11 +83,9 @@ pub(super) fn refine<S: Real, R: Refined<S>>(
                 // The type has no more digits to give; the iteration history says how many there are.
                 return Ok(Root { unknowns: u, history });
             }
-            return Err(failure(Status::PrecisionNotReached, None, &u, &residual, history));
+            return Err(failed(Status::PrecisionNotReached, None, &u, &residual, history));
         }
-        for (u, &correction) in u.iter_mut().zip(&correction) {
-            *u += correction;
-        }
+        u.iter_mut().zip(&correction).for_each(|(u, &correction)| *u += correction);
         let change = changes.iter().copied().fold(S::ZERO, S::max).to_f64();
         let iteration = history.len() + 1;
         let relative_step = relative(&changes, &sizes);
@@ -105,4 +96,15 @@ pub(super) fn refine<S: Real, R: Refined<S>>(
         }
         previous = Some(changes);
     }
+}
+
+fn failed<S: Real, O>(
+    status: Status,
+    outside: Option<O>,
+    u: &[S],
+    residual: &[S],
+    history: Vec<IterationRecord>,
+) -> Failure<O> {
+    let rough = |values: &[S]| values.iter().map(|value| value.to_f64()).collect();
+    Failure { status, unknowns: rough(u), residual: rough(residual), outside, history }
 }

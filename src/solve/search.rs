@@ -82,14 +82,7 @@ pub(super) fn search<S: Real, L, E>(
         } else {
             above = length
         }
-        let step = match (slope, last) {
-            (Some(slope), _) => value / slope,
-            (None, Some([before, was])) if was != value => value * (length - before) / (value - was),
-            (None, Some(_)) => S::ZERO,
-            // Without two points the step is a small part of the length.
-            (None, None) if value < S::ZERO => -S::from(FIRST_STEP) * length,
-            (None, None) => S::from(FIRST_STEP) * length,
-        };
+        let step = step(length, Excess { value, slope }, last);
         last = Some([length, value]);
         let (miss, whole) = scale.map_or((step.abs(), length), |scale| (value.abs(), scale));
         let improved = best.as_ref().is_none_or(|(least, ..)| miss < *least);
@@ -106,6 +99,18 @@ pub(super) fn search<S: Real, L, E>(
         (Some((miss, whole, run)), _) if miss <= loose * whole => Ok(run),
         (_, Some(failure)) => Err(NotFound::Failed(failure)),
         (best, None) => Err(NotFound::Missed(best.map(|(.., run)| run))),
+    }
+}
+
+/// By how much `length` is too long: by the slope, or by a secant through the `last` length and its excess.
+fn step<S: Real>(length: S, Excess { value, slope }: Excess<S>, last: Option<[S; 2]>) -> S {
+    match (slope, last) {
+        (Some(slope), _) => value / slope,
+        (None, Some([before, was])) if was != value => value * (length - before) / (value - was),
+        (None, Some(_)) => S::ZERO,
+        // Without two points the step is a small part of the length.
+        (None, None) if value < S::ZERO => -S::from(FIRST_STEP) * length,
+        (None, None) => S::from(FIRST_STEP) * length,
     }
 }
 

@@ -1,10 +1,17 @@
 //! Targets of random texts: case files, formulas, metrics and `--set`. The corpus is the cases that are built in, and
 //! the words that occur in them. Whatever is read is written so that it reads back the same; whatever is refused is
-//! refused with a message and, where it is the case's fault, a place in it. Nothing panics or takes long.
+//! refused with a message and, where it is the case's fault, a place in it. Nothing panics or takes long, and what is
+//! solved is finite.
+//!
+//! `FUZZ_CASES=100000 cargo test --release --test case_scenes fuzz` tries as many texts of every kind.
 
 use std::time::{Duration, Instant};
 
 use geodesic_ivp::case::{AnyCase, KEYS, SCENE_KEYS, builtin};
+use geodesic_ivp::diagnostics::Diagnostics;
+use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
+use geodesic_ivp::solve::scene::{WorldLine, solve_scene};
+use geodesic_ivp::{Solution, solve};
 use proptest::prelude::*;
 use proptest::sample::select;
 
@@ -195,6 +202,32 @@ fn of_metric(components: &[(&str, String)], definition: &str, force: &str) -> St
     )
 }
 
+/// Solves a case, if the text is one. What is found is finite on every node.
+fn solved(text: &str) -> Result<(), TestCaseError> {
+    let start = Instant::now();
+    let rows: Vec<Vec<f64>> = match AnyCase::parse("case", text, &[]) {
+        Err(_) => return Ok(()),
+        Ok(AnyCase::One(case)) => match solve(&*case) {
+            Err(_) => return Ok(()),
+            Ok::<Solution, _>(solution) => {
+                let measured = Diagnostics::new(&solution);
+                vec![solution.t().collect(), solution.x.clone(), measured.charges.delta_k, measured.residuals.delta_g_x]
+            }
+        },
+        Ok(AnyCase::Scene(case)) => match solve_scene(&case.setup()) {
+            Err(_) => return Ok(()),
+            Ok::<WorldLine, _>(line) => {
+                let measured = SceneDiagnostics::new(&line, &[], &mut [], false);
+                let rows = (0..case.coordinates().len()).map(|a| line.q(a).collect());
+                rows.chain([measured.norm.delta, measured.charges[0].delta.clone()]).collect()
+            }
+        },
+    };
+    prop_assert!(rows.iter().flatten().all(|value| value.is_finite()), "{text}: {rows:?}");
+    prop_assert!(start.elapsed() < MOST_SECONDS, "{:?}: {text}", start.elapsed());
+    Ok(())
+}
+
 /// What is around the random parts is a case, so that a refusal is one of these parts.
 #[test]
 fn simple_formulas_are_cases() {
@@ -208,8 +241,13 @@ fn simple_formulas_are_cases() {
 /// Pairs of coordinates, and what is none.
 const PAIRS: [&str; 7] = ["t t", "r r", "t r", "phi phi", "r phi", "t", "r q"];
 
+/// How many texts of each kind are tried.
+fn cases() -> u32 {
+    std::env::var("FUZZ_CASES").map_or(1500, |count| count.parse().expect("FUZZ_CASES is a number"))
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 1500, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn case_files(case in 0..builtin::NAMES.len(), edits in prop::collection::vec((0.0..1.0_f64, edit()), 0..6)) {
@@ -221,6 +259,11 @@ proptest! {
     #[test]
     fn formulas(formula in formula(), is_scene in any::<bool>()) {
         read(&of_formula(&formula, is_scene), &[])?;
+    }
+
+    #[test]
+    fn solved_formulas_are_finite(formula in formula(), is_scene in any::<bool>()) {
+        solved(&of_formula(&formula, is_scene))?;
     }
 
     #[test]

@@ -9,3 +9,4 @@ mod links;
 mod lists;
 mod manual;
 mod pages;
+mod sizes;

@@ -57,16 +57,19 @@ fn error(line: &WorldLine) -> [f64; 2] {
 }
 
 /// What rounding leaves in the gradient of the action: two derivatives on n nodes, each of norm 2n², and a quadrature
-/// weight of 1/n², of the terms g_ab q̇^b that make the momenta. They may be far larger than those.
+/// weight of 1/n², of the terms g_ab q̇^b that make the momenta. They may be far larger than those. In q̇^b counts what
+/// is rounded before it is differentiated: q^b itself, which in a short window changes by little of its size. Ignorable
+/// coordinates are counted from the start of the window.
 fn rounding_of_gradients(line: &WorldLine) -> f64 {
     let geometry = line.geometry();
-    let terms = line.windows.iter().flat_map(|window| {
-        let (q, q_dot) = (&window.start.q, &window.start.q_dot);
-        let mut sums = vec![0.0; q.len()];
-        for b in 0..q.len() {
-            let mut velocity = vec![0.0; q.len()];
-            velocity[b] = q_dot[b];
-            sums.iter_mut().zip(geometry.momenta(q, &velocity)).for_each(|(sum, p)| *sum += p.abs());
+    let joints = line.windows.iter().flat_map(|window| [(window, &window.start), (window, &window.end)]);
+    let terms = joints.flat_map(|(window, joint)| {
+        let mut sums = vec![0.0; joint.q.len()];
+        for (b, (&q, q_dot)) in joint.q.iter().zip(&joint.q_dot).enumerate() {
+            let of_size = if geometry.active().contains(&b) { q / (window.gamma[1] - window.gamma[0]) } else { 0.0 };
+            let mut velocity = vec![0.0; joint.q.len()];
+            velocity[b] = q_dot.abs().max(of_size.abs());
+            sums.iter_mut().zip(geometry.momenta(&joint.q, &velocity)).for_each(|(sum, p)| *sum += p.abs());
         }
         sums
     });

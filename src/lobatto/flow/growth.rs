@@ -3,9 +3,22 @@
 /// After this part of a run its error at the end is projected.
 const EARLIEST: f64 = 0.05;
 
+/// A march whose error at the end will miss the accuracy by more than this factor is begun again at once.
+const MOST_PROJECTED: f64 = 1.2;
+
+/// Not so if that error is no less than this part of that of the attempt before: what is left is rounding, which no
+/// smaller share reduces.
+const BETTER: f64 = 0.3;
+
 /// Errors grow with a power of γ between these: with the first where they only add up, with the square where the period
 /// is off, and faster where paths diverge.
 const POWERS: [f64; 2] = [1.0, 2.5];
+
+/// Whether a march with that error at its end is to be begun again at once, as it will miss the `accuracy`. An attempt
+/// before would have `missed` it by that error.
+pub(super) fn is_hopeless(projected: f64, accuracy: f64, missed: f64) -> bool {
+    projected > MOST_PROJECTED * accuracy && projected < BETTER * missed
+}
 
 /// The error of a run at two earlier points. The older one is between a half and a quarter of the way back.
 #[derive(Debug, Clone, Copy, Default)]

@@ -1,8 +1,8 @@
 //! What is known of the error of a world-line in a scene.
 
-use super::control::{TUNING, Tuning, fall, ratio, unseen};
 use super::state::FlowState;
 use super::transport::{Local, Transport};
+use super::tuning::{TUNING, Tuning, fall, ratio, unseen};
 use super::window::{FlowWindow, Weights};
 use crate::geometry::Geometry;
 

@@ -8,8 +8,8 @@
 //! Lengths are chosen from the highest Legendre modes of the rates, which show what a window adds to the error. What
 //! errors grow to is seen from a *probe*, small errors that travel along with the world-line by its linearised equations.
 
+mod attempt;
 mod certificate;
-mod control;
 mod course;
 mod enclosed;
 mod growth;
@@ -24,17 +24,37 @@ mod state;
 mod stop;
 mod tables;
 mod transport;
+mod tuning;
 mod unknowns;
 mod view;
 mod window;
 mod work;
 
-pub use march::{Flow, Followed};
+pub use march::Flow;
 pub use state::FlowState;
 pub use stop::{PhasePoint, Stop};
 pub use view::FlowView;
 
+use super::Statistics;
 use crate::geometry::OutsideGeometry;
+
+/// Where a march ended.
+#[derive(Debug, Clone)]
+pub struct Followed {
+    /// The last state.
+    pub end: FlowState,
+    /// γ − γ_i there.
+    pub gamma: f64,
+    /// Which of the stops ended it, if one did.
+    pub stopped_by: Option<usize>,
+    /// The work done, including rejected windows. An evaluation is a sweep.
+    pub statistics: Statistics,
+    /// An upper estimate of the error of every coordinate at all nodes, relative to max(1, largest |q^a|) for active
+    /// coordinates and max(1, largest |q^a − q_i^a|) for ignorable ones.
+    pub error_estimate: f64,
+    /// How often the march was begun; every attempt but the last turned out not to be accurate enough.
+    pub attempts: usize,
+}
 
 /// Why the march along a world-line of a scene ends early.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

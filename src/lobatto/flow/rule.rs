@@ -3,8 +3,20 @@
 use std::sync::OnceLock;
 
 use super::tables::FlowTables;
-use super::window::Rule;
 use crate::lobatto::kit::{self, Kit};
+use crate::lobatto::rule::WeakRule;
+use crate::lobatto::unit::Unit;
+use crate::vector::Nodes;
+
+/// What a rule brings to all windows.
+#[derive(Clone, Copy)]
+pub(super) struct Rule<const P: usize> {
+    pub(super) rule: &'static WeakRule,
+    pub(super) unit: &'static Unit<P>,
+    /// From nodal values to the two highest modes but the last.
+    pub(super) tail: &'static [Nodes<P>; 2],
+    pub(super) tables: &'static FlowTables<P>,
+}
 
 /// Made when it is first asked for.
 macro_rules! rule {

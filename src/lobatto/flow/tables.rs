@@ -1,10 +1,13 @@
 //! The matrices of a window of a scene on one rule, for windows of any length.
 
-use super::transport::LANES;
 use crate::lobatto::Twofold;
-use crate::lobatto::rule::{WeakRule, legendre_values};
+use crate::lobatto::operators::legendre_values;
+use crate::lobatto::rule::WeakRule;
 use crate::lobatto::tables::{Matrix, round_row};
 use crate::vector::Nodes;
+
+/// Nodes of a window on which small errors are followed.
+pub(super) const LANES: usize = 16;
 
 /// What windows of a rule need, with time in units of their length.
 pub(super) struct FlowTables<const P: usize> {

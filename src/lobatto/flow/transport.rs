@@ -10,6 +10,7 @@
 
 use super::rule;
 use super::state::FlowState;
+use super::tables::LANES;
 use super::unknowns::{Places, SweepSteps, Unknowns, room};
 use super::window::{FlowWindow, MOST_SWEEPS, Weights};
 use super::work::{Evaluate, Sample};
@@ -17,9 +18,6 @@ use crate::expr::{Program, Register, Staged};
 use crate::geometry::Geometry;
 use crate::lobatto::Twofold;
 use crate::vector::{Level, Nodes};
-
-/// Nodes of a window on which small errors are followed.
-pub(super) const LANES: usize = 16;
 
 /// What the sweeps over a probe may leave of it in a run of N windows, times N²; and the limits of that.
 const INTEREST: f64 = 1.0;

@@ -7,8 +7,8 @@
 //!
 //! The equations are those of the motion, or the linearised ones of a small error.
 
+use super::rule::Rule;
 use super::tables::FlowTables;
-use super::window::Rule;
 use super::work::{Evaluate, Integrate, Pass, Sweep};
 use crate::expr::{Program, Register, Step};
 use crate::lobatto::Twofold;

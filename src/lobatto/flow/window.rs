@@ -2,14 +2,12 @@
 //!
 //! Only active coordinates are unknowns; ignorable ones are quadratures.
 
+use super::rule::Rule;
 use super::state::FlowState;
-use super::tables::FlowTables;
 use super::unknowns::{Places, SweepSteps, Unknowns};
 use super::work::{Look, Tail};
 use crate::expr::Register;
 use crate::geometry::{Geometry, RowPrograms};
-use crate::lobatto::rule::WeakRule;
-use crate::lobatto::unit::Unit;
 use crate::vector::{Level, Nodes};
 
 /// The most sweeps over a window: with more, two shorter ones are cheaper.
@@ -46,16 +44,6 @@ pub(super) struct Task<'t> {
     pub(super) tolerance: f64,
     /// Whether it is longer than the window before, so that it may turn out to be far too long.
     pub(super) is_new: bool,
-}
-
-/// What a rule brings to all windows.
-#[derive(Clone, Copy)]
-pub(super) struct Rule<const P: usize> {
-    pub(super) rule: &'static WeakRule,
-    pub(super) unit: &'static Unit<P>,
-    /// From nodal values to the two highest modes but the last.
-    pub(super) tail: &'static [Nodes<P>; 2],
-    pub(super) tables: &'static FlowTables<P>,
 }
 
 /// By how much an error of the fields counts: q^a relative to its size, p_a by what it does to the q^b.

@@ -223,14 +223,8 @@ impl<E: Equations, const S: usize> Stages<E, S> {
             }
             let (mut is_done, mut is_finite) = (true, true);
             for k in parts.unknowns() {
-                let [change, change_before] = changes.as_ref()[k];
                 let size = sizes.as_ref()[equations.equations.kind(k)];
-                // The error left is about that share of the change by which changes shrink.
-                let rate = change / change_before;
-                let left = if change_before.is_finite() { change * rate.min(1.0) } else { change };
-                is_done &= left <= tolerance * size
-                    || change <= f64::EPSILON / 4.0 * size
-                    || (rate > 0.5 && change <= ROUNDING * size);
+                is_done &= is_solved(changes.as_ref()[k], size, *tolerance);
                 is_finite &= size.is_finite();
             }
             if is_done {
@@ -319,4 +313,13 @@ impl<E: Equations, const S: usize> EqualSteps<E> for Walk<'_, E, S> {
         }
         Ok(Self { method, start, sums, stages, is_first })
     }
+}
+
+/// Whether an unknown of that size is solved, after its last change and the one before.
+#[inline(always)]
+fn is_solved([change, change_before]: [f64; 2], size: f64, tolerance: f64) -> bool {
+    // The error left is about that share of the change by which changes shrink.
+    let rate = change / change_before;
+    let left = if change_before.is_finite() { change * rate.min(1.0) } else { change };
+    left <= tolerance * size || change <= f64::EPSILON / 4.0 * size || (rate > 0.5 && change <= ROUNDING * size)
 }

@@ -73,19 +73,12 @@ impl Chart {
         let points = self.series.iter().flat_map(|s| &s.points).copied();
         let (xs, ys): (Vec<f64>, Vec<f64>) = points.filter(|p| is_drawable(p.0) && is_drawable(p.1)).unzip();
         let (mut x, mut y) = (Axis::new(self.x_scale, &xs), Axis::new(self.y_scale, &ys));
-        let remarks: Vec<String> = [(&x, format!("{}: ", self.x_label)), (&y, String::new())]
-            .into_iter()
-            .filter_map(|(axis, prefix)| axis.remark().map(|remark| prefix + &remark))
-            .collect();
-
+        let x_remark = x.remark().map(|remark| format!("{}: {remark}", self.x_label));
+        let remarks: Vec<String> = x_remark.into_iter().chain(y.remark()).collect();
         let line = SMALL * 3 / 2;
         let top = MARGIN + canvas::heading_height(&self.title, &self.subtitle);
         let base = top + PLOT_HEIGHT;
         let under = base + TICK + 2 * LABEL + 6 * PX;
-        let left_of = |y: &Axis| {
-            let ticks = y.labelled.iter().map(|&v| canvas::extent(&y.label(v), TICK)).max().unwrap_or(0);
-            MARGIN + LABEL + ticks + 16 * PX
-        };
         let (mut left, mut right) = (left_of(&y), WIDTH - MARGIN);
         if self.is_isometric {
             (x, y, left) = isometric((&x, &y), right, left_of);
@@ -149,6 +142,12 @@ impl Chart {
         };
         self.series.iter().zip(pens(&self.series)).map(trace).collect()
     }
+}
+
+/// Where a plot begins, to the right of the labels of this axis.
+fn left_of(y: &Axis) -> i32 {
+    let ticks = y.labelled.iter().map(|&v| canvas::extent(&y.label(v), TICK)).max().unwrap_or(0);
+    MARGIN + LABEL + ticks + 16 * PX
 }
 
 #[cfg(test)]

@@ -1,9 +1,6 @@
 //! How long the next window is.
 
-use super::course::Course;
-use super::work::Tail;
-
-/// The constants of the controller. Errors are relative to the sizes of the coordinates.
+/// The constants of a controller. Errors are relative to the sizes of the coordinates.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Tuning {
     /// The share of a single window in units of the accuracy; it falls with the number of windows to the power 5/4:
@@ -11,82 +8,39 @@ pub(super) struct Tuning {
     pub(super) share: f64,
     /// The least share: no truncation error is left to reduce.
     pub(super) least_share: f64,
-    /// The part of a share that the sweeps may leave.
-    pub(super) sweeps: f64,
+    /// The part of a share that the iteration may leave. The modes do not show it.
+    pub(super) iteration: f64,
     /// The target for the error of a window in units of its share, and the maximum.
     pub(super) aim: f64,
     pub(super) most_excess: f64,
     /// The excess that marks a window as far too long before it is solved.
     pub(super) hopeless: f64,
-    /// The error at the end of a window in units of the squared modes over the largest value, at most.
-    pub(super) end: f64,
-    /// The same in units of the modes in a window where the metric is rough.
-    pub(super) end_where_rough: f64,
-    /// The error inside a window in units of the modes that it does not see: of what is integrated once, and n² times
-    /// that of what is integrated twice.
-    pub(super) inside: [f64; 2],
-    /// Modes above this share of the largest value do not fall off: the error at the end has their own size.
-    pub(super) rough: f64,
-    /// The margin of the error inside a window.
-    pub(super) margin: f64,
     /// Windows are made longer after this many that would all have allowed it, or at once if they can be this much
-    /// longer: over a turn the errors of equal windows nearly cancel.
+    /// longer.
+    ///
+    /// Windows of one length are the rule and others the exception: over a turn of an oscillation the errors of K of
+    /// equal windows cancel, as the scheme's leading error is reversible. With lengths that follow the force they add
+    /// up, and the same accuracy takes half as many windows again.
     pub(super) pause: usize,
     pub(super) much_longer: f64,
     pub(super) longer: f64,
-    /// The rate of the motion is uneven if it changes by more than this factor in a window.
-    pub(super) uneven: f64,
-    /// The number of sweeps that marks a window as slow: longer ones would not be cheaper.
+    /// The number of evaluations that marks a window as slow: longer ones would not be cheaper.
     pub(super) slow: usize,
 }
 
-/// The constants in use.
-pub(super) const TUNING: Tuning = Tuning {
-    share: 0.04,
+/// The constants in use with one coordinate. Scenes have two of their own.
+pub(super) const ONE_COORDINATE: Tuning = Tuning {
+    share: 0.05,
     least_share: 1e-22,
-    sweeps: 0.0015,
+    iteration: 0.03,
     aim: 0.3,
     most_excess: 4.0,
     hopeless: 1e4,
-    end: 0.9,
-    end_where_rough: 30.0,
-    inside: [2.0, 50.0],
-    rough: 0.03,
-    margin: 2.5,
     pause: 12,
     much_longer: 1.6,
     longer: 1.1,
-    uneven: 1.35,
     slow: 14,
 };
-
-/// A size below which the values of a row are noise, in units of the error's weight.
-const NOISE: f64 = 1e-12;
-
-/// The tail relative to the largest value, or to noise where that is more.
-pub(super) fn ratio(tail: Tail, weight: f64) -> f64 {
-    let floor = if weight > 0.0 { NOISE / weight } else { 0.0 };
-    let largest = tail.largest.max(floor);
-    if largest > 0.0 { tail.tail / largest } else { 0.0 }
-}
-
-impl Tuning {
-    /// The error at the end of a window that this tail shows, in units of the row.
-    pub(super) fn end_of(&self, tail: Tail, weight: f64) -> f64 {
-        let ratio = ratio(tail, weight);
-        tail.tail * if ratio > self.rough { self.end_where_rough } else { self.end * ratio }
-    }
-}
-
-/// The factor by which modes fall from one to the next, in a window where the tail is this part of the largest value.
-pub(super) fn fall(ratio: f64, points: usize) -> f64 {
-    ratio.min(0.5).powf(1.0 / (points - 2) as f64)
-}
-
-/// The modes beyond the highest in units of the tail: r² + r³ + … together, as they fall by the factor r.
-pub(super) fn unseen(r: f64) -> f64 {
-    r * r / (1.0 - r)
-}
 
 /// Chooses lengths from the excess of windows: their error in units of their share.
 #[derive(Debug, Clone)]
@@ -124,7 +78,12 @@ impl Controller {
 
     /// The error that the sweeps may leave in a window that may add `share`.
     pub(super) fn tolerance(&self, share: f64) -> f64 {
-        self.tuning.sweeps * share
+        self.tuning.iteration * share
+    }
+
+    /// What the iterations of all windows may leave together.
+    pub(super) fn left(&self) -> f64 {
+        2.0 * self.tuning.iteration * self.tuning.share * self.accuracy
     }
 
     fn fit(&self, excess: f64) -> f64 {
@@ -150,21 +109,24 @@ impl Controller {
         excess <= self.tuning.most_excess
     }
 
-    /// A window of length `h` with that excess, solved in so many sweeps, was accepted. The rate of the motion in it
-    /// took that `course`.
+    /// A window of length `h` with that excess, solved in so many evaluations, was accepted.
     ///
-    /// Where the rate changes much, as towards a periapsis and away from it, the length of the next window follows from
-    /// the poles of the course.
-    pub(super) fn accept(&mut self, h: f64, excess: f64, sweeps: usize, course: Course) {
+    /// `foreseen` may know the length of the next one in units of this, so that it comes out as well as one that is `fit`
+    /// times as long as this: where the rate of the motion changes much, as towards a periapsis and away from it.
+    pub(super) fn accept(
+        &mut self,
+        h: f64,
+        excess: f64,
+        evaluations: usize,
+        foreseen: impl FnOnce(f64) -> Option<f64>,
+    ) {
         self.refused = 0;
-        if course.is_uneven(self.tuning.uneven) {
-            let fit = self.fit(excess).clamp(0.5, 1.5);
-            let fit = if sweeps > self.tuning.slow { fit.min(1.0) } else { fit };
-            if let Some(next) = course.next(fit) {
-                self.h = h * next.clamp(0.1, 4.0);
-                (self.worst, self.count) = (0.0, 0);
-                return;
-            }
+        // Where the iteration is slow, longer windows are not cheaper.
+        let most = if evaluations > self.tuning.slow { 1.0 } else { f64::INFINITY };
+        if let Some(next) = foreseen(self.fit(excess).clamp(0.5, 1.5).min(most)) {
+            self.h = h * next.clamp(0.1, 4.0);
+            (self.worst, self.count) = (0.0, 0);
+            return;
         }
         self.worst = self.worst.max(excess);
         self.count += 1;
@@ -172,8 +134,7 @@ impl Controller {
         if !at_once && self.count < self.tuning.pause {
             return;
         }
-        let fit = self.fit(if at_once { excess } else { self.worst });
-        let fit = if sweeps > self.tuning.slow { fit.min(1.0) } else { fit };
+        let fit = self.fit(if at_once { excess } else { self.worst }).min(most);
         if !(1.0..=self.tuning.longer).contains(&fit) {
             self.h = h * fit.clamp(0.5, 2.0);
         }
@@ -183,12 +144,12 @@ impl Controller {
 
 #[cfg(test)]
 mod tests {
-    use super::{Controller, Course, TUNING, Tail};
+    use super::{Controller, ONE_COORDINATE};
 
-    const EVEN: Course = Course { part: 0.5, rates: [1.0; 3], fall: 0.3 };
+    const EVEN: fn(f64) -> Option<f64> = |_| None;
 
     fn controller() -> Controller {
-        Controller::new(TUNING, 24, 1e-10, 1.0)
+        Controller::new(ONE_COORDINATE, 24, 1e-10, 1.0)
     }
 
     #[test]
@@ -204,7 +165,7 @@ mod tests {
         assert_eq!(control.h, 2.0 * h);
         // A little: only after a pause.
         let h = control.h;
-        for _ in 1..TUNING.pause {
+        for _ in 1..ONE_COORDINATE.pause {
             control.accept(h, 1e-3, 8, EVEN);
             assert_eq!(control.h, h);
         }
@@ -212,27 +173,21 @@ mod tests {
         assert!(control.h > h);
         // Slow windows do not grow.
         let h = control.h;
-        control.accept(h, 1e-40, TUNING.slow + 1, EVEN);
+        control.accept(h, 1e-40, ONE_COORDINATE.slow + 1, EVEN);
         assert_eq!(control.h, h);
+        // What is foreseen decides, within limits; it is asked for as much as the excess allows.
+        control.accept(1.0, ONE_COORDINATE.aim, 8, |fit| (fit == 1.0).then_some(0.25));
+        assert_eq!(control.h, 0.25);
+        control.accept(1.0, 1e-40, 8, |fit| Some(10.0 * fit));
+        assert_eq!(control.h, 4.0);
     }
 
     #[test]
     fn shares_add_up_to_less_than_the_accuracy() {
         let control = controller();
         for part in [1e-4, 0.01, 2.0] {
-            assert!(control.share(part) * (1.0_f64 / part).max(1.0) <= TUNING.share * 1e-10);
+            assert!(control.share(part) * (1.0_f64 / part).max(1.0) <= ONE_COORDINATE.share * 1e-10);
         }
         assert!(control.is_exhausted(control.share(1e-30)) && !control.is_exhausted(control.share(0.01)));
-    }
-
-    #[test]
-    fn the_error_at_the_end_is_the_square_of_the_tail() {
-        let end = |tail, largest| TUNING.end_of(Tail { tail, largest }, 1.0);
-        let tail = 0.5_f64.powi(16);
-        assert_eq!(end(tail, 1.0), TUNING.end * tail * tail);
-        assert_eq!(end(0.5, 1.0), 0.5 * TUNING.end_where_rough);
-        // The tail of nothing but noise counts as little.
-        assert!(end(1e-17, 1e-17) < 1e-22);
-        assert_eq!(end(0.0, 0.0), 0.0);
     }
 }
