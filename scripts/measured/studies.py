@@ -1,6 +1,7 @@
 """Pictures in docs/ and their tables: speed against accuracy, and where methods hold."""
 
 import json
+import math
 import shutil
 import subprocess
 import sys
@@ -57,6 +58,46 @@ def work_precision_quartic(python=False):
 @section("Speed against accuracy: a steep wall")
 def work_precision_tanh_wall(python=False):
     return charted("tanh-wall", None, "work-precision-tanh-wall.svg", python)
+
+
+# Methods that choose their steps by a tolerance, and those whose steps are picked by hand.
+ADAPTIVE = ("DOP853", "Radau5", "Taylor", "heyoka")
+CASES = {"quartic": "quartic", "double-well": "double well", "morse": "Morse"}
+CASES |= {"pendulum-separatrix": "separatrix", "tanh-wall": "steep wall"}
+
+
+def cell(rows, error):
+    """Times of the fastest methods whose errors are below the bound, over that of `accuracy`."""
+    best = {}
+    for row in rows:
+        errors = [float(value) for key, value in row.items() if key.startswith("error_") and value]
+        if row["status"] != "converged" or max(errors) > error:
+            continue
+        method = row["method"]
+        kind = "adaptive" if method.startswith(ADAPTIVE) else "other"
+        kind = method if method == "accuracy" else "own" if method.startswith(("SBP", "GLL")) else kind
+        best[kind] = min(float(row["seconds_min"]), best.get(kind, math.inf))
+    own = best.get("accuracy")
+    return " / ".join(f"{best[kind] / own:.2f}" if own and kind in best else "–" for kind in ("adaptive", "other"))
+
+
+@section("Speed against accuracy: accuracies in five potentials")
+def work_precision_five_potentials(python=False):
+    beside = "with heyoka" if python else "without heyoka"
+    text = f"Times over that of `accuracy`: of the fastest adaptive method ({beside}) / of the fastest with steps picked "
+    text += "by hand.\n\n"
+    for length in ("1", "100", "1000"):
+        columns = {}
+        for case in CASES:
+            with Results("work-precision", case, "--gamma-f", length) as chart:
+                if python:
+                    file = next((ROOT / "cases").rglob(f"{case}.toml"))
+                    script = ["uv", "run", str(ROOT / "scripts/work-precision.py"), str(file), "--gamma-f", length]
+                    subprocess.run([*script, "--out", chart.folder, "--program", PROGRAM], cwd=ROOT, check=True)
+                columns[case] = chart.rows("work_precision.csv")
+        rows = [[f"1e-{k}", *(cell(columns[case], 10.0**-k) for case in CASES)] for k in range(3, 13)]
+        text += f"γ_f − γ_i = {length}:\n\n" + table(["error", *CASES.values()], rows) + "\n"
+    return text.rstrip() + "\n"
 
 
 @section("Speed against accuracy: a star in a galaxy")

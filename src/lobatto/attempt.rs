@@ -33,7 +33,7 @@ const CRAWL: f64 = 0.1;
 const MOST: usize = 24;
 
 /// The margin between the error inside a window and the accuracy, and the one on runs where rounding takes most of it.
-const INSIDE_MARGIN: f64 = 2.0;
+const INSIDE_MARGIN: f64 = 2.5;
 const INSIDE_MARGIN_AT_ROUNDING: f64 = 20.0;
 
 /// A run to a given time is given up after this many windows in which no time passes.
@@ -69,6 +69,8 @@ struct Progress<'m> {
     gamma: Twofold,
     judge: Judge<'m>,
     control: Controller,
+    /// What windows of the length that the controller chose last are like.
+    plan: Option<(f64, Task)>,
     pace: Pace,
     /// Windows in a row in which no time has passed.
     idle: usize,
@@ -111,12 +113,13 @@ impl Attempt<'_> {
             gamma: Twofold::ZERO,
             judge: Judge::new(self.metric, self.q_t, points, &self.start, self.first),
             control: Controller::new(ONE_COORDINATE, points, self.caution * self.accuracy, self.first),
+            plan: None,
             pace: Pace::new(statistics.evaluations),
             idle: 0,
         };
         loop {
             self.budget(&mut here, statistics).map_err(Ended::Failed)?;
-            let mut task = self.next(&here, statistics);
+            let mut task = self.next(&mut here, statistics);
             let Some(mut taken) = self.solve(walk, &mut here, task, statistics) else {
                 if here.control.h <= SHORTEST * self.first {
                     return Err(Ended::Failed(self.why(&here.state, statistics.windows, here.gamma.hi)));
@@ -140,14 +143,23 @@ impl Attempt<'_> {
     }
 
     /// The next window to try.
-    fn next(&self, here: &Progress<'_>, statistics: &Statistics) -> Task {
-        let (mut length, mut is_last) = (Length::near(here.control.h, self.q_t), false);
+    fn next(&self, here: &mut Progress<'_>, statistics: &Statistics) -> Task {
+        if here.plan.is_none_or(|(h, _)| h != here.control.h) {
+            here.plan = Some((here.control.h, self.plan(here, statistics)));
+        }
+        let (_, mut task) = here.plan.expect("there is one now");
         if let Goal::Gamma(whole) = self.goal {
             let rest = Twofold::from(whole) - here.gamma;
-            if rest.hi <= length.h.hi * 1.05 {
-                (length, is_last) = (Length::exactly(rest, self.q_t), true);
+            if rest.hi <= task.length.h.hi * 1.05 {
+                (task.length, task.is_last) = (Length::exactly(rest, self.q_t), true);
             }
         }
+        Task { scale: self.scale(task.length.h.hi, here.gamma.hi, statistics.windows), ..task }
+    }
+
+    /// Windows of the length that the controller has chosen.
+    fn plan(&self, here: &Progress<'_>, statistics: &Statistics) -> Task {
+        let length = Length::near(here.control.h, self.q_t);
         let scale = self.scale(length.h.hi, here.gamma.hi, statistics.windows);
         let part = scale / self.length;
         let share = here.control.share(part);
@@ -156,7 +168,7 @@ impl Attempt<'_> {
             self.caution < 1.0 && self.accuracy < 1e-9 || ROUNDS * windows * windows.sqrt() > 0.3 * self.accuracy;
         let size = here.state.x.hi.abs().max(1.0);
         let tolerance = if share <= ROUNDING_SHARE { 0.0 } else { here.control.tolerance(share) / size };
-        Task { length, is_last, share, precision: Precision { tolerance, refine, most: MOST }, scale }
+        Task { length, is_last: false, share, precision: Precision { tolerance, refine, most: MOST }, scale }
     }
 
     /// Solves a window. `None` if it is too long: then the next one is shorter.
