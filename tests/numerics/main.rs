@@ -4,6 +4,7 @@ mod action_derivatives;
 mod adaptive;
 mod common;
 mod convergence;
+mod diagnostics;
 mod elementary_functions;
 mod extended;
 mod formula;

@@ -7,11 +7,11 @@ use super::common::{case, solved};
 use geodesic_ivp::Case;
 use geodesic_ivp::case::{Form, SbpName, SceneCase};
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::methods::{Composition, Rk4};
+use geodesic_ivp::methods::{Composition, Output, Peer, Problem, Rk4, Setting, State};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::solve;
-use geodesic_ivp::study::stability::{Arena, Atlas, Cell, CellStatus, Method, Numbers, Plan, measure};
+use geodesic_ivp::study::stability::{Arena, Atlas, Cell, CellStatus, Method, Numbers, Pace, Plan, measure};
 
 fn charted(case: &Case, methods: Vec<Method>, lengths: &[f64], spacings: &[f64]) -> Atlas {
     let arena = Arena::new(case, lengths).unwrap();
@@ -336,4 +336,43 @@ fn a_reference_that_would_not_do_is_replaced() {
     };
     let atlas = measure(&arena, &plan, &AtomicBool::new(false), &|_, _| {});
     assert!(atlas.cells.iter().all(|cell| cell.status != CellStatus::Accurate), "f64 cannot be: {:?}", atlas.cells);
+}
+
+#[test]
+fn default_grids_go_with_the_pace_of_the_motion() {
+    let rate = 20.0;
+    for (formula, is_growth) in [("200*x^2", false), ("-200*x^2", true)] {
+        let potential = format!("potential={{formula={{expression=\"{formula}\"}}}} particle.c=1e4");
+        for own in [0.5, 0.777] {
+            let arena = Arena::new(
+                &case(&format!("{potential} grid.gamma_f={own:?} initial={{t=0.0,x=1e-9,t_dot=1.0,x_dot=0.0}}")),
+                &[own],
+            )
+            .unwrap();
+            assert_eq!(matches!(arena.pace(), Pace::Growth(_)), is_growth);
+            assert!((arena.pace().rate() / rate - 1.0).abs() < 1e-3, "{:?}", arena.pace());
+            assert!(arena.reference_error() > 0.0 && !arena.is_scene() && !arena.has_energy());
+            let (lengths, spacings) = (arena.default_lengths(), arena.default_spacings());
+            // Two radians to a thousand, and the length of the case, once.
+            assert!(lengths.is_sorted_by(|a, b| 1.1 * a < *b) && lengths.contains(&own), "{lengths:?}");
+            let [first, last] = [lengths[0], lengths[lengths.len() - 1]].map(|length| length * rate);
+            assert!((2.0..5.0).contains(&first) && (440.0..=1100.0).contains(&last), "{lengths:?}");
+            let [first, last] = [spacings[0], spacings[spacings.len() - 1]].map(|spacing| spacing * rate);
+            assert!((0.02..0.03).contains(&first) && (1.5..=2.2).contains(&last), "{spacings:?}");
+        }
+    }
+}
+
+#[test]
+fn k_of_another_method_is_that_of_its_states() {
+    let case = case("initial={t=0.0,x=1.0,t_dot=1.3,x_dot=0.4}");
+    let (metric, initial) = (case.metric::<f64>(), case.initial_data::<f64>());
+    let invariants = initial.invariants(&metric);
+    let problem = Problem { metric: metric.clone(), initial, length: 4.0 };
+    let states = Rk4.run(&problem, &Output::even(10), Setting::steps(10)).unwrap().states;
+    let k = |state: &State| invariants.q_t.powi(2) / metric.at(state.x).g00 - state.w.powi(2);
+    let most = states.iter().fold(0.0, |most: f64, state| most.max((k(state) - invariants.k).abs()));
+    let atlas = charted(&case, vec![Method::Peer(&Rk4)], &[4.0], &[0.4]);
+    let found = atlas.cells[0].numbers.as_ref().unwrap().delta_k_max;
+    assert!((found - most).abs() < 1e-12 && most > 1e-3, "{found} for {most}");
 }
