@@ -306,6 +306,9 @@ mod tests {
         // A coordinate that rests but for rounding.
         let resting = CoordinateError { range: 1e-16, shared: 1.0, ..error(1e-15, 1e-16) };
         assert_eq!(of(vec![resting]).grade, Grade::Trusted);
+        let beside = |largest: f64| CoordinateError { range: 0.0, shared: 1e3, ..error(largest, 1e-16) };
+        assert_eq!(of(vec![beside(5e-7)]).grade, Grade::Trusted, "others of its unit are large");
+        assert_eq!(of(vec![beside(5e-6)]).grade, Grade::Doubtful);
         assert_eq!(of(vec![error(f64::NAN, 1.0)]).grade, Grade::Doubtful);
     }
 

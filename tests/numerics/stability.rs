@@ -7,11 +7,11 @@ use super::common::{case, solved};
 use geodesic_ivp::Case;
 use geodesic_ivp::case::{Form, SbpName, SceneCase};
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::methods::{Composition, Output, Peer, Problem, Rk4, Setting, State};
+use geodesic_ivp::methods::{Composition, Rk4};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::solve;
-use geodesic_ivp::study::stability::{Arena, Atlas, Cell, CellStatus, Method, Numbers, Pace, Plan, measure};
+use geodesic_ivp::study::stability::{Arena, Atlas, Cell, CellStatus, Method, Numbers, Plan, measure};
 
 fn charted(case: &Case, methods: Vec<Method>, lengths: &[f64], spacings: &[f64]) -> Atlas {
     let arena = Arena::new(case, lengths).unwrap();
@@ -108,6 +108,7 @@ fn a_longer_tangent_is_a_longer_world_line() {
     };
     let (long, fast) = (chart(&[4.0], &[1.0], &[0.1]), chart(&[1.0], &[4.0], &[0.025]));
     assert_eq!(long.len(), fast.len());
+    assert!(long.iter().chain(&fast).all(|cell| cell.length() == 4.0));
     for (a, b) in long.iter().zip(&fast) {
         let (x, y) = (a.numbers.as_ref().unwrap(), b.numbers.as_ref().unwrap());
         assert_eq!((a.status, b.t_dot), (b.status, Some(4.0)));
@@ -216,6 +217,11 @@ fn frequencies_and_sizes_of_a_scene_are_those_of_its_motion() {
     "#;
     let arena = Arena::of_scene(&scene(text), &[10.0]).unwrap();
     assert!((arena.omega() - 2.0).abs() < 1e-12, "{}", arena.omega());
+    assert!(arena.is_scene() && arena.has_energy() && arena.t_dot() == Some(1.0));
+    let metric = "metric = { coordinates = [\"x\", \"y\"], components = { \"x x\" = \"1\", \"y y\" = \"1 + x^2\" } }\n\
+                  initial = { x = 0.0, y = 0.0, x_dot = 1.0, y_dot = 0.5 }\ngrid = { gamma_f = 1.0, n_gamma = 24 }\nscheme.sbp = \"SBP42\"";
+    let other = Arena::of_scene(&scene(metric), &[1.0]).unwrap();
+    assert!(other.is_scene() && !other.has_energy() && other.t_dot().is_none());
     assert_eq!((arena.coordinates().len(), arena.charges().collect::<Vec<_>>()), (4, vec![0, 3]));
     // In one coordinate there are no two units; here x is judged by the amplitude of y, whose unit it has.
     let plan = Plan {
@@ -336,43 +342,4 @@ fn a_reference_that_would_not_do_is_replaced() {
     };
     let atlas = measure(&arena, &plan, &AtomicBool::new(false), &|_, _| {});
     assert!(atlas.cells.iter().all(|cell| cell.status != CellStatus::Accurate), "f64 cannot be: {:?}", atlas.cells);
-}
-
-#[test]
-fn default_grids_go_with_the_pace_of_the_motion() {
-    let rate = 20.0;
-    for (formula, is_growth) in [("200*x^2", false), ("-200*x^2", true)] {
-        let potential = format!("potential={{formula={{expression=\"{formula}\"}}}} particle.c=1e4");
-        for own in [0.5, 0.777] {
-            let arena = Arena::new(
-                &case(&format!("{potential} grid.gamma_f={own:?} initial={{t=0.0,x=1e-9,t_dot=1.0,x_dot=0.0}}")),
-                &[own],
-            )
-            .unwrap();
-            assert_eq!(matches!(arena.pace(), Pace::Growth(_)), is_growth);
-            assert!((arena.pace().rate() / rate - 1.0).abs() < 1e-3, "{:?}", arena.pace());
-            assert!(arena.reference_error() > 0.0 && !arena.is_scene() && !arena.has_energy());
-            let (lengths, spacings) = (arena.default_lengths(), arena.default_spacings());
-            // Two radians to a thousand, and the length of the case, once.
-            assert!(lengths.is_sorted_by(|a, b| 1.1 * a < *b) && lengths.contains(&own), "{lengths:?}");
-            let [first, last] = [lengths[0], lengths[lengths.len() - 1]].map(|length| length * rate);
-            assert!((2.0..5.0).contains(&first) && (440.0..=1100.0).contains(&last), "{lengths:?}");
-            let [first, last] = [spacings[0], spacings[spacings.len() - 1]].map(|spacing| spacing * rate);
-            assert!((0.02..0.03).contains(&first) && (1.5..=2.2).contains(&last), "{spacings:?}");
-        }
-    }
-}
-
-#[test]
-fn k_of_another_method_is_that_of_its_states() {
-    let case = case("initial={t=0.0,x=1.0,t_dot=1.3,x_dot=0.4}");
-    let (metric, initial) = (case.metric::<f64>(), case.initial_data::<f64>());
-    let invariants = initial.invariants(&metric);
-    let problem = Problem { metric: metric.clone(), initial, length: 4.0 };
-    let states = Rk4.run(&problem, &Output::even(10), Setting::steps(10)).unwrap().states;
-    let k = |state: &State| invariants.q_t.powi(2) / metric.at(state.x).g00 - state.w.powi(2);
-    let most = states.iter().fold(0.0, |most: f64, state| most.max((k(state) - invariants.k).abs()));
-    let atlas = charted(&case, vec![Method::Peer(&Rk4)], &[4.0], &[0.4]);
-    let found = atlas.cells[0].numbers.as_ref().unwrap().delta_k_max;
-    assert!((found - most).abs() < 1e-12 && most > 1e-3, "{found} for {most}");
 }

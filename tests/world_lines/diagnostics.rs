@@ -86,10 +86,58 @@ fn a_run_that_drifts_or_falls_apart_is_told() {
     };
     let fine = warnings(&["grid.n_gamma=401", "scheme.sbp='SBP42'"]);
     assert_eq!(fine, "");
-    let coarse = warnings(&["grid.gamma_f=60.0", "grid.n_gamma=2001"]);
-    assert!(coarse.contains("K drifts by"), "{coarse}");
+    let set = ["grid.gamma_f=60.0", "grid.n_gamma=2001"];
+    let (coarse, motion) = (warnings(&set), measured(&run(&set)).motion);
+    let number = |before: &str| -> f64 {
+        let rest = coarse.split(before).nth(1).unwrap_or_else(|| panic!("{coarse}"));
+        rest.split([',', ' ']).next().unwrap().parse().unwrap()
+    };
+    let (drift, share) = (number("K drifts by "), number("K drifts by 1.9e-1, "));
+    assert!((drift / share / motion - 1.0).abs() < 0.1, "{coarse}: {motion}");
+    // A hundredth of what motion contributes is told, and less is not.
+    let finer = ["grid.gamma_f=60.0", "grid.n_gamma=3001"];
+    let norm = measured(&run(&finer)).norm;
+    let largest = norm.max_ends.max(norm.max_interior);
+    assert!(largest < 0.009 * motion && largest > 0.02 / motion, "{largest} and {motion}");
+    assert!(!warnings(&finer).contains("K drifts"), "{}", warnings(&finer));
     let coarser = warnings(&["grid.gamma_f=60.0", "grid.n_gamma=1001"]);
     assert!(coarser.contains("K drifts by") && coarser.contains("even and odd nodes are apart"), "{coarser}");
+}
+
+#[test]
+fn sums_of_momenta_and_constants_are_kept_whatever_their_factors() {
+    // Two masses on a spring.
+    let text = r#"
+        potential = { coordinates = ["x", "y"], formula = "3*(x-y)^2 + (x-y)^4" }
+        particle = { law = "newtonian", masses = { x = 2.0, y = 0.5 } }
+        initial = { x = 0.6, y = -0.2, x_dot = 0.9, y_dot = 1.5 }
+        grid = { gamma_i = 1.5, gamma_f = 4.5, n_gamma = 31, windows = 2 }
+        invariants = { momentum = "p_x + p_y", five = "5" }
+    "#;
+    for scheme in ["scheme={sbp='SBP42',form='weak'}", "scheme={sbp='SBP42',form='strong'}"] {
+        let case = SceneCase::parse("test", text, &[scheme.to_owned()]).unwrap_or_else(|error| panic!("{error}"));
+        let line: WorldLine = solve_scene(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+        let sums = [vec![(1, 3.0), (2, 3.0)]];
+        let found = SceneDiagnostics::new(&line, &sums, &mut case.observables(), case.is_lifted());
+        let sum = &found.sums[0];
+        assert!((sum.value.abs() - 3.0 * (1.8 + 0.75)).abs() < 1e-13, "{}", sum.value);
+        for (what, deviation) in [
+            ("interior", sum.max_interior),
+            ("ends", sum.max_ends),
+            ("corrected", sum.max_corrected),
+            ("momentum", found.invariants[0].max_ends),
+            ("five", found.invariants[1].max_ends),
+            ("five", found.invariants[1].delta.iter().fold(0.0, |most: f64, delta| most.max(delta.abs()))),
+        ] {
+            assert!(deviation.abs() < 1e-12, "{scheme}, {what}: {deviation:e}");
+        }
+        assert!((found.invariants[0].value.abs() - 2.55).abs() < 1e-13 && found.invariants[1].value == 5.0);
+        // Residuals are rounding, and not less than their own largest.
+        assert!(found.max_delta_g > 0.0 && found.max_delta_g < 1e-9, "{:e}", found.max_delta_g);
+        // γ does not begin at 0.
+        let error = scene_error(&line).unwrap();
+        assert!(error.largest.iter().all(|error| *error < 0.1) && error.largest[1] > 1e-9, "{error:?}");
+    }
 }
 
 #[test]
@@ -113,6 +161,18 @@ fn a_verdict_counts_errors_against_the_motion_from_its_start() {
         [(of("t").size, 2.4), (of("t").range, 2.4), (of("x").size, 11.0 / 3.0), (of("x").range, 4.0 / 3.0)]
     {
         assert!((found - wanted).abs() < 1e-4, "{found} for {wanted}: {errors:?}");
+    }
+    // An accuracy is one relative to max(1, size).
+    let case = SceneCase::parse(
+        "test",
+        text,
+        &["solver.accuracy=1e-8".to_owned(), "grid={gamma_f=0.8}".to_owned(), "scheme={}".to_owned()],
+    );
+    let run: WorldLine = solve_scene(&case.unwrap().setup()).unwrap_or_else(|failure| panic!("{failure}"));
+    let estimate = run.error_estimate.unwrap();
+    for error in facts_of_world_line(&run, &measured(&run), None).errors.unwrap() {
+        let own = estimate * error.size.max(1.0);
+        assert!((error.largest / own - 1.0).abs() < 1e-12 && error.end == error.largest, "{error:?}");
     }
     // What the reference may be off by is added, in units of the coordinate.
     let known = SceneError { reference: 1e-3, ..error.clone() };
