@@ -55,7 +55,7 @@ fn of_scenes() {
         let set = [format!("grid.n_gamma={n}"), format!("grid.windows={windows}"), rest.to_owned()];
         SceneCase::parse(name, builtin::text(name).unwrap(), &set).unwrap_or_else(|error| panic!("{error}")).setup()
     }
-    for name in ["henon-heiles", "two-bodies", "pleiades"] {
+    for name in ["henon-heiles", "two-bodies"] {
         let strong = "scheme={sbp='SBP21',form='strong'}";
         let coordinates = setup::<f64>(name, 100, 1, strong).place.start.q.len() as f64;
         let bytes = |n, windows, samples| scene_bytes_needed(&setup::<f64>(name, n, windows, strong), samples);
