@@ -252,3 +252,17 @@ fn as_a_matrix_an_operator_is_the_same_and_its_penalty_acts_at_the_first_node() 
         }
     }
 }
+
+#[test]
+fn the_row_sum_is_by_how_much_rounding_is_amplified() {
+    for name in SbpName::STENCILS.into_iter().chain([SbpName::Gll(4), SbpName::Gll(9), SbpName::Gll(24)]) {
+        let n = name.fixed_points().unwrap_or(name.minimum_points() + 3);
+        let operator: SbpOperator = name.operator(n, 0.3).unwrap();
+        assert!((operator.spacing() * (n - 1) as f64 - operator.node(n - 1)).abs() < 1e-13, "{name}");
+        let of_row = |k: usize| operator.row(k).map(|(_, d)| (0.3 * d).abs()).sum::<f64>();
+        let most = (0..n).map(of_row).fold(4.0, f64::max);
+        assert!((operator.row_sum() / most - 1.0).abs() < 1e-13, "{name}: {} for {most}", operator.row_sum());
+        assert!((operator.stiffness() / (most / 4.0) - 1.0).abs() < 1e-13, "{name}");
+    }
+    assert!([SbpName::Sbp21, SbpName::Sbp42].iter().all(|name| name.operator(20, 1.0).unwrap().stiffness() == 1.0));
+}
