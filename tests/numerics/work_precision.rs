@@ -92,7 +92,7 @@ fn along_a_run_runge_kutta_drifts_and_windows_do_not() {
 
 #[test]
 fn along_a_run_a_tolerance_is_chosen_that_costs_as_much_as_constant_steps() {
-    let arena = Arena::new(&case("grid.gamma_f=20.0"), None).unwrap();
+    let arena = Arena::new(&case("grid.gamma_f=10.0"), None).unwrap();
     let families: [&'static dyn Peer; 3] = [&Rk4, &Composition::VERLET, &Dop853];
     let points = drift(&arena, &families.map(Family::Peer), &AtomicBool::new(false));
     for peer in families {
@@ -101,11 +101,11 @@ fn along_a_run_a_tolerance_is_chosen_that_costs_as_much_as_constant_steps() {
         let (tolerance, work) = setting.split_once(", ").map_or((None, setting.as_str()), |(a, b)| (Some(a), b));
         let is_adaptive = peer.about().step == Step::Adaptive;
         assert_eq!(tolerance.is_some_and(|tolerance| tolerance.starts_with("tol=1e-")), is_adaptive, "{setting}");
-        // 200 evaluations in each of 100 intervals, of which there are five a unit of γ.
+        // 200 evaluations in each of 100 intervals, of which there are ten a unit of γ.
         let work: f64 = work.strip_suffix(" evaluations a unit of gamma").unwrap().parse().unwrap();
-        assert!((if is_adaptive { 400.0..1250.0 } else { 1000.0..1001.0 }).contains(&work), "{peer:?}: {work}");
+        assert!((if is_adaptive { 400.0..2500.0 } else { 2000.0..2001.0 }).contains(&work), "{peer:?}: {work}");
         assert!(own.is_sorted_by(|a, b| a.gamma < b.gamma), "{peer:?}");
-        assert!((own[own.len() - 1].gamma - 20.0).abs() < 1e-12 && (own[0].gamma - 0.2).abs() < 1e-12, "{peer:?}");
+        assert!((own[own.len() - 1].gamma - 10.0).abs() < 1e-12 && (own[0].gamma - 0.1).abs() < 1e-12, "{peer:?}");
     }
 }
 
@@ -139,9 +139,9 @@ fn a_row_counts_the_points_of_its_grid() {
 
 #[test]
 fn errors_of_a_row_are_those_of_the_states_and_decide_its_status() {
-    let case = case("initial={t=2.0,x=1.0,t_dot=1.3,x_dot=0.4} grid.gamma_f=20.0");
+    let case = case("initial={t=2.0,x=1.0,t_dot=1.3,x_dot=0.4} grid.gamma_f=8.0");
     let (metric, initial) = (case.metric::<f64>(), case.initial_data::<f64>());
-    let reference = ReferenceTrajectory::new(&metric, initial, 20.0, 16).unwrap();
+    let reference = ReferenceTrajectory::new(&metric, initial, 8.0, 16).unwrap();
     let (arena, q_t, k) =
         (Arena::new(&case, None).unwrap(), initial.invariants(&metric).q_t, initial.invariants(&metric).k);
     assert!(arena.reference_error() > 0.0);
@@ -151,11 +151,11 @@ fn errors_of_a_row_are_those_of_the_states_and_decide_its_status() {
     let mut large = false;
     for row in &rows {
         let steps: usize = row.setting.strip_prefix("steps=").unwrap().parse().unwrap();
-        let problem = Problem { metric: metric.clone(), initial, length: 20.0 };
+        let problem = Problem { metric: metric.clone(), initial, length: 8.0 };
         let output = Output::even(OUTPUTS);
         let states = Composition::VERLET.run(&problem, &output, Setting::steps(steps)).unwrap().states;
         let (mut errors, mut sizes, mut delta_k) = ([0.0_f64; 2], [0.0_f64; 2], 0.0_f64);
-        for (gamma, state) in output.gamma(20.0).zip(&states) {
+        for (gamma, state) in output.gamma(8.0).zip(&states) {
             let exact = reference.at(gamma);
             let off = [state.elapsed - exact.elapsed, state.x - exact.x];
             errors = [errors[0].max(off[0].abs()), errors[1].max(off[1].abs())];
