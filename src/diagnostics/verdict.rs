@@ -306,6 +306,9 @@ mod tests {
         // A coordinate that rests but for rounding.
         let resting = CoordinateError { range: 1e-16, shared: 1.0, ..error(1e-15, 1e-16) };
         assert_eq!(of(vec![resting]).grade, Grade::Trusted);
+        let beside = |largest: f64| CoordinateError { range: 0.0, shared: 1e3, ..error(largest, 1e-16) };
+        assert_eq!(of(vec![beside(5e-7)]).grade, Grade::Trusted, "others of its unit are large");
+        assert_eq!(of(vec![beside(5e-6)]).grade, Grade::Doubtful);
         assert_eq!(of(vec![error(f64::NAN, 1.0)]).grade, Grade::Doubtful);
     }
 
@@ -336,5 +339,24 @@ mod tests {
         assert_eq!(Verdict::refused().line(), "verdict: refused");
         assert_eq!(of(vec![error(1.28e-3, 1.0)]).line(), "verdict: trusted, error at most about 2e-3");
         assert_eq!(of(vec![error(9.7e-4, 1.0)]).line(), "verdict: trusted, error at most about 1e-3");
+    }
+
+    #[test]
+    fn a_way_that_was_stepped_over_counts_if_the_errors_do_not_contain_it() {
+        let grade = |share: f64, range: f64, largest: f64| {
+            let errors = Some(vec![CoordinateError { range, ..error(largest, 1.0) }]);
+            Verdict::new(&Facts { errors, stepped_over: share, ..Facts::default() }).grade
+        };
+        assert_eq!(grade(0.0, 1.0, 1e-9), Grade::Trusted);
+        // Half of the way may be wrong, and of the error nothing is said.
+        assert_eq!(grade(0.5, 1.0, 1e-9), Grade::Doubtful);
+        assert_eq!(grade(f64::NAN, 1.0, 1e-9), Grade::Doubtful);
+        // An error ten times as large hides it; a coordinate that rests has no way.
+        assert_eq!(grade(5e-4, 1.0, 5.1e-3), Grade::Trusted);
+        assert_eq!(grade(5e-4, 1.0, 1e-6), Grade::Doubtful);
+        assert_eq!(grade(5e-4, 1e-2, 5.1e-5), Grade::Trusted, "of a short way it is little");
+        assert_eq!(grade(0.5, 0.0, 1e-9), Grade::Trusted);
+        // What the steps of a march leave between them is always more than rounding.
+        assert_eq!(grade(1e-9, 1.0, 1e-15), Grade::Trusted);
     }
 }

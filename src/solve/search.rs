@@ -152,4 +152,42 @@ mod tests {
         assert_eq!(found(|x| x - 3.0, false, 2.9, 2.95, 9.0), Err("missed"));
         assert_eq!(found(|x| x - 3.0, false, 1.0, 9.0, 2.0), Err("a horizon"));
     }
+
+    /// How many runs are tried until the root is found.
+    fn tried(f: impl Fn(f64) -> f64, slope: Option<f64>, scale: Option<f64>, guess: f64) -> (f64, usize) {
+        let mut runs = 0;
+        let solve_to = |length| {
+            runs += 1;
+            Ok::<f64, ()>(length)
+        };
+        let asked = Search { guess, limit: 1e9, digits: 15, digits_of_runs: 16, scale };
+        let root = search(asked, solve_to, |&at| Excess { value: f(at), slope });
+        (root.unwrap_or(f64::NAN), runs)
+    }
+
+    #[test]
+    fn what_is_linear_is_found_at_once() {
+        // With the slope the second run is at the root. Secants need one more to know the slope, from either side.
+        for guess in [1.0, 7.0] {
+            let (root, runs) = tried(|x| 3.0 * (x - 4.0), Some(3.0), None, guess);
+            assert!((root - 4.0).abs() < 1e-14 && runs <= 2, "{root} after {runs} runs from {guess}");
+            let (root, runs) = tried(|x| 3.0 * (x - 4.0), None, None, guess);
+            assert!((root - 4.0).abs() < 1e-12 && runs <= 5, "{root} after {runs} runs from {guess}");
+        }
+    }
+
+    #[test]
+    fn a_step_that_leaves_the_bracket_doubles_or_halves_it() {
+        // A slope of the wrong sign points away from the root: until one run is too long lengths double, then halve.
+        let (root, runs) = tried(|x| x - 1000.0, Some(-1.0), Some(1.0), 1.0);
+        assert!((root - 1000.0).abs() < 1e-11 && runs > 10, "{root} after {runs} runs");
+    }
+
+    #[test]
+    fn a_scale_says_what_misses_count_against() {
+        // Of an excess that is known to a millionth only, a root is found on the scale of 1e12, and none on that of 1.
+        let coarse = |x: f64| ((x - 2.0) * 1e6).round() / 1e6 + 3e-7;
+        assert!((tried(coarse, Some(1.0), Some(1e12), 1.0).0 - 2.0).abs() < 1e-5);
+        assert!(tried(coarse, Some(1.0), Some(1.0), 1.0).0.is_nan());
+    }
 }

@@ -131,8 +131,10 @@ impl Found {
         self.last = error;
     }
 
-    /// The result, with the possible error `own` of the judge itself added.
-    fn finish(self, own: [f64; 2], judge: Judge, stepped_over: f64) -> RunError {
+    /// The result, with the possible error `own` of the judge itself added. Of a run that ends at a given time, as
+    /// `in_time` says, all of that is one of x.
+    fn finish(self, own: [f64; 2], in_time: bool, judge: Judge, stepped_over: f64) -> RunError {
+        let own = if in_time { [0.0, own[0].max(own[1])] } else { own };
         let with = |errors: [f64; 2]| [errors[0] + own[0], errors[1] + own[1]];
         RunError { end: with(self.last), largest: with(self.largest), judge, stepped_over }
     }
@@ -193,8 +195,7 @@ impl Nodes {
         let estimate = adapted.ok().filter(|_| !tired)?.error_estimate;
         (next == self.x.len()).then(|| {
             let own = self.sizes.map(|size| estimate * size);
-            let own = if self.in_time { [0.0, own[0].max(own[1])] } else { own };
-            found.finish(own, Judge::SecondSolve(accuracy), gaps.share())
+            found.finish(own, self.in_time, Judge::SecondSolve(accuracy), gaps.share())
         })
     }
 }
@@ -274,5 +275,5 @@ fn by_taylor<S: Real>(case: &Case, solution: &Solution<S>, samples: &[Sample<S>]
     }
     let error = reference.error_estimate();
     // It is asked only where a second solve agrees to many digits, which has looked between its nodes.
-    Some(found.finish(sizes.map(|size| error * size), Judge::Taylor(error), 0.0))
+    Some(found.finish(sizes.map(|size| error * size), in_time, Judge::Taylor(error), 0.0))
 }

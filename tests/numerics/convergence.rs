@@ -147,3 +147,13 @@ fn a_case_that_ends_at_a_time_is_swept_too() {
     assert!((convergence.reference.gamma_final - 1.0).abs() < 1e-13);
     assert!((convergence.points[0].errors.as_ref().unwrap().at_end[1] / 9.71630e-5 - 1.0).abs() < 1e-4);
 }
+
+#[test]
+fn errors_count_against_the_largest_values_of_the_motion() {
+    // x = 0.3 − 2 γ is largest at the end of the run, which does not begin at 0.
+    let line =
+        "potential={free={}} initial={t=7.0,x=0.3,t_dot=3.0,x_dot=-2.0} grid={gamma_i=1.5,gamma_f=2.75,n_gamma=32}";
+    let reference = swept(line, &[16, 32]).reference;
+    assert!((reference.gamma_final - 2.75).abs() < 1e-15, "{reference:?}");
+    assert!((reference.sizes[0] - 3.75).abs() < 1e-12 && (reference.sizes[1] - 2.2).abs() < 1e-12, "{reference:?}");
+}

@@ -2,14 +2,18 @@
 
 mod action_derivatives;
 mod adaptive;
+mod atlas;
 mod common;
 mod convergence;
+mod diagnostics;
 mod elementary_functions;
 mod extended;
+mod failures;
 mod formula;
 mod invariances;
 mod lobatto;
 mod long_runs;
+mod memory;
 mod methods;
 mod promises;
 mod published_numbers;

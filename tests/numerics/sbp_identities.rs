@@ -2,7 +2,7 @@
 //! no further.
 
 use geodesic_ivp::sbp::coefficients::{Rational, SBP21, SBP42, SBP63, SBP84};
-use geodesic_ivp::sbp::{Coefficients, RegularisedOperator, SbpOperator};
+use geodesic_ivp::sbp::{Coefficients, RegularisedOperator, SbpName, SbpOperator};
 use nalgebra::{DMatrix, DVector};
 use num_rational::Ratio;
 use proptest::prelude::*;
@@ -217,4 +217,52 @@ fn closures_are_no_stiffer_than_the_interior() {
         assert!((symbol - largest).abs() < 1e-3, "{}: {symbol}", c.name);
         assert!(spectral_radius(c, 48) <= largest, "{}: {}", c.name, spectral_radius(c, 48));
     }
+}
+
+#[test]
+fn names_know_how_exact_the_ends_are() {
+    for name in SbpName::STENCILS.into_iter().chain([SbpName::Gll(2), SbpName::Gll(5), SbpName::Gll(9)]) {
+        let n = name.fixed_points().unwrap_or(name.minimum_points() + 3);
+        let operator: SbpOperator = name.operator(n, 2.0 / (n - 1) as f64).unwrap();
+        let off = |degree: i32| {
+            let u: Vec<f64> = (0..n).map(|k| operator.node(k).powi(degree)).collect();
+            let exact = if degree == 0 { 0.0 } else { f64::from(degree) * operator.node(n - 1).powi(degree - 1) };
+            (operator.derivative_at(&u, n - 1) - exact).abs()
+        };
+        let order = name.boundary_order() as i32;
+        assert!((0..=order).all(|degree| off(degree) < 1e-9), "{name}");
+        assert!(off(order + 1) > 1e-4, "{name}: {:e}", off(order + 1));
+    }
+}
+
+#[test]
+fn as_a_matrix_an_operator_is_the_same_and_its_penalty_acts_at_the_first_node() {
+    for name in SbpName::STENCILS.into_iter().chain([SbpName::Gll(4), SbpName::Gll(9)]) {
+        let n = name.fixed_points().unwrap_or(name.minimum_points() + 3);
+        let operator: SbpOperator = name.operator(n, 0.3).unwrap();
+        let u: Vec<f64> = (0..n).map(|k| (1.3 * k as f64 + 0.2).sin()).collect();
+        let mut derivative = vec![0.0; n];
+        operator.apply(&u, &mut derivative);
+        let by_matrix = operator.to_banded().multiply(&u);
+        let regularised = RegularisedOperator::new(&operator, 0.7).derivative(&u);
+        for k in 0..n {
+            assert!((derivative[k] - by_matrix[k]).abs() < 1e-12, "{name}, row {k}");
+            let penalty = if k == 0 { (u[0] - 0.7) / operator.weights()[0] } else { 0.0 };
+            assert!((regularised[k] - derivative[k] - penalty).abs() < 1e-12, "{name}, row {k}");
+        }
+    }
+}
+
+#[test]
+fn the_row_sum_is_by_how_much_rounding_is_amplified() {
+    for name in SbpName::STENCILS.into_iter().chain([SbpName::Gll(4), SbpName::Gll(9), SbpName::Gll(24)]) {
+        let n = name.fixed_points().unwrap_or(name.minimum_points() + 3);
+        let operator: SbpOperator = name.operator(n, 0.3).unwrap();
+        assert!((operator.spacing() * (n - 1) as f64 - operator.node(n - 1)).abs() < 1e-13, "{name}");
+        let of_row = |k: usize| operator.row(k).map(|(_, d)| (0.3 * d).abs()).sum::<f64>();
+        let most = (0..n).map(of_row).fold(4.0, f64::max);
+        assert!((operator.row_sum() / most - 1.0).abs() < 1e-13, "{name}: {} for {most}", operator.row_sum());
+        assert!((operator.stiffness() / (most / 4.0) - 1.0).abs() < 1e-13, "{name}");
+    }
+    assert!([SbpName::Sbp21, SbpName::Sbp42].iter().all(|name| name.operator(20, 1.0).unwrap().stiffness() == 1.0));
 }

@@ -108,6 +108,7 @@ fn a_longer_tangent_is_a_longer_world_line() {
     };
     let (long, fast) = (chart(&[4.0], &[1.0], &[0.1]), chart(&[1.0], &[4.0], &[0.025]));
     assert_eq!(long.len(), fast.len());
+    assert!(long.iter().chain(&fast).all(|cell| cell.length() == 4.0));
     for (a, b) in long.iter().zip(&fast) {
         let (x, y) = (a.numbers.as_ref().unwrap(), b.numbers.as_ref().unwrap());
         assert_eq!((a.status, b.t_dot), (b.status, Some(4.0)));
@@ -216,6 +217,12 @@ fn frequencies_and_sizes_of_a_scene_are_those_of_its_motion() {
     "#;
     let arena = Arena::of_scene(&scene(text), &[10.0]).unwrap();
     assert!((arena.omega() - 2.0).abs() < 1e-12, "{}", arena.omega());
+    assert!(arena.is_scene() && arena.has_energy() && arena.t_dot() == Some(1.0));
+    let metric = "metric = { coordinates = [\"x\", \"y\"], components = { \"x x\" = \"1\", \"y y\" = \"1 + x^2\" } }\n\
+                  initial = { x = 0.0, y = 0.0, x_dot = 1.0, y_dot = 0.5 }\ngrid = { gamma_f = 1.0, n_gamma = 24 }\n\
+                  scheme.sbp = \"SBP42\"";
+    let other = Arena::of_scene(&scene(metric), &[1.0]).unwrap();
+    assert!(other.is_scene() && !other.has_energy() && other.t_dot().is_none());
     assert_eq!((arena.coordinates().len(), arena.charges().collect::<Vec<_>>()), (4, vec![0, 3]));
     // In one coordinate there are no two units; here x is judged by the amplitude of y, whose unit it has.
     let plan = Plan {

@@ -6,8 +6,10 @@ use geodesic_ivp::Solution;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::output::write_trajectory;
 use geodesic_ivp::reference::ReferenceTrajectory;
+use geodesic_ivp::sampling::{Coordinate, SampleStream};
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::study::run_error::{Judge, RunError, run_error};
+use geodesic_ivp::solve::{Setup, solve_window_by_window};
+use geodesic_ivp::study::run_error::{Judge, RunError, error_with_samples, run_error};
 
 use crate::common::{case, solved, solved_in};
 
@@ -70,6 +72,13 @@ fn an_error_below_the_digits_of_f64_is_seen_by_a_series_in_the_precision_of_the_
 fn where_the_time_is_given_an_error_of_t_is_one_of_x() {
     let to_accuracy = "solver.accuracy=1e-9 grid.t_f=1.2";
     assert_eq!(run_error(&case(to_accuracy), &solved(to_accuracy)).unwrap().end[0], 0.0);
+    // An accuracy is one relative to max(1, |t|) and max(1, |x|).
+    let far = "solver.accuracy=1e-9 grid.gamma_f=9.0 potential={linear={alpha=-0.01}}";
+    let (solution, error) = (solved(far), run_error(&case(far), &solved(far)).unwrap());
+    let estimate = solution.error_estimate.unwrap();
+    for (found, size) in error.largest.into_iter().zip([solution.duration(), solution.end.x]) {
+        assert!(size > 1.5 && (found / (estimate * size) - 1.0).abs() < 1e-12, "{found:e}, {estimate:e}, {size}");
+    }
     let scheme = "scheme.sbp=SBP42 grid.t_f=1.2";
     let solution = solved(scheme);
     let error = run_error(&case(scheme), &solution).unwrap();
@@ -79,6 +88,49 @@ fn where_the_time_is_given_an_error_of_t_is_one_of_x() {
     let off = (solution.end.x - exact.x).abs();
     assert_eq!(error.end[0], 0.0);
     assert!(off <= error.end[1] && error.end[1] < 1.05 * off + 1e-11, "{off} and {}", error.end[1]);
+}
+
+#[test]
+fn beyond_the_digits_of_f64_an_error_of_t_is_one_of_x_too() {
+    let scheme = "scheme.sbp=GLL20 scheme.form=weak grid={t_f=1.2,n_gamma=20,windows=3} solver.digits=40";
+    let solution: Solution<Extended> = solved_in(scheme);
+    let error = run_error(&case(scheme), &solution).unwrap();
+    let (metric, initial) = (case(scheme).metric::<Extended>(), case(scheme).initial_data());
+    let duration = Extended::from_decimal("1.2").unwrap();
+    let length = ReferenceTrajectory::length_of(&metric, initial, duration, 40).unwrap();
+    let exact = ReferenceTrajectory::new(&metric, initial, length, 40).unwrap().at(length);
+    let off = (solution.end.x - exact.x).abs().to_f64();
+    assert!(matches!(error.judge, Judge::Taylor(_)) && error.end[0] == 0.0, "{error:?}");
+    assert!(off > 1e-36 && (error.end[1] / off - 1.0).abs() < 1e-3, "{off:e} and {error:?}");
+}
+
+#[test]
+fn samples_take_the_place_of_nodes_that_are_gone() {
+    let scheme = "scheme.sbp=SBP42 grid={gamma_i=3.0,gamma_f=5.0,n_gamma=33,windows=4} initial.t=7.0";
+    let case = case(scheme);
+    let marks = (0..=40).map(|k| 3.0 + 0.05 * f64::from(k)).collect();
+    let mut stream = SampleStream::new(Coordinate::Gamma, marks, false);
+    let last = solve_window_by_window(Setup::from(&case), &mut |window: &Solution| stream.see(window)).unwrap();
+    let mut samples = stream.finish(&last).unwrap();
+    let reference = ReferenceTrajectory::<f64>::new(&case.metric(), case.initial_data(), 2.0, 16).unwrap();
+    let off = |gamma: f64, t: f64, x: f64| {
+        let exact = reference.at(gamma - 3.0);
+        [(t - 7.0 - exact.elapsed).abs(), (x - exact.x).abs()]
+    };
+    let larger = |a: [f64; 2], b: [f64; 2]| [a[0].max(b[0]), a[1].max(b[1])];
+    let first = last.gamma().next().unwrap();
+    assert!(first > 4.4, "the last window is kept: {first}");
+    let nodes = last.gamma().zip(last.t()).zip(&last.x).map(|((gamma, t), &x)| off(gamma, t, x));
+    let before = samples.iter().filter(|sample| sample.gamma < first);
+    let largest = before.map(|sample| off(sample.gamma, sample.t, sample.x)).chain(nodes).fold([0.0; 2], larger);
+    // In either order.
+    for _ in 0..2 {
+        let found = error_with_samples(&case, &last, &samples).unwrap();
+        for (found, wanted) in found.largest.into_iter().zip(largest) {
+            assert!((found - wanted).abs() < 1e-10 + 1e-6 * wanted && wanted > 1e-9, "{found:e} for {wanted:e}");
+        }
+        samples.reverse();
+    }
 }
 
 /// The acceleration that the world-line has with time as its parameter, by central differences of the reference.

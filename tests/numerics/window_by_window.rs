@@ -49,6 +49,8 @@ fn windows_one_by_one_are_those_of_the_whole_run() {
         assert!((parts.bound.h_bvp - all.bound.h_bvp).abs() < 1e-13 * all.bound.h_bvp.abs(), "{overrides}");
         let difference = parts.bound.h_bvp_bound - all.bound.h_bvp_bound;
         assert!(difference.abs() < 1e-13 * all.bound.h_bvp_bound.abs(), "{overrides}");
+        let defect = parts.bound.defect() - all.bound.defect();
+        assert!(defect.abs() < 1e-12 * all.bound.h_bvp_bound.abs(), "{overrides}: {defect:e}");
         assert_eq!(Measures { bound: all.bound, ..parts }, all, "{overrides}");
 
         let mut sampler = Sampler::new(&whole);

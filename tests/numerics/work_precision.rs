@@ -2,9 +2,10 @@
 
 use std::sync::atomic::AtomicBool;
 
-use geodesic_ivp::case::SbpName;
-use geodesic_ivp::methods::{Composition, Gauss, Rk4};
-use geodesic_ivp::study::work_precision::{Arena, Budget, Family, RowStatus, drift, measure};
+use geodesic_ivp::case::{Form, SbpName};
+use geodesic_ivp::methods::{Composition, Dop853, Gauss, Output, Peer, Problem, Rk4, Setting, Step};
+use geodesic_ivp::reference::ReferenceTrajectory;
+use geodesic_ivp::study::work_precision::{Arena, Budget, Family, Leader, OUTPUTS, Ratio, RowStatus, drift, measure};
 
 use super::common::case;
 
@@ -87,4 +88,96 @@ fn along_a_run_runge_kutta_drifts_and_windows_do_not() {
     );
     let windows = points.iter().filter(|point| point.family == families[2]);
     assert!(windows.map(|point| point.errors.delta_k).fold(0.0, f64::max) < 1e-13);
+}
+
+#[test]
+fn along_a_run_a_tolerance_is_chosen_that_costs_as_much_as_constant_steps() {
+    let arena = Arena::new(&case("grid.gamma_f=10.0"), None).unwrap();
+    let families: [&'static dyn Peer; 3] = [&Rk4, &Composition::VERLET, &Dop853];
+    let points = drift(&arena, &families.map(Family::Peer), &AtomicBool::new(false));
+    for peer in families {
+        let own: Vec<_> = points.iter().filter(|point| point.family == Family::Peer(peer)).collect();
+        let setting = &own[0].setting;
+        let (tolerance, work) = setting.split_once(", ").map_or((None, setting.as_str()), |(a, b)| (Some(a), b));
+        let is_adaptive = peer.about().step == Step::Adaptive;
+        assert_eq!(tolerance.is_some_and(|tolerance| tolerance.starts_with("tol=1e-")), is_adaptive, "{setting}");
+        // 200 evaluations in each of 100 intervals, of which there are ten a unit of γ.
+        let work: f64 = work.strip_suffix(" evaluations a unit of gamma").unwrap().parse().unwrap();
+        assert!((if is_adaptive { 400.0..2500.0 } else { 2000.0..2001.0 }).contains(&work), "{peer:?}: {work}");
+        assert!(own.is_sorted_by(|a, b| a.gamma < b.gamma), "{peer:?}");
+        assert!((own[own.len() - 1].gamma - 10.0).abs() < 1e-12 && (own[0].gamma - 0.1).abs() < 1e-12, "{peer:?}");
+    }
+}
+
+#[test]
+fn a_row_counts_the_points_of_its_grid() {
+    let arena = Arena::new(&case("grid.gamma_f=4.0"), None).unwrap();
+    let budget = Budget { settings: 3, ..BUDGET };
+    let rows = measure(&arena, &Family::all(), &budget, &AtomicBool::new(false), &mut |_| {}).rows;
+    let mut counted = 0;
+    for row in rows.iter().filter(|row| row.status == RowStatus::Converged) {
+        let number =
+            |key: &str| -> Option<usize> { row.setting.split(key).nth(1)?.split_whitespace().next()?.parse().ok() };
+        let points = match (&row.family, number("N="), number("windows="), number("steps=")) {
+            (_, Some(nodes), ..) => nodes,
+            (Family::Elements(nodes) | Family::March(nodes), None, Some(windows), _) => windows * nodes,
+            (_, None, None, Some(steps)) => steps,
+            _ => continue,
+        };
+        assert_eq!(row.points, points, "{} {}", row.family.name(), row.setting);
+        let evaluations = match &row.family {
+            Family::Peer(peer) if peer.name() == "RK4" => 4 * points,
+            // A recursion, which does not iterate.
+            Family::Block(SbpName::Sbp21, Form::Strong) => points,
+            _ => row.evaluations,
+        };
+        assert_eq!(row.evaluations, evaluations, "{} {}", row.family.name(), row.setting);
+        counted += 1;
+    }
+    assert!(counted > 20, "{counted}");
+}
+
+#[test]
+fn errors_of_a_row_are_those_of_the_states_and_decide_its_status() {
+    let case = case("initial={t=2.0,x=1.0,t_dot=1.3,x_dot=0.4} grid.gamma_f=8.0");
+    let (metric, initial) = (case.metric::<f64>(), case.initial_data::<f64>());
+    let reference = ReferenceTrajectory::new(&metric, initial, 8.0, 16).unwrap();
+    let (arena, q_t, k) =
+        (Arena::new(&case, None).unwrap(), initial.invariants(&metric).q_t, initial.invariants(&metric).k);
+    assert!(arena.reference_error() > 0.0);
+    let budget = Budget { settings: 4, ..BUDGET };
+    let rows =
+        measure(&arena, &[Family::Peer(&Composition::VERLET)], &budget, &AtomicBool::new(false), &mut |_| {}).rows;
+    let mut large = false;
+    for row in &rows {
+        let steps: usize = row.setting.strip_prefix("steps=").unwrap().parse().unwrap();
+        let problem = Problem { metric: metric.clone(), initial, length: 8.0 };
+        let output = Output::even(OUTPUTS);
+        let states = Composition::VERLET.run(&problem, &output, Setting::steps(steps)).unwrap().states;
+        let (mut errors, mut sizes, mut delta_k) = ([0.0_f64; 2], [0.0_f64; 2], 0.0_f64);
+        for (gamma, state) in output.gamma(8.0).zip(&states) {
+            let exact = reference.at(gamma);
+            let off = [state.elapsed - exact.elapsed, state.x - exact.x];
+            errors = [errors[0].max(off[0].abs()), errors[1].max(off[1].abs())];
+            sizes = [sizes[0].max(exact.elapsed.abs()), sizes[1].max(exact.x.abs())];
+            delta_k = delta_k.max((q_t * q_t / metric.at(state.x).g00 - state.w * state.w - k).abs());
+        }
+        let found = row.errors.as_ref().unwrap();
+        for (found, wanted) in found.q.iter().zip(errors).chain([(&found.delta_k, delta_k)]) {
+            assert!((found - wanted).abs() < 1e-6 * wanted + 1e-11, "{}: {found} for {wanted}", row.setting);
+        }
+        let is_good = errors[0] <= 0.1 * sizes[0] && errors[1] <= 0.1 * sizes[1];
+        assert_eq!(row.status == RowStatus::Converged, is_good, "{}: {errors:?} of {sizes:?}", row.setting);
+        large |= is_good && errors[0] > 0.1 / sizes[0];
+    }
+    assert!(large, "an error counts relative to the size");
+}
+
+#[test]
+fn a_lead_is_a_ratio_of_times() {
+    let leader = |seconds: f64| Some(Leader { method: String::new(), setting: String::new(), seconds });
+    let ratio = Ratio { gamma_f: 1.0, error: 1e-6, own: leader(2.0), certified: leader(4.0), other: leader(12.0) };
+    assert_eq!((ratio.lead(), ratio.certified_lead()), (Some(6.0), Some(3.0)));
+    let alone = Ratio { certified: None, ..ratio };
+    assert_eq!((alone.lead(), alone.certified_lead()), (Some(6.0), None));
 }

@@ -1,6 +1,6 @@
 //! The doubled action in n coordinates against its definition, with dual numbers, and its Hessian against differences.
 
-use geodesic_ivp::action::{DoubledAction, Form};
+use geodesic_ivp::action::{DoubledAction, Form, Layout};
 use geodesic_ivp::geometry::{Geometry, Start};
 use geodesic_ivp::sbp::{SbpOperator, coefficients};
 use num_dual::Dual64;
@@ -171,4 +171,21 @@ fn the_value_vanishes_where_the_branches_agree() {
         let constraints = action.constraints(&u);
         assert!(constraints.len() == 16 && constraints.iter().all(|c| c.abs() < 1e-13));
     });
+}
+
+#[test]
+fn every_unknown_belongs_to_the_node_it_acts_at() {
+    for n in [1, 2, 4] {
+        let layout = Layout::new(n, POINTS, Form::Strong);
+        for (branch, a, k) in (0..2).flat_map(|b| (0..n).flat_map(move |a| (0..POINTS).map(move |k| (b, a, k)))) {
+            assert_eq!(layout.node(layout.row(branch, a) + k), k);
+        }
+        let first = layout.multiplier_range().start;
+        for a in 0..n {
+            let node = |place: usize| layout.node(first + place);
+            // λ and μ fix the start, ν and κ tie the ends.
+            assert_eq!([node(layout.lambda(a)), node(layout.mu(a))], [0, 0], "{a} of {n}");
+            assert_eq!([node(layout.nu(a)), node(layout.kappa(a))], [POINTS - 1; 2], "{a} of {n}");
+        }
+    }
 }

@@ -10,4 +10,5 @@ mod newton;
 mod presets;
 mod reference;
 mod relativity;
+mod rounding;
 mod texts;

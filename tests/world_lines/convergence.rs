@@ -84,3 +84,26 @@ fn what_cannot_be_swept_is_refused() {
     assert!(matches!(refused(SbpName::Sbp42, 7), Some(SweepError::Grid(message)) if message.contains("at least 8")));
     assert!(matches!(refused(SbpName::Sbp42, usize::MAX / 2), Some(SweepError::Grid(_))));
 }
+
+#[test]
+fn errors_count_against_the_motion_from_its_own_start() {
+    // x = 2 cos(γ − 1.5) over a quarter of its period, and t = 5 + 3 (γ − 1.5).
+    let text = r#"
+        potential = { coordinates = ["x"], formula = "9*x^2/2" }
+        particle.law = "newtonian"
+        initial = { t = 5.0, t_dot = 3.0, x = 0.0, x_dot = 6.0 }
+        grid = { gamma_i = 1.5, gamma_f = "1.5 + pi/18", n_gamma = 33 }
+        scheme.sbp = "SBP21"
+    "#;
+    let case = SceneCase::parse("test", text, &[]).unwrap();
+    let convergence = swept(&case, SbpName::Sbp21, Form::Strong, &[33]);
+    let place = |name: &str| convergence.coordinates.iter().position(|other| other == name).unwrap();
+    let (reference, point) = (&convergence.reference, &convergence.points[0]);
+    let length = std::f64::consts::PI / 18.0;
+    assert!((reference.gamma_final - 1.5 - length).abs() < 1e-14, "{reference:?}");
+    assert!((reference.end[place("t")] - 5.0 - 3.0 * length).abs() < 1e-13, "{reference:?}");
+    println!("{:?} {:?}", convergence.coordinates, reference);
+    assert!((reference.sizes[place("t")] - 3.0 * length).abs() < 1e-13, "{reference:?}");
+    assert!((reference.sizes[place("x")] - 2.0 / 3.0).abs() < 1e-13, "{reference:?}");
+    assert!((point.delta_gamma - length / 32.0).abs() < 1e-15 && point.n_gamma == 33, "{point:?}");
+}

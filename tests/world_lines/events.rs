@@ -190,3 +190,18 @@ fn an_event_may_end_the_run_and_is_its_last_row() {
     let (line, _) = run::<f64>(&scene("kepler", &both));
     assert!((line.end().q[1] + 0.2).abs() < 1e-12, "{:?}", line.end().q);
 }
+
+#[test]
+fn of_two_events_in_one_step_the_first_ends_the_run() {
+    for apart in [1e-2, 1e-4, 1e-8] {
+        for [a, b] in [[1.0, 1.0 + apart], [1.0 + apart, 1.0]] {
+            let set = [
+                format!("events={{a={{when='x - {a:?}', until=true}}, b={{when='{b:?} - x', until=true}}}}"),
+                "grid.windows=3".to_owned(),
+            ];
+            let case = SceneCase::parse("line", LINE, &set).unwrap();
+            let line = run::<f64>(&case).0;
+            assert!((line.length - 1.0).abs() < 1e-12, "{a} and {b}: {}", line.length);
+        }
+    }
+}

@@ -4,6 +4,7 @@ mod accuracy;
 mod common;
 mod conformal;
 mod convergence;
+mod diagnostics;
 mod ends;
 mod events;
 mod features;

@@ -124,6 +124,14 @@ mod tests {
     }
 
     #[test]
+    fn the_standard_error_is_that_of_a_straight_line() {
+        // By hand: the deviations from y = 0.94 x are ±0.09 and ±0.27, and Σ (x − 1.5)² is 5.
+        let [x, y] = [[0.0, 1.0, 2.0, 3.0], [0.0, 1.3, 1.7, 3.0]].map(|row| row.map(f64::exp));
+        let fit = Fit::new(&x, &[2, 3, 4, 5], &y).unwrap();
+        assert!((fit.slope - 0.94).abs() < 1e-14 && (fit.standard_error.unwrap() - 0.0162_f64.sqrt()).abs() < 1e-14);
+    }
+
+    #[test]
     fn a_power_law_is_recovered() {
         let (h, n) = grids(5);
         let errors: Vec<f64> = h.iter().map(|h| 3.0 * h.powf(2.5)).collect();

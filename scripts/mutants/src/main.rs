@@ -1,0 +1,37 @@
+//! Rewrites Rust files so that they hold all their mutants at once. Each has a number, and is switched on at run time.
+//!
+//! `mutants FOLDER LEFT_OUT FILE...` rewrites files below the crate in FOLDER and prints a line for every mutant:
+//! number, file, line, column, function, and what changes. LEFT_OUT names a file with numbers that are left out, as
+//! they do not compile.
+
+mod rewrite;
+
+use std::collections::HashSet;
+use std::path::Path;
+use std::{env, fs};
+
+use rewrite::{Mutant, Rewrite};
+
+const SWITCH: &str = include_str!("mutant.rs");
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Vec<String> = env::args().skip(1).collect();
+    let [folder, left_out, files @ ..] = &arguments[..] else { return Err("FOLDER LEFT_OUT FILE...".into()) };
+    let left_out: HashSet<u32> = fs::read_to_string(left_out)?.lines().filter_map(|line| line.parse().ok()).collect();
+    let root = Path::new(folder);
+    let mut count = 0;
+    for name in files {
+        let path = root.join(name);
+        let text = fs::read_to_string(&path)?;
+        let rewrite = Rewrite::of(&text, &syn::parse_file(&text)?, count, &left_out);
+        count = rewrite.count;
+        for Mutant { number, line, column, function, what } in &rewrite.mutants {
+            println!("{number}\t{name}\t{line}\t{column}\t{function}\t{what}");
+        }
+        fs::write(path, rewrite.text())?;
+    }
+    fs::write(root.join("src/mutant.rs"), SWITCH)?;
+    let library = root.join("src/lib.rs");
+    let text = fs::read_to_string(&library)?;
+    Ok(fs::write(library, format!("{text}\n#[allow(missing_docs)]\npub mod mutant;\n"))?)
+}

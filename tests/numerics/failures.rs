@@ -1,0 +1,57 @@
+//! A run that fails says where: in the γ of the case, and in its own coordinates.
+
+use std::f64::consts::FRAC_PI_2;
+
+use geodesic_ivp::case::SceneCase;
+use geodesic_ivp::solve::Domain;
+use geodesic_ivp::solve::scene::solve_scene;
+use geodesic_ivp::{Case, Status, solve};
+
+/// From rest at x = 0 the horizon at x = 1 is met after γ − γ_i = π/2.
+const FALL: &str = r#"
+    initial = { t = 7.0, x = 0.0, t_dot = 1.0, x_dot = 0.0 }
+    grid = { gamma_i = 30.0, gamma_f = 35.0, n_gamma = 26 }
+    scheme.sbp = "SBP42"
+"#;
+
+const GRIDS: [&str; 6] = [
+    "grid.windows=10",
+    "grid.windows=10 scheme.form='weak'",
+    "grid.windows=10 scheme.sbp='SBP21'",
+    "grid.windows=10 grid.n_gamma=12 scheme={sbp='GLL12',form='weak'}",
+    "grid.windows=10 solver.system='doubled'",
+    "grid={gamma_i=30.0,gamma_f=35.0} scheme={} solver.accuracy=1e-8",
+];
+
+fn settings(set: &str) -> Vec<String> {
+    set.split_whitespace().map(str::to_owned).collect()
+}
+
+fn check(set: &str, status: Status, gamma: f64) {
+    assert_eq!(status, Status::OutsideDomain, "{set}");
+    assert!((gamma - 30.0 - FRAC_PI_2).abs() < 0.05, "{set}: {gamma}");
+}
+
+#[test]
+fn of_one_coordinate() {
+    for set in GRIDS {
+        let text = format!("potential = {{ linear = {{ alpha = -0.5 }} }}\n{FALL}");
+        let case = Case::parse("test", &text, &settings(set)).unwrap_or_else(|error| panic!("{error}"));
+        let failure = solve::<f64>(&case).unwrap_err();
+        check(set, failure.status, failure.gamma);
+        // The metric is that of the point: g00 = 1 − x.
+        let (Domain::G00(g00), [(name, x)]) = (&failure.domain, &failure.point[..]) else { panic!("{failure:?}") };
+        assert!(name == "x" && (g00 + x - 1.0).abs() < 1e-14 && *g00 <= 0.0, "{failure:?}");
+    }
+}
+
+#[test]
+fn of_scenes() {
+    for set in GRIDS {
+        let text = format!("potential = {{ coordinates = [\"x\"], formula = \"-x/2\" }}\n{FALL}");
+        let case = SceneCase::parse("test", &text, &settings(set)).unwrap_or_else(|error| panic!("{error}"));
+        let failure = solve_scene::<f64>(&case.setup()).unwrap_err();
+        check(set, failure.status, failure.gamma);
+        assert!(matches!(failure.domain, Domain::Determinant { value, .. } if value < 0.0), "{failure:?}");
+    }
+}
