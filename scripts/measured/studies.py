@@ -89,10 +89,12 @@ def work_precision_five_potentials(python=False):
     for length in ("1", "100", "1000"):
         columns = {}
         for case in CASES:
-            with Results("work-precision", case, "--gamma-f", length) as chart:
+            # Steps picked by hand may take long on long runs, and are not the fastest then.
+            arguments = [case, "--gamma-f", length, "--longest", "0.03"]
+            with Results("work-precision", *arguments) as chart:
                 if python:
                     file = next((ROOT / "cases").rglob(f"{case}.toml"))
-                    script = ["uv", "run", str(ROOT / "scripts/work-precision.py"), str(file), "--gamma-f", length]
+                    script = ["uv", "run", str(ROOT / "scripts/work-precision.py"), str(file), *arguments[1:]]
                     subprocess.run([*script, "--out", chart.folder, "--program", PROGRAM], cwd=ROOT, check=True)
                 columns[case] = chart.rows("work_precision.csv")
         rows = [[f"1e-{k}", *(cell(columns[case], 10.0**-k) for case in CASES)] for k in range(3, 13)]

@@ -32,7 +32,7 @@ fn functions(text: &str) -> Vec<(&str, usize)> {
         let is_end =
             |line: &&str| line.strip_prefix(indent).is_some_and(|rest| rest == "}" || rest == ");" || rest == ";");
         let is_short = line.ends_with(';') || line.ends_with('}');
-        let count = if is_short { 1 } else { 1 + lines[first..].iter().position(|line| is_end(&line)).unwrap_or(0) };
+        let count = if is_short { 1 } else { 1 + lines[first..].iter().position(is_end).unwrap_or(0) };
         found.push((*line, count));
     }
     found
