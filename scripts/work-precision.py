@@ -5,7 +5,7 @@
 # ///
 """`geodesic-ivp work-precision` with rows from Python beside it: heyoka's Taylor method and SciPy's solve_ivp.
 
-    uv run scripts/work-precision.py CASE [--gamma-f L,L] [--out DIR] [--program PATH]
+    uv run scripts/work-precision.py CASE [--gamma-f L,L] [--out DIR] [--longest SECONDS] [--program PATH]
 
 Measures these methods on the case's world-line, then has the program measure its own in the same minute, rank all
 together (`--rows`) and draw them. Everything else works without Python.
@@ -416,6 +416,7 @@ def main():
     parser.add_argument("case", metavar="CASE", type=Path)
     parser.add_argument("--gamma-f", metavar="L,L", help="lengths in gamma (default: the case's own)")
     parser.add_argument("--out", metavar="DIR", type=Path, help="default: results/<case file stem>/work-precision")
+    parser.add_argument("--longest", metavar="SECONDS", help="that a run of the program may take (default: its own)")
     parser.add_argument("--program", help="the geodesic-ivp to run (default: target/release/, or on the PATH)")
     arguments = parser.parse_args()
     built = Path(__file__).resolve().parent.parent / "target/release/geodesic-ivp"
@@ -439,6 +440,8 @@ def main():
     command = [program, "work-precision", str(arguments.case), "--plot", "--rows", str(table), "--out", str(out)]
     if arguments.gamma_f:
         command += ["--gamma-f", arguments.gamma_f]
+    if arguments.longest:
+        command += ["--longest", arguments.longest]
     sys.exit(subprocess.run(command).returncode)
 
 

@@ -91,7 +91,8 @@ def work_precision_five_potentials(python=False):
         for case in CASES:
             # Steps picked by hand may take long on long runs, and are not the fastest then.
             arguments = [case, "--gamma-f", length, "--longest", "0.03"]
-            with Results("work-precision", *arguments) as chart:
+            # The script runs the program again.
+            with Results("work-precision", *arguments, *(["--methods", "accuracy"] if python else [])) as chart:
                 if python:
                     file = next((ROOT / "cases").rglob(f"{case}.toml"))
                     script = ["uv", "run", str(ROOT / "scripts/work-precision.py"), str(file), *arguments[1:]]
