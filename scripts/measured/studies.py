@@ -84,8 +84,8 @@ def cell(rows, error):
 @section("Speed against accuracy: accuracies in five potentials")
 def work_precision_five_potentials(python=False):
     beside = "with heyoka" if python else "without heyoka"
-    text = f"Times over that of `accuracy`: of the fastest adaptive method ({beside}) / of the fastest with steps picked "
-    text += "by hand.\n\n"
+    text = f"Times over that of `accuracy`: of the fastest adaptive method ({beside}) / of the fastest with steps "
+    text += "picked by hand.\n\n"
     for length in ("1", "100", "1000"):
         columns = {}
         for case in CASES:
