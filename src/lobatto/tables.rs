@@ -126,8 +126,8 @@ impl<const P: usize> Tables<P> {
     }
 }
 
-/// The matrix that takes nodal values on the nodes of `operators` to the values at s(0) … s(rows − 1) of the polynomial of `degree` that
-/// fits them; s runs over [0, 1] inside the window of the nodal values.
+/// The matrix that takes nodal values on the nodes of `operators` to the values at s(0) … s(rows − 1) of the polynomial
+/// of `degree` that fits them; s runs over [0, 1] inside the window of the nodal values.
 pub(super) fn evaluation_matrix<const P: usize>(
     operators: &WeakOperators,
     degree: usize,

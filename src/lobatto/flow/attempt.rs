@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use super::certificate::Certificate;
 use super::course::Course;
 use super::enclosed::{Look, Scales};
-use super::growth::{Growth, is_hopeless};
+use super::growth::{Growth, will_miss};
 use super::judge::{Judge, WindowErrors};
 use super::probe;
 use super::request::Request;
@@ -294,7 +294,7 @@ impl<'g, 'r, const P: usize> Walk<'g, 'r, P> {
         let projected = here.growth.project(gamma, here.judge.at_ends(), done);
         let is_exhausted = here.control.is_exhausted(next.share);
         let is_missed = estimate.is_nan() || estimate > accuracy;
-        if !is_missed && (is_exhausted || !is_hopeless(projected, accuracy, missed)) {
+        if !is_missed && (is_exhausted || !will_miss(projected, accuracy, missed)) {
             return Ok(estimate);
         }
         Err(self.inaccurate(is_exhausted, projected.max(estimate), gamma, &here.start))

@@ -16,7 +16,7 @@ const POWERS: [f64; 2] = [1.0, 2.5];
 
 /// Whether a march with that error at its end is to be begun again at once, as it will miss the `accuracy`. An attempt
 /// before would have `missed` it by that error.
-pub(super) fn is_hopeless(projected: f64, accuracy: f64, missed: f64) -> bool {
+pub(super) fn will_miss(projected: f64, accuracy: f64, missed: f64) -> bool {
     projected > MOST_PROJECTED * accuracy && projected < BETTER * missed
 }
 
