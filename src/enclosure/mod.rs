@@ -30,7 +30,7 @@ use std::ops::Range;
 
 use self::influence::Influence;
 use self::lanes::{BOXES, Enclose, Lanes};
-use crate::expr::{Kind, Program, Staged, Steep, plain};
+use crate::expr::{Kind, Program, Staged, Steep};
 use crate::vector::Level;
 
 /// Largest over smallest value of a divisor between neighbouring nodes, at most. What the nodes do not see is then at
@@ -105,8 +105,34 @@ pub(crate) struct Enclosure {
     /// Whether arguments depend on a variable.
     reads: Vec<bool>,
     arguments: Enclosed,
-    drive: Enclosed,
-    influence: Influence,
+    drive: Drive,
+}
+
+/// What drives the motion. Where nothing is steep it is not asked for, so it is made for the first question.
+struct Drive {
+    program: Program<f64>,
+    fixed: Vec<(usize, f64)>,
+    made: Option<(Enclosed, Influence)>,
+}
+
+impl Drive {
+    fn get(&mut self) -> (&mut Enclosed, &mut Influence) {
+        let (enclosed, influence) = self.made.get_or_insert_with(|| {
+            // With a register for every value.
+            let mut enclosed = Enclosed::new(Staged::whole(self.program.clone()));
+            enclosed.fix(&self.fixed);
+            (enclosed, Influence::new(&self.program))
+        });
+        (enclosed, influence)
+    }
+
+    /// Sets the variables that stay.
+    fn fix(&mut self, values: &[(usize, f64)]) {
+        self.fixed = values.to_vec();
+        if let Some((enclosed, _)) = &mut self.made {
+            enclosed.fix(values);
+        }
+    }
 }
 
 impl Enclosure {
@@ -114,17 +140,12 @@ impl Enclosure {
     /// nothing can hide.
     pub(crate) fn new(program: &Program<f64>, outputs: usize, varies: impl Fn(usize) -> bool) -> Option<Self> {
         let steep = Steep::new(program, outputs, &varies)?;
-        let drive = plain(program, outputs);
-        let influence = Influence::new(&drive);
-        // With a register for every value.
-        let drive = Staged::whole(drive);
         let mut enclosure = Self {
             path: Path::default(),
             kinds: steep.kinds,
             reads: steep.reads,
             arguments: Enclosed::new(steep.program),
-            drive: Enclosed::new(drive),
-            influence,
+            drive: Drive { program: steep.whole, fixed: Vec::new(), made: None },
         };
         // What is computed from constants alone.
         enclosure.fix(&[]);
@@ -197,7 +218,8 @@ impl Enclosure {
 
     /// Bounds what is steep from node to node by what it does to the motion. Whether that is nothing.
     fn prove(&mut self, pairs: &[usize], tolerances: &[f64]) -> bool {
-        let Self { path, drive, influence, .. } = self;
+        let Self { path, drive, .. } = self;
+        let (drive, influence) = drive.get();
         influence.see_nodes(path, drive);
         pairs.chunks(BOXES).all(|some| {
             Self::place(path, drive, some);

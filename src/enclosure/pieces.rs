@@ -60,7 +60,8 @@ impl Enclosure {
             return Vec::new();
         }
         let tolerances = tolerances();
-        let Self { path, drive, influence, .. } = self;
+        let Self { path, drive, .. } = self;
+        let (drive, influence) = drive.get();
         influence.see_nodes(path, drive);
         let mut hidden = Vec::with_capacity(steep.len());
         for some in steep.chunks(BOXES) {
@@ -82,7 +83,7 @@ impl Enclosure {
 
     /// The largest change between two nodes, by the pieces of the way from one to the other.
     fn change_on_pieces(&mut self, pair: usize, count: usize, tolerances: &[f64]) -> f64 {
-        let Self { path, kinds, arguments, drive, influence, .. } = self;
+        let Self { path, kinds, arguments, drive, .. } = self;
         for (row, &variable) in path.variables.iter().enumerate() {
             (0..BOXES).for_each(|k| arguments.set(variable, k, [path.values[row * path.points + pair + k % 2]; 2]));
         }
@@ -101,6 +102,7 @@ impl Enclosure {
         if kinds.iter().enumerate().zip(&ends).all(is_followed) {
             return 0.0;
         }
+        let (drive, influence) = drive.get();
         drive.run_in_pieces(path, pair, count);
         influence.largest(drive, &[pair], tolerances)[0]
     }

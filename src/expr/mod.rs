@@ -34,7 +34,9 @@ pub(crate) use machine::{Machine, around};
 pub(crate) use program::{Operation, Program, Register, Step, walk};
 pub(crate) use reduce::Level;
 pub(crate) use staged::Staged;
-pub(crate) use steep::{Kind, Steep, kind, plain};
+#[cfg(test)]
+pub(crate) use steep::plain;
+pub(crate) use steep::{Kind, Steep, kind};
 
 /// A mistake in a formula.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -38,16 +38,18 @@ pub(crate) struct Steep {
     pub(crate) kinds: Vec<Kind>,
     /// Whether a variable matters.
     pub(crate) reads: Vec<bool>,
+    /// All that drives the motion by simpler operations, with a register for every value.
+    pub(crate) whole: Program<f64>,
 }
 
 impl Steep {
     /// Of what the first `outputs` outputs of `program` need, where some of its variables vary; `None` if there is
     /// nothing to look at.
     pub(crate) fn new(program: &Program<f64>, outputs: usize, varies: impl Fn(usize) -> bool) -> Option<Self> {
-        let plain = plain(program, outputs);
-        let depends = plain.dependent(&varies);
+        let whole = plain(program, outputs);
+        let depends = whole.dependent(&varies);
         let mut watched: Vec<(Register, Kind)> = Vec::new();
-        for &Step { operation, .. } in &plain.steps {
+        for &Step { operation, .. } in &whole.steps {
             let look = match operation {
                 Operation::Divide(_, b) => (b, Kind::Ratio),
                 Operation::Call(function, a) => (a, kind(function)),
@@ -59,7 +61,7 @@ impl Steep {
         }
         // A root varies less than what it is taken of.
         let is_watched_root = |register: Register| {
-            let step = plain.steps.iter().find(|step| step.to == register);
+            let step = whole.steps.iter().find(|step| step.to == register);
             step.is_some_and(|step| matches!(step.operation, Operation::Call(Function::Sqrt, _)))
         };
         watched.retain(|&(register, kind)| kind != Kind::Ratio || !is_watched_root(register));
@@ -67,10 +69,10 @@ impl Steep {
             return None;
         }
         let registers: Vec<Register> = watched.iter().map(|look| look.0).collect();
-        let arguments = plain.only(&registers);
+        let arguments = whole.only(&registers);
         let reads = (0..program.variables()).map(|variable| arguments.reads(variable)).collect();
         let program = Staged::new(arguments, varies, 0, |_| false);
-        Some(Self { program, kinds: watched.iter().map(|look| look.1).collect(), reads })
+        Some(Self { program, kinds: watched.iter().map(|look| look.1).collect(), reads, whole })
     }
 }
 

@@ -64,8 +64,8 @@ pub(super) struct Judge<'m> {
     sheared: f64,
     /// The sum of the local errors of t.
     local_t: f64,
-    /// The largest dt/dγ.
-    rate: f64,
+    /// The smallest and the largest dt/dγ.
+    rates: [f64; 2],
     /// The largest relative error so far at the ends of windows, and inside one.
     worst: f64,
     inside: f64,
@@ -142,7 +142,7 @@ impl<'m> Judge<'m> {
             shear: 0.0,
             sheared: 0.0,
             local_t: 0.0,
-            rate: 0.0,
+            rates: [0.0; 2],
             worst: 0.0,
             inside: 0.0,
             caution: CAUTION,
@@ -151,6 +151,7 @@ impl<'m> Judge<'m> {
         };
         judge.first = judge.joint(start);
         judge.last = judge.first;
+        judge.rates = [judge.first.rate; 2];
         judge
     }
 
@@ -195,7 +196,8 @@ impl<'m> Judge<'m> {
         let rounds = rounds * end.x.hi.abs().max(here.speed * self.time);
         self.rounding.add(rounds, self.time, [from.flow, here.flow], h);
         self.local_t += t;
-        self.rate = self.rate.max(here.rate);
+        let [least, most] = solved.u.map(|u| u.abs() / h);
+        self.rates = [self.rates[0].min(least.min(most)), self.rates[1].max(least.max(most))];
         let [t, x] = self.errors();
         self.worst = self.worst.max(t).max(x);
     }
@@ -208,7 +210,8 @@ impl<'m> Judge<'m> {
         // A shift moves x by dx/dγ, up to its largest value in the window.
         let reach = self.last.speed + self.last.push * self.length;
         let x = if shift > 0.0 { reach * shift } else { 0.0 } + across;
-        let t = 2.0 * self.rate * shift + self.caution * self.local_t;
+        // Where dt/dγ is constant, a shift along the world-line does not move t.
+        let t = 2.0 * (self.rates[1] - self.rates[0]) * shift + self.caution * self.local_t;
         [t / self.sizes[0], x / self.sizes[1]]
     }
 

@@ -51,6 +51,8 @@ impl Precision {
 pub(super) struct Solved {
     pub(super) end: State,
     pub(super) evaluations: usize,
+    /// The least and the largest u.
+    pub(super) u: [f64; 2],
     /// Legendre modes of a and u of high degree, and the largest |a|, |u|, if the window was judged.
     pub(super) tail: [f64; 2],
     pub(super) largest: [f64; 2],
@@ -65,7 +67,7 @@ impl Solved {
             x: start.x.plus_update(free).plus_update(dx),
             w: start.w.plus_update(dw),
         };
-        Self { end, evaluations, tail: [0.0; 2], largest: [0.0; 2] }
+        Self { end, evaluations, u: [0.0; 2], tail: [0.0; 2], largest: [0.0; 2] }
     }
 }
 
@@ -113,7 +115,7 @@ impl<const P: usize> Window<P> {
         // g00 > 0 where u has the sign of Q_t. (Q_t = 0 leaves u = 0 and a = 0: free motion.)
         let (least, most) = extremes(s, &self.u.0);
         let inside = least > 0.0 || most < 0.0 || (least == 0.0 && most == 0.0);
-        let solved = self.update(s, t, force, start, precision, evaluations);
+        let solved = Solved { u: [least, most], ..self.update(s, t, force, start, precision, evaluations) };
         // A NaN anywhere ends up in the state.
         (inside && (solved.end.x.hi + solved.end.w.hi + solved.end.t.hi).is_finite()).then_some(solved)
     }
