@@ -90,7 +90,7 @@ fn compare<S: Arithmetic>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<St
 ///
 /// # Errors
 /// As [`compare`].
-fn compare_scene<S: Real>(case: &SceneCase, expect: &SceneExpect) -> anyhow::Result<Vec<String>> {
+fn compare_scene<S: Arithmetic>(case: &SceneCase, expect: &SceneExpect) -> anyhow::Result<Vec<String>> {
     let setup = case.setup::<S>();
     memory::check_scene(&setup, 0)?;
     let result = solve_scene(&setup).map_err(|failure| (failure.status, failure.to_string()));

@@ -12,7 +12,7 @@ use geodesic_ivp::output::{
     Chart, SceneSummary, Seconds, SolvedScene, write_combined, write_events, write_scene_samples,
 };
 use geodesic_ivp::sampling::{Coordinate, Crossing, SceneSample, SceneSampler, crossings};
-use geodesic_ivp::scalar::Real;
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::NoSolution;
 use geodesic_ivp::solve::scene::{SceneSetup, WorldLine, solve_scene};
 use geodesic_ivp::study::scene_error::{SceneError, scene_error};
@@ -33,7 +33,7 @@ pub(super) struct Scene<'c, S> {
     setup: SceneSetup<S>,
 }
 
-impl<'c, S: Real> Scene<'c, S> {
+impl<'c, S: Arithmetic> Scene<'c, S> {
     pub(super) fn new(case: &'c SceneCase, args: &'c RunArgs) -> Self {
         Self { case, args, setup: case.setup() }
     }
@@ -81,7 +81,7 @@ pub(super) struct Solved<S> {
     seconds: [f64; 2],
 }
 
-impl<S: Real> Job for Scene<'_, S> {
+impl<S: Arithmetic> Job for Scene<'_, S> {
     type Solved = Solved<S>;
     type Numbers = SolvedScene;
     type Error = SceneError;

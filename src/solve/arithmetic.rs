@@ -6,9 +6,10 @@ use super::accuracy;
 use super::failure::NoSolution;
 use super::problem::Problem;
 use super::run::Observer;
+use super::scene::{self, SceneSetup, WorldLine};
 use super::setup::{Scene, Setup};
 use super::solution::Solution;
-use super::spectral;
+use super::{solve_seen, spectral};
 use crate::scalar::{Extended, Real};
 
 /// The numbers that [`solve`](crate::solve()) computes in: `f64` and [`Extended`].
@@ -30,8 +31,15 @@ impl Arithmetic for Extended {
     }
 }
 
-/// The parts of a run that depend on the kind of numbers.
+/// The parts of a run that depend on the kind of numbers, and its doors: methods without type parameters are compiled
+/// here once, and not again by every crate that solves something.
 pub(super) trait Engine: Real {
+    /// The run of `setup`, window by window if there is an observer.
+    fn run(setup: &Setup<Self>, observer: Option<Observer<'_, Self>>) -> Result<Solution<Self>, NoSolution>;
+
+    /// The run of a scene.
+    fn run_scene(setup: &SceneSetup<Self>) -> Result<WorldLine<Self>, NoSolution>;
+
     /// `problem` in `f64`: itself, or a rounded one.
     fn rough_problem<'a>(problem: &'a Problem<Self>, setup: &Setup<Self>) -> Cow<'a, Problem>;
 
@@ -56,6 +64,14 @@ pub(super) trait Engine: Real {
 }
 
 impl Engine for f64 {
+    fn run(setup: &Setup<Self>, observer: Option<Observer<'_, Self>>) -> Result<Solution<Self>, NoSolution> {
+        solve_seen(setup, observer)
+    }
+
+    fn run_scene(setup: &SceneSetup<Self>) -> Result<WorldLine<Self>, NoSolution> {
+        scene::solve(setup)
+    }
+
     fn rough_problem<'a>(problem: &'a Problem, _: &Setup) -> Cow<'a, Problem> {
         Cow::Borrowed(problem)
     }
@@ -79,6 +95,14 @@ impl Engine for f64 {
 }
 
 impl Engine for Extended {
+    fn run(setup: &Setup<Self>, observer: Option<Observer<'_, Self>>) -> Result<Solution<Self>, NoSolution> {
+        solve_seen(setup, observer)
+    }
+
+    fn run_scene(setup: &SceneSetup<Self>) -> Result<WorldLine<Self>, NoSolution> {
+        scene::solve(setup)
+    }
+
     fn rough_problem<'a>(problem: &'a Problem<Self>, setup: &Setup<Self>) -> Cow<'a, Problem> {
         Cow::Owned(problem.rounded(setup))
     }

@@ -63,7 +63,7 @@ const HORIZON: f64 = 1e-2;
 /// # Panics
 /// If the setup is not valid, which one of a valid case is, or if it asks for an accuracy and `S` is not `f64`.
 pub fn solve<S: Arithmetic>(setup: impl Into<Setup<S>>) -> Result<Solution<S>, NoSolution> {
-    solve_seen(&setup.into(), None)
+    S::run(&setup.into(), None)
 }
 
 /// [`solve`] in the memory of one window: `observe` sees every window as a solution of its own, at its place in the run
@@ -82,7 +82,7 @@ pub fn solve_window_by_window<S: Arithmetic>(
     setup: impl Into<Setup<S>>,
     observe: &mut dyn FnMut(&Solution<S>),
 ) -> Result<Solution<S>, NoSolution> {
-    solve_seen(&setup.into(), Some(observe))
+    S::run(&setup.into(), Some(observe))
 }
 
 fn solve_seen<S: Arithmetic>(setup: &Setup<S>, observer: Option<Observer<'_, S>>) -> Result<Solution<S>, NoSolution> {

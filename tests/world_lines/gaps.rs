@@ -2,7 +2,7 @@
 
 use geodesic_ivp::case::{AnyCase, Case, SceneCase, builtin};
 use geodesic_ivp::diagnostics::gaps::Gaps;
-use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::scalar::Extended;
 use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::scene::{WorldLine, solve_scene};
 use geodesic_ivp::{Solution, solve};
@@ -44,7 +44,7 @@ fn of_case<S: Arithmetic>(case: &Case, error: Option<f64>) -> Option<Gaps> {
     Some(Gaps::of_solution(&solution, &case.metric(), error))
 }
 
-fn of_scene<S: Real>(case: &SceneCase, error: Option<f64>) -> Option<Gaps> {
+fn of_scene<S: Arithmetic>(case: &SceneCase, error: Option<f64>) -> Option<Gaps> {
     let line: WorldLine<S> = solve_scene(&case.setup()).ok()?;
     Some(Gaps::of_world_line(&line, &case.geometry(), error))
 }

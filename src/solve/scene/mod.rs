@@ -18,7 +18,7 @@ pub use setup::{Place, SceneLimit, SceneSetup, Until};
 pub use world_line::{SceneJoint, SceneWindow, WorldLine};
 
 use crate::scalar::Real;
-use crate::solve::NoSolution;
+use crate::solve::{Arithmetic, NoSolution};
 
 /// Solves a scene in the arithmetic of `S`: `f64`, or [`Extended`](crate::scalar::Extended) to the digits that the
 /// setup asks for. More digits are obtained by refinement: everything that searches and steers is done in `f64`.
@@ -28,7 +28,11 @@ use crate::solve::NoSolution;
 ///
 /// # Panics
 /// If the setup is not valid: too few nodes for the operator, or no windows.
-pub fn solve_scene<S: Real>(setup: &SceneSetup<S>) -> Result<WorldLine<S>, NoSolution> {
+pub fn solve_scene<S: Arithmetic>(setup: &SceneSetup<S>) -> Result<WorldLine<S>, NoSolution> {
+    S::run_scene(setup)
+}
+
+pub(super) fn solve<S: Real>(setup: &SceneSetup<S>) -> Result<WorldLine<S>, NoSolution> {
     if let Some(accuracy) = setup.settings.accuracy {
         return accuracy::solve(setup, accuracy);
     }

@@ -8,10 +8,11 @@ use crate::diagnostics::scene::SceneDiagnostics;
 use crate::norm::larger;
 use crate::reference::SceneReference;
 use crate::scalar::Real;
+use crate::solve::Arithmetic;
 use crate::solve::scene::{SceneSetup, WorldLine, solve_scene};
 use crate::study::scene_length::length_of;
 
-impl<S: Real> Sweep<S> {
+impl<S: Arithmetic> Sweep<S> {
     /// A sweep of a scene over every operator with its form and every number of nodes.
     ///
     /// A scene that ends where a coordinate has a value, or where a formula changes its sign, is swept at the γ_f at
@@ -59,7 +60,7 @@ impl<S: Real> Sweep<S> {
     }
 }
 
-fn measure<S: Real>(setup: &SceneSetup<S>, length: S, reference: &SceneReference<S>) -> ConvergencePoint {
+fn measure<S: Arithmetic>(setup: &SceneSetup<S>, length: S, reference: &SceneReference<S>) -> ConvergencePoint {
     let intervals = setup.settings.windows * (setup.settings.n_gamma - 1);
     let errors = |line: &WorldLine<S>| (line.iterations.count, errors(line, reference));
     point((setup.settings.sbp, setup.settings.form), intervals, length.to_f64(), || solve_scene(setup), errors)

@@ -131,7 +131,7 @@ pub(super) fn of_one<S: Arithmetic>(case: &Case) -> Outcome {
 }
 
 /// Solves a scene.
-pub(super) fn of_scene<S: Real>(case: &SceneCase) -> Outcome {
+pub(super) fn of_scene<S: Arithmetic>(case: &SceneCase) -> Outcome {
     let line: WorldLine<S> = match solve_scene(&case.setup()) {
         Ok(line) => line,
         Err(failure) => return Outcome::Failed { status: failure.status, message: failure.to_string() },
