@@ -55,7 +55,7 @@ fn forces_of_both_laws_are_the_same() {
             potential.force = {{ x = "-0.4*x_dot" }}
             potential.one_form = {{ x = "-0.3*y", y = "0.3*x" }}
             particle = {{ mass = 2.0, {particle} }}
-            initial = {{ x = 1.0, y = 0.2, x_dot = 0.1, y_dot = -0.3 }}
+            initial = {{ t_dot = 1.0, x = 1.0, y = 0.2, x_dot = 0.1, y_dot = -0.3 }}
             grid = {{ gamma_f = 4.0, n_gamma = 401 }}
             scheme = {{ sbp = "SBP84", form = "weak" }}
             "#

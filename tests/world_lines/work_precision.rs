@@ -105,7 +105,7 @@ fn a_row_of_this_program_is_that_of_its_solve() {
         Family::Elements(8),
         Family::Accuracy,
     ];
-    let budget = Budget { settings: 7, ..BUDGET };
+    let budget = Budget { settings: 6, ..BUDGET };
     let rows = measure(&arena, &families, &budget, &AtomicBool::new(false), &mut |_| {}).rows;
     let mut compared = BTreeSet::new();
     for row in rows.iter().filter(|row| row.status == RowStatus::Converged) {
