@@ -216,7 +216,8 @@ def counts(results):
 
 def fits(pattern, place):
     """Whether a mutant is meant: `FILE FUNCTION TEXT`, with * in the first two; TEXT is of the change or the code."""
-    file, function, text = (*pattern.split(None, 2), "")[:3]
+    parts = pattern.split(None, 2)
+    file, function, text = parts + ["*", ""][len(parts) - 1 :]
     names = fnmatch.fnmatchcase(place[0], file) and fnmatch.fnmatchcase(place[3], function)
     return names and any(text in part for part in place[4:])
 

@@ -147,3 +147,51 @@ fn the_step_of_an_iteration_is_relative_to_what_it_changes() {
         assert!(one.relative_step <= 1.01 * one.step, "{one:?}");
     }
 }
+
+#[test]
+fn a_refinement_keeps_to_its_limit_of_iterations() {
+    for scheme in ["scheme.sbp=SBP42 solver.system=doubled", "scheme.form=weak solver.system=doubled"] {
+        let first = solved(scheme).iterations.count;
+        let run = format!("{scheme} solver.digits=60");
+        let whole: Solution<Extended> = solved_in(&run);
+        let rounds = whole.iterations.history.len() - first;
+        assert!(rounds >= 3 && first <= rounds, "{scheme}: {first} and {rounds}");
+        for most in first..=rounds + 1 {
+            match solve::<Extended>(&case(&format!("{run} solver.max_iterations={most}"))) {
+                Ok(solution) => {
+                    assert!(most >= rounds, "{scheme}, {most}");
+                    assert_eq!(solution.iterations.history.len(), first + rounds, "{scheme}, {most}");
+                }
+                Err(failure) => {
+                    assert!(
+                        most < rounds && failure.status == Status::PrecisionNotReached,
+                        "{scheme}, {most}: {failure}"
+                    );
+                    assert_eq!(failure.iterations.history.len(), first + most, "{scheme}, {most}");
+                }
+            }
+        }
+    }
+}
+
+/// More digits than the arithmetic keeps: the iteration ends where corrections stop shrinking, with a residual that is
+/// rounding.
+#[test]
+fn all_digits_that_there_are_can_be_asked_for() {
+    for scheme in ["scheme.sbp=SBP42", "scheme.form=weak", "scheme.sbp=SBP42 solver.system=doubled"] {
+        let run = format!("{scheme} solver.digits={}", Extended::MOST_DIGITS);
+        let (most, fewer): (Solution<Extended>, Solution<Extended>) =
+            (solved_in(&run), solved_in(&format!("{scheme} solver.digits=50")));
+        assert!(distance(&most.x, &fewer.x).to_f64() < 1e-48, "{scheme}");
+        assert!(most.gradient_norm.to_f64() < 1e-60, "{scheme}: {:e}", most.gradient_norm.to_f64());
+    }
+}
+
+#[test]
+fn the_charge_at_the_end_is_that_of_the_start() {
+    for scheme in ["", "scheme.sbp=SBP42", "solver.system=doubled", "scheme.form=weak solver.system=doubled"] {
+        let solution = solved(&format!("{scheme} initial.t_dot=-1.3 grid.windows=2"));
+        let q_t = solution.invariants().q_t;
+        assert!(q_t < -1.0 && (solution.end.q_t / q_t - 1.0).abs() < 1e-10, "{scheme}: {}", solution.end.q_t);
+    }
+}

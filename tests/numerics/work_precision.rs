@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use geodesic_ivp::case::{Form, SbpName};
-use geodesic_ivp::methods::{Composition, Dop853, Gauss, Output, Peer, Problem, Rk4, Setting, Step};
+use geodesic_ivp::methods::{Composition, Dop853, Gauss, Output, PEERS, Peer, Problem, Rk4, Setting, Step};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve;
 use geodesic_ivp::study::work_precision::{Arena, Budget, Family, Leader, OUTPUTS, Ratio, RowStatus, drift, measure};
@@ -73,6 +73,7 @@ fn a_case_that_ends_at_a_time_is_charted_at_its_length() {
 #[test]
 fn along_a_run_runge_kutta_drifts_and_windows_do_not() {
     let arena = Arena::new(&case("grid.gamma_f=100.0"), None).unwrap();
+    assert!(arena.reference_error() < 1e-20, "{:e}", arena.reference_error());
     let families = [Family::Peer(&Rk4), Family::Peer(&Composition::VERLET), Family::March(16)];
     let points = drift(&arena, &families, &AtomicBool::new(false));
     let growth = |family: &Family| {
@@ -265,6 +266,19 @@ fn a_row_of_this_program_is_that_of_its_solve() {
         compared += 1;
     }
     assert!(compared >= 15, "{compared} of {}", rows.len());
+}
+
+#[test]
+fn a_method_is_drawn_on_its_own_curve() {
+    for peer in PEERS {
+        let family = Family::Peer(peer);
+        assert_eq!(family.group().label(), peer.about().curve, "{peer:?}");
+        assert!(!family.is_own() && !family.is_certified());
+    }
+    assert!(Family::March(8).is_own() && !Family::March(8).is_certified());
+    for certified in [Family::Block(SbpName::Sbp21, Form::Weak), Family::Elements(8), Family::Accuracy] {
+        assert!(certified.is_own() && certified.is_certified(), "{}", certified.name());
+    }
 }
 
 #[test]

@@ -320,6 +320,23 @@ fn the_largest_errors_are_those_of_the_nodes_and_nothing_is_stepped_over_in_vain
     assert_eq!(smooth(""), 0.0);
 }
 
+/// A force changes K, which says nothing of what a reference steps over; and it belongs to the multipliers of an action.
+#[test]
+fn a_force_is_part_of_the_certificate_and_not_of_what_is_stepped_over() {
+    for scheme in ["{ sbp = 'SBP42' }", "{ sbp = 'SBP21' }", "{ sbp = 'SBP42', form = 'weak' }"] {
+        let text = format!(
+            "potential = {{ coordinates = [\"x\"], formula = \"x^2\", force = {{ x = \"-0.8*x_dot\" }} }}\n\
+             particle = {{ law = \"newtonian\", mass = 2.0 }}\ninitial = {{ x = 1.0, t_dot = 1.0, x_dot = 0.5 }}\n\
+             grid = {{ gamma_f = 4.0, n_gamma = 81 }}\nscheme = {scheme}"
+        );
+        let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let line: WorldLine = solve_scene(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+        assert!((0.0..1e-11).contains(&line.gradient_norm), "{scheme}: {:e}", line.gradient_norm);
+        let error = scene_error(&line).unwrap();
+        assert!(error.stepped_over == 0.0 && error.largest[1] > 1e-9 && error.largest[1] < 0.1, "{scheme}: {error:?}");
+    }
+}
+
 #[test]
 fn a_table_of_runs_has_what_is_measured_on_each() {
     let set = vec!["scheme={sbp='SBP42',form='strong'}".to_owned()];
