@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use geodesic_ivp::case::SceneCase;
-use geodesic_ivp::reference::ReferenceTrajectory;
+use geodesic_ivp::reference::{ReferenceTrajectory, SceneReference};
 use geodesic_ivp::solve::scene::solve_scene;
 use geodesic_ivp::solve::{Domain, InitialGuess};
 use geodesic_ivp::{Case, Status, solve};
@@ -94,5 +94,25 @@ fn of_a_stopped_iteration_the_place_is_on_the_way() {
             let there = reference.at(failure.gamma - 30.0).x;
             assert!((x - there).abs() < 0.05, "{scheme}: {x} for {there} at {}", failure.gamma);
         }
+    }
+}
+
+#[test]
+fn of_a_stopped_iteration_of_two_coordinates_the_place_is_on_the_way() {
+    for scheme in ["{ sbp = 'SBP42' }", "{ sbp = 'SBP21', form = 'weak' }", "{ sbp = 'SBP63' }"] {
+        let text = format!(
+            "potential = {{ coordinates = ['x', 'y'], formula = 'x^4/2 + 2*y^2 + x^2*y/3' }}\n\
+             particle.law = 'newtonian'\ninitial = {{ t_dot = 1.0, x = 1.0, y = 0.5, x_dot = 0.0, y_dot = 0.0 }}\n\
+             grid = {{ gamma_i = 30.0, gamma_f = 34.0, n_gamma = 41 }}\nsolver.max_iterations = 1\nscheme = {scheme}"
+        );
+        let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let setup = case.setup();
+        let failure = solve_scene::<f64>(&setup).unwrap_err();
+        assert_eq!(failure.status, Status::MaxIterations, "{scheme}: {failure}");
+        let [(a, x), (b, y)] = &failure.point[..] else { panic!("{scheme}: {failure:?}") };
+        let reference = SceneReference::new(&setup.place.geometry, &setup.place.start, 4.0, 16).unwrap();
+        assert!(a == "x" && b == "y" && (30.0..=34.0).contains(&failure.gamma), "{scheme}: {failure:?}");
+        let there = reference.at(failure.gamma - 30.0).q;
+        assert!((x - there[1]).abs().max((y - there[2]).abs()) < 0.05, "{scheme}: {x}, {y} for {there:?}");
     }
 }

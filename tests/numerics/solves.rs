@@ -116,12 +116,14 @@ fn numbers_in_messages_are_neither_noise_nor_long() {
 
 #[test]
 fn the_last_node_is_at_the_end_to_the_last_bit() {
-    for windows in 2..30 {
+    // A share of these, so many times, is not the whole.
+    for windows in [49, 98, 103, 107] {
+        assert_ne!(f64::from(windows) * (1.0 / f64::from(windows)), 1.0);
         for scheme in ["", "scheme.sbp=GLL4 scheme.form=weak"] {
             let n = if scheme.is_empty() { 9 } else { 4 };
-            let run = format!("potential={{free={{}}}} grid={{gamma_f=1.1,n_gamma={n},windows={windows}}} {scheme}");
+            let run = format!("potential={{free={{}}}} grid={{gamma_f=1.0,n_gamma={n},windows={windows}}} {scheme}");
             let solution = solved(&run);
-            assert_eq!(solution.gamma().last(), Some(1.1), "{run}");
+            assert_eq!(solution.gamma().last(), Some(1.0), "{run}");
             assert_eq!(solution.windows.last().unwrap().gamma[1], solution.length, "{run}");
         }
     }
@@ -158,9 +160,10 @@ fn a_refinement_keeps_to_its_limit_of_iterations() {
         assert!(rounds >= 3 && first <= rounds, "{scheme}: {first} and {rounds}");
         for most in first..=rounds + 1 {
             match solve::<Extended>(&case(&format!("{run} solver.max_iterations={most}"))) {
+                // At the limit a residual that is rounding is good enough.
                 Ok(solution) => {
-                    assert!(most >= rounds, "{scheme}, {most}");
-                    assert_eq!(solution.iterations.history.len(), first + rounds, "{scheme}, {most}");
+                    assert_eq!(solution.iterations.history.len(), first + rounds.min(most), "{scheme}, {most}");
+                    assert!(most + 1 >= rounds, "{scheme}, {most}");
                 }
                 Err(failure) => {
                     assert!(

@@ -231,7 +231,12 @@ fn the_branches_of_the_doubled_system_are_as_far_apart_as_is_said() {
 /// Of the lift of Newton's law: what the nodes leave of ẍ = −ṫ² ∂V/∂x / m, with D from the operator.
 #[test]
 fn what_the_equations_leave_is_an_acceleration_whatever_the_mass() {
-    for set in [&[] as &[&str], &["scheme.sbp='SBP42'"]] {
+    let masses = "particle={law='newtonian',masses={x=2.0,y=0.5}}";
+    for (set, mass) in [
+        (&[] as &[&str], [2.0, 2.0]),
+        (&["scheme.sbp='SBP42'"], [2.0, 2.0]),
+        (&[masses, "scheme.sbp='SBP42'"], [2.0, 0.5]),
+    ] {
         let line = run(set);
         let found = measured(&line);
         let [x, y]: [Vec<f64>; 2] = [1, 2].map(|a| line.q(a).collect());
@@ -241,7 +246,7 @@ fn what_the_equations_leave_is_an_acceleration_whatever_the_mass() {
         for (place, row) in [&x, &y].into_iter().enumerate() {
             let second = slope(&slope(row));
             for (k, (&left, second)) in found.delta_g[place + 1].iter().zip(&second).enumerate() {
-                let wanted = second + 9.0 * forces(k)[place] / 2.0;
+                let wanted = second + 9.0 * forces(k)[place] / mass[place];
                 assert!((left - wanted).abs() < 1e-9, "{set:?}, {place}, node {k}: {left} for {wanted}");
                 largest = largest.max(wanted.abs());
             }
@@ -320,7 +325,7 @@ fn the_largest_errors_are_those_of_the_nodes_and_nothing_is_stepped_over_in_vain
     assert_eq!(smooth(""), 0.0);
 }
 
-/// A force changes K, which says nothing of what a reference steps over; and it belongs to the multipliers of an action.
+/// A force changes K, which says nothing of what a reference steps over. It belongs to the multipliers of an action.
 #[test]
 fn a_force_is_part_of_the_certificate_and_not_of_what_is_stepped_over() {
     for scheme in ["{ sbp = 'SBP42' }", "{ sbp = 'SBP21' }", "{ sbp = 'SBP42', form = 'weak' }"] {

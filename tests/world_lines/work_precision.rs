@@ -93,8 +93,8 @@ fn along_a_run_runge_kutta_drifts_and_verlet_does_not() {
 
 #[test]
 fn a_row_of_this_program_is_that_of_its_solve() {
-    let length = 60.0;
-    let base = scene("henon-heiles", &["grid={gamma_f=60.0,n_gamma=101}", "scheme={sbp='SBP42',form='weak'}"]);
+    let length = 30.0;
+    let base = scene("henon-heiles", &["grid={gamma_f=30.0,n_gamma=101}", "scheme={sbp='SBP42',form='weak'}"]);
     let arena = Arena::of_scene(&base, Some(length)).unwrap();
     let setup: SceneSetup = base.setup();
     let reference = SceneReference::new(&setup.place.geometry, &setup.place.start, length, 16).unwrap();
@@ -118,7 +118,7 @@ fn a_row_of_this_program_is_that_of_its_solve() {
             }
             Family::Elements(_) => vec![grid("8", value("windows=")), "scheme={sbp='GLL8',form='weak'}".to_owned()],
             _ => vec![
-                "grid={gamma_f=60.0}".to_owned(),
+                "grid={gamma_f=30.0}".to_owned(),
                 "scheme={}".to_owned(),
                 format!("solver.accuracy={}", value("tol=")),
             ],
@@ -132,7 +132,7 @@ fn a_row_of_this_program_is_that_of_its_solve() {
         compared.insert(families.iter().position(|family| *family == row.family));
         if row.family == Family::Accuracy {
             assert!(windows > 1);
-            assert!(row.rank() < Some(value("tol=").parse::<f64>().unwrap() * 60.0), "{row:?}");
+            assert!(row.rank() < Some(value("tol=").parse::<f64>().unwrap() * 30.0), "{row:?}");
             continue;
         }
         let q: Vec<Vec<f64>> = (0..4).map(|a| line.q(a).collect()).collect();
