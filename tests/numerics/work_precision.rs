@@ -1,12 +1,15 @@
-//! The chart of speed against accuracy: what its rows say. No time is judged here.
+//! The chart of speed against accuracy: what its rows say. Nothing here depends on how fast the machine is.
 
 use std::sync::atomic::AtomicBool;
+use std::time::Instant;
 
 use geodesic_ivp::case::{Form, SbpName};
 use geodesic_ivp::methods::{Composition, Dop853, Gauss, Output, PEERS, Peer, Problem, Rk4, Setting, Step};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve;
-use geodesic_ivp::study::work_precision::{Arena, Budget, Family, Leader, OUTPUTS, Ratio, RowStatus, drift, measure};
+use geodesic_ivp::study::work_precision::{
+    Arena, Budget, Family, Leader, OUTPUTS, Progress, Ratio, RowStatus, drift, measure,
+};
 use geodesic_ivp::{Case, Solution};
 
 use super::common::case;
@@ -279,6 +282,25 @@ fn a_method_is_drawn_on_its_own_curve() {
     for certified in [Family::Block(SbpName::Sbp21, Form::Weak), Family::Elements(8), Family::Accuracy] {
         assert!(certified.is_own() && certified.is_certified(), "{}", certified.name());
     }
+}
+
+#[test]
+fn times_are_those_of_single_runs_in_all_rounds() {
+    let arena = Arena::new(&case("grid.gamma_f=1.0"), None).unwrap();
+    let budget = Budget { rounds: 5, settings: 4, ..BUDGET };
+    let (start, mut rounds) = (Instant::now(), Vec::new());
+    let families = [Family::Peer(&Rk4), Family::Peer(&Composition::VERLET)];
+    let rows = measure(&arena, &families, &budget, &AtomicBool::new(false), &mut |progress| {
+        if let Progress::Round(done, all) = progress {
+            rounds.push((done, all));
+        }
+    })
+    .rows;
+    // Every row has been run once at least, and runs that take the same time five times are none.
+    let sum: f64 = rows.iter().map(|row| row.seconds_min).sum();
+    assert!(sum > 0.0 && sum < start.elapsed().as_secs_f64(), "{rows:?}");
+    assert!(rows.iter().any(|row| row.seconds_min < row.seconds_median), "{rows:?}");
+    assert_eq!(rounds, [(1, 5), (2, 5), (3, 5), (4, 5), (5, 5)]);
 }
 
 #[test]
