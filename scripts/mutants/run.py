@@ -12,12 +12,14 @@ and with a larger `--most` it goes on with the survivors.
 3. For every mutant, the tests that reach it run, the quickest first, until one fails (`results.tsv`). A test that takes
    five times as long as without the mutant fails.
 
-It prints the counts of every module. Survivors are the lines of `results.tsv` with `survived` or `unreached`.
+It prints the counts of every module, and the survivors (`survived` or `unreached` in `results.tsv`) that
+`scripts/mutants/explained.toml` does not explain. If all mutants were asked for, so are explanations that fit none.
 """
 
 import argparse
 import collections
 import concurrent.futures
+import fnmatch
 import itertools
 import json
 import os
@@ -30,6 +32,7 @@ import signal
 import subprocess
 import threading
 import time
+import tomllib
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 MODULES = "action diagnostics geometry study solve metric sbp lobatto".split()
@@ -211,6 +214,35 @@ def counts(results):
         print(f"{module:12} {total:8} {total - row['unreached']:8} {row['killed']:8} {row['survived']:8}")
 
 
+def fits(pattern, place):
+    """Whether a mutant is meant: `FILE FUNCTION TEXT`, with * in the first two; TEXT is of the change or the code."""
+    parts = pattern.split(None, 2)
+    file, function, text = parts + ["*", ""][len(parts) - 1 :]
+    names = fnmatch.fnmatchcase(place[0], file) and fnmatch.fnmatchcase(place[3], function)
+    return names and any(text in part for part in place[4:])
+
+
+def unexplained(survivors, is_all):
+    """Prints the survivors that no explanation fits, and the explanations that fit no survivor."""
+    groups = tomllib.loads((ROOT / "scripts/mutants/explained.toml").read_text())["explained"]
+    used, left = set(), []
+    for place in survivors:
+        found = {
+            pattern
+            for group in groups
+            for pattern in group["mutants"]
+            if fits(pattern, place) and not any(fits(other, place) for other in group.get("but", []))
+        }
+        used |= found
+        if not found:
+            left.append(place)
+    print(f"{len(survivors)} survived, {len(left)} of them without an explanation")
+    for file, line, _, function, *what in left:
+        print(f"{file}:{line}", function, *what, sep="  ")
+    for pattern in [pattern for group in groups for pattern in group["mutants"] if is_all and pattern not in used]:
+        print("explains nothing:", pattern)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=pathlib.Path)
@@ -246,6 +278,8 @@ def main():
     with concurrent.futures.ThreadPoolExecutor(arguments.workers) as pool:
         list(pool.map(one, asked))
     counts([(mutants[number], done[number]) for number in asked])
+    survivors = [mutants[number] for number in asked if done[number][0] != "killed"]
+    unexplained(survivors, len(asked) == len(mutants))
 
 
 if __name__ == "__main__":

@@ -290,6 +290,31 @@ mod tests {
     }
 
     #[test]
+    fn what_rests_far_out_is_judged_by_its_place() {
+        let rests = |shared: f64| CoordinateError { range: 0.0, shared, ..error(0.0, 100.0) }.allowed();
+        assert_eq!([rests(100.0), rests(0.0)], [100.0 * NEGLIGIBLE_ERROR, NEGLIGIBLE_ERROR]);
+    }
+
+    #[test]
+    fn a_number_that_has_no_first_digit_is_itself() {
+        assert_eq!([0.0, f64::INFINITY].map(rounded_up), [0.0, f64::INFINITY]);
+        assert!((rounded_up(2.1e-5) - 3e-5).abs() < 1e-19 && rounded_up(4e7) == 4e7);
+    }
+
+    #[test]
+    fn a_reference_may_find_rounding_where_an_estimate_is_zero() {
+        let found = |found: f64| {
+            let facts =
+                Facts { errors: Some(vec![error(0.0, 1.0)]), reference: Some([found, 0.0]), ..Facts::default() };
+            Verdict::new(&facts).grade
+        };
+        assert_eq!(
+            [found(0.0), found(0.5 * ROUNDING), found(1e3 * ROUNDING)],
+            [Grade::Trusted, Grade::Trusted, Grade::Doubtful]
+        );
+    }
+
+    #[test]
     fn an_error_counts_relative_to_the_motion_and_not_to_the_place() {
         assert_eq!(of(vec![error(1e-3, 1.0)]).grade, Grade::Trusted);
         let doubtful = of(vec![error(2e-2, 1.0)]);

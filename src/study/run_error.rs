@@ -277,3 +277,44 @@ fn by_taylor<S: Real>(case: &Case, solution: &Solution<S>, samples: &[Sample<S>]
     // It is asked only where a second solve agrees to many digits, which has looked between its nodes.
     Some(found.finish(sizes.map(|size| error * size), in_time, Judge::Taylor(error), 0.0))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lobatto::{March, Twofold, WeakRule};
+
+    /// V = 1e-3 exp(−((x − 0.707)/2e-3)²) with c = 3, which a march of few nodes steps over: it goes straight on, and K
+    /// between its nodes is off by what the hump does to g00.
+    #[test]
+    fn what_a_march_steps_over_is_known_between_its_nodes() {
+        let text = r#"
+            potential.formula.expression = "1e-3*exp(-((x-0.707)/2e-3)^2)"
+            particle.c = 3.0
+            initial = { t = 0.0, x = -0.3, t_dot = 1.2, x_dot = 0.5 }
+            grid = { gamma_f = 4.0, n_gamma = 24 }
+            scheme.sbp = "SBP42"
+        "#;
+        let case = Case::parse("hump", text, &[]).unwrap();
+        let (metric, initial, length): (Metric, InitialData, f64) = (case.metric(), case.initial_data(), 4.0);
+        let k = |gamma: f64, q_t: f64| q_t * q_t / metric.at(initial.x + 0.5 * gamma).g00 - 0.25;
+        let Invariants { q_t, k: start } = initial.invariants(&metric);
+        let points = 400_000;
+        let off: f64 =
+            (0..points).map(|j| (k(length * (f64::from(j) + 0.5) / f64::from(points), q_t) - start).abs()).sum();
+        let share = 0.5 * off / f64::from(points) / 0.25;
+        for windows in [1, 3] {
+            let mut gaps = Gaps::new(&metric, initial, length);
+            let rule = WeakRule::shared(8);
+            let march = March::new(&metric, q_t, rule, Twofold::from(length) / Twofold::from(f64::from(windows)));
+            // A run that begins again forgets what was seen before.
+            for _ in 0..2 {
+                let marched = march.run(State::from(initial), windows as usize, &mut |view| {
+                    gaps.see(view);
+                    ControlFlow::Continue(())
+                });
+                assert!((marched.unwrap().end.x.hi - 1.7).abs() < 1e-12, "it does not see the hump");
+            }
+            assert!((gaps.share() / share - 1.0).abs() < 1e-3, "{windows}: {:e} for {share:e}", gaps.share());
+        }
+    }
+}

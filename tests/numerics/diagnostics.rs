@@ -27,6 +27,12 @@ fn a_free_particle_has_all_of_its_charges() {
 }
 
 #[test]
+fn only_a_free_particle_has_the_charges_of_one() {
+    assert!(measures("potential={polynomial={coefficients=[1.0,0.5]}}").free_particle.is_none());
+    assert!(measures("potential={polynomial={coefficients=[0.0,0.0,0.5]}}").free_particle.is_none());
+}
+
+#[test]
 fn the_bound_is_that_of_the_run_and_not_of_gamma() {
     let bound = measures("grid={gamma_i=3.0,gamma_f=5.0,n_gamma=201} scheme.sbp=SBP42 initial.t=7.0").bound;
     assert!(bound.defect().abs() < 1e-5 && bound.is_kept(), "{bound:?}");
@@ -41,12 +47,17 @@ fn the_bound_is_that_of_the_run_and_not_of_gamma() {
 
 #[test]
 fn with_the_recommended_c_a_motion_is_as_newtonian_as_promised() {
-    for (formula, t_dot, x_dot) in [("x^2/2-3", 2.0, 0.6), ("0.3*x", 0.5, 0.4), ("x^4-x", 1.5, -1.0)] {
+    for (formula, t_dot, x_dot, c) in [
+        ("x^2/2-3", 2.0, 0.6, 20.0),
+        ("0.3*x", 0.5, 0.4, 20.0),
+        ("x^4-x", 1.5, -1.0, 20.0),
+        ("x^2/2-1e6", 2.0, 0.6, 3e3),
+    ] {
         let overrides = format!(
             "potential={{formula={{expression=\"{formula}\"}}}} scheme.sbp=SBP42 grid.n_gamma=101 \
              initial={{t=0.0,x=1.0,t_dot={t_dot:?},x_dot={x_dot:?}}}"
         );
-        let c = measures(&format!("{overrides} particle.c=20.0")).newtonian.c().unwrap();
+        let c = measures(&format!("{overrides} particle.c={c:?}")).newtonian.c().unwrap();
         let deviation = measures(&format!("{overrides} particle.c={c:?}")).newtonian.deviation;
         assert!((0.98..1.001).contains(&(deviation / NEGLIGIBLE)), "{formula}: {deviation:e} with c = {c}");
     }
@@ -151,4 +162,49 @@ fn a_drift_of_k_counts_against_the_speed_in_every_unit() {
         }
         assert!(drifts || other.max_abs_delta_k > 0.2, "so that another size would be exceeded");
     }
+}
+
+#[test]
+fn what_rests_needs_no_larger_c() {
+    let rest = "potential={formula={expression=\"x^2/2-3\"}} particle.c=20.0 \
+                initial={t=0.0,x=0.0,t_dot=1.0,x_dot=0.0} scheme.sbp=SBP42";
+    let found = measures(rest).newtonian;
+    assert!(found.c().is_none() && found.deviation == 0.0, "{found:?}");
+}
+
+#[test]
+fn how_far_a_motion_is_from_newtons_is_told_in_per_cent() {
+    // From rest at 0 with V = −x/2 and c = 1: g00 = 1 − x, and v²/g00 = g00 ẋ²/Q_t² = x at x, as K is 1.
+    let falls = "potential={linear={alpha=-0.5}} initial.x=0.0 initial.x_dot=0.0 grid={gamma_f=1.0,n_gamma=41}";
+    for scheme in ["", "scheme.sbp=SBP42", "scheme.sbp=SBP42 scheme.form=weak"] {
+        let overrides = format!("{falls} {scheme}");
+        let (solution, found) = (solved(&overrides), measures(&overrides));
+        let (x, w) = (solution.end.x, solution.end.x_dot);
+        let own = 2.0 * w * w * (1.0 - x);
+        assert!((found.newtonian.deviation / own - 1.0).abs() < 1e-6, "{scheme}: {:?} for {own}", found.newtonian);
+        assert!((own / (2.0 * x) - 1.0).abs() < 2e-3, "{scheme}: {own} at {x}");
+        let warning = found.newtonian_warning().unwrap();
+        let percent: f64 = warning.split("up to ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+        assert!((percent - 100.0 * own).abs() < 0.006, "{warning}");
+    }
+}
+
+#[test]
+fn windows_in_which_something_may_hide_are_told() {
+    let mut solution = solved("");
+    for (count, told) in [(None, false), (Some(0), false), (Some(3), true)] {
+        solution.windows_unproved = count;
+        let warnings = Diagnostics::new(&solution).measures.warnings(&solution).join("\n");
+        assert_eq!(warnings.contains("in 3 of the windows"), told, "{count:?}: {warnings}");
+    }
+}
+
+#[test]
+fn rounding_of_k_is_no_drift() {
+    // K is 1e4, and the motion contributes 1e-12 to it.
+    let slow = "potential={formula={expression=\"x^2/2\"}} particle.c=100.0 scheme.sbp=SBP42 \
+                initial={t=0.0,x=1e-6,t_dot=1.0,x_dot=0.0} grid={gamma_f=6.0,n_gamma=201}";
+    let found = measures(slow);
+    assert!(found.max_abs_delta_k > 0.1 * found.scales.x_dot.powi(2), "{found:?}");
+    assert!(!warnings(slow).contains("K drifts"), "{}", warnings(slow));
 }

@@ -3,8 +3,9 @@
 use std::f64::consts::FRAC_PI_2;
 
 use geodesic_ivp::case::SceneCase;
-use geodesic_ivp::solve::Domain;
+use geodesic_ivp::reference::{ReferenceTrajectory, SceneReference};
 use geodesic_ivp::solve::scene::solve_scene;
+use geodesic_ivp::solve::{Domain, InitialGuess};
 use geodesic_ivp::{Case, Status, solve};
 
 /// From rest at x = 0 the horizon at x = 1 is met after γ − γ_i = π/2.
@@ -32,6 +33,16 @@ fn check(set: &str, status: Status, gamma: f64) {
     assert!((gamma - 30.0 - FRAC_PI_2).abs() < 0.05, "{set}: {gamma}");
 }
 
+/// What the iterations of these runs start from.
+fn guess(set: &str, is_scene: bool) -> InitialGuess {
+    match set {
+        _ if set.contains("accuracy") || set.contains("GLL") && !is_scene => InitialGuess::Extrapolation,
+        _ if set.contains("doubled") => InitialGuess::WindowedAction,
+        _ if set.contains("SBP21") => InitialGuess::None,
+        _ => InitialGuess::Nystrom4,
+    }
+}
+
 #[test]
 fn of_one_coordinate() {
     for set in GRIDS {
@@ -39,6 +50,7 @@ fn of_one_coordinate() {
         let case = Case::parse("test", &text, &settings(set)).unwrap_or_else(|error| panic!("{error}"));
         let failure = solve::<f64>(&case).unwrap_err();
         check(set, failure.status, failure.gamma);
+        assert_eq!(failure.iterations.initial_guess, guess(set, false), "{set}");
         // The metric is that of the point: g00 = 1 − x.
         let (Domain::G00(g00), [(name, x)]) = (&failure.domain, &failure.point[..]) else { panic!("{failure:?}") };
         assert!(name == "x" && (g00 + x - 1.0).abs() < 1e-14 && *g00 <= 0.0, "{failure:?}");
@@ -52,6 +64,55 @@ fn of_scenes() {
         let case = SceneCase::parse("test", &text, &settings(set)).unwrap_or_else(|error| panic!("{error}"));
         let failure = solve_scene::<f64>(&case.setup()).unwrap_err();
         check(set, failure.status, failure.gamma);
+        assert_eq!(failure.iterations.initial_guess, guess(set, true), "{set}");
         assert!(matches!(failure.domain, Domain::Determinant { value, .. } if value < 0.0), "{failure:?}");
+    }
+}
+
+/// An iteration that is stopped has a largest residual somewhere, which is a point near the motion.
+#[test]
+fn of_a_stopped_iteration_the_place_is_on_the_way() {
+    let rest = "initial = { t = 7.0, t_dot = 1.3, x = 1.0, x_dot = 0.4 }\n\
+                grid = { gamma_i = 30.0, gamma_f = 34.0, n_gamma = 81 }\nsolver.max_iterations = 1\n";
+    let exact =
+        Case::parse("test", &format!("potential.formula.expression = \"x^4/2\"\n{rest}scheme.sbp=\"SBP42\""), &[]);
+    let exact = exact.unwrap();
+    let reference = ReferenceTrajectory::<f64>::new(&exact.metric(), exact.initial_data(), 4.0, 16).unwrap();
+    for scheme in [
+        "scheme = { sbp = \"SBP42\" }",
+        "scheme = { sbp = \"SBP21\", form = \"weak\" }",
+        "scheme = { sbp = \"SBP63\" }\nsolver.system = \"doubled\"",
+    ] {
+        let one = format!("potential.formula.expression = \"x^4/2\"\n{rest}{scheme}");
+        let one = solve::<f64>(&Case::parse("test", &one, &[]).unwrap()).unwrap_err();
+        let scene = format!("potential = {{ coordinates = [\"x\"], formula = \"x^4/2\" }}\n{rest}{scheme}");
+        let scene = solve_scene::<f64>(&SceneCase::parse("test", &scene, &[]).unwrap().setup()).unwrap_err();
+        for failure in [one, scene] {
+            assert_eq!(failure.status, Status::MaxIterations, "{scheme}: {failure}");
+            let [(name, x)] = &failure.point[..] else { panic!("{scheme}: {failure:?}") };
+            assert!(name == "x" && (30.0..=34.0).contains(&failure.gamma), "{scheme}: {failure:?}");
+            let there = reference.at(failure.gamma - 30.0).x;
+            assert!((x - there).abs() < 0.05, "{scheme}: {x} for {there} at {}", failure.gamma);
+        }
+    }
+}
+
+#[test]
+fn of_a_stopped_iteration_of_two_coordinates_the_place_is_on_the_way() {
+    for scheme in ["{ sbp = 'SBP42' }", "{ sbp = 'SBP21', form = 'weak' }", "{ sbp = 'SBP63' }"] {
+        let text = format!(
+            "potential = {{ coordinates = ['x', 'y'], formula = 'x^4/2 + 2*y^2 + x^2*y/3' }}\n\
+             particle.law = 'newtonian'\ninitial = {{ t_dot = 1.0, x = 1.0, y = 0.5, x_dot = 0.0, y_dot = 0.0 }}\n\
+             grid = {{ gamma_i = 30.0, gamma_f = 34.0, n_gamma = 41 }}\nsolver.max_iterations = 1\nscheme = {scheme}"
+        );
+        let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let setup = case.setup();
+        let failure = solve_scene::<f64>(&setup).unwrap_err();
+        assert_eq!(failure.status, Status::MaxIterations, "{scheme}: {failure}");
+        let [(a, x), (b, y)] = &failure.point[..] else { panic!("{scheme}: {failure:?}") };
+        let reference = SceneReference::new(&setup.place.geometry, &setup.place.start, 4.0, 16).unwrap();
+        assert!(a == "x" && b == "y" && (30.0..=34.0).contains(&failure.gamma), "{scheme}: {failure:?}");
+        let there = reference.at(failure.gamma - 30.0).q;
+        assert!((x - there[1]).abs().max((y - there[2]).abs()) < 0.05, "{scheme}: {x}, {y} for {there:?}");
     }
 }

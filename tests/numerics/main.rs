@@ -22,6 +22,7 @@ mod reference;
 mod sampling;
 mod sbp_identities;
 mod shipped_cases;
+mod solves;
 mod spectral_elements;
 mod stability;
 mod study_orders;

@@ -41,6 +41,7 @@ fn every_scheme_knows_its_error() {
         "scheme.sbp=SBP42 grid.gamma_f=100.0 grid.n_gamma=2001",
         "scheme.sbp=SBP42 potential={formula={expression=\"1-cos(x)\",parameters={}}} grid.gamma_f=5.0",
         "scheme.sbp=SBP42 initial.t_dot=-1.0 initial.x_dot=-0.1",
+        "scheme.sbp=GLL24 scheme.form=weak grid.n_gamma=24",
     ];
     for scheme in schemes {
         let solution = solved(scheme);

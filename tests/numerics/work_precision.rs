@@ -1,11 +1,16 @@
-//! The chart of speed against accuracy: what its rows say. No time is judged here.
+//! The chart of speed against accuracy: what its rows say. Nothing here depends on how fast the machine is.
 
 use std::sync::atomic::AtomicBool;
+use std::time::Instant;
 
 use geodesic_ivp::case::{Form, SbpName};
-use geodesic_ivp::methods::{Composition, Dop853, Gauss, Output, Peer, Problem, Rk4, Setting, Step};
+use geodesic_ivp::methods::{Composition, Dop853, Gauss, Output, PEERS, Peer, Problem, Rk4, Setting, Step};
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::study::work_precision::{Arena, Budget, Family, Leader, OUTPUTS, Ratio, RowStatus, drift, measure};
+use geodesic_ivp::solve;
+use geodesic_ivp::study::work_precision::{
+    Arena, Budget, Family, Leader, OUTPUTS, Progress, Ratio, RowStatus, drift, measure,
+};
+use geodesic_ivp::{Case, Solution};
 
 use super::common::case;
 
@@ -71,6 +76,7 @@ fn a_case_that_ends_at_a_time_is_charted_at_its_length() {
 #[test]
 fn along_a_run_runge_kutta_drifts_and_windows_do_not() {
     let arena = Arena::new(&case("grid.gamma_f=100.0"), None).unwrap();
+    assert!(arena.reference_error() < 1e-20, "{:e}", arena.reference_error());
     let families = [Family::Peer(&Rk4), Family::Peer(&Composition::VERLET), Family::March(16)];
     let points = drift(&arena, &families, &AtomicBool::new(false));
     let growth = |family: &Family| {
@@ -101,11 +107,26 @@ fn along_a_run_a_tolerance_is_chosen_that_costs_as_much_as_constant_steps() {
         let (tolerance, work) = setting.split_once(", ").map_or((None, setting.as_str()), |(a, b)| (Some(a), b));
         let is_adaptive = peer.about().step == Step::Adaptive;
         assert_eq!(tolerance.is_some_and(|tolerance| tolerance.starts_with("tol=1e-")), is_adaptive, "{setting}");
+        assert_eq!(tolerance.is_some(), is_adaptive, "{setting}");
         // 200 evaluations in each of 100 intervals, of which there are ten a unit of γ.
         let work: f64 = work.strip_suffix(" evaluations a unit of gamma").unwrap().parse().unwrap();
         assert!((if is_adaptive { 400.0..2500.0 } else { 2000.0..2001.0 }).contains(&work), "{peer:?}: {work}");
         assert!(own.is_sorted_by(|a, b| a.gamma < b.gamma), "{peer:?}");
         assert!((own[own.len() - 1].gamma - 10.0).abs() < 1e-12 && (own[0].gamma - 0.1).abs() < 1e-12, "{peer:?}");
+    }
+}
+
+#[test]
+fn along_a_run_all_methods_get_about_the_same_budget() {
+    let arena = Arena::new(&case("grid.gamma_f=10.0"), None).unwrap();
+    let points = drift(&arena, &Family::all(), &AtomicBool::new(false));
+    let mut settings: Vec<(String, &str)> = points.iter().map(|p| (p.family.name(), p.setting.as_str())).collect();
+    settings.dedup();
+    assert_eq!(settings.len(), 14, "{settings:?}");
+    for (name, setting) in settings.into_iter().filter(|(_, setting)| !setting.starts_with("tol=")) {
+        // 200 evaluations in each of ten intervals a unit of γ, and the number of steps in an interval is whole.
+        let work: f64 = setting.strip_suffix(" evaluations a unit of gamma").unwrap().parse().unwrap();
+        assert!((1300.0..2700.0).contains(&work), "{name}: {setting}");
     }
 }
 
@@ -171,6 +192,115 @@ fn errors_of_a_row_are_those_of_the_states_and_decide_its_status() {
         large |= is_good && errors[0] > 0.1 / sizes[0];
     }
     assert!(large, "an error counts relative to the size");
+}
+
+/// The length of the runs of [`a_row_of_this_program_is_that_of_its_solve`].
+const LENGTH: f64 = 8.0;
+
+/// The largest errors of t, x and K of a solution at ten points: nodes, or ends of windows.
+fn errors_at_outputs(case: &Case, solution: &Solution) -> [f64; 3] {
+    let (metric, initial) = (case.metric::<f64>(), case.initial_data::<f64>());
+    let (q_t, k) = (initial.invariants(&metric).q_t, initial.invariants(&metric).k);
+    let reference = ReferenceTrajectory::new(&metric, initial, LENGTH, 16).unwrap();
+    let (windows, steps) = (solution.windows.len(), solution.x.len() - 1);
+    let mut largest = [0.0_f64; 3];
+    for mark in 1..=10 {
+        let [t, x, w] = match (windows, mark) {
+            (1, 1..10) => {
+                let node = steps / 10 * mark;
+                [solution.elapsed[node], solution.x[node], solution.sbp().derivative_at(&solution.x, node)]
+            }
+            _ => {
+                let end = &solution.windows[(windows * mark / 10).max(1) - 1].end;
+                [end.t, end.x, end.x_dot]
+            }
+        };
+        let exact = reference.at(LENGTH * mark as f64 / 10.0);
+        let off = [t - exact.elapsed, x - exact.x, q_t * q_t / metric.at(x).g00 - w * w - k];
+        largest = std::array::from_fn(|place| largest[place].max(off[place].abs()));
+    }
+    largest
+}
+
+#[test]
+fn a_row_of_this_program_is_that_of_its_solve() {
+    let start = "initial={t=2.0,x=1.0,t_dot=1.3,x_dot=0.4} grid.gamma_f=8.0";
+    let case = case(start);
+    let arena = Arena::new(&case, None).unwrap();
+    let families = [
+        Family::Block(SbpName::Sbp21, Form::Strong),
+        Family::Block(SbpName::Sbp42, Form::Strong),
+        Family::Block(SbpName::Sbp42, Form::Weak),
+        Family::Elements(8),
+        Family::March(8),
+        Family::Accuracy,
+    ];
+    let budget = Budget { settings: 5, ..BUDGET };
+    let rows = measure(&arena, &families, &budget, &AtomicBool::new(false), &mut |_| {}).rows;
+    let mut compared = 0;
+    for row in rows.iter().filter(|row| row.status == RowStatus::Converged) {
+        let number = |key: &str| -> usize { row.setting.strip_prefix(key).unwrap().parse().unwrap() };
+        let on_grid = match row.family {
+            Family::Block(sbp, form) => case.on_grid((sbp, form), number("N="), LENGTH).unwrap(),
+            Family::Elements(_) => {
+                case.on_grid((SbpName::Gll(8), Form::Weak), 7 * number("windows=") + 1, LENGTH).unwrap()
+            }
+            Family::Accuracy => {
+                super::common::case(&format!("{start} solver.accuracy={}", row.setting.strip_prefix("tol=").unwrap()))
+            }
+            _ => {
+                // Every window evaluates all of its nodes, at least once.
+                assert!(row.evaluations >= row.points && row.evaluations.is_multiple_of(8), "{row:?}");
+                continue;
+            }
+        };
+        let solution: Solution = solve(&on_grid).unwrap();
+        // An explicit recursion has no iterations.
+        let sweeps = solution.iterations.count.max(solution.windows.len());
+        assert_eq!(row.evaluations, sweeps * solution.sbp().points(), "{row:?}");
+        assert_eq!(row.points, solution.x.len(), "{row:?}");
+        if row.family != Family::Accuracy {
+            let found = row.errors.as_ref().unwrap();
+            let found = [found.q[0], found.q[1], found.delta_k];
+            for (found, wanted) in found.into_iter().zip(errors_at_outputs(&case, &solution)) {
+                assert!((found - wanted).abs() < 1e-6 * wanted + 1e-11, "{row:?}: {found} for {wanted}");
+            }
+        }
+        compared += 1;
+    }
+    assert!(compared >= 15, "{compared} of {}", rows.len());
+}
+
+#[test]
+fn a_method_is_drawn_on_its_own_curve() {
+    for peer in PEERS {
+        let family = Family::Peer(peer);
+        assert_eq!(family.group().label(), peer.about().curve, "{peer:?}");
+        assert!(!family.is_own() && !family.is_certified());
+    }
+    assert!(Family::March(8).is_own() && !Family::March(8).is_certified());
+    for certified in [Family::Block(SbpName::Sbp21, Form::Weak), Family::Elements(8), Family::Accuracy] {
+        assert!(certified.is_own() && certified.is_certified(), "{}", certified.name());
+    }
+}
+
+#[test]
+fn times_are_those_of_single_runs_in_all_rounds() {
+    let arena = Arena::new(&case("grid.gamma_f=1.0"), None).unwrap();
+    let budget = Budget { rounds: 5, settings: 4, ..BUDGET };
+    let (start, mut rounds) = (Instant::now(), Vec::new());
+    let families = [Family::Peer(&Rk4), Family::Peer(&Composition::VERLET)];
+    let rows = measure(&arena, &families, &budget, &AtomicBool::new(false), &mut |progress| {
+        if let Progress::Round(done, all) = progress {
+            rounds.push((done, all));
+        }
+    })
+    .rows;
+    // Every row has been run once at least, and runs that take the same time five times are none.
+    let sum: f64 = rows.iter().map(|row| row.seconds_min).sum();
+    assert!(sum > 0.0 && sum < start.elapsed().as_secs_f64(), "{rows:?}");
+    assert!(rows.iter().any(|row| row.seconds_min < row.seconds_median), "{rows:?}");
+    assert_eq!(rounds, [(1, 5), (2, 5), (3, 5), (4, 5), (5, 5)]);
 }
 
 #[test]

@@ -99,6 +99,8 @@ fn check_gradient<G: Scene>(u: &[f64]) {
         let u = &u[..action.layout().unknowns()];
         let mut gradient = vec![0.0; u.len()];
         action.gradient(u, &mut gradient).unwrap();
+        let largest = gradient.iter().fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
+        assert_eq!(action.gradient_norm(u), largest);
         let exact = value::<G, f64>(action, u);
         assert_near(action.value(u).unwrap(), exact, 1e-11, "the value");
         let mut dual: Vec<Dual64> = u.iter().map(|&value| Dual64::from(value)).collect();

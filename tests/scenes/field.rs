@@ -1,6 +1,6 @@
 //! Hamilton's equations, their Jacobian, momenta and norms against their definitions.
 
-use geodesic_ivp::geometry::Geometry;
+use geodesic_ivp::geometry::{Geometry, GeometryText, MetricText};
 use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
 use proptest::prelude::*;
@@ -99,4 +99,33 @@ proptest! {
         check_definitions::<Lifted>(&point);
         check_jacobian::<Lifted>(&point);
     }
+}
+
+#[test]
+fn motion_is_separable_where_accelerations_depend_on_positions_alone() {
+    let plane = || MetricText {
+        coordinates: ["t", "x", "y"].map(str::to_owned).to_vec(),
+        components: [([0, 0], "1 + x^2 + y^2"), ([1, 1], "-1"), ([2, 2], "-3")]
+            .map(|(ab, g)| (ab, g.to_owned()))
+            .to_vec(),
+        ..MetricText::default()
+    };
+    let is_separable = |text: MetricText| {
+        let geometry = Geometry::<f64>::new(&GeometryText::Metric(text)).unwrap();
+        assert_eq!(geometry.active(), [1, 2]);
+        geometry.is_separable()
+    };
+    assert!(is_separable(plane()));
+    assert!(!is_separable(MetricText { force: vec![(1, "x_dot/5".to_owned())], ..plane() }), "friction");
+    assert!(!is_separable(MetricText { one_form: vec![(1, "y".to_owned())], ..plane() }), "a magnetic field");
+    // (t, x, s) with a constant determinant, in which p_s drives x.
+    let coupled = MetricText {
+        coordinates: ["t", "x", "s"].map(str::to_owned).to_vec(),
+        components: [([0, 0], "x^2"), ([0, 1], "0.5"), ([0, 2], "1"), ([1, 1], "-1")]
+            .map(|(ab, g)| (ab, g.to_owned()))
+            .to_vec(),
+        ..MetricText::default()
+    };
+    let geometry = Geometry::<f64>::new(&GeometryText::Metric(coupled)).unwrap();
+    assert!(geometry.active() == [1] && !geometry.is_separable());
 }

@@ -3,7 +3,10 @@
 use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::geometry::{Geometry, GeometryText};
+use geodesic_ivp::reference::SceneReference;
+use geodesic_ivp::solve::Trajectory;
 use geodesic_ivp::solve::scene::{WorldLine, solve_scene};
+use geodesic_ivp::study::many::{ManyRuns, Outcome};
 use geodesic_ivp::study::scene_error::{SceneError, scene_error};
 use geodesic_ivp::study::verdict::facts_of_world_line;
 
@@ -102,6 +105,14 @@ fn a_run_that_drifts_or_falls_apart_is_told() {
     assert!(!warnings(&finer).contains("K drifts"), "{}", warnings(&finer));
     let coarser = warnings(&["grid.gamma_f=60.0", "grid.n_gamma=1001"]);
     assert!(coarser.contains("K drifts by") && coarser.contains("even and odd nodes are apart"), "{coarser}");
+    // "the sawtooth in NAME is …, above …, 0.01 of the amplitude", which is half of the range.
+    let line = run(&["grid.gamma_f=60.0", "grid.n_gamma=1001"]);
+    for told in coarser.split("the sawtooth in ").skip(1) {
+        let a = line.geometry().names().iter().position(|name| told.starts_with(name.as_str())).unwrap();
+        let [least, most] = [f64::min, f64::max].map(|of| line.q(a).reduce(of).unwrap());
+        let above: f64 = told.split("above ").nth(1).unwrap().split(',').next().unwrap().parse().unwrap();
+        assert!((above / (0.005 * (most - least)) - 1.0).abs() < 0.05, "{told}: {least} to {most}");
+    }
 }
 
 #[test]
@@ -215,4 +226,147 @@ fn the_branches_of_the_doubled_system_are_as_far_apart_as_is_said() {
     assert!((line.branch_distance() - most).abs() < 1e-14 && most < 1e-10, "{:e} {most:e}", line.branch_distance());
     assert!(line.branch_distance() > 0.0, "rounding tells them apart");
     assert!(run(&[]).backward(1).is_none() && run(&[]).branch_distance() == 0.0);
+}
+
+/// Of the lift of Newton's law: what the nodes leave of ẍ = −ṫ² ∂V/∂x / m, with D from the operator.
+#[test]
+fn what_the_equations_leave_is_an_acceleration_whatever_the_mass() {
+    let masses = "particle={law='newtonian',masses={x=2.0,y=0.5}}";
+    for (set, mass) in [
+        (&[] as &[&str], [2.0, 2.0]),
+        (&["scheme.sbp='SBP42'"], [2.0, 2.0]),
+        (&[masses, "scheme.sbp='SBP42'"], [2.0, 0.5]),
+    ] {
+        let line = run(set);
+        let found = measured(&line);
+        let [x, y]: [Vec<f64>; 2] = [1, 2].map(|a| line.q(a).collect());
+        let slope = |row: &[f64]| (0..row.len()).map(|k| line.sbp().derivative_at(row, k)).collect::<Vec<f64>>();
+        let forces = |k: usize| [2.0 * x[k] + 2.0 * x[k] * y[k] / 3.0, 4.0 * y[k] + x[k] * x[k] / 3.0];
+        let mut largest = 0.0_f64;
+        for (place, row) in [&x, &y].into_iter().enumerate() {
+            let second = slope(&slope(row));
+            for (k, (&left, second)) in found.delta_g[place + 1].iter().zip(&second).enumerate() {
+                let wanted = second + 9.0 * forces(k)[place] / mass[place];
+                assert!((left - wanted).abs() < 1e-9, "{set:?}, {place}, node {k}: {left} for {wanted}");
+                largest = largest.max(wanted.abs());
+            }
+        }
+        assert!(largest > 1e-3, "at the last nodes they are no equations: {largest}");
+    }
+}
+
+#[test]
+fn windows_in_which_something_may_hide_are_told() {
+    let mut line = run(&["grid.n_gamma=401", "scheme.sbp='SBP42'"]);
+    line.windows_unproved = Some(3);
+    let warnings = measured(&line).warnings(&line).join("\n");
+    assert!(warnings.contains("in 3 of the windows"), "{warnings}");
+}
+
+#[test]
+fn coordinates_share_a_size_if_they_have_one_unit() {
+    let shared = |masses: &str| {
+        let text = format!(
+            "potential = {{ coordinates = [\"x\", \"y\"], formula = \"x^2 + y^2/100\" }}\n\
+             particle = {{ law = \"newtonian\", masses = {{ {masses} }} }}\n\
+             initial = {{ x = 0.1, y = 7.0, x_dot = 0.0, y_dot = 0.0 }}\n\
+             grid = {{ gamma_f = 1.0, n_gamma = 41 }}\nscheme.sbp = \"SBP42\""
+        );
+        let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let line: WorldLine = solve_scene(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+        let errors = facts_of_world_line(&line, &measured(&line), scene_error(&line).as_ref()).errors.unwrap();
+        ["x", "y"].map(|name| errors.iter().find(|error| error.name == name).unwrap().shared)
+    };
+    let [x, y] = shared("x = 2.0, y = 2.0");
+    assert!((x - 7.0).abs() < 1e-9 && (y - 7.0).abs() < 1e-9, "{x} {y}");
+    let [x, y] = shared("x = 2.0, y = 0.5");
+    assert!((x - 0.1).abs() < 1e-9 && (y - 7.0).abs() < 1e-9, "{x} {y}");
+}
+
+#[test]
+fn a_run_is_written_with_its_own_names_and_branches() {
+    let line = run(&["solver.system='doubled'", "grid.windows=2", "grid.n_gamma=41"]);
+    assert_eq!(
+        (Trajectory::coordinates(&line), Trajectory::digits(&line)),
+        (["t", "x", "y", "s"].map(str::to_owned).to_vec(), 16)
+    );
+    for a in 0..4 {
+        let backward: Vec<f64> = line.backward_positions(a).unwrap().collect();
+        // Both branches are equal but for rounding.
+        assert!(line.q(a).zip(&backward).all(|(one, two)| (one - two).abs() < 1e-10) && backward.len() == line.nodes());
+    }
+    assert!(run(&[]).backward_positions(0).is_none());
+}
+
+#[test]
+fn the_largest_errors_are_those_of_the_nodes_and_nothing_is_stepped_over_in_vain() {
+    let line = run(&[]);
+    let (found, start) = (scene_error(&line).unwrap(), &line.place.start);
+    let reference = SceneReference::new(line.geometry(), start, line.length, 16).unwrap();
+    let q: Vec<Vec<f64>> = (0..4).map(|a| line.q(a).collect()).collect();
+    for (a, row) in q.iter().enumerate() {
+        let off = |(gamma, q): (f64, &f64)| (q - reference.at(gamma).q[a]).abs();
+        let all: Vec<f64> = line.gamma().zip(row).map(off).collect();
+        let most = all.iter().fold(0.0, |most: f64, off| most.max(*off));
+        assert!((found.largest[a] - most).abs() < 1e-12 && (found.end[a] - all[all.len() - 1]).abs() < 1e-12, "{a}");
+    }
+    assert!(found.largest[1] > found.end[1] || found.largest[2] > found.end[2], "{found:?}");
+    // K is 1/2, and so is what motion contributes to it; rounding of either is none.
+    let smooth = |rest: &str| {
+        let text = format!(
+            "potential = {{ coordinates = [\"x\"], formula = \"1e-30*x\" }}\n\
+             initial = {{ x = 0.3, t_dot = 1.0, x_dot = 0.7071067811865476 }}\n\
+             grid = {{ gamma_f = 2.0, n_gamma = 41 }}\nscheme.sbp = \"SBP42\"\n{rest}"
+        );
+        let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let line: WorldLine = solve_scene(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+        scene_error(&line).unwrap().stepped_over
+    };
+    assert_eq!(smooth(""), 0.0);
+}
+
+/// A force changes K, which says nothing of what a reference steps over. It belongs to the multipliers of an action.
+#[test]
+fn a_force_is_part_of_the_certificate_and_not_of_what_is_stepped_over() {
+    for scheme in ["{ sbp = 'SBP42' }", "{ sbp = 'SBP21' }", "{ sbp = 'SBP42', form = 'weak' }"] {
+        let text = format!(
+            "potential = {{ coordinates = [\"x\"], formula = \"x^2\", force = {{ x = \"-0.8*x_dot\" }} }}\n\
+             particle = {{ law = \"newtonian\", mass = 2.0 }}\ninitial = {{ x = 1.0, t_dot = 1.0, x_dot = 0.5 }}\n\
+             grid = {{ gamma_f = 4.0, n_gamma = 81 }}\nscheme = {scheme}"
+        );
+        let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let line: WorldLine = solve_scene(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+        assert!((0.0..1e-11).contains(&line.gradient_norm), "{scheme}: {:e}", line.gradient_norm);
+        let error = scene_error(&line).unwrap();
+        assert!(error.stepped_over == 0.0 && error.largest[1] > 1e-9 && error.largest[1] < 0.1, "{scheme}: {error:?}");
+    }
+    // A force without work in t changes K.
+    let text = "metric = { coordinates = ['t', 'x'], components = { 't t' = '1', 'x x' = '-1' }, force = { x = 'x_dot' } }\n\
+                initial = { t_dot = 2.0, x = 0.0, x_dot = 0.5 }\ngrid = { gamma_f = 1.0, n_gamma = 41 }\n\
+                scheme.sbp = 'SBP42'";
+    let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
+    let line: WorldLine = solve_scene(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+    assert!(measured(&line).norm.max_ends > 0.1 && scene_error(&line).unwrap().stepped_over == 0.0);
+}
+
+#[test]
+fn a_table_of_runs_has_what_is_measured_on_each() {
+    let set = vec!["scheme={sbp='SBP42',form='strong'}".to_owned()];
+    let runs = ManyRuns::new("test", MOTION, &set, Vec::new()).unwrap();
+    let Outcome::Solved(end) = runs.outcome(&runs.case(0).unwrap()) else { panic!("it is solved") };
+    let line = run(&["scheme={sbp='SBP42',form='strong'}"]);
+    let found = measured(&line);
+    let energy = found.delta_energy.as_ref().unwrap().iter().fold(0.0, |most: f64, delta| most.max(delta.abs()));
+    for (name, value) in [
+        ("max_abs_delta_q_t_last", found.charges[0].max_last),
+        ("max_abs_delta_q_s_corrected", found.charges[1].max_corrected),
+        ("max_abs_delta_g_interior", found.max_delta_g),
+        ("max_abs_delta_energy", energy),
+        ("max_abs_delta_energy_ends", found.energy.unwrap().max_ends),
+        ("gradient_norm", line.gradient_norm),
+    ] {
+        let (_, text) = end.maxima.iter().find(|(other, _)| other == name).unwrap_or_else(|| panic!("{name}"));
+        assert_eq!(text.parse::<f64>().unwrap(), value, "{name}");
+    }
+    assert_eq!(end.maxima.len(), 3 * 2 + 4);
 }

@@ -2,6 +2,7 @@
 
 use geodesic_ivp::Status;
 use geodesic_ivp::action::Form;
+use geodesic_ivp::case::SceneCase;
 use geodesic_ivp::geometry::{Direction, GeometryText, Observable, Place, Preset};
 use geodesic_ivp::sbp::SbpName;
 use geodesic_ivp::scalar::{Extended, Real};
@@ -76,4 +77,34 @@ fn a_run_that_leaves_the_domain_says_where() {
         assert_eq!(failure.status, Status::OutsideDomain, "{n_gamma}: {failure}");
         assert!(failure.gamma > 20.0 && failure.gamma < 60.0, "{n_gamma}: {failure}");
     }
+}
+
+#[test]
+fn a_time_before_zero_is_reached() {
+    let text = r#"
+        potential = { coordinates = ["x"], formula = "x^2/2" }
+        particle.c = 2.0
+        initial = { t = -5.0, t_dot = 3.0, x = 1.0, x_dot = 0.4 }
+        grid = { t_f = -2.0, n_gamma = 201 }
+        scheme.sbp = "SBP42"
+    "#;
+    let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
+    let line: WorldLine = solve_scene(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+    assert!((line.end().q[0] + 2.0).abs() < 1e-13 && line.length > 0.5, "{}", line.end().q[0]);
+}
+
+/// With g_tt = 1 + x² and x that flies away, t comes to an end before it is 1002: no γ is long enough.
+#[test]
+fn a_time_that_is_never_reached_ends_a_run_far_out() {
+    let text = r#"
+        metric = { coordinates = ["t", "x"], components = { "t t" = "1 + x^2", "x x" = "-1" } }
+        initial = { t = 1000.0, t_dot = 100.0, x = 0.0, x_dot = 200.0 }
+        grid = { gamma_i = 7.0, t_f = 1002.0 }
+        solver.accuracy = 1e-4
+    "#;
+    let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
+    let failure = solve_scene::<f64>(&case.setup()).unwrap_err();
+    assert_eq!(failure.status, Status::EndTimeNotReached, "{failure}");
+    // A thousand million times the way at the pace of the start, and the window that is beyond it.
+    assert!((1.0..10.0).contains(&(failure.gamma / 1e9 / 0.02)), "{failure}");
 }

@@ -169,3 +169,87 @@ fn a_barrier_is_found_in_any_precision_and_system() {
     let case = SceneCase::parse("plane", &text, &[]).unwrap();
     assert_eq!(of_scene::<f64>(&case, None).unwrap().unproved, 1);
 }
+
+/// The largest height at which a feature is explained, where every height above is too large.
+fn critical(unproved: impl Fn(f64) -> usize) -> f64 {
+    let (mut below, mut above) = (1e-24_f64, 1e3_f64);
+    assert!(unproved(below) == 0 && unproved(above) > 0);
+    while above > 1.001 * below {
+        let height = (below * above).sqrt();
+        if unproved(height) == 0 { below = height } else { above = height }
+    }
+    below
+}
+
+/// A push at a place moves what comes after it by the force, times how long it acts, times the way that is left.
+#[test]
+fn what_may_hide_counts_with_the_length_of_its_gap_and_of_the_run() {
+    let explained = |length: f64, nodes: usize, x_dot: f64, error: f64| {
+        let grid = format!(
+            "grid = {{ gamma_f = {length:?}, n_gamma = {nodes} }}\nscheme = {{ sbp = \"SBP42\" }}\nparticle.c = 3.0\n"
+        );
+        // Two fifths behind the seventh node.
+        let place = x_dot * length * 7.4 / (nodes - 1) as f64 - 0.6;
+        critical(|height| {
+            let case = on_a_line(height, 1e-5, place, [-0.6, x_dot], &grid);
+            of_case::<f64>(&case, Some(error)).map_or(1, |gaps| gaps.unproved)
+        })
+    };
+    let first = explained(64.0, 65, 0.01, 1e-6);
+    for (what, other, factor) in [
+        ("a larger error", explained(64.0, 65, 0.01, 1e-4), 100.0),
+        ("a shorter run", explained(16.0, 17, 0.01, 1e-6), 4.0),
+        ("shorter gaps", explained(16.0, 65, 0.04, 1e-6), 16.0),
+    ] {
+        assert!((other / first / factor - 1.0).abs() < 0.05, "{what}: {other:e} and {first:e}");
+    }
+}
+
+/// Of the same motion in other units, as much is explained.
+#[test]
+fn what_may_hide_in_a_scene_counts_in_the_units_of_its_coordinates() {
+    // `mass` scales V and with it p, and `shift` the size of x, of which an error is a share.
+    let explained = |mass: f64, shift: f64, t: f64| {
+        critical(|height| {
+            let text = format!(
+                "potential = {{ coordinates = [\"x\", \"y\"], \
+                 formula = \"{:?}*exp(-((x-({:?}))/1e-5)^2)\" }}\n\
+                 particle = {{ law = \"newtonian\", mass = {mass:?} }}\n\
+                 initial = {{ t = {t:?}, x = {shift:?}, y = 0.0, x_dot = 0.01, y_dot = 0.001 }}\n\
+                 grid = {{ gamma_f = 64.0, n_gamma = 65 }}\nscheme.sbp = \"SBP42\"\n",
+                mass * height,
+                shift + 0.074
+            );
+            let case = SceneCase::parse("plane", &text, &[]).unwrap_or_else(|error| panic!("{text}: {error}"));
+            of_scene::<f64>(&case, Some(1e-6)).map_or(1, |gaps| gaps.unproved)
+        })
+    };
+    let first = explained(1.0, 0.0, 0.0);
+    for (what, other, factor) in [
+        ("a mass", explained(4.0, 0.0, 0.0), 1.0),
+        ("a large coordinate", explained(1.0, 1000.0, 0.0), 1000.0),
+        ("a late start", explained(1.0, 0.0, 1e6), 1.0),
+    ] {
+        assert!((other / first / factor - 1.0).abs() < 0.05, "{what}: {other:e} and {first:e}");
+    }
+}
+
+/// x = cos(γ − 0.3) turns at 1 between nodes at 0.995, and no node comes as far as the hump.
+#[test]
+fn what_hides_beyond_the_nodes_where_a_path_turns_is_found() {
+    let start = "t = 0.0, t_dot = 1.0, x = 0.955336489125606, x_dot = 0.29552020666134";
+    let rest = "particle.c = 100.0\ngrid = { gamma_f = 4.0, n_gamma = 21 }\nscheme.sbp = \"SBP42\"";
+    let formula = "x^2/2 + 0.01*exp(-((x-0.9985)/1e-4)^2)";
+    let text = format!("potential.formula.expression = \"{formula}\"\ninitial = {{ {start} }}\n{rest}");
+    let one = of_case::<f64>(&Case::parse("turn", &text, &[]).unwrap(), Some(1e-6));
+    let text = format!(
+        "potential = {{ coordinates = [\"x\", \"y\"], formula = \"{formula} + y^2/2\" }}\n\
+         initial = {{ {start}, y = 0.0, y_dot = 0.1 }}\n{rest}"
+    );
+    let scene = of_scene::<f64>(&SceneCase::parse("turn", &text, &[]).unwrap(), Some(1e-6));
+    for gaps in [one.unwrap(), scene.unwrap()] {
+        let first = gaps.first.as_ref().unwrap_or_else(|| panic!("{gaps:?}"));
+        assert!(gaps.unproved == 1 && (first.gamma[0] - 0.2).abs() < 1e-12, "{gaps:?}");
+        assert!(first.coordinates[1].1.iter().all(|x| (0.99..0.9965).contains(x)), "{gaps:?}");
+    }
+}

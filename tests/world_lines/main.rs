@@ -1,6 +1,7 @@
 //! Critical points in scenes of n coordinates.
 
 mod accuracy;
+mod atlas;
 mod common;
 mod conformal;
 mod convergence;

@@ -43,3 +43,27 @@ fn one_coordinate_is_measured_as_it_is_without_a_scene() {
         near(&same.tangent[1], &tangent[1], 1e-11, &what("x_dot"));
     }
 }
+
+/// Slow motion in the paper's metric with a large c is Newton's, with drag, a magnetic field and a mass.
+#[test]
+fn forces_of_both_laws_are_the_same() {
+    let end = |particle: &str| {
+        let text = format!(
+            r#"
+            potential.coordinates = ["x", "y"]
+            potential.formula = "x^2 + y^2"
+            potential.force = {{ x = "-0.4*x_dot" }}
+            potential.one_form = {{ x = "-0.3*y", y = "0.3*x" }}
+            particle = {{ mass = 2.0, {particle} }}
+            initial = {{ t_dot = 1.0, x = 1.0, y = 0.2, x_dot = 0.1, y_dot = -0.3 }}
+            grid = {{ gamma_f = 4.0, n_gamma = 401 }}
+            scheme = {{ sbp = "SBP84", form = "weak" }}
+            "#
+        );
+        let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let line: WorldLine = solve_scene(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+        [line.end().q[1], line.end().q[2]]
+    };
+    let [newton, other] = ["law = \"newtonian\"", "c = 1e4"].map(end);
+    assert!(newton.iter().zip(other).all(|(a, b)| (a - b).abs() < 1e-7), "{newton:?} {other:?}");
+}

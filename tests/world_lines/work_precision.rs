@@ -1,12 +1,15 @@
 //! The chart of speed against accuracy of scenes: what its rows say. No time is judged here.
 
+use std::collections::BTreeSet;
 use std::sync::atomic::AtomicBool;
 
 use geodesic_ivp::action::Form;
 use geodesic_ivp::case::builtin;
 use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::methods::{Composition, Rk4, Step};
+use geodesic_ivp::reference::SceneReference;
 use geodesic_ivp::sbp::SbpName;
+use geodesic_ivp::solve::scene::{SceneSetup, WorldLine, solve_scene};
 use geodesic_ivp::study::work_precision::{Arena, Budget, Family, RowStatus, drift, measure};
 
 /// By settings and not by time, so that a slow machine measures the same.
@@ -86,4 +89,65 @@ fn along_a_run_runge_kutta_drifts_and_verlet_does_not() {
     };
     let [first, second] = [growth(&families[0]), growth(&families[1])];
     assert!(first > 2.0 && second < 1.5, "{first} {second}");
+}
+
+#[test]
+fn a_row_of_this_program_is_that_of_its_solve() {
+    let length = 30.0;
+    let base = scene("henon-heiles", &["grid={gamma_f=30.0,n_gamma=101}", "scheme={sbp='SBP42',form='weak'}"]);
+    let arena = Arena::of_scene(&base, Some(length)).unwrap();
+    let setup: SceneSetup = base.setup();
+    let reference = SceneReference::new(&setup.place.geometry, &setup.place.start, length, 16).unwrap();
+    assert!(arena.reference_error() < 1e-16 && arena.reference_error() > 0.0, "{:e}", arena.reference_error());
+    let families = [
+        Family::Block(SbpName::Sbp42, Form::Strong),
+        Family::Block(SbpName::Sbp42, Form::Weak),
+        Family::Elements(8),
+        Family::Accuracy,
+    ];
+    let budget = Budget { settings: 6, ..BUDGET };
+    let rows = measure(&arena, &families, &budget, &AtomicBool::new(false), &mut |_| {}).rows;
+    let mut compared = BTreeSet::new();
+    for row in rows.iter().filter(|row| row.status == RowStatus::Converged) {
+        let value = |key: &str| row.setting.strip_prefix(key).unwrap();
+        let grid =
+            |nodes: &str, windows: &str| format!("grid={{gamma_f={length:?},n_gamma={nodes},windows={windows}}}");
+        let settings = match &row.family {
+            Family::Block(sbp, form) => {
+                vec![grid(value("N="), "1"), format!("scheme={{sbp='{sbp}',form='{}'}}", form.as_str())]
+            }
+            Family::Elements(_) => vec![grid("8", value("windows=")), "scheme={sbp='GLL8',form='weak'}".to_owned()],
+            _ => vec![
+                "grid={gamma_f=30.0}".to_owned(),
+                "scheme={}".to_owned(),
+                format!("solver.accuracy={}", value("tol=")),
+            ],
+        };
+        let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
+        let line: WorldLine = solve_scene(&scene("henon-heiles", &settings).setup()).unwrap();
+        let windows = line.windows.len();
+        // An iteration of a run to an accuracy is one of a window, and evaluates all of its nodes.
+        assert_eq!(row.evaluations, line.iterations.count.max(windows) * line.sbp().points(), "{row:?}");
+        assert_eq!(row.points, line.nodes(), "{row:?}");
+        compared.insert(families.iter().position(|family| *family == row.family));
+        if row.family == Family::Accuracy {
+            assert!(windows > 1);
+            assert!(row.rank() < Some(value("tol=").parse::<f64>().unwrap() * 30.0), "{row:?}");
+            continue;
+        }
+        let q: Vec<Vec<f64>> = (0..4).map(|a| line.q(a).collect()).collect();
+        let mut largest = [0.0_f64; 4];
+        for mark in 1..=10 {
+            let exact = reference.at(length * mark as f64 / 10.0);
+            let here: Vec<f64> = match windows {
+                1 => q.iter().map(|row| row[(line.nodes() - 1) / 10 * mark]).collect(),
+                _ => line.windows[windows / 10 * mark - 1].end.q.clone(),
+            };
+            largest = std::array::from_fn(|a| largest[a].max((here[a] - exact.q[a]).abs()));
+        }
+        for (found, wanted) in row.errors.as_ref().unwrap().q.iter().zip(largest) {
+            assert!((found - wanted).abs() < 1e-6 * wanted + 1e-9, "{row:?}: {found} for {wanted}");
+        }
+    }
+    assert!(compared.len() == families.len(), "{compared:?} of {}", rows.len());
 }

@@ -1,8 +1,8 @@
 //! Rewrites Rust files so that they hold all their mutants at once. Each has a number, and is switched on at run time.
 //!
 //! `mutants FOLDER LEFT_OUT FILE...` rewrites files below the crate in FOLDER and prints a line for every mutant:
-//! number, file, line, column, function, and what changes. LEFT_OUT names a file with numbers that are left out, as
-//! they do not compile.
+//! number, file, line, column, function, what changes, and the code around it. LEFT_OUT names a file with numbers that
+//! are left out, as they do not compile.
 
 mod rewrite;
 
@@ -25,8 +25,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let text = fs::read_to_string(&path)?;
         let rewrite = Rewrite::of(&text, &syn::parse_file(&text)?, count, &left_out);
         count = rewrite.count;
-        for Mutant { number, line, column, function, what } in &rewrite.mutants {
-            println!("{number}\t{name}\t{line}\t{column}\t{function}\t{what}");
+        for Mutant { number, line, column, function, what, code } in &rewrite.mutants {
+            println!("{number}\t{name}\t{line}\t{column}\t{function}\t{what}\t{code}");
         }
         fs::write(path, rewrite.text())?;
     }

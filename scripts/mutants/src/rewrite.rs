@@ -15,7 +15,12 @@ pub struct Mutant {
     pub column: usize,
     pub function: String,
     pub what: String,
+    /// The code on its line, with «» around what changes.
+    pub code: String,
 }
+
+/// As many characters of a line are shown before what changes, and behind it.
+const SHOWN: usize = 45;
 
 /// Replaces a range of the text.
 struct Edit {
@@ -55,7 +60,8 @@ impl<'a> Rewrite<'a> {
         }
         let (start, function) = (span.start(), self.function.clone());
         let (number, line, column) = (self.count, start.line, start.column + 1);
-        self.mutants.push(Mutant { number, line, column, function, what });
+        let code = shown(self.source, span.byte_range());
+        self.mutants.push(Mutant { number, line, column, function, what, code });
         Some(format!("crate::mutant::on({number})"))
     }
 
@@ -254,6 +260,16 @@ fn is_test(attributes: &[Attribute]) -> bool {
         syn::Meta::List(list) => list.path.is_ident("cfg") && list.tokens.to_string() == "test",
         _ => false,
     })
+}
+
+/// Some code around a part of the text, on the same line, with «» around that part.
+fn shown(source: &str, part: Range<usize>) -> String {
+    let before = source[..part.start].rsplit('\n').next().unwrap_or_default();
+    let behind = source[part.end..].split('\n').next().unwrap_or_default();
+    let skipped = before.chars().count().saturating_sub(SHOWN);
+    let before: String = before.chars().skip(skipped).collect();
+    let behind: String = behind.chars().take(SHOWN).collect();
+    format!("{}«{}»{}", before.trim_start(), &source[part], behind.trim_end())
 }
 
 /// A part of the text after the edits. Edits at one place keep their order.

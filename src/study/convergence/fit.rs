@@ -193,6 +193,13 @@ mod tests {
             assert_eq!(points_above_plateau(&h[..all], &n[..all], &errors, 1.0, 16), all, "{high} to {low}");
         }
         assert_eq!(kept(|h| h.powi(2)), 12);
+        // In another unit as many errors are above rounding.
+        let (h, n) = grids(12);
+        let errors: Vec<f64> = h.iter().map(|h| h.powi(4) + 3e-16).collect();
+        for unit in [1e-9, 1e9] {
+            let scaled: Vec<f64> = errors.iter().map(|error| unit * error).collect();
+            assert_eq!(points_above_plateau(&h, &n, &scaled, unit, 16), kept(|h| h.powi(4) + 3e-16), "{unit:e}");
+        }
         // A coarse grid without a clear order, and an error that changes its sign between two grids.
         assert_eq!(kept(|h| if h > 0.04 { 1e-3 } else { h.powi(2) }), 12);
         assert_eq!(kept(|h| 1e-5 * h * (h - 0.9e-3).abs()), 12);

@@ -79,6 +79,14 @@ mod tests {
             let largest = eigenvalues(matrix).into_iter().fold(0.0_f64, |most, [_, im]| most.max(im));
             assert!((largest - 2.0).abs() < 1e-12, "{mass:e}: {largest}");
         }
+        // Without B or C the eigenvalues are those of A and D.
+        for place in [(0, 1), (1, 0)] {
+            let mut matrix = DMatrix::from_diagonal(&nalgebra::DVector::from_vec(vec![-200.0, 50.0]));
+            matrix[place] = 7.0;
+            let mut found: Vec<f64> = eigenvalues(matrix).into_iter().map(|[re, _]| re).collect();
+            found.sort_by(f64::total_cmp);
+            assert!(found.len() == 2 && (found[0] + 200.0).abs() < 1e-9 && (found[1] - 50.0).abs() < 1e-9, "{found:?}");
+        }
         assert!(eigenvalues(DMatrix::zeros(2, 2)).is_empty() && eigenvalues(DMatrix::zeros(0, 0)).is_empty());
     }
 }

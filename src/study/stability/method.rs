@@ -209,6 +209,14 @@ mod tests {
     }
 
     #[test]
+    fn what_does_not_suit_a_scene_is_told() {
+        assert!(Method::Unregularised(SbpName::Sbp42).unsuitable(true).is_some());
+        let verlet = Method::Peer(&Composition::VERLET);
+        assert!(verlet.unsuitable(true).is_none() && verlet.unsuitable(false).is_some());
+        assert!(Method::Peer(&Rk4).unsuitable(false).is_none() && Method::Accuracy.unsuitable(false).is_none());
+    }
+
+    #[test]
     fn names_are_unique() {
         assert!(NOT_CHARTED.iter().all(|name| PEERS.iter().any(|peer| peer.name() == *name)));
         let mut labels: Vec<String> = Method::all().iter().map(Method::label).collect();

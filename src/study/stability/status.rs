@@ -166,6 +166,7 @@ mod tests {
         assert_eq!(judge(&rough(0.02, 0.001)), CellStatus::Sawtooth);
         assert_eq!(judge(&rough(0.02, 0.01)), CellStatus::Inaccurate, "the motion itself is as rough");
         assert_eq!(judge(&Evidence { k_drift: -0.05, ..errors(0.5, 0.0) }), CellStatus::Drifting);
+        assert_eq!(judge(&Evidence { k_drift: 0.03, ..errors(0.5, 0.0) }), CellStatus::Inaccurate, "of W² = 4");
         assert_eq!(judge(&Evidence { k_drift: -0.05, ..rough(0.02, 0.0) }), CellStatus::Sawtooth);
         // A small error is enough for an accurate trajectory, even with a sawtooth.
         let small = Evidence { sawtooth: vec![(1, [0.02, 0.0])], ..errors(5e-3, 0.0) };

@@ -120,3 +120,28 @@ impl Track {
         mean(&self.delta_k[count - quarter..]) - mean(&self.delta_k[..quarter])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Coordinates 0 and 1 on five nodes, both with a sawtooth.
+    fn track(delta_k: Vec<f64>) -> Track {
+        let sawtooth = |size: f64| (0..5).map(|k| if k % 2 == 0 { size } else { -size }).collect::<Vec<f64>>();
+        Track::of_steps(1.0, (vec![sawtooth(3.0), sawtooth(2.0)], delta_k), 4, true)
+    }
+
+    #[test]
+    fn the_roughest_coordinate_is_so_in_units_of_its_size() {
+        let (track, sizes) = (track(vec![0.0; 5]), Sizes { q: vec![100.0, 10.0], k: 1.0 });
+        assert_eq!((track.roughest(&[0, 1], None), track.roughest(&[0, 1], Some(&sizes))), (Some(0), Some(1)));
+        assert_eq!((track.roughest(&[0], Some(&sizes)), track.roughest(&[], None)), (Some(0), None));
+    }
+
+    #[test]
+    fn a_drift_is_the_difference_of_the_quarters_at_the_ends() {
+        let drift = |delta_k: &[f64]| track(delta_k.to_vec()).k_drift();
+        assert_eq!(drift(&[1.0, 3.0, 9.0, 9.0, 9.0, 9.0, 5.0, 6.0]), 3.5);
+        assert_eq!((drift(&[1.0, 4.0]), drift(&[7.0; 9])), (3.0, 0.0));
+    }
+}
