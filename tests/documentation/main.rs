@@ -3,6 +3,7 @@
 mod cases;
 mod columns;
 mod commands;
+mod features;
 mod layers;
 mod licences;
 mod links;

@@ -341,9 +341,9 @@ fn a_force_is_part_of_the_certificate_and_not_of_what_is_stepped_over() {
         assert!(error.stepped_over == 0.0 && error.largest[1] > 1e-9 && error.largest[1] < 0.1, "{scheme}: {error:?}");
     }
     // A force without work in t changes K.
-    let text = "metric = { coordinates = ['t', 'x'], components = { 't t' = '1', 'x x' = '-1' }, force = { x = 'x_dot' } }\n\
-                initial = { t_dot = 2.0, x = 0.0, x_dot = 0.5 }\ngrid = { gamma_f = 1.0, n_gamma = 41 }\n\
-                scheme.sbp = 'SBP42'";
+    let text = "metric.coordinates = ['t', 'x']\nmetric.components = { 't t' = '1', 'x x' = '-1' }\n\
+                metric.force = { x = 'x_dot' }\ninitial = { t_dot = 2.0, x = 0.0, x_dot = 0.5 }\n\
+                grid = { gamma_f = 1.0, n_gamma = 41 }\nscheme.sbp = 'SBP42'";
     let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
     let line: WorldLine = solve_scene(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
     assert!(measured(&line).norm.max_ends > 0.1 && scene_error(&line).unwrap().stepped_over == 0.0);
