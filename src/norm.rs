@@ -1,4 +1,4 @@
-//! The maximum norm, and the larger of two numbers.
+//! The maximum norm, the larger of two numbers, and products of bounds.
 
 use crate::scalar::Real;
 
@@ -15,9 +15,24 @@ pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b <= a { a } else { b }
 }
 
+/// The product of a size and a bound: nothing times whatever is nothing, also if that is infinite.
+pub(crate) fn times(size: f64, bound: f64) -> f64 {
+    if bound == 0.0 || size == 0.0 { 0.0 } else { size * bound }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::larger;
+    use super::{larger, times};
+
+    #[test]
+    fn nothing_times_infinity_is_nothing() {
+        let infinite = f64::INFINITY;
+        assert_eq!(
+            [times(0.0, infinite), times(infinite, 0.0), times(2.0, infinite), times(2.0, 3.0)],
+            [0.0, 0.0, infinite, 6.0]
+        );
+        assert!(times(2.0, f64::NAN).is_nan());
+    }
 
     #[test]
     fn a_nan_stays() {

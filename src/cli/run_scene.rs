@@ -12,9 +12,8 @@ use geodesic_ivp::output::{
     Chart, SceneSummary, Seconds, SolvedScene, write_combined, write_events, write_scene_samples,
 };
 use geodesic_ivp::sampling::{Coordinate, Crossing, SceneSample, SceneSampler, crossings};
-use geodesic_ivp::solve::Arithmetic;
-use geodesic_ivp::solve::NoSolution;
 use geodesic_ivp::solve::scene::{SceneSetup, WorldLine, solve_scene};
+use geodesic_ivp::solve::{Arithmetic, NoSolution};
 use geodesic_ivp::study::scene_error::{SceneError, scene_error};
 use geodesic_ivp::study::verdict::of_world_line;
 

@@ -8,6 +8,7 @@ use super::lanes::BOXES;
 use super::path::Path;
 use super::{Enclosed, is_gentle};
 use crate::expr::{Function, Kind, Operation, Program, Register, Step, kind};
+use crate::norm::times;
 
 /// A width that may be rounding, relative to the value.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
@@ -140,9 +141,4 @@ fn slope(function: Function, [lo, hi]: [f64; 2], drive: &Enclosed, a: Register, 
         // Of abs, sin, cos, tanh, atan, none is above 1; others are written by these.
         _ => 1.0,
     }
-}
-
-/// The product of a size and a bound: nothing times whatever is nothing.
-fn times(size: f64, bound: f64) -> f64 {
-    if bound == 0.0 || size == 0.0 { 0.0 } else { size * bound }
 }

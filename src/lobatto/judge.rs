@@ -4,6 +4,7 @@ use super::State;
 use super::window::Solved;
 use crate::geodesic::acceleration_slope;
 use crate::metric::Metric;
+use crate::norm::{larger, times};
 use crate::vector::Twofold;
 
 /// The minimum of the estimate: the result is rounded.
@@ -199,7 +200,7 @@ impl<'m> Judge<'m> {
         let [least, most] = solved.u.map(|u| u.abs() / h);
         self.rates = [self.rates[0].min(least.min(most)), self.rates[1].max(least.max(most))];
         let [t, x] = self.errors();
-        self.worst = self.worst.max(t).max(x);
+        self.worst = larger(larger(self.worst, t), x);
     }
 
     /// The relative errors of t and x at the last joint.
@@ -209,9 +210,9 @@ impl<'m> Judge<'m> {
         let across = if energy > 0.0 { self.time * energy / self.last.flow } else { 0.0 };
         // A shift moves x by dx/dγ, up to its largest value in the window.
         let reach = self.last.speed + self.last.push * self.length;
-        let x = if shift > 0.0 { reach * shift } else { 0.0 } + across;
+        let x = times(reach, shift) + across;
         // Where dt/dγ is constant, a shift along the world-line does not move t.
-        let t = 2.0 * (self.rates[1] - self.rates[0]) * shift + self.caution * self.local_t;
+        let t = times(2.0 * (self.rates[1] - self.rates[0]), shift) + self.caution * self.local_t;
         [t / self.sizes[0], x / self.sizes[1]]
     }
 

@@ -32,6 +32,7 @@ pub fn solve_scene<S: Arithmetic>(setup: &SceneSetup<S>) -> Result<WorldLine<S>,
     S::run_scene(setup)
 }
 
+/// [`solve_scene`] itself, which [`Arithmetic`] compiles once.
 pub(super) fn solve<S: Real>(setup: &SceneSetup<S>) -> Result<WorldLine<S>, NoSolution> {
     if let Some(accuracy) = setup.settings.accuracy {
         return accuracy::solve(setup, accuracy);
