@@ -53,10 +53,9 @@ pub(super) trait Engine: Real {
         observer: Option<Observer<'_, Self>>,
     ) -> Result<Solution<Self>, NoSolution>;
 
-    /// The run of spectral elements in the weak form that starts with `problem`, by a fast iteration; none if there is
+    /// The run of spectral elements in the weak form, on γ − γ_i ∈ [0, `length`], by a fast iteration; none if there is
     /// no such iteration, or if it does not converge.
     fn fast_run(
-        problem: &Problem<Self>,
         setup: &Setup<Self>,
         length: Self,
         observer: Option<Observer<'_, Self>>,
@@ -85,12 +84,11 @@ impl Engine for f64 {
     }
 
     fn fast_run(
-        problem: &Problem,
         setup: &Setup,
         length: f64,
         observer: Option<Observer<'_, f64>>,
     ) -> Result<Option<Solution>, NoSolution> {
-        spectral::march(problem, setup, length, observer)
+        spectral::march(setup, length, observer)
     }
 }
 
@@ -111,12 +109,7 @@ impl Engine for Extended {
         panic!("an accuracy is a matter of f64")
     }
 
-    fn fast_run(
-        _: &Problem<Self>,
-        _: &Setup<Self>,
-        _: Self,
-        _: Option<Observer<'_, Self>>,
-    ) -> Result<Option<Solution<Self>>, NoSolution> {
+    fn fast_run(_: &Setup<Self>, _: Self, _: Option<Observer<'_, Self>>) -> Result<Option<Solution<Self>>, NoSolution> {
         Ok(None)
     }
 }

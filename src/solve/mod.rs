@@ -42,6 +42,7 @@ use self::run::{Observer, Piece, Place, Run};
 use self::scene::limit::{self, Limit};
 use crate::action::{Form, Layout, MULTIPLIERS};
 use crate::metric::OutsideDomain;
+use crate::sbp::SbpName;
 use crate::scalar::Compensated;
 
 /// Below this share of its first value, g00 is on its way to a horizon.
@@ -102,14 +103,14 @@ fn solve_to<S: Arithmetic>(
     mut observer: Option<Observer<'_, S>>,
 ) -> Result<Solution<S>, NoSolution> {
     let windows = setup.settings.windows;
-    let problem = Problem::new(setup, length / S::from(windows as f64));
-    let weak = problem.form == Form::Weak && setup.settings.system == System::PhysicalLimit;
-    if weak && !problem.sbp.is_equidistant() {
+    let weak = setup.settings.form == Form::Weak && setup.settings.system == System::PhysicalLimit;
+    if weak && matches!(setup.settings.sbp, SbpName::Gll(_)) {
         let observer = observer.as_mut().map(|observer| &mut **observer as Observer<'_, S>);
-        if let Some(solution) = S::fast_run(&problem, setup, length, observer)? {
+        if let Some(solution) = S::fast_run(setup, length, observer)? {
             return Ok(solution);
         }
     }
+    let problem = Problem::new(setup, length / S::from(windows as f64));
     let nodes = if observer.is_some() { 1 } else { windows } * problem.sbp.points();
     let mut run = Run::new(&setup.scene, (problem.form, problem.sbp_name), problem.digits, nodes, observer);
     run.solution.length = length;

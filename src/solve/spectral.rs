@@ -7,38 +7,41 @@
 use std::ops::ControlFlow;
 
 use super::failure::{At, NoSolution};
-use super::problem::Problem;
 use super::run::{Observer, Place, Run};
-use super::setup::Setup;
+use super::setup::{Scene, Settings, Setup};
 use super::solution::Solution;
 use super::status::{InitialGuess, Status};
+use crate::geodesic::InitialData;
 use crate::lobatto::{Certified, March, MarchFailure, State, Twofold, WeakRule, WindowView};
 
-/// The windows of the run that starts with `problem`; none if the iteration does not converge.
+/// The windows of the run of `setup` on γ − γ_i ∈ [0, `length`], which are elements in the weak form; none if the
+/// iteration does not converge. The operator on the elements is not made here: it is a matter of diagnostics.
 pub(super) fn march(
-    problem: &Problem,
     setup: &Setup,
     length: f64,
     observer: Option<Observer<'_, f64>>,
 ) -> Result<Option<Solution>, NoSolution> {
-    let windows = setup.settings.windows;
-    let rule = WeakRule::shared(problem.sbp.points());
+    let Settings { n_gamma: points, windows, form, sbp: sbp_name, digits, .. } = setup.settings;
+    let Scene { metric, initial, gamma_i, .. } = &setup.scene;
+    let initial = InitialData { t: 0.0, ..*initial };
+    let rule = WeakRule::shared(points);
     let window_length = Twofold::from(length) / Twofold::from(windows as f64);
-    let q_t = problem.invariants().q_t;
     // The tables hold the square of the length, and half as many digits of it again.
-    let square = problem.length * problem.length;
+    let rounded_length = length / windows as f64;
+    let square = rounded_length * rounded_length;
     if !(square.is_finite() && square > f64::MIN_POSITIVE / f64::EPSILON / f64::EPSILON) {
         return Ok(None);
     }
     let kept = if observer.is_some() { 1 } else { windows };
-    let scheme = (problem.form, problem.sbp_name);
-    let mut run = Run::new(&setup.scene, scheme, problem.digits, kept * rule.points(), observer);
+    let mut run = Run::new(&setup.scene, (form, sbp_name), digits, kept * points, observer);
     run.reserve(kept);
     run.solution.length = length;
-    let operator = run.solution.operators.place_of(&problem.sbp);
+    // The length that `SbpName::operator` gives an element, to the last bit.
+    let intervals = (points - 1) as f64;
+    let operator = run.solution.operators.element(points, rounded_length / intervals * intervals);
     let mut certified = CertifiedRun::new(run);
-    let march = March::new(&problem.metric, q_t, rule, window_length).certified();
-    let marched = march.run(State::from(problem.initial), windows, &mut |view| {
+    let march = March::new(metric, initial.invariants(metric).q_t, rule, window_length).certified();
+    let marched = march.run(State::from(initial), windows, &mut |view| {
         let end = if view.index + 1 == windows { length } else { (view.gamma + view.length).hi };
         certified.append(view, end, operator)
     });
@@ -49,7 +52,7 @@ pub(super) fn march(
             Ok(Some(run))
         }
         Err(MarchFailure::OutsideDomain { gamma, x, g00, .. }) => {
-            Err(NoSolution::marched(Status::OutsideDomain, At::x(problem.gamma_i + gamma, x, g00)))
+            Err(NoSolution::marched(Status::OutsideDomain, At::x(gamma_i + gamma, x, g00)))
         }
         Err(_) => Ok(None),
     }
