@@ -127,12 +127,14 @@ impl WeakOperators {
                     if k < last { value } else { value * last as f64 / Twofold::from((2 * k + 1) as f64) };
             }
         }
+        // Sums side by side: one after the other, each would wait for its own last term.
+        let by_degree: Vec<Twofold> = (0..n * n).map(|place| self.legendre(place % n, place / n)).collect();
         let mut s = vec![Twofold::ZERO; n * n];
-        for i in 1..last {
-            for j in 0..n {
-                let sum = (0..n).fold(Twofold::ZERO, |sum, k| sum + integral[i * n + k] * self.legendre(j, k));
-                s[i * n + j] = sum * self.weights[j];
+        for (row, integral) in s.chunks_exact_mut(n).zip(integral.chunks_exact(n)).take(last).skip(1) {
+            for (&factor, values) in integral.iter().zip(by_degree.chunks_exact(n)) {
+                row.iter_mut().zip(values).for_each(|(sum, &value)| *sum = *sum + factor * value);
             }
+            row.iter_mut().zip(&self.weights).for_each(|(sum, &weight)| *sum = *sum * weight);
         }
         s[last * n..].copy_from_slice(&self.weights);
         s
@@ -158,12 +160,9 @@ impl WeakOperators {
     fn square(&self) -> Vec<Twofold> {
         let (n, last) = (self.points(), self.points() - 1);
         let mut square = vec![Twofold::ZERO; n * n];
-        for i in 0..last {
-            for k in 0..n {
-                let factor = self.a[i * n + k];
-                for j in 0..n {
-                    square[i * n + j] = square[i * n + j] + factor * self.a[k * n + j];
-                }
+        for (row, factors) in square.chunks_exact_mut(n).zip(self.a.chunks_exact(n)).take(last) {
+            for (&factor, a) in factors.iter().zip(self.a.chunks_exact(n)) {
+                row.iter_mut().zip(a).for_each(|(sum, &a)| *sum = *sum + factor * a);
             }
         }
         for j in 0..n {
@@ -197,13 +196,11 @@ fn nodes_with_legendre(n: usize) -> (Vec<Twofold>, Vec<Twofold>) {
     };
     let mut x = vec![Twofold::ZERO; n];
     let mut legendre = vec![Twofold::ZERO; n * (n + 1)];
-    for i in 0..n {
+    for i in 0..n.div_ceil(2) {
         x[i] = if i == 0 {
             -Twofold::ONE
         } else if 2 * i == last {
             Twofold::ZERO
-        } else if 2 * i > last {
-            -x[last - i] // the rule is symmetric to the last bit
         } else {
             let mut z = Twofold::from(approximate_node(n, i));
             let mut p = vec![Twofold::ZERO; n + 1];
@@ -218,6 +215,14 @@ fn nodes_with_legendre(n: usize) -> (Vec<Twofold>, Vec<Twofold>) {
             z
         };
         fill(x[i], &mut legendre[i * (n + 1)..(i + 1) * (n + 1)]);
+    }
+    // The rule is symmetric to the last bit: P_k(−x) = (−1)^k P_k(x).
+    for i in n.div_ceil(2)..n {
+        x[i] = -x[last - i];
+        for k in 0..=n {
+            let p = legendre[(last - i) * (n + 1) + k];
+            legendre[i * (n + 1) + k] = if k % 2 == 0 { p } else { -p };
+        }
     }
     (x, legendre)
 }
