@@ -52,7 +52,7 @@ impl<S: Real> InitialData<S> {
 
     /// Q_t and K of the geodesic that starts here.
     pub fn invariants(&self, metric: &Metric<S>) -> Invariants<S> {
-        let g00 = metric.at(self.x).g00;
+        let g00 = metric.g00(self.x);
         Invariants { q_t: g00 * self.t_dot, k: g00 * self.t_dot * self.t_dot - self.x_dot * self.x_dot }
     }
 }

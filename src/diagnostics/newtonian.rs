@@ -33,7 +33,7 @@ impl Newtonian {
         let q_t = solution.invariants().q_t;
         let c_squared = solution.metric.c_squared();
         let initial = solution.initial;
-        let (start, v) = (solution.metric.at(initial.x).g00, initial.x_dot / initial.t_dot);
+        let (start, v) = (solution.metric.g00(initial.x), initial.x_dot / initial.t_dot);
         let mut found = Self { deviation: 0.0, speed_squared: 0.0, depth: f64::NEG_INFINITY };
         for view in solution.views() {
             let last = view.x.len() - 1;

@@ -24,7 +24,7 @@ pub(crate) fn negligible_potential(
     sizes: [f64; 2],
     share: f64,
 ) -> Vec<f64> {
-    let (g00, two_over_mass) = (metric.at(x).g00, metric.two_over_mass());
+    let (g00, two_over_mass) = (metric.g00(x), metric.two_over_mass());
     let u = (q_t / g00).abs();
     let [t_size, x_size] = sizes;
     // a = −½ g00′ u² moves x by a γ²/2 at most; a relative change of u = Q_t/g00 is that of t.

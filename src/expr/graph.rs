@@ -241,17 +241,23 @@ impl<S: Real> Graph<S> {
         Some([find(Function::Sin)?, find(Function::Cos)?])
     }
 
-    /// The expressions `roots` with other expressions, of the same graph, in place of variables: variable k becomes
-    /// `replacement[k]`. Variables beyond that stay.
-    pub(crate) fn substitute(&mut self, roots: &[NodeId], replacement: &[NodeId]) -> Vec<NodeId> {
-        let last = roots.iter().copied().max().map_or(0, |root| root + 1);
-        let mut is_needed = vec![false; last];
+    /// For every node up to the last of the `roots`, whether their values depend on it.
+    pub(super) fn needed(&self, roots: &[NodeId]) -> Vec<bool> {
+        let mut is_needed = vec![false; roots.iter().copied().max().map_or(0, |root| root + 1)];
         roots.iter().for_each(|&root| is_needed[root] = true);
-        for id in (0..last).rev() {
+        for id in (0..is_needed.len()).rev() {
             if is_needed[id] {
                 self.nodes[id].operands().for_each(|operand| is_needed[operand] = true);
             }
         }
+        is_needed
+    }
+
+    /// The expressions `roots` with other expressions, of the same graph, in place of variables: variable k becomes
+    /// `replacement[k]`. Variables beyond that stay.
+    pub(crate) fn substitute(&mut self, roots: &[NodeId], replacement: &[NodeId]) -> Vec<NodeId> {
+        let is_needed = self.needed(roots);
+        let last = is_needed.len();
         let mut replaced: Vec<NodeId> = (0..last).collect();
         for id in (0..last).filter(|&id| is_needed[id]) {
             replaced[id] = match self.nodes[id] {

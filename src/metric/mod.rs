@@ -113,6 +113,19 @@ impl<S: Real> Metric<S> {
         }
     }
 
+    /// g00 at `x`.
+    #[inline]
+    pub fn g00(&self, x: S) -> S {
+        self.c_squared + self.two_over_mass * self.potential.value(x)
+    }
+
+    /// g00 and g00′ at `x`.
+    #[inline]
+    pub fn g00_and_slope(&self, x: S) -> [S; 2] {
+        let [value, first] = self.potential.value_and_slope(x);
+        [self.c_squared + self.two_over_mass * value, self.two_over_mass * first]
+    }
+
     /// g00, g00′, g00″ at every entry of `x`.
     ///
     /// # Errors

@@ -41,7 +41,7 @@ impl<S: Real> Lagrangian<S> for Metric<S> {
     }
 
     fn raise(&self, q: &[S], v: &[S], weight: S) -> Vec<S> {
-        vec![v[0] / (weight * self.at(q[1]).g00), -v[1] / weight]
+        vec![v[0] / (weight * self.g00(q[1])), -v[1] / weight]
     }
 
     fn fill_force(&self, _: &[&[S]], _: &[&[S]], _: &mut Samples<S>) {}

@@ -49,6 +49,17 @@ impl<S: Real> Formula<S> {
         PotentialJet { value, first, second }
     }
 
+    /// V at `x`, by the part of the program that V needs.
+    pub fn value(&self, x: S) -> S {
+        let [value] = self.packed.values(&[x]);
+        value
+    }
+
+    /// V and V′ at `x`.
+    pub fn value_and_slope(&self, x: S) -> [S; 2] {
+        self.packed.values(&[x])
+    }
+
     /// Writes V, V′ and V″ at every entry of `x` into `out`, three arrays as long as `x`.
     pub fn sample(&self, x: &[S], mut out: [&mut [S]; 3]) {
         self.packed.sample(&[x], &mut out);

@@ -82,6 +82,27 @@ impl<S: Real> Potential<S> {
         }
     }
 
+    /// V at `x`.
+    #[inline]
+    pub fn value(&self, x: S) -> S {
+        match self {
+            Self::Polynomial(p) => p.at(x).value,
+            Self::Formula(f) => f.value(x),
+        }
+    }
+
+    /// V and V′ at `x`.
+    #[inline]
+    pub fn value_and_slope(&self, x: S) -> [S; 2] {
+        match self {
+            Self::Polynomial(p) => {
+                let PotentialJet { value, first, .. } = p.at(x);
+                [value, first]
+            }
+            Self::Formula(f) => f.value_and_slope(x),
+        }
+    }
+
     /// Writes V, V′ and V″ at every entry of `x` into `out`, three arrays as long as `x`.
     pub fn sample(&self, x: &[S], out: [&mut [S]; 3]) {
         match self {

@@ -151,7 +151,7 @@ fn integrate<S: Real>(
     let program = metric.potential().program();
     let mut equations = OneCoordinate::new(metric, &program, initial, accuracy.order);
     Steps::integrate(&mut equations, &start_of(initial), goal, accuracy).map_err(|Stop { reason, gamma, state }| {
-        let (gamma, g00) = (gamma.to_f64() * unit.to_f64(), metric.at(state[X]).g00.to_f64());
+        let (gamma, g00) = (gamma.to_f64() * unit.to_f64(), metric.g00(state[X]).to_f64());
         ReferenceEnds { reason, gamma, x: state[X].to_f64(), g00 }
     })
 }

@@ -38,7 +38,7 @@ impl<'m, S: Real> OneCoordinate<'m, S> {
         Self {
             metric,
             q_t: initial.invariants(metric).q_t,
-            g00_start: metric.at(initial.x).g00,
+            g00_start: metric.g00(initial.x),
             machine: SeriesMachine::new(program, 2, order),
         }
     }
@@ -92,6 +92,6 @@ impl<S: Real> Equations<S> for OneCoordinate<'_, S> {
     }
 
     fn is_near_the_edge(&mut self, state: &[S]) -> bool {
-        self.metric.at(state[X]).g00 < S::from(HORIZON) * self.g00_start
+        self.metric.g00(state[X]) < S::from(HORIZON) * self.g00_start
     }
 }

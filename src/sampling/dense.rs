@@ -24,8 +24,11 @@ pub(super) struct Dense {
 impl Dense {
     /// For a window with the values `x` on its nodes.
     pub(super) fn new<S: Real>(window: &Window<S>, x: &[S], q_t: S, metric: &Metric<S>) -> Self {
-        let jets = x.iter().map(|&x| metric.at(x));
-        let (u, a) = jets.map(|g| ((q_t / g.g00).to_f64(), acceleration(q_t, g.g00, g.first).to_f64())).unzip();
+        let forces = x.iter().map(|&x| {
+            let [g00, slope] = metric.g00_and_slope(x);
+            ((q_t / g00).to_f64(), acceleration(q_t, g00, slope).to_f64())
+        });
+        let (u, a) = forces.unzip();
         let joint = |t: S, x: S, w: S| Inside { t: t.to_f64(), x: x.to_f64(), w: w.to_f64() };
         let (start, end) = (window.start, window.end);
         let ends = [joint(S::ZERO, start.x, start.x_dot), joint(end.t - start.t, end.x, end.x_dot)];

@@ -74,7 +74,7 @@ impl<S: Real> Interpolant<S> {
     }
 
     fn sample(&self, gamma: S, [t, x, x_dot]: [S; 3]) -> Sample<S> {
-        let t_dot = self.q_t / self.metric.at(x).g00;
+        let t_dot = self.q_t / self.metric.g00(x);
         Sample { gamma: self.gamma + gamma, t: self.t + t, x, t_dot, x_dot }
     }
 
@@ -135,7 +135,7 @@ impl<S: Real> Interpolant<S> {
             } else {
                 high = here
             }
-            let next = here - excess * self.metric.at(values[1]).g00 / self.q_t;
+            let next = here - excess * self.metric.g00(values[1]) / self.q_t;
             let next = if next >= low && next <= high { next } else { (low + high).half() };
             let step = (next - here).abs();
             if excess == S::ZERO || step <= S::EPSILON * self.length {

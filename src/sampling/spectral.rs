@@ -30,9 +30,11 @@ impl<S: Real> Polynomials<S> {
     /// The polynomials for `window`, which has the values `x` on its nodes.
     pub(super) fn new(window: &Window<S>, x: &[S], q_t: S, metric: &Metric<S>, tables: &mut Tables<S>) -> Self {
         let of_forces = |expansion: &Expansion<S>, x: &[S]| {
-            let jets: Vec<_> = x.iter().map(|&x| metric.at(x)).collect();
-            let u: Vec<S> = jets.iter().map(|g| q_t / g.g00).collect();
-            let a: Vec<S> = jets.iter().map(|g| acceleration(q_t, g.g00, g.first)).collect();
+            let forces = x.iter().map(|&x| {
+                let [g00, slope] = metric.g00_and_slope(x);
+                (q_t / g00, acceleration(q_t, g00, slope))
+            });
+            let (u, a): (Vec<S>, Vec<S>) = forces.unzip();
             let w = integral(&expansion.coefficients(&a));
             let integrals = [integral(&expansion.coefficients(&u)), integral(&w), w];
             Self { length: window.length(), start: [window.start.x, window.start.x_dot], integrals }

@@ -63,7 +63,7 @@ pub(super) fn solve(scene: &Scene, accuracy: f64, observer: Option<Observer<'_, 
     let last = certified.run.solution.windows.last().map_or(initial.x, |window| window.start.x);
     let mut solution = certified.finish()?;
     if let Some((needed, gamma, x)) = too_many {
-        let at = At::x(gamma_i + gamma, x, metric.at(x).g00);
+        let at = At::x(gamma_i + gamma, x, metric.g00(x));
         return Err(NoSolution { needed, ..NoSolution::adaptive(Status::TooManyNodes, at) });
     }
     match adapted {
@@ -84,7 +84,7 @@ pub(super) fn solve(scene: &Scene, accuracy: f64, observer: Option<Observer<'_, 
 
 /// What the failure of a march means for the case. Where it does not say x, that is `last`.
 fn failed(Scene { metric, gamma_i, .. }: &Scene, failure: MarchFailure, last: f64) -> NoSolution {
-    let at = |status, gamma: f64, x: f64| NoSolution::adaptive(status, At::x(gamma_i + gamma, x, metric.at(x).g00));
+    let at = |status, gamma: f64, x: f64| NoSolution::adaptive(status, At::x(gamma_i + gamma, x, metric.g00(x)));
     match failure {
         MarchFailure::OutsideDomain { gamma, x, g00, .. } => {
             NoSolution::adaptive(Status::OutsideDomain, At::x(gamma_i + gamma, x, g00))

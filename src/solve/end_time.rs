@@ -53,7 +53,7 @@ fn search<S: Arithmetic>(
     };
     let excess = |solution: &Solution<S>| Excess {
         value: solution.duration() - duration,
-        slope: Some(solution.end.q_t / solution.metric.at(solution.end.x).g00),
+        slope: Some(solution.end.q_t / solution.metric.g00(solution.end.x)),
     };
     search::search(asked, solve_to, excess).map_err(|error| match error {
         NotFound::Failed(failure) => failure,
@@ -67,7 +67,7 @@ fn not_reached<S: Real>(setup: &Setup<S>, closest: Option<Solution<S>>) -> NoSol
         Some(closest) => (closest.end.x, closest.gamma_f()),
         None => (setup.scene.initial.x, setup.scene.gamma_i),
     };
-    let at = At::x(gamma.to_f64(), x.to_f64(), setup.scene.metric.at(x).g00.to_f64());
+    let at = At::x(gamma.to_f64(), x.to_f64(), setup.scene.metric.g00(x).to_f64());
     let iterations = closest.as_ref().map_or(Iterations::from(InitialGuess::None), |closest| {
         let Iterations { initial_guess, history, .. } = &closest.iterations;
         Iterations::of(*initial_guess, history.clone())

@@ -85,7 +85,7 @@ impl<S: Real> Extremal<S> for Solution<S> {
     }
 
     fn end_velocities(&self, a: usize) -> impl Iterator<Item = S> {
-        let t_dot = |x: S| self.end.q_t / self.metric.at(x).g00;
+        let t_dot = |x: S| self.end.q_t / self.metric.g00(x);
         self.windows.iter().map(move |window| if a == 0 { t_dot(window.end.x) } else { window.end.x_dot })
     }
 

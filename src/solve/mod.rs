@@ -249,7 +249,7 @@ fn no_solution(
             Some(point) => (point.index, point.x),
             None => worst.map_or((0, problem.initial.x), |index| locate(index, unknowns)),
         };
-        let g00 = outside.map_or_else(|| problem.metric.at(x).g00, |point| point.g00);
+        let g00 = outside.map_or_else(|| problem.metric.g00(x), |point| point.g00);
         At::x(gamma(index), x, g00)
     })
 }

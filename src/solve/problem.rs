@@ -56,7 +56,7 @@ impl<S: Real> Problem<S> {
 
     /// Moves on to the window that starts at `gamma` where the particle is at `x` with dx/dγ = `x_dot`.
     pub(crate) fn continue_from(&mut self, gamma: S, x: S, x_dot: S) {
-        let t_dot = self.invariants.q_t / self.metric.at(x).g00;
+        let t_dot = self.invariants.q_t / self.metric.g00(x);
         self.gamma_i = gamma;
         self.initial = InitialData { t: S::ZERO, x, t_dot, x_dot };
     }

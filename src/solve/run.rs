@@ -166,7 +166,7 @@ fn collect<S: Real>(all: &mut Vec<S>, piece: Vec<S>, capacity: usize) {
 fn overflow<S: Real>(problem: &Problem<S>, piece: Piece<S>) -> NoSolution {
     let finite = |k: &usize| piece.x[*k].is_finite() && piece.elapsed[*k].is_finite();
     let index = (0..piece.x.len()).find(|k| !finite(k)).unwrap_or(piece.x.len() - 1);
-    let (x, g00) = (piece.x[index].to_f64(), problem.metric.at(piece.x[index]).g00.to_f64());
+    let (x, g00) = (piece.x[index].to_f64(), problem.metric.g00(piece.x[index]).to_f64());
     NoSolution {
         residual: piece.gradient_norm.to_f64(),
         iterations: Box::new(Iterations::of(piece.initial_guess, piece.history)),

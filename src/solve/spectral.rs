@@ -78,7 +78,7 @@ impl<'o> CertifiedRun<'o> {
         // Numbers that are not finite are not a result: an overflow anywhere makes the gradient infinite.
         if !(gradient_norm.is_finite() && last.t.hi.is_finite()) {
             let solution = &self.run.solution;
-            let g00 = solution.metric.at(last.x.hi).g00;
+            let g00 = solution.metric.g00(last.x.hi);
             let at = At::x(solution.gamma_i + view.gamma.hi, last.x.hi, g00);
             let failure = NoSolution::marched(Status::OutsideDomain, at);
             self.failure = Some(NoSolution { residual: gradient_norm, ..failure });

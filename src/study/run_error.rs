@@ -222,7 +222,7 @@ impl<'m> Gaps<'m> {
         let points = points_in(view.length.hi / self.length);
         let length = view.length.hi / points as f64;
         view.inside(fractions(points), |Inside { x, w, .. }| {
-            let timelike = self.q_t * self.q_t / self.metric.at(x).g00;
+            let timelike = self.q_t * self.q_t / self.metric.g00(x);
             self.between.see(length, timelike - w * w - self.k, timelike, w * w);
         });
     }
@@ -270,7 +270,7 @@ fn by_taylor<S: Real>(case: &Case, solution: &Solution<S>, samples: &[Sample<S>]
         sizes = [sizes[0].max(t.to_f64().abs()), sizes[1].max(x.to_f64().abs())];
         let off = [dt.to_f64(), dx.to_f64()];
         let x = exact.x.to_f64();
-        let w = || (exact.x_dot / (metric.at(exact.x).g00 * exact.t_dot)).to_f64();
+        let w = || (exact.x_dot / (metric.g00(exact.x) * exact.t_dot)).to_f64();
         found.see(if in_time && points.peek().is_none() { at_that_time(&case.metric(), off, x, w()) } else { off });
     }
     let error = reference.error_estimate();
@@ -296,7 +296,7 @@ mod tests {
         "#;
         let case = Case::parse("hump", text, &[]).unwrap();
         let (metric, initial, length): (Metric, InitialData, f64) = (case.metric(), case.initial_data(), 4.0);
-        let k = |gamma: f64, q_t: f64| q_t * q_t / metric.at(initial.x + 0.5 * gamma).g00 - 0.25;
+        let k = |gamma: f64, q_t: f64| q_t * q_t / metric.g00(initial.x + 0.5 * gamma) - 0.25;
         let Invariants { q_t, k: start } = initial.invariants(&metric);
         let points = 400_000;
         let off: f64 =

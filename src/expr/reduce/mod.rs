@@ -50,14 +50,8 @@ impl<S: Real> Graph<S> {
 
     /// The cost of one evaluation, without what does not vary.
     fn cost(&self, roots: &[NodeId], level: &impl Fn(usize) -> Level) -> usize {
-        let last = roots.iter().copied().max().map_or(0, |root| root + 1);
-        let mut is_needed = vec![false; last];
-        roots.iter().for_each(|&root| is_needed[root] = true);
-        for id in (0..last).rev() {
-            if is_needed[id] {
-                self.nodes[id].operands().for_each(|operand| is_needed[operand] = true);
-            }
-        }
+        let is_needed = self.needed(roots);
+        let last = is_needed.len();
         let mut varies = vec![false; last];
         let mut cost = 0;
         for id in (0..last).filter(|&id| is_needed[id]) {

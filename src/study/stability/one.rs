@@ -180,7 +180,7 @@ fn track_of_states(problem: &Problem, states: Vec<State>, steps: usize, is_equid
     let begin = State { elapsed: 0.0, x: problem.initial.x, w: problem.initial.x_dot };
     let all: Vec<State> = std::iter::once(begin).chain(states).collect();
     let q_t = invariants.q_t;
-    let k = |state: &State| q_t * (q_t / problem.metric.at(state.x).g00) - state.w * state.w - invariants.k;
+    let k = |state: &State| q_t * (q_t / problem.metric.g00(state.x)) - state.w * state.w - invariants.k;
     let q = [|state: &State| state.elapsed, |state: &State| state.x].map(|of| all.iter().map(of).collect());
     Track::of_steps(problem.length, (q.to_vec(), all.iter().map(k).collect()), steps, is_equidistant)
 }

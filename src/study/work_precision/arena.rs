@@ -167,7 +167,7 @@ impl Arena {
     pub(super) fn place(&self, state: &State) -> Place {
         let World::One(one) = &self.world else { unreachable!("a scene has other states") };
         let q_t = one.invariants.q_t;
-        let k = q_t * (q_t / one.problem.metric.at(state.x).g00) - state.w * state.w;
+        let k = q_t * (q_t / one.problem.metric.g00(state.x)) - state.w * state.w;
         Place { q: vec![state.elapsed, state.x], k }
     }
 
