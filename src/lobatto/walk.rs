@@ -159,3 +159,23 @@ fn in_gamma<const P: usize, F: Force>(
     statistics.evaluations += solved.evaluations;
     Some(solved)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Walk;
+    use crate::lobatto::formula::FormulaForce;
+    use crate::lobatto::kit;
+    use crate::metric::Metric;
+    use crate::potential::{Formula, Potential};
+
+    #[test]
+    fn only_arithmetic_is_refined() {
+        for (text, refines) in [("x^4/2 - 1/(3 + x)", true), ("cos(x)", false), ("x^x", false)] {
+            let formula = Formula::new(text, &Default::default()).unwrap();
+            let metric = Metric::new(Potential::Formula(formula), 1.0, 1.0);
+            let Potential::Formula(formula) = metric.potential() else { panic!("a formula") };
+            let force = FormulaForce::<16>::new(&metric, 1.0, formula.program(), 16);
+            assert_eq!(Walk::new(kit::coarse(), force, None, false).refines(), refines, "{text}");
+        }
+    }
+}

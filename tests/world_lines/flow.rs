@@ -4,9 +4,11 @@ use std::ops::ControlFlow;
 
 use geodesic_ivp::action::DoubledAction;
 use geodesic_ivp::case::{SceneCase, builtin};
-use geodesic_ivp::geometry::{Geometry, Start};
-use geodesic_ivp::lobatto::flow::{Flow, FlowView, Followed, PhasePoint, Stop};
+use geodesic_ivp::geometry::{Geometry, GeometryText, Start};
+use geodesic_ivp::lobatto::flow::{Flow, FlowFailure, FlowView, Followed, PhasePoint, Stop};
 use geodesic_ivp::sbp::SbpName;
+
+use super::common;
 
 fn scene(name: &str) -> (Geometry, Start) {
     let case = SceneCase::parse(name, builtin::text(name).unwrap(), &[]).unwrap();
@@ -111,5 +113,36 @@ fn a_stop_at_a_joint_is_not_missed() {
                 followed.gamma
             );
         }
+    }
+}
+
+/// Where t does not move, a horizon is passed without a force; behind it is outside the domain.
+#[test]
+fn a_horizon_ends_free_motion() {
+    let text = common::metric(&["t", "x"], &[("t t", "1 + 2*x"), ("x x", "-1")]);
+    let geometry: Geometry = Geometry::new(&GeometryText::Metric(text)).unwrap().around(&[0.0, 0.0]).unwrap();
+    let start = Start { q: vec![0.0, 0.0], q_dot: vec![0.0, -1.0], p: vec![0.0, 1.0] };
+    for accuracy in [1e-4, 1e-10] {
+        let failure = Flow::new(&geometry).run(&start, 2.0, &mut [], accuracy, &mut go_on).unwrap_err();
+        let FlowFailure::OutsideDomain { gamma, q, .. } = failure else { panic!("{failure}") };
+        assert!((gamma - 0.5).abs() < 0.01 && (q[1] + 0.5).abs() < 0.01, "{gamma}, {q:?}");
+    }
+}
+
+/// A thin wall that sends a particle back is met on a run of any length, also of one without an end but for a stop.
+#[test]
+fn a_wall_is_met_on_a_run_of_any_length() {
+    let text = common::metric(&["t", "x"], &[("t t", "9 + x^2/50 + 4*exp(-((x - 2)/1e-4)^2)"), ("x x", "-1")]);
+    let geometry: Geometry = Geometry::new(&GeometryText::Metric(text)).unwrap().around(&[0.0, 0.0]).unwrap();
+    let start = Start { q: vec![0.0, 0.0], q_dot: vec![1.0, 0.5], p: vec![9.0, -0.5] };
+    for accuracy in [1e-4, 1e-9] {
+        let [short, long, endless] = [15.0, 1e3, f64::INFINITY].map(|length| {
+            let mut stop = Passes { coordinate: 1, value: -0.5, sign: 1.0, to_positive: false };
+            let march = Flow::new(&geometry);
+            march.run(&start, length, &mut [&mut stop], accuracy, &mut go_on).unwrap().gamma
+        });
+        // Without the wall it comes back after half a period of more than 20.
+        assert!(short < 12.0 && (long - short).abs() < 10.0 * accuracy, "{short}, {long}");
+        assert!((endless - short).abs() < 10.0 * accuracy, "{short}, {endless}");
     }
 }

@@ -241,3 +241,34 @@ fn what_sweeps_leave_and_rounding_are_errors() {
         }
     }
 }
+
+/// New errors point to where K goes on changing as it has, and those that do not change it to where they are.
+#[test]
+fn errors_do_not_cancel() {
+    let geometry = &geometries()[0];
+    let slopes = [0.5, -2.0, -0.25, 0.0, 0.0];
+    let mut transport = Transport::new(geometry);
+    let local = |row: usize| Local { size: 1e-9 * (row + 1) as f64, half_norm: slopes[row], rounding: 0.0 };
+    let k = |transport: &Transport<'_>| (0..5).map(|row| slopes[row] * transport.of(row)).sum::<f64>();
+    let added: f64 = (0..5).map(|row| local(row).size * slopes[row].abs()).sum();
+    for windows in 1..10 {
+        transport.enlarge(local);
+        near(k(&transport), f64::from(windows) * added);
+        (0..5).for_each(|row| near(transport.of(row).abs(), f64::from(windows) * local(row).size));
+    }
+    // With the gradient turned round K is on the other side, and errors shrink it no more.
+    let before = k(&transport);
+    transport.enlarge(|row| Local { half_norm: -slopes[row], ..local(row) });
+    near(k(&transport), before + added);
+}
+
+/// Rounding adds up as in a random walk.
+#[test]
+fn rounding_walks_at_random() {
+    let geometry = &geometries()[0];
+    let mut transport = Transport::new(geometry);
+    for windows in 1..100 {
+        transport.enlarge(|_| Local { rounding: 1e-16, ..NONE });
+        (0..5).for_each(|row| near(transport.of(row), 1e-16 * f64::from(windows).sqrt()));
+    }
+}
