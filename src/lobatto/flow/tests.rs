@@ -6,6 +6,7 @@ use super::state::FlowState;
 use super::transport::{Local, Transport};
 use super::window::{FlowWindow, Outcome, Task, Weights};
 use crate::geometry::{Geometry, GeometryText, MetricText, Start};
+use crate::runge_kutta::runge_kutta;
 
 const NONE: Local = Local { size: 0.0, half_norm: 0.0, rounding: 0.0 };
 
@@ -77,6 +78,52 @@ fn rates_are_those_of_the_field() {
             let [mut q, mut q_dot, mut p] = [start.q.clone(), vec![0.0; 3], start.p.clone()];
             window.node(&state, 0.3, node, [&mut q, &mut q_dot, &mut p]);
             geometry.velocities(&q, &p).unwrap().into_iter().zip(q_dot).for_each(|(exact, found)| near(exact, found));
+        }
+    }
+}
+
+/// The end of a window is that of the classical Runge–Kutta method in many steps, and all rows of rates are looked at.
+#[test]
+fn the_end_is_where_the_motion_leads() {
+    for geometry in geometries() {
+        let start = start(&geometry);
+        let (_, window) = solved(&geometry, &start, 0.3);
+        let (field, mut rates) = (geometry.field(), geometry.field().room());
+        let mut state = [start.q.clone(), start.p.clone()].concat();
+        let mut slopes = [(); 4].map(|()| vec![0.0; 6]);
+        for _ in 0..1000 {
+            runge_kutta(&mut state, 3e-4, &mut slopes, |_, trial, out| field.slopes(trial, &mut rates, out)).unwrap();
+        }
+        let (q, p) = end(&window, &start);
+        let off = q.iter().chain(&p).zip(&state).map(|(found, exact)| (found - exact).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-13, "{off:e}");
+        for (tail, rates) in window.tails.iter().zip(window.unknowns.rates()) {
+            assert_eq!(tail.largest, rates.0.iter().fold(0.0, |most: f64, rate| most.max(rate.abs())));
+            assert!(tail.tail > 0.0 && tail.tail < 1e-6 * tail.largest, "{tail:?}");
+        }
+    }
+}
+
+/// With S the square of the linearised equations it is the fourth root of ½ Σ |S_ij S_ji|; ω for an oscillator.
+#[test]
+fn the_rate_of_the_motion_is_that_of_the_linearised_equations() {
+    for geometry in geometries() {
+        let start = start(&geometry);
+        let (state, _) = solved(&geometry, &start, 0.3);
+        let mut jacobian = [[0.0; 4]; 4];
+        let mut room = geometry.field().jacobian_room();
+        geometry.field().jacobian(&start.q, &start.p, &mut room, |row, column, value| jacobian[row][column] = value);
+        let entry = |i: usize, j: usize| (0..4).map(|k| jacobian[i][k] * jacobian[k][j]).sum::<f64>();
+        let sum: f64 = (0..16).map(|k| (entry(k / 4, k % 4) * entry(k % 4, k / 4)).abs()).sum();
+        let mut judge = Judge::new(&geometry, &state, &start.p, None);
+        let mut transport = Transport::new(&geometry);
+        transport.begin(&start.p, &state);
+        near(judge.look_at(&transport), (0.5 * sum).powf(0.25));
+        // Errors of momenta count by what they do to positions in the time scale.
+        judge.set_scale(0.5);
+        for place in 0..2 {
+            let most = (0..2).map(|row| jacobian[row][2 + place].abs()).fold(0.0, f64::max);
+            near(judge.weights.p[place], 0.5 * most);
         }
     }
 }
