@@ -319,3 +319,27 @@ fn rounding_walks_at_random() {
         (0..5).for_each(|row| near(transport.of(row), 1e-16 * f64::from(windows).sqrt()));
     }
 }
+
+/// Small errors at the start of a window are at its end what a window from a start that is off says.
+#[test]
+fn errors_travel_with_the_motion() {
+    for geometry in geometries() {
+        let start = start(&geometry);
+        let (state, window) = solved(&geometry, &start, 0.3);
+        // Of x, y, their momenta and t.
+        let errors = [1e-6, 2e-6, 3e-6, 1.5e-6, 2.5e-6];
+        let (judge, mut transport) = judge(&geometry, (&state, &start), None);
+        transport.enlarge(|row| Local { size: errors[row], ..NONE });
+        transport.follow(&window, &judge.weights, 1e3);
+        let mut off = start.clone();
+        let [ex, ey, px, py, et] = errors;
+        (off.q, off.p) =
+            (vec![off.q[0] + et, off.q[1] + ex, off.q[2] + ey], vec![off.p[0], off.p[1] + px, off.p[2] + py]);
+        let (_, other) = solved(&geometry, &off, 0.3);
+        let q = |a: usize| other.end.q[a].hi - window.end.q[a].hi;
+        let p = |place: usize| other.end.p[place].hi - window.end.p[place].hi;
+        for (row, exact) in [q(1), q(2), p(0), p(1), q(0)].into_iter().enumerate() {
+            assert!((transport.of(row) - exact).abs() < 1e-3 * 3e-6, "{row}: {:e}, {exact:e}", transport.of(row));
+        }
+    }
+}
