@@ -318,3 +318,63 @@ impl Attempt<'_> {
         Err(Ended::Inaccurate { next: self.caution * (0.1 * self.accuracy / at_the_end).max(1e-4) })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Attempt, Controller, Judge, ONE_COORDINATE, Pace, Progress};
+    use crate::lobatto::{Goal, MarchFailure, State, Statistics};
+    use crate::metric::Metric;
+    use crate::potential::Potential;
+    use crate::vector::Twofold;
+
+    fn attempt(metric: &Metric, goal: Goal) -> Attempt<'_> {
+        let start = State { t: 2.0.into(), x: 0.0.into(), w: 0.0.into() };
+        Attempt { metric, q_t: 1.0, start, goal, accuracy: 1e-6, length: 4.0, first: 1.0, caution: 1.0 }
+    }
+
+    /// What is said of a march that has come to `gamma` and `t`, and has not moved in many evaluations since.
+    fn stopped(attempt: &Attempt<'_>, gamma: f64, t: f64) -> MarchFailure {
+        let mut pace = Pace::new(0);
+        pace.advance(20_000, gamma).unwrap();
+        let mut here = Progress {
+            state: State { t: t.into(), ..attempt.start },
+            gamma: Twofold::from(gamma),
+            judge: Judge::new(attempt.metric, attempt.q_t, 16, &attempt.start, attempt.first),
+            control: Controller::new(ONE_COORDINATE, 16, attempt.accuracy, attempt.first),
+            plan: None,
+            pace,
+            idle: 0,
+        };
+        let statistics = Statistics { windows: 5, evaluations: 40_000, unproved: 0 };
+        attempt.budget(&mut here, &statistics).unwrap_err()
+    }
+
+    #[test]
+    fn nobody_looks_beyond_the_end_of_a_run() {
+        let metric = Metric::new(Potential::free(), 1.0, 1.0);
+        let to_length = attempt(&metric, Goal::Gamma(4.0));
+        assert_eq!([0.0, 3.0, 3.75].map(|gamma| to_length.ahead(gamma)), [1.0, 1.0, 0.25]);
+        assert_eq!(attempt(&metric, Goal::Time(4.0)).ahead(3.75), 1.0);
+    }
+
+    /// From rest at x = 0 it is π/4 to the horizon of g00 = 1 + 2x.
+    #[test]
+    fn a_march_that_does_not_move_is_before_a_horizon() {
+        let metric = Metric::new(Potential::linear(1.0), 1.0, 1.0);
+        let failure = stopped(&attempt(&metric, Goal::Gamma(4.0)), 3.0, 2.0);
+        let MarchFailure::OutsideDomain { window, gamma, x, .. } = failure else { panic!("{failure}") };
+        assert!(window == 5 && (gamma - 3.0 - std::f64::consts::FRAC_PI_4).abs() < 1e-3, "{gamma}");
+        assert!((x + 0.5).abs() < 1e-3, "{x}");
+    }
+
+    #[test]
+    fn a_march_that_crawls_says_what_it_would_need() {
+        let metric = Metric::new(Potential::free(), 1.0, 1.0);
+        // A part of 2⁻³⁰ is done.
+        let (part, needed) = (0.5_f64.powi(30), 40_000.0 * 2.0_f64.powi(30));
+        for (goal, gamma, t) in [(Goal::Gamma(4.0), 4.0 * part, 2.0), (Goal::Time(4.0), 1e-9, 2.0 + 4.0 * part)] {
+            let expected = MarchFailure::EvaluationLimit { gamma, x: 0.0, evaluations: 40_000, needed };
+            assert_eq!(stopped(&attempt(&metric, goal), gamma, t), expected);
+        }
+    }
+}

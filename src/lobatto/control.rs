@@ -190,4 +190,18 @@ mod tests {
         }
         assert!(control.is_exhausted(control.share(1e-30)) && !control.is_exhausted(control.share(0.01)));
     }
+
+    /// What iterations may leave is a small part of a share, and in all windows no more than is counted.
+    #[test]
+    fn what_iterations_leave_adds_up_to_less_than_is_counted() {
+        let control = controller();
+        for windows in [1, 10, 10_000] {
+            let share = control.share(1.0 / f64::from(windows));
+            let tolerance = control.tolerance(share);
+            assert!(tolerance > 0.0 && tolerance < 0.1 * share);
+            assert!(f64::from(windows) * tolerance <= control.left());
+        }
+        assert!(control.left() < 0.01 * control.accuracy);
+        assert!(control.is_hopeless(f64::NAN) && control.is_hopeless(1e30) && !control.is_hopeless(1.0));
+    }
 }

@@ -98,3 +98,82 @@ fn step(metric: &Metric, q_t: f64, (x, w, here): Point, h: f64) -> Result<Point,
     let w = w + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
     force(x).map(|(_, next)| (x, w, next))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{follow, step, why};
+    use crate::lobatto::{MarchFailure, State};
+    use crate::metric::Metric;
+    use crate::potential::Potential;
+
+    const HORIZON: f64 = -0.5;
+
+    /// g00 = 1 + 2x.
+    fn horizon() -> Metric {
+        Metric::new(Potential::linear(1.0), 1.0, 1.0)
+    }
+
+    fn at(x: f64, w: f64) -> State {
+        State { t: 0.0.into(), x: x.into(), w: w.into() }
+    }
+
+    /// γ from there to the horizon with Q_t = 1: dγ = dg/2w with w² = 1/g − K.
+    fn to_horizon(w: f64) -> f64 {
+        let k = 1.0 - w * w;
+        let angle = k.sqrt().min(1.0).asin();
+        (angle - angle.sin() * angle.cos()) / (2.0 * k.powf(1.5))
+    }
+
+    #[test]
+    fn a_horizon_is_met_where_it_is() {
+        let metric = horizon();
+        for (w, length) in [(0.0, 1.0), (0.0, 40.0), (-0.5, 0.5), (-0.9, 7.0)] {
+            let failure = why(&metric, 1.0, &at(0.0, w), length, 7, 3.0);
+            let MarchFailure::OutsideDomain { window, gamma, x, g00 } = failure else { panic!("{failure}") };
+            let expected = 3.0 + to_horizon(w);
+            assert!(window == 7 && (gamma - expected).abs() < 2e-3, "{w} {length}: {gamma}, {expected}");
+            assert!((x - HORIZON).abs() < 1e-3 && g00 < 1e-3, "{w} {length}: {x} {g00:e}");
+        }
+    }
+
+    #[test]
+    fn what_lies_beyond_the_window_does_not_count() {
+        let metric = horizon();
+        for w in [0.0, -0.5] {
+            let [before, behind] = [0.99, 1.01].map(|share| follow(&metric, 1.0, &at(0.0, w), share * to_horizon(w)));
+            assert!(before.is_none() && behind.is_some(), "{w}: {before:?}, {behind:?}");
+        }
+        let failure = why(&metric, 1.0, &at(0.25, 0.5), 0.3, 2, 3.0);
+        assert_eq!(failure, MarchFailure::NotConverged { window: 2, gamma: 3.0, x: 0.25 });
+    }
+
+    /// The steps keep K up to an error that falls with the fifth power of their length.
+    #[test]
+    fn steps_are_of_fourth_order() {
+        let metric = Metric::new(Potential::quartic(0.5), 1.0, 1.0);
+        let off = |h: f64| {
+            let (x, w, here) = step(&metric, 2.0, (1.0, 0.3, metric.at(1.0)), h).unwrap();
+            assert_eq!(here, metric.at(x));
+            // The other invariant is the place after a given γ: two half steps know it better.
+            let half = |from| step(&metric, 2.0, from, 0.5 * h).unwrap();
+            let better = half(half((1.0, 0.3, metric.at(1.0))));
+            [4.0 / here.g00 - w * w - (4.0 / metric.at(1.0).g00 - 0.09), x - better.0, w - better.1]
+        };
+        let [long, short] = [0.02, 0.01].map(off);
+        for (long, short) in long.into_iter().zip(short) {
+            let power = (long / short).abs().log2();
+            assert!((4.8..6.2).contains(&power), "{long:e}, {short:e}: {power}");
+        }
+    }
+
+    /// What is outside is said with the place and g00 there.
+    #[test]
+    fn a_step_out_of_the_domain_says_where() {
+        let metric = horizon();
+        let (x, g00) = step(&metric, 1.0, (-0.4, -3.0, metric.at(-0.4)), 0.1).unwrap_err();
+        assert!(x < HORIZON && g00 == metric.at(x).g00);
+        // A jump out of the domain has no horizon: the particle leaves at once.
+        let (elapsed, ..) = follow(&metric, 1.0, &at(-0.6, 0.0), 1.0).unwrap();
+        assert_eq!(elapsed, 0.0);
+    }
+}

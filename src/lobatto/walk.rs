@@ -159,3 +159,44 @@ fn in_gamma<const P: usize, F: Force>(
     statistics.evaluations += solved.evaluations;
     Some(solved)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Length, Walk};
+    use crate::lobatto::formula::FormulaForce;
+    use crate::lobatto::window::Precision;
+    use crate::lobatto::{State, Statistics, kit};
+    use crate::metric::Metric;
+    use crate::potential::{Formula, Potential};
+
+    #[test]
+    fn only_arithmetic_is_refined() {
+        for (text, refines) in [("x^4/2 - 1/(3 + x)", true), ("cos(x)", false), ("x^x", false)] {
+            let formula = Formula::new(text, &Default::default()).unwrap();
+            let metric = Metric::new(Potential::Formula(formula), 1.0, 1.0);
+            let Potential::Formula(formula) = metric.potential() else { panic!("a formula") };
+            let force = FormulaForce::<16>::new(&metric, 1.0, formula.program(), 16);
+            assert_eq!(Walk::new(kit::coarse(), force, None, false).refines(), refines, "{text}");
+        }
+    }
+
+    /// A window is judged by the modes of a and of u, in this order.
+    #[test]
+    fn a_window_is_judged_by_its_forces() {
+        let formula = Formula::new("x^4/2", &Default::default()).unwrap();
+        let metric = Metric::new(Potential::Formula(formula), 1.0, 1.0);
+        let Potential::Formula(formula) = metric.potential() else { panic!("a formula") };
+        let (kit, q_t) = (kit::coarse(), 2.0);
+        let n = kit.rule.points();
+        let mut walk = Walk::new(kit, FormulaForce::<16>::new(&metric, q_t, formula.program(), n), None, false);
+        let (length, start) = (Length::exactly(0.5.into(), q_t), State { t: 0.0.into(), x: 1.0.into(), w: 0.1.into() });
+        let precision = Precision { tolerance: 0.0, refine: false, most: 60 };
+        let solved = walk.solve(length, &start, precision, &mut Statistics::default()).unwrap();
+        for (k, values) in [&walk.window.a.0[..n], &walk.window.u.0[..n]].into_iter().enumerate() {
+            let largest = values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+            let tail = [n - 3, n - 2].map(|mode| kit.rule.mode_of(mode, values).abs());
+            assert_eq!(solved.largest[k], largest);
+            assert!((solved.tail[k] - tail[0].max(tail[1])).abs() < 1e-14, "{k}: {:e}, {tail:?}", solved.tail[k]);
+        }
+    }
+}

@@ -178,3 +178,76 @@ fn damped<N: NewtonSystem>(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Failure, LinearFailure, NewtonSystem, Root, RoundingLevels, SMALL_STEP, solve};
+    use crate::solve::status::Status;
+
+    /// F(u) = atan(u − 1) with a step that may fail.
+    struct Arctangent {
+        step: fn(f64) -> Result<f64, LinearFailure>,
+    }
+
+    fn newton(u: f64) -> Result<f64, LinearFailure> {
+        Ok(-(u - 1.0).atan() * (1.0 + (u - 1.0).powi(2)))
+    }
+
+    impl NewtonSystem for Arctangent {
+        type Outside = ();
+
+        fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), ()> {
+            out[0] = (u[0] - 1.0).atan();
+            Ok(())
+        }
+
+        fn rounding(&self, _: &[f64]) -> Option<RoundingLevels> {
+            Some(vec![(0..1, f64::EPSILON)])
+        }
+
+        fn newton_step(&mut self, u: &[f64], _: &[f64], step: &mut [f64]) -> Result<(), LinearFailure> {
+            step[0] = (self.step)(u[0])?;
+            Ok(())
+        }
+
+        fn sizes(&self, u: &[f64]) -> Vec<f64> {
+            vec![u[0].abs()]
+        }
+    }
+
+    #[test]
+    fn a_step_is_damped_and_measured_as_a_whole() {
+        let start = 3.0;
+        let Root { unknowns, history } = solve(&mut Arctangent { step: newton }, vec![start], 20).unwrap();
+        assert!((unknowns[0] - 1.0).abs() < 1e-15);
+        let (first, last) = (&history[0], history.last().unwrap());
+        let whole = newton(start).unwrap_or(0.0);
+        // The whole step goes further away than it came from.
+        assert_eq!((first.damping, first.step), (0.5, (0.5 * whole).abs()));
+        let next = start + 0.5 * whole;
+        assert!(
+            (first.relative_step - (whole / next).abs()).abs() < 1e-15 && first.residual == (next - 1.0).atan().abs()
+        );
+        // It ends with a step that has nothing left to gain.
+        assert!(last.damping == 1.0 && last.residual < 32.0 * f64::EPSILON, "{last:?}");
+        assert!(history.iter().rev().skip(2).all(|record| record.residual > 1e-8), "{history:?}");
+    }
+
+    /// A root that is met by a step that was not small is looked at once more.
+    #[test]
+    fn a_large_step_is_followed_by_another() {
+        let steps = |start: f64| solve(&mut Arctangent { step: newton }, vec![start], 20).unwrap().history.len();
+        assert_eq!(steps(1.0 + 0.5 * SMALL_STEP), 1);
+        assert_eq!(steps(1.0 + 1e-6), 2);
+    }
+
+    #[test]
+    fn a_system_without_a_step_is_singular() {
+        let no_step: [fn(f64) -> Result<f64, LinearFailure>; 3] =
+            [|_| Err(LinearFailure), |_| Ok(f64::NAN), |_| Ok(f64::INFINITY)];
+        for step in no_step {
+            let Failure { status, unknowns, history, .. } = solve(&mut Arctangent { step }, vec![3.0], 20).unwrap_err();
+            assert_eq!((status, unknowns, history.len()), (Status::Singular, vec![3.0], 0));
+        }
+    }
+}

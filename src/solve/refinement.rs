@@ -108,3 +108,60 @@ fn failed<S: Real, O>(
     let rough = |values: &[S]| values.iter().map(|value| value.to_f64()).collect();
     Failure { status, unknowns: rough(u), residual: rough(residual), outside, history }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Refined, refine};
+    use crate::scalar::{Extended, Real};
+    use crate::solve::newton::{LinearFailure, Root, RoundingLevels};
+    use crate::solve::status::Status;
+
+    /// F(u) = u² − 2 with the Jacobian at 1.5, or without one.
+    struct Root2 {
+        solve: fn(f64) -> Result<f64, LinearFailure>,
+    }
+
+    impl Refined<Extended> for Root2 {
+        type Outside = ();
+
+        fn residual(&mut self, u: &[Extended], out: &mut [Extended]) -> Result<(), ()> {
+            out[0] = u[0] * u[0] - Extended::from(2.0);
+            Ok(())
+        }
+
+        fn solve_linearised(&mut self, right: &mut [f64]) -> Result<(), LinearFailure> {
+            right[0] = (self.solve)(right[0])?;
+            Ok(())
+        }
+
+        fn rounding(&self, _: &[Extended]) -> Option<RoundingLevels> {
+            Some(vec![(0..1, Extended::EPSILON.to_f64())])
+        }
+
+        fn sizes(&self, u: &[Extended]) -> Vec<Extended> {
+            vec![u[0].abs()]
+        }
+    }
+
+    fn refined(solve: fn(f64) -> Result<f64, LinearFailure>) -> Result<Root<Extended>, Status> {
+        let root = Root { unknowns: vec![1.5], history: vec![] };
+        refine(&mut Root2 { solve }, root, 40, 100).map_err(|failure| failure.status)
+    }
+
+    #[test]
+    fn a_root_gets_all_digits() {
+        let root = refined(|right| Ok(right / 3.0)).unwrap();
+        let exact = Extended::from_decimal("1.41421356237309504880168872420969807856967187537694").unwrap();
+        assert!((root.unknowns[0] - exact).abs().to_f64() < 1e-40);
+        assert!(root.history.last().unwrap().relative_step < 1e-40);
+    }
+
+    #[test]
+    fn a_system_without_a_solution_is_singular() {
+        let none: [fn(f64) -> Result<f64, LinearFailure>; 3] =
+            [|_| Err(LinearFailure), |_| Ok(f64::NAN), |_| Ok(f64::INFINITY)];
+        for solve in none {
+            assert_eq!(refined(solve).unwrap_err(), Status::Singular);
+        }
+    }
+}

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-use geodesic_ivp::Case;
 use geodesic_ivp::geodesic::InitialData;
 use geodesic_ivp::lobatto::{Adapted, Adaptive, Goal, March, MarchFailure, State, WeakRule, WindowView};
 use geodesic_ivp::metric::Metric;
 use geodesic_ivp::potential::{Formula, Potential};
 use geodesic_ivp::reference::ReferenceTrajectory;
+use geodesic_ivp::{Case, solve};
 
 fn shipped(text: &str) -> (Metric, InitialData) {
     let case = Case::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
@@ -213,4 +213,30 @@ fn extremes_end() {
     let start = State { t: 0.0.into(), x: 1.0.into(), w: 0.1.into() };
     let adapted = Adaptive::new(&metric, 1.0).run(start, Goal::Gamma(1e8), 1e-12, &mut go_on).expect("it is reached");
     assert_eq!((adapted.statistics.windows, adapted.end.t.hi), (1, 1e8));
+}
+
+/// A march that was begun again leaves nothing of the attempts before in a solution.
+#[test]
+fn a_solution_is_of_the_last_attempt() {
+    let mut begun_again = 0;
+    for digits in 4..=12 {
+        // From next to an unstable equilibrium errors grow without bound, and with every return.
+        let length = 60.0;
+        let text = format!(
+            "potential.formula.expression = \"x^4/4 - x^2/2\"\nparticle.c = 3.0\ngrid.gamma_f = {length:?}\n\
+             initial = {{ t = 0.0, x = 1e-3, t_dot = 1.0, x_dot = 0.0 }}\nsolver.accuracy = 1e-{digits}"
+        );
+        let case = Case::parse("test", &text, &[]).unwrap();
+        let (metric, initial) = (case.metric(), case.initial_data());
+        let march = Adaptive::new(&metric, initial.invariants(&metric).q_t);
+        let accuracy = 10.0_f64.powi(-digits);
+        let adapted = march.run(initial.into(), Goal::Gamma(length), accuracy, &mut go_on).unwrap();
+        let solution = solve::<f64>(&case).unwrap();
+        begun_again += usize::from(adapted.attempts > 1);
+        assert_eq!(solution.window_count, solution.windows.len(), "{digits}");
+        assert!(solution.windows.windows(2).all(|pair| pair[0].gamma[1] == pair[1].gamma[0]), "{digits}");
+        let nodes = solution.x.len();
+        assert!(nodes == solution.elapsed.len() && nodes.is_multiple_of(solution.window_count), "{digits}: {nodes}");
+    }
+    assert!(begun_again > 0);
 }

@@ -116,3 +116,21 @@ fn of_a_stopped_iteration_of_two_coordinates_the_place_is_on_the_way() {
         assert!((x - there[1]).abs().max((y - there[2]).abs()) < 0.05, "{scheme}: {x}, {y} for {there:?}");
     }
 }
+
+/// Windows that are finite each, and a time that is not: after 18 of them it is beyond the range of numbers.
+#[test]
+fn of_a_time_that_overflows() {
+    for scheme in ["sbp = 'SBP42'", "sbp = 'SBP21', form = 'weak'", "sbp = 'GLL12', form = 'weak'", "sbp = 'GLL12'"] {
+        let rest = format!(
+            "initial = {{ t = 0.0, t_dot = 1e153, x = 1.0, x_dot = 0.0 }}\nscheme = {{ {scheme} }}\n\
+             grid = {{ gamma_f = 2e155, n_gamma = 12, windows = 20 }}\n"
+        );
+        let one = Case::parse("test", &format!("potential.formula.expression = '0*x'\n{rest}"), &[]).unwrap();
+        let scene = format!("potential = {{ coordinates = ['x'], formula = '0*x' }}\n{rest}");
+        let scene = SceneCase::parse("test", &scene, &[]).unwrap();
+        for failure in [solve::<f64>(&one).unwrap_err(), solve_scene::<f64>(&scene.setup()).unwrap_err()] {
+            assert_eq!(failure.status, Status::OutsideDomain, "{scheme}: {failure}");
+            assert!((1.6e155..1.9e155).contains(&failure.gamma), "{scheme}: {}", failure.gamma);
+        }
+    }
+}

@@ -3,6 +3,7 @@
 mod action_derivatives;
 mod adaptive;
 mod atlas;
+mod certificates;
 mod common;
 mod convergence;
 mod diagnostics;

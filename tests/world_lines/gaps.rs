@@ -253,3 +253,33 @@ fn what_hides_beyond_the_nodes_where_a_path_turns_is_found() {
         assert!(first.coordinates[1].1.iter().all(|x| (0.99..0.9965).contains(x)), "{gaps:?}");
     }
 }
+
+/// What hides does not hang on the order of the coordinates, nor on the origin of those that nothing depends on.
+#[test]
+fn the_order_of_coordinates_and_origins_do_not_count() {
+    // A metric that couples velocities, with a ridge between two nodes.
+    let component = |pair: &str, height: f64| match pair {
+        "t t" => format!("9 + {height:?}*exp(-((x-0.074)/1e-5)^2)"),
+        "x x" => "-1 - y^2/4".to_owned(),
+        "y y" => "-1 - x^2/3".to_owned(),
+        _ => "x*y/5".to_owned(),
+    };
+    let explained = |order: [&str; 3], t: f64| {
+        critical(|height| {
+            let names = order.map(|name| format!("\"{name}\"")).join(", ");
+            let metric =
+                ["t t", "x x", "y y", "x y"].map(|pair| format!("\"{pair}\" = \"{}\"", component(pair, height)));
+            let text = format!(
+                "metric = {{ coordinates = [{names}], components = {{ {} }} }}\n\
+                 initial = {{ t = {t:?}, x = 0.0, y = 0.3, t_dot = 1.0, x_dot = 0.01, y_dot = 0.001 }}\n\
+                 grid = {{ gamma_f = 64.0, n_gamma = 65 }}\nscheme.sbp = \"SBP42\"\n",
+                metric.join(", ")
+            );
+            let case = SceneCase::parse("plane", &text, &[]).unwrap_or_else(|error| panic!("{text}: {error}"));
+            of_scene::<f64>(&case, Some(1e-6)).map_or(1, |gaps| gaps.unproved)
+        })
+    };
+    let first = explained(["t", "x", "y"], 0.0);
+    let other = explained(["y", "t", "x"], 1e6);
+    assert!((other / first - 1.0).abs() < 0.05, "{other:e} and {first:e}");
+}

@@ -9,6 +9,7 @@ mod diagnostics;
 mod ends;
 mod events;
 mod features;
+mod flow;
 mod gaps;
 mod one_coordinate;
 mod samples;

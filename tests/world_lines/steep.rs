@@ -294,7 +294,7 @@ fn kinks_are_passed() {
 fn poles_are_not_certain() {
     for (formula, length) in [("sqrt(abs(x))", 4.0), ("abs(x)^0.3", 4.0)] {
         if let Ok((_, statistics)) = run_one(&one(formula), [1.0, 0.0], length, 1e-8) {
-            assert!(statistics.unproved > 0, "{formula}: {statistics:?}");
+            assert!((1..=statistics.windows).contains(&statistics.unproved), "{formula}: {statistics:?}");
         }
     }
 }

@@ -54,7 +54,7 @@ impl WindowErrors {
 
 /// The error in units of the probe, at most. In the median of thousands of random scenes it is a fiftieth; on
 /// ellipses in windows that are allowed a large error, where modes fall slowly, it can be a little more than one.
-const CAUTION: f64 = 2.0;
+pub(super) const CAUTION: f64 = 2.0;
 
 /// The rounding of a window in units of that of its largest rate, where the kinetic part is constant and elsewhere:
 /// rates that need the inverse of the metric are rounded more than once.
@@ -62,13 +62,13 @@ const ROUNDED: [f64; 2] = [0.5, 2.0];
 
 /// The rounding of a window's rates because positions and momenta are rounded on its nodes, in units of what a unit in
 /// the last place of all of them does. Near a mass this is more than the rounding of the rates themselves.
-const ROUNDED_NODES: f64 = 0.25;
+pub(super) const ROUNDED_NODES: f64 = 0.25;
 
 /// What K is off by because it is rounded, in units of the rounding of its terms.
 const K_ROUNDS: f64 = 16.0 * f64::EPSILON;
 
 /// What a change of K means for the coordinates, in units of the smallest error that makes it.
-const BY_NORM: f64 = 3.0;
+pub(super) const BY_NORM: f64 = 3.0;
 
 impl<'g> Judge<'g> {
     /// From the start, where all momenta are `momenta`, for a run that ends at a value of the coordinate `clock`.

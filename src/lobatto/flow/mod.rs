@@ -23,6 +23,8 @@ mod rule;
 mod state;
 mod stop;
 mod tables;
+#[cfg(test)]
+mod tests;
 mod transport;
 mod tuning;
 mod unknowns;

@@ -43,3 +43,29 @@ impl Request<'_> {
         if rest >= 0.0 { (gamma + rest).min(self.length) } else { self.length }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{FlowState, Request, Target};
+    use crate::geometry::Start;
+
+    #[test]
+    fn an_even_motion_is_foreseen() {
+        let q_dot = [1.0, -0.5];
+        let start = FlowState::new(&Start { q: vec![7.0, 3.0], q_dot: q_dot.to_vec(), p: vec![1.0, 1.0] }, &[1]);
+        let whole = |value: f64, length: f64, gamma: f64| {
+            let target = Some(Target { coordinate: 1, value });
+            let (q_dot, momenta) = (&q_dot, &[1.0, 1.0]);
+            let start = start.clone();
+            let here = FlowState { q: vec![7.0.into(), (3.0 - 0.5 * gamma).into()], ..start.clone() };
+            let request = Request { start, q_dot, momenta, length, target, accuracy: 1e-6, certify: false };
+            request.whole(gamma, &here)
+        };
+        for gamma in [0.0, 1.0, 5.0, 8.0] {
+            assert_eq!(whole(-1.0, 100.0, gamma), 8.0);
+            assert_eq!(whole(-1.0, 6.0, gamma), 6.0);
+            // A value that lies behind is not foreseen.
+            assert_eq!(whole(4.0, 100.0, gamma), 100.0);
+        }
+    }
+}

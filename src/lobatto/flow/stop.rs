@@ -138,3 +138,70 @@ impl Bracket {
         try_root([low, at_low], [high, at_high], least, value)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Bracket;
+
+    /// The root that is found from a bracket of nodes, of a function that changes its sign at `root`, in a window of
+    /// length 1.
+    fn found([low, high]: [f64; 2], side: f64, root: f64) -> Option<f64> {
+        let value = |h: f64| side * (root - h) * (1.0 + h * h);
+        // Inside the window values are less accurate: those of the bracket change their signs in any case.
+        Bracket { before: (low, side), after: (high, -side) }.root(0.0, 1.0, |h| Some(value(h)))
+    }
+
+    #[test]
+    fn a_root_in_a_bracket_or_right_beside_it_is_found() {
+        for side in [1.0, -1.0] {
+            for root in [0.3001, 0.35, 0.3999, 0.4, 0.4001, 0.45, 0.4999, 0.5, 0.5001, 0.55, 0.5999] {
+                let at = found([0.4, 0.5], side, root).unwrap_or_else(|| panic!("{side} {root}"));
+                assert!((at - root).abs() < 1e-15, "{side} {root}: {at}");
+            }
+            for root in [0.1, 0.29, 0.61, 0.9] {
+                assert_eq!(found([0.4, 0.5], side, root), None, "{side} {root}");
+            }
+            // At the ends of the window there is no more room than it has.
+            for (bracket, root) in [([0.02, 0.1], 0.001), ([0.0, 0.1], 0.03), ([0.0, 0.1], 0.15), ([0.95, 0.99], 0.995)]
+            {
+                let at = found(bracket, side, root).unwrap_or_else(|| panic!("{side} {root}"));
+                assert!((at - root).abs() < 1e-15, "{side} {root}: {at}");
+            }
+            assert_eq!(found([0.9, 0.98], side, 1.02), None);
+        }
+    }
+
+    /// To the digits that γ has at the end, and nothing is asked for beyond the window or where there is no value.
+    #[test]
+    fn a_root_is_as_accurate_as_gamma() {
+        let bracket = Bracket { before: (0.25, 1.0), after: (0.5, -1.0) };
+        let count = |gamma: f64| {
+            let mut count = 0;
+            let value = |h: f64| {
+                count += 1;
+                assert!((0.0..=1.0).contains(&h));
+                Some((0.3 - h) * (1.0 + h))
+            };
+            let root = bracket.root(gamma, 1.0, value).unwrap();
+            assert!((root - 0.3).abs() <= 4.0 * f64::EPSILON * (gamma + 0.5), "{root}");
+            count
+        };
+        assert!(count(1e12) < count(0.0));
+        assert_eq!(bracket.root(0.0, 1.0, |_| None), None);
+        // A value that is zero at the end of the bracket is a root.
+        let exact = Bracket { before: (0.25, 1.0), after: (0.5, 0.0) };
+        assert_eq!(exact.root(0.0, 1.0, |h| Some(0.5 - h)), Some(0.5));
+    }
+
+    /// At the start of a run the value may be zero, up to rounding.
+    #[test]
+    fn a_start_that_is_nearly_a_root_has_the_side_of_its_bracket() {
+        for size in [0.0, 1e-18] {
+            for side in [1.0, -1.0] {
+                let bracket = Bracket { before: (0.0, side * size), after: (0.1, -side) };
+                let root = bracket.root(0.0, 1.0, |h| Some(side * h * (0.05 - h))).unwrap();
+                assert!((root - 0.05).abs() < 1e-15, "{root}");
+            }
+        }
+    }
+}

@@ -52,3 +52,23 @@ impl<const P: usize> FlowTables<P> {
         Self { a: rounded(rule.a()), a_squared: rounded(rule.a_squared()), sampled, from_modes, nodes }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{FlowTables, LANES};
+    use crate::lobatto::rule::WeakRule;
+
+    /// Polynomials are what they are on other nodes.
+    #[test]
+    fn samples_of_polynomials_are_exact() {
+        let tables = FlowTables::<24>::new(WeakRule::shared(20));
+        for degree in 0..20 {
+            let power = |c: f64| (c - 0.4).powi(degree);
+            for (lane, node) in WeakRule::shared(LANES).nodes().iter().enumerate() {
+                let nodes = tables.nodes.0[..20].iter().zip(&*tables.sampled);
+                let sum: f64 = nodes.map(|(&c, column)| power(c) * column[lane]).sum();
+                assert!((sum - power(node.hi)).abs() < 1e-13, "{degree}, {lane}: {sum}");
+            }
+        }
+    }
+}

@@ -64,7 +64,7 @@ pub(super) fn unseen(r: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{TUNING, Tail};
+    use super::{NOISE, TUNING, Tail, fall, ratio, unseen};
 
     #[test]
     fn the_error_at_the_end_is_the_square_of_the_tail() {
@@ -75,5 +75,25 @@ mod tests {
         // The tail of nothing but noise counts as little.
         assert!(end(1e-17, 1e-17) < 1e-22);
         assert_eq!(end(0.0, 0.0), 0.0);
+    }
+
+    #[test]
+    fn modes_beyond_the_highest_fall_on() {
+        for (ratio, points) in [(1e-3, 16), (1e-9, 24), (0.3, 20)] {
+            let r = fall(ratio, points);
+            assert!((r.powi(points as i32 - 2) / ratio - 1.0).abs() < 1e-12);
+            let sum: f64 = (2..2000).map(|k| r.powi(k)).sum();
+            assert!((unseen(r) / sum - 1.0).abs() < 1e-9, "{r}");
+        }
+        // Where they do not fall, they are taken to fall a little.
+        assert_eq!(fall(1.0, 16), fall(0.5, 16));
+    }
+
+    #[test]
+    fn noise_is_in_units_of_the_row() {
+        let of = |tail, largest, weight| ratio(Tail { tail, largest }, weight);
+        assert_eq!(of(1e-3, 2.0, 1.0), 5e-4);
+        assert_eq!(of(1e-15, 1e-15, 4.0), 1e-15 / (NOISE / 4.0));
+        assert_eq!((of(1e-3, 2e-3, 0.0), of(0.0, 0.0, 0.0)), (0.5, 0.0));
     }
 }

@@ -204,4 +204,31 @@ mod tests {
         assert_eq!(kept(|h| if h > 0.04 { 1e-3 } else { h.powi(2) }), 12);
         assert_eq!(kept(|h| 1e-5 * h * (h - 0.9e-3).abs()), 12);
     }
+
+    #[test]
+    fn a_plateau_knows_no_unit() {
+        let (delta_gamma, n) = grids(8);
+        let errors: Vec<f64> = delta_gamma.iter().map(|h| (0.1 * h.powi(4)).max(3e-12)).collect();
+        let above = |unit: f64| {
+            let errors: Vec<f64> = errors.iter().map(|error| error * unit).collect();
+            points_above_plateau(&delta_gamma, &n, &errors, unit, 16)
+        };
+        assert!((2..8).contains(&above(1.0)), "{}", above(1.0));
+        for unit in [2.0_f64.powi(30), 2.0_f64.powi(-30)] {
+            assert_eq!(above(unit), above(1.0));
+        }
+    }
+
+    /// Close to rounding a fall that is far slower than before is none, and two errors are no trend.
+    #[test]
+    fn what_still_falls_may_be_a_plateau() {
+        let (delta_gamma, n) = grids(7);
+        let slow = [1.6e-10, 1e-11, 6e-13, 8e-15, 4e-15, 2e-15, 1e-15];
+        assert!(points_above_plateau(&delta_gamma, &n, &slow, 1.0, 16) <= 4);
+        let accident = [1e-5, 1e-6, 1e-7, 1e-8, 1e-12, 1e-9, 1e-10];
+        assert!(points_above_plateau(&delta_gamma, &n, &accident, 1.0, 16) < 7);
+        let (delta_gamma, n) = grids(8);
+        let accident = [1e-5, 1e-6, 1e-7, 1e-8, 1e-12, 1e-9, 1e-10, 1e-11];
+        assert_eq!(points_above_plateau(&delta_gamma, &n, &accident, 1.0, 16), 8);
+    }
 }
