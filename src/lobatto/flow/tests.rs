@@ -5,6 +5,7 @@ use super::rule;
 use super::state::FlowState;
 use super::transport::{Local, Transport};
 use super::window::{FlowWindow, Outcome, Task, Weights};
+use super::work::Tail;
 use crate::geometry::{Geometry, GeometryText, MetricText, Start};
 use crate::runge_kutta::runge_kutta;
 
@@ -340,6 +341,33 @@ fn errors_travel_with_the_motion() {
         let p = |place: usize| other.end.p[place].hi - window.end.p[place].hi;
         for (row, exact) in [q(1), q(2), p(0), p(1), q(0)].into_iter().enumerate() {
             assert!((transport.of(row) - exact).abs() < 1e-3 * 3e-6, "{row}: {:e}, {exact:e}", transport.of(row));
+        }
+    }
+}
+
+/// Where the kinetic part is constant momenta follow from positions, and what is integrated twice is better inside.
+#[test]
+fn modes_say_what_a_window_lacks() {
+    for geometry in geometries() {
+        let start = start(&geometry);
+        let (state, mut window) = solved(&geometry, &start, 0.3);
+        let (judge, _) = judge(&geometry, (&state, &start), None);
+        let mut errors = |row: usize, lasting: f64| {
+            window.tails.fill(Tail { tail: 0.0, largest: 1.0 });
+            window.tails[row].tail = 1e-12;
+            judge.of_window(&window, lasting)
+        };
+        for row in 0..5 {
+            let [once, longer] = [1.0, 2.0].map(|lasting| errors(row, lasting));
+            match (row, geometry.is_separable()) {
+                (2 | 3, true) => assert!(once.end == 0.0 && once.inside == 0.0),
+                (0 | 1, true) => {
+                    near(longer.end, 2.0 * once.end);
+                    near(longer.inside, once.inside);
+                    assert!((1e-15..1e-13).contains(&once.inside), "{:e}", once.inside);
+                }
+                _ => assert!(longer.end == once.end && once.end > 0.0 && once.inside < 1e-12, "{once:?}"),
+            }
         }
     }
 }
