@@ -269,7 +269,8 @@ impl Real for Extended {
 
     fn tanh(self) -> Self {
         let e = Extended::exp_m1(&Extended::abs(&self).mul2());
-        let size = if e.is_finite() { e / (e + Extended::TWO) } else { Self::ONE };
+        // e/(e + 2) of what is beyond the range of numbers; NaN stays what it is.
+        let size = if e == Extended::INFINITY { Self::ONE } else { e / (e + Extended::TWO) };
         size.copysign(self)
     }
 }

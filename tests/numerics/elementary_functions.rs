@@ -219,3 +219,16 @@ fn hyperbolic_functions_far_out() {
     assert!(!Real::is_finite(Real::cosh(-far)));
     assert_eq!(Real::sinh(Extended::ZERO), Extended::ZERO);
 }
+
+/// ln(−1) has no value, and neither has a function of it.
+#[test]
+fn what_has_no_value_stays_without_one() {
+    let none = <Extended as Real>::ln(Extended::from(-1.0));
+    let functions: [fn(Extended) -> Extended; 6] =
+        [Real::tanh, Real::sinh, Real::cosh, Real::exp, Real::sqrt, Real::tan];
+    for function in functions {
+        assert!(function(none).is_nan());
+    }
+    let infinity = Extended::from(f64::INFINITY);
+    assert_eq!([infinity, -infinity].map(Real::tanh), [1.0, -1.0].map(Extended::from));
+}
