@@ -143,8 +143,12 @@ impl<'a, S: Real, L: Lagrangian<S>> DoubledAction<'a, S, L> {
     /// # Errors
     /// The first node of either branch that lies outside the domain.
     pub fn gradient(&self, u: &[S], out: &mut [S]) -> Result<(), L::Outside> {
+        self.gradient_at(&self.both_branches(u)?, u, out);
+        Ok(())
+    }
+
+    fn gradient_at(&self, states: &BothStates<S>, u: &[S], out: &mut [S]) {
         let layout = self.layout();
-        let states = self.both_branches(u)?;
         let mut momentum = vec![S::ZERO; self.sbp.points()];
         for a in 0..layout.dimension() {
             self.coordinate_gradient(states.get(0), a, &mut momentum, layout.values_mut(out, 0, a));
@@ -159,23 +163,28 @@ impl<'a, S: Real, L: Lagrangian<S>> DoubledAction<'a, S, L> {
         for out in &mut out[layout.row(1, 0)..layout.multiplier_range().start] {
             *out = -*out;
         }
-        if let Some(mean) = MeanForce::new(self, u, &states) {
+        if let Some(mean) = MeanForce::new(self, u, states) {
             self.add_force_gradient(&mean, out);
         }
         match self.form {
             Form::Strong => self.add_multiplier_gradient(u, out),
-            Form::Weak => self.add_boundary_gradient(&self.ties(u, &states), &states, out),
+            Form::Weak => self.add_boundary_gradient(&self.ties(u, states), states, out),
         }
-        Ok(())
     }
 
-    /// The largest entry of ∇E_IVP(u); infinite where a node is outside the domain.
+    /// The largest entry of ∇E_IVP(u); infinite where a node is outside the domain, or where the Lagrangian overflows:
+    /// its squares of velocities do so before the gradient, and K with them.
     pub fn gradient_norm(&self, u: &[S]) -> S {
-        let mut gradient = vec![S::ZERO; u.len()];
-        match self.gradient(u, &mut gradient) {
-            Ok(()) => max_abs(&gradient),
-            Err(_) => S::from(f64::INFINITY),
+        let infinite = S::from(f64::INFINITY);
+        let Ok(states) = self.both_branches(u) else { return infinite };
+        let values = &self.lagrangian.structure().values;
+        let branches = if states.are_equal() { 1 } else { 2 };
+        if (0..branches).any(|branch| !states.get(branch).value(values, self.sbp).is_finite()) {
+            return infinite;
         }
+        let mut gradient = vec![S::ZERO; u.len()];
+        self.gradient_at(&states, u, &mut gradient);
+        max_abs(&gradient)
     }
 
     /// ∂F/∂q^a = D̄ᵀH p_a + H f_a with f_a = ½ ∂_a g_bc D̄q^b D̄q^c + ∂_a A_b D̄q^b. `momentum` is room for N numbers.

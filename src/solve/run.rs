@@ -99,9 +99,10 @@ impl<'o, S: Real> Run<'o, S> {
     /// Adds the solution of `problem`.
     ///
     /// # Errors
-    /// Numbers that are not finite are not a result: an overflow anywhere makes the gradient NaN or infinite.
+    /// Numbers that are not finite are not a result: an overflow anywhere makes the gradient NaN or infinite, or t's
+    /// part of the action from the start, Q_t (t − t_i).
     pub(super) fn append(&mut self, problem: &Problem<S>, place: Place<S>, piece: Piece<S>) -> Result<(), NoSolution> {
-        if !(piece.gradient_norm.is_finite() && place.time[1].is_finite()) {
+        if !(piece.gradient_norm.is_finite() && (piece.q_t * place.time[1]).is_finite()) {
             return Err(overflow(problem, piece));
         }
         let ends = [[problem.initial.x, problem.initial.x_dot], piece.end];

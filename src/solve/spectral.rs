@@ -75,8 +75,10 @@ impl<'o> CertifiedRun<'o> {
     pub(super) fn append(&mut self, view: &WindowView<'_>, end: f64, operator: usize) -> ControlFlow<()> {
         let Certified { elapsed, gradient_norm } = view.certified().expect("the march is certified");
         let (start, last) = (view.start, view.end);
-        // Numbers that are not finite are not a result: an overflow anywhere makes the gradient infinite.
-        if !(gradient_norm.is_finite() && last.t.hi.is_finite()) {
+        // Numbers that are not finite are not a result: an overflow anywhere makes the gradient infinite, or the action
+        // from the start, ∫ p_a dq^a.
+        let parts = [self.run.solution.end.q_t * last.t.hi, last.w.hi * last.w.hi * view.length.hi];
+        if !(gradient_norm.is_finite() && parts.iter().all(|part| part.is_finite())) {
             let solution = &self.run.solution;
             let g00 = solution.metric.g00(last.x.hi);
             let at = At::x(solution.gamma_i + view.gamma.hi, last.x.hi, g00);

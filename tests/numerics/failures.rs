@@ -117,20 +117,35 @@ fn of_a_stopped_iteration_of_two_coordinates_the_place_is_on_the_way() {
     }
 }
 
-/// Windows that are finite each, and a time that is not: after 18 of them it is beyond the range of numbers.
+/// Windows that are finite each, and a sum that is not: after 18 of them Q_t t, the action from the start, is beyond
+/// the range of numbers.
 #[test]
-fn of_a_time_that_overflows() {
+fn of_an_action_that_overflows() {
     for scheme in ["sbp = 'SBP42'", "sbp = 'SBP21', form = 'weak'", "sbp = 'GLL12', form = 'weak'", "sbp = 'GLL12'"] {
         let rest = format!(
-            "initial = {{ t = 0.0, t_dot = 1e153, x = 1.0, x_dot = 0.0 }}\nscheme = {{ {scheme} }}\n\
-             grid = {{ gamma_f = 2e155, n_gamma = 12, windows = 20 }}\n"
+            "initial = {{ t = 0.0, t_dot = 1e100, x = 1.0, x_dot = 0.0 }}\nscheme = {{ {scheme} }}\n\
+             grid = {{ gamma_f = 2e108, n_gamma = 12, windows = 20 }}\n"
         );
         let one = Case::parse("test", &format!("potential.formula.expression = '0*x'\n{rest}"), &[]).unwrap();
         let scene = format!("potential = {{ coordinates = ['x'], formula = '0*x' }}\n{rest}");
         let scene = SceneCase::parse("test", &scene, &[]).unwrap();
         for failure in [solve::<f64>(&one).unwrap_err(), solve_scene::<f64>(&scene.setup()).unwrap_err()] {
             assert_eq!(failure.status, Status::OutsideDomain, "{scheme}: {failure}");
-            assert!((1.6e155..1.9e155).contains(&failure.gamma), "{scheme}: {}", failure.gamma);
+            assert!((1.6e108..1.9e108).contains(&failure.gamma), "{scheme}: {}", failure.gamma);
         }
     }
+}
+
+/// Positions and times are finite, and so is the gradient. The squares of velocities are not, and with them K.
+#[test]
+fn of_velocities_whose_squares_overflow() {
+    let text = r#"
+        potential.formula.expression = "exp(101/x+pi)"
+        initial = { t = 0.0, x = 0.3, t_dot = 1.0, x_dot = 0.2 }
+        grid.n_gamma = 16
+        scheme.sbp = "SBP21"
+    "#;
+    let failure = solve::<f64>(&Case::parse("test", text, &[]).unwrap()).unwrap_err();
+    assert_eq!((failure.status, failure.gamma), (Status::OutsideDomain, 1.0), "{failure}");
+    assert!(failure.point[0].1.abs() > 1e154 && failure.point[0].1.is_finite(), "{failure}");
 }

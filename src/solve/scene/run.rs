@@ -63,8 +63,9 @@ impl<S: Real> Run<S> {
         }
         let mut rates = geometry.field().room();
         let outside = geometry.field().evaluate(&end.q, &end.p, &mut rates).is_err();
-        // A sum may be beyond the range of numbers although every window is not.
-        if outside || !piece.gradient_norm.is_finite() || !end.q.iter().all(|q| q.is_finite()) {
+        // The action from the start, ∫ p_a dq^a, may be beyond the range of numbers although every window is not.
+        let is_finite = end.q.iter().zip(&end.p).all(|(&q, &p)| (p * q).is_finite());
+        if outside || !piece.gradient_norm.is_finite() || !is_finite {
             let at = At::scene((self.line.gamma_i + gamma).to_f64(), Vec::new());
             return Err(NoSolution::new(Status::OutsideDomain, at));
         }
