@@ -16,6 +16,7 @@ What was found is printed, and the exit code is 1 if there was a fault.
 
 import argparse
 import hashlib
+import json
 import os
 import random
 import shutil
@@ -56,6 +57,14 @@ def files(folder):
     return {path.name: path for path in folder.iterdir() if path.is_file() and not path.name.startswith(".")}
 
 
+def of_speed(text):
+    """The fronts in the summary of a study of speed."""
+    try:
+        return json.loads(text)["fronts"]
+    except (ValueError, LookupError, TypeError):
+        return None
+
+
 def mark(path):
     """What tells the files of two settings apart, without columns and keys of times."""
     text = path.read_text(errors="replace")
@@ -67,6 +76,9 @@ def mark(path):
             return ",".join(sorted({row[column] for row in rows[1:]}))
         keep = [k for k, name in enumerate(rows[0]) if not any(word in name for word in TIMES)] if rows else []
         text = "\n".join(",".join(row[k] for k in keep if k < len(row)) for row in rows)
+    elif fronts := of_speed(text):
+        # So does what is fastest.
+        return ",".join(sorted({point["method"] for point in fronts}))
     elif path.suffix in (".json", ".svg"):
         text = "\n".join(line for line in text.splitlines() if not any(word in line for word in TIMES))
     return hashlib.sha256(text.encode()).hexdigest()
