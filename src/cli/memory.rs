@@ -11,6 +11,21 @@ use geodesic_ivp::solve::{Setup, bytes_needed, scene_bytes_needed};
 use super::report::Refusal;
 use super::samples::SampleArgs;
 
+/// In bytes.
+pub(super) const MEGABYTE: f64 = 1e6;
+
+/// Refuses to begin where a limit of address space leaves less than `least` bytes. Small things, such as a thread's
+/// stack, are not counted anywhere: without room for them the program would be aborted in the middle.
+///
+/// # Errors
+/// [`Refusal`] with the room that there is.
+pub(super) fn require_room(least: f64) -> anyhow::Result<()> {
+    let Some(left) = address_space().filter(|left| *left < least) else { return Ok(()) };
+    let [left, least] = [left, least].map(|bytes| bytes / MEGABYTE);
+    let message = format!("a limit leaves {left:.0} MB of address space, and this command begins with {least:.0} MB");
+    Err(Refusal::input_output(message).help("raise the limit (ulimit -v)").into())
+}
+
 /// Refuses a run that needs more memory than there is.
 ///
 /// # Errors
@@ -58,18 +73,29 @@ fn refuse(needed: f64, nodes: usize, digits: u32, help: &str) -> anyhow::Result<
 /// The memory that the run can have, in bytes: the least of what the machine has left, what the process may still take,
 /// and the limit of its control group. `None` where the operating system does not say.
 fn available() -> Option<f64> {
-    let first_number = |text: &str| text.split_whitespace().find_map(|word| word.parse::<f64>().ok());
-    let read = |path: &str| fs::read_to_string(path).ok();
-    let line = |path: &str, name: &str| {
-        let text = read(path)?;
-        text.lines().find_map(|line| line.strip_prefix(name)).and_then(first_number)
-    };
     let kilobytes = |name| line("/proc/meminfo", name).map(|number| 1024.0 * number);
     let machine = kilobytes("MemAvailable:").map(|free| free + kilobytes("SwapFree:").unwrap_or(0.0));
-    // The limit of the process includes what it has mapped already.
-    let mapped = line("/proc/self/status", "VmSize:").map_or(0.0, |number| 1024.0 * number);
-    let process = line("/proc/self/limits", "Max address space").map(|limit| (limit - mapped).max(0.0));
-    let of_group = |name: &str| read(&format!("/sys/fs/cgroup/memory.{name}")).and_then(|text| first_number(&text));
+    let of_group = |name: &str| {
+        fs::read_to_string(format!("/sys/fs/cgroup/memory.{name}")).ok().and_then(|text| first_number(&text))
+    };
     let group = of_group("max").map(|limit| (limit - of_group("current").unwrap_or(0.0)).max(0.0));
-    [machine, process, group].into_iter().flatten().reduce(f64::min)
+    [machine, address_space(), group].into_iter().flatten().reduce(f64::min)
+}
+
+/// The address space that the process may still take, in bytes, if there is a limit.
+fn address_space() -> Option<f64> {
+    let limit = line("/proc/self/limits", "Max address space")?;
+    // The limit includes what is mapped already.
+    let mapped = line("/proc/self/status", "VmSize:").map_or(0.0, |number| 1024.0 * number);
+    Some((limit - mapped).max(0.0))
+}
+
+/// The first number in the line of a file that starts with `name`.
+fn line(path: &str, name: &str) -> Option<f64> {
+    let text = fs::read_to_string(path).ok()?;
+    text.lines().find_map(|line| line.strip_prefix(name)).and_then(first_number)
+}
+
+fn first_number(text: &str) -> Option<f64> {
+    text.split_whitespace().find_map(|word| word.parse().ok())
 }

@@ -58,3 +58,23 @@ fn a_run_that_does_not_fit_is_refused_with_the_number() {
     }
     assert_eq!(limited_case("scenes/two-bodies", "grid.n_gamma=100000").status.code(), Some(0));
 }
+
+/// With less room than a command begins with it ends with a message, and is not aborted somewhere on its way.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_limit_of_address_space_is_told_of_at_the_start() {
+    let limited =
+        |kilobytes: u32, line: &str| super::streams::shell(&format!("ulimit -v {kilobytes}; exec PROGRAM {line}"));
+    for (kilobytes, line) in [
+        (100_000, "run quartic"),
+        (100_000, "check quartic"),
+        (300_000, "converge"),
+        (300_000, "stability quartic"),
+        (300_000, "work-precision quartic"),
+        (300_000, "run quartic --vary initial.x=0:1:10"),
+    ] {
+        let message = failed(&limited(kilobytes, line), 1);
+        assert!(message.contains("a limit leaves") && message.contains("ulimit -v"), "{line}: {message}");
+    }
+    assert_eq!(limited(100_000, "init quartic").status.code(), Some(0));
+}
