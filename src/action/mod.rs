@@ -179,7 +179,7 @@ impl<'a, S: Real, L: Lagrangian<S>> DoubledAction<'a, S, L> {
         let Ok(states) = self.both_branches(u) else { return infinite };
         let values = &self.lagrangian.structure().values;
         let branches = if states.are_equal() { 1 } else { 2 };
-        if (0..branches).any(|branch| !states.get(branch).value(values, self.sbp).is_finite()) {
+        if !(0..branches).all(|branch| states.get(branch).is_finite(values)) {
             return infinite;
         }
         let mut gradient = vec![S::ZERO; u.len()];

@@ -40,14 +40,22 @@ impl<S: Real> BranchState<S> {
 
     /// F of the branch.
     pub(super) fn value(&self, values: &[Term<S, 0>], sbp: &SbpOperator<S>) -> S {
-        let integrand = (0..sbp.points()).map(|k| {
-            let twice = values.iter().fold(S::ZERO, |sum, &Term { ab: [a, b], value, .. }| {
-                let product = self.samples.at(value, k) * self.velocity(a, k) * self.velocity(b, k);
-                if a == b { sum + product } else { sum + product + product }
-            });
-            twice.half()
-        });
-        sbp.integrate(&integrand.collect::<Vec<_>>())
+        let integrand: Vec<S> = (0..sbp.points()).map(|k| self.norm(values, k).half()).collect();
+        sbp.integrate(&integrand)
+    }
+
+    /// Whether F overflows at no node.
+    pub(super) fn is_finite(&self, values: &[Term<S, 0>]) -> bool {
+        (0..self.velocities.row(0).len()).all(|k| self.norm(values, k).is_finite())
+    }
+
+    /// 2F at node k.
+    #[inline]
+    fn norm(&self, values: &[Term<S, 0>], k: usize) -> S {
+        values.iter().fold(S::ZERO, |sum, &Term { ab: [a, b], value, .. }| {
+            let product = self.samples.at(value, k) * self.velocity(a, k) * self.velocity(b, k);
+            if a == b { sum + product } else { sum + product + product }
+        })
     }
 
     /// The largest absolute value on the nodes.

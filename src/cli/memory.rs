@@ -2,6 +2,8 @@
 //! middle of the run.
 
 use std::fs;
+use std::num::NonZero;
+use std::thread::available_parallelism;
 
 use geodesic_ivp::Case;
 use geodesic_ivp::scalar::{Extended, Real};
@@ -11,17 +13,19 @@ use geodesic_ivp::solve::{Setup, bytes_needed, scene_bytes_needed};
 use super::report::Refusal;
 use super::samples::SampleArgs;
 
-/// In bytes.
-pub(super) const MEGABYTE: f64 = 1e6;
+/// The room in megabytes that a command needs besides what is counted, and once more for each thread of a study: for a
+/// stack, and for the space that the system reserves for its small allocations.
+const ROOM: f64 = 128.0;
 
-/// Refuses to begin where a limit of address space leaves less than `least` bytes. Small things, such as a thread's
-/// stack, are not counted anywhere: without room for them the program would be aborted in the middle.
+/// Refuses to begin where a limit of address space leaves too little for what is counted nowhere, in one thread or in
+/// one for each core: without that room the program would be aborted in the middle.
 ///
 /// # Errors
 /// [`Refusal`] with the room that there is.
-pub(super) fn require_room(least: f64) -> anyhow::Result<()> {
-    let Some(left) = address_space().filter(|left| *left < least) else { return Ok(()) };
-    let [left, least] = [left, least].map(|bytes| bytes / MEGABYTE);
+pub(super) fn require_room(all_cores: bool) -> anyhow::Result<()> {
+    let threads = if all_cores { available_parallelism().map_or(1, NonZero::get) } else { 0 };
+    let least = ROOM * (1 + threads) as f64;
+    let Some(left) = address_space().map(|bytes| bytes / 1e6).filter(|left| *left < least) else { return Ok(()) };
     let message = format!("a limit leaves {left:.0} MB of address space, and this command begins with {least:.0} MB");
     Err(Refusal::input_output(message).help("raise the limit (ulimit -v)").into())
 }

@@ -110,19 +110,6 @@ struct CaseArgs {
     quiet: bool,
 }
 
-impl Command {
-    /// The bytes of address space that the command wants to find, whatever the case: a study works in several threads,
-    /// each of which takes up to 64 MB for its small allocations.
-    fn room(&self) -> f64 {
-        match self {
-            Self::Converge(_) | Self::WorkPrecision(_) | Self::Stability(_) => 384.0 * memory::MEGABYTE,
-            Self::Run(args) if args.vary.is_given() => 384.0 * memory::MEGABYTE,
-            Self::Run(_) | Self::Check(_) | Self::Merge(_) => 128.0 * memory::MEGABYTE,
-            Self::Init(_) | Self::Completions { .. } | Self::Man => 0.0,
-        }
-    }
-}
-
 impl Cli {
     /// Reads the command line. A mistake in it ends the program with exit code 2; help and version end it with 0.
     fn from_command_line() -> Self {
@@ -134,7 +121,12 @@ impl Cli {
     /// # Errors
     /// The error that ended the command; [`exit_code`] turns it into a message and an exit code.
     fn execute(self) -> anyhow::Result<ExitCode> {
-        memory::require_room(self.command.room())?;
+        match &self.command {
+            Command::Converge(_) | Command::WorkPrecision(_) | Command::Stability(_) => memory::require_room(true)?,
+            Command::Run(args) => memory::require_room(args.vary.is_given())?,
+            Command::Check(_) | Command::Merge(_) => memory::require_room(false)?,
+            Command::Init(_) | Command::Completions { .. } | Command::Man => {}
+        }
         interrupt::listen()?;
         match self.command {
             Command::Run(args) => run::run(&args),

@@ -68,10 +68,10 @@ fn a_limit_of_address_space_is_told_of_at_the_start() {
     for (kilobytes, line) in [
         (100_000, "run quartic"),
         (100_000, "check quartic"),
-        (300_000, "converge"),
-        (300_000, "stability quartic"),
-        (300_000, "work-precision quartic"),
-        (300_000, "run quartic --vary initial.x=0:1:10"),
+        (200_000, "converge"),
+        (200_000, "stability quartic"),
+        (200_000, "work-precision quartic"),
+        (200_000, "run quartic --vary initial.x=0:1:10"),
     ] {
         let message = failed(&limited(kilobytes, line), 1);
         assert!(message.contains("a limit leaves") && message.contains("ulimit -v"), "{line}: {message}");
