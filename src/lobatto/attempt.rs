@@ -39,6 +39,9 @@ const INSIDE_MARGIN_AT_ROUNDING: f64 = 20.0;
 /// A run to a given time is given up after this many windows in which no time passes.
 const MOST_IDLE: usize = 100;
 
+/// A time is out of reach of a march that cannot keep its accuracy if γ would have to become this many times as large.
+const FAR: f64 = 100.0;
+
 /// Why an attempt did not reach its goal.
 pub(super) enum Ended {
     Failed(MarchFailure),
@@ -212,16 +215,21 @@ impl Attempt<'_> {
     ) -> Result<(), MarchFailure> {
         if self.lack(duration, &taken.solved.end) * duration <= 0.0 {
             task.is_last = true;
-            (task.length, taken.solved) = self.hit(walk, *task, taken.solved, &here.state, statistics, duration)?;
+            let hit = self.hit(walk, *task, taken.solved, &here.state, statistics, duration);
+            (task.length, taken.solved) =
+                hit.ok_or_else(|| self.time_not_reached(here.gamma + task.length.h, &taken.solved.end))?;
             taken.end = here.judge.joint(&taken.solved.end);
         }
         let passed = (taken.solved.end.t - here.state.t).hi;
         here.idle = if passed.abs() <= 1e-15 * duration.abs() { here.idle + 1 } else { 0 };
-        if here.idle > MOST_IDLE || task.length.h.hi > 1e100 {
-            let elapsed = (taken.solved.end.t - self.start.t).hi;
-            return Err(MarchFailure::TimeNotReached { gamma: (here.gamma + task.length.h).hi, elapsed });
+        if here.idle > MOST_IDLE {
+            return Err(self.time_not_reached(here.gamma + task.length.h, &taken.solved.end));
         }
         Ok(())
+    }
+
+    fn time_not_reached(&self, gamma: Twofold, end: &State) -> MarchFailure {
+        MarchFailure::TimeNotReached { gamma: gamma.hi, elapsed: (end.t - self.start.t).hi }
     }
 
     /// Accepts a window and shows it; whether it is the last.
@@ -302,79 +310,39 @@ impl Attempt<'_> {
         if estimate <= self.accuracy {
             return Ok(());
         }
-        let is_exhausted = here.control.is_exhausted(share);
-        if is_exhausted && !estimate.is_finite() {
-            return Err(Ended::Failed(self.why(start, window, gamma)));
-        }
-        if is_exhausted {
-            // Errors grow without bound before a horizon: then the horizon is the reason, not the accuracy.
-            let failure = match probe::follow(self.metric, self.q_t, start, self.ahead(gamma)) {
-                Some((elapsed, x, g00)) => MarchFailure::OutsideDomain { window, gamma: gamma + elapsed, x, g00 },
-                None => MarchFailure::AccuracyNotReached { gamma, estimate },
-            };
-            return Err(Ended::Failed(failure));
+        if here.control.is_exhausted(share) {
+            return Err(Ended::Failed(self.why_inaccurate(here, start, window, estimate)));
         }
         let at_the_end = estimate * (self.length / gamma).max(1.0);
         Err(Ended::Inaccurate { next: self.caution * (0.1 * self.accuracy / at_the_end).max(1e-4) })
     }
+
+    /// Why the error is `estimate`, which is not within the accuracy, after a window that began at `start`, however
+    /// small the shares. Before a horizon, and where t comes to rest, errors grow without bound: then that is the reason.
+    fn why_inaccurate(&self, here: &Progress<'_>, start: &State, window: usize, estimate: f64) -> MarchFailure {
+        let gamma = here.gamma.hi;
+        if !estimate.is_finite() {
+            return self.why(start, window, gamma);
+        }
+        match (probe::follow(self.metric, self.q_t, start, self.ahead(gamma)), self.goal) {
+            (Some((elapsed, x, g00)), _) => MarchFailure::OutsideDomain { window, gamma: gamma + elapsed, x, g00 },
+            (None, Goal::Time(duration)) if self.is_out_of_reach(duration, [start, &here.state], gamma) => {
+                self.time_not_reached(here.gamma, &here.state)
+            }
+            (None, _) => MarchFailure::AccuracyNotReached { gamma, estimate },
+        }
+    }
+
+    /// Whether t has almost come to rest: at its pace at both of these `states`, less of it than is left, and than has
+    /// passed, passes over a γ that is far longer than all so far.
+    fn is_out_of_reach(&self, duration: f64, states: [&State; 2], gamma: f64) -> bool {
+        states.into_iter().all(|state| {
+            let passes = FAR * gamma * self.q_t / self.metric.g00(state.x.hi);
+            let (left, passed) = (self.lack(duration, state), (state.t - self.start.t).hi);
+            passes.abs() < left.abs().min(passed.abs())
+        })
+    }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::{Attempt, Controller, Judge, ONE_COORDINATE, Pace, Progress};
-    use crate::lobatto::{Goal, MarchFailure, State, Statistics};
-    use crate::metric::Metric;
-    use crate::potential::Potential;
-    use crate::vector::Twofold;
-
-    fn attempt(metric: &Metric, goal: Goal) -> Attempt<'_> {
-        let start = State { t: 2.0.into(), x: 0.0.into(), w: 0.0.into() };
-        Attempt { metric, q_t: 1.0, start, goal, accuracy: 1e-6, length: 4.0, first: 1.0, caution: 1.0 }
-    }
-
-    /// What is said of a march that has come to `gamma` and `t`, and has not moved in many evaluations since.
-    fn stopped(attempt: &Attempt<'_>, gamma: f64, t: f64) -> MarchFailure {
-        let mut pace = Pace::new(0);
-        pace.advance(20_000, gamma).unwrap();
-        let mut here = Progress {
-            state: State { t: t.into(), ..attempt.start },
-            gamma: Twofold::from(gamma),
-            judge: Judge::new(attempt.metric, attempt.q_t, 16, &attempt.start, attempt.first),
-            control: Controller::new(ONE_COORDINATE, 16, attempt.accuracy, attempt.first),
-            plan: None,
-            pace,
-            idle: 0,
-        };
-        let statistics = Statistics { windows: 5, evaluations: 40_000, unproved: 0 };
-        attempt.budget(&mut here, &statistics).unwrap_err()
-    }
-
-    #[test]
-    fn nobody_looks_beyond_the_end_of_a_run() {
-        let metric = Metric::new(Potential::free(), 1.0, 1.0);
-        let to_length = attempt(&metric, Goal::Gamma(4.0));
-        assert_eq!([0.0, 3.0, 3.75].map(|gamma| to_length.ahead(gamma)), [1.0, 1.0, 0.25]);
-        assert_eq!(attempt(&metric, Goal::Time(4.0)).ahead(3.75), 1.0);
-    }
-
-    /// From rest at x = 0 it is π/4 to the horizon of g00 = 1 + 2x.
-    #[test]
-    fn a_march_that_does_not_move_is_before_a_horizon() {
-        let metric = Metric::new(Potential::linear(1.0), 1.0, 1.0);
-        let failure = stopped(&attempt(&metric, Goal::Gamma(4.0)), 3.0, 2.0);
-        let MarchFailure::OutsideDomain { window, gamma, x, .. } = failure else { panic!("{failure}") };
-        assert!(window == 5 && (gamma - 3.0 - std::f64::consts::FRAC_PI_4).abs() < 1e-3, "{gamma}");
-        assert!((x + 0.5).abs() < 1e-3, "{x}");
-    }
-
-    #[test]
-    fn a_march_that_crawls_says_what_it_would_need() {
-        let metric = Metric::new(Potential::free(), 1.0, 1.0);
-        // A part of 2⁻³⁰ is done.
-        let (part, needed) = (0.5_f64.powi(30), 40_000.0 * 2.0_f64.powi(30));
-        for (goal, gamma, t) in [(Goal::Gamma(4.0), 4.0 * part, 2.0), (Goal::Time(4.0), 1e-9, 2.0 + 4.0 * part)] {
-            let expected = MarchFailure::EvaluationLimit { gamma, x: 0.0, evaluations: 40_000, needed };
-            assert_eq!(stopped(&attempt(&metric, goal), gamma, t), expected);
-        }
-    }
-}
+mod tests;

@@ -4,7 +4,7 @@ use super::attempt::{Attempt, Task};
 use super::force::Force;
 use super::walk::{Length, Walk};
 use super::window::{MOST_EVALUATIONS, Precision, Solved};
-use super::{MarchFailure, State, Statistics};
+use super::{State, Statistics};
 use crate::geodesic::acceleration;
 use crate::vector::Twofold;
 
@@ -23,7 +23,8 @@ impl Attempt<'_> {
         ((self.start.t + Twofold::from(duration)) - state.t).hi
     }
 
-    /// The length, and the window, at whose end t has the requested value, to the last bit.
+    /// The length, and the window, at whose end t has the requested value, to the last bit; `None` if there is none, as
+    /// where t jumps.
     ///
     /// t grows with γ, so the window `too_long` is an upper bound. Newton's method runs inside the bracket found so
     /// far, on windows that are solved to rounding: with the tolerance of the march the end would depend on where the
@@ -37,7 +38,7 @@ impl Attempt<'_> {
         start: &State,
         statistics: &mut Statistics,
         duration: f64,
-    ) -> Result<(Length, Solved), MarchFailure> {
+    ) -> Option<(Length, Solved)> {
         let goal = self.start.t + Twofold::from(duration);
         let to_rounding = Precision { tolerance: 0.0, most: MOST_EVALUATIONS, ..precision };
         let size = (goal - self.start.t).hi.abs().max(1.0);
@@ -56,10 +57,10 @@ impl Attempt<'_> {
                 solved.end.x = solved.end.x + left * (solved.end.w + (left * a).half());
                 solved.end.w = solved.end.w + left * a;
                 solved.end.t = goal;
-                return Ok((Length::exactly(h, self.q_t), solved));
+                return Some((Length::exactly(h, self.q_t), solved));
             }
             if is_narrow {
-                break;
+                return None;
             }
             if lack * duration > 0.0 {
                 below = below.max(length.h.hi);
@@ -82,14 +83,10 @@ impl Attempt<'_> {
                 above = next.hi;
                 next = Twofold::from(0.5 * (below + above));
                 if above - below <= ROUNDING * above {
-                    return Err(self.not_hit(length, &solved));
+                    return None;
                 }
             }
         }
-        Err(self.not_hit(length, &solved))
-    }
-
-    fn not_hit(&self, length: Length, solved: &Solved) -> MarchFailure {
-        MarchFailure::TimeNotReached { gamma: length.h.hi, elapsed: (solved.end.t - self.start.t).hi }
+        None
     }
 }

@@ -283,38 +283,79 @@ mod tests {
     use super::*;
     use crate::lobatto::{March, Twofold, WeakRule};
 
-    /// V = 1e-3 exp(−((x − 0.707)/2e-3)²) with c = 3, which a march of few nodes steps over: it goes straight on, and K
+    /// V = 1e-3 exp(−((x − 0.707)/w)²) with c = 3, which a march of few nodes steps over: it goes straight on, and K
     /// between its nodes is off by what the hump does to g00.
     #[test]
     fn what_a_march_steps_over_is_known_between_its_nodes() {
-        let text = r#"
-            potential.formula.expression = "1e-3*exp(-((x-0.707)/2e-3)^2)"
-            particle.c = 3.0
-            initial = { t = 0.0, x = -0.3, t_dot = 1.2, x_dot = 0.5 }
-            grid = { gamma_f = 4.0, n_gamma = 24 }
-            scheme.sbp = "SBP42"
-        "#;
-        let case = Case::parse("hump", text, &[]).unwrap();
-        let (metric, initial, length): (Metric, InitialData, f64) = (case.metric(), case.initial_data(), 4.0);
-        let k = |gamma: f64, q_t: f64| q_t * q_t / metric.g00(initial.x + 0.5 * gamma) - 0.25;
-        let Invariants { q_t, k: start } = initial.invariants(&metric);
-        let points = 400_000;
-        let off: f64 =
-            (0..points).map(|j| (k(length * (f64::from(j) + 0.5) / f64::from(points), q_t) - start).abs()).sum();
-        let share = 0.5 * off / f64::from(points) / 0.25;
-        for windows in [1, 3] {
-            let mut gaps = Gaps::new(&metric, initial, length);
-            let rule = WeakRule::shared(8);
-            let march = March::new(&metric, q_t, rule, Twofold::from(length) / Twofold::from(f64::from(windows)));
-            // A run that begins again forgets what was seen before.
-            for _ in 0..2 {
-                let marched = march.run(State::from(initial), windows as usize, &mut |view| {
-                    gaps.see(view);
-                    ControlFlow::Continue(())
-                });
-                assert!((marched.unwrap().end.x.hi - 1.7).abs() < 1e-12, "it does not see the hump");
+        for (x, length, width) in [(-0.3, 4.0, 2e-3), (0.65, 0.25, 4e-5)] {
+            let text = format!(
+                r#"
+                    potential.formula.expression = "1e-3*exp(-((x-0.707)/{width})^2)"
+                    particle.c = 3.0
+                    initial = {{ t = 0.0, x = {x:?}, t_dot = 1.2, x_dot = 0.5 }}
+                    grid = {{ gamma_f = {length:?}, n_gamma = 24 }}
+                    scheme.sbp = "SBP42"
+                "#
+            );
+            let case = Case::parse("hump", &text, &[]).unwrap();
+            let (metric, initial): (Metric, InitialData) = (case.metric(), case.initial_data());
+            let k = |gamma: f64, q_t: f64| q_t * q_t / metric.g00(initial.x + 0.5 * gamma) - 0.25;
+            let Invariants { q_t, k: start } = initial.invariants(&metric);
+            let points = 400_000;
+            let off: f64 =
+                (0..points).map(|j| (k(length * (f64::from(j) + 0.5) / f64::from(points), q_t) - start).abs()).sum();
+            let share = 0.5 * off / f64::from(points) / 0.25;
+            for windows in [1, 3] {
+                let mut gaps = Gaps::new(&metric, initial, length);
+                let rule = WeakRule::shared(8);
+                let march = March::new(&metric, q_t, rule, Twofold::from(length) / Twofold::from(f64::from(windows)));
+                // A run that begins again forgets what was seen before.
+                for _ in 0..2 {
+                    let marched = march.run(State::from(initial), windows as usize, &mut |view| {
+                        gaps.see(view);
+                        ControlFlow::Continue(())
+                    });
+                    let end = marched.unwrap().end.x.hi;
+                    assert!((end - x - 0.5 * length).abs() < 1e-12, "it does not see the hump");
+                }
+                let found = gaps.share();
+                assert!((found / share - 1.0).abs() < 1e-3, "{length} {windows}: {found:e} for {share:e}");
             }
-            assert!((gaps.share() / share - 1.0).abs() < 1e-3, "{windows}: {:e} for {share:e}", gaps.share());
         }
+    }
+
+    /// Windows count by their lengths, which are very different near a steep well.
+    #[test]
+    fn what_a_run_to_an_accuracy_steps_over_is_an_integral_over_gamma() {
+        let text = r#"
+            potential.formula.expression = "-0.1/sqrt(x^2+0.01)"
+            particle.c = 3.0
+            initial = { t = 7.0, x = 1.5, t_dot = 1.2, x_dot = 0.0 }
+            grid.gamma_f = 9.0
+            solver.accuracy = 1e-4
+        "#;
+        let case = Case::parse("well", text, &[]).unwrap();
+        let (metric, initial): (Metric, InitialData) = (case.metric(), case.initial_data());
+        let Invariants { q_t, k } = initial.invariants(&metric);
+        let (mut off, mut motion, mut lengths) = (0.0, 0.0_f64, [f64::INFINITY, 0.0]);
+        let initial = InitialData { t: 0.0, ..initial };
+        let march = Adaptive::new(&metric, q_t).run(State::from(initial), Goal::Gamma(9.0), 1e-4, &mut |view| {
+            if view.index == 0 {
+                (off, motion) = (0.0, 0.0);
+            }
+            let h = view.length.hi;
+            lengths = [lengths[0].min(h), lengths[1].max(h)];
+            let points = (1e4 * h).ceil();
+            view.inside((0..points as usize).map(|j| (j as f64 + 0.5) / points), |Inside { x, w, .. }| {
+                off += h / points * (q_t * q_t / metric.g00(x) - w * w - k).abs();
+                motion = motion.max(w * w);
+            });
+            ControlFlow::Continue(())
+        });
+        assert!(march.is_ok() && lengths[1] > 3.0 * lengths[0], "{lengths:?}");
+        let share = 0.5 * off / (motion * 9.0);
+        let solution: Solution = crate::solve::solve(crate::solve::Setup::from(&case)).unwrap();
+        let found = run_error(&case, &solution).unwrap().stepped_over;
+        assert!(share > 1e-9 && (found / share - 1.0).abs() < 0.01, "{found:e} for {share:e}");
     }
 }

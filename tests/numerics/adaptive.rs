@@ -166,6 +166,42 @@ fn what_cannot_be_done_fails() {
     assert!(matches!(failure, MarchFailure::TimeNotReached { .. }), "{failure}");
 }
 
+/// With g00 = 1 + x² and dt/dγ = 1, dx/dγ = 2 at the start, t − t_i ends at half of the complete elliptic integral K of
+/// the parameter 1/4.
+#[test]
+fn a_time_that_never_comes_is_told_of() {
+    let metric = Metric::new(Potential::polynomial(vec![0.0, 0.0, 0.5]), 1.0, 1.0);
+    let whole = 0.5 * 1.685_750_354_812_596;
+    for (q_t, x_dot, accuracy) in [(1.0, 2.0, 1e-6), (1.0, -2.0, 1e-9), (-1.0, 2.0, 1e-12)] {
+        let start = State { t: 2.0.into(), x: 0.0.into(), w: x_dot.into() };
+        let run =
+            |duration: f64| Adaptive::new(&metric, q_t).run(start, Goal::Time(duration * q_t), accuracy, &mut go_on);
+        assert!(run(0.99 * whole).is_ok());
+        let failure = run(1.5 * whole).unwrap_err();
+        let MarchFailure::TimeNotReached { gamma, elapsed } = failure else { panic!("{failure}") };
+        // dx/dγ falls from 2 to √3, and dt/dx is 1/(√3 x²) at the end.
+        let left = whole - elapsed * q_t;
+        assert!(gamma > 100.0 && (left * 3.0 * gamma - 1.0).abs() < 0.01, "{gamma}, {left}");
+    }
+}
+
+/// At rest at x = 0, t grows by as little as dt/dγ says.
+#[test]
+fn a_run_in_which_no_time_passes_ends() {
+    for coefficients in [vec![0.0], vec![0.0, 0.0, 0.5]] {
+        let metric = Metric::new(Potential::polynomial(coefficients), 1.0, 1.0);
+        let start = State { t: 2.0.into(), x: 0.0.into(), w: 0.0.into() };
+        for (t_dot, duration) in [(1e-120, 1.0), (1e-60, 1e20), (-1e-120, -1.0)] {
+            let failure = Adaptive::new(&metric, t_dot).run(start, Goal::Time(duration), 1e-6, &mut go_on).unwrap_err();
+            let MarchFailure::TimeNotReached { gamma, elapsed } = failure else { panic!("{failure}") };
+            assert!(gamma > 1e60 && gamma < 1e70 && (elapsed / (gamma * t_dot) - 1.0).abs() < 1e-12, "{failure}");
+        }
+        // What takes long is reached.
+        let adapted = Adaptive::new(&metric, 1e-60).run(start, Goal::Time(1.0), 1e-6, &mut go_on).unwrap();
+        assert!((adapted.gamma.hi / 1e60 - 1.0).abs() < 1e-12 && adapted.end.t.hi == 3.0);
+    }
+}
+
 #[test]
 fn a_kink_is_met_with_short_windows() {
     let case = shipped(

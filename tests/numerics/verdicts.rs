@@ -1,9 +1,11 @@
 //! What a run says of itself: its error, its distance from Newton's mechanics, its last velocity.
 
 use std::f64::consts::TAU;
+use std::ops::ControlFlow;
 
 use geodesic_ivp::Solution;
 use geodesic_ivp::diagnostics::Diagnostics;
+use geodesic_ivp::lobatto::{Adaptive, Goal, WindowView};
 use geodesic_ivp::output::write_trajectory;
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::sampling::{Coordinate, SampleStream};
@@ -131,6 +133,49 @@ fn samples_take_the_place_of_nodes_that_are_gone() {
             assert!((found - wanted).abs() < 1e-10 + 1e-6 * wanted && wanted > 1e-9, "{found:e} for {wanted:e}");
         }
         samples.reverse();
+    }
+    // The samples before the last window count.
+    samples[3].x += 0.5;
+    let found = error_with_samples(&case, &last, &samples).unwrap().largest[1];
+    assert!((found - 0.5).abs() < 1e-2, "{found}");
+}
+
+/// The series is asked for where a second solve agrees to its last digits, in both coordinates, relative to their sizes;
+/// and only where the run has more digits than that.
+#[test]
+fn a_series_is_asked_for_where_a_second_solve_sees_nothing() {
+    let judge = |overrides: &str| {
+        let solution: Solution<Extended> = solved_in(&format!("{overrides} solver.digits=40"));
+        run_error(&case(overrides), &solution).unwrap().judge
+    };
+    let fine = "scheme.sbp=GLL24 scheme.form=weak grid={gamma_f=1.0,n_gamma=24,windows=4}";
+    let in_f64 = run_error(&case(fine), &solved(fine)).unwrap();
+    assert!(matches!(in_f64.judge, Judge::SecondSolve(_)) && in_f64.largest[1] < 1e-11, "{in_f64:?}");
+    for far in ["t=0.0,x=1.0,t_dot=1e4,x_dot=0.1", "t=0.0,x=-5e3,t_dot=1.0,x_dot=1e4"] {
+        let far = format!("{fine} potential={{linear={{alpha=1e-4}}}} initial={{{far}}} particle.c=10.0");
+        assert!(matches!(judge(&far), Judge::Taylor(_)), "{far}");
+    }
+    // In a weak field the time is exact to far more digits than the place.
+    let slow = "potential={polynomial={coefficients=[0.0,0.0,0.5]}} particle.c=1e6 scheme.sbp=SBP42 grid.n_gamma=33";
+    assert!(matches!(judge(slow), Judge::SecondSolve(_)));
+}
+
+/// Its own estimate, which is relative to the sizes of t and x, is a part of the error that a second solve finds.
+#[test]
+fn the_error_of_a_second_solve_counts_in_units_of_the_sizes() {
+    let overrides = "potential={linear={alpha=1e-4}} particle.c=10.0 scheme.sbp=GLL24 \
+                     scheme.form=weak grid={gamma_f=3.0,n_gamma=24,windows=12} \
+                     initial={t=0.0,x=-30.0,t_dot=100.0,x_dot=2.0}";
+    let (metric, initial) = (case(overrides).metric::<f64>(), case(overrides).initial_data::<f64>());
+    let march = Adaptive::new(&metric, initial.invariants(&metric).q_t);
+    let mut go_on = |_: &WindowView<'_>| ControlFlow::Continue(());
+    let own = march.run(initial.into(), Goal::Gamma(3.0), 1e-12, &mut go_on).unwrap().error_estimate;
+    let (solution, error) = (solved(overrides), run_error(&case(overrides), &solved(overrides)).unwrap());
+    let t = solution.duration().abs();
+    let x = solution.x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    assert!(t > 100.0 && x >= 30.0 && error.judge == Judge::SecondSolve(1e-12));
+    for (found, size) in error.largest.into_iter().zip([t, x]) {
+        assert!(found >= own * size && found < (own + 2e-14) * size, "{found:e}, {own:e}, {size}");
     }
 }
 

@@ -146,3 +146,92 @@ fn a_wall_is_met_on_a_run_of_any_length() {
         assert!((endless - short).abs() < 10.0 * accuracy, "{short}, {endless}");
     }
 }
+
+/// A march that is ended before its length says how far it has come.
+#[test]
+fn a_march_that_is_ended_says_where() {
+    let (geometry, start) = scene("schwarzschild-orbit");
+    let mut joint = 0.0;
+    let see = &mut |view: &FlowView<'_>| {
+        joint = view.gamma + view.length;
+        if view.index == 1 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let followed = Flow::new(&geometry).run(&start, 2000.0, &mut [], 1e-6, see).unwrap();
+    assert!(joint > 1.0 && followed.gamma == joint && followed.stopped_by.is_none());
+    // Also in the only window, whose end would be that of the run.
+    let phi = start.q.len() - 1;
+    let value = start.q[phi] + 0.5 * start.q_dot[phi];
+    let mut stop = Passes { coordinate: phi, value, sign: 1.0, to_positive: true };
+    let followed = Flow::new(&geometry).run(&start, 1.0, &mut [&mut stop], 1e-6, &mut go_on).unwrap();
+    assert!(followed.statistics.windows == 1 && followed.stopped_by == Some(0));
+    assert!((followed.gamma - 0.5).abs() < 1e-3, "{}", followed.gamma);
+    let whole = Flow::new(&geometry).run(&start, 1.0, &mut [], 1e-6, &mut go_on).unwrap();
+    assert!(whole.gamma == 1.0 && whole.stopped_by.is_none());
+}
+
+/// The error of a run that a stop ends early is that of the window which is left of the one that was solved first.
+#[test]
+fn the_estimate_is_that_of_the_windows_that_are_kept() {
+    let (geometry, start) = scene("double-pendulum");
+    let a = geometry.active()[0];
+    let run = |part: f64| {
+        let mut value = start.q[a];
+        let see = &mut |view: &FlowView<'_>| {
+            view.inside(&[part], |q, _| value = q[a]);
+            ControlFlow::Break(())
+        };
+        Flow::new(&geometry).run(&start, 20.0, &mut [], 1e-4, see).unwrap();
+        let mut stop = Passes { coordinate: a, value, sign: 1.0, to_positive: value > start.q[a] };
+        Flow::new(&geometry).run(&start, 20.0, &mut [&mut stop], 1e-4, &mut go_on).unwrap().error_estimate
+    };
+    let [early, late] = [0.1, 0.9].map(run);
+    assert!(early < 1e-9 && late > 1e3 * early, "{early:e}, {late:e}");
+}
+
+/// A run that would take a day is not begun for long.
+#[test]
+fn a_march_without_an_end_in_sight_says_what_it_would_need() {
+    let (geometry, start) = scene("schwarzschild-orbit");
+    let length = 1e16;
+    let failure = Flow::new(&geometry).run(&start, length, &mut [], 1e-4, &mut go_on).unwrap_err();
+    let FlowFailure::EvaluationLimit { gamma, q, evaluations, needed } = failure else { panic!("{failure}") };
+    assert!(
+        q.len() == geometry.dimension()
+            && gamma > 1e4
+            && (needed * gamma / (evaluations as f64 * length) - 1.0).abs() < 1e-12
+    );
+    assert!(evaluations < 100_000 && needed > 1e12, "{evaluations}, {needed:e}");
+}
+
+/// Between the start and the next node a stop may change its sign, whatever its size; and one that stays zero does not.
+#[test]
+fn a_stop_is_met_right_after_the_start() {
+    let (geometry, start) = scene("schwarzschild-orbit");
+    for sign in [1e-12, 1.0, -1e12] {
+        let phi = start.q.len() - 1;
+        let value = start.q[phi] + 1e-3 * start.q_dot[phi];
+        let mut stop = Passes { coordinate: phi, value, sign, to_positive: sign > 0.0 };
+        let followed = Flow::new(&geometry).run(&start, 20.0, &mut [&mut stop], 1e-9, &mut go_on).unwrap();
+        assert!(followed.stopped_by == Some(0) && (followed.gamma - 1e-3).abs() < 1e-6, "{sign}: {}", followed.gamma);
+    }
+    for to_positive in [false, true] {
+        let mut stop = Zero { to_positive };
+        let followed = Flow::new(&geometry).run(&start, 20.0, &mut [&mut stop], 1e-9, &mut go_on).unwrap();
+        assert!(followed.stopped_by.is_none() && followed.gamma == 20.0);
+    }
+}
+
+/// A value that is always zero.
+struct Zero {
+    to_positive: bool,
+}
+
+impl Stop for Zero {
+    fn value(&mut self, _: PhasePoint<'_>) -> f64 {
+        0.0
+    }
+
+    fn counts(&self, to_positive: bool) -> bool {
+        self.to_positive == to_positive
+    }
+}

@@ -297,6 +297,14 @@ fn poles_are_not_certain() {
             assert!((1..=statistics.windows).contains(&statistics.unproved), "{formula}: {statistics:?}");
         }
     }
+    let case = scene(
+        "potential = { coordinates = [\"x\", \"y\"], formula = \"abs(x)^0.9 + y^2/2\" }\nparticle.c = 3.0\n\
+         initial = { x = 1.0, y = 0.5, x_dot = -0.4, y_dot = 0.0, t_dot = 1.0 }\ngrid.gamma_f = 4.0",
+    );
+    for accuracy in [1e-4, 1e-6, 1e-8] {
+        let (_, statistics) = run_scene(&case, 4.0, accuracy).unwrap();
+        assert!((1..=statistics.windows).contains(&statistics.unproved), "{accuracy:e}: {statistics:?}");
+    }
 }
 
 /// Smooth cases are solved in as many windows as they are without a look between the nodes, or fewer.

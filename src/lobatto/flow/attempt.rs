@@ -137,8 +137,7 @@ impl<'g, 'r, const P: usize> Walk<'g, 'r, P> {
             let next = self.next(&mut here);
             let Some(mut taken) = self.solve(&mut here, next, watches).map_err(Ended::Failed)? else {
                 if here.control.h <= SHORTEST * here.first {
-                    let ahead = here.first.min((Twofold::from(self.request.length) - here.gamma).hi);
-                    return Err(Ended::Failed(self.why(&here.state, ahead, here.gamma.hi)));
+                    return Err(Ended::Failed(self.why(&here.state, self.ahead(&here), here.gamma.hi)));
                 }
                 continue;
             };
@@ -334,6 +333,11 @@ impl<'g, 'r, const P: usize> Walk<'g, 'r, P> {
         Ok(first)
     }
 
+    /// How far to look for the end of the domain.
+    fn ahead(&self, here: &Progress<'_>) -> f64 {
+        here.first.min((Twofold::from(self.request.length) - here.gamma).hi)
+    }
+
     /// Why there is no window from here, however short.
     fn why(&self, start: &FlowState, ahead: f64, gamma: f64) -> FlowFailure {
         probe::why(self.geometry, start, self.request.momenta, ahead, gamma)
@@ -367,5 +371,36 @@ impl Progress<'_> {
     /// The length of the run. Without an end in sight nothing is foreseen but the first window.
     fn foreseen(&self) -> f64 {
         if self.whole.is_finite() { self.whole } else { self.first }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{rule, tests::geometries};
+    use super::{FlowState, Request, Twofold, Walk};
+    use crate::geometry::Start;
+
+    #[test]
+    fn nobody_looks_beyond_the_end_of_a_run() {
+        let geometry = &geometries()[0];
+        let start = Start { q: vec![0.0, 0.5, -0.3], q_dot: vec![1.0, 0.0, 0.0], p: vec![2.0, 0.0, 0.0] };
+        let ahead = |length: f64, part: f64| {
+            let request = Request {
+                start: FlowState::new(&start, geometry.active()),
+                q_dot: &start.q_dot,
+                momenta: &start.p,
+                length,
+                target: None,
+                accuracy: 1e-6,
+                certify: false,
+            };
+            let mut walk = Walk::new(geometry, &request, rule::coarse());
+            let mut here = walk.begin(1.0);
+            here.gamma = Twofold::from(part * length);
+            [walk.ahead(&here), here.first]
+        };
+        let [near, first] = ahead(1024.0, 1.0 - 1.0 / 4096.0);
+        assert!(near == 0.25 && first > 0.25 && first < 100.0, "{first}");
+        assert_eq!(ahead(1024.0, 0.5), [first; 2]);
     }
 }

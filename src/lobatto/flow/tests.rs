@@ -16,7 +16,7 @@ fn near(a: f64, b: f64) {
 }
 
 /// Two oscillators that are coupled, with t, and with some other components in place of −1.
-fn geometry(others: &[([usize; 2], &str)], force: &[(usize, &str)]) -> Geometry {
+pub(super) fn geometry(others: &[([usize; 2], &str)], force: &[(usize, &str)]) -> Geometry {
     let components = [([0, 0], "2 + x^2 + 3*y^2 + x*y")].iter().chain(others);
     let text = MetricText {
         coordinates: ["t", "x", "y"].map(str::to_owned).to_vec(),
@@ -28,19 +28,19 @@ fn geometry(others: &[([usize; 2], &str)], force: &[(usize, &str)]) -> Geometry 
 }
 
 /// One with a constant kinetic part, and one without.
-fn geometries() -> [Geometry; 2] {
+pub(super) fn geometries() -> [Geometry; 2] {
     let uneven = [([1, 1], "-1 - y^2/4"), ([2, 2], "-1 - x^2/3"), ([1, 2], "x*y/5")];
     [geometry(&[([1, 1], "-1"), ([2, 2], "-2")], &[]), geometry(&uneven, &[])]
 }
 
-fn start(geometry: &Geometry) -> Start {
+pub(super) fn start(geometry: &Geometry) -> Start {
     let (q, q_dot) = (vec![0.25, 0.5, -0.3], vec![1.25, 0.2, 0.7]);
     let p = geometry.momenta(&q, &q_dot);
     Start { q, q_dot, p }
 }
 
 /// The window of that length, to rounding.
-fn solved<'g>(geometry: &'g Geometry, start: &Start, h: f64) -> (FlowState, FlowWindow<'g, 16>) {
+pub(super) fn solved<'g>(geometry: &'g Geometry, start: &Start, h: f64) -> (FlowState, FlowWindow<'g, 16>) {
     let mut window = FlowWindow::new(geometry, rule::coarse());
     window.begin(&start.p);
     let state = FlowState::new(start, geometry.active());
@@ -319,6 +319,10 @@ fn rounding_walks_at_random() {
         transport.enlarge(|_| Local { rounding: 1e-16, ..NONE });
         (0..5).for_each(|row| near(transport.of(row), 1e-16 * f64::from(windows).sqrt()));
     }
+    // It adds to the other errors of a window.
+    let mut transport = Transport::new(geometry);
+    transport.enlarge(|_| Local { size: 3e-10, rounding: 1e-10, ..NONE });
+    (0..5).for_each(|row| near(transport.of(row), 4e-10));
 }
 
 /// Small errors at the start of a window are at its end what a window from a start that is off says.

@@ -113,8 +113,7 @@ impl<'g, const P: usize> Unknowns<'g, P> {
         let Some(inverse) = self.inverse else { return };
         for row in 0..m {
             let inverse = &inverse[row * m..][..m];
-            let momentum = |place: usize| self.starts[m + place] + self.low[m + place].0[0];
-            let velocity: f64 = inverse.iter().enumerate().map(|(place, g)| g * momentum(place)).sum();
+            let velocity: f64 = inverse.iter().zip(&self.starts[m..]).map(|(g, p)| g * p).sum();
             let c = &self.rule.tables.nodes.0;
             self.low[row].0.iter_mut().zip(c).for_each(|(low, c)| *low += h * velocity * c);
         }

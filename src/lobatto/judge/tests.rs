@@ -1,6 +1,6 @@
 //! What a march knows of its error, against what errors are.
 
-use super::{CALIBRATION, CAUTION, Judge, PHASE, ROUNDING, Rounding, is_rough};
+use super::{CALIBRATION, CAUTION, Joint, Judge, K_ROUNDS, PHASE, ROUNDING, Rounding, is_rough};
 use crate::lobatto::State;
 use crate::lobatto::window::Solved;
 use crate::metric::Metric;
@@ -184,4 +184,20 @@ fn a_velocity_is_one_by_time() {
     let here = judge.joint(&solved.end);
     judge.see(&solved, here, 3.0, 3.0, 0.0);
     near(judge.at_time() - judge.beyond(0.0), 8.0 * (judge.errors()[0] * 6.0) / 24.0);
+}
+
+/// K = Q_t²/g00 − w² is rounded as its terms are, and g00 = c² + 2V/m as its own: with V = x/2, at x = −4, that is
+/// 100 − 4.
+#[test]
+fn k_is_off_by_more_than_rounding_or_not_at_all() {
+    let metric = Metric::new(Potential::linear(0.5), 1.0, 10.0);
+    let judge = Judge::new(&metric, 7.0, 16, &state([0.0, -4.0, 3.0]), 1.0);
+    let u = 7.0 / 96.0;
+    near(judge.first.rounds, K_ROUNDS * (u * u * (100.0 + 4.0 + 4.0) + 9.0));
+    let joint = |k: f64, rounds: f64| Joint { k, rounds, ..Joint::default() };
+    for sign in [1.0, -1.0] {
+        assert_eq!(joint(sign * 8.0, 2.0).off(joint(0.0, 1.0)), sign * 5.0);
+        assert_eq!(joint(0.0, 2.0).off(joint(sign * 8.0, 1.0)), -sign * 5.0);
+        assert_eq!(joint(sign * 8.0, 5.0).off(joint(0.0, 4.0)), 0.0);
+    }
 }
