@@ -9,9 +9,9 @@ pub(crate) struct Path {
     /// Number of nodes.
     pub(super) points: usize,
     /// The variables that vary.
-    pub(super) variables: Vec<usize>,
+    pub(crate) variables: Vec<usize>,
     /// Their values on the nodes, row by row.
-    pub(super) values: Vec<f64>,
+    pub(crate) values: Vec<f64>,
     /// Their second derivatives in units of the distance of two neighbouring nodes, squared.
     bends: Vec<f64>,
 }

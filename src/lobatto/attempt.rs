@@ -318,7 +318,7 @@ impl Attempt<'_> {
     }
 
     /// Why the error is `estimate`, which is not within the accuracy, after a window that began at `start`, however
-    /// small the shares. Before a horizon, and where t comes to rest, errors grow without bound: then that is the reason.
+    /// small the shares. Before a horizon, and where t comes to rest, errors grow without bound: then that is why.
     fn why_inaccurate(&self, here: &Progress<'_>, start: &State, window: usize, estimate: f64) -> MarchFailure {
         let gamma = here.gamma.hi;
         if !estimate.is_finite() {

@@ -251,3 +251,17 @@ fn approximate_node(n: usize, i: usize) -> f64 {
 pub(super) fn share(k: usize) -> f64 {
     0.5 / (2 * k + 1) as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::legendre_values;
+
+    #[test]
+    fn legendre_polynomials_of_any_degree() {
+        let x = -0.5;
+        let exact = [1.0, x, 0.5 * (3.0 * x * x - 1.0), 0.5 * (5.0 * x * x * x - 3.0 * x)];
+        for degree in 0..4 {
+            assert_eq!(legendre_values(degree, x), exact[..=degree]);
+        }
+    }
+}

@@ -133,6 +133,11 @@ mod tests {
             let expected = 3.0 + to_horizon(w);
             assert!(window == 7 && (gamma - expected).abs() < 2e-3, "{w} {length}: {gamma}, {expected}");
             assert!((x - HORIZON).abs() < 1e-3 && g00 < 1e-3, "{w} {length}: {x} {g00:e}");
+            // In units in which c is 2⁷ nothing is different.
+            let (unit, c) = (2.0_f64.powi(14), 2.0_f64.powi(7));
+            let scaled = Metric::new(Potential::linear(unit), 1.0, c);
+            let same = MarchFailure::OutsideDomain { window, gamma, x, g00: unit * g00 };
+            assert_eq!(why(&scaled, c, &at(0.0, w), length, 7, 3.0), same);
         }
     }
 

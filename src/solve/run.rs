@@ -36,6 +36,15 @@ pub(super) struct Place<S> {
     pub(super) time: [S; 2],
 }
 
+impl<S: Real> Place<S> {
+    /// Whether the parts of the action are within the range of numbers: Q_t (t − t_i) from the start of the run, and
+    /// (dx/dγ)² over the window, by what `x_dot` is at its end.
+    pub(super) fn has_finite_action(&self, q_t: S, x_dot: S) -> bool {
+        let length = self.gamma[1] - self.gamma[0];
+        (q_t * self.time[1]).is_finite() && (x_dot * x_dot * length).is_finite()
+    }
+}
+
 /// The windows so far: all of them or, where they are observed one by one, the last.
 pub(super) struct Run<'o, S> {
     pub(super) solution: Solution<S>,
@@ -99,10 +108,10 @@ impl<'o, S: Real> Run<'o, S> {
     /// Adds the solution of `problem`.
     ///
     /// # Errors
-    /// Numbers that are not finite are not a result: an overflow anywhere makes the gradient NaN or infinite, or t's
-    /// part of the action from the start, Q_t (t − t_i).
+    /// Numbers that are not finite are not a result: an overflow anywhere makes the gradient NaN or infinite, or
+    /// the action.
     pub(super) fn append(&mut self, problem: &Problem<S>, place: Place<S>, piece: Piece<S>) -> Result<(), NoSolution> {
-        if !(piece.gradient_norm.is_finite() && (piece.q_t * place.time[1]).is_finite()) {
+        if !(piece.gradient_norm.is_finite() && place.has_finite_action(piece.q_t, piece.end[1])) {
             return Err(overflow(problem, piece));
         }
         let ends = [[problem.initial.x, problem.initial.x_dot], piece.end];

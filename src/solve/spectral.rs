@@ -75,10 +75,9 @@ impl<'o> CertifiedRun<'o> {
     pub(super) fn append(&mut self, view: &WindowView<'_>, end: f64, operator: usize) -> ControlFlow<()> {
         let Certified { elapsed, gradient_norm } = view.certified().expect("the march is certified");
         let (start, last) = (view.start, view.end);
-        // Numbers that are not finite are not a result: an overflow anywhere makes the gradient infinite, or the action
-        // from the start, ∫ p_a dq^a.
-        let parts = [self.run.solution.end.q_t * last.t.hi, last.w.hi * last.w.hi * view.length.hi];
-        if !(gradient_norm.is_finite() && parts.iter().all(|part| part.is_finite())) {
+        let place = Place { gamma: [view.gamma.hi, end], time: [start.t.hi, last.t.hi] };
+        // Numbers that are not finite are not a result: an overflow anywhere makes the gradient or the action infinite.
+        if !(gradient_norm.is_finite() && place.has_finite_action(self.run.solution.end.q_t, last.w.hi)) {
             let solution = &self.run.solution;
             let g00 = solution.metric.g00(last.x.hi);
             let at = At::x(solution.gamma_i + view.gamma.hi, last.x.hi, g00);
@@ -86,7 +85,6 @@ impl<'o> CertifiedRun<'o> {
             self.failure = Some(NoSolution { residual: gradient_norm, ..failure });
             return ControlFlow::Break(());
         }
-        let place = Place { gamma: [view.gamma.hi, end], time: [start.t.hi, last.t.hi] };
         self.run.begin_window(operator, &place, [[start.x.hi, start.w.hi], [last.x.hi, last.w.hi]], None);
         let solution = &mut self.run.solution;
         solution.gradient_norm = solution.gradient_norm.max(gradient_norm);

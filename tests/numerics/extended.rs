@@ -3,10 +3,11 @@
 use std::sync::atomic::AtomicBool;
 
 use super::common::{case, distance, solved_in};
-use geodesic_ivp::case::{Form, SbpName};
+use geodesic_ivp::case::{Form, SbpName, SceneCase, builtin};
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::solve::scene::solve_scene;
 use geodesic_ivp::study::convergence::{Convergence, Quantity, sweep};
 use geodesic_ivp::{Case, Solution, Status, solve};
 
@@ -238,4 +239,21 @@ fn a_refinement_that_cannot_succeed_is_not_a_result() {
         Ok(solution) => assert!(solution.gradient_norm < read("1e-60"), "{:?}", solution.gradient_norm),
         Err(failure) => assert!(failure.status != Status::Converged && !failure.advice().is_empty()),
     }
+}
+
+/// Where rounding keeps corrections above the digits asked for, a run ends with those that there are.
+#[test]
+fn the_last_digits_are_those_of_the_type() {
+    let set = "scheme={sbp='SBP84',form='weak'} grid={gamma_f=10.0,n_gamma=401} solver.digits=70";
+    let solution = solved_in::<Extended>(set);
+    let last = solution.iterations.history.last().unwrap().relative_step;
+    assert!(last > 1e-71 && last < 1e-66, "{last:e}");
+    assert!(solution.gradient_norm.to_f64() < 1e-64, "{:?}", solution.gradient_norm);
+
+    let text = builtin::text("schwarzschild-orbit").unwrap();
+    let set = "grid={gamma_f=400.0,n_gamma=401,windows=1} scheme={sbp='SBP84',form='weak'} solver.digits=70";
+    let set: Vec<String> = set.split(' ').map(str::to_owned).collect();
+    let line = solve_scene::<Extended>(&SceneCase::parse("orbit", text, &set).unwrap().setup()).unwrap();
+    let last = line.iterations.history.last().unwrap().relative_step;
+    assert!(last > 1e-71 && last < 1e-66, "{last:e}");
 }

@@ -15,12 +15,13 @@ const FALL: &str = r#"
     scheme.sbp = "SBP42"
 "#;
 
-const GRIDS: [&str; 6] = [
+const GRIDS: [&str; 7] = [
     "grid.windows=10",
     "grid.windows=10 scheme.form='weak'",
     "grid.windows=10 scheme.sbp='SBP21'",
     "grid.windows=10 grid.n_gamma=12 scheme={sbp='GLL12',form='weak'}",
     "grid.windows=10 solver.system='doubled'",
+    "grid={gamma_i=30.0,gamma_f=50.0,n_gamma=12} solver.system='doubled'",
     "grid={gamma_i=30.0,gamma_f=35.0} scheme={} solver.accuracy=1e-8",
 ];
 
@@ -117,6 +118,46 @@ fn of_a_stopped_iteration_of_two_coordinates_the_place_is_on_the_way() {
     }
 }
 
+/// At the last node there is a place, too.
+#[test]
+fn of_a_stopped_iteration_the_place_may_be_the_last_node() {
+    let text = "potential = { coordinates = ['x', 'y'], formula = 'x^4/2 + 2*y^2 + x^2*y/3' }\n\
+                particle.law = 'newtonian'\ninitial = { t_dot = 1.0, x = 1.0, y = 0.5, x_dot = 0.0, y_dot = 0.0 }\n\
+                grid = { gamma_f = 4.0, n_gamma = 12 }\nsolver.max_iterations = 1\n\
+                scheme = { sbp = 'GLL12', form = 'weak' }";
+    let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
+    let failure = solve_scene::<f64>(&case.setup()).unwrap_err();
+    let names: Vec<&str> = failure.point.iter().map(|(name, _)| &name[..]).collect();
+    assert_eq!((failure.gamma, &names[..]), (4.0, &["x", "y"][..]), "{failure}");
+}
+
+/// What the guess for a doubled run tries first is a straight line, which does not meet a force of many periods. That
+/// is no end of the domain, in any unit of V and c².
+#[test]
+fn of_a_guess_the_place_is_on_its_line() {
+    for unit in [1.0_f64, 1e-6] {
+        let (c, t_dot) = (30.0 * unit.sqrt(), 1.0 / unit.sqrt());
+        let (formula, rest) = (
+            format!("{unit:?}*sin(1000*x)"),
+            format!(
+                "particle.c = {c:?}\ninitial = {{ t_dot = {t_dot:?}, x = 0.9, x_dot = -0.3 }}\n\
+                 grid = {{ gamma_i = 30.0, gamma_f = 34.0, n_gamma = 8 }}\nscheme.sbp = 'SBP21'\n\
+                 solver.system = 'doubled'"
+            ),
+        );
+        let one = Case::parse("test", &format!("potential.formula.expression = '{formula}'\n{rest}"), &[]).unwrap();
+        let scene = format!("potential = {{ coordinates = ['x'], formula = '{formula}' }}\n{rest}");
+        let scene = SceneCase::parse("test", &scene, &[]).unwrap();
+        let (one, scene) = (solve::<f64>(&one).unwrap_err(), solve_scene::<f64>(&scene.setup()).unwrap_err());
+        assert!(one.gamma > 30.0, "{unit}: {one}");
+        for failure in [one, scene] {
+            let (gamma, x) = (failure.gamma - 30.0, failure.point[0].1);
+            assert_eq!(failure.status, Status::Stalled, "{unit}: {failure}");
+            assert!(gamma >= 0.0 && (x - 0.9 + 0.3 * gamma).abs() < 1e-3, "{unit}: {failure}");
+        }
+    }
+}
+
 /// Windows that are finite each, and a sum that is not: after 18 of them Q_t t, the action from the start, is beyond
 /// the range of numbers.
 #[test]
@@ -139,13 +180,27 @@ fn of_an_action_that_overflows() {
 /// Positions and times are finite, and so is the gradient. The squares of velocities are not, and with them K.
 #[test]
 fn of_velocities_whose_squares_overflow() {
-    let text = r#"
-        potential.formula.expression = "exp(101/x+pi)"
-        initial = { t = 0.0, x = 0.3, t_dot = 1.0, x_dot = 0.2 }
-        grid.n_gamma = 16
-        scheme.sbp = "SBP21"
-    "#;
-    let failure = solve::<f64>(&Case::parse("test", text, &[]).unwrap()).unwrap_err();
-    assert_eq!((failure.status, failure.gamma), (Status::OutsideDomain, 1.0), "{failure}");
+    let one = "potential.formula.expression = 'exp(101/x+pi)'\ninitial = { t_dot = 1.0, x = 0.3, x_dot = 0.2 }\n\
+               grid.n_gamma = 16\nscheme.sbp = 'SBP21'";
+    let scene = "potential = { coordinates = ['x'], formula = '1/x^20' }\n\
+                 initial = { t_dot = 1.0, x = 0.19, x_dot = 0.2 }\ngrid.n_gamma = 12\nscheme.sbp = 'SBP21'";
+    let (one, scene) = (Case::parse("test", one, &[]).unwrap(), SceneCase::parse("test", scene, &[]).unwrap());
+    let failure = solve::<f64>(&one).unwrap_err();
     assert!(failure.point[0].1.abs() > 1e154 && failure.point[0].1.is_finite(), "{failure}");
+    for failure in [failure, solve_scene::<f64>(&scene.setup()).unwrap_err()] {
+        assert_eq!((failure.status, failure.gamma), (Status::OutsideDomain, 1.0), "{failure}");
+    }
+}
+
+/// (dx/dγ)² is finite, and its integral over a window is not.
+#[test]
+fn of_a_window_whose_action_overflows() {
+    for (length, is_finite) in [(1e2, true), (1e5, false)] {
+        let text = format!(
+            "potential.free = {{}}\ninitial = {{ t = 0.0, x = 0.0, t_dot = 1.0, x_dot = 1e152 }}\n\
+             grid = {{ gamma_f = {length:?}, n_gamma = 12 }}\nscheme = {{ sbp = 'GLL12', form = 'weak' }}"
+        );
+        let solved = solve::<f64>(&Case::parse("test", &text, &[]).unwrap());
+        assert_eq!(solved.as_ref().err().map(|failure| failure.status), (!is_finite).then_some(Status::OutsideDomain));
+    }
 }

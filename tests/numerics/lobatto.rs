@@ -8,6 +8,7 @@ use geodesic_ivp::lobatto::{Level, March, MarchFailure, Marched, State, Twofold,
 use geodesic_ivp::metric::Metric;
 use geodesic_ivp::potential::{Formula, Potential};
 use geodesic_ivp::reference::ReferenceTrajectory;
+use geodesic_ivp::scalar::{Extended, Real};
 
 /// t(1), x(1) and w(1) of the quartic base case, from its continuum solution with 24 digits.
 const QUARTIC_END: [f64; 3] = [1.468_634_756_955_731, 0.159_778_018_885_407_25, -1.416_825_598_093_154_3];
@@ -125,7 +126,10 @@ fn k_stays_over_a_thousand_units() {
 #[test]
 fn a_formula_and_the_same_polynomial_agree() {
     let of_formula = |text: &str| Metric::new(formula(text), 1.0, 1.0);
-    assert!(worst_delta_k(&of_formula("x^4/2"), 20, 4000, 0.25, Level::Best) < 1e-15);
+    for text in ["x^4/2", "x^2*(x^2 + 1)/2 - x*x/2"] {
+        let worst = worst_delta_k(&of_formula(text), 20, 4000, 0.25, Level::Best);
+        assert!(worst < 1e-15, "{text}: {worst:e}");
+    }
     // Every kind of instruction: arithmetic, negation, powers, functions; the last ones are not refined.
     for text in
         ["x^4/2", "-(0 - x^4)/2", "1/(2*x^(-4))", "x*x*x/(2/x)", "exp(ln(x^2)*2)/2", "abs(x)^4.0/2", "sqrt(x^8)/2"]
@@ -137,6 +141,43 @@ fn a_formula_and_the_same_polynomial_agree() {
             let end = marched.expect("it converges").end;
             assert!((end.x.hi - QUARTIC_END[1]).abs() < 1e-14, "{text} {level:?}: {}", end.x.hi);
             assert!((end.t.hi - QUARTIC_END[0]).abs() < 1e-14, "{text} {level:?}: {}", end.t.hi);
+        }
+    }
+}
+
+/// Without a tolerance, which is the default, windows are exact beyond the digits of one number.
+#[test]
+fn without_a_tolerance_windows_are_exact_to_more_than_one_number() {
+    let exact = Metric::<Extended>::new(Potential::quartic(0.5.into()), 1.0.into(), 1.0.into());
+    let [t, x, t_dot, x_dot] = [0.0, 1.0, 1.0, 0.1].map(Extended::from);
+    let reference = ReferenceTrajectory::new(&exact, InitialData { t, x, t_dot, x_dot }, 10.0.into(), 40).unwrap();
+    let there = reference.at(10.0.into());
+    let off =
+        |found: Twofold, exact: Extended| (Extended::from(found.hi) + Extended::from(found.lo) - exact).to_f64().abs();
+    let (metric, rule) = (Metric::new(Potential::quartic(0.5), 1.0, 1.0), WeakRule::new(24));
+    let march = March::new(&metric, 2.0, &rule, 0.125.into());
+    let error = |march: March<'_>| {
+        let end = march.run(base(), 80, &mut go_on).expect("it converges").end;
+        off(end.x, there.x).max(off(end.t, there.elapsed))
+    };
+    assert_eq!(error(march), error(march.with_tolerance(1e-3).with_tolerance(0.0)));
+    assert!(error(march) < 5e-18, "{:e}", error(march));
+    assert!(error(march.with_tolerance(1e-15)) > 5e-17, "{:e}", error(march.with_tolerance(1e-15)));
+}
+
+/// A tolerance is relative to the size of x, also where functions are called and Newton's method is used.
+#[test]
+fn tolerances_are_relative_to_the_size_of_x() {
+    for s in [1.0, 2.0_f64.powi(-12)] {
+        let metric = Metric::new(formula(&format!("{:?}*(1 - cos(x/{s:?}))", s * s)), 1.0, 1.0);
+        let initial = InitialData { t: 0.0, x: 0.9 * s, t_dot: 1.2, x_dot: 0.3 * s };
+        let q_t = initial.invariants(&metric).q_t;
+        let end = ReferenceTrajectory::new(&metric, initial, 2.0, 16).expect("it gets there").at(2.0);
+        let march = March::new(&metric, q_t, WeakRule::shared(24), Twofold::from(2.0 / 3.0));
+        for tolerance in [1e-5, 1e-8, 1e-11] {
+            let marched = march.with_tolerance(tolerance).run(initial.into(), 3, &mut go_on).expect("it converges");
+            let error = (marched.end.x.hi - end.x).abs() / s;
+            assert!(error < 10.0 * tolerance, "{s}, {tolerance:e}: {error:e}");
         }
     }
 }

@@ -140,8 +140,8 @@ fn samples_take_the_place_of_nodes_that_are_gone() {
     assert!((found - 0.5).abs() < 1e-2, "{found}");
 }
 
-/// The series is asked for where a second solve agrees to its last digits, in both coordinates, relative to their sizes;
-/// and only where the run has more digits than that.
+/// The series is asked for where a second solve agrees to its last digits, in both coordinates, relative to their
+/// sizes; and only where the run has more digits than that.
 #[test]
 fn a_series_is_asked_for_where_a_second_solve_sees_nothing() {
     let judge = |overrides: &str| {

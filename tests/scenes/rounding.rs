@@ -101,3 +101,27 @@ fn what_rests_at_zero_is_rounded_as_it_falls_and_multipliers_add_up() {
     let [both, first, second] = [rows(1e9, 1e9), rows(1e9, 0.0), rows(0.0, 1e9)];
     assert!(first == second && both == 2.0 * first && first >= 1e9 * f64::EPSILON, "{both} {first} {second}");
 }
+
+/// The rows of an operator of higher order amplify what q^a is rounded by, and D is applied twice.
+#[test]
+fn rounding_grows_with_the_entries_of_the_operator() {
+    let geometry = geometry::<f64>(&metric(&["t", "x"], &[([0, 0], "1"), ([1, 1], "-1")]));
+    let estimate = |sbp: &SbpOperator| {
+        let action = DoubledAction::weak(sbp, &geometry, start(&geometry, &[3.0, 2.0], &[0.0; 2]));
+        let mut u = vec![0.0; action.layout().unknowns()];
+        for branch in 0..2 {
+            action.layout().values_mut(&mut u, branch, 0).fill(3.0);
+            action.layout().values_mut(&mut u, branch, 1).fill(2.0);
+        }
+        let GradientRounding { rows, values } = action.gradient_rounding(&u).unwrap();
+        [values[0], values[1], rows[0], rows[1]]
+    };
+    let [plain, high] = [&coefficients::SBP21, &coefficients::SBP84].map(|coefficients| {
+        let sbp = SbpOperator::new(coefficients, 24, 0.125).unwrap();
+        (estimate(&sbp), sbp.stiffness())
+    });
+    assert!(plain.1 == 1.0 && high.1 > 1.2, "{}", high.1);
+    for (power, (plain, high_estimate)) in [1, 1, 2, 2].into_iter().zip(plain.0.into_iter().zip(high.0)) {
+        assert!((high_estimate / (plain * high.1.powi(power)) - 1.0).abs() < 1e-12, "{plain:e} {high_estimate:e}");
+    }
+}

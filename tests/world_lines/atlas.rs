@@ -65,6 +65,18 @@ fn k_and_energy_of_another_method_are_those_of_its_states() {
     }
 }
 
+/// Steps of different lengths have no sawtooth.
+#[test]
+fn a_sawtooth_is_one_of_equal_steps() {
+    let arena = Arena::of_scene(&motion("c = 9.0"), &[2.0]).unwrap();
+    let sawtooth = |peer: &'static dyn Peer| {
+        let cells = charted(&arena, vec![Method::Peer(peer)], 2.0, &[0.1]);
+        cells.iter().map(|cell| cell.numbers.as_ref().unwrap().sawtooth).collect::<Vec<_>>()
+    };
+    assert!(sawtooth(&Rk4).iter().all(Option::is_some));
+    assert!(!sawtooth(&Dop853).is_empty() && sawtooth(&Dop853).iter().all(Option::is_none));
+}
+
 #[test]
 fn a_status_does_not_depend_on_the_unit_of_gamma() {
     let methods: Vec<Method> =

@@ -147,6 +147,30 @@ fn a_wall_is_met_on_a_run_of_any_length() {
     }
 }
 
+/// What is seen on the nodes begins at the start of a window and ends at its end.
+#[test]
+fn rows_lead_from_the_start_to_the_end() {
+    for name in ["schwarzschild-orbit", "kerr-inclined", "double-pendulum"] {
+        let (geometry, start) = scene(name);
+        let see = &mut |view: &FlowView<'_>| {
+            let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-6 * b.abs().max(1.0), "{name}: {a} {b}");
+            for place in 0..geometry.active().len() {
+                let p = view.p(place);
+                near(p[0], view.start.p[place].hi);
+                near(p[view.points - 1], view.end.p[place].hi);
+            }
+            for a in 0..geometry.dimension() {
+                let (q, start) = (view.q(a), view.start.q[a].hi);
+                let origin = if geometry.active().contains(&a) { 0.0 } else { start };
+                near(origin + q[0], start);
+                near(origin + q[view.points - 1], view.end.q[a].hi);
+            }
+            ControlFlow::Break(())
+        };
+        Flow::new(&geometry).run(&start, 20.0, &mut [], 1e-9, see).unwrap();
+    }
+}
+
 /// A march that is ended before its length says how far it has come.
 #[test]
 fn a_march_that_is_ended_says_where() {

@@ -108,3 +108,44 @@ fn gap<S: Real>(line: &WorldLine<S>, window: &SceneWindow<S>, k: usize) -> Gap {
         |(name, (&start, row)): (&String, (&S, &Vec<S>))| (name.clone(), [k, k + 1].map(|k| (start + row[k]).to_f64()));
     Gap { gamma, coordinates: names.map(ends).collect() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Nodes, Path, weights};
+    use crate::case::SceneCase;
+    use crate::solve::scene::{WorldLine, solve_scene};
+
+    /// Two oscillators that are coupled, from t = 1000 on.
+    fn line() -> WorldLine {
+        let text = r#"
+            metric.coordinates = ["t", "x", "y"]
+            metric.components = { "t t" = "9 + x^2 + 2*y^2 + x*y", "x x" = "-1", "y y" = "-2" }
+            initial = { t = 1000.0, t_dot = 1.5, x = 4.0, y = 0.3, x_dot = 0.2, y_dot = -0.1 }
+            grid = { gamma_f = 2.0, n_gamma = 12 }
+            scheme = { sbp = "GLL12", form = "weak" }
+        "#;
+        solve_scene(&SceneCase::parse("oscillators", text, &[]).unwrap().setup()).unwrap()
+    }
+
+    #[test]
+    fn weights_are_of_sizes_from_the_start_where_a_coordinate_is_ignorable() {
+        let line = line();
+        let [t, x, y] = weights(&line)[..] else { panic!("three coordinates") };
+        let largest = |a: usize| line.q(a).map(f64::abs).fold(1.0, f64::max);
+        assert!((1.0 / t - (line.end().q[0] - 1000.0)).abs() < 1e-9 && t < 1.0, "{t}");
+        assert_eq!([x, y], [1, 2].map(|a| 1.0 / largest(a)));
+    }
+
+    /// Positions are the variables 0 … n − 1 of the programs of rates, and momenta 2n … 3n − 1.
+    #[test]
+    fn a_path_has_the_positions_and_momenta_of_active_coordinates() {
+        let line = line();
+        let (nodes, mut path) = (Nodes::new(&line, &line.windows[0]), Path::default());
+        nodes.describe(line.geometry(), &mut path);
+        assert_eq!(path.variables, [1, 7, 2, 8]);
+        for (row, place) in [1, 4, 2, 5].into_iter().enumerate() {
+            let values = &path.values[row * nodes.states.len()..][..nodes.states.len()];
+            assert!(values.iter().zip(&nodes.states).all(|(value, state)| *value == state[place]));
+        }
+    }
+}

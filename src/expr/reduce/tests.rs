@@ -63,11 +63,15 @@ proptest! {
     fn values_stay(formulas in prop::collection::vec(expression(), 3)) {
         let [plain, reduced] = programs::<Extended>(&formulas);
         for variables in [[1.3, 0.4, -0.6, 0.9], [-0.7, 2.5, 0.1, -3.0]] {
-            for (expected, value) in values(&plain, variables).into_iter().zip(values(&reduced, variables)) {
+            let [plain, reduced] = [values(&plain, variables), values(&reduced, variables)];
+            // What is zero may be a difference of slopes as large as the values, and the rounding of these.
+            let rounding = plain.iter().map(|v| v.to_f64().abs()).filter(|v| v.is_finite()).fold(0.0, f64::max) * 1e-60;
+            for (expected, value) in plain.into_iter().zip(reduced) {
                 // 0/0 may have become a number, and numbers beyond all bounds may lie on either side of them.
                 if expected.is_finite() && expected.to_f64().abs() < 1e30 {
                     let error = (value - expected).abs().to_f64();
-                    prop_assert!(error <= 1e-25 * expected.to_f64().abs().max(1e-10), "{expected:?} {value:?}");
+                    let allowed = 1e-25 * expected.to_f64().abs().max(1e-10) + rounding;
+                    prop_assert!(error <= allowed, "{expected:?} {value:?}");
                 }
             }
         }

@@ -35,3 +35,17 @@ impl FlowState {
         self.q.iter().chain(&self.p).all(|value| value.hi.is_finite())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::FlowState;
+
+    #[test]
+    fn a_state_is_finite_in_all_of_its_numbers() {
+        let state = |q: f64, p: f64| FlowState { q: vec![1.0.into(), q.into()], p: vec![p.into()] };
+        assert!(state(-1e300, 0.0).is_finite());
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(!state(bad, 0.0).is_finite() && !state(0.0, bad).is_finite());
+        }
+    }
+}

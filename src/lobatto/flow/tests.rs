@@ -9,9 +9,9 @@ use super::work::Tail;
 use crate::geometry::{Geometry, GeometryText, MetricText, Start};
 use crate::runge_kutta::runge_kutta;
 
-const NONE: Local = Local { size: 0.0, half_norm: 0.0, rounding: 0.0 };
+pub(super) const NONE: Local = Local { size: 0.0, half_norm: 0.0, rounding: 0.0 };
 
-fn near(a: f64, b: f64) {
+pub(super) fn near(a: f64, b: f64) {
     assert!((a - b).abs() <= 1e-9 * a.abs().max(b.abs()), "{a:e}, {b:e}");
 }
 
@@ -44,7 +44,7 @@ pub(super) fn solved<'g>(geometry: &'g Geometry, start: &Start, h: f64) -> (Flow
     let mut window = FlowWindow::new(geometry, rule::coarse());
     window.begin(&start.p);
     let state = FlowState::new(start, geometry.active());
-    let weights = Weights { q: vec![1.0; 3], p: vec![1.0; 2] };
+    let weights = Weights { q: vec![1.0; 3], p: vec![1.0; geometry.active().len()] };
     let task = Task { start: &state, h, weights: &weights, tolerance: 1e-16, is_new: false };
     assert!(matches!(window.solve(task, &|_, _| false), Outcome::Solved(_)));
     (state, window)
@@ -81,6 +81,24 @@ fn rates_are_those_of_the_field() {
             geometry.velocities(&q, &p).unwrap().into_iter().zip(q_dot).for_each(|(exact, found)| near(exact, found));
         }
     }
+}
+
+/// The terms of K are those of all coordinates, also of an ignorable one that is not the first.
+#[test]
+fn the_size_of_k_is_that_of_its_terms() {
+    let text = MetricText {
+        coordinates: ["t", "x", "y"].map(str::to_owned).to_vec(),
+        components: [([0, 0], "2 + x^2"), ([1, 1], "-1"), ([2, 2], "-2 - x^2/3")]
+            .map(|(pair, text)| (pair, text.to_owned()))
+            .to_vec(),
+        ..MetricText::default()
+    };
+    let geometry = Geometry::new(&GeometryText::Metric(text)).unwrap().around(&[0.0, 0.5, -0.3]).unwrap();
+    let start = start(&geometry);
+    let (_, window) = solved(&geometry, &start, 0.3);
+    let (q, p) = end(&window, &start);
+    let q_dot = geometry.velocities(&q, &p).unwrap();
+    near(window.norm_terms(), p.iter().zip(&q_dot).map(|(p, q_dot)| (p * q_dot).abs()).sum());
 }
 
 /// The end of a window is that of the classical Runge–Kutta method in many steps, and all rows of rates are looked at.
@@ -155,7 +173,7 @@ fn the_gradient_of_k_is_made_of_rates() {
 }
 
 /// A judge that has seen the time scale 0.5, and a transport of errors, both at the start.
-fn judge<'g>(
+pub(super) fn judge<'g>(
     geometry: &'g Geometry,
     (state, start): (&FlowState, &Start),
     clock: Option<usize>,
@@ -172,10 +190,15 @@ fn judge<'g>(
 #[test]
 fn a_change_of_k_says_how_large_errors_are() {
     let forced = geometry(&[([1, 1], "-1"), ([2, 2], "-2")], &[(1, "1e-300*x_dot")]);
-    for geometry in geometries().into_iter().chain([forced]) {
-        let start = start(&geometry);
-        let (state, mut window) = solved(&geometry, &start, 0.3);
-        let (mut judge, transport) = judge(&geometry, (&state, &start), None);
+    let [separable, uneven] = geometries();
+    let [near, far] = [start(&uneven), start(&separable)].map(|start| start.q);
+    let far: Vec<f64> = far.iter().map(|q| 16.0 * q).collect();
+    for (geometry, q, h) in
+        [(&separable, &near, 0.3), (&uneven, &near, 0.3), (&forced, &near, 0.3), (&separable, &far, 0.1)]
+    {
+        let start = Start { q: q.clone(), p: geometry.momenta(q, &start(geometry).q_dot), ..start(geometry) };
+        let (state, mut window) = solved(geometry, &start, h);
+        let (mut judge, transport) = judge(geometry, (&state, &start), None);
         // Errors of one size in all rows, each with the sign that makes K larger.
         let error = 1e-6;
         let active = geometry.active().iter().enumerate();
@@ -219,6 +242,15 @@ fn the_unit_of_k_changes_nothing() {
     for unit in [2.0_f64.powi(40), 2.0_f64.powi(-40)] {
         near(worst(unit), expected);
     }
+}
+
+/// Ignorable coordinates count from the start, and active ones from zero.
+#[test]
+fn sizes_are_those_of_what_matters() {
+    let geometry = &geometries()[0];
+    let start = Start { q: vec![1000.0, 4.0, -0.5], ..start(geometry) };
+    let judge = Judge::new(geometry, &FlowState::new(&start, geometry.active()), &start.p, None);
+    assert_eq!(judge.weights.q, [1.0, 0.25, 1.0]);
 }
 
 /// The error is that of the coordinate with the largest one, and that of a clock besides.
@@ -286,65 +318,6 @@ fn what_sweeps_leave_and_rounding_are_errors() {
         for (row, local) in before.iter().enumerate() {
             let nodes = if row < 4 { ROUNDED_NODES * 0.3 * sums[row] } else { 0.0 };
             near(local.rounding, f64::EPSILON * (ratio * window.tails[row].largest + nodes));
-        }
-    }
-}
-
-/// New errors point to where K goes on changing as it has, and those that do not change it to where they are.
-#[test]
-fn errors_do_not_cancel() {
-    let geometry = &geometries()[0];
-    let slopes = [0.5, -2.0, -0.25, 0.0, 0.0];
-    let mut transport = Transport::new(geometry);
-    let local = |row: usize| Local { size: 1e-9 * (row + 1) as f64, half_norm: slopes[row], rounding: 0.0 };
-    let k = |transport: &Transport<'_>| (0..5).map(|row| slopes[row] * transport.of(row)).sum::<f64>();
-    let added: f64 = (0..5).map(|row| local(row).size * slopes[row].abs()).sum();
-    for windows in 1..10 {
-        transport.enlarge(local);
-        near(k(&transport), f64::from(windows) * added);
-        (0..5).for_each(|row| near(transport.of(row).abs(), f64::from(windows) * local(row).size));
-    }
-    // With the gradient turned round K is on the other side, and errors shrink it no more.
-    let before = k(&transport);
-    transport.enlarge(|row| Local { half_norm: -slopes[row], ..local(row) });
-    near(k(&transport), before + added);
-}
-
-/// Rounding adds up as in a random walk.
-#[test]
-fn rounding_walks_at_random() {
-    let geometry = &geometries()[0];
-    let mut transport = Transport::new(geometry);
-    for windows in 1..100 {
-        transport.enlarge(|_| Local { rounding: 1e-16, ..NONE });
-        (0..5).for_each(|row| near(transport.of(row), 1e-16 * f64::from(windows).sqrt()));
-    }
-    // It adds to the other errors of a window.
-    let mut transport = Transport::new(geometry);
-    transport.enlarge(|_| Local { size: 3e-10, rounding: 1e-10, ..NONE });
-    (0..5).for_each(|row| near(transport.of(row), 4e-10));
-}
-
-/// Small errors at the start of a window are at its end what a window from a start that is off says.
-#[test]
-fn errors_travel_with_the_motion() {
-    for geometry in geometries() {
-        let start = start(&geometry);
-        let (state, window) = solved(&geometry, &start, 0.3);
-        // Of x, y, their momenta and t.
-        let errors = [1e-6, 2e-6, 3e-6, 1.5e-6, 2.5e-6];
-        let (judge, mut transport) = judge(&geometry, (&state, &start), None);
-        transport.enlarge(|row| Local { size: errors[row], ..NONE });
-        transport.follow(&window, &judge.weights, 1e3);
-        let mut off = start.clone();
-        let [ex, ey, px, py, et] = errors;
-        (off.q, off.p) =
-            (vec![off.q[0] + et, off.q[1] + ex, off.q[2] + ey], vec![off.p[0], off.p[1] + px, off.p[2] + py]);
-        let (_, other) = solved(&geometry, &off, 0.3);
-        let q = |a: usize| other.end.q[a].hi - window.end.q[a].hi;
-        let p = |place: usize| other.end.p[place].hi - window.end.p[place].hi;
-        for (row, exact) in [q(1), q(2), p(0), p(1), q(0)].into_iter().enumerate() {
-            assert!((transport.of(row) - exact).abs() < 1e-3 * 3e-6, "{row}: {:e}, {exact:e}", transport.of(row));
         }
     }
 }

@@ -198,3 +198,6 @@ impl<'g> Transport<'g> {
         self.probe[row]
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -161,3 +161,23 @@ impl Family {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Family, Form, OUTPUTS, SbpName};
+
+    /// The first setting has as many steps a piece as the family says, up to a multiple of the points of output, and
+    /// each further one more by a factor.
+    #[test]
+    fn settings_begin_with_some_steps_a_piece() {
+        let counts = |family: Family, scale: f64| family.settings(scale).take(3).map(|s| s.count).collect::<Vec<_>>();
+        assert_eq!(counts(Family::March(20), 400.0), [20, 28, 40]);
+        assert_eq!(counts(Family::Elements(20), 400.0 * OUTPUTS as f64), [20, 28, 40].map(|count| count * OUTPUTS));
+        let block = Family::Block(SbpName::Sbp42, Form::Strong);
+        assert_eq!(counts(block, 50.0 * OUTPUTS as f64), [100, 200, 400].map(|count| count * OUTPUTS));
+        // There is one step between two points of output at least.
+        assert_eq!(counts(Family::Elements(20), 1.0)[0], OUTPUTS);
+        let tolerances: Vec<f64> = Family::Accuracy.settings(400.0).map(|setting| setting.tolerance).collect();
+        assert!(tolerances[0] == 1e-2 && *tolerances.last().unwrap() == 1e-15);
+    }
+}
