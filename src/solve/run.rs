@@ -183,3 +183,16 @@ fn overflow<S: Real>(problem: &Problem<S>, piece: Piece<S>) -> NoSolution {
         ..NoSolution::new(Status::OutsideDomain, At::x(problem.gamma(index).to_f64(), x, g00))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Place;
+
+    /// t counts from the start of the run, and x over the window alone.
+    #[test]
+    fn an_action_is_one_of_numbers() {
+        let place = |time: f64| Place { gamma: [9e5, 1e6], time: [0.0, time] };
+        assert!(place(1e200).has_finite_action(1e100, 1e151));
+        assert!(!place(1e210).has_finite_action(1e100, 1e151) && !place(1e200).has_finite_action(1e100, 1e152));
+    }
+}

@@ -143,6 +143,14 @@ mod tests {
         let (nodes, mut path) = (Nodes::new(&line, &line.windows[0]), Path::default());
         nodes.describe(line.geometry(), &mut path);
         assert_eq!(path.variables, [1, 7, 2, 8]);
+        let text = "metric.coordinates = [\"x\", \"t\"]\n\
+                    metric.components = { \"t t\" = \"9 + x^2\", \"x x\" = \"-1\" }\n\
+                    initial = { t = 0.0, t_dot = 1.5, x = 1.0, x_dot = 0.2 }\ngrid.n_gamma = 12\n\
+                    scheme = { sbp = \"GLL12\", form = \"weak\" }";
+        let other: WorldLine = solve_scene(&SceneCase::parse("first", text, &[]).unwrap().setup()).unwrap();
+        let mut first = Path::default();
+        Nodes::new(&other, &other.windows[0]).describe(other.geometry(), &mut first);
+        assert_eq!(first.variables, [0, 4]);
         for (row, place) in [1, 4, 2, 5].into_iter().enumerate() {
             let values = &path.values[row * nodes.states.len()..][..nodes.states.len()];
             assert!(values.iter().zip(&nodes.states).all(|(value, state)| *value == state[place]));

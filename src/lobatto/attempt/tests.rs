@@ -136,6 +136,10 @@ fn what_keeps_a_march_from_its_accuracy_is_said() {
     let metric = Metric::new(Potential::polynomial(vec![0.0, 0.0, 0.5]), 1.0, 1.0);
     let stopped = MarchFailure::TimeNotReached { gamma: 400.0, elapsed: 0.75 };
     assert_eq!(failure(&metric, Goal::Time(1.0), [400.0, 2.75, 999.0]), stopped);
+    // With a charge of a hundredth it grows by as much less.
+    let slow = Attempt { q_t: 0.01, ..attempt(&metric, Goal::Time(1.0)) };
+    let [near, far] = [9.0, 99.0].map(|x: f64| State { t: 2.75.into(), x: x.into(), w: 0.0.into() });
+    assert!(slow.is_out_of_reach(1.0, [&far; 2], 1.0) && !slow.is_out_of_reach(1.0, [&near; 2], 100.0));
     for (goal, at) in [
         (Goal::Gamma(1e9), [400.0, 2.75, 999.0]),
         (Goal::Time(1.0), [400.0, 2.75, 9.0]),
