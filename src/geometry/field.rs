@@ -194,9 +194,9 @@ impl<S: Real> Field<S> {
     }
 
     /// The linearised equations: the program whose outputs are the entries that vary, in the variables of
-    /// [`Self::unpacked`]; and the program of the slopes of small errors. Its variables are the errors of q^a and p_a of
-    /// active coordinates, then those entries; its outputs are δq̇^a of active coordinates, δṗ_a and δq̇^a of ignorable
-    /// ones. Where the kinetic part is constant the first stand last.
+    /// [`Self::unpacked`]; and the program of the slopes of small errors. Its variables are the errors of q^a and p_a
+    /// of active coordinates, then those entries; its outputs are δq̇^a of active coordinates, δṗ_a and δq̇^a of
+    /// ignorable ones. Where the kinetic part is constant the first stand last.
     pub(crate) fn linearised(&self) -> (&Staged<S>, &Program<S>) {
         (&self.jacobian, &self.linear)
     }

@@ -217,7 +217,7 @@ impl Attempt<'_> {
             task.is_last = true;
             let hit = self.hit(walk, *task, taken.solved, &here.state, statistics, duration);
             (task.length, taken.solved) =
-                hit.ok_or_else(|| self.time_not_reached(here.gamma + task.length.h, &taken.solved.end))?;
+                hit.map_err(|(length, tried)| self.time_not_reached(here.gamma + length.h, &tried.end))?;
             taken.end = here.judge.joint(&taken.solved.end);
         }
         let passed = (taken.solved.end.t - here.state.t).hi;
@@ -333,8 +333,8 @@ impl Attempt<'_> {
         }
     }
 
-    /// Whether t has almost come to rest: at its pace at both of these `states`, less of it than is left, and than has
-    /// passed, passes over a γ that is far longer than all so far.
+    /// Whether t has almost come to rest: over [`FAR`] times `gamma`, at its pace at both of these `states`, it would
+    /// grow by less than is left, and by less than it has grown.
     fn is_out_of_reach(&self, duration: f64, states: [&State; 2], gamma: f64) -> bool {
         states.into_iter().all(|state| {
             let passes = FAR * gamma * self.q_t / self.metric.g00(state.x.hi);

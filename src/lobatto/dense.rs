@@ -33,9 +33,9 @@ impl WindowView<'_> {
     }
 }
 
-/// Points in blocks of at most [`TOGETHER`]: `fill` says how many fractions it has put into one, 0 at the end; `see` gets
-/// the points there. What is compiled for every number of nodes knows neither type, so that nothing of it is compiled
-/// again where they differ.
+/// Points in blocks of at most [`TOGETHER`]: `fill` says how many fractions it has put into one, 0 at the end; `see`
+/// gets the points there. What is compiled for every number of nodes knows neither type, so that nothing of it is
+/// compiled again where they differ.
 fn blocks(view: &WindowView<'_>, fill: &mut dyn FnMut(&mut [f64; TOGETHER]) -> usize, see: &mut dyn FnMut(&[Inside])) {
     let (t0, x0, w0, end) = (view.start.t, view.start.x, view.start.w, view.end);
     let [t_scale, w_scale] = view.scales();

@@ -23,8 +23,10 @@ impl Attempt<'_> {
         ((self.start.t + Twofold::from(duration)) - state.t).hi
     }
 
-    /// The length, and the window, at whose end t has the requested value, to the last bit; `None` if there is none, as
-    /// where t jumps.
+    /// The length, and the window, at whose end t has the requested value, to the last bit.
+    ///
+    /// # Errors
+    /// The last ones that were tried, if there are none, as where t jumps.
     ///
     /// t grows with γ, so the window `too_long` is an upper bound. Newton's method runs inside the bracket found so
     /// far, on windows that are solved to rounding: with the tolerance of the march the end would depend on where the
@@ -38,7 +40,7 @@ impl Attempt<'_> {
         start: &State,
         statistics: &mut Statistics,
         duration: f64,
-    ) -> Option<(Length, Solved)> {
+    ) -> Result<(Length, Solved), (Length, Solved)> {
         let goal = self.start.t + Twofold::from(duration);
         let to_rounding = Precision { tolerance: 0.0, most: MOST_EVALUATIONS, ..precision };
         let size = (goal - self.start.t).hi.abs().max(1.0);
@@ -57,10 +59,10 @@ impl Attempt<'_> {
                 solved.end.x = solved.end.x + left * (solved.end.w + (left * a).half());
                 solved.end.w = solved.end.w + left * a;
                 solved.end.t = goal;
-                return Some((Length::exactly(h, self.q_t), solved));
+                return Ok((Length::exactly(h, self.q_t), solved));
             }
             if is_narrow {
-                return None;
+                break;
             }
             if lack * duration > 0.0 {
                 below = below.max(length.h.hi);
@@ -83,10 +85,10 @@ impl Attempt<'_> {
                 above = next.hi;
                 next = Twofold::from(0.5 * (below + above));
                 if above - below <= ROUNDING * above {
-                    return None;
+                    return Err((length, solved));
                 }
             }
         }
-        None
+        Err((length, solved))
     }
 }

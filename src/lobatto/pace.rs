@@ -31,7 +31,8 @@ impl Pace {
     }
 }
 
-/// The evaluations that a run of which this part is done needs at its pace, if that is more than anybody would wait for.
+/// The evaluations that a run of which this part is done needs at its pace, if that is more than anybody would wait
+/// for.
 pub(super) fn too_many(evaluations: usize, done: f64) -> Option<f64> {
     let needed = evaluations as f64 / done;
     (needed > MOST_EVALUATIONS).then_some(needed)

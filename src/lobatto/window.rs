@@ -178,9 +178,9 @@ impl<const P: usize> Window<P> {
         }
     }
 
-    /// The free line x + h c w as `line` + what is returned, to twice the precision: X = line + (low + h² A² a), where the
-    /// bracket is small and X is the only number that is rounded at the size of x. (Dropping the rounding error of h c w
-    /// alone moves K by 1e-19 a window.)
+    /// The free line x + h c w as `line` + what is returned, to twice the precision: X = line + (low + h² A² a), where
+    /// the bracket is small and X is the only number that is rounded at the size of x. (Dropping the rounding error of
+    /// h c w alone moves K by 1e-19 a window.)
     #[inline(always)]
     fn free_line<S: Simd>(&mut self, s: S, t: &Tables<P>, start: &State, precision: Precision) -> Nodes<P> {
         let mut rounded_off = Nodes::<P>::ZERO;

@@ -2,13 +2,14 @@
 
 use std::ops::ControlFlow;
 
-use super::{Attempt, CRAWL, Controller, Ended, Judge, ONE_COORDINATE, Pace, Progress, REFINED, ROUNDS};
+use super::{Attempt, CRAWL, Controller, Ended, Judge, ONE_COORDINATE, Pace, Progress, REFINED, ROUNDS, Taken};
 use crate::lobatto::force::PolynomialForce;
+use crate::lobatto::formula::FormulaForce;
 use crate::lobatto::view::WindowView;
-use crate::lobatto::walk::Walk;
+use crate::lobatto::walk::{Length, Walk};
 use crate::lobatto::{Goal, MarchFailure, State, Statistics, kit};
 use crate::metric::Metric;
-use crate::potential::Potential;
+use crate::potential::{Formula, Potential};
 use crate::vector::Twofold;
 
 fn attempt(metric: &Metric, goal: Goal) -> Attempt<'_> {
@@ -112,6 +113,33 @@ fn rounding_is_counted_as_windows_are_summed() {
         assert!(matches!(accepted, Ok(false)));
         assert_eq!(here.judge.so_far(), judge.so_far());
     }
+}
+
+/// With V = ¼ (1 − sign x), at each value of γ where a node of the window crosses x = 0, t jumps.
+#[test]
+fn a_time_that_is_jumped_over_is_told_of_where_it_is() {
+    let formula = Formula::new("0.25*(1 - tanh(1e300*x))", &Default::default()).unwrap();
+    let metric = Metric::new(Potential::Formula(formula), 1.0, 1.0);
+    let Potential::Formula(formula) = metric.potential() else { panic!("a formula") };
+    let start = State { t: 2.0.into(), x: (-1.0).into(), w: 1.0.into() };
+    let attempt = Attempt { start, ..attempt(&metric, Goal::Time(1.0)) };
+    let kit = kit::fine();
+    let mut walk = Walk::new(kit, FormulaForce::<24>::new(&metric, 1.0, formula.program(), 24), None, false);
+    let (mut here, mut statistics) = (progress(&attempt, 3.0, [2.0, -1.0]), Statistics::default());
+    here.state = start;
+    // The first node behind the middle crosses at this length, where half of the window or a little more has u = ½.
+    let length = 1.0 / kit.rule.nodes()[12].hi;
+    let mut jump = 0.5 * length;
+    jump += 0.5 * length * kit.rule.weights()[12..].iter().map(|weight| weight.hi).sum::<f64>();
+    jump -= 0.25 * length * kit.rule.weights()[12].hi;
+    let mut task = attempt.next(&mut here, &statistics);
+    task.length = Length::exactly(2.5.into(), 1.0);
+    let solved = walk.solve(task.length, &start, task.precision, &mut statistics).unwrap();
+    let mut taken = Taken { solved, end: here.judge.joint(&solved.end), excess: 0.0 };
+    let looked = attempt.look_at_time(&mut walk, &mut here, (&mut task, &mut taken), &mut statistics, jump);
+    let MarchFailure::TimeNotReached { gamma, elapsed } = looked.unwrap_err() else { panic!("t jumps over it") };
+    assert!((gamma - 3.0 - length).abs() < 1e-12, "{gamma}, {length}");
+    assert!((elapsed - jump).abs() < 0.1 && elapsed != jump, "{elapsed}, {jump}");
 }
 
 /// Where no share is small enough, the reason is given with its place.

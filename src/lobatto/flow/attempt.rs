@@ -28,10 +28,12 @@ const FIRST: f64 = 1.0;
 /// Windows shorter than this part of the first are taken for a singularity.
 const SHORTEST: f64 = 1e-13;
 
-/// The most excess of a window whose rates are a guess for a shorter one. Sweeps that diverge leave numbers that are not.
+/// The most excess of a window whose rates are a guess for a shorter one. Sweeps that diverge leave numbers that are
+/// not.
 const SANE: f64 = 1e8;
 
-/// A share that follows a failed attempt aims at this part of the accuracy, and is at least that part of the one before.
+/// A share that follows a failed attempt aims at this part of the accuracy, and is at least that part of the one
+/// before.
 const RETRY: [f64; 2] = [0.2, 1e-4];
 
 /// Why an attempt did not reach its goal.
@@ -122,7 +124,8 @@ impl<'g, 'r, const P: usize> Walk<'g, 'r, P> {
         }
     }
 
-    /// One march with that factor of the usual shares. An attempt before would have `missed` the accuracy by that error.
+    /// One march with that factor of the usual shares. An attempt before would have `missed` the accuracy by that
+    /// error.
     pub(super) fn attempt(
         &mut self,
         caution: f64,
@@ -213,7 +216,8 @@ impl<'g, 'r, const P: usize> Walk<'g, 'r, P> {
         Next { h, is_last, scale, share: here.control.share(scale / here.foreseen()) }
     }
 
-    /// Solves a window, and shortens it to the first stop in it. `None` if it is too long: then the next one is shorter.
+    /// Solves a window, and shortens it to the first stop in it. `None` if it is too long: then the next one is
+    /// shorter.
     fn solve(
         &mut self,
         here: &mut Progress<'_>,

@@ -1,10 +1,10 @@
 //! How the rate of the motion goes on, and how long windows may be for it.
 //!
 //! How fast the modes of a window fall is decided by the nearest singularity of the motion in complex γ. Where the rate
-//! has a pole its inverse, the time scale, has a root. So the roots of the quadratic polynomial through the time scales at
-//! three points of a window tell where the singularities are. That is a model, but it is only used to compare two windows:
-//! the one that was solved, whose modes are known, and the next. (Near a mass the rate is r^(-3/2), and r² is nearly
-//! quadratic; the power that follows from that does worse than this one, on ellipses too.)
+//! has a pole its inverse, the time scale, has a root. So the roots of the quadratic polynomial through the time scales
+//! at three points of a window tell where the singularities are. That is a model, but it is only used to compare two
+//! windows: the one that was solved, whose modes are known, and the next. (Near a mass the rate is r^(-3/2), and r² is
+//! nearly quadratic; the power that follows from that does worse than this one, on ellipses too.)
 
 /// The rate of the motion, in radians, at the start of a window, at an inner point and at its end.
 #[derive(Debug, Clone, Copy)]
@@ -27,9 +27,9 @@ impl Course {
     }
 
     /// The length of the next window in units of this one, so that its modes fall as fast as they would in this one if
-    /// it were `fit` times as long. `None` if the course has no poles, or if the modes fall faster than its poles allow:
-    /// then these are not those of the motion. Such is the course of an anharmonic oscillator, the rate of which is zero
-    /// in the middle of its way.
+    /// it were `fit` times as long. `None` if the course has no poles, or if the modes fall faster than its poles
+    /// allow: then these are not those of the motion. Such is the course of an anharmonic oscillator, the rate of which
+    /// is zero in the middle of its way.
     ///
     /// A window \[0, w\] whose polynomials converge in the ellipse through z with half the sum of the axes ρw/2 has
     /// (ρ + 1/ρ)/2 = (|z| + |z − w|)/w.

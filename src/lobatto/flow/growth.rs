@@ -28,8 +28,8 @@ pub(super) struct Growth {
 }
 
 impl Growth {
-    /// The error at the end of a run of which this part is `done`, where the error at `gamma` is known; 0 before it can be
-    /// said.
+    /// The error at the end of a run of which this part is `done`, where the error at `gamma` is known; 0 before it can
+    /// be said.
     pub(super) fn project(&mut self, gamma: f64, error: f64, done: f64) -> f64 {
         if gamma >= 2.0 * self.newer.0 {
             (self.older, self.newer) = (self.newer, (gamma, error));

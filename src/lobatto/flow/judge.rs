@@ -18,8 +18,8 @@ pub(super) struct Judge<'g> {
     /// max(1, |q^a|) of active coordinates, max(1, |q^a − q_i^a|) of ignorable ones, at most so far.
     pub(super) sizes: Vec<f64>,
     pub(super) weights: Weights,
-    /// The coordinate whose value ends the run, and the largest |dq^a/dt| so far with it in place of t: by this much its
-    /// error counts as one of q^a, as the end is compared at an equal value.
+    /// The coordinate whose value ends the run, and the largest |dq^a/dt| so far with it in place of t: by this much
+    /// its error counts as one of q^a, as the end is compared at an equal value.
     clock: Option<usize>,
     paces: Vec<f64>,
     /// Of the linearised equations: all entries by rows, and room for their square.
@@ -159,8 +159,8 @@ impl<'g> Judge<'g> {
         self.rate()
     }
 
-    /// The rate near the middle of the window, with the part of it that comes before. What the window adds to an error is
-    /// found with the linearised equations there.
+    /// The rate near the middle of the window, with the part of it that comes before. What the window adds to an error
+    /// is found with the linearised equations there.
     pub(super) fn look_back(&mut self, transport: &Transport<'_>) -> (f64, f64) {
         let columns = 2 * self.coupling.len();
         let entries = &mut self.entries;

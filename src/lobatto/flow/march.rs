@@ -33,8 +33,8 @@ impl<'g> Flow<'g> {
         Self { geometry, certify: false, target: None }
     }
 
-    /// Ends with this value of a coordinate, as a stop that stands before all others. Errors are those at equal values of
-    /// this coordinate then, as well as those at equal γ.
+    /// Ends with this value of a coordinate, as a stop that stands before all others. Errors are those at equal values
+    /// of this coordinate then, as well as those at equal γ.
     pub fn to_value(mut self, coordinate: usize, value: f64) -> Self {
         self.target = Some(Target { coordinate, value });
         self

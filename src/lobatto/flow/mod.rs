@@ -6,7 +6,8 @@
 //! with the new momenta.
 //!
 //! Lengths are chosen from the highest Legendre modes of the rates, which show what a window adds to the error. What
-//! errors grow to is seen from a *probe*, small errors that travel along with the world-line by its linearised equations.
+//! errors grow to is seen from a *probe*, small errors that travel along with the world-line by its linearised
+//! equations.
 
 mod attempt;
 mod certificate;

@@ -5,8 +5,8 @@
 //! by what it may be off by, with the signs that change K most.
 //!
 //! The linearised equations are solved like the equations themselves, by sweeps of the weak scheme over 16 nodes. They
-//! have to be solved well: equations of motion have directions in which errors grow only in proportion to time, and those
-//! become exponential with the square root of what is wrong in the equations.
+//! have to be solved well: equations of motion have directions in which errors grow only in proportion to time, and
+//! those become exponential with the square root of what is wrong in the equations.
 
 use super::rule;
 use super::state::FlowState;

@@ -136,7 +136,8 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
         self.unknowns.evaluate(self.programs.rates().fixed());
     }
 
-    /// Solves the window of length `h` from `start`, and leaves its end, its fields and its rates. After the first sweeps
+    /// Solves the window of length `h` from `start`, and leaves its end, its fields and its rates. After the first
+    /// sweeps
     /// `is_hopeless` may look at the tails of the rates; it is told by how much the last sweep changed the fields.
     pub(super) fn solve(&mut self, task: Task<'_>, is_hopeless: &dyn Fn(&Self, f64) -> bool) -> Outcome {
         let Task { start, h, .. } = task;
@@ -204,8 +205,8 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
         changes.fold(0.0, |most, change| if change <= most { most } else { change })
     }
 
-    /// Weighted changes of the fields that are rounding: below them no sweep is needed. Coordinates count relative to their
-    /// sizes.
+    /// Weighted changes of the fields that are rounding: below them no sweep is needed. Coordinates count relative to
+    /// their sizes.
     fn noise(&self, Task { start, weights, .. }: Task<'_>) -> f64 {
         let p = weights.p.iter().zip(&start.p).map(|(weight, p)| weight * p.hi.abs());
         4.0 * f64::EPSILON * p.fold(1.0, f64::max)
@@ -241,8 +242,8 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
             if !change.is_finite() {
                 return Outcome::Failed;
             }
-            // The error is change · rate, with the slower of the last two rates: the first is often that of a part of the
-            // guess. At the level of rounding the rate cannot be seen, so one more sweep is made.
+            // The error is change · rate, with the slower of the last two rates: the first is often that of a part of
+            // the guess. At the level of rounding the rate cannot be seen, so one more sweep is made.
             let rate = change / last;
             let slowest = if slower.is_finite() { rate.max(slower) } else { rate };
             let left = change * slowest.min(1.0);
