@@ -144,3 +144,16 @@ impl<const P: usize> Window<P> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use pulp::Scalar;
+
+    use super::bend;
+
+    #[test]
+    fn a_bend_is_the_square_of_the_largest_relative_change() {
+        let (du, delta, u) = ([3.0, -8.0, 1.0, 0.0], [0.25, 0.5, 1.0, 7.0], [1.0, 2.0, 4.0, 0.5]);
+        assert_eq!(bend(Scalar, &du, &delta, &u), 4.0);
+    }
+}

@@ -104,7 +104,7 @@ mod tests {
     use super::{follow, step, why};
     use crate::lobatto::{MarchFailure, State};
     use crate::metric::Metric;
-    use crate::potential::Potential;
+    use crate::potential::{Formula, Potential};
 
     const HORIZON: f64 = -0.5;
 
@@ -150,6 +150,15 @@ mod tests {
         }
         let failure = why(&metric, 1.0, &at(0.25, 0.5), 0.3, 2, 3.0);
         assert_eq!(failure, MarchFailure::NotConverged { window: 2, gamma: 3.0, x: 0.25 });
+    }
+
+    /// Steps that follow every fold of V do not get far, and where they end is no horizon.
+    #[test]
+    fn a_way_that_is_too_long_to_follow_is_no_horizon() {
+        let formula = Formula::new("0.45*sin(1e6*x)", &Default::default()).unwrap();
+        let metric = Metric::new(Potential::Formula(formula), 1.0, 1.0);
+        let start = at(0.5e-6 * std::f64::consts::PI, 10.0);
+        assert_eq!(follow(&metric, 1.0, &start, 1.0), None);
     }
 
     /// The steps keep K up to an error that falls with the fifth power of their length.

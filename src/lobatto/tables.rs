@@ -26,7 +26,7 @@ pub(super) struct Tables<const P: usize> {
     pub(super) line_lo: [f64; P],
     /// h² c²/2, for the parabola.
     pub(super) parabola: [f64; P],
-    /// A power of two above h.
+    /// A power of two above h, at most 2h: products with h times the weights stay below its products.
     pub(super) length_unit: f64,
     pub(super) length: Twofold,
     pub(super) points: usize,
@@ -149,4 +149,21 @@ pub(super) fn evaluation_matrix<const P: usize>(
         }
     }
     e
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Tables;
+    use crate::lobatto::WeakRule;
+
+    /// What is added to cut products may be large, but not small.
+    #[test]
+    fn the_unit_of_lengths_is_the_next_power_of_two() {
+        let rule = WeakRule::new(12);
+        for (length, unit) in [(0.75, 1.0), (1.0, 2.0), (1.5, 2.0), (3e-5, 2.0_f64.powi(-15)), (5e8, 2.0_f64.powi(29))]
+        {
+            let tables = Tables::<12>::new(&rule, rule.length_free(), length.into());
+            assert_eq!(tables.length_unit, unit, "{length}");
+        }
+    }
 }

@@ -184,8 +184,9 @@ mod tests {
     use super::{Failure, LinearFailure, NewtonSystem, Root, RoundingLevels, SMALL_STEP, solve};
     use crate::solve::status::Status;
 
-    /// F(u) = atan(u − 1) with a step that may fail.
+    /// F(u) = atan(u/unit − 1) with a step, in units, that may fail.
     struct Arctangent {
+        unit: f64,
         step: fn(f64) -> Result<f64, LinearFailure>,
     }
 
@@ -197,7 +198,7 @@ mod tests {
         type Outside = ();
 
         fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), ()> {
-            out[0] = (u[0] - 1.0).atan();
+            out[0] = (u[0] / self.unit - 1.0).atan();
             Ok(())
         }
 
@@ -206,7 +207,7 @@ mod tests {
         }
 
         fn newton_step(&mut self, u: &[f64], _: &[f64], step: &mut [f64]) -> Result<(), LinearFailure> {
-            step[0] = (self.step)(u[0])?;
+            step[0] = self.unit * (self.step)(u[0] / self.unit)?;
             Ok(())
         }
 
@@ -218,7 +219,7 @@ mod tests {
     #[test]
     fn a_step_is_damped_and_measured_as_a_whole() {
         let start = 3.0;
-        let Root { unknowns, history } = solve(&mut Arctangent { step: newton }, vec![start], 20).unwrap();
+        let Root { unknowns, history } = solve(&mut Arctangent { unit: 1.0, step: newton }, vec![start], 20).unwrap();
         assert!((unknowns[0] - 1.0).abs() < 1e-15);
         let (first, last) = (&history[0], history.last().unwrap());
         let whole = newton(start).unwrap_or(0.0);
@@ -236,9 +237,11 @@ mod tests {
     /// A root that is met by a step that was not small is looked at once more.
     #[test]
     fn a_large_step_is_followed_by_another() {
-        let steps = |start: f64| solve(&mut Arctangent { step: newton }, vec![start], 20).unwrap().history.len();
-        assert_eq!(steps(1.0 + 0.5 * SMALL_STEP), 1);
-        assert_eq!(steps(1.0 + 1e-6), 2);
+        for unit in [1.0, 2.0_f64.powi(-20), 2.0_f64.powi(20)] {
+            let mut system = Arctangent { unit, step: newton };
+            let mut steps = |start: f64| solve(&mut system, vec![unit * start], 20).unwrap().history.len();
+            assert_eq!([steps(1.0 + 0.5 * SMALL_STEP), steps(1.0 + 1e-6)], [1, 2], "{unit:e}");
+        }
     }
 
     #[test]
@@ -246,7 +249,8 @@ mod tests {
         let no_step: [fn(f64) -> Result<f64, LinearFailure>; 3] =
             [|_| Err(LinearFailure), |_| Ok(f64::NAN), |_| Ok(f64::INFINITY)];
         for step in no_step {
-            let Failure { status, unknowns, history, .. } = solve(&mut Arctangent { step }, vec![3.0], 20).unwrap_err();
+            let Failure { status, unknowns, history, .. } =
+                solve(&mut Arctangent { unit: 1.0, step }, vec![3.0], 20).unwrap_err();
             assert_eq!((status, unknowns, history.len()), (Status::Singular, vec![3.0], 0));
         }
     }

@@ -146,7 +146,7 @@ impl<'g, 'r, const P: usize> Walk<'g, 'r, P> {
             };
             watches.iter_mut().for_each(Watch::accept);
             let gamma = here.gamma.hi;
-            let (part, middle) = self.accept(&mut here, next, &mut taken);
+            let (part, middle) = self.accept(&mut here, &mut taken);
             let estimate = self.check(&mut here, next, missed)?;
             let Taken { solved, errors, excess, stopped_by } = taken;
             let certificate = self.certificate.as_mut();
@@ -269,7 +269,7 @@ impl<'g, 'r, const P: usize> Walk<'g, 'r, P> {
 
     /// Accepts a window, and carries what errors have grown to over it. What part of it comes before a point near its
     /// middle, and the rate of the motion there.
-    fn accept(&mut self, here: &mut Progress<'_>, next: Next, taken: &mut Taken) -> (f64, f64) {
+    fn accept(&mut self, here: &mut Progress<'_>, taken: &mut Taken) -> (f64, f64) {
         let h = taken.solved.h;
         self.window.accept(h);
         std::mem::swap(&mut here.state, &mut here.start);
@@ -282,7 +282,7 @@ impl<'g, 'r, const P: usize> Walk<'g, 'r, P> {
         self.transport.follow(&self.window, &judge.weights, windows);
         let middle = judge.look_back(&self.transport);
         self.transport.enlarge(|row| judge.local(&self.window, row));
-        if next.lasting() != 1.0 || taken.stopped_by.is_some() {
+        if taken.stopped_by.is_some() {
             taken.errors = judge.of_window(&self.window, 1.0);
         }
         judge.see(&self.window, taken.errors.inside, &self.transport);
