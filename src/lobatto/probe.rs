@@ -152,13 +152,14 @@ mod tests {
         assert_eq!(failure, MarchFailure::NotConverged { window: 2, gamma: 3.0, x: 0.25 });
     }
 
-    /// Steps that follow every fold of V do not get far, and where they end is no horizon.
+    /// Steps that follow every fold of V do not get far, and where they end is no horizon: g00 was nowhere smaller than
+    /// at the start.
     #[test]
     fn a_way_that_is_too_long_to_follow_is_no_horizon() {
-        let formula = Formula::new("0.45*sin(1e6*x)", &Default::default()).unwrap();
+        let formula = Formula::new("0.5*(1e-6*exp(8*sin(1e6*x)) - 1)", &Default::default()).unwrap();
         let metric = Metric::new(Potential::Formula(formula), 1.0, 1.0);
-        let start = at(0.5e-6 * std::f64::consts::PI, 10.0);
-        assert_eq!(follow(&metric, 1.0, &start, 1.0), None);
+        let start = at(-0.5e-6 * std::f64::consts::PI, 10.0);
+        assert_eq!(follow(&metric, 1e-6, &start, 1.0), None);
     }
 
     /// The steps keep K up to an error that falls with the fifth power of their length.

@@ -33,6 +33,8 @@ pub struct NoSolution {
 pub enum Domain {
     /// In one coordinate g00, which must be positive.
     G00(f64),
+    /// In one coordinate, where a number is beyond the range of numbers: g00 there.
+    Overflow(f64),
     /// In a scene the determinant that has the wrong sign.
     Determinant {
         /// The names of the coordinates in its block of the metric.
@@ -54,7 +56,13 @@ pub(super) struct At {
 impl At {
     /// A place in one coordinate.
     pub(super) fn x(gamma: f64, x: f64, g00: f64) -> Self {
-        Self { gamma, point: vec![("x".to_owned(), x)], domain: Domain::G00(g00) }
+        let domain = if g00 == f64::INFINITY { Domain::Overflow(g00) } else { Domain::G00(g00) };
+        Self { gamma, point: vec![("x".to_owned(), x)], domain }
+    }
+
+    /// A place in one coordinate where a number, maybe another than g00, is not finite.
+    pub(super) fn overflow(gamma: f64, x: f64, g00: f64) -> Self {
+        Self { domain: Domain::Overflow(g00), ..Self::x(gamma, x, g00) }
     }
 
     /// A place in a scene.
@@ -140,6 +148,9 @@ impl fmt::Display for NoSolution {
                 // Where the equations are explicit, or the first guess already leaves, there is no residual.
                 if residual.is_finite() { write!(f, ", residual {residual:.2e})") } else { write!(f, ")") }
             }
+            (Status::OutsideDomain, Domain::Overflow(_)) => {
+                write!(f, "a number is beyond the range of numbers at {place}")
+            }
             (Status::OutsideDomain, Domain::Determinant { coordinates, value }) => write!(
                 f,
                 "the geodesic leaves the domain at {place}: the determinant of the metric in ({}) is {value:.3e}",
@@ -149,7 +160,11 @@ impl fmt::Display for NoSolution {
                 write!(f, "the geodesic leaves the domain at {place}: a number is not finite")
             }
             (Status::EndTimeNotReached, domain) => {
-                let end = if matches!(domain, Domain::G00(_)) { "the physical time t_f" } else { "the end" };
+                let end = if matches!(domain, Domain::G00(_) | Domain::Overflow(_)) {
+                    "the physical time t_f"
+                } else {
+                    "the end"
+                };
                 write!(f, "{end} is not reached: the search ended at {place}")
             }
             (Status::AccuracyNotReached, _) => {
@@ -189,6 +204,10 @@ const V_IS_NO_NUMBER: &str = "V is not a number there, as a root, a logarithm or
                               number is none: write the formula so that V exists everywhere (abs(x)), or end the run \
                               before";
 
+/// What to do where a number is beyond the range of numbers.
+const OVERFLOW: &str =
+    "end the run before this gamma, or choose units in which t, x, V and their rates are nearer to 1";
+
 /// A residual below this is rounding where units are of the order of 1.
 const AT_ROUNDING: f64 = 1e-13;
 
@@ -206,6 +225,7 @@ impl NoSolution {
                  n_gamma"
             }
             (Status::OutsideDomain, Domain::G00(g00)) if g00.is_nan() => V_IS_NO_NUMBER,
+            (Status::OutsideDomain, Domain::Overflow(_)) => OVERFLOW,
             (Status::OutsideDomain, Domain::G00(_)) => {
                 "g00 = c^2 + 2V/m must stay positive: end the run before this gamma, choose initial data that stay \
                  away from the horizon, or raise c; if the potential is harmless there, the step is too coarse: raise \
@@ -216,7 +236,7 @@ impl NoSolution {
                  which the metric is regular there; if the geometry is harmless there, the step is too coarse: raise \
                  n_gamma or windows"
             }
-            (Status::EndTimeNotReached, Domain::G00(_)) => {
+            (Status::EndTimeNotReached, Domain::G00(_) | Domain::Overflow(_)) => {
                 "raise n_gamma or windows, so that every turn of the motion is resolved, or give gamma_f or an \
                  earlier t_f"
             }
@@ -245,6 +265,7 @@ impl NoSolution {
         match (self.status, &self.domain) {
             (Status::Converged, _) => "",
             (Status::OutsideDomain, Domain::G00(g00)) if g00.is_nan() => V_IS_NO_NUMBER,
+            (Status::OutsideDomain, Domain::Overflow(_)) => OVERFLOW,
             (Status::OutsideDomain, Domain::G00(_)) => {
                 "g00 = c^2 + 2V/m must stay positive: end the run before this gamma, choose initial data that stay \
                  away from the horizon, or raise c"
@@ -253,14 +274,14 @@ impl NoSolution {
                 "end the run before this gamma, choose initial data that stay away from the place, or coordinates in \
                  which the metric is regular there"
             }
-            (Status::EndTimeNotReached, Domain::G00(_)) => {
+            (Status::EndTimeNotReached, Domain::G00(_) | Domain::Overflow(_)) => {
                 "give gamma_f or an earlier t_f: t hardly grows any more, or jumps over it"
             }
             (Status::EndTimeNotReached, _) => "give gamma_f or an end that is reached earlier",
-            (Status::EvaluationLimit, Domain::G00(_)) => {
+            (Status::EvaluationLimit, Domain::G00(_) | Domain::Overflow(_)) => {
                 "end the run before this gamma, or look at V there: it changes on a scale that windows cannot resolve"
             }
-            (Status::TooManyNodes, Domain::G00(_)) => {
+            (Status::TooManyNodes, Domain::G00(_) | Domain::Overflow(_)) => {
                 "take samples in place of the tables (run --sample-t or --sample-gamma with --samples-only), or end \
                  the run earlier"
             }
@@ -269,7 +290,7 @@ impl NoSolution {
                 "ask for a larger solver.accuracy, or a shorter run; with scheme and grid given, solver.digits goes \
                  further"
             }
-            (Status::MaxIterations | Status::Stalled | Status::Singular, Domain::G00(_)) => {
+            (Status::MaxIterations | Status::Stalled | Status::Singular, Domain::G00(_) | Domain::Overflow(_)) => {
                 "end the run before this gamma, or look at V there: it is not smooth enough for an accuracy; far from \
                  1, choose units nearer to it"
             }
@@ -298,6 +319,22 @@ mod tests {
             assert!(at(Status::EvaluationLimit, 2e12).contains(&pace), "{}", at(Status::EvaluationLimit, 2e12));
             let stuck = at(Status::EvaluationLimit, f64::INFINITY);
             assert!(stuck.ends_with("the run makes no progress"), "{stuck}");
+        }
+    }
+
+    /// What overflows is no matter of the sign of g00.
+    #[test]
+    fn an_overflow_is_said_to_be_one() {
+        for at in [At::overflow(1.0, 2.0, 3.0), At::x(1.0, 2.0, f64::INFINITY)] {
+            let failure = NoSolution::new(Status::OutsideDomain, at);
+            assert_eq!(
+                failure.to_string(),
+                "a number is beyond the range of numbers at gamma = 1.000000, x = 2.000000"
+            );
+            for adaptive in [false, true] {
+                let advice = NoSolution { adaptive, ..failure.clone() }.advice();
+                assert!(advice.contains("units") && !advice.contains("g00"), "{advice}");
+            }
         }
     }
 

@@ -180,7 +180,7 @@ fn overflow<S: Real>(problem: &Problem<S>, piece: Piece<S>) -> NoSolution {
     NoSolution {
         residual: piece.gradient_norm.to_f64(),
         iterations: Box::new(Iterations::of(piece.initial_guess, piece.history)),
-        ..NoSolution::new(Status::OutsideDomain, At::x(problem.gamma(index).to_f64(), x, g00))
+        ..NoSolution::new(Status::OutsideDomain, At::overflow(problem.gamma(index).to_f64(), x, g00))
     }
 }
 

@@ -80,7 +80,7 @@ impl<'o> CertifiedRun<'o> {
         if !(gradient_norm.is_finite() && place.has_finite_action(self.run.solution.end.q_t, last.w.hi)) {
             let solution = &self.run.solution;
             let g00 = solution.metric.g00(last.x.hi);
-            let at = At::x(solution.gamma_i + view.gamma.hi, last.x.hi, g00);
+            let at = At::overflow(solution.gamma_i + view.gamma.hi, last.x.hi, g00);
             let failure = NoSolution::marched(Status::OutsideDomain, at);
             self.failure = Some(NoSolution { residual: gradient_norm, ..failure });
             return ControlFlow::Break(());

@@ -225,7 +225,9 @@ impl Failed {
             advice: failure.advice(),
             gamma: failure.gamma,
             point: match failure.domain {
-                Domain::G00(g00) => Point::One { x: failure.point.first().map_or(f64::NAN, |(_, x)| *x), g00 },
+                Domain::G00(g00) | Domain::Overflow(g00) => {
+                    Point::One { x: failure.point.first().map_or(f64::NAN, |(_, x)| *x), g00 }
+                }
                 Domain::Determinant { .. } | Domain::Scene => Point::Scene { point: point() },
             },
             residual: failure.residual,
