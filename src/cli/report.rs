@@ -33,7 +33,7 @@ pub(super) const EXIT_CODES: [(u8, &str); 7] = [
     ),
     (INVALID_CASE, "wrong usage or an invalid case; the message shows line, column and what to do"),
     (NO_CRITICAL_POINT, "no critical point; the message says where the residual is largest and what to try"),
-    (OUTSIDE_DOMAIN, "the geodesic leaves the domain; the message says at which γ and x"),
+    (OUTSIDE_DOMAIN, "the geodesic leaves the domain, or a number overflows; the message says at which γ and x"),
     (EXPECTATION, "check --run: an expectation is not met"),
     (
         INTERRUPTED,

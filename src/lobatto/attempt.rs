@@ -217,7 +217,7 @@ impl Attempt<'_> {
             task.is_last = true;
             let hit = self.hit(walk, *task, taken.solved, &here.state, statistics, duration);
             (task.length, taken.solved) =
-                hit.map_err(|(length, tried)| self.time_not_reached(here.gamma + length.h, &tried.end))?;
+                hit.map_err(|(length, end)| self.time_not_reached(here.gamma + length, &end))?;
             taken.end = here.judge.joint(&taken.solved.end);
         }
         let passed = (taken.solved.end.t - here.state.t).hi;

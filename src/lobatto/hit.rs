@@ -26,7 +26,7 @@ impl Attempt<'_> {
     /// The length, and the window, at whose end t has the requested value, to the last bit.
     ///
     /// # Errors
-    /// The last ones that were tried, if there are none, as where t jumps.
+    /// The last length that was tried, and the state at its end, if there is none, as where t jumps.
     ///
     /// t grows with γ, so the window `too_long` is an upper bound. Newton's method runs inside the bracket found so
     /// far, on windows that are solved to rounding: with the tolerance of the march the end would depend on where the
@@ -40,7 +40,7 @@ impl Attempt<'_> {
         start: &State,
         statistics: &mut Statistics,
         duration: f64,
-    ) -> Result<(Length, Solved), (Length, Solved)> {
+    ) -> Result<(Length, Solved), (Twofold, State)> {
         let goal = self.start.t + Twofold::from(duration);
         let to_rounding = Precision { tolerance: 0.0, most: MOST_EVALUATIONS, ..precision };
         let size = (goal - self.start.t).hi.abs().max(1.0);
@@ -85,10 +85,10 @@ impl Attempt<'_> {
                 above = next.hi;
                 next = Twofold::from(0.5 * (below + above));
                 if above - below <= ROUNDING * above {
-                    return Err((length, solved));
+                    return Err((length.h, solved.end));
                 }
             }
         }
-        Err((length, solved))
+        Err((length.h, solved.end))
     }
 }
