@@ -3,8 +3,8 @@
 //! Chains of 1 to 16 coordinates, each of which feels its two neighbours, the same coordinates with every one feeling
 //! all others, and orbits around black holes. Each is timed to the accuracy 1e-10 in windows of 24 nodes, bare and with
 //! the certificate. A sweep is one evaluation of the equations on all nodes of a window with the integrals that follow;
-//! those of companions and of rejected windows count. Entries are the second derivatives of the Hamiltonian that are not
-//! zero: of ∂(q̇, ṗ)/∂(q, p) of the active coordinates and their momenta.
+//! those of companions and of rejected windows count. Entries are the second derivatives of the Hamiltonian that are
+//! not zero: of ∂(q̇, ṗ)/∂(q, p) of the active coordinates and their momenta.
 //!
 //! ```text
 //! cargo bench --bench scenes [-- NAME]

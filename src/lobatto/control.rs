@@ -111,8 +111,8 @@ impl Controller {
 
     /// A window of length `h` with that excess, solved in so many evaluations, was accepted.
     ///
-    /// `foreseen` may know the length of the next one in units of this, so that it comes out as well as one that is `fit`
-    /// times as long as this: where the rate of the motion changes much, as towards a periapsis and away from it.
+    /// `foreseen` may know the length of the next one in units of this, so that it comes out as well as one that is
+    /// `fit` times as long as this: where the rate of the motion changes much, as towards a periapsis and away from it.
     pub(super) fn accept(
         &mut self,
         h: f64,

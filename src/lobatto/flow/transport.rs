@@ -1,8 +1,8 @@
 //! What errors of a world-line grow to: its linearised equations, along which small errors travel.
 //!
 //! A window knows from its highest modes what it adds to the error, but not with which sign. These sizes are added to a
-//! *probe*, errors of the fields that travel along with the world-line: each window changes every component of the probe
-//! by what it may be off by, with the signs that change K most.
+//! *probe*, errors of the fields that travel along with the world-line: each window changes every component of the
+//! probe by what it may be off by, with the signs that change K most.
 //!
 //! The linearised equations are solved like the equations themselves, by sweeps of the weak scheme over 16 nodes. They
 //! have to be solved well: equations of motion have directions in which errors grow only in proportion to time, and
