@@ -1,9 +1,9 @@
 //! What a certified and stored run costs against the bare march of the same windows.
 //!
 //! For three potentials and two lengths the march of [`March`], the run of [`solve`] in the same windows, and, for
-//! three accuracies, the march of [`Adaptive`] and the run with `solver.accuracy`. They are timed in turns in one process,
-//! together with writing as many numbers as the run keeps to new memory, which the march does without; the shortest
-//! times are printed with the ratio of the first two.
+//! three accuracies, the march of [`Adaptive`] and the run with `solver.accuracy`. They are timed in turns in one
+//! process, together with writing as many numbers as the run keeps to new memory, which the march does without; the
+//! shortest times are printed with the ratio of the first two.
 //!
 //! ```text
 //! cargo bench --bench certified [-- NAME]
