@@ -60,9 +60,11 @@ impl At {
         Self { gamma, point: vec![("x".to_owned(), x)], domain }
     }
 
-    /// A place in one coordinate where a number, maybe another than g00, is not finite.
+    /// A place in one coordinate where a number, maybe another than g00, is not finite. Where g00 has no value, that is
+    /// the reason.
     pub(super) fn overflow(gamma: f64, x: f64, g00: f64) -> Self {
-        Self { domain: Domain::Overflow(g00), ..Self::x(gamma, x, g00) }
+        let at = Self::x(gamma, x, g00);
+        if g00.is_nan() { at } else { Self { domain: Domain::Overflow(g00), ..at } }
     }
 
     /// A place in a scene.
@@ -336,6 +338,8 @@ mod tests {
                 assert!(advice.contains("units") && !advice.contains("g00"), "{advice}");
             }
         }
+        let at = At::overflow(1.0, 2.0, f64::NAN);
+        assert_eq!(NoSolution::new(Status::OutsideDomain, at).advice(), V_IS_NO_NUMBER);
     }
 
     #[test]
