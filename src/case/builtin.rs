@@ -144,37 +144,3 @@ pub fn title(name: &str) -> Result<Option<String>, CaseError> {
 pub fn description(text: &str) -> &str {
     text.lines().next().and_then(|line| line.strip_prefix('#')).map_or("", str::trim)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_file_in_the_folders_is_built_in_and_described() {
-        let root = concat!(env!("CARGO_MANIFEST_DIR"), "/cases");
-        for (folder, groups) in [
-            (root.to_owned(), &[Group::Paper, Group::Basic][..]),
-            (format!("{root}/hard"), &[Group::Hard]),
-            (format!("{root}/scenes"), &[Group::Scene]),
-        ] {
-            let mut files: Vec<String> = std::fs::read_dir(&folder)
-                .unwrap()
-                .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-                .filter_map(|name| name.strip_suffix(".toml").map(str::to_owned))
-                .collect();
-            files.sort();
-            let mut built_in: Vec<&str> =
-                NAMES.iter().copied().filter(|name| groups.contains(&group(name).unwrap())).collect();
-            built_in.sort();
-            assert_eq!(files, built_in);
-            for name in built_in {
-                let text = text(name).unwrap();
-                assert_eq!(text, std::fs::read_to_string(format!("{folder}/{name}.toml")).unwrap());
-                assert!(description(text).len() > 20, "{name}");
-                assert!(title(name).unwrap().is_some(), "{name}");
-                assert_eq!(SceneCase::is_scene(text, &[]), group(name) == Some(Group::Scene), "{name}");
-            }
-        }
-        assert!(NAMES.is_sorted_by_key(|name| (group(name), *name)), "in order, group by group");
-    }
-}

@@ -3,7 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use geodesic_ivp::case::builtin;
+use geodesic_ivp::Case;
+use geodesic_ivp::case::builtin::{self, Group};
+use geodesic_ivp::case::{KEYS, SceneCase};
 use tempfile::TempDir;
 
 use super::pages::{Page, ROOT, program};
@@ -38,4 +40,48 @@ fn the_readme_knows_how_many_cases_there_are() {
     let count = format!("has all {})", builtin::NAMES.len());
     let readme = fs::read_to_string(Path::new(ROOT).join("README.md")).unwrap();
     assert!(readme.contains(&count), "{count}");
+}
+
+#[test]
+fn every_file_in_the_folders_is_built_in_and_described() {
+    let root = Path::new(ROOT).join("cases");
+    for (folder, groups) in [
+        (root.clone(), &[Group::Paper, Group::Basic][..]),
+        (root.join("hard"), &[Group::Hard]),
+        (root.join("scenes"), &[Group::Scene]),
+    ] {
+        let mut files: Vec<String> = fs::read_dir(&folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .filter_map(|name| name.strip_suffix(".toml").map(str::to_owned))
+            .collect();
+        files.sort();
+        let mut built_in: Vec<&str> =
+            builtin::NAMES.iter().copied().filter(|name| groups.contains(&builtin::group(name).unwrap())).collect();
+        built_in.sort();
+        assert_eq!(files, built_in);
+        for name in built_in {
+            let text = builtin::text(name).unwrap();
+            assert_eq!(text, fs::read_to_string(folder.join(name).with_extension("toml")).unwrap());
+            assert!(builtin::description(text).len() > 20, "{name}");
+            assert!(builtin::title(name).unwrap().is_some(), "{name}");
+            assert_eq!(SceneCase::is_scene(text, &[]), builtin::group(name) == Some(Group::Scene), "{name}");
+        }
+    }
+    assert!(builtin::NAMES.is_sorted_by_key(|name| (builtin::group(name), *name)), "in order, group by group");
+}
+
+/// The deserialiser's message about an unknown key lists the keys that it knows.
+#[test]
+fn the_known_keys_are_those_of_a_case() {
+    for table in ["particle", "initial", "grid", "scheme", "solver", "expect"] {
+        let text = format!("potential.free = {}\n[{table}]\nzzz = 1\n", "{}");
+        let error = Case::parse("case", &text, &[]).unwrap_err();
+        let mut listed: Vec<&str> = error.message.split('`').skip(1).step_by(2).skip(1).collect();
+        listed.sort();
+        let mut known: Vec<&str> =
+            KEYS.iter().filter_map(|key| key.name.strip_prefix(table)?.strip_prefix('.')).collect();
+        known.sort();
+        assert_eq!(listed, known, "{table}");
+    }
 }

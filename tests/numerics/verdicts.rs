@@ -3,15 +3,17 @@
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-use geodesic_ivp::Solution;
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::lobatto::{Adaptive, Goal, WindowView};
+use geodesic_ivp::geodesic::{InitialData, Invariants};
+use geodesic_ivp::lobatto::{Adaptive, Goal, Inside, State, WindowView};
+use geodesic_ivp::metric::Metric;
 use geodesic_ivp::output::write_trajectory;
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::sampling::{Coordinate, SampleStream};
 use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::solve::{Setup, solve_window_by_window};
 use geodesic_ivp::study::run_error::{Judge, RunError, error_with_samples, run_error};
+use geodesic_ivp::{Case, Solution, solve};
 
 use crate::common::{case, solved, solved_in};
 
@@ -253,4 +255,39 @@ fn the_last_row_of_a_trajectory_is_a_velocity() {
         assert_eq!(row[3..5], [tangent[0][last], tangent[1][last]]);
         assert_eq!(row[4], solution.end.x_dot);
     }
+}
+
+/// Windows count by their lengths, which are very different near a steep well.
+#[test]
+fn what_a_run_to_an_accuracy_steps_over_is_an_integral_over_gamma() {
+    let text = r#"
+        potential.formula.expression = "-0.1/sqrt(x^2+0.01)"
+        particle.c = 3.0
+        initial = { t = 7.0, x = 1.5, t_dot = 1.2, x_dot = 0.0 }
+        grid.gamma_f = 9.0
+        solver.accuracy = 1e-4
+    "#;
+    let case = Case::parse("well", text, &[]).unwrap();
+    let (metric, initial): (Metric, InitialData) = (case.metric(), case.initial_data());
+    let Invariants { q_t, k } = initial.invariants(&metric);
+    let (mut off, mut motion, mut lengths) = (0.0, 0.0_f64, [f64::INFINITY, 0.0]);
+    let initial = InitialData { t: 0.0, ..initial };
+    let march = Adaptive::new(&metric, q_t).run(State::from(initial), Goal::Gamma(9.0), 1e-4, &mut |view| {
+        if view.index == 0 {
+            (off, motion) = (0.0, 0.0);
+        }
+        let h = view.length.hi;
+        lengths = [lengths[0].min(h), lengths[1].max(h)];
+        let points = (1e4 * h).ceil();
+        view.inside((0..points as usize).map(|j| (j as f64 + 0.5) / points), |Inside { x, w, .. }| {
+            off += h / points * (q_t * q_t / metric.g00(x) - w * w - k).abs();
+            motion = motion.max(w * w);
+        });
+        ControlFlow::Continue(())
+    });
+    assert!(march.is_ok() && lengths[1] > 3.0 * lengths[0], "{lengths:?}");
+    let share = 0.5 * off / (motion * 9.0);
+    let solution: Solution = solve(&case).unwrap();
+    let found = run_error(&case, &solution).unwrap().stepped_over;
+    assert!(share > 1e-9 && (found / share - 1.0).abs() < 0.01, "{found:e} for {share:e}");
 }

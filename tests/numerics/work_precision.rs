@@ -3,12 +3,12 @@
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use geodesic_ivp::case::{Form, SbpName};
+use geodesic_ivp::case::{Form, SbpName, SceneCase};
 use geodesic_ivp::methods::{Composition, Dop853, Gauss, Output, PEERS, Peer, Problem, Rk4, Setting, Step};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve;
 use geodesic_ivp::study::work_precision::{
-    Arena, Budget, Family, Leader, OUTPUTS, Progress, Ratio, RowStatus, drift, measure,
+    Arena, Budget, Family, Leader, OUTPUTS, Progress, Ratio, RowErrors, RowStatus, drift, measure,
 };
 use geodesic_ivp::{Case, Solution};
 
@@ -310,4 +310,54 @@ fn a_lead_is_a_ratio_of_times() {
     assert_eq!((ratio.lead(), ratio.certified_lead()), (Some(6.0), Some(3.0)));
     let alone = Ratio { certified: None, ..ratio };
     assert_eq!((alone.lead(), alone.certified_lead()), (Some(6.0), None));
+}
+
+/// However often a short run is repeated, its time is that of one: many fit into what all of them take.
+#[test]
+fn the_time_of_a_setting_is_that_of_one_run() {
+    let arena = Arena::new(&case("grid.gamma_f=1.0"), None).unwrap();
+    let budget = Budget { longest: 0.1, rounds: 9, settings: 2 };
+    let start = Instant::now();
+    let rows = measure(&arena, &[Family::March(20)], &budget, &AtomicBool::new(false), &mut |_| {}).rows;
+    let all = start.elapsed().as_secs_f64();
+    let sum: f64 = rows.iter().map(|row| row.seconds_median).sum();
+    assert!(rows.len() == 2 && sum > 0.0 && 3.0 * budget.rounds as f64 * sum < all, "{sum} of {all}");
+}
+
+/// A circular orbit with r = 4 and dφ/dγ = 1/16 from t = 100 and φ = 1000 on.
+fn orbit() -> Arena {
+    let text = r#"
+        metric.coordinates = ["t", "r", "phi"]
+        metric.components = { "t t" = "9 - 0.5/r", "r r" = "-1", "phi phi" = "-r^2" }
+        initial = { t = 100.0, t_dot = 1.0, r = 4.0, phi = 1000.0, r_dot = 0.0, phi_dot = 0.0625 }
+        grid = { gamma_f = 8.0, n_gamma = 33 }
+        scheme.sbp = "SBP42"
+    "#;
+    Arena::of_scene(&SceneCase::parse("orbit", text, &[]).unwrap(), None).unwrap()
+}
+
+/// Ignorable coordinates count from the start, and active ones from zero.
+#[test]
+fn sizes_of_scenes() {
+    let arena = orbit();
+    for (name, size) in [("t", 8.0), ("r", 4.0), ("phi", 0.5)] {
+        let a = arena.coordinates().iter().position(|other| other == name).unwrap();
+        assert!((arena.sizes()[a] - size).abs() < 1e-12, "{name}: {}", arena.sizes()[a]);
+    }
+}
+
+#[test]
+fn a_result_is_near_in_all_coordinates_and_has_a_finite_k() {
+    let arena = orbit();
+    let sizes = arena.sizes();
+    let status = |a: usize, share: f64, delta_k: f64| {
+        let mut q = vec![0.0; sizes.len()];
+        q[a] = share * sizes[a];
+        arena.judge(&RowErrors { q, delta_k })
+    };
+    for a in 0..sizes.len() {
+        assert_eq!(status(a, 0.09, 1e9), RowStatus::Converged);
+        assert_eq!([status(a, 0.11, 0.0), status(a, f64::NAN, 0.0)], [RowStatus::Inaccurate; 2]);
+        assert_eq!([f64::NAN, f64::INFINITY].map(|k| status(a, 0.0, k)), [RowStatus::Inaccurate; 2]);
+    }
 }

@@ -11,7 +11,8 @@ impl Gaps {
     /// max(1, size) of its coordinates, as in [`Verdict`](crate::diagnostics::verdict::Verdict), if it is known.
     pub fn of_world_line<S: Real>(line: &WorldLine<S>, geometry: &Geometry, error: Option<f64>) -> Self {
         let accuracy = accuracy(error);
-        let (weights, length) = (weights(line), line.length.to_f64());
+        let weights = weights(geometry, &line.place.start.q, |a| line.q(a));
+        let length = line.length.to_f64();
         let count = line.nodes() - line.windows.len();
         let mut hidden = Vec::new();
         if let Some(mut enclosure) = Enclosure::of_geometry(geometry) {
@@ -32,12 +33,13 @@ impl Gaps {
 }
 
 /// One over max(1, size) of every coordinate: over its largest |q^a| or, if it is ignorable, its largest |q^a − q_i^a|.
-fn weights<S: Real>(line: &WorldLine<S>) -> Vec<f64> {
+/// `q` are the values of a coordinate at the nodes.
+fn weights<S: Real, Q: Iterator<Item = S>>(geometry: &Geometry, start: &[S], q: impl Fn(usize) -> Q) -> Vec<f64> {
     let size = |a: usize| {
-        let origin = if line.geometry().active().contains(&a) { S::ZERO } else { line.place.start.q[a] };
-        line.q(a).fold(1.0, |most: f64, q| most.max((q - origin).to_f64().abs()))
+        let origin = if geometry.active().contains(&a) { S::ZERO } else { start[a] };
+        q(a).fold(1.0, |most: f64, q| most.max((q - origin).to_f64().abs()))
     };
-    (0..line.geometry().dimension()).map(|a| 1.0 / size(a)).collect()
+    (0..geometry.dimension()).map(|a| 1.0 / size(a)).collect()
 }
 
 /// A window in `f64`.
@@ -112,48 +114,49 @@ fn gap<S: Real>(line: &WorldLine<S>, window: &SceneWindow<S>, k: usize) -> Gap {
 #[cfg(test)]
 mod tests {
     use super::{Nodes, Path, weights};
-    use crate::case::SceneCase;
-    use crate::solve::scene::{WorldLine, solve_scene};
+    use crate::geometry::{Geometry, GeometryText, MetricText};
 
-    /// Two oscillators that are coupled, from t = 1000 on.
-    fn line() -> WorldLine {
-        let text = r#"
-            metric.coordinates = ["t", "x", "y"]
-            metric.components = { "t t" = "9 + x^2 + 2*y^2 + x*y", "x x" = "-1", "y y" = "-2" }
-            initial = { t = 1000.0, t_dot = 1.5, x = 4.0, y = 0.3, x_dot = 0.2, y_dot = -0.1 }
-            grid = { gamma_f = 2.0, n_gamma = 12 }
-            scheme = { sbp = "GLL12", form = "weak" }
-        "#;
-        solve_scene(&SceneCase::parse("oscillators", text, &[]).unwrap().setup()).unwrap()
+    /// A metric of the coordinates `names` with these components.
+    fn geometry(names: &[&str], components: &[([usize; 2], &str)]) -> Geometry {
+        let text = MetricText {
+            coordinates: names.iter().map(|&name| name.to_owned()).collect(),
+            components: components.iter().map(|&(pair, text)| (pair, text.to_owned())).collect(),
+            ..MetricText::default()
+        };
+        let inside = vec![0.5; names.len()];
+        Geometry::new(&GeometryText::Metric(text)).unwrap().around(&inside).unwrap()
+    }
+
+    /// Two oscillators that are coupled.
+    fn oscillators() -> Geometry {
+        let g00 = "9 + x^2 + 2*y^2 + x*y";
+        geometry(&["t", "x", "y"], &[([0, 0], g00), ([1, 1], "-1"), ([2, 2], "-2")])
     }
 
     #[test]
     fn weights_are_of_sizes_from_the_start_where_a_coordinate_is_ignorable() {
-        let line = line();
-        let [t, x, y] = weights(&line)[..] else { panic!("three coordinates") };
-        let largest = |a: usize| line.q(a).map(f64::abs).fold(1.0, f64::max);
-        assert!((1.0 / t - (line.end().q[0] - 1000.0)).abs() < 1e-9 && t < 1.0, "{t}");
-        assert_eq!([x, y], [1, 2].map(|a| 1.0 / largest(a)));
+        let rows = [[1000.0, 1004.0, 1003.0], [4.0, -5.0, 3.0], [0.3, 0.1, -0.2]];
+        let found = weights(&oscillators(), &[1000.0, 4.0, 0.3], |a| rows[a].into_iter());
+        assert_eq!(found, [1.0 / 4.0, 1.0 / 5.0, 1.0]);
     }
 
     /// Positions are the variables 0 … n − 1 of the programs of rates, and momenta 2n … 3n − 1.
     #[test]
     fn a_path_has_the_positions_and_momenta_of_active_coordinates() {
-        let line = line();
-        let (nodes, mut path) = (Nodes::new(&line, &line.windows[0]), Path::default());
-        nodes.describe(line.geometry(), &mut path);
-        assert_eq!(path.variables, [1, 7, 2, 8]);
-        let text = "metric.coordinates = [\"x\", \"t\"]\n\
-                    metric.components = { \"t t\" = \"9 + x^2\", \"x x\" = \"-1\" }\n\
-                    initial = { t = 0.0, t_dot = 1.5, x = 1.0, x_dot = 0.2 }\ngrid.n_gamma = 12\n\
-                    scheme = { sbp = \"GLL12\", form = \"weak\" }";
-        let other: WorldLine = solve_scene(&SceneCase::parse("first", text, &[]).unwrap().setup()).unwrap();
-        let mut first = Path::default();
-        Nodes::new(&other, &other.windows[0]).describe(other.geometry(), &mut first);
-        assert_eq!(first.variables, [0, 4]);
-        for (row, place) in [1, 4, 2, 5].into_iter().enumerate() {
-            let values = &path.values[row * nodes.states.len()..][..nodes.states.len()];
-            assert!(values.iter().zip(&nodes.states).all(|(value, state)| *value == state[place]));
+        let first = geometry(&["x", "t"], &[([0, 0], "-1"), ([1, 1], "9 + x^2")]);
+        for (geometry, variables, places) in
+            [(oscillators(), vec![1, 7, 2, 8], vec![1, 4, 2, 5]), (first, vec![0, 4], vec![0, 2])]
+        {
+            let m = 2 * geometry.dimension();
+            let states: Vec<Vec<f64>> = (0..3).map(|k| (0..m).map(|i| 0.1 * (m * k + i) as f64).collect()).collect();
+            let nodes = Nodes { distances: vec![0.5; 2], states };
+            let mut path = Path::default();
+            nodes.describe(&geometry, &mut path);
+            assert_eq!(path.variables, variables);
+            for (row, place) in places.into_iter().enumerate() {
+                let values = &path.values[row * nodes.states.len()..][..nodes.states.len()];
+                assert!(values.iter().zip(&nodes.states).all(|(value, state)| *value == state[place]));
+            }
         }
     }
 }

@@ -153,25 +153,3 @@ pub(super) fn time(
         progress(Progress::Round(round + 1, budget.rounds));
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use std::time::Instant;
-
-    use super::{Arena, Budget, Family, time, try_family};
-    use crate::case::{Case, builtin};
-
-    /// However often a short run is repeated, its time is that of one: many fit into what all of them take.
-    #[test]
-    fn the_time_of_a_setting_is_that_of_one_run() {
-        let case = Case::parse("quartic", builtin::text("quartic").unwrap(), &[]).unwrap();
-        let arena = Arena::new(&case, None).unwrap();
-        let budget = Budget { longest: 0.1, rounds: 3, settings: 6 };
-        let mut trials = try_family(&arena, &Family::March(20), &budget, &|| false, &mut |_| {});
-        let start = Instant::now();
-        time(&mut trials, &budget, &|| false, &mut |_| {});
-        let all = start.elapsed().as_secs_f64();
-        let sum: f64 = trials.iter().map(|trial| trial.row.seconds_median).sum();
-        assert!(trials.len() > 3 && sum > 0.0 && 3.0 * sum < all, "{sum} of {all}");
-    }
-}
