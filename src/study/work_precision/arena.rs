@@ -197,8 +197,8 @@ impl Arena {
         RowErrors { q: place.q.iter().zip(exact).map(error).collect(), delta_k: (place.k - k).abs() }
     }
 
-    /// The sizes of the coordinates that errors are judged by: the largest |x|, and of t and the ignorable coordinates of
-    /// a scene the largest distance from the start.
+    /// The sizes of the coordinates, by which errors are judged: the largest |x|, and of t and the ignorable ones of a
+    /// scene the largest distance from the start.
     pub fn sizes(&self) -> &[f64] {
         &self.sizes
     }
