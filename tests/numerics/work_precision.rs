@@ -316,7 +316,7 @@ fn a_lead_is_a_ratio_of_times() {
 #[test]
 fn the_time_of_a_setting_is_that_of_one_run() {
     let arena = Arena::new(&case("grid.gamma_f=1.0"), None).unwrap();
-    let budget = Budget { longest: 0.1, rounds: 9, settings: 2 };
+    let budget = Budget { longest: 0.1, rounds: 201, settings: 2 };
     let start = Instant::now();
     let rows = measure(&arena, &[Family::March(20)], &budget, &AtomicBool::new(false), &mut |_| {}).rows;
     let all = start.elapsed().as_secs_f64();
