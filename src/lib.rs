@@ -108,37 +108,25 @@
 // So that `cli` can refer to the library by its name, as any other program would.
 extern crate self as geodesic_ivp;
 
-pub mod action;
-pub mod banded;
 pub mod case;
 // The doc comments of `cli` are the help texts of the command line, where <case> is a placeholder and not an HTML tag.
 #[allow(rustdoc::invalid_html_tags)]
 #[doc(hidden)]
 pub mod cli;
-pub mod diagnostics;
-mod enclosure;
-pub mod expr;
-pub mod geodesic;
-pub mod geometry;
-pub mod lobatto;
-pub mod methods;
-pub mod metric;
-mod norm;
 pub mod output;
-pub mod potential;
-pub mod reference;
-mod root;
-mod runge_kutta;
-pub mod sampling;
-pub mod sbp;
-pub mod scalar;
-mod similar;
-pub mod solve;
 pub mod study;
-mod vector;
+
+#[doc(inline)]
+pub use geodesic_ivp_critical_point::{action, diagnostics, sampling, solve};
+#[doc(inline)]
+pub use geodesic_ivp_engine::{
+    banded, expr, geodesic, geometry, lobatto, methods, metric, potential, reference, sbp, scalar,
+};
+// So that modules have one path in all packages.
+use geodesic_ivp_engine::{norm, root, similar};
 
 pub use case::{Case, CaseError};
-pub use solve::{NoSolution, Solution, Status, solve};
+pub use solve::{NoSolution, Solution, Status};
 
 /// Makes the examples of the library page run as documentation tests.
 #[cfg(doctest)]

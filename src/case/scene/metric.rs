@@ -4,7 +4,7 @@ use super::names::{self, Taken};
 use super::reader::{Field, Section};
 use super::scenery::Scenery;
 use crate::case::CaseError;
-use crate::geometry::{MetricText, PRESETS, Place, Preset};
+use crate::geometry::{GeometryText, MetricText, PRESETS, Place, Preset};
 use crate::similar::nearest;
 
 /// The values of `[metric]`.
@@ -59,13 +59,7 @@ pub(super) fn read(mut section: Section<'_>) -> Result<Scenery<'_>, CaseError> {
         check_of_preset(preset, &places)?;
     }
     let whole = fields.components.or(fields.preset).or(fields.coordinates);
-    Ok(Scenery { text: text.into(), preset, fields: places, section, whole })
-}
-
-impl From<MetricText> for crate::geometry::GeometryText {
-    fn from(text: MetricText) -> Self {
-        Self::Metric(text)
-    }
+    Ok(Scenery { text: GeometryText::Metric(text), preset, fields: places, section, whole })
 }
 
 /// The formulas below the names of coordinates.

@@ -1,0 +1,205 @@
+//! Independent checks of a world-line in a scene of n coordinates. They use its nodes, the operator and the geometry.
+
+use super::deviations::Fields;
+use super::verdict::Reason;
+use super::warnings::{rounding_warning, unproved_warning};
+use super::{ChargeDeviation, NormDeviation, Sawtooth};
+use crate::action::Form;
+use crate::geometry::{Lagrangian, Observable};
+use crate::norm::max_abs;
+use crate::scalar::{Real, sum};
+use crate::solve::scene::{SceneJoint, WorldLine};
+
+/// What a user wants to see conserved.
+#[derive(Debug, Clone)]
+pub struct InvariantDeviation<S = f64> {
+    /// Its name.
+    pub name: String,
+    /// Its value at the start.
+    pub value: S,
+    /// The deviation on the nodes. At the last node of a window in the strong form it is that of the values that are
+    /// handed on.
+    pub delta: Vec<S>,
+    /// Largest deviation of what the next window starts with, at the ends of the windows.
+    pub max_ends: S,
+}
+
+/// The energy of a scene that is the lift of Newton's law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EnergyDeviation<S = f64> {
+    /// The charge p_t/p_s at the start.
+    pub value: S,
+    /// Largest difference between ½mv² + V and the charge at the ends of the windows.
+    pub max_ends: S,
+}
+
+/// The balance of a charge that a force changes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WorkBalance<S = f64> {
+    /// The coordinate a.
+    pub coordinate: usize,
+    /// Σ_k H_k F_a, summed over the windows.
+    pub work: S,
+    /// p_a at the end − p_a at the start − work.
+    pub defect: S,
+}
+
+/// Everything that is measured on a world-line.
+#[derive(Debug, Clone)]
+pub struct SceneDiagnostics<S = f64> {
+    /// dq^a/dγ on the nodes: Dq^a (weak: D̄q^a), and at the last node of a window in the strong form, where D takes up
+    /// the defect, what the next window starts with.
+    pub tangent: Vec<Vec<S>>,
+    /// The charges of the ignorable coordinates, in order.
+    pub charges: Vec<ChargeDeviation<S>>,
+    /// Conserved sums of the momenta of active coordinates.
+    pub sums: Vec<ChargeDeviation<S>>,
+    /// ΔG_a = (Dp_a) − f_a − F_a of every coordinate; in the weak form with D̄ and the initial momenta. For a
+    /// coordinate of a potential, whose g_aa is constant, it is divided by that: a deviation of d²q^a/dγ².
+    pub delta_g: Vec<Vec<S>>,
+    /// Largest |ΔG_a| over the nodes whose row of D does not reach the last node of the window (weak: all nodes).
+    pub max_delta_g: S,
+    /// K and its deviation.
+    pub norm: NormDeviation<S>,
+    /// In the lift of Newton's law: the energy ½mv² + V of the computed positions and velocities minus the charge
+    /// p_t/p_s, which is −K/(2 ṫ p_s).
+    pub delta_energy: Option<Vec<S>>,
+    /// The same at the ends of the windows, for the values that the next window starts with.
+    pub energy: Option<EnergyDeviation<S>>,
+    /// The size of K's terms besides the largest one, at most over the nodes: what motion contributes to K.
+    pub motion: f64,
+    /// The sawtooth of every coordinate that is active.
+    pub sawtooth: Vec<(usize, Sawtooth<S>)>,
+    /// The work balance of coordinates that only a force acts on.
+    pub work: Vec<WorkBalance<S>>,
+    /// The invariants of the user, in their order.
+    pub invariants: Vec<InvariantDeviation<S>>,
+}
+
+impl<S: Real> SceneDiagnostics<S> {
+    /// Measures `line`. `sums` are the conserved sums to look at, as constants by coordinate, and `invariants` the
+    /// formulas of the user, with their names.
+    ///
+    /// A scene that is the lift of Newton's law has t first and s last.
+    pub fn new(
+        line: &WorldLine<S>,
+        sums: &[Vec<(usize, S)>],
+        invariants: &mut [(String, Observable<S>)],
+        is_lifted: bool,
+    ) -> Self {
+        let (geometry, fields) = (line.geometry(), Fields::new(line));
+        let n = geometry.dimension();
+        let norm = fields.norm();
+        let delta_g: Vec<Vec<S>> = (0..n).map(|a| fields.residual(a)).collect();
+        let tangent: Vec<Vec<S>> = (0..n).map(|a| fields.tangent(a)).collect();
+        let start = &line.place.start;
+        Self {
+            charges: geometry.ignorable().map(|a| fields.charge(vec![(a, S::ONE)])).collect(),
+            sums: sums.iter().map(|terms| fields.charge(terms.clone())).collect(),
+            max_delta_g: delta_g.iter().map(|row| fields.max_residual(row)).fold(S::ZERO, S::max),
+            motion: fields.motion(),
+            sawtooth: geometry.active().iter().map(|&a| (a, Sawtooth::new(&line.q[a], line.grids()))).collect(),
+            work: work(&fields),
+            invariants: invariants.iter_mut().map(|each| deviation(line, &tangent, each, norm.value)).collect(),
+            delta_energy: is_lifted.then(|| {
+                let deviations = norm.delta.iter().zip(&tangent[0]);
+                deviations.map(|(&delta, &t_dot)| energy_off(start, norm.value + delta, t_dot)).collect()
+            }),
+            energy: is_lifted.then(|| {
+                let of = |end: &SceneJoint<S>| energy_off(start, geometry.norm(&end.q, &end.q_dot), end.q_dot[0]);
+                let ends: Vec<S> = line.windows.iter().map(|window| of(&window.end)).collect();
+                EnergyDeviation { value: start.p[0] / start.p[n - 1], max_ends: max_abs(&ends) }
+            }),
+            tangent,
+            delta_g,
+            norm,
+        }
+    }
+}
+
+/// In the lift of Newton's law: what the energy of positions and velocities differs by from p_t/p_s where K, which is 0
+/// on a world-line, has this value.
+#[doc(hidden)]
+pub fn energy_off<S: Real>(start: &SceneJoint<S>, k: S, t_dot: S) -> S {
+    let p_s = start.p[start.p.len() - 1];
+    -k / ((p_s + p_s) * t_dot)
+}
+
+/// A drift of K beyond this share of what motion contributes to it makes the world-line doubtful.
+const DOUBTFUL: f64 = 1e-2;
+
+impl<S: Real> SceneDiagnostics<S> {
+    /// What is suspicious about `line`, the world-line that was measured, in words.
+    pub fn warnings(&self, line: &WorldLine<S>) -> Vec<String> {
+        self.suspicions(line).iter().map(Reason::to_string).collect()
+    }
+
+    /// The same, each with its remedy.
+    pub fn suspicions(&self, line: &WorldLine<S>) -> Vec<Reason> {
+        let names = line.geometry().names();
+        let of = |(a, sawtooth): &(usize, Sawtooth<S>)| sawtooth.warning(&names[*a], amplitude(&line.q[*a]));
+        let sawtooth = self.sawtooth.iter().filter_map(of);
+        let rounding = rounding_warning::<S>(line.iterations.last_correction, line.digits);
+        let unproved = unproved_warning(line.windows_unproved);
+        sawtooth.chain(self.drift_warning(line)).chain(unproved).chain(rounding).collect()
+    }
+
+    fn drift_warning(&self, line: &WorldLine<S>) -> Option<Reason> {
+        let drift = self.norm.max_ends.max(self.norm.max_interior).to_f64();
+        let is_small = drift <= DOUBTFUL * self.motion;
+        // A force changes K.
+        if is_small || self.motion == 0.0 || !line.geometry().structure().force.is_empty() {
+            return None;
+        }
+        let share = drift / self.motion;
+        let finding = format!(
+            "K drifts by {drift:.1e}, {share:.1e} of what motion contributes to it: the charges are exact, and the \
+             world-line is not to be trusted"
+        );
+        Some(Reason::new(finding, "raise n_gamma or windows"))
+    }
+}
+
+/// Half the range of a row.
+fn amplitude<S: Real>(row: &[S]) -> f64 {
+    let numbers = || row.iter().map(|value| value.to_f64());
+    0.5 * (numbers().fold(f64::NEG_INFINITY, f64::max) - numbers().fold(f64::INFINITY, f64::min))
+}
+
+/// The work of the force on coordinates that the Lagrangian does not depend on.
+fn work<S: Real>(fields: &Fields<'_, S, WorldLine<S>>) -> Vec<WorkBalance<S>> {
+    let line = fields.run;
+    let structure = line.geometry().structure();
+    let depends = |a: usize| structure.first.iter().any(|term| term.by == [a]);
+    let forced = structure.force.iter().map(|term| term.a).filter(|&a| !depends(a));
+    // In the strong form the equations hold at all nodes but the last, and no sum of them is the whole work.
+    let forced = forced.filter(|_| line.form == Form::Weak);
+    forced
+        .map(|coordinate| {
+            let force = &fields.forces[coordinate];
+            let work = sum(line.grids().map(|grid| grid.sbp().integrate(&force[grid.nodes()])));
+            let gained = line.end().p[coordinate] - line.place.start.p[coordinate];
+            WorkBalance { coordinate, work, defect: gained - work }
+        })
+        .collect()
+}
+
+fn deviation<S: Real>(
+    line: &WorldLine<S>,
+    tangent: &[Vec<S>],
+    (name, invariant): &mut (String, Observable<S>),
+    k: S,
+) -> InvariantDeviation<S> {
+    let (geometry, start) = (line.geometry(), &line.place.start);
+    let value = invariant.at(&start.q, &start.q_dot, &start.p, k);
+    let rows: Vec<Vec<S>> = (0..tangent.len()).map(|a| line.q(a).collect()).collect();
+    let at = |node: usize| {
+        let [q, q_dot] = [&rows, tangent].map(|rows| rows.iter().map(|row| row[node]).collect::<Vec<_>>());
+        let p = geometry.momenta(&q, &q_dot);
+        invariant.at(&q, &q_dot, &p, k) - value
+    };
+    let delta = (0..line.nodes()).map(at).collect();
+    let ends = line.windows.iter().map(|window| &window.end);
+    let ends: Vec<S> = ends.map(|end| invariant.at(&end.q, &end.q_dot, &end.p, k) - value).collect();
+    InvariantDeviation { name: name.clone(), value, delta, max_ends: max_abs(&ends) }
+}

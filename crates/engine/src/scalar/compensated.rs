@@ -1,0 +1,24 @@
+//! Compensated sums.
+
+use super::Real;
+
+/// A sum, as a rounded number and its rounding error.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Compensated<S> {
+    pub high: S,
+    pub low: S,
+}
+
+impl<S: Real> Compensated<S> {
+    pub fn from(value: S) -> Self {
+        Self { high: value, low: S::ZERO }
+    }
+
+    /// Adds `increment`, with Knuth's two-sum.
+    pub fn plus(self, increment: S) -> Self {
+        let increment = increment + self.low;
+        let high = self.high + increment;
+        let back = high - self.high;
+        Self { high, low: (self.high - (high - back)) + (increment - back) }
+    }
+}
