@@ -117,13 +117,13 @@ pub mod output;
 pub mod study;
 
 #[doc(inline)]
-pub use geodesic_ivp_critical_point::{action, diagnostics, sampling, solve};
+pub use geodesic_ivp_critical_point::{Numeric, action, diagnostics, sampling, solve};
 #[doc(inline)]
 pub use geodesic_ivp_engine::{
     banded, expr, geodesic, geometry, lobatto, methods, metric, potential, reference, sbp, scalar,
 };
 // So that modules have one path in all packages.
-use geodesic_ivp_engine::{norm, root, similar};
+use geodesic_ivp_engine::{norm, similar};
 
 pub use case::{Case, CaseError};
 pub use solve::{NoSolution, Solution, Status};

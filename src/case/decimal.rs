@@ -1,5 +1,6 @@
 //! The numbers of a case, kept exactly as they are written.
 
+use crate::Numeric;
 use std::fmt;
 
 use serde::de::{self, Deserialize, Deserializer, Visitor};
@@ -18,7 +19,7 @@ pub struct Decimal {
 
 impl Decimal {
     /// The number in `S`, rounded once.
-    pub fn to<S: Real>(&self) -> S {
+    pub fn to<S: Numeric>(&self) -> S {
         S::from_decimal(&self.text).unwrap_or_else(|| S::from(self.value))
     }
 
@@ -45,7 +46,7 @@ impl Decimal {
 /// With so many digits, any number of either precision is read back as the same number.
 const ROUND_TRIP_DIGITS: u32 = 73;
 
-impl<S: Real> From<S> for Decimal {
+impl<S: Numeric> From<S> for Decimal {
     fn from(value: S) -> Self {
         Self { text: value.to_decimal(ROUND_TRIP_DIGITS), value: value.to_f64() }
     }

@@ -17,6 +17,7 @@ mod validate;
 mod warnings;
 mod write;
 
+use crate::Numeric;
 use serde::{Deserialize, Serialize};
 
 pub use crate::action::Form;
@@ -233,7 +234,7 @@ fn converged() -> Status {
 
 impl Case {
     /// Where the run ends.
-    pub fn end<S: Real>(&self) -> End<S> {
+    pub fn end<S: Numeric>(&self) -> End<S> {
         match (&self.grid.t_f, &self.grid.gamma_f) {
             (Some(t_f), _) => End::Duration(t_f.to::<S>() - self.initial.t.to()),
             (None, gamma_f) => {
@@ -273,7 +274,7 @@ impl Case {
     }
 
     /// The potential V(x).
-    pub fn potential<S: Real>(&self) -> Potential<S> {
+    pub fn potential<S: Numeric>(&self) -> Potential<S> {
         match &self.potential {
             PotentialSpec::Free {} => Potential::free(),
             PotentialSpec::Linear { alpha } => Potential::linear(alpha.to()),
@@ -288,12 +289,12 @@ impl Case {
     }
 
     /// The metric of the case's space-time.
-    pub fn metric<S: Real>(&self) -> Metric<S> {
+    pub fn metric<S: Numeric>(&self) -> Metric<S> {
         Metric::new(self.potential(), self.particle.mass.to(), self.particle.c.to())
     }
 
     /// The start and the tangent there, with ẋ_i = velocity · ṫ_i if the case gives a velocity.
-    pub fn initial_data<S: Real>(&self) -> InitialData<S> {
+    pub fn initial_data<S: Numeric>(&self) -> InitialData<S> {
         let Initial { t, x, t_dot, x_dot, velocity } = &self.initial;
         let t_dot = t_dot.to::<S>();
         let by_velocity = || velocity.as_ref().map(|velocity| velocity.to::<S>() * t_dot);

@@ -1,9 +1,9 @@
 //! From a case to what a solver is told.
 
+use crate::Numeric;
 use std::sync::Arc;
 
 use super::{Case, Decimal};
-use crate::scalar::Real;
 use crate::solve::{Arithmetic, Scene, Settings, Setup};
 
 impl Case {
@@ -21,7 +21,7 @@ impl Case {
         }
     }
 
-    fn scene<S: Real>(&self) -> Scene<S> {
+    fn scene<S: Numeric>(&self) -> Scene<S> {
         Scene {
             metric: Arc::new(self.metric()),
             initial: self.initial_data(),
@@ -32,7 +32,7 @@ impl Case {
     }
 }
 
-impl<S: Arithmetic> From<&Case> for Setup<S> {
+impl<S: Numeric> From<&Case> for Setup<S> {
     fn from(case: &Case) -> Self {
         let scene = case.scene::<S>();
         Self {

@@ -1,13 +1,14 @@
 //! `check CASE`.
 
+use geodesic_ivp::Numeric;
 use std::process::ExitCode;
 
 use clap::Args;
 use geodesic_ivp::case::scene::{SceneCase, SceneExpect};
 use geodesic_ivp::case::{AnyCase, Decimal, Expect};
 use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::solve::EndState;
 use geodesic_ivp::solve::scene::solve_scene;
-use geodesic_ivp::solve::{Arithmetic, EndState};
 use geodesic_ivp::{Case, CaseError, Status, solve};
 
 use super::{CaseArgs, memory, report, stdout};
@@ -73,7 +74,7 @@ struct Number<S> {
 ///
 /// # Errors
 /// [`ExpectationNotMet`] if anything is different, and if there is not enough memory.
-fn compare<S: Arithmetic>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<String>> {
+fn compare<S: Numeric>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<String>> {
     memory::check(case, None)?;
     let end = solve::<S>(case).map(|solution| solution.end).map_err(|failure| (failure.status, failure.to_string()));
     let number = |name: &str, expected: &Option<Decimal>, found: fn(&EndState<S>) -> S| {
@@ -90,7 +91,7 @@ fn compare<S: Arithmetic>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<St
 ///
 /// # Errors
 /// As [`compare`].
-fn compare_scene<S: Arithmetic>(case: &SceneCase, expect: &SceneExpect) -> anyhow::Result<Vec<String>> {
+fn compare_scene<S: Numeric>(case: &SceneCase, expect: &SceneExpect) -> anyhow::Result<Vec<String>> {
     let setup = case.setup::<S>();
     memory::check_scene(&setup, 0)?;
     let result = solve_scene(&setup).map_err(|failure| (failure.status, failure.to_string()));
@@ -114,7 +115,7 @@ fn compare_scene<S: Arithmetic>(case: &SceneCase, expect: &SceneExpect) -> anyho
 }
 
 /// Compares how a solve ended, and with which numbers, with what is expected.
-fn judge<S: Real>(
+fn judge<S: Numeric>(
     expected: Status,
     ended: Result<Vec<Number<S>>, (Status, String)>,
     tolerance: Option<S>,

@@ -1,5 +1,6 @@
 //! `converge [CASE]`.
 
+use geodesic_ivp::Numeric;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -11,7 +12,6 @@ use geodesic_ivp::case::scene::on_grid;
 use geodesic_ivp::case::{AnyCase, Form, SbpName};
 use geodesic_ivp::output::{ConvergenceSummary, OutputSet, SUMMARY, Target, pictures, write_convergence, write_slopes};
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, Slope, Sweep, SweepError};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -150,7 +150,7 @@ pub(super) fn sweep_into(
 }
 
 /// Whether the finest grids fit into memory.
-fn check_memory<S: Arithmetic>(case: &AnyCase, args: &ConvergeArgs) -> anyhow::Result<()> {
+fn check_memory<S: Numeric>(case: &AnyCase, args: &ConvergeArgs) -> anyhow::Result<()> {
     let finest = args.n_gamma.iter().max().copied().unwrap_or(0);
     for &sbp in &args.sbp {
         match case {
@@ -175,7 +175,7 @@ fn mixes_parities<S>(convergence: &Convergence<S>) -> bool {
     parities.any(|parity| Some(parity) != first)
 }
 
-fn sweep_in<S: Arithmetic>(
+fn sweep_in<S: Numeric>(
     target: Target,
     case: &AnyCase,
     args: &ConvergeArgs,
@@ -234,7 +234,7 @@ fn sweep_in<S: Arithmetic>(
     }))
 }
 
-fn draw<S: Real>(
+fn draw<S: Numeric>(
     title: &str,
     convergence: &Convergence<S>,
     (slopes, n_range): (&[Slope], (usize, usize)),
@@ -271,10 +271,7 @@ enum News<S> {
 
 /// Sweeps, with a progress bar if standard error is a terminal. After an interrupt the result has the grids that were
 /// finished; it is `None` if the reference was not finished.
-fn sweep_with_progress<S: Arithmetic>(
-    case: &AnyCase,
-    args: &ConvergeArgs,
-) -> Result<Option<Convergence<S>>, SweepError> {
+fn sweep_with_progress<S: Numeric>(case: &AnyCase, args: &ConvergeArgs) -> Result<Option<Convergence<S>>, SweepError> {
     let forms = if args.form.is_empty() { &[case.settings().form] } else { args.form.as_slice() };
     let schemes: Vec<_> = args.sbp.iter().flat_map(|&sbp| forms.iter().map(move |&form| (sbp, form))).collect();
     let grids = (args.n_gamma.len() * schemes.len()) as u64;

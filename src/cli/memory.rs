@@ -1,6 +1,7 @@
 //! Checks before a run that there is enough memory for it. Otherwise the operating system might kill the program in the
 //! middle of the run.
 
+use geodesic_ivp::Numeric;
 use std::fs;
 use std::num::NonZero;
 use std::thread::available_parallelism;
@@ -52,7 +53,7 @@ pub(super) fn check(case: &Case, samples: Option<&SampleArgs>) -> anyhow::Result
 ///
 /// # Errors
 /// As [`check`].
-pub(super) fn check_scene<S: Real>(setup: &SceneSetup<S>, samples: usize) -> anyhow::Result<()> {
+pub(super) fn check_scene<S: Numeric>(setup: &SceneSetup<S>, samples: usize) -> anyhow::Result<()> {
     let help = "take fewer nodes, digits or samples";
     refuse(
         scene_bytes_needed(setup, samples),

@@ -1,5 +1,6 @@
 //! `run CASE`: one flow for cases of one coordinate and for scenes.
 
+use geodesic_ivp::Numeric;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::thread::{Builder, ScopedJoinHandle, scope};
@@ -285,7 +286,7 @@ pub(super) struct Tables<'f> {
 impl Tables<'_> {
     /// Writes what was computed on the nodes. The two large tables are written in parallel: at a million nodes that is
     /// most of the work that is left after the solve.
-    pub(super) fn nodes<S: Real, M>(&self, run: &M::Run, measured: &M, is_doubled: bool) -> anyhow::Result<()>
+    pub(super) fn nodes<S: Numeric, M>(&self, run: &M::Run, measured: &M, is_doubled: bool) -> anyhow::Result<()>
     where
         M: Measured<S> + Sync,
         M::Run: Sync,

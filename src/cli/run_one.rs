@@ -1,5 +1,6 @@
 //! What `run` does with a case of one coordinate in a potential.
 
+use geodesic_ivp::Numeric;
 use std::io::StdoutLock;
 use std::time::Instant;
 
@@ -11,7 +12,7 @@ use geodesic_ivp::output::{self, Chart, Seconds, Summary, write_combined, write_
 use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
 use geodesic_ivp::sampling::Sample;
 use geodesic_ivp::scalar::Real;
-use geodesic_ivp::solve::{Arithmetic, NoSolution, solve_window_by_window};
+use geodesic_ivp::solve::{NoSolution, solve_window_by_window};
 use geodesic_ivp::study::run_error::{RunError, error_with_samples};
 use geodesic_ivp::study::verdict::of_solution;
 use geodesic_ivp::{Case, Solution, solve};
@@ -54,7 +55,7 @@ pub(super) struct Solved<S> {
     seconds: [f64; 2],
 }
 
-impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
+impl<S: Numeric> Job for OneCoordinate<'_, S> {
     type Solved = Solved<S>;
     type Numbers = output::Solved;
     type Error = RunError;
@@ -182,7 +183,7 @@ impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
 }
 
 /// One chart for each picture of a run, in the order of their names.
-fn pictures<S: Real>(title: &str, case: &Case, solution: &Solution<S>, diagnostics: &Diagnostics<S>) -> [Chart; 5] {
+fn pictures<S: Numeric>(title: &str, case: &Case, solution: &Solution<S>, diagnostics: &Diagnostics<S>) -> [Chart; 5] {
     let runs = [Run { label: "", solution, diagnostics }];
     // If the reference does not reach the end, the picture is drawn without it. For a line f64 is precise enough.
     let (metric, initial) = (case.metric(), InitialData { t: 0.0, ..case.initial_data() });

@@ -1,5 +1,6 @@
 //! What `run` does with a scene of n coordinates.
 
+use geodesic_ivp::Numeric;
 use std::io::StdoutLock;
 use std::time::Instant;
 
@@ -12,8 +13,8 @@ use geodesic_ivp::output::{
     Chart, SceneSummary, Seconds, SolvedScene, write_combined, write_events, write_scene_samples,
 };
 use geodesic_ivp::sampling::{Coordinate, Crossing, SceneSample, SceneSampler, crossings};
+use geodesic_ivp::solve::NoSolution;
 use geodesic_ivp::solve::scene::{SceneSetup, WorldLine, solve_scene};
-use geodesic_ivp::solve::{Arithmetic, NoSolution};
 use geodesic_ivp::study::scene_error::{SceneError, scene_error};
 use geodesic_ivp::study::verdict::of_world_line;
 
@@ -32,7 +33,7 @@ pub(super) struct Scene<'c, S> {
     setup: SceneSetup<S>,
 }
 
-impl<'c, S: Arithmetic> Scene<'c, S> {
+impl<'c, S: Numeric> Scene<'c, S> {
     pub(super) fn new(case: &'c SceneCase, args: &'c RunArgs) -> Self {
         Self { case, args, setup: case.setup() }
     }
@@ -80,7 +81,7 @@ pub(super) struct Solved<S> {
     seconds: [f64; 2],
 }
 
-impl<S: Arithmetic> Job for Scene<'_, S> {
+impl<S: Numeric> Job for Scene<'_, S> {
     type Solved = Solved<S>;
     type Numbers = SolvedScene;
     type Error = SceneError;

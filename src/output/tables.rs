@@ -1,6 +1,7 @@
 //! The CSV tables of `run`, column by column, for any number of coordinates. Numbers are the shortest decimals that
 //! read back to the same `f64`; extended numbers have as many significant digits as the case asks for.
 
+use crate::Numeric;
 use std::borrow::Cow;
 use std::io::Write;
 
@@ -33,7 +34,7 @@ pub trait Measured<S: Clone> {
     fn residuals(&self, run: &Self::Run) -> Vec<(String, &[S])>;
 }
 
-impl<S: Real> Measured<S> for Diagnostics<S> {
+impl<S: Numeric> Measured<S> for Diagnostics<S> {
     type Run = Solution<S>;
 
     fn tangent(&self, run: &Solution<S>) -> Vec<Cow<'_, [S]>> {
@@ -53,7 +54,7 @@ impl<S: Real> Measured<S> for Diagnostics<S> {
     }
 }
 
-impl<S: Real> Measured<S> for SceneDiagnostics<S> {
+impl<S: Numeric> Measured<S> for SceneDiagnostics<S> {
     type Run = WorldLine<S>;
 
     fn tangent(&self, _: &WorldLine<S>) -> Vec<Cow<'_, [S]>> {
@@ -93,7 +94,7 @@ struct Column<'c, S> {
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_trajectory<S: Real, M: Measured<S>>(out: impl Write, run: &M::Run, measured: &M) -> csv::Result<()> {
+pub fn write_trajectory<S: Numeric, M: Measured<S>>(out: impl Write, run: &M::Run, measured: &M) -> csv::Result<()> {
     let tangent = measured.tangent(run);
     write_table(out, run, trajectory(run, &tangent))
 }
@@ -102,7 +103,7 @@ pub fn write_trajectory<S: Real, M: Measured<S>>(out: impl Write, run: &M::Run, 
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_residuals<S: Real, M: Measured<S>>(out: impl Write, run: &M::Run, measured: &M) -> csv::Result<()> {
+pub fn write_residuals<S: Numeric, M: Measured<S>>(out: impl Write, run: &M::Run, measured: &M) -> csv::Result<()> {
     write_table(out, run, residuals(run, measured))
 }
 
@@ -110,7 +111,7 @@ pub fn write_residuals<S: Real, M: Measured<S>>(out: impl Write, run: &M::Run, m
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_combined<S: Real, M: Measured<S>>(out: impl Write, run: &M::Run, measured: &M) -> csv::Result<()> {
+pub fn write_combined<S: Numeric, M: Measured<S>>(out: impl Write, run: &M::Run, measured: &M) -> csv::Result<()> {
     let tangent = measured.tangent(run);
     let mut columns = trajectory(run, &tangent);
     columns.extend(residuals(run, measured));
@@ -122,7 +123,7 @@ pub fn write_combined<S: Real, M: Measured<S>>(out: impl Write, run: &M::Run, me
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_branches<S: Real>(out: impl Write, run: &impl Trajectory<S>) -> csv::Result<()> {
+pub fn write_branches<S: Numeric>(out: impl Write, run: &impl Trajectory<S>) -> csv::Result<()> {
     let names = run.coordinates();
     let forward = |(a, name): (usize, &String)| Column { name: format!("{name}_1"), values: run.positions(a) };
     let backward =
@@ -136,7 +137,7 @@ pub fn write_branches<S: Real>(out: impl Write, run: &impl Trajectory<S>) -> csv
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_samples<S: Real>(
+pub fn write_samples<S: Numeric>(
     out: impl Write,
     samples: impl Iterator<Item = Sample<S>>,
     digits: u32,
@@ -153,7 +154,7 @@ pub fn write_samples<S: Real>(
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_scene_samples<S: Real>(
+pub fn write_scene_samples<S: Numeric>(
     out: impl Write,
     names: &[String],
     samples: &[SceneSample<S>],
@@ -171,7 +172,7 @@ pub fn write_scene_samples<S: Real>(
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_events<S: Real>(
+pub fn write_events<S: Numeric>(
     out: impl Write,
     names: &[String],
     events: &[&str],
@@ -193,11 +194,11 @@ pub(super) fn state_header(names: &[String]) -> Vec<String> {
 }
 
 /// The values of these columns.
-fn state<S: Real>(sample: &SceneSample<S>) -> impl Iterator<Item = S> {
+fn state<S: Numeric>(sample: &SceneSample<S>) -> impl Iterator<Item = S> {
     std::iter::once(sample.gamma).chain(sample.q.iter().copied()).chain(sample.q_dot.iter().copied())
 }
 
-fn trajectory<'c, S: Real>(run: &'c impl Trajectory<S>, tangent: &'c [Cow<'_, [S]>]) -> Vec<Column<'c, S>> {
+fn trajectory<'c, S: Numeric>(run: &'c impl Trajectory<S>, tangent: &'c [Cow<'_, [S]>]) -> Vec<Column<'c, S>> {
     let names = run.coordinates();
     let velocities = names.iter().zip(tangent);
     let velocities = velocities
@@ -206,13 +207,13 @@ fn trajectory<'c, S: Real>(run: &'c impl Trajectory<S>, tangent: &'c [Cow<'_, [S
     positions.chain(velocities).collect()
 }
 
-fn residuals<'c, S: Real, M: Measured<S>>(run: &M::Run, measured: &'c M) -> Vec<Column<'c, S>> {
+fn residuals<'c, S: Numeric, M: Measured<S>>(run: &M::Run, measured: &'c M) -> Vec<Column<'c, S>> {
     let columns = measured.residuals(run).into_iter();
     columns.map(|(name, row)| Column { name, values: Box::new(row.iter().copied()) as _ }).collect()
 }
 
 /// Writes a header and one row per node: γ, the columns and, with several windows, the number of the window from 1.
-fn write_table<S: Real>(out: impl Write, run: &impl Trajectory<S>, columns: Vec<Column<'_, S>>) -> csv::Result<()> {
+fn write_table<S: Numeric>(out: impl Write, run: &impl Trajectory<S>, columns: Vec<Column<'_, S>>) -> csv::Result<()> {
     let (names, mut columns): (Vec<_>, Vec<_>) =
         columns.into_iter().map(|Column { name, values }| (name, values)).unzip();
     let has_windows = run.window_sizes().len() > 1;
@@ -244,7 +245,7 @@ impl<W: Write> Table<W> {
         Ok(Self { writer, digits, record: ByteRecord::new(), room: DecimalRoom::default() })
     }
 
-    fn row<S: Real>(&mut self, values: impl Iterator<Item = S>, window: Option<usize>) -> csv::Result<()> {
+    fn row<S: Numeric>(&mut self, values: impl Iterator<Item = S>, window: Option<usize>) -> csv::Result<()> {
         self.record.clear();
         self.push(values);
         if let Some(window) = window {
@@ -253,14 +254,14 @@ impl<W: Write> Table<W> {
         self.writer.write_byte_record(&self.record)
     }
 
-    fn labelled_row<S: Real>(&mut self, label: &str, values: impl Iterator<Item = S>) -> csv::Result<()> {
+    fn labelled_row<S: Numeric>(&mut self, label: &str, values: impl Iterator<Item = S>) -> csv::Result<()> {
         self.record.clear();
         self.record.push_field(label.as_bytes());
         self.push(values);
         self.writer.write_byte_record(&self.record)
     }
 
-    fn push<S: Real>(&mut self, values: impl Iterator<Item = S>) {
+    fn push<S: Numeric>(&mut self, values: impl Iterator<Item = S>) {
         for value in values {
             self.record.push_field(value.write_decimal(self.digits, &mut self.room).as_bytes());
         }

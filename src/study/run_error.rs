@@ -5,6 +5,7 @@
 //! are found. If a run in extended precision agrees with it to its last digits, the Taylor series of
 //! [`crate::reference`] in the same precision take its place.
 
+use crate::Numeric;
 use std::ops::ControlFlow;
 
 use super::stepped_over::{Between, fractions, points_in};
@@ -66,12 +67,12 @@ impl Judge {
 }
 
 /// The error of `solution`, which must be the whole run of `case`; `None` if no second solve is possible.
-pub fn run_error<S: Real>(case: &Case, solution: &Solution<S>) -> Option<RunError> {
+pub fn run_error<S: Numeric>(case: &Case, solution: &Solution<S>) -> Option<RunError> {
     error_with_samples(case, solution, &[])
 }
 
 /// The error of a run of `case` of which only its last part, the `solution`, and `samples` of all of it are kept.
-pub fn error_with_samples<S: Real>(case: &Case, solution: &Solution<S>, samples: &[Sample<S>]) -> Option<RunError> {
+pub fn error_with_samples<S: Numeric>(case: &Case, solution: &Solution<S>, samples: &[Sample<S>]) -> Option<RunError> {
     if let Some(estimate) = solution.error_estimate {
         let largest = |values: &mut dyn Iterator<Item = f64>| values.map(f64::abs).fold(1.0, f64::max);
         let t = largest(&mut solution.time_from_start(&solution.elapsed).map(S::to_f64));
@@ -93,7 +94,10 @@ pub fn error_with_samples<S: Real>(case: &Case, solution: &Solution<S>, samples:
 }
 
 /// γ − γ_i, t − t_i and x at the samples before `solution`, in the order of the run, and at its nodes.
-fn points<'s, S: Real>(solution: &'s Solution<S>, samples: &[Sample<S>]) -> impl Iterator<Item = [S; 3]> + use<'s, S> {
+fn points<'s, S: Numeric>(
+    solution: &'s Solution<S>,
+    samples: &[Sample<S>],
+) -> impl Iterator<Item = [S; 3]> + use<'s, S> {
     let first = solution.gamma_from_start().next().unwrap_or(S::ZERO);
     let from_start = |sample: &Sample<S>| [sample.gamma - solution.gamma_i, sample.t - solution.t_i, sample.x];
     let mut before: Vec<[S; 3]> = samples.iter().map(from_start).filter(|[gamma, ..]| *gamma < first).collect();
@@ -141,7 +145,7 @@ impl Found {
 }
 
 impl Nodes {
-    fn new<S: Real>(case: &Case, points: impl Iterator<Item = [S; 3]>) -> Self {
+    fn new<S: Numeric>(case: &Case, points: impl Iterator<Item = [S; 3]>) -> Self {
         let (mut gamma, mut elapsed, mut x) = (Vec::new(), Vec::new(), Vec::new());
         for point in points {
             let [gamma_here, t, x_here] = point.map(S::to_f64);
@@ -234,7 +238,7 @@ impl<'m> Gaps<'m> {
 
 /// The share of its way by which a run to an accuracy may be off because of what lies between its nodes. The march is
 /// done once more, which costs less than to keep all of it, over the first windows of a very long run.
-fn stepped_over<S: Real>(case: &Case, solution: &Solution<S>) -> f64 {
+fn stepped_over<S: Numeric>(case: &Case, solution: &Solution<S>) -> f64 {
     let (metric, initial): (Metric, _) = (case.metric(), InitialData { t: 0.0, ..case.initial_data::<f64>() });
     let (length, accuracy) = (solution.length.to_f64(), solution.accuracy.unwrap_or(ACCURACIES[0]));
     let mut gaps = Gaps::new(&metric, initial, length);
@@ -256,7 +260,7 @@ fn at_that_time(metric: &Metric, [dt, dx]: [f64; 2], x: f64, w_per_charge: f64) 
 }
 
 /// The error of a run by the Taylor series of the reference, in the precision of the run.
-fn by_taylor<S: Real>(case: &Case, solution: &Solution<S>, samples: &[Sample<S>]) -> Option<RunError> {
+fn by_taylor<S: Numeric>(case: &Case, solution: &Solution<S>, samples: &[Sample<S>]) -> Option<RunError> {
     let metric: Metric<S> = case.metric();
     let initial = InitialData { t: S::ZERO, ..case.initial_data::<S>() };
     let in_time = matches!(case.end::<S>(), End::Duration(_));

@@ -1,6 +1,7 @@
 //! How far a world-line in a scene is from the reference.
 
 use super::stepped_over::{Between, PROBES, fractions};
+use crate::Numeric;
 use crate::geometry::Lagrangian;
 use crate::reference::{ScenePoint, SceneReference};
 use crate::scalar::Real;
@@ -22,7 +23,7 @@ pub struct SceneError {
 
 /// Compares a world-line with a Taylor reference of as many digits at every node. `None` if the reference does not
 /// reach the end.
-pub fn scene_error<S: Real>(line: &WorldLine<S>) -> Option<SceneError> {
+pub fn scene_error<S: Numeric>(line: &WorldLine<S>) -> Option<SceneError> {
     let reference = SceneReference::new(line.geometry(), &line.place.start, line.length, line.digits).ok()?;
     let n = line.geometry().dimension();
     let rows: Vec<Vec<S>> = (0..n).map(|a| line.q(a).collect()).collect();
@@ -44,13 +45,13 @@ pub fn scene_error<S: Real>(line: &WorldLine<S>) -> Option<SceneError> {
 
 /// dq^a by the change of the coordinate `clock`, from the last node of a world-line to the `exact` point: the mean of
 /// both ends, so that an error of third order is left.
-fn pace<S: Real>(line: &WorldLine<S>, exact: &ScenePoint<S>, a: usize, clock: usize) -> S {
+fn pace<S: Numeric>(line: &WorldLine<S>, exact: &ScenePoint<S>, a: usize, clock: usize) -> S {
     let found = &line.end().q_dot;
     S::from(0.5) * (found[a] / found[clock] + exact.q_dot[a] / exact.q_dot[clock])
 }
 
 /// The share of its way by which the motion may be off because of what the reference does not know.
-fn stepped_over<S: Real>(line: &WorldLine<S>, reference: &SceneReference<S>) -> f64 {
+fn stepped_over<S: Numeric>(line: &WorldLine<S>, reference: &SceneReference<S>) -> f64 {
     let geometry = line.geometry();
     if S::IS_EXTENDED || !geometry.structure().force.is_empty() {
         return 0.0;

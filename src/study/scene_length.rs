@@ -1,9 +1,9 @@
 //! Where the run of a scene ends, found by the reference.
 
+use crate::Numeric;
 use std::cell::RefCell;
 
 use crate::reference::{ScenePoint, SceneReference, SceneReferenceEnds};
-use crate::scalar::Real;
 use crate::solve::scene::{SceneLimit, SceneSetup};
 
 /// The run is searched for the end that a formula gives in so many stages, each twice as long as all before it: what
@@ -14,7 +14,7 @@ const STAGES: i32 = 6;
 ///
 /// # Errors
 /// [`SceneReferenceEnds`] if the world-line does not get there.
-pub fn length_of<S: Real>(setup: &SceneSetup<S>) -> Result<S, SceneReferenceEnds> {
+pub fn length_of<S: Numeric>(setup: &SceneSetup<S>) -> Result<S, SceneReferenceEnds> {
     let (geometry, start, digits) = (&setup.place.geometry, &setup.place.start, setup.settings.digits);
     let whole = match setup.limit {
         SceneLimit::Length(length) => length,

@@ -21,6 +21,7 @@
 
 use super::run_error::RunError;
 use super::scene_error::SceneError;
+use crate::Numeric;
 use crate::diagnostics::Measures;
 use crate::diagnostics::scene::SceneDiagnostics;
 use crate::diagnostics::verdict::{CoordinateError, Facts, Verdict, largest};
@@ -29,13 +30,13 @@ use crate::solve::Solution;
 use crate::solve::scene::WorldLine;
 
 /// The verdict on `solution`, from what was measured on it and its error, if that is known.
-pub fn of_solution<S: Real>(solution: &Solution<S>, measures: &Measures<S>, error: Option<&RunError>) -> Verdict {
+pub fn of_solution<S: Numeric>(solution: &Solution<S>, measures: &Measures<S>, error: Option<&RunError>) -> Verdict {
     Verdict::new(&facts_of_solution(solution, measures, error))
 }
 
 /// The verdict on `line`, from what was measured on it and its distance from a reference, if there is one. With an
 /// accuracy the run's own estimate is judged; a reference may contradict it.
-pub fn of_world_line<S: Real>(
+pub fn of_world_line<S: Numeric>(
     line: &WorldLine<S>,
     diagnostics: &SceneDiagnostics<S>,
     error: Option<&SceneError>,
@@ -44,7 +45,11 @@ pub fn of_world_line<S: Real>(
 }
 
 /// What [`of_solution`] judges.
-pub fn facts_of_solution<S: Real>(solution: &Solution<S>, measures: &Measures<S>, error: Option<&RunError>) -> Facts {
+pub fn facts_of_solution<S: Numeric>(
+    solution: &Solution<S>,
+    measures: &Measures<S>,
+    error: Option<&RunError>,
+) -> Facts {
     let [least, most] = measures.scales.x_range;
     let duration = solution.duration().to_f64().abs();
     let motions = [("t", duration, duration), ("x", least.abs().max(most.abs()), most - least)];
@@ -70,7 +75,7 @@ pub fn facts_of_solution<S: Real>(solution: &Solution<S>, measures: &Measures<S>
 }
 
 /// What [`of_world_line`] judges.
-pub fn facts_of_world_line<S: Real>(
+pub fn facts_of_world_line<S: Numeric>(
     line: &WorldLine<S>,
     diagnostics: &SceneDiagnostics<S>,
     error: Option<&SceneError>,
@@ -119,7 +124,7 @@ struct Motion {
 }
 
 impl Motion {
-    fn new<S: Real>(line: &WorldLine<S>, a: usize) -> Self {
+    fn new<S: Numeric>(line: &WorldLine<S>, a: usize) -> Self {
         let origin = if line.geometry().active().contains(&a) { S::ZERO } else { line.place.start.q[a] };
         let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
         for q in line.q(a) {

@@ -4,12 +4,15 @@
 
 pub mod action;
 pub mod diagnostics;
+mod numeric;
 pub mod sampling;
 pub mod solve;
 
+pub use numeric::Numeric;
 pub use solve::solve;
 
 // So that modules have one path in all packages.
 use geodesic_ivp_engine::{
-    banded, enclosure, geodesic, geometry, lobatto, metric, norm, potential, root, runge_kutta, sbp, scalar,
+    banded, compiled, enclosure, geodesic, geometry, lobatto, metric, norm, potential, reference, root, runge_kutta,
+    sbp, scalar,
 };

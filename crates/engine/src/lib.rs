@@ -2,6 +2,8 @@
 //! what integrates motion. A package of its own, so that it is compiled beside what stands above it; programs use
 //! `geodesic_ivp`, which hands all of this on.
 
+mod compiled;
+
 pub mod banded;
 #[doc(hidden)]
 pub mod enclosure;

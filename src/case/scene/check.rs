@@ -5,6 +5,7 @@ use super::reader::{Field, Section};
 use super::scenery::Scenery;
 use super::start::{self, NoStart, Solved};
 use super::{conformal, metric, potential};
+use crate::Numeric;
 use crate::case::CaseError;
 use crate::geometry::{Geometry, GeometryText, Law, OutsideGeometry, Place, PotentialText, Start, Tau};
 use crate::scalar::Real;
@@ -59,7 +60,7 @@ pub(super) struct Found<S> {
     pub(super) tau: Option<Tau>,
 }
 
-impl<S: Real> Found<S> {
+impl<S: Numeric> Found<S> {
     /// The start in the geometry of the scene, whose text has the coordinate tau if one is asked for.
     pub(super) fn start(self, text: &GeometryText, initial: &Initial<'_>) -> Result<Start<S>, CaseError> {
         let Some(bare) = self.bare else { return Ok(self.start) };
@@ -70,7 +71,7 @@ impl<S: Real> Found<S> {
 }
 
 /// The start in `S`, if there is one that everything about it allows.
-pub(super) fn start<S: Real>(
+pub(super) fn start<S: Numeric>(
     scenery: &Scenery<'_>,
     initial: &Initial<'_>,
     geometry: Geometry<S>,
@@ -103,7 +104,13 @@ struct Outside {
 }
 
 impl Outside {
-    fn error<S: Real>(&self, outside: &OutsideGeometry, initial: &Initial<'_>, names: &[String], q: &[S]) -> CaseError {
+    fn error<S: Numeric>(
+        &self,
+        outside: &OutsideGeometry,
+        initial: &Initial<'_>,
+        names: &[String],
+        q: &[S],
+    ) -> CaseError {
         let at: Vec<String> = names.iter().zip(q).map(|(name, q)| format!("{name} = {}", q.to_f64())).collect();
         let at = at.join(", ");
         let Some(block) = outside.block else {
@@ -170,7 +177,7 @@ pub(super) fn particle(scenery: &Scenery<'_>) -> Result<(), CaseError> {
 }
 
 /// Refuses a world-line that is a point, and a K or a g00 that the law does not allow. The coordinate that K asks for.
-fn check_motion<S: Real>(
+fn check_motion<S: Numeric>(
     scenery: &Scenery<'_>,
     initial: &Initial<'_>,
     geometry: &Geometry<S>,

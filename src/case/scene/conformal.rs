@@ -5,6 +5,7 @@
 
 use super::initial::SceneInitial;
 use super::scenery::Scenery;
+use crate::Numeric;
 use crate::case::CaseError;
 use crate::geometry::{Geometry, GeometryText, Law, Observable, Place, Start, Tau};
 use crate::scalar::Real;
@@ -25,7 +26,7 @@ pub(super) fn bare(text: &GeometryText) -> Option<GeometryText> {
 }
 
 /// The start in the geometry of `text` that belongs to `start`, which is that in the geometry `of_data`.
-pub(super) fn with_factor<S: Real>(
+pub(super) fn with_factor<S: Numeric>(
     text: &GeometryText,
     of_data: &Geometry<S>,
     data: &SceneInitial,
@@ -48,7 +49,7 @@ pub(super) fn with_factor<S: Real>(
 }
 
 /// Ω at a point, if there is one.
-fn factor<S: Real>(text: &GeometryText, q: &[S]) -> Option<S> {
+fn factor<S: Numeric>(text: &GeometryText, q: &[S]) -> Option<S> {
     let formula = match text {
         GeometryText::Metric(metric) => metric.conformal.as_deref(),
         GeometryText::Potential(potential) => potential.conformal.as_deref(),
@@ -60,7 +61,7 @@ fn factor<S: Real>(text: &GeometryText, q: &[S]) -> Option<S> {
 
 impl Scenery<'_> {
     /// The coordinate tau that a start with K = `k` ≠ 0 needs, if there is a factor Ω.
-    pub(super) fn tau<S: Real>(&self, k: S, has_force: bool) -> Result<Option<Tau>, CaseError> {
+    pub(super) fn tau<S: Numeric>(&self, k: S, has_force: bool) -> Result<Option<Tau>, CaseError> {
         let Some((_, conformal)) = self.fields.iter().find(|(place, _)| *place == Place::Conformal) else {
             return Ok(None);
         };
@@ -116,7 +117,7 @@ impl Scenery<'_> {
     }
 
     /// Refuses an Ω at a point that is not positive: it would turn the direction of γ.
-    pub(super) fn check_factor<S: Real>(&self, q: &[S]) -> Result<(), CaseError> {
+    pub(super) fn check_factor<S: Numeric>(&self, q: &[S]) -> Result<(), CaseError> {
         let omega = factor(&self.text, q).filter(|_| bare(&self.text).is_some());
         let Some(omega) = omega.filter(|omega| *omega <= S::ZERO) else { return Ok(()) };
         let message = format!("conformal must be positive at the start, and it is {}", omega.to_f64());

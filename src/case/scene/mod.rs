@@ -47,6 +47,7 @@ pub use setup::on_grid;
 
 pub use crate::geometry::Direction;
 
+use crate::Numeric;
 use toml_edit::{Item, Table};
 
 use self::observables::Formulas;
@@ -197,7 +198,7 @@ impl SceneCase {
     }
 
     /// The compiled geometry, whose determinants must keep the signs that they have at the start.
-    pub fn geometry<S: Real>(&self) -> Geometry<S> {
+    pub fn geometry<S: Numeric>(&self) -> Geometry<S> {
         let geometry = Geometry::new(&self.geometry).expect("a valid scene has valid formulas");
         let tau = self.geometry.tau().map(|_| S::ZERO);
         let q: Vec<S> = self.initial.q.iter().map(|q| self.value(q)).chain(tau).collect();
@@ -205,12 +206,12 @@ impl SceneCase {
     }
 
     /// The start: positions, velocities and momenta, with what follows from K.
-    pub fn start<S: Real>(&self) -> Start<S> {
+    pub fn start<S: Numeric>(&self) -> Start<S> {
         self.start_in(&self.geometry())
     }
 
     /// The start in the geometry of this scene, which [`Self::geometry`] has compiled.
-    pub fn start_in<S: Real>(&self, geometry: &Geometry<S>) -> Start<S> {
+    pub fn start_in<S: Numeric>(&self, geometry: &Geometry<S>) -> Start<S> {
         let (parameters, rounding) = (self.geometry.parameters(), rounding(self.solver.digits));
         let bare = conformal::bare(&self.geometry);
         let bare = bare.map(|text| Geometry::new(&text).expect("a valid scene has valid formulas"));
@@ -221,18 +222,18 @@ impl SceneCase {
     }
 
     /// A number of this scene, rounded once if it is written as a decimal.
-    pub fn value<S: Real>(&self, quantity: &Quantity) -> S {
+    pub fn value<S: Numeric>(&self, quantity: &Quantity) -> S {
         quantity.value(self.geometry.parameters()).expect("the numbers of a valid scene are finite")
     }
 
     /// The first value of γ.
-    pub fn gamma_i<S: Real>(&self) -> S {
+    pub fn gamma_i<S: Numeric>(&self) -> S {
         self.value(&self.grid.gamma_i)
     }
 
     /// Where the run ends: the length of its range of γ, or its duration in the coordinate t. With [`Self::until`] it
     /// may end before.
-    pub fn end<S: Real>(&self) -> End<S> {
+    pub fn end<S: Numeric>(&self) -> End<S> {
         match (&self.grid.t_f, &self.grid.gamma_f) {
             (Some(t_f), _) => {
                 let t = self.coordinates().iter().position(|name| name == "t").expect("t_f needs a coordinate t");
@@ -246,7 +247,7 @@ impl SceneCase {
     }
 
     /// The value of the coordinate t at which the run ends, if that is given.
-    pub fn t_f<S: Real>(&self) -> Option<S> {
+    pub fn t_f<S: Numeric>(&self) -> Option<S> {
         self.grid.t_f.as_ref().map(|t_f| self.value(t_f))
     }
 

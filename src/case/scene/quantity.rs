@@ -1,5 +1,6 @@
 //! Numbers of a scene.
 
+use crate::Numeric;
 use crate::geometry::{GeometryError, value_of};
 use crate::scalar::Real;
 
@@ -22,7 +23,7 @@ impl Quantity {
     ///
     /// # Errors
     /// [`GeometryError::Formula`] if there is a mistake in it, or [`GeometryError::NotFinite`].
-    pub fn value<S: Real>(&self, parameters: &[(String, String)]) -> Result<S, GeometryError> {
+    pub fn value<S: Numeric>(&self, parameters: &[(String, String)]) -> Result<S, GeometryError> {
         value_of(&self.0, parameters)
     }
 }

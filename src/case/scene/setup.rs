@@ -1,5 +1,6 @@
 //! From a scene's case to what a solver is told.
 
+use crate::Numeric;
 use std::sync::Arc;
 
 use super::{Axes, Event, SceneCase};
@@ -13,7 +14,7 @@ use crate::solve::scene::{Place, SceneLimit, SceneSetup, Until};
 use crate::solve::{End, Settings};
 
 impl SceneCase {
-    fn place<S: Real>(&self) -> Place<S> {
+    fn place<S: Numeric>(&self) -> Place<S> {
         let geometry = self.geometry();
         let start = self.start_in(&geometry);
         Place { geometry: Arc::new(geometry), start }
@@ -25,13 +26,13 @@ impl SceneCase {
     }
 
     /// The formulas of `[invariants]`, compiled, with their names, in their order.
-    pub fn observables<S: Real>(&self) -> Vec<(String, Observable<S>)> {
+    pub fn observables<S: Numeric>(&self) -> Vec<(String, Observable<S>)> {
         let compiled = |(name, formula): &(String, String)| (name.clone(), observable(self.geometry_text(), formula));
         self.invariants().iter().map(compiled).collect()
     }
 
     /// The formulas of `[events]`, compiled, with their directions, in their order.
-    pub fn watches<S: Real>(&self) -> Vec<Watch<S>> {
+    pub fn watches<S: Numeric>(&self) -> Vec<Watch<S>> {
         let watch = |event: &Event| Watch {
             formula: observable(self.geometry_text(), &event.when),
             direction: event.direction,
@@ -40,13 +41,13 @@ impl SceneCase {
     }
 
     /// The formulas of the axes of the picture of the orbit, compiled, and as text.
-    pub fn plot_axes<S: Real>(&self, geometry: &Geometry<S>) -> ([Observable<S>; 2], [String; 2]) {
+    pub fn plot_axes<S: Numeric>(&self, geometry: &Geometry<S>) -> ([Observable<S>; 2], [String; 2]) {
         let Axes { x, y } = self.axes_or_default(geometry);
         ([&x, &y].map(|formula| observable(self.geometry_text(), formula)), [x, y])
     }
 
     /// What the solver of scenes is told.
-    pub fn setup<S: Real>(&self) -> SceneSetup<S> {
+    pub fn setup<S: Numeric>(&self) -> SceneSetup<S> {
         let place = self.place::<S>();
         let limit = match self.end::<S>() {
             End::Length(length) => SceneLimit::Length(length),
@@ -85,7 +86,7 @@ impl SceneCase {
 ///
 /// # Errors
 /// A message that says what is wrong with that grid.
-pub fn on_grid<S: Real>(
+pub fn on_grid<S: Numeric>(
     setup: &SceneSetup<S>,
     (sbp, form): (SbpName, Form),
     n_gamma: usize,
@@ -106,7 +107,7 @@ pub fn on_grid<S: Real>(
     })
 }
 
-fn observable<S: Real>(text: &GeometryText, formula: &str) -> Observable<S> {
+fn observable<S: Numeric>(text: &GeometryText, formula: &str) -> Observable<S> {
     let place = FormulaPlace::Definition(String::new());
     Observable::new(formula, text, place).expect("a valid scene has valid formulas")
 }

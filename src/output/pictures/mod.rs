@@ -9,6 +9,7 @@ pub use stability::{last_node, sawtooth_onset, stability_map};
 pub use work_precision::{WorkAxis, drift, work_precision};
 
 use super::chart::{Chart, Ink, Mark, Scale, Series};
+use crate::Numeric;
 use crate::case::Form;
 use crate::diagnostics::Diagnostics;
 use crate::reference::{ReferencePoint, ReferenceTrajectory, TimeState};
@@ -30,7 +31,7 @@ pub struct Run<'a, S = f64> {
     pub diagnostics: &'a Diagnostics<S>,
 }
 
-impl<S: Real> Run<'_, S> {
+impl<S: Numeric> Run<'_, S> {
     fn against_gamma(&self, values: impl Iterator<Item = S>) -> Vec<(f64, f64)> {
         self.solution.gamma().zip(values).map(|(gamma, value)| (gamma.to_f64(), value.to_f64())).collect()
     }
@@ -41,7 +42,7 @@ impl<S: Real> Run<'_, S> {
 }
 
 /// t(γ) and x(γ); for a solution of the doubled system both branches.
-pub fn world_line<S: Real>(of: &str, solution: &Solution<S>) -> Chart {
+pub fn world_line<S: Numeric>(of: &str, solution: &Solution<S>) -> Chart {
     let shifted = |elapsed: &[S]| solution.time_from_start(elapsed).map(|t| solution.t_i + t).collect::<Vec<_>>();
     let points = |values: &[S]| solution.gamma().zip(values).map(|(gamma, x)| (gamma.to_f64(), x.to_f64())).collect();
     let curve = |label: &str, values: &[S]| Series::new(label, Mark::LineAndPoints, points(values));
@@ -69,7 +70,7 @@ pub fn world_line<S: Real>(of: &str, solution: &Solution<S>) -> Chart {
 
 /// dt/dγ on the nodes: the time mesh that emerges. At the last node of a window in the strong form it is the value with
 /// which the next window starts; the value of Dt there shows in the picture of ΔQ_t.
-pub fn time_mesh<S: Real>(of: &str, runs: &[Run<'_, S>]) -> Chart {
+pub fn time_mesh<S: Numeric>(of: &str, runs: &[Run<'_, S>]) -> Chart {
     let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
     let mut series = Vec::new();
     for run in runs {
@@ -98,7 +99,7 @@ pub fn time_mesh<S: Real>(of: &str, runs: &[Run<'_, S>]) -> Chart {
 }
 
 /// x(t): the nodes, the reference geodesic and the motion with time as its parameter.
-pub fn trajectory<S: Real>(
+pub fn trajectory<S: Numeric>(
     of: &str,
     runs: &[Run<'_, S>],
     reference: Option<&ReferenceTrajectory>,
@@ -132,7 +133,7 @@ pub fn trajectory<S: Real>(
 
 /// |ΔQ_t| on the nodes. A single run of the strong form has also the value at the last node with the multiplier
 /// correction; at all other nodes the two agree.
-pub fn noether_charge<S: Real>(of: &str, runs: &[Run<'_, S>]) -> Chart {
+pub fn noether_charge<S: Numeric>(of: &str, runs: &[Run<'_, S>]) -> Chart {
     let mut series = Vec::new();
     for run in runs {
         let charges = &run.diagnostics.charges;
@@ -148,7 +149,7 @@ pub fn noether_charge<S: Real>(of: &str, runs: &[Run<'_, S>]) -> Chart {
 }
 
 /// |ΔG^t| and |ΔG^x| on the nodes.
-pub fn geodesic_residuals<S: Real>(of: &str, runs: &[Run<'_, S>]) -> Chart {
+pub fn geodesic_residuals<S: Numeric>(of: &str, runs: &[Run<'_, S>]) -> Chart {
     let mut series = Vec::new();
     for run in runs {
         let residuals = &run.diagnostics.residuals;

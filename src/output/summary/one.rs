@@ -1,5 +1,6 @@
 //! The summary of a case of one coordinate.
 
+use crate::Numeric;
 use serde::Serialize;
 
 use super::super::number::Number;
@@ -115,7 +116,7 @@ impl From<RunError> for Error {
 impl Summary {
     /// The summary of `case` and of its solution or failure. The error of a solution is not known to it, so that its
     /// verdict is doubtful until [`Self::set_error`].
-    pub fn new<S: Real>(
+    pub fn new<S: Numeric>(
         case: &Case,
         result: Result<(&Solution<S>, &Measures<S>), &NoSolution>,
         solve_seconds: f64,
@@ -157,7 +158,7 @@ impl Summary {
 }
 
 impl Solved {
-    fn new<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> Self {
+    fn new<S: Numeric>(solution: &Solution<S>, measures: &Measures<S>) -> Self {
         let invariants = solution.invariants();
         let number = |value: S| Number::new(value, solution.digits);
         Self {

@@ -1,5 +1,6 @@
 //! The summary of a scene of n coordinates.
 
+use crate::Numeric;
 use std::collections::BTreeMap;
 
 use serde::Serialize;
@@ -116,7 +117,7 @@ pub struct SolvedScene {
 impl SceneSummary {
     /// The summary of `case`, whose compiled geometry is `geometry`, and of its world-line or failure. The verdict is
     /// the one without a reference; [`Self::set_error`] changes it.
-    pub fn new<S: Real>(
+    pub fn new<S: Numeric>(
         case: &SceneCase,
         geometry: &Geometry<S>,
         result: Result<Measured<'_, S>, &NoSolution>,
@@ -162,7 +163,7 @@ impl SceneSummary {
 }
 
 impl SolvedScene {
-    fn new<S: Real>(line: &WorldLine<S>, diagnostics: &SceneDiagnostics<S>, sums: &[ConservedSum]) -> Self {
+    fn new<S: Numeric>(line: &WorldLine<S>, diagnostics: &SceneDiagnostics<S>, sums: &[ConservedSum]) -> Self {
         let names = line.geometry().names();
         let number = |value: S| Number::new(value, line.digits);
         let all = |values: &[S]| -> ByName { names.iter().cloned().zip(values.iter().map(|&v| number(v))).collect() };

@@ -2,6 +2,7 @@
 
 use super::sweep::{grids, point, samples};
 use super::{ConvergencePoint, Errors, ReferenceInfo, Sweep, SweepError};
+use crate::Numeric;
 use crate::case::scene::{SceneCase, on_grid};
 use crate::case::{Form, SbpName};
 use crate::diagnostics::scene::SceneDiagnostics;
@@ -12,7 +13,7 @@ use crate::solve::Arithmetic;
 use crate::solve::scene::{SceneSetup, WorldLine, solve_scene};
 use crate::study::scene_length::length_of;
 
-impl<S: Arithmetic> Sweep<S> {
+impl<S: Numeric> Sweep<S> {
     /// A sweep of a scene over every operator with its form and every number of nodes.
     ///
     /// A scene that ends where a coordinate has a value, or where a formula changes its sign, is swept at the γ_f at
@@ -60,14 +61,14 @@ impl<S: Arithmetic> Sweep<S> {
     }
 }
 
-fn measure<S: Arithmetic>(setup: &SceneSetup<S>, length: S, reference: &SceneReference<S>) -> ConvergencePoint {
+fn measure<S: Numeric>(setup: &SceneSetup<S>, length: S, reference: &SceneReference<S>) -> ConvergencePoint {
     let intervals = setup.settings.windows * (setup.settings.n_gamma - 1);
     let errors = |line: &WorldLine<S>| (line.iterations.count, errors(line, reference));
     point((setup.settings.sbp, setup.settings.form), intervals, length.to_f64(), || solve_scene(setup), errors)
 }
 
 /// The errors of a world-line at its nodes. The L2 norms use the quadratures of its operators.
-fn errors<S: Real>(line: &WorldLine<S>, reference: &SceneReference<S>) -> Errors {
+fn errors<S: Numeric>(line: &WorldLine<S>, reference: &SceneReference<S>) -> Errors {
     let n = line.geometry().dimension();
     let rows: Vec<Vec<S>> = (0..n).map(|a| line.q(a).collect()).collect();
     let (mut at_end, mut squared) = (vec![0.0; n], vec![0.0; n]);

@@ -2,6 +2,7 @@
 
 use super::fit::{Fit, points_above_plateau};
 use super::{Convergence, Quantity};
+use crate::Numeric;
 use crate::case::{Form, SbpName};
 use crate::scalar::Real;
 
@@ -55,7 +56,7 @@ impl Slope {
     }
 }
 
-impl<S: Real> Convergence<S> {
+impl<S: Numeric> Convergence<S> {
     /// The slopes of every operator, form and quantity over the grids with `n_range.0` ≤ N ≤ `n_range.1` whose errors
     /// lie above the rounding plateau.
     pub fn slopes(&self, n_range: (usize, usize)) -> Vec<Slope> {

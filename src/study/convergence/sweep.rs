@@ -1,5 +1,6 @@
 //! The grids of a sweep, solved in parallel and measured.
 
+use crate::Numeric;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -32,7 +33,7 @@ pub struct Sweep<S = f64> {
 ///
 /// # Errors
 /// See [`Sweep::new`].
-pub fn sweep<S: Arithmetic>(
+pub fn sweep<S: Numeric>(
     case: &Case,
     schemes: &[(SbpName, Form)],
     n_gamma: &[usize],
@@ -43,7 +44,7 @@ pub fn sweep<S: Arithmetic>(
     Ok(sweep.run(cancel, &|_, point| finished(point)))
 }
 
-impl<S: Arithmetic> Sweep<S> {
+impl<S: Numeric> Sweep<S> {
     /// A sweep of `case` over every operator with its form and every number of nodes.
     ///
     /// A case that ends at a physical time is swept at the γ_f at which the reference reaches it.
@@ -144,7 +145,7 @@ pub(super) fn samples(n_gamma: &[usize]) -> usize {
     n_gamma.iter().max().copied().unwrap_or(2).clamp(2, 4096)
 }
 
-fn measure<S: Arithmetic>(case: &Case, length: S, reference: &ReferenceTrajectory<S>) -> ConvergencePoint {
+fn measure<S: Numeric>(case: &Case, length: S, reference: &ReferenceTrajectory<S>) -> ConvergencePoint {
     let intervals = case.grid.windows * (case.grid.n_gamma - 1);
     let errors = |solution: &Solution<S>| (solution.iterations.count, errors(solution, reference));
     point((case.scheme.sbp, case.scheme.form), intervals, length.to_f64(), || solve::<S>(case), errors)
@@ -174,7 +175,7 @@ pub(super) fn point<R>(
 }
 
 /// The errors of a solution at its nodes. The L2 norms use the quadrature of its operator.
-pub fn errors<S: Real>(solution: &Solution<S>, reference: &ReferenceTrajectory<S>) -> Errors {
+pub fn errors<S: Numeric>(solution: &Solution<S>, reference: &ReferenceTrajectory<S>) -> Errors {
     let (mut t_squared, mut x_squared, mut final_errors) = (0.0, 0.0, (0.0, 0.0));
     let values = solution.time_from_start(&solution.elapsed).zip(&solution.x);
     let weights = solution.views().flat_map(|view| view.grid.sbp().weights());

@@ -1,5 +1,6 @@
 //! What a run of many leaves: where it ended, and the largest deviations on the way.
 
+use crate::Numeric;
 use crate::case::{AnyCase, Case, SceneCase};
 use crate::diagnostics::scene::SceneDiagnostics;
 use crate::diagnostics::verdict::Verdict;
@@ -100,7 +101,7 @@ fn names_of_maxima(charges: &[&str], is_lifted: bool, invariants: &[&str]) -> Ve
 }
 
 /// Solves a case of one coordinate.
-pub(super) fn of_one<S: Arithmetic>(case: &Case) -> Outcome {
+pub(super) fn of_one<S: Numeric>(case: &Case) -> Outcome {
     let solution: Solution<S> = match solve(case) {
         Ok(solution) => solution,
         Err(failure) => return Outcome::Failed { status: failure.status, message: failure.to_string() },
@@ -131,7 +132,7 @@ pub(super) fn of_one<S: Arithmetic>(case: &Case) -> Outcome {
 }
 
 /// Solves a scene.
-pub(super) fn of_scene<S: Arithmetic>(case: &SceneCase) -> Outcome {
+pub(super) fn of_scene<S: Numeric>(case: &SceneCase) -> Outcome {
     let line: WorldLine<S> = match solve_scene(&case.setup()) {
         Ok(line) => line,
         Err(failure) => return Outcome::Failed { status: failure.status, message: failure.to_string() },
@@ -159,7 +160,7 @@ pub(super) fn of_scene<S: Arithmetic>(case: &SceneCase) -> Outcome {
     }))
 }
 
-fn maxima<S: Real>(line: &WorldLine<S>, diagnostics: &SceneDiagnostics<S>) -> Vec<(String, S)> {
+fn maxima<S: Numeric>(line: &WorldLine<S>, diagnostics: &SceneDiagnostics<S>) -> Vec<(String, S)> {
     let names = line.geometry().names();
     let charges: Vec<&str> = diagnostics.charges.iter().map(|charge| names[charge.terms[0].0].as_str()).collect();
     let invariants: Vec<&str> = diagnostics.invariants.iter().map(|invariant| invariant.name.as_str()).collect();

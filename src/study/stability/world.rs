@@ -2,6 +2,7 @@
 
 use super::status::{CellStatus, Sizes};
 use super::track::Track;
+use crate::Numeric;
 use crate::case::{Form, SbpName};
 use crate::methods::{Failure, Output, Peer, Setting};
 use crate::reference::{
@@ -57,7 +58,7 @@ pub(super) trait Reference: Send + Sync {
     fn steps(&self) -> usize;
 }
 
-impl<S: Real> Reference for ReferenceTrajectory<S> {
+impl<S: Numeric> Reference for ReferenceTrajectory<S> {
     fn at(&self, gamma: f64) -> Point {
         let ReferencePoint { elapsed, x, t_dot, x_dot } = self.at(gamma.into());
         let [q, q_dot] = [[elapsed, x], [t_dot, x_dot]].map(|row| row.map(|value| value.to_f64()).to_vec());
@@ -73,7 +74,7 @@ impl<S: Real> Reference for ReferenceTrajectory<S> {
     }
 }
 
-impl<S: Real> Reference for SceneReference<S> {
+impl<S: Numeric> Reference for SceneReference<S> {
     fn at(&self, gamma: f64) -> Point {
         let ScenePoint { q, q_dot, p } = self.at(gamma.into());
         let [q, q_dot, p] = [q, q_dot, p].map(|row| row.iter().map(|value| value.to_f64()).collect());

@@ -1,5 +1,6 @@
 //! The most important numbers about a solution.
 
+use super::Measured;
 use super::bound::Bound;
 use super::charges::FreeParticleCharges;
 use super::deviations::{ChargeDeviation, Fields, NormDeviation};
@@ -46,6 +47,13 @@ pub struct Measures<S = f64> {
     pub free_particle: Option<FreeParticleCharges<S>>,
 }
 
+impl<S: Measured> Measures<S> {
+    /// The measures of a run, from those of its first part, `self`, and its second part, `next`.
+    pub fn followed_by(self, next: Self) -> Self {
+        S::measures_followed_by(self, next)
+    }
+}
+
 impl<S: Real> Measures<S> {
     pub(super) fn new(
         fields: &Fields<'_, S, Solution<S>>,
@@ -75,8 +83,7 @@ impl<S: Real> Measures<S> {
         }
     }
 
-    /// The measures of a run, from those of its first part, `self`, and its second part, `next`.
-    pub fn followed_by(self, next: Self) -> Self {
+    pub(super) fn followed_by_here(self, next: Self) -> Self {
         let either = |a: Option<S>, b: Option<S>| a.into_iter().chain(b).reduce(S::max);
         Self {
             max_abs_delta_q_t_interior: self.max_abs_delta_q_t_interior.max(next.max_abs_delta_q_t_interior),

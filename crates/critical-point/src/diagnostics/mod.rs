@@ -41,8 +41,13 @@ pub use sawtooth::{Sawtooth, sawtooth};
 pub use scales::Scales;
 
 use self::deviations::{Fields, tangent};
+use self::scene::SceneDiagnostics;
+use self::verdict::Reason;
+use crate::geometry::{Geometry, Observable};
+use crate::metric::Metric;
 use crate::scalar::Real;
 use crate::solve::Solution;
+use crate::solve::scene::WorldLine;
 
 /// Everything that is measured on a solution.
 #[derive(Debug, Clone)]
@@ -60,9 +65,22 @@ pub struct Diagnostics<S = f64> {
     pub measures: Measures<S>,
 }
 
-impl<S: Real> Diagnostics<S> {
+impl<S: Measured> Diagnostics<S> {
     /// Measures `solution`.
     pub fn new(solution: &Solution<S>) -> Self {
+        S::diagnostics(solution)
+    }
+
+    /// dt/dγ and dx/dγ on the nodes: Dt and Dx, except at the last node of a window in the strong form. There the row
+    /// of D takes up the defect of D and does not give a velocity. Its place is taken by the values that the next
+    /// window continues with, Q_t/g00(x_N) and w*_N.
+    pub fn tangent(&self, solution: &Solution<S>) -> [Vec<S>; 2] {
+        S::tangent(self, solution)
+    }
+}
+
+impl<S: Real> Diagnostics<S> {
+    fn new_here(solution: &Solution<S>) -> Self {
         let fields = Fields::new(solution);
         let (charge, norm) = (fields.charge(vec![(0, S::ONE)]), fields.norm());
         let residuals = GeodesicResiduals { delta_g_t: fields.residual(0), delta_g_x: fields.residual(1) };
@@ -77,10 +95,21 @@ impl<S: Real> Diagnostics<S> {
         Self { t_dot, x_dot, charges, residuals, measures }
     }
 
-    /// dt/dγ and dx/dγ on the nodes: Dt and Dx, except at the last node of a window in the strong form. There the row
-    /// of D takes up the defect of D and does not give a velocity. Its place is taken by the values that the next
-    /// window continues with, Q_t/g00(x_N) and w*_N.
-    pub fn tangent(&self, solution: &Solution<S>) -> [Vec<S>; 2] {
+    fn tangent_here(&self, solution: &Solution<S>) -> [Vec<S>; 2] {
         [tangent(solution, 0, &self.t_dot), tangent(solution, 1, &self.x_dot)]
+    }
+}
+
+crate::compiled! {
+    /// Numbers in which runs are measured.
+    pub trait Measured {
+        fn diagnostics(solution: &Solution<Self>) -> Diagnostics<Self> = Diagnostics::new_here;
+        fn tangent(this: &Diagnostics<Self>, solution: &Solution<Self>) -> [Vec<Self>; 2] = Diagnostics::tangent_here;
+        fn scene_diagnostics(line: &WorldLine<Self>, sums: &[Vec<(usize, Self)>], invariants: &mut [(String, Observable<Self>)], is_lifted: bool) -> SceneDiagnostics<Self> = SceneDiagnostics::new_here;
+        fn suspicions_of_scene(this: &SceneDiagnostics<Self>, line: &WorldLine<Self>) -> Vec<Reason> = SceneDiagnostics::suspicions_here;
+        fn gaps(solution: &Solution<Self>, metric: &Metric, error: Option<f64>) -> gaps::Gaps = gaps::Gaps::of_solution_here;
+        fn gaps_of_scene(line: &WorldLine<Self>, geometry: &Geometry, error: Option<f64>) -> gaps::Gaps = gaps::Gaps::of_world_line_here;
+        fn suspicions(this: &Measures<Self>, solution: &Solution<Self>) -> Vec<Reason> = Measures::suspicions_here;
+        fn measures_followed_by(this: Measures<Self>, next: Measures<Self>) -> Measures<Self> = Measures::followed_by_here;
     }
 }

@@ -3,7 +3,7 @@
 use super::deviations::Fields;
 use super::verdict::Reason;
 use super::warnings::{rounding_warning, unproved_warning};
-use super::{ChargeDeviation, NormDeviation, Sawtooth};
+use super::{ChargeDeviation, Measured, NormDeviation, Sawtooth};
 use crate::action::Form;
 use crate::geometry::{Lagrangian, Observable};
 use crate::norm::max_abs;
@@ -76,12 +76,28 @@ pub struct SceneDiagnostics<S = f64> {
     pub invariants: Vec<InvariantDeviation<S>>,
 }
 
-impl<S: Real> SceneDiagnostics<S> {
+impl<S: Measured> SceneDiagnostics<S> {
     /// Measures `line`. `sums` are the conserved sums to look at, as constants by coordinate, and `invariants` the
     /// formulas of the user, with their names.
     ///
     /// A scene that is the lift of Newton's law has t first and s last.
     pub fn new(
+        line: &WorldLine<S>,
+        sums: &[Vec<(usize, S)>],
+        invariants: &mut [(String, Observable<S>)],
+        is_lifted: bool,
+    ) -> Self {
+        S::scene_diagnostics(line, sums, invariants, is_lifted)
+    }
+
+    /// The same, each with its remedy.
+    pub fn suspicions(&self, line: &WorldLine<S>) -> Vec<Reason> {
+        S::suspicions_of_scene(self, line)
+    }
+}
+
+impl<S: Real> SceneDiagnostics<S> {
+    pub(super) fn new_here(
         line: &WorldLine<S>,
         sums: &[Vec<(usize, S)>],
         invariants: &mut [(String, Observable<S>)],
@@ -131,11 +147,10 @@ const DOUBTFUL: f64 = 1e-2;
 impl<S: Real> SceneDiagnostics<S> {
     /// What is suspicious about `line`, the world-line that was measured, in words.
     pub fn warnings(&self, line: &WorldLine<S>) -> Vec<String> {
-        self.suspicions(line).iter().map(Reason::to_string).collect()
+        self.suspicions_here(line).iter().map(Reason::to_string).collect()
     }
 
-    /// The same, each with its remedy.
-    pub fn suspicions(&self, line: &WorldLine<S>) -> Vec<Reason> {
+    pub(super) fn suspicions_here(&self, line: &WorldLine<S>) -> Vec<Reason> {
         let names = line.geometry().names();
         let of = |(a, sawtooth): &(usize, Sawtooth<S>)| sawtooth.warning(&names[*a], amplitude(&line.q[*a]));
         let sawtooth = self.sawtooth.iter().filter_map(of);
@@ -191,15 +206,15 @@ fn deviation<S: Real>(
     k: S,
 ) -> InvariantDeviation<S> {
     let (geometry, start) = (line.geometry(), &line.place.start);
-    let value = invariant.at(&start.q, &start.q_dot, &start.p, k);
+    let value = invariant.at_here(&start.q, &start.q_dot, &start.p, k);
     let rows: Vec<Vec<S>> = (0..tangent.len()).map(|a| line.q(a).collect()).collect();
     let at = |node: usize| {
         let [q, q_dot] = [&rows, tangent].map(|rows| rows.iter().map(|row| row[node]).collect::<Vec<_>>());
         let p = geometry.momenta(&q, &q_dot);
-        invariant.at(&q, &q_dot, &p, k) - value
+        invariant.at_here(&q, &q_dot, &p, k) - value
     };
     let delta = (0..line.nodes()).map(at).collect();
     let ends = line.windows.iter().map(|window| &window.end);
-    let ends: Vec<S> = ends.map(|end| invariant.at(&end.q, &end.q_dot, &end.p, k) - value).collect();
+    let ends: Vec<S> = ends.map(|end| invariant.at_here(&end.q, &end.q_dot, &end.p, k) - value).collect();
     InvariantDeviation { name: name.clone(), value, delta, max_ends: max_abs(&ends) }
 }

@@ -22,7 +22,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::newtonian::NEGLIGIBLE;
 use super::verdict::{Reason, SMALLER_ACCURACY};
-use super::{Measures, Sawtooth};
+use super::{Measured, Measures, Sawtooth};
 use crate::sbp::symbol::largest_symbol;
 use crate::scalar::Real;
 use crate::solve::Solution;
@@ -63,14 +63,20 @@ impl<S: Real> Sawtooth<S> {
     }
 }
 
+impl<S: Measured> Measures<S> {
+    /// The same, each with its remedy.
+    pub fn suspicions(&self, solution: &Solution<S>) -> Vec<Reason> {
+        S::suspicions(self, solution)
+    }
+}
+
 impl<S: Real> Measures<S> {
     /// The warnings that the trajectory should not be believed, one sentence each.
     pub fn warnings(&self, solution: &Solution<S>) -> Vec<String> {
-        self.suspicions(solution).iter().map(Reason::to_string).collect()
+        self.suspicions_here(solution).iter().map(Reason::to_string).collect()
     }
 
-    /// The same, each with its remedy.
-    pub fn suspicions(&self, solution: &Solution<S>) -> Vec<Reason> {
+    pub(super) fn suspicions_here(&self, solution: &Solution<S>) -> Vec<Reason> {
         let found = [
             self.sawtooth_warning(),
             self.drift_warning(solution),

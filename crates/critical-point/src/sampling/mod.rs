@@ -46,6 +46,7 @@ use self::interpolant::Interpolant;
 use self::legendre::Tables;
 use crate::scalar::Real;
 use crate::solve::Solution;
+use crate::solve::scene::WorldLine;
 
 /// The world-line at one value of γ.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,6 +80,24 @@ pub struct Sampler<'a, S = f64> {
     current: Option<(usize, Interpolant<S>)>,
 }
 
+impl<'a, S: Sampled> Sampler<'a, S> {
+    /// The world-line at `gamma`.
+    ///
+    /// # Errors
+    /// [`OutsideRun`] beyond the ends by more than rounding.
+    pub fn at_gamma(&mut self, gamma: S) -> Result<Sample<S>, OutsideRun<S>> {
+        S::sample_at_gamma(self, gamma)
+    }
+
+    /// The world-line at the time `t`.
+    ///
+    /// # Errors
+    /// [`OutsideRun`] before t_i or after t_N.
+    pub fn at_time(&mut self, t: S) -> Result<Sample<S>, OutsideRun<S>> {
+        S::sample_at_time(self, t)
+    }
+}
+
 impl<'a, S: Real> Sampler<'a, S> {
     /// A sampler of `solution`.
     pub fn new(solution: &'a Solution<S>) -> Self {
@@ -95,11 +114,7 @@ impl<'a, S: Real> Sampler<'a, S> {
         Some([[first.gamma[0], last.gamma[1]], [first.start.t, self.solution.duration()]])
     }
 
-    /// The world-line at `gamma`.
-    ///
-    /// # Errors
-    /// [`OutsideRun`] beyond the ends by more than rounding.
-    pub fn at_gamma(&mut self, gamma: S) -> Result<Sample<S>, OutsideRun<S>> {
+    fn at_gamma_here(&mut self, gamma: S) -> Result<Sample<S>, OutsideRun<S>> {
         let Solution { gamma_i, windows, .. } = self.solution;
         let [ends, _] = self.ends().ok_or(OutsideRun { range: (*gamma_i, *gamma_i) })?;
         let from_start = within(gamma - *gamma_i, ends, slack(self.solution.digits))
@@ -109,11 +124,7 @@ impl<'a, S: Real> Sampler<'a, S> {
         Ok(Sample { gamma, ..self.of_window(window).at(place) })
     }
 
-    /// The world-line at the time `t`.
-    ///
-    /// # Errors
-    /// [`OutsideRun`] before t_i or after t_N.
-    pub fn at_time(&mut self, t: S) -> Result<Sample<S>, OutsideRun<S>> {
+    fn at_time_here(&mut self, t: S) -> Result<Sample<S>, OutsideRun<S>> {
         let Solution { t_i, windows, .. } = self.solution;
         let [_, ends] = self.ends().ok_or(OutsideRun { range: (*t_i, *t_i) })?;
         // The sign of dt/dγ is that of Q_t everywhere, so that t is monotonic.
@@ -137,7 +148,7 @@ impl<'a, S: Real> Sampler<'a, S> {
         let is_inside = |gamma: S| gamma - *gamma_i >= begin && gamma - *gamma_i < end;
         let count = values.iter().take_while(|&&value| is_inside(value)).count();
         if count < 2 {
-            samples.push(self.at_gamma(first)?);
+            samples.push(self.at_gamma_here(first)?);
             return Ok(());
         }
         let places = values[..count].iter().map(|&value| value - *gamma_i - begin);
@@ -149,8 +160,8 @@ impl<'a, S: Real> Sampler<'a, S> {
 
     fn at(&mut self, coordinate: Coordinate, value: S) -> Result<Sample<S>, OutsideRun<S>> {
         match coordinate {
-            Coordinate::Gamma => self.at_gamma(value),
-            Coordinate::Time => self.at_time(value),
+            Coordinate::Gamma => self.at_gamma_here(value),
+            Coordinate::Time => self.at_time_here(value),
         }
     }
 
@@ -199,4 +210,17 @@ fn partition(intervals: usize, reached: impl Fn(usize) -> bool) -> usize {
         if reached(middle) { low = middle } else { high = middle }
     }
     low
+}
+
+crate::compiled! {
+    /// Numbers in which runs are sampled.
+    pub trait Sampled {
+        fn sample_at_gamma(this: &mut Sampler<'_, Self>, gamma: Self) -> Result<Sample<Self>, OutsideRun<Self>> = Sampler::at_gamma_here;
+        fn sample_at_time(this: &mut Sampler<'_, Self>, t: Self) -> Result<Sample<Self>, OutsideRun<Self>> = Sampler::at_time_here;
+        fn crossings(line: &WorldLine<Self>, watches: &mut [Watch<Self>]) -> Vec<Crossing<Self>> = scene::crossings::crossings_here;
+        fn stream_see(this: &mut SampleStream<Self>, solution: &Solution<Self>) -> () = SampleStream::see_here;
+        fn stream_finish(this: SampleStream<Self>, last: &Solution<Self>) -> Result<Vec<Sample<Self>>, OutsideRun<Self>> = SampleStream::finish_here;
+        fn scene_sample_at_gamma(this: &mut SceneSampler<'_, Self>, gamma: Self) -> Result<SceneSample<Self>, OutsideRun<Self>> = SceneSampler::at_gamma_here;
+        fn scene_sample_at_value(this: &mut SceneSampler<'_, Self>, a: usize, value: Self) -> Result<SceneSample<Self>, OutsideRun<Self>> = SceneSampler::at_value_here;
+    }
 }

@@ -1,7 +1,7 @@
 //! Samples of a run that is computed window by window.
 
 use super::legendre::Tables;
-use super::{OutsideRun, Sample, Sampler};
+use super::{OutsideRun, Sample, Sampled, Sampler};
 use crate::scalar::Real;
 use crate::solve::Solution;
 
@@ -26,6 +26,22 @@ pub struct SampleStream<S = f64> {
     tables: Tables<S>,
 }
 
+impl<S: Sampled> SampleStream<S> {
+    /// Takes the samples that lie in `solution`. It must continue the previous one or, if it contains the first window,
+    /// begins the run again.
+    pub fn see(&mut self, solution: &Solution<S>) {
+        S::stream_see(self, solution)
+    }
+
+    /// All samples, in the requested order. `last` is the last solution that was seen.
+    ///
+    /// # Errors
+    /// [`OutsideRun`] if one lies beyond the ends of the run by more than rounding.
+    pub fn finish(self, last: &Solution<S>) -> Result<Vec<Sample<S>>, OutsideRun<S>> {
+        S::stream_finish(self, last)
+    }
+}
+
 impl<S: Real> SampleStream<S> {
     /// A stream of samples at `values`, which must be in ascending or descending order. `backwards` says whether t
     /// decreases along the run.
@@ -38,9 +54,7 @@ impl<S: Real> SampleStream<S> {
         Self { coordinate, values, reversed, samples: Vec::new(), tables: Tables::default() }
     }
 
-    /// Takes the samples that lie in `solution`. It must continue the previous one or, if it contains the first window,
-    /// begins the run again.
-    pub fn see(&mut self, solution: &Solution<S>) {
+    pub(super) fn see_here(&mut self, solution: &Solution<S>) {
         if solution.window_count == solution.windows.len() {
             self.samples.clear();
         }
@@ -59,7 +73,7 @@ impl<S: Real> SampleStream<S> {
             // A value before the start of the run stays in the list, and `finish` refuses it.
             let taken = match self.coordinate {
                 Coordinate::Gamma => sampler.at_leading(rest, &mut self.samples),
-                Coordinate::Time => sampler.at_time(rest[0]).map(|sample| self.samples.push(sample)),
+                Coordinate::Time => sampler.at_time_here(rest[0]).map(|sample| self.samples.push(sample)),
             };
             if taken.is_err() {
                 break;
@@ -68,11 +82,7 @@ impl<S: Real> SampleStream<S> {
         self.tables = sampler.tables;
     }
 
-    /// All samples, in the requested order. `last` is the last solution that was seen.
-    ///
-    /// # Errors
-    /// [`OutsideRun`] if one lies beyond the ends of the run by more than rounding.
-    pub fn finish(mut self, last: &Solution<S>) -> Result<Vec<Sample<S>>, OutsideRun<S>> {
+    pub(super) fn finish_here(mut self, last: &Solution<S>) -> Result<Vec<Sample<S>>, OutsideRun<S>> {
         let mut sampler = Sampler::with_tables(last, self.tables);
         for &value in &self.values[self.samples.len()..] {
             let sample = sampler.at(self.coordinate, value).map_err(|_| {

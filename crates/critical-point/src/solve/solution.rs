@@ -47,8 +47,8 @@ pub struct Window<S = f64> {
     /// λ1 … λ8 of its action; the weak form has none.
     pub multipliers: Option<Box<[S; MULTIPLIERS]>>,
     /// Index of its first node in the arrays of the [`Solution`], and of its operator there.
-    pub first_node: usize,
-    pub operator: usize,
+    pub(crate) first_node: usize,
+    pub(crate) operator: usize,
 }
 
 /// What one window hands to the next besides Q_t.
@@ -111,7 +111,7 @@ pub struct Solution<S = f64> {
     /// The name of the operator.
     pub sbp_name: SbpName,
     /// The operators of the windows: one if all have the same length.
-    pub operators: Operators<S>,
+    pub(crate) operators: Operators<S>,
     /// The metric.
     pub metric: Arc<Metric<S>>,
     /// The initial data, with time counted from the start (t = 0).

@@ -34,6 +34,7 @@ const MAX_DEPTH: usize = 64;
 pub struct Names<'n, S> {
     /// Variable k of the graph has the k-th name. One with an empty name cannot be used.
     pub variables: &'n [&'n str],
+    /// Numbers that have names.
     pub parameters: &'n BTreeMap<String, S>,
     /// Expressions of the same graph that have names.
     pub definitions: &'n BTreeMap<String, NodeId>,

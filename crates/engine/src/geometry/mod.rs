@@ -81,12 +81,26 @@ pub struct Geometry<S = f64> {
     signs: Vec<S>,
 }
 
-impl<S: Real> Geometry<S> {
+impl<S: Formulated> Geometry<S> {
     /// Compiles the formulas of `text`.
     ///
     /// # Errors
     /// [`GeometryError`] with the place of the mistake.
     pub fn new(text: &GeometryText) -> Result<Self, GeometryError> {
+        S::geometry(text)
+    }
+
+    /// The same geometry, with the signs that the determinants have at `q` as the ones that they must have.
+    ///
+    /// # Errors
+    /// [`OutsideGeometry`] if a determinant is zero or not finite there.
+    pub fn around(self, q: &[S]) -> Result<Self, OutsideGeometry> {
+        S::geometry_around(self, q)
+    }
+}
+
+impl<S: Real> Geometry<S> {
+    fn new_here(text: &GeometryText) -> Result<Self, GeometryError> {
         let mut parts: Parts<S> = Parts::new(text)?;
         let inverse = Inverse::new(&mut parts)?;
         let n = parts.dimension();
@@ -104,11 +118,7 @@ impl<S: Real> Geometry<S> {
         Ok(Self { names: parts.names, structure, lagrangian, force, field, active, separable, blocks, signs })
     }
 
-    /// The same geometry, with the signs that the determinants have at `q` as the ones that they must have.
-    ///
-    /// # Errors
-    /// [`OutsideGeometry`] if a determinant is zero or not finite there.
-    pub fn around(mut self, q: &[S]) -> Result<Self, OutsideGeometry> {
+    pub(crate) fn around_here(mut self, q: &[S]) -> Result<Self, OutsideGeometry> {
         self.signs.fill(S::ZERO);
         let rows: Vec<&[S]> = q.iter().map(std::slice::from_ref).collect();
         let mut samples = self.room(1);
@@ -394,4 +404,14 @@ fn active_of<S: Real>(parts: &mut Parts<S>) -> Vec<usize> {
         *is_active |= parts.force.values().any(|&node| parts.graph.variables_of(node, n)[a]);
     }
     (0..n).filter(|&a| is_active[a]).collect()
+}
+
+crate::compiled! {
+    /// Numbers in which scenes are formulated.
+    pub trait Formulated {
+        fn geometry(text: &GeometryText) -> Result<Geometry<Self>, GeometryError> = Geometry::new_here;
+        fn geometry_around(this: Geometry<Self>, q: &[Self]) -> Result<Geometry<Self>, OutsideGeometry> = Geometry::around_here;
+        fn observable(text: &str, scene: &GeometryText, place: Place) -> Result<Observable<Self>, GeometryError> = Observable::new_here;
+        fn value_of_observable(this: &mut Observable<Self>, q: &[Self], q_dot: &[Self], p: &[Self], norm: Self) -> Self = Observable::at_here;
+    }
 }

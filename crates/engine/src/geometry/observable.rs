@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::parts;
 use super::text::{GeometryError, GeometryText, Place};
+use super::{Formulated, parts};
 use crate::expr::{self, Graph, Names, Program};
 use crate::scalar::Real;
 
@@ -23,13 +23,24 @@ pub fn observed(coordinates: &[String]) -> Vec<String> {
     coordinates.iter().cloned().chain(velocities).chain(momenta).chain(["norm".to_owned()]).collect()
 }
 
-impl<S: Real> Observable<S> {
+impl<S: Formulated> Observable<S> {
     /// Compiles the formula `text` for the scene `geometry`, whose text gives the parameters. Mistakes are reported at
     /// `place`.
     ///
     /// # Errors
     /// [`GeometryError::Formula`] with the mistake.
     pub fn new(text: &str, scene: &GeometryText, place: Place) -> Result<Self, GeometryError> {
+        S::observable(text, scene, place)
+    }
+
+    /// The value at a state, where `norm` is K at the start.
+    pub fn at(&mut self, q: &[S], q_dot: &[S], p: &[S], norm: S) -> S {
+        S::value_of_observable(self, q, q_dot, p, norm)
+    }
+}
+
+impl<S: Real> Observable<S> {
+    pub(super) fn new_here(text: &str, scene: &GeometryText, place: Place) -> Result<Self, GeometryError> {
         let all = observed(&scene.coordinates());
         let variables: Vec<&str> = all.iter().map(String::as_str).collect();
         let parameters: BTreeMap<String, S> = parts::parameters(scene.parameters())?;
@@ -48,8 +59,9 @@ impl<S: Real> Observable<S> {
         Ok(Self { program, registers })
     }
 
-    /// The value at a state, where `norm` is K at the start.
-    pub fn at(&mut self, q: &[S], q_dot: &[S], p: &[S], norm: S) -> S {
+    /// [`Self::at`], for callers that are generic themselves.
+    #[doc(hidden)]
+    pub fn at_here(&mut self, q: &[S], q_dot: &[S], p: &[S], norm: S) -> S {
         let n = q.len();
         for (place, values) in [q, q_dot, p].into_iter().enumerate() {
             self.registers[place * n..][..n].copy_from_slice(values);

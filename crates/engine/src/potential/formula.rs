@@ -17,12 +17,18 @@ pub struct Formula<S = f64> {
     packed: Program<S>,
 }
 
-impl<S: Real> Formula<S> {
+impl<S: Parsed> Formula<S> {
     /// Parses and compiles `expression` with the given parameter values.
     ///
     /// # Errors
     /// [`FormulaError`] with the position of the mistake: syntax, an unknown name, a function without its parentheses.
     pub fn new(expression: &str, parameters: &BTreeMap<String, S>) -> Result<Self, FormulaError> {
+        S::formula(expression, parameters)
+    }
+}
+
+impl<S: Real> Formula<S> {
+    fn new_here(expression: &str, parameters: &BTreeMap<String, S>) -> Result<Self, FormulaError> {
         let mut graph = Graph::default();
         let value = expr::parse(
             expression,
@@ -89,4 +95,11 @@ pub(super) fn polynomial<S: Real>(coefficients: &[S]) -> Program<S> {
 /// Whether the grammar of a potential already gives `name` a meaning, so that it cannot be the name of a parameter.
 pub fn is_reserved(name: &str) -> bool {
     name == "x" || expr::is_reserved(name)
+}
+
+crate::compiled! {
+    /// Numbers in which potentials are formulated.
+    pub trait Parsed {
+        fn formula(expression: &str, parameters: &BTreeMap<String, Self>) -> Result<Formula<Self>, FormulaError> = Formula::new_here;
+    }
 }

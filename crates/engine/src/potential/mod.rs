@@ -18,7 +18,7 @@
 mod formula;
 mod polynomial;
 
-pub use formula::{Formula, is_reserved};
+pub use formula::{Formula, Parsed, is_reserved};
 pub use polynomial::Polynomial;
 
 pub use crate::expr::FormulaError;

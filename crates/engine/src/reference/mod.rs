@@ -37,7 +37,7 @@ mod size;
 mod steps;
 mod time_parametrised;
 
-pub use scene::{ScenePoint, SceneReference, SceneReferenceEnds};
+pub use scene::{ScenePoint, SceneReference, SceneReferenceEnds, TracedScene};
 pub use time_parametrised::{TimeState, time_parametrised};
 
 use std::fmt;
@@ -192,20 +192,14 @@ fn largest_relative<S: Real>(distances: impl IntoIterator<Item = (S, S)>) -> f64
     })
 }
 
-impl<S: Real> ReferenceTrajectory<S> {
+impl<S: Traced> ReferenceTrajectory<S> {
     /// The geodesic of `metric` from `initial` over γ − γ_i ∈ [0, `length`], with that many `digits`: 16 for `f64`, and
     /// 16 to 70 in extended precision. Time is counted from the start.
     ///
     /// # Errors
     /// [`ReferenceEnds`] if the geodesic meets g00 ≤ 0 or a singularity of V, or is too long.
     pub fn new(metric: &Metric<S>, initial: InitialData<S>, length: S, digits: u32) -> Result<Self, ReferenceEnds> {
-        let accuracy = accuracy(digits);
-        let unit = unit_for(metric, initial, length, accuracy);
-        let goal = Goal::Gamma(length / unit);
-        let steps = integrate(metric, initial, goal, unit, accuracy)?;
-        let check = integrate(metric, initial, goal, unit, check_accuracy(digits))?;
-        let error_estimate = largest_relative(steps.distances(&check, KEPT));
-        Ok(Self { steps, unit, error_estimate })
+        S::trajectory(metric, initial, length, digits)
     }
 
     /// The same geodesic, by series of the given `order` whose last terms are `digits` decimal digits below the first,
@@ -221,10 +215,7 @@ impl<S: Real> ReferenceTrajectory<S> {
         order: usize,
         digits: u32,
     ) -> Result<Self, ReferenceEnds> {
-        let accuracy = Accuracy { order, share: 1.0, digits };
-        let unit = unit_for(metric, initial, length, accuracy);
-        let steps = integrate(metric, initial, Goal::Gamma(length / unit), unit, accuracy)?;
-        Ok(Self { steps, unit, error_estimate: f64::INFINITY })
+        S::unchecked_trajectory(metric, initial, length, order, digits)
     }
 
     /// The value of γ − γ_i at which t − t_i = `duration`.
@@ -232,6 +223,45 @@ impl<S: Real> ReferenceTrajectory<S> {
     /// # Errors
     /// [`ReferenceEnds`] if the geodesic leaves the domain before that time, or takes too long to reach it.
     pub fn length_of(
+        metric: &Metric<S>,
+        initial: InitialData<S>,
+        duration: S,
+        digits: u32,
+    ) -> Result<S, ReferenceEnds> {
+        S::length_of_trajectory(metric, initial, duration, digits)
+    }
+
+    /// The point at γ − γ_i = `gamma`, which must be inside the range of the trajectory.
+    pub fn at(&self, gamma: S) -> ReferencePoint<S> {
+        S::point_of_trajectory(self, gamma)
+    }
+}
+
+impl<S: Real> ReferenceTrajectory<S> {
+    fn new_here(metric: &Metric<S>, initial: InitialData<S>, length: S, digits: u32) -> Result<Self, ReferenceEnds> {
+        let accuracy = accuracy(digits);
+        let unit = unit_for(metric, initial, length, accuracy);
+        let goal = Goal::Gamma(length / unit);
+        let steps = integrate(metric, initial, goal, unit, accuracy)?;
+        let check = integrate(metric, initial, goal, unit, check_accuracy(digits))?;
+        let error_estimate = largest_relative(steps.distances(&check, KEPT));
+        Ok(Self { steps, unit, error_estimate })
+    }
+
+    fn unchecked_here(
+        metric: &Metric<S>,
+        initial: InitialData<S>,
+        length: S,
+        order: usize,
+        digits: u32,
+    ) -> Result<Self, ReferenceEnds> {
+        let accuracy = Accuracy { order, share: 1.0, digits };
+        let unit = unit_for(metric, initial, length, accuracy);
+        let steps = integrate(metric, initial, Goal::Gamma(length / unit), unit, accuracy)?;
+        Ok(Self { steps, unit, error_estimate: f64::INFINITY })
+    }
+
+    fn length_of_here(
         metric: &Metric<S>,
         initial: InitialData<S>,
         duration: S,
@@ -255,11 +285,20 @@ impl<S: Real> ReferenceTrajectory<S> {
         self.steps.len()
     }
 
-    /// The point at γ − γ_i = `gamma`, which must be inside the range of the trajectory.
-    pub fn at(&self, gamma: S) -> ReferencePoint<S> {
+    fn at_here(&self, gamma: S) -> ReferencePoint<S> {
         let (components, s) = self.steps.at(gamma / self.unit);
         let (x, t) = (&components[X], &components[T]);
         let [t_dot, x_dot] = [t, x].map(|component| component.slope(s) / self.unit);
         ReferencePoint { elapsed: t.value(s), x: x.value(s), t_dot, x_dot }
+    }
+}
+
+crate::compiled! {
+    /// Numbers in which trajectories are computed.
+    pub trait Traced {
+        fn trajectory(metric: &Metric<Self>, initial: InitialData<Self>, length: Self, digits: u32) -> Result<ReferenceTrajectory<Self>, ReferenceEnds> = ReferenceTrajectory::new_here;
+        fn unchecked_trajectory(metric: &Metric<Self>, initial: InitialData<Self>, length: Self, order: usize, digits: u32) -> Result<ReferenceTrajectory<Self>, ReferenceEnds> = ReferenceTrajectory::unchecked_here;
+        fn length_of_trajectory(metric: &Metric<Self>, initial: InitialData<Self>, duration: Self, digits: u32) -> Result<Self, ReferenceEnds> = ReferenceTrajectory::length_of_here;
+        fn point_of_trajectory(this: &ReferenceTrajectory<Self>, gamma: Self) -> ReferencePoint<Self> = ReferenceTrajectory::at_here;
     }
 }

@@ -5,11 +5,14 @@ use super::Real;
 /// A sum, as a rounded number and its rounding error.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Compensated<S> {
+    /// The sum, rounded.
     pub high: S,
+    /// What rounding took from it.
     pub low: S,
 }
 
 impl<S: Real> Compensated<S> {
+    /// A sum of one number.
     pub fn from(value: S) -> Self {
         Self { high: value, low: S::ZERO }
     }

@@ -1,5 +1,6 @@
 //! The gaps of a run of a scene.
 
+use super::super::Measured;
 use super::{Gap, Gaps, accuracy, bend, look};
 use crate::enclosure::{Enclosure, Path, UNSEEN, Weights, negligible_rates};
 use crate::geometry::Geometry;
@@ -9,7 +10,15 @@ use crate::solve::scene::{SceneWindow, WorldLine};
 impl Gaps {
     /// Looks at the gaps of `line`, whose geometry is `geometry`. `error` is its estimated error relative to
     /// max(1, size) of its coordinates, as in [`Verdict`](crate::diagnostics::verdict::Verdict), if it is known.
-    pub fn of_world_line<S: Real>(line: &WorldLine<S>, geometry: &Geometry, error: Option<f64>) -> Self {
+    pub fn of_world_line<S: Measured>(line: &WorldLine<S>, geometry: &Geometry, error: Option<f64>) -> Self {
+        S::gaps_of_scene(line, geometry, error)
+    }
+
+    pub(in crate::diagnostics) fn of_world_line_here<S: Real>(
+        line: &WorldLine<S>,
+        geometry: &Geometry,
+        error: Option<f64>,
+    ) -> Self {
         let accuracy = accuracy(error);
         let weights = weights(geometry, &line.place.start.q, |a| line.q(a));
         let length = line.length.to_f64();

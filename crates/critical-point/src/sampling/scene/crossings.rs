@@ -9,7 +9,7 @@
 use std::cmp::Ordering;
 
 use super::super::legendre::Tables;
-use super::super::slack;
+use super::super::{Sampled, slack};
 use super::shape::Shape;
 use super::{SceneSample, SceneSampler, root};
 use crate::geometry::{Direction, Observable};
@@ -36,7 +36,12 @@ pub struct Crossing<S = f64> {
 
 /// Every change of sign of the formulas of `watches` in their directions, in the order of γ. A formula that is zero at
 /// the start of the run, up to rounding, does not change its sign there; one that is zero at the end does.
-pub fn crossings<S: Real>(line: &WorldLine<S>, watches: &mut [Watch<S>]) -> Vec<Crossing<S>> {
+pub fn crossings<S: Sampled>(line: &WorldLine<S>, watches: &mut [Watch<S>]) -> Vec<Crossing<S>> {
+    S::crossings(line, watches)
+}
+
+/// [`crossings`], to be compiled once.
+pub(in crate::sampling) fn crossings_here<S: Real>(line: &WorldLine<S>, watches: &mut [Watch<S>]) -> Vec<Crossing<S>> {
     let start = &line.place.start;
     let mut walk = Walk {
         norm: line.geometry().norm(&start.q, &start.q_dot),
@@ -68,7 +73,7 @@ pub fn crossings<S: Real>(line: &WorldLine<S>, watches: &mut [Watch<S>]) -> Vec<
 }
 
 fn value<S: Real>(watched: &mut Watch<S>, sample: &SceneSample<S>, norm: S) -> S {
-    watched.formula.at(&sample.q, &sample.q_dot, &sample.p, norm)
+    watched.formula.at_here(&sample.q, &sample.q_dot, &sample.p, norm)
 }
 
 fn order<S: Real>(a: &S, b: &S) -> Ordering {

@@ -1,6 +1,6 @@
 //! World-lines of scenes between the nodes, and where a formula of their state changes its sign.
 
-mod crossings;
+pub(super) mod crossings;
 mod curve;
 mod shape;
 
@@ -8,7 +8,7 @@ pub use crossings::{Crossing, Watch, crossings};
 
 use self::curve::Curve;
 use super::legendre::Tables;
-use super::{OutsideRun, partition, slack, within};
+use super::{OutsideRun, Sampled, partition, slack, within};
 use crate::geometry::{Rates, Start};
 use crate::root::root;
 use crate::scalar::Real;
@@ -50,17 +50,31 @@ pub struct SceneSampler<'l, S = f64> {
     current: Option<(usize, Curve<S>)>,
 }
 
+impl<'l, S: Sampled> SceneSampler<'l, S> {
+    /// The world-line at `gamma`.
+    ///
+    /// # Errors
+    /// [`OutsideRun`] beyond the ends by more than rounding.
+    pub fn at_gamma(&mut self, gamma: S) -> Result<SceneSample<S>, OutsideRun<S>> {
+        S::scene_sample_at_gamma(self, gamma)
+    }
+
+    /// The world-line where coordinate `a`, which grows or falls all the way, has the given value.
+    ///
+    /// # Errors
+    /// [`OutsideRun`] with the range of the coordinate, beyond it by more than rounding.
+    pub fn at_value(&mut self, a: usize, value: S) -> Result<SceneSample<S>, OutsideRun<S>> {
+        S::scene_sample_at_value(self, a, value)
+    }
+}
+
 impl<'l, S: Real> SceneSampler<'l, S> {
     /// A sampler of `line`.
     pub fn new(line: &'l WorldLine<S>) -> Self {
         Self { line, tables: Tables::default(), rates: line.geometry().field().room(), current: None }
     }
 
-    /// The world-line at `gamma`.
-    ///
-    /// # Errors
-    /// [`OutsideRun`] beyond the ends by more than rounding.
-    pub fn at_gamma(&mut self, gamma: S) -> Result<SceneSample<S>, OutsideRun<S>> {
+    pub(super) fn at_gamma_here(&mut self, gamma: S) -> Result<SceneSample<S>, OutsideRun<S>> {
         let line = self.line;
         let ends = [S::ZERO, line.length];
         let from_start = within(gamma - line.gamma_i, ends, slack(line.digits))
@@ -69,11 +83,7 @@ impl<'l, S: Real> SceneSampler<'l, S> {
         Ok(SceneSample { gamma, ..self.in_window(window, from_start - line.windows[window].gamma[0]) })
     }
 
-    /// The world-line where coordinate `a`, which grows or falls all the way, has the given value.
-    ///
-    /// # Errors
-    /// [`OutsideRun`] with the range of the coordinate, beyond it by more than rounding.
-    pub fn at_value(&mut self, a: usize, value: S) -> Result<SceneSample<S>, OutsideRun<S>> {
+    pub(super) fn at_value_here(&mut self, a: usize, value: S) -> Result<SceneSample<S>, OutsideRun<S>> {
         let windows = &self.line.windows;
         let [first, last] = [windows[0].start.q[a], self.line.end().q[a]];
         let [low, high] = if first <= last { [first, last] } else { [last, first] };

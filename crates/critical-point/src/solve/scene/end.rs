@@ -44,7 +44,7 @@ pub(super) fn until<S: Real>(setup: &SceneSetup<S>, whole: S) -> Result<WorldLin
     let mut formula = setup.until[index].formula.clone();
     let line = search(setup, length, whole, |line| {
         let end = line.end();
-        let value = formula.at(&end.q, &end.q_dot, &end.p, k);
+        let value = formula.at_here(&end.q, &end.q_dot, &end.p, k);
         Excess { value: if to_positive { value } else { -value }, slope: None }
     })?;
     Ok(WorldLine { ended_by: Some(index), ..line })

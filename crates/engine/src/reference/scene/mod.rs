@@ -103,13 +103,65 @@ impl<S: Real> Run<'_, S> {
     }
 }
 
-impl<S: Real> SceneReference<S> {
+impl<S: TracedScene> SceneReference<S> {
     /// The trajectory from `start` over γ − γ_i ∈ [0, `length`], with that many `digits`: 16 for `f64`, and 16 to 70 in
     /// extended precision. It starts with the positions and momenta; velocities follow from them.
     ///
     /// # Errors
     /// [`SceneReferenceEnds`] if it leaves the domain or meets a singularity, or is too long.
     pub fn new(geometry: &Geometry<S>, start: &Start<S>, length: S, digits: u32) -> Result<Self, SceneReferenceEnds> {
+        S::world_line(geometry, start, length, digits)
+    }
+
+    /// The same trajectory, by series of the given `order` whose last terms are `digits` decimal digits below the
+    /// first, and without the second integration. Its error estimate is infinite. It is meant for callers who compare
+    /// it with something better.
+    ///
+    /// # Errors
+    /// [`SceneReferenceEnds`] if it leaves the domain or meets a singularity, or is too long.
+    pub fn unchecked(
+        geometry: &Geometry<S>,
+        start: &Start<S>,
+        length: S,
+        order: usize,
+        digits: u32,
+    ) -> Result<Self, SceneReferenceEnds> {
+        S::unchecked_world_line(geometry, start, length, order, digits)
+    }
+
+    /// The value of γ − γ_i at which coordinate `a`, which grows or falls all the way, has the given value.
+    ///
+    /// # Errors
+    /// [`SceneReferenceEnds`] if the trajectory leaves the domain before that, or takes too long to get there.
+    pub fn length_of(
+        geometry: &Geometry<S>,
+        start: &Start<S>,
+        a: usize,
+        value: S,
+        digits: u32,
+    ) -> Result<S, SceneReferenceEnds> {
+        S::length_of_world_line(geometry, start, a, value, digits)
+    }
+
+    /// The point at γ − γ_i = `gamma`, which must be inside the range of the trajectory.
+    pub fn at(&self, gamma: S) -> ScenePoint<S> {
+        S::point_of_world_line(self, gamma)
+    }
+
+    /// Every γ − γ_i, in order, at which `f` changes its sign. Two changes that are closer together than a sixteenth of
+    /// a Taylor step may be missed.
+    pub fn sign_changes(&self, f: impl Fn(&ScenePoint<S>) -> S) -> Vec<S> {
+        self.directed_sign_changes(f).into_iter().map(|(gamma, _)| gamma).collect()
+    }
+
+    /// The same, with whether `f` is positive after the change.
+    pub fn directed_sign_changes(&self, f: impl Fn(&ScenePoint<S>) -> S) -> Vec<(S, bool)> {
+        S::sign_changes(self, &f)
+    }
+}
+
+impl<S: Real> SceneReference<S> {
+    fn new_here(geometry: &Geometry<S>, start: &Start<S>, length: S, digits: u32) -> Result<Self, SceneReferenceEnds> {
         let geometry = around(geometry, start)?;
         let (run, accuracy) = (Run { geometry: &geometry, start }, accuracy(digits));
         let unit = run.unit(length, accuracy);
@@ -120,13 +172,7 @@ impl<S: Real> SceneReference<S> {
         Ok(Self { steps, unit, start: start.clone(), active: geometry.active().to_vec(), error_estimate })
     }
 
-    /// The same trajectory, by series of the given `order` whose last terms are `digits` decimal digits below the
-    /// first, and without the second integration. Its error estimate is infinite. It is meant for callers who compare
-    /// it with something better.
-    ///
-    /// # Errors
-    /// [`SceneReferenceEnds`] if it leaves the domain or meets a singularity, or is too long.
-    pub fn unchecked(
+    fn unchecked_here(
         geometry: &Geometry<S>,
         start: &Start<S>,
         length: S,
@@ -146,11 +192,7 @@ impl<S: Real> SceneReference<S> {
         })
     }
 
-    /// The value of γ − γ_i at which coordinate `a`, which grows or falls all the way, has the given value.
-    ///
-    /// # Errors
-    /// [`SceneReferenceEnds`] if the trajectory leaves the domain before that, or takes too long to get there.
-    pub fn length_of(
+    fn length_of_here(
         geometry: &Geometry<S>,
         start: &Start<S>,
         a: usize,
@@ -186,8 +228,7 @@ impl<S: Real> SceneReference<S> {
         self.steps.end() * self.unit
     }
 
-    /// The point at γ − γ_i = `gamma`, which must be inside the range of the trajectory.
-    pub fn at(&self, gamma: S) -> ScenePoint<S> {
+    fn at_here(&self, gamma: S) -> ScenePoint<S> {
         let (components, s) = self.steps.at(gamma / self.unit);
         let n = self.start.q.len();
         let offset = |a: usize| if self.active.contains(&a) { S::ZERO } else { self.start.q[a] };
@@ -200,15 +241,8 @@ impl<S: Real> SceneReference<S> {
         ScenePoint { q, q_dot, p }
     }
 
-    /// Every γ − γ_i, in order, at which `f` changes its sign. Two changes that are closer together than a sixteenth of
-    /// a Taylor step may be missed.
-    pub fn sign_changes(&self, f: impl Fn(&ScenePoint<S>) -> S) -> Vec<S> {
-        self.directed_sign_changes(f).into_iter().map(|(gamma, _)| gamma).collect()
-    }
-
-    /// The same, with whether `f` is positive after the change.
-    pub fn directed_sign_changes(&self, f: impl Fn(&ScenePoint<S>) -> S) -> Vec<(S, bool)> {
-        let value = |gamma: S| f(&self.at(gamma * self.unit));
+    fn sign_changes_here(&self, f: &dyn Fn(&ScenePoint<S>) -> S) -> Vec<(S, bool)> {
+        let value = |gamma: S| f(&self.at_here(gamma * self.unit));
         let ends: Vec<S> = self.steps.ends().collect();
         let mut found = Vec::new();
         let (mut before, mut sign) = (ends[0], value(ends[0]));
@@ -243,9 +277,20 @@ fn bisected<S: Real>(from: S, to: S, is_before: impl Fn(S) -> bool) -> S {
 
 /// The geometry with the domain that the start lies in.
 fn around<S: Real>(geometry: &Geometry<S>, start: &Start<S>) -> Result<Geometry<S>, SceneReferenceEnds> {
-    geometry.clone().around(&start.q).map_err(|_| SceneReferenceEnds {
+    geometry.clone().around_here(&start.q).map_err(|_| SceneReferenceEnds {
         reason: EndReason::OutsideDomain,
         gamma: 0.0,
         q: geometry.names().iter().cloned().zip(start.q.iter().map(|q| q.to_f64())).collect(),
     })
+}
+
+crate::compiled! {
+    /// Numbers in which trajectories of scenes are computed.
+    pub trait TracedScene {
+        fn world_line(geometry: &Geometry<Self>, start: &Start<Self>, length: Self, digits: u32) -> Result<SceneReference<Self>, SceneReferenceEnds> = SceneReference::new_here;
+        fn unchecked_world_line(geometry: &Geometry<Self>, start: &Start<Self>, length: Self, order: usize, digits: u32) -> Result<SceneReference<Self>, SceneReferenceEnds> = SceneReference::unchecked_here;
+        fn length_of_world_line(geometry: &Geometry<Self>, start: &Start<Self>, a: usize, value: Self, digits: u32) -> Result<Self, SceneReferenceEnds> = SceneReference::length_of_here;
+        fn point_of_world_line(this: &SceneReference<Self>, gamma: Self) -> ScenePoint<Self> = SceneReference::at_here;
+        fn sign_changes(this: &SceneReference<Self>, f: &dyn Fn(&ScenePoint<Self>) -> Self) -> Vec<(Self, bool)> = SceneReference::sign_changes_here;
+    }
 }

@@ -1,0 +1,15 @@
+//! The numbers that everything is compiled for.
+
+use crate::diagnostics::Measured;
+use crate::geometry::Formulated;
+use crate::potential::Parsed;
+use crate::reference::{Traced, TracedScene};
+use crate::sampling::Sampled;
+use crate::solve::Arithmetic;
+
+/// A kind of numbers in which scenes are formulated, solved, measured, sampled and compared: `f64` and
+/// [`Extended`](crate::scalar::Extended). Code above this package that is generic in its numbers asks for this. What it
+/// calls is then compiled here, once, and not again by everything that calls it.
+pub trait Numeric: Arithmetic + Parsed + Formulated + Traced + TracedScene + Measured + Sampled {}
+
+impl<S: Arithmetic + Parsed + Formulated + Traced + TracedScene + Measured + Sampled> Numeric for S {}
