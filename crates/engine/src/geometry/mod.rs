@@ -97,6 +97,34 @@ impl<S: Formulated> Geometry<S> {
     pub fn around(self, q: &[S]) -> Result<Self, OutsideGeometry> {
         S::geometry_around(self, q)
     }
+
+    /// p_a = g_ab q̇^b + A_a at a point.
+    pub fn momenta(&self, q: &[S], q_dot: &[S]) -> Vec<S> {
+        S::momenta(self, q, q_dot)
+    }
+
+    /// K = g_ab q̇^a q̇^b at a point.
+    pub fn norm(&self, q: &[S], q_dot: &[S]) -> S {
+        S::norm(self, q, q_dot)
+    }
+
+    /// What motion contributes to K at a point: the sizes of its terms without the largest of them.
+    pub fn motion(&self, q: &[S], q_dot: &[S]) -> S {
+        S::motion(self, q, q_dot)
+    }
+
+    /// q̇^a = g^ab (p_b − A_b) at a point.
+    ///
+    /// # Errors
+    /// [`OutsideGeometry`] with `index` 0, where the point is outside the domain.
+    pub fn velocities(&self, q: &[S], p: &[S]) -> Result<Vec<S>, OutsideGeometry> {
+        S::velocities(self, q, p)
+    }
+
+    /// All rows at one point, inside the domain or not.
+    pub fn at(&self, q: &[S]) -> Samples<S> {
+        S::samples_at(self, q)
+    }
 }
 
 impl<S: Real> Geometry<S> {
@@ -182,33 +210,35 @@ impl<S: Real> Geometry<S> {
         !self.structure.force.is_empty()
     }
 
-    /// p_a = g_ab q̇^b + A_a at a point.
-    pub fn momenta(&self, q: &[S], q_dot: &[S]) -> Vec<S> {
+    /// [`Self::momenta`], for callers that are generic themselves.
+    #[doc(hidden)]
+    pub fn momenta_here(&self, q: &[S], q_dot: &[S]) -> Vec<S> {
         Lagrangian::momenta(self, q, q_dot)
     }
 
-    /// K = g_ab q̇^a q̇^b at a point.
-    pub fn norm(&self, q: &[S], q_dot: &[S]) -> S {
+    /// [`Self::norm`], for callers that are generic themselves.
+    #[doc(hidden)]
+    pub fn norm_here(&self, q: &[S], q_dot: &[S]) -> S {
         Lagrangian::norm(self, q, q_dot)
     }
 
-    /// What motion contributes to K at a point: the sizes of its terms without the largest of them.
-    pub fn motion(&self, q: &[S], q_dot: &[S]) -> S {
-        single(|motion| at_point(&self.structure, &self.at(q), q_dot).add_motion(motion))
+    /// [`Self::motion`], for callers that are generic themselves.
+    #[doc(hidden)]
+    pub fn motion_here(&self, q: &[S], q_dot: &[S]) -> S {
+        single(|motion| at_point(&self.structure, &self.at_here(q), q_dot).add_motion(motion))
     }
 
-    /// q̇^a = g^ab (p_b − A_b) at a point.
-    ///
-    /// # Errors
-    /// [`OutsideGeometry`] with `index` 0, where the point is outside the domain.
-    pub fn velocities(&self, q: &[S], p: &[S]) -> Result<Vec<S>, OutsideGeometry> {
+    /// [`Self::velocities`], for callers that are generic themselves.
+    #[doc(hidden)]
+    pub fn velocities_here(&self, q: &[S], p: &[S]) -> Result<Vec<S>, OutsideGeometry> {
         let mut rates = self.field.room();
         self.field.evaluate(q, p, &mut rates)?;
         Ok((0..self.dimension()).map(|a| self.field.q_dot(&rates, a)).collect())
     }
 
-    /// All rows at one point, inside the domain or not.
-    pub fn at(&self, q: &[S]) -> Samples<S> {
+    /// [`Self::at`], for callers that are generic themselves.
+    #[doc(hidden)]
+    pub fn at_here(&self, q: &[S]) -> Samples<S> {
         let rows: Vec<&[S]> = q.iter().map(std::slice::from_ref).collect();
         let mut samples = self.room(1);
         self.compute(&rows, &mut samples);
@@ -217,14 +247,14 @@ impl<S: Real> Geometry<S> {
 
     /// The determinants of the blocks at a point.
     pub(crate) fn determinants(&self, q: &[S]) -> Vec<S> {
-        let samples = self.at(q);
+        let samples = self.at_here(q);
         (0..self.blocks.len()).map(|block| samples.row(self.structure.rows + block)[0]).collect()
     }
 
     /// g_aa at a point.
     #[doc(hidden)]
     pub fn diagonal(&self, q: &[S]) -> Vec<S> {
-        let samples = self.at(q);
+        let samples = self.at_here(q);
         let mut diagonal = vec![S::ZERO; self.dimension()];
         for term in self.structure.values.iter().filter(|term| term.ab[0] == term.ab[1]) {
             diagonal[term.ab[0]] = samples.at(term.value, 0);
@@ -409,6 +439,11 @@ fn active_of<S: Real>(parts: &mut Parts<S>) -> Vec<usize> {
 crate::compiled! {
     /// Numbers in which scenes are formulated.
     pub trait Formulated {
+        fn momenta(this: &Geometry<Self>, q: &[Self], q_dot: &[Self]) -> Vec<Self> = Geometry::momenta_here;
+        fn norm(this: &Geometry<Self>, q: &[Self], q_dot: &[Self]) -> Self = Geometry::norm_here;
+        fn motion(this: &Geometry<Self>, q: &[Self], q_dot: &[Self]) -> Self = Geometry::motion_here;
+        fn velocities(this: &Geometry<Self>, q: &[Self], p: &[Self]) -> Result<Vec<Self>, OutsideGeometry> = Geometry::velocities_here;
+        fn samples_at(this: &Geometry<Self>, q: &[Self]) -> Samples<Self> = Geometry::at_here;
         fn geometry(text: &GeometryText) -> Result<Geometry<Self>, GeometryError> = Geometry::new_here;
         fn geometry_around(this: Geometry<Self>, q: &[Self]) -> Result<Geometry<Self>, OutsideGeometry> = Geometry::around_here;
         fn observable(text: &str, scene: &GeometryText, place: Place) -> Result<Observable<Self>, GeometryError> = Observable::new_here;

@@ -44,7 +44,7 @@ pub fn crossings<S: Sampled>(line: &WorldLine<S>, watches: &mut [Watch<S>]) -> V
 pub(in crate::sampling) fn crossings_here<S: Real>(line: &WorldLine<S>, watches: &mut [Watch<S>]) -> Vec<Crossing<S>> {
     let start = &line.place.start;
     let mut walk = Walk {
-        norm: line.geometry().norm(&start.q, &start.q_dot),
+        norm: line.geometry().norm_here(&start.q, &start.q_dot),
         nowhere: slack::<S>(line.digits) * line.length.max(line.gamma_i.abs()),
         signs: vec![None; watches.len()],
         found: Vec::new(),

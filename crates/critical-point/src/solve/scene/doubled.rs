@@ -41,7 +41,7 @@ pub(super) fn solve<S: Real>(
     // D̄ is D at the last node. The momentum there is p*_a = p_a + κ_a/H_N, and −ν_a where the coordinate is ignorable.
     let slopes: Vec<S> = q.iter().map(|row| window.sbp.derivative_at(row, last)).collect();
     let end: Vec<S> = q.iter().map(|row| row[last]).collect();
-    let mut p = window.geometry.momenta(&end, &slopes);
+    let mut p = window.geometry.momenta_here(&end, &slopes);
     for (a, p) in p.iter_mut().enumerate() {
         match window.form {
             Form::Strong if window.geometry.active().contains(&a) => {

@@ -40,7 +40,7 @@ pub(super) fn until<S: Real>(setup: &SceneSetup<S>, whole: S) -> Result<WorldLin
     let length =
         if S::IS_EXTENDED { S::from(until::<f64>(&setup.in_f64(), whole.to_f64())?.length) } else { gamma.into() };
     let start = &setup.place.start;
-    let k = setup.place.geometry.norm(&start.q, &start.q_dot);
+    let k = setup.place.geometry.norm_here(&start.q, &start.q_dot);
     let mut formula = setup.until[index].formula.clone();
     let line = search(setup, length, whole, |line| {
         let end = line.end();

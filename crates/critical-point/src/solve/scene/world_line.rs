@@ -176,7 +176,7 @@ impl<S: Real> WorldLine<S> {
         let at = |rows: &[&[S]], k: usize| rows.iter().map(|row| row[k]).collect::<Vec<S>>();
         let velocities: Vec<&[S]> = velocities.iter().map(Vec::as_slice).collect();
         let mut momenta: Vec<Vec<S>> =
-            (0..grid.points()).map(|k| geometry.momenta(&at(&rows, k), &at(&velocities, k))).collect();
+            (0..grid.points()).map(|k| geometry.momenta_here(&at(&rows, k), &at(&velocities, k))).collect();
         if let (Form::Strong, Some(last)) = (self.form, momenta.last_mut()) {
             last.clone_from(&window.end.p);
         }
