@@ -6,8 +6,6 @@ use std::fmt;
 use serde::de::{self, Deserialize, Deserializer, Visitor};
 use serde::{Serialize, Serializer};
 
-use crate::scalar::Real;
-
 /// A decimal number with all its digits, so that 0.1 is one tenth in every precision and not the nearest `f64`.
 #[derive(Debug, Clone)]
 pub struct Decimal {

@@ -34,7 +34,6 @@ pub use scene::SceneCase;
 use crate::geodesic::InitialData;
 use crate::metric::Metric;
 use crate::potential::Potential;
-use crate::scalar::Real;
 use crate::solve::Status;
 
 /// A whole case file.

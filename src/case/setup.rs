@@ -4,7 +4,7 @@ use crate::Numeric;
 use std::sync::Arc;
 
 use super::{Case, Decimal};
-use crate::solve::{Arithmetic, Scene, Settings, Setup};
+use crate::solve::{Scene, Settings, Setup};
 
 impl Case {
     /// How its world-line is computed.

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use geodesic_ivp::case::scene::{SceneCase, SceneExpect};
 use geodesic_ivp::case::{AnyCase, Decimal, Expect};
-use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::scalar::Extended;
 use geodesic_ivp::solve::EndState;
 use geodesic_ivp::solve::scene::solve_scene;
 use geodesic_ivp::{Case, CaseError, Status, solve};

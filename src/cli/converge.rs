@@ -11,7 +11,7 @@ use clap::Args;
 use geodesic_ivp::case::scene::on_grid;
 use geodesic_ivp::case::{AnyCase, Form, SbpName};
 use geodesic_ivp::output::{ConvergenceSummary, OutputSet, SUMMARY, Target, pictures, write_convergence, write_slopes};
-use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::scalar::Extended;
 use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, Slope, Sweep, SweepError};
 use indicatif::{ProgressBar, ProgressStyle};
 

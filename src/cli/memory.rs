@@ -7,7 +7,7 @@ use std::num::NonZero;
 use std::thread::available_parallelism;
 
 use geodesic_ivp::Case;
-use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::scalar::Extended;
 use geodesic_ivp::solve::scene::SceneSetup;
 use geodesic_ivp::solve::{Setup, bytes_needed, scene_bytes_needed};
 

@@ -6,7 +6,6 @@ use geodesic_ivp::case::Form;
 use geodesic_ivp::diagnostics::gaps::Gaps;
 use geodesic_ivp::diagnostics::{Measures, NEGLIGIBLE};
 use geodesic_ivp::output::Summary;
-use geodesic_ivp::scalar::Real;
 use geodesic_ivp::solve::{InitialGuess, Iterations};
 use geodesic_ivp::study::run_error::RunError;
 

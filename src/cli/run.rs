@@ -13,7 +13,7 @@ use geodesic_ivp::diagnostics::gaps::Gaps;
 use geodesic_ivp::output::{
     CASE, Chart, Measured, OutputSet, SUMMARY, SummaryOf, write_branches, write_residuals, write_trajectory,
 };
-use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::scalar::Extended;
 use geodesic_ivp::solve::{NoSolution, Settings, System};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;

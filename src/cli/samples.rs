@@ -3,7 +3,6 @@
 use clap::Args;
 use geodesic_ivp::Numeric;
 use geodesic_ivp::sampling::{Coordinate, OutsideRun, SampleStream};
-use geodesic_ivp::scalar::Real;
 use geodesic_ivp::{Case, CaseError};
 
 /// More rows than this are taken for a typing mistake.

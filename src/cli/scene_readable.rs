@@ -7,7 +7,6 @@ use geodesic_ivp::diagnostics::gaps::Gaps;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::geometry::ConservedSum;
 use geodesic_ivp::sampling::Crossing;
-use geodesic_ivp::scalar::Real;
 use geodesic_ivp::solve::scene::WorldLine;
 use geodesic_ivp::study::scene_error::SceneError;
 

@@ -5,8 +5,6 @@ use serde::ser::Error as _;
 use serde::{Serialize, Serializer};
 use serde_json::value::RawValue;
 
-use crate::scalar::Real;
-
 /// A number to be written as JSON: an `f64`, or the decimals of an extended number. JSON allows any number of digits.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Number {

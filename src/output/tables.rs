@@ -10,7 +10,7 @@ use csv::{ByteRecord, Writer, WriterBuilder};
 use crate::diagnostics::Diagnostics;
 use crate::diagnostics::scene::SceneDiagnostics;
 use crate::sampling::{Crossing, Sample, SceneSample};
-use crate::scalar::{DecimalRoom, Real};
+use crate::scalar::DecimalRoom;
 use crate::solve::scene::WorldLine;
 use crate::solve::{Solution, Trajectory};
 

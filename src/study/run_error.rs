@@ -15,7 +15,6 @@ use crate::lobatto::{Adaptive, Goal, Inside, State, WindowView};
 use crate::metric::Metric;
 use crate::reference::ReferenceTrajectory;
 use crate::sampling::Sample;
-use crate::scalar::Real;
 use crate::solve::Solution;
 
 /// The accuracies that are requested of the second solve, one after the other, until it can meet one. On a very long

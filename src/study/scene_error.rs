@@ -4,7 +4,6 @@ use super::stepped_over::{Between, PROBES, fractions};
 use crate::Numeric;
 use crate::geometry::Lagrangian;
 use crate::reference::{ScenePoint, SceneReference};
-use crate::scalar::Real;
 use crate::solve::scene::WorldLine;
 
 /// The errors of a world-line, coordinate by coordinate.

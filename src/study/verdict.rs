@@ -25,7 +25,6 @@ use crate::Numeric;
 use crate::diagnostics::Measures;
 use crate::diagnostics::scene::SceneDiagnostics;
 use crate::diagnostics::verdict::{CoordinateError, Facts, Verdict, largest};
-use crate::scalar::Real;
 use crate::solve::Solution;
 use crate::solve::scene::WorldLine;
 

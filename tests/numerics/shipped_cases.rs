@@ -1,10 +1,11 @@
 //! Every shipped case of one coordinate meets its own expectations, in both systems and in the precision it asks for.
 
 use super::common::distance;
+use geodesic_ivp::Numeric;
 use geodesic_ivp::case::builtin::{self, Group, NAMES};
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::scalar::Extended;
-use geodesic_ivp::solve::{Arithmetic, solve_window_by_window};
+use geodesic_ivp::solve::solve_window_by_window;
 use geodesic_ivp::{Case, Solution, Status, solve};
 
 fn shipped() -> impl Iterator<Item = (&'static str, &'static str)> {
@@ -36,7 +37,7 @@ fn every_case_meets_its_expectations_in_both_systems() {
     }
 }
 
-fn check<S: Arithmetic>(name: &str, [limit, doubled]: &[Case; 2]) {
+fn check<S: Numeric>(name: &str, [limit, doubled]: &[Case; 2]) {
     let expect = limit.expect.as_ref().unwrap_or_else(|| panic!("{name} has no [expect]"));
     let (limit, doubled) = (solve::<S>(limit), solve::<S>(doubled));
     if expect.status != Status::Converged {

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
+use geodesic_ivp::Numeric;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::geodesic::{InitialData, Invariants};
 use geodesic_ivp::lobatto::{Adaptive, Goal, Inside, State, WindowView};
@@ -18,7 +19,7 @@ use geodesic_ivp::{Case, Solution, solve};
 use crate::common::{case, solved, solved_in};
 
 /// The largest errors of t and x over the nodes, and those at the end, against a Taylor trajectory.
-fn true_errors<S: Real>(solution: &Solution<S>, overrides: &str) -> [[f64; 2]; 2] {
+fn true_errors<S: Numeric>(solution: &Solution<S>, overrides: &str) -> [[f64; 2]; 2] {
     let (metric, initial) = (case(overrides).metric::<S>(), case(overrides).initial_data::<S>());
     let reference = ReferenceTrajectory::new(&metric, initial, solution.length, solution.digits).unwrap();
     let (mut largest, mut last) = ([0.0_f64; 2], [0.0; 2]);

@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use geodesic_ivp::Numeric;
 use geodesic_ivp::Status;
 use geodesic_ivp::action::Form;
 use geodesic_ivp::case::SceneCase;
@@ -14,7 +15,7 @@ use geodesic_ivp::solve::scene::{SceneLimit, SceneSetup, Until, WorldLine, solve
 
 use super::common;
 
-fn plunge<S: Real>(length: f64, until: Option<&str>) -> SceneSetup<S> {
+fn plunge<S: Numeric>(length: f64, until: Option<&str>) -> SceneSetup<S> {
     let text = GeometryText::Metric(Preset::from_name("schwarzschild-ef").unwrap().text());
     // At rest at r = 10: K = 0.8 v_dot² = 1.
     let v_dot = "1.1180339887498948482045868343656381177203091798057628621354486227";

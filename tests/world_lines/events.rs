@@ -3,11 +3,11 @@
 use std::cell::RefCell;
 use std::f64::consts::{PI, TAU};
 
+use geodesic_ivp::Numeric;
 use geodesic_ivp::case::{SceneCase, builtin};
 use geodesic_ivp::reference::{ScenePoint, SceneReference};
 use geodesic_ivp::sampling::{Crossing, crossings};
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::scene::{WorldLine, solve_scene};
 
 fn scene(name: &str, set: &[&str]) -> SceneCase {
@@ -15,14 +15,14 @@ fn scene(name: &str, set: &[&str]) -> SceneCase {
     SceneCase::parse(name, builtin::text(name).unwrap(), &set).unwrap()
 }
 
-fn run<S: Arithmetic>(case: &SceneCase) -> (WorldLine<S>, Vec<Crossing<S>>) {
+fn run<S: Numeric>(case: &SceneCase) -> (WorldLine<S>, Vec<Crossing<S>>) {
     let line = solve_scene(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
     let found = crossings(&line, &mut case.watches());
     (line, found)
 }
 
 /// γ of the crossings of one of the events.
-fn gammas<S: Arithmetic>(found: &[Crossing<S>], watch: usize) -> Vec<f64> {
+fn gammas<S: Numeric>(found: &[Crossing<S>], watch: usize) -> Vec<f64> {
     found.iter().filter(|crossing| crossing.watch == watch).map(|crossing| crossing.sample.gamma.to_f64()).collect()
 }
 

@@ -1,5 +1,6 @@
 //! Scenes between their nodes.
 
+use geodesic_ivp::Numeric;
 use geodesic_ivp::action::Form;
 use geodesic_ivp::case::{SceneCase, builtin};
 use geodesic_ivp::geometry::GeometryText;
@@ -13,14 +14,14 @@ use geodesic_ivp::solve::scene::{SceneSetup, WorldLine, solve_scene};
 use super::common;
 
 /// An expanding, rotating space with a charge: every coordinate is active, and components off the diagonal.
-fn setup<S: Real>(sbp: SbpName, form: Form, n_gamma: usize, windows: usize, system: System) -> SceneSetup<S> {
+fn setup<S: Numeric>(sbp: SbpName, form: Form, n_gamma: usize, windows: usize, system: System) -> SceneSetup<S> {
     let components = [("t t", "1 + x^2/4"), ("t x", "0.2*cos(t)"), ("x x", "-1 - x^2/10"), ("z z", "-2 - sin(x)")];
     let text = GeometryText::Metric(common::metric(&["t", "x", "z"], &components));
     let start: (&[&str], &[&str]) = (&["0.1", "0.5", "0.3"], &["1", "0.3", "0.2"]);
     common::in_windows(common::setup(&text, start, 4.0, (sbp, form, n_gamma), system), windows)
 }
 
-fn reference<S: Real>(line: &WorldLine<S>) -> SceneReference<S> {
+fn reference<S: Numeric>(line: &WorldLine<S>) -> SceneReference<S> {
     SceneReference::new(line.geometry(), &line.place.start, line.length, line.digits).unwrap()
 }
 

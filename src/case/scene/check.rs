@@ -8,7 +8,6 @@ use super::{conformal, metric, potential};
 use crate::Numeric;
 use crate::case::CaseError;
 use crate::geometry::{Geometry, GeometryText, Law, OutsideGeometry, Place, PotentialText, Start, Tau};
-use crate::scalar::Real;
 
 /// Reads the one of `[metric]` and `[potential]` that is given.
 pub(super) fn geometry<'t>(

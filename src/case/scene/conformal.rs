@@ -8,7 +8,6 @@ use super::scenery::Scenery;
 use crate::Numeric;
 use crate::case::CaseError;
 use crate::geometry::{Geometry, GeometryText, Law, Observable, Place, Start, Tau};
-use crate::scalar::Real;
 
 /// The geometry that the initial data belong to, if it is another one: that without Ω. With Newton's law they are those
 /// of the geometry with Ω.

@@ -2,7 +2,6 @@
 
 use crate::Numeric;
 use crate::geometry::{GeometryError, value_of};
-use crate::scalar::Real;
 
 /// A number as it is written: a decimal with all its digits, or a formula in the parameters of the scene, such as
 /// `sqrt(19)`.

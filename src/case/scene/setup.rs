@@ -9,7 +9,6 @@ use crate::case::validate::{check_nodes, check_spacing};
 use crate::geometry::{Direction, Geometry, GeometryText, Law, Observable, Place as FormulaPlace};
 use crate::sampling::Watch;
 use crate::sbp::SbpName;
-use crate::scalar::Real;
 use crate::solve::scene::{Place, SceneLimit, SceneSetup, Until};
 use crate::solve::{End, Settings};
 

@@ -11,7 +11,6 @@
 use super::initial::{Rate, SceneInitial, Sign};
 use crate::Numeric;
 use crate::geometry::{Geometry, Lagrangian, Start};
-use crate::scalar::Real;
 
 /// Rounding errors of this many units in the last place, for each coordinate, are to be expected in a sum.
 const ROUNDING: f64 = 16.0;

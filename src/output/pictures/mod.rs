@@ -13,7 +13,6 @@ use crate::Numeric;
 use crate::case::Form;
 use crate::diagnostics::Diagnostics;
 use crate::reference::{ReferencePoint, ReferenceTrajectory, TimeState};
-use crate::scalar::Real;
 use crate::solve::Solution;
 use crate::study::convergence::{Convergence, Slope};
 

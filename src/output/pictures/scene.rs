@@ -6,7 +6,6 @@ use crate::diagnostics::scene::SceneDiagnostics;
 use crate::geometry::{ConservedSum, Observable};
 use crate::output::chart::{Chart, Ink, Mark, Scale, Series};
 use crate::sampling::{Crossing, SceneSample, SceneSampler};
-use crate::scalar::Real;
 use crate::solve::scene::WorldLine;
 
 /// Points of an orbit: as many as a line may have without being thinned, and more of very long ones.

@@ -10,7 +10,6 @@ use crate::case::Case;
 use crate::diagnostics::Measures;
 use crate::diagnostics::gaps::Gaps;
 use crate::diagnostics::verdict::Verdict;
-use crate::scalar::Real;
 use crate::solve::{NoSolution, Settings, Solution, Status};
 use crate::study::run_error::RunError;
 use crate::study::verdict::of_solution;

@@ -14,7 +14,6 @@ use crate::diagnostics::scene::{InvariantDeviation, SceneDiagnostics};
 use crate::diagnostics::verdict::Verdict;
 use crate::geometry::{ConservedSum, Geometry};
 use crate::norm::max_abs;
-use crate::scalar::Real;
 use crate::solve::scene::WorldLine;
 use crate::solve::{NoSolution, Settings, Status};
 use crate::study::scene_error::SceneError;

@@ -8,8 +8,6 @@ use crate::case::{Form, SbpName};
 use crate::diagnostics::scene::SceneDiagnostics;
 use crate::norm::larger;
 use crate::reference::SceneReference;
-use crate::scalar::Real;
-use crate::solve::Arithmetic;
 use crate::solve::scene::{SceneSetup, WorldLine, solve_scene};
 use crate::study::scene_length::length_of;
 

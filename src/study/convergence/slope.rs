@@ -4,7 +4,6 @@ use super::fit::{Fit, points_above_plateau};
 use super::{Convergence, Quantity};
 use crate::Numeric;
 use crate::case::{Form, SbpName};
-use crate::scalar::Real;
 
 /// The fitted slope of one quantity, for one operator and form.
 #[derive(Debug, Clone)]

@@ -11,8 +11,7 @@ use crate::case::{Case, End, Form, SbpName};
 use crate::diagnostics::Diagnostics;
 use crate::metric::Metric;
 use crate::reference::ReferenceTrajectory;
-use crate::scalar::Real;
-use crate::solve::{Arithmetic, NoSolution, Solution, Status, solve};
+use crate::solve::{NoSolution, Solution, Status, solve};
 
 /// A sweep that is ready to run: every grid is possible, and there is a reference.
 pub struct Sweep<S = f64> {

@@ -8,7 +8,6 @@ use crate::methods::{Failure, Output, Peer, Setting};
 use crate::reference::{
     EndReason, ReferenceEnds, ReferencePoint, ReferenceTrajectory, ScenePoint, SceneReference, SceneReferenceEnds,
 };
-use crate::scalar::Real;
 use crate::solve::NoSolution;
 use crate::study::convergence::SweepError;
 
