@@ -24,9 +24,12 @@ pub mod pictures;
 pub mod runs;
 mod stability;
 mod summary;
-mod tables;
 mod work_precision;
 
+pub use crate::tables::{
+    Measured, write_branches, write_combined, write_events, write_residuals, write_samples, write_scene_samples,
+    write_trajectory,
+};
 pub use chart::{Chart, Ink, Kind, Look, Map, Mark, Panel, Scale, Series, Shape, Sign};
 pub use convergence::{ConvergenceSummary, write_convergence, write_slopes};
 pub use files::{CASE, NotOurs, OutputSet, SUMMARY, Target};
@@ -36,9 +39,5 @@ pub use stability::{Border, Onset, StabilitySummary, borders, onsets, write_stab
 pub use summary::{
     Coordinates, Error, Failed, Outcome, Point, SceneSummary, Seconds, Solved, SolvedScene, Summary, SummaryOf,
     json_object,
-};
-pub use tables::{
-    Measured, write_branches, write_combined, write_events, write_residuals, write_samples, write_scene_samples,
-    write_trajectory,
 };
 pub use work_precision::{WorkPrecisionSummary, read_rows, write_drift, write_work_precision};

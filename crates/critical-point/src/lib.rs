@@ -7,6 +7,7 @@ pub mod diagnostics;
 mod numeric;
 pub mod sampling;
 pub mod solve;
+pub mod tables;
 
 pub use numeric::Numeric;
 pub use solve::solve;

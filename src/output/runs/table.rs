@@ -5,8 +5,8 @@ use std::io::Write;
 use anyhow::Context;
 use csv::Writer;
 
-use super::super::tables::csv_writer;
 use super::{Columns, RUNS, RUNS_EVENTS, RunRow};
+use crate::tables::csv_writer;
 
 /// A table of many runs that is being written.
 pub(super) struct Tables<W: Write> {

@@ -1,6 +1,6 @@
 //! The most important numbers about a solution.
 
-use super::Measured;
+use super::Diagnosed;
 use super::bound::Bound;
 use super::charges::FreeParticleCharges;
 use super::deviations::{ChargeDeviation, Fields, NormDeviation};
@@ -47,7 +47,7 @@ pub struct Measures<S = f64> {
     pub free_particle: Option<FreeParticleCharges<S>>,
 }
 
-impl<S: Measured> Measures<S> {
+impl<S: Diagnosed> Measures<S> {
     /// The measures of a run, from those of its first part, `self`, and its second part, `next`.
     pub fn followed_by(self, next: Self) -> Self {
         S::measures_followed_by(self, next)

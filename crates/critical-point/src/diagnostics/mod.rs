@@ -65,7 +65,7 @@ pub struct Diagnostics<S = f64> {
     pub measures: Measures<S>,
 }
 
-impl<S: Measured> Diagnostics<S> {
+impl<S: Diagnosed> Diagnostics<S> {
     /// Measures `solution`.
     pub fn new(solution: &Solution<S>) -> Self {
         S::diagnostics(solution)
@@ -102,7 +102,7 @@ impl<S: Real> Diagnostics<S> {
 
 crate::compiled! {
     /// Numbers in which runs are measured.
-    pub trait Measured {
+    pub trait Diagnosed {
         fn diagnostics(solution: &Solution<Self>) -> Diagnostics<Self> = Diagnostics::new_here;
         fn tangent(this: &Diagnostics<Self>, solution: &Solution<Self>) -> [Vec<Self>; 2] = Diagnostics::tangent_here;
         fn scene_diagnostics(line: &WorldLine<Self>, sums: &[Vec<(usize, Self)>], invariants: &mut [(String, Observable<Self>)], is_lifted: bool) -> SceneDiagnostics<Self> = SceneDiagnostics::new_here;

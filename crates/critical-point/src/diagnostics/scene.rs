@@ -3,7 +3,7 @@
 use super::deviations::Fields;
 use super::verdict::Reason;
 use super::warnings::{rounding_warning, unproved_warning};
-use super::{ChargeDeviation, Measured, NormDeviation, Sawtooth};
+use super::{ChargeDeviation, Diagnosed, NormDeviation, Sawtooth};
 use crate::action::Form;
 use crate::geometry::{Lagrangian, Observable};
 use crate::norm::max_abs;
@@ -76,7 +76,7 @@ pub struct SceneDiagnostics<S = f64> {
     pub invariants: Vec<InvariantDeviation<S>>,
 }
 
-impl<S: Measured> SceneDiagnostics<S> {
+impl<S: Diagnosed> SceneDiagnostics<S> {
     /// Measures `line`. `sums` are the conserved sums to look at, as constants by coordinate, and `invariants` the
     /// formulas of the user, with their names.
     ///

@@ -22,7 +22,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::newtonian::NEGLIGIBLE;
 use super::verdict::{Reason, SMALLER_ACCURACY};
-use super::{Measured, Measures, Sawtooth};
+use super::{Diagnosed, Measures, Sawtooth};
 use crate::sbp::symbol::largest_symbol;
 use crate::scalar::Real;
 use crate::solve::Solution;
@@ -63,7 +63,7 @@ impl<S: Real> Sawtooth<S> {
     }
 }
 
-impl<S: Measured> Measures<S> {
+impl<S: Diagnosed> Measures<S> {
     /// The same, each with its remedy.
     pub fn suspicions(&self, solution: &Solution<S>) -> Vec<Reason> {
         S::suspicions(self, solution)

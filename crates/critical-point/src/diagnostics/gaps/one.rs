@@ -1,6 +1,6 @@
 //! The gaps of a run of one coordinate.
 
-use super::super::Measured;
+use super::super::Diagnosed;
 use super::{Gap, Gaps, accuracy, bend, look};
 use crate::enclosure::{Enclosure, Path, UNSEEN, negligible_potential};
 use crate::metric::{Metric, acceleration};
@@ -10,7 +10,7 @@ use crate::solve::{Solution, WindowNodes};
 impl Gaps {
     /// Looks at the gaps of `solution`, whose metric is `metric`. `error` is its estimated error relative to
     /// max(1, size) of its coordinates, as in [`Verdict`](crate::diagnostics::verdict::Verdict), if it is known.
-    pub fn of_solution<S: Measured>(solution: &Solution<S>, metric: &Metric, error: Option<f64>) -> Self {
+    pub fn of_solution<S: Diagnosed>(solution: &Solution<S>, metric: &Metric, error: Option<f64>) -> Self {
         S::gaps(solution, metric, error)
     }
 

@@ -1,6 +1,6 @@
 //! The gaps of a run of a scene.
 
-use super::super::Measured;
+use super::super::Diagnosed;
 use super::{Gap, Gaps, accuracy, bend, look};
 use crate::enclosure::{Enclosure, Path, UNSEEN, Weights, negligible_rates};
 use crate::geometry::Geometry;
@@ -10,7 +10,7 @@ use crate::solve::scene::{SceneWindow, WorldLine};
 impl Gaps {
     /// Looks at the gaps of `line`, whose geometry is `geometry`. `error` is its estimated error relative to
     /// max(1, size) of its coordinates, as in [`Verdict`](crate::diagnostics::verdict::Verdict), if it is known.
-    pub fn of_world_line<S: Measured>(line: &WorldLine<S>, geometry: &Geometry, error: Option<f64>) -> Self {
+    pub fn of_world_line<S: Diagnosed>(line: &WorldLine<S>, geometry: &Geometry, error: Option<f64>) -> Self {
         S::gaps_of_scene(line, geometry, error)
     }
 

@@ -1,16 +1,15 @@
 //! The CSV tables of `run`, column by column, for any number of coordinates. Numbers are the shortest decimals that
 //! read back to the same `f64`; extended numbers have as many significant digits as the case asks for.
 
-use crate::Numeric;
 use std::borrow::Cow;
 use std::io::Write;
 
 use csv::{ByteRecord, Writer, WriterBuilder};
 
-use crate::diagnostics::Diagnostics;
 use crate::diagnostics::scene::SceneDiagnostics;
+use crate::diagnostics::{Diagnosed, Diagnostics};
 use crate::sampling::{Crossing, Sample, SceneSample};
-use crate::scalar::DecimalRoom;
+use crate::scalar::{DecimalRoom, Real};
 use crate::solve::scene::WorldLine;
 use crate::solve::{Solution, Trajectory};
 
@@ -18,7 +17,8 @@ use crate::solve::{Solution, Trajectory};
 const BUFFER: usize = 1 << 18;
 
 /// A writer of a long table.
-pub(super) fn csv_writer<W: Write>(out: W) -> Writer<W> {
+#[doc(hidden)]
+pub fn csv_writer<W: Write>(out: W) -> Writer<W> {
     WriterBuilder::new().buffer_capacity(BUFFER).from_writer(out)
 }
 
@@ -32,9 +32,22 @@ pub trait Measured<S: Clone> {
 
     /// The columns of `residuals.csv` after the first, with their names.
     fn residuals(&self, run: &Self::Run) -> Vec<(String, &[S])>;
+
+    /// Writes one of the tables.
+    #[doc(hidden)]
+    fn write(&self, run: &Self::Run, contents: Contents, out: &mut dyn Write) -> csv::Result<()>;
 }
 
-impl<S: Numeric> Measured<S> for Diagnostics<S> {
+/// The columns of a table.
+#[doc(hidden)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Contents {
+    Trajectory,
+    Residuals,
+    Both,
+}
+
+impl<S: Diagnosed + Tabled> Measured<S> for Diagnostics<S> {
     type Run = Solution<S>;
 
     fn tangent(&self, run: &Solution<S>) -> Vec<Cow<'_, [S]>> {
@@ -52,9 +65,13 @@ impl<S: Numeric> Measured<S> for Diagnostics<S> {
         ];
         columns.map(|(name, values)| (name.to_owned(), values.as_slice())).to_vec()
     }
+
+    fn write(&self, run: &Solution<S>, contents: Contents, out: &mut dyn Write) -> csv::Result<()> {
+        S::table(run, self, contents, out)
+    }
 }
 
-impl<S: Numeric> Measured<S> for SceneDiagnostics<S> {
+impl<S: Diagnosed + Tabled> Measured<S> for SceneDiagnostics<S> {
     type Run = WorldLine<S>;
 
     fn tangent(&self, _: &WorldLine<S>) -> Vec<Cow<'_, [S]>> {
@@ -81,6 +98,10 @@ impl<S: Numeric> Measured<S> for SceneDiagnostics<S> {
         columns.extend(self.invariants.iter().map(|each| (format!("delta_{}", each.name), each.delta.as_slice())));
         columns
     }
+
+    fn write(&self, run: &WorldLine<S>, contents: Contents, out: &mut dyn Write) -> csv::Result<()> {
+        S::table_of_scene(run, self, contents, out)
+    }
 }
 
 /// A column: its name, and its values node by node.
@@ -94,27 +115,38 @@ struct Column<'c, S> {
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_trajectory<S: Numeric, M: Measured<S>>(out: impl Write, run: &M::Run, measured: &M) -> csv::Result<()> {
-    let tangent = measured.tangent(run);
-    write_table(out, run, trajectory(run, &tangent))
+pub fn write_trajectory<S: Real, M: Measured<S>>(mut out: impl Write, run: &M::Run, measured: &M) -> csv::Result<()> {
+    measured.write(run, Contents::Trajectory, &mut out)
 }
 
 /// Writes `residuals.csv`: gamma, and the columns of [`Measured::residuals`].
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_residuals<S: Numeric, M: Measured<S>>(out: impl Write, run: &M::Run, measured: &M) -> csv::Result<()> {
-    write_table(out, run, residuals(run, measured))
+pub fn write_residuals<S: Real, M: Measured<S>>(mut out: impl Write, run: &M::Run, measured: &M) -> csv::Result<()> {
+    measured.write(run, Contents::Residuals, &mut out)
 }
 
 /// Writes the table of `run --stdout`, which has the columns of both of these tables.
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_combined<S: Numeric, M: Measured<S>>(out: impl Write, run: &M::Run, measured: &M) -> csv::Result<()> {
-    let tangent = measured.tangent(run);
-    let mut columns = trajectory(run, &tangent);
-    columns.extend(residuals(run, measured));
+pub fn write_combined<S: Real, M: Measured<S>>(mut out: impl Write, run: &M::Run, measured: &M) -> csv::Result<()> {
+    measured.write(run, Contents::Both, &mut out)
+}
+
+/// The table of a run, whatever the number of its coordinates.
+fn write_measured<S: Real, M: Measured<S>>(
+    run: &M::Run,
+    measured: &M,
+    contents: Contents,
+    out: &mut dyn Write,
+) -> csv::Result<()> {
+    let tangent = if contents == Contents::Residuals { Vec::new() } else { measured.tangent(run) };
+    let mut columns = if contents == Contents::Residuals { Vec::new() } else { trajectory(run, &tangent) };
+    if contents != Contents::Trajectory {
+        columns.extend(residuals(run, measured));
+    }
     write_table(out, run, columns)
 }
 
@@ -123,13 +155,13 @@ pub fn write_combined<S: Numeric, M: Measured<S>>(out: impl Write, run: &M::Run,
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_branches<S: Numeric>(out: impl Write, run: &impl Trajectory<S>) -> csv::Result<()> {
+pub fn write_branches<S: Real>(mut out: impl Write, run: &impl Trajectory<S>) -> csv::Result<()> {
     let names = run.coordinates();
     let forward = |(a, name): (usize, &String)| Column { name: format!("{name}_1"), values: run.positions(a) };
     let backward =
         |(a, name): (usize, &String)| Some(Column { name: format!("{name}_2"), values: run.backward_positions(a)? });
     let columns = names.iter().enumerate().map(forward).chain(names.iter().enumerate().filter_map(backward));
-    write_table(out, run, columns.collect())
+    write_table(&mut out, run, columns.collect())
 }
 
 /// Writes `samples.csv` with the columns gamma,t,x,t_dot,x_dot. γ and t are those of the case, not counted from the
@@ -137,11 +169,15 @@ pub fn write_branches<S: Numeric>(out: impl Write, run: &impl Trajectory<S>) -> 
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_samples<S: Numeric>(
-    out: impl Write,
-    samples: impl Iterator<Item = Sample<S>>,
+pub fn write_samples<S: Tabled>(
+    mut out: impl Write,
+    mut samples: impl Iterator<Item = Sample<S>>,
     digits: u32,
 ) -> csv::Result<()> {
+    S::table_of_samples(&mut samples, digits, &mut out)
+}
+
+fn samples<S: Real>(samples: &mut dyn Iterator<Item = Sample<S>>, digits: u32, out: &mut dyn Write) -> csv::Result<()> {
     let names = ["t", "x"].map(str::to_owned);
     let mut table = Table::new(out, state_header(&names).iter().map(String::as_str), digits)?;
     for Sample { gamma, t, x, t_dot, x_dot } in samples {
@@ -154,11 +190,20 @@ pub fn write_samples<S: Numeric>(
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_scene_samples<S: Numeric>(
-    out: impl Write,
+pub fn write_scene_samples<S: Tabled>(
+    mut out: impl Write,
     names: &[String],
     samples: &[SceneSample<S>],
     digits: u32,
+) -> csv::Result<()> {
+    S::table_of_scene_samples(names, samples, digits, &mut out)
+}
+
+fn scene_samples<S: Real>(
+    names: &[String],
+    samples: &[SceneSample<S>],
+    digits: u32,
+    out: &mut dyn Write,
 ) -> csv::Result<()> {
     let mut table = Table::new(out, state_header(names).iter().map(String::as_str), digits)?;
     for sample in samples {
@@ -172,15 +217,15 @@ pub fn write_scene_samples<S: Numeric>(
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_events<S: Numeric>(
-    out: impl Write,
+pub fn write_events<S: Real>(
+    mut out: impl Write,
     names: &[String],
     events: &[&str],
     crossings: &[Crossing<S>],
     digits: u32,
 ) -> csv::Result<()> {
     let header = state_header(names);
-    let mut table = Table::new(out, std::iter::once("event").chain(header.iter().map(String::as_str)), digits)?;
+    let mut table = Table::new(&mut out, std::iter::once("event").chain(header.iter().map(String::as_str)), digits)?;
     for Crossing { watch, sample } in crossings {
         table.labelled_row(events[*watch], state(sample))?;
     }
@@ -188,17 +233,18 @@ pub fn write_events<S: Numeric>(
 }
 
 /// The columns of a point of a world-line.
-pub(super) fn state_header(names: &[String]) -> Vec<String> {
+#[doc(hidden)]
+pub fn state_header(names: &[String]) -> Vec<String> {
     let velocities = names.iter().map(|name| format!("{name}_dot"));
     std::iter::once("gamma".to_owned()).chain(names.iter().cloned()).chain(velocities).collect()
 }
 
 /// The values of these columns.
-fn state<S: Numeric>(sample: &SceneSample<S>) -> impl Iterator<Item = S> {
+fn state<S: Real>(sample: &SceneSample<S>) -> impl Iterator<Item = S> {
     std::iter::once(sample.gamma).chain(sample.q.iter().copied()).chain(sample.q_dot.iter().copied())
 }
 
-fn trajectory<'c, S: Numeric>(run: &'c impl Trajectory<S>, tangent: &'c [Cow<'_, [S]>]) -> Vec<Column<'c, S>> {
+fn trajectory<'c, S: Real>(run: &'c impl Trajectory<S>, tangent: &'c [Cow<'_, [S]>]) -> Vec<Column<'c, S>> {
     let names = run.coordinates();
     let velocities = names.iter().zip(tangent);
     let velocities = velocities
@@ -207,13 +253,13 @@ fn trajectory<'c, S: Numeric>(run: &'c impl Trajectory<S>, tangent: &'c [Cow<'_,
     positions.chain(velocities).collect()
 }
 
-fn residuals<'c, S: Numeric, M: Measured<S>>(run: &M::Run, measured: &'c M) -> Vec<Column<'c, S>> {
+fn residuals<'c, S: Real, M: Measured<S>>(run: &M::Run, measured: &'c M) -> Vec<Column<'c, S>> {
     let columns = measured.residuals(run).into_iter();
     columns.map(|(name, row)| Column { name, values: Box::new(row.iter().copied()) as _ }).collect()
 }
 
 /// Writes a header and one row per node: γ, the columns and, with several windows, the number of the window from 1.
-fn write_table<S: Numeric>(out: impl Write, run: &impl Trajectory<S>, columns: Vec<Column<'_, S>>) -> csv::Result<()> {
+fn write_table<S: Real>(out: &mut dyn Write, run: &impl Trajectory<S>, columns: Vec<Column<'_, S>>) -> csv::Result<()> {
     let (names, mut columns): (Vec<_>, Vec<_>) =
         columns.into_iter().map(|Column { name, values }| (name, values)).unzip();
     let has_windows = run.window_sizes().len() > 1;
@@ -231,21 +277,21 @@ fn write_table<S: Numeric>(out: impl Write, run: &impl Trajectory<S>, columns: V
 }
 
 /// A table that is being written.
-struct Table<W: Write> {
-    writer: Writer<W>,
+struct Table<'o> {
+    writer: Writer<&'o mut dyn Write>,
     digits: u32,
     record: ByteRecord,
     room: DecimalRoom,
 }
 
-impl<W: Write> Table<W> {
-    fn new<'h>(out: W, header: impl IntoIterator<Item = &'h str>, digits: u32) -> csv::Result<Self> {
+impl<'o> Table<'o> {
+    fn new<'h>(out: &'o mut dyn Write, header: impl IntoIterator<Item = &'h str>, digits: u32) -> csv::Result<Self> {
         let mut writer = csv_writer(out);
         writer.write_record(header)?;
         Ok(Self { writer, digits, record: ByteRecord::new(), room: DecimalRoom::default() })
     }
 
-    fn row<S: Numeric>(&mut self, values: impl Iterator<Item = S>, window: Option<usize>) -> csv::Result<()> {
+    fn row<S: Real>(&mut self, values: impl Iterator<Item = S>, window: Option<usize>) -> csv::Result<()> {
         self.record.clear();
         self.push(values);
         if let Some(window) = window {
@@ -254,14 +300,14 @@ impl<W: Write> Table<W> {
         self.writer.write_byte_record(&self.record)
     }
 
-    fn labelled_row<S: Numeric>(&mut self, label: &str, values: impl Iterator<Item = S>) -> csv::Result<()> {
+    fn labelled_row<S: Real>(&mut self, label: &str, values: impl Iterator<Item = S>) -> csv::Result<()> {
         self.record.clear();
         self.record.push_field(label.as_bytes());
         self.push(values);
         self.writer.write_byte_record(&self.record)
     }
 
-    fn push<S: Numeric>(&mut self, values: impl Iterator<Item = S>) {
+    fn push<S: Real>(&mut self, values: impl Iterator<Item = S>) {
         for value in values {
             self.record.push_field(value.write_decimal(self.digits, &mut self.room).as_bytes());
         }
@@ -270,5 +316,15 @@ impl<W: Write> Table<W> {
     fn finish(mut self) -> csv::Result<()> {
         self.writer.flush()?;
         Ok(())
+    }
+}
+
+crate::compiled! {
+    /// Numbers in which tables are written.
+    pub trait Tabled {
+        fn table(run: &Solution<Self>, measured: &Diagnostics<Self>, contents: Contents, out: &mut dyn Write) -> csv::Result<()> = write_measured;
+        fn table_of_scene(run: &WorldLine<Self>, measured: &SceneDiagnostics<Self>, contents: Contents, out: &mut dyn Write) -> csv::Result<()> = write_measured;
+        fn table_of_samples(list: &mut dyn Iterator<Item = Sample<Self>>, digits: u32, out: &mut dyn Write) -> csv::Result<()> = samples;
+        fn table_of_scene_samples(names: &[String], list: &[SceneSample<Self>], digits: u32, out: &mut dyn Write) -> csv::Result<()> = scene_samples;
     }
 }
