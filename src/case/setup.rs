@@ -21,7 +21,8 @@ impl Case {
         }
     }
 
-    fn scene<S: Numeric>(&self) -> Scene<S> {
+    /// The world-line that it is about.
+    pub fn scene<S: Numeric>(&self) -> Scene<S> {
         Scene {
             metric: Arc::new(self.metric()),
             initial: self.initial_data(),

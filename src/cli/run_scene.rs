@@ -7,6 +7,7 @@ use std::time::Instant;
 use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::diagnostics::gaps::Gaps;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
+use geodesic_ivp::errors::{SceneError, scene_error};
 use geodesic_ivp::geometry::ConservedSum;
 use geodesic_ivp::output::pictures::scene::{self as pictures, PlotAxes};
 use geodesic_ivp::output::{
@@ -15,7 +16,6 @@ use geodesic_ivp::output::{
 use geodesic_ivp::sampling::{Coordinate, Crossing, SceneSample, SceneSampler, crossings};
 use geodesic_ivp::solve::NoSolution;
 use geodesic_ivp::solve::scene::{SceneSetup, WorldLine, solve_scene};
-use geodesic_ivp::study::scene_error::{SceneError, scene_error};
 use geodesic_ivp::study::verdict::of_world_line;
 
 use super::memory;

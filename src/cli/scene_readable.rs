@@ -5,10 +5,10 @@ use geodesic_ivp::action::Form;
 use geodesic_ivp::diagnostics::ChargeDeviation;
 use geodesic_ivp::diagnostics::gaps::Gaps;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
+use geodesic_ivp::errors::SceneError;
 use geodesic_ivp::geometry::ConservedSum;
 use geodesic_ivp::sampling::Crossing;
 use geodesic_ivp::solve::scene::WorldLine;
-use geodesic_ivp::study::scene_error::SceneError;
 
 use super::readable::{between, iterations, row};
 

@@ -16,9 +16,7 @@
 pub mod convergence;
 pub mod many;
 pub mod run_error;
-pub mod scene_error;
 pub mod scene_length;
 pub mod stability;
-mod stepped_over;
 pub mod verdict;
 pub mod work_precision;

@@ -20,11 +20,11 @@
 //! ```
 
 use super::run_error::RunError;
-use super::scene_error::SceneError;
 use crate::Numeric;
 use crate::diagnostics::Measures;
 use crate::diagnostics::scene::SceneDiagnostics;
 use crate::diagnostics::verdict::{CoordinateError, Facts, Verdict, largest};
+use crate::errors::SceneError;
 use crate::solve::Solution;
 use crate::solve::scene::WorldLine;
 

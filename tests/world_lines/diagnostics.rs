@@ -2,12 +2,12 @@
 
 use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
+use geodesic_ivp::errors::{SceneError, scene_error};
 use geodesic_ivp::geometry::{Geometry, GeometryText};
 use geodesic_ivp::reference::SceneReference;
 use geodesic_ivp::solve::Trajectory;
 use geodesic_ivp::solve::scene::{WorldLine, solve_scene};
 use geodesic_ivp::study::many::{ManyRuns, Outcome};
-use geodesic_ivp::study::scene_error::{SceneError, scene_error};
 use geodesic_ivp::study::verdict::facts_of_world_line;
 
 use super::common::metric;

@@ -4,6 +4,7 @@
 
 pub mod action;
 pub mod diagnostics;
+pub mod errors;
 mod numeric;
 pub mod sampling;
 pub mod solve;

@@ -1,6 +1,7 @@
 //! The numbers that everything is compiled for.
 
 use crate::diagnostics::Diagnosed;
+use crate::errors::Compared;
 use crate::geometry::Formulated;
 use crate::potential::Parsed;
 use crate::reference::{Traced, TracedScene};
@@ -11,6 +12,12 @@ use crate::tables::Tabled;
 /// A kind of numbers in which scenes are formulated, solved, measured, sampled and compared: `f64` and
 /// [`Extended`](crate::scalar::Extended). Code above this package that is generic in its numbers asks for this. What it
 /// calls is then compiled here, once, and not again by everything that calls it.
-pub trait Numeric: Arithmetic + Parsed + Formulated + Traced + TracedScene + Diagnosed + Sampled + Tabled {}
+pub trait Numeric:
+    Arithmetic + Parsed + Formulated + Traced + TracedScene + Diagnosed + Sampled + Tabled + Compared
+{
+}
 
-impl<S: Arithmetic + Parsed + Formulated + Traced + TracedScene + Diagnosed + Sampled + Tabled> Numeric for S {}
+impl<S: Arithmetic + Parsed + Formulated + Traced + TracedScene + Diagnosed + Sampled + Tabled + Compared> Numeric
+    for S
+{
+}

@@ -12,11 +12,11 @@ use crate::diagnostics::ChargeDeviation;
 use crate::diagnostics::gaps::Gaps;
 use crate::diagnostics::scene::{InvariantDeviation, SceneDiagnostics};
 use crate::diagnostics::verdict::Verdict;
+use crate::errors::SceneError;
 use crate::geometry::{ConservedSum, Geometry};
 use crate::norm::max_abs;
 use crate::solve::scene::WorldLine;
 use crate::solve::{NoSolution, Settings, Status};
-use crate::study::scene_error::SceneError;
 use crate::study::verdict::of_world_line;
 
 /// A world-line with what was measured on it.

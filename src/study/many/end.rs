@@ -5,13 +5,13 @@ use crate::case::{AnyCase, Case, SceneCase};
 use crate::diagnostics::scene::SceneDiagnostics;
 use crate::diagnostics::verdict::Verdict;
 use crate::diagnostics::{Diagnostics, Measures};
+use crate::errors::scene_error;
 use crate::geometry::Geometry;
 use crate::norm::max_abs;
 use crate::sampling::crossings;
 use crate::solve::scene::{WorldLine, solve_scene};
 use crate::solve::{Solution, Status, solve};
 use crate::study::run_error::run_error;
-use crate::study::scene_error::scene_error;
 use crate::study::verdict::{of_solution, of_world_line};
 
 /// How a run ended.

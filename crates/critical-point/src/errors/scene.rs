@@ -1,9 +1,10 @@
 //! How far a world-line in a scene is from the reference.
 
+use super::Compared;
 use super::stepped_over::{Between, PROBES, fractions};
-use crate::Numeric;
 use crate::geometry::Lagrangian;
-use crate::reference::{ScenePoint, SceneReference};
+use crate::reference::{ScenePoint, SceneReference, TracedScene};
+use crate::scalar::Real;
 use crate::solve::scene::WorldLine;
 
 /// The errors of a world-line, coordinate by coordinate.
@@ -22,7 +23,11 @@ pub struct SceneError {
 
 /// Compares a world-line with a Taylor reference of as many digits at every node. `None` if the reference does not
 /// reach the end.
-pub fn scene_error<S: Numeric>(line: &WorldLine<S>) -> Option<SceneError> {
+pub fn scene_error<S: Compared>(line: &WorldLine<S>) -> Option<SceneError> {
+    S::scene_error(line)
+}
+
+pub(super) fn scene_error_here<S: TracedScene>(line: &WorldLine<S>) -> Option<SceneError> {
     let reference = SceneReference::new(line.geometry(), &line.place.start, line.length, line.digits).ok()?;
     let n = line.geometry().dimension();
     let rows: Vec<Vec<S>> = (0..n).map(|a| line.q(a).collect()).collect();
@@ -44,24 +49,24 @@ pub fn scene_error<S: Numeric>(line: &WorldLine<S>) -> Option<SceneError> {
 
 /// dq^a by the change of the coordinate `clock`, from the last node of a world-line to the `exact` point: the mean of
 /// both ends, so that an error of third order is left.
-fn pace<S: Numeric>(line: &WorldLine<S>, exact: &ScenePoint<S>, a: usize, clock: usize) -> S {
+fn pace<S: Real>(line: &WorldLine<S>, exact: &ScenePoint<S>, a: usize, clock: usize) -> S {
     let found = &line.end().q_dot;
     S::from(0.5) * (found[a] / found[clock] + exact.q_dot[a] / exact.q_dot[clock])
 }
 
 /// The share of its way by which the motion may be off because of what the reference does not know.
-fn stepped_over<S: Numeric>(line: &WorldLine<S>, reference: &SceneReference<S>) -> f64 {
+fn stepped_over<S: TracedScene>(line: &WorldLine<S>, reference: &SceneReference<S>) -> f64 {
     let geometry = line.geometry();
     if S::IS_EXTENDED || !geometry.structure().force.is_empty() {
         return 0.0;
     }
     let start = &line.place.start;
-    let (k, length) = (geometry.norm(&start.q, &start.q_dot), line.length.to_f64());
+    let (k, length) = (geometry.norm_here(&start.q, &start.q_dot), line.length.to_f64());
     let mut between = Between::default();
     for fraction in fractions(PROBES) {
         let point = reference.at(line.length * S::from(fraction));
-        let here = geometry.norm(&point.q, &point.q_dot);
-        let motion = geometry.motion(&point.q, &point.q_dot).to_f64();
+        let here = geometry.norm_here(&point.q, &point.q_dot);
+        let motion = geometry.motion_here(&point.q, &point.q_dot).to_f64();
         let delta = (here - k).to_f64();
         between.see(length / PROBES as f64, delta, motion + k.to_f64().abs(), motion);
     }

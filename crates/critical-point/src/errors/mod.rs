@@ -1,0 +1,20 @@
+//! How far a run is from the world-line of the continuum, by what shares nothing with it.
+
+mod one;
+mod scene;
+mod stepped_over;
+
+pub use one::{Judge, RunError, run_error};
+pub use scene::{SceneError, scene_error};
+
+use crate::sampling::Sample;
+use crate::solve::scene::WorldLine;
+use crate::solve::{Scene, Solution};
+
+crate::compiled! {
+    /// Numbers in which runs are compared.
+    pub trait Compared {
+        fn run_error(scene: &Scene, solution: &Solution<Self>, samples: &[Sample<Self>]) -> Option<RunError> = one::run_error_here;
+        fn scene_error(line: &WorldLine<Self>) -> Option<SceneError> = scene::scene_error_here;
+    }
+}
