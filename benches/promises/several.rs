@@ -3,9 +3,9 @@
 use std::fmt;
 
 use geodesic_ivp::case::SceneCase;
+use geodesic_ivp::errors::scene_error;
 use geodesic_ivp::solve::Status;
 use geodesic_ivp::solve::scene::solve_scene;
-use geodesic_ivp::study::scene_error::scene_error;
 
 use super::outcome::Outcome;
 use super::random::Random;
