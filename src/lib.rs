@@ -101,6 +101,7 @@
 //! | [`mod@solve`] | Newton on ∇E_IVP = 0; the physical limit; every way it can end; knows a setup, but no case |
 //! | [`diagnostics`] | charges, residuals, bound, sawtooth, gaps between nodes; never calls a solver |
 //! | [`sampling`] | values between the nodes, and events |
+//! | [`tables`], [`errors`] | the tables of a run; its error, by a second solve |
 //! | [`case`] | the strict TOML case file, and the setup that it describes |
 //! | [`study`] | sweeps and fits, on top of [`solve`](crate::solve()) |
 //! | [`output`] | CSV, JSON and SVG; prints nothing |
