@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 /// From low to high.
 const LAYERS: [&str; 28] = [
-    "compiled",
     "scalar",
+    "compiled",
     "norm",
     "similar",
     "root",

@@ -7,6 +7,9 @@ use crate::reference::{ScenePoint, SceneReference, TracedScene};
 use crate::scalar::Real;
 use crate::solve::scene::WorldLine;
 
+/// Of the probes so many are evaluated at a time.
+const TOGETHER: usize = 256;
+
 /// The errors of a world-line, coordinate by coordinate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneError {
@@ -63,12 +66,18 @@ fn stepped_over<S: TracedScene>(line: &WorldLine<S>, reference: &SceneReference<
     let start = &line.place.start;
     let (k, length) = (geometry.norm_here(&start.q, &start.q_dot), line.length.to_f64());
     let mut between = Between::default();
-    for fraction in fractions(PROBES) {
-        let point = reference.at(line.length * S::from(fraction));
-        let here = geometry.norm_here(&point.q, &point.q_dot);
-        let motion = geometry.motion_here(&point.q, &point.q_dot).to_f64();
-        let delta = (here - k).to_f64();
-        between.see(length / PROBES as f64, delta, motion + k.to_f64().abs(), motion);
+    let places: Vec<f64> = fractions(PROBES).collect();
+    for places in places.chunks(TOGETHER) {
+        let points: Vec<_> = places.iter().map(|&place| reference.at(line.length * S::from(place))).collect();
+        let row = |of: fn(&ScenePoint<S>) -> &[S], a: usize| points.iter().map(|point| of(point)[a]).collect();
+        let rows = |of: fn(&ScenePoint<S>) -> &[S]| (0..start.q.len()).map(|a| row(of, a)).collect::<Vec<Vec<S>>>();
+        let (q, q_dot) = (rows(|point| &point.q), rows(|point| &point.q_dot));
+        let [q, q_dot] = [&q, &q_dot].map(|rows| rows.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        let [norm, motion] = geometry.norm_and_motion_here(&q, &q_dot);
+        for (here, motion) in norm.into_iter().zip(motion) {
+            let motion = motion.to_f64();
+            between.see(length / PROBES as f64, (here - k).to_f64(), motion + k.to_f64().abs(), motion);
+        }
     }
     between.share()
 }

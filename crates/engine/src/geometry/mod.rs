@@ -33,6 +33,7 @@ mod motion;
 mod observable;
 mod outside;
 mod parts;
+mod points;
 mod presets;
 mod rows;
 mod structure;
@@ -49,6 +50,8 @@ pub use inverse::MOST_COUPLED;
 pub use motion::{Motion, MotionRoom};
 pub use observable::{Observable, observed};
 pub use outside::OutsideGeometry;
+#[doc(hidden)]
+pub use points::Formulated;
 pub use presets::{PRESETS, Preset};
 pub(crate) use rows::RowPrograms;
 #[doc(hidden)]
@@ -57,7 +60,6 @@ pub use structure::{ForceTerm, Lagrangian, Samples, Source, Start, Structure, Te
 pub use text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText, Tau};
 pub use value::value_of;
 
-use self::contraction::at_point;
 use self::inverse::Inverse;
 use self::parts::Parts;
 use crate::expr::{NodeId, Program};
@@ -79,52 +81,6 @@ pub struct Geometry<S = f64> {
     /// The coordinates of every block, and the sign that its determinant has.
     blocks: Vec<Vec<usize>>,
     signs: Vec<S>,
-}
-
-impl<S: Formulated> Geometry<S> {
-    /// Compiles the formulas of `text`.
-    ///
-    /// # Errors
-    /// [`GeometryError`] with the place of the mistake.
-    pub fn new(text: &GeometryText) -> Result<Self, GeometryError> {
-        S::geometry(text)
-    }
-
-    /// The same geometry, with the signs that the determinants have at `q` as the ones that they must have.
-    ///
-    /// # Errors
-    /// [`OutsideGeometry`] if a determinant is zero or not finite there.
-    pub fn around(self, q: &[S]) -> Result<Self, OutsideGeometry> {
-        S::geometry_around(self, q)
-    }
-
-    /// p_a = g_ab q̇^b + A_a at a point.
-    pub fn momenta(&self, q: &[S], q_dot: &[S]) -> Vec<S> {
-        S::momenta(self, q, q_dot)
-    }
-
-    /// K = g_ab q̇^a q̇^b at a point.
-    pub fn norm(&self, q: &[S], q_dot: &[S]) -> S {
-        S::norm(self, q, q_dot)
-    }
-
-    /// What motion contributes to K at a point: the sizes of its terms without the largest of them.
-    pub fn motion(&self, q: &[S], q_dot: &[S]) -> S {
-        S::motion(self, q, q_dot)
-    }
-
-    /// q̇^a = g^ab (p_b − A_b) at a point.
-    ///
-    /// # Errors
-    /// [`OutsideGeometry`] with `index` 0, where the point is outside the domain.
-    pub fn velocities(&self, q: &[S], p: &[S]) -> Result<Vec<S>, OutsideGeometry> {
-        S::velocities(self, q, p)
-    }
-
-    /// All rows at one point, inside the domain or not.
-    pub fn at(&self, q: &[S]) -> Samples<S> {
-        S::samples_at(self, q)
-    }
 }
 
 impl<S: Real> Geometry<S> {
@@ -208,41 +164,6 @@ impl<S: Real> Geometry<S> {
     /// Whether a force acts.
     pub fn has_force(&self) -> bool {
         !self.structure.force.is_empty()
-    }
-
-    /// [`Self::momenta`], for callers that are generic themselves.
-    #[doc(hidden)]
-    pub fn momenta_here(&self, q: &[S], q_dot: &[S]) -> Vec<S> {
-        Lagrangian::momenta(self, q, q_dot)
-    }
-
-    /// [`Self::norm`], for callers that are generic themselves.
-    #[doc(hidden)]
-    pub fn norm_here(&self, q: &[S], q_dot: &[S]) -> S {
-        Lagrangian::norm(self, q, q_dot)
-    }
-
-    /// [`Self::motion`], for callers that are generic themselves.
-    #[doc(hidden)]
-    pub fn motion_here(&self, q: &[S], q_dot: &[S]) -> S {
-        single(|motion| at_point(&self.structure, &self.at_here(q), q_dot).add_motion(motion))
-    }
-
-    /// [`Self::velocities`], for callers that are generic themselves.
-    #[doc(hidden)]
-    pub fn velocities_here(&self, q: &[S], p: &[S]) -> Result<Vec<S>, OutsideGeometry> {
-        let mut rates = self.field.room();
-        self.field.evaluate(q, p, &mut rates)?;
-        Ok((0..self.dimension()).map(|a| self.field.q_dot(&rates, a)).collect())
-    }
-
-    /// [`Self::at`], for callers that are generic themselves.
-    #[doc(hidden)]
-    pub fn at_here(&self, q: &[S]) -> Samples<S> {
-        let rows: Vec<&[S]> = q.iter().map(std::slice::from_ref).collect();
-        let mut samples = self.room(1);
-        self.compute(&rows, &mut samples);
-        samples
     }
 
     /// The determinants of the blocks at a point.
@@ -434,19 +355,4 @@ fn active_of<S: Real>(parts: &mut Parts<S>) -> Vec<usize> {
         *is_active |= parts.force.values().any(|&node| parts.graph.variables_of(node, n)[a]);
     }
     (0..n).filter(|&a| is_active[a]).collect()
-}
-
-crate::compiled! {
-    /// Numbers in which scenes are formulated.
-    pub trait Formulated {
-        fn momenta(this: &Geometry<Self>, q: &[Self], q_dot: &[Self]) -> Vec<Self> = Geometry::momenta_here;
-        fn norm(this: &Geometry<Self>, q: &[Self], q_dot: &[Self]) -> Self = Geometry::norm_here;
-        fn motion(this: &Geometry<Self>, q: &[Self], q_dot: &[Self]) -> Self = Geometry::motion_here;
-        fn velocities(this: &Geometry<Self>, q: &[Self], p: &[Self]) -> Result<Vec<Self>, OutsideGeometry> = Geometry::velocities_here;
-        fn samples_at(this: &Geometry<Self>, q: &[Self]) -> Samples<Self> = Geometry::at_here;
-        fn geometry(text: &GeometryText) -> Result<Geometry<Self>, GeometryError> = Geometry::new_here;
-        fn geometry_around(this: Geometry<Self>, q: &[Self]) -> Result<Geometry<Self>, OutsideGeometry> = Geometry::around_here;
-        fn observable(text: &str, scene: &GeometryText, place: Place) -> Result<Observable<Self>, GeometryError> = Observable::new_here;
-        fn value_of_observable(this: &mut Observable<Self>, q: &[Self], q_dot: &[Self], p: &[Self], norm: Self) -> Self = Observable::at_here;
-    }
 }

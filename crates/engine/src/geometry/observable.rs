@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use super::parts;
+use super::points::Formulated;
 use super::text::{GeometryError, GeometryText, Place};
-use super::{Formulated, parts};
 use crate::expr::{self, Graph, Names, Program};
 use crate::scalar::Real;
 
