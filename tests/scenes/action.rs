@@ -128,10 +128,11 @@ fn check_hessian<G: Scene>(u: &[f64]) {
             };
             let h = 1e-3;
             let (a, b, c, d) = (shifted(h), shifted(-h), shifted(2.0 * h), shifted(-2.0 * h));
+            let column = format!("{:?}, column {j}", action.form());
             for i in 0..u.len() {
                 let difference = (8.0 * (a[i] - b[i]) - (c[i] - d[i])) / (12.0 * h);
                 let entry = dense[(i, j)];
-                assert_near(entry, difference, 1e-8 * largest, &format!("{:?}, ({i}, {j})", action.form()));
+                assert_near(entry, difference, 1e-8 * largest, &column);
                 assert!((entry - dense[(j, i)]).abs() <= 1e-12 * largest, "({i}, {j}) is symmetric");
             }
         }
