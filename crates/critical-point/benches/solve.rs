@@ -12,7 +12,7 @@ fn main() {
 }
 
 fn case(overrides: &[&str]) -> Case {
-    let text = include_str!("../cases/quartic.toml");
+    let text = include_str!("../../../cases/quartic.toml");
     let overrides: Vec<String> = overrides.iter().map(|s| (*s).to_owned()).collect();
     Case::parse("quartic", text, &overrides).expect("the case is valid")
 }
