@@ -3,7 +3,7 @@
 
     scripts/mutants/run.py FOLDER [--only TEXT] [--sample SHARE] [--most SECONDS] [--workers N]
 
-A build for every mutant would take days. So `src/` is copied to FOLDER and rewritten, and one build holds all mutants;
+A build for every mutant would take days. So the project is copied to FOLDER and rewritten, and one build holds all mutants;
 the environment variable MUTANT switches one on. FOLDER keeps what is done: a second call goes on where the first ended,
 and with a larger `--most` it goes on with the survivors.
 
@@ -35,10 +35,15 @@ import time
 import tomllib
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-MODULES = "action diagnostics geometry study solve metric sbp lobatto".split()
+MODULES = "action diagnostics errors geometry study solve metric sbp lobatto".split()
 TARGETS = ["--lib", *"--test numerics --test scenes --test world_lines --test case_scenes --test cli".split()]
 # Without this level tests would be far slower; with the one of the program the build would be.
-PROFILE = "geodesic-ivp = { opt-level = 1, codegen-units = 16 }"
+PROFILE = "{ opt-level = 1, codegen-units = 16 }"
+PACKAGES = {
+    "geodesic-ivp": "src",
+    "geodesic-ivp-engine": "crates/engine/src",
+    "geodesic-ivp-critical-point": "crates/critical-point/src",
+}
 MEMORY, FILE = 6 << 30, 1 << 30
 
 
@@ -63,10 +68,13 @@ def rewritten(folder):
     tree.mkdir(parents=True, exist_ok=True)
     subprocess.run(f"git -C '{ROOT}' archive HEAD | tar x -C '{tree}'", shell=True, check=True)
     manifest = (tree / "Cargo.toml").read_text()
-    manifest = manifest.replace("[profile.release.package]\n", f"[profile.release.package]\n{PROFILE}\n")
-    manifest = re.sub(r"\[lints\.\w+\]\n(.+\n)*", "", manifest)
-    (tree / "Cargo.toml").write_text(manifest + '[lints.rust]\nwarnings = "allow"\n')
-    paths = [path.relative_to(tree) for module in MODULES for path in sorted(tree.glob(f"src/{module}/**/*.rs"))]
+    manifest = manifest.replace("geodesic-ivp = { opt-level = 0 }\n", "")
+    profiles = "".join(f"{package} = {PROFILE}\n" for package in PACKAGES)
+    manifest = manifest.replace("[profile.release.package]\n", f"[profile.release.package]\n{profiles}")
+    manifest = re.sub(r"\[workspace\.lints\.\w+\]\n(.+\n)*", "", manifest)
+    (tree / "Cargo.toml").write_text(manifest + '[workspace.lints.rust]\nwarnings = "allow"\n')
+    folders = [tree / source / module for source in PACKAGES.values() for module in MODULES]
+    paths = [path.relative_to(tree) for folder in folders for path in sorted(folder.glob("**/*.rs"))]
     files = [str(path) for path in paths if "tests" not in path.with_suffix("").parts]
     left_out.touch()
     target = folder / "rewriter"

@@ -30,8 +30,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         fs::write(path, rewrite.text())?;
     }
-    fs::write(root.join("src/mutant.rs"), SWITCH)?;
-    let library = root.join("src/lib.rs");
-    let text = fs::read_to_string(&library)?;
-    Ok(fs::write(library, format!("{text}\n#[allow(missing_docs)]\npub mod mutant;\n"))?)
+    fs::write(root.join("crates/engine/src/mutant.rs"), SWITCH)?;
+    // Mutants of all packages ask the lowest one, by the path crate::mutant.
+    append(&root.join("crates/engine/src/lib.rs"), "#[allow(missing_docs)]\npub mod mutant;")?;
+    append(&root.join("crates/critical-point/src/lib.rs"), "use geodesic_ivp_engine::mutant;")?;
+    append(&root.join("src/lib.rs"), "pub use geodesic_ivp_engine::mutant;")
+}
+
+fn append(file: &Path, code: &str) -> Result<(), Box<dyn std::error::Error>> {
+    let text = fs::read_to_string(file)?;
+    Ok(fs::write(file, format!("{text}\n{code}\n"))?)
 }
