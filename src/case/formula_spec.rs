@@ -1,6 +1,5 @@
 //! A potential given as a formula, in the syntax of a case file.
 
-use crate::Numeric;
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -9,6 +8,7 @@ use serde::de::{self, Deserializer, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
 use super::Decimal;
+use crate::Numeric;
 use crate::potential::{Formula, FormulaError};
 
 /// `formula = { expression = "…", parameters = { … } }`, or `formula = "…"` where there are no parameters.

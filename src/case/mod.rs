@@ -17,7 +17,6 @@ mod validate;
 mod warnings;
 mod write;
 
-use crate::Numeric;
 use serde::{Deserialize, Serialize};
 
 pub use crate::action::Form;
@@ -31,6 +30,7 @@ pub use keys::{KEYS, Key, SCENE_KEYS};
 pub use parse::{key_of, overridden};
 pub use scene::SceneCase;
 
+use crate::Numeric;
 use crate::geodesic::InitialData;
 use crate::metric::Metric;
 use crate::potential::Potential;

@@ -1,9 +1,9 @@
 //! From a case to what a solver is told.
 
-use crate::Numeric;
 use std::sync::Arc;
 
 use super::{Case, Decimal};
+use crate::Numeric;
 use crate::solve::{Scene, Settings, Setup};
 
 impl Case {

@@ -1,9 +1,9 @@
 //! `check CASE`.
 
-use geodesic_ivp::Numeric;
 use std::process::ExitCode;
 
 use clap::Args;
+use geodesic_ivp::Numeric;
 use geodesic_ivp::case::scene::{SceneCase, SceneExpect};
 use geodesic_ivp::case::{AnyCase, Decimal, Expect};
 use geodesic_ivp::scalar::Extended;

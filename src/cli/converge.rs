@@ -1,6 +1,5 @@
 //! `converge [CASE]`.
 
-use geodesic_ivp::Numeric;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -8,6 +7,7 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use clap::Args;
+use geodesic_ivp::Numeric;
 use geodesic_ivp::case::scene::on_grid;
 use geodesic_ivp::case::{AnyCase, Form, SbpName};
 use geodesic_ivp::output::{ConvergenceSummary, OutputSet, SUMMARY, Target, pictures, write_convergence, write_slopes};

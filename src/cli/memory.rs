@@ -1,12 +1,12 @@
 //! Checks before a run that there is enough memory for it. Otherwise the operating system might kill the program in the
 //! middle of the run.
 
-use geodesic_ivp::Numeric;
 use std::fs;
 use std::num::NonZero;
 use std::thread::available_parallelism;
 
 use geodesic_ivp::Case;
+use geodesic_ivp::Numeric;
 use geodesic_ivp::scalar::Extended;
 use geodesic_ivp::solve::scene::SceneSetup;
 use geodesic_ivp::solve::{Setup, bytes_needed, scene_bytes_needed};

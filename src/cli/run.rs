@@ -1,6 +1,5 @@
 //! `run CASE`: one flow for cases of one coordinate and for scenes.
 
-use geodesic_ivp::Numeric;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::thread::{Builder, ScopedJoinHandle, scope};
@@ -8,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use clap::{Args, ValueHint};
+use geodesic_ivp::Numeric;
 use geodesic_ivp::case::AnyCase;
 use geodesic_ivp::diagnostics::gaps::Gaps;
 use geodesic_ivp::output::{

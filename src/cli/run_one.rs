@@ -1,9 +1,9 @@
 //! What `run` does with a case of one coordinate in a potential.
 
-use geodesic_ivp::Numeric;
 use std::io::StdoutLock;
 use std::time::Instant;
 
+use geodesic_ivp::Numeric;
 use geodesic_ivp::diagnostics::gaps::Gaps;
 use geodesic_ivp::diagnostics::{Diagnostics, Measures};
 use geodesic_ivp::geodesic::InitialData;

@@ -1,9 +1,9 @@
 //! What `run` does with a scene of n coordinates.
 
-use geodesic_ivp::Numeric;
 use std::io::StdoutLock;
 use std::time::Instant;
 
+use geodesic_ivp::Numeric;
 use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::diagnostics::gaps::Gaps;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;

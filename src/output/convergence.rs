@@ -1,6 +1,5 @@
 //! The files of `converge`.
 
-use crate::Numeric;
 use std::io::Write;
 
 use csv::Writer;
@@ -8,6 +7,7 @@ use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
 use super::number::Number;
+use crate::Numeric;
 use crate::study::convergence::{Convergence, Errors, Quantity, ReferenceInfo, Slope};
 
 /// Writes `convergence.csv`, one row per grid; cells of a grid without a solution are empty. Every coordinate has two

@@ -1,8 +1,8 @@
 //! Where the run of a scene ends, found by the reference.
 
-use crate::Numeric;
 use std::cell::RefCell;
 
+use crate::Numeric;
 use crate::reference::{ScenePoint, SceneReference, SceneReferenceEnds};
 use crate::solve::scene::{SceneLimit, SceneSetup};
 

@@ -47,7 +47,6 @@ pub use setup::on_grid;
 
 pub use crate::geometry::Direction;
 
-use crate::Numeric;
 use toml_edit::{Item, Table};
 
 use self::observables::Formulas;
@@ -55,6 +54,7 @@ use self::reader::Section;
 use self::settings::Context;
 use super::CaseError;
 use super::parse::Source;
+use crate::Numeric;
 use crate::action::Form;
 use crate::geometry::{Geometry, GeometryText, Start};
 use crate::sbp::SbpName;

@@ -1,9 +1,9 @@
 //! From a scene's case to what a solver is told.
 
-use crate::Numeric;
 use std::sync::Arc;
 
 use super::{Axes, Event, SceneCase};
+use crate::Numeric;
 use crate::action::Form;
 use crate::case::validate::{check_nodes, check_spacing};
 use crate::geometry::{Direction, Geometry, GeometryText, Law, Observable, Place as FormulaPlace};

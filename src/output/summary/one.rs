@@ -1,10 +1,10 @@
 //! The summary of a case of one coordinate.
 
-use crate::Numeric;
 use serde::Serialize;
 
 use super::super::number::Number;
 use super::{Ended, Outcome, Summary};
+use crate::Numeric;
 use crate::action::MULTIPLIERS;
 use crate::case::Case;
 use crate::diagnostics::Measures;

@@ -1,12 +1,12 @@
 //! The summary of a scene of n coordinates.
 
-use crate::Numeric;
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
 use super::super::number::Number;
 use super::{Coordinates, Ended, Outcome, SceneSummary};
+use crate::Numeric;
 use crate::case::scene::SceneCase;
 use crate::diagnostics::ChargeDeviation;
 use crate::diagnostics::gaps::Gaps;

@@ -1,12 +1,12 @@
 //! The grids of a sweep, solved in parallel and measured.
 
-use crate::Numeric;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use rayon::prelude::*;
 
 use super::{Convergence, ConvergencePoint, Errors, ReferenceInfo, SweepError};
+use crate::Numeric;
 use crate::case::{Case, End, Form, SbpName};
 use crate::diagnostics::Diagnostics;
 use crate::metric::Metric;

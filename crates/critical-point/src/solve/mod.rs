@@ -49,9 +49,9 @@ use crate::scalar::Compensated;
 /// Below this share of its first value, g00 is on its way to a horizon.
 const HORIZON: f64 = 1e-2;
 
-/// Solves a setup, which a [`Case`](crate::Case) makes, in the arithmetic of `S`: `f64`, or
+/// Solves a setup, which a `Case` makes, in the arithmetic of `S`: `f64`, or
 /// [`Extended`](crate::scalar::Extended) to the digits that it asks for
-/// ([`Case::is_extended`](crate::Case::is_extended) says which of the two a case wants). More digits are obtained by
+/// (`Case::is_extended` says which of the two a case wants). More digits are obtained by
 /// refinement: everything that searches and steers is done in `f64`.
 ///
 /// The physical limit costs O(N) time and memory, one potential evaluation a node for SBP21. The doubled system is

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! where D̄v stands for Dv + H⁻¹e_1 (v_1 − Q_t) and likewise for w: what the initial data of a field add. With the
-//! forces at X, g00 = Q_t/u and ½ g00′ = −a/u². [`crate::action`] computes the same for any operator and any two
+//! forces at X, g00 = Q_t/u and ½ g00′ = −a/u². `action` computes the same for any operator and any two
 //! branches.
 
 use pulp::{Simd, WithSimd};

@@ -17,7 +17,7 @@ impl WindowView<'_> {
     /// Hands out t, x and w at `fractions` (0 to 1) of the window: the dense output.
     ///
     /// They are the integrals of the polynomials that u and a are on the nodes: of order n + 1, without an evaluation
-    /// of the potential; at 1 it is the end of the window, of order 2n − 2. [`crate::sampling`] keeps that order inside
+    /// of the potential; at 1 it is the end of the window, of order 2n − 2. `sampling` keeps that order inside
     /// too, at a hundred times the cost.
     pub fn inside(&self, fractions: impl IntoIterator<Item = f64>, mut see: impl FnMut(Inside)) {
         let mut fractions = fractions.into_iter().fuse();

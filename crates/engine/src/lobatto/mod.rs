@@ -11,7 +11,7 @@
 //! the Lobatto IIIC Runge–Kutta method (Chipman 1971; Hairer, Wanner, "Solving Ordinary Differential Equations II",
 //! IV.5): L-stable and of order 2n − 2 at the ends of windows. *Inside* a window the scheme's own nodal values are less
 //! accurate; [`WindowView::inside`] is of order n + 1 there for the price of a few sweeps of the iteration,
-//! [`crate::sampling`] continues the start of a window to points in it as accurately as to its end.
+//! `sampling` continues the start of a window to points in it as accurately as to its end.
 //!
 //! X is found by iterating the first line. Where V calls functions (exp, cos, …) an evaluation of all nodes costs more
 //! than the product with A²: there Newton's method takes three evaluations in place of eight, with the iteration for

@@ -1,7 +1,7 @@
 //! The gradient of the weak action at a window that was solved.
 //!
 //! With D̄ᵀH = −HD + E_N the gradient of E_weak with respect to one of two equal branches is −H (D̄p_a − f_a − F_a),
-//! where p_a = g_ab D̄q^b + A_a, and D̄ contains the initial data. [`crate::action`] computes the same for any operator
+//! where p_a = g_ab D̄q^b + A_a, and D̄ contains the initial data. `action` computes the same for any operator
 //! and any two branches.
 
 use super::state::FlowState;
