@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Prints the polynomials of crates/engine/src/vector/elementary/: interpolation at Chebyshev nodes in 60 digits, as doubles.
+"""Prints the polynomials of crates/engine/src/vector/elementary/:
+interpolation at Chebyshev nodes in 60 digits, as doubles.
 
     scripts/elementary.py
 

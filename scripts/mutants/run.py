@@ -3,7 +3,7 @@
 
     scripts/mutants/run.py FOLDER [--only TEXT] [--sample SHARE] [--most SECONDS] [--workers N]
 
-A build for every mutant would take days. So the project is copied to FOLDER and rewritten, and one build holds all mutants;
+A build for every mutant would take days. So the project is copied to FOLDER and rewritten. One build holds all mutants;
 the environment variable MUTANT switches one on. FOLDER keeps what is done: a second call goes on where the first ended,
 and with a larger `--most` it goes on with the survivors.
 
@@ -68,7 +68,7 @@ def rewritten(folder):
     tree.mkdir(parents=True, exist_ok=True)
     subprocess.run(f"git -C '{ROOT}' archive HEAD | tar x -C '{tree}'", shell=True, check=True)
     manifest = (tree / "Cargo.toml").read_text()
-    manifest = manifest.replace("geodesic-ivp = { opt-level = 0 }\n", "")
+    manifest = re.sub(r"geodesic-ivp[\w-]* = \{ opt-level.*\n", "", manifest)
     profiles = "".join(f"{package} = {PROFILE}\n" for package in PACKAGES)
     manifest = manifest.replace("[profile.release.package]\n", f"[profile.release.package]\n{profiles}")
     manifest = re.sub(r"\[workspace\.lints\.\w+\]\n(.+\n)*", "", manifest)
@@ -215,7 +215,7 @@ def counts(results):
     """Prints a line for every module."""
     table = collections.defaultdict(collections.Counter)
     for (file, *_), (verdict, *_) in results:
-        table[file.split("/")[1]][verdict] += 1
+        table[file.split("src/", 1)[1].split("/")[0]][verdict] += 1
     print(f"{'module':12} {'mutants':>8} {'reached':>8} {'killed':>8} {'survived':>8}")
     for module, row in table.items():
         total = sum(row.values())

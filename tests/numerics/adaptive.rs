@@ -269,7 +269,7 @@ fn a_solution_is_of_the_last_attempt() {
         let adapted = march.run(initial.into(), Goal::Gamma(length), accuracy, &mut go_on);
         let solution = solve::<f64>(&case);
         assert_eq!(adapted.is_ok(), solution.is_ok(), "{digits}");
-        // Rounding grows, too. With some vector instructions the last accuracy is missed by a tenth.
+        // Rounding grows as well: with AVX2 in place of AVX-512 the last accuracy is missed by a tenth.
         let (Ok(adapted), Ok(solution)) = (adapted, solution) else {
             assert_eq!(digits, 12);
             continue;

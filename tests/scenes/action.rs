@@ -128,6 +128,7 @@ fn check_hessian<G: Scene>(u: &[f64]) {
             };
             let h = 1e-3;
             let (a, b, c, d) = (shifted(h), shifted(-h), shifted(2.0 * h), shifted(-2.0 * h));
+            // A text for each entry takes longer than the entry.
             let column = format!("{:?}, column {j}", action.form());
             for i in 0..u.len() {
                 let difference = (8.0 * (a[i] - b[i]) - (c[i] - d[i])) / (12.0 * h);

@@ -1,6 +1,7 @@
 //! What the parts cost. `cargo bench` prints them side by side; read ratios of one run, not absolute times.
 
 use divan::{Bencher, black_box};
+use geodesic_ivp::case::builtin;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::sbp::{SbpOperator, coefficients};
@@ -12,7 +13,7 @@ fn main() {
 }
 
 fn case(overrides: &[&str]) -> Case {
-    let text = include_str!("../../../cases/quartic.toml");
+    let text = builtin::text("quartic").expect("it is built in");
     let overrides: Vec<String> = overrides.iter().map(|s| (*s).to_owned()).collect();
     Case::parse("quartic", text, &overrides).expect("the case is valid")
 }

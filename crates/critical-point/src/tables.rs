@@ -42,8 +42,11 @@ pub trait Measured<S: Clone> {
 #[doc(hidden)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Contents {
+    /// Those of `trajectory.csv`.
     Trajectory,
+    /// Those of `residuals.csv`.
     Residuals,
+    /// Those of both.
     Both,
 }
 
@@ -136,14 +139,14 @@ pub fn write_combined<S: Real, M: Measured<S>>(mut out: impl Write, run: &M::Run
 }
 
 /// The table of a run, whatever the number of its coordinates.
-fn write_measured<S: Real, M: Measured<S>>(
+fn write_here<S: Real, M: Measured<S>>(
     run: &M::Run,
     measured: &M,
     contents: Contents,
     out: &mut dyn Write,
 ) -> csv::Result<()> {
-    let tangent = if contents == Contents::Residuals { Vec::new() } else { measured.tangent(run) };
-    let mut columns = if contents == Contents::Residuals { Vec::new() } else { trajectory(run, &tangent) };
+    let tangent = (contents != Contents::Residuals).then(|| measured.tangent(run));
+    let mut columns = tangent.as_deref().map_or_else(Vec::new, |tangent| trajectory(run, tangent));
     if contents != Contents::Trajectory {
         columns.extend(residuals(run, measured));
     }
@@ -177,7 +180,11 @@ pub fn write_samples<S: Tabled>(
     S::table_of_samples(&mut samples, digits, &mut out)
 }
 
-fn samples<S: Real>(samples: &mut dyn Iterator<Item = Sample<S>>, digits: u32, out: &mut dyn Write) -> csv::Result<()> {
+fn write_samples_here<S: Real>(
+    samples: &mut dyn Iterator<Item = Sample<S>>,
+    digits: u32,
+    out: &mut dyn Write,
+) -> csv::Result<()> {
     let names = ["t", "x"].map(str::to_owned);
     let mut table = Table::new(out, state_header(&names).iter().map(String::as_str), digits)?;
     for Sample { gamma, t, x, t_dot, x_dot } in samples {
@@ -199,7 +206,7 @@ pub fn write_scene_samples<S: Tabled>(
     S::table_of_scene_samples(names, samples, digits, &mut out)
 }
 
-fn scene_samples<S: Real>(
+fn write_scene_samples_here<S: Real>(
     names: &[String],
     samples: &[SceneSample<S>],
     digits: u32,
@@ -322,9 +329,28 @@ impl<'o> Table<'o> {
 crate::compiled! {
     /// Numbers in which tables are written.
     pub trait Tabled {
-        fn table(run: &Solution<Self>, measured: &Diagnostics<Self>, contents: Contents, out: &mut dyn Write) -> csv::Result<()> = write_measured;
-        fn table_of_scene(run: &WorldLine<Self>, measured: &SceneDiagnostics<Self>, contents: Contents, out: &mut dyn Write) -> csv::Result<()> = write_measured;
-        fn table_of_samples(list: &mut dyn Iterator<Item = Sample<Self>>, digits: u32, out: &mut dyn Write) -> csv::Result<()> = samples;
-        fn table_of_scene_samples(names: &[String], list: &[SceneSample<Self>], digits: u32, out: &mut dyn Write) -> csv::Result<()> = scene_samples;
+        fn table(
+            run: &Solution<Self>,
+            measured: &Diagnostics<Self>,
+            contents: Contents,
+            out: &mut dyn Write,
+        ) -> csv::Result<()> = write_here;
+        fn table_of_scene(
+            run: &WorldLine<Self>,
+            measured: &SceneDiagnostics<Self>,
+            contents: Contents,
+            out: &mut dyn Write,
+        ) -> csv::Result<()> = write_here;
+        fn table_of_samples(
+            list: &mut dyn Iterator<Item = Sample<Self>>,
+            digits: u32,
+            out: &mut dyn Write,
+        ) -> csv::Result<()> = write_samples_here;
+        fn table_of_scene_samples(
+            names: &[String],
+            list: &[SceneSample<Self>],
+            digits: u32,
+            out: &mut dyn Write,
+        ) -> csv::Result<()> = write_scene_samples_here;
     }
 }

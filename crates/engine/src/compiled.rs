@@ -1,4 +1,4 @@
-//! Doors: what is long to compile and generic in the kind of numbers is compiled in its own package, once for each kind.
+//! Doors: what is long to compile and generic in its numbers is compiled in its own package, once for each kind.
 
 /// A trait of functions that are written once, generic in their numbers, and compiled where they stand for `f64` and
 /// for [`Extended`](crate::scalar::Extended). A generic function is otherwise compiled again, with everything that it
@@ -11,22 +11,27 @@ macro_rules! compiled {
     (
         $(#[$about:meta])*
         pub trait $name:ident {
-            $(fn $door:ident($($argument:ident: $type:ty),*) -> $result:ty = $behind:expr;)*
+            $(fn $door:ident($($argument:ident: $type:ty),* $(,)?) -> $result:ty = $behind:expr;)*
         }
     ) => {
         $(#[$about])*
         #[doc(hidden)]
         pub trait $name: $crate::scalar::Real {
             $(
-                /// What is behind the method of that name.
+                /// What is behind a public function, which calls it.
                 fn $door($($argument: $type),*) -> $result;
             )*
         }
 
         $crate::compiled!(@for f64, $name { $($door($($argument: $type),*) -> $result = $behind;)* });
-        $crate::compiled!(@for $crate::scalar::Extended, $name { $($door($($argument: $type),*) -> $result = $behind;)* });
+        $crate::compiled!(
+            @for $crate::scalar::Extended, $name { $($door($($argument: $type),*) -> $result = $behind;)* }
+        );
     };
-    (@for $number:ty, $name:ident { $($door:ident($($argument:ident: $type:ty),*) -> $result:ty = $behind:expr;)* }) => {
+    (
+        @for $number:ty,
+        $name:ident { $($door:ident($($argument:ident: $type:ty),*) -> $result:ty = $behind:expr;)* }
+    ) => {
         impl $name for $number {
             $(
                 #[inline(never)]

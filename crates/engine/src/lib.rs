@@ -1,5 +1,5 @@
-//! The lower half of [geodesic-ivp](https://crates.io/crates/geodesic-ivp): numbers, formulas, geometry, operators, and
-//! what integrates motion. A package of its own, so that it is compiled beside what stands above it; programs use
+//! The lowest part of [geodesic-ivp](https://crates.io/crates/geodesic-ivp): numbers, formulas, geometry, operators,
+//! and what integrates motion. A package of its own, so that it is compiled beside what stands above it; programs use
 //! `geodesic_ivp`, which hands all of this on.
 
 mod compiled;

@@ -1,6 +1,6 @@
 //! Rewrites Rust files so that they hold all their mutants at once. Each has a number, and is switched on at run time.
 //!
-//! `mutants FOLDER LEFT_OUT FILE...` rewrites files below the crate in FOLDER and prints a line for every mutant:
+//! `mutants FOLDER LEFT_OUT FILE...` rewrites files of the project in FOLDER and prints a line for every mutant:
 //! number, file, line, column, function, what changes, and the code around it. LEFT_OUT names a file with numbers that
 //! are left out, as they do not compile.
 

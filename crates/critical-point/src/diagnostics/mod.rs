@@ -105,11 +105,30 @@ crate::compiled! {
     pub trait Diagnosed {
         fn diagnostics(solution: &Solution<Self>) -> Diagnostics<Self> = Diagnostics::new_here;
         fn tangent(this: &Diagnostics<Self>, solution: &Solution<Self>) -> [Vec<Self>; 2] = Diagnostics::tangent_here;
-        fn scene_diagnostics(line: &WorldLine<Self>, sums: &[Vec<(usize, Self)>], invariants: &mut [(String, Observable<Self>)], is_lifted: bool) -> SceneDiagnostics<Self> = SceneDiagnostics::new_here;
-        fn suspicions_of_scene(this: &SceneDiagnostics<Self>, line: &WorldLine<Self>) -> Vec<Reason> = SceneDiagnostics::suspicions_here;
-        fn gaps(solution: &Solution<Self>, metric: &Metric, error: Option<f64>) -> gaps::Gaps = gaps::Gaps::of_solution_here;
-        fn gaps_of_scene(line: &WorldLine<Self>, geometry: &Geometry, error: Option<f64>) -> gaps::Gaps = gaps::Gaps::of_world_line_here;
+        fn scene_diagnostics(
+            line: &WorldLine<Self>,
+            sums: &[Vec<(usize, Self)>],
+            invariants: &mut [(String, Observable<Self>)],
+            is_lifted: bool,
+        ) -> SceneDiagnostics<Self> = SceneDiagnostics::new_here;
+        fn suspicions_of_scene(
+            this: &SceneDiagnostics<Self>,
+            line: &WorldLine<Self>,
+        ) -> Vec<Reason> = SceneDiagnostics::suspicions_here;
+        fn gaps(
+            solution: &Solution<Self>,
+            metric: &Metric,
+            error: Option<f64>,
+        ) -> gaps::Gaps = gaps::Gaps::of_solution_here;
+        fn gaps_of_scene(
+            line: &WorldLine<Self>,
+            geometry: &Geometry,
+            error: Option<f64>,
+        ) -> gaps::Gaps = gaps::Gaps::of_world_line_here;
         fn suspicions(this: &Measures<Self>, solution: &Solution<Self>) -> Vec<Reason> = Measures::suspicions_here;
-        fn measures_followed_by(this: Measures<Self>, next: Measures<Self>) -> Measures<Self> = Measures::followed_by_here;
+        fn measures_followed_by(
+            this: Measures<Self>,
+            next: Measures<Self>,
+        ) -> Measures<Self> = Measures::followed_by_here;
     }
 }

@@ -90,6 +90,11 @@ impl<S: Diagnosed> SceneDiagnostics<S> {
         S::scene_diagnostics(line, sums, invariants, is_lifted)
     }
 
+    /// What is suspicious about `line`, the world-line that was measured, in words.
+    pub fn warnings(&self, line: &WorldLine<S>) -> Vec<String> {
+        self.suspicions(line).iter().map(Reason::to_string).collect()
+    }
+
     /// The same, each with its remedy.
     pub fn suspicions(&self, line: &WorldLine<S>) -> Vec<Reason> {
         S::suspicions_of_scene(self, line)
@@ -122,7 +127,7 @@ impl<S: Real> SceneDiagnostics<S> {
                 deviations.map(|(&delta, &t_dot)| energy_off(start, norm.value + delta, t_dot)).collect()
             }),
             energy: is_lifted.then(|| {
-                let of = |end: &SceneJoint<S>| energy_off(start, geometry.norm(&end.q, &end.q_dot), end.q_dot[0]);
+                let of = |end: &SceneJoint<S>| energy_off(start, geometry.norm_here(&end.q, &end.q_dot), end.q_dot[0]);
                 let ends: Vec<S> = line.windows.iter().map(|window| of(&window.end)).collect();
                 EnergyDeviation { value: start.p[0] / start.p[n - 1], max_ends: max_abs(&ends) }
             }),
@@ -145,11 +150,6 @@ pub fn energy_off<S: Real>(start: &SceneJoint<S>, k: S, t_dot: S) -> S {
 const DOUBTFUL: f64 = 1e-2;
 
 impl<S: Real> SceneDiagnostics<S> {
-    /// What is suspicious about `line`, the world-line that was measured, in words.
-    pub fn warnings(&self, line: &WorldLine<S>) -> Vec<String> {
-        self.suspicions_here(line).iter().map(Reason::to_string).collect()
-    }
-
     pub(super) fn suspicions_here(&self, line: &WorldLine<S>) -> Vec<Reason> {
         let names = line.geometry().names();
         let of = |(a, sawtooth): &(usize, Sawtooth<S>)| sawtooth.warning(&names[*a], amplitude(&line.q[*a]));
@@ -210,7 +210,7 @@ fn deviation<S: Real>(
     let rows: Vec<Vec<S>> = (0..tangent.len()).map(|a| line.q(a).collect()).collect();
     let at = |node: usize| {
         let [q, q_dot] = [&rows, tangent].map(|rows| rows.iter().map(|row| row[node]).collect::<Vec<_>>());
-        let p = geometry.momenta(&q, &q_dot);
+        let p = geometry.momenta_here(&q, &q_dot);
         invariant.at_here(&q, &q_dot, &p, k) - value
     };
     let delta = (0..line.nodes()).map(at).collect();

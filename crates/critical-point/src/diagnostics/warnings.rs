@@ -64,6 +64,11 @@ impl<S: Real> Sawtooth<S> {
 }
 
 impl<S: Diagnosed> Measures<S> {
+    /// The warnings that the trajectory should not be believed, one sentence each.
+    pub fn warnings(&self, solution: &Solution<S>) -> Vec<String> {
+        self.suspicions(solution).iter().map(Reason::to_string).collect()
+    }
+
     /// The same, each with its remedy.
     pub fn suspicions(&self, solution: &Solution<S>) -> Vec<Reason> {
         S::suspicions(self, solution)
@@ -71,11 +76,6 @@ impl<S: Diagnosed> Measures<S> {
 }
 
 impl<S: Real> Measures<S> {
-    /// The warnings that the trajectory should not be believed, one sentence each.
-    pub fn warnings(&self, solution: &Solution<S>) -> Vec<String> {
-        self.suspicions_here(solution).iter().map(Reason::to_string).collect()
-    }
-
     pub(super) fn suspicions_here(&self, solution: &Solution<S>) -> Vec<Reason> {
         let found = [
             self.sawtooth_warning(),

@@ -1,4 +1,4 @@
-//! How far a run is from the world-line of the continuum, by what shares nothing with it.
+//! How far a run is from the world-line of the continuum, by a second solve.
 
 mod one;
 mod scene;
@@ -14,7 +14,11 @@ use crate::solve::{Scene, Solution};
 crate::compiled! {
     /// Numbers in which runs are compared.
     pub trait Compared {
-        fn run_error(scene: &Scene, solution: &Solution<Self>, samples: &[Sample<Self>]) -> Option<RunError> = one::run_error_here;
+        fn run_error(
+            scene: &Scene,
+            solution: &Solution<Self>,
+            samples: &[Sample<Self>],
+        ) -> Option<RunError> = one::run_error_here;
         fn scene_error(line: &WorldLine<Self>) -> Option<SceneError> = scene::scene_error_here;
     }
 }

@@ -215,12 +215,31 @@ fn partition(intervals: usize, reached: impl Fn(usize) -> bool) -> usize {
 crate::compiled! {
     /// Numbers in which runs are sampled.
     pub trait Sampled {
-        fn sample_at_gamma(this: &mut Sampler<'_, Self>, gamma: Self) -> Result<Sample<Self>, OutsideRun<Self>> = Sampler::at_gamma_here;
-        fn sample_at_time(this: &mut Sampler<'_, Self>, t: Self) -> Result<Sample<Self>, OutsideRun<Self>> = Sampler::at_time_here;
-        fn crossings(line: &WorldLine<Self>, watches: &mut [Watch<Self>]) -> Vec<Crossing<Self>> = scene::crossings::crossings_here;
+        fn sample_at_gamma(
+            this: &mut Sampler<'_, Self>,
+            gamma: Self,
+        ) -> Result<Sample<Self>, OutsideRun<Self>> = Sampler::at_gamma_here;
+        fn sample_at_time(
+            this: &mut Sampler<'_, Self>,
+            t: Self,
+        ) -> Result<Sample<Self>, OutsideRun<Self>> = Sampler::at_time_here;
+        fn crossings(
+            line: &WorldLine<Self>,
+            watches: &mut [Watch<Self>],
+        ) -> Vec<Crossing<Self>> = scene::crossings::crossings_here;
         fn stream_see(this: &mut SampleStream<Self>, solution: &Solution<Self>) -> () = SampleStream::see_here;
-        fn stream_finish(this: SampleStream<Self>, last: &Solution<Self>) -> Result<Vec<Sample<Self>>, OutsideRun<Self>> = SampleStream::finish_here;
-        fn scene_sample_at_gamma(this: &mut SceneSampler<'_, Self>, gamma: Self) -> Result<SceneSample<Self>, OutsideRun<Self>> = SceneSampler::at_gamma_here;
-        fn scene_sample_at_value(this: &mut SceneSampler<'_, Self>, a: usize, value: Self) -> Result<SceneSample<Self>, OutsideRun<Self>> = SceneSampler::at_value_here;
+        fn stream_finish(
+            this: SampleStream<Self>,
+            last: &Solution<Self>,
+        ) -> Result<Vec<Sample<Self>>, OutsideRun<Self>> = SampleStream::finish_here;
+        fn scene_sample_at_gamma(
+            this: &mut SceneSampler<'_, Self>,
+            gamma: Self,
+        ) -> Result<SceneSample<Self>, OutsideRun<Self>> = SceneSampler::at_gamma_here;
+        fn scene_sample_at_value(
+            this: &mut SceneSampler<'_, Self>,
+            a: usize,
+            value: Self,
+        ) -> Result<SceneSample<Self>, OutsideRun<Self>> = SceneSampler::at_value_here;
     }
 }

@@ -1,4 +1,4 @@
-//! From a valid case to a critical point of its doubled action, or to the reason why there is none.
+//! From a valid setup to a critical point of its doubled action, or to the reason why there is none.
 
 mod accuracy;
 mod arithmetic;

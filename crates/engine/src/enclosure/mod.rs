@@ -5,7 +5,7 @@
 //!
 //! 1. In sums and products nothing hides that the polynomials of a window do not show; functions and quotients have
 //!    scales of their own (see `expr::steep`). Their arguments are enclosed on all boxes. Where none changes by more
-//!    than [`RATIO`] or [`STEP`] from a node to the next, the nodes see whatever they do.
+//!    than `RATIO` or `STEP` from a node to the next, the nodes see whatever they do.
 //! 2. On the other boxes it is bounded what those functions and quotients, steep as they are, can do to the motion (see
 //!    `influence`). If that is more than the accuracy allows, the window has not seen its force.
 //!
@@ -100,6 +100,7 @@ impl Enclosed {
 
 /// Looks between the nodes of a path.
 pub struct Enclosure {
+    /// The path that is looked at.
     pub path: Path,
     kinds: Vec<Kind>,
     /// Whether arguments depend on a variable.

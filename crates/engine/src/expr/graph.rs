@@ -93,7 +93,7 @@ impl Node {
     }
 }
 
-/// A directed acyclic graph of [`Node`]s in topological order.
+/// A directed acyclic graph of nodes in topological order.
 #[derive(Debug)]
 pub struct Graph<S> {
     pub(super) nodes: Vec<Node>,

@@ -52,11 +52,6 @@ impl<S: Formulated> Geometry<S> {
     pub fn at(&self, q: &[S]) -> Samples<S> {
         S::samples_at(self, q)
     }
-
-    /// [`Self::norm`] and [`Self::motion`] at many points: rows of positions and of velocities, one for each coordinate.
-    pub fn norm_and_motion(&self, q: &[&[S]], q_dot: &[&[S]]) -> [Vec<S>; 2] {
-        S::norm_and_motion(self, q, q_dot)
-    }
 }
 
 impl<S: Real> Geometry<S> {
@@ -72,15 +67,11 @@ impl<S: Real> Geometry<S> {
         Lagrangian::norm(self, q, q_dot)
     }
 
-    /// [`Self::motion`], for callers that are generic themselves.
-    #[doc(hidden)]
-    pub fn motion_here(&self, q: &[S], q_dot: &[S]) -> S {
+    fn motion_here(&self, q: &[S], q_dot: &[S]) -> S {
         single(|motion| at_point(&self.structure, &self.at_here(q), q_dot).add_motion(motion))
     }
 
-    /// [`Self::velocities`], for callers that are generic themselves.
-    #[doc(hidden)]
-    pub fn velocities_here(&self, q: &[S], p: &[S]) -> Result<Vec<S>, OutsideGeometry> {
+    fn velocities_here(&self, q: &[S], p: &[S]) -> Result<Vec<S>, OutsideGeometry> {
         let mut rates = self.field.room();
         self.field.evaluate(q, p, &mut rates)?;
         Ok((0..self.dimension()).map(|a| self.field.q_dot(&rates, a)).collect())
@@ -95,7 +86,8 @@ impl<S: Real> Geometry<S> {
         samples
     }
 
-    /// [`Self::norm_and_motion`], for callers that are generic themselves.
+    /// K, and what motion contributes to it, at many points: rows of positions and of velocities, one for each
+    /// coordinate.
     #[doc(hidden)]
     pub fn norm_and_motion_here(&self, q: &[&[S]], q_dot: &[&[S]]) -> [Vec<S>; 2] {
         let points = q[0].len();
@@ -116,12 +108,31 @@ crate::compiled! {
         fn momenta(this: &Geometry<Self>, q: &[Self], q_dot: &[Self]) -> Vec<Self> = Geometry::momenta_here;
         fn norm(this: &Geometry<Self>, q: &[Self], q_dot: &[Self]) -> Self = Geometry::norm_here;
         fn motion(this: &Geometry<Self>, q: &[Self], q_dot: &[Self]) -> Self = Geometry::motion_here;
-        fn velocities(this: &Geometry<Self>, q: &[Self], p: &[Self]) -> Result<Vec<Self>, OutsideGeometry> = Geometry::velocities_here;
-        fn samples_at(this: &Geometry<Self>, q: &[Self]) -> Samples<Self> = Geometry::at_here;
-        fn norm_and_motion(this: &Geometry<Self>, q: &[&[Self]], q_dot: &[&[Self]]) -> [Vec<Self>; 2] = Geometry::norm_and_motion_here;
+        fn velocities(
+            this: &Geometry<Self>,
+            q: &[Self],
+            p: &[Self],
+        ) -> Result<Vec<Self>, OutsideGeometry> = Geometry::velocities_here;
+        fn samples_at(
+            this: &Geometry<Self>,
+            q: &[Self],
+        ) -> Samples<Self> = Geometry::at_here;
         fn geometry(text: &GeometryText) -> Result<Geometry<Self>, GeometryError> = Geometry::new_here;
-        fn geometry_around(this: Geometry<Self>, q: &[Self]) -> Result<Geometry<Self>, OutsideGeometry> = Geometry::around_here;
-        fn observable(text: &str, scene: &GeometryText, place: Place) -> Result<Observable<Self>, GeometryError> = Observable::new_here;
-        fn value_of_observable(this: &mut Observable<Self>, q: &[Self], q_dot: &[Self], p: &[Self], norm: Self) -> Self = Observable::at_here;
+        fn geometry_around(
+            this: Geometry<Self>,
+            q: &[Self],
+        ) -> Result<Geometry<Self>, OutsideGeometry> = Geometry::around_here;
+        fn observable(
+            text: &str,
+            scene: &GeometryText,
+            place: Place,
+        ) -> Result<Observable<Self>, GeometryError> = Observable::new_here;
+        fn value_of_observable(
+            this: &mut Observable<Self>,
+            q: &[Self],
+            q_dot: &[Self],
+            p: &[Self],
+            norm: Self,
+        ) -> Self = Observable::at_here;
     }
 }

@@ -100,6 +100,9 @@ pub fn is_reserved(name: &str) -> bool {
 crate::compiled! {
     /// Numbers in which potentials are formulated.
     pub trait Parsed {
-        fn formula(expression: &str, parameters: &BTreeMap<String, Self>) -> Result<Formula<Self>, FormulaError> = Formula::new_here;
+        fn formula(
+            expression: &str,
+            parameters: &BTreeMap<String, Self>,
+        ) -> Result<Formula<Self>, FormulaError> = Formula::new_here;
     }
 }

@@ -296,9 +296,28 @@ impl<S: Real> ReferenceTrajectory<S> {
 crate::compiled! {
     /// Numbers in which trajectories are computed.
     pub trait Traced {
-        fn trajectory(metric: &Metric<Self>, initial: InitialData<Self>, length: Self, digits: u32) -> Result<ReferenceTrajectory<Self>, ReferenceEnds> = ReferenceTrajectory::new_here;
-        fn unchecked_trajectory(metric: &Metric<Self>, initial: InitialData<Self>, length: Self, order: usize, digits: u32) -> Result<ReferenceTrajectory<Self>, ReferenceEnds> = ReferenceTrajectory::unchecked_here;
-        fn length_of_trajectory(metric: &Metric<Self>, initial: InitialData<Self>, duration: Self, digits: u32) -> Result<Self, ReferenceEnds> = ReferenceTrajectory::length_of_here;
-        fn point_of_trajectory(this: &ReferenceTrajectory<Self>, gamma: Self) -> ReferencePoint<Self> = ReferenceTrajectory::at_here;
+        fn trajectory(
+            metric: &Metric<Self>,
+            initial: InitialData<Self>,
+            length: Self,
+            digits: u32,
+        ) -> Result<ReferenceTrajectory<Self>, ReferenceEnds> = ReferenceTrajectory::new_here;
+        fn unchecked_trajectory(
+            metric: &Metric<Self>,
+            initial: InitialData<Self>,
+            length: Self,
+            order: usize,
+            digits: u32,
+        ) -> Result<ReferenceTrajectory<Self>, ReferenceEnds> = ReferenceTrajectory::unchecked_here;
+        fn length_of_trajectory(
+            metric: &Metric<Self>,
+            initial: InitialData<Self>,
+            duration: Self,
+            digits: u32,
+        ) -> Result<Self, ReferenceEnds> = ReferenceTrajectory::length_of_here;
+        fn point_of_trajectory(
+            this: &ReferenceTrajectory<Self>,
+            gamma: Self,
+        ) -> ReferencePoint<Self> = ReferenceTrajectory::at_here;
     }
 }

@@ -40,7 +40,7 @@ pub fn crossings<S: Sampled>(line: &WorldLine<S>, watches: &mut [Watch<S>]) -> V
     S::crossings(line, watches)
 }
 
-/// [`crossings`], to be compiled once.
+/// What is behind [`crossings`].
 pub(in crate::sampling) fn crossings_here<S: Real>(line: &WorldLine<S>, watches: &mut [Watch<S>]) -> Vec<Crossing<S>> {
     let start = &line.place.start;
     let mut walk = Walk {

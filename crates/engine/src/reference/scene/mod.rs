@@ -287,10 +287,30 @@ fn around<S: Real>(geometry: &Geometry<S>, start: &Start<S>) -> Result<Geometry<
 crate::compiled! {
     /// Numbers in which trajectories of scenes are computed.
     pub trait TracedScene {
-        fn world_line(geometry: &Geometry<Self>, start: &Start<Self>, length: Self, digits: u32) -> Result<SceneReference<Self>, SceneReferenceEnds> = SceneReference::new_here;
-        fn unchecked_world_line(geometry: &Geometry<Self>, start: &Start<Self>, length: Self, order: usize, digits: u32) -> Result<SceneReference<Self>, SceneReferenceEnds> = SceneReference::unchecked_here;
-        fn length_of_world_line(geometry: &Geometry<Self>, start: &Start<Self>, a: usize, value: Self, digits: u32) -> Result<Self, SceneReferenceEnds> = SceneReference::length_of_here;
+        fn world_line(
+            geometry: &Geometry<Self>,
+            start: &Start<Self>,
+            length: Self,
+            digits: u32,
+        ) -> Result<SceneReference<Self>, SceneReferenceEnds> = SceneReference::new_here;
+        fn unchecked_world_line(
+            geometry: &Geometry<Self>,
+            start: &Start<Self>,
+            length: Self,
+            order: usize,
+            digits: u32,
+        ) -> Result<SceneReference<Self>, SceneReferenceEnds> = SceneReference::unchecked_here;
+        fn length_of_world_line(
+            geometry: &Geometry<Self>,
+            start: &Start<Self>,
+            a: usize,
+            value: Self,
+            digits: u32,
+        ) -> Result<Self, SceneReferenceEnds> = SceneReference::length_of_here;
         fn point_of_world_line(this: &SceneReference<Self>, gamma: Self) -> ScenePoint<Self> = SceneReference::at_here;
-        fn sign_changes(this: &SceneReference<Self>, f: &dyn Fn(&ScenePoint<Self>) -> Self) -> Vec<(Self, bool)> = SceneReference::sign_changes_here;
+        fn sign_changes(
+            this: &SceneReference<Self>,
+            f: &dyn Fn(&ScenePoint<Self>) -> Self,
+        ) -> Vec<(Self, bool)> = SceneReference::sign_changes_here;
     }
 }
