@@ -16,7 +16,7 @@ pub fn larger(a: f64, b: f64) -> f64 {
 }
 
 /// The product of a size and a bound: nothing times whatever is nothing, also if that is infinite.
-pub fn times(size: f64, bound: f64) -> f64 {
+pub(crate) fn times(size: f64, bound: f64) -> f64 {
     if bound == 0.0 || size == 0.0 { 0.0 } else { size * bound }
 }
 

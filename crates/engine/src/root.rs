@@ -14,7 +14,7 @@ pub fn root<S: Real>(low: [S; 2], high: [S; 2], least: S, mut f: impl FnMut(S) -
 }
 
 /// The same of a function that may have no value; `None` if it has none at a place that is tried.
-pub fn try_root<S: Real>(low: [S; 2], high: [S; 2], least: S, mut f: impl FnMut(S) -> Option<S>) -> Option<S> {
+pub(crate) fn try_root<S: Real>(low: [S; 2], high: [S; 2], least: S, mut f: impl FnMut(S) -> Option<S>) -> Option<S> {
     let ([mut low, mut at_low], [mut high, mut at_high]) = (low, high);
     let side = at_low.signum();
     // The sizes of the values at both ends, of which regula falsi halves one.

@@ -177,7 +177,7 @@ pub(super) fn point<R>(
 pub fn errors<S: Numeric>(solution: &Solution<S>, reference: &ReferenceTrajectory<S>) -> Errors {
     let (mut t_squared, mut x_squared, mut final_errors) = (0.0, 0.0, (0.0, 0.0));
     let values = solution.time_from_start(&solution.elapsed).zip(&solution.x);
-    let weights = solution.views().flat_map(|view| view.grid.sbp().weights());
+    let weights = solution.grids().flat_map(|grid| grid.sbp().weights());
     for ((gamma, (t, &x)), weight) in solution.gamma_from_start().zip(values).zip(weights) {
         let exact = reference.at(gamma);
         let (t, x) = ((t - exact.elapsed).to_f64(), (x - exact.x).to_f64());

@@ -171,7 +171,7 @@ fn track_of(solution: &Solution) -> Track {
         charges: Some(vec![measures.max_abs_delta_q_t_interior]),
         last_node: corrected.filter(|_| single).map(|corrected| vec![[measures.delta_q_t_last, corrected]]),
         iterations: Some(solution.iterations.count),
-        ..Track::of_windows(solution.views().map(|view| view.grid), gamma, rows, delta_k)
+        ..Track::of_windows(solution.grids(), gamma, rows, delta_k)
     }
 }
 

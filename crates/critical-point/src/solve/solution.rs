@@ -120,12 +120,12 @@ pub struct Solution<S = f64> {
 
 /// A read-only view of one window of a [`Solution`].
 #[derive(Debug, Clone, Copy)]
-pub struct WindowNodes<'a, S> {
-    pub window: &'a Window<S>,
+pub(crate) struct WindowNodes<'a, S> {
+    pub(crate) window: &'a Window<S>,
     /// t from the start of the window, and x.
-    pub elapsed: &'a [S],
-    pub x: &'a [S],
-    pub grid: WindowGrid<'a, S>,
+    pub(crate) elapsed: &'a [S],
+    pub(crate) x: &'a [S],
+    pub(crate) grid: WindowGrid<'a, S>,
 }
 
 impl<S: Real> Solution<S> {
@@ -135,18 +135,18 @@ impl<S: Real> Solution<S> {
     }
 
     /// The windows in order.
-    #[doc(hidden)]
-    pub fn views(&self) -> impl ExactSizeIterator<Item = WindowNodes<'_, S>> + Clone {
+    pub(crate) fn views(&self) -> impl ExactSizeIterator<Item = WindowNodes<'_, S>> + Clone {
         self.windows.iter().map(|window| self.view(window))
     }
 
     /// The grids of the windows in order.
+    #[doc(hidden)]
     pub fn grids(&self) -> impl ExactSizeIterator<Item = WindowGrid<'_, S>> + Clone {
         self.views().map(|view| view.grid)
     }
 
     /// A read-only view of one of the windows.
-    pub fn view<'a>(&'a self, window: &'a Window<S>) -> WindowNodes<'a, S> {
+    pub(crate) fn view<'a>(&'a self, window: &'a Window<S>) -> WindowNodes<'a, S> {
         let grid = self.operators.grid(window.operator, self.form, window.gamma, window.first_node);
         WindowNodes { window, elapsed: &self.elapsed[grid.nodes()], x: &self.x[grid.nodes()], grid }
     }

@@ -8,7 +8,7 @@ pub struct Compensated<S> {
     /// The sum, rounded.
     pub high: S,
     /// What rounding took from it.
-    pub low: S,
+    pub(crate) low: S,
 }
 
 impl<S: Real> Compensated<S> {

@@ -40,14 +40,12 @@ pub struct WorldLine<S = f64> {
     /// γ_f − γ_i.
     pub length: S,
     /// q^a on the nodes, a row for each coordinate; ignorable ones are counted from the start of their window.
-    #[doc(hidden)]
-    pub q: Vec<Vec<S>>,
+    pub(crate) q: Vec<Vec<S>>,
     /// p*_a on the nodes, a row for each active coordinate (physical limit only).
     #[doc(hidden)]
     pub p: Vec<Vec<S>>,
     /// The backward branch in the same rows, if the doubled system was solved.
-    #[doc(hidden)]
-    pub backward: Vec<Vec<S>>,
+    pub(crate) backward: Vec<Vec<S>>,
     /// The windows, in order.
     pub windows: Vec<SceneWindow<S>>,
     /// Largest entry of the gradient of the doubled action at this solution, in any window: its certificate.
