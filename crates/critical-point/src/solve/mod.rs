@@ -2,15 +2,20 @@
 
 mod accuracy;
 mod arithmetic;
+mod collocation;
 mod critical_point;
 mod derivative;
 mod end_time;
+mod explicit;
 mod extremal;
 mod failure;
 mod first_guess;
+mod leap;
+mod limit;
 mod memory;
 mod newton;
 mod operator;
+mod piece;
 mod problem;
 mod quadrature;
 mod refinement;
@@ -19,9 +24,11 @@ pub mod scene;
 mod search;
 mod setup;
 mod solution;
+mod space;
 mod spectral;
 mod status;
 mod trajectory;
+mod window;
 
 pub use arithmetic::Arithmetic;
 pub(crate) use extremal::Extremal;
@@ -35,19 +42,12 @@ pub use solution::{Backward, EndState, Joint, Solution, Window};
 pub use status::{InitialGuess, IterationRecord, Iterations, Status};
 pub use trajectory::Trajectory;
 
-use self::critical_point::CriticalPointSolver;
-use self::failure::At;
-use self::newton::Failure;
+use self::piece::Pair;
 use self::problem::Problem;
-use self::run::{Observer, Piece, Place, Run};
-use self::scene::limit::{self, Limit};
-use crate::action::{Form, Layout, MULTIPLIERS};
-use crate::metric::OutsideDomain;
+use self::run::{Observer, Place, Run};
+use crate::action::Form;
 use crate::sbp::SbpName;
 use crate::scalar::Compensated;
-
-/// Below this share of its first value, g00 is on its way to a horizon.
-const HORIZON: f64 = 1e-2;
 
 /// Solves a setup, which a `Case` makes, in the arithmetic of `S`: `f64`, or
 /// [`Extended`](crate::scalar::Extended) to the digits that it asks for
@@ -133,124 +133,22 @@ fn each_window<S: Arithmetic>(
         if window > 0 {
             problem.continue_from(gamma_i + gamma, run.solution.end.x, run.solution.end.x_dot);
         }
+        let rough = S::rough_problem(&problem, setup);
+        let (start, rough_start) = (problem.start(), rough.start());
+        let pair = Pair {
+            window: problem.window(&start, setup.regularised),
+            rough: rough.window(&rough_start, setup.regularised),
+            gamma: rough.gamma_i,
+            max_iterations: setup.settings.max_iterations,
+        };
         let piece = match setup.settings.system {
-            System::PhysicalLimit => solve_physical_limit(&problem, setup),
-            System::Doubled => solve_doubled(&problem, setup),
+            System::PhysicalLimit => pair.physical_limit(),
+            System::Doubled => pair.doubled(),
         }?;
         let start: Compensated<S> = time;
-        time = time.plus(piece.elapsed.last().copied().unwrap_or(S::ZERO));
+        time = time.plus(piece.q[0].last().copied().unwrap_or(S::ZERO));
         let end = if window + 1 == windows { length } else { S::from((window + 1) as f64) * problem.length };
         run.append(&problem, Place { gamma: [gamma, end], time: [start.high, time.high] }, piece)?;
     }
     Ok(run.solution)
-}
-
-fn solve_physical_limit<S: Arithmetic>(problem: &Problem<S>, setup: &Setup<S>) -> Result<Piece<S>, NoSolution> {
-    let rough = S::rough_problem(problem, setup);
-    let (start, rough_start) = (problem.start(), rough.start());
-    let (window, rough_window) = (problem.window(&start), rough.window(&rough_start));
-    let limit = limit::solve(&window, &rough_window, setup.settings.max_iterations).map_err(|failure| {
-        let first = rough.derivative().first_unknown();
-        let is_explicit = problem.form == Form::Strong && problem.sbp.is_two_step();
-        let guess = if is_explicit { InitialGuess::None } else { InitialGuess::Nystrom4 };
-        // Two rows and two unknowns a node: rows start at node 1, unknowns (strong) at node 2.
-        let locate = |row: usize, u: &[f64]| {
-            let node = row / 2;
-            (node, node.checked_sub(first).map_or(rough.initial.x, |unknown| u[2 * unknown]))
-        };
-        no_solution(&rough, failure, guess, |node| rough.gamma(node), locate)
-    })?;
-    let multipliers: Option<[S; MULTIPLIERS]> = limit.multipliers(&window).try_into().ok();
-    let lambda = multipliers.as_ref().map_or([].as_slice(), |lambda| lambda);
-    let unknowns = problem.layout().physical_limit(&[&limit.q[0], &limit.q[1]], lambda);
-    let gradient_norm = problem.action().gradient_norm(&unknowns);
-    let last = problem.sbp.points() - 1;
-    let Limit { mut q, p, history, initial_guess } = limit;
-    // p_x = −dx/dγ.
-    let end = [q[1][last], -p[0][last]];
-    let (x, elapsed) = (q.remove(1), q.remove(0));
-    let q_t = problem.invariants().q_t;
-    Ok(Piece { end, q_t, elapsed, x, backward: None, multipliers, gradient_norm, initial_guess, history })
-}
-
-fn solve_doubled<S: Arithmetic>(problem: &Problem<S>, setup: &Setup<S>) -> Result<Piece<S>, NoSolution> {
-    let guess = InitialGuess::WindowedAction;
-    let rough = S::rough_problem(problem, setup);
-    // The guess is one for the regularised action, whichever is solved.
-    let guess_action = rough.action();
-    let start = first_guess::windowed_action(&guess_action, &*rough.metric, rough.length).map_err(|window| {
-        // The window is a short grid of its own: γ counts from its start.
-        let mut failure = *window.failure;
-        // However short the window, Newton's method does not get across a horizon: there it meets points outside, or
-        // the particle has come so close that nothing smooth is left.
-        let x = window.start.q[1];
-        let (here, there) = (rough.metric.at(x), rough.metric.at(rough.initial.x));
-        if failure.outside.is_some() || here.g00 < HORIZON * there.g00 {
-            failure.status = Status::OutsideDomain;
-            failure.outside.get_or_insert(OutsideDomain { index: 0, x, g00: here.g00 });
-        } else {
-            // A limit of iterations belonged to the window alone; no setting of the user would help.
-            failure.status = Status::Stalled;
-        }
-        let layout = Layout::new(2, (failure.unknowns.len() - MULTIPLIERS) / 4, Form::Strong);
-        let gamma = |node: usize| rough.gamma_i + window.gamma + node as f64 * window.spacing;
-        no_solution(&rough, failure, guess, gamma, |unknown, u| on_forward_branch(layout, unknown, u))
-    })?;
-    let layout = problem.layout();
-    let (action, rough_action) = (problem.action_of(setup.regularised), rough.action_of(setup.regularised));
-    let solver = CriticalPointSolver::new(&rough_action);
-    let root = solver.solve(&rough_action, start, setup.settings.max_iterations).and_then(|root| {
-        solver.refine(&action, &rough_action, root, (setup.settings.digits, setup.settings.max_iterations))
-    });
-    let root = root.map_err(|failure| {
-        let locate = |unknown: usize, u: &[f64]| on_forward_branch(layout, unknown, u);
-        no_solution(&rough, failure, guess, |node| rough.gamma(node), locate)
-    })?;
-    let gradient_norm = action.gradient_norm(&root.unknowns);
-    let of = |branch, a| layout.values(&root.unknowns, branch, a);
-    let [t, x] = [0, 1].map(|a| of(0, a));
-    let multipliers: Option<[S; MULTIPLIERS]> = layout.multipliers(&root.unknowns).try_into().ok();
-    let last = problem.sbp.points() - 1;
-    // D̄ is D at the last node.
-    let x_dot = problem.sbp.derivative_at(x, last);
-    let (x_dot, q_t) = match &multipliers {
-        Some(lambda) => (x_dot - lambda[7] / problem.sbp.weights()[last], -lambda[4]),
-        None => (x_dot, problem.invariants().q_t),
-    };
-    Ok(Piece {
-        end: [x[last], x_dot],
-        q_t,
-        elapsed: t.to_vec(),
-        x: x.to_vec(),
-        backward: Some(Backward { elapsed: of(1, 0).to_vec(), x: of(1, 1).to_vec() }),
-        multipliers,
-        gradient_norm,
-        initial_guess: guess,
-        history: root.history,
-    })
-}
-
-/// Node of an unknown of the doubled action, and x of the forward branch there.
-fn on_forward_branch(layout: Layout, unknown: usize, u: &[f64]) -> (usize, f64) {
-    let node = layout.node(unknown);
-    (node, layout.values(u, 0, 1)[node])
-}
-
-/// Expresses a failed iteration in terms of the case: `gamma` is γ of a node, and `locate` maps an index of the
-/// residual, at the last iterate, to its node and x.
-fn no_solution(
-    problem: &Problem,
-    failure: Failure,
-    initial_guess: InitialGuess,
-    gamma: impl Fn(usize) -> f64,
-    locate: impl Fn(usize, &[f64]) -> (usize, f64),
-) -> NoSolution {
-    NoSolution::iterated(failure, initial_guess, |outside, worst, unknowns| {
-        let (index, x) = match outside {
-            Some(point) => (point.index, point.x),
-            None => worst.map_or((0, problem.initial.x), |index| locate(index, unknowns)),
-        };
-        let g00 = outside.map_or_else(|| problem.metric.g00(x), |point| point.g00);
-        At::x(gamma(index), x, g00)
-    })
 }

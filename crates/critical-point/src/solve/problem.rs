@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use super::derivative::FormDerivative;
-use super::scene::window::Window;
 use super::setup::{Scene, Setup};
-use crate::action::{DoubledAction, Form, Layout};
+use super::window::Window;
+use crate::action::Form;
 use crate::geodesic::{InitialData, Invariants};
 use crate::geometry::Start;
 use crate::metric::Metric;
@@ -78,33 +77,9 @@ impl<S: Real> Problem<S> {
     }
 
     /// The window in the coordinates t and x, which starts there.
-    pub(super) fn window<'w>(&'w self, start: &'w Start<S>) -> Window<'w, S, Metric<S>> {
-        Window { form: self.form, sbp: &self.sbp, geometry: &*self.metric, start, digits: self.digits }
-    }
-
-    pub(crate) fn action(&self) -> DoubledAction<'_, S> {
-        DoubledAction::of_form(self.form, &self.sbp, &*self.metric, self.initial.start(&self.metric))
-    }
-
-    /// The action that is asked for: with D̄, or for the ablation with D.
-    pub(crate) fn action_of(&self, is_regularised: bool) -> DoubledAction<'_, S> {
-        if is_regularised {
-            self.action()
-        } else {
-            DoubledAction::without_regularisation(&self.sbp, &*self.metric, self.initial.start(&self.metric))
-        }
-    }
-
-    pub(crate) fn layout(&self) -> Layout {
-        Layout::new(2, self.sbp.points(), self.form)
-    }
-
-    pub(crate) fn derivative(&self) -> FormDerivative<'_, S> {
-        FormDerivative::new(&self.sbp, self.form)
-    }
-
-    pub(crate) fn invariants(&self) -> Invariants<S> {
-        self.invariants
+    pub(super) fn window<'w>(&'w self, start: &'w Start<S>, is_regularised: bool) -> Window<'w, S, Metric<S>> {
+        let (geometry, digits) = (&*self.metric, self.digits);
+        Window { form: self.form, sbp: &self.sbp, geometry, start, is_regularised, digits }
     }
 
     /// γ of node k.

@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
-use super::failure::{At, NoSolution};
+use super::failure::NoSolution;
 use super::operator::Operators;
+use super::piece::Piece;
 use super::problem::Problem;
 use super::setup::Scene;
 use super::solution::{Backward, EndState, Joint, Solution, Window};
-use super::status::{InitialGuess, IterationRecord, Iterations, Status};
+use super::space::Space;
+use super::status::{InitialGuess, Iterations, Status};
 use crate::action::{Form, MULTIPLIERS};
 use crate::geodesic::InitialData;
 use crate::sbp::SbpName;
@@ -15,20 +17,6 @@ use crate::scalar::Real;
 
 /// Sees a run window by window, each as a solution of its own.
 pub(super) type Observer<'o, S> = &'o mut dyn FnMut(&Solution<S>);
-
-/// The critical point of one window. Its time counts from its start.
-pub(super) struct Piece<S> {
-    pub(super) elapsed: Vec<S>,
-    pub(super) x: Vec<S>,
-    pub(super) backward: Option<Backward<S>>,
-    pub(super) multipliers: Option<[S; MULTIPLIERS]>,
-    pub(super) gradient_norm: S,
-    /// x_N and w*_N.
-    pub(super) end: [S; 2],
-    pub(super) q_t: S,
-    pub(super) initial_guess: InitialGuess,
-    pub(super) history: Vec<IterationRecord>,
-}
 
 /// Where a window lies in the run: γ − γ_i and t − t_i at its start and its end.
 pub(super) struct Place<S> {
@@ -111,22 +99,27 @@ impl<'o, S: Real> Run<'o, S> {
     /// Numbers that are not finite are not a result: an overflow anywhere makes the gradient NaN or infinite, or
     /// the action.
     pub(super) fn append(&mut self, problem: &Problem<S>, place: Place<S>, piece: Piece<S>) -> Result<(), NoSolution> {
-        if !(piece.gradient_norm.is_finite() && place.has_finite_action(piece.q_t, piece.end[1])) {
+        let last = problem.sbp.points() - 1;
+        // p_x = −dx/dγ.
+        let (q_t, end) = (piece.end[0], [piece.q[1][last], -piece.end[1]]);
+        if !(piece.gradient_norm.is_finite() && place.has_finite_action(q_t, end[1])) {
             return Err(overflow(problem, piece));
         }
-        let ends = [[problem.initial.x, problem.initial.x_dot], piece.end];
+        let ends = [[problem.initial.x, problem.initial.x_dot], end];
         let operator = self.solution.operators.place_of(&problem.sbp);
-        self.begin_window(operator, &place, ends, piece.multipliers);
+        self.begin_window(operator, &place, ends, piece.multipliers.try_into().ok());
         let run = &mut self.solution;
-        run.end.q_t = piece.q_t;
+        run.end.q_t = q_t;
         run.gradient_norm = run.gradient_norm.max(piece.gradient_norm);
         run.iterations.add(piece.initial_guess, piece.history);
-        collect(&mut run.elapsed, piece.elapsed, self.capacity);
-        collect(&mut run.x, piece.x, self.capacity);
-        if let Some(piece) = piece.backward {
+        for (all, row) in [&mut run.elapsed, &mut run.x].into_iter().zip(piece.q) {
+            collect(all, row, self.capacity);
+        }
+        if !piece.backward.is_empty() {
             let backward = run.backward.get_or_insert(Backward { elapsed: Vec::new(), x: Vec::new() });
-            collect(&mut backward.elapsed, piece.elapsed, self.capacity);
-            collect(&mut backward.x, piece.x, self.capacity);
+            for (all, row) in [&mut backward.elapsed, &mut backward.x].into_iter().zip(piece.backward) {
+                collect(all, row, self.capacity);
+            }
         }
         self.end_window();
         Ok(())
@@ -174,13 +167,15 @@ fn collect<S: Real>(all: &mut Vec<S>, piece: Vec<S>, capacity: usize) {
 }
 
 fn overflow<S: Real>(problem: &Problem<S>, piece: Piece<S>) -> NoSolution {
-    let finite = |k: &usize| piece.x[*k].is_finite() && piece.elapsed[*k].is_finite();
-    let index = (0..piece.x.len()).find(|k| !finite(k)).unwrap_or(piece.x.len() - 1);
-    let (x, g00) = (piece.x[index].to_f64(), problem.metric.g00(piece.x[index]).to_f64());
+    let finite = |k: &usize| piece.q.iter().all(|row| row[*k].is_finite());
+    let points = piece.q[0].len();
+    let index = (0..points).find(|k| !finite(k)).unwrap_or(points - 1);
+    let q: Vec<S> = piece.q.iter().map(|row| row[index]).collect();
+    let at = problem.metric.place_of_overflow(problem.gamma(index).to_f64(), &q);
     NoSolution {
         residual: piece.gradient_norm.to_f64(),
         iterations: Box::new(Iterations::of(piece.initial_guess, piece.history)),
-        ..NoSolution::new(Status::OutsideDomain, At::overflow(problem.gamma(index).to_f64(), x, g00))
+        ..NoSolution::new(Status::OutsideDomain, at)
     }
 }
 

@@ -2,8 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use super::failure;
-use super::run::{Piece, Run};
+use super::run::Run;
 use super::setup::{SceneLimit, SceneSetup, Until};
 use super::world_line::WorldLine;
 use crate::action::Form;
@@ -12,6 +11,8 @@ use crate::lobatto::flow::{Flow, FlowFailure, FlowView, PhasePoint, Stop};
 use crate::sbp::SbpName;
 use crate::scalar::Real;
 use crate::solve::failure::{At, NoSolution};
+use crate::solve::piece::Piece;
+use crate::solve::space::domain_of;
 use crate::solve::status::{InitialGuess, MOST_NODES, Status};
 
 /// Solves a scene so that every coordinate is as accurate as asked for at all nodes. It is a solve in `f64`.
@@ -130,12 +131,11 @@ fn append<S: Real>(run: &mut Run<S>, view: &FlowView<'_>, geometry: &Geometry) -
 }
 
 fn no_world_line(geometry: &Geometry, gamma_i: f64, failure: FlowFailure) -> NoSolution {
-    let at = |gamma: f64, q: &[f64]| {
-        At::scene(gamma_i + gamma, failure::named(geometry, geometry.active().iter().map(|&a| q[a])))
-    };
+    let at =
+        |gamma: f64, q: &[f64]| At::scene(gamma_i + gamma, named(geometry, geometry.active().iter().map(|&a| q[a])));
     match failure {
         FlowFailure::OutsideDomain { gamma, q, outside } => {
-            let at = At { domain: failure::domain_of(geometry, &outside), ..at(gamma, &q) };
+            let at = At { domain: domain_of(geometry, &outside), ..at(gamma, &q) };
             NoSolution::adaptive(Status::OutsideDomain, at)
         }
         FlowFailure::NotConverged { gamma, q } => NoSolution::adaptive(Status::Stalled, at(gamma, &q)),
@@ -148,4 +148,9 @@ fn no_world_line(geometry: &Geometry, gamma_i: f64, failure: FlowFailure) -> NoS
             NoSolution { needed, ..failure }
         }
     }
+}
+
+/// The active coordinates with their names.
+fn named(geometry: &Geometry, values: impl IntoIterator<Item = f64>) -> Vec<(String, f64)> {
+    geometry.active().iter().map(|&a| geometry.names()[a].clone()).zip(values).collect()
 }

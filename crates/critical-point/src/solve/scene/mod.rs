@@ -1,17 +1,10 @@
 //! Critical points of the doubled action in scenes of n coordinates.
 
 mod accuracy;
-mod collocation;
 mod crossing;
-mod doubled;
 mod end;
-mod explicit;
-mod failure;
-mod leap;
-pub(super) mod limit;
 mod run;
 mod setup;
-pub(super) mod window;
 mod world_line;
 
 pub use setup::{Place, SceneLimit, SceneSetup, Until};

@@ -2,33 +2,17 @@
 
 use std::sync::Arc;
 
-use super::failure;
 use super::setup::{Place, SceneSetup};
-use super::window::Window;
 use super::world_line::{SceneWindow, WorldLine, relative};
-use super::{doubled, explicit, leap, limit};
-use crate::action::Form;
-use crate::geometry::{Geometry, Start};
+use crate::geometry::Start;
 use crate::sbp::{SbpName, SbpOperator};
 use crate::scalar::{Compensated, Real};
 use crate::solve::System;
 use crate::solve::failure::{At, NoSolution};
 use crate::solve::operator::Operators;
-use crate::solve::status::{InitialGuess, IterationRecord, Iterations, Status};
-
-/// The critical point of one window, in which ignorable coordinates are counted from its start.
-pub(super) struct Piece<S> {
-    pub(super) q: Vec<Vec<S>>,
-    /// p* of the active coordinates; nothing in the doubled system.
-    pub(super) p: Vec<Vec<S>>,
-    /// p*_a of all coordinates at the end.
-    pub(super) end: Vec<S>,
-    pub(super) backward: Vec<Vec<S>>,
-    pub(super) multipliers: Vec<S>,
-    pub(super) gradient_norm: S,
-    pub(super) initial_guess: InitialGuess,
-    pub(super) history: Vec<IterationRecord>,
-}
+use crate::solve::piece::{Pair, Piece};
+use crate::solve::status::{InitialGuess, Iterations, Status};
+use crate::solve::window::Window;
 
 /// A world-line as far as it is solved.
 pub(super) struct Run<S> {
@@ -110,12 +94,23 @@ impl<S: Real> OnGrid<S> {
         let is_first = run.line.windows.is_empty();
         let rough_here = if is_first { setup.rough.start.clone() } else { in_f64(&run.here) };
         let (start, rough_start) = (relative(geometry, &run.here), relative(rough_geometry, &rough_here));
-        let window = Window { form, sbp: &*self.sbp, geometry, start: &start, digits };
-        let rough = Window { form, sbp: &self.rough, geometry: rough_geometry, start: &rough_start, digits: 16 };
-        let offset = (setup.gamma_i + run.gamma).to_f64();
+        let is_regularised = true;
+        let pair = Pair {
+            window: Window { form, sbp: &*self.sbp, geometry, start: &start, is_regularised, digits },
+            rough: Window {
+                form,
+                sbp: &self.rough,
+                geometry: rough_geometry,
+                start: &rough_start,
+                is_regularised,
+                digits: 16,
+            },
+            gamma: (setup.gamma_i + run.gamma).to_f64(),
+            max_iterations: setup.settings.max_iterations,
+        };
         let piece = match setup.settings.system {
-            System::PhysicalLimit => solve_limit(&window, &rough, setup.settings.max_iterations, offset),
-            System::Doubled => doubled::solve(&window, &rough, setup, offset),
+            System::PhysicalLimit => pair.physical_limit(),
+            System::Doubled => pair.doubled(),
         }?;
         let operator = run.line.operators.place_of(&self.sbp);
         run.append(piece, operator, gamma)
@@ -125,49 +120,6 @@ impl<S: Real> OnGrid<S> {
 fn in_f64<S: Real>(start: &Start<S>) -> Start {
     let of = |values: &[S]| values.iter().map(|value| value.to_f64()).collect();
     Start { q: of(&start.q), q_dot: of(&start.q_dot), p: of(&start.p) }
-}
-
-fn solve_limit<S: Real>(
-    window: &Window<'_, S, Geometry<S>>,
-    rough: &Window<'_, f64, Geometry>,
-    max_iterations: usize,
-    gamma: f64,
-) -> Result<Piece<S>, NoSolution> {
-    let fields = 2 * window.geometry.active().len();
-    let is_explicit = window.form == Form::Strong && window.sbp.is_two_step();
-    let solved = limit::solve(window, rough, max_iterations).and_then(|limit| {
-        // Other rules begin with a guess that follows the geodesic in ever finer steps.
-        let leap = if is_explicit { leap::outside(window.geometry, &limit.q) } else { None };
-        leap.map_or(Ok(limit), |point| Err(explicit::outside(point)))
-    });
-    let limit = solved.map_err(|failure| {
-        let first = rough.derivative().first_unknown();
-        let locate = |row: usize, u: &[f64]| {
-            let node = row / fields;
-            let state = node.checked_sub(first).and_then(|unknown| u.get(unknown * fields..)?.get(..fields / 2));
-            (node, state.map_or(Vec::new(), <[f64]>::to_vec))
-        };
-        let guess = match (is_explicit, window.geometry.is_separable()) {
-            (true, _) => InitialGuess::None,
-            (false, true) => InitialGuess::Nystrom4,
-            (false, false) => InitialGuess::RungeKutta4,
-        };
-        failure::iterated(rough, failure, guess, |node| gamma + rough.sbp.node(node), locate)
-    })?;
-    let multipliers = limit.multipliers(window);
-    let action = window.action();
-    let rows: Vec<&[S]> = limit.q.iter().map(Vec::as_slice).collect();
-    let unknowns = action.layout().physical_limit(&rows, &multipliers);
-    Ok(Piece {
-        gradient_norm: action.gradient_norm(&unknowns),
-        end: limit.last_momenta(window),
-        q: limit.q,
-        p: limit.p,
-        backward: Vec::new(),
-        multipliers,
-        initial_guess: limit.initial_guess,
-        history: limit.history,
-    })
 }
 
 fn empty<S: Real>(setup: &SceneSetup<S>, length: S) -> WorldLine<S> {

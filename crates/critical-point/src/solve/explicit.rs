@@ -2,16 +2,16 @@
 //! guesses.
 
 use super::limit::Limit;
+use super::newton::Failure;
+use super::status::{InitialGuess, Status};
 use super::window::Window;
 use crate::geometry::Motion;
 use crate::norm::max_abs;
 use crate::runge_kutta::runge_kutta;
 use crate::scalar::Real;
-use crate::solve::newton::Failure;
-use crate::solve::status::{InitialGuess, Status};
 
 /// A recursion that ended at a point outside the domain.
-pub(in crate::solve) fn outside<O>(point: O) -> Failure<O> {
+pub(super) fn outside<O>(point: O) -> Failure<O> {
     Failure { outside: Some(point), ..Failure::without_iterate(Status::OutsideDomain) }
 }
 

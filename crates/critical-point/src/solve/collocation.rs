@@ -1,15 +1,15 @@
 //! The collocation system of the active coordinates as a banded Newton iteration in (q, p*).
 
+use super::derivative::FormDerivative;
 use super::explicit;
+use super::newton::{self, Failure, LinearFailure, NewtonSystem, Root, RoundingLevels};
+use super::refinement::{self, Refined};
+use super::status::{InitialGuess, IterationRecord};
 use super::window::Window;
 use crate::banded::solve_banded;
 use crate::geometry::{Motion, Term};
 use crate::norm::max_abs;
 use crate::scalar::Real;
-use crate::solve::derivative::FormDerivative;
-use crate::solve::newton::{self, Failure, LinearFailure, NewtonSystem, Root, RoundingLevels};
-use crate::solve::refinement::{self, Refined};
-use crate::solve::status::{InitialGuess, IterationRecord};
 
 /// A solution of the collocation system, with what it was found from.
 pub(super) struct Solved<S> {

@@ -12,27 +12,27 @@
 
 use super::collocation;
 use super::explicit;
+use super::newton::Failure;
+use super::quadrature::Integral;
+use super::status::{InitialGuess, IterationRecord};
 use super::window::Window;
 use crate::action::Form;
 use crate::geometry::Motion;
 use crate::scalar::Real;
-use crate::solve::newton::Failure;
-use crate::solve::quadrature::Integral;
-use crate::solve::status::{InitialGuess, IterationRecord};
 
 /// A solution of the collocation system of a window.
 #[derive(Debug, Clone)]
-pub(in crate::solve) struct Limit<S> {
+pub(super) struct Limit<S> {
     /// q^a on the nodes, a row for each coordinate.
-    pub(in crate::solve) q: Vec<Vec<S>>,
+    pub(super) q: Vec<Vec<S>>,
     /// p*_a on the nodes, a row for each active coordinate.
-    pub(in crate::solve) p: Vec<Vec<S>>,
-    pub(in crate::solve) history: Vec<IterationRecord>,
-    pub(in crate::solve) initial_guess: InitialGuess,
+    pub(super) p: Vec<Vec<S>>,
+    pub(super) history: Vec<IterationRecord>,
+    pub(super) initial_guess: InitialGuess,
 }
 
 /// In the strong form SBP21 is explicit; everything else is one banded system.
-pub(in crate::solve) fn solve<S: Real, G: Motion<S>, R: Motion<f64, Outside = G::Outside>>(
+pub(super) fn solve<S: Real, G: Motion<S>, R: Motion<f64, Outside = G::Outside>>(
     window: &Window<'_, S, G>,
     rough: &Window<'_, f64, R>,
     max_iterations: usize,
@@ -62,8 +62,8 @@ impl<S: Real> Limit<S> {
     }
 
     /// The multipliers of the doubled action at this solution, in the order of its layout; none in the weak form.
-    pub(in crate::solve) fn multipliers<G: Motion<S>>(&self, window: &Window<'_, S, G>) -> Vec<S> {
-        let layout = window.action().layout();
+    pub(super) fn multipliers<G: Motion<S>>(&self, window: &Window<'_, S, G>) -> Vec<S> {
+        let layout = window.layout();
         let mut multipliers = vec![S::ZERO; layout.multiplier_range().len()];
         if multipliers.is_empty() {
             return multipliers;
