@@ -37,7 +37,7 @@ form = "weak"
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = env::args().nth(1).unwrap_or_else(|| "docs".to_owned());
     let short: Solution = solve(&Case::parse("first picture", CASE, &[])?)?;
-    let nodes: Vec<(f64, f64)> = short.t().zip(short.x.iter().copied()).collect();
+    let nodes: Vec<(f64, f64)> = short.t().zip(short.x().iter().copied()).collect();
     let axis = nodes.iter().map(|&(t, _)| (t, -1.3)).collect();
     let mesh = Chart {
         title: "Even steps in γ, uneven steps in t: short where the force is strong".to_owned(),

@@ -72,9 +72,9 @@ impl Solved {
         let initial = self.case.initial_data();
         let length = self.solution.gamma_f() - self.solution.gamma_i;
         let reference =
-            ReferenceTrajectory::new(&self.solution.metric, self.solution.initial, length, f64::MOST_DIGITS)?;
-        let duration = self.solution.end.t - self.solution.t_i;
-        let in_time = time_parametrised(&self.solution.metric, initial, duration, 400);
+            ReferenceTrajectory::new(self.solution.geometry(), self.solution.initial(), length, f64::MOST_DIGITS)?;
+        let duration = self.solution.end_state().t - self.solution.t_i();
+        let in_time = time_parametrised(self.solution.geometry(), initial, duration, 400);
         Ok(pictures::trajectory(title, runs, Some(&reference), &in_time))
     }
 }
@@ -141,7 +141,7 @@ fn base_run(page: &mut Page, scene: &Scene, operator: usize) -> Result<()> {
     let solved = Solved::new("", scene.text, &settings(&[DOUBLED, &format!("scheme.sbp={sbp}")]))?;
     let (runs, name) = ([solved.run()], format!("{}-{sbp}", scene.name));
     let of = format!("{} potential, {sbp}, N = 32", scene.name);
-    let (end, d) = (&solved.solution.end, &solved.diagnostics);
+    let (end, d) = (&solved.solution.end_state(), &solved.diagnostics);
     let last = d.t_dot.len() - 1;
     page.row(
         &[

@@ -69,7 +69,7 @@
 //! let solution: Solution = solve(&case)?;
 //! let diagnostics = Diagnostics::new(&solution);
 //!
-//! assert!((solution.end.t - 1.468_700_371_198).abs() < 1e-11);
+//! assert!((solution.end_state().t - 1.468_700_371_198).abs() < 1e-11);
 //! assert!(diagnostics.measures.max_abs_delta_q_t_interior < 1e-13);
 //! assert!(solution.gradient_norm < 1e-10);
 //!

@@ -57,7 +57,7 @@ impl Several {
             return Outcome::NoReference;
         }
         let geometry = line.geometry();
-        let start = &line.windows[0].start.q;
+        let start = &line.place.start.q;
         let error = (0..geometry.dimension()).fold(0.0_f64, |worst, a| {
             let origin = if geometry.active().contains(&a) { 0.0 } else { start[a] };
             let size = line.q(a).fold(1.0_f64, |size, q| size.max((q - origin).abs()));

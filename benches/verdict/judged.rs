@@ -68,20 +68,20 @@ fn one(case: &Case) -> Judged {
     let error = run_error(case, &solution);
     let facts = facts_of_solution(&solution, &measures, error.as_ref());
     let length = solution.length;
-    let Some(truth) = Truth::one(&solution.metric, case.initial_data(), length) else {
+    let Some(truth) = Truth::one(solution.geometry(), case.initial_data(), length) else {
         return Judged::new(&facts, Found::NoReference);
     };
-    let elapsed = solution.t().map(|t| t - solution.t_i);
+    let elapsed = solution.t().map(|t| t - solution.t_i());
     let gamma = solution.gamma_from_start();
     let mut nodes: Vec<Node> =
-        gamma.zip(elapsed.zip(&solution.x)).map(|(gamma, (t, &x))| Node { gamma, q: vec![t, x] }).collect();
+        gamma.zip(elapsed.zip(solution.x())).map(|(gamma, (t, &x))| Node { gamma, q: vec![t, x] }).collect();
     if let End::Duration(duration) = case.end::<f64>()
         && let Some(last) = nodes.last_mut()
     {
         // The error of x at the time that was asked for.
         let exact = truth.at(last.gamma);
         let [t, x] = [exact[0], exact[1]];
-        let velocity = solution.end.x_dot * solution.metric.at(x).g00 / solution.end.q_t;
+        let velocity = solution.end_state().x_dot * solution.geometry().at(x).g00 / solution.end_state().q_t;
         last.q = vec![t, last.q[1] - velocity * (duration - t)];
     }
     let found = compare(&facts, &truth, &nodes);

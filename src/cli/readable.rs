@@ -51,7 +51,7 @@ pub(super) fn row(name: &str, text: &str) -> String {
 
 /// t and x at the end, with as many digits as their errors allow.
 fn end<S: Numeric>(solution: &Solution<S>, error: Option<&RunError>) -> String {
-    let (t, x) = (solution.end.t, solution.end.x);
+    let (t, x) = (solution.end_state().t, solution.end_state().x);
     let Some(error) = error else {
         let all = |number: S| number.to_decimal(solution.digits);
         return format!("t = {}, x = {}; no second solve to compare with", all(t), all(x));
@@ -211,7 +211,7 @@ fn scheme<S: Numeric>(solution: &Solution<S>, summary: &Summary) -> String {
         1 => format!("{} nodes", solution.sbp().points()),
         windows => format!("{windows} windows of {} nodes", solution.sbp().points()),
     };
-    let system = if solution.backward.is_some() { "doubled action" } else { "physical limit" };
+    let system = if solution.is_doubled() { "doubled action" } else { "physical limit" };
     let iterations = iterations(&solution.iterations).unwrap_or("explicit".to_owned());
     let digits = if S::IS_EXTENDED { format!(", {} digits", solution.digits) } else { String::new() };
     format!(

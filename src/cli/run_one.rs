@@ -163,7 +163,7 @@ impl<S: Numeric> Job for OneCoordinate<'_, S> {
             tables.samples(|out| write_samples(out, samples.iter().copied(), solution.digits))?;
         }
         match diagnostics {
-            Some(diagnostics) => tables.nodes(solution, diagnostics, solution.backward.is_some()),
+            Some(diagnostics) => tables.nodes(solution, diagnostics, solution.is_doubled()),
             None => Ok(()),
         }
     }
@@ -188,7 +188,7 @@ fn pictures<S: Numeric>(title: &str, case: &Case, solution: &Solution<S>, diagno
     // If the reference does not reach the end, the picture is drawn without it. For a line f64 is precise enough.
     let (metric, initial) = (case.metric(), InitialData { t: 0.0, ..case.initial_data() });
     let reference = ReferenceTrajectory::new(&metric, initial, solution.length.to_f64(), f64::MOST_DIGITS).ok();
-    let duration = (solution.end.t - solution.t_i).to_f64();
+    let duration = (solution.end_state().t - solution.t_i()).to_f64();
     let in_time = time_parametrised(&metric, initial, duration, 400);
     [
         pictures::world_line(title, solution),

@@ -79,7 +79,7 @@ fn short<S: Numeric>(value: S) -> String {
 
 fn end<S: Numeric>(line: &WorldLine<S>) -> String {
     let names = line.geometry().names();
-    let position = names.iter().zip(&line.end().q).map(|(name, q)| format!("{name} = {}", q.to_decimal(line.digits)));
+    let position = names.iter().zip(line.end().q).map(|(name, q)| format!("{name} = {}", q.to_decimal(line.digits)));
     row("end", &position.collect::<Vec<_>>().join(", "))
 }
 

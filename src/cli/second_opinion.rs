@@ -31,11 +31,11 @@ pub(super) fn second_opinion<S: Numeric>(case: &Case, solution: &Solution<S>) ->
     };
     // If the other system finds no critical point, that does not speak against this one.
     let other = solve::<S>(&other).ok()?;
-    let [t, x] = [solution.end.t, solution.end.x].map(S::to_f64);
-    let [other_t, other_x] = [other.end.t, other.end.x].map(S::to_f64);
+    let [t, x] = [solution.end_state().t, solution.end_state().x].map(S::to_f64);
+    let [other_t, other_x] = [other.end_state().t, other.end_state().x].map(S::to_f64);
     let apart = |a: f64, b: f64, size: f64| (a - b).abs() > SAME * a.abs().max(b.abs()).max(size);
     // A run may end near x = 0: the size of x is that along the way.
-    let amplitude = solution.x.iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()));
+    let amplitude = solution.x().iter().fold(0.0, |most: f64, x| most.max(x.to_f64().abs()));
     (apart(t, other_t, 0.0) || apart(x, other_x, amplitude)).then(|| {
         let finding = format!(
             "there are several critical points: {name}, from another guess, ends at t = {other_t:.6}, x = {other_x:.6} \

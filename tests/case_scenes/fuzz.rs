@@ -211,7 +211,12 @@ fn solved(text: &str) -> Result<(), TestCaseError> {
             Err(_) => return Ok(()),
             Ok::<Solution, _>(solution) => {
                 let measured = Diagnostics::new(&solution);
-                vec![solution.t().collect(), solution.x.clone(), measured.charges.delta_k, measured.residuals.delta_g_x]
+                vec![
+                    solution.t().collect(),
+                    solution.x().to_vec(),
+                    measured.charges.delta_k,
+                    measured.residuals.delta_g_x,
+                ]
             }
         },
         Ok(AnyCase::Scene(case)) => match solve_scene(&case.setup()) {

@@ -44,7 +44,7 @@ fn the_tables_are_the_solution_to_the_last_bit() {
     let solution: geodesic_ivp::Solution =
         geodesic_ivp::solve(&geodesic_ivp::Case::parse("units", &text, &[]).unwrap()).unwrap();
     let mut reader = csv::Reader::from_path(folder.path().join("out/trajectory.csv")).unwrap();
-    for ((row, (gamma, t)), x) in reader.records().zip(solution.gamma().zip(solution.t())).zip(&solution.x) {
+    for ((row, (gamma, t)), x) in reader.records().zip(solution.gamma().zip(solution.t())).zip(solution.x()) {
         let row = row.unwrap();
         let cell = |i: usize| row[i].parse::<f64>().unwrap();
         assert_eq!([cell(0), cell(1), cell(2)], [gamma, t, *x]);

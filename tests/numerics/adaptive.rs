@@ -277,8 +277,8 @@ fn a_solution_is_of_the_last_attempt() {
         begun_again += usize::from(adapted.attempts > 1);
         assert_eq!(solution.window_count, solution.windows.len(), "{digits}");
         assert!(solution.windows.windows(2).all(|pair| pair[0].gamma[1] == pair[1].gamma[0]), "{digits}");
-        let nodes = solution.x.len();
-        assert!(nodes == solution.elapsed.len() && nodes.is_multiple_of(solution.window_count), "{digits}: {nodes}");
+        let nodes = solution.x().len();
+        assert!(nodes == solution.elapsed().len() && nodes.is_multiple_of(solution.window_count), "{digits}: {nodes}");
     }
     assert!(begun_again > 0);
 }

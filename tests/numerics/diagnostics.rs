@@ -179,7 +179,7 @@ fn how_far_a_motion_is_from_newtons_is_told_in_per_cent() {
     for scheme in ["", "scheme.sbp=SBP42", "scheme.sbp=SBP42 scheme.form=weak"] {
         let overrides = format!("{falls} {scheme}");
         let (solution, found) = (solved(&overrides), measures(&overrides));
-        let (x, w) = (solution.end.x, solution.end.x_dot);
+        let (x, w) = (solution.end_state().x, solution.end_state().x_dot);
         let own = 2.0 * w * w * (1.0 - x);
         assert!((found.newtonian.deviation / own - 1.0).abs() < 1e-6, "{scheme}: {:?} for {own}", found.newtonian);
         assert!((own / (2.0 * x) - 1.0).abs() < 2e-3, "{scheme}: {own} at {x}");

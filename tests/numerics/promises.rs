@@ -68,7 +68,9 @@ fn an_estimate_that_k_contradicts_is_not_believed() {
         solve(&case).unwrap_or_else(|error| panic!("{error}"))
     };
     let (loose, tight) = (cusp("1e-5"), cusp("1e-11"));
-    let error = (loose.end.x - tight.end.x).abs().max((loose.end.t - tight.end.t).abs() / tight.end.t);
+    let error = (loose.end_state().x - tight.end_state().x)
+        .abs()
+        .max((loose.end_state().t - tight.end_state().t).abs() / tight.end_state().t);
     let estimate = loose.error_estimate.expect("it has one");
     println!("error {error:.1e}, estimate {estimate:.1e}");
     assert!(error <= estimate && estimate <= 1e-5, "{error:e} {estimate:e}");
@@ -82,7 +84,7 @@ fn the_last_row_is_at_the_end_time() {
         let accuracy = random.scale(1e-12, 1e-6);
         let solution = solved(&format!("initial.t={t_i:?} grid.t_f={t_f:?} solver.accuracy={accuracy:e}"));
         let last = solution.t().last().expect("it has nodes");
-        assert_eq!([solution.end.t.to_bits(), last.to_bits()], [t_f.to_bits(); 2], "{t_i} {t_f} {accuracy:e}");
+        assert_eq!([solution.end_state().t.to_bits(), last.to_bits()], [t_f.to_bits(); 2], "{t_i} {t_f} {accuracy:e}");
     }
 }
 
@@ -178,7 +180,7 @@ fn windows_given_by_hand_see_what_is_narrow() {
     let grid = "grid = { gamma_f = 64.0, n_gamma = 16, windows = 256 }\nscheme = { sbp = \"GLL16\", form = \"weak\" }";
     let x = |windows: &str| {
         let case = formula("5*exp(-((x-2)/0.05)^2)", 3.0, start, &grid.replace("256", windows));
-        solve::<f64>(&case).unwrap_or_else(|error| panic!("{error}")).end.x
+        solve::<f64>(&case).unwrap_or_else(|error| panic!("{error}")).end_state().x
     };
     assert!((x("256") + 33.944_080).abs() < 1e-5 && (x("512") - x("1024")).abs() < 1e-9);
 }

@@ -52,8 +52,8 @@ fn end_values_and_the_deviation_at_the_last_node() {
             let solution = solved(&format!("{} {system}", base.overrides));
             let diagnostics = Diagnostics::new(&solution);
             let name = format!("{} {system}", base.overrides);
-            assert!((solution.end.t - base.t_final).abs() < 1e-11, "{name}: t = {}", solution.end.t);
-            assert!((solution.end.x - base.x_final).abs() < 1e-11, "{name}: x = {}", solution.end.x);
+            assert!((solution.end_state().t - base.t_final).abs() < 1e-11, "{name}: t = {}", solution.end_state().t);
+            assert!((solution.end_state().x - base.x_final).abs() < 1e-11, "{name}: x = {}", solution.end_state().x);
             let last = diagnostics.measures.delta_q_t_last;
             assert!((last - base.delta_e_last).abs() < 1e-11, "{name}: delta E = {last}");
         }
@@ -90,8 +90,8 @@ fn multipliers_and_branches_are_those_of_the_physical_limit() {
         assert!(distance(lambda, doubled_lambda) < 1e-11, "{doubled_lambda:?}");
         assert!((doubled_lambda[4] + doubled.invariants().q_t).abs() < 1e-11);
         assert!(doubled.branch_distance() < 1e-11);
-        assert!(distance(&limit.x, &doubled.x) < 1e-11 && distance(&limit.elapsed, &doubled.elapsed) < 1e-11);
-        assert!((limit.end.x_dot - doubled.end.x_dot).abs() < 1e-11);
+        assert!(distance(limit.x(), doubled.x()) < 1e-11 && distance(limit.elapsed(), doubled.elapsed()) < 1e-11);
+        assert!((limit.end_state().x_dot - doubled.end_state().x_dot).abs() < 1e-11);
     }
 }
 
@@ -121,7 +121,7 @@ fn without_regularisation_the_critical_point_is_wrong_or_missing() {
     let ablation = "solver.system=doubled scheme.regularised=false";
     for (sbp, t_final) in [("SBP21", 1.0324), ("SBP42", 0.6350)] {
         let linear = solved(&format!("{ablation} potential={{linear={{alpha=0.25}}}} scheme.sbp={sbp}"));
-        assert!((linear.end.t - t_final).abs() < 5e-5, "{sbp}: t = {}", linear.end.t);
+        assert!((linear.end_state().t - t_final).abs() < 5e-5, "{sbp}: t = {}", linear.end_state().t);
         // In the quartic case Newton's method fails, or its damping carries it to a spurious point in which even and
         // odd nodes lie on two different curves.
         let quartic = format!("{ablation} scheme.sbp={sbp} solver.max_iterations=100");
@@ -130,7 +130,11 @@ fn without_regularisation_the_critical_point_is_wrong_or_missing() {
             (_, result) => {
                 let spurious = result.unwrap_or_else(|failure| panic!("{failure}"));
                 let splitting = Diagnostics::new(&spurious).measures.sawtooth.unwrap();
-                assert!(splitting > 1e-2 && (spurious.end.t - 0.9125).abs() < 1e-4, "{}", spurious.end.t);
+                assert!(
+                    splitting > 1e-2 && (spurious.end_state().t - 0.9125).abs() < 1e-4,
+                    "{}",
+                    spurious.end_state().t
+                );
             }
         }
     }

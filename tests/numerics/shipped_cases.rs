@@ -49,7 +49,7 @@ fn check<S: Numeric>(name: &str, [limit, doubled]: &[Case; 2]) {
     // In units of 1e-100 the doubled system stalls, as the case says.
     let doubled = if name.contains("tiny-units") { limit.clone() } else { doubled.unwrap() };
     let tolerance: S = expect.tolerance.as_ref().unwrap().to();
-    for end in [limit.end, doubled.end] {
+    for end in [limit.end_state(), doubled.end_state()] {
         let (t, x) = (expect.t_final.as_ref().unwrap().to::<S>(), expect.x_final.as_ref().unwrap().to::<S>());
         assert!((end.t - t).abs() <= tolerance, "{name}: t = {:?}", end.t);
         assert!((end.x - x).abs() <= tolerance, "{name}: x = {:?}", end.x);
@@ -58,7 +58,7 @@ fn check<S: Numeric>(name: &str, [limit, doubled]: &[Case; 2]) {
     let small = S::from_decimal(&format!("1e-{}", limit.digits - 6)).unwrap();
     let charge = limit.invariants().q_t.abs().max(S::ONE);
     assert!(limit.gradient_norm < small * charge && doubled.gradient_norm < small * charge, "{name}");
-    let (t, x) = (distance(&limit.elapsed, &doubled.elapsed), distance(&limit.x, &doubled.x));
+    let (t, x) = (distance(limit.elapsed(), doubled.elapsed()), distance(limit.x(), doubled.x()));
     let size = limit.duration().abs().max(S::ONE);
     assert!(t < small * size && x < small * size, "{name}: the systems differ by {t:?} in t and {x:?} in x");
 }
@@ -70,8 +70,8 @@ fn check_long(name: &str, case: &Case) {
     let (expect, solution) = (case.expect.as_ref().unwrap(), solve_window_by_window::<f64>(case, &mut see).unwrap());
     let tolerance = expect.tolerance.as_ref().unwrap().value();
     let [t, x] = [&expect.t_final, &expect.x_final].map(|number| number.as_ref().unwrap().value());
-    assert!((solution.end.t - t).abs() < tolerance, "{name}: t = {}", solution.end.t);
-    assert!((solution.end.x - x).abs() < tolerance, "{name}: x = {}", solution.end.x);
+    assert!((solution.end_state().t - t).abs() < tolerance, "{name}: t = {}", solution.end_state().t);
+    assert!((solution.end_state().x - x).abs() < tolerance, "{name}: x = {}", solution.end_state().x);
     assert!(k_ends < 1e-11 && solution.gradient_norm < 1e-9, "{name}: K = 100.09 drifts by {k_ends}");
 }
 
@@ -80,8 +80,8 @@ fn check_accuracy(name: &str, case: &Case) {
     let (expect, solution) = (case.expect.as_ref().unwrap(), solve::<f64>(case).unwrap());
     let accuracy = case.solver.accuracy.as_ref().unwrap().value();
     let [t, x] = [&expect.t_final, &expect.x_final].map(|number| number.as_ref().unwrap().value());
-    assert!((solution.end.t - t).abs() < accuracy * t.abs().max(1.0), "{name}: t = {}", solution.end.t);
-    assert!((solution.end.x - x).abs() < accuracy * x.abs().max(1.0), "{name}: x = {}", solution.end.x);
+    assert!((solution.end_state().t - t).abs() < accuracy * t.abs().max(1.0), "{name}: t = {}", solution.end_state().t);
+    assert!((solution.end_state().x - x).abs() < accuracy * x.abs().max(1.0), "{name}: x = {}", solution.end_state().x);
     assert!(solution.error_estimate.unwrap() <= accuracy && solution.gradient_norm < 1e-9, "{name}");
 }
 

@@ -132,7 +132,7 @@ fn nothing_inaccurate_is_called_accurate() {
         accurate += 1;
         if let Method::Block(sbp, form) = cell.method {
             let again = solve::<f64>(&case.on_grid((sbp, form), cell.n_gamma.unwrap(), cell.gamma_f).unwrap()).unwrap();
-            let error = (reference.at(cell.gamma_f.into()).x - Extended::from(again.end.x)).abs();
+            let error = (reference.at(cell.gamma_f.into()).x - Extended::from(again.end_state().x)).abs();
             assert!(error.to_f64() < 1.01e-2, "{cell:?}");
         }
     }
@@ -261,7 +261,7 @@ fn a_cancelled_atlas_keeps_what_is_finished() {
 fn the_ablation_has_a_wrong_critical_point_or_none() {
     let without = "scheme.regularised=false solver.system=doubled";
     let wrong = solved(&format!("potential={{linear={{alpha=0.25}}}} {without}"));
-    assert!((wrong.end.t - 1.0324).abs() < 1e-4 && wrong.gradient_norm < 1e-12, "{}", wrong.end.t);
+    assert!((wrong.end_state().t - 1.0324).abs() < 1e-4 && wrong.gradient_norm < 1e-12, "{}", wrong.end_state().t);
     assert!(solve::<f64>(&case(without)).is_err());
 }
 

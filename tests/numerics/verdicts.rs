@@ -23,8 +23,8 @@ fn true_errors<S: Numeric>(solution: &Solution<S>, overrides: &str) -> [[f64; 2]
     let (metric, initial) = (case(overrides).metric::<S>(), case(overrides).initial_data::<S>());
     let reference = ReferenceTrajectory::new(&metric, initial, solution.length, solution.digits).unwrap();
     let (mut largest, mut last) = ([0.0_f64; 2], [0.0; 2]);
-    let t = solution.t().map(|t| t - solution.t_i);
-    for ((gamma, t), &x) in solution.gamma_from_start().zip(t).zip(&solution.x) {
+    let t = solution.t().map(|t| t - solution.t_i());
+    for ((gamma, t), &x) in solution.gamma_from_start().zip(t).zip(solution.x()) {
         let exact = reference.at(gamma);
         last = [(t - exact.elapsed).to_f64().abs(), (x - exact.x).to_f64().abs()];
         largest = [largest[0].max(last[0]), largest[1].max(last[1])];
@@ -82,7 +82,7 @@ fn where_the_time_is_given_an_error_of_t_is_one_of_x() {
     let far = "solver.accuracy=1e-9 grid.gamma_f=9.0 potential={linear={alpha=-0.01}}";
     let (solution, error) = (solved(far), run_error(&case(far), &solved(far)).unwrap());
     let estimate = solution.error_estimate.unwrap();
-    for (found, size) in error.largest.into_iter().zip([solution.duration(), solution.end.x]) {
+    for (found, size) in error.largest.into_iter().zip([solution.duration(), solution.end_state().x]) {
         assert!(size > 1.5 && (found / (estimate * size) - 1.0).abs() < 1e-12, "{found:e}, {estimate:e}, {size}");
     }
     let scheme = "scheme.sbp=SBP42 grid.t_f=1.2";
@@ -91,7 +91,7 @@ fn where_the_time_is_given_an_error_of_t_is_one_of_x() {
     let (metric, initial) = (case(scheme).metric::<f64>(), case(scheme).initial_data::<f64>());
     let length = ReferenceTrajectory::length_of(&metric, initial, 1.2, 16).unwrap();
     let exact = ReferenceTrajectory::new(&metric, initial, length, 16).unwrap().at(length);
-    let off = (solution.end.x - exact.x).abs();
+    let off = (solution.end_state().x - exact.x).abs();
     assert_eq!(error.end[0], 0.0);
     assert!(off <= error.end[1] && error.end[1] < 1.05 * off + 1e-11, "{off} and {}", error.end[1]);
 }
@@ -105,7 +105,7 @@ fn beyond_the_digits_of_f64_an_error_of_t_is_one_of_x_too() {
     let duration = Extended::from_decimal("1.2").unwrap();
     let length = ReferenceTrajectory::length_of(&metric, initial, duration, 40).unwrap();
     let exact = ReferenceTrajectory::new(&metric, initial, length, 40).unwrap().at(length);
-    let off = (solution.end.x - exact.x).abs().to_f64();
+    let off = (solution.end_state().x - exact.x).abs().to_f64();
     assert!(matches!(error.judge, Judge::Taylor(_)) && error.end[0] == 0.0, "{error:?}");
     assert!(off > 1e-36 && (error.end[1] / off - 1.0).abs() < 1e-3, "{off:e} and {error:?}");
 }
@@ -126,7 +126,7 @@ fn samples_take_the_place_of_nodes_that_are_gone() {
     let larger = |a: [f64; 2], b: [f64; 2]| [a[0].max(b[0]), a[1].max(b[1])];
     let first = last.gamma().next().unwrap();
     assert!(first > 4.4, "the last window is kept: {first}");
-    let nodes = last.gamma().zip(last.t()).zip(&last.x).map(|((gamma, t), &x)| off(gamma, t, x));
+    let nodes = last.gamma().zip(last.t()).zip(last.x()).map(|((gamma, t), &x)| off(gamma, t, x));
     let before = samples.iter().filter(|sample| sample.gamma < first);
     let largest = before.map(|sample| off(sample.gamma, sample.t, sample.x)).chain(nodes).fold([0.0; 2], larger);
     // In either order.
@@ -175,7 +175,7 @@ fn the_error_of_a_second_solve_counts_in_units_of_the_sizes() {
     let own = march.run(initial.into(), Goal::Gamma(3.0), 1e-12, &mut go_on).unwrap().error_estimate;
     let (solution, error) = (solved(overrides), run_error(&case(overrides), &solved(overrides)).unwrap());
     let t = solution.duration().abs();
-    let x = solution.x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let x = solution.x().iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     assert!(t > 100.0 && x >= 30.0 && error.judge == Judge::SecondSolve(1e-12));
     for (found, size) in error.largest.into_iter().zip([t, x]) {
         assert!(found >= own * size && found < (own + 2e-14) * size, "{found:e}, {own:e}, {size}");
@@ -215,7 +215,7 @@ const TRAP: &str = "potential={polynomial={coefficients=[0.0,0.0,0.5]}} initial.
 fn a_motion_that_is_not_newtons_is_told_and_the_c_it_names_mends_it() {
     let run = format!("{TRAP} grid.t_f={TAU} grid.n_gamma=2001 scheme.sbp=SBP42");
     let solution = solved(&run);
-    assert!((solution.end.x - 0.5527).abs() < 1e-4, "Newton's law gives 0.9");
+    assert!((solution.end_state().x - 0.5527).abs() < 1e-4, "Newton's law gives 0.9");
     let measures = Diagnostics::new(&solution).measures;
     let c = measures.newtonian.c().unwrap();
     let warning = measures.newtonian_warning().unwrap();
@@ -223,7 +223,7 @@ fn a_motion_that_is_not_newtons_is_told_and_the_c_it_names_mends_it() {
 
     let mended = solved(&format!("{run} particle.c={c:?}"));
     let measures = Diagnostics::new(&mended).measures;
-    assert!((mended.end.x - 0.9).abs() < 1e-5, "{}", mended.end.x);
+    assert!((mended.end_state().x - 0.9).abs() < 1e-5, "{}", mended.end_state().x);
     assert!((0.5e-6..=1.05e-6).contains(&measures.newtonian.deviation), "{}", measures.newtonian.deviation);
     assert_eq!(measures.newtonian_warning(), None);
 
@@ -240,7 +240,7 @@ fn the_last_row_of_a_trajectory_is_a_velocity() {
         let diagnostics = Diagnostics::new(&solution);
         let (metric, initial) = (case(&overrides).metric::<f64>(), case(&overrides).initial_data::<f64>());
         let exact = ReferenceTrajectory::new(&metric, initial, 8.0, 16).unwrap().at(8.0);
-        let last = solution.x.len() - 1;
+        let last = solution.x().len() - 1;
         let off = |tangent: &[Vec<f64>; 2]| {
             (tangent[0][last] - exact.t_dot).abs().max((tangent[1][last] - exact.x_dot).abs())
         };
@@ -254,7 +254,7 @@ fn the_last_row_of_a_trajectory_is_a_velocity() {
         let text = String::from_utf8(table).unwrap();
         let row: Vec<f64> = text.lines().last().unwrap().split(',').map(|field| field.parse().unwrap()).collect();
         assert_eq!(row[3..5], [tangent[0][last], tangent[1][last]]);
-        assert_eq!(row[4], solution.end.x_dot);
+        assert_eq!(row[4], solution.end_state().x_dot);
     }
 }
 

@@ -22,7 +22,7 @@ fn windows_one_by_one_are_those_of_the_whole_run() {
         let whole = solved(overrides);
         let backwards = whole.duration() < 0.0;
         let gammas: Vec<f64> = (0..=40).map(|k| whole.gamma_i + whole.length * f64::from(k) / 40.0).collect();
-        let times: Vec<f64> = (0..=40).rev().map(|k| whole.t_i + whole.duration() * f64::from(k) / 40.0).collect();
+        let times: Vec<f64> = (0..=40).rev().map(|k| whole.t_i() + whole.duration() * f64::from(k) / 40.0).collect();
         let mut by_gamma = SampleStream::new(Coordinate::Gamma, gammas.clone(), backwards);
         let mut by_time = SampleStream::new(Coordinate::Time, times.clone(), backwards);
         let (mut t, mut x, mut gamma, mut windows) = (vec![], vec![], vec![], 0);
@@ -31,7 +31,7 @@ fn windows_one_by_one_are_those_of_the_whole_run() {
             windows += 1;
             assert_eq!((window.windows.len(), window.window_count), (1, windows), "{overrides}");
             t.extend(window.t());
-            x.extend_from_slice(&window.x);
+            x.extend_from_slice(window.x());
             gamma.extend(window.gamma());
             let here = Diagnostics::new(window).measures;
             measures = Some(measures.map_or(here, |before| before.followed_by(here)));
@@ -40,8 +40,8 @@ fn windows_one_by_one_are_those_of_the_whole_run() {
         });
         let last = last.unwrap_or_else(|error| panic!("{overrides}: {error}"));
         assert!(windows > 1 && windows == whole.window_count, "{overrides}");
-        assert!(t.iter().copied().eq(whole.t()) && x == whole.x && gamma.iter().copied().eq(whole.gamma()));
-        assert_eq!(last.end, whole.end, "{overrides}");
+        assert!(t.iter().copied().eq(whole.t()) && x == whole.x() && gamma.iter().copied().eq(whole.gamma()));
+        assert_eq!(last.end_state(), whole.end_state(), "{overrides}");
         assert_eq!((last.gradient_norm, &last.iterations), (whole.gradient_norm, &whole.iterations), "{overrides}");
         assert_eq!((last.length, last.error_estimate), (whole.length, whole.error_estimate), "{overrides}");
 

@@ -202,17 +202,17 @@ fn errors_at_outputs(case: &Case, solution: &Solution) -> [f64; 3] {
     let (metric, initial) = (case.metric::<f64>(), case.initial_data::<f64>());
     let (q_t, k) = (initial.invariants(&metric).q_t, initial.invariants(&metric).k);
     let reference = ReferenceTrajectory::new(&metric, initial, LENGTH, 16).unwrap();
-    let (windows, steps) = (solution.windows.len(), solution.x.len() - 1);
+    let (windows, steps) = (solution.windows.len(), solution.x().len() - 1);
     let mut largest = [0.0_f64; 3];
     for mark in 1..=10 {
         let [t, x, w] = match (windows, mark) {
             (1, 1..10) => {
                 let node = steps / 10 * mark;
-                [solution.elapsed[node], solution.x[node], solution.sbp().derivative_at(&solution.x, node)]
+                [solution.elapsed()[node], solution.x()[node], solution.sbp().derivative_at(solution.x(), node)]
             }
             _ => {
-                let end = &solution.windows[(windows * mark / 10).max(1) - 1].end;
-                [end.t, end.x, end.x_dot]
+                let end = solution.joint((windows * mark / 10).max(1));
+                [end.q[0], end.q[1], -end.p[1]]
             }
         };
         let exact = reference.at(LENGTH * mark as f64 / 10.0);
@@ -258,7 +258,7 @@ fn a_row_of_this_program_is_that_of_its_solve() {
         // An explicit recursion has no iterations.
         let sweeps = solution.iterations.count.max(solution.windows.len());
         assert_eq!(row.evaluations, sweeps * solution.sbp().points(), "{row:?}");
-        assert_eq!(row.points, solution.x.len(), "{row:?}");
+        assert_eq!(row.points, solution.x().len(), "{row:?}");
         if row.family != Family::Accuracy {
             let found = row.errors.as_ref().unwrap();
             let found = [found.q[0], found.q[1], found.delta_k];

@@ -56,7 +56,7 @@ fn energy_is_that_of_positions_and_velocities() {
             largest = largest.max(off.abs());
         }
         assert!(largest > 1e-3, "{largest}");
-        let ends = line.windows.iter().map(|window| energy(&window.end.q, &window.end.q_dot) - begun);
+        let ends = line.views().map(|view| energy(view.end.q, &line.velocities(view.end)) - begun);
         let most = ends.fold(0.0, |most: f64, off| most.max(off.abs()));
         assert!((of_ends.max_ends - most).abs() < 1e-12 && most > 1e-6, "{of_ends:?} for {most}");
     }

@@ -80,7 +80,8 @@ fn the_physical_limit_is_a_critical_point_of_the_whole_action() {
             assert!(doubled.branch_distance() < 1e-11, "{sbp:?} {form:?}: {:e}", doubled.branch_distance());
             let apart = error(&doubled, &limit.end().q);
             assert!(apart < 1e-11, "{sbp:?} {form:?}: the systems end {apart:e} apart");
-            let momenta = doubled.end().p.iter().zip(&limit.end().p);
+            let [doubled, limit] = [doubled, limit].map(|line| line.end().p);
+            let momenta = doubled.iter().zip(&limit);
             assert!(momenta.clone().all(|(a, b)| (a - b).abs() < 1e-10), "{sbp:?} {form:?}: {momenta:?}");
         }
     }

@@ -60,10 +60,10 @@ fn barriers_between_the_nodes_are_found() {
         let case = on_a_line(height, width, place, [-0.6, x_dot], &grid(GRIDS[run % GRIDS.len()]));
         // A node in the barrier may leave no solution.
         let Ok(solution): Result<Solution, _> = solve(&case) else { continue };
-        let passes = solution.end.x > place;
+        let passes = solution.end_state().x > place;
         for error in ERRORS {
             let gaps = Gaps::of_solution(&solution, &case.metric(), error);
-            assert_eq!(gaps.count, solution.x.len() - solution.windows.len());
+            assert_eq!(gaps.count, solution.x().len() - solution.windows.len());
             assert!(gaps.unproved > 0, "{width:e} {height} {place} {x_dot}: {gaps:?}");
             let first = gaps.first.unwrap();
             let [(t, _), (x, [from, to])] = &first.coordinates[..] else { panic!("t and x") };

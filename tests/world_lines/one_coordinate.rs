@@ -28,7 +28,7 @@ fn one_coordinate_is_measured_as_it_is_without_a_scene() {
         let same = SceneDiagnostics::new(&line, &[], &mut [], false);
         let what = |name: &str| format!("{sbp} {form} {name}");
         near(&line.q(0).collect::<Vec<_>>(), &solution.t().collect::<Vec<_>>(), 1e-12, &what("t"));
-        near(&line.q(1).collect::<Vec<_>>(), &solution.x, 1e-12, &what("x"));
+        near(&line.q(1).collect::<Vec<_>>(), solution.x(), 1e-12, &what("x"));
         near(&same.charges[0].delta, &measured.charges.delta_q_t, 1e-11, &what("delta_q_t"));
         near(&same.charges[0].corrected, &measured.charges.delta_q_t_corrected, 1e-11, &what("corrected"));
         near(&same.norm.delta, &measured.charges.delta_k, 1e-11, &what("delta_k"));

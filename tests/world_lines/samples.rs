@@ -82,9 +82,9 @@ fn samples_inside_weak_elements_are_as_accurate_as_their_ends() {
         let line = solve_scene(&setup::<f64>(SbpName::Gll(n), Form::Weak, n.into(), windows, System::PhysicalLimit));
         let line = line.unwrap();
         let reference = reference(&line);
-        let at_ends = line.windows.iter().fold(0.0, |most: f64, window| {
-            let exact = reference.at(window.gamma[1]);
-            let joint = window.end.q.iter().chain(&window.end.p).zip(exact.q.iter().chain(&exact.p));
+        let at_ends = line.views().fold(0.0, |most: f64, view| {
+            let exact = reference.at(view.window.gamma[1]);
+            let joint = view.end.q.iter().chain(view.end.p).zip(exact.q.iter().chain(&exact.p));
             joint.fold(most, |most, (a, b)| most.max((a - b).abs()))
         });
         let (at_nodes, [positions, rates]) = (error_at_nodes(&line), errors(&line, 1000));

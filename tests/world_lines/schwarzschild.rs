@@ -19,7 +19,7 @@ fn setup<S: Numeric>(operator: (SbpName, Form, usize), system: System) -> SceneS
 
 /// p_a − p_a,i at node k of the only window, from D̄q.
 fn deviation<S: Numeric>(line: &WorldLine<S>, a: usize, k: usize) -> S {
-    let start = &line.windows[0].start;
+    let start = &line.place.start;
     let rows: Vec<Vec<S>> = (0..3).map(|a| line.q(a).collect()).collect();
     let q: Vec<S> = rows.iter().map(|row| row[k]).collect();
     let penalty = |a: usize| if k == 0 { (rows[a][0] - start.q[a]) / line.sbp().weights()[0] } else { S::ZERO };

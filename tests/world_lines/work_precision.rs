@@ -141,7 +141,7 @@ fn a_row_of_this_program_is_that_of_its_solve() {
             let exact = reference.at(length * mark as f64 / 10.0);
             let here: Vec<f64> = match windows {
                 1 => q.iter().map(|row| row[(line.nodes() - 1) / 10 * mark]).collect(),
-                _ => line.windows[windows / 10 * mark - 1].end.q.clone(),
+                _ => line.joint(windows / 10 * mark).q.to_vec(),
             };
             largest = std::array::from_fn(|a| largest[a].max((here[a] - exact.q[a]).abs()));
         }

@@ -24,7 +24,7 @@ const PATIENCE: f64 = 0.3;
 fn in_turns(kept: &Solution, mut march: impl FnMut(), mut run: impl FnMut()) -> [f64; 3] {
     let mut least = [f64::INFINITY; 3];
     let mut write = || {
-        black_box((kept.elapsed.clone(), kept.x.clone(), kept.windows.clone()));
+        black_box((kept.elapsed().to_vec(), kept.x().to_vec(), kept.windows.clone()));
     };
     let begin = Instant::now();
     let mut rounds = 0;

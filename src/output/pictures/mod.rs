@@ -42,21 +42,17 @@ impl<S: Numeric> Run<'_, S> {
 
 /// t(γ) and x(γ); for a solution of the doubled system both branches.
 pub fn world_line<S: Numeric>(of: &str, solution: &Solution<S>) -> Chart {
-    let shifted = |elapsed: &[S]| solution.time_from_start(elapsed).map(|t| solution.t_i + t).collect::<Vec<_>>();
-    let points = |values: &[S]| solution.gamma().zip(values).map(|(gamma, x)| (gamma.to_f64(), x.to_f64())).collect();
-    let curve = |label: &str, values: &[S]| Series::new(label, Mark::LineAndPoints, points(values));
-    let series = match &solution.backward {
-        None => vec![curve("t(γ)", &shifted(&solution.elapsed)), curve("x(γ)", &solution.x)],
-        Some(backward) => {
-            let dots = |label: &str, values: &[S]| Series::new(label, Mark::Points, points(values));
-            vec![
-                curve("t_1(γ)", &shifted(&solution.elapsed)),
-                curve("x_1(γ)", &solution.x),
-                dots("t_2(γ)", &shifted(&backward.elapsed)),
-                dots("x_2(γ)", &backward.x),
-            ]
-        }
+    let curve = |label: &str, mark: Mark, values: &mut dyn Iterator<Item = S>| {
+        let points = solution.gamma().zip(values).map(|(gamma, value)| (gamma.to_f64(), value.to_f64()));
+        Series::new(label, mark, points.collect())
     };
+    let [t, x] = if solution.is_doubled() { ["t_1(γ)", "x_1(γ)"] } else { ["t(γ)", "x(γ)"] };
+    let forward = [t, x].into_iter().enumerate();
+    let mut series: Vec<Series> =
+        forward.map(|(a, label)| curve(label, Mark::LineAndPoints, &mut solution.q(a))).collect();
+    for (a, label) in ["t_2(γ)", "x_2(γ)"].into_iter().enumerate() {
+        series.extend(solution.backward(a).map(|mut row| curve(label, Mark::Points, &mut row)));
+    }
     Chart {
         title: "Time t and place x along the world-line".to_owned(),
         subtitle: of.to_owned(),
@@ -106,7 +102,7 @@ pub fn trajectory<S: Numeric>(
 ) -> Chart {
     let mut series = Vec::new();
     if let Some(first) = runs.first().map(|run| run.solution) {
-        let t_i = first.t_i.to_f64();
+        let t_i = first.t_i().to_f64();
         if let Some(reference) = reference {
             let at = |k: usize| reference.at(first.length.to_f64() * k as f64 / (CURVE_POINTS - 1) as f64);
             let place = |point: ReferencePoint| (t_i + point.elapsed, point.x);
@@ -117,7 +113,7 @@ pub fn trajectory<S: Numeric>(
         series.push(Series::new("x(t) with time as parameter", Mark::Dashed, points).with_ink(Ink::Neutral));
     }
     for run in runs {
-        let points = run.solution.t().zip(&run.solution.x).map(|(t, x)| (t.to_f64(), x.to_f64())).collect();
+        let points = run.solution.t().zip(run.solution.x()).map(|(t, x)| (t.to_f64(), x.to_f64())).collect();
         series.push(Series::new(run.named("nodes"), Mark::Points, points));
     }
     Chart {

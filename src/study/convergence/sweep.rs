@@ -176,7 +176,7 @@ pub(super) fn point<R>(
 /// The errors of a solution at its nodes. The L2 norms use the quadrature of its operator.
 pub fn errors<S: Numeric>(solution: &Solution<S>, reference: &ReferenceTrajectory<S>) -> Errors {
     let (mut t_squared, mut x_squared, mut final_errors) = (0.0, 0.0, (0.0, 0.0));
-    let values = solution.time_from_start(&solution.elapsed).zip(&solution.x);
+    let values = solution.from_origin(0, solution.elapsed()).zip(solution.x());
     let weights = solution.grids().flat_map(|grid| grid.sbp().weights());
     for ((gamma, (t, &x)), weight) in solution.gamma_from_start().zip(values).zip(weights) {
         let exact = reference.at(gamma);

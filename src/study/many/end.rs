@@ -107,8 +107,8 @@ pub(super) fn of_one<S: Numeric>(case: &Case) -> Outcome {
     };
     let measures: Measures<S> = Diagnostics::new(&solution).measures;
     let decimal = |value: S| value.to_decimal(solution.digits);
-    let end = solution.end;
-    let t_dot = end.q_t / solution.metric.g00(end.x);
+    let end = solution.end_state();
+    let t_dot = end.q_t / solution.geometry().g00(end.x);
     let maxima = [
         measures.max_abs_delta_q_t_interior,
         measures.max_abs_delta_q_t_last,

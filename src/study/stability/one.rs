@@ -162,8 +162,8 @@ impl World for One {
 
 fn track_of(solution: &Solution) -> Track {
     let Diagnostics { charges, measures, .. } = Diagnostics::new(solution);
-    let (gamma, t) = (solution.gamma_from_start().collect(), solution.time_from_start(&solution.elapsed).collect());
-    let rows = (vec![t, solution.x.clone()], charges.delta_k);
+    let (gamma, t) = (solution.gamma_from_start().collect(), solution.from_origin(0, solution.elapsed()).collect());
+    let rows = (vec![t, solution.x().to_vec()], charges.delta_k);
     let delta_k = (charges.delta_k_ends.as_slice(), measures.max_abs_delta_k);
     let corrected = charges.delta_q_t_corrected.last().copied();
     let single = solution.form == Form::Strong && solution.windows.len() == 1;

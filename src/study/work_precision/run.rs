@@ -12,7 +12,7 @@ use crate::methods::{Failure, Marks, Output, Problem, SceneState, Setting, State
 use crate::sampling::{Coordinate, SampleStream};
 use crate::scalar::Real;
 use crate::solve::scene::{WorldLine, solve_scene};
-use crate::solve::{Joint, NoSolution, Settings, Setup, Solution, System, solve, solve_window_by_window};
+use crate::solve::{Joint, NoSolution, Settings, Setup, Solution, Space, System, solve, solve_window_by_window};
 
 /// A run to be timed. It contains only the work that a user would have to do as well.
 pub(super) struct Job<'a> {
@@ -206,13 +206,13 @@ fn accuracy<'a>(one: &'a One, output: Output, accuracy: f64) -> Run<'a> {
         let mut stream = SampleStream::new(Coordinate::Gamma, output.gamma(length).collect(), false);
         let mut nodes = 0;
         let last = solve_window_by_window(setup.clone(), &mut |window: &Solution| {
-            nodes += window.x.len();
+            nodes += window.x().len();
             stream.see(window);
         });
         let last = last.map_err(|failure| failure.status.as_str())?;
         let samples = stream.finish(&last).map_err(|_| "outside-run")?;
         let states = samples.iter().map(|sample| State { elapsed: sample.t, x: sample.x, w: sample.x_dot }).collect();
-        let evaluations = last.iterations.count * last.x.len();
+        let evaluations = last.iterations.count * last.x().len();
         Ok(Raw::Trajectory(Trajectory { states, evaluations, steps: nodes }))
     })
 }
@@ -229,60 +229,56 @@ impl Raw {
                 let places = states.into_iter().map(|state| arena.place_of(state)).collect();
                 return Ok(Outcome { places, evaluations, points: steps });
             }
-            Self::WorldLine(line) => return Ok(outcome_of(&line, arena, output)),
+            Self::WorldLine(line) => {
+                return Ok(outcome_of(&line, output, |node| momenta_at(&line, node), |state| arena.place_of(state)));
+            }
             Self::Solution(solution) => solution,
         };
-        let windows = solution.windows.len();
-        let nodes = solution.sbp().points();
-        let state = |&mark: &usize| {
-            if windows > 1 {
-                // The number of windows per interval is whole.
-                let after = mark * windows / output.intervals;
-                let Joint { t, x, x_dot } = solution.windows[after - 1].end;
-                return State { elapsed: t, x, w: x_dot };
-            }
-            if mark == output.intervals {
-                return State { elapsed: solution.duration(), x: solution.end.x, w: solution.end.x_dot };
-            }
-            let node = mark * (nodes - 1) / output.intervals;
-            let w = solution.sbp().derivative_at(&solution.x, node);
-            State { elapsed: solution.elapsed[node], x: solution.x[node], w }
-        };
-        // An explicit recursion evaluates once per node and reports no iterations; otherwise the iterations are summed
-        // over the windows.
-        let sweeps = solution.iterations.count.max(windows);
-        Ok(Outcome {
-            places: output.marks.iter().map(|mark| arena.place(&state(mark))).collect(),
-            evaluations: sweeps * nodes,
-            points: windows * nodes,
-        })
+        // The momentum of x is minus its velocity.
+        let momenta = |node| vec![solution.invariants().q_t, -solution.sbp().derivative_at(solution.x(), node)];
+        Ok(outcome_of(&solution, output, momenta, |SceneState { q, p }| {
+            arena.place(&State { elapsed: q[0], x: q[1], w: -p[1] })
+        }))
     }
 }
 
-/// The states of a world-line at the marks of `output`, which coincide with ends of windows or with nodes.
-fn outcome_of(line: &WorldLine, arena: &Arena, output: &Output) -> Outcome {
+/// The places of a world-line at the marks of `output`, which coincide with ends of windows or with nodes. `momenta`
+/// gives p_a at a node of a run in one window.
+fn outcome_of<G: Space<f64>>(
+    line: &WorldLine<f64, G>,
+    output: &Output,
+    momenta: impl Fn(usize) -> Vec<f64>,
+    place: impl Fn(SceneState) -> Place,
+) -> Outcome {
     let (windows, nodes) = (line.windows.len(), line.sbp().points());
     let state = |&mark: &usize| {
         // The number of windows per interval is whole, unless there is one window.
         let end =
             if windows > 1 { Some(mark * windows / output.intervals) } else { (mark == output.intervals).then_some(1) };
         if let Some(after) = end {
-            let end = &line.windows[after - 1].end;
-            return SceneState { q: end.q.clone(), p: end.p.clone() };
+            let Joint { q, p } = line.joint(after);
+            return SceneState { q: q.to_vec(), p: p.to_vec() };
         }
         let node = mark * (nodes - 1) / output.intervals;
-        let (rows, mut p) = (line.rows(&line.windows[0]), line.place.start.p.clone());
-        for (row, &a) in line.p.iter().zip(line.geometry().active()) {
-            p[a] = row[node];
-        }
-        let start = &line.place.start;
+        let (rows, start) = (line.view(0).rows(), &line.place.start);
         let absolute = |a: usize| if line.geometry().active().contains(&a) { 0.0 } else { start.q[a] };
-        SceneState { q: rows.iter().enumerate().map(|(a, row)| absolute(a) + row[node]).collect(), p }
+        SceneState { q: rows.iter().enumerate().map(|(a, row)| absolute(a) + row[node]).collect(), p: momenta(node) }
     };
+    // An explicit recursion evaluates once per node and reports no iterations; otherwise the iterations are summed over
+    // the windows.
     let sweeps = line.iterations.count.max(windows);
     Outcome {
-        places: output.marks.iter().map(|mark| arena.place_of(state(mark))).collect(),
+        places: output.marks.iter().map(|mark| place(state(mark))).collect(),
         evaluations: sweeps * nodes,
         points: windows * nodes,
     }
+}
+
+/// p_a of a scene at a node of its first window.
+fn momenta_at(line: &WorldLine, node: usize) -> Vec<f64> {
+    let mut p = line.place.start.p.clone();
+    for (row, &a) in line.p.iter().zip(line.geometry().active()) {
+        p[a] = row[node];
+    }
+    p
 }

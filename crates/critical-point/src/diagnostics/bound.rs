@@ -39,17 +39,17 @@ impl<S: Real> Bound<S> {
         let (mut t_dot, mut x_dot) = (Vec::new(), Vec::new());
         let of_window = |view: WindowNodes<'_, S>| {
             for room in [&mut t_dot, &mut x_dot] {
-                room.resize(view.x.len(), S::ZERO);
+                room.resize(view.grid.points(), S::ZERO);
             }
-            RegularisedOperator::new(view.grid.sbp(), S::ZERO).apply(view.elapsed, &mut t_dot);
-            RegularisedOperator::new(view.grid.sbp(), view.window.start.x).apply(view.x, &mut x_dot);
+            RegularisedOperator::new(view.grid.sbp(), S::ZERO).apply(view.row(0), &mut t_dot);
+            RegularisedOperator::new(view.grid.sbp(), view.start.q[1]).apply(view.row(1), &mut x_dot);
             for ((u, &w), &g) in t_dot.iter_mut().zip(&x_dot).zip(&g00[view.grid.nodes()]) {
                 *u = (g * *u * *u + w * w).half();
             }
             view.grid.sbp().integrate(&t_dot)
         };
         let h_bvp = sum(solution.views().map(of_window));
-        let begun = solution.windows.first().map_or(S::ZERO, |window| window.start.t);
+        let begun = solution.joint(0).q[0];
         let length = solution.windows.last().map_or(S::ZERO, |window| window.gamma[1])
             - solution.windows.first().map_or(S::ZERO, |window| window.gamma[0]);
         let Invariants { q_t, k } = solution.invariants();

@@ -40,15 +40,15 @@ impl<S: Real> FreeParticleCharges<S> {
 
     /// The charges if V = 0, over all nodes.
     pub(super) fn new(solution: &Solution<S>, t_dot: &[S], x_dot: &[S]) -> Option<Self> {
-        let Potential::Polynomial(polynomial) = solution.metric.potential() else { return None };
+        let Potential::Polynomial(polynomial) = solution.geometry().potential() else { return None };
         if polynomial.coefficients().iter().any(|&c| c != S::ZERO) {
             return None;
         }
-        let initial = solution.initial;
+        let initial = solution.initial();
         let delta_q_x: Vec<S> = x_dot.iter().map(|&w| initial.x_dot - w).collect();
         let q_eta = initial.x * initial.t_dot;
-        let time = solution.time_from_start(&solution.elapsed);
-        let delta_q_eta: Vec<S> = (solution.x.iter().zip(t_dot))
+        let time = solution.from_origin(0, solution.elapsed());
+        let delta_q_eta: Vec<S> = (solution.x().iter().zip(t_dot))
             .zip(time.zip(x_dot))
             .map(|((&x, &u), (t, &w))| x * u - t * w - q_eta)
             .collect();

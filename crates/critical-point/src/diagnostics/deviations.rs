@@ -2,10 +2,11 @@
 
 use super::rows::{corrected, derivative, handed_on, largest};
 use crate::action::Form;
-use crate::geometry::{Contraction, Lagrangian, Samples, Structure};
+use crate::geometry::{Contraction, Samples, Structure};
 use crate::norm::max_abs;
 use crate::scalar::Real;
-use crate::solve::Extremal;
+use crate::solve::Space;
+use crate::solve::scene::WorldLine;
 
 /// How far a momentum, or a sum of momenta, is from its value at the start of the run.
 #[derive(Debug, Clone)]
@@ -44,8 +45,8 @@ pub struct NormDeviation<S = f64> {
 }
 
 /// A run with its velocities, its metric and its momenta on the nodes.
-pub(super) struct Fields<'r, S: Real, R: Extremal<S>> {
-    pub(super) run: &'r R,
+pub(super) struct Fields<'r, S, G> {
+    pub(super) run: &'r WorldLine<S, G>,
     /// Dq^a or D̄q^a.
     pub(super) velocities: Vec<Vec<S>>,
     /// The metric and the one-form.
@@ -56,10 +57,10 @@ pub(super) struct Fields<'r, S: Real, R: Extremal<S>> {
     momenta: Vec<Vec<S>>,
 }
 
-impl<'r, S: Real, R: Extremal<S>> Fields<'r, S, R> {
+impl<'r, S: Real, G: Space<S>> Fields<'r, S, G> {
     /// Differentiates the rows of `run`, and fills in the rest.
-    pub(super) fn new(run: &'r R) -> Self {
-        let (lagrangian, rows) = (run.lagrangian(), run.rows());
+    pub(super) fn new(run: &'r WorldLine<S, G>) -> Self {
+        let (lagrangian, rows) = (run.geometry(), run.rows());
         let (structure, points) = (lagrangian.structure(), rows[0].len());
         let n = structure.dimension;
         let velocities: Vec<Vec<S>> = (0..n).map(|a| derivative(run.grids(), rows[a], run.starts(a))).collect();
@@ -82,7 +83,7 @@ impl<'r, S: Real, R: Extremal<S>> Fields<'r, S, R> {
     }
 
     fn structure(&self) -> &'r Structure<S> {
-        self.run.lagrangian().structure()
+        self.run.geometry().structure()
     }
 
     /// A zero for every node.
@@ -107,7 +108,7 @@ impl<'r, S: Real, R: Extremal<S>> Fields<'r, S, R> {
 
     /// The deviation of Σ c^a p_a.
     pub(super) fn charge(&self, terms: Vec<(usize, S)>) -> ChargeDeviation<S> {
-        let (run, start) = (self.run, self.run.start());
+        let (run, start) = (self.run, &self.run.place.start);
         let value = terms.iter().fold(S::ZERO, |sum, &(a, c)| sum + c * start.p[a]);
         let mut delta = self.zeros();
         for &(a, c) in &terms {
@@ -141,8 +142,8 @@ impl<'r, S: Real, R: Extremal<S>> Fields<'r, S, R> {
 
     /// The deviation of K.
     pub(super) fn norm(&self) -> NormDeviation<S> {
-        let (run, start) = (self.run, self.run.start());
-        let value = run.lagrangian().norm(&start.q, &start.q_dot);
+        let (run, start) = (self.run, &self.run.place.start);
+        let value = run.geometry().norm(&start.q, &start.q_dot);
         let mut delta = self.zeros();
         self.contraction().add_norm(&mut delta);
         delta.iter_mut().for_each(|delta| *delta -= value);
@@ -190,8 +191,8 @@ impl<'r, S: Real, R: Extremal<S>> Fields<'r, S, R> {
 }
 
 /// The row Dq^a of a run as dq^a/dγ, see [`Fields::tangent`].
-pub(super) fn tangent<S: Real>(run: &impl Extremal<S>, a: usize, velocity: &[S]) -> Vec<S> {
-    match run.form() {
+pub(super) fn tangent<S: Real, G: Space<S>>(run: &WorldLine<S, G>, a: usize, velocity: &[S]) -> Vec<S> {
+    match run.form {
         Form::Weak => velocity.to_vec(),
         Form::Strong => handed_on(run.grids(), velocity.to_vec(), run.end_velocities(a)),
     }

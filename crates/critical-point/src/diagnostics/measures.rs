@@ -8,9 +8,8 @@ use super::newtonian::Newtonian;
 use super::residuals::GeodesicResiduals;
 use super::sawtooth::Sawtooth;
 use super::scales::Scales;
-use crate::metric::G00;
+use crate::metric::{G00, Metric};
 use crate::scalar::Real;
-use crate::solve::Solution;
 
 /// Extremes of the deviations over a run.
 ///
@@ -56,14 +55,14 @@ impl<S: Diagnosed> Measures<S> {
 
 impl<S: Real> Measures<S> {
     pub(super) fn new(
-        fields: &Fields<'_, S, Solution<S>>,
+        fields: &Fields<'_, S, Metric<S>>,
         charge: &ChargeDeviation<S>,
         norm: &NormDeviation<S>,
         residuals: &GeodesicResiduals<S>,
     ) -> Self {
         let (solution, metric) = (fields.run, &fields.samples);
         let [t_dot, x_dot] = [&fields.velocities[0], &fields.velocities[1]];
-        let sawtooth = Sawtooth::new(&solution.x, solution.grids());
+        let sawtooth = Sawtooth::new(solution.x(), solution.grids());
         Self {
             max_abs_delta_q_t_interior: charge.max_interior,
             max_abs_delta_q_t_last: charge.max_last,
@@ -78,7 +77,7 @@ impl<S: Real> Measures<S> {
             bound: Bound::new(solution, metric.row(G00)),
             scales: Scales::new(solution, metric, x_dot, sawtooth.sixth_difference),
             newtonian: Newtonian::new(solution, metric, x_dot),
-            branch_distance: solution.backward.as_ref().map(|_| solution.branch_distance()),
+            branch_distance: solution.is_doubled().then(|| solution.branch_distance()),
             free_particle: FreeParticleCharges::new(solution, t_dot, x_dot),
         }
     }

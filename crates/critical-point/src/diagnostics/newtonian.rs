@@ -31,15 +31,15 @@ pub struct Newtonian {
 impl Newtonian {
     pub(super) fn new<S: Real>(solution: &Solution<S>, metric: &Samples<S>, x_dot: &[S]) -> Self {
         let q_t = solution.invariants().q_t;
-        let c_squared = solution.metric.c_squared();
-        let initial = solution.initial;
-        let (start, v) = (solution.metric.g00(initial.x), initial.x_dot / initial.t_dot);
+        let c_squared = solution.geometry().c_squared();
+        let initial = solution.initial();
+        let (start, v) = (solution.geometry().g00(initial.x), initial.x_dot / initial.t_dot);
         let mut found = Self { deviation: 0.0, speed_squared: 0.0, depth: f64::NEG_INFINITY };
         for view in solution.views() {
-            let last = view.x.len() - 1;
+            let last = view.grid.points() - 1;
             for (k, node) in view.grid.nodes().enumerate() {
                 let (g00, first) = (metric.row(G00)[node], metric.row(G00_FIRST)[node]);
-                let w = if k == last { view.window.end.x_dot } else { x_dot[node] };
+                let w = if k == last { -view.end.p[1] } else { x_dot[node] };
                 if first != S::ZERO {
                     let v = w * g00 / q_t;
                     let deviation = (S::from(2.0) * v * v / g00).to_f64();

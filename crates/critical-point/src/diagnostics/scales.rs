@@ -33,11 +33,11 @@ impl Scales {
         let q_t = solution.invariants().q_t;
         let least = |a: f64, b: f64| if b < a { b } else { a };
         let most = |a: f64, b: f64| if b > a { b } else { a };
-        let x = || solution.x.iter().map(|x| x.to_f64());
+        let x = || solution.x().iter().map(|x| x.to_f64());
         let g00 = metric.row(G00);
         let squares = (g00.iter().zip(metric.row(G00_FIRST)).zip(metric.row(G00_SECOND)))
             .map(|((&g00, &first), &second)| -acceleration_slope(q_t, g00, first, second).to_f64());
-        let c_squared = solution.metric.c_squared().to_f64();
+        let c_squared = solution.geometry().c_squared().to_f64();
         let g00 = g00.iter().map(|g00| g00.to_f64() / c_squared);
         let exact = solution.views().flat_map(|view| x_dot[view.grid.exact()].iter());
         Self {

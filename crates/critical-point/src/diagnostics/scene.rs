@@ -5,10 +5,11 @@ use super::verdict::Reason;
 use super::warnings::{rounding_warning, unproved_warning};
 use super::{ChargeDeviation, Diagnosed, NormDeviation, Sawtooth};
 use crate::action::Form;
-use crate::geometry::{Lagrangian, Observable};
+use crate::geometry::{Geometry, Lagrangian, Observable, Start};
 use crate::norm::max_abs;
 use crate::scalar::{Real, sum};
-use crate::solve::scene::{SceneJoint, WorldLine};
+use crate::solve::Joint;
+use crate::solve::scene::WorldLine;
 
 /// What a user wants to see conserved.
 #[derive(Debug, Clone)]
@@ -127,8 +128,11 @@ impl<S: Real> SceneDiagnostics<S> {
                 deviations.map(|(&delta, &t_dot)| energy_off(start, norm.value + delta, t_dot)).collect()
             }),
             energy: is_lifted.then(|| {
-                let of = |end: &SceneJoint<S>| energy_off(start, geometry.norm_here(&end.q, &end.q_dot), end.q_dot[0]);
-                let ends: Vec<S> = line.windows.iter().map(|window| of(&window.end)).collect();
+                let of = |end: Joint<'_, S>| {
+                    let q_dot = line.velocities(end);
+                    energy_off(start, geometry.norm_here(end.q, &q_dot), q_dot[0])
+                };
+                let ends: Vec<S> = line.views().map(|view| of(view.end)).collect();
                 EnergyDeviation { value: start.p[0] / start.p[n - 1], max_ends: max_abs(&ends) }
             }),
             tangent,
@@ -141,7 +145,7 @@ impl<S: Real> SceneDiagnostics<S> {
 /// In the lift of Newton's law: what the energy of positions and velocities differs by from p_t/p_s where K, which is 0
 /// on a world-line, has this value.
 #[doc(hidden)]
-pub fn energy_off<S: Real>(start: &SceneJoint<S>, k: S, t_dot: S) -> S {
+pub fn energy_off<S: Real>(start: &Start<S>, k: S, t_dot: S) -> S {
     let p_s = start.p[start.p.len() - 1];
     -k / ((p_s + p_s) * t_dot)
 }
@@ -182,7 +186,7 @@ fn amplitude<S: Real>(row: &[S]) -> f64 {
 }
 
 /// The work of the force on coordinates that the Lagrangian does not depend on.
-fn work<S: Real>(fields: &Fields<'_, S, WorldLine<S>>) -> Vec<WorkBalance<S>> {
+fn work<S: Real>(fields: &Fields<'_, S, Geometry<S>>) -> Vec<WorkBalance<S>> {
     let line = fields.run;
     let structure = line.geometry().structure();
     let depends = |a: usize| structure.first.iter().any(|term| term.by == [a]);
@@ -193,7 +197,7 @@ fn work<S: Real>(fields: &Fields<'_, S, WorldLine<S>>) -> Vec<WorkBalance<S>> {
         .map(|coordinate| {
             let force = &fields.forces[coordinate];
             let work = sum(line.grids().map(|grid| grid.sbp().integrate(&force[grid.nodes()])));
-            let gained = line.end().p[coordinate] - line.place.start.p[coordinate];
+            let gained = line.last_joint().p[coordinate] - line.place.start.p[coordinate];
             WorkBalance { coordinate, work, defect: gained - work }
         })
         .collect()
@@ -214,7 +218,7 @@ fn deviation<S: Real>(
         invariant.at_here(&q, &q_dot, &p, k) - value
     };
     let delta = (0..line.nodes()).map(at).collect();
-    let ends = line.windows.iter().map(|window| &window.end);
-    let ends: Vec<S> = ends.map(|end| invariant.at_here(&end.q, &end.q_dot, &end.p, k) - value).collect();
+    let ends = line.views().map(|view| view.end);
+    let ends: Vec<S> = ends.map(|end| invariant.at_here(end.q, &line.velocities(end), end.p, k) - value).collect();
     InvariantDeviation { name: name.clone(), value, delta, max_ends: max_abs(&ends) }
 }

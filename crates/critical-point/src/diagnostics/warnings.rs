@@ -167,7 +167,7 @@ impl<S: Real> Measures<S> {
     }
 
     fn scale_warning(&self, solution: &Solution<S>) -> Option<Reason> {
-        let (estimate, size) = (solution.error_estimate?, crate::norm::max_abs(&solution.x).to_f64());
+        let (estimate, size) = (solution.error_estimate?, crate::norm::max_abs(solution.x()).to_f64());
         (size > 0.0 && estimate > LARGE_ESTIMATE * size).then(|| {
             let finding = format!(
                 "the estimated error {estimate:.1e} is above {LARGE_ESTIMATE} of the largest |x| = {size:.1e}: below \
@@ -182,7 +182,7 @@ impl<S: Real> Measures<S> {
     fn printed_gamma_warning(&self, solution: &Solution<S>) -> Option<Reason> {
         let accuracy = solution.accuracy?;
         let size = solution.gamma_i.to_f64().abs().max(solution.gamma_f().to_f64().abs());
-        let (spacing, x) = (spacing(size), crate::norm::max_abs(&solution.x).to_f64().max(1.0));
+        let (spacing, x) = (spacing(size), crate::norm::max_abs(solution.x()).to_f64().max(1.0));
         (spacing * self.scales.x_dot > accuracy * x).then(|| {
             let finding = format!(
                 "gamma is near {size:.1e}, where numbers are {spacing:.1e} apart: x at gamma as printed cannot be \
@@ -209,7 +209,7 @@ impl<S: Real> Measures<S> {
 /// The solver counts time from t_i, so that a large t_i costs no accuracy; but t itself is printed, and is rounded.
 fn printed_time_warning<S: Real>(solution: &Solution<S>) -> Option<Reason> {
     let accuracy = solution.accuracy?;
-    let (t_i, t_f) = (solution.t_i.to_f64(), solution.end.t.to_f64());
+    let (t_i, t_f) = (solution.t_i().to_f64(), solution.end_state().t.to_f64());
     let size = t_i.abs().max(t_f.abs());
     let (spacing, elapsed) = (spacing(size), solution.duration().to_f64().abs().max(1.0));
     (spacing > accuracy * elapsed).then(|| {

@@ -78,8 +78,8 @@ pub(super) fn run_error_here<S: Traced>(
 ) -> Option<RunError> {
     if let Some(estimate) = solution.error_estimate {
         let largest = |values: &mut dyn Iterator<Item = f64>| values.map(f64::abs).fold(1.0, f64::max);
-        let t = largest(&mut solution.time_from_start(&solution.elapsed).map(S::to_f64));
-        let x = largest(&mut solution.x.iter().map(|x| x.to_f64()));
+        let t = largest(&mut solution.from_origin(0, solution.elapsed()).map(S::to_f64));
+        let x = largest(&mut solution.x().iter().map(|x| x.to_f64()));
         let largest = [estimate * t, estimate * x];
         // If the run ends at a given time, all of its error there is one of x.
         let end = if matches!(scene.end, End::Duration(_)) { [0.0, largest[1]] } else { largest };
@@ -99,12 +99,12 @@ pub(super) fn run_error_here<S: Traced>(
 /// γ − γ_i, t − t_i and x at the samples before `solution`, in the order of the run, and at its nodes.
 fn points<'s, S: Real>(solution: &'s Solution<S>, samples: &[Sample<S>]) -> impl Iterator<Item = [S; 3]> + use<'s, S> {
     let first = solution.gamma_from_start().next().unwrap_or(S::ZERO);
-    let from_start = |sample: &Sample<S>| [sample.gamma - solution.gamma_i, sample.t - solution.t_i, sample.x];
+    let from_start = |sample: &Sample<S>| [sample.gamma - solution.gamma_i, sample.t - solution.t_i(), sample.x];
     let mut before: Vec<[S; 3]> = samples.iter().map(from_start).filter(|[gamma, ..]| *gamma < first).collect();
     if before.first().zip(before.last()).is_some_and(|(first, last)| first[0] > last[0]) {
         before.reverse();
     }
-    let nodes = solution.gamma_from_start().zip(solution.time_from_start(&solution.elapsed)).zip(&solution.x);
+    let nodes = solution.gamma_from_start().zip(solution.from_origin(0, solution.elapsed())).zip(solution.x());
     before.into_iter().chain(nodes.map(|((gamma, t), &x)| [gamma, t, x]))
 }
 
@@ -260,7 +260,7 @@ fn at_that_time(metric: &Metric, [dt, dx]: [f64; 2], x: f64, w_per_charge: f64) 
 
 /// The error of a run by the Taylor series of the reference, in the precision of the run.
 fn by_taylor<S: Traced>(scene: &Scene, solution: &Solution<S>, samples: &[Sample<S>]) -> Option<RunError> {
-    let (metric, initial) = (&*solution.metric, InitialData { t: S::ZERO, ..solution.initial });
+    let (metric, initial) = (solution.geometry(), solution.initial());
     let in_time = matches!(scene.end, End::Duration(_));
     let reference = ReferenceTrajectory::new(metric, initial, solution.length, solution.digits).ok()?;
     let mut found = Found::default();

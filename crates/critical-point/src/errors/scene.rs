@@ -38,7 +38,7 @@ pub(super) fn scene_error_here<S: TracedScene>(line: &WorldLine<S>) -> Option<Sc
     let last = line.nodes() - 1;
     for (k, gamma) in line.gamma().enumerate() {
         let exact = reference.at(if gamma < line.gamma_f() { gamma - line.gamma_i } else { line.length });
-        let clock = line.ended_at.filter(|_| k == last).map(|clock| (clock, rows[clock][k] - exact.q[clock]));
+        let clock = line.ended_at.filter(|_| k == last).map(|(clock, _)| (clock, rows[clock][k] - exact.q[clock]));
         for a in 0..n {
             let off = rows[a][k] - exact.q[a];
             end[a] = clock.map_or(off, |(clock, late)| off - late * pace(line, &exact, a, clock)).abs().to_f64();

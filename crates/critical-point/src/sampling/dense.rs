@@ -4,7 +4,7 @@ use crate::geodesic::acceleration;
 use crate::lobatto::{Inside, WeakRule, WindowView};
 use crate::metric::Metric;
 use crate::scalar::Real;
-use crate::solve::Window;
+use crate::solve::{Joint, WindowNodes};
 
 /// Legendre coefficients of the forces that count as rounding, relative to the largest force.
 const ROUNDING: f64 = 1e-16;
@@ -22,17 +22,21 @@ pub(super) struct Dense {
 }
 
 impl Dense {
-    /// For a window with the values `x` on its nodes.
-    pub(super) fn new<S: Real>(window: &Window<S>, x: &[S], q_t: S, metric: &Metric<S>) -> Self {
+    /// For a window.
+    pub(super) fn new<S: Real>(view: &WindowNodes<'_, S>, q_t: S, metric: &Metric<S>) -> Self {
+        let x = view.row(1);
         let forces = x.iter().map(|&x| {
             let [g00, slope] = metric.g00_and_slope(x);
             ((q_t / g00).to_f64(), acceleration(q_t, g00, slope).to_f64())
         });
         let (u, a) = forces.unzip();
-        let joint = |t: S, x: S, w: S| Inside { t: t.to_f64(), x: x.to_f64(), w: w.to_f64() };
-        let (start, end) = (window.start, window.end);
-        let ends = [joint(S::ZERO, start.x, start.x_dot), joint(end.t - start.t, end.x, end.x_dot)];
-        Self { rule: WeakRule::shared(x.len()), ends, length: window.length().to_f64(), u, a }
+        let begun = view.start.q[0];
+        let inside = |Joint { q, p }: Joint<'_, S>| {
+            let [t, x, w] = [q[0] - begun, q[1], -p[1]].map(S::to_f64);
+            Inside { t, x, w }
+        };
+        let ends = [view.start, view.end].map(inside);
+        Self { rule: WeakRule::shared(x.len()), ends, length: view.window.length().to_f64(), u, a }
     }
 
     /// Whether no digit would be gained by more nodes: the highest coefficients of both forces are rounding.

@@ -39,15 +39,15 @@ enum Kind<S> {
 
 impl<S: Real> Interpolant<S> {
     pub(super) fn new(solution: &Solution<S>, view: WindowNodes<'_, S>, tables: &mut Tables<S>) -> Self {
-        let (q_t, metric, window) = (solution.invariants().q_t, &solution.metric, view.window);
-        let nodes = || (0..view.x.len()).map(|k| view.grid.sbp().node(k)).collect::<Vec<_>>();
+        let (q_t, metric, window) = (solution.invariants().q_t, &solution.place.geometry, view.window);
+        let nodes = || (0..view.grid.points()).map(|k| view.grid.sbp().node(k)).collect::<Vec<_>>();
         let kind = if view.grid.is_equidistant() {
             Kind::Hermite { nodes: nodes(), jets: jets(view, q_t, metric) }
         } else if solution.form == Form::Weak {
-            let dense = (!S::IS_EXTENDED).then(|| Dense::new(window, view.x, q_t, metric));
+            let dense = (!S::IS_EXTENDED).then(|| Dense::new(&view, q_t, metric));
             match dense.filter(|dense| solution.accuracy.is_some() || dense.is_resolved()) {
                 Some(dense) => Kind::Dense(dense),
-                None => Kind::Polynomials(Polynomials::new(window, view.x, q_t, metric, tables)),
+                None => Kind::Polynomials(Polynomials::new(&view, q_t, metric, tables)),
             }
         } else {
             let nodes = nodes();
@@ -56,12 +56,12 @@ impl<S: Real> Interpolant<S> {
                 others(j).fold(S::ONE, |product, (_, &node)| product * (window.length() / (nodes[j] - node)))
             };
             let weights = (0..nodes.len()).map(weight).collect();
-            Kind::Lagrange { values: [view.elapsed.to_vec(), view.x.to_vec(), velocities(view)], weights, nodes }
+            Kind::Lagrange { values: [view.row(0).to_vec(), view.row(1).to_vec(), velocities(view)], weights, nodes }
         };
         Self {
             kind,
             gamma: solution.gamma_i + window.gamma[0],
-            t: solution.t_i + window.start.t,
+            t: solution.t_i() + view.start.q[0],
             length: window.length(),
             q_t,
             metric: Arc::clone(metric),
@@ -150,16 +150,16 @@ impl<S: Real> Interpolant<S> {
 
 /// w* at all nodes. In the strong form the last one is not Dx, and is taken from the end of the window.
 fn velocities<S: Real>(view: WindowNodes<'_, S>) -> Vec<S> {
-    let mut x_dot = vec![S::ZERO; view.x.len()];
-    view.grid.derivative(view.x, view.window.start.x, &mut x_dot);
-    x_dot[view.x.len() - 1] = view.window.end.x_dot;
+    let mut x_dot = vec![S::ZERO; view.grid.points()];
+    view.grid.derivative(view.row(1), view.start.q[1], &mut x_dot);
+    x_dot[view.grid.points() - 1] = -view.end.p[1];
     x_dot
 }
 
 /// t (counted from the start of the window), x and w* on the nodes, with their first two derivatives.
 fn jets<S: Real>(view: WindowNodes<'_, S>, q_t: S, metric: &Metric<S>) -> [Vec<Jet<S>>; 3] {
-    let mut jets = [0; 3].map(|_| Vec::with_capacity(view.x.len()));
-    for ((&x, w), &elapsed) in view.x.iter().zip(velocities(view)).zip(view.elapsed) {
+    let mut jets = [0; 3].map(|_| Vec::with_capacity(view.grid.points()));
+    for ((&x, w), &elapsed) in view.row(1).iter().zip(velocities(view)).zip(view.row(0)) {
         let g = metric.at(x);
         let (t_dot, force) = (q_t / g.g00, acceleration(q_t, g.g00, g.first));
         jets[0].push([elapsed, t_dot, -t_dot * g.first * w / g.g00]);

@@ -111,7 +111,7 @@ impl<'a, S: Real> Sampler<'a, S> {
     /// γ and t at both ends of the solution, counted from the start of the run.
     fn ends(&self) -> Option<[[S; 2]; 2]> {
         let (first, last) = (self.solution.windows.first()?, self.solution.windows.last()?);
-        Some([[first.gamma[0], last.gamma[1]], [first.start.t, self.solution.duration()]])
+        Some([[first.gamma[0], last.gamma[1]], [self.solution.joint(0).q[0], self.solution.duration()]])
     }
 
     fn at_gamma_here(&mut self, gamma: S) -> Result<Sample<S>, OutsideRun<S>> {
@@ -125,16 +125,16 @@ impl<'a, S: Real> Sampler<'a, S> {
     }
 
     fn at_time_here(&mut self, t: S) -> Result<Sample<S>, OutsideRun<S>> {
-        let Solution { t_i, windows, .. } = self.solution;
-        let [_, ends] = self.ends().ok_or(OutsideRun { range: (*t_i, *t_i) })?;
+        let (t_i, solution) = (self.solution.t_i(), self.solution);
+        let [_, ends] = self.ends().ok_or(OutsideRun { range: (t_i, t_i) })?;
         // The sign of dt/dγ is that of Q_t everywhere, so that t is monotonic.
         let backwards = ends[1] < ends[0];
         let [earliest, latest] = if backwards { [ends[1], ends[0]] } else { ends };
-        let elapsed = within(t - *t_i, [earliest, latest], slack(self.solution.digits))
-            .ok_or(OutsideRun { range: (*t_i + earliest, *t_i + latest) })?;
+        let elapsed = within(t - t_i, [earliest, latest], slack(self.solution.digits))
+            .ok_or(OutsideRun { range: (t_i + earliest, t_i + latest) })?;
         let reached = |value: S| if backwards { value >= elapsed } else { value <= elapsed };
-        let window = partition(windows.len(), |window| reached(windows[window].start.t));
-        let elapsed = elapsed - windows[window].start.t;
+        let window = partition(solution.windows.len(), |window| reached(solution.joint(window).q[0]));
+        let elapsed = elapsed - solution.joint(window).q[0];
         Ok(Sample { t, ..self.of_window(window).at_elapsed(elapsed, backwards) })
     }
 
@@ -170,10 +170,8 @@ impl<'a, S: Real> Sampler<'a, S> {
             self.current = None;
         }
         let Self { solution, tables, current } = self;
-        let (_, interpolant) = current.get_or_insert_with(|| {
-            let view = solution.view(&solution.windows[window]);
-            (window, Interpolant::new(solution, view, tables))
-        });
+        let (_, interpolant) =
+            current.get_or_insert_with(|| (window, Interpolant::new(solution, solution.view(window), tables)));
         interpolant
     }
 }

@@ -10,7 +10,7 @@ use crate::geodesic::acceleration;
 use crate::metric::Metric;
 use crate::sbp::gll::MOST_NODES;
 use crate::scalar::Real;
-use crate::solve::Window;
+use crate::solve::WindowNodes;
 
 /// Largest number of sweeps. Each gains two digits or more.
 const MOST_SWEEPS: usize = 100;
@@ -27,8 +27,9 @@ pub(super) struct Polynomials<S> {
 }
 
 impl<S: Real> Polynomials<S> {
-    /// The polynomials for `window`, which has the values `x` on its nodes.
-    pub(super) fn new(window: &Window<S>, x: &[S], q_t: S, metric: &Metric<S>, tables: &mut Tables<S>) -> Self {
+    /// The polynomials for a window.
+    pub(super) fn new(view: &WindowNodes<'_, S>, q_t: S, metric: &Metric<S>, tables: &mut Tables<S>) -> Self {
+        let (window, x, start) = (view.window, view.row(1), [view.start.q[1], -view.start.p[1]]);
         let of_forces = |expansion: &Expansion<S>, x: &[S]| {
             let forces = x.iter().map(|&x| {
                 let [g00, slope] = metric.g00_and_slope(x);
@@ -37,13 +38,13 @@ impl<S: Real> Polynomials<S> {
             let (u, a): (Vec<S>, Vec<S>) = forces.unzip();
             let w = integral(&expansion.coefficients(&a));
             let integrals = [integral(&expansion.coefficients(&u)), integral(&w), w];
-            Self { length: window.length(), start: [window.start.x, window.start.x_dot], integrals }
+            Self { length: window.length(), start, integrals }
         };
         let own = of_forces(tables.of(x.len()), x);
         let fine = tables.of((2 * x.len()).min(MOST_NODES));
         // For a start at rest in x = 0 the size of the motion is that of the nodes.
-        let reach = x.iter().fold(S::ZERO, |reach, x| reach.max((*x - window.start.x).abs()));
-        let scale = (window.start.x.abs() + (window.length() * window.start.x_dot).abs()).max(reach);
+        let reach = x.iter().fold(S::ZERO, |reach, x| reach.max((*x - start[0]).abs()));
+        let scale = (start[0].abs() + (window.length() * start[1]).abs()).max(reach);
         let mut refined: Option<Self> = None;
         let mut before = vec![S::ZERO; fine.nodes.len()];
         for sweep in 0..MOST_SWEEPS {

@@ -61,7 +61,7 @@ impl<S: Real> SampleStream<S> {
         let Some(last) = solution.windows.last() else { return };
         let (origin, end) = match self.coordinate {
             Coordinate::Gamma => (solution.gamma_i, last.gamma[1]),
-            Coordinate::Time => (solution.t_i, last.end.t),
+            Coordinate::Time => (solution.t_i(), solution.duration()),
         };
         // A sample at the end of this solution is left to the next one, which starts there.
         let beyond = |value: S| if end < S::ZERO { value - origin <= end } else { value - origin >= end };
@@ -86,12 +86,12 @@ impl<S: Real> SampleStream<S> {
         let mut sampler = Sampler::with_tables(last, self.tables);
         for &value in &self.values[self.samples.len()..] {
             let sample = sampler.at(self.coordinate, value).map_err(|_| {
-                let end = last.t_i + last.duration();
+                let end = last.t_i() + last.duration();
                 OutsideRun {
                     range: match self.coordinate {
                         Coordinate::Gamma => (last.gamma_i, last.gamma_f()),
-                        Coordinate::Time if end < last.t_i => (end, last.t_i),
-                        Coordinate::Time => (last.t_i, end),
+                        Coordinate::Time if end < last.t_i() => (end, last.t_i()),
+                        Coordinate::Time => (last.t_i(), end),
                     },
                 }
             })?;

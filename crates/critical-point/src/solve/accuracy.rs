@@ -4,14 +4,15 @@
 use std::ops::ControlFlow;
 
 use super::failure::{At, NoSolution};
-use super::run::{Observer, Run};
-use super::setup::{End, Scene};
+use super::run::Observer;
+use super::setup::{End, Scene, Settings};
 use super::solution::Solution;
 use super::spectral::CertifiedRun;
 use super::status::{MOST_NODES, Status};
 use crate::action::Form;
 use crate::geodesic::InitialData;
 use crate::lobatto::{Adaptive, Goal, MarchFailure, State, WindowView};
+use crate::metric::Metric;
 use crate::sbp::SbpName;
 use crate::scalar::Real;
 
@@ -28,7 +29,12 @@ fn beyond_memory(nodes: usize, done: f64) -> Option<f64> {
 }
 
 /// The run of a scene to an accuracy.
-pub(super) fn solve(scene: &Scene, accuracy: f64, observer: Option<Observer<'_, f64>>) -> Result<Solution, NoSolution> {
+pub(super) fn solve(
+    scene: &Scene,
+    settings: &Settings,
+    accuracy: f64,
+    observer: Option<Observer<'_, f64, Metric>>,
+) -> Result<Solution, NoSolution> {
     let (goal, length) = match scene.end {
         End::Length(length) => (Goal::Gamma(length), length),
         End::Duration(duration) => (Goal::Time(duration), 0.0),
@@ -37,8 +43,9 @@ pub(super) fn solve(scene: &Scene, accuracy: f64, observer: Option<Observer<'_, 
     let start = State::from(InitialData { t: 0.0, ..*initial });
     let is_kept = observer.is_none();
     // The first window says which rule it is on.
-    let mut run = Run::new(scene, (Form::Weak, SbpName::Gll(2)), f64::MOST_DIGITS, 0, observer);
-    (run.solution.accuracy, run.solution.length) = (Some(accuracy), length);
+    let settings = Settings { form: Form::Weak, sbp: SbpName::Gll(2), digits: f64::MOST_DIGITS, ..*settings };
+    let mut run = scene.run(&settings, observer);
+    (run.line.accuracy, run.line.length) = (Some(accuracy), length);
     let mut certified = CertifiedRun::new(run);
     let mut too_many = None;
     let march = Adaptive::new(metric, initial.invariants(metric).q_t).certified();
@@ -56,11 +63,12 @@ pub(super) fn solve(scene: &Scene, accuracy: f64, observer: Option<Observer<'_, 
             too_many = Some((needed, view.gamma.hi, view.start.x.hi));
             return ControlFlow::Break(());
         }
-        run.solution.sbp_name = SbpName::Gll(points as u8);
-        let operator = run.solution.operators.element(points, view.length.hi);
+        run.line.sbp_name = SbpName::Gll(points as u8);
+        let operator = run.line.operators.element(points, view.length.hi);
         certified.append(view, (view.gamma + view.length).hi, operator)
     });
-    let last = certified.run.solution.windows.last().map_or(initial.x, |window| window.start.x);
+    let last = certified.run.line.windows.len().checked_sub(1);
+    let last = last.map_or(initial.x, |last| certified.run.line.joint(last).q[1]);
     let mut solution = certified.finish()?;
     if let Some((needed, gamma, x)) = too_many {
         let at = At::x(gamma_i + gamma, x, metric.g00(x));
@@ -70,7 +78,7 @@ pub(super) fn solve(scene: &Scene, accuracy: f64, observer: Option<Observer<'_, 
         Ok(adapted) => {
             if let Some(t_f) = scene.t_f {
                 // t_i + (t_f − t_i), rounded twice, may be the neighbouring number.
-                solution.end.t = t_f;
+                solution.ended_at = Some((0, t_f));
             }
             solution.length = adapted.gamma.hi;
             solution.iterations.count = adapted.statistics.evaluations;

@@ -1,15 +1,17 @@
 //! What a run in `f64` and one in extended precision do differently, chosen by the type of the numbers.
 
-use std::borrow::Cow;
+use std::sync::Arc;
 
 use super::accuracy;
 use super::failure::NoSolution;
-use super::problem::Problem;
 use super::run::Observer;
-use super::scene::{self, SceneSetup, WorldLine};
+use super::scene::{self, SceneSetup};
 use super::setup::{Scene, Setup};
 use super::solution::Solution;
+use super::world_line::WorldLine;
 use super::{solve_seen, spectral};
+use crate::metric::Metric;
+use crate::sbp::SbpOperator;
 use crate::scalar::{Extended, Real};
 
 /// The numbers that [`solve`](crate::solve()) computes in: `f64` and [`Extended`].
@@ -35,13 +37,16 @@ impl Arithmetic for Extended {
 /// here once, and not again by every crate that solves something.
 pub(super) trait Engine: Real {
     /// The run of `setup`, window by window if there is an observer.
-    fn run(setup: &Setup<Self>, observer: Option<Observer<'_, Self>>) -> Result<Solution<Self>, NoSolution>;
+    fn run(
+        setup: &Setup<Self>,
+        observer: Option<Observer<'_, Self, Metric<Self>>>,
+    ) -> Result<Solution<Self>, NoSolution>;
 
     /// The run of a scene.
     fn run_scene(setup: &SceneSetup<Self>) -> Result<WorldLine<Self>, NoSolution>;
 
-    /// `problem` in `f64`: itself, or a rounded one.
-    fn rough_problem<'a>(problem: &'a Problem<Self>, setup: &Setup<Self>) -> Cow<'a, Problem>;
+    /// `sbp` in `f64`: itself, or the one that `rounded` makes.
+    fn rough_operator(sbp: &Arc<SbpOperator<Self>>, rounded: impl FnOnce() -> SbpOperator) -> Arc<SbpOperator>;
 
     /// The run of `setup` to an accuracy.
     ///
@@ -50,7 +55,7 @@ pub(super) trait Engine: Real {
     fn run_to_accuracy(
         setup: &Setup<Self>,
         accuracy: f64,
-        observer: Option<Observer<'_, Self>>,
+        observer: Option<Observer<'_, Self, Metric<Self>>>,
     ) -> Result<Solution<Self>, NoSolution>;
 
     /// The run of spectral elements in the weak form, on γ − γ_i ∈ [0, `length`], by a fast iteration; none if there is
@@ -58,12 +63,15 @@ pub(super) trait Engine: Real {
     fn fast_run(
         setup: &Setup<Self>,
         length: Self,
-        observer: Option<Observer<'_, Self>>,
+        observer: Option<Observer<'_, Self, Metric<Self>>>,
     ) -> Result<Option<Solution<Self>>, NoSolution>;
 }
 
 impl Engine for f64 {
-    fn run(setup: &Setup<Self>, observer: Option<Observer<'_, Self>>) -> Result<Solution<Self>, NoSolution> {
+    fn run(
+        setup: &Setup<Self>,
+        observer: Option<Observer<'_, Self, Metric<Self>>>,
+    ) -> Result<Solution<Self>, NoSolution> {
         solve_seen(setup, observer)
     }
 
@@ -71,29 +79,32 @@ impl Engine for f64 {
         scene::solve(setup)
     }
 
-    fn rough_problem<'a>(problem: &'a Problem, _: &Setup) -> Cow<'a, Problem> {
-        Cow::Borrowed(problem)
+    fn rough_operator(sbp: &Arc<SbpOperator>, _: impl FnOnce() -> SbpOperator) -> Arc<SbpOperator> {
+        Arc::clone(sbp)
     }
 
     fn run_to_accuracy(
         setup: &Setup,
         accuracy: f64,
-        observer: Option<Observer<'_, f64>>,
+        observer: Option<Observer<'_, f64, Metric<f64>>>,
     ) -> Result<Solution, NoSolution> {
-        accuracy::solve(&setup.scene, accuracy, observer)
+        accuracy::solve(&setup.scene, &setup.settings, accuracy, observer)
     }
 
     fn fast_run(
         setup: &Setup,
         length: f64,
-        observer: Option<Observer<'_, f64>>,
+        observer: Option<Observer<'_, f64, Metric<f64>>>,
     ) -> Result<Option<Solution>, NoSolution> {
         spectral::march(setup, length, observer)
     }
 }
 
 impl Engine for Extended {
-    fn run(setup: &Setup<Self>, observer: Option<Observer<'_, Self>>) -> Result<Solution<Self>, NoSolution> {
+    fn run(
+        setup: &Setup<Self>,
+        observer: Option<Observer<'_, Self, Metric<Self>>>,
+    ) -> Result<Solution<Self>, NoSolution> {
         solve_seen(setup, observer)
     }
 
@@ -101,15 +112,23 @@ impl Engine for Extended {
         scene::solve(setup)
     }
 
-    fn rough_problem<'a>(problem: &'a Problem<Self>, setup: &Setup<Self>) -> Cow<'a, Problem> {
-        Cow::Owned(problem.rounded(setup))
+    fn rough_operator(_: &Arc<SbpOperator<Self>>, rounded: impl FnOnce() -> SbpOperator) -> Arc<SbpOperator> {
+        Arc::new(rounded())
     }
 
-    fn run_to_accuracy(_: &Setup<Self>, _: f64, _: Option<Observer<'_, Self>>) -> Result<Solution<Self>, NoSolution> {
+    fn run_to_accuracy(
+        _: &Setup<Self>,
+        _: f64,
+        _: Option<Observer<'_, Self, Metric<Self>>>,
+    ) -> Result<Solution<Self>, NoSolution> {
         panic!("an accuracy is a matter of f64")
     }
 
-    fn fast_run(_: &Setup<Self>, _: Self, _: Option<Observer<'_, Self>>) -> Result<Option<Solution<Self>>, NoSolution> {
+    fn fast_run(
+        _: &Setup<Self>,
+        _: Self,
+        _: Option<Observer<'_, Self, Metric<Self>>>,
+    ) -> Result<Option<Solution<Self>>, NoSolution> {
         Ok(None)
     }
 }

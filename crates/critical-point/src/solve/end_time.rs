@@ -8,6 +8,7 @@ use super::setup::Setup;
 use super::solution::Solution;
 use super::solve_to;
 use super::status::{InitialGuess, Iterations, Status};
+use crate::metric::Metric;
 use crate::scalar::Real;
 
 /// The |t_N − t_f| that counts as equal, relative to t_f − t_i, has this many digits in `f64`; with more digits, all of
@@ -22,7 +23,7 @@ const DOUBLE_DIGITS: u32 = 14;
 pub(super) fn solve<S: Arithmetic>(
     setup: &Setup<S>,
     duration: S,
-    observer: Option<Observer<'_, S>>,
+    observer: Option<Observer<'_, S, Metric<S>>>,
 ) -> Result<Solution<S>, NoSolution> {
     match observer {
         None => search(setup, duration, &mut |length| solve_to(setup, length, None)),
@@ -51,10 +52,8 @@ fn search<S: Arithmetic>(
         digits_of_runs: setup.settings.digits,
         scale: Some(duration),
     };
-    let excess = |solution: &Solution<S>| Excess {
-        value: solution.duration() - duration,
-        slope: Some(solution.end.q_t / solution.metric.g00(solution.end.x)),
-    };
+    let excess =
+        |solution: &Solution<S>| Excess { value: solution.duration() - duration, slope: Some(solution.end().q_dot[0]) };
     search::search(asked, solve_to, excess).map_err(|error| match error {
         NotFound::Failed(failure) => failure,
         NotFound::Missed(closest) => not_reached(setup, closest),
@@ -64,7 +63,7 @@ fn search<S: Arithmetic>(
 /// The failure of a search, of which `closest` came closest to its end.
 fn not_reached<S: Real>(setup: &Setup<S>, closest: Option<Solution<S>>) -> NoSolution {
     let (x, gamma) = match &closest {
-        Some(closest) => (closest.end.x, closest.gamma_f()),
+        Some(closest) => (closest.end_state().x, closest.gamma_f()),
         None => (setup.scene.initial.x, setup.scene.gamma_i),
     };
     let at = At::x(gamma.to_f64(), x.to_f64(), setup.scene.metric.g00(x).to_f64());

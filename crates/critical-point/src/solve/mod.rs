@@ -16,7 +16,7 @@ mod memory;
 mod newton;
 mod operator;
 mod piece;
-mod problem;
+mod places;
 mod quadrature;
 mod refinement;
 mod run;
@@ -29,25 +29,24 @@ mod spectral;
 mod status;
 mod trajectory;
 mod window;
+mod world_line;
 
 pub use arithmetic::Arithmetic;
-pub(crate) use extremal::Extremal;
 pub use failure::{Domain, NoSolution};
 pub use memory::{bytes_needed, scene_bytes_needed};
 #[doc(hidden)]
 pub use operator::WindowGrid;
 pub use setup::{End, Scene, Settings, Setup, System};
-pub(crate) use solution::WindowNodes;
-pub use solution::{Backward, EndState, Joint, Solution, Window};
+pub use solution::{EndState, Solution};
+pub use space::Space;
 pub use status::{InitialGuess, IterationRecord, Iterations, Status};
 pub use trajectory::Trajectory;
+pub use world_line::{Joint, Window, WindowNodes};
 
-use self::piece::Pair;
-use self::problem::Problem;
-use self::run::{Observer, Place, Run};
+use self::run::Observer;
 use crate::action::Form;
+use crate::metric::Metric;
 use crate::sbp::SbpName;
-use crate::scalar::Compensated;
 
 /// Solves a setup, which a `Case` makes, in the arithmetic of `S`: `f64`, or
 /// [`Extended`](crate::scalar::Extended) to the digits that it asks for
@@ -87,7 +86,10 @@ pub fn solve_window_by_window<S: Arithmetic>(
     S::run(&setup.into(), Some(observe))
 }
 
-fn solve_seen<S: Arithmetic>(setup: &Setup<S>, observer: Option<Observer<'_, S>>) -> Result<Solution<S>, NoSolution> {
+fn solve_seen<S: Arithmetic>(
+    setup: &Setup<S>,
+    observer: Option<Observer<'_, S, Metric<S>>>,
+) -> Result<Solution<S>, NoSolution> {
     if let Some(accuracy) = setup.settings.accuracy {
         return S::run_to_accuracy(setup, accuracy, observer);
     }
@@ -101,54 +103,15 @@ fn solve_seen<S: Arithmetic>(setup: &Setup<S>, observer: Option<Observer<'_, S>>
 fn solve_to<S: Arithmetic>(
     setup: &Setup<S>,
     length: S,
-    mut observer: Option<Observer<'_, S>>,
+    mut observer: Option<Observer<'_, S, Metric<S>>>,
 ) -> Result<Solution<S>, NoSolution> {
-    let windows = setup.settings.windows;
     let weak = setup.settings.form == Form::Weak && setup.settings.system == System::PhysicalLimit;
     if weak && matches!(setup.settings.sbp, SbpName::Gll(_)) {
-        let observer = observer.as_mut().map(|observer| &mut **observer as Observer<'_, S>);
+        let observer = observer.as_mut().map(|observer| &mut **observer as Observer<'_, S, Metric<S>>);
         if let Some(solution) = S::fast_run(setup, length, observer)? {
             return Ok(solution);
         }
     }
-    let problem = Problem::new(setup, length / S::from(windows as f64));
-    let nodes = if observer.is_some() { 1 } else { windows } * problem.sbp.points();
-    let mut run = Run::new(&setup.scene, (problem.form, problem.sbp_name), problem.digits, nodes, observer);
-    run.solution.length = length;
-    each_window(problem, setup, length, run)
-}
-
-/// Every window by Newton's method or an explicit recursion, from where the one before ends.
-fn each_window<S: Arithmetic>(
-    mut problem: Problem<S>,
-    setup: &Setup<S>,
-    length: S,
-    mut run: Run<'_, S>,
-) -> Result<Solution<S>, NoSolution> {
-    let (gamma_i, windows) = (problem.gamma_i, setup.settings.windows);
-    // The time is summed so that nothing is lost over a million windows.
-    let mut time = Compensated::default();
-    for window in 0..windows {
-        let gamma = S::from(window as f64) * problem.length;
-        if window > 0 {
-            problem.continue_from(gamma_i + gamma, run.solution.end.x, run.solution.end.x_dot);
-        }
-        let rough = S::rough_problem(&problem, setup);
-        let (start, rough_start) = (problem.start(), rough.start());
-        let pair = Pair {
-            window: problem.window(&start, setup.regularised),
-            rough: rough.window(&rough_start, setup.regularised),
-            gamma: rough.gamma_i,
-            max_iterations: setup.settings.max_iterations,
-        };
-        let piece = match setup.settings.system {
-            System::PhysicalLimit => pair.physical_limit(),
-            System::Doubled => pair.doubled(),
-        }?;
-        let start: Compensated<S> = time;
-        time = time.plus(piece.q[0].last().copied().unwrap_or(S::ZERO));
-        let end = if window + 1 == windows { length } else { S::from((window + 1) as f64) * problem.length };
-        run.append(&problem, Place { gamma: [gamma, end], time: [start.high, time.high] }, piece)?;
-    }
-    Ok(run.solution)
+    let run = setup.scene.run(&setup.settings, observer);
+    run.solve(&setup.settings, &*setup.rough.metric, setup.regularised, length)
 }

@@ -95,9 +95,14 @@ impl<S: Real> Operators<S> {
         })
     }
 
+    /// That at a place.
+    pub(super) fn get(&self, place: usize) -> &SbpOperator<S> {
+        self.0[place].get()
+    }
+
     /// That of the first window.
     pub(super) fn first(&self) -> &SbpOperator<S> {
-        self.0[0].get()
+        self.get(0)
     }
 
     /// The grid of a window with the operator at `place`, on γ − γ_i ∈ `gamma`, whose first node is that of

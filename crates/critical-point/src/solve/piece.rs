@@ -6,7 +6,7 @@ use super::failure::NoSolution;
 use super::first_guess::{self, WindowFailure};
 use super::limit;
 use super::newton::Failure;
-use super::space::Space;
+use super::places::Places;
 use super::status::{InitialGuess, IterationRecord};
 use super::window::Window;
 use crate::action::{Form, Layout, MULTIPLIERS_PER_COORDINATE};
@@ -38,7 +38,7 @@ pub(super) struct Pair<'w, S, G, R> {
     pub(super) max_iterations: usize,
 }
 
-impl<S: Real, G: Space<S>, R: Space<f64, Outside = G::Outside>> Pair<'_, S, G, R> {
+impl<S: Real, G: Places<S>, R: Places<f64, Outside = G::Outside>> Pair<'_, S, G, R> {
     /// The solution of the collocation system that holds where both branches are equal.
     pub(super) fn physical_limit(&self) -> Result<Piece<S>, NoSolution> {
         let Self { window, rough, max_iterations, .. } = self;
@@ -158,7 +158,7 @@ fn on_forward_branch(layout: Layout, unknown: usize, u: &[f64]) -> (usize, Vec<f
 
 /// p*_a of all coordinates at the last node of a window with these positions and multipliers: p_a + κ_a/H_N where the
 /// coordinate is active, −ν_a where it is ignorable. In the weak form p_a, and what it was at the start.
-fn end_momenta<S: Real, G: Space<S>>(window: &Window<'_, S, G>, q: &[Vec<S>], multipliers: &[S]) -> Vec<S> {
+fn end_momenta<S: Real, G: Places<S>>(window: &Window<'_, S, G>, q: &[Vec<S>], multipliers: &[S]) -> Vec<S> {
     let (layout, last, active) = (window.layout(), window.points() - 1, window.geometry.active());
     // D̄ is D at the last node.
     let slopes: Vec<S> = q.iter().map(|row| window.sbp.derivative_at(row, last)).collect();

@@ -2,158 +2,283 @@
 
 use std::sync::Arc;
 
+use super::arithmetic::Arithmetic;
 use super::failure::NoSolution;
 use super::operator::Operators;
-use super::piece::Piece;
-use super::problem::Problem;
-use super::setup::Scene;
-use super::solution::{Backward, EndState, Joint, Solution, Window};
-use super::space::Space;
+use super::piece::{Pair, Piece};
+use super::places::Places;
+use super::setup::{Settings, System};
 use super::status::{InitialGuess, Iterations, Status};
-use crate::action::{Form, MULTIPLIERS};
-use crate::geodesic::InitialData;
-use crate::sbp::SbpName;
-use crate::scalar::Real;
+use super::window::Window as Problem;
+use super::world_line::{Joint, Place, Window, WorldLine};
+use crate::geometry::Start;
+use crate::sbp::SbpOperator;
+use crate::scalar::{Compensated, Real};
 
-/// Sees a run window by window, each as a solution of its own.
-pub(super) type Observer<'o, S> = &'o mut dyn FnMut(&Solution<S>);
-
-/// Where a window lies in the run: γ − γ_i and t − t_i at its start and its end.
-pub(super) struct Place<S> {
-    pub(super) gamma: [S; 2],
-    pub(super) time: [S; 2],
-}
-
-impl<S: Real> Place<S> {
-    /// Whether the parts of the action are within the range of numbers: Q_t (t − t_i) from the start of the run, and
-    /// (dx/dγ)² over the window, by what `x_dot` is at its end.
-    pub(super) fn has_finite_action(&self, q_t: S, x_dot: S) -> bool {
-        let length = self.gamma[1] - self.gamma[0];
-        (q_t * self.time[1]).is_finite() && (x_dot * x_dot * length).is_finite()
-    }
-}
+/// Sees a run window by window, each as a world-line of its own.
+pub(super) type Observer<'o, S, G> = &'o mut dyn FnMut(&WorldLine<S, G>);
 
 /// The windows so far: all of them or, where they are observed one by one, the last.
-pub(super) struct Run<'o, S> {
-    pub(super) solution: Solution<S>,
+pub(super) struct Run<'o, S, G> {
+    pub(super) line: WorldLine<S, G>,
+    /// Where the next window starts. Its velocities are there for those that Newton's method or a recursion solves.
+    here: Start<S>,
+    /// Ignorable coordinates are summed so that nothing is lost over a million windows.
+    sums: Vec<Compensated<S>>,
+    /// γ − γ_i there.
+    gamma: S,
+    /// The nodes to make room for.
     capacity: usize,
-    observer: Option<Observer<'o, S>>,
+    observer: Option<Observer<'o, S, G>>,
 }
 
-impl<'o, S: Real> Run<'o, S> {
-    /// An empty run of `scene`, with this form and operator, which will have about so many nodes; where windows are
-    /// observed, as many as one of them has.
+impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
+    /// A run from `place`, whose coordinates and those of the world-line count from `origin`, without windows.
     pub(super) fn new(
-        scene: &Scene<S>,
-        (form, sbp_name): (Form, SbpName),
-        digits: u32,
-        nodes: usize,
-        observer: Option<Observer<'o, S>>,
+        place: Place<S, G>,
+        origin: Vec<S>,
+        gamma_i: S,
+        settings: &Settings,
+        observer: Option<Observer<'o, S, G>>,
     ) -> Self {
-        let initial = InitialData { t: S::ZERO, ..scene.initial };
-        let q_t = initial.invariants(&scene.metric).q_t;
-        let solution = Solution {
-            t_i: scene.initial.t,
-            elapsed: Vec::new(),
-            x: Vec::new(),
-            backward: None,
+        let (here, n) = (place.start.clone(), place.start.q.len());
+        let (is_doubled, m) = (settings.system == System::Doubled, place.geometry.kept_momenta());
+        let line = WorldLine {
+            joints: here.q.iter().chain(&here.p).copied().collect(),
+            place,
+            origin,
+            gamma_i,
+            length: S::ZERO,
+            q: vec![Vec::new(); n],
+            p: vec![Vec::new(); if is_doubled { 0 } else { m }],
+            backward: vec![Vec::new(); if is_doubled { n } else { 0 }],
             windows: Vec::new(),
             window_count: 0,
             gradient_norm: S::ZERO,
-            end: EndState { t: S::ZERO, x: S::ZERO, x_dot: S::ZERO, q_t },
             iterations: Iterations::from(InitialGuess::None),
-            gamma_i: scene.gamma_i,
-            length: S::ZERO,
-            digits,
+            digits: settings.digits,
             error_estimate: None,
             windows_unproved: None,
             accuracy: None,
-            form,
-            sbp_name,
+            ended_by: None,
+            ended_at: None,
+            form: settings.form,
+            sbp_name: settings.sbp,
             operators: Operators::none(),
-            metric: Arc::clone(&scene.metric),
-            initial,
         };
-        Self { solution, capacity: nodes, observer }
+        let sums = here.q.iter().map(|&q| Compensated::from(q)).collect();
+        Self { line, here, sums, gamma: S::ZERO, capacity: 0, observer }
     }
 
-    /// Makes room for all nodes of so many `windows` at once.
-    pub(super) fn reserve(&mut self, windows: usize) {
-        self.solution.elapsed.reserve_exact(self.capacity);
-        self.solution.x.reserve_exact(self.capacity);
-        self.solution.windows.reserve_exact(windows);
+    /// Whether the windows are observed one by one, and no more than one is kept.
+    pub(super) fn is_observed(&self) -> bool {
+        self.observer.is_some()
+    }
+
+    /// Expects so many windows of so many nodes: all of the run.
+    pub(super) fn expect(&mut self, windows: usize, points: usize) {
+        let kept = if self.is_observed() { 1 } else { windows };
+        self.capacity = kept * points;
+        self.line.windows.reserve_exact(kept);
+        self.line.joints.reserve_exact(kept * self.line.joints.len());
+    }
+
+    /// Makes room for their nodes at once.
+    pub(super) fn reserve(&mut self) {
+        for row in &mut self.line.q {
+            row.reserve_exact(self.capacity);
+        }
     }
 
     /// Forgets the windows so far: the run begins again.
     pub(super) fn clear(&mut self) {
-        let run = &mut self.solution;
-        run.elapsed.clear();
-        run.x.clear();
-        run.windows.clear();
-        (run.window_count, run.gradient_norm) = (0, 0.0.into());
+        let line = &mut self.line;
+        line.q.iter_mut().chain(&mut line.p).chain(&mut line.backward).for_each(Vec::clear);
+        line.windows.clear();
+        line.joints.clear();
+        line.joints.extend(line.place.start.q.iter().chain(&line.place.start.p).copied());
+        (line.window_count, line.gradient_norm, self.gamma) = (0, S::ZERO, S::ZERO);
     }
 
-    /// Adds the solution of `problem`.
+    /// Solves the windows of `grid`, one after the other, on γ − γ_i ∈ [0, `length`]. `rough` is the space-time in `f64`.
+    pub(super) fn solve<R>(
+        mut self,
+        settings: &Settings,
+        rough: &R,
+        is_regularised: bool,
+        length: S,
+    ) -> Result<WorldLine<S, G>, NoSolution>
+    where
+        S: Arithmetic,
+        R: Places<f64, Outside = G::Outside>,
+    {
+        let windows = settings.windows;
+        let grid = Grid::new(settings, length / S::from(windows as f64));
+        self.expect(windows, settings.n_gamma);
+        self.line.length = length;
+        for index in 1..=windows {
+            let end = if index == windows { length } else { S::from(index as f64) * grid.length };
+            let piece = self.next(settings, &grid, rough, is_regularised)?;
+            let operator = self.line.operators.place_of(&grid.sbp);
+            self.append(piece, operator, end)?;
+        }
+        Ok(self.line)
+    }
+
+    /// The window that continues the run.
+    fn next<R>(
+        &self,
+        settings: &Settings,
+        grid: &Grid<S>,
+        rough: &R,
+        is_regularised: bool,
+    ) -> Result<Piece<S>, NoSolution>
+    where
+        R: Places<f64, Outside = G::Outside>,
+    {
+        let form = settings.form;
+        let geometry = &*self.line.place.geometry;
+        let start = relative(geometry, &self.here);
+        let rough_start = in_f64(&start);
+        let pair = Pair {
+            window: Problem {
+                form,
+                sbp: &*grid.sbp,
+                geometry,
+                start: &start,
+                is_regularised,
+                digits: self.line.digits,
+            },
+            rough: Problem {
+                form,
+                sbp: &*grid.rough,
+                geometry: rough,
+                start: &rough_start,
+                is_regularised,
+                digits: f64::MOST_DIGITS,
+            },
+            gamma: (self.line.gamma_i + self.gamma).to_f64(),
+            max_iterations: settings.max_iterations,
+        };
+        match settings.system {
+            System::PhysicalLimit => pair.physical_limit(),
+            System::Doubled => pair.doubled(),
+        }
+    }
+
+    /// Adds the next window, which has that operator of the world-line and ends at γ − γ_i = `gamma`.
     ///
     /// # Errors
-    /// Numbers that are not finite are not a result: an overflow anywhere makes the gradient NaN or infinite, or
-    /// the action.
-    pub(super) fn append(&mut self, problem: &Problem<S>, place: Place<S>, piece: Piece<S>) -> Result<(), NoSolution> {
-        let last = problem.sbp.points() - 1;
-        // p_x = −dx/dγ.
-        let (q_t, end) = (piece.end[0], [piece.q[1][last], -piece.end[1]]);
-        if !(piece.gradient_norm.is_finite() && place.has_finite_action(q_t, end[1])) {
-            return Err(overflow(problem, piece));
+    /// Numbers that are not finite are not a result: an overflow anywhere makes the gradient NaN or infinite, or the
+    /// action.
+    pub(super) fn append(&mut self, piece: Piece<S>, operator: usize, gamma: S) -> Result<(), NoSolution> {
+        if !piece.gradient_norm.is_finite() {
+            return Err(self.overflow(piece, operator));
         }
-        let ends = [[problem.initial.x, problem.initial.x_dot], end];
-        let operator = self.solution.operators.place_of(&problem.sbp);
-        self.begin_window(operator, &place, ends, piece.multipliers.try_into().ok());
-        let run = &mut self.solution;
-        run.end.q_t = q_t;
-        run.gradient_norm = run.gradient_norm.max(piece.gradient_norm);
-        run.iterations.add(piece.initial_guess, piece.history);
-        for (all, row) in [&mut run.elapsed, &mut run.x].into_iter().zip(piece.q) {
-            collect(all, row, self.capacity);
+        let end = self.end_of(&piece);
+        let joint = Joint { q: &end.q, p: &end.p };
+        let mut room = self.line.geometry().motion_room();
+        let is_outside = self.line.geometry().rates_at(joint.q, joint.p, 0, &mut room).is_err();
+        if is_outside || !self.line.geometry().has_finite_action(joint, gamma - self.gamma) {
+            return Err(self.overflow(piece, operator));
         }
-        if !piece.backward.is_empty() {
-            let backward = run.backward.get_or_insert(Backward { elapsed: Vec::new(), x: Vec::new() });
-            for (all, row) in [&mut backward.elapsed, &mut backward.x].into_iter().zip(piece.backward) {
-                collect(all, row, self.capacity);
-            }
-        }
+        let q_dot = (0..end.q.len()).map(|a| self.line.geometry().q_dot(&room, a)).collect();
+        self.begin_window(operator, gamma, joint, piece.multipliers);
+        let line = &mut self.line;
+        line.gradient_norm = line.gradient_norm.max(piece.gradient_norm);
+        line.iterations.add(piece.initial_guess, piece.history);
+        let rows = line.q.iter_mut().zip(piece.q);
+        let rows = rows.chain(line.p.iter_mut().zip(piece.p)).chain(line.backward.iter_mut().zip(piece.backward));
+        rows.for_each(|(all, row)| collect(all, row, self.capacity));
         self.end_window();
+        self.here = Start { q_dot, ..end };
         Ok(())
     }
 
-    /// Begins a window at this place, with x and dx/dγ at its ends. Its rows are to be appended to the solution, and
-    /// then [`Self::end_window`] is to be called.
-    pub(super) fn begin_window(
-        &mut self,
-        operator: usize,
-        &Place { gamma, time }: &Place<S>,
-        [from, to]: [[S; 2]; 2],
-        multipliers: Option<[S; MULTIPLIERS]>,
-    ) {
-        let run = &mut self.solution;
-        if self.observer.is_some() {
-            run.elapsed.clear();
-            run.x.clear();
-            run.backward = None;
-            run.windows.clear();
+    /// A window with this operator in which a number is beyond the range of numbers.
+    fn overflow(&self, piece: Piece<S>, operator: usize) -> NoSolution {
+        let points = piece.q[0].len();
+        let is_finite = |k: &usize| piece.q.iter().all(|row| row[*k].is_finite());
+        let node = (0..points).find(|k| !is_finite(k)).unwrap_or(points - 1);
+        let q: Vec<S> = piece.q.iter().map(|row| row[node]).collect();
+        let gamma = self.line.gamma_i + self.gamma + self.line.operators.get(operator).node(node);
+        NoSolution {
+            residual: piece.gradient_norm.to_f64(),
+            iterations: Box::new(Iterations::of(piece.initial_guess, piece.history)),
+            ..NoSolution::new(Status::OutsideDomain, self.line.geometry().place_of_overflow(gamma.to_f64(), &q))
         }
-        let joint = |t: S, [x, x_dot]: [S; 2]| Joint { t, x, x_dot };
-        let (start, end, first_node) = (joint(time[0], from), joint(time[1], to), run.x.len());
-        run.windows.push(Window { gamma, start, end, multipliers: multipliers.map(Box::new), first_node, operator });
-        run.window_count += 1;
-        run.end = EndState { t: run.t_i + end.t, x: end.x, x_dot: end.x_dot, ..run.end };
+    }
+
+    /// Where a window ends, without velocities. The momenta of ignorable coordinates are constants.
+    fn end_of(&mut self, piece: &Piece<S>) -> Start<S> {
+        let active = self.line.place.geometry.active();
+        let mut end = Start { q: Vec::with_capacity(piece.q.len()), q_dot: Vec::new(), p: self.here.p.clone() };
+        active.iter().for_each(|&a| end.p[a] = piece.end[a]);
+        for (a, (sum, row)) in self.sums.iter_mut().zip(&piece.q).enumerate() {
+            let last = row[row.len() - 1];
+            *sum = if active.contains(&a) { Compensated::from(last) } else { sum.plus(last) };
+            end.q.push(sum.high);
+        }
+        end
+    }
+
+    /// Begins a window that ends at γ − γ_i = `gamma` in a joint. Its rows are to be appended to the world-line, and
+    /// then [`Self::end_window`] is to be called.
+    pub(super) fn begin_window(&mut self, operator: usize, gamma: S, end: Joint<'_, S>, multipliers: Vec<S>) {
+        let line = &mut self.line;
+        if self.observer.is_some() {
+            line.q.iter_mut().chain(&mut line.p).chain(&mut line.backward).for_each(Vec::clear);
+            let begun = line.joints.len() - (end.q.len() + end.p.len());
+            line.joints.drain(..begun);
+            line.windows.clear();
+        }
+        let first_node = line.q[0].len();
+        line.windows.push(Window { gamma: [self.gamma, gamma], multipliers, first_node, operator });
+        line.joints.extend_from_slice(end.q);
+        line.joints.extend_from_slice(end.p);
+        line.window_count += 1;
+        self.gamma = gamma;
     }
 
     /// Shows the window that was begun last to the observer.
     pub(super) fn end_window(&mut self) {
         if let Some(observer) = &mut self.observer {
-            observer(&self.solution);
+            observer(&self.line);
         }
     }
+}
+
+/// The operator of windows of one length, and the same in `f64`.
+struct Grid<S> {
+    length: S,
+    sbp: Arc<SbpOperator<S>>,
+    rough: Arc<SbpOperator>,
+}
+
+impl<S: Arithmetic> Grid<S> {
+    fn new(settings: &Settings, length: S) -> Self {
+        let (name, points) = (settings.sbp, settings.n_gamma);
+        let spacing = length / S::from((points - 1) as f64);
+        let valid = "a valid setup has enough points";
+        let sbp = Arc::new(name.operator(points, spacing).expect(valid));
+        let rough = S::rough_operator(&sbp, || {
+            let spacing = length.to_f64() / (points - 1) as f64;
+            name.operator(points, spacing).expect(valid)
+        });
+        Self { length, sbp, rough }
+    }
+}
+
+fn in_f64<S: Real>(start: &Start<S>) -> Start {
+    let of = |values: &[S]| values.iter().map(|value| value.to_f64()).collect();
+    Start { q: of(&start.q), q_dot: of(&start.q_dot), p: of(&start.p) }
+}
+
+/// The same start with ignorable coordinates counted from it.
+fn relative<S: Real, G: Places<S>>(geometry: &G, start: &Start<S>) -> Start<S> {
+    let mut start = start.clone();
+    (0..start.q.len()).filter(|a| !geometry.active().contains(a)).for_each(|a| start.q[a] = S::ZERO);
+    start
 }
 
 /// Appends `piece` to `all`; the only window of a run is moved, not copied.
@@ -163,31 +288,5 @@ fn collect<S: Real>(all: &mut Vec<S>, piece: Vec<S>, capacity: usize) {
     } else {
         all.reserve_exact(capacity.saturating_sub(all.len()).max(piece.len()));
         all.extend(piece);
-    }
-}
-
-fn overflow<S: Real>(problem: &Problem<S>, piece: Piece<S>) -> NoSolution {
-    let finite = |k: &usize| piece.q.iter().all(|row| row[*k].is_finite());
-    let points = piece.q[0].len();
-    let index = (0..points).find(|k| !finite(k)).unwrap_or(points - 1);
-    let q: Vec<S> = piece.q.iter().map(|row| row[index]).collect();
-    let at = problem.metric.place_of_overflow(problem.gamma(index).to_f64(), &q);
-    NoSolution {
-        residual: piece.gradient_norm.to_f64(),
-        iterations: Box::new(Iterations::of(piece.initial_guess, piece.history)),
-        ..NoSolution::new(Status::OutsideDomain, at)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Place;
-
-    /// t counts from the start of the run, and x over the window alone.
-    #[test]
-    fn an_action_is_one_of_numbers() {
-        let place = |time: f64| Place { gamma: [9e5, 1e6], time: [0.0, time] };
-        assert!(place(1e200).has_finite_action(1e100, 1e151));
-        assert!(!place(1e210).has_finite_action(1e100, 1e151) && !place(1e200).has_finite_action(1e100, 1e152));
     }
 }

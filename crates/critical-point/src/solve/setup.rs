@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::run::{Observer, Run};
+use super::world_line::Place;
 use crate::action::Form;
 use crate::geodesic::InitialData;
 use crate::metric::Metric;
@@ -43,6 +45,23 @@ pub struct Scene<S = f64> {
     pub end: End<S>,
     /// The physical time at which it ends, if that is given.
     pub t_f: Option<S>,
+}
+
+impl<S: Real> Scene<S> {
+    /// The space-time and the start, where t is 0.
+    pub(super) fn place(&self) -> Place<S, Metric<S>> {
+        let initial = InitialData { t: S::ZERO, ..self.initial };
+        Place { geometry: Arc::clone(&self.metric), start: initial.start(&self.metric) }
+    }
+
+    /// A run of it without windows. t counts from t_i, so that a shift of t_i shifts t and changes no other digit.
+    pub(super) fn run<'o>(
+        &self,
+        settings: &Settings,
+        observer: Option<Observer<'o, S, Metric<S>>>,
+    ) -> Run<'o, S, Metric<S>> {
+        Run::new(self.place(), vec![self.initial.t, S::ZERO], self.gamma_i, settings, observer)
+    }
 }
 
 /// How a world-line is computed, in one coordinate and in scenes.

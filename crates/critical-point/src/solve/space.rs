@@ -1,40 +1,44 @@
-//! A space-time as the solvers see it: the motion in it, and what a failure says about its places.
+//! A space-time as the solvers and what judges their runs see it.
 
-use super::failure::{At, Domain};
 use super::leap;
-use super::newton::Failure;
-use super::status::Status;
-use crate::geometry::{Geometry, Motion, OutsideGeometry};
-use crate::metric::{Metric, OutsideDomain};
+use super::world_line::Joint;
+use crate::geometry::{Geometry, Motion, OutsideGeometry, Samples};
+use crate::metric::{G00, Metric, OutsideDomain};
 use crate::scalar::Real;
 
-/// Below this share of its first value, g00 is on its way to a horizon.
-const HORIZON: f64 = 1e-2;
-
 /// A space-time in which world-lines are looked for.
-pub(crate) trait Space<S: Real>: Motion<S> + Sized {
+pub trait Space<S: Real>: Motion<S> + Sized {
+    /// The names of the coordinates, in order.
+    fn coordinates(&self) -> Vec<String>;
+
     /// Whether the accelerations of the active coordinates depend on positions only.
     fn has_accelerations(&self) -> bool;
+
+    /// Number of rows of momenta that a run keeps.
+    fn kept_momenta(&self) -> usize;
 
     /// The first point outside the domain that an explicit rule has leapt over, from row to row of `q`.
     fn leapt_over(&self, q: &[Vec<S>]) -> Option<Self::Outside>;
 
-    /// The place at this γ where all coordinates are `q`.
-    fn place(&self, gamma: f64, q: &[S]) -> At;
+    /// Whether the parts of the action are within the range of numbers, of a window of this `length` that ends there.
+    fn has_finite_action(&self, end: Joint<'_, S>, length: S) -> bool;
 
-    /// The place of a point outside the domain, where `gamma` is γ of the node with an index.
-    fn place_outside(&self, point: &Self::Outside, gamma: &dyn Fn(usize) -> f64) -> At;
-
-    /// Where a number of a window whose last node is there is beyond the range of numbers.
-    fn place_of_overflow(&self, gamma: f64, q: &[S]) -> At;
-
-    /// What it means that no window, however short, is solved from `here` on, in a run from `start`.
-    fn judge_short_window(&self, failure: &mut Failure<Self::Outside>, here: &[S], start: &[S]);
+    /// K at the end of a window; `samples` are those of the nodes, of which that of index `node` is there.
+    fn norm_of_joint(&self, end: Joint<'_, S>, samples: &Samples<S>, node: usize) -> S;
 }
 
 impl<S: Real> Space<S> for Metric<S> {
+    fn coordinates(&self) -> Vec<String> {
+        ["t", "x"].map(str::to_owned).to_vec()
+    }
+
     fn has_accelerations(&self) -> bool {
         true
+    }
+
+    /// The momentum of x is minus its velocity, which D gives.
+    fn kept_momenta(&self) -> usize {
+        0
     }
 
     /// g00 is one function of x, and a particle that crosses a horizon is met outside soon.
@@ -42,61 +46,59 @@ impl<S: Real> Space<S> for Metric<S> {
         None
     }
 
-    fn place(&self, gamma: f64, q: &[S]) -> At {
-        At::x(gamma, q[1].to_f64(), self.g00(q[1]).to_f64())
+    /// Q_t (t − t_i) from the start of the run, and (dx/dγ)² over the window, by what it is at its end.
+    fn has_finite_action(&self, Joint { q, p }: Joint<'_, S>, length: S) -> bool {
+        (p[0] * q[0]).is_finite() && (p[1] * p[1] * length).is_finite()
     }
 
-    fn place_outside(&self, point: &OutsideDomain, gamma: &dyn Fn(usize) -> f64) -> At {
-        At::x(gamma(point.index), point.x, point.g00)
-    }
-
-    fn place_of_overflow(&self, gamma: f64, q: &[S]) -> At {
-        At::overflow(gamma, q[1].to_f64(), self.g00(q[1]).to_f64())
-    }
-
-    /// Newton's method does not get across a horizon: there it meets points outside, or the particle has come so close
-    /// that nothing smooth is left.
-    fn judge_short_window(&self, failure: &mut Failure<OutsideDomain>, here: &[S], start: &[S]) {
-        let (x, [here, first]) = (here[1], [here, start].map(|q| self.g00(q[1]).to_f64()));
-        if failure.outside.is_some() || here < HORIZON * first {
-            failure.status = Status::OutsideDomain;
-            failure.outside.get_or_insert(OutsideDomain { index: 0, x: x.to_f64(), g00: here });
-        } else {
-            failure.status = Status::Stalled;
-        }
+    fn norm_of_joint(&self, Joint { p, .. }: Joint<'_, S>, samples: &Samples<S>, node: usize) -> S {
+        p[0] * p[0] / samples.row(G00)[node] - p[1] * p[1]
     }
 }
 
 impl<S: Real> Space<S> for Geometry<S> {
+    fn coordinates(&self) -> Vec<String> {
+        self.names().to_vec()
+    }
+
     fn has_accelerations(&self) -> bool {
         self.is_separable()
+    }
+
+    fn kept_momenta(&self) -> usize {
+        self.active().len()
     }
 
     fn leapt_over(&self, q: &[Vec<S>]) -> Option<OutsideGeometry> {
         leap::outside(self, q)
     }
 
-    fn place(&self, gamma: f64, q: &[S]) -> At {
-        let named = |&a: &usize| (self.names()[a].clone(), q[a].to_f64());
-        At::scene(gamma, self.active().iter().map(named).collect())
+    /// The action from the start, ∫ p_a dq^a, may be beyond the range of numbers although every window is not.
+    fn has_finite_action(&self, Joint { q, p }: Joint<'_, S>, _: S) -> bool {
+        q.iter().zip(p).all(|(&q, &p)| (p * q).is_finite())
     }
 
-    fn place_outside(&self, point: &OutsideGeometry, gamma: &dyn Fn(usize) -> f64) -> At {
-        At { domain: domain_of(self, point), ..At::scene(gamma(point.index), Vec::new()) }
-    }
-
-    fn place_of_overflow(&self, gamma: f64, _: &[S]) -> At {
-        At::scene(gamma, Vec::new())
-    }
-
-    fn judge_short_window(&self, failure: &mut Failure<OutsideGeometry>, _: &[S], _: &[S]) {
-        failure.status = if failure.outside.is_some() { Status::OutsideDomain } else { Status::Stalled };
+    fn norm_of_joint(&self, Joint { q, p }: Joint<'_, S>, _: &Samples<S>, _: usize) -> S {
+        let mut room = self.motion_room();
+        // A joint lies inside the domain.
+        let _ = self.rates_at(q, p, 0, &mut room);
+        let q_dot: Vec<S> = (0..q.len()).map(|a| self.q_dot(&room, a)).collect();
+        self.norm_here(q, &q_dot)
     }
 }
 
-/// Why a point is outside.
-pub(super) fn domain_of<S: Real>(geometry: &Geometry<S>, outside: &OutsideGeometry) -> Domain {
-    let Some(block) = outside.block else { return Domain::Scene };
-    let coordinates = geometry.blocks()[block].iter().map(|&a| geometry.names()[a].clone()).collect();
-    Domain::Determinant { coordinates, value: outside.determinant }
+#[cfg(test)]
+mod tests {
+    use super::{Joint, Space};
+    use crate::metric::Metric;
+    use crate::potential::Potential;
+
+    /// t counts from the start of the run, and x over the window alone.
+    #[test]
+    fn an_action_is_one_of_numbers() {
+        let metric = Metric::new(Potential::quartic(0.5), 1.0, 1.0);
+        let is_finite = |t: f64, x_dot: f64| metric.has_finite_action(Joint { q: &[t, 0.0], p: &[1e100, -x_dot] }, 1e5);
+        assert!(is_finite(1e200, 1e151));
+        assert!(!is_finite(1e210, 1e151) && !is_finite(1e200, 1e152));
+    }
 }

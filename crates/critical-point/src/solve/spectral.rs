@@ -7,21 +7,25 @@
 use std::ops::ControlFlow;
 
 use super::failure::{At, NoSolution};
-use super::run::{Observer, Place, Run};
+use super::places::Places;
+use super::run::{Observer, Run};
 use super::setup::{Scene, Settings, Setup};
 use super::solution::Solution;
+use super::space::Space;
 use super::status::{InitialGuess, Status};
+use super::world_line::Joint;
 use crate::geodesic::InitialData;
 use crate::lobatto::{Certified, March, MarchFailure, State, Twofold, WeakRule, WindowView};
+use crate::metric::Metric;
 
 /// The windows of the run of `setup` on γ − γ_i ∈ [0, `length`], which are elements in the weak form; none if the
 /// iteration does not converge. The operator on the elements is not made here: it is a matter of diagnostics.
 pub(super) fn march(
     setup: &Setup,
     length: f64,
-    observer: Option<Observer<'_, f64>>,
+    observer: Option<Observer<'_, f64, Metric>>,
 ) -> Result<Option<Solution>, NoSolution> {
-    let Settings { n_gamma: points, windows, form, sbp: sbp_name, digits, .. } = setup.settings;
+    let Settings { n_gamma: points, windows, .. } = setup.settings;
     let Scene { metric, initial, gamma_i, .. } = &setup.scene;
     let initial = InitialData { t: 0.0, ..*initial };
     let rule = WeakRule::shared(points);
@@ -32,13 +36,13 @@ pub(super) fn march(
     if !(square.is_finite() && square > f64::MIN_POSITIVE / f64::EPSILON / f64::EPSILON) {
         return Ok(None);
     }
-    let kept = if observer.is_some() { 1 } else { windows };
-    let mut run = Run::new(&setup.scene, (form, sbp_name), digits, kept * points, observer);
-    run.reserve(kept);
-    run.solution.length = length;
+    let mut run = setup.scene.run(&setup.settings, observer);
+    run.expect(windows, points);
+    run.reserve();
+    run.line.length = length;
     // The length that `SbpName::operator` gives an element, to the last bit.
     let intervals = (points - 1) as f64;
-    let operator = run.solution.operators.element(points, rounded_length / intervals * intervals);
+    let operator = run.line.operators.element(points, rounded_length / intervals * intervals);
     let mut certified = CertifiedRun::new(run);
     let march = March::new(metric, initial.invariants(metric).q_t, rule, window_length).certified();
     let marched = march.run(State::from(initial), windows, &mut |view| {
@@ -60,36 +64,35 @@ pub(super) fn march(
 
 /// Collects marched windows, each with the certificate that it is a critical point of its action.
 pub(super) struct CertifiedRun<'o> {
-    pub(super) run: Run<'o, f64>,
+    pub(super) run: Run<'o, f64, Metric>,
     failure: Option<NoSolution>,
 }
 
 impl<'o> CertifiedRun<'o> {
     /// For windows that are added to `run`, on elements.
-    pub(super) fn new(mut run: Run<'o, f64>) -> Self {
-        run.solution.iterations.initial_guess = InitialGuess::Extrapolation;
+    pub(super) fn new(mut run: Run<'o, f64, Metric>) -> Self {
+        run.line.iterations.initial_guess = InitialGuess::Extrapolation;
         Self { run, failure: None }
     }
 
     /// Adds a window with this operator of the run that ends at γ − γ_i = `end`.
     pub(super) fn append(&mut self, view: &WindowView<'_>, end: f64, operator: usize) -> ControlFlow<()> {
         let Certified { elapsed, gradient_norm } = view.certified().expect("the march is certified");
-        let (start, last) = (view.start, view.end);
-        let place = Place { gamma: [view.gamma.hi, end], time: [start.t.hi, last.t.hi] };
+        let (last, line) = (view.end, &self.run.line);
+        let (q, p) = ([last.t.hi, last.x.hi], [line.place.start.p[0], -last.w.hi]);
+        let joint = Joint { q: &q, p: &p };
         // Numbers that are not finite are not a result: an overflow anywhere makes the gradient or the action infinite.
-        if !(gradient_norm.is_finite() && place.has_finite_action(self.run.solution.end.q_t, last.w.hi)) {
-            let solution = &self.run.solution;
-            let g00 = solution.metric.g00(last.x.hi);
-            let at = At::overflow(solution.gamma_i + view.gamma.hi, last.x.hi, g00);
+        if !(gradient_norm.is_finite() && line.geometry().has_finite_action(joint, end - view.gamma.hi)) {
+            let at = line.geometry().place_of_overflow(line.gamma_i + view.gamma.hi, &q);
             let failure = NoSolution::marched(Status::OutsideDomain, at);
             self.failure = Some(NoSolution { residual: gradient_norm, ..failure });
             return ControlFlow::Break(());
         }
-        self.run.begin_window(operator, &place, [[start.x.hi, start.w.hi], [last.x.hi, last.w.hi]], None);
-        let solution = &mut self.run.solution;
-        solution.gradient_norm = solution.gradient_norm.max(gradient_norm);
-        solution.elapsed.extend_from_slice(elapsed);
-        solution.x.extend_from_slice(view.x());
+        self.run.begin_window(operator, end, joint, Vec::new());
+        let line = &mut self.run.line;
+        line.gradient_norm = line.gradient_norm.max(gradient_norm);
+        line.q[0].extend_from_slice(elapsed);
+        line.q[1].extend_from_slice(view.x());
         self.run.end_window();
         ControlFlow::Continue(())
     }
@@ -101,7 +104,7 @@ impl<'o> CertifiedRun<'o> {
     pub(super) fn finish(self) -> Result<Solution, NoSolution> {
         match self.failure {
             Some(failure) => Err(failure),
-            None => Ok(self.run.solution),
+            None => Ok(self.run.line),
         }
     }
 }

@@ -18,7 +18,7 @@
 //! "#;
 //! let case = Case::parse("barrier", text, &[])?;
 //! let solution: Solution = solve(&case)?;
-//! assert!(solution.end.x > 30.0, "it steps over the barrier, which reflects");
+//! assert!(solution.end_state().x > 30.0, "it steps over the barrier, which reflects");
 //! let gaps = Gaps::of_solution(&solution, &case.metric(), None);
 //! assert_eq!((gaps.count, gaps.unproved), (64, 1));
 //! let (name, [from, to]) = &gaps.first.unwrap().coordinates[1];

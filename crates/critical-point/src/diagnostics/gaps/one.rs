@@ -22,21 +22,19 @@ impl Gaps {
         let accuracy = accuracy(error);
         let (q_t, length) = (solution.invariants().q_t.to_f64(), solution.length.to_f64());
         let duration = solution.duration().to_f64().abs();
-        let x_size = solution.x.iter().fold(1.0, |most: f64, x| most.max(x.to_f64().abs()));
+        let x_size = solution.x().iter().fold(1.0, |most: f64, x| most.max(x.to_f64().abs()));
         let sizes = [duration.max(1.0), x_size];
-        let count = solution.x.len() - solution.windows.len();
+        let count = solution.nodes() - solution.windows.len();
         let mut hidden = Vec::new();
         if let Some(mut enclosure) = Enclosure::of_metric(metric) {
             for (window, view) in solution.views().enumerate() {
                 let distances = view.grid.distances();
-                let x = describe(&mut enclosure.path, view.x, &distances, metric, q_t);
+                let x = describe(&mut enclosure.path, view.row(1), &distances, metric, q_t);
                 let tolerances = || negligible_potential(metric, (q_t, x), length, sizes, UNSEEN * accuracy);
                 hidden.extend(look(&mut enclosure, window, &distances, (length, count), tolerances));
             }
         }
-        Self::new(count, accuracy, hidden, |first| {
-            gap(solution, solution.view(&solution.windows[first.window]), first.node)
-        })
+        Self::new(count, accuracy, hidden, |first| gap(solution, solution.view(first.window), first.node))
     }
 }
 
@@ -57,8 +55,8 @@ fn gap<S: Real>(solution: &Solution<S>, view: WindowNodes<'_, S>, k: usize) -> G
     Gap {
         gamma: at(&|k| solution.gamma_i + view.grid.gamma_at(k)),
         coordinates: vec![
-            ("t".to_owned(), at(&|k| solution.t_i + view.window.start.t + view.elapsed[k])),
-            ("x".to_owned(), at(&|k| view.x[k])),
+            ("t".to_owned(), at(&|k| solution.t_i() + view.start.q[0] + view.row(0)[k])),
+            ("x".to_owned(), at(&|k| view.row(1)[k])),
         ],
     }
 }

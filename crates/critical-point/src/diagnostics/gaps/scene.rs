@@ -5,7 +5,8 @@ use super::{Gap, Gaps, accuracy, bend, look};
 use crate::enclosure::{Enclosure, Path, UNSEEN, Weights, negligible_rates};
 use crate::geometry::Geometry;
 use crate::scalar::Real;
-use crate::solve::scene::{SceneWindow, WorldLine};
+use crate::solve::WindowNodes;
+use crate::solve::scene::WorldLine;
 
 impl Gaps {
     /// Looks at the gaps of `line`, whose geometry is `geometry`. `error` is its estimated error relative to
@@ -27,8 +28,8 @@ impl Gaps {
         if let Some(mut enclosure) = Enclosure::of_geometry(geometry) {
             let momenta: Vec<f64> = line.place.start.p.iter().map(|p| p.to_f64()).collect();
             enclosure.fix_momenta(&momenta);
-            for (place, window) in line.windows.iter().enumerate() {
-                let nodes = Nodes::new(line, window);
+            for (place, view) in line.views().enumerate() {
+                let nodes = Nodes::new(line, &view);
                 nodes.describe(geometry, &mut enclosure.path);
                 let tolerances = || {
                     let weights = Weights { q: &weights, p: &nodes.couplings(geometry, &weights) };
@@ -37,7 +38,7 @@ impl Gaps {
                 hidden.extend(look(&mut enclosure, place, &nodes.distances, (length, count), tolerances));
             }
         }
-        Self::new(count, accuracy, hidden, |first| gap(line, &line.windows[first.window], first.node))
+        Self::new(count, accuracy, hidden, |first| gap(line, &line.view(first.window), first.node))
     }
 }
 
@@ -60,11 +61,11 @@ struct Nodes {
 }
 
 impl Nodes {
-    fn new<S: Real>(line: &WorldLine<S>, window: &SceneWindow<S>) -> Self {
-        let (geometry, grid, n) = (line.geometry(), line.grid(window), line.geometry().dimension());
-        let increments = line.increments(window);
+    fn new<S: Real>(line: &WorldLine<S>, view: &WindowNodes<'_, S>) -> Self {
+        let (geometry, grid, n) = (line.geometry(), view.grid, line.geometry().dimension());
+        let increments = line.increments(view);
         let state = |k: usize| {
-            let mut state: Vec<S> = window.start.q.iter().chain(&window.start.p).copied().collect();
+            let mut state: Vec<S> = view.start.q.iter().chain(view.start.p).copied().collect();
             let places = (0..n).chain(geometry.active().iter().map(|a| n + a));
             places.zip(&increments).for_each(|(place, row)| state[place] += row[k]);
             state.into_iter().map(S::to_f64).collect()
@@ -110,11 +111,10 @@ impl Nodes {
 }
 
 /// The gap from node k of a window.
-fn gap<S: Real>(line: &WorldLine<S>, window: &SceneWindow<S>, k: usize) -> Gap {
-    let grid = line.grid(window);
-    let increments = line.increments(window);
+fn gap<S: Real>(line: &WorldLine<S>, view: &WindowNodes<'_, S>, k: usize) -> Gap {
+    let (grid, increments) = (view.grid, line.increments(view));
     let gamma = [k, k + 1].map(|k| (line.gamma_i + grid.gamma_at(k)).to_f64());
-    let names = line.geometry().names().iter().zip(window.start.q.iter().zip(&increments));
+    let names = line.geometry().names().iter().zip(view.start.q.iter().zip(&increments));
     let ends =
         |(name, (&start, row)): (&String, (&S, &Vec<S>))| (name.clone(), [k, k + 1].map(|k| (start + row[k]).to_f64()));
     Gap { gamma, coordinates: names.map(ends).collect() }

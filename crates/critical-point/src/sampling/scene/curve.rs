@@ -16,7 +16,8 @@ use crate::action::Form;
 use crate::geometry::{Geometry, Rates, Start};
 use crate::sbp::gll::MOST_NODES;
 use crate::scalar::Real;
-use crate::solve::scene::{SceneWindow, WorldLine};
+use crate::solve::WindowNodes;
+use crate::solve::scene::WorldLine;
 
 /// Most Picard sweeps. Each gains two digits or more where the window resolves the motion.
 const MOST_SWEEPS: usize = 100;
@@ -46,13 +47,13 @@ impl<S: Real> Curve<S> {
     /// The curve in a window of `line`. `rates` is room for its geometry.
     pub(super) fn new(
         line: &WorldLine<S>,
-        window: &SceneWindow<S>,
+        view: &WindowNodes<'_, S>,
         tables: &mut Tables<S>,
         rates: &mut Rates<S>,
     ) -> Self {
-        let grid = line.grid(window);
-        let (geometry, start, length) = (line.geometry(), window.start.clone(), window.gamma[1] - window.gamma[0]);
-        let values = line.increments(window);
+        let (grid, geometry, length) = (view.grid, line.geometry(), view.window.length());
+        let start = Start { q: view.start.q.to_vec(), q_dot: Vec::new(), p: view.start.p.to_vec() };
+        let values = line.increments(view);
         let mut field = Field { geometry, start: &start, rates };
         let kind = if grid.is_equidistant() {
             let slopes = field.slopes(&values);

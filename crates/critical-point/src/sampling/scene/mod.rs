@@ -84,14 +84,14 @@ impl<'l, S: Real> SceneSampler<'l, S> {
     }
 
     pub(super) fn at_value_here(&mut self, a: usize, value: S) -> Result<SceneSample<S>, OutsideRun<S>> {
-        let windows = &self.line.windows;
-        let [first, last] = [windows[0].start.q[a], self.line.end().q[a]];
+        let line = self.line;
+        let [first, last] = [self.line.joint(0).q[a], self.line.end().q[a]];
         let [low, high] = if first <= last { [first, last] } else { [last, first] };
         let value_inside =
             within(value, [low, high], slack(self.line.digits)).ok_or(OutsideRun { range: (low, high) })?;
         let reached = |here: S| if first <= last { here <= value_inside } else { here >= value_inside };
-        let window = partition(windows.len(), |window| reached(windows[window].start.q[a]));
-        let [start, end] = [&windows[window].start, &windows[window].end].map(|joint| joint.q[a] - value_inside);
+        let window = partition(line.windows.len(), |window| reached(line.joint(window).q[a]));
+        let [start, end] = [window, window + 1].map(|joint| line.joint(joint).q[a] - value_inside);
         let length = self.length_of(window);
         let place = if start == S::ZERO {
             S::ZERO
@@ -108,7 +108,7 @@ impl<'l, S: Real> SceneSampler<'l, S> {
 
     /// Whether coordinate `a` grows, or falls, from window to window.
     pub fn is_monotonic(&self, a: usize) -> bool {
-        let joints = || self.line.windows.iter().map(|window| window.end.q[a] - window.start.q[a]);
+        let joints = || self.line.views().map(|view| view.end.q[a] - view.start.q[a]);
         joints().all(|change| change > S::ZERO) || joints().all(|change| change < S::ZERO)
     }
 
@@ -131,7 +131,7 @@ impl<'l, S: Real> SceneSampler<'l, S> {
         let gamma = line.gamma_i + first + place;
         // The end of the run is known exactly.
         if place == last - first && window + 1 == line.windows.len() {
-            let Start { q, q_dot, p } = line.end().clone();
+            let Start { q, q_dot, p } = line.end();
             return SceneSample { gamma: line.gamma_f(), q, q_dot, p };
         }
         self.prepare(window);
@@ -151,8 +151,7 @@ impl<'l, S: Real> SceneSampler<'l, S> {
             self.current = None;
         }
         let Self { line, tables, rates, current } = self;
-        let (_, curve) =
-            current.get_or_insert_with(|| (window, Curve::new(line, &line.windows[window], tables, rates)));
+        let (_, curve) = current.get_or_insert_with(|| (window, Curve::new(line, &line.view(window), tables, rates)));
         curve
     }
 }

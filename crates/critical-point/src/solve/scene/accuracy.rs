@@ -2,9 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use super::run::Run;
 use super::setup::{SceneLimit, SceneSetup, Until};
-use super::world_line::WorldLine;
 use crate::action::Form;
 use crate::geometry::{Direction, Geometry, Observable};
 use crate::lobatto::flow::{Flow, FlowFailure, FlowView, PhasePoint, Stop};
@@ -12,8 +10,10 @@ use crate::sbp::SbpName;
 use crate::scalar::Real;
 use crate::solve::failure::{At, NoSolution};
 use crate::solve::piece::Piece;
-use crate::solve::space::domain_of;
+use crate::solve::places::domain_of;
+use crate::solve::run::Run;
 use crate::solve::status::{InitialGuess, MOST_NODES, Status};
+use crate::solve::world_line::WorldLine;
 
 /// Solves a scene so that every coordinate is as accurate as asked for at all nodes. It is a solve in `f64`.
 pub(super) fn solve<S: Real>(setup: &SceneSetup<S>, accuracy: f64) -> Result<WorldLine<S>, NoSolution> {
@@ -30,13 +30,13 @@ pub(super) fn solve<S: Real>(setup: &SceneSetup<S>, accuracy: f64) -> Result<Wor
     let mut stops: Vec<&mut dyn Stop> = formulas.iter_mut().map(|stop| stop as &mut dyn Stop).collect();
     // A run to a value of a coordinate has no other end.
     let most = if target.is_some() { idle_limit(setup) } else { f64::INFINITY };
-    let mut run: Run<S> = Run::new(setup, S::ZERO);
+    let mut run = super::run(setup);
     let mut ended = None;
     let flow = Flow::new(geometry).certified();
     let flow = target.map_or(flow, |(coordinate, value)| flow.to_value(coordinate, value));
     let followed = flow.run(start, length, &mut stops, accuracy, &mut |view| {
         if view.index == 0 {
-            run = Run::new(setup, S::ZERO);
+            run.clear();
         }
         let end = view.gamma + view.length;
         let nodes = (view.index + 1) as f64 * view.points as f64;
@@ -61,8 +61,7 @@ pub(super) fn solve<S: Real>(setup: &SceneSetup<S>, accuracy: f64) -> Result<Wor
     line.windows[last].gamma[1] = line.length;
     if let (Some((a, value)), Some(0)) = (target, followed.stopped_by) {
         // Rounding of the length of the last window is one of this coordinate.
-        line.windows[last].end.q[a] = S::from(value);
-        line.ended_at = Some(a);
+        line.ended_at = Some((a, S::from(value)));
     }
     // The value of a coordinate stands before the formulas.
     line.ended_by = followed.stopped_by.and_then(|stop| stop.checked_sub(usize::from(target.is_some())));
@@ -99,7 +98,11 @@ fn idle_limit<S: Real>(setup: &SceneSetup<S>) -> f64 {
     TIMES * ((value.to_f64() - start.q[coordinate]) / start.q_dot[coordinate]).abs()
 }
 
-fn append<S: Real>(run: &mut Run<S>, view: &FlowView<'_>, geometry: &Geometry) -> Result<(), NoSolution> {
+fn append<S: Real>(
+    run: &mut Run<'_, S, Geometry<S>>,
+    view: &FlowView<'_>,
+    geometry: &Geometry,
+) -> Result<(), NoSolution> {
     let (n, active) = (geometry.dimension(), geometry.active());
     let row = |values: &[f64], last: f64| -> Vec<S> {
         let inner = values[..values.len() - 1].iter().chain(std::iter::once(&last));
@@ -110,7 +113,7 @@ fn append<S: Real>(run: &mut Run<S>, view: &FlowView<'_>, geometry: &Geometry) -
         let last = if active.contains(&a) { end.hi } else { (end - start).hi };
         row(&view.q(a), last)
     });
-    let mut momenta = run.here.p.clone();
+    let mut momenta = run.line.place.start.p.clone();
     for (place, &a) in active.iter().enumerate() {
         momenta[a] = S::from(view.end.p[place].hi);
     }

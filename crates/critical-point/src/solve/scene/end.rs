@@ -2,19 +2,19 @@
 //! node is there.
 
 use super::crossing::{self, Near};
-use super::run::solve_to;
 use super::setup::SceneSetup;
-use super::world_line::WorldLine;
-use crate::scalar::Real;
+use super::solve_to;
+use crate::solve::Arithmetic;
 use crate::solve::failure::{At, NoSolution};
 use crate::solve::search::{self, Excess, NotFound, Search};
 use crate::solve::status::Status;
+use crate::solve::world_line::WorldLine;
 
 /// The share of the length that counts as none has this many digits in `f64`; with more digits, all of them must agree.
 const DOUBLE_DIGITS: u32 = 15;
 
 /// The world-line that ends where `coordinate` is `value`.
-pub(super) fn at_value<S: Real>(
+pub(super) fn at_value<S: Arithmetic>(
     setup: &SceneSetup<S>,
     coordinate: usize,
     value: S,
@@ -33,7 +33,7 @@ pub(super) fn at_value<S: Real>(
 
 /// The world-line that ends where one of the formulas of the setup first changes its sign in its direction, or after
 /// the length `whole`.
-pub(super) fn until<S: Real>(setup: &SceneSetup<S>, whole: S) -> Result<WorldLine<S>, NoSolution> {
+pub(super) fn until<S: Arithmetic>(setup: &SceneSetup<S>, whole: S) -> Result<WorldLine<S>, NoSolution> {
     let Some(Near { index, gamma, to_positive }) = crossing::first(setup, whole.to_f64()) else {
         return solve_to(setup, whole);
     };
@@ -51,7 +51,7 @@ pub(super) fn until<S: Real>(setup: &SceneSetup<S>, whole: S) -> Result<WorldLin
 }
 
 /// The world-line whose excess is 0, from a first guess of its length.
-fn search<S: Real>(
+fn search<S: Arithmetic>(
     setup: &SceneSetup<S>,
     guess: S,
     limit: S,

@@ -3,13 +3,13 @@
 mod accuracy;
 mod crossing;
 mod end;
-mod run;
 mod setup;
-mod world_line;
 
-pub use setup::{Place, SceneLimit, SceneSetup, Until};
-pub use world_line::{SceneJoint, SceneWindow, WorldLine};
+pub use super::world_line::{Place, WorldLine};
+pub use setup::{SceneLimit, SceneSetup, Until};
 
+use super::run::Run;
+use crate::geometry::Geometry;
 use crate::scalar::Real;
 use crate::solve::{Arithmetic, NoSolution};
 
@@ -26,21 +26,32 @@ pub fn solve_scene<S: Arithmetic>(setup: &SceneSetup<S>) -> Result<WorldLine<S>,
 }
 
 /// [`solve_scene`] itself, which [`Arithmetic`] compiles once.
-pub(super) fn solve<S: Real>(setup: &SceneSetup<S>) -> Result<WorldLine<S>, NoSolution> {
+pub(super) fn solve<S: Arithmetic>(setup: &SceneSetup<S>) -> Result<WorldLine<S>, NoSolution> {
     if let Some(accuracy) = setup.settings.accuracy {
         return accuracy::solve(setup, accuracy);
     }
     let whole = match setup.limit {
-        SceneLimit::Length(length) if setup.until.is_empty() => return run::solve_to(setup, length),
+        SceneLimit::Length(length) if setup.until.is_empty() => return solve_to(setup, length),
         SceneLimit::Length(length) => length,
         SceneLimit::Value { coordinate, value } => {
             let mut line = end::at_value(setup, coordinate, value)?;
             if !setup.until.is_empty() {
                 line = end::until(setup, line.length)?;
             }
-            let ended_at = line.ended_by.is_none().then_some(coordinate);
+            let ended_at = line.ended_by.is_none().then_some((coordinate, value));
             return Ok(WorldLine { ended_at, ..line });
         }
     };
     end::until(setup, whole)
+}
+
+/// Solves a scene on γ − γ_i ∈ [0, `length`], window after window.
+fn solve_to<S: Arithmetic>(setup: &SceneSetup<S>, length: S) -> Result<WorldLine<S>, NoSolution> {
+    run(setup).solve(&setup.settings, &*setup.rough.geometry, true, length)
+}
+
+/// A run without windows.
+fn run<S: Real>(setup: &SceneSetup<S>) -> Run<'static, S, Geometry<S>> {
+    let origin = vec![S::ZERO; setup.place.start.q.len()];
+    Run::new(setup.place.clone(), origin, setup.gamma_i, &setup.settings, None)
 }

@@ -1,10 +1,9 @@
 //! What is to be solved in a scene of n coordinates, and how.
 
-use std::sync::Arc;
-
-use crate::geometry::{Direction, Geometry, Observable, Start};
+use crate::geometry::{Direction, Observable};
 use crate::scalar::Real;
 use crate::solve::Settings;
+use crate::solve::world_line::Place;
 
 /// The largest extent of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,15 +28,6 @@ pub struct Until<S = f64> {
     pub rough: Observable,
     /// Which changes count.
     pub direction: Direction,
-}
-
-/// A geometry with the start of a world-line in it, in numbers of one kind.
-#[derive(Debug, Clone)]
-pub struct Place<S = f64> {
-    /// The geometry, around the start.
-    pub geometry: Arc<Geometry<S>>,
-    /// The start.
-    pub start: Start<S>,
 }
 
 /// Everything that the solver of scenes is told.
