@@ -14,6 +14,7 @@ use geodesic_ivp::output::{
     CASE, Chart, Measured, OutputSet, SUMMARY, SummaryOf, write_branches, write_residuals, write_trajectory,
 };
 use geodesic_ivp::scalar::Extended;
+use geodesic_ivp::solve::scene::WorldLine;
 use geodesic_ivp::solve::{NoSolution, Settings, System};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
@@ -286,10 +287,9 @@ pub(super) struct Tables<'f> {
 impl Tables<'_> {
     /// Writes what was computed on the nodes. The two large tables are written in parallel: at a million nodes that is
     /// most of the work that is left after the solve.
-    pub(super) fn nodes<S: Numeric, M>(&self, run: &M::Run, measured: &M, is_doubled: bool) -> anyhow::Result<()>
+    pub(super) fn nodes<S: Numeric, M>(&self, run: &WorldLine<S, M::Space>, measured: &M) -> anyhow::Result<()>
     where
-        M: Measured<S> + Sync,
-        M::Run: Sync,
+        M: Measured<S, Space: Sync + Send> + Sync,
     {
         let files = self.files;
         let (trajectory, residuals) = scope(|scope| {
@@ -302,7 +302,7 @@ impl Tables<'_> {
         });
         trajectory.with_context(|| format!("cannot write {TRAJECTORY}"))?;
         residuals.with_context(|| format!("cannot write {RESIDUALS}"))?;
-        if is_doubled {
+        if run.is_doubled() {
             write_branches(files.writer(BRANCHES), run).with_context(|| format!("cannot write {BRANCHES}"))?;
         }
         Ok(())

@@ -163,7 +163,7 @@ impl<S: Numeric> Job for OneCoordinate<'_, S> {
             tables.samples(|out| write_samples(out, samples.iter().copied(), solution.digits))?;
         }
         match diagnostics {
-            Some(diagnostics) => tables.nodes(solution, diagnostics, solution.is_doubled()),
+            Some(diagnostics) => tables.nodes(solution, diagnostics),
             None => Ok(()),
         }
     }

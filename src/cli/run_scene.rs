@@ -169,7 +169,7 @@ impl<S: Numeric> Job for Scene<'_, S> {
         if self.has_events() {
             tables.events(|out| write_events(out, names, &self.event_names(), events, line.digits))?;
         }
-        tables.nodes(line, diagnostics, line.is_doubled())
+        tables.nodes(line, diagnostics)
     }
 
     fn picture_names(&self) -> &'static [&'static str] {

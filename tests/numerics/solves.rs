@@ -2,7 +2,7 @@
 
 use geodesic_ivp::sbp::SbpName;
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::solve::{InitialGuess, Iterations, Trajectory};
+use geodesic_ivp::solve::{InitialGuess, Iterations, Space};
 use geodesic_ivp::{Solution, Status, solve};
 
 use super::common::{case, distance, solved, solved_in};
@@ -29,12 +29,12 @@ fn iterations_are_counted() {
 #[test]
 fn a_run_is_written_with_its_own_names_and_branches() {
     let doubled = solved("solver.system=doubled grid.windows=2 initial.t=7.0");
-    assert_eq!((doubled.coordinates(), doubled.digits()), (["t", "x"].map(str::to_owned).to_vec(), 16));
-    let backward = |a: usize| doubled.backward_positions(a).unwrap().collect::<Vec<f64>>();
+    assert_eq!((doubled.geometry().coordinates(), doubled.digits), (["t", "x"].map(str::to_owned).to_vec(), 16));
+    let backward = |a: usize| doubled.backward(a).unwrap().collect::<Vec<f64>>();
     let t: Vec<f64> = doubled.t().collect();
     assert!(distance(&backward(0), &t) < 1e-10 && distance(&backward(1), doubled.x()) < 1e-10);
     let more: Solution<Extended> = solved_in("solver.digits=30");
-    assert!(more.digits() == 30 && more.backward_positions(0).is_none());
+    assert!(more.digits == 30 && more.backward(0).is_none());
     let apart = distance(doubled.x(), &backward(1)).max(distance(&t, &backward(0)));
     assert!((doubled.branch_distance() - apart).abs() < 4e-15 && solved("").branch_distance() == 0.0);
     assert!(doubled.branch_distance() > 0.0);

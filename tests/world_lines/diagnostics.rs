@@ -5,7 +5,7 @@ use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::errors::{SceneError, scene_error};
 use geodesic_ivp::geometry::{Geometry, GeometryText};
 use geodesic_ivp::reference::SceneReference;
-use geodesic_ivp::solve::Trajectory;
+use geodesic_ivp::solve::Space;
 use geodesic_ivp::solve::scene::{WorldLine, solve_scene};
 use geodesic_ivp::study::many::{ManyRuns, Outcome};
 use geodesic_ivp::study::verdict::facts_of_world_line;
@@ -286,16 +286,13 @@ fn coordinates_share_a_size_if_they_have_one_unit() {
 #[test]
 fn a_run_is_written_with_its_own_names_and_branches() {
     let line = run(&["solver.system='doubled'", "grid.windows=2", "grid.n_gamma=41"]);
-    assert_eq!(
-        (Trajectory::coordinates(&line), Trajectory::digits(&line)),
-        (["t", "x", "y", "s"].map(str::to_owned).to_vec(), 16)
-    );
+    assert_eq!((line.geometry().coordinates(), line.digits), (["t", "x", "y", "s"].map(str::to_owned).to_vec(), 16));
     for a in 0..4 {
-        let backward: Vec<f64> = line.backward_positions(a).unwrap().collect();
+        let backward: Vec<f64> = line.backward(a).unwrap().collect();
         // Both branches are equal but for rounding.
         assert!(line.q(a).zip(&backward).all(|(one, two)| (one - two).abs() < 1e-10) && backward.len() == line.nodes());
     }
-    assert!(run(&[]).backward_positions(0).is_none());
+    assert!(run(&[]).backward(0).is_none());
 }
 
 #[test]

@@ -8,10 +8,12 @@ use csv::{ByteRecord, Writer, WriterBuilder};
 
 use crate::diagnostics::scene::SceneDiagnostics;
 use crate::diagnostics::{Diagnosed, Diagnostics};
+use crate::geometry::Geometry;
+use crate::metric::Metric;
 use crate::sampling::{Crossing, Sample, SceneSample};
 use crate::scalar::{DecimalRoom, Real};
 use crate::solve::scene::WorldLine;
-use crate::solve::{Solution, Trajectory};
+use crate::solve::{Solution, Space};
 
 /// The tables are written in blocks of this many bytes.
 const BUFFER: usize = 1 << 18;
@@ -23,19 +25,19 @@ pub fn csv_writer<W: Write>(out: W) -> Writer<W> {
 }
 
 /// What is measured on a run, as rows of values on its nodes.
-pub trait Measured<S: Clone> {
-    /// The run.
-    type Run: Trajectory<S>;
+pub trait Measured<S: Real> {
+    /// The space-time of the run.
+    type Space: Space<S>;
 
     /// dq/dγ of every coordinate.
-    fn tangent(&self, run: &Self::Run) -> Vec<Cow<'_, [S]>>;
+    fn tangent(&self, run: &WorldLine<S, Self::Space>) -> Vec<Cow<'_, [S]>>;
 
     /// The columns of `residuals.csv` after the first, with their names.
-    fn residuals(&self, run: &Self::Run) -> Vec<(String, &[S])>;
+    fn residuals(&self, run: &WorldLine<S, Self::Space>) -> Vec<(String, &[S])>;
 
     /// Writes one of the tables.
     #[doc(hidden)]
-    fn write(&self, run: &Self::Run, contents: Contents, out: &mut dyn Write) -> csv::Result<()>;
+    fn write(&self, run: &WorldLine<S, Self::Space>, contents: Contents, out: &mut dyn Write) -> csv::Result<()>;
 }
 
 /// The columns of a table.
@@ -51,7 +53,7 @@ pub enum Contents {
 }
 
 impl<S: Diagnosed + Tabled> Measured<S> for Diagnostics<S> {
-    type Run = Solution<S>;
+    type Space = Metric<S>;
 
     fn tangent(&self, run: &Solution<S>) -> Vec<Cow<'_, [S]>> {
         Diagnostics::tangent(self, run).map(Cow::Owned).to_vec()
@@ -75,7 +77,7 @@ impl<S: Diagnosed + Tabled> Measured<S> for Diagnostics<S> {
 }
 
 impl<S: Diagnosed + Tabled> Measured<S> for SceneDiagnostics<S> {
-    type Run = WorldLine<S>;
+    type Space = Geometry<S>;
 
     fn tangent(&self, _: &WorldLine<S>) -> Vec<Cow<'_, [S]>> {
         self.tangent.iter().map(|row| Cow::Borrowed(row.as_slice())).collect()
@@ -118,7 +120,11 @@ struct Column<'c, S> {
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_trajectory<S: Real, M: Measured<S>>(mut out: impl Write, run: &M::Run, measured: &M) -> csv::Result<()> {
+pub fn write_trajectory<S: Real, M: Measured<S>>(
+    mut out: impl Write,
+    run: &WorldLine<S, M::Space>,
+    measured: &M,
+) -> csv::Result<()> {
     measured.write(run, Contents::Trajectory, &mut out)
 }
 
@@ -126,7 +132,11 @@ pub fn write_trajectory<S: Real, M: Measured<S>>(mut out: impl Write, run: &M::R
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_residuals<S: Real, M: Measured<S>>(mut out: impl Write, run: &M::Run, measured: &M) -> csv::Result<()> {
+pub fn write_residuals<S: Real, M: Measured<S>>(
+    mut out: impl Write,
+    run: &WorldLine<S, M::Space>,
+    measured: &M,
+) -> csv::Result<()> {
     measured.write(run, Contents::Residuals, &mut out)
 }
 
@@ -134,13 +144,17 @@ pub fn write_residuals<S: Real, M: Measured<S>>(mut out: impl Write, run: &M::Ru
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_combined<S: Real, M: Measured<S>>(mut out: impl Write, run: &M::Run, measured: &M) -> csv::Result<()> {
+pub fn write_combined<S: Real, M: Measured<S>>(
+    mut out: impl Write,
+    run: &WorldLine<S, M::Space>,
+    measured: &M,
+) -> csv::Result<()> {
     measured.write(run, Contents::Both, &mut out)
 }
 
 /// The table of a run, whatever the number of its coordinates.
 fn write_here<S: Real, M: Measured<S>>(
-    run: &M::Run,
+    run: &WorldLine<S, M::Space>,
     measured: &M,
     contents: Contents,
     out: &mut dyn Write,
@@ -158,11 +172,11 @@ fn write_here<S: Real, M: Measured<S>>(
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_branches<S: Real>(mut out: impl Write, run: &impl Trajectory<S>) -> csv::Result<()> {
-    let names = run.coordinates();
-    let forward = |(a, name): (usize, &String)| Column { name: format!("{name}_1"), values: run.positions(a) };
+pub fn write_branches<S: Real, G: Space<S>>(mut out: impl Write, run: &WorldLine<S, G>) -> csv::Result<()> {
+    let names = run.geometry().coordinates();
+    let forward = |(a, name): (usize, &String)| Column { name: format!("{name}_1"), values: Box::new(run.q(a)) };
     let backward =
-        |(a, name): (usize, &String)| Some(Column { name: format!("{name}_2"), values: run.backward_positions(a)? });
+        |(a, name): (usize, &String)| Some(Column { name: format!("{name}_2"), values: Box::new(run.backward(a)?) });
     let columns = names.iter().enumerate().map(forward).chain(names.iter().enumerate().filter_map(backward));
     write_table(&mut out, run, columns.collect())
 }
@@ -251,31 +265,35 @@ fn state<S: Real>(sample: &SceneSample<S>) -> impl Iterator<Item = S> {
     std::iter::once(sample.gamma).chain(sample.q.iter().copied()).chain(sample.q_dot.iter().copied())
 }
 
-fn trajectory<'c, S: Real>(run: &'c impl Trajectory<S>, tangent: &'c [Cow<'_, [S]>]) -> Vec<Column<'c, S>> {
-    let names = run.coordinates();
+fn trajectory<'c, S: Real, G: Space<S>>(run: &'c WorldLine<S, G>, tangent: &'c [Cow<'_, [S]>]) -> Vec<Column<'c, S>> {
+    let names = run.geometry().coordinates();
     let velocities = names.iter().zip(tangent);
     let velocities = velocities
         .map(|(name, row)| Column { name: format!("{name}_dot"), values: Box::new(row.iter().copied()) as _ });
-    let positions = names.iter().enumerate().map(|(a, name)| Column { name: name.clone(), values: run.positions(a) });
+    let positions = names.iter().enumerate().map(|(a, name)| Column { name: name.clone(), values: Box::new(run.q(a)) });
     positions.chain(velocities).collect()
 }
 
-fn residuals<'c, S: Real, M: Measured<S>>(run: &M::Run, measured: &'c M) -> Vec<Column<'c, S>> {
+fn residuals<'c, S: Real, M: Measured<S>>(run: &WorldLine<S, M::Space>, measured: &'c M) -> Vec<Column<'c, S>> {
     let columns = measured.residuals(run).into_iter();
     columns.map(|(name, row)| Column { name, values: Box::new(row.iter().copied()) as _ }).collect()
 }
 
 /// Writes a header and one row per node: γ, the columns and, with several windows, the number of the window from 1.
-fn write_table<S: Real>(out: &mut dyn Write, run: &impl Trajectory<S>, columns: Vec<Column<'_, S>>) -> csv::Result<()> {
+fn write_table<S: Real, G: Space<S>>(
+    out: &mut dyn Write,
+    run: &WorldLine<S, G>,
+    columns: Vec<Column<'_, S>>,
+) -> csv::Result<()> {
     let (names, mut columns): (Vec<_>, Vec<_>) =
         columns.into_iter().map(|Column { name, values }| (name, values)).unzip();
-    let has_windows = run.window_sizes().len() > 1;
+    let has_windows = run.windows.len() > 1;
     let names = names.iter().map(String::as_str);
     let header = std::iter::once("gamma").chain(names).chain(has_windows.then_some("window"));
-    let mut table = Table::new(out, header, run.digits())?;
-    let mut gammas = run.gammas();
-    for (window, nodes) in (1..).zip(run.window_sizes()) {
-        for gamma in gammas.by_ref().take(nodes) {
+    let mut table = Table::new(out, header, run.digits)?;
+    let mut gammas = run.gamma();
+    for (window, grid) in (1..).zip(run.grids()) {
+        for gamma in gammas.by_ref().take(grid.nodes().len()) {
             let values = columns.iter_mut().filter_map(Iterator::next);
             table.row(std::iter::once(gamma).chain(values), has_windows.then_some(window))?;
         }

@@ -5,7 +5,7 @@ mod arithmetic;
 mod collocation;
 mod critical_point;
 mod derivative;
-mod end_time;
+mod end;
 mod explicit;
 mod extremal;
 mod failure;
@@ -27,7 +27,6 @@ mod solution;
 mod space;
 mod spectral;
 mod status;
-mod trajectory;
 mod window;
 mod world_line;
 
@@ -40,9 +39,9 @@ pub use setup::{End, Scene, Settings, Setup, System};
 pub use solution::{EndState, Solution};
 pub use space::Space;
 pub use status::{InitialGuess, IterationRecord, Iterations, Status};
-pub use trajectory::Trajectory;
 pub use world_line::{Joint, Window, WindowNodes};
 
+use self::end::Target;
 use self::run::Observer;
 use crate::action::Form;
 use crate::metric::Metric;
@@ -94,8 +93,36 @@ fn solve_seen<S: Arithmetic>(
         return S::run_to_accuracy(setup, accuracy, observer);
     }
     match setup.scene.end {
-        End::Duration(duration) => end_time::solve(setup, duration, observer),
+        End::Duration(duration) => solve_to_time(setup, duration, observer),
         End::Length(length) => solve_to(setup, length, observer),
+    }
+}
+
+/// Solves a case until t − t_i is `duration`.
+///
+/// Where the windows are observed, the search keeps no more than one, and the run that was found is repeated once.
+fn solve_to_time<S: Arithmetic>(
+    setup: &Setup<S>,
+    duration: S,
+    observer: Option<Observer<'_, S, Metric<S>>>,
+) -> Result<Solution<S>, NoSolution> {
+    let target = Target { coordinate: 0, value: duration, digits: setup.settings.digits };
+    let place = setup.scene.place();
+    // Most of the search is cheapest in f64.
+    let guess = if S::IS_EXTENDED {
+        S::from(solve_to_time::<f64>(&setup.in_f64(), duration.to_f64(), Some(&mut |_| ()))?.length)
+    } else {
+        target.guess(&place)
+    };
+    let search = |solve_to: &mut dyn FnMut(S) -> Result<Solution<S>, NoSolution>| {
+        target.search(&place, setup.scene.gamma_i, guess, solve_to)
+    };
+    match observer {
+        None => search(&mut |length| solve_to(setup, length, None)),
+        Some(observer) => {
+            let found = search(&mut |length| solve_to(setup, length, Some(&mut |_| ())))?;
+            solve_to(setup, found.length, Some(observer))
+        }
     }
 }
 

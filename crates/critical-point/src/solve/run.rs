@@ -66,8 +66,7 @@ impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
             sbp_name: settings.sbp,
             operators: Operators::none(),
         };
-        let sums = here.q.iter().map(|&q| Compensated::from(q)).collect();
-        Self { line, here, sums, gamma: S::ZERO, capacity: 0, observer }
+        Self { line, sums: sums(&here), here, gamma: S::ZERO, capacity: 0, observer }
     }
 
     /// Whether the windows are observed one by one, and no more than one is kept.
@@ -98,9 +97,12 @@ impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
         line.joints.clear();
         line.joints.extend(line.place.start.q.iter().chain(&line.place.start.p).copied());
         (line.window_count, line.gradient_norm, self.gamma) = (0, S::ZERO, S::ZERO);
+        self.here = line.place.start.clone();
+        self.sums = sums(&self.here);
     }
 
-    /// Solves the windows of `grid`, one after the other, on γ − γ_i ∈ [0, `length`]. `rough` is the space-time in `f64`.
+    /// Solves windows of one length, one after the other, on γ − γ_i ∈ [0, `length`]. `rough` is the space-time in
+    /// `f64`.
     pub(super) fn solve<R>(
         mut self,
         settings: &Settings,
@@ -246,6 +248,10 @@ impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
             observer(&self.line);
         }
     }
+}
+
+fn sums<S: Real>(start: &Start<S>) -> Vec<Compensated<S>> {
+    start.q.iter().map(|&q| Compensated::from(q)).collect()
 }
 
 /// The operator of windows of one length, and the same in `f64`.

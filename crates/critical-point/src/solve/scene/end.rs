@@ -5,9 +5,9 @@ use super::crossing::{self, Near};
 use super::setup::SceneSetup;
 use super::solve_to;
 use crate::solve::Arithmetic;
-use crate::solve::failure::{At, NoSolution};
-use crate::solve::search::{self, Excess, NotFound, Search};
-use crate::solve::status::Status;
+use crate::solve::NoSolution;
+use crate::solve::end::{Target, not_reached};
+use crate::solve::search::{self, Excess, Search};
 use crate::solve::world_line::WorldLine;
 
 /// The share of the length that counts as none has this many digits in `f64`; with more digits, all of them must agree.
@@ -19,16 +19,14 @@ pub(super) fn at_value<S: Arithmetic>(
     coordinate: usize,
     value: S,
 ) -> Result<WorldLine<S>, NoSolution> {
-    let way = value - setup.place.start.q[coordinate];
-    let length = if S::IS_EXTENDED {
+    let target = Target { coordinate, value, digits: setup.settings.digits };
+    // Most of the search is cheapest in f64.
+    let guess = if S::IS_EXTENDED {
         S::from(at_value::<f64>(&setup.in_f64(), coordinate, value.to_f64())?.length)
     } else {
-        way / setup.place.start.q_dot[coordinate]
+        target.guess(&setup.place)
     };
-    search(setup, length, S::from(f64::INFINITY), |line| Excess {
-        value: (line.end().q[coordinate] - value) * way.signum(),
-        slope: Some(line.end().q_dot[coordinate] * way.signum()),
-    })
+    target.search(&setup.place, setup.gamma_i, guess, &mut |length| solve_to(setup, length))
 }
 
 /// The world-line that ends where one of the formulas of the setup first changes its sign in its direction, or after
@@ -42,28 +40,20 @@ pub(super) fn until<S: Arithmetic>(setup: &SceneSetup<S>, whole: S) -> Result<Wo
     let start = &setup.place.start;
     let k = setup.place.geometry.norm_here(&start.q, &start.q_dot);
     let mut formula = setup.until[index].formula.clone();
-    let line = search(setup, length, whole, |line| {
+    let digits = setup.settings.digits;
+    let asked = Search {
+        guess: length,
+        limit: whole,
+        digits: if S::IS_EXTENDED { digits } else { DOUBLE_DIGITS },
+        digits_of_runs: digits,
+        scale: None,
+    };
+    let excess = |line: &WorldLine<S>| {
         let end = line.end();
         let value = formula.at_here(&end.q, &end.q_dot, &end.p, k);
         Excess { value: if to_positive { value } else { -value }, slope: None }
-    })?;
+    };
+    let line = search::search(asked, |length| solve_to(setup, length), excess)
+        .map_err(|error| not_reached(error, &setup.place, setup.gamma_i))?;
     Ok(WorldLine { ended_by: Some(index), ..line })
-}
-
-/// The world-line whose excess is 0, from a first guess of its length.
-fn search<S: Arithmetic>(
-    setup: &SceneSetup<S>,
-    guess: S,
-    limit: S,
-    excess: impl FnMut(&WorldLine<S>) -> Excess<S>,
-) -> Result<WorldLine<S>, NoSolution> {
-    let digits = if S::IS_EXTENDED { setup.settings.digits } else { DOUBLE_DIGITS };
-    let asked = Search { guess, limit, digits, digits_of_runs: setup.settings.digits, scale: None };
-    search::search(asked, |length| solve_to(setup, length), excess).map_err(|error| match error {
-        NotFound::Failed(failure) => failure,
-        NotFound::Missed(closest) => {
-            let gamma = closest.map_or(setup.gamma_i, |line| line.gamma_f());
-            NoSolution::new(Status::EndTimeNotReached, At::scene(gamma.to_f64(), Vec::new()))
-        }
-    })
 }
