@@ -21,30 +21,41 @@ pub(super) type Observer<'o, S, G> = &'o mut dyn FnMut(&WorldLine<S, G>);
 /// The windows so far: all of them or, where they are observed one by one, the last.
 pub(super) struct Run<'o, S, G> {
     pub(super) line: WorldLine<S, G>,
-    /// Where the next window starts. Its velocities are there for those that Newton's method or a recursion solves.
-    here: Start<S>,
-    /// Ignorable coordinates are summed so that nothing is lost over a million windows.
-    sums: Vec<Compensated<S>>,
-    /// γ − γ_i there.
+    /// γ − γ_i where the next window starts.
     gamma: S,
+    /// What is known of that place besides the last joint; nothing before the first window, nor in a fast march.
+    reached: Option<Reached<S>>,
     /// The nodes to make room for.
     capacity: usize,
     observer: Option<Observer<'o, S, G>>,
 }
 
+/// Where a window ended that Newton's method or a recursion solved.
+struct Reached<S> {
+    here: Start<S>,
+    /// Ignorable coordinates are summed so that nothing is lost over a million windows.
+    sums: Vec<Compensated<S>>,
+}
+
+impl<S: Real> Reached<S> {
+    fn start(start: &Start<S>) -> Self {
+        Self { here: start.clone(), sums: start.q.iter().map(|&q| Compensated::from(q)).collect() }
+    }
+}
+
 impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
-    /// A run from `place`, whose coordinates and those of the world-line count from `origin`, without windows.
+    /// A run from `place` without windows, in which a coordinate may count from an `origin`.
     pub(super) fn new(
         place: Place<S, G>,
-        origin: Vec<S>,
+        origin: Option<(usize, S)>,
         gamma_i: S,
         settings: &Settings,
         observer: Option<Observer<'o, S, G>>,
     ) -> Self {
-        let (here, n) = (place.start.clone(), place.start.q.len());
+        let n = place.start.q.len();
         let (is_doubled, m) = (settings.system == System::Doubled, place.geometry.kept_momenta());
         let line = WorldLine {
-            joints: here.q.iter().chain(&here.p).copied().collect(),
+            joints: Vec::with_capacity(4 * n),
             place,
             origin,
             gamma_i,
@@ -66,7 +77,9 @@ impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
             sbp_name: settings.sbp,
             operators: Operators::none(),
         };
-        Self { line, sums: sums(&here), here, gamma: S::ZERO, capacity: 0, observer }
+        let mut run = Self { line, gamma: S::ZERO, reached: None, capacity: 0, observer };
+        run.begin();
+        run
     }
 
     /// Whether the windows are observed one by one, and no more than one is kept.
@@ -95,10 +108,16 @@ impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
         line.q.iter_mut().chain(&mut line.p).chain(&mut line.backward).for_each(Vec::clear);
         line.windows.clear();
         line.joints.clear();
-        line.joints.extend(line.place.start.q.iter().chain(&line.place.start.p).copied());
-        (line.window_count, line.gradient_norm, self.gamma) = (0, S::ZERO, S::ZERO);
-        self.here = line.place.start.clone();
-        self.sums = sums(&self.here);
+        (line.window_count, line.gradient_norm) = (0, S::ZERO);
+        (self.gamma, self.reached) = (S::ZERO, None);
+        self.begin();
+    }
+
+    /// The first joint is the start.
+    fn begin(&mut self) {
+        let WorldLine { joints, place: Place { start, .. }, .. } = &mut self.line;
+        joints.extend_from_slice(&start.q);
+        joints.extend_from_slice(&start.p);
     }
 
     /// Solves windows of one length, one after the other, on γ − γ_i ∈ [0, `length`]. `rough` is the space-time in
@@ -140,7 +159,8 @@ impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
     {
         let form = settings.form;
         let geometry = &*self.line.place.geometry;
-        let start = relative(geometry, &self.here);
+        let here = self.reached.as_ref().map_or(&self.line.place.start, |reached| &reached.here);
+        let start = relative(geometry, here);
         let rough_start = in_f64(&start);
         let pair = Pair {
             window: Problem {
@@ -177,7 +197,8 @@ impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
         if !piece.gradient_norm.is_finite() {
             return Err(self.overflow(piece, operator));
         }
-        let end = self.end_of(&piece);
+        let mut reached = self.reached.take().unwrap_or_else(|| Reached::start(&self.line.place.start));
+        let end = self.end_of(&piece, &mut reached);
         let joint = Joint { q: &end.q, p: &end.p };
         let mut room = self.line.geometry().motion_room();
         let is_outside = self.line.geometry().rates_at(joint.q, joint.p, 0, &mut room).is_err();
@@ -193,7 +214,7 @@ impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
         let rows = rows.chain(line.p.iter_mut().zip(piece.p)).chain(line.backward.iter_mut().zip(piece.backward));
         rows.for_each(|(all, row)| collect(all, row, self.capacity));
         self.end_window();
-        self.here = Start { q_dot, ..end };
+        self.reached = Some(Reached { here: Start { q_dot, ..end }, ..reached });
         Ok(())
     }
 
@@ -212,11 +233,11 @@ impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
     }
 
     /// Where a window ends, without velocities. The momenta of ignorable coordinates are constants.
-    fn end_of(&mut self, piece: &Piece<S>) -> Start<S> {
+    fn end_of(&self, piece: &Piece<S>, Reached { here, sums }: &mut Reached<S>) -> Start<S> {
         let active = self.line.place.geometry.active();
-        let mut end = Start { q: Vec::with_capacity(piece.q.len()), q_dot: Vec::new(), p: self.here.p.clone() };
+        let mut end = Start { q: Vec::with_capacity(piece.q.len()), q_dot: Vec::new(), p: here.p.clone() };
         active.iter().for_each(|&a| end.p[a] = piece.end[a]);
-        for (a, (sum, row)) in self.sums.iter_mut().zip(&piece.q).enumerate() {
+        for (a, (sum, row)) in sums.iter_mut().zip(&piece.q).enumerate() {
             let last = row[row.len() - 1];
             *sum = if active.contains(&a) { Compensated::from(last) } else { sum.plus(last) };
             end.q.push(sum.high);
@@ -248,10 +269,6 @@ impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
             observer(&self.line);
         }
     }
-}
-
-fn sums<S: Real>(start: &Start<S>) -> Vec<Compensated<S>> {
-    start.q.iter().map(|&q| Compensated::from(q)).collect()
 }
 
 /// The operator of windows of one length, and the same in `f64`.

@@ -60,7 +60,7 @@ impl<S: Real> Scene<S> {
         settings: &Settings,
         observer: Option<Observer<'o, S, Metric<S>>>,
     ) -> Run<'o, S, Metric<S>> {
-        Run::new(self.place(), vec![self.initial.t, S::ZERO], self.gamma_i, settings, observer)
+        Run::new(self.place(), Some((0, self.initial.t)), self.gamma_i, settings, observer)
     }
 }
 

@@ -32,7 +32,7 @@ pub struct EndState<S = f64> {
 impl<S: Real> Solution<S> {
     /// t_i.
     pub fn t_i(&self) -> S {
-        self.origin[T]
+        self.origin.map_or(S::ZERO, |(_, t_i)| t_i)
     }
 
     /// t on the nodes (forward branch), counted from the start of their window.

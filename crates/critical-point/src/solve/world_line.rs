@@ -60,11 +60,11 @@ impl<S: Real> Window<S> {
 /// one ([`solve_window_by_window`](super::solve_window_by_window)) it is that window alone, at its place in the run.
 #[derive(Debug)]
 pub struct WorldLine<S = f64, G = Geometry<S>> {
-    /// The space-time and the start, counted from [`Self::origin`].
+    /// The space-time and the start.
     pub place: Place<S, G>,
-    /// What coordinates are counted from, so that a shift changes no digit of anything else: (t_i, 0) in one
-    /// coordinate, zeros in scenes, whose formulas see the coordinates.
-    pub origin: Vec<S>,
+    /// A coordinate that the start and everything else count from this value of it, so that a shift changes no other
+    /// digit: t in one coordinate. The formulas of scenes see the coordinates themselves.
+    pub(crate) origin: Option<(usize, S)>,
     /// γ of the first node.
     pub gamma_i: S,
     /// γ_f − γ_i.
@@ -108,27 +108,27 @@ pub struct WorldLine<S = f64, G = Geometry<S>> {
     pub(crate) operators: Operators<S>,
 }
 
-impl<S: Clone, G> Clone for WorldLine<S, G> {
+impl<S: Copy, G> Clone for WorldLine<S, G> {
     fn clone(&self) -> Self {
         Self {
             place: self.place.clone(),
-            origin: self.origin.clone(),
-            gamma_i: self.gamma_i.clone(),
-            length: self.length.clone(),
+            origin: self.origin,
+            gamma_i: self.gamma_i,
+            length: self.length,
             q: self.q.clone(),
             p: self.p.clone(),
             backward: self.backward.clone(),
             windows: self.windows.clone(),
             joints: self.joints.clone(),
             window_count: self.window_count,
-            gradient_norm: self.gradient_norm.clone(),
+            gradient_norm: self.gradient_norm,
             iterations: self.iterations.clone(),
             digits: self.digits,
             error_estimate: self.error_estimate,
             windows_unproved: self.windows_unproved,
             accuracy: self.accuracy,
             ended_by: self.ended_by,
-            ended_at: self.ended_at.clone(),
+            ended_at: self.ended_at,
             form: self.form,
             sbp_name: self.sbp_name,
             operators: self.operators.clone(),
@@ -193,7 +193,7 @@ impl<S: Real, G: Space<S>> WorldLine<S, G> {
         self.views().map(|view| view.grid)
     }
 
-    /// Where a window starts or, for the number of windows, where the last one ends, counted from [`Self::origin`].
+    /// Where a window starts or, for the number of windows, where the last one ends, as the start counts them.
     pub fn joint(&self, index: usize) -> Joint<'_, S> {
         let n = self.q.len();
         let (q, p) = self.joints[2 * n * index..][..2 * n].split_at(n);
@@ -222,11 +222,16 @@ impl<S: Real, G: Space<S>> WorldLine<S, G> {
         Start { q, q_dot: self.velocities(joint), p: joint.p.to_vec() }
     }
 
+    /// The value of a coordinate that counts from its origin, if it has one.
+    fn with_origin(&self, a: usize, q: S) -> S {
+        self.origin.filter(|(coordinate, _)| *coordinate == a).map_or(q, |(_, origin)| origin + q)
+    }
+
     /// q^a at the end of the run, to the last bit where that ended it.
     pub(super) fn last_position(&self, a: usize) -> S {
         match self.ended_at {
             Some((coordinate, value)) if coordinate == a => value,
-            _ => self.origin[a] + self.last_joint().q[a],
+            _ => self.with_origin(a, self.last_joint().q[a]),
         }
     }
 
@@ -270,8 +275,7 @@ impl<S: Real, G: Space<S>> WorldLine<S, G> {
 
     /// A row of coordinate `a`, counted from its origin, as values of that coordinate.
     fn absolute<'l>(&'l self, a: usize, row: &'l [S]) -> impl Iterator<Item = S> + 'l {
-        let origin = self.origin[a];
-        self.from_origin(a, row).map(move |q| origin + q)
+        self.from_origin(a, row).map(move |q| self.with_origin(a, q))
     }
 
     /// A row of coordinate `a`, in which ignorable ones count from the start of their window, counted from its origin.

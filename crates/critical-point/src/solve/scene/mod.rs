@@ -52,6 +52,5 @@ fn solve_to<S: Arithmetic>(setup: &SceneSetup<S>, length: S) -> Result<WorldLine
 
 /// A run without windows.
 fn run<S: Real>(setup: &SceneSetup<S>) -> Run<'static, S, Geometry<S>> {
-    let origin = vec![S::ZERO; setup.place.start.q.len()];
-    Run::new(setup.place.clone(), origin, setup.gamma_i, &setup.settings, None)
+    Run::new(setup.place.clone(), None, setup.gamma_i, &setup.settings, None)
 }
