@@ -1,7 +1,5 @@
 //! From a case to what a solver is told.
 
-use std::sync::Arc;
-
 use super::{Case, Decimal};
 use crate::Numeric;
 use crate::solve::{Scene, Settings, Setup};
@@ -23,9 +21,10 @@ impl Case {
 
     /// The world-line that it is about.
     pub fn scene<S: Numeric>(&self) -> Scene<S> {
+        let initial = self.initial_data();
         Scene {
-            metric: Arc::new(self.metric()),
-            initial: self.initial_data(),
+            place: Scene::place(self.metric(), initial),
+            t_i: initial.t,
             gamma_i: self.grid.gamma_i.to(),
             end: self.end(),
             t_f: self.grid.t_f.as_ref().map(Decimal::to),

@@ -44,7 +44,7 @@ fn k_and_energy_of_another_method_are_those_of_its_states() {
             (u[1].powi(2) + u[2].powi(2)) / u[0].powi(2) + x * x + 2.0 * y * y + x * x * y / 3.0
         };
         let begun = energy(&start.q, &start.q_dot);
-        let problem = SceneProblem { geometry: geometry.clone(), start, length: 2.0 };
+        let problem = SceneProblem { geometry: geometry.clone(), start: (*start).clone(), length: 2.0 };
         let states = Rk4.run_scene(&problem, &Output::even(10), Setting::steps(10)).unwrap().states;
         let (mut delta_k, mut delta_energy) = (0.0_f64, 0.0_f64);
         for state in &states {

@@ -48,7 +48,7 @@ fn place<S: Numeric>(text: &GeometryText, q: &[&str], q_dot: &[&str]) -> Place<S
     let (q, q_dot) = (numbers::<S>(q), numbers(q_dot));
     let geometry = Geometry::new(text).unwrap().around(&q).unwrap();
     let p = geometry.momenta(&q, &q_dot);
-    Place { geometry: Arc::new(geometry), start: Start { q, q_dot, p } }
+    Place { geometry: Arc::new(geometry), start: Arc::new(Start { q, q_dot, p }) }
 }
 
 /// A scene that starts at `q` with `q_dot`, on one window of `n_gamma` nodes.

@@ -16,7 +16,7 @@ impl SceneCase {
     fn place<S: Numeric>(&self) -> Place<S> {
         let geometry = self.geometry();
         let start = self.start_in(&geometry);
-        Place { geometry: Arc::new(geometry), start }
+        Place { geometry: Arc::new(geometry), start: Arc::new(start) }
     }
 
     /// Whether the scene is the lift of Newton's law: its first coordinate is t, its last one s.

@@ -178,7 +178,7 @@ impl World for Scene {
     fn other(&self, peer: &'static dyn Peer, range: Range, output: Output, setting: Setting) -> Task<'_> {
         let place = &self.setup.place;
         let problem =
-            SceneProblem { geometry: place.geometry.clone(), start: place.start.clone(), length: range.length };
+            SceneProblem { geometry: place.geometry.clone(), start: (*place.start).clone(), length: range.length };
         let run = move || {
             let Trajectory { states, steps, .. } = peer.run_scene(&problem, &output, setting)?;
             Ok(Box::new(move || self.track_of_states(range.length, states, steps, setting.count > 0)) as Measured<'_>)

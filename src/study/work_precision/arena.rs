@@ -95,7 +95,8 @@ impl Arena {
         let place = &exact.place;
         let reference = SceneReference::new(&place.geometry, &place.start, length.into(), digits(length))?;
         let setup: SceneSetup = case.setup();
-        let problem = SceneProblem { geometry: setup.place.geometry.clone(), start: setup.place.start.clone(), length };
+        let problem =
+            SceneProblem { geometry: setup.place.geometry.clone(), start: (*setup.place.start).clone(), length };
         let (reference_error, steps) = (reference.error_estimate(), reference.steps());
         let coordinates = case.coordinates();
         let world = World::Scene(Box::new(Scene { problem, setup, reference }));

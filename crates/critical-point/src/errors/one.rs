@@ -163,7 +163,7 @@ impl Nodes {
     }
 
     fn second_solve(&self, scene: &Scene, accuracy: f64) -> Option<RunError> {
-        let (metric, initial) = (&*scene.metric, InitialData { t: 0.0, ..scene.initial });
+        let (metric, initial) = (scene.metric(), scene.initial());
         let q_t = initial.invariants(metric).q_t;
         let (most, length) = (WINDOWS.1.max(WINDOWS.0 * self.x.len()), *self.gamma.last()?);
         let (mut found, mut next, mut tired) = (Found::default(), 0, false);
@@ -238,7 +238,7 @@ impl<'m> Gaps<'m> {
 /// The share of its way by which a run to an accuracy may be off because of what lies between its nodes. The march is
 /// done once more, which costs less than to keep all of it, over the first windows of a very long run.
 fn stepped_over<S: Real>(scene: &Scene, solution: &Solution<S>) -> f64 {
-    let (metric, initial) = (&*scene.metric, InitialData { t: 0.0, ..scene.initial });
+    let (metric, initial) = (scene.metric(), scene.initial());
     let (length, accuracy) = (solution.length.to_f64(), solution.accuracy.unwrap_or(ACCURACIES[0]));
     let mut gaps = Gaps::new(metric, initial, length);
     let march = Adaptive::new(metric, initial.invariants(metric).q_t);
@@ -273,7 +273,7 @@ fn by_taylor<S: Traced>(scene: &Scene, solution: &Solution<S>, samples: &[Sample
         let off = [dt.to_f64(), dx.to_f64()];
         let x = exact.x.to_f64();
         let w = || (exact.x_dot / (metric.g00(exact.x) * exact.t_dot)).to_f64();
-        found.see(if in_time && points.peek().is_none() { at_that_time(&scene.metric, off, x, w()) } else { off });
+        found.see(if in_time && points.peek().is_none() { at_that_time(scene.metric(), off, x, w()) } else { off });
     }
     let error = reference.error_estimate();
     // It is asked only where a second solve agrees to many digits, which has looked between its nodes.

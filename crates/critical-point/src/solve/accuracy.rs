@@ -10,7 +10,6 @@ use super::solution::Solution;
 use super::spectral::CertifiedRun;
 use super::status::{MOST_NODES, Status};
 use crate::action::Form;
-use crate::geodesic::InitialData;
 use crate::lobatto::{Adaptive, Goal, MarchFailure, State, WindowView};
 use crate::metric::Metric;
 use crate::sbp::SbpName;
@@ -39,8 +38,8 @@ pub(super) fn solve(
         End::Length(length) => (Goal::Gamma(length), length),
         End::Duration(duration) => (Goal::Time(duration), 0.0),
     };
-    let Scene { metric, initial, gamma_i, .. } = scene;
-    let start = State::from(InitialData { t: 0.0, ..*initial });
+    let (metric, initial, gamma_i) = (scene.metric(), scene.initial(), scene.gamma_i);
+    let start = State::from(initial);
     let is_kept = observer.is_none();
     // The first window says which rule it is on.
     let settings = Settings { form: Form::Weak, sbp: SbpName::Gll(2), digits: f64::MOST_DIGITS, ..*settings };
@@ -91,7 +90,8 @@ pub(super) fn solve(
 }
 
 /// What the failure of a march means for the case. Where it does not say x, that is `last`.
-fn failed(Scene { metric, gamma_i, .. }: &Scene, failure: MarchFailure, last: f64) -> NoSolution {
+fn failed(scene: &Scene, failure: MarchFailure, last: f64) -> NoSolution {
+    let (metric, gamma_i) = (scene.metric(), scene.gamma_i);
     let at = |status, gamma: f64, x: f64| NoSolution::adaptive(status, At::x(gamma_i + gamma, x, metric.g00(x)));
     match failure {
         MarchFailure::OutsideDomain { gamma, x, g00, .. } => {

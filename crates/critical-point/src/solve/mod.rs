@@ -107,15 +107,15 @@ fn solve_to_time<S: Arithmetic>(
     observer: Option<Observer<'_, S, Metric<S>>>,
 ) -> Result<Solution<S>, NoSolution> {
     let target = Target { coordinate: 0, value: duration, digits: setup.settings.digits };
-    let place = setup.scene.place();
+    let place = &setup.scene.place;
     // Most of the search is cheapest in f64.
     let guess = if S::IS_EXTENDED {
         S::from(solve_to_time::<f64>(&setup.in_f64(), duration.to_f64(), Some(&mut |_| ()))?.length)
     } else {
-        target.guess(&place)
+        target.guess(place)
     };
     let search = |solve_to: &mut dyn FnMut(S) -> Result<Solution<S>, NoSolution>| {
-        target.search(&place, setup.scene.gamma_i, guess, solve_to)
+        target.search(place, setup.scene.gamma_i, guess, solve_to)
     };
     match observer {
         None => search(&mut |length| solve_to(setup, length, None)),
@@ -140,5 +140,5 @@ fn solve_to<S: Arithmetic>(
         }
     }
     let run = setup.scene.run(&setup.settings, observer);
-    run.solve(&setup.settings, &*setup.rough.metric, setup.regularised, length)
+    run.solve(&setup.settings, setup.rough.metric(), setup.regularised, length)
 }

@@ -159,7 +159,7 @@ impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
     {
         let form = settings.form;
         let geometry = &*self.line.place.geometry;
-        let here = self.reached.as_ref().map_or(&self.line.place.start, |reached| &reached.here);
+        let here = self.reached.as_ref().map_or(&*self.line.place.start, |reached| &reached.here);
         let start = relative(geometry, here);
         let rough_start = in_f64(&start);
         let pair = Pair {

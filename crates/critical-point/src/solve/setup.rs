@@ -8,6 +8,7 @@ use super::run::{Observer, Run};
 use super::world_line::Place;
 use crate::action::Form;
 use crate::geodesic::InitialData;
+use crate::geometry::Start;
 use crate::metric::Metric;
 use crate::sbp::SbpName;
 use crate::scalar::Real;
@@ -35,10 +36,10 @@ pub enum End<S = f64> {
 /// A world-line that is looked for, in numbers of one kind.
 #[derive(Debug, Clone)]
 pub struct Scene<S = f64> {
-    /// The space-time.
-    pub metric: Arc<Metric<S>>,
-    /// The start and the tangent there.
-    pub initial: InitialData<S>,
+    /// The space-time and the start, from which t counts.
+    pub place: Place<S, Metric<S>>,
+    /// t at the start.
+    pub t_i: S,
     /// The first value of γ.
     pub gamma_i: S,
     /// Where the run ends.
@@ -48,10 +49,20 @@ pub struct Scene<S = f64> {
 }
 
 impl<S: Real> Scene<S> {
-    /// The space-time and the start, where t is 0.
-    pub(super) fn place(&self) -> Place<S, Metric<S>> {
-        let initial = InitialData { t: S::ZERO, ..self.initial };
-        Place { geometry: Arc::clone(&self.metric), start: initial.start(&self.metric) }
+    /// The space-time and the start that every world-line begins with.
+    pub fn place(metric: Metric<S>, initial: InitialData<S>) -> Place<S, Metric<S>> {
+        let start = InitialData { t: S::ZERO, ..initial }.start(&metric);
+        Place { geometry: Arc::new(metric), start: Arc::new(start) }
+    }
+
+    /// The space-time.
+    pub fn metric(&self) -> &Metric<S> {
+        &self.place.geometry
+    }
+
+    /// The initial data, with time counted from the start (t = 0).
+    pub fn initial(&self) -> InitialData<S> {
+        initial_data(&self.place.start)
     }
 
     /// A run of it without windows. t counts from t_i, so that a shift of t_i shifts t and changes no other digit.
@@ -60,8 +71,13 @@ impl<S: Real> Scene<S> {
         settings: &Settings,
         observer: Option<Observer<'o, S, Metric<S>>>,
     ) -> Run<'o, S, Metric<S>> {
-        Run::new(self.place(), Some((0, self.initial.t)), self.gamma_i, settings, observer)
+        Run::new(self.place.clone(), Some((0, self.t_i)), self.gamma_i, settings, observer)
     }
+}
+
+/// A start in the coordinates t and x as initial data.
+pub(super) fn initial_data<S: Real>(start: &Start<S>) -> InitialData<S> {
+    InitialData { t: start.q[0], x: start.q[1], t_dot: start.q_dot[0], x_dot: start.q_dot[1] }
 }
 
 /// How a world-line is computed, in one coordinate and in scenes.

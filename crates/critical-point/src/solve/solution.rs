@@ -1,5 +1,6 @@
 //! A run in one coordinate: t and x.
 
+use super::setup::initial_data;
 use super::world_line::WorldLine;
 use crate::action::MULTIPLIERS;
 use crate::geodesic::{InitialData, Invariants};
@@ -66,8 +67,7 @@ impl<S: Real> Solution<S> {
 
     /// The initial data, with time counted from the start (t = 0).
     pub fn initial(&self) -> InitialData<S> {
-        let start = &self.place.start;
-        InitialData { t: start.q[T], x: start.q[X], t_dot: start.q_dot[T], x_dot: start.q_dot[X] }
+        initial_data(&self.place.start)
     }
 
     /// t_N − t_i.

@@ -9,12 +9,11 @@ use std::ops::ControlFlow;
 use super::failure::{At, NoSolution};
 use super::places::Places;
 use super::run::{Observer, Run};
-use super::setup::{Scene, Settings, Setup};
+use super::setup::{Settings, Setup};
 use super::solution::Solution;
 use super::space::Space;
 use super::status::{InitialGuess, Status};
 use super::world_line::Joint;
-use crate::geodesic::InitialData;
 use crate::lobatto::{Certified, March, MarchFailure, State, Twofold, WeakRule, WindowView};
 use crate::metric::Metric;
 
@@ -26,8 +25,7 @@ pub(super) fn march(
     observer: Option<Observer<'_, f64, Metric>>,
 ) -> Result<Option<Solution>, NoSolution> {
     let Settings { n_gamma: points, windows, .. } = setup.settings;
-    let Scene { metric, initial, gamma_i, .. } = &setup.scene;
-    let initial = InitialData { t: 0.0, ..*initial };
+    let (metric, initial, gamma_i) = (setup.scene.metric(), setup.scene.initial(), setup.scene.gamma_i);
     let rule = WeakRule::shared(points);
     let window_length = Twofold::from(length) / Twofold::from(windows as f64);
     // The tables hold the square of the length, and half as many digits of it again.

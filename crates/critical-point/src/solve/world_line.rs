@@ -16,12 +16,12 @@ pub struct Place<S = f64, G = Geometry<S>> {
     /// The space-time; a geometry is one around the start.
     pub geometry: Arc<G>,
     /// The start.
-    pub start: Start<S>,
+    pub start: Arc<Start<S>>,
 }
 
-impl<S: Clone, G> Clone for Place<S, G> {
+impl<S, G> Clone for Place<S, G> {
     fn clone(&self) -> Self {
-        Self { geometry: Arc::clone(&self.geometry), start: self.start.clone() }
+        Self { geometry: Arc::clone(&self.geometry), start: Arc::clone(&self.start) }
     }
 }
 
