@@ -1,9 +1,12 @@
 //! What a solve says of itself: its iterations, its names and branches, and how far it came.
 
+use geodesic_ivp::case::builtin;
+use geodesic_ivp::diagnostics::Diagnostics;
+use geodesic_ivp::output::write_trajectory;
 use geodesic_ivp::sbp::SbpName;
 use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::solve::{InitialGuess, Iterations, Space};
-use geodesic_ivp::{Solution, Status, solve};
+use geodesic_ivp::{Case, Solution, Status, solve};
 
 use super::common::{case, distance, solved, solved_in};
 
@@ -45,6 +48,25 @@ fn the_certificate_is_rounding_and_not_zero() {
     for scheme in ["", "scheme.sbp=SBP42", "scheme.form=weak", "scheme.sbp=GLL8 scheme.form=weak grid.n_gamma=8"] {
         let norm = solved(scheme).gradient_norm;
         assert!(norm > 0.0 && norm < 1e-12, "{scheme}: {norm:e}");
+    }
+}
+
+/// Rounding of the way there, t_i + (t_f − t_i), is none of the last row.
+#[test]
+fn the_last_row_of_a_run_to_a_time_has_that_time() {
+    for (name, t_f) in [("quartic", 7.5), ("pendulum", 20.0), ("morse", 3.3)] {
+        let text = builtin::text(name).unwrap();
+        for accuracy in ["1e-4", "1e-6", "1e-9"] {
+            let to_time =
+                [format!("grid={{t_f={t_f:?}}}"), format!("solver.accuracy={accuracy}"), "initial.t=-0.7".into()];
+            let case = Case::parse(name, text, &to_time).unwrap();
+            let solution: Solution = solve(&case).unwrap();
+            let mut table = Vec::new();
+            write_trajectory(&mut table, &solution, &Diagnostics::new(&solution)).unwrap();
+            let table = String::from_utf8(table).unwrap();
+            let t = table.lines().last().unwrap().split(',').nth(1).unwrap();
+            assert_eq!((t, solution.end_state().t), (format!("{t_f:?}").as_str(), t_f), "{name} to {accuracy}");
+        }
     }
 }
 
