@@ -31,6 +31,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod cursor;
 mod dense;
 mod hermite;
 mod interpolant;
@@ -42,8 +43,10 @@ mod stream;
 pub use scene::{Crossing, SceneSample, SceneSampler, Watch, crossings};
 pub use stream::{Coordinate, SampleStream};
 
+use self::cursor::{Cursor, Reached};
 use self::interpolant::Interpolant;
 use self::legendre::Tables;
+use crate::metric::Metric;
 use crate::scalar::Real;
 use crate::solve::Solution;
 use crate::solve::scene::WorldLine;
@@ -74,10 +77,8 @@ pub struct OutsideRun<S> {
 /// window is.
 #[derive(Debug)]
 pub struct Sampler<'a, S = f64> {
-    solution: &'a Solution<S>,
+    cursor: Cursor<'a, S, Metric<S>, Interpolant<S>>,
     tables: Tables<S>,
-    /// The last window that was asked for, and its interpolation.
-    current: Option<(usize, Interpolant<S>)>,
 }
 
 impl<'a, S: Sampled> Sampler<'a, S> {
@@ -105,45 +106,26 @@ impl<'a, S: Real> Sampler<'a, S> {
     }
 
     fn with_tables(solution: &'a Solution<S>, tables: Tables<S>) -> Self {
-        Self { solution, tables, current: None }
-    }
-
-    /// γ and t at both ends of the solution, counted from the start of the run.
-    fn ends(&self) -> Option<[[S; 2]; 2]> {
-        let (first, last) = (self.solution.windows.first()?, self.solution.windows.last()?);
-        Some([[first.gamma[0], last.gamma[1]], [self.solution.joint(0).q[0], self.solution.duration()]])
+        Self { cursor: Cursor::new(solution), tables }
     }
 
     fn at_gamma_here(&mut self, gamma: S) -> Result<Sample<S>, OutsideRun<S>> {
-        let Solution { gamma_i, windows, .. } = self.solution;
-        let [ends, _] = self.ends().ok_or(OutsideRun { range: (*gamma_i, *gamma_i) })?;
-        let from_start = within(gamma - *gamma_i, ends, slack(self.solution.digits))
-            .ok_or(OutsideRun { range: (*gamma_i + ends[0], *gamma_i + ends[1]) })?;
-        let window = partition(windows.len(), |window| windows[window].gamma[0] <= from_start);
-        let place = from_start - windows[window].gamma[0];
+        let (window, place) = self.cursor.at_gamma(gamma)?;
         Ok(Sample { gamma, ..self.of_window(window).at(place) })
     }
 
+    /// The sign of dt/dγ is that of Q_t everywhere, so that t is monotonic.
     fn at_time_here(&mut self, t: S) -> Result<Sample<S>, OutsideRun<S>> {
-        let (t_i, solution) = (self.solution.t_i(), self.solution);
-        let [_, ends] = self.ends().ok_or(OutsideRun { range: (t_i, t_i) })?;
-        // The sign of dt/dγ is that of Q_t everywhere, so that t is monotonic.
-        let backwards = ends[1] < ends[0];
-        let [earliest, latest] = if backwards { [ends[1], ends[0]] } else { ends };
-        let elapsed = within(t - t_i, [earliest, latest], slack(self.solution.digits))
-            .ok_or(OutsideRun { range: (t_i + earliest, t_i + latest) })?;
-        let reached = |value: S| if backwards { value >= elapsed } else { value <= elapsed };
-        let window = partition(solution.windows.len(), |window| reached(solution.joint(window).q[0]));
-        let elapsed = elapsed - solution.joint(window).q[0];
-        Ok(Sample { t, ..self.of_window(window).at_elapsed(elapsed, backwards) })
+        let Reached { window, value, falls } = self.cursor.at_value(0, t)?;
+        let elapsed = value - self.cursor.line.joint(window).q[0];
+        Ok(Sample { t, ..self.of_window(window).at_elapsed(elapsed, falls) })
     }
 
     /// The world-line at the first of the `values` of γ, which ascend, and at the others in the same window.
     fn at_leading(&mut self, values: &[S], samples: &mut Vec<Sample<S>>) -> Result<(), OutsideRun<S>> {
         let Some(&first) = values.first() else { return Ok(()) };
-        let Solution { gamma_i, windows, .. } = self.solution;
-        let from_start = first - *gamma_i;
-        let window = partition(windows.len(), |window| windows[window].gamma[0] <= from_start);
+        let Solution { gamma_i, windows, .. } = self.cursor.line;
+        let window = self.cursor.window_at(first - *gamma_i);
         let [begin, end] = windows[window].gamma;
         let is_inside = |gamma: S| gamma - *gamma_i >= begin && gamma - *gamma_i < end;
         let count = values.iter().take_while(|&&value| is_inside(value)).count();
@@ -166,13 +148,8 @@ impl<'a, S: Real> Sampler<'a, S> {
     }
 
     fn of_window(&mut self, window: usize) -> &Interpolant<S> {
-        if self.current.as_ref().is_some_and(|(current, _)| *current != window) {
-            self.current = None;
-        }
-        let Self { solution, tables, current } = self;
-        let (_, interpolant) =
-            current.get_or_insert_with(|| (window, Interpolant::new(solution, solution.view(window), tables)));
-        interpolant
+        let Self { cursor, tables } = self;
+        cursor.of_window(window, |solution| Interpolant::new(solution, solution.view(window), tables))
     }
 }
 

@@ -33,7 +33,7 @@ pub struct EndState<S = f64> {
 impl<S: Real> Solution<S> {
     /// t_i.
     pub fn t_i(&self) -> S {
-        self.origin.map_or(S::ZERO, |(_, t_i)| t_i)
+        self.origin_of(T)
     }
 
     /// t on the nodes (forward branch), counted from the start of their window.

@@ -222,16 +222,16 @@ impl<S: Real, G: Space<S>> WorldLine<S, G> {
         Start { q, q_dot: self.velocities(joint), p: joint.p.to_vec() }
     }
 
-    /// The value of a coordinate that counts from its origin, if it has one.
-    fn with_origin(&self, a: usize, q: S) -> S {
-        self.origin.filter(|(coordinate, _)| *coordinate == a).map_or(q, |(_, origin)| origin + q)
+    /// What a coordinate counts from, which is 0 for most.
+    pub(crate) fn origin_of(&self, a: usize) -> S {
+        self.origin.filter(|(coordinate, _)| *coordinate == a).map_or(S::ZERO, |(_, origin)| origin)
     }
 
     /// q^a at the end of the run, to the last bit where that ended it.
     pub(super) fn last_position(&self, a: usize) -> S {
         match self.ended_at {
             Some((coordinate, value)) if coordinate == a => value,
-            _ => self.with_origin(a, self.last_joint().q[a]),
+            _ => self.origin_of(a) + self.last_joint().q[a],
         }
     }
 
@@ -275,7 +275,8 @@ impl<S: Real, G: Space<S>> WorldLine<S, G> {
 
     /// A row of coordinate `a`, counted from its origin, as values of that coordinate.
     fn absolute<'l>(&'l self, a: usize, row: &'l [S]) -> impl Iterator<Item = S> + 'l {
-        self.from_origin(a, row).map(move |q| self.with_origin(a, q))
+        let origin = self.origin_of(a);
+        self.from_origin(a, row).map(move |q| origin + q)
     }
 
     /// A row of coordinate `a`, in which ignorable ones count from the start of their window, counted from its origin.

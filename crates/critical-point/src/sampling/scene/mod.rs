@@ -8,8 +8,8 @@ pub use crossings::{Crossing, Watch, crossings};
 
 use self::curve::Curve;
 use super::legendre::Tables;
-use super::{OutsideRun, Sampled, partition, slack, within};
-use crate::geometry::{Rates, Start};
+use super::{Cursor, OutsideRun, Reached, Sampled};
+use crate::geometry::{Geometry, Rates, Start};
 use crate::root::root;
 use crate::scalar::Real;
 use crate::solve::scene::WorldLine;
@@ -43,11 +43,9 @@ pub struct SceneSample<S = f64> {
 /// ```
 #[derive(Debug)]
 pub struct SceneSampler<'l, S = f64> {
-    line: &'l WorldLine<S>,
+    cursor: Cursor<'l, S, Geometry<S>, Curve<S>>,
     tables: Tables<S>,
     rates: Rates<S>,
-    /// The last window that was asked for, and its curve.
-    current: Option<(usize, Curve<S>)>,
 }
 
 impl<'l, S: Sampled> SceneSampler<'l, S> {
@@ -71,28 +69,19 @@ impl<'l, S: Sampled> SceneSampler<'l, S> {
 impl<'l, S: Real> SceneSampler<'l, S> {
     /// A sampler of `line`.
     pub fn new(line: &'l WorldLine<S>) -> Self {
-        Self { line, tables: Tables::default(), rates: line.geometry().field().room(), current: None }
+        Self { cursor: Cursor::new(line), tables: Tables::default(), rates: line.geometry().field().room() }
     }
 
     pub(super) fn at_gamma_here(&mut self, gamma: S) -> Result<SceneSample<S>, OutsideRun<S>> {
-        let line = self.line;
-        let ends = [S::ZERO, line.length];
-        let from_start = within(gamma - line.gamma_i, ends, slack(line.digits))
-            .ok_or(OutsideRun { range: (line.gamma_i, line.gamma_f()) })?;
-        let window = partition(line.windows.len(), |window| line.windows[window].gamma[0] <= from_start);
-        Ok(SceneSample { gamma, ..self.in_window(window, from_start - line.windows[window].gamma[0]) })
+        let (window, place) = self.cursor.at_gamma(gamma)?;
+        Ok(SceneSample { gamma, ..self.in_window(window, place) })
     }
 
     pub(super) fn at_value_here(&mut self, a: usize, value: S) -> Result<SceneSample<S>, OutsideRun<S>> {
-        let line = self.line;
-        let [first, last] = [self.line.joint(0).q[a], self.line.end().q[a]];
-        let [low, high] = if first <= last { [first, last] } else { [last, first] };
-        let value_inside =
-            within(value, [low, high], slack(self.line.digits)).ok_or(OutsideRun { range: (low, high) })?;
-        let reached = |here: S| if first <= last { here <= value_inside } else { here >= value_inside };
-        let window = partition(line.windows.len(), |window| reached(line.joint(window).q[a]));
+        let Reached { window, value: value_inside, .. } = self.cursor.at_value(a, value)?;
+        let line = self.cursor.line;
         let [start, end] = [window, window + 1].map(|joint| line.joint(joint).q[a] - value_inside);
-        let length = self.length_of(window);
+        let length = line.windows[window].length();
         let place = if start == S::ZERO {
             S::ZERO
         } else if end == S::ZERO {
@@ -108,50 +97,38 @@ impl<'l, S: Real> SceneSampler<'l, S> {
 
     /// Whether coordinate `a` grows, or falls, from window to window.
     pub fn is_monotonic(&self, a: usize) -> bool {
-        let joints = || self.line.views().map(|view| view.end.q[a] - view.start.q[a]);
+        let joints = || self.cursor.line.views().map(|view| view.end.q[a] - view.start.q[a]);
         joints().all(|change| change > S::ZERO) || joints().all(|change| change < S::ZERO)
-    }
-
-    /// γ_f − γ_i of a window.
-    fn length_of(&self, window: usize) -> S {
-        let [first, last] = self.line.windows[window].gamma;
-        last - first
     }
 
     /// The distance in γ that counts as none.
     fn least(&self, window: usize) -> S {
-        let gamma = self.line.gamma_i.abs().max(self.line.windows[window].gamma[1]);
-        let digits = S::from(0.1_f64.powi(self.line.digits as i32));
-        S::EPSILON.max(digits) * gamma.max(self.length_of(window))
+        let (line, window) = (self.cursor.line, &self.cursor.line.windows[window]);
+        let gamma = line.gamma_i.abs().max(window.gamma[1]);
+        let digits = S::from(0.1_f64.powi(line.digits as i32));
+        S::EPSILON.max(digits) * gamma.max(window.length())
     }
 
     /// The world-line at `place`, which is γ from the start of a window.
     fn in_window(&mut self, window: usize, place: S) -> SceneSample<S> {
-        let (line, [first, last]) = (self.line, self.line.windows[window].gamma);
+        let (line, [first, last]) = (self.cursor.line, self.cursor.line.windows[window].gamma);
         let gamma = line.gamma_i + first + place;
         // The end of the run is known exactly.
         if place == last - first && window + 1 == line.windows.len() {
             let Start { q, q_dot, p } = line.end();
             return SceneSample { gamma: line.gamma_f(), q, q_dot, p };
         }
-        self.prepare(window);
-        let Self { rates, current, .. } = self;
-        let (_, curve) = current.as_ref().expect("it was prepared");
-        let Start { q, p, .. } = curve.at(place, line.geometry());
+        let Start { q, p, .. } = self.prepare(window).at(place, line.geometry());
         let field = line.geometry().field();
         // A curve that leaves the domain between nodes inside it has velocities that mean as little as its positions.
-        let _ = field.evaluate(&q, &p, rates);
-        let q_dot = (0..q.len()).map(|a| field.q_dot(rates, a)).collect();
+        let _ = field.evaluate(&q, &p, &mut self.rates);
+        let q_dot = (0..q.len()).map(|a| field.q_dot(&self.rates, a)).collect();
         SceneSample { gamma, q, q_dot, p }
     }
 
     /// The curve of a window.
     fn prepare(&mut self, window: usize) -> &Curve<S> {
-        if self.current.as_ref().is_some_and(|(current, _)| *current != window) {
-            self.current = None;
-        }
-        let Self { line, tables, rates, current } = self;
-        let (_, curve) = current.get_or_insert_with(|| (window, Curve::new(line, &line.view(window), tables, rates)));
-        curve
+        let Self { cursor, tables, rates } = self;
+        cursor.of_window(window, |line| Curve::new(line, &line.view(window), tables, rates))
     }
 }
