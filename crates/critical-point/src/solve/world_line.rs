@@ -227,6 +227,13 @@ impl<S: Real, G: Space<S>> WorldLine<S, G> {
         self.origin.filter(|(coordinate, _)| *coordinate == a).map_or(S::ZERO, |(_, origin)| origin)
     }
 
+    /// q^a at node k of a window.
+    pub(crate) fn position(&self, view: &WindowNodes<'_, S>, a: usize, k: usize) -> S {
+        let q = view.row(a)[k];
+        let is_active = self.geometry().active().contains(&a);
+        self.origin_of(a) + if is_active { q } else { view.start.q[a] + q }
+    }
+
     /// q^a at the end of the run, to the last bit where that ended it.
     pub(super) fn last_position(&self, a: usize) -> S {
         match self.ended_at {

@@ -35,6 +35,9 @@ use serde::ser::{Serialize, SerializeMap, Serializer};
 
 use super::verdict::Reason;
 use crate::enclosure::Enclosure;
+use crate::scalar::Real;
+use crate::solve::Space;
+use crate::solve::scene::WorldLine;
 
 /// What hides is compared with the error of a run, but with no error outside of these: less than the first is near
 /// rounding, and a run with an error above the second is not one that explains anything.
@@ -71,6 +74,22 @@ pub struct Gap {
     pub gamma: [f64; 2],
     /// Every coordinate at both.
     pub coordinates: Vec<(String, [f64; 2])>,
+}
+
+impl Gap {
+    fn new<S: Real, G: Space<S>>(line: &WorldLine<S, G>, hidden: &Hidden) -> Self {
+        let (view, nodes) = (line.view(hidden.window), [hidden.node, hidden.node + 1]);
+        let names = line.geometry().coordinates().into_iter().enumerate();
+        Self {
+            gamma: nodes.map(|k| (line.gamma_i + view.grid.gamma_at(k)).to_f64()),
+            coordinates: names.map(|(a, name)| (name, nodes.map(|k| line.position(&view, a, k).to_f64()))).collect(),
+        }
+    }
+}
+
+/// Number of pairs of neighbouring nodes.
+fn count<S: Real, G: Space<S>>(line: &WorldLine<S, G>) -> usize {
+    line.nodes() - line.windows.len()
 }
 
 impl Serialize for Gap {
@@ -122,8 +141,8 @@ fn look(
 }
 
 impl Gaps {
-    /// Of so many gaps, of which these may hide something; `gap` describes one.
-    fn new(count: usize, accuracy: f64, mut hidden: Vec<Hidden>, gap: impl FnOnce(&Hidden) -> Gap) -> Self {
+    /// Of the gaps of `line`, these may hide something.
+    fn new<S: Real, G: Space<S>>(line: &WorldLine<S, G>, accuracy: f64, mut hidden: Vec<Hidden>) -> Self {
         hidden.sort_by(|one, other| one.share.total_cmp(&other.share));
         let mut sum = 0.0;
         let explained = hidden.iter().take_while(|hidden| {
@@ -131,8 +150,9 @@ impl Gaps {
             sum <= 1.0
         });
         let unexplained = &hidden[explained.count()..];
-        let first = unexplained.iter().min_by_key(|hidden| (hidden.window, hidden.node)).map(gap);
-        Self { count, unproved: unexplained.len(), accuracy, first }
+        let first =
+            unexplained.iter().min_by_key(|hidden| (hidden.window, hidden.node)).map(|first| Gap::new(line, first));
+        Self { count: count(line), unproved: unexplained.len(), accuracy, first }
     }
 
     /// The reason to doubt a run with gaps that are not explained.

@@ -1,11 +1,11 @@
 //! The gaps of a run of one coordinate.
 
 use super::super::Diagnosed;
-use super::{Gap, Gaps, accuracy, bend, look};
+use super::{Gaps, accuracy, bend, count, look};
 use crate::enclosure::{Enclosure, Path, UNSEEN, negligible_potential};
 use crate::metric::{Metric, acceleration};
 use crate::scalar::Real;
-use crate::solve::{Solution, WindowNodes};
+use crate::solve::Solution;
 
 impl Gaps {
     /// Looks at the gaps of `solution`, whose metric is `metric`. `error` is its estimated error relative to
@@ -24,17 +24,16 @@ impl Gaps {
         let duration = solution.duration().to_f64().abs();
         let x_size = solution.x().iter().fold(1.0, |most: f64, x| most.max(x.to_f64().abs()));
         let sizes = [duration.max(1.0), x_size];
-        let count = solution.nodes() - solution.windows.len();
         let mut hidden = Vec::new();
         if let Some(mut enclosure) = Enclosure::of_metric(metric) {
             for (window, view) in solution.views().enumerate() {
                 let distances = view.grid.distances();
                 let x = describe(&mut enclosure.path, view.row(1), &distances, metric, q_t);
                 let tolerances = || negligible_potential(metric, (q_t, x), length, sizes, UNSEEN * accuracy);
-                hidden.extend(look(&mut enclosure, window, &distances, (length, count), tolerances));
+                hidden.extend(look(&mut enclosure, window, &distances, (length, count(solution)), tolerances));
             }
         }
-        Self::new(count, accuracy, hidden, |first| gap(solution, solution.view(first.window), first.node))
+        Self::new(solution, accuracy, hidden)
     }
 }
 
@@ -47,16 +46,4 @@ fn describe<S: Real>(path: &mut Path, x: &[S], distances: &[f64], metric: &Metri
     path.push(0, &x, |k| bend(0.5 * distances[k] * distances[k] * (a(k) + a(k + 1))));
     let lowest = (0..x.len()).min_by(|&j, &k| jets[j].g00.total_cmp(&jets[k].g00));
     lowest.map_or(0.0, |k| x[k])
-}
-
-/// The gap from node k of a window.
-fn gap<S: Real>(solution: &Solution<S>, view: WindowNodes<'_, S>, k: usize) -> Gap {
-    let at = |value: &dyn Fn(usize) -> S| [value(k).to_f64(), value(k + 1).to_f64()];
-    Gap {
-        gamma: at(&|k| solution.gamma_i + view.grid.gamma_at(k)),
-        coordinates: vec![
-            ("t".to_owned(), at(&|k| solution.t_i() + view.start.q[0] + view.row(0)[k])),
-            ("x".to_owned(), at(&|k| view.row(1)[k])),
-        ],
-    }
 }

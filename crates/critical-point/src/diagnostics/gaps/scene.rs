@@ -1,7 +1,7 @@
 //! The gaps of a run of a scene.
 
 use super::super::Diagnosed;
-use super::{Gap, Gaps, accuracy, bend, look};
+use super::{Gaps, accuracy, bend, count, look};
 use crate::enclosure::{Enclosure, Path, UNSEEN, Weights, negligible_rates};
 use crate::geometry::Geometry;
 use crate::scalar::Real;
@@ -23,7 +23,6 @@ impl Gaps {
         let accuracy = accuracy(error);
         let weights = weights(geometry, &line.place.start.q, |a| line.q(a));
         let length = line.length.to_f64();
-        let count = line.nodes() - line.windows.len();
         let mut hidden = Vec::new();
         if let Some(mut enclosure) = Enclosure::of_geometry(geometry) {
             let momenta: Vec<f64> = line.place.start.p.iter().map(|p| p.to_f64()).collect();
@@ -35,10 +34,10 @@ impl Gaps {
                     let weights = Weights { q: &weights, p: &nodes.couplings(geometry, &weights) };
                     negligible_rates(geometry, &weights, length, UNSEEN * accuracy)
                 };
-                hidden.extend(look(&mut enclosure, place, &nodes.distances, (length, count), tolerances));
+                hidden.extend(look(&mut enclosure, place, &nodes.distances, (length, count(line)), tolerances));
             }
         }
-        Self::new(count, accuracy, hidden, |first| gap(line, &line.view(first.window), first.node))
+        Self::new(line, accuracy, hidden)
     }
 }
 
@@ -108,16 +107,6 @@ impl Nodes {
         }
         couplings
     }
-}
-
-/// The gap from node k of a window.
-fn gap<S: Real>(line: &WorldLine<S>, view: &WindowNodes<'_, S>, k: usize) -> Gap {
-    let (grid, increments) = (view.grid, line.increments(view));
-    let gamma = [k, k + 1].map(|k| (line.gamma_i + grid.gamma_at(k)).to_f64());
-    let names = line.geometry().names().iter().zip(view.start.q.iter().zip(&increments));
-    let ends =
-        |(name, (&start, row)): (&String, (&S, &Vec<S>))| (name.clone(), [k, k + 1].map(|k| (start + row[k]).to_f64()));
-    Gap { gamma, coordinates: names.map(ends).collect() }
 }
 
 #[cfg(test)]
