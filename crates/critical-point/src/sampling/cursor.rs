@@ -61,6 +61,9 @@ impl<'l, S: Real, G: Space<S>, C> Cursor<'l, S, G, C> {
     /// [`OutsideRun`] with the range of the coordinate, beyond it by more than rounding.
     pub(super) fn at_value(&self, a: usize, value: S) -> Result<Reached<S>, OutsideRun<S>> {
         let (line, origin) = (self.line, self.line.origin_of(a));
+        if line.windows.is_empty() {
+            return Err(OutsideRun { range: (origin, origin) });
+        }
         let [first, last] = [0, line.windows.len()].map(|joint| line.joint(joint).q[a]);
         let falls = last < first;
         let [low, high] = if falls { [last, first] } else { [first, last] };

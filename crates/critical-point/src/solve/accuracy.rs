@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use super::failure::{At, NoSolution};
 use super::run::Observer;
-use super::setup::{End, Scene, Settings};
+use super::setup::{End, Scene, Settings, System};
 use super::solution::Solution;
 use super::spectral::CertifiedRun;
 use super::status::{MOST_NODES, Status};
@@ -42,7 +42,8 @@ pub(super) fn solve(
     let start = State::from(initial);
     let is_kept = observer.is_none();
     // The first window says which rule it is on.
-    let settings = Settings { form: Form::Weak, sbp: SbpName::Gll(2), digits: f64::MOST_DIGITS, ..*settings };
+    let system = System::PhysicalLimit;
+    let settings = Settings { system, form: Form::Weak, sbp: SbpName::Gll(2), digits: f64::MOST_DIGITS, ..*settings };
     let mut run = scene.run(&settings, observer);
     (run.line.accuracy, run.line.length) = (Some(accuracy), length);
     let mut certified = CertifiedRun::new(run);

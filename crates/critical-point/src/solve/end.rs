@@ -7,16 +7,17 @@ use super::status::{Iterations, Status};
 use super::world_line::{Place, WorldLine};
 use crate::scalar::Real;
 
-/// The distance from the value that counts as none, relative to the whole way, has this many digits in `f64`; with more
-/// digits, all of them must agree.
-const DOUBLE_DIGITS: u32 = 14;
-
-/// The value of a coordinate that a run is to end at, as joints count it, and the digits of runs.
+/// The value of a coordinate that a run is to end at, as joints count it, and how well it is to be met.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Target<S> {
     pub(super) coordinate: usize,
     pub(super) value: S,
-    pub(super) digits: u32,
+    /// Significant digits of the runs.
+    pub(super) digits_of_runs: u32,
+    /// The share that counts as none has this many digits in `f64`; with more digits, all of them must agree.
+    pub(super) double_digits: u32,
+    /// Whether that is a share of the whole way; otherwise it is one of the length of γ.
+    pub(super) is_of_way: bool,
 }
 
 impl<S: Real> Target<S> {
@@ -35,14 +36,14 @@ impl<S: Real> Target<S> {
         guess: S,
         solve_to: &mut dyn FnMut(S) -> Result<WorldLine<S, G>, NoSolution>,
     ) -> Result<WorldLine<S, G>, NoSolution> {
-        let Self { coordinate, value, digits } = *self;
+        let Self { coordinate, value, digits_of_runs, double_digits, is_of_way } = *self;
         let way = value - place.start.q[coordinate];
         let asked = Search {
             guess,
             limit: S::from(f64::INFINITY),
-            digits: if S::IS_EXTENDED { digits } else { DOUBLE_DIGITS },
-            digits_of_runs: digits,
-            scale: Some(way.abs()),
+            digits: if S::IS_EXTENDED { digits_of_runs } else { double_digits },
+            digits_of_runs,
+            scale: is_of_way.then(|| way.abs()),
         };
         let excess = |line: &WorldLine<S, G>| {
             let end = line.last_joint();

@@ -65,7 +65,7 @@ impl<S: Real, G: Places<S>, R: Places<f64, Outside = G::Outside>> Pair<'_, S, G,
                 (false, true) => InitialGuess::Nystrom4,
                 (false, false) => InitialGuess::RungeKutta4,
             };
-            self.no_solution(failure, guess, |node| rough.sbp.node(node), locate)
+            self.no_solution(failure, guess, &rough.start.q, |node| rough.sbp.node(node), locate)
         })?;
         let multipliers = limit.multipliers(window);
         let rows: Vec<&[S]> = limit.q.iter().map(Vec::as_slice).collect();
@@ -97,7 +97,8 @@ impl<S: Real, G: Places<S>, R: Places<f64, Outside = G::Outside>> Pair<'_, S, G,
         let layout = window.layout();
         let root = root.map_err(|failure| {
             let locate = |unknown: usize, u: &[f64]| on_forward_branch(layout, unknown, u);
-            self.no_solution(failure, InitialGuess::WindowedAction, |node| rough.sbp.node(node), locate)
+            let start = &rough.start.q;
+            self.no_solution(failure, InitialGuess::WindowedAction, start, |node| rough.sbp.node(node), locate)
         })?;
         let rows = |branch| layout.branch(&root.unknowns, branch).into_iter().map(<[S]>::to_vec).collect::<Vec<_>>();
         let (q, backward) = (rows(0), rows(1));
@@ -126,15 +127,17 @@ impl<S: Real, G: Places<S>, R: Places<f64, Outside = G::Outside>> Pair<'_, S, G,
         let layout = Layout::new(n, points, Form::Strong);
         let locate = |unknown: usize, u: &[f64]| on_forward_branch(layout, unknown, u);
         let gamma = |node: usize| gamma + node as f64 * spacing;
-        self.no_solution(failure, InitialGuess::WindowedAction, gamma, locate)
+        self.no_solution(failure, InitialGuess::WindowedAction, &start.q, gamma, locate)
     }
 
     /// Expresses a failed iteration in terms of the scene. `gamma` is γ of a node, counted from the start of the
-    /// window, and `locate` maps an index of the residual, at the last iterate, to its node and q there.
+    /// window, and `locate` maps an index of the residual, at the last iterate, to its node and q there; q is `start`
+    /// where there is no iterate.
     fn no_solution(
         &self,
         failure: Failure<G::Outside>,
         initial_guess: InitialGuess,
+        start: &[f64],
         gamma: impl Fn(usize) -> f64,
         locate: impl Fn(usize, &[f64]) -> (usize, Vec<f64>),
     ) -> NoSolution {
@@ -143,7 +146,7 @@ impl<S: Real, G: Places<S>, R: Places<f64, Outside = G::Outside>> Pair<'_, S, G,
             Some(point) => geometry.place_outside(&point, &gamma),
             None => {
                 let located = worst.filter(|_| !unknowns.is_empty()).map(|row| locate(row, unknowns));
-                let (node, q) = located.unwrap_or_else(|| (0, self.rough.start.q.clone()));
+                let (node, q) = located.unwrap_or_else(|| (0, start.to_vec()));
                 geometry.place(gamma(node), &q)
             }
         })

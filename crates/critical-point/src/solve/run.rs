@@ -108,6 +108,7 @@ impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
         line.q.iter_mut().chain(&mut line.p).chain(&mut line.backward).for_each(Vec::clear);
         line.windows.clear();
         line.joints.clear();
+        line.operators = Operators::none();
         (line.window_count, line.gradient_norm) = (0, S::ZERO);
         (self.gamma, self.reached) = (S::ZERO, None);
         self.begin();
@@ -308,8 +309,11 @@ fn relative<S: Real, G: Places<S>>(geometry: &G, start: &Start<S>) -> Start<S> {
 fn collect<S: Real>(all: &mut Vec<S>, piece: Vec<S>, capacity: usize) {
     if piece.len() == capacity {
         *all = piece;
-    } else {
-        all.reserve_exact(capacity.saturating_sub(all.len()).max(piece.len()));
-        all.extend(piece);
+        return;
     }
+    // Where the number of windows is not known, room doubles.
+    if capacity > 0 {
+        all.reserve_exact(capacity.saturating_sub(all.len()).max(piece.len()));
+    }
+    all.extend(piece);
 }

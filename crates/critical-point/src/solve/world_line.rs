@@ -98,7 +98,8 @@ pub struct WorldLine<S = f64, G = Geometry<S>> {
     /// The place in [`SceneSetup::until`](super::scene::SceneSetup::until) of the formula that ended the run, if one
     /// did.
     pub ended_by: Option<usize>,
-    /// The coordinate whose value ended the run, if one did, and that value.
+    /// The coordinate whose value ended the run, if one did, and what it is at the end: in a run to an accuracy what
+    /// was asked for, to the last bit. In one coordinate it is known of such runs only.
     pub ended_at: Option<(usize, S)>,
     /// The form of the action.
     pub form: Form,
@@ -267,7 +268,7 @@ impl<S: Real, G: Space<S>> WorldLine<S, G> {
 
     /// q^a on the nodes.
     pub fn q(&self, a: usize) -> impl Iterator<Item = S> + '_ {
-        let last = self.nodes() - 1;
+        let last = self.nodes().saturating_sub(1);
         let end = self.ended_at.filter(|(coordinate, _)| *coordinate == a);
         self.absolute(a, &self.q[a]).enumerate().map(move |(k, q)| match end {
             Some((_, value)) if k == last => value,
@@ -283,7 +284,14 @@ impl<S: Real, G: Space<S>> WorldLine<S, G> {
     /// A row of coordinate `a`, counted from its origin, as values of that coordinate.
     fn absolute<'l>(&'l self, a: usize, row: &'l [S]) -> impl Iterator<Item = S> + 'l {
         let origin = self.origin_of(a);
-        self.from_origin(a, row).map(move |q| origin + q)
+        // A value that is counted from an origin is rounded once more in any case. Of others both rows of a joint are
+        // what the next window starts from.
+        let joins = self.origin.is_none() && !self.geometry().active().contains(&a);
+        let ends = self.views().flat_map(move |view| {
+            let last = view.grid.points() - 1;
+            (0..=last).map(move |k| (joins && k == last).then(|| view.end.q[a]))
+        });
+        self.from_origin(a, row).zip(ends).map(move |(q, end)| end.unwrap_or(origin + q))
     }
 
     /// A row of coordinate `a`, in which ignorable ones count from the start of their window, counted from its origin.

@@ -14,6 +14,7 @@ use crate::solve::places::domain_of;
 use crate::solve::run::Run;
 use crate::solve::status::{InitialGuess, MOST_NODES, Status};
 use crate::solve::world_line::WorldLine;
+use crate::solve::{Settings, System};
 
 /// Solves a scene so that every coordinate is as accurate as asked for at all nodes. It is a solve in `f64`.
 pub(super) fn solve<S: Real>(setup: &SceneSetup<S>, accuracy: f64) -> Result<WorldLine<S>, NoSolution> {
@@ -30,7 +31,8 @@ pub(super) fn solve<S: Real>(setup: &SceneSetup<S>, accuracy: f64) -> Result<Wor
     let mut stops: Vec<&mut dyn Stop> = formulas.iter_mut().map(|stop| stop as &mut dyn Stop).collect();
     // A run to a value of a coordinate has no other end.
     let most = if target.is_some() { idle_limit(setup) } else { f64::INFINITY };
-    let mut run = super::run(setup);
+    let settings = Settings { system: System::PhysicalLimit, ..setup.settings };
+    let mut run = super::run(setup, &settings);
     let mut ended = None;
     let flow = Flow::new(geometry).certified();
     let flow = target.map_or(flow, |(coordinate, value)| flow.to_value(coordinate, value));

@@ -19,7 +19,8 @@ pub(super) fn at_value<S: Arithmetic>(
     coordinate: usize,
     value: S,
 ) -> Result<WorldLine<S>, NoSolution> {
-    let target = Target { coordinate, value, digits: setup.settings.digits };
+    let digits_of_runs = setup.settings.digits;
+    let target = Target { coordinate, value, digits_of_runs, double_digits: DOUBLE_DIGITS, is_of_way: false };
     // Most of the search is cheapest in f64.
     let guess = if S::IS_EXTENDED {
         S::from(at_value::<f64>(&setup.in_f64(), coordinate, value.to_f64())?.length)

@@ -11,7 +11,7 @@ pub use setup::{SceneLimit, SceneSetup, Until};
 use super::run::Run;
 use crate::geometry::Geometry;
 use crate::scalar::Real;
-use crate::solve::{Arithmetic, NoSolution};
+use crate::solve::{Arithmetic, NoSolution, Settings};
 
 /// Solves a scene in the arithmetic of `S`: `f64`, or [`Extended`](crate::scalar::Extended) to the digits that the
 /// setup asks for. More digits are obtained by refinement: everything that searches and steers is done in `f64`.
@@ -38,7 +38,8 @@ pub(super) fn solve<S: Arithmetic>(setup: &SceneSetup<S>) -> Result<WorldLine<S>
             if !setup.until.is_empty() {
                 line = end::until(setup, line.length)?;
             }
-            let ended_at = line.ended_by.is_none().then_some((coordinate, value));
+            // A search meets the value but for rounding.
+            let ended_at = line.ended_by.is_none().then(|| (coordinate, line.last_joint().q[coordinate]));
             return Ok(WorldLine { ended_at, ..line });
         }
     };
@@ -47,10 +48,10 @@ pub(super) fn solve<S: Arithmetic>(setup: &SceneSetup<S>) -> Result<WorldLine<S>
 
 /// Solves a scene on γ − γ_i ∈ [0, `length`], window after window.
 fn solve_to<S: Arithmetic>(setup: &SceneSetup<S>, length: S) -> Result<WorldLine<S>, NoSolution> {
-    run(setup).solve(&setup.settings, &*setup.rough.geometry, true, length)
+    run(setup, &setup.settings).solve(&setup.settings, &*setup.rough.geometry, true, length)
 }
 
 /// A run without windows.
-fn run<S: Real>(setup: &SceneSetup<S>) -> Run<'static, S, Geometry<S>> {
-    Run::new(setup.place.clone(), None, setup.gamma_i, &setup.settings, None)
+fn run<S: Real>(setup: &SceneSetup<S>, settings: &Settings) -> Run<'static, S, Geometry<S>> {
+    Run::new(setup.place.clone(), None, setup.gamma_i, settings, None)
 }
