@@ -27,6 +27,12 @@ fn beyond_memory(nodes: usize, done: f64) -> Option<f64> {
     (nodes > MOST_NODES || foreseen).then_some(needed)
 }
 
+/// The settings of a run whose operator and windows are chosen here. The first window says which rule it is on.
+fn chosen(settings: &Settings) -> Settings {
+    let system = System::PhysicalLimit;
+    Settings { system, form: Form::Weak, sbp: SbpName::Gll(2), digits: f64::MOST_DIGITS, ..*settings }
+}
+
 /// The run of a scene to an accuracy.
 pub(super) fn solve(
     scene: &Scene,
@@ -41,10 +47,7 @@ pub(super) fn solve(
     let (metric, initial, gamma_i) = (scene.metric(), scene.initial(), scene.gamma_i);
     let start = State::from(initial);
     let is_kept = observer.is_none();
-    // The first window says which rule it is on.
-    let system = System::PhysicalLimit;
-    let settings = Settings { system, form: Form::Weak, sbp: SbpName::Gll(2), digits: f64::MOST_DIGITS, ..*settings };
-    let mut run = scene.run(&settings, observer);
+    let mut run = scene.run(&chosen(settings), observer);
     (run.line.accuracy, run.line.length) = (Some(accuracy), length);
     let mut certified = CertifiedRun::new(run);
     let mut too_many = None;
