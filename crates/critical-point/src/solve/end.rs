@@ -7,6 +7,12 @@ use super::status::{Iterations, Status};
 use super::world_line::{Place, WorldLine};
 use crate::scalar::Real;
 
+/// The share of the whole way that counts as none has this many digits in `f64`; with more digits, all of them must
+/// agree.
+const DIGITS_OF_WAY: u32 = 14;
+/// The same of the length of γ.
+pub(super) const DIGITS_OF_LENGTH: u32 = 15;
+
 /// The value of a coordinate that a run is to end at, as joints count it, and how well it is to be met.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Target<S> {
@@ -14,9 +20,7 @@ pub(super) struct Target<S> {
     pub(super) value: S,
     /// Significant digits of the runs.
     pub(super) digits_of_runs: u32,
-    /// The share that counts as none has this many digits in `f64`; with more digits, all of them must agree.
-    pub(super) double_digits: u32,
-    /// Whether that is a share of the whole way; otherwise it is one of the length of γ.
+    /// Whether a share of the whole way counts as none, or else one of the length of γ.
     pub(super) is_of_way: bool,
 }
 
@@ -36,7 +40,8 @@ impl<S: Real> Target<S> {
         guess: S,
         solve_to: &mut dyn FnMut(S) -> Result<WorldLine<S, G>, NoSolution>,
     ) -> Result<WorldLine<S, G>, NoSolution> {
-        let Self { coordinate, value, digits_of_runs, double_digits, is_of_way } = *self;
+        let Self { coordinate, value, digits_of_runs, is_of_way } = *self;
+        let double_digits = if is_of_way { DIGITS_OF_WAY } else { DIGITS_OF_LENGTH };
         let way = value - place.start.q[coordinate];
         let asked = Search {
             guess,

@@ -13,8 +13,8 @@ const NUMBERS: f64 = 17.0;
 const SAMPLE_NUMBERS: f64 = 6.0;
 /// Numbers kept for every node of a scene, for each coordinate. Each row of its structure is one more.
 const NUMBERS_OF_COORDINATE: f64 = 10.0;
-/// Numbers kept for every window of a scene, for each coordinate: its start, its end, its multipliers.
-const NUMBERS_OF_WINDOW: f64 = 40.0;
+/// Numbers kept for every window of a scene, for each coordinate: its end, its multipliers, and what is measured there.
+const NUMBERS_OF_WINDOW: f64 = 30.0;
 /// Bytes per node of the banded systems of the physical limit with two fields, always in `f64`: a fixed part, and one
 /// for every order. They grow with the square of the number of fields.
 const BANDED: [f64; 2] = [45.0, 18.0];

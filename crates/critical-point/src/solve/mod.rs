@@ -107,7 +107,7 @@ fn solve_to_time<S: Arithmetic>(
     observer: Option<Observer<'_, S, Metric<S>>>,
 ) -> Result<Solution<S>, NoSolution> {
     let digits_of_runs = setup.settings.digits;
-    let target = Target { coordinate: 0, value: duration, digits_of_runs, double_digits: 14, is_of_way: true };
+    let target = Target { coordinate: 0, value: duration, digits_of_runs, is_of_way: true };
     let place = &setup.scene.place;
     // Most of the search is cheapest in f64.
     let guess = if S::IS_EXTENDED {

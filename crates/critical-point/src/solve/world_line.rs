@@ -228,13 +228,6 @@ impl<S: Real, G: Space<S>> WorldLine<S, G> {
         self.origin.filter(|(coordinate, _)| *coordinate == a).map_or(S::ZERO, |(_, origin)| origin)
     }
 
-    /// q^a at node k of a window.
-    pub(crate) fn position(&self, view: &WindowNodes<'_, S>, a: usize, k: usize) -> S {
-        let q = view.row(a)[k];
-        let is_active = self.geometry().active().contains(&a);
-        self.origin_of(a) + if is_active { q } else { view.start.q[a] + q }
-    }
-
     /// q^a at the end of the run, to the last bit where that ended it.
     pub(super) fn last_position(&self, a: usize) -> S {
         match self.ended_at {
@@ -283,15 +276,26 @@ impl<S: Real, G: Space<S>> WorldLine<S, G> {
 
     /// A row of coordinate `a`, counted from its origin, as values of that coordinate.
     fn absolute<'l>(&'l self, a: usize, row: &'l [S]) -> impl Iterator<Item = S> + 'l {
-        let origin = self.origin_of(a);
-        // A value that is counted from an origin is rounded once more in any case. Of others both rows of a joint are
+        self.views().flat_map(move |view| self.absolute_in(view, a, row))
+    }
+
+    /// The same in a window.
+    pub(crate) fn absolute_in<'l>(
+        &'l self,
+        view: WindowNodes<'l, S>,
+        a: usize,
+        row: &'l [S],
+    ) -> impl Iterator<Item = S> + 'l {
+        let (origin, row) = (self.origin_of(a), &row[view.grid.nodes()]);
+        let start = if self.geometry().active().contains(&a) { None } else { Some(view.start.q[a]) };
+        // What is counted from an origin is rounded once more in any case. Of anything else both rows of a joint are
         // what the next window starts from.
-        let joins = self.origin.is_none() && !self.geometry().active().contains(&a);
-        let ends = self.views().flat_map(move |view| {
-            let last = view.grid.points() - 1;
-            (0..=last).map(move |k| (joins && k == last).then(|| view.end.q[a]))
-        });
-        self.from_origin(a, row).zip(ends).map(move |(q, end)| end.unwrap_or(origin + q))
+        let is_joined = self.origin.is_none() && start.is_some();
+        row.iter().enumerate().map(move |(k, &q)| match start {
+            Some(_) if is_joined && k + 1 == row.len() => view.end.q[a],
+            Some(start) => origin + (start + q),
+            None => q,
+        })
     }
 
     /// A row of coordinate `a`, in which ignorable ones count from the start of their window, counted from its origin.

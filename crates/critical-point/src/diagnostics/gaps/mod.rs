@@ -80,9 +80,13 @@ impl Gap {
     fn new<S: Real, G: Space<S>>(line: &WorldLine<S, G>, hidden: &Hidden) -> Self {
         let (view, nodes) = (line.view(hidden.window), [hidden.node, hidden.node + 1]);
         let names = line.geometry().coordinates().into_iter().enumerate();
+        let ends = |a: usize| {
+            let mut values = line.absolute_in(view, a, &line.q[a]).skip(hidden.node).map(S::to_f64);
+            nodes.map(|_| values.next().expect("a gap has a node at both ends"))
+        };
         Self {
             gamma: nodes.map(|k| (line.gamma_i + view.grid.gamma_at(k)).to_f64()),
-            coordinates: names.map(|(a, name)| (name, nodes.map(|k| line.position(&view, a, k).to_f64()))).collect(),
+            coordinates: names.map(|(a, name)| (name, ends(a))).collect(),
         }
     }
 }

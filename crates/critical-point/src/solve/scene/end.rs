@@ -6,12 +6,9 @@ use super::setup::SceneSetup;
 use super::solve_to;
 use crate::solve::Arithmetic;
 use crate::solve::NoSolution;
-use crate::solve::end::{Target, not_reached};
+use crate::solve::end::{DIGITS_OF_LENGTH, Target, not_reached};
 use crate::solve::search::{self, Excess, Search};
 use crate::solve::world_line::WorldLine;
-
-/// The share of the length that counts as none has this many digits in `f64`; with more digits, all of them must agree.
-const DOUBLE_DIGITS: u32 = 15;
 
 /// The world-line that ends where `coordinate` is `value`.
 pub(super) fn at_value<S: Arithmetic>(
@@ -20,7 +17,7 @@ pub(super) fn at_value<S: Arithmetic>(
     value: S,
 ) -> Result<WorldLine<S>, NoSolution> {
     let digits_of_runs = setup.settings.digits;
-    let target = Target { coordinate, value, digits_of_runs, double_digits: DOUBLE_DIGITS, is_of_way: false };
+    let target = Target { coordinate, value, digits_of_runs, is_of_way: false };
     // Most of the search is cheapest in f64.
     let guess = if S::IS_EXTENDED {
         S::from(at_value::<f64>(&setup.in_f64(), coordinate, value.to_f64())?.length)
@@ -45,7 +42,7 @@ pub(super) fn until<S: Arithmetic>(setup: &SceneSetup<S>, whole: S) -> Result<Wo
     let asked = Search {
         guess: length,
         limit: whole,
-        digits: if S::IS_EXTENDED { digits } else { DOUBLE_DIGITS },
+        digits: if S::IS_EXTENDED { digits } else { DIGITS_OF_LENGTH },
         digits_of_runs: digits,
         scale: None,
     };
