@@ -3,7 +3,7 @@
 
 use geodesic_ivp::sbp::coefficients::{Rational, SBP21, SBP42, SBP63, SBP84};
 use geodesic_ivp::sbp::{Coefficients, RegularisedOperator, SbpName, SbpOperator};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{ComplexField, DMatrix, DVector};
 use num_rational::Ratio;
 use proptest::prelude::*;
 
@@ -204,7 +204,7 @@ proptest! {
 fn spectral_radius(c: &Coefficients, n: usize) -> f64 {
     let banded = operator(c, n, 1.0).to_banded();
     let d = DMatrix::from_fn(n, n, |i, j| banded.get(i, j));
-    d.complex_eigenvalues().iter().map(|e| e.norm()).fold(0.0, f64::max)
+    d.complex_eigenvalues().iter().map(|e| e.modulus()).fold(0.0, f64::max)
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The methods of the atlas, and the step that linear theory allows for each of them.
 
-use nalgebra::Complex;
+use nalgebra::{Complex, ComplexField};
 
 use crate::case::{Form, SbpName};
 use crate::geodesic::InitialData;
@@ -139,7 +139,7 @@ impl Method {
 fn of_windows(sbp: SbpName, points: usize, form: Form) -> Limit {
     let Ok(operator) = sbp.operator(points, 1.0) else { return Limit::None };
     let start = if form == Form::Weak { Start::Penalty } else { Start::Fixed };
-    first_growing(|step| amplification(&operator, start, Complex::new(0.0, step)).norm())
+    first_growing(|step| amplification(&operator, start, Complex::new(0.0, step)).modulus())
 }
 
 /// The first hω at which an oscillation grows.

@@ -87,6 +87,8 @@ pub fn amplification(sbp: &SbpOperator, start: Start, lambda: Complex<f64>) -> C
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::ComplexField;
+
     use super::*;
     use crate::sbp::SbpName;
 
@@ -121,11 +123,11 @@ mod tests {
             for k in -40..=40 {
                 let omega = 10_f64.powf(0.1 * f64::from(k));
                 for damping in [0.0, 0.3, 20.0] {
-                    let r = amplification(&sbp, Start::Penalty, Complex::new(-damping, omega)).norm();
+                    let r = amplification(&sbp, Start::Penalty, Complex::new(-damping, omega)).modulus();
                     assert!(r <= 1.0 + 1e-11, "{} nodes, omega = {omega}, -{damping}: {r}", sbp.points());
                 }
             }
-            assert!(amplification(&sbp, Start::Penalty, Complex::new(-1e9, 0.0)).norm() < 1e-6);
+            assert!(amplification(&sbp, Start::Penalty, Complex::new(-1e9, 0.0)).modulus() < 1e-6);
         }
     }
 
@@ -134,10 +136,10 @@ mod tests {
         // Two nodes: R(z) = 1/(1 − z + z²/2), the (0, 2) Padé approximant of e^z; n nodes: the (n − 2, n) one.
         for z in [Complex::new(0.0, 0.7), Complex::new(-0.4, 1.9)] {
             let two = amplification(&SbpOperator::gauss_lobatto(2, 1.0), Start::Penalty, z);
-            assert!((two - (Complex::new(1.0, 0.0) - z + z * z * 0.5).inv()).norm() < 1e-14);
+            assert!((two - (Complex::new(1.0, 0.0) - z + z * z * 0.5).inv()).modulus() < 1e-14);
             let three = amplification(&SbpOperator::gauss_lobatto(3, 1.0), Start::Penalty, z);
             let denominator = Complex::new(1.0, 0.0) - z * 0.75 + z * z * 0.25 - z * z * z / 24.0;
-            assert!((three - (Complex::new(1.0, 0.0) + z * 0.25) / denominator).norm() < 1e-14);
+            assert!((three - (Complex::new(1.0, 0.0) + z * 0.25) / denominator).modulus() < 1e-14);
         }
     }
 
@@ -147,8 +149,8 @@ mod tests {
         // y_2 = (1 + z) y_1, y_3 = y_1 + 2 z y_2.
         let z = Complex::new(0.0, 0.1);
         let r = amplification(&sbp, Start::Fixed, z);
-        assert!((r - (Complex::new(1.0, 0.0) + z * 2.0 * (Complex::new(1.0, 0.0) + z))).norm() < 1e-15);
+        assert!((r - (Complex::new(1.0, 0.0) + z * 2.0 * (Complex::new(1.0, 0.0) + z))).modulus() < 1e-15);
         let window = SbpName::Sbp21.operator(21, 1.0).unwrap();
-        assert!(amplification(&window, Start::Fixed, z).norm() > 1.0 + 1e-3);
+        assert!(amplification(&window, Start::Fixed, z).modulus() > 1.0 + 1e-3);
     }
 }
