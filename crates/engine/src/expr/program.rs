@@ -241,12 +241,6 @@ impl<S: Real> Program<S> {
     pub(crate) fn walk(&self, outputs: usize, machine: &mut impl Machine) {
         walk(self.steps_to(outputs), machine);
     }
-
-    /// Lets `machine` carry out the steps in a range.
-    #[inline(always)]
-    pub(crate) fn walk_on(&self, from: usize, to: usize, machine: &mut impl Machine) {
-        walk(&self.steps[from..to], machine);
-    }
 }
 
 /// Lets `machine` carry out steps.

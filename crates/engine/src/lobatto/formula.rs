@@ -1,9 +1,9 @@
 //! The force of a formula: an interpreter of its program on vectors, compiled into the march itself.
 
-use pulp::Simd;
+use pulp::{Simd, WithSimd};
 
 use super::force::{Force, NEAR, corrections};
-use crate::expr::{Function, Fused, Machine, Operation, Program, Register, around};
+use crate::expr::{Function, Fused, Machine, Operation, Program, Register, Step, around, walk};
 use crate::metric::Metric;
 use crate::vector::{
     Nodes, abs, copy, elementary, is_fused, multiply_add, neg, product_error, two_sum, vectors, vectors_mut,
@@ -49,9 +49,30 @@ impl<'m, const P: usize> FormulaForce<'m, P> {
 }
 
 /// The nodes of a window in every register.
-pub(super) struct Vectors<'r, S, const P: usize> {
-    pub(super) s: S,
-    pub(super) registers: &'r mut [Nodes<P>],
+struct Vectors<'r, S, const P: usize> {
+    s: S,
+    registers: &'r mut [Nodes<P>],
+}
+
+/// Carries out steps of a program on all nodes. The loops over nodes are long code: they are compiled once for each
+/// level and length, not wherever a program is run.
+#[inline(never)]
+pub(super) fn carry_out<S: Simd, const P: usize>(s: S, steps: &[Step], registers: &mut [Nodes<P>]) {
+    s.vectorize(CarryOut { steps, registers });
+}
+
+struct CarryOut<'r, const P: usize> {
+    steps: &'r [Step],
+    registers: &'r mut [Nodes<P>],
+}
+
+impl<const P: usize> WithSimd for CarryOut<'_, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, s: S) {
+        walk(self.steps, &mut Vectors { s, registers: self.registers });
+    }
 }
 
 /// `to` = `$operation` of a and b, vector by vector.
@@ -227,8 +248,7 @@ impl<const P: usize> Force for FormulaForce<'_, P> {
     #[inline(always)]
     fn slopes<S: Simd>(&mut self, s: S, [a, u]: [&[f64]; 2], [da, du]: [&mut [f64]; 2]) {
         let (from, to) = (self.program.steps(2), self.program.steps(3));
-        let mut machine = Vectors { s, registers: &mut self.registers };
-        self.program.walk_on(from, to, &mut machine);
+        carry_out(s, &self.program.steps_to(3)[from..to], &mut self.registers);
         // With a = −½ g00′ u²: du/dx = 2 a/Q_t and da/dx = −½ g00″ u² + 4 a²/(Q_t u).
         let half = s.splat_f64s(-0.5 * self.two_over_mass);
         let reciprocal = s.splat_f64s(2.0 / self.q_t);
@@ -253,8 +273,7 @@ impl<const P: usize> Force for FormulaForce<'_, P> {
             self.registers[0].0[k] = last;
             k += 1;
         }
-        let mut machine = Vectors { s, registers: &mut self.registers };
-        self.program.walk(2, &mut machine);
+        carry_out(s, self.program.steps_to(2), &mut self.registers);
         let (q, m, c) = (s.splat_f64s(self.q_t), s.splat_f64s(self.two_over_mass), s.splat_f64s(self.c_squared));
         let half = s.splat_f64s(-0.5 * self.two_over_mass);
         let value = vectors::<S>(self.output(0));

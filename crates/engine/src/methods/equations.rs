@@ -124,18 +124,6 @@ pub(super) trait World {
     fn with_equations<W: Work<Self::Point>>(&self, work: W) -> W::Output;
 }
 
-/// Does `work` with fused multiply-add, where the machine has it. Longer vectors would gain nothing on one particle.
-pub(super) fn fused<W: Work<E::Point>, E: Equations>(work: W, equations: E) -> W::Output {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(simd) = pulp::x86::V3::try_new() {
-        return simd.vectorize(
-            #[inline(always)]
-            || work.with(equations),
-        );
-    }
-    work.with(equations)
-}
-
 /// Equations that count how often they are evaluated.
 pub(super) struct Counted<E> {
     pub(super) equations: E,

@@ -1,6 +1,6 @@
 //! What drives the motion, u = Q_t/g00(x) and a = −½ g00′(x) u², at one point and as fast as possible.
 
-use super::equations::{Work, World, fused};
+use super::equations::{Work, World};
 use super::one::One;
 use super::{Problem, State};
 use crate::expr::Program;
@@ -25,19 +25,62 @@ impl World for Problem {
     }
 
     fn with_equations<W: Work<State>>(&self, work: W) -> W::Output {
-        let (metric, q_t) = (&self.metric, self.q_t());
+        let force = AnyForce::new(&self.metric, self.q_t());
+        #[cfg(target_arch = "x86_64")]
+        if let Some(simd) = pulp::x86::V3::try_new() {
+            return match force {
+                AnyForce::LowDegree(force) => with_avx2(simd, work, One::new(self, force)),
+                force => with_avx2(simd, work, One::new(self, force)),
+            };
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        if let AnyForce::LowDegree(force) = force {
+            return work.with(One::new(self, force));
+        }
+        work.with(One::new(self, force))
+    }
+}
+
+/// Does `work` with AVX2 and fused multiply-add. Longer vectors would gain nothing on one particle.
+#[cfg(target_arch = "x86_64")]
+fn with_avx2<W: Work<State>, F: Force>(simd: pulp::x86::V3, work: W, equations: One<F>) -> W::Output {
+    simd.vectorize(
+        #[inline(always)]
+        || work.with(equations),
+    )
+}
+
+/// The force of any potential. Every method is compiled for this, out of line, and once more for the forces that are
+/// quickest to evaluate, as part of the method.
+enum AnyForce<'m> {
+    LowDegree(LowDegree),
+    AnyDegree(AnyDegree),
+    Program(ProgramForce<'m>),
+}
+
+impl<'m> AnyForce<'m> {
+    fn new(metric: &'m Metric, q_t: f64) -> Self {
         match metric.potential() {
             Potential::Polynomial(p) => {
                 let g = coefficients(metric, p.coefficients());
                 if g.len() <= 5 {
-                    fused(work, One::new(self, LowDegree::new(&g, q_t)))
+                    Self::LowDegree(LowDegree::new(&g, q_t))
                 } else {
-                    fused(work, One::new(self, AnyDegree { g, q_t }))
+                    Self::AnyDegree(AnyDegree { g, q_t })
                 }
             }
-            Potential::Formula(formula) => {
-                fused(work, One::new(self, ProgramForce::new(metric, formula.program(), q_t)))
-            }
+            Potential::Formula(formula) => Self::Program(ProgramForce::new(metric, formula.program(), q_t)),
+        }
+    }
+}
+
+impl Force for AnyForce<'_> {
+    #[inline(never)]
+    fn at(&mut self, x: f64) -> (f64, f64) {
+        match self {
+            Self::LowDegree(force) => force.at(x),
+            Self::AnyDegree(force) => force.at(x),
+            Self::Program(force) => force.at(x),
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Failure;
-use super::equations::{Equations, Parts, Work, World, fused};
+use super::equations::{Equations, Parts, Work, World};
 use super::linear::Dense;
 use crate::geometry::{Geometry, Motion, MotionRoom, Start};
 
@@ -39,7 +39,7 @@ impl World for SceneProblem {
     }
 
     fn with_equations<W: Work<SceneState>>(&self, work: W) -> W::Output {
-        fused(work, SceneEquations::new(self))
+        work.with(SceneEquations::new(self))
     }
 }
 

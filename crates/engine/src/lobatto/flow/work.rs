@@ -2,8 +2,8 @@
 
 use pulp::{Simd, WithSimd};
 
-use crate::expr::{Register, Step, walk};
-use crate::lobatto::formula::Vectors;
+use crate::expr::{Register, Step};
+use crate::lobatto::formula::carry_out;
 use crate::lobatto::guess::Continuation;
 use crate::lobatto::product::{plain_dot, product};
 use crate::lobatto::tables::Tables;
@@ -24,7 +24,7 @@ impl<const P: usize> WithSimd for Evaluate<'_, P> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, s: S) {
         let Self { steps, registers, factor, from, to } = self;
-        walk(steps, &mut Vectors { s, registers });
+        carry_out(s, steps, registers);
         scaled(s, factor, registers, from, to);
     }
 }
@@ -86,7 +86,7 @@ impl<const P: usize> WithSimd for Sweep<'_, P> {
         while place < passes.len() {
             let Pass { steps, from, is_position, inverse, matrix, to } = passes[place];
             place += 1;
-            walk(steps, &mut Vectors { s, registers });
+            carry_out(s, steps, registers);
             let (velocities, forces) = rates.split_at_mut(m);
             let rows = if inverse.is_none() && is_position { &mut *velocities } else { &mut *forces };
             scaled(s, h, registers, from, rows);

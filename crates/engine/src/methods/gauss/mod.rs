@@ -30,7 +30,7 @@ const ROUNDING: f64 = 1e-12;
 /// rounding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Gauss {
-    /// Number of stages s: 2, 4, 6, 8, 10 or 12.
+    /// Number of stages s: 2, 4, 6, 8 or 12.
     pub stages: usize,
 }
 
@@ -56,7 +56,6 @@ impl Method for Gauss {
             4 => sized::<4, W>(world, output, setting),
             6 => sized::<6, W>(world, output, setting),
             8 => sized::<8, W>(world, output, setting),
-            10 => sized::<10, W>(world, output, setting),
             12 => sized::<12, W>(world, output, setting),
             stages => panic!("no Gauss method of {stages} stages"),
         }
