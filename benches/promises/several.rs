@@ -4,8 +4,7 @@ use std::fmt;
 
 use geodesic_ivp::case::SceneCase;
 use geodesic_ivp::errors::scene_error;
-use geodesic_ivp::solve::Status;
-use geodesic_ivp::solve::scene::solve_scene;
+use geodesic_ivp::solve::{Status, solve_scene};
 
 use super::outcome::Outcome;
 use super::random::Random;

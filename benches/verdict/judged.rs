@@ -7,7 +7,7 @@ use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::diagnostics::verdict::{CoordinateError, Facts, Grade, Verdict};
 use geodesic_ivp::errors::scene_error;
-use geodesic_ivp::solve::scene::{WorldLine, solve_scene};
+use geodesic_ivp::solve::{WorldLine, solve_scene};
 use geodesic_ivp::study::run_error::run_error;
 use geodesic_ivp::study::verdict::{facts_of_solution, facts_of_world_line};
 use geodesic_ivp::{Solution, solve};

@@ -7,8 +7,7 @@ use geodesic_ivp::Numeric;
 use geodesic_ivp::case::scene::{SceneCase, SceneExpect};
 use geodesic_ivp::case::{AnyCase, Decimal, Expect};
 use geodesic_ivp::scalar::Extended;
-use geodesic_ivp::solve::EndState;
-use geodesic_ivp::solve::scene::solve_scene;
+use geodesic_ivp::solve::{EndState, solve_scene};
 use geodesic_ivp::{Case, CaseError, Status, solve};
 
 use super::{CaseArgs, memory, report, stdout};

@@ -8,7 +8,6 @@ use std::thread::available_parallelism;
 use geodesic_ivp::Case;
 use geodesic_ivp::Numeric;
 use geodesic_ivp::scalar::Extended;
-use geodesic_ivp::solve::scene::SceneSetup;
 use geodesic_ivp::solve::{Setup, bytes_needed, scene_bytes_needed};
 
 use super::report::Refusal;
@@ -38,9 +37,9 @@ pub(super) fn require_room(all_cores: bool) -> anyhow::Result<()> {
 pub(super) fn check(case: &Case, samples: Option<&SampleArgs>) -> anyhow::Result<()> {
     let (only, count) = samples.map_or((false, 0), |samples| (samples.only(), samples.count()));
     let needed = if case.is_extended() {
-        bytes_needed(&Setup::<Extended>::from(case), only, count)
+        bytes_needed(&Setup::<Extended, _>::from(case), only, count)
     } else {
-        bytes_needed(&Setup::<f64>::from(case), only, count)
+        bytes_needed(&Setup::<f64, _>::from(case), only, count)
     };
     let help = match count > 0 && !only && case.grid.windows > 1 {
         true => "take fewer nodes or digits, or --samples-only, which keeps one window at a time",
@@ -53,7 +52,7 @@ pub(super) fn check(case: &Case, samples: Option<&SampleArgs>) -> anyhow::Result
 ///
 /// # Errors
 /// As [`check`].
-pub(super) fn check_scene<S: Numeric>(setup: &SceneSetup<S>, samples: usize) -> anyhow::Result<()> {
+pub(super) fn check_scene<S: Numeric>(setup: &Setup<S>, samples: usize) -> anyhow::Result<()> {
     let help = "take fewer nodes, digits or samples";
     refuse(
         scene_bytes_needed(setup, samples),

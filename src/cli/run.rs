@@ -14,8 +14,7 @@ use geodesic_ivp::output::{
     CASE, Chart, Measured, OutputSet, SUMMARY, SummaryOf, write_branches, write_residuals, write_trajectory,
 };
 use geodesic_ivp::scalar::Extended;
-use geodesic_ivp::solve::scene::WorldLine;
-use geodesic_ivp::solve::{NoSolution, Settings, System};
+use geodesic_ivp::solve::{NoSolution, Settings, System, WorldLine};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 

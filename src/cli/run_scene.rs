@@ -14,8 +14,7 @@ use geodesic_ivp::output::{
     Chart, SceneSummary, Seconds, SolvedScene, write_combined, write_events, write_scene_samples,
 };
 use geodesic_ivp::sampling::{Coordinate, Crossing, SceneSample, SceneSampler, crossings};
-use geodesic_ivp::solve::NoSolution;
-use geodesic_ivp::solve::scene::{SceneSetup, WorldLine, solve_scene};
+use geodesic_ivp::solve::{NoSolution, Setup, WorldLine, solve_scene};
 use geodesic_ivp::study::verdict::of_world_line;
 
 use super::memory;
@@ -27,10 +26,10 @@ use super::scene_readable::{events, readable};
 const PICTURES: [&str; 4] = ["orbit.svg", "charges.svg", "mesh.svg", "section.svg"];
 
 /// A scene, in the arithmetic of `S`.
-pub(super) struct Scene<'c, S> {
+pub(super) struct Scene<'c, S: Numeric> {
     case: &'c SceneCase,
     args: &'c RunArgs,
-    setup: SceneSetup<S>,
+    setup: Setup<S>,
 }
 
 impl<'c, S: Numeric> Scene<'c, S> {

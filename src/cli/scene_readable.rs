@@ -8,7 +8,7 @@ use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::errors::SceneError;
 use geodesic_ivp::geometry::ConservedSum;
 use geodesic_ivp::sampling::Crossing;
-use geodesic_ivp::solve::scene::WorldLine;
+use geodesic_ivp::solve::WorldLine;
 
 use super::readable::{between, iterations, row};
 

@@ -15,5 +15,5 @@ pub fn run_error<S: Numeric>(case: &Case, solution: &Solution<S>) -> Option<RunE
 
 /// The error of a run of `case` of which only its last part, the `solution`, and `samples` of all of it are kept.
 pub fn error_with_samples<S: Numeric>(case: &Case, solution: &Solution<S>, samples: &[Sample<S>]) -> Option<RunError> {
-    errors::run_error(&case.scene(), solution, samples)
+    errors::run_error(&case.into(), solution, samples)
 }

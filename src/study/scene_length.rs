@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use crate::Numeric;
 use crate::reference::{ScenePoint, SceneReference, SceneReferenceEnds};
-use crate::solve::scene::{SceneLimit, SceneSetup};
+use crate::solve::{Limit, Setup};
 
 /// The run is searched for the end that a formula gives in so many stages, each twice as long as all before it: what
 /// comes after that end need not exist.
@@ -14,13 +14,11 @@ const STAGES: i32 = 6;
 ///
 /// # Errors
 /// [`SceneReferenceEnds`] if the world-line does not get there.
-pub fn length_of<S: Numeric>(setup: &SceneSetup<S>) -> Result<S, SceneReferenceEnds> {
+pub fn length_of<S: Numeric>(setup: &Setup<S>) -> Result<S, SceneReferenceEnds> {
     let (geometry, start, digits) = (&setup.place.geometry, &setup.place.start, setup.settings.digits);
     let whole = match setup.limit {
-        SceneLimit::Length(length) => length,
-        SceneLimit::Value { coordinate, value } => {
-            SceneReference::length_of(geometry, start, coordinate, value, digits)?
-        }
+        Limit::Length(length) => length,
+        Limit::Value { coordinate, value } => SceneReference::length_of(geometry, start, coordinate, value, digits)?,
     };
     if setup.until.is_empty() {
         return Ok(whole);

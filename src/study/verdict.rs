@@ -25,8 +25,7 @@ use crate::diagnostics::Measures;
 use crate::diagnostics::scene::SceneDiagnostics;
 use crate::diagnostics::verdict::{CoordinateError, Facts, Verdict, largest};
 use crate::errors::SceneError;
-use crate::solve::Solution;
-use crate::solve::scene::WorldLine;
+use crate::solve::{Solution, WorldLine};
 
 /// The verdict on `solution`, from what was measured on it and its error, if that is known.
 pub fn of_solution<S: Numeric>(solution: &Solution<S>, measures: &Measures<S>, error: Option<&RunError>) -> Verdict {

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use geodesic_ivp::case::{AnyCase, KEYS, SCENE_KEYS, builtin};
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
-use geodesic_ivp::solve::scene::{WorldLine, solve_scene};
+use geodesic_ivp::solve::{WorldLine, solve_scene};
 use geodesic_ivp::{Solution, solve};
 use proptest::prelude::*;
 use proptest::sample::select;

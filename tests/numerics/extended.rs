@@ -7,7 +7,7 @@ use geodesic_ivp::case::{Form, SbpName, SceneCase, builtin};
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::solve::scene::solve_scene;
+use geodesic_ivp::solve::solve_scene;
 use geodesic_ivp::study::convergence::{Convergence, Quantity, sweep};
 use geodesic_ivp::{Case, Solution, Status, solve};
 

@@ -4,8 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use geodesic_ivp::case::SceneCase;
 use geodesic_ivp::reference::{ReferenceTrajectory, SceneReference};
-use geodesic_ivp::solve::scene::solve_scene;
-use geodesic_ivp::solve::{Domain, InitialGuess};
+use geodesic_ivp::solve::{Domain, InitialGuess, solve_scene};
 use geodesic_ivp::{Case, Status, solve};
 
 /// From rest at x = 0 the horizon at x = 1 is met after γ − γ_i = π/2.

@@ -3,7 +3,6 @@
 use geodesic_ivp::Numeric;
 use geodesic_ivp::case::{SceneCase, builtin};
 use geodesic_ivp::scalar::Extended;
-use geodesic_ivp::solve::scene::SceneSetup;
 use geodesic_ivp::solve::{Setup, bytes_needed, scene_bytes_needed};
 
 use super::common::case;
@@ -18,7 +17,7 @@ fn near(found: f64, wanted: f64) -> bool {
 
 #[test]
 fn of_one_coordinate() {
-    let bytes = |set: &str, one_window, samples| bytes_needed(&Setup::<f64>::from(&case(set)), one_window, samples);
+    let bytes = |set: &str, one_window, samples| bytes_needed(&Setup::<f64, _>::from(&case(set)), one_window, samples);
     let grid = |n: u32, windows: u32, rest: &str| format!("grid.n_gamma={n} grid.windows={windows} {rest}");
     let small = bytes(&grid(100, 1, ""), false, 0);
     // γ, t, x, charges and residuals of a node; γ, t, x and their derivatives of a sample.
@@ -30,8 +29,8 @@ fn of_one_coordinate() {
     assert!((1e6..2e7).contains(&small), "{small}");
     assert!(near(bytes(&grid(100, 1001, ""), false, 0) - small, of_nodes), "1000 more windows of 100 nodes");
     assert_eq!(bytes(&grid(100, 1001, ""), true, 0), small);
-    let wide = bytes_needed(&Setup::<Extended>::from(&case(&grid(100_100, 1, ""))), false, 0)
-        - bytes_needed(&Setup::<Extended>::from(&case(&grid(100, 1, ""))), false, 0);
+    let wide = bytes_needed(&Setup::<Extended, _>::from(&case(&grid(100_100, 1, ""))), false, 0)
+        - bytes_needed(&Setup::<Extended, _>::from(&case(&grid(100, 1, ""))), false, 0);
     assert!(near(wide, of_nodes * EXTENDED / NUMBER), "{wide}");
     // A recursion has no linear system. A banded one has at least as many diagonals as the stencil, in blocks of 2 × 2.
     let system =
@@ -52,7 +51,7 @@ fn of_one_coordinate() {
 
 #[test]
 fn of_scenes() {
-    fn setup<S: Numeric>(name: &str, n: u32, windows: u32, rest: &str) -> SceneSetup<S> {
+    fn setup<S: Numeric>(name: &str, n: u32, windows: u32, rest: &str) -> Setup<S> {
         let set = [format!("grid.n_gamma={n}"), format!("grid.windows={windows}"), rest.to_owned()];
         SceneCase::parse(name, builtin::text(name).unwrap(), &set).unwrap_or_else(|error| panic!("{error}")).setup()
     }

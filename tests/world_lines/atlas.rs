@@ -7,7 +7,7 @@ use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::methods::{Dop853, Output, Peer, Rk4, SceneProblem, Setting};
 use geodesic_ivp::reference::SceneReference;
 use geodesic_ivp::sbp::SbpName;
-use geodesic_ivp::solve::scene::SceneSetup;
+use geodesic_ivp::solve::Setup;
 use geodesic_ivp::study::stability::{Arena, Cell, CellStatus, Method, Plan, measure};
 
 fn scene(text: &str) -> SceneCase {
@@ -36,7 +36,7 @@ fn motion(law: &str) -> SceneCase {
 fn k_and_energy_of_another_method_are_those_of_its_states() {
     for law in ["law = \"newtonian\"", "c = 9.0"] {
         let case = motion(law);
-        let setup: SceneSetup = case.setup();
+        let setup: Setup = case.setup();
         let (geometry, start) = (setup.place.geometry.clone(), setup.place.start.clone());
         let k = geometry.norm(&start.q, &start.q_dot);
         let energy = |q: &[f64], u: &[f64]| {

@@ -6,8 +6,7 @@ use geodesic_ivp::Numeric;
 use geodesic_ivp::action::Form;
 use geodesic_ivp::geometry::{Geometry, GeometryText, MetricText, Start};
 use geodesic_ivp::sbp::SbpName;
-use geodesic_ivp::solve::scene::{Place, SceneLimit, SceneSetup};
-use geodesic_ivp::solve::{Settings, System};
+use geodesic_ivp::solve::{Limit, Place, Settings, Setup, System};
 
 /// Random numbers by xorshift.
 pub(crate) struct Random(pub(crate) u64);
@@ -58,13 +57,15 @@ pub(crate) fn setup<S: Numeric>(
     length: f64,
     (sbp, form, n_gamma): (SbpName, Form, usize),
     system: System,
-) -> SceneSetup<S> {
-    SceneSetup {
+) -> Setup<S> {
+    Setup {
         place: place(text, q, q_dot),
         rough: place(text, q, q_dot),
+        origin: None,
         gamma_i: S::ZERO,
-        limit: SceneLimit::Length(S::from(length)),
+        limit: Limit::Length(S::from(length)),
         until: Vec::new(),
+        regularised: true,
         settings: Settings {
             sbp,
             form,
@@ -79,7 +80,7 @@ pub(crate) fn setup<S: Numeric>(
 }
 
 /// The same in so many windows.
-pub(crate) fn in_windows<S>(mut setup: SceneSetup<S>, windows: usize) -> SceneSetup<S> {
+pub(crate) fn in_windows<S: Numeric>(mut setup: Setup<S>, windows: usize) -> Setup<S> {
     setup.settings.windows = windows;
     setup
 }

@@ -5,7 +5,7 @@ use geodesic_ivp::case::SceneCase;
 use geodesic_ivp::case::builtin;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::solve::scene::{WorldLine, solve_scene};
+use geodesic_ivp::solve::{WorldLine, solve_scene};
 
 const SCHWARZSCHILD: &str = "metric.preset = \"schwarzschild\"\n\
                              initial = { r = 10.0, phi = 0.0, t_dot = 1.2, r_dot = -0.05, phi_dot = 0.045 }\n";

@@ -5,8 +5,7 @@ use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::errors::{SceneError, scene_error};
 use geodesic_ivp::geometry::{Geometry, GeometryText};
 use geodesic_ivp::reference::SceneReference;
-use geodesic_ivp::solve::Space;
-use geodesic_ivp::solve::scene::{WorldLine, solve_scene};
+use geodesic_ivp::solve::{Space, WorldLine, solve_scene};
 use geodesic_ivp::study::many::{ManyRuns, Outcome};
 use geodesic_ivp::study::verdict::facts_of_world_line;
 

@@ -10,12 +10,11 @@ use geodesic_ivp::geometry::{Direction, GeometryText, Observable, Place, Preset}
 use geodesic_ivp::lobatto::flow::{Flow, FlowView};
 use geodesic_ivp::sbp::SbpName;
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::solve::System;
-use geodesic_ivp::solve::scene::{SceneLimit, SceneSetup, Until, WorldLine, solve_scene};
+use geodesic_ivp::solve::{Limit, Setup, System, Until, WorldLine, solve_scene};
 
 use super::common;
 
-fn plunge<S: Numeric>(length: f64, until: Option<&str>) -> SceneSetup<S> {
+fn plunge<S: Numeric>(length: f64, until: Option<&str>) -> Setup<S> {
     let text = GeometryText::Metric(Preset::from_name("schwarzschild-ef").unwrap().text());
     // At rest at r = 10: K = 0.8 v_dot² = 1.
     let v_dot = "1.1180339887498948482045868343656381177203091798057628621354486227";
@@ -27,7 +26,7 @@ fn plunge<S: Numeric>(length: f64, until: Option<&str>) -> SceneSetup<S> {
         rough: Observable::new(formula, &text, Place::Potential).unwrap(),
         direction: Direction::Both,
     });
-    SceneSetup { until: until.into_iter().collect(), ..common::in_windows(setup, 40) }
+    Setup { until: until.into_iter().collect(), ..common::in_windows(setup, 40) }
 }
 
 /// Proper time from rest at R = 10 to r, by the cycloid.
@@ -60,8 +59,8 @@ fn a_run_ends_at_a_time_to_the_last_bit() {
     let start: (&[&str], &[&str]) = (&["0", "10", "0"], &["1.2", "-0.05", "0.03"]);
     let setup = common::setup::<f64>(&text, start, 0.0, (SbpName::Gll(20), Form::Weak, 20), System::PhysicalLimit);
     for value in [5.0, 20.0, 53.98674477227013] {
-        let limit = SceneLimit::Value { coordinate: 0, value };
-        let line: WorldLine = solve_scene(&SceneSetup { limit, ..common::in_windows(setup.clone(), 8) }).unwrap();
+        let limit = Limit::Value { coordinate: 0, value };
+        let line: WorldLine = solve_scene(&Setup { limit, ..common::in_windows(setup.clone(), 8) }).unwrap();
         assert!((line.end().q[0] - value).abs() <= 2.0 * f64::EPSILON * value, "{} is not {value}", line.end().q[0]);
     }
 }

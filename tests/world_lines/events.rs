@@ -8,7 +8,7 @@ use geodesic_ivp::case::{SceneCase, builtin};
 use geodesic_ivp::reference::{ScenePoint, SceneReference};
 use geodesic_ivp::sampling::{Crossing, crossings};
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::solve::scene::{WorldLine, solve_scene};
+use geodesic_ivp::solve::{WorldLine, solve_scene};
 
 fn scene(name: &str, set: &[&str]) -> SceneCase {
     let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();

@@ -4,7 +4,7 @@ use geodesic_ivp::Numeric;
 use geodesic_ivp::case::{AnyCase, Case, SceneCase, builtin};
 use geodesic_ivp::diagnostics::gaps::Gaps;
 use geodesic_ivp::scalar::Extended;
-use geodesic_ivp::solve::scene::{WorldLine, solve_scene};
+use geodesic_ivp::solve::{WorldLine, solve_scene};
 use geodesic_ivp::{Solution, solve};
 
 use super::common::Random;

@@ -3,7 +3,7 @@
 use geodesic_ivp::case::SceneCase;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
-use geodesic_ivp::solve::scene::{WorldLine, solve_scene};
+use geodesic_ivp::solve::{WorldLine, solve_scene};
 use geodesic_ivp::{Case, Solution, solve};
 
 fn near(found: &[f64], expected: &[f64], tolerance: f64, what: &str) {

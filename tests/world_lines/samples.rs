@@ -8,13 +8,12 @@ use geodesic_ivp::reference::SceneReference;
 use geodesic_ivp::sampling::SceneSampler;
 use geodesic_ivp::sbp::SbpName;
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::solve::System;
-use geodesic_ivp::solve::scene::{SceneSetup, WorldLine, solve_scene};
+use geodesic_ivp::solve::{Setup, System, WorldLine, solve_scene};
 
 use super::common;
 
 /// An expanding, rotating space with a charge: every coordinate is active, and components off the diagonal.
-fn setup<S: Numeric>(sbp: SbpName, form: Form, n_gamma: usize, windows: usize, system: System) -> SceneSetup<S> {
+fn setup<S: Numeric>(sbp: SbpName, form: Form, n_gamma: usize, windows: usize, system: System) -> Setup<S> {
     let components = [("t t", "1 + x^2/4"), ("t x", "0.2*cos(t)"), ("x x", "-1 - x^2/10"), ("z z", "-2 - sin(x)")];
     let text = GeometryText::Metric(common::metric(&["t", "x", "z"], &components));
     let start: (&[&str], &[&str]) = (&["0.1", "0.5", "0.3"], &["1", "0.3", "0.2"]);

@@ -5,14 +5,13 @@ use geodesic_ivp::action::Form;
 use geodesic_ivp::geometry::{GeometryText, Preset};
 use geodesic_ivp::sbp::SbpName;
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::solve::System;
-use geodesic_ivp::solve::scene::{SceneSetup, WorldLine, solve_scene};
+use geodesic_ivp::solve::{Setup, System, WorldLine, solve_scene};
 
 use super::common;
 
 const START: (&[&str], &[&str]) = (&["0", "10", "0"], &["1.2", "-0.05", "0.03"]);
 
-fn setup<S: Numeric>(operator: (SbpName, Form, usize), system: System) -> SceneSetup<S> {
+fn setup<S: Numeric>(operator: (SbpName, Form, usize), system: System) -> Setup<S> {
     let text = GeometryText::Metric(Preset::from_name("schwarzschild").unwrap().text());
     common::setup(&text, START, 40.0, operator, system)
 }

@@ -5,8 +5,7 @@ use geodesic_ivp::case::builtin::{self, Group, NAMES};
 use geodesic_ivp::diagnostics::ChargeDeviation;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::solve::Settings;
-use geodesic_ivp::solve::scene::{WorldLine, solve_scene};
+use geodesic_ivp::solve::{Settings, WorldLine, solve_scene};
 
 /// Rounding errors of a charge, relative to the sum of the magnitudes of its terms; 7e-17 was seen.
 const ROUNDING: f64 = 5e-16;

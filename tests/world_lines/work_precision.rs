@@ -9,7 +9,7 @@ use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::methods::{Composition, Rk4, Step};
 use geodesic_ivp::reference::SceneReference;
 use geodesic_ivp::sbp::SbpName;
-use geodesic_ivp::solve::scene::{SceneSetup, WorldLine, solve_scene};
+use geodesic_ivp::solve::{Setup, WorldLine, solve_scene};
 use geodesic_ivp::study::work_precision::{Arena, Budget, Family, RowStatus, drift, measure};
 
 /// By settings and not by time, so that a slow machine measures the same.
@@ -96,7 +96,7 @@ fn a_row_of_this_program_is_that_of_its_solve() {
     let length = 30.0;
     let base = scene("henon-heiles", &["grid={gamma_f=30.0,n_gamma=101}", "scheme={sbp='SBP42',form='weak'}"]);
     let arena = Arena::of_scene(&base, Some(length)).unwrap();
-    let setup: SceneSetup = base.setup();
+    let setup: Setup = base.setup();
     let reference = SceneReference::new(&setup.place.geometry, &setup.place.start, length, 16).unwrap();
     assert!(arena.reference_error() < 1e-16 && arena.reference_error() > 0.0, "{:e}", arena.reference_error());
     let families = [

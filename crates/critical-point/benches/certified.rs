@@ -14,6 +14,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use geodesic_ivp::lobatto::{Adaptive, Goal, March, Twofold, WeakRule, WindowView};
+use geodesic_ivp::metric::Metric;
 use geodesic_ivp::solve::Setup;
 use geodesic_ivp::{Case, Solution, case::builtin, solve};
 
@@ -72,7 +73,7 @@ fn to_rounding(name: &str, gamma_f: f64, length: f64) {
         WeakRule::shared(20),
         Twofold::from(gamma_f) / Twofold::from(windows as f64),
     );
-    let setup: Setup = (&case).into();
+    let setup = Setup::<f64, Metric>::from(&case);
     let run = || -> Solution { solve(black_box(setup.clone())).expect("the run converges") };
     let times = in_turns(
         &run(),
@@ -92,7 +93,7 @@ fn to_accuracy(name: &str, gamma_f: f64, accuracy: f64) {
     let (metric, initial) = (case.metric(), case.initial_data());
     let q_t = initial.invariants(&metric).q_t;
     let goal = Goal::Gamma(gamma_f);
-    let setup: Setup = (&case).into();
+    let setup = Setup::<f64, Metric>::from(&case);
     let what = format!("gamma_f {gamma_f}, accuracy {accuracy:e}");
     let run = || solve(black_box(setup.clone()));
     let kept = match run() {

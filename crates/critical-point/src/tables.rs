@@ -12,8 +12,7 @@ use crate::geometry::Geometry;
 use crate::metric::Metric;
 use crate::sampling::{Crossing, Sample, SceneSample};
 use crate::scalar::{DecimalRoom, Real};
-use crate::solve::scene::WorldLine;
-use crate::solve::{Solution, Space};
+use crate::solve::{Solution, Space, WorldLine};
 
 /// The tables are written in blocks of this many bytes.
 const BUFFER: usize = 1 << 18;

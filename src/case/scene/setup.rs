@@ -9,8 +9,7 @@ use crate::case::validate::{check_nodes, check_spacing};
 use crate::geometry::{Direction, Geometry, GeometryText, Law, Observable, Place as FormulaPlace};
 use crate::sampling::Watch;
 use crate::sbp::SbpName;
-use crate::solve::scene::{Place, SceneLimit, SceneSetup, Until};
-use crate::solve::{End, Settings};
+use crate::solve::{End, Limit, Place, Settings, Setup, Until};
 
 impl SceneCase {
     fn place<S: Numeric>(&self) -> Place<S> {
@@ -46,16 +45,16 @@ impl SceneCase {
     }
 
     /// What the solver of scenes is told.
-    pub fn setup<S: Numeric>(&self) -> SceneSetup<S> {
+    pub fn setup<S: Numeric>(&self) -> Setup<S> {
         let place = self.place::<S>();
         let limit = match self.end::<S>() {
-            End::Length(length) => SceneLimit::Length(length),
+            End::Length(length) => Limit::Length(length),
             End::Duration(duration) => {
                 let t = place.geometry.names().iter().position(|name| name == "t");
                 let coordinate = t.expect("t_f needs a coordinate t");
                 // t_i + (t_f − t_i), rounded twice, may be the neighbouring number.
                 let value = self.t_f().unwrap_or(place.start.q[coordinate] + duration);
-                SceneLimit::Value { coordinate, value }
+                Limit::Value { coordinate, value }
             }
         };
         let text = self.geometry_text();
@@ -69,12 +68,14 @@ impl SceneCase {
                 direction,
             })
             .collect();
-        SceneSetup {
+        Setup {
             place,
             rough: self.place(),
+            origin: None,
             gamma_i: self.gamma_i(),
             limit,
             until,
+            regularised: true,
             settings: self.settings().within::<S>(),
         }
     }
@@ -86,11 +87,11 @@ impl SceneCase {
 /// # Errors
 /// A message that says what is wrong with that grid.
 pub fn on_grid<S: Numeric>(
-    setup: &SceneSetup<S>,
+    setup: &Setup<S>,
     (sbp, form): (SbpName, Form),
     n_gamma: usize,
     length: S,
-) -> Result<SceneSetup<S>, String> {
+) -> Result<Setup<S>, String> {
     let (n_gamma, windows) = match sbp.fixed_points() {
         Some(nodes) => (nodes, (n_gamma.saturating_sub(1) / (nodes - 1)).max(1)),
         None => (n_gamma, setup.settings.windows),
@@ -98,8 +99,8 @@ pub fn on_grid<S: Numeric>(
     let intervals = n_gamma.max(2).saturating_sub(1).saturating_mul(windows);
     let spaced = || check_spacing("grid.gamma_f", setup.gamma_i.to_f64(), intervals, length.to_f64());
     check_nodes(Some(sbp), n_gamma, windows).and_then(|()| spaced()).map_err(|invalid| invalid.message)?;
-    Ok(SceneSetup {
-        limit: SceneLimit::Length(length),
+    Ok(Setup {
+        limit: Limit::Length(length),
         until: Vec::new(),
         settings: Settings { sbp, form, n_gamma, windows, ..setup.settings },
         ..setup.clone()

@@ -6,7 +6,7 @@ use crate::diagnostics::scene::SceneDiagnostics;
 use crate::geometry::{ConservedSum, Observable};
 use crate::output::chart::{Chart, Ink, Mark, Scale, Series};
 use crate::sampling::{Crossing, SceneSample, SceneSampler};
-use crate::solve::scene::WorldLine;
+use crate::solve::WorldLine;
 
 /// Points of an orbit: as many as a line may have without being thinned, and more of very long ones.
 const LEAST_POINTS: usize = 2000;

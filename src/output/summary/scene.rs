@@ -15,8 +15,7 @@ use crate::diagnostics::verdict::Verdict;
 use crate::errors::SceneError;
 use crate::geometry::{ConservedSum, Geometry};
 use crate::norm::max_abs;
-use crate::solve::scene::WorldLine;
-use crate::solve::{NoSolution, Settings, Status};
+use crate::solve::{NoSolution, Settings, Status, WorldLine};
 use crate::study::verdict::of_world_line;
 
 /// A world-line with what was measured on it.

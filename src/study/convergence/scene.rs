@@ -8,7 +8,7 @@ use crate::case::{Form, SbpName};
 use crate::diagnostics::scene::SceneDiagnostics;
 use crate::norm::larger;
 use crate::reference::SceneReference;
-use crate::solve::scene::{SceneSetup, WorldLine, solve_scene};
+use crate::solve::{Setup, WorldLine, solve_scene};
 use crate::study::scene_length::length_of;
 
 impl<S: Numeric> Sweep<S> {
@@ -20,12 +20,12 @@ impl<S: Numeric> Sweep<S> {
     /// # Errors
     /// As [`Sweep::new`].
     pub fn of_scene(case: &SceneCase, schemes: &[(SbpName, Form)], n_gamma: &[usize]) -> Result<Self, SweepError> {
-        let setup: SceneSetup<S> = case.setup();
+        let setup: Setup<S> = case.setup();
         let length = length_of(&setup)?;
         let grid_of = |scheme, n| on_grid(&setup, scheme, n, length).map_err(SweepError::Grid);
-        let mut setups: Vec<SceneSetup<S>> = grids(schemes, n_gamma, grid_of)?;
+        let mut setups: Vec<Setup<S>> = grids(schemes, n_gamma, grid_of)?;
         // Different numbers of nodes can round to the same number of spectral elements.
-        let grid = |setup: &SceneSetup<S>| {
+        let grid = |setup: &Setup<S>| {
             (setup.settings.sbp, setup.settings.form, setup.settings.n_gamma, setup.settings.windows)
         };
         setups.dedup_by(|a, b| grid(a) == grid(b));
@@ -59,7 +59,7 @@ impl<S: Numeric> Sweep<S> {
     }
 }
 
-fn measure<S: Numeric>(setup: &SceneSetup<S>, length: S, reference: &SceneReference<S>) -> ConvergencePoint {
+fn measure<S: Numeric>(setup: &Setup<S>, length: S, reference: &SceneReference<S>) -> ConvergencePoint {
     let intervals = setup.settings.windows * (setup.settings.n_gamma - 1);
     let errors = |line: &WorldLine<S>| (line.iterations.count, errors(line, reference));
     point((setup.settings.sbp, setup.settings.form), intervals, length.to_f64(), || solve_scene(setup), errors)

@@ -9,8 +9,7 @@ use crate::errors::scene_error;
 use crate::geometry::Geometry;
 use crate::norm::max_abs;
 use crate::sampling::crossings;
-use crate::solve::scene::{WorldLine, solve_scene};
-use crate::solve::{Solution, Status, solve};
+use crate::solve::{Solution, Status, WorldLine, solve, solve_scene};
 use crate::study::run_error::run_error;
 use crate::study::verdict::{of_solution, of_world_line};
 

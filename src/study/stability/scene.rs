@@ -13,8 +13,7 @@ use crate::methods::{Output, Peer, SceneProblem, SceneState, Setting, Trajectory
 use crate::norm::{larger, max_abs};
 use crate::reference::SceneReference;
 use crate::scalar::{Extended, Real};
-use crate::solve::scene::{SceneSetup, WorldLine, solve_scene};
-use crate::solve::{System, scene_bytes_needed};
+use crate::solve::{Setup, System, WorldLine, scene_bytes_needed, solve_scene};
 use crate::study::scene_length::length_of;
 
 /// A grid whose linear systems need more bytes than this is left out: several cells are computed at once.
@@ -23,7 +22,7 @@ const MOST_BYTES: f64 = 1e9;
 /// A scene.
 pub(super) struct Scene {
     /// What a solver is told, without what belongs to one scheme or one end only.
-    setup: SceneSetup,
+    setup: Setup,
     /// The case, for its end and for more digits.
     case: SceneCase,
     coordinates: Vec<String>,
@@ -32,7 +31,7 @@ pub(super) struct Scene {
 
 impl Scene {
     pub(super) fn new(case: &SceneCase) -> Self {
-        let mut setup: SceneSetup = case.setup();
+        let mut setup: Setup = case.setup();
         (setup.settings.system, setup.settings.digits, setup.settings.accuracy) =
             (System::PhysicalLimit, f64::MOST_DIGITS, None);
         (setup.gamma_i, setup.settings.windows) = (0.0, 1);

@@ -8,7 +8,7 @@ use crate::methods::{Output, Problem, SceneProblem, SceneState, State};
 use crate::norm::larger;
 use crate::reference::{ReferenceEnds, ReferencePoint, ReferenceTrajectory, SceneReference, SceneReferenceEnds};
 use crate::scalar::{Extended, Real};
-use crate::solve::scene::SceneSetup;
+use crate::solve::Setup;
 use crate::study::scene_length::length_of;
 
 /// With an error above this share of the size of a coordinate, a setting has no result. The size is the largest |x|,
@@ -44,7 +44,7 @@ pub(super) struct One {
 /// A scene.
 pub(super) struct Scene {
     pub(super) problem: SceneProblem,
-    pub(super) setup: SceneSetup,
+    pub(super) setup: Setup,
     reference: SceneReference<Extended>,
 }
 
@@ -89,12 +89,12 @@ impl Arena {
     /// # Errors
     /// [`SceneReferenceEnds`] if it does not go so far.
     pub fn of_scene(case: &SceneCase, length: Option<f64>) -> Result<Self, SceneReferenceEnds> {
-        let mut exact: SceneSetup<Extended> = case.setup();
+        let mut exact: Setup<Extended> = case.setup();
         exact.settings.digits = digits(1.0);
         let length = length.map_or_else(|| length_of(&exact).map(|length| length.to_f64()), Ok)?;
         let place = &exact.place;
         let reference = SceneReference::new(&place.geometry, &place.start, length.into(), digits(length))?;
-        let setup: SceneSetup = case.setup();
+        let setup: Setup = case.setup();
         let problem =
             SceneProblem { geometry: setup.place.geometry.clone(), start: (*setup.place.start).clone(), length };
         let (reference_error, steps) = (reference.error_estimate(), reference.steps());

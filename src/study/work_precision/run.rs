@@ -11,8 +11,9 @@ use crate::lobatto::{Inside, March, MarchFailure, State as MarchState, Twofold, 
 use crate::methods::{Failure, Marks, Output, Problem, SceneState, Setting, State, Trajectory};
 use crate::sampling::{Coordinate, SampleStream};
 use crate::scalar::Real;
-use crate::solve::scene::{WorldLine, solve_scene};
-use crate::solve::{Joint, NoSolution, Settings, Setup, Solution, Space, System, solve, solve_window_by_window};
+use crate::solve::{
+    Joint, NoSolution, Settings, Setup, Solution, Space, System, WorldLine, solve, solve_scene, solve_window_by_window,
+};
 
 /// A run to be timed. It contains only the work that a user would have to do as well.
 pub(super) struct Job<'a> {

@@ -5,8 +5,7 @@ use crate::action::Form;
 use crate::geometry::{Contraction, Samples, Structure};
 use crate::norm::max_abs;
 use crate::scalar::Real;
-use crate::solve::Space;
-use crate::solve::scene::WorldLine;
+use crate::solve::{Space, WorldLine};
 
 /// How far a momentum, or a sum of momenta, is from its value at the start of the run.
 #[derive(Debug, Clone)]

@@ -46,8 +46,7 @@ use self::verdict::Reason;
 use crate::geometry::{Geometry, Observable};
 use crate::metric::Metric;
 use crate::scalar::Real;
-use crate::solve::Solution;
-use crate::solve::scene::WorldLine;
+use crate::solve::{Solution, WorldLine};
 
 /// Everything that is measured on a solution.
 #[derive(Debug, Clone)]

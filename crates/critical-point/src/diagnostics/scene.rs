@@ -8,8 +8,7 @@ use crate::action::Form;
 use crate::geometry::{Geometry, Lagrangian, Observable, Start};
 use crate::norm::max_abs;
 use crate::scalar::{Real, sum};
-use crate::solve::Joint;
-use crate::solve::scene::WorldLine;
+use crate::solve::{Joint, WorldLine};
 
 /// What a user wants to see conserved.
 #[derive(Debug, Clone)]

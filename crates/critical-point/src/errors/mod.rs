@@ -7,15 +7,15 @@ mod stepped_over;
 pub use one::{Judge, RunError, run_error};
 pub use scene::{SceneError, scene_error};
 
+use crate::metric::Metric;
 use crate::sampling::Sample;
-use crate::solve::scene::WorldLine;
-use crate::solve::{Scene, Solution};
+use crate::solve::{Setup, Solution, WorldLine};
 
 crate::compiled! {
     /// Numbers in which runs are compared.
     pub trait Compared {
         fn run_error(
-            scene: &Scene,
+            setup: &Setup<f64, Metric>,
             solution: &Solution<Self>,
             samples: &[Sample<Self>],
         ) -> Option<RunError> = one::run_error_here;

@@ -15,7 +15,7 @@ use crate::metric::Metric;
 use crate::reference::{ReferenceTrajectory, Traced};
 use crate::sampling::Sample;
 use crate::scalar::Real;
-use crate::solve::{End, Scene, Solution};
+use crate::solve::{Setup, Solution};
 
 /// The accuracies that are requested of the second solve, one after the other, until it can meet one. On a very long
 /// run the first one is out of reach.
@@ -65,14 +65,18 @@ impl Judge {
     }
 }
 
-/// The error of a run of `scene` of which only its last part, the `solution`, and `samples` of all of it are kept;
+/// The error of the run of `setup` of which only its last part, the `solution`, and `samples` of all of it are kept;
 /// `None` if no second solve is possible.
-pub fn run_error<S: Compared>(scene: &Scene, solution: &Solution<S>, samples: &[Sample<S>]) -> Option<RunError> {
-    S::run_error(scene, solution, samples)
+pub fn run_error<S: Compared>(
+    setup: &Setup<f64, Metric>,
+    solution: &Solution<S>,
+    samples: &[Sample<S>],
+) -> Option<RunError> {
+    S::run_error(setup, solution, samples)
 }
 
 pub(super) fn run_error_here<S: Traced>(
-    scene: &Scene,
+    setup: &Setup<f64, Metric>,
     solution: &Solution<S>,
     samples: &[Sample<S>],
 ) -> Option<RunError> {
@@ -82,15 +86,15 @@ pub(super) fn run_error_here<S: Traced>(
         let x = largest(&mut solution.x().iter().map(|x| x.to_f64()));
         let largest = [estimate * t, estimate * x];
         // If the run ends at a given time, all of its error there is one of x.
-        let end = if matches!(scene.end, End::Duration(_)) { [0.0, largest[1]] } else { largest };
-        return Some(RunError { end, largest, judge: Judge::Companion, stepped_over: stepped_over(scene, solution) });
+        let end = if setup.duration().is_some() { [0.0, largest[1]] } else { largest };
+        return Some(RunError { end, largest, judge: Judge::Companion, stepped_over: stepped_over(setup, solution) });
     }
-    let nodes = Nodes::new(scene, points(solution, samples));
-    let found = nodes.by_second_solve(scene);
+    let nodes = Nodes::new(setup, points(solution, samples));
+    let found = nodes.by_second_solve(setup);
     let [t, x] = nodes.sizes;
     let is_beyond = |error: &RunError| error.largest[0] < BEYOND_F64 * t && error.largest[1] < BEYOND_F64 * x;
     if S::IS_EXTENDED && found.as_ref().is_none_or(is_beyond) {
-        by_taylor(scene, solution, samples).or(found)
+        by_taylor(setup, solution, samples).or(found)
     } else {
         found
     }
@@ -145,7 +149,7 @@ impl Found {
 }
 
 impl Nodes {
-    fn new<S: Real>(scene: &Scene, points: impl Iterator<Item = [S; 3]>) -> Self {
+    fn new<S: Real>(setup: &Setup<f64, Metric>, points: impl Iterator<Item = [S; 3]>) -> Self {
         let (mut gamma, mut elapsed, mut x) = (Vec::new(), Vec::new(), Vec::new());
         for point in points {
             let [gamma_here, t, x_here] = point.map(S::to_f64);
@@ -155,15 +159,15 @@ impl Nodes {
         }
         let size = |values: &[f64]| values.iter().fold(1.0, |size: f64, value| size.max(value.abs()));
         let sizes = [size(&elapsed), size(&x)];
-        Self { gamma, elapsed, x, in_time: matches!(scene.end, End::Duration(_)), sizes }
+        Self { gamma, elapsed, x, in_time: setup.duration().is_some(), sizes }
     }
 
-    fn by_second_solve(&self, scene: &Scene) -> Option<RunError> {
-        ACCURACIES.into_iter().find_map(|accuracy| self.second_solve(scene, accuracy))
+    fn by_second_solve(&self, setup: &Setup<f64, Metric>) -> Option<RunError> {
+        ACCURACIES.into_iter().find_map(|accuracy| self.second_solve(setup, accuracy))
     }
 
-    fn second_solve(&self, scene: &Scene, accuracy: f64) -> Option<RunError> {
-        let (metric, initial) = (scene.metric(), scene.initial());
+    fn second_solve(&self, setup: &Setup<f64, Metric>, accuracy: f64) -> Option<RunError> {
+        let (metric, initial) = (setup.metric(), setup.initial());
         let q_t = initial.invariants(metric).q_t;
         let (most, length) = (WINDOWS.1.max(WINDOWS.0 * self.x.len()), *self.gamma.last()?);
         let (mut found, mut next, mut tired) = (Found::default(), 0, false);
@@ -237,8 +241,8 @@ impl<'m> Gaps<'m> {
 
 /// The share of its way by which a run to an accuracy may be off because of what lies between its nodes. The march is
 /// done once more, which costs less than to keep all of it, over the first windows of a very long run.
-fn stepped_over<S: Real>(scene: &Scene, solution: &Solution<S>) -> f64 {
-    let (metric, initial) = (scene.metric(), scene.initial());
+fn stepped_over<S: Real>(setup: &Setup<f64, Metric>, solution: &Solution<S>) -> f64 {
+    let (metric, initial) = (setup.metric(), setup.initial());
     let (length, accuracy) = (solution.length.to_f64(), solution.accuracy.unwrap_or(ACCURACIES[0]));
     let mut gaps = Gaps::new(metric, initial, length);
     let march = Adaptive::new(metric, initial.invariants(metric).q_t);
@@ -259,9 +263,9 @@ fn at_that_time(metric: &Metric, [dt, dx]: [f64; 2], x: f64, w_per_charge: f64) 
 }
 
 /// The error of a run by the Taylor series of the reference, in the precision of the run.
-fn by_taylor<S: Traced>(scene: &Scene, solution: &Solution<S>, samples: &[Sample<S>]) -> Option<RunError> {
+fn by_taylor<S: Traced>(setup: &Setup<f64, Metric>, solution: &Solution<S>, samples: &[Sample<S>]) -> Option<RunError> {
     let (metric, initial) = (solution.geometry(), solution.initial());
-    let in_time = matches!(scene.end, End::Duration(_));
+    let in_time = setup.duration().is_some();
     let reference = ReferenceTrajectory::new(metric, initial, solution.length, solution.digits).ok()?;
     let mut found = Found::default();
     let mut sizes = [1.0_f64; 2];
@@ -273,7 +277,7 @@ fn by_taylor<S: Traced>(scene: &Scene, solution: &Solution<S>, samples: &[Sample
         let off = [dt.to_f64(), dx.to_f64()];
         let x = exact.x.to_f64();
         let w = || (exact.x_dot / (metric.g00(exact.x) * exact.t_dot)).to_f64();
-        found.see(if in_time && points.peek().is_none() { at_that_time(scene.metric(), off, x, w()) } else { off });
+        found.see(if in_time && points.peek().is_none() { at_that_time(setup.metric(), off, x, w()) } else { off });
     }
     let error = reference.error_estimate();
     // It is asked only where a second solve agrees to many digits, which has looked between its nodes.

@@ -5,7 +5,7 @@ use super::stepped_over::{Between, PROBES, fractions};
 use crate::geometry::Lagrangian;
 use crate::reference::{ScenePoint, SceneReference, TracedScene};
 use crate::scalar::Real;
-use crate::solve::scene::WorldLine;
+use crate::solve::WorldLine;
 
 /// Of the probes so many are evaluated at a time.
 const TOGETHER: usize = 256;

@@ -2,8 +2,7 @@
 
 use super::{OutsideRun, partition, slack, within};
 use crate::scalar::Real;
-use crate::solve::Space;
-use crate::solve::scene::WorldLine;
+use crate::solve::{Space, WorldLine};
 
 /// A world-line, and what was made of the window that was asked for last. It is kept until another one is.
 #[derive(Debug)]

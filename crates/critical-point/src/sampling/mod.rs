@@ -48,8 +48,7 @@ use self::interpolant::Interpolant;
 use self::legendre::Tables;
 use crate::metric::Metric;
 use crate::scalar::Real;
-use crate::solve::Solution;
-use crate::solve::scene::WorldLine;
+use crate::solve::{Solution, WorldLine};
 
 /// The world-line at one value of γ.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,14 +2,12 @@
 
 use std::sync::Arc;
 
-use super::accuracy;
 use super::failure::NoSolution;
 use super::run::Observer;
-use super::scene::{self, SceneSetup};
-use super::setup::{Scene, Setup};
+use super::setup::Setup;
 use super::solution::Solution;
-use super::world_line::WorldLine;
-use super::{solve_seen, spectral};
+use super::world_line::{Place, WorldLine};
+use super::{accuracy, solve_seen, spectral};
 use crate::metric::Metric;
 use crate::sbp::SbpOperator;
 use crate::scalar::{Extended, Real};
@@ -17,18 +15,21 @@ use crate::scalar::{Extended, Real};
 /// The numbers that [`solve`](crate::solve()) computes in: `f64` and [`Extended`].
 #[expect(private_bounds, reason = "only this module solves")]
 pub trait Arithmetic: Real + Engine {
-    /// `scene` in `f64`, for [`Setup::rough`]: itself, or the one that `rounded` makes.
-    fn rough_scene(scene: &Scene<Self>, rounded: impl FnOnce() -> Scene) -> Scene;
+    /// `place` in `f64`, for [`Setup::rough`]: itself, or the one that `rounded` makes.
+    fn rough_place(
+        place: &Place<Self, Metric<Self>>,
+        rounded: impl FnOnce() -> Place<f64, Metric>,
+    ) -> Place<f64, Metric>;
 }
 
 impl Arithmetic for f64 {
-    fn rough_scene(scene: &Scene, _: impl FnOnce() -> Scene) -> Scene {
-        scene.clone()
+    fn rough_place(place: &Place<f64, Metric>, _: impl FnOnce() -> Place<f64, Metric>) -> Place<f64, Metric> {
+        place.clone()
     }
 }
 
 impl Arithmetic for Extended {
-    fn rough_scene(_: &Scene<Self>, rounded: impl FnOnce() -> Scene) -> Scene {
+    fn rough_place(_: &Place<Self, Metric<Self>>, rounded: impl FnOnce() -> Place<f64, Metric>) -> Place<f64, Metric> {
         rounded()
     }
 }
@@ -38,12 +39,12 @@ impl Arithmetic for Extended {
 pub(super) trait Engine: Real {
     /// The run of `setup`, window by window if there is an observer.
     fn run(
-        setup: &Setup<Self>,
+        setup: &Setup<Self, Metric<Self>>,
         observer: Option<Observer<'_, Self, Metric<Self>>>,
     ) -> Result<Solution<Self>, NoSolution>;
 
     /// The run of a scene.
-    fn run_scene(setup: &SceneSetup<Self>) -> Result<WorldLine<Self>, NoSolution>;
+    fn run_scene(setup: &Setup<Self>) -> Result<WorldLine<Self>, NoSolution>;
 
     /// `sbp` in `f64`: itself, or the one that `rounded` makes.
     fn rough_operator(sbp: &Arc<SbpOperator<Self>>, rounded: impl FnOnce() -> SbpOperator) -> Arc<SbpOperator>;
@@ -53,7 +54,7 @@ pub(super) trait Engine: Real {
     /// # Panics
     /// If this is not `f64`.
     fn run_to_accuracy(
-        setup: &Setup<Self>,
+        setup: &Setup<Self, Metric<Self>>,
         accuracy: f64,
         observer: Option<Observer<'_, Self, Metric<Self>>>,
     ) -> Result<Solution<Self>, NoSolution>;
@@ -61,7 +62,7 @@ pub(super) trait Engine: Real {
     /// The run of spectral elements in the weak form, on γ − γ_i ∈ [0, `length`], by a fast iteration; none if there is
     /// no such iteration, or if it does not converge.
     fn fast_run(
-        setup: &Setup<Self>,
+        setup: &Setup<Self, Metric<Self>>,
         length: Self,
         observer: Option<Observer<'_, Self, Metric<Self>>>,
     ) -> Result<Option<Solution<Self>>, NoSolution>;
@@ -69,14 +70,14 @@ pub(super) trait Engine: Real {
 
 impl Engine for f64 {
     fn run(
-        setup: &Setup<Self>,
+        setup: &Setup<Self, Metric<Self>>,
         observer: Option<Observer<'_, Self, Metric<Self>>>,
     ) -> Result<Solution<Self>, NoSolution> {
         solve_seen(setup, observer)
     }
 
-    fn run_scene(setup: &SceneSetup<Self>) -> Result<WorldLine<Self>, NoSolution> {
-        scene::solve(setup)
+    fn run_scene(setup: &Setup<Self>) -> Result<WorldLine<Self>, NoSolution> {
+        solve_seen(setup, None)
     }
 
     fn rough_operator(sbp: &Arc<SbpOperator>, _: impl FnOnce() -> SbpOperator) -> Arc<SbpOperator> {
@@ -84,15 +85,15 @@ impl Engine for f64 {
     }
 
     fn run_to_accuracy(
-        setup: &Setup,
+        setup: &Setup<f64, Metric>,
         accuracy: f64,
         observer: Option<Observer<'_, f64, Metric<f64>>>,
     ) -> Result<Solution, NoSolution> {
-        accuracy::solve(&setup.scene, &setup.settings, accuracy, observer)
+        accuracy::one::solve(setup, accuracy, observer)
     }
 
     fn fast_run(
-        setup: &Setup,
+        setup: &Setup<f64, Metric>,
         length: f64,
         observer: Option<Observer<'_, f64, Metric<f64>>>,
     ) -> Result<Option<Solution>, NoSolution> {
@@ -102,14 +103,14 @@ impl Engine for f64 {
 
 impl Engine for Extended {
     fn run(
-        setup: &Setup<Self>,
+        setup: &Setup<Self, Metric<Self>>,
         observer: Option<Observer<'_, Self, Metric<Self>>>,
     ) -> Result<Solution<Self>, NoSolution> {
         solve_seen(setup, observer)
     }
 
-    fn run_scene(setup: &SceneSetup<Self>) -> Result<WorldLine<Self>, NoSolution> {
-        scene::solve(setup)
+    fn run_scene(setup: &Setup<Self>) -> Result<WorldLine<Self>, NoSolution> {
+        solve_seen(setup, None)
     }
 
     fn rough_operator(_: &Arc<SbpOperator<Self>>, rounded: impl FnOnce() -> SbpOperator) -> Arc<SbpOperator> {
@@ -117,7 +118,7 @@ impl Engine for Extended {
     }
 
     fn run_to_accuracy(
-        _: &Setup<Self>,
+        _: &Setup<Self, Metric<Self>>,
         _: f64,
         _: Option<Observer<'_, Self, Metric<Self>>>,
     ) -> Result<Solution<Self>, NoSolution> {
@@ -125,7 +126,7 @@ impl Engine for Extended {
     }
 
     fn fast_run(
-        _: &Setup<Self>,
+        _: &Setup<Self, Metric<Self>>,
         _: Self,
         _: Option<Observer<'_, Self, Metric<Self>>>,
     ) -> Result<Option<Solution<Self>>, NoSolution> {

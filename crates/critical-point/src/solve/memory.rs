@@ -1,9 +1,9 @@
 //! How much memory a run takes, estimated before it starts.
 
-use super::scene::SceneSetup;
 use super::setup::{Setup, System};
 use crate::action::Form;
 use crate::geometry::Lagrangian;
+use crate::metric::Metric;
 use crate::sbp::SbpName;
 use crate::scalar::Real;
 
@@ -28,7 +28,7 @@ const PROGRAM: f64 = 6e6;
 /// About how many bytes solving `setup` and writing its tables takes, with `samples` samples, in the memory of one
 /// window if `one_window` says so. The constants come from runs of a hundred thousand nodes, whose memory the estimate
 /// meets within a third. With an accuracy asked for, the nodes are not known beforehand and do not count.
-pub fn bytes_needed<S>(setup: &Setup<S>, one_window: bool, samples: usize) -> f64 {
+pub fn bytes_needed<S: Real>(setup: &Setup<S, Metric<S>>, one_window: bool, samples: usize) -> f64 {
     let number = size_of::<S>() as f64;
     let window = setup.settings.n_gamma as f64;
     let nodes = if one_window { window } else { window * setup.settings.windows as f64 };
@@ -37,7 +37,7 @@ pub fn bytes_needed<S>(setup: &Setup<S>, one_window: bool, samples: usize) -> f6
 }
 
 /// The same for a scene, whose run is kept as a whole.
-pub fn scene_bytes_needed<S: Real>(setup: &SceneSetup<S>, samples: usize) -> f64 {
+pub fn scene_bytes_needed<S: Real>(setup: &Setup<S>, samples: usize) -> f64 {
     let (number, geometry) = (size_of::<S>() as f64, &setup.place.geometry);
     let (window, windows) = (setup.settings.n_gamma as f64, setup.settings.windows as f64);
     let coordinates = geometry.dimension() as f64;

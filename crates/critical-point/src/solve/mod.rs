@@ -4,6 +4,7 @@ mod accuracy;
 mod arithmetic;
 mod collocation;
 mod critical_point;
+mod crossing;
 mod derivative;
 mod end;
 mod explicit;
@@ -19,8 +20,8 @@ mod piece;
 mod places;
 mod quadrature;
 mod refinement;
+mod routes;
 mod run;
-pub mod scene;
 mod search;
 mod setup;
 mod solution;
@@ -35,22 +36,19 @@ pub use failure::{Domain, NoSolution};
 pub use memory::{bytes_needed, scene_bytes_needed};
 #[doc(hidden)]
 pub use operator::WindowGrid;
-pub use setup::{End, Scene, Settings, Setup, System};
+pub use setup::{End, Limit, Settings, Setup, System, Until};
 pub use solution::{EndState, Solution};
 pub use space::Space;
 pub use status::{InitialGuess, IterationRecord, Iterations, Status};
-pub use world_line::{Joint, Window, WindowNodes};
+pub use world_line::{Joint, Place, Window, WindowNodes, WorldLine};
 
-use self::end::Target;
-use self::run::Observer;
-use crate::action::Form;
+use self::routes::Routes;
+use self::run::{Observer, Run};
 use crate::metric::Metric;
-use crate::sbp::SbpName;
 
-/// Solves a setup, which a `Case` makes, in the arithmetic of `S`: `f64`, or
-/// [`Extended`](crate::scalar::Extended) to the digits that it asks for
-/// (`Case::is_extended` says which of the two a case wants). More digits are obtained by
-/// refinement: everything that searches and steers is done in `f64`.
+/// Solves a setup in t and x, which a `Case` makes, in the arithmetic of `S`: `f64`, or
+/// [`Extended`](crate::scalar::Extended) to the digits that it asks for (`Case::is_extended` says which of the two a
+/// case wants). More digits are obtained by refinement: everything that searches and steers is done in `f64`.
 ///
 /// The physical limit costs O(N) time and memory, one potential evaluation a node for SBP21. The doubled system is
 /// solved by Newton's method with a sparse LU, in time linear in N in practice.
@@ -62,7 +60,7 @@ use crate::sbp::SbpName;
 ///
 /// # Panics
 /// If the setup is not valid, which one of a valid case is, or if it asks for an accuracy and `S` is not `f64`.
-pub fn solve<S: Arithmetic>(setup: impl Into<Setup<S>>) -> Result<Solution<S>, NoSolution> {
+pub fn solve<S: Arithmetic>(setup: impl Into<Setup<S, Metric<S>>>) -> Result<Solution<S>, NoSolution> {
     S::run(&setup.into(), None)
 }
 
@@ -79,67 +77,56 @@ pub fn solve<S: Arithmetic>(setup: impl Into<Setup<S>>) -> Result<Solution<S>, N
 /// # Panics
 /// As [`solve`].
 pub fn solve_window_by_window<S: Arithmetic>(
-    setup: impl Into<Setup<S>>,
+    setup: impl Into<Setup<S, Metric<S>>>,
     observe: &mut dyn FnMut(&Solution<S>),
 ) -> Result<Solution<S>, NoSolution> {
     S::run(&setup.into(), Some(observe))
 }
 
-fn solve_seen<S: Arithmetic>(
-    setup: &Setup<S>,
-    observer: Option<Observer<'_, S, Metric<S>>>,
-) -> Result<Solution<S>, NoSolution> {
-    if let Some(accuracy) = setup.settings.accuracy {
-        return S::run_to_accuracy(setup, accuracy, observer);
-    }
-    match setup.scene.end {
-        End::Duration(duration) => solve_to_time(setup, duration, observer),
-        End::Length(length) => solve_to(setup, length, observer),
-    }
-}
-
-/// Solves a case until t − t_i is `duration`.
+/// Solves the setup of a scene of n coordinates, as [`solve`].
 ///
-/// Where the windows are observed, the search keeps no more than one, and the run that was found is repeated once.
-fn solve_to_time<S: Arithmetic>(
-    setup: &Setup<S>,
-    duration: S,
-    observer: Option<Observer<'_, S, Metric<S>>>,
-) -> Result<Solution<S>, NoSolution> {
-    let digits_of_runs = setup.settings.digits;
-    let target = Target { coordinate: 0, value: duration, digits_of_runs, is_of_way: true };
-    let place = &setup.scene.place;
-    // Most of the search is cheapest in f64.
-    let guess = if S::IS_EXTENDED {
-        S::from(solve_to_time::<f64>(&setup.in_f64(), duration.to_f64(), Some(&mut |_| ()))?.length)
-    } else {
-        target.guess(place)
-    };
-    let search = |solve_to: &mut dyn FnMut(S) -> Result<Solution<S>, NoSolution>| {
-        target.search(place, setup.scene.gamma_i, guess, solve_to)
-    };
-    match observer {
-        None => search(&mut |length| solve_to(setup, length, None)),
-        Some(observer) => {
-            let found = search(&mut |length| solve_to(setup, length, Some(&mut |_| ())))?;
-            solve_to(setup, found.length, Some(observer))
-        }
-    }
+/// # Errors
+/// As [`solve`].
+///
+/// # Panics
+/// If the setup is not valid: too few nodes for the operator, or no windows.
+pub fn solve_scene<S: Arithmetic>(setup: &Setup<S>) -> Result<WorldLine<S>, NoSolution> {
+    S::run_scene(setup)
 }
 
-/// Solves a case on γ − γ_i ∈ [0, `length`], window after window.
-fn solve_to<S: Arithmetic>(
-    setup: &Setup<S>,
-    length: S,
-    mut observer: Option<Observer<'_, S, Metric<S>>>,
-) -> Result<Solution<S>, NoSolution> {
-    let weak = setup.settings.form == Form::Weak && setup.settings.system == System::PhysicalLimit;
-    if weak && matches!(setup.settings.sbp, SbpName::Gll(_)) {
-        let observer = observer.as_mut().map(|observer| &mut **observer as Observer<'_, S, Metric<S>>);
-        if let Some(solution) = S::fast_run(setup, length, observer)? {
-            return Ok(solution);
-        }
+/// Both of them, which [`Arithmetic`] compiles once for every kind of space-time.
+fn solve_seen<S: Arithmetic, G: Routes<S>>(
+    setup: &Setup<S, G>,
+    observer: Option<Observer<'_, S, G>>,
+) -> Result<WorldLine<S, G>, NoSolution>
+where
+    G::Rough: Routes<f64>,
+{
+    if let Some(accuracy) = setup.settings.accuracy {
+        return G::to_accuracy(setup, accuracy, observer);
     }
-    let run = setup.scene.run(&setup.settings, observer);
-    run.solve(&setup.settings, setup.rough.metric(), setup.regularised, length)
+    if let (Limit::Length(length), true) = (setup.limit, setup.until.is_empty()) {
+        return solve_to(setup, length, observer);
+    }
+    let Some(observer) = observer else { return end::solve(setup, None) };
+    // The search keeps no more than one window, and the run that was found is repeated once.
+    let found = end::solve(setup, Some(&mut |_| ()))?;
+    let WorldLine { ended_by, ended_at, .. } = found;
+    Ok(WorldLine { ended_by, ended_at, ..solve_to(setup, found.length, Some(observer))? })
+}
+
+/// Solves a setup on γ − γ_i ∈ [0, `length`], window after window.
+fn solve_to<S: Arithmetic, G: Routes<S>>(
+    setup: &Setup<S, G>,
+    length: S,
+    mut observer: Option<Observer<'_, S, G>>,
+) -> Result<WorldLine<S, G>, NoSolution>
+where
+    G::Rough: Routes<f64>,
+{
+    let again = observer.as_mut().map(|observer| &mut **observer as Observer<'_, S, G>);
+    match G::fast(setup, length, again)? {
+        Some(line) => Ok(line),
+        None => Run::new(setup, &setup.settings, observer).solve(setup, length),
+    }
 }

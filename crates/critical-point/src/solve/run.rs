@@ -7,7 +7,7 @@ use super::failure::NoSolution;
 use super::operator::Operators;
 use super::piece::{Pair, Piece};
 use super::places::Places;
-use super::setup::{Settings, System};
+use super::setup::{Settings, Setup, System};
 use super::status::{InitialGuess, Iterations, Status};
 use super::window::Window as Problem;
 use super::world_line::{Joint, Place, Window, WorldLine};
@@ -44,14 +44,10 @@ impl<S: Real> Reached<S> {
 }
 
 impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
-    /// A run from `place` without windows, in which a coordinate may count from an `origin`.
-    pub(super) fn new(
-        place: Place<S, G>,
-        origin: Option<(usize, S)>,
-        gamma_i: S,
-        settings: &Settings,
-        observer: Option<Observer<'o, S, G>>,
-    ) -> Self {
+    /// The run of `setup` without windows, with these settings.
+    pub(super) fn new(setup: &Setup<S, G>, settings: &Settings, observer: Option<Observer<'o, S, G>>) -> Self {
+        let Setup { place, origin, gamma_i, .. } = setup;
+        let (place, origin, gamma_i) = (place.clone(), *origin, *gamma_i);
         let n = place.start.q.len();
         let (is_doubled, m) = (settings.system == System::Doubled, place.geometry.kept_momenta());
         let line = WorldLine {
@@ -121,26 +117,20 @@ impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
         joints.extend_from_slice(&start.p);
     }
 
-    /// Solves windows of one length, one after the other, on γ − γ_i ∈ [0, `length`]. `rough` is the space-time in
-    /// `f64`.
-    pub(super) fn solve<R>(
-        mut self,
-        settings: &Settings,
-        rough: &R,
-        is_regularised: bool,
-        length: S,
-    ) -> Result<WorldLine<S, G>, NoSolution>
+    /// Solves the windows of `setup`, of one length, one after the other, on γ − γ_i ∈ [0, `length`].
+    pub(super) fn solve(mut self, setup: &Setup<S, G>, length: S) -> Result<WorldLine<S, G>, NoSolution>
     where
         S: Arithmetic,
-        R: Places<f64, Outside = G::Outside>,
+        G::Rough: Places<f64>,
     {
+        let settings = &setup.settings;
         let windows = settings.windows;
         let grid = Grid::new(settings, length / S::from(windows as f64));
         self.expect(windows, settings.n_gamma);
         self.line.length = length;
         for index in 1..=windows {
             let end = if index == windows { length } else { S::from(index as f64) * grid.length };
-            let piece = self.next(settings, &grid, rough, is_regularised)?;
+            let piece = self.next(setup, &grid)?;
             let operator = self.line.operators.place_of(&grid.sbp);
             self.append(piece, operator, end)?;
         }
@@ -148,16 +138,11 @@ impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
     }
 
     /// The window that continues the run.
-    fn next<R>(
-        &self,
-        settings: &Settings,
-        grid: &Grid<S>,
-        rough: &R,
-        is_regularised: bool,
-    ) -> Result<Piece<S>, NoSolution>
+    fn next(&self, setup: &Setup<S, G>, grid: &Grid<S>) -> Result<Piece<S>, NoSolution>
     where
-        R: Places<f64, Outside = G::Outside>,
+        G::Rough: Places<f64>,
     {
+        let (settings, is_regularised) = (&setup.settings, setup.regularised);
         let form = settings.form;
         let geometry = &*self.line.place.geometry;
         let here = self.reached.as_ref().map_or(&*self.line.place.start, |reached| &reached.here);
@@ -175,7 +160,7 @@ impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
             rough: Problem {
                 form,
                 sbp: &*grid.rough,
-                geometry: rough,
+                geometry: &*setup.rough.geometry,
                 start: &rough_start,
                 is_regularised,
                 digits: f64::MOST_DIGITS,

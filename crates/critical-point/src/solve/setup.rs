@@ -1,14 +1,14 @@
-//! What is to be solved: a scene, and how.
+//! What is to be solved: a world-line in a space-time, and how.
 
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::run::{Observer, Run};
+use super::space::Space;
 use super::world_line::Place;
 use crate::action::Form;
 use crate::geodesic::InitialData;
-use crate::geometry::Start;
+use crate::geometry::{Direction, Geometry, Observable, Start};
 use crate::metric::Metric;
 use crate::sbp::SbpName;
 use crate::scalar::Real;
@@ -33,45 +33,35 @@ pub enum End<S = f64> {
     Duration(S),
 }
 
-/// A world-line that is looked for, in numbers of one kind.
-#[derive(Debug, Clone)]
-pub struct Scene<S = f64> {
-    /// The space-time and the start, from which t counts.
-    pub place: Place<S, Metric<S>>,
-    /// t at the start.
-    pub t_i: S,
-    /// The first value of γ.
-    pub gamma_i: S,
-    /// Where the run ends.
-    pub end: End<S>,
-    /// The physical time at which it ends, if that is given.
-    pub t_f: Option<S>,
+/// The largest extent of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Limit<S = f64> {
+    /// After this length of γ.
+    Length(S),
+    /// Where a coordinate reaches a value.
+    Value {
+        /// The coordinate.
+        coordinate: usize,
+        /// Its value at the end.
+        value: S,
+    },
 }
 
-impl<S: Real> Scene<S> {
-    /// The space-time and the start that every world-line begins with.
-    pub fn place(metric: Metric<S>, initial: InitialData<S>) -> Place<S, Metric<S>> {
-        let start = InitialData { t: S::ZERO, ..initial }.start(&metric);
-        Place { geometry: Arc::new(metric), start: Arc::new(start) }
-    }
+/// A formula at whose first change of sign in a direction a run ends.
+#[derive(Debug, Clone)]
+pub struct Until<S = f64> {
+    /// The formula.
+    pub formula: Observable<S>,
+    /// The same in `f64`.
+    pub rough: Observable,
+    /// Which changes count.
+    pub direction: Direction,
+}
 
-    /// The space-time.
-    pub fn metric(&self) -> &Metric<S> {
-        &self.place.geometry
-    }
-
-    /// The initial data, with time counted from the start (t = 0).
-    pub fn initial(&self) -> InitialData<S> {
-        initial_data(&self.place.start)
-    }
-
-    /// A run of it without windows. t counts from t_i, so that a shift of t_i shifts t and changes no other digit.
-    pub(super) fn run<'o>(
-        &self,
-        settings: &Settings,
-        observer: Option<Observer<'o, S, Metric<S>>>,
-    ) -> Run<'o, S, Metric<S>> {
-        Run::new(self.place.clone(), Some((0, self.t_i)), self.gamma_i, settings, observer)
+impl<S> Until<S> {
+    /// The same in `f64`.
+    fn in_f64(&self) -> Until {
+        Until { formula: self.rough.clone(), rough: self.rough.clone(), direction: self.direction }
     }
 }
 
@@ -117,26 +107,98 @@ impl Settings {
 }
 
 /// Everything that a solver is told. The numbers are valid: enough nodes for the operator, an end after the start.
-#[derive(Debug, Clone)]
-pub struct Setup<S = f64> {
-    /// What is looked for.
-    pub scene: Scene<S>,
+#[derive(Debug)]
+pub struct Setup<S: Real = f64, G: Space<S> = Geometry<S>> {
+    /// The space-time and the start.
+    pub place: Place<S, G>,
     /// The same in `f64`, where first guesses and linear algebra work.
-    pub rough: Scene,
+    pub rough: Place<f64, G::Rough>,
+    /// The coordinate that counts from an origin, and the origin: in a potential t from t_i, so that a shift of t_i
+    /// shifts t and changes no other digit. The start is one without it.
+    pub origin: Option<(usize, S)>,
+    /// The first value of γ.
+    pub gamma_i: S,
+    /// Where the run ends at the latest.
+    pub limit: Limit<S>,
+    /// Formulas at whose first change of sign it ends before that.
+    pub until: Vec<Until<S>>,
     /// D̄ (true) or D (false) in the action.
     pub regularised: bool,
     /// How it is computed.
     pub settings: Settings,
 }
 
-impl<S: Real> Setup<S> {
-    /// The same in `f64`.
-    pub(super) fn in_f64(&self) -> Setup {
-        Setup {
-            scene: self.rough.clone(),
+impl<S: Real, G: Space<S>> Clone for Setup<S, G> {
+    fn clone(&self) -> Self {
+        Self {
+            place: self.place.clone(),
             rough: self.rough.clone(),
+            origin: self.origin,
+            gamma_i: self.gamma_i,
+            limit: self.limit,
+            until: self.until.clone(),
+            regularised: self.regularised,
+            settings: self.settings,
+        }
+    }
+}
+
+impl<S: Real, G: Space<S>> Setup<S, G> {
+    /// The same in `f64`.
+    pub(super) fn in_f64(&self) -> Setup<f64, G::Rough> {
+        Setup {
+            place: self.rough.clone(),
+            rough: self.rough.clone(),
+            origin: self.origin.map(|(coordinate, origin)| (coordinate, origin.to_f64())),
+            gamma_i: self.gamma_i.to_f64(),
+            limit: match self.limit {
+                Limit::Length(length) => Limit::Length(length.to_f64()),
+                Limit::Value { coordinate, value } => Limit::Value { coordinate, value: value.to_f64() },
+            },
+            until: self.until.iter().map(Until::in_f64).collect(),
             regularised: self.regularised,
             settings: self.settings.within::<f64>(),
+        }
+    }
+
+    /// Whether a coordinate is the one that counts from an origin.
+    pub(super) fn counts_from_origin(&self, a: usize) -> bool {
+        self.origin.is_some_and(|(coordinate, _)| coordinate == a)
+    }
+
+    /// What a coordinate counts from.
+    pub(super) fn origin_of(&self, a: usize) -> S {
+        origin_of(self.origin, a)
+    }
+}
+
+/// What coordinate `a` counts from, which is 0 for most.
+pub(super) fn origin_of<S: Real>(origin: Option<(usize, S)>, a: usize) -> S {
+    origin.filter(|(coordinate, _)| *coordinate == a).map_or(S::ZERO, |(_, origin)| origin)
+}
+
+impl<S: Real> Setup<S, Metric<S>> {
+    /// The space-time and the start that every world-line in t and x begins with: t counts from there.
+    pub fn place(metric: Metric<S>, initial: InitialData<S>) -> Place<S, Metric<S>> {
+        let start = InitialData { t: S::ZERO, ..initial }.start(&metric);
+        Place { geometry: Arc::new(metric), start: Arc::new(start) }
+    }
+
+    /// The space-time.
+    pub fn metric(&self) -> &Metric<S> {
+        &self.place.geometry
+    }
+
+    /// The initial data, with time counted from the start (t = 0).
+    pub fn initial(&self) -> InitialData<S> {
+        initial_data(&self.place.start)
+    }
+
+    /// The duration t_f − t_i, if the run ends at a physical time.
+    pub fn duration(&self) -> Option<S> {
+        match self.limit {
+            Limit::Length(_) => None,
+            Limit::Value { coordinate, value } => Some(value - self.origin_of(coordinate)),
         }
     }
 }

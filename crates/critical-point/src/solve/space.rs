@@ -8,6 +8,9 @@ use crate::scalar::Real;
 
 /// A space-time in which world-lines are looked for.
 pub trait Space<S: Real>: Motion<S> + Sized {
+    /// The same kind in `f64`.
+    type Rough: Space<f64, Rough = Self::Rough, Outside = Self::Outside>;
+
     /// The names of the coordinates, in order.
     fn coordinates(&self) -> Vec<String>;
 
@@ -28,6 +31,8 @@ pub trait Space<S: Real>: Motion<S> + Sized {
 }
 
 impl<S: Real> Space<S> for Metric<S> {
+    type Rough = Metric;
+
     fn coordinates(&self) -> Vec<String> {
         ["t", "x"].map(str::to_owned).to_vec()
     }
@@ -57,6 +62,8 @@ impl<S: Real> Space<S> for Metric<S> {
 }
 
 impl<S: Real> Space<S> for Geometry<S> {
+    type Rough = Geometry;
+
     fn coordinates(&self) -> Vec<String> {
         self.names().to_vec()
     }

@@ -20,12 +20,12 @@ use crate::metric::Metric;
 /// The windows of the run of `setup` on γ − γ_i ∈ [0, `length`], which are elements in the weak form; none if the
 /// iteration does not converge. The operator on the elements is not made here: it is a matter of diagnostics.
 pub(super) fn march(
-    setup: &Setup,
+    setup: &Setup<f64, Metric>,
     length: f64,
     observer: Option<Observer<'_, f64, Metric>>,
 ) -> Result<Option<Solution>, NoSolution> {
     let Settings { n_gamma: points, windows, .. } = setup.settings;
-    let (metric, initial, gamma_i) = (setup.scene.metric(), setup.scene.initial(), setup.scene.gamma_i);
+    let (metric, initial, gamma_i) = (setup.metric(), setup.initial(), setup.gamma_i);
     let rule = WeakRule::shared(points);
     let window_length = Twofold::from(length) / Twofold::from(windows as f64);
     // The tables hold the square of the length, and half as many digits of it again.
@@ -34,7 +34,7 @@ pub(super) fn march(
     if !(square.is_finite() && square > f64::MIN_POSITIVE / f64::EPSILON / f64::EPSILON) {
         return Ok(None);
     }
-    let mut run = setup.scene.run(&setup.settings, observer);
+    let mut run = Run::new(setup, &setup.settings, observer);
     run.expect(windows, points);
     run.reserve();
     run.line.length = length;

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::operator::{Operators, WindowGrid};
+use super::setup::origin_of;
 use super::space::Space;
 use super::status::Iterations;
 use crate::action::Form;
@@ -95,7 +96,7 @@ pub struct WorldLine<S = f64, G = Geometry<S>> {
     pub windows_unproved: Option<usize>,
     /// The accuracy that was asked for, if there was one.
     pub accuracy: Option<f64>,
-    /// The place in [`SceneSetup::until`](super::scene::SceneSetup::until) of the formula that ended the run, if one
+    /// The place in [`Setup::until`](super::Setup::until) of the formula that ended the run, if one
     /// did.
     pub ended_by: Option<usize>,
     /// The coordinate whose value ended the run, if one did, and what it is at the end: in a run to an accuracy what
@@ -225,7 +226,7 @@ impl<S: Real, G: Space<S>> WorldLine<S, G> {
 
     /// What a coordinate counts from, which is 0 for most.
     pub(crate) fn origin_of(&self, a: usize) -> S {
-        self.origin.filter(|(coordinate, _)| *coordinate == a).map_or(S::ZERO, |(_, origin)| origin)
+        origin_of(self.origin, a)
     }
 
     /// q^a at the end of the run, to the last bit where that ended it.

@@ -36,8 +36,7 @@ use serde::ser::{Serialize, SerializeMap, Serializer};
 use super::verdict::Reason;
 use crate::enclosure::Enclosure;
 use crate::scalar::Real;
-use crate::solve::Space;
-use crate::solve::scene::WorldLine;
+use crate::solve::{Space, WorldLine};
 
 /// What hides is compared with the error of a run, but with no error outside of these: less than the first is near
 /// rounding, and a run with an error above the second is not one that explains anything.

@@ -5,8 +5,7 @@ use super::{Gaps, accuracy, bend, count, look};
 use crate::enclosure::{Enclosure, Path, UNSEEN, Weights, negligible_rates};
 use crate::geometry::Geometry;
 use crate::scalar::Real;
-use crate::solve::WindowNodes;
-use crate::solve::scene::WorldLine;
+use crate::solve::{WindowNodes, WorldLine};
 
 impl Gaps {
     /// Looks at the gaps of `line`, whose geometry is `geometry`. `error` is its estimated error relative to

@@ -14,7 +14,7 @@ use super::shape::Shape;
 use super::{SceneSample, SceneSampler, root};
 use crate::geometry::{Direction, Observable};
 use crate::scalar::Real;
-use crate::solve::scene::WorldLine;
+use crate::solve::WorldLine;
 
 /// A formula whose changes of sign are looked for.
 #[derive(Debug, Clone)]

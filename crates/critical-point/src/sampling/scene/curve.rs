@@ -16,8 +16,7 @@ use crate::action::Form;
 use crate::geometry::{Geometry, Rates, Start};
 use crate::sbp::gll::MOST_NODES;
 use crate::scalar::Real;
-use crate::solve::WindowNodes;
-use crate::solve::scene::WorldLine;
+use crate::solve::{WindowNodes, WorldLine};
 
 /// Most Picard sweeps. Each gains two digits or more where the window resolves the motion.
 const MOST_SWEEPS: usize = 100;

@@ -12,7 +12,7 @@ use super::{Cursor, OutsideRun, Reached, Sampled};
 use crate::geometry::{Geometry, Rates, Start};
 use crate::root::root;
 use crate::scalar::Real;
-use crate::solve::scene::WorldLine;
+use crate::solve::WorldLine;
 
 /// A world-line at one value of γ.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,7 +33,7 @@ pub struct SceneSample<S = f64> {
 /// ```
 /// use geodesic_ivp::case::{SceneCase, builtin};
 /// use geodesic_ivp::sampling::SceneSampler;
-/// use geodesic_ivp::solve::scene::{WorldLine, solve_scene};
+/// use geodesic_ivp::solve::{WorldLine, solve_scene};
 ///
 /// let case = SceneCase::parse("kepler", builtin::text("kepler").expect("it is built in"), &[])?;
 /// let line: WorldLine = solve_scene(&case.setup())?;

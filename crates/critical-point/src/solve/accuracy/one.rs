@@ -3,17 +3,17 @@
 
 use std::ops::ControlFlow;
 
-use super::failure::{At, NoSolution};
-use super::run::Observer;
-use super::setup::{End, Scene, Settings, System};
-use super::solution::Solution;
-use super::spectral::CertifiedRun;
-use super::status::{MOST_NODES, Status};
 use crate::action::Form;
 use crate::lobatto::{Adaptive, Goal, MarchFailure, State, WindowView};
 use crate::metric::Metric;
 use crate::sbp::SbpName;
 use crate::scalar::Real;
+use crate::solve::failure::{At, NoSolution};
+use crate::solve::run::{Observer, Run};
+use crate::solve::setup::{Limit, Settings, Setup, System};
+use crate::solve::solution::Solution;
+use crate::solve::spectral::CertifiedRun;
+use crate::solve::status::{MOST_NODES, Status};
 
 /// A forecast from the beginning of a run may be too high by this factor.
 const FORECAST: f64 = 3.0;
@@ -33,21 +33,20 @@ fn chosen(settings: &Settings) -> Settings {
     Settings { system, form: Form::Weak, sbp: SbpName::Gll(2), digits: f64::MOST_DIGITS, ..*settings }
 }
 
-/// The run of a scene to an accuracy.
-pub(super) fn solve(
-    scene: &Scene,
-    settings: &Settings,
+/// The run of a setup to an accuracy.
+pub(crate) fn solve(
+    setup: &Setup<f64, Metric>,
     accuracy: f64,
     observer: Option<Observer<'_, f64, Metric>>,
 ) -> Result<Solution, NoSolution> {
-    let (goal, length) = match scene.end {
-        End::Length(length) => (Goal::Gamma(length), length),
-        End::Duration(duration) => (Goal::Time(duration), 0.0),
+    let (goal, length) = match (setup.limit, setup.duration()) {
+        (Limit::Length(length), _) => (Goal::Gamma(length), length),
+        (Limit::Value { .. }, duration) => (Goal::Time(duration.expect("the run ends at a time")), 0.0),
     };
-    let (metric, initial, gamma_i) = (scene.metric(), scene.initial(), scene.gamma_i);
+    let (metric, initial, gamma_i) = (setup.metric(), setup.initial(), setup.gamma_i);
     let start = State::from(initial);
     let is_kept = observer.is_none();
-    let mut run = scene.run(&chosen(settings), observer);
+    let mut run = Run::new(setup, &chosen(&setup.settings), observer);
     (run.line.accuracy, run.line.length) = (Some(accuracy), length);
     let mut certified = CertifiedRun::new(run);
     let mut too_many = None;
@@ -79,9 +78,9 @@ pub(super) fn solve(
     }
     match adapted {
         Ok(adapted) => {
-            if let Some(t_f) = scene.t_f {
+            if let Limit::Value { coordinate, value } = setup.limit {
                 // t_i + (t_f − t_i), rounded twice, may be the neighbouring number.
-                solution.ended_at = Some((0, t_f));
+                solution.ended_at = Some((coordinate, value));
             }
             solution.length = adapted.gamma.hi;
             solution.iterations.count = adapted.statistics.evaluations;
@@ -89,13 +88,13 @@ pub(super) fn solve(
             solution.windows_unproved = Some(adapted.statistics.unproved);
             Ok(solution)
         }
-        Err(failure) => Err(failed(scene, failure, last)),
+        Err(failure) => Err(failed(setup, failure, last)),
     }
 }
 
 /// What the failure of a march means for the case. Where it does not say x, that is `last`.
-fn failed(scene: &Scene, failure: MarchFailure, last: f64) -> NoSolution {
-    let (metric, gamma_i) = (scene.metric(), scene.gamma_i);
+fn failed(setup: &Setup<f64, Metric>, failure: MarchFailure, last: f64) -> NoSolution {
+    let (metric, gamma_i) = (setup.metric(), setup.gamma_i);
     let at = |status, gamma: f64, x: f64| NoSolution::adaptive(status, At::x(gamma_i + gamma, x, metric.g00(x)));
     match failure {
         MarchFailure::OutsideDomain { gamma, x, g00, .. } => {

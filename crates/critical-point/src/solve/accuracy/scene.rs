@@ -2,7 +2,6 @@
 
 use std::ops::ControlFlow;
 
-use super::setup::{SceneLimit, SceneSetup, Until};
 use crate::action::Form;
 use crate::geometry::{Direction, Geometry, Observable};
 use crate::lobatto::flow::{Flow, FlowFailure, FlowView, PhasePoint, Stop};
@@ -11,20 +10,24 @@ use crate::scalar::Real;
 use crate::solve::failure::{At, NoSolution};
 use crate::solve::piece::Piece;
 use crate::solve::places::domain_of;
-use crate::solve::run::Run;
+use crate::solve::run::{Observer, Run};
+use crate::solve::setup::{Limit, Settings, Setup, System, Until};
 use crate::solve::status::{InitialGuess, MOST_NODES, Status};
 use crate::solve::world_line::WorldLine;
-use crate::solve::{Settings, System};
 
 /// Solves a scene so that every coordinate is as accurate as asked for at all nodes. It is a solve in `f64`.
-pub(super) fn solve<S: Real>(setup: &SceneSetup<S>, accuracy: f64) -> Result<WorldLine<S>, NoSolution> {
+pub(crate) fn solve<S: Real>(
+    setup: &Setup<S>,
+    accuracy: f64,
+    observer: Option<Observer<'_, S, Geometry<S>>>,
+) -> Result<WorldLine<S>, NoSolution> {
     let place = &setup.rough;
     let (geometry, start) = (&*place.geometry, &place.start);
     let gamma_i = setup.gamma_i.to_f64();
     let norm = geometry.norm(&start.q, &start.q_dot);
     let (length, target) = match setup.limit {
-        SceneLimit::Length(length) => (length.to_f64(), None),
-        SceneLimit::Value { coordinate, value } => (f64::INFINITY, Some((coordinate, value.to_f64()))),
+        Limit::Length(length) => (length.to_f64(), None),
+        Limit::Value { coordinate, value } => (f64::INFINITY, Some((coordinate, value.to_f64()))),
     };
     let formula = |until: &Until<S>| AtFormula { formula: until.rough.clone(), direction: until.direction, norm };
     let mut formulas: Vec<AtFormula> = setup.until.iter().map(formula).collect();
@@ -32,7 +35,7 @@ pub(super) fn solve<S: Real>(setup: &SceneSetup<S>, accuracy: f64) -> Result<Wor
     // A run to a value of a coordinate has no other end.
     let most = if target.is_some() { idle_limit(setup) } else { f64::INFINITY };
     let settings = Settings { system: System::PhysicalLimit, ..setup.settings };
-    let mut run = super::run(setup, &settings);
+    let mut run = Run::new(setup, &settings, observer);
     let mut ended = None;
     let flow = Flow::new(geometry).certified();
     let flow = target.map_or(flow, |(coordinate, value)| flow.to_value(coordinate, value));
@@ -93,9 +96,9 @@ impl Stop for AtFormula {
 }
 
 /// γ − γ_i beyond which a value that is not reached counts as one that never is.
-fn idle_limit<S: Real>(setup: &SceneSetup<S>) -> f64 {
+fn idle_limit<S: Real>(setup: &Setup<S>) -> f64 {
     const TIMES: f64 = 1e9;
-    let SceneLimit::Value { coordinate, value } = setup.limit else { return f64::INFINITY };
+    let Limit::Value { coordinate, value } = setup.limit else { return f64::INFINITY };
     let start = &setup.rough.start;
     TIMES * ((value.to_f64() - start.q[coordinate]) / start.q_dot[coordinate]).abs()
 }

@@ -1,6 +1,6 @@
 //! Where one of some formulas of the state first changes its sign, roughly: Runge–Kutta steps on Hamilton's equations.
 
-use super::setup::SceneSetup;
+use super::setup::Setup;
 use crate::geometry::{Geometry, Observable, OutsideGeometry, Rates};
 use crate::runge_kutta::runge_kutta;
 use crate::scalar::Real;
@@ -33,7 +33,7 @@ impl Flow<'_> {
 }
 
 /// The flow at its start.
-fn begin<S: Real>(setup: &SceneSetup<S>) -> Flow<'_> {
+fn begin<S: Real>(setup: &Setup<S>) -> Flow<'_> {
     let (geometry, start) = (&*setup.rough.geometry, &setup.rough.start);
     let k = geometry.norm(&start.q, &start.q_dot);
     let state: Vec<f64> = start.q.iter().chain(&start.p).copied().collect();
@@ -55,7 +55,7 @@ pub(super) struct Near {
 const AT_START: f64 = 1e-9;
 
 /// The first change of sign in its direction within `length`; `None` if there is none, or the flow ends before it.
-pub(super) fn first<S: Real>(setup: &SceneSetup<S>, length: f64) -> Option<Near> {
+pub(super) fn first<S: Real>(setup: &Setup<S>, length: f64) -> Option<Near> {
     let mut flow = begin(setup);
     let mut formulas: Vec<Observable> = setup.until.iter().map(|until| until.rough.clone()).collect();
     let steps = STEPS * (setup.settings.n_gamma - 1) * setup.settings.windows;
