@@ -168,6 +168,27 @@ fn a_crossing_at_a_joint_or_at_the_end_counts_once_and_one_at_the_start_not_at_a
     }
 }
 
+/// The first node of the weak form is not the start, but close to it: where an event is at the start, rounding and the
+/// error of that node decide nothing.
+#[test]
+fn the_error_of_the_first_node_is_no_event() {
+    for form in ["weak", "strong"] {
+        for system in ["physical-limit", "doubled"] {
+            let (form, system) = (format!("scheme.form={form}"), format!("solver.system={system}"));
+            let grid = ["scheme.sbp=SBP42", "grid.n_gamma=20", "grid.windows=1", "grid.gamma_f=2.0"];
+            let set: Vec<&str> = grid.into_iter().chain([form.as_str(), system.as_str()]).collect();
+            let (line, found) = run::<f64>(&scene("kerr-inclined", &set));
+            assert!(found.is_empty(), "{form} {system}: {:?}", gammas(&found, 0));
+            // The orbit starts at r = 4 and goes out. A radius just beyond the first node is met.
+            let first = line.q(1).next().unwrap();
+            assert!((first - 4.0).abs() < 1e-6 && (form.ends_with("strong") == (first == 4.0)), "{first}");
+            let beyond = scene("kerr-inclined", &[&set[..], &["events={beyond={when='r - 4.0000001'}}"]].concat());
+            let met = gammas(&run::<f64>(&beyond).1, 0);
+            assert!(met.len() == 1 && met[0] < 0.01, "{form} {system}: {met:?}");
+        }
+    }
+}
+
 #[test]
 fn an_event_may_end_the_run_and_is_its_last_row() {
     for (direction, place, gamma) in [("up", [0.4, 0.0], TAU), ("down", [-1.6, 0.0], PI), ("both", [-1.6, 0.0], PI)] {

@@ -43,8 +43,10 @@ pub fn crossings<S: Sampled>(line: &WorldLine<S>, watches: &mut [Watch<S>]) -> V
 /// What is behind [`crossings`].
 pub(in crate::sampling) fn crossings_here<S: Real>(line: &WorldLine<S>, watches: &mut [Watch<S>]) -> Vec<Crossing<S>> {
     let start = &line.place.start;
+    let norm = line.geometry().norm_here(&start.q, &start.q_dot);
     let mut walk = Walk {
-        norm: line.geometry().norm_here(&start.q, &start.q_dot),
+        norm,
+        starts: watches.iter_mut().map(|w| w.formula.at_here(&start.q, &start.q_dot, &start.p, norm)).collect(),
         nowhere: slack::<S>(line.digits) * line.length.max(line.gamma_i.abs()),
         signs: vec![None; watches.len()],
         found: Vec::new(),
@@ -95,6 +97,8 @@ struct Cell<S> {
 /// What a search along a world-line remembers.
 struct Walk<S> {
     norm: S,
+    /// The value of each formula at the start of the run. The first node of the weak form is close to it only.
+    starts: Vec<S>,
     /// A root that is closer than this to an end of the run is there.
     nowhere: S,
     /// Whether each formula was positive where it was not zero last.
@@ -115,8 +119,9 @@ impl<S: Real> Walk<S> {
         let (norm, direction, least) = (self.norm, watched.direction, sampler.least(cell.window));
         let mut at = |place: S| value(watched, &sampler.in_window(cell.window, place), norm);
         let marks = cell.marks(values, shape, &mut at);
-        if cell.is_first && !self.is_at_zero(cell, values[0], shape.slope(-1.0)) {
-            self.signs[watch] = Some(values[0] > S::ZERO);
+        let start = self.starts[watch];
+        if cell.is_first && !self.is_at_zero(cell, start, shape.slope(-1.0)) {
+            self.signs[watch] = Some(start > S::ZERO);
         }
         // The start of a cell is the end of the one before, whose sign counts.
         let mut before = [marks[0][0], carried(self.signs[watch], marks[0][1])];
