@@ -52,7 +52,7 @@ impl Several {
         };
         let Some(found) = scene_error(&line) else { return Outcome::NoReference };
         let allowed = (AGREED * self.accuracy).max(ROUNDING);
-        if found.reference > allowed {
+        if found.judge.relative_error() > allowed {
             return Outcome::NoReference;
         }
         let geometry = line.geometry();

@@ -56,8 +56,8 @@ fn end<S: Numeric>(solution: &Solution<S>, error: Option<&RunError>) -> String {
         let all = |number: S| number.to_decimal(solution.digits);
         return format!("t = {}, x = {}; no second solve to compare with", all(t), all(x));
     };
-    let [in_t, in_x] = error.end;
-    let [most_t, most_x] = error.largest;
+    let (end, most) = (error.at_most_at_end(), error.at_most());
+    let ([in_t, in_x], [most_t, most_x]) = ([end[0], end[1]], [most[0], most[1]]);
     // Rounding aside, the end is often where the errors are largest.
     let most = if in_t == 0.0 && most_x > 1.2 * in_x {
         format!(", at most {most_x:.1e} on the way")
@@ -116,7 +116,8 @@ fn kept<S: Numeric>(
     let charge = kept("Q_t", measures.max_abs_delta_q_t_interior, invariants.q_t);
     let second = second_kept(k.to_f64(), invariants.k.to_f64(), measures.scales.x_dot, rounding);
     // The error of t is 0 where the run ends at a given time.
-    let (what, verb) = if error.is_some_and(|error| error.end[0] == 0.0) { ("x", "is") } else { ("t and x", "are") };
+    let (what, verb) =
+        if error.is_some_and(|error| error.at_most_at_end()[0] == 0.0) { ("x", "is") } else { ("t and x", "are") };
     let position = match digits {
         None => "how good t and x are is not known".to_owned(),
         Some(digits) if digits >= 2 => format!("{what} {verb} good to {digits} digits"),

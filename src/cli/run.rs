@@ -10,6 +10,7 @@ use clap::{Args, ValueHint};
 use geodesic_ivp::Numeric;
 use geodesic_ivp::case::AnyCase;
 use geodesic_ivp::diagnostics::gaps::Gaps;
+use geodesic_ivp::errors::RunError;
 use geodesic_ivp::output::{
     CASE, Chart, Measured, OutputSet, SUMMARY, SummaryOf, write_branches, write_residuals, write_trajectory,
 };
@@ -70,8 +71,6 @@ pub(super) trait Job {
     type Solved;
     /// Its numbers in the summary.
     type Numbers: Serialize;
-    /// How far it is from a reference.
-    type Error;
 
     /// Refuses options that this case does not have.
     fn check_options(&self) -> anyhow::Result<()>;
@@ -92,7 +91,7 @@ pub(super) trait Job {
     fn write_combined(&self, solved: Self::Solved, out: std::io::StdoutLock<'static>) -> csv::Result<()>;
 
     /// Compares with a reference.
-    fn judge(&self, solved: &Self::Solved) -> Judged<Self::Numbers, Self::Error>;
+    fn judge(&self, solved: &Self::Solved) -> Judged<Self::Numbers>;
 
     /// Writes the tables.
     fn write_tables(&self, solved: &Self::Solved, files: &Tables<'_>) -> anyhow::Result<()>;
@@ -104,7 +103,7 @@ pub(super) trait Job {
     fn pictures(&self, title: &str, solved: &Self::Solved) -> Vec<Chart>;
 
     /// The summary for people, without files and verdict.
-    fn readable(&self, title: &str, solved: &Self::Solved, judged: &Judged<Self::Numbers, Self::Error>) -> String;
+    fn readable(&self, title: &str, solved: &Self::Solved, judged: &Judged<Self::Numbers>) -> String;
 }
 
 /// What every judge of a result adds to, where it looks between the nodes.
@@ -117,9 +116,10 @@ pub(super) fn doubt_gaps<N>(summary: &mut SummaryOf<N>, gaps: &Gaps, suspicions:
 }
 
 /// How good a solution is.
-pub(super) struct Judged<N, E> {
+pub(super) struct Judged<N> {
     pub(super) summary: SummaryOf<N>,
-    pub(super) error: Option<E>,
+    /// How far it is from what it was compared with.
+    pub(super) error: Option<RunError>,
     /// What is to be warned of.
     pub(super) suspicions: Vec<String>,
 }

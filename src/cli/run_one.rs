@@ -13,7 +13,7 @@ use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
 use geodesic_ivp::sampling::Sample;
 use geodesic_ivp::scalar::Real;
 use geodesic_ivp::solve::{NoSolution, solve_window_by_window};
-use geodesic_ivp::study::run_error::{RunError, error_with_samples};
+use geodesic_ivp::study::run_error::error_with_samples;
 use geodesic_ivp::study::verdict::of_solution;
 use geodesic_ivp::{Case, Solution, solve};
 
@@ -58,7 +58,6 @@ pub(super) struct Solved<S> {
 impl<S: Numeric> Job for OneCoordinate<'_, S> {
     type Solved = Solved<S>;
     type Numbers = output::Solved;
-    type Error = RunError;
 
     fn check_options(&self) -> anyhow::Result<()> {
         if self.looks_between() && self.args.samples.only() {
@@ -127,10 +126,7 @@ impl<S: Numeric> Job for OneCoordinate<'_, S> {
         }
     }
 
-    fn judge(
-        &self,
-        Solved { solution, measures, samples, seconds, .. }: &Solved<S>,
-    ) -> Judged<output::Solved, RunError> {
+    fn judge(&self, Solved { solution, measures, samples, seconds, .. }: &Solved<S>) -> Judged<output::Solved> {
         let mut summary = Summary::new(self.case, Ok((solution, measures)), seconds[0]);
         // The nodes before the last window may be gone; what is written is compared all the same.
         let samples = if self.args.samples.only() { samples.as_slice() } else { &[] };
@@ -145,7 +141,7 @@ impl<S: Numeric> Job for OneCoordinate<'_, S> {
             verdict.doubt(opinion);
         }
         let gaps = self.looks_between().then(|| Gaps::of_solution(solution, &self.case.metric(), verdict.error));
-        summary.set_error(error, verdict);
+        summary.set_error(error.as_ref(), verdict);
         if let Some(gaps) = gaps {
             doubt_gaps(&mut summary, &gaps, &mut suspicions);
             if let Some(numbers) = summary.solved_mut() {
@@ -177,7 +173,7 @@ impl<S: Numeric> Job for OneCoordinate<'_, S> {
         pictures(title, self.case, &solved.solution, diagnostics).to_vec()
     }
 
-    fn readable(&self, title: &str, solved: &Solved<S>, judged: &Judged<output::Solved, RunError>) -> String {
+    fn readable(&self, title: &str, solved: &Solved<S>, judged: &Judged<output::Solved>) -> String {
         readable(title, &solved.solution, &solved.measures, &judged.summary, judged.error.as_ref())
     }
 }

@@ -7,7 +7,7 @@ use geodesic_ivp::Numeric;
 use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::diagnostics::gaps::Gaps;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
-use geodesic_ivp::errors::{SceneError, scene_error};
+use geodesic_ivp::errors::scene_error;
 use geodesic_ivp::geometry::ConservedSum;
 use geodesic_ivp::output::pictures::scene::{self as pictures, PlotAxes};
 use geodesic_ivp::output::{
@@ -83,7 +83,6 @@ pub(super) struct Solved<S> {
 impl<S: Numeric> Job for Scene<'_, S> {
     type Solved = Solved<S>;
     type Numbers = SolvedScene;
-    type Error = SceneError;
 
     fn check_options(&self) -> anyhow::Result<()> {
         let samples = &self.args.samples;
@@ -136,7 +135,7 @@ impl<S: Numeric> Job for Scene<'_, S> {
         write_combined(out, &solved.line, &solved.diagnostics)
     }
 
-    fn judge(&self, solved: &Solved<S>) -> Judged<SolvedScene, SceneError> {
+    fn judge(&self, solved: &Solved<S>) -> Judged<SolvedScene> {
         let Solved { line, sums, diagnostics, events, seconds, .. } = solved;
         let mut summary = SceneSummary::new(self.case, line.geometry(), Ok((line, diagnostics, sums)), seconds[0]);
         let error = scene_error(line);
@@ -190,7 +189,7 @@ impl<S: Numeric> Job for Scene<'_, S> {
         pictures
     }
 
-    fn readable(&self, title: &str, solved: &Solved<S>, judged: &Judged<SolvedScene, SceneError>) -> String {
+    fn readable(&self, title: &str, solved: &Solved<S>, judged: &Judged<SolvedScene>) -> String {
         let Solved { line, sums, diagnostics, .. } = solved;
         let events = events(&self.event_names(), &solved.events, line.digits);
         let gaps = judged.summary.solved().and_then(|solved| solved.gaps.as_ref());

@@ -5,7 +5,7 @@ use geodesic_ivp::action::Form;
 use geodesic_ivp::diagnostics::ChargeDeviation;
 use geodesic_ivp::diagnostics::gaps::Gaps;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
-use geodesic_ivp::errors::SceneError;
+use geodesic_ivp::errors::RunError;
 use geodesic_ivp::geometry::ConservedSum;
 use geodesic_ivp::sampling::Crossing;
 use geodesic_ivp::solve::WorldLine;
@@ -18,7 +18,7 @@ pub(super) fn readable<S: Numeric>(
     line: &WorldLine<S>,
     diagnostics: &SceneDiagnostics<S>,
     sums: &[ConservedSum],
-    error: Option<&SceneError>,
+    error: Option<&RunError>,
     gaps: Option<&Gaps>,
     events: Vec<String>,
 ) -> String {
@@ -84,7 +84,7 @@ fn end<S: Numeric>(line: &WorldLine<S>) -> String {
 }
 
 /// How far the end is from a reference.
-fn accuracy<S: Numeric>(line: &WorldLine<S>, error: Option<&SceneError>) -> String {
+fn accuracy<S: Numeric>(line: &WorldLine<S>, error: Option<&RunError>) -> String {
     let estimate =
         line.error_estimate.map(|estimate| format!("estimated at {estimate:.1e} at most, relative to sizes above 1"));
     let Some(error) = error else {

@@ -9,7 +9,7 @@
 //! let case = Case::parse("morse", builtin::text("morse").expect("it is built in"), &[])?;
 //! let solution: Solution = solve(&case)?;
 //! let error = run_error(&case, &solution).expect("there is a second solve");
-//! assert!((1e-4..1e-3).contains(&error.end[1]), "x is good to three digits");
+//! assert!((1e-4..1e-3).contains(&error.at_most_at_end()[1]), "x is good to three digits");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

@@ -24,8 +24,8 @@ use crate::Numeric;
 use crate::diagnostics::Measures;
 use crate::diagnostics::scene::SceneDiagnostics;
 use crate::diagnostics::verdict::{CoordinateError, Facts, Verdict, largest};
-use crate::errors::SceneError;
-use crate::solve::{Solution, WorldLine};
+use crate::errors::Reach;
+use crate::solve::{Solution, Space, WorldLine};
 
 /// The verdict on `solution`, from what was measured on it and its error, if that is known.
 pub fn of_solution<S: Numeric>(solution: &Solution<S>, measures: &Measures<S>, error: Option<&RunError>) -> Verdict {
@@ -37,7 +37,7 @@ pub fn of_solution<S: Numeric>(solution: &Solution<S>, measures: &Measures<S>, e
 pub fn of_world_line<S: Numeric>(
     line: &WorldLine<S>,
     diagnostics: &SceneDiagnostics<S>,
-    error: Option<&SceneError>,
+    error: Option<&RunError>,
 ) -> Verdict {
     Verdict::new(&facts_of_world_line(line, diagnostics, error))
 }
@@ -50,17 +50,12 @@ pub fn facts_of_solution<S: Numeric>(
 ) -> Facts {
     let [least, most] = measures.scales.x_range;
     let duration = solution.duration().to_f64().abs();
-    let motions = [("t", duration, duration), ("x", least.abs().max(most.abs()), most - least)];
+    let reaches =
+        [Reach { size: duration, range: duration }, Reach { size: least.abs().max(most.abs()), range: most - least }];
+    let shared = reaches.map(|reach| reach.size);
     let coordinates = |error: &RunError| {
-        let of = |(k, (name, size, range)): (usize, (&str, f64, f64))| CoordinateError {
-            name: name.to_owned(),
-            end: error.end[k],
-            largest: error.largest[k],
-            size,
-            range,
-            shared: size,
-        };
-        motions.into_iter().enumerate().map(of).collect()
+        let names = solution.geometry().coordinates();
+        coordinate_errors(&names, &reaches, &shared, &error.at_most_at_end(), &error.at_most())
     };
     Facts {
         errors: error.map(coordinates),
@@ -76,30 +71,21 @@ pub fn facts_of_solution<S: Numeric>(
 pub fn facts_of_world_line<S: Numeric>(
     line: &WorldLine<S>,
     diagnostics: &SceneDiagnostics<S>,
-    error: Option<&SceneError>,
+    error: Option<&RunError>,
 ) -> Facts {
     let (geometry, n) = (line.geometry(), line.geometry().dimension());
-    let motions: Vec<Motion> = (0..n).map(|a| Motion::new(line, a)).collect();
-    let sizes: Vec<f64> = motions.iter().map(|motion| motion.size).collect();
+    let reaches: Vec<Reach> = (0..n).map(|a| Reach::new(line, a)).collect();
+    let sizes: Vec<f64> = reaches.iter().map(|reach| reach.size).collect();
     let shared = geometry.shared(&line.place.start.q, &sizes);
-    let coordinate = |a: usize, end: f64, most: f64| {
-        let (name, Motion { size, range }) = (geometry.names()[a].clone(), motions[a]);
-        CoordinateError { name, end, largest: most, size, range, shared: shared[a] }
-    };
+    let errors = |end: &[f64], most: &[f64]| coordinate_errors(geometry.names(), &reaches, &shared, end, most);
     let own = |estimate: f64| {
-        let of = |a: usize| coordinate(a, estimate * sizes[a].max(1.0), estimate * sizes[a].max(1.0));
-        (0..n).map(of).collect()
+        let own: Vec<f64> = sizes.iter().map(|size| estimate * size.max(1.0)).collect();
+        errors(&own, &own)
     };
-    let found = |error: &SceneError| {
-        let of = |a: usize| {
-            let of_reference = error.reference * shared[a];
-            coordinate(a, error.end[a] + of_reference, error.largest[a] + of_reference)
-        };
-        (0..n).map(of).collect()
-    };
-    let relative = |error: &SceneError| {
+    let found = |error: &RunError| errors(&error.at_most_at_end(), &error.at_most());
+    let relative = |error: &RunError| {
         let shares = error.largest.iter().zip(&sizes).map(|(error, size)| error / size.max(1.0));
-        [largest(shares), error.reference]
+        [largest(shares), error.judge.relative_error()]
     };
     Facts {
         errors: match line.error_estimate {
@@ -114,21 +100,21 @@ pub fn facts_of_world_line<S: Numeric>(
     }
 }
 
-/// How far a coordinate goes.
-#[derive(Clone, Copy)]
-struct Motion {
-    size: f64,
-    range: f64,
-}
-
-impl Motion {
-    fn new<S: Numeric>(line: &WorldLine<S>, a: usize) -> Self {
-        let origin = if line.geometry().active().contains(&a) { S::ZERO } else { line.place.start.q[a] };
-        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-        for q in line.q(a) {
-            let q = (q - origin).to_f64();
-            (least, most) = (least.min(q), most.max(q));
-        }
-        Self { size: least.abs().max(most.abs()), range: most - least }
-    }
+/// The errors of all coordinates, with the size that each shares with others of its unit.
+fn coordinate_errors(
+    names: &[String],
+    reaches: &[Reach],
+    shared: &[f64],
+    end: &[f64],
+    largest: &[f64],
+) -> Vec<CoordinateError> {
+    let of = |(a, &Reach { size, range }): (usize, &Reach)| CoordinateError {
+        name: names[a].clone(),
+        end: end[a],
+        largest: largest[a],
+        size,
+        range,
+        shared: shared[a],
+    };
+    reaches.iter().enumerate().map(of).collect()
 }

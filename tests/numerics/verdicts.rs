@@ -13,7 +13,7 @@ use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::sampling::{Coordinate, SampleStream};
 use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::solve::{Setup, solve_window_by_window};
-use geodesic_ivp::study::run_error::{Judge, RunError, error_with_samples, run_error};
+use geodesic_ivp::study::run_error::{Judge, error_with_samples, run_error};
 use geodesic_ivp::{Case, Solution, solve};
 
 use crate::common::{case, solved, solved_in};
@@ -50,7 +50,8 @@ fn every_scheme_knows_its_error() {
     ];
     for scheme in schemes {
         let solution = solved(scheme);
-        let RunError { end, largest, judge, .. } = run_error(&case(scheme), &solution).unwrap();
+        let error = run_error(&case(scheme), &solution).unwrap();
+        let (end, largest, judge) = (error.at_most_at_end(), error.at_most(), error.judge);
         assert!(matches!(judge, Judge::SecondSolve(_)), "{scheme}");
         let [true_largest, true_end] = true_errors(&solution, scheme);
         for k in 0..2 {
@@ -68,8 +69,8 @@ fn an_error_below_the_digits_of_f64_is_seen_by_a_series_in_the_precision_of_the_
     let error = run_error(&case(scheme), &solution).unwrap();
     let [_, true_end] = true_errors(&solution, scheme);
     assert!(matches!(error.judge, Judge::Taylor(own) if own < 1e-38));
-    assert!(error.end[1] > 0.0 && error.end[1] < 1e-20, "{:?}", error.end);
-    for (found, wanted) in error.end.into_iter().zip(true_end) {
+    assert!(error.at_most_at_end()[1] > 0.0 && error.at_most_at_end()[1] < 1e-20, "{:?}", error.end);
+    for (found, wanted) in error.at_most_at_end().into_iter().zip(true_end) {
         assert!(wanted <= found && found < 1.1 * wanted, "{found} for {wanted}");
     }
 }
@@ -77,12 +78,12 @@ fn an_error_below_the_digits_of_f64_is_seen_by_a_series_in_the_precision_of_the_
 #[test]
 fn where_the_time_is_given_an_error_of_t_is_one_of_x() {
     let to_accuracy = "solver.accuracy=1e-9 grid.t_f=1.2";
-    assert_eq!(run_error(&case(to_accuracy), &solved(to_accuracy)).unwrap().end[0], 0.0);
+    assert_eq!(run_error(&case(to_accuracy), &solved(to_accuracy)).unwrap().at_most_at_end()[0], 0.0);
     // An accuracy is one relative to max(1, |t|) and max(1, |x|).
     let far = "solver.accuracy=1e-9 grid.gamma_f=9.0 potential={linear={alpha=-0.01}}";
     let (solution, error) = (solved(far), run_error(&case(far), &solved(far)).unwrap());
     let estimate = solution.error_estimate.unwrap();
-    for (found, size) in error.largest.into_iter().zip([solution.duration(), solution.end_state().x]) {
+    for (found, size) in error.at_most().into_iter().zip([solution.duration(), solution.end_state().x]) {
         assert!(size > 1.5 && (found / (estimate * size) - 1.0).abs() < 1e-12, "{found:e}, {estimate:e}, {size}");
     }
     let scheme = "scheme.sbp=SBP42 grid.t_f=1.2";
@@ -92,8 +93,9 @@ fn where_the_time_is_given_an_error_of_t_is_one_of_x() {
     let length = ReferenceTrajectory::length_of(&metric, initial, 1.2, 16).unwrap();
     let exact = ReferenceTrajectory::new(&metric, initial, length, 16).unwrap().at(length);
     let off = (solution.end_state().x - exact.x).abs();
-    assert_eq!(error.end[0], 0.0);
-    assert!(off <= error.end[1] && error.end[1] < 1.05 * off + 1e-11, "{off} and {}", error.end[1]);
+    assert_eq!(error.at_most_at_end()[0], 0.0);
+    let most = error.at_most_at_end()[1];
+    assert!(off <= most && most < 1.05 * off + 1e-11, "{off} and {most}");
 }
 
 #[test]
@@ -106,8 +108,8 @@ fn beyond_the_digits_of_f64_an_error_of_t_is_one_of_x_too() {
     let length = ReferenceTrajectory::length_of(&metric, initial, duration, 40).unwrap();
     let exact = ReferenceTrajectory::new(&metric, initial, length, 40).unwrap().at(length);
     let off = (solution.end_state().x - exact.x).abs().to_f64();
-    assert!(matches!(error.judge, Judge::Taylor(_)) && error.end[0] == 0.0, "{error:?}");
-    assert!(off > 1e-36 && (error.end[1] / off - 1.0).abs() < 1e-3, "{off:e} and {error:?}");
+    assert!(matches!(error.judge, Judge::Taylor(_)) && error.at_most_at_end()[0] == 0.0, "{error:?}");
+    assert!(off > 1e-36 && (error.at_most_at_end()[1] / off - 1.0).abs() < 1e-3, "{off:e} and {error:?}");
 }
 
 #[test]
@@ -132,14 +134,14 @@ fn samples_take_the_place_of_nodes_that_are_gone() {
     // In either order.
     for _ in 0..2 {
         let found = error_with_samples(&case, &last, &samples).unwrap();
-        for (found, wanted) in found.largest.into_iter().zip(largest) {
+        for (found, wanted) in found.at_most().into_iter().zip(largest) {
             assert!((found - wanted).abs() < 1e-10 + 1e-6 * wanted && wanted > 1e-9, "{found:e} for {wanted:e}");
         }
         samples.reverse();
     }
     // The samples before the last window count.
     samples[3].x += 0.5;
-    let found = error_with_samples(&case, &last, &samples).unwrap().largest[1];
+    let found = error_with_samples(&case, &last, &samples).unwrap().at_most()[1];
     assert!((found - 0.5).abs() < 1e-2, "{found}");
 }
 
@@ -153,7 +155,7 @@ fn a_series_is_asked_for_where_a_second_solve_sees_nothing() {
     };
     let fine = "scheme.sbp=GLL24 scheme.form=weak grid={gamma_f=1.0,n_gamma=24,windows=4}";
     let in_f64 = run_error(&case(fine), &solved(fine)).unwrap();
-    assert!(matches!(in_f64.judge, Judge::SecondSolve(_)) && in_f64.largest[1] < 1e-11, "{in_f64:?}");
+    assert!(matches!(in_f64.judge, Judge::SecondSolve(_)) && in_f64.at_most()[1] < 1e-11, "{in_f64:?}");
     for far in ["t=0.0,x=1.0,t_dot=1e4,x_dot=0.1", "t=0.0,x=-5e3,t_dot=1.0,x_dot=1e4"] {
         let far = format!("{fine} potential={{linear={{alpha=1e-4}}}} initial={{{far}}} particle.c=10.0");
         assert!(matches!(judge(&far), Judge::Taylor(_)), "{far}");
@@ -177,7 +179,7 @@ fn the_error_of_a_second_solve_counts_in_units_of_the_sizes() {
     let t = solution.duration().abs();
     let x = solution.x().iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     assert!(t > 100.0 && x >= 30.0 && error.judge == Judge::SecondSolve(1e-12));
-    for (found, size) in error.largest.into_iter().zip([t, x]) {
+    for (found, size) in error.at_most().into_iter().zip([t, x]) {
         assert!(found >= own * size && found < (own + 2e-14) * size, "{found:e}, {own:e}, {size}");
     }
 }

@@ -52,7 +52,7 @@ fn error(line: &WorldLine) -> [f64; 2] {
         let size = line.q(a).fold(1.0_f64, |size, q| size.max((q - origin).abs()));
         worst.max(found.largest[a] / size)
     });
-    [worst, found.reference]
+    [worst, found.judge.relative_error()]
 }
 
 /// What rounding leaves in the gradient of the action: two derivatives on n nodes, each of norm 2n², and a quadrature

@@ -2,7 +2,7 @@
 
 use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
-use geodesic_ivp::errors::{SceneError, scene_error};
+use geodesic_ivp::errors::{RunError, scene_error};
 use geodesic_ivp::geometry::{Geometry, GeometryText};
 use geodesic_ivp::reference::SceneReference;
 use geodesic_ivp::solve::{Space, WorldLine, solve_scene};
@@ -185,7 +185,7 @@ fn a_verdict_counts_errors_against_the_motion_from_its_start() {
         assert!((error.largest / own - 1.0).abs() < 1e-12 && error.end == error.largest, "{error:?}");
     }
     // What the reference may be off by is added, in units of the coordinate.
-    let known = SceneError { reference: 1e-3, ..error.clone() };
+    let known = RunError { own: errors.iter().map(|error| 1e-3 * error.shared).collect(), ..error.clone() };
     let wider = facts_of_world_line(&line, &measured(&line), Some(&known)).errors.unwrap();
     for (a, wider) in wider.iter().enumerate() {
         for (found, own) in [(wider.end, error.end[a]), (wider.largest, error.largest[a])] {

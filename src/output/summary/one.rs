@@ -100,13 +100,14 @@ pub struct Error {
     pub error_from: String,
 }
 
-impl From<RunError> for Error {
-    fn from(error: RunError) -> Self {
+impl From<&RunError> for Error {
+    fn from(error: &RunError) -> Self {
+        let (end, largest) = (error.at_most_at_end(), error.at_most());
         Self {
-            error_t_final: error.end[0],
-            error_x_final: error.end[1],
-            error_t_max: error.largest[0],
-            error_x_max: error.largest[1],
+            error_t_final: end[0],
+            error_x_final: end[1],
+            error_t_max: largest[0],
+            error_x_max: largest[1],
             error_from: error.judge.describe(),
         }
     }
@@ -148,7 +149,7 @@ impl Summary {
     }
 
     /// Adds the error of the solution, and the verdict that it was made with.
-    pub fn set_error(&mut self, error: Option<RunError>, verdict: Verdict) {
+    pub fn set_error(&mut self, error: Option<&RunError>, verdict: Verdict) {
         if let Some(solved) = self.solved_mut() {
             solved.error = error.map(Into::into);
         }

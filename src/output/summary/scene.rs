@@ -12,7 +12,7 @@ use crate::diagnostics::ChargeDeviation;
 use crate::diagnostics::gaps::Gaps;
 use crate::diagnostics::scene::{InvariantDeviation, SceneDiagnostics};
 use crate::diagnostics::verdict::Verdict;
-use crate::errors::SceneError;
+use crate::errors::RunError;
 use crate::geometry::{ConservedSum, Geometry};
 use crate::norm::max_abs;
 use crate::solve::{NoSolution, Settings, Status, WorldLine};
@@ -151,7 +151,7 @@ impl SceneSummary {
     }
 
     /// Adds the errors of the coordinates, and the verdict that was made with them.
-    pub fn set_error(&mut self, error: Option<&SceneError>, verdict: Verdict) {
+    pub fn set_error(&mut self, error: Option<&RunError>, verdict: Verdict) {
         let names = self.coordinates.as_ref().map_or(Vec::new(), |names| names.coordinates.clone());
         if let (Some(solved), Some(error)) = (self.solved_mut(), error) {
             solved.set_error(&names, error);
@@ -218,10 +218,10 @@ impl SolvedScene {
     }
 
     /// Adds the errors, in the order of the coordinates `names`.
-    fn set_error(&mut self, names: &[String], error: &SceneError) {
+    fn set_error(&mut self, names: &[String], error: &RunError) {
         let by_name = |values: &[f64]| Some(names.iter().cloned().zip(values.iter().copied()).collect());
         self.error_final = by_name(&error.end);
         self.error_max = by_name(&error.largest);
-        self.reference_error = Some(error.reference);
+        self.reference_error = Some(error.judge.relative_error());
     }
 }

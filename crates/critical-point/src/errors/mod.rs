@@ -1,11 +1,13 @@
 //! How far a run is from the world-line of the continuum, by a second solve.
 
 mod one;
+mod run_error;
 mod scene;
 mod stepped_over;
 
-pub use one::{Judge, RunError, run_error};
-pub use scene::{SceneError, scene_error};
+pub use one::run_error;
+pub use run_error::{Judge, RunError};
+pub use scene::{Reach, scene_error};
 
 use crate::metric::Metric;
 use crate::sampling::Sample;
@@ -19,6 +21,6 @@ crate::compiled! {
             solution: &Solution<Self>,
             samples: &[Sample<Self>],
         ) -> Option<RunError> = one::run_error_here;
-        fn scene_error(line: &WorldLine<Self>) -> Option<SceneError> = scene::scene_error_here;
+        fn scene_error(line: &WorldLine<Self>) -> Option<RunError> = scene::scene_error_here;
     }
 }

@@ -8,6 +8,7 @@
 use std::ops::ControlFlow;
 
 use super::Compared;
+use super::run_error::{Found, Judge, RunError};
 use super::stepped_over::{Between, fractions, points_in};
 use crate::geodesic::{InitialData, Invariants};
 use crate::lobatto::{Adaptive, Goal, Inside, State, WindowView};
@@ -29,42 +30,6 @@ const WINDOWS: (usize, usize) = (1, 10_000);
 /// precision.
 const BEYOND_F64: f64 = 1e-11;
 
-/// The error of a run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RunError {
-    /// Upper estimates of the absolute errors of t and x at the last node. If the run ends at a given time, t has no
-    /// error there, and x is compared at that time.
-    pub end: [f64; 2],
-    /// The largest of these estimates over all nodes.
-    pub largest: [f64; 2],
-    /// What the run was compared with.
-    pub judge: Judge,
-    /// The share of its way by which the motion may be off because the judge stepped over a feature.
-    pub stepped_over: f64,
-}
-
-/// What a run is compared with.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Judge {
-    /// A second solve with this accuracy, relative to max(1, |t − t_i|) and max(1, |x|).
-    SecondSolve(f64),
-    /// A Taylor trajectory with this estimated relative error.
-    Taylor(f64),
-    /// The second march that every run with an accuracy makes for its own error estimate.
-    Companion,
-}
-
-impl Judge {
-    /// A phrase for display.
-    pub fn describe(self) -> String {
-        match self {
-            Self::SecondSolve(accuracy) => format!("from a second solve to {accuracy:.0e}"),
-            Self::Taylor(error) => format!("from a Taylor series good to {error:.0e}"),
-            Self::Companion => "from a second run with one node fewer".to_owned(),
-        }
-    }
-}
-
 /// The error of the run of `setup` of which only its last part, the `solution`, and `samples` of all of it are kept;
 /// `None` if no second solve is possible.
 pub fn run_error<S: Compared>(
@@ -84,15 +49,16 @@ pub(super) fn run_error_here<S: Traced>(
         let largest = |values: &mut dyn Iterator<Item = f64>| values.map(f64::abs).fold(1.0, f64::max);
         let t = largest(&mut solution.from_origin(0, solution.elapsed()).map(S::to_f64));
         let x = largest(&mut solution.x().iter().map(|x| x.to_f64()));
-        let largest = [estimate * t, estimate * x];
+        let largest = vec![estimate * t, estimate * x];
         // If the run ends at a given time, all of its error there is one of x.
-        let end = if setup.duration().is_some() { [0.0, largest[1]] } else { largest };
-        return Some(RunError { end, largest, judge: Judge::Companion, stepped_over: stepped_over(setup, solution) });
+        let end = if setup.duration().is_some() { vec![0.0, largest[1]] } else { largest.clone() };
+        let stepped_over = stepped_over(setup, solution);
+        return Some(RunError { end, largest, own: vec![0.0; 2], judge: Judge::Companion, stepped_over });
     }
     let nodes = Nodes::new(setup, points(solution, samples));
     let found = nodes.by_second_solve(setup);
     let [t, x] = nodes.sizes;
-    let is_beyond = |error: &RunError| error.largest[0] < BEYOND_F64 * t && error.largest[1] < BEYOND_F64 * x;
+    let is_beyond = |error: &RunError| error.at_most().iter().zip([t, x]).all(|(most, size)| *most < BEYOND_F64 * size);
     if S::IS_EXTENDED && found.as_ref().is_none_or(is_beyond) {
         by_taylor(setup, solution, samples).or(found)
     } else {
@@ -123,29 +89,9 @@ struct Nodes {
     sizes: [f64; 2],
 }
 
-/// The errors found so far, node by node.
-#[derive(Default)]
-struct Found {
-    largest: [f64; 2],
-    last: [f64; 2],
-}
-
-impl Found {
-    fn see(&mut self, off: [f64; 2]) {
-        let error = off.map(f64::abs);
-        for (largest, error) in self.largest.iter_mut().zip(error) {
-            *largest = if error > *largest || error.is_nan() { error } else { *largest };
-        }
-        self.last = error;
-    }
-
-    /// The result, with the possible error `own` of the judge itself added. Of a run that ends at a given time, as
-    /// `in_time` says, all of that is one of x.
-    fn finish(self, own: [f64; 2], in_time: bool, judge: Judge, stepped_over: f64) -> RunError {
-        let own = if in_time { [0.0, own[0].max(own[1])] } else { own };
-        let with = |errors: [f64; 2]| [errors[0] + own[0], errors[1] + own[1]];
-        RunError { end: with(self.last), largest: with(self.largest), judge, stepped_over }
-    }
+/// What the judge may be off by, of a run that ends at a given time all in x.
+fn own(errors: [f64; 2], in_time: bool) -> Vec<f64> {
+    if in_time { vec![0.0, errors[0].max(errors[1])] } else { errors.to_vec() }
 }
 
 impl Nodes {
@@ -170,12 +116,12 @@ impl Nodes {
         let (metric, initial) = (setup.metric(), setup.initial());
         let q_t = initial.invariants(metric).q_t;
         let (most, length) = (WINDOWS.1.max(WINDOWS.0 * self.x.len()), *self.gamma.last()?);
-        let (mut found, mut next, mut tired) = (Found::default(), 0, false);
+        let (mut found, mut next, mut tired) = (Found::none(2), 0, false);
         let mut gaps = Gaps::new(metric, initial, length);
         let mut points = Vec::new();
         let mut see = |view: &WindowView<'_>| {
             if view.index == 0 {
-                (found, next) = (Found::default(), 0);
+                (found, next) = (Found::none(2), 0);
             }
             let (start, h) = (view.gamma.hi, view.length.hi);
             let end = (view.gamma + view.length).hi;
@@ -201,8 +147,8 @@ impl Nodes {
         let adapted = Adaptive::new(metric, q_t).run(State::from(initial), Goal::Gamma(length), accuracy, &mut see);
         let estimate = adapted.ok().filter(|_| !tired)?.error_estimate;
         (next == self.x.len()).then(|| {
-            let own = self.sizes.map(|size| estimate * size);
-            found.finish(own, self.in_time, Judge::SecondSolve(accuracy), gaps.share())
+            let own = own(self.sizes.map(|size| estimate * size), self.in_time);
+            found.finish(own, Judge::SecondSolve(accuracy), gaps.share())
         })
     }
 }
@@ -267,7 +213,7 @@ fn by_taylor<S: Traced>(setup: &Setup<f64, Metric>, solution: &Solution<S>, samp
     let (metric, initial) = (solution.geometry(), solution.initial());
     let in_time = setup.duration().is_some();
     let reference = ReferenceTrajectory::new(metric, initial, solution.length, solution.digits).ok()?;
-    let mut found = Found::default();
+    let mut found = Found::none(2);
     let mut sizes = [1.0_f64; 2];
     let mut points = points(solution, samples).peekable();
     while let Some([gamma, t, x]) = points.next() {
@@ -281,7 +227,7 @@ fn by_taylor<S: Traced>(setup: &Setup<f64, Metric>, solution: &Solution<S>, samp
     }
     let error = reference.error_estimate();
     // It is asked only where a second solve agrees to many digits, which has looked between its nodes.
-    Some(found.finish(sizes.map(|size| error * size), in_time, Judge::Taylor(error), 0.0))
+    Some(found.finish(own(sizes.map(|size| error * size), in_time), Judge::Taylor(error), 0.0))
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! How far a world-line in a scene is from the reference.
 
 use super::Compared;
+use super::run_error::{Found, Judge, RunError};
 use super::stepped_over::{Between, PROBES, fractions};
 use crate::geometry::Lagrangian;
 use crate::reference::{ScenePoint, SceneReference, TracedScene};
@@ -10,44 +11,53 @@ use crate::solve::WorldLine;
 /// Of the probes so many are evaluated at a time.
 const TOGETHER: usize = 256;
 
-/// The errors of a world-line, coordinate by coordinate.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SceneError {
-    /// Of q^a at the last node. If the value of a coordinate ended the run, points with that value are compared.
-    pub end: Vec<f64>,
-    /// The largest of q^a over the nodes, of which the last is compared as for `end`.
-    pub largest: Vec<f64>,
-    /// The estimated relative error of the reference itself.
-    pub reference: f64,
-    /// The share of its way by which the motion may be off because the reference stepped over a feature. It is 0 where
-    /// a force acts, which changes K, and in extended precision.
-    pub stepped_over: f64,
-}
-
 /// Compares a world-line with a Taylor reference of as many digits at every node. `None` if the reference does not
 /// reach the end.
-pub fn scene_error<S: Compared>(line: &WorldLine<S>) -> Option<SceneError> {
+pub fn scene_error<S: Compared>(line: &WorldLine<S>) -> Option<RunError> {
     S::scene_error(line)
 }
 
-pub(super) fn scene_error_here<S: TracedScene>(line: &WorldLine<S>) -> Option<SceneError> {
-    let reference = SceneReference::new(line.geometry(), &line.place.start, line.length, line.digits).ok()?;
-    let n = line.geometry().dimension();
+pub(super) fn scene_error_here<S: TracedScene>(line: &WorldLine<S>) -> Option<RunError> {
+    let (geometry, start) = (line.geometry(), &line.place.start);
+    let reference = SceneReference::new(geometry, start, line.length, line.digits).ok()?;
+    let n = geometry.dimension();
     let rows: Vec<Vec<S>> = (0..n).map(|a| line.q(a).collect()).collect();
-    let (mut largest, mut end) = (vec![0.0_f64; n], vec![0.0; n]);
+    let mut found = Found::none(n);
     let last = line.nodes() - 1;
     for (k, gamma) in line.gamma().enumerate() {
         let exact = reference.at(if gamma < line.gamma_f() { gamma - line.gamma_i } else { line.length });
         let clock = line.ended_at.filter(|_| k == last).map(|(clock, _)| (clock, rows[clock][k] - exact.q[clock]));
-        for a in 0..n {
+        found.see((0..n).map(|a| {
             let off = rows[a][k] - exact.q[a];
-            end[a] = clock.map_or(off, |(clock, late)| off - late * pace(line, &exact, a, clock)).abs().to_f64();
-            // A comparison that is false for NaN would drop it.
-            largest[a] = if end[a] <= largest[a] || largest[a].is_nan() { largest[a] } else { end[a] };
-        }
+            clock.map_or(off, |(clock, late)| off - late * pace(line, &exact, a, clock)).to_f64()
+        }));
     }
-    let stepped_over = stepped_over(line, &reference);
-    Some(SceneError { end, largest, reference: reference.error_estimate(), stepped_over })
+    let sizes: Vec<f64> = (0..n).map(|a| Reach::new(line, a).size).collect();
+    let error = reference.error_estimate();
+    let own = geometry.shared(&start.q, &sizes).into_iter().map(|size| error * size).collect();
+    Some(found.finish(own, Judge::Taylor(error), stepped_over(line, &reference)))
+}
+
+/// How far a coordinate goes.
+#[derive(Debug, Clone, Copy)]
+pub struct Reach {
+    /// Its largest absolute value; that of the distance from the start for an ignorable coordinate.
+    pub size: f64,
+    /// Its largest value minus its least.
+    pub range: f64,
+}
+
+impl Reach {
+    /// How far coordinate `a` goes on the nodes of a world-line.
+    pub fn new<S: Real>(line: &WorldLine<S>, a: usize) -> Self {
+        let origin = if line.geometry().active().contains(&a) { S::ZERO } else { line.place.start.q[a] };
+        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+        for q in line.q(a) {
+            let q = (q - origin).to_f64();
+            (least, most) = (least.min(q), most.max(q));
+        }
+        Self { size: least.abs().max(most.abs()), range: most - least }
+    }
 }
 
 /// dq^a by the change of the coordinate `clock`, from the last node of a world-line to the `exact` point: the mean of
