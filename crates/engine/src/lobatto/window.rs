@@ -136,8 +136,8 @@ impl<const P: usize> Window<P> {
             self.parabola(s, t, force, start);
         }
         let mut known = 0;
-        // To rounding it would save too few evaluations, and for single numbers too much would be compiled.
-        if F::MAY_BE_DEAR && !S::IS_SCALAR && precision.tolerance > 0.0 && force.is_dear() {
+        // To rounding it would save too few evaluations.
+        if F::MAY_BE_DEAR && precision.tolerance > 0.0 && force.is_dear() {
             let guess = self.rest.clone();
             match self.newton(s, t, force, &low, start, precision) {
                 Ok(evaluations) => return Some(evaluations),
