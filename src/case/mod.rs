@@ -6,6 +6,7 @@
 mod any;
 pub mod builtin;
 mod decimal;
+mod end;
 mod error;
 mod formula_spec;
 mod hint;
@@ -21,9 +22,10 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::action::Form;
 pub use crate::sbp::SbpName;
-pub use crate::solve::{End, System};
+pub use crate::solve::System;
 pub use any::AnyCase;
 pub use decimal::Decimal;
+pub use end::End;
 pub use error::CaseError;
 pub use formula_spec::FormulaSpec;
 pub use keys::{KEYS, Key, SCENE_KEYS};
@@ -34,7 +36,10 @@ use crate::Numeric;
 use crate::geodesic::InitialData;
 use crate::metric::Metric;
 use crate::potential::Potential;
-use crate::solve::Status;
+use crate::solve::{Limit, Status};
+
+/// The place of t among the coordinates t and x.
+const T: usize = 0;
 
 /// A whole case file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -232,13 +237,18 @@ fn converged() -> Status {
 }
 
 impl Case {
-    /// Where the run ends.
+    /// Where the run ends: the length of its range of γ, or its duration.
     pub fn end<S: Numeric>(&self) -> End<S> {
+        End::new(self.limit(), |_| self.initial.t.to())
+    }
+
+    /// Where the run ends, as the solver is told.
+    fn limit<S: Numeric>(&self) -> Limit<S> {
         match (&self.grid.t_f, &self.grid.gamma_f) {
-            (Some(t_f), _) => End::Duration(t_f.to::<S>() - self.initial.t.to()),
+            (Some(t_f), _) => Limit::Value { coordinate: T, value: t_f.to() },
             (None, gamma_f) => {
                 let gamma_f = gamma_f.as_ref().map_or(S::from(DEFAULT_GAMMA_F), Decimal::to);
-                End::Length(gamma_f - self.grid.gamma_i.to())
+                Limit::Length(gamma_f - self.grid.gamma_i.to())
             }
         }
     }

@@ -1,12 +1,9 @@
 //! From a case to what a solver is told.
 
-use super::{Case, Decimal};
+use super::{Case, Decimal, T};
 use crate::Numeric;
 use crate::metric::Metric;
-use crate::solve::{End, Limit, Place, Settings, Setup};
-
-/// The place of t among the coordinates t and x.
-const T: usize = 0;
+use crate::solve::{Place, Settings, Setup};
 
 impl Case {
     /// How its world-line is computed.
@@ -32,22 +29,13 @@ impl Case {
 impl<S: Numeric> From<&Case> for Setup<S, Metric<S>> {
     fn from(case: &Case) -> Self {
         let place = case.place::<S>();
-        let t_i: S = case.initial.t.to();
-        let limit = match case.end() {
-            End::Length(length) => Limit::Length(length),
-            End::Duration(duration) => {
-                // t_i + (t_f − t_i), rounded twice, may be the neighbouring number.
-                let value = case.grid.t_f.as_ref().map_or(t_i + duration, Decimal::to);
-                Limit::Value { coordinate: T, value }
-            }
-        };
         Self {
             // Of a formula, compiling it once is enough where the two are of one kind.
             rough: S::rough_place(&place, || case.place()),
             place,
-            origin: Some((T, t_i)),
+            origin: Some((T, case.initial.t.to())),
             gamma_i: case.grid.gamma_i.to(),
-            limit,
+            limit: case.limit(),
             until: Vec::new(),
             regularised: case.scheme.regularised,
             settings: case.settings().within::<S>(),

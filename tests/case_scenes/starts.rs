@@ -1,10 +1,10 @@
 //! The start that the initial data of a scene describe.
 
+use geodesic_ivp::case::End;
 use geodesic_ivp::case::SceneCase;
 use geodesic_ivp::case::scene::Rate;
 use geodesic_ivp::geometry::{Geometry, GeometryText, Law, Start};
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::solve::End;
 
 use super::{KEPLER, KERR, SCHWARZSCHILD, scene};
 

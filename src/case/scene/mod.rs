@@ -53,13 +53,14 @@ use self::observables::Formulas;
 use self::reader::Section;
 use self::settings::Context;
 use super::CaseError;
+use super::end::End;
 use super::parse::Source;
 use crate::Numeric;
 use crate::action::Form;
 use crate::geometry::{Geometry, GeometryText, Start};
 use crate::sbp::SbpName;
 use crate::scalar::{Extended, Real};
-use crate::solve::{End, Settings};
+use crate::solve::{Limit, Settings};
 
 /// A whole case file with a scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -234,14 +235,19 @@ impl SceneCase {
     /// Where the run ends: the length of its range of γ, or its duration in the coordinate t. With [`Self::until`] it
     /// may end before.
     pub fn end<S: Numeric>(&self) -> End<S> {
-        match (&self.grid.t_f, &self.grid.gamma_f) {
-            (Some(t_f), _) => {
-                let t = self.coordinates().iter().position(|name| name == "t").expect("t_f needs a coordinate t");
-                End::Duration(self.value::<S>(t_f) - self.value(&self.initial.q[t]))
+        End::new(self.limit(), |t| self.value(&self.initial.q[t]))
+    }
+
+    /// The same, as the solver is told.
+    fn limit<S: Numeric>(&self) -> Limit<S> {
+        match (self.t_f(), &self.grid.gamma_f) {
+            (Some(value), _) => {
+                let t = self.coordinates().iter().position(|name| name == "t");
+                Limit::Value { coordinate: t.expect("t_f needs a coordinate t"), value }
             }
             (None, gamma_f) => {
                 let default = || S::from(super::DEFAULT_GAMMA_F);
-                End::Length(gamma_f.as_ref().map_or_else(default, |last| self.value(last)) - self.gamma_i())
+                Limit::Length(gamma_f.as_ref().map_or_else(default, |last| self.value(last)) - self.gamma_i())
             }
         }
     }

@@ -9,7 +9,7 @@ use crate::case::validate::{check_nodes, check_spacing};
 use crate::geometry::{Direction, Geometry, GeometryText, Law, Observable, Place as FormulaPlace};
 use crate::sampling::Watch;
 use crate::sbp::SbpName;
-use crate::solve::{End, Limit, Place, Settings, Setup, Until};
+use crate::solve::{Limit, Place, Settings, Setup, Until};
 
 impl SceneCase {
     fn place<S: Numeric>(&self) -> Place<S> {
@@ -46,17 +46,6 @@ impl SceneCase {
 
     /// What the solver of scenes is told.
     pub fn setup<S: Numeric>(&self) -> Setup<S> {
-        let place = self.place::<S>();
-        let limit = match self.end::<S>() {
-            End::Length(length) => Limit::Length(length),
-            End::Duration(duration) => {
-                let t = place.geometry.names().iter().position(|name| name == "t");
-                let coordinate = t.expect("t_f needs a coordinate t");
-                // t_i + (t_f − t_i), rounded twice, may be the neighbouring number.
-                let value = self.t_f().unwrap_or(place.start.q[coordinate] + duration);
-                Limit::Value { coordinate, value }
-            }
-        };
         let text = self.geometry_text();
         let ending =
             self.events().iter().filter(|event| event.until).map(|event| (event.when.as_str(), event.direction));
@@ -69,11 +58,11 @@ impl SceneCase {
             })
             .collect();
         Setup {
-            place,
+            place: self.place(),
             rough: self.place(),
             origin: None,
             gamma_i: self.gamma_i(),
-            limit,
+            limit: self.limit(),
             until,
             regularised: true,
             settings: self.settings().within::<S>(),

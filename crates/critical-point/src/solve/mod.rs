@@ -36,7 +36,7 @@ pub use failure::{Domain, NoSolution};
 pub use memory::{bytes_needed, scene_bytes_needed};
 #[doc(hidden)]
 pub use operator::WindowGrid;
-pub use setup::{End, Limit, Settings, Setup, System, Until};
+pub use setup::{Limit, Settings, Setup, System, Until};
 pub use solution::{EndState, Solution};
 pub use space::Space;
 pub use status::{InitialGuess, IterationRecord, Iterations, Status};

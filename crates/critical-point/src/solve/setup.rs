@@ -24,15 +24,6 @@ pub enum System {
     Doubled,
 }
 
-/// Where a run ends, counted from its start.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum End<S = f64> {
-    /// At γ_f. The number is the length γ_f − γ_i of the range of γ.
-    Length(S),
-    /// At the physical time t_f. The number is the duration t_f − t_i.
-    Duration(S),
-}
-
 /// The largest extent of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Limit<S = f64> {
@@ -114,7 +105,7 @@ pub struct Setup<S: Real = f64, G: Space<S> = Geometry<S>> {
     /// The same in `f64`, where first guesses and linear algebra work.
     pub rough: Place<f64, G::Rough>,
     /// The coordinate that counts from an origin, and the origin: in a potential t from t_i, so that a shift of t_i
-    /// shifts t and changes no other digit. The start is one without it.
+    /// shifts t and changes no other digit. That coordinate is 0 at the start of `place`.
     pub origin: Option<(usize, S)>,
     /// The first value of γ.
     pub gamma_i: S,
