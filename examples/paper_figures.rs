@@ -72,7 +72,7 @@ impl Solved {
         let initial = self.case.initial_data();
         let length = self.solution.gamma_f() - self.solution.gamma_i;
         let reference =
-            ReferenceTrajectory::new(self.solution.geometry(), self.solution.initial(), length, f64::MOST_DIGITS)?;
+            ReferenceTrajectory::new(self.solution.geometry(), &self.solution.initial(), length, f64::MOST_DIGITS)?;
         let duration = self.solution.end_state().t - self.solution.t_i();
         let in_time = time_parametrised(self.solution.geometry(), initial, duration, 400);
         Ok(pictures::trajectory(title, runs, Some(&reference), &in_time))

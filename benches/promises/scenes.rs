@@ -62,7 +62,7 @@ impl Scene {
         let Self { metric, initial, goal, accuracy, .. } = self;
         let length = match *goal {
             Goal::Gamma(length) => length,
-            Goal::Time(duration) => ReferenceTrajectory::length_of(metric, *initial, duration, 16).ok()?,
+            Goal::Time(duration) => ReferenceTrajectory::length_of(metric, initial, 0, duration, 16).ok()?,
         };
         Truth::one(metric, *initial, length).filter(|truth| truth.apart <= AGREED * accuracy + ROUNDING)
     }

@@ -8,7 +8,7 @@ use geodesic_ivp::geodesic::InitialData;
 use geodesic_ivp::geometry::{Geometry, Start};
 use geodesic_ivp::methods::{Dop853, Output, Peer, Problem, SceneProblem, Setting};
 use geodesic_ivp::metric::Metric;
-use geodesic_ivp::reference::{ReferencePoint, ReferenceTrajectory, SceneReference};
+use geodesic_ivp::reference::{ReferencePoint, ReferenceTrajectory};
 
 /// Pieces on which the integrators begin anew.
 const PIECES: usize = 96;
@@ -30,7 +30,7 @@ pub(crate) struct Truth {
 
 enum Piece {
     One(f64, Box<ReferenceTrajectory>),
-    Scene(Box<SceneReference>),
+    Scene(Box<ReferenceTrajectory<f64, Geometry>>),
 }
 
 impl Truth {
@@ -42,7 +42,7 @@ impl Truth {
         let (mut here, mut other) = (start, start);
         let (mut pieces, mut apart) = (Vec::new(), Apart::new(2));
         for _ in 0..PIECES {
-            let trajectory = ReferenceTrajectory::new(metric, here, piece, 16).ok()?;
+            let trajectory = ReferenceTrajectory::new(metric, &here, piece, 16).ok()?;
             let ReferencePoint { elapsed, x, t_dot, x_dot } = trajectory.at(piece);
             pieces.push(Piece::One(here.t, Box::new(trajectory)));
             here = InitialData { t: here.t + elapsed, x, t_dot, x_dot };
@@ -61,7 +61,7 @@ impl Truth {
         let (mut here, mut other) = (start.clone(), start.clone());
         let (mut pieces, mut apart) = (Vec::new(), Apart::new(start.q.len()));
         for _ in 0..PIECES {
-            let trajectory = SceneReference::new(geometry, &here, piece, 16).ok()?;
+            let trajectory = ReferenceTrajectory::new(&**geometry, &here, piece, 16).ok()?;
             let end = trajectory.at(piece);
             pieces.push(Piece::Scene(Box::new(trajectory)));
             here = Start { q: end.q, q_dot: end.q_dot, p: end.p };

@@ -195,7 +195,7 @@ fn sweep_in<S: Numeric>(
         Err(error) => {
             // An impossible grid is a mistake on the command line, and nothing is changed. A case without a reference
             // has no results, so the files of an earlier sweep are removed: they must not be taken for its own.
-            if matches!(error, SweepError::Reference(_) | SweepError::SceneReference(_)) {
+            if matches!(error, SweepError::Reference(_)) {
                 files.commit(&|_| false)?;
             }
             return Err(error.into());

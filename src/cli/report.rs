@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use geodesic_ivp::output::NotOurs;
-use geodesic_ivp::reference::EndReason;
+use geodesic_ivp::reference::{EndReason, ReferenceEnds};
 use geodesic_ivp::study::convergence::SweepError;
 use geodesic_ivp::{CaseError, NoSolution, Status};
 
@@ -14,7 +14,7 @@ use super::check::ExpectationNotMet;
 use super::interrupt::INTERRUPTED;
 
 /// What to do about a reference that ends early, and the exit code.
-fn of_reference(reason: &EndReason) -> (&'static str, u8) {
+fn of_reference(reason: EndReason) -> (&'static str, u8) {
     match reason {
         EndReason::OutsideDomain => ("end the run before the geodesic leaves the domain", OUTSIDE_DOMAIN),
         EndReason::Singular => ("end the run before that point", NO_CRITICAL_POINT),
@@ -101,12 +101,14 @@ pub(super) fn explain(error: &anyhow::Error) -> u8 {
         (failure.to_string(), Some(failure.advice()), code_of(failure.status))
     } else if let Some(sweep) = error.downcast_ref::<SweepError>() {
         let (help, code) = match sweep {
-            SweepError::Reference(end) => of_reference(&end.reason),
-            SweepError::SceneReference(end) => of_reference(&end.reason),
+            SweepError::Reference(end) => of_reference(end.reason),
             SweepError::Grid(_) => ("choose other numbers for --n-gamma, or fewer operators for --sbp", INVALID_CASE),
         };
         let help = Some(help);
         (sweep.to_string(), help, code)
+    } else if let Some(end) = error.downcast_ref::<ReferenceEnds>() {
+        let (help, code) = of_reference(end.reason);
+        (end.to_string(), Some(help), code)
     } else if let Some(refusal) = error.downcast_ref::<Refusal>() {
         (refusal.message.clone(), refusal.help.as_deref(), refusal.code)
     } else if let Some(files) = error.downcast_ref::<NotOurs>() {

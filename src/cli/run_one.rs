@@ -183,7 +183,7 @@ fn pictures<S: Numeric>(title: &str, case: &Case, solution: &Solution<S>, diagno
     let runs = [Run { label: "", solution, diagnostics }];
     // If the reference does not reach the end, the picture is drawn without it. For a line f64 is precise enough.
     let (metric, initial) = (case.metric(), InitialData { t: 0.0, ..case.initial_data() });
-    let reference = ReferenceTrajectory::new(&metric, initial, solution.length.to_f64(), f64::MOST_DIGITS).ok();
+    let reference = ReferenceTrajectory::new(&metric, &initial, solution.length.to_f64(), f64::MOST_DIGITS).ok();
     let duration = (solution.end_state().t - solution.t_i()).to_f64();
     let in_time = time_parametrised(&metric, initial, duration, 400);
     [

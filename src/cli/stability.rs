@@ -8,7 +8,8 @@ use anyhow::Context;
 use clap::Args;
 use geodesic_ivp::case::AnyCase;
 use geodesic_ivp::output::{OutputSet, SUMMARY, StabilitySummary, pictures, write_stability};
-use geodesic_ivp::study::stability::{Arena, Atlas, Cell, CellStatus, Ends, Limit, Method, Pace, Plan, measure};
+use geodesic_ivp::reference::ReferenceEnds;
+use geodesic_ivp::study::stability::{Arena, Atlas, Cell, CellStatus, Limit, Method, Pace, Plan, measure};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CaseArgs;
@@ -81,7 +82,7 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
             // Without a reference nothing can be judged. The files of an earlier run are removed: they must not be
             // taken for results of this one.
             files.commit(&|_| false)?;
-            return Err(end.error.into());
+            return Err((*end).into());
         }
         Err(Impossible::Steps(steps)) => {
             anyhow::bail!(Refusal::usage(format!("--delta-gamma takes {steps:.0e} steps, {MOST_STEPS:.0e} at most")));
@@ -173,7 +174,7 @@ type Measured = (Arc<Arena>, Arc<Plan>, Atlas);
 /// Why there is no atlas.
 enum Impossible {
     /// There is no reference, so nothing can be judged.
-    Reference(Box<Ends>),
+    Reference(Box<ReferenceEnds>),
     /// The finest grid would have too many steps: this many.
     Steps(f64),
 }
@@ -259,7 +260,7 @@ fn readable(title: &str, arena: &Arena, plan: &Plan, atlas: &Atlas) -> String {
         Pace::Length(rate) => text += &format!("  nothing oscillates: steps are in units of 2 pi/length, {rate:.4e}\n"),
     }
     if let Some(end) = arena.ends() {
-        text += &format!("  {}\n", end.error);
+        text += &format!("  {}\n", end);
     }
     text += "  method                limit";
     for status in CellStatus::ALL {

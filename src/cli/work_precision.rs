@@ -11,7 +11,7 @@ use clap::{Args, ValueHint};
 use geodesic_ivp::case::AnyCase;
 use geodesic_ivp::output::pictures::{self, WorkAxis};
 use geodesic_ivp::output::{OutputSet, SUMMARY, WorkPrecisionSummary, read_rows, write_drift, write_work_precision};
-use geodesic_ivp::study::convergence::SweepError;
+use geodesic_ivp::reference::ReferenceEnds;
 use geodesic_ivp::study::work_precision::{
     Arena, Budget, DriftPoint, Family, Leader, Progress, Ratio, Row, WorkPrecision, drift, measure, ratios,
 };
@@ -160,7 +160,7 @@ enum News {
     Round(usize, usize),
     /// Errors along the longest run.
     Along(Vec<DriftPoint>),
-    Impossible(SweepError),
+    Impossible(ReferenceEnds),
 }
 
 /// The lengths, the measured rows, and the errors along the longest run.
@@ -168,7 +168,11 @@ type Chart = (Arc<Vec<Arena>>, WorkPrecision, Vec<DriftPoint>);
 
 /// Measures every length, with a progress bar if standard error is a terminal. After an interrupt the result has the
 /// rows that were finished; it is `None` if the references were not finished.
-fn measure_all(case: &AnyCase, families: Vec<Family>, args: &WorkPrecisionArgs) -> Result<Option<Chart>, SweepError> {
+fn measure_all(
+    case: &AnyCase,
+    families: Vec<Family>,
+    args: &WorkPrecisionArgs,
+) -> Result<Option<Chart>, ReferenceEnds> {
     let budget = Budget { longest: args.longest, ..Budget::default() };
     let lengths: Vec<Option<f64>> = match args.gamma_f[..] {
         [] => vec![None],
@@ -178,11 +182,9 @@ fn measure_all(case: &AnyCase, families: Vec<Family>, args: &WorkPrecisionArgs) 
     let bar = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new(total) };
     bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}").expect("the template is valid"));
     let case = case.clone();
-    let arena = move |length| -> Result<Arena, SweepError> {
-        Ok(match &case {
-            AnyCase::One(case) => Arena::new(case, length)?,
-            AnyCase::Scene(case) => Arena::of_scene(case, length)?,
-        })
+    let arena = move |length| match &case {
+        AnyCase::One(case) => Arena::new(case, length),
+        AnyCase::Scene(case) => Arena::of_scene(case, length),
     };
     let work = move |tell: &(dyn Fn(News) + Sync)| match lengths.into_iter().map(&arena).collect() {
         Ok(arenas) => chart(&Arc::new(arenas), &families, &budget, tell),

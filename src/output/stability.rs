@@ -236,7 +236,7 @@ impl<'a> StabilitySummary<'a> {
             title,
             omega: arena.omega(),
             reference_error_estimate: arena.reference_error(),
-            geodesic_ends: arena.ends().map(|end| end.error.to_string()),
+            geodesic_ends: arena.ends().map(|end| end.to_string()),
             thresholds: Thresholds {
                 accurate: ACCURATE,
                 diverged: DIVERGED,

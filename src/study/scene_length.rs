@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 
 use crate::Numeric;
-use crate::reference::{ScenePoint, SceneReference, SceneReferenceEnds};
+use crate::reference::{ReferenceEnds, ReferenceTrajectory, ScenePoint};
 use crate::solve::{Limit, Setup};
 
 /// The run is searched for the end that a formula gives in so many stages, each twice as long as all before it: what
@@ -13,12 +13,14 @@ const STAGES: i32 = 6;
 /// γ_f − γ_i of the run that is set up, wherever it ends.
 ///
 /// # Errors
-/// [`SceneReferenceEnds`] if the world-line does not get there.
-pub fn length_of<S: Numeric>(setup: &Setup<S>) -> Result<S, SceneReferenceEnds> {
-    let (geometry, start, digits) = (&setup.place.geometry, &setup.place.start, setup.settings.digits);
+/// [`ReferenceEnds`] if the world-line does not get there.
+pub fn length_of<S: Numeric>(setup: &Setup<S>) -> Result<S, ReferenceEnds> {
+    let (geometry, start, digits) = (&*setup.place.geometry, &*setup.place.start, setup.settings.digits);
     let whole = match setup.limit {
         Limit::Length(length) => length,
-        Limit::Value { coordinate, value } => SceneReference::length_of(geometry, start, coordinate, value, digits)?,
+        Limit::Value { coordinate, value } => {
+            ReferenceTrajectory::length_of(geometry, start, coordinate, value, digits)?
+        }
     };
     if setup.until.is_empty() {
         return Ok(whole);
@@ -26,7 +28,7 @@ pub fn length_of<S: Numeric>(setup: &Setup<S>) -> Result<S, SceneReferenceEnds> 
     let norm = geometry.norm(&start.q, &start.q_dot);
     for stage in (0..=STAGES).rev() {
         let length = whole * S::from(0.5_f64.powi(stage));
-        let reference = SceneReference::new(geometry, start, length, digits)?;
+        let reference = ReferenceTrajectory::new(geometry, start, length, digits)?;
         let firsts = setup.until.iter().filter_map(|until| {
             let formula = RefCell::new(until.formula.clone());
             let value = |point: &ScenePoint<S>| formula.borrow_mut().at(&point.q, &point.q_dot, &point.p, norm);

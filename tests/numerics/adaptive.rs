@@ -25,7 +25,7 @@ fn go_on(_: &WindowView<'_>) -> ControlFlow<()> {
 
 /// Marches and returns the largest true error at nodes and ends, and the estimate.
 fn measure(name: &str, (metric, initial): &(Metric, InitialData), length: f64, accuracy: f64) -> [f64; 2] {
-    let reference = ReferenceTrajectory::new(metric, *initial, length, 16).expect("it exists");
+    let reference = ReferenceTrajectory::new(metric, initial, length, 16).expect("it exists");
     let q_t = initial.invariants(metric).q_t;
     let (mut points, mut sizes) = (vec![], [1.0_f64; 2]);
     let mut see = |view: &WindowView<'_>| {
@@ -137,8 +137,8 @@ fn accuracies_are_kept_over_long_runs() {
 fn the_end_time_is_hit_to_rounding() {
     let (metric, initial) = shipped(include_str!("../../cases/pendulum.toml"));
     let q_t = initial.invariants(&metric).q_t;
-    let length = ReferenceTrajectory::length_of(&metric, initial, 10.0, 16).expect("it exists");
-    let exact = ReferenceTrajectory::new(&metric, initial, length, 16).expect("it exists").at(length);
+    let length = ReferenceTrajectory::length_of(&metric, &initial, 0, 10.0, 16).expect("it exists");
+    let exact = ReferenceTrajectory::new(&metric, &initial, length, 16).expect("it exists").at(length);
     for accuracy in [1e-5, 1e-11] {
         let adapted = Adaptive::new(&metric, q_t).run(initial.into(), Goal::Time(10.0), accuracy, &mut go_on);
         let adapted = adapted.unwrap_or_else(|error| panic!("{error}"));
@@ -158,7 +158,7 @@ fn what_cannot_be_done_fails() {
     let start = State { t: 0.0.into(), x: 0.0.into(), w: 0.0.into() };
     let failure = Adaptive::new(&metric, 1.0).run(start, Goal::Gamma(10.0), 1e-8, &mut go_on).unwrap_err();
     let initial = InitialData { t: 0.0, x: 0.0, t_dot: 1.0, x_dot: 0.0 };
-    let ends = ReferenceTrajectory::new(&metric, initial, 10.0, 16).unwrap_err();
+    let ends = ReferenceTrajectory::new(&metric, &initial, 10.0, 16).unwrap_err();
     let MarchFailure::OutsideDomain { gamma, x, .. } = failure else { panic!("{failure}") };
     assert!((gamma - ends.gamma).abs() < 1e-3 && (x + 0.5).abs() < 1e-2, "{failure} against {ends}");
     // A time that lies behind.

@@ -177,7 +177,7 @@ fn a_reference_is_as_good_as_the_motion_is_small() {
     // An amplitude of 1e-4 at 1e8: sixteen digits of x are not enough for it.
     let far = "potential={formula={expression=\"(x-1e8)^2/2\"}} particle.c=1e3";
     let case = case(&format!("{far} initial={{t=0.0,x=100000000.0001,t_dot=1.0,x_dot=0.0}} grid.gamma_f=20.0"));
-    let double = ReferenceTrajectory::<f64>::new(&case.metric(), case.initial_data(), 20.0, 16).unwrap();
+    let double = ReferenceTrajectory::<f64>::new(&case.metric(), &case.initial_data(), 20.0, 16).unwrap();
     let needed = 1e-4 * 1e-4 / 1e8;
     let arena = Arena::new(&case, &[20.0]).unwrap();
     assert!(double.error_estimate() > needed && arena.reference_error() <= needed, "{:e}", double.error_estimate());

@@ -211,7 +211,7 @@ fn the_reference_has_the_digits_asked_for() {
     ] {
         let metric = case(potential).metric::<Extended>();
         for digits in [20, 40, 70] {
-            let reference = ReferenceTrajectory::new(&metric, start, Extended::ONE, digits).unwrap();
+            let reference = ReferenceTrajectory::new(&metric, &start, Extended::ONE, digits).unwrap();
             let end = reference.at(Extended::ONE);
             for (got, published) in [(end.elapsed, t), (end.x, x), (end.x_dot, x_dot)] {
                 let last = if digits == 20 { "1e-19" } else { "1e-23" };

@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use geodesic_ivp::case::SceneCase;
-use geodesic_ivp::reference::{ReferenceTrajectory, SceneReference};
+use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve::{Domain, InitialGuess, solve_scene};
 use geodesic_ivp::{Case, Status, solve};
 
@@ -77,7 +77,7 @@ fn of_a_stopped_iteration_the_place_is_on_the_way() {
     let exact =
         Case::parse("test", &format!("potential.formula.expression = \"x^4/2\"\n{rest}scheme.sbp=\"SBP42\""), &[]);
     let exact = exact.unwrap();
-    let reference = ReferenceTrajectory::<f64>::new(&exact.metric(), exact.initial_data(), 4.0, 16).unwrap();
+    let reference = ReferenceTrajectory::<f64>::new(&exact.metric(), &exact.initial_data(), 4.0, 16).unwrap();
     for scheme in [
         "scheme = { sbp = \"SBP42\" }",
         "scheme = { sbp = \"SBP21\", form = \"weak\" }",
@@ -110,7 +110,7 @@ fn of_a_stopped_iteration_of_two_coordinates_the_place_is_on_the_way() {
         let failure = solve_scene::<f64>(&setup).unwrap_err();
         assert_eq!(failure.status, Status::MaxIterations, "{scheme}: {failure}");
         let [(a, x), (b, y)] = &failure.point[..] else { panic!("{scheme}: {failure:?}") };
-        let reference = SceneReference::new(&setup.place.geometry, &setup.place.start, 4.0, 16).unwrap();
+        let reference = ReferenceTrajectory::new(&*setup.place.geometry, &setup.place.start, 4.0, 16).unwrap();
         assert!(a == "x" && b == "y" && (30.0..=34.0).contains(&failure.gamma), "{scheme}: {failure:?}");
         let there = reference.at(failure.gamma - 30.0).q;
         assert!((x - there[1]).abs().max((y - there[2]).abs()) < 0.05, "{scheme}: {x}, {y} for {there:?}");

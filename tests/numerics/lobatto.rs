@@ -150,7 +150,7 @@ fn a_formula_and_the_same_polynomial_agree() {
 fn without_a_tolerance_windows_are_exact_to_more_than_one_number() {
     let exact = Metric::<Extended>::new(Potential::quartic(0.5.into()), 1.0.into(), 1.0.into());
     let [t, x, t_dot, x_dot] = [0.0, 1.0, 1.0, 0.1].map(Extended::from);
-    let reference = ReferenceTrajectory::new(&exact, InitialData { t, x, t_dot, x_dot }, 10.0.into(), 40).unwrap();
+    let reference = ReferenceTrajectory::new(&exact, &InitialData { t, x, t_dot, x_dot }, 10.0.into(), 40).unwrap();
     let there = reference.at(10.0.into());
     let off =
         |found: Twofold, exact: Extended| (Extended::from(found.hi) + Extended::from(found.lo) - exact).to_f64().abs();
@@ -173,7 +173,7 @@ fn tolerances_are_relative_to_the_size_of_x() {
         let metric = Metric::new(formula(&format!("{:?}*(1 - cos(x/{s:?}))", s * s)), 1.0, 1.0);
         let initial = InitialData { t: 0.0, x: 0.9 * s, t_dot: 1.2, x_dot: 0.3 * s };
         let q_t = initial.invariants(&metric).q_t;
-        let end = ReferenceTrajectory::new(&metric, initial, 2.0, 16).expect("it gets there").at(2.0);
+        let end = ReferenceTrajectory::new(&metric, &initial, 2.0, 16).expect("it gets there").at(2.0);
         let march = March::new(&metric, q_t, WeakRule::shared(24), Twofold::from(2.0 / 3.0));
         for tolerance in [1e-5, 1e-8, 1e-11] {
             let marched = march.with_tolerance(tolerance).run(initial.into(), 3, &mut go_on).expect("it converges");
@@ -224,7 +224,7 @@ fn failures_say_what_and_where() {
     let failure = March::new(&metric, 1.0, &rule, 0.0625.into()).run(start, 100, &mut go_on).unwrap_err();
     let MarchFailure::OutsideDomain { window, gamma, x, g00 } = failure else { panic!("{failure}") };
     let initial = InitialData { t: 0.0, x: 0.0, t_dot: 1.0, x_dot: 0.0 };
-    let ends = ReferenceTrajectory::new(&metric, initial, 10.0, 16).unwrap_err();
+    let ends = ReferenceTrajectory::new(&metric, &initial, 10.0, 16).unwrap_err();
     assert!((gamma - ends.gamma).abs() < 0.0625, "{failure} against {ends}");
     assert!(window as f64 * 0.0625 <= gamma && x < -0.4 && g00.is_nan() | (g00 <= 0.0));
     // Ten units at once are too much for the quartic potential, which has no horizon.
@@ -253,7 +253,7 @@ fn inside_error(n: usize, windows: usize, tolerance: f64) -> f64 {
     let metric = quartic();
     let State { t, x, w } = base();
     let initial = InitialData { t: t.hi, x: x.hi, t_dot: 1.0, x_dot: w.hi };
-    let reference = ReferenceTrajectory::new(&metric, initial, 1.0, 16).expect("it gets there");
+    let reference = ReferenceTrajectory::new(&metric, &initial, 1.0, 16).expect("it gets there");
     let fractions: Vec<f64> = (0..=40).map(|k| f64::from(k) / 40.0).collect();
     let length = Twofold::ONE / Twofold::from(windows as f64);
     let (mut points, mut largest) = (Vec::new(), 0.0_f64);
@@ -305,7 +305,7 @@ fn potentials_that_call_functions_take_few_evaluations_and_keep_their_tolerance(
     for (expression, windows) in cases {
         let metric = Metric::new(formula(expression), 1.5, 1.0);
         let q_t = initial.invariants(&metric).q_t;
-        let end = ReferenceTrajectory::new(&metric, initial, 2.0, 16).expect("it gets there").at(2.0);
+        let end = ReferenceTrajectory::new(&metric, &initial, 2.0, 16).expect("it gets there").at(2.0);
         let march = March::new(&metric, q_t, WeakRule::shared(24), Twofold::from(2.0) / Twofold::from(windows as f64));
         let start = State { t: 0.0.into(), x: 0.9.into(), w: 0.3.into() };
         for tolerance in [1e-5, 1e-8, 1e-11, 1e-14, 0.0] {
@@ -324,7 +324,7 @@ fn padding_is_no_point_of_the_world_line() {
     let metric = Metric::new(formula("3*(exp(-x) - 1 + x)"), 1.0, 1.0);
     let initial = InitialData { t: 0.0, x: 0.0, t_dot: 1.0, x_dot: 0.3 };
     let q_t = initial.invariants(&metric).q_t;
-    let exact = ReferenceTrajectory::new(&metric, initial, 1.0, 16).expect("it gets there").at(1.0);
+    let exact = ReferenceTrajectory::new(&metric, &initial, 1.0, 16).expect("it gets there").at(1.0);
     for n in [15, 16, 19, 20, 23, 24] {
         for tolerance in [1e-15, 0.0] {
             let start = State { t: 0.0.into(), x: 0.0.into(), w: 0.3.into() };

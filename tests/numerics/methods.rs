@@ -25,7 +25,7 @@ fn others(length: f64) -> [Problem; 2] {
 
 /// Largest error of t and x at the points of the output.
 fn error(problem: &Problem, output: &Output, trajectory: &Trajectory) -> f64 {
-    let reference = ReferenceTrajectory::new(&problem.metric, problem.initial, problem.length, 16).unwrap();
+    let reference = ReferenceTrajectory::new(&problem.metric, &problem.initial, problem.length, 16).unwrap();
     assert_eq!(trajectory.states.len(), output.marks.len());
     let errors = output.gamma(problem.length).zip(&trajectory.states).map(|(gamma, state)| {
         let exact = reference.at(gamma);

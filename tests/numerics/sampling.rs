@@ -13,7 +13,7 @@ const RUN: &str = "grid.gamma_f=4.0";
 fn errors(overrides: &str) -> (f64, [f64; 2]) {
     let solution = solved(overrides);
     let case = case(overrides);
-    let reference = ReferenceTrajectory::new(&case.metric(), case.initial_data(), solution.length, 16).unwrap();
+    let reference = ReferenceTrajectory::new(&case.metric(), &case.initial_data(), solution.length, 16).unwrap();
     let at_nodes = (0..solution.x().len()).fold(0.0_f64, |largest, k| {
         let exact = reference.at(solution.sbp().node(k));
         largest.max((solution.x()[k] - exact.x).abs()).max((solution.elapsed()[k] - exact.elapsed).abs())
@@ -76,7 +76,7 @@ fn time_that_runs_backwards_is_sampled_too() {
 fn samples_keep_the_digits_of_the_run() {
     let solution = solved_in::<Extended>("scheme.sbp=GLL48 grid.n_gamma=48 solver.digits=40");
     let case = case("");
-    let reference = ReferenceTrajectory::new(&case.metric(), case.initial_data(), Extended::ONE, 40).unwrap();
+    let reference = ReferenceTrajectory::new(&case.metric(), &case.initial_data(), Extended::ONE, 40).unwrap();
     let mut sampler = Sampler::new(&solution);
     for k in 1..20 {
         let gamma = Extended::from(f64::from(k) * 0.05);
@@ -96,7 +96,7 @@ fn samples_inside_weak_windows_are_as_accurate_as_their_ends() {
         let overrides = format!("{RUN} scheme.form=weak {scheme}");
         let solution = solved(&overrides);
         let reference =
-            ReferenceTrajectory::new(&case("").metric(), case("").initial_data(), solution.length, 16).unwrap();
+            ReferenceTrajectory::new(&case("").metric(), &case("").initial_data(), solution.length, 16).unwrap();
         let error = |gamma: f64, t: f64, x: f64| {
             let exact = reference.at(gamma);
             (t - exact.elapsed).abs().max((x - exact.x).abs())
@@ -128,7 +128,7 @@ fn samples_of_an_accuracy_keep_it() {
             let case = Case::parse(name, builtin::text(name).unwrap(), &[set]).unwrap();
             let solution: Solution = solve(&case).unwrap();
             let (metric, initial) = (case.metric(), case.initial_data());
-            let reference = ReferenceTrajectory::new(&metric, initial, Extended::from(solution.length), 18).unwrap();
+            let reference = ReferenceTrajectory::new(&metric, &initial, Extended::from(solution.length), 18).unwrap();
             let mut sampler = Sampler::new(&solution);
             let (mut errors, mut sizes) = ([0.0_f64; 2], [1.0_f64; 2]);
             for k in 0..=700 {

@@ -123,7 +123,7 @@ fn nothing_inaccurate_is_called_accurate() {
     // Judged again, by a reference in forty digits and at the end, where errors are largest.
     let case = case("");
     let initial = case.initial_data::<Extended>();
-    let reference = ReferenceTrajectory::new(&case.metric(), initial, 20.0.into(), 40).unwrap();
+    let reference = ReferenceTrajectory::new(&case.metric(), &initial, 20.0.into(), 40).unwrap();
     let atlas = charted(&case, Method::all(), &[1.0, 5.0, 20.0], &[0.05, 0.1, 0.2, 0.5]);
     let mut accurate = 0;
     for cell in atlas.cells.iter().filter(|cell| cell.status == CellStatus::Accurate) {
@@ -332,7 +332,7 @@ fn a_reference_that_would_not_do_is_replaced() {
     // From 1e-10 beside the top of a barrier: after two visits to it nothing is left of sixteen digits.
     let top = "potential={formula={expression=\"2*(x^2-1)^2\"}} particle.c=10.0 initial.x=1e-10 initial.x_dot=0.0";
     let case = case(&format!("{top} grid.gamma_f=40.0"));
-    let double = ReferenceTrajectory::<f64>::new(&case.metric(), case.initial_data(), 40.0, 16).unwrap();
+    let double = ReferenceTrajectory::<f64>::new(&case.metric(), &case.initial_data(), 40.0, 16).unwrap();
     let arena = Arena::new(&case, &[40.0]).unwrap();
     assert!(double.error_estimate() > 1e-3 && arena.reference_error() < 1e-8, "{:e}", arena.reference_error());
     let plan = Plan {

@@ -21,7 +21,7 @@ use crate::common::{case, solved, solved_in};
 /// The largest errors of t and x over the nodes, and those at the end, against a Taylor trajectory.
 fn true_errors<S: Numeric>(solution: &Solution<S>, overrides: &str) -> [[f64; 2]; 2] {
     let (metric, initial) = (case(overrides).metric::<S>(), case(overrides).initial_data::<S>());
-    let reference = ReferenceTrajectory::new(&metric, initial, solution.length, solution.digits).unwrap();
+    let reference = ReferenceTrajectory::new(&metric, &initial, solution.length, solution.digits).unwrap();
     let (mut largest, mut last) = ([0.0_f64; 2], [0.0; 2]);
     let t = solution.t().map(|t| t - solution.t_i());
     for ((gamma, t), &x) in solution.gamma_from_start().zip(t).zip(solution.x()) {
@@ -90,8 +90,8 @@ fn where_the_time_is_given_an_error_of_t_is_one_of_x() {
     let solution = solved(scheme);
     let error = run_error(&case(scheme), &solution).unwrap();
     let (metric, initial) = (case(scheme).metric::<f64>(), case(scheme).initial_data::<f64>());
-    let length = ReferenceTrajectory::length_of(&metric, initial, 1.2, 16).unwrap();
-    let exact = ReferenceTrajectory::new(&metric, initial, length, 16).unwrap().at(length);
+    let length = ReferenceTrajectory::length_of(&metric, &initial, 0, 1.2, 16).unwrap();
+    let exact = ReferenceTrajectory::new(&metric, &initial, length, 16).unwrap().at(length);
     let off = (solution.end_state().x - exact.x).abs();
     assert_eq!(error.at_most_at_end()[0], 0.0);
     let most = error.at_most_at_end()[1];
@@ -105,8 +105,8 @@ fn beyond_the_digits_of_f64_an_error_of_t_is_one_of_x_too() {
     let error = run_error(&case(scheme), &solution).unwrap();
     let (metric, initial) = (case(scheme).metric::<Extended>(), case(scheme).initial_data());
     let duration = Extended::from_decimal("1.2").unwrap();
-    let length = ReferenceTrajectory::length_of(&metric, initial, duration, 40).unwrap();
-    let exact = ReferenceTrajectory::new(&metric, initial, length, 40).unwrap().at(length);
+    let length = ReferenceTrajectory::length_of(&metric, &initial, 0, duration, 40).unwrap();
+    let exact = ReferenceTrajectory::new(&metric, &initial, length, 40).unwrap().at(length);
     let off = (solution.end_state().x - exact.x).abs().to_f64();
     assert!(matches!(error.judge, Judge::Taylor(_)) && error.at_most_at_end()[0] == 0.0, "{error:?}");
     assert!(off > 1e-36 && (error.at_most_at_end()[1] / off - 1.0).abs() < 1e-3, "{off:e} and {error:?}");
@@ -120,7 +120,7 @@ fn samples_take_the_place_of_nodes_that_are_gone() {
     let mut stream = SampleStream::new(Coordinate::Gamma, marks, false);
     let last = solve_window_by_window(Setup::from(&case), &mut |window: &Solution| stream.see(window)).unwrap();
     let mut samples = stream.finish(&last).unwrap();
-    let reference = ReferenceTrajectory::<f64>::new(&case.metric(), case.initial_data(), 2.0, 16).unwrap();
+    let reference = ReferenceTrajectory::<f64>::new(&case.metric(), &case.initial_data(), 2.0, 16).unwrap();
     let off = |gamma: f64, t: f64, x: f64| {
         let exact = reference.at(gamma - 3.0);
         [(t - 7.0 - exact.elapsed).abs(), (x - exact.x).abs()]
@@ -189,7 +189,7 @@ fn the_error_of_a_second_solve_counts_in_units_of_the_sizes() {
 fn the_share_of_the_acceleration_is_the_one_derived() {
     let overrides = "grid.n_gamma=1001 scheme.sbp=SBP42";
     let (metric, initial) = (case(overrides).metric::<f64>(), case(overrides).initial_data::<f64>());
-    let reference = ReferenceTrajectory::new(&metric, initial, 1.0, 16).unwrap();
+    let reference = ReferenceTrajectory::new(&metric, &initial, 1.0, 16).unwrap();
     let mut largest = 0.0_f64;
     for k in 0..=1000 {
         let gamma = f64::from(k) / 1000.0;
@@ -241,7 +241,7 @@ fn the_last_row_of_a_trajectory_is_a_velocity() {
         let solution = solved(&overrides);
         let diagnostics = Diagnostics::new(&solution);
         let (metric, initial) = (case(&overrides).metric::<f64>(), case(&overrides).initial_data::<f64>());
-        let exact = ReferenceTrajectory::new(&metric, initial, 8.0, 16).unwrap().at(8.0);
+        let exact = ReferenceTrajectory::new(&metric, &initial, 8.0, 16).unwrap().at(8.0);
         let last = solution.x().len() - 1;
         let off = |tangent: &[Vec<f64>; 2]| {
             (tangent[0][last] - exact.t_dot).abs().max((tangent[1][last] - exact.x_dot).abs())

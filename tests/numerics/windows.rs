@@ -60,7 +60,7 @@ fn a_window_continues_where_the_one_before_ends() {
 /// Errors of x and t at the end.
 fn errors(overrides: &str) -> [f64; 2] {
     let (solution, case) = (solved_in::<Extended>(overrides), case(overrides));
-    let reference = ReferenceTrajectory::new(&case.metric(), case.initial_data(), solution.length, 40).unwrap();
+    let reference = ReferenceTrajectory::new(&case.metric(), &case.initial_data(), solution.length, 40).unwrap();
     let end = reference.at(solution.length);
     [(solution.end_state().x - end.x).abs().to_f64(), (solution.duration() - end.elapsed).abs().to_f64()]
 }
@@ -109,7 +109,7 @@ fn samples_and_physical_times_know_windows() {
         let overrides = format!("scheme.sbp={sbp} scheme.form={form} grid={grid} initial.t=0.5");
         let (solution, case) = (solved(&overrides), case(&overrides));
         assert!((solution.end_state().t - 5.0).abs() < 1e-12, "{sbp} {form}: {}", solution.end_state().t);
-        let reference = ReferenceTrajectory::new(&case.metric(), case.initial_data(), solution.length, 16).unwrap();
+        let reference = ReferenceTrajectory::new(&case.metric(), &case.initial_data(), solution.length, 16).unwrap();
         let mut sampler = Sampler::new(&solution);
         let worst = (solution.gamma_from_start().zip(solution.x()))
             .map(|(g, x)| (x - reference.at(g).x).abs())

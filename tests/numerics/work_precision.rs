@@ -162,7 +162,7 @@ fn a_row_counts_the_points_of_its_grid() {
 fn errors_of_a_row_are_those_of_the_states_and_decide_its_status() {
     let case = case("initial={t=2.0,x=1.0,t_dot=1.3,x_dot=0.4} grid.gamma_f=8.0");
     let (metric, initial) = (case.metric::<f64>(), case.initial_data::<f64>());
-    let reference = ReferenceTrajectory::new(&metric, initial, 8.0, 16).unwrap();
+    let reference = ReferenceTrajectory::new(&metric, &initial, 8.0, 16).unwrap();
     let (arena, q_t, k) =
         (Arena::new(&case, None).unwrap(), initial.invariants(&metric).q_t, initial.invariants(&metric).k);
     assert!(arena.reference_error() > 0.0);
@@ -201,7 +201,7 @@ const LENGTH: f64 = 8.0;
 fn errors_at_outputs(case: &Case, solution: &Solution) -> [f64; 3] {
     let (metric, initial) = (case.metric::<f64>(), case.initial_data::<f64>());
     let (q_t, k) = (initial.invariants(&metric).q_t, initial.invariants(&metric).k);
-    let reference = ReferenceTrajectory::new(&metric, initial, LENGTH, 16).unwrap();
+    let reference = ReferenceTrajectory::new(&metric, &initial, LENGTH, 16).unwrap();
     let (windows, steps) = (solution.windows.len(), solution.x().len() - 1);
     let mut largest = [0.0_f64; 3];
     for mark in 1..=10 {

@@ -2,7 +2,7 @@
 
 use geodesic_ivp::Numeric;
 use geodesic_ivp::geometry::{Geometry, GeometryText, Law, MetricText, PotentialText, Preset, Start};
-use geodesic_ivp::reference::SceneReference;
+use geodesic_ivp::reference::ReferenceTrajectory;
 
 /// The preset of that name with other parameters.
 pub(crate) fn preset(name: &str, parameters: &[(&str, &str)]) -> MetricText {
@@ -79,8 +79,8 @@ pub(crate) fn newtonian_start<S: Numeric>(geometry: &Geometry<S>, x: &[S], v: &[
 }
 
 /// The reference in `f64`.
-pub(crate) fn reference(geometry: &Geometry, start: &Start, length: f64) -> SceneReference {
-    SceneReference::new(geometry, start, length, 16).unwrap_or_else(|error| panic!("{error}"))
+pub(crate) fn reference(geometry: &Geometry, start: &Start, length: f64) -> ReferenceTrajectory<f64, Geometry> {
+    ReferenceTrajectory::new(geometry, start, length, 16).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// |got − want| ≤ tolerance · max(1, |want|).

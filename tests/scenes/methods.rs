@@ -7,7 +7,7 @@ use geodesic_ivp::methods::{
     Dop853, Failure, Gauss, Output, PEERS, Peer, Radau5, Rk4, SceneProblem, SceneState, Setting, Step, Taylor,
     Trajectory,
 };
-use geodesic_ivp::reference::SceneReference;
+use geodesic_ivp::reference::ReferenceTrajectory;
 
 use super::common::{geometry, newtonian, newtonian_start, of_potential, preset, start};
 
@@ -39,7 +39,7 @@ fn kerr() -> SceneProblem {
 
 /// Largest error of a coordinate or momentum at the points of the output.
 fn error(problem: &SceneProblem, output: &Output, trajectory: &Trajectory<SceneState>) -> f64 {
-    let reference = SceneReference::new(&problem.geometry, &problem.start, problem.length, 16).unwrap();
+    let reference = ReferenceTrajectory::new(&*problem.geometry, &problem.start, problem.length, 16).unwrap();
     assert_eq!(trajectory.states.len(), output.marks.len());
     let mut largest = 0.0;
     for (gamma, state) in output.gamma(problem.length).zip(&trajectory.states) {

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use geodesic_ivp::geometry::Geometry;
-use geodesic_ivp::reference::SceneReference;
+use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::scalar::{Extended, Real};
 
 use super::common::{
@@ -43,7 +43,7 @@ fn henon_and_heiles() {
     assert_near(end.q[0], 100.0, 1e-15, "t");
     let geometry: Geometry<Extended> = of_potential(&text);
     let start = newtonian_start(&geometry, &numbers(&["0.1", "0"]), &numbers(&["0", "0.5"]));
-    let end = SceneReference::new(&geometry, &start, 100.0.into(), 24).unwrap().at(100.0.into());
+    let end = ReferenceTrajectory::new(&geometry, &start, 100.0.into(), 24).unwrap().at(100.0.into());
     for (got, want) in [end.q[1], end.q[2], -end.p[1], -end.p[2]].iter().zip(numbers::<Extended>(&want)) {
         let error = (*got - want).to_f64().abs();
         // The last one of the 17 digits of y is off by two.
@@ -132,7 +132,7 @@ fn the_rate_of_t_and_a_conformal_factor_leave_the_path() {
     let q_dot = [2.0, 0.6, 2.0 * begin.q_dot[2]];
     let begin = start(&other, &q, &q_dot);
     assert_near(other.norm(&q, &q_dot), 0.0, 1e-15, "K");
-    let length = SceneReference::length_of(&other, &begin, 0, 6.0, 16).unwrap();
+    let length = ReferenceTrajectory::length_of(&other, &begin, 0, 6.0, 16).unwrap();
     let conformal = reference(&other, &begin, length);
     for i in 1..=12 {
         let point = conformal.at(length * f64::from(i) / 12.0);

@@ -7,7 +7,7 @@ use geodesic_ivp::geodesic::InitialData;
 use geodesic_ivp::geometry::{Geometry, GeometryText, Law, PotentialText};
 use geodesic_ivp::metric::Metric;
 use geodesic_ivp::potential::{Formula, Potential};
-use geodesic_ivp::reference::{EndReason, ReferenceTrajectory, SceneReference};
+use geodesic_ivp::reference::{EndReason, ReferenceTrajectory};
 
 use super::common::{
     assert_near, geometry, metric, newtonian, newtonian_start, of_potential, preset, reference, start,
@@ -27,7 +27,7 @@ fn in_one_coordinate_it_is_the_reference_of_one_coordinate() {
         let potential = Potential::Formula(Formula::new(expression, &BTreeMap::new()).unwrap());
         let metric = Metric::new(potential, 1.0, 2.0);
         let initial = InitialData { t: 0.5, x, t_dot: 1.0, x_dot: 0.5 };
-        let one = ReferenceTrajectory::new(&metric, initial, 20.0, 16).unwrap();
+        let one = ReferenceTrajectory::new(&metric, &initial, 20.0, 16).unwrap();
         let many = reference(&scene, &start(&scene, &[0.5, x], &[1.0, 0.5]), 20.0);
         for i in 0..=40 {
             let gamma = 0.5 * f64::from(i);
@@ -48,19 +48,19 @@ fn it_ends_where_the_geodesic_leaves_the_domain() {
     // The horizon is not reached in these coordinates at any finite t, but at a finite proper time.
     let schwarzschild = geometry(&preset("schwarzschild", &[]));
     let at_rest = start(&schwarzschild, &[0.0, 10.0, 0.0], &[1.0 / 0.8_f64.sqrt(), 0.0, 0.0]);
-    let end = SceneReference::new(&schwarzschild, &at_rest, 60.0, 16).unwrap_err();
+    let end = ReferenceTrajectory::new(&schwarzschild, &at_rest, 60.0, 16).unwrap_err();
     assert_eq!(end.reason, EndReason::OutsideDomain, "{end}");
     assert_near(end.gamma, 33.700_869_851_892_335, 1e-4, "tau");
-    assert_eq!(end.q[1].0, "r");
-    assert_near(end.q[1].1, 2.0, 1e-3, "r");
+    assert_eq!(end.place[1].0, "r");
+    assert_near(end.place[1].1, 2.0, 1e-3, "r");
     assert!(end.to_string().contains("r = 2.0"), "{end}");
     // Inside, where t and r have changed their roles, there is a world-line to the centre.
     let inside = start_with_momenta(&schwarzschild, &[0.0, 1.5, 0.0], &[0.5, -2.0, 0.0]);
-    let end = SceneReference::new(&schwarzschild, &inside, 10.0, 16).unwrap_err();
-    assert!(end.q[1].1 < 1e-3, "{end}");
+    let end = ReferenceTrajectory::new(&schwarzschild, &inside, 10.0, 16).unwrap_err();
+    assert!(end.place[1].1 < 1e-3, "{end}");
     // A start on the edge is outside.
     let on_it = start(&schwarzschild, &[0.0, 2.0, 0.0], &[1.0, 0.0, 0.0]);
-    let end = SceneReference::new(&schwarzschild, &on_it, 1.0, 16).unwrap_err();
+    let end = ReferenceTrajectory::new(&schwarzschild, &on_it, 1.0, 16).unwrap_err();
     assert_eq!((end.reason, end.gamma), (EndReason::OutsideDomain, 0.0), "{end}");
 }
 
@@ -68,7 +68,7 @@ fn it_ends_where_the_geodesic_leaves_the_domain() {
 fn what_has_no_series_is_singular() {
     let geometry: Geometry = of_potential(&newtonian(&["x"], "x^2.5"));
     let start = newtonian_start(&geometry, &[0.0], &[1.0]);
-    let end = SceneReference::new(&geometry, &start, 1.0, 16).unwrap_err();
+    let end = ReferenceTrajectory::new(&geometry, &start, 1.0, 16).unwrap_err();
     assert_eq!(end.reason, EndReason::Singular, "{end}");
     assert!(end.to_string().ends_with("x = 0.000000e0, s = 0.000000e0: a formula has no Taylor series"), "{end}");
 }
@@ -78,7 +78,7 @@ fn what_would_take_too_long_is_refused() {
     let geometry: Geometry = of_potential(&newtonian(&["x"], "x^4/2"));
     let start = newtonian_start(&geometry, &[1.0], &[0.0]);
     for length in [1e7, 1e12, 1e30] {
-        let end = SceneReference::new(&geometry, &start, length, 16).unwrap_err();
+        let end = ReferenceTrajectory::new(&geometry, &start, length, 16).unwrap_err();
         assert!(matches!(end.reason, EndReason::TooLong { .. }), "{end}");
     }
 }
@@ -131,7 +131,7 @@ fn lower_orders_are_less_accurate() {
     let start = start(&geometry, &[0.0, 10.0, 0.0], &[1.2, -0.05, 0.03]);
     let exact = reference(&geometry, &start, 40.0).at(40.0);
     let error = |digits: u32| {
-        let rough = SceneReference::unchecked(&geometry, &start, 40.0, digits as usize + 4, digits).unwrap();
+        let rough = ReferenceTrajectory::unchecked(&geometry, &start, 40.0, digits as usize + 4, digits).unwrap();
         assert_eq!(rough.error_estimate(), f64::INFINITY);
         (rough.at(40.0).q[1] - exact.q[1]).abs()
     };
@@ -157,8 +157,8 @@ fn a_time_that_is_not_reached() {
     let with_drift = geodesic_ivp::geometry::MetricText { force: vec![(1, "-exp(x)*t_dot^2/2".to_owned())], ..text };
     let geometry: Geometry = Geometry::new(&GeometryText::Metric(with_drift)).unwrap();
     let start = start(&geometry, &[0.0, 0.0], &[1.0, 1.0]);
-    let gamma = SceneReference::length_of(&geometry, &start, 0, 0.5, 16).unwrap();
+    let gamma = ReferenceTrajectory::length_of(&geometry, &start, 0, 0.5, 16).unwrap();
     assert_near(gamma, 2.0_f64.ln(), 1e-14, "gamma");
-    let end = SceneReference::length_of(&geometry, &start, 0, 2.0, 16).unwrap_err();
+    let end = ReferenceTrajectory::length_of(&geometry, &start, 0, 2.0, 16).unwrap_err();
     assert_eq!(end.reason, EndReason::TimeNotReached, "{end}");
 }

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use geodesic_ivp::Numeric;
 use geodesic_ivp::geometry::{Geometry, Start};
-use geodesic_ivp::reference::SceneReference;
+use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::scalar::{Extended, Real};
 
 use super::common::{assert_near, geometry, numbers, preset, reference, start, start_with_momenta};
@@ -35,7 +35,7 @@ fn a_fall_towards_a_hole_in_double_precision() {
 fn a_fall_towards_a_hole_to_21_digits() {
     let (geometry, start) = schwarzschild::<Extended>();
     for digits in [24, 40] {
-        let reference = SceneReference::new(&geometry, &start, 40.0.into(), digits).unwrap();
+        let reference = ReferenceTrajectory::new(&geometry, &start, 40.0.into(), digits).unwrap();
         let end = reference.at(40.0.into());
         for (got, want) in end.q.iter().zip(numbers::<Extended>(&CONTINUUM)) {
             let error = ((*got - want) / want).to_f64().abs();
@@ -128,7 +128,7 @@ fn light_is_deflected() {
     let b = 6.0 / (2.0_f64 / 3.0).sqrt();
     let start = start_with_momenta(&geometry, &[0.0, 6.0, 0.0], &[1.0, 0.0, -b]);
     assert_near(geometry.norm(&start.q, &start.q_dot), 0.0, 1e-15, "K");
-    let gamma = SceneReference::length_of(&geometry, &start, 1, 1e4, 16).unwrap();
+    let gamma = ReferenceTrajectory::length_of(&geometry, &start, 1, 1e4, 16).unwrap();
     let end = reference(&geometry, &start, gamma).at(gamma);
     assert_near(end.q[1], 1e4, 1e-13, "r");
     // From there to infinity: ∫ du/√(1/b² − u² (1 − 2u)), u = 1/r, as a series.
@@ -151,7 +151,7 @@ fn a_plunge_through_the_horizon() {
         assert_eq!(found.len(), 1);
         assert_near(found[0], tau, 1e-14, "tau");
     }
-    let by_goal = SceneReference::length_of(&geometry, &start, 1, 2.0, 16).unwrap();
+    let by_goal = ReferenceTrajectory::length_of(&geometry, &start, 1, 2.0, 16).unwrap();
     assert_near(by_goal, 33.700_869_851_892_335, 1e-14, "tau at the horizon");
 }
 
@@ -159,7 +159,7 @@ fn a_plunge_through_the_horizon() {
 fn light_in_an_expanding_universe() {
     let geometry = geometry(&preset("flrw", &[]));
     let start = start(&geometry, &[1.0, 0.0, 0.0, 0.0], &[1.0, 1.0, 0.0, 0.0]);
-    let lambda = SceneReference::length_of(&geometry, &start, 0, 8.0, 16).unwrap();
+    let lambda = ReferenceTrajectory::length_of(&geometry, &start, 0, 8.0, 16).unwrap();
     assert_near(lambda, 18.6, 1e-15, "lambda");
     let reference = reference(&geometry, &start, 18.6);
     let end = reference.at(18.6);

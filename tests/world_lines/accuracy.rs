@@ -18,7 +18,7 @@ use geodesic_ivp::errors::scene_error;
 use geodesic_ivp::geometry::{Direction, GeometryText, Observable, Place as FormulaPlace, Preset};
 use geodesic_ivp::lobatto::flow::Flow;
 use geodesic_ivp::output::{write_residuals, write_trajectory};
-use geodesic_ivp::reference::SceneReference;
+use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::sampling::{SceneSampler, Watch, crossings};
 use geodesic_ivp::solve::{NoSolution, WorldLine, solve_scene};
 use outcome::Outcome;
@@ -80,7 +80,7 @@ fn rounding_of_gradients(line: &WorldLine) -> f64 {
 fn error_of_samples(line: &WorldLine) -> f64 {
     const SAMPLES: usize = 331;
     let geometry = line.geometry();
-    let reference = SceneReference::new(geometry, &line.place.start, line.length, 16).expect("it gets there");
+    let reference = ReferenceTrajectory::new(geometry, &line.place.start, line.length, 16).expect("it gets there");
     let mut sampler = SceneSampler::new(line);
     let (mut largest, mut sizes) = (vec![0.0_f64; geometry.dimension()], vec![1.0_f64; geometry.dimension()]);
     for k in 0..SAMPLES {
@@ -283,7 +283,7 @@ fn points_inside_windows_are_as_accurate() {
     for name in ["schwarzschild-orbit", "henon-heiles", "kerr-inclined"] {
         let setup = builtin_scene(name, &[]).setup::<f64>();
         let (geometry, start) = (&*setup.place.geometry, &setup.place.start);
-        let reference = SceneReference::new(geometry, start, 60.0, 16).unwrap();
+        let reference = ReferenceTrajectory::new(geometry, start, 60.0, 16).unwrap();
         let (fractions, accuracy) = ([0.0, 0.07, 0.31, 0.5, 0.83, 1.0], 1e-9);
         let followed = Flow::new(geometry).run(start, 60.0, &mut [], accuracy, &mut |view| {
             let mut places = fractions.iter();

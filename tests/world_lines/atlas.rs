@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use geodesic_ivp::action::Form;
 use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::methods::{Dop853, Output, Peer, Rk4, SceneProblem, Setting};
-use geodesic_ivp::reference::SceneReference;
+use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::sbp::SbpName;
 use geodesic_ivp::solve::Setup;
 use geodesic_ivp::study::stability::{Arena, Cell, CellStatus, Method, Plan, measure};
@@ -60,7 +60,7 @@ fn k_and_energy_of_another_method_are_those_of_its_states() {
             Some(found) => assert!((found - delta_energy).abs() < 1e-12 && delta_energy > 1e-4, "{found}"),
             None => assert!(law == "c = 9.0" && k.abs() > 1.0),
         }
-        let exact = SceneReference::new(&problem.geometry, &problem.start, 2.0, 16).unwrap();
+        let exact = ReferenceTrajectory::new(&*problem.geometry, &problem.start, 2.0, 16).unwrap();
         assert_eq!(arena.reference_error(), exact.error_estimate(), "{law}");
     }
 }

@@ -4,7 +4,7 @@ use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::errors::{RunError, scene_error};
 use geodesic_ivp::geometry::{Geometry, GeometryText};
-use geodesic_ivp::reference::SceneReference;
+use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve::{Space, WorldLine, solve_scene};
 use geodesic_ivp::study::many::{ManyRuns, Outcome};
 use geodesic_ivp::study::verdict::facts_of_world_line;
@@ -298,7 +298,7 @@ fn a_run_is_written_with_its_own_names_and_branches() {
 fn the_largest_errors_are_those_of_the_nodes_and_nothing_is_stepped_over_in_vain() {
     let line = run(&[]);
     let (found, start) = (scene_error(&line).unwrap(), &line.place.start);
-    let reference = SceneReference::new(line.geometry(), start, line.length, 16).unwrap();
+    let reference = ReferenceTrajectory::new(line.geometry(), start, line.length, 16).unwrap();
     let q: Vec<Vec<f64>> = (0..4).map(|a| line.q(a).collect()).collect();
     for (a, row) in q.iter().enumerate() {
         let off = |(gamma, q): (f64, &f64)| (q - reference.at(gamma).q[a]).abs();

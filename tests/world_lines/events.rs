@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use geodesic_ivp::Numeric;
 use geodesic_ivp::case::{SceneCase, builtin};
-use geodesic_ivp::reference::{ScenePoint, SceneReference};
+use geodesic_ivp::reference::{ReferenceTrajectory, ScenePoint};
 use geodesic_ivp::sampling::{Crossing, crossings};
 use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::solve::{WorldLine, solve_scene};
@@ -29,7 +29,7 @@ fn gammas<S: Numeric>(found: &[Crossing<S>], watch: usize) -> Vec<f64> {
 /// The changes of sign of every event in its direction, by the reference.
 fn expected(case: &SceneCase, line: &WorldLine) -> Vec<Vec<f64>> {
     let start = &line.place.start;
-    let reference = SceneReference::new(line.geometry(), start, line.length, 16).unwrap();
+    let reference = ReferenceTrajectory::new(line.geometry(), start, line.length, 16).unwrap();
     let norm = line.geometry().norm(&start.q, &start.q_dot);
     let of = |watch: geodesic_ivp::sampling::Watch| {
         let formula = RefCell::new(watch.formula);
@@ -108,7 +108,7 @@ fn events_on_even_grids_have_the_accuracy_of_the_grid() {
         let form = format!("scheme.form='{form}'");
         let (line, found) = run::<f64>(&scene("kepler", &[set[0], set[1], set[2], &form]));
         let start = &line.place.start;
-        let reference = SceneReference::new(line.geometry(), start, line.length, 16).unwrap();
+        let reference = ReferenceTrajectory::new(line.geometry(), start, line.length, 16).unwrap();
         let off = line
             .gamma()
             .zip(line.q(1))

@@ -3,8 +3,8 @@
 use geodesic_ivp::Numeric;
 use geodesic_ivp::action::Form;
 use geodesic_ivp::case::{SceneCase, builtin};
-use geodesic_ivp::geometry::GeometryText;
-use geodesic_ivp::reference::SceneReference;
+use geodesic_ivp::geometry::{Geometry, GeometryText};
+use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::sampling::SceneSampler;
 use geodesic_ivp::sbp::SbpName;
 use geodesic_ivp::scalar::{Extended, Real};
@@ -20,8 +20,8 @@ fn setup<S: Numeric>(sbp: SbpName, form: Form, n_gamma: usize, windows: usize, s
     common::in_windows(common::setup(&text, start, 4.0, (sbp, form, n_gamma), system), windows)
 }
 
-fn reference<S: Numeric>(line: &WorldLine<S>) -> SceneReference<S> {
-    SceneReference::new(line.geometry(), &line.place.start, line.length, line.digits).unwrap()
+fn reference<S: Numeric>(line: &WorldLine<S>) -> ReferenceTrajectory<S, Geometry<S>> {
+    ReferenceTrajectory::new(line.geometry(), &line.place.start, line.length, line.digits).unwrap()
 }
 
 /// The largest errors of positions and of velocities and momenta at so many values of γ.

@@ -7,7 +7,7 @@ use geodesic_ivp::action::Form;
 use geodesic_ivp::case::builtin;
 use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::methods::{Composition, Rk4, Step};
-use geodesic_ivp::reference::SceneReference;
+use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::sbp::SbpName;
 use geodesic_ivp::solve::{Setup, WorldLine, solve_scene};
 use geodesic_ivp::study::work_precision::{Arena, Budget, Family, RowStatus, drift, measure};
@@ -97,7 +97,7 @@ fn a_row_of_this_program_is_that_of_its_solve() {
     let base = scene("henon-heiles", &["grid={gamma_f=30.0,n_gamma=101}", "scheme={sbp='SBP42',form='weak'}"]);
     let arena = Arena::of_scene(&base, Some(length)).unwrap();
     let setup: Setup = base.setup();
-    let reference = SceneReference::new(&setup.place.geometry, &setup.place.start, length, 16).unwrap();
+    let reference = ReferenceTrajectory::new(&*setup.place.geometry, &setup.place.start, length, 16).unwrap();
     assert!(arena.reference_error() < 1e-16 && arena.reference_error() > 0.0, "{:e}", arena.reference_error());
     let families = [
         Family::Block(SbpName::Sbp42, Form::Strong),

@@ -64,10 +64,10 @@ impl Scene {
         let length = match case.end::<f64>() {
             End::Length(length) => length,
             End::Duration(duration) => {
-                ReferenceTrajectory::length_of(&metric, initial, duration, 16).expect("the time is reached")
+                ReferenceTrajectory::length_of(&metric, &initial, 0, duration, 16).expect("the time is reached")
             }
         };
-        let exact = ReferenceTrajectory::new(&case.metric(), case.initial_data(), Extended::from(length), 22);
+        let exact = ReferenceTrajectory::new(&case.metric(), &case.initial_data(), Extended::from(length), 22);
         let q_t = initial.invariants(&metric).q_t;
         Self { metric, initial, q_t, length, reference: exact.expect("the world-line exists") }
     }

@@ -87,5 +87,5 @@ fn diagnostics(bencher: Bencher) {
 fn reference(bencher: Bencher, length: f64) {
     let case = case(&[]);
     let (metric, initial) = (case.metric(), case.initial_data());
-    bencher.bench_local(|| ReferenceTrajectory::new(black_box(&metric), initial, length, f64::MOST_DIGITS));
+    bencher.bench_local(|| ReferenceTrajectory::new(black_box(&metric), &initial, length, f64::MOST_DIGITS));
 }

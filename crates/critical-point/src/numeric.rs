@@ -2,9 +2,10 @@
 
 use crate::diagnostics::Diagnosed;
 use crate::errors::Compared;
-use crate::geometry::Formulated;
+use crate::geometry::{Formulated, Geometry};
+use crate::metric::Metric;
 use crate::potential::Parsed;
-use crate::reference::{Traced, TracedScene};
+use crate::reference::{Crossed, Traced};
 use crate::sampling::Sampled;
 use crate::solve::Arithmetic;
 use crate::tables::Tabled;
@@ -13,11 +14,29 @@ use crate::tables::Tabled;
 /// [`Extended`](crate::scalar::Extended). Code above this package that is generic in its numbers asks for this. What it
 /// calls is then compiled here, once, and not again by everything that calls it.
 pub trait Numeric:
-    Arithmetic + Parsed + Formulated + Traced + TracedScene + Diagnosed + Sampled + Tabled + Compared
+    Arithmetic
+    + Parsed
+    + Formulated
+    + Traced<Metric<Self>>
+    + Traced<Geometry<Self>>
+    + Crossed
+    + Diagnosed
+    + Sampled
+    + Tabled
+    + Compared
 {
 }
 
-impl<S: Arithmetic + Parsed + Formulated + Traced + TracedScene + Diagnosed + Sampled + Tabled + Compared> Numeric
-    for S
+impl<S> Numeric for S where
+    S: Arithmetic
+        + Parsed
+        + Formulated
+        + Traced<Metric<S>>
+        + Traced<Geometry<S>>
+        + Crossed
+        + Diagnosed
+        + Sampled
+        + Tabled
+        + Compared
 {
 }

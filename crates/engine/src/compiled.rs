@@ -4,7 +4,9 @@
 /// for [`Extended`](crate::scalar::Extended). A generic function is otherwise compiled again, with everything that it
 /// calls, by every package and every test that uses it.
 ///
-/// Each function names the generic one behind it. `Self` stands for the numbers.
+/// Each function names the generic one behind it. `Self` stands for the numbers. With `<G: Bound> for [Metric, …]`
+/// the functions are generic in a space-time G, too, and are compiled for each of these, which are types with the
+/// numbers as their parameter.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! compiled {
@@ -29,10 +31,42 @@ macro_rules! compiled {
         );
     };
     (
-        @for $number:ty,
-        $name:ident { $($door:ident($($argument:ident: $type:ty),*) -> $result:ty = $behind:expr;)* }
+        $(#[$about:meta])*
+        pub trait $name:ident<$space:ident: $bound:ident> for [$($each:ident),*] {
+            $(fn $door:ident($($argument:ident: $type:ty),* $(,)?) -> $result:ty = $behind:expr;)*
+        }
     ) => {
-        impl $name for $number {
+        $(#[$about])*
+        #[doc(hidden)]
+        pub trait $name<$space: $bound<Self>>: $crate::scalar::Real {
+            $(
+                /// What is behind a public function, which calls it.
+                fn $door($($argument: $type),*) -> $result;
+            )*
+        }
+
+        $crate::compiled!(
+            @each [$($each),*] $space, $name { $($door($($argument: $type),*) -> $result = $behind;)* }
+        );
+    };
+    (@each [$($each:ident),*] $space:ident, $name:ident $doors:tt) => {
+        $(
+            const _: () = {
+                type $space = $each<f64>;
+                $crate::compiled!(@for f64, $name<$space> $doors);
+            };
+            const _: () = {
+                type $space = $each<$crate::scalar::Extended>;
+                $crate::compiled!(@for $crate::scalar::Extended, $name<$space> $doors);
+            };
+        )*
+    };
+    (
+        @for $number:ty,
+        $name:ident $(<$space:ident>)?
+        { $($door:ident($($argument:ident: $type:ty),*) -> $result:ty = $behind:expr;)* }
+    ) => {
+        impl $name $(<$space>)? for $number {
             $(
                 #[inline(never)]
                 fn $door($($argument: $type),*) -> $result {

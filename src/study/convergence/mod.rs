@@ -11,7 +11,7 @@ pub use sweep::{Sweep, errors, sweep};
 
 use crate::case::{Form, SbpName};
 use crate::norm::larger;
-use crate::reference::{ReferenceEnds, SceneReferenceEnds};
+use crate::reference::ReferenceEnds;
 use crate::solve::Status;
 
 /// The measured errors on one grid, in the units of the coordinates.
@@ -158,9 +158,6 @@ pub enum SweepError {
     /// There is no trajectory to compare with.
     #[error(transparent)]
     Reference(#[from] ReferenceEnds),
-    /// The same for a scene.
-    #[error(transparent)]
-    SceneReference(#[from] SceneReferenceEnds),
     /// A grid is not possible: too few nodes for the operator, too many, or too close.
     #[error("{0}")]
     Grid(String),

@@ -6,8 +6,9 @@ use crate::Numeric;
 use crate::case::scene::{SceneCase, on_grid};
 use crate::case::{Form, SbpName};
 use crate::diagnostics::scene::SceneDiagnostics;
+use crate::geometry::Geometry;
 use crate::norm::larger;
-use crate::reference::SceneReference;
+use crate::reference::ReferenceTrajectory;
 use crate::solve::{Setup, WorldLine, solve_scene};
 use crate::study::scene_length::length_of;
 
@@ -29,8 +30,8 @@ impl<S: Numeric> Sweep<S> {
             (setup.settings.sbp, setup.settings.form, setup.settings.n_gamma, setup.settings.windows)
         };
         setups.dedup_by(|a, b| grid(a) == grid(b));
-        let (geometry, start) = (&setup.place.geometry, &setup.place.start);
-        let reference = SceneReference::new(geometry, start, length, setup.settings.digits)?;
+        let (geometry, start) = (&*setup.place.geometry, &*setup.place.start);
+        let reference = ReferenceTrajectory::new(geometry, start, length, setup.settings.digits)?;
         let samples = samples(n_gamma);
         let mut sizes = vec![f64::MIN_POSITIVE; geometry.dimension()];
         for k in 0..samples {
@@ -59,14 +60,18 @@ impl<S: Numeric> Sweep<S> {
     }
 }
 
-fn measure<S: Numeric>(setup: &Setup<S>, length: S, reference: &SceneReference<S>) -> ConvergencePoint {
+fn measure<S: Numeric>(
+    setup: &Setup<S>,
+    length: S,
+    reference: &ReferenceTrajectory<S, Geometry<S>>,
+) -> ConvergencePoint {
     let intervals = setup.settings.windows * (setup.settings.n_gamma - 1);
     let errors = |line: &WorldLine<S>| (line.iterations.count, errors(line, reference));
     point((setup.settings.sbp, setup.settings.form), intervals, length.to_f64(), || solve_scene(setup), errors)
 }
 
 /// The errors of a world-line at its nodes. The L2 norms use the quadratures of its operators.
-fn errors<S: Numeric>(line: &WorldLine<S>, reference: &SceneReference<S>) -> Errors {
+fn errors<S: Numeric>(line: &WorldLine<S>, reference: &ReferenceTrajectory<S, Geometry<S>>) -> Errors {
     let n = line.geometry().dimension();
     let rows: Vec<Vec<S>> = (0..n).map(|a| line.q(a).collect()).collect();
     let (mut at_end, mut squared) = (vec![0.0; n], vec![0.0; n]);

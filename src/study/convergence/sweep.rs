@@ -56,14 +56,14 @@ impl<S: Numeric> Sweep<S> {
         let initial = case.initial_data();
         let digits = case.settings().within::<S>().digits;
         let length = match case.end() {
-            End::Duration(duration) => ReferenceTrajectory::length_of(&metric, initial, duration, digits)?,
+            End::Duration(duration) => ReferenceTrajectory::length_of(&metric, &initial, 0, duration, digits)?,
             End::Length(length) => length,
         };
         let on_grid = |scheme, n| case.on_grid(scheme, n, length).map_err(SweepError::Grid);
         let mut cases: Vec<Case> = grids(schemes, n_gamma, on_grid)?;
         // Different numbers of nodes can round to the same number of spectral elements.
         cases.dedup_by(|a, b| (a.scheme, &a.grid) == (b.scheme, &b.grid));
-        let reference = ReferenceTrajectory::new(&metric, initial, length, digits)?;
+        let reference = ReferenceTrajectory::new(&metric, &initial, length, digits)?;
         let end = reference.at(length);
         let samples = samples(n_gamma);
         let x_size = (0..samples)

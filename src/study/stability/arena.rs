@@ -5,10 +5,10 @@ use std::f64::consts::TAU;
 use super::one::One;
 use super::scene::Scene;
 use super::status::Sizes;
-use super::world::{Ends, Point, Reference, World};
+use super::world::{Point, Reference, World};
 use crate::case::Case;
 use crate::case::scene::SceneCase;
-use crate::reference::EndReason;
+use crate::reference::{EndReason, ReferenceEnds};
 
 /// Number of points on the reference at which sizes and frequencies are measured, per step of it, and the largest
 /// number in all.
@@ -51,7 +51,7 @@ pub struct Arena {
     /// γ − γ_i at the end of the reference.
     reached: f64,
     trusted: bool,
-    ends: Option<Ends>,
+    ends: Option<ReferenceEnds>,
     pace: Pace,
     own_length: f64,
 }
@@ -61,9 +61,9 @@ impl Arena {
     /// default ones.
     ///
     /// # Errors
-    /// [`Ends`] if V has no Taylor series at some point of the geodesic, or the geodesic does not reach t_f of the
+    /// [`ReferenceEnds`] if V has no Taylor series at some point of the geodesic, or the geodesic does not reach t_f of the
     /// case: then nothing could be judged. A geodesic that leaves the domain is not an error; the atlas shows it.
-    pub fn new(case: &Case, lengths: &[f64]) -> Result<Self, Ends> {
+    pub fn new(case: &Case, lengths: &[f64]) -> Result<Self, ReferenceEnds> {
         Self::of_world(Box::new(One::new(case)), lengths)
     }
 
@@ -71,11 +71,11 @@ impl Arena {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn of_scene(case: &SceneCase, lengths: &[f64]) -> Result<Self, Ends> {
+    pub fn of_scene(case: &SceneCase, lengths: &[f64]) -> Result<Self, ReferenceEnds> {
         Self::of_world(Box::new(Scene::new(case)), lengths)
     }
 
-    fn of_world(world: Box<dyn World>, lengths: &[f64]) -> Result<Self, Ends> {
+    fn of_world(world: Box<dyn World>, lengths: &[f64]) -> Result<Self, ReferenceEnds> {
         let own_length = match world.own_length() {
             Ok(length) => length,
             Err(end) if end.reason == EndReason::OutsideDomain => 2.0 * end.gamma,
@@ -96,7 +96,7 @@ impl Arena {
     }
 
     /// Computes a reference of the given `length`, or as long as the geodesic allows.
-    fn refer(&mut self, length: f64) -> Result<(), Ends> {
+    fn refer(&mut self, length: f64) -> Result<(), ReferenceEnds> {
         let (reference, reached) = match self.world.reference(length, false) {
             Ok(reference) => (reference, length),
             Err(end) if end.reason == EndReason::OutsideDomain => {
@@ -197,7 +197,7 @@ impl Arena {
     }
 
     /// Where and why the geodesic ends, if it does.
-    pub fn ends(&self) -> Option<&Ends> {
+    pub fn ends(&self) -> Option<&ReferenceEnds> {
         self.ends.as_ref()
     }
 

@@ -28,7 +28,6 @@ use rayon::prelude::*;
 pub use arena::{Arena, Pace};
 pub use method::{Limit, Method, WINDOW};
 pub use status::{ACCURATE, CellStatus, DIVERGED, DRIFTING, Evidence, ROUGHER, SAWTOOTH, Sizes, judge};
-pub use world::Ends;
 
 use self::run::Job;
 

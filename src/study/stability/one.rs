@@ -2,13 +2,13 @@
 
 use super::status::Sizes;
 use super::track::Track;
-use super::world::{Ends, Grid, Measured, Point, Range, Reference, Task, World};
+use super::world::{Grid, Measured, Point, Range, Reference, Task, World};
 use crate::case::{Case, Decimal, End, Form, Scheme, System};
 use crate::diagnostics::Diagnostics;
 use crate::geodesic::{InitialData, acceleration_slope};
 use crate::methods::{Output, Peer, Problem, Setting, State, Trajectory};
 use crate::metric::Metric;
-use crate::reference::ReferenceTrajectory;
+use crate::reference::{ReferenceEnds, ReferenceTrajectory};
 use crate::scalar::{Extended, Real};
 use crate::solve::{Solution, solve};
 use crate::study::work_precision::plain;
@@ -77,23 +77,23 @@ impl World for One {
         vec![0.0; 2]
     }
 
-    fn own_length(&self) -> Result<f64, Ends> {
+    fn own_length(&self) -> Result<f64, ReferenceEnds> {
         Ok(match self.case.end() {
             End::Length(length) => length,
             End::Duration(duration) => {
-                ReferenceTrajectory::length_of(&self.metric, self.initial, duration, f64::MOST_DIGITS)?
+                ReferenceTrajectory::length_of(&self.metric, &self.initial, 0, duration, f64::MOST_DIGITS)?
             }
         })
     }
 
-    fn reference(&self, length: f64, is_extended: bool) -> Result<Box<dyn Reference>, Ends> {
+    fn reference(&self, length: f64, is_extended: bool) -> Result<Box<dyn Reference>, ReferenceEnds> {
         if !is_extended {
             let (metric, initial) = (&self.metric, self.initial);
-            return Ok(Box::new(ReferenceTrajectory::new(metric, initial, length, f64::MOST_DIGITS)?));
+            return Ok(Box::new(ReferenceTrajectory::new(metric, &initial, length, f64::MOST_DIGITS)?));
         }
         let (metric, initial) = (self.case.metric(), self.case.initial_data::<Extended>());
         let initial = InitialData { t: Extended::ZERO, ..initial };
-        Ok(Box::new(ReferenceTrajectory::new(&metric, initial, length.into(), DIGITS)?))
+        Ok(Box::new(ReferenceTrajectory::new(&metric, &initial, length.into(), DIGITS)?))
     }
 
     fn rates(&self, points: &[Point]) -> [f64; 2] {

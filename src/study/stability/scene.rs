@@ -4,14 +4,14 @@ use super::arena::{DIGITS, amplitude, half_range, largest};
 use super::frequency::Linearised;
 use super::status::Sizes;
 use super::track::Track;
-use super::world::{Ends, Grid, Measured, Point, Range, Reference, Task, World};
+use super::world::{Grid, Measured, Point, Range, Reference, Task, World};
 use crate::action::Form;
 use crate::case::scene::{SceneCase, on_grid};
 use crate::diagnostics::scene::{SceneDiagnostics, energy_off};
 use crate::geometry::Geometry;
 use crate::methods::{Output, Peer, SceneProblem, SceneState, Setting, Trajectory};
 use crate::norm::{larger, max_abs};
-use crate::reference::SceneReference;
+use crate::reference::{ReferenceEnds, ReferenceTrajectory};
 use crate::scalar::{Extended, Real};
 use crate::solve::{Setup, System, WorldLine, scene_bytes_needed, solve_scene};
 use crate::study::scene_length::length_of;
@@ -108,17 +108,17 @@ impl World for Scene {
         origin
     }
 
-    fn own_length(&self) -> Result<f64, Ends> {
-        Ok(length_of::<f64>(&self.case.setup())?)
+    fn own_length(&self) -> Result<f64, ReferenceEnds> {
+        length_of::<f64>(&self.case.setup())
     }
 
-    fn reference(&self, length: f64, is_extended: bool) -> Result<Box<dyn Reference>, Ends> {
+    fn reference(&self, length: f64, is_extended: bool) -> Result<Box<dyn Reference>, ReferenceEnds> {
         if is_extended {
             let place = self.case.setup::<Extended>().place;
-            return Ok(Box::new(SceneReference::new(&place.geometry, &place.start, length.into(), DIGITS)?));
+            return Ok(Box::new(ReferenceTrajectory::new(&*place.geometry, &place.start, length.into(), DIGITS)?));
         }
         let place = &self.setup.place;
-        Ok(Box::new(SceneReference::new(&place.geometry, &place.start, length, f64::MOST_DIGITS)?))
+        Ok(Box::new(ReferenceTrajectory::new(&*place.geometry, &place.start, length, f64::MOST_DIGITS)?))
     }
 
     fn rates(&self, points: &[Point]) -> [f64; 2] {

@@ -5,34 +5,8 @@ use super::track::Track;
 use crate::Numeric;
 use crate::case::{Form, SbpName};
 use crate::methods::{Failure, Output, Peer, Setting};
-use crate::reference::{
-    EndReason, ReferenceEnds, ReferencePoint, ReferenceTrajectory, ScenePoint, SceneReference, SceneReferenceEnds,
-};
+use crate::reference::{Analytic, ReferenceEnds, ReferencePoint, ReferenceTrajectory, ScenePoint, Traced};
 use crate::solve::NoSolution;
-use crate::study::convergence::SweepError;
-
-/// Where and why a world-line ends.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Ends {
-    /// Why.
-    pub reason: EndReason,
-    /// γ − γ_i there.
-    pub gamma: f64,
-    /// The same, as what says it to people.
-    pub error: SweepError,
-}
-
-impl From<ReferenceEnds> for Ends {
-    fn from(end: ReferenceEnds) -> Self {
-        Self { reason: end.reason, gamma: end.gamma, error: end.into() }
-    }
-}
-
-impl From<SceneReferenceEnds> for Ends {
-    fn from(end: SceneReferenceEnds) -> Self {
-        Self { reason: end.reason, gamma: end.gamma, error: end.into() }
-    }
-}
 
 /// A point of a world-line.
 #[derive(Debug, Clone)]
@@ -57,27 +31,27 @@ pub(super) trait Reference: Send + Sync {
     fn steps(&self) -> usize;
 }
 
-impl<S: Numeric> Reference for ReferenceTrajectory<S> {
-    fn at(&self, gamma: f64) -> Point {
-        let ReferencePoint { elapsed, x, t_dot, x_dot } = self.at(gamma.into());
+impl<S: Numeric> From<ReferencePoint<S>> for Point {
+    fn from(ReferencePoint { elapsed, x, t_dot, x_dot }: ReferencePoint<S>) -> Self {
         let [q, q_dot] = [[elapsed, x], [t_dot, x_dot]].map(|row| row.map(|value| value.to_f64()).to_vec());
-        Point { q, q_dot, p: Vec::new() }
-    }
-
-    fn error_estimate(&self) -> f64 {
-        self.error_estimate()
-    }
-
-    fn steps(&self) -> usize {
-        self.steps()
+        Self { q, q_dot, p: Vec::new() }
     }
 }
 
-impl<S: Numeric> Reference for SceneReference<S> {
-    fn at(&self, gamma: f64) -> Point {
-        let ScenePoint { q, q_dot, p } = self.at(gamma.into());
+impl<S: Numeric> From<ScenePoint<S>> for Point {
+    fn from(ScenePoint { q, q_dot, p }: ScenePoint<S>) -> Self {
         let [q, q_dot, p] = [q, q_dot, p].map(|row| row.iter().map(|value| value.to_f64()).collect());
-        Point { q, q_dot, p }
+        Self { q, q_dot, p }
+    }
+}
+
+impl<S, G> Reference for ReferenceTrajectory<S, G>
+where
+    S: Numeric + Traced<G>,
+    G: Analytic<S, Point: Into<Point>, Origin: Send + Sync>,
+{
+    fn at(&self, gamma: f64) -> Point {
+        self.at(gamma.into()).into()
     }
 
     fn error_estimate(&self) -> f64 {
@@ -162,14 +136,14 @@ pub(super) trait World: Send + Sync {
     /// γ_f − γ_i of the case.
     ///
     /// # Errors
-    /// [`Ends`] if the world-line does not get to its end.
-    fn own_length(&self) -> Result<f64, Ends>;
+    /// [`ReferenceEnds`] if the world-line does not get to its end.
+    fn own_length(&self) -> Result<f64, ReferenceEnds>;
 
     /// The trajectory to compare with, in `f64` or in extended precision.
     ///
     /// # Errors
-    /// [`Ends`] if the world-line ends before.
-    fn reference(&self, length: f64, is_extended: bool) -> Result<Box<dyn Reference>, Ends>;
+    /// [`ReferenceEnds`] if the world-line ends before.
+    fn reference(&self, length: f64, is_extended: bool) -> Result<Box<dyn Reference>, ReferenceEnds>;
 
     /// The largest frequency of the linearised equations at these points, and their largest rate of growth.
     fn rates(&self, points: &[Point]) -> [f64; 2];

@@ -4,9 +4,10 @@ use super::{OUTPUTS, RowErrors, RowStatus, run};
 use crate::case::scene::SceneCase;
 use crate::case::{Case, End};
 use crate::geodesic::Invariants;
+use crate::geometry::Geometry;
 use crate::methods::{Output, Problem, SceneProblem, SceneState, State};
 use crate::norm::larger;
-use crate::reference::{ReferenceEnds, ReferencePoint, ReferenceTrajectory, SceneReference, SceneReferenceEnds};
+use crate::reference::{ReferenceEnds, ReferencePoint, ReferenceTrajectory};
 use crate::scalar::{Extended, Real};
 use crate::solve::Setup;
 use crate::study::scene_length::length_of;
@@ -45,7 +46,7 @@ pub(super) struct One {
 pub(super) struct Scene {
     pub(super) problem: SceneProblem,
     pub(super) setup: Setup,
-    reference: SceneReference<Extended>,
+    reference: ReferenceTrajectory<Extended, Geometry<Extended>>,
 }
 
 /// The coordinates of a point of a world-line, and its K.
@@ -72,10 +73,10 @@ impl Arena {
             (Some(length), _) => length,
             (None, End::Length(length)) => length.to_f64(),
             (None, End::Duration(duration)) => {
-                ReferenceTrajectory::length_of(&metric, initial, duration, digits(duration.to_f64()))?.to_f64()
+                ReferenceTrajectory::length_of(&metric, &initial, 0, duration, digits(duration.to_f64()))?.to_f64()
             }
         };
-        let reference = ReferenceTrajectory::new(&metric, initial, length.into(), digits(length))?;
+        let reference = ReferenceTrajectory::new(&metric, &initial, length.into(), digits(length))?;
         let problem = Problem { metric: case.metric(), initial: case.initial_data(), length };
         let invariants = problem.initial.invariants(&problem.metric);
         let (reference_error, steps) = (reference.error_estimate(), reference.steps());
@@ -87,13 +88,13 @@ impl Arena {
     /// The scene's own world-line, or that of another length in γ.
     ///
     /// # Errors
-    /// [`SceneReferenceEnds`] if it does not go so far.
-    pub fn of_scene(case: &SceneCase, length: Option<f64>) -> Result<Self, SceneReferenceEnds> {
+    /// [`ReferenceEnds`] if it does not go so far.
+    pub fn of_scene(case: &SceneCase, length: Option<f64>) -> Result<Self, ReferenceEnds> {
         let mut exact: Setup<Extended> = case.setup();
         exact.settings.digits = digits(1.0);
         let length = length.map_or_else(|| length_of(&exact).map(|length| length.to_f64()), Ok)?;
         let place = &exact.place;
-        let reference = SceneReference::new(&place.geometry, &place.start, length.into(), digits(length))?;
+        let reference = ReferenceTrajectory::new(&*place.geometry, &place.start, length.into(), digits(length))?;
         let setup: Setup = case.setup();
         let problem =
             SceneProblem { geometry: setup.place.geometry.clone(), start: (*setup.place.start).clone(), length };

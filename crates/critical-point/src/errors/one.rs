@@ -40,7 +40,7 @@ pub fn run_error<S: Compared>(
     S::run_error(setup, solution, samples)
 }
 
-pub(super) fn run_error_here<S: Traced>(
+pub(super) fn run_error_here<S: Traced<Metric<S>>>(
     setup: &Setup<f64, Metric>,
     solution: &Solution<S>,
     samples: &[Sample<S>],
@@ -209,10 +209,14 @@ fn at_that_time(metric: &Metric, [dt, dx]: [f64; 2], x: f64, w_per_charge: f64) 
 }
 
 /// The error of a run by the Taylor series of the reference, in the precision of the run.
-fn by_taylor<S: Traced>(setup: &Setup<f64, Metric>, solution: &Solution<S>, samples: &[Sample<S>]) -> Option<RunError> {
+fn by_taylor<S: Traced<Metric<S>>>(
+    setup: &Setup<f64, Metric>,
+    solution: &Solution<S>,
+    samples: &[Sample<S>],
+) -> Option<RunError> {
     let (metric, initial) = (solution.geometry(), solution.initial());
     let in_time = setup.duration().is_some();
-    let reference = ReferenceTrajectory::new(metric, initial, solution.length, solution.digits).ok()?;
+    let reference = ReferenceTrajectory::new(metric, &initial, solution.length, solution.digits).ok()?;
     let mut found = Found::none(2);
     let mut sizes = [1.0_f64; 2];
     let mut points = points(solution, samples).peekable();

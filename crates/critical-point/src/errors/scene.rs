@@ -3,8 +3,8 @@
 use super::Compared;
 use super::run_error::{Found, Judge, RunError};
 use super::stepped_over::{Between, PROBES, fractions};
-use crate::geometry::Lagrangian;
-use crate::reference::{ScenePoint, SceneReference, TracedScene};
+use crate::geometry::{Geometry, Lagrangian};
+use crate::reference::{ReferenceTrajectory, ScenePoint, Traced};
 use crate::scalar::Real;
 use crate::solve::WorldLine;
 
@@ -17,9 +17,9 @@ pub fn scene_error<S: Compared>(line: &WorldLine<S>) -> Option<RunError> {
     S::scene_error(line)
 }
 
-pub(super) fn scene_error_here<S: TracedScene>(line: &WorldLine<S>) -> Option<RunError> {
+pub(super) fn scene_error_here<S: Traced<Geometry<S>>>(line: &WorldLine<S>) -> Option<RunError> {
     let (geometry, start) = (line.geometry(), &line.place.start);
-    let reference = SceneReference::new(geometry, start, line.length, line.digits).ok()?;
+    let reference = ReferenceTrajectory::new(geometry, start, line.length, line.digits).ok()?;
     let n = geometry.dimension();
     let rows: Vec<Vec<S>> = (0..n).map(|a| line.q(a).collect()).collect();
     let mut found = Found::none(n);
@@ -68,7 +68,7 @@ fn pace<S: Real>(line: &WorldLine<S>, exact: &ScenePoint<S>, a: usize, clock: us
 }
 
 /// The share of its way by which the motion may be off because of what the reference does not know.
-fn stepped_over<S: TracedScene>(line: &WorldLine<S>, reference: &SceneReference<S>) -> f64 {
+fn stepped_over<S: Traced<Geometry<S>>>(line: &WorldLine<S>, reference: &ReferenceTrajectory<S, Geometry<S>>) -> f64 {
     let geometry = line.geometry();
     if S::IS_EXTENDED || !geometry.structure().force.is_empty() {
         return 0.0;

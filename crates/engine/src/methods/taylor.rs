@@ -1,7 +1,7 @@
 //! The series of the reference trajectory as a method of its own.
 
 use super::{About, Failure, Output, Peer, Problem, SceneProblem, SceneState, Setting, State, Step, Trajectory};
-use crate::reference::{EndReason, ReferenceTrajectory, SceneReference};
+use crate::reference::{EndReason, ReferenceTrajectory};
 
 /// The world-line in `f64` by series whose last terms are below the first by the tolerance, at the order that is
 /// cheapest for it, and by their polynomials between the ends of steps.
@@ -39,7 +39,7 @@ impl Peer for Taylor {
     fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
         let Problem { metric, initial, length } = problem;
         let (digits, order) = digits_and_order(setting.tolerance);
-        let trajectory = ReferenceTrajectory::unchecked(metric, *initial, *length, order, digits);
+        let trajectory = ReferenceTrajectory::unchecked(metric, initial, *length, order, digits);
         let trajectory = trajectory.map_err(|end| failure(&end.reason))?;
         let at = |gamma: f64| {
             let point = trajectory.at(gamma);
@@ -59,7 +59,7 @@ impl Peer for Taylor {
     ) -> Result<Trajectory<SceneState>, Failure> {
         let SceneProblem { geometry, start, length } = problem;
         let (digits, order) = digits_and_order(setting.tolerance);
-        let trajectory = SceneReference::unchecked(geometry, start, *length, order, digits);
+        let trajectory = ReferenceTrajectory::unchecked(&**geometry, start, *length, order, digits);
         let trajectory = trajectory.map_err(|end| failure(&end.reason))?;
         let at = |gamma: f64| {
             let point = trajectory.at(gamma);

@@ -1,47 +1,126 @@
 //! The geodesic equations of one coordinate: the state is x, t − t_i and w = dx/dγ.
 
+use super::EndReason;
+use super::analytic::{Analytic, Origin, Run, largest_relative};
+use super::ends::{ReferenceEnds, Words};
 use super::equations::{Equations, Series};
-use super::polynomials::{increment, slope};
+use super::polynomials::{Polynomial, increment, slope};
 use super::series::SeriesMachine;
 use super::size::gap;
+use super::steps::{Goal, Steps};
 use crate::expr::Program;
 use crate::geodesic::{InitialData, acceleration};
 use crate::metric::Metric;
 use crate::scalar::{Real, sum};
 
 /// Places of the components.
-pub(super) const X: usize = 0;
-pub(super) const T: usize = 1;
+const X: usize = 0;
+const T: usize = 1;
 const W: usize = 2;
 /// x and t are kept; w is the derivative of x.
-pub(super) const KEPT: usize = 2;
+const KEPT: usize = 2;
 /// If steps shrink while g00 is below this share of its first value, the trajectory approaches a horizon.
 const HORIZON: f64 = 1e-3;
 
+/// A point of the trajectory of one coordinate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReferencePoint<S = f64> {
+    /// t − t_i.
+    pub elapsed: S,
+    /// x.
+    pub x: S,
+    /// dt/dγ.
+    pub t_dot: S,
+    /// dx/dγ.
+    pub x_dot: S,
+}
+
+/// Points count t from the start, and need to know nothing of it.
+#[derive(Debug, Clone, Copy)]
+pub struct Elapsed;
+
+impl<S: Real> Origin<S> for Elapsed {
+    type Point = ReferencePoint<S>;
+
+    fn point(&self, components: &[Polynomial<S>], s: S, unit: S) -> ReferencePoint<S> {
+        let (x, t) = (&components[X], &components[T]);
+        let [t_dot, x_dot] = [t, x].map(|component| component.slope(s) / unit);
+        ReferencePoint { elapsed: t.value(s), x: x.value(s), t_dot, x_dot }
+    }
+}
+
+#[expect(private_interfaces, reason = "only this module integrates")]
+impl<S: Real> Analytic<S> for Metric<S> {
+    type Start = InitialData<S>;
+    type Point = ReferencePoint<S>;
+    type Origin = Elapsed;
+
+    fn begin(&self, start: &InitialData<S>) -> Result<impl Run<S, Origin = Elapsed>, ReferenceEnds> {
+        Ok(Begun { metric: self, program: self.potential().program(), start: *start })
+    }
+}
+
+/// A potential with a start.
+struct Begun<'m, S> {
+    metric: &'m Metric<S>,
+    program: Program<S>,
+    start: InitialData<S>,
+}
+
+impl<S: Real> Begun<'_, S> {
+    /// The start over γ/`unit`.
+    fn stretched(&self, unit: S) -> InitialData<S> {
+        let initial = self.start;
+        InitialData { t_dot: initial.t_dot * unit, x_dot: initial.x_dot * unit, ..initial }
+    }
+}
+
+impl<S: Real> Run<S> for Begun<'_, S> {
+    type Origin = Elapsed;
+
+    fn origin(&self) -> Elapsed {
+        Elapsed
+    }
+
+    fn state(&self, unit: S) -> Vec<S> {
+        let initial = self.stretched(unit);
+        vec![initial.x, S::ZERO, initial.x_dot]
+    }
+
+    fn equations(&self, unit: S, order: usize) -> impl Equations<S> {
+        let (metric, initial) = (self.metric, self.stretched(unit));
+        OneCoordinate {
+            metric,
+            q_t: initial.invariants(metric).q_t,
+            g00_start: metric.g00(initial.x),
+            machine: SeriesMachine::new(&self.program, 2, order),
+        }
+    }
+
+    /// Of t, which grows.
+    fn goal(&self, _: usize, duration: S) -> Goal<S> {
+        Goal::Value { component: T, value: duration, sign: S::ONE, length: duration / self.start.t_dot }
+    }
+
+    fn difference(&self, steps: &Steps<S>, check: &Steps<S>) -> f64 {
+        largest_relative(steps.distances(check, KEPT))
+    }
+
+    fn ends(&self, reason: EndReason, gamma: f64, state: &[S]) -> ReferenceEnds {
+        let numbers = [("x", state[X]), ("g00", self.metric.g00(state[X]))];
+        let place = numbers.map(|(name, value)| (name.to_owned(), value.to_f64())).to_vec();
+        let words = Words { formula: "the potential", value: "the physical time t_f" };
+        ReferenceEnds { reason, gamma, place, words }
+    }
+}
+
 /// dx/dγ = w, dw/dγ = −½ g00′ (Q_t/g00)², dt/dγ = Q_t/g00.
-pub(super) struct OneCoordinate<'m, S> {
+struct OneCoordinate<'m, S> {
     metric: &'m Metric<S>,
     q_t: S,
     /// g00 at the start.
     g00_start: S,
     machine: SeriesMachine<'m, S>,
-}
-
-/// The state at the start. Time is counted from there.
-pub(super) fn start_of<S: Real>(initial: InitialData<S>) -> [S; 3] {
-    [initial.x, S::ZERO, initial.x_dot]
-}
-
-impl<'m, S: Real> OneCoordinate<'m, S> {
-    /// `program` is that of the potential.
-    pub(super) fn new(metric: &'m Metric<S>, program: &'m Program<S>, initial: InitialData<S>, order: usize) -> Self {
-        Self {
-            metric,
-            q_t: initial.invariants(metric).q_t,
-            g00_start: metric.g00(initial.x),
-            machine: SeriesMachine::new(program, 2, order),
-        }
-    }
 }
 
 impl<S: Real> Equations<S> for OneCoordinate<'_, S> {

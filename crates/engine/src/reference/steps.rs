@@ -89,8 +89,18 @@ impl<S: Real> Front<S> {
 }
 
 impl<S: Real> Goal<S> {
+    /// The same over γ/`unit`.
+    pub(super) fn over(self, unit: S) -> Self {
+        match self {
+            Self::Gamma(length) => Self::Gamma(length / unit),
+            Self::Value { component, value, sign, length } => {
+                Self::Value { component, value, sign, length: length / unit }
+            }
+        }
+    }
+
     /// The length of the whole range of γ.
-    fn scale(self) -> S {
+    pub(super) fn scale(self) -> S {
         match self {
             Self::Gamma(length) | Self::Value { length, .. } => length,
         }

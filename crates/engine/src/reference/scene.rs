@@ -1,9 +1,18 @@
-//! Hamilton's equations of a scene: the state is q^a of all coordinates, and then p_a of the active ones.
+//! Hamilton's equations of a scene of n coordinates: the state is q^a of all coordinates, and then p_a of the active
+//! ones. The momenta of the ignorable ones are constants.
+//!
+//! ```text
+//! q̇^a = g^ab (p_b − A_b),    ṗ_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a,    ˙ = d/dγ
+//! ```
 
-use super::super::equations::{Equations, Series};
-use super::super::polynomials::{increment, slope};
-use super::super::series::SeriesMachine;
-use super::super::size::gap;
+use super::EndReason;
+use super::analytic::{Analytic, Origin, Run, largest_relative};
+use super::ends::{ReferenceEnds, Words};
+use super::equations::{Equations, Series};
+use super::polynomials::{Polynomial, increment, slope};
+use super::series::SeriesMachine;
+use super::size::gap;
+use super::steps::{Goal, Steps};
 use crate::geometry::{Geometry, Rates, Start};
 use crate::scalar::Real;
 
@@ -14,8 +23,114 @@ const EDGE: f64 = 1e-3;
 /// By how much the state is shifted to see what rounding does to its derivatives: these multiples of ε, in turn.
 const SHIFTS: [f64; 5] = [4.0, -8.0, 12.0, -4.0, 8.0];
 
+/// A point of the trajectory of a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScenePoint<S = f64> {
+    /// q^a.
+    pub q: Vec<S>,
+    /// dq^a/dγ.
+    pub q_dot: Vec<S>,
+    /// p_a.
+    pub p: Vec<S>,
+}
+
+/// The start, with the active coordinates.
+#[derive(Debug, Clone)]
+pub struct SceneOrigin<S> {
+    start: Start<S>,
+    active: Vec<usize>,
+}
+
+impl<S: Real> Origin<S> for SceneOrigin<S> {
+    type Point = ScenePoint<S>;
+
+    fn point(&self, components: &[Polynomial<S>], s: S, unit: S) -> ScenePoint<S> {
+        let n = self.start.q.len();
+        let offset = |a: usize| if self.active.contains(&a) { S::ZERO } else { self.start.q[a] };
+        let q = (0..n).map(|a| offset(a) + components[a].value(s)).collect();
+        let q_dot = (0..n).map(|a| components[a].slope(s) / unit).collect();
+        let mut p = self.start.p.clone();
+        for (place, &a) in self.active.iter().enumerate() {
+            p[a] = components[n + place].value(s);
+        }
+        ScenePoint { q, q_dot, p }
+    }
+}
+
+#[expect(private_interfaces, reason = "only this module integrates")]
+impl<S: Real> Analytic<S> for Geometry<S> {
+    type Start = Start<S>;
+    type Point = ScenePoint<S>;
+    type Origin = SceneOrigin<S>;
+
+    /// With the domain that the start lies in.
+    fn begin(&self, start: &Start<S>) -> Result<impl Run<S, Origin = SceneOrigin<S>>, ReferenceEnds> {
+        let geometry = self.clone().around_here(&start.q);
+        let geometry = geometry.map_err(|_| ends(self, EndReason::OutsideDomain, 0.0, &start.q))?;
+        Ok(Begun { geometry, start })
+    }
+}
+
+/// The error that a trajectory ends where the coordinates are `q`.
+fn ends<S: Real>(geometry: &Geometry<S>, reason: EndReason, gamma: f64, q: &[S]) -> ReferenceEnds {
+    let place = geometry.names().iter().cloned().zip(q.iter().map(|q| q.to_f64())).collect();
+    let words = Words { formula: "a formula", value: "the value of the coordinate" };
+    ReferenceEnds { reason, gamma, place, words }
+}
+
+/// A scene with a start.
+struct Begun<'g, S> {
+    geometry: Geometry<S>,
+    start: &'g Start<S>,
+}
+
+impl<S: Real> Run<S> for Begun<'_, S> {
+    type Origin = SceneOrigin<S>;
+
+    fn origin(&self) -> SceneOrigin<S> {
+        SceneOrigin { start: self.start.clone(), active: self.geometry.active().to_vec() }
+    }
+
+    /// Positions and momenta have no unit of γ.
+    fn state(&self, _: S) -> Vec<S> {
+        let mut state = self.start.q.clone();
+        self.geometry.ignorable().for_each(|a| state[a] = S::ZERO);
+        state.extend(self.geometry.active().iter().map(|&a| self.start.p[a]));
+        state
+    }
+
+    fn equations(&self, unit: S, order: usize) -> impl Equations<S> {
+        SceneEquations::new(&self.geometry, self.start, unit, order)
+    }
+
+    fn goal(&self, a: usize, value: S) -> Goal<S> {
+        let distance = value - self.start.q[a];
+        let length = (distance / self.start.q_dot[a]).abs();
+        // From rest nothing tells how far it is.
+        let length = if length.is_finite() { length } else { S::ONE };
+        let value = if self.geometry.active().contains(&a) { value } else { distance };
+        Goal::Value { component: a, value, sign: distance.signum(), length }
+    }
+
+    /// Coordinates with the same g_aa at the start have the same unit, and share the largest size: of x and y one may
+    /// be zero but for rounding.
+    fn difference(&self, steps: &Steps<S>, check: &Steps<S>) -> f64 {
+        let n = self.geometry.dimension();
+        let distances = steps.distances(check, n);
+        let sizes: Vec<S> = distances.iter().map(|(_, size)| *size).collect();
+        let sizes = self.geometry.shared(&self.start.q, &sizes);
+        largest_relative((0..n).map(|a| (distances[a].0, sizes[a])))
+    }
+
+    fn ends(&self, reason: EndReason, gamma: f64, state: &[S]) -> ReferenceEnds {
+        let mut q = state[..self.geometry.dimension()].to_vec();
+        self.geometry.ignorable().for_each(|a| q[a] += self.start.q[a]);
+        ends(&self.geometry, reason, gamma, &q)
+    }
+}
+
 /// The equations over γ/unit. Ignorable coordinates are counted from the start.
-pub(super) struct SceneEquations<'g, S> {
+struct SceneEquations<'g, S> {
     geometry: &'g Geometry<S>,
     unit: S,
     /// Momenta; those of the active coordinates are overwritten.
@@ -26,16 +141,8 @@ pub(super) struct SceneEquations<'g, S> {
     rates: Rates<S>,
 }
 
-/// The state at the start.
-pub(super) fn start_of<S: Real>(geometry: &Geometry<S>, start: &Start<S>) -> Vec<S> {
-    let mut state = start.q.clone();
-    geometry.ignorable().for_each(|a| state[a] = S::ZERO);
-    state.extend(geometry.active().iter().map(|&a| start.p[a]));
-    state
-}
-
 impl<'g, S: Real> SceneEquations<'g, S> {
-    pub(super) fn new(geometry: &'g Geometry<S>, start: &Start<S>, unit: S, order: usize) -> Self {
+    fn new(geometry: &'g Geometry<S>, start: &Start<S>, unit: S, order: usize) -> Self {
         let field = geometry.field();
         let outputs = geometry.dimension() + geometry.active().len();
         Self {

@@ -1,0 +1,62 @@
+//! Reference trajectories that end early.
+
+use std::fmt;
+
+/// Why a reference trajectory ends early.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EndReason {
+    /// The trajectory meets g00 ≤ 0 or a point where V is not finite; in a scene, a point where a determinant of the
+    /// metric changes its sign or a number is not finite.
+    OutsideDomain,
+    /// V, or another formula, is not smooth enough there to be expanded in a series.
+    Singular,
+    /// The requested physical time, or value of a coordinate, is not reached, because t hardly grows any more.
+    TimeNotReached,
+    /// The range would take more Taylor steps than are allowed.
+    TooLong {
+        /// The number of steps that are allowed.
+        most_steps: usize,
+    },
+}
+
+/// What the words for a reason speak of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Words {
+    /// What may have no series.
+    pub(super) formula: &'static str,
+    /// What may not be reached.
+    pub(super) value: &'static str,
+}
+
+/// The error that a reference trajectory ends before the end of the requested range.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReferenceEnds {
+    /// Why it ends.
+    pub reason: EndReason,
+    /// γ − γ_i where it ends.
+    pub gamma: f64,
+    /// The coordinates there, with their names; in one coordinate x and g00.
+    pub place: Vec<(String, f64)>,
+    pub(super) words: Words,
+}
+
+impl fmt::Display for ReferenceEnds {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the reference trajectory ends at gamma - gamma_i = {:.6}", self.gamma)?;
+        for (name, value) in &self.place {
+            write!(f, ", {name} = {value:.6e}")?;
+        }
+        let Words { formula, value } = self.words;
+        match self.reason {
+            EndReason::OutsideDomain => f.write_str(": the geodesic leaves the domain"),
+            EndReason::Singular => write!(f, ": {formula} has no Taylor series"),
+            EndReason::TimeNotReached => write!(f, ": {value} is not reached"),
+            EndReason::TooLong { most_steps } => {
+                let limit = "Taylor steps, the limit for so many digits";
+                write!(f, ": the whole run would take more than {most_steps} {limit}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for ReferenceEnds {}
