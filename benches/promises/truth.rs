@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use geodesic_ivp::geodesic::InitialData;
 use geodesic_ivp::geometry::{Geometry, Start};
-use geodesic_ivp::methods::{Dop853, Output, Peer, Problem, SceneProblem, Setting};
+use geodesic_ivp::methods::{Dop853, Output, PeerIn, Problem, Setting};
 use geodesic_ivp::metric::Metric;
 use geodesic_ivp::reference::{ReferencePoint, ReferenceTrajectory};
 
@@ -46,7 +46,7 @@ impl Truth {
             let ReferencePoint { elapsed, x, t_dot, x_dot } = trajectory.at(piece);
             pieces.push(Piece::One(here.t, Box::new(trajectory)));
             here = InitialData { t: here.t + elapsed, x, t_dot, x_dot };
-            let problem = Problem { metric: metric.clone(), initial: other, length: piece };
+            let problem = Problem { space: metric.clone().into(), start: other, length: piece };
             let state = *Dop853.run(&problem, &Output::even(1), Setting::tolerance(1e-15)).ok()?.states.last()?;
             let t_dot = q_t / metric.at(state.x).g00;
             other = InitialData { t: other.t + state.elapsed, x: state.x, t_dot, x_dot: state.w };
@@ -65,8 +65,8 @@ impl Truth {
             let end = trajectory.at(piece);
             pieces.push(Piece::Scene(Box::new(trajectory)));
             here = Start { q: end.q, q_dot: end.q_dot, p: end.p };
-            let problem = SceneProblem { geometry: Arc::clone(geometry), start: other.clone(), length: piece };
-            let found = Dop853.run_scene(&problem, &Output::even(1), Setting::tolerance(1e-15)).ok()?;
+            let problem = Problem { space: Arc::clone(geometry), start: other.clone(), length: piece };
+            let found = Dop853.run(&problem, &Output::even(1), Setting::tolerance(1e-15)).ok()?;
             let state = found.states.last()?;
             let (q, p) = (state.q.clone(), state.p.clone());
             other = Start { q_dot: geometry.velocities(&q, &p).ok()?, q, p };

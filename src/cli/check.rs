@@ -7,7 +7,7 @@ use geodesic_ivp::Numeric;
 use geodesic_ivp::case::scene::{SceneCase, SceneExpect};
 use geodesic_ivp::case::{AnyCase, Decimal, Expect};
 use geodesic_ivp::scalar::Extended;
-use geodesic_ivp::solve::{EndState, solve_scene};
+use geodesic_ivp::solve::{EndState, Setup, solve_scene};
 use geodesic_ivp::{Case, CaseError, Status, solve};
 
 use super::{CaseArgs, memory, report, stdout};
@@ -74,7 +74,7 @@ struct Number<S> {
 /// # Errors
 /// [`ExpectationNotMet`] if anything is different, and if there is not enough memory.
 fn compare<S: Numeric>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<String>> {
-    memory::check(case, None)?;
+    memory::check(&Setup::<S, _>::from(case), None)?;
     let end =
         solve::<S>(case).map(|solution| solution.end_state()).map_err(|failure| (failure.status, failure.to_string()));
     let number = |name: &str, expected: &Option<Decimal>, found: fn(&EndState<S>) -> S| {
@@ -93,7 +93,7 @@ fn compare<S: Numeric>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<Strin
 /// As [`compare`].
 fn compare_scene<S: Numeric>(case: &SceneCase, expect: &SceneExpect) -> anyhow::Result<Vec<String>> {
     let setup = case.setup::<S>();
-    memory::check_scene(&setup, 0)?;
+    memory::check(&setup, None)?;
     let result = solve_scene(&setup).map_err(|failure| (failure.status, failure.to_string()));
     let numbers = result.map(|line| {
         let gamma = expect.gamma_final.as_ref().map(|expected| ("gamma", line.gamma_f(), expected));

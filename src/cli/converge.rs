@@ -12,6 +12,7 @@ use geodesic_ivp::case::scene::on_grid;
 use geodesic_ivp::case::{AnyCase, Form, SbpName};
 use geodesic_ivp::output::{ConvergenceSummary, OutputSet, SUMMARY, Target, pictures, write_convergence, write_slopes};
 use geodesic_ivp::scalar::Extended;
+use geodesic_ivp::solve::Setup;
 use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, Slope, Sweep, SweepError};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -156,11 +157,11 @@ fn check_memory<S: Numeric>(case: &AnyCase, args: &ConvergeArgs) -> anyhow::Resu
         match case {
             AnyCase::One(one) => {
                 let grid = one.on_grid((sbp, one.scheme.form), finest, 1.0).ok();
-                grid.map_or(Ok(()), |grid| memory::check(&grid, None))?;
+                grid.map_or(Ok(()), |grid| memory::check(&Setup::<S, _>::from(&grid), None))?;
             }
             AnyCase::Scene(scene) => {
                 let grid = on_grid(&scene.setup::<S>(), (sbp, scene.settings().form), finest, S::ONE).ok();
-                grid.map_or(Ok(()), |grid| memory::check_scene(&grid, 0))?;
+                grid.map_or(Ok(()), |grid| memory::check(&grid, None))?;
             }
         }
     }

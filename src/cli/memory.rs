@@ -5,10 +5,8 @@ use std::fs;
 use std::num::NonZero;
 use std::thread::available_parallelism;
 
-use geodesic_ivp::Case;
 use geodesic_ivp::Numeric;
-use geodesic_ivp::scalar::Extended;
-use geodesic_ivp::solve::{Setup, bytes_needed, scene_bytes_needed};
+use geodesic_ivp::solve::{Settings, Setup, Space, bytes_needed};
 
 use super::report::Refusal;
 use super::samples::SampleArgs;
@@ -30,46 +28,25 @@ pub(super) fn require_room(all_cores: bool) -> anyhow::Result<()> {
     Err(Refusal::input_output(message).help("raise the limit (ulimit -v)").into())
 }
 
-/// Refuses a run that needs more memory than there is.
+/// Refuses a run that needs more memory than there is. `samples` are those that it takes, if it can take any.
 ///
 /// # Errors
 /// [`Refusal`] with the memory that is needed and the memory that there is.
-pub(super) fn check(case: &Case, samples: Option<&SampleArgs>) -> anyhow::Result<()> {
+pub(super) fn check<S: Numeric, G: Space<S>>(setup: &Setup<S, G>, samples: Option<&SampleArgs>) -> anyhow::Result<()> {
     let (only, count) = samples.map_or((false, 0), |samples| (samples.only(), samples.count()));
-    let needed = if case.is_extended() {
-        bytes_needed(&Setup::<Extended, _>::from(case), only, count)
-    } else {
-        bytes_needed(&Setup::<f64, _>::from(case), only, count)
-    };
-    let help = match count > 0 && !only && case.grid.windows > 1 {
+    let needed = bytes_needed(setup, only, count);
+    let Some(available) = available().filter(|available| needed > *available) else { return Ok(()) };
+    let Settings { n_gamma, windows, digits, .. } = setup.settings;
+    let help = match G::RUNS_WINDOW_BY_WINDOW && count > 0 && !only && windows > 1 {
         true => "take fewer nodes or digits, or --samples-only, which keeps one window at a time",
         false => "take fewer nodes, digits or samples",
     };
-    refuse(needed, case.grid.n_gamma * case.grid.windows, case.solver.digits, help)
-}
-
-/// The same for a scene with so many samples.
-///
-/// # Errors
-/// As [`check`].
-pub(super) fn check_scene<S: Numeric>(setup: &Setup<S>, samples: usize) -> anyhow::Result<()> {
-    let help = "take fewer nodes, digits or samples";
-    refuse(
-        scene_bytes_needed(setup, samples),
-        setup.settings.n_gamma * setup.settings.windows,
-        setup.settings.digits,
-        help,
-    )
-}
-
-/// Refuses a run of so many nodes and digits if there is less memory than it needs, in bytes.
-fn refuse(needed: f64, nodes: usize, digits: u32, help: &str) -> anyhow::Result<()> {
-    let Some(available) = available().filter(|available| needed > *available) else { return Ok(()) };
     let (unit, name) = if needed < 1e8 { (1e6, "MB") } else { (1e9, "GB") };
     let [needed, available] = [needed, available].map(|bytes| bytes / unit);
     let message = format!(
-        "the run needs about {needed:.2} {name} of memory for {nodes} nodes in {digits} digits, and there are \
-         {available:.2} {name}"
+        "the run needs about {needed:.2} {name} of memory for {} nodes in {digits} digits, and there are \
+         {available:.2} {name}",
+        n_gamma * windows
     );
     Err(Refusal::usage(message).help(help).into())
 }

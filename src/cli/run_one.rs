@@ -12,7 +12,7 @@ use geodesic_ivp::output::{self, Chart, Seconds, Summary, write_combined, write_
 use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
 use geodesic_ivp::sampling::Sample;
 use geodesic_ivp::scalar::Real;
-use geodesic_ivp::solve::{NoSolution, solve_window_by_window};
+use geodesic_ivp::solve::{NoSolution, Setup, Space, solve_window_by_window};
 use geodesic_ivp::study::run_error::error_with_samples;
 use geodesic_ivp::study::verdict::of_solution;
 use geodesic_ivp::{Case, Solution, solve};
@@ -70,7 +70,7 @@ impl<S: Numeric> Job for OneCoordinate<'_, S> {
     }
 
     fn check_memory(&self) -> anyhow::Result<()> {
-        memory::check(self.case, Some(&self.args.samples))
+        memory::check(&Setup::<S, _>::from(self.case), Some(&self.args.samples))
     }
 
     fn solve(&self) -> (anyhow::Result<Solved<S>>, f64) {
@@ -122,7 +122,7 @@ impl<S: Numeric> Job for OneCoordinate<'_, S> {
         let Solved { solution, diagnostics, samples, .. } = solved;
         match diagnostics {
             Some(diagnostics) => write_combined(out, &solution, &diagnostics),
-            None => write_samples(out, samples.into_iter(), solution.digits),
+            None => write_samples(out, &solution.geometry().coordinates(), &samples, solution.digits),
         }
     }
 
@@ -140,7 +140,7 @@ impl<S: Numeric> Job for OneCoordinate<'_, S> {
             suspicions.push(opinion.to_string());
             verdict.doubt(opinion);
         }
-        let gaps = self.looks_between().then(|| Gaps::of_solution(solution, &self.case.metric(), verdict.error));
+        let gaps = self.looks_between().then(|| Gaps::new(solution, &self.case.metric(), verdict.error));
         summary.set_error(error.as_ref(), verdict);
         if let Some(gaps) = gaps {
             doubt_gaps(&mut summary, &gaps, &mut suspicions);
@@ -156,7 +156,7 @@ impl<S: Numeric> Job for OneCoordinate<'_, S> {
     fn write_tables(&self, solved: &Solved<S>, tables: &Tables<'_>) -> anyhow::Result<()> {
         let Solved { solution, diagnostics, samples, .. } = solved;
         if self.args.samples.wanted() {
-            tables.samples(|out| write_samples(out, samples.iter().copied(), solution.digits))?;
+            tables.samples(|out| write_samples(out, &solution.geometry().coordinates(), samples, solution.digits))?;
         }
         match diagnostics {
             Some(diagnostics) => tables.nodes(solution, diagnostics),

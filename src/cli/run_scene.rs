@@ -10,10 +10,8 @@ use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::errors::scene_error;
 use geodesic_ivp::geometry::ConservedSum;
 use geodesic_ivp::output::pictures::scene::{self as pictures, PlotAxes};
-use geodesic_ivp::output::{
-    Chart, SceneSummary, Seconds, SolvedScene, write_combined, write_events, write_scene_samples,
-};
-use geodesic_ivp::sampling::{Coordinate, Crossing, SceneSample, SceneSampler, crossings};
+use geodesic_ivp::output::{Chart, SceneSummary, Seconds, SolvedScene, write_combined, write_events, write_samples};
+use geodesic_ivp::sampling::{Coordinate, Crossing, Sampler, SceneSample, crossings};
 use geodesic_ivp::solve::{NoSolution, Setup, WorldLine, solve_scene};
 use geodesic_ivp::study::verdict::of_world_line;
 
@@ -53,7 +51,7 @@ impl<'c, S: Numeric> Scene<'c, S> {
     /// The samples that are asked for.
     fn samples(&self, line: &WorldLine<S>) -> anyhow::Result<Vec<SceneSample<S>>> {
         let Some((coordinate, values)) = self.args.samples.values::<S>() else { return Ok(Vec::new()) };
-        let mut sampler = SceneSampler::new(line);
+        let mut sampler = Sampler::new(line);
         let time = self.time().filter(|_| coordinate == Coordinate::Time);
         if time.is_some_and(|t| !sampler.is_monotonic(t)) {
             let message = "t does not grow, or fall, all the way: a time is not one place of the world-line";
@@ -99,7 +97,7 @@ impl<S: Numeric> Job for Scene<'_, S> {
     }
 
     fn check_memory(&self) -> anyhow::Result<()> {
-        memory::check_scene(&self.setup, self.args.samples.count())
+        memory::check(&self.setup, Some(&self.args.samples))
     }
 
     fn solve(&self) -> (anyhow::Result<Solved<S>>, f64) {
@@ -141,7 +139,7 @@ impl<S: Numeric> Job for Scene<'_, S> {
         let error = scene_error(line);
         let verdict = of_world_line(line, diagnostics, error.as_ref());
         let looks_between = self.args.enclose && line.accuracy.is_none();
-        let gaps = looks_between.then(|| Gaps::of_world_line(line, &self.case.geometry(), verdict.error));
+        let gaps = looks_between.then(|| Gaps::new(line, &self.case.geometry(), verdict.error));
         summary.set_error(error.as_ref(), verdict);
         let mut suspicions = self.suspicions(solved);
         if let Some(gaps) = &gaps {
@@ -162,7 +160,7 @@ impl<S: Numeric> Job for Scene<'_, S> {
         let Solved { line, diagnostics, samples, events, .. } = solved;
         let names = line.geometry().names();
         if self.args.samples.wanted() {
-            tables.samples(|out| write_scene_samples(out, names, samples, line.digits))?;
+            tables.samples(|out| write_samples(out, names, samples, line.digits))?;
         }
         if self.has_events() {
             tables.events(|out| write_events(out, names, &self.event_names(), events, line.digits))?;

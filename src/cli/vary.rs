@@ -11,13 +11,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Args;
+use geodesic_ivp::Numeric;
 use geodesic_ivp::case::{AnyCase, key_of, overridden};
 use geodesic_ivp::output::runs::{
     Columns, Ended, Identity, Journal, NotResumable, RUNS, RUNS_EVENTS, RunRow, RunsSummary, write_runs,
 };
 use geodesic_ivp::output::{CASE, OutputSet, SUMMARY};
 use geodesic_ivp::scalar::Extended;
-use geodesic_ivp::solve::{Settings, Status};
+use geodesic_ivp::solve::{Settings, Setup, Status};
 use geodesic_ivp::study::many::{Axis, ManyRuns, Outcome};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -243,9 +244,15 @@ fn check_memory(case: &AnyCase) -> anyhow::Result<()> {
     let Settings { n_gamma, windows, .. } = case.settings();
     match case {
         _ if n_gamma * windows <= FEW_NODES => Ok(()),
-        AnyCase::One(case) => memory::check(case, None),
-        AnyCase::Scene(case) if case.is_extended() => memory::check_scene(&case.setup::<Extended>(), 0),
-        AnyCase::Scene(case) => memory::check_scene(&case.setup::<f64>(), 0),
+        _ if case.is_extended() => check_memory_in::<Extended>(case),
+        _ => check_memory_in::<f64>(case),
+    }
+}
+
+fn check_memory_in<S: Numeric>(case: &AnyCase) -> anyhow::Result<()> {
+    match case {
+        AnyCase::One(case) => memory::check(&Setup::<S, _>::from(&**case), None),
+        AnyCase::Scene(case) => memory::check(&case.setup::<S>(), None),
     }
 }
 

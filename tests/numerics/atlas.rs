@@ -92,7 +92,7 @@ fn largest_delta_k(
     let (metric, mut initial) = (case.metric::<f64>(), case.initial_data::<f64>());
     (initial.t_dot, initial.x_dot) = (initial.t_dot * tangent, initial.x_dot * tangent);
     let invariants = initial.invariants(&metric);
-    let problem = Problem { metric: metric.clone(), initial, length };
+    let problem = Problem { space: metric.clone().into(), start: initial, length };
     let states = peer.run(&problem, &Output::even(output), setting).unwrap().states;
     let k = |state: &State| invariants.q_t.powi(2) / metric.at(state.x).g00 - state.w.powi(2);
     states.iter().fold(0.0, |most: f64, state| most.max((k(state) - invariants.k).abs()))

@@ -3,7 +3,7 @@
 use geodesic_ivp::Numeric;
 use geodesic_ivp::case::{SceneCase, builtin};
 use geodesic_ivp::scalar::Extended;
-use geodesic_ivp::solve::{Setup, bytes_needed, scene_bytes_needed};
+use geodesic_ivp::solve::{Setup, bytes_needed};
 
 use super::common::case;
 
@@ -58,7 +58,7 @@ fn of_scenes() {
     for name in ["henon-heiles", "two-bodies"] {
         let strong = "scheme={sbp='SBP21',form='strong'}";
         let coordinates = setup::<f64>(name, 100, 1, strong).place.start.q.len() as f64;
-        let bytes = |n, windows, samples| scene_bytes_needed(&setup::<f64>(name, n, windows, strong), samples);
+        let bytes = |n, windows, samples| bytes_needed(&setup::<f64>(name, n, windows, strong), false, samples);
         let small = bytes(100, 1, 0);
         assert!((1e6..2e7).contains(&small), "{small}");
         // Of every coordinate the value, its derivative, the momentum, residuals; and rows of the metric.
@@ -69,14 +69,14 @@ fn of_scenes() {
         let of_samples = (bytes(100, 1, 1000) - small) / 1e3;
         assert!(of_samples > (1.0 + 3.0 * coordinates) * NUMBER, "{name}: {of_samples}");
         assert!(of_samples < 3.0 * (1.0 + 3.0 * coordinates) * NUMBER, "{name}: {of_samples}");
-        let wide = |n| scene_bytes_needed(&setup::<Extended>(name, n, 1, strong), 0);
+        let wide = |n| bytes_needed(&setup::<Extended>(name, n, 1, strong), false, 0);
         assert!(near((wide(100_100) - wide(100)) / 1e5, of_nodes * EXTENDED), "{name}");
         // What is added by a sample and by a node does not depend on the others.
         let both = bytes(100_100, 1, 1000) - small;
         assert!(near(both, 1e5 * of_nodes * NUMBER + 1e3 * of_samples), "{name}");
         // Fields by fields in blocks, for each diagonal.
         let active = setup::<f64>(name, 100, 1, strong).place.geometry.active().len() as f64;
-        let weak = |n| scene_bytes_needed(&setup::<f64>(name, n, 1, "scheme={sbp='SBP42',form='weak'}"), 0);
+        let weak = |n| bytes_needed(&setup::<f64>(name, n, 1, "scheme={sbp='SBP42',form='weak'}"), false, 0);
         let banded = (weak(100_100) - weak(100)) / 1e5 / NUMBER - of_nodes;
         assert!((2.0..100.0).contains(&(banded / (4.0 * active * active))), "{name}: {banded}");
     }

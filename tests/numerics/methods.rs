@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use geodesic_ivp::geodesic::InitialData;
 use geodesic_ivp::methods::{
-    Composition, Dop853, Failure, Gauss, Output, PEERS, Peer, Problem, Radau5, Rk4, Setting, Step, Taylor, Trajectory,
+    Composition, Dop853, Failure, Gauss, Output, PEERS, Peer, PeerIn, Problem, Radau5, Rk4, Setting, Step, Taylor,
+    Trajectory,
 };
 use geodesic_ivp::metric::Metric;
 use geodesic_ivp::potential::{Formula, Potential};
@@ -13,19 +14,19 @@ use geodesic_ivp::reference::ReferenceTrajectory;
 const START: InitialData = InitialData { t: 0.0, x: 1.0, t_dot: 1.0, x_dot: 0.1 };
 
 fn quartic(length: f64) -> Problem {
-    Problem { metric: Metric::new(Potential::quartic(0.5), 1.0, 1.0), initial: START, length }
+    Problem { space: Metric::new(Potential::quartic(0.5), 1.0, 1.0).into(), start: START, length }
 }
 
 /// A formula, and a polynomial of a degree that is evaluated otherwise.
 fn others(length: f64) -> [Problem; 2] {
     let formula = Formula::new("0.3*(1 - exp(-x))^2", &BTreeMap::new()).unwrap();
     let potentials = [Potential::Formula(formula), Potential::polynomial(vec![0.0, 0.1, 0.3, 0.0, 0.1, 0.0, 0.02])];
-    potentials.map(|potential| Problem { metric: Metric::new(potential, 1.0, 2.0), initial: START, length })
+    potentials.map(|potential| Problem { space: Metric::new(potential, 1.0, 2.0).into(), start: START, length })
 }
 
 /// Largest error of t and x at the points of the output.
 fn error(problem: &Problem, output: &Output, trajectory: &Trajectory) -> f64 {
-    let reference = ReferenceTrajectory::new(&problem.metric, &problem.initial, problem.length, 16).unwrap();
+    let reference = ReferenceTrajectory::new(&*problem.space, &problem.start, problem.length, 16).unwrap();
     assert_eq!(trajectory.states.len(), output.marks.len());
     let errors = output.gamma(problem.length).zip(&trajectory.states).map(|(gamma, state)| {
         let exact = reference.at(gamma);
@@ -35,8 +36,8 @@ fn error(problem: &Problem, output: &Output, trajectory: &Trajectory) -> f64 {
 }
 
 fn delta_k(problem: &Problem, trajectory: &Trajectory) -> Vec<f64> {
-    let invariants = problem.initial.invariants(&problem.metric);
-    let k = |x: f64, w: f64| invariants.q_t * invariants.q_t / problem.metric.at(x).g00 - w * w;
+    let invariants = problem.start.invariants(&problem.space);
+    let k = |x: f64, w: f64| invariants.q_t * invariants.q_t / problem.space.at(x).g00 - w * w;
     trajectory.states.iter().map(|state| (k(state.x, state.w) - invariants.k).abs()).collect()
 }
 
@@ -128,7 +129,7 @@ fn symplectic_methods_keep_k_bounded_and_runge_kutta_lets_it_drift() {
 #[test]
 fn failures_are_told_apart() {
     let start = InitialData { t: 0.0, x: 0.0, t_dot: 1.0, x_dot: 0.0 };
-    let problem = Problem { metric: Metric::new(Potential::linear(-0.5), 1.0, 1.0), initial: start, length: 5.0 };
+    let problem = Problem { space: Metric::new(Potential::linear(-0.5), 1.0, 1.0).into(), start, length: 5.0 };
     let output = Output::even(5);
     for failure in [
         Rk4.run(&problem, &output, Setting::steps(500)).unwrap_err(),

@@ -26,7 +26,7 @@ fn errors(overrides: &str) -> (f64, [f64; 2]) {
         between[0] = between[0].max((sample.x - exact.x).abs()).max((sample.t - exact.elapsed).abs());
         between[1] = between[1].max((sample.x_dot - exact.x_dot).abs()).max((sample.t_dot - exact.t_dot).abs());
         // The same point by its time.
-        let by_time = sampler.at_time(sample.t).unwrap();
+        let by_time = sampler.at_value(0, sample.t).unwrap();
         assert!(
             (by_time.gamma - gamma).abs() < 1e-13 && (by_time.x - sample.x).abs() < 1e-13,
             "{overrides} at {gamma}"
@@ -56,10 +56,10 @@ fn nodes_are_samples_of_themselves_and_the_ends_are_inside() {
             let sample = sampler.at_gamma(gamma).unwrap();
             assert!((sample.t - t).abs() < 1e-14 && (sample.x - solution.x()[k]).abs() < 1e-14, "{scheme}, node {k}");
         }
-        assert_eq!(sampler.at_time(2.5).unwrap().x, 1.0);
-        assert!((sampler.at_time(solution.end_state().t).unwrap().gamma - 0.7).abs() < 1e-14);
+        assert_eq!(sampler.at_value(0, 2.5).unwrap().x, 1.0);
+        assert!((sampler.at_value(0, solution.end_state().t).unwrap().gamma - 0.7).abs() < 1e-14);
         assert!(sampler.at_gamma(0.7000001).is_err() && sampler.at_gamma(-0.3000001).is_err());
-        assert!(sampler.at_time(2.4999).is_err() && sampler.at_time(solution.end_state().t + 1e-6).is_err());
+        assert!(sampler.at_value(0, 2.4999).is_err() && sampler.at_value(0, solution.end_state().t + 1e-6).is_err());
     }
 }
 
@@ -67,9 +67,9 @@ fn nodes_are_samples_of_themselves_and_the_ends_are_inside() {
 fn time_that_runs_backwards_is_sampled_too() {
     let solution = solved("initial.t_dot=-1.0 scheme.sbp=SBP42 grid.n_gamma=200");
     let mut sampler = Sampler::new(&solution);
-    let sample = sampler.at_time(-1.0).unwrap();
+    let sample = sampler.at_value(0, -1.0).unwrap();
     assert!((sampler.at_gamma(sample.gamma).unwrap().t + 1.0).abs() < 1e-13 && sample.t_dot < 0.0);
-    assert!(sampler.at_time(0.1).is_err());
+    assert!(sampler.at_value(0, 0.1).is_err());
 }
 
 #[test]

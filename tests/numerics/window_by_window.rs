@@ -58,7 +58,7 @@ fn windows_one_by_one_are_those_of_the_whole_run() {
             assert_eq!(*sample, sampler.at_gamma(gamma).unwrap(), "{overrides}");
         }
         for (sample, &t) in by_time.finish(&last).unwrap().iter().zip(&times) {
-            assert_eq!(*sample, sampler.at_time(t).unwrap(), "{overrides}");
+            assert_eq!(*sample, sampler.at_value(0, t).unwrap(), "{overrides}");
         }
     }
 }

@@ -115,7 +115,7 @@ fn samples_and_physical_times_know_windows() {
             .map(|(g, x)| (x - reference.at(g).x).abs())
             .fold(0.0, f64::max);
         for k in 0..=90 {
-            let sample = sampler.at_time(0.5 + 0.05 * f64::from(k)).unwrap();
+            let sample = sampler.at_value(0, 0.5 + 0.05 * f64::from(k)).unwrap();
             let error = (sample.x - reference.at(sample.gamma).x).abs();
             assert!(error < 2.0 * worst + 1e-12, "{sbp} {form} at t = {}: {error:e} against {worst:e}", sample.t);
             let back = sampler.at_gamma(sample.gamma).unwrap();
@@ -164,7 +164,7 @@ fn the_last_time_can_be_sampled_in_every_precision() {
     for digits in [16, 17, 40] {
         let overrides = format!("scheme.sbp=GLL8 grid={{t_f=2.0,windows=3,n_gamma=8}} solver.digits={digits}");
         let two = Extended::from(2.0);
-        assert!(digits == 16 || Sampler::new(&solved_in::<Extended>(&overrides)).at_time(two).is_ok(), "{digits}");
-        assert!(digits != 16 || Sampler::new(&solved(&overrides)).at_time(2.0).is_ok());
+        assert!(digits == 16 || Sampler::new(&solved_in::<Extended>(&overrides)).at_value(0, two).is_ok(), "{digits}");
+        assert!(digits != 16 || Sampler::new(&solved(&overrides)).at_value(0, 2.0).is_ok());
     }
 }

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use geodesic_ivp::case::{Form, SbpName, SceneCase};
-use geodesic_ivp::methods::{Composition, Dop853, Gauss, Output, PEERS, Peer, Problem, Rk4, Setting, Step};
+use geodesic_ivp::methods::{Composition, Dop853, Gauss, Output, PEERS, Peer, PeerIn, Problem, Rk4, Setting, Step};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve;
 use geodesic_ivp::study::work_precision::{
@@ -172,7 +172,7 @@ fn errors_of_a_row_are_those_of_the_states_and_decide_its_status() {
     let mut large = false;
     for row in &rows {
         let steps: usize = row.setting.strip_prefix("steps=").unwrap().parse().unwrap();
-        let problem = Problem { metric: metric.clone(), initial, length: 8.0 };
+        let problem = Problem { space: metric.clone().into(), start: initial, length: 8.0 };
         let output = Output::even(OUTPUTS);
         let states = Composition::VERLET.run(&problem, &output, Setting::steps(steps)).unwrap().states;
         let (mut errors, mut sizes, mut delta_k) = ([0.0_f64; 2], [0.0_f64; 2], 0.0_f64);

@@ -4,42 +4,42 @@ use std::sync::Arc;
 
 use geodesic_ivp::geometry::{Geometry, Start};
 use geodesic_ivp::methods::{
-    Dop853, Failure, Gauss, Output, PEERS, Peer, Radau5, Rk4, SceneProblem, SceneState, Setting, Step, Taylor,
+    Dop853, Failure, Gauss, Output, PEERS, Peer, PeerIn, Problem, Radau5, Rk4, SceneState, Setting, Step, Taylor,
     Trajectory,
 };
 use geodesic_ivp::reference::ReferenceTrajectory;
 
 use super::common::{geometry, newtonian, newtonian_start, of_potential, preset, start};
 
-fn problem(geometry: Geometry, start: Start, length: f64) -> SceneProblem {
+fn problem(geometry: Geometry, start: Start, length: f64) -> Problem<Geometry> {
     let geometry = Arc::new(geometry.around(&start.q).unwrap());
-    SceneProblem { geometry, start, length }
+    Problem { space: geometry, start, length }
 }
 
 /// Two active coordinates, separable.
-fn henon_heiles() -> SceneProblem {
+fn henon_heiles() -> Problem<Geometry> {
     let geometry = of_potential(&newtonian(&["x", "y"], "(x^2 + y^2)/2 + x^2*y - y^3/3"));
     let start = newtonian_start(&geometry, &[0.1, 0.3], &[0.4, 0.0]);
     problem(geometry, start, 10.0)
 }
 
 /// One active coordinate of three.
-fn schwarzschild() -> SceneProblem {
+fn schwarzschild() -> Problem<Geometry> {
     let geometry = geometry(&preset("schwarzschild", &[]));
     let start = start(&geometry, &[0.0, 10.0, 0.0], &[1.2, -0.05, 0.03]);
     problem(geometry, start, 40.0)
 }
 
 /// Two active coordinates of four, and an off-diagonal component.
-fn kerr() -> SceneProblem {
+fn kerr() -> Problem<Geometry> {
     let geometry = geometry(&preset("kerr", &[("a", "0.9")]));
     let start = start(&geometry, &[0.0, 10.0, 1.4, 0.0], &[1.25, -0.05, 0.01, 0.035]);
     problem(geometry, start, 40.0)
 }
 
 /// Largest error of a coordinate or momentum at the points of the output.
-fn error(problem: &SceneProblem, output: &Output, trajectory: &Trajectory<SceneState>) -> f64 {
-    let reference = ReferenceTrajectory::new(&*problem.geometry, &problem.start, problem.length, 16).unwrap();
+fn error(problem: &Problem<Geometry>, output: &Output, trajectory: &Trajectory<SceneState>) -> f64 {
+    let reference = ReferenceTrajectory::new(&*problem.space, &problem.start, problem.length, 16).unwrap();
     assert_eq!(trajectory.states.len(), output.marks.len());
     let mut largest = 0.0;
     for (gamma, state) in output.gamma(problem.length).zip(&trajectory.states) {
@@ -75,14 +75,14 @@ fn every_method_of_constant_steps_has_its_order() {
     let output = Output::even(5);
     for problem in [henon_heiles(), schwarzschild(), kerr()] {
         for peer in PEERS.into_iter().filter(|peer| peer.about().step != Step::Adaptive) {
-            if peer.about().needs_second_order && !problem.geometry.is_separable() {
-                let refused = peer.run_scene(&problem, &output, Setting::steps(5));
+            if peer.about().needs_second_order && !problem.space.is_separable() {
+                let refused = peer.run(&problem, &output, Setting::steps(5));
                 assert_eq!(refused, Err(Failure::NotSeparable), "{peer:?}");
                 continue;
             }
             let (steps, least) = expected(peer);
             let errors = steps.map(|n| {
-                let trajectory = peer.run_scene(&problem, &output, Setting::steps(n * output.intervals)).unwrap();
+                let trajectory = peer.run(&problem, &output, Setting::steps(n * output.intervals)).unwrap();
                 error(&problem, &output, &trajectory)
             });
             let slope = (errors[0] / errors[1]).ln() / (steps[1] as f64 / steps[0] as f64).ln();
@@ -97,21 +97,21 @@ fn every_adaptive_method_follows_its_tolerance() {
     let output = Output::even(5);
     for problem in [henon_heiles(), schwarzschild(), kerr()] {
         let order_8 = [1e-6, 1e-12].map(|tolerance| {
-            let trajectory = Dop853.run_scene(&problem, &output, Setting::tolerance(tolerance)).unwrap();
+            let trajectory = Dop853.run(&problem, &output, Setting::tolerance(tolerance)).unwrap();
             (error(&problem, &output, &trajectory), trajectory.evaluations as f64)
         });
         assert!(order_8[0].0 < 3e-5 && order_8[1].0 < 3e-11, "{order_8:?}");
         let order = (order_8[0].0 / order_8[1].0).ln() / (order_8[1].1 / order_8[0].1).ln();
         assert!(order > 6.5, "DOP853: order {order}, {order_8:?}");
         let order_5 = [1e-6, 1e-10].map(|tolerance| {
-            let trajectory = Radau5.run_scene(&problem, &output, Setting::tolerance(tolerance)).unwrap();
+            let trajectory = Radau5.run(&problem, &output, Setting::tolerance(tolerance)).unwrap();
             (error(&problem, &output, &trajectory), trajectory.steps as f64)
         });
         assert!(order_5[0].0 < 1e-6 && order_5[1].0 < 1e-11, "{order_5:?}");
         let order = (order_5[0].0 / order_5[1].0).ln() / (order_5[1].1 / order_5[0].1).ln();
         assert!((4.4..8.0).contains(&order), "Radau: order {order}, {order_5:?}");
         for tolerance in [1e-6, 1e-12] {
-            let trajectory = Taylor.run_scene(&problem, &output, Setting::tolerance(tolerance)).unwrap();
+            let trajectory = Taylor.run(&problem, &output, Setting::tolerance(tolerance)).unwrap();
             let error = error(&problem, &output, &trajectory);
             assert!(error < 100.0 * tolerance, "Taylor: {error} with {tolerance}");
         }
@@ -129,14 +129,14 @@ fn dense_output_has_its_order() {
             (&Gauss { stages: 4 }, 4.6, [40, 80], 1e-3),
         ] {
             let errors =
-                steps.map(|n| error(&problem, &output, &peer.run_scene(&problem, &output, Setting::steps(n)).unwrap()));
+                steps.map(|n| error(&problem, &output, &peer.run(&problem, &output, Setting::steps(n)).unwrap()));
             let slope = (errors[0] / errors[1]).log2();
             assert!(slope > least && errors[1] < bound, "{peer:?}: order {slope}, errors {errors:?}");
         }
         for tolerance in [1e-6, 1e-9, 1e-12] {
             let [ends, all] = [1, 97].map(|points| {
                 let output = Output::even(points);
-                error(&problem, &output, &Dop853.run_scene(&problem, &output, Setting::tolerance(tolerance)).unwrap())
+                error(&problem, &output, &Dop853.run(&problem, &output, Setting::tolerance(tolerance)).unwrap())
             });
             assert!(all < 10.0 * ends + 100.0 * tolerance, "{tolerance}: {all} inside, {ends} at the end");
         }
@@ -146,9 +146,9 @@ fn dense_output_has_its_order() {
 #[test]
 fn charges_are_parameters_and_the_rest_of_a_state_is_consistent() {
     for problem in [henon_heiles(), schwarzschild(), kerr()] {
-        let geometry = &problem.geometry;
+        let geometry = &problem.space;
         let output = Output { intervals: 4, marks: vec![0, 1, 4] };
-        let states = Dop853.run_scene(&problem, &output, Setting::tolerance(1e-13)).unwrap().states;
+        let states = Dop853.run(&problem, &output, Setting::tolerance(1e-13)).unwrap().states;
         assert_eq!(states[0], SceneState { q: problem.start.q.clone(), p: problem.start.p.clone() });
         let (field, mut rates) = (geometry.field(), geometry.field().room());
         let norm = |state: &SceneState, rates: &mut _| {
@@ -176,7 +176,7 @@ fn a_horizon_ends_every_method() {
             Step::Adaptive => Setting::tolerance(1e-8),
             _ => Setting::steps(500),
         };
-        let failure = peer.run_scene(&problem, &output, setting).unwrap_err();
+        let failure = peer.run(&problem, &output, setting).unwrap_err();
         let ends = [Failure::OutsideDomain, Failure::TooManySteps, Failure::Diverged, Failure::NotConverged];
         assert!(ends.contains(&failure), "{peer:?}: {failure}");
     }

@@ -19,7 +19,7 @@ use geodesic_ivp::geometry::{Direction, GeometryText, Observable, Place as Formu
 use geodesic_ivp::lobatto::flow::Flow;
 use geodesic_ivp::output::{write_residuals, write_trajectory};
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::sampling::{SceneSampler, Watch, crossings};
+use geodesic_ivp::sampling::{Sampler, Watch, crossings};
 use geodesic_ivp::solve::{NoSolution, WorldLine, solve_scene};
 use outcome::Outcome;
 use random::Random;
@@ -81,7 +81,7 @@ fn error_of_samples(line: &WorldLine) -> f64 {
     const SAMPLES: usize = 331;
     let geometry = line.geometry();
     let reference = ReferenceTrajectory::new(geometry, &line.place.start, line.length, 16).expect("it gets there");
-    let mut sampler = SceneSampler::new(line);
+    let mut sampler = Sampler::new(line);
     let (mut largest, mut sizes) = (vec![0.0_f64; geometry.dimension()], vec![1.0_f64; geometry.dimension()]);
     for k in 0..SAMPLES {
         let gamma = line.length * (k as f64 + 0.37) / SAMPLES as f64;
@@ -232,7 +232,7 @@ fn every_reader_of_a_world_line_takes_the_grid_of_each_window() {
     let lengths = || line.windows.iter().map(|window| window.gamma[1] - window.gamma[0]);
     let (shortest, longest) = (lengths().fold(f64::INFINITY, f64::min), lengths().fold(0.0, f64::max));
     assert!(longest > 1.2 * shortest && line.windows.len() > 4, "{shortest} {longest}");
-    let [mut between, mut of_even] = [&line, &even].map(SceneSampler::new);
+    let [mut between, mut of_even] = [&line, &even].map(Sampler::new);
     for step in 0..=97 {
         let gamma = 400.0 * f64::from(step) / 97.0;
         let [found, expected] = [&mut between, &mut of_even].map(|line| line.at_gamma(gamma).unwrap());

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use geodesic_ivp::action::Form;
 use geodesic_ivp::case::scene::SceneCase;
-use geodesic_ivp::methods::{Dop853, Output, Peer, Rk4, SceneProblem, Setting};
+use geodesic_ivp::methods::{Dop853, Output, Peer, PeerIn, Problem, Rk4, Setting};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::sbp::SbpName;
 use geodesic_ivp::solve::Setup;
@@ -44,8 +44,8 @@ fn k_and_energy_of_another_method_are_those_of_its_states() {
             (u[1].powi(2) + u[2].powi(2)) / u[0].powi(2) + x * x + 2.0 * y * y + x * x * y / 3.0
         };
         let begun = energy(&start.q, &start.q_dot);
-        let problem = SceneProblem { geometry: geometry.clone(), start: (*start).clone(), length: 2.0 };
-        let states = Rk4.run_scene(&problem, &Output::even(10), Setting::steps(10)).unwrap().states;
+        let problem = Problem { space: geometry.clone(), start: (*start).clone(), length: 2.0 };
+        let states = Rk4.run(&problem, &Output::even(10), Setting::steps(10)).unwrap().states;
         let (mut delta_k, mut delta_energy) = (0.0_f64, 0.0_f64);
         for state in &states {
             let u = geometry.velocities(&state.q, &state.p).unwrap();
@@ -60,7 +60,7 @@ fn k_and_energy_of_another_method_are_those_of_its_states() {
             Some(found) => assert!((found - delta_energy).abs() < 1e-12 && delta_energy > 1e-4, "{found}"),
             None => assert!(law == "c = 9.0" && k.abs() > 1.0),
         }
-        let exact = ReferenceTrajectory::new(&*problem.geometry, &problem.start, 2.0, 16).unwrap();
+        let exact = ReferenceTrajectory::new(&*problem.space, &problem.start, 2.0, 16).unwrap();
         assert_eq!(arena.reference_error(), exact.error_estimate(), "{law}");
     }
 }

@@ -41,12 +41,12 @@ fn on_a_line(height: f64, width: f64, place: f64, [x, x_dot]: [f64; 2], grid: &s
 
 fn of_case<S: Numeric>(case: &Case, error: Option<f64>) -> Option<Gaps> {
     let solution: Solution<S> = solve(case).ok()?;
-    Some(Gaps::of_solution(&solution, &case.metric(), error))
+    Some(Gaps::new(&solution, &case.metric(), error))
 }
 
 fn of_scene<S: Numeric>(case: &SceneCase, error: Option<f64>) -> Option<Gaps> {
     let line: WorldLine<S> = solve_scene(&case.setup()).ok()?;
-    Some(Gaps::of_world_line(&line, &case.geometry(), error))
+    Some(Gaps::new(&line, &case.geometry(), error))
 }
 
 #[test]
@@ -62,7 +62,7 @@ fn barriers_between_the_nodes_are_found() {
         let Ok(solution): Result<Solution, _> = solve(&case) else { continue };
         let passes = solution.end_state().x > place;
         for error in ERRORS {
-            let gaps = Gaps::of_solution(&solution, &case.metric(), error);
+            let gaps = Gaps::new(&solution, &case.metric(), error);
             assert_eq!(gaps.count, solution.x().len() - solution.windows.len());
             assert!(gaps.unproved > 0, "{width:e} {height} {place} {x_dot}: {gaps:?}");
             let first = gaps.first.unwrap();

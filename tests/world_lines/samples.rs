@@ -5,7 +5,7 @@ use geodesic_ivp::action::Form;
 use geodesic_ivp::case::{SceneCase, builtin};
 use geodesic_ivp::geometry::{Geometry, GeometryText};
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::sampling::SceneSampler;
+use geodesic_ivp::sampling::Sampler;
 use geodesic_ivp::sbp::SbpName;
 use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::solve::{Setup, System, WorldLine, solve_scene};
@@ -26,7 +26,7 @@ fn reference<S: Numeric>(line: &WorldLine<S>) -> ReferenceTrajectory<S, Geometry
 
 /// The largest errors of positions and of velocities and momenta at so many values of γ.
 fn errors(line: &WorldLine, samples: u32) -> [f64; 2] {
-    let (reference, mut sampler) = (reference(line), SceneSampler::new(line));
+    let (reference, mut sampler) = (reference(line), Sampler::new(line));
     let mut most = [0.0_f64; 2];
     for k in 0..=samples {
         let gamma = line.length * f64::from(k) / f64::from(samples);
@@ -98,7 +98,7 @@ fn nodes_are_samples_of_themselves_and_the_ends_are_inside() {
         let mut setup = setup::<f64>(sbp, form, n, 3, System::PhysicalLimit);
         setup.gamma_i = -0.7;
         let line = solve_scene(&setup).unwrap();
-        let mut sampler = SceneSampler::new(&line);
+        let mut sampler = Sampler::new(&line);
         for (k, gamma) in line.gamma().enumerate() {
             let sample = sampler.at_gamma(gamma).unwrap();
             for a in 0..3 {
@@ -119,7 +119,7 @@ fn nodes_are_samples_of_themselves_and_the_ends_are_inside() {
 fn a_value_of_a_coordinate_that_grows_is_found() {
     for (sbp, n) in [(SbpName::Gll(16), 16), (SbpName::Sbp42, 200)] {
         let line = solve_scene(&setup::<f64>(sbp, Form::Weak, n, 3, System::PhysicalLimit)).unwrap();
-        let mut sampler = SceneSampler::new(&line);
+        let mut sampler = Sampler::new(&line);
         assert!(sampler.is_monotonic(0) && !sampler.is_monotonic(1));
         // The first node of a weak grid is off its start by the truncation error.
         for k in 1..50 {
@@ -139,7 +139,7 @@ fn a_value_of_a_coordinate_that_grows_is_found() {
 fn samples_keep_the_digits_of_the_run() {
     let line: WorldLine<Extended> =
         solve_scene(&setup(SbpName::Gll(32), Form::Weak, 32, 12, System::PhysicalLimit)).unwrap();
-    let (reference, mut sampler) = (reference(&line), SceneSampler::new(&line));
+    let (reference, mut sampler) = (reference(&line), Sampler::new(&line));
     for k in 1..8 {
         let gamma = Extended::from(f64::from(k) * 0.51);
         let (sample, exact) = (sampler.at_gamma(gamma).unwrap(), reference.at(gamma));
@@ -160,7 +160,7 @@ fn a_circular_orbit_has_samples_though_its_radial_momentum_is_rounding() {
         .collect();
     let case = SceneCase::parse("circle", text, &set).unwrap();
     let line: WorldLine = solve_scene(&case.setup()).unwrap();
-    let mut sampler = SceneSampler::new(&line);
+    let mut sampler = Sampler::new(&line);
     for k in 0..=100 {
         let gamma = f64::from(k);
         let sample = sampler.at_gamma(gamma).unwrap();

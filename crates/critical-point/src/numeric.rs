@@ -1,12 +1,13 @@
 //! The numbers that everything is compiled for.
 
 use crate::diagnostics::Diagnosed;
+use crate::diagnostics::gaps::Gapped;
 use crate::errors::Compared;
 use crate::geometry::{Formulated, Geometry};
 use crate::metric::Metric;
 use crate::potential::Parsed;
 use crate::reference::{Crossed, Traced};
-use crate::sampling::Sampled;
+use crate::sampling::{Sampled, Streamed, Watched};
 use crate::solve::Arithmetic;
 use crate::tables::Tabled;
 
@@ -21,7 +22,12 @@ pub trait Numeric:
     + Traced<Geometry<Self>>
     + Crossed
     + Diagnosed
-    + Sampled
+    + Gapped<Metric<Self>>
+    + Gapped<Geometry<Self>>
+    + Sampled<Metric<Self>>
+    + Sampled<Geometry<Self>>
+    + Streamed
+    + Watched
     + Tabled
     + Compared
 {
@@ -35,7 +41,12 @@ impl<S> Numeric for S where
         + Traced<Geometry<S>>
         + Crossed
         + Diagnosed
-        + Sampled
+        + Gapped<Metric<S>>
+        + Gapped<Geometry<S>>
+        + Sampled<Metric<S>>
+        + Sampled<Geometry<S>>
+        + Streamed
+        + Watched
         + Tabled
         + Compared
 {

@@ -180,54 +180,55 @@ pub fn write_branches<S: Real, G: Space<S>>(mut out: impl Write, run: &WorldLine
     write_table(&mut out, run, columns.collect())
 }
 
-/// Writes `samples.csv` with the columns gamma,t,x,t_dot,x_dot. γ and t are those of the case, not counted from the
-/// start. Extended numbers have `digits` significant digits.
+/// The world-line at one value of γ, as a row of a table.
+pub trait Row<S> {
+    /// Its numbers, in the order of [`state_header`].
+    fn numbers(&self) -> impl Iterator<Item = S>;
+}
+
+/// γ and t are those of the case, not counted from the start.
+impl<S: Real> Row<S> for Sample<S> {
+    fn numbers(&self) -> impl Iterator<Item = S> {
+        [self.gamma, self.t, self.x, self.t_dot, self.x_dot].into_iter()
+    }
+}
+
+impl<S: Real> Row<S> for SceneSample<S> {
+    fn numbers(&self) -> impl Iterator<Item = S> {
+        std::iter::once(self.gamma).chain(self.q.iter().copied()).chain(self.q_dot.iter().copied())
+    }
+}
+
+/// Writes `samples.csv`: gamma, the coordinates `names`, their derivatives. Extended numbers have `digits` significant
+/// digits.
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_samples<S: Tabled>(
+pub fn write_samples<S: Tabled, R: Row<S>>(
     mut out: impl Write,
-    mut samples: impl Iterator<Item = Sample<S>>,
+    names: &[String],
+    samples: &[R],
     digits: u32,
 ) -> csv::Result<()> {
-    S::table_of_samples(&mut samples, digits, &mut out)
+    let mut samples = samples.iter();
+    let mut next = |numbers: &mut Vec<S>| samples.next().map(|sample| numbers.extend(sample.numbers()));
+    S::table_of_samples(names, &mut next, digits, &mut out)
 }
+
+/// What appends the numbers of the next row, if there is one.
+#[doc(hidden)]
+pub type Rows<'r, S> = &'r mut dyn FnMut(&mut Vec<S>) -> Option<()>;
 
 fn write_samples_here<S: Real>(
-    samples: &mut dyn Iterator<Item = Sample<S>>,
-    digits: u32,
-    out: &mut dyn Write,
-) -> csv::Result<()> {
-    let names = ["t", "x"].map(str::to_owned);
-    let mut table = Table::new(out, state_header(&names).iter().map(String::as_str), digits)?;
-    for Sample { gamma, t, x, t_dot, x_dot } in samples {
-        table.row([gamma, t, x, t_dot, x_dot].into_iter(), None)?;
-    }
-    table.finish()
-}
-
-/// Writes `samples.csv` of a scene: gamma, the coordinates `names`, their derivatives.
-///
-/// # Errors
-/// If `out` cannot be written.
-pub fn write_scene_samples<S: Tabled>(
-    mut out: impl Write,
     names: &[String],
-    samples: &[SceneSample<S>],
-    digits: u32,
-) -> csv::Result<()> {
-    S::table_of_scene_samples(names, samples, digits, &mut out)
-}
-
-fn write_scene_samples_here<S: Real>(
-    names: &[String],
-    samples: &[SceneSample<S>],
+    next: Rows<'_, S>,
     digits: u32,
     out: &mut dyn Write,
 ) -> csv::Result<()> {
     let mut table = Table::new(out, state_header(names).iter().map(String::as_str), digits)?;
-    for sample in samples {
-        table.row(state(sample), None)?;
+    let mut numbers = Vec::new();
+    while next(&mut numbers).is_some() {
+        table.row(numbers.drain(..), None)?;
     }
     table.finish()
 }
@@ -247,7 +248,7 @@ pub fn write_events<S: Real>(
     let header = state_header(names);
     let mut table = Table::new(&mut out, std::iter::once("event").chain(header.iter().map(String::as_str)), digits)?;
     for Crossing { watch, sample } in crossings {
-        table.labelled_row(events[*watch], state(sample))?;
+        table.labelled_row(events[*watch], sample.numbers())?;
     }
     table.finish()
 }
@@ -257,11 +258,6 @@ pub fn write_events<S: Real>(
 pub fn state_header(names: &[String]) -> Vec<String> {
     let velocities = names.iter().map(|name| format!("{name}_dot"));
     std::iter::once("gamma".to_owned()).chain(names.iter().cloned()).chain(velocities).collect()
-}
-
-/// The values of these columns.
-fn state<S: Real>(sample: &SceneSample<S>) -> impl Iterator<Item = S> {
-    std::iter::once(sample.gamma).chain(sample.q.iter().copied()).chain(sample.q_dot.iter().copied())
 }
 
 fn trajectory<'c, S: Real, G: Space<S>>(run: &'c WorldLine<S, G>, tangent: &'c [Cow<'_, [S]>]) -> Vec<Column<'c, S>> {
@@ -359,15 +355,10 @@ crate::compiled! {
             out: &mut dyn Write,
         ) -> csv::Result<()> = write_here;
         fn table_of_samples(
-            list: &mut dyn Iterator<Item = Sample<Self>>,
+            names: &[String],
+            next: Rows<'_, Self>,
             digits: u32,
             out: &mut dyn Write,
         ) -> csv::Result<()> = write_samples_here;
-        fn table_of_scene_samples(
-            names: &[String],
-            list: &[SceneSample<Self>],
-            digits: u32,
-            out: &mut dyn Write,
-        ) -> csv::Result<()> = write_scene_samples_here;
     }
 }

@@ -5,7 +5,7 @@ use crate::action::Form;
 use crate::diagnostics::scene::SceneDiagnostics;
 use crate::geometry::{ConservedSum, Observable};
 use crate::output::chart::{Chart, Ink, Mark, Scale, Series};
-use crate::sampling::{Crossing, SceneSample, SceneSampler};
+use crate::sampling::{Crossing, Sampler, SceneSample};
 use crate::solve::WorldLine;
 
 /// Points of an orbit: as many as a line may have without being thinned, and more of very long ones.
@@ -89,7 +89,7 @@ fn norm<S: Numeric>(line: &WorldLine<S>) -> S {
 
 /// So many points of the orbit, evenly in γ.
 fn points<S: Numeric>(line: &WorldLine<S>, axes: &mut PlotAxes<S>, count: usize) -> Vec<(f64, f64)> {
-    let (norm, mut sampler) = (norm(line), SceneSampler::new(line));
+    let (norm, mut sampler) = (norm(line), Sampler::new(line));
     let step = line.length / S::from((count - 1) as f64);
     let gammas = (0..count).map(|k| line.gamma_i + S::from(k as f64) * step);
     gammas.filter_map(|gamma| sampler.at_gamma(gamma).ok()).map(|sample| axes.point(&sample, norm)).collect()

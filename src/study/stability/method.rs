@@ -171,7 +171,7 @@ fn step_radius(peer: &dyn Peer, step: f64) -> f64 {
     let metric = Metric::new(Potential::polynomial(vec![0.0, 0.0, 0.5]), 1.0, 1.0);
     let column = |x: f64, x_dot: f64| {
         let initial = InitialData { t: 0.0, x: SMALL * x, t_dot: 1.0, x_dot: SMALL * x_dot };
-        let problem = Problem { metric: metric.clone(), initial, length: step };
+        let problem = Problem { space: metric.clone().into(), start: initial, length: step };
         let state = *peer.run(&problem, &Output::even(1), Setting::steps(1)).ok()?.states.last()?;
         Some([state.x / SMALL, state.w / SMALL])
     };

@@ -52,7 +52,7 @@ impl One {
         let mut initial = self.initial;
         initial.t_dot *= range.tangent;
         initial.x_dot *= range.tangent;
-        Problem { metric: self.metric.clone(), initial, length: range.length }
+        Problem { space: self.metric.clone().into(), start: initial, length: range.length }
     }
 }
 
@@ -176,11 +176,11 @@ fn track_of(solution: &Solution) -> Track {
 }
 
 fn track_of_states(problem: &Problem, states: Vec<State>, steps: usize, is_equidistant: bool) -> Track {
-    let invariants = problem.initial.invariants(&problem.metric);
-    let begin = State { elapsed: 0.0, x: problem.initial.x, w: problem.initial.x_dot };
+    let invariants = problem.start.invariants(&problem.space);
+    let begin = State { elapsed: 0.0, x: problem.start.x, w: problem.start.x_dot };
     let all: Vec<State> = std::iter::once(begin).chain(states).collect();
     let q_t = invariants.q_t;
-    let k = |state: &State| q_t * (q_t / problem.metric.g00(state.x)) - state.w * state.w - invariants.k;
+    let k = |state: &State| q_t * (q_t / problem.space.g00(state.x)) - state.w * state.w - invariants.k;
     let q = [|state: &State| state.elapsed, |state: &State| state.x].map(|of| all.iter().map(of).collect());
     Track::of_steps(problem.length, (q.to_vec(), all.iter().map(k).collect()), steps, is_equidistant)
 }

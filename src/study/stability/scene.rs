@@ -9,11 +9,11 @@ use crate::action::Form;
 use crate::case::scene::{SceneCase, on_grid};
 use crate::diagnostics::scene::{SceneDiagnostics, energy_off};
 use crate::geometry::Geometry;
-use crate::methods::{Output, Peer, SceneProblem, SceneState, Setting, Trajectory};
+use crate::methods::{Output, Peer, Problem, SceneState, Setting, Trajectory};
 use crate::norm::{larger, max_abs};
 use crate::reference::{ReferenceEnds, ReferenceTrajectory};
 use crate::scalar::{Extended, Real};
-use crate::solve::{Setup, System, WorldLine, scene_bytes_needed, solve_scene};
+use crate::solve::{Setup, System, WorldLine, bytes_needed, solve_scene};
 use crate::study::scene_length::length_of;
 
 /// A grid whose linear systems need more bytes than this is left out: several cells are computed at once.
@@ -163,7 +163,7 @@ impl World for Scene {
                 setup
             }
         };
-        if scene_bytes_needed(&setup, 0) > MOST_BYTES {
+        if bytes_needed(&setup, false, 0) > MOST_BYTES {
             return None;
         }
         let intervals = setup.settings.windows * (setup.settings.n_gamma - 1);
@@ -176,10 +176,9 @@ impl World for Scene {
 
     fn other(&self, peer: &'static dyn Peer, range: Range, output: Output, setting: Setting) -> Task<'_> {
         let place = &self.setup.place;
-        let problem =
-            SceneProblem { geometry: place.geometry.clone(), start: (*place.start).clone(), length: range.length };
+        let problem = Problem { space: place.geometry.clone(), start: (*place.start).clone(), length: range.length };
         let run = move || {
-            let Trajectory { states, steps, .. } = peer.run_scene(&problem, &output, setting)?;
+            let Trajectory { states, steps, .. } = peer.run(&problem, &output, setting)?;
             Ok(Box::new(move || self.track_of_states(range.length, states, steps, setting.count > 0)) as Measured<'_>)
         };
         Task { intervals: setting.count, run: Box::new(run) }

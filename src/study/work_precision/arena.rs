@@ -5,7 +5,7 @@ use crate::case::scene::SceneCase;
 use crate::case::{Case, End};
 use crate::geodesic::Invariants;
 use crate::geometry::Geometry;
-use crate::methods::{Output, Problem, SceneProblem, SceneState, State};
+use crate::methods::{Output, Problem, SceneState, State};
 use crate::norm::larger;
 use crate::reference::{ReferenceEnds, ReferencePoint, ReferenceTrajectory};
 use crate::scalar::{Extended, Real};
@@ -44,7 +44,7 @@ pub(super) struct One {
 
 /// A scene.
 pub(super) struct Scene {
-    pub(super) problem: SceneProblem,
+    pub(super) problem: Problem<Geometry>,
     pub(super) setup: Setup,
     reference: ReferenceTrajectory<Extended, Geometry<Extended>>,
 }
@@ -77,8 +77,8 @@ impl Arena {
             }
         };
         let reference = ReferenceTrajectory::new(&metric, &initial, length.into(), digits(length))?;
-        let problem = Problem { metric: case.metric(), initial: case.initial_data(), length };
-        let invariants = problem.initial.invariants(&problem.metric);
+        let problem = Problem { space: case.metric().into(), start: case.initial_data(), length };
+        let invariants = problem.start.invariants(&problem.space);
         let (reference_error, steps) = (reference.error_estimate(), reference.steps());
         let world = World::One(Box::new(One { problem, case: run::plain(case), invariants, reference }));
         let coordinates = ["t", "x"].map(str::to_owned).to_vec();
@@ -96,8 +96,7 @@ impl Arena {
         let place = &exact.place;
         let reference = ReferenceTrajectory::new(&*place.geometry, &place.start, length.into(), digits(length))?;
         let setup: Setup = case.setup();
-        let problem =
-            SceneProblem { geometry: setup.place.geometry.clone(), start: (*setup.place.start).clone(), length };
+        let problem = Problem { space: setup.place.geometry.clone(), start: (*setup.place.start).clone(), length };
         let (reference_error, steps) = (reference.error_estimate(), reference.steps());
         let coordinates = case.coordinates();
         let world = World::Scene(Box::new(Scene { problem, setup, reference }));
@@ -110,7 +109,7 @@ impl Arena {
         for gamma in Output::even(OUTPUTS).gamma(self.length) {
             let (exact, _) = self.exact(gamma);
             let origin = |a: usize| match &self.world {
-                World::Scene(scene) if !scene.problem.geometry.active().contains(&a) => scene.problem.start.q[a],
+                World::Scene(scene) if !scene.problem.space.active().contains(&a) => scene.problem.start.q[a],
                 _ => 0.0,
             };
             for (a, (size, exact)) in sizes.iter_mut().zip(exact).enumerate() {
@@ -119,7 +118,7 @@ impl Arena {
         }
         self.sizes = match &self.world {
             World::One(_) => sizes,
-            World::Scene(scene) => scene.problem.geometry.shared(&scene.problem.start.q, &sizes),
+            World::Scene(scene) => scene.problem.space.shared(&scene.problem.start.q, &sizes),
         };
         self
     }
@@ -159,7 +158,7 @@ impl Arena {
             World::Scene(scene) => {
                 let point = scene.reference.at(gamma.into());
                 let [q, q_dot] = [&point.q, &point.q_dot].map(|row| row.iter().map(|v| v.to_f64()).collect::<Vec<_>>());
-                let k = scene.problem.geometry.norm(&q, &q_dot);
+                let k = scene.problem.space.norm(&q, &q_dot);
                 (point.q, k)
             }
         }
@@ -169,14 +168,14 @@ impl Arena {
     pub(super) fn place(&self, state: &State) -> Place {
         let World::One(one) = &self.world else { unreachable!("a scene has other states") };
         let q_t = one.invariants.q_t;
-        let k = q_t * (q_t / one.problem.metric.g00(state.x)) - state.w * state.w;
+        let k = q_t * (q_t / one.problem.space.g00(state.x)) - state.w * state.w;
         Place { q: vec![state.elapsed, state.x], k }
     }
 
     /// The same in a scene.
     pub(super) fn place_of(&self, state: SceneState) -> Place {
         let World::Scene(scene) = &self.world else { unreachable!("a case has other states") };
-        let (geometry, SceneState { q, p }) = (&scene.problem.geometry, state);
+        let (geometry, SceneState { q, p }) = (&scene.problem.space, state);
         let k = geometry.velocities(&q, &p).map_or(f64::NAN, |q_dot| geometry.norm(&q, &q_dot));
         Place { q, k }
     }

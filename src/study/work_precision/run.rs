@@ -90,7 +90,7 @@ fn of_scene<'a>(scene: &'a Scene, family: &Family, setting: Setting, output: Out
         Family::Block(sbp, form) => world_line(scene, (sbp, form), count + 1),
         Family::Elements(nodes) => world_line(scene, (SbpName::Gll(nodes as u8), Form::Weak), count * (nodes - 1) + 1),
         Family::Peer(peer) => Box::new(move || {
-            let trajectory = peer.run_scene(&scene.problem, &output, setting);
+            let trajectory = peer.run(&scene.problem, &output, setting);
             trajectory.map(Raw::SceneTrajectory).map_err(Failure::as_str)
         }),
         Family::Accuracy => flow(scene, output, setting.tolerance),
@@ -115,7 +115,7 @@ fn world_line<'a>(scene: &'a Scene, scheme: (SbpName, Form), nodes: usize) -> Ru
 
 /// Certified windows for an accuracy, and the states inside them.
 fn flow<'a>(scene: &'a Scene, output: Output, accuracy: f64) -> Run<'a> {
-    let (geometry, start, length) = (&*scene.problem.geometry, &scene.problem.start, scene.problem.length);
+    let (geometry, start, length) = (&*scene.problem.space, &scene.problem.start, scene.problem.length);
     let marks: Vec<f64> = output.gamma(length).collect();
     Box::new(move || {
         let (mut states, mut points): (Vec<SceneState>, _) = (Vec::with_capacity(marks.len()), 0);
@@ -169,7 +169,7 @@ fn failed(failure: MarchFailure) -> &'static str {
 }
 
 fn start(problem: &Problem) -> MarchState {
-    let initial = problem.initial;
+    let initial = problem.start;
     MarchState { t: Twofold::ZERO, x: initial.x.into(), w: initial.x_dot.into() }
 }
 
@@ -183,7 +183,7 @@ fn march(
     let length = Twofold::from(problem.length) / Twofold::from(windows as f64);
     let mut states = Vec::with_capacity(output.marks.len());
     let mut marks = Marks::new(output, windows);
-    let march = March::new(&problem.metric, problem.q_t(), rule, length).with_tolerance(tolerance);
+    let march = March::new(&problem.space, problem.q_t(), rule, length).with_tolerance(tolerance);
     let last = Marks::last(output, windows);
     let marched = march.run(start(problem), last, &mut |view| {
         let fractions = std::iter::from_fn(|| marks.within(view.index));

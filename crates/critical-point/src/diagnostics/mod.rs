@@ -43,8 +43,7 @@ pub use scales::Scales;
 use self::deviations::{Fields, tangent};
 use self::scene::SceneDiagnostics;
 use self::verdict::Reason;
-use crate::geometry::{Geometry, Observable};
-use crate::metric::Metric;
+use crate::geometry::Observable;
 use crate::scalar::Real;
 use crate::solve::{Solution, WorldLine};
 
@@ -114,16 +113,6 @@ crate::compiled! {
             this: &SceneDiagnostics<Self>,
             line: &WorldLine<Self>,
         ) -> Vec<Reason> = SceneDiagnostics::suspicions_here;
-        fn gaps(
-            solution: &Solution<Self>,
-            metric: &Metric,
-            error: Option<f64>,
-        ) -> gaps::Gaps = gaps::Gaps::of_solution_here;
-        fn gaps_of_scene(
-            line: &WorldLine<Self>,
-            geometry: &Geometry,
-            error: Option<f64>,
-        ) -> gaps::Gaps = gaps::Gaps::of_world_line_here;
         fn suspicions(this: &Measures<Self>, solution: &Solution<Self>) -> Vec<Reason> = Measures::suspicions_here;
         fn measures_followed_by(
             this: Measures<Self>,

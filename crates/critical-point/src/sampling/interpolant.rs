@@ -2,20 +2,69 @@
 
 use std::sync::Arc;
 
+use super::cursor::Reached;
+use super::curved::Curved;
 use super::dense::Dense;
 use super::hermite::{Jet, hermite};
 use super::legendre::Tables;
+use super::partition;
 use super::spectral::Polynomials;
-use super::{Sample, partition};
 use crate::action::Form;
 use crate::geodesic::{acceleration, acceleration_slope};
 use crate::metric::Metric;
 use crate::scalar::{Real, sum};
 use crate::solve::{Solution, WindowNodes};
 
+/// The world-line of one coordinate at one value of γ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample<S = f64> {
+    /// γ.
+    pub gamma: S,
+    /// t.
+    pub t: S,
+    /// x.
+    pub x: S,
+    /// dt/dγ.
+    pub t_dot: S,
+    /// dx/dγ.
+    pub x_dot: S,
+}
+
+#[expect(private_interfaces, reason = "only this module interpolates")]
+impl<S: Real> Curved<S> for Metric<S> {
+    type Sample = Sample<S>;
+    type Curve = Interpolant<S>;
+    type Rates = ();
+
+    fn rates_room(&self) {}
+
+    fn curve(solution: &Solution<S>, window: usize, tables: &mut Tables<S>, (): &mut ()) -> Interpolant<S> {
+        Interpolant::new(solution, solution.view(window), tables)
+    }
+
+    fn sample(_: &Solution<S>, _: usize, curve: &Interpolant<S>, place: S, (): &mut ()) -> Sample<S> {
+        curve.at(place)
+    }
+
+    /// The sign of dt/dγ is that of Q_t everywhere, so that t is monotonic.
+    fn sample_at_value(
+        solution: &Solution<S>,
+        (_, reached): (usize, &Reached<S>),
+        curve: &Interpolant<S>,
+        (): &mut (),
+    ) -> Sample<S> {
+        let elapsed = reached.value - solution.joint(reached.window).q[0];
+        curve.at_elapsed(elapsed, reached.falls)
+    }
+
+    fn as_asked(sample: Sample<S>, gamma: Option<S>, value: Option<(usize, S)>) -> Sample<S> {
+        Sample { gamma: gamma.unwrap_or(sample.gamma), t: value.map_or(sample.t, |(_, t)| t), ..sample }
+    }
+}
+
 /// The world-line in a window, as a function of γ. γ and t are counted from the start of the window.
 #[derive(Debug)]
-pub(super) struct Interpolant<S> {
+pub struct Interpolant<S> {
     kind: Kind<S>,
     /// γ and t of the case at the start of the window.
     gamma: S,

@@ -16,8 +16,8 @@
 //!
 //! dt/dγ is Q_t/g00 everywhere.
 //!
-//! In scenes of several coordinates [`SceneSampler`] does the same with all positions and momenta, and [`crossings`]
-//! finds where formulas of them change their sign.
+//! In scenes of several coordinates the same is done with all positions and momenta, and [`crossings`] finds where
+//! formulas of them change their sign.
 //!
 //! ```
 //! use geodesic_ivp::case::builtin;
@@ -32,124 +32,29 @@
 //! ```
 
 mod cursor;
+mod curved;
 mod dense;
 mod hermite;
 mod interpolant;
 mod legendre;
+mod sampler;
 mod scene;
 mod spectral;
 mod stream;
 
-pub use scene::{Crossing, SceneSample, SceneSampler, Watch, crossings};
-pub use stream::{Coordinate, SampleStream};
+pub use curved::Curved;
+pub use interpolant::Sample;
+pub use sampler::{Sampled, Sampler};
+pub use scene::{Crossing, SceneSample, Watch, Watched, crossings};
+pub use stream::{Coordinate, SampleStream, Streamed};
 
-use self::cursor::{Cursor, Reached};
-use self::interpolant::Interpolant;
-use self::legendre::Tables;
-use crate::metric::Metric;
 use crate::scalar::Real;
-use crate::solve::{Solution, WorldLine};
-
-/// The world-line at one value of γ.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample<S = f64> {
-    /// γ.
-    pub gamma: S,
-    /// t.
-    pub t: S,
-    /// x.
-    pub x: S,
-    /// dt/dγ.
-    pub t_dot: S,
-    /// dx/dγ.
-    pub x_dot: S,
-}
 
 /// The error of a value that lies outside the run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OutsideRun<S> {
     /// The smallest and the largest value that the run covers.
     pub range: (S, S),
-}
-
-/// Interpolates one solution. A window is prepared when a value in it is requested, and kept until a value in another
-/// window is.
-#[derive(Debug)]
-pub struct Sampler<'a, S = f64> {
-    cursor: Cursor<'a, S, Metric<S>, Interpolant<S>>,
-    tables: Tables<S>,
-}
-
-impl<'a, S: Sampled> Sampler<'a, S> {
-    /// The world-line at `gamma`.
-    ///
-    /// # Errors
-    /// [`OutsideRun`] beyond the ends by more than rounding.
-    pub fn at_gamma(&mut self, gamma: S) -> Result<Sample<S>, OutsideRun<S>> {
-        S::sample_at_gamma(self, gamma)
-    }
-
-    /// The world-line at the time `t`.
-    ///
-    /// # Errors
-    /// [`OutsideRun`] before t_i or after t_N.
-    pub fn at_time(&mut self, t: S) -> Result<Sample<S>, OutsideRun<S>> {
-        S::sample_at_time(self, t)
-    }
-}
-
-impl<'a, S: Real> Sampler<'a, S> {
-    /// A sampler of `solution`.
-    pub fn new(solution: &'a Solution<S>) -> Self {
-        Self::with_tables(solution, Tables::default())
-    }
-
-    fn with_tables(solution: &'a Solution<S>, tables: Tables<S>) -> Self {
-        Self { cursor: Cursor::new(solution), tables }
-    }
-
-    fn at_gamma_here(&mut self, gamma: S) -> Result<Sample<S>, OutsideRun<S>> {
-        let (window, place) = self.cursor.at_gamma(gamma)?;
-        Ok(Sample { gamma, ..self.of_window(window).at(place) })
-    }
-
-    /// The sign of dt/dγ is that of Q_t everywhere, so that t is monotonic.
-    fn at_time_here(&mut self, t: S) -> Result<Sample<S>, OutsideRun<S>> {
-        let Reached { window, value, falls } = self.cursor.at_value(0, t)?;
-        let elapsed = value - self.cursor.line.joint(window).q[0];
-        Ok(Sample { t, ..self.of_window(window).at_elapsed(elapsed, falls) })
-    }
-
-    /// The world-line at the first of the `values` of γ, which ascend, and at the others in the same window.
-    fn at_leading(&mut self, values: &[S], samples: &mut Vec<Sample<S>>) -> Result<(), OutsideRun<S>> {
-        let Some(&first) = values.first() else { return Ok(()) };
-        let Solution { gamma_i, windows, .. } = self.cursor.line;
-        let window = self.cursor.window_at(first - *gamma_i);
-        let [begin, end] = windows[window].gamma;
-        let is_inside = |gamma: S| gamma - *gamma_i >= begin && gamma - *gamma_i < end;
-        let count = values.iter().take_while(|&&value| is_inside(value)).count();
-        if count < 2 {
-            samples.push(self.at_gamma_here(first)?);
-            return Ok(());
-        }
-        let places = values[..count].iter().map(|&value| value - *gamma_i - begin);
-        let from = samples.len();
-        self.of_window(window).at_many(places, samples);
-        samples[from..].iter_mut().zip(values).for_each(|(sample, &gamma)| sample.gamma = gamma);
-        Ok(())
-    }
-
-    fn at(&mut self, coordinate: Coordinate, value: S) -> Result<Sample<S>, OutsideRun<S>> {
-        match coordinate {
-            Coordinate::Gamma => self.at_gamma_here(value),
-            Coordinate::Time => self.at_time_here(value),
-        }
-    }
-
-    fn of_window(&mut self, window: usize) -> &Interpolant<S> {
-        let Self { cursor, tables } = self;
-        cursor.of_window(window, |solution| Interpolant::new(solution, solution.view(window), tables))
-    }
 }
 
 /// The relative distance from the ends of a run of so many digits at which a value still counts as inside. The end of a
@@ -184,36 +89,4 @@ fn partition(intervals: usize, reached: impl Fn(usize) -> bool) -> usize {
         if reached(middle) { low = middle } else { high = middle }
     }
     low
-}
-
-crate::compiled! {
-    /// Numbers in which runs are sampled.
-    pub trait Sampled {
-        fn sample_at_gamma(
-            this: &mut Sampler<'_, Self>,
-            gamma: Self,
-        ) -> Result<Sample<Self>, OutsideRun<Self>> = Sampler::at_gamma_here;
-        fn sample_at_time(
-            this: &mut Sampler<'_, Self>,
-            t: Self,
-        ) -> Result<Sample<Self>, OutsideRun<Self>> = Sampler::at_time_here;
-        fn crossings(
-            line: &WorldLine<Self>,
-            watches: &mut [Watch<Self>],
-        ) -> Vec<Crossing<Self>> = scene::crossings::crossings_here;
-        fn stream_see(this: &mut SampleStream<Self>, solution: &Solution<Self>) -> () = SampleStream::see_here;
-        fn stream_finish(
-            this: SampleStream<Self>,
-            last: &Solution<Self>,
-        ) -> Result<Vec<Sample<Self>>, OutsideRun<Self>> = SampleStream::finish_here;
-        fn scene_sample_at_gamma(
-            this: &mut SceneSampler<'_, Self>,
-            gamma: Self,
-        ) -> Result<SceneSample<Self>, OutsideRun<Self>> = SceneSampler::at_gamma_here;
-        fn scene_sample_at_value(
-            this: &mut SceneSampler<'_, Self>,
-            a: usize,
-            value: Self,
-        ) -> Result<SceneSample<Self>, OutsideRun<Self>> = SceneSampler::at_value_here;
-    }
 }

@@ -1,7 +1,8 @@
 //! Samples of a run that is computed window by window.
 
 use super::legendre::Tables;
-use super::{OutsideRun, Sample, Sampled, Sampler};
+use super::{OutsideRun, Sample, Sampler};
+use crate::metric::Metric;
 use crate::scalar::Real;
 use crate::solve::Solution;
 
@@ -26,7 +27,7 @@ pub struct SampleStream<S = f64> {
     tables: Tables<S>,
 }
 
-impl<S: Sampled> SampleStream<S> {
+impl<S: Streamed> SampleStream<S> {
     /// Takes the samples that lie in `solution`. It must continue the previous one or, if it contains the first window,
     /// begins the run again.
     pub fn see(&mut self, solution: &Solution<S>) {
@@ -54,7 +55,7 @@ impl<S: Real> SampleStream<S> {
         Self { coordinate, values, reversed, samples: Vec::new(), tables: Tables::default() }
     }
 
-    pub(super) fn see_here(&mut self, solution: &Solution<S>) {
+    fn see_here(&mut self, solution: &Solution<S>) {
         if solution.window_count == solution.windows.len() {
             self.samples.clear();
         }
@@ -73,7 +74,7 @@ impl<S: Real> SampleStream<S> {
             // A value before the start of the run stays in the list, and `finish` refuses it.
             let taken = match self.coordinate {
                 Coordinate::Gamma => sampler.at_leading(rest, &mut self.samples),
-                Coordinate::Time => sampler.at_time_here(rest[0]).map(|sample| self.samples.push(sample)),
+                Coordinate::Time => sampler.at_value_here(0, rest[0]).map(|sample| self.samples.push(sample)),
             };
             if taken.is_err() {
                 break;
@@ -82,7 +83,7 @@ impl<S: Real> SampleStream<S> {
         self.tables = sampler.tables;
     }
 
-    pub(super) fn finish_here(mut self, last: &Solution<S>) -> Result<Vec<Sample<S>>, OutsideRun<S>> {
+    fn finish_here(mut self, last: &Solution<S>) -> Result<Vec<Sample<S>>, OutsideRun<S>> {
         let mut sampler = Sampler::with_tables(last, self.tables);
         for &value in &self.values[self.samples.len()..] {
             let sample = sampler.at(self.coordinate, value).map_err(|_| {
@@ -101,5 +102,44 @@ impl<S: Real> SampleStream<S> {
             self.samples.reverse();
         }
         Ok(self.samples)
+    }
+}
+
+impl<S: Real> Sampler<'_, S, Metric<S>> {
+    /// The world-line at the first of the `values` of γ, which ascend, and at the others in the same window.
+    fn at_leading(&mut self, values: &[S], samples: &mut Vec<Sample<S>>) -> Result<(), OutsideRun<S>> {
+        let Some(&first) = values.first() else { return Ok(()) };
+        let Solution { gamma_i, windows, .. } = self.cursor.line;
+        let window = self.cursor.window_at(first - *gamma_i);
+        let [begin, end] = windows[window].gamma;
+        let is_inside = |gamma: S| gamma - *gamma_i >= begin && gamma - *gamma_i < end;
+        let count = values.iter().take_while(|&&value| is_inside(value)).count();
+        if count < 2 {
+            samples.push(self.at_gamma_here(first)?);
+            return Ok(());
+        }
+        let places = values[..count].iter().map(|&value| value - *gamma_i - begin);
+        let from = samples.len();
+        self.of_window(window).0.at_many(places, samples);
+        samples[from..].iter_mut().zip(values).for_each(|(sample, &gamma)| sample.gamma = gamma);
+        Ok(())
+    }
+
+    fn at(&mut self, coordinate: Coordinate, value: S) -> Result<Sample<S>, OutsideRun<S>> {
+        match coordinate {
+            Coordinate::Gamma => self.at_gamma_here(value),
+            Coordinate::Time => self.at_value_here(0, value),
+        }
+    }
+}
+
+crate::compiled! {
+    /// Numbers in which runs are sampled window by window.
+    pub trait Streamed {
+        fn stream_see(this: &mut SampleStream<Self>, solution: &Solution<Self>) -> () = SampleStream::see_here;
+        fn stream_finish(
+            this: SampleStream<Self>,
+            last: &Solution<Self>,
+        ) -> Result<Vec<Sample<Self>>, OutsideRun<Self>> = SampleStream::finish_here;
     }
 }

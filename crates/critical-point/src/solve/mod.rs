@@ -33,7 +33,7 @@ mod world_line;
 
 pub use arithmetic::Arithmetic;
 pub use failure::{Domain, NoSolution};
-pub use memory::{bytes_needed, scene_bytes_needed};
+pub use memory::{Kept, bytes_needed};
 #[doc(hidden)]
 pub use operator::WindowGrid;
 pub use setup::{Limit, Settings, Setup, System, Until};

@@ -1,8 +1,9 @@
 //! A space-time as the solvers and what judges their runs see it.
 
 use super::leap;
+use super::memory::Kept;
 use super::world_line::Joint;
-use crate::geometry::{Geometry, Motion, OutsideGeometry, Samples};
+use crate::geometry::{Geometry, Lagrangian, Motion, OutsideGeometry, Samples};
 use crate::metric::{G00, Metric, OutsideDomain};
 use crate::scalar::Real;
 
@@ -10,6 +11,9 @@ use crate::scalar::Real;
 pub trait Space<S: Real>: Motion<S> + Sized {
     /// The same kind in `f64`.
     type Rough: Space<f64, Rough = Self::Rough, Outside = Self::Outside>;
+
+    /// Whether there are runs that keep one window at a time.
+    const RUNS_WINDOW_BY_WINDOW: bool;
 
     /// The names of the coordinates, in order.
     fn coordinates(&self) -> Vec<String>;
@@ -19,6 +23,10 @@ pub trait Space<S: Real>: Motion<S> + Sized {
 
     /// Number of rows of momenta that a run keeps.
     fn kept_momenta(&self) -> usize;
+
+    /// What a run keeps.
+    #[doc(hidden)]
+    fn kept(&self) -> Kept;
 
     /// The first point outside the domain that an explicit rule has leapt over, from row to row of `q`.
     fn leapt_over(&self, q: &[Vec<S>]) -> Option<Self::Outside>;
@@ -33,6 +41,8 @@ pub trait Space<S: Real>: Motion<S> + Sized {
 impl<S: Real> Space<S> for Metric<S> {
     type Rough = Metric;
 
+    const RUNS_WINDOW_BY_WINDOW: bool = true;
+
     fn coordinates(&self) -> Vec<String> {
         ["t", "x"].map(str::to_owned).to_vec()
     }
@@ -44,6 +54,17 @@ impl<S: Real> Space<S> for Metric<S> {
     /// The momentum of x is minus its velocity, which D gives.
     fn kept_momenta(&self) -> usize {
         0
+    }
+
+    fn kept(&self) -> Kept {
+        Kept {
+            numbers_of_node: 17.0,
+            numbers_of_window: 0.0,
+            numbers_of_sample: 6.0,
+            lists_of_sample: 0.0,
+            coordinates: 2.0,
+            fields: 2.0,
+        }
     }
 
     /// g00 is one function of x, and a particle that crosses a horizon is met outside soon.
@@ -64,6 +85,8 @@ impl<S: Real> Space<S> for Metric<S> {
 impl<S: Real> Space<S> for Geometry<S> {
     type Rough = Geometry;
 
+    const RUNS_WINDOW_BY_WINDOW: bool = false;
+
     fn coordinates(&self) -> Vec<String> {
         self.names().to_vec()
     }
@@ -74,6 +97,19 @@ impl<S: Real> Space<S> for Geometry<S> {
 
     fn kept_momenta(&self) -> usize {
         self.active().len()
+    }
+
+    /// Each row of the structure is one number of a node more.
+    fn kept(&self) -> Kept {
+        let (structure, coordinates) = (self.structure(), self.dimension() as f64);
+        Kept {
+            numbers_of_node: 10.0 * coordinates + (structure.rows + structure.force_rows) as f64,
+            numbers_of_window: 30.0 * coordinates,
+            numbers_of_sample: 1.0 + 3.0 * coordinates,
+            lists_of_sample: 3.0,
+            coordinates,
+            fields: 2.0 * self.active().len() as f64,
+        }
     }
 
     fn leapt_over(&self, q: &[Vec<S>]) -> Option<OutsideGeometry> {

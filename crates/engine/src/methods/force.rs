@@ -25,7 +25,7 @@ impl World for Problem {
     }
 
     fn with_equations<W: Work<State>>(&self, work: W) -> W::Output {
-        let force = AnyForce::new(&self.metric, self.q_t());
+        let force = AnyForce::new(&self.space, self.q_t());
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = pulp::x86::V3::try_new() {
             return match force {

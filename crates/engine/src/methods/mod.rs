@@ -8,7 +8,7 @@
 //! K = −2H. Every method here has Q_t as a *parameter*: they deserve no credit for its being constant, and comparing
 //! its drift alone would show nothing. Position, time and K decide.
 //!
-//! A scene of n coordinates is a [`SceneProblem`]. Its equations are those of Hamilton, for the active coordinates and
+//! A scene of n coordinates is a [`Problem`] in a geometry. Its equations are those of Hamilton, for the active coordinates and
 //! their momenta; ignorable coordinates are quadratures, and charges are parameters as Q_t is. If the geometry is
 //! separable, they are q̈ = a(q), of the same form as above, and the methods take advantage of it. [`Composition`]
 //! needs that.
@@ -28,13 +28,13 @@
 //!
 //! ```
 //! use geodesic_ivp::geodesic::InitialData;
-//! use geodesic_ivp::methods::{Output, Peer, Problem, Setting, Taylor};
+//! use geodesic_ivp::methods::{Output, PeerIn, Problem, Setting, Taylor};
 //! use geodesic_ivp::metric::Metric;
 //! use geodesic_ivp::potential::Potential;
 //!
-//! let metric = Metric::new(Potential::quartic(0.5), 1.0, 1.0);
-//! let initial = InitialData { t: 0.0, x: 1.0, t_dot: 1.0, x_dot: 0.1 };
-//! let problem = Problem { metric, initial, length: 1.0 };
+//! let space = Metric::new(Potential::quartic(0.5), 1.0, 1.0).into();
+//! let start = InitialData { t: 0.0, x: 1.0, t_dot: 1.0, x_dot: 0.1 };
+//! let problem: Problem = Problem { space, start, length: 1.0 };
 //! let trajectory = Taylor.run(&problem, &Output::even(4), Setting::tolerance(1e-14))?;
 //! assert!((trajectory.states[3].x - 0.159_778_018_885_407).abs() < 1e-12);
 //! # Ok::<(), geodesic_ivp::methods::Failure>(())
@@ -57,25 +57,40 @@ mod taylor;
 pub use composition::Composition;
 pub use dop853::Dop853;
 pub use gauss::Gauss;
-pub use peer::{About, PEERS, Peer, Setting, Step};
+pub use peer::{About, PEERS, Peer, PeerIn, Setting, Step};
 pub use radau5::Radau5;
 pub use rk4::Rk4;
-pub use scene::{SceneProblem, SceneState};
+pub use scene::SceneState;
 pub use taylor::Taylor;
 
-use crate::geodesic::InitialData;
+use std::sync::Arc;
+
 use crate::metric::Metric;
+use crate::reference::Analytic;
 
 /// A method gives up after this many steps.
 pub const MOST_STEPS: usize = 20_000_000;
 
+/// A space-time in which methods compute world-lines.
+pub trait Driven: Analytic<f64> {
+    /// A point of a world-line.
+    type State: Clone;
+
+    /// A point of the reference as a point of a method's world-line.
+    ///
+    /// # Errors
+    /// If a computation cannot go on from there.
+    #[doc(hidden)]
+    fn state(&self, point: Self::Point) -> Result<Self::State, Failure>;
+}
+
 /// A world-line to compute.
 #[derive(Debug, Clone)]
-pub struct Problem {
-    /// g00.
-    pub metric: Metric,
-    /// Its start; t counts from there.
-    pub initial: InitialData,
+pub struct Problem<G: Driven = Metric> {
+    /// The space-time; a geometry is around the start.
+    pub space: Arc<G>,
+    /// The start. In one coordinate t counts from there.
+    pub start: G::Start,
     /// γ_f − γ_i.
     pub length: f64,
 }
@@ -83,7 +98,7 @@ pub struct Problem {
 impl Problem {
     /// Q_t of the start.
     pub fn q_t(&self) -> f64 {
-        self.initial.invariants(&self.metric).q_t
+        self.start.invariants(&self.space).q_t
     }
 }
 
@@ -108,7 +123,7 @@ impl Output {
     }
 }
 
-/// A point of the world-line.
+/// A point of the world-line of one coordinate.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct State {
     /// t − t_i.

@@ -2,8 +2,19 @@
 
 use super::equations::{Equations, Parts};
 use super::force::Force;
-use super::{Failure, Problem, State};
+use super::{Driven, Failure, Problem, State};
 use crate::geodesic::acceleration_slope;
+use crate::metric::Metric;
+use crate::reference::ReferencePoint;
+
+impl Driven for Metric {
+    type State = State;
+
+    fn state(&self, ReferencePoint { elapsed, x, x_dot, .. }: ReferencePoint) -> Result<State, Failure> {
+        let state = State { elapsed, x, w: x_dot };
+        state.check(self).map(|()| state)
+    }
+}
 
 /// t′ = u(x), x′ = w, w′ = a(x).
 pub(super) struct One<'p, F> {
@@ -43,7 +54,7 @@ impl<F: Force> Equations for One<'_, F> {
 
     #[inline(always)]
     fn start(&self) -> [f64; 3] {
-        [0.0, self.problem.initial.x, self.problem.initial.x_dot]
+        [0.0, self.problem.start.x, self.problem.start.x_dot]
     }
 
     #[inline(always)]
@@ -55,7 +66,7 @@ impl<F: Force> Equations for One<'_, F> {
     #[inline(always)]
     fn point(&mut self, &[elapsed, x, w]: &[f64; 3]) -> Result<State, Failure> {
         let state = State { elapsed, x, w };
-        state.check(&self.problem.metric).map(|()| state)
+        state.check(&self.problem.space).map(|()| state)
     }
 
     #[inline(always)]
@@ -65,7 +76,7 @@ impl<F: Force> Equations for One<'_, F> {
 
     #[inline(always)]
     fn linearise(&mut self, &[_, x, _]: &[f64; 3]) {
-        let g = self.problem.metric.at(x);
+        let g = self.problem.space.at(x);
         self.slope = acceleration_slope(self.q_t, g.g00, g.first, g.second);
     }
 

@@ -3,9 +3,9 @@
 use std::fmt;
 
 use super::equations::World;
-use super::{
-    Composition, Dop853, Failure, Gauss, Output, Problem, Radau5, Rk4, SceneProblem, SceneState, Taylor, Trajectory,
-};
+use super::{Composition, Dop853, Driven, Failure, Gauss, Output, Problem, Radau5, Rk4, Taylor, Trajectory};
+use crate::geometry::Geometry;
+use crate::metric::Metric;
 
 /// Every method to compare with, in the order of tables and pictures.
 pub static PEERS: [&dyn Peer; 13] = [
@@ -25,32 +25,9 @@ pub static PEERS: [&dyn Peer; 13] = [
 ];
 
 /// A method to compare with.
-pub trait Peer: Sync {
+pub trait Peer: PeerIn<Metric> + PeerIn<Geometry> + Sync {
     /// What it is.
     fn about(&self) -> About;
-
-    /// The world-line of `problem` in this setting, at the points of `output`.
-    ///
-    /// # Errors
-    /// [`Failure`].
-    ///
-    /// # Panics
-    /// If it has no dense output, takes constant steps, and their number is no multiple of the intervals of `output`.
-    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure>;
-
-    /// The same for a scene.
-    ///
-    /// # Errors
-    /// [`Failure`]; [`Failure::NotSeparable`] if the method needs equations of the second order and the scene has none.
-    ///
-    /// # Panics
-    /// As [`Self::run`].
-    fn run_scene(
-        &self,
-        problem: &SceneProblem,
-        output: &Output,
-        setting: Setting,
-    ) -> Result<Trajectory<SceneState>, Failure>;
 
     /// A setting for display.
     fn label(&self, Setting { count, tolerance }: Setting) -> String {
@@ -60,6 +37,18 @@ pub trait Peer: Sync {
             _ => format!("steps={count}"),
         }
     }
+}
+
+/// A method in one kind of space-time.
+pub trait PeerIn<G: Driven> {
+    /// The world-line of `problem` in this setting, at the points of `output`.
+    ///
+    /// # Errors
+    /// [`Failure`]; [`Failure::NotSeparable`] if the method needs equations of the second order and a scene has none.
+    ///
+    /// # Panics
+    /// If it has no dense output, takes constant steps, and their number is no multiple of the intervals of `output`.
+    fn run(&self, problem: &Problem<G>, output: &Output, setting: Setting) -> Result<Trajectory<G::State>, Failure>;
 }
 
 /// A method that is written once for all equations.
@@ -81,21 +70,23 @@ macro_rules! peers {
             fn about(&self) -> About {
                 Method::about(self)
             }
+        }
 
-            fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
-                self.drive(problem, output, setting)
-            }
-
-            fn run_scene(
+        peers!(@in Metric, $method);
+        peers!(@in Geometry, $method);
+    )*};
+    (@in $space:ty, $method:ty) => {
+        impl PeerIn<$space> for $method {
+            fn run(
                 &self,
-                problem: &SceneProblem,
+                problem: &Problem<$space>,
                 output: &Output,
                 setting: Setting,
-            ) -> Result<Trajectory<SceneState>, Failure> {
+            ) -> Result<Trajectory<<$space as Driven>::State>, Failure> {
                 self.drive(problem, output, setting)
             }
         }
-    )*};
+    };
 }
 
 peers!(Rk4, Composition, Gauss, Dop853, Radau5);

@@ -1,22 +1,10 @@
 //! The equations of a scene of n coordinates.
 
-use std::sync::Arc;
-
-use super::Failure;
 use super::equations::{Equations, Parts, Work, World};
 use super::linear::Dense;
+use super::{Driven, Failure, Problem};
 use crate::geometry::{Geometry, Motion, MotionRoom, Start};
-
-/// A world-line of a scene to compute.
-#[derive(Debug, Clone)]
-pub struct SceneProblem {
-    /// The geometry, around its start.
-    pub geometry: Arc<Geometry>,
-    /// The start.
-    pub start: Start,
-    /// γ_f − γ_i.
-    pub length: f64,
-}
+use crate::reference::ScenePoint;
 
 /// A point of the world-line of a scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,7 +15,16 @@ pub struct SceneState {
     pub p: Vec<f64>,
 }
 
-impl World for SceneProblem {
+impl Driven for Geometry {
+    type State = SceneState;
+
+    fn state(&self, ScenePoint { q, p, .. }: ScenePoint) -> Result<SceneState, Failure> {
+        let is_finite = q.iter().chain(&p).all(|v| v.is_finite());
+        is_finite.then_some(SceneState { q, p }).ok_or(Failure::Diverged)
+    }
+}
+
+impl World for Problem<Geometry> {
     type Point = SceneState;
 
     fn length(&self) -> f64 {
@@ -35,7 +32,7 @@ impl World for SceneProblem {
     }
 
     fn is_separable(&self) -> bool {
-        self.geometry.is_separable()
+        self.space.is_separable()
     }
 
     fn with_equations<W: Work<SceneState>>(&self, work: W) -> W::Output {
@@ -46,7 +43,7 @@ impl World for SceneProblem {
 /// Hamilton's equations. Quadratures are the ignorable coordinates, counted from the start; positions are the active
 /// ones. Behind them are the velocities of these if the geometry is separable, and otherwise the momenta.
 struct SceneEquations<'p> {
-    problem: &'p SceneProblem,
+    problem: &'p Problem<Geometry>,
     parts: Parts,
     ignorable: Vec<usize>,
     /// The first unknown of the same kind, for each number of a state.
@@ -67,8 +64,8 @@ struct SceneEquations<'p> {
 }
 
 impl<'p> SceneEquations<'p> {
-    fn new(problem: &'p SceneProblem) -> Self {
-        let SceneProblem { geometry, start, .. } = problem;
+    fn new(problem: &'p Problem<Geometry>) -> Self {
+        let Problem { space: geometry, start, .. } = problem;
         let (n, active) = (geometry.dimension(), geometry.active());
         let m = active.len();
         let parts = Parts { quadratures: n - m, positions: m, is_second_order: geometry.is_separable() };
@@ -101,7 +98,7 @@ impl<'p> SceneEquations<'p> {
 
     /// Puts the active coordinates and their momenta into their places.
     fn place(&mut self, state: &[f64]) {
-        let (active, m) = (self.problem.geometry.active(), self.parts.positions);
+        let (active, m) = (self.problem.space.active(), self.parts.positions);
         let (positions, rest) = state[self.parts.quadratures..].split_at(m);
         for (place, &a) in active.iter().enumerate() {
             self.q[a] = positions[place];
@@ -163,7 +160,7 @@ impl Equations for SceneEquations<'_> {
     }
 
     fn start(&self) -> Vec<f64> {
-        let (start, active) = (&self.problem.start, self.problem.geometry.active());
+        let (start, active) = (&self.problem.start, self.problem.space.active());
         let rest = if self.parts.is_second_order { &start.q_dot } else { &start.p };
         let mut state = vec![0.0; self.parts.quadratures];
         state.extend(active.iter().map(|&a| start.q[a]));
@@ -173,7 +170,7 @@ impl Equations for SceneEquations<'_> {
 
     fn rates(&mut self, state: &Vec<f64>, rates: &mut Vec<f64>) {
         self.place(state);
-        let geometry = &*self.problem.geometry;
+        let geometry = &*self.problem.space;
         if geometry.rates_at(&self.q, &self.p, 0, &mut self.room).is_err() {
             rates.fill(f64::NAN);
             return;
@@ -203,7 +200,7 @@ impl Equations for SceneEquations<'_> {
             return Err(Failure::Diverged);
         }
         self.place(state);
-        let SceneProblem { geometry, start, .. } = self.problem;
+        let Problem { space: geometry, start, .. } = self.problem;
         geometry.rates_at(&self.q, &self.p, 0, &mut self.room).map_err(|_| Failure::OutsideDomain)?;
         let (mut q, mut p) = (self.q.clone(), self.p.clone());
         for (&a, elapsed) in self.ignorable.iter().zip(state) {
@@ -228,7 +225,7 @@ impl Equations for SceneEquations<'_> {
         let Self { problem, jacobian, room, q, p, parts, .. } = self;
         jacobian.fill(0.0);
         let columns = 2 * parts.positions;
-        problem.geometry.jacobian(q, p, 0, room, |row, column, value| jacobian[row * columns + column] = value);
+        problem.space.jacobian(q, p, 0, room, |row, column, value| jacobian[row * columns + column] = value);
         self.derive();
     }
 

@@ -1,7 +1,7 @@
 //! The series of the reference trajectory as a method of its own.
 
-use super::{About, Failure, Output, Peer, Problem, SceneProblem, SceneState, Setting, State, Step, Trajectory};
-use crate::reference::{EndReason, ReferenceTrajectory};
+use super::{About, Driven, Failure, Output, Peer, PeerIn, Problem, Setting, Step, Trajectory};
+use crate::reference::{EndReason, ReferenceTrajectory, Traced};
 
 /// The world-line in `f64` by series whose last terms are below the first by the tolerance, at the order that is
 /// cheapest for it, and by their polynomials between the ends of steps.
@@ -35,37 +35,18 @@ impl Peer for Taylor {
         let Setting { tolerance, .. } = setting;
         format!("order={} tol={tolerance:e}", digits_and_order(tolerance).1)
     }
+}
 
-    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
-        let Problem { metric, initial, length } = problem;
+impl<G: Driven> PeerIn<G> for Taylor
+where
+    f64: Traced<G>,
+{
+    fn run(&self, problem: &Problem<G>, output: &Output, setting: Setting) -> Result<Trajectory<G::State>, Failure> {
+        let Problem { space, start, length } = problem;
         let (digits, order) = digits_and_order(setting.tolerance);
-        let trajectory = ReferenceTrajectory::unchecked(metric, initial, *length, order, digits);
+        let trajectory = ReferenceTrajectory::unchecked(&**space, start, *length, order, digits);
         let trajectory = trajectory.map_err(|end| failure(&end.reason))?;
-        let at = |gamma: f64| {
-            let point = trajectory.at(gamma);
-            let state = State { elapsed: point.elapsed, x: point.x, w: point.x_dot };
-            state.check(metric).map(|()| state)
-        };
-        let states = output.gamma(*length).map(at).collect::<Result<_, _>>()?;
-        let steps = trajectory.steps();
-        Ok(Trajectory { states, evaluations: steps * order, steps })
-    }
-
-    fn run_scene(
-        &self,
-        problem: &SceneProblem,
-        output: &Output,
-        setting: Setting,
-    ) -> Result<Trajectory<SceneState>, Failure> {
-        let SceneProblem { geometry, start, length } = problem;
-        let (digits, order) = digits_and_order(setting.tolerance);
-        let trajectory = ReferenceTrajectory::unchecked(&**geometry, start, *length, order, digits);
-        let trajectory = trajectory.map_err(|end| failure(&end.reason))?;
-        let at = |gamma: f64| {
-            let point = trajectory.at(gamma);
-            let is_finite = point.q.iter().chain(&point.p).all(|v| v.is_finite());
-            is_finite.then_some(SceneState { q: point.q, p: point.p }).ok_or(Failure::Diverged)
-        };
+        let at = |gamma: f64| space.state(trajectory.at(gamma));
         let states = output.gamma(*length).map(at).collect::<Result<_, _>>()?;
         let steps = trajectory.steps();
         Ok(Trajectory { states, evaluations: steps * order, steps })

@@ -19,7 +19,7 @@
 //! let case = Case::parse("barrier", text, &[])?;
 //! let solution: Solution = solve(&case)?;
 //! assert!(solution.end_state().x > 30.0, "it steps over the barrier, which reflects");
-//! let gaps = Gaps::of_solution(&solution, &case.metric(), None);
+//! let gaps = Gaps::new(&solution, &case.metric(), None);
 //! assert_eq!((gaps.count, gaps.unproved), (64, 1));
 //! let (name, [from, to]) = &gaps.first.unwrap().coordinates[1];
 //! assert!(name == "x" && *from < 2.0 && *to > 2.0);
@@ -34,9 +34,11 @@ use std::collections::BTreeMap;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
 use super::verdict::Reason;
-use crate::enclosure::Enclosure;
+use crate::enclosure::{Enclosure, Path, UNSEEN};
+use crate::geometry::Geometry;
+use crate::metric::Metric;
 use crate::scalar::Real;
-use crate::solve::{Space, WorldLine};
+use crate::solve::{Space, WindowNodes, WorldLine};
 
 /// What hides is compared with the error of a run, but with no error outside of these: less than the first is near
 /// rounding, and a run with an error above the second is not one that explains anything.
@@ -88,6 +90,33 @@ impl Gap {
             coordinates: names.map(|(a, name)| (name, ends(a))).collect(),
         }
     }
+}
+
+/// A space-time whose formulas are enclosed between the nodes of a run.
+#[expect(private_bounds, reason = "only this module looks between nodes")]
+pub trait Enclosed<S: Real>: Space<S> {
+    /// What a run is like between its nodes.
+    #[doc(hidden)]
+    type Between<'r>: Between<'r, S, Self>;
+}
+
+/// What a run is like between its nodes.
+trait Between<'r, S, G: Space<S>>: Sized
+where
+    S: Real,
+{
+    /// Of `line`, in a space-time that is `rough` in `f64`.
+    fn new(line: &'r WorldLine<S, G>, rough: &'r G::Rough) -> Self;
+
+    /// What encloses the formulas, if any of them can hide something.
+    fn enclosure(&self) -> Option<Enclosure>;
+
+    /// Describes a window as a path. `distances` are the lengths of its gaps.
+    fn describe(&mut self, view: &WindowNodes<'_, S>, distances: &[f64], path: &mut Path);
+
+    /// By how much each formula may change in the window that was described last without being seen, where the
+    /// coordinates may be off by `error`, relative to max(1, size).
+    fn tolerances(&self, error: f64) -> Vec<f64>;
 }
 
 /// Number of pairs of neighbouring nodes.
@@ -144,8 +173,29 @@ fn look(
 }
 
 impl Gaps {
+    /// Looks at the gaps of `line`, whose space-time is `rough` in `f64`. `error` is its estimated error relative to
+    /// max(1, size) of its coordinates, as in [`Verdict`](crate::diagnostics::verdict::Verdict), if it is known.
+    pub fn new<S: Gapped<G>, G: Enclosed<S>>(line: &WorldLine<S, G>, rough: &G::Rough, error: Option<f64>) -> Self {
+        S::gaps(line, rough, error)
+    }
+
+    fn new_here<S: Real, G: Enclosed<S>>(line: &WorldLine<S, G>, rough: &G::Rough, error: Option<f64>) -> Self {
+        let (accuracy, length) = (accuracy(error), line.length.to_f64());
+        let mut between = G::Between::new(line, rough);
+        let mut hidden = Vec::new();
+        if let Some(mut enclosure) = between.enclosure() {
+            for (window, view) in line.views().enumerate() {
+                let distances = view.grid.distances();
+                between.describe(&view, &distances, &mut enclosure.path);
+                let tolerances = || between.tolerances(UNSEEN * accuracy);
+                hidden.extend(look(&mut enclosure, window, &distances, (length, count(line)), tolerances));
+            }
+        }
+        Self::of(line, accuracy, hidden)
+    }
+
     /// Of the gaps of `line`, these may hide something.
-    fn new<S: Real, G: Space<S>>(line: &WorldLine<S, G>, accuracy: f64, mut hidden: Vec<Hidden>) -> Self {
+    fn of<S: Real, G: Space<S>>(line: &WorldLine<S, G>, accuracy: f64, mut hidden: Vec<Hidden>) -> Self {
         hidden.sort_by(|one, other| one.share.total_cmp(&other.share));
         let mut sum = 0.0;
         let explained = hidden.iter().take_while(|hidden| {
@@ -170,5 +220,16 @@ impl Gaps {
             places.collect::<Vec<_>>().join(", ")
         );
         Some(Reason::new(finding, "take more nodes (grid.n_gamma) or solver.accuracy"))
+    }
+}
+
+crate::compiled! {
+    /// Numbers in which gaps are looked at.
+    pub trait Gapped<G: Enclosed> for [Metric, Geometry] {
+        fn gaps(
+            line: &WorldLine<Self, G>,
+            rough: &<G as Space<Self>>::Rough,
+            error: Option<f64>,
+        ) -> Gaps = Gaps::new_here;
     }
 }

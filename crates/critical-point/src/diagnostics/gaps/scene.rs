@@ -1,42 +1,46 @@
 //! The gaps of a run of a scene.
 
-use super::super::Diagnosed;
-use super::{Gaps, accuracy, bend, count, look};
-use crate::enclosure::{Enclosure, Path, UNSEEN, Weights, negligible_rates};
+use super::{Between, Enclosed, bend};
+use crate::enclosure::{Enclosure, Path, Weights, negligible_rates};
 use crate::geometry::Geometry;
 use crate::scalar::Real;
 use crate::solve::{WindowNodes, WorldLine};
 
-impl Gaps {
-    /// Looks at the gaps of `line`, whose geometry is `geometry`. `error` is its estimated error relative to
-    /// max(1, size) of its coordinates, as in [`Verdict`](crate::diagnostics::verdict::Verdict), if it is known.
-    pub fn of_world_line<S: Diagnosed>(line: &WorldLine<S>, geometry: &Geometry, error: Option<f64>) -> Self {
-        S::gaps_of_scene(line, geometry, error)
+impl<S: Real> Enclosed<S> for Geometry<S> {
+    type Between<'r> = BetweenNodes<'r, S>;
+}
+
+/// A run of a scene between its nodes.
+#[derive(Debug)]
+pub struct BetweenNodes<'r, S> {
+    line: &'r WorldLine<S>,
+    geometry: &'r Geometry,
+    weights: Vec<f64>,
+    /// The window that was described last.
+    nodes: Nodes,
+}
+
+impl<'r, S: Real> Between<'r, S, Geometry<S>> for BetweenNodes<'r, S> {
+    fn new(line: &'r WorldLine<S>, geometry: &'r Geometry) -> Self {
+        let weights = weights(geometry, &line.place.start.q, |a| line.q(a));
+        Self { line, geometry, weights, nodes: Nodes { states: Vec::new() } }
     }
 
-    pub(in crate::diagnostics) fn of_world_line_here<S: Real>(
-        line: &WorldLine<S>,
-        geometry: &Geometry,
-        error: Option<f64>,
-    ) -> Self {
-        let accuracy = accuracy(error);
-        let weights = weights(geometry, &line.place.start.q, |a| line.q(a));
-        let length = line.length.to_f64();
-        let mut hidden = Vec::new();
-        if let Some(mut enclosure) = Enclosure::of_geometry(geometry) {
-            let momenta: Vec<f64> = line.place.start.p.iter().map(|p| p.to_f64()).collect();
-            enclosure.fix_momenta(&momenta);
-            for (place, view) in line.views().enumerate() {
-                let nodes = Nodes::new(line, &view);
-                nodes.describe(geometry, &mut enclosure.path);
-                let tolerances = || {
-                    let weights = Weights { q: &weights, p: &nodes.couplings(geometry, &weights) };
-                    negligible_rates(geometry, &weights, length, UNSEEN * accuracy)
-                };
-                hidden.extend(look(&mut enclosure, place, &nodes.distances, (length, count(line)), tolerances));
-            }
-        }
-        Self::new(line, accuracy, hidden)
+    fn enclosure(&self) -> Option<Enclosure> {
+        let mut enclosure = Enclosure::of_geometry(self.geometry)?;
+        let momenta: Vec<f64> = self.line.place.start.p.iter().map(|p| p.to_f64()).collect();
+        enclosure.fix_momenta(&momenta);
+        Some(enclosure)
+    }
+
+    fn describe(&mut self, view: &WindowNodes<'_, S>, distances: &[f64], path: &mut Path) {
+        self.nodes = Nodes::new(self.line, view);
+        self.nodes.describe(self.geometry, distances, path);
+    }
+
+    fn tolerances(&self, error: f64) -> Vec<f64> {
+        let weights = Weights { q: &self.weights, p: &self.nodes.couplings(self.geometry, &self.weights) };
+        negligible_rates(self.geometry, &weights, self.line.length.to_f64(), error)
     }
 }
 
@@ -51,9 +55,8 @@ fn weights<S: Real, Q: Iterator<Item = S>>(geometry: &Geometry, start: &[S], q: 
 }
 
 /// A window in `f64`.
+#[derive(Debug)]
 struct Nodes {
-    /// γ from each node to the next.
-    distances: Vec<f64>,
     /// q^a and then p_a of all coordinates, node by node.
     states: Vec<Vec<f64>>,
 }
@@ -68,11 +71,11 @@ impl Nodes {
             places.zip(&increments).for_each(|(place, row)| state[place] += row[k]);
             state.into_iter().map(S::to_f64).collect()
         };
-        Self { distances: grid.distances(), states: (0..grid.points()).map(state).collect() }
+        Self { states: (0..grid.points()).map(state).collect() }
     }
 
     /// Describes the positions and momenta of active coordinates as a path. They bend as their rates at the nodes say.
-    fn describe(&self, geometry: &Geometry, path: &mut Path) {
+    fn describe(&self, geometry: &Geometry, distances: &[f64], path: &mut Path) {
         let (field, n) = (geometry.field(), geometry.dimension());
         let mut room = field.room();
         let mut rates = |state: &Vec<f64>| {
@@ -86,7 +89,7 @@ impl Nodes {
         for place in geometry.active().iter().flat_map(|&a| [a, n + a]) {
             let values: Vec<f64> = self.states.iter().map(|state| state[place]).collect();
             let variable = if place < n { place } else { place + n };
-            path.push(variable, &values, |k| bend(self.distances[k] * (rates[k + 1][place] - rates[k][place])));
+            path.push(variable, &values, |k| bend(distances[k] * (rates[k + 1][place] - rates[k][place])));
         }
     }
 
@@ -146,9 +149,9 @@ mod tests {
         {
             let m = 2 * geometry.dimension();
             let states: Vec<Vec<f64>> = (0..3).map(|k| (0..m).map(|i| 0.1 * (m * k + i) as f64).collect()).collect();
-            let nodes = Nodes { distances: vec![0.5; 2], states };
+            let nodes = Nodes { states };
             let mut path = Path::default();
-            nodes.describe(&geometry, &mut path);
+            nodes.describe(&geometry, &[0.5; 2], &mut path);
             assert_eq!(path.variables, variables);
             for (row, place) in places.into_iter().enumerate() {
                 let values = &path.values[row * nodes.states.len()..][..nodes.states.len()];

@@ -9,10 +9,10 @@
 use std::cmp::Ordering;
 
 use super::super::legendre::Tables;
-use super::super::{Sampled, slack};
+use super::super::{Sampler, slack};
 use super::shape::Shape;
-use super::{SceneSample, SceneSampler, root};
-use crate::geometry::{Direction, Observable};
+use super::{SceneSample, least, root};
+use crate::geometry::{Direction, Geometry, Observable};
 use crate::scalar::Real;
 use crate::solve::WorldLine;
 
@@ -36,12 +36,12 @@ pub struct Crossing<S = f64> {
 
 /// Every change of sign of the formulas of `watches` in their directions, in the order of γ. A formula that is zero at
 /// the start of the run, up to rounding, does not change its sign there; one that is zero at the end does.
-pub fn crossings<S: Sampled>(line: &WorldLine<S>, watches: &mut [Watch<S>]) -> Vec<Crossing<S>> {
+pub fn crossings<S: Watched>(line: &WorldLine<S>, watches: &mut [Watch<S>]) -> Vec<Crossing<S>> {
     S::crossings(line, watches)
 }
 
 /// What is behind [`crossings`].
-pub(in crate::sampling) fn crossings_here<S: Real>(line: &WorldLine<S>, watches: &mut [Watch<S>]) -> Vec<Crossing<S>> {
+fn crossings_here<S: Real>(line: &WorldLine<S>, watches: &mut [Watch<S>]) -> Vec<Crossing<S>> {
     let start = &line.place.start;
     let norm = line.geometry().norm_here(&start.q, &start.q_dot);
     let mut walk = Walk {
@@ -51,9 +51,9 @@ pub(in crate::sampling) fn crossings_here<S: Real>(line: &WorldLine<S>, watches:
         signs: vec![None; watches.len()],
         found: Vec::new(),
     };
-    let (mut sampler, mut tables, windows) = (SceneSampler::new(line), Tables::default(), line.windows.len());
+    let (mut sampler, mut tables, windows) = (Sampler::new(line), Tables::default(), line.windows.len());
     for window in 0..windows {
-        let (cells, points) = sampler.prepare(window).cells();
+        let (cells, points) = sampler.of_window(window).0.cells();
         let expansion = tables.of(points);
         let last = cells.len() - 1;
         for (index, ends) in cells.into_iter().enumerate() {
@@ -110,13 +110,13 @@ impl<S: Real> Walk<S> {
     /// Finds the changes of sign in a cell, where the formula has these values at its points.
     fn pass(
         &mut self,
-        sampler: &mut SceneSampler<'_, S>,
+        sampler: &mut Sampler<'_, S, Geometry<S>>,
         cell: &Cell<S>,
         (watch, watched): (usize, &mut Watch<S>),
         values: &[S],
         shape: &Shape<S>,
     ) {
-        let (norm, direction, least) = (self.norm, watched.direction, sampler.least(cell.window));
+        let (norm, direction, least) = (self.norm, watched.direction, least(sampler.cursor.line, cell.window));
         let mut at = |place: S| value(watched, &sampler.in_window(cell.window, place), norm);
         let marks = cell.marks(values, shape, &mut at);
         let start = self.starts[watch];
@@ -174,5 +174,15 @@ fn carried<S: Real>(sign: Option<bool>, value: S) -> S {
         Some(true) if value <= S::ZERO => S::MIN_POSITIVE,
         Some(false) if value >= S::ZERO => -S::MIN_POSITIVE,
         _ => value,
+    }
+}
+
+crate::compiled! {
+    /// Numbers in which crossings are found.
+    pub trait Watched {
+        fn crossings(
+            line: &WorldLine<Self>,
+            watches: &mut [Watch<Self>],
+        ) -> Vec<Crossing<Self>> = crossings_here;
     }
 }

@@ -28,7 +28,7 @@ const STENCIL: usize = 4;
 /// The curve of q^a of all coordinates, then p_a of the active ones, in a window. All are counted from its start, as is
 /// γ.
 #[derive(Debug)]
-pub(super) struct Curve<S> {
+pub struct Curve<S> {
     start: Start<S>,
     length: S,
     kind: Kind<S>,
