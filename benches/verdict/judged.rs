@@ -7,7 +7,7 @@ use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::diagnostics::verdict::{CoordinateError, Facts, Grade, Verdict};
 use geodesic_ivp::errors::scene_error;
-use geodesic_ivp::solve::{WorldLine, solve_scene};
+use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::study::run_error::run_error;
 use geodesic_ivp::study::verdict::{facts_of_solution, facts_of_world_line};
 use geodesic_ivp::{Solution, solve};
@@ -90,7 +90,7 @@ fn one(case: &Case) -> Judged {
 
 fn scene(case: &SceneCase) -> Judged {
     let setup = case.setup::<f64>();
-    let Ok(line): Result<WorldLine, _> = solve_scene(&setup) else { return Judged::refused() };
+    let Ok(line): Result<WorldLine, _> = solve(&setup) else { return Judged::refused() };
     let diagnostics = SceneDiagnostics::new(&line, &[], &mut [], case.is_lifted());
     let facts = facts_of_world_line(&line, &diagnostics, scene_error(&line).as_ref());
     let geometry = Arc::new(line.geometry().clone());

@@ -7,7 +7,7 @@ use geodesic_ivp::Numeric;
 use geodesic_ivp::case::scene::{SceneCase, SceneExpect};
 use geodesic_ivp::case::{AnyCase, Decimal, Expect};
 use geodesic_ivp::scalar::Extended;
-use geodesic_ivp::solve::{EndState, Setup, solve_scene};
+use geodesic_ivp::solve::{EndState, Setup};
 use geodesic_ivp::{Case, CaseError, Status, solve};
 
 use super::{CaseArgs, memory, report, stdout};
@@ -75,8 +75,9 @@ struct Number<S> {
 /// [`ExpectationNotMet`] if anything is different, and if there is not enough memory.
 fn compare<S: Numeric>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<String>> {
     memory::check(&Setup::<S, _>::from(case), None)?;
-    let end =
-        solve::<S>(case).map(|solution| solution.end_state()).map_err(|failure| (failure.status, failure.to_string()));
+    let end = solve::<S, _>(case)
+        .map(|solution| solution.end_state())
+        .map_err(|failure| (failure.status, failure.to_string()));
     let number = |name: &str, expected: &Option<Decimal>, found: fn(&EndState<S>) -> S| {
         let (expected, end) = (expected.as_ref()?.to(), end.as_ref().ok()?);
         Some(Number { name: name.to_owned(), found: found(end), expected })
@@ -94,7 +95,7 @@ fn compare<S: Numeric>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<Strin
 fn compare_scene<S: Numeric>(case: &SceneCase, expect: &SceneExpect) -> anyhow::Result<Vec<String>> {
     let setup = case.setup::<S>();
     memory::check(&setup, None)?;
-    let result = solve_scene(&setup).map_err(|failure| (failure.status, failure.to_string()));
+    let result = solve(&setup).map_err(|failure| (failure.status, failure.to_string()));
     let numbers = result.map(|line| {
         let gamma = expect.gamma_final.as_ref().map(|expected| ("gamma", line.gamma_f(), expected));
         let names = line.geometry().names();

@@ -12,7 +12,7 @@ use geodesic_ivp::geometry::ConservedSum;
 use geodesic_ivp::output::pictures::scene::{self as pictures, PlotAxes};
 use geodesic_ivp::output::{Chart, SceneSummary, Seconds, SolvedScene, write_combined, write_events, write_samples};
 use geodesic_ivp::sampling::{Coordinate, Crossing, Sampler, SceneSample, crossings};
-use geodesic_ivp::solve::{NoSolution, Setup, WorldLine, solve_scene};
+use geodesic_ivp::solve::{NoSolution, Setup, WorldLine, solve};
 use geodesic_ivp::study::verdict::of_world_line;
 
 use super::memory;
@@ -102,7 +102,7 @@ impl<S: Numeric> Job for Scene<'_, S> {
 
     fn solve(&self) -> (anyhow::Result<Solved<S>>, f64) {
         let start = Instant::now();
-        let result = solve_scene(&self.setup);
+        let result = solve(&self.setup);
         let solve_seconds = start.elapsed().as_secs_f64();
         let line = match result {
             Ok(line) => line,

@@ -30,7 +30,7 @@ pub(super) fn second_opinion<S: Numeric>(case: &Case, solution: &Solution<S>) ->
         }
     };
     // If the other system finds no critical point, that does not speak against this one.
-    let other = solve::<S>(&other).ok()?;
+    let other = solve::<S, _>(&other).ok()?;
     let [t, x] = [solution.end_state().t, solution.end_state().x].map(S::to_f64);
     let [other_t, other_x] = [other.end_state().t, other.end_state().x].map(S::to_f64);
     let apart = |a: f64, b: f64, size: f64| (a - b).abs() > SAME * a.abs().max(b.abs()).max(size);

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use geodesic_ivp::case::{AnyCase, KEYS, SCENE_KEYS, builtin};
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
-use geodesic_ivp::solve::{WorldLine, solve_scene};
+use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::{Solution, solve};
 use proptest::prelude::*;
 use proptest::sample::select;
@@ -219,7 +219,7 @@ fn solved(text: &str) -> Result<(), TestCaseError> {
                 ]
             }
         },
-        Ok(AnyCase::Scene(case)) => match solve_scene(&case.setup()) {
+        Ok(AnyCase::Scene(case)) => match solve(&case.setup()) {
             Err(_) => return Ok(()),
             Ok::<WorldLine, _>(line) => {
                 let measured = SceneDiagnostics::new(&line, &[], &mut [], false);

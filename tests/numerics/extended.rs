@@ -7,7 +7,6 @@ use geodesic_ivp::case::{Form, SbpName, SceneCase, builtin};
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::solve::solve_scene;
 use geodesic_ivp::study::convergence::{Convergence, Quantity, sweep};
 use geodesic_ivp::{Case, Solution, Status, solve};
 
@@ -251,7 +250,7 @@ fn a_refinement_that_cannot_succeed_is_not_a_result() {
     // Even and odd nodes have parted: the critical point exists, but its Hessian says little about its neighbourhood.
     let overrides =
         "grid.gamma_f=200.0 grid.n_gamma=2001 solver.system=doubled solver.digits=70 solver.max_iterations=40";
-    match solve::<Extended>(&case(overrides)) {
+    match solve::<Extended, _>(&case(overrides)) {
         Ok(solution) => assert!(solution.gradient_norm < read("1e-60"), "{:?}", solution.gradient_norm),
         Err(failure) => assert!(failure.status != Status::Converged && !failure.advice().is_empty()),
     }
@@ -269,7 +268,7 @@ fn the_last_digits_are_those_of_the_type() {
     let text = builtin::text("schwarzschild-orbit").unwrap();
     let set = "grid={gamma_f=400.0,n_gamma=401,windows=1} scheme={sbp='SBP84',form='weak'} solver.digits=70";
     let set: Vec<String> = set.split(' ').map(str::to_owned).collect();
-    let line = solve_scene::<Extended>(&SceneCase::parse("orbit", text, &set).unwrap().setup()).unwrap();
+    let line = solve::<Extended, _>(&SceneCase::parse("orbit", text, &set).unwrap().setup()).unwrap();
     let last = line.iterations.history.last().unwrap().relative_step;
     assert!(last > 1e-71 && last < 1e-66, "{last:e}");
 }

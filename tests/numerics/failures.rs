@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use geodesic_ivp::case::SceneCase;
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::solve::{Domain, InitialGuess, solve_scene};
+use geodesic_ivp::solve::{Domain, InitialGuess};
 use geodesic_ivp::{Case, Status, solve};
 
 /// From rest at x = 0 the horizon at x = 1 is met after γ − γ_i = π/2.
@@ -48,7 +48,7 @@ fn of_one_coordinate() {
     for set in GRIDS {
         let text = format!("potential = {{ linear = {{ alpha = -0.5 }} }}\n{FALL}");
         let case = Case::parse("test", &text, &settings(set)).unwrap_or_else(|error| panic!("{error}"));
-        let failure = solve::<f64>(&case).unwrap_err();
+        let failure = solve::<f64, _>(&case).unwrap_err();
         check(set, failure.status, failure.gamma);
         assert_eq!(failure.iterations.initial_guess, guess(set, false), "{set}");
         // The metric is that of the point: g00 = 1 − x.
@@ -62,7 +62,7 @@ fn of_scenes() {
     for set in GRIDS {
         let text = format!("potential = {{ coordinates = [\"x\"], formula = \"-x/2\" }}\n{FALL}");
         let case = SceneCase::parse("test", &text, &settings(set)).unwrap_or_else(|error| panic!("{error}"));
-        let failure = solve_scene::<f64>(&case.setup()).unwrap_err();
+        let failure = solve::<f64, _>(&case.setup()).unwrap_err();
         check(set, failure.status, failure.gamma);
         assert_eq!(failure.iterations.initial_guess, guess(set, true), "{set}");
         assert!(matches!(failure.domain, Domain::Determinant { value, .. } if value < 0.0), "{failure:?}");
@@ -84,9 +84,9 @@ fn of_a_stopped_iteration_the_place_is_on_the_way() {
         "scheme = { sbp = \"SBP63\" }\nsolver.system = \"doubled\"",
     ] {
         let one = format!("potential.formula.expression = \"x^4/2\"\n{rest}{scheme}");
-        let one = solve::<f64>(&Case::parse("test", &one, &[]).unwrap()).unwrap_err();
+        let one = solve::<f64, _>(&Case::parse("test", &one, &[]).unwrap()).unwrap_err();
         let scene = format!("potential = {{ coordinates = [\"x\"], formula = \"x^4/2\" }}\n{rest}{scheme}");
-        let scene = solve_scene::<f64>(&SceneCase::parse("test", &scene, &[]).unwrap().setup()).unwrap_err();
+        let scene = solve::<f64, _>(&SceneCase::parse("test", &scene, &[]).unwrap().setup()).unwrap_err();
         for failure in [one, scene] {
             assert_eq!(failure.status, Status::MaxIterations, "{scheme}: {failure}");
             let [(name, x)] = &failure.point[..] else { panic!("{scheme}: {failure:?}") };
@@ -107,7 +107,7 @@ fn of_a_stopped_iteration_of_two_coordinates_the_place_is_on_the_way() {
         );
         let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
         let setup = case.setup();
-        let failure = solve_scene::<f64>(&setup).unwrap_err();
+        let failure = solve::<f64, _>(&setup).unwrap_err();
         assert_eq!(failure.status, Status::MaxIterations, "{scheme}: {failure}");
         let [(a, x), (b, y)] = &failure.point[..] else { panic!("{scheme}: {failure:?}") };
         let reference = ReferenceTrajectory::new(&*setup.place.geometry, &setup.place.start, 4.0, 16).unwrap();
@@ -125,7 +125,7 @@ fn of_a_stopped_iteration_the_place_may_be_the_last_node() {
                 grid = { gamma_f = 4.0, n_gamma = 12 }\nsolver.max_iterations = 1\n\
                 scheme = { sbp = 'GLL12', form = 'weak' }";
     let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
-    let failure = solve_scene::<f64>(&case.setup()).unwrap_err();
+    let failure = solve::<f64, _>(&case.setup()).unwrap_err();
     let names: Vec<&str> = failure.point.iter().map(|(name, _)| &name[..]).collect();
     assert_eq!((failure.gamma, &names[..]), (4.0, &["x", "y"][..]), "{failure}");
 }
@@ -147,7 +147,7 @@ fn of_a_guess_the_place_is_on_its_line() {
         let one = Case::parse("test", &format!("potential.formula.expression = '{formula}'\n{rest}"), &[]).unwrap();
         let scene = format!("potential = {{ coordinates = ['x'], formula = '{formula}' }}\n{rest}");
         let scene = SceneCase::parse("test", &scene, &[]).unwrap();
-        let (one, scene) = (solve::<f64>(&one).unwrap_err(), solve_scene::<f64>(&scene.setup()).unwrap_err());
+        let (one, scene) = (solve::<f64, _>(&one).unwrap_err(), solve::<f64, _>(&scene.setup()).unwrap_err());
         assert!(one.gamma > 30.0, "{unit}: {one}");
         for failure in [one, scene] {
             let (gamma, x) = (failure.gamma - 30.0, failure.point[0].1);
@@ -169,7 +169,7 @@ fn of_an_action_that_overflows() {
         let one = Case::parse("test", &format!("potential.formula.expression = '0*x'\n{rest}"), &[]).unwrap();
         let scene = format!("potential = {{ coordinates = ['x'], formula = '0*x' }}\n{rest}");
         let scene = SceneCase::parse("test", &scene, &[]).unwrap();
-        for failure in [solve::<f64>(&one).unwrap_err(), solve_scene::<f64>(&scene.setup()).unwrap_err()] {
+        for failure in [solve::<f64, _>(&one).unwrap_err(), solve::<f64, _>(&scene.setup()).unwrap_err()] {
             assert_eq!(failure.status, Status::OutsideDomain, "{scheme}: {failure}");
             assert!((1.6e108..1.9e108).contains(&failure.gamma), "{scheme}: {}", failure.gamma);
         }
@@ -184,9 +184,9 @@ fn of_velocities_whose_squares_overflow() {
     let scene = "potential = { coordinates = ['x'], formula = '1/x^20' }\n\
                  initial = { t_dot = 1.0, x = 0.19, x_dot = 0.2 }\ngrid.n_gamma = 12\nscheme.sbp = 'SBP21'";
     let (one, scene) = (Case::parse("test", one, &[]).unwrap(), SceneCase::parse("test", scene, &[]).unwrap());
-    let failure = solve::<f64>(&one).unwrap_err();
+    let failure = solve::<f64, _>(&one).unwrap_err();
     assert!(failure.point[0].1.abs() > 1e154 && failure.point[0].1.is_finite(), "{failure}");
-    for failure in [failure, solve_scene::<f64>(&scene.setup()).unwrap_err()] {
+    for failure in [failure, solve::<f64, _>(&scene.setup()).unwrap_err()] {
         assert_eq!((failure.status, failure.gamma), (Status::OutsideDomain, 1.0), "{failure}");
     }
 }
@@ -199,7 +199,7 @@ fn of_a_window_whose_action_overflows() {
             "potential.free = {{}}\ninitial = {{ t = 0.0, x = 0.0, t_dot = 1.0, x_dot = 1e152 }}\n\
              grid = {{ gamma_f = {length:?}, n_gamma = 12 }}\nscheme = {{ sbp = 'GLL12', form = 'weak' }}"
         );
-        let solved = solve::<f64>(&Case::parse("test", &text, &[]).unwrap());
+        let solved = solve::<f64, _>(&Case::parse("test", &text, &[]).unwrap());
         assert_eq!(solved.as_ref().err().map(|failure| failure.status), (!is_finite).then_some(Status::OutsideDomain));
     }
 }

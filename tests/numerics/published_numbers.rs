@@ -125,7 +125,7 @@ fn without_regularisation_the_critical_point_is_wrong_or_missing() {
         // In the quartic case Newton's method fails, or its damping carries it to a spurious point in which even and
         // odd nodes lie on two different curves.
         let quartic = format!("{ablation} scheme.sbp={sbp} solver.max_iterations=100");
-        match (sbp, geodesic_ivp::solve::<f64>(&super::common::case(&quartic))) {
+        match (sbp, geodesic_ivp::solve::<f64, _>(&super::common::case(&quartic))) {
             ("SBP21", result) => assert!(result.is_err(), "{sbp} has no critical point"),
             (_, result) => {
                 let spurious = result.unwrap_or_else(|failure| panic!("{failure}"));

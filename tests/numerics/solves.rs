@@ -94,7 +94,7 @@ fn an_overflow_is_found_where_it_is() {
             "potential={{free={{}}}} initial={{t=0.0,x=0.3,t_dot=1e150,x_dot=0.1}} \
              grid={{gamma_i=5.0,gamma_f=1e159,n_gamma={n},windows={windows}}} {scheme}"
         );
-        let failure = solve::<f64>(&case(&run)).unwrap_err();
+        let failure = solve::<f64, _>(&case(&run)).unwrap_err();
         assert_eq!(failure.status, Status::OutsideDomain, "{scheme}: {failure}");
         let (first, step) = (f64::MAX / 1e150, 1e159 / 30.0);
         let window = 1e159 / f64::from(windows);
@@ -110,7 +110,7 @@ fn a_run_that_stops_early_says_where_in_its_own_gamma() {
         ("solver.accuracy=1e-10 grid={gamma_i=5e4,t_f=1e9}", Status::TooManyNodes),
         ("solver.accuracy=1e-15 grid={gamma_i=5e4,gamma_f=6e4}", Status::AccuracyNotReached),
     ] {
-        let failure = solve::<f64>(&case(what)).unwrap_err();
+        let failure = solve::<f64, _>(&case(what)).unwrap_err();
         assert_eq!(failure.status, status, "{what}: {failure}");
         assert!((5e4..6e4).contains(&failure.gamma), "{what}: {}", failure.gamma);
         if status == Status::TooManyNodes {
@@ -125,7 +125,7 @@ fn a_run_that_stops_early_says_where_in_its_own_gamma() {
 #[test]
 fn numbers_in_messages_are_neither_noise_nor_long() {
     let falls = "potential={linear={alpha=-0.5}} initial.x=0.0 initial.x_dot=0.0 grid.gamma_f=5.0 scheme.sbp=SBP42";
-    let mut failure = solve::<f64>(&case(falls)).unwrap_err();
+    let mut failure = solve::<f64, _>(&case(falls)).unwrap_err();
     for (gamma, text) in [(0.0, "0.000000"), (1.5e-7, "1.500000e-7"), (0.25, "0.250000"), (2.5e12, "2.500000e12")] {
         failure.gamma = gamma;
         let message = failure.to_string();
@@ -181,7 +181,7 @@ fn a_refinement_keeps_to_its_limit_of_iterations() {
         let rounds = whole.iterations.history.len() - first;
         assert!(rounds >= 3 && first <= rounds, "{scheme}: {first} and {rounds}");
         for most in first..=rounds + 1 {
-            match solve::<Extended>(&case(&format!("{run} solver.max_iterations={most}"))) {
+            match solve::<Extended, _>(&case(&format!("{run} solver.max_iterations={most}"))) {
                 // At the limit a residual that is rounding is good enough.
                 Ok(solution) => {
                     assert_eq!(solution.iterations.history.len(), first + rounds.min(most), "{scheme}, {most}");

@@ -131,7 +131,8 @@ fn nothing_inaccurate_is_called_accurate() {
         assert!(error_of(numbers, X) < 1.01e-2 && error_of(numbers, T) < 2e-2, "{cell:?}");
         accurate += 1;
         if let Method::Block(sbp, form) = cell.method {
-            let again = solve::<f64>(&case.on_grid((sbp, form), cell.n_gamma.unwrap(), cell.gamma_f).unwrap()).unwrap();
+            let again =
+                solve::<f64, _>(&case.on_grid((sbp, form), cell.n_gamma.unwrap(), cell.gamma_f).unwrap()).unwrap();
             let error = (reference.at(cell.gamma_f.into()).x - Extended::from(again.end_state().x)).abs();
             assert!(error.to_f64() < 1.01e-2, "{cell:?}");
         }
@@ -262,7 +263,7 @@ fn the_ablation_has_a_wrong_critical_point_or_none() {
     let without = "scheme.regularised=false solver.system=doubled";
     let wrong = solved(&format!("potential={{linear={{alpha=0.25}}}} {without}"));
     assert!((wrong.end_state().t - 1.0324).abs() < 1e-4 && wrong.gradient_norm < 1e-12, "{}", wrong.end_state().t);
-    assert!(solve::<f64>(&case(without)).is_err());
+    assert!(solve::<f64, _>(&case(without)).is_err());
 }
 
 #[test]

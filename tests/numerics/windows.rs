@@ -127,7 +127,7 @@ fn samples_and_physical_times_know_windows() {
 #[test]
 fn a_window_that_fails_says_where() {
     let falls = "potential={linear={alpha=-0.5}} initial.x=0.0 initial.x_dot=0.0";
-    let failure = solve::<f64>(&case(&format!("{falls} {}", run("GLL8", 8, 50, "scheme.form=weak")))).unwrap_err();
+    let failure = solve::<f64, _>(&case(&format!("{falls} {}", run("GLL8", 8, 50, "scheme.form=weak")))).unwrap_err();
     assert!(matches!(failure.status, Status::OutsideDomain | Status::Stalled), "{failure}");
     assert!(failure.gamma > 1.0 && failure.gamma < 5.0, "{failure}");
 }

@@ -5,7 +5,7 @@ use geodesic_ivp::case::SceneCase;
 use geodesic_ivp::case::builtin;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::solve::{WorldLine, solve_scene};
+use geodesic_ivp::solve::{WorldLine, solve};
 
 const SCHWARZSCHILD: &str = "metric.preset = \"schwarzschild\"\n\
                              initial = { r = 10.0, phi = 0.0, t_dot = 1.2, r_dot = -0.05, phi_dot = 0.045 }\n";
@@ -24,7 +24,7 @@ fn case(text: &str, more: &str) -> SceneCase {
 }
 
 fn solved<S: Numeric>(case: &SceneCase) -> WorldLine<S> {
-    solve_scene(&case.setup::<S>()).unwrap_or_else(|failure| panic!("{failure}"))
+    solve(&case.setup::<S>()).unwrap_or_else(|failure| panic!("{failure}"))
 }
 
 /// The largest difference of coordinates, relative to max(1, |q|).

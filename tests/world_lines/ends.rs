@@ -10,7 +10,7 @@ use geodesic_ivp::geometry::{Direction, GeometryText, Observable, Place, Preset}
 use geodesic_ivp::lobatto::flow::{Flow, FlowView};
 use geodesic_ivp::sbp::SbpName;
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::solve::{Limit, Setup, System, Until, WorldLine, solve_scene};
+use geodesic_ivp::solve::{Limit, Setup, System, Until, WorldLine, solve};
 
 use super::common;
 
@@ -37,19 +37,19 @@ fn proper_time(r: f64) -> f64 {
 
 #[test]
 fn a_fall_goes_through_the_horizon_and_ends_where_a_formula_changes_its_sign() {
-    let line = solve_scene(&plunge::<f64>(36.0, Some("r - 2"))).unwrap();
+    let line = solve(&plunge::<f64>(36.0, Some("r - 2"))).unwrap();
     assert!((line.length - 33.700869851892335).abs() < 1e-11, "{}", line.length);
     assert!((line.end().q[1] - 2.0).abs() < 1e-13, "{}", line.end().q[1]);
-    let line = solve_scene(&plunge::<f64>(36.0, Some("1 - r"))).unwrap();
+    let line = solve(&plunge::<f64>(36.0, Some("1 - r"))).unwrap();
     assert!((line.length - proper_time(1.0)).abs() < 1e-10, "{}", line.length);
     // Where the formula keeps its sign the run has its whole length.
-    let line = solve_scene(&plunge::<f64>(30.0, Some("r - 1"))).unwrap();
+    let line = solve(&plunge::<f64>(30.0, Some("r - 1"))).unwrap();
     assert_eq!(line.length, 30.0);
 }
 
 #[test]
 fn a_crossing_is_found_to_all_digits() {
-    let line = solve_scene(&plunge::<Extended>(36.0, Some("r - 2"))).unwrap();
+    let line = solve(&plunge::<Extended>(36.0, Some("r - 2"))).unwrap();
     assert!((line.end().q[1] - Extended::from(2.0)).abs().to_f64() < 1e-36);
 }
 
@@ -60,7 +60,7 @@ fn a_run_ends_at_a_time_to_the_last_bit() {
     let setup = common::setup::<f64>(&text, start, 0.0, (SbpName::Gll(20), Form::Weak, 20), System::PhysicalLimit);
     for value in [5.0, 20.0, 53.98674477227013] {
         let limit = Limit::Value { coordinate: 0, value };
-        let line: WorldLine = solve_scene(&Setup { limit, ..common::in_windows(setup.clone(), 8) }).unwrap();
+        let line: WorldLine = solve(&Setup { limit, ..common::in_windows(setup.clone(), 8) }).unwrap();
         assert!((line.end().q[0] - value).abs() <= 2.0 * f64::EPSILON * value, "{} is not {value}", line.end().q[0]);
     }
 }
@@ -71,12 +71,12 @@ fn a_run_that_leaves_the_domain_says_where() {
     let start: (&[&str], &[&str]) = (&["0", "10", "0"], &["1.2", "-0.05", "0.0"]);
     let setup =
         |sbp, n_gamma| common::setup::<f64>(&text, start, 60.0, (sbp, Form::Strong, n_gamma), System::PhysicalLimit);
-    let failure = solve_scene(&setup(SbpName::Sbp42, 401)).map(|line| line.length).unwrap_err();
+    let failure = solve(&setup(SbpName::Sbp42, 401)).map(|line| line.length).unwrap_err();
     assert_eq!(failure.status, Status::OutsideDomain, "{failure}");
     assert!(failure.gamma > 20.0 && failure.gamma < 60.0, "{failure}");
     // An explicit rule with a coarse step leaps over the horizon to r < 0, where the metric is regular again.
     for n_gamma in [101, 401, 1601] {
-        let failure = solve_scene(&setup(SbpName::Sbp21, n_gamma)).map(|line| line.length).unwrap_err();
+        let failure = solve(&setup(SbpName::Sbp21, n_gamma)).map(|line| line.length).unwrap_err();
         assert_eq!(failure.status, Status::OutsideDomain, "{n_gamma}: {failure}");
         assert!(failure.gamma > 20.0 && failure.gamma < 60.0, "{n_gamma}: {failure}");
     }
@@ -92,7 +92,7 @@ fn a_time_before_zero_is_reached() {
         scheme.sbp = "SBP42"
     "#;
     let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
-    let line: WorldLine = solve_scene(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+    let line: WorldLine = solve(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
     assert!((line.end().q[0] + 2.0).abs() < 1e-13 && line.length > 0.5, "{}", line.end().q[0]);
 }
 
@@ -106,7 +106,7 @@ fn a_time_that_is_never_reached_ends_a_run_far_out() {
         solver.accuracy = 1e-4
     "#;
     let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
-    let failure = solve_scene::<f64>(&case.setup()).unwrap_err();
+    let failure = solve::<f64, _>(&case.setup()).unwrap_err();
     assert_eq!(failure.status, Status::EndTimeNotReached, "{failure}");
     // A thousand million times the way at the pace of the start, and the window that is beyond it.
     let (geometry, mut beyond) = (case.geometry(), 0.0);

@@ -8,7 +8,7 @@ use geodesic_ivp::case::{SceneCase, builtin};
 use geodesic_ivp::reference::{ReferenceTrajectory, ScenePoint};
 use geodesic_ivp::sampling::{Crossing, crossings};
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::solve::{WorldLine, solve_scene};
+use geodesic_ivp::solve::{WorldLine, solve};
 
 fn scene(name: &str, set: &[&str]) -> SceneCase {
     let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
@@ -16,7 +16,7 @@ fn scene(name: &str, set: &[&str]) -> SceneCase {
 }
 
 fn run<S: Numeric>(case: &SceneCase) -> (WorldLine<S>, Vec<Crossing<S>>) {
-    let line = solve_scene(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+    let line = solve(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
     let found = crossings(&line, &mut case.watches());
     (line, found)
 }

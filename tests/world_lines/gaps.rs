@@ -4,7 +4,7 @@ use geodesic_ivp::Numeric;
 use geodesic_ivp::case::{AnyCase, Case, SceneCase, builtin};
 use geodesic_ivp::diagnostics::gaps::Gaps;
 use geodesic_ivp::scalar::Extended;
-use geodesic_ivp::solve::{WorldLine, solve_scene};
+use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::{Solution, solve};
 
 use super::common::Random;
@@ -45,7 +45,7 @@ fn of_case<S: Numeric>(case: &Case, error: Option<f64>) -> Option<Gaps> {
 }
 
 fn of_scene<S: Numeric>(case: &SceneCase, error: Option<f64>) -> Option<Gaps> {
-    let line: WorldLine<S> = solve_scene(&case.setup()).ok()?;
+    let line: WorldLine<S> = solve(&case.setup()).ok()?;
     Some(Gaps::new(&line, &case.geometry(), error))
 }
 

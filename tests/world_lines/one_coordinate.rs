@@ -3,7 +3,7 @@
 use geodesic_ivp::case::SceneCase;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
-use geodesic_ivp::solve::{WorldLine, solve_scene};
+use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::{Case, Solution, solve};
 
 fn near(found: &[f64], expected: &[f64], tolerance: f64, what: &str) {
@@ -24,7 +24,7 @@ fn one_coordinate_is_measured_as_it_is_without_a_scene() {
         let measured = Diagnostics::new(&solution);
         let scene = format!("[potential]\ncoordinates = [\"x\"]\nformula = \"x^4/2\"\n{particle}{rest}");
         let scene = SceneCase::parse("scene", &scene, &[]).unwrap_or_else(|error| panic!("{error}"));
-        let line: WorldLine = solve_scene(&scene.setup()).unwrap();
+        let line: WorldLine = solve(&scene.setup()).unwrap();
         let same = SceneDiagnostics::new(&line, &[], &mut [], false);
         let what = |name: &str| format!("{sbp} {form} {name}");
         near(&line.q(0).collect::<Vec<_>>(), &solution.t().collect::<Vec<_>>(), 1e-12, &what("t"));
@@ -61,7 +61,7 @@ fn forces_of_both_laws_are_the_same() {
             "#
         );
         let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
-        let line: WorldLine = solve_scene(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+        let line: WorldLine = solve(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
         [line.end().q[1], line.end().q[2]]
     };
     let [newton, other] = ["law = \"newtonian\"", "c = 1e4"].map(end);

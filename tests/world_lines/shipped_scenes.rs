@@ -5,7 +5,7 @@ use geodesic_ivp::case::builtin::{self, Group, NAMES};
 use geodesic_ivp::diagnostics::ChargeDeviation;
 use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::solve::{Settings, WorldLine, solve_scene};
+use geodesic_ivp::solve::{Settings, WorldLine, solve};
 
 /// Rounding errors of a charge, relative to the sum of the magnitudes of its terms; 7e-17 was seen.
 const ROUNDING: f64 = 5e-16;
@@ -21,7 +21,7 @@ fn scenes() -> impl Iterator<Item = (&'static str, SceneCase)> {
 }
 
 fn solved(name: &str, case: &SceneCase) -> WorldLine {
-    solve_scene(&case.setup::<f64>()).unwrap_or_else(|failure| panic!("{name}: {failure}"))
+    solve(&case.setup::<f64>()).unwrap_or_else(|failure| panic!("{name}: {failure}"))
 }
 
 /// Coordinate `name` at the end of a run.
@@ -99,7 +99,7 @@ fn the_doubled_system_has_the_same_world_lines() {
 #[test]
 fn thirty_digits_are_those_of_an_independent_program() {
     let case = scene("two-bodies", &["solver.digits=30"]);
-    let line = solve_scene(&case.setup::<Extended>()).unwrap();
+    let line = solve(&case.setup::<Extended>()).unwrap();
     let expected = ["10.00077734349101245021", "-1.184365796405131464447", "-0.2718780678649561785177"];
     for (found, expected) in line.end().q.iter().zip(expected) {
         let error = (*found - Extended::from_decimal(expected).unwrap()).abs().to_f64();

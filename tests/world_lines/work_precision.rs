@@ -9,7 +9,7 @@ use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::methods::{Composition, Rk4, Step};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::sbp::SbpName;
-use geodesic_ivp::solve::{Setup, WorldLine, solve_scene};
+use geodesic_ivp::solve::{Setup, WorldLine, solve};
 use geodesic_ivp::study::work_precision::{Arena, Budget, Family, RowStatus, drift, measure};
 
 /// By settings and not by time, so that a slow machine measures the same.
@@ -124,7 +124,7 @@ fn a_row_of_this_program_is_that_of_its_solve() {
             ],
         };
         let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
-        let line: WorldLine = solve_scene(&scene("henon-heiles", &settings).setup()).unwrap();
+        let line: WorldLine = solve(&scene("henon-heiles", &settings).setup()).unwrap();
         let windows = line.windows.len();
         // An iteration of a run to an accuracy is one of a window, and evaluates all of its nodes.
         assert_eq!(row.evaluations, line.iterations.count.max(windows) * line.sbp().points(), "{row:?}");

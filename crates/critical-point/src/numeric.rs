@@ -8,7 +8,7 @@ use crate::metric::Metric;
 use crate::potential::Parsed;
 use crate::reference::{Crossed, Traced};
 use crate::sampling::{Sampled, Streamed, Watched};
-use crate::solve::Arithmetic;
+use crate::solve::{Arithmetic, Solved};
 use crate::tables::Tabled;
 
 /// A kind of numbers in which scenes are formulated, solved, measured, sampled and compared: `f64` and
@@ -16,6 +16,8 @@ use crate::tables::Tabled;
 /// calls is then compiled here, once, and not again by everything that calls it.
 pub trait Numeric:
     Arithmetic
+    + Solved<Metric<Self>>
+    + Solved<Geometry<Self>>
     + Parsed
     + Formulated
     + Traced<Metric<Self>>
@@ -35,6 +37,8 @@ pub trait Numeric:
 
 impl<S> Numeric for S where
     S: Arithmetic
+        + Solved<Metric<S>>
+        + Solved<Geometry<S>>
         + Parsed
         + Formulated
         + Traced<Metric<S>>

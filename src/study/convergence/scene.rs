@@ -9,7 +9,7 @@ use crate::diagnostics::scene::SceneDiagnostics;
 use crate::geometry::Geometry;
 use crate::norm::larger;
 use crate::reference::ReferenceTrajectory;
-use crate::solve::{Setup, WorldLine, solve_scene};
+use crate::solve::{Setup, WorldLine, solve};
 use crate::study::scene_length::length_of;
 
 impl<S: Numeric> Sweep<S> {
@@ -67,7 +67,7 @@ fn measure<S: Numeric>(
 ) -> ConvergencePoint {
     let intervals = setup.settings.windows * (setup.settings.n_gamma - 1);
     let errors = |line: &WorldLine<S>| (line.iterations.count, errors(line, reference));
-    point((setup.settings.sbp, setup.settings.form), intervals, length.to_f64(), || solve_scene(setup), errors)
+    point((setup.settings.sbp, setup.settings.form), intervals, length.to_f64(), || solve(setup), errors)
 }
 
 /// The errors of a world-line at its nodes. The L2 norms use the quadratures of its operators.

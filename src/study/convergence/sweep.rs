@@ -147,7 +147,7 @@ pub(super) fn samples(n_gamma: &[usize]) -> usize {
 fn measure<S: Numeric>(case: &Case, length: S, reference: &ReferenceTrajectory<S>) -> ConvergencePoint {
     let intervals = case.grid.windows * (case.grid.n_gamma - 1);
     let errors = |solution: &Solution<S>| (solution.iterations.count, errors(solution, reference));
-    point((case.scheme.sbp, case.scheme.form), intervals, length.to_f64(), || solve::<S>(case), errors)
+    point((case.scheme.sbp, case.scheme.form), intervals, length.to_f64(), || solve::<S, _>(case), errors)
 }
 
 /// A point of a sweep, on a grid of so many intervals. `solve` is on the clock, and what it returns has the iterations

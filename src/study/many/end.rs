@@ -9,7 +9,7 @@ use crate::errors::scene_error;
 use crate::geometry::Geometry;
 use crate::norm::max_abs;
 use crate::sampling::crossings;
-use crate::solve::{Solution, Status, WorldLine, solve, solve_scene};
+use crate::solve::{Solution, Status, WorldLine, solve};
 use crate::study::run_error::run_error;
 use crate::study::verdict::{of_solution, of_world_line};
 
@@ -131,7 +131,7 @@ pub(super) fn of_one<S: Numeric>(case: &Case) -> Outcome {
 
 /// Solves a scene.
 pub(super) fn of_scene<S: Numeric>(case: &SceneCase) -> Outcome {
-    let line: WorldLine<S> = match solve_scene(&case.setup()) {
+    let line: WorldLine<S> = match solve(&case.setup()) {
         Ok(line) => line,
         Err(failure) => return Outcome::Failed { status: failure.status, message: failure.to_string() },
     };

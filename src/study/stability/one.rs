@@ -144,7 +144,7 @@ impl World for One {
         };
         let intervals = case.grid.windows * case.grid.n_gamma.saturating_sub(1);
         let run = move || {
-            let solution = solve::<f64>(&case)?;
+            let solution = solve::<f64, _>(&case)?;
             Ok(Box::new(move || track_of(&solution)) as Measured<'_>)
         };
         Some(Task { intervals, run: Box::new(run) })

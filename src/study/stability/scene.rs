@@ -13,7 +13,7 @@ use crate::methods::{Output, Peer, Problem, SceneState, Setting, Trajectory};
 use crate::norm::{larger, max_abs};
 use crate::reference::{ReferenceEnds, ReferenceTrajectory};
 use crate::scalar::{Extended, Real};
-use crate::solve::{Setup, System, WorldLine, bytes_needed, solve_scene};
+use crate::solve::{Setup, System, WorldLine, bytes_needed, solve};
 use crate::study::scene_length::length_of;
 
 /// A grid whose linear systems need more bytes than this is left out: several cells are computed at once.
@@ -168,7 +168,7 @@ impl World for Scene {
         }
         let intervals = setup.settings.windows * (setup.settings.n_gamma - 1);
         let run = move || {
-            let line = solve_scene(&setup)?;
+            let line = solve(&setup)?;
             Ok(Box::new(move || self.track_of(&line)) as Measured<'_>)
         };
         Some(Task { intervals, run: Box::new(run) })

@@ -13,7 +13,7 @@
 //! largest of them ranks a setting. Charges are constants in the equations of the other methods, as Q_t is.
 //!
 //! The schemes of this program are timed as [`crate::solve()`], with its certificate and everything that it stores.
-//! Those of a scene are timed as [`crate::solve::solve_scene`], which does the same.
+//! Those of a scene are timed as [`crate::solve::solve`], which does the same.
 //! `accuracy` is timed as [`crate::solve::solve_window_by_window`], with its certificate and its samples. `march` is
 //! [`crate::lobatto`], without certificate and storage.
 //!

@@ -12,7 +12,7 @@ use crate::methods::{Failure, Marks, Output, Problem, SceneState, Setting, State
 use crate::sampling::{Coordinate, SampleStream};
 use crate::scalar::Real;
 use crate::solve::{
-    Joint, NoSolution, Settings, Setup, Solution, Space, System, WorldLine, solve, solve_scene, solve_window_by_window,
+    Joint, NoSolution, Settings, Setup, Solution, Space, System, WorldLine, solve, solve_window_by_window,
 };
 
 /// A run to be timed. It contains only the work that a user would have to do as well.
@@ -99,13 +99,13 @@ fn of_scene<'a>(scene: &'a Scene, family: &Family, setting: Setting, output: Out
     }
 }
 
-/// A call of `solve_scene` with this many nodes in all.
+/// A call of `solve` with this many nodes in all.
 fn world_line<'a>(scene: &'a Scene, scheme: (SbpName, Form), nodes: usize) -> Run<'a> {
     let mut plain = scene.setup.clone();
     let (system, digits) = (System::PhysicalLimit, f64::MOST_DIGITS);
     plain.settings = Settings { system, digits, windows: 1, ..plain.settings };
     match on_grid(&plain, scheme, nodes, scene.problem.length) {
-        Ok(setup) => Box::new(move || match solve_scene(&setup) {
+        Ok(setup) => Box::new(move || match solve(&setup) {
             Ok(line) => Ok(Raw::WorldLine(Box::new(line))),
             Err(failure) => Err(failure.status.as_str()),
         }),

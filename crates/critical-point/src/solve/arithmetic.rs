@@ -6,8 +6,8 @@ use super::failure::NoSolution;
 use super::run::Observer;
 use super::setup::Setup;
 use super::solution::Solution;
-use super::world_line::{Place, WorldLine};
-use super::{accuracy, solve_seen, spectral};
+use super::world_line::Place;
+use super::{accuracy, spectral};
 use crate::metric::Metric;
 use crate::sbp::SbpOperator;
 use crate::scalar::{Extended, Real};
@@ -34,18 +34,8 @@ impl Arithmetic for Extended {
     }
 }
 
-/// The parts of a run that depend on the kind of numbers, and its doors: methods without type parameters are compiled
-/// here once, and not again by every crate that solves something.
+/// The parts of a run that depend on the kind of numbers.
 pub(super) trait Engine: Real {
-    /// The run of `setup`, window by window if there is an observer.
-    fn run(
-        setup: &Setup<Self, Metric<Self>>,
-        observer: Option<Observer<'_, Self, Metric<Self>>>,
-    ) -> Result<Solution<Self>, NoSolution>;
-
-    /// The run of a scene.
-    fn run_scene(setup: &Setup<Self>) -> Result<WorldLine<Self>, NoSolution>;
-
     /// `sbp` in `f64`: itself, or the one that `rounded` makes.
     fn rough_operator(sbp: &Arc<SbpOperator<Self>>, rounded: impl FnOnce() -> SbpOperator) -> Arc<SbpOperator>;
 
@@ -69,17 +59,6 @@ pub(super) trait Engine: Real {
 }
 
 impl Engine for f64 {
-    fn run(
-        setup: &Setup<Self, Metric<Self>>,
-        observer: Option<Observer<'_, Self, Metric<Self>>>,
-    ) -> Result<Solution<Self>, NoSolution> {
-        solve_seen(setup, observer)
-    }
-
-    fn run_scene(setup: &Setup<Self>) -> Result<WorldLine<Self>, NoSolution> {
-        solve_seen(setup, None)
-    }
-
     fn rough_operator(sbp: &Arc<SbpOperator>, _: impl FnOnce() -> SbpOperator) -> Arc<SbpOperator> {
         Arc::clone(sbp)
     }
@@ -102,17 +81,6 @@ impl Engine for f64 {
 }
 
 impl Engine for Extended {
-    fn run(
-        setup: &Setup<Self, Metric<Self>>,
-        observer: Option<Observer<'_, Self, Metric<Self>>>,
-    ) -> Result<Solution<Self>, NoSolution> {
-        solve_seen(setup, observer)
-    }
-
-    fn run_scene(setup: &Setup<Self>) -> Result<WorldLine<Self>, NoSolution> {
-        solve_seen(setup, None)
-    }
-
     fn rough_operator(_: &Arc<SbpOperator<Self>>, rounded: impl FnOnce() -> SbpOperator) -> Arc<SbpOperator> {
         Arc::new(rounded())
     }

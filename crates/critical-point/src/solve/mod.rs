@@ -44,29 +44,31 @@ pub use world_line::{Joint, Place, Window, WindowNodes, WorldLine};
 
 use self::routes::Routes;
 use self::run::{Observer, Run};
+use crate::geometry::Geometry;
 use crate::metric::Metric;
 
-/// Solves a setup in t and x, which a `Case` makes, in the arithmetic of `S`: `f64`, or
-/// [`Extended`](crate::scalar::Extended) to the digits that it asks for (`Case::is_extended` says which of the two a
-/// case wants). More digits are obtained by refinement: everything that searches and steers is done in `f64`.
+/// Solves a setup, which a case makes, in the arithmetic of `S`: `f64`, or [`Extended`](crate::scalar::Extended) to the
+/// digits that it asks for (`Case::is_extended` says which of the two a case wants). More digits are obtained by
+/// refinement: everything that searches and steers is done in `f64`.
 ///
 /// The physical limit costs O(N) time and memory, one potential evaluation a node for SBP21. The doubled system is
 /// solved by Newton's method with a sparse LU, in time linear in N in practice.
 ///
-/// With [`Settings::accuracy`] the program chooses operator and windows itself, see [`Solution::error_estimate`].
+/// With [`Settings::accuracy`] the program chooses operator and windows itself, see [`WorldLine::error_estimate`].
 ///
 /// # Errors
 /// [`NoSolution`] says how the solve ended, where, and with what residual. An unconverged trajectory is never returned.
 ///
 /// # Panics
-/// If the setup is not valid, which one of a valid case is, or if it asks for an accuracy and `S` is not `f64`.
-pub fn solve<S: Arithmetic>(setup: impl Into<Setup<S, Metric<S>>>) -> Result<Solution<S>, NoSolution> {
-    S::run(&setup.into(), None)
+/// If the setup is not valid, which one of a valid case is, or if one of a potential asks for an accuracy and `S` is not
+/// `f64`.
+pub fn solve<S: Solved<G>, G: Space<S>>(setup: impl Into<Setup<S, G>>) -> Result<WorldLine<S, G>, NoSolution> {
+    S::solve(&setup.into(), None)
 }
 
-/// [`solve`] in the memory of one window: `observe` sees every window as a solution of its own, at its place in the run
-/// (its γ, t and constants of motion are those of the run), and what is returned is the last one with the certificate
-/// and the iterations of all.
+/// [`solve`] in t and x in the memory of one window: `observe` sees every window as a solution of its own, at its place
+/// in the run (its γ, t and constants of motion are those of the run), and what is returned is the last one with the
+/// certificate and the iterations of all.
 ///
 /// A run may have to begin again, when another method takes over or more accuracy is needed: `observe` then sees a
 /// window with `window_count` 1 again, and everything before it is void.
@@ -76,26 +78,15 @@ pub fn solve<S: Arithmetic>(setup: impl Into<Setup<S, Metric<S>>>) -> Result<Sol
 ///
 /// # Panics
 /// As [`solve`].
-pub fn solve_window_by_window<S: Arithmetic>(
+pub fn solve_window_by_window<S: Solved<Metric<S>>>(
     setup: impl Into<Setup<S, Metric<S>>>,
     observe: &mut dyn FnMut(&Solution<S>),
 ) -> Result<Solution<S>, NoSolution> {
-    S::run(&setup.into(), Some(observe))
+    S::solve(&setup.into(), Some(observe))
 }
 
-/// Solves the setup of a scene of n coordinates, as [`solve`].
-///
-/// # Errors
-/// As [`solve`].
-///
-/// # Panics
-/// If the setup is not valid: too few nodes for the operator, or no windows.
-pub fn solve_scene<S: Arithmetic>(setup: &Setup<S>) -> Result<WorldLine<S>, NoSolution> {
-    S::run_scene(setup)
-}
-
-/// Both of them, which [`Arithmetic`] compiles once for every kind of space-time.
-fn solve_seen<S: Arithmetic, G: Routes<S>>(
+/// What is behind both, window by window if there is an observer.
+fn solve_here<S: Arithmetic, G: Routes<S>>(
     setup: &Setup<S, G>,
     observer: Option<Observer<'_, S, G>>,
 ) -> Result<WorldLine<S, G>, NoSolution>
@@ -113,6 +104,16 @@ where
     let found = end::solve(setup, Some(&mut |_| ()))?;
     let WorldLine { ended_by, ended_at, .. } = found;
     Ok(WorldLine { ended_by, ended_at, ..solve_to(setup, found.length, Some(observer))? })
+}
+
+crate::compiled! {
+    /// Numbers in which setups are solved.
+    pub trait Solved<G: Space> for [Metric, Geometry] {
+        fn solve(
+            setup: &Setup<Self, G>,
+            observer: Option<Observer<'_, Self, G>>,
+        ) -> Result<WorldLine<Self, G>, NoSolution> = solve_here;
+    }
 }
 
 /// Solves a setup on γ − γ_i ∈ [0, `length`], window after window.

@@ -134,6 +134,12 @@ impl<S: Real, G: Space<S>> Clone for Setup<S, G> {
     }
 }
 
+impl<S: Real, G: Space<S>> From<&Self> for Setup<S, G> {
+    fn from(setup: &Self) -> Self {
+        setup.clone()
+    }
+}
+
 impl<S: Real, G: Space<S>> Setup<S, G> {
     /// The same in `f64`.
     pub(super) fn in_f64(&self) -> Setup<f64, G::Rough> {
