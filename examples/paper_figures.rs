@@ -275,7 +275,7 @@ fn longer_runs(page: &mut Page, scene: &Scene) -> Result<()> {
 fn convergence(page: &mut Page, scene: &Scene) -> Result<()> {
     let case = Case::parse(scene.name, scene.text, &[])?;
     let operators = [SbpName::Sbp21, SbpName::Sbp42];
-    let convergence = sweep::<f64>(
+    let convergence = sweep::<f64, _>(
         &case,
         &operators.map(|sbp| (sbp, Form::Strong)),
         &[16, 32, 64, 128, 256],

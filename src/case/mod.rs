@@ -9,6 +9,7 @@ mod decimal;
 mod end;
 mod error;
 mod formula_spec;
+mod grid;
 mod hint;
 mod keys;
 mod parse;
@@ -28,6 +29,7 @@ pub use decimal::Decimal;
 pub use end::End;
 pub use error::CaseError;
 pub use formula_spec::FormulaSpec;
+pub use grid::on_grid;
 pub use keys::{KEYS, Key, SCENE_KEYS};
 pub use parse::{key_of, overridden};
 pub use scene::SceneCase;
@@ -257,29 +259,6 @@ impl Case {
     /// [`Extended`](crate::scalar::Extended).
     pub fn is_extended(&self) -> bool {
         self.settings().is_extended()
-    }
-
-    /// The case with another operator, form and number of nodes on γ ∈ [0, `length`], and without an accuracy. A
-    /// spectral element gets as many windows as make about that number of nodes in all.
-    ///
-    /// # Errors
-    /// A message that says what is wrong with that grid.
-    pub fn on_grid(
-        &self,
-        (sbp, form): (SbpName, Form),
-        n_gamma: usize,
-        length: impl Into<Decimal>,
-    ) -> Result<Self, String> {
-        let mut case = self.clone();
-        (case.scheme.sbp, case.scheme.form) = (sbp, form);
-        case.solver.accuracy = None;
-        let (n_gamma, windows) = match sbp.fixed_points() {
-            Some(nodes) => (nodes, (n_gamma.saturating_sub(1) / (nodes - 1)).max(1)),
-            None => (n_gamma, self.grid.windows),
-        };
-        case.grid = Grid { gamma_i: zero(), gamma_f: Some(length.into()), t_f: None, n_gamma, windows };
-        case.check_choices().and_then(|()| case.check_grid()).map_err(|invalid| invalid.message)?;
-        Ok(case)
     }
 
     /// The potential V(x).

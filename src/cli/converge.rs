@@ -8,8 +8,7 @@ use std::sync::atomic::AtomicBool;
 use anyhow::Context;
 use clap::Args;
 use geodesic_ivp::Numeric;
-use geodesic_ivp::case::scene::on_grid;
-use geodesic_ivp::case::{AnyCase, Form, SbpName};
+use geodesic_ivp::case::{AnyCase, Form, SbpName, on_grid};
 use geodesic_ivp::output::{ConvergenceSummary, OutputSet, SUMMARY, Target, pictures, write_convergence, write_slopes};
 use geodesic_ivp::scalar::Extended;
 use geodesic_ivp::solve::Setup;
@@ -156,8 +155,8 @@ fn check_memory<S: Numeric>(case: &AnyCase, args: &ConvergeArgs) -> anyhow::Resu
     for &sbp in &args.sbp {
         match case {
             AnyCase::One(one) => {
-                let grid = one.on_grid((sbp, one.scheme.form), finest, 1.0).ok();
-                grid.map_or(Ok(()), |grid| memory::check(&Setup::<S, _>::from(&grid), None))?;
+                let grid = on_grid(&Setup::<S, _>::from(&**one), (sbp, one.scheme.form), finest, S::ONE).ok();
+                grid.map_or(Ok(()), |grid| memory::check(&grid, None))?;
             }
             AnyCase::Scene(scene) => {
                 let grid = on_grid(&scene.setup::<S>(), (sbp, scene.settings().form), finest, S::ONE).ok();
@@ -280,8 +279,8 @@ fn sweep_with_progress<S: Numeric>(case: &AnyCase, args: &ConvergeArgs) -> Resul
     bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} grids {msg}").expect("the template is valid"));
     let (case, n_gamma) = (case.clone(), args.n_gamma.clone());
     let new = move || match &case {
-        AnyCase::One(case) => Sweep::new(case, &schemes, &n_gamma),
-        AnyCase::Scene(case) => Sweep::of_scene(case, &schemes, &n_gamma),
+        AnyCase::One(case) => Sweep::new(&**case, &schemes, &n_gamma),
+        AnyCase::Scene(case) => Sweep::new(&**case, &schemes, &n_gamma),
     };
     let work = move |tell: &(dyn Fn(News<S>) + Sync)| match new() {
         Ok(sweep) => {

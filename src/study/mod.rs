@@ -14,9 +14,12 @@
 //! ```
 
 pub mod convergence;
+mod line;
 pub mod many;
 pub mod run_error;
-pub mod scene_length;
+mod space;
 pub mod stability;
 pub mod verdict;
 pub mod work_precision;
+
+pub use space::{Deviations, Point, Studied};

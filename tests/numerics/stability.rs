@@ -5,12 +5,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::common::{case, solved};
 use geodesic_ivp::Case;
-use geodesic_ivp::case::{Form, SbpName, SceneCase};
+use geodesic_ivp::case::{Form, SbpName, SceneCase, on_grid};
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::methods::{Composition, Rk4};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::scalar::{Extended, Real};
-use geodesic_ivp::solve;
+use geodesic_ivp::solve::{Setup, solve};
 use geodesic_ivp::study::stability::{Arena, Atlas, Cell, CellStatus, Method, Numbers, Plan, measure};
 
 fn charted(case: &Case, methods: Vec<Method>, lengths: &[f64], spacings: &[f64]) -> Atlas {
@@ -125,14 +125,13 @@ fn nothing_inaccurate_is_called_accurate() {
     let initial = case.initial_data::<Extended>();
     let reference = ReferenceTrajectory::new(&case.metric(), &initial, 20.0.into(), 40).unwrap();
     let atlas = charted(&case, Method::all(), &[1.0, 5.0, 20.0], &[0.05, 0.1, 0.2, 0.5]);
-    let mut accurate = 0;
+    let (setup, mut accurate) = (Setup::<f64, _>::from(&case), 0);
     for cell in atlas.cells.iter().filter(|cell| cell.status == CellStatus::Accurate) {
         let numbers = cell.numbers.as_ref().unwrap();
         assert!(error_of(numbers, X) < 1.01e-2 && error_of(numbers, T) < 2e-2, "{cell:?}");
         accurate += 1;
         if let Method::Block(sbp, form) = cell.method {
-            let again =
-                solve::<f64, _>(&case.on_grid((sbp, form), cell.n_gamma.unwrap(), cell.gamma_f).unwrap()).unwrap();
+            let again = solve(on_grid(&setup, (sbp, form), cell.n_gamma.unwrap(), cell.gamma_f).unwrap()).unwrap();
             let error = (reference.at(cell.gamma_f.into()).x - Extended::from(again.end_state().x)).abs();
             assert!(error.to_f64() < 1.01e-2, "{cell:?}");
         }

@@ -3,10 +3,10 @@
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use geodesic_ivp::case::{Form, SbpName, SceneCase};
+use geodesic_ivp::case::{Form, SbpName, SceneCase, on_grid};
 use geodesic_ivp::methods::{Composition, Dop853, Gauss, Output, PEERS, Peer, PeerIn, Problem, Rk4, Setting, Step};
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::solve;
+use geodesic_ivp::solve::{Setup, solve};
 use geodesic_ivp::study::work_precision::{
     Arena, Budget, Family, Leader, OUTPUTS, Progress, Ratio, RowErrors, RowStatus, drift, measure,
 };
@@ -240,13 +240,15 @@ fn a_row_of_this_program_is_that_of_its_solve() {
     let mut compared = 0;
     for row in rows.iter().filter(|row| row.status == RowStatus::Converged) {
         let number = |key: &str| -> usize { row.setting.strip_prefix(key).unwrap().parse().unwrap() };
-        let on_grid = match row.family {
-            Family::Block(sbp, form) => case.on_grid((sbp, form), number("N="), LENGTH).unwrap(),
+        let setup = Setup::<f64, _>::from(&case);
+        let again = match row.family {
+            Family::Block(sbp, form) => on_grid(&setup, (sbp, form), number("N="), LENGTH).unwrap(),
             Family::Elements(_) => {
-                case.on_grid((SbpName::Gll(8), Form::Weak), 7 * number("windows=") + 1, LENGTH).unwrap()
+                on_grid(&setup, (SbpName::Gll(8), Form::Weak), 7 * number("windows=") + 1, LENGTH).unwrap()
             }
             Family::Accuracy => {
-                super::common::case(&format!("{start} solver.accuracy={}", row.setting.strip_prefix("tol=").unwrap()))
+                let accuracy = row.setting.strip_prefix("tol=").unwrap();
+                Setup::from(&super::common::case(&format!("{start} solver.accuracy={accuracy}")))
             }
             _ => {
                 // Every window evaluates all of its nodes, at least once.
@@ -254,7 +256,7 @@ fn a_row_of_this_program_is_that_of_its_solve() {
                 continue;
             }
         };
-        let solution: Solution = solve(&on_grid).unwrap();
+        let solution: Solution = solve(again).unwrap();
         // An explicit recursion has no iterations.
         let sweeps = solution.iterations.count.max(solution.windows.len());
         assert_eq!(row.evaluations, sweeps * solution.sbp().points(), "{row:?}");

@@ -14,7 +14,7 @@ fn scene(name: &str, overrides: &[&str]) -> SceneCase {
 }
 
 fn swept(case: &SceneCase, sbp: SbpName, form: Form, n_gamma: &[usize]) -> Convergence {
-    Sweep::of_scene(case, &[(sbp, form)], n_gamma).unwrap().run(&AtomicBool::new(false), &|_, _| {})
+    Sweep::new(case, &[(sbp, form)], n_gamma).unwrap().run(&AtomicBool::new(false), &|_, _| {})
 }
 
 #[test]
@@ -80,7 +80,7 @@ fn a_sweep_ends_where_the_run_ends() {
 #[test]
 fn what_cannot_be_swept_is_refused() {
     let case = scene("henon-heiles", &[]);
-    let refused = |sbp, n: usize| Sweep::<f64>::of_scene(&case, &[(sbp, Form::Weak)], &[n]).err();
+    let refused = |sbp, n: usize| Sweep::<f64>::new(&case, &[(sbp, Form::Weak)], &[n]).err();
     assert!(matches!(refused(SbpName::Sbp42, 7), Some(SweepError::Grid(message)) if message.contains("at least 8")));
     assert!(matches!(refused(SbpName::Sbp42, usize::MAX / 2), Some(SweepError::Grid(_))));
 }

@@ -43,7 +43,6 @@ pub use initial::{Rate, SceneInitial, Sign};
 pub use observables::{Axes, Event};
 pub use quantity::Quantity;
 pub use settings::{SceneExpect, SceneGrid, SceneSolver};
-pub use setup::on_grid;
 
 pub use crate::geometry::Direction;
 

@@ -4,12 +4,9 @@ use std::sync::Arc;
 
 use super::{Axes, Event, SceneCase};
 use crate::Numeric;
-use crate::action::Form;
-use crate::case::validate::{check_nodes, check_spacing};
 use crate::geometry::{Direction, Geometry, GeometryText, Law, Observable, Place as FormulaPlace};
 use crate::sampling::Watch;
-use crate::sbp::SbpName;
-use crate::solve::{Limit, Place, Settings, Setup, Until};
+use crate::solve::{Place, Setup, Until};
 
 impl SceneCase {
     fn place<S: Numeric>(&self) -> Place<S> {
@@ -70,30 +67,10 @@ impl SceneCase {
     }
 }
 
-/// What the solver is told on another grid: with that operator and form and so many nodes in each window, over γ − γ_i
-/// up to `length`. A spectral element gets as many windows as make about that number of nodes in all.
-///
-/// # Errors
-/// A message that says what is wrong with that grid.
-pub fn on_grid<S: Numeric>(
-    setup: &Setup<S>,
-    (sbp, form): (SbpName, Form),
-    n_gamma: usize,
-    length: S,
-) -> Result<Setup<S>, String> {
-    let (n_gamma, windows) = match sbp.fixed_points() {
-        Some(nodes) => (nodes, (n_gamma.saturating_sub(1) / (nodes - 1)).max(1)),
-        None => (n_gamma, setup.settings.windows),
-    };
-    let intervals = n_gamma.max(2).saturating_sub(1).saturating_mul(windows);
-    let spaced = || check_spacing("grid.gamma_f", setup.gamma_i.to_f64(), intervals, length.to_f64());
-    check_nodes(Some(sbp), n_gamma, windows).and_then(|()| spaced()).map_err(|invalid| invalid.message)?;
-    Ok(Setup {
-        limit: Limit::Length(length),
-        until: Vec::new(),
-        settings: Settings { sbp, form, n_gamma, windows, ..setup.settings },
-        ..setup.clone()
-    })
+impl<S: Numeric> From<&SceneCase> for Setup<S> {
+    fn from(case: &SceneCase) -> Self {
+        case.setup()
+    }
 }
 
 fn observable<S: Numeric>(text: &GeometryText, formula: &str) -> Observable<S> {

@@ -2,7 +2,6 @@
 
 pub mod fit;
 pub mod paper;
-mod scene;
 mod slope;
 mod sweep;
 

@@ -2,13 +2,16 @@
 
 use std::f64::consts::TAU;
 
-use super::one::One;
-use super::scene::Scene;
+use super::line::Chart;
 use super::status::Sizes;
-use super::world::{Point, Reference, World};
+use super::world::{Reference, World};
 use crate::case::Case;
 use crate::case::scene::SceneCase;
+use crate::geometry::Geometry;
+use crate::metric::Metric;
 use crate::reference::{EndReason, ReferenceEnds};
+use crate::study::line::Line;
+use crate::study::space::Point;
 
 /// Number of points on the reference at which sizes and frequencies are measured, per step of it, and the largest
 /// number in all.
@@ -64,7 +67,7 @@ impl Arena {
     /// [`ReferenceEnds`] if V has no Taylor series at some point of the geodesic, or the geodesic does not reach t_f of the
     /// case: then nothing could be judged. A geodesic that leaves the domain is not an error; the atlas shows it.
     pub fn new(case: &Case, lengths: &[f64]) -> Result<Self, ReferenceEnds> {
-        Self::of_world(Box::new(One::new(case)), lengths)
+        Self::of_world(Box::new(Chart::<Metric>::new(Line::new(case, false))), lengths)
     }
 
     /// The same for a scene.
@@ -72,7 +75,7 @@ impl Arena {
     /// # Errors
     /// As [`Self::new`].
     pub fn of_scene(case: &SceneCase, lengths: &[f64]) -> Result<Self, ReferenceEnds> {
-        Self::of_world(Box::new(Scene::new(case)), lengths)
+        Self::of_world(Box::new(Chart::<Geometry>::new(Line::new(case, case.is_lifted()))), lengths)
     }
 
     fn of_world(world: Box<dyn World>, lengths: &[f64]) -> Result<Self, ReferenceEnds> {

@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, Schur};
 
-use super::world::Point;
 use crate::geometry::{Geometry, Motion};
+use crate::study::space::Point;
 
 /// The largest number of points at which eigenvalues are computed.
 const MOST_POINTS: usize = 5_000;

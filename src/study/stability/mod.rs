@@ -13,6 +13,7 @@
 
 mod arena;
 mod frequency;
+mod line;
 mod method;
 mod one;
 mod run;

@@ -6,10 +6,11 @@ use super::arena::Arena;
 use super::method::{Method, WINDOW};
 use super::status::{Evidence, Sizes, judge, rough_above};
 use super::track::Track;
-use super::world::{Failed, Grid, Point, Range, Task};
+use super::world::{Failed, Grid, Range, Task};
 use super::{Cell, CellStatus, Numbers};
 use crate::case::SbpName;
 use crate::methods::{Output, Setting};
+use crate::study::space::Point;
 
 /// As the numbers of elements and windows are whole, the spacing can differ from the one that was asked for. If it does
 /// by more than this factor, there is no cell.

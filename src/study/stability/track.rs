@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use super::status::Sizes;
-use super::world::Point;
 use crate::diagnostics::sawtooth;
 use crate::norm::larger;
 use crate::solve::WindowGrid;
+use crate::study::space::Point;
 
 /// A trajectory on its nodes, window by window.
 pub(super) struct Track {

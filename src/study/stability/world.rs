@@ -5,19 +5,9 @@ use super::track::Track;
 use crate::Numeric;
 use crate::case::{Form, SbpName};
 use crate::methods::{Failure, Output, Peer, Setting};
-use crate::reference::{Analytic, ReferenceEnds, ReferencePoint, ReferenceTrajectory, ScenePoint, Traced};
+use crate::reference::{ReferenceEnds, ReferenceTrajectory};
 use crate::solve::NoSolution;
-
-/// A point of a world-line.
-#[derive(Debug, Clone)]
-pub(super) struct Point {
-    /// The coordinates; t of a case is counted from the start.
-    pub(super) q: Vec<f64>,
-    /// Their derivatives by γ.
-    pub(super) q_dot: Vec<f64>,
-    /// The momenta, in scenes only.
-    pub(super) p: Vec<f64>,
-}
+use crate::study::space::{Point, Studied};
 
 /// The trajectory to compare with, in any precision.
 pub(super) trait Reference: Send + Sync {
@@ -31,27 +21,14 @@ pub(super) trait Reference: Send + Sync {
     fn steps(&self) -> usize;
 }
 
-impl<S: Numeric> From<ReferencePoint<S>> for Point {
-    fn from(ReferencePoint { elapsed, x, t_dot, x_dot }: ReferencePoint<S>) -> Self {
-        let [q, q_dot] = [[elapsed, x], [t_dot, x_dot]].map(|row| row.map(|value| value.to_f64()).to_vec());
-        Self { q, q_dot, p: Vec::new() }
-    }
-}
-
-impl<S: Numeric> From<ScenePoint<S>> for Point {
-    fn from(ScenePoint { q, q_dot, p }: ScenePoint<S>) -> Self {
-        let [q, q_dot, p] = [q, q_dot, p].map(|row| row.iter().map(|value| value.to_f64()).collect());
-        Self { q, q_dot, p }
-    }
-}
-
-impl<S, G> Reference for ReferenceTrajectory<S, G>
+impl<S: Numeric, G: Studied<S>> Reference for ReferenceTrajectory<S, G>
 where
-    S: Numeric + Traced<G>,
-    G: Analytic<S, Point: Into<Point>, Origin: Send + Sync>,
+    Self: Send + Sync,
 {
     fn at(&self, gamma: f64) -> Point {
-        self.at(gamma.into()).into()
+        let Point { q, q_dot, p } = G::at(self, gamma.into());
+        let [q, q_dot, p] = [q, q_dot, p].map(|row| row.iter().map(|value| value.to_f64()).collect());
+        Point { q, q_dot, p }
     }
 
     fn error_estimate(&self) -> f64 {

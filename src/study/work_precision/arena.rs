@@ -1,16 +1,18 @@
 //! What methods are compared on: the world-line over one length, and its reference.
 
-use super::{OUTPUTS, RowErrors, RowStatus, run};
+use super::course::Course;
+use super::family::Family;
+use super::run::Job;
+use super::{OUTPUTS, RowErrors, RowStatus};
+use crate::case::Case;
 use crate::case::scene::SceneCase;
-use crate::case::{Case, End};
-use crate::geodesic::Invariants;
 use crate::geometry::Geometry;
-use crate::methods::{Output, Problem, SceneState, State};
+use crate::methods::{Output, Setting};
+use crate::metric::Metric;
 use crate::norm::larger;
-use crate::reference::{ReferenceEnds, ReferencePoint, ReferenceTrajectory};
+use crate::reference::ReferenceEnds;
 use crate::scalar::{Extended, Real};
-use crate::solve::Setup;
-use crate::study::scene_length::length_of;
+use crate::study::line::Line;
 
 /// With an error above this share of the size of a coordinate, a setting has no result. The size is the largest |x|,
 /// and of t and the ignorable coordinates of a scene the largest distance from the start.
@@ -18,7 +20,7 @@ const INACCURATE: f64 = 0.1;
 
 /// The problem on which all methods are compared: the world-line over one length, and its reference.
 pub struct Arena {
-    pub(super) world: World,
+    world: Box<dyn World>,
     coordinates: Vec<String>,
     length: f64,
     reference_error: f64,
@@ -28,37 +30,34 @@ pub struct Arena {
     sizes: Vec<f64>,
 }
 
-/// A world-line of a case or of a scene.
-pub(super) enum World {
-    One(Box<One>),
-    Scene(Box<Scene>),
-}
+/// A world-line with its reference.
+pub(super) trait World: Send + Sync {
+    /// The names of the coordinates.
+    fn coordinates(&self) -> Vec<String>;
 
-/// A case of one coordinate.
-pub(super) struct One {
-    pub(super) problem: Problem,
-    pub(super) case: Case,
-    invariants: Invariants,
-    reference: ReferenceTrajectory<Extended>,
-}
+    /// γ_f − γ_i.
+    fn length(&self) -> f64;
 
-/// A scene.
-pub(super) struct Scene {
-    pub(super) problem: Problem<Geometry>,
-    pub(super) setup: Setup,
-    reference: ReferenceTrajectory<Extended, Geometry<Extended>>,
+    /// The reference's own estimate of its relative error, and the number of its Taylor steps.
+    fn reference(&self) -> (f64, usize);
+
+    /// The coordinates and K of the reference; t of a case is counted from the start.
+    fn exact(&self, gamma: f64) -> (Vec<Extended>, f64);
+
+    /// How far a coordinate is from where its size is counted from.
+    fn distance(&self, a: usize, q: f64) -> f64;
+
+    /// The `sizes` of coordinates, each the largest of all that have its unit.
+    fn shared(&self, sizes: Vec<f64>) -> Vec<f64>;
+
+    /// A method in a setting.
+    fn job<'w>(&'w self, family: &Family, setting: Setting, output: Output) -> Box<dyn Job + 'w>;
 }
 
 /// The coordinates of a point of a world-line, and its K.
 pub(super) struct Place {
-    q: Vec<f64>,
-    k: f64,
-}
-
-/// Sixteen digits of the coordinates at the end, and four more to judge them. Errors of the phase grow with the square
-/// of the length.
-fn digits(length: f64) -> u32 {
-    (20.0 + (2.0 * length.max(1.0).log10()).ceil()) as u32
+    pub(super) q: Vec<f64>,
+    pub(super) k: f64,
 }
 
 impl Arena {
@@ -67,60 +66,33 @@ impl Arena {
     /// # Errors
     /// [`ReferenceEnds`] if the geodesic does not go so far.
     pub fn new(case: &Case, length: Option<f64>) -> Result<Self, ReferenceEnds> {
-        let metric = case.metric::<Extended>();
-        let initial = case.initial_data::<Extended>();
-        let length = match (length, case.end::<Extended>()) {
-            (Some(length), _) => length,
-            (None, End::Length(length)) => length.to_f64(),
-            (None, End::Duration(duration)) => {
-                ReferenceTrajectory::length_of(&metric, &initial, 0, duration, digits(duration.to_f64()))?.to_f64()
-            }
-        };
-        let reference = ReferenceTrajectory::new(&metric, &initial, length.into(), digits(length))?;
-        let problem = Problem { space: case.metric().into(), start: case.initial_data(), length };
-        let invariants = problem.start.invariants(&problem.space);
-        let (reference_error, steps) = (reference.error_estimate(), reference.steps());
-        let world = World::One(Box::new(One { problem, case: run::plain(case), invariants, reference }));
-        let coordinates = ["t", "x"].map(str::to_owned).to_vec();
-        Ok(Self { world, coordinates, length, reference_error, steps, sizes: Vec::new() }.sized())
+        Ok(Self::of(Course::<Metric>::new(Line::new(case, false), length)?))
     }
 
     /// The scene's own world-line, or that of another length in γ.
     ///
     /// # Errors
-    /// [`ReferenceEnds`] if it does not go so far.
+    /// As [`Self::new`].
     pub fn of_scene(case: &SceneCase, length: Option<f64>) -> Result<Self, ReferenceEnds> {
-        let mut exact: Setup<Extended> = case.setup();
-        exact.settings.digits = digits(1.0);
-        let length = length.map_or_else(|| length_of(&exact).map(|length| length.to_f64()), Ok)?;
-        let place = &exact.place;
-        let reference = ReferenceTrajectory::new(&*place.geometry, &place.start, length.into(), digits(length))?;
-        let setup: Setup = case.setup();
-        let problem = Problem { space: setup.place.geometry.clone(), start: (*setup.place.start).clone(), length };
-        let (reference_error, steps) = (reference.error_estimate(), reference.steps());
-        let coordinates = case.coordinates();
-        let world = World::Scene(Box::new(Scene { problem, setup, reference }));
-        Ok(Self { world, coordinates, length, reference_error, steps, sizes: Vec::new() }.sized())
+        Ok(Self::of(Course::<Geometry>::new(Line::new(case, case.is_lifted()), length)?))
     }
 
-    /// With the sizes of its coordinates.
-    fn sized(mut self) -> Self {
-        let mut sizes = vec![0.0_f64; self.coordinates.len()];
-        for gamma in Output::even(OUTPUTS).gamma(self.length) {
-            let (exact, _) = self.exact(gamma);
-            let origin = |a: usize| match &self.world {
-                World::Scene(scene) if !scene.problem.space.active().contains(&a) => scene.problem.start.q[a],
-                _ => 0.0,
-            };
+    fn of(world: impl World + 'static) -> Self {
+        let (coordinates, length) = (world.coordinates(), world.length());
+        let mut sizes = vec![0.0_f64; coordinates.len()];
+        for gamma in Output::even(OUTPUTS).gamma(length) {
+            let (exact, _) = world.exact(gamma);
             for (a, (size, exact)) in sizes.iter_mut().zip(exact).enumerate() {
-                *size = size.max((exact.to_f64() - origin(a)).abs());
+                *size = size.max(world.distance(a, exact.to_f64()));
             }
         }
-        self.sizes = match &self.world {
-            World::One(_) => sizes,
-            World::Scene(scene) => scene.problem.space.shared(&scene.problem.start.q, &sizes),
-        };
-        self
+        let (sizes, (reference_error, steps)) = (world.shared(sizes), world.reference());
+        Self { world: Box::new(world), coordinates, length, reference_error, steps, sizes }
+    }
+
+    /// A method in a setting.
+    pub(super) fn job(&self, family: &Family, setting: Setting, output: Output) -> Box<dyn Job + '_> {
+        self.world.job(family, setting, output)
     }
 
     /// γ_f − γ_i.
@@ -148,38 +120,6 @@ impl Arena {
         self.sizes.iter().copied().fold(0.0, f64::max)
     }
 
-    /// The coordinates and K of the reference; t of a case is counted from the start.
-    fn exact(&self, gamma: f64) -> (Vec<Extended>, f64) {
-        match &self.world {
-            World::One(one) => {
-                let ReferencePoint { elapsed, x, .. } = one.reference.at(gamma.into());
-                (vec![elapsed, x], one.invariants.k)
-            }
-            World::Scene(scene) => {
-                let point = scene.reference.at(gamma.into());
-                let [q, q_dot] = [&point.q, &point.q_dot].map(|row| row.iter().map(|v| v.to_f64()).collect::<Vec<_>>());
-                let k = scene.problem.space.norm(&q, &q_dot);
-                (point.q, k)
-            }
-        }
-    }
-
-    /// A state as what it is judged by.
-    pub(super) fn place(&self, state: &State) -> Place {
-        let World::One(one) = &self.world else { unreachable!("a scene has other states") };
-        let q_t = one.invariants.q_t;
-        let k = q_t * (q_t / one.problem.space.g00(state.x)) - state.w * state.w;
-        Place { q: vec![state.elapsed, state.x], k }
-    }
-
-    /// The same in a scene.
-    pub(super) fn place_of(&self, state: SceneState) -> Place {
-        let World::Scene(scene) = &self.world else { unreachable!("a case has other states") };
-        let (geometry, SceneState { q, p }) = (&scene.problem.space, state);
-        let k = geometry.velocities(&q, &p).map_or(f64::NAN, |q_dot| geometry.norm(&q, &q_dot));
-        Place { q, k }
-    }
-
     /// The errors of `places` at the points of `output`.
     pub(super) fn errors(&self, output: &Output, places: &[Place]) -> RowErrors {
         let mut largest = RowErrors { q: vec![0.0; self.coordinates.len()], delta_k: 0.0 };
@@ -193,7 +133,7 @@ impl Arena {
 
     /// The errors of a place.
     pub(super) fn error(&self, gamma: f64, place: &Place) -> RowErrors {
-        let (exact, k) = self.exact(gamma);
+        let (exact, k) = self.world.exact(gamma);
         let error = |(&q, exact): (&f64, Extended)| (Extended::from(q) - exact).to_f64().abs();
         RowErrors { q: place.q.iter().zip(exact).map(error).collect(), delta_k: (place.k - k).abs() }
     }

@@ -4,7 +4,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::family::Family;
-use super::run::{Job, Outcome};
+use super::run::Outcome;
 use super::{Arena, RowErrors};
 use crate::case::{Form, SbpName};
 use crate::methods::{Composition, Dop853, Gauss, Output, Rk4, Setting, Taylor};
@@ -64,8 +64,7 @@ pub fn drift(arena: &Arena, chosen: &[Family], cancel: &AtomicBool) -> Vec<Drift
             break;
         }
         let run = |setting: Setting| {
-            let outcome =
-                Job::new(arena, &family, setting, output.clone()).run().and_then(|raw| raw.outcome(arena, &output));
+            let (_, outcome) = arena.job(&family, setting, output.clone()).attempt(&output);
             outcome.ok().map(|outcome| (setting, outcome))
         };
         let Some((setting, outcome)) = in_budget(intervals, cost, run) else { continue };

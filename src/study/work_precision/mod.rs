@@ -13,7 +13,7 @@
 //! largest of them ranks a setting. Charges are constants in the equations of the other methods, as Q_t is.
 //!
 //! The schemes of this program are timed as [`crate::solve()`], with its certificate and everything that it stores.
-//! Those of a scene are timed as [`crate::solve::solve`], which does the same.
+//! Those of a scene are timed as [`crate::solve()`], which does the same.
 //! `accuracy` is timed as [`crate::solve::solve_window_by_window`], with its certificate and its samples. `march` is
 //! [`crate::lobatto`], without certificate and storage.
 //!
@@ -35,10 +35,13 @@
 //! alike.
 
 mod arena;
+mod course;
 mod drift;
 mod family;
 mod front;
+mod one;
 mod run;
+mod scene;
 mod trial;
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -47,7 +50,6 @@ pub use arena::Arena;
 pub use drift::{DriftPoint, drift};
 pub use family::{Family, Group};
 pub use front::{Leader, Ratio, front, ratios};
-pub(super) use run::plain;
 
 use self::trial::{time, try_family};
 use crate::norm::larger;

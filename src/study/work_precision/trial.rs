@@ -1,7 +1,5 @@
 //! Trying settings one after the other, and timing those that succeed in turns.
 
-use std::time::Instant;
-
 use super::family::Family;
 use super::run::{Job, Outcome};
 use super::{Arena, Budget, OUTPUTS, Progress, Row, RowStatus};
@@ -22,7 +20,7 @@ const SPOILT: f64 = 1.5;
 /// A row, and the job to run it again.
 pub(super) struct Trial<'a> {
     pub(super) row: Row,
-    job: Job<'a>,
+    job: Box<dyn Job + 'a>,
     /// Seconds of the first run.
     tried: f64,
 }
@@ -86,11 +84,9 @@ fn try_setting<'a>(arena: &'a Arena, family: &Family, setting: Setting) -> Trial
 
 fn attempt<'a>(arena: &'a Arena, family: &Family, setting: Setting) -> Trial<'a> {
     let output = Output::even(OUTPUTS);
-    let job = Job::new(arena, family, setting, output.clone());
-    let start = Instant::now();
-    let result = job.run();
-    let seconds = start.elapsed().as_secs_f64();
-    let (status, errors, evaluations, points) = match result.and_then(|raw| raw.outcome(arena, &output)) {
+    let job = arena.job(family, setting, output.clone());
+    let (seconds, result) = job.attempt(&output);
+    let (status, errors, evaluations, points) = match result {
         Ok(Outcome { places, evaluations, points }) => {
             let errors = arena.errors(&output, &places);
             (arena.judge(&errors), Some(errors), evaluations, points)
@@ -137,12 +133,7 @@ pub(super) fn time(
             // how many runs make a batch.
             let known = samples.first().copied().unwrap_or(trial.tried);
             let repetitions = (BATCH / known.max(1e-9)).ceil().clamp(1.0, 1000.0) as u32;
-            let start = Instant::now();
-            for _ in 0..repetitions {
-                // The result is not looked at: a run that succeeded once succeeds again.
-                drop(std::hint::black_box(trial.job.run()));
-            }
-            samples.push(start.elapsed().as_secs_f64() / f64::from(repetitions));
+            samples.push(trial.job.repeat(repetitions) / f64::from(repetitions));
         }
         for (index, (trial, samples)) in trials.iter_mut().zip(&samples).enumerate() {
             if samples.len() > before[index] {
