@@ -6,7 +6,7 @@ use geodesic_ivp::action::Form;
 use geodesic_ivp::case::builtin;
 use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::sbp::SbpName;
-use geodesic_ivp::study::convergence::{Convergence, Quantity, Sweep, SweepError};
+use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, Sweep, SweepError};
 
 fn scene(name: &str, overrides: &[&str]) -> SceneCase {
     let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
@@ -75,6 +75,20 @@ fn a_sweep_ends_where_the_run_ends() {
     let timed = scene("kerr-inclined", &["grid={t_f=50.0}"]);
     let convergence = swept(&timed, SbpName::Gll(16), Form::Weak, &[200]);
     assert!((convergence.reference.end[0] - 50.0).abs() < 1e-12, "{:?}", convergence.reference);
+}
+
+/// The grids are swept, and not the run to the accuracy.
+#[test]
+fn an_accuracy_of_the_case_does_not_take_the_place_of_the_grids() {
+    let n_gamma = [64, 128];
+    let [with, without] = ["solver.accuracy=1e-9", "grid.windows=1"].map(|key| {
+        let case = scene("henon-heiles", &["grid.gamma_f=4.0", key]);
+        swept(&case, SbpName::Sbp42, Form::Weak, &n_gamma).points
+    });
+    let errors = |points: &[ConvergencePoint]| points.iter().map(|point| point.errors.clone()).collect::<Vec<_>>();
+    assert!(with.iter().all(|point| point.errors.is_some()));
+    assert_eq!(errors(&with), errors(&without));
+    assert_eq!(with.iter().map(|point| point.n_gamma).collect::<Vec<_>>(), n_gamma);
 }
 
 #[test]

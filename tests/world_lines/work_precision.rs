@@ -65,6 +65,19 @@ fn every_method_arrives_and_errors_are_those_of_every_coordinate() {
     }
 }
 
+/// A scheme on a grid is timed, and not the run to the accuracy of the case.
+#[test]
+fn an_accuracy_of_the_case_does_not_take_the_place_of_the_grids() {
+    let arena = Arena::of_scene(&scene("kepler-polar", &[]), Some(1.0)).unwrap();
+    let budget = Budget { settings: 4, ..BUDGET };
+    let families = [Family::Block(SbpName::Sbp42, Form::Weak)];
+    let rows = measure(&arena, &families, &budget, &AtomicBool::new(false), &mut |_| {}).rows;
+    let errors: Vec<f64> = rows.iter().filter_map(|row| row.rank()).collect();
+    assert!(errors.len() >= 3 && errors.windows(2).all(|pair| pair[1] < 0.3 * pair[0]), "{errors:?}");
+    let mut converged = rows.iter().filter(|row| row.status == RowStatus::Converged);
+    assert!(converged.all(|row| row.setting == format!("N={}", row.points)), "{rows:?}");
+}
+
 #[test]
 fn a_scene_is_charted_at_its_length() {
     let case = scene("henon-heiles", &["grid.gamma_f=20.0", "grid.until=\"x\"", "grid.windows=1"]);

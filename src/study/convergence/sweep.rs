@@ -50,8 +50,8 @@ where
 impl<S: Numeric> Sweep<S> {
     /// A sweep of what a case sets up over every operator with its form and every number of nodes.
     ///
-    /// A run that ends at a physical time, where a coordinate has a value, or where a formula changes its sign, is swept
-    /// at the γ_f at which the reference gets there.
+    /// A run that ends at a physical time, where a coordinate has a value, or where a formula changes its sign, is
+    /// swept at the γ_f at which the reference gets there.
     ///
     /// # Errors
     /// [`SweepError`] if a grid cannot exist or there is no reference. A grid without a solution is a point with its

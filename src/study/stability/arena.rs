@@ -64,8 +64,8 @@ impl Arena {
     /// default ones.
     ///
     /// # Errors
-    /// [`ReferenceEnds`] if V has no Taylor series at some point of the geodesic, or the geodesic does not reach t_f of the
-    /// case: then nothing could be judged. A geodesic that leaves the domain is not an error; the atlas shows it.
+    /// [`ReferenceEnds`] if V has no Taylor series at some point of the geodesic, or the geodesic does not reach t_f of
+    /// the case: then nothing could be judged. A geodesic that leaves the domain is not an error; the atlas shows it.
     pub fn new(case: &Case, lengths: &[f64]) -> Result<Self, ReferenceEnds> {
         Self::of_world(Box::new(Chart::<Metric>::new(Line::new(case, false))), lengths)
     }

@@ -60,8 +60,8 @@ use crate::metric::Metric;
 /// [`NoSolution`] says how the solve ended, where, and with what residual. An unconverged trajectory is never returned.
 ///
 /// # Panics
-/// If the setup is not valid, which one of a valid case is, or if one of a potential asks for an accuracy and `S` is not
-/// `f64`.
+/// If the setup is not valid, which one of a valid case is, or if one of a potential asks for an accuracy and `S` is
+/// not `f64`.
 pub fn solve<S: Solved<G>, G: Space<S>>(setup: impl Into<Setup<S, G>>) -> Result<WorldLine<S, G>, NoSolution> {
     S::solve(&setup.into(), None)
 }

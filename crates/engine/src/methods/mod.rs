@@ -8,10 +8,10 @@
 //! K = −2H. Every method here has Q_t as a *parameter*: they deserve no credit for its being constant, and comparing
 //! its drift alone would show nothing. Position, time and K decide.
 //!
-//! A scene of n coordinates is a [`Problem`] in a geometry. Its equations are those of Hamilton, for the active coordinates and
-//! their momenta; ignorable coordinates are quadratures, and charges are parameters as Q_t is. If the geometry is
-//! separable, they are q̈ = a(q), of the same form as above, and the methods take advantage of it. [`Composition`]
-//! needs that.
+//! A scene of n coordinates is a [`Problem`] in a geometry. Its equations are those of Hamilton, for the active
+//! coordinates and their momenta; ignorable coordinates are quadratures, and charges are parameters as Q_t is. If the
+//! geometry is separable, they are q̈ = a(q), of the same form as above, and the methods take advantage of it.
+//! [`Composition`] needs that.
 //!
 //! [`PEERS`] lists the methods. Each is a [`Peer`]: it says what it is, where it comes from and how it takes a step.
 //! What is around the steps is the same for all.

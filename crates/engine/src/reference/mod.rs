@@ -26,9 +26,9 @@
 //! ```
 //!
 //! A scene of n coordinates has the same reference, from its [`Geometry`](crate::geometry::Geometry) and its
-//! [`Start`](crate::geometry::Start). The steps know only a system of equations of first order (`equations.rs`); that of
-//! one coordinate (`one.rs`) and Hamilton's equations of a scene (`scene.rs`) are two of them, each behind a space-time
-//! that is [`Analytic`].
+//! [`Start`](crate::geometry::Start). The steps know only a system of equations of first order (`equations.rs`); that
+//! of one coordinate (`one.rs`) and Hamilton's equations of a scene (`scene.rs`) are two of them, each behind a
+//! space-time that is [`Analytic`].
 
 mod analytic;
 mod crossings;
