@@ -53,7 +53,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let long = Case::parse("first picture", CASE, &["grid.gamma_f=100.0".to_owned(), "grid.n_gamma=2001".to_owned()])?;
     let solution: Solution = solve(&long)?;
     let diagnostics = Diagnostics::new(&solution);
-    let own = solution.gamma().zip(diagnostics.charges.delta_q_t.iter().map(|delta| delta.abs())).collect();
+    let own = solution.gamma().zip(diagnostics.charges[0].delta.iter().map(|delta| delta.abs())).collect();
     let initial = long.initial_data::<f64>();
     let start = [initial.t, initial.x, initial.t_dot, initial.x_dot];
     let other = runge_kutta(&long.metric(), start, 100.0, 2000);

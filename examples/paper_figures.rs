@@ -46,7 +46,7 @@ const SCENES: [Scene; 2] = [
 ];
 
 /// A solved case with its diagnostics.
-struct Solved<S = f64> {
+struct Solved<S: Real = f64> {
     label: String,
     case: Case,
     solution: Solution<S>,
@@ -142,7 +142,7 @@ fn base_run(page: &mut Page, scene: &Scene, operator: usize) -> Result<()> {
     let (runs, name) = ([solved.run()], format!("{}-{sbp}", scene.name));
     let of = format!("{} potential, {sbp}, N = 32", scene.name);
     let (end, d) = (&solved.solution.end_state(), &solved.diagnostics);
-    let last = d.t_dot.len() - 1;
+    let last = d.q_dot[0].len() - 1;
     page.row(
         &[
             (&format!("{name}-dofs"), pictures::world_line(&of, &solved.solution)),
@@ -154,7 +154,7 @@ fn base_run(page: &mut Page, scene: &Scene, operator: usize) -> Result<()> {
             "t[N] = {:.12}, x[N] = {:.12}, (Dt)[N] = {:.3}; the branches differ by at most {:.0e}.",
             end.t,
             end.x,
-            d.t_dot[last],
+            d.q_dot[0][last],
             solved.solution.branch_distance()
         ),
     )?;
@@ -170,7 +170,7 @@ fn base_run(page: &mut Page, scene: &Scene, operator: usize) -> Result<()> {
             d.measures.max_abs_delta_g_interior,
             d.measures.max_abs_delta_q_t_interior,
             d.measures.delta_q_t_last,
-            d.charges.delta_q_t_corrected[last]
+            d.charges[0].corrected[last]
         ),
     )
 }

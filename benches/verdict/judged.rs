@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use geodesic_ivp::case::{AnyCase, Case, End, SceneCase};
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::diagnostics::verdict::{CoordinateError, Facts, Grade, Verdict};
 use geodesic_ivp::errors::scene_error;
 use geodesic_ivp::solve::WorldLine;
@@ -91,7 +90,7 @@ fn one(case: &Case) -> Judged {
 fn scene(case: &SceneCase) -> Judged {
     let setup = case.setup::<f64>();
     let Ok(line): Result<WorldLine, _> = solve(&setup) else { return Judged::refused() };
-    let diagnostics = SceneDiagnostics::new(&line, &[], &mut [], case.is_lifted());
+    let diagnostics = Diagnostics::of_scene(&line, &[], &mut [], case.is_lifted());
     let facts = facts_of_world_line(&line, &diagnostics, scene_error(&line).as_ref());
     let geometry = Arc::new(line.geometry().clone());
     let Some(truth) = Truth::scene(&geometry, &line.place.start, line.length) else {

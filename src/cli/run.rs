@@ -10,12 +10,14 @@ use clap::{Args, ValueHint};
 use geodesic_ivp::Numeric;
 use geodesic_ivp::case::AnyCase;
 use geodesic_ivp::diagnostics::gaps::Gaps;
+use geodesic_ivp::diagnostics::{Diagnostics, Measurable};
 use geodesic_ivp::errors::RunError;
 use geodesic_ivp::output::{
-    CASE, Chart, Measured, OutputSet, SUMMARY, SummaryOf, write_branches, write_residuals, write_trajectory,
+    CASE, Chart, OutputSet, SUMMARY, SummaryOf, write_branches, write_residuals, write_trajectory,
 };
 use geodesic_ivp::scalar::Extended;
 use geodesic_ivp::solve::{NoSolution, Settings, System, WorldLine};
+use geodesic_ivp::tables::WrittenIn;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
@@ -286,9 +288,11 @@ pub(super) struct Tables<'f> {
 impl Tables<'_> {
     /// Writes what was computed on the nodes. The two large tables are written in parallel: at a million nodes that is
     /// most of the work that is left after the solve.
-    pub(super) fn nodes<S: Numeric, M>(&self, run: &WorldLine<S, M::Space>, measured: &M) -> anyhow::Result<()>
+    pub(super) fn nodes<S, G>(&self, run: &WorldLine<S, G>, measured: &Diagnostics<S, G>) -> anyhow::Result<()>
     where
-        M: Measured<S, Space: Sync + Send> + Sync,
+        S: Numeric + WrittenIn<G>,
+        G: Measurable<S, Measures: Sync> + Sync,
+        WorldLine<S, G>: Sync,
     {
         let files = self.files;
         let (trajectory, residuals) = scope(|scope| {

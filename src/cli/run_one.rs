@@ -44,7 +44,7 @@ impl<'c, S> OneCoordinate<'c, S> {
 }
 
 /// The result of a solve.
-pub(super) struct Solved<S> {
+pub(super) struct Solved<S: Numeric> {
     /// The whole run, or only its last window with `--samples-only`.
     solution: Solution<S>,
     /// `None` with `--samples-only`.

@@ -5,10 +5,10 @@ use std::time::Instant;
 
 use geodesic_ivp::Numeric;
 use geodesic_ivp::case::scene::SceneCase;
+use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::diagnostics::gaps::Gaps;
-use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::errors::scene_error;
-use geodesic_ivp::geometry::ConservedSum;
+use geodesic_ivp::geometry::{ConservedSum, Geometry};
 use geodesic_ivp::output::pictures::scene::{self as pictures, PlotAxes};
 use geodesic_ivp::output::{Chart, SceneSummary, Seconds, SolvedScene, write_combined, write_events, write_samples};
 use geodesic_ivp::sampling::{Coordinate, Crossing, Sampler, SceneSample, crossings};
@@ -67,10 +67,10 @@ impl<'c, S: Numeric> Scene<'c, S> {
 }
 
 /// A world-line with what is measured on it.
-pub(super) struct Solved<S> {
+pub(super) struct Solved<S: Numeric> {
     line: WorldLine<S>,
     sums: Vec<ConservedSum>,
-    diagnostics: SceneDiagnostics<S>,
+    diagnostics: Diagnostics<S, Geometry<S>>,
     samples: Vec<SceneSample<S>>,
     /// The events of the case, in the order of γ.
     events: Vec<Crossing<S>>,
@@ -113,7 +113,7 @@ impl<S: Numeric> Job for Scene<'_, S> {
         let sums = rough.geometry.conserved_sums(&rough.start.q, &rough.start.q_dot);
         let terms: Vec<Vec<(usize, S)>> =
             sums.iter().map(|sum| sum.terms.iter().map(|&(a, c)| (a, S::from(c))).collect()).collect();
-        let diagnostics = SceneDiagnostics::new(&line, &terms, &mut self.case.observables(), self.case.is_lifted());
+        let diagnostics = Diagnostics::of_scene(&line, &terms, &mut self.case.observables(), self.case.is_lifted());
         let events = crossings(&line, &mut self.case.watches());
         let samples = self.samples(&line);
         let seconds = [solve_seconds, start.elapsed().as_secs_f64()];

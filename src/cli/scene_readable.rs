@@ -3,10 +3,10 @@
 use geodesic_ivp::Numeric;
 use geodesic_ivp::action::Form;
 use geodesic_ivp::diagnostics::ChargeDeviation;
+use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::diagnostics::gaps::Gaps;
-use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
 use geodesic_ivp::errors::RunError;
-use geodesic_ivp::geometry::ConservedSum;
+use geodesic_ivp::geometry::{ConservedSum, Geometry};
 use geodesic_ivp::sampling::Crossing;
 use geodesic_ivp::solve::WorldLine;
 
@@ -16,7 +16,7 @@ use super::readable::{between, iterations, row};
 pub(super) fn readable<S: Numeric>(
     title: &str,
     line: &WorldLine<S>,
-    diagnostics: &SceneDiagnostics<S>,
+    diagnostics: &Diagnostics<S, Geometry<S>>,
     sums: &[ConservedSum],
     error: Option<&RunError>,
     gaps: Option<&Gaps>,
@@ -32,13 +32,13 @@ pub(super) fn readable<S: Numeric>(
         let between = format!(", {:.1e} between windows", charge.max_ends.to_f64());
         lines.push(deviation(&sum.formula(names), charge.value, charge.max_interior, line) + &between);
     }
-    for work in &diagnostics.work {
+    for work in &diagnostics.measures.work {
         let name = format!("p_{}", names[work.coordinate]);
         let (work, defect) = (work.work.to_f64(), work.defect.to_f64().abs());
         lines.push(row(&name, &format!("changes by the work of the force, {work:.6}, to {defect:.1e}")));
     }
     lines.push(drift(diagnostics));
-    for invariant in &diagnostics.invariants {
+    for invariant in &diagnostics.measures.invariants {
         let most = invariant.delta.iter().fold(0.0, |most: f64, delta| most.max(delta.to_f64().abs()));
         let ends = invariant.max_ends.to_f64();
         let text = format!(
@@ -100,8 +100,8 @@ fn accuracy<S: Numeric>(line: &WorldLine<S>, error: Option<&RunError>) -> String
 }
 
 /// What measures the error although the scheme does not keep it: K or, with Newton's law, the energy.
-fn drift<S: Numeric>(diagnostics: &SceneDiagnostics<S>) -> String {
-    match diagnostics.energy {
+fn drift<S: Numeric>(diagnostics: &Diagnostics<S, Geometry<S>>) -> String {
+    match diagnostics.measures.energy {
         Some(energy) => {
             let of = "that of the positions and velocities differs from p_t/p_s";
             let most = energy.max_ends.to_f64().abs();

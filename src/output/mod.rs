@@ -27,7 +27,7 @@ mod summary;
 mod work_precision;
 
 pub use crate::tables::{
-    Measured, write_branches, write_combined, write_events, write_residuals, write_samples, write_trajectory,
+    write_branches, write_combined, write_events, write_residuals, write_samples, write_trajectory,
 };
 pub use chart::{Chart, Ink, Kind, Look, Map, Mark, Panel, Scale, Series, Shape, Sign};
 pub use convergence::{ConvergenceSummary, write_convergence, write_slopes};

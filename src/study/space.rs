@@ -4,7 +4,6 @@ use std::cell::RefCell;
 
 use crate::Numeric;
 use crate::diagnostics::Diagnostics;
-use crate::diagnostics::scene::SceneDiagnostics;
 use crate::geodesic::InitialData;
 use crate::geometry::{Geometry, Start};
 use crate::metric::Metric;
@@ -149,14 +148,14 @@ impl<S: Numeric> Studied<S> for Metric<S> {
     }
 
     fn deviations(line: &WorldLine<S, Self>, _: bool) -> Deviations {
-        let Diagnostics { charges, measures, .. } = Diagnostics::new(line);
+        let Diagnostics { charges, norm, measures, .. } = Diagnostics::new(line);
         let at_last = measures.delta_q_t_last.to_f64();
         Deviations {
             charges: vec![measures.max_abs_delta_q_t_interior.to_f64()],
             charges_last: vec![at_last],
-            last_node: vec![[at_last, last(&charges.delta_q_t_corrected)]],
-            delta_k: in_f64(&charges.delta_k),
-            delta_k_ends: in_f64(&charges.delta_k_ends),
+            last_node: vec![[at_last, last(&charges[0].corrected)]],
+            delta_k: in_f64(&norm.delta),
+            delta_k_ends: in_f64(&norm.ends),
             delta_k_max: measures.max_abs_delta_k.to_f64(),
             energy_max: None,
         }
@@ -227,11 +226,10 @@ impl<S: Numeric> Studied<S> for Geometry<S> {
     }
 
     fn deviations(line: &WorldLine<S, Self>, is_lifted: bool) -> Deviations {
-        let SceneDiagnostics { charges, norm, delta_energy, energy, .. } =
-            SceneDiagnostics::new(line, &[], &mut [], is_lifted);
-        let energy_max = delta_energy.map(|delta| {
+        let Diagnostics { charges, norm, measures, .. } = Diagnostics::of_scene(line, &[], &mut [], is_lifted);
+        let energy_max = measures.delta_energy.map(|delta| {
             let inside = line.grids().map(|grid| max_abs(&delta[grid.exact()]).to_f64()).fold(0.0, larger);
-            energy.map_or(inside, |energy| larger(inside, energy.max_ends.to_f64()))
+            measures.energy.map_or(inside, |energy| larger(inside, energy.max_ends.to_f64()))
         });
         Deviations {
             charges: charges.iter().map(|charge| charge.max_interior.to_f64()).collect(),

@@ -21,10 +21,10 @@
 
 use super::run_error::RunError;
 use crate::Numeric;
-use crate::diagnostics::Measures;
-use crate::diagnostics::scene::SceneDiagnostics;
 use crate::diagnostics::verdict::{CoordinateError, Facts, Verdict, largest};
+use crate::diagnostics::{Diagnostics, Measures};
 use crate::errors::Reach;
+use crate::geometry::Geometry;
 use crate::solve::{Solution, Space, WorldLine};
 
 /// The verdict on `solution`, from what was measured on it and its error, if that is known.
@@ -36,7 +36,7 @@ pub fn of_solution<S: Numeric>(solution: &Solution<S>, measures: &Measures<S>, e
 /// accuracy the run's own estimate is judged; a reference may contradict it.
 pub fn of_world_line<S: Numeric>(
     line: &WorldLine<S>,
-    diagnostics: &SceneDiagnostics<S>,
+    diagnostics: &Diagnostics<S, Geometry<S>>,
     error: Option<&RunError>,
 ) -> Verdict {
     Verdict::new(&facts_of_world_line(line, diagnostics, error))
@@ -70,7 +70,7 @@ pub fn facts_of_solution<S: Numeric>(
 /// What [`of_world_line`] judges.
 pub fn facts_of_world_line<S: Numeric>(
     line: &WorldLine<S>,
-    diagnostics: &SceneDiagnostics<S>,
+    diagnostics: &Diagnostics<S, Geometry<S>>,
     error: Option<&RunError>,
 ) -> Facts {
     let (geometry, n) = (line.geometry(), line.geometry().dimension());

@@ -54,7 +54,7 @@ fn a_window_continues_where_the_one_before_ends() {
     // In the strong form (Dx)_N is not the velocity to continue with, and it would show.
     let solution = solved(&run("SBP42", 40, 2, ""));
     let diagnostics = Diagnostics::new(&solution);
-    assert!((diagnostics.x_dot[39] + solution.joint(1).p[1]).abs() > 1e-5);
+    assert!((diagnostics.q_dot[1][39] + solution.joint(1).p[1]).abs() > 1e-5);
 }
 
 /// Errors of x and t at the end.

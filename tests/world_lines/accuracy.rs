@@ -13,7 +13,7 @@ use std::ops::ControlFlow;
 use geodesic_ivp::Status;
 use geodesic_ivp::case::SceneCase;
 use geodesic_ivp::case::builtin::{self, Group, NAMES};
-use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
+use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::errors::scene_error;
 use geodesic_ivp::geometry::{Direction, GeometryText, Observable, Place as FormulaPlace, Preset};
 use geodesic_ivp::lobatto::flow::Flow;
@@ -116,7 +116,7 @@ fn every_shipped_scene_is_as_accurate_as_asked_for() {
             let of_samples = error_of_samples(&line);
             assert!(of_samples <= accuracy, "{name}, {accuracy:e} between the nodes: {of_samples:e}");
             // A critical point, with charges to match.
-            let diagnostics = SceneDiagnostics::new(&line, &[], &mut [], case.is_lifted());
+            let diagnostics = Diagnostics::of_scene(&line, &[], &mut [], case.is_lifted());
             let momenta = line.place.start.p.iter().fold(1.0_f64, |size, p| size.max(p.abs()));
             let allowed = (accuracy * momenta).max(rounding_of_gradients(&line));
             assert!(line.gradient_norm <= allowed, "{name}, {accuracy:e}: {:e} {allowed:e}", line.gradient_norm);
@@ -247,7 +247,7 @@ fn every_reader_of_a_world_line_takes_the_grid_of_each_window() {
     for (found, expected) in found.iter().zip(&expected) {
         assert!((found.sample.gamma - expected.sample.gamma).abs() < 1e-9);
     }
-    let diagnostics = SceneDiagnostics::new(&line, &[], &mut [], false);
+    let diagnostics = Diagnostics::of_scene(&line, &[], &mut [], false);
     let mut tables = [Vec::new(), Vec::new()];
     write_trajectory(&mut tables[0], &line, &diagnostics).unwrap();
     write_residuals(&mut tables[1], &line, &diagnostics).unwrap();

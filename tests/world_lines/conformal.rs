@@ -3,7 +3,7 @@
 use geodesic_ivp::Numeric;
 use geodesic_ivp::case::SceneCase;
 use geodesic_ivp::case::builtin;
-use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
+use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::solve::{WorldLine, solve};
 
@@ -86,7 +86,7 @@ fn the_charge_of_tau_and_all_others_are_exact_on_coarse_grids() {
             let grid = format!("grid = {{ gamma_f = {length}, {grid} }}\nmetric.conformal = \"1/r^2\"\n");
             let case = case(text, &(scheme + &grid));
             let line: WorldLine = solved(&case);
-            let diagnostics = SceneDiagnostics::new(&line, &[], &mut [], false);
+            let diagnostics = Diagnostics::of_scene(&line, &[], &mut [], false);
             let tau = line.geometry().dimension() - 1;
             assert!(diagnostics.charges.iter().any(|charge| charge.terms == [(tau, 1.0)]));
             for charge in &diagnostics.charges {
@@ -102,7 +102,7 @@ fn the_charge_of_tau_and_all_others_are_exact_on_coarse_grids() {
 fn the_strong_form_has_the_charges_up_to_its_last_node() {
     let grid = "scheme = { sbp = \"SBP42\", form = \"strong\" }\ngrid = { gamma_f = 0.6, n_gamma = 40 }\n";
     let line: WorldLine = solved(&case(KERR, &format!("{grid}metric.conformal = \"1/sigma\"\n")));
-    for charge in SceneDiagnostics::new(&line, &[], &mut [], false).charges {
+    for charge in Diagnostics::of_scene(&line, &[], &mut [], false).charges {
         assert!(charge.max_corrected < 1e-12, "{:?} {:e}", charge.terms, charge.max_corrected);
     }
 }
@@ -119,7 +119,7 @@ fn forty_digits() {
     assert!((start.p[3] + tau).abs().to_f64() < 1e-60 && plain.start::<Extended>().p == start.p[..3]);
     let off = distance(&one.end().q, &other.end().q[..3]);
     assert!(off < 1e-45, "{off:e}");
-    for charge in SceneDiagnostics::new(&other, &[], &mut [], false).charges {
+    for charge in Diagnostics::of_scene(&other, &[], &mut [], false).charges {
         assert!(charge.max_interior.to_f64() < 1e-50, "{:?} {:e}", charge.terms, charge.max_interior.to_f64());
     }
 }

@@ -1,7 +1,7 @@
 //! What is measured on scenes in units other than 1, against definitions.
 
 use geodesic_ivp::case::scene::SceneCase;
-use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
+use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::errors::{RunError, scene_error};
 use geodesic_ivp::geometry::{Geometry, GeometryText};
 use geodesic_ivp::reference::ReferenceTrajectory;
@@ -26,8 +26,8 @@ fn run(set: &[&str]) -> WorldLine {
     solve(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"))
 }
 
-fn measured(line: &WorldLine) -> SceneDiagnostics {
-    SceneDiagnostics::new(line, &[], &mut [], true)
+fn measured(line: &WorldLine) -> Diagnostics<f64, Geometry> {
+    Diagnostics::of_scene(line, &[], &mut [], true)
 }
 
 /// ½mv² + V of q = (t, x, y, s) and dq/dγ.
@@ -43,14 +43,15 @@ fn energy_is_that_of_positions_and_velocities() {
         let line = run(set);
         let found = measured(&line);
         let begun = energy(&line.place.start.q, &line.place.start.q_dot);
-        let (of_ends, deltas) = (found.energy.unwrap(), found.delta_energy.as_ref().unwrap());
+        let (of_ends, deltas) = (found.measures.energy.unwrap(), found.measures.delta_energy.as_ref().unwrap());
         assert!((of_ends.value - begun).abs() < 1e-13, "{of_ends:?} for {begun}");
         let q: Vec<Vec<f64>> = (0..4).map(|a| line.q(a).collect()).collect();
         let mut largest = 0.0_f64;
         // In the strong form the last node of a window has the values that are handed on.
         for k in (0..deltas.len()).filter(|k| (k + 1) % line.sbp().points() != 0) {
-            let at = |rows: &[Vec<f64>]| rows.iter().map(|row| row[k]).collect::<Vec<_>>();
-            let off = energy(&at(&q), &at(&found.tangent)) - begun;
+            let q: Vec<f64> = q.iter().map(|row| row[k]).collect();
+            let q_dot: Vec<f64> = found.tangent(&line).iter().map(|row| row[k]).collect();
+            let off = energy(&q, &q_dot) - begun;
             assert!((deltas[k] - off).abs() < 1e-12, "node {k}: {} for {off}", deltas[k]);
             largest = largest.max(off.abs());
         }
@@ -77,7 +78,7 @@ fn what_motion_contributes_to_k_are_its_terms_but_the_largest() {
         line.geometry().motion(&q, &q_dot)
     });
     let most = places.fold(0.0, f64::max);
-    assert!((measured(&line).motion / most - 1.0).abs() < 1e-9 && most > 1.0, "{most}");
+    assert!((measured(&line).measures.motion / most - 1.0).abs() < 1e-9 && most > 1.0, "{most}");
 }
 
 #[test]
@@ -89,7 +90,7 @@ fn a_run_that_drifts_or_falls_apart_is_told() {
     let fine = warnings(&["grid.n_gamma=401", "scheme.sbp='SBP42'"]);
     assert_eq!(fine, "");
     let set = ["grid.gamma_f=60.0", "grid.n_gamma=2001"];
-    let (coarse, motion) = (warnings(&set), measured(&run(&set)).motion);
+    let (coarse, motion) = (warnings(&set), measured(&run(&set)).measures.motion);
     let number = |before: &str| -> f64 {
         let rest = coarse.split(before).nth(1).unwrap_or_else(|| panic!("{coarse}"));
         rest.split([',', ' ']).next().unwrap().parse().unwrap()
@@ -128,20 +129,23 @@ fn sums_of_momenta_and_constants_are_kept_whatever_their_factors() {
         let case = SceneCase::parse("test", text, &[scheme.to_owned()]).unwrap_or_else(|error| panic!("{error}"));
         let line: WorldLine = solve(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
         let sums = [vec![(1, 3.0), (2, 3.0)]];
-        let found = SceneDiagnostics::new(&line, &sums, &mut case.observables(), case.is_lifted());
+        let found = Diagnostics::of_scene(&line, &sums, &mut case.observables(), case.is_lifted());
         let sum = &found.sums[0];
         assert!((sum.value.abs() - 3.0 * (1.8 + 0.75)).abs() < 1e-13, "{}", sum.value);
         for (what, deviation) in [
             ("interior", sum.max_interior),
             ("ends", sum.max_ends),
             ("corrected", sum.max_corrected),
-            ("momentum", found.invariants[0].max_ends),
-            ("five", found.invariants[1].max_ends),
-            ("five", found.invariants[1].delta.iter().fold(0.0, |most: f64, delta| most.max(delta.abs()))),
+            ("momentum", found.measures.invariants[0].max_ends),
+            ("five", found.measures.invariants[1].max_ends),
+            ("five", found.measures.invariants[1].delta.iter().fold(0.0, |most: f64, delta| most.max(delta.abs()))),
         ] {
             assert!(deviation.abs() < 1e-12, "{scheme}, {what}: {deviation:e}");
         }
-        assert!((found.invariants[0].value.abs() - 2.55).abs() < 1e-13 && found.invariants[1].value == 5.0);
+        assert!(
+            (found.measures.invariants[0].value.abs() - 2.55).abs() < 1e-13
+                && found.measures.invariants[1].value == 5.0
+        );
         // Residuals are rounding, and not less than their own largest.
         assert!(found.max_delta_g > 0.0 && found.max_delta_g < 1e-9, "{:e}", found.max_delta_g);
         // γ does not begin at 0.
@@ -352,13 +356,14 @@ fn a_table_of_runs_has_what_is_measured_on_each() {
     let Outcome::Solved(end) = runs.outcome(&runs.case(0).unwrap()) else { panic!("it is solved") };
     let line = run(&["scheme={sbp='SBP42',form='strong'}"]);
     let found = measured(&line);
-    let energy = found.delta_energy.as_ref().unwrap().iter().fold(0.0, |most: f64, delta| most.max(delta.abs()));
+    let energy =
+        found.measures.delta_energy.as_ref().unwrap().iter().fold(0.0, |most: f64, delta| most.max(delta.abs()));
     for (name, value) in [
         ("max_abs_delta_q_t_last", found.charges[0].max_last),
         ("max_abs_delta_q_s_corrected", found.charges[1].max_corrected),
         ("max_abs_delta_g_interior", found.max_delta_g),
         ("max_abs_delta_energy", energy),
-        ("max_abs_delta_energy_ends", found.energy.unwrap().max_ends),
+        ("max_abs_delta_energy_ends", found.measures.energy.unwrap().max_ends),
         ("gradient_norm", line.gradient_norm),
     ] {
         let (_, text) = end.maxima.iter().find(|(other, _)| other == name).unwrap_or_else(|| panic!("{name}"));

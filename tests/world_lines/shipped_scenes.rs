@@ -3,7 +3,8 @@
 use geodesic_ivp::case::SceneCase;
 use geodesic_ivp::case::builtin::{self, Group, NAMES};
 use geodesic_ivp::diagnostics::ChargeDeviation;
-use geodesic_ivp::diagnostics::scene::SceneDiagnostics;
+use geodesic_ivp::diagnostics::Diagnostics;
+use geodesic_ivp::geometry::Geometry;
 use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::solve::{Settings, WorldLine, solve};
 
@@ -29,11 +30,11 @@ fn end(line: &WorldLine, name: &str) -> f64 {
     line.end().q[line.geometry().names().iter().position(|other| other == name).unwrap()]
 }
 
-fn diagnostics(case: &SceneCase, line: &WorldLine) -> SceneDiagnostics {
+fn diagnostics(case: &SceneCase, line: &WorldLine) -> Diagnostics<f64, Geometry> {
     let start = &line.place.start;
     let sums = line.geometry().conserved_sums(&start.q, &start.q_dot);
     let terms: Vec<_> = sums.into_iter().map(|sum| sum.terms).collect();
-    SceneDiagnostics::new(line, &terms, &mut case.observables(), case.is_lifted())
+    Diagnostics::of_scene(line, &terms, &mut case.observables(), case.is_lifted())
 }
 
 /// The largest sum of the magnitudes of the terms of Σ c^a p_a = Σ c^a (g_ab D_kj q^b_j + A_a) at a node.
@@ -106,7 +107,7 @@ fn thirty_digits_are_those_of_an_independent_program() {
         assert!(error < 1e-20, "{expected} is missed by {error:e}");
     }
     let momenta = vec![(1, Extended::ONE), (2, Extended::ONE)];
-    let diagnostics = SceneDiagnostics::new(&line, &[momenta], &mut [], false);
+    let diagnostics = Diagnostics::of_scene(&line, &[momenta], &mut [], false);
     for charge in diagnostics.charges.iter().chain(&diagnostics.sums) {
         assert!(charge.max_interior.to_f64() < 1e-34, "{:?}: {:e}", charge.terms, charge.max_interior.to_f64());
     }
@@ -154,7 +155,7 @@ fn the_sums_that_are_conserved_are_found() {
 fn a_damped_oscillator_loses_what_the_force_takes() {
     let case = scene("damped-oscillator", &[]);
     let line = solved("damped-oscillator", &case);
-    let [balance] = diagnostics(&case, &line).work[..] else { panic!("the force acts on t alone") };
+    let [balance] = diagnostics(&case, &line).measures.work[..] else { panic!("the force acts on t alone") };
     assert_eq!(line.geometry().names()[balance.coordinate], "t");
     assert!(balance.defect.abs() < 1e-14, "{:e}", balance.defect);
     // x = exp(-t/10) (cos(w t) + sin(w t)/(10 w)), v = -exp(-t/10) sin(w t)/w.
@@ -175,7 +176,7 @@ fn invariants_that_are_no_charges_are_kept_as_well_as_the_scene_is_resolved() {
         ("kerr-photon", 1e-8),
     ] {
         let case = scene(name, &[]);
-        let [invariant] = &diagnostics(&case, &solved(name, &case)).invariants[..] else { panic!("{name}") };
+        let [invariant] = &diagnostics(&case, &solved(name, &case)).measures.invariants[..] else { panic!("{name}") };
         let most = invariant.delta.iter().fold(0.0_f64, |most, delta| most.max(delta.abs()));
         assert!(most < at_most, "{name}: {most:e}");
     }

@@ -1,7 +1,7 @@
 //! The numbers that everything is compiled for.
 
-use crate::diagnostics::Diagnosed;
 use crate::diagnostics::gaps::Gapped;
+use crate::diagnostics::{Diagnosed, Suspected};
 use crate::errors::Compared;
 use crate::geometry::{Formulated, Geometry};
 use crate::metric::Metric;
@@ -9,7 +9,7 @@ use crate::potential::Parsed;
 use crate::reference::{Crossed, Traced};
 use crate::sampling::{Sampled, Streamed, Watched};
 use crate::solve::{Arithmetic, Solved};
-use crate::tables::Tabled;
+use crate::tables::{Tabled, WrittenIn};
 
 /// A kind of numbers in which scenes are formulated, solved, measured, sampled and compared: `f64` and
 /// [`Extended`](crate::scalar::Extended). Code above this package that is generic in its numbers asks for this. What it
@@ -24,6 +24,8 @@ pub trait Numeric:
     + Traced<Geometry<Self>>
     + Crossed
     + Diagnosed
+    + Suspected<Metric<Self>>
+    + Suspected<Geometry<Self>>
     + Gapped<Metric<Self>>
     + Gapped<Geometry<Self>>
     + Sampled<Metric<Self>>
@@ -31,6 +33,8 @@ pub trait Numeric:
     + Streamed
     + Watched
     + Tabled
+    + WrittenIn<Metric<Self>>
+    + WrittenIn<Geometry<Self>>
     + Compared
 {
 }
@@ -45,6 +49,8 @@ impl<S> Numeric for S where
         + Traced<Geometry<S>>
         + Crossed
         + Diagnosed
+        + Suspected<Metric<S>>
+        + Suspected<Geometry<S>>
         + Gapped<Metric<S>>
         + Gapped<Geometry<S>>
         + Sampled<Metric<S>>
@@ -52,6 +58,8 @@ impl<S> Numeric for S where
         + Streamed
         + Watched
         + Tabled
+        + WrittenIn<Metric<S>>
+        + WrittenIn<Geometry<S>>
         + Compared
 {
 }

@@ -6,13 +6,12 @@ use std::io::Write;
 
 use csv::{ByteRecord, Writer, WriterBuilder};
 
-use crate::diagnostics::scene::SceneDiagnostics;
-use crate::diagnostics::{Diagnosed, Diagnostics};
+use crate::diagnostics::{Diagnostics, Measurable};
 use crate::geometry::Geometry;
 use crate::metric::Metric;
 use crate::sampling::{Crossing, Sample, SceneSample};
 use crate::scalar::{DecimalRoom, Real};
-use crate::solve::{Solution, Space, WorldLine};
+use crate::solve::{Space, WorldLine};
 
 /// The tables are written in blocks of this many bytes.
 const BUFFER: usize = 1 << 18;
@@ -21,22 +20,6 @@ const BUFFER: usize = 1 << 18;
 #[doc(hidden)]
 pub fn csv_writer<W: Write>(out: W) -> Writer<W> {
     WriterBuilder::new().buffer_capacity(BUFFER).from_writer(out)
-}
-
-/// What is measured on a run, as rows of values on its nodes.
-pub trait Measured<S: Real> {
-    /// The space-time of the run.
-    type Space: Space<S>;
-
-    /// dq/dγ of every coordinate.
-    fn tangent(&self, run: &WorldLine<S, Self::Space>) -> Vec<Cow<'_, [S]>>;
-
-    /// The columns of `residuals.csv` after the first, with their names.
-    fn residuals(&self, run: &WorldLine<S, Self::Space>) -> Vec<(String, &[S])>;
-
-    /// Writes one of the tables.
-    #[doc(hidden)]
-    fn write(&self, run: &WorldLine<S, Self::Space>, contents: Contents, out: &mut dyn Write) -> csv::Result<()>;
 }
 
 /// The columns of a table.
@@ -51,63 +34,6 @@ pub enum Contents {
     Both,
 }
 
-impl<S: Diagnosed + Tabled> Measured<S> for Diagnostics<S> {
-    type Space = Metric<S>;
-
-    fn tangent(&self, run: &Solution<S>) -> Vec<Cow<'_, [S]>> {
-        Diagnostics::tangent(self, run).map(Cow::Owned).to_vec()
-    }
-
-    fn residuals(&self, _: &Solution<S>) -> Vec<(String, &[S])> {
-        let (charges, residuals) = (&self.charges, &self.residuals);
-        let columns = [
-            ("delta_q_t", &charges.delta_q_t),
-            ("delta_q_t_corrected", &charges.delta_q_t_corrected),
-            ("delta_g_t", &residuals.delta_g_t),
-            ("delta_g_x", &residuals.delta_g_x),
-            ("delta_k", &charges.delta_k),
-        ];
-        columns.map(|(name, values)| (name.to_owned(), values.as_slice())).to_vec()
-    }
-
-    fn write(&self, run: &Solution<S>, contents: Contents, out: &mut dyn Write) -> csv::Result<()> {
-        S::table(run, self, contents, out)
-    }
-}
-
-impl<S: Diagnosed + Tabled> Measured<S> for SceneDiagnostics<S> {
-    type Space = Geometry<S>;
-
-    fn tangent(&self, _: &WorldLine<S>) -> Vec<Cow<'_, [S]>> {
-        self.tangent.iter().map(|row| Cow::Borrowed(row.as_slice())).collect()
-    }
-
-    /// For every ignorable coordinate `delta_q_A` and `delta_q_A_corrected`; `delta_g_A` for every coordinate; delta_k
-    /// or, in the lift of Newton's law, delta_energy; `delta_NAME` for every invariant of the user.
-    fn residuals(&self, run: &WorldLine<S>) -> Vec<(String, &[S])> {
-        let coordinates = run.geometry().names();
-        let mut columns: Vec<(String, &[S])> = Vec::new();
-        for charge in &self.charges {
-            let name = &coordinates[charge.terms[0].0];
-            columns.push((format!("delta_q_{name}"), &charge.delta));
-            columns.push((format!("delta_q_{name}_corrected"), &charge.corrected));
-        }
-        for (name, row) in coordinates.iter().zip(&self.delta_g) {
-            columns.push((format!("delta_g_{name}"), row));
-        }
-        match &self.delta_energy {
-            Some(energy) => columns.push(("delta_energy".to_owned(), energy)),
-            None => columns.push(("delta_k".to_owned(), &self.norm.delta)),
-        }
-        columns.extend(self.invariants.iter().map(|each| (format!("delta_{}", each.name), each.delta.as_slice())));
-        columns
-    }
-
-    fn write(&self, run: &WorldLine<S>, contents: Contents, out: &mut dyn Write) -> csv::Result<()> {
-        S::table_of_scene(run, self, contents, out)
-    }
-}
-
 /// A column: its name, and its values node by node.
 struct Column<'c, S> {
     name: String,
@@ -115,46 +41,47 @@ struct Column<'c, S> {
 }
 
 /// Writes `trajectory.csv`: gamma, the coordinates, their derivatives. With several windows, this table and those below
-/// have also the column window. The derivatives are those of [`Measured::tangent`].
+/// have also the column window. The derivatives are those of [`Diagnostics::tangent`].
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_trajectory<S: Real, M: Measured<S>>(
+pub fn write_trajectory<S: WrittenIn<G>, G: Measurable<S>>(
     mut out: impl Write,
-    run: &WorldLine<S, M::Space>,
-    measured: &M,
+    run: &WorldLine<S, G>,
+    measured: &Diagnostics<S, G>,
 ) -> csv::Result<()> {
-    measured.write(run, Contents::Trajectory, &mut out)
+    S::table(run, measured, Contents::Trajectory, &mut out)
 }
 
-/// Writes `residuals.csv`: gamma, and the columns of [`Measured::residuals`].
+/// Writes `residuals.csv`: gamma; for every ignorable coordinate `delta_q_A` and `delta_q_A_corrected`; `delta_g_A` for
+/// every coordinate; delta_k or, in the lift of Newton's law, delta_energy; `delta_NAME` for every invariant of the user.
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_residuals<S: Real, M: Measured<S>>(
+pub fn write_residuals<S: WrittenIn<G>, G: Measurable<S>>(
     mut out: impl Write,
-    run: &WorldLine<S, M::Space>,
-    measured: &M,
+    run: &WorldLine<S, G>,
+    measured: &Diagnostics<S, G>,
 ) -> csv::Result<()> {
-    measured.write(run, Contents::Residuals, &mut out)
+    S::table(run, measured, Contents::Residuals, &mut out)
 }
 
 /// Writes the table of `run --stdout`, which has the columns of both of these tables.
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_combined<S: Real, M: Measured<S>>(
+pub fn write_combined<S: WrittenIn<G>, G: Measurable<S>>(
     mut out: impl Write,
-    run: &WorldLine<S, M::Space>,
-    measured: &M,
+    run: &WorldLine<S, G>,
+    measured: &Diagnostics<S, G>,
 ) -> csv::Result<()> {
-    measured.write(run, Contents::Both, &mut out)
+    S::table(run, measured, Contents::Both, &mut out)
 }
 
 /// The table of a run, whatever the number of its coordinates.
-fn write_here<S: Real, M: Measured<S>>(
-    run: &WorldLine<S, M::Space>,
-    measured: &M,
+fn write_here<S: Real, G: Measurable<S>>(
+    run: &WorldLine<S, G>,
+    measured: &Diagnostics<S, G>,
     contents: Contents,
     out: &mut dyn Write,
 ) -> csv::Result<()> {
@@ -269,9 +196,28 @@ fn trajectory<'c, S: Real, G: Space<S>>(run: &'c WorldLine<S, G>, tangent: &'c [
     positions.chain(velocities).collect()
 }
 
-fn residuals<'c, S: Real, M: Measured<S>>(run: &WorldLine<S, M::Space>, measured: &'c M) -> Vec<Column<'c, S>> {
-    let columns = measured.residuals(run).into_iter();
-    columns.map(|(name, row)| Column { name, values: Box::new(row.iter().copied()) as _ }).collect()
+fn residuals<'c, S: Real, G: Measurable<S>>(
+    run: &'c WorldLine<S, G>,
+    measured: &'c Diagnostics<S, G>,
+) -> Vec<Column<'c, S>> {
+    let coordinates = run.geometry().coordinates();
+    let mut columns: Vec<(String, &[S])> = Vec::new();
+    for charge in &measured.charges {
+        let name = &coordinates[charge.terms[0].0];
+        columns.push((format!("delta_q_{name}"), &charge.delta));
+        columns.push((format!("delta_q_{name}_corrected"), &charge.corrected));
+    }
+    for (name, row) in coordinates.iter().zip(&measured.delta_g) {
+        columns.push((format!("delta_g_{name}"), row));
+    }
+    let (energy, invariants) = G::further_rows(&measured.measures);
+    columns.push(match energy {
+        Some(energy) => ("delta_energy".to_owned(), energy),
+        None => ("delta_k".to_owned(), &measured.norm.delta),
+    });
+    columns.extend(invariants.into_iter().map(|(name, row)| (format!("delta_{name}"), row)));
+    let column = |(name, row): (String, &'c [S])| Column { name, values: Box::new(row.iter().copied()) as _ };
+    columns.into_iter().map(column).collect()
 }
 
 /// Writes a header and one row per node: γ, the columns and, with several windows, the number of the window from 1.
@@ -340,20 +286,20 @@ impl<'o> Table<'o> {
 }
 
 crate::compiled! {
-    /// Numbers in which tables are written.
-    pub trait Tabled {
+    /// Numbers in which runs are written.
+    pub trait WrittenIn<G: Measurable> for [Metric, Geometry] {
         fn table(
-            run: &Solution<Self>,
-            measured: &Diagnostics<Self>,
+            run: &WorldLine<Self, G>,
+            measured: &Diagnostics<Self, G>,
             contents: Contents,
             out: &mut dyn Write,
         ) -> csv::Result<()> = write_here;
-        fn table_of_scene(
-            run: &WorldLine<Self>,
-            measured: &SceneDiagnostics<Self>,
-            contents: Contents,
-            out: &mut dyn Write,
-        ) -> csv::Result<()> = write_here;
+    }
+}
+
+crate::compiled! {
+    /// Numbers in which samples are written.
+    pub trait Tabled {
         fn table_of_samples(
             names: &[String],
             next: Rows<'_, Self>,

@@ -13,6 +13,7 @@ use crate::Numeric;
 use crate::case::Form;
 use crate::diagnostics::Diagnostics;
 use crate::reference::{ReferencePoint, ReferenceTrajectory, TimeState};
+use crate::scalar::Real;
 use crate::solve::Solution;
 use crate::study::convergence::{Convergence, Slope};
 
@@ -21,7 +22,7 @@ const CURVE_POINTS: usize = 400;
 
 /// A solved case, with its label in the legend.
 #[derive(Debug, Clone, Copy)]
-pub struct Run<'a, S = f64> {
+pub struct Run<'a, S: Real = f64> {
     /// Entry in the legend. It may be empty if there is only one run.
     pub label: &'a str,
     /// The solution.
@@ -69,12 +70,12 @@ pub fn time_mesh<S: Numeric>(of: &str, runs: &[Run<'_, S>]) -> Chart {
     let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
     let mut series = Vec::new();
     for run in runs {
-        let [t_dot, _] = run.diagnostics.tangent(run.solution);
+        let tangent = run.diagnostics.tangent(run.solution);
         let what = match run.solution.form {
             Form::Strong => "(Dt)(γ)",
             Form::Weak => "(D̄t)(γ)",
         };
-        let points = run.against_gamma(t_dot.into_iter());
+        let points = run.against_gamma(tangent[0].iter().copied());
         (least, most) = points.iter().fold((least, most), |(least, most), p| (least.min(p.1), most.max(p.1)));
         series.push(Series::new(run.named(what), Mark::LineAndPoints, points));
     }
@@ -131,10 +132,10 @@ pub fn trajectory<S: Numeric>(
 pub fn noether_charge<S: Numeric>(of: &str, runs: &[Run<'_, S>]) -> Chart {
     let mut series = Vec::new();
     for run in runs {
-        let charges = &run.diagnostics.charges;
-        let points = run.against_gamma(charges.delta_q_t.iter().map(|v| v.abs()));
+        let charge = &run.diagnostics.charges[0];
+        let points = run.against_gamma(charge.delta.iter().map(|v| v.abs()));
         series.push(Series::new(run.named("|ΔQ_t|"), Mark::Points, points));
-        let corrected = run.solution.multipliers().and(charges.delta_q_t_corrected.last());
+        let corrected = run.solution.multipliers().and(charge.corrected.last());
         if let ([_], Some(corrected)) = (runs, corrected) {
             let last = vec![(run.solution.gamma_f().to_f64(), corrected.to_f64().abs())];
             series.push(Series::new("last node, with + λ_7/H_N", Mark::Points, last));
@@ -147,8 +148,7 @@ pub fn noether_charge<S: Numeric>(of: &str, runs: &[Run<'_, S>]) -> Chart {
 pub fn geodesic_residuals<S: Numeric>(of: &str, runs: &[Run<'_, S>]) -> Chart {
     let mut series = Vec::new();
     for run in runs {
-        let residuals = &run.diagnostics.residuals;
-        for (label, values) in [("|ΔG^t|", &residuals.delta_g_t), ("|ΔG^x|", &residuals.delta_g_x)] {
+        for (label, values) in ["|ΔG^t|", "|ΔG^x|"].into_iter().zip(&run.diagnostics.delta_g) {
             let points = run.against_gamma(values.iter().map(|v| v.abs()));
             series.push(Series::new(run.named(label), Mark::Points, points));
         }

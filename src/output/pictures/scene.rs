@@ -2,8 +2,8 @@
 
 use crate::Numeric;
 use crate::action::Form;
-use crate::diagnostics::scene::SceneDiagnostics;
-use crate::geometry::{ConservedSum, Observable};
+use crate::diagnostics::Diagnostics;
+use crate::geometry::{ConservedSum, Geometry, Observable};
 use crate::output::chart::{Chart, Ink, Mark, Scale, Series};
 use crate::sampling::{Crossing, Sampler, SceneSample};
 use crate::solve::WorldLine;
@@ -149,7 +149,7 @@ fn level(values: &mut [f64], grain: f64) {
 pub fn charges<S: Numeric>(
     of: &str,
     line: &WorldLine<S>,
-    diagnostics: &SceneDiagnostics<S>,
+    diagnostics: &Diagnostics<S, Geometry<S>>,
     sums: &[ConservedSum],
 ) -> Chart {
     let names = line.geometry().names();
@@ -159,9 +159,13 @@ pub fn charges<S: Numeric>(
         Series::new(label, Mark::Points, points)
     };
     // What only measures is drawn first: the charges are below it, and are to be seen.
-    let mut series: Vec<Series> =
-        diagnostics.invariants.iter().map(|invariant| curve(invariant.name.clone(), &invariant.delta)).collect();
-    series.push(match &diagnostics.delta_energy {
+    let mut series: Vec<Series> = diagnostics
+        .measures
+        .invariants
+        .iter()
+        .map(|invariant| curve(invariant.name.clone(), &invariant.delta))
+        .collect();
+    series.push(match &diagnostics.measures.delta_energy {
         Some(energy) => curve("energy".to_owned(), energy),
         None => curve("K".to_owned(), &diagnostics.norm.delta),
     });

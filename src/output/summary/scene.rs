@@ -8,10 +8,10 @@ use super::super::number::Number;
 use super::{Coordinates, Ended, Outcome, SceneSummary};
 use crate::Numeric;
 use crate::case::scene::SceneCase;
-use crate::diagnostics::ChargeDeviation;
 use crate::diagnostics::gaps::Gaps;
-use crate::diagnostics::scene::{InvariantDeviation, SceneDiagnostics};
+use crate::diagnostics::scene::InvariantDeviation;
 use crate::diagnostics::verdict::Verdict;
+use crate::diagnostics::{ChargeDeviation, Diagnostics};
 use crate::errors::RunError;
 use crate::geometry::{ConservedSum, Geometry};
 use crate::norm::max_abs;
@@ -19,7 +19,7 @@ use crate::solve::{NoSolution, Settings, Status, WorldLine};
 use crate::study::verdict::of_world_line;
 
 /// A world-line with what was measured on it.
-type Measured<'m, S> = (&'m WorldLine<S>, &'m SceneDiagnostics<S>, &'m [ConservedSum]);
+type Measured<'m, S> = (&'m WorldLine<S>, &'m Diagnostics<S, Geometry<S>>, &'m [ConservedSum]);
 
 /// A number for each of several coordinates.
 type ByName = BTreeMap<String, Number>;
@@ -161,7 +161,7 @@ impl SceneSummary {
 }
 
 impl SolvedScene {
-    fn new<S: Numeric>(line: &WorldLine<S>, diagnostics: &SceneDiagnostics<S>, sums: &[ConservedSum]) -> Self {
+    fn new<S: Numeric>(line: &WorldLine<S>, diagnostics: &Diagnostics<S, Geometry<S>>, sums: &[ConservedSum]) -> Self {
         let names = line.geometry().names();
         let number = |value: S| Number::new(value, line.digits);
         let all = |values: &[S]| -> ByName { names.iter().cloned().zip(values.iter().map(|&v| number(v))).collect() };
@@ -173,9 +173,9 @@ impl SolvedScene {
             let sums = sums.iter().zip(&diagnostics.sums);
             sums.map(|(sum, charge)| (sum.formula(names), number(value(charge)))).collect()
         };
-        let work = diagnostics.work.iter();
+        let work = diagnostics.measures.work.iter();
         let of_invariants = |value: fn(&InvariantDeviation<S>) -> S| -> ByName {
-            let invariants = diagnostics.invariants.iter();
+            let invariants = diagnostics.measures.invariants.iter();
             invariants.map(|invariant| (invariant.name.clone(), number(value(invariant)))).collect()
         };
         let end = line.end();
@@ -195,10 +195,10 @@ impl SolvedScene {
             max_abs_delta_g_interior: number(diagnostics.max_delta_g),
             max_abs_delta_k: number(diagnostics.norm.max_interior),
             max_abs_delta_k_ends: number(diagnostics.norm.max_ends),
-            energy: diagnostics.energy.map(|energy| number(energy.value)),
-            max_abs_delta_energy: diagnostics.delta_energy.as_ref().map(|delta| number(max_abs(delta))),
-            max_abs_delta_energy_ends: diagnostics.energy.map(|energy| number(energy.max_ends)),
-            sawtooth: (diagnostics.sawtooth.iter())
+            energy: diagnostics.measures.energy.map(|energy| number(energy.value)),
+            max_abs_delta_energy: diagnostics.measures.delta_energy.as_ref().map(|delta| number(max_abs(delta))),
+            max_abs_delta_energy_ends: diagnostics.measures.energy.map(|energy| number(energy.max_ends)),
+            sawtooth: (diagnostics.measures.sawtooth.iter())
                 .map(|(a, sawtooth)| (names[*a].clone(), sawtooth.amplitude.map(number)))
                 .collect(),
             work: work.clone().map(|work| (names[work.coordinate].clone(), number(work.work))).collect(),

@@ -2,9 +2,8 @@
 
 use crate::Numeric;
 use crate::case::{AnyCase, Case, SceneCase};
-use crate::diagnostics::scene::SceneDiagnostics;
 use crate::diagnostics::verdict::Verdict;
-use crate::diagnostics::{Diagnostics, Measures};
+use crate::diagnostics::{Diagnostics, Measurable};
 use crate::errors::scene_error;
 use crate::geometry::Geometry;
 use crate::norm::max_abs;
@@ -104,27 +103,18 @@ pub(super) fn of_one<S: Numeric>(case: &Case) -> Outcome {
         Ok(solution) => solution,
         Err(failure) => return Outcome::Failed { status: failure.status, message: failure.to_string() },
     };
-    let measures: Measures<S> = Diagnostics::new(&solution).measures;
+    let diagnostics = Diagnostics::new(&solution);
     let decimal = |value: S| value.to_decimal(solution.digits);
     let end = solution.end_state();
     let t_dot = end.q_t / solution.geometry().g00(end.x);
-    let maxima = [
-        measures.max_abs_delta_q_t_interior,
-        measures.max_abs_delta_q_t_last,
-        measures.max_abs_delta_q_t_corrected,
-        measures.max_abs_delta_g_interior,
-        measures.max_abs_delta_k,
-        measures.max_abs_delta_k_ends,
-        solution.gradient_norm,
-    ];
     Outcome::Solved(Box::new(End {
         ending: if case.grid.t_f.is_some() { Ending::Time } else { Ending::Gamma },
         gamma: decimal(solution.gamma_f()),
         q: [end.t, end.x].map(decimal).to_vec(),
         q_dot: [t_dot, end.x_dot].map(decimal).to_vec(),
-        maxima: names_of_maxima(&["t"], false, &[]).into_iter().zip(maxima.map(decimal)).collect(),
+        maxima: maxima(&solution, &diagnostics, None),
         error_estimate: solution.error_estimate,
-        verdict: of_solution(&solution, &measures, run_error(case, &solution).as_ref()),
+        verdict: of_solution(&solution, &diagnostics.measures, run_error(case, &solution).as_ref()),
         events: Vec::new(),
     }))
 }
@@ -135,7 +125,7 @@ pub(super) fn of_scene<S: Numeric>(case: &SceneCase) -> Outcome {
         Ok(line) => line,
         Err(failure) => return Outcome::Failed { status: failure.status, message: failure.to_string() },
     };
-    let diagnostics = SceneDiagnostics::new(&line, &[], &mut case.observables(), case.is_lifted());
+    let diagnostics = Diagnostics::of_scene(&line, &[], &mut case.observables(), case.is_lifted());
     let decimal = |value: S| value.to_decimal(line.digits);
     let all = |values: &[S]| values.iter().map(|&value| decimal(value)).collect::<Vec<_>>();
     let end = line.end();
@@ -151,28 +141,34 @@ pub(super) fn of_scene<S: Numeric>(case: &SceneCase) -> Outcome {
         gamma: decimal(line.gamma_f()),
         q: all(&end.q),
         q_dot: all(&end.q_dot),
-        maxima: maxima(&line, &diagnostics).into_iter().map(|(name, value)| (name, decimal(value))).collect(),
+        maxima: maxima(&line, &diagnostics, diagnostics.measures.energy.map(|energy| energy.max_ends)),
         error_estimate: line.error_estimate,
         verdict: of_world_line(&line, &diagnostics, error.as_ref()),
         events: found.collect(),
     }))
 }
 
-fn maxima<S: Numeric>(line: &WorldLine<S>, diagnostics: &SceneDiagnostics<S>) -> Vec<(String, S)> {
-    let names = line.geometry().names();
-    let charges: Vec<&str> = diagnostics.charges.iter().map(|charge| names[charge.terms[0].0].as_str()).collect();
-    let invariants: Vec<&str> = diagnostics.invariants.iter().map(|invariant| invariant.name.as_str()).collect();
-    let of_charges = diagnostics.charges.iter();
+/// The largest deviations, as decimals. `energy` is that of the energy at the ends of windows, if there is one.
+fn maxima<S: Numeric, G: Measurable<S>>(
+    line: &WorldLine<S, G>,
+    diagnostics: &Diagnostics<S, G>,
+    energy: Option<S>,
+) -> Vec<(String, String)> {
+    let Diagnostics { charges, max_delta_g, norm, measures, .. } = diagnostics;
+    let (names, (delta_energy, further)) = (line.geometry().coordinates(), G::further_rows(measures));
     let mut values: Vec<S> =
-        of_charges.flat_map(|charge| [charge.max_interior, charge.max_last, charge.max_corrected]).collect();
-    values.push(diagnostics.max_delta_g);
-    values.extend(match (&diagnostics.delta_energy, diagnostics.energy) {
-        (Some(delta), Some(energy)) => [max_abs(delta), energy.max_ends],
-        _ => [diagnostics.norm.max_interior, diagnostics.norm.max_ends],
+        charges.iter().flat_map(|charge| [charge.max_interior, charge.max_last, charge.max_corrected]).collect();
+    values.push(*max_delta_g);
+    values.extend(match (delta_energy, energy) {
+        (Some(delta), Some(ends)) => [max_abs(delta), ends],
+        _ => [norm.max_interior, norm.max_ends],
     });
-    values.extend(diagnostics.invariants.iter().map(|invariant| max_abs(&invariant.delta)));
+    values.extend(further.iter().map(|(_, row)| max_abs(row)));
     values.push(line.gradient_norm);
-    names_of_maxima(&charges, diagnostics.energy.is_some(), &invariants).into_iter().zip(values).collect()
+    let charges: Vec<&str> = charges.iter().map(|charge| names[charge.terms[0].0].as_str()).collect();
+    let further: Vec<&str> = further.iter().map(|(name, _)| *name).collect();
+    let names = names_of_maxima(&charges, energy.is_some(), &further).into_iter();
+    names.zip(values).map(|(name, value)| (name, value.to_decimal(line.digits))).collect()
 }
 
 /// What ended a run, from the place of the formula that did.

@@ -1,24 +1,9 @@
-//! Noether charges and the second invariant on the nodes.
+//! The charges that only a free particle has.
 
 use crate::norm::max_abs;
 use crate::potential::Potential;
 use crate::scalar::Real;
 use crate::solve::Solution;
-
-/// Deviations of the constants of motion from their values in the continuum.
-#[derive(Debug, Clone)]
-pub struct Charges<S = f64> {
-    /// ΔQ_t = g00(x)∘(Dt) − Q_t, the paper's ΔE. Here and below, the weak form has D̄ in place of D.
-    pub delta_q_t: Vec<S>,
-    /// ΔQ_t + (λ7/H_N) e_N, which removes the multiplier's share from the last node of each window. In the weak form it
-    /// is ΔQ_t.
-    pub delta_q_t_corrected: Vec<S>,
-    /// ΔK = g00(x)∘(Dt)² − (Dx)² − K.
-    pub delta_k: Vec<S>,
-    /// Q_t²/g00(x_N) − w*_N² − K at the end of each window. w*_N is the value of dx/dγ with which the next window
-    /// starts.
-    pub delta_k_ends: Vec<S>,
-}
 
 /// The further charges of the free particle: its space-time is flat and has three Killing vectors.
 #[derive(Debug, Clone, Copy, PartialEq)]

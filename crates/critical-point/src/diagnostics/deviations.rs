@@ -1,5 +1,7 @@
 //! What the equations leave on the nodes of a run, row by row, for any number of coordinates.
 
+use std::borrow::Cow;
+
 use super::rows::{corrected, derivative, handed_on, largest};
 use crate::action::Form;
 use crate::geometry::{Contraction, Samples, Structure};
@@ -174,12 +176,6 @@ impl<'r, S: Real, G: Space<S>> Fields<'r, S, G> {
         largest(residual, self.run.grids().map(|grid| grid.uncoupled()))
     }
 
-    /// dq^a/dγ on the nodes: Dq^a, and at the last node of a window in the strong form, where D takes up the defect,
-    /// what the next window starts with.
-    pub(super) fn tangent(&self, a: usize) -> Vec<S> {
-        tangent(self.run, a, &self.velocities[a])
-    }
-
     /// The largest of Σ |g_ab Dq^a Dq^b| without its largest term, where charges are exact: what motion contributes to
     /// K.
     pub(super) fn motion(&self) -> f64 {
@@ -189,10 +185,10 @@ impl<'r, S: Real, G: Space<S>> Fields<'r, S, G> {
     }
 }
 
-/// The row Dq^a of a run as dq^a/dγ, see [`Fields::tangent`].
-pub(super) fn tangent<S: Real, G: Space<S>>(run: &WorldLine<S, G>, a: usize, velocity: &[S]) -> Vec<S> {
+/// The row Dq^a of a run as dq^a/dγ, see [`Diagnostics::tangent`](super::Diagnostics::tangent).
+pub(super) fn tangent<'r, S: Real, G: Space<S>>(run: &WorldLine<S, G>, a: usize, velocity: &'r [S]) -> Cow<'r, [S]> {
     match run.form {
-        Form::Weak => velocity.to_vec(),
-        Form::Strong => handed_on(run.grids(), velocity.to_vec(), run.end_velocities(a)),
+        Form::Weak => Cow::Borrowed(velocity),
+        Form::Strong => Cow::Owned(handed_on(run.grids(), velocity.to_vec(), run.end_velocities(a))),
     }
 }

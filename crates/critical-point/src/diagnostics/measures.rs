@@ -1,15 +1,18 @@
 //! The most important numbers about a solution.
 
-use super::Diagnosed;
 use super::bound::Bound;
 use super::charges::FreeParticleCharges;
-use super::deviations::{ChargeDeviation, Fields, NormDeviation};
+use super::deviations::Fields;
 use super::newtonian::Newtonian;
-use super::residuals::GeodesicResiduals;
 use super::sawtooth::Sawtooth;
 use super::scales::Scales;
+use super::scene::SceneMeasures;
+use super::verdict::Reason;
+use super::{Common, Diagnostics, Measurable};
+use crate::geometry::{Geometry, Observable};
 use crate::metric::{G00, Metric};
 use crate::scalar::Real;
+use crate::solve::{Solution, WorldLine};
 
 /// Extremes of the deviations over a run.
 ///
@@ -53,24 +56,43 @@ impl<S: Diagnosed> Measures<S> {
     }
 }
 
+impl<S: Real> Measurable<S> for Metric<S> {
+    type Measures = Measures<S>;
+
+    fn suspicions(diagnostics: &Diagnostics<S>, solution: &Solution<S>) -> Vec<Reason> {
+        diagnostics.measures.suspicions_here(solution)
+    }
+
+    fn further_rows(_: &Measures<S>) -> (Option<&[S]>, Vec<(&str, &[S])>) {
+        (None, Vec::new())
+    }
+}
+
+impl<S: Diagnosed> Diagnostics<S> {
+    /// Measures `solution`.
+    pub fn new(solution: &Solution<S>) -> Self {
+        S::diagnostics(solution)
+    }
+}
+
+impl<S: Real> Diagnostics<S> {
+    fn new_here(solution: &Solution<S>) -> Self {
+        Self::of(Fields::new(solution), &[], Measures::new)
+    }
+}
+
 impl<S: Real> Measures<S> {
-    pub(super) fn new(
-        fields: &Fields<'_, S, Metric<S>>,
-        charge: &ChargeDeviation<S>,
-        norm: &NormDeviation<S>,
-        residuals: &GeodesicResiduals<S>,
-    ) -> Self {
+    fn new(fields: &Fields<'_, S, Metric<S>>, common: &Common<'_, S>) -> Self {
         let (solution, metric) = (fields.run, &fields.samples);
         let [t_dot, x_dot] = [&fields.velocities[0], &fields.velocities[1]];
+        let (charge, norm) = (&common.charges[0], common.norm);
         let sawtooth = Sawtooth::new(solution.x(), solution.grids());
         Self {
             max_abs_delta_q_t_interior: charge.max_interior,
             max_abs_delta_q_t_last: charge.max_last,
             delta_q_t_last: charge.delta.last().copied().unwrap_or(S::ZERO),
             max_abs_delta_q_t_corrected: charge.max_corrected,
-            max_abs_delta_g_interior: fields
-                .max_residual(&residuals.delta_g_t)
-                .max(fields.max_residual(&residuals.delta_g_x)),
+            max_abs_delta_g_interior: common.max_delta_g,
             max_abs_delta_k: norm.max_interior,
             max_abs_delta_k_ends: norm.max_ends,
             sawtooth: sawtooth.amplitude,
@@ -82,7 +104,7 @@ impl<S: Real> Measures<S> {
         }
     }
 
-    pub(super) fn followed_by_here(self, next: Self) -> Self {
+    fn followed_by_here(self, next: Self) -> Self {
         let either = |a: Option<S>, b: Option<S>| a.into_iter().chain(b).reduce(S::max);
         Self {
             max_abs_delta_q_t_interior: self.max_abs_delta_q_t_interior.max(next.max_abs_delta_q_t_interior),
@@ -99,5 +121,26 @@ impl<S: Real> Measures<S> {
             branch_distance: either(self.branch_distance, next.branch_distance),
             free_particle: self.free_particle.zip(next.free_particle).map(|(a, b)| a.max(b)),
         }
+    }
+}
+
+crate::compiled! {
+    /// Numbers in which runs are measured.
+    pub trait Diagnosed {
+        fn diagnostics(solution: &Solution<Self>) -> Diagnostics<Self> = Diagnostics::new_here;
+        fn scene_diagnostics(
+            line: &WorldLine<Self>,
+            sums: &[Vec<(usize, Self)>],
+            invariants: &mut [(String, Observable<Self>)],
+            is_lifted: bool,
+        ) -> Diagnostics<Self, Geometry<Self>> = SceneMeasures::diagnostics_here;
+        fn suspicions_of_measures(
+            this: &Measures<Self>,
+            solution: &Solution<Self>,
+        ) -> Vec<Reason> = Measures::suspicions_here;
+        fn measures_followed_by(
+            this: Measures<Self>,
+            next: Measures<Self>,
+        ) -> Measures<Self> = Measures::followed_by_here;
     }
 }

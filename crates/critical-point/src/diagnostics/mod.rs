@@ -21,9 +21,9 @@ mod bound;
 mod charges;
 mod deviations;
 pub mod gaps;
+mod measurable;
 mod measures;
 mod newtonian;
-mod residuals;
 mod rows;
 mod sawtooth;
 mod scales;
@@ -32,91 +32,86 @@ pub mod verdict;
 mod warnings;
 
 pub use bound::Bound;
-pub use charges::{Charges, FreeParticleCharges};
+pub use charges::FreeParticleCharges;
 pub use deviations::{ChargeDeviation, NormDeviation};
-pub use measures::Measures;
+pub use measurable::{Measurable, Suspected};
+pub use measures::{Diagnosed, Measures};
 pub use newtonian::{NEGLIGIBLE, Newtonian};
-pub use residuals::GeodesicResiduals;
 pub use sawtooth::{Sawtooth, sawtooth};
 pub use scales::Scales;
 
+use std::borrow::Cow;
+
 use self::deviations::{Fields, tangent};
-use self::scene::SceneDiagnostics;
 use self::verdict::Reason;
-use crate::geometry::Observable;
+use crate::metric::Metric;
 use crate::scalar::Real;
-use crate::solve::{Solution, WorldLine};
+use crate::solve::WorldLine;
 
-/// Everything that is measured on a solution.
+/// Everything that is measured on a run.
 #[derive(Debug, Clone)]
-pub struct Diagnostics<S = f64> {
-    /// Dt on the nodes; D̄t in the weak form. In the strong form the value at the last node of a window is not a
-    /// velocity, see [`Self::tangent`].
-    pub t_dot: Vec<S>,
-    /// Dx on the nodes; D̄x in the weak form. The same holds for the last node of a window.
-    pub x_dot: Vec<S>,
-    /// ΔQ_t, its corrected form and ΔK.
-    pub charges: Charges<S>,
-    /// ΔGᵗ and ΔGˣ.
-    pub residuals: GeodesicResiduals<S>,
-    /// The extremes of all of these, H_BVP and its bound.
-    pub measures: Measures<S>,
+pub struct Diagnostics<S: Real = f64, G: Measurable<S> = Metric<S>> {
+    /// Dq^a on the nodes, for every coordinate; D̄q^a in the weak form. In the strong form the value at the last node of
+    /// a window is not a velocity, see [`Self::tangent`].
+    pub q_dot: Vec<Vec<S>>,
+    /// The charges of the ignorable coordinates, in order. That of t in one coordinate is ΔQ_t = g00(x)∘(Dt) − Q_t, the
+    /// paper's ΔE.
+    pub charges: Vec<ChargeDeviation<S>>,
+    /// Conserved sums of the momenta of active coordinates.
+    pub sums: Vec<ChargeDeviation<S>>,
+    /// ΔG_a = (Dp_a) − f_a − F_a of every coordinate; in the weak form with D̄ and the initial momenta. For a
+    /// coordinate of a potential, whose g_aa is constant, it is divided by that: a deviation of d²q^a/dγ². In one
+    /// coordinate these are ΔGᵗ = D( g00(x)∘Dt ) and ΔGˣ = DDx + ½ g00′(x)∘(Dt)².
+    pub delta_g: Vec<Vec<S>>,
+    /// Largest |ΔG_a| over the nodes whose row of D does not reach the last node of the window (weak: all nodes).
+    pub max_delta_g: S,
+    /// K and its deviation.
+    pub norm: NormDeviation<S>,
+    /// What is measured in this kind of space-time alone.
+    pub measures: G::Measures,
 }
 
-impl<S: Diagnosed> Diagnostics<S> {
-    /// Measures `solution`.
-    pub fn new(solution: &Solution<S>) -> Self {
-        S::diagnostics(solution)
+impl<S: Real, G: Measurable<S>> Diagnostics<S, G> {
+    /// With the deviations of these `sums`; `measures` is what finds the rest.
+    fn of(
+        fields: Fields<'_, S, G>,
+        sums: &[Vec<(usize, S)>],
+        measures: impl FnOnce(&Fields<'_, S, G>, &Common<'_, S>) -> G::Measures,
+    ) -> Self {
+        let (active, n) = (fields.run.geometry().active(), fields.velocities.len());
+        let charge = |terms: Vec<(usize, S)>| fields.charge(terms);
+        let charges: Vec<_> = (0..n).filter(|a| !active.contains(a)).map(|a| charge(vec![(a, S::ONE)])).collect();
+        let sums = sums.iter().map(|terms| charge(terms.clone())).collect();
+        let norm = fields.norm();
+        let delta_g: Vec<Vec<S>> = (0..n).map(|a| fields.residual(a)).collect();
+        let max_delta_g = delta_g.iter().map(|row| fields.max_residual(row)).fold(S::ZERO, S::max);
+        let measures = measures(&fields, &Common { charges: &charges, norm: &norm, max_delta_g });
+        Self { q_dot: fields.velocities, charges, sums, delta_g, max_delta_g, norm, measures }
     }
 
-    /// dt/dγ and dx/dγ on the nodes: Dt and Dx, except at the last node of a window in the strong form. There the row
-    /// of D takes up the defect of D and does not give a velocity. Its place is taken by the values that the next
-    /// window continues with, Q_t/g00(x_N) and w*_N.
-    pub fn tangent(&self, solution: &Solution<S>) -> [Vec<S>; 2] {
-        S::tangent(self, solution)
-    }
-}
-
-impl<S: Real> Diagnostics<S> {
-    fn new_here(solution: &Solution<S>) -> Self {
-        let fields = Fields::new(solution);
-        let (charge, norm) = (fields.charge(vec![(0, S::ONE)]), fields.norm());
-        let residuals = GeodesicResiduals { delta_g_t: fields.residual(0), delta_g_x: fields.residual(1) };
-        let measures = Measures::new(&fields, &charge, &norm, &residuals);
-        let [t_dot, x_dot] = <[Vec<S>; 2]>::try_from(fields.velocities).expect("there are t and x");
-        let charges = Charges {
-            delta_q_t: charge.delta,
-            delta_q_t_corrected: charge.corrected,
-            delta_k: norm.delta,
-            delta_k_ends: norm.ends,
-        };
-        Self { t_dot, x_dot, charges, residuals, measures }
-    }
-
-    fn tangent_here(&self, solution: &Solution<S>) -> [Vec<S>; 2] {
-        [tangent(solution, 0, &self.t_dot), tangent(solution, 1, &self.x_dot)]
+    /// dq^a/dγ of every coordinate on the nodes: Dq^a, except at the last node of a window in the strong form. There
+    /// the row of D takes up the defect of D and does not give a velocity. Its place is taken by what the next window
+    /// continues with.
+    pub fn tangent(&self, run: &WorldLine<S, G>) -> Vec<Cow<'_, [S]>> {
+        self.q_dot.iter().enumerate().map(|(a, row)| tangent(run, a, row)).collect()
     }
 }
 
-crate::compiled! {
-    /// Numbers in which runs are measured.
-    pub trait Diagnosed {
-        fn diagnostics(solution: &Solution<Self>) -> Diagnostics<Self> = Diagnostics::new_here;
-        fn tangent(this: &Diagnostics<Self>, solution: &Solution<Self>) -> [Vec<Self>; 2] = Diagnostics::tangent_here;
-        fn scene_diagnostics(
-            line: &WorldLine<Self>,
-            sums: &[Vec<(usize, Self)>],
-            invariants: &mut [(String, Observable<Self>)],
-            is_lifted: bool,
-        ) -> SceneDiagnostics<Self> = SceneDiagnostics::new_here;
-        fn suspicions_of_scene(
-            this: &SceneDiagnostics<Self>,
-            line: &WorldLine<Self>,
-        ) -> Vec<Reason> = SceneDiagnostics::suspicions_here;
-        fn suspicions(this: &Measures<Self>, solution: &Solution<Self>) -> Vec<Reason> = Measures::suspicions_here;
-        fn measures_followed_by(
-            this: Measures<Self>,
-            next: Measures<Self>,
-        ) -> Measures<Self> = Measures::followed_by_here;
+/// What is measured in every space-time.
+struct Common<'c, S> {
+    charges: &'c [ChargeDeviation<S>],
+    norm: &'c NormDeviation<S>,
+    max_delta_g: S,
+}
+
+impl<S: Suspected<G>, G: Measurable<S>> Diagnostics<S, G> {
+    /// What is suspicious about `run`, which was measured, in words.
+    pub fn warnings(&self, run: &WorldLine<S, G>) -> Vec<String> {
+        self.suspicions(run).iter().map(Reason::to_string).collect()
+    }
+
+    /// The same, each with its remedy.
+    pub fn suspicions(&self, run: &WorldLine<S, G>) -> Vec<Reason> {
+        S::suspicions(self, run)
     }
 }

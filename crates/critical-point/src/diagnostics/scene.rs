@@ -1,9 +1,11 @@
 //! Independent checks of a world-line in a scene of n coordinates. They use its nodes, the operator and the geometry.
 
-use super::deviations::Fields;
+use std::borrow::Cow;
+
+use super::deviations::{Fields, tangent};
 use super::verdict::Reason;
 use super::warnings::{rounding_warning, unproved_warning};
-use super::{ChargeDeviation, Diagnosed, NormDeviation, Sawtooth};
+use super::{Common, Diagnosed, Diagnostics, Measurable, Sawtooth};
 use crate::action::Form;
 use crate::geometry::{Geometry, Lagrangian, Observable, Start};
 use crate::norm::max_abs;
@@ -44,23 +46,9 @@ pub struct WorkBalance<S = f64> {
     pub defect: S,
 }
 
-/// Everything that is measured on a world-line.
+/// What is measured on a world-line of a scene alone.
 #[derive(Debug, Clone)]
-pub struct SceneDiagnostics<S = f64> {
-    /// dq^a/dγ on the nodes: Dq^a (weak: D̄q^a), and at the last node of a window in the strong form, where D takes up
-    /// the defect, what the next window starts with.
-    pub tangent: Vec<Vec<S>>,
-    /// The charges of the ignorable coordinates, in order.
-    pub charges: Vec<ChargeDeviation<S>>,
-    /// Conserved sums of the momenta of active coordinates.
-    pub sums: Vec<ChargeDeviation<S>>,
-    /// ΔG_a = (Dp_a) − f_a − F_a of every coordinate; in the weak form with D̄ and the initial momenta. For a
-    /// coordinate of a potential, whose g_aa is constant, it is divided by that: a deviation of d²q^a/dγ².
-    pub delta_g: Vec<Vec<S>>,
-    /// Largest |ΔG_a| over the nodes whose row of D does not reach the last node of the window (weak: all nodes).
-    pub max_delta_g: S,
-    /// K and its deviation.
-    pub norm: NormDeviation<S>,
+pub struct SceneMeasures<S = f64> {
     /// In the lift of Newton's law: the energy ½mv² + V of the computed positions and velocities minus the charge
     /// p_t/p_s, which is −K/(2 ṫ p_s).
     pub delta_energy: Option<Vec<S>>,
@@ -76,12 +64,30 @@ pub struct SceneDiagnostics<S = f64> {
     pub invariants: Vec<InvariantDeviation<S>>,
 }
 
-impl<S: Diagnosed> SceneDiagnostics<S> {
+impl<S: Real> Measurable<S> for Geometry<S> {
+    type Measures = SceneMeasures<S>;
+
+    fn suspicions(diagnostics: &Diagnostics<S, Self>, line: &WorldLine<S>) -> Vec<Reason> {
+        let names = line.geometry().names();
+        let of = |(a, sawtooth): &(usize, Sawtooth<S>)| sawtooth.warning(&names[*a], amplitude(&line.q[*a]));
+        let sawtooth = diagnostics.measures.sawtooth.iter().filter_map(of);
+        let rounding = rounding_warning::<S>(line.iterations.last_correction, line.digits);
+        let unproved = unproved_warning(line.windows_unproved);
+        sawtooth.chain(drift_warning(diagnostics, line)).chain(unproved).chain(rounding).collect()
+    }
+
+    fn further_rows(measures: &SceneMeasures<S>) -> (Option<&[S]>, Vec<(&str, &[S])>) {
+        let invariants = measures.invariants.iter().map(|each| (each.name.as_str(), each.delta.as_slice()));
+        (measures.delta_energy.as_deref(), invariants.collect())
+    }
+}
+
+impl<S: Diagnosed> Diagnostics<S, Geometry<S>> {
     /// Measures `line`. `sums` are the conserved sums to look at, as constants by coordinate, and `invariants` the
     /// formulas of the user, with their names.
     ///
     /// A scene that is the lift of Newton's law has t first and s last.
-    pub fn new(
+    pub fn of_scene(
         line: &WorldLine<S>,
         sums: &[Vec<(usize, S)>],
         invariants: &mut [(String, Observable<S>)],
@@ -89,41 +95,34 @@ impl<S: Diagnosed> SceneDiagnostics<S> {
     ) -> Self {
         S::scene_diagnostics(line, sums, invariants, is_lifted)
     }
-
-    /// What is suspicious about `line`, the world-line that was measured, in words.
-    pub fn warnings(&self, line: &WorldLine<S>) -> Vec<String> {
-        self.suspicions(line).iter().map(Reason::to_string).collect()
-    }
-
-    /// The same, each with its remedy.
-    pub fn suspicions(&self, line: &WorldLine<S>) -> Vec<Reason> {
-        S::suspicions_of_scene(self, line)
-    }
 }
 
-impl<S: Real> SceneDiagnostics<S> {
-    pub(super) fn new_here(
+impl<S: Real> SceneMeasures<S> {
+    pub(super) fn diagnostics_here(
         line: &WorldLine<S>,
         sums: &[Vec<(usize, S)>],
         invariants: &mut [(String, Observable<S>)],
         is_lifted: bool,
+    ) -> Diagnostics<S, Geometry<S>> {
+        Diagnostics::of(Fields::new(line), sums, |fields, common| Self::new(fields, common, invariants, is_lifted))
+    }
+
+    fn new(
+        fields: &Fields<'_, S, Geometry<S>>,
+        Common { norm, .. }: &Common<'_, S>,
+        invariants: &mut [(String, Observable<S>)],
+        is_lifted: bool,
     ) -> Self {
-        let (geometry, fields) = (line.geometry(), Fields::new(line));
+        let (line, geometry, start) = (fields.run, fields.run.geometry(), &fields.run.place.start);
         let n = geometry.dimension();
-        let norm = fields.norm();
-        let delta_g: Vec<Vec<S>> = (0..n).map(|a| fields.residual(a)).collect();
-        let tangent: Vec<Vec<S>> = (0..n).map(|a| fields.tangent(a)).collect();
-        let start = &line.place.start;
+        let tangent: Vec<Cow<'_, [S]>> = (0..n).map(|a| tangent(line, a, &fields.velocities[a])).collect();
         Self {
-            charges: geometry.ignorable().map(|a| fields.charge(vec![(a, S::ONE)])).collect(),
-            sums: sums.iter().map(|terms| fields.charge(terms.clone())).collect(),
-            max_delta_g: delta_g.iter().map(|row| fields.max_residual(row)).fold(S::ZERO, S::max),
             motion: fields.motion(),
             sawtooth: geometry.active().iter().map(|&a| (a, Sawtooth::new(&line.q[a], line.grids()))).collect(),
-            work: work(&fields),
+            work: work(fields),
             invariants: invariants.iter_mut().map(|each| deviation(line, &tangent, each, norm.value)).collect(),
             delta_energy: is_lifted.then(|| {
-                let deviations = norm.delta.iter().zip(&tangent[0]);
+                let deviations = norm.delta.iter().zip(tangent[0].iter());
                 deviations.map(|(&delta, &t_dot)| energy_off(start, norm.value + delta, t_dot)).collect()
             }),
             energy: is_lifted.then(|| {
@@ -134,9 +133,6 @@ impl<S: Real> SceneDiagnostics<S> {
                 let ends: Vec<S> = line.views().map(|view| of(view.end)).collect();
                 EnergyDeviation { value: start.p[0] / start.p[n - 1], max_ends: max_abs(&ends) }
             }),
-            tangent,
-            delta_g,
-            norm,
         }
     }
 }
@@ -152,30 +148,20 @@ pub fn energy_off<S: Real>(start: &Start<S>, k: S, t_dot: S) -> S {
 /// A drift of K beyond this share of what motion contributes to it makes the world-line doubtful.
 const DOUBTFUL: f64 = 1e-2;
 
-impl<S: Real> SceneDiagnostics<S> {
-    pub(super) fn suspicions_here(&self, line: &WorldLine<S>) -> Vec<Reason> {
-        let names = line.geometry().names();
-        let of = |(a, sawtooth): &(usize, Sawtooth<S>)| sawtooth.warning(&names[*a], amplitude(&line.q[*a]));
-        let sawtooth = self.sawtooth.iter().filter_map(of);
-        let rounding = rounding_warning::<S>(line.iterations.last_correction, line.digits);
-        let unproved = unproved_warning(line.windows_unproved);
-        sawtooth.chain(self.drift_warning(line)).chain(unproved).chain(rounding).collect()
+fn drift_warning<S: Real>(diagnostics: &Diagnostics<S, Geometry<S>>, line: &WorldLine<S>) -> Option<Reason> {
+    let (norm, motion) = (&diagnostics.norm, diagnostics.measures.motion);
+    let drift = norm.max_ends.max(norm.max_interior).to_f64();
+    let is_small = drift <= DOUBTFUL * motion;
+    // A force changes K.
+    if is_small || motion == 0.0 || !line.geometry().structure().force.is_empty() {
+        return None;
     }
-
-    fn drift_warning(&self, line: &WorldLine<S>) -> Option<Reason> {
-        let drift = self.norm.max_ends.max(self.norm.max_interior).to_f64();
-        let is_small = drift <= DOUBTFUL * self.motion;
-        // A force changes K.
-        if is_small || self.motion == 0.0 || !line.geometry().structure().force.is_empty() {
-            return None;
-        }
-        let share = drift / self.motion;
-        let finding = format!(
-            "K drifts by {drift:.1e}, {share:.1e} of what motion contributes to it: the charges are exact, and the \
-             world-line is not to be trusted"
-        );
-        Some(Reason::new(finding, "raise n_gamma or windows"))
-    }
+    let share = drift / motion;
+    let finding = format!(
+        "K drifts by {drift:.1e}, {share:.1e} of what motion contributes to it: the charges are exact, and the \
+         world-line is not to be trusted"
+    );
+    Some(Reason::new(finding, "raise n_gamma or windows"))
 }
 
 /// Half the range of a row.
@@ -204,7 +190,7 @@ fn work<S: Real>(fields: &Fields<'_, S, Geometry<S>>) -> Vec<WorkBalance<S>> {
 
 fn deviation<S: Real>(
     line: &WorldLine<S>,
-    tangent: &[Vec<S>],
+    tangent: &[Cow<'_, [S]>],
     (name, invariant): &mut (String, Observable<S>),
     k: S,
 ) -> InvariantDeviation<S> {
@@ -212,7 +198,8 @@ fn deviation<S: Real>(
     let value = invariant.at_here(&start.q, &start.q_dot, &start.p, k);
     let rows: Vec<Vec<S>> = (0..tangent.len()).map(|a| line.q(a).collect()).collect();
     let at = |node: usize| {
-        let [q, q_dot] = [&rows, tangent].map(|rows| rows.iter().map(|row| row[node]).collect::<Vec<_>>());
+        let q: Vec<S> = rows.iter().map(|row| row[node]).collect();
+        let q_dot: Vec<S> = tangent.iter().map(|row| row[node]).collect();
         let p = geometry.momenta_here(&q, &q_dot);
         invariant.at_here(&q, &q_dot, &p, k) - value
     };

@@ -71,7 +71,7 @@ impl<S: Diagnosed> Measures<S> {
 
     /// The same, each with its remedy.
     pub fn suspicions(&self, solution: &Solution<S>) -> Vec<Reason> {
-        S::suspicions(self, solution)
+        S::suspicions_of_measures(self, solution)
     }
 }
 
