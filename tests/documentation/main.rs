@@ -11,3 +11,4 @@ mod lists;
 mod manual;
 mod pages;
 mod sizes;
+mod twins;

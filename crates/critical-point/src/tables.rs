@@ -54,7 +54,8 @@ pub fn write_trajectory<S: WrittenIn<G>, G: Measurable<S>>(
 }
 
 /// Writes `residuals.csv`: gamma; for every ignorable coordinate `delta_q_A` and `delta_q_A_corrected`; `delta_g_A` for
-/// every coordinate; delta_k or, in the lift of Newton's law, delta_energy; `delta_NAME` for every invariant of the user.
+/// every coordinate; delta_k or, in the lift of Newton's law, delta_energy; `delta_NAME` for every invariant of the
+/// user.
 ///
 /// # Errors
 /// If `out` cannot be written.

@@ -51,8 +51,8 @@ use crate::solve::WorldLine;
 /// Everything that is measured on a run.
 #[derive(Debug, Clone)]
 pub struct Diagnostics<S: Real = f64, G: Measurable<S> = Metric<S>> {
-    /// Dq^a on the nodes, for every coordinate; D̄q^a in the weak form. In the strong form the value at the last node of
-    /// a window is not a velocity, see [`Self::tangent`].
+    /// Dq^a on the nodes, for every coordinate; D̄q^a in the weak form. In the strong form the value at the last node
+    /// of a window is not a velocity, see [`Self::tangent`].
     pub q_dot: Vec<Vec<S>>,
     /// The charges of the ignorable coordinates, in order. That of t in one coordinate is ΔQ_t = g00(x)∘(Dt) − Q_t, the
     /// paper's ΔE.

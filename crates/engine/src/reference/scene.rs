@@ -36,12 +36,12 @@ pub struct ScenePoint<S = f64> {
 
 /// The start, with the active coordinates.
 #[derive(Debug, Clone)]
-pub struct SceneOrigin<S> {
+pub struct Beginning<S> {
     start: Start<S>,
     active: Vec<usize>,
 }
 
-impl<S: Real> Origin<S> for SceneOrigin<S> {
+impl<S: Real> Origin<S> for Beginning<S> {
     type Point = ScenePoint<S>;
 
     fn point(&self, components: &[Polynomial<S>], s: S, unit: S) -> ScenePoint<S> {
@@ -61,10 +61,10 @@ impl<S: Real> Origin<S> for SceneOrigin<S> {
 impl<S: Real> Analytic<S> for Geometry<S> {
     type Start = Start<S>;
     type Point = ScenePoint<S>;
-    type Origin = SceneOrigin<S>;
+    type Origin = Beginning<S>;
 
     /// With the domain that the start lies in.
-    fn begin(&self, start: &Start<S>) -> Result<impl Run<S, Origin = SceneOrigin<S>>, ReferenceEnds> {
+    fn begin(&self, start: &Start<S>) -> Result<impl Run<S, Origin = Beginning<S>>, ReferenceEnds> {
         let geometry = self.clone().around_here(&start.q);
         let geometry = geometry.map_err(|_| ends(self, EndReason::OutsideDomain, 0.0, &start.q))?;
         Ok(Begun { geometry, start })
@@ -85,10 +85,10 @@ struct Begun<'g, S> {
 }
 
 impl<S: Real> Run<S> for Begun<'_, S> {
-    type Origin = SceneOrigin<S>;
+    type Origin = Beginning<S>;
 
-    fn origin(&self) -> SceneOrigin<S> {
-        SceneOrigin { start: self.start.clone(), active: self.geometry.active().to_vec() }
+    fn origin(&self) -> Beginning<S> {
+        Beginning { start: self.start.clone(), active: self.geometry.active().to_vec() }
     }
 
     /// Positions and momenta have no unit of γ.
