@@ -45,7 +45,7 @@ impl Several {
 
     pub(crate) fn run(&self) -> Outcome {
         let case = SceneCase::parse(self.kind, &self.text, &[]).unwrap_or_else(|error| panic!("{self}\n{error}"));
-        let line = match solve::<f64, _>(&case.setup()) {
+        let line = match solve::<f64, _>(case.setup()) {
             Ok(line) => line,
             Err(failure) if failure.status == Status::OutsideDomain => return Outcome::NoReference,
             Err(failure) => return Outcome::Refused(failure.to_string()),

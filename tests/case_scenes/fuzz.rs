@@ -213,7 +213,7 @@ fn solved(text: &str) -> Result<(), TestCaseError> {
                 vec![solution.t().collect(), solution.x().to_vec(), measured.norm.delta, measured.delta_g[1].clone()]
             }
         },
-        Ok(AnyCase::Scene(case)) => match solve(&case.setup()) {
+        Ok(AnyCase::Scene(case)) => match solve(case.setup()) {
             Err(_) => return Ok(()),
             Ok::<WorldLine, _>(line) => {
                 let measured = Diagnostics::of_scene(&line, &[], &mut [], false);

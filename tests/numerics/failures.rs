@@ -62,7 +62,7 @@ fn of_scenes() {
     for set in GRIDS {
         let text = format!("potential = {{ coordinates = [\"x\"], formula = \"-x/2\" }}\n{FALL}");
         let case = SceneCase::parse("test", &text, &settings(set)).unwrap_or_else(|error| panic!("{error}"));
-        let failure = solve::<f64, _>(&case.setup()).unwrap_err();
+        let failure = solve::<f64, _>(case.setup()).unwrap_err();
         check(set, failure.status, failure.gamma);
         assert_eq!(failure.iterations.initial_guess, guess(set, true), "{set}");
         assert!(matches!(failure.domain, Domain::Determinant { value, .. } if value < 0.0), "{failure:?}");
@@ -125,7 +125,7 @@ fn of_a_stopped_iteration_the_place_may_be_the_last_node() {
                 grid = { gamma_f = 4.0, n_gamma = 12 }\nsolver.max_iterations = 1\n\
                 scheme = { sbp = 'GLL12', form = 'weak' }";
     let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
-    let failure = solve::<f64, _>(&case.setup()).unwrap_err();
+    let failure = solve::<f64, _>(case.setup()).unwrap_err();
     let names: Vec<&str> = failure.point.iter().map(|(name, _)| &name[..]).collect();
     assert_eq!((failure.gamma, &names[..]), (4.0, &["x", "y"][..]), "{failure}");
 }

@@ -31,7 +31,7 @@ fn builtin_scene(name: &str, settings: &[&str]) -> SceneCase {
 }
 
 fn solved(case: &SceneCase) -> WorldLine {
-    solve(&case.setup::<f64>()).unwrap_or_else(|failure| panic!("{failure}"))
+    solve(case.setup::<f64>()).unwrap_or_else(|failure| panic!("{failure}"))
 }
 
 fn from_text(text: &str) -> WorldLine {
@@ -102,7 +102,7 @@ fn every_shipped_scene_is_as_accurate_as_asked_for() {
     for name in NAMES.iter().filter(|name| builtin::group(name) == Some(Group::Scene)) {
         for accuracy in [1e-3, 1e-6, 1e-9, 1e-12] {
             let case = builtin_scene(name, &[&format!("solver.accuracy={accuracy:e}")]);
-            let line = match solve::<f64, _>(&case.setup()) {
+            let line = match solve::<f64, _>(case.setup()) {
                 // Rounding alone is more over 415 turns, as the program says.
                 Err(failure) if accuracy == 1e-12 && *name == "mercury" => {
                     assert_eq!(failure.status, Status::AccuracyNotReached, "{name}: {failure}");
@@ -320,7 +320,7 @@ fn one_coordinate_is_what_it_is_without_a_scene() {
 
 fn failure(text: &str) -> NoSolution {
     let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
-    solve::<f64, _>(&case.setup()).expect_err("it cannot be done")
+    solve::<f64, _>(case.setup()).expect_err("it cannot be done")
 }
 
 #[test]

@@ -24,7 +24,7 @@ fn case(text: &str, more: &str) -> SceneCase {
 }
 
 fn solved<S: Numeric>(case: &SceneCase) -> WorldLine<S> {
-    solve(&case.setup::<S>()).unwrap_or_else(|failure| panic!("{failure}"))
+    solve(case.setup::<S>()).unwrap_or_else(|failure| panic!("{failure}"))
 }
 
 /// The largest difference of coordinates, relative to max(1, |q|).

@@ -23,7 +23,7 @@ const MOTION: &str = r#"
 fn run(set: &[&str]) -> WorldLine {
     let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
     let case = SceneCase::parse("test", MOTION, &set).unwrap_or_else(|error| panic!("{error}"));
-    solve(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"))
+    solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"))
 }
 
 fn measured(line: &WorldLine) -> Diagnostics<f64, Geometry> {
@@ -127,7 +127,7 @@ fn sums_of_momenta_and_constants_are_kept_whatever_their_factors() {
     "#;
     for scheme in ["scheme={sbp='SBP42',form='weak'}", "scheme={sbp='SBP42',form='strong'}"] {
         let case = SceneCase::parse("test", text, &[scheme.to_owned()]).unwrap_or_else(|error| panic!("{error}"));
-        let line: WorldLine = solve(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+        let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
         let sums = [vec![(1, 3.0), (2, 3.0)]];
         let found = Diagnostics::of_scene(&line, &sums, &mut case.observables(), case.is_lifted());
         let sum = &found.sums[0];
@@ -165,7 +165,7 @@ fn a_verdict_counts_errors_against_the_motion_from_its_start() {
         scheme.sbp = "SBP42"
     "#;
     let case = SceneCase::parse("test", text, &[]).unwrap();
-    let line: WorldLine = solve(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+    let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
     let error = scene_error(&line).unwrap();
     assert!((0.0..1e-12).contains(&error.stepped_over), "{error:?}");
     let facts = facts_of_world_line(&line, &measured(&line), Some(&error));
@@ -182,7 +182,7 @@ fn a_verdict_counts_errors_against_the_motion_from_its_start() {
         text,
         &["solver.accuracy=1e-8".to_owned(), "grid={gamma_f=0.8}".to_owned(), "scheme={}".to_owned()],
     );
-    let run: WorldLine = solve(&case.unwrap().setup()).unwrap_or_else(|failure| panic!("{failure}"));
+    let run: WorldLine = solve(case.unwrap().setup()).unwrap_or_else(|failure| panic!("{failure}"));
     let estimate = run.error_estimate.unwrap();
     for error in facts_of_world_line(&run, &measured(&run), None).errors.unwrap() {
         let own = estimate * error.size.max(1.0);
@@ -209,7 +209,7 @@ fn what_a_reference_steps_over_is_the_delay_that_it_misses() {
         scheme = { sbp = "GLL24", form = "weak" }
     "#;
     let case = SceneCase::parse("test", text, &[]).unwrap();
-    let line: WorldLine = solve(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+    let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
     let late = 0.05e-3 * std::f64::consts::PI.sqrt() / 2.0;
     let found = scene_error(&line).unwrap().stepped_over;
     assert!((1.0..2.0).contains(&(found / late)), "{found:e} for {late:e}");
@@ -276,7 +276,7 @@ fn coordinates_share_a_size_if_they_have_one_unit() {
              grid = {{ gamma_f = 1.0, n_gamma = 41 }}\nscheme.sbp = \"SBP42\""
         );
         let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
-        let line: WorldLine = solve(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+        let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
         let errors = facts_of_world_line(&line, &measured(&line), scene_error(&line).as_ref()).errors.unwrap();
         ["x", "y"].map(|name| errors.iter().find(|error| error.name == name).unwrap().shared)
     };
@@ -319,7 +319,7 @@ fn the_largest_errors_are_those_of_the_nodes_and_nothing_is_stepped_over_in_vain
              grid = {{ gamma_f = 2.0, n_gamma = 41 }}\nscheme.sbp = \"SBP42\"\n{rest}"
         );
         let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
-        let line: WorldLine = solve(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+        let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
         scene_error(&line).unwrap().stepped_over
     };
     assert_eq!(smooth(""), 0.0);
@@ -335,7 +335,7 @@ fn a_force_is_part_of_the_certificate_and_not_of_what_is_stepped_over() {
              grid = {{ gamma_f = 4.0, n_gamma = 81 }}\nscheme = {scheme}"
         );
         let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
-        let line: WorldLine = solve(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+        let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
         assert!((0.0..1e-11).contains(&line.gradient_norm), "{scheme}: {:e}", line.gradient_norm);
         let error = scene_error(&line).unwrap();
         assert!(error.stepped_over == 0.0 && error.largest[1] > 1e-9 && error.largest[1] < 0.1, "{scheme}: {error:?}");
@@ -345,7 +345,7 @@ fn a_force_is_part_of_the_certificate_and_not_of_what_is_stepped_over() {
                 metric.force = { x = 'x_dot' }\ninitial = { t_dot = 2.0, x = 0.0, x_dot = 0.5 }\n\
                 grid = { gamma_f = 1.0, n_gamma = 41 }\nscheme.sbp = 'SBP42'";
     let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
-    let line: WorldLine = solve(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+    let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
     assert!(measured(&line).norm.max_ends > 0.1 && scene_error(&line).unwrap().stepped_over == 0.0);
 }
 

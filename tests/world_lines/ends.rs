@@ -37,19 +37,19 @@ fn proper_time(r: f64) -> f64 {
 
 #[test]
 fn a_fall_goes_through_the_horizon_and_ends_where_a_formula_changes_its_sign() {
-    let line = solve(&plunge::<f64>(36.0, Some("r - 2"))).unwrap();
+    let line = solve(plunge::<f64>(36.0, Some("r - 2"))).unwrap();
     assert!((line.length - 33.700869851892335).abs() < 1e-11, "{}", line.length);
     assert!((line.end().q[1] - 2.0).abs() < 1e-13, "{}", line.end().q[1]);
-    let line = solve(&plunge::<f64>(36.0, Some("1 - r"))).unwrap();
+    let line = solve(plunge::<f64>(36.0, Some("1 - r"))).unwrap();
     assert!((line.length - proper_time(1.0)).abs() < 1e-10, "{}", line.length);
     // Where the formula keeps its sign the run has its whole length.
-    let line = solve(&plunge::<f64>(30.0, Some("r - 1"))).unwrap();
+    let line = solve(plunge::<f64>(30.0, Some("r - 1"))).unwrap();
     assert_eq!(line.length, 30.0);
 }
 
 #[test]
 fn a_crossing_is_found_to_all_digits() {
-    let line = solve(&plunge::<Extended>(36.0, Some("r - 2"))).unwrap();
+    let line = solve(plunge::<Extended>(36.0, Some("r - 2"))).unwrap();
     assert!((line.end().q[1] - Extended::from(2.0)).abs().to_f64() < 1e-36);
 }
 
@@ -71,12 +71,12 @@ fn a_run_that_leaves_the_domain_says_where() {
     let start: (&[&str], &[&str]) = (&["0", "10", "0"], &["1.2", "-0.05", "0.0"]);
     let setup =
         |sbp, n_gamma| common::setup::<f64>(&text, start, 60.0, (sbp, Form::Strong, n_gamma), System::PhysicalLimit);
-    let failure = solve(&setup(SbpName::Sbp42, 401)).map(|line| line.length).unwrap_err();
+    let failure = solve(setup(SbpName::Sbp42, 401)).map(|line| line.length).unwrap_err();
     assert_eq!(failure.status, Status::OutsideDomain, "{failure}");
     assert!(failure.gamma > 20.0 && failure.gamma < 60.0, "{failure}");
     // An explicit rule with a coarse step leaps over the horizon to r < 0, where the metric is regular again.
     for n_gamma in [101, 401, 1601] {
-        let failure = solve(&setup(SbpName::Sbp21, n_gamma)).map(|line| line.length).unwrap_err();
+        let failure = solve(setup(SbpName::Sbp21, n_gamma)).map(|line| line.length).unwrap_err();
         assert_eq!(failure.status, Status::OutsideDomain, "{n_gamma}: {failure}");
         assert!(failure.gamma > 20.0 && failure.gamma < 60.0, "{n_gamma}: {failure}");
     }
@@ -92,7 +92,7 @@ fn a_time_before_zero_is_reached() {
         scheme.sbp = "SBP42"
     "#;
     let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
-    let line: WorldLine = solve(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+    let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
     assert!((line.end().q[0] + 2.0).abs() < 1e-13 && line.length > 0.5, "{}", line.end().q[0]);
 }
 
@@ -106,7 +106,7 @@ fn a_time_that_is_never_reached_ends_a_run_far_out() {
         solver.accuracy = 1e-4
     "#;
     let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
-    let failure = solve::<f64, _>(&case.setup()).unwrap_err();
+    let failure = solve::<f64, _>(case.setup()).unwrap_err();
     assert_eq!(failure.status, Status::EndTimeNotReached, "{failure}");
     // A thousand million times the way at the pace of the start, and the window that is beyond it.
     let (geometry, mut beyond) = (case.geometry(), 0.0);

@@ -16,7 +16,7 @@ fn scene(name: &str, set: &[&str]) -> SceneCase {
 }
 
 fn run<S: Numeric>(case: &SceneCase) -> (WorldLine<S>, Vec<Crossing<S>>) {
-    let line = solve(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+    let line = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
     let found = crossings(&line, &mut case.watches());
     (line, found)
 }

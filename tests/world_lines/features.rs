@@ -34,7 +34,7 @@ const START: (&[&str], &[&str]) = (&["0.1", "0.5", "-0.2", "0.3"], &["1", "0.3",
 
 fn solved<S: Numeric>(sbp: SbpName, form: Form, n_gamma: usize, windows: usize, system: System) -> WorldLine<S> {
     let setup = common::setup::<S>(&text(), START, 2.0, (sbp, form, n_gamma), system);
-    solve(&common::in_windows(setup, windows)).unwrap_or_else(|failure| panic!("{sbp:?} {form:?}: {failure}"))
+    solve(common::in_windows(setup, windows)).unwrap_or_else(|failure| panic!("{sbp:?} {form:?}: {failure}"))
 }
 
 fn error(line: &WorldLine<f64>, exact: &[f64]) -> f64 {

@@ -45,7 +45,7 @@ fn of_case<S: Numeric>(case: &Case, error: Option<f64>) -> Option<Gaps> {
 }
 
 fn of_scene<S: Numeric>(case: &SceneCase, error: Option<f64>) -> Option<Gaps> {
-    let line: WorldLine<S> = solve(&case.setup()).ok()?;
+    let line: WorldLine<S> = solve(case.setup()).ok()?;
     Some(Gaps::new(&line, &case.geometry(), error))
 }
 

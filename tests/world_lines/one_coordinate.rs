@@ -23,7 +23,7 @@ fn one_coordinate_is_measured_as_it_is_without_a_scene() {
         let measured = Diagnostics::new(&solution);
         let scene = format!("[potential]\ncoordinates = [\"x\"]\nformula = \"x^4/2\"\n{particle}{rest}");
         let scene = SceneCase::parse("scene", &scene, &[]).unwrap_or_else(|error| panic!("{error}"));
-        let line: WorldLine = solve(&scene.setup()).unwrap();
+        let line: WorldLine = solve(scene.setup()).unwrap();
         let same = Diagnostics::of_scene(&line, &[], &mut [], false);
         let what = |name: &str| format!("{sbp} {form} {name}");
         near(&line.q(0).collect::<Vec<_>>(), &solution.t().collect::<Vec<_>>(), 1e-12, &what("t"));
@@ -60,7 +60,7 @@ fn forces_of_both_laws_are_the_same() {
             "#
         );
         let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
-        let line: WorldLine = solve(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+        let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
         [line.end().q[1], line.end().q[2]]
     };
     let [newton, other] = ["law = \"newtonian\"", "c = 1e4"].map(end);

@@ -65,7 +65,7 @@ fn samples_are_as_accurate_as_nodes() {
             if (sbp, system) == (SbpName::Sbp21, System::Doubled) || (sbp, form) == (SbpName::Sbp21, Form::Weak) {
                 continue;
             }
-            let line = solve(&setup::<f64>(sbp, form, n, windows, system)).unwrap();
+            let line = solve(setup::<f64>(sbp, form, n, windows, system)).unwrap();
             let (at_nodes, [positions, rates]) = (error_at_nodes(&line), errors(&line, 1000));
             let what =
                 format!("{sbp:?} {form:?} {system:?}: nodes {at_nodes:e}, between {positions:e}, rates {rates:e}");
@@ -78,7 +78,7 @@ fn samples_are_as_accurate_as_nodes() {
 #[test]
 fn samples_inside_weak_elements_are_as_accurate_as_their_ends() {
     for (n, windows) in [(6, 10), (10, 3), (16, 2)] {
-        let line = solve(&setup::<f64>(SbpName::Gll(n), Form::Weak, n.into(), windows, System::PhysicalLimit));
+        let line = solve(setup::<f64>(SbpName::Gll(n), Form::Weak, n.into(), windows, System::PhysicalLimit));
         let line = line.unwrap();
         let reference = reference(&line);
         let at_ends = line.views().fold(0.0, |most: f64, view| {
@@ -118,7 +118,7 @@ fn nodes_are_samples_of_themselves_and_the_ends_are_inside() {
 #[test]
 fn a_value_of_a_coordinate_that_grows_is_found() {
     for (sbp, n) in [(SbpName::Gll(16), 16), (SbpName::Sbp42, 200)] {
-        let line = solve(&setup::<f64>(sbp, Form::Weak, n, 3, System::PhysicalLimit)).unwrap();
+        let line = solve(setup::<f64>(sbp, Form::Weak, n, 3, System::PhysicalLimit)).unwrap();
         let mut sampler = Sampler::new(&line);
         assert!(sampler.is_monotonic(0) && !sampler.is_monotonic(1));
         // The first node of a weak grid is off its start by the truncation error.
@@ -137,7 +137,7 @@ fn a_value_of_a_coordinate_that_grows_is_found() {
 
 #[test]
 fn samples_keep_the_digits_of_the_run() {
-    let line: WorldLine<Extended> = solve(&setup(SbpName::Gll(32), Form::Weak, 32, 12, System::PhysicalLimit)).unwrap();
+    let line: WorldLine<Extended> = solve(setup(SbpName::Gll(32), Form::Weak, 32, 12, System::PhysicalLimit)).unwrap();
     let (reference, mut sampler) = (reference(&line), Sampler::new(&line));
     for k in 1..8 {
         let gamma = Extended::from(f64::from(k) * 0.51);
@@ -158,7 +158,7 @@ fn a_circular_orbit_has_samples_though_its_radial_momentum_is_rounding() {
         .chain(["grid.gamma_f=100.0".into(), "grid.windows=4".into()])
         .collect();
     let case = SceneCase::parse("circle", text, &set).unwrap();
-    let line: WorldLine = solve(&case.setup()).unwrap();
+    let line: WorldLine = solve(case.setup()).unwrap();
     let mut sampler = Sampler::new(&line);
     for k in 0..=100 {
         let gamma = f64::from(k);

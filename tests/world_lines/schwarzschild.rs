@@ -62,7 +62,7 @@ fn expected() -> [Expected; 4] {
 fn critical_points_have_the_published_digits_in_both_systems() {
     for Expected { operator, end, last } in expected() {
         for system in [System::PhysicalLimit, System::Doubled] {
-            let line = solve(&setup::<f64>(operator, system)).unwrap();
+            let line = solve(setup::<f64>(operator, system)).unwrap();
             for (a, expected) in end.into_iter().enumerate() {
                 let error = (line.end().q[a] - expected).abs();
                 assert!(error < 1e-10 * expected, "{operator:?} {system:?}: coordinate {a} is off by {error:e}");
@@ -84,7 +84,7 @@ fn critical_points_have_the_published_digits_in_both_systems() {
 fn charges_are_exact_in_forty_digits() {
     for Expected { operator, end, .. } in expected() {
         for system in [System::PhysicalLimit, System::Doubled] {
-            let line = solve(&setup::<Extended>(operator, system)).unwrap();
+            let line = solve(setup::<Extended>(operator, system)).unwrap();
             assert!((line.end().q[0].to_f64() - end[0]).abs() < 1e-10 * end[0]);
             let nodes = if operator.1 == Form::Weak { operator.2 } else { operator.2 - 1 };
             for (a, k) in (0..nodes).flat_map(|k| [(0, k), (2, k)]) {

@@ -22,7 +22,7 @@ fn scenes() -> impl Iterator<Item = (&'static str, SceneCase)> {
 }
 
 fn solved(name: &str, case: &SceneCase) -> WorldLine {
-    solve(&case.setup::<f64>()).unwrap_or_else(|failure| panic!("{name}: {failure}"))
+    solve(case.setup::<f64>()).unwrap_or_else(|failure| panic!("{name}: {failure}"))
 }
 
 /// Coordinate `name` at the end of a run.
@@ -100,7 +100,7 @@ fn the_doubled_system_has_the_same_world_lines() {
 #[test]
 fn thirty_digits_are_those_of_an_independent_program() {
     let case = scene("two-bodies", &["solver.digits=30"]);
-    let line = solve(&case.setup::<Extended>()).unwrap();
+    let line = solve(case.setup::<Extended>()).unwrap();
     let expected = ["10.00077734349101245021", "-1.184365796405131464447", "-0.2718780678649561785177"];
     for (found, expected) in line.end().q.iter().zip(expected) {
         let error = (*found - Extended::from_decimal(expected).unwrap()).abs().to_f64();

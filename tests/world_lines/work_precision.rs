@@ -137,7 +137,7 @@ fn a_row_of_this_program_is_that_of_its_solve() {
             ],
         };
         let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
-        let line: WorldLine = solve(&scene("henon-heiles", &settings).setup()).unwrap();
+        let line: WorldLine = solve(scene("henon-heiles", &settings).setup()).unwrap();
         let windows = line.windows.len();
         // An iteration of a run to an accuracy is one of a window, and evaluates all of its nodes.
         assert_eq!(row.evaluations, line.iterations.count.max(windows) * line.sbp().points(), "{row:?}");

@@ -6,7 +6,7 @@ use std::io::Write;
 
 use csv::{ByteRecord, Writer, WriterBuilder};
 
-use crate::diagnostics::{Diagnostics, Measurable};
+use crate::diagnostics::{Diagnostics, Further, Measurable};
 use crate::geometry::Geometry;
 use crate::metric::Metric;
 use crate::sampling::{Crossing, Sample, SceneSample};
@@ -211,12 +211,12 @@ fn residuals<'c, S: Real, G: Measurable<S>>(
     for (name, row) in coordinates.iter().zip(&measured.delta_g) {
         columns.push((format!("delta_g_{name}"), row));
     }
-    let (energy, invariants) = G::further_rows(&measured.measures);
-    columns.push(match energy {
+    let Further { delta_energy, rows } = G::further(&measured.measures);
+    columns.push(match delta_energy {
         Some(energy) => ("delta_energy".to_owned(), energy),
         None => ("delta_k".to_owned(), &measured.norm.delta),
     });
-    columns.extend(invariants.into_iter().map(|(name, row)| (format!("delta_{name}"), row)));
+    columns.extend(rows.into_iter().map(|(name, row)| (format!("delta_{name}"), row)));
     let column = |(name, row): (String, &'c [S])| Column { name, values: Box::new(row.iter().copied()) as _ };
     columns.into_iter().map(column).collect()
 }

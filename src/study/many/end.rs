@@ -3,7 +3,7 @@
 use crate::Numeric;
 use crate::case::{AnyCase, Case, SceneCase};
 use crate::diagnostics::verdict::Verdict;
-use crate::diagnostics::{Diagnostics, Measurable};
+use crate::diagnostics::{Diagnostics, Further, Measurable};
 use crate::errors::scene_error;
 use crate::geometry::Geometry;
 use crate::norm::max_abs;
@@ -121,7 +121,7 @@ pub(super) fn of_one<S: Numeric>(case: &Case) -> Outcome {
 
 /// Solves a scene.
 pub(super) fn of_scene<S: Numeric>(case: &SceneCase) -> Outcome {
-    let line: WorldLine<S> = match solve(&case.setup()) {
+    let line: WorldLine<S> = match solve(case.setup()) {
         Ok(line) => line,
         Err(failure) => return Outcome::Failed { status: failure.status, message: failure.to_string() },
     };
@@ -155,7 +155,7 @@ fn maxima<S: Numeric, G: Measurable<S>>(
     energy: Option<S>,
 ) -> Vec<(String, String)> {
     let Diagnostics { charges, max_delta_g, norm, measures, .. } = diagnostics;
-    let (names, (delta_energy, further)) = (line.geometry().coordinates(), G::further_rows(measures));
+    let (names, Further { delta_energy, rows }) = (line.geometry().coordinates(), G::further(measures));
     let mut values: Vec<S> =
         charges.iter().flat_map(|charge| [charge.max_interior, charge.max_last, charge.max_corrected]).collect();
     values.push(*max_delta_g);
@@ -163,10 +163,10 @@ fn maxima<S: Numeric, G: Measurable<S>>(
         (Some(delta), Some(ends)) => [max_abs(delta), ends],
         _ => [norm.max_interior, norm.max_ends],
     });
-    values.extend(further.iter().map(|(_, row)| max_abs(row)));
+    values.extend(rows.iter().map(|(_, row)| max_abs(row)));
     values.push(line.gradient_norm);
     let charges: Vec<&str> = charges.iter().map(|charge| names[charge.terms[0].0].as_str()).collect();
-    let further: Vec<&str> = further.iter().map(|(name, _)| *name).collect();
+    let further: Vec<&str> = rows.iter().map(|(name, _)| *name).collect();
     let names = names_of_maxima(&charges, energy.is_some(), &further).into_iter();
     names.zip(values).map(|(name, value)| (name, value.to_decimal(line.digits))).collect()
 }

@@ -18,10 +18,19 @@ pub trait Measurable<S: Real>: Space<S> {
     #[doc(hidden)]
     fn suspicions(diagnostics: &Diagnostics<S, Self>, run: &WorldLine<S, Self>) -> Vec<Reason>;
 
-    /// What tables have besides charges, ΔG and ΔK: the deviation of the energy in place of that of K, and further rows
-    /// with their names.
+    /// What tables have besides charges, ΔG and ΔK.
     #[doc(hidden)]
-    fn further_rows(measures: &Self::Measures) -> (Option<&[S]>, Vec<(&str, &[S])>);
+    fn further(measures: &Self::Measures) -> Further<'_, S>;
+}
+
+/// What tables have besides charges, ΔG and ΔK.
+#[doc(hidden)]
+#[derive(Debug, Clone)]
+pub struct Further<'m, S> {
+    /// The deviation of the energy, which takes the place of that of K.
+    pub delta_energy: Option<&'m [S]>,
+    /// Further rows with their names.
+    pub rows: Vec<(&'m str, &'m [S])>,
 }
 
 fn suspicions_here<S: Real, G: Measurable<S>>(this: &Diagnostics<S, G>, run: &WorldLine<S, G>) -> Vec<Reason> {

@@ -8,7 +8,7 @@ use super::sawtooth::Sawtooth;
 use super::scales::Scales;
 use super::scene::SceneMeasures;
 use super::verdict::Reason;
-use super::{Common, Diagnostics, Measurable};
+use super::{Common, Diagnostics, Further, Measurable};
 use crate::geometry::{Geometry, Observable};
 use crate::metric::{G00, Metric};
 use crate::scalar::Real;
@@ -63,8 +63,8 @@ impl<S: Real> Measurable<S> for Metric<S> {
         diagnostics.measures.suspicions_here(solution)
     }
 
-    fn further_rows(_: &Measures<S>) -> (Option<&[S]>, Vec<(&str, &[S])>) {
-        (None, Vec::new())
+    fn further(_: &Measures<S>) -> Further<'_, S> {
+        Further { delta_energy: None, rows: Vec::new() }
     }
 }
 

@@ -34,7 +34,7 @@ mod warnings;
 pub use bound::Bound;
 pub use charges::FreeParticleCharges;
 pub use deviations::{ChargeDeviation, NormDeviation};
-pub use measurable::{Measurable, Suspected};
+pub use measurable::{Further, Measurable, Suspected};
 pub use measures::{Diagnosed, Measures};
 pub use newtonian::{NEGLIGIBLE, Newtonian};
 pub use sawtooth::{Sawtooth, sawtooth};

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::deviations::{Fields, tangent};
 use super::verdict::Reason;
 use super::warnings::{rounding_warning, unproved_warning};
-use super::{Common, Diagnosed, Diagnostics, Measurable, Sawtooth};
+use super::{Common, Diagnosed, Diagnostics, Further, Measurable, Sawtooth};
 use crate::action::Form;
 use crate::geometry::{Geometry, Lagrangian, Observable, Start};
 use crate::norm::max_abs;
@@ -76,9 +76,9 @@ impl<S: Real> Measurable<S> for Geometry<S> {
         sawtooth.chain(drift_warning(diagnostics, line)).chain(unproved).chain(rounding).collect()
     }
 
-    fn further_rows(measures: &SceneMeasures<S>) -> (Option<&[S]>, Vec<(&str, &[S])>) {
-        let invariants = measures.invariants.iter().map(|each| (each.name.as_str(), each.delta.as_slice()));
-        (measures.delta_energy.as_deref(), invariants.collect())
+    fn further(SceneMeasures { delta_energy, invariants, .. }: &SceneMeasures<S>) -> Further<'_, S> {
+        let rows = invariants.iter().map(|each| (each.name.as_str(), each.delta.as_slice())).collect();
+        Further { delta_energy: delta_energy.as_deref(), rows }
     }
 }
 

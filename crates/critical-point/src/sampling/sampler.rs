@@ -18,7 +18,7 @@ use crate::solve::WorldLine;
 /// use geodesic_ivp::solve::{WorldLine, solve};
 ///
 /// let case = SceneCase::parse("kepler", builtin::text("kepler").expect("it is built in"), &[])?;
-/// let line: WorldLine = solve(&case.setup())?;
+/// let line: WorldLine = solve(case.setup())?;
 /// let half = Sampler::new(&line).at_gamma(std::f64::consts::PI).expect("inside the run");
 /// assert!((half.q[1] + 1.6).abs() < 1e-13 && (half.q_dot[2] + 0.5).abs() < 1e-13);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
