@@ -70,7 +70,7 @@ impl<G: Charted> Chart<G> {
         is_equidistant: bool,
     ) -> Track {
         let start = &self.place().start;
-        let begin = self.origin_of_rows();
+        let begin = self.start();
         let mut q: Vec<Vec<f64>> = begin.q.iter().map(|&q| vec![q]).collect();
         let k = G::k(problem, &begin);
         let (mut delta_k, mut energy) = (vec![0.0], 0.0);
@@ -89,8 +89,8 @@ impl<G: Charted> Chart<G> {
         }
     }
 
-    /// The start, as a point.
-    fn origin_of_rows(&self) -> Point {
+    /// The start as a point.
+    fn start(&self) -> Point {
         let start = &self.place().start;
         Point { q: start.q.clone(), q_dot: start.q_dot.clone(), p: start.p.clone() }
     }
