@@ -97,7 +97,7 @@ impl Case {
         }
     }
 
-    pub(super) fn check_choices(&self) -> Result<(), Invalid> {
+    fn check_choices(&self) -> Result<(), Invalid> {
         match (&self.initial.x_dot, &self.initial.velocity) {
             (Some(_), Some(_)) => Err(invalid("initial.velocity", "both x_dot and velocity are given")
                 .help("keep exactly one of initial.x_dot (dx/dgamma) and initial.velocity (dx/dt)")),
@@ -155,7 +155,7 @@ impl Case {
         Ok(())
     }
 
-    pub(super) fn check_grid(&self) -> Result<(), Invalid> {
+    fn check_grid(&self) -> Result<(), Invalid> {
         let n_gamma = self.grid.n_gamma;
         let value = |number: &Option<Decimal>| number.as_ref().map(Decimal::value);
         let (gamma_i, gamma_f, t_f) = (self.grid.gamma_i.value(), value(&self.grid.gamma_f), value(&self.grid.t_f));

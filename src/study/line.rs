@@ -1,6 +1,7 @@
 //! A world-line that other methods compute, too.
 
 use super::space::{Point, Studied};
+use crate::case::Solver;
 use crate::geometry::Geometry;
 use crate::methods::{Driven, Problem, SceneState, State};
 use crate::metric::Metric;
@@ -90,7 +91,8 @@ pub(super) struct Line<G: Raced> {
     pub(super) exact: Setup<Extended, G::Exact>,
     /// As the case has it.
     pub(super) own: Setup<f64, G>,
-    /// Without what belongs to one scheme or one end only: in one window, without an accuracy, with D̄.
+    /// Without what belongs to one scheme only: in one window, without an accuracy, with D̄ and the default of most
+    /// iterations. Its end is still that of the case.
     pub(super) plain: Setup<f64, G>,
     /// Whether it is a world-line of Newton's law.
     pub(super) is_lifted: bool,
@@ -109,6 +111,7 @@ impl<G: Raced> Line<G> {
             digits: f64::MOST_DIGITS,
             accuracy: None,
             windows: 1,
+            max_iterations: Solver::default().max_iterations,
             ..own.settings
         };
         let plain = Setup { gamma_i: 0.0, regularised: true, settings, ..own.clone() };

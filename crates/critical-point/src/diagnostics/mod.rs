@@ -45,6 +45,7 @@ use std::borrow::Cow;
 use self::deviations::{Fields, tangent};
 use self::verdict::Reason;
 use crate::metric::Metric;
+use crate::norm::max_abs;
 use crate::scalar::Real;
 use crate::solve::WorldLine;
 
@@ -84,7 +85,7 @@ impl<S: Real, G: Measurable<S>> Diagnostics<S, G> {
         let sums = sums.iter().map(|terms| charge(terms.clone())).collect();
         let norm = fields.norm();
         let delta_g: Vec<Vec<S>> = (0..n).map(|a| fields.residual(a)).collect();
-        let max_delta_g = delta_g.iter().map(|row| fields.max_residual(row)).fold(S::ZERO, S::max);
+        let max_delta_g = max_abs(&delta_g.iter().map(|row| fields.max_residual(row)).collect::<Vec<_>>());
         let measures = measures(&fields, &Common { charges: &charges, norm: &norm, max_delta_g });
         Self { q_dot: fields.velocities, charges, sums, delta_g, max_delta_g, norm, measures }
     }

@@ -49,10 +49,11 @@ impl<S: Real> Curved<S> for Metric<S> {
     /// The sign of dt/dγ is that of Q_t everywhere, so that t is monotonic.
     fn sample_at_value(
         solution: &Solution<S>,
-        (_, reached): (usize, &Reached<S>),
+        (a, reached): (usize, &Reached<S>),
         curve: &Interpolant<S>,
         (): &mut (),
     ) -> Sample<S> {
+        assert_eq!(a, 0, "in one coordinate t alone grows all the way");
         let elapsed = reached.value - solution.joint(reached.window).q[0];
         curve.at_elapsed(elapsed, reached.falls)
     }

@@ -44,6 +44,9 @@ impl<S: Sampled<G>, G: Curved<S>> Sampler<'_, S, G> {
     ///
     /// # Errors
     /// [`OutsideRun`] with the range of the coordinate, beyond it by more than rounding.
+    ///
+    /// # Panics
+    /// In one coordinate if `a` is not 0.
     pub fn at_value(&mut self, a: usize, value: S) -> Result<G::Sample, OutsideRun<S>> {
         S::sample_at_value(self, a, value)
     }

@@ -98,7 +98,8 @@ impl<S: Real> Run<S> for Begun<'_, S> {
     }
 
     /// Of t, which grows.
-    fn goal(&self, _: usize, duration: S) -> Goal<S> {
+    fn goal(&self, a: usize, duration: S) -> Goal<S> {
+        assert_eq!(a, 0, "in one coordinate t alone grows all the way");
         Goal::Value { component: T, value: duration, sign: S::ONE, length: duration / self.start.t_dot }
     }
 

@@ -102,6 +102,9 @@ impl<S: Traced<G>, G: Analytic<S>> ReferenceTrajectory<S, G> {
     ///
     /// # Errors
     /// [`ReferenceEnds`] if the trajectory leaves the domain before that, or takes too long to get there.
+    ///
+    /// # Panics
+    /// In one coordinate if `a` is not 0.
     pub fn length_of(space: &G, start: &G::Start, a: usize, value: S, digits: u32) -> Result<S, ReferenceEnds> {
         S::length_of_trajectory(space, start, a, value, digits)
     }
