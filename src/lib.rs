@@ -118,7 +118,7 @@ pub mod output;
 pub mod study;
 
 #[doc(inline)]
-pub use geodesic_ivp_critical_point::{Numeric, action, diagnostics, errors, sampling, solve, tables};
+pub use geodesic_ivp_critical_point::{Numeric, NumericIn, action, diagnostics, errors, sampling, solve, tables};
 #[doc(inline)]
 pub use geodesic_ivp_engine::{
     banded, expr, geodesic, geometry, lobatto, methods, metric, potential, reference, sbp, scalar,

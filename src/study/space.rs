@@ -57,7 +57,10 @@ pub trait Studied<S: Numeric>: Space<S> + Analytic<S, Point: Into<Point<S>>> + S
     -> Result<ReferenceTrajectory<S, Self>, ReferenceEnds>;
 
     /// A point of the reference.
-    fn at(reference: &ReferenceTrajectory<S, Self>, gamma: S) -> Point<S>;
+    fn at(reference: &ReferenceTrajectory<S, Self>, gamma: S) -> Self::Point;
+
+    /// A coordinate of a point of the reference. A sweep asks for it at every node, without room of its own.
+    fn coordinate(point: &Self::Point, a: usize) -> S;
 
     /// γ_f − γ_i of the run that is set up, wherever it ends.
     ///
@@ -125,8 +128,12 @@ impl<S: Numeric> Studied<S> for Metric<S> {
         ReferenceTrajectory::new(&*place.geometry, &Self::start(place), length, digits)
     }
 
-    fn at(reference: &ReferenceTrajectory<S, Self>, gamma: S) -> Point<S> {
-        reference.at(gamma).into()
+    fn at(reference: &ReferenceTrajectory<S, Self>, gamma: S) -> ReferencePoint<S> {
+        reference.at(gamma)
+    }
+
+    fn coordinate(point: &ReferencePoint<S>, a: usize) -> S {
+        if a == 0 { point.elapsed } else { point.x }
     }
 
     fn length_of(setup: &Setup<S, Self>) -> Result<S, ReferenceEnds> {
@@ -189,8 +196,12 @@ impl<S: Numeric> Studied<S> for Geometry<S> {
         ReferenceTrajectory::new(&*place.geometry, &place.start, length, digits)
     }
 
-    fn at(reference: &ReferenceTrajectory<S, Self>, gamma: S) -> Point<S> {
-        reference.at(gamma).into()
+    fn at(reference: &ReferenceTrajectory<S, Self>, gamma: S) -> ScenePoint<S> {
+        reference.at(gamma)
+    }
+
+    fn coordinate(point: &ScenePoint<S>, a: usize) -> S {
+        point.q[a]
     }
 
     fn length_of(setup: &Setup<S, Self>) -> Result<S, ReferenceEnds> {

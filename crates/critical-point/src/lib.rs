@@ -10,7 +10,7 @@ pub mod sampling;
 pub mod solve;
 pub mod tables;
 
-pub use numeric::Numeric;
+pub use numeric::{Numeric, NumericIn};
 pub use solve::solve;
 
 // So that modules have one path in all packages.

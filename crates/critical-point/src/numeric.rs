@@ -1,13 +1,13 @@
 //! The numbers that everything is compiled for.
 
-use crate::diagnostics::gaps::Gapped;
-use crate::diagnostics::{Diagnosed, Suspected};
+use crate::diagnostics::gaps::{Enclosed, Gapped};
+use crate::diagnostics::{Diagnosed, Measurable, Suspected};
 use crate::errors::Compared;
 use crate::geometry::{Formulated, Geometry};
 use crate::metric::Metric;
 use crate::potential::Parsed;
-use crate::reference::{Crossed, Traced};
-use crate::sampling::{Sampled, Streamed, Watched};
+use crate::reference::{Analytic, Crossed, Traced};
+use crate::sampling::{Curved, Sampled, Streamed, Watched};
 use crate::solve::{Arithmetic, Solved};
 use crate::tables::{Tabled, WrittenIn};
 
@@ -16,50 +16,42 @@ use crate::tables::{Tabled, WrittenIn};
 /// calls is then compiled here, once, and not again by everything that calls it.
 pub trait Numeric:
     Arithmetic
-    + Solved<Metric<Self>>
-    + Solved<Geometry<Self>>
+    + NumericIn<Metric<Self>>
+    + NumericIn<Geometry<Self>>
     + Parsed
     + Formulated
-    + Traced<Metric<Self>>
-    + Traced<Geometry<Self>>
     + Crossed
     + Diagnosed
-    + Suspected<Metric<Self>>
-    + Suspected<Geometry<Self>>
-    + Gapped<Metric<Self>>
-    + Gapped<Geometry<Self>>
-    + Sampled<Metric<Self>>
-    + Sampled<Geometry<Self>>
     + Streamed
     + Watched
     + Tabled
-    + WrittenIn<Metric<Self>>
-    + WrittenIn<Geometry<Self>>
     + Compared
 {
 }
 
 impl<S> Numeric for S where
     S: Arithmetic
-        + Solved<Metric<S>>
-        + Solved<Geometry<S>>
+        + NumericIn<Metric<S>>
+        + NumericIn<Geometry<S>>
         + Parsed
         + Formulated
-        + Traced<Metric<S>>
-        + Traced<Geometry<S>>
         + Crossed
         + Diagnosed
-        + Suspected<Metric<S>>
-        + Suspected<Geometry<S>>
-        + Gapped<Metric<S>>
-        + Gapped<Geometry<S>>
-        + Sampled<Metric<S>>
-        + Sampled<Geometry<S>>
         + Streamed
         + Watched
         + Tabled
-        + WrittenIn<Metric<S>>
-        + WrittenIn<Geometry<S>>
         + Compared
+{
+}
+
+/// A kind of numbers in which world-lines of one kind of space-time are solved, measured, sampled, written and compared
+/// with a reference. Code above this package that is generic in the space-time asks for this.
+pub trait NumericIn<G: Analytic<Self> + Curved<Self> + Enclosed<Self> + Measurable<Self>>:
+    Solved<G> + Traced<G> + Suspected<G> + Gapped<G> + Sampled<G> + WrittenIn<G>
+{
+}
+
+impl<S, G: Analytic<S> + Curved<S> + Enclosed<S> + Measurable<S>> NumericIn<G> for S where
+    S: Solved<G> + Traced<G> + Suspected<G> + Gapped<G> + Sampled<G> + WrittenIn<G>
 {
 }

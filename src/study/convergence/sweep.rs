@@ -75,17 +75,17 @@ impl<S: Numeric> Sweep<S> {
         let mut sizes = vec![f64::MIN_POSITIVE; coordinates.len()];
         for k in 0..samples {
             let point = G::at(&reference, length * S::from(k as f64 / (samples - 1) as f64));
-            for (a, (size, &q)) in sizes.iter_mut().zip(&point.q).enumerate() {
-                *size = larger(*size, distance(place, a, q));
+            for (a, size) in sizes.iter_mut().enumerate() {
+                *size = larger(*size, distance(place, a, G::coordinate(&point, a)));
             }
         }
         let origin = |a: usize| setup.origin.filter(|(of, _)| *of == a).map_or(S::ZERO, |(_, origin)| origin);
-        let end = G::at(&reference, length).q;
+        let end = G::at(&reference, length);
         let info = ReferenceInfo {
             error_estimate: reference.error_estimate(),
             steps: reference.steps(),
             gamma_final: setup.gamma_i + length,
-            end: end.into_iter().enumerate().map(|(a, q)| origin(a) + q).collect(),
+            end: (0..coordinates.len()).map(|a| origin(a) + G::coordinate(&end, a)).collect(),
             sizes: G::shared_sizes(place, sizes),
         };
         let charges = place.geometry.charges();
@@ -177,9 +177,9 @@ pub fn errors<S: Numeric, G: Studied<S>>(line: &WorldLine<S, G>, reference: &Ref
     let (mut at_end, mut squared) = (vec![0.0; rows.len()], vec![0.0; rows.len()]);
     for grid in line.grids() {
         for ((k, node), weight) in grid.nodes().enumerate().zip(grid.sbp().weights()) {
-            let (exact, weight) = (G::at(reference, grid.gamma_at(k)).q, weight.to_f64());
+            let (exact, weight) = (G::at(reference, grid.gamma_at(k)), weight.to_f64());
             for (a, row) in rows.iter().enumerate() {
-                let error = (row[node] - exact[a]).to_f64();
+                let error = (row[node] - G::coordinate(&exact, a)).to_f64();
                 at_end[a] = error.abs();
                 squared[a] += weight * error * error;
             }

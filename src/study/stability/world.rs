@@ -26,7 +26,7 @@ where
     Self: Send + Sync,
 {
     fn at(&self, gamma: f64) -> Point {
-        let Point { q, q_dot, p } = G::at(self, gamma.into());
+        let Point { q, q_dot, p } = G::at(self, gamma.into()).into();
         let [q, q_dot, p] = [q, q_dot, p].map(|row| row.iter().map(|value| value.to_f64()).collect());
         Point { q, q_dot, p }
     }

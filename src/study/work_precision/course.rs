@@ -73,7 +73,7 @@ where
     }
 
     fn exact(&self, gamma: f64) -> (Vec<Extended>, f64) {
-        let Point { q, q_dot, p } = G::Exact::at(&self.reference, gamma.into());
+        let Point { q, q_dot, p } = G::Exact::at(&self.reference, gamma.into()).into();
         let in_f64 = |row: &[Extended]| row.iter().map(|value| value.to_f64()).collect();
         let rough = Point { q: in_f64(&q), q_dot: in_f64(&q_dot), p: in_f64(&p) };
         (q, G::k(&self.problem, &rough))
