@@ -93,7 +93,9 @@
 //! | [`potential`] | V, V′, V″ |
 //! | [`banded`], [`sbp`] | banded algebra and operators, but no physics |
 //! | [`metric`], [`geodesic`] | g00 and the constants of motion, but no grid |
-//! | `vector`, `enclosure` | arithmetic on the vectors of the machine; what formulas do between two nodes |
+//! | `vector` | arithmetic on the vectors of the machine |
+//! | [`sparse`] | sparse matrices, and elimination within their envelope |
+//! | `enclosure` | what formulas do between two nodes |
 //! | [`lobatto`] | a fast march over windows of weak spectral elements, in one coordinate and in scenes |
 //! | [`mod@reference`] | the trajectory to compare with, by a Taylor method |
 //! | [`methods`] | other integrators to compare with |
@@ -121,7 +123,7 @@ pub mod study;
 pub use geodesic_ivp_critical_point::{Numeric, NumericIn, action, diagnostics, errors, sampling, solve, tables};
 #[doc(inline)]
 pub use geodesic_ivp_engine::{
-    banded, expr, geodesic, geometry, lobatto, methods, metric, potential, reference, sbp, scalar,
+    banded, expr, geodesic, geometry, lobatto, methods, metric, potential, reference, sbp, scalar, sparse,
 };
 // So that modules have one path in all packages.
 use geodesic_ivp_engine::{norm, similar};

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// From low to high.
-const LAYERS: [&str; 28] = [
+const LAYERS: [&str; 29] = [
     "scalar",
     "compiled",
     "norm",
@@ -19,6 +19,7 @@ const LAYERS: [&str; 28] = [
     "metric",
     "geodesic",
     "vector",
+    "sparse",
     "enclosure",
     "lobatto",
     "reference",

@@ -3,6 +3,7 @@
 mod action;
 mod common;
 mod curvature;
+mod elimination;
 mod field;
 mod formulas;
 mod methods;

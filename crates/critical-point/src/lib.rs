@@ -16,5 +16,5 @@ pub use solve::solve;
 // So that modules have one path in all packages.
 use geodesic_ivp_engine::{
     banded, compiled, enclosure, geodesic, geometry, lobatto, metric, norm, potential, reference, root, runge_kutta,
-    sbp, scalar,
+    sbp, scalar, sparse,
 };

@@ -32,7 +32,7 @@ pub struct BandedMatrix {
 
 /// Elimination met a column without a usable pivot: the matrix is singular to working precision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("the banded matrix is singular at column {column}")]
+#[error("the matrix is singular at column {column}")]
 pub struct Singular {
     /// Column without a pivot, from 0.
     pub column: usize,

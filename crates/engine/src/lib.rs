@@ -25,5 +25,6 @@ pub mod sbp;
 pub mod scalar;
 #[doc(hidden)]
 pub mod similar;
+pub mod sparse;
 #[doc(hidden)]
 pub mod vector;

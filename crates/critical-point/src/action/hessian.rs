@@ -8,36 +8,12 @@
 //! ∂²L/∂q̇^a∂q̇^b = g_ab,    ∂²L/∂q̇^a∂q^c = ∂_c g_ab q̇^b + ∂_c A_a,    ∂²L/∂q^c∂q^d = ½ ∂_c∂_d g_ab q̇^a q̇^b + …
 //! ```
 
-use faer::sparse::{Argsort, Pair, SparseColMat, SymbolicSparseColMat};
-
 use super::boundary::Tie;
 use super::force::MeanForce;
 use super::state::{BothStates, BranchState};
 use super::{DoubledAction, Form};
 use crate::geometry::{Lagrangian, Term, other};
-
-/// A Hessian as a compressed sparse column matrix with one row per unknown; both triangles are stored.
-pub type SparseHessian = SparseColMat<usize, f64>;
-
-/// The sparsity of the Hessian and the order in which its contributions are visited.
-pub struct HessianPattern {
-    symbolic: SymbolicSparseColMat<usize>,
-    order: Argsort<usize>,
-    contributions: usize,
-}
-
-impl HessianPattern {
-    /// The positions of the nonzero entries, for a symbolic factorisation.
-    pub fn symbolic(&self) -> &SymbolicSparseColMat<usize> {
-        &self.symbolic
-    }
-}
-
-impl std::fmt::Debug for HessianPattern {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "HessianPattern({} contributions)", self.contributions)
-    }
-}
+use crate::sparse::{Envelope, Pattern, SparseMatrix};
 
 /// What the Hessian is computed from: both branches, their ends and the force.
 struct Evaluated {
@@ -47,33 +23,39 @@ struct Evaluated {
 }
 
 impl<L: Lagrangian<f64>> DoubledAction<'_, f64, L> {
-    /// The pattern of [`Self::hessian`].
-    pub fn hessian_pattern(&self) -> HessianPattern {
-        let mut indices = Vec::new();
+    /// The pattern of [`Self::hessian`], one row per unknown; both triangles are stored.
+    pub fn hessian_pattern(&self) -> Pattern {
+        let mut places = Vec::new();
         let unknowns = self.layout().unknowns();
         // The pattern does not depend on the values, so zeros are as good as any.
         let zeros = vec![0.0; unknowns];
         let states = BothStates::zeros(self.lagrangian, self.sbp.points());
         let ties = self.ties(&zeros, &states);
         let force = MeanForce::zeros(self);
-        self.visit(&Evaluated { states, ties, force }, |row, col, _| indices.push(Pair { row, col }));
-        let (symbolic, order) = SymbolicSparseColMat::try_new_from_indices(unknowns, unknowns, &indices)
-            .expect("indices lie inside the matrix");
-        HessianPattern { symbolic, order, contributions: indices.len() }
+        let at = Evaluated { states, ties, force };
+        self.visit(&at, |row, column, _| places.push((row as u32, column as u32)));
+        Pattern::new(unknowns, &places)
     }
 
     /// The Hessian ∇²E_IVP at `u`, with the `pattern` of [`Self::hessian_pattern`].
     ///
     /// # Errors
     /// The first node of either branch that lies outside the domain.
-    pub fn hessian(&self, u: &[f64], pattern: &HessianPattern) -> Result<SparseHessian, L::Outside> {
+    pub fn hessian<'p>(&self, u: &[f64], pattern: &'p Pattern) -> Result<SparseMatrix<'p>, L::Outside> {
         let states = self.both_branches(u)?;
         let ties = self.ties(u, &states);
         let force = MeanForce::new(self, u, &states);
-        let mut values = Vec::with_capacity(pattern.contributions);
-        self.visit(&Evaluated { states, ties, force }, |_, _, value| values.push(value));
-        Ok(SparseColMat::new_from_argsort(pattern.symbolic.clone(), &pattern.order, &values)
-            .expect("the pattern was made for this operator"))
+        let mut sum = pattern.sum();
+        self.visit(&Evaluated { states, ties, force }, |_, _, part| sum.add(part));
+        Ok(sum.matrix())
+    }
+
+    /// What an elimination of the Hessian fills in, in the order of unknowns that keeps this smallest: along one branch
+    /// and back along the other, unless a force ties the branches to each other at every node.
+    pub fn envelope(&self, pattern: &Pattern) -> Envelope {
+        let orders = [self.layout().along_branches(), self.layout().along_nodes()];
+        let [one, other] = orders.map(|order| Envelope::new(pattern, &order));
+        if one.size() <= other.size() { one } else { other }
     }
 
     /// Calls `push(row, column, value)` for every contribution, always in the same order. Contributions to the same

@@ -82,6 +82,35 @@ impl Layout {
         }
     }
 
+    /// The unknowns along branch 1 and back along branch 2, the multipliers where they hold and tie the branches. This
+    /// is the contour in time that the doubled action is a sum over.
+    pub fn along_branches(&self) -> Vec<u32> {
+        let [start, end] = self.multipliers_of_ends();
+        let forward = (0..self.points).flat_map(|k| self.at_node(0, k));
+        let backward = (0..self.points).rev().flat_map(|k| self.at_node(1, k));
+        start.chain(forward).chain(end).chain(backward).map(|unknown| unknown as u32).collect()
+    }
+
+    /// The unknowns along both branches at once, node by node.
+    pub fn along_nodes(&self) -> Vec<u32> {
+        let [start, end] = self.multipliers_of_ends();
+        let nodes = (0..self.points).flat_map(|k| self.at_node(0, k).chain(self.at_node(1, k)));
+        start.chain(nodes).chain(end).map(|unknown| unknown as u32).collect()
+    }
+
+    /// The unknowns of a branch at node k.
+    fn at_node(&self, branch: usize, k: usize) -> impl Iterator<Item = usize> {
+        let layout = *self;
+        (0..self.dimension).map(move |a| layout.row(branch, a) + k)
+    }
+
+    /// The multipliers that fix the start, and those that tie the ends.
+    fn multipliers_of_ends(&self) -> [Range<usize>; 2] {
+        let Range { start, end } = self.multiplier_range();
+        let between = start + self.multipliers / 2;
+        [start..between, between..end]
+    }
+
     /// Coordinate `a` of a branch of `u` on the nodes.
     pub fn values<'u, S>(&self, u: &'u [S], branch: usize, a: usize) -> &'u [S] {
         &u[self.row(branch, a)..][..self.points]

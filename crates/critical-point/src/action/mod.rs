@@ -50,7 +50,6 @@ mod rounding;
 mod state;
 
 pub use form::Form;
-pub use hessian::{HessianPattern, SparseHessian};
 pub use layout::{Layout, MULTIPLIERS, MULTIPLIERS_PER_COORDINATE};
 pub use rounding::GradientRounding;
 

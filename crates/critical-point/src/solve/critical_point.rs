@@ -1,33 +1,29 @@
-//! The critical point of the doubled action: Newton's method on ∇E_IVP = 0 with a sparse LU of the Hessian.
-
-use faer::Col;
-use faer::linalg::solvers::SolveCore;
-use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
+//! The critical point of the doubled action: Newton's method on ∇E_IVP = 0 with an LU factorisation of the Hessian.
 
 use super::newton::{self, Failure, LinearFailure, NewtonSystem, Root, RoundingLevels};
 use super::refinement::{self, Refined};
 use super::status::Status;
-use crate::action::{DoubledAction, GradientRounding, HessianPattern, Layout};
+use crate::action::{DoubledAction, GradientRounding, Layout};
 use crate::geometry::Lagrangian;
 use crate::norm::max_abs;
 use crate::scalar::Real;
+use crate::sparse::{Envelope, Lu, Pattern};
 
 /// A refined linear solution must leave less than this share of the right-hand side; more means that the factorisation
 /// is useless.
 const LINEAR_TOLERANCE: f64 = 1e-3;
 
-/// Newton's method for actions on one operator: the sparsity and its symbolic factorisation are found once.
+/// Newton's method for actions on one operator: the sparsity and what an elimination fills in are found once.
 pub(super) struct CriticalPointSolver {
-    pattern: HessianPattern,
-    symbolic: SymbolicLu<usize>,
+    pattern: Pattern,
+    envelope: Envelope,
 }
 
 impl CriticalPointSolver {
     pub(super) fn new<L: Lagrangian<f64>>(action: &DoubledAction<'_, f64, L>) -> Self {
         let pattern = action.hessian_pattern();
-        let symbolic =
-            SymbolicLu::try_new(pattern.symbolic().as_ref()).expect("the order of the Hessian fits its index type");
-        Self { pattern, symbolic }
+        let envelope = action.envelope(&pattern);
+        Self { pattern, envelope }
     }
 
     /// The critical point of `action` that Newton's method reaches from `guess`.
@@ -54,7 +50,7 @@ impl CriticalPointSolver {
             return Ok(Root { unknowns: unknowns.into_iter().map(S::from).collect(), history });
         }
         let hessian = rough.hessian(&root.unknowns, &self.pattern).ok();
-        let lu = hessian.and_then(|hessian| Lu::try_new_with_symbolic(self.symbolic.clone(), hessian.as_ref()).ok());
+        let lu = hessian.and_then(|hessian| self.envelope.factor(&hessian).ok());
         let lu = lu.ok_or_else(|| Failure::without_iterate(Status::Singular))?;
         refinement::refine(&mut RefinedStationarity { action: fine, lu }, root, digits, max_iterations)
     }
@@ -79,21 +75,17 @@ impl<L: Lagrangian<f64>> NewtonSystem for Stationarity<'_, L> {
 
     fn newton_step(&mut self, u: &[f64], residual: &[f64], step: &mut [f64]) -> Result<(), LinearFailure> {
         let hessian = self.action.hessian(u, &self.solver.pattern).map_err(|_| LinearFailure)?;
-        let lu =
-            Lu::try_new_with_symbolic(self.solver.symbolic.clone(), hessian.as_ref()).map_err(|_| LinearFailure)?;
-        let size = max_abs(residual);
+        let lu = self.solver.envelope.factor(&hessian).map_err(|_| LinearFailure)?;
         // One solve and two steps of iterative refinement: the Hessian is indefinite and its entries span 1/h.
-        let mut remainder = Col::from_fn(residual.len(), |i| -residual[i]);
-        let right_hand_side = remainder.clone();
-        let mut solution = Col::<f64>::zeros(residual.len());
+        let mut remainder: Vec<f64> = residual.iter().map(|r| -r).collect();
+        step.fill(0.0);
         for _ in 0..3 {
-            lu.solve_in_place_with_conj(faer::Conj::No, remainder.as_mat_mut());
-            solution += &remainder;
-            remainder = &right_hand_side - &hessian * &solution;
+            lu.solve_in_place(&mut remainder);
+            step.iter_mut().zip(&remainder).for_each(|(step, part)| *step += part);
+            let product = hessian.multiply(step);
+            remainder = residual.iter().zip(product).map(|(r, product)| -r - product).collect();
         }
-        for (step, value) in step.iter_mut().zip(solution.iter()) {
-            *step = *value;
-        }
+        let size = max_abs(residual);
         let left =
             remainder.iter().fold(0.0, |largest: f64, r| if r.is_nan() { f64::INFINITY } else { largest.max(r.abs()) });
         if left <= LINEAR_TOLERANCE * size || size == 0.0 { Ok(()) } else { Err(LinearFailure) }
@@ -137,7 +129,7 @@ fn sizes<S: Real>(layout: Layout, u: &[S]) -> Vec<S> {
 /// ∇E_IVP with all digits, its Hessian at the `f64` critical point.
 struct RefinedStationarity<'a, S, L> {
     action: &'a DoubledAction<'a, S, L>,
-    lu: Lu<usize, f64>,
+    lu: Lu<'a>,
 }
 
 impl<S: Real, L: Lagrangian<S>> Refined<S> for RefinedStationarity<'_, S, L> {
@@ -148,8 +140,7 @@ impl<S: Real, L: Lagrangian<S>> Refined<S> for RefinedStationarity<'_, S, L> {
     }
 
     fn solve_linearised(&mut self, right: &mut [f64]) -> Result<(), LinearFailure> {
-        let rows = right.len();
-        self.lu.solve_in_place_with_conj(faer::Conj::No, faer::MatMut::from_column_major_slice_mut(right, rows, 1));
+        self.lu.solve_in_place(right);
         Ok(())
     }
 

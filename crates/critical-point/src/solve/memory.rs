@@ -9,8 +9,8 @@ use crate::scalar::Real;
 /// Bytes per node of the banded systems of the physical limit with two fields, always in `f64`: a fixed part, and one
 /// for every order. They grow with the square of the number of fields.
 const BANDED: [f64; 2] = [45.0, 18.0];
-/// The same for the sparse factors of the doubled system with two coordinates, and with its square.
-const DOUBLED: [f64; 2] = [200.0, 950.0];
+/// The same for the factors of the doubled system with two coordinates, all of which grow with the order.
+const DOUBLED: [f64; 2] = [0.0, 650.0];
 /// Bytes of a list without its elements.
 const LIST: f64 = 24.0;
 /// The program itself.
