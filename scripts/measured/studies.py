@@ -2,6 +2,7 @@
 
 import json
 import math
+import shlex
 import shutil
 import subprocess
 import sys
@@ -150,6 +151,14 @@ def costs_of_scenes():
     line = "cargo bench --bench scenes"
     print(f"  {line}", file=sys.stderr)
     done = subprocess.run([*line.split(), "--quiet"], cwd=ROOT, capture_output=True, text=True, check=True)
+    return code(line) + "\n```text\n" + done.stdout + "```\n"
+
+
+@section("What solving for both branches costs, beside a general sparse LU")
+def elimination():
+    line = "cargo bench --bench elimination --config 'profile.release.package.\"*\".opt-level=3'"
+    print(f"  {line}", file=sys.stderr)
+    done = subprocess.run([*shlex.split(line), "--quiet"], cwd=ROOT, capture_output=True, text=True, check=True)
     return code(line) + "\n```text\n" + done.stdout + "```\n"
 
 

@@ -50,7 +50,8 @@ fn check_elimination<G: Scene>(u: &[f64], b: &[f64]) {
         let (u, b) = (&u[..unknowns], &b[..unknowns]);
         let pattern = action.hessian_pattern();
         let hessian = action.hessian(u, &pattern).unwrap();
-        let row_sums: Vec<f64> = (0..unknowns).map(|row| hessian.row(row).map(|(_, value)| value.abs()).sum()).collect();
+        let row_sums: Vec<f64> =
+            (0..unknowns).map(|row| hessian.row(row).map(|(_, value)| value.abs()).sum()).collect();
         let other = judge(&hessian, b);
         // In both orders, whichever the program takes.
         for order in [action.layout().along_branches(), action.layout().along_nodes()] {

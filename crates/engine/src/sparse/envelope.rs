@@ -6,10 +6,11 @@ use super::{Pattern, SparseMatrix};
 use crate::banded::Singular;
 use crate::vector::Level;
 
-/// What an elimination with partial pivoting fills in at most, in a given order of rows and columns: all that is between
-/// the first entry of a row or of a later one, and the last one that any row has that could have come to its place
-/// (G. H. Golub, C. F. Van Loan, Matrix Computations, 4th ed., 4.3.3, with a band that is as wide as it must be at each
-/// place).
+/// What an elimination with partial pivoting fills in at most, in a given order of rows and columns.
+///
+/// It is all that is between the first entry of a row or of a later one, and the last one that any row has that could
+/// have come to its place: a band (G. H. Golub, C. F. Van Loan, Matrix Computations, 4th ed., 4.3.3) that is as wide as
+/// it must be at each place.
 #[derive(Debug, Clone)]
 pub struct Envelope {
     /// The row and column of the matrix at each place.
