@@ -13,8 +13,8 @@
 use pulp::{Simd, WithSimd};
 
 use super::State;
-use super::force::{Force, evaluate};
-use super::product::product;
+use super::force::{Force, evaluate_apart};
+use super::product::product_apart;
 use super::unit::Unit;
 use super::view::Certified;
 use super::window::Window;
@@ -85,7 +85,7 @@ impl<const P: usize, F: Force> WithSimd for Certify<'_, P, F> {
         let Self { unit, force, charge, window, start, stretch, length, out } = self;
         let (mut a, mut u) = (Nodes::<P>::ZERO, Nodes::<P>::ZERO);
         // Afresh: the last sweep may have left the forces of the X before, and u by a step of Newton's method.
-        evaluate(s, force, &window.x.0, &mut a.0, &mut u.0, false);
+        evaluate_apart(s, force, &window.x.0, [&mut a.0, &mut u.0], false);
         // Fields of t and of x in turn: themselves, then their derivatives, then those of v and w.
         let mut fields = [const { Nodes::<P>::ZERO }; 2];
         let mut slopes = [const { Nodes::<P>::ZERO }; 2];
@@ -106,7 +106,7 @@ impl<const P: usize, F: Force> WithSimd for Certify<'_, P, F> {
                 momenta(s, [charge, stretch, start.w.hi], &u, &slopes, &mut fields);
             }
             let to = if k < 2 { &mut slopes[k] } else { &mut bends[k - 2] };
-            product(s, &[0.0; P], &unit.derivative[..unit.tables.columns], &fields[k % 2].0, &mut to.0);
+            product_apart(s, &[0.0; P], &unit.derivative[..unit.tables.columns], &fields[k % 2].0, &mut to.0);
             k += 1;
         }
         let (mut most, mut sum) = (s.splat_f64s(0.0), s.splat_f64s(0.0));

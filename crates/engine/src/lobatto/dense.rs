@@ -5,7 +5,7 @@
 use pulp::{Simd, WithSimd};
 
 use super::operators::share;
-use super::product::product;
+use super::product::product_apart;
 use super::unit::{Unit, with_unit};
 use super::view::{Inside, WindowView};
 use crate::vector::{Level, Nodes, multiply_add, neg, vectors, vectors_mut};
@@ -115,7 +115,7 @@ impl<const P: usize> Unit<P> {
             let (values, out) = if k == 0 { (nodal[0], &mut t) } else { (nodal[1], &mut w) };
             let mut padded = Nodes::<P>::ZERO;
             padded.0[..n].copy_from_slice(values);
-            product(s, &[0.0; P], &self.modes[..self.tables.columns], &padded.0, &mut out.0);
+            product_apart(s, &[0.0; P], &self.modes[..self.tables.columns], &padded.0, &mut out.0);
             let (shares, out) = (vectors::<S>(&self.shares.0), vectors_mut::<S>(&mut out.0));
             for i in 0..out.len() {
                 out[i] = s.mul_f64s(out[i], shares[i]);

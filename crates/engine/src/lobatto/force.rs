@@ -1,6 +1,6 @@
 //! What drives the motion, a(x) = −½ g00′(x) u² with u = Q_t/g00(x), on all nodes of a window at once.
 
-use pulp::{Scalar, Simd};
+use pulp::{Simd, WithSimd};
 
 use crate::metric::Metric;
 use crate::vector::{abs, is_fused, multiply_add, neg, product_error, two_sum, vectors, vectors_mut};
@@ -29,19 +29,37 @@ pub(super) trait Force {
     fn refine<S: Simd>(&mut self, s: S, x: [&[f64]; 2], au: [&[f64]; 2], corrections: [&mut [f64]; 2]);
 }
 
-/// [`Force::evaluate`], out of line for single numbers.
+/// [`Force::evaluate`] as part of what it is called by; for single numbers out of line.
 #[inline(always)]
 pub(super) fn evaluate<S: Simd, F: Force>(s: S, force: &mut F, x: &[f64], a: &mut [f64], u: &mut [f64], near: bool) {
     if S::IS_SCALAR {
-        evaluate_one_by_one(force, x, a, u, near);
+        evaluate_apart(s, force, x, [a, u], near);
     } else {
         force.evaluate(s, x, a, u, near);
     }
 }
 
+/// The same, compiled once for each level and force: for what is done once in a window, or costs much more.
 #[inline(never)]
-fn evaluate_one_by_one<F: Force>(force: &mut F, x: &[f64], a: &mut [f64], u: &mut [f64], near: bool) {
-    force.evaluate(Scalar, x, a, u, near);
+pub(super) fn evaluate_apart<S: Simd, F: Force>(s: S, force: &mut F, x: &[f64], au: [&mut [f64]; 2], near: bool) {
+    s.vectorize(Evaluation { force, x, au, near });
+}
+
+struct Evaluation<'r, F> {
+    force: &'r mut F,
+    x: &'r [f64],
+    au: [&'r mut [f64]; 2],
+    near: bool,
+}
+
+impl<F: Force> WithSimd for Evaluation<'_, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, s: S) {
+        let Self { force, x, au: [a, u], near } = self;
+        force.evaluate(s, x, a, u, near);
+    }
 }
 
 /// g00 = Σ c_k x^k, for every polynomial potential.

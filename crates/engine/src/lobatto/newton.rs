@@ -3,8 +3,8 @@
 use pulp::Simd;
 
 use super::State;
-use super::force::{Force, evaluate};
-use super::product::product;
+use super::force::{Force, evaluate_apart};
+use super::product::product_apart;
 use super::tables::Tables;
 use super::window::{Precision, Window};
 use crate::vector::{Nodes, abs, distance, largest, multiply_add, vectors, vectors_mut};
@@ -56,7 +56,7 @@ fn correct<S: Simd, const P: usize>(
                 image[i] = s.mul_f64s(slope[i], delta[i]);
             }
         }
-        product(s, &defect.0, &t.force[..t.columns], &image.0, &mut next.0);
+        product_apart(s, &defect.0, &t.force[..t.columns], &image.0, &mut next.0);
         let before = change;
         change = distance(s, &next.0, &delta.0);
         std::mem::swap(delta, &mut next);
@@ -91,10 +91,10 @@ impl<const P: usize> Window<P> {
         let mut last = f64::INFINITY;
         for evaluations in 1..=MOST_NEWTON_STEPS {
             self.add_up(s);
-            evaluate(s, force, &self.x.0, &mut self.a.0, &mut self.u.0, false);
+            evaluate_apart(s, force, &self.x.0, [&mut self.a.0, &mut self.u.0], false);
             let [da, du] = &mut slopes;
             force.slopes(s, [&self.a.0, &self.u.0], [&mut da.0, &mut du.0]);
-            product(s, &low.0, &t.force[..t.columns], &self.a.0, &mut defect.0);
+            product_apart(s, &low.0, &t.force[..t.columns], &self.a.0, &mut defect.0);
             subtract(s, &mut defect.0, &self.rest.0);
             let scale = self.scale(t, start);
             let wanted = precision.tolerance * scale;

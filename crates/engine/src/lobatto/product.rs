@@ -1,6 +1,6 @@
 //! Products of matrices and vectors, and sums of products.
 
-use pulp::{Scalar, Simd};
+use pulp::{Simd, WithSimd};
 
 use crate::vector::twofold::fast_two_sum;
 use crate::vector::{count, multiply_add, product_error, vectors, vectors_mut};
@@ -41,7 +41,7 @@ fn rows<S: Simd, const P: usize, const G: usize>(
     }
 }
 
-/// out = base + M v.
+/// out = base + M v, as part of what it is called by; for single numbers out of line.
 #[inline(always)]
 pub(super) fn product<S: Simd, const P: usize>(
     s: S,
@@ -51,15 +51,38 @@ pub(super) fn product<S: Simd, const P: usize>(
     out: &mut [f64; P],
 ) {
     if S::IS_SCALAR {
-        product_one_by_one(base, m, v, out);
+        product_apart(s, base, m, v, out);
     } else {
         product_inlined(s, base, m, v, out);
     }
 }
 
+/// The same, compiled once for each level and length: for what is done once in a window, or costs much more.
 #[inline(never)]
-fn product_one_by_one<const P: usize>(base: &[f64; P], m: &[[f64; P]], v: &[f64; P], out: &mut [f64; P]) {
-    product_inlined(Scalar, base, m, v, out);
+pub(super) fn product_apart<S: Simd, const P: usize>(
+    s: S,
+    base: &[f64; P],
+    m: &[[f64; P]],
+    v: &[f64; P],
+    out: &mut [f64; P],
+) {
+    s.vectorize(Product { base, m, v, out });
+}
+
+struct Product<'r, const P: usize> {
+    base: &'r [f64; P],
+    m: &'r [[f64; P]],
+    v: &'r [f64; P],
+    out: &'r mut [f64; P],
+}
+
+impl<const P: usize> WithSimd for Product<'_, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, s: S) {
+        product_inlined(s, self.base, self.m, self.v, self.out);
+    }
 }
 
 /// As many rows at a time as fit the registers.

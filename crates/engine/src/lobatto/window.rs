@@ -3,9 +3,9 @@
 use pulp::Simd;
 
 use super::State;
-use super::force::{Force, evaluate};
+use super::force::{Force, evaluate, evaluate_apart};
 use super::guess::Guess;
-use super::product::{dot, plain_dot, product};
+use super::product::{dot, plain_dot, product, product_apart};
 use super::tables::Tables;
 use super::view::NodeValues;
 use crate::vector::{
@@ -169,7 +169,7 @@ impl<const P: usize> Window<P> {
             }
             if !near && precision.tolerance == 0.0 {
                 // The rounding of h² A² moves K by 6e-21 a window.
-                product(s, &low.0, &t.force_lo[..t.columns], &self.a.0, &mut self.rest.0);
+                product_apart(s, &low.0, &t.force_lo[..t.columns], &self.a.0, &mut self.rest.0);
                 low.0 = self.rest.0;
             }
             last = if near { change } else { f64::INFINITY };
@@ -227,7 +227,7 @@ impl<const P: usize> Window<P> {
             Guess::Parabola => return true,
             Guess::Same => seen = largest(s, &self.a.0),
             Guess::Continued { from, values } => {
-                product(s, &[0.0; P], &from.modes[..t.columns], &values.0, &mut self.a.0);
+                product_apart(s, &[0.0; P], &from.modes[..t.columns], &values.0, &mut self.a.0);
                 matrix = &t.force;
                 seen = from.factor * largest(s, &values.0);
                 from.apply(s, t, &mut self.a);
@@ -242,7 +242,7 @@ impl<const P: usize> Window<P> {
     #[inline(always)]
     fn parabola<S: Simd, F: Force>(&mut self, s: S, t: &Tables<P>, force: &mut F, start: &State) {
         self.x.0 = [start.x.hi; P];
-        evaluate(s, force, &self.x.0, &mut self.a.0, &mut self.u.0, false);
+        evaluate_apart(s, force, &self.x.0, [&mut self.a.0, &mut self.u.0], false);
         let (rest, a) = (vectors_mut::<S>(&mut self.rest.0), vectors::<S>(&self.a.0));
         let parabola = vectors::<S>(&t.parabola);
         for i in 0..rest.len() {
