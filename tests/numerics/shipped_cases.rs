@@ -31,19 +31,45 @@ fn every_case_meets_its_expectations_in_both_systems() {
             check_long(name, &Case::parse(name, text, &[]).unwrap());
             continue;
         }
-        let with = |system: &str| Case::parse(name, text, &[format!("solver.system={system}")]).unwrap();
-        let cases = [with("physical-limit"), with("doubled")];
+        let with = |system: &str, more: &[&str]| {
+            let system = format!("solver.system={system}");
+            let all: Vec<String> = more.iter().map(|&set| set.to_owned()).chain([system]).collect();
+            Case::parse(name, text, &all).unwrap()
+        };
+        let both = |more: &[&str]| [with("physical-limit", more), with("doubled", more)];
+        // From the top of a barrier what rounding does to the doubled system grows a thousandfold with x: in f64 the
+        // systems differ by 2e-11 to 2e-9 on 470 to 530 nodes. More digits decide that their critical point is one.
+        if name == "double-well-barrier" {
+            check_ends::<f64>(name, &both(&[]));
+            check::<Extended>(name, &both(&["solver.digits=32"]));
+            continue;
+        }
+        let cases = both(&[]);
         if cases[0].is_extended() { check::<Extended>(name, &cases) } else { check::<f64>(name, &cases) }
     }
 }
 
-fn check<S: Numeric>(name: &str, [limit, doubled]: &[Case; 2]) {
+/// Both systems meet what the case expects, and in the same critical point.
+fn check<S: Numeric>(name: &str, cases: &[Case; 2]) {
+    let Some([limit, doubled]) = check_ends::<S>(name, cases) else { return };
+    let (t, x) = (distance(limit.elapsed(), doubled.elapsed()), distance(limit.x(), doubled.x()));
+    let bound = small(&limit) * limit.duration().abs().max(S::ONE);
+    assert!(t < bound && x < bound, "{name}: the systems differ by {t:?} in t and {x:?} in x");
+}
+
+/// Six digits are for the size of t and for rounding that grows like N.
+fn small<S: Numeric>(solution: &Solution<S>) -> S {
+    S::from_decimal(&format!("1e-{}", solution.digits - 6)).unwrap()
+}
+
+/// Both systems end where the case expects it, in critical points; `None` if it expects no solution.
+fn check_ends<S: Numeric>(name: &str, [limit, doubled]: &[Case; 2]) -> Option<[Solution<S>; 2]> {
     let expect = limit.expect.as_ref().unwrap_or_else(|| panic!("{name} has no [expect]"));
     let (limit, doubled) = (solve::<S, _>(limit), solve::<S, _>(doubled));
     if expect.status != Status::Converged {
         assert_eq!(limit.expect_err("the case is designed to fail").status, expect.status, "{name}");
         assert_eq!(doubled.expect_err("the case is designed to fail").status, expect.status, "{name}");
-        return;
+        return None;
     }
     let limit = limit.unwrap();
     // In units of 1e-100 the doubled system stalls, as the case says.
@@ -54,13 +80,10 @@ fn check<S: Numeric>(name: &str, [limit, doubled]: &[Case; 2]) {
         assert!((end.t - t).abs() <= tolerance, "{name}: t = {:?}", end.t);
         assert!((end.x - x).abs() <= tolerance, "{name}: x = {:?}", end.x);
     }
-    // Six digits are for the size of t and for rounding that grows like N; the gradient has the size of Q_t.
-    let small = S::from_decimal(&format!("1e-{}", limit.digits - 6)).unwrap();
-    let charge = limit.invariants().q_t.abs().max(S::ONE);
-    assert!(limit.gradient_norm < small * charge && doubled.gradient_norm < small * charge, "{name}");
-    let (t, x) = (distance(limit.elapsed(), doubled.elapsed()), distance(limit.x(), doubled.x()));
-    let size = limit.duration().abs().max(S::ONE);
-    assert!(t < small * size && x < small * size, "{name}: the systems differ by {t:?} in t and {x:?} in x");
+    // The gradient has the size of Q_t.
+    let bound = small(&limit) * limit.invariants().q_t.abs().max(S::ONE);
+    assert!(limit.gradient_norm < bound && doubled.gradient_norm < bound, "{name}");
+    Some([limit, doubled])
 }
 
 /// Hundred thousand periods, in the memory of one window; the doubled system would take minutes.
