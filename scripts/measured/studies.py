@@ -146,20 +146,21 @@ def newton():
     return code(line) + "\n" + table(head, cells)
 
 
+def bench(line):
+    """What a bench prints."""
+    print(f"  {line}", file=sys.stderr)
+    done = subprocess.run([*shlex.split(line), "--quiet"], cwd=ROOT, capture_output=True, text=True, check=True)
+    return code(line) + "\n```text\n" + done.stdout + "```\n"
+
+
 @section("What a window of a scene costs")
 def costs_of_scenes():
-    line = "cargo bench --bench scenes"
-    print(f"  {line}", file=sys.stderr)
-    done = subprocess.run([*line.split(), "--quiet"], cwd=ROOT, capture_output=True, text=True, check=True)
-    return code(line) + "\n```text\n" + done.stdout + "```\n"
+    return bench("cargo bench --bench scenes")
 
 
 @section("What solving for both branches costs, beside a general sparse LU")
 def elimination():
-    line = "cargo bench --bench elimination --config 'profile.release.package.\"*\".opt-level=3'"
-    print(f"  {line}", file=sys.stderr)
-    done = subprocess.run([*shlex.split(line), "--quiet"], cwd=ROOT, capture_output=True, text=True, check=True)
-    return code(line) + "\n```text\n" + done.stdout + "```\n"
+    return bench("cargo bench --bench elimination --config 'profile.release.package.\"*\".opt-level=3'")
 
 
 STATUS = "method form n_gamma status delta_k_max delta_q_t_max error_x_max sawtooth".split()

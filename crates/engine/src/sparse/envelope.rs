@@ -13,9 +13,12 @@ use crate::vector::Level;
 /// it must be at each place.
 #[derive(Debug, Clone)]
 pub struct Envelope {
-    /// The row and column of the matrix at each place.
+    /// The row and column of the matrix at each place, and the place of each.
     order: Vec<u32>,
+    places: Vec<u32>,
     rows: Vec<Extent>,
+    /// Behind the last row that each column reaches.
+    reaches: Vec<usize>,
     /// Where the numbers of each row begin, and their number.
     offsets: Vec<usize>,
 }
@@ -51,15 +54,19 @@ impl Envelope {
             start = start.min(row.start);
             row.start = start;
         }
-        let mut offsets = Vec::with_capacity(n + 1);
+        let (mut offsets, mut reaches) = (Vec::with_capacity(n + 1), Vec::with_capacity(n));
         let (mut offset, mut end, mut reach) = (0, 0, 0);
         for (k, row) in rows.iter().enumerate() {
-            reach = reached(&rows, k, reach, |row| end = end.max(row.end));
+            while reach < n && rows[reach].start as usize <= k {
+                end = end.max(rows[reach].end);
+                reach += 1;
+            }
+            reaches.push(reach);
             offsets.push(offset);
             offset += (end - row.start) as usize;
         }
         offsets.push(offset);
-        Self { order: order.to_vec(), rows, offsets }
+        Self { order: order.to_vec(), places, rows, reaches, offsets }
     }
 
     /// How many numbers a factorisation keeps.
@@ -72,16 +79,14 @@ impl Envelope {
     /// # Errors
     /// [`Singular`] if a pivot column holds nothing but zeros or a number that is not finite.
     pub fn factor(&self, matrix: &SparseMatrix<'_>) -> Result<Lu<'_>, Singular> {
-        let n = self.order.len();
-        let places = inverse(&self.order, n);
         let mut numbers = vec![0.0; self.size()];
         for (k, &row) in self.order.iter().enumerate() {
             let start = self.rows[k].start as usize;
             let numbers = &mut numbers[self.offsets[k]..self.offsets[k + 1]];
-            matrix.row(row as usize).for_each(|(column, value)| numbers[places[column] as usize - start] = value);
+            matrix.row(row as usize).for_each(|(column, value)| numbers[self.places[column] as usize - start] = value);
         }
         let ends = self.rows.iter().map(|row| row.end).collect();
-        let mut lu = Lu { envelope: self, numbers, ends, pivots: Vec::with_capacity(n) };
+        let mut lu = Lu { envelope: self, numbers, ends, pivots: Vec::with_capacity(self.order.len()) };
         Level::Best.dispatch(Elimination(&mut lu))?;
         Ok(lu)
     }
@@ -101,16 +106,6 @@ fn inverse(order: &[u32], n: usize) -> Vec<u32> {
     }
     assert!(order.len() == n && !places.contains(&u32::MAX), "an order names every row once");
     places
-}
-
-/// Behind the last row that column k reaches, if `reach` is that of the column before. Calls `see` for every row that
-/// it is the first to reach.
-fn reached(rows: &[Extent], k: usize, mut reach: usize, mut see: impl FnMut(&Extent)) -> usize {
-    while reach < rows.len() && rows[reach].start as usize <= k {
-        see(&rows[reach]);
-        reach += 1;
-    }
-    reach
 }
 
 /// A factorised matrix.
@@ -135,9 +130,7 @@ impl WithSimd for Elimination<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Result<(), Singular> {
         let Self(Lu { envelope, numbers, ends, pivots }) = self;
-        let mut reach = 0;
-        for k in 0..envelope.order.len() {
-            reach = reached(&envelope.rows, k, reach, |_| {});
+        for (k, &reach) in envelope.reaches.iter().enumerate() {
             let (mut pivot_row, mut largest) = (k, numbers[envelope.at(k, k)].abs());
             for i in k + 1..reach {
                 let size = numbers[envelope.at(i, k)].abs();
@@ -184,10 +177,7 @@ impl Lu<'_> {
     pub fn solve_in_place(&self, b: &mut [f64]) {
         let Self { envelope, numbers, ends, pivots } = self;
         let mut x: Vec<f64> = envelope.order.iter().map(|&row| b[row as usize]).collect();
-        let n = x.len();
-        let mut reach = 0;
-        for k in 0..n {
-            reach = reached(&envelope.rows, k, reach, |_| {});
+        for (k, &reach) in envelope.reaches.iter().enumerate() {
             x.swap(k, pivots[k] as usize);
             let (above, below) = x[..reach].split_at_mut(k + 1);
             if above[k] != 0.0 {
@@ -196,7 +186,7 @@ impl Lu<'_> {
                 }
             }
         }
-        for k in (0..n).rev() {
+        for k in (0..x.len()).rev() {
             let row = &numbers[envelope.at(k, k)..][..ends[k] as usize - k];
             let sum: f64 = row[1..].iter().zip(&x[k + 1..]).map(|(u, x)| u * x).sum();
             x[k] = (x[k] - sum) / row[0];
