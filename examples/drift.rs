@@ -7,9 +7,9 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use geodesic_ivp::lobatto::{March, MarchFailure, State, Twofold, WeakRule, WindowView};
-use geodesic_ivp::metric::Metric;
-use geodesic_ivp::potential::Potential;
+use geodesic_ivp::engine::lobatto::{March, MarchFailure, State, Twofold, WeakRule, WindowView};
+use geodesic_ivp::geometry::metric::Metric;
+use geodesic_ivp::geometry::potential::Potential;
 
 /// K − K_i in double-double, Q_t = 2, V = x⁴/2.
 fn delta_k(state: &State) -> f64 {

@@ -11,7 +11,7 @@ use std::path::Path;
 use std::{env, fs};
 
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::metric::Metric;
+use geodesic_ivp::geometry::metric::Metric;
 use geodesic_ivp::output::{Chart, Ink, Mark, Scale, Series};
 use geodesic_ivp::{Case, Solution, solve};
 

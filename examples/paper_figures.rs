@@ -8,13 +8,13 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, Result};
-use geodesic_ivp::Numeric;
 use geodesic_ivp::case::{Form, SbpName};
 use geodesic_ivp::diagnostics::Diagnostics;
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::output::Chart;
 use geodesic_ivp::output::pictures::{self, Run};
 use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
-use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::study::convergence::paper::published;
 use geodesic_ivp::study::convergence::{Quantity, Slope, sweep};
 use geodesic_ivp::{Case, Solution, solve};
@@ -53,7 +53,7 @@ struct Solved<S: Real = f64> {
     diagnostics: Diagnostics<S>,
 }
 
-impl<S: Numeric> Solved<S> {
+impl<S: Arithmetic> Solved<S> {
     fn new(label: &str, text: &str, overrides: &[String]) -> Result<Self> {
         let case = Case::parse(label, text, overrides)?;
         let solution = solve(&case)?;

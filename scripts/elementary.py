@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Prints the polynomials of crates/engine/src/vector/elementary/:
+"""Prints the polynomials of src/number/vector/elementary/:
 interpolation at Chebyshev nodes in 60 digits, as doubles.
 
     scripts/elementary.py

@@ -74,7 +74,7 @@
 //! assert!(solution.gradient_norm < 1e-10);
 //!
 //! // The same in forty digits: what was 1e-14 is a true zero.
-//! use geodesic_ivp::scalar::{Extended, Real};
+//! use geodesic_ivp::number::{Extended, Real};
 //! let case = Case::parse("example", text, &["solver.digits=40".to_owned()])?;
 //! let solution: Solution<Extended> = solve(&case)?;
 //! assert!(Diagnostics::new(&solution).measures.max_abs_delta_q_t_interior.to_f64() < 1e-36);
@@ -87,49 +87,46 @@
 //!
 //! | module | what it knows |
 //! |---|---|
-//! | [`scalar`] | `f64` and extended precision, and what both offer |
-//! | [`expr`] | formulas: graph, derivatives, program |
-//! | [`geometry`] | scenes of n coordinates: metric, one-form and force as programs |
-//! | [`potential`] | V, V′, V″ |
-//! | [`banded`], [`sbp`] | banded algebra and operators, but no physics |
-//! | [`metric`], [`geodesic`] | g00 and the constants of motion, but no grid |
-//! | `vector` | arithmetic on the vectors of the machine |
-//! | [`sparse`] | sparse matrices, and elimination within their envelope |
-//! | `enclosure` | what formulas do between two nodes |
-//! | [`lobatto`] | a fast march over windows of weak spectral elements, in one coordinate and in scenes |
+//! | [`number`] | `f64` and extended precision, what both offer, and vectors of the machine |
+//! | [`formula`] | formulas: graph, derivatives, program |
+//! | [`geometry`] | scenes of n coordinates: metric, one-form and force as programs; V and g00 of one coordinate |
+//! | [`linalg`], [`sbp`] | elimination, and operators with exact coefficients, but no physics |
+//! | [`engine`] | a fast march over windows of weak spectral elements; what formulas do between two nodes |
 //! | [`mod@reference`] | the trajectory to compare with, by a Taylor method |
 //! | [`methods`] | other integrators to compare with |
 //! | [`action`] | E_IVP in both forms, its gradient and its sparse Hessian |
 //! | [`mod@solve`] | Newton on ∇E_IVP = 0; the physical limit; every way it can end; knows a setup, but no case |
 //! | [`diagnostics`] | charges, residuals, bound, sawtooth, gaps between nodes; never calls a solver |
-//! | [`sampling`] | values between the nodes, and events |
-//! | [`tables`], [`errors`] | the tables of a run; its error, by a second solve |
+//! | [`trajectory`] | values between the nodes, and events |
 //! | [`case`] | the strict TOML case file, and the setup that it describes |
-//! | [`study`] | sweeps and fits, on top of [`solve`](crate::solve()) |
+//! | [`study`] | the error of a run by a second solve; sweeps and fits, on top of [`solve`](crate::solve()) |
 //! | [`output`] | CSV, JSON and SVG; prints nothing |
+//! | [`cli`] | arguments, messages and exit codes; alone touches the terminal |
 
 // So that `cli` can refer to the library by its name, as any other program would.
 extern crate self as geodesic_ivp;
 
+pub mod action;
 pub mod case;
 // The doc comments of `cli` are the help texts of the command line, where <case> is a placeholder and not an HTML tag.
 #[allow(rustdoc::invalid_html_tags)]
-#[doc(hidden)]
 pub mod cli;
+pub mod diagnostics;
+pub mod engine;
+pub mod formula;
+pub mod geometry;
+pub mod linalg;
+pub mod methods;
+pub mod number;
 pub mod output;
+pub mod reference;
+pub mod sbp;
+pub mod solve;
 pub mod study;
-
-#[doc(inline)]
-pub use geodesic_ivp_critical_point::{Numeric, NumericIn, action, diagnostics, errors, sampling, solve, tables};
-#[doc(inline)]
-pub use geodesic_ivp_engine::{
-    banded, expr, geodesic, geometry, lobatto, methods, metric, potential, reference, sbp, scalar, sparse,
-};
-// So that modules have one path in all packages.
-use geodesic_ivp_engine::{norm, similar};
+pub mod trajectory;
 
 pub use case::{Case, CaseError};
-pub use solve::{NoSolution, Solution, Status};
+pub use solve::{NoSolution, Solution, Status, solve};
 
 /// Makes the examples of the library page run as documentation tests.
 #[cfg(doctest)]

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::ControlFlow;
 
-use geodesic_ivp::geodesic::InitialData;
-use geodesic_ivp::lobatto::{Adaptive, Goal, Inside, WindowView};
-use geodesic_ivp::metric::Metric;
-use geodesic_ivp::potential::{Formula, Potential};
+use geodesic_ivp::engine::lobatto::{Adaptive, Goal, Inside, WindowView};
+use geodesic_ivp::geometry::geodesic::InitialData;
+use geodesic_ivp::geometry::metric::Metric;
+use geodesic_ivp::geometry::potential::{Formula, Potential};
 use geodesic_ivp::reference::ReferenceTrajectory;
 
 use super::outcome::Outcome;

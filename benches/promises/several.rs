@@ -3,8 +3,8 @@
 use std::fmt;
 
 use geodesic_ivp::case::SceneCase;
-use geodesic_ivp::errors::scene_error;
 use geodesic_ivp::solve::{Status, solve};
+use geodesic_ivp::study::errors::scene_error;
 
 use super::outcome::Outcome;
 use super::random::Random;

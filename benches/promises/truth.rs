@@ -4,10 +4,10 @@
 
 use std::sync::Arc;
 
-use geodesic_ivp::geodesic::InitialData;
+use geodesic_ivp::geometry::geodesic::InitialData;
+use geodesic_ivp::geometry::metric::Metric;
 use geodesic_ivp::geometry::{Geometry, Start};
 use geodesic_ivp::methods::{Dop853, Output, PeerIn, Problem, Setting};
-use geodesic_ivp::metric::Metric;
 use geodesic_ivp::reference::{ReferencePoint, ReferenceTrajectory};
 
 /// Pieces on which the integrators begin anew.

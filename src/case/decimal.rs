@@ -1,6 +1,6 @@
 //! The numbers of a case, kept exactly as they are written.
 
-use crate::Numeric;
+use crate::number::Real;
 use std::fmt;
 
 use serde::de::{self, Deserialize, Deserializer, Visitor};
@@ -17,7 +17,7 @@ pub struct Decimal {
 
 impl Decimal {
     /// The number in `S`, rounded once.
-    pub fn to<S: Numeric>(&self) -> S {
+    pub fn to<S: Real>(&self) -> S {
         S::from_decimal(&self.text).unwrap_or_else(|| S::from(self.value))
     }
 
@@ -44,7 +44,7 @@ impl Decimal {
 /// With so many digits, any number of either precision is read back as the same number.
 const ROUND_TRIP_DIGITS: u32 = 73;
 
-impl<S: Numeric> From<S> for Decimal {
+impl<S: Real> From<S> for Decimal {
     fn from(value: S) -> Self {
         Self { text: value.to_decimal(ROUND_TRIP_DIGITS), value: value.to_f64() }
     }
@@ -53,7 +53,7 @@ impl<S: Numeric> From<S> for Decimal {
 /// Two decimals are equal if they round to the same number in every precision.
 impl PartialEq for Decimal {
     fn eq(&self, other: &Self) -> bool {
-        self.value == other.value && self.to::<crate::scalar::Extended>() == other.to::<crate::scalar::Extended>()
+        self.value == other.value && self.to::<crate::number::Extended>() == other.to::<crate::number::Extended>()
     }
 }
 
@@ -101,7 +101,7 @@ impl Serialize for Decimal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scalar::Extended;
+    use crate::number::Extended;
 
     fn read(literal: &str) -> Decimal {
         let mut decimal = Decimal::from(literal.replace('_', "").parse::<f64>().unwrap());

@@ -1,6 +1,6 @@
 //! Where the run of a case ends, counted from its start.
 
-use crate::scalar::Real;
+use crate::number::Real;
 use crate::solve::Limit;
 
 /// Where a run ends, counted from its start.

@@ -8,8 +8,8 @@ use serde::de::{self, Deserializer, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
 use super::Decimal;
-use crate::Numeric;
-use crate::potential::{Formula, FormulaError};
+use crate::geometry::potential::{Formula, FormulaError};
+use crate::number::Real;
 
 /// `formula = { expression = "…", parameters = { … } }`, or `formula = "…"` where there are no parameters.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -25,7 +25,7 @@ impl FormulaSpec {
     ///
     /// # Errors
     /// [`FormulaError`] if there is a mistake in the expression.
-    pub(super) fn compiled<S: Numeric>(&self) -> Result<Formula<S>, FormulaError> {
+    pub(super) fn compiled<S: Real>(&self) -> Result<Formula<S>, FormulaError> {
         self.without(None)
     }
 
@@ -35,7 +35,7 @@ impl FormulaSpec {
         self.parameters.keys().map(String::as_str).filter(unused).collect()
     }
 
-    fn without<S: Numeric>(&self, missing: Option<&str>) -> Result<Formula<S>, FormulaError> {
+    fn without<S: Real>(&self, missing: Option<&str>) -> Result<Formula<S>, FormulaError> {
         let kept = self.parameters.iter().filter(|(name, _)| Some(name.as_str()) != missing);
         let values: BTreeMap<String, S> = kept.map(|(name, value)| (name.clone(), value.to())).collect();
         Formula::new(&self.expression, &values)

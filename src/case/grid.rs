@@ -2,8 +2,8 @@
 
 use super::validate::{check_nodes, check_spacing};
 use crate::action::Form;
+use crate::number::Real;
 use crate::sbp::SbpName;
-use crate::scalar::Real;
 use crate::solve::{Limit, Settings, Setup, Space};
 
 /// What the solver is told on another grid: with that operator and form and so many nodes in each window, on

@@ -3,7 +3,7 @@
 use toml_edit::{Item, Table};
 
 use super::keys::KEYS;
-use crate::similar::nearest;
+use crate::formula::similar::nearest;
 
 /// The dotted names of the keys that stand in the tables of a case file; what stands deeper belongs to a potential.
 fn known() -> impl Iterator<Item = &'static str> + Clone {

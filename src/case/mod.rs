@@ -34,10 +34,10 @@ pub use keys::{KEYS, Key, SCENE_KEYS};
 pub use parse::{key_of, overridden};
 pub use scene::SceneCase;
 
-use crate::Numeric;
-use crate::geodesic::InitialData;
-use crate::metric::Metric;
-use crate::potential::Potential;
+use crate::geometry::geodesic::InitialData;
+use crate::geometry::metric::Metric;
+use crate::geometry::potential::Potential;
+use crate::number::Real;
 use crate::solve::{Limit, Status};
 
 /// The place of t among the coordinates t and x.
@@ -203,7 +203,7 @@ pub struct Solver {
     /// The system that is solved.
     pub system: System,
     /// Significant decimal digits of the results, 16 to 70: 16 means `f64`, and more means
-    /// [`Extended`](crate::scalar::Extended).
+    /// [`Extended`](crate::number::Extended).
     pub digits: u32,
     /// Largest number of Newton iterations in a window. The fixed-point iteration of weak spectral elements has its own
     /// limit.
@@ -240,12 +240,12 @@ fn converged() -> Status {
 
 impl Case {
     /// Where the run ends: the length of its range of γ, or its duration.
-    pub fn end<S: Numeric>(&self) -> End<S> {
+    pub fn end<S: Real>(&self) -> End<S> {
         End::new(self.limit(), |_| self.initial.t.to())
     }
 
     /// Where the run ends, as the solver is told.
-    fn limit<S: Numeric>(&self) -> Limit<S> {
+    fn limit<S: Real>(&self) -> Limit<S> {
         match (&self.grid.t_f, &self.grid.gamma_f) {
             (Some(t_f), _) => Limit::Value { coordinate: T, value: t_f.to() },
             (None, gamma_f) => {
@@ -256,13 +256,13 @@ impl Case {
     }
 
     /// Whether the case asks for more digits than `f64` has, and is therefore to be solved in
-    /// [`Extended`](crate::scalar::Extended).
+    /// [`Extended`](crate::number::Extended).
     pub fn is_extended(&self) -> bool {
         self.settings().is_extended()
     }
 
     /// The potential V(x).
-    pub fn potential<S: Numeric>(&self) -> Potential<S> {
+    pub fn potential<S: Real>(&self) -> Potential<S> {
         match &self.potential {
             PotentialSpec::Free {} => Potential::free(),
             PotentialSpec::Linear { alpha } => Potential::linear(alpha.to()),
@@ -277,12 +277,12 @@ impl Case {
     }
 
     /// The metric of the case's space-time.
-    pub fn metric<S: Numeric>(&self) -> Metric<S> {
+    pub fn metric<S: Real>(&self) -> Metric<S> {
         Metric::new(self.potential(), self.particle.mass.to(), self.particle.c.to())
     }
 
     /// The start and the tangent there, with ẋ_i = velocity · ṫ_i if the case gives a velocity.
-    pub fn initial_data<S: Numeric>(&self) -> InitialData<S> {
+    pub fn initial_data<S: Real>(&self) -> InitialData<S> {
         let Initial { t, x, t_dot, x_dot, velocity } = &self.initial;
         let t_dot = t_dot.to::<S>();
         let by_velocity = || velocity.as_ref().map(|velocity| velocity.to::<S>() * t_dot);

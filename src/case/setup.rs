@@ -1,8 +1,8 @@
 //! From a case to what a solver is told.
 
 use super::{Case, Decimal, T};
-use crate::Numeric;
-use crate::metric::Metric;
+use crate::geometry::metric::Metric;
+use crate::solve::Arithmetic;
 use crate::solve::{Place, Settings, Setup};
 
 impl Case {
@@ -21,12 +21,12 @@ impl Case {
     }
 
     /// The space-time and the start.
-    fn place<S: Numeric>(&self) -> Place<S, Metric<S>> {
+    fn place<S: Arithmetic>(&self) -> Place<S, Metric<S>> {
         Setup::place(self.metric(), self.initial_data())
     }
 }
 
-impl<S: Numeric> From<&Case> for Setup<S, Metric<S>> {
+impl<S: Arithmetic> From<&Case> for Setup<S, Metric<S>> {
     fn from(case: &Case) -> Self {
         let place = case.place::<S>();
         Self {

@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use super::{Case, DEFAULT_GAMMA_F, Decimal, Form, PotentialSpec, SbpName, System};
-use crate::expr::is_identifier;
-use crate::geodesic::InitialData;
-use crate::potential::is_reserved;
-use crate::scalar::{Extended, Real};
+use crate::formula::is_identifier;
+use crate::geometry::geodesic::InitialData;
+use crate::geometry::potential::is_reserved;
+use crate::number::{Extended, Real};
 use crate::solve::Status;
 
 /// More nodes than this would exhaust the memory.

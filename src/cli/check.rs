@@ -3,10 +3,11 @@
 use std::process::ExitCode;
 
 use clap::Args;
-use geodesic_ivp::Numeric;
 use geodesic_ivp::case::scene::{SceneCase, SceneExpect};
 use geodesic_ivp::case::{AnyCase, Decimal, Expect};
-use geodesic_ivp::scalar::Extended;
+use geodesic_ivp::number::Extended;
+use geodesic_ivp::number::Real;
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{EndState, Setup};
 use geodesic_ivp::{Case, CaseError, Status, solve};
 
@@ -73,7 +74,7 @@ struct Number<S> {
 ///
 /// # Errors
 /// [`ExpectationNotMet`] if anything is different, and if there is not enough memory.
-fn compare<S: Numeric>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<String>> {
+fn compare<S: Arithmetic>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<String>> {
     memory::check(&Setup::<S, _>::from(case), None)?;
     let end = solve::<S, _>(case)
         .map(|solution| solution.end_state())
@@ -92,7 +93,7 @@ fn compare<S: Numeric>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<Strin
 ///
 /// # Errors
 /// As [`compare`].
-fn compare_scene<S: Numeric>(case: &SceneCase, expect: &SceneExpect) -> anyhow::Result<Vec<String>> {
+fn compare_scene<S: Arithmetic>(case: &SceneCase, expect: &SceneExpect) -> anyhow::Result<Vec<String>> {
     let setup = case.setup::<S>();
     memory::check(&setup, None)?;
     let result = solve(&setup).map_err(|failure| (failure.status, failure.to_string()));
@@ -116,7 +117,7 @@ fn compare_scene<S: Numeric>(case: &SceneCase, expect: &SceneExpect) -> anyhow::
 }
 
 /// Compares how a solve ended, and with which numbers, with what is expected.
-fn judge<S: Numeric>(
+fn judge<S: Real>(
     expected: Status,
     ended: Result<Vec<Number<S>>, (Status, String)>,
     tolerance: Option<S>,

@@ -7,10 +7,11 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use clap::Args;
-use geodesic_ivp::Numeric;
 use geodesic_ivp::case::{AnyCase, Form, SbpName, on_grid};
+use geodesic_ivp::number::Extended;
+use geodesic_ivp::number::Real;
 use geodesic_ivp::output::{ConvergenceSummary, OutputSet, SUMMARY, Target, pictures, write_convergence, write_slopes};
-use geodesic_ivp::scalar::Extended;
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::Setup;
 use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, Slope, Sweep, SweepError};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -150,7 +151,7 @@ pub(super) fn sweep_into(
 }
 
 /// Whether the finest grids fit into memory.
-fn check_memory<S: Numeric>(case: &AnyCase, args: &ConvergeArgs) -> anyhow::Result<()> {
+fn check_memory<S: Arithmetic>(case: &AnyCase, args: &ConvergeArgs) -> anyhow::Result<()> {
     let finest = args.n_gamma.iter().max().copied().unwrap_or(0);
     for &sbp in &args.sbp {
         match case {
@@ -175,7 +176,7 @@ fn mixes_parities<S>(convergence: &Convergence<S>) -> bool {
     parities.any(|parity| Some(parity) != first)
 }
 
-fn sweep_in<S: Numeric>(
+fn sweep_in<S: Arithmetic>(
     target: Target,
     case: &AnyCase,
     args: &ConvergeArgs,
@@ -234,7 +235,7 @@ fn sweep_in<S: Numeric>(
     }))
 }
 
-fn draw<S: Numeric>(
+fn draw<S: Real>(
     title: &str,
     convergence: &Convergence<S>,
     (slopes, n_range): (&[Slope], (usize, usize)),
@@ -271,7 +272,10 @@ enum News<S> {
 
 /// Sweeps, with a progress bar if standard error is a terminal. After an interrupt the result has the grids that were
 /// finished; it is `None` if the reference was not finished.
-fn sweep_with_progress<S: Numeric>(case: &AnyCase, args: &ConvergeArgs) -> Result<Option<Convergence<S>>, SweepError> {
+fn sweep_with_progress<S: Arithmetic>(
+    case: &AnyCase,
+    args: &ConvergeArgs,
+) -> Result<Option<Convergence<S>>, SweepError> {
     let forms = if args.form.is_empty() { &[case.settings().form] } else { args.form.as_slice() };
     let schemes: Vec<_> = args.sbp.iter().flat_map(|&sbp| forms.iter().map(move |&form| (sbp, form))).collect();
     let grids = (args.n_gamma.len() * schemes.len()) as u64;

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use anyhow::Context;
 use geodesic_ivp::case::{AnyCase, builtin};
-use geodesic_ivp::similar::nearest;
+use geodesic_ivp::formula::similar::nearest;
 use geodesic_ivp::{Case, CaseError};
 
 use super::CaseArgs;

@@ -5,7 +5,7 @@ use std::fs;
 use std::num::NonZero;
 use std::thread::available_parallelism;
 
-use geodesic_ivp::Numeric;
+use geodesic_ivp::number::Real;
 use geodesic_ivp::solve::{Settings, Setup, Space, bytes_needed};
 
 use super::report::Refusal;
@@ -32,7 +32,7 @@ pub(super) fn require_room(all_cores: bool) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// [`Refusal`] with the memory that is needed and the memory that there is.
-pub(super) fn check<S: Numeric, G: Space<S>>(setup: &Setup<S, G>, samples: Option<&SampleArgs>) -> anyhow::Result<()> {
+pub(super) fn check<S: Real, G: Space<S>>(setup: &Setup<S, G>, samples: Option<&SampleArgs>) -> anyhow::Result<()> {
     let (only, count) = samples.map_or((false, 0), |samples| (samples.only(), samples.count()));
     let needed = bytes_needed(setup, only, count);
     let Some(available) = available().filter(|available| needed > *available) else { return Ok(()) };

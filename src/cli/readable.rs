@@ -1,10 +1,10 @@
 //! The summary of a run for people: first how good the result is, then how it was found.
 
-use geodesic_ivp::Numeric;
 use geodesic_ivp::Solution;
 use geodesic_ivp::case::Form;
 use geodesic_ivp::diagnostics::gaps::Gaps;
 use geodesic_ivp::diagnostics::{Measures, NEGLIGIBLE};
+use geodesic_ivp::number::Real;
 use geodesic_ivp::output::Summary;
 use geodesic_ivp::solve::{InitialGuess, Iterations};
 use geodesic_ivp::study::run_error::RunError;
@@ -13,7 +13,7 @@ use geodesic_ivp::study::run_error::RunError;
 const ROUNDING: f64 = 1e5;
 
 /// The summary without the list of files.
-pub(super) fn readable<S: Numeric>(
+pub(super) fn readable<S: Real>(
     title: &str,
     solution: &Solution<S>,
     measures: &Measures<S>,
@@ -50,7 +50,7 @@ pub(super) fn row(name: &str, text: &str) -> String {
 }
 
 /// t and x at the end, with as many digits as their errors allow.
-fn end<S: Numeric>(solution: &Solution<S>, error: Option<&RunError>) -> String {
+fn end<S: Real>(solution: &Solution<S>, error: Option<&RunError>) -> String {
     let (t, x) = (solution.end_state().t, solution.end_state().x);
     let Some(error) = error else {
         let all = |number: S| number.to_decimal(solution.digits);
@@ -76,7 +76,7 @@ fn end<S: Numeric>(solution: &Solution<S>, error: Option<&RunError>) -> String {
 }
 
 /// A number rounded at the first decimal that is affected by its error.
-fn to_its_digits<S: Numeric>(number: S, error: f64, digits: u32) -> String {
+fn to_its_digits<S: Real>(number: S, error: f64, digits: u32) -> String {
     let size = number.to_f64().abs();
     let significant = (size.log10().floor() - error.log10().floor()) + 1.0;
     if !(size > 0.0 && error > 0.0 && size.is_finite() && significant <= f64::from(digits)) {
@@ -95,7 +95,7 @@ fn to_its_digits<S: Numeric>(number: S, error: f64, digits: u32) -> String {
 }
 
 /// What is kept, and how well: the constants of motion, and the digits of t and x.
-fn kept<S: Numeric>(
+fn kept<S: Real>(
     solution: &Solution<S>,
     measures: &Measures<S>,
     error: Option<&RunError>,
@@ -149,7 +149,7 @@ fn percent(share: f64) -> String {
     }
 }
 
-fn charge<S: Numeric>(solution: &Solution<S>, measures: &Measures<S>) -> String {
+fn charge<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> String {
     let q_t = fixed(solution.invariants().q_t.to_f64(), 6);
     let interior = measures.max_abs_delta_q_t_interior.to_f64();
     if solution.form == Form::Weak {
@@ -167,7 +167,7 @@ fn charge<S: Numeric>(solution: &Solution<S>, measures: &Measures<S>) -> String 
     )
 }
 
-fn second_invariant<S: Numeric>(solution: &Solution<S>, measures: &Measures<S>) -> String {
+fn second_invariant<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> String {
     let but_last = match (solution.form, solution.window_count) {
         (Form::Weak, _) => "",
         (Form::Strong, 1) => " but the last",
@@ -182,7 +182,7 @@ fn second_invariant<S: Numeric>(solution: &Solution<S>, measures: &Measures<S>) 
     )
 }
 
-fn newton<S: Numeric>(measures: &Measures<S>) -> String {
+fn newton<S: Real>(measures: &Measures<S>) -> String {
     let deviation = measures.newtonian.deviation;
     if deviation == 0.0 {
         return "the motion is Newton's".to_owned();
@@ -194,7 +194,7 @@ fn newton<S: Numeric>(measures: &Measures<S>) -> String {
     format!("the acceleration differs from Newton's by up to {}{remedy}", percent(deviation))
 }
 
-fn critical_point<S: Numeric>(solution: &Solution<S>, measures: &Measures<S>) -> String {
+fn critical_point<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> String {
     let action = if solution.form == Form::Weak { "E_weak" } else { "E_IVP" };
     let sawtooth = measures.sawtooth.map_or("not measurable".to_owned(), |s| format!("{:.1e}", s.to_f64()));
     format!(
@@ -207,7 +207,7 @@ fn critical_point<S: Numeric>(solution: &Solution<S>, measures: &Measures<S>) ->
     )
 }
 
-fn scheme<S: Numeric>(solution: &Solution<S>, summary: &Summary) -> String {
+fn scheme<S: Real>(solution: &Solution<S>, summary: &Summary) -> String {
     let nodes = match solution.window_count {
         1 => format!("{} nodes", solution.sbp().points()),
         windows => format!("{windows} windows of {} nodes", solution.sbp().points()),

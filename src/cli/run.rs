@@ -7,17 +7,16 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use clap::{Args, ValueHint};
-use geodesic_ivp::Numeric;
 use geodesic_ivp::case::AnyCase;
 use geodesic_ivp::diagnostics::gaps::Gaps;
 use geodesic_ivp::diagnostics::{Diagnostics, Measurable};
-use geodesic_ivp::errors::RunError;
+use geodesic_ivp::number::Extended;
+use geodesic_ivp::number::Real;
 use geodesic_ivp::output::{
     CASE, Chart, OutputSet, SUMMARY, SummaryOf, write_branches, write_residuals, write_trajectory,
 };
-use geodesic_ivp::scalar::Extended;
 use geodesic_ivp::solve::{NoSolution, Settings, System, WorldLine};
-use geodesic_ivp::tables::WrittenIn;
+use geodesic_ivp::study::errors::RunError;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
@@ -290,7 +289,7 @@ impl Tables<'_> {
     /// most of the work that is left after the solve.
     pub(super) fn nodes<S, G>(&self, run: &WorldLine<S, G>, measured: &Diagnostics<S, G>) -> anyhow::Result<()>
     where
-        S: Numeric + WrittenIn<G>,
+        S: Real,
         G: Measurable<S, Measures: Sync> + Sync,
         WorldLine<S, G>: Sync,
     {

@@ -3,18 +3,18 @@
 use std::io::StdoutLock;
 use std::time::Instant;
 
-use geodesic_ivp::Numeric;
 use geodesic_ivp::diagnostics::gaps::Gaps;
 use geodesic_ivp::diagnostics::{Diagnostics, Measures};
-use geodesic_ivp::geodesic::InitialData;
+use geodesic_ivp::geometry::geodesic::InitialData;
+use geodesic_ivp::number::Real;
 use geodesic_ivp::output::pictures::{self, Run};
 use geodesic_ivp::output::{self, Chart, Seconds, Summary, write_combined, write_samples};
 use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
-use geodesic_ivp::sampling::Sample;
-use geodesic_ivp::scalar::Real;
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{NoSolution, Setup, Space, solve_window_by_window};
 use geodesic_ivp::study::run_error::error_with_samples;
 use geodesic_ivp::study::verdict::of_solution;
+use geodesic_ivp::trajectory::Sample;
 use geodesic_ivp::{Case, Solution, solve};
 
 use super::memory;
@@ -44,7 +44,7 @@ impl<'c, S> OneCoordinate<'c, S> {
 }
 
 /// The result of a solve.
-pub(super) struct Solved<S: Numeric> {
+pub(super) struct Solved<S: Real> {
     /// The whole run, or only its last window with `--samples-only`.
     solution: Solution<S>,
     /// `None` with `--samples-only`.
@@ -55,7 +55,7 @@ pub(super) struct Solved<S: Numeric> {
     seconds: [f64; 2],
 }
 
-impl<S: Numeric> Job for OneCoordinate<'_, S> {
+impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
     type Solved = Solved<S>;
     type Numbers = output::Solved;
 
@@ -179,7 +179,7 @@ impl<S: Numeric> Job for OneCoordinate<'_, S> {
 }
 
 /// One chart for each picture of a run, in the order of their names.
-fn pictures<S: Numeric>(title: &str, case: &Case, solution: &Solution<S>, diagnostics: &Diagnostics<S>) -> [Chart; 5] {
+fn pictures<S: Real>(title: &str, case: &Case, solution: &Solution<S>, diagnostics: &Diagnostics<S>) -> [Chart; 5] {
     let runs = [Run { label: "", solution, diagnostics }];
     // If the reference does not reach the end, the picture is drawn without it. For a line f64 is precise enough.
     let (metric, initial) = (case.metric(), InitialData { t: 0.0, ..case.initial_data() });

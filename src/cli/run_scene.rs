@@ -3,17 +3,18 @@
 use std::io::StdoutLock;
 use std::time::Instant;
 
-use geodesic_ivp::Numeric;
 use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::diagnostics::gaps::Gaps;
-use geodesic_ivp::errors::scene_error;
 use geodesic_ivp::geometry::{ConservedSum, Geometry};
+use geodesic_ivp::number::Real;
 use geodesic_ivp::output::pictures::scene::{self as pictures, PlotAxes};
 use geodesic_ivp::output::{Chart, SceneSummary, Seconds, SolvedScene, write_combined, write_events, write_samples};
-use geodesic_ivp::sampling::{Coordinate, Crossing, Sampler, SceneSample, crossings};
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{NoSolution, Setup, WorldLine, solve};
+use geodesic_ivp::study::errors::scene_error;
 use geodesic_ivp::study::verdict::of_world_line;
+use geodesic_ivp::trajectory::{Coordinate, Crossing, Sampler, SceneSample, crossings};
 
 use super::memory;
 use super::report::Refusal;
@@ -24,13 +25,13 @@ use super::scene_readable::{events, readable};
 const PICTURES: [&str; 4] = ["orbit.svg", "charges.svg", "mesh.svg", "section.svg"];
 
 /// A scene, in the arithmetic of `S`.
-pub(super) struct Scene<'c, S: Numeric> {
+pub(super) struct Scene<'c, S: Real> {
     case: &'c SceneCase,
     args: &'c RunArgs,
     setup: Setup<S>,
 }
 
-impl<'c, S: Numeric> Scene<'c, S> {
+impl<'c, S: Real> Scene<'c, S> {
     pub(super) fn new(case: &'c SceneCase, args: &'c RunArgs) -> Self {
         Self { case, args, setup: case.setup() }
     }
@@ -67,7 +68,7 @@ impl<'c, S: Numeric> Scene<'c, S> {
 }
 
 /// A world-line with what is measured on it.
-pub(super) struct Solved<S: Numeric> {
+pub(super) struct Solved<S: Real> {
     line: WorldLine<S>,
     sums: Vec<ConservedSum>,
     diagnostics: Diagnostics<S, Geometry<S>>,
@@ -78,7 +79,7 @@ pub(super) struct Solved<S: Numeric> {
     seconds: [f64; 2],
 }
 
-impl<S: Numeric> Job for Scene<'_, S> {
+impl<S: Arithmetic> Job for Scene<'_, S> {
     type Solved = Solved<S>;
     type Numbers = SolvedScene;
 

@@ -1,8 +1,8 @@
 //! `run --sample-t START:STOP:STEP` and `--sample-gamma START:STOP:STEP`.
 
 use clap::Args;
-use geodesic_ivp::Numeric;
-use geodesic_ivp::sampling::{Coordinate, OutsideRun, SampleStream};
+use geodesic_ivp::number::Real;
+use geodesic_ivp::trajectory::{Coordinate, OutsideRun, SampleStream};
 use geodesic_ivp::{Case, CaseError};
 
 /// More rows than this are taken for a typing mistake.
@@ -58,7 +58,7 @@ impl Range {
         Ok(Self { text: text.to_owned(), start: from.to_owned(), step: by.to_owned(), count })
     }
 
-    fn values<S: Numeric>(&self) -> impl Iterator<Item = S> + '_ {
+    fn values<S: Real>(&self) -> impl Iterator<Item = S> + '_ {
         let read = |text: &str| S::from_decimal(text).unwrap_or_else(|| S::from(f64::NAN));
         let (start, step) = (read(&self.start), read(&self.step));
         (0..self.count).map(move |k| start + S::from(k as f64) * step)
@@ -97,14 +97,14 @@ impl SampleArgs {
     }
 
     /// The stream that takes the samples, if any are asked for.
-    pub(super) fn stream<S: Numeric>(&self, case: &Case) -> Option<SampleStream<S>> {
+    pub(super) fn stream<S: Real>(&self, case: &Case) -> Option<SampleStream<S>> {
         let backwards = case.initial_data::<S>().t_dot < S::ZERO;
         let (coordinate, values) = self.values()?;
         Some(SampleStream::new(coordinate, values, backwards))
     }
 
     /// The values that are asked for, of γ or of the time.
-    pub(super) fn values<S: Numeric>(&self) -> Option<(Coordinate, Vec<S>)> {
+    pub(super) fn values<S: Real>(&self) -> Option<(Coordinate, Vec<S>)> {
         self.range().map(|(coordinate, range, _)| (coordinate, range.values().collect()))
     }
 
@@ -114,7 +114,7 @@ impl SampleArgs {
     }
 
     /// The error for samples that lie outside the run.
-    pub(super) fn refuse<S: Numeric>(&self, outside: OutsideRun<S>, digits: u32) -> CaseError {
+    pub(super) fn refuse<S: Real>(&self, outside: OutsideRun<S>, digits: u32) -> CaseError {
         let (option, range) = self.range().map_or(("", ""), |(_, range, option)| (option, range.text.as_str()));
         let (from, to) = outside.range;
         let starts_before = self.range().is_some_and(|(_, range, _)| range.values::<S>().any(|value| value < from));

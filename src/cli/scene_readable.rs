@@ -1,19 +1,19 @@
 //! The summary of a scene's run for people.
 
-use geodesic_ivp::Numeric;
 use geodesic_ivp::action::Form;
 use geodesic_ivp::diagnostics::ChargeDeviation;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::diagnostics::gaps::Gaps;
-use geodesic_ivp::errors::RunError;
 use geodesic_ivp::geometry::{ConservedSum, Geometry};
-use geodesic_ivp::sampling::Crossing;
+use geodesic_ivp::number::Real;
 use geodesic_ivp::solve::WorldLine;
+use geodesic_ivp::study::errors::RunError;
+use geodesic_ivp::trajectory::Crossing;
 
 use super::readable::{between, iterations, row};
 
 /// The summary without the list of files; `events` are its lines about these.
-pub(super) fn readable<S: Numeric>(
+pub(super) fn readable<S: Real>(
     title: &str,
     line: &WorldLine<S>,
     diagnostics: &Diagnostics<S, Geometry<S>>,
@@ -55,7 +55,7 @@ pub(super) fn readable<S: Numeric>(
 }
 
 /// A line for every event: how often it was met, and where. `names` are those of what was watched.
-pub(super) fn events<S: Numeric>(names: &[&str], crossings: &[Crossing<S>], digits: u32) -> Vec<String> {
+pub(super) fn events<S: Real>(names: &[&str], crossings: &[Crossing<S>], digits: u32) -> Vec<String> {
     let line = |(watch, name): (usize, &&str)| {
         let gammas: Vec<S> =
             crossings.iter().filter(|crossing| crossing.watch == watch).map(|crossing| crossing.sample.gamma).collect();
@@ -72,19 +72,19 @@ pub(super) fn events<S: Numeric>(names: &[&str], crossings: &[Crossing<S>], digi
     names.iter().enumerate().map(line).collect()
 }
 
-fn short<S: Numeric>(value: S) -> String {
+fn short<S: Real>(value: S) -> String {
     let value = value.to_f64();
     if value == 0.0 || (1e-3..1e6).contains(&value.abs()) { format!("{value:.6}") } else { format!("{value:.6e}") }
 }
 
-fn end<S: Numeric>(line: &WorldLine<S>) -> String {
+fn end<S: Real>(line: &WorldLine<S>) -> String {
     let names = line.geometry().names();
     let position = names.iter().zip(line.end().q).map(|(name, q)| format!("{name} = {}", q.to_decimal(line.digits)));
     row("end", &position.collect::<Vec<_>>().join(", "))
 }
 
 /// How far the end is from a reference.
-fn accuracy<S: Numeric>(line: &WorldLine<S>, error: Option<&RunError>) -> String {
+fn accuracy<S: Real>(line: &WorldLine<S>, error: Option<&RunError>) -> String {
     let estimate =
         line.error_estimate.map(|estimate| format!("estimated at {estimate:.1e} at most, relative to sizes above 1"));
     let Some(error) = error else {
@@ -100,7 +100,7 @@ fn accuracy<S: Numeric>(line: &WorldLine<S>, error: Option<&RunError>) -> String
 }
 
 /// What measures the error although the scheme does not keep it: K or, with Newton's law, the energy.
-fn drift<S: Numeric>(diagnostics: &Diagnostics<S, Geometry<S>>) -> String {
+fn drift<S: Real>(diagnostics: &Diagnostics<S, Geometry<S>>) -> String {
     match diagnostics.measures.energy {
         Some(energy) => {
             let of = "that of the positions and velocities differs from p_t/p_s";
@@ -114,7 +114,7 @@ fn drift<S: Numeric>(diagnostics: &Diagnostics<S, Geometry<S>>) -> String {
     }
 }
 
-fn deviation<S: Numeric>(name: &str, value: S, most: S, line: &WorldLine<S>) -> String {
+fn deviation<S: Real>(name: &str, value: S, most: S, line: &WorldLine<S>) -> String {
     let nodes = match line.form {
         Form::Strong => "all nodes but the last",
         Form::Weak => "every node",
@@ -123,7 +123,7 @@ fn deviation<S: Numeric>(name: &str, value: S, most: S, line: &WorldLine<S>) -> 
 }
 
 /// What the last node of the strong form takes up.
-fn at_last<S: Numeric>(line: &WorldLine<S>, charge: &ChargeDeviation<S>) -> String {
+fn at_last<S: Real>(line: &WorldLine<S>, charge: &ChargeDeviation<S>) -> String {
     match line.form {
         Form::Strong => {
             let [last, corrected] = [charge.max_last, charge.max_corrected].map(|value| value.to_f64());
@@ -133,12 +133,12 @@ fn at_last<S: Numeric>(line: &WorldLine<S>, charge: &ChargeDeviation<S>) -> Stri
     }
 }
 
-fn critical_point<S: Numeric>(line: &WorldLine<S>) -> String {
+fn critical_point<S: Real>(line: &WorldLine<S>) -> String {
     let how = iterations(&line.iterations).unwrap_or("an explicit recursion".to_owned());
     row("grad E", &format!("{:.1e}, from {how}", line.gradient_norm.to_f64()))
 }
 
-fn scheme<S: Numeric>(line: &WorldLine<S>) -> String {
+fn scheme<S: Real>(line: &WorldLine<S>) -> String {
     let windows = line.windows.len();
     let cut = if windows > 1 { format!(" in each of {windows} windows") } else { String::new() };
     let (name, form) = (String::from(line.sbp_name), line.form.as_str());

@@ -1,9 +1,9 @@
 //! A doubtful result is computed once more with the other system, which starts from another guess. If they end at
 //! different critical points, neither should be believed.
 
-use geodesic_ivp::Numeric;
 use geodesic_ivp::case::System;
 use geodesic_ivp::diagnostics::verdict::Reason;
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::{Case, Solution, solve};
 
 /// With more nodes the doubled system takes too long for a mere check.
@@ -13,7 +13,7 @@ const MOST_NODES: usize = 5000;
 const SAME: f64 = 1e-6;
 
 /// The warning, if the other system ends elsewhere. It is only asked for if there is another warning already.
-pub(super) fn second_opinion<S: Numeric>(case: &Case, solution: &Solution<S>) -> Option<Reason> {
+pub(super) fn second_opinion<S: Arithmetic>(case: &Case, solution: &Solution<S>) -> Option<Reason> {
     let nodes = case.grid.n_gamma * case.grid.windows;
     if case.solver.accuracy.is_some() || !case.scheme.regularised || case.is_extended() || nodes > MOST_NODES {
         return None;

@@ -2,7 +2,7 @@
 
 use clap::CommandFactory;
 use clap::error::{ContextKind, ContextValue, Error, ErrorKind};
-use geodesic_ivp::similar::nearest;
+use geodesic_ivp::formula::similar::nearest;
 
 use super::Cli;
 

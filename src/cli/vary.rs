@@ -11,13 +11,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Args;
-use geodesic_ivp::Numeric;
 use geodesic_ivp::case::{AnyCase, key_of, overridden};
+use geodesic_ivp::number::Extended;
 use geodesic_ivp::output::runs::{
     Columns, Ended, Identity, Journal, NotResumable, RUNS, RUNS_EVENTS, RunRow, RunsSummary, write_runs,
 };
 use geodesic_ivp::output::{CASE, OutputSet, SUMMARY};
-use geodesic_ivp::scalar::Extended;
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{Settings, Setup, Status};
 use geodesic_ivp::study::many::{Axis, ManyRuns, Outcome};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -249,7 +249,7 @@ fn check_memory(case: &AnyCase) -> anyhow::Result<()> {
     }
 }
 
-fn check_memory_in<S: Numeric>(case: &AnyCase) -> anyhow::Result<()> {
+fn check_memory_in<S: Arithmetic>(case: &AnyCase) -> anyhow::Result<()> {
     match case {
         AnyCase::One(case) => memory::check(&Setup::<S, _>::from(&**case), None),
         AnyCase::Scene(case) => memory::check(&case.setup::<S>(), None),

@@ -7,7 +7,7 @@ use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
 use super::number::Number;
-use crate::Numeric;
+use crate::number::Real;
 use crate::study::convergence::{Convergence, Errors, Quantity, ReferenceInfo, Slope};
 
 /// Writes `convergence.csv`, one row per grid; cells of a grid without a solution are empty. Every coordinate has two
@@ -109,7 +109,7 @@ struct ReferenceSummary {
 }
 
 impl ReferenceSummary {
-    fn new<S: Numeric>(reference: &ReferenceInfo<S>, coordinates: &[String], digits: u32) -> Self {
+    fn new<S: Real>(reference: &ReferenceInfo<S>, coordinates: &[String], digits: u32) -> Self {
         let ends = coordinates.iter().zip(&reference.end);
         let sizes = coordinates.iter().zip(&reference.sizes);
         Self {
@@ -149,7 +149,7 @@ struct SlopeSummary {
 
 impl<'a> ConvergenceSummary<'a> {
     /// The summary of a sweep and its slopes, with the title and the warnings of its case.
-    pub fn new<S: Numeric>(
+    pub fn new<S: Real>(
         title: Option<&'a str>,
         warnings: Vec<String>,
         convergence: &Convergence<S>,

@@ -24,11 +24,9 @@ pub mod pictures;
 pub mod runs;
 mod stability;
 mod summary;
+pub mod tables;
 mod work_precision;
 
-pub use crate::tables::{
-    write_branches, write_combined, write_events, write_residuals, write_samples, write_trajectory,
-};
 pub use chart::{Chart, Ink, Kind, Look, Map, Mark, Panel, Scale, Series, Shape, Sign};
 pub use convergence::{ConvergenceSummary, write_convergence, write_slopes};
 pub use files::{CASE, NotOurs, OutputSet, SUMMARY, Target};
@@ -39,4 +37,5 @@ pub use summary::{
     Coordinates, Error, Failed, Outcome, Point, SceneSummary, Seconds, Solved, SolvedScene, Summary, SummaryOf,
     json_object,
 };
+pub use tables::{write_branches, write_combined, write_events, write_residuals, write_samples, write_trajectory};
 pub use work_precision::{WorkPrecisionSummary, read_rows, write_drift, write_work_precision};

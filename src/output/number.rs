@@ -1,6 +1,6 @@
 //! Numbers in JSON with all their digits.
 
-use crate::Numeric;
+use crate::number::Real;
 use serde::ser::Error as _;
 use serde::{Serialize, Serializer};
 use serde_json::value::RawValue;
@@ -16,7 +16,7 @@ pub enum Number {
 
 impl Number {
     /// `value` with the given number of significant digits; an `f64` keeps all of its digits.
-    pub fn new<S: Numeric>(value: S, digits: u32) -> Self {
+    pub fn new<S: Real>(value: S, digits: u32) -> Self {
         if S::IS_EXTENDED && value.is_finite() {
             Self::Digits(value.to_decimal(digits))
         } else {

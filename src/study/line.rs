@@ -3,9 +3,9 @@
 use super::space::{Point, Studied};
 use crate::case::Solver;
 use crate::geometry::Geometry;
+use crate::geometry::metric::Metric;
 use crate::methods::{Driven, Problem, SceneState, State};
-use crate::metric::Metric;
-use crate::scalar::{Extended, Real};
+use crate::number::{Extended, Real};
 use crate::solve::{Place, Settings, Setup, Space, System, WorldLine};
 
 /// A state as studies judge it.

@@ -14,6 +14,7 @@
 //! ```
 
 pub mod convergence;
+pub mod errors;
 mod line;
 pub mod many;
 pub mod run_error;

@@ -2,13 +2,14 @@
 
 use std::cell::RefCell;
 
-use crate::Numeric;
 use crate::diagnostics::Diagnostics;
-use crate::geodesic::InitialData;
+use crate::geometry::geodesic::InitialData;
+use crate::geometry::metric::Metric;
 use crate::geometry::{Geometry, Start};
-use crate::metric::Metric;
-use crate::norm::{larger, max_abs};
+use crate::number::Real;
+use crate::number::norm::{larger, max_abs};
 use crate::reference::{Analytic, ReferenceEnds, ReferencePoint, ReferenceTrajectory, ScenePoint};
+use crate::solve::Arithmetic;
 use crate::solve::{Limit, NoSolution, Place, Setup, Space, WorldLine, solve};
 
 /// A point of a world-line.
@@ -42,7 +43,7 @@ pub struct Deviations {
 }
 
 /// A space-time whose world-lines are solved, measured and compared with their reference.
-pub trait Studied<S: Numeric>: Space<S> + Analytic<S, Point: Into<Point<S>>> + Send + Sync + 'static {
+pub trait Studied<S: Arithmetic>: Space<S> + Analytic<S, Point: Into<Point<S>>> + Send + Sync + 'static {
     /// The world-line of a setup.
     ///
     /// # Errors
@@ -88,34 +89,34 @@ pub trait Studied<S: Numeric>: Space<S> + Analytic<S, Point: Into<Point<S>>> + S
 }
 
 /// How far a coordinate is from where its size is counted from: 0, or the start if it is ignorable.
-pub(super) fn distance<S: Numeric, G: Studied<S>>(place: &Place<S, G>, a: usize, q: S) -> f64 {
+pub(super) fn distance<S: Arithmetic, G: Studied<S>>(place: &Place<S, G>, a: usize, q: S) -> f64 {
     let is_active = place.geometry.active().contains(&a);
     (if is_active { q } else { q - place.start.q[a] }).to_f64().abs()
 }
 
-impl<S: Numeric> From<ReferencePoint<S>> for Point<S> {
+impl<S: Real> From<ReferencePoint<S>> for Point<S> {
     fn from(ReferencePoint { elapsed, x, t_dot, x_dot }: ReferencePoint<S>) -> Self {
         Self { q: vec![elapsed, x], q_dot: vec![t_dot, x_dot], p: Vec::new() }
     }
 }
 
-impl<S: Numeric> From<ScenePoint<S>> for Point<S> {
+impl<S: Real> From<ScenePoint<S>> for Point<S> {
     fn from(ScenePoint { q, q_dot, p }: ScenePoint<S>) -> Self {
         Self { q, q_dot, p }
     }
 }
 
 /// A row in `f64`.
-fn in_f64<S: Numeric>(row: &[S]) -> Vec<f64> {
+fn in_f64<S: Real>(row: &[S]) -> Vec<f64> {
     row.iter().map(|value| value.to_f64()).collect()
 }
 
 /// The last number of a row.
-fn last(row: &[impl Numeric]) -> f64 {
+fn last(row: &[impl Real]) -> f64 {
     row.last().map_or(f64::NAN, |value| value.to_f64())
 }
 
-impl<S: Numeric> Studied<S> for Metric<S> {
+impl<S: Arithmetic> Studied<S> for Metric<S> {
     fn solve(setup: &Setup<S, Self>) -> Result<WorldLine<S, Self>, NoSolution> {
         solve(setup)
     }
@@ -183,7 +184,7 @@ impl<S: Numeric> Studied<S> for Metric<S> {
 /// comes after that end need not exist.
 const STAGES: i32 = 6;
 
-impl<S: Numeric> Studied<S> for Geometry<S> {
+impl<S: Arithmetic> Studied<S> for Geometry<S> {
     fn solve(setup: &Setup<S, Self>) -> Result<WorldLine<S, Self>, NoSolution> {
         solve(setup)
     }

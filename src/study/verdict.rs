@@ -20,21 +20,21 @@
 //! ```
 
 use super::run_error::RunError;
-use crate::Numeric;
 use crate::diagnostics::verdict::{CoordinateError, Facts, Verdict, largest};
 use crate::diagnostics::{Diagnostics, Measures};
-use crate::errors::Reach;
 use crate::geometry::Geometry;
+use crate::number::Real;
 use crate::solve::{Solution, Space, WorldLine};
+use crate::study::errors::Reach;
 
 /// The verdict on `solution`, from what was measured on it and its error, if that is known.
-pub fn of_solution<S: Numeric>(solution: &Solution<S>, measures: &Measures<S>, error: Option<&RunError>) -> Verdict {
+pub fn of_solution<S: Real>(solution: &Solution<S>, measures: &Measures<S>, error: Option<&RunError>) -> Verdict {
     Verdict::new(&facts_of_solution(solution, measures, error))
 }
 
 /// The verdict on `line`, from what was measured on it and its distance from a reference, if there is one. With an
 /// accuracy the run's own estimate is judged; a reference may contradict it.
-pub fn of_world_line<S: Numeric>(
+pub fn of_world_line<S: Real>(
     line: &WorldLine<S>,
     diagnostics: &Diagnostics<S, Geometry<S>>,
     error: Option<&RunError>,
@@ -43,11 +43,7 @@ pub fn of_world_line<S: Numeric>(
 }
 
 /// What [`of_solution`] judges.
-pub fn facts_of_solution<S: Numeric>(
-    solution: &Solution<S>,
-    measures: &Measures<S>,
-    error: Option<&RunError>,
-) -> Facts {
+pub fn facts_of_solution<S: Real>(solution: &Solution<S>, measures: &Measures<S>, error: Option<&RunError>) -> Facts {
     let [least, most] = measures.scales.x_range;
     let duration = solution.duration().to_f64().abs();
     let reaches =
@@ -68,7 +64,7 @@ pub fn facts_of_solution<S: Numeric>(
 }
 
 /// What [`of_world_line`] judges.
-pub fn facts_of_world_line<S: Numeric>(
+pub fn facts_of_world_line<S: Real>(
     line: &WorldLine<S>,
     diagnostics: &Diagnostics<S, Geometry<S>>,
     error: Option<&RunError>,

@@ -4,7 +4,7 @@ use geodesic_ivp::case::End;
 use geodesic_ivp::case::SceneCase;
 use geodesic_ivp::case::scene::Rate;
 use geodesic_ivp::geometry::{Geometry, GeometryText, Law, Start};
-use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::number::{Extended, Real};
 
 use super::{KEPLER, KERR, SCHWARZSCHILD, scene};
 

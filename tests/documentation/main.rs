@@ -3,7 +3,6 @@
 mod cases;
 mod columns;
 mod commands;
-mod features;
 mod layers;
 mod licences;
 mod links;

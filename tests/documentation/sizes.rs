@@ -4,14 +4,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::layers::{SOURCES, sources};
+use crate::layers::{SOURCE, sources};
 
 const MOST_LINES_OF_FILE: usize = 400;
 const MOST_LINES_OF_FUNCTION: usize = 60;
 
-fn texts(folder: &str) -> Vec<(PathBuf, String)> {
+fn texts(folder: impl AsRef<Path>) -> Vec<(PathBuf, String)> {
     let mut files = Vec::new();
-    sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder), &mut files);
+    sources(folder.as_ref(), &mut files);
     files.into_iter().map(|file| (file.clone(), fs::read_to_string(file).unwrap())).collect()
 }
 
@@ -41,7 +41,7 @@ fn functions(text: &str) -> Vec<(&str, usize)> {
 #[test]
 fn files_and_functions_are_short() {
     let mut seen = 0;
-    for (file, text) in SOURCES.iter().flat_map(|source| texts(source)) {
+    for (file, text) in texts(SOURCE) {
         let count = text.lines().count();
         assert!(count <= MOST_LINES_OF_FILE, "{} has {count} lines", file.display());
         for (first, count) in functions(&text) {
@@ -54,14 +54,14 @@ fn files_and_functions_are_short() {
     assert_eq!(functions(&long), [("    fn long() {", 72)]);
 }
 
-/// What a file of the engine imports from others of it: the first words of `use super::…` and `use crate::lobatto::…`,
+/// What a file of the engine imports from others of it: the first words of `use super::…` and `use crate::engine::lobatto::…`,
 /// but for names that modules hand on.
 fn imports(text: &str, file: &str) -> BTreeSet<String> {
     let folder = if file.starts_with("flow/") { "flow/" } else { "" };
     let code = text.split("#[cfg(test)]").next().unwrap_or_default();
     let mut found = BTreeSet::new();
     for (start, place) in
-        [("use super::", folder), ("use crate::lobatto::", ""), ("use crate::lobatto::flow::", "flow/")]
+        [("use super::", folder), ("use crate::engine::lobatto::", ""), ("use crate::engine::lobatto::flow::", "flow/")]
     {
         for import in code.split(start).skip(1) {
             let import = import.split(';').next().unwrap_or_default();
@@ -93,9 +93,9 @@ fn circle(mut graph: BTreeMap<String, BTreeSet<String>>) -> Vec<String> {
 
 #[test]
 fn files_of_the_engine_import_each_other_in_one_direction() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/engine/src/lobatto");
+    let folder = Path::new(SOURCE).join("engine/lobatto");
     let mut graph = BTreeMap::new();
-    for (file, text) in texts("crates/engine/src/lobatto") {
+    for (file, text) in texts(&folder) {
         let name = file.strip_prefix(&folder).unwrap().with_extension("").to_str().unwrap().replace('\\', "/");
         // These only name their parts, and define what all of them share.
         if !name.ends_with("mod") {

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use crate::layers::{SOURCES, sources};
+use crate::layers::{SOURCE, sources};
 
 /// The data that one coordinate has under another type: t, x and their rates are numbers that are copied, the tables of
 /// a case and the keys of a summary are those of `docs/case-reference.md` and `docs/files.md`.
@@ -35,13 +35,11 @@ fn public(text: &str) -> impl Iterator<Item = &str> {
 #[test]
 fn only_data_come_in_two_kinds() {
     let mut names = BTreeSet::new();
-    for folder in SOURCES {
-        let mut files = Vec::new();
-        sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder), &mut files);
-        for file in files {
-            let text = fs::read_to_string(file).unwrap();
-            names.extend(public(&text).map(str::to_owned));
-        }
+    let mut files = Vec::new();
+    sources(Path::new(SOURCE), &mut files);
+    for file in files {
+        let text = fs::read_to_string(file).unwrap();
+        names.extend(public(&text).map(str::to_owned));
     }
     assert!(names.contains("Sampler") && names.contains("solve") && names.contains("SceneCase"), "{names:?}");
     let twins = |name: &str| -> Vec<String> {

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use geodesic_ivp::action::DoubledAction;
-use geodesic_ivp::geodesic::InitialData;
-use geodesic_ivp::metric::Metric;
-use geodesic_ivp::potential::{Formula, Potential};
+use geodesic_ivp::geometry::geodesic::InitialData;
+use geodesic_ivp::geometry::metric::Metric;
+use geodesic_ivp::geometry::potential::{Formula, Potential};
 use geodesic_ivp::sbp::{SbpOperator, coefficients};
 use proptest::prelude::*;
 

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-use geodesic_ivp::geodesic::InitialData;
-use geodesic_ivp::lobatto::{Adapted, Adaptive, Goal, March, MarchFailure, State, WeakRule, WindowView};
-use geodesic_ivp::metric::Metric;
-use geodesic_ivp::potential::{Formula, Potential};
+use geodesic_ivp::engine::lobatto::{Adapted, Adaptive, Goal, March, MarchFailure, State, WeakRule, WindowView};
+use geodesic_ivp::geometry::geodesic::InitialData;
+use geodesic_ivp::geometry::metric::Metric;
+use geodesic_ivp::geometry::potential::{Formula, Potential};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::{Case, solve};
 

@@ -1,6 +1,6 @@
 //! What several test files need.
 
-use geodesic_ivp::Numeric;
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::{Case, Solution, solve};
 
 /// The base case of the paper, quartic potential; everything else is an override of it.
@@ -33,12 +33,12 @@ pub(crate) fn solved(overrides: &str) -> Solution {
 }
 
 /// The solution of `QUARTIC` with overrides in another arithmetic.
-pub(crate) fn solved_in<S: Numeric>(overrides: &str) -> Solution<S> {
+pub(crate) fn solved_in<S: Arithmetic>(overrides: &str) -> Solution<S> {
     solve(&case(overrides)).unwrap_or_else(|error| panic!("{overrides}: {error}"))
 }
 
 /// max |a − b|.
-pub(crate) fn distance<S: Numeric>(a: &[S], b: &[S]) -> S {
+pub(crate) fn distance<S: Arithmetic>(a: &[S], b: &[S]) -> S {
     assert_eq!(a.len(), b.len());
     a.iter().zip(b).map(|(&a, &b)| (a - b).abs()).fold(S::ZERO, S::max)
 }

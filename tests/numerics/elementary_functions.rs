@@ -1,7 +1,7 @@
 //! The functions of the formula grammar in extended precision, against a 120-digit computation (mpmath), and in `f64`.
 
-use geodesic_ivp::potential::Formula;
-use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::geometry::potential::Formula;
+use geodesic_ivp::number::{Extended, Real};
 
 /// Function, argument, value. The arguments are binary fractions, so that they are read exactly.
 const VALUES: &[(&str, &str, &str)] = &[

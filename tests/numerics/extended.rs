@@ -5,8 +5,8 @@ use std::sync::atomic::AtomicBool;
 use super::common::{case, distance, solved_in};
 use geodesic_ivp::case::{Form, SbpName, SceneCase, builtin};
 use geodesic_ivp::diagnostics::Diagnostics;
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::study::convergence::{Convergence, Quantity, sweep};
 use geodesic_ivp::{Case, Solution, Status, solve};
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use geodesic_ivp::potential::Formula;
+use geodesic_ivp::geometry::potential::Formula;
 use num_dual::{Dual2_64, DualNum, second_derivative};
 use proptest::prelude::*;
 

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-use geodesic_ivp::geodesic::InitialData;
-use geodesic_ivp::lobatto::{Level, March, MarchFailure, Marched, State, Twofold, WeakRule, WindowView};
-use geodesic_ivp::metric::Metric;
-use geodesic_ivp::potential::{Formula, Potential};
+use geodesic_ivp::engine::lobatto::{Level, March, MarchFailure, Marched, State, Twofold, WeakRule, WindowView};
+use geodesic_ivp::geometry::geodesic::InitialData;
+use geodesic_ivp::geometry::metric::Metric;
+use geodesic_ivp::geometry::potential::{Formula, Potential};
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::scalar::{Extended, Real};
 
 /// t(1), x(1) and w(1) of the quartic base case, from its continuum solution with 24 digits.
 const QUARTIC_END: [f64; 3] = [1.468_634_756_955_731, 0.159_778_018_885_407_25, -1.416_825_598_093_154_3];

@@ -1,8 +1,8 @@
 //! The estimate of memory grows with everything that is asked for as the rows do that have to be kept.
 
-use geodesic_ivp::Numeric;
 use geodesic_ivp::case::{SceneCase, builtin};
-use geodesic_ivp::scalar::Extended;
+use geodesic_ivp::number::Extended;
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{Setup, bytes_needed};
 
 use super::common::case;
@@ -51,7 +51,7 @@ fn of_one_coordinate() {
 
 #[test]
 fn of_scenes() {
-    fn setup<S: Numeric>(name: &str, n: u32, windows: u32, rest: &str) -> Setup<S> {
+    fn setup<S: Arithmetic>(name: &str, n: u32, windows: u32, rest: &str) -> Setup<S> {
         let set = [format!("grid.n_gamma={n}"), format!("grid.windows={windows}"), rest.to_owned()];
         SceneCase::parse(name, builtin::text(name).unwrap(), &set).unwrap_or_else(|error| panic!("{error}")).setup()
     }

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use geodesic_ivp::geodesic::InitialData;
+use geodesic_ivp::geometry::geodesic::InitialData;
+use geodesic_ivp::geometry::metric::Metric;
+use geodesic_ivp::geometry::potential::{Formula, Potential};
 use geodesic_ivp::methods::{
     Composition, Dop853, Failure, Gauss, Output, PEERS, Peer, PeerIn, Problem, Radau5, Rk4, Setting, Step, Taylor,
     Trajectory,
 };
-use geodesic_ivp::metric::Metric;
-use geodesic_ivp::potential::{Formula, Potential};
 use geodesic_ivp::reference::ReferenceTrajectory;
 
 const START: InitialData = InitialData { t: 0.0, x: 1.0, t_dot: 1.0, x_dot: 0.1 };

@@ -14,9 +14,9 @@ mod scenes;
 pub(crate) mod truth;
 
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::lobatto::{Adaptive, Goal, MOST_EVALUATIONS, MarchFailure, State};
-use geodesic_ivp::metric::Metric;
-use geodesic_ivp::potential::Potential;
+use geodesic_ivp::engine::lobatto::{Adaptive, Goal, MOST_EVALUATIONS, MarchFailure, State};
+use geodesic_ivp::geometry::metric::Metric;
+use geodesic_ivp::geometry::potential::Potential;
 use geodesic_ivp::solve::{NoSolution, Status, solve_window_by_window};
 use geodesic_ivp::{Case, Solution, solve};
 use outcome::Outcome;

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-use geodesic_ivp::geodesic::InitialData;
-use geodesic_ivp::lobatto::{March, WeakRule};
-use geodesic_ivp::metric::Metric;
-use geodesic_ivp::potential::{Formula, Potential};
+use geodesic_ivp::engine::lobatto::{March, WeakRule};
+use geodesic_ivp::geometry::geodesic::InitialData;
+use geodesic_ivp::geometry::metric::Metric;
+use geodesic_ivp::geometry::potential::{Formula, Potential};
+use geodesic_ivp::number::Extended;
 use geodesic_ivp::reference::{EndReason, ReferenceTrajectory};
-use geodesic_ivp::scalar::Extended;
 
 const START: InitialData = InitialData { t: 0.0, x: 1.0, t_dot: 1.0, x_dot: 0.1 };
 

@@ -2,9 +2,9 @@
 
 use super::common::{case, solved, solved_in};
 use geodesic_ivp::case::builtin;
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::sampling::Sampler;
-use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::trajectory::Sampler;
 use geodesic_ivp::{Case, Solution, solve};
 
 const RUN: &str = "grid.gamma_f=4.0";

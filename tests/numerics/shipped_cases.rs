@@ -1,10 +1,10 @@
 //! Every shipped case of one coordinate meets its own expectations, in both systems and in the precision it asks for.
 
 use super::common::distance;
-use geodesic_ivp::Numeric;
 use geodesic_ivp::case::builtin::{self, Group, NAMES};
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::scalar::Extended;
+use geodesic_ivp::number::Extended;
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::solve_window_by_window;
 use geodesic_ivp::{Case, Solution, Status, solve};
 
@@ -50,7 +50,7 @@ fn every_case_meets_its_expectations_in_both_systems() {
 }
 
 /// Both systems meet what the case expects, and in the same critical point.
-fn check<S: Numeric>(name: &str, cases: &[Case; 2]) {
+fn check<S: Arithmetic>(name: &str, cases: &[Case; 2]) {
     let Some([limit, doubled]) = check_ends::<S>(name, cases) else { return };
     let (t, x) = (distance(limit.elapsed(), doubled.elapsed()), distance(limit.x(), doubled.x()));
     let bound = small(&limit) * limit.duration().abs().max(S::ONE);
@@ -58,12 +58,12 @@ fn check<S: Numeric>(name: &str, cases: &[Case; 2]) {
 }
 
 /// Six digits are for the size of t and for rounding that grows like N.
-fn small<S: Numeric>(solution: &Solution<S>) -> S {
+fn small<S: Arithmetic>(solution: &Solution<S>) -> S {
     S::from_decimal(&format!("1e-{}", solution.digits - 6)).unwrap()
 }
 
 /// Both systems end where the case expects it, in critical points; `None` if it expects no solution.
-fn check_ends<S: Numeric>(name: &str, [limit, doubled]: &[Case; 2]) -> Option<[Solution<S>; 2]> {
+fn check_ends<S: Arithmetic>(name: &str, [limit, doubled]: &[Case; 2]) -> Option<[Solution<S>; 2]> {
     let expect = limit.expect.as_ref().unwrap_or_else(|| panic!("{name} has no [expect]"));
     let (limit, doubled) = (solve::<S, _>(limit), solve::<S, _>(doubled));
     if expect.status != Status::Converged {

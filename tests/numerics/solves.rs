@@ -2,9 +2,9 @@
 
 use geodesic_ivp::case::builtin;
 use geodesic_ivp::diagnostics::Diagnostics;
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::output::write_trajectory;
 use geodesic_ivp::sbp::SbpName;
-use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::solve::{InitialGuess, Iterations, Space};
 use geodesic_ivp::{Case, Solution, Status, solve};
 

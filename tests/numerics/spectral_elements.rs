@@ -1,8 +1,8 @@
 //! Gauss–Lobatto–Legendre operators: the same identities as the others, in extended precision.
 
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::sbp::gll::{LobattoRule, MOST_NODES};
 use geodesic_ivp::sbp::{RegularisedOperator, SbpName, SbpOperator};
-use geodesic_ivp::scalar::{Extended, Real};
 
 const SIZES: [usize; 9] = [2, 3, 4, 5, 8, 16, 21, 32, MOST_NODES];
 

@@ -8,8 +8,8 @@ use geodesic_ivp::Case;
 use geodesic_ivp::case::{Form, SbpName, SceneCase, on_grid};
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::methods::{Composition, Rk4};
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::scalar::{Extended, Real};
 use geodesic_ivp::solve::{Setup, solve};
 use geodesic_ivp::study::stability::{Arena, Atlas, Cell, CellStatus, Method, Numbers, Plan, measure};
 

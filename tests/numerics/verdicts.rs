@@ -5,23 +5,23 @@ use std::ops::ControlFlow;
 
 use std::borrow::Cow;
 
-use geodesic_ivp::Numeric;
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::geodesic::{InitialData, Invariants};
-use geodesic_ivp::lobatto::{Adaptive, Goal, Inside, State, WindowView};
-use geodesic_ivp::metric::Metric;
+use geodesic_ivp::engine::lobatto::{Adaptive, Goal, Inside, State, WindowView};
+use geodesic_ivp::geometry::geodesic::{InitialData, Invariants};
+use geodesic_ivp::geometry::metric::Metric;
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::output::write_trajectory;
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::sampling::{Coordinate, SampleStream};
-use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{Setup, solve_window_by_window};
 use geodesic_ivp::study::run_error::{Judge, error_with_samples, run_error};
+use geodesic_ivp::trajectory::{Coordinate, SampleStream};
 use geodesic_ivp::{Case, Solution, solve};
 
 use crate::common::{case, solved, solved_in};
 
 /// The largest errors of t and x over the nodes, and those at the end, against a Taylor trajectory.
-fn true_errors<S: Numeric>(solution: &Solution<S>, overrides: &str) -> [[f64; 2]; 2] {
+fn true_errors<S: Arithmetic>(solution: &Solution<S>, overrides: &str) -> [[f64; 2]; 2] {
     let (metric, initial) = (case(overrides).metric::<S>(), case(overrides).initial_data::<S>());
     let reference = ReferenceTrajectory::new(&metric, &initial, solution.length, solution.digits).unwrap();
     let (mut largest, mut last) = ([0.0_f64; 2], [0.0; 2]);

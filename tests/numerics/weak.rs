@@ -3,10 +3,10 @@
 use std::sync::atomic::AtomicBool;
 
 use super::common::{case, distance, solved, solved_in};
-use geodesic_ivp::Numeric;
 use geodesic_ivp::case::{Form, SbpName};
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::scalar::Extended;
+use geodesic_ivp::number::Extended;
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::study::convergence::{Convergence, Quantity, sweep};
 use geodesic_ivp::{Solution, Status, solve};
 
@@ -42,12 +42,12 @@ const BASES: [Base; 4] = [
 
 const SYSTEMS: [&str; 2] = ["solver.system=physical-limit", "solver.system=doubled"];
 
-fn read<S: Numeric>(text: &str) -> S {
+fn read<S: Arithmetic>(text: &str) -> S {
     S::from_decimal(text).unwrap()
 }
 
 /// The ends are those of the independent program; all that is zero in theory is below `zero`, at every node.
-fn assert_exact<S: Numeric>(name: &str, base: &Base, solution: &Solution<S>, close: S, zero: S) {
+fn assert_exact<S: Arithmetic>(name: &str, base: &Base, solution: &Solution<S>, close: S, zero: S) {
     let diagnostics = Diagnostics::new(solution);
     assert_eq!(solution.form, Form::Weak);
     assert!(solution.multipliers().is_none(), "{name}: no multipliers");

@@ -2,8 +2,8 @@
 
 use super::common::{case, solved};
 use geodesic_ivp::diagnostics::{Diagnostics, Measures};
-use geodesic_ivp::sampling::{Coordinate, SampleStream, Sampler};
 use geodesic_ivp::solve::solve_window_by_window;
+use geodesic_ivp::trajectory::{Coordinate, SampleStream, Sampler};
 use geodesic_ivp::{Solution, Status};
 
 const RUNS: [&str; 7] = [

@@ -2,9 +2,9 @@
 
 use super::common::{case, distance, solved, solved_in};
 use geodesic_ivp::diagnostics::Diagnostics;
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::sampling::Sampler;
-use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::trajectory::Sampler;
 use geodesic_ivp::{Solution, Status, solve};
 
 const OPERATORS: [(&str, usize); 6] =

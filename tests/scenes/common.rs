@@ -1,8 +1,8 @@
 //! What several test files need.
 
-use geodesic_ivp::Numeric;
 use geodesic_ivp::geometry::{Geometry, GeometryText, Law, MetricText, PotentialText, Preset, Start};
 use geodesic_ivp::reference::ReferenceTrajectory;
+use geodesic_ivp::solve::Arithmetic;
 
 /// The preset of that name with other parameters.
 pub(crate) fn preset(name: &str, parameters: &[(&str, &str)]) -> MetricText {
@@ -43,22 +43,22 @@ pub(crate) fn newtonian(coordinates: &[&str], expression: &str) -> PotentialText
 }
 
 /// The geometry of a metric.
-pub(crate) fn geometry<S: Numeric>(text: &MetricText) -> Geometry<S> {
+pub(crate) fn geometry<S: Arithmetic>(text: &MetricText) -> Geometry<S> {
     Geometry::new(&GeometryText::Metric(text.clone())).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// The geometry of a potential.
-pub(crate) fn of_potential<S: Numeric>(text: &PotentialText) -> Geometry<S> {
+pub(crate) fn of_potential<S: Arithmetic>(text: &PotentialText) -> Geometry<S> {
     Geometry::new(&GeometryText::Potential(text.clone())).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Decimals in any precision.
-pub(crate) fn numbers<S: Numeric>(decimals: &[&str]) -> Vec<S> {
+pub(crate) fn numbers<S: Arithmetic>(decimals: &[&str]) -> Vec<S> {
     decimals.iter().map(|text| S::from_decimal(text).unwrap()).collect()
 }
 
 /// A start by positions and velocities.
-pub(crate) fn start<S: Numeric>(geometry: &Geometry<S>, q: &[S], q_dot: &[S]) -> Start<S> {
+pub(crate) fn start<S: Arithmetic>(geometry: &Geometry<S>, q: &[S], q_dot: &[S]) -> Start<S> {
     Start { q: q.to_vec(), q_dot: q_dot.to_vec(), p: geometry.momenta(q, q_dot) }
 }
 
@@ -71,7 +71,7 @@ pub(crate) fn start_with_momenta(geometry: &Geometry, q: &[f64], p: &[f64]) -> S
 }
 
 /// A Newtonian start at t = s = 0 with dt/dγ = 1; ds/dγ makes K zero.
-pub(crate) fn newtonian_start<S: Numeric>(geometry: &Geometry<S>, x: &[S], v: &[S]) -> Start<S> {
+pub(crate) fn newtonian_start<S: Arithmetic>(geometry: &Geometry<S>, x: &[S], v: &[S]) -> Start<S> {
     let q: Vec<S> = [S::ZERO].iter().chain(x).copied().chain([S::ZERO]).collect();
     let mut q_dot: Vec<S> = [S::ONE].iter().chain(v).copied().chain([S::ZERO]).collect();
     *q_dot.last_mut().unwrap() = -geometry.norm(&q, &q_dot).half();

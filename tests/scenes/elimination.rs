@@ -4,8 +4,8 @@ use faer::linalg::solvers::SolveCore;
 use faer::sparse::{SparseColMat, Triplet};
 use geodesic_ivp::action::{DoubledAction, Form};
 use geodesic_ivp::geometry::Geometry;
+use geodesic_ivp::linalg::sparse::{Envelope, SparseMatrix};
 use geodesic_ivp::sbp::{SbpOperator, coefficients};
-use geodesic_ivp::sparse::{Envelope, SparseMatrix};
 use proptest::prelude::*;
 
 use super::common::start;

@@ -3,8 +3,8 @@
 use std::f64::consts::{PI, TAU};
 
 use geodesic_ivp::geometry::Geometry;
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::scalar::{Extended, Real};
 
 use super::common::{
     assert_near, geometry, newtonian, newtonian_start, numbers, of_potential, preset_with, reference, start,

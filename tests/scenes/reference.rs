@@ -3,10 +3,10 @@
 
 use std::collections::BTreeMap;
 
-use geodesic_ivp::geodesic::InitialData;
+use geodesic_ivp::geometry::geodesic::InitialData;
+use geodesic_ivp::geometry::metric::Metric;
+use geodesic_ivp::geometry::potential::{Formula, Potential};
 use geodesic_ivp::geometry::{Geometry, GeometryText, Law, PotentialText};
-use geodesic_ivp::metric::Metric;
-use geodesic_ivp::potential::{Formula, Potential};
 use geodesic_ivp::reference::{EndReason, ReferenceTrajectory};
 
 use super::common::{

@@ -2,14 +2,14 @@
 
 use std::f64::consts::{PI, TAU};
 
-use geodesic_ivp::Numeric;
 use geodesic_ivp::geometry::{Geometry, Start};
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::solve::Arithmetic;
 
 use super::common::{assert_near, geometry, numbers, preset, reference, start, start_with_momenta};
 
-fn schwarzschild<S: Numeric>() -> (Geometry<S>, Start<S>) {
+fn schwarzschild<S: Arithmetic>() -> (Geometry<S>, Start<S>) {
     let geometry = geometry(&preset("schwarzschild", &[]));
     let start = start(&geometry, &numbers(&["0", "10", "0"]), &numbers(&["1.2", "-0.05", "0.03"]));
     (geometry, start)

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use geodesic_ivp::Numeric;
 use geodesic_ivp::action::Form;
 use geodesic_ivp::geometry::{Geometry, GeometryText, MetricText, Start};
 use geodesic_ivp::sbp::SbpName;
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{Limit, Place, Settings, Setup, System};
 
 /// Random numbers by xorshift.
@@ -39,11 +39,11 @@ pub(crate) fn metric(coordinates: &[&str], components: &[(&str, &str)]) -> Metri
 }
 
 /// Decimals in any precision.
-pub(crate) fn numbers<S: Numeric>(texts: &[&str]) -> Vec<S> {
+pub(crate) fn numbers<S: Arithmetic>(texts: &[&str]) -> Vec<S> {
     texts.iter().map(|text| S::from_decimal(text).unwrap()).collect()
 }
 
-fn place<S: Numeric>(text: &GeometryText, q: &[&str], q_dot: &[&str]) -> Place<S> {
+fn place<S: Arithmetic>(text: &GeometryText, q: &[&str], q_dot: &[&str]) -> Place<S> {
     let (q, q_dot) = (numbers::<S>(q), numbers(q_dot));
     let geometry = Geometry::new(text).unwrap().around(&q).unwrap();
     let p = geometry.momenta(&q, &q_dot);
@@ -51,7 +51,7 @@ fn place<S: Numeric>(text: &GeometryText, q: &[&str], q_dot: &[&str]) -> Place<S
 }
 
 /// A scene that starts at `q` with `q_dot`, on one window of `n_gamma` nodes.
-pub(crate) fn setup<S: Numeric>(
+pub(crate) fn setup<S: Arithmetic>(
     text: &GeometryText,
     (q, q_dot): (&[&str], &[&str]),
     length: f64,
@@ -80,7 +80,7 @@ pub(crate) fn setup<S: Numeric>(
 }
 
 /// The same in so many windows.
-pub(crate) fn in_windows<S: Numeric>(mut setup: Setup<S>, windows: usize) -> Setup<S> {
+pub(crate) fn in_windows<S: Arithmetic>(mut setup: Setup<S>, windows: usize) -> Setup<S> {
     setup.settings.windows = windows;
     setup
 }

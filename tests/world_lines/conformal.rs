@@ -1,10 +1,10 @@
 //! A conformal factor of a metric: the path, the charges and tau are those of the metric without it.
 
-use geodesic_ivp::Numeric;
 use geodesic_ivp::case::SceneCase;
 use geodesic_ivp::case::builtin;
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::number::{Extended, Real};
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{WorldLine, solve};
 
 const SCHWARZSCHILD: &str = "metric.preset = \"schwarzschild\"\n\
@@ -23,12 +23,12 @@ fn case(text: &str, more: &str) -> SceneCase {
     SceneCase::parse("test", &format!("{text}{more}"), &[]).unwrap_or_else(|error| panic!("{error}\n{text}{more}"))
 }
 
-fn solved<S: Numeric>(case: &SceneCase) -> WorldLine<S> {
+fn solved<S: Arithmetic>(case: &SceneCase) -> WorldLine<S> {
     solve(case.setup::<S>()).unwrap_or_else(|failure| panic!("{failure}"))
 }
 
 /// The largest difference of coordinates, relative to max(1, |q|).
-fn distance<S: Numeric>(one: &[S], other: &[S]) -> f64 {
+fn distance<S: Arithmetic>(one: &[S], other: &[S]) -> f64 {
     let off = |(&a, &b): (&S, &S)| ((a - b).abs() / S::ONE.max(a.abs())).to_f64();
     one.iter().zip(other).map(off).fold(0.0, f64::max)
 }

@@ -2,10 +2,10 @@
 
 use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::errors::{RunError, scene_error};
 use geodesic_ivp::geometry::{Geometry, GeometryText};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve::{Space, WorldLine, solve};
+use geodesic_ivp::study::errors::{RunError, scene_error};
 use geodesic_ivp::study::many::{ManyRuns, Outcome};
 use geodesic_ivp::study::verdict::facts_of_world_line;
 

@@ -2,19 +2,19 @@
 
 use std::ops::ControlFlow;
 
-use geodesic_ivp::Numeric;
 use geodesic_ivp::Status;
 use geodesic_ivp::action::Form;
 use geodesic_ivp::case::SceneCase;
+use geodesic_ivp::engine::lobatto::flow::{Flow, FlowView};
 use geodesic_ivp::geometry::{Direction, GeometryText, Observable, Place, Preset};
-use geodesic_ivp::lobatto::flow::{Flow, FlowView};
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::sbp::SbpName;
-use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{Limit, Setup, System, Until, WorldLine, solve};
 
 use super::common;
 
-fn plunge<S: Numeric>(length: f64, until: Option<&str>) -> Setup<S> {
+fn plunge<S: Arithmetic>(length: f64, until: Option<&str>) -> Setup<S> {
     let text = GeometryText::Metric(Preset::from_name("schwarzschild-ef").unwrap().text());
     // At rest at r = 10: K = 0.8 v_dot² = 1.
     let v_dot = "1.1180339887498948482045868343656381177203091798057628621354486227";

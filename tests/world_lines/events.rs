@@ -3,26 +3,26 @@
 use std::cell::RefCell;
 use std::f64::consts::{PI, TAU};
 
-use geodesic_ivp::Numeric;
 use geodesic_ivp::case::{SceneCase, builtin};
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::reference::{ReferenceTrajectory, ScenePoint};
-use geodesic_ivp::sampling::{Crossing, crossings};
-use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{WorldLine, solve};
+use geodesic_ivp::trajectory::{Crossing, crossings};
 
 fn scene(name: &str, set: &[&str]) -> SceneCase {
     let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
     SceneCase::parse(name, builtin::text(name).unwrap(), &set).unwrap()
 }
 
-fn run<S: Numeric>(case: &SceneCase) -> (WorldLine<S>, Vec<Crossing<S>>) {
+fn run<S: Arithmetic>(case: &SceneCase) -> (WorldLine<S>, Vec<Crossing<S>>) {
     let line = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
     let found = crossings(&line, &mut case.watches());
     (line, found)
 }
 
 /// γ of the crossings of one of the events.
-fn gammas<S: Numeric>(found: &[Crossing<S>], watch: usize) -> Vec<f64> {
+fn gammas<S: Arithmetic>(found: &[Crossing<S>], watch: usize) -> Vec<f64> {
     found.iter().filter(|crossing| crossing.watch == watch).map(|crossing| crossing.sample.gamma.to_f64()).collect()
 }
 
@@ -31,7 +31,7 @@ fn expected(case: &SceneCase, line: &WorldLine) -> Vec<Vec<f64>> {
     let start = &line.place.start;
     let reference = ReferenceTrajectory::new(line.geometry(), start, line.length, 16).unwrap();
     let norm = line.geometry().norm(&start.q, &start.q_dot);
-    let of = |watch: geodesic_ivp::sampling::Watch| {
+    let of = |watch: geodesic_ivp::trajectory::Watch| {
         let formula = RefCell::new(watch.formula);
         let value = |point: &ScenePoint| formula.borrow_mut().at(&point.q, &point.q_dot, &point.p, norm);
         let changes = reference.directed_sign_changes(value).into_iter();

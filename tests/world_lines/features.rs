@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use geodesic_ivp::Numeric;
 use geodesic_ivp::action::Form;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::geometry::{GeometryText, MetricText};
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::sbp::SbpName;
-use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{System, WorldLine, solve};
 
 use super::common;
@@ -32,7 +32,7 @@ fn text() -> GeometryText {
 
 const START: (&[&str], &[&str]) = (&["0.1", "0.5", "-0.2", "0.3"], &["1", "0.3", "-0.4", "0.2"]);
 
-fn solved<S: Numeric>(sbp: SbpName, form: Form, n_gamma: usize, windows: usize, system: System) -> WorldLine<S> {
+fn solved<S: Arithmetic>(sbp: SbpName, form: Form, n_gamma: usize, windows: usize, system: System) -> WorldLine<S> {
     let setup = common::setup::<S>(&text(), START, 2.0, (sbp, form, n_gamma), system);
     solve(common::in_windows(setup, windows)).unwrap_or_else(|failure| panic!("{sbp:?} {form:?}: {failure}"))
 }

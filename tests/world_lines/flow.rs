@@ -4,8 +4,8 @@ use std::ops::ControlFlow;
 
 use geodesic_ivp::action::DoubledAction;
 use geodesic_ivp::case::{SceneCase, builtin};
+use geodesic_ivp::engine::lobatto::flow::{Flow, FlowFailure, FlowView, PhasePoint, Stop};
 use geodesic_ivp::geometry::{Geometry, GeometryText, Start};
-use geodesic_ivp::lobatto::flow::{Flow, FlowFailure, FlowView, PhasePoint, Stop};
 use geodesic_ivp::sbp::SbpName;
 
 use super::common;

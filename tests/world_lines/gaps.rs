@@ -1,9 +1,9 @@
 //! What hides between the nodes of a run on a given grid is found, and what the nodes follow is no reason to doubt it.
 
-use geodesic_ivp::Numeric;
 use geodesic_ivp::case::{AnyCase, Case, SceneCase, builtin};
 use geodesic_ivp::diagnostics::gaps::Gaps;
-use geodesic_ivp::scalar::Extended;
+use geodesic_ivp::number::Extended;
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::{Solution, solve};
 
@@ -39,12 +39,12 @@ fn on_a_line(height: f64, width: f64, place: f64, [x, x_dot]: [f64; 2], grid: &s
     Case::parse("line", &text, &[]).unwrap_or_else(|error| panic!("{text}: {error}"))
 }
 
-fn of_case<S: Numeric>(case: &Case, error: Option<f64>) -> Option<Gaps> {
+fn of_case<S: Arithmetic>(case: &Case, error: Option<f64>) -> Option<Gaps> {
     let solution: Solution<S> = solve(case).ok()?;
     Some(Gaps::new(&solution, &case.metric(), error))
 }
 
-fn of_scene<S: Numeric>(case: &SceneCase, error: Option<f64>) -> Option<Gaps> {
+fn of_scene<S: Arithmetic>(case: &SceneCase, error: Option<f64>) -> Option<Gaps> {
     let line: WorldLine<S> = solve(case.setup()).ok()?;
     Some(Gaps::new(&line, &case.geometry(), error))
 }

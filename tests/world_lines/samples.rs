@@ -1,26 +1,26 @@
 //! Scenes between their nodes.
 
-use geodesic_ivp::Numeric;
 use geodesic_ivp::action::Form;
 use geodesic_ivp::case::{SceneCase, builtin};
 use geodesic_ivp::geometry::{Geometry, GeometryText};
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::sampling::Sampler;
 use geodesic_ivp::sbp::SbpName;
-use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{Setup, System, WorldLine, solve};
+use geodesic_ivp::trajectory::Sampler;
 
 use super::common;
 
 /// An expanding, rotating space with a charge: every coordinate is active, and components off the diagonal.
-fn setup<S: Numeric>(sbp: SbpName, form: Form, n_gamma: usize, windows: usize, system: System) -> Setup<S> {
+fn setup<S: Arithmetic>(sbp: SbpName, form: Form, n_gamma: usize, windows: usize, system: System) -> Setup<S> {
     let components = [("t t", "1 + x^2/4"), ("t x", "0.2*cos(t)"), ("x x", "-1 - x^2/10"), ("z z", "-2 - sin(x)")];
     let text = GeometryText::Metric(common::metric(&["t", "x", "z"], &components));
     let start: (&[&str], &[&str]) = (&["0.1", "0.5", "0.3"], &["1", "0.3", "0.2"]);
     common::in_windows(common::setup(&text, start, 4.0, (sbp, form, n_gamma), system), windows)
 }
 
-fn reference<S: Numeric>(line: &WorldLine<S>) -> ReferenceTrajectory<S, Geometry<S>> {
+fn reference<S: Arithmetic>(line: &WorldLine<S>) -> ReferenceTrajectory<S, Geometry<S>> {
     ReferenceTrajectory::new(line.geometry(), &line.place.start, line.length, line.digits).unwrap()
 }
 

@@ -1,23 +1,23 @@
 //! An orbit that falls towards a black hole, on coarse grids: published critical points, charges at every node.
 
-use geodesic_ivp::Numeric;
 use geodesic_ivp::action::Form;
 use geodesic_ivp::geometry::{GeometryText, Preset};
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::sbp::SbpName;
-use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{Setup, System, WorldLine, solve};
 
 use super::common;
 
 const START: (&[&str], &[&str]) = (&["0", "10", "0"], &["1.2", "-0.05", "0.03"]);
 
-fn setup<S: Numeric>(operator: (SbpName, Form, usize), system: System) -> Setup<S> {
+fn setup<S: Arithmetic>(operator: (SbpName, Form, usize), system: System) -> Setup<S> {
     let text = GeometryText::Metric(Preset::from_name("schwarzschild").unwrap().text());
     common::setup(&text, START, 40.0, operator, system)
 }
 
 /// p_a − p_a,i at node k of the only window, from D̄q.
-fn deviation<S: Numeric>(line: &WorldLine<S>, a: usize, k: usize) -> S {
+fn deviation<S: Arithmetic>(line: &WorldLine<S>, a: usize, k: usize) -> S {
     let start = &line.place.start;
     let rows: Vec<Vec<S>> = (0..3).map(|a| line.q(a).collect()).collect();
     let q: Vec<S> = rows.iter().map(|row| row[k]).collect();

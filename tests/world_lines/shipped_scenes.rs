@@ -5,7 +5,7 @@ use geodesic_ivp::case::builtin::{self, Group, NAMES};
 use geodesic_ivp::diagnostics::ChargeDeviation;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::geometry::Geometry;
-use geodesic_ivp::scalar::{Extended, Real};
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::solve::{Settings, WorldLine, solve};
 
 /// Rounding errors of a charge, relative to the sum of the magnitudes of its terms; 7e-17 was seen.

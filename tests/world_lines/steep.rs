@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
 use geodesic_ivp::case::{Case, SceneCase, builtin};
-use geodesic_ivp::geodesic::InitialData;
-use geodesic_ivp::lobatto::flow::{Flow, FlowFailure, FlowView};
-use geodesic_ivp::lobatto::{Adaptive, Goal, MarchFailure, Statistics, WindowView};
-use geodesic_ivp::metric::Metric;
-use geodesic_ivp::potential::{Formula, Potential};
+use geodesic_ivp::engine::lobatto::flow::{Flow, FlowFailure, FlowView};
+use geodesic_ivp::engine::lobatto::{Adaptive, Goal, MarchFailure, Statistics, WindowView};
+use geodesic_ivp::geometry::geodesic::InitialData;
+use geodesic_ivp::geometry::metric::Metric;
+use geodesic_ivp::geometry::potential::{Formula, Potential};
 
 use super::common::Random;
 

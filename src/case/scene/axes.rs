@@ -1,14 +1,14 @@
 //! The axes of the picture of an orbit.
 
 use super::{Axes, SceneCase};
-use crate::Numeric;
 use crate::geometry::Geometry;
+use crate::number::Real;
 
 impl SceneCase {
     /// The axes of `[plot]` or, without it, those that suit the coordinates: the Cartesian ones of coordinates that are
     /// called r, phi and perhaps theta; otherwise the first two coordinates besides t and a last one that the scene
     /// adds itself, active ones before others. A single one is drawn against its velocity.
-    pub fn axes_or_default<S: Numeric>(&self, geometry: &Geometry<S>) -> Axes {
+    pub fn axes_or_default<S: Real>(&self, geometry: &Geometry<S>) -> Axes {
         if let Some(axes) = self.axes() {
             return axes.clone();
         }

@@ -5,9 +5,9 @@ use super::reader::{Field, Section};
 use super::scenery::Scenery;
 use super::start::{self, NoStart, Solved};
 use super::{conformal, metric, potential};
-use crate::Numeric;
 use crate::case::CaseError;
 use crate::geometry::{Geometry, GeometryText, Law, OutsideGeometry, Place, PotentialText, Start, Tau};
+use crate::number::Real;
 
 /// Reads the one of `[metric]` and `[potential]` that is given.
 pub(super) fn geometry<'t>(
@@ -59,7 +59,7 @@ pub(super) struct Found<S> {
     pub(super) tau: Option<Tau>,
 }
 
-impl<S: Numeric> Found<S> {
+impl<S: Real> Found<S> {
     /// The start in the geometry of the scene, whose text has the coordinate tau if one is asked for.
     pub(super) fn start(self, text: &GeometryText, initial: &Initial<'_>) -> Result<Start<S>, CaseError> {
         let Some(bare) = self.bare else { return Ok(self.start) };
@@ -70,7 +70,7 @@ impl<S: Numeric> Found<S> {
 }
 
 /// The start in `S`, if there is one that everything about it allows.
-pub(super) fn start<S: Numeric>(
+pub(super) fn start<S: Real>(
     scenery: &Scenery<'_>,
     initial: &Initial<'_>,
     geometry: Geometry<S>,
@@ -103,13 +103,7 @@ struct Outside {
 }
 
 impl Outside {
-    fn error<S: Numeric>(
-        &self,
-        outside: &OutsideGeometry,
-        initial: &Initial<'_>,
-        names: &[String],
-        q: &[S],
-    ) -> CaseError {
+    fn error<S: Real>(&self, outside: &OutsideGeometry, initial: &Initial<'_>, names: &[String], q: &[S]) -> CaseError {
         let at: Vec<String> = names.iter().zip(q).map(|(name, q)| format!("{name} = {}", q.to_f64())).collect();
         let at = at.join(", ");
         let Some(block) = outside.block else {
@@ -176,7 +170,7 @@ pub(super) fn particle(scenery: &Scenery<'_>) -> Result<(), CaseError> {
 }
 
 /// Refuses a world-line that is a point, and a K or a g00 that the law does not allow. The coordinate that K asks for.
-fn check_motion<S: Numeric>(
+fn check_motion<S: Real>(
     scenery: &Scenery<'_>,
     initial: &Initial<'_>,
     geometry: &Geometry<S>,

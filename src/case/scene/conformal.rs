@@ -5,9 +5,9 @@
 
 use super::initial::SceneInitial;
 use super::scenery::Scenery;
-use crate::Numeric;
 use crate::case::CaseError;
 use crate::geometry::{Geometry, GeometryText, Law, Observable, Place, Start, Tau};
+use crate::number::Real;
 
 /// The geometry that the initial data belong to, if it is another one: that without Ω. With Newton's law they are those
 /// of the geometry with Ω.
@@ -25,7 +25,7 @@ pub(super) fn bare(text: &GeometryText) -> Option<GeometryText> {
 }
 
 /// The start in the geometry of `text` that belongs to `start`, which is that in the geometry `of_data`.
-pub(super) fn with_factor<S: Numeric>(
+pub(super) fn with_factor<S: Real>(
     text: &GeometryText,
     of_data: &Geometry<S>,
     data: &SceneInitial,
@@ -48,7 +48,7 @@ pub(super) fn with_factor<S: Numeric>(
 }
 
 /// Ω at a point, if there is one.
-fn factor<S: Numeric>(text: &GeometryText, q: &[S]) -> Option<S> {
+fn factor<S: Real>(text: &GeometryText, q: &[S]) -> Option<S> {
     let formula = match text {
         GeometryText::Metric(metric) => metric.conformal.as_deref(),
         GeometryText::Potential(potential) => potential.conformal.as_deref(),
@@ -60,7 +60,7 @@ fn factor<S: Numeric>(text: &GeometryText, q: &[S]) -> Option<S> {
 
 impl Scenery<'_> {
     /// The coordinate tau that a start with K = `k` ≠ 0 needs, if there is a factor Ω.
-    pub(super) fn tau<S: Numeric>(&self, k: S, has_force: bool) -> Result<Option<Tau>, CaseError> {
+    pub(super) fn tau<S: Real>(&self, k: S, has_force: bool) -> Result<Option<Tau>, CaseError> {
         let Some((_, conformal)) = self.fields.iter().find(|(place, _)| *place == Place::Conformal) else {
             return Ok(None);
         };
@@ -116,7 +116,7 @@ impl Scenery<'_> {
     }
 
     /// Refuses an Ω at a point that is not positive: it would turn the direction of γ.
-    pub(super) fn check_factor<S: Numeric>(&self, q: &[S]) -> Result<(), CaseError> {
+    pub(super) fn check_factor<S: Real>(&self, q: &[S]) -> Result<(), CaseError> {
         let omega = factor(&self.text, q).filter(|_| bare(&self.text).is_some());
         let Some(omega) = omega.filter(|omega| *omega <= S::ZERO) else { return Ok(()) };
         let message = format!("conformal must be positive at the start, and it is {}", omega.to_f64());

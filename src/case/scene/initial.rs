@@ -4,8 +4,8 @@ use super::quantity::Quantity;
 use super::reader::{Field, Section};
 use super::scenery::{Scenery, known};
 use crate::case::CaseError;
+use crate::formula::similar::nearest;
 use crate::geometry::{Geometry, GeometryError, GeometryText, Law};
-use crate::similar::nearest;
 
 /// Which of two roots is meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

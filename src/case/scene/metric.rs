@@ -4,8 +4,8 @@ use super::names::{self, Taken};
 use super::reader::{Field, Section};
 use super::scenery::Scenery;
 use crate::case::CaseError;
+use crate::formula::similar::nearest;
 use crate::geometry::{GeometryText, MetricText, PRESETS, Place, Preset};
-use crate::similar::nearest;
 
 /// The values of `[metric]`.
 struct Fields<'t> {

@@ -54,11 +54,10 @@ use self::settings::Context;
 use super::CaseError;
 use super::end::End;
 use super::parse::Source;
-use crate::Numeric;
 use crate::action::Form;
 use crate::geometry::{Geometry, GeometryText, Start};
+use crate::number::{Extended, Real};
 use crate::sbp::SbpName;
-use crate::scalar::{Extended, Real};
 use crate::solve::{Limit, Settings};
 
 /// A whole case file with a scene.
@@ -198,7 +197,7 @@ impl SceneCase {
     }
 
     /// The compiled geometry, whose determinants must keep the signs that they have at the start.
-    pub fn geometry<S: Numeric>(&self) -> Geometry<S> {
+    pub fn geometry<S: Real>(&self) -> Geometry<S> {
         let geometry = Geometry::new(&self.geometry).expect("a valid scene has valid formulas");
         let tau = self.geometry.tau().map(|_| S::ZERO);
         let q: Vec<S> = self.initial.q.iter().map(|q| self.value(q)).chain(tau).collect();
@@ -206,12 +205,12 @@ impl SceneCase {
     }
 
     /// The start: positions, velocities and momenta, with what follows from K.
-    pub fn start<S: Numeric>(&self) -> Start<S> {
+    pub fn start<S: Real>(&self) -> Start<S> {
         self.start_in(&self.geometry())
     }
 
     /// The start in the geometry of this scene, which [`Self::geometry`] has compiled.
-    pub fn start_in<S: Numeric>(&self, geometry: &Geometry<S>) -> Start<S> {
+    pub fn start_in<S: Real>(&self, geometry: &Geometry<S>) -> Start<S> {
         let (parameters, rounding) = (self.geometry.parameters(), rounding(self.solver.digits));
         let bare = conformal::bare(&self.geometry);
         let bare = bare.map(|text| Geometry::new(&text).expect("a valid scene has valid formulas"));
@@ -222,23 +221,23 @@ impl SceneCase {
     }
 
     /// A number of this scene, rounded once if it is written as a decimal.
-    pub fn value<S: Numeric>(&self, quantity: &Quantity) -> S {
+    pub fn value<S: Real>(&self, quantity: &Quantity) -> S {
         quantity.value(self.geometry.parameters()).expect("the numbers of a valid scene are finite")
     }
 
     /// The first value of γ.
-    pub fn gamma_i<S: Numeric>(&self) -> S {
+    pub fn gamma_i<S: Real>(&self) -> S {
         self.value(&self.grid.gamma_i)
     }
 
     /// Where the run ends: the length of its range of γ, or its duration in the coordinate t. With [`Self::until`] it
     /// may end before.
-    pub fn end<S: Numeric>(&self) -> End<S> {
+    pub fn end<S: Real>(&self) -> End<S> {
         End::new(self.limit(), |t| self.value(&self.initial.q[t]))
     }
 
     /// The same, as the solver is told.
-    fn limit<S: Numeric>(&self) -> Limit<S> {
+    fn limit<S: Real>(&self) -> Limit<S> {
         match (self.t_f(), &self.grid.gamma_f) {
             (Some(value), _) => {
                 let t = self.coordinates().iter().position(|name| name == "t");
@@ -252,7 +251,7 @@ impl SceneCase {
     }
 
     /// The value of the coordinate t at which the run ends, if that is given.
-    pub fn t_f<S: Numeric>(&self) -> Option<S> {
+    pub fn t_f<S: Real>(&self) -> Option<S> {
         self.grid.t_f.as_ref().map(|t_f| self.value(t_f))
     }
 

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::reader::Field;
 use crate::case::CaseError;
-use crate::expr::{is_identifier, is_reserved};
-use crate::similar::nearest;
+use crate::formula::similar::nearest;
+use crate::formula::{is_identifier, is_reserved};
 
 /// More coordinates than this are a mistake.
 const MOST_COORDINATES: usize = 64;

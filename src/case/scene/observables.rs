@@ -6,9 +6,9 @@ use super::names;
 use super::reader::{Field, Section};
 use super::scenery::known;
 use crate::case::CaseError;
-use crate::expr::{Graph, Names, is_identifier, parse};
+use crate::formula::similar::nearest;
+use crate::formula::{Graph, Names, is_identifier, parse};
 use crate::geometry::{Direction, observed};
-use crate::similar::nearest;
 
 /// An entry of `[events]`.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -5,8 +5,8 @@ use super::names::{self, Taken};
 use super::reader::{Field, Section};
 use super::scenery::Scenery;
 use crate::case::CaseError;
+use crate::formula::similar::nearest;
 use crate::geometry::{GeometryText, Law, Place, PotentialText};
-use crate::similar::nearest;
 
 const KINDS: [&str; 5] = ["free", "linear", "quartic", "polynomial", "formula"];
 const POTENTIALS: &str = "give formula = \"expression\" or { expression, parameters } or, with one coordinate, one of \

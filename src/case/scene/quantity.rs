@@ -1,7 +1,7 @@
 //! Numbers of a scene.
 
-use crate::Numeric;
 use crate::geometry::{GeometryError, value_of};
+use crate::number::Real;
 
 /// A number as it is written: a decimal with all its digits, or a formula in the parameters of the scene, such as
 /// `sqrt(19)`.
@@ -22,7 +22,7 @@ impl Quantity {
     ///
     /// # Errors
     /// [`GeometryError::Formula`] if there is a mistake in it, or [`GeometryError::NotFinite`].
-    pub fn value<S: Numeric>(&self, parameters: &[(String, String)]) -> Result<S, GeometryError> {
+    pub fn value<S: Real>(&self, parameters: &[(String, String)]) -> Result<S, GeometryError> {
         value_of(&self.0, parameters)
     }
 }

@@ -10,8 +10,8 @@ use toml_edit::{Item, Table, TableLike, Value};
 use super::quantity::Quantity;
 use crate::case::parse::{Source, readable};
 use crate::case::{CaseError, hint};
-use crate::expr::FormulaError;
-use crate::similar::nearest;
+use crate::formula::FormulaError;
+use crate::formula::similar::nearest;
 
 /// A table, with the keys that were asked for.
 pub(super) struct Section<'t> {

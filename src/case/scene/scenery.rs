@@ -2,10 +2,10 @@
 
 use super::conformal;
 use super::reader::{Field, Section};
-use crate::Numeric;
 use crate::case::CaseError;
-use crate::expr::Function;
+use crate::formula::Function;
 use crate::geometry::{Geometry, GeometryError, GeometryText, Place, Preset};
+use crate::number::Real;
 
 /// The geometry of a case while it is read.
 pub(super) struct Scenery<'t> {
@@ -21,12 +21,12 @@ pub(super) struct Scenery<'t> {
 
 impl Scenery<'_> {
     /// The compiled geometry.
-    pub(super) fn geometry<S: Numeric>(&self) -> Result<Geometry<S>, CaseError> {
+    pub(super) fn geometry<S: Real>(&self) -> Result<Geometry<S>, CaseError> {
         Geometry::new(&self.text).map_err(|error| self.error(&error))
     }
 
     /// The compiled geometry that the initial data belong to, if it is another one.
-    pub(super) fn bare<S: Numeric>(&self) -> Result<Option<Geometry<S>>, CaseError> {
+    pub(super) fn bare<S: Real>(&self) -> Result<Option<Geometry<S>>, CaseError> {
         let compiled = |text| Geometry::new(&text).map_err(|error| self.error(&error));
         conformal::bare(&self.text).map(compiled).transpose()
     }

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use super::{Axes, Event, SceneCase};
-use crate::Numeric;
 use crate::geometry::{Direction, Geometry, GeometryText, Law, Observable, Place as FormulaPlace};
-use crate::sampling::Watch;
+use crate::number::Real;
 use crate::solve::{Place, Setup, Until};
+use crate::trajectory::Watch;
 
 impl SceneCase {
-    fn place<S: Numeric>(&self) -> Place<S> {
+    fn place<S: Real>(&self) -> Place<S> {
         let geometry = self.geometry();
         let start = self.start_in(&geometry);
         Place { geometry: Arc::new(geometry), start: Arc::new(start) }
@@ -21,13 +21,13 @@ impl SceneCase {
     }
 
     /// The formulas of `[invariants]`, compiled, with their names, in their order.
-    pub fn observables<S: Numeric>(&self) -> Vec<(String, Observable<S>)> {
+    pub fn observables<S: Real>(&self) -> Vec<(String, Observable<S>)> {
         let compiled = |(name, formula): &(String, String)| (name.clone(), observable(self.geometry_text(), formula));
         self.invariants().iter().map(compiled).collect()
     }
 
     /// The formulas of `[events]`, compiled, with their directions, in their order.
-    pub fn watches<S: Numeric>(&self) -> Vec<Watch<S>> {
+    pub fn watches<S: Real>(&self) -> Vec<Watch<S>> {
         let watch = |event: &Event| Watch {
             formula: observable(self.geometry_text(), &event.when),
             direction: event.direction,
@@ -36,13 +36,13 @@ impl SceneCase {
     }
 
     /// The formulas of the axes of the picture of the orbit, compiled, and as text.
-    pub fn plot_axes<S: Numeric>(&self, geometry: &Geometry<S>) -> ([Observable<S>; 2], [String; 2]) {
+    pub fn plot_axes<S: Real>(&self, geometry: &Geometry<S>) -> ([Observable<S>; 2], [String; 2]) {
         let Axes { x, y } = self.axes_or_default(geometry);
         ([&x, &y].map(|formula| observable(self.geometry_text(), formula)), [x, y])
     }
 
     /// What the solver of scenes is told.
-    pub fn setup<S: Numeric>(&self) -> Setup<S> {
+    pub fn setup<S: Real>(&self) -> Setup<S> {
         let text = self.geometry_text();
         let ending =
             self.events().iter().filter(|event| event.until).map(|event| (event.when.as_str(), event.direction));
@@ -67,13 +67,13 @@ impl SceneCase {
     }
 }
 
-impl<S: Numeric> From<&SceneCase> for Setup<S> {
+impl<S: Real> From<&SceneCase> for Setup<S> {
     fn from(case: &SceneCase) -> Self {
         case.setup()
     }
 }
 
-fn observable<S: Numeric>(text: &GeometryText, formula: &str) -> Observable<S> {
+fn observable<S: Real>(text: &GeometryText, formula: &str) -> Observable<S> {
     let place = FormulaPlace::Definition(String::new());
     Observable::new(formula, text, place).expect("a valid scene has valid formulas")
 }

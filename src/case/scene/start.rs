@@ -9,8 +9,8 @@
 //! If one rate u is to be found from K, q̇ = α + β u, and K = (βᵀGβ) u² + 2 (αᵀGβ) u + αᵀGα.
 
 use super::initial::{Rate, SceneInitial, Sign};
-use crate::Numeric;
 use crate::geometry::{Geometry, Lagrangian, Start};
+use crate::number::Real;
 
 /// Rounding errors of this many units in the last place, for each coordinate, are to be expected in a sum.
 const ROUNDING: f64 = 16.0;
@@ -38,7 +38,7 @@ pub(super) struct Solved<S> {
 
 /// The start that the data describe. `is_double` says whether the two roots are known to be one, or to be two; without
 /// it a discriminant below rounding is zero, where `rounding` is the relative accuracy of the data.
-pub(super) fn solve<S: Numeric>(
+pub(super) fn solve<S: Real>(
     data: &SceneInitial,
     geometry: &Geometry<S>,
     parameters: &[(String, String)],
@@ -88,21 +88,21 @@ pub(super) fn solve<S: Numeric>(
 }
 
 /// Σ |g_ab q̇^a q̇^b|, beside which a K of rounding errors is zero.
-pub(super) fn size_of_norm<S: Numeric>(geometry: &Geometry<S>, start: &Start<S>) -> S {
+pub(super) fn size_of_norm<S: Real>(geometry: &Geometry<S>, start: &Start<S>) -> S {
     form(&matrix(geometry, &start.q).0, &start.q_dot, &start.q_dot).1
 }
 
 /// Rounding errors of K that are to be expected, relative to [`size_of_norm`].
-pub(super) fn rounding_of_norm<S: Numeric>(dimension: usize, rounding: f64) -> S {
+pub(super) fn rounding_of_norm<S: Real>(dimension: usize, rounding: f64) -> S {
     S::from(rounding.max(S::EPSILON.to_f64()) * ROUNDING * dimension as f64)
 }
 
-fn is_finite<S: Numeric>(start: &Start<S>) -> bool {
+fn is_finite<S: Real>(start: &Start<S>) -> bool {
     start.q_dot.iter().chain(&start.p).all(|value| value.is_finite())
 }
 
 /// The start with the momenta that are given, and the others from p = G q̇ + A.
-fn start<S: Numeric>(geometry: &Geometry<S>, q: Vec<S>, q_dot: Vec<S>, is_momentum: &[bool], given: &[S]) -> Start<S> {
+fn start<S: Real>(geometry: &Geometry<S>, q: Vec<S>, q_dot: Vec<S>, is_momentum: &[bool], given: &[S]) -> Start<S> {
     let mut p = geometry.momenta(&q, &q_dot);
     for ((p, &is_momentum), &given) in p.iter_mut().zip(is_momentum).zip(given) {
         if is_momentum {
@@ -113,7 +113,7 @@ fn start<S: Numeric>(geometry: &Geometry<S>, q: Vec<S>, q_dot: Vec<S>, is_moment
 }
 
 /// g_ab and A_a at a point.
-fn matrix<S: Numeric>(geometry: &Geometry<S>, q: &[S]) -> (Vec<Vec<S>>, Vec<S>) {
+fn matrix<S: Real>(geometry: &Geometry<S>, q: &[S]) -> (Vec<Vec<S>>, Vec<S>) {
     let (n, samples) = (geometry.dimension(), geometry.at(q));
     let (mut matrix, mut one_form) = (vec![vec![S::ZERO; n]; n], vec![S::ZERO; n]);
     for term in &geometry.structure().values {
@@ -128,13 +128,13 @@ fn matrix<S: Numeric>(geometry: &Geometry<S>, q: &[S]) -> (Vec<Vec<S>>, Vec<S>) 
 }
 
 /// aᵀ G b, and the sum of the magnitudes of its terms.
-fn form<S: Numeric>(matrix: &[Vec<S>], a: &[S], b: &[S]) -> (S, S) {
+fn form<S: Real>(matrix: &[Vec<S>], a: &[S], b: &[S]) -> (S, S) {
     let terms = matrix.iter().zip(a).flat_map(|(row, &a)| row.iter().zip(b).map(move |(&g, &b)| g * a * b));
     terms.fold((S::ZERO, S::ZERO), |(sum, size), term| (sum + term, size + term.abs()))
 }
 
 /// The velocities, where `given` are momenta of some coordinates and velocities of the others.
-fn velocities<S: Numeric>(
+fn velocities<S: Real>(
     matrix: &[Vec<S>],
     one_form: &[S],
     is_momentum: &[bool],
@@ -157,7 +157,7 @@ fn velocities<S: Numeric>(
 
 /// The solution of a linear system whose rows end with the right-hand side, by Gauss–Jordan elimination with full
 /// pivoting; `None` if the system is singular.
-fn eliminate<S: Numeric>(mut rows: Vec<Vec<S>>) -> Option<Vec<S>> {
+fn eliminate<S: Real>(mut rows: Vec<Vec<S>>) -> Option<Vec<S>> {
     let order = rows.len();
     let scales = equilibrate(&mut rows);
     let singular = S::EPSILON * S::from(order as f64);
@@ -192,7 +192,7 @@ fn eliminate<S: Numeric>(mut rows: Vec<Vec<S>>) -> Option<Vec<S>> {
 
 /// Scales rows and then columns by powers of two, which costs no digits, until the largest entry of each is about 1:
 /// coordinates may have any units. Returns the factors of the unknowns.
-fn equilibrate<S: Numeric>(rows: &mut [Vec<S>]) -> Vec<S> {
+fn equilibrate<S: Real>(rows: &mut [Vec<S>]) -> Vec<S> {
     let order = rows.len();
     let reciprocal = |largest: S| match largest.to_f64().log2().floor() {
         exponent if exponent.is_finite() => S::from(2.0_f64.powf(-exponent)),
@@ -221,7 +221,7 @@ struct Quadratic<S> {
     is_double: Option<bool>,
 }
 
-impl<S: Numeric> Quadratic<S> {
+impl<S: Real> Quadratic<S> {
     /// The root that the sign says, and whether the two roots are one.
     fn root(&self, coordinate: usize, sign: Option<Sign>, norm: S) -> Result<(S, bool), NoStart> {
         let Self { square, middle, rest, .. } = *self;

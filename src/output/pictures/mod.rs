@@ -9,11 +9,10 @@ pub use stability::{last_node, sawtooth_onset, stability_map};
 pub use work_precision::{WorkAxis, drift, work_precision};
 
 use super::chart::{Chart, Ink, Mark, Scale, Series};
-use crate::Numeric;
 use crate::case::Form;
 use crate::diagnostics::Diagnostics;
+use crate::number::Real;
 use crate::reference::{ReferencePoint, ReferenceTrajectory, TimeState};
-use crate::scalar::Real;
 use crate::solve::Solution;
 use crate::study::convergence::{Convergence, Slope};
 
@@ -31,7 +30,7 @@ pub struct Run<'a, S: Real = f64> {
     pub diagnostics: &'a Diagnostics<S>,
 }
 
-impl<S: Numeric> Run<'_, S> {
+impl<S: Real> Run<'_, S> {
     fn against_gamma(&self, values: impl Iterator<Item = S>) -> Vec<(f64, f64)> {
         self.solution.gamma().zip(values).map(|(gamma, value)| (gamma.to_f64(), value.to_f64())).collect()
     }
@@ -42,7 +41,7 @@ impl<S: Numeric> Run<'_, S> {
 }
 
 /// t(γ) and x(γ); for a solution of the doubled system both branches.
-pub fn world_line<S: Numeric>(of: &str, solution: &Solution<S>) -> Chart {
+pub fn world_line<S: Real>(of: &str, solution: &Solution<S>) -> Chart {
     let curve = |label: &str, mark: Mark, values: &mut dyn Iterator<Item = S>| {
         let points = solution.gamma().zip(values).map(|(gamma, value)| (gamma.to_f64(), value.to_f64()));
         Series::new(label, mark, points.collect())
@@ -66,7 +65,7 @@ pub fn world_line<S: Numeric>(of: &str, solution: &Solution<S>) -> Chart {
 
 /// dt/dγ on the nodes: the time mesh that emerges. At the last node of a window in the strong form it is the value with
 /// which the next window starts; the value of Dt there shows in the picture of ΔQ_t.
-pub fn time_mesh<S: Numeric>(of: &str, runs: &[Run<'_, S>]) -> Chart {
+pub fn time_mesh<S: Real>(of: &str, runs: &[Run<'_, S>]) -> Chart {
     let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
     let mut series = Vec::new();
     for run in runs {
@@ -95,7 +94,7 @@ pub fn time_mesh<S: Numeric>(of: &str, runs: &[Run<'_, S>]) -> Chart {
 }
 
 /// x(t): the nodes, the reference geodesic and the motion with time as its parameter.
-pub fn trajectory<S: Numeric>(
+pub fn trajectory<S: Real>(
     of: &str,
     runs: &[Run<'_, S>],
     reference: Option<&ReferenceTrajectory>,
@@ -129,7 +128,7 @@ pub fn trajectory<S: Numeric>(
 
 /// |ΔQ_t| on the nodes. A single run of the strong form has also the value at the last node with the multiplier
 /// correction; at all other nodes the two agree.
-pub fn noether_charge<S: Numeric>(of: &str, runs: &[Run<'_, S>]) -> Chart {
+pub fn noether_charge<S: Real>(of: &str, runs: &[Run<'_, S>]) -> Chart {
     let mut series = Vec::new();
     for run in runs {
         let charge = &run.diagnostics.charges[0];
@@ -145,7 +144,7 @@ pub fn noether_charge<S: Numeric>(of: &str, runs: &[Run<'_, S>]) -> Chart {
 }
 
 /// |ΔG^t| and |ΔG^x| on the nodes.
-pub fn geodesic_residuals<S: Numeric>(of: &str, runs: &[Run<'_, S>]) -> Chart {
+pub fn geodesic_residuals<S: Real>(of: &str, runs: &[Run<'_, S>]) -> Chart {
     let mut series = Vec::new();
     for run in runs {
         for (label, values) in ["|ΔG^t|", "|ΔG^x|"].into_iter().zip(&run.diagnostics.delta_g) {

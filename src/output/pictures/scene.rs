@@ -1,12 +1,12 @@
 //! The pictures of a run of a scene.
 
-use crate::Numeric;
 use crate::action::Form;
 use crate::diagnostics::Diagnostics;
 use crate::geometry::{ConservedSum, Geometry, Observable};
+use crate::number::Real;
 use crate::output::chart::{Chart, Ink, Mark, Scale, Series};
-use crate::sampling::{Crossing, Sampler, SceneSample};
 use crate::solve::WorldLine;
+use crate::trajectory::{Crossing, Sampler, SceneSample};
 
 /// Points of an orbit: as many as a line may have without being thinned, and more of very long ones.
 const LEAST_POINTS: usize = 2000;
@@ -30,7 +30,7 @@ pub struct PlotAxes<S = f64> {
     pub labels: [String; 2],
 }
 
-impl<S: Numeric> PlotAxes<S> {
+impl<S: Real> PlotAxes<S> {
     /// Where a point of the world-line is in the picture.
     fn point(&mut self, sample: &SceneSample<S>, norm: S) -> (f64, f64) {
         let [x, y] = self.formulas.each_mut().map(|f| f.at(&sample.q, &sample.q_dot, &sample.p, norm).to_f64());
@@ -83,12 +83,12 @@ fn written(formula: &str) -> String {
     text
 }
 
-fn norm<S: Numeric>(line: &WorldLine<S>) -> S {
+fn norm<S: Real>(line: &WorldLine<S>) -> S {
     line.geometry().norm(&line.place.start.q, &line.place.start.q_dot)
 }
 
 /// So many points of the orbit, evenly in γ.
-fn points<S: Numeric>(line: &WorldLine<S>, axes: &mut PlotAxes<S>, count: usize) -> Vec<(f64, f64)> {
+fn points<S: Real>(line: &WorldLine<S>, axes: &mut PlotAxes<S>, count: usize) -> Vec<(f64, f64)> {
     let (norm, mut sampler) = (norm(line), Sampler::new(line));
     let step = line.length / S::from((count - 1) as f64);
     let gammas = (0..count).map(|k| line.gamma_i + S::from(k as f64) * step);
@@ -96,7 +96,7 @@ fn points<S: Numeric>(line: &WorldLine<S>, axes: &mut PlotAxes<S>, count: usize)
 }
 
 /// The orbit in the plane of `axes`, with its start.
-pub fn orbit<S: Numeric>(of: &str, line: &WorldLine<S>, axes: &PlotAxes<S>) -> Chart {
+pub fn orbit<S: Real>(of: &str, line: &WorldLine<S>, axes: &PlotAxes<S>) -> Chart {
     let mut axes = axes.clone();
     let points = points(line, &mut axes, (line.nodes() / NODES_PER_POINT).clamp(LEAST_POINTS, MOST_POINTS));
     let start = points.iter().copied().take(1).collect();
@@ -106,7 +106,7 @@ pub fn orbit<S: Numeric>(of: &str, line: &WorldLine<S>, axes: &PlotAxes<S>) -> C
 }
 
 /// The events in the plane of `axes`. `names` are those of what was watched.
-pub fn section<S: Numeric>(
+pub fn section<S: Real>(
     of: &str,
     line: &WorldLine<S>,
     axes: &PlotAxes<S>,
@@ -146,7 +146,7 @@ fn level(values: &mut [f64], grain: f64) {
 }
 
 /// |ΔQ| of every charge and conserved sum, and the deviations of K, or of Newton's energy, and of the invariants.
-pub fn charges<S: Numeric>(
+pub fn charges<S: Real>(
     of: &str,
     line: &WorldLine<S>,
     diagnostics: &Diagnostics<S, Geometry<S>>,
@@ -188,7 +188,7 @@ pub fn charges<S: Numeric>(
 
 /// The steps between nodes along the run, in γ and, where it is another one, in t. In windows of spectral elements,
 /// whose nodes crowd at the ends, the mean step of a window takes their place.
-pub fn mesh<S: Numeric>(of: &str, line: &WorldLine<S>) -> Chart {
+pub fn mesh<S: Real>(of: &str, line: &WorldLine<S>) -> Chart {
     let gamma: Vec<f64> = line.gamma().map(S::to_f64).collect();
     let t = line.geometry().names().iter().position(|name| name == "t");
     let t: Option<Vec<f64>> = t.map(|t| line.q(t).map(S::to_f64).collect());

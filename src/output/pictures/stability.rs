@@ -3,7 +3,7 @@
 
 use super::look;
 use crate::case::Form;
-use crate::norm::larger;
+use crate::number::norm::larger;
 use crate::output::chart::{Chart, Ink, Kind, Map, Mark, Panel, Scale, Series, Sign};
 use crate::output::stability::onsets;
 use crate::study::stability::{Arena, Cell, CellStatus, Limit, Method, Pace};

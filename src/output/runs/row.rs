@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::diagnostics::verdict::{Grade, Reason};
-use crate::scalar::Real;
+use crate::number::Real;
+use crate::output::tables::state_header;
 use crate::study::many::{End, Ending, ManyRuns};
-use crate::tables::state_header;
 
 /// A run as a row of `runs.csv` and rows of `runs-events.csv`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

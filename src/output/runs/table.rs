@@ -6,7 +6,7 @@ use anyhow::Context;
 use csv::Writer;
 
 use super::{Columns, RUNS, RUNS_EVENTS, RunRow};
-use crate::tables::csv_writer;
+use crate::output::tables::csv_writer;
 
 /// A table of many runs that is being written.
 pub(super) struct Tables<W: Write> {

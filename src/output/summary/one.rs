@@ -4,12 +4,12 @@ use serde::Serialize;
 
 use super::super::number::Number;
 use super::{Ended, Outcome, Summary};
-use crate::Numeric;
 use crate::action::MULTIPLIERS;
 use crate::case::Case;
 use crate::diagnostics::Measures;
 use crate::diagnostics::gaps::Gaps;
 use crate::diagnostics::verdict::Verdict;
+use crate::number::Real;
 use crate::solve::{NoSolution, Settings, Solution, Status};
 use crate::study::run_error::RunError;
 use crate::study::verdict::of_solution;
@@ -116,7 +116,7 @@ impl From<&RunError> for Error {
 impl Summary {
     /// The summary of `case` and of its solution or failure. The error of a solution is not known to it, so that its
     /// verdict is doubtful until [`Self::set_error`].
-    pub fn new<S: Numeric>(
+    pub fn new<S: Real>(
         case: &Case,
         result: Result<(&Solution<S>, &Measures<S>), &NoSolution>,
         solve_seconds: f64,
@@ -158,7 +158,7 @@ impl Summary {
 }
 
 impl Solved {
-    fn new<S: Numeric>(solution: &Solution<S>, measures: &Measures<S>) -> Self {
+    fn new<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> Self {
         let invariants = solution.invariants();
         let number = |value: S| Number::new(value, solution.digits);
         Self {

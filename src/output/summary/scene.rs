@@ -6,16 +6,16 @@ use serde::Serialize;
 
 use super::super::number::Number;
 use super::{Coordinates, Ended, Outcome, SceneSummary};
-use crate::Numeric;
 use crate::case::scene::SceneCase;
 use crate::diagnostics::gaps::Gaps;
 use crate::diagnostics::scene::InvariantDeviation;
 use crate::diagnostics::verdict::Verdict;
 use crate::diagnostics::{ChargeDeviation, Diagnostics};
-use crate::errors::RunError;
 use crate::geometry::{ConservedSum, Geometry};
-use crate::norm::max_abs;
+use crate::number::Real;
+use crate::number::norm::max_abs;
 use crate::solve::{NoSolution, Settings, Status, WorldLine};
+use crate::study::errors::RunError;
 use crate::study::verdict::of_world_line;
 
 /// A world-line with what was measured on it.
@@ -115,7 +115,7 @@ pub struct SolvedScene {
 impl SceneSummary {
     /// The summary of `case`, whose compiled geometry is `geometry`, and of its world-line or failure. The verdict is
     /// the one without a reference; [`Self::set_error`] changes it.
-    pub fn new<S: Numeric>(
+    pub fn new<S: Real>(
         case: &SceneCase,
         geometry: &Geometry<S>,
         result: Result<Measured<'_, S>, &NoSolution>,
@@ -161,7 +161,7 @@ impl SceneSummary {
 }
 
 impl SolvedScene {
-    fn new<S: Numeric>(line: &WorldLine<S>, diagnostics: &Diagnostics<S, Geometry<S>>, sums: &[ConservedSum]) -> Self {
+    fn new<S: Real>(line: &WorldLine<S>, diagnostics: &Diagnostics<S, Geometry<S>>, sums: &[ConservedSum]) -> Self {
         let names = line.geometry().names();
         let number = |value: S| Number::new(value, line.digits);
         let all = |values: &[S]| -> ByName { names.iter().cloned().zip(values.iter().map(|&v| number(v))).collect() };

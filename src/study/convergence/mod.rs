@@ -9,7 +9,7 @@ pub use slope::Slope;
 pub use sweep::{Sweep, errors, sweep};
 
 use crate::case::{Form, SbpName};
-use crate::norm::larger;
+use crate::number::norm::larger;
 use crate::reference::ReferenceEnds;
 use crate::solve::Status;
 

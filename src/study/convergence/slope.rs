@@ -2,8 +2,8 @@
 
 use super::fit::{Fit, points_above_plateau};
 use super::{Convergence, Quantity};
-use crate::Numeric;
 use crate::case::{Form, SbpName};
+use crate::number::Real;
 
 /// The fitted slope of one quantity, for one operator and form.
 #[derive(Debug, Clone)]
@@ -55,7 +55,7 @@ impl Slope {
     }
 }
 
-impl<S: Numeric> Convergence<S> {
+impl<S: Real> Convergence<S> {
     /// The slopes of every operator, form and quantity over the grids with `n_range.0` ≤ N ≤ `n_range.1` whose errors
     /// lie above the rounding plateau.
     pub fn slopes(&self, n_range: (usize, usize)) -> Vec<Slope> {

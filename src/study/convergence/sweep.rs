@@ -6,10 +6,10 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::{Convergence, ConvergencePoint, Errors, ReferenceInfo, SweepError};
-use crate::Numeric;
 use crate::case::{Form, SbpName, on_grid};
-use crate::norm::larger;
+use crate::number::norm::larger;
 use crate::reference::ReferenceTrajectory;
+use crate::solve::Arithmetic;
 use crate::solve::{Settings, Setup, Status, WorldLine};
 use crate::study::space::{Deviations, Studied, distance};
 
@@ -32,7 +32,7 @@ pub struct Sweep<S = f64> {
 ///
 /// # Errors
 /// See [`Sweep::new`].
-pub fn sweep<S: Numeric, G: Studied<S>>(
+pub fn sweep<S: Arithmetic, G: Studied<S>>(
     setup: impl Into<Setup<S, G>>,
     schemes: &[(SbpName, Form)],
     n_gamma: &[usize],
@@ -47,7 +47,7 @@ where
     Ok(sweep.run(cancel, &|_, point| finished(point)))
 }
 
-impl<S: Numeric> Sweep<S> {
+impl<S: Arithmetic> Sweep<S> {
     /// A sweep of what a case sets up over every operator with its form and every number of nodes.
     ///
     /// A run that ends at a physical time, where a coordinate has a value, or where a formula changes its sign, is
@@ -131,7 +131,7 @@ impl<S: Numeric> Sweep<S> {
 }
 
 /// A grid for each operator with its form and each number of nodes, every scheme once and with ascending numbers.
-fn grids<S: Numeric, G: Studied<S>>(
+fn grids<S: Arithmetic, G: Studied<S>>(
     setup: &Setup<S, G>,
     schemes: &[(SbpName, Form)],
     n_gamma: &[usize],
@@ -153,7 +153,7 @@ fn grids<S: Numeric, G: Studied<S>>(
     Ok(grids)
 }
 
-fn measure<S: Numeric, G: Studied<S>>(
+fn measure<S: Arithmetic, G: Studied<S>>(
     setup: &Setup<S, G>,
     length: S,
     reference: &ReferenceTrajectory<S, G>,
@@ -172,7 +172,7 @@ fn measure<S: Numeric, G: Studied<S>>(
 }
 
 /// The errors of a world-line at its nodes. The L2 norms use the quadratures of its operators.
-pub fn errors<S: Numeric, G: Studied<S>>(line: &WorldLine<S, G>, reference: &ReferenceTrajectory<S, G>) -> Errors {
+pub fn errors<S: Arithmetic, G: Studied<S>>(line: &WorldLine<S, G>, reference: &ReferenceTrajectory<S, G>) -> Errors {
     let rows = G::rows(line);
     let (mut at_end, mut squared) = (vec![0.0; rows.len()], vec![0.0; rows.len()]);
     for grid in line.grids() {

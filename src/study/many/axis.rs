@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use crate::case::key_of;
-use crate::scalar::{Extended, Real};
+use crate::number::{Extended, Real};
 
 /// More values than this are taken for a typing mistake.
 const MOST_VALUES: usize = 10_000_000;

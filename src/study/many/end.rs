@@ -1,16 +1,17 @@
 //! What a run of many leaves: where it ended, and the largest deviations on the way.
 
-use crate::Numeric;
 use crate::case::{AnyCase, Case, SceneCase};
 use crate::diagnostics::verdict::Verdict;
 use crate::diagnostics::{Diagnostics, Further, Measurable};
-use crate::errors::scene_error;
 use crate::geometry::Geometry;
-use crate::norm::max_abs;
-use crate::sampling::crossings;
+use crate::number::Real;
+use crate::number::norm::max_abs;
+use crate::solve::Arithmetic;
 use crate::solve::{Solution, Status, WorldLine, solve};
+use crate::study::errors::scene_error;
 use crate::study::run_error::run_error;
 use crate::study::verdict::{of_solution, of_world_line};
+use crate::trajectory::crossings;
 
 /// How a run ended.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,7 +99,7 @@ fn names_of_maxima(charges: &[&str], is_lifted: bool, invariants: &[&str]) -> Ve
 }
 
 /// Solves a case of one coordinate.
-pub(super) fn of_one<S: Numeric>(case: &Case) -> Outcome {
+pub(super) fn of_one<S: Arithmetic>(case: &Case) -> Outcome {
     let solution: Solution<S> = match solve(case) {
         Ok(solution) => solution,
         Err(failure) => return Outcome::Failed { status: failure.status, message: failure.to_string() },
@@ -120,7 +121,7 @@ pub(super) fn of_one<S: Numeric>(case: &Case) -> Outcome {
 }
 
 /// Solves a scene.
-pub(super) fn of_scene<S: Numeric>(case: &SceneCase) -> Outcome {
+pub(super) fn of_scene<S: Arithmetic>(case: &SceneCase) -> Outcome {
     let line: WorldLine<S> = match solve(case.setup()) {
         Ok(line) => line,
         Err(failure) => return Outcome::Failed { status: failure.status, message: failure.to_string() },
@@ -149,7 +150,7 @@ pub(super) fn of_scene<S: Numeric>(case: &SceneCase) -> Outcome {
 }
 
 /// The largest deviations, as decimals. `energy` is that of the energy at the ends of windows, if there is one.
-fn maxima<S: Numeric, G: Measurable<S>>(
+fn maxima<S: Real, G: Measurable<S>>(
     line: &WorldLine<S, G>,
     diagnostics: &Diagnostics<S, G>,
     energy: Option<S>,

@@ -27,7 +27,7 @@ pub use end::{End, Ending, Found, Outcome};
 use rayon::prelude::*;
 
 use crate::case::{AnyCase, CaseError};
-use crate::scalar::Extended;
+use crate::number::Extended;
 
 /// More runs than this are taken for a typing mistake.
 const MOST_RUNS: usize = 10_000_000;

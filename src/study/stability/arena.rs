@@ -8,7 +8,7 @@ use super::world::{Reference, World};
 use crate::case::Case;
 use crate::case::scene::SceneCase;
 use crate::geometry::Geometry;
-use crate::metric::Metric;
+use crate::geometry::metric::Metric;
 use crate::reference::{EndReason, ReferenceEnds};
 use crate::study::line::Line;
 use crate::study::space::Point;

@@ -3,10 +3,10 @@
 use nalgebra::{Complex, ComplexField};
 
 use crate::case::{Form, SbpName};
-use crate::geodesic::InitialData;
+use crate::geometry::geodesic::InitialData;
+use crate::geometry::metric::Metric;
+use crate::geometry::potential::Potential;
 use crate::methods::{Output, PEERS, Peer, Problem, Setting, Step};
-use crate::metric::Metric;
-use crate::potential::Potential;
 use crate::sbp::symbol::{Start, amplification, largest_symbol};
 
 /// Number of intervals of each window of a finite-difference operator that is run in windows; it has one node more.

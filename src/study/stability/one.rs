@@ -3,8 +3,8 @@
 use super::arena::{amplitude, half_range, largest};
 use super::line::Charted;
 use super::status::Sizes;
-use crate::geodesic::{InitialData, acceleration_slope};
-use crate::metric::Metric;
+use crate::geometry::geodesic::{InitialData, acceleration_slope};
+use crate::geometry::metric::Metric;
 use crate::solve::{Place, Setup};
 use crate::study::space::{Point, Studied};
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::status::Sizes;
 use crate::diagnostics::sawtooth;
-use crate::norm::larger;
+use crate::number::norm::larger;
 use crate::solve::WindowGrid;
 use crate::study::space::Point;
 

@@ -2,10 +2,10 @@
 
 use super::status::{CellStatus, Sizes};
 use super::track::Track;
-use crate::Numeric;
 use crate::case::{Form, SbpName};
 use crate::methods::{Failure, Output, Peer, Setting};
 use crate::reference::{ReferenceEnds, ReferenceTrajectory};
+use crate::solve::Arithmetic;
 use crate::solve::NoSolution;
 use crate::study::space::{Point, Studied};
 
@@ -21,7 +21,7 @@ pub(super) trait Reference: Send + Sync {
     fn steps(&self) -> usize;
 }
 
-impl<S: Numeric, G: Studied<S>> Reference for ReferenceTrajectory<S, G>
+impl<S: Arithmetic, G: Studied<S>> Reference for ReferenceTrajectory<S, G>
 where
     Self: Send + Sync,
 {

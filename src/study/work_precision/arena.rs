@@ -7,11 +7,11 @@ use super::{OUTPUTS, RowErrors, RowStatus};
 use crate::case::Case;
 use crate::case::scene::SceneCase;
 use crate::geometry::Geometry;
+use crate::geometry::metric::Metric;
 use crate::methods::{Output, Setting};
-use crate::metric::Metric;
-use crate::norm::larger;
+use crate::number::norm::larger;
+use crate::number::{Extended, Real};
 use crate::reference::ReferenceEnds;
-use crate::scalar::{Extended, Real};
 use crate::study::line::Line;
 
 /// With an error above this share of the size of a coordinate, a setting has no result. The size is the largest |x|,

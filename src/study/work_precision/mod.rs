@@ -13,8 +13,8 @@
 //! largest of them ranks a setting. Charges are constants in the equations of the other methods, as Q_t is.
 //!
 //! The schemes of this program are timed as [`crate::solve()`], with its certificate and everything that it stores.
-//! `accuracy` is timed as [`crate::solve::solve_window_by_window`] or, in a scene, as [`crate::lobatto::flow`], with
-//! its certificate and its samples. `march` is [`crate::lobatto`], without certificate and storage.
+//! `accuracy` is timed as [`crate::solve::solve_window_by_window`] or, in a scene, as [`crate::engine::lobatto::flow`], with
+//! its certificate and its samples. `march` is [`crate::engine::lobatto`], without certificate and storage.
 //!
 //! # How it is timed
 //!
@@ -51,7 +51,7 @@ pub use family::{Family, Group};
 pub use front::{Leader, Ratio, front, ratios};
 
 use self::trial::{time, try_family};
-use crate::norm::larger;
+use crate::number::norm::larger;
 
 /// Number of points at which every method reports its state.
 pub const OUTPUTS: usize = 10;

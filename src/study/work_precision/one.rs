@@ -4,11 +4,11 @@ use std::ops::ControlFlow;
 
 use super::course::{Course, Marched};
 use super::run::{Raw, Run};
-use crate::lobatto::{Inside, March, MarchFailure, State as MarchState, Twofold, WeakRule};
+use crate::engine::lobatto::{Inside, March, MarchFailure, State as MarchState, Twofold, WeakRule};
+use crate::geometry::metric::Metric;
 use crate::methods::{Marks, Output, Problem, Setting, State, Trajectory};
-use crate::metric::Metric;
-use crate::sampling::{Coordinate, SampleStream};
 use crate::solve::{Limit, Solution, solve_window_by_window};
+use crate::trajectory::{Coordinate, SampleStream};
 
 impl Marched for Metric {
     fn march(course: &Course<Self>, nodes: usize, setting: Setting, output: Output) -> Run<'_, Self> {

@@ -4,8 +4,8 @@ use std::ops::ControlFlow;
 
 use super::course::{Course, Marched};
 use super::run::{Raw, Run, none};
+use crate::engine::lobatto::flow::{Flow, FlowFailure};
 use crate::geometry::Geometry;
-use crate::lobatto::flow::{Flow, FlowFailure};
 use crate::methods::{Output, SceneState, Setting, Trajectory};
 
 impl Marched for Geometry {

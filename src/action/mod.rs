@@ -1,0 +1,211 @@
+//! The doubled geodesic action, its gradient and its sparse Hessian, in two forms.
+//!
+//! ```text
+//! F(q)  = Σ_k H_k ( ½ g_ab(q_k) (D̄q^a)_k (D̄q^b)_k + A_a(q_k) (D̄q^a)_k )
+//! E_IVP = F(q₁) − F(q₂) + terms that tie the branches to the initial data and to each other
+//! ```
+//!
+//! in n coordinates, summed over a and b. The paper has two, t and x, with g = diag(g00(x), −1):
+//!
+//! ```text
+//! F(t, x) = ½{ (D̄t)ᵀ g00(x) H (D̄t) − (D̄x)ᵀ H (D̄x) }
+//! ```
+//!
+//! The two forms differ in these terms. The paper's *strong* form has eight constraints with Lagrange multipliers
+//! (`multipliers.rs`). The *weak* form, which the paper's outlook asks for, has boundary terms and no multipliers
+//! (`boundary.rs`).
+//!
+//! Forward branch 1 carries the initial data, and backward branch 2 is tied to it at the end. Nothing in this module
+//! knows an equation of motion: a trajectory is a point where ∇E_IVP = 0. (The paper writes D̄ as a matrix on the
+//! vector (x, 1). Its H̄ is H with a zero row and column for that last, *affine* entry, which therefore never
+//! contributes.)
+//!
+//! ```
+//! use geodesic_ivp::action::DoubledAction;
+//! use geodesic_ivp::geometry::geodesic::InitialData;
+//! use geodesic_ivp::geometry::metric::Metric;
+//! use geodesic_ivp::geometry::potential::Potential;
+//! use geodesic_ivp::sbp::{SbpOperator, coefficients::SBP21};
+//!
+//! // A free particle moves on a straight line, and that is a critical point of the weak action.
+//! let metric = Metric::new(Potential::free(), 1.0, 1.0);
+//! let initial = InitialData { t: 0.0, x: 0.0, t_dot: 1.0, x_dot: 0.5 };
+//! let sbp = SbpOperator::new(&SBP21, 11, 0.1)?;
+//! let action = DoubledAction::weak(&sbp, &metric, initial.start(&metric));
+//! let t: Vec<f64> = (0..11).map(|k| sbp.node(k)).collect();
+//! let x: Vec<f64> = t.iter().map(|t| 0.5 * t).collect();
+//! let mut gradient = vec![1.0; action.layout().unknowns()];
+//! action.gradient(&action.layout().physical_limit(&[&t, &x], &[]), &mut gradient)?;
+//! assert!(gradient.iter().all(|g| g.abs() < 1e-14));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod boundary;
+mod force;
+mod form;
+mod hessian;
+mod layout;
+mod multipliers;
+mod rounding;
+mod state;
+
+pub use form::Form;
+pub use layout::{Layout, MULTIPLIERS, MULTIPLIERS_PER_COORDINATE};
+pub use rounding::GradientRounding;
+
+use self::force::MeanForce;
+use self::state::{BothStates, BranchState};
+use crate::geometry::metric::Metric;
+use crate::geometry::{Lagrangian, Source, Start};
+use crate::number::Real;
+use crate::number::norm::max_abs;
+use crate::sbp::{RegularisedOperator, SbpOperator};
+
+/// E_IVP for one grid, Lagrangian and set of initial data, in 2nN + 4n unknowns (strong) or 2nN (weak), see [`Layout`].
+#[derive(Debug)]
+pub struct DoubledAction<'a, S = f64, L = Metric<S>> {
+    form: Form,
+    sbp: &'a SbpOperator<S>,
+    lagrangian: &'a L,
+    initial: Start<S>,
+    /// D̄ of each coordinate.
+    bars: Vec<RegularisedOperator<'a, S>>,
+}
+
+impl<'a, S: Real, L: Lagrangian<S>> DoubledAction<'a, S, L> {
+    /// The paper's strong form, with the regularised operators D̄.
+    pub fn new(sbp: &'a SbpOperator<S>, lagrangian: &'a L, initial: Start<S>) -> Self {
+        let bars = initial.q.iter().map(|&q| RegularisedOperator::new(sbp, q)).collect();
+        Self { form: Form::Strong, sbp, lagrangian, initial, bars }
+    }
+
+    /// The weak form, without multipliers, which the paper's outlook asks for.
+    pub fn weak(sbp: &'a SbpOperator<S>, lagrangian: &'a L, initial: Start<S>) -> Self {
+        Self { form: Form::Weak, ..Self::new(sbp, lagrangian, initial) }
+    }
+
+    /// The action in the given form.
+    pub fn of_form(form: Form, sbp: &'a SbpOperator<S>, lagrangian: &'a L, initial: Start<S>) -> Self {
+        Self { form, ..Self::new(sbp, lagrangian, initial) }
+    }
+
+    /// The strong form with D in place of D̄, to show what the regularisation is for: this action has wrong critical
+    /// points or none.
+    pub fn without_regularisation(sbp: &'a SbpOperator<S>, lagrangian: &'a L, initial: Start<S>) -> Self {
+        let bars = vec![RegularisedOperator::without_regularisation(sbp); initial.q.len()];
+        Self { form: Form::Strong, sbp, lagrangian, initial, bars }
+    }
+
+    /// The order of the unknowns.
+    pub fn layout(&self) -> Layout {
+        Layout::new(self.bars.len(), self.sbp.points(), self.form)
+    }
+
+    /// The form: strong or weak.
+    pub fn form(&self) -> Form {
+        self.form
+    }
+
+    /// The SBP operator the action is built on.
+    pub fn sbp(&self) -> &'a SbpOperator<S> {
+        self.sbp
+    }
+
+    /// The initial data: the positions with the velocities (strong) or the momenta (weak).
+    pub fn initial(&self) -> &Start<S> {
+        &self.initial
+    }
+
+    fn both_branches(&self, u: &[S]) -> Result<BothStates<S>, L::Outside> {
+        BothStates::new(self.lagrangian, &self.bars, self.layout(), u)
+    }
+
+    /// The value E_IVP(u).
+    ///
+    /// # Errors
+    /// The first node of either branch that lies outside the domain.
+    pub fn value(&self, u: &[S]) -> Result<S, L::Outside> {
+        let states = self.both_branches(u)?;
+        let values = &self.lagrangian.structure().values;
+        let [forward, backward] = [0, 1].map(|branch| states.get(branch).value(values, self.sbp));
+        let ties = match self.form {
+            Form::Strong => self.multiplier_terms(u),
+            Form::Weak => self.boundary_terms(&self.ties(u, &states)),
+        };
+        let force = MeanForce::new(self, u, &states).map_or(S::ZERO, |mean| self.force_term(&mean));
+        Ok(forward - backward + ties + force)
+    }
+
+    /// Writes ∇E_IVP(u) into `out`, which is as long as `u`: the derivatives with respect to both branches and then, in
+    /// the strong form, the constraints.
+    ///
+    /// # Errors
+    /// The first node of either branch that lies outside the domain.
+    pub fn gradient(&self, u: &[S], out: &mut [S]) -> Result<(), L::Outside> {
+        self.gradient_at(&self.both_branches(u)?, u, out);
+        Ok(())
+    }
+
+    fn gradient_at(&self, states: &BothStates<S>, u: &[S], out: &mut [S]) {
+        let layout = self.layout();
+        let mut momentum = vec![S::ZERO; self.sbp.points()];
+        for a in 0..layout.dimension() {
+            self.coordinate_gradient(states.get(0), a, &mut momentum, layout.values_mut(out, 0, a));
+        }
+        if states.are_equal() {
+            out.copy_within(..layout.row(1, 0), layout.row(1, 0));
+        } else {
+            for a in 0..layout.dimension() {
+                self.coordinate_gradient(states.get(1), a, &mut momentum, layout.values_mut(out, 1, a));
+            }
+        }
+        for out in &mut out[layout.row(1, 0)..layout.multiplier_range().start] {
+            *out = -*out;
+        }
+        if let Some(mean) = MeanForce::new(self, u, states) {
+            self.add_force_gradient(&mean, out);
+        }
+        match self.form {
+            Form::Strong => self.add_multiplier_gradient(u, out),
+            Form::Weak => self.add_boundary_gradient(&self.ties(u, states), states, out),
+        }
+    }
+
+    /// The largest entry of ∇E_IVP(u); infinite where a node is outside the domain, or where the Lagrangian overflows:
+    /// its squares of velocities do so before the gradient, and K with them.
+    pub fn gradient_norm(&self, u: &[S]) -> S {
+        let infinite = S::from(f64::INFINITY);
+        let Ok(states) = self.both_branches(u) else { return infinite };
+        let values = &self.lagrangian.structure().values;
+        let branches = if states.are_equal() { 1 } else { 2 };
+        if !(0..branches).all(|branch| states.get(branch).is_finite(values)) {
+            return infinite;
+        }
+        let mut gradient = vec![S::ZERO; u.len()];
+        self.gradient_at(&states, u, &mut gradient);
+        max_abs(&gradient)
+    }
+
+    /// ∂F/∂q^a = D̄ᵀH p_a + H f_a with f_a = ½ ∂_a g_bc D̄q^b D̄q^c + ∂_a A_b D̄q^b. `momentum` is room for N numbers.
+    fn coordinate_gradient(&self, state: &BranchState<S>, a: usize, momentum: &mut [S], out: &mut [S]) {
+        let structure = self.lagrangian.structure();
+        momentum.fill(S::ZERO);
+        state.contraction(structure, 0..momentum.len()).add_momentum(a, momentum);
+        self.bars[a].apply_transpose_weighted(momentum, out);
+        let weights = self.sbp.weights();
+        for term in structure.first.iter().filter(|term| term.by == [a]) {
+            let [b, c] = term.ab.map(|b| state.velocities.row(b));
+            let factor = if term.ab[0] == term.ab[1] { S::ONE.half() } else { S::ONE };
+            let nodes = out.iter_mut().zip(weights).zip(b.iter().zip(c));
+            match term.value {
+                Source::Constant(value) => {
+                    nodes.for_each(|((out, &weight), (&b, &c))| *out += factor * weight * value * b * c);
+                }
+                Source::Row(row) => {
+                    let nodes = nodes.zip(state.samples.row(row));
+                    nodes.for_each(|(((out, &weight), (&b, &c)), &value)| *out += factor * weight * value * b * c);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! The strong form ties the two branches together by four constraints with Lagrange multipliers for each coordinate.
+//!
+//! ```text
+//! Σ_a { λ_a (q₁^a[1] − q_i^a) + μ_a ((Dq₁^a)[1] − q̇_i^a) + ν_a (q₁^a − q₂^a)[N] + κ_a ((Dq₁^a) − (Dq₂^a))[N] }
+//! ```
+//!
+//! In t and x they are the paper's λ1 … λ8, in the order λ_t, μ_t, λ_x, μ_x, ν_t, ν_x, κ_t, κ_x.
+
+use super::{DoubledAction, MULTIPLIERS_PER_COORDINATE};
+use crate::geometry::Lagrangian;
+use crate::number::{Real, sum};
+
+impl<S: Real, L: Lagrangian<S>> DoubledAction<'_, S, L> {
+    /// The constraints that the multipliers of the strong form enforce, in their order. They can be asked for in the
+    /// weak form, too.
+    pub fn constraints(&self, u: &[S]) -> Vec<S> {
+        let layout = self.layout();
+        let last = self.sbp.points() - 1;
+        let row = |k: usize, u: &[S]| self.sbp.derivative_at(u, k);
+        let mut constraints = vec![S::ZERO; MULTIPLIERS_PER_COORDINATE * layout.dimension()];
+        for a in 0..layout.dimension() {
+            let [one, two] = [0, 1].map(|branch| layout.values(u, branch, a));
+            constraints[layout.lambda(a)] = one[0] - self.initial.q[a];
+            constraints[layout.mu(a)] = row(0, one) - self.initial.q_dot[a];
+            constraints[layout.nu(a)] = one[last] - two[last];
+            constraints[layout.kappa(a)] = row(last, one) - row(last, two);
+        }
+        constraints
+    }
+
+    /// Σ λ_j C_j(u).
+    pub(super) fn multiplier_terms(&self, u: &[S]) -> S {
+        let constraints = self.constraints(u);
+        let multipliers = self.layout().multipliers(u);
+        sum(multipliers.iter().zip(constraints).map(|(&lambda, c)| lambda * c))
+    }
+
+    /// Adds Σ λ_j ∇C_j to the branches of `out`, and writes the constraints after them.
+    pub(super) fn add_multiplier_gradient(&self, u: &[S], out: &mut [S]) {
+        let layout = self.layout();
+        let constraints = self.constraints(u);
+        let multipliers = layout.multipliers(u);
+        let last = self.sbp.points() - 1;
+        for a in 0..layout.dimension() {
+            layout.values_mut(out, 0, a)[0] += multipliers[layout.lambda(a)];
+            for (branch, sign) in [S::ONE, -S::ONE].into_iter().enumerate() {
+                let row = layout.values_mut(out, branch, a);
+                row[last] += sign * multipliers[layout.nu(a)];
+                self.add_row(last, sign * multipliers[layout.kappa(a)], row);
+            }
+            self.add_row(0, multipliers[layout.mu(a)], layout.values_mut(out, 0, a));
+        }
+        layout.multipliers_mut(out).copy_from_slice(&constraints);
+    }
+
+    /// `out` += `factor` · Dᵀe_k.
+    fn add_row(&self, k: usize, factor: S, out: &mut [S]) {
+        for (column, d) in self.sbp.row(k) {
+            out[column] += factor * d;
+        }
+    }
+}
+
+impl<L: Lagrangian<f64>> DoubledAction<'_, f64, L> {
+    /// Calls `push` for the constant border of the Hessian: ∂C_j/∂u and its transpose.
+    pub(super) fn visit_constraints(&self, push: &mut impl FnMut(usize, usize, f64)) {
+        let layout = self.layout();
+        let last = self.sbp.points() - 1;
+        let border = layout.multiplier_range().start;
+        let mut both = |multiplier: usize, unknown: usize, value: f64| {
+            push(border + multiplier, unknown, value);
+            push(unknown, border + multiplier, value);
+        };
+        let coordinates = 0..layout.dimension();
+        for a in coordinates.clone() {
+            both(layout.lambda(a), layout.row(0, a), 1.0);
+        }
+        let branches = [(0, 1.0), (1, -1.0)];
+        for a in coordinates.clone() {
+            for (branch, sign) in branches {
+                both(layout.nu(a), layout.row(branch, a) + last, sign);
+            }
+        }
+        for a in coordinates.clone() {
+            for (column, d) in self.sbp.row(0) {
+                both(layout.mu(a), layout.row(0, a) + column, d);
+            }
+        }
+        for a in coordinates {
+            for (branch, sign) in branches {
+                for (column, d) in self.sbp.row(last) {
+                    both(layout.kappa(a), layout.row(branch, a) + column, sign * d);
+                }
+            }
+        }
+    }
+}

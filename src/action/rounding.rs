@@ -1,0 +1,113 @@
+//! The size of the rounding error in the gradient, below which no gradient can be brought.
+
+use super::DoubledAction;
+use super::state::BranchState;
+use crate::geometry::{Lagrangian, Samples, Source, Term, other};
+use crate::number::Real;
+use crate::number::norm::max_abs;
+
+/// Rounding errors to be expected in ∇E_IVP, for each coordinate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GradientRounding {
+    /// Of ∂E/∂q^a.
+    pub rows: Vec<f64>,
+    /// Of a value of q^a: the constraints of λ_a and ν_a; divided by h those of μ_a and κ_a.
+    pub values: Vec<f64>,
+}
+
+impl<S: Real, L: Lagrangian<S>> DoubledAction<'_, S, L> {
+    /// The size of the rounding error to be expected in the entries of ∇E_IVP at `u`, by kind of row. Differences of q
+    /// are divided by h, so it grows like N.
+    ///
+    /// # Errors
+    /// The first node of either branch that lies outside the domain.
+    pub fn gradient_rounding(&self, u: &[S]) -> Result<GradientRounding, L::Outside> {
+        let (layout, structure) = (self.layout(), self.lagrangian.structure());
+        let n = layout.dimension();
+        let multipliers = layout.multipliers(u);
+        let h = self.sbp.spacing().to_f64();
+        let size = |u: &[S]| max_abs(u).to_f64();
+        // The larger |multiplier| of the given places; 0 in the weak form, which has none.
+        let of = |places: [usize; 2]| {
+            places.map(|j| multipliers.get(j).map_or(0.0, |l| l.to_f64().abs())).into_iter().fold(0.0, f64::max)
+        };
+        let mut values = vec![0.0_f64; n];
+        // λ_a and ν_a enter the gradient directly; μ_a and κ_a are multiplied by a row of D.
+        let mut rows: Vec<f64> =
+            (0..n).map(|a| of([layout.lambda(a), layout.nu(a)]) + of([layout.mu(a), layout.kappa(a)]) / h).collect();
+        let mut state = BranchState::zeros(self.lagrangian, self.sbp.points());
+        for branch in 0..2 {
+            let q = layout.branch(u, branch);
+            state.evaluate(self.lagrangian, &self.bars, &q)?;
+            let mut q_dot: Vec<f64> =
+                (0..n).map(|a| size(state.velocities.row(a)).max(self.initial.q_dot[a].to_f64().abs())).collect();
+            q_dot.push(1.0);
+            let fall = self.falls(&state, &q, &q_dot);
+            let sizes: Vec<f64> =
+                (0..n).map(|a| size(q[a]).max(h * q_dot[a]).max(fall[a]).max(f64::MIN_POSITIVE)).collect();
+            values.iter_mut().zip(&sizes).for_each(|(value, &size)| *value = value.max(size));
+            for &Term { ab: [a, b], value, .. } in &structure.values {
+                let component = state.size(value);
+                for (row, other) in [(a, b), (b, a)].into_iter().filter(|(row, _)| *row < n) {
+                    let velocity = if other < n { component * sizes[other] / h } else { component };
+                    rows[row] = rows[row].max(velocity);
+                }
+            }
+            // H f_c inherits the relative error of every q̇, which is ε|q|/(h q̇).
+            let weight = size(self.sbp.weights());
+            for &Term { ab: [a, b], by: [c], value } in &structure.first {
+                let slope = weight * state.size(value);
+                for (a, b) in [(a, b), (b, a)].into_iter().filter(|(_, b)| *b < n) {
+                    rows[c] = rows[c].max(slope * q_dot[a] * sizes[b] / h);
+                }
+            }
+        }
+        let epsilon = S::EPSILON.to_f64();
+        // Rows of D with larger coefficients amplify the rounding of q; ∇E applies D twice.
+        let once = epsilon * self.sbp.stiffness();
+        let twice = once * self.sbp.stiffness();
+        Ok(GradientRounding {
+            rows: rows.into_iter().map(|row| twice * row).collect(),
+            values: values.into_iter().map(|value| once * value).collect(),
+        })
+    }
+
+    /// ½h²|q̈^a|, the distance that a coordinate falls in a step from rest. Where it is zero at the start, perhaps at
+    /// rest, rounding acts on the distances h q̇ and ½h²q̈ of a step. `q_dot` are the sizes of the velocities, and 1.
+    fn falls(&self, state: &BranchState<S>, q: &[&[S]], q_dot: &[f64]) -> Vec<f64> {
+        let structure = self.lagrangian.structure();
+        let (n, h) = (structure.dimension, self.sbp.spacing().to_f64());
+        let mut forces = vec![0.0_f64; n];
+        // A change of g_ab or A_a along the way acts on p_a and p_b like a force.
+        for &Term { ab: [a, b], by: [c], value } in &structure.first {
+            let slope = 0.5 * h * h * state.size(value);
+            for (row, force) in [(c, slope * q_dot[a] * q_dot[b]), (a, slope * q_dot[b] * q_dot[c])] {
+                forces[row] = forces[row].max(force);
+            }
+            if b < n {
+                forces[b] = forces[b].max(slope * q_dot[a] * q_dot[c]);
+            }
+        }
+        if !structure.force.is_empty() {
+            let velocities: Vec<&[S]> = (0..n).map(|a| state.velocities.row(a)).collect();
+            let mut samples = Samples::zeros(structure.force_rows, self.sbp.points());
+            self.lagrangian.fill_force(q, &velocities, &mut samples);
+            for term in &structure.force {
+                let size = match term.value {
+                    Source::Constant(value) => value.abs().to_f64(),
+                    Source::Row(row) => max_abs(samples.row(row)).to_f64(),
+                };
+                forces[term.a] = forces[term.a].max(0.5 * h * h * size);
+            }
+        }
+        // Coordinates that are coupled accelerate each other.
+        let fall = |a: usize| {
+            let coupled = structure.values.iter().filter_map(|term| Some((other(term.ab, a)?, state.size(term.value))));
+            let (force, mass) = coupled
+                .filter(|(b, _)| *b < n)
+                .fold((0.0_f64, 0.0_f64), |(force, mass), (b, size)| (force.max(forces[b]), mass.max(size)));
+            force / mass.max(f64::MIN_POSITIVE)
+        };
+        (0..n).map(fall).collect()
+    }
+}

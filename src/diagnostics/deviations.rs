@@ -1,0 +1,194 @@
+//! What the equations leave on the nodes of a run, row by row, for any number of coordinates.
+
+use std::borrow::Cow;
+
+use super::rows::{corrected, derivative, handed_on, largest};
+use crate::action::Form;
+use crate::geometry::{Contraction, Samples, Structure};
+use crate::number::Real;
+use crate::number::norm::max_abs;
+use crate::solve::{Space, WorldLine};
+
+/// How far a momentum, or a sum of momenta, is from its value at the start of the run.
+#[derive(Debug, Clone)]
+pub struct ChargeDeviation<S = f64> {
+    /// Constants c^a of Σ c^a p_a, for the coordinates that occur.
+    pub terms: Vec<(usize, S)>,
+    /// Its value at the start.
+    pub value: S,
+    /// The deviation on the nodes.
+    pub delta: Vec<S>,
+    /// The same with the multipliers' share κ_a/H_N at the last node of each window.
+    pub corrected: Vec<S>,
+    /// Largest |delta| where the charge is exact: at all nodes but the last of each window (strong), or at all (weak).
+    pub max_interior: S,
+    /// Largest |delta| at the last node of a window.
+    pub max_last: S,
+    /// Largest |corrected|.
+    pub max_corrected: S,
+    /// Largest deviation of what the next window starts with, at the ends of the windows.
+    pub max_ends: S,
+}
+
+/// The deviation of K.
+#[derive(Debug, Clone)]
+pub struct NormDeviation<S = f64> {
+    /// K at the start.
+    pub value: S,
+    /// ΔK = g_ab Dq^a Dq^b − K on the nodes.
+    pub delta: Vec<S>,
+    /// ΔK at the end of each window, for the values that the next window starts with.
+    pub ends: Vec<S>,
+    /// Largest |ΔK| where charges are exact.
+    pub max_interior: S,
+    /// Largest |ΔK| at the ends.
+    pub max_ends: S,
+}
+
+/// A run with its velocities, its metric and its momenta on the nodes.
+pub(super) struct Fields<'r, S, G> {
+    pub(super) run: &'r WorldLine<S, G>,
+    /// Dq^a or D̄q^a.
+    pub(super) velocities: Vec<Vec<S>>,
+    /// The metric and the one-form.
+    pub(super) samples: Samples<S>,
+    /// F_a, empty where no force acts.
+    pub(super) forces: Vec<Vec<S>>,
+    /// p_a.
+    momenta: Vec<Vec<S>>,
+}
+
+impl<'r, S: Real, G: Space<S>> Fields<'r, S, G> {
+    /// Differentiates the rows of `run`, and fills in the rest.
+    pub(super) fn new(run: &'r WorldLine<S, G>) -> Self {
+        let (lagrangian, rows) = (run.geometry(), run.rows());
+        let (structure, points) = (lagrangian.structure(), rows[0].len());
+        let n = structure.dimension;
+        let velocities: Vec<Vec<S>> = (0..n).map(|a| derivative(run.grids(), rows[a], run.starts(a))).collect();
+        let mut samples = lagrangian.room(points);
+        lagrangian.fill(&rows, &mut samples).expect("a solution lies inside the domain");
+        let mut forces = vec![Vec::new(); n];
+        if !structure.force.is_empty() {
+            let velocities: Vec<&[S]> = velocities.iter().map(Vec::as_slice).collect();
+            let mut force = Samples::zeros(structure.force_rows, points);
+            lagrangian.fill_force(&rows, &velocities, &mut force);
+            for term in &structure.force {
+                forces[term.a] = (0..points).map(|k| force.at(term.value, k)).collect();
+            }
+        }
+        let mut fields = Self { run, velocities, samples, forces, momenta: Vec::new() };
+        let mut momenta: Vec<Vec<S>> = vec![fields.zeros(); n];
+        momenta.iter_mut().enumerate().for_each(|(a, row)| fields.contraction().add_momentum(a, row));
+        fields.momenta = momenta;
+        fields
+    }
+
+    fn structure(&self) -> &'r Structure<S> {
+        self.run.geometry().structure()
+    }
+
+    /// A zero for every node.
+    fn zeros(&self) -> Vec<S> {
+        vec![S::ZERO; self.velocities[0].len()]
+    }
+
+    /// The metric and the one-form with the velocities.
+    fn contraction<'c>(&'c self) -> Contraction<'c, S, impl Fn(usize) -> Option<&'c [S]>> {
+        let (structure, samples) = (self.structure(), &self.samples);
+        let velocity = |b: usize| self.velocities.get(b).map(Vec::as_slice);
+        Contraction { structure, samples, nodes: 0..self.velocities[0].len(), velocity }
+    }
+
+    /// f_a + F_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a.
+    fn force(&self, a: usize) -> Vec<S> {
+        let mut row = self.zeros();
+        self.contraction().add_force(a, &mut row);
+        row.iter_mut().zip(&self.forces[a]).for_each(|(sum, &force)| *sum += force);
+        row
+    }
+
+    /// The deviation of Σ c^a p_a.
+    pub(super) fn charge(&self, terms: Vec<(usize, S)>) -> ChargeDeviation<S> {
+        let (run, start) = (self.run, &self.run.place.start);
+        let value = terms.iter().fold(S::ZERO, |sum, &(a, c)| sum + c * start.p[a]);
+        let mut delta = self.zeros();
+        for &(a, c) in &terms {
+            delta.iter_mut().zip(&self.momenta[a]).for_each(|(sum, &p)| *sum += c * p);
+        }
+        delta.iter_mut().for_each(|delta| *delta -= value);
+        let mut ends = vec![-value; run.grids().len()];
+        for &(a, c) in &terms {
+            ends.iter_mut().zip(run.end_momenta(a)).for_each(|(sum, p)| *sum += c * p);
+        }
+        let mut shares: Vec<Option<S>> = Vec::new();
+        for &(a, c) in &terms {
+            let of_a = run.kappas(a).map(|kappa| Some(c * kappa?));
+            match shares.is_empty() {
+                true => shares = of_a.collect(),
+                false => shares.iter_mut().zip(of_a).for_each(|(sum, share)| *sum = sum.zip(share).map(|(s, t)| s + t)),
+            }
+        }
+        let corrected = corrected(run.grids(), &delta, shares.into_iter());
+        ChargeDeviation {
+            max_interior: largest(&delta, run.grids().map(|grid| grid.exact())),
+            max_last: largest(&delta, run.grids().map(|grid| grid.last())),
+            max_corrected: max_abs(&corrected),
+            max_ends: max_abs(&ends),
+            terms,
+            value,
+            delta,
+            corrected,
+        }
+    }
+
+    /// The deviation of K.
+    pub(super) fn norm(&self) -> NormDeviation<S> {
+        let (run, start) = (self.run, &self.run.place.start);
+        let value = run.geometry().norm(&start.q, &start.q_dot);
+        let mut delta = self.zeros();
+        self.contraction().add_norm(&mut delta);
+        delta.iter_mut().for_each(|delta| *delta -= value);
+        let ends: Vec<S> = run.end_norms(&self.samples).map(|norm| norm - value).collect();
+        NormDeviation {
+            max_interior: largest(&delta, run.grids().map(|grid| grid.exact())),
+            max_ends: max_abs(&ends),
+            value,
+            delta,
+            ends,
+        }
+    }
+
+    /// ΔG_a = (Dp_a) − f_a − F_a on the nodes, in the weak form with D̄ and the initial momenta; divided by the
+    /// constant g_aa if a is a coordinate of a potential, so that it is a deviation of d²q^a/dγ².
+    pub(super) fn residual(&self, a: usize) -> Vec<S> {
+        let mut residual = derivative(self.run.grids(), &self.momenta[a], self.run.start_momenta(a));
+        residual.iter_mut().zip(self.force(a)).for_each(|(residual, force)| *residual += -force);
+        if let Some(inertia) = self.structure().inertia(a) {
+            let scale = S::ONE / inertia;
+            // The sum with 0 takes the sign away from a zero.
+            residual.iter_mut().for_each(|residual| *residual = S::ZERO + scale * *residual);
+        }
+        residual
+    }
+
+    /// The largest |ΔG_a| over the nodes whose row of D does not reach the last node of the window (weak: all nodes).
+    pub(super) fn max_residual(&self, residual: &[S]) -> S {
+        largest(residual, self.run.grids().map(|grid| grid.uncoupled()))
+    }
+
+    /// The largest of Σ |g_ab Dq^a Dq^b| without its largest term, where charges are exact: what motion contributes to
+    /// K.
+    pub(super) fn motion(&self) -> f64 {
+        let mut motion = self.zeros();
+        self.contraction().add_motion(&mut motion);
+        largest(&motion, self.run.grids().map(|grid| grid.exact())).to_f64()
+    }
+}
+
+/// The row Dq^a of a run as dq^a/dγ, see [`Diagnostics::tangent`](super::Diagnostics::tangent).
+pub(super) fn tangent<'r, S: Real, G: Space<S>>(run: &WorldLine<S, G>, a: usize, velocity: &'r [S]) -> Cow<'r, [S]> {
+    match run.form {
+        Form::Weak => Cow::Borrowed(velocity),
+        Form::Strong => Cow::Owned(handed_on(run.grids(), velocity.to_vec(), run.end_velocities(a))),
+    }
+}

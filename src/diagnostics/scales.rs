@@ -1,0 +1,74 @@
+//! The scales of a motion: its size, its speed and its frequency. Deviations are judged relative to these.
+
+use crate::geometry::Samples;
+use crate::geometry::geodesic::acceleration_slope;
+use crate::geometry::metric::{G00, G00_FIRST, G00_SECOND};
+use crate::number::Real;
+use crate::solve::Solution;
+
+/// Extremes over the nodes of a run. They serve to judge deviations, for which `f64` is enough.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scales {
+    /// Least and greatest x.
+    pub x_range: [f64; 2],
+    /// Largest |dx/dγ|; in the strong form without the last node of each window.
+    pub x_dot: f64,
+    /// Largest local frequency: ω² = −dẍ/dx where that is positive, or 0.
+    pub omega: f64,
+    /// Largest (mean) spacing of the nodes of a window.
+    pub spacing: f64,
+    /// Least g00/c².
+    pub g00: f64,
+    /// That of x, see [`Sawtooth::sixth_difference`](super::Sawtooth::sixth_difference).
+    pub sixth_difference: Option<f64>,
+}
+
+impl Scales {
+    pub(super) fn new<S: Real>(
+        solution: &Solution<S>,
+        metric: &Samples<S>,
+        x_dot: &[S],
+        sixth_difference: Option<f64>,
+    ) -> Self {
+        let q_t = solution.invariants().q_t;
+        let least = |a: f64, b: f64| if b < a { b } else { a };
+        let most = |a: f64, b: f64| if b > a { b } else { a };
+        let x = || solution.x().iter().map(|x| x.to_f64());
+        let g00 = metric.row(G00);
+        let squares = (g00.iter().zip(metric.row(G00_FIRST)).zip(metric.row(G00_SECOND)))
+            .map(|((&g00, &first), &second)| -acceleration_slope(q_t, g00, first, second).to_f64());
+        let c_squared = solution.geometry().c_squared().to_f64();
+        let g00 = g00.iter().map(|g00| g00.to_f64() / c_squared);
+        let exact = solution.views().flat_map(|view| x_dot[view.grid.exact()].iter());
+        Self {
+            x_range: [x().fold(f64::INFINITY, least), x().fold(f64::NEG_INFINITY, most)],
+            x_dot: exact.map(|x_dot| x_dot.to_f64().abs()).fold(0.0, most),
+            omega: squares.fold(0.0, most).sqrt(),
+            spacing: solution.views().map(|view| view.grid.sbp().spacing().to_f64()).fold(0.0, most),
+            g00: g00.fold(f64::INFINITY, least),
+            sixth_difference,
+        }
+    }
+
+    /// Half the range of x.
+    pub fn amplitude(&self) -> f64 {
+        0.5 * (self.x_range[1] - self.x_range[0])
+    }
+
+    /// Δγω: the largest spacing times the largest local frequency.
+    pub fn step(&self) -> f64 {
+        self.spacing * self.omega
+    }
+
+    /// The extremes over a run, from those over its first part, `self`, and its second part, `next`.
+    pub(super) fn followed_by(self, next: Self) -> Self {
+        Self {
+            x_range: [self.x_range[0].min(next.x_range[0]), self.x_range[1].max(next.x_range[1])],
+            x_dot: self.x_dot.max(next.x_dot),
+            omega: self.omega.max(next.omega),
+            spacing: self.spacing.max(next.spacing),
+            g00: self.g00.min(next.g00),
+            sixth_difference: self.sixth_difference.into_iter().chain(next.sixth_difference).reduce(f64::max),
+        }
+    }
+}

@@ -1,0 +1,387 @@
+//! One verdict on a run, from what was measured on it and how far it is from a second solve.
+//!
+//! A run is *trusted* if there is an estimate of its error, if that is at most a hundredth of the motion of every
+//! coordinate, and if nothing else speaks against it. Otherwise it is *doubtful*, and every reason has a remedy. The
+//! program *refuses* where it has no result at all.
+//!
+//! ```
+//! use geodesic_ivp::diagnostics::verdict::{CoordinateError, Facts, Grade, Verdict};
+//!
+//! let x = CoordinateError { name: "x".to_owned(), end: 2e-9, largest: 3e-9, size: 0.5, range: 0.1, shared: 0.5 };
+//! let facts = Facts { errors: Some(vec![x]), ..Facts::default() };
+//! let verdict = Verdict::new(&facts);
+//! assert_eq!(verdict.grade, Grade::Trusted);
+//! assert_eq!(verdict.line(), "verdict: trusted, error at most about 3e-9");
+//! ```
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+/// An error is large above this share of the range of its coordinate.
+const LARGE_ERROR: f64 = 1e-2;
+/// An error below this share of the size of its coordinate is never large: what hardly moves has hardly a range.
+const NEGLIGIBLE_ERROR: f64 = 1e-9;
+/// What rounding may add to an estimate, relative to the size of a coordinate, before a reference contradicts it.
+const ROUNDING: f64 = 1e-12;
+/// A share of the way below which nothing was stepped over, and the share of an estimate that contradicts it.
+const SEEN: f64 = 1e-8;
+const CONTRADICTED: f64 = 0.1;
+/// The remedies where the user chose the grid, and where the program chose it.
+const FINER_GRID: &str = "raise n_gamma or windows, or ask for solver.accuracy";
+pub(super) const SMALLER_ACCURACY: &str = "ask for a smaller solver.accuracy";
+
+/// How far a run is to be believed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Grade {
+    /// The error is known and small, and nothing speaks against it.
+    Trusted,
+    /// There is a reason not to believe the result.
+    Doubtful,
+    /// There is no result.
+    Refused,
+}
+
+impl Grade {
+    /// The name used in files.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Trusted => "trusted",
+            Self::Doubtful => "doubtful",
+            Self::Refused => "refused",
+        }
+    }
+}
+
+/// A reason not to believe a result, and what to do about it. Displayed, it is one sentence.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Reason {
+    /// What was found, with its number and its threshold.
+    pub reason: String,
+    /// What to do.
+    pub remedy: String,
+    /// What stands between both in a sentence.
+    #[serde(skip)]
+    link: &'static str,
+}
+
+impl Reason {
+    /// A reason with its remedy.
+    pub fn new(reason: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self { reason: reason.into(), remedy: remedy.into(), link: "; " }
+    }
+
+    /// The same with a colon before the remedy.
+    pub(super) fn with_colon(self) -> Self {
+        Self { link: ": ", ..self }
+    }
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}{}{}", self.reason, self.link, self.remedy)
+    }
+}
+
+/// The estimated error of a coordinate, and how large its motion is, in its unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CoordinateError {
+    /// Its name.
+    pub name: String,
+    /// The error at the end of the run.
+    pub end: f64,
+    /// The largest error over the nodes.
+    pub largest: f64,
+    /// Its largest absolute value; that of the distance from the start for t and other ignorable coordinates.
+    pub size: f64,
+    /// Its largest value minus its least.
+    pub range: f64,
+    /// The largest size of coordinates that share its unit.
+    pub shared: f64,
+}
+
+impl CoordinateError {
+    /// The largest error relative to max(1, size), as a `solver.accuracy` is.
+    fn relative(&self) -> f64 {
+        self.largest / self.size.max(1.0)
+    }
+
+    /// The largest error that is not a reason to doubt the result.
+    pub fn allowed(&self) -> f64 {
+        // A coordinate that rests at 0, like all of its kind, has no scale but 1.
+        let floor = if self.shared > 0.0 { self.shared } else { 1.0 };
+        (LARGE_ERROR * self.range).max(NEGLIGIBLE_ERROR * floor)
+    }
+
+    fn reason(&self, remedy: &str) -> Option<Reason> {
+        let Self { name, largest, .. } = self;
+        // NaN is no small error.
+        let is_small = *largest <= self.allowed();
+        (!is_small).then(|| {
+            let finding = format!(
+                "the error of {name} is up to about {largest:.1e}, above {:.1e}, {LARGE_ERROR} of its range",
+                self.allowed()
+            );
+            Reason::new(finding, remedy)
+        })
+    }
+}
+
+/// What a verdict is made of.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Facts {
+    /// The errors of all coordinates; `None` if there was nothing to compare with.
+    pub errors: Option<Vec<CoordinateError>>,
+    /// With an accuracy: the accuracy.
+    pub accuracy: Option<f64>,
+    /// With an accuracy: the relative error that a reference finds besides, and what the reference may be off by.
+    pub reference: Option<[f64; 2]>,
+    /// The share of its way by which the motion may be off because the judge of its error stepped over a feature.
+    pub stepped_over: f64,
+    /// Significant digits of the arithmetic; 0 is 16.
+    pub digits: u32,
+    /// What else was found suspicious, the most important first.
+    pub suspicions: Vec<Reason>,
+}
+
+impl Facts {
+    /// The reason that the estimates of the errors leave out what was stepped over.
+    fn stepped_over(&self, errors: &[CoordinateError]) -> Option<Reason> {
+        let share = self.stepped_over;
+        // Comparisons that are false for NaN.
+        let is_within = |error: &CoordinateError| share * error.range <= CONTRADICTED * error.largest;
+        let is_known = share <= SEEN || errors.iter().all(is_within);
+        (!is_known).then(|| {
+            let finding = format!(
+                "the solve that the error is estimated with may be off by {share:.1e} of the way: between its nodes K \
+                 is not what it was, so V or the metric has a feature that is narrower than its windows"
+            );
+            Reason::new(finding, "end a run before the feature and continue it from there")
+        })
+    }
+}
+
+/// The verdict on a run. Its keys in `summary.json` are `verdict`, `verdict_error`, `good_digits`, `verdict_reasons`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Verdict {
+    /// How far the run is to be believed.
+    #[serde(rename = "verdict")]
+    pub grade: Grade,
+    /// The largest estimated error of a coordinate over the nodes, relative to max(1, size) of the coordinate.
+    #[serde(rename = "verdict_error", skip_serializing_if = "Option::is_none")]
+    pub error: Option<f64>,
+    /// The digits of the position at the end that mean something: of the coordinate that has the fewest, relative to
+    /// its size.
+    #[serde(rename = "good_digits", skip_serializing_if = "Option::is_none")]
+    pub digits: Option<u32>,
+    /// Why the run is doubtful.
+    #[serde(rename = "verdict_reasons", skip_serializing_if = "Vec::is_empty")]
+    pub reasons: Vec<Reason>,
+}
+
+impl Verdict {
+    /// The verdict where there is no result: the message of the failure says why.
+    pub fn refused() -> Self {
+        Self { grade: Grade::Refused, error: None, digits: None, reasons: Vec::new() }
+    }
+
+    /// The verdict on a result.
+    pub fn new(facts: &Facts) -> Self {
+        let Facts { errors, accuracy, reference, suspicions, .. } = facts;
+        let digits = if facts.digits == 0 { 16 } else { facts.digits };
+        let remedy = if accuracy.is_some() { SMALLER_ACCURACY } else { FINER_GRID };
+        let mut reasons: Vec<Reason> = match errors {
+            Some(errors) => errors.iter().filter_map(|error| error.reason(remedy)).collect(),
+            None => vec![Reason::new(
+                "the error is not known, because no second solve reaches the end",
+                "ask for solver.accuracy, or end the run earlier",
+            )],
+        };
+        let error = errors.as_ref().map(|errors| largest(errors.iter().map(CoordinateError::relative)));
+        if let (Some(estimate), Some([found, own])) = (error, *reference) {
+            // A comparison that is false for NaN.
+            let is_within = found <= estimate + own + ROUNDING;
+            if !is_within {
+                let finding =
+                    format!("a reference finds an error of {found:.1e}, above the estimate of the run, {estimate:.1e}");
+                reasons.push(Reason::new(finding, SMALLER_ACCURACY));
+            }
+        }
+        if let Some(reason) = errors.as_ref().and_then(|errors| facts.stepped_over(errors)) {
+            reasons.push(reason);
+        }
+        reasons.extend(suspicions.iter().cloned());
+        Self {
+            grade: if reasons.is_empty() { Grade::Trusted } else { Grade::Doubtful },
+            error: error.map(|error| error.max(10.0_f64.powi(-(digits as i32)))),
+            digits: errors.as_ref().map(|errors| good_digits(errors, digits)),
+            reasons,
+        }
+    }
+
+    /// Adds a reason to doubt the result.
+    pub fn doubt(&mut self, reason: Reason) {
+        self.grade = Grade::Doubtful;
+        self.reasons.push(reason);
+    }
+
+    /// The verdict in one line, without its end.
+    pub fn line(&self) -> String {
+        let grade = self.grade.as_str();
+        let Some((first, others)) = self.reasons.split_first() else {
+            let error = self.error.map(|error| format!(", error at most about {:.0e}", rounded_up(error)));
+            let error = error.unwrap_or_default();
+            return format!("verdict: {grade}{error}");
+        };
+        let more = match others.len() {
+            0 => String::new(),
+            1 => "; one more reason in summary.json".to_owned(),
+            more => format!("; {more} more reasons in summary.json"),
+        };
+        format!("verdict: {grade}: {} ({}){more}", first.reason, first.remedy)
+    }
+}
+
+/// The largest of the numbers; NaN if any is.
+pub(crate) fn largest(numbers: impl Iterator<Item = f64>) -> f64 {
+    numbers.fold(0.0, |largest, number| if number <= largest || largest.is_nan() { largest } else { number })
+}
+
+/// The number with one significant digit, and not below.
+fn rounded_up(number: f64) -> f64 {
+    let unit = 10.0_f64.powi(number.log10().floor() as i32);
+    // A digit that rounding made larger is none.
+    let digit = (number / unit - 1e-9).ceil();
+    if unit > 0.0 && unit.is_finite() { digit * unit } else { number }
+}
+
+/// The digits of the coordinates at the end that their errors leave, at most `digits`. Where the size of a coordinate
+/// is 0, the error itself counts, and not its share of the size.
+fn good_digits(errors: &[CoordinateError], digits: u32) -> u32 {
+    let share = |error: &CoordinateError| if error.size > 0.0 { error.end / error.size } else { error.end };
+    let digits_left = (-largest(errors.iter().map(share)).log10()).floor();
+    // The minimum of NaN and a number is the number, and NaN leaves no digit; nor does a negative number.
+    if digits_left.is_nan() { 0 } else { digits_left.min(f64::from(digits)) as u32 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error(end: f64, size: f64) -> CoordinateError {
+        CoordinateError { name: "x".to_owned(), end, largest: end, size, range: size, shared: size }
+    }
+
+    fn of(errors: Vec<CoordinateError>) -> Verdict {
+        Verdict::new(&Facts { errors: Some(errors), ..Facts::default() })
+    }
+
+    #[test]
+    fn a_number_of_size_zero_is_as_good_as_its_error() {
+        assert_eq!(good_digits(&[error(1e-4, 2.0), error(3e-7, 0.5)], 16), 4);
+        // A run that ends at a given time, and one that stays where it is.
+        assert_eq!(good_digits(&[error(0.0, 2.0), error(3e-7, 0.5)], 16), 6);
+        assert_eq!(good_digits(&[error(0.0, 2.0), error(0.0, 0.0)], 16), 16);
+        // x is 0 at every node, and the true motion leaves it.
+        assert_eq!(good_digits(&[error(0.0, 2.0), error(2e-4, 0.0)], 16), 3);
+        assert_eq!(good_digits(&[error(1e-9, 2.0), error(0.5, 0.0)], 16), 0);
+        assert_eq!(good_digits(&[error(f64::NAN, 2.0), error(0.1, 1.0)], 16), 0);
+    }
+
+    #[test]
+    fn what_rests_far_out_is_judged_by_its_place() {
+        let rests = |shared: f64| CoordinateError { range: 0.0, shared, ..error(0.0, 100.0) }.allowed();
+        assert_eq!([rests(100.0), rests(0.0)], [100.0 * NEGLIGIBLE_ERROR, NEGLIGIBLE_ERROR]);
+    }
+
+    #[test]
+    fn a_number_that_has_no_first_digit_is_itself() {
+        assert_eq!([0.0, f64::INFINITY].map(rounded_up), [0.0, f64::INFINITY]);
+        assert!((rounded_up(2.1e-5) - 3e-5).abs() < 1e-19 && rounded_up(4e7) == 4e7);
+    }
+
+    #[test]
+    fn a_reference_may_find_rounding_where_an_estimate_is_zero() {
+        let found = |found: f64| {
+            let facts =
+                Facts { errors: Some(vec![error(0.0, 1.0)]), reference: Some([found, 0.0]), ..Facts::default() };
+            Verdict::new(&facts).grade
+        };
+        assert_eq!(
+            [found(0.0), found(0.5 * ROUNDING), found(1e3 * ROUNDING)],
+            [Grade::Trusted, Grade::Trusted, Grade::Doubtful]
+        );
+    }
+
+    #[test]
+    fn an_error_counts_relative_to_the_motion_and_not_to_the_place() {
+        assert_eq!(of(vec![error(1e-3, 1.0)]).grade, Grade::Trusted);
+        let doubtful = of(vec![error(2e-2, 1.0)]);
+        assert_eq!(doubtful.grade, Grade::Doubtful);
+        assert!(
+            doubtful.line().starts_with(
+                "verdict: doubtful: the error of x is up to about 2.0e-2, above 1.0e-2, 0.01 of its range"
+            )
+        );
+        assert!(doubtful.line().ends_with("(raise n_gamma or windows, or ask for solver.accuracy)"));
+        // A small oscillation around a distant place.
+        let far = CoordinateError { range: 1e-2, ..error(1e-3, 1e3) };
+        assert_eq!(of(vec![far]).grade, Grade::Doubtful);
+        // A coordinate that rests but for rounding.
+        let resting = CoordinateError { range: 1e-16, shared: 1.0, ..error(1e-15, 1e-16) };
+        assert_eq!(of(vec![resting]).grade, Grade::Trusted);
+        let beside = |largest: f64| CoordinateError { range: 0.0, shared: 1e3, ..error(largest, 1e-16) };
+        assert_eq!(of(vec![beside(5e-7)]).grade, Grade::Trusted, "others of its unit are large");
+        assert_eq!(of(vec![beside(5e-6)]).grade, Grade::Doubtful);
+        assert_eq!(of(vec![error(f64::NAN, 1.0)]).grade, Grade::Doubtful);
+    }
+
+    #[test]
+    fn what_is_not_known_and_what_is_contradicted_is_doubtful() {
+        let unknown = Verdict::new(&Facts::default());
+        assert_eq!((unknown.grade, unknown.error, unknown.digits), (Grade::Doubtful, None, None));
+        let facts = |reference| Facts {
+            errors: Some(vec![error(1e-9, 1.0)]),
+            accuracy: Some(1e-8),
+            reference: Some(reference),
+            ..Facts::default()
+        };
+        assert_eq!(Verdict::new(&facts([0.9e-9, 1e-15])).grade, Grade::Trusted);
+        assert_eq!(Verdict::new(&facts([1e-7, 1e-6])).grade, Grade::Trusted, "the reference is no better");
+        let contradicted = Verdict::new(&facts([1e-7, 1e-15]));
+        assert!(contradicted.line().contains("a reference finds an error of 1.0e-7, above"), "{}", contradicted.line());
+    }
+
+    #[test]
+    fn several_reasons_are_counted() {
+        let mut verdict = of(vec![error(0.0, 1.0)]);
+        assert_eq!(verdict.line(), "verdict: trusted, error at most about 1e-16");
+        verdict.doubt(Reason::new("one", "mend it"));
+        assert_eq!(verdict.line(), "verdict: doubtful: one (mend it)");
+        verdict.doubt(Reason::new("two", "mend that"));
+        assert_eq!(verdict.line(), "verdict: doubtful: one (mend it); one more reason in summary.json");
+        assert_eq!(Verdict::refused().line(), "verdict: refused");
+        assert_eq!(of(vec![error(1.28e-3, 1.0)]).line(), "verdict: trusted, error at most about 2e-3");
+        assert_eq!(of(vec![error(9.7e-4, 1.0)]).line(), "verdict: trusted, error at most about 1e-3");
+    }
+
+    #[test]
+    fn a_way_that_was_stepped_over_counts_if_the_errors_do_not_contain_it() {
+        let grade = |share: f64, range: f64, largest: f64| {
+            let errors = Some(vec![CoordinateError { range, ..error(largest, 1.0) }]);
+            Verdict::new(&Facts { errors, stepped_over: share, ..Facts::default() }).grade
+        };
+        assert_eq!(grade(0.0, 1.0, 1e-9), Grade::Trusted);
+        // Half of the way may be wrong, and of the error nothing is said.
+        assert_eq!(grade(0.5, 1.0, 1e-9), Grade::Doubtful);
+        assert_eq!(grade(f64::NAN, 1.0, 1e-9), Grade::Doubtful);
+        // An error ten times as large hides it; a coordinate that rests has no way.
+        assert_eq!(grade(5e-4, 1.0, 5.1e-3), Grade::Trusted);
+        assert_eq!(grade(5e-4, 1.0, 1e-6), Grade::Doubtful);
+        assert_eq!(grade(5e-4, 1e-2, 5.1e-5), Grade::Trusted, "of a short way it is little");
+        assert_eq!(grade(0.5, 0.0, 1e-9), Grade::Trusted);
+        // What the steps of a march leave between them is always more than rounding.
+        assert_eq!(grade(1e-9, 1.0, 1e-15), Grade::Trusted);
+    }
+}

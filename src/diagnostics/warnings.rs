@@ -1,0 +1,248 @@
+//! Warnings that the trajectory of a run should not be believed, judged by its numbers. Each is one sentence with the
+//! number, its threshold and the remedy.
+//!
+//! * Sawtooth: above 1 % of the amplitude of x, with a sixth difference above half the fourth. The study `stability`
+//!   calls errors above 1 % inaccurate; for a smooth motion on a grid that resolves it, sixth differences are much
+//!   smaller than fourth ones.
+//! * K drifts: by more than a tenth of the largest ẋ². K = g00 ṫ² − ẋ² determines the orbit; K itself may be as large
+//!   as c², and relative to that a change of speed would not be seen.
+//! * Δγω: above half the operator's largest symbol, or above π/2 for a spectral element. Beyond the largest symbol the
+//!   grid has no oscillation of that frequency; half of it means seven (SBP84) to thirteen (SBP21) nodes per
+//!   oscillation, and for SBP21 a phase error of 0.3 rad per oscillation.
+//! * Horizon: g00 < c²/100. There x changes ever faster in γ.
+//! * Accuracy: an estimated error above 1 % of the largest |x|. It is relative to max(1, |x|).
+//! * Printed t, γ: numbers of their size are further apart than the accuracy asked for. Errors are counted from t_i and
+//!   γ_i.
+//! * Bound: H_BVP > Q_t (t_f − t_i) with K ≥ 0. In the continuum the bound holds.
+//!
+//! [`Measures::newtonian_warning`] concerns the model and not the numerical errors: above one per cent the motion is a
+//! geodesic, but not that of Newton's mechanics.
+
+use std::f64::consts::FRAC_PI_2;
+
+use super::newtonian::NEGLIGIBLE;
+use super::verdict::{Reason, SMALLER_ACCURACY};
+use super::{Measures, Sawtooth};
+use crate::number::Real;
+use crate::sbp::symbol::largest_symbol;
+use crate::solve::Solution;
+
+/// A drift of K by more than this share of ẋ² means that x is not resolved.
+const LARGE_DRIFT: f64 = 0.1;
+/// A sawtooth is large above this share of the amplitude of x.
+const LARGE_SAWTOOTH: f64 = 1e-2;
+/// A grid function is rough if its sixth difference (over 64) is above this share of its fourth (over 16). For a
+/// sawtooth they are equal; for a smooth motion the share is (Δγω)²/4.
+const ROUGH: f64 = 0.5;
+/// A drift of K below this share of K can be rounding.
+const ROUNDING: f64 = 1e4 * f64::EPSILON;
+/// An estimated error is large above this share of the largest |x|.
+const LARGE_ESTIMATE: f64 = 1e-2;
+/// Steps above this share of the limit of linear theory are too long.
+const NEAR_THE_LIMIT: f64 = 0.5;
+/// Share of the acceleration by which a motion may differ from Newton's without a warning.
+const NOT_NEWTONIAN: f64 = 1e-2;
+/// Below this g00/c² the particle is near a horizon.
+const NEAR_A_HORIZON: f64 = 1e-2;
+/// In `f64`, Newton's method normally ends with a relative correction below this. As it converges quadratically, that
+/// leaves no error above rounding. After a larger last correction, it was rounding that ended the iteration.
+const SMALL_CORRECTION: f64 = 1e-8;
+
+impl<S: Real> Sawtooth<S> {
+    /// The warning that the motion in the coordinate `name`, of this amplitude, has a sawtooth.
+    pub(super) fn warning(&self, name: &str, amplitude: f64) -> Option<Reason> {
+        let (sawtooth, sixth) = (self.amplitude?.to_f64(), self.sixth_difference?);
+        let allowed = LARGE_SAWTOOTH * amplitude;
+        (sawtooth > allowed && sixth > ROUGH * sawtooth).then(|| {
+            let finding = format!(
+                "even and odd nodes are apart: the sawtooth in {name} is {sawtooth:.1e}, above {allowed:.1e}, \
+                 {LARGE_SAWTOOTH} of the amplitude"
+            );
+            Reason::new(finding, "use an operator of higher order or a weak form in windows, or raise n_gamma")
+        })
+    }
+}
+
+impl<S: Real> Measures<S> {
+    /// The warnings that the trajectory should not be believed, one sentence each.
+    pub fn warnings(&self, solution: &Solution<S>) -> Vec<String> {
+        self.suspicions(solution).iter().map(Reason::to_string).collect()
+    }
+
+    /// The same, each with its remedy.
+    pub fn suspicions(&self, solution: &Solution<S>) -> Vec<Reason> {
+        let found = [
+            self.sawtooth_warning(),
+            self.drift_warning(solution),
+            self.step_warning(solution),
+            self.horizon_warning(solution),
+            self.scale_warning(solution),
+            unproved_warning(solution.windows_unproved),
+            rounding_warning::<S>(solution.iterations.last_correction, solution.digits),
+            self.bound_warning(solution),
+            printed_time_warning(solution),
+            self.printed_gamma_warning(solution),
+        ];
+        found.into_iter().flatten().collect()
+    }
+}
+
+impl<S: Real> Measures<S> {
+    fn sawtooth_warning(&self) -> Option<Reason> {
+        let sawtooth = Sawtooth { amplitude: self.sawtooth, sixth_difference: self.scales.sixth_difference };
+        sawtooth.warning("x", self.scales.amplitude())
+    }
+
+    fn drift_warning(&self, solution: &Solution<S>) -> Option<Reason> {
+        let (drift, x_dot) = (self.max_abs_delta_k.max(self.max_abs_delta_k_ends).to_f64(), self.scales.x_dot);
+        let (size, name) = match x_dot > 0.0 {
+            true => (x_dot * x_dot, "the largest x_dot^2"),
+            false => (solution.invariants().k.to_f64().abs(), "K"),
+        };
+        let rounding = ROUNDING * solution.invariants().k.to_f64().abs();
+        (drift > LARGE_DRIFT * size && drift > rounding).then(|| {
+            let finding = format!(
+                "K drifts by {drift:.2e}, above {:.2e}, {LARGE_DRIFT} of {name}: x is not resolved, however exact Q_t \
+                 is",
+                LARGE_DRIFT * size
+            );
+            let remedy = match solution.accuracy {
+                Some(_) => SMALLER_ACCURACY,
+                None => "raise n_gamma or windows, or use an operator of higher order",
+            };
+            Reason::new(finding, remedy)
+        })
+    }
+
+    fn step_warning(&self, solution: &Solution<S>) -> Option<Reason> {
+        let (step, sbp) = (self.scales.step(), solution.sbp_name);
+        let (allowed, what) = match sbp.coefficients() {
+            Some(table) => (NEAR_THE_LIMIT * largest_symbol(table), format!("half the limit of {sbp}")),
+            None => (FRAC_PI_2, "fewer than four nodes a turn".to_owned()),
+        };
+        // With an accuracy the program has chosen the windows by the error, so this warning is not needed.
+        (step > allowed && solution.error_estimate.is_none()).then(|| {
+            let factor = step / allowed;
+            let finding =
+                format!("delta_gamma times the largest local frequency is {step:.2}, above {allowed:.2}, {what}");
+            let remedy = format!("raise n_gamma or windows by a factor of {factor:.1} or more");
+            Reason::new(finding, remedy).with_colon()
+        })
+    }
+
+    /// The warning that the motion is not Newton's, with the c that would make it so.
+    pub fn newtonian_warning(&self) -> Option<String> {
+        let deviation = self.newtonian.deviation;
+        (deviation > NOT_NEWTONIAN).then(|| {
+            let percent = 100.0 * deviation;
+            let share = if deviation < 10.0 { format!("{percent:.2} %") } else { format!("{deviation:.1e}") };
+            let remedy = match self.newtonian.c() {
+                Some(c) => format!("; particle.c = {c} would make that about {NEGLIGIBLE:e}"),
+                None => String::new(),
+            };
+            format!(
+                "x(t) is a geodesic and not the motion of Newton's mechanics: the acceleration differs by up to \
+                 {share} (2 v^2/g00), above {} %{remedy}",
+                100.0 * NOT_NEWTONIAN
+            )
+        })
+    }
+
+    fn horizon_warning(&self, solution: &Solution<S>) -> Option<Reason> {
+        let g00 = self.scales.g00;
+        (g00 < NEAR_A_HORIZON).then(|| {
+            let remedy = match solution.accuracy {
+                Some(_) => "end the run earlier or raise c",
+                None => "end the run earlier, raise c, or ask for solver.accuracy",
+            };
+            let finding = format!(
+                "g00 falls to {g00:.1e} c^2, below {NEAR_A_HORIZON}: near a horizon x changes ever faster in gamma"
+            );
+            Reason::new(finding, remedy)
+        })
+    }
+
+    fn scale_warning(&self, solution: &Solution<S>) -> Option<Reason> {
+        let (estimate, size) = (solution.error_estimate?, crate::number::norm::max_abs(solution.x()).to_f64());
+        (size > 0.0 && estimate > LARGE_ESTIMATE * size).then(|| {
+            let finding = format!(
+                "the estimated error {estimate:.1e} is above {LARGE_ESTIMATE} of the largest |x| = {size:.1e}: below \
+                 1 an accuracy is an absolute one"
+            );
+            Reason::new(finding, "ask for more, or choose units nearer to 1")
+        })
+    }
+
+    /// The numbers of a table are rounded. Between two neighbouring values of γ the particle moves, and x at a printed
+    /// γ is off by that distance.
+    fn printed_gamma_warning(&self, solution: &Solution<S>) -> Option<Reason> {
+        let accuracy = solution.accuracy?;
+        let size = solution.gamma_i.to_f64().abs().max(solution.gamma_f().to_f64().abs());
+        let (spacing, x) = (spacing(size), crate::number::norm::max_abs(solution.x()).to_f64().max(1.0));
+        (spacing * self.scales.x_dot > accuracy * x).then(|| {
+            let finding = format!(
+                "gamma is near {size:.1e}, where numbers are {spacing:.1e} apart: x at gamma as printed cannot be \
+                 good to the accuracy {accuracy:e}"
+            );
+            Reason::new(finding, "choose grid.gamma_i nearer to 0")
+        })
+    }
+
+    fn bound_warning(&self, solution: &Solution<S>) -> Option<Reason> {
+        let k = solution.invariants().k.to_f64();
+        (k >= 0.0 && !self.bound.is_kept()).then(|| {
+            let [h_bvp, h_bvp_bound] = [self.bound.h_bvp, self.bound.h_bvp_bound].map(S::to_f64);
+            let finding = format!(
+                "H_BVP = {h_bvp:.3e} exceeds its bound Q_t (t_f - t_i) = {h_bvp_bound:.3e} though K = {k:.2e} >= 0: \
+                 the grid is too coarse"
+            );
+            let remedy = if solution.accuracy.is_some() { SMALLER_ACCURACY } else { "raise n_gamma or windows" };
+            Reason::new(finding, remedy)
+        })
+    }
+}
+
+/// The solver counts time from t_i, so that a large t_i costs no accuracy; but t itself is printed, and is rounded.
+fn printed_time_warning<S: Real>(solution: &Solution<S>) -> Option<Reason> {
+    let accuracy = solution.accuracy?;
+    let (t_i, t_f) = (solution.t_i().to_f64(), solution.end_state().t.to_f64());
+    let size = t_i.abs().max(t_f.abs());
+    let (spacing, elapsed) = (spacing(size), solution.duration().to_f64().abs().max(1.0));
+    (spacing > accuracy * elapsed).then(|| {
+        let finding = format!(
+            "t is near {size:.1e}, where numbers are {spacing:.1e} apart: as printed it cannot be good to the accuracy \
+             {accuracy:e} of t - t_i"
+        );
+        Reason::new(finding, "choose initial.t nearer to 0")
+    })
+}
+
+/// The distance between neighbouring `f64` of that size.
+fn spacing(size: f64) -> f64 {
+    size.next_up() - size
+}
+
+/// The warning that something may hide between the nodes of some windows.
+pub(super) fn unproved_warning(windows: Option<usize>) -> Option<Reason> {
+    let windows = windows.filter(|&windows| windows > 0)?;
+    let finding = format!(
+        "in {windows} of the windows, too short to be cut again, the formulas are so steep that what they do between \
+         the nodes is not proved"
+    );
+    Some(Reason::new(finding, "write the formula without the kink or pole at that place, or compare with a fixed grid"))
+}
+
+/// The warning that fewer digits are certain than were asked for, from the last correction of an iteration.
+pub(super) fn rounding_warning<S: Real>(last_correction: f64, digits: u32) -> Option<Reason> {
+    let reached = short_of_digits::<S>(last_correction, digits)?;
+    let finding =
+        format!("the iteration ends at the rounding of the arithmetic: about {reached} of {digits} digits are certain");
+    Some(Reason::new(finding, "the physical limit, or more digits, have more"))
+}
+
+/// The number of digits that the last correction left unchanged, if they are fewer than were asked for.
+fn short_of_digits<S: Real>(last_correction: f64, digits: u32) -> Option<u32> {
+    let reached = -last_correction.log10();
+    let wanted = if S::IS_EXTENDED { f64::from(digits) } else { -SMALL_CORRECTION.log10() };
+    (last_correction > 0.0 && reached < wanted).then_some(reached.max(0.0) as u32)
+}

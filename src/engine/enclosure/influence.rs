@@ -1,0 +1,144 @@
+//! What steep functions and quotients can do to the motion at most.
+//!
+//! For fixed places every value depends on what the steep operations give. Along with its interval every value gets a
+//! bound on how much it varies because of them: all of its width for what is steep itself, and from there on by the
+//! rules of differentials, with the largest factors on the box.
+
+use super::lanes::BOXES;
+use super::path::Path;
+use super::{Enclosed, is_gentle};
+use crate::formula::{Function, Kind, Operation, Program, Register, Step, kind};
+use crate::number::norm::times;
+
+/// A width that may be rounding, relative to the value.
+const ROUNDING: f64 = 32.0 * f64::EPSILON;
+
+/// A bound for each box.
+pub(super) type Bounds = [f64; BOXES];
+
+/// Room for the bounds of all values.
+pub(super) struct Influence {
+    bounds: Vec<Bounds>,
+    /// Arguments of abs and sign, and the bounds of each on the nodes of a window.
+    kinks: Vec<(Register, Vec<[f64; 2]>)>,
+}
+
+impl Influence {
+    /// For a program with a register for every value.
+    pub(super) fn new(program: &Program<f64>) -> Self {
+        let mut kinks: Vec<(Register, Vec<[f64; 2]>)> = Vec::new();
+        for (_, operation) in program.operations(program.outputs()) {
+            if let Operation::Call(Function::Abs | Function::Sign, a) = operation
+                && kinks.iter().all(|kink| kink.0 != a)
+            {
+                kinks.push((a, Vec::new()));
+            }
+        }
+        Self { bounds: vec![[0.0; BOXES]; program.registers()], kinks }
+    }
+
+    /// Looks at the nodes of a window, if there may be kinks.
+    pub(super) fn see_nodes(&mut self, path: &Path, drive: &mut Enclosed) {
+        if self.kinks.is_empty() {
+            return;
+        }
+        self.kinks.iter_mut().for_each(|kink| kink.1.clear());
+        for first in (0..path.points).step_by(BOXES) {
+            for (row, &variable) in path.variables.iter().enumerate() {
+                for k in 0..BOXES {
+                    let value = path.values[row * path.points + (first + k).min(path.points - 1)];
+                    drive.set(variable, k, [value; 2]);
+                }
+            }
+            drive.run();
+            for (register, seen) in &mut self.kinks {
+                let (lo, hi) = drive.register(*register);
+                seen.extend((0..BOXES).map(|k| [lo[k], hi[k]]));
+            }
+        }
+    }
+
+    /// Whether the nodes at both ends of a pair show both sides of the kink.
+    fn is_seen(&self, register: Register, pair: usize) -> bool {
+        let kink = self.kinks.iter().find(|kink| kink.0 == register);
+        kink.is_some_and(|(_, seen)| {
+            let [one, other] = [seen[pair], seen[pair + 1]];
+            one[1] <= 0.0 && other[0] >= 0.0 || one[0] >= 0.0 && other[1] <= 0.0
+        })
+    }
+
+    /// By how much what is steep on the boxes of these pairs changes an output, in units of its tolerance: the most of
+    /// all outputs, pair by pair.
+    pub(super) fn largest(&mut self, drive: &Enclosed, pairs: &[usize], tolerances: &[f64]) -> Bounds {
+        let program = drive.program.program();
+        for &Step { to, operation } in program.steps_to(program.outputs()) {
+            self.bounds[to] = self.bound(drive, pairs, to, operation);
+        }
+        let mut largest = [0.0_f64; BOXES];
+        // Nothing depends on an output whose tolerance is infinite.
+        for (output, &tolerance) in tolerances.iter().enumerate().filter(|(_, tolerance)| tolerance.is_finite()) {
+            for (largest, &bound) in largest.iter_mut().zip(&self.bounds[program.output(output)]) {
+                let share = if bound == 0.0 { 0.0 } else { bound / tolerance };
+                *largest = if share.is_nan() { f64::INFINITY } else { largest.max(share) };
+            }
+        }
+        largest
+    }
+
+    fn bound(&self, drive: &Enclosed, pairs: &[usize], to: Register, operation: Operation) -> Bounds {
+        let (lo, hi) = drive.register(to);
+        let size = |register: Register, k: usize| {
+            let (lo, hi) = drive.register(register);
+            lo[k].abs().max(hi[k].abs())
+        };
+        let of = |register: Register, k: usize| self.bounds[register][k];
+        std::array::from_fn(|k| {
+            let width = hi[k] - lo[k];
+            // Of what is unbounded nothing is known.
+            let rounding = ROUNDING * size(to, k);
+            let steep = if width.is_finite() { (width - rounding).max(0.0) } else { f64::INFINITY };
+            let is_steep = |argument: Register, kind: Kind| {
+                let (lo, hi) = drive.register(argument);
+                !is_gentle(kind, lo[k], hi[k])
+            };
+            match operation {
+                Operation::Add(a, b) | Operation::Subtract(a, b) => of(a, k) + of(b, k),
+                Operation::Negate(a) => of(a, k),
+                Operation::Multiply(a, b) => times(size(a, k), of(b, k)) + times(size(b, k), of(a, k)),
+                Operation::Divide(_, b) if is_steep(b, Kind::Ratio) => steep,
+                Operation::Divide(a, b) => {
+                    let (lo, hi) = drive.register(b);
+                    (of(a, k) + times(size(to, k), of(b, k))) / lo[k].abs().min(hi[k].abs())
+                }
+                Operation::Call(function, a) => {
+                    let pair = pairs[k.min(pairs.len() - 1)];
+                    let is_steep = is_steep(a, kind(function));
+                    match function {
+                        Function::Abs | Function::Sign if is_steep && self.is_seen(a, pair) => of(a, k).min(width),
+                        _ if is_steep => steep,
+                        _ => times(slope(function, [lo[k], hi[k]], drive, a, k), of(a, k)).min(width),
+                    }
+                }
+                Operation::Power(..) | Operation::Fused(..) => unreachable!("these are written by simpler operations"),
+            }
+        })
+    }
+}
+
+/// The largest slope of a function whose argument `a` varies little, and with these values.
+fn slope(function: Function, [lo, hi]: [f64; 2], drive: &Enclosed, a: Register, k: usize) -> f64 {
+    let (a_lo, a_hi) = drive.register(a);
+    match function {
+        Function::Exp | Function::Cosh => hi,
+        Function::Sinh => 1.0 + lo.abs().max(hi.abs()),
+        Function::Sqrt => 0.5 / lo,
+        Function::Ln => 1.0 / a_lo[k],
+        Function::Asin | Function::Acos => {
+            let largest = a_lo[k].abs().max(a_hi[k].abs());
+            1.0 / ((1.0 - largest) * (1.0 + largest)).sqrt()
+        }
+        Function::Sign => 0.0,
+        // Of abs, sin, cos, tanh, atan, none is above 1; others are written by these.
+        _ => 1.0,
+    }
+}

@@ -1,0 +1,169 @@
+//! Interval arithmetic on eight boxes at once.
+//!
+//! An interval holds every value that an expression takes where its variables are in theirs. Arithmetic rounds to
+//! nearest, and bounds are then moved outwards by more than that rounding. −∞ as a lower and ∞ as an upper bound say
+//! that nothing is known; a lower bound is never ∞, an upper one never −∞, and none is NaN.
+
+use pulp::{Simd, WithSimd};
+
+use super::functions;
+use crate::formula::{Function, Machine, Register, Step, around, walk};
+use crate::number::vector::{Nodes, abs, elementary, multiply_add, neg, vectors, vectors_mut};
+
+/// How many boxes there are.
+pub(super) const BOXES: usize = 8;
+
+/// An interval for each box: the lower bounds, then the upper ones.
+pub(super) type Lanes = Nodes<{ 2 * BOXES }>;
+
+/// Relative to the result v, more than arithmetic rounds: |v| 2⁻⁵² is at least the distance from v to the next number
+/// outwards, and what was rounded is half of that distance at most.
+pub(super) const ROUNDS: f64 = f64::EPSILON;
+
+/// More than numbers next to 0 are rounded.
+pub(super) const TINY: f64 = f64::MIN_POSITIVE;
+
+/// Carries out steps of a program on boxes.
+pub(super) struct Enclose<'r> {
+    pub(super) steps: &'r [Step],
+    pub(super) registers: &'r mut [Lanes],
+}
+
+impl WithSimd for Enclose<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, s: S) {
+        walk(self.steps, &mut Boxes { s, registers: self.registers });
+    }
+}
+
+struct Boxes<'r, S> {
+    s: S,
+    registers: &'r mut [Lanes],
+}
+
+/// Bounds moved outwards.
+#[inline(always)]
+fn outwards<S: Simd>(s: S, lo: S::f64s, hi: S::f64s) -> [S::f64s; 2] {
+    let (eps, tiny) = (s.splat_f64s(ROUNDS), s.splat_f64s(TINY));
+    let (lo, hi) = (s.min_f64s(lo, s.splat_f64s(f64::MAX)), s.max_f64s(hi, s.splat_f64s(-f64::MAX)));
+    let below = s.sub_f64s(lo, multiply_add(s, abs(s, lo), eps, tiny));
+    let above = s.add_f64s(hi, multiply_add(s, abs(s, hi), eps, tiny));
+    [below, above]
+}
+
+/// a b for bounds, of which 0 times ∞ is 0: what is 0 exactly stays 0 times anything.
+#[inline(always)]
+fn times<S: Simd>(s: S, a: S::f64s, b: S::f64s) -> S::f64s {
+    let product = s.mul_f64s(a, b);
+    s.select_f64s(s.equal_f64s(product, product), product, s.splat_f64s(0.0))
+}
+
+/// [a] [b] without rounding outwards.
+#[inline(always)]
+fn product<S: Simd>(s: S, a: [S::f64s; 2], b: [S::f64s; 2]) -> [S::f64s; 2] {
+    let low = [times(s, a[0], b[0]), times(s, a[0], b[1])];
+    let high = [times(s, a[1], b[0]), times(s, a[1], b[1])];
+    let least = s.min_f64s(s.min_f64s(low[0], low[1]), s.min_f64s(high[0], high[1]));
+    let most = s.max_f64s(s.max_f64s(low[0], low[1]), s.max_f64s(high[0], high[1]));
+    [least, most]
+}
+
+/// `$body` for the intervals p and q of a and b gives that of `to`.
+macro_rules! on_boxes {
+    ($machine:expr, $to:expr, $a:expr, $b:expr, |$s:ident, $p:ident, $q:ident| $body:expr) => {{
+        let $s = $machine.s;
+        let (out, others) = around($machine.registers, $to);
+        let (p_lo, p_hi) = others.at($a).0.split_at(BOXES);
+        let (q_lo, q_hi) = others.at($b).0.split_at(BOXES);
+        let (p_lo, p_hi) = (vectors::<S>(p_lo), vectors::<S>(p_hi));
+        let (q_lo, q_hi) = (vectors::<S>(q_lo), vectors::<S>(q_hi));
+        let (lo, hi) = out.0.split_at_mut(BOXES);
+        let (lo, hi) = (vectors_mut::<S>(lo), vectors_mut::<S>(hi));
+        for n in 0..lo.len() {
+            let ($p, $q) = ([p_lo[n], p_hi[n]], [q_lo[n], q_hi[n]]);
+            [lo[n], hi[n]] = $body;
+        }
+    }};
+}
+
+impl<S: Simd> Boxes<'_, S> {
+    #[inline(always)]
+    fn square(&mut self, to: Register, a: Register) {
+        on_boxes!(self, to, a, a, |s, p, _q| {
+            let zero = s.splat_f64s(0.0);
+            let least = s.max_f64s(s.max_f64s(p[0], neg(s, p[1])), zero);
+            let most = s.max_f64s(neg(s, p[0]), p[1]);
+            let [lo, hi] = outwards(s, s.mul_f64s(least, least), s.mul_f64s(most, most));
+            [s.max_f64s(lo, zero), hi]
+        });
+    }
+}
+
+impl<S: Simd> Machine for Boxes<'_, S> {
+    #[inline(always)]
+    fn add(&mut self, to: Register, a: Register, b: Register) {
+        on_boxes!(self, to, a, b, |s, p, q| outwards(s, s.add_f64s(p[0], q[0]), s.add_f64s(p[1], q[1])));
+    }
+
+    #[inline(always)]
+    fn subtract(&mut self, to: Register, a: Register, b: Register) {
+        on_boxes!(self, to, a, b, |s, p, q| outwards(s, s.sub_f64s(p[0], q[1]), s.sub_f64s(p[1], q[0])));
+    }
+
+    #[inline(always)]
+    fn multiply(&mut self, to: Register, a: Register, b: Register) {
+        if a == b {
+            return self.square(to, a);
+        }
+        on_boxes!(self, to, a, b, |s, p, q| {
+            let [lo, hi] = product(s, p, q);
+            outwards(s, lo, hi)
+        });
+    }
+
+    #[inline(always)]
+    fn divide(&mut self, to: Register, a: Register, b: Register) {
+        on_boxes!(self, to, a, b, |s, p, q| {
+            let (one, zero) = (s.splat_f64s(1.0), s.splat_f64s(0.0));
+            let [lo, hi] = outwards(s, s.div_f64s(one, q[1]), s.div_f64s(one, q[0]));
+            // Not beyond 0, and everything if the divisor may be 0.
+            let (is_positive, is_negative) = (s.greater_than_f64s(q[0], zero), s.less_than_f64s(q[1], zero));
+            let unknown = s.splat_f64s(f64::INFINITY);
+            let lo = s.select_f64s(is_positive, s.max_f64s(lo, zero), s.select_f64s(is_negative, lo, neg(s, unknown)));
+            let hi = s.select_f64s(is_negative, s.min_f64s(hi, zero), s.select_f64s(is_positive, hi, unknown));
+            let [lo, hi] = product(s, p, [lo, hi]);
+            outwards(s, lo, hi)
+        });
+    }
+
+    #[inline(always)]
+    fn negate(&mut self, to: Register, a: Register) {
+        on_boxes!(self, to, a, a, |s, p, _q| [neg(s, p[1]), neg(s, p[0])]);
+    }
+
+    fn power(&mut self, _: Register, _: Register, _: Register) {
+        unreachable!("powers are written by exp and ln");
+    }
+
+    #[inline(always)]
+    fn call(&mut self, to: Register, function: Function, a: Register) {
+        let (out, others) = around(self.registers, to);
+        let x = others.at(a);
+        let mut argument = Lanes::ZERO;
+        functions::before(function, x, &mut argument);
+        elementary::call(self.s, function, &argument.0, &mut out.0);
+        functions::after(function, x, out);
+    }
+
+    #[inline(always)]
+    fn sin_cos(&mut self, sin: Register, cos: Register, a: Register) {
+        let [sin, cos, x] = self.registers.get_disjoint_mut([sin, cos, a]).expect("three registers");
+        let mut argument = Lanes::ZERO;
+        functions::before(Function::Sin, x, &mut argument);
+        elementary::sin_cos(self.s, &argument.0, [&mut sin.0, &mut cos.0]);
+        functions::after(Function::Sin, x, sin);
+        functions::after(Function::Cos, x, cos);
+    }
+}

@@ -1,0 +1,245 @@
+//! Whether something steep may hide between nodes.
+//!
+//! The nodes know the force where they are. Its formulas say more: interval arithmetic bounds what they do on the boxes
+//! that neighbouring nodes span. This is done in two stages.
+//!
+//! 1. In sums and products nothing hides that the polynomials of a window do not show; functions and quotients have
+//!    scales of their own (see `expr::steep`). Their arguments are enclosed on all boxes. Where none changes by more
+//!    than `RATIO` or `STEP` from a node to the next, the nodes see whatever they do.
+//! 2. On the other boxes it is bounded what those functions and quotients, steep as they are, can do to the motion (see
+//!    `influence`). If that is more than the accuracy allows, the window has not seen its force.
+//!
+//! A march asks whether this holds for a window, which it can shorten. Of a run on a given grid every pair of nodes is
+//! asked for what it may hide (see `pieces`).
+
+mod functions;
+mod influence;
+mod lanes;
+mod one;
+mod path;
+mod pieces;
+mod scene;
+#[cfg(test)]
+mod tests;
+
+pub(crate) use one::negligible_potential;
+pub(crate) use path::Path;
+pub(crate) use scene::{Weights, negligible_rates};
+
+use std::ops::Range;
+
+use self::influence::Influence;
+use self::lanes::{BOXES, Enclose, Lanes};
+use crate::formula::{Kind, Program, Staged, Steep};
+use crate::number::vector::Level;
+
+/// Largest over smallest value of a divisor between neighbouring nodes, at most. What the nodes do not see is then at
+/// most so many times what they see, and they see it if their modes are small beside it. On the built-in cases with
+/// smooth motion the ratio stays below.
+const RATIO: f64 = 8.0;
+
+/// The change of an argument of exp and the like, and of an angle.
+const STEP: f64 = 2.0;
+const ANGLE: f64 = 1.5;
+
+/// The part of an accuracy that may come from what is too small to be seen.
+pub(crate) const UNSEEN: f64 = 0.1;
+
+/// What was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Found {
+    /// Nothing hides.
+    Nothing,
+    /// Something may hide between the nodes.
+    Hidden,
+}
+
+/// A program with the registers in which it is enclosed.
+struct Enclosed {
+    program: Staged<f64>,
+    registers: Vec<Lanes>,
+}
+
+impl Enclosed {
+    fn new(program: Staged<f64>) -> Self {
+        let mut registers = vec![Lanes::ZERO; program.program().registers()];
+        program.program().each_constant(|register, constant| registers[register].0.fill(constant));
+        Self { program, registers }
+    }
+
+    /// Sets a variable that stays.
+    fn fix(&mut self, values: &[(usize, f64)]) {
+        values.iter().for_each(|&(variable, value)| self.registers[variable].0.fill(value));
+        let Self { program, registers } = self;
+        Level::Best.dispatch(Enclose { steps: program.fixed(), registers });
+    }
+
+    /// Encloses all outputs.
+    fn run(&mut self) {
+        let Self { program, registers } = self;
+        let steps = program.varying(program.program().outputs());
+        Level::Best.dispatch(Enclose { steps, registers });
+    }
+
+    /// The bounds of an output on all boxes.
+    fn output(&self, output: usize) -> (&[f64], &[f64]) {
+        self.registers[self.program.program().output(output)].0.split_at(BOXES)
+    }
+
+    /// The bounds of any value on all boxes, where every value has a register of its own.
+    fn register(&self, register: usize) -> (&[f64], &[f64]) {
+        self.registers[register].0.split_at(BOXES)
+    }
+
+    /// Sets box `k` of a variable.
+    fn set(&mut self, variable: usize, k: usize, [lo, hi]: [f64; 2]) {
+        let lanes = &mut self.registers[variable].0;
+        (lanes[k], lanes[BOXES + k]) = (lo, hi);
+    }
+}
+
+/// Looks between the nodes of a path.
+pub(crate) struct Enclosure {
+    /// The path that is looked at.
+    pub path: Path,
+    kinds: Vec<Kind>,
+    /// Whether arguments depend on a variable.
+    reads: Vec<bool>,
+    arguments: Enclosed,
+    drive: Drive,
+}
+
+/// What drives the motion. Where nothing is steep it is not asked for, so it is made for the first question.
+struct Drive {
+    program: Program<f64>,
+    fixed: Vec<(usize, f64)>,
+    made: Option<(Enclosed, Influence)>,
+}
+
+impl Drive {
+    fn get(&mut self) -> (&mut Enclosed, &mut Influence) {
+        let (enclosed, influence) = self.made.get_or_insert_with(|| {
+            // With a register for every value.
+            let mut enclosed = Enclosed::new(Staged::whole(self.program.clone()));
+            enclosed.fix(&self.fixed);
+            (enclosed, Influence::new(&self.program))
+        });
+        (enclosed, influence)
+    }
+
+    /// Sets the variables that stay.
+    fn fix(&mut self, values: &[(usize, f64)]) {
+        self.fixed = values.to_vec();
+        if let Some((enclosed, _)) = &mut self.made {
+            enclosed.fix(values);
+        }
+    }
+}
+
+impl Enclosure {
+    /// For motion that the first `outputs` outputs of `program` drive, where some of its variables vary; `None` where
+    /// nothing can hide.
+    pub(crate) fn new(program: &Program<f64>, outputs: usize, varies: impl Fn(usize) -> bool) -> Option<Self> {
+        let steep = Steep::new(program, outputs, &varies)?;
+        let mut enclosure = Self {
+            path: Path::default(),
+            kinds: steep.kinds,
+            reads: steep.reads,
+            arguments: Enclosed::new(steep.program),
+            drive: Drive { program: steep.whole, fixed: Vec::new(), made: None },
+        };
+        // What is computed from constants alone.
+        enclosure.fix(&[]);
+        Some(enclosure)
+    }
+
+    /// Sets the variables that stay.
+    pub(crate) fn fix(&mut self, values: &[(usize, f64)]) {
+        self.arguments.fix(values);
+        self.drive.fix(values);
+    }
+
+    /// Looks at the window that [`Self::path`] describes. Changes of what drives the motion by `tolerances` do nothing.
+    pub(crate) fn look(&mut self, tolerances: impl FnOnce() -> Vec<f64>) -> Found {
+        let steep = self.steep(0..self.path.points - 1);
+        if steep.is_empty() || self.prove(&steep, &tolerances()) { Found::Nothing } else { Found::Hidden }
+    }
+
+    /// The pairs of nodes, each named by its first node, between which an argument changes much.
+    fn steep(&mut self, pairs: Range<usize>) -> Vec<usize> {
+        let mut steep = Vec::new();
+        for some in self.suspicious(pairs).chunks(BOXES) {
+            Self::place(&self.path, &mut self.arguments, some);
+            let flags = self.flags();
+            steep.extend(some.iter().zip(flags).filter(|look| look.1).map(|look| *look.0));
+        }
+        steep
+    }
+
+    /// The pairs that are to be looked at one by one: those in boxes of some pairs each on which an argument changes
+    /// much.
+    fn suspicious(&mut self, pairs: Range<usize>) -> Vec<usize> {
+        if pairs.len() <= BOXES {
+            return pairs.collect();
+        }
+        let ends = |group: usize| pairs.start + group * pairs.len() / BOXES;
+        let rows = 0..self.path.variables.len();
+        for row in rows.filter(|&row| self.reads[self.path.variables[row]]) {
+            for group in 0..BOXES {
+                let pieces = (ends(group)..ends(group + 1)).map(|pair| self.path.interval(row, pair));
+                let hull = pieces.fold([f64::INFINITY, -f64::INFINITY], |a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+                self.arguments.set(self.path.variables[row], group, hull);
+            }
+        }
+        let flags = self.flags();
+        (0..BOXES).filter(|&group| flags[group]).flat_map(|group| ends(group)..ends(group + 1)).collect()
+    }
+
+    /// Which boxes have an argument that changes much.
+    fn flags(&mut self) -> [bool; BOXES] {
+        self.arguments.run();
+        let mut flags = [false; BOXES];
+        for (output, &kind) in self.kinds.iter().enumerate() {
+            let (lo, hi) = self.arguments.output(output);
+            for k in 0..BOXES {
+                flags[k] |= !is_gentle(kind, lo[k], hi[k]);
+            }
+        }
+        flags
+    }
+
+    /// Puts pairs of nodes into the boxes of a program; the last is repeated.
+    fn place(path: &Path, to: &mut Enclosed, pairs: &[usize]) {
+        for (row, &variable) in path.variables.iter().enumerate() {
+            for k in 0..BOXES {
+                to.set(variable, k, path.interval(row, pairs[k.min(pairs.len() - 1)]));
+            }
+        }
+    }
+
+    /// Bounds what is steep from node to node by what it does to the motion. Whether that is nothing.
+    fn prove(&mut self, pairs: &[usize], tolerances: &[f64]) -> bool {
+        let Self { path, drive, .. } = self;
+        let (drive, influence) = drive.get();
+        influence.see_nodes(path, drive);
+        pairs.chunks(BOXES).all(|some| {
+            Self::place(path, drive, some);
+            drive.run();
+            influence.largest(drive, some, tolerances)[..some.len()].iter().all(|&bound| bound <= 1.0)
+        })
+    }
+}
+
+/// Whether an argument in that interval makes nothing steep.
+fn is_gentle(kind: Kind, lo: f64, hi: f64) -> bool {
+    match kind {
+        Kind::Ratio => lo > 0.0 && hi <= RATIO * lo || hi < 0.0 && -lo <= -RATIO * hi,
+        Kind::Exponent | Kind::Step => hi - lo <= STEP,
+        Kind::Angle => hi - lo <= ANGLE,
+        Kind::Sign => lo > 0.0 || hi < 0.0,
+        Kind::Edge => {
+            let (near, far) = (1.0 - lo.abs().max(hi.abs()), 1.0 - lo.max(-hi).max(0.0));
+            near > 0.0 && far <= RATIO * near
+        }
+    }
+}

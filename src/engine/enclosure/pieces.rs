@@ -1,0 +1,109 @@
+//! What pairs of nodes hide, where the nodes are given.
+//!
+//! An enclosure on the box between two nodes is wider than what formulas do on the way from one to the other: it does
+//! not know that variables change together. So the way is cut into pieces where its box is not enough. What formulas do
+//! on the way is the union of what they do on the pieces, and that is judged as the box is.
+//!
+//! Nodes that are given are allowed one thing more, the tail of an exponential: exp and all its derivatives are
+//! monotone, so that no value of them is unseen where the exponent stays between its values at the nodes.
+
+use super::lanes::BOXES;
+use super::path::Path;
+use super::{Enclosed, Enclosure, is_gentle};
+use crate::formula::Kind;
+
+/// Into so many pieces a way is cut, one number after the other. Each is a multiple of the number of boxes.
+const PIECES: [usize; 2] = [8, 64];
+
+/// The change of an exponent between two nodes that show its least and its largest value, and by how much it may pass
+/// these on the way.
+const TAIL: f64 = 6.0;
+const PASSED: f64 = 0.5;
+
+/// Pairs of nodes that are looked at together first.
+const TOGETHER: usize = 3 * BOXES;
+
+impl Enclosed {
+    /// Encloses every value on the way from node `pair` to the next by the union of its intervals on `count` pieces of
+    /// that way, in all boxes.
+    fn run_in_pieces(&mut self, path: &Path, pair: usize, count: usize) {
+        let mut hulls = vec![[f64::INFINITY, -f64::INFINITY]; self.registers.len()];
+        for first in (0..count).step_by(BOXES) {
+            for (row, &variable) in path.variables.iter().enumerate() {
+                for k in 0..BOXES {
+                    let part = [first + k, first + k + 1].map(|end| end as f64 / count as f64);
+                    self.set(variable, k, path.piece(row, pair, part));
+                }
+            }
+            self.run();
+            for (hull, register) in hulls.iter_mut().zip(&self.registers) {
+                let (lo, hi) = register.0.split_at(BOXES);
+                *hull = lo.iter().zip(hi).fold(*hull, |hull, (&lo, &hi)| [hull[0].min(lo), hull[1].max(hi)]);
+            }
+        }
+        for (register, [lo, hi]) in self.registers.iter_mut().zip(hulls) {
+            register.0[..BOXES].fill(lo);
+            register.0[BOXES..].fill(hi);
+        }
+    }
+}
+
+impl Enclosure {
+    /// What may hide between neighbouring nodes of [`Self::path`]: pairs, each named by its first node, with the
+    /// largest change of what drives the motion, in units of `tolerances`. Pairs that hide nothing are left out, and
+    /// what is below `least` is not looked at more closely.
+    pub(crate) fn hidden(&mut self, tolerances: impl FnOnce() -> Vec<f64>, least: f64) -> Vec<(usize, f64)> {
+        let pairs = self.path.points - 1;
+        let some = (0..pairs).step_by(TOGETHER).map(|first| first..(first + TOGETHER).min(pairs));
+        let steep: Vec<usize> = some.flat_map(|some| self.steep(some)).collect();
+        if steep.is_empty() {
+            return Vec::new();
+        }
+        let tolerances = tolerances();
+        let Self { path, drive, .. } = self;
+        let (drive, influence) = drive.get();
+        influence.see_nodes(path, drive);
+        let mut hidden = Vec::with_capacity(steep.len());
+        for some in steep.chunks(BOXES) {
+            Self::place(path, drive, some);
+            drive.run();
+            let changes = influence.largest(drive, some, &tolerances);
+            hidden.extend(some.iter().copied().zip(changes));
+        }
+        for (pair, change) in &mut hidden {
+            for count in PIECES {
+                if *change > least {
+                    *change = change.min(self.change_on_pieces(*pair, count, &tolerances));
+                }
+            }
+        }
+        hidden.retain(|(_, change)| *change > 0.0);
+        hidden
+    }
+
+    /// The largest change between two nodes, by the pieces of the way from one to the other.
+    fn change_on_pieces(&mut self, pair: usize, count: usize, tolerances: &[f64]) -> f64 {
+        let Self { path, kinds, arguments, drive, .. } = self;
+        for (row, &variable) in path.variables.iter().enumerate() {
+            (0..BOXES).for_each(|k| arguments.set(variable, k, [path.values[row * path.points + pair + k % 2]; 2]));
+        }
+        arguments.run();
+        let ends = |output: usize| {
+            let (lo, hi) = arguments.output(output);
+            [lo[0].min(lo[1]), hi[0].max(hi[1])]
+        };
+        let ends: Vec<[f64; 2]> = (0..kinds.len()).map(ends).collect();
+        arguments.run_in_pieces(path, pair, count);
+        let is_followed = |((output, &kind), &[least, most]): ((usize, &Kind), &[f64; 2])| {
+            let (lo, hi) = arguments.output(output);
+            let is_between = lo[0] >= least - PASSED && hi[0] <= most + PASSED;
+            is_gentle(kind, lo[0], hi[0]) || kind == Kind::Exponent && is_between && most - least <= TAIL
+        };
+        if kinds.iter().enumerate().zip(&ends).all(is_followed) {
+            return 0.0;
+        }
+        let (drive, influence) = drive.get();
+        drive.run_in_pieces(path, pair, count);
+        influence.largest(drive, &[pair], tolerances)[0]
+    }
+}

@@ -1,0 +1,189 @@
+//! Intervals hold every value, computed in 40 digits or in `f64`.
+
+use std::collections::BTreeMap;
+
+use proptest::prelude::*;
+
+use super::lanes::BOXES;
+use super::{Enclosed, Enclosure, is_gentle};
+use crate::formula::{Function, Graph, Kind, Names, NodeId, Program, Staged, plain};
+use crate::number::{Extended, Real};
+
+const ALL: [Function; 15] = [
+    Function::Sin,
+    Function::Cos,
+    Function::Tan,
+    Function::Sinh,
+    Function::Cosh,
+    Function::Tanh,
+    Function::Asin,
+    Function::Acos,
+    Function::Atan,
+    Function::Exp,
+    Function::Ln,
+    Function::Log10,
+    Function::Sqrt,
+    Function::Abs,
+    Function::Sign,
+];
+
+/// The interval of the only output on a box; all eight boxes agree.
+fn enclose(program: &Program<f64>, intervals: &[[f64; 2]]) -> [f64; 2] {
+    let mut enclosed = Enclosed::new(Staged::new(plain(program, 1), |_| true, 0, |_| false));
+    enclosed.fix(&[]);
+    for (variable, &interval) in intervals.iter().enumerate() {
+        (0..BOXES).for_each(|k| enclosed.set(variable, k, interval));
+    }
+    enclosed.run();
+    let (lo, hi) = enclosed.output(0);
+    assert!((1..BOXES).all(|k| lo[k] == lo[0] && hi[k] == hi[0]), "{lo:?} {hi:?}");
+    assert!(lo[0] < f64::INFINITY && hi[0] > -f64::INFINITY && lo[0] <= hi[0], "{lo:?} {hi:?}");
+    [lo[0], hi[0]]
+}
+
+fn program<S: Real>(make: impl Fn(&mut Graph<S>) -> NodeId, variables: usize) -> Program<S> {
+    let mut graph = Graph::default();
+    let node = make(&mut graph);
+    Program::new(&mut graph, variables, &[node])
+}
+
+fn call<S: Real>(function: Function) -> Program<S> {
+    let make = |graph: &mut Graph<S>| {
+        let x = graph.variable(0);
+        graph.call(function, x)
+    };
+    program(make, 1)
+}
+
+/// Whether the interval holds the value in `f64` and the exact one. What is not defined or overflows is not a value;
+/// where `f64` has none, functions of extended precision may return anything.
+fn holds([lo, hi]: [f64; 2], value: f64, exact: Extended) -> bool {
+    let inside = value.is_infinite() || lo <= value && value <= hi;
+    value.is_nan() || inside && (!exact.is_finite() || Extended::from(lo) <= exact && exact <= Extended::from(hi))
+}
+
+/// Numbers of all sizes up to 10^`most`, also 0 and what is next to it.
+fn number(most: f64) -> impl Strategy<Value = f64> {
+    let special = prop::sample::select(vec![0.0, -0.0, 1.0, -1.0, 5e-324, -5e-324, f64::MIN_POSITIVE, 0.5, 1e-300]);
+    let any =
+        (-20.0..most, any::<bool>()).prop_map(|(size, sign)| if sign { 10_f64.powf(size) } else { -10_f64.powf(size) });
+    prop_oneof![1 => special, 4 => any, 3 => -3.0..3.0]
+}
+
+/// An interval, and points in it.
+fn interval(most: f64) -> impl Strategy<Value = ([f64; 2], Vec<f64>)> {
+    let width = prop_oneof![Just(0.0), (-18.0..1.5).prop_map(|size: f64| 10_f64.powf(size))];
+    (number(most), width, prop::collection::vec(0.0..=1.0, 4)).prop_map(|(lo, width, places): (f64, f64, Vec<f64>)| {
+        let hi = lo + width * if lo.abs() > 1e3 { lo.abs() } else { 1.0 };
+        let points = places.iter().map(|place| (lo + place * (hi - lo)).clamp(lo, hi));
+        ([lo, hi], points.chain([lo, hi]).collect())
+    })
+}
+
+/// Expressions in x and y. They have no constants but exact exponents: a graph rounds what follows from constants
+/// alone.
+fn expression() -> impl Strategy<Value = String> {
+    let leaf = prop::sample::select(vec!["x", "y"]).prop_map(String::from);
+    leaf.prop_recursive(5, 30, 2, |inner| {
+        let names = ["sin", "cos", "tan", "exp", "ln", "sqrt", "tanh", "abs", "atan", "cosh", "sinh"];
+        prop_oneof![
+            (inner.clone(), prop::sample::select(vec!["+", "-", "*", "/"]), inner.clone())
+                .prop_map(|(one, operation, other)| format!("({one} {operation} {other})")),
+            (inner.clone(), prop::sample::select(vec!["2", "3", "-2", "0.5", "1.75"]))
+                .prop_map(|(base, power)| format!("({base})^({power})")),
+            (prop::sample::select(names.to_vec()), inner).prop_map(|(name, one)| format!("{name}({one})")),
+        ]
+    })
+}
+
+fn parsed<S: Real>(text: &str) -> Program<S> {
+    let (parameters, definitions) = (BTreeMap::new(), BTreeMap::new());
+    let names = Names { variables: &["x", "y"], parameters: &parameters, definitions: &definitions };
+    program(|graph| crate::formula::parse(text, names, graph).unwrap(), 2)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(4000))]
+
+    #[test]
+    fn functions_hold_their_values(function in prop::sample::select(ALL.to_vec()), (ends, points) in interval(9.0)) {
+        let found = enclose(&call(function), &[ends]);
+        for x in points {
+            let exact: Extended = function.apply(Extended::from(x));
+            prop_assert!(holds(found, function.apply(x), exact), "{function:?} {ends:?} at {x:e}: {found:?} {exact}");
+        }
+    }
+
+    #[test]
+    fn expressions_hold_their_values(
+        text in expression(),
+        (x_ends, x) in interval(3.0),
+        (y_ends, y) in interval(3.0),
+    ) {
+        let (plain, exact) = (parsed::<f64>(&text), parsed::<Extended>(&text));
+        let found = enclose(&plain, &[x_ends, y_ends]);
+        for (x, y) in x.into_iter().zip(y) {
+            let [value]: [f64; 1] = plain.values(&[x, y]);
+            let [exact]: [Extended; 1] = exact.values(&[Extended::from(x), Extended::from(y)]);
+            // Overflow in between makes something else of it.
+            let value = if exact.is_finite() && value.is_finite() { value } else { f64::NAN };
+            prop_assert!(holds(found, value, exact), "{text} at {x:e}, {y:e}: {found:?}, {value:e}, {exact}");
+        }
+    }
+}
+
+#[test]
+fn edges() {
+    let of = |function, lo, hi| enclose(&call(function), &[[lo, hi]]);
+    assert_eq!(of(Function::Sin, 1e300, 2e300), [-1.0, 1.0]);
+    assert_eq!(of(Function::Sin, -f64::INFINITY, f64::INFINITY), [-1.0, 1.0]);
+    assert_eq!(of(Function::Tanh, -f64::INFINITY, f64::INFINITY), [-1.0, 1.0]);
+    assert_eq!(of(Function::Exp, -f64::INFINITY, f64::INFINITY), [0.0, f64::INFINITY]);
+    assert_eq!(of(Function::Sign, -1e-300, 1e-300), [-1.0, 1.0]);
+    assert_eq!(of(Function::Abs, -2.0, 1.0), [0.0, 2.0]);
+    assert_eq!(of(Function::Tan, 1.0, 2.0), [-f64::INFINITY, f64::INFINITY]);
+    assert_eq!(of(Function::Ln, -2.0, -1.0), [-f64::INFINITY, f64::INFINITY]);
+    let [lo, hi] = of(Function::Ln, -1.0, 1.0);
+    assert!(lo == -f64::INFINITY && (0.0..1e-300).contains(&hi));
+    let [lo, hi] = of(Function::Exp, 700.0, 800.0);
+    assert!(lo > 1e304 && hi == f64::INFINITY);
+    let [lo, hi] = of(Function::Exp, -1e9, -1e8);
+    assert!(lo == 0.0 && hi < 1e-300);
+    assert_eq!(enclose(&parsed("1/x"), &[[-1.0, 1.0], [0.0; 2]]), [-f64::INFINITY, f64::INFINITY]);
+    // A wall far away: overflow is no obstacle.
+    let [lo, hi] = enclose(&parsed("1/cosh(x)^2"), &[[1e6, 2e6], [0.0; 2]]);
+    assert!(lo.abs() < 1e-300 && hi < 1e-300);
+}
+
+/// What hides on a way of three nodes, where x and y move as given.
+fn hidden(text: &str, x: [f64; 3], y: [f64; 3]) -> Vec<usize> {
+    let mut enclosure = Enclosure::new(&parsed(text), 1, |_| true).unwrap();
+    enclosure.path.begin(3);
+    enclosure.path.push(0, &x, |_| 0.0);
+    enclosure.path.push(1, &y, |_| 0.0);
+    enclosure.hidden(|| vec![1e-9], 0.0).into_iter().map(|(pair, _)| pair).collect()
+}
+
+#[test]
+fn pieces_know_that_variables_change_together() {
+    // On the box of each pair the divisor may be 0; on the way it is 1.
+    assert!(hidden("1/(x-y)", [1.0, 3.0, 6.0], [0.0, 2.0, 5.0]).is_empty());
+    assert_eq!(hidden("1/(x-y)", [1.0, 3.0, 6.0], [0.0, 2.0, 7.0]), [1]);
+    // The exponent is smallest on the way from the second node to the third, or falls all the way.
+    assert_eq!(hidden("exp(-(x*y))", [1.0, 2.0, 0.0], [1.0, 1.0, 6.0]), [1]);
+    assert!(hidden("exp(-(x*y))", [1.0, 2.0, 4.0], [1.0, 2.0, 2.0]).is_empty());
+    assert_eq!(hidden("tanh(x*y)", [-1.0, 2.0, 4.0], [1.0, 2.0, 2.0]), [0, 1]);
+}
+
+#[test]
+fn what_changes_little_is_gentle() {
+    let unknown = [-f64::INFINITY, f64::INFINITY];
+    for kind in [Kind::Ratio, Kind::Exponent, Kind::Step, Kind::Angle, Kind::Sign, Kind::Edge] {
+        assert!(!is_gentle(kind, unknown[0], unknown[1]), "{kind:?}");
+    }
+    assert!(is_gentle(Kind::Ratio, 1.0, 1.5) && is_gentle(Kind::Ratio, -1.5, -1.0));
+    assert!(!is_gentle(Kind::Ratio, -1.0, 1.0) && !is_gentle(Kind::Ratio, 0.0, 1.0));
+    assert!(is_gentle(Kind::Step, 7.0, 7.5) && !is_gentle(Kind::Step, 0.0, 5.0));
+    assert!(is_gentle(Kind::Sign, 1e-300, 1.0) && !is_gentle(Kind::Sign, 0.0, 1.0));
+    assert!(is_gentle(Kind::Edge, -0.5, 0.5) && !is_gentle(Kind::Edge, 0.5, 1.0));
+}

@@ -1,0 +1,267 @@
+//! The Gauss–Lobatto–Legendre rule on [0, 1] and the operators of a weak window on it, to 30 digits.
+
+use crate::number::vector::Twofold;
+
+/// The weak window operators on n Gauss–Lobatto–Legendre nodes of [0, 1], in double-double.
+///
+/// A is the inverse of D̄ = D + H⁻¹E_0, the matrix of the Lobatto IIIC Runge–Kutta method (Chipman 1971; Hairer,
+/// Wanner, "Solving Ordinary Differential Equations II", IV.5). Nothing is inverted numerically: with the integration
+/// matrix S_ij = ∫_0^{c_i} ℓ_j (Lobatto IIIA), A f = u solves u′ + u(0) r = f, where r has the nodal values e_1/b_1;
+/// u′ has degree n − 2, so the leading coefficients of f and of u(0) r agree, which gives u(0), and then
+/// u = u(0) (1 − S e_1/b_1) + S f.
+#[derive(Debug, Clone)]
+pub struct WeakOperators {
+    nodes: Vec<Twofold>,
+    weights: Vec<Twofold>,
+    /// P_k at node i (on [−1, 1]), k = 0 … n, at `[i (n + 1) + k]`.
+    legendre: Vec<Twofold>,
+    integration: Vec<Twofold>,
+    a: Vec<Twofold>,
+    a_squared: Vec<Twofold>,
+}
+
+impl WeakOperators {
+    /// Fewest nodes.
+    pub const FEWEST: usize = 2;
+    /// Most nodes.
+    pub const MOST: usize = 64;
+
+    /// Those on `n` nodes, from [`Self::FEWEST`] to [`Self::MOST`]; a tenth of a millisecond for 20 of them.
+    ///
+    /// # Panics
+    /// For another `n`.
+    pub(super) fn new(n: usize) -> Self {
+        assert!((Self::FEWEST..=Self::MOST).contains(&n), "a window has 2 to 64 nodes, not {n}");
+        let (x, legendre) = nodes_with_legendre(n);
+        let last = n - 1;
+        // b_i = 1/(n (n − 1) P_{n−1}(x_i)²) on [0, 1] (Abramowitz, Stegun 25.4.32); mirrored, as the nodes are.
+        let scale = Twofold::from((n * last) as f64);
+        let mut weights = vec![Twofold::ZERO; n];
+        for i in 0..n.div_ceil(2) {
+            let p = legendre[i * (n + 1) + last];
+            weights[i] = Twofold::ONE / (scale * (p * p));
+            weights[last - i] = weights[i];
+        }
+        let nodes = x.iter().map(|&x| (x + Twofold::ONE).half()).collect();
+        let mut operators = Self { nodes, weights, legendre, integration: vec![], a: vec![], a_squared: vec![] };
+        operators.integration = operators.integrate();
+        operators.a = operators.invert();
+        operators.a_squared = operators.square();
+        operators
+    }
+
+    /// Number of nodes.
+    pub fn points(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// c_0 = 0 < c_1 < … < 1, symmetric about ½.
+    pub fn nodes(&self) -> &[Twofold] {
+        &self.nodes
+    }
+
+    /// The quadrature weights b_j, exact to degree 2n − 3; their sum is 1.
+    pub fn weights(&self) -> &[Twofold] {
+        &self.weights
+    }
+
+    /// S_ij = ∫_0^{c_i} ℓ_j, row by row (Lobatto IIIA).
+    pub fn integration(&self) -> &[Twofold] {
+        &self.integration
+    }
+
+    /// A = (D + H⁻¹E_0)⁻¹, row by row: its first column is b_0, its last row is b.
+    pub fn a(&self) -> &[Twofold] {
+        &self.a
+    }
+
+    /// A², row by row: its last row is b_j (1 − c_j).
+    pub fn a_squared(&self) -> &[Twofold] {
+        &self.a_squared
+    }
+
+    /// (bᵀA)_j = b_j (1 − c_j), the simplifying assumption D(1) of Lobatto IIIC.
+    pub fn position_weight(&self, j: usize) -> Twofold {
+        self.weights[j] * (Twofold::ONE - self.nodes[j])
+    }
+
+    /// The entry of A⁻¹ = D + H⁻¹E_0 in row `i` and column `j`, see [`crate::sbp::gll`] for D.
+    pub fn derivative(&self, i: usize, j: usize) -> Twofold {
+        let last = self.points() - 1;
+        let corner = Twofold::from((self.points() * last) as f64).half();
+        match (i, j) {
+            (0, 0) => Twofold::ONE / self.weights[0] - corner,
+            _ if i == last && j == last => corner,
+            _ if i == j => Twofold::ZERO,
+            _ => self.legendre(i, last) / self.legendre(j, last) / (self.nodes[i] - self.nodes[j]),
+        }
+    }
+
+    /// P_k at node `i`, on [−1, 1].
+    pub(super) fn legendre(&self, i: usize, k: usize) -> Twofold {
+        self.legendre[i * (self.points() + 1) + k]
+    }
+
+    /// Legendre coefficient k of the polynomial with the nodal `values`.
+    pub(crate) fn mode_of(&self, k: usize, values: &[f64]) -> f64 {
+        self.mode(k).zip(values).map(|(weight, value)| weight * value).sum()
+    }
+
+    /// Row of the nodal values' weights in Legendre coefficient k: the coefficient is Σ_j row_j f_j.
+    pub(super) fn mode(&self, k: usize) -> impl Iterator<Item = f64> {
+        let last = self.points() - 1;
+        let norm = if k < last { (2 * k + 1) as f64 } else { last as f64 };
+        (0..self.points()).map(move |j| norm * self.weights[j].hi * self.legendre(j, k).hi)
+    }
+
+    fn integrate(&self) -> Vec<Twofold> {
+        let (n, last) = (self.points(), self.points() - 1);
+        // ℓ_j = Σ_k b_j γ_k P_k(x_j) P_k with γ_k = 2k + 1, but n − 1 for the last (discrete norm), and
+        // ∫_{−1}^x P_k = (P_{k+1}(x) − P_{k−1}(x))/(2k + 1), 1 + x for k = 0; halved for the length of [0, 1].
+        let mut integral = vec![Twofold::ZERO; n * n];
+        for i in 0..n {
+            integral[i * n] = self.nodes[i];
+            for k in 1..n {
+                let value = (self.legendre(i, k + 1) - self.legendre(i, k - 1)).half();
+                integral[i * n + k] =
+                    if k < last { value } else { value * last as f64 / Twofold::from((2 * k + 1) as f64) };
+            }
+        }
+        // Sums side by side: one after the other, each would wait for its own last term.
+        let by_degree: Vec<Twofold> = (0..n * n).map(|place| self.legendre(place % n, place / n)).collect();
+        let mut s = vec![Twofold::ZERO; n * n];
+        for (row, integral) in s.chunks_exact_mut(n).zip(integral.chunks_exact(n)).take(last).skip(1) {
+            for (&factor, values) in integral.iter().zip(by_degree.chunks_exact(n)) {
+                row.iter_mut().zip(values).for_each(|(sum, &value)| *sum = *sum + factor * value);
+            }
+            row.iter_mut().zip(&self.weights).for_each(|(sum, &weight)| *sum = *sum * weight);
+        }
+        s[last * n..].copy_from_slice(&self.weights);
+        s
+    }
+
+    fn invert(&self) -> Vec<Twofold> {
+        let (n, last) = (self.points(), self.points() - 1);
+        // Barycentric weights of the nodes are proportional to 1/P_{n−1}(x_j).
+        let at_0: Vec<Twofold> =
+            (0..n).map(|j| self.weights[0] * (self.legendre(0, last) / self.legendre(j, last))).collect();
+        let mut a = vec![Twofold::ZERO; n * n];
+        for i in 0..last {
+            let factor = Twofold::ONE - self.integration[i * n] / self.weights[0];
+            for j in 1..n {
+                a[i * n + j] = self.integration[i * n + j] + factor * at_0[j];
+            }
+            a[i * n] = self.weights[0];
+        }
+        a[last * n..].copy_from_slice(&self.weights);
+        a
+    }
+
+    fn square(&self) -> Vec<Twofold> {
+        let (n, last) = (self.points(), self.points() - 1);
+        let mut square = vec![Twofold::ZERO; n * n];
+        for (row, factors) in square.chunks_exact_mut(n).zip(self.a.chunks_exact(n)).take(last) {
+            for (&factor, a) in factors.iter().zip(self.a.chunks_exact(n)) {
+                row.iter_mut().zip(a).for_each(|(sum, &a)| *sum = *sum + factor * a);
+            }
+        }
+        for j in 0..n {
+            square[last * n + j] = self.position_weight(j);
+        }
+        square
+    }
+}
+
+/// P_0 … P_degree at x.
+pub(super) fn legendre_values(degree: usize, x: f64) -> Vec<f64> {
+    let mut p = vec![1.0; degree + 1];
+    if degree > 0 {
+        p[1] = x;
+    }
+    for k in 1..degree {
+        p[k + 1] = ((2 * k + 1) as f64 * x * p[k] - k as f64 * p[k - 1]) / (k + 1) as f64;
+    }
+    p
+}
+
+/// The nodes on [−1, 1], and P_0 … P_n at each of them.
+fn nodes_with_legendre(n: usize) -> (Vec<Twofold>, Vec<Twofold>) {
+    let last = n - 1;
+    let reciprocal: Vec<Twofold> = (0..=n).map(|k| Twofold::ONE / Twofold::from(k.max(1) as f64)).collect();
+    let fill = |x: Twofold, p: &mut [Twofold]| {
+        (p[0], p[1]) = (Twofold::ONE, x);
+        for k in 1..n {
+            p[k + 1] = (x * p[k] * (2 * k + 1) as f64 - p[k - 1] * k as f64) * reciprocal[k + 1];
+        }
+    };
+    let mut x = vec![Twofold::ZERO; n];
+    let mut legendre = vec![Twofold::ZERO; n * (n + 1)];
+    for i in 0..n.div_ceil(2) {
+        x[i] = if i == 0 {
+            -Twofold::ONE
+        } else if 2 * i == last {
+            Twofold::ZERO
+        } else {
+            let mut z = Twofold::from(approximate_node(n, i));
+            let mut p = vec![Twofold::ZERO; n + 1];
+            // Newton's method doubles the digits: 15 to 30, and once more for the last ones.
+            for _ in 0..2 {
+                fill(z, &mut p);
+                let s = Twofold::ONE - z * z;
+                let first = (p[last - 1] - z * p[last]) * last as f64;
+                let second = z * (first / s) * 2.0 - p[last] * (last * n) as f64;
+                z = z - first / second;
+            }
+            z
+        };
+        fill(x[i], &mut legendre[i * (n + 1)..(i + 1) * (n + 1)]);
+    }
+    // The rule is symmetric to the last bit: P_k(−x) = (−1)^k P_k(x).
+    for i in n.div_ceil(2)..n {
+        x[i] = -x[last - i];
+        for k in 0..=n {
+            let p = legendre[(last - i) * (n + 1) + k];
+            legendre[i * (n + 1) + k] = if k % 2 == 0 { p } else { -p };
+        }
+    }
+    (x, legendre)
+}
+
+/// The `i`-th root of P′_{n−1} (i from 1) by Newton's method, with (1 − x²)P′ = m(P_{m−1} − xP_m), m = n − 1, and
+/// Legendre's equation for P″.
+fn approximate_node(n: usize, i: usize) -> f64 {
+    let m = (n - 1) as f64;
+    // Asymptotic value: Parter (1999), "On the Legendre–Gauss–Lobatto points and weights".
+    let angle = std::f64::consts::PI * (i as f64 + 0.25) / m;
+    let mut x = -(angle - 3.0 / (8.0 * m * m * angle)).cos();
+    for _ in 0..20 {
+        let p = legendre_values(n - 1, x);
+        let first = m * (p[n - 2] - x * p[n - 1]) / (1.0 - x * x);
+        let second = (2.0 * x * first - m * (m + 1.0) * p[n - 1]) / (1.0 - x * x);
+        let step = first / second;
+        x -= step;
+        if step.abs() < 1e-14 {
+            break;
+        }
+    }
+    x
+}
+
+/// 1/(2(2k + 1)), which makes differences of Legendre polynomials integrals of them on [0, 1].
+pub(super) fn share(k: usize) -> f64 {
+    0.5 / (2 * k + 1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::legendre_values;
+
+    #[test]
+    fn legendre_polynomials_of_any_degree() {
+        let x = -0.5;
+        let exact = [1.0, x, 0.5 * (3.0 * x * x - 1.0), 0.5 * (5.0 * x * x * x - 3.0 * x)];
+        for degree in 0..4 {
+            assert_eq!(legendre_values(degree, x), exact[..=degree]);
+        }
+    }
+}

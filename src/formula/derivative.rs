@@ -1,0 +1,128 @@
+//! Symbolic derivatives on a graph.
+
+use super::Function;
+use super::graph::{Graph, Node, NodeId, Operation};
+use crate::number::Real;
+
+impl<S: Real> Graph<S> {
+    /// The derivative of the expression rooted at `root` with respect to a variable, as a new expression of the same
+    /// graph.
+    pub(crate) fn derivative(&mut self, root: NodeId, variable: usize) -> NodeId {
+        let mut needed = vec![false; root + 1];
+        needed[root] = true;
+        for id in (0..=root).rev() {
+            if needed[id] && !self.derivatives.contains_key(&(id, variable)) {
+                self.nodes[id].operands().for_each(|operand| needed[operand] = true);
+            }
+        }
+        // Operands come before the nodes that use them, so one pass in order finds all inner derivatives ready.
+        for id in (0..=root).filter(|&id| needed[id]) {
+            if !self.derivatives.contains_key(&(id, variable)) {
+                let derivative = self.derivative_of_node(id, variable);
+                self.derivatives.insert((id, variable), derivative);
+            }
+        }
+        self.derivatives[&(root, variable)]
+    }
+
+    fn derivative_of_node(&mut self, id: NodeId, variable: usize) -> NodeId {
+        match self.nodes[id] {
+            Node::Variable(index) => self.whole((index == variable).into()),
+            Node::Constant(_) => self.whole(0),
+            Node::PowerInteger(a, n) => {
+                let coefficient = self.whole(n);
+                let power = self.power_integer(a, n - 1);
+                let outer = self.multiply(coefficient, power);
+                self.multiply(outer, self.derivatives[&(a, variable)])
+            }
+            Node::Apply(operation) => self.derivative_of(operation, id, variable),
+        }
+    }
+
+    /// The derivative of the node `id`, which is this operation.
+    fn derivative_of(&mut self, operation: Operation, id: NodeId, variable: usize) -> NodeId {
+        let inner = |graph: &Self, operand: NodeId| graph.derivatives[&(operand, variable)];
+        match operation {
+            Operation::Negate(a) => self.negate(inner(self, a)),
+            Operation::Call(function, a) => {
+                let outer = self.derivative_of_call(function, a, id);
+                self.multiply(outer, inner(self, a))
+            }
+            Operation::Fused(..) => unreachable!("graphs have no fused operations"),
+            Operation::Add(a, b) => self.add(inner(self, a), inner(self, b)),
+            Operation::Subtract(a, b) => self.subtract(inner(self, a), inner(self, b)),
+            Operation::Multiply(a, b) => {
+                let left = self.multiply(inner(self, a), b);
+                let right = self.multiply(a, inner(self, b));
+                self.add(left, right)
+            }
+            Operation::Divide(a, b) => {
+                // (a/b)′ = (a′ − (a/b) b′)/b
+                let quotient = self.multiply(id, inner(self, b));
+                let numerator = self.subtract(inner(self, a), quotient);
+                self.divide(numerator, b)
+            }
+            Operation::Power(a, b) => {
+                // (a^b)′ = b a^(b−1) a′ + a^b ln(a) b′; the logarithm enters only where the exponent is not constant.
+                let one = self.whole(1);
+                let less = self.subtract(b, one);
+                let power = self.power(a, less);
+                let outer = self.multiply(b, power);
+                let from_base = self.multiply(outer, inner(self, a));
+                if self.is(inner(self, b), 0.0) {
+                    return from_base;
+                }
+                let ln = self.call(Function::Ln, a);
+                let outer = self.multiply(id, ln);
+                let from_exponent = self.multiply(outer, inner(self, b));
+                self.add(from_base, from_exponent)
+            }
+        }
+    }
+
+    /// f′(u) for `value` = f(u).
+    fn derivative_of_call(&mut self, function: Function, u: NodeId, value: NodeId) -> NodeId {
+        let one = self.whole(1);
+        match function {
+            Function::Sin => self.call(Function::Cos, u),
+            Function::Cos => {
+                let sin = self.call(Function::Sin, u);
+                self.negate(sin)
+            }
+            Function::Tan => {
+                let square = self.power_integer(value, 2);
+                self.add(one, square)
+            }
+            Function::Sinh => self.call(Function::Cosh, u),
+            Function::Cosh => self.call(Function::Sinh, u),
+            Function::Tanh => {
+                let square = self.power_integer(value, 2);
+                self.subtract(one, square)
+            }
+            Function::Asin | Function::Acos => {
+                let square = self.power_integer(u, 2);
+                let difference = self.subtract(one, square);
+                let root = self.call(Function::Sqrt, difference);
+                let reciprocal = self.divide(one, root);
+                if function == Function::Asin { reciprocal } else { self.negate(reciprocal) }
+            }
+            Function::Atan => {
+                let square = self.power_integer(u, 2);
+                let sum = self.add(one, square);
+                self.divide(one, sum)
+            }
+            Function::Exp => value,
+            Function::Ln => self.divide(one, u),
+            Function::Log10 => {
+                let scale = self.constant(S::ONE / S::LN_10);
+                self.divide(scale, u)
+            }
+            Function::Sqrt => {
+                let half = self.constant(S::ONE.half());
+                self.divide(half, value)
+            }
+            Function::Abs => self.call(Function::Sign, u),
+            Function::Sign => self.whole(0),
+        }
+    }
+}

@@ -1,0 +1,351 @@
+//! Expression graphs, in which every distinct sub-expression occurs once.
+
+use std::collections::HashMap;
+
+use super::Function;
+use crate::number::Real;
+
+/// Index of a node in its [`Graph`].
+pub(crate) type NodeId = usize;
+
+/// What is done with earlier values, which are given by an index: of a node of a graph, or of a register of a program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) enum Operation {
+    Add(usize, usize),
+    Subtract(usize, usize),
+    Multiply(usize, usize),
+    Divide(usize, usize),
+    Negate(usize),
+    Power(usize, usize),
+    Call(Function, usize),
+    /// A product with a sum at once. Programs have it ([`super::Program::fused`]), graphs do not.
+    Fused(Fused, [usize; 3]),
+}
+
+/// A product ab with a third value c.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) enum Fused {
+    /// ab + c.
+    Add,
+    /// ab − c.
+    Subtract,
+    /// c − ab.
+    SubtractFrom,
+}
+
+impl Operation {
+    /// The indices of its operands.
+    pub(super) fn operands(self) -> impl Iterator<Item = usize> {
+        let (a, b, c) = match self {
+            Self::Negate(a) | Self::Call(_, a) => (a, None, None),
+            Self::Add(a, b) | Self::Subtract(a, b) | Self::Multiply(a, b) | Self::Divide(a, b) | Self::Power(a, b) => {
+                (a, Some(b), None)
+            }
+            Self::Fused(_, [a, b, c]) => (a, Some(b), Some(c)),
+        };
+        std::iter::once(a).chain(b).chain(c)
+    }
+
+    /// The same on other indices.
+    pub(super) fn map(self, at: impl Fn(usize) -> usize) -> Self {
+        match self {
+            Self::Add(a, b) => Self::Add(at(a), at(b)),
+            Self::Subtract(a, b) => Self::Subtract(at(a), at(b)),
+            Self::Multiply(a, b) => Self::Multiply(at(a), at(b)),
+            Self::Divide(a, b) => Self::Divide(at(a), at(b)),
+            Self::Negate(a) => Self::Negate(at(a)),
+            Self::Power(a, b) => Self::Power(at(a), at(b)),
+            Self::Call(function, a) => Self::Call(function, at(a)),
+            Self::Fused(fused, operands) => Self::Fused(fused, operands.map(at)),
+        }
+    }
+
+    /// The same number for the same numbers, whichever operand comes first.
+    fn sorted(self) -> Self {
+        match self {
+            Self::Add(a, b) => Self::Add(a.min(b), a.max(b)),
+            Self::Multiply(a, b) => Self::Multiply(a.min(b), a.max(b)),
+            _ => self,
+        }
+    }
+}
+
+/// A value of the graph; operands are earlier nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Node {
+    /// The variable of that index.
+    Variable(usize),
+    /// By its index in the graph's table of constants, so that nodes can be hashed.
+    Constant(usize),
+    /// Integer power. Derivatives are formed of it as a whole; programs get products ([`Graph::expand_powers`]).
+    PowerInteger(NodeId, i32),
+    Apply(Operation),
+}
+
+impl Node {
+    pub(super) fn operands(self) -> impl Iterator<Item = NodeId> {
+        let (base, operation) = match self {
+            Self::Variable(_) | Self::Constant(_) => (None, None),
+            Self::PowerInteger(base, _) => (Some(base), None),
+            Self::Apply(operation) => (None, Some(operation)),
+        };
+        base.into_iter().chain(operation.into_iter().flat_map(Operation::operands))
+    }
+}
+
+/// A directed acyclic graph of nodes in topological order.
+#[derive(Debug)]
+pub(crate) struct Graph<S> {
+    pub(super) nodes: Vec<Node>,
+    constants: Vec<S>,
+    index: HashMap<Node, NodeId>,
+    /// Derivatives that were formed, by node and variable.
+    pub(super) derivatives: HashMap<(NodeId, usize), NodeId>,
+}
+
+impl<S> Default for Graph<S> {
+    fn default() -> Self {
+        Self { nodes: Vec::new(), constants: Vec::new(), index: HashMap::new(), derivatives: HashMap::new() }
+    }
+}
+
+impl<S: Real> Graph<S> {
+    fn insert(&mut self, node: Node) -> NodeId {
+        let key = match node {
+            Node::Apply(operation) => Node::Apply(operation.sorted()),
+            _ => node,
+        };
+        *self.index.entry(key).or_insert_with(|| {
+            self.nodes.push(node);
+            self.nodes.len() - 1
+        })
+    }
+
+    fn apply(&mut self, operation: Operation) -> NodeId {
+        self.insert(Node::Apply(operation))
+    }
+
+    /// The value of a [`Node::Constant`].
+    pub(super) fn number(&self, constant: usize) -> S {
+        self.constants[constant]
+    }
+
+    pub(crate) fn as_constant(&self, id: NodeId) -> Option<S> {
+        match self.nodes[id] {
+            Node::Constant(constant) => Some(self.number(constant)),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn is(&self, id: NodeId, value: f64) -> bool {
+        self.as_constant(id) == Some(S::from(value))
+    }
+
+    pub(crate) fn variable(&mut self, index: usize) -> NodeId {
+        self.insert(Node::Variable(index))
+    }
+
+    pub(crate) fn constant(&mut self, value: S) -> NodeId {
+        // A formula has only a few constants, so they are searched in order. 0 and −0 are different constants, because
+        // of their signs; a NaN is equal to nothing and always becomes a new one.
+        let same = |known: &S| *known == value && known.signum() == value.signum();
+        let constant = self.constants.iter().position(same).unwrap_or_else(|| {
+            self.constants.push(value);
+            self.constants.len() - 1
+        });
+        self.insert(Node::Constant(constant))
+    }
+
+    pub(crate) fn whole(&mut self, value: i32) -> NodeId {
+        self.constant(S::from(f64::from(value)))
+    }
+
+    pub(crate) fn add(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        match (self.as_constant(a), self.as_constant(b)) {
+            (Some(u), Some(v)) => self.constant(u + v),
+            (Some(u), _) if u == S::ZERO => b,
+            (_, Some(v)) if v == S::ZERO => a,
+            _ => self.apply(Operation::Add(a, b)),
+        }
+    }
+
+    pub(crate) fn subtract(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        match (self.as_constant(a), self.as_constant(b)) {
+            (Some(u), Some(v)) => self.constant(u - v),
+            (Some(u), _) if u == S::ZERO => self.negate(b),
+            (_, Some(v)) if v == S::ZERO => a,
+            _ => self.apply(Operation::Subtract(a, b)),
+        }
+    }
+
+    pub(crate) fn multiply(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        match (self.as_constant(a), self.as_constant(b)) {
+            (Some(u), Some(v)) => self.constant(u * v),
+            // Also where the other factor is not finite: 0*ln(x) is taken to be 0 for every x.
+            (Some(u), _) | (_, Some(u)) if u == S::ZERO => self.whole(0),
+            (Some(u), _) if u == S::ONE => b,
+            (_, Some(v)) if v == S::ONE => a,
+            _ => self.apply(Operation::Multiply(a, b)),
+        }
+    }
+
+    pub(crate) fn divide(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        match (self.as_constant(a), self.as_constant(b)) {
+            (Some(u), Some(v)) => self.constant(u / v),
+            (Some(u), _) if u == S::ZERO => a,
+            (_, Some(v)) if v == S::ONE => a,
+            // Multiplying by a power of two gives the same number to the bit, ten times faster.
+            (_, Some(v)) if is_power_of_two(v) => {
+                let reciprocal = self.constant(S::ONE / v);
+                self.multiply(a, reciprocal)
+            }
+            _ => self.apply(Operation::Divide(a, b)),
+        }
+    }
+
+    pub(crate) fn negate(&mut self, a: NodeId) -> NodeId {
+        match self.nodes[a] {
+            Node::Constant(constant) => self.constant(-self.number(constant)),
+            Node::Apply(Operation::Negate(inner)) => inner,
+            _ => self.apply(Operation::Negate(a)),
+        }
+    }
+
+    pub(crate) fn power(&mut self, base: NodeId, exponent: NodeId) -> NodeId {
+        match (self.as_constant(base), self.as_constant(exponent)) {
+            (Some(u), Some(v)) => self.constant(u.powf(v)),
+            (_, Some(v)) if is_small_integer(v) => self.power_integer(base, v.to_f64() as i32),
+            _ => self.apply(Operation::Power(base, exponent)),
+        }
+    }
+
+    pub(crate) fn power_integer(&mut self, base: NodeId, exponent: i32) -> NodeId {
+        match exponent {
+            0 => self.whole(1),
+            1 => base,
+            _ => self.insert(Node::PowerInteger(base, exponent)),
+        }
+    }
+
+    pub(crate) fn call(&mut self, function: Function, argument: NodeId) -> NodeId {
+        match self.as_constant(argument) {
+            Some(u) => self.constant(function.apply(u)),
+            None => self.apply(Operation::Call(function, argument)),
+        }
+    }
+
+    /// For a sine or a cosine both of them, if the graph has them.
+    pub(super) fn sine_and_cosine(&self, id: NodeId) -> Option<[NodeId; 2]> {
+        let Node::Apply(Operation::Call(Function::Sin | Function::Cos, angle)) = self.nodes[id] else { return None };
+        let find = |function| self.index.get(&Node::Apply(Operation::Call(function, angle))).copied();
+        Some([find(Function::Sin)?, find(Function::Cos)?])
+    }
+
+    /// For every node up to the last of the `roots`, whether their values depend on it.
+    pub(super) fn needed(&self, roots: &[NodeId]) -> Vec<bool> {
+        let mut is_needed = vec![false; roots.iter().copied().max().map_or(0, |root| root + 1)];
+        roots.iter().for_each(|&root| is_needed[root] = true);
+        for id in (0..is_needed.len()).rev() {
+            if is_needed[id] {
+                self.nodes[id].operands().for_each(|operand| is_needed[operand] = true);
+            }
+        }
+        is_needed
+    }
+
+    /// The expressions `roots` with other expressions, of the same graph, in place of variables: variable k becomes
+    /// `replacement[k]`. Variables beyond that stay.
+    pub(crate) fn substitute(&mut self, roots: &[NodeId], replacement: &[NodeId]) -> Vec<NodeId> {
+        let is_needed = self.needed(roots);
+        let last = is_needed.len();
+        let mut replaced: Vec<NodeId> = (0..last).collect();
+        for id in (0..last).filter(|&id| is_needed[id]) {
+            replaced[id] = match self.nodes[id] {
+                Node::Variable(index) => replacement.get(index).copied().unwrap_or(id),
+                Node::Constant(_) => id,
+                Node::PowerInteger(base, exponent) => self.power_integer(replaced[base], exponent),
+                Node::Apply(operation) => self.simplified(operation.map(|operand| replaced[operand])),
+            };
+        }
+        roots.iter().map(|&root| replaced[root]).collect()
+    }
+
+    /// An operation on nodes, simplified where it can be.
+    fn simplified(&mut self, operation: Operation) -> NodeId {
+        match operation {
+            Operation::Add(a, b) => self.add(a, b),
+            Operation::Subtract(a, b) => self.subtract(a, b),
+            Operation::Multiply(a, b) => self.multiply(a, b),
+            Operation::Divide(a, b) => self.divide(a, b),
+            Operation::Negate(a) => self.negate(a),
+            Operation::Power(a, b) => self.power(a, b),
+            Operation::Call(function, a) => self.call(function, a),
+            Operation::Fused(..) => unreachable!("graphs have no fused operations"),
+        }
+    }
+
+    /// Which of the first `variables` variables the expression contains.
+    pub(crate) fn variables_of(&self, root: NodeId, variables: usize) -> Vec<bool> {
+        let mut contains = vec![false; variables];
+        let mut is_needed = vec![false; root + 1];
+        is_needed[root] = true;
+        for id in (0..=root).rev() {
+            if !is_needed[id] {
+                continue;
+            }
+            match self.nodes[id] {
+                Node::Variable(index) if index < variables => contains[index] = true,
+                node => node.operands().for_each(|operand| is_needed[operand] = true),
+            }
+        }
+        contains
+    }
+
+    /// Writes every integer power out as products, by repeated squaring. Powers of one base share their squares. The
+    /// nodes that take the place of `roots`.
+    pub(super) fn expand_powers(&mut self, roots: &[NodeId]) -> Vec<NodeId> {
+        let last = roots.iter().copied().max().map_or(0, |root| root + 1);
+        let mut expanded: Vec<NodeId> = Vec::with_capacity(last);
+        for id in 0..last {
+            let new = match self.nodes[id] {
+                Node::Variable(_) | Node::Constant(_) => id,
+                Node::PowerInteger(base, exponent) => self.products(expanded[base], exponent),
+                Node::Apply(operation) => self.apply(operation.map(|operand| expanded[operand])),
+            };
+            expanded.push(new);
+        }
+        roots.iter().map(|&root| expanded[root]).collect()
+    }
+
+    pub(super) fn products(&mut self, base: NodeId, exponent: i32) -> NodeId {
+        let (mut square, mut remaining) = (base, exponent.unsigned_abs());
+        let mut product = None;
+        loop {
+            if remaining & 1 == 1 {
+                product = Some(product.map_or(square, |product| self.apply(Operation::Multiply(product, square))));
+            }
+            remaining >>= 1;
+            if remaining == 0 {
+                break;
+            }
+            square = self.apply(Operation::Multiply(square, square));
+        }
+        let product = product.unwrap_or_else(|| self.whole(1));
+        if exponent < 0 {
+            let one = self.whole(1);
+            return self.apply(Operation::Divide(one, product));
+        }
+        product
+    }
+}
+
+fn is_small_integer<S: Real>(value: S) -> bool {
+    let rounded = value.to_f64();
+    S::from(rounded) == value && rounded.fract() == 0.0 && rounded.abs() <= 1e6
+}
+
+/// Whether the value is ±2^k, with a reciprocal that is as exact.
+fn is_power_of_two<S: Real>(value: S) -> bool {
+    let rounded = value.to_f64();
+    S::from(rounded) == value && rounded.to_bits() << 12 == 0 && rounded.is_normal() && (1.0 / rounded).is_normal()
+}

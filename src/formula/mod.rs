@@ -1,0 +1,73 @@
+//! Formulas: text → expression graph → derivatives → straight-line program.
+//!
+//! ```text
+//! grammar     parses text into a graph
+//! graph       holds every distinct sub-expression once
+//! derivative  adds symbolic derivatives to a graph, so they are exact and share sub-expressions with the rest
+//! reduce      writes expressions with fewer operations
+//! program     compiles what the wanted outputs need to a list of steps on registers
+//! fused       makes one step of a product and a sum
+//! machine     carries out the steps: on numbers and blocks of them (here), vectors of nodes, Taylor series (elsewhere)
+//! steep       finds what functions and quotients of a program are applied to
+//! ```
+//!
+//! The grammar is that of a case file: numbers (also `1e-3`), variables, parameters, `pi`, `+ - * / ^`
+//! (right-associative, binding tighter than unary minus), parentheses and the functions of [`Function`]. A formula may
+//! have any number of variables.
+
+mod derivative;
+mod fused;
+mod grammar;
+mod graph;
+mod hint;
+mod machine;
+mod program;
+mod reduce;
+pub mod similar;
+mod staged;
+mod steep;
+
+pub use crate::number::Function;
+pub(crate) use grammar::{Names, parse};
+pub(crate) use graph::Fused;
+pub(crate) use graph::{Graph, NodeId};
+pub(crate) use machine::{Machine, around};
+pub(crate) use program::{Operation, Program, Register, Step, walk};
+pub(crate) use reduce::Level;
+pub(crate) use staged::Staged;
+#[cfg(test)]
+pub(crate) use steep::plain;
+pub(crate) use steep::{Kind, Steep, kind};
+
+/// A mistake in a formula.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{message} at character {} of \"{expression}\"", self.character())]
+pub struct FormulaError {
+    /// What is wrong.
+    pub message: String,
+    /// Byte offset inside the expression.
+    pub offset: usize,
+    /// The expression.
+    pub expression: String,
+    /// What was probably meant.
+    pub hint: Option<String>,
+}
+
+impl FormulaError {
+    /// The position of the mistake in characters, counted from 1.
+    pub fn character(&self) -> usize {
+        self.expression[..self.offset].chars().count() + 1
+    }
+}
+
+/// Whether the grammar already gives `name` a meaning in formulas of any variables.
+pub(crate) fn is_reserved(name: &str) -> bool {
+    name == "pi" || Function::from_name(name).is_some()
+}
+
+/// Whether `name` can be written in a formula: a letter or underscore, and then letters, digits and underscores.
+pub(crate) fn is_identifier(name: &str) -> bool {
+    let mut characters = name.chars();
+    characters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
+        && characters.all(|c| c.is_ascii_alphanumeric() || c == '_')
+}

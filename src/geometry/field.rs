@@ -1,0 +1,297 @@
+//! Hamilton's equations of a scene as one program, with their Jacobian.
+//!
+//! ```text
+//! q̇^a = g^ab (p_b − A_b),    ṗ_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a(q, q̇)
+//! ```
+//!
+//! The momenta of ignorable coordinates are constants of a run. The equations of the active coordinates do not contain
+//! ignorable ones, which are quadratures.
+
+use super::inverse::Inverse;
+use super::outside::OutsideGeometry;
+use super::parts::Parts;
+use super::rows::{RowPrograms, level};
+use super::structure::Source;
+use super::{is_outside, source};
+use crate::formula::{NodeId, Program, Staged};
+use crate::number::Real;
+
+/// Hamilton's equations.
+#[derive(Debug, Clone)]
+pub struct Field<S = f64> {
+    dimension: usize,
+    active: Vec<usize>,
+    /// Outputs: q̇^a for all a, ṗ_a for active a, the determinants of the blocks.
+    rates: Program<S>,
+    /// The same with a register for every value.
+    unpacked: Program<S>,
+    blocks: usize,
+    signs: Vec<S>,
+    /// The linearised equations, those of ignorable coordinates last.
+    entries: Vec<Entry<S>>,
+    jacobian: Staged<S>,
+    linear: Program<S>,
+    rows: RowPrograms<S>,
+}
+
+/// An entry of the linearised equations that is not zero. Of m active coordinates rows 0 … m−1 are q̇^a, rows m … 2m−1
+/// are ṗ_a, and then comes q̇^a of ignorable coordinates; columns are q^a and then p_a of active ones.
+#[derive(Debug, Clone, Copy)]
+struct Entry<S> {
+    row: usize,
+    column: usize,
+    value: Source<S>,
+}
+
+/// The registers in which a program runs, with what it computed last.
+#[derive(Debug, Clone)]
+pub struct Rates<S> {
+    registers: Vec<S>,
+}
+
+impl<S: Real> Field<S> {
+    pub(super) fn new(parts: &mut Parts<S>, inverse: &Inverse, active: &[usize], is_separable: bool) -> Self {
+        let n = parts.dimension();
+        let q_dot = velocities(parts, inverse);
+        let p_dot: Vec<NodeId> = active.iter().map(|&a| force(parts, a, &q_dot)).collect();
+        let determinants: Vec<NodeId> = inverse.blocks.iter().map(|block| block.determinant).collect();
+        let row_programs = RowPrograms::new(parts, active, is_separable, [&q_dot, &p_dot, &determinants]);
+        let outputs: Vec<NodeId> = q_dot.iter().chain(&p_dot).copied().chain(determinants).collect();
+        let level = level(n, active);
+        let outputs = parts.graph.reduced(&outputs, &level);
+        let unpacked = Program::new(&mut parts.graph, 3 * n, &outputs);
+        let ignorable = (0..n).filter(|a| !active.contains(a)).map(|a| q_dot[a]);
+        let rows: Vec<NodeId> = active.iter().map(|&a| q_dot[a]).chain(p_dot).chain(ignorable).collect();
+        let columns: Vec<usize> = active.iter().copied().chain(active.iter().map(|&a| 2 * n + a)).collect();
+        let (mut entries, mut outputs) = (Vec::new(), Vec::new());
+        for (row, &node) in rows.iter().enumerate() {
+            for (column, &variable) in columns.iter().enumerate() {
+                let derivative = parts.graph.derivative(node, variable);
+                entries.extend(source(parts, derivative, &mut outputs).map(|value| Entry { row, column, value }));
+            }
+        }
+        let outputs = parts.graph.reduced(&outputs, &level);
+        let program = Program::new(&mut parts.graph, 3 * n, &outputs).fused();
+        let jacobian = Staged::new(program, |variable| level(variable) > 0, 0, |_| false);
+        let linear = linear(parts, &entries, outputs.len(), [n, active.len()], is_separable);
+        Self {
+            dimension: n,
+            active: active.to_vec(),
+            rates: unpacked.packed(),
+            unpacked,
+            blocks: inverse.blocks.len(),
+            signs: vec![S::ZERO; inverse.blocks.len()],
+            entries,
+            jacobian,
+            linear,
+            rows: row_programs,
+        }
+    }
+
+    pub(super) fn set_signs(&mut self, signs: &[S]) {
+        self.signs.copy_from_slice(signs);
+    }
+
+    /// The active coordinates.
+    pub fn active(&self) -> &[usize] {
+        &self.active
+    }
+
+    /// The program with a register for every value: variables q^a, then n that are not used, then p_a; outputs q̇^a for
+    /// all a, then ṗ_a for active a.
+    pub(crate) fn unpacked(&self) -> &Program<S> {
+        &self.unpacked
+    }
+
+    /// The equations for all nodes of a window at once.
+    pub(crate) fn rows(&self) -> &RowPrograms<S> {
+        &self.rows
+    }
+
+    /// The signs that the determinants of the blocks have, ±1, or 0 for either.
+    pub(crate) fn signs(&self) -> &[S] {
+        &self.signs
+    }
+
+    /// Room to evaluate the equations in.
+    pub fn room(&self) -> Rates<S> {
+        room(&self.rates)
+    }
+
+    /// Room to evaluate the Jacobian in.
+    pub fn jacobian_room(&self) -> Rates<S> {
+        room(self.jacobian.program())
+    }
+
+    /// Evaluates the equations at all q^a and p_a.
+    ///
+    /// # Errors
+    /// [`OutsideGeometry`] with `index` 0.
+    #[inline]
+    pub fn evaluate(&self, q: &[S], p: &[S], rates: &mut Rates<S>) -> Result<(), OutsideGeometry> {
+        rates.set(q, p);
+        let outputs = self.dimension + self.active.len();
+        self.rates.run(outputs + self.blocks, &mut rates.registers);
+        for (block, &sign) in self.signs.iter().enumerate() {
+            let determinant = rates.registers[self.rates.output(outputs + block)];
+            if is_outside(determinant, sign) {
+                return Err(OutsideGeometry { index: 0, block: Some(block), determinant: determinant.to_f64() });
+            }
+        }
+        let is_finite = |output: usize| rates.registers[self.rates.output(output)].is_finite();
+        if (0..outputs).all(is_finite) {
+            return Ok(());
+        }
+        Err(OutsideGeometry { index: 0, block: None, determinant: f64::NAN })
+    }
+
+    /// Writes the rates of a state, q^a of all coordinates and then p_a of all, into `out`.
+    ///
+    /// # Errors
+    /// As [`Self::evaluate`].
+    pub(crate) fn slopes(&self, state: &[S], rates: &mut Rates<S>, out: &mut [S]) -> Result<(), OutsideGeometry> {
+        let n = self.dimension;
+        self.evaluate(&state[..n], &state[n..], rates)?;
+        (0..n).for_each(|a| out[a] = self.q_dot(rates, a));
+        out[n..].fill(S::ZERO);
+        for (place, &a) in self.active.iter().enumerate() {
+            out[n + a] = self.p_dot(rates, place);
+        }
+        Ok(())
+    }
+
+    /// dq^a/dγ as evaluated last.
+    #[inline]
+    pub fn q_dot(&self, rates: &Rates<S>, a: usize) -> S {
+        rates.registers[self.rates.output(a)]
+    }
+
+    /// dp/dγ of the active coordinate with that place among the active ones, as evaluated last.
+    #[inline]
+    pub fn p_dot(&self, rates: &Rates<S>, place: usize) -> S {
+        rates.registers[self.rates.output(self.dimension + place)]
+    }
+
+    /// Calls `see(row, column, value)` for the entries of ∂(q̇, ṗ)/∂(q, p) of the active coordinates that are not
+    /// zero. Rows and columns 0 … m−1 are positions, m … 2m−1 momenta.
+    pub fn jacobian(&self, q: &[S], p: &[S], rates: &mut Rates<S>, see: impl FnMut(usize, usize, S)) {
+        rates.set(q, p);
+        let of_active = self.entries.iter().take_while(|entry| entry.row < 2 * self.active.len());
+        let outputs = of_active.filter(|entry| matches!(entry.value, Source::Row(_))).count();
+        self.jacobian.program().run(outputs, &mut rates.registers);
+        self.each_entry(|output| rates.registers[self.jacobian.program().output(output)], see);
+    }
+
+    /// The same with `value_of` an output of the program of the entries.
+    pub(crate) fn each_entry(&self, value_of: impl Fn(usize) -> S, mut see: impl FnMut(usize, usize, S)) {
+        for entry in self.entries.iter().take_while(|entry| entry.row < 2 * self.active.len()) {
+            let value = match entry.value {
+                Source::Constant(value) => value,
+                Source::Row(output) => value_of(output),
+            };
+            see(entry.row, entry.column, value);
+        }
+    }
+
+    /// The linearised equations: the program whose outputs are the entries that vary, in the variables of
+    /// [`Self::unpacked`]; and the program of the slopes of small errors. Its variables are the errors of q^a and p_a
+    /// of active coordinates, then those entries; its outputs are δq̇^a of active coordinates, δṗ_a and δq̇^a of
+    /// ignorable ones. Where the kinetic part is constant the first stand last.
+    pub(crate) fn linearised(&self) -> (&Staged<S>, &Program<S>) {
+        (&self.jacobian, &self.linear)
+    }
+}
+
+impl<S: Real> Rates<S> {
+    #[inline]
+    fn set(&mut self, q: &[S], p: &[S]) {
+        let n = q.len();
+        self.registers[..n].copy_from_slice(q);
+        self.registers[2 * n..3 * n].copy_from_slice(p);
+    }
+}
+
+fn room<S: Real>(program: &Program<S>) -> Rates<S> {
+    let mut registers = vec![S::ZERO; program.registers()];
+    program.each_constant(|register, constant| registers[register] = constant);
+    Rates { registers }
+}
+
+/// The slopes of small errors, see [`Field::linearised`].
+fn linear<S: Real>(
+    parts: &mut Parts<S>,
+    entries: &[Entry<S>],
+    varying: usize,
+    [n, m]: [usize; 2],
+    is_separable: bool,
+) -> Program<S> {
+    let mut outputs = vec![parts.graph.constant(S::ZERO); n + m];
+    for entry in entries {
+        let value = match entry.value {
+            Source::Constant(value) => parts.graph.constant(value),
+            Source::Row(output) => parts.graph.variable(2 * m + output),
+        };
+        let error = parts.graph.variable(entry.column);
+        let term = parts.graph.multiply(value, error);
+        outputs[entry.row] = parts.graph.add(outputs[entry.row], term);
+    }
+    if is_separable {
+        outputs.rotate_left(m);
+    }
+    Program::new(&mut parts.graph, 2 * m + varying, &outputs).fused().packed()
+}
+
+/// q̇^a = g^ab (p_b − A_b) for every a.
+fn velocities<S: Real>(parts: &mut Parts<S>, inverse: &Inverse) -> Vec<NodeId> {
+    let n = parts.dimension();
+    let kinetic: Vec<NodeId> = (0..n)
+        .map(|b| {
+            let p = parts.graph.variable(2 * n + b);
+            match parts.one_form.get(&b) {
+                Some(&one_form) => parts.graph.subtract(p, one_form),
+                None => p,
+            }
+        })
+        .collect();
+    let velocity = |a: usize| {
+        let mut sum = parts.graph.constant(S::ZERO);
+        for (b, &kinetic) in kinetic.iter().enumerate() {
+            if let Some(entry) = inverse.get(a, b) {
+                let product = parts.graph.multiply(entry, kinetic);
+                sum = parts.graph.add(sum, product);
+            }
+        }
+        sum
+    };
+    (0..n).map(velocity).collect()
+}
+
+/// f_a + F_a.
+pub(super) fn force<S: Real>(parts: &mut Parts<S>, a: usize, q_dot: &[NodeId]) -> NodeId {
+    let half = parts.graph.constant(S::ONE.half());
+    let mut sum = parts.graph.constant(S::ZERO);
+    let metric: Vec<([usize; 2], NodeId)> = parts.metric.iter().map(|(&bc, &node)| (bc, node)).collect();
+    for ([b, c], node) in metric {
+        let slope = parts.graph.derivative(node, a);
+        let mut term = parts.graph.multiply(slope, q_dot[b]);
+        term = parts.graph.multiply(term, q_dot[c]);
+        if b == c {
+            term = parts.graph.multiply(half, term);
+        }
+        sum = parts.graph.add(sum, term);
+    }
+    let one_form: Vec<(usize, NodeId)> = parts.one_form.iter().map(|(&b, &node)| (b, node)).collect();
+    for (b, node) in one_form {
+        let slope = parts.graph.derivative(node, a);
+        let term = parts.graph.multiply(slope, q_dot[b]);
+        sum = parts.graph.add(sum, term);
+    }
+    if let Some(&force) = parts.force.get(&a) {
+        let n = parts.dimension();
+        let variables: Vec<NodeId> = (0..n).map(|b| parts.graph.variable(b)).collect();
+        let replacement: Vec<NodeId> = variables.iter().chain(q_dot).copied().collect();
+        let force = parts.graph.substitute(&[force], &replacement)[0];
+        sum = parts.graph.add(sum, force);
+    }
+    sum
+}

@@ -1,0 +1,61 @@
+//! Formulas of a state: what a user wants to see conserved, or where a run is to end.
+
+use std::collections::BTreeMap;
+
+use super::parts;
+use super::text::{GeometryError, GeometryText, Place};
+use crate::formula::{self, Graph, Names, Program};
+use crate::number::Real;
+
+/// A formula in the positions `q`, the velocities `q_dot` and the momenta `p_q` of a scene, in `norm`, which is K at
+/// the start, and in the parameters and definitions of the scene.
+#[derive(Debug, Clone)]
+pub struct Observable<S = f64> {
+    program: Program<S>,
+    registers: Vec<S>,
+}
+
+/// What an observable may use of a scene with these coordinates: all positions, all velocities, all momenta and the
+/// norm.
+pub fn observed(coordinates: &[String]) -> Vec<String> {
+    let velocities = coordinates.iter().map(|name| format!("{name}_dot"));
+    let momenta = coordinates.iter().map(|name| format!("p_{name}"));
+    coordinates.iter().cloned().chain(velocities).chain(momenta).chain(["norm".to_owned()]).collect()
+}
+
+impl<S: Real> Observable<S> {
+    /// Compiles the formula `text` for the scene `geometry`, whose text gives the parameters. Mistakes are reported at
+    /// `place`.
+    ///
+    /// # Errors
+    /// [`GeometryError::Formula`] with the mistake.
+    pub fn new(text: &str, scene: &GeometryText, place: Place) -> Result<Self, GeometryError> {
+        let all = observed(&scene.coordinates());
+        let variables: Vec<&str> = all.iter().map(String::as_str).collect();
+        let parameters: BTreeMap<String, S> = parts::parameters(scene.parameters())?;
+        let mut graph = Graph::default();
+        let definitions = match scene {
+            GeometryText::Metric(metric) => {
+                parts::definitions(&mut graph, &metric.coordinates, &parameters, &metric.definitions)?
+            }
+            GeometryText::Potential(_) => BTreeMap::new(),
+        };
+        let names = Names { variables: &variables, parameters: &parameters, definitions: &definitions };
+        let node = formula::parse(text, names, &mut graph).map_err(|error| GeometryError::Formula(place, error))?;
+        let program = Program::new(&mut graph, variables.len(), &[node]).packed();
+        let mut registers = vec![S::ZERO; program.registers()];
+        program.each_constant(|register, constant| registers[register] = constant);
+        Ok(Self { program, registers })
+    }
+
+    /// The value at a state, where `norm` is K at the start.
+    pub fn at(&mut self, q: &[S], q_dot: &[S], p: &[S], norm: S) -> S {
+        let n = q.len();
+        for (place, values) in [q, q_dot, p].into_iter().enumerate() {
+            self.registers[place * n..][..n].copy_from_slice(values);
+        }
+        self.registers[3 * n] = norm;
+        self.program.run(1, &mut self.registers);
+        self.registers[self.program.output(0)]
+    }
+}

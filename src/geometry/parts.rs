@@ -1,0 +1,278 @@
+//! From the text of a scene to expressions: components, one-form and force as nodes of one graph.
+
+use std::collections::BTreeMap;
+
+use super::text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText};
+use crate::formula::{self, Graph, Names, NodeId};
+use crate::number::Real;
+
+/// The Lagrangian and the force as expressions. Variable a of the graph is q^a, variable n + a is dq^a/dγ.
+pub(super) struct Parts<S> {
+    pub(super) graph: Graph<S>,
+    pub(super) names: Vec<String>,
+    /// g_ab for a ≤ b, where it is not zero.
+    pub(super) metric: BTreeMap<[usize; 2], NodeId>,
+    /// A_a, where it is not zero.
+    pub(super) one_form: BTreeMap<usize, NodeId>,
+    /// F_a, where it is not zero.
+    pub(super) force: BTreeMap<usize, NodeId>,
+}
+
+/// What a formula may refer to.
+struct Scope<'s, S> {
+    graph: &'s mut Graph<S>,
+    /// Names of the coordinates that formulas may use; the first is variable `first` of the graph.
+    coordinates: &'s [String],
+    /// Number of all coordinates.
+    all: usize,
+    first: usize,
+    parameters: BTreeMap<String, S>,
+    definitions: BTreeMap<String, NodeId>,
+}
+
+impl<S: Real> Scope<'_, S> {
+    /// A formula of positions alone.
+    fn of_position(&mut self, text: &str, place: Place) -> Result<NodeId, GeometryError> {
+        self.parse(text, place, false)
+    }
+
+    /// A formula of positions and velocities.
+    fn of_velocity(&mut self, text: &str, place: Place) -> Result<NodeId, GeometryError> {
+        self.parse(text, place, true)
+    }
+
+    fn parse(&mut self, text: &str, place: Place, with_velocities: bool) -> Result<NodeId, GeometryError> {
+        let velocities: Vec<String> = self.coordinates.iter().map(|name| format!("{name}_dot")).collect();
+        // A name that cannot be written stands where the graph has variables that the formula must not use.
+        let mut variables = vec![""; 2 * self.all];
+        for (k, (name, velocity)) in self.coordinates.iter().zip(&velocities).enumerate() {
+            variables[self.first + k] = name;
+            if with_velocities {
+                variables[self.all + self.first + k] = velocity;
+            }
+        }
+        let names = Names { variables: &variables, parameters: &self.parameters, definitions: &self.definitions };
+        formula::parse(text, names, self.graph).map_err(|error| GeometryError::Formula(place, error))
+    }
+
+    /// Newton's force F(x, dx/dt) as a force of the lift, Ω ṫ² F(x, ẋ/ṫ): with p_x = −Ω m ẋ and the constant
+    /// p_s = Ωṫ, the rate dp_x/dγ is −Ωṫ² m d²x/dt². The path does not depend on the rate of t.
+    fn by_time(&mut self, force: NodeId, omega: Option<NodeId>) -> NodeId {
+        let n = self.all;
+        let t_dot = self.graph.variable(n);
+        let mut replacement: Vec<NodeId> = (0..2 * n).map(|variable| self.graph.variable(variable)).collect();
+        for velocity in &mut replacement[n + 1..] {
+            *velocity = self.graph.divide(*velocity, t_dot);
+        }
+        let force = self.graph.substitute(&[force], &replacement)[0];
+        let force = omega.map_or(force, |omega| self.graph.multiply(omega, force));
+        let square = self.graph.power_integer(t_dot, 2);
+        self.graph.multiply(square, force)
+    }
+
+    /// Adds F_t = −F·ẋ/ṫ: a force does not change K, and Q_t changes by its work.
+    fn add_work(&mut self, force: &mut BTreeMap<usize, NodeId>) {
+        if force.is_empty() {
+            return;
+        }
+        let mut power = self.graph.constant(S::ZERO);
+        for (&a, &node) in force.iter() {
+            let velocity = self.graph.variable(self.all + a);
+            let work = self.graph.multiply(node, velocity);
+            power = self.graph.add(power, work);
+        }
+        let t_dot = self.graph.variable(self.all);
+        let rate = self.graph.divide(power, t_dot);
+        force.insert(0, self.graph.negate(rate));
+    }
+
+    /// Adds the definitions, each after those that it uses.
+    fn define(&mut self, definitions: &[(String, String)]) -> Result<(), GeometryError> {
+        let uses: Vec<Vec<usize>> = definitions
+            .iter()
+            .map(|(_, text)| (0..definitions.len()).filter(|&k| mentions(text, &definitions[k].0)).collect())
+            .collect();
+        let mut path = Vec::new();
+        for k in 0..definitions.len() {
+            self.define_one(k, definitions, &uses, &mut path)?;
+        }
+        Ok(())
+    }
+
+    fn define_one(
+        &mut self,
+        k: usize,
+        definitions: &[(String, String)],
+        uses: &[Vec<usize>],
+        path: &mut Vec<usize>,
+    ) -> Result<(), GeometryError> {
+        let (name, text) = &definitions[k];
+        if self.definitions.contains_key(name) {
+            return Ok(());
+        }
+        if let Some(start) = path.iter().position(|&other| other == k) {
+            let circle = path[start..].iter().chain([&k]).map(|&k| definitions[k].0.clone());
+            return Err(GeometryError::Circular(circle.collect()));
+        }
+        path.push(k);
+        for &used in &uses[k] {
+            self.define_one(used, definitions, uses, path)?;
+        }
+        path.pop();
+        let node = self.of_position(text, Place::Definition(name.clone()))?;
+        self.definitions.insert(name.clone(), node);
+        Ok(())
+    }
+}
+
+/// Whether `name` occurs in the text as a word of its own.
+fn mentions(text: &str, name: &str) -> bool {
+    text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).any(|word| word == name)
+}
+
+/// The value of a formula without variables, in which `parameters` may occur.
+pub(super) fn constant<S: Real>(
+    text: &str,
+    parameters: &BTreeMap<String, S>,
+    place: Place,
+) -> Result<S, GeometryError> {
+    let mut graph = Graph::default();
+    let names = Names { variables: &[], parameters, definitions: &BTreeMap::new() };
+    let node = formula::parse(text, names, &mut graph).map_err(|error| GeometryError::Formula(place.clone(), error))?;
+    let value = graph.as_constant(node).expect("an expression without variables is folded to a constant");
+    if value.is_finite() { Ok(value) } else { Err(GeometryError::NotFinite(place)) }
+}
+
+/// The definitions of a metric in the expressions of `graph`, whose first variables are the coordinates `names`.
+pub(super) fn definitions<S: Real>(
+    graph: &mut Graph<S>,
+    names: &[String],
+    parameters: &BTreeMap<String, S>,
+    definitions: &[(String, String)],
+) -> Result<BTreeMap<String, NodeId>, GeometryError> {
+    let parameters = parameters.clone();
+    let mut scope =
+        Scope { graph, coordinates: names, all: names.len(), first: 0, parameters, definitions: BTreeMap::new() };
+    scope.define(definitions)?;
+    Ok(scope.definitions)
+}
+
+/// The values of the parameters.
+pub(super) fn parameters<S: Real>(texts: &[(String, String)]) -> Result<BTreeMap<String, S>, GeometryError> {
+    let value = |(name, text): &(String, String)| {
+        Ok((name.clone(), constant(text, &BTreeMap::new(), Place::Parameter(name.clone()))?))
+    };
+    texts.iter().map(value).collect()
+}
+
+impl<S: Real> Parts<S> {
+    pub(super) fn new(text: &GeometryText) -> Result<Self, GeometryError> {
+        let names = text.coordinates();
+        match text {
+            GeometryText::Metric(metric) => Self::of_metric(metric, names),
+            GeometryText::Potential(potential) => Self::of_potential(potential, names),
+        }
+    }
+
+    fn of_metric(text: &MetricText, names: Vec<String>) -> Result<Self, GeometryError> {
+        let mut graph = Graph::default();
+        let parameters = parameters(&text.parameters)?;
+        let definitions = BTreeMap::new();
+        let (coordinates, n) = (text.coordinates.as_slice(), names.len());
+        let mut scope = Scope { graph: &mut graph, coordinates, all: n, first: 0, parameters, definitions };
+        scope.define(&text.definitions)?;
+        let omega = match &text.conformal {
+            Some(omega) => Some(scope.of_position(omega, Place::Conformal)?),
+            None => None,
+        };
+        let (mut metric, mut one_form, mut force) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+        for ([a, b], component) in &text.components {
+            let node = scope.of_position(component, Place::Component([*a, *b]))?;
+            let node = omega.map_or(node, |omega| scope.graph.multiply(omega, node));
+            metric.insert([*a.min(b), *a.max(b)], node);
+        }
+        if let Some(tau) = text.tau {
+            let flat = scope.graph.constant(tau.component());
+            metric.insert([n - 1, n - 1], omega.map_or(flat, |omega| scope.graph.multiply(omega, flat)));
+        }
+        for (a, component) in &text.one_form {
+            one_form.insert(*a, scope.of_position(component, Place::OneForm(*a))?);
+        }
+        for (a, component) in &text.force {
+            force.insert(*a, scope.of_velocity(component, Place::Force(*a))?);
+        }
+        Ok(Self { graph, names, metric, one_form, force }.without_zeros())
+    }
+
+    fn of_potential(text: &PotentialText, names: Vec<String>) -> Result<Self, GeometryError> {
+        let (mut graph, n) = (Graph::default(), names.len());
+        let parameters: BTreeMap<String, S> = parameters(&text.parameters)?;
+        let number = |text: &str, place| constant(text, &parameters, place);
+        let mass = number(&text.mass, Place::Mass(None))?;
+        let masses: Vec<S> =
+            text.masses.iter().enumerate().map(|(a, m)| number(m, Place::Mass(Some(a)))).collect::<Result<_, _>>()?;
+        let c = number(&text.c, Place::SpeedOfLight)?;
+        let is_newtonian = text.law == Law::Newtonian;
+        // With the paper's metric the Lagrangian is −1/m of Newton's, with the lift it is −1 of it.
+        let scale = if is_newtonian { S::ONE } else { mass };
+        let definitions = BTreeMap::new();
+        let coordinates = text.coordinates.as_slice();
+        let mut scope = Scope { graph: &mut graph, coordinates, all: n, first: 1, parameters, definitions };
+        let v = scope.of_position(&text.expression, Place::Potential)?;
+        let mut metric = BTreeMap::new();
+        let two_over_scale = scope.graph.constant(S::from(2.0) / scale);
+        let mut g_tt = scope.graph.multiply(two_over_scale, v);
+        if !is_newtonian {
+            let c_squared = scope.graph.constant(c * c);
+            g_tt = scope.graph.add(c_squared, g_tt);
+        }
+        metric.insert([0, 0], g_tt);
+        for (a, &mass) in masses.iter().enumerate() {
+            metric.insert([a + 1, a + 1], scope.graph.constant(-mass / scale));
+        }
+        if is_newtonian {
+            metric.insert([0, n - 1], scope.graph.constant(S::ONE));
+        }
+        let minus_one_over_scale = scope.graph.constant(-S::ONE / scale);
+        // −ṫ A·ẋ, so that the Lagrangian stays homogeneous: the path does not depend on the rate of t.
+        for (a, component) in &text.one_form {
+            let node = scope.of_position(component, Place::OneForm(*a))?;
+            metric.insert([0, a + 1], scope.graph.multiply(minus_one_over_scale, node));
+        }
+        let omega = match &text.conformal {
+            Some(omega) => Some(scope.of_position(omega, Place::Conformal)?),
+            None => None,
+        };
+        let mut force = BTreeMap::new();
+        for (a, component) in &text.force {
+            let node = scope.of_velocity(component, Place::Force(*a))?;
+            let node = if is_newtonian { scope.by_time(node, omega) } else { node };
+            force.insert(a + 1, scope.graph.multiply(minus_one_over_scale, node));
+        }
+        scope.add_work(&mut force);
+        if let Some(omega) = omega {
+            for node in metric.values_mut() {
+                *node = scope.graph.multiply(omega, *node);
+            }
+        }
+        Ok(Self { graph, names, metric, one_form: BTreeMap::new(), force }.without_zeros())
+    }
+
+    fn without_zeros(mut self) -> Self {
+        let graph = &self.graph;
+        self.metric.retain(|_, node| !graph.is(*node, 0.0));
+        self.one_form.retain(|_, node| !graph.is(*node, 0.0));
+        self.force.retain(|_, node| !graph.is(*node, 0.0));
+        self
+    }
+
+    /// Number of coordinates.
+    pub(super) fn dimension(&self) -> usize {
+        self.names.len()
+    }
+
+    /// g_ab, in either order of the indices.
+    pub(super) fn component(&self, a: usize, b: usize) -> Option<NodeId> {
+        self.metric.get(&[a.min(b), a.max(b)]).copied()
+    }
+}

@@ -1,0 +1,197 @@
+//! Which components and derivatives of a Lagrangian are not zero, and their values on the nodes of a grid.
+
+use super::contraction::{at_point, single};
+use crate::number::Real;
+
+/// Where a value comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Source<S> {
+    /// It is the same everywhere.
+    Constant(S),
+    /// It stands in a row of [`Samples`].
+    Row(usize),
+}
+
+/// A derivative of g_ab (a ≤ b) with respect to coordinates, or g_ab itself.
+///
+/// One rule serves metric and one-form: with n coordinates and q̇^n = 1, A_a is the component g_an.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Term<S, const ORDER: usize> {
+    /// The pair a ≤ b; b = n for the one-form.
+    pub ab: [usize; 2],
+    /// With respect to which coordinates, in ascending order.
+    pub by: [usize; ORDER],
+    /// Its value.
+    pub value: Source<S>,
+}
+
+/// A derivative of F_a with respect to positions (0 … n−1) and velocities (n … 2n−1), or F_a itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ForceTerm<S, const ORDER: usize> {
+    /// The coordinate.
+    pub a: usize,
+    /// With respect to which variables, in ascending order.
+    pub by: [usize; ORDER],
+    /// Its value.
+    pub value: Source<S>,
+}
+
+/// What is not zero in a Lagrangian L = ½ g_ab(q) q̇^a q̇^b + A_a(q) q̇^a and a force F_a(q, q̇).
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Structure<S> {
+    /// Number of coordinates n.
+    pub dimension: usize,
+    /// Whether there is a one-form.
+    pub has_one_form: bool,
+    /// g_ab and A_a.
+    pub values: Vec<Term<S, 0>>,
+    /// Their first derivatives.
+    pub first: Vec<Term<S, 1>>,
+    /// Their second derivatives.
+    pub second: Vec<Term<S, 2>>,
+    /// F_a.
+    pub force: Vec<ForceTerm<S, 0>>,
+    /// Its first derivatives.
+    pub force_first: Vec<ForceTerm<S, 1>>,
+    /// Its second derivatives.
+    pub force_second: Vec<ForceTerm<S, 2>>,
+    /// Number of rows for the metric and the one-form with their derivatives.
+    pub rows: usize,
+    /// Number of rows for the force with its derivatives.
+    pub force_rows: usize,
+    /// The coordinates of a potential, each with its constant g_aa.
+    pub inertias: Vec<(usize, S)>,
+}
+
+impl<S: Real> Structure<S> {
+    /// The constant g_aa of a coordinate of a potential.
+    pub fn inertia(&self, a: usize) -> Option<S> {
+        self.inertias.iter().find(|(other, _)| *other == a).map(|&(_, inertia)| inertia)
+    }
+
+    /// Velocities that the Lagrangian multiplies: n, and the constant 1 if there is a one-form.
+    pub fn velocities(&self) -> usize {
+        self.dimension + usize::from(self.has_one_form)
+    }
+}
+
+/// Values on nodes, one contiguous row for each quantity.
+#[derive(Debug, Clone)]
+pub struct Samples<S> {
+    points: usize,
+    data: Vec<S>,
+}
+
+impl<S: Real> Samples<S> {
+    /// All zero.
+    pub fn zeros(rows: usize, points: usize) -> Self {
+        Self { points, data: vec![S::ZERO; rows * points] }
+    }
+
+    /// A row.
+    pub fn row(&self, row: usize) -> &[S] {
+        &self.data[row * self.points..][..self.points]
+    }
+
+    /// A row, to write.
+    pub fn row_mut(&mut self, row: usize) -> &mut [S] {
+        &mut self.data[row * self.points..][..self.points]
+    }
+
+    /// All rows, to write.
+    pub fn rows_mut(&mut self) -> impl Iterator<Item = &mut [S]> {
+        self.data.chunks_exact_mut(self.points)
+    }
+
+    /// A value at node k.
+    #[inline]
+    pub fn at(&self, source: Source<S>, k: usize) -> S {
+        match source {
+            Source::Constant(value) => value,
+            Source::Row(row) => self.data[row * self.points + k],
+        }
+    }
+}
+
+/// Where a world-line starts: a position with its velocities and momenta.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Start<S = f64> {
+    /// q^a.
+    pub q: Vec<S>,
+    /// dq^a/dγ.
+    pub q_dot: Vec<S>,
+    /// p_a.
+    pub p: Vec<S>,
+}
+
+/// A Lagrangian ½ g_ab(q) q̇^a q̇^b + A_a(q) q̇^a with a force F_a(q, q̇), which the doubled action is made of.
+pub trait Lagrangian<S: Real> {
+    /// A point where it is not defined.
+    type Outside: Copy + std::fmt::Debug;
+
+    /// What is not zero.
+    fn structure(&self) -> &Structure<S>;
+
+    /// Room for [`Self::fill`] on so many nodes.
+    fn room(&self, points: usize) -> Samples<S> {
+        Samples::zeros(self.structure().rows, points)
+    }
+
+    /// Fills in the rows of the metric and the one-form at the positions `q`, one row of nodes for each coordinate.
+    ///
+    /// # Errors
+    /// The first node that lies outside the domain.
+    fn fill(&self, q: &[&[S]], samples: &mut Samples<S>) -> Result<(), Self::Outside>;
+
+    /// g^ab v_b/weight at a point, for a covector v.
+    fn raise(&self, q: &[S], v: &[S], weight: S) -> Vec<S>;
+
+    /// Fills in the rows of the force at positions and velocities.
+    fn fill_force(&self, q: &[&[S]], q_dot: &[&[S]], samples: &mut Samples<S>);
+
+    /// p_a = g_ab q̇^b + A_a at a point, inside the domain or not.
+    fn momenta(&self, q: &[S], q_dot: &[S]) -> Vec<S> {
+        let (structure, samples) = (self.structure(), self.sample_at(q));
+        let at = at_point(structure, &samples, q_dot);
+        (0..structure.dimension).map(|a| single(|p| at.add_momentum(a, p))).collect()
+    }
+
+    /// K = g_ab q̇^a q̇^b at a point, inside the domain or not.
+    fn norm(&self, q: &[S], q_dot: &[S]) -> S {
+        single(|k| at_point(self.structure(), &self.sample_at(q), q_dot).add_norm(k))
+    }
+
+    /// f_a + F_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a at a point, inside the domain or not.
+    fn forces(&self, q: &[S], q_dot: &[S]) -> Vec<S> {
+        let (structure, samples) = (self.structure(), self.sample_at(q));
+        let at = at_point(structure, &samples, q_dot);
+        let mut forces: Vec<S> = (0..structure.dimension).map(|a| single(|f| at.add_force(a, f))).collect();
+        if !structure.force.is_empty() {
+            let [q, q_dot] = [q, q_dot].map(|row| row.iter().map(std::slice::from_ref).collect::<Vec<_>>());
+            let mut force = Samples::zeros(structure.force_rows, 1);
+            self.fill_force(&q, &q_dot, &mut force);
+            for term in &structure.force {
+                forces[term.a] += force.at(term.value, 0);
+            }
+        }
+        forces
+    }
+
+    /// All rows of the metric and the one-form at one point, inside the domain or not.
+    fn sample_at(&self, q: &[S]) -> Samples<S> {
+        let rows: Vec<&[S]> = q.iter().map(std::slice::from_ref).collect();
+        let mut samples = self.room(1);
+        // Outside the domain the rows are filled in as well.
+        let _ = self.fill(&rows, &mut samples);
+        samples
+    }
+}
+
+/// The other index of a pair that contains `a`.
+pub(crate) fn other([first, second]: [usize; 2], a: usize) -> Option<usize> {
+    match (first == a, second == a) {
+        (true, _) => Some(second),
+        (_, true) => Some(first),
+        _ => None,
+    }
+}

@@ -1,0 +1,200 @@
+//! A scene as text: what a case file says about the metric, and what is wrong with it.
+
+use std::fmt;
+
+use crate::formula::FormulaError;
+use crate::number::Real;
+
+/// The metric of a scene in formulas of its coordinates.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct MetricText {
+    /// The names of the coordinates.
+    pub coordinates: Vec<String>,
+    /// g_ab by the indices of a pair of coordinates. What is not given is zero; a pair stands for both orders.
+    pub components: Vec<([usize; 2], String)>,
+    /// Named expressions in the coordinates, the parameters and each other.
+    pub definitions: Vec<(String, String)>,
+    /// Named constants: numbers, or formulas without variables.
+    pub parameters: Vec<(String, String)>,
+    /// A_a by the index of the coordinate. What is not given is zero.
+    pub one_form: Vec<(usize, String)>,
+    /// F_a in the coordinates and their derivatives `NAME_dot` = dq/dγ. What is not given is zero.
+    pub force: Vec<(usize, String)>,
+    /// Ω in the coordinates: the metric is Ω times what the components say.
+    pub conformal: Option<String>,
+    /// One more coordinate, which makes K zero.
+    pub tau: Option<Tau>,
+}
+
+/// The flat coordinate `tau`, with which a particle with K ≠ 0 is one with K = 0. It is the last one, and coupled to no
+/// other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tau {
+    /// K > 0: its component is −Ω.
+    Timelike,
+    /// K < 0: its component is Ω.
+    Spacelike,
+}
+
+impl Tau {
+    /// Its name.
+    pub const NAME: &'static str = "tau";
+
+    /// Its component, without Ω.
+    pub fn component<S: Real>(self) -> S {
+        match self {
+            Self::Timelike => -S::ONE,
+            Self::Spacelike => S::ONE,
+        }
+    }
+}
+
+/// The law that a potential stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Law {
+    /// The paper's metric, diag(c² + 2V/m, −m_a/m, …): Newton's law for |V| ≪ mc² and speeds far below c.
+    #[default]
+    Relativistic,
+    /// The lift L = ½(2V ṫ² + 2 ṫ ṡ − m_a (ẋ^a)²): exactly Newton's law (L. P. Eisenhart, Ann. of Math. 30 (1928) 591).
+    Newtonian,
+}
+
+/// A particle, or several, in a potential.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PotentialText {
+    /// The names of the coordinates of V.
+    pub coordinates: Vec<String>,
+    /// V in these coordinates.
+    pub expression: String,
+    /// Named constants: numbers, or formulas without variables.
+    pub parameters: Vec<(String, String)>,
+    /// m, the mass in c² + 2V/m.
+    pub mass: String,
+    /// m_a of every coordinate.
+    pub masses: Vec<String>,
+    /// The speed of light; not used by [`Law::Newtonian`].
+    pub c: String,
+    /// What the potential stands for.
+    pub law: Law,
+    /// A_a of Newton's L = ½mv² − V + A·v, by the index of the coordinate.
+    pub one_form: Vec<(usize, String)>,
+    /// A force besides −∂V, in the coordinates and their derivatives `NAME_dot`, by the index of the coordinate. The
+    /// derivatives are with respect to γ, with [`Law::Newtonian`] to t.
+    pub force: Vec<(usize, String)>,
+    /// Ω in the coordinates.
+    pub conformal: Option<String>,
+}
+
+/// A scene as text.
+#[derive(Debug, Clone, PartialEq)]
+pub enum GeometryText {
+    /// Any metric.
+    Metric(MetricText),
+    /// The metric of a potential.
+    Potential(PotentialText),
+}
+
+impl GeometryText {
+    /// The names of all coordinates, in order.
+    pub fn coordinates(&self) -> Vec<String> {
+        match self {
+            Self::Metric(metric) => {
+                let last = metric.tau.map(|_| Tau::NAME.to_owned());
+                metric.coordinates.iter().cloned().chain(last).collect()
+            }
+            Self::Potential(PotentialText { coordinates, law, .. }) => {
+                let last = (*law == Law::Newtonian).then_some("s");
+                let names = std::iter::once("t").chain(coordinates.iter().map(String::as_str)).chain(last);
+                names.map(str::to_owned).collect()
+            }
+        }
+    }
+
+    /// The coordinate `tau`, if there is one.
+    pub fn tau(&self) -> Option<Tau> {
+        match self {
+            Self::Metric(metric) => metric.tau,
+            Self::Potential(_) => None,
+        }
+    }
+
+    /// The parameters, by name.
+    pub fn parameters(&self) -> &[(String, String)] {
+        match self {
+            Self::Metric(metric) => &metric.parameters,
+            Self::Potential(potential) => &potential.parameters,
+        }
+    }
+}
+
+/// One of the formulas of a scene.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Place {
+    /// The component of a pair of coordinates.
+    Component([usize; 2]),
+    /// A definition.
+    Definition(String),
+    /// A parameter.
+    Parameter(String),
+    /// A_a of a coordinate.
+    OneForm(usize),
+    /// F_a of a coordinate.
+    Force(usize),
+    /// Ω.
+    Conformal,
+    /// V.
+    Potential,
+    /// The mass, or the mass of a coordinate.
+    Mass(Option<usize>),
+    /// c.
+    SpeedOfLight,
+}
+
+/// What is wrong with a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub enum GeometryError {
+    /// A formula is not understood.
+    Formula(Place, FormulaError),
+    /// A parameter or a mass is not a finite number.
+    NotFinite(Place),
+    /// Definitions that refer to each other in a circle, in order.
+    Circular(Vec<String>),
+    /// A coordinate without any component, so that the metric has no inverse.
+    WithoutComponent(usize),
+    /// A block of the metric whose determinant is zero everywhere.
+    Degenerate(Vec<usize>),
+    /// More coordinates are coupled by off-diagonal components than the inverse is made for.
+    BlockTooLarge {
+        /// How many.
+        coordinates: usize,
+        /// How many may be.
+        most: usize,
+    },
+}
+
+impl GeometryError {
+    /// The formula that it is about.
+    pub fn place(&self) -> Option<&Place> {
+        match self {
+            Self::Formula(place, _) | Self::NotFinite(place) => Some(place),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for GeometryError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Formula(_, error) => error.fmt(f),
+            Self::NotFinite(_) => f.write_str("not a finite number"),
+            Self::Circular(names) => write!(f, "the definitions are circular: {}", names.join(" -> ")),
+            Self::WithoutComponent(_) => f.write_str("a coordinate has no component, so the metric has no inverse"),
+            Self::Degenerate(_) => f.write_str("the determinant of the metric is zero everywhere"),
+            Self::BlockTooLarge { coordinates, most } => {
+                write!(f, "{coordinates} coordinates are coupled by off-diagonal components, at most {most} may be")
+            }
+        }
+    }
+}
+
+impl std::error::Error for GeometryError {}

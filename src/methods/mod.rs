@@ -1,0 +1,232 @@
+//! Other methods for the same world-line: what a user would take instead of this program's schemes, to compare with.
+//!
+//! ```text
+//! t′ = Q_t/g00(x),     x′ = w,     w′ = −½ g00′(x) (Q_t/g00(x))²,     ′ = d/dγ
+//! ```
+//!
+//! is the canonical system of H = w²/2 − Q_t²/(2 g00(x)) with the quadrature of t beside it. H is separable, and
+//! K = −2H. Every method here has Q_t as a *parameter*: they deserve no credit for its being constant, and comparing
+//! its drift alone would show nothing. Position, time and K decide.
+//!
+//! A scene of n coordinates is a [`Problem`] in a geometry. Its equations are those of Hamilton, for the active
+//! coordinates and their momenta; ignorable coordinates are quadratures, and charges are parameters as Q_t is. If the
+//! geometry is separable, they are q̈ = a(q), of the same form as above, and the methods take advantage of it.
+//! [`Composition`] needs that.
+//!
+//! [`PEERS`] lists the methods. Each is a [`Peer`]: it says what it is, where it comes from and how it takes a step.
+//! What is around the steps is the same for all.
+//!
+//! The module knows a metric or a geometry, and initial data, but no case and no file. All but Taylor are written here
+//! and compiled for the vector instructions of the machine, as this program's own iteration is: the point is to be fair
+//! to them. In one coordinate each evaluates g00 and g00′ and nothing else, once a stage; in a scene it runs the
+//! program of Hamilton's equations.
+//!
+//! Between the ends of their steps RK4, Gauss and DOP853 have a dense output: the cubic through both ends, the
+//! integrals of the polynomials through the stages, and Hairer's polynomial of degree 7 with three stages more;
+//! [`Taylor`] has its polynomials. [`Composition`] divides the intervals between the points asked for, and [`Radau5`]
+//! ends a step on each of them.
+//!
+//! ```
+//! use geodesic_ivp::geometry::geodesic::InitialData;
+//! use geodesic_ivp::methods::{Output, PeerIn, Problem, Setting, Taylor};
+//! use geodesic_ivp::geometry::metric::Metric;
+//! use geodesic_ivp::geometry::potential::Potential;
+//!
+//! let space = Metric::new(Potential::quartic(0.5), 1.0, 1.0).into();
+//! let start = InitialData { t: 0.0, x: 1.0, t_dot: 1.0, x_dot: 0.1 };
+//! let problem: Problem = Problem { space, start, length: 1.0 };
+//! let trajectory = Taylor.run(&problem, &Output::even(4), Setting::tolerance(1e-14))?;
+//! assert!((trajectory.states[3].x - 0.159_778_018_885_407).abs() < 1e-12);
+//! # Ok::<(), geodesic_ivp::methods::Failure>(())
+//! ```
+
+mod composition;
+mod dop853;
+mod driver;
+mod equations;
+mod force;
+mod gauss;
+mod linear;
+mod one;
+mod peer;
+mod radau5;
+mod rk4;
+mod scene;
+mod taylor;
+
+pub use composition::Composition;
+pub use dop853::Dop853;
+pub use gauss::Gauss;
+pub use peer::{About, PEERS, Peer, PeerIn, Setting, Step};
+pub use radau5::Radau5;
+pub use rk4::Rk4;
+pub use scene::SceneState;
+pub use taylor::Taylor;
+
+use std::sync::Arc;
+
+use crate::geometry::metric::Metric;
+use crate::reference::Analytic;
+
+/// A method gives up after this many steps.
+pub const MOST_STEPS: usize = 20_000_000;
+
+/// A space-time in which methods compute world-lines.
+pub trait Driven: Analytic<f64> {
+    /// A point of a world-line.
+    type State: Clone;
+
+    /// A point of the reference as a point of a method's world-line.
+    ///
+    /// # Errors
+    /// If a computation cannot go on from there.
+    fn state(&self, point: Self::Point) -> Result<Self::State, Failure>;
+}
+
+/// A world-line to compute.
+#[derive(Debug, Clone)]
+pub struct Problem<G: Driven = Metric> {
+    /// The space-time; a geometry is around the start.
+    pub space: Arc<G>,
+    /// The start. In one coordinate t counts from there.
+    pub start: G::Start,
+    /// γ_f − γ_i.
+    pub length: f64,
+}
+
+impl Problem {
+    /// Q_t of the start.
+    pub fn q_t(&self) -> f64 {
+        self.start.invariants(&self.space).q_t
+    }
+}
+
+/// Where the world-line is wanted: at γ − γ_i = length · mark/intervals for every mark.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Output {
+    /// Parts of equal length.
+    pub intervals: usize,
+    /// Ends of parts, ascending, each at most `intervals`.
+    pub marks: Vec<usize>,
+}
+
+impl Output {
+    /// At the end of each of `intervals` parts.
+    pub fn even(intervals: usize) -> Self {
+        Self { intervals, marks: (1..=intervals).collect() }
+    }
+
+    /// γ − γ_i of the marks.
+    pub fn gamma(&self, length: f64) -> impl Iterator<Item = f64> + '_ {
+        self.marks.iter().map(move |&mark| length * (mark as f64 / self.intervals as f64))
+    }
+}
+
+/// A point of the world-line of one coordinate.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct State {
+    /// t − t_i.
+    pub elapsed: f64,
+    /// x.
+    pub x: f64,
+    /// dx/dγ.
+    pub w: f64,
+}
+
+impl State {
+    /// Whether the computation can go on from here.
+    fn check(&self, metric: &Metric) -> Result<(), Failure> {
+        if !(self.elapsed.is_finite() && self.x.is_finite() && self.w.is_finite()) {
+            return Err(Failure::Diverged);
+        }
+        if metric.at(self.x).is_inside() { Ok(()) } else { Err(Failure::OutsideDomain) }
+    }
+}
+
+/// A world-line that was computed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trajectory<P = State> {
+    /// At the marks of the [`Output`].
+    pub states: Vec<P>,
+    /// Evaluations of the potential; for a series its coefficients.
+    pub evaluations: usize,
+    /// Steps, rejected ones not counted.
+    pub steps: usize,
+}
+
+/// Why no world-line was computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum Failure {
+    /// It meets g00 ≤ 0, or a determinant of the metric changes its sign.
+    #[error("the world-line leaves the domain")]
+    OutsideDomain,
+    /// A number is not finite.
+    #[error("the numbers are not finite")]
+    Diverged,
+    /// More than [`MOST_STEPS`], or steps that shrink without end.
+    #[error("too many steps")]
+    TooManySteps,
+    /// The iteration of an implicit method does not converge.
+    #[error("an implicit step does not converge")]
+    NotConverged,
+    /// The method needs equations of the second order.
+    #[error("the scene is not separable")]
+    NotSeparable,
+}
+
+impl Failure {
+    /// A word for files.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::OutsideDomain => "outside-domain",
+            Self::Diverged => "diverged",
+            Self::TooManySteps => "too-many-steps",
+            Self::NotConverged => "not-converged",
+            Self::NotSeparable => "not-separable",
+        }
+    }
+}
+
+/// Where the points of an output are among steps of equal length.
+pub(crate) struct Marks<'o> {
+    intervals: usize,
+    steps: usize,
+    marks: std::iter::Peekable<std::slice::Iter<'o, usize>>,
+}
+
+impl<'o> Marks<'o> {
+    /// With this many steps in all.
+    pub(crate) fn new(output: &'o Output, steps: usize) -> Self {
+        assert!(steps > 0 && output.intervals > 0, "no steps");
+        debug_assert!(output.marks.is_sorted());
+        Self { intervals: output.intervals, steps, marks: output.marks.iter().peekable() }
+    }
+
+    /// The steps that it takes to the last of them.
+    pub(crate) fn last(output: &Output, steps: usize) -> usize {
+        (output.marks.last().unwrap_or(&0) * steps).div_ceil(output.intervals)
+    }
+
+    /// Leaves out those at the start.
+    fn skip_start(&mut self) {
+        while self.marks.next_if(|&&mark| mark == 0).is_some() {}
+    }
+
+    /// The index of the step that has the next of them.
+    #[inline(always)]
+    fn step(&mut self) -> Option<usize> {
+        let &&mark = self.marks.peek()?;
+        Some((mark * self.steps).div_ceil(self.intervals).saturating_sub(1))
+    }
+
+    /// The next of them as a fraction in (0, 1] of the step with this index, if it is there.
+    #[inline(always)]
+    pub(crate) fn within(&mut self, step: usize) -> Option<f64> {
+        let ahead = **self.marks.peek()? * self.steps - step * self.intervals;
+        if ahead > self.intervals {
+            return None;
+        }
+        self.marks.next();
+        Some(ahead as f64 / self.intervals as f64)
+    }
+}

@@ -1,0 +1,173 @@
+//! What a method is to the studies, and the list of all of them.
+
+use std::fmt;
+
+use super::equations::World;
+use super::{Composition, Dop853, Driven, Failure, Gauss, Output, Problem, Radau5, Rk4, Taylor, Trajectory};
+use crate::geometry::Geometry;
+use crate::geometry::metric::Metric;
+
+/// Every method to compare with, in the order of tables and pictures.
+pub static PEERS: [&dyn Peer; 13] = [
+    &Rk4,
+    &Composition::VERLET,
+    &Composition::KAHAN_LI_6,
+    &Composition::KAHAN_LI_8,
+    &Composition::KAHAN_LI_8_COMPENSATED,
+    &Gauss { stages: 2 },
+    &Gauss { stages: 4 },
+    &Gauss { stages: 6 },
+    &Gauss { stages: 8 },
+    &Gauss { stages: 12 },
+    &Dop853,
+    &Radau5,
+    &Taylor,
+];
+
+/// A method to compare with.
+pub trait Peer: PeerIn<Metric> + PeerIn<Geometry> + Sync {
+    /// What it is.
+    fn about(&self) -> About;
+
+    /// A setting for display.
+    fn label(&self, Setting { count, tolerance }: Setting) -> String {
+        match self.about().step {
+            Step::Adaptive => format!("tol={tolerance:e}"),
+            Step::Iterated if tolerance > 0.0 => format!("steps={count} tol={tolerance:e}"),
+            _ => format!("steps={count}"),
+        }
+    }
+}
+
+/// A method in one kind of space-time.
+pub trait PeerIn<G: Driven> {
+    /// The world-line of `problem` in this setting, at the points of `output`.
+    ///
+    /// # Errors
+    /// [`Failure`]; [`Failure::NotSeparable`] if the method needs equations of the second order and a scene has none.
+    ///
+    /// # Panics
+    /// If it has no dense output, takes constant steps, and their number is no multiple of the intervals of `output`.
+    fn run(&self, problem: &Problem<G>, output: &Output, setting: Setting) -> Result<Trajectory<G::State>, Failure>;
+}
+
+/// A method that is written once for all equations.
+pub(super) trait Method: Sync {
+    /// What it is.
+    fn about(&self) -> About;
+
+    /// The trajectory of `world` in this setting, at the points of `output`.
+    ///
+    /// # Errors
+    /// [`Failure`].
+    fn drive<W: World>(&self, world: &W, output: &Output, setting: Setting) -> Result<Trajectory<W::Point>, Failure>;
+}
+
+/// Every [`Method`] is a [`Peer`]. A generic implementation would be compiled again in every crate that names a method.
+macro_rules! peers {
+    ($($method:ty),*) => {$(
+        impl Peer for $method {
+            fn about(&self) -> About {
+                Method::about(self)
+            }
+        }
+
+        peers!(@in Metric, $method);
+        peers!(@in Geometry, $method);
+    )*};
+    (@in $space:ty, $method:ty) => {
+        impl PeerIn<$space> for $method {
+            fn run(
+                &self,
+                problem: &Problem<$space>,
+                output: &Output,
+                setting: Setting,
+            ) -> Result<Trajectory<<$space as Driven>::State>, Failure> {
+                self.drive(problem, output, setting)
+            }
+        }
+    };
+}
+
+peers!(Rk4, Composition, Gauss, Dop853, Radau5);
+
+impl dyn Peer + '_ {
+    /// Its name in files.
+    pub fn name(&self) -> String {
+        self.about().name
+    }
+}
+
+impl fmt::Debug for dyn Peer + '_ {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.name())
+    }
+}
+
+/// A method is its name.
+impl PartialEq for dyn Peer {
+    fn eq(&self, other: &Self) -> bool {
+        self.name() == other.name()
+    }
+}
+
+impl Eq for dyn Peer {}
+
+/// What a method is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct About {
+    /// The name in files, which no other method has.
+    pub name: String,
+    /// Entry of the legend for the curve that it shares with its kin.
+    pub curve: &'static str,
+    /// Order at the ends of steps; `None` if the tolerance chooses it.
+    pub order: Option<usize>,
+    /// How its steps are chosen.
+    pub step: Step,
+    /// Whether points of output may lie anywhere between the ends of its steps.
+    pub has_dense_output: bool,
+    /// Whether it is for equations of the second order only, q̈ = a(q).
+    pub needs_second_order: bool,
+    /// With constant steps: how many for each Taylor step of the reference make its coarsest useful setting.
+    pub coarsest: f64,
+    /// Where it is described.
+    pub source: &'static str,
+}
+
+/// How the steps of a method are chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Step {
+    /// They have one length.
+    Constant,
+    /// They have one length, and an iteration with a tolerance of its own solves each of them.
+    Iterated,
+    /// A tolerance chooses them.
+    Adaptive,
+}
+
+/// How fine a method works.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Setting {
+    /// Number of steps; for schemes of this program that of windows, or of nodes minus one. 0 for adaptive methods.
+    pub count: usize,
+    /// The tolerance of an adaptive method, or of the iteration of an implicit one (0 if it iterates to rounding).
+    pub tolerance: f64,
+}
+
+impl Setting {
+    /// With so many steps.
+    pub fn steps(count: usize) -> Self {
+        Self { count, tolerance: 0.0 }
+    }
+
+    /// With a tolerance that chooses the steps.
+    pub fn tolerance(tolerance: f64) -> Self {
+        Self { count: 0, tolerance }
+    }
+
+    /// With the tolerance of an iteration.
+    #[must_use]
+    pub fn with_inner(self, tolerance: f64) -> Self {
+        Self { tolerance, ..self }
+    }
+}

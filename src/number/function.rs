@@ -1,0 +1,72 @@
+//! The elementary functions, by their names in formulas.
+
+use super::Real;
+
+/// An elementary function. [`Self::apply`] evaluates it on one number, `vector::elementary` on many.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[allow(missing_docs)] // The variants are their own names.
+pub enum Function {
+    Sin,
+    Cos,
+    Tan,
+    Sinh,
+    Cosh,
+    Tanh,
+    Asin,
+    Acos,
+    Atan,
+    Exp,
+    Ln,
+    Log10,
+    Sqrt,
+    Abs,
+    /// Sign of the argument; arises as the derivative of `abs` and has no name in the grammar.
+    Sign,
+}
+
+impl Function {
+    /// Every function of the grammar with its name.
+    pub const NAMED: [(&'static str, Function); 14] = [
+        ("sin", Function::Sin),
+        ("cos", Function::Cos),
+        ("tan", Function::Tan),
+        ("sinh", Function::Sinh),
+        ("cosh", Function::Cosh),
+        ("tanh", Function::Tanh),
+        ("asin", Function::Asin),
+        ("acos", Function::Acos),
+        ("atan", Function::Atan),
+        ("exp", Function::Exp),
+        ("ln", Function::Ln),
+        ("log10", Function::Log10),
+        ("sqrt", Function::Sqrt),
+        ("abs", Function::Abs),
+    ];
+
+    /// The function of that name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::NAMED.iter().find(|(n, _)| *n == name).map(|&(_, function)| function)
+    }
+
+    #[inline]
+    pub(crate) fn apply<S: Real>(self, u: S) -> S {
+        match self {
+            Self::Sin => u.sin(),
+            Self::Cos => u.cos(),
+            Self::Tan => u.tan(),
+            Self::Sinh => u.sinh(),
+            Self::Cosh => u.cosh(),
+            Self::Tanh => u.tanh(),
+            Self::Asin => u.asin(),
+            Self::Acos => u.acos(),
+            Self::Atan => u.atan(),
+            Self::Exp => u.exp(),
+            Self::Ln => u.ln(),
+            Self::Log10 => u.log10(),
+            Self::Sqrt => u.sqrt(),
+            Self::Abs => u.abs(),
+            Self::Sign if u == S::ZERO => S::ZERO,
+            Self::Sign => u.signum(),
+        }
+    }
+}

@@ -1,0 +1,282 @@
+//! The trait of number types, [`Real`], and its two implementations: `f64` and [`Extended`].
+//!
+//! Operators, metric, action gradient, collocation, diagnostics and reference are written once for both types. Only the
+//! quantities that steer an iteration (Jacobians, damping, first guesses) are always `f64`: a correction needs only a
+//! few digits, whereas a residual needs all of them.
+//!
+//! ```
+//! use geodesic_ivp::number::{Extended, Real};
+//!
+//! fn tenth<S: Real>() -> S {
+//!     S::from_decimal("0.1").expect("it is a number")
+//! }
+//! assert_eq!(tenth::<f64>() * 3.0 - 0.3, 5.551115123125783e-17);
+//! let three = Extended::from(3.0);
+//! assert!((tenth::<Extended>() * three - Extended::from_decimal("0.3").expect("a number")).to_f64().abs() < 1e-70);
+//! ```
+
+mod compensated;
+mod constants;
+mod decimal;
+mod function;
+pub mod norm;
+pub(crate) mod root;
+pub(crate) mod runge_kutta;
+pub mod vector;
+
+pub(crate) use compensated::Compensated;
+pub use constants::Constants;
+pub use function::Function;
+
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+
+/// IEEE 754 binary256: 237 significant bits, 71 decimal digits, correctly rounded arithmetic.
+pub type Extended = f256::f256;
+
+/// A type of real numbers. Its functions are those of the formula grammar, in the full precision of the type.
+pub trait Real:
+    Copy
+    + Debug
+    + Default
+    + PartialOrd
+    + Send
+    + Sync
+    + 'static
+    + From<f64>
+    + Neg<Output = Self>
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+{
+    /// 0.
+    const ZERO: Self;
+    /// 1.
+    const ONE: Self;
+    /// π.
+    const PI: Self;
+    /// ln 10.
+    const LN_10: Self;
+    /// Distance from 1 to the next larger number.
+    const EPSILON: Self;
+    /// Smallest positive normal number.
+    const MIN_POSITIVE: Self;
+    /// Largest number of significant decimal digits that can be asked for in this type.
+    const MOST_DIGITS: u32;
+    /// Whether this type has more digits than `f64`.
+    const IS_EXTENDED: bool;
+
+    /// The `numbers` in this type.
+    fn constants(numbers: &Constants) -> &[Self];
+    /// The nearest `f64`.
+    fn to_f64(self) -> f64;
+    /// The number nearest to a decimal such as `-1.5e-3`; `None` if the text is not one.
+    fn from_decimal(text: &str) -> Option<Self>;
+    /// The number as a decimal in `room`: the shortest that reads back as the same `f64`, or the given number of
+    /// significant digits without trailing zeros.
+    fn write_decimal(self, digits: u32, room: &mut DecimalRoom) -> &str;
+
+    /// Neither infinite nor NaN.
+    fn is_finite(self) -> bool;
+    /// NaN.
+    fn is_nan(self) -> bool;
+    /// |self|.
+    fn abs(self) -> Self;
+    /// The larger of the two; if one is NaN, the other one.
+    fn max(self, other: Self) -> Self;
+    /// 1 or −1, with the sign of the number; for 0 and −0 too.
+    fn signum(self) -> Self;
+    /// √self.
+    fn sqrt(self) -> Self;
+    /// self^exponent.
+    fn powf(self, exponent: Self) -> Self;
+    /// e^self.
+    fn exp(self) -> Self;
+    /// Natural logarithm.
+    fn ln(self) -> Self;
+    /// Decimal logarithm.
+    fn log10(self) -> Self;
+    /// Sine.
+    fn sin(self) -> Self;
+    /// Cosine.
+    fn cos(self) -> Self;
+    /// Tangent.
+    fn tan(self) -> Self;
+    /// Arc sine.
+    fn asin(self) -> Self;
+    /// Arc cosine.
+    fn acos(self) -> Self;
+    /// Arc tangent.
+    fn atan(self) -> Self;
+    /// Hyperbolic sine.
+    fn sinh(self) -> Self;
+    /// Hyperbolic cosine.
+    fn cosh(self) -> Self;
+    /// Hyperbolic tangent.
+    fn tanh(self) -> Self;
+
+    /// The number as text, see [`Self::write_decimal`].
+    fn to_decimal(self, digits: u32) -> String {
+        self.write_decimal(digits, &mut DecimalRoom::default()).to_owned()
+    }
+
+    /// ½ self.
+    #[inline]
+    fn half(self) -> Self {
+        Self::from(0.5) * self
+    }
+}
+
+/// A buffer for the decimals of a number, which can be used again for the next number.
+#[derive(Default)]
+pub struct DecimalRoom {
+    double: zmij::Buffer,
+    extended: String,
+}
+
+/// Σ terms, from left to right.
+pub(crate) fn sum<S: Real>(terms: impl Iterator<Item = S>) -> S {
+    terms.fold(S::ZERO, |sum, term| sum + term)
+}
+
+macro_rules! inherent {
+    ($type:ty: $($name:ident)*) => {
+        $(#[inline] fn $name(self) -> Self { <$type>::$name(self) })*
+    };
+}
+
+impl Real for f64 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+    const PI: Self = std::f64::consts::PI;
+    const LN_10: Self = std::f64::consts::LN_10;
+    const EPSILON: Self = f64::EPSILON;
+    const MIN_POSITIVE: Self = f64::MIN_POSITIVE;
+    const MOST_DIGITS: u32 = 16;
+    const IS_EXTENDED: bool = false;
+
+    fn constants(numbers: &Constants) -> &[Self] {
+        numbers.rounded()
+    }
+
+    #[inline]
+    fn to_f64(self) -> f64 {
+        self
+    }
+
+    fn from_decimal(text: &str) -> Option<Self> {
+        text.parse().ok()
+    }
+
+    #[inline]
+    fn write_decimal(self, _: u32, room: &mut DecimalRoom) -> &str {
+        room.double.format(self)
+    }
+
+    #[inline]
+    fn is_finite(self) -> bool {
+        f64::is_finite(self)
+    }
+
+    #[inline]
+    fn is_nan(self) -> bool {
+        f64::is_nan(self)
+    }
+
+    #[inline]
+    fn max(self, other: Self) -> Self {
+        f64::max(self, other)
+    }
+
+    #[inline]
+    fn powf(self, exponent: Self) -> Self {
+        f64::powf(self, exponent)
+    }
+
+    inherent!(f64: abs signum sqrt exp ln log10 sin cos tan asin acos atan sinh cosh tanh);
+}
+
+macro_rules! by_reference {
+    ($($name:ident)*) => {
+        $(fn $name(self) -> Self { Extended::$name(&self) })*
+    };
+}
+
+impl Real for Extended {
+    const ZERO: Self = Extended::ZERO;
+    const ONE: Self = Extended::ONE;
+    const PI: Self = f256::consts::PI;
+    const LN_10: Self = f256::consts::LN_10;
+    const EPSILON: Self = Extended::EPSILON;
+    const MIN_POSITIVE: Self = Extended::MIN_POSITIVE;
+    // The type has a little more than 71 digits; the last one is left to rounding.
+    const MOST_DIGITS: u32 = 70;
+    const IS_EXTENDED: bool = true;
+
+    fn constants(numbers: &Constants) -> &[Self] {
+        &numbers.exact
+    }
+
+    fn to_f64(self) -> f64 {
+        decimal::to_f64(self)
+    }
+
+    fn from_decimal(text: &str) -> Option<Self> {
+        decimal::parse(text)
+    }
+
+    fn write_decimal(self, digits: u32, room: &mut DecimalRoom) -> &str {
+        room.extended.clear();
+        decimal::push(self, digits, &mut room.extended);
+        &room.extended
+    }
+
+    fn is_finite(self) -> bool {
+        Extended::is_finite(self)
+    }
+
+    fn is_nan(self) -> bool {
+        Extended::is_nan(self)
+    }
+
+    fn max(self, other: Self) -> Self {
+        Extended::max(self, other)
+    }
+
+    fn powf(self, exponent: Self) -> Self {
+        Extended::powf(&self, &exponent)
+    }
+
+    fn sqrt(self) -> Self {
+        Extended::sqrt(self)
+    }
+
+    fn signum(self) -> Self {
+        Extended::ONE.copysign(self)
+    }
+
+    by_reference!(abs exp ln log10 sin cos tan asin acos atan);
+
+    // The hyperbolic functions are computed from e^u − 1, which is accurate for small u.
+    fn sinh(self) -> Self {
+        let e = Extended::exp_m1(&Extended::abs(&self));
+        let size = if e.is_finite() { (e + e / (e + Self::ONE)).half() } else { e };
+        size.copysign(self)
+    }
+
+    fn cosh(self) -> Self {
+        let e = Extended::exp(&Extended::abs(&self));
+        (e + Self::ONE / e).half()
+    }
+
+    fn tanh(self) -> Self {
+        let e = Extended::exp_m1(&Extended::abs(&self).mul2());
+        // e/(e + 2) of what is beyond the range of numbers; NaN stays what it is.
+        let size = if e == Extended::INFINITY { Self::ONE } else { e / (e + Extended::TWO) };
+        size.copysign(self)
+    }
+}

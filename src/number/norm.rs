@@ -1,0 +1,45 @@
+//! The maximum norm, the larger of two numbers, and products of bounds.
+
+use crate::number::Real;
+
+/// max |u_k|; NaN if any entry is NaN, so that every comparison with it fails.
+pub fn max_abs<S: Real>(u: &[S]) -> S {
+    u.iter().fold(
+        S::ZERO,
+        |largest, v| if largest.is_nan() || v.is_nan() { S::from(f64::NAN) } else { largest.max(v.abs()) },
+    )
+}
+
+/// The larger of `a` and `b`; NaN if either is, which `f64::max` would drop.
+pub fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b <= a { a } else { b }
+}
+
+/// The product of a size and a bound: nothing times whatever is nothing, also if that is infinite.
+pub(crate) fn times(size: f64, bound: f64) -> f64 {
+    if bound == 0.0 || size == 0.0 { 0.0 } else { size * bound }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{larger, times};
+
+    #[test]
+    fn nothing_times_infinity_is_nothing() {
+        let infinite = f64::INFINITY;
+        assert_eq!(
+            [times(0.0, infinite), times(infinite, 0.0), times(2.0, infinite), times(2.0, 3.0)],
+            [0.0, 0.0, infinite, 6.0]
+        );
+        assert!(times(2.0, f64::NAN).is_nan());
+    }
+
+    #[test]
+    fn a_nan_stays() {
+        let largest = |all: &[f64]| all.iter().copied().fold(0.0, larger);
+        assert_eq!(largest(&[1.0, 3.0, 2.0]), 3.0);
+        for all in [[f64::NAN, 1.0, 2.0], [1.0, f64::NAN, 2.0], [1.0, 2.0, f64::NAN]] {
+            assert!(largest(&all).is_nan(), "{all:?}");
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! The root of a function between two places where it has different signs.
+
+use crate::number::Real;
+
+/// Most steps of a search; bisection alone would take as many in extended precision.
+const MOST_STEPS: usize = 1000;
+/// Every so many steps are a bisection, so that a bracket shrinks whatever the function.
+const BISECTION: usize = 4;
+
+/// Where `f` changes its sign between two places with their values, up to `least`: regula falsi in the form that is
+/// called Illinois (M. Dowell and P. Jarratt, BIT 11 (1971) 168).
+pub(crate) fn root<S: Real>(low: [S; 2], high: [S; 2], least: S, mut f: impl FnMut(S) -> S) -> S {
+    try_root(low, high, least, |at| Some(f(at))).expect("the function has a value everywhere")
+}
+
+/// The same of a function that may have no value; `None` if it has none at a place that is tried.
+pub(crate) fn try_root<S: Real>(low: [S; 2], high: [S; 2], least: S, mut f: impl FnMut(S) -> Option<S>) -> Option<S> {
+    let ([mut low, mut at_low], [mut high, mut at_high]) = (low, high);
+    let side = at_low.signum();
+    // The sizes of the values at both ends, of which regula falsi halves one.
+    let mut sizes = [at_low, at_high].map(S::abs);
+    let mut last = S::ZERO;
+    for step in 1..=MOST_STEPS {
+        let middle = (low + high).half();
+        let falsi = low + (high - low) * (at_low / (at_low - at_high));
+        let inside = falsi > low && falsi < high && step % BISECTION != 0;
+        let at = if inside { falsi } else { middle };
+        if high - low <= least || at <= low || at >= high {
+            break;
+        }
+        let here = f(at)?;
+        if here == S::ZERO {
+            return Some(at);
+        }
+        let is_before = here.signum() == side;
+        if is_before {
+            (low, at_low, sizes[0]) = (at, here, here.abs());
+        } else {
+            (high, at_high, sizes[1]) = (at, here, here.abs());
+        }
+        // The end that stays twice counts half.
+        if here.signum() == last && step > 1 {
+            if is_before { at_high = at_high.half() } else { at_low = at_low.half() }
+        }
+        last = here.signum();
+    }
+    Some(if sizes[0] < sizes[1] { low } else { high })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    type Function = fn(f64) -> f64;
+
+    #[test]
+    fn roots_of_smooth_steep_and_flat_functions_are_found() {
+        let functions: [(Function, f64); 5] = [
+            (|x| x * x - 2.0, 2.0_f64.sqrt()),
+            (|x| (x - 1.2).powi(3), 1.2),
+            (|x| (40.0 * (x - 0.3)).tanh(), 0.3),
+            (|x| x.exp() - 1e-9, 1e-9_f64.ln()),
+            (|x| if x < 1.7 { -1.0 } else { 3.0 }, 1.7),
+        ];
+        for (f, exact) in functions {
+            let (low, high) = (exact - 1.3, exact + 0.9);
+            let mut calls = 0;
+            let found = root([low, f(low)], [high, f(high)], 1e-15, |x| {
+                calls += 1;
+                f(x)
+            });
+            assert!((found - exact).abs() < 2e-15 * exact.abs().max(1.0) && calls < 250, "{found}, {exact}, {calls}");
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! The Gauss–Lobatto–Legendre rule: nodes, weights and the differentiation matrix of the polynomials through its nodes.
+//!
+//! P_m is the Legendre polynomial of degree m = n − 1. The nodes are ±1 and the zeros of P_m′, the weights are
+//! 2/(n m P_m(x_i)²), and
+//!
+//! ```text
+//! D_ij = P_m(x_i)/P_m(x_j)/(x_i − x_j)  (i ≠ j),     D_11 = −n m/4 = −D_nn,     D_ii = 0 otherwise.
+//! ```
+//!
+//! The rule integrates polynomials of degree 2n − 3 exactly. Hence Q + Qᵀ = E_N − E_0 for Q = HD, and D is a
+//! diagonal-norm SBP operator (Gassner, SIAM J. Sci. Comput. 35 (2013) A1233; the formulas are those of Canuto,
+//! Hussaini, Quarteroni & Zang, Spectral Methods (2006), section 2.3). Everything is computed in extended precision and
+//! rounded once.
+
+use std::sync::OnceLock;
+
+use crate::number::{Constants, Extended, Real};
+
+/// Smallest number of nodes of a rule: its two ends.
+pub const LEAST_NODES: usize = 2;
+/// Largest number of nodes that is offered.
+pub const MOST_NODES: usize = 64;
+
+/// Number of Newton steps in extended precision. Each doubles the number of correct digits, beginning with those of
+/// `f64`.
+const REFINEMENTS: usize = 4;
+
+/// The rule on [−1, 1] in `S`.
+#[derive(Debug, Clone)]
+pub struct LobattoRule<S = f64> {
+    /// Nodes in ascending order, exactly symmetric about 0.
+    pub nodes: Vec<S>,
+    /// Weights.
+    pub weights: Vec<S>,
+    /// Differentiation matrix, row-major.
+    pub differentiation: Vec<S>,
+}
+
+/// (P_{m−1}, P_m) at x.
+fn legendre<S: Real>(m: usize, x: S) -> (S, S) {
+    (1..m).fold((S::ONE, x), |(before, now), k| {
+        let [k, next, twice] = [k, k + 1, 2 * k + 1].map(|k| S::from(k as f64));
+        (now, (twice * x * now - k * before) / next)
+    })
+}
+
+/// One Newton step towards a zero of P_m′, with (1 − x²)P_m′ = m(P_{m−1} − xP_m) and
+/// (1 − x²)P_m″ = 2xP_m′ − m(m + 1)P_m.
+fn newton_step<S: Real>(m: usize, x: S) -> S {
+    let (before, now) = legendre(m, x);
+    let [degree, eigenvalue] = [m, m * (m + 1)].map(|k| S::from(k as f64));
+    let first = degree * (before - x * now) / (S::ONE - x * x);
+    let second = ((x + x) * first - eigenvalue * now) / (S::ONE - x * x);
+    x - first / second
+}
+
+/// Interior node i in `f64`.
+fn rough_node(m: usize, i: usize) -> f64 {
+    // An asymptotic formula, which is close enough for Newton's method.
+    let (i, degree) = (i as f64 + 0.25, m as f64);
+    let angle = std::f64::consts::PI * i / degree - 3.0 / (8.0 * degree * std::f64::consts::PI * i);
+    (0..10).fold(-angle.cos(), |x, _| newton_step(m, x))
+}
+
+impl<S: Real> LobattoRule<S> {
+    /// The rule of `n` nodes. It is computed once in the life of the program.
+    ///
+    /// # Panics
+    /// If n is not in [`LEAST_NODES`] … [`MOST_NODES`].
+    pub fn new(n: usize) -> Self {
+        static RULES: [OnceLock<[Constants; 3]>; MOST_NODES + 1] = [const { OnceLock::new() }; MOST_NODES + 1];
+        assert!((LEAST_NODES..=MOST_NODES).contains(&n), "a Lobatto rule has {LEAST_NODES} to {MOST_NODES} nodes");
+        let rule = RULES[n].get_or_init(|| computed(n));
+        let [nodes, weights, differentiation] = rule.each_ref().map(|numbers| S::constants(numbers).to_vec());
+        Self { nodes, weights, differentiation }
+    }
+}
+
+/// Nodes, weights and differentiation matrix of the rule of `n` nodes.
+fn computed(n: usize) -> [Constants; 3] {
+    let m = n - 1;
+    let mut nodes = vec![Extended::ZERO; n];
+    for i in 0..n / 2 {
+        let refined = |_| (0..REFINEMENTS).fold(Extended::from(rough_node(m, i)), |x, _| newton_step(m, x));
+        nodes[i] = if i == 0 { -Extended::ONE } else { refined(()) };
+        nodes[m - i] = -nodes[i];
+    }
+    let values: Vec<Extended> = nodes.iter().map(|&x| legendre(m, x).1).collect();
+    let size = Extended::from((n * m) as f64);
+    let weights = values.iter().map(|&p| Extended::from(2.0) / (size * p * p));
+    let entry = |i: usize, j: usize| match (i, j) {
+        (0, 0) => -size / Extended::from(4.0),
+        _ if i == m && j == m => size / Extended::from(4.0),
+        _ if i == j => Extended::ZERO,
+        _ => values[i] / values[j] / (nodes[i] - nodes[j]),
+    };
+    let (weights, differentiation) = (weights.collect(), (0..n * n).map(|k| entry(k / n, k % n)).collect());
+    [nodes, weights, differentiation].map(Constants::new)
+}

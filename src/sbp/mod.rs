@@ -1,0 +1,372 @@
+//! Summation-by-parts operators: finite differences on an equidistant grid, and spectral elements on
+//! Gauss–Lobatto–Legendre nodes. Nothing in this module depends on physics.
+//!
+//! D = H⁻¹Q approximates d/dγ, H is a diagonal quadrature rule, and Q + Qᵀ = E_N − E_0 is the discrete form of
+//! integration by parts: `(u, Dv)_H = u_N v_N − u_1 v_1 − (Du, v)_H`.
+//!
+//! ```
+//! use geodesic_ivp::sbp::SbpName;
+//!
+//! for name in ["SBP21", "SBP42", "SBP63", "SBP84", "GLL17"] {
+//!     let name = SbpName::try_from(name.to_owned())?;
+//!     let d = name.operator::<f64>(17, 0.1)?;
+//!     let line: Vec<f64> = (0..17).map(|k| 3.0 * d.node(k) + 1.0).collect();
+//!     assert!(d.derivative(&line).iter().all(|slope| (slope - 3.0).abs() < 1e-11));
+//!     assert!((d.integrate(&d.derivative(&line)) - (line[16] - line[0])).abs() < 1e-12);
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+pub mod coefficients;
+pub mod gll;
+mod name;
+mod regularised;
+pub mod symbol;
+
+pub use coefficients::Coefficients;
+pub use name::SbpName;
+pub use regularised::RegularisedOperator;
+
+use pulp::{Arch, Simd, WithSimd};
+
+use self::gll::LobattoRule;
+use crate::linalg::banded::BandedMatrix;
+use crate::number::{Real, sum};
+
+/// A grid has fewer points than the operator's two boundary closures need, or another number than the spectral element
+/// has.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{operator} needs at least {minimum} points, got {points}")]
+pub struct TooFewPoints {
+    /// Name of the operator.
+    pub operator: String,
+    /// Points asked for.
+    pub points: usize,
+    /// Points needed.
+    pub minimum: usize,
+}
+
+/// A diagonal-norm SBP first-derivative operator on N nodes. Applying it allocates nothing.
+#[derive(Debug, Clone)]
+pub struct SbpOperator<S = f64> {
+    /// Mean spacing of the nodes, in units of γ.
+    spacing: S,
+    rows: Rows<S>,
+    /// Diagonal of H, length N, in units of γ.
+    weights: Vec<S>,
+    /// See [`SbpOperator::row_sum`].
+    row_sum: f64,
+}
+
+/// The rows of D, in units of 1/γ.
+#[derive(Debug, Clone)]
+enum Rows<S> {
+    /// Finite differences on equidistant nodes.
+    Stencil {
+        /// Closure rows, row-major, `closure_width` columns each.
+        closure: Vec<S>,
+        closure_width: usize,
+        /// d_m of the interior stencil.
+        interior: Vec<S>,
+    },
+    /// A spectral element.
+    Dense {
+        /// Positions of the nodes from the first one.
+        nodes: Vec<S>,
+        /// D row by row, and again column by column, which is the order in which its application vectorises.
+        matrix: Vec<S>,
+        columns: Vec<S>,
+    },
+}
+
+/// The estimates of rounding were calibrated on SBP21 and SBP42, whose rows of |hD| sum to less than this.
+const LEAST_ROW_SUM: f64 = 4.0;
+
+impl<S: Real> SbpOperator<S> {
+    /// The finite-difference operator for `points` nodes with the given `spacing` = Δγ.
+    ///
+    /// # Errors
+    /// [`TooFewPoints`] if the closures do not fit.
+    pub fn new(coefficients: &Coefficients, points: usize, spacing: S) -> Result<Self, TooFewPoints> {
+        if points < coefficients.minimum_points {
+            let operator = coefficients.name.to_owned();
+            return Err(TooFewPoints { operator, points, minimum: coefficients.minimum_points });
+        }
+        let mut weights = vec![spacing; points];
+        for (k, weight) in coefficients.norm.iter().enumerate() {
+            weights[k] = weight.to_real::<S>() * spacing;
+            weights[points - 1 - k] = weights[k];
+        }
+        let row_sums = coefficients.closure.iter().map(|row| row.iter().map(|c| c.to_real::<f64>().abs()).sum());
+        let closure = coefficients.closure.iter().flat_map(|row| row.iter());
+        let rows = Rows::Stencil {
+            closure: closure.map(|c| c.to_real::<S>() / spacing).collect(),
+            closure_width: coefficients.closure[0].len(),
+            interior: coefficients.interior.iter().map(|c| c.to_real::<S>() / spacing).collect(),
+        };
+        Ok(Self { spacing, rows, weights, row_sum: row_sums.fold(LEAST_ROW_SUM, f64::max) })
+    }
+
+    /// The spectral element of `points` Gauss–Lobatto–Legendre nodes over the given `length` of γ.
+    pub fn gauss_lobatto(points: usize, length: S) -> Self {
+        Self::on_rule(&LobattoRule::new(points), length)
+    }
+
+    /// The spectral element on the nodes of `rule` over the given `length` of γ.
+    pub fn on_rule(rule: &LobattoRule<S>, length: S) -> Self {
+        let points = rule.nodes.len();
+        let scale = (S::ONE + S::ONE) / length;
+        let matrix: Vec<S> = rule.differentiation.iter().map(|&d| scale * d).collect();
+        let spacing = length / S::from((points - 1) as f64);
+        let row_sums = matrix.chunks_exact(points).map(|row| sum(row.iter().map(|d| d.abs())) * spacing);
+        Self {
+            spacing,
+            weights: rule.weights.iter().map(|&w| length.half() * w).collect(),
+            row_sum: row_sums.fold(LEAST_ROW_SUM, |largest, row| largest.max(row.to_f64())),
+            rows: Rows::Dense {
+                nodes: rule.nodes.iter().map(|&x| length.half() * (x + S::ONE)).collect(),
+                columns: (0..points * points).map(|k| matrix[k % points * points + k / points]).collect(),
+                matrix,
+            },
+        }
+    }
+
+    /// Number of nodes N.
+    pub fn points(&self) -> usize {
+        self.weights.len()
+    }
+
+    /// Node spacing h = Δγ; for a spectral element the mean spacing.
+    pub fn spacing(&self) -> S {
+        self.spacing
+    }
+
+    /// Whether all intervals between nodes are equal.
+    pub fn is_equidistant(&self) -> bool {
+        matches!(self.rows, Rows::Stencil { .. })
+    }
+
+    /// γ at node k minus γ at the first node.
+    pub fn node(&self, k: usize) -> S {
+        match &self.rows {
+            Rows::Stencil { .. } => S::from(k as f64) * self.spacing,
+            Rows::Dense { nodes, .. } => nodes[k],
+        }
+    }
+
+    /// The interval of γ between nodes k and k + 1.
+    pub fn interval(&self, k: usize) -> S {
+        match &self.rows {
+            Rows::Stencil { .. } => self.spacing,
+            Rows::Dense { nodes, .. } => nodes[k + 1] - nodes[k],
+        }
+    }
+
+    /// The largest Σ_j |hD_kj| over the rows k, but at least 4. By this factor hDu amplifies the rounding of u.
+    pub fn row_sum(&self) -> f64 {
+        self.row_sum
+    }
+
+    /// [`Self::row_sum`] relative to that of the operators of low order: 1 for SBP21 and SBP42.
+    pub fn stiffness(&self) -> f64 {
+        self.row_sum / LEAST_ROW_SUM
+    }
+
+    /// Diagonal of the norm H: quadrature weights in units of γ, length N.
+    pub fn weights(&self) -> &[S] {
+        &self.weights
+    }
+
+    /// Number of rows at each end that may differ from the interior stencil.
+    pub fn closure_rows(&self) -> usize {
+        match &self.rows {
+            Rows::Stencil { closure, closure_width, .. } => closure.len() / closure_width,
+            Rows::Dense { nodes, .. } => nodes.len() / 2,
+        }
+    }
+
+    /// Whether every row reaches only the neighbouring nodes, so that Du = f is an explicit two-step recursion (SBP21).
+    pub fn is_two_step(&self) -> bool {
+        matches!(&self.rows, Rows::Stencil { closure_width: 2, .. })
+    }
+
+    /// Number of rows at the end of D that have an entry for node N. A deviation at node N alone shows in these rows
+    /// when D is applied again. They are 2, 4, 6 and 8 for SBP21, SBP42, SBP63 and SBP84, and all of them for a
+    /// spectral element.
+    pub fn rows_reaching_last_node(&self) -> usize {
+        let n = self.points();
+        let reaches = |k: &usize| self.row(*k).any(|(column, _)| column == n - 1);
+        (0..n).rev().take_while(reaches).count()
+    }
+
+    /// The nonzero entries of row k of D as (column, coefficient), in units of 1/γ.
+    ///
+    /// # Panics
+    /// If k ≥ N.
+    pub fn row(&self, k: usize) -> impl Iterator<Item = (usize, S)> + '_ {
+        let n = self.points();
+        assert!(k < n, "row {k} of an operator on {n} points");
+        // A row is part of the left closure, of the interior stencil or of the right closure, or is dense. To have one
+        // type of iterator for all of them, the parts that a row does not have are empty.
+        let (left, middle, right) = match &self.rows {
+            Rows::Dense { matrix, .. } => (&matrix[k * n..(k + 1) * n], [].as_slice(), [].as_slice()),
+            Rows::Stencil { closure, closure_width, interior } => {
+                let s = closure.len() / closure_width;
+                let closure = |i: usize| &closure[i * closure_width..(i + 1) * closure_width];
+                match k {
+                    _ if k < s => (closure(k), [].as_slice(), [].as_slice()),
+                    _ if k >= n - s => ([].as_slice(), [].as_slice(), closure(n - 1 - k)),
+                    _ => ([].as_slice(), interior.as_slice(), [].as_slice()),
+                }
+            }
+        };
+        let left = left.iter().enumerate().map(|(j, &c)| (j, c));
+        let below = middle.iter().enumerate().rev().map(move |(m, &c)| (k - m - 1, -c));
+        let above = middle.iter().enumerate().map(move |(m, &c)| (k + m + 1, c));
+        let right = right.iter().enumerate().rev().map(move |(j, &c)| (n - 1 - j, -c));
+        left.chain(below).chain(above).chain(right).filter(|&(_, c)| c != S::ZERO)
+    }
+
+    /// Writes D `u` into `out`; both have length N.
+    pub fn apply(&self, u: &[S], out: &mut [S]) {
+        let n = self.points();
+        assert!(u.len() == n && out.len() == n, "vectors must have the operator's {n} points");
+        match &self.rows {
+            // Uses the widest vector instructions of the machine.
+            Rows::Dense { columns, .. } => Arch::new().dispatch(DenseProduct { columns, u, out }),
+            Rows::Stencil { closure, closure_width, interior } => {
+                let s = closure.len() / closure_width;
+                for (k, row) in closure.chunks_exact(*closure_width).enumerate() {
+                    out[k] = sum(row.iter().zip(u).map(|(&c, &v)| c * v));
+                    out[n - 1 - k] = -sum(row.iter().zip(u.iter().rev()).map(|(&c, &v)| c * v));
+                }
+                let inner = &mut out[s..n - s];
+                match interior.as_slice() {
+                    &[d1] => interior_stencil([d1], u, s, inner),
+                    &[d1, d2] => interior_stencil([d1, d2], u, s, inner),
+                    &[d1, d2, d3] => interior_stencil([d1, d2, d3], u, s, inner),
+                    &[d1, d2, d3, d4] => interior_stencil([d1, d2, d3, d4], u, s, inner),
+                    other => unreachable!("no interior stencil of half-width {}", other.len()),
+                }
+            }
+        }
+    }
+
+    /// D `u` in a new vector.
+    pub fn derivative(&self, u: &[S]) -> Vec<S> {
+        let mut out = vec![S::ZERO; u.len()];
+        self.apply(u, &mut out);
+        out
+    }
+
+    /// (D `u`)_k.
+    ///
+    /// # Panics
+    /// If k ≥ N.
+    pub fn derivative_at(&self, u: &[S], k: usize) -> S {
+        sum(self.row(k).map(|(column, d)| d * u[column]))
+    }
+
+    /// Writes Dᵀ H `v` into `out`, by summation by parts: DᵀH = −HD + E_N − E_0.
+    pub fn apply_transpose_weighted(&self, v: &[S], out: &mut [S]) {
+        self.apply(v, out);
+        for (o, &weight) in out.iter_mut().zip(&self.weights) {
+            *o *= -weight;
+        }
+        let last = v.len() - 1;
+        out[0] -= v[0];
+        out[last] += v[last];
+    }
+
+    /// ∫ u dγ by the operator's own quadrature, 1ᵀ H u.
+    pub fn integrate(&self, u: &[S]) -> S {
+        sum(self.weights.iter().zip(u).map(|(&weight, &v)| weight * v))
+    }
+}
+
+impl SbpOperator {
+    /// D as a banded N × N matrix.
+    pub fn to_banded(&self) -> BandedMatrix {
+        let n = self.points();
+        let reach = match &self.rows {
+            Rows::Stencil { closure_width, interior, .. } => (closure_width - 1).max(interior.len()),
+            Rows::Dense { .. } => n - 1,
+        };
+        let mut matrix = BandedMatrix::zeros(n, reach, reach);
+        for k in 0..n {
+            for (column, value) in self.row(k) {
+                matrix.add(k, column, value);
+            }
+        }
+        matrix
+    }
+}
+
+/// Writes D`u` into `out`, for D stored by columns.
+///
+/// A type and not a closure: pulp calls a closure that borrows through a function that is not inlined, and what is not
+/// inlined is compiled without the instructions of the machine.
+struct DenseProduct<'a, S> {
+    columns: &'a [S],
+    u: &'a [S],
+    out: &'a mut [S],
+}
+
+impl<S: Real> WithSimd for DenseProduct<'_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<A: Simd>(self, _: A) {
+        let Self { columns, u, out } = self;
+        let mut first = 0;
+        let rest = blocks_of_rows::<S, 8>(columns, u, &mut first, out);
+        let rest = blocks_of_rows::<S, 4>(columns, u, &mut first, rest);
+        blocks_of_rows::<S, 1>(columns, u, &mut first, rest);
+    }
+}
+
+/// Computes as many blocks of B rows as fit into `out`, beginning with row `first`. Returns the rest of `out`.
+#[inline(always)]
+fn blocks_of_rows<'o, S: Real, const B: usize>(
+    columns: &[S],
+    u: &[S],
+    first: &mut usize,
+    out: &'o mut [S],
+) -> &'o mut [S] {
+    let (blocks, rest) = out.as_chunks_mut::<B>();
+    for block in blocks {
+        *block = block_of_rows(columns, u, *first);
+        *first += B;
+    }
+    rest
+}
+
+/// Rows `first` … `first` + B − 1 of D`u`. As the entries of a row of D sum to zero, they can be applied to differences
+/// of u, which loses less to rounding than its values.
+#[inline(always)]
+fn block_of_rows<S: Real, const B: usize>(columns: &[S], u: &[S], first: usize) -> [S; B] {
+    let here = &u[first..first + B];
+    let mut sum = [S::ZERO; B];
+    for (k, &v) in u.iter().enumerate() {
+        let column = &columns[k * u.len() + first..][..B];
+        for i in 0..B {
+            sum[i] += column[i] * (v - here[i]);
+        }
+    }
+    sum
+}
+
+/// Writes rows s, s + 1, … of the antisymmetric interior stencil. The half-width P is a constant so that the loop
+/// vectorises.
+fn interior_stencil<S: Real, const P: usize>(d: [S; P], u: &[S], s: usize, out: &mut [S]) {
+    let count = out.len();
+    let above: [&[S]; P] = std::array::from_fn(|m| &u[s + m + 1..][..count]);
+    let below: [&[S]; P] = std::array::from_fn(|m| &u[s - m - 1..][..count]);
+    for (k, o) in out.iter_mut().enumerate() {
+        let mut sum = S::ZERO;
+        for m in 0..P {
+            sum += d[m] * (above[m][k] - below[m][k]);
+        }
+        *o = sum;
+    }
+}

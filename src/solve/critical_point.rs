@@ -1,0 +1,154 @@
+//! The critical point of the doubled action: Newton's method on ∇E_IVP = 0 with an LU factorisation of the Hessian.
+
+use super::newton::{self, Failure, LinearFailure, NewtonSystem, Root, RoundingLevels};
+use super::refinement::{self, Refined};
+use super::status::Status;
+use crate::action::{DoubledAction, GradientRounding, Layout};
+use crate::geometry::Lagrangian;
+use crate::linalg::sparse::{Envelope, Lu, Pattern};
+use crate::number::Real;
+use crate::number::norm::max_abs;
+
+/// A refined linear solution must leave less than this share of the right-hand side; more means that the factorisation
+/// is useless.
+const LINEAR_TOLERANCE: f64 = 1e-3;
+
+/// Newton's method for actions on one operator: the sparsity and what an elimination fills in are found once.
+pub(super) struct CriticalPointSolver {
+    pattern: Pattern,
+    envelope: Envelope,
+}
+
+impl CriticalPointSolver {
+    pub(super) fn new<L: Lagrangian<f64>>(action: &DoubledAction<'_, f64, L>) -> Self {
+        let pattern = action.hessian_pattern();
+        let envelope = action.envelope(&pattern);
+        Self { pattern, envelope }
+    }
+
+    /// The critical point of `action` that Newton's method reaches from `guess`.
+    pub(super) fn solve<L: Lagrangian<f64>>(
+        &self,
+        action: &DoubledAction<'_, f64, L>,
+        guess: Vec<f64>,
+        max_iterations: usize,
+    ) -> Result<Root, Failure<L::Outside>> {
+        newton::solve(&mut Stationarity { solver: self, action }, guess, max_iterations)
+    }
+
+    /// The critical point of `fine` close to that of `rough`, the same action in `f64`, whose Hessian is factored once;
+    /// that one itself if `S` has no more digits.
+    pub(super) fn refine<S: Real, L: Lagrangian<S>, R: Lagrangian<f64>>(
+        &self,
+        fine: &DoubledAction<'_, S, L>,
+        rough: &DoubledAction<'_, f64, R>,
+        root: Root,
+        (digits, max_iterations): (u32, usize),
+    ) -> Result<Root<S>, Failure<L::Outside>> {
+        if !S::IS_EXTENDED {
+            let Root { unknowns, history } = root;
+            return Ok(Root { unknowns: unknowns.into_iter().map(S::from).collect(), history });
+        }
+        let hessian = rough.hessian(&root.unknowns, &self.pattern).ok();
+        let lu = hessian.and_then(|hessian| self.envelope.factor(&hessian).ok());
+        let lu = lu.ok_or_else(|| Failure::without_iterate(Status::Singular))?;
+        refinement::refine(&mut RefinedStationarity { action: fine, lu }, root, digits, max_iterations)
+    }
+}
+
+/// ∇E_IVP = 0 as a Newton system.
+struct Stationarity<'a, L> {
+    solver: &'a CriticalPointSolver,
+    action: &'a DoubledAction<'a, f64, L>,
+}
+
+impl<L: Lagrangian<f64>> NewtonSystem for Stationarity<'_, L> {
+    type Outside = L::Outside;
+
+    fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), L::Outside> {
+        self.action.gradient(u, out)
+    }
+
+    fn rounding(&self, u: &[f64]) -> Option<RoundingLevels> {
+        rounding(self.action, u)
+    }
+
+    fn newton_step(&mut self, u: &[f64], residual: &[f64], step: &mut [f64]) -> Result<(), LinearFailure> {
+        let hessian = self.action.hessian(u, &self.solver.pattern).map_err(|_| LinearFailure)?;
+        let lu = self.solver.envelope.factor(&hessian).map_err(|_| LinearFailure)?;
+        // One solve and two steps of iterative refinement: the Hessian is indefinite and its entries span 1/h.
+        let mut remainder: Vec<f64> = residual.iter().map(|r| -r).collect();
+        step.fill(0.0);
+        for _ in 0..3 {
+            lu.solve_in_place(&mut remainder);
+            step.iter_mut().zip(&remainder).for_each(|(step, part)| *step += part);
+            let product = hessian.multiply(step);
+            remainder = residual.iter().zip(product).map(|(r, product)| -r - product).collect();
+        }
+        let size = max_abs(residual);
+        let left =
+            remainder.iter().fold(0.0, |largest: f64, r| if r.is_nan() { f64::INFINITY } else { largest.max(r.abs()) });
+        if left <= LINEAR_TOLERANCE * size || size == 0.0 { Ok(()) } else { Err(LinearFailure) }
+    }
+
+    fn sizes(&self, u: &[f64]) -> Vec<f64> {
+        sizes(self.action.layout(), u)
+    }
+}
+
+/// The rounding errors to be expected in ∇E_IVP, block by block.
+fn rounding<S: Real, L: Lagrangian<S>>(action: &DoubledAction<'_, S, L>, u: &[S]) -> Option<RoundingLevels> {
+    let GradientRounding { rows, values } = action.gradient_rounding(u).ok()?;
+    let (layout, h) = (action.layout(), action.sbp().spacing().to_f64());
+    let (points, n) = (action.sbp().points(), layout.dimension());
+    let of_rows = (0..2).flat_map(|branch| {
+        let rows = rows.iter().enumerate();
+        rows.map(move |(a, &level)| (layout.row(branch, a)..layout.row(branch, a) + points, level))
+    });
+    let mut constraints = vec![0.0; layout.multiplier_range().len()];
+    if !constraints.is_empty() {
+        for (a, &value) in (0..n).zip(&values) {
+            for place in [layout.lambda(a), layout.nu(a)] {
+                constraints[place] = value;
+            }
+            for place in [layout.mu(a), layout.kappa(a)] {
+                constraints[place] = value / h;
+            }
+        }
+    }
+    let of_constraints = layout.multiplier_range().zip(constraints).map(|(row, level)| (row..row + 1, level));
+    Some(of_rows.chain(of_constraints).collect())
+}
+
+/// Largest absolute value of each coordinate on both branches.
+fn sizes<S: Real>(layout: Layout, u: &[S]) -> Vec<S> {
+    let size = |a| max_abs(layout.values(u, 0, a)).max(max_abs(layout.values(u, 1, a)));
+    (0..layout.dimension()).map(size).collect()
+}
+
+/// ∇E_IVP with all digits, its Hessian at the `f64` critical point.
+struct RefinedStationarity<'a, S, L> {
+    action: &'a DoubledAction<'a, S, L>,
+    lu: Lu<'a>,
+}
+
+impl<S: Real, L: Lagrangian<S>> Refined<S> for RefinedStationarity<'_, S, L> {
+    type Outside = L::Outside;
+
+    fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), L::Outside> {
+        self.action.gradient(u, out)
+    }
+
+    fn solve_linearised(&mut self, right: &mut [f64]) -> Result<(), LinearFailure> {
+        self.lu.solve_in_place(right);
+        Ok(())
+    }
+
+    fn rounding(&self, u: &[S]) -> Option<RoundingLevels> {
+        rounding(self.action, u)
+    }
+
+    fn sizes(&self, u: &[S]) -> Vec<S> {
+        sizes(self.action.layout(), u)
+    }
+}

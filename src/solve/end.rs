@@ -1,0 +1,196 @@
+//! Runs that end where a coordinate reaches a value or a formula changes its sign: the length of γ at which the last
+//! node is there.
+
+use super::arithmetic::Arithmetic;
+use super::crossing::Near;
+use super::failure::NoSolution;
+use super::places::Places;
+use super::routes::Routes;
+use super::run::Observer;
+use super::search::{self, Excess, NotFound, Search};
+use super::setup::{Limit, Setup};
+use super::solve_to;
+use super::status::{Iterations, Status};
+use super::world_line::{Place, WorldLine};
+use crate::number::Real;
+
+/// The share of the whole way that counts as none has this many digits in `f64`; with more digits, all of them must
+/// agree.
+const DIGITS_OF_WAY: u32 = 14;
+/// The same of the length of γ.
+const DIGITS_OF_LENGTH: u32 = 15;
+
+/// The run of `setup`, with what it ended by, where its length is to be searched for. Every run that is tried is shown
+/// to the observer.
+pub(super) fn solve<S: Arithmetic, G: Routes<S>>(
+    setup: &Setup<S, G>,
+    mut observer: Option<Observer<'_, S, G>>,
+) -> Result<WorldLine<S, G>, NoSolution>
+where
+    G::Rough: Routes<f64>,
+{
+    let mut solve_to = |length: S| {
+        let observer = observer.as_mut().map(|observer| &mut **observer as Observer<'_, S, G>);
+        solve_to(setup, length, observer)
+    };
+    let (coordinate, value) = match setup.limit {
+        Limit::Length(length) => return until(setup, length, &mut solve_to),
+        Limit::Value { coordinate, value } => (coordinate, value),
+    };
+    let mut line = at_value(setup, coordinate, value, &mut solve_to)?;
+    if !setup.until.is_empty() {
+        line = until(setup, line.length, &mut solve_to)?;
+    }
+    // A search meets the value but for rounding. Rows that count from an origin are rounded once more when they are
+    // shown, at the end as anywhere else.
+    if line.ended_by.is_none() && !setup.counts_from_origin(coordinate) {
+        line.ended_at = Some((coordinate, line.last_joint().q[coordinate]));
+    }
+    Ok(line)
+}
+
+/// Solves a setup up to a length.
+type SolveTo<'s, S, G> = &'s mut dyn FnMut(S) -> Result<WorldLine<S, G>, NoSolution>;
+
+/// The length of the same run in `f64`, where most of a search is cheapest.
+fn rough_length<S: Arithmetic, G: Routes<S>>(setup: &Setup<S, G>) -> Result<S, NoSolution>
+where
+    G::Rough: Routes<f64>,
+{
+    Ok(S::from(solve::<f64, G::Rough>(&setup.in_f64(), Some(&mut |_| ()))?.length))
+}
+
+/// The world-line that ends where `coordinate` is `value`.
+fn at_value<S: Arithmetic, G: Routes<S>>(
+    setup: &Setup<S, G>,
+    coordinate: usize,
+    value: S,
+    solve_to: SolveTo<'_, S, G>,
+) -> Result<WorldLine<S, G>, NoSolution>
+where
+    G::Rough: Routes<f64>,
+{
+    let target = Target {
+        coordinate,
+        value: value - setup.origin_of(coordinate),
+        digits_of_runs: setup.settings.digits,
+        is_of_way: setup.counts_from_origin(coordinate),
+    };
+    let guess = if S::IS_EXTENDED {
+        rough_length(&Setup { until: Vec::new(), ..setup.clone() })?
+    } else {
+        target.guess(&setup.place)
+    };
+    target.search(&setup.place, setup.gamma_i, guess, solve_to)
+}
+
+/// The world-line that ends where one of the formulas of the setup first changes its sign in its direction, or after
+/// the length `whole`.
+fn until<S: Arithmetic, G: Routes<S>>(
+    setup: &Setup<S, G>,
+    whole: S,
+    solve_to: SolveTo<'_, S, G>,
+) -> Result<WorldLine<S, G>, NoSolution>
+where
+    G::Rough: Routes<f64>,
+{
+    let Some(Near { index, gamma, to_positive }) = G::first_change(setup, whole.to_f64()) else {
+        return solve_to(whole);
+    };
+    let length = if S::IS_EXTENDED {
+        rough_length(&Setup { limit: Limit::Length(whole), ..setup.clone() })?
+    } else {
+        gamma.into()
+    };
+    let start = &setup.place.start;
+    let k = setup.place.geometry.norm(&start.q, &start.q_dot);
+    let mut formula = setup.until[index].formula.clone();
+    let digits = setup.settings.digits;
+    let asked = Search {
+        guess: length,
+        limit: whole,
+        digits: if S::IS_EXTENDED { digits } else { DIGITS_OF_LENGTH },
+        digits_of_runs: digits,
+        scale: None,
+    };
+    let excess = |line: &WorldLine<S, G>| {
+        let end = line.end();
+        let value = formula.at(&end.q, &end.q_dot, &end.p, k);
+        Excess { value: if to_positive { value } else { -value }, slope: None }
+    };
+    let line =
+        search::search(asked, solve_to, excess).map_err(|error| not_reached(error, &setup.place, setup.gamma_i))?;
+    Ok(WorldLine { ended_by: Some(index), ..line })
+}
+
+/// The value of a coordinate that a run is to end at, as joints count it, and how well it is to be met.
+#[derive(Debug, Clone, Copy)]
+struct Target<S> {
+    coordinate: usize,
+    value: S,
+    /// Significant digits of the runs.
+    digits_of_runs: u32,
+    /// Whether a share of the whole way counts as none, as of what counts from an origin, or else one of the length of
+    /// γ.
+    is_of_way: bool,
+}
+
+impl<S: Real> Target<S> {
+    /// The length that would do at constant speed.
+    fn guess<G>(&self, place: &Place<S, G>) -> S {
+        (self.value - place.start.q[self.coordinate]) / place.start.q_dot[self.coordinate]
+    }
+
+    /// Newton's method on γ_f with the velocity at the end of each solution, kept inside the bracket found so far: the
+    /// coordinate grows, or falls, with γ_f. A γ_f that has no solution (a horizon on the way) is an upper bound like
+    /// one that ends too late.
+    fn search<G: Places<S>>(
+        &self,
+        place: &Place<S, G>,
+        gamma_i: S,
+        guess: S,
+        solve_to: SolveTo<'_, S, G>,
+    ) -> Result<WorldLine<S, G>, NoSolution> {
+        let Self { coordinate, value, digits_of_runs, is_of_way } = *self;
+        let double_digits = if is_of_way { DIGITS_OF_WAY } else { DIGITS_OF_LENGTH };
+        let way = value - place.start.q[coordinate];
+        let asked = Search {
+            guess,
+            limit: S::from(f64::INFINITY),
+            digits: if S::IS_EXTENDED { digits_of_runs } else { double_digits },
+            digits_of_runs,
+            scale: is_of_way.then(|| way.abs()),
+        };
+        let excess = |line: &WorldLine<S, G>| {
+            let end = line.last_joint();
+            Excess {
+                value: (end.q[coordinate] - value) * way.signum(),
+                slope: Some(line.velocities(end)[coordinate] * way.signum()),
+            }
+        };
+        search::search(asked, solve_to, excess).map_err(|error| not_reached(error, place, gamma_i))
+    }
+}
+
+/// The failure of a search for the end of a run that starts at `place`.
+fn not_reached<S: Real, G: Places<S>>(
+    error: NotFound<WorldLine<S, G>, NoSolution>,
+    place: &Place<S, G>,
+    gamma_i: S,
+) -> NoSolution {
+    let closest = match error {
+        NotFound::Failed(failure) => return failure,
+        NotFound::Missed(closest) => closest,
+    };
+    let Some(closest) = closest else {
+        let at = place.geometry.place(gamma_i.to_f64(), &place.start.q);
+        return NoSolution::new(Status::EndTimeNotReached, at);
+    };
+    let at = closest.geometry().place(closest.gamma_f().to_f64(), closest.last_joint().q);
+    let Iterations { initial_guess, history, .. } = closest.iterations;
+    NoSolution {
+        iterations: Box::new(Iterations::of(initial_guess, history)),
+        residual: closest.gradient_norm.to_f64(),
+        ..NoSolution::new(Status::EndTimeNotReached, at)
+    }
+}

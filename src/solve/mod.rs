@@ -1,0 +1,117 @@
+//! From a valid setup to a critical point of its doubled action, or to the reason why there is none.
+
+mod accuracy;
+mod arithmetic;
+mod collocation;
+mod critical_point;
+mod crossing;
+mod derivative;
+mod end;
+mod explicit;
+mod extremal;
+mod failure;
+mod first_guess;
+mod leap;
+mod limit;
+mod memory;
+mod newton;
+mod operator;
+mod piece;
+mod places;
+mod quadrature;
+mod refinement;
+mod routes;
+mod run;
+mod search;
+mod setup;
+mod solution;
+mod space;
+mod spectral;
+mod status;
+mod window;
+mod world_line;
+
+pub use arithmetic::Arithmetic;
+pub use failure::{Domain, NoSolution};
+pub use memory::{Kept, bytes_needed};
+pub(crate) use operator::WindowGrid;
+pub use setup::{Limit, Settings, Setup, System, Until};
+pub use solution::{EndState, Solution};
+pub use space::Space;
+pub use status::{InitialGuess, IterationRecord, Iterations, Status};
+pub use world_line::{Joint, Place, Window, WindowNodes, WorldLine};
+
+use self::run::{Observer, Run};
+use crate::geometry::metric::Metric;
+pub use routes::Routes;
+
+/// Solves a setup, which a case makes, in the arithmetic of `S`: `f64`, or [`Extended`](crate::number::Extended) to the
+/// digits that it asks for (`Case::is_extended` says which of the two a case wants). More digits are obtained by
+/// refinement: everything that searches and steers is done in `f64`.
+///
+/// The physical limit costs O(N) time and memory, one potential evaluation a node for SBP21. The doubled system is
+/// solved by Newton's method with a sparse LU, in time linear in N in practice.
+///
+/// With [`Settings::accuracy`] the program chooses operator and windows itself, see [`WorldLine::error_estimate`].
+///
+/// # Errors
+/// [`NoSolution`] says how the solve ended, where, and with what residual. An unconverged trajectory is never returned.
+///
+/// # Panics
+/// If the setup is not valid, which one of a valid case is, or if one of a potential asks for an accuracy and `S` is
+/// not `f64`.
+pub fn solve<S: Arithmetic, G: Routes<S, Rough: Routes<f64>>>(
+    setup: impl Into<Setup<S, G>>,
+) -> Result<WorldLine<S, G>, NoSolution> {
+    solve_observed(&setup.into(), None)
+}
+
+/// [`solve`] in t and x in the memory of one window: `observe` sees every window as a solution of its own, at its place
+/// in the run (its γ, t and constants of motion are those of the run), and what is returned is the last one with the
+/// certificate and the iterations of all.
+///
+/// A run may have to begin again, when another method takes over or more accuracy is needed: `observe` then sees a
+/// window with `window_count` 1 again, and everything before it is void.
+///
+/// # Errors
+/// As [`solve`]; the windows seen so far are those before the one that failed.
+///
+/// # Panics
+/// As [`solve`].
+pub fn solve_window_by_window<S: Arithmetic>(
+    setup: impl Into<Setup<S, Metric<S>>>,
+    observe: &mut dyn FnMut(&Solution<S>),
+) -> Result<Solution<S>, NoSolution> {
+    solve_observed(&setup.into(), Some(observe))
+}
+
+/// What is behind both, window by window if there is an observer.
+fn solve_observed<S: Arithmetic, G: Routes<S, Rough: Routes<f64>>>(
+    setup: &Setup<S, G>,
+    observer: Option<Observer<'_, S, G>>,
+) -> Result<WorldLine<S, G>, NoSolution> {
+    if let Some(accuracy) = setup.settings.accuracy {
+        return G::to_accuracy(setup, accuracy, observer);
+    }
+    if let (Limit::Length(length), true) = (setup.limit, setup.until.is_empty()) {
+        return solve_to(setup, length, observer);
+    }
+    let Some(observer) = observer else { return end::solve(setup, None) };
+    // The search keeps no more than one window, and the run that was found is repeated once.
+    let found = end::solve(setup, Some(&mut |_| ()))?;
+    let WorldLine { ended_by, ended_at, .. } = found;
+    Ok(WorldLine { ended_by, ended_at, ..solve_to(setup, found.length, Some(observer))? })
+}
+
+/// Solves a setup on γ − γ_i ∈ [0, `length`], window after window.
+fn solve_to<S: Arithmetic, G: Routes<S, Rough: Routes<f64>>>(
+    setup: &Setup<S, G>,
+    length: S,
+    mut observer: Option<Observer<'_, S, G>>,
+) -> Result<WorldLine<S, G>, NoSolution> {
+    let again = observer.as_mut().map(|observer| &mut **observer as Observer<'_, S, G>);
+    match G::fast(setup, length, again)? {
+        Some(line) => Ok(line),
+        None => Run::new(setup, &setup.settings, observer).solve(setup, length),
+    }
+}

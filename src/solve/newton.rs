@@ -1,0 +1,257 @@
+//! Damped Newton iteration on a square system, shared by the doubled action and the physical limit.
+
+use std::ops::Range;
+
+use super::status::{IterationRecord, Status};
+use crate::geometry::metric::OutsideDomain;
+use crate::number::Real;
+use crate::number::norm::max_abs;
+
+/// A residual at most this many rounding units is zero to working precision.
+pub(super) const ROUNDING_UNITS: f64 = 32.0;
+/// Relative step below which quadratic convergence has nothing left to gain in `f64`.
+const SMALL_STEP: f64 = 1e-8;
+/// Share of the predicted decrease of the squared residual that a step must realise (Armijo).
+const SUFFICIENT_DECREASE: f64 = 1e-4;
+/// Smallest step length tried.
+const LEAST_DAMPING: f64 = 1e-6;
+
+/// The linearised system has no usable solution.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LinearFailure;
+
+/// Rounding errors to be expected in blocks of a residual.
+pub(super) type RoundingLevels = Vec<(Range<usize>, f64)>;
+
+/// F(u) = 0 with a Jacobian that the system itself factors.
+pub(super) trait NewtonSystem {
+    /// A point where F is not defined.
+    type Outside: Copy;
+
+    /// `out` = F(u).
+    fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), Self::Outside>;
+
+    /// The rounding errors to be expected in F(u), a level for each block of entries. `None` where F is not defined.
+    fn rounding(&self, u: &[f64]) -> Option<RoundingLevels>;
+
+    /// `step` = −F′(u)⁻¹ F(u), where `residual` = F(u) is what [`Self::residual`] was asked for last.
+    fn newton_step(&mut self, u: &[f64], residual: &[f64], step: &mut [f64]) -> Result<(), LinearFailure>;
+
+    /// Largest entry of each kind of coordinate in `u`; they have different units, so each is judged by itself.
+    fn sizes(&self, u: &[f64]) -> Vec<f64>;
+}
+
+/// A residual in units of the rounding errors to be expected.
+pub(super) struct Weighed {
+    pub(super) largest: f64,
+    sum_of_squares: f64,
+}
+
+pub(super) fn weigh<S: Real>(levels: &[(Range<usize>, f64)], residual: &[S]) -> Weighed {
+    let (mut largest, mut sum_of_squares) = (0.0_f64, 0.0);
+    for (range, level) in levels {
+        for r in residual[range.clone()].iter().map(|r| r.to_f64()) {
+            // Where nothing can be rounded (everything is zero) only zero is accepted.
+            let weighed = if r == 0.0 { 0.0 } else { (r / level).abs() };
+            largest = if weighed.is_nan() { f64::INFINITY } else { largest.max(weighed) };
+            sum_of_squares += weighed * weighed;
+        }
+    }
+    Weighed { largest, sum_of_squares }
+}
+
+/// The largest of the changes, each relative to the size of its kind.
+pub(super) fn relative<S: Real>(changes: &[S], sizes: &[S]) -> f64 {
+    let of = |(&change, &size): (&S, &S)| if change == S::ZERO { S::ZERO } else { change / size };
+    changes.iter().zip(sizes).map(of).fold(S::ZERO, S::max).to_f64()
+}
+
+/// A zero of F.
+#[derive(Debug, Clone)]
+pub(super) struct Root<S = f64> {
+    pub(super) unknowns: Vec<S>,
+    pub(super) history: Vec<IterationRecord>,
+}
+
+/// Why no zero was found.
+#[derive(Debug, Clone)]
+pub(super) struct Failure<O = OutsideDomain> {
+    pub(super) status: Status,
+    /// The last accepted iterate.
+    pub(super) unknowns: Vec<f64>,
+    pub(super) residual: Vec<f64>,
+    /// The last trial point that left the domain in the step that failed, if any did.
+    pub(super) outside: Option<O>,
+    pub(super) history: Vec<IterationRecord>,
+}
+
+impl<O> Failure<O> {
+    /// A failure that has no iterate to show.
+    pub(super) fn without_iterate(status: Status) -> Self {
+        Self { status, unknowns: Vec::new(), residual: Vec::new(), outside: None, history: Vec::new() }
+    }
+}
+
+/// Solves F(u) = 0 from `guess`, damping by |F|².
+///
+/// A converged iteration means that the largest residual entry is at the rounding level, and that either the last
+/// coordinate step was below the square root of the precision or the residual had already been at that level before the
+/// step.
+pub(super) fn solve<N: NewtonSystem>(
+    system: &mut N,
+    guess: Vec<f64>,
+    max_iterations: usize,
+) -> Result<Root, Failure<N::Outside>> {
+    let mut u = guess;
+    let mut residual = vec![0.0; u.len()];
+    let mut history = Vec::new();
+    if let Err(outside) = system.residual(&u, &mut residual) {
+        residual.fill(f64::INFINITY);
+        return Err(Failure { status: Status::OutsideDomain, unknowns: u, residual, outside: Some(outside), history });
+    }
+    let mut step = vec![0.0; u.len()];
+    let mut trial = u.clone();
+    let mut trial_residual = residual.clone();
+    let mut was_at_rounding = false;
+    for iteration in 1..=max_iterations {
+        let levels = system.rounding(&u).expect("an accepted iterate lies inside the domain");
+        if system.newton_step(&u, &residual, &mut step).is_err() || !max_abs(&step).is_finite() {
+            return Err(Failure { status: Status::Singular, unknowns: u, residual, outside: None, history });
+        }
+        let before = weigh(&levels, &residual).sum_of_squares;
+        let (damping, at_rounding) =
+            match damped(system, [&u, &step], (&levels, before), [&mut trial, &mut trial_residual]) {
+                Ok(found) => found,
+                Err((status, outside)) => return Err(Failure { status, unknowns: u, residual, outside, history }),
+            };
+        std::mem::swap(&mut u, &mut trial);
+        std::mem::swap(&mut residual, &mut trial_residual);
+        let changes: Vec<f64> = system.sizes(&step).into_iter().map(|size| damping * size).collect();
+        let change = changes.iter().copied().fold(0.0, f64::max);
+        let sizes = system.sizes(&u);
+        let relative_step = relative(&changes, &sizes) / damping;
+        let residual_size = max_abs(&residual);
+        history.push(IterationRecord { iteration, residual: residual_size, step: change, damping, relative_step });
+        let small = changes.iter().zip(&sizes).all(|(change, size)| *change <= SMALL_STEP * size);
+        if at_rounding && (was_at_rounding || (small && damping == 1.0)) {
+            return Ok(Root { unknowns: u, history });
+        }
+        was_at_rounding = at_rounding;
+    }
+    Err(Failure { status: Status::MaxIterations, unknowns: u, residual, outside: None, history })
+}
+
+/// A damping, and whether the residual is rounding with it; or why there is none.
+type Damped<O> = Result<(f64, bool), (Status, Option<O>)>;
+
+/// The damping of a step from `u` with which the residual, `before` there in units of `levels`, decreases enough, and
+/// whether it is rounding then. The iterate and its residual are left in `trial`.
+fn damped<N: NewtonSystem>(
+    system: &mut N,
+    [u, step]: [&[f64]; 2],
+    (levels, before): (&[(Range<usize>, f64)], f64),
+    [trial, residual]: [&mut [f64]; 2],
+) -> Damped<N::Outside> {
+    let (mut damping, mut last_outside) = (1.0, None);
+    loop {
+        for ((trial, u), step) in trial.iter_mut().zip(u).zip(step) {
+            *trial = u + damping * step;
+        }
+        let status = match system.residual(trial, residual) {
+            Ok(()) => {
+                let after = weigh(levels, residual);
+                let at_rounding = after.largest <= ROUNDING_UNITS;
+                let enough = (1.0 - 2.0 * SUFFICIENT_DECREASE * damping) * before;
+                if at_rounding || after.sum_of_squares <= enough {
+                    return Ok((damping, at_rounding));
+                }
+                Status::Stalled
+            }
+            Err(point) => {
+                last_outside = Some(point);
+                Status::OutsideDomain
+            }
+        };
+        damping *= 0.5;
+        if damping < LEAST_DAMPING {
+            return Err((status, last_outside));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Failure, LinearFailure, NewtonSystem, Root, RoundingLevels, SMALL_STEP, solve};
+    use crate::solve::status::Status;
+
+    /// F(u) = atan(u/unit − 1) with a step, in units, that may fail.
+    struct Arctangent {
+        unit: f64,
+        step: fn(f64) -> Result<f64, LinearFailure>,
+    }
+
+    fn newton(u: f64) -> Result<f64, LinearFailure> {
+        Ok(-(u - 1.0).atan() * (1.0 + (u - 1.0).powi(2)))
+    }
+
+    impl NewtonSystem for Arctangent {
+        type Outside = ();
+
+        fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), ()> {
+            out[0] = (u[0] / self.unit - 1.0).atan();
+            Ok(())
+        }
+
+        fn rounding(&self, _: &[f64]) -> Option<RoundingLevels> {
+            Some(vec![(0..1, f64::EPSILON)])
+        }
+
+        fn newton_step(&mut self, u: &[f64], _: &[f64], step: &mut [f64]) -> Result<(), LinearFailure> {
+            step[0] = self.unit * (self.step)(u[0] / self.unit)?;
+            Ok(())
+        }
+
+        fn sizes(&self, u: &[f64]) -> Vec<f64> {
+            vec![u[0].abs()]
+        }
+    }
+
+    #[test]
+    fn a_step_is_damped_and_measured_as_a_whole() {
+        let start = 3.0;
+        let Root { unknowns, history } = solve(&mut Arctangent { unit: 1.0, step: newton }, vec![start], 20).unwrap();
+        assert!((unknowns[0] - 1.0).abs() < 1e-15);
+        let (first, last) = (&history[0], history.last().unwrap());
+        let whole = newton(start).unwrap_or(0.0);
+        // The whole step goes further away than it came from.
+        assert_eq!((first.damping, first.step), (0.5, (0.5 * whole).abs()));
+        let next = start + 0.5 * whole;
+        assert!(
+            (first.relative_step - (whole / next).abs()).abs() < 1e-15 && first.residual == (next - 1.0).atan().abs()
+        );
+        // It ends with a step that has nothing left to gain.
+        assert!(last.damping == 1.0 && last.residual < 32.0 * f64::EPSILON, "{last:?}");
+        assert!(history.iter().rev().skip(2).all(|record| record.residual > 1e-8), "{history:?}");
+    }
+
+    /// A root that is met by a step that was not small is looked at once more.
+    #[test]
+    fn a_large_step_is_followed_by_another() {
+        for unit in [1.0, 2.0_f64.powi(-20), 2.0_f64.powi(20)] {
+            let mut system = Arctangent { unit, step: newton };
+            let mut steps = |start: f64| solve(&mut system, vec![unit * start], 20).unwrap().history.len();
+            assert_eq!([steps(1.0 + 0.5 * SMALL_STEP), steps(1.0 + 1e-6)], [1, 2], "{unit:e}");
+        }
+    }
+
+    #[test]
+    fn a_system_without_a_step_is_singular() {
+        let no_step: [fn(f64) -> Result<f64, LinearFailure>; 3] =
+            [|_| Err(LinearFailure), |_| Ok(f64::NAN), |_| Ok(f64::INFINITY)];
+        for step in no_step {
+            let Failure { status, unknowns, history, .. } =
+                solve(&mut Arctangent { unit: 1.0, step }, vec![3.0], 20).unwrap_err();
+            assert_eq!((status, unknowns, history.len()), (Status::Singular, vec![3.0], 0));
+        }
+    }
+}

@@ -1,0 +1,304 @@
+//! Windows laid end to end.
+
+use std::sync::Arc;
+
+use super::arithmetic::Arithmetic;
+use super::failure::NoSolution;
+use super::operator::Operators;
+use super::piece::{Pair, Piece};
+use super::places::Places;
+use super::setup::{Settings, Setup, System};
+use super::status::{InitialGuess, Iterations, Status};
+use super::window::Window as Problem;
+use super::world_line::{Joint, Place, Window, WorldLine};
+use crate::geometry::Start;
+use crate::number::{Compensated, Real};
+use crate::sbp::SbpOperator;
+
+/// Sees a run window by window, each as a world-line of its own.
+pub(super) type Observer<'o, S, G> = &'o mut dyn FnMut(&WorldLine<S, G>);
+
+/// The windows so far: all of them or, where they are observed one by one, the last.
+pub(super) struct Run<'o, S, G> {
+    pub(super) line: WorldLine<S, G>,
+    /// γ − γ_i where the next window starts.
+    gamma: S,
+    /// What is known of that place besides the last joint; nothing before the first window, nor in a fast march.
+    reached: Option<Reached<S>>,
+    /// The nodes to make room for.
+    capacity: usize,
+    observer: Option<Observer<'o, S, G>>,
+}
+
+/// Where a window ended that Newton's method or a recursion solved.
+struct Reached<S> {
+    here: Start<S>,
+    /// Ignorable coordinates are summed so that nothing is lost over a million windows.
+    sums: Vec<Compensated<S>>,
+}
+
+impl<S: Real> Reached<S> {
+    fn start(start: &Start<S>) -> Self {
+        Self { here: start.clone(), sums: start.q.iter().map(|&q| Compensated::from(q)).collect() }
+    }
+}
+
+impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
+    /// The run of `setup` without windows, with these settings.
+    pub(super) fn new(setup: &Setup<S, G>, settings: &Settings, observer: Option<Observer<'o, S, G>>) -> Self {
+        let Setup { place, origin, gamma_i, .. } = setup;
+        let (place, origin, gamma_i) = (place.clone(), *origin, *gamma_i);
+        let n = place.start.q.len();
+        let (is_doubled, m) = (settings.system == System::Doubled, place.geometry.kept_momenta());
+        let line = WorldLine {
+            joints: Vec::with_capacity(4 * n),
+            place,
+            origin,
+            gamma_i,
+            length: S::ZERO,
+            q: vec![Vec::new(); n],
+            p: vec![Vec::new(); if is_doubled { 0 } else { m }],
+            backward: vec![Vec::new(); if is_doubled { n } else { 0 }],
+            windows: Vec::new(),
+            window_count: 0,
+            gradient_norm: S::ZERO,
+            iterations: Iterations::from(InitialGuess::None),
+            digits: settings.digits,
+            error_estimate: None,
+            windows_unproved: None,
+            accuracy: None,
+            ended_by: None,
+            ended_at: None,
+            form: settings.form,
+            sbp_name: settings.sbp,
+            operators: Operators::none(),
+        };
+        let mut run = Self { line, gamma: S::ZERO, reached: None, capacity: 0, observer };
+        run.begin();
+        run
+    }
+
+    /// Whether the windows are observed one by one, and no more than one is kept.
+    pub(super) fn is_observed(&self) -> bool {
+        self.observer.is_some()
+    }
+
+    /// Expects so many windows of so many nodes: all of the run.
+    pub(super) fn expect(&mut self, windows: usize, points: usize) {
+        let kept = if self.is_observed() { 1 } else { windows };
+        self.capacity = kept * points;
+        self.line.windows.reserve_exact(kept);
+        self.line.joints.reserve_exact(kept * self.line.joints.len());
+    }
+
+    /// Makes room for their nodes at once.
+    pub(super) fn reserve(&mut self) {
+        for row in &mut self.line.q {
+            row.reserve_exact(self.capacity);
+        }
+    }
+
+    /// Forgets the windows so far: the run begins again.
+    pub(super) fn clear(&mut self) {
+        let line = &mut self.line;
+        line.q.iter_mut().chain(&mut line.p).chain(&mut line.backward).for_each(Vec::clear);
+        line.windows.clear();
+        line.joints.clear();
+        line.operators = Operators::none();
+        (line.window_count, line.gradient_norm) = (0, S::ZERO);
+        (self.gamma, self.reached) = (S::ZERO, None);
+        self.begin();
+    }
+
+    /// The first joint is the start.
+    fn begin(&mut self) {
+        let WorldLine { joints, place: Place { start, .. }, .. } = &mut self.line;
+        joints.extend_from_slice(&start.q);
+        joints.extend_from_slice(&start.p);
+    }
+
+    /// Solves the windows of `setup`, of one length, one after the other, on γ − γ_i ∈ [0, `length`].
+    pub(super) fn solve(mut self, setup: &Setup<S, G>, length: S) -> Result<WorldLine<S, G>, NoSolution>
+    where
+        S: Arithmetic,
+        G::Rough: Places<f64>,
+    {
+        let settings = &setup.settings;
+        let windows = settings.windows;
+        let grid = Grid::new(settings, length / S::from(windows as f64));
+        self.expect(windows, settings.n_gamma);
+        self.line.length = length;
+        for index in 1..=windows {
+            let end = if index == windows { length } else { S::from(index as f64) * grid.length };
+            let piece = self.next(setup, &grid)?;
+            let operator = self.line.operators.place_of(&grid.sbp);
+            self.append(piece, operator, end)?;
+        }
+        Ok(self.line)
+    }
+
+    /// The window that continues the run.
+    fn next(&self, setup: &Setup<S, G>, grid: &Grid<S>) -> Result<Piece<S>, NoSolution>
+    where
+        G::Rough: Places<f64>,
+    {
+        let (settings, is_regularised) = (&setup.settings, setup.regularised);
+        let form = settings.form;
+        let geometry = &*self.line.place.geometry;
+        let here = self.reached.as_ref().map_or(&*self.line.place.start, |reached| &reached.here);
+        let start = relative(geometry, here);
+        let rough_start = in_f64(&start);
+        let pair = Pair {
+            window: Problem {
+                form,
+                sbp: &*grid.sbp,
+                geometry,
+                start: &start,
+                is_regularised,
+                digits: self.line.digits,
+            },
+            rough: Problem {
+                form,
+                sbp: &*grid.rough,
+                geometry: &*setup.rough.geometry,
+                start: &rough_start,
+                is_regularised,
+                digits: f64::MOST_DIGITS,
+            },
+            gamma: (self.line.gamma_i + self.gamma).to_f64(),
+            max_iterations: settings.max_iterations,
+        };
+        match settings.system {
+            System::PhysicalLimit => pair.physical_limit(),
+            System::Doubled => pair.doubled(),
+        }
+    }
+
+    /// Adds the next window, which has that operator of the world-line and ends at γ − γ_i = `gamma`.
+    ///
+    /// # Errors
+    /// Numbers that are not finite are not a result: an overflow anywhere makes the gradient NaN or infinite, or the
+    /// action.
+    pub(super) fn append(&mut self, piece: Piece<S>, operator: usize, gamma: S) -> Result<(), NoSolution> {
+        if !piece.gradient_norm.is_finite() {
+            return Err(self.overflow(piece, operator));
+        }
+        let mut reached = self.reached.take().unwrap_or_else(|| Reached::start(&self.line.place.start));
+        let end = self.end_of(&piece, &mut reached);
+        let joint = Joint { q: &end.q, p: &end.p };
+        let mut room = self.line.geometry().motion_room();
+        let is_outside = self.line.geometry().rates_at(joint.q, joint.p, 0, &mut room).is_err();
+        if is_outside || !self.line.geometry().has_finite_action(joint, gamma - self.gamma) {
+            return Err(self.overflow(piece, operator));
+        }
+        let q_dot = (0..end.q.len()).map(|a| self.line.geometry().q_dot(&room, a)).collect();
+        self.begin_window(operator, gamma, joint, piece.multipliers);
+        let line = &mut self.line;
+        line.gradient_norm = line.gradient_norm.max(piece.gradient_norm);
+        line.iterations.add(piece.initial_guess, piece.history);
+        let rows = line.q.iter_mut().zip(piece.q);
+        let rows = rows.chain(line.p.iter_mut().zip(piece.p)).chain(line.backward.iter_mut().zip(piece.backward));
+        rows.for_each(|(all, row)| collect(all, row, self.capacity));
+        self.end_window();
+        self.reached = Some(Reached { here: Start { q_dot, ..end }, ..reached });
+        Ok(())
+    }
+
+    /// A window with this operator in which a number is beyond the range of numbers.
+    fn overflow(&self, piece: Piece<S>, operator: usize) -> NoSolution {
+        let points = piece.q[0].len();
+        let is_finite = |k: &usize| piece.q.iter().all(|row| row[*k].is_finite());
+        let node = (0..points).find(|k| !is_finite(k)).unwrap_or(points - 1);
+        let q: Vec<S> = piece.q.iter().map(|row| row[node]).collect();
+        let gamma = self.line.gamma_i + self.gamma + self.line.operators.get(operator).node(node);
+        NoSolution {
+            residual: piece.gradient_norm.to_f64(),
+            iterations: Box::new(Iterations::of(piece.initial_guess, piece.history)),
+            ..NoSolution::new(Status::OutsideDomain, self.line.geometry().place_of_overflow(gamma.to_f64(), &q))
+        }
+    }
+
+    /// Where a window ends, without velocities. The momenta of ignorable coordinates are constants.
+    fn end_of(&self, piece: &Piece<S>, Reached { here, sums }: &mut Reached<S>) -> Start<S> {
+        let active = self.line.place.geometry.active();
+        let mut end = Start { q: Vec::with_capacity(piece.q.len()), q_dot: Vec::new(), p: here.p.clone() };
+        active.iter().for_each(|&a| end.p[a] = piece.end[a]);
+        for (a, (sum, row)) in sums.iter_mut().zip(&piece.q).enumerate() {
+            let last = row[row.len() - 1];
+            *sum = if active.contains(&a) { Compensated::from(last) } else { sum.plus(last) };
+            end.q.push(sum.high);
+        }
+        end
+    }
+
+    /// Begins a window that ends at γ − γ_i = `gamma` in a joint. Its rows are to be appended to the world-line, and
+    /// then [`Self::end_window`] is to be called.
+    pub(super) fn begin_window(&mut self, operator: usize, gamma: S, end: Joint<'_, S>, multipliers: Vec<S>) {
+        let line = &mut self.line;
+        if self.observer.is_some() {
+            line.q.iter_mut().chain(&mut line.p).chain(&mut line.backward).for_each(Vec::clear);
+            let begun = line.joints.len() - (end.q.len() + end.p.len());
+            line.joints.drain(..begun);
+            line.windows.clear();
+        }
+        let first_node = line.q[0].len();
+        line.windows.push(Window { gamma: [self.gamma, gamma], multipliers, first_node, operator });
+        line.joints.extend_from_slice(end.q);
+        line.joints.extend_from_slice(end.p);
+        line.window_count += 1;
+        self.gamma = gamma;
+    }
+
+    /// Shows the window that was begun last to the observer.
+    pub(super) fn end_window(&mut self) {
+        if let Some(observer) = &mut self.observer {
+            observer(&self.line);
+        }
+    }
+}
+
+/// The operator of windows of one length, and the same in `f64`.
+struct Grid<S> {
+    length: S,
+    sbp: Arc<SbpOperator<S>>,
+    rough: Arc<SbpOperator>,
+}
+
+impl<S: Arithmetic> Grid<S> {
+    fn new(settings: &Settings, length: S) -> Self {
+        let (name, points) = (settings.sbp, settings.n_gamma);
+        let spacing = length / S::from((points - 1) as f64);
+        let valid = "a valid setup has enough points";
+        let sbp = Arc::new(name.operator(points, spacing).expect(valid));
+        let rough = S::rough_operator(&sbp, || {
+            let spacing = length.to_f64() / (points - 1) as f64;
+            name.operator(points, spacing).expect(valid)
+        });
+        Self { length, sbp, rough }
+    }
+}
+
+fn in_f64<S: Real>(start: &Start<S>) -> Start {
+    let of = |values: &[S]| values.iter().map(|value| value.to_f64()).collect();
+    Start { q: of(&start.q), q_dot: of(&start.q_dot), p: of(&start.p) }
+}
+
+/// The same start with ignorable coordinates counted from it.
+fn relative<S: Real, G: Places<S>>(geometry: &G, start: &Start<S>) -> Start<S> {
+    let mut start = start.clone();
+    (0..start.q.len()).filter(|a| !geometry.active().contains(a)).for_each(|a| start.q[a] = S::ZERO);
+    start
+}
+
+/// Appends `piece` to `all`; the only window of a run is moved, not copied.
+fn collect<S: Real>(all: &mut Vec<S>, piece: Vec<S>, capacity: usize) {
+    if piece.len() == capacity {
+        *all = piece;
+        return;
+    }
+    // Where the number of windows is not known, room doubles.
+    if capacity > 0 {
+        all.reserve_exact(capacity.saturating_sub(all.len()).max(piece.len()));
+    }
+    all.extend(piece);
+}

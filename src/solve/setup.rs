@@ -1,0 +1,201 @@
+//! What is to be solved: a world-line in a space-time, and how.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::space::Space;
+use super::world_line::Place;
+use crate::action::Form;
+use crate::geometry::geodesic::InitialData;
+use crate::geometry::metric::Metric;
+use crate::geometry::{Direction, Geometry, Observable, Start};
+use crate::number::Real;
+use crate::sbp::SbpName;
+
+/// The system of equations that is solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum System {
+    /// The collocation system that holds at the critical point. Its solution is certified on the doubled action.
+    #[default]
+    PhysicalLimit,
+    /// ∇E_IVP = 0 in all 4N + 8 unknowns (4N in the weak form).
+    Doubled,
+}
+
+/// The largest extent of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Limit<S = f64> {
+    /// After this length of γ.
+    Length(S),
+    /// Where a coordinate reaches a value.
+    Value {
+        /// The coordinate.
+        coordinate: usize,
+        /// Its value at the end.
+        value: S,
+    },
+}
+
+/// A formula at whose first change of sign in a direction a run ends.
+#[derive(Debug, Clone)]
+pub struct Until<S = f64> {
+    /// The formula.
+    pub formula: Observable<S>,
+    /// The same in `f64`.
+    pub rough: Observable,
+    /// Which changes count.
+    pub direction: Direction,
+}
+
+impl<S> Until<S> {
+    /// The same in `f64`.
+    fn in_f64(&self) -> Until {
+        Until { formula: self.rough.clone(), rough: self.rough.clone(), direction: self.direction }
+    }
+}
+
+/// A start in the coordinates t and x as initial data.
+pub(super) fn initial_data<S: Real>(start: &Start<S>) -> InitialData<S> {
+    InitialData { t: start.q[0], x: start.q[1], t_dot: start.q_dot[0], x_dot: start.q_dot[1] }
+}
+
+/// How a world-line is computed, in one coordinate and in scenes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// The operator.
+    pub sbp: SbpName,
+    /// The form of the action.
+    pub form: Form,
+    /// The nodes of a window.
+    pub n_gamma: usize,
+    /// Windows of one length.
+    pub windows: usize,
+    /// Which system is solved.
+    pub system: System,
+    /// Significant decimal digits of the solution.
+    pub digits: u32,
+    /// Most Newton iterations of a window.
+    pub max_iterations: usize,
+    /// The accuracy for which operator and windows are chosen, if they are to be: the operator, the form, the number of
+    /// nodes and of windows say nothing then. Such a solve is one of the physical limit in `f64`. It is the error
+    /// allowed, in a coordinate that is counted from its start relative to max(1, its largest change), in the others to
+    /// max(1, their largest size).
+    pub accuracy: Option<f64>,
+}
+
+impl Settings {
+    /// Whether more digits are asked for than `f64` has.
+    pub fn is_extended(&self) -> bool {
+        self.digits > f64::MOST_DIGITS
+    }
+
+    /// The same with at most as many digits as `S` has.
+    pub fn within<S: Real>(self) -> Self {
+        Self { digits: self.digits.min(S::MOST_DIGITS), ..self }
+    }
+}
+
+/// Everything that a solver is told. The numbers are valid: enough nodes for the operator, an end after the start.
+#[derive(Debug)]
+pub struct Setup<S: Real = f64, G: Space<S> = Geometry<S>> {
+    /// The space-time and the start.
+    pub place: Place<S, G>,
+    /// The same in `f64`, where first guesses and linear algebra work.
+    pub rough: Place<f64, G::Rough>,
+    /// The coordinate that counts from an origin, and the origin: in a potential t from t_i, so that a shift of t_i
+    /// shifts t and changes no other digit. That coordinate is 0 at the start of `place`.
+    pub origin: Option<(usize, S)>,
+    /// The first value of γ.
+    pub gamma_i: S,
+    /// Where the run ends at the latest.
+    pub limit: Limit<S>,
+    /// Formulas at whose first change of sign it ends before that.
+    pub until: Vec<Until<S>>,
+    /// D̄ (true) or D (false) in the action.
+    pub regularised: bool,
+    /// How it is computed.
+    pub settings: Settings,
+}
+
+impl<S: Real, G: Space<S>> Clone for Setup<S, G> {
+    fn clone(&self) -> Self {
+        Self {
+            place: self.place.clone(),
+            rough: self.rough.clone(),
+            origin: self.origin,
+            gamma_i: self.gamma_i,
+            limit: self.limit,
+            until: self.until.clone(),
+            regularised: self.regularised,
+            settings: self.settings,
+        }
+    }
+}
+
+impl<S: Real, G: Space<S>> From<&Self> for Setup<S, G> {
+    fn from(setup: &Self) -> Self {
+        setup.clone()
+    }
+}
+
+impl<S: Real, G: Space<S>> Setup<S, G> {
+    /// The same in `f64`.
+    pub(super) fn in_f64(&self) -> Setup<f64, G::Rough> {
+        Setup {
+            place: self.rough.clone(),
+            rough: self.rough.clone(),
+            origin: self.origin.map(|(coordinate, origin)| (coordinate, origin.to_f64())),
+            gamma_i: self.gamma_i.to_f64(),
+            limit: match self.limit {
+                Limit::Length(length) => Limit::Length(length.to_f64()),
+                Limit::Value { coordinate, value } => Limit::Value { coordinate, value: value.to_f64() },
+            },
+            until: self.until.iter().map(Until::in_f64).collect(),
+            regularised: self.regularised,
+            settings: self.settings.within::<f64>(),
+        }
+    }
+
+    /// Whether a coordinate is the one that counts from an origin.
+    pub(super) fn counts_from_origin(&self, a: usize) -> bool {
+        self.origin.is_some_and(|(coordinate, _)| coordinate == a)
+    }
+
+    /// What a coordinate counts from.
+    pub(super) fn origin_of(&self, a: usize) -> S {
+        origin_of(self.origin, a)
+    }
+}
+
+/// What coordinate `a` counts from, which is 0 for most.
+pub(super) fn origin_of<S: Real>(origin: Option<(usize, S)>, a: usize) -> S {
+    origin.filter(|(coordinate, _)| *coordinate == a).map_or(S::ZERO, |(_, origin)| origin)
+}
+
+impl<S: Real> Setup<S, Metric<S>> {
+    /// The space-time and the start that every world-line in t and x begins with: t counts from there.
+    pub fn place(metric: Metric<S>, initial: InitialData<S>) -> Place<S, Metric<S>> {
+        let start = InitialData { t: S::ZERO, ..initial }.start(&metric);
+        Place { geometry: Arc::new(metric), start: Arc::new(start) }
+    }
+
+    /// The space-time.
+    pub fn metric(&self) -> &Metric<S> {
+        &self.place.geometry
+    }
+
+    /// The initial data, with time counted from the start (t = 0).
+    pub fn initial(&self) -> InitialData<S> {
+        initial_data(&self.place.start)
+    }
+
+    /// The duration t_f − t_i, if the run ends at a physical time.
+    pub fn duration(&self) -> Option<S> {
+        match self.limit {
+            Limit::Length(_) => None,
+            Limit::Value { coordinate, value } => Some(value - self.origin_of(coordinate)),
+        }
+    }
+}

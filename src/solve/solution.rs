@@ -1,0 +1,87 @@
+//! A run in one coordinate: t and x.
+
+use super::setup::initial_data;
+use super::world_line::WorldLine;
+use crate::action::MULTIPLIERS;
+use crate::geometry::geodesic::{InitialData, Invariants};
+use crate::geometry::metric::Metric;
+use crate::number::Real;
+
+/// The world-line of a particle in a potential, in the coordinates t and x with the momenta p_t = Q_t and
+/// p_x = −dx/dγ.
+pub type Solution<S = f64> = WorldLine<S, Metric<S>>;
+
+/// The place of t among the coordinates.
+const T: usize = 0;
+/// That of x.
+const X: usize = 1;
+
+/// The values from which to continue the trajectory. In the strong form these are not (Dt)_N and (Dx)_N: the last node
+/// takes up the compatibility defect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EndState<S = f64> {
+    /// t at the last node.
+    pub t: S,
+    /// x at the last node.
+    pub x: S,
+    /// w*_N = (Dx)_N − λ8/H_N; in the weak form w_N = (D̄x)_N.
+    pub x_dot: S,
+    /// Q_t, in the doubled system of the strong form as −λ5.
+    pub q_t: S,
+}
+
+impl<S: Real> Solution<S> {
+    /// t_i.
+    pub fn t_i(&self) -> S {
+        self.origin_of(T)
+    }
+
+    /// t on the nodes (forward branch), counted from the start of their window.
+    pub fn elapsed(&self) -> &[S] {
+        &self.q[T]
+    }
+
+    /// x on the nodes (forward branch).
+    pub fn x(&self) -> &[S] {
+        &self.q[X]
+    }
+
+    /// t on the nodes, window by window, joints twice.
+    pub fn t(&self) -> impl Iterator<Item = S> + '_ {
+        self.q(T)
+    }
+
+    /// What to continue from.
+    pub fn end_state(&self) -> EndState<S> {
+        let [t, x] = [T, X].map(|a| self.last_position(a));
+        EndState { t, x, x_dot: -self.last_joint().p[X], q_t: self.end_charge() }
+    }
+
+    /// Q_t at the end of the run.
+    fn end_charge(&self) -> S {
+        match self.windows.len().checked_sub(1) {
+            Some(last) => self.end_momentum(T, &self.view(last)),
+            None => self.place.start.p[T],
+        }
+    }
+
+    /// The initial data, with time counted from the start (t = 0).
+    pub fn initial(&self) -> InitialData<S> {
+        initial_data(&self.place.start)
+    }
+
+    /// t_N − t_i.
+    pub fn duration(&self) -> S {
+        self.last_joint().q[T]
+    }
+
+    /// λ1 … λ8 of the last window; the weak form has none.
+    pub fn multipliers(&self) -> Option<&[S; MULTIPLIERS]> {
+        self.windows.last()?.multipliers.first_chunk()
+    }
+
+    /// The continuum's Q_t and K of the initial data.
+    pub fn invariants(&self) -> Invariants<S> {
+        self.initial().invariants(self.geometry())
+    }
+}

@@ -1,0 +1,57 @@
+//! One window of a run: operator, geometry and start on one grid.
+
+use super::derivative::FormDerivative;
+use crate::action::{DoubledAction, Form, Layout};
+use crate::geometry::{Motion, Start};
+use crate::number::Real;
+use crate::sbp::SbpOperator;
+
+/// A window. Ignorable coordinates are counted from its start, so that no digit of their increments is lost.
+#[derive(Debug)]
+pub(super) struct Window<'w, S, G> {
+    pub(super) form: Form,
+    pub(super) sbp: &'w SbpOperator<S>,
+    pub(super) geometry: &'w G,
+    pub(super) start: &'w Start<S>,
+    /// Whether the strong action has D̄ in it, or for the ablation D.
+    pub(super) is_regularised: bool,
+    /// Significant digits wanted.
+    pub(super) digits: u32,
+}
+
+impl<S, G> Clone for Window<'_, S, G> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<S, G> Copy for Window<'_, S, G> {}
+
+impl<'w, S: Real, G: Motion<S>> Window<'w, S, G> {
+    pub(super) fn derivative(&self) -> FormDerivative<'w, S> {
+        FormDerivative::new(self.sbp, self.form)
+    }
+
+    /// The action that is asked for.
+    pub(super) fn action(&self) -> DoubledAction<'w, S, G> {
+        if self.is_regularised {
+            self.regularised_action()
+        } else {
+            DoubledAction::without_regularisation(self.sbp, self.geometry, self.start.clone())
+        }
+    }
+
+    /// The action with D̄, whichever is asked for.
+    pub(super) fn regularised_action(&self) -> DoubledAction<'w, S, G> {
+        DoubledAction::of_form(self.form, self.sbp, self.geometry, self.start.clone())
+    }
+
+    /// The order of the unknowns of the action.
+    pub(super) fn layout(&self) -> Layout {
+        Layout::new(self.start.q.len(), self.points(), self.form)
+    }
+
+    pub(super) fn points(&self) -> usize {
+        self.sbp.points()
+    }
+}

@@ -1,0 +1,352 @@
+//! What a solve returns.
+
+use std::sync::Arc;
+
+use super::operator::{Operators, WindowGrid};
+use super::setup::origin_of;
+use super::space::Space;
+use super::status::Iterations;
+use crate::action::Form;
+use crate::geometry::{Geometry, Start};
+use crate::number::Real;
+use crate::sbp::{SbpName, SbpOperator};
+
+/// A space-time with the start of a world-line in it, in numbers of one kind.
+#[derive(Debug)]
+pub struct Place<S = f64, G = Geometry<S>> {
+    /// The space-time; a geometry is one around the start.
+    pub geometry: Arc<G>,
+    /// The start.
+    pub start: Arc<Start<S>>,
+}
+
+impl<S, G> Clone for Place<S, G> {
+    fn clone(&self) -> Self {
+        Self { geometry: Arc::clone(&self.geometry), start: Arc::clone(&self.start) }
+    }
+}
+
+/// The start or the end of a window. In the strong form the momenta are p*, which differ from g_ab (Dq^b)_N + A_a: the
+/// last node takes up the compatibility defect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Joint<'l, S> {
+    /// q^a.
+    pub q: &'l [S],
+    /// p_a.
+    pub p: &'l [S],
+}
+
+/// One window of a world-line.
+#[derive(Debug, Clone)]
+pub struct Window<S = f64> {
+    /// γ − γ_i at its first and its last node.
+    pub gamma: [S; 2],
+    /// The multipliers of its action, in the order of [`Layout`](crate::action::Layout); the weak form has none.
+    pub multipliers: Vec<S>,
+    /// Index of its first node in the rows of the world-line, and of its operator there.
+    pub(crate) first_node: usize,
+    pub(crate) operator: usize,
+}
+
+impl<S: Real> Window<S> {
+    /// γ from its first to its last node.
+    pub fn length(&self) -> S {
+        self.gamma[1] - self.gamma[0]
+    }
+}
+
+/// A converged critical point with the problem it solves; for a run in several windows, one for each, end to end.
+///
+/// The nodes are stored window by window: the joint of two windows appears in both. Where windows are handed out one by
+/// one ([`solve_window_by_window`](super::solve_window_by_window)) it is that window alone, at its place in the run.
+#[derive(Debug)]
+pub struct WorldLine<S = f64, G = Geometry<S>> {
+    /// The space-time and the start.
+    pub place: Place<S, G>,
+    /// A coordinate that the start and everything else count from this value of it, so that a shift changes no other
+    /// digit: t in one coordinate. The formulas of scenes see the coordinates themselves.
+    pub(crate) origin: Option<(usize, S)>,
+    /// γ of the first node.
+    pub gamma_i: S,
+    /// γ_f − γ_i.
+    pub length: S,
+    /// q^a on the nodes, a row for each coordinate; ignorable ones are counted from the start of their window.
+    pub(crate) q: Vec<Vec<S>>,
+    /// p*_a on the nodes, a row for each active coordinate: in scenes and in the physical limit only.
+    pub(crate) p: Vec<Vec<S>>,
+    /// The backward branch in the same rows, if the doubled system was solved.
+    pub(crate) backward: Vec<Vec<S>>,
+    /// The windows, in order.
+    pub windows: Vec<Window<S>>,
+    /// q^a and p_a where the windows start, and where the last one ends.
+    pub(crate) joints: Vec<S>,
+    /// Number of windows of the run so far; more than [`Self::windows`] holds where they are handed out one by one.
+    pub window_count: usize,
+    /// Largest entry of the gradient of the doubled action at this solution, in any window: its certificate.
+    pub gradient_norm: S,
+    /// The iterations. In one coordinate their corrections are those of t and x (physical limit: of x and w*).
+    pub iterations: Iterations,
+    /// Significant decimal digits that were asked for; 16 for `f64`.
+    pub digits: u32,
+    /// The estimated error of every coordinate at the nodes, relative to max(1, largest |q^a|) of active and
+    /// max(1, largest |q^a − q_i^a|) of ignorable ones, if the windows were chosen for an accuracy.
+    pub error_estimate: Option<f64>,
+    /// With an accuracy: the number of windows of which it is not proved that nothing steep hides between their nodes.
+    pub windows_unproved: Option<usize>,
+    /// The accuracy that was asked for, if there was one.
+    pub accuracy: Option<f64>,
+    /// The place in [`Setup::until`](super::Setup::until) of the formula that ended the run, if one
+    /// did.
+    pub ended_by: Option<usize>,
+    /// The coordinate whose value ended the run, if one did, and what it is at the end: in a run to an accuracy what
+    /// was asked for, to the last bit. In one coordinate it is known of such runs only.
+    pub ended_at: Option<(usize, S)>,
+    /// The form of the action.
+    pub form: Form,
+    /// The name of the operator.
+    pub sbp_name: SbpName,
+    /// The operators of the windows: one if all have the same length and as many nodes.
+    pub(crate) operators: Operators<S>,
+}
+
+impl<S: Copy, G> Clone for WorldLine<S, G> {
+    fn clone(&self) -> Self {
+        Self {
+            place: self.place.clone(),
+            origin: self.origin,
+            gamma_i: self.gamma_i,
+            length: self.length,
+            q: self.q.clone(),
+            p: self.p.clone(),
+            backward: self.backward.clone(),
+            windows: self.windows.clone(),
+            joints: self.joints.clone(),
+            window_count: self.window_count,
+            gradient_norm: self.gradient_norm,
+            iterations: self.iterations.clone(),
+            digits: self.digits,
+            error_estimate: self.error_estimate,
+            windows_unproved: self.windows_unproved,
+            accuracy: self.accuracy,
+            ended_by: self.ended_by,
+            ended_at: self.ended_at,
+            form: self.form,
+            sbp_name: self.sbp_name,
+            operators: self.operators.clone(),
+        }
+    }
+}
+
+/// A read-only view of one window of a [`WorldLine`].
+#[derive(Debug, Clone, Copy)]
+pub struct WindowNodes<'l, S> {
+    /// The window.
+    pub window: &'l Window<S>,
+    /// What it continues.
+    pub start: Joint<'l, S>,
+    /// What the next window continues from.
+    pub end: Joint<'l, S>,
+    /// Its nodes.
+    pub(crate) grid: WindowGrid<'l, S>,
+    rows: &'l [Vec<S>],
+}
+
+impl<'l, S: Real> WindowNodes<'l, S> {
+    /// q^a on its nodes, where ignorable ones are counted from its start.
+    pub fn row(&self, a: usize) -> &'l [S] {
+        &self.rows[a][self.grid.nodes()]
+    }
+
+    /// The rows of all coordinates.
+    pub(crate) fn rows(&self) -> Vec<&'l [S]> {
+        (0..self.rows.len()).map(|a| self.row(a)).collect()
+    }
+}
+
+impl<S: Real, G: Space<S>> WorldLine<S, G> {
+    /// The space-time.
+    pub fn geometry(&self) -> &G {
+        &self.place.geometry
+    }
+
+    /// The operator of the first window.
+    pub fn sbp(&self) -> &SbpOperator<S> {
+        self.operators.first()
+    }
+
+    /// The windows in order.
+    pub fn views(&self) -> impl ExactSizeIterator<Item = WindowNodes<'_, S>> + Clone {
+        (0..self.windows.len()).map(|index| self.view(index))
+    }
+
+    /// A read-only view of one of the windows.
+    pub fn view(&self, index: usize) -> WindowNodes<'_, S> {
+        let window = &self.windows[index];
+        let grid = self.operators.grid(window.operator, self.form, window.gamma, window.first_node);
+        WindowNodes { window, start: self.joint(index), end: self.joint(index + 1), grid, rows: &self.q }
+    }
+
+    /// The grids of the windows, in order.
+    pub(crate) fn grids(&self) -> impl ExactSizeIterator<Item = WindowGrid<'_, S>> + Clone {
+        self.views().map(|view| view.grid)
+    }
+
+    /// Where a window starts or, for the number of windows, where the last one ends, as the start counts them.
+    pub fn joint(&self, index: usize) -> Joint<'_, S> {
+        let n = self.q.len();
+        let (q, p) = self.joints[2 * n * index..][..2 * n].split_at(n);
+        Joint { q, p }
+    }
+
+    /// The last joint: what to continue from.
+    pub(crate) fn last_joint(&self) -> Joint<'_, S> {
+        self.joint(self.windows.len())
+    }
+
+    /// Number of nodes, joints twice.
+    pub fn nodes(&self) -> usize {
+        self.q[0].len()
+    }
+
+    /// Whether both branches were solved for.
+    pub fn is_doubled(&self) -> bool {
+        !self.backward.is_empty()
+    }
+
+    /// What to continue from.
+    pub fn end(&self) -> Start<S> {
+        let joint = self.last_joint();
+        let q = (0..joint.q.len()).map(|a| self.last_position(a)).collect();
+        Start { q, q_dot: self.velocities(joint), p: joint.p.to_vec() }
+    }
+
+    /// What a coordinate counts from, which is 0 for most.
+    pub(crate) fn origin_of(&self, a: usize) -> S {
+        origin_of(self.origin, a)
+    }
+
+    /// q^a at the end of the run, to the last bit where that ended it.
+    pub(super) fn last_position(&self, a: usize) -> S {
+        match self.ended_at {
+            Some((coordinate, value)) if coordinate == a => value,
+            _ => self.origin_of(a) + self.last_joint().q[a],
+        }
+    }
+
+    /// dq^a/dγ = g^ab (p_b − A_b) at a joint.
+    pub fn velocities(&self, joint: Joint<'_, S>) -> Vec<S> {
+        let (geometry, mut room) = (self.geometry(), self.geometry().motion_room());
+        // A joint lies inside the domain.
+        let _ = geometry.rates_at(joint.q, joint.p, 0, &mut room);
+        (0..joint.q.len()).map(|a| geometry.q_dot(&room, a)).collect()
+    }
+
+    /// γ of the last node.
+    pub fn gamma_f(&self) -> S {
+        self.gamma_i + self.length
+    }
+
+    /// γ − γ_i on the nodes.
+    pub fn gamma_from_start(&self) -> impl Iterator<Item = S> + '_ {
+        self.grids().flat_map(|grid| (0..grid.points()).map(move |k| grid.gamma_at(k)))
+    }
+
+    /// γ on the nodes.
+    pub fn gamma(&self) -> impl Iterator<Item = S> + '_ {
+        self.gamma_from_start().map(|gamma| self.gamma_i + gamma)
+    }
+
+    /// q^a on the nodes.
+    pub fn q(&self, a: usize) -> impl Iterator<Item = S> + '_ {
+        let last = self.nodes().saturating_sub(1);
+        let end = self.ended_at.filter(|(coordinate, _)| *coordinate == a);
+        self.absolute(a, &self.q[a]).enumerate().map(move |(k, q)| match end {
+            Some((_, value)) if k == last => value,
+            _ => q,
+        })
+    }
+
+    /// q^a of the backward branch on the nodes, if the doubled system was solved.
+    pub fn backward(&self, a: usize) -> Option<impl Iterator<Item = S> + '_> {
+        self.backward.get(a).map(|row| self.absolute(a, row))
+    }
+
+    /// A row of coordinate `a`, counted from its origin, as values of that coordinate.
+    fn absolute<'l>(&'l self, a: usize, row: &'l [S]) -> impl Iterator<Item = S> + 'l {
+        self.views().flat_map(move |view| self.absolute_in(view, a, row))
+    }
+
+    /// The same in a window.
+    pub(crate) fn absolute_in<'l>(
+        &'l self,
+        view: WindowNodes<'l, S>,
+        a: usize,
+        row: &'l [S],
+    ) -> impl Iterator<Item = S> + 'l {
+        let (origin, row) = (self.origin_of(a), &row[view.grid.nodes()]);
+        let start = if self.geometry().active().contains(&a) { None } else { Some(view.start.q[a]) };
+        // What is counted from an origin is rounded once more in any case. Of anything else both rows of a joint are
+        // what the next window starts from.
+        let is_joined = self.origin.is_none() && start.is_some();
+        row.iter().enumerate().map(move |(k, &q)| match start {
+            Some(_) if is_joined && k + 1 == row.len() => view.end.q[a],
+            Some(start) => origin + (start + q),
+            None => q,
+        })
+    }
+
+    /// A row of coordinate `a`, in which ignorable ones count from the start of their window, counted from its origin.
+    pub(crate) fn from_origin<'l>(&'l self, a: usize, row: &'l [S]) -> impl Iterator<Item = S> + 'l {
+        let is_active = self.geometry().active().contains(&a);
+        self.views().flat_map(move |view| {
+            let start = if is_active { None } else { Some(view.start.q[a]) };
+            row[view.grid.nodes()].iter().map(move |&q| start.map_or(q, |start| start + q))
+        })
+    }
+
+    /// The start of a window as its rows count it: ignorable coordinates are 0.
+    pub(crate) fn start_of_rows(&self, joint: Joint<'_, S>) -> Vec<S> {
+        let mut q = joint.q.to_vec();
+        (0..q.len()).filter(|a| !self.geometry().active().contains(a)).for_each(|a| q[a] = S::ZERO);
+        q
+    }
+
+    /// Largest distance between the branches in any coordinate; 0 in the physical limit.
+    pub fn branch_distance(&self) -> S {
+        let rows = self.q.iter().zip(&self.backward);
+        rows.flat_map(|(one, two)| one.iter().zip(two)).fold(S::ZERO, |d, (&one, &two)| d.max((one - two).abs()))
+    }
+}
+
+impl<S: Real> WorldLine<S> {
+    /// Rows of q^a of all coordinates and p_a of the active ones on the nodes of a window, counted from its start. In
+    /// the strong form the momenta are p*.
+    pub(crate) fn increments(&self, view: &WindowNodes<'_, S>) -> Vec<Vec<S>> {
+        let (geometry, grid) = (self.geometry(), view.grid);
+        let (from, rows) = (self.start_of_rows(view.start), view.rows());
+        let counted = |row: &[S], origin: S| row.iter().map(|&value| value - origin).collect::<Vec<S>>();
+        let mut all: Vec<Vec<S>> = rows.iter().zip(&from).map(|(row, &origin)| counted(row, origin)).collect();
+        if !self.is_doubled() {
+            let momenta = self.p.iter().zip(geometry.active());
+            all.extend(momenta.map(|(row, &a)| counted(&row[grid.nodes()], view.start.p[a])));
+            return all;
+        }
+        // The doubled system has positions only.
+        let velocities: Vec<Vec<S>> = (rows.iter().zip(&from))
+            .map(|(row, &origin)| {
+                let mut slopes = vec![S::ZERO; row.len()];
+                grid.derivative(row, origin, &mut slopes);
+                slopes
+            })
+            .collect();
+        let at = |rows: &[&[S]], k: usize| rows.iter().map(|row| row[k]).collect::<Vec<S>>();
+        let velocities: Vec<&[S]> = velocities.iter().map(Vec::as_slice).collect();
+        let mut momenta: Vec<Vec<S>> =
+            (0..grid.points()).map(|k| geometry.momenta(&at(&rows, k), &at(&velocities, k))).collect();
+        if let (Form::Strong, Some(last)) = (self.form, momenta.last_mut()) {
+            last.copy_from_slice(view.end.p);
+        }
+        all.extend(geometry.active().iter().map(|&a| momenta.iter().map(|p| p[a] - view.start.p[a]).collect()));
+        all
+    }
+}

@@ -1,0 +1,265 @@
+//! The error of a run, estimated by a second and cheaper solve.
+//!
+//! The second solve is [`crate::engine::lobatto::Adaptive`], which chooses its own windows, with an accuracy far beyond that of
+//! most runs. It shares neither grid nor operator with the run. Its own error estimate is added to the differences that
+//! are found. If a run in extended precision agrees with it to its last digits, the Taylor series of
+//! [`crate::reference`] in the same precision take its place.
+
+use std::ops::ControlFlow;
+
+use super::run_error::{Found, Judge, RunError};
+use super::stepped_over::{Between, fractions, points_in};
+use crate::engine::lobatto::{Adaptive, Goal, Inside, State, WindowView};
+use crate::geometry::geodesic::{InitialData, Invariants};
+use crate::geometry::metric::Metric;
+use crate::number::Real;
+use crate::reference::ReferenceTrajectory;
+use crate::solve::{Setup, Solution};
+use crate::trajectory::Sample;
+
+/// The accuracies that are requested of the second solve, one after the other, until it can meet one. On a very long
+/// run the first one is out of reach.
+const ACCURACIES: [f64; 3] = [1e-12, 1e-9, 1e-6];
+
+/// The largest number of windows of the second solve: the first number is per node of the run, and the second one is
+/// allowed in any case.
+const WINDOWS: (usize, usize) = (1, 10_000);
+
+/// If the errors of an extended run are below this, relative to the sizes of t and x, they are measured in extended
+/// precision.
+const BEYOND_F64: f64 = 1e-11;
+
+/// The error of the run of `setup` of which only its last part, the `solution`, and `samples` of all of it are kept;
+/// `None` if no second solve is possible.
+pub fn run_error<S: Real>(
+    setup: &Setup<f64, Metric>,
+    solution: &Solution<S>,
+    samples: &[Sample<S>],
+) -> Option<RunError> {
+    if let Some(estimate) = solution.error_estimate {
+        let largest = |values: &mut dyn Iterator<Item = f64>| values.map(f64::abs).fold(1.0, f64::max);
+        let t = largest(&mut solution.from_origin(0, solution.elapsed()).map(S::to_f64));
+        let x = largest(&mut solution.x().iter().map(|x| x.to_f64()));
+        let largest = vec![estimate * t, estimate * x];
+        // If the run ends at a given time, all of its error there is one of x.
+        let end = if setup.duration().is_some() { vec![0.0, largest[1]] } else { largest.clone() };
+        let stepped_over = stepped_over(setup, solution);
+        return Some(RunError { end, largest, own: vec![0.0; 2], judge: Judge::Companion, stepped_over });
+    }
+    let nodes = Nodes::new(setup, points(solution, samples));
+    let found = nodes.by_second_solve(setup);
+    let [t, x] = nodes.sizes;
+    let is_beyond = |error: &RunError| error.at_most().iter().zip([t, x]).all(|(most, size)| *most < BEYOND_F64 * size);
+    if S::IS_EXTENDED && found.as_ref().is_none_or(is_beyond) {
+        by_taylor(setup, solution, samples).or(found)
+    } else {
+        found
+    }
+}
+
+/// γ − γ_i, t − t_i and x at the samples before `solution`, in the order of the run, and at its nodes.
+fn points<'s, S: Real>(solution: &'s Solution<S>, samples: &[Sample<S>]) -> impl Iterator<Item = [S; 3]> + use<'s, S> {
+    let first = solution.gamma_from_start().next().unwrap_or(S::ZERO);
+    let from_start = |sample: &Sample<S>| [sample.gamma - solution.gamma_i, sample.t - solution.t_i(), sample.x];
+    let mut before: Vec<[S; 3]> = samples.iter().map(from_start).filter(|[gamma, ..]| *gamma < first).collect();
+    if before.first().zip(before.last()).is_some_and(|(first, last)| first[0] > last[0]) {
+        before.reverse();
+    }
+    let nodes = solution.gamma_from_start().zip(solution.from_origin(0, solution.elapsed())).zip(solution.x());
+    before.into_iter().chain(nodes.map(|((gamma, t), &x)| [gamma, t, x]))
+}
+
+/// The nodes of a run in `f64`, counted from its start, or samples in place of some of them.
+struct Nodes {
+    gamma: Vec<f64>,
+    elapsed: Vec<f64>,
+    x: Vec<f64>,
+    /// Whether the run ends at a given time.
+    in_time: bool,
+    /// max(1, largest |t − t_i|) and max(1, largest |x|).
+    sizes: [f64; 2],
+}
+
+/// What the judge may be off by, of a run that ends at a given time all in x.
+fn own(errors: [f64; 2], in_time: bool) -> Vec<f64> {
+    if in_time { vec![0.0, errors[0].max(errors[1])] } else { errors.to_vec() }
+}
+
+impl Nodes {
+    fn new<S: Real>(setup: &Setup<f64, Metric>, points: impl Iterator<Item = [S; 3]>) -> Self {
+        let (mut gamma, mut elapsed, mut x) = (Vec::new(), Vec::new(), Vec::new());
+        for point in points {
+            let [gamma_here, t, x_here] = point.map(S::to_f64);
+            gamma.push(gamma_here);
+            elapsed.push(t);
+            x.push(x_here);
+        }
+        let size = |values: &[f64]| values.iter().fold(1.0, |size: f64, value| size.max(value.abs()));
+        let sizes = [size(&elapsed), size(&x)];
+        Self { gamma, elapsed, x, in_time: setup.duration().is_some(), sizes }
+    }
+
+    fn by_second_solve(&self, setup: &Setup<f64, Metric>) -> Option<RunError> {
+        ACCURACIES.into_iter().find_map(|accuracy| self.second_solve(setup, accuracy))
+    }
+
+    fn second_solve(&self, setup: &Setup<f64, Metric>, accuracy: f64) -> Option<RunError> {
+        let (metric, initial) = (setup.metric(), setup.initial());
+        let q_t = initial.invariants(metric).q_t;
+        let (most, length) = (WINDOWS.1.max(WINDOWS.0 * self.x.len()), *self.gamma.last()?);
+        let (mut found, mut next, mut tired) = (Found::none(2), 0, false);
+        let mut gaps = Gaps::new(metric, initial, length);
+        let mut points = Vec::new();
+        let mut see = |view: &WindowView<'_>| {
+            if view.index == 0 {
+                (found, next) = (Found::none(2), 0);
+            }
+            let (start, h) = (view.gamma.hi, view.length.hi);
+            let end = (view.gamma + view.length).hi;
+            let is_last = end >= length * (1.0 - 4.0 * f64::EPSILON);
+            let here = self.gamma[next..].iter().take_while(|&&gamma| gamma < end || is_last).count();
+            points.clear();
+            let fractions = self.gamma[next..next + here].iter().map(|gamma| ((gamma - start) / h).clamp(0.0, 1.0));
+            view.inside(fractions, |inside| points.push(inside));
+            for (k, inside) in (next..).zip(&points) {
+                let is_end = k + 1 == self.x.len();
+                let (t, x, w) = match is_end {
+                    true => (view.end.t.hi, view.end.x.hi, view.end.w.hi),
+                    false => (inside.t, inside.x, inside.w),
+                };
+                let off = [self.elapsed[k] - t, self.x[k] - x];
+                found.see(if is_end && self.in_time { at_that_time(metric, off, x, w / q_t) } else { off });
+            }
+            next += here;
+            gaps.see(view);
+            tired = view.index >= most;
+            if tired { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let adapted = Adaptive::new(metric, q_t).run(State::from(initial), Goal::Gamma(length), accuracy, &mut see);
+        let estimate = adapted.ok().filter(|_| !tired)?.error_estimate;
+        (next == self.x.len()).then(|| {
+            let own = own(self.sizes.map(|size| estimate * size), self.in_time);
+            found.finish(own, Judge::SecondSolve(accuracy), gaps.share())
+        })
+    }
+}
+
+/// What K is off by between the nodes of a march.
+struct Gaps<'m> {
+    metric: &'m Metric,
+    q_t: f64,
+    k: f64,
+    length: f64,
+    between: Between,
+}
+
+impl<'m> Gaps<'m> {
+    fn new(metric: &'m Metric, initial: InitialData, length: f64) -> Self {
+        let Invariants { q_t, k } = initial.invariants(metric);
+        Self { metric, q_t, k, length, between: Between::default() }
+    }
+
+    fn see(&mut self, view: &WindowView<'_>) {
+        if view.index == 0 {
+            self.between = Between::default();
+        }
+        let points = points_in(view.length.hi / self.length);
+        let length = view.length.hi / points as f64;
+        view.inside(fractions(points), |Inside { x, w, .. }| {
+            let timelike = self.q_t * self.q_t / self.metric.g00(x);
+            self.between.see(length, timelike - w * w - self.k, timelike, w * w);
+        });
+    }
+
+    fn share(&self) -> f64 {
+        self.between.share()
+    }
+}
+
+/// The share of its way by which a run to an accuracy may be off because of what lies between its nodes. The march is
+/// done once more, which costs less than to keep all of it, over the first windows of a very long run.
+fn stepped_over<S: Real>(setup: &Setup<f64, Metric>, solution: &Solution<S>) -> f64 {
+    let (metric, initial) = (setup.metric(), setup.initial());
+    let (length, accuracy) = (solution.length.to_f64(), solution.accuracy.unwrap_or(ACCURACIES[0]));
+    let mut gaps = Gaps::new(metric, initial, length);
+    let march = Adaptive::new(metric, initial.invariants(metric).q_t);
+    // It has the windows of the run, but for the last digit of its length, and does not fail where that did not.
+    let _ = march.run(State::from(initial), Goal::Gamma(length), accuracy, &mut |view: &WindowView<'_>| {
+        gaps.see(view);
+        if view.index >= WINDOWS.1 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    gaps.share()
+}
+
+/// The error of a node at equal time, to second order in dt. The node differs by `[dt, dx]` from the point x of the
+/// world-line, where dx/dγ is `w_per_charge` times Q_t.
+fn at_that_time(metric: &Metric, [dt, dx]: [f64; 2], x: f64, w_per_charge: f64) -> [f64; 2] {
+    let g = metric.at(x);
+    let velocity = w_per_charge * g.g00;
+    [0.0, (dx - velocity * dt).abs() + 0.25 * (g.first * dt * dt).abs()]
+}
+
+/// The error of a run by the Taylor series of the reference, in the precision of the run.
+fn by_taylor<S: Real>(setup: &Setup<f64, Metric>, solution: &Solution<S>, samples: &[Sample<S>]) -> Option<RunError> {
+    let (metric, initial) = (solution.geometry(), solution.initial());
+    let in_time = setup.duration().is_some();
+    let reference = ReferenceTrajectory::new(metric, &initial, solution.length, solution.digits).ok()?;
+    let mut found = Found::none(2);
+    let mut sizes = [1.0_f64; 2];
+    let mut points = points(solution, samples).peekable();
+    while let Some([gamma, t, x]) = points.next() {
+        let exact = reference.at(gamma);
+        let (dt, dx) = (t - exact.elapsed, x - exact.x);
+        sizes = [sizes[0].max(t.to_f64().abs()), sizes[1].max(x.to_f64().abs())];
+        let off = [dt.to_f64(), dx.to_f64()];
+        let x = exact.x.to_f64();
+        let w = || (exact.x_dot / (metric.g00(exact.x) * exact.t_dot)).to_f64();
+        found.see(if in_time && points.peek().is_none() { at_that_time(setup.metric(), off, x, w()) } else { off });
+    }
+    let error = reference.error_estimate();
+    // It is asked only where a second solve agrees to many digits, which has looked between its nodes.
+    Some(found.finish(own(sizes.map(|size| error * size), in_time), Judge::Taylor(error), 0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::engine::lobatto::{March, Twofold, WeakRule};
+    use crate::geometry::potential::{Formula, Potential};
+
+    /// V = 1e-3 exp(−((x − 0.707)/w)²) with c = 3, which a march of few nodes steps over: it goes straight on, and K
+    /// between its nodes is off by what the hump does to g00.
+    #[test]
+    fn what_a_march_steps_over_is_known_between_its_nodes() {
+        for (x, length, width) in [(-0.3, 4.0, 2e-3), (0.65, 0.25, 4e-5)] {
+            let hump = format!("1e-3*exp(-((x-0.707)/{width})^2)");
+            let hump = Formula::new(&hump, &BTreeMap::new()).unwrap();
+            let metric = Metric::new(Potential::Formula(hump), 1.0, 3.0);
+            let initial = InitialData { t: 0.0, x, t_dot: 1.2, x_dot: 0.5 };
+            let k = |gamma: f64, q_t: f64| q_t * q_t / metric.g00(initial.x + 0.5 * gamma) - 0.25;
+            let Invariants { q_t, k: start } = initial.invariants(&metric);
+            let points = 400_000;
+            let off: f64 =
+                (0..points).map(|j| (k(length * (f64::from(j) + 0.5) / f64::from(points), q_t) - start).abs()).sum();
+            let share = 0.5 * off / f64::from(points) / 0.25;
+            for windows in [1, 3] {
+                let mut gaps = Gaps::new(&metric, initial, length);
+                let rule = WeakRule::shared(8);
+                let march = March::new(&metric, q_t, rule, Twofold::from(length) / Twofold::from(f64::from(windows)));
+                // A run that begins again forgets what was seen before.
+                for _ in 0..2 {
+                    let marched = march.run(State::from(initial), windows as usize, &mut |view| {
+                        gaps.see(view);
+                        ControlFlow::Continue(())
+                    });
+                    let end = marched.unwrap().end.x.hi;
+                    assert!((end - x - 0.5 * length).abs() < 1e-12, "it does not see the hump");
+                }
+                let found = gaps.share();
+                assert!((found / share - 1.0).abs() < 1e-3, "{length} {windows}: {found:e} for {share:e}");
+            }
+        }
+    }
+}

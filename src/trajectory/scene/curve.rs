@@ -1,0 +1,214 @@
+//! Interpolation of a world-line in one window.
+//!
+//! * On an equidistant grid every coordinate and every momentum is the Hermite polynomial through its values and
+//!   derivatives on the four nearest nodes. Its error, O(Δγ⁸), is below that of the nodes for every operator.
+//! * In a spectral element of the strong form it is the polynomial through all nodes, which the operator
+//!   differentiates.
+//! * In a spectral element of the weak form the nodes are less accurate than the end of the window. The rates at the
+//!   nodes are integrated from the start, and Picard sweeps on twice as many nodes refine that. Their fixed point is
+//!   the same method with 2n stages, so that the inside is as accurate as the ends. Where an accuracy was asked for,
+//!   which holds at the nodes too, the integrals are enough: they are more accurate than the nodes.
+
+use super::super::hermite::through;
+use super::super::legendre::{Expansion, Tables, integral, legendre, series};
+use super::super::partition;
+use crate::action::Form;
+use crate::geometry::{Geometry, Rates, Start};
+use crate::number::Real;
+use crate::sbp::gll::MOST_NODES;
+use crate::solve::{WindowNodes, WorldLine};
+
+/// Most Picard sweeps. Each gains two digits or more where the window resolves the motion.
+const MOST_SWEEPS: usize = 100;
+/// Sweeps that gain nothing any more have met rounding if their change is within this multiple of it.
+const STALLED: f64 = 1e4;
+/// Nodes that a Hermite polynomial goes through.
+const STENCIL: usize = 4;
+
+/// The curve of q^a of all coordinates, then p_a of the active ones, in a window. All are counted from its start, as is
+/// γ.
+#[derive(Debug)]
+pub struct Curve<S> {
+    start: Start<S>,
+    length: S,
+    kind: Kind<S>,
+}
+
+#[derive(Debug)]
+enum Kind<S> {
+    /// Positions of the nodes, values there and their derivatives.
+    Hermite { nodes: Vec<S>, values: Vec<Vec<S>>, slopes: Vec<Vec<S>> },
+    /// Legendre coefficients of every row.
+    Legendre(Vec<Vec<S>>),
+}
+
+impl<S: Real> Curve<S> {
+    /// The curve in a window of `line`. `rates` is room for its geometry.
+    pub(super) fn new(
+        line: &WorldLine<S>,
+        view: &WindowNodes<'_, S>,
+        tables: &mut Tables<S>,
+        rates: &mut Rates<S>,
+    ) -> Self {
+        let (grid, geometry, length) = (view.grid, line.geometry(), view.window.length());
+        let start = Start { q: view.start.q.to_vec(), q_dot: Vec::new(), p: view.start.p.to_vec() };
+        let values = line.increments(view);
+        let mut field = Field { geometry, start: &start, rates };
+        let kind = if grid.is_equidistant() {
+            let slopes = field.slopes(&values);
+            Kind::Hermite { nodes: (0..grid.points()).map(|k| grid.sbp().node(k)).collect(), values, slopes }
+        } else if line.form == Form::Strong {
+            let expansion = tables.of(grid.points());
+            Kind::Legendre(values.iter().map(|row| expansion.coefficients(row)).collect())
+        } else {
+            let own = field.integrals(tables.of(grid.points()), &values, length);
+            // An accuracy holds at the nodes, and the integrals of their rates are more accurate.
+            if line.accuracy.is_some() {
+                Kind::Legendre(own)
+            } else {
+                let fine = tables.of((2 * grid.points()).min(MOST_NODES));
+                Kind::Legendre(field.refined(fine, own, length, line.digits))
+            }
+        };
+        Self { start, length, kind }
+    }
+
+    /// The positions and momenta at `gamma`; velocities are none.
+    pub(super) fn at(&self, gamma: S, geometry: &Geometry<S>) -> Start<S> {
+        let rows: Vec<S> = match &self.kind {
+            Kind::Hermite { nodes, values, slopes } => {
+                let k = partition(nodes.len() - 1, |k| nodes[k] <= gamma);
+                if let Some(node) = [k, k + 1].into_iter().find(|&node| nodes[node] == gamma) {
+                    values.iter().map(|row| row[node]).collect()
+                } else {
+                    let first = k.saturating_sub(STENCIL / 2 - 1).min(nodes.len().saturating_sub(STENCIL));
+                    let stencil = first..(first + STENCIL).min(nodes.len());
+                    let at = |(row, slopes): (&Vec<S>, &Vec<S>)| {
+                        through(&nodes[stencil.clone()], &row[stencil.clone()], &slopes[stencil.clone()], gamma)
+                    };
+                    values.iter().zip(slopes).map(at).collect()
+                }
+            }
+            // The start is known better than a sum of rounded terms.
+            Kind::Legendre(rows) if gamma == S::ZERO => vec![S::ZERO; rows.len()],
+            Kind::Legendre(rows) => {
+                let degree = rows.iter().map(Vec::len).max().unwrap_or(2) - 1;
+                let s = gamma / self.length;
+                let basis = legendre(degree, s + s - S::ONE);
+                rows.iter().map(|row| series(row, &basis)).collect()
+            }
+        };
+        point(&self.start, &rows, geometry)
+    }
+
+    /// Pieces of the window on which the curve is one polynomial, as values of γ at their ends, and the number of
+    /// points that resolve it.
+    pub(super) fn cells(&self) -> (Vec<[S; 2]>, usize) {
+        match &self.kind {
+            Kind::Hermite { nodes, .. } => (nodes.windows(2).map(|ends| [ends[0], ends[1]]).collect(), 2 * STENCIL),
+            Kind::Legendre(rows) => {
+                let most = rows.iter().map(Vec::len).max().unwrap_or(2);
+                (vec![[S::ZERO, self.length]], most.clamp(2 * STENCIL, MOST_NODES))
+            }
+        }
+    }
+}
+
+/// The point whose coordinates and active momenta are `rows`, counted from `start`.
+fn point<S: Real>(start: &Start<S>, rows: &[S], geometry: &Geometry<S>) -> Start<S> {
+    let n = start.q.len();
+    let mut p = start.p.clone();
+    for (&a, &change) in geometry.active().iter().zip(&rows[n..]) {
+        p[a] += change;
+    }
+    let q = start.q.iter().zip(rows).map(|(&q, &change)| q + change).collect();
+    Start { q, p, q_dot: Vec::new() }
+}
+
+/// Hamilton's equations around the start of a window.
+struct Field<'f, S> {
+    geometry: &'f Geometry<S>,
+    start: &'f Start<S>,
+    rates: &'f mut Rates<S>,
+}
+
+impl<S: Real> Field<'_, S> {
+    /// The derivatives of rows of values. Outside the domain they are not finite, or mean nothing.
+    fn slopes(&mut self, values: &[Vec<S>]) -> Vec<Vec<S>> {
+        let (field, n) = (self.geometry.field(), self.geometry.dimension());
+        let points = values.first().map_or(0, Vec::len);
+        let mut slopes = vec![Vec::with_capacity(points); values.len()];
+        for k in 0..points {
+            let rows: Vec<S> = values.iter().map(|row| row[k]).collect();
+            let Start { q, p, .. } = point(self.start, &rows, self.geometry);
+            let outside = field.evaluate(&q, &p, self.rates).is_err();
+            for (row, slopes) in slopes.iter_mut().enumerate() {
+                let slope = if row < n { field.q_dot(self.rates, row) } else { field.p_dot(self.rates, row - n) };
+                slopes.push(if outside { S::from(f64::NAN) } else { slope });
+            }
+        }
+        slopes
+    }
+
+    /// The coefficients of the integrals of the rates, which are polynomials through their values at `values`.
+    fn integrals(&mut self, expansion: &Expansion<S>, values: &[Vec<S>], length: S) -> Vec<Vec<S>> {
+        let scaled = |row: Vec<S>| row.into_iter().map(|value| length * value).collect();
+        let slopes = self.slopes(values).into_iter();
+        slopes.map(|slopes| scaled(integral(&expansion.coefficients(&slopes)))).collect()
+    }
+
+    /// The curve that Picard sweeps on the nodes of `fine` make of `own`. Where the window is too long for them to
+    /// converge it is `own`, which is still more accurate than the nodes.
+    fn refined(&mut self, fine: &Expansion<S>, own: Vec<Vec<S>>, length: S, digits: u32) -> Vec<Vec<S>> {
+        let enough = S::EPSILON + S::EPSILON;
+        let enough = enough.max(S::from(0.1_f64.powi(digits as i32 + 1)));
+        let sizes = self.sizes(length);
+        let mut values: Vec<Vec<S>> = own.iter().map(|row| fine.values(row)).collect();
+        let mut before = S::from(f64::INFINITY);
+        for _ in 0..MOST_SWEEPS {
+            let coefficients = self.integrals(fine, &values, length);
+            let next: Vec<Vec<S>> = coefficients.iter().map(|row| fine.values(row)).collect();
+            let change = change(&values, &next, &sizes);
+            if !change.is_finite() {
+                return own;
+            }
+            let is_stalled = change >= before.half() && change <= S::from(STALLED) * enough;
+            if change <= enough || is_stalled {
+                return coefficients;
+            }
+            (values, before) = (next, change);
+        }
+        own
+    }
+
+    /// What a change of every row is small or large against: the values at the start, and those that the other rows
+    /// have in the units of this one. The radial momentum of a circular orbit is zero but for rounding of the others.
+    fn sizes(&self, length: S) -> Vec<S> {
+        let Start { q, q_dot, p } = self.start;
+        let units: Vec<S> = self.geometry.diagonal(q).iter().map(|g| g.abs().sqrt()).collect();
+        let most = |values: &mut dyn Iterator<Item = S>| values.fold(S::ZERO, |most, value| most.max(value.abs()));
+        let speed = most(&mut q_dot.iter().zip(&units).map(|(&rate, &unit)| rate * unit));
+        let with_unit = || units.iter().zip(p).filter(|(unit, _)| **unit != S::ZERO);
+        let momentum = most(&mut with_unit().map(|(&unit, &p)| p / unit));
+        let of_position = |a: usize| if units[a] == S::ZERO { S::ZERO } else { length * speed / units[a] };
+        let positions = (0..q.len()).map(|a| q[a].abs().max(of_position(a)));
+        let momenta = self.geometry.active().iter().map(|&a| p[a].abs().max(momentum * units[a]));
+        positions.chain(momenta).collect()
+    }
+}
+
+/// The largest change of a row, relative to its size.
+fn change<S: Real>(before: &[Vec<S>], after: &[Vec<S>], sizes: &[S]) -> S {
+    let rows = before.iter().zip(after).zip(sizes);
+    rows.fold(S::ZERO, |most, ((before, after), &size)| {
+        let pairs = before.iter().zip(after);
+        let change = pairs.fold(S::ZERO, |change, (&before, &after)| largest(change, (after - before).abs()));
+        let size = after.iter().fold(size, |size, value| size.max(value.abs()));
+        if change == S::ZERO { most } else { largest(most, change / size) }
+    })
+}
+
+/// The larger of the two; NaN if one is NaN.
+fn largest<S: Real>(a: S, b: S) -> S {
+    if a >= b || a.is_nan() { a } else { b }
+}
