@@ -17,7 +17,7 @@ pub(super) struct MeanForce<S> {
     /// q₁^a − q₂^a, a row for each coordinate.
     gaps: Samples<S>,
     /// F_a and its derivatives.
-    force: Samples<S>,
+    pub(super) force: Samples<S>,
 }
 
 impl<S: Real> MeanForce<S> {
@@ -92,49 +92,6 @@ impl<S: Real, L: Lagrangian<S>> DoubledAction<'_, S, L> {
                     layout.values_mut(out, branch, v - n).iter_mut().zip(row).for_each(|(out, part)| *out += part);
                 }
             }
-        }
-    }
-}
-
-impl<L: Lagrangian<f64>> DoubledAction<'_, f64, L> {
-    /// Calls `push` for the second derivatives of the term.
-    pub(super) fn visit_force(&self, mean: &MeanForce<f64>, push: &mut impl FnMut(usize, usize, f64)) {
-        let (layout, structure) = (self.layout(), self.lagrangian.structure());
-        for (k, &weight) in self.sbp.weights().iter().enumerate() {
-            for &ForceTerm { a, by: [v], value } in &structure.force_first {
-                let slope = 0.5 * weight * mean.force.at(value, k);
-                for (branch, sign) in [1.0, -1.0].into_iter().enumerate() {
-                    let row = layout.row(branch, a) + k;
-                    for other in 0..2 {
-                        self.unknowns_of(other, v, k, &mut |column, d| {
-                            push(row, column, sign * slope * d);
-                            push(column, row, sign * slope * d);
-                        });
-                    }
-                }
-            }
-            for &ForceTerm { a, by: [v, w], value } in &structure.force_second {
-                let curvature = 0.25 * weight * mean.gaps.row(a)[k] * mean.force.at(value, k);
-                for [one, two] in [[0, 0], [0, 1], [1, 0], [1, 1]] {
-                    self.unknowns_of(one, v, k, &mut |row, d| {
-                        self.unknowns_of(two, w, k, &mut |column, e| {
-                            push(row, column, curvature * d * e);
-                            if v != w {
-                                push(column, row, curvature * d * e);
-                            }
-                        });
-                    });
-                }
-            }
-        }
-    }
-
-    /// The unknowns of a branch that position (0 … n−1) or velocity (n … 2n−1) `v` at node k is made of.
-    fn unknowns_of(&self, branch: usize, v: usize, k: usize, see: &mut impl FnMut(usize, f64)) {
-        let layout = self.layout();
-        match v.checked_sub(layout.dimension()) {
-            None => see(layout.row(branch, v) + k, 1.0),
-            Some(a) => self.bars[a].row(k).for_each(|(column, d)| see(layout.row(branch, a) + column, d)),
         }
     }
 }

@@ -1,102 +1,91 @@
-//! The Hessian of the doubled action: symmetric, indefinite, sparse.
+//! The Newton system of the doubled action at equal branches.
 //!
-//! The sparsity depends on the operator and on which components are not zero only, so the pattern is found once and
-//! every later Hessian refills its values in O(N). Per branch, with the Lagrangian L at the nodes:
+//! With the mean s = ½(q₁ + q₂) and the gap d = q₁ − q₂ of the branches, E_IVP is odd in d: an exchange of the branches
+//! changes the sign of F(q₁) − F(q₂), of what ties the ends, and of the work of a force, if λ = μ = 0. So at d = 0,
+//! λ = μ = 0 its derivatives by s, λ and μ by these vanish, and the Hessian is
+//!
+//! ```text
+//! ( 0   B )      rows and columns (s, ν, κ | d, λ, μ)
+//! ( Bᵀ  0 )
+//! ```
+//!
+//! Newton's method from equal branches therefore keeps them equal, δd = δλ = δμ = 0, and needs no more than
+//!
+//! ```text
+//! Bᵀ (δs, δν, δκ) = −(∂E/∂d, C_λ, C_μ),    ∂E/∂d = ½(∂E/∂q₁ − ∂E/∂q₂),    C_λ = q[1] − q_i,    C_μ = (Dq)[1] − q̇_i
+//! ```
+//!
+//! which has half of the unknowns. Bᵀ is the Hessian of one branch, with the Lagrangian L at the nodes,
 //!
 //! ```text
 //! ∂²F = D̄ᵀ H (∂²L/∂q̇^a∂q̇^b) D̄,    D̄ᵀ H ∂²L/∂q̇^a∂q^c,    H ∂²L/∂q^c∂q^d
 //! ∂²L/∂q̇^a∂q̇^b = g_ab,    ∂²L/∂q̇^a∂q^c = ∂_c g_ab q̇^b + ∂_c A_a,    ∂²L/∂q^c∂q^d = ½ ∂_c∂_d g_ab q̇^a q̇^b + …
 //! ```
+//!
+//! and in its rows of d also H ∂F_a of a force, −∂p_a of the boundary terms (weak form), or ν and κ (strong form).
 
-use super::boundary::Tie;
 use super::force::MeanForce;
 use super::state::{BothStates, BranchState};
 use super::{DoubledAction, Form};
-use crate::geometry::{Lagrangian, Term, other};
-use crate::linalg::sparse::{Envelope, Pattern, SparseMatrix};
-
-/// What the Hessian is computed from: both branches, their ends and the force.
-struct Evaluated {
-    states: BothStates<f64>,
-    ties: [Tie<f64>; 2],
-    force: Option<MeanForce<f64>>,
-}
+use crate::geometry::{ForceTerm, Lagrangian, Term, other};
+use crate::linalg::sparse::Pattern;
 
 impl<L: Lagrangian<f64>> DoubledAction<'_, f64, L> {
-    /// The pattern of [`Self::hessian`], one row per unknown; both triangles are stored.
-    pub fn hessian_pattern(&self) -> Pattern {
+    /// The pattern of [`Self::newton_matrix`], see [`Layout::equal_unknowns`](super::Layout::equal_unknowns).
+    pub fn newton_pattern(&self) -> Pattern {
         let mut places = Vec::new();
-        let unknowns = self.layout().unknowns();
-        // The pattern does not depend on the values, so zeros are as good as any.
-        let zeros = vec![0.0; unknowns];
+        // The places of the parts do not depend on the values, so zeros are as good as any.
         let states = BothStates::zeros(self.lagrangian, self.sbp.points());
-        let ties = self.ties(&zeros, &states);
         let force = MeanForce::zeros(self);
-        let at = Evaluated { states, ties, force };
-        self.visit(&at, |row, column, _| places.push((row as u32, column as u32)));
-        Pattern::new(unknowns, &places)
+        self.visit(states.get(0), force.as_ref(), &mut |row, column, _| places.push((row as u32, column as u32)));
+        Pattern::new(self.layout().equal_unknowns(), &places)
     }
 
-    /// The Hessian ∇²E_IVP at `u`, with the `pattern` of [`Self::hessian_pattern`].
+    /// The parts of Bᵀ at `u`, whose branches are equal, for the pattern [`Self::newton_pattern`]. Its rows and columns
+    /// are those of [`Layout::equal_unknowns`](super::Layout::equal_unknowns). O(N).
     ///
     /// # Errors
-    /// The first node of either branch that lies outside the domain.
-    pub fn hessian<'p>(&self, u: &[f64], pattern: &'p Pattern) -> Result<SparseMatrix<'p>, L::Outside> {
+    /// The first node that lies outside the domain.
+    pub fn newton_matrix(&self, u: &[f64]) -> Result<Vec<f64>, L::Outside> {
         let states = self.both_branches(u)?;
-        let ties = self.ties(u, &states);
         let force = MeanForce::new(self, u, &states);
-        let mut sum = pattern.sum();
-        self.visit(&Evaluated { states, ties, force }, |_, _, part| sum.add(part));
-        Ok(sum.matrix())
+        let mut parts = Vec::new();
+        self.visit(states.get(0), force.as_ref(), &mut |_, _, part| parts.push(part));
+        Ok(parts)
     }
 
-    /// What an elimination of the Hessian fills in, in the order of unknowns that keeps this smallest: along one branch
-    /// and back along the other, unless a force ties the branches to each other at every node.
-    pub fn envelope(&self, pattern: &Pattern) -> Envelope {
-        let orders = [self.layout().along_branches(), self.layout().along_nodes()];
-        let [one, other] = orders.map(|order| Envelope::new(pattern, &order));
-        if one.size() <= other.size() { one } else { other }
-    }
-
-    /// Calls `push(row, column, value)` for every contribution, always in the same order. Contributions to the same
-    /// entry are to be added.
-    fn visit(&self, at: &Evaluated, mut push: impl FnMut(usize, usize, f64)) {
-        for branch in 0..2 {
-            let state = at.states.get(branch);
-            let sign = if branch == 0 { 1.0 } else { -1.0 };
-            for k in 0..self.sbp.points() {
-                self.visit_node(state, branch, k, sign, &mut push);
-            }
-        }
-        if let Some(force) = &at.force {
-            self.visit_force(force, &mut push);
-        }
-        match self.form {
-            Form::Strong => self.visit_constraints(&mut push),
-            Form::Weak => self.visit_boundary(&at.ties, &at.states, &mut push),
-        }
-    }
-
-    /// The contributions of node k of a branch to ±∂²F.
-    fn visit_node(
+    /// Calls `push(row, column, part)` for every part, always in the same order.
+    fn visit(
         &self,
         state: &BranchState<f64>,
-        branch: usize,
-        k: usize,
-        sign: f64,
+        force: Option<&MeanForce<f64>>,
         push: &mut impl FnMut(usize, usize, f64),
     ) {
-        let (layout, structure, weight) = (self.layout(), self.lagrangian.structure(), self.sbp.weights()[k]);
-        let row = |a: usize| layout.row(branch, a);
-        let n = layout.dimension();
+        for k in 0..self.sbp.points() {
+            self.visit_node(state, k, push);
+        }
+        if let Some(force) = force {
+            self.visit_force(force, push);
+        }
+        match self.form {
+            Form::Strong => self.visit_constraints(push),
+            Form::Weak => self.visit_ends(state, push),
+        }
+    }
+
+    /// The contributions of node k to ∂²F.
+    fn visit_node(&self, state: &BranchState<f64>, k: usize, push: &mut impl FnMut(usize, usize, f64)) {
+        let (structure, weight) = (self.lagrangian.structure(), self.sbp.weights()[k]);
+        let row = |a: usize| a * self.sbp.points();
+        let n = self.bars.len();
         for a in 0..n {
             for &Term { ab, by: [_, c], value } in structure.second.iter().filter(|term| term.by[0] == a) {
                 let factor = if ab[0] == ab[1] { 0.5 * weight } else { weight };
                 let [u, v] = ab.map(|b| state.velocity(b, k));
                 let curvature = state.samples.at(value, k) * (factor * u * v);
-                push(row(a) + k, row(c) + k, sign * curvature);
+                push(row(a) + k, row(c) + k, curvature);
                 if a != c {
-                    push(row(c) + k, row(a) + k, sign * curvature);
+                    push(row(c) + k, row(a) + k, curvature);
                 }
             }
             for (column, d) in self.bars[a].row(k) {
@@ -106,19 +95,69 @@ impl<L: Lagrangian<f64>> DoubledAction<'_, f64, L> {
                     }
                     let mass = state.samples.at(value, k) * weight;
                     for (other, e) in self.bars[b].row(k) {
-                        push(row(a) + column, row(b) + other, sign * d * mass * e);
+                        push(row(a) + column, row(b) + other, d * mass * e);
                         if a != b {
-                            push(row(b) + other, row(a) + column, sign * d * mass * e);
+                            push(row(b) + other, row(a) + column, d * mass * e);
                         }
                     }
                 }
                 for &Term { ab, by: [c], value } in &structure.first {
                     let Some(b) = other(ab, a) else { continue };
                     let mixed = state.samples.at(value, k) * (weight * state.velocity(b, k));
-                    push(row(a) + column, row(c) + k, sign * d * mixed);
-                    push(row(c) + k, row(a) + column, sign * d * mixed);
+                    push(row(a) + column, row(c) + k, d * mixed);
+                    push(row(c) + k, row(a) + column, d * mixed);
                 }
             }
+        }
+    }
+
+    /// H ∂F_a, in the rows of d^a.
+    fn visit_force(&self, mean: &MeanForce<f64>, push: &mut impl FnMut(usize, usize, f64)) {
+        let (n, points) = (self.bars.len(), self.sbp.points());
+        for (k, &weight) in self.sbp.weights().iter().enumerate() {
+            for &ForceTerm { a, by: [v], value } in &self.lagrangian.structure().force_first {
+                let slope = weight * mean.force.at(value, k);
+                match v.checked_sub(n) {
+                    None => push(a * points + k, v * points + k, slope),
+                    Some(b) => {
+                        self.bars[b].row(k).for_each(|(column, d)| {
+                            push(a * points + k, b * points + column, slope * d);
+                        });
+                    }
+                }
+            }
+        }
+    }
+
+    /// −∂p_a at both ends, in the rows of d^a there: the weak form's boundary terms are −p_a d^a.
+    fn visit_ends(&self, state: &BranchState<f64>, push: &mut impl FnMut(usize, usize, f64)) {
+        let (structure, points) = (self.lagrangian.structure(), self.sbp.points());
+        let n = self.bars.len();
+        for k in [0, points - 1] {
+            for a in 0..n {
+                for &Term { ab, value, .. } in &structure.values {
+                    let Some(b) = other(ab, a).filter(|&b| b < n) else { continue };
+                    let value = state.samples.at(value, k);
+                    self.bars[b].row(k).for_each(|(column, d)| push(a * points + k, b * points + column, -value * d));
+                }
+                for &Term { ab, by: [c], value } in &structure.first {
+                    let Some(b) = other(ab, a) else { continue };
+                    push(a * points + k, c * points + k, -state.samples.at(value, k) * state.velocity(b, k));
+                }
+            }
+        }
+    }
+
+    /// The border of the strong form: ∂C/∂s of λ and μ in the rows below, and ∂C/∂d of ν and κ in the columns beside.
+    fn visit_constraints(&self, push: &mut impl FnMut(usize, usize, f64)) {
+        let (layout, points) = (self.layout(), self.sbp.points());
+        let (border, last) = (layout.dimension() * points, points - 1);
+        let tied = border - 2 * layout.dimension();
+        for a in 0..layout.dimension() {
+            push(border + layout.lambda(a), a * points, 1.0);
+            self.sbp.row(0).for_each(|(column, d)| push(border + layout.mu(a), a * points + column, d));
+            push(a * points + last, tied + layout.nu(a), 1.0);
+            self.sbp.row(last).for_each(|(row, d)| push(a * points + row, tied + layout.kappa(a), d));
         }
     }
 }

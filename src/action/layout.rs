@@ -82,33 +82,27 @@ impl Layout {
         }
     }
 
-    /// The unknowns along branch 1 and back along branch 2, the multipliers where they hold and tie the branches. This
-    /// is the contour in time that the doubled action is a sum over.
-    pub fn along_branches(&self) -> Vec<u32> {
-        let [start, end] = self.multipliers_of_ends();
-        let forward = (0..self.points).flat_map(|k| self.at_node(0, k));
-        let backward = (0..self.points).rev().flat_map(|k| self.at_node(1, k));
-        start.chain(forward).chain(end).chain(backward).map(|unknown| unknown as u32).collect()
+    /// Number of unknowns of Newton's system at equal branches: q^a on the nodes, by coordinate, and in the strong form
+    /// ν and κ, nN + 2n in all. Its equations are those of q₁^a − q₂^a on the nodes, and those of λ and μ.
+    pub fn equal_unknowns(&self) -> usize {
+        self.unknowns() / 2
     }
 
-    /// The unknowns along both branches at once, node by node.
-    pub fn along_nodes(&self) -> Vec<u32> {
-        let [start, end] = self.multipliers_of_ends();
-        let nodes = (0..self.points).flat_map(|k| self.at_node(0, k).chain(self.at_node(1, k)));
-        start.chain(nodes).chain(end).map(|unknown| unknown as u32).collect()
+    /// The entries of `gradient` that are equations of Newton's system at equal branches.
+    pub fn equal_equations(&self, gradient: &[f64]) -> Vec<f64> {
+        let (branch, border) = (self.row(1, 0), self.multiplier_range().start);
+        let gaps = (0..branch).map(|i| 0.5 * (gradient[i] - gradient[branch + i]));
+        gaps.chain(gradient[border..border + self.multipliers / 2].iter().copied()).collect()
     }
 
-    /// The unknowns of a branch at node k.
-    fn at_node(&self, branch: usize, k: usize) -> impl Iterator<Item = usize> {
-        let layout = *self;
-        (0..self.dimension).map(move |a| layout.row(branch, a) + k)
-    }
-
-    /// The multipliers that fix the start, and those that tie the ends.
-    fn multipliers_of_ends(&self) -> [Range<usize>; 2] {
-        let Range { start, end } = self.multiplier_range();
-        let between = start + self.multipliers / 2;
-        [start..between, between..end]
+    /// Writes a step of the unknowns of Newton's system at equal branches as one of all unknowns.
+    pub fn write_equal_step(&self, equal: &[f64], step: &mut [f64]) {
+        let (branch, border) = (self.row(1, 0), self.multiplier_range().start);
+        let (q, multipliers) = equal.split_at(branch);
+        step[..branch].copy_from_slice(q);
+        step[branch..border].copy_from_slice(q);
+        step[border..].fill(0.0);
+        step[border + self.multipliers / 2..].copy_from_slice(multipliers);
     }
 
     /// Coordinate `a` of a branch of `u` on the nodes.

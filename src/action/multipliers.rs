@@ -60,38 +60,3 @@ impl<S: Real, L: Lagrangian<S>> DoubledAction<'_, S, L> {
         }
     }
 }
-
-impl<L: Lagrangian<f64>> DoubledAction<'_, f64, L> {
-    /// Calls `push` for the constant border of the Hessian: ∂C_j/∂u and its transpose.
-    pub(super) fn visit_constraints(&self, push: &mut impl FnMut(usize, usize, f64)) {
-        let layout = self.layout();
-        let last = self.sbp.points() - 1;
-        let border = layout.multiplier_range().start;
-        let mut both = |multiplier: usize, unknown: usize, value: f64| {
-            push(border + multiplier, unknown, value);
-            push(unknown, border + multiplier, value);
-        };
-        let coordinates = 0..layout.dimension();
-        for a in coordinates.clone() {
-            both(layout.lambda(a), layout.row(0, a), 1.0);
-        }
-        let branches = [(0, 1.0), (1, -1.0)];
-        for a in coordinates.clone() {
-            for (branch, sign) in branches {
-                both(layout.nu(a), layout.row(branch, a) + last, sign);
-            }
-        }
-        for a in coordinates.clone() {
-            for (column, d) in self.sbp.row(0) {
-                both(layout.mu(a), layout.row(0, a) + column, d);
-            }
-        }
-        for a in coordinates {
-            for (branch, sign) in branches {
-                for (column, d) in self.sbp.row(last) {
-                    both(layout.kappa(a), layout.row(branch, a) + column, sign * d);
-                }
-            }
-        }
-    }
-}

@@ -315,11 +315,6 @@ fn force_structure_of<S: Real>(parts: &mut Parts<S>, structure: Structure<S>) ->
         for v in 0..variables {
             let first = parts.graph.derivative(node, v);
             structure.force_first.extend(source(parts, first, &mut rows).map(|value| ForceTerm { a, by: [v], value }));
-            for w in v..variables {
-                let second = parts.graph.derivative(first, w);
-                let value = source(parts, second, &mut rows);
-                structure.force_second.extend(value.map(|value| ForceTerm { a, by: [v, w], value }));
-            }
         }
     }
     structure.force_rows = rows.len();

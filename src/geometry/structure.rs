@@ -53,8 +53,6 @@ pub struct Structure<S> {
     pub force: Vec<ForceTerm<S, 0>>,
     /// Its first derivatives.
     pub force_first: Vec<ForceTerm<S, 1>>,
-    /// Its second derivatives.
-    pub force_second: Vec<ForceTerm<S, 2>>,
     /// Number of rows for the metric and the one-form with their derivatives.
     pub rows: usize,
     /// Number of rows for the force with its derivatives.

@@ -1,11 +1,11 @@
-//! The critical point of the doubled action: Newton's method on ∇E_IVP = 0 with an LU factorisation of the Hessian.
+//! The critical point of the doubled action: Newton's method on ∇E_IVP = 0 from equal branches, with a sparse LU.
 
 use super::newton::{self, Failure, LinearFailure, NewtonSystem, Root, RoundingLevels};
 use super::refinement::{self, Refined};
 use super::status::Status;
 use crate::action::{DoubledAction, GradientRounding, Layout};
 use crate::geometry::Lagrangian;
-use crate::linalg::sparse::{Envelope, Lu, Pattern};
+use crate::linalg::sparse::{Pattern, SparseLu};
 use crate::number::Real;
 use crate::number::norm::max_abs;
 
@@ -13,17 +13,12 @@ use crate::number::norm::max_abs;
 /// is useless.
 const LINEAR_TOLERANCE: f64 = 1e-3;
 
-/// Newton's method for actions on one operator: the sparsity and what an elimination fills in are found once.
-pub(super) struct CriticalPointSolver {
-    pattern: Pattern,
-    envelope: Envelope,
-}
+/// Newton's method for actions on one operator: the sparsity and the order of elimination are found once.
+pub(super) struct CriticalPointSolver(Pattern);
 
 impl CriticalPointSolver {
     pub(super) fn new<L: Lagrangian<f64>>(action: &DoubledAction<'_, f64, L>) -> Self {
-        let pattern = action.hessian_pattern();
-        let envelope = action.envelope(&pattern);
-        Self { pattern, envelope }
+        Self(action.newton_pattern())
     }
 
     /// The critical point of `action` that Newton's method reaches from `guess`.
@@ -33,7 +28,7 @@ impl CriticalPointSolver {
         guess: Vec<f64>,
         max_iterations: usize,
     ) -> Result<Root, Failure<L::Outside>> {
-        newton::solve(&mut Stationarity { solver: self, action }, guess, max_iterations)
+        newton::solve(&mut Stationarity { pattern: &self.0, action }, guess, max_iterations)
     }
 
     /// The critical point of `fine` close to that of `rough`, the same action in `f64`, whose Hessian is factored once;
@@ -49,8 +44,8 @@ impl CriticalPointSolver {
             let Root { unknowns, history } = root;
             return Ok(Root { unknowns: unknowns.into_iter().map(S::from).collect(), history });
         }
-        let hessian = rough.hessian(&root.unknowns, &self.pattern).ok();
-        let lu = hessian.and_then(|hessian| self.envelope.factor(&hessian).ok());
+        let matrix = rough.newton_matrix(&root.unknowns).ok();
+        let lu = matrix.and_then(|matrix| self.0.factor(&matrix).ok());
         let lu = lu.ok_or_else(|| Failure::without_iterate(Status::Singular))?;
         refinement::refine(&mut RefinedStationarity { action: fine, lu }, root, digits, max_iterations)
     }
@@ -58,7 +53,7 @@ impl CriticalPointSolver {
 
 /// ∇E_IVP = 0 as a Newton system.
 struct Stationarity<'a, L> {
-    solver: &'a CriticalPointSolver,
+    pattern: &'a Pattern,
     action: &'a DoubledAction<'a, f64, L>,
 }
 
@@ -74,20 +69,21 @@ impl<L: Lagrangian<f64>> NewtonSystem for Stationarity<'_, L> {
     }
 
     fn newton_step(&mut self, u: &[f64], residual: &[f64], step: &mut [f64]) -> Result<(), LinearFailure> {
-        let hessian = self.action.hessian(u, &self.solver.pattern).map_err(|_| LinearFailure)?;
-        let lu = self.solver.envelope.factor(&hessian).map_err(|_| LinearFailure)?;
-        // One solve and two steps of iterative refinement: the Hessian is indefinite and its entries span 1/h.
-        let mut remainder: Vec<f64> = residual.iter().map(|r| -r).collect();
-        step.fill(0.0);
+        let matrix = self.action.newton_matrix(u).map_err(|_| LinearFailure)?;
+        let lu = self.pattern.factor(&matrix).map_err(|_| LinearFailure)?;
+        let layout = self.action.layout();
+        let right: Vec<f64> = layout.equal_equations(residual).iter().map(|r| -r).collect();
+        // One solve and two steps of iterative refinement: the matrix is indefinite and its entries span 1/h.
+        let (mut solution, mut remainder) = (vec![0.0; right.len()], right.clone());
         for _ in 0..3 {
             lu.solve_in_place(&mut remainder);
-            step.iter_mut().zip(&remainder).for_each(|(step, part)| *step += part);
-            let product = hessian.multiply(step);
-            remainder = residual.iter().zip(product).map(|(r, product)| -r - product).collect();
+            solution.iter_mut().zip(&remainder).for_each(|(solution, part)| *solution += part);
+            remainder = right.iter().zip(lu.multiply(&solution)).map(|(right, product)| right - product).collect();
         }
-        let size = max_abs(residual);
+        layout.write_equal_step(&solution, step);
         let left =
             remainder.iter().fold(0.0, |largest: f64, r| if r.is_nan() { f64::INFINITY } else { largest.max(r.abs()) });
+        let size = max_abs(residual);
         if left <= LINEAR_TOLERANCE * size || size == 0.0 { Ok(()) } else { Err(LinearFailure) }
     }
 
@@ -126,10 +122,10 @@ fn sizes<S: Real>(layout: Layout, u: &[S]) -> Vec<S> {
     (0..layout.dimension()).map(size).collect()
 }
 
-/// ∇E_IVP with all digits, its Hessian at the `f64` critical point.
+/// ∇E_IVP with all digits, with the factors of Newton's system at the `f64` critical point.
 struct RefinedStationarity<'a, S, L> {
     action: &'a DoubledAction<'a, S, L>,
-    lu: Lu<'a>,
+    lu: SparseLu,
 }
 
 impl<S: Real, L: Lagrangian<S>> Refined<S> for RefinedStationarity<'_, S, L> {
@@ -140,7 +136,10 @@ impl<S: Real, L: Lagrangian<S>> Refined<S> for RefinedStationarity<'_, S, L> {
     }
 
     fn solve_linearised(&mut self, right: &mut [f64]) -> Result<(), LinearFailure> {
-        self.lu.solve_in_place(right);
+        let layout = self.action.layout();
+        let mut equal = layout.equal_equations(right);
+        self.lu.solve_in_place(&mut equal);
+        layout.write_equal_step(&equal, right);
         Ok(())
     }
 

@@ -3,6 +3,7 @@
 use geodesic_ivp::action::{DoubledAction, Form, Layout};
 use geodesic_ivp::geometry::{Geometry, Start};
 use geodesic_ivp::sbp::{SbpOperator, coefficients};
+use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
 use proptest::prelude::*;
 
@@ -113,30 +114,80 @@ fn check_gradient<G: Scene>(u: &[f64]) {
     });
 }
 
-fn check_hessian<G: Scene>(u: &[f64]) {
+/// The system that Newton's method solves at equal branches, against differences of the gradient.
+fn check_newton_matrix<G: Scene>(q: &[f64]) {
     with_actions::<G>(|action| {
-        let u = u[..action.layout().unknowns()].to_vec();
-        let pattern = action.hessian_pattern();
-        let hessian = action.hessian(&u, &pattern).unwrap();
-        let largest = (0..u.len()).map(|i| hessian.get(i, i).abs()).fold(1.0, f64::max);
-        for j in 0..u.len() {
-            let shifted = |step: f64| {
-                let mut u = u.clone();
-                u[j] += step;
+        let layout = action.layout();
+        let rows: Vec<&[f64]> = q.chunks_exact(POINTS).take(layout.dimension()).collect();
+        let u = layout.physical_limit(&rows, &vec![0.0; layout.multiplier_range().len()]);
+        let lu = action.newton_pattern().factor(&action.newton_matrix(&u).unwrap()).unwrap();
+        let mut step = vec![0.0; u.len()];
+        for j in 0..layout.equal_unknowns() {
+            let unit: Vec<f64> = (0..layout.equal_unknowns()).map(|i| f64::from(u8::from(i == j))).collect();
+            layout.write_equal_step(&unit, &mut step);
+            let shifted = |h: f64| {
+                let u: Vec<f64> = u.iter().zip(&step).map(|(u, step)| u + h * step).collect();
                 let mut gradient = vec![0.0; u.len()];
                 action.gradient(&u, &mut gradient).unwrap();
                 gradient
             };
             let h = 1e-3;
             let (a, b, c, d) = (shifted(h), shifted(-h), shifted(2.0 * h), shifted(-2.0 * h));
+            let difference = |i: usize| (8.0 * (a[i] - b[i]) - (c[i] - d[i])) / (12.0 * h);
+            let difference: Vec<f64> = (0..u.len()).map(difference).collect();
+            let column = lu.multiply(&unit);
+            let largest = difference.iter().fold(1.0, |largest: f64, entry| largest.max(entry.abs()));
             // A text for each entry takes longer than the entry.
-            let column = format!("{:?}, column {j}", action.form());
-            for i in 0..u.len() {
-                let difference = (8.0 * (a[i] - b[i]) - (c[i] - d[i])) / (12.0 * h);
-                let entry = hessian.get(i, j);
-                assert_near(entry, difference, 1e-8 * largest, &column);
-                assert!((entry - hessian.get(j, i)).abs() <= 1e-12 * largest, "({i}, {j}) is symmetric");
+            let name = format!("{:?}, column {j}", action.form());
+            for (got, want) in column.iter().zip(layout.equal_equations(&difference)) {
+                assert_near(*got, want, 1e-8 * largest, &name);
             }
+            // The mean of both branches' equations holds along the step, which keeps the branches equal.
+            let branch = layout.row(1, 0);
+            (0..branch).for_each(|i| assert_near(difference[i], -difference[branch + i], 1e-9 * largest, &name));
+        }
+    });
+}
+
+/// The Hessian of all unknowns by central differences of the gradient, and the gradient itself.
+fn whole_system(action: &DoubledAction<'_, f64, Geometry>, u: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
+    let gradient = |u: &[f64]| {
+        let mut gradient = DVector::zeros(u.len());
+        action.gradient(u, gradient.as_mut_slice()).unwrap();
+        gradient
+    };
+    let column = |j: usize| {
+        let shifted = |step: f64| {
+            let mut u = u.to_vec();
+            u[j] += step;
+            gradient(&u)
+        };
+        let h = 1e-3;
+        ((shifted(h) - shifted(-h)) * 8.0 - (shifted(2.0 * h) - shifted(-2.0 * h))) / (12.0 * h)
+    };
+    (DMatrix::from_columns(&(0..u.len()).map(column).collect::<Vec<_>>()), gradient(u))
+}
+
+/// E_IVP is odd in q₁ − q₂ where λ = μ = 0. So a Newton step with all unknowns keeps equal branches equal, and is the
+/// step of the system with half of them.
+fn check_newton_step<G: Scene>(q: &[f64]) {
+    with_actions::<G>(|action| {
+        let layout = action.layout();
+        let rows: Vec<&[f64]> = q.chunks_exact(POINTS).take(layout.dimension()).collect();
+        // ν and κ, the second half of the multipliers, may have any value.
+        let count = layout.multiplier_range().len();
+        let multipliers: Vec<f64> = (0..count).map(|j| if 2 * j < count { 0.0 } else { 0.3 * j as f64 }).collect();
+        let u = layout.physical_limit(&rows, &multipliers);
+        let (hessian, gradient) = whole_system(action, &u);
+        let whole = hessian.lu().solve(&-&gradient).unwrap();
+        let mut equal = layout.equal_equations(gradient.as_slice());
+        let pattern = action.newton_pattern();
+        pattern.factor(&action.newton_matrix(&u).unwrap()).unwrap().solve_in_place(&mut equal);
+        let mut step = vec![0.0; u.len()];
+        layout.write_equal_step(&equal, &mut step);
+        let largest = step.iter().fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
+        for (i, (whole, step)) in whole.iter().zip(&step).enumerate() {
+            assert_near(*whole, -step, 1e-5 * largest, &format!("{:?}, unknown {i}", action.form()));
         }
     });
 }
@@ -154,10 +205,21 @@ proptest! {
     }
 
     #[test]
-    fn the_hessian_is_the_derivative_of_the_gradient(u in proptest::collection::vec(-1.0..1.2_f64, UNKNOWNS)) {
-        check_hessian::<Everything>(&u);
-        check_hessian::<Plane>(&u);
-        check_hessian::<Null>(&u);
+    fn the_newton_matrix_is_the_derivative_of_the_gradient(q in proptest::collection::vec(-1.0..1.2_f64, 4 * POINTS)) {
+        check_newton_matrix::<Everything>(&q);
+        check_newton_matrix::<Plane>(&q);
+        check_newton_matrix::<Null>(&q);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(4))]
+
+    #[test]
+    fn newtons_method_keeps_equal_branches_equal(q in proptest::collection::vec(-0.5..0.5_f64, 4 * POINTS)) {
+        check_newton_step::<Everything>(&q);
+        check_newton_step::<Plane>(&q);
+        check_newton_step::<Null>(&q);
     }
 }
 

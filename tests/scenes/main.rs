@@ -3,7 +3,6 @@
 mod action;
 mod common;
 mod curvature;
-mod elimination;
 mod field;
 mod formulas;
 mod methods;

@@ -1,0 +1,145 @@
+//! Sparse linear systems, by the LU factorisation of [faer](https://docs.rs/faer).
+//!
+//! A [`Pattern`] holds what does not depend on the values: where the entries are, and an order of the columns that
+//! keeps the factors sparse. It is found once, and every matrix of that pattern is factorised with it.
+//!
+//! ```
+//! use geodesic_ivp::linalg::sparse::Pattern;
+//!
+//! // The rows (0, 1) and (1, 2). The last entry is a sum of two parts.
+//! let pattern = Pattern::new(2, &[(0, 1), (1, 0), (1, 1), (1, 1)]);
+//! let lu = pattern.factor(&[1.0, 1.0, 1.5, 0.5])?;
+//! let mut b = [3.0, 8.0];
+//! lu.solve_in_place(&mut b);
+//! assert!((b[0] - 2.0).abs() < 1e-15 && (b[1] - 3.0).abs() < 1e-15);
+//! assert_eq!(lu.multiply(&[2.0, 3.0]), [3.0, 8.0]);
+//! # Ok::<(), geodesic_ivp::linalg::sparse::Singular>(())
+//! ```
+
+use faer::linalg::solvers::SolveCore;
+use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
+use faer::sparse::{Argsort, Pair, SparseColMat, SymbolicSparseColMat};
+use faer::{ColRef, Conj, MatMut};
+
+/// The matrix has no factorisation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("the sparse matrix is singular")]
+pub struct Singular;
+
+/// The places of the entries of square matrices that are sums of parts, and their order of elimination.
+///
+/// faer runs on one thread here, so the digits of a solution do not depend on the number of cores.
+pub struct Pattern {
+    entries: SymbolicSparseColMat<u32>,
+    /// Tells which entry each part belongs to.
+    parts: Argsort<u32>,
+    symbolic: SymbolicLu<u32>,
+}
+
+impl Pattern {
+    /// The pattern of a matrix of `order` rows that is a sum of parts at these (row, column), in any order.
+    ///
+    /// # Panics
+    /// If a part is outside the matrix, or if there are more than 4·10⁹ of them.
+    pub fn new(order: usize, parts: &[(u32, u32)]) -> Self {
+        let places: Vec<Pair<u32, u32>> = parts.iter().map(|&(row, col)| Pair { row, col }).collect();
+        let (entries, parts) = SymbolicSparseColMat::try_new_from_indices(order, order, &places)
+            .expect("every part lies inside the matrix, and 32 bits count the parts");
+        let symbolic = SymbolicLu::try_new(entries.as_ref()).expect("32 bits count the entries of the factors");
+        Self { entries, parts, symbolic }
+    }
+
+    /// The LU factorisation with partial pivoting of the matrix with these values of its parts, which come in the order
+    /// of [`Self::new`].
+    ///
+    /// # Errors
+    /// [`Singular`] if a pivot column is empty. A column of zeros, or one with a number that is not finite, shows in
+    /// solutions, which are then not finite.
+    ///
+    /// # Panics
+    /// If there are not as many values as parts.
+    pub fn factor(&self, values: &[f64]) -> Result<SparseLu, Singular> {
+        let matrix = SparseColMat::new_from_argsort(self.entries.clone(), &self.parts, values)
+            .expect("there are as many values as parts");
+        let lu = Lu::try_new_with_symbolic(self.symbolic.clone(), matrix.as_ref()).map_err(|_| Singular)?;
+        Ok(SparseLu { matrix, lu })
+    }
+}
+
+impl std::fmt::Debug for Pattern {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Pattern({} rows, {} entries)", self.entries.nrows(), self.entries.compute_nnz())
+    }
+}
+
+/// A square sparse matrix with its factors.
+#[derive(Debug)]
+pub struct SparseLu {
+    matrix: SparseColMat<u32, f64>,
+    lu: Lu<u32, f64>,
+}
+
+impl SparseLu {
+    /// Overwrites `b`, which has one entry per row, with the solution of A·x = b.
+    pub fn solve_in_place(&self, b: &mut [f64]) {
+        let rows = b.len();
+        self.lu.solve_in_place_with_conj(Conj::No, MatMut::from_column_major_slice_mut(b, rows, 1));
+    }
+
+    /// The product of the matrix and `x`, which has one entry per row.
+    pub fn multiply(&self, x: &[f64]) -> Vec<f64> {
+        (&self.matrix * ColRef::from_slice(x)).iter().copied().collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Pattern;
+    use nalgebra::{DMatrix, DVector};
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Entries anywhere, the diagonal included or not, some of them sums of several parts.
+        #[test]
+        fn solves_like_a_dense_lu(
+            n in 1_usize..25,
+            parts in proptest::collection::vec((0_u32..25, 0_u32..25, -1.0..1.0_f64), 1..120),
+            keys in proptest::collection::vec(0_u32..1000, 25),
+            b in proptest::collection::vec(-1.0..1.0_f64, 25),
+        ) {
+            // A random permutation besides keeps most matrices regular.
+            let mut order: Vec<u32> = (0..n as u32).collect();
+            order.sort_by_key(|&row| keys[row as usize]);
+            let cycle = (0..n as u32).map(|row| (row, order[row as usize], 1.5));
+            let random = parts.iter().copied().filter(|&(row, column, _)| row.max(column) < n as u32);
+            let parts: Vec<(u32, u32, f64)> = random.chain(cycle).collect();
+            let places: Vec<(u32, u32)> = parts.iter().map(|&(row, column, _)| (row, column)).collect();
+            let values: Vec<f64> = parts.iter().map(|&(_, _, value)| value).collect();
+            let mut dense = DMatrix::<f64>::zeros(n, n);
+            parts.iter().for_each(|&(row, column, value)| dense[(row as usize, column as usize)] += value);
+            prop_assume!(dense.clone().svd(false, false).singular_values.min() > 1e-6);
+            let lu = Pattern::new(n, &places).factor(&values).unwrap();
+            let mut x = b[..n].to_vec();
+            lu.solve_in_place(&mut x);
+            let expected = dense.clone().lu().solve(&DVector::from_column_slice(&b[..n])).unwrap();
+            for (got, want) in x.iter().zip(expected.iter()) {
+                prop_assert!((got - want).abs() <= 1e-8 * (1.0 + expected.amax()), "{got} {want}");
+            }
+            let product = dense * DVector::from_column_slice(&x);
+            for (got, want) in lu.multiply(&x).iter().zip(product.iter()) {
+                prop_assert!((got - want).abs() <= 1e-14 * (1.0 + expected.amax()) * n as f64, "{got} {want}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_matrix_without_a_solution_is_seen() {
+        let pattern = Pattern::new(3, &[(0, 0), (2, 2), (1, 0), (0, 1)]);
+        for values in [[1.0, 1.0, 0.0, 0.0], [1.0, f64::NAN, 1.0, 1.0], [0.0; 4]] {
+            let Ok(lu) = pattern.factor(&values) else { continue };
+            let mut b = [1.0, 1.0, 1.0];
+            lu.solve_in_place(&mut b);
+            assert!(b.iter().any(|x| !x.is_finite()), "{values:?}: {b:?}");
+        }
+    }
+}
