@@ -158,11 +158,6 @@ def costs_of_scenes():
     return bench("cargo bench --bench scenes")
 
 
-@section("What solving for both branches costs, beside a general sparse LU")
-def elimination():
-    return bench("cargo bench --bench elimination --config 'profile.release.package.\"*\".opt-level=3'")
-
-
 STATUS = "method form n_gamma status delta_k_max delta_q_t_max error_x_max sawtooth".split()
 
 
