@@ -1,0 +1,210 @@
+//! What is measured on a run in units other than 1, against definitions and the motion itself.
+
+use geodesic_ivp::diagnostics::{Diagnostics, Measures, NEGLIGIBLE};
+use geodesic_ivp::study::run_error::run_error;
+use geodesic_ivp::study::verdict::facts_of_solution;
+
+use crate::common::{case, solved};
+
+fn measures(overrides: &str) -> Measures {
+    Diagnostics::new(&solved(overrides)).measures
+}
+
+fn warnings(overrides: &str) -> String {
+    let solution = solved(overrides);
+    Diagnostics::new(&solution).measures.warnings(&solution).join("\n")
+}
+
+/// V = 2x², so that ω = 2: a harmonic oscillation, as c is large.
+const OSCILLATION: &str = "potential={formula={expression=\"2*x^2\"}} particle.c=1e4";
+
+#[test]
+fn a_free_particle_has_all_of_its_charges() {
+    for initial in ["t=7.0,x=2.0,t_dot=3.0,x_dot=-0.5", "t=0.0,x=-0.3,t_dot=0.2,x_dot=5.0"] {
+        let free = measures(&format!("potential={{free={{}}}} initial={{{initial}}}")).free_particle.unwrap();
+        assert!(free.max_abs_delta_q_x < 1e-13 && free.max_abs_delta_q_eta < 1e-13, "{initial}: {free:?}");
+    }
+}
+
+#[test]
+fn only_a_free_particle_has_the_charges_of_one() {
+    assert!(measures("potential={polynomial={coefficients=[1.0,0.5]}}").free_particle.is_none());
+    assert!(measures("potential={polynomial={coefficients=[0.0,0.0,0.5]}}").free_particle.is_none());
+}
+
+#[test]
+fn the_bound_is_that_of_the_run_and_not_of_gamma() {
+    let bound = measures("grid={gamma_i=3.0,gamma_f=5.0,n_gamma=201} scheme.sbp=SBP42 initial.t=7.0").bound;
+    assert!(bound.defect().abs() < 1e-5 && bound.is_kept(), "{bound:?}");
+    // With K = 0 the bound is met, so that rounding alone may exceed it.
+    for k in 0..20 {
+        let speed = 1e4 * (1.0 + 0.0371 * f64::from(k));
+        let null =
+            format!("potential={{free={{}}}} initial={{t=0.0,x=0.3,t_dot={speed},x_dot={speed}}} grid.n_gamma=60");
+        assert!(measures(&null).bound.is_kept(), "{speed}");
+    }
+}
+
+#[test]
+fn with_the_recommended_c_a_motion_is_as_newtonian_as_promised() {
+    for (formula, t_dot, x_dot, c) in [
+        ("x^2/2-3", 2.0, 0.6, 20.0),
+        ("0.3*x", 0.5, 0.4, 20.0),
+        ("x^4-x", 1.5, -1.0, 20.0),
+        ("x^2/2-1e6", 2.0, 0.6, 3e3),
+    ] {
+        let overrides = format!(
+            "potential={{formula={{expression=\"{formula}\"}}}} scheme.sbp=SBP42 grid.n_gamma=101 \
+             initial={{t=0.0,x=1.0,t_dot={t_dot:?},x_dot={x_dot:?}}}"
+        );
+        let c = measures(&format!("{overrides} particle.c={c:?}")).newtonian.c().unwrap();
+        let deviation = measures(&format!("{overrides} particle.c={c:?}")).newtonian.deviation;
+        assert!((0.98..1.001).contains(&(deviation / NEGLIGIBLE)), "{formula}: {deviation:e} with c = {c}");
+    }
+}
+
+#[test]
+fn the_scales_of_an_oscillation_are_its_own() {
+    // In γ its frequency is ω ṫ = 6, and its amplitude is 0.25 in any case.
+    let grid = "grid={gamma_f=3.0,n_gamma=601} scheme.sbp=SBP42";
+    let initial = "initial={t=0.0,x=0.0,t_dot=3.0,x_dot=1.5}";
+    let scales = measures(&format!("{OSCILLATION} {initial} {grid}")).scales;
+    for (got, want) in [
+        (scales.x_range[0], -0.25),
+        (scales.x_range[1], 0.25),
+        (scales.amplitude(), 0.25),
+        (scales.x_dot, 1.5),
+        (scales.omega, 6.0),
+        (scales.step(), 6.0 * 3.0 / 600.0),
+        (scales.g00, 1.0),
+    ] {
+        assert!((got / want - 1.0).abs() < 1e-3, "{got} for {want}: {scales:?}");
+    }
+}
+
+#[test]
+fn a_verdict_counts_an_error_against_the_range_of_x() {
+    // x = 3 + 0.25 sin 6γ.
+    let overrides = "potential={formula={expression=\"2*(x-3)^2\"}} particle.c=1e4 scheme.sbp=SBP42 \
+                     initial={t=7.0,x=3.0,t_dot=3.0,x_dot=1.5} grid={gamma_f=3.0,n_gamma=601}";
+    let solution = solved(overrides);
+    let error = run_error(&case(overrides), &solution);
+    let errors = facts_of_solution(&solution, &measures(overrides), error.as_ref()).errors.unwrap();
+    let found = [errors[0].size, errors[0].range, errors[1].size, errors[1].range];
+    for (found, wanted) in found.into_iter().zip([9.0, 9.0, 3.25, 0.5]) {
+        assert!((found / wanted - 1.0).abs() < 1e-3, "{found} for {wanted}: {errors:?}");
+    }
+}
+
+#[test]
+fn the_advice_on_the_step_is_enough_and_not_too_much() {
+    let run = |n: usize| {
+        let initial = "initial={t=0.0,x=0.0,t_dot=1.0,x_dot=1.0}";
+        warnings(&format!("{OSCILLATION} {initial} grid={{gamma_f=20.0,n_gamma={n}}} scheme.sbp=SBP42"))
+    };
+    // Half of the limit 1.372 of SBP42, with ω = 2, is 58.3 intervals.
+    assert!(!run(62).contains("half the limit"), "{}", run(62));
+    let found = run(41);
+    let factor = found.split("by a factor of ").nth(1).unwrap_or_else(|| panic!("{found}"));
+    let factor: f64 = factor.split(' ').next().unwrap().parse().unwrap();
+    assert!((factor - 20.0 * 2.0 / 40.0 / 0.686).abs() < 0.06, "{found}");
+}
+
+#[test]
+fn a_horizon_is_near_where_g00_is_small() {
+    // x = sin²θ at γ = θ + sin θ cos θ, where g00 = cos²θ.
+    let fall = |root: f64| {
+        let gamma_f = root.acos() + root * (1.0 - root * root).sqrt();
+        let falls = "potential={linear={alpha=-0.5}} initial.x=0.0 initial.x_dot=0.0";
+        warnings(&format!("{falls} grid.gamma_f={gamma_f:?} solver.accuracy=1e-9"))
+    };
+    assert!(fall(0.09).contains("g00 falls to 8.1e-3 c^2") && fall(0.09).contains("near a horizon"), "{}", fall(0.09));
+    assert_eq!(fall(0.11), "");
+}
+
+#[test]
+fn an_accuracy_says_nothing_of_what_is_far_smaller_than_1() {
+    let run = |size: f64| {
+        let initial = format!("initial={{t=0.0,x={size:?},t_dot=1.0,x_dot={size:?}}}");
+        warnings(&format!("{OSCILLATION} {initial} grid.gamma_f=5.0 solver.accuracy=1e-6"))
+    };
+    assert!(run(1e-14).contains("an absolute one"), "{}", run(1e-14));
+    assert!(!run(1.0).contains("an absolute one"), "{}", run(1.0));
+    // Nothing is said of what rests.
+    assert!(!run(0.0).contains("an absolute one"), "{}", run(0.0));
+}
+
+#[test]
+fn printed_numbers_are_told_only_where_they_spoil_the_accuracy() {
+    let near = |overrides: &str| warnings(&format!("potential={{free={{}}}} {overrides}")).contains("near 1.0e10");
+    // Numbers near 1e10 are 1.9e-6 apart.
+    let gamma = "grid={gamma_i=1e10,gamma_f=10000000001.0}";
+    assert!(near(&format!("{gamma} initial={{t=0.0,x=1.0,t_dot=1.0,x_dot=0.1}} solver.accuracy=1e-8")));
+    assert!(!near(&format!("{gamma} initial={{t=0.0,x=1.0,t_dot=1.0,x_dot=1e-3}} solver.accuracy=1e-8")), "it is slow");
+    assert!(!near(&format!("{gamma} initial={{t=0.0,x=1e4,t_dot=1.0,x_dot=0.1}} solver.accuracy=1e-10")), "x is large");
+    let time = |rest: &str| near(&format!("initial={{t=1e10,x=1.0,t_dot=1.0,x_dot=0.1}} {rest}"));
+    assert!(time("grid.gamma_f=1.0 solver.accuracy=1e-8"));
+    assert!(!time("grid.gamma_f=1e4 solver.accuracy=1e-8"), "the run is long");
+}
+
+#[test]
+fn a_drift_of_k_counts_against_the_speed_in_every_unit() {
+    // The same motion, ten times as fast in γ: K and ẋ² are a hundred times as large.
+    for (n, drifts) in [(2001, true), (6001, false)] {
+        let slow = format!("grid={{gamma_f=100.0,n_gamma={n}}}");
+        let fast = format!("grid={{gamma_f=10.0,n_gamma={n}}} initial={{t=0.0,x=1.0,t_dot=10.0,x_dot=1.0}}");
+        let [one, other] = [&slow, &fast].map(|overrides| measures(overrides));
+        assert!((100.0 * one.max_abs_delta_k / other.max_abs_delta_k - 1.0).abs() < 1e-6, "{n}");
+        let share = one.max_abs_delta_k / one.scales.x_dot.powi(2);
+        assert_eq!(share > 0.1, drifts, "{n}: {share}");
+        for overrides in [slow, fast] {
+            assert_eq!(warnings(&overrides).contains("K drifts"), drifts, "{overrides}: {}", warnings(&overrides));
+        }
+        assert!(drifts || other.max_abs_delta_k > 0.2, "so that another size would be exceeded");
+    }
+}
+
+#[test]
+fn what_rests_needs_no_larger_c() {
+    let rest = "potential={formula={expression=\"x^2/2-3\"}} particle.c=20.0 \
+                initial={t=0.0,x=0.0,t_dot=1.0,x_dot=0.0} scheme.sbp=SBP42";
+    let found = measures(rest).newtonian;
+    assert!(found.c().is_none() && found.deviation == 0.0, "{found:?}");
+}
+
+#[test]
+fn how_far_a_motion_is_from_newtons_is_told_in_per_cent() {
+    // From rest at 0 with V = −x/2 and c = 1: g00 = 1 − x, and v²/g00 = g00 ẋ²/Q_t² = x at x, as K is 1.
+    let falls = "potential={linear={alpha=-0.5}} initial.x=0.0 initial.x_dot=0.0 grid={gamma_f=1.0,n_gamma=41}";
+    for scheme in ["", "scheme.sbp=SBP42", "scheme.sbp=SBP42 scheme.form=weak"] {
+        let overrides = format!("{falls} {scheme}");
+        let (solution, found) = (solved(&overrides), measures(&overrides));
+        let (x, w) = (solution.end_state().x, solution.end_state().x_dot);
+        let own = 2.0 * w * w * (1.0 - x);
+        assert!((found.newtonian.deviation / own - 1.0).abs() < 1e-6, "{scheme}: {:?} for {own}", found.newtonian);
+        assert!((own / (2.0 * x) - 1.0).abs() < 2e-3, "{scheme}: {own} at {x}");
+        let warning = found.newtonian_warning().unwrap();
+        let percent: f64 = warning.split("up to ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+        assert!((percent - 100.0 * own).abs() < 0.006, "{warning}");
+    }
+}
+
+#[test]
+fn windows_in_which_something_may_hide_are_told() {
+    let mut solution = solved("");
+    for (count, told) in [(None, false), (Some(0), false), (Some(3), true)] {
+        solution.windows_unproved = count;
+        let warnings = Diagnostics::new(&solution).measures.warnings(&solution).join("\n");
+        assert_eq!(warnings.contains("in 3 of the windows"), told, "{count:?}: {warnings}");
+    }
+}
+
+#[test]
+fn rounding_of_k_is_no_drift() {
+    // K is 1e4, and the motion contributes 1e-12 to it.
+    let slow = "potential={formula={expression=\"x^2/2\"}} particle.c=100.0 scheme.sbp=SBP42 \
+                initial={t=0.0,x=1e-6,t_dot=1.0,x_dot=0.0} grid={gamma_f=6.0,n_gamma=201}";
+    let found = measures(slow);
+    assert!(found.max_abs_delta_k > 0.1 * found.scales.x_dot.powi(2), "{found:?}");
+    assert!(!warnings(slow).contains("K drifts"), "{}", warnings(slow));
+}

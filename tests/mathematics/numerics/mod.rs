@@ -1,0 +1,33 @@
+//! One coordinate: identities of operators, published digits, symmetries, orders, long runs.
+
+mod action_derivatives;
+mod adaptive;
+mod atlas;
+mod certificates;
+mod convergence;
+mod diagnostics;
+mod elementary_functions;
+mod extended;
+mod failures;
+mod formula;
+mod invariances;
+mod lobatto;
+mod long_runs;
+mod memory;
+mod methods;
+mod promises;
+mod published_numbers;
+mod random_verdicts;
+mod reference;
+mod sampling;
+mod sbp_identities;
+mod shipped_cases;
+mod solves;
+mod spectral_elements;
+mod stability;
+mod study_orders;
+mod verdicts;
+mod weak;
+mod window_by_window;
+mod windows;
+mod work_precision;

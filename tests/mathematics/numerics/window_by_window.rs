@@ -1,0 +1,89 @@
+//! A run handed out window by window is the run that is kept whole.
+
+use crate::common::{case, solved};
+use geodesic_ivp::diagnostics::{Diagnostics, Measures};
+use geodesic_ivp::solve::solve_window_by_window;
+use geodesic_ivp::trajectory::{Coordinate, SampleStream, Sampler};
+use geodesic_ivp::{Solution, Status};
+
+const RUNS: [&str; 7] = [
+    "grid.windows=6 grid.gamma_f=3.0",
+    "grid.windows=6 grid.gamma_f=3.0 scheme.sbp=SBP42 scheme.form=weak initial.t=7.0 grid.gamma_i=-1.0",
+    "grid.windows=3 grid.gamma_f=3.0 scheme.sbp=SBP42 solver.system=doubled",
+    "grid.windows=6 grid.n_gamma=16 grid.gamma_f=3.0 scheme.sbp=GLL16 scheme.form=weak initial.t_dot=-1.0",
+    "grid.windows=4 grid.n_gamma=12 grid.t_f=3.0 scheme.sbp=GLL12 scheme.form=weak",
+    "solver.accuracy=1e-9 grid.gamma_f=7.0",
+    "solver.accuracy=1e-9 grid.t_f=7.0 potential={linear={alpha=0.2}}",
+];
+
+#[test]
+fn windows_one_by_one_are_those_of_the_whole_run() {
+    for overrides in RUNS {
+        let whole = solved(overrides);
+        let backwards = whole.duration() < 0.0;
+        let gammas: Vec<f64> = (0..=40).map(|k| whole.gamma_i + whole.length * f64::from(k) / 40.0).collect();
+        let times: Vec<f64> = (0..=40).rev().map(|k| whole.t_i() + whole.duration() * f64::from(k) / 40.0).collect();
+        let mut by_gamma = SampleStream::new(Coordinate::Gamma, gammas.clone(), backwards);
+        let mut by_time = SampleStream::new(Coordinate::Time, times.clone(), backwards);
+        let (mut t, mut x, mut gamma, mut windows) = (vec![], vec![], vec![], 0);
+        let mut measures: Option<Measures> = None;
+        let last = solve_window_by_window(&case(overrides), &mut |window: &Solution| {
+            windows += 1;
+            assert_eq!((window.windows.len(), window.window_count), (1, windows), "{overrides}");
+            t.extend(window.t());
+            x.extend_from_slice(window.x());
+            gamma.extend(window.gamma());
+            let here = Diagnostics::new(window).measures;
+            measures = Some(measures.map_or(here, |before| before.followed_by(here)));
+            by_gamma.see(window);
+            by_time.see(window);
+        });
+        let last = last.unwrap_or_else(|error| panic!("{overrides}: {error}"));
+        assert!(windows > 1 && windows == whole.window_count, "{overrides}");
+        assert!(t.iter().copied().eq(whole.t()) && x == whole.x() && gamma.iter().copied().eq(whole.gamma()));
+        assert_eq!(last.end_state(), whole.end_state(), "{overrides}");
+        assert_eq!((last.gradient_norm, &last.iterations), (whole.gradient_norm, &whole.iterations), "{overrides}");
+        assert_eq!((last.length, last.error_estimate), (whole.length, whole.error_estimate), "{overrides}");
+
+        let (parts, all) = (measures.expect("there are windows"), Diagnostics::new(&whole).measures);
+        assert!((parts.bound.h_bvp - all.bound.h_bvp).abs() < 1e-13 * all.bound.h_bvp.abs(), "{overrides}");
+        let difference = parts.bound.h_bvp_bound - all.bound.h_bvp_bound;
+        assert!(difference.abs() < 1e-13 * all.bound.h_bvp_bound.abs(), "{overrides}");
+        let defect = parts.bound.defect() - all.bound.defect();
+        assert!(defect.abs() < 1e-12 * all.bound.h_bvp_bound.abs(), "{overrides}: {defect:e}");
+        assert_eq!(Measures { bound: all.bound, ..parts }, all, "{overrides}");
+
+        let mut sampler = Sampler::new(&whole);
+        for (sample, &gamma) in by_gamma.finish(&last).unwrap().iter().zip(&gammas) {
+            assert_eq!(*sample, sampler.at_gamma(gamma).unwrap(), "{overrides}");
+        }
+        for (sample, &t) in by_time.finish(&last).unwrap().iter().zip(&times) {
+            assert_eq!(*sample, sampler.at_value(0, t).unwrap(), "{overrides}");
+        }
+    }
+}
+
+#[test]
+fn samples_beyond_the_run_are_refused_with_its_range() {
+    let overrides = "grid.windows=4 grid.n_gamma=12 grid.gamma_f=2.0 scheme.sbp=GLL12 scheme.form=weak";
+    for values in [vec![0.5, 2.5], vec![-0.5, 0.5], vec![2.5, 0.5]] {
+        let mut stream = SampleStream::new(Coordinate::Gamma, values.clone(), false);
+        let last = solve_window_by_window(&case(overrides), &mut |window: &Solution| stream.see(window)).unwrap();
+        assert_eq!(stream.finish(&last).unwrap_err().range, (0.0, 2.0), "{values:?}");
+    }
+}
+
+#[test]
+fn a_failure_on_the_way_ends_the_run() {
+    let overrides = "potential={linear={alpha=1.0}} initial.x=0.0 initial.x_dot=0.0 grid.gamma_f=10.0";
+    for scheme in ["scheme.sbp=GLL12 grid.n_gamma=12 scheme.form=weak grid.windows=20", "solver.accuracy=1e-8"] {
+        let (mut windows, mut furthest) = (0, 0.0);
+        let failure = solve_window_by_window(&case(&format!("{overrides} {scheme}")), &mut |window: &Solution| {
+            windows += 1;
+            furthest = window.windows[0].gamma[1];
+        });
+        let failure = failure.unwrap_err();
+        assert_eq!(failure.status, Status::OutsideDomain, "{scheme}");
+        assert!(windows > 0 && furthest < failure.gamma + 1e-9, "{scheme}: {furthest} and {}", failure.gamma);
+    }
+}

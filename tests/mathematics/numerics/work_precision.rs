@@ -1,0 +1,365 @@
+//! The chart of speed against accuracy: what its rows say. Nothing here depends on how fast the machine is.
+
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use geodesic_ivp::case::{Form, SbpName, SceneCase, on_grid};
+use geodesic_ivp::methods::{Composition, Dop853, Gauss, Output, PEERS, Peer, PeerIn, Problem, Rk4, Setting, Step};
+use geodesic_ivp::reference::ReferenceTrajectory;
+use geodesic_ivp::solve::{Setup, solve};
+use geodesic_ivp::study::work_precision::{
+    Arena, Budget, Family, Leader, OUTPUTS, Progress, Ratio, RowErrors, RowStatus, drift, measure,
+};
+use geodesic_ivp::{Case, Solution};
+
+use crate::common::case;
+
+/// By settings and not by time, so that a slow machine measures the same.
+const BUDGET: Budget = Budget { longest: f64::INFINITY, rounds: 1, settings: 12 };
+
+#[test]
+fn every_method_arrives_and_errors_are_those_of_the_method() {
+    let arena = Arena::new(&case("grid.gamma_f=4.0"), None).unwrap();
+    assert!(arena.length() == 4.0 && arena.reference_error() < 1e-18);
+    let families = Family::all();
+    let measured = measure(&arena, &families, &BUDGET, &AtomicBool::new(false), &mut |_| {});
+    assert!(!measured.interrupted);
+    for family in &families {
+        let rows: Vec<_> = measured.rows.iter().filter(|row| row.family == *family).collect();
+        let best = rows.iter().filter_map(|row| row.rank()).fold(f64::INFINITY, f64::min);
+        let bound = match family {
+            Family::Block(SbpName::Sbp21, _) => 1e-2,
+            Family::Block(SbpName::Sbp42, _) => 1e-3,
+            Family::Block(..) => 1e-4,
+            Family::March(4) => 1e-5,
+            Family::Peer(peer) => match peer.about().order {
+                Some(2) => 1e-2,
+                Some(5) => 1e-3,
+                Some(4) => 1e-5,
+                _ if peer.name() == "Gauss 4" => 1e-8,
+                _ => 1e-10,
+            },
+            _ => 1e-10,
+        };
+        assert!(best < bound, "{}: {best} in {} settings", family.name(), rows.len());
+        for row in rows.iter().filter(|row| row.status == RowStatus::Converged) {
+            let errors = row.errors.as_ref().unwrap();
+            // K depends on x and w, which are as accurate as x; a node of the strong form is less so.
+            assert!(errors.delta_k < 1e3 * errors.largest() + 1e-9, "{} {}: {errors:?}", family.name(), row.setting);
+            assert!(row.evaluations > 0 && row.points > 0 && row.seconds_min <= row.seconds_median);
+        }
+    }
+}
+
+#[test]
+fn what_fails_has_its_status_and_no_rank() {
+    let arena = Arena::new(&case("grid.gamma_f=300.0"), None).unwrap();
+    let families = [Family::Peer(&Gauss { stages: 2 }), Family::Peer(&Rk4)];
+    let measured = measure(&arena, &families, &BUDGET, &AtomicBool::new(false), &mut |_| {});
+    let statuses: Vec<&str> = measured.rows.iter().map(|row| row.status.as_str()).collect();
+    for status in ["converged", "inaccurate", "not-converged"] {
+        assert!(statuses.contains(&status), "{status}: {statuses:?}");
+    }
+    for row in &measured.rows {
+        assert_eq!(row.rank().is_some(), row.status == RowStatus::Converged, "{row:?}");
+    }
+}
+
+#[test]
+fn a_case_that_ends_at_a_time_is_charted_at_its_length() {
+    let arena = Arena::new(&case("grid={t_f=3.0,n_gamma=32}"), None).unwrap();
+    assert!((arena.length() - 2.0).abs() < 0.5, "{}", arena.length());
+    let cancelled = measure(&arena, &[Family::Peer(&Rk4)], &BUDGET, &AtomicBool::new(true), &mut |_| {});
+    assert!(cancelled.interrupted && cancelled.rows.is_empty());
+}
+
+#[test]
+fn along_a_run_runge_kutta_drifts_and_windows_do_not() {
+    let arena = Arena::new(&case("grid.gamma_f=100.0"), None).unwrap();
+    assert!(arena.reference_error() < 1e-20, "{:e}", arena.reference_error());
+    let families = [Family::Peer(&Rk4), Family::Peer(&Composition::VERLET), Family::March(16)];
+    let points = drift(&arena, &families, &AtomicBool::new(false));
+    let growth = |family: &Family| {
+        let of = |from: f64, to: f64| {
+            let part = points.iter().filter(|p| p.family == *family && (from..to).contains(&p.gamma));
+            part.map(|point| point.errors.delta_k).fold(0.0, f64::max)
+        };
+        of(80.0, 101.0) / of(0.0, 20.0)
+    };
+    assert!(
+        growth(&families[0]) > 2.0 && growth(&families[1]) < 1.5,
+        "{} {}",
+        growth(&families[0]),
+        growth(&families[1])
+    );
+    let windows = points.iter().filter(|point| point.family == families[2]);
+    assert!(windows.map(|point| point.errors.delta_k).fold(0.0, f64::max) < 1e-13);
+}
+
+#[test]
+fn along_a_run_a_tolerance_is_chosen_that_costs_as_much_as_constant_steps() {
+    let arena = Arena::new(&case("grid.gamma_f=10.0"), None).unwrap();
+    let families: [&'static dyn Peer; 3] = [&Rk4, &Composition::VERLET, &Dop853];
+    let points = drift(&arena, &families.map(Family::Peer), &AtomicBool::new(false));
+    for peer in families {
+        let own: Vec<_> = points.iter().filter(|point| point.family == Family::Peer(peer)).collect();
+        let setting = &own[0].setting;
+        let (tolerance, work) = setting.split_once(", ").map_or((None, setting.as_str()), |(a, b)| (Some(a), b));
+        let is_adaptive = peer.about().step == Step::Adaptive;
+        assert_eq!(tolerance.is_some_and(|tolerance| tolerance.starts_with("tol=1e-")), is_adaptive, "{setting}");
+        assert_eq!(tolerance.is_some(), is_adaptive, "{setting}");
+        // 200 evaluations in each of 100 intervals, of which there are ten a unit of γ.
+        let work: f64 = work.strip_suffix(" evaluations a unit of gamma").unwrap().parse().unwrap();
+        assert!((if is_adaptive { 400.0..2500.0 } else { 2000.0..2001.0 }).contains(&work), "{peer:?}: {work}");
+        assert!(own.is_sorted_by(|a, b| a.gamma < b.gamma), "{peer:?}");
+        assert!((own[own.len() - 1].gamma - 10.0).abs() < 1e-12 && (own[0].gamma - 0.1).abs() < 1e-12, "{peer:?}");
+    }
+}
+
+#[test]
+fn along_a_run_all_methods_get_about_the_same_budget() {
+    let arena = Arena::new(&case("grid.gamma_f=10.0"), None).unwrap();
+    let points = drift(&arena, &Family::all(), &AtomicBool::new(false));
+    let mut settings: Vec<(String, &str)> = points.iter().map(|p| (p.family.name(), p.setting.as_str())).collect();
+    settings.dedup();
+    assert_eq!(settings.len(), 14, "{settings:?}");
+    for (name, setting) in settings.into_iter().filter(|(_, setting)| !setting.starts_with("tol=")) {
+        // 200 evaluations in each of ten intervals a unit of γ, and the number of steps in an interval is whole.
+        let work: f64 = setting.strip_suffix(" evaluations a unit of gamma").unwrap().parse().unwrap();
+        assert!((1300.0..2700.0).contains(&work), "{name}: {setting}");
+    }
+}
+
+#[test]
+fn a_row_counts_the_points_of_its_grid() {
+    let arena = Arena::new(&case("grid.gamma_f=4.0"), None).unwrap();
+    let budget = Budget { settings: 3, ..BUDGET };
+    let rows = measure(&arena, &Family::all(), &budget, &AtomicBool::new(false), &mut |_| {}).rows;
+    let mut counted = 0;
+    for row in rows.iter().filter(|row| row.status == RowStatus::Converged) {
+        let number =
+            |key: &str| -> Option<usize> { row.setting.split(key).nth(1)?.split_whitespace().next()?.parse().ok() };
+        let points = match (&row.family, number("N="), number("windows="), number("steps=")) {
+            (_, Some(nodes), ..) => nodes,
+            (Family::Elements(nodes) | Family::March(nodes), None, Some(windows), _) => windows * nodes,
+            (_, None, None, Some(steps)) => steps,
+            _ => continue,
+        };
+        assert_eq!(row.points, points, "{} {}", row.family.name(), row.setting);
+        let evaluations = match &row.family {
+            Family::Peer(peer) if peer.name() == "RK4" => 4 * points,
+            // A recursion, which does not iterate.
+            Family::Block(SbpName::Sbp21, Form::Strong) => points,
+            _ => row.evaluations,
+        };
+        assert_eq!(row.evaluations, evaluations, "{} {}", row.family.name(), row.setting);
+        counted += 1;
+    }
+    assert!(counted > 20, "{counted}");
+}
+
+#[test]
+fn errors_of_a_row_are_those_of_the_states_and_decide_its_status() {
+    let case = case("initial={t=2.0,x=1.0,t_dot=1.3,x_dot=0.4} grid.gamma_f=8.0");
+    let (metric, initial) = (case.metric::<f64>(), case.initial_data::<f64>());
+    let reference = ReferenceTrajectory::new(&metric, &initial, 8.0, 16).unwrap();
+    let (arena, q_t, k) =
+        (Arena::new(&case, None).unwrap(), initial.invariants(&metric).q_t, initial.invariants(&metric).k);
+    assert!(arena.reference_error() > 0.0);
+    let budget = Budget { settings: 4, ..BUDGET };
+    let rows =
+        measure(&arena, &[Family::Peer(&Composition::VERLET)], &budget, &AtomicBool::new(false), &mut |_| {}).rows;
+    let mut large = false;
+    for row in &rows {
+        let steps: usize = row.setting.strip_prefix("steps=").unwrap().parse().unwrap();
+        let problem = Problem { space: metric.clone().into(), start: initial, length: 8.0 };
+        let output = Output::even(OUTPUTS);
+        let states = Composition::VERLET.run(&problem, &output, Setting::steps(steps)).unwrap().states;
+        let (mut errors, mut sizes, mut delta_k) = ([0.0_f64; 2], [0.0_f64; 2], 0.0_f64);
+        for (gamma, state) in output.gamma(8.0).zip(&states) {
+            let exact = reference.at(gamma);
+            let off = [state.elapsed - exact.elapsed, state.x - exact.x];
+            errors = [errors[0].max(off[0].abs()), errors[1].max(off[1].abs())];
+            sizes = [sizes[0].max(exact.elapsed.abs()), sizes[1].max(exact.x.abs())];
+            delta_k = delta_k.max((q_t * q_t / metric.at(state.x).g00 - state.w * state.w - k).abs());
+        }
+        let found = row.errors.as_ref().unwrap();
+        for (found, wanted) in found.q.iter().zip(errors).chain([(&found.delta_k, delta_k)]) {
+            assert!((found - wanted).abs() < 1e-6 * wanted + 1e-11, "{}: {found} for {wanted}", row.setting);
+        }
+        let is_good = errors[0] <= 0.1 * sizes[0] && errors[1] <= 0.1 * sizes[1];
+        assert_eq!(row.status == RowStatus::Converged, is_good, "{}: {errors:?} of {sizes:?}", row.setting);
+        large |= is_good && errors[0] > 0.1 / sizes[0];
+    }
+    assert!(large, "an error counts relative to the size");
+}
+
+/// The length of the runs of [`a_row_of_this_program_is_that_of_its_solve`].
+const LENGTH: f64 = 8.0;
+
+/// The largest errors of t, x and K of a solution at ten points: nodes, or ends of windows.
+fn errors_at_outputs(case: &Case, solution: &Solution) -> [f64; 3] {
+    let (metric, initial) = (case.metric::<f64>(), case.initial_data::<f64>());
+    let (q_t, k) = (initial.invariants(&metric).q_t, initial.invariants(&metric).k);
+    let reference = ReferenceTrajectory::new(&metric, &initial, LENGTH, 16).unwrap();
+    let (windows, steps) = (solution.windows.len(), solution.x().len() - 1);
+    let mut largest = [0.0_f64; 3];
+    for mark in 1..=10 {
+        let [t, x, w] = match (windows, mark) {
+            (1, 1..10) => {
+                let node = steps / 10 * mark;
+                [solution.elapsed()[node], solution.x()[node], solution.sbp().derivative_at(solution.x(), node)]
+            }
+            _ => {
+                let end = solution.joint((windows * mark / 10).max(1));
+                [end.q[0], end.q[1], -end.p[1]]
+            }
+        };
+        let exact = reference.at(LENGTH * mark as f64 / 10.0);
+        let off = [t - exact.elapsed, x - exact.x, q_t * q_t / metric.at(x).g00 - w * w - k];
+        largest = std::array::from_fn(|place| largest[place].max(off[place].abs()));
+    }
+    largest
+}
+
+#[test]
+fn a_row_of_this_program_is_that_of_its_solve() {
+    let start = "initial={t=2.0,x=1.0,t_dot=1.3,x_dot=0.4} grid.gamma_f=8.0";
+    let case = case(start);
+    let arena = Arena::new(&case, None).unwrap();
+    let families = [
+        Family::Block(SbpName::Sbp21, Form::Strong),
+        Family::Block(SbpName::Sbp42, Form::Strong),
+        Family::Block(SbpName::Sbp42, Form::Weak),
+        Family::Elements(8),
+        Family::March(8),
+        Family::Accuracy,
+    ];
+    let budget = Budget { settings: 5, ..BUDGET };
+    let rows = measure(&arena, &families, &budget, &AtomicBool::new(false), &mut |_| {}).rows;
+    let mut compared = 0;
+    for row in rows.iter().filter(|row| row.status == RowStatus::Converged) {
+        let number = |key: &str| -> usize { row.setting.strip_prefix(key).unwrap().parse().unwrap() };
+        let setup = Setup::<f64, _>::from(&case);
+        let again = match row.family {
+            Family::Block(sbp, form) => on_grid(&setup, (sbp, form), number("N="), LENGTH).unwrap(),
+            Family::Elements(_) => {
+                on_grid(&setup, (SbpName::Gll(8), Form::Weak), 7 * number("windows=") + 1, LENGTH).unwrap()
+            }
+            Family::Accuracy => {
+                let accuracy = row.setting.strip_prefix("tol=").unwrap();
+                Setup::from(&crate::common::case(&format!("{start} solver.accuracy={accuracy}")))
+            }
+            _ => {
+                // Every window evaluates all of its nodes, at least once.
+                assert!(row.evaluations >= row.points && row.evaluations.is_multiple_of(8), "{row:?}");
+                continue;
+            }
+        };
+        let solution: Solution = solve(again).unwrap();
+        // An explicit recursion has no iterations.
+        let sweeps = solution.iterations.count.max(solution.windows.len());
+        assert_eq!(row.evaluations, sweeps * solution.sbp().points(), "{row:?}");
+        assert_eq!(row.points, solution.x().len(), "{row:?}");
+        if row.family != Family::Accuracy {
+            let found = row.errors.as_ref().unwrap();
+            let found = [found.q[0], found.q[1], found.delta_k];
+            for (found, wanted) in found.into_iter().zip(errors_at_outputs(&case, &solution)) {
+                assert!((found - wanted).abs() < 1e-6 * wanted + 1e-11, "{row:?}: {found} for {wanted}");
+            }
+        }
+        compared += 1;
+    }
+    assert!(compared >= 15, "{compared} of {}", rows.len());
+}
+
+#[test]
+fn a_method_is_drawn_on_its_own_curve() {
+    for peer in PEERS {
+        let family = Family::Peer(peer);
+        assert_eq!(family.group().label(), peer.about().curve, "{peer:?}");
+        assert!(!family.is_own() && !family.is_certified());
+    }
+    assert!(Family::March(8).is_own() && !Family::March(8).is_certified());
+    for certified in [Family::Block(SbpName::Sbp21, Form::Weak), Family::Elements(8), Family::Accuracy] {
+        assert!(certified.is_own() && certified.is_certified(), "{}", certified.name());
+    }
+}
+
+#[test]
+fn times_are_those_of_single_runs_in_all_rounds() {
+    let arena = Arena::new(&case("grid.gamma_f=1.0"), None).unwrap();
+    let budget = Budget { rounds: 5, settings: 4, ..BUDGET };
+    let (start, mut rounds) = (Instant::now(), Vec::new());
+    let families = [Family::Peer(&Rk4), Family::Peer(&Composition::VERLET)];
+    let rows = measure(&arena, &families, &budget, &AtomicBool::new(false), &mut |progress| {
+        if let Progress::Round(done, all) = progress {
+            rounds.push((done, all));
+        }
+    })
+    .rows;
+    // Every row has been run once at least, and runs that take the same time five times are none.
+    let sum: f64 = rows.iter().map(|row| row.seconds_min).sum();
+    assert!(sum > 0.0 && sum < start.elapsed().as_secs_f64(), "{rows:?}");
+    assert!(rows.iter().any(|row| row.seconds_min < row.seconds_median), "{rows:?}");
+    assert_eq!(rounds, [(1, 5), (2, 5), (3, 5), (4, 5), (5, 5)]);
+}
+
+#[test]
+fn a_lead_is_a_ratio_of_times() {
+    let leader = |seconds: f64| Some(Leader { method: String::new(), setting: String::new(), seconds });
+    let ratio = Ratio { gamma_f: 1.0, error: 1e-6, own: leader(2.0), certified: leader(4.0), other: leader(12.0) };
+    assert_eq!((ratio.lead(), ratio.certified_lead()), (Some(6.0), Some(3.0)));
+    let alone = Ratio { certified: None, ..ratio };
+    assert_eq!((alone.lead(), alone.certified_lead()), (Some(6.0), None));
+}
+
+/// However often a short run is repeated, its time is that of one: many fit into what all of them take.
+#[test]
+fn the_time_of_a_setting_is_that_of_one_run() {
+    let arena = Arena::new(&case("grid.gamma_f=1.0"), None).unwrap();
+    let budget = Budget { longest: 0.1, rounds: 201, settings: 2 };
+    let start = Instant::now();
+    let rows = measure(&arena, &[Family::March(20)], &budget, &AtomicBool::new(false), &mut |_| {}).rows;
+    let all = start.elapsed().as_secs_f64();
+    let sum: f64 = rows.iter().map(|row| row.seconds_median).sum();
+    assert!(rows.len() == 2 && sum > 0.0 && 3.0 * budget.rounds as f64 * sum < all, "{sum} of {all}");
+}
+
+/// A circular orbit with r = 4 and dφ/dγ = 1/16 from t = 100 and φ = 1000 on.
+fn orbit() -> Arena {
+    let text = r#"
+        metric.coordinates = ["t", "r", "phi"]
+        metric.components = { "t t" = "9 - 0.5/r", "r r" = "-1", "phi phi" = "-r^2" }
+        initial = { t = 100.0, t_dot = 1.0, r = 4.0, phi = 1000.0, r_dot = 0.0, phi_dot = 0.0625 }
+        grid = { gamma_f = 8.0, n_gamma = 33 }
+        scheme.sbp = "SBP42"
+    "#;
+    Arena::of_scene(&SceneCase::parse("orbit", text, &[]).unwrap(), None).unwrap()
+}
+
+/// Ignorable coordinates count from the start, and active ones from zero.
+#[test]
+fn sizes_of_scenes() {
+    let arena = orbit();
+    for (name, size) in [("t", 8.0), ("r", 4.0), ("phi", 0.5)] {
+        let a = arena.coordinates().iter().position(|other| other == name).unwrap();
+        assert!((arena.sizes()[a] - size).abs() < 1e-12, "{name}: {}", arena.sizes()[a]);
+    }
+}
+
+#[test]
+fn a_result_is_near_in_all_coordinates_and_has_a_finite_k() {
+    let arena = orbit();
+    let sizes = arena.sizes();
+    let status = |a: usize, share: f64, delta_k: f64| {
+        let mut q = vec![0.0; sizes.len()];
+        q[a] = share * sizes[a];
+        arena.judge(&RowErrors { q, delta_k })
+    };
+    for a in 0..sizes.len() {
+        assert_eq!(status(a, 0.09, 1e9), RowStatus::Converged);
+        assert_eq!([status(a, 0.11, 0.0), status(a, f64::NAN, 0.0)], [RowStatus::Inaccurate; 2]);
+        assert_eq!([f64::NAN, f64::INFINITY].map(|k| status(a, 0.0, k)), [RowStatus::Inaccurate; 2]);
+    }
+}

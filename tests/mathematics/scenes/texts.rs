@@ -1,0 +1,134 @@
+//! What a text says besides its formulas: conserved sums, and mistakes.
+
+use geodesic_ivp::geometry::{
+    Geometry, GeometryError, GeometryText, MOST_COUPLED, MetricText, Place, PotentialText, value_of,
+};
+
+use crate::common::{geometry, metric, newtonian, newtonian_start, of_potential, preset, start};
+
+fn sums(text: &PotentialText, x: &[f64], v: &[f64]) -> Vec<String> {
+    let geometry: Geometry = of_potential(text);
+    let start = newtonian_start(&geometry, x, v);
+    let sums = geometry.conserved_sums(&start.q, &start.q_dot);
+    sums.iter().map(|sum| sum.formula(geometry.names())).collect()
+}
+
+#[test]
+fn sums_of_momenta() {
+    let pair = newtonian(&["x1", "x2"], "(x1 - x2)^4/4 + cos(x1 - x2)");
+    assert_eq!(sums(&pair, &[0.3, -0.4], &[0.1, 0.2]), ["p_x1 + p_x2"]);
+    let oblique = newtonian(&["x", "y"], "sin(2*x - y)");
+    assert_eq!(sums(&oblique, &[0.3, -0.4], &[0.1, 0.2]), ["p_x + 2*p_y"]);
+    let henon_heiles = newtonian(&["x", "y"], "(x^2 + y^2)/2 + x^2*y - y^3/3");
+    assert!(sums(&henon_heiles, &[0.1, 0.0], &[0.0, 0.5]).is_empty());
+    let distance = |a: usize, b: usize| format!("1/sqrt((x{a} - x{b})^2 + (y{a} - y{b})^2)");
+    let expression = format!("-{} - {} - {}", distance(1, 2), distance(1, 3), distance(2, 3));
+    let bodies = newtonian(&["x1", "y1", "x2", "y2", "x3", "y3"], &expression);
+    let mut found = sums(&bodies, &[1.0, -0.2, -1.0, 0.2, 0.0, 0.0], &[0.4, 0.4, 0.4, 0.4, -0.9, -0.8]);
+    found.sort();
+    assert_eq!(found, ["p_x1 + p_x2 + p_x3", "p_y1 + p_y2 + p_y3"]);
+    // Friction on one of two bodies takes momentum away; the same on both by their difference does not.
+    let mut rubbing = pair.clone();
+    rubbing.force = vec![(0, "-x1_dot".into())];
+    assert!(sums(&rubbing, &[0.3, -0.4], &[0.1, 0.2]).is_empty());
+    rubbing.force = vec![(0, "x2_dot - x1_dot".into()), (1, "x1_dot - x2_dot".into())];
+    assert_eq!(sums(&rubbing, &[0.3, -0.4], &[0.1, 0.2]), ["p_x1 + p_x2"]);
+    // Of an ignorable coordinate the momentum itself is conserved, and no sum is looked for.
+    let hole: Geometry = geometry(&preset("schwarzschild", &[]));
+    let at = start(&hole, &[0.0, 10.0, 0.0], &[1.2, -0.05, 0.03]);
+    assert!(hole.conserved_sums(&at.q, &at.q_dot).is_empty());
+}
+
+fn mistake(text: MetricText) -> GeometryError {
+    Geometry::<f64>::new(&GeometryText::Metric(text)).unwrap_err()
+}
+
+fn plane() -> MetricText {
+    metric(&["x", "y"], &[("x x", "1"), ("y y", "1 + x^2")])
+}
+
+#[test]
+fn definitions() {
+    let define = |definitions: &[(&str, &str)]| {
+        let owned = definitions.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned()));
+        MetricText { definitions: owned.collect(), ..plane() }
+    };
+    let circle = mistake(define(&[("a", "b + 1"), ("b", "2*c"), ("c", "b*x")]));
+    assert_eq!(circle, GeometryError::Circular(vec!["b".into(), "c".into(), "b".into()]));
+    assert!(circle.to_string().contains("b -> c -> b"), "{circle}");
+    assert_eq!(mistake(define(&[("a", "a*x")])), GeometryError::Circular(vec!["a".into(), "a".into()]));
+    // Each after those that it uses, in whatever order they stand.
+    assert!(Geometry::<f64>::new(&GeometryText::Metric(define(&[("a", "b + 1"), ("b", "2*x")]))).is_ok());
+}
+
+#[test]
+fn blocks_of_the_metric() {
+    let block = |components| mistake(metric(&["x", "y"], components));
+    assert_eq!(block(&[("x x", "1")]), GeometryError::WithoutComponent(1));
+    assert_eq!(block(&[("x x", "1"), ("y y", "0")]), GeometryError::WithoutComponent(1));
+    assert_eq!(block(&[("x x", "4"), ("x y", "2"), ("y y", "1")]), GeometryError::Degenerate(vec![0, 1]));
+    let three = metric(&["x", "y", "z"], &[("x x", "1"), ("x y", "x"), ("x z", "y")]);
+    assert_eq!(mistake(three), GeometryError::Degenerate(vec![0, 1, 2]));
+    // A determinant that vanishes for every x, though no term of it does, is found where the scene starts.
+    let hidden: Geometry = geometry(&metric(&["x", "y"], &[("x x", "x"), ("x y", "x"), ("y y", "x")]));
+    assert_eq!(hidden.around(&[1.5, 0.0]).unwrap_err().block, Some(0));
+    let names: Vec<String> = (0..=MOST_COUPLED).map(|k| format!("x{k}")).collect();
+    let coupled = |count: usize| MetricText {
+        coordinates: names[..count].to_vec(),
+        components: (0..count)
+            .map(|k| ([k, k], "2".to_owned()))
+            .chain((1..count).map(|k| ([k - 1, k], "x0/9".to_owned())))
+            .collect(),
+        ..MetricText::default()
+    };
+    let (coordinates, most) = (MOST_COUPLED + 1, MOST_COUPLED);
+    assert_eq!(mistake(coupled(coordinates)), GeometryError::BlockTooLarge { coordinates, most });
+    let largest: Geometry = geometry(&coupled(MOST_COUPLED));
+    assert_eq!(largest.blocks(), [(0..MOST_COUPLED).collect::<Vec<_>>()]);
+}
+
+#[test]
+fn names_and_numbers() {
+    let place = |text: MetricText, fragment: &str| {
+        let error = mistake(text);
+        assert!(error.to_string().contains(fragment), "{error}");
+        error.place().unwrap().clone()
+    };
+    let unknown = metric(&["x", "y"], &[("x x", "1"), ("y y", "1 + q^2")]);
+    assert_eq!(place(unknown, "unknown name 'q'"), Place::Component([1, 1]));
+    // Velocities are for forces only.
+    let velocity = metric(&["x", "y"], &[("x x", "1"), ("y y", "1 + x_dot^2")]);
+    assert_eq!(place(velocity, "unknown name 'x_dot'"), Place::Component([1, 1]));
+    let one_form = MetricText { one_form: vec![(1, "y_dot".into())], ..plane() };
+    assert_eq!(place(one_form, "unknown name 'y_dot'"), Place::OneForm(1));
+    let force = MetricText { force: vec![(0, "x_dot + z_dot".into())], ..plane() };
+    assert_eq!(place(force, "unknown name 'z_dot'"), Place::Force(0));
+    let conformal = MetricText { conformal: Some("1 +".into()), ..plane() };
+    assert_eq!(place(conformal, "found the end"), Place::Conformal);
+    let definition = MetricText { definitions: vec![("f".into(), "g(x)".into())], ..plane() };
+    assert_eq!(place(definition, "unknown function 'g'"), Place::Definition("f".into()));
+    let parameter = |value: &str| MetricText { parameters: vec![("k".into(), value.into())], ..plane() };
+    assert_eq!(place(parameter("x"), "unknown name 'x'"), Place::Parameter("k".into()));
+    assert_eq!(place(parameter("1/0"), "not a finite number"), Place::Parameter("k".into()));
+    assert!((value_of::<f64>("2*k/3", &[("k".into(), "pi".into())]).unwrap() - 2.094_395_102_393_195_3).abs() < 1e-15);
+    assert!(value_of::<f64>("x", &[]).is_err());
+}
+
+#[test]
+fn mistakes_in_a_potential() {
+    let mistake = |text: PotentialText| {
+        let error = Geometry::<f64>::new(&GeometryText::Potential(text)).unwrap_err();
+        error.place().cloned()
+    };
+    let good = || newtonian(&["x", "y"], "x^2*y");
+    assert_eq!(mistake(newtonian(&["x", "y"], "x*z")), Some(Place::Potential));
+    // Time and the lift's own coordinate are no variables of V.
+    assert_eq!(mistake(newtonian(&["x", "y"], "x*t")), Some(Place::Potential));
+    assert_eq!(mistake(newtonian(&["x", "y"], "x*s")), Some(Place::Potential));
+    assert_eq!(mistake(PotentialText { mass: "0/0".into(), ..good() }), Some(Place::Mass(None)));
+    let masses = vec!["1".into(), "heavy".into()];
+    assert_eq!(mistake(PotentialText { masses, ..good() }), Some(Place::Mass(Some(1))));
+    assert_eq!(mistake(PotentialText { c: "ln(0)".into(), ..good() }), Some(Place::SpeedOfLight));
+    // A coordinate without a mass has no component.
+    assert_eq!(mistake(PotentialText { masses: vec!["1".into()], ..good() }), None);
+}

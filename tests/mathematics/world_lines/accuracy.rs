@@ -1,0 +1,386 @@
+//! Scenes solved to an accuracy: published numbers, true errors below the estimate, ends to the last bit.
+
+use std::ops::ControlFlow;
+
+use geodesic_ivp::Status;
+use geodesic_ivp::case::SceneCase;
+use geodesic_ivp::case::builtin::{self, Group, NAMES};
+use geodesic_ivp::diagnostics::Diagnostics;
+use geodesic_ivp::engine::lobatto::flow::Flow;
+use geodesic_ivp::geometry::{Direction, GeometryText, Observable, Place as FormulaPlace, Preset};
+use geodesic_ivp::output::{write_residuals, write_trajectory};
+use geodesic_ivp::reference::ReferenceTrajectory;
+use geodesic_ivp::solve::{NoSolution, WorldLine, solve};
+use geodesic_ivp::study::errors::scene_error;
+use geodesic_ivp::trajectory::{Sampler, Watch, crossings};
+
+use crate::random_scenes::outcome::Outcome;
+use crate::random_scenes::random::Random;
+use crate::random_scenes::several::Several;
+
+fn builtin_scene(name: &str, settings: &[&str]) -> SceneCase {
+    let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
+    SceneCase::parse(name, builtin::text(name).unwrap(), &settings).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+fn solved(case: &SceneCase) -> WorldLine {
+    solve(case.setup::<f64>()).unwrap_or_else(|failure| panic!("{failure}"))
+}
+
+fn from_text(text: &str) -> WorldLine {
+    solved(&SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}")))
+}
+
+/// Coordinate `name` at the end of a run.
+fn end(line: &WorldLine, name: &str) -> f64 {
+    line.end().q[line.geometry().names().iter().position(|other| other == name).unwrap()]
+}
+
+/// The largest error at a node, relative to the sizes that an accuracy is relative to; and that of the reference.
+fn error(line: &WorldLine) -> [f64; 2] {
+    let found = scene_error(line).expect("the reference gets there");
+    let geometry = line.geometry();
+    let worst = (0..geometry.dimension()).fold(0.0_f64, |worst, a| {
+        let origin = if geometry.active().contains(&a) { 0.0 } else { line.place.start.q[a] };
+        let size = line.q(a).fold(1.0_f64, |size, q| size.max((q - origin).abs()));
+        worst.max(found.largest[a] / size)
+    });
+    [worst, found.judge.relative_error()]
+}
+
+/// What rounding leaves in the gradient of the action: two derivatives on n nodes, each of norm 2n², and a quadrature
+/// weight of 1/n², of the terms g_ab q̇^b that make the momenta. They may be far larger than those. In q̇^b counts what
+/// is rounded before it is differentiated: q^b itself, which in a short window changes by little of its size. Ignorable
+/// coordinates are counted from the start of the window.
+fn rounding_of_gradients(line: &WorldLine) -> f64 {
+    let geometry = line.geometry();
+    let joints = line.views().flat_map(|view| [(view.window, view.start), (view.window, view.end)]);
+    let terms = joints.flat_map(|(window, joint)| {
+        let mut sums = vec![0.0; joint.q.len()];
+        for (b, (&q, q_dot)) in joint.q.iter().zip(line.velocities(joint)).enumerate() {
+            let of_size = if geometry.active().contains(&b) { q / window.length() } else { 0.0 };
+            let mut velocity = vec![0.0; joint.q.len()];
+            velocity[b] = q_dot.abs().max(of_size.abs());
+            sums.iter_mut().zip(geometry.momenta(joint.q, &velocity)).for_each(|(sum, p)| *sum += p.abs());
+        }
+        sums
+    });
+    let n = line.sbp().points() as f64;
+    16.0 * f64::EPSILON * n * n * terms.fold(1.0, f64::max)
+}
+
+/// The same between the nodes, as samples and events are taken there.
+fn error_of_samples(line: &WorldLine) -> f64 {
+    const SAMPLES: usize = 331;
+    let geometry = line.geometry();
+    let reference = ReferenceTrajectory::new(geometry, &line.place.start, line.length, 16).expect("it gets there");
+    let mut sampler = Sampler::new(line);
+    let (mut largest, mut sizes) = (vec![0.0_f64; geometry.dimension()], vec![1.0_f64; geometry.dimension()]);
+    for k in 0..SAMPLES {
+        let gamma = line.length * (k as f64 + 0.37) / SAMPLES as f64;
+        let (sample, exact) = (sampler.at_gamma(line.gamma_i + gamma).expect("inside the run"), reference.at(gamma));
+        for a in 0..geometry.dimension() {
+            let origin = if geometry.active().contains(&a) { 0.0 } else { line.place.start.q[a] };
+            let off = (sample.q[a] - exact.q[a]).abs();
+            assert!(off.is_finite(), "at {gamma}");
+            largest[a] = largest[a].max(off);
+            sizes[a] = sizes[a].max((exact.q[a] - origin).abs());
+        }
+    }
+    largest.iter().zip(&sizes).fold(0.0, |worst, (error, size)| worst.max(error / size))
+}
+
+#[test]
+fn every_shipped_scene_is_as_accurate_as_asked_for() {
+    for name in NAMES.iter().filter(|name| builtin::group(name) == Some(Group::Scene)) {
+        for accuracy in [1e-3, 1e-6, 1e-9, 1e-12] {
+            let case = builtin_scene(name, &[&format!("solver.accuracy={accuracy:e}")]);
+            let line = match solve::<f64, _>(case.setup()) {
+                // Rounding alone is more over 415 turns, as the program says.
+                Err(failure) if accuracy == 1e-12 && *name == "mercury" => {
+                    assert_eq!(failure.status, Status::AccuracyNotReached, "{name}: {failure}");
+                    continue;
+                }
+                line => line.unwrap_or_else(|failure| panic!("{name}, {accuracy:e}: {failure}")),
+            };
+            let ([error, of_reference], estimate) = (error(&line), line.error_estimate.unwrap());
+            assert!(error <= accuracy, "{name}, {accuracy:e}: {error:e}");
+            assert!(error <= estimate + of_reference && estimate <= accuracy, "{name}: {error:e}, {estimate:e}");
+            let of_samples = error_of_samples(&line);
+            assert!(of_samples <= accuracy, "{name}, {accuracy:e} between the nodes: {of_samples:e}");
+            // A critical point, with charges to match.
+            let diagnostics = Diagnostics::of_scene(&line, &[], &mut [], case.is_lifted());
+            let momenta = line.place.start.p.iter().fold(1.0_f64, |size, p| size.max(p.abs()));
+            let allowed = (accuracy * momenta).max(rounding_of_gradients(&line));
+            assert!(line.gradient_norm <= allowed, "{name}, {accuracy:e}: {:e} {allowed:e}", line.gradient_norm);
+            for charge in &diagnostics.charges {
+                let allowed = (1e-2 * accuracy).max(1e-10) * charge.value.abs().max(1.0);
+                assert!(charge.max_interior <= allowed, "{name}, {accuracy:e}: {:e}", charge.max_interior);
+            }
+        }
+    }
+}
+
+/// Numbers that are published, or were computed by two other programs to 30 digits.
+#[test]
+fn published_numbers() {
+    let tight = |name: &str, more: &[&str]| solved(&builtin_scene(name, &[&["solver.accuracy=1e-12"], more].concat()));
+    let line = tight("schwarzschild-orbit", &["grid.gamma_f=2000.0"]);
+    for (name, expected) in [("t", 2303.946208190368), ("r", 17.26224354443184), ("phi", 54.49163727888025)] {
+        assert!((end(&line, name) - expected).abs() <= 1e-10 * expected, "{name}: {}", end(&line, name));
+    }
+    // It closes after three radial periods.
+    let line = tight("kerr-periodic", &[]);
+    let turns = end(&line, "phi") / std::f64::consts::TAU;
+    assert!((turns - turns.round()).abs() < 1e-10 && (end(&line, "r") - 7.561235180449384).abs() < 1e-10, "{turns}");
+    let line = tight("henon-heiles", &[]);
+    assert!((end(&line, "x") + 0.0401942378760688).abs() < 1e-10);
+    assert!((end(&line, "y") - 0.679016921772022).abs() < 1e-10);
+    // A ray in Maxwell's fish-eye closes.
+    let line = tight("fish-eye", &[]);
+    let start = &line.place.start.q;
+    for (q, start) in line.end().q.iter().zip(start) {
+        assert!((q - start).abs() < 1e-10, "{q} {start}");
+    }
+}
+
+/// Falling from rest at r = 10, the horizon is met at τ = 33.7…, and r = 0.01 just before the singularity.
+#[test]
+fn a_formula_ends_the_fall_into_a_black_hole() {
+    for (radius, tau) in [("2", 33.700869851892335), ("0.01", 35.123602109185676)] {
+        let until = format!("grid.until=r - {radius}");
+        let settings = ["solver.accuracy=1e-11", "grid.gamma_f=35.2", &until];
+        let line = solved(&builtin_scene("schwarzschild-plunge", &settings));
+        assert!((line.gamma_f() - tau).abs() < 1e-10 * tau, "{radius}: {}", line.gamma_f());
+        assert!((end(&line, "r") - radius.parse::<f64>().unwrap()).abs() < 1e-8, "{radius}: {}", end(&line, "r"));
+    }
+}
+
+/// An event ends a run at its first crossing in the direction that is asked for.
+#[test]
+fn an_event_in_its_direction_ends_a_run() {
+    let text = ELLIPSE.replace("x = 0.1", "x = 0.5").replace("sqrt(19)", "sqrt(3)");
+    for (direction, turns) in [("down", 0.5), ("up", 1.0), ("both", 0.5)] {
+        let event =
+            format!("[events]\nr = {{ when = \"x*x_dot + y*y_dot\", direction = \"{direction}\", until = true }}\n");
+        let line = from_text(&format!("{text}[grid]\ngamma_f = 9.0\n[solver]\naccuracy = 1e-11\n{event}"));
+        assert!((line.gamma_f() - turns * std::f64::consts::TAU).abs() < 1e-9, "{direction}: {}", line.gamma_f());
+    }
+}
+
+const ELLIPSE: &str = "[potential]\ncoordinates = [\"x\", \"y\"]\nformula = \"-1/sqrt(x^2 + y^2)\"\n\
+                       [particle]\nlaw = \"newtonian\"\n\
+                       [initial]\nx = 0.1\ny = 0.0\nx_dot = 0.0\ny_dot = \"sqrt(19)\"\n";
+
+/// Ten turns of an ellipse of eccentricity 0.9: windows are fifty times as short at the periapsis as far out.
+#[test]
+fn windows_follow_the_motion() {
+    let line = from_text(&format!("{ELLIPSE}[grid]\nt_f = \"20*pi\"\n[solver]\naccuracy = 1e-9\n"));
+    assert!((end(&line, "x") - 0.1).abs() < 1e-9 && end(&line, "y").abs() < 4.5e-9, "{:?}", line.end().q);
+    let lengths = || line.windows.iter().map(|window| window.gamma[1] - window.gamma[0]);
+    let (shortest, longest) = (lengths().fold(f64::INFINITY, f64::min), lengths().fold(0.0, f64::max));
+    assert!(longest > 20.0 * shortest, "{shortest} {longest}");
+    assert!(line.windows.len() < 200, "{}", line.windows.len());
+}
+
+/// A hundred turns with an adapted pace: an error of t counts as one of the position, which is fast at the periapsis.
+#[test]
+fn a_run_to_a_time_is_accurate_at_that_time() {
+    let ellipse = ELLIPSE.replace("[particle]", "conformal = \"1/sqrt(x^2 + y^2)\"\n[particle]");
+    for accuracy in [1e-5, 1e-7, 1e-9] {
+        let line = from_text(&format!("{ellipse}[grid]\nt_f = \"200*pi\"\n[solver]\naccuracy = {accuracy:e}\n"));
+        let off = (end(&line, "x") - 0.1).hypot(end(&line, "y"));
+        let estimate = line.error_estimate.unwrap();
+        assert!(off <= estimate && estimate <= accuracy, "{accuracy:e}: off by {off:e}, estimate {estimate:e}");
+        let found = scene_error(&line).unwrap();
+        assert!((found.end[1].hypot(found.end[2]) - off).abs() <= 1e-3 * off + 1e-11, "{:?}", found.end);
+        assert_eq!(found.end[0], 0.0);
+    }
+}
+
+/// With an accuracy and with windows by hand, whether or not a formula could have ended the run before.
+#[test]
+fn a_world_line_knows_that_a_time_ended_it() {
+    let ellipse = ELLIPSE.replace("[particle]", "conformal = \"1/sqrt(x^2 + y^2)\"\n[particle]");
+    let end_of = |until: &str, rest: &str| {
+        let line = from_text(&format!("{ellipse}[grid]\nt_f = 1.0\n{until}{rest}"));
+        assert!(line.ended_at.is_none_or(|(_, t)| (t - 1.0).abs() < 1e-14));
+        (line.ended_at.map(|(a, _)| a), line.ended_by, scene_error(&line).unwrap().end[0])
+    };
+    for rest in ["[solver]\naccuracy = 1e-8\n", "windows = 4\n[scheme]\nsbp = \"GLL8\"\nform = \"weak\"\n"] {
+        assert_eq!(end_of("", rest), (Some(0), None, 0.0));
+        assert_eq!(end_of("until = \"x + 3\"\n", rest), (Some(0), None, 0.0));
+        let (ended_at, ended_by, _) = end_of("until = \"x\"\n", rest);
+        assert_eq!((ended_at, ended_by), (None, Some(0)));
+    }
+}
+
+/// Windows of different lengths say the same as windows of one length.
+#[test]
+fn every_reader_of_a_world_line_takes_the_grid_of_each_window() {
+    let orbit = |settings: &[&str]| {
+        solved(&builtin_scene("schwarzschild-orbit", &[&["grid.gamma_f=400.0"], settings].concat()))
+    };
+    let [line, even] = [orbit(&["solver.accuracy=1e-12"]), orbit(&["grid.windows=100", "scheme.sbp=GLL20"])];
+    let lengths = || line.windows.iter().map(|window| window.gamma[1] - window.gamma[0]);
+    let (shortest, longest) = (lengths().fold(f64::INFINITY, f64::min), lengths().fold(0.0, f64::max));
+    assert!(longest > 1.2 * shortest && line.windows.len() > 4, "{shortest} {longest}");
+    let [mut between, mut of_even] = [&line, &even].map(Sampler::new);
+    for step in 0..=97 {
+        let gamma = 400.0 * f64::from(step) / 97.0;
+        let [found, expected] = [&mut between, &mut of_even].map(|line| line.at_gamma(gamma).unwrap());
+        for (found, expected) in found.q.iter().chain(&found.p).zip(expected.q.iter().chain(&expected.p)) {
+            assert!((found - expected).abs() < 1e-10 * expected.abs().max(1.0), "{gamma}: {found} {expected}");
+        }
+    }
+    let formula = || Observable::new("cos(phi)", &schwarzschild(), FormulaPlace::Potential).unwrap();
+    let watch = || [Watch { formula: formula(), direction: Direction::Both }];
+    let [found, expected] = [&line, &even].map(|line| crossings(line, &mut watch()));
+    assert!(found.len() > 2 && found.len() == expected.len());
+    for (found, expected) in found.iter().zip(&expected) {
+        assert!((found.sample.gamma - expected.sample.gamma).abs() < 1e-9);
+    }
+    let diagnostics = Diagnostics::of_scene(&line, &[], &mut [], false);
+    let mut tables = [Vec::new(), Vec::new()];
+    write_trajectory(&mut tables[0], &line, &diagnostics).unwrap();
+    write_residuals(&mut tables[1], &line, &diagnostics).unwrap();
+    for table in tables {
+        let table = String::from_utf8(table).unwrap();
+        for window in 1..=line.windows.len() {
+            let rows = table.lines().filter(|row| row.ends_with(&format!(",{window}"))).count();
+            assert_eq!(rows, line.nodes() / line.windows.len());
+        }
+    }
+}
+
+fn schwarzschild() -> GeometryText {
+    GeometryText::Metric(Preset::from_name("schwarzschild").unwrap().text())
+}
+
+#[test]
+fn the_last_row_is_at_the_end_time() {
+    let mut random = Random(5);
+    for _ in 0..50 {
+        let (t_i, t_f) = (random.between(-5.0, 5.0), random.between(5.5, 12.0));
+        let accuracy = random.scale(1e-11, 1e-6);
+        let text = ELLIPSE.replace("x = 0.1\n", &format!("x = 0.5\nt = {t_i:?}\n"));
+        let line = from_text(&format!("{text}[grid]\nt_f = {t_f:?}\n[solver]\naccuracy = {accuracy:e}\n"));
+        let last = line.q(0).last().unwrap();
+        assert_eq!([last.to_bits(), end(&line, "t").to_bits()], [t_f.to_bits(); 2], "{t_i} {t_f} {accuracy:e}");
+    }
+}
+
+/// Between the nodes a window is as accurate as at them.
+#[test]
+fn points_inside_windows_are_as_accurate() {
+    for name in ["schwarzschild-orbit", "henon-heiles", "kerr-inclined"] {
+        let setup = builtin_scene(name, &[]).setup::<f64>();
+        let (geometry, start) = (&*setup.place.geometry, &setup.place.start);
+        let reference = ReferenceTrajectory::new(geometry, start, 60.0, 16).unwrap();
+        let (fractions, accuracy) = ([0.0, 0.07, 0.31, 0.5, 0.83, 1.0], 1e-9);
+        let followed = Flow::new(geometry).run(start, 60.0, &mut [], accuracy, &mut |view| {
+            let mut places = fractions.iter();
+            view.inside(&fractions, |q, p| {
+                let fraction = places.next().unwrap();
+                let exact = reference.at((view.gamma + fraction * view.length).min(60.0));
+                let momenta = geometry.active().iter().map(|&a| exact.p[a]);
+                for (found, exact) in q.iter().zip(&exact.q).chain(p.iter().zip(&momenta.collect::<Vec<f64>>())) {
+                    let allowed = accuracy * exact.abs().max(1.0);
+                    assert!((found - exact).abs() <= allowed, "{name}, {fraction}: {found} {exact}");
+                }
+            });
+            assert!(places.next().is_none());
+            ControlFlow::Continue(())
+        });
+        assert_eq!(followed.unwrap().gamma, 60.0);
+    }
+}
+
+/// One coordinate in the paper's metric is a scene, too. There is another engine for it.
+#[test]
+fn one_coordinate_is_what_it_is_without_a_scene() {
+    let rest = "[grid]\ngamma_f = 20.0\n[solver]\naccuracy = 1e-11\n";
+    let initial = "[initial]\nt = 0.0\nx = 1.0\nt_dot = 1.0\nx_dot = 0.1\n";
+    let case =
+        geodesic_ivp::Case::parse("one", &format!("[potential]\nquartic = {{ kappa = 0.5 }}\n{initial}{rest}"), &[]);
+    let solution = geodesic_ivp::solve::solve::<f64, _>(&case.unwrap()).unwrap();
+    let line = from_text(&format!(
+        "[potential]\ncoordinates = [\"x\"]\nformula = \"x^4/2\"\n[particle]\nlaw = \"relativistic\"\n{initial}{rest}"
+    ));
+    assert!((end(&line, "x") - solution.end_state().x).abs() < 2e-11, "{} {}", end(&line, "x"), solution.end_state().x);
+    assert!((end(&line, "t") - solution.end_state().t).abs() < 2e-11 * solution.end_state().t);
+}
+
+fn failure(text: &str) -> NoSolution {
+    let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
+    solve::<f64, _>(case.setup()).expect_err("it cannot be done")
+}
+
+#[test]
+#[ignore = "long: a refusal comes after everything was tried"]
+fn what_cannot_be_done_is_said() {
+    // The singularity of the metric at the horizon.
+    let fall = "[metric]\npreset = \"schwarzschild\"\n\
+                [initial]\nr = 6.0\nr_dot = -0.1\np_phi = 0.0\nnorm = \"timelike\"\n\
+                solve = { t_dot = \"+\" }\n[grid]\ngamma_f = 100.0\n[solver]\naccuracy = 1e-8\n";
+    let found = failure(fall);
+    assert!(matches!(found.status, Status::OutsideDomain | Status::AccuracyNotReached | Status::Stalled), "{found}");
+    assert!(!found.advice().contains("n_gamma") && !found.to_string().contains("inf"), "{found}; {}", found.advice());
+    // Beyond double precision.
+    let found = failure(&format!("{ELLIPSE}[grid]\nt_f = 1.0\n[solver]\naccuracy = 1e-16\n"));
+    assert_eq!(found.status, Status::AccuracyNotReached, "{found}");
+    // A collision.
+    let found = failure(&format!(
+        "{}[grid]\nt_f = 2.0\n[solver]\naccuracy = 1e-8\n",
+        ELLIPSE.replace("\"sqrt(19)\"", "0.0").replace("x = 0.1", "x = 1.0")
+    ));
+    assert!(matches!(found.status, Status::OutsideDomain | Status::Stalled | Status::AccuracyNotReached), "{found}");
+}
+
+#[test]
+fn random_scenes_keep_the_promise() {
+    let mut random = Random(31);
+    let (runs, mut unknown, mut refused) = (300, 0, 0);
+    for _ in 0..runs {
+        let scene = Several::draw(&mut random);
+        match scene.run() {
+            Outcome::Kept { .. } => {}
+            Outcome::NoReference => unknown += 1,
+            Outcome::Refused(_) => refused += 1,
+            kept => panic!("{kept}: {scene}"),
+        }
+    }
+    assert!(10 * unknown < runs && 50 * refused < runs, "{unknown} without a reference, {refused} refused");
+}
+
+#[test]
+fn many_windows_and_many_coordinates_keep_it_too() {
+    // Over thousands of windows the estimate must grow as errors do, in proportion to time or its square.
+    let galaxy = solved(&builtin_scene("henon-heiles", &["grid.gamma_f=3000", "solver.accuracy=1e-8"]));
+    assert!(galaxy.windows.len() > 1000, "{}", galaxy.windows.len());
+    let [off, _] = error(&galaxy);
+    assert!(off <= galaxy.error_estimate.unwrap(), "{off:e}");
+    // Springs that get stiffer, each coupled to its neighbours.
+    let names: Vec<String> = (0..14).map(|k| format!("x{k}")).collect();
+    let terms: Vec<String> = names.iter().map(|name| format!("{name}^2/2")).collect();
+    let pairs: Vec<String> = names.windows(2).map(|pair| format!("({} - {})^4", pair[0], pair[1])).collect();
+    let starts: Vec<String> = names
+        .iter()
+        .enumerate()
+        .map(|(k, name)| format!("{name} = {:?}\n{name}_dot = 0.0", (k as f64).cos()))
+        .collect();
+    let text = |accuracy: f64| {
+        format!(
+            "[potential]\ncoordinates = {names:?}\nformula = \"{} + {}\"\n[particle]\nlaw = \"newtonian\"\n\
+             [initial]\n{}\n[grid]\ngamma_f = 8.0\n[solver]\naccuracy = {accuracy:e}\n",
+            terms.join(" + "),
+            pairs.join(" + "),
+            starts.join("\n"),
+        )
+    };
+    for accuracy in [1e-5, 1e-8, 1e-10] {
+        let chain = from_text(&text(accuracy));
+        let [off, _] = error(&chain);
+        assert!(off <= chain.error_estimate.unwrap(), "{accuracy:e}: {off:e}");
+    }
+}

@@ -1,0 +1,373 @@
+//! What is measured on scenes in units other than 1, against definitions.
+
+use geodesic_ivp::case::scene::SceneCase;
+use geodesic_ivp::diagnostics::Diagnostics;
+use geodesic_ivp::geometry::{Geometry, GeometryText};
+use geodesic_ivp::reference::ReferenceTrajectory;
+use geodesic_ivp::solve::{Space, WorldLine, solve};
+use geodesic_ivp::study::errors::{RunError, scene_error};
+use geodesic_ivp::study::many::{ManyRuns, Outcome};
+use geodesic_ivp::study::verdict::facts_of_world_line;
+
+use crate::common::metric;
+
+/// Newton's law for m = 2 in V = x² + 2y² + x²y/3.
+const MOTION: &str = r#"
+    potential = { coordinates = ["x", "y"], formula = "x^2 + 2*y^2 + x^2*y/3" }
+    particle = { law = "newtonian", mass = 2.0 }
+    initial = { t = 1.0, t_dot = 3.0, x = 0.6, y = -0.2, x_dot = 0.9, y_dot = 1.5 }
+    grid = { gamma_f = 2.0, n_gamma = 41 }
+    scheme.sbp = "SBP21"
+"#;
+
+fn run(set: &[&str]) -> WorldLine {
+    let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
+    let case = SceneCase::parse("test", MOTION, &set).unwrap_or_else(|error| panic!("{error}"));
+    solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"))
+}
+
+fn measured(line: &WorldLine) -> Diagnostics<f64, Geometry> {
+    Diagnostics::of_scene(line, &[], &mut [], true)
+}
+
+/// ½mv² + V of q = (t, x, y, s) and dq/dγ.
+fn energy(q: &[f64], q_dot: &[f64]) -> f64 {
+    let (x, y) = (q[1], q[2]);
+    let squared = (q_dot[1].powi(2) + q_dot[2].powi(2)) / q_dot[0].powi(2);
+    squared + x * x + 2.0 * y * y + x * x * y / 3.0
+}
+
+#[test]
+fn energy_is_that_of_positions_and_velocities() {
+    for set in [&[] as &[&str], &["scheme.form='weak'", "grid.windows=3", "grid.n_gamma=21"]] {
+        let line = run(set);
+        let found = measured(&line);
+        let begun = energy(&line.place.start.q, &line.place.start.q_dot);
+        let (of_ends, deltas) = (found.measures.energy.unwrap(), found.measures.delta_energy.as_ref().unwrap());
+        assert!((of_ends.value - begun).abs() < 1e-13, "{of_ends:?} for {begun}");
+        let q: Vec<Vec<f64>> = (0..4).map(|a| line.q(a).collect()).collect();
+        let mut largest = 0.0_f64;
+        // In the strong form the last node of a window has the values that are handed on.
+        for k in (0..deltas.len()).filter(|k| (k + 1) % line.sbp().points() != 0) {
+            let q: Vec<f64> = q.iter().map(|row| row[k]).collect();
+            let q_dot: Vec<f64> = found.tangent(&line).iter().map(|row| row[k]).collect();
+            let off = energy(&q, &q_dot) - begun;
+            assert!((deltas[k] - off).abs() < 1e-12, "node {k}: {} for {off}", deltas[k]);
+            largest = largest.max(off.abs());
+        }
+        assert!(largest > 1e-3, "{largest}");
+        let ends = line.views().map(|view| energy(view.end.q, &line.velocities(view.end)) - begun);
+        let most = ends.fold(0.0, |most: f64, off| most.max(off.abs()));
+        assert!((of_ends.max_ends - most).abs() < 1e-12 && most > 1e-6, "{of_ends:?} for {most}");
+    }
+}
+
+#[test]
+fn what_motion_contributes_to_k_are_its_terms_but_the_largest() {
+    let text = metric(&["t", "x", "y"], &[("t t", "1"), ("x x", "-4"), ("y y", "-x^2"), ("t y", "0.5")]);
+    let geometry = Geometry::<f64>::new(&GeometryText::Metric(text)).unwrap();
+    // K = 9 − 4·0.25 − 4·0.01 + 2·½·3·0.1, and a pair of coordinates counts once.
+    let (q, q_dot) = ([0.0, 2.0, 0.0], [3.0, 0.5, 0.1]);
+    assert!((geometry.norm(&q, &q_dot) - 8.26).abs() < 1e-14);
+    assert!((geometry.motion(&q, &q_dot) - (1.0 + 0.04 + 0.15)).abs() < 1e-14, "{}", geometry.motion(&q, &q_dot));
+    // On a run it is the largest of all nodes.
+    let line = run(&["grid.n_gamma=401", "scheme.sbp='SBP42'"]);
+    let places = (0..400).map(|k| {
+        let q: Vec<f64> = (0..4).map(|a| line.q(a).nth(k).unwrap()).collect();
+        let q_dot: Vec<f64> = (0..4).map(|a| line.sbp().derivative_at(&line.q(a).collect::<Vec<_>>(), k)).collect();
+        line.geometry().motion(&q, &q_dot)
+    });
+    let most = places.fold(0.0, f64::max);
+    assert!((measured(&line).measures.motion / most - 1.0).abs() < 1e-9 && most > 1.0, "{most}");
+}
+
+#[test]
+fn a_run_that_drifts_or_falls_apart_is_told() {
+    let warnings = |set: &[&str]| {
+        let line = run(set);
+        measured(&line).warnings(&line).join("\n")
+    };
+    let fine = warnings(&["grid.n_gamma=401", "scheme.sbp='SBP42'"]);
+    assert_eq!(fine, "");
+    let set = ["grid.gamma_f=60.0", "grid.n_gamma=2001"];
+    let (coarse, motion) = (warnings(&set), measured(&run(&set)).measures.motion);
+    let number = |before: &str| -> f64 {
+        let rest = coarse.split(before).nth(1).unwrap_or_else(|| panic!("{coarse}"));
+        rest.split([',', ' ']).next().unwrap().parse().unwrap()
+    };
+    let (drift, share) = (number("K drifts by "), number("K drifts by 1.9e-1, "));
+    assert!((drift / share / motion - 1.0).abs() < 0.1, "{coarse}: {motion}");
+    // A hundredth of what motion contributes is told, and less is not.
+    let finer = ["grid.gamma_f=60.0", "grid.n_gamma=3001"];
+    let norm = measured(&run(&finer)).norm;
+    let largest = norm.max_ends.max(norm.max_interior);
+    assert!(largest < 0.009 * motion && largest > 0.02 / motion, "{largest} and {motion}");
+    assert!(!warnings(&finer).contains("K drifts"), "{}", warnings(&finer));
+    let coarser = warnings(&["grid.gamma_f=60.0", "grid.n_gamma=1001"]);
+    assert!(coarser.contains("K drifts by") && coarser.contains("even and odd nodes are apart"), "{coarser}");
+    // "the sawtooth in NAME is …, above …, 0.01 of the amplitude", which is half of the range.
+    let line = run(&["grid.gamma_f=60.0", "grid.n_gamma=1001"]);
+    for told in coarser.split("the sawtooth in ").skip(1) {
+        let a = line.geometry().names().iter().position(|name| told.starts_with(name.as_str())).unwrap();
+        let [least, most] = [f64::min, f64::max].map(|of| line.q(a).reduce(of).unwrap());
+        let above: f64 = told.split("above ").nth(1).unwrap().split(',').next().unwrap().parse().unwrap();
+        assert!((above / (0.005 * (most - least)) - 1.0).abs() < 0.05, "{told}: {least} to {most}");
+    }
+}
+
+#[test]
+fn sums_of_momenta_and_constants_are_kept_whatever_their_factors() {
+    // Two masses on a spring.
+    let text = r#"
+        potential = { coordinates = ["x", "y"], formula = "3*(x-y)^2 + (x-y)^4" }
+        particle = { law = "newtonian", masses = { x = 2.0, y = 0.5 } }
+        initial = { x = 0.6, y = -0.2, x_dot = 0.9, y_dot = 1.5 }
+        grid = { gamma_i = 1.5, gamma_f = 4.5, n_gamma = 31, windows = 2 }
+        invariants = { momentum = "p_x + p_y", five = "5" }
+    "#;
+    for scheme in ["scheme={sbp='SBP42',form='weak'}", "scheme={sbp='SBP42',form='strong'}"] {
+        let case = SceneCase::parse("test", text, &[scheme.to_owned()]).unwrap_or_else(|error| panic!("{error}"));
+        let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+        let sums = [vec![(1, 3.0), (2, 3.0)]];
+        let found = Diagnostics::of_scene(&line, &sums, &mut case.observables(), case.is_lifted());
+        let sum = &found.sums[0];
+        assert!((sum.value.abs() - 3.0 * (1.8 + 0.75)).abs() < 1e-13, "{}", sum.value);
+        for (what, deviation) in [
+            ("interior", sum.max_interior),
+            ("ends", sum.max_ends),
+            ("corrected", sum.max_corrected),
+            ("momentum", found.measures.invariants[0].max_ends),
+            ("five", found.measures.invariants[1].max_ends),
+            ("five", found.measures.invariants[1].delta.iter().fold(0.0, |most: f64, delta| most.max(delta.abs()))),
+        ] {
+            assert!(deviation.abs() < 1e-12, "{scheme}, {what}: {deviation:e}");
+        }
+        assert!(
+            (found.measures.invariants[0].value.abs() - 2.55).abs() < 1e-13
+                && found.measures.invariants[1].value == 5.0
+        );
+        // Residuals are rounding, and not less than their own largest.
+        assert!(found.max_delta_g > 0.0 && found.max_delta_g < 1e-9, "{:e}", found.max_delta_g);
+        // γ does not begin at 0.
+        let error = scene_error(&line).unwrap();
+        assert!(error.largest.iter().all(|error| *error < 0.1) && error.largest[1] > 1e-9, "{error:?}");
+    }
+}
+
+#[test]
+fn a_verdict_counts_errors_against_the_motion_from_its_start() {
+    // x = 3 + 2/3 sin 9γ, and t = 5 + 3γ.
+    let text = r#"
+        potential = { coordinates = ["x"], formula = "9*(x-3)^2/2" }
+        particle.law = "newtonian"
+        initial = { t = 5.0, t_dot = 3.0, x = 3.0, x_dot = 6.0 }
+        grid = { gamma_f = 0.8, n_gamma = 401 }
+        scheme.sbp = "SBP42"
+    "#;
+    let case = SceneCase::parse("test", text, &[]).unwrap();
+    let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+    let error = scene_error(&line).unwrap();
+    assert!((0.0..1e-12).contains(&error.stepped_over), "{error:?}");
+    let facts = facts_of_world_line(&line, &measured(&line), Some(&error));
+    let errors = facts.errors.unwrap();
+    let of = |name: &str| errors.iter().find(|error| error.name == name).unwrap();
+    for (found, wanted) in
+        [(of("t").size, 2.4), (of("t").range, 2.4), (of("x").size, 11.0 / 3.0), (of("x").range, 4.0 / 3.0)]
+    {
+        assert!((found - wanted).abs() < 1e-4, "{found} for {wanted}: {errors:?}");
+    }
+    // An accuracy is one relative to max(1, size).
+    let case = SceneCase::parse(
+        "test",
+        text,
+        &["solver.accuracy=1e-8".to_owned(), "grid={gamma_f=0.8}".to_owned(), "scheme={}".to_owned()],
+    );
+    let run: WorldLine = solve(case.unwrap().setup()).unwrap_or_else(|failure| panic!("{failure}"));
+    let estimate = run.error_estimate.unwrap();
+    for error in facts_of_world_line(&run, &measured(&run), None).errors.unwrap() {
+        let own = estimate * error.size.max(1.0);
+        assert!((error.largest / own - 1.0).abs() < 1e-12 && error.end == error.largest, "{error:?}");
+    }
+    // What the reference may be off by is added, in units of the coordinate.
+    let known = RunError { own: errors.iter().map(|error| 1e-3 * error.shared).collect(), ..error.clone() };
+    let wider = facts_of_world_line(&line, &measured(&line), Some(&known)).errors.unwrap();
+    for (a, wider) in wider.iter().enumerate() {
+        for (found, own) in [(wider.end, error.end[a]), (wider.largest, error.largest[a])] {
+            assert!((found - own - 1e-3 * wider.shared).abs() < 1e-9 && found > own, "{wider:?}");
+        }
+    }
+}
+
+#[test]
+fn what_a_reference_steps_over_is_the_delay_that_it_misses() {
+    // A hump on the way that is far narrower than a Taylor step. A particle with v = 1 is late by ∫V dx = 0.05 √π 1e-3.
+    let text = r#"
+        potential = { coordinates = ["x"], formula = "0.05*exp(-((x-1.0123)/1e-3)^2)" }
+        particle.law = "newtonian"
+        initial = { x = 0.0, x_dot = 1.0 }
+        grid = { gamma_f = 2.0, n_gamma = 24 }
+        scheme = { sbp = "GLL24", form = "weak" }
+    "#;
+    let case = SceneCase::parse("test", text, &[]).unwrap();
+    let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+    let late = 0.05e-3 * std::f64::consts::PI.sqrt() / 2.0;
+    let found = scene_error(&line).unwrap().stepped_over;
+    assert!((1.0..2.0).contains(&(found / late)), "{found:e} for {late:e}");
+}
+
+#[test]
+fn the_branches_of_the_doubled_system_are_as_far_apart_as_is_said() {
+    let line = run(&["solver.system='doubled'", "grid.windows=2", "grid.n_gamma=41"]);
+    let apart = |a: usize| {
+        let backward = line.backward(a).unwrap_or_else(|| panic!("no branch of {a}"));
+        line.q(a).zip(backward).map(|(one, two)| (one - two).abs()).collect::<Vec<_>>()
+    };
+    let all: Vec<f64> = (0..4).flat_map(apart).collect();
+    assert_eq!(all.len(), 4 * line.nodes());
+    let most = all.into_iter().fold(0.0, f64::max);
+    // Counted from their start, ignorable coordinates have more digits.
+    assert!((line.branch_distance() - most).abs() < 1e-14 && most < 1e-10, "{:e} {most:e}", line.branch_distance());
+    assert!(line.branch_distance() > 0.0, "rounding tells them apart");
+    assert!(run(&[]).backward(1).is_none() && run(&[]).branch_distance() == 0.0);
+}
+
+/// Of the lift of Newton's law: what the nodes leave of ẍ = −ṫ² ∂V/∂x / m, with D from the operator.
+#[test]
+fn what_the_equations_leave_is_an_acceleration_whatever_the_mass() {
+    let masses = "particle={law='newtonian',masses={x=2.0,y=0.5}}";
+    for (set, mass) in [
+        (&[] as &[&str], [2.0, 2.0]),
+        (&["scheme.sbp='SBP42'"], [2.0, 2.0]),
+        (&[masses, "scheme.sbp='SBP42'"], [2.0, 0.5]),
+    ] {
+        let line = run(set);
+        let found = measured(&line);
+        let [x, y]: [Vec<f64>; 2] = [1, 2].map(|a| line.q(a).collect());
+        let slope = |row: &[f64]| (0..row.len()).map(|k| line.sbp().derivative_at(row, k)).collect::<Vec<f64>>();
+        let forces = |k: usize| [2.0 * x[k] + 2.0 * x[k] * y[k] / 3.0, 4.0 * y[k] + x[k] * x[k] / 3.0];
+        let mut largest = 0.0_f64;
+        for (place, row) in [&x, &y].into_iter().enumerate() {
+            let second = slope(&slope(row));
+            for (k, (&left, second)) in found.delta_g[place + 1].iter().zip(&second).enumerate() {
+                let wanted = second + 9.0 * forces(k)[place] / mass[place];
+                assert!((left - wanted).abs() < 1e-9, "{set:?}, {place}, node {k}: {left} for {wanted}");
+                largest = largest.max(wanted.abs());
+            }
+        }
+        assert!(largest > 1e-3, "at the last nodes they are no equations: {largest}");
+    }
+}
+
+#[test]
+fn windows_in_which_something_may_hide_are_told() {
+    let mut line = run(&["grid.n_gamma=401", "scheme.sbp='SBP42'"]);
+    line.windows_unproved = Some(3);
+    let warnings = measured(&line).warnings(&line).join("\n");
+    assert!(warnings.contains("in 3 of the windows"), "{warnings}");
+}
+
+#[test]
+fn coordinates_share_a_size_if_they_have_one_unit() {
+    let shared = |masses: &str| {
+        let text = format!(
+            "potential = {{ coordinates = [\"x\", \"y\"], formula = \"x^2 + y^2/100\" }}\n\
+             particle = {{ law = \"newtonian\", masses = {{ {masses} }} }}\n\
+             initial = {{ x = 0.1, y = 7.0, x_dot = 0.0, y_dot = 0.0 }}\n\
+             grid = {{ gamma_f = 1.0, n_gamma = 41 }}\nscheme.sbp = \"SBP42\""
+        );
+        let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+        let errors = facts_of_world_line(&line, &measured(&line), scene_error(&line).as_ref()).errors.unwrap();
+        ["x", "y"].map(|name| errors.iter().find(|error| error.name == name).unwrap().shared)
+    };
+    let [x, y] = shared("x = 2.0, y = 2.0");
+    assert!((x - 7.0).abs() < 1e-9 && (y - 7.0).abs() < 1e-9, "{x} {y}");
+    let [x, y] = shared("x = 2.0, y = 0.5");
+    assert!((x - 0.1).abs() < 1e-9 && (y - 7.0).abs() < 1e-9, "{x} {y}");
+}
+
+#[test]
+fn a_run_is_written_with_its_own_names_and_branches() {
+    let line = run(&["solver.system='doubled'", "grid.windows=2", "grid.n_gamma=41"]);
+    assert_eq!((line.geometry().coordinates(), line.digits), (["t", "x", "y", "s"].map(str::to_owned).to_vec(), 16));
+    for a in 0..4 {
+        let backward: Vec<f64> = line.backward(a).unwrap().collect();
+        // Both branches are equal but for rounding.
+        assert!(line.q(a).zip(&backward).all(|(one, two)| (one - two).abs() < 1e-10) && backward.len() == line.nodes());
+    }
+    assert!(run(&[]).backward(0).is_none());
+}
+
+#[test]
+fn the_largest_errors_are_those_of_the_nodes_and_nothing_is_stepped_over_in_vain() {
+    let line = run(&[]);
+    let (found, start) = (scene_error(&line).unwrap(), &line.place.start);
+    let reference = ReferenceTrajectory::new(line.geometry(), start, line.length, 16).unwrap();
+    let q: Vec<Vec<f64>> = (0..4).map(|a| line.q(a).collect()).collect();
+    for (a, row) in q.iter().enumerate() {
+        let off = |(gamma, q): (f64, &f64)| (q - reference.at(gamma).q[a]).abs();
+        let all: Vec<f64> = line.gamma().zip(row).map(off).collect();
+        let most = all.iter().fold(0.0, |most: f64, off| most.max(*off));
+        assert!((found.largest[a] - most).abs() < 1e-12 && (found.end[a] - all[all.len() - 1]).abs() < 1e-12, "{a}");
+    }
+    assert!(found.largest[1] > found.end[1] || found.largest[2] > found.end[2], "{found:?}");
+    // K is 1/2, and so is what motion contributes to it; rounding of either is none.
+    let smooth = |rest: &str| {
+        let text = format!(
+            "potential = {{ coordinates = [\"x\"], formula = \"1e-30*x\" }}\n\
+             initial = {{ x = 0.3, t_dot = 1.0, x_dot = 0.7071067811865476 }}\n\
+             grid = {{ gamma_f = 2.0, n_gamma = 41 }}\nscheme.sbp = \"SBP42\"\n{rest}"
+        );
+        let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+        scene_error(&line).unwrap().stepped_over
+    };
+    assert_eq!(smooth(""), 0.0);
+}
+
+/// A force changes K, which says nothing of what a reference steps over. It belongs to the multipliers of an action.
+#[test]
+fn a_force_is_part_of_the_certificate_and_not_of_what_is_stepped_over() {
+    for scheme in ["{ sbp = 'SBP42' }", "{ sbp = 'SBP21' }", "{ sbp = 'SBP42', form = 'weak' }"] {
+        let text = format!(
+            "potential = {{ coordinates = [\"x\"], formula = \"x^2\", force = {{ x = \"-0.8*x_dot\" }} }}\n\
+             particle = {{ law = \"newtonian\", mass = 2.0 }}\ninitial = {{ x = 1.0, t_dot = 1.0, x_dot = 0.5 }}\n\
+             grid = {{ gamma_f = 4.0, n_gamma = 81 }}\nscheme = {scheme}"
+        );
+        let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+        assert!((0.0..1e-11).contains(&line.gradient_norm), "{scheme}: {:e}", line.gradient_norm);
+        let error = scene_error(&line).unwrap();
+        assert!(error.stepped_over == 0.0 && error.largest[1] > 1e-9 && error.largest[1] < 0.1, "{scheme}: {error:?}");
+    }
+    // A force without work in t changes K.
+    let text = "metric.coordinates = ['t', 'x']\nmetric.components = { 't t' = '1', 'x x' = '-1' }\n\
+                metric.force = { x = 'x_dot' }\ninitial = { t_dot = 2.0, x = 0.0, x_dot = 0.5 }\n\
+                grid = { gamma_f = 1.0, n_gamma = 41 }\nscheme.sbp = 'SBP42'";
+    let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
+    let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+    assert!(measured(&line).norm.max_ends > 0.1 && scene_error(&line).unwrap().stepped_over == 0.0);
+}
+
+#[test]
+fn a_table_of_runs_has_what_is_measured_on_each() {
+    let set = vec!["scheme={sbp='SBP42',form='strong'}".to_owned()];
+    let runs = ManyRuns::new("test", MOTION, &set, Vec::new()).unwrap();
+    let Outcome::Solved(end) = runs.outcome(&runs.case(0).unwrap()) else { panic!("it is solved") };
+    let line = run(&["scheme={sbp='SBP42',form='strong'}"]);
+    let found = measured(&line);
+    let energy =
+        found.measures.delta_energy.as_ref().unwrap().iter().fold(0.0, |most: f64, delta| most.max(delta.abs()));
+    for (name, value) in [
+        ("max_abs_delta_q_t_last", found.charges[0].max_last),
+        ("max_abs_delta_q_s_corrected", found.charges[1].max_corrected),
+        ("max_abs_delta_g_interior", found.max_delta_g),
+        ("max_abs_delta_energy", energy),
+        ("max_abs_delta_energy_ends", found.measures.energy.unwrap().max_ends),
+        ("gradient_norm", line.gradient_norm),
+    ] {
+        let (_, text) = end.maxima.iter().find(|(other, _)| other == name).unwrap_or_else(|| panic!("{name}"));
+        assert_eq!(text.parse::<f64>().unwrap(), value, "{name}");
+    }
+    assert_eq!(end.maxima.len(), 3 * 2 + 4);
+}

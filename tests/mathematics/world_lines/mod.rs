@@ -1,0 +1,18 @@
+//! Critical points in scenes of n coordinates.
+
+mod accuracy;
+mod atlas;
+mod conformal;
+mod convergence;
+mod diagnostics;
+mod ends;
+mod events;
+mod features;
+mod flow;
+mod gaps;
+mod one_coordinate;
+mod samples;
+mod schwarzschild;
+mod shipped_scenes;
+mod steep;
+mod work_precision;

@@ -1,0 +1,110 @@
+//! `run --enclose`: the look between the nodes of a run on a given grid.
+
+use std::fs;
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::common::{failed, json, run_in, stderr, succeeded};
+
+const BARRIER: &str = "potential.formula.expression = \"5*exp(-((x - 2)/0.01)^2)\"
+particle.c = 3.0
+initial = { t = 0.0, x = -0.6, t_dot = 1.0, x_dot = 0.6 }
+grid = { gamma_f = 64.0, n_gamma = 65 }
+scheme.sbp = \"SBP42\"
+";
+
+const RIDGE: &str = "potential = { coordinates = [\"x\", \"y\"], formula = \"5*exp(-((x + y/2 - 2)/1e-4)^2)\" }
+particle.c = 3.0
+initial = { x = -0.6, y = 0.0, t_dot = 1.0, x_dot = 0.6, y_dot = 0.1 }
+grid = { gamma_f = 64.0, n_gamma = 16, windows = 4 }
+scheme = { sbp = \"GLL16\", form = \"weak\" }
+";
+
+/// A folder with the cases of a barrier and of a ridge.
+fn folder() -> TempDir {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("barrier.toml"), BARRIER).unwrap();
+    fs::write(folder.path().join("ridge.toml"), RIDGE).unwrap();
+    folder
+}
+
+/// What a run tells, its standard error, and its summary.
+fn run(folder: &TempDir, arguments: &str) -> (String, String, Value) {
+    let output = run_in(folder.path(), &format!("run {arguments} --out out --force"));
+    (succeeded(&output), stderr(&output), json(&folder.path().join("out/summary.json")))
+}
+
+#[test]
+fn what_hides_makes_the_verdict_doubtful_and_says_where() {
+    let folder = folder();
+    for (case, gaps, names, place) in
+        [("barrier.toml", 64, &["gamma", "t", "x"][..], 2.0), ("ridge.toml", 60, &["gamma", "t", "x", "y"], 1.8)]
+    {
+        let (told, errors, summary) = run(&folder, &format!("{case} --enclose"));
+        assert_eq!((&summary["gaps"], &summary["gaps_unproved"]), (&gaps.into(), &1.into()), "{case}");
+        assert_eq!(summary["verdict"], "doubtful");
+        let gap = summary["gap_unproved"].as_object().unwrap();
+        assert_eq!(gap.keys().collect::<Vec<_>>(), names);
+        let ends = |name: &str| [&gap[name][0], &gap[name][1]].map(|end| end.as_f64().unwrap());
+        let ([from, to], [start, end]) = (ends("x"), ends("gamma"));
+        assert!(from < place && place < to && start < end, "{gap:?}");
+        let words = format!("in 1 of {gaps} gaps between nodes the formulas may do what the nodes do not see");
+        let reasons = summary["verdict_reasons"].as_array().unwrap();
+        let reason = reasons.iter().find(|reason| reason["reason"].as_str().unwrap().starts_with(&words)).unwrap();
+        assert_eq!(reason["remedy"], "take more nodes (grid.n_gamma) or solver.accuracy");
+        assert!(told.contains(&format!("1 of {gaps} gaps between nodes are not explained")), "{told}");
+        assert!(told.lines().last().unwrap().starts_with("verdict: doubtful: "), "{told}");
+        // The line is broken.
+        assert!(errors.split_whitespace().collect::<Vec<_>>().join(" ").contains(&words), "{errors}");
+        let warnings = summary["warnings"].as_array().unwrap();
+        assert!(warnings.iter().any(|warning| warning.as_str().unwrap().starts_with(&words)), "{warnings:?}");
+        // Without the option nothing is looked at.
+        let (_, errors, summary) = run(&folder, case);
+        assert!(!errors.contains("gaps") && summary.get("gaps").is_none() && summary.get("gap_unproved").is_none());
+    }
+}
+
+#[test]
+fn what_the_nodes_follow_is_trusted() {
+    let folder = folder();
+    let smooth = "barrier.toml --set grid.n_gamma=4001 --set potential.formula.expression=5*exp(-((x-2)/0.5)^2)";
+    for arguments in ["quartic", "pendulum", "morse-60-digits", "tanh-wall", "kepler", "kerr-inclined", smooth] {
+        let (told, _, summary) = run(&folder, &format!("{arguments} --enclose"));
+        assert_eq!((&summary["verdict"], &summary["gaps_unproved"]), (&"trusted".into(), &0.into()), "{arguments}");
+        assert!(summary["gaps"].as_u64().unwrap() > 30 && summary.get("gap_unproved").is_none(), "{summary}");
+        let error = summary["verdict_error"].as_f64().unwrap();
+        assert_eq!(summary["gaps_accuracy"].as_f64().unwrap(), error.clamp(1e-12, 1e-3), "{arguments}");
+        assert!(told.contains("nothing hides in the "), "{told}");
+    }
+}
+
+#[test]
+fn a_run_to_an_accuracy_looks_between_its_nodes_in_any_case() {
+    let folder = folder();
+    for case in ["pendulum", "kerr-inclined", "morse --sample-gamma 0:1:0.5 --samples-only"] {
+        let (.., with) = run(&folder, &format!("{case} --set solver.accuracy=1e-8 --enclose"));
+        let (.., without) = run(&folder, &format!("{case} --set solver.accuracy=1e-8"));
+        assert_eq!(with["windows_unproved"], 0);
+        let keys = |summary: &Value| summary.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
+        assert_eq!(keys(&with), keys(&without), "{case}");
+    }
+}
+
+#[test]
+fn one_table_has_its_warning_too() {
+    let folder = folder();
+    let output = run_in(folder.path(), "run barrier.toml --enclose --stdout");
+    assert!(succeeded(&output).lines().count() > 60);
+    assert!(stderr(&output).contains("1 of 64 gaps"), "{}", stderr(&output));
+}
+
+#[test]
+fn where_no_nodes_are_kept_it_is_refused() {
+    let folder = folder();
+    let message =
+        failed(&run_in(folder.path(), "run barrier.toml --enclose --sample-gamma 0:1:0.5 --samples-only --out out"), 2);
+    assert!(message.contains("--samples-only keeps no nodes that --enclose could look between"), "{message}");
+    let message = failed(&run_in(folder.path(), "run barrier.toml --enclose --vary initial.x=0,1 --out out"), 2);
+    assert!(message.contains("'--enclose' cannot be used with '--vary"), "{message}");
+}

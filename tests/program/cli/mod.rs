@@ -1,0 +1,24 @@
+//! The command line, as a user meets it: every test runs the program in a folder of its own.
+
+mod base_cases;
+mod built_in_cases;
+mod enclose;
+mod folders;
+mod hints;
+#[cfg(unix)]
+mod interrupts;
+mod json;
+mod limits;
+mod malformed;
+mod pages;
+mod run;
+mod samples;
+mod scenes;
+mod stability;
+#[cfg(unix)]
+mod streams;
+mod studies;
+#[cfg(unix)]
+mod together;
+mod vary;
+mod verdict;

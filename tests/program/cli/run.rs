@@ -1,0 +1,180 @@
+//! `run`: files, columns, what is said.
+
+use std::fs;
+
+use tempfile::TempDir;
+
+use crate::common::{CASES, first_line, json, names, program, run_in, succeeded};
+
+#[test]
+fn run_writes_its_files_into_the_default_directory() {
+    let folder = TempDir::new().unwrap();
+    let text = succeeded(&run_in(folder.path(), "run CASES/quartic.toml"));
+    // What the README shows is what the program prints, but for the time it took.
+    let readme = include_str!("../../../README.md");
+    for line in text.lines().filter(|line| !line.starts_with("  scheme")) {
+        assert!(readme.contains(line), "the README does not show: {line}");
+    }
+    let out = folder.path().join("results/quartic");
+    assert_eq!(names(&out), ["case.toml", "residuals.csv", "summary.json", "trajectory.csv"]);
+    assert_eq!(first_line(&out.join("trajectory.csv")), "gamma,t,x,t_dot,x_dot");
+    let residuals = "gamma,delta_q_t,delta_q_t_corrected,delta_g_t,delta_g_x,delta_k";
+    assert_eq!(first_line(&out.join("residuals.csv")), residuals);
+    assert_eq!(fs::read_to_string(out.join("trajectory.csv")).unwrap().lines().count(), 33);
+    let summary = json(&out.join("summary.json"));
+    for key in
+        "status version sbp form system digits n_gamma windows iterations gradient_norm multipliers t_final x_final \
+                q_t k max_abs_delta_q_t_interior delta_q_t_last max_abs_delta_q_t_corrected max_abs_delta_g_interior \
+                max_abs_delta_k max_abs_delta_k_ends sawtooth h_bvp h_bvp_bound solve_seconds initial_guess"
+            .split_whitespace()
+    {
+        assert!(!summary[key].is_null(), "summary.json has no {key}");
+    }
+    // The effective case is a case, and gives the same result.
+    let again = succeeded(&run_in(folder.path(), "run results/quartic/case.toml --out again"));
+    assert!(again.contains("t = 1.4688,"));
+    assert_eq!(json(&folder.path().join("again/summary.json"))["x_final"], summary["x_final"]);
+}
+
+#[test]
+fn the_tables_are_the_solution_to_the_last_bit() {
+    let folder = TempDir::new().unwrap();
+    succeeded(&run_in(folder.path(), "run CASES/units.toml --out out --quiet"));
+    let text = fs::read_to_string(format!("{CASES}/units.toml")).unwrap();
+    let solution: geodesic_ivp::Solution =
+        geodesic_ivp::solve(&geodesic_ivp::Case::parse("units", &text, &[]).unwrap()).unwrap();
+    let mut reader = csv::Reader::from_path(folder.path().join("out/trajectory.csv")).unwrap();
+    for ((row, (gamma, t)), x) in reader.records().zip(solution.gamma().zip(solution.t())).zip(solution.x()) {
+        let row = row.unwrap();
+        let cell = |i: usize| row[i].parse::<f64>().unwrap();
+        assert_eq!([cell(0), cell(1), cell(2)], [gamma, t, *x]);
+    }
+}
+
+#[test]
+fn a_doubled_run_writes_branches_and_another_run_removes_them() {
+    let folder = TempDir::new().unwrap();
+    succeeded(&run_in(folder.path(), "run CASES/quartic.toml --set solver.system=doubled --out out --plot --quiet"));
+    let out = folder.path().join("out");
+    assert_eq!(first_line(&out.join("branches.csv")), "gamma,t_1,x_1,t_2,x_2");
+    assert_eq!(json(&out.join("summary.json"))["initial_guess"], "windowed-action");
+    assert!(json(&out.join("summary.json"))["history"].as_array().unwrap().len() >= 2);
+    let pictures = names(&out).into_iter().filter(|name| name.ends_with(".svg")).collect::<Vec<_>>();
+    assert_eq!(pictures, ["delta_g.svg", "delta_q_t.svg", "t_dot.svg", "trajectory.svg", "world_line.svg"]);
+    for picture in pictures {
+        let svg = fs::read_to_string(out.join(picture)).unwrap();
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>") && !svg.contains("NaN"));
+    }
+    succeeded(&run_in(folder.path(), "run CASES/quartic.toml --out out --quiet"));
+    assert_eq!(names(&out), ["case.toml", "residuals.csv", "summary.json", "trajectory.csv"]);
+}
+
+#[test]
+fn the_weak_form_has_no_multipliers_and_no_last_node_to_speak_of() {
+    let folder = TempDir::new().unwrap();
+    for system in ["physical-limit", "doubled"] {
+        let arguments = format!("run CASES/quartic-weak.toml --set solver.system={system} --out out --plot");
+        let text = succeeded(&run_in(folder.path(), &arguments));
+        assert!(text.contains("SBP42 weak") && text.contains("|grad E_weak|"), "{text}");
+        assert!(!text.contains("multiplier") && !text.contains("but the last"), "{text}");
+        let summary = json(&folder.path().join("out/summary.json"));
+        assert_eq!(summary["form"], "weak");
+        assert!(summary.get("multipliers").is_none());
+        assert!(summary["max_abs_delta_q_t_interior"].as_f64().unwrap() < 1e-13);
+        assert!(summary["delta_q_t_last"].as_f64().unwrap().abs() < 1e-13);
+        let picture = fs::read_to_string(folder.path().join("out/delta_q_t.svg")).unwrap();
+        assert!(!picture.contains("last node"), "no correction is drawn");
+        assert_eq!(folder.path().join("out/branches.csv").exists(), system == "doubled");
+    }
+    let text = succeeded(&run_in(folder.path(), "converge CASES/quartic-weak.toml --n-gamma 65,129,257 --out out"));
+    assert!(text.contains("SBP42 weak"), "{text}");
+    let slopes = fs::read_to_string(folder.path().join("out/slopes.csv")).unwrap();
+    assert!(slopes.contains("SBP42,weak,eps_t_final,4.0"), "{slopes}");
+    // One long block of SBP21 is too much for Newton's method: that is said, and nothing is handed on.
+    for system in ["physical-limit", "doubled"] {
+        let arguments = format!(
+            "run CASES/quartic.toml --set scheme.form=weak --set grid.gamma_f=100.0 --set grid.n_gamma=2001 \
+             --set solver.system={system} --out failed"
+        );
+        let output = run_in(folder.path(), &arguments);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(3), "{system}: {stderr}");
+        assert!(stderr.contains("no critical point found"), "{system}: {stderr}");
+        assert_eq!(names(&folder.path().join("failed")), ["case.toml", "summary.json"]);
+    }
+}
+
+#[test]
+fn standard_output_carries_data_only() {
+    let folder = TempDir::new().unwrap();
+    let text = succeeded(&run_in(folder.path(), "run CASES/quartic.toml --stdout"));
+    let mut lines = text.lines();
+    let header = "gamma,t,x,t_dot,x_dot,delta_q_t,delta_q_t_corrected,delta_g_t,delta_g_x,delta_k";
+    assert_eq!(lines.next(), Some(header));
+    assert_eq!(lines.count(), 32);
+    assert!(names(folder.path()).is_empty(), "no files");
+    assert_eq!(succeeded(&run_in(folder.path(), "run CASES/quartic.toml --quiet")), "");
+}
+
+#[test]
+fn a_case_can_come_from_standard_input() {
+    let folder = TempDir::new().unwrap();
+    let case = fs::File::open(format!("{CASES}/free.toml")).unwrap();
+    let output = program(folder.path()).args(["run", "-"]).stdin(case).output().unwrap();
+    assert!(succeeded(&output).contains("results/stdin"));
+    assert_eq!(json(&folder.path().join("results/stdin/summary.json"))["x_final"], 1.1);
+}
+
+#[test]
+fn a_result_that_should_not_be_believed_says_so() {
+    let folder = TempDir::new().unwrap();
+    let output =
+        run_in(folder.path(), "run CASES/quartic.toml --set grid.gamma_f=32.0 --set grid.n_gamma=65 --out out");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(stderr.contains("K drifts by") && stderr.contains("exceeds its bound"), "{stderr}");
+    let warnings = json(&folder.path().join("out/summary.json"))["warnings"].as_array().unwrap().len();
+    assert_eq!(warnings, 5, "the sawtooth, K, the step, the bound, and another critical point");
+    // The effective case of a changed case makes no promise that was made for another.
+    assert!(!fs::read_to_string(folder.path().join("out/case.toml")).unwrap().contains("[expect]"));
+}
+
+#[test]
+fn an_accuracy_stands_in_for_scheme_and_grid() {
+    let folder = TempDir::new().unwrap();
+    let text = succeeded(&run_in(folder.path(), "run CASES/quartic.toml --set solver.accuracy=1e-9 --out out"));
+    assert!(text.contains("GLL") && text.contains("weak") && text.contains("off by"), "{text}");
+    let summary = json(&folder.path().join("out/summary.json"));
+    let estimate = summary["error_estimate"].as_f64().unwrap();
+    assert!(estimate > 0.0 && estimate <= 1e-9 && summary["accuracy"] == 1e-9);
+    assert!((summary["x_final"].as_f64().unwrap() - 0.159_778_018_885_407_25).abs() < 1e-9);
+    // The effective case can be run again, says so, and lets a grid take the place of the accuracy.
+    let effective = fs::read_to_string(folder.path().join("out/case.toml")).unwrap();
+    assert!(effective.contains("accuracy = 1e-9") && !effective.contains("n_gamma") && !effective.contains("sbp"));
+    succeeded(&run_in(folder.path(), "run out/case.toml --out again"));
+    let grid = "run out/case.toml --set grid.n_gamma=32 --set scheme.sbp=SBP21 --set scheme.form=strong --out grid";
+    succeeded(&run_in(folder.path(), grid));
+    assert_eq!(json(&folder.path().join("grid/summary.json"))["n_gamma"], 32);
+    // What stands in [scheme] beside an accuracy is not used, and that is said.
+    let text = "potential.free = {}\ninitial = { t = 0.0, x = 0.0, t_dot = 1.0, x_dot = 0.5 }\nscheme.sbp = \"SBP21\"\n\
+                solver.accuracy = 1e-6\n[grid]\n";
+    fs::write(folder.path().join("both.toml"), text).unwrap();
+    let output = run_in(folder.path(), "run both.toml");
+    succeeded(&output);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("what [scheme] says is not used"));
+    // Beyond what the arithmetic can do.
+    let output = run_in(folder.path(), "run CASES/quartic.toml --set solver.accuracy=1e-17 --out none");
+    assert_eq!(output.status.code(), Some(3));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("the accuracy is not reached"));
+    assert_eq!(names(&folder.path().join("none")), ["case.toml", "summary.json"]);
+    assert_eq!(json(&folder.path().join("none/summary.json"))["status"], "accuracy-not-reached");
+}
+
+#[test]
+fn an_override_takes_the_place_of_what_it_excludes() {
+    let folder = TempDir::new().unwrap();
+    succeeded(&run_in(folder.path(), "run CASES/quartic.toml --set grid.t_f=1.0 --set initial.velocity=0.2 --out out"));
+    let summary = json(&folder.path().join("out/summary.json"));
+    assert!((summary["t_final"].as_f64().unwrap() - 1.0).abs() < 1e-14);
+    let effective = fs::read_to_string(folder.path().join("out/case.toml")).unwrap();
+    assert!(!effective.contains("gamma_f") && !effective.contains("x_dot"), "{effective}");
+}

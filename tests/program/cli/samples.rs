@@ -1,0 +1,78 @@
+//! `run --sample-t`, `--sample-gamma`, `--samples-only`.
+
+use std::fs;
+
+use tempfile::TempDir;
+
+use crate::common::{json, names, run_in, succeeded};
+
+#[test]
+fn samples_are_written_where_they_are_asked_for() {
+    let folder = TempDir::new().unwrap();
+    let text = succeeded(&run_in(folder.path(), "run CASES/pendulum.toml --sample-t 0:10:0.1 --out out"));
+    assert!(text.contains("samples.csv"));
+    let mut reader = csv::Reader::from_path(folder.path().join("out/samples.csv")).unwrap();
+    assert_eq!(reader.headers().unwrap(), vec!["gamma", "t", "x", "t_dot", "x_dot"]);
+    let t: Vec<f64> = reader.records().map(|row| row.unwrap()[1].parse().unwrap()).collect();
+    assert_eq!(t.len(), 101);
+    assert!(t.iter().zip(0..).all(|(t, k)| (t - 0.1 * f64::from(k)).abs() < 1e-14));
+    // A run without samples takes the old ones away.
+    succeeded(&run_in(folder.path(), "run CASES/pendulum.toml --out out"));
+    assert!(!folder.path().join("out/samples.csv").exists());
+    let digits = "run CASES/quartic.toml --set solver.digits=40 --sample-gamma 0.9:0.1:-0.2 --out digits";
+    succeeded(&run_in(folder.path(), digits));
+    let samples = fs::read_to_string(folder.path().join("digits/samples.csv")).unwrap();
+    assert_eq!(
+        samples.lines().map(|line| line.split(',').next().unwrap()).skip(1).collect::<Vec<_>>(),
+        ["0.9", "0.7", "0.5", "0.3", "0.1"]
+    );
+    for (arguments, message) in [
+        ("--sample-t 0:11:0.1", "goes beyond the run, which covers 0.0 to 9.99999999999999"),
+        ("--sample-gamma 0:1", "expected START:STOP:STEP"),
+        ("--sample-gamma 0:1:-0.1", "a STEP that leads from START to STOP"),
+        ("--sample-gamma 0:1:nan", "expected START:STOP:STEP"),
+        ("--sample-gamma 0:1:1e-12", "more than 1e8 samples"),
+        ("--sample-gamma 0:1:0.1 --sample-t 0:1:0.1", "cannot be used with"),
+        ("--sample-gamma 0:1:0.1 --stdout", "cannot be used with"),
+    ] {
+        let output = run_in(folder.path(), &format!("run CASES/pendulum.toml --out none {arguments}"));
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments}: {stderr}");
+        assert!(stderr.contains(message), "{arguments}: {stderr}");
+        assert!(!folder.path().join("none/trajectory.csv").exists());
+    }
+}
+
+#[test]
+fn nothing_but_samples_is_kept_where_nothing_else_is_wanted() {
+    let folder = TempDir::new().unwrap();
+    let arguments = "run CASES/quartic-windows.toml --sample-t 0:50:5";
+    succeeded(&run_in(folder.path(), &format!("{arguments} --out all")));
+    let text = succeeded(&run_in(folder.path(), &format!("{arguments} --samples-only --out few")));
+    assert!(text.contains("few: samples.csv, summary.json, case.toml\nverdict: "), "{text}");
+    let [all, few] = ["all", "few"].map(|out| folder.path().join(out));
+    assert_eq!(names(&few), ["case.toml", "samples.csv", "summary.json"]);
+    let samples = fs::read_to_string(few.join("samples.csv")).unwrap();
+    assert_eq!(samples, fs::read_to_string(all.join("samples.csv")).unwrap());
+    let piped = run_in(folder.path(), &format!("{arguments} --samples-only --stdout"));
+    assert_eq!(succeeded(&piped), samples);
+    let [all, few] = [all, few].map(|out| json(&out.join("summary.json")));
+    for key in ["windows", "max_abs_delta_k", "max_abs_delta_k_ends", "gradient_norm", "t_final"] {
+        assert_eq!(all[key], few[key], "{key}");
+    }
+}
+
+/// A run that ends where x is largest: an error of the phase does nothing to x there, but to the samples before.
+#[test]
+fn errors_are_those_of_all_samples() {
+    let folder = TempDir::new().unwrap();
+    let case = "quartic-windows --set grid.gamma_f=99.94 --set grid.windows=400 --set scheme.sbp=GLL4 \
+                --set grid.n_gamma=4 --sample-gamma 0:99:0.5";
+    let [all, few] = ["--out all", "--samples-only --out few"].map(|rest| {
+        succeeded(&run_in(folder.path(), &format!("run {case} {rest}")));
+        json(&folder.path().join(rest.rsplit(' ').next().unwrap()).join("summary.json"))
+    });
+    let [nodes, samples, end] = [(&all, "error_x_max"), (&few, "error_x_max"), (&few, "error_x_final")]
+        .map(|(summary, key)| summary[key].as_f64().unwrap());
+    assert!(samples > 0.9 * nodes && samples < 1.1 * nodes && end < 0.1 * nodes, "{nodes:e}, {samples:e}, {end:e}");
+}

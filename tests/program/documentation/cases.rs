@@ -1,0 +1,88 @@
+//! Case files in the pages.
+
+use std::fs;
+use std::path::Path;
+
+use geodesic_ivp::Case;
+use geodesic_ivp::case::builtin::{self, Group};
+use geodesic_ivp::case::{KEYS, SceneCase};
+use tempfile::TempDir;
+
+use super::pages::Page;
+use crate::common::{ROOT, program};
+
+#[test]
+fn every_case_in_a_page_is_valid() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("case.toml");
+    let mut count = 0;
+    for page in Page::all() {
+        for block in page.blocks().filter(|block| block.info.split(' ').next() == Some("toml")) {
+            count += 1;
+            fs::write(&path, &block.text).unwrap();
+            let output = program(folder.path()).args(["check", "case.toml"]).output().unwrap();
+            let error = String::from_utf8_lossy(&output.stderr);
+            assert!(output.status.success(), "{}\n{}\n{error}", page.name(), block.text);
+        }
+    }
+    assert!(count >= 6, "{count} cases");
+}
+
+#[test]
+fn every_built_in_case_begins_with_a_sentence() {
+    for name in builtin::NAMES {
+        let about = builtin::description(builtin::text(name).expect("it is built in"));
+        assert!(about.ends_with('.') && about.chars().count() <= 118, "{name}: {about}");
+    }
+}
+
+#[test]
+fn the_readme_knows_how_many_cases_there_are() {
+    let count = format!("has all {})", builtin::NAMES.len());
+    let readme = fs::read_to_string(Path::new(ROOT).join("README.md")).unwrap();
+    assert!(readme.contains(&count), "{count}");
+}
+
+#[test]
+fn every_file_in_the_folders_is_built_in_and_described() {
+    let root = Path::new(ROOT).join("cases");
+    for (folder, groups) in [
+        (root.clone(), &[Group::Paper, Group::Basic][..]),
+        (root.join("hard"), &[Group::Hard]),
+        (root.join("scenes"), &[Group::Scene]),
+    ] {
+        let mut files: Vec<String> = fs::read_dir(&folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .filter_map(|name| name.strip_suffix(".toml").map(str::to_owned))
+            .collect();
+        files.sort();
+        let mut built_in: Vec<&str> =
+            builtin::NAMES.iter().copied().filter(|name| groups.contains(&builtin::group(name).unwrap())).collect();
+        built_in.sort();
+        assert_eq!(files, built_in);
+        for name in built_in {
+            let text = builtin::text(name).unwrap();
+            assert_eq!(text, fs::read_to_string(folder.join(name).with_extension("toml")).unwrap());
+            assert!(builtin::description(text).len() > 20, "{name}");
+            assert!(builtin::title(name).unwrap().is_some(), "{name}");
+            assert_eq!(SceneCase::is_scene(text, &[]), builtin::group(name) == Some(Group::Scene), "{name}");
+        }
+    }
+    assert!(builtin::NAMES.is_sorted_by_key(|name| (builtin::group(name), *name)), "in order, group by group");
+}
+
+/// The deserialiser's message about an unknown key lists the keys that it knows.
+#[test]
+fn the_known_keys_are_those_of_a_case() {
+    for table in ["particle", "initial", "grid", "scheme", "solver", "expect"] {
+        let text = format!("potential.free = {}\n[{table}]\nzzz = 1\n", "{}");
+        let error = Case::parse("case", &text, &[]).unwrap_err();
+        let mut listed: Vec<&str> = error.message.split('`').skip(1).step_by(2).skip(1).collect();
+        listed.sort();
+        let mut known: Vec<&str> =
+            KEYS.iter().filter_map(|key| key.name.strip_prefix(table)?.strip_prefix('.')).collect();
+        known.sort();
+        assert_eq!(listed, known, "{table}");
+    }
+}

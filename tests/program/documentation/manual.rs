@@ -1,0 +1,151 @@
+//! The manual page and the completions have all that the program has.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use geodesic_ivp::case::SCENE_KEYS;
+use geodesic_ivp::case::builtin::NAMES;
+use tempfile::TempDir;
+
+use super::commands::shell;
+use super::lists::{keys, results};
+use super::pages::Page;
+use crate::common::program;
+
+fn printed(arguments: &str) -> String {
+    let output = program(Path::new(".")).args(arguments.split_whitespace()).output().unwrap();
+    assert!(output.status.success(), "{arguments}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The page without its marks for fonts, its definitions and its escapes.
+fn page() -> String {
+    let text = printed("man");
+    let plain = ["\\fB", "\\fI", "\\fR", "\\&"].iter().fold(text, |text, mark| text.replace(mark, ""));
+    let lines = plain.lines().filter(|line| !line.starts_with(".ie ") && !line.starts_with(".el "));
+    lines.collect::<Vec<_>>().join("\n").replace("\\-", "-").replace("\\*(Aq", "'")
+}
+
+/// The part of the page below a heading.
+fn section<'a>(page: &'a str, title: &str) -> &'a str {
+    let rest = [format!(".SH {title}\n"), format!(".SH \"{title}\"\n")]
+        .iter()
+        .find_map(|heading| page.split_once(heading.as_str()))
+        .unwrap_or_else(|| panic!("there is no section {title} in\n{page}"))
+        .1;
+    rest.split("\n.SH ").next().unwrap()
+}
+
+/// The headings of a section's entries, each with the text below it.
+fn entries<'a>(page: &'a str, title: &str) -> Vec<(&'a str, &'a str)> {
+    let parts = section(page, title).split("\n.TP\n").skip(1);
+    parts.map(|part| part.split_once('\n').map(|(heading, text)| (heading, text.trim_end())).unwrap()).collect()
+}
+
+/// The commands of `--help`, each with the long options that its own help names.
+fn commands() -> Vec<(String, BTreeSet<String>)> {
+    let help = printed("--help");
+    let list = help.split_once("Commands:\n").unwrap().1.split("\n\n").next().unwrap();
+    let names = list.lines().filter(|line| line.starts_with("  ") && !line.starts_with("   "));
+    let names = names.map(|line| line.split_whitespace().next().unwrap()).filter(|name| *name != "help");
+    let options = |name: &str| {
+        let help = printed(&format!("{name} --help"));
+        let lines = help.lines().map(str::trim_start).filter(|line| line.starts_with('-'));
+        let words = lines.filter_map(|line| line.split([' ', ',']).find(|word| word.starts_with("--")));
+        words.map(str::to_owned).collect::<BTreeSet<_>>()
+    };
+    names.map(|name| (name.to_owned(), options(name))).collect()
+}
+
+#[test]
+fn the_manual_page_has_every_command_and_option() {
+    let (page, commands) = (page(), commands());
+    assert_eq!(commands.len(), 9, "{commands:?}");
+    for (name, options) in commands {
+        let section = section(&page, &format!("COMMAND {}", name.to_uppercase()));
+        assert!(options.contains("--help"));
+        for option in options {
+            let is_named = section.lines().any(|line| line.split([' ', ',']).any(|word| word == option));
+            assert!(is_named, "{name} {option} is not in\n{section}");
+        }
+    }
+    assert!(section(&page, "OPTIONS").contains("--version"));
+}
+
+#[test]
+fn completions_have_every_command_and_option() {
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let script = printed(&format!("completions {shell}"));
+        for (name, options) in commands() {
+            assert!(script.contains(&name), "{shell}: {name}");
+            for option in options {
+                // Fish writes them without the dashes.
+                let option = if shell == "fish" { format!("-l {}", &option[2..]) } else { option };
+                assert!(script.contains(&option), "{shell}: {name} {option}");
+            }
+        }
+    }
+}
+
+#[test]
+fn completions_know_cases_folders_and_files() {
+    let bash = printed("completions bash");
+    assert!(bash.lines().any(|line| NAMES.iter().all(|name| line.split([' ', '"']).any(|word| word == *name))));
+    let zsh = printed("completions zsh");
+    let of = |option: &str| zsh.lines().find(|line| line.contains(option)).unwrap_or_else(|| panic!("{option}"));
+    assert!(of("--out=").contains("_files -/") && of("--rows=").contains("_files"));
+}
+
+#[test]
+fn the_manual_page_has_every_key_of_a_case() {
+    let page = page();
+    let entries = entries(&page, "CASE FILE");
+    let named: BTreeSet<String> =
+        entries.iter().map(|(heading, _)| heading.split(' ').next().unwrap().to_owned()).collect();
+    assert_eq!(named, keys());
+}
+
+#[test]
+fn the_manual_page_has_the_keys_of_scenes() {
+    let page = page();
+    let named: Vec<&str> = entries(&page, "SCENES").iter().map(|(heading, _)| *heading).collect();
+    assert_eq!(named, SCENE_KEYS.iter().map(|(name, _)| *name).collect::<Vec<_>>());
+    assert!(named.contains(&"metric.components") && named.contains(&"expect.gamma_final"));
+}
+
+#[test]
+fn the_manual_page_has_the_exit_codes_of_the_documentation() {
+    let (page, documented) = (page(), Page::named("docs/files.md"));
+    let rows: Vec<Vec<String>> = documented.rows().collect();
+    let entries = entries(&page, "EXIT STATUS");
+    assert_eq!(entries.len(), 7);
+    for (code, meaning) in entries {
+        assert!(rows.contains(&vec![code.to_owned(), meaning.to_owned()]), "{code}: {meaning}");
+    }
+}
+
+#[test]
+fn the_manual_page_names_every_file() {
+    let (page, folder) = (page(), results());
+    let files = section(&page, "FILES");
+    let mut count = 0;
+    for command in std::fs::read_dir(folder.path()).unwrap() {
+        for file in std::fs::read_dir(command.unwrap().path()).unwrap() {
+            let name = file.unwrap().file_name().into_string().unwrap();
+            assert!(name.ends_with(".lock") || files.contains(&name), "{name} is not in\n{files}");
+            count += 1;
+        }
+    }
+    assert!(count > 20, "{count} files");
+}
+
+#[test]
+#[ignore = "long: the examples measure speed and map stability"]
+fn the_examples_of_the_manual_page_run() {
+    let (page, folder) = (page(), TempDir::new().unwrap());
+    let examples = entries(&page, "EXAMPLES");
+    assert!(examples.len() >= 6, "{examples:?}");
+    for (command, _) in examples {
+        shell(folder.path(), command).unwrap_or_else(|error| panic!("{command}: {error}"));
+    }
+}
