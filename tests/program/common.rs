@@ -1,7 +1,8 @@
 //! Running the program.
 
+use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 /// The folder of the project.
@@ -64,4 +65,20 @@ pub(crate) fn first_line(path: &Path) -> String {
 
 pub(crate) fn json(path: &Path) -> serde_json::Value {
     serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
+}
+
+/// Every file below `directory` with its content, every directory with none.
+pub(crate) fn tree(directory: &Path) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
+    let mut found = BTreeMap::new();
+    for entry in fs::read_dir(directory).into_iter().flatten() {
+        let path = entry.unwrap().path();
+        let name = PathBuf::from(path.file_name().unwrap());
+        if path.is_dir() {
+            found.extend(tree(&path).into_iter().map(|(inner, content)| (name.join(inner), content)));
+            found.insert(name, None);
+        } else {
+            found.insert(name, Some(fs::read(path).unwrap()));
+        }
+    }
+    found
 }

@@ -3,3 +3,5 @@
 mod cli;
 mod common;
 mod documentation;
+#[cfg(target_os = "linux")]
+mod transcripts;

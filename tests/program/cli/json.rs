@@ -52,12 +52,3 @@ fn warnings_and_errors_stay_on_standard_error() {
     failed(&nothing, 4);
     assert!(nothing.stdout.is_empty(), "there is no summary");
 }
-
-#[test]
-fn nothing_else_may_be_asked_of_standard_output() {
-    let folder = TempDir::new().unwrap();
-    for arguments in ["run quartic --json --quiet", "run quartic --json --stdout", "stability --json --quiet"] {
-        let message = failed(&run_in(folder.path(), arguments), 2);
-        assert!(message.contains("cannot be used with"), "{arguments}: {message}");
-    }
-}

@@ -26,21 +26,6 @@ fn samples_are_written_where_they_are_asked_for() {
         samples.lines().map(|line| line.split(',').next().unwrap()).skip(1).collect::<Vec<_>>(),
         ["0.9", "0.7", "0.5", "0.3", "0.1"]
     );
-    for (arguments, message) in [
-        ("--sample-t 0:11:0.1", "goes beyond the run, which covers 0.0 to 9.99999999999999"),
-        ("--sample-gamma 0:1", "expected START:STOP:STEP"),
-        ("--sample-gamma 0:1:-0.1", "a STEP that leads from START to STOP"),
-        ("--sample-gamma 0:1:nan", "expected START:STOP:STEP"),
-        ("--sample-gamma 0:1:1e-12", "more than 1e8 samples"),
-        ("--sample-gamma 0:1:0.1 --sample-t 0:1:0.1", "cannot be used with"),
-        ("--sample-gamma 0:1:0.1 --stdout", "cannot be used with"),
-    ] {
-        let output = run_in(folder.path(), &format!("run CASES/pendulum.toml --out none {arguments}"));
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{arguments}: {stderr}");
-        assert!(stderr.contains(message), "{arguments}: {stderr}");
-        assert!(!folder.path().join("none/trajectory.csv").exists());
-    }
 }
 
 #[test]

@@ -108,24 +108,6 @@ fn a_particle_with_a_conformal_factor_has_tau_in_every_file_and_table() {
 }
 
 #[test]
-fn options_that_a_scene_does_not_have_are_refused() {
-    let folder = TempDir::new().unwrap();
-    for (arguments, message) in [
-        ("kepler --sample-gamma 0:1:0.5 --samples-only", "the run of a scene is kept as a whole"),
-        (
-            "kepler --sample-gamma 0:7:1",
-            "--sample-gamma 0:7:1 goes beyond the run, which covers 0.0 to 6.28318530717958",
-        ),
-        ("fish-eye --sample-t 0:1:0.5", "--sample-t needs a coordinate t, and the scene has none"),
-    ] {
-        let output = run_in(folder.path(), &format!("run {arguments} --out none"));
-        assert_eq!(output.status.code(), Some(2), "{arguments}");
-        assert!(stderr(&output).contains(message), "{arguments}: {}", stderr(&output));
-        assert!(!folder.path().join("none/trajectory.csv").exists());
-    }
-}
-
-#[test]
 fn one_iteration_is_no_plural() {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("scene.toml"), QUARTIC.replace("x^4/2", "y/10")).unwrap();

@@ -165,38 +165,6 @@ fn a_row_without_a_result_is_a_row_with_a_reason() {
     assert_eq!(column(&rows, "message")[1], "its coordinates are t, x, y, s, and those of the table are t, x, y");
 }
 
-#[test]
-fn a_case_that_no_value_makes_valid_is_refused_at_once() {
-    let folder = TempDir::new().unwrap();
-    for (arguments, words) in [
-        ("--vary grid.n_gama=32,64", "unknown field `n_gama`"),
-        ("--vary scheme.sbp=SBP99", "SBP99"),
-        ("--vary initial.x=a,b", "initial.x"),
-        ("--vary grid.n_gamma=32:64:4", "whole number"),
-        ("--vary initial.x=1:2", "START:STOP:COUNT"),
-        ("--vary initial.x=1:2:0", "at least one value"),
-        ("--vary initial.x=1:2:1", "one value cannot reach"),
-        ("--vary initial.x=1:1:3", "are the same"),
-        ("--vary initial.x=", "a value is missing"),
-        ("--vary initial.x", "KEY=VALUE"),
-        ("--vary initial.x=1 --vary initial.x=2", "given twice"),
-        ("--vary initial.x=1 --set initial.x=2", "both in --set and in --vary"),
-        ("--vary initial.x=0:1:9000 --vary initial.x_dot=0:1:9000", "81000000 runs"),
-        ("--vary initial.x=1,2 --part 3/2", "1 <= K <= N"),
-        ("--vary initial.x=1,2 --part 0/2", "1 <= K <= N"),
-        ("--vary initial.x=1,2 --part 1/2", "--out"),
-        ("--part 1/2 --out out", "--vary"),
-        ("--vary initial.x=1,2 --plot", "--plot"),
-        ("--vary initial.x=1,2 --stdout", "--stdout"),
-        ("--vary initial.x=1,2 --sample-t 0:1:0.5", "--sample-t"),
-        ("morse --vary initial.x=1,2", "cannot be used"),
-    ] {
-        let message = failed(&run_in(folder.path(), &format!("run quartic {arguments}")), 2);
-        assert!(message.contains(words), "{arguments}: {message}");
-        assert_eq!(names(folder.path()), [""; 0], "{arguments}");
-    }
-}
-
 /// A table with events, rows of several windows, and one that is invalid.
 const TABLE: &str =
     "run kepler --quiet --set grid.windows=8 --vary initial.x=0.3:0.9:3 --vary initial.y_dot=1.0,1.9,abc";

@@ -59,7 +59,7 @@ fn without_numbers(line: &str) -> String {
 }
 
 /// A folder with the shipped cases and the files that a page's blocks are.
-fn folder(page: &Page) -> TempDir {
+pub(crate) fn folder(page: &Page) -> TempDir {
     let folder = TempDir::new().unwrap();
     for cases in ["cases", "cases/hard", "cases/scenes"] {
         fs::create_dir(folder.path().join(cases)).unwrap();

@@ -2,12 +2,12 @@
 
 mod cases;
 mod columns;
-mod commands;
+pub(crate) mod commands;
 mod layers;
 mod licences;
 mod links;
 mod lists;
 mod manual;
-mod pages;
+pub(crate) mod pages;
 mod sizes;
 mod twins;
