@@ -10,7 +10,7 @@ use crate::sbp::SbpName;
 /// for every order. They grow with the square of the number of fields.
 const BANDED: [f64; 2] = [45.0, 18.0];
 /// The same for the factors of the doubled system with two coordinates, all of which grow with the order.
-const DOUBLED: [f64; 2] = [0.0, 650.0];
+const DOUBLED: [f64; 2] = [0.0, 440.0];
 /// Bytes of a list without its elements.
 const LIST: f64 = 24.0;
 /// The program itself.
