@@ -113,6 +113,9 @@ impl<S: Real> Machine for Numbers<'_, S> {
 /// the cache.
 const BLOCK: usize = 64;
 
+/// After so many points that cannot be mended no others are tried: the first of them is outside the domain already.
+const MOST_LOST: usize = 16;
+
 /// The values at a block of points in every register. Beyond the last point they are of no interest.
 struct Blocks<'r, S>(&'r mut [[S; BLOCK]]);
 
@@ -183,13 +186,22 @@ impl<S: Real> Program<S> {
     fn values_in<const N: usize>(&self, variables: &[S], registers: &mut [S]) -> [S; N] {
         self.each_constant(|register, c| registers[register] = c);
         registers[..self.variables()].copy_from_slice(variables);
-        self.walk(N, &mut Numbers(registers));
+        self.run(N, registers);
         std::array::from_fn(|output| registers[self.output(output)])
     }
 
     /// Computes the first outputs in `registers`, in which the constants and the variables are in place.
     #[inline]
     pub(crate) fn run(&self, outputs: usize, registers: &mut [S]) {
+        self.run_once(outputs, registers);
+        if self.is_broken(outputs, |register| registers[register]) {
+            self.mend(outputs, registers, |number| number);
+        }
+    }
+
+    /// The same for callers that look at the outputs themselves, and call [`Self::mend`] where one is not finite.
+    #[inline]
+    pub(crate) fn run_once(&self, outputs: usize, registers: &mut [S]) {
         self.walk(outputs, &mut Numbers(registers));
     }
 
@@ -199,12 +211,22 @@ impl<S: Real> Program<S> {
         let mut registers = vec![[S::ZERO; BLOCK]; self.registers()];
         self.each_constant(|register, c| registers[register] = [c; BLOCK]);
         let points = variables[0].len();
+        let mut lost = 0;
         for start in (0..points).step_by(BLOCK) {
             let end = points.min(start + BLOCK);
             for (register, variable) in registers.iter_mut().zip(variables) {
                 register[..end - start].copy_from_slice(&variable[start..end]);
             }
             self.walk(out.len(), &mut Blocks(&mut registers));
+            let is_finite = |row: &[S; BLOCK]| row[..end - start].iter().fold(true, |all, v| all & v.is_finite());
+            if !(0..out.len()).all(|output| is_finite(&registers[self.output(output)])) {
+                for k in 0..end - start {
+                    let is_broken = self.is_broken(out.len(), |register| registers[register][k]);
+                    if is_broken && lost < MOST_LOST && !self.mend(out.len(), &mut registers, |row| &mut row[k]) {
+                        lost += 1;
+                    }
+                }
+            }
             for (output, out) in out.iter_mut().enumerate() {
                 out[start..end].copy_from_slice(&registers[self.output(output)][..end - start]);
             }

@@ -8,6 +8,7 @@
 //! program     compiles what the wanted outputs need to a list of steps on registers
 //! fused       makes one step of a product and a sum
 //! machine     carries out the steps: on numbers and blocks of them (here), vectors of nodes, Taylor series (elsewhere)
+//! mend        computes once more what is not finite, in numbers of wide exponents (`wide`)
 //! steep       finds what functions and quotients of a program are applied to
 //! ```
 //!
@@ -21,11 +22,13 @@ mod grammar;
 mod graph;
 mod hint;
 mod machine;
+mod mend;
 mod program;
 mod reduce;
 pub mod similar;
 mod staged;
 mod steep;
+mod wide;
 
 pub use crate::number::Function;
 pub(crate) use grammar::{Names, parse};

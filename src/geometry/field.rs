@@ -130,8 +130,18 @@ impl<S: Real> Field<S> {
     #[inline]
     pub fn evaluate(&self, q: &[S], p: &[S], rates: &mut Rates<S>) -> Result<(), OutsideGeometry> {
         rates.set(q, p);
+        let all = self.dimension + self.active.len() + self.blocks;
+        self.rates.run_once(all, &mut rates.registers);
+        match self.check(rates) {
+            Err(_) if self.rates.mend(all, &mut rates.registers, |number| number) => self.check(rates),
+            found => found,
+        }
+    }
+
+    /// Whether the point that was evaluated lies inside the domain.
+    #[inline]
+    fn check(&self, rates: &Rates<S>) -> Result<(), OutsideGeometry> {
         let outputs = self.dimension + self.active.len();
-        self.rates.run(outputs + self.blocks, &mut rates.registers);
         for (block, &sign) in self.signs.iter().enumerate() {
             let determinant = rates.registers[self.rates.output(outputs + block)];
             if is_outside(determinant, sign) {

@@ -121,7 +121,7 @@ struct OneCoordinate<'m, S> {
     q_t: S,
     /// g00 at the start.
     g00_start: S,
-    machine: SeriesMachine<'m, S>,
+    machine: SeriesMachine<S>,
 }
 
 impl<S: Real> Equations<S> for OneCoordinate<'_, S> {

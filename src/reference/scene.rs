@@ -137,7 +137,7 @@ struct SceneEquations<'g, S> {
     p: Vec<S>,
     /// The determinants of the metric's blocks at the start.
     determinants: Vec<S>,
-    machine: SeriesMachine<'g, S>,
+    machine: SeriesMachine<S>,
     rates: Rates<S>,
 }
 

@@ -6,40 +6,72 @@
 //! differential equation. For example, f = exp u gives f′ = f u′ and hence k f_k = Σ_j j u_j f_{k−j}.
 
 use crate::formula::{Function, Machine, Operation, Program, Register};
-use crate::number::{Real, sum};
+use crate::number::{Extended, Real, sum};
 
 /// The series of every value of a program, extended coefficient by coefficient.
 #[derive(Debug)]
-pub(super) struct SeriesMachine<'p, S> {
+pub(super) struct SeriesMachine<S> {
     /// With a register for every value.
-    program: &'p Program<S>,
+    program: Program<S>,
     /// Number of outputs that are computed.
     outputs: usize,
     /// Coefficients of each value.
     values: Vec<Vec<S>>,
     /// A second series that some functions need, for example the cosine for a sine, or 1 + u² for an arc tangent.
     partners: Vec<Vec<S>>,
+    /// The same in extended numbers, for coefficients of outputs that are finite although something on the way to them
+    /// overflows; and how many of its coefficients are known.
+    far: Option<Box<SeriesMachine<Extended>>>,
+    known: usize,
 }
 
-impl<'p, S: Real> SeriesMachine<'p, S> {
+impl<S: Real> SeriesMachine<S> {
     /// Of the first `outputs` outputs, with room for series of the given `order`.
-    pub(super) fn new(program: &'p Program<S>, outputs: usize, order: usize) -> Self {
+    pub(super) fn new(program: &Program<S>, outputs: usize, order: usize) -> Self {
         let series = || vec![Vec::with_capacity(order + 1); program.registers()];
-        Self { program, outputs, values: series(), partners: series() }
+        let (values, partners) = (series(), series());
+        Self { program: program.clone(), outputs, values, partners, far: None, known: 0 }
     }
 
     /// Forgets all coefficients.
     pub(super) fn restart(&mut self) {
         self.values.iter_mut().chain(&mut self.partners).for_each(Vec::clear);
+        self.known = 0;
+        self.far.iter_mut().for_each(|far| far.restart());
     }
 
     /// Appends coefficient k of every value, from those of the variables, which are given by index. The coefficients
     /// before it are known.
     pub(super) fn extend(&mut self, k: usize, variables: impl Iterator<Item = (usize, S)>) {
-        let program = self.program;
-        program.each_constant(|register, c| self.values[register].push(if k == 0 { c } else { S::ZERO }));
-        variables.for_each(|(variable, c)| self.values[variable].push(c));
-        program.walk(self.outputs, &mut Coefficient { values: &mut self.values, partners: &mut self.partners, k });
+        let Self { program, outputs, values, partners, .. } = self;
+        program.each_constant(|register, c| values[register].push(if k == 0 { c } else { S::ZERO }));
+        variables.for_each(|(variable, c)| values[variable].push(c));
+        program.walk(*outputs, &mut Coefficient { values, partners, k });
+        self.known = k + 1;
+        if !S::IS_EXTENDED && !(0..self.outputs).all(|output| self.output(output)[k].is_finite()) {
+            self.mend();
+        }
+    }
+
+    /// Takes those of the last coefficients of outputs that are not finite from extended numbers, see
+    /// [`Program::mend_nodes`].
+    #[cold]
+    fn mend(&mut self) {
+        let Self { program, outputs, values, far, known, .. } = self;
+        let order = values[0].capacity();
+        let far = far.get_or_insert_with(|| Box::new(SeriesMachine::new(&program.extended(), *outputs, order)));
+        while far.known < *known {
+            let (variables, j) = (values[..program.variables()].iter().enumerate(), far.known);
+            // Some variables are not used and have no series.
+            let variables = variables.filter_map(|(variable, series)| Some((variable, series.get(j)?.to_f64().into())));
+            far.extend(j, variables);
+        }
+        for output in 0..*outputs {
+            let last = &mut values[program.output(output)][*known - 1];
+            if !last.is_finite() {
+                *last = S::from(far.output(output)[*known - 1].to_f64());
+            }
+        }
     }
 
     /// The series of an output, as far as it is known.

@@ -2,6 +2,8 @@
 
 use pulp::{Simd, WithSimd};
 
+#[cfg(doc)]
+use crate::formula::Program;
 use crate::geometry::metric::Metric;
 use crate::number::vector::{abs, is_fused, multiply_add, neg, product_error, two_sum, vectors, vectors_mut};
 
@@ -21,6 +23,12 @@ pub(super) trait Force {
 
     /// Whether that is possible at all: otherwise nothing is compiled for it.
     const MAY_BE_DEAR: bool;
+
+    /// From now on looks for what overflows on the way to finite values, see [`Program::mend_nodes`], or no longer.
+    /// Whether that has changed anything since it was asked before; `None` where nothing overflows.
+    fn mend(&mut self, _: bool) -> Option<bool> {
+        None
+    }
 
     /// da/dx and du/dx at the points of the last evaluation, which gave `a` and `u`.
     fn slopes<S: Simd>(&mut self, s: S, au: [&[f64]; 2], slopes: [&mut [f64]; 2]);

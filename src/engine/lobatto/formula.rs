@@ -21,6 +21,9 @@ pub(super) struct FormulaForce<'m, const P: usize> {
     registers: Vec<Nodes<P>>,
     lacks: Vec<Nodes<P>>,
     points: usize,
+    /// Whether what overflows on the way is mended, and whether anything was.
+    mends: bool,
+    is_mended: bool,
     /// Whether it calls functions, which take longer than all arithmetic.
     is_dear: bool,
 }
@@ -40,6 +43,16 @@ impl<'m, const P: usize> FormulaForce<'m, P> {
             registers,
             lacks: Vec::new(),
             points,
+            mends: false,
+            is_mended: false,
+        }
+    }
+
+    /// Mends the first outputs, if that is wanted.
+    #[inline(always)]
+    fn mend_first(&mut self, outputs: usize) {
+        if self.mends {
+            self.is_mended |= self.program.mend_nodes(outputs, P, &mut self.registers);
         }
     }
 
@@ -238,6 +251,11 @@ impl<const P: usize> Force for FormulaForce<'_, P> {
         !self.is_dear
     }
 
+    fn mend(&mut self, mends: bool) -> Option<bool> {
+        self.mends = mends;
+        Some(std::mem::take(&mut self.is_mended))
+    }
+
     const MAY_BE_DEAR: bool = true;
 
     #[inline(always)]
@@ -249,6 +267,7 @@ impl<const P: usize> Force for FormulaForce<'_, P> {
     fn slopes<S: Simd>(&mut self, s: S, [a, u]: [&[f64]; 2], [da, du]: [&mut [f64]; 2]) {
         let (from, to) = (self.program.steps(2), self.program.steps(3));
         carry_out(s, &self.program.steps_to(3)[from..to], &mut self.registers);
+        self.mend_first(3);
         // With a = −½ g00′ u²: du/dx = 2 a/Q_t and da/dx = −½ g00″ u² + 4 a²/(Q_t u).
         let half = s.splat_f64s(-0.5 * self.two_over_mass);
         let reciprocal = s.splat_f64s(2.0 / self.q_t);
@@ -274,6 +293,7 @@ impl<const P: usize> Force for FormulaForce<'_, P> {
             k += 1;
         }
         carry_out(s, self.program.steps_to(2), &mut self.registers);
+        self.mend_first(2);
         let (q, m, c) = (s.splat_f64s(self.q_t), s.splat_f64s(self.two_over_mass), s.splat_f64s(self.c_squared));
         let half = s.splat_f64s(-0.5 * self.two_over_mass);
         let value = vectors::<S>(self.output(0));
@@ -302,7 +322,13 @@ impl<const P: usize> Force for FormulaForce<'_, P> {
 
     /// The same program on pairs. Only for programs of pure arithmetic.
     #[inline(always)]
-    fn refine<S: Simd>(&mut self, s: S, [x, x_lo]: [&[f64]; 2], [a, u]: [&[f64]; 2], [da, du]: [&mut [f64]; 2]) {
+    fn refine<S: Simd>(
+        &mut self,
+        s: S,
+        [x, x_lo]: [&[f64]; 2],
+        [a, u]: [&[f64]; 2],
+        [da_row, du_row]: [&mut [f64]; 2],
+    ) {
         copy::<S>(x, &mut self.registers[0].0);
         if self.lacks.is_empty() {
             self.lacks.resize(self.registers.len(), Nodes::ZERO);
@@ -315,7 +341,7 @@ impl<const P: usize> Force for FormulaForce<'_, P> {
         let slope = vectors::<S>(self.output(1));
         let slope_lo = vectors::<S>(&self.lacks[self.program.output(1)].0);
         let (a, u) = (vectors::<S>(a), vectors::<S>(u));
-        let (da, du) = (vectors_mut::<S>(da), vectors_mut::<S>(du));
+        let (da, du) = (vectors_mut::<S>(da_row), vectors_mut::<S>(du_row));
         let (m, c) = (s.splat_f64s(self.two_over_mass), s.splat_f64s(self.c_squared));
         let half = s.splat_f64s(-0.5 * self.two_over_mass);
         for i in 0..a.len() {
@@ -325,6 +351,10 @@ impl<const P: usize> Force for FormulaForce<'_, P> {
             let d = s.mul_f64s(slope[i], half);
             let d_lo = multiply_add(s, slope_lo[i], half, product_error(s, slope[i], half, d));
             (da[i], du[i]) = corrections(s, self.q_t, (g, s.add_f64s(error, p_lo)), (d, d_lo), a[i], u[i]);
+        }
+        if self.mends {
+            // What overflows has no more digits to offer.
+            da_row.iter_mut().chain(du_row).filter(|lack| !lack.is_finite()).for_each(|lack| *lack = 0.0);
         }
     }
 }

@@ -147,7 +147,7 @@ impl<'a> March<'a> {
             let begin = marched.end;
             let one =
                 One { tables, tail: None, force: &mut force, window: &mut window, start: &begin, guess, precision };
-            let Some(solved) = self.level.dispatch(one) else {
+            let Some(solved) = one.solve(self.level) else {
                 return (Marched { end: physical(&begin), ..marched }, false);
             };
             guess = Guess::Same;

@@ -7,7 +7,7 @@ use super::force::Force;
 use super::guess::Guess;
 use super::tables::Tables;
 use super::window::{Precision, Solved, Window};
-use crate::number::vector::Nodes;
+use crate::number::vector::{Level, Nodes};
 
 /// A window from `start`; `None` if it does not converge or does not stay inside g00 > 0.
 pub(super) struct One<'r, const P: usize, F> {
@@ -19,6 +19,24 @@ pub(super) struct One<'r, const P: usize, F> {
     pub(super) start: &'r State,
     pub(super) guess: Guess<'r, P>,
     pub(super) precision: Precision,
+}
+
+impl<const P: usize, F: Force> One<'_, P, F> {
+    /// The same with the instructions of `level`. Where something overflows on the way to finite forces, these are
+    /// mended from then on.
+    pub(super) fn solve(self, level: Level) -> Option<Solved> {
+        let Self { tables, tail, force, window, start, guess, precision } = self;
+        let solved = level.dispatch(One { tables, tail, force, window, start, guess, precision });
+        if solved.is_some() || window.is_finite() {
+            return solved;
+        }
+        force.mend(true)?;
+        let guess = Guess::Parabola;
+        let solved = level.dispatch(One { tables, tail, force, window, start, guess, precision });
+        let is_mended = force.mend(true)?;
+        force.mend(is_mended);
+        solved
+    }
 }
 
 impl<const P: usize, F: Force> WithSimd for One<'_, P, F> {

@@ -151,7 +151,7 @@ fn in_gamma<const P: usize, F: Force>(
 ) -> Option<Solved> {
     let start = State { w: one.start.w * length.h, ..*one.start };
     let most = one.precision.most;
-    let Some(mut solved) = Level::Best.dispatch(One { start: &start, ..one }) else {
+    let Some(mut solved) = (One { start: &start, ..one }).solve(Level::Best) else {
         statistics.evaluations += most;
         return None;
     };

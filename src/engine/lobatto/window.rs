@@ -82,6 +82,11 @@ impl<const P: usize> Window<P> {
         Self { x: Nodes::ZERO, line: Nodes::ZERO, rest: Nodes::ZERO, a: Nodes::ZERO, u: Nodes::ZERO }
     }
 
+    /// Whether no number of what was computed last is infinite or NaN.
+    pub(super) fn is_finite(&self) -> bool {
+        [&self.x, &self.a, &self.u].into_iter().flat_map(|nodes| nodes.0).all(f64::is_finite)
+    }
+
     /// X, u and a on the n nodes; γ is counted in `unit`s.
     pub(super) fn nodes(&self, n: usize, unit: Twofold) -> NodeValues<'_> {
         NodeValues { x: &self.x.0[..n], u: &self.u.0[..n], a: &self.a.0[..n], unit: unit.hi }

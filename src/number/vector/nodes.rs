@@ -5,6 +5,20 @@
 #[derive(Debug, Clone)]
 pub(crate) struct Nodes<const P: usize>(pub(crate) [f64; P]);
 
+impl<const P: usize> AsRef<[f64]> for Nodes<P> {
+    #[inline]
+    fn as_ref(&self) -> &[f64] {
+        &self.0
+    }
+}
+
+impl<const P: usize> AsMut<[f64]> for Nodes<P> {
+    #[inline]
+    fn as_mut(&mut self) -> &mut [f64] {
+        &mut self.0
+    }
+}
+
 impl<const P: usize> Nodes<P> {
     pub(crate) const ZERO: Self = Self([0.0; P]);
 

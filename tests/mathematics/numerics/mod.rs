@@ -15,6 +15,7 @@ mod lobatto;
 mod long_runs;
 mod memory;
 mod methods;
+mod overflow;
 mod promises;
 mod published_numbers;
 mod random_verdicts;

@@ -11,6 +11,7 @@ mod features;
 mod flow;
 mod gaps;
 mod one_coordinate;
+mod overflow;
 mod samples;
 mod schwarzschild;
 mod shipped_scenes;

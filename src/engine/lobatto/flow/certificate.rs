@@ -7,7 +7,7 @@
 use super::state::FlowState;
 use super::unknowns::room;
 use super::window::FlowWindow;
-use super::work::{Evaluate, Multiply};
+use super::work::{Evaluate, Mend, Multiply};
 use crate::formula::Register;
 use crate::geometry::Geometry;
 use crate::number::vector::{Level, Nodes};
@@ -60,8 +60,10 @@ impl<'g, const P: usize> Certificate<'g, P> {
             let row = slope.0.iter().map(|slope| per_length * slope);
             self.registers[n + a].0.iter_mut().zip(row).for_each(|(to, value)| *to = value);
         }
+        let (program, outputs) = (self.geometry.field().rows().momenta(), self.outputs.len());
         Level::Best.dispatch(Evaluate {
-            steps: self.geometry.field().rows().momenta().steps_to(self.outputs.len()),
+            steps: program.steps_to(outputs),
+            mend: Some(Mend { program, outputs, points }),
             registers: &mut self.registers,
             factor: 1.0,
             from: &self.outputs,

@@ -13,7 +13,7 @@ use super::state::FlowState;
 use super::tables::LANES;
 use super::unknowns::{Places, SweepSteps, Unknowns, room};
 use super::window::{FlowWindow, MOST_SWEEPS, Weights};
-use super::work::{Evaluate, Sample};
+use super::work::{Evaluate, Mend, Sample};
 use crate::engine::lobatto::Twofold;
 use crate::formula::{Program, Register, Staged};
 use crate::geometry::Geometry;
@@ -100,8 +100,8 @@ impl<'g> Transport<'g> {
             let value = if row < self.m { start.q[register].hi } else { start.p[row - self.m].hi };
             self.jacobian_registers[register].0 = [value; LANES];
         }
-        let registers = &mut self.jacobian_registers;
-        Level::Best.dispatch(Evaluate { steps: self.jacobian.fixed(), registers, factor: 1.0, from: &[], to: &mut [] });
+        let (steps, registers) = (self.jacobian.fixed(), &mut self.jacobian_registers);
+        Level::Best.dispatch(Evaluate { steps, mend: None, registers, factor: 1.0, from: &[], to: &mut [] });
         self.evaluate();
     }
 
@@ -110,6 +110,7 @@ impl<'g> Transport<'g> {
         let (first, outputs) = (2 * self.m, self.entries_from.len());
         Level::Best.dispatch(Evaluate {
             steps: self.jacobian.varying(outputs),
+            mend: Some(Mend { program: self.jacobian.program(), outputs, points: LANES }),
             registers: &mut self.jacobian_registers,
             factor: 1.0,
             from: &self.entries_from,
@@ -160,7 +161,7 @@ impl<'g> Transport<'g> {
         let is_separable = self.geometry.is_separable();
         let all = linear.steps_to(if is_separable { m } else { 2 * m });
         for sweep in 0..MOST_SWEEPS {
-            errors.sweep(SweepSteps { all, velocities: linear.steps_to(m) }, h);
+            errors.sweep(SweepSteps { all, velocities: linear.steps_to(m), outputs: 0 }, h);
             let (mut change, mut size) = (0.0_f64, 0.0_f64);
             for (row, weight) in weights.iter().enumerate() {
                 change = change.max(weight * errors.change[row]);
@@ -172,7 +173,7 @@ impl<'g> Transport<'g> {
         }
         errors.integrate_forces();
         let outputs = if is_separable { probe.len() - m } else { probe.len() };
-        errors.evaluate_ignorable(linear.steps_to(outputs), h);
+        errors.evaluate_ignorable(linear.steps_to(outputs), outputs, h);
         let (fields, ignorable) = probe.split_at_mut(2 * m);
         fields.iter_mut().enumerate().for_each(|(row, error)| *error = errors.row(row).0[last]);
         let weights = &rule::coarse().unit.tables.weights;

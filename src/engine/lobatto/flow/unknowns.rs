@@ -9,7 +9,7 @@
 
 use super::rule::Rule;
 use super::tables::FlowTables;
-use super::work::{Evaluate, Integrate, Pass, Sweep};
+use super::work::{Evaluate, Integrate, Mend, Pass, Sweep};
 use crate::engine::lobatto::Twofold;
 use crate::formula::{Program, Register, Step};
 use crate::number::vector::{Level, Nodes};
@@ -39,6 +39,8 @@ pub(super) struct SweepSteps<'s> {
     pub(super) all: &'s [Step],
     /// Velocities alone, after momenta have changed.
     pub(super) velocities: &'s [Step],
+    /// So many outputs give both.
+    pub(super) outputs: usize,
 }
 
 /// The unknowns of a window with what is known of them.
@@ -47,6 +49,10 @@ pub(super) struct Unknowns<'g, const P: usize> {
     /// g^ab of active coordinates by rows, where the kinetic part is constant.
     inverse: Option<&'g [f64]>,
     m: usize,
+    program: &'g Program<f64>,
+    /// Whether what overflows on the way to finite rates is mended, and whether anything was in the last sweeps.
+    pub(super) mends: bool,
+    pub(super) is_mended: bool,
     /// Of the program of the rates. The nodes of Q and P stand in those of its variables.
     pub(super) registers: Vec<Nodes<P>>,
     pub(super) places: Places,
@@ -62,12 +68,15 @@ pub(super) struct Unknowns<'g, const P: usize> {
 }
 
 impl<'g, const P: usize> Unknowns<'g, P> {
-    pub(super) fn new(rule: Rule<P>, inverse: Option<&'g [f64]>, program: &Program<f64>, places: Places) -> Self {
+    pub(super) fn new(rule: Rule<P>, inverse: Option<&'g [f64]>, program: &'g Program<f64>, places: Places) -> Self {
         let (m, ignorable) = (places.q.len(), places.ignorable.len());
         Self {
             rule,
             inverse,
             m,
+            program,
+            mends: false,
+            is_mended: false,
             registers: room(program),
             places,
             rates: vec![Nodes::ZERO; 2 * m + ignorable],
@@ -150,6 +159,8 @@ impl<'g, const P: usize> Unknowns<'g, P> {
             kicks: &mut self.kicks,
             weights: &self.rule.unit.tables.weights,
             passes,
+            mend: self.mends.then_some(Mend { program: self.program, outputs: steps.outputs, points: P }),
+            is_mended: &mut self.is_mended,
         });
     }
 
@@ -186,10 +197,12 @@ impl<'g, const P: usize> Unknowns<'g, P> {
         });
     }
 
-    /// Carries out these steps, after which the velocities of ignorable coordinates are known.
-    pub(super) fn evaluate_ignorable(&mut self, steps: &[Step], h: f64) {
+    /// Carries out these steps to the first `outputs` outputs, after which the velocities of ignorable coordinates are
+    /// known.
+    pub(super) fn evaluate_ignorable(&mut self, steps: &[Step], outputs: usize, h: f64) {
         Level::Best.dispatch(Evaluate {
             steps,
+            mend: self.mends.then_some(Mend { program: self.program, outputs, points: P }),
             registers: &mut self.registers,
             factor: h,
             from: &self.places.ignorable,
@@ -199,6 +212,7 @@ impl<'g, const P: usize> Unknowns<'g, P> {
 
     /// Carries out steps.
     pub(super) fn evaluate(&mut self, steps: &[Step]) {
-        Level::Best.dispatch(Evaluate { steps, registers: &mut self.registers, factor: 1.0, from: &[], to: &mut [] });
+        let registers = &mut self.registers;
+        Level::Best.dispatch(Evaluate { steps, mend: None, registers, factor: 1.0, from: &[], to: &mut [] });
     }
 }

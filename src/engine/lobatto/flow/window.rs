@@ -140,6 +140,29 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
     /// sweeps
     /// `is_hopeless` may look at the tails of the rates; it is told by how much the last sweep changed the fields.
     pub(super) fn solve(&mut self, task: Task<'_>, is_hopeless: &dyn Fn(&Self, f64) -> bool) -> Outcome {
+        let sweeps = self.sweeps;
+        let outcome = self.solve_as_it_is(task, is_hopeless);
+        let is_finite = |rows: &[Nodes<P>]| rows.iter().flat_map(|row| row.0).all(f64::is_finite);
+        let is_broken = match outcome {
+            Outcome::Failed => !is_finite(self.unknowns.rates()),
+            Outcome::Solved(_) | Outcome::TooLong => !self.norm.is_finite(),
+        };
+        if self.unknowns.mends || !is_broken {
+            return outcome;
+        }
+        // Something may overflow on the way to finite rates: then it is mended from now on.
+        let known = std::mem::replace(&mut self.sweeps, sweeps);
+        (self.unknowns.mends, self.unknowns.is_mended) = (true, false);
+        let mended = self.solve_as_it_is(task, is_hopeless);
+        self.unknowns.mends = self.unknowns.is_mended;
+        if self.unknowns.mends {
+            return mended;
+        }
+        self.sweeps = known;
+        outcome
+    }
+
+    fn solve_as_it_is(&mut self, task: Task<'_>, is_hopeless: &dyn Fn(&Self, f64) -> bool) -> Outcome {
         let Task { start, h, .. } = task;
         self.length = h;
         let first = self.sweeps;
@@ -160,7 +183,8 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
         self.unknowns.integrate_forces();
         // K and the velocities of ignorable coordinates at the fields as they are: so charges are exact to rounding on
         // the nodes, whatever the tolerance, unless the metric couples their coordinate to an active one.
-        self.unknowns.evaluate_ignorable(self.programs.rates().varying(self.programs.all()), h);
+        let all = self.programs.all();
+        self.unknowns.evaluate_ignorable(self.programs.rates().varying(all), all, h);
         self.norm = self.unknowns.registers[self.programs.norm_register()].0[self.points() - 1];
         let is_inside = self.determinants.iter().zip(self.geometry.field().signs()).all(|(&register, &sign)| {
             let nodes = &self.unknowns.registers[register].0[..self.points()];
@@ -232,7 +256,8 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
         let relative = if largest > 0.0 { 1.0 / largest } else { 0.0 };
         self.row_weights.extend(weights.p.iter().map(|weight| weight.max(relative)));
         let program = self.programs.rates();
-        let steps = SweepSteps { all: program.varying(self.programs.sweep()), velocities: program.again() };
+        let outputs = self.programs.sweep();
+        let steps = SweepSteps { all: program.varying(outputs), velocities: program.again(), outputs };
         let noise = self.noise(task);
         let (mut last, mut slower) = (f64::INFINITY, f64::INFINITY);
         for sweeps in 1..=MOST_SWEEPS {

@@ -6,12 +6,29 @@ use crate::engine::lobatto::formula::carry_out;
 use crate::engine::lobatto::guess::Continuation;
 use crate::engine::lobatto::product::{plain_dot, product};
 use crate::engine::lobatto::tables::Tables;
-use crate::formula::{Register, Step};
+use crate::formula::{Program, Register, Step};
 use crate::number::vector::{Nodes, abs, largest, multiply_add, vectors, vectors_mut};
+
+/// Outputs of a program to be mended on some nodes, see [`Program::mend_nodes`].
+#[derive(Clone, Copy)]
+pub(super) struct Mend<'r> {
+    pub(super) program: &'r Program<f64>,
+    pub(super) outputs: usize,
+    pub(super) points: usize,
+}
+
+impl Mend<'_> {
+    /// Whether anything was mended.
+    pub(super) fn apply<const P: usize>(self, registers: &mut [Nodes<P>]) -> bool {
+        self.program.mend_nodes(self.outputs, self.points, registers)
+    }
+}
 
 /// Carries out steps of a program, and copies some registers, multiplied by `factor`.
 pub(super) struct Evaluate<'r, const P: usize> {
     pub(super) steps: &'r [Step],
+    /// What is mended afterwards.
+    pub(super) mend: Option<Mend<'r>>,
     pub(super) registers: &'r mut [Nodes<P>],
     pub(super) factor: f64,
     pub(super) from: &'r [Register],
@@ -23,8 +40,11 @@ impl<const P: usize> WithSimd for Evaluate<'_, P> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, s: S) {
-        let Self { steps, registers, factor, from, to } = self;
+        let Self { steps, mend, registers, factor, from, to } = self;
         carry_out(s, steps, registers);
+        if let Some(mend) = mend {
+            mend.apply(registers);
+        }
         scaled(s, factor, registers, from, to);
     }
 }
@@ -58,6 +78,9 @@ pub(super) struct Sweep<'r, const P: usize> {
     pub(super) weights: &'r [f64; P],
     /// What is done, in order.
     pub(super) passes: &'r [Pass<'r, P>],
+    /// What is mended in every pass, and whether anything was.
+    pub(super) mend: Option<Mend<'r>>,
+    pub(super) is_mended: &'r mut bool,
 }
 
 /// Rates of positions or of momenta, and their integrals.
@@ -80,13 +103,16 @@ impl<const P: usize> WithSimd for Sweep<'_, P> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, s: S) {
-        let Self { registers, h, rates, start, low, change, kicks, weights, passes } = self;
+        let Self { registers, h, rates, start, low, change, kicks, weights, passes, mend, is_mended } = self;
         let m = rates.len() / 2;
         let mut place = 0;
         while place < passes.len() {
             let Pass { steps, from, is_position, inverse, matrix, to } = passes[place];
             place += 1;
             carry_out(s, steps, registers);
+            if let Some(mend) = mend {
+                *is_mended |= mend.apply(registers);
+            }
             let (velocities, forces) = rates.split_at_mut(m);
             let rows = if inverse.is_none() && is_position { &mut *velocities } else { &mut *forces };
             scaled(s, h, registers, from, rows);
