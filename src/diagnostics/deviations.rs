@@ -66,7 +66,9 @@ impl<'r, S: Real, G: Space<S>> Fields<'r, S, G> {
         let n = structure.dimension;
         let velocities: Vec<Vec<S>> = (0..n).map(|a| derivative(run.grids(), rows[a], run.starts(a))).collect();
         let mut samples = lagrangian.room(points);
-        lagrangian.fill(&rows, &mut samples).expect("a solution lies inside the domain");
+        // A second derivative that is not finite at a node is no matter here. Anything else that is not leaves NaN, and
+        // a verdict doubts that.
+        let _ = lagrangian.fill(&rows, &mut samples);
         let mut forces = vec![Vec::new(); n];
         if !structure.force.is_empty() {
             let velocities: Vec<&[S]> = velocities.iter().map(Vec::as_slice).collect();

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use super::failure::NoSolution;
+use super::failure::{At, NoSolution};
 use super::run::Observer;
 use super::setup::Setup;
 use super::solution::Solution;
+use super::status::Status;
 use super::world_line::Place;
 use super::{accuracy, spectral};
 use crate::geometry::metric::Metric;
@@ -86,11 +87,14 @@ impl Engine for Extended {
     }
 
     fn run_to_accuracy(
-        _: &Setup<Self, Metric<Self>>,
+        setup: &Setup<Self, Metric<Self>>,
         _: f64,
         _: Option<Observer<'_, Self, Metric<Self>>>,
     ) -> Result<Solution<Self>, NoSolution> {
-        panic!("an accuracy is a matter of f64")
+        // An accuracy is a matter of `f64`.
+        let x = setup.initial().x;
+        let at = At::x(setup.gamma_i.to_f64(), x.to_f64(), setup.metric().g00(x).to_f64());
+        Err(NoSolution::adaptive(Status::AccuracyNotReached, at))
     }
 
     fn fast_run(

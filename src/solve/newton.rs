@@ -114,7 +114,10 @@ pub(super) fn solve<N: NewtonSystem>(
     let mut trial_residual = residual.clone();
     let mut was_at_rounding = false;
     for iteration in 1..=max_iterations {
-        let levels = system.rounding(&u).expect("an accepted iterate lies inside the domain");
+        let Some(levels) = system.rounding(&u) else {
+            let status = Status::OutsideDomain;
+            return Err(Failure { status, unknowns: u, residual, outside: None, history });
+        };
         if system.newton_step(&u, &residual, &mut step).is_err() || !max_abs(&step).is_finite() {
             return Err(Failure { status: Status::Singular, unknowns: u, residual, outside: None, history });
         }

@@ -3,6 +3,7 @@
 use super::derivative::FormDerivative;
 use super::newton::{Failure, LinearFailure, Root, RoundingLevels};
 use super::refinement::{self, Refined};
+use super::status::Status;
 use crate::linalg::banded::solve_banded;
 use crate::number::Real;
 use crate::number::norm::max_abs;
@@ -38,7 +39,8 @@ impl<S: Real> Integral<'_, S> {
             return Ok(system.values);
         }
         for round in 0..2 {
-            system.solve_linearised(&mut right).expect("D without its first column and last row, or D̄, is invertible");
+            let solved = system.solve_linearised(&mut right);
+            solved.map_err(|LinearFailure| Failure::without_iterate(Status::Singular))?;
             for (u, &correction) in system.values[first..].iter_mut().zip(&right) {
                 *u += S::from(correction);
             }

@@ -39,9 +39,9 @@ pub(crate) fn solve(
     accuracy: f64,
     observer: Option<Observer<'_, f64, Metric>>,
 ) -> Result<Solution, NoSolution> {
-    let (goal, length) = match (setup.limit, setup.duration()) {
-        (Limit::Length(length), _) => (Goal::Gamma(length), length),
-        (Limit::Value { .. }, duration) => (Goal::Time(duration.expect("the run ends at a time")), 0.0),
+    let (goal, length) = match setup.limit {
+        Limit::Length(length) => (Goal::Gamma(length), length),
+        Limit::Value { coordinate, value } => (Goal::Time(value - setup.origin_of(coordinate)), 0.0),
     };
     let (metric, initial, gamma_i) = (setup.metric(), setup.initial(), setup.gamma_i);
     let start = State::from(initial);

@@ -6,7 +6,7 @@ use super::Row;
 pub fn front<'a>(rows: impl IntoIterator<Item = &'a Row>, cost: impl Fn(&Row) -> f64) -> Vec<&'a Row> {
     let mut ranked: Vec<(f64, f64, &Row)> =
         rows.into_iter().filter_map(|row| Some((row.rank()?, cost(row), row))).collect();
-    ranked.sort_by(|a, b| (a.0, a.1).partial_cmp(&(b.0, b.1)).expect("ranks are finite"));
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let mut cheapest = f64::INFINITY;
     ranked.retain(|&(_, cost, _)| {
         let kept = cost < cheapest;
