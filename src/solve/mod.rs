@@ -58,8 +58,7 @@ pub use routes::Routes;
 /// [`NoSolution`] says how the solve ended, where, and with what residual. An unconverged trajectory is never returned.
 ///
 /// # Panics
-/// If the setup is not valid, which one of a valid case is, or if one of a potential asks for an accuracy and `S` is
-/// not `f64`.
+/// If the setup is not valid, which one of a valid case is.
 pub fn solve<S: Arithmetic, G: Routes<S, Rough: Routes<f64>>>(
     setup: impl Into<Setup<S, G>>,
 ) -> Result<WorldLine<S, G>, NoSolution> {
