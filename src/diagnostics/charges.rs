@@ -32,7 +32,7 @@ impl<S: Real> FreeParticleCharges<S> {
         let initial = solution.initial();
         let delta_q_x: Vec<S> = x_dot.iter().map(|&w| initial.x_dot - w).collect();
         let q_eta = initial.x * initial.t_dot;
-        let time = solution.from_origin(0, solution.elapsed());
+        let time = solution.counted_from_origin(0, solution.elapsed());
         let delta_q_eta: Vec<S> = (solution.x().iter().zip(t_dot))
             .zip(time.zip(x_dot))
             .map(|((&x, &u), (t, &w))| x * u - t * w - q_eta)

@@ -48,8 +48,9 @@ impl Function {
         Self::NAMED.iter().find(|(n, _)| *n == name).map(|&(_, function)| function)
     }
 
+    /// The value at `u`.
     #[inline]
-    pub(crate) fn apply<S: Real>(self, u: S) -> S {
+    pub fn apply<S: Real>(self, u: S) -> S {
         match self {
             Self::Sin => u.sin(),
             Self::Cos => u.cos(),

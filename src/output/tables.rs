@@ -106,7 +106,7 @@ pub fn write_branches<S: Real, G: Space<S>>(mut out: impl Write, run: &WorldLine
 
 /// The world-line at one value of γ, as a row of a table.
 pub trait Row<S> {
-    /// Its numbers, in the order of [`state_header`].
+    /// Its numbers, γ, the coordinates and their derivatives.
     fn numbers(&self) -> impl Iterator<Item = S>;
 }
 

@@ -42,8 +42,8 @@ pub(super) trait Engine: Real {
 
     /// The run of `setup` to an accuracy.
     ///
-    /// # Panics
-    /// If this is not `f64`.
+    /// # Errors
+    /// [`NoSolution`] if it is not reached, or if this is not `f64`.
     fn run_to_accuracy(
         setup: &Setup<Self, Metric<Self>>,
         accuracy: f64,

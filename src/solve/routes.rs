@@ -18,8 +18,8 @@ use crate::sbp::SbpName;
 pub trait Routes<S: Arithmetic>: Places<S> {
     /// The run to an accuracy.
     ///
-    /// # Panics
-    /// In one coordinate if S is not `f64`.
+    /// # Errors
+    /// [`NoSolution`] if it is not reached; in one coordinate also if S is not `f64`.
     fn to_accuracy(
         setup: &Setup<S, Self>,
         accuracy: f64,

@@ -296,7 +296,7 @@ impl<S: Real, G: Space<S>> WorldLine<S, G> {
     }
 
     /// A row of coordinate `a`, in which ignorable ones count from the start of their window, counted from its origin.
-    pub(crate) fn from_origin<'l>(&'l self, a: usize, row: &'l [S]) -> impl Iterator<Item = S> + 'l {
+    pub(crate) fn counted_from_origin<'l>(&'l self, a: usize, row: &'l [S]) -> impl Iterator<Item = S> + 'l {
         let is_active = self.geometry().active().contains(&a);
         self.views().flat_map(move |view| {
             let start = if is_active { None } else { Some(view.start.q[a]) };

@@ -171,7 +171,7 @@ impl<S: Arithmetic> Studied<S> for Metric<S> {
 
     fn rows(line: &WorldLine<S, Self>) -> Vec<Vec<S>> {
         let rows = [line.elapsed(), line.x()];
-        rows.into_iter().enumerate().map(|(a, row)| line.from_origin(a, row).collect()).collect()
+        rows.into_iter().enumerate().map(|(a, row)| line.counted_from_origin(a, row).collect()).collect()
     }
 
     /// t and x have units of their own.

@@ -38,7 +38,7 @@ pub fn run_error<S: Real>(
 ) -> Option<RunError> {
     if let Some(estimate) = solution.error_estimate {
         let largest = |values: &mut dyn Iterator<Item = f64>| values.map(f64::abs).fold(1.0, f64::max);
-        let t = largest(&mut solution.from_origin(0, solution.elapsed()).map(S::to_f64));
+        let t = largest(&mut solution.counted_from_origin(0, solution.elapsed()).map(S::to_f64));
         let x = largest(&mut solution.x().iter().map(|x| x.to_f64()));
         let largest = vec![estimate * t, estimate * x];
         // If the run ends at a given time, all of its error there is one of x.
@@ -65,7 +65,7 @@ fn points<'s, S: Real>(solution: &'s Solution<S>, samples: &[Sample<S>]) -> impl
     if before.first().zip(before.last()).is_some_and(|(first, last)| first[0] > last[0]) {
         before.reverse();
     }
-    let nodes = solution.gamma_from_start().zip(solution.from_origin(0, solution.elapsed())).zip(solution.x());
+    let nodes = solution.gamma_from_start().zip(solution.counted_from_origin(0, solution.elapsed())).zip(solution.x());
     before.into_iter().chain(nodes.map(|((gamma, t), &x)| [gamma, t, x]))
 }
 
