@@ -3,8 +3,8 @@
 use super::lanes::{BOXES, Lanes, TINY};
 use crate::formula::Function;
 
-/// More than the functions of [`crate::number::vector::elementary`] and of the standard library are off by, relative to the
-/// result: one unit in the last place, or two.
+/// More than the functions of [`crate::number::vector::elementary`] and of the standard library are off by, relative to
+/// the result: one unit in the last place, or two.
 const ERROR: f64 = 4.0 * f64::EPSILON;
 
 /// Angles that differ by more are not followed.

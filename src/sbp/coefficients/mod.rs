@@ -2,8 +2,8 @@
 //!
 //! There is one table per operator, and each names its source. A table holds the norm H and the boundary closure of D
 //! at the left end, for unit spacing, and the antisymmetric interior stencil. The right end is the left one mirrored,
-//! with the opposite sign. Nothing here is rounded: `tests/mathematics/numerics/sbp_identities.rs` proves Q + Qᵀ = E_N − E_0 and
-//! the exactness on polynomials for these numbers, in exact arithmetic.
+//! with the opposite sign. Nothing here is rounded: `tests/mathematics/numerics/sbp_identities.rs` proves
+//! Q + Qᵀ = E_N − E_0 and the exactness on polynomials for these numbers, in exact arithmetic.
 
 mod mattsson_nordstrom;
 

@@ -13,8 +13,8 @@
 //! largest of them ranks a setting. Charges are constants in the equations of the other methods, as Q_t is.
 //!
 //! The schemes of this program are timed as [`crate::solve()`], with its certificate and everything that it stores.
-//! `accuracy` is timed as [`crate::solve::solve_window_by_window`] or, in a scene, as [`crate::engine::lobatto::flow`], with
-//! its certificate and its samples. `march` is [`crate::engine::lobatto`], without certificate and storage.
+//! `accuracy` is timed as [`crate::solve::solve_window_by_window`] or, in a scene, as [`crate::engine::lobatto::flow`],
+//! with its certificate and its samples. `march` is [`crate::engine::lobatto`], without certificate and storage.
 //!
 //! # How it is timed
 //!

@@ -3,6 +3,7 @@
 mod cases;
 mod columns;
 pub(crate) mod commands;
+mod features;
 mod layers;
 mod licences;
 mod links;

@@ -19,7 +19,7 @@ use pulp::{Simd, WithSimd};
 
 use self::pair::SIGN;
 use super::is_fused;
-use crate::formula::Function;
+use crate::number::Function;
 
 /// All of `x`, whose length is a multiple of 8, so that the compiler knows this and makes no code for a rest.
 #[inline(always)]

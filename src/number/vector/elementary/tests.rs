@@ -3,7 +3,7 @@
 use pulp::{Simd, WithSimd};
 
 use super::{call, power, sin_cos};
-use crate::formula::Function;
+use crate::number::Function;
 use crate::number::vector::Level;
 use crate::number::{Extended, Real};
 
