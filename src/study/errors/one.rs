@@ -1,8 +1,8 @@
 //! The error of a run, estimated by a second and cheaper solve.
 //!
 //! The second solve is [`crate::engine::lobatto::Adaptive`], which chooses its own windows, with an accuracy far beyond
-//! that of most runs. It shares neither grid nor operator with the run. Its own error estimate is added to the differences that
-//! are found. If a run in extended precision agrees with it to its last digits, the Taylor series of
+//! that of most runs. It shares neither grid nor operator with the run. Its own error estimate is added to the
+//! differences that are found. If a run in extended precision agrees with it to its last digits, the Taylor series of
 //! [`crate::reference`] in the same precision take its place.
 
 use std::ops::ControlFlow;
