@@ -1,4 +1,4 @@
-//! What a window of [`geodesic_ivp::engine::lobatto::flow`] costs in scenes with more and more coordinates.
+//! These benches time windows of [`geodesic_ivp::engine::lobatto::flow`] in scenes with more and more coordinates.
 //!
 //! Chains of 1 to 16 coordinates, each of which feels its two neighbours, the same coordinates with every one feeling
 //! all others, and orbits around black holes. Each is timed to the accuracy 1e-10 in windows of 24 nodes, bare and with

@@ -21,7 +21,7 @@ pub(super) struct FormulaForce<'m, const P: usize> {
     registers: Vec<Nodes<P>>,
     lacks: Vec<Nodes<P>>,
     points: usize,
-    /// Whether what overflows on the way is mended, and whether anything was.
+    /// The first flag is true if values that overflow on the way are mended, the second if one was.
     mends: bool,
     is_mended: bool,
     /// Whether it calls functions, which take longer than all arithmetic.

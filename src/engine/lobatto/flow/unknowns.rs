@@ -50,7 +50,8 @@ pub(super) struct Unknowns<'g, const P: usize> {
     inverse: Option<&'g [f64]>,
     m: usize,
     program: &'g Program<f64>,
-    /// Whether what overflows on the way to finite rates is mended, and whether anything was in the last sweeps.
+    /// The first flag is true if rates that overflow on the way to finite values are mended, the second if the last
+    /// sweeps mended one.
     pub(super) mends: bool,
     pub(super) is_mended: bool,
     /// Of the program of the rates. The nodes of Q and P stand in those of its variables.

@@ -18,7 +18,7 @@ pub(super) struct Mend<'r> {
 }
 
 impl Mend<'_> {
-    /// Whether anything was mended.
+    /// Mends the outputs that are not finite, and returns true if one of them could be mended.
     pub(super) fn apply<const P: usize>(self, registers: &mut [Nodes<P>]) -> bool {
         self.program.mend_nodes(self.outputs, self.points, registers)
     }
@@ -27,7 +27,7 @@ impl Mend<'_> {
 /// Carries out steps of a program, and copies some registers, multiplied by `factor`.
 pub(super) struct Evaluate<'r, const P: usize> {
     pub(super) steps: &'r [Step],
-    /// What is mended afterwards.
+    /// The outputs that are mended after the steps, if any are.
     pub(super) mend: Option<Mend<'r>>,
     pub(super) registers: &'r mut [Nodes<P>],
     pub(super) factor: f64,
@@ -78,7 +78,7 @@ pub(super) struct Sweep<'r, const P: usize> {
     pub(super) weights: &'r [f64; P],
     /// What is done, in order.
     pub(super) passes: &'r [Pass<'r, P>],
-    /// What is mended in every pass, and whether anything was.
+    /// The outputs that are mended in every pass, if any are, and a flag that is true once one of them was.
     pub(super) mend: Option<Mend<'r>>,
     pub(super) is_mended: &'r mut bool,
 }
