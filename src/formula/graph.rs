@@ -10,16 +10,16 @@ pub(crate) type NodeId = usize;
 
 /// What is done with earlier values, which are given by an index: of a node of a graph, or of a register of a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(crate) enum Operation {
-    Add(usize, usize),
-    Subtract(usize, usize),
-    Multiply(usize, usize),
-    Divide(usize, usize),
-    Negate(usize),
-    Power(usize, usize),
-    Call(Function, usize),
+pub(crate) enum Operation<I = NodeId> {
+    Add(I, I),
+    Subtract(I, I),
+    Multiply(I, I),
+    Divide(I, I),
+    Negate(I),
+    Power(I, I),
+    Call(Function, I),
     /// A product with a sum at once. Programs have it ([`super::Program::fused`]), graphs do not.
-    Fused(Fused, [usize; 3]),
+    Fused(Fused, [I; 3]),
 }
 
 /// A product ab with a third value c.
@@ -33,9 +33,9 @@ pub(crate) enum Fused {
     SubtractFrom,
 }
 
-impl Operation {
+impl<I: Copy> Operation<I> {
     /// The indices of its operands.
-    pub(super) fn operands(self) -> impl Iterator<Item = usize> {
+    pub(crate) fn operands(self) -> impl Iterator<Item = I> {
         let (a, b, c) = match self {
             Self::Negate(a) | Self::Call(_, a) => (a, None, None),
             Self::Add(a, b) | Self::Subtract(a, b) | Self::Multiply(a, b) | Self::Divide(a, b) | Self::Power(a, b) => {
@@ -47,19 +47,21 @@ impl Operation {
     }
 
     /// The same on other indices.
-    pub(super) fn map(self, at: impl Fn(usize) -> usize) -> Self {
+    pub(super) fn map<J>(self, at: impl Fn(I) -> J) -> Operation<J> {
         match self {
-            Self::Add(a, b) => Self::Add(at(a), at(b)),
-            Self::Subtract(a, b) => Self::Subtract(at(a), at(b)),
-            Self::Multiply(a, b) => Self::Multiply(at(a), at(b)),
-            Self::Divide(a, b) => Self::Divide(at(a), at(b)),
-            Self::Negate(a) => Self::Negate(at(a)),
-            Self::Power(a, b) => Self::Power(at(a), at(b)),
-            Self::Call(function, a) => Self::Call(function, at(a)),
-            Self::Fused(fused, operands) => Self::Fused(fused, operands.map(at)),
+            Self::Add(a, b) => Operation::Add(at(a), at(b)),
+            Self::Subtract(a, b) => Operation::Subtract(at(a), at(b)),
+            Self::Multiply(a, b) => Operation::Multiply(at(a), at(b)),
+            Self::Divide(a, b) => Operation::Divide(at(a), at(b)),
+            Self::Negate(a) => Operation::Negate(at(a)),
+            Self::Power(a, b) => Operation::Power(at(a), at(b)),
+            Self::Call(function, a) => Operation::Call(function, at(a)),
+            Self::Fused(fused, operands) => Operation::Fused(fused, operands.map(at)),
         }
     }
+}
 
+impl Operation {
     /// The same number for the same numbers, whichever operand comes first.
     fn sorted(self) -> Self {
         match self {

@@ -6,6 +6,9 @@
 //!
 //! A term that underflows to 0 leaves a value that is finite, and is not seen.
 
+use std::marker::PhantomData;
+
+use super::algebra::run;
 use super::program::Program;
 use super::wide::{Wide, Wides};
 use crate::number::{Extended, Real};
@@ -27,11 +30,10 @@ impl<S: Real> Program<S> {
         if !is_broken || !registers[..self.variables()].iter_mut().all(is_known) {
             return false;
         }
-        let mut wide = vec![Wide::from(S::ZERO); self.registers()];
-        self.each_constant(|register, constant| wide[register] = constant.into());
+        let mut wide = self.registers(Wide::from);
         let variables = wide.iter_mut().zip(registers[..self.variables()].iter_mut());
         variables.for_each(|(wide, variable)| *wide = (*number(variable)).into());
-        self.walk(outputs, &mut Wides(&mut wide));
+        run(&Wides(PhantomData), self.steps_to(outputs), &mut wide);
         let mut is_mended = false;
         for register in (0..outputs).map(|output| self.output(output)) {
             let (value, known) = (wide[register].nearest(), number(&mut registers[register]));
@@ -44,9 +46,9 @@ impl<S: Real> Program<S> {
 
     /// The same steps for extended numbers, with the constants as they are.
     pub(crate) fn extended(&self) -> Program<Extended> {
-        let Self { variables, constants, steps, outputs, registers } = self.clone();
+        let Self { variables, constants, steps, outputs } = self.clone();
         let constants = constants.into_iter().map(|constant| constant.to_f64().into()).collect();
-        Program { variables, constants, steps, outputs, registers }
+        Program { variables, constants, steps, outputs }
     }
 }
 
@@ -100,11 +102,11 @@ mod tests {
         let second = graph.derivative(first, 0);
         let program = Program::new(&mut graph, 1, &[f, first, second]);
         let x = S::from(x);
-        let alone = program.packed().values(&[x]);
-        let fused: [S; 3] = program.fused().packed().values(&[x]);
+        let alone = program.values(&[x]);
+        let fused: [S; 3] = program.fused().values(&[x]);
         let points = vec![x; 100];
         let mut rows = [(); 3].map(|()| vec![S::ZERO; 100]);
-        program.packed().sample(&[&points], &mut rows.each_mut().map(Vec::as_mut_slice));
+        program.sample(&[&points], &mut rows.each_mut().map(Vec::as_mut_slice));
         for ((row, value), fused) in rows.iter().zip(&alone).zip(fused) {
             let is_near = (fused - *value).abs() <= S::from(1e-9) * (S::ONE + value.abs());
             assert!(is_near || !fused.is_finite(), "{formula} at {x:?}: {fused:?}, {value:?}");

@@ -7,7 +7,7 @@
 //! reduce      writes expressions with fewer operations
 //! program     compiles what the wanted outputs need to a list of steps on registers
 //! fused       makes one step of a product and a sum
-//! machine     carries out the steps: on numbers and blocks of them (here), vectors of nodes, Taylor series (elsewhere)
+//! algebra     carries out the steps: on numbers and blocks of them (here), vectors of nodes, Taylor series (elsewhere)
 //! mend        computes once more what is not finite, in numbers of wide exponents (`wide`)
 //! steep       finds what functions and quotients of a program are applied to
 //! ```
@@ -16,28 +16,25 @@
 //! (right-associative, binding tighter than unary minus), parentheses and the functions of [`Function`]. A formula may
 //! have any number of variables.
 
+mod algebra;
 mod derivative;
 mod fused;
 mod grammar;
 mod graph;
 mod hint;
-mod machine;
 mod mend;
 mod program;
 mod reduce;
 pub mod similar;
-mod staged;
 mod steep;
 mod wide;
 
 pub use crate::number::Function;
+pub(crate) use algebra::{Algebra, run};
 pub(crate) use grammar::{Names, parse};
-pub(crate) use graph::Fused;
-pub(crate) use graph::{Graph, NodeId};
-pub(crate) use machine::{Machine, around};
-pub(crate) use program::{Operation, Program, Register, Step, walk};
+pub(crate) use graph::{Fused, Graph, NodeId};
+pub(crate) use program::{Operation, Program, Register, Step};
 pub(crate) use reduce::Level;
-pub(crate) use staged::Staged;
 #[cfg(test)]
 pub(crate) use steep::plain;
 pub(crate) use steep::{Kind, Steep, kind};

@@ -1,45 +1,61 @@
 //! Straight-line programs: what the outputs of a graph need, one step a value.
 
-use super::Function;
 pub(crate) use super::graph::Operation;
-use super::graph::{Fused, Graph, Node, NodeId};
-use super::machine::Machine;
+use super::graph::{Graph, Node, NodeId};
 use crate::number::Real;
 
-/// The place of a value while a program runs.
+/// The place of a value in a register file.
 pub(crate) type Register = usize;
 
-/// Computes one value from earlier ones.
+/// Computes one value from earlier ones. Programs are read from memory step by step, so that a step is kept small.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Step {
-    pub(crate) to: Register,
-    pub(crate) operation: Operation,
+    pub(super) to: u32,
+    pub(super) operation: Operation<u32>,
+}
+
+impl Step {
+    fn new(to: Register, operation: Operation) -> Self {
+        let small = |register: Register| u32::try_from(register).expect("a program has far fewer values");
+        Self { to: small(to), operation: operation.map(small) }
+    }
+
+    /// The register that it writes.
+    pub(crate) fn to(&self) -> Register {
+        self.to as Register
+    }
+
+    /// What it does with which registers.
+    pub(crate) fn operation(&self) -> Operation {
+        self.operation.map(|operand| operand as Register)
+    }
 }
 
 /// One of the wanted values.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Output {
-    pub(super) register: Register,
+    register: Register,
     /// So many steps compute this output and all before it.
-    pub(super) steps: usize,
+    steps: usize,
 }
 
-/// A straight-line program. The first registers are the variables, then come the constants, then the values of steps.
+/// A straight-line program. Every value has a register of its own: the first are the variables, then come the
+/// constants, then one for each step. So a step reads what lies below the register that it writes, and any number of
+/// schedules work on one register file.
 #[derive(Debug, Clone)]
 pub(crate) struct Program<S> {
     pub(super) variables: usize,
     pub(super) constants: Vec<S>,
     pub(super) steps: Vec<Step>,
     pub(super) outputs: Vec<Output>,
-    pub(super) registers: usize,
 }
 
-/// The nodes in the order of the outputs that need them, and how many of them each output needs; an output is computed
-/// before work for the next one begins. A sine and the cosine of the same stand side by side, if both are wanted.
-fn in_order<S: Real>(graph: &Graph<S>, outputs: &[NodeId], is_wanted: &[bool]) -> (Vec<NodeId>, Vec<usize>) {
+/// The nodes in the order of the outputs that need them; an output is computed before work for the next one begins. A
+/// sine and the cosine of the same stand side by side, if both are wanted.
+fn in_order<S: Real>(graph: &Graph<S>, outputs: &[NodeId]) -> Vec<NodeId> {
+    let is_wanted = graph.needed(outputs);
     let mut order: Vec<NodeId> = Vec::new();
-    let mut is_known = vec![false; graph.nodes.len()];
-    let mut nodes_for = Vec::new();
+    let mut is_known = vec![false; is_wanted.len()];
     for &output in outputs {
         let mut is_needed = vec![false; output + 1];
         is_needed[output] = !is_known[output];
@@ -49,31 +65,23 @@ fn in_order<S: Real>(graph: &Graph<S>, outputs: &[NodeId], is_wanted: &[bool]) -
             }
         }
         for id in (0..=output).filter(|&id| is_needed[id]) {
-            let group = graph.sine_and_cosine(id).filter(|pair| pair.iter().all(|&id| is_wanted[id]));
+            let is_pair = |pair: &[NodeId; 2]| pair.iter().all(|&id| is_wanted.get(id) == Some(&true));
+            let group = graph.sine_and_cosine(id).filter(is_pair);
             for id in group.as_ref().map_or(&[id][..], |pair| pair) {
                 if !std::mem::replace(&mut is_known[*id], true) {
                     order.push(*id);
                 }
             }
         }
-        nodes_for.push(order.len());
     }
-    (order, nodes_for)
+    order
 }
 
 impl<S: Real> Program<S> {
-    /// Compiles what `outputs` need, which are expressions in the first `variables` variables. Every value has a
-    /// register of its own, see [`Self::packed`].
+    /// Compiles what `outputs` need, which are expressions in the first `variables` variables.
     pub(crate) fn new(graph: &mut Graph<S>, variables: usize, outputs: &[NodeId]) -> Self {
         let outputs = graph.expand_powers(outputs);
-        let mut is_wanted = vec![false; graph.nodes.len()];
-        outputs.iter().for_each(|&output| is_wanted[output] = true);
-        for id in (0..graph.nodes.len()).rev() {
-            if is_wanted[id] {
-                graph.nodes[id].operands().for_each(|operand| is_wanted[operand] = true);
-            }
-        }
-        let (order, nodes_for) = in_order(graph, &outputs, &is_wanted);
+        let order = in_order(graph, &outputs);
         let mut register_of = vec![Register::MAX; graph.nodes.len()];
         let mut constants = Vec::new();
         for &id in &order {
@@ -87,119 +95,81 @@ impl<S: Real> Program<S> {
             }
         }
         let first = variables + constants.len();
-        let mut steps: Vec<Step> = Vec::new();
-        let mut steps_for = vec![0; outputs.len()];
-        for (place, &id) in order.iter().enumerate() {
+        let mut operations = Vec::new();
+        for &id in &order {
             if let Node::Apply(operation) = graph.nodes[id] {
-                register_of[id] = first + steps.len();
-                steps.push(Step { to: register_of[id], operation: operation.map(|operand| register_of[operand]) });
-            }
-            for (count, &nodes) in steps_for.iter_mut().zip(&nodes_for) {
-                if place < nodes {
-                    *count = steps.len();
-                }
+                register_of[id] = first + operations.len();
+                operations.push(operation.map(|operand| register_of[operand]));
             }
         }
-        let output = |(&id, &steps): (&NodeId, &usize)| Output { register: register_of[id], steps };
-        let outputs = outputs.iter().zip(&steps_for).map(output).collect();
-        Self { variables, constants, registers: first + steps.len(), steps, outputs }
+        Self::of_operations(variables, constants, operations, outputs.iter().map(|&output| register_of[output]))
     }
 
-    /// From steps that each write the next register after those of variables and constants.
-    pub(super) fn of_steps(variables: usize, constants: Vec<S>, steps: Vec<Step>, outputs: &[Register]) -> Self {
+    /// From operations on earlier values, each of which makes the next value after variables and constants.
+    pub(super) fn of_operations(
+        variables: usize,
+        constants: Vec<S>,
+        operations: Vec<Operation>,
+        outputs: impl Iterator<Item = Register>,
+    ) -> Self {
         let first = variables + constants.len();
+        let steps = operations.into_iter().enumerate().map(|(place, operation)| Step::new(first + place, operation));
         let mut known = 0;
-        let outputs = outputs.iter().map(|&register| {
+        let outputs = outputs.map(|register| {
             known = known.max((register + 1).saturating_sub(first));
             Output { register, steps: known }
         });
-        let outputs = outputs.collect();
-        Self { variables, constants, registers: first + steps.len(), steps, outputs }
+        Self { variables, constants, steps: steps.collect(), outputs: outputs.collect() }
     }
 
-    /// What these registers need and nothing else, of a program in which every value has a register of its own.
-    pub(super) fn only(&self, outputs: &[Register]) -> Self {
-        let mut is_needed = vec![false; self.registers];
-        outputs.iter().for_each(|&output| is_needed[output] = true);
-        for step in self.steps.iter().rev() {
-            if is_needed[step.to] {
-                step.operation.operands().for_each(|operand| is_needed[operand] = true);
-            }
-        }
-        let first = self.variables + self.constants.len();
-        let mut place_of: Vec<Register> = (0..self.registers).collect();
-        let mut steps = Vec::new();
-        for step in self.steps.iter().filter(|step| is_needed[step.to]) {
-            place_of[step.to] = first + steps.len();
-            let operation = step.operation.map(|operand| place_of[operand]);
-            steps.push(Step { to: place_of[step.to], operation });
-        }
-        let outputs: Vec<Register> = outputs.iter().map(|&output| place_of[output]).collect();
-        Self::of_steps(self.variables, self.constants.clone(), steps, &outputs)
-    }
-
-    /// Whether a step or an output reads this register.
-    pub(super) fn reads(&self, register: Register) -> bool {
-        let is_operand = self.steps.iter().any(|step| step.operation.operands().any(|operand| operand == register));
-        is_operand || self.outputs.iter().any(|output| output.register == register)
-    }
-
-    /// Which registers depend on these variables, where every value has a register of its own.
-    pub(super) fn dependent(&self, is_variable: impl Fn(usize) -> bool) -> Vec<bool> {
-        let is_among = |place: usize| place < self.variables && is_variable(place);
-        let mut depends: Vec<bool> = (0..self.registers).map(is_among).collect();
+    /// Which registers depend on these variables.
+    pub(crate) fn depends_on(&self, is_variable: impl Fn(usize) -> bool) -> Vec<bool> {
+        let is_among = |register: Register| register < self.variables && is_variable(register);
+        let mut depends: Vec<bool> = (0..self.size()).map(is_among).collect();
         for step in &self.steps {
-            depends[step.to] = step.operation.operands().any(|operand| depends[operand]);
+            depends[step.to()] = step.operation().operands().any(|operand| depends[operand]);
         }
         depends
     }
 
-    /// The same program in fewer registers: a value that is not needed any more leaves its place to another one.
-    pub(crate) fn packed(&self) -> Self {
-        self.packed_but(&vec![false; self.registers])
+    /// The steps that compute the `wanted` registers with all that they need, but for what is known already.
+    pub(crate) fn schedule(
+        &self,
+        wanted: impl IntoIterator<Item = Register>,
+        is_known: impl Fn(Register) -> bool,
+    ) -> Box<[Step]> {
+        let mut is_needed = vec![false; self.size()];
+        wanted.into_iter().for_each(|register| is_needed[register] = true);
+        for step in self.steps.iter().rev() {
+            is_needed[step.to()] &= !is_known(step.to());
+            if is_needed[step.to()] {
+                step.operation().operands().for_each(|operand| is_needed[operand] = true);
+            }
+        }
+        self.steps.iter().filter(|step| is_needed[step.to()]).copied().collect()
     }
 
-    /// The same, but what is kept leaves its register to nothing, and takes it from nothing.
-    pub(super) fn packed_but(&self, keeps: &[bool]) -> Self {
-        let fixed = self.variables + self.constants.len();
-        // The step after which a register is free.
-        let mut last_use = vec![0; self.registers];
-        for (place, step) in self.steps.iter().enumerate() {
-            step.operation.operands().for_each(|operand| last_use[operand] = place);
-        }
-        for output in &self.outputs {
-            last_use[output.register] = usize::MAX;
-        }
-        let mut place_of: Vec<Register> = (0..self.registers).collect();
-        let (mut free, mut registers) = (Vec::new(), fixed);
-        let mut steps = Vec::with_capacity(self.steps.len());
-        for (place, step) in self.steps.iter().enumerate() {
-            // Operands are freed afterwards: a step does not write where it reads.
-            let known = if keeps[step.to] { None } else { free.pop() };
-            let to = known.unwrap_or_else(|| {
-                registers += 1;
-                registers - 1
-            });
-            let mut ended: Vec<Register> = step.operation.operands().collect();
-            ended.retain(|&operand| operand >= fixed && last_use[operand] == place && !keeps[operand]);
-            ended.dedup();
-            free.extend(ended.iter().map(|&operand| place_of[operand]));
-            steps.push(Step { to, operation: step.operation.map(|operand| place_of[operand]) });
-            place_of[step.to] = to;
-        }
-        let output = |output: &Output| Output { register: place_of[output.register], ..*output };
-        let outputs = self.outputs.iter().map(output).collect();
-        Self { variables: self.variables, constants: self.constants.clone(), steps, outputs, registers }
+    /// The steps to the first `outputs` outputs: the schedule of these that needs no room of its own.
+    pub(crate) fn steps_to(&self, outputs: usize) -> &[Step] {
+        &self.steps[..if outputs == 0 { 0 } else { self.outputs[outputs - 1].steps }]
+    }
+
+    /// A register file with the constants in place.
+    pub(crate) fn registers<V: Clone>(&self, constant: impl Fn(S) -> V) -> Vec<V> {
+        let mut registers = vec![constant(S::ZERO); self.size()];
+        let constants = registers[self.variables..].iter_mut().zip(&self.constants);
+        constants.for_each(|(register, &value)| *register = constant(value));
+        registers
+    }
+
+    /// Number of registers.
+    pub(crate) fn size(&self) -> usize {
+        self.variables + self.constants.len() + self.steps.len()
     }
 
     /// Number of variables.
     pub(crate) fn variables(&self) -> usize {
         self.variables
-    }
-
-    /// Number of registers.
-    pub(crate) fn registers(&self) -> usize {
-        self.registers
     }
 
     /// Number of outputs.
@@ -211,65 +181,6 @@ impl<S: Real> Program<S> {
     #[inline]
     pub(crate) fn output(&self, index: usize) -> Register {
         self.outputs[index].register
-    }
-
-    /// Number of steps that compute the first `outputs` outputs.
-    pub(crate) fn steps(&self, outputs: usize) -> usize {
-        if outputs == 0 { 0 } else { self.outputs[outputs - 1].steps }
-    }
-
-    /// What these steps do, in order, with the registers that they write.
-    pub(crate) fn operations(&self, outputs: usize) -> impl Iterator<Item = (Register, Operation)> + '_ {
-        self.steps[..self.steps(outputs)].iter().map(|step| (step.to, step.operation))
-    }
-
-    /// Hands out the constants and their registers.
-    #[inline]
-    pub(crate) fn each_constant(&self, mut see: impl FnMut(Register, S)) {
-        for (place, &constant) in self.constants.iter().enumerate() {
-            see(self.variables + place, constant);
-        }
-    }
-
-    /// The steps to the first `outputs` outputs.
-    pub(crate) fn steps_to(&self, outputs: usize) -> &[Step] {
-        &self.steps[..self.steps(outputs)]
-    }
-
-    /// Lets `machine` compute the first `outputs` outputs.
-    #[inline(always)]
-    pub(crate) fn walk(&self, outputs: usize, machine: &mut impl Machine) {
-        walk(self.steps_to(outputs), machine);
-    }
-}
-
-/// Lets `machine` carry out steps.
-#[inline(always)]
-pub(crate) fn walk(steps: &[Step], machine: &mut impl Machine) {
-    let mut k = 0;
-    while k < steps.len() {
-        let Step { to: place, operation } = steps[k];
-        k += 1;
-        match operation {
-            Operation::Add(a, b) => machine.add(place, a, b),
-            Operation::Subtract(a, b) => machine.subtract(place, a, b),
-            Operation::Multiply(a, b) => machine.multiply(place, a, b),
-            Operation::Divide(a, b) => machine.divide(place, a, b),
-            Operation::Negate(a) => machine.negate(place, a),
-            Operation::Power(a, b) => machine.power(place, a, b),
-            Operation::Fused(Fused::Add, operands) => machine.fused(place, Fused::Add, operands),
-            Operation::Fused(Fused::Subtract, operands) => machine.fused(place, Fused::Subtract, operands),
-            Operation::Fused(Fused::SubtractFrom, operands) => machine.fused(place, Fused::SubtractFrom, operands),
-            Operation::Call(function, a) => match steps.get(k) {
-                Some(&Step { to: cos, operation: Operation::Call(Function::Cos, b) })
-                    if function == Function::Sin && a == b =>
-                {
-                    k += 1;
-                    machine.sin_cos(place, cos, a);
-                }
-                _ => machine.call(place, function, a),
-            },
-        }
     }
 }
 
@@ -320,26 +231,11 @@ mod tests {
     }
 
     #[test]
-    fn packing_changes_no_number_and_takes_fewer_registers() {
-        let long = "exp(-a*x^2)*cos(y)/(1 + x^2*y^2) + sqrt(x^4 + y^4 + 2) - tanh(x*y)^3";
-        for expression in ["x", "x*y + a", "x^7*y^2 - 1/y", long] {
-            let (own, packed) = (program(expression), program(expression).packed());
-            assert!(packed.registers() <= own.registers());
-            for point in [[0.3, -1.2], [2.0, 0.5], [-1.0, 3.0]] {
-                let [a, b]: [[f64; 4]; 2] = [own.values(&point), packed.values(&point)];
-                assert_eq!(a.map(f64::to_bits), b.map(f64::to_bits), "{expression}");
-            }
-        }
-        let [own, packed] = [program(long).registers(), program(long).packed().registers()];
-        assert!(2 * packed < own, "{packed} of {own}");
-    }
-
-    #[test]
     fn what_is_equal_is_computed_once() {
         // x^4 is the square of x^2, of which the derivatives in x need the product with x.
-        assert_eq!(program("x^4 + x^2").steps(1), 3);
-        assert_eq!(program("x*y + y*x").steps(1), 2);
-        assert_eq!(program("x/8 + x*0.125").steps(1), 2);
-        assert_eq!(program("0*exp(x) + y").steps(2), 0);
+        assert_eq!(program("x^4 + x^2").steps_to(1).len(), 3);
+        assert_eq!(program("x*y + y*x").steps_to(1).len(), 2);
+        assert_eq!(program("x/8 + x*0.125").steps_to(1).len(), 2);
+        assert_eq!(program("0*exp(x) + y").steps_to(2).len(), 0);
     }
 }

@@ -9,8 +9,7 @@ use std::collections::HashMap;
 
 use super::Function;
 use super::graph::Fused;
-use super::program::{Operation, Program, Register, Step};
-use super::staged::Staged;
+use super::program::{Operation, Program, Register};
 
 /// What must not change much.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -29,50 +28,37 @@ pub(crate) enum Kind {
     Edge,
 }
 
-/// The smaller program.
+/// A program with what may become steep in it.
 #[derive(Debug, Clone)]
 pub(crate) struct Steep {
-    /// Its outputs are what is looked at.
-    pub(crate) program: Staged<f64>,
-    /// Of every output.
-    pub(crate) kinds: Vec<Kind>,
-    /// Whether a variable matters.
-    pub(crate) reads: Vec<bool>,
-    /// All that drives the motion by simpler operations, with a register for every value.
-    pub(crate) whole: Program<f64>,
+    /// All that drives the motion, by simpler operations.
+    pub(crate) program: Program<f64>,
+    /// What is looked at.
+    pub(crate) watched: Vec<(Register, Kind)>,
 }
 
 impl Steep {
     /// Of what the first `outputs` outputs of `program` need, where some of its variables vary; `None` if there is
     /// nothing to look at.
     pub(crate) fn new(program: &Program<f64>, outputs: usize, varies: impl Fn(usize) -> bool) -> Option<Self> {
-        let whole = plain(program, outputs);
-        let depends = whole.dependent(&varies);
+        let program = plain(program, outputs);
+        let depends = program.depends_on(varies);
         let mut watched: Vec<(Register, Kind)> = Vec::new();
-        for &Step { operation, .. } in &whole.steps {
-            let look = match operation {
+        let mut is_root = vec![false; program.size()];
+        for step in &program.steps {
+            let look = match step.operation() {
                 Operation::Divide(_, b) => (b, Kind::Ratio),
                 Operation::Call(function, a) => (a, kind(function)),
                 _ => continue,
             };
+            is_root[step.to()] = matches!(step.operation(), Operation::Call(Function::Sqrt, _));
             if depends[look.0] && !watched.contains(&look) {
                 watched.push(look);
             }
         }
         // A root varies less than what it is taken of.
-        let is_watched_root = |register: Register| {
-            let step = whole.steps.iter().find(|step| step.to == register);
-            step.is_some_and(|step| matches!(step.operation, Operation::Call(Function::Sqrt, _)))
-        };
-        watched.retain(|&(register, kind)| kind != Kind::Ratio || !is_watched_root(register));
-        if watched.is_empty() {
-            return None;
-        }
-        let registers: Vec<Register> = watched.iter().map(|look| look.0).collect();
-        let arguments = whole.only(&registers);
-        let reads = (0..program.variables()).map(|variable| arguments.reads(variable)).collect();
-        let program = Staged::new(arguments, varies, 0, |_| false);
-        Some(Self { program, kinds: watched.iter().map(|look| look.1).collect(), reads, whole })
+        watched.retain(|&(register, kind)| kind != Kind::Ratio || !is_root[register]);
+        (!watched.is_empty()).then_some(Self { program, watched })
     }
 }
 
@@ -88,60 +74,59 @@ pub(crate) fn kind(function: Function) -> Kind {
     }
 }
 
-/// The first `outputs` outputs by simpler operations, with a register for every value: tan is sin/cos, x^y is
-/// exp(y ln x), log10 a multiple of ln, and a product with a sum is both.
+/// The first `outputs` outputs by simpler operations: tan is sin/cos, x^y is exp(y ln x), log10 a multiple of ln, and a
+/// product with a sum is both.
 pub(crate) fn plain(program: &Program<f64>, outputs: usize) -> Program<f64> {
-    let mut constants = Vec::new();
-    program.each_constant(|_, constant| constants.push(constant));
+    let mut constants = program.constants.clone();
     let per_ten = program.variables() + constants.len();
     constants.push(std::f64::consts::LOG10_E);
-    let mut made = Made { first: per_ten + 1, steps: Vec::new(), known: HashMap::new() };
-    let mut value_of: Vec<Register> = (0..program.registers()).collect();
-    for &Step { to, operation } in program.steps_to(outputs) {
-        value_of[to] = match operation.map(|operand| value_of[operand]) {
+    let mut made = Made { first: per_ten + 1, operations: Vec::new(), known: HashMap::new() };
+    let mut value_of: Vec<Register> = (0..program.size()).collect();
+    for step in program.steps_to(outputs) {
+        value_of[step.to()] = match step.operation().map(|operand| value_of[operand]) {
             Operation::Call(Function::Tan, a) => {
-                let sin = made.step(Operation::Call(Function::Sin, a));
-                let cos = made.step(Operation::Call(Function::Cos, a));
-                made.step(Operation::Divide(sin, cos))
+                let sin = made.value(Operation::Call(Function::Sin, a));
+                let cos = made.value(Operation::Call(Function::Cos, a));
+                made.value(Operation::Divide(sin, cos))
             }
             Operation::Call(Function::Log10, a) => {
-                let ln = made.step(Operation::Call(Function::Ln, a));
-                made.step(Operation::Multiply(ln, per_ten))
+                let ln = made.value(Operation::Call(Function::Ln, a));
+                made.value(Operation::Multiply(ln, per_ten))
             }
             Operation::Power(a, b) => {
-                let ln = made.step(Operation::Call(Function::Ln, a));
-                let exponent = made.step(Operation::Multiply(b, ln));
-                made.step(Operation::Call(Function::Exp, exponent))
+                let ln = made.value(Operation::Call(Function::Ln, a));
+                let exponent = made.value(Operation::Multiply(b, ln));
+                made.value(Operation::Call(Function::Exp, exponent))
             }
             Operation::Fused(fused, [a, b, c]) => {
-                let product = made.step(Operation::Multiply(a, b));
-                made.step(match fused {
+                let product = made.value(Operation::Multiply(a, b));
+                made.value(match fused {
                     Fused::Add => Operation::Add(product, c),
                     Fused::Subtract => Operation::Subtract(product, c),
                     Fused::SubtractFrom => Operation::Subtract(c, product),
                 })
             }
-            operation => made.step(operation),
+            operation => made.value(operation),
         };
     }
-    let outputs: Vec<Register> = (0..outputs).map(|output| value_of[program.output(output)]).collect();
-    Program::of_steps(program.variables(), constants, made.steps, &outputs)
+    let outputs = (0..outputs).map(|output| value_of[program.output(output)]);
+    Program::of_operations(program.variables(), constants, made.operations, outputs)
 }
 
-/// Steps, every one of which writes a register of its own.
+/// Operations without repetitions.
 struct Made {
     first: Register,
-    steps: Vec<Step>,
+    operations: Vec<Operation>,
     known: HashMap<Operation, Register>,
 }
 
 impl Made {
-    fn step(&mut self, operation: Operation) -> Register {
-        let Self { first, steps, known } = self;
+    /// The register of what an operation gives.
+    fn value(&mut self, operation: Operation) -> Register {
+        let Self { first, operations, known } = self;
         *known.entry(operation).or_insert_with(|| {
-            let to = *first + steps.len();
-            steps.push(Step { to, operation });
-            to
+            operations.push(operation);
+            *first + operations.len() - 1
         })
     }
 }

@@ -1,8 +1,9 @@
 //! Numbers whose exponents reach further than those of their type.
 
+use std::marker::PhantomData;
+
+use super::algebra::Algebra;
 use super::graph::Fused;
-use super::machine::Machine;
-use super::program::Register;
 use crate::number::Function;
 use crate::number::Real;
 
@@ -51,6 +52,10 @@ impl<S: Real> Wide<S> {
         value
     }
 
+    fn minus(self) -> Self {
+        Self { significand: -self.significand, ..self }
+    }
+
     fn plus(self, other: Self) -> Self {
         let is_larger = self.significand == S::ZERO || self.exponent < other.exponent && other.significand != S::ZERO;
         let (large, small) = if is_larger { (other, self) } else { (self, other) };
@@ -90,7 +95,6 @@ impl<S: Real> Wide<S> {
     }
 
     fn call(self, function: Function) -> Self {
-        let minus = Self::new(-self.significand, self.exponent);
         let half = |sum: Self| sum.times(Self::new(S::ONE.half(), 0));
         match function {
             Function::Exp => self.exp(),
@@ -98,11 +102,8 @@ impl<S: Real> Wide<S> {
             Function::Log10 => self.ln().over(Self::new(S::LN_10, 0)),
             Function::Sqrt => self.sqrt(),
             Function::Abs => Self::new(self.significand.abs(), self.exponent),
-            Function::Cosh => half(self.exp().plus(minus.exp())),
-            Function::Sinh if self.nearest().abs() > S::ONE => {
-                let other = minus.exp();
-                half(self.exp().plus(Self::new(-other.significand, other.exponent)))
-            }
+            Function::Cosh => half(self.exp().plus(self.minus().exp())),
+            Function::Sinh if self.nearest().abs() > S::ONE => half(self.exp().plus(self.minus().exp().minus())),
             _ => Self::new(function.apply(self.nearest()), 0),
         }
     }
@@ -120,52 +121,46 @@ impl<S: Real> From<S> for Wide<S> {
     }
 }
 
-/// A wide number in every register.
-pub(super) struct Wides<'r, S>(pub(super) &'r mut [Wide<S>]);
+/// Wide numbers as values of a program.
+pub(super) struct Wides<S>(pub(super) PhantomData<S>);
 
-impl<S: Real> Machine for Wides<'_, S> {
-    fn add(&mut self, to: Register, a: Register, b: Register) {
-        self.0[to] = self.0[a].plus(self.0[b]);
+impl<S: Real> Algebra for Wides<S> {
+    type Value = Wide<S>;
+
+    fn add(&self, to: &mut Wide<S>, a: &Wide<S>, b: &Wide<S>) {
+        *to = a.plus(*b);
     }
 
-    fn subtract(&mut self, to: Register, a: Register, b: Register) {
-        self.negate(to, b);
-        self.add(to, a, to);
+    fn subtract(&self, to: &mut Wide<S>, a: &Wide<S>, b: &Wide<S>) {
+        *to = a.plus(b.minus());
     }
 
-    fn multiply(&mut self, to: Register, a: Register, b: Register) {
-        self.0[to] = self.0[a].times(self.0[b]);
+    fn multiply(&self, to: &mut Wide<S>, a: &Wide<S>, b: &Wide<S>) {
+        *to = a.times(*b);
     }
 
-    fn divide(&mut self, to: Register, a: Register, b: Register) {
-        self.0[to] = self.0[a].over(self.0[b]);
+    fn divide(&self, to: &mut Wide<S>, a: &Wide<S>, b: &Wide<S>) {
+        *to = a.over(*b);
     }
 
-    fn negate(&mut self, to: Register, a: Register) {
-        let Wide { significand, exponent } = self.0[a];
-        self.0[to] = Wide { significand: -significand, exponent };
+    fn negate(&self, to: &mut Wide<S>, a: &Wide<S>) {
+        *to = a.minus();
     }
 
-    fn power(&mut self, to: Register, a: Register, b: Register) {
-        self.0[to] = self.0[a].powf(self.0[b]);
+    fn power(&self, to: &mut Wide<S>, a: &Wide<S>, b: &Wide<S>) {
+        *to = a.powf(*b);
     }
 
-    fn call(&mut self, to: Register, function: Function, a: Register) {
-        self.0[to] = self.0[a].call(function);
+    fn call(&self, to: &mut Wide<S>, function: Function, a: &Wide<S>) {
+        *to = a.call(function);
     }
 
-    fn fused(&mut self, to: Register, fused: Fused, [a, b, c]: [Register; 3]) {
-        self.multiply(to, a, b);
-        match fused {
-            Fused::Add => self.add(to, to, c),
-            Fused::Subtract => {
-                let Wide { significand, exponent } = self.0[c];
-                self.0[to] = self.0[to].plus(Wide { significand: -significand, exponent });
-            }
-            Fused::SubtractFrom => {
-                self.negate(to, to);
-                self.add(to, to, c);
-            }
-        }
+    fn fused(&self, to: &mut Wide<S>, fused: Fused, [a, b, c]: [&Wide<S>; 3]) {
+        let product = a.times(*b);
+        *to = match fused {
+            Fused::Add => product.plus(*c),
+            Fused::Subtract => product.plus(c.minus()),
+            Fused::SubtractFrom => product.minus().plus(*c),
+        };
     }
 }

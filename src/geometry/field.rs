@@ -13,7 +13,7 @@ use super::parts::Parts;
 use super::rows::{RowPrograms, level};
 use super::structure::Source;
 use super::{is_outside, source};
-use crate::formula::{NodeId, Program, Staged};
+use crate::formula::{NodeId, Program, Step};
 use crate::number::Real;
 
 /// Hamilton's equations.
@@ -23,15 +23,26 @@ pub struct Field<S = f64> {
     active: Vec<usize>,
     /// Outputs: q̇^a for all a, ṗ_a for active a, the determinants of the blocks.
     rates: Program<S>,
-    /// The same with a register for every value.
-    unpacked: Program<S>,
     blocks: usize,
     signs: Vec<S>,
     /// The linearised equations, those of ignorable coordinates last.
     entries: Vec<Entry<S>>,
-    jacobian: Staged<S>,
-    linear: Program<S>,
+    linearised: Linearised<S>,
     rows: RowPrograms<S>,
+}
+
+/// The linearised equations as programs.
+#[derive(Debug, Clone)]
+pub(crate) struct Linearised<S> {
+    /// Its outputs are the entries that vary, in the variables of [`Field::program`].
+    pub(crate) entries: Program<S>,
+    /// What of that depends on momenta of ignorable coordinates alone, and the rest.
+    pub(crate) fixed: Box<[Step]>,
+    pub(crate) varying: Box<[Step]>,
+    /// The slopes of small errors. Its variables are the errors of q^a and p_a of active coordinates, then those
+    /// entries; its outputs are δq̇^a of active coordinates, δṗ_a and δq̇^a of ignorable ones. Where the kinetic part is
+    /// constant the first stand last.
+    pub(crate) slopes: Program<S>,
 }
 
 /// An entry of the linearised equations that is not zero. Of m active coordinates rows 0 … m−1 are q̇^a, rows m … 2m−1
@@ -59,7 +70,7 @@ impl<S: Real> Field<S> {
         let outputs: Vec<NodeId> = q_dot.iter().chain(&p_dot).copied().chain(determinants).collect();
         let level = level(n, active);
         let outputs = parts.graph.reduced(&outputs, &level);
-        let unpacked = Program::new(&mut parts.graph, 3 * n, &outputs);
+        let rates = Program::new(&mut parts.graph, 3 * n, &outputs);
         let ignorable = (0..n).filter(|a| !active.contains(a)).map(|a| q_dot[a]);
         let rows: Vec<NodeId> = active.iter().map(|&a| q_dot[a]).chain(p_dot).chain(ignorable).collect();
         let columns: Vec<usize> = active.iter().copied().chain(active.iter().map(|&a| 2 * n + a)).collect();
@@ -72,18 +83,21 @@ impl<S: Real> Field<S> {
         }
         let outputs = parts.graph.reduced(&outputs, &level);
         let program = Program::new(&mut parts.graph, 3 * n, &outputs).fused();
-        let jacobian = Staged::new(program, |variable| level(variable) > 0, 0, |_| false);
-        let linear = linear(parts, &entries, outputs.len(), [n, active.len()], is_separable);
+        let varies = program.depends_on(|variable| level(variable) > 0);
+        let linearised = Linearised {
+            fixed: program.schedule(0..program.size(), |register| varies[register]),
+            varying: program.schedule(0..program.size(), |register| !varies[register]),
+            entries: program,
+            slopes: slopes(parts, &entries, outputs.len(), [n, active.len()], is_separable),
+        };
         Self {
             dimension: n,
             active: active.to_vec(),
-            rates: unpacked.packed(),
-            unpacked,
+            rates,
             blocks: inverse.blocks.len(),
             signs: vec![S::ZERO; inverse.blocks.len()],
             entries,
-            jacobian,
-            linear,
+            linearised,
             rows: row_programs,
         }
     }
@@ -97,10 +111,9 @@ impl<S: Real> Field<S> {
         &self.active
     }
 
-    /// The program with a register for every value: variables q^a, then n that are not used, then p_a; outputs q̇^a for
-    /// all a, then ṗ_a for active a.
-    pub(crate) fn unpacked(&self) -> &Program<S> {
-        &self.unpacked
+    /// The program: variables q^a, then n that are not used, then p_a; outputs q̇^a for all a, then ṗ_a for active a.
+    pub(crate) fn program(&self) -> &Program<S> {
+        &self.rates
     }
 
     /// The equations for all nodes of a window at once.
@@ -115,12 +128,12 @@ impl<S: Real> Field<S> {
 
     /// Room to evaluate the equations in.
     pub fn room(&self) -> Rates<S> {
-        room(&self.rates)
+        Rates { registers: self.rates.registers(|constant| constant) }
     }
 
     /// Room to evaluate the Jacobian in.
     pub fn jacobian_room(&self) -> Rates<S> {
-        room(self.jacobian.program())
+        Rates { registers: self.linearised.entries.registers(|constant| constant) }
     }
 
     /// Evaluates the equations at all q^a and p_a.
@@ -188,8 +201,9 @@ impl<S: Real> Field<S> {
         rates.set(q, p);
         let of_active = self.entries.iter().take_while(|entry| entry.row < 2 * self.active.len());
         let outputs = of_active.filter(|entry| matches!(entry.value, Source::Row(_))).count();
-        self.jacobian.program().run(outputs, &mut rates.registers);
-        self.each_entry(|output| rates.registers[self.jacobian.program().output(output)], see);
+        let program = &self.linearised.entries;
+        program.run(outputs, &mut rates.registers);
+        self.each_entry(|output| rates.registers[program.output(output)], see);
     }
 
     /// The same with `value_of` an output of the program of the entries.
@@ -203,12 +217,9 @@ impl<S: Real> Field<S> {
         }
     }
 
-    /// The linearised equations: the program whose outputs are the entries that vary, in the variables of
-    /// [`Self::unpacked`]; and the program of the slopes of small errors. Its variables are the errors of q^a and p_a
-    /// of active coordinates, then those entries; its outputs are δq̇^a of active coordinates, δṗ_a and δq̇^a of
-    /// ignorable ones. Where the kinetic part is constant the first stand last.
-    pub(crate) fn linearised(&self) -> (&Staged<S>, &Program<S>) {
-        (&self.jacobian, &self.linear)
+    /// The linearised equations.
+    pub(crate) fn linearised(&self) -> &Linearised<S> {
+        &self.linearised
     }
 }
 
@@ -221,14 +232,8 @@ impl<S: Real> Rates<S> {
     }
 }
 
-fn room<S: Real>(program: &Program<S>) -> Rates<S> {
-    let mut registers = vec![S::ZERO; program.registers()];
-    program.each_constant(|register, constant| registers[register] = constant);
-    Rates { registers }
-}
-
-/// The slopes of small errors, see [`Field::linearised`].
-fn linear<S: Real>(
+/// The slopes of small errors, see [`Linearised`].
+fn slopes<S: Real>(
     parts: &mut Parts<S>,
     entries: &[Entry<S>],
     varying: usize,
@@ -248,7 +253,7 @@ fn linear<S: Real>(
     if is_separable {
         outputs.rotate_left(m);
     }
-    Program::new(&mut parts.graph, 2 * m + varying, &outputs).fused().packed()
+    Program::new(&mut parts.graph, 2 * m + varying, &outputs).fused()
 }
 
 /// q̇^a = g^ab (p_b − A_b) for every a.

@@ -42,10 +42,8 @@ impl<S: Real> Observable<S> {
         };
         let names = Names { variables: &variables, parameters: &parameters, definitions: &definitions };
         let node = formula::parse(text, names, &mut graph).map_err(|error| GeometryError::Formula(place, error))?;
-        let program = Program::new(&mut graph, variables.len(), &[node]).packed();
-        let mut registers = vec![S::ZERO; program.registers()];
-        program.each_constant(|register, constant| registers[register] = constant);
-        Ok(Self { program, registers })
+        let program = Program::new(&mut graph, variables.len(), &[node]);
+        Ok(Self { registers: program.registers(|constant| constant), program })
     }
 
     /// The value at a state, where `norm` is K at the start.

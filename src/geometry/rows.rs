@@ -2,7 +2,7 @@
 
 use super::field::force;
 use super::parts::Parts;
-use crate::formula::{Level, NodeId, Program, Register, Staged};
+use crate::formula::{Level, NodeId, Program, Register, Step};
 use crate::number::Real;
 
 /// Programs whose registers hold the nodes of a window. The first outputs are what a sweep over the window needs.
@@ -11,7 +11,8 @@ pub(crate) struct RowPrograms<S> {
     /// Variables q^a, then n that are not used, then p_a. Outputs in this order, or with the velocities of active
     /// coordinates last where they are not unknowns: these velocities, the forces on active coordinates, the velocities
     /// of ignorable ones, the determinants. The very last output is K.
-    rates: Staged<S>,
+    rates: Program<S>,
+    schedules: Schedules,
     velocities: usize,
     forces: usize,
     ignorable: usize,
@@ -21,7 +22,34 @@ pub(crate) struct RowPrograms<S> {
     dimension: usize,
     active: Vec<usize>,
     blocks: usize,
-    is_separable: bool,
+}
+
+/// Parts of the program of the rates, which work on one register file.
+#[derive(Debug, Clone)]
+pub(crate) struct Schedules {
+    /// What depends on nothing but the momenta of ignorable coordinates. The others need it.
+    pub(crate) fixed: Box<[Step]>,
+    /// What a sweep needs.
+    pub(crate) sweep: Box<[Step]>,
+    /// Velocities of active coordinates after nothing but momenta has changed, where these velocities are unknowns.
+    pub(crate) velocities: Box<[Step]>,
+    /// All outputs.
+    pub(crate) all: Box<[Step]>,
+}
+
+impl Schedules {
+    /// So many outputs are velocities of active coordinates that are unknowns, and so many are what a sweep needs.
+    fn new<S: Real>(rates: &Program<S>, level: impl Fn(usize) -> Level, [velocities, sweep]: [usize; 2]) -> Self {
+        let varies = rates.depends_on(|variable| level(variable) > 0);
+        let moves = rates.depends_on(|variable| level(variable) == 2);
+        let outputs = |count: usize| (0..count).map(|output| rates.output(output));
+        Self {
+            fixed: rates.schedule(0..rates.size(), |register| varies[register]),
+            sweep: rates.schedule(outputs(sweep), |register| !varies[register]),
+            velocities: rates.schedule(outputs(velocities), |register| !moves[register]),
+            all: rates.schedule(outputs(rates.outputs()), |register| !varies[register]),
+        }
+    }
 }
 
 impl<S: Real> RowPrograms<S> {
@@ -40,22 +68,18 @@ impl<S: Real> RowPrograms<S> {
         let first = if is_separable { 0 } else { m };
         // The momenta of ignorable coordinates are the same in a whole run; of active ones velocities are wanted again.
         let level = level(n, active);
-        let is_momentum = |variable: usize| level(variable) == 2;
         // What a sweep needs comes first: it shares its work with nothing that is wanted once.
         let (sweep, others) = outputs.split_at_mut(first + m);
         for outputs in [sweep, others] {
             let reduced = parts.graph.reduced(outputs, &level);
             outputs.copy_from_slice(&reduced);
         }
-        let rates = Staged::new(
-            Program::new(&mut parts.graph, 3 * n, &outputs).fused(),
-            |variable| level(variable) > 0,
-            if is_separable { 0 } else { m },
-            is_momentum,
-        );
+        let rates = Program::new(&mut parts.graph, 3 * n, &outputs).fused();
+        let schedules = Schedules::new(&rates, level, [first, first + m]);
         let momenta = momenta(parts, active);
         Self {
             rates,
+            schedules,
             velocities: if is_separable { outputs.len() - 1 - m } else { 0 },
             forces: first,
             ignorable: first + m,
@@ -64,13 +88,17 @@ impl<S: Real> RowPrograms<S> {
             dimension: n,
             active: active.to_vec(),
             blocks: determinants.len(),
-            is_separable,
         }
     }
 
     /// The program of the rates: variables q^a, n that are not used, p_a.
-    pub(crate) fn rates(&self) -> &Staged<S> {
+    pub(crate) fn rates(&self) -> &Program<S> {
         &self.rates
+    }
+
+    /// Its parts.
+    pub(crate) fn schedules(&self) -> &Schedules {
+        &self.schedules
     }
 
     /// How many of its outputs give everything that a sweep needs: velocities of active coordinates, where they are
@@ -86,12 +114,12 @@ impl<S: Real> RowPrograms<S> {
 
     /// How many there are.
     pub(crate) fn all(&self) -> usize {
-        self.determinants + self.blocks + if self.is_separable { self.active.len() } else { 0 } + 1
+        self.rates.outputs()
     }
 
     /// The register of K.
     pub(crate) fn norm_register(&self) -> Register {
-        self.rates.program().output(self.all() - 1)
+        self.rates.output(self.all() - 1)
     }
 
     /// The registers of q̇^a of the active coordinates.
@@ -121,7 +149,7 @@ impl<S: Real> RowPrograms<S> {
     }
 
     fn registers(&self, first: usize, count: usize) -> Vec<Register> {
-        (first..first + count).map(|output| self.rates.program().output(output)).collect()
+        (first..first + count).map(|output| self.rates.output(output)).collect()
     }
 }
 
@@ -169,5 +197,5 @@ fn momenta<S: Real>(parts: &mut Parts<S>, active: &[usize]) -> Program<S> {
         outputs.push(force(parts, a, &q_dot));
     }
     let outputs = parts.graph.reduced(&outputs, |_| 1);
-    Program::new(&mut parts.graph, 2 * n, &outputs).fused().packed()
+    Program::new(&mut parts.graph, 2 * n, &outputs).fused()
 }

@@ -150,8 +150,7 @@ struct ProgramForce<'m> {
 
 impl<'m> ProgramForce<'m> {
     fn new(metric: &Metric, program: &'m Program<f64>, q_t: f64) -> Self {
-        let mut registers = vec![0.0; program.registers()];
-        program.each_constant(|register, c| registers[register] = c);
+        let registers = program.registers(|constant| constant);
         Self { program, registers, c_squared: metric.c_squared(), two_over_mass: metric.two_over_mass(), q_t }
     }
 }

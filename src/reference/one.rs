@@ -5,7 +5,7 @@ use super::analytic::{Analytic, Origin, Run, largest_relative};
 use super::ends::{ReferenceEnds, Words};
 use super::equations::{Equations, Series};
 use super::polynomials::{Polynomial, increment, slope};
-use super::series::SeriesMachine;
+use super::series::ProgramSeries;
 use super::size::gap;
 use super::steps::{Goal, Steps};
 use crate::formula::Program;
@@ -93,7 +93,7 @@ impl<S: Real> Run<S> for Begun<'_, S> {
             metric,
             q_t: initial.invariants(metric).q_t,
             g00_start: metric.g00(initial.x),
-            machine: SeriesMachine::new(&self.program, 2, order),
+            values: ProgramSeries::new(&self.program, 2, order),
         }
     }
 
@@ -121,7 +121,7 @@ struct OneCoordinate<'m, S> {
     q_t: S,
     /// g00 at the start.
     g00_start: S,
-    machine: SeriesMachine<S>,
+    values: ProgramSeries<S>,
 }
 
 impl<S: Real> Equations<S> for OneCoordinate<'_, S> {
@@ -137,10 +137,10 @@ impl<S: Real> Equations<S> for OneCoordinate<'_, S> {
         let [mut x, mut t, mut w] = [X, T, W].map(|component| vec![state[component]]);
         let (mut g00, mut t_dot, mut t_dot_squared, mut slope) = (vec![], vec![], vec![], vec![]);
         let convolve = |a: &[S], b: &[S], k: usize| sum((0..=k).map(|j| a[j] * b[k - j]));
-        self.machine.restart();
+        self.values.restart();
         for k in 0..order {
-            self.machine.extend(k, [(0, x[k])].into_iter());
-            let [v, first] = [0, 1].map(|output| self.machine.output(output)[k]);
+            self.values.extend(k, [(0, x[k])].into_iter());
+            let [v, first] = [0, 1].map(|output| self.values.output(output)[k]);
             g00.push(self.metric.two_over_mass() * v + if k == 0 { self.metric.c_squared() } else { S::ZERO });
             slope.push(self.metric.two_over_mass() * first);
             // g00 · ṫ = Q_t, coefficient by coefficient.
@@ -156,7 +156,7 @@ impl<S: Real> Equations<S> for OneCoordinate<'_, S> {
     }
 
     fn kink_arguments(&self) -> impl Iterator<Item = &[S]> {
-        self.machine.kink_arguments()
+        self.values.kink_arguments()
     }
 
     /// The difference of dw/dγ.

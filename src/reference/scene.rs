@@ -10,7 +10,7 @@ use super::analytic::{Analytic, Origin, Run, largest_relative};
 use super::ends::{ReferenceEnds, Words};
 use super::equations::{Equations, Series};
 use super::polynomials::{Polynomial, increment, slope};
-use super::series::SeriesMachine;
+use super::series::ProgramSeries;
 use super::size::gap;
 use super::steps::{Goal, Steps};
 use crate::geometry::{Geometry, Rates, Start};
@@ -137,7 +137,7 @@ struct SceneEquations<'g, S> {
     p: Vec<S>,
     /// The determinants of the metric's blocks at the start.
     determinants: Vec<S>,
-    machine: SeriesMachine<S>,
+    values: ProgramSeries<S>,
     rates: Rates<S>,
 }
 
@@ -150,7 +150,7 @@ impl<'g, S: Real> SceneEquations<'g, S> {
             unit,
             p: start.p.clone(),
             determinants: geometry.determinants(&start.q),
-            machine: SeriesMachine::new(field.unpacked(), outputs, order),
+            values: ProgramSeries::new(field.program(), outputs, order),
             rates: field.room(),
         }
     }
@@ -200,22 +200,22 @@ impl<S: Real> Equations<S> for SceneEquations<'_, S> {
         for (place, &a) in self.geometry.active().iter().enumerate() {
             place_of[a] = Some(n + place);
         }
-        self.machine.restart();
+        self.values.restart();
         for k in 0..order {
             let charge = |a: usize| if k == 0 { self.p[a] } else { S::ZERO };
             let q = (0..n).map(|a| (a, series[a][k]));
             let p = (0..n).map(|a| (2 * n + a, place_of[a].map_or_else(|| charge(a), |place| series[place][k])));
-            self.machine.extend(k, q.chain(p));
+            self.values.extend(k, q.chain(p));
             let next = S::from((k + 1) as f64);
             for (component, series) in series.iter_mut().enumerate() {
-                series.push(self.machine.output(component)[k] * self.unit / next);
+                series.push(self.values.output(component)[k] * self.unit / next);
             }
         }
         series
     }
 
     fn kink_arguments(&self) -> impl Iterator<Item = &[S]> {
-        self.machine.kink_arguments()
+        self.values.kink_arguments()
     }
 
     fn missed(&mut self, series: &Series<S>, h: S, s: S, small: S) -> S {

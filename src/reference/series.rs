@@ -5,37 +5,51 @@
 //! differentiation of ODEs, e.g. Jorba & Zou, Exp. Math. 14 (2005) 99–117). The rule for each function follows from its
 //! differential equation. For example, f = exp u gives f′ = f u′ and hence k f_k = Σ_j j u_j f_{k−j}.
 
-use crate::formula::{Function, Machine, Operation, Program, Register};
+use std::marker::PhantomData;
+
+use crate::formula::{Algebra, Function, Operation, Program, run};
 use crate::number::{Extended, Real, sum};
+
+/// The series of a value, with room for all coefficients. Those that are not known yet are of no interest.
+#[derive(Debug, Clone)]
+struct Taylor<S> {
+    coefficients: Vec<S>,
+    /// A second series that some functions need, for example the cosine for a sine, or 1 + u² for an arc tangent.
+    partner: Vec<S>,
+}
+
+impl<S: Real> Taylor<S> {
+    fn constant(value: S, order: usize) -> Self {
+        let zeros = vec![S::ZERO; order];
+        let mut coefficients = zeros.clone();
+        coefficients[0] = value;
+        Self { coefficients, partner: zeros }
+    }
+}
 
 /// The series of every value of a program, extended coefficient by coefficient.
 #[derive(Debug)]
-pub(super) struct SeriesMachine<S> {
-    /// With a register for every value.
+pub(super) struct ProgramSeries<S> {
     program: Program<S>,
     /// Number of outputs that are computed.
     outputs: usize,
-    /// Coefficients of each value.
-    values: Vec<Vec<S>>,
-    /// A second series that some functions need, for example the cosine for a sine, or 1 + u² for an arc tangent.
-    partners: Vec<Vec<S>>,
-    /// The same in extended numbers, for coefficients of outputs that are finite although something on the way to them
-    /// overflows; and how many of its coefficients are known.
-    far: Option<Box<SeriesMachine<Extended>>>,
+    registers: Vec<Taylor<S>>,
+    /// So many coefficients are known of the variables, and of the outputs.
     known: usize,
+    /// The same in extended numbers, for coefficients of outputs that are finite although something on the way to them
+    /// overflows.
+    far: Option<Box<ProgramSeries<Extended>>>,
 }
 
-impl<S: Real> SeriesMachine<S> {
-    /// Of the first `outputs` outputs, with room for series of the given `order`.
+impl<S: Real> ProgramSeries<S> {
+    /// Of the first `outputs` outputs, with so many coefficients at most.
     pub(super) fn new(program: &Program<S>, outputs: usize, order: usize) -> Self {
-        let series = || vec![Vec::with_capacity(order + 1); program.registers()];
-        let (values, partners) = (series(), series());
-        Self { program: program.clone(), outputs, values, partners, far: None, known: 0 }
+        let registers = program.registers(|constant| Taylor::constant(constant, order));
+        Self { program: program.clone(), outputs, registers, known: 0, far: None }
     }
 
     /// Forgets all coefficients.
     pub(super) fn restart(&mut self) {
-        self.values.iter_mut().chain(&mut self.partners).for_each(Vec::clear);
         self.known = 0;
         self.far.iter_mut().for_each(|far| far.restart());
     }
@@ -43,10 +57,8 @@ impl<S: Real> SeriesMachine<S> {
     /// Appends coefficient k of every value, from those of the variables, which are given by index. The coefficients
     /// before it are known.
     pub(super) fn extend(&mut self, k: usize, variables: impl Iterator<Item = (usize, S)>) {
-        let Self { program, outputs, values, partners, .. } = self;
-        program.each_constant(|register, c| values[register].push(if k == 0 { c } else { S::ZERO }));
-        variables.for_each(|(variable, c)| values[variable].push(c));
-        program.walk(*outputs, &mut Coefficient { values, partners, k });
+        variables.for_each(|(variable, c)| self.registers[variable].coefficients[k] = c);
+        run(&Coefficient { k, numbers: PhantomData }, self.program.steps_to(self.outputs), &mut self.registers);
         self.known = k + 1;
         if !S::IS_EXTENDED && !(0..self.outputs).all(|output| self.output(output)[k].is_finite()) {
             self.mend();
@@ -57,17 +69,15 @@ impl<S: Real> SeriesMachine<S> {
     /// [`Program::mend_nodes`].
     #[cold]
     fn mend(&mut self) {
-        let Self { program, outputs, values, far, known, .. } = self;
-        let order = values[0].capacity();
-        let far = far.get_or_insert_with(|| Box::new(SeriesMachine::new(&program.extended(), *outputs, order)));
-        while far.known < *known {
-            let (variables, j) = (values[..program.variables()].iter().enumerate(), far.known);
-            // Some variables are not used and have no series.
-            let variables = variables.filter_map(|(variable, series)| Some((variable, series.get(j)?.to_f64().into())));
-            far.extend(j, variables);
+        let Self { program, outputs, registers, known, far } = self;
+        let order = registers[0].coefficients.len();
+        let far = far.get_or_insert_with(|| Box::new(ProgramSeries::new(&program.extended(), *outputs, order)));
+        for j in far.known..*known {
+            let variables = registers[..program.variables()].iter().enumerate();
+            far.extend(j, variables.map(|(variable, series)| (variable, series.coefficients[j].to_f64().into())));
         }
         for output in 0..*outputs {
-            let last = &mut values[program.output(output)][*known - 1];
+            let last = &mut registers[program.output(output)].coefficients[*known - 1];
             if !last.is_finite() {
                 *last = S::from(far.output(output)[*known - 1].to_f64());
             }
@@ -76,64 +86,64 @@ impl<S: Real> SeriesMachine<S> {
 
     /// The series of an output, as far as it is known.
     pub(super) fn output(&self, output: usize) -> &[S] {
-        &self.values[self.program.output(output)]
+        self.known_of(self.program.output(output))
+    }
+
+    fn known_of(&self, register: usize) -> &[S] {
+        &self.registers[register].coefficients[..self.known]
     }
 
     /// The series of every argument of `abs` and of its derivative. Where one changes its sign, the series around this
     /// point are no longer valid.
     pub(super) fn kink_arguments(&self) -> impl Iterator<Item = &[S]> {
         let of = |function| {
-            self.program.operations(self.outputs).filter_map(move |(_, operation)| match operation {
+            self.program.steps_to(self.outputs).iter().filter_map(move |step| match step.operation() {
                 Operation::Call(other, a) if other == function => Some(a),
                 _ => None,
             })
         };
         let signs_alone = of(Function::Sign).filter(move |a| !of(Function::Abs).any(|other| other == *a));
-        of(Function::Abs).chain(signs_alone).map(|a| self.values[a].as_slice())
+        of(Function::Abs).chain(signs_alone).map(|a| self.known_of(a))
     }
 }
 
-/// Appends coefficient k of one value after the other.
-struct Coefficient<'r, S> {
-    values: &'r mut [Vec<S>],
-    partners: &'r mut [Vec<S>],
+/// Makes coefficient k of one value after the other.
+struct Coefficient<S> {
     k: usize,
+    numbers: PhantomData<S>,
 }
 
-impl<S: Real> Machine for Coefficient<'_, S> {
-    fn add(&mut self, to: Register, a: Register, b: Register) {
-        let next = self.values[a][self.k] + self.values[b][self.k];
-        self.values[to].push(next);
+impl<S: Real> Algebra for Coefficient<S> {
+    type Value = Taylor<S>;
+
+    fn add(&self, to: &mut Taylor<S>, a: &Taylor<S>, b: &Taylor<S>) {
+        to.coefficients[self.k] = a.coefficients[self.k] + b.coefficients[self.k];
     }
 
-    fn subtract(&mut self, to: Register, a: Register, b: Register) {
-        let next = self.values[a][self.k] - self.values[b][self.k];
-        self.values[to].push(next);
+    fn subtract(&self, to: &mut Taylor<S>, a: &Taylor<S>, b: &Taylor<S>) {
+        to.coefficients[self.k] = a.coefficients[self.k] - b.coefficients[self.k];
     }
 
-    fn multiply(&mut self, to: Register, a: Register, b: Register) {
-        let next = product(&self.values[a], &self.values[b], self.k);
-        self.values[to].push(next);
+    fn multiply(&self, to: &mut Taylor<S>, a: &Taylor<S>, b: &Taylor<S>) {
+        to.coefficients[self.k] = product(&a.coefficients, &b.coefficients, self.k);
     }
 
-    fn divide(&mut self, to: Register, a: Register, b: Register) {
-        let next = quotient(&self.values[a], &self.values[b], &self.values[to], self.k);
-        self.values[to].push(next);
+    fn divide(&self, to: &mut Taylor<S>, a: &Taylor<S>, b: &Taylor<S>) {
+        to.coefficients[self.k] = quotient(&a.coefficients, &b.coefficients, &to.coefficients, self.k);
     }
 
-    fn negate(&mut self, to: Register, a: Register) {
-        let next = -self.values[a][self.k];
-        self.values[to].push(next);
+    fn negate(&self, to: &mut Taylor<S>, a: &Taylor<S>) {
+        to.coefficients[self.k] = -a.coefficients[self.k];
     }
 
-    fn power(&mut self, to: Register, a: Register, b: Register) {
-        let next = power(&self.values[a], &self.values[b], &self.values[to], &mut self.partners[to], self.k);
-        self.values[to].push(next);
+    fn power(&self, to: &mut Taylor<S>, a: &Taylor<S>, b: &Taylor<S>) {
+        let Taylor { coefficients, partner } = to;
+        coefficients[self.k] = power(&a.coefficients, &b.coefficients, coefficients, partner, self.k);
     }
 
-    fn call(&mut self, to: Register, function: Function, a: Register) {
-        let next = call(function, &self.values[a], &self.values[to], &mut self.partners[to], self.k);
-        self.values[to].push(next);
+    fn call(&self, to: &mut Taylor<S>, function: Function, a: &Taylor<S>) {
+        let Taylor { coefficients, partner } = to;
+        coefficients[self.k] = call(function, &a.coefficients, coefficients, partner, self.k);
     }
 }
 
@@ -178,13 +188,12 @@ fn chain<S: Real>(u: &[S], g: &[S], k: usize) -> S {
 
 /// (u^v)_k. For a constant exponent α the rule is k u_0 p_k = Σ ((α+1) j − k) u_j p_{k−j}; for any other it is that of
 /// exp(v ln u).
-fn power<S: Real>(u: &[S], v: &[S], earlier: &[S], logarithm: &mut Vec<S>, k: usize) -> S {
+fn power<S: Real>(u: &[S], v: &[S], earlier: &[S], logarithm: &mut [S], k: usize) -> S {
     if k == 0 {
-        logarithm.push(u[0].ln());
+        logarithm[0] = u[0].ln();
         return u[0].powf(v[0]);
     }
-    let next = from_derivative(u, u, logarithm, k);
-    logarithm.push(next);
+    logarithm[k] = from_derivative(u, u, logarithm, k);
     if v[1..=k].iter().all(|&c| c == S::ZERO) {
         let next = v[0] + S::ONE;
         let terms = (1..=k).map(|j| (next * number(j) - number(k)) * u[j] * earlier[k - j]);
@@ -196,7 +205,7 @@ fn power<S: Real>(u: &[S], v: &[S], earlier: &[S], logarithm: &mut Vec<S>, k: us
 }
 
 /// Coefficient `k` of sin, cos, sinh or cosh, with its counterpart as `partner`.
-fn circular<S: Real>(function: Function, u: &[S], y: &[S], partner: &mut Vec<S>, k: usize) -> S {
+fn circular<S: Real>(function: Function, u: &[S], y: &[S], partner: &mut [S], k: usize) -> S {
     if k == 0 {
         let (value, other) = match function {
             Function::Sin => (u[0].sin(), u[0].cos()),
@@ -204,17 +213,17 @@ fn circular<S: Real>(function: Function, u: &[S], y: &[S], partner: &mut Vec<S>,
             Function::Sinh => (u[0].sinh(), u[0].cosh()),
             _ => (u[0].cosh(), u[0].sinh()),
         };
-        partner.push(other);
+        partner[0] = other;
         return value;
     }
     let (value, other) = (chain(u, partner, k), chain(u, y, k));
     // sin′ = cos, cos′ = −sin, and both hyperbolic derivatives are positive.
-    partner.push(if function == Function::Sin { -other } else { other });
+    partner[k] = if function == Function::Sin { -other } else { other };
     if function == Function::Cos { -value } else { value }
 }
 
-/// f(u)_k. Also appends coefficient k to the partner series of the function.
-fn call<S: Real>(function: Function, u: &[S], y: &[S], partner: &mut Vec<S>, k: usize) -> S {
+/// f(u)_k. Also makes coefficient k of the partner series of the function.
+fn call<S: Real>(function: Function, u: &[S], y: &[S], partner: &mut [S], k: usize) -> S {
     let unit = if k == 0 { S::ONE } else { S::ZERO };
     match function {
         Function::Sin | Function::Cos | Function::Sinh | Function::Cosh => circular(function, u, y, partner, k),
@@ -223,13 +232,12 @@ fn call<S: Real>(function: Function, u: &[S], y: &[S], partner: &mut Vec<S>, k: 
             let value = if k == 0 { function.apply(u[0]) } else { chain(u, partner, k) };
             let known = sum((1..k).map(|j| y[j] * y[k - j]));
             let square = if k == 0 { value * value } else { known + (y[0] + y[0]) * value };
-            partner.push(if function == Function::Tan { unit + square } else { unit - square });
+            partner[k] = if function == Function::Tan { unit + square } else { unit - square };
             value
         }
         Function::Asin | Function::Acos => {
             // y′ = ±u′/r with the partner r = √(1 − u²).
-            let next = square_root(unit - product(u, u, k), partner, k);
-            partner.push(next);
+            partner[k] = square_root(unit - product(u, u, k), partner, k);
             if k == 0 {
                 return function.apply(u[0]);
             }
@@ -237,7 +245,7 @@ fn call<S: Real>(function: Function, u: &[S], y: &[S], partner: &mut Vec<S>, k: 
             (slope - weighted(y, partner, k) / number(k)) / partner[0]
         }
         Function::Atan => {
-            partner.push(unit + product(u, u, k));
+            partner[k] = unit + product(u, u, k);
             if k == 0 { u[0].atan() } else { from_derivative(u, partner, y, k) }
         }
         Function::Exp => match k {
@@ -255,7 +263,7 @@ fn call<S: Real>(function: Function, u: &[S], y: &[S], partner: &mut Vec<S>, k: 
         Function::Sqrt => square_root(u[k], y, k),
         Function::Abs | Function::Sign => {
             if k == 0 {
-                partner.push(u[0].signum());
+                partner[0] = u[0].signum();
                 return function.apply(u[0]);
             }
             if function == Function::Abs { partner[0] * u[k] } else { S::ZERO }

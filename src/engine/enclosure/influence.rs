@@ -24,21 +24,21 @@ pub(super) struct Influence {
 }
 
 impl Influence {
-    /// For a program with a register for every value.
+    /// For all that drives the motion.
     pub(super) fn new(program: &Program<f64>) -> Self {
         let mut kinks: Vec<(Register, Vec<[f64; 2]>)> = Vec::new();
-        for (_, operation) in program.operations(program.outputs()) {
-            if let Operation::Call(Function::Abs | Function::Sign, a) = operation
+        for step in program.steps_to(program.outputs()) {
+            if let Operation::Call(Function::Abs | Function::Sign, a) = step.operation()
                 && kinks.iter().all(|kink| kink.0 != a)
             {
                 kinks.push((a, Vec::new()));
             }
         }
-        Self { bounds: vec![[0.0; BOXES]; program.registers()], kinks }
+        Self { bounds: vec![[0.0; BOXES]; program.size()], kinks }
     }
 
     /// Looks at the nodes of a window, if there may be kinks.
-    pub(super) fn see_nodes(&mut self, path: &Path, drive: &mut Enclosed) {
+    pub(super) fn see_nodes(&mut self, path: &Path, enclosed: &mut Enclosed, drive: &[Step]) {
         if self.kinks.is_empty() {
             return;
         }
@@ -47,12 +47,12 @@ impl Influence {
             for (row, &variable) in path.variables.iter().enumerate() {
                 for k in 0..BOXES {
                     let value = path.values[row * path.points + (first + k).min(path.points - 1)];
-                    drive.set(variable, k, [value; 2]);
+                    enclosed.set(variable, k, [value; 2]);
                 }
             }
-            drive.run();
+            enclosed.run(drive);
             for (register, seen) in &mut self.kinks {
-                let (lo, hi) = drive.register(*register);
+                let (lo, hi) = enclosed.register(*register);
                 seen.extend((0..BOXES).map(|k| [lo[k], hi[k]]));
             }
         }
@@ -69,10 +69,10 @@ impl Influence {
 
     /// By how much what is steep on the boxes of these pairs changes an output, in units of its tolerance: the most of
     /// all outputs, pair by pair.
-    pub(super) fn largest(&mut self, drive: &Enclosed, pairs: &[usize], tolerances: &[f64]) -> Bounds {
-        let program = drive.program.program();
-        for &Step { to, operation } in program.steps_to(program.outputs()) {
-            self.bounds[to] = self.bound(drive, pairs, to, operation);
+    pub(super) fn largest(&mut self, enclosed: &Enclosed, pairs: &[usize], tolerances: &[f64]) -> Bounds {
+        let program = &enclosed.program;
+        for step in program.steps_to(program.outputs()) {
+            self.bounds[step.to()] = self.bound(enclosed, pairs, step.to(), step.operation());
         }
         let mut largest = [0.0_f64; BOXES];
         // Nothing depends on an output whose tolerance is infinite.
@@ -85,10 +85,10 @@ impl Influence {
         largest
     }
 
-    fn bound(&self, drive: &Enclosed, pairs: &[usize], to: Register, operation: Operation) -> Bounds {
-        let (lo, hi) = drive.register(to);
+    fn bound(&self, enclosed: &Enclosed, pairs: &[usize], to: Register, operation: Operation) -> Bounds {
+        let (lo, hi) = enclosed.register(to);
         let size = |register: Register, k: usize| {
-            let (lo, hi) = drive.register(register);
+            let (lo, hi) = enclosed.register(register);
             lo[k].abs().max(hi[k].abs())
         };
         let of = |register: Register, k: usize| self.bounds[register][k];
@@ -98,7 +98,7 @@ impl Influence {
             let rounding = ROUNDING * size(to, k);
             let steep = if width.is_finite() { (width - rounding).max(0.0) } else { f64::INFINITY };
             let is_steep = |argument: Register, kind: Kind| {
-                let (lo, hi) = drive.register(argument);
+                let (lo, hi) = enclosed.register(argument);
                 !is_gentle(kind, lo[k], hi[k])
             };
             match operation {
@@ -107,7 +107,7 @@ impl Influence {
                 Operation::Multiply(a, b) => times(size(a, k), of(b, k)) + times(size(b, k), of(a, k)),
                 Operation::Divide(_, b) if is_steep(b, Kind::Ratio) => steep,
                 Operation::Divide(a, b) => {
-                    let (lo, hi) = drive.register(b);
+                    let (lo, hi) = enclosed.register(b);
                     (of(a, k) + times(size(to, k), of(b, k))) / lo[k].abs().min(hi[k].abs())
                 }
                 Operation::Call(function, a) => {
@@ -116,7 +116,7 @@ impl Influence {
                     match function {
                         Function::Abs | Function::Sign if is_steep && self.is_seen(a, pair) => of(a, k).min(width),
                         _ if is_steep => steep,
-                        _ => times(slope(function, [lo[k], hi[k]], drive, a, k), of(a, k)).min(width),
+                        _ => times(slope(function, [lo[k], hi[k]], enclosed, a, k), of(a, k)).min(width),
                     }
                 }
                 Operation::Power(..) | Operation::Fused(..) => unreachable!("these are written by simpler operations"),
@@ -126,8 +126,8 @@ impl Influence {
 }
 
 /// The largest slope of a function whose argument `a` varies little, and with these values.
-fn slope(function: Function, [lo, hi]: [f64; 2], drive: &Enclosed, a: Register, k: usize) -> f64 {
-    let (a_lo, a_hi) = drive.register(a);
+fn slope(function: Function, [lo, hi]: [f64; 2], enclosed: &Enclosed, a: Register, k: usize) -> f64 {
+    let (a_lo, a_hi) = enclosed.register(a);
     match function {
         Function::Exp | Function::Cosh => hi,
         Function::Sinh => 1.0 + lo.abs().max(hi.abs()),

@@ -7,7 +7,7 @@
 use pulp::{Simd, WithSimd};
 
 use super::functions;
-use crate::formula::{Function, Machine, Register, Step, around, walk};
+use crate::formula::{Algebra, Function, Step, run};
 use crate::number::vector::{Nodes, abs, elementary, multiply_add, neg, vectors, vectors_mut};
 
 /// How many boxes there are.
@@ -34,14 +34,11 @@ impl WithSimd for Enclose<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, s: S) {
-        walk(self.steps, &mut Boxes { s, registers: self.registers });
+        run(&Boxes(s), self.steps, self.registers);
     }
 }
 
-struct Boxes<'r, S> {
-    s: S,
-    registers: &'r mut [Lanes],
-}
+struct Boxes<S>(S);
 
 /// Bounds moved outwards.
 #[inline(always)]
@@ -72,14 +69,13 @@ fn product<S: Simd>(s: S, a: [S::f64s; 2], b: [S::f64s; 2]) -> [S::f64s; 2] {
 
 /// `$body` for the intervals p and q of a and b gives that of `to`.
 macro_rules! on_boxes {
-    ($machine:expr, $to:expr, $a:expr, $b:expr, |$s:ident, $p:ident, $q:ident| $body:expr) => {{
-        let $s = $machine.s;
-        let (out, others) = around($machine.registers, $to);
-        let (p_lo, p_hi) = others.at($a).0.split_at(BOXES);
-        let (q_lo, q_hi) = others.at($b).0.split_at(BOXES);
+    ($algebra:expr, $to:expr, $a:expr, $b:expr, |$s:ident, $p:ident, $q:ident| $body:expr) => {{
+        let $s = $algebra.0;
+        let (p_lo, p_hi) = $a.0.split_at(BOXES);
+        let (q_lo, q_hi) = $b.0.split_at(BOXES);
         let (p_lo, p_hi) = (vectors::<S>(p_lo), vectors::<S>(p_hi));
         let (q_lo, q_hi) = (vectors::<S>(q_lo), vectors::<S>(q_hi));
-        let (lo, hi) = out.0.split_at_mut(BOXES);
+        let (lo, hi) = $to.0.split_at_mut(BOXES);
         let (lo, hi) = (vectors_mut::<S>(lo), vectors_mut::<S>(hi));
         for n in 0..lo.len() {
             let ($p, $q) = ([p_lo[n], p_hi[n]], [q_lo[n], q_hi[n]]);
@@ -88,35 +84,21 @@ macro_rules! on_boxes {
     }};
 }
 
-impl<S: Simd> Boxes<'_, S> {
-    #[inline(always)]
-    fn square(&mut self, to: Register, a: Register) {
-        on_boxes!(self, to, a, a, |s, p, _q| {
-            let zero = s.splat_f64s(0.0);
-            let least = s.max_f64s(s.max_f64s(p[0], neg(s, p[1])), zero);
-            let most = s.max_f64s(neg(s, p[0]), p[1]);
-            let [lo, hi] = outwards(s, s.mul_f64s(least, least), s.mul_f64s(most, most));
-            [s.max_f64s(lo, zero), hi]
-        });
-    }
-}
+impl<S: Simd> Algebra for Boxes<S> {
+    type Value = Lanes;
 
-impl<S: Simd> Machine for Boxes<'_, S> {
     #[inline(always)]
-    fn add(&mut self, to: Register, a: Register, b: Register) {
+    fn add(&self, to: &mut Lanes, a: &Lanes, b: &Lanes) {
         on_boxes!(self, to, a, b, |s, p, q| outwards(s, s.add_f64s(p[0], q[0]), s.add_f64s(p[1], q[1])));
     }
 
     #[inline(always)]
-    fn subtract(&mut self, to: Register, a: Register, b: Register) {
+    fn subtract(&self, to: &mut Lanes, a: &Lanes, b: &Lanes) {
         on_boxes!(self, to, a, b, |s, p, q| outwards(s, s.sub_f64s(p[0], q[1]), s.sub_f64s(p[1], q[0])));
     }
 
     #[inline(always)]
-    fn multiply(&mut self, to: Register, a: Register, b: Register) {
-        if a == b {
-            return self.square(to, a);
-        }
+    fn multiply(&self, to: &mut Lanes, a: &Lanes, b: &Lanes) {
         on_boxes!(self, to, a, b, |s, p, q| {
             let [lo, hi] = product(s, p, q);
             outwards(s, lo, hi)
@@ -124,7 +106,7 @@ impl<S: Simd> Machine for Boxes<'_, S> {
     }
 
     #[inline(always)]
-    fn divide(&mut self, to: Register, a: Register, b: Register) {
+    fn divide(&self, to: &mut Lanes, a: &Lanes, b: &Lanes) {
         on_boxes!(self, to, a, b, |s, p, q| {
             let (one, zero) = (s.splat_f64s(1.0), s.splat_f64s(0.0));
             let [lo, hi] = outwards(s, s.div_f64s(one, q[1]), s.div_f64s(one, q[0]));
@@ -139,31 +121,39 @@ impl<S: Simd> Machine for Boxes<'_, S> {
     }
 
     #[inline(always)]
-    fn negate(&mut self, to: Register, a: Register) {
+    fn negate(&self, to: &mut Lanes, a: &Lanes) {
         on_boxes!(self, to, a, a, |s, p, _q| [neg(s, p[1]), neg(s, p[0])]);
     }
 
-    fn power(&mut self, _: Register, _: Register, _: Register) {
+    fn power(&self, _: &mut Lanes, _: &Lanes, _: &Lanes) {
         unreachable!("powers are written by exp and ln");
     }
 
     #[inline(always)]
-    fn call(&mut self, to: Register, function: Function, a: Register) {
-        let (out, others) = around(self.registers, to);
-        let x = others.at(a);
+    fn call(&self, to: &mut Lanes, function: Function, a: &Lanes) {
         let mut argument = Lanes::ZERO;
-        functions::before(function, x, &mut argument);
-        elementary::call(self.s, function, &argument.0, &mut out.0);
-        functions::after(function, x, out);
+        functions::before(function, a, &mut argument);
+        elementary::call(self.0, function, &argument.0, &mut to.0);
+        functions::after(function, a, to);
     }
 
     #[inline(always)]
-    fn sin_cos(&mut self, sin: Register, cos: Register, a: Register) {
-        let [sin, cos, x] = self.registers.get_disjoint_mut([sin, cos, a]).expect("three registers");
+    fn square(&self, to: &mut Lanes, a: &Lanes) {
+        on_boxes!(self, to, a, a, |s, p, _q| {
+            let zero = s.splat_f64s(0.0);
+            let least = s.max_f64s(s.max_f64s(p[0], neg(s, p[1])), zero);
+            let most = s.max_f64s(neg(s, p[0]), p[1]);
+            let [lo, hi] = outwards(s, s.mul_f64s(least, least), s.mul_f64s(most, most));
+            [s.max_f64s(lo, zero), hi]
+        });
+    }
+
+    #[inline(always)]
+    fn sin_cos(&self, sin: &mut Lanes, cos: &mut Lanes, a: &Lanes) {
         let mut argument = Lanes::ZERO;
-        functions::before(Function::Sin, x, &mut argument);
-        elementary::sin_cos(self.s, &argument.0, [&mut sin.0, &mut cos.0]);
-        functions::after(Function::Sin, x, sin);
-        functions::after(Function::Cos, x, cos);
+        functions::before(Function::Sin, a, &mut argument);
+        elementary::sin_cos(self.0, &argument.0, [&mut sin.0, &mut cos.0]);
+        functions::after(Function::Sin, a, sin);
+        functions::after(Function::Cos, a, cos);
     }
 }

@@ -4,7 +4,7 @@
 //! that neighbouring nodes span. This is done in two stages.
 //!
 //! 1. In sums and products nothing hides that the polynomials of a window do not show; functions and quotients have
-//!    scales of their own (see `expr::steep`). Their arguments are enclosed on all boxes. Where none changes by more
+//!    scales of their own (see `formula::steep`). Their arguments are enclosed on all boxes. Where none changes by more
 //!    than `RATIO` or `STEP` from a node to the next, the nodes see whatever they do.
 //! 2. On the other boxes it is bounded what those functions and quotients, steep as they are, can do to the motion (see
 //!    `influence`). If that is more than the accuracy allows, the window has not seen its force.
@@ -30,8 +30,8 @@ use std::ops::Range;
 
 use self::influence::Influence;
 use self::lanes::{BOXES, Enclose, Lanes};
-use crate::formula::{Kind, Program, Staged, Steep};
-use crate::number::vector::Level;
+use crate::formula::{Kind, Program, Register, Steep, Step};
+use crate::number::vector::{Level, Nodes};
 
 /// Largest over smallest value of a divisor between neighbouring nodes, at most. What the nodes do not see is then at
 /// most so many times what they see, and they see it if their modes are small beside it. On the built-in cases with
@@ -56,38 +56,23 @@ pub(crate) enum Found {
 
 /// A program with the registers in which it is enclosed.
 struct Enclosed {
-    program: Staged<f64>,
+    program: Program<f64>,
     registers: Vec<Lanes>,
 }
 
 impl Enclosed {
-    fn new(program: Staged<f64>) -> Self {
-        let mut registers = vec![Lanes::ZERO; program.program().registers()];
-        program.program().each_constant(|register, constant| registers[register].0.fill(constant));
+    fn new(program: Program<f64>) -> Self {
+        let registers = program.registers(|constant| Nodes([constant; 2 * BOXES]));
         Self { program, registers }
     }
 
-    /// Sets a variable that stays.
-    fn fix(&mut self, values: &[(usize, f64)]) {
-        values.iter().for_each(|&(variable, value)| self.registers[variable].0.fill(value));
-        let Self { program, registers } = self;
-        Level::Best.dispatch(Enclose { steps: program.fixed(), registers });
+    /// Encloses what these steps compute.
+    fn run(&mut self, steps: &[Step]) {
+        Level::Best.dispatch(Enclose { steps, registers: &mut self.registers });
     }
 
-    /// Encloses all outputs.
-    fn run(&mut self) {
-        let Self { program, registers } = self;
-        let steps = program.varying(program.program().outputs());
-        Level::Best.dispatch(Enclose { steps, registers });
-    }
-
-    /// The bounds of an output on all boxes.
-    fn output(&self, output: usize) -> (&[f64], &[f64]) {
-        self.registers[self.program.program().output(output)].0.split_at(BOXES)
-    }
-
-    /// The bounds of any value on all boxes, where every value has a register of its own.
-    fn register(&self, register: usize) -> (&[f64], &[f64]) {
+    /// The bounds of a value on all boxes.
+    fn register(&self, register: Register) -> (&[f64], &[f64]) {
         self.registers[register].0.split_at(BOXES)
     }
 
@@ -102,51 +87,38 @@ impl Enclosed {
 pub(crate) struct Enclosure {
     /// The path that is looked at.
     pub path: Path,
-    kinds: Vec<Kind>,
-    /// Whether arguments depend on a variable.
+    /// What must not change much.
+    watched: Vec<(Register, Kind)>,
+    /// Whether that depends on a variable.
     reads: Vec<bool>,
-    arguments: Enclosed,
-    drive: Drive,
-}
-
-/// What drives the motion. Where nothing is steep it is not asked for, so it is made for the first question.
-struct Drive {
-    program: Program<f64>,
-    fixed: Vec<(usize, f64)>,
-    made: Option<(Enclosed, Influence)>,
-}
-
-impl Drive {
-    fn get(&mut self) -> (&mut Enclosed, &mut Influence) {
-        let (enclosed, influence) = self.made.get_or_insert_with(|| {
-            // With a register for every value.
-            let mut enclosed = Enclosed::new(Staged::whole(self.program.clone()));
-            enclosed.fix(&self.fixed);
-            (enclosed, Influence::new(&self.program))
-        });
-        (enclosed, influence)
-    }
-
-    /// Sets the variables that stay.
-    fn fix(&mut self, values: &[(usize, f64)]) {
-        self.fixed = values.to_vec();
-        if let Some((enclosed, _)) = &mut self.made {
-            enclosed.fix(values);
-        }
-    }
+    /// What drives the motion.
+    enclosed: Enclosed,
+    /// What does not depend on the path; what is watched; all that drives the motion.
+    fixed: Box<[Step]>,
+    arguments: Box<[Step]>,
+    drive: Box<[Step]>,
+    influence: Influence,
 }
 
 impl Enclosure {
     /// For motion that the first `outputs` outputs of `program` drive, where some of its variables vary; `None` where
     /// nothing can hide.
     pub(crate) fn new(program: &Program<f64>, outputs: usize, varies: impl Fn(usize) -> bool) -> Option<Self> {
-        let steep = Steep::new(program, outputs, &varies)?;
+        let Steep { program, watched } = Steep::new(program, outputs, &varies)?;
+        let depends = program.depends_on(varies);
+        let arguments = program.schedule(watched.iter().map(|look| look.0), |register| !depends[register]);
+        let mut reads = vec![false; program.size()];
+        watched.iter().for_each(|look| reads[look.0] = true);
+        arguments.iter().flat_map(|step| step.operation().operands()).for_each(|operand| reads[operand] = true);
         let mut enclosure = Self {
             path: Path::default(),
-            kinds: steep.kinds,
-            reads: steep.reads,
-            arguments: Enclosed::new(steep.program),
-            drive: Drive { program: steep.whole, fixed: Vec::new(), made: None },
+            watched,
+            reads,
+            fixed: program.schedule(0..program.size(), |register| depends[register]),
+            arguments,
+            drive: program.schedule(0..program.size(), |register| !depends[register]),
+            influence: Influence::new(&program),
+            enclosed: Enclosed::new(program),
         };
         // What is computed from constants alone.
         enclosure.fix(&[]);
@@ -155,8 +127,8 @@ impl Enclosure {
 
     /// Sets the variables that stay.
     pub(crate) fn fix(&mut self, values: &[(usize, f64)]) {
-        self.arguments.fix(values);
-        self.drive.fix(values);
+        values.iter().for_each(|&(variable, value)| self.enclosed.registers[variable].0.fill(value));
+        self.enclosed.run(&self.fixed);
     }
 
     /// Looks at the window that [`Self::path`] describes. Changes of what drives the motion by `tolerances` do nothing.
@@ -169,7 +141,7 @@ impl Enclosure {
     fn steep(&mut self, pairs: Range<usize>) -> Vec<usize> {
         let mut steep = Vec::new();
         for some in self.suspicious(pairs).chunks(BOXES) {
-            Self::place(&self.path, &mut self.arguments, some);
+            Self::place(&self.path, &mut self.enclosed, some);
             let flags = self.flags();
             steep.extend(some.iter().zip(flags).filter(|look| look.1).map(|look| *look.0));
         }
@@ -188,7 +160,7 @@ impl Enclosure {
             for group in 0..BOXES {
                 let pieces = (ends(group)..ends(group + 1)).map(|pair| self.path.interval(row, pair));
                 let hull = pieces.fold([f64::INFINITY, -f64::INFINITY], |a, b| [a[0].min(b[0]), a[1].max(b[1])]);
-                self.arguments.set(self.path.variables[row], group, hull);
+                self.enclosed.set(self.path.variables[row], group, hull);
             }
         }
         let flags = self.flags();
@@ -197,10 +169,10 @@ impl Enclosure {
 
     /// Which boxes have an argument that changes much.
     fn flags(&mut self) -> [bool; BOXES] {
-        self.arguments.run();
+        self.enclosed.run(&self.arguments);
         let mut flags = [false; BOXES];
-        for (output, &kind) in self.kinds.iter().enumerate() {
-            let (lo, hi) = self.arguments.output(output);
+        for &(register, kind) in &self.watched {
+            let (lo, hi) = self.enclosed.register(register);
             for k in 0..BOXES {
                 flags[k] |= !is_gentle(kind, lo[k], hi[k]);
             }
@@ -219,13 +191,12 @@ impl Enclosure {
 
     /// Bounds what is steep from node to node by what it does to the motion. Whether that is nothing.
     fn prove(&mut self, pairs: &[usize], tolerances: &[f64]) -> bool {
-        let Self { path, drive, .. } = self;
-        let (drive, influence) = drive.get();
-        influence.see_nodes(path, drive);
+        let Self { path, enclosed, drive, influence, .. } = self;
+        influence.see_nodes(path, enclosed, drive);
         pairs.chunks(BOXES).all(|some| {
-            Self::place(path, drive, some);
-            drive.run();
-            influence.largest(drive, some, tolerances)[..some.len()].iter().all(|&bound| bound <= 1.0)
+            Self::place(path, enclosed, some);
+            enclosed.run(drive);
+            influence.largest(enclosed, some, tolerances)[..some.len()].iter().all(|&bound| bound <= 1.0)
         })
     }
 }

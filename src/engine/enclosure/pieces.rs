@@ -10,7 +10,7 @@
 use super::lanes::BOXES;
 use super::path::Path;
 use super::{Enclosed, Enclosure, is_gentle};
-use crate::formula::Kind;
+use crate::formula::{Kind, Register, Step};
 
 /// Into so many pieces a way is cut, one number after the other. Each is a multiple of the number of boxes.
 const PIECES: [usize; 2] = [8, 64];
@@ -24,9 +24,9 @@ const PASSED: f64 = 0.5;
 const TOGETHER: usize = 3 * BOXES;
 
 impl Enclosed {
-    /// Encloses every value on the way from node `pair` to the next by the union of its intervals on `count` pieces of
-    /// that way, in all boxes.
-    fn run_in_pieces(&mut self, path: &Path, pair: usize, count: usize) {
+    /// Encloses what these steps compute on the way from node `pair` to the next by the union of its intervals on
+    /// `count` pieces of that way, in all boxes.
+    fn run_in_pieces(&mut self, steps: &[Step], path: &Path, pair: usize, count: usize) {
         let mut hulls = vec![[f64::INFINITY, -f64::INFINITY]; self.registers.len()];
         for first in (0..count).step_by(BOXES) {
             for (row, &variable) in path.variables.iter().enumerate() {
@@ -35,7 +35,7 @@ impl Enclosed {
                     self.set(variable, k, path.piece(row, pair, part));
                 }
             }
-            self.run();
+            self.run(steps);
             for (hull, register) in hulls.iter_mut().zip(&self.registers) {
                 let (lo, hi) = register.0.split_at(BOXES);
                 *hull = lo.iter().zip(hi).fold(*hull, |hull, (&lo, &hi)| [hull[0].min(lo), hull[1].max(hi)]);
@@ -60,14 +60,13 @@ impl Enclosure {
             return Vec::new();
         }
         let tolerances = tolerances();
-        let Self { path, drive, .. } = self;
-        let (drive, influence) = drive.get();
-        influence.see_nodes(path, drive);
+        let Self { path, enclosed, drive, influence, .. } = self;
+        influence.see_nodes(path, enclosed, drive);
         let mut hidden = Vec::with_capacity(steep.len());
         for some in steep.chunks(BOXES) {
-            Self::place(path, drive, some);
-            drive.run();
-            let changes = influence.largest(drive, some, &tolerances);
+            Self::place(path, enclosed, some);
+            enclosed.run(drive);
+            let changes = influence.largest(enclosed, some, &tolerances);
             hidden.extend(some.iter().copied().zip(changes));
         }
         for (pair, change) in &mut hidden {
@@ -83,27 +82,26 @@ impl Enclosure {
 
     /// The largest change between two nodes, by the pieces of the way from one to the other.
     fn change_on_pieces(&mut self, pair: usize, count: usize, tolerances: &[f64]) -> f64 {
-        let Self { path, kinds, arguments, drive, .. } = self;
+        let Self { path, watched, enclosed, arguments, drive, influence, .. } = self;
         for (row, &variable) in path.variables.iter().enumerate() {
-            (0..BOXES).for_each(|k| arguments.set(variable, k, [path.values[row * path.points + pair + k % 2]; 2]));
+            (0..BOXES).for_each(|k| enclosed.set(variable, k, [path.values[row * path.points + pair + k % 2]; 2]));
         }
-        arguments.run();
-        let ends = |output: usize| {
-            let (lo, hi) = arguments.output(output);
+        enclosed.run(arguments);
+        let ends = |&(register, _): &(Register, Kind)| {
+            let (lo, hi) = enclosed.register(register);
             [lo[0].min(lo[1]), hi[0].max(hi[1])]
         };
-        let ends: Vec<[f64; 2]> = (0..kinds.len()).map(ends).collect();
-        arguments.run_in_pieces(path, pair, count);
-        let is_followed = |((output, &kind), &[least, most]): ((usize, &Kind), &[f64; 2])| {
-            let (lo, hi) = arguments.output(output);
+        let ends: Vec<[f64; 2]> = watched.iter().map(ends).collect();
+        enclosed.run_in_pieces(arguments, path, pair, count);
+        let is_followed = |(&(register, kind), &[least, most]): (&(Register, Kind), &[f64; 2])| {
+            let (lo, hi) = enclosed.register(register);
             let is_between = lo[0] >= least - PASSED && hi[0] <= most + PASSED;
             is_gentle(kind, lo[0], hi[0]) || kind == Kind::Exponent && is_between && most - least <= TAIL
         };
-        if kinds.iter().enumerate().zip(&ends).all(is_followed) {
+        if watched.iter().zip(&ends).all(is_followed) {
             return 0.0;
         }
-        let (drive, influence) = drive.get();
-        drive.run_in_pieces(path, pair, count);
-        influence.largest(drive, &[pair], tolerances)[0]
+        enclosed.run_in_pieces(drive, path, pair, count);
+        influence.largest(enclosed, &[pair], tolerances)[0]
     }
 }

@@ -9,7 +9,7 @@ impl Enclosure {
     pub(crate) fn of_geometry(geometry: &Geometry) -> Option<Self> {
         let (n, active, rows) = (geometry.dimension(), geometry.active(), geometry.field().rows());
         let varies = |variable: usize| active.contains(&variable) || active.iter().any(|a| 2 * n + a == variable);
-        Self::new(rows.rates().program(), rows.motion(), varies)
+        Self::new(rows.rates(), rows.motion(), varies)
     }
 
     /// Sets the momenta of ignorable coordinates, which stay; those of active ones are not read.

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use super::lanes::BOXES;
 use super::{Enclosed, Enclosure, is_gentle};
-use crate::formula::{Function, Graph, Kind, Names, NodeId, Program, Staged, plain};
+use crate::formula::{Function, Graph, Kind, Names, NodeId, Program, plain};
 use crate::number::{Extended, Real};
 
 const ALL: [Function; 15] = [
@@ -29,13 +29,13 @@ const ALL: [Function; 15] = [
 
 /// The interval of the only output on a box; all eight boxes agree.
 fn enclose(program: &Program<f64>, intervals: &[[f64; 2]]) -> [f64; 2] {
-    let mut enclosed = Enclosed::new(Staged::new(plain(program, 1), |_| true, 0, |_| false));
-    enclosed.fix(&[]);
+    let program = plain(program, 1);
+    let mut enclosed = Enclosed::new(program.clone());
     for (variable, &interval) in intervals.iter().enumerate() {
         (0..BOXES).for_each(|k| enclosed.set(variable, k, interval));
     }
-    enclosed.run();
-    let (lo, hi) = enclosed.output(0);
+    enclosed.run(program.steps_to(1));
+    let (lo, hi) = enclosed.register(program.output(0));
     assert!((1..BOXES).all(|k| lo[k] == lo[0] && hi[k] == hi[0]), "{lo:?} {hi:?}");
     assert!(lo[0] < f64::INFINITY && hi[0] > -f64::INFINITY && lo[0] <= hi[0], "{lo:?} {hi:?}");
     [lo[0], hi[0]]

@@ -3,7 +3,7 @@
 use pulp::{Simd, WithSimd};
 
 use super::force::{Force, NEAR, corrections};
-use crate::formula::{Function, Fused, Machine, Operation, Program, Register, Step, around, walk};
+use crate::formula::{Algebra, Function, Fused, Operation, Program, Step, run};
 use crate::geometry::metric::Metric;
 use crate::number::vector::{
     Nodes, abs, copy, elementary, is_fused, multiply_add, neg, product_error, two_sum, vectors, vectors_mut,
@@ -17,9 +17,9 @@ pub(super) struct FormulaForce<'m, const P: usize> {
     c_squared: f64,
     two_over_mass: f64,
     program: &'m Program<f64>,
-    /// The registers, and in `refine` what they lack.
     registers: Vec<Nodes<P>>,
-    lacks: Vec<Nodes<P>>,
+    /// The registers of `refine`, which not every run asks for.
+    pairs: Vec<Pair<P>>,
     points: usize,
     /// The first flag is true if values that overflow on the way are mended, the second if one was.
     mends: bool,
@@ -31,17 +31,15 @@ pub(super) struct FormulaForce<'m, const P: usize> {
 impl<'m, const P: usize> FormulaForce<'m, P> {
     /// For windows of `points` nodes.
     pub(super) fn new(metric: &Metric, q_t: f64, program: &'m Program<f64>, points: usize) -> Self {
-        let mut registers = vec![Nodes::ZERO; program.registers()];
-        program.each_constant(|register, c| registers[register].0 = [c; P]);
         let is_function = |operation| matches!(operation, Operation::Power(..) | Operation::Call(..));
         Self {
             q_t,
             c_squared: metric.c_squared(),
             two_over_mass: metric.two_over_mass(),
-            is_dear: program.operations(2).any(|(_, operation)| is_function(operation)),
+            is_dear: program.steps_to(2).iter().any(|step| is_function(step.operation())),
             program,
-            registers,
-            lacks: Vec::new(),
+            registers: program.registers(|constant| Nodes([constant; P])),
+            pairs: Vec::new(),
             points,
             mends: false,
             is_mended: false,
@@ -62,10 +60,7 @@ impl<'m, const P: usize> FormulaForce<'m, P> {
 }
 
 /// The nodes of a window in every register.
-struct Vectors<'r, S, const P: usize> {
-    s: S,
-    registers: &'r mut [Nodes<P>],
-}
+struct Vectors<S, const P: usize>(S);
 
 /// Carries out steps of a program on all nodes. The loops over nodes are long code: they are compiled once for each
 /// level and length, not wherever a program is run.
@@ -84,71 +79,68 @@ impl<const P: usize> WithSimd for CarryOut<'_, P> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, s: S) {
-        walk(self.steps, &mut Vectors { s, registers: self.registers });
+        run(&Vectors(s), self.steps, self.registers);
     }
 }
 
 /// `to` = `$operation` of a and b, vector by vector.
 macro_rules! on_vectors {
-    ($machine:expr, $to:expr, $a:expr, $b:expr, $operation:ident) => {{
-        let s = $machine.s;
-        let (out, others) = around($machine.registers, $to);
-        let (p, q) = (vectors::<S>(&others.at($a).0), vectors::<S>(&others.at($b).0));
-        let out = vectors_mut::<S>(&mut out.0);
+    ($algebra:expr, $to:expr, $a:expr, $b:expr, $operation:ident) => {{
+        let s = $algebra.0;
+        let (p, q) = (vectors::<S>(&$a.0), vectors::<S>(&$b.0));
+        let out = vectors_mut::<S>(&mut $to.0);
         for n in 0..out.len() {
             out[n] = s.$operation(p[n], q[n]);
         }
     }};
 }
 
-impl<S: Simd, const P: usize> Machine for Vectors<'_, S, P> {
+impl<S: Simd, const P: usize> Algebra for Vectors<S, P> {
+    type Value = Nodes<P>;
+
     #[inline(always)]
-    fn add(&mut self, to: Register, a: Register, b: Register) {
+    fn add(&self, to: &mut Nodes<P>, a: &Nodes<P>, b: &Nodes<P>) {
         on_vectors!(self, to, a, b, add_f64s);
     }
 
     #[inline(always)]
-    fn subtract(&mut self, to: Register, a: Register, b: Register) {
+    fn subtract(&self, to: &mut Nodes<P>, a: &Nodes<P>, b: &Nodes<P>) {
         on_vectors!(self, to, a, b, sub_f64s);
     }
 
     #[inline(always)]
-    fn multiply(&mut self, to: Register, a: Register, b: Register) {
+    fn multiply(&self, to: &mut Nodes<P>, a: &Nodes<P>, b: &Nodes<P>) {
         on_vectors!(self, to, a, b, mul_f64s);
     }
 
     #[inline(always)]
-    fn divide(&mut self, to: Register, a: Register, b: Register) {
+    fn divide(&self, to: &mut Nodes<P>, a: &Nodes<P>, b: &Nodes<P>) {
         on_vectors!(self, to, a, b, div_f64s);
     }
 
     #[inline(always)]
-    fn negate(&mut self, to: Register, a: Register) {
-        let (out, others) = around(self.registers, to);
-        let (p, out) = (vectors::<S>(&others.at(a).0), vectors_mut::<S>(&mut out.0));
+    fn negate(&self, to: &mut Nodes<P>, a: &Nodes<P>) {
+        let (p, out) = (vectors::<S>(&a.0), vectors_mut::<S>(&mut to.0));
         for n in 0..out.len() {
-            out[n] = neg(self.s, p[n]);
+            out[n] = neg(self.0, p[n]);
         }
     }
 
     #[inline(always)]
-    fn power(&mut self, to: Register, a: Register, b: Register) {
-        let (out, others) = around(self.registers, to);
-        elementary::power(self.s, &others.at(a).0, &others.at(b).0, &mut out.0);
+    fn power(&self, to: &mut Nodes<P>, a: &Nodes<P>, b: &Nodes<P>) {
+        elementary::power(self.0, &a.0, &b.0, &mut to.0);
     }
 
     #[inline(always)]
-    fn call(&mut self, to: Register, function: Function, a: Register) {
-        let (out, others) = around(self.registers, to);
-        elementary::call(self.s, function, &others.at(a).0, &mut out.0);
+    fn call(&self, to: &mut Nodes<P>, function: Function, a: &Nodes<P>) {
+        elementary::call(self.0, function, &a.0, &mut to.0);
     }
 
     #[inline(always)]
-    fn fused(&mut self, to: Register, fused: Fused, [a, b, c]: [Register; 3]) {
-        let s = self.s;
-        let (out, others) = around(self.registers, to);
-        let [p, q, r] = [a, b, c].map(|operand| vectors::<S>(&others.at(operand).0));
-        let out = vectors_mut::<S>(&mut out.0);
+    fn fused(&self, to: &mut Nodes<P>, fused: Fused, operands: [&Nodes<P>; 3]) {
+        let s = self.0;
+        let [p, q, r] = operands.map(|operand| vectors::<S>(&operand.0));
+        let out = vectors_mut::<S>(&mut to.0);
         for n in 0..out.len() {
             out[n] = match fused {
                 Fused::Add => multiply_add(s, p[n], q[n], r[n]),
@@ -159,28 +151,25 @@ impl<S: Simd, const P: usize> Machine for Vectors<'_, S, P> {
     }
 
     #[inline(always)]
-    fn sin_cos(&mut self, sin: Register, cos: Register, a: Register) {
-        let [sin, cos, a] = self.registers.get_disjoint_mut([sin, cos, a]).expect("three registers");
-        elementary::sin_cos(self.s, &a.0, [&mut sin.0, &mut cos.0]);
+    fn sin_cos(&self, sin: &mut Nodes<P>, cos: &mut Nodes<P>, a: &Nodes<P>) {
+        elementary::sin_cos(self.0, &a.0, [&mut sin.0, &mut cos.0]);
     }
 }
 
-/// Values and what they lack in every register: the pairs add up to about twice the digits. Only arithmetic.
-struct Pairs<'r, S, const P: usize> {
-    s: S,
-    registers: &'r mut [Nodes<P>],
-    lacks: &'r mut [Nodes<P>],
-}
+/// The nodes of a value, and of what it lacks.
+type Pair<const P: usize> = [Nodes<P>; 2];
 
-/// `$body` for the pairs (p, p_lo), (q, q_lo) of a and b gives that of `to`.
+/// Values and what they lack in every register: the pairs add up to about twice the digits. Only arithmetic.
+struct Pairs<S, const P: usize>(S);
+
+/// `$body` for the pairs p and q of a and b gives that of `to`.
 macro_rules! on_pairs {
-    ($machine:expr, $to:expr, $a:expr, $b:expr, |$s:ident, $p:ident, $q:ident| $body:expr) => {{
-        let $s = $machine.s;
-        let (out, others) = around($machine.registers, $to);
-        let (out_lo, others_lo) = around($machine.lacks, $to);
-        let (p, p_lo) = (vectors::<S>(&others.at($a).0), vectors::<S>(&others_lo.at($a).0));
-        let (q, q_lo) = (vectors::<S>(&others.at($b).0), vectors::<S>(&others_lo.at($b).0));
-        let (y, y_lo) = (vectors_mut::<S>(&mut out.0), vectors_mut::<S>(&mut out_lo.0));
+    ($algebra:expr, $to:expr, $a:expr, $b:expr, |$s:ident, $p:ident, $q:ident| $body:expr) => {{
+        let $s = $algebra.0;
+        let (p, p_lo) = (vectors::<S>(&$a[0].0), vectors::<S>(&$a[1].0));
+        let (q, q_lo) = (vectors::<S>(&$b[0].0), vectors::<S>(&$b[1].0));
+        let [y, y_lo] = $to;
+        let (y, y_lo) = (vectors_mut::<S>(&mut y.0), vectors_mut::<S>(&mut y_lo.0));
         for n in 0..y.len() {
             let ($p, $q) = ((p[n], p_lo[n]), (q[n], q_lo[n]));
             (y[n], y_lo[n]) = $body;
@@ -188,9 +177,11 @@ macro_rules! on_pairs {
     }};
 }
 
-impl<S: Simd, const P: usize> Machine for Pairs<'_, S, P> {
+impl<S: Simd, const P: usize> Algebra for Pairs<S, P> {
+    type Value = Pair<P>;
+
     #[inline(always)]
-    fn add(&mut self, to: Register, a: Register, b: Register) {
+    fn add(&self, to: &mut Pair<P>, a: &Pair<P>, b: &Pair<P>) {
         on_pairs!(self, to, a, b, |s, p, q| {
             let (sum, error) = two_sum(s, p.0, q.0);
             (sum, s.add_f64s(error, s.add_f64s(p.1, q.1)))
@@ -198,7 +189,7 @@ impl<S: Simd, const P: usize> Machine for Pairs<'_, S, P> {
     }
 
     #[inline(always)]
-    fn subtract(&mut self, to: Register, a: Register, b: Register) {
+    fn subtract(&self, to: &mut Pair<P>, a: &Pair<P>, b: &Pair<P>) {
         on_pairs!(self, to, a, b, |s, p, q| {
             let (sum, error) = two_sum(s, p.0, neg(s, q.0));
             (sum, s.add_f64s(error, s.sub_f64s(p.1, q.1)))
@@ -206,7 +197,7 @@ impl<S: Simd, const P: usize> Machine for Pairs<'_, S, P> {
     }
 
     #[inline(always)]
-    fn multiply(&mut self, to: Register, a: Register, b: Register) {
+    fn multiply(&self, to: &mut Pair<P>, a: &Pair<P>, b: &Pair<P>) {
         on_pairs!(self, to, a, b, |s, p, q| {
             let y = s.mul_f64s(p.0, q.0);
             let error = product_error(s, p.0, q.0, y);
@@ -215,7 +206,7 @@ impl<S: Simd, const P: usize> Machine for Pairs<'_, S, P> {
     }
 
     #[inline(always)]
-    fn divide(&mut self, to: Register, a: Register, b: Register) {
+    fn divide(&self, to: &mut Pair<P>, a: &Pair<P>, b: &Pair<P>) {
         on_pairs!(self, to, a, b, |s, p, q| {
             // (p + p_lo − y (q + q_lo))/q with the remainder formed exactly
             let y = s.div_f64s(p.0, q.0);
@@ -227,15 +218,15 @@ impl<S: Simd, const P: usize> Machine for Pairs<'_, S, P> {
     }
 
     #[inline(always)]
-    fn negate(&mut self, to: Register, a: Register) {
+    fn negate(&self, to: &mut Pair<P>, a: &Pair<P>) {
         on_pairs!(self, to, a, a, |s, p, _q| (neg(s, p.0), neg(s, p.1)));
     }
 
-    fn power(&mut self, _: Register, _: Register, _: Register) {
+    fn power(&self, _: &mut Pair<P>, _: &Pair<P>, _: &Pair<P>) {
         unreachable!("only arithmetic is refined");
     }
 
-    fn call(&mut self, _: Register, _: Function, _: Register) {
+    fn call(&self, _: &mut Pair<P>, _: Function, _: &Pair<P>) {
         unreachable!("only arithmetic is refined");
     }
 }
@@ -265,8 +256,8 @@ impl<const P: usize> Force for FormulaForce<'_, P> {
 
     #[inline(always)]
     fn slopes<S: Simd>(&mut self, s: S, [a, u]: [&[f64]; 2], [da, du]: [&mut [f64]; 2]) {
-        let (from, to) = (self.program.steps(2), self.program.steps(3));
-        carry_out(s, &self.program.steps_to(3)[from..to], &mut self.registers);
+        let known = self.program.steps_to(2).len();
+        carry_out(s, &self.program.steps_to(3)[known..], &mut self.registers);
         self.mend_first(3);
         // With a = −½ g00′ u²: du/dx = 2 a/Q_t and da/dx = −½ g00″ u² + 4 a²/(Q_t u).
         let half = s.splat_f64s(-0.5 * self.two_over_mass);
@@ -329,17 +320,17 @@ impl<const P: usize> Force for FormulaForce<'_, P> {
         [a, u]: [&[f64]; 2],
         [da_row, du_row]: [&mut [f64]; 2],
     ) {
-        copy::<S>(x, &mut self.registers[0].0);
-        if self.lacks.is_empty() {
-            self.lacks.resize(self.registers.len(), Nodes::ZERO);
+        let Self { program, pairs, .. } = self;
+        if pairs.is_empty() {
+            *pairs = program.registers(|constant| [Nodes([constant; P]), Nodes::ZERO]);
         }
-        copy::<S>(x_lo, &mut self.lacks[0].0);
-        let mut machine = Pairs { s, registers: &mut self.registers, lacks: &mut self.lacks };
-        self.program.walk(2, &mut machine);
-        let value = vectors::<S>(self.output(0));
-        let value_lo = vectors::<S>(&self.lacks[self.program.output(0)].0);
-        let slope = vectors::<S>(self.output(1));
-        let slope_lo = vectors::<S>(&self.lacks[self.program.output(1)].0);
+        copy::<S>(x, &mut pairs[0][0].0);
+        copy::<S>(x_lo, &mut pairs[0][1].0);
+        run(&Pairs(s), program.steps_to(2), pairs);
+        let [value, value_lo] = &pairs[program.output(0)];
+        let [slope, slope_lo] = &pairs[program.output(1)];
+        let (value, value_lo) = (vectors::<S>(&value.0), vectors::<S>(&value_lo.0));
+        let (slope, slope_lo) = (vectors::<S>(&slope.0), vectors::<S>(&slope_lo.0));
         let (a, u) = (vectors::<S>(a), vectors::<S>(u));
         let (da, du) = (vectors_mut::<S>(da_row), vectors_mut::<S>(du_row));
         let (m, c) = (s.splat_f64s(self.two_over_mass), s.splat_f64s(self.c_squared));

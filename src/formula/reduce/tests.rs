@@ -2,8 +2,6 @@ use std::collections::BTreeMap;
 
 use proptest::prelude::*;
 
-use super::super::machine::Numbers;
-use super::super::program::walk;
 use super::super::{Graph, Names, NodeId, Program, parse};
 use crate::number::{Extended, Real};
 
@@ -21,10 +19,9 @@ fn nodes<S: Real>(graph: &mut Graph<S>, formulas: &[impl AsRef<str>]) -> Vec<Nod
 }
 
 fn values<S: Real>(program: &Program<S>, variables: [f64; 4]) -> Vec<S> {
-    let mut registers = vec![S::ZERO; program.registers()];
-    program.each_constant(|register, constant| registers[register] = constant);
+    let mut registers = program.registers(|constant| constant);
     variables.iter().enumerate().for_each(|(place, &value)| registers[place] = S::from(value));
-    walk(program.steps_to(program.outputs()), &mut Numbers(&mut registers));
+    program.run_once(program.outputs(), &mut registers);
     (0..program.outputs()).map(|output| registers[program.output(output)]).collect()
 }
 
@@ -82,7 +79,7 @@ proptest! {
     fn fused_programs_are_the_same(formulas in prop::collection::vec(expression(), 3)) {
         for program in programs::<f64>(&formulas) {
             let fused = program.fused();
-            prop_assert!(fused.steps(fused.outputs()) <= program.steps(program.outputs()));
+            prop_assert!(fused.steps_to(fused.outputs()).len() <= program.steps_to(program.outputs()).len());
             let [one, other] = [&program, &fused].map(|program| values(program, [1.3, 0.4, -0.6, 0.9]));
             for (one, other) in one.iter().zip(&other) {
                 prop_assert!(one.to_bits() == other.to_bits() || one.is_nan() && other.is_nan());
@@ -98,7 +95,7 @@ fn steps(formulas: &[&str]) -> [usize; 3] {
     let plain = Program::new(&mut graph, 4, &roots);
     let reduced = graph.reduced(&roots, level);
     let reduced = Program::new(&mut graph, 4, &reduced);
-    [&plain, &reduced, &reduced.fused()].map(|program| program.steps(program.outputs()))
+    [&plain, &reduced, &reduced.fused()].map(|program| program.steps_to(program.outputs()).len())
 }
 
 #[test]
@@ -133,6 +130,6 @@ fn what_does_not_vary_is_multiplied_first() {
     let roots = nodes(&mut graph, &["a*q*a*u/a^4*3"]);
     let reduced = graph.reduced(&roots, level);
     let program = Program::new(&mut graph, 4, &reduced);
-    let staged = super::super::Staged::new(program, |variable| level(variable) > 0, 0, |_| false);
-    assert_eq!(staged.varying(1).len(), 2);
+    let varies = program.depends_on(|variable| level(variable) > 0);
+    assert_eq!(program.schedule([program.output(0)], |register| !varies[register]).len(), 2);
 }

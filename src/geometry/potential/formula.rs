@@ -12,9 +12,8 @@ const X: usize = 0;
 /// V(x) compiled from an expression, with V′ and V″.
 #[derive(Debug, Clone)]
 pub struct Formula<S = f64> {
-    /// V, V′ and V″, every value in a register of its own.
-    unpacked: Program<S>,
-    packed: Program<S>,
+    /// V, V′ and V″.
+    program: Program<S>,
 }
 
 impl<S: Real> Formula<S> {
@@ -29,42 +28,36 @@ impl<S: Real> Formula<S> {
             Names { variables: &["x"], parameters, definitions: &BTreeMap::new() },
             &mut graph,
         )?;
-        let unpacked = with_derivatives(&mut graph, value);
-        Ok(Self { packed: unpacked.packed(), unpacked })
+        Ok(Self { program: with_derivatives(&mut graph, value) })
     }
 }
 
 impl<S: Real> Formula<S> {
-    /// The program of V, V′ and V″, for arithmetic on vectors.
+    /// The program of V, V′ and V″, for arithmetic on vectors and on series.
     pub(crate) fn program(&self) -> &Program<S> {
-        &self.packed
-    }
-
-    /// The same with a register for every value, for arithmetic on series.
-    pub(super) fn unpacked(&self) -> &Program<S> {
-        &self.unpacked
+        &self.program
     }
 
     /// V, V′, V″ at `x`.
     pub fn at(&self, x: S) -> PotentialJet<S> {
-        let [value, first, second] = self.packed.values(&[x]);
+        let [value, first, second] = self.program.values(&[x]);
         PotentialJet { value, first, second }
     }
 
     /// V at `x`, by the part of the program that V needs.
     pub fn value(&self, x: S) -> S {
-        let [value] = self.packed.values(&[x]);
+        let [value] = self.program.values(&[x]);
         value
     }
 
     /// V and V′ at `x`.
     pub fn value_and_slope(&self, x: S) -> [S; 2] {
-        self.packed.values(&[x])
+        self.program.values(&[x])
     }
 
     /// Writes V, V′ and V″ at every entry of `x` into `out`, three arrays as long as `x`.
     pub fn sample(&self, x: &[S], mut out: [&mut [S]; 3]) {
-        self.packed.sample(&[x], &mut out);
+        self.program.sample(&[x], &mut out);
     }
 }
 

@@ -66,11 +66,11 @@ impl<S: Real> Potential<S> {
         Self::Polynomial(Polynomial::new(coefficients))
     }
 
-    /// V, V′, V″ as a straight-line program with a register for every value, for arithmetic on series.
+    /// V, V′, V″ as a straight-line program, for arithmetic on series.
     pub(crate) fn program(&self) -> Program<S> {
         match self {
             Self::Polynomial(p) => formula::polynomial(p.coefficients()),
-            Self::Formula(f) => f.unpacked().clone(),
+            Self::Formula(f) => f.program().clone(),
         }
     }
 

@@ -5,7 +5,6 @@
 //! and any two branches.
 
 use super::state::FlowState;
-use super::unknowns::room;
 use super::window::FlowWindow;
 use super::work::{Evaluate, Mend, Multiply};
 use crate::formula::Register;
@@ -30,7 +29,7 @@ impl<'g, const P: usize> Certificate<'g, P> {
         let (n, m) = (geometry.dimension(), geometry.active().len());
         Self {
             geometry,
-            registers: room(program),
+            registers: program.registers(|constant| Nodes([constant; P])),
             outputs: (0..n + m).map(|output| program.output(output)).collect(),
             momenta: momenta.to_vec(),
             rows: vec![Nodes::ZERO; n + m],

@@ -11,12 +11,12 @@
 use super::rule;
 use super::state::FlowState;
 use super::tables::LANES;
-use super::unknowns::{Places, SweepSteps, Unknowns, room};
+use super::unknowns::{Places, SweepSteps, Unknowns};
 use super::window::{FlowWindow, MOST_SWEEPS, Weights};
 use super::work::{Evaluate, Mend, Sample};
 use crate::engine::lobatto::Twofold;
-use crate::formula::{Program, Register, Staged};
-use crate::geometry::Geometry;
+use crate::formula::Register;
+use crate::geometry::{Geometry, Linearised};
 use crate::number::vector::{Level, Nodes};
 
 /// What the sweeps over a probe may leave of it in a run of N windows, times N²; and the limits of that.
@@ -40,14 +40,13 @@ pub(super) struct Transport<'g> {
     geometry: &'g Geometry,
     m: usize,
     last: usize,
-    /// The entries of the linearised equations, in the variables q^a and p_a.
-    jacobian: &'g Staged<f64>,
+    /// The linearised equations: their entries in the variables q^a and p_a, and the slopes of small errors, whose first
+    /// registers are the errors, before the entries.
+    linearised: &'g Linearised<f64>,
     jacobian_registers: Vec<Nodes<LANES>>,
     /// The registers of q^a and p_a of active coordinates.
     variables: Vec<Register>,
     entries_from: Vec<Register>,
-    /// The slopes of small errors. Its first registers are the errors, then come the entries.
-    linear: &'g Program<f64>,
     errors: Unknowns<'g, LANES>,
     /// By how much errors of the fields count.
     weights: Vec<f64>,
@@ -58,10 +57,10 @@ pub(super) struct Transport<'g> {
 
 impl<'g> Transport<'g> {
     pub(super) fn new(geometry: &'g Geometry) -> Self {
-        let (jacobian, linear) = geometry.field().linearised();
-        let entries = jacobian.program();
+        let linearised = geometry.field().linearised();
+        let Linearised { entries, slopes, .. } = linearised;
         let (n, m) = (geometry.dimension(), geometry.active().len());
-        let outputs = |from: usize, count: usize| (from..from + count).map(|output| linear.output(output)).collect();
+        let outputs = |from: usize, count: usize| (from..from + count).map(|output| slopes.output(output)).collect();
         let velocities = if geometry.is_separable() { n } else { 0 };
         let forces = if geometry.is_separable() { 0 } else { m };
         let places = Places {
@@ -76,12 +75,11 @@ impl<'g> Transport<'g> {
             geometry,
             m,
             last: rule.rule.points() - 1,
-            jacobian,
-            jacobian_registers: room(entries),
+            linearised,
+            jacobian_registers: entries.registers(|constant| Nodes([constant; LANES])),
             variables: geometry.active().iter().copied().chain(geometry.active().iter().map(|a| 2 * n + a)).collect(),
             entries_from: (0..entries.outputs()).map(|output| entries.output(output)).collect(),
-            linear,
-            errors: Unknowns::new(rule, geometry.separable(), linear, places),
+            errors: Unknowns::new(rule, geometry.separable(), slopes, places),
             weights: Vec::with_capacity(2 * m),
             probe: vec![0.0; n + m],
             windows: 0.0,
@@ -100,7 +98,7 @@ impl<'g> Transport<'g> {
             let value = if row < self.m { start.q[register].hi } else { start.p[row - self.m].hi };
             self.jacobian_registers[register].0 = [value; LANES];
         }
-        let (steps, registers) = (self.jacobian.fixed(), &mut self.jacobian_registers);
+        let (steps, registers) = (&self.linearised.fixed, &mut self.jacobian_registers);
         Level::Best.dispatch(Evaluate { steps, mend: None, registers, factor: 1.0, from: &[], to: &mut [] });
         self.evaluate();
     }
@@ -109,8 +107,8 @@ impl<'g> Transport<'g> {
     fn evaluate(&mut self) {
         let (first, outputs) = (2 * self.m, self.entries_from.len());
         Level::Best.dispatch(Evaluate {
-            steps: self.jacobian.varying(outputs),
-            mend: Some(Mend { program: self.jacobian.program(), outputs, points: LANES }),
+            steps: &self.linearised.varying,
+            mend: Some(Mend { program: &self.linearised.entries, outputs, points: LANES }),
             registers: &mut self.jacobian_registers,
             factor: 1.0,
             from: &self.entries_from,
@@ -154,14 +152,14 @@ impl<'g> Transport<'g> {
 
     /// Carries the probe over a window of length `h`, until sweeps change it by that share at most.
     fn carry(&mut self, h: f64, interest: f64) {
-        let Self { m, last, linear, ref weights, .. } = *self;
+        let Self { m, last, linearised: Linearised { slopes, .. }, ref weights, .. } = *self;
         let (errors, probe) = (&mut self.errors, &mut self.probe);
         errors.prepare(|row| Twofold::from(probe[row]), h);
         errors.tangent();
         let is_separable = self.geometry.is_separable();
-        let all = linear.steps_to(if is_separable { m } else { 2 * m });
+        let all = slopes.steps_to(if is_separable { m } else { 2 * m });
         for sweep in 0..MOST_SWEEPS {
-            errors.sweep(SweepSteps { all, velocities: linear.steps_to(m), outputs: 0 }, h);
+            errors.sweep(SweepSteps { all, velocities: slopes.steps_to(m), outputs: 0 }, h);
             let (mut change, mut size) = (0.0_f64, 0.0_f64);
             for (row, weight) in weights.iter().enumerate() {
                 change = change.max(weight * errors.change[row]);
@@ -173,7 +171,7 @@ impl<'g> Transport<'g> {
         }
         errors.integrate_forces();
         let outputs = if is_separable { probe.len() - m } else { probe.len() };
-        errors.evaluate_ignorable(linear.steps_to(outputs), outputs, h);
+        errors.evaluate_ignorable(slopes.steps_to(outputs), outputs, h);
         let (fields, ignorable) = probe.split_at_mut(2 * m);
         fields.iter_mut().enumerate().for_each(|(row, error)| *error = errors.row(row).0[last]);
         let weights = &rule::coarse().unit.tables.weights;

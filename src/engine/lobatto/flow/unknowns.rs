@@ -14,13 +14,6 @@ use crate::engine::lobatto::Twofold;
 use crate::formula::{Program, Register, Step};
 use crate::number::vector::{Level, Nodes};
 
-/// Registers with one number on all nodes, and the constants of a program in their places.
-pub(super) fn room<const P: usize>(program: &Program<f64>) -> Vec<Nodes<P>> {
-    let mut registers = vec![Nodes::ZERO; program.registers()];
-    program.each_constant(|register, constant| registers[register].0 = [constant; P]);
-    registers
-}
-
 /// Where a program has its variables and its outputs.
 pub(super) struct Places {
     /// q^a and p_a of the active coordinates.
@@ -78,7 +71,7 @@ impl<'g, const P: usize> Unknowns<'g, P> {
             program,
             mends: false,
             is_mended: false,
-            registers: room(program),
+            registers: program.registers(|constant| Nodes([constant; P])),
             places,
             rates: vec![Nodes::ZERO; 2 * m + ignorable],
             starts: vec![0.0; 2 * m],

@@ -106,7 +106,7 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
             rule,
             m,
             ignorable: geometry.ignorable().collect(),
-            unknowns: Unknowns::new(rule, geometry.separable(), programs.rates().program(), places),
+            unknowns: Unknowns::new(rule, geometry.separable(), programs.rates(), places),
             determinants: programs.determinant_registers(),
             scratch: vec![Nodes::ZERO; 2 * m],
             left: 0.0,
@@ -133,7 +133,7 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
         for (a, &p) in momenta.iter().enumerate() {
             self.unknowns.registers[2 * n + a].0 = [p; P];
         }
-        self.unknowns.evaluate(self.programs.rates().fixed());
+        self.unknowns.evaluate(&self.programs.schedules().fixed);
     }
 
     /// Solves the window of length `h` from `start`, and leaves its end, its fields and its rates. After the first
@@ -184,7 +184,7 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
         // K and the velocities of ignorable coordinates at the fields as they are: so charges are exact to rounding on
         // the nodes, whatever the tolerance, unless the metric couples their coordinate to an active one.
         let all = self.programs.all();
-        self.unknowns.evaluate_ignorable(self.programs.rates().varying(all), all, h);
+        self.unknowns.evaluate_ignorable(&self.programs.schedules().all, all, h);
         self.norm = self.unknowns.registers[self.programs.norm_register()].0[self.points() - 1];
         let is_inside = self.determinants.iter().zip(self.geometry.field().signs()).all(|(&register, &sign)| {
             let nodes = &self.unknowns.registers[register].0[..self.points()];
@@ -255,9 +255,9 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
         let largest = task.start.p.iter().fold(0.0_f64, |largest, p| largest.max(p.hi.abs()));
         let relative = if largest > 0.0 { 1.0 / largest } else { 0.0 };
         self.row_weights.extend(weights.p.iter().map(|weight| weight.max(relative)));
-        let program = self.programs.rates();
+        let schedules = self.programs.schedules();
         let outputs = self.programs.sweep();
-        let steps = SweepSteps { all: program.varying(outputs), velocities: program.again(), outputs };
+        let steps = SweepSteps { all: &schedules.sweep, velocities: &schedules.velocities, outputs };
         let noise = self.noise(task);
         let (mut last, mut slower) = (f64::INFINITY, f64::INFINITY);
         for sweeps in 1..=MOST_SWEEPS {

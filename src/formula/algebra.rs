@@ -1,0 +1,296 @@
+//! What a program is run in: numbers and blocks of them (here), vectors of nodes, intervals, series (elsewhere).
+
+use std::marker::PhantomData;
+
+use super::Function;
+use super::graph::{Fused, Operation};
+use super::program::{Program, Register, Step};
+use crate::number::Real;
+
+/// The operations on values, whatever a value is. What `to` held before is of no interest but to series, which grow.
+pub(crate) trait Algebra {
+    /// What a register holds.
+    type Value;
+
+    /// `to` = a + b.
+    fn add(&self, to: &mut Self::Value, a: &Self::Value, b: &Self::Value);
+    /// `to` = a − b.
+    fn subtract(&self, to: &mut Self::Value, a: &Self::Value, b: &Self::Value);
+    /// `to` = a b.
+    fn multiply(&self, to: &mut Self::Value, a: &Self::Value, b: &Self::Value);
+    /// `to` = a/b.
+    fn divide(&self, to: &mut Self::Value, a: &Self::Value, b: &Self::Value);
+    /// `to` = −a.
+    fn negate(&self, to: &mut Self::Value, a: &Self::Value);
+    /// `to` = a^b.
+    fn power(&self, to: &mut Self::Value, a: &Self::Value, b: &Self::Value);
+    /// `to` = f(a).
+    fn call(&self, to: &mut Self::Value, function: Function, a: &Self::Value);
+
+    /// `to` = a².
+    #[inline(always)]
+    fn square(&self, to: &mut Self::Value, a: &Self::Value) {
+        self.multiply(to, a, a);
+    }
+
+    /// `to` = ab + c, ab − c or c − ab, rounded once or twice. Only programs that were [`Program::fused`] have it.
+    #[inline(always)]
+    fn fused(&self, _to: &mut Self::Value, fused: Fused, _operands: [&Self::Value; 3]) {
+        unreachable!("a program for other algebras has {fused:?}");
+    }
+
+    /// `sin` and `cos` of a.
+    #[inline(always)]
+    fn sin_cos(&self, sin: &mut Self::Value, cos: &mut Self::Value, a: &Self::Value) {
+        self.call(sin, Function::Sin, a);
+        self.call(cos, Function::Cos, a);
+    }
+}
+
+/// Carries out steps in the registers, which lie above those that they read.
+#[inline(always)]
+pub(crate) fn run<A: Algebra>(algebra: &A, steps: &[Step], registers: &mut [A::Value]) {
+    let mut k = 0;
+    while k < steps.len() {
+        let Step { to: register, operation } = steps[k];
+        k += 1;
+        let (known, rest) = registers.split_at_mut(register as Register);
+        let (to, rest) = rest.split_at_mut(1);
+        let to = &mut to[0];
+        match operation {
+            Operation::Add(a, b) => algebra.add(to, &known[a as usize], &known[b as usize]),
+            Operation::Subtract(a, b) => algebra.subtract(to, &known[a as usize], &known[b as usize]),
+            Operation::Multiply(a, b) if a == b => algebra.square(to, &known[a as usize]),
+            Operation::Multiply(a, b) => algebra.multiply(to, &known[a as usize], &known[b as usize]),
+            Operation::Divide(a, b) => algebra.divide(to, &known[a as usize], &known[b as usize]),
+            Operation::Negate(a) => algebra.negate(to, &known[a as usize]),
+            Operation::Power(a, b) => algebra.power(to, &known[a as usize], &known[b as usize]),
+            Operation::Fused(fused, [a, b, c]) => {
+                let operands = [&known[a as usize], &known[b as usize], &known[c as usize]];
+                match fused {
+                    Fused::Add => algebra.fused(to, Fused::Add, operands),
+                    Fused::Subtract => algebra.fused(to, Fused::Subtract, operands),
+                    Fused::SubtractFrom => algebra.fused(to, Fused::SubtractFrom, operands),
+                }
+            }
+            Operation::Call(function, a) => match steps.get(k) {
+                // The cosine stands in the next register, unless something between them is left out.
+                Some(&Step { to: cos, operation: Operation::Call(Function::Cos, b) })
+                    if function == Function::Sin && a == b && cos == register + 1 =>
+                {
+                    k += 1;
+                    algebra.sin_cos(to, &mut rest[0], &known[a as usize]);
+                }
+                _ => algebra.call(to, function, &known[a as usize]),
+            },
+        }
+    }
+}
+
+/// Numbers at N points.
+struct Plain<S, const N: usize>(PhantomData<S>);
+
+impl<S: Real, const N: usize> Plain<S, N> {
+    #[inline(always)]
+    fn unary(to: &mut [S; N], a: &[S; N], f: impl Fn(S) -> S) {
+        for (to, a) in to.iter_mut().zip(a) {
+            *to = f(*a);
+        }
+    }
+
+    #[inline(always)]
+    fn binary(to: &mut [S; N], a: &[S; N], b: &[S; N], f: impl Fn(S, S) -> S) {
+        for ((to, a), b) in to.iter_mut().zip(a).zip(b) {
+            *to = f(*a, *b);
+        }
+    }
+}
+
+impl<S: Real, const N: usize> Algebra for Plain<S, N> {
+    type Value = [S; N];
+
+    #[inline(always)]
+    fn add(&self, to: &mut [S; N], a: &[S; N], b: &[S; N]) {
+        Self::binary(to, a, b, |a, b| a + b);
+    }
+
+    #[inline(always)]
+    fn subtract(&self, to: &mut [S; N], a: &[S; N], b: &[S; N]) {
+        Self::binary(to, a, b, |a, b| a - b);
+    }
+
+    #[inline(always)]
+    fn multiply(&self, to: &mut [S; N], a: &[S; N], b: &[S; N]) {
+        Self::binary(to, a, b, |a, b| a * b);
+    }
+
+    #[inline(always)]
+    fn divide(&self, to: &mut [S; N], a: &[S; N], b: &[S; N]) {
+        Self::binary(to, a, b, |a, b| a / b);
+    }
+
+    #[inline(always)]
+    fn negate(&self, to: &mut [S; N], a: &[S; N]) {
+        Self::unary(to, a, |a| -a);
+    }
+
+    #[inline(always)]
+    fn power(&self, to: &mut [S; N], a: &[S; N], b: &[S; N]) {
+        Self::binary(to, a, b, S::powf);
+    }
+
+    #[inline(always)]
+    fn call(&self, to: &mut [S; N], function: Function, a: &[S; N]) {
+        Self::unary(to, a, |a| function.apply(a));
+    }
+
+    #[inline(always)]
+    fn fused(&self, to: &mut [S; N], fused: Fused, [a, b, c]: [&[S; N]; 3]) {
+        for (k, to) in to.iter_mut().enumerate() {
+            let product = a[k] * b[k];
+            *to = match fused {
+                Fused::Add => product + c[k],
+                Fused::Subtract => product - c[k],
+                Fused::SubtractFrom => c[k] - product,
+            };
+        }
+    }
+}
+
+/// Number of points that are evaluated together: enough to vectorise, and so few that all values of a formula stay in
+/// the cache.
+const BLOCK: usize = 16;
+
+/// After so many points that cannot be mended no others are tried: the first of them is outside the domain already.
+const MOST_LOST: usize = 16;
+
+/// What is computed in at most this many registers at a single point needs no allocation.
+const STACK_REGISTERS: usize = 64;
+
+impl<S: Real> Program<S> {
+    /// All outputs at one point, given by its variables.
+    ///
+    /// # Panics
+    /// If the program has not N outputs, or another number of variables.
+    pub(crate) fn values<const N: usize>(&self, variables: &[S]) -> [S; N] {
+        let first = self.variables + self.constants.len();
+        let (mut few, mut many) = ([S::ZERO; STACK_REGISTERS], Vec::new());
+        let count = first + self.steps_to(N).len();
+        let registers = if count <= STACK_REGISTERS {
+            &mut few[..]
+        } else {
+            many.resize(count, S::ZERO);
+            &mut many[..]
+        };
+        registers[..self.variables].copy_from_slice(variables);
+        registers[self.variables..first].copy_from_slice(&self.constants);
+        self.run(N, registers);
+        std::array::from_fn(|output| registers[self.output(output)])
+    }
+
+    /// Computes the first outputs in `registers`, in which the constants and the variables are in place.
+    #[inline]
+    pub(crate) fn run(&self, outputs: usize, registers: &mut [S]) {
+        self.run_once(outputs, registers);
+        if self.is_broken(outputs, |register| registers[register]) {
+            self.mend(outputs, registers, |number| number);
+        }
+    }
+
+    /// The same for callers that look at the outputs themselves, and call [`Self::mend`] where one is not finite.
+    #[inline]
+    pub(crate) fn run_once(&self, outputs: usize, registers: &mut [S]) {
+        run(&Plain::<S, 1>(PhantomData), self.steps_to(outputs), registers.as_chunks_mut().0);
+    }
+
+    /// Writes the first outputs at many points into `out`, an array for each. There is an array of the points for each
+    /// variable; all arrays have one length. Each step is carried out on a block of points at a time.
+    pub(crate) fn sample(&self, variables: &[&[S]], out: &mut [&mut [S]]) {
+        let mut registers = self.registers(|constant| [constant; BLOCK]);
+        let points = variables[0].len();
+        let mut lost = 0;
+        for start in (0..points).step_by(BLOCK) {
+            let end = points.min(start + BLOCK);
+            for (register, variable) in registers.iter_mut().zip(variables) {
+                register[..end - start].copy_from_slice(&variable[start..end]);
+            }
+            run(&Plain(PhantomData), self.steps_to(out.len()), &mut registers);
+            let is_finite = |row: &[S; BLOCK]| row[..end - start].iter().fold(true, |all, v| all & v.is_finite());
+            if !(0..out.len()).all(|output| is_finite(&registers[self.output(output)])) {
+                for k in 0..end - start {
+                    let is_broken = self.is_broken(out.len(), |register| registers[register][k]);
+                    if is_broken && lost < MOST_LOST && !self.mend(out.len(), &mut registers, |row| &mut row[k]) {
+                        lost += 1;
+                    }
+                }
+            }
+            for (output, out) in out.iter_mut().enumerate() {
+                out[start..end].copy_from_slice(&registers[self.output(output)][..end - start]);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+    use std::marker::PhantomData;
+
+    use proptest::prelude::*;
+
+    use super::super::{Graph, Names, Program, parse};
+    use super::{Plain, run};
+
+    /// Expressions in a (which stays), q and p.
+    fn expression() -> impl Strategy<Value = String> {
+        let leaf = prop::sample::select(vec!["a", "q", "p", "0.7", "3"]).prop_map(String::from);
+        leaf.prop_recursive(5, 40, 2, |inner| {
+            let operation = prop::sample::select(vec!["+", "-", "*", "/"]);
+            let call = (prop::sample::select(vec!["sin", "cos"]), inner.clone());
+            prop_oneof![
+                (inner.clone(), operation, inner).prop_map(|(one, sign, other)| format!("({one} {sign} {other})")),
+                call.prop_map(|(name, one)| format!("{name}({one})")),
+            ]
+        })
+    }
+
+    proptest! {
+        /// Schedule by schedule, on one register file, outputs are what the whole program gives, to the last bit.
+        #[test]
+        fn schedules_are_the_program(formulas in prop::collection::vec(expression(), 4), is_fused in any::<bool>()) {
+            let mut graph = Graph::default();
+            let (parameters, definitions) = (BTreeMap::new(), BTreeMap::new());
+            let names = Names { variables: &["a", "q", "p"], parameters: &parameters, definitions: &definitions };
+            let nodes: Vec<_> = formulas.iter().map(|formula| parse(formula, names, &mut graph).unwrap()).collect();
+            let program: Program<f64> = Program::new(&mut graph, 3, &nodes);
+            let program = if is_fused { program.fused() } else { program };
+            let [varies, moves] = [1, 2].map(|first| program.depends_on(|variable| variable >= first));
+            let outputs = |count: usize| (0..count).map(|output| program.output(output));
+            let fixed = program.schedule(0..program.size(), |register| varies[register]);
+            let varying = program.schedule(outputs(4), |register| !varies[register]);
+            let again = program.schedule(outputs(2), |register| !moves[register]);
+            prop_assert_eq!(fixed.len() + varying.len(), program.steps_to(4).len());
+            let plain = Plain::<f64, 1>(PhantomData);
+            let mut registers = program.registers(|constant| [constant]);
+            registers[0] = [1.3];
+            run(&plain, &fixed, &mut registers);
+            for (q, [p, moved]) in [(0.4, [-0.6, 0.9]), (2.5, [0.1, -3.0])] {
+                (registers[1], registers[2]) = ([q], [p]);
+                let agree = |p: f64, count: usize, registers: &[[f64; 1]]| {
+                    let mut expected = program.registers(|constant| [constant]);
+                    (expected[0], expected[1], expected[2]) = ([1.3], [q], [p]);
+                    run(&plain, program.steps_to(4), &mut expected);
+                    outputs(count).all(|output| {
+                        let [[one], [other]] = [expected[output], registers[output]];
+                        one.to_bits() == other.to_bits() || one.is_nan() && other.is_nan()
+                    })
+                };
+                run(&plain, &varying, &mut registers);
+                prop_assert!(agree(p, 4, &registers));
+                registers[2] = [moved];
+                run(&plain, &again, &mut registers);
+                prop_assert!(agree(moved, 2, &registers));
+            }
+        }
+    }
+}
