@@ -40,8 +40,8 @@ pub(crate) struct Linearised<S> {
     pub(crate) fixed: Box<[Step]>,
     pub(crate) varying: Box<[Step]>,
     /// The slopes of small errors. Its variables are the errors of q^a and p_a of active coordinates, then those
-    /// entries; its outputs are δq̇^a of active coordinates, δṗ_a and δq̇^a of ignorable ones. Where the kinetic part is
-    /// constant the first stand last.
+    /// entries; its outputs are δq̇^a of active coordinates, δṗ_a and δq̇^a of ignorable ones. Where the kinetic part
+    /// is constant the first stand last.
     pub(crate) slopes: Program<S>,
 }
 

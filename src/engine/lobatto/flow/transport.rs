@@ -40,8 +40,8 @@ pub(super) struct Transport<'g> {
     geometry: &'g Geometry,
     m: usize,
     last: usize,
-    /// The linearised equations: their entries in the variables q^a and p_a, and the slopes of small errors, whose first
-    /// registers are the errors, before the entries.
+    /// The linearised equations: their entries in the variables q^a and p_a, and the slopes of small errors. The first
+    /// registers of these are the errors, then come the entries.
     linearised: &'g Linearised<f64>,
     jacobian_registers: Vec<Nodes<LANES>>,
     /// The registers of q^a and p_a of active coordinates.
