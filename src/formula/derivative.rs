@@ -8,21 +8,27 @@ impl<S: Real> Graph<S> {
     /// The derivative of the expression rooted at `root` with respect to a variable, as a new expression of the same
     /// graph.
     pub(crate) fn derivative(&mut self, root: NodeId, variable: usize) -> NodeId {
-        let mut needed = vec![false; root + 1];
-        needed[root] = true;
-        for id in (0..=root).rev() {
-            if needed[id] && !self.derivatives.contains_key(&(id, variable)) {
-                self.nodes[id].operands().for_each(|operand| needed[operand] = true);
-            }
-        }
-        // Operands come before the nodes that use them, so one pass in order finds all inner derivatives ready.
-        for id in (0..=root).filter(|&id| needed[id]) {
-            if !self.derivatives.contains_key(&(id, variable)) {
+        let is_unknown = |graph: &Self, id: NodeId| {
+            graph.may_contain(id, variable) && !graph.derivatives.contains_key(&(id, variable))
+        };
+        let mut waiting = Vec::new();
+        waiting.extend(Some(root).filter(|&root| is_unknown(self, root)));
+        while let Some(&id) = waiting.last() {
+            // The last one waits for its operands, if they have no derivatives yet.
+            let place = waiting.len();
+            waiting.extend(self.nodes[id].operands().filter(|&operand| is_unknown(self, operand)));
+            if waiting.len() == place {
                 let derivative = self.derivative_of_node(id, variable);
                 self.derivatives.insert((id, variable), derivative);
+                waiting.pop();
             }
         }
-        self.derivatives[&(root, variable)]
+        self.known_derivative(root, variable)
+    }
+
+    /// A derivative that was formed, or that of a node without the variable.
+    fn known_derivative(&mut self, id: NodeId, variable: usize) -> NodeId {
+        self.derivatives.get(&(id, variable)).copied().unwrap_or_else(|| self.whole(0))
     }
 
     fn derivative_of_node(&mut self, id: NodeId, variable: usize) -> NodeId {
@@ -33,7 +39,8 @@ impl<S: Real> Graph<S> {
                 let coefficient = self.whole(n);
                 let power = self.power_integer(a, n - 1);
                 let outer = self.multiply(coefficient, power);
-                self.multiply(outer, self.derivatives[&(a, variable)])
+                let inner = self.known_derivative(a, variable);
+                self.multiply(outer, inner)
             }
             Node::Apply(operation) => self.derivative_of(operation, id, variable),
         }
@@ -41,7 +48,8 @@ impl<S: Real> Graph<S> {
 
     /// The derivative of the node `id`, which is this operation.
     fn derivative_of(&mut self, operation: Operation, id: NodeId, variable: usize) -> NodeId {
-        let inner = |graph: &Self, operand: NodeId| graph.derivatives[&(operand, variable)];
+        let zero = self.whole(0);
+        let inner = |graph: &Self, operand: NodeId| *graph.derivatives.get(&(operand, variable)).unwrap_or(&zero);
         match operation {
             Operation::Negate(a) => self.negate(inner(self, a)),
             Operation::Call(function, a) => {
@@ -123,6 +131,27 @@ impl<S: Real> Graph<S> {
             }
             Function::Abs => self.call(Function::Sign, u),
             Function::Sign => self.whole(0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Graph;
+
+    #[test]
+    fn derivatives_by_the_last_of_many_variables() {
+        let mut graph = Graph::<f64>::default();
+        let variables: Vec<_> = (0..80).map(|variable| graph.variable(variable)).collect();
+        let sum = variables.iter().copied().reduce(|sum, variable| graph.add(sum, variable)).unwrap();
+        let square = graph.power_integer(variables[70], 2);
+        let product = graph.multiply(square, variables[3]);
+        let all = graph.add(sum, product);
+        for (variable, others) in [(2, vec![]), (69, vec![]), (79, vec![]), (70, vec![70, 3]), (3, vec![70, 3])] {
+            let derivative = graph.derivative(all, variable);
+            let contains = graph.variables_of(derivative, 80);
+            assert!((0..80).filter(|&v| contains[v]).all(|v| others.contains(&v)), "{variable}");
+            assert_eq!(others.is_empty(), graph.is(derivative, 1.0), "{variable}");
         }
     }
 }

@@ -1,8 +1,7 @@
 //! Expression graphs, in which every distinct sub-expression occurs once.
 
-use std::collections::HashMap;
-
 use super::Function;
+use super::hash::QuickMap;
 use crate::number::Real;
 
 /// Index of a node in its [`Graph`].
@@ -36,14 +35,19 @@ pub(crate) enum Fused {
 impl<I: Copy> Operation<I> {
     /// The indices of its operands.
     pub(crate) fn operands(self) -> impl Iterator<Item = I> {
-        let (a, b, c) = match self {
-            Self::Negate(a) | Self::Call(_, a) => (a, None, None),
+        let (operands, count) = self.listed();
+        operands.into_iter().take(count)
+    }
+
+    /// Its operands, and how many of these there are.
+    fn listed(self) -> ([I; 3], usize) {
+        match self {
+            Self::Negate(a) | Self::Call(_, a) => ([a; 3], 1),
             Self::Add(a, b) | Self::Subtract(a, b) | Self::Multiply(a, b) | Self::Divide(a, b) | Self::Power(a, b) => {
-                (a, Some(b), None)
+                ([a, b, b], 2)
             }
-            Self::Fused(_, [a, b, c]) => (a, Some(b), Some(c)),
-        };
-        std::iter::once(a).chain(b).chain(c)
+            Self::Fused(_, operands) => (operands, 3),
+        }
     }
 
     /// The same on other indices.
@@ -86,29 +90,43 @@ pub(super) enum Node {
 
 impl Node {
     pub(super) fn operands(self) -> impl Iterator<Item = NodeId> {
-        let (base, operation) = match self {
-            Self::Variable(_) | Self::Constant(_) => (None, None),
-            Self::PowerInteger(base, _) => (Some(base), None),
-            Self::Apply(operation) => (None, Some(operation)),
+        let (operands, count) = match self {
+            Self::Variable(_) | Self::Constant(_) => ([0; 3], 0),
+            Self::PowerInteger(base, _) => ([base; 3], 1),
+            Self::Apply(operation) => operation.listed(),
         };
-        base.into_iter().chain(operation.into_iter().flat_map(Operation::operands))
+        operands.into_iter().take(count)
     }
 }
 
 /// A directed acyclic graph of nodes in topological order.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Graph<S> {
     pub(super) nodes: Vec<Node>,
+    /// The variables in every node, a bit each; all from the 64th on share the last one.
+    pub(super) variables: Vec<u64>,
     constants: Vec<S>,
-    index: HashMap<Node, NodeId>,
+    index: QuickMap<Node, NodeId>,
     /// Derivatives that were formed, by node and variable.
-    pub(super) derivatives: HashMap<(NodeId, usize), NodeId>,
+    pub(super) derivatives: QuickMap<(NodeId, usize), NodeId>,
 }
 
-impl<S> Default for Graph<S> {
+impl<S: Real> Default for Graph<S> {
     fn default() -> Self {
-        Self { nodes: Vec::new(), constants: Vec::new(), index: HashMap::new(), derivatives: HashMap::new() }
+        Self {
+            nodes: Vec::new(),
+            variables: Vec::new(),
+            // What is looked for most often is found first.
+            constants: vec![S::ZERO, S::ONE, -S::ONE],
+            index: QuickMap::default(),
+            derivatives: QuickMap::default(),
+        }
     }
+}
+
+/// The bit of a variable in a set of them.
+pub(super) fn bit(variable: usize) -> u64 {
+    1 << variable.min(63)
 }
 
 impl<S: Real> Graph<S> {
@@ -118,9 +136,23 @@ impl<S: Real> Graph<S> {
             _ => node,
         };
         *self.index.entry(key).or_insert_with(|| {
+            self.variables.push(match node {
+                Node::Variable(index) => bit(index),
+                _ => node.operands().fold(0, |all, operand| all | self.variables[operand]),
+            });
             self.nodes.push(node);
             self.nodes.len() - 1
         })
+    }
+
+    /// Whether the node may depend on the variable; it does not, if it may not.
+    pub(super) fn may_contain(&self, id: NodeId, variable: usize) -> bool {
+        self.variables[id] & bit(variable) != 0
+    }
+
+    /// Whether there is a node for this product.
+    pub(super) fn has_product(&self, a: NodeId, b: NodeId) -> bool {
+        self.index.contains_key(&Node::Apply(Operation::Multiply(a, b).sorted()))
     }
 
     fn apply(&mut self, operation: Operation) -> NodeId {
@@ -245,14 +277,19 @@ impl<S: Real> Graph<S> {
 
     /// For every node up to the last of the `roots`, whether their values depend on it.
     pub(super) fn needed(&self, roots: &[NodeId]) -> Vec<bool> {
-        let mut is_needed = vec![false; roots.iter().copied().max().map_or(0, |root| root + 1)];
-        roots.iter().for_each(|&root| is_needed[root] = true);
-        for id in (0..is_needed.len()).rev() {
-            if is_needed[id] {
-                self.nodes[id].operands().for_each(|operand| is_needed[operand] = true);
+        self.uses(roots).into_iter().map(|uses| uses > 0).collect()
+    }
+
+    /// How often every node is an operand of what `roots` need; the roots themselves are used by others too.
+    pub(super) fn uses(&self, roots: &[NodeId]) -> Vec<usize> {
+        let mut uses = vec![0; roots.iter().copied().max().map_or(0, |root| root + 1)];
+        roots.iter().for_each(|&root| uses[root] += 2);
+        for id in (0..uses.len()).rev() {
+            if uses[id] > 0 {
+                self.nodes[id].operands().for_each(|operand| uses[operand] += 1);
             }
         }
-        is_needed
+        uses
     }
 
     /// The expressions `roots` with other expressions, of the same graph, in place of variables: variable k becomes
@@ -264,12 +301,19 @@ impl<S: Real> Graph<S> {
         for id in (0..last).filter(|&id| is_needed[id]) {
             replaced[id] = match self.nodes[id] {
                 Node::Variable(index) => replacement.get(index).copied().unwrap_or(id),
-                Node::Constant(_) => id,
-                Node::PowerInteger(base, exponent) => self.power_integer(replaced[base], exponent),
-                Node::Apply(operation) => self.simplified(operation.map(|operand| replaced[operand])),
+                _ => self.with_operands(id, &replaced),
             };
         }
         roots.iter().map(|&root| replaced[root]).collect()
+    }
+
+    /// The node with `replaced[k]` in place of every operand k.
+    pub(super) fn with_operands(&mut self, id: NodeId, replaced: &[NodeId]) -> NodeId {
+        match self.nodes[id] {
+            Node::Variable(_) | Node::Constant(_) => id,
+            Node::PowerInteger(base, exponent) => self.power_integer(replaced[base], exponent),
+            Node::Apply(operation) => self.simplified(operation.map(|operand| replaced[operand])),
+        }
     }
 
     /// An operation on nodes, simplified where it can be.
@@ -306,15 +350,15 @@ impl<S: Real> Graph<S> {
     /// Writes every integer power out as products, by repeated squaring. Powers of one base share their squares. The
     /// nodes that take the place of `roots`.
     pub(super) fn expand_powers(&mut self, roots: &[NodeId]) -> Vec<NodeId> {
-        let last = roots.iter().copied().max().map_or(0, |root| root + 1);
-        let mut expanded: Vec<NodeId> = Vec::with_capacity(last);
-        for id in 0..last {
-            let new = match self.nodes[id] {
+        let is_needed = self.needed(roots);
+        let mut expanded: Vec<NodeId> = (0..is_needed.len()).collect();
+        for id in (0..is_needed.len()).filter(|&id| is_needed[id]) {
+            expanded[id] = match self.nodes[id] {
                 Node::Variable(_) | Node::Constant(_) => id,
                 Node::PowerInteger(base, exponent) => self.products(expanded[base], exponent),
+                Node::Apply(operation) if operation.operands().all(|operand| expanded[operand] == operand) => id,
                 Node::Apply(operation) => self.apply(operation.map(|operand| expanded[operand])),
             };
-            expanded.push(new);
         }
         roots.iter().map(|&root| expanded[root]).collect()
     }

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! grammar     parses text into a graph
-//! graph       holds every distinct sub-expression once
+//! graph       holds every distinct sub-expression once, in tables of quick keys (`hash`)
 //! derivative  adds symbolic derivatives to a graph, so they are exact and share sub-expressions with the rest
 //! reduce      writes expressions with fewer operations
 //! program     compiles what the wanted outputs need to a list of steps on registers
@@ -21,6 +21,7 @@ mod derivative;
 mod fused;
 mod grammar;
 mod graph;
+mod hash;
 mod hint;
 mod mend;
 mod program;

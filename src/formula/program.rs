@@ -54,25 +54,25 @@ pub(crate) struct Program<S> {
 /// sine and the cosine of the same stand side by side, if both are wanted.
 fn in_order<S: Real>(graph: &Graph<S>, outputs: &[NodeId]) -> Vec<NodeId> {
     let is_wanted = graph.needed(outputs);
+    let pair =
+        |id: NodeId| graph.sine_and_cosine(id).filter(|pair| pair.iter().all(|&id| is_wanted.get(id) == Some(&true)));
     let mut order: Vec<NodeId> = Vec::new();
     let mut is_known = vec![false; is_wanted.len()];
     for &output in outputs {
-        let mut is_needed = vec![false; output + 1];
-        is_needed[output] = !is_known[output];
-        for id in (0..=output).rev().filter(|&id| !is_known[id]) {
-            if is_needed[id] {
-                graph.nodes[id].operands().for_each(|operand| is_needed[operand] |= !is_known[operand]);
+        let (mut needed, mut waiting) = (Vec::new(), vec![output]);
+        while let Some(id) = waiting.pop() {
+            if !std::mem::replace(&mut is_known[id], true) {
+                needed.push(id);
+                waiting.extend(graph.nodes[id].operands());
+                // The other one of a pair needs nothing else.
+                waiting.extend(pair(id).into_iter().flatten());
             }
         }
-        for id in (0..=output).filter(|&id| is_needed[id]) {
-            let is_pair = |pair: &[NodeId; 2]| pair.iter().all(|&id| is_wanted.get(id) == Some(&true));
-            let group = graph.sine_and_cosine(id).filter(is_pair);
-            for id in group.as_ref().map_or(&[id][..], |pair| pair) {
-                if !std::mem::replace(&mut is_known[*id], true) {
-                    order.push(*id);
-                }
-            }
-        }
+        // Operands have smaller indices.
+        needed.sort_by_cached_key(|&id| {
+            pair(id).map_or((id, 0), |[sin, cos]| (sin.min(cos), usize::from(id == cos) + 1))
+        });
+        order.extend(needed);
     }
     order
 }

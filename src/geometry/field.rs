@@ -7,13 +7,16 @@
 //! The momenta of ignorable coordinates are constants of a run. The equations of the active coordinates do not contain
 //! ignorable ones, which are quadratures.
 
+use std::sync::Arc;
+
 use super::inverse::Inverse;
+use super::is_outside;
+use super::linearised::{Equations, Linearised};
 use super::outside::OutsideGeometry;
 use super::parts::Parts;
-use super::rows::{RowPrograms, level};
+use super::rows::{RateNodes, RowPrograms};
 use super::structure::Source;
-use super::{is_outside, source};
-use crate::formula::{NodeId, Program, Step};
+use crate::formula::{NodeId, Program};
 use crate::number::Real;
 
 /// Hamilton's equations.
@@ -25,33 +28,8 @@ pub struct Field<S = f64> {
     rates: Program<S>,
     blocks: usize,
     signs: Vec<S>,
-    /// The linearised equations, those of ignorable coordinates last.
-    entries: Vec<Entry<S>>,
-    linearised: Linearised<S>,
     rows: RowPrograms<S>,
-}
-
-/// The linearised equations as programs.
-#[derive(Debug, Clone)]
-pub(crate) struct Linearised<S> {
-    /// Its outputs are the entries that vary, in the variables of [`Field::program`].
-    pub(crate) entries: Program<S>,
-    /// What of that depends on momenta of ignorable coordinates alone, and the rest.
-    pub(crate) fixed: Box<[Step]>,
-    pub(crate) varying: Box<[Step]>,
-    /// The slopes of small errors. Its variables are the errors of q^a and p_a of active coordinates, then those
-    /// entries; its outputs are δq̇^a of active coordinates, δṗ_a and δq̇^a of ignorable ones. Where the kinetic part
-    /// is constant the first stand last.
-    pub(crate) slopes: Program<S>,
-}
-
-/// An entry of the linearised equations that is not zero. Of m active coordinates rows 0 … m−1 are q̇^a, rows m … 2m−1
-/// are ṗ_a, and then comes q̇^a of ignorable coordinates; columns are q^a and then p_a of active ones.
-#[derive(Debug, Clone, Copy)]
-struct Entry<S> {
-    row: usize,
-    column: usize,
-    value: Source<S>,
+    linearised: Arc<Linearised<S>>,
 }
 
 /// The registers in which a program runs, with what it computed last.
@@ -61,44 +39,25 @@ pub struct Rates<S> {
 }
 
 impl<S: Real> Field<S> {
-    pub(super) fn new(parts: &mut Parts<S>, inverse: &Inverse, active: &[usize], is_separable: bool) -> Self {
-        let n = parts.dimension();
+    pub(super) fn new(parts: &mut Parts<S>, inverse: &Inverse, active: &[usize], separable: Option<&[S]>) -> Self {
+        let (n, is_separable) = (parts.dimension(), separable.is_some());
         let q_dot = velocities(parts, inverse);
         let p_dot: Vec<NodeId> = active.iter().map(|&a| force(parts, a, &q_dot)).collect();
         let determinants: Vec<NodeId> = inverse.blocks.iter().map(|block| block.determinant).collect();
-        let row_programs = RowPrograms::new(parts, active, is_separable, [&q_dot, &p_dot, &determinants]);
-        let outputs: Vec<NodeId> = q_dot.iter().chain(&p_dot).copied().chain(determinants).collect();
-        let level = level(n, active);
-        let outputs = parts.graph.reduced(&outputs, &level);
-        let rates = Program::new(&mut parts.graph, 3 * n, &outputs);
-        let ignorable = (0..n).filter(|a| !active.contains(a)).map(|a| q_dot[a]);
-        let rows: Vec<NodeId> = active.iter().map(|&a| q_dot[a]).chain(p_dot).chain(ignorable).collect();
-        let columns: Vec<usize> = active.iter().copied().chain(active.iter().map(|&a| 2 * n + a)).collect();
-        let (mut entries, mut outputs) = (Vec::new(), Vec::new());
-        for (row, &node) in rows.iter().enumerate() {
-            for (column, &variable) in columns.iter().enumerate() {
-                let derivative = parts.graph.derivative(node, variable);
-                entries.extend(source(parts, derivative, &mut outputs).map(|value| Entry { row, column, value }));
-            }
-        }
-        let outputs = parts.graph.reduced(&outputs, &level);
-        let program = Program::new(&mut parts.graph, 3 * n, &outputs).fused();
-        let varies = program.depends_on(|variable| level(variable) > 0);
-        let linearised = Linearised {
-            fixed: program.schedule(0..program.size(), |register| varies[register]),
-            varying: program.schedule(0..program.size(), |register| !varies[register]),
-            entries: program,
-            slopes: slopes(parts, &entries, outputs.len(), [n, active.len()], is_separable),
-        };
+        let plain = [q_dot.clone(), p_dot.clone()];
+        let (rates, norm) = RateNodes { q_dot, p_dot, determinants }.reduced(parts, active, is_separable);
+        let rows = RowPrograms::new(parts, active, separable, (&rates, norm));
+        let RateNodes { q_dot, p_dot, determinants } = rates;
+        let rates = Program::new(&mut parts.graph, 3 * n, &[&q_dot[..], &p_dot, &determinants].concat());
+        let linearised = Linearised::new(parts, active, is_separable, [plain, [q_dot, p_dot]]);
         Self {
             dimension: n,
             active: active.to_vec(),
             rates,
             blocks: inverse.blocks.len(),
             signs: vec![S::ZERO; inverse.blocks.len()],
-            entries,
-            linearised,
-            rows: row_programs,
+            rows,
+            linearised: Arc::new(linearised),
         }
     }
 
@@ -133,7 +92,7 @@ impl<S: Real> Field<S> {
 
     /// Room to evaluate the Jacobian in.
     pub fn jacobian_room(&self) -> Rates<S> {
-        Rates { registers: self.linearised.entries.registers(|constant| constant) }
+        Rates { registers: self.linearised.get().jacobian.registers(|constant| constant) }
     }
 
     /// Evaluates the equations at all q^a and p_a.
@@ -199,16 +158,16 @@ impl<S: Real> Field<S> {
     /// zero. Rows and columns 0 … m−1 are positions, m … 2m−1 momenta.
     pub fn jacobian(&self, q: &[S], p: &[S], rates: &mut Rates<S>, see: impl FnMut(usize, usize, S)) {
         rates.set(q, p);
-        let of_active = self.entries.iter().take_while(|entry| entry.row < 2 * self.active.len());
+        let Equations { entries, jacobian, .. } = self.linearised.get();
+        let of_active = entries.iter().take_while(|entry| entry.row < 2 * self.active.len());
         let outputs = of_active.filter(|entry| matches!(entry.value, Source::Row(_))).count();
-        let program = &self.linearised.entries;
-        program.run(outputs, &mut rates.registers);
-        self.each_entry(|output| rates.registers[program.output(output)], see);
+        jacobian.run(outputs, &mut rates.registers);
+        self.each_entry(|output| rates.registers[jacobian.output(output)], see);
     }
 
     /// The same with `value_of` an output of the program of the entries.
     pub(crate) fn each_entry(&self, value_of: impl Fn(usize) -> S, mut see: impl FnMut(usize, usize, S)) {
-        for entry in self.entries.iter().take_while(|entry| entry.row < 2 * self.active.len()) {
+        for entry in self.linearised.get().entries.iter().take_while(|entry| entry.row < 2 * self.active.len()) {
             let value = match entry.value {
                 Source::Constant(value) => value,
                 Source::Row(output) => value_of(output),
@@ -218,8 +177,8 @@ impl<S: Real> Field<S> {
     }
 
     /// The linearised equations.
-    pub(crate) fn linearised(&self) -> &Linearised<S> {
-        &self.linearised
+    pub(crate) fn linearised(&self) -> &Equations<S> {
+        self.linearised.get()
     }
 }
 
@@ -230,30 +189,6 @@ impl<S: Real> Rates<S> {
         self.registers[..n].copy_from_slice(q);
         self.registers[2 * n..3 * n].copy_from_slice(p);
     }
-}
-
-/// The slopes of small errors, see [`Linearised`].
-fn slopes<S: Real>(
-    parts: &mut Parts<S>,
-    entries: &[Entry<S>],
-    varying: usize,
-    [n, m]: [usize; 2],
-    is_separable: bool,
-) -> Program<S> {
-    let mut outputs = vec![parts.graph.constant(S::ZERO); n + m];
-    for entry in entries {
-        let value = match entry.value {
-            Source::Constant(value) => parts.graph.constant(value),
-            Source::Row(output) => parts.graph.variable(2 * m + output),
-        };
-        let error = parts.graph.variable(entry.column);
-        let term = parts.graph.multiply(value, error);
-        outputs[entry.row] = parts.graph.add(outputs[entry.row], term);
-    }
-    if is_separable {
-        outputs.rotate_left(m);
-    }
-    Program::new(&mut parts.graph, 2 * m + varying, &outputs).fused()
 }
 
 /// q̇^a = g^ab (p_b − A_b) for every a.

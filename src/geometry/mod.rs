@@ -30,6 +30,7 @@ mod direction;
 mod field;
 pub mod geodesic;
 mod inverse;
+mod linearised;
 pub mod metric;
 mod motion;
 mod observable;
@@ -47,9 +48,9 @@ pub use conserved::ConservedSum;
 pub use contraction::Contraction;
 pub(crate) use contraction::single;
 pub use direction::Direction;
-pub(crate) use field::Linearised;
 pub use field::{Field, Rates};
 pub use inverse::MOST_COUPLED;
+pub(crate) use linearised::Equations as LinearisedEquations;
 pub use motion::{Motion, MotionRoom};
 pub use observable::{Observable, observed};
 pub use outside::OutsideGeometry;
@@ -62,7 +63,7 @@ pub use value::value_of;
 
 use self::inverse::Inverse;
 use self::parts::Parts;
-use crate::formula::{NodeId, Program};
+use crate::formula::{Graph, NodeId, Program};
 use crate::number::Real;
 
 /// The metric, the one-form and the force of a scene, with their derivatives, as programs.
@@ -92,6 +93,8 @@ impl<S: Real> Geometry<S> {
         let mut parts: Parts<S> = Parts::new(text)?;
         let inverse = Inverse::new(&mut parts)?;
         let n = parts.dimension();
+        // The field needs no second derivatives, and finds its way faster in a small graph.
+        let graph = parts.graph.clone();
         let (structure, mut rows) = structure_of(&mut parts);
         rows.extend(inverse.blocks.iter().map(|block| block.determinant));
         let lagrangian = Program::new(&mut parts.graph, n, &rows);
@@ -99,8 +102,9 @@ impl<S: Real> Geometry<S> {
         structure.inertias = inertias(&parts, text);
         let force = Program::new(&mut parts.graph, 2 * n, &force);
         let active = active_of(&mut parts);
+        parts.graph = graph;
         let separable = separable(&parts, &inverse, &active);
-        let field = Field::new(&mut parts, &inverse, &active, separable.is_some());
+        let field = Field::new(&mut parts, &inverse, &active, separable.as_deref());
         let blocks: Vec<_> = inverse.blocks.iter().map(|block| block.coordinates.clone()).collect();
         let signs = vec![S::ZERO; blocks.len()];
         Ok(Self { names: parts.names, structure, lagrangian, force, field, active, separable, blocks, signs })
@@ -265,8 +269,8 @@ fn is_outside<S: Real>(determinant: S, sign: S) -> bool {
 }
 
 /// Appends the expression to the rows, or takes it as the constant that it is; `None` if it is zero.
-fn source<S: Real>(parts: &Parts<S>, node: NodeId, rows: &mut Vec<NodeId>) -> Option<Source<S>> {
-    match parts.graph.as_constant(node) {
+fn source<S: Real>(graph: &Graph<S>, node: NodeId, rows: &mut Vec<NodeId>) -> Option<Source<S>> {
+    match graph.as_constant(node) {
         Some(value) if value == S::ZERO => None,
         Some(value) => Some(Source::Constant(value)),
         None => {
@@ -285,12 +289,12 @@ fn structure_of<S: Real>(parts: &mut Parts<S>) -> (Structure<S>, Vec<NodeId>) {
     let mut structure = Structure { dimension: n, has_one_form: !parts.one_form.is_empty(), ..Structure::default() };
     let mut rows = Vec::new();
     for &(ab, node) in &components {
-        structure.values.extend(source(parts, node, &mut rows).map(|value| Term { ab, by: [], value }));
+        structure.values.extend(source(&parts.graph, node, &mut rows).map(|value| Term { ab, by: [], value }));
     }
     for &(ab, node) in &components {
         for c in 0..n {
             let node = parts.graph.derivative(node, c);
-            structure.first.extend(source(parts, node, &mut rows).map(|value| Term { ab, by: [c], value }));
+            structure.first.extend(source(&parts.graph, node, &mut rows).map(|value| Term { ab, by: [c], value }));
         }
     }
     for &(ab, node) in &components {
@@ -298,7 +302,11 @@ fn structure_of<S: Real>(parts: &mut Parts<S>) -> (Structure<S>, Vec<NodeId>) {
             for d in c..n {
                 let first = parts.graph.derivative(node, c);
                 let node = parts.graph.derivative(first, d);
-                structure.second.extend(source(parts, node, &mut rows).map(|value| Term { ab, by: [c, d], value }));
+                structure.second.extend(source(&parts.graph, node, &mut rows).map(|value| Term {
+                    ab,
+                    by: [c, d],
+                    value,
+                }));
             }
         }
     }
@@ -312,10 +320,14 @@ fn force_structure_of<S: Real>(parts: &mut Parts<S>, structure: Structure<S>) ->
     let components: Vec<(usize, NodeId)> = parts.force.iter().map(|(&a, &node)| (a, node)).collect();
     let (mut structure, mut rows) = (structure, Vec::new());
     for &(a, node) in &components {
-        structure.force.extend(source(parts, node, &mut rows).map(|value| ForceTerm { a, by: [], value }));
+        structure.force.extend(source(&parts.graph, node, &mut rows).map(|value| ForceTerm { a, by: [], value }));
         for v in 0..variables {
             let first = parts.graph.derivative(node, v);
-            structure.force_first.extend(source(parts, first, &mut rows).map(|value| ForceTerm { a, by: [v], value }));
+            structure.force_first.extend(source(&parts.graph, first, &mut rows).map(|value| ForceTerm {
+                a,
+                by: [v],
+                value,
+            }));
         }
     }
     structure.force_rows = rows.len();

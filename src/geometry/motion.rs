@@ -62,7 +62,8 @@ pub trait Motion<S: Real>: Lagrangian<S> {
 #[derive(Debug, Clone)]
 pub struct MotionRoom<S> {
     rates: Rates<S>,
-    jacobian: Rates<S>,
+    /// Room for the Jacobian, from when it is first asked for.
+    jacobian: Option<Rates<S>>,
     /// All coordinates and momenta at one node.
     q: Vec<S>,
     p: Vec<S>,
@@ -96,12 +97,7 @@ impl<S: Real> Motion<S> for Geometry<S> {
 
     fn motion_room(&self) -> MotionRoom<S> {
         let n = self.dimension();
-        MotionRoom {
-            rates: self.field.room(),
-            jacobian: self.field.jacobian_room(),
-            q: vec![S::ZERO; n],
-            p: vec![S::ZERO; n],
-        }
+        MotionRoom { rates: self.field.room(), jacobian: None, q: vec![S::ZERO; n], p: vec![S::ZERO; n] }
     }
 
     fn active(&self) -> &[usize] {
@@ -161,6 +157,7 @@ impl<S: Real> Motion<S> for Geometry<S> {
     }
 
     fn jacobian(&self, q: &[S], p: &[S], _: usize, room: &mut MotionRoom<S>, see: impl FnMut(usize, usize, S)) {
-        self.field.jacobian(q, p, &mut room.jacobian, see);
+        let room = room.jacobian.get_or_insert_with(|| self.field.jacobian_room());
+        self.field.jacobian(q, p, room, see);
     }
 }

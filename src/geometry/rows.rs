@@ -10,13 +10,15 @@ use crate::number::Real;
 pub(crate) struct RowPrograms<S> {
     /// Variables q^a, then n that are not used, then p_a. Outputs in this order, or with the velocities of active
     /// coordinates last where they are not unknowns: these velocities, the forces on active coordinates, the velocities
-    /// of ignorable ones, the determinants. The very last output is K.
+    /// of ignorable ones, the determinants. Then comes K, and then accelerations of active coordinates, if these
+    /// depend on positions only.
     rates: Program<S>,
     schedules: Schedules,
     velocities: usize,
     forces: usize,
     ignorable: usize,
     determinants: usize,
+    accelerations: Option<usize>,
     /// Variables q^a and q̇^a. Outputs p_a of all coordinates, then f_a + F_a of active ones.
     momenta: Program<S>,
     dimension: usize,
@@ -33,13 +35,14 @@ pub(crate) struct Schedules {
     pub(crate) sweep: Box<[Step]>,
     /// Velocities of active coordinates after nothing but momenta has changed, where these velocities are unknowns.
     pub(crate) velocities: Box<[Step]>,
-    /// All outputs.
+    /// All outputs but accelerations.
     pub(crate) all: Box<[Step]>,
 }
 
 impl Schedules {
-    /// So many outputs are velocities of active coordinates that are unknowns, and so many are what a sweep needs.
-    fn new<S: Real>(rates: &Program<S>, level: impl Fn(usize) -> Level, [velocities, sweep]: [usize; 2]) -> Self {
+    /// So many outputs are velocities of active coordinates that are unknowns, so many are what a sweep needs, and so
+    /// many are all but accelerations.
+    fn new<S: Real>(rates: &Program<S>, level: impl Fn(usize) -> Level, [velocities, sweep, all]: [usize; 3]) -> Self {
         let varies = rates.depends_on(|variable| level(variable) > 0);
         let moves = rates.depends_on(|variable| level(variable) == 2);
         let outputs = |count: usize| (0..count).map(|output| rates.output(output));
@@ -47,43 +50,82 @@ impl Schedules {
             fixed: rates.schedule(0..rates.size(), |register| varies[register]),
             sweep: rates.schedule(outputs(sweep), |register| !varies[register]),
             velocities: rates.schedule(outputs(velocities), |register| !moves[register]),
-            all: rates.schedule(outputs(rates.outputs()), |register| !varies[register]),
+            all: rates.schedule(outputs(all), |register| !varies[register]),
         }
     }
 }
 
-impl<S: Real> RowPrograms<S> {
-    pub(super) fn new(
+/// The rates of a scene as expressions.
+pub(super) struct RateNodes {
+    /// q̇^a of all coordinates.
+    pub(super) q_dot: Vec<NodeId>,
+    /// ṗ_a of active coordinates.
+    pub(super) p_dot: Vec<NodeId>,
+    /// The determinants of the blocks.
+    pub(super) determinants: Vec<NodeId>,
+}
+
+impl RateNodes {
+    /// The same rates and K, all with fewer operations. What a sweep needs is written apart: it shares its work with
+    /// nothing that is wanted once.
+    pub(super) fn reduced<S: Real>(
+        mut self,
         parts: &mut Parts<S>,
         active: &[usize],
         is_separable: bool,
-        [q_dot, p_dot, determinants]: [&[NodeId]; 3],
+    ) -> (Self, NodeId) {
+        let mut norm = norm(parts, &self.q_dot);
+        let level = level(parts.dimension(), active);
+        let (mut sweep, mut others): (Vec<&mut NodeId>, Vec<&mut NodeId>) = (Vec::new(), Vec::new());
+        for (a, velocity) in self.q_dot.iter_mut().enumerate() {
+            let is_unknown = active.contains(&a) && !is_separable;
+            if is_unknown { sweep.push(velocity) } else { others.push(velocity) }
+        }
+        sweep.extend(&mut self.p_dot);
+        others.extend(self.determinants.iter_mut().chain([&mut norm]));
+        for nodes in [sweep, others] {
+            let roots: Vec<NodeId> = nodes.iter().map(|node| **node).collect();
+            let reduced = parts.graph.reduced(&roots, &level);
+            nodes.into_iter().zip(reduced).for_each(|(node, reduced)| *node = reduced);
+        }
+        (self, norm)
+    }
+}
+
+impl<S: Real> RowPrograms<S> {
+    /// From expressions with few operations. `inverse` are the entries of g^ab of active coordinates by rows, if the
+    /// equations of motion are q̈ = a(q).
+    pub(super) fn new(
+        parts: &mut Parts<S>,
+        active: &[usize],
+        inverse: Option<&[S]>,
+        (rates, norm): (&RateNodes, NodeId),
     ) -> Self {
-        let (n, m) = (parts.dimension(), active.len());
+        let (n, m, is_separable) = (parts.dimension(), active.len(), inverse.is_some());
+        let RateNodes { q_dot, p_dot, determinants } = rates;
         let velocities: Vec<NodeId> = active.iter().map(|&a| q_dot[a]).collect();
         let ignorable: Vec<NodeId> = (0..n).filter(|a| !active.contains(a)).map(|a| q_dot[a]).collect();
-        let rest = [p_dot, &ignorable, determinants].concat();
+        let rest = [&p_dot[..], &ignorable, determinants].concat();
         let mut outputs = if is_separable { [rest, velocities].concat() } else { [velocities, rest].concat() };
-        outputs.push(norm(parts, q_dot));
-        let first = if is_separable { 0 } else { m };
-        // The momenta of ignorable coordinates are the same in a whole run; of active ones velocities are wanted again.
+        outputs.push(norm);
+        let (first, count) = (if is_separable { 0 } else { m }, outputs.len());
         let level = level(n, active);
-        // What a sweep needs comes first: it shares its work with nothing that is wanted once.
-        let (sweep, others) = outputs.split_at_mut(first + m);
-        for outputs in [sweep, others] {
-            let reduced = parts.graph.reduced(outputs, &level);
-            outputs.copy_from_slice(&reduced);
+        if let Some(inverse) = inverse {
+            let rows = inverse.chunks_exact(m.max(1)).map(|row| combination(parts, row, p_dot)).collect::<Vec<_>>();
+            outputs.extend(parts.graph.reduced(&rows, &level));
         }
         let rates = Program::new(&mut parts.graph, 3 * n, &outputs).fused();
-        let schedules = Schedules::new(&rates, level, [first, first + m]);
+        // The momenta of ignorable coordinates are the same in a whole run; of active ones velocities are wanted again.
+        let schedules = Schedules::new(&rates, level, [first, first + m, count]);
         let momenta = momenta(parts, active);
         Self {
             rates,
             schedules,
-            velocities: if is_separable { outputs.len() - 1 - m } else { 0 },
+            velocities: if is_separable { count - 1 - m } else { 0 },
             forces: first,
             ignorable: first + m,
             determinants: first + n,
+            accelerations: inverse.map(|_| count),
             momenta,
             dimension: n,
             active: active.to_vec(),
@@ -114,7 +156,7 @@ impl<S: Real> RowPrograms<S> {
 
     /// How many there are.
     pub(crate) fn all(&self) -> usize {
-        self.rates.outputs()
+        self.accelerations.unwrap_or(self.rates.outputs())
     }
 
     /// The register of K.
@@ -135,6 +177,11 @@ impl<S: Real> RowPrograms<S> {
     /// The registers of q̇^a of the ignorable coordinates.
     pub(crate) fn ignorable_registers(&self) -> Vec<Register> {
         self.registers(self.ignorable, self.dimension - self.active.len())
+    }
+
+    /// The registers of q̈^a of the active coordinates, if these depend on positions only.
+    pub(crate) fn acceleration_registers(&self) -> Option<Vec<Register>> {
+        self.accelerations.map(|first| self.registers(first, self.active.len()))
     }
 
     /// The registers of the determinants.
@@ -175,6 +222,17 @@ fn norm<S: Real>(parts: &mut Parts<S>, q_dot: &[NodeId]) -> NodeId {
             term = parts.graph.multiply(two, term);
         }
         sum = parts.graph.add(sum, term);
+    }
+    sum
+}
+
+/// Σ_b row_b values_b.
+fn combination<S: Real>(parts: &mut Parts<S>, row: &[S], values: &[NodeId]) -> NodeId {
+    let mut sum = parts.graph.constant(S::ZERO);
+    for (&factor, &value) in row.iter().zip(values) {
+        let factor = parts.graph.constant(factor);
+        let product = parts.graph.multiply(factor, value);
+        sum = parts.graph.add(sum, product);
     }
     sum
 }

@@ -6,69 +6,123 @@
 //!
 //! - a divisor is inverted once, whatever is divided by it,
 //! - what does not vary is multiplied first, so that it is computed once for many evaluations,
-//! - pairs of factors that occur in several products are multiplied once.
+//! - factors are multiplied in one order, or as they were multiplied before, so that products share their parts.
 //!
 //! Products of sums are not multiplied out, and sums are added up in the order in which they were written but for terms
 //! that share a factor: differences of nearly equal numbers stay as exact as they were.
 
-mod atoms;
-mod sums;
-mod words;
-mod writer;
+mod product;
+mod sum;
+mod write;
 
 use super::graph::{Graph, Node, NodeId, Operation};
 use crate::number::Real;
-use atoms::Forms;
-use writer::Writer;
+use product::Product;
 
 /// When a variable becomes known: 0 if it is the same in many evaluations, higher the more often it changes.
 pub(crate) type Level = u8;
-
-/// What a division costs, in additions.
-const DIVISION: usize = 8;
 
 impl<S: Real> Graph<S> {
     /// Expressions with the values of `roots` but for rounding, with fewer operations where that is possible. `level`
     /// tells how often a variable changes.
     pub(crate) fn reduced(&mut self, roots: &[NodeId], level: impl Fn(usize) -> Level) -> Vec<NodeId> {
-        let mut best = self.expand_powers(roots);
-        let mut least = self.cost(&best, &level);
-        for factors_out in [true, false] {
-            let candidate = self.rewritten(roots, factors_out, &level);
-            let cost = self.cost(&candidate, &level);
-            if cost < least {
-                (best, least) = (candidate, cost);
-            }
+        let uses = self.uses(roots);
+        let known = (0..uses.len()).map(|_| None).collect();
+        let mut reducer = Reducer { graph: self, level, later: Vec::new(), known };
+        for id in (0..uses.len()).filter(|&id| uses[id] > 0) {
+            let form = reducer.form(id, &uses);
+            reducer.known[id] = Some(form);
         }
-        best
+        let products: Vec<Product<S>> = roots.iter().map(|&root| reducer.product(root)).collect();
+        let nodes: Vec<NodeId> = products.iter().map(|product| reducer.write(product)).collect();
+        reducer.with_quotients(&nodes)
+    }
+}
+
+/// What is known of a node.
+enum Form<S> {
+    Product(Product<S>),
+    /// A sum that may become a part of a longer one.
+    Terms(Vec<Product<S>>),
+}
+
+/// Writes expressions of a graph anew.
+struct Reducer<'g, S, L> {
+    graph: &'g mut Graph<S>,
+    level: L,
+    /// At k, the variables of a level beyond k, a bit each.
+    later: Vec<u64>,
+    /// The forms of the first nodes, where they are needed.
+    known: Vec<Option<Form<S>>>,
+}
+
+impl<S: Real, L: Fn(usize) -> Level> Reducer<'_, S, L> {
+    /// The form of a node after those of its operands.
+    fn form(&mut self, id: NodeId, uses: &[usize]) -> Form<S> {
+        let operation = match self.graph.nodes[id] {
+            Node::Variable(variable) => {
+                self.learn(variable);
+                return Form::Product(self.atom(id));
+            }
+            Node::Constant(_) => return Form::Product(self.atom(id)),
+            Node::PowerInteger(base, exponent) => return Form::Product(self.product(base).power(exponent)),
+            Node::Apply(operation) => operation,
+        };
+        Form::Product(match operation {
+            Operation::Add(a, b) => return self.longer(a, uses[a] == 1, b, S::ONE),
+            Operation::Subtract(a, b) => return self.longer(a, uses[a] == 1, b, -S::ONE),
+            Operation::Multiply(a, b) => self.product(a).times(&self.product(b)),
+            Operation::Divide(a, b) => self.product(a).times(&self.product(b).power(-1)),
+            Operation::Negate(a) => self.product(a).scaled(-S::ONE),
+            Operation::Power(a, b) => {
+                let [base, exponent] = [a, b].map(|operand| self.rewritten(operand));
+                let power = self.graph.power(base, exponent);
+                self.atom(power)
+            }
+            Operation::Call(function, a) => {
+                let argument = self.rewritten(a);
+                let value = self.graph.call(function, argument);
+                self.atom(value)
+            }
+            Operation::Fused(..) => unreachable!("graphs have no fused operations"),
+        })
     }
 
-    fn rewritten(&mut self, roots: &[NodeId], factors_out: bool, level: &impl Fn(usize) -> Level) -> Vec<NodeId> {
-        let (forms, products) = Forms::of(self, roots, factors_out);
-        Writer::write(forms, &products, level)
+    /// A sum with one more term. It keeps its order of additions, if nothing else needs it.
+    fn longer(&mut self, sum: NodeId, is_alone: bool, term: NodeId, sign: S) -> Form<S> {
+        let mut terms = match self.known[sum].take() {
+            Some(Form::Terms(terms)) if is_alone => terms,
+            other => {
+                self.known[sum] = other;
+                vec![self.product(sum)]
+            }
+        };
+        terms.push(self.product(term).scaled(sign));
+        Form::Terms(terms)
     }
 
-    /// The cost of one evaluation, without what does not vary.
-    fn cost(&self, roots: &[NodeId], level: &impl Fn(usize) -> Level) -> usize {
-        let is_needed = self.needed(roots);
-        let last = is_needed.len();
-        let mut varies = vec![false; last];
-        let mut cost = 0;
-        for id in (0..last).filter(|&id| is_needed[id]) {
-            let node = self.nodes[id];
-            varies[id] = match node {
-                Node::Variable(index) => level(index) > 0,
-                _ => node.operands().any(|operand| varies[operand]),
-            };
-            if varies[id] {
-                cost += match node {
-                    Node::Variable(_) | Node::Constant(_) => 0,
-                    Node::Apply(Operation::Divide(..)) => DIVISION,
-                    Node::PowerInteger(..) | Node::Apply(_) => 1,
-                };
-            }
+    /// What is known of a node, as a product.
+    fn product(&mut self, id: NodeId) -> Product<S> {
+        let product = match self.known[id].take().expect("operands come first") {
+            Form::Product(product) => product,
+            Form::Terms(terms) => self.sum(terms),
+        };
+        self.known[id] = Some(Form::Product(product.clone()));
+        product
+    }
+
+    /// The node that takes the place of this one.
+    fn rewritten(&mut self, id: NodeId) -> NodeId {
+        let product = self.product(id);
+        self.write(&product)
+    }
+
+    /// A number, or a node that is no product.
+    fn atom(&self, node: NodeId) -> Product<S> {
+        match self.graph.as_constant(node) {
+            Some(number) => Product { number, powers: Vec::new() },
+            None => Product { number: S::ONE, powers: vec![(node, 1)] },
         }
-        cost
     }
 }
 

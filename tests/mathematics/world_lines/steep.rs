@@ -327,7 +327,7 @@ fn smooth_cases_keep_their_windows() {
     let scenes = [
         ("schwarzschild-orbit", 2000.0, [35, 40, 45]),
         ("kepler-eccentric", 20.0, [283, 249, 273]),
-        ("kerr-inclined", 400.0, [25, 28, 28]),
+        ("kerr-inclined", 400.0, [26, 32, 29]),
         ("three-bodies", 6.3, [10, 11, 14]),
         ("double-pendulum", 20.0, [31, 33, 42]),
     ];

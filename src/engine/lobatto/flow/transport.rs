@@ -16,7 +16,7 @@ use super::window::{FlowWindow, MOST_SWEEPS, Weights};
 use super::work::{Evaluate, Mend, Sample};
 use crate::engine::lobatto::Twofold;
 use crate::formula::Register;
-use crate::geometry::{Geometry, Linearised};
+use crate::geometry::{Geometry, LinearisedEquations};
 use crate::number::vector::{Level, Nodes};
 
 /// What the sweeps over a probe may leave of it in a run of N windows, times N²; and the limits of that.
@@ -42,7 +42,7 @@ pub(super) struct Transport<'g> {
     last: usize,
     /// The linearised equations: their entries in the variables q^a and p_a, and the slopes of small errors. The first
     /// registers of these are the errors, then come the entries.
-    linearised: &'g Linearised<f64>,
+    linearised: &'g LinearisedEquations<f64>,
     jacobian_registers: Vec<Nodes<LANES>>,
     /// The registers of q^a and p_a of active coordinates.
     variables: Vec<Register>,
@@ -58,7 +58,7 @@ pub(super) struct Transport<'g> {
 impl<'g> Transport<'g> {
     pub(super) fn new(geometry: &'g Geometry) -> Self {
         let linearised = geometry.field().linearised();
-        let Linearised { entries, slopes, .. } = linearised;
+        let LinearisedEquations { jacobian: entries, slopes, .. } = linearised;
         let (n, m) = (geometry.dimension(), geometry.active().len());
         let outputs = |from: usize, count: usize| (from..from + count).map(|output| slopes.output(output)).collect();
         let velocities = if geometry.is_separable() { n } else { 0 };
@@ -108,7 +108,7 @@ impl<'g> Transport<'g> {
         let (first, outputs) = (2 * self.m, self.entries_from.len());
         Level::Best.dispatch(Evaluate {
             steps: &self.linearised.varying,
-            mend: Some(Mend { program: &self.linearised.entries, outputs, points: LANES }),
+            mend: Some(Mend { program: &self.linearised.jacobian, outputs, points: LANES }),
             registers: &mut self.jacobian_registers,
             factor: 1.0,
             from: &self.entries_from,
@@ -152,7 +152,7 @@ impl<'g> Transport<'g> {
 
     /// Carries the probe over a window of length `h`, until sweeps change it by that share at most.
     fn carry(&mut self, h: f64, interest: f64) {
-        let Self { m, last, linearised: Linearised { slopes, .. }, ref weights, .. } = *self;
+        let Self { m, last, linearised: LinearisedEquations { slopes, .. }, ref weights, .. } = *self;
         let (errors, probe) = (&mut self.errors, &mut self.probe);
         errors.prepare(|row| Twofold::from(probe[row]), h);
         errors.tangent();

@@ -1,0 +1,135 @@
+//! The linearised equations of a scene, which are formed when they are first asked for.
+
+use std::sync::OnceLock;
+
+use super::parts::Parts;
+use super::rows::level;
+use super::source;
+use super::structure::Source;
+use crate::formula::{Graph, NodeId, Program, Step};
+use crate::number::Real;
+
+/// What the equations are derived from, and the equations once they are.
+#[derive(Debug)]
+pub(super) struct Linearised<S> {
+    graph: Graph<S>,
+    dimension: usize,
+    active: Vec<usize>,
+    /// q̇^a of all coordinates and ṗ_a of active ones, as they were formed and with few operations.
+    rates: [[Vec<NodeId>; 2]; 2],
+    has_force: bool,
+    is_separable: bool,
+    equations: OnceLock<Equations<S>>,
+}
+
+/// The linearised equations as programs.
+#[derive(Debug)]
+pub(crate) struct Equations<S> {
+    /// The entries that are not zero, those of ignorable coordinates last.
+    pub(super) entries: Vec<Entry<S>>,
+    /// Its outputs are the entries that vary, in the variables of [`Field::program`](super::Field::program).
+    pub(crate) jacobian: Program<S>,
+    /// What of that depends on momenta of ignorable coordinates alone, and the rest.
+    pub(crate) fixed: Box<[Step]>,
+    pub(crate) varying: Box<[Step]>,
+    /// The slopes of small errors. Its variables are the errors of q^a and p_a of active coordinates, then those
+    /// entries; its outputs are δq̇^a of active coordinates, δṗ_a and δq̇^a of ignorable ones. Where the kinetic part
+    /// is constant the first stand last.
+    pub(crate) slopes: Program<S>,
+}
+
+/// An entry of the linearised equations that is not zero. Of m active coordinates rows 0 … m−1 are q̇^a, rows m … 2m−1
+/// are ṗ_a, and then comes q̇^a of ignorable coordinates; columns are q^a and then p_a of active ones.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Entry<S> {
+    pub(super) row: usize,
+    pub(super) column: usize,
+    pub(super) value: Source<S>,
+}
+
+impl<S: Real> Linearised<S> {
+    /// Takes the graph of the parts.
+    pub(super) fn new(
+        parts: &mut Parts<S>,
+        active: &[usize],
+        is_separable: bool,
+        rates: [[Vec<NodeId>; 2]; 2],
+    ) -> Self {
+        Self {
+            dimension: parts.dimension(),
+            has_force: !parts.force.is_empty(),
+            graph: std::mem::take(&mut parts.graph),
+            active: active.to_vec(),
+            rates,
+            is_separable,
+            equations: OnceLock::new(),
+        }
+    }
+
+    pub(super) fn get(&self) -> &Equations<S> {
+        self.equations.get_or_init(|| self.equations(&mut self.graph.clone()))
+    }
+
+    fn equations(&self, graph: &mut Graph<S>) -> Equations<S> {
+        let level = level(self.dimension, &self.active);
+        // Derivatives of sums whose factors were taken out are short, but not of polynomials.
+        let programs = self.rates.iter().map(|rates| {
+            let (entries, outputs) = self.entries(graph, rates);
+            let outputs = graph.reduced(&outputs, &level);
+            let jacobian = Program::new(graph, 3 * self.dimension, &outputs).fused();
+            let varies = jacobian.depends_on(|variable| level(variable) > 0);
+            let varying = jacobian.schedule(0..jacobian.size(), |register| !varies[register]);
+            (entries, jacobian, varying, varies)
+        });
+        let shortest = programs.min_by_key(|(_, _, varying, _)| varying.len());
+        let (entries, jacobian, varying, varies) = shortest.expect("there are two");
+        let fixed = jacobian.schedule(0..jacobian.size(), |register| varies[register]);
+        let slopes = self.slopes(graph, &entries, jacobian.outputs());
+        Equations { entries, jacobian, fixed, varying, slopes }
+    }
+
+    /// The entries that are not zero, with the expressions of those that vary.
+    fn entries(&self, graph: &mut Graph<S>, [q_dot, p_dot]: &[Vec<NodeId>; 2]) -> (Vec<Entry<S>>, Vec<NodeId>) {
+        let (n, m) = (self.dimension, self.active.len());
+        let is_active = |a: &usize| self.active.contains(a);
+        let unknown = self.active.iter().map(|&a| q_dot[a]).chain(p_dot.iter().copied());
+        let rows: Vec<NodeId> = unknown.chain((0..n).filter(|a| !is_active(a)).map(|a| q_dot[a])).collect();
+        let columns: Vec<usize> = self.active.iter().copied().chain(self.active.iter().map(|&a| 2 * n + a)).collect();
+        let (mut entries, mut outputs) = (Vec::new(), Vec::new());
+        for row in 0..rows.len() {
+            for column in 0..columns.len() {
+                // Without a force q̇ and −ṗ are slopes of one function of q and p, whose second derivatives do not
+                // depend on the order. So about half of the entries are found from other ones.
+                let (of, by, is_opposite) = match (row / m, column / m) {
+                    _ if self.has_force => (row, column, false),
+                    (0, 1) => (row.min(column - m), row.max(column - m) + m, false),
+                    (1, 0) => (column.max(row - m) + m, column.min(row - m), false),
+                    (1, 1) => (column - m, row - m, true),
+                    _ => (row, column, false),
+                };
+                let derivative = graph.derivative(rows[of], columns[by]);
+                let node = if is_opposite { graph.negate(derivative) } else { derivative };
+                entries.extend(source(graph, node, &mut outputs).map(|value| Entry { row, column, value }));
+            }
+        }
+        (entries, outputs)
+    }
+
+    fn slopes(&self, graph: &mut Graph<S>, entries: &[Entry<S>], varying: usize) -> Program<S> {
+        let m = self.active.len();
+        let mut outputs = vec![graph.constant(S::ZERO); self.dimension + m];
+        for entry in entries {
+            let value = match entry.value {
+                Source::Constant(value) => graph.constant(value),
+                Source::Row(output) => graph.variable(2 * m + output),
+            };
+            let error = graph.variable(entry.column);
+            let term = graph.multiply(value, error);
+            outputs[entry.row] = graph.add(outputs[entry.row], term);
+        }
+        if self.is_separable {
+            outputs.rotate_left(m);
+        }
+        Program::new(graph, 2 * m + varying, &outputs).fused()
+    }
+}
