@@ -24,10 +24,12 @@ use super::graph::{Graph, NodeId};
 use super::{FormulaError, Function, hint};
 use crate::number::Real;
 
-/// The longest expression that is accepted. No potential needs more.
-const MAX_BYTES: usize = 1024;
+/// The longest expression that is accepted: the potential of nine bodies in space has two kilobytes.
+const MAX_BYTES: usize = 65_536;
 /// The deepest nesting that is accepted. The parser is recursive, so that nesting costs stack.
 const MAX_DEPTH: usize = 64;
+/// The most powers that are exponents of each other, for the same reason.
+const MAX_POWERS: usize = 512;
 
 /// The names that a formula may use besides those of the grammar.
 #[derive(Debug, Clone, Copy)]
@@ -73,6 +75,9 @@ pub(crate) fn parse<S: Real>(text: &str, names: Names<'_, S>, graph: &mut Graph<
     if text.len() > MAX_BYTES {
         return Err(error(0, format!("the expression is longer than {MAX_BYTES} bytes")));
     }
+    if let Some(offset) = deep_power(text) {
+        return Err(error(offset, format!("more than {MAX_POWERS} powers of powers")));
+    }
     let state = State { names, graph, depth: 0, mistake: None };
     let mut input = Stateful { input: LocatingSlice::new(text), state };
     let parsed = preceded(multispace0, sum).parse_next(&mut input);
@@ -106,10 +111,9 @@ fn sum<'i, 's: 'i, S: Real>(input: &mut Input<'i, 's, S>) -> Result<NodeId, Fail
         return Err(cut());
     }
     let result = expression(atom)
-        .prefix(dispatch! { token(any);
-            '-' => Prefix(14, |i: &mut Input<'i, 's, S>, a| Ok(i.state.graph.negate(a))),
-            '+' => Prefix(14, |_: &mut Input<'i, 's, S>, a| Ok(a)),
-            _ => fail,
+        .prefix(dispatch! { signs;
+            true => Prefix(14, |i: &mut Input<'i, 's, S>, a| Ok(i.state.graph.negate(a))),
+            false => Prefix(14, |_: &mut Input<'i, 's, S>, a| Ok(a)),
         })
         .infix(dispatch! { token(any);
             '+' => Left(10, |i: &mut Input<'i, 's, S>, a, b| Ok(i.state.graph.add(a, b))),
@@ -122,6 +126,37 @@ fn sum<'i, 's: 'i, S: Real>(input: &mut Input<'i, 's, S>) -> Result<NodeId, Fail
         .parse_next(input);
     input.state.depth -= 1;
     result
+}
+
+/// Whether a row of signs negates. It is read at once, since every operator in front of an operand costs stack.
+fn signs<'i, 's: 'i, S: Real>(input: &mut Input<'i, 's, S>) -> Result<bool, Failure> {
+    let signs = take_while(1.., |c: char| matches!(c, '+' | '-') || c.is_ascii_whitespace()).parse_next(input)?;
+    Ok(signs.matches('-').count() % 2 == 1)
+}
+
+/// Where more than [`MAX_POWERS`] powers are exponents of each other, as in 2^2^2^…: they cost stack as parentheses do.
+fn deep_power(text: &str) -> Option<usize> {
+    // Those of every open parenthesis, and all of them.
+    let (mut powers, mut all, mut before) = (vec![0], 0, ' ');
+    for (offset, c) in text.char_indices().filter(|(_, c)| !c.is_ascii_whitespace()) {
+        match (c, before) {
+            ('(', _) => powers.push(0),
+            (')', _) => all -= powers.pop().unwrap_or(0),
+            ('^', _) => {
+                powers.last_mut().map(|count| *count += 1)?;
+                all += 1;
+                if all > MAX_POWERS {
+                    return Some(offset);
+                }
+            }
+            // After another operator it is a sign.
+            ('+' | '-', '^' | '+' | '-') => {}
+            ('+' | '-' | '*' | '/', _) => all -= powers.last_mut().map_or(0, std::mem::take),
+            _ => {}
+        }
+        before = c;
+    }
+    None
 }
 
 fn cut() -> Failure {

@@ -131,8 +131,9 @@ fn invalid_cases() -> Vec<(String, String, String, String)> {
     vec![
         formula("nested too deep", &"(".repeat(1000), 65, "nested more than 64 deep"),
         formula("functions nested too deep", &"sin(".repeat(100), 257, "nested more than 64 deep"),
-        formula("signs without end", &"-".repeat(1024), 1025, "found the end"),
-        formula("too long", &"-".repeat(10_000), 1, "longer than 1024 bytes"),
+        formula("signs without end", &"-".repeat(60_000), 60_001, "found the end"),
+        formula("powers without end", &"2^".repeat(30_000), 1026, "more than 512 powers of powers"),
+        formula("too long", &"-".repeat(70_000), 1, "longer than 65536 bytes"),
         row("no text", String::new(), "1:1", "missing fields `potential`, `initial`, `scheme`, `grid`"),
         row("JSON", "{\"title\": 1}".to_owned(), "1:1", "expected key"),
         row("nested arrays", edited("x = 1.0", &format!("x = {}", "[".repeat(100_000))), "12:85", "recursion"),
