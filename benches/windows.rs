@@ -6,9 +6,11 @@ use std::ops::ControlFlow;
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
+use geodesic_ivp::case::SceneCase;
 use geodesic_ivp::engine::lobatto::{Adaptive, Goal, Level, March, Marched, State, Twofold, WeakRule, WindowView};
 use geodesic_ivp::geometry::metric::Metric;
 use geodesic_ivp::geometry::potential::{Formula, Potential};
+use geodesic_ivp::{Case, solve};
 
 const POTENTIALS: [&str; 6] = ["named", "x^4/2", "x*x*x*x*0.5", "1 - cos(x)", MORSE, "(1 + x^2)^1.5"];
 
@@ -105,6 +107,28 @@ fn one_unit_adaptively(bencher: Bencher, accuracy: f64) {
         let go_on = &mut |_: &WindowView<'_>| ControlFlow::Continue(());
         Adaptive::new(&metric, 2.0).run(black_box(start), Goal::Gamma(1.0), accuracy, go_on).expect("it is reached")
     });
+}
+
+const RUN: &str = "
+grid = { gamma_f = 100.0, windows = 2000 }
+scheme = { sbp = 'GLL20', form = 'weak' }
+";
+
+/// 2000 windows of GLL20 by `solve`, with the certificate and all that it stores, in one coordinate.
+#[divan::bench]
+fn given_windows_of_one_coordinate(bencher: Bencher) {
+    let text = "potential.quartic.kappa = 0.5\ninitial = { t = 0.0, x = 1.0, t_dot = 1.0, x_dot = 0.1 }";
+    let case = Case::parse("bench", &format!("{text}{RUN}"), &[]).expect("a valid case");
+    bencher.bench_local(|| solve::<f64, _>(black_box(&case)).expect("it is solved"));
+}
+
+/// The same motion as a scene, in t and x.
+#[divan::bench]
+fn given_windows_of_a_scene(bencher: Bencher) {
+    let text =
+        "potential = { coordinates = ['x'], formula = 'x^4/2' }\ninitial = { x = 1.0, t_dot = 1.0, x_dot = 0.1 }";
+    let case = SceneCase::parse("bench", &format!("{text}{RUN}"), &[]).expect("a valid scene");
+    bencher.bench_local(|| solve(black_box(case.setup::<f64>())).expect("it is solved"));
 }
 
 /// The best instruction set against the others.

@@ -19,6 +19,7 @@
 
 pub mod coefficients;
 pub mod gll;
+pub mod lobatto;
 mod name;
 mod regularised;
 pub mod symbol;

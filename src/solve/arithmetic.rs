@@ -7,8 +7,9 @@ use super::run::Observer;
 use super::setup::Setup;
 use super::solution::Solution;
 use super::status::Status;
-use super::world_line::Place;
+use super::world_line::{Place, WorldLine};
 use super::{accuracy, spectral};
+use crate::geometry::Geometry;
 use crate::geometry::metric::Metric;
 use crate::number::{Extended, Real};
 use crate::sbp::SbpOperator;
@@ -57,6 +58,13 @@ pub(super) trait Engine: Real {
         length: Self,
         observer: Option<Observer<'_, Self, Metric<Self>>>,
     ) -> Result<Option<Solution<Self>>, NoSolution>;
+
+    /// The same for a scene.
+    fn fast_scene(
+        setup: &Setup<Self>,
+        length: Self,
+        observer: Option<Observer<'_, Self, Geometry<Self>>>,
+    ) -> Result<Option<WorldLine<Self>>, NoSolution>;
 }
 
 impl Engine for f64 {
@@ -78,6 +86,14 @@ impl Engine for f64 {
         observer: Option<Observer<'_, f64, Metric<f64>>>,
     ) -> Result<Option<Solution>, NoSolution> {
         spectral::march(setup, length, observer)
+    }
+
+    fn fast_scene(
+        setup: &Setup<f64>,
+        length: f64,
+        observer: Option<Observer<'_, f64, Geometry>>,
+    ) -> Result<Option<WorldLine>, NoSolution> {
+        spectral::windows(setup, length, observer)
     }
 }
 
@@ -102,6 +118,14 @@ impl Engine for Extended {
         _: Self,
         _: Option<Observer<'_, Self, Metric<Self>>>,
     ) -> Result<Option<Solution<Self>>, NoSolution> {
+        Ok(None)
+    }
+
+    fn fast_scene(
+        _: &Setup<Self>,
+        _: Self,
+        _: Option<Observer<'_, Self, Geometry<Self>>>,
+    ) -> Result<Option<WorldLine<Self>>, NoSolution> {
         Ok(None)
     }
 }

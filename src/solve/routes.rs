@@ -6,12 +6,18 @@ use super::crossing::{self, Near};
 use super::failure::NoSolution;
 use super::places::Places;
 use super::run::Observer;
-use super::setup::{Setup, System};
+use super::setup::{Settings, Setup, System};
 use super::world_line::WorldLine;
 use crate::action::Form;
 use crate::geometry::Geometry;
 use crate::geometry::metric::Metric;
 use crate::sbp::SbpName;
+
+/// Whether a fixed-point iteration solves the equations of such windows.
+fn has_sweeps(settings: &Settings) -> bool {
+    let is_weak = settings.form == Form::Weak && settings.system == System::PhysicalLimit;
+    is_weak && matches!(settings.sbp, SbpName::Gll(_))
+}
 
 /// A space-time for which [`solve`](crate::solve()) finds world-lines.
 #[expect(private_bounds, reason = "only this module solves")]
@@ -52,9 +58,7 @@ impl<S: Arithmetic> Routes<S> for Metric<S> {
         length: S,
         observer: Option<Observer<'_, S, Self>>,
     ) -> Result<Option<WorldLine<S, Self>>, NoSolution> {
-        let settings = &setup.settings;
-        let weak = settings.form == Form::Weak && settings.system == System::PhysicalLimit;
-        if weak && matches!(settings.sbp, SbpName::Gll(_)) { S::fast_run(setup, length, observer) } else { Ok(None) }
+        if has_sweeps(&setup.settings) { S::fast_run(setup, length, observer) } else { Ok(None) }
     }
 
     /// Formulas are those of scenes.
@@ -73,11 +77,11 @@ impl<S: Arithmetic> Routes<S> for Geometry<S> {
     }
 
     fn fast(
-        _: &Setup<S, Self>,
-        _: S,
-        _: Option<Observer<'_, S, Self>>,
+        setup: &Setup<S, Self>,
+        length: S,
+        observer: Option<Observer<'_, S, Self>>,
     ) -> Result<Option<WorldLine<S, Self>>, NoSolution> {
-        Ok(None)
+        if has_sweeps(&setup.settings) { S::fast_scene(setup, length, observer) } else { Ok(None) }
     }
 
     fn first_change(setup: &Setup<S, Self>, length: f64) -> Option<Near> {

@@ -93,7 +93,7 @@ impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
 
     /// Makes room for their nodes at once.
     pub(super) fn reserve(&mut self) {
-        for row in &mut self.line.q {
+        for row in self.line.q.iter_mut().chain(&mut self.line.p) {
             row.reserve_exact(self.capacity);
         }
     }

@@ -1,4 +1,4 @@
-//! Windows of the weak form on spectral elements, marched by the fixed-point iteration of [`crate::engine::lobatto`].
+//! Windows of the weak form on spectral elements, solved by the fixed-point iterations of [`crate::engine`].
 //!
 //! It is the same collocation system that Newton's method solves window by window, and every window is certified on the
 //! same action; the iteration is just some fifty times faster. Where it does not converge, because a window is too long
@@ -13,8 +13,10 @@ use super::setup::{Settings, Setup};
 use super::solution::Solution;
 use super::space::Space;
 use super::status::{InitialGuess, Status};
-use super::world_line::Joint;
+use super::world_line::{Joint, Place, WorldLine};
 use crate::engine::lobatto::{Certified, March, MarchFailure, State, Twofold, WeakRule, WindowView};
+use crate::engine::{Engine, MOST_POINTS};
+use crate::geometry::Geometry;
 use crate::geometry::metric::Metric;
 
 /// The windows of the run of `setup` on γ − γ_i ∈ [0, `length`], which are elements in the weak form; none if the
@@ -58,6 +60,48 @@ pub(super) fn march(
         }
         Err(_) => Ok(None),
     }
+}
+
+/// The windows of the run of a scene on γ − γ_i ∈ [0, `length`], which are elements in the weak form; none if the
+/// engine has no rule of so many nodes, or if it does not get to the end: Newton's method takes over there, and knows
+/// why.
+pub(super) fn windows(
+    setup: &Setup<f64>,
+    length: f64,
+    observer: Option<Observer<'_, f64, Geometry>>,
+) -> Result<Option<WorldLine>, NoSolution> {
+    let Settings { n_gamma: points, windows, .. } = setup.settings;
+    let Place { geometry, start, .. } = &setup.place;
+    if points > MOST_POINTS {
+        return Ok(None);
+    }
+    let Ok(mut engine) = Engine::equal(geometry, start, length, windows, points) else { return Ok(None) };
+    let mut run = Run::new(setup, &setup.settings, observer);
+    run.expect(windows, points);
+    run.reserve();
+    run.line.length = length;
+    run.line.iterations.initial_guess = InitialGuess::Extrapolation;
+    let window_length = length / windows as f64;
+    let operator = run.line.operators.element(points, window_length);
+    let (mut q, mut p) = (start.q.clone(), start.p.clone());
+    for index in 1..=windows {
+        let Ok(window) = engine.next() else { return Ok(None) };
+        q.iter_mut().zip(&window.end.q).for_each(|(to, q)| *to = q.high);
+        geometry.active().iter().zip(&window.end.p).for_each(|(&a, end)| p[a] = end.high);
+        let joint = Joint { q: &q, p: &p };
+        let gamma = if index == windows { length } else { index as f64 * window_length };
+        if !(window.gradient_norm.is_finite() && geometry.has_finite_action(joint, window_length)) {
+            return Ok(None);
+        }
+        run.begin_window(operator, gamma, joint, Vec::new());
+        let line = &mut run.line;
+        line.gradient_norm = line.gradient_norm.max(window.gradient_norm);
+        line.iterations.count += window.sweeps;
+        line.q.iter_mut().enumerate().for_each(|(a, row)| row.extend_from_slice(window.q(a)));
+        line.p.iter_mut().enumerate().for_each(|(place, row)| row.extend_from_slice(window.p(place)));
+        run.end_window();
+    }
+    Ok(Some(run.line))
 }
 
 /// Collects marched windows, each with the certificate that it is a critical point of its action.

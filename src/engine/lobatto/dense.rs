@@ -4,11 +4,11 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::operators::share;
 use super::product::product_apart;
 use super::unit::{Unit, with_unit};
 use super::view::{Inside, WindowView};
 use crate::number::vector::{Level, Nodes, multiply_add, neg, vectors, vectors_mut};
+use crate::sbp::lobatto::share;
 
 /// Points that are computed together.
 const TOGETHER: usize = 16;

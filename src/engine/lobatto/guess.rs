@@ -33,7 +33,7 @@ impl<const P: usize> Continuation<'_, P> {
     /// From the Legendre coefficients in `values` to nodal values.
     #[inline(always)]
     pub(super) fn apply<S: Simd>(&self, s: S, t: &Tables<P>, values: &mut Nodes<P>) {
-        let coefficients = values.clone();
+        let coefficients = *values;
         let (first, step) = (s.splat_f64s(self.first), s.splat_f64s(self.step / t.length.hi));
         let factor = s.splat_f64s(self.factor);
         let (line, out) = (vectors::<S>(&t.line), vectors_mut::<S>(&mut values.0));

@@ -3,9 +3,9 @@
 use std::ops::Deref;
 use std::sync::OnceLock;
 
-use super::operators::WeakOperators;
 use super::tables::LengthFree;
 use super::unit::SizedUnit;
+use crate::sbp::lobatto::WeakOperators;
 
 /// The operators of a weak window, with tables that are made when they are first asked for.
 #[derive(Debug, Clone)]

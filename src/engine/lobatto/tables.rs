@@ -1,7 +1,7 @@
 //! The tables of windows of one length, rounded to `f64` so that nothing drifts.
 
-use super::operators::{WeakOperators, legendre_values};
 use crate::number::vector::Twofold;
+use crate::sbp::lobatto::{WeakOperators, legendre_values};
 
 /// A matrix by columns, padded to P × P.
 pub(super) type Matrix<const P: usize> = [[f64; P]; P];

@@ -6,9 +6,9 @@
 use pulp::Simd;
 
 use super::guess::Continuation;
-use super::operators::{WeakOperators, share};
 use super::tables::{LengthFree, Matrix, Tables};
 use crate::number::vector::{Nodes, Twofold, vectors, vectors_mut};
+use crate::sbp::lobatto::{WeakOperators, share};
 
 /// The tables of a rule, made once in its life.
 #[derive(Debug, Clone)]

@@ -108,12 +108,12 @@ impl<const P: usize, F: Force> Walk<P, F> {
 
     /// What [`Self::solve`] made is too long; the forces are a good guess for a part of it.
     pub(super) fn reject(&mut self, length: Length) {
-        self.rejected = Some(Forces { length: length.h.hi, values: self.window.a.clone() });
+        self.rejected = Some(Forces { length: length.h.hi, values: self.window.a });
     }
 
     /// What [`Self::solve`] made is accepted.
     pub(super) fn accept(&mut self, length: Length) {
-        self.previous = Some(Forces { length: length.h.hi, values: self.window.a.clone() });
+        self.previous = Some(Forces { length: length.h.hi, values: self.window.a });
         (self.rejected, self.is_untouched) = (None, true);
     }
 

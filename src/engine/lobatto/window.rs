@@ -143,7 +143,7 @@ impl<const P: usize> Window<P> {
         let mut known = 0;
         // To rounding it would save too few evaluations.
         if F::MAY_BE_DEAR && precision.tolerance > 0.0 && force.is_dear() {
-            let guess = self.rest.clone();
+            let guess = self.rest;
             match self.newton(s, t, force, &low, start, precision) {
                 Ok(evaluations) => return Some(evaluations),
                 Err(evaluations) => (known, self.rest) = (evaluations, guess),

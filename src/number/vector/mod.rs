@@ -5,9 +5,11 @@
 //! closures, no iterator adaptors and no calls of the standard library over vectors.
 
 pub(crate) mod elementary;
+mod lanes;
 mod nodes;
 pub(crate) mod twofold;
 
+pub(crate) use lanes::{Lanes, Matrix, Weights, multiply};
 pub(crate) use nodes::Nodes;
 pub use twofold::Twofold;
 
@@ -109,6 +111,12 @@ pub(crate) fn product_error<S: Simd>(s: S, a: S::f64s, b: S::f64s, p: S::f64s) -
     let e = s.sub_f64s(s.mul_f64s(ah, bh), p);
     let e = s.add_f64s(s.add_f64s(e, s.mul_f64s(ah, bl)), s.mul_f64s(al, bh));
     s.add_f64s(e, s.mul_f64s(al, bl))
+}
+
+/// a b − p for the rounded product p, where the machine has a fused multiply-add; otherwise it is left out.
+#[inline(always)]
+pub(crate) fn product_error_of<S: Simd>(a: f64, b: f64, p: f64) -> f64 {
+    if is_fused::<S>() { a.mul_add(b, -p) } else { 0.0 }
 }
 
 /// a b exactly, for one number.

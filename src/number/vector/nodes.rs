@@ -2,7 +2,7 @@
 
 /// Nodal values, padded to P.
 #[repr(align(64))]
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Nodes<const P: usize>(pub(crate) [f64; P]);
 
 impl<const P: usize> AsRef<[f64]> for Nodes<P> {

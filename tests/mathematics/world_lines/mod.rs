@@ -6,6 +6,7 @@ mod conformal;
 mod convergence;
 mod diagnostics;
 mod ends;
+mod engine;
 mod events;
 mod features;
 mod flow;

@@ -1,10 +1,10 @@
 //! The matrices of a window of a scene on one rule, for windows of any length.
 
 use crate::engine::lobatto::Twofold;
-use crate::engine::lobatto::operators::legendre_values;
 use crate::engine::lobatto::rule::WeakRule;
 use crate::engine::lobatto::tables::{Matrix, round_row};
 use crate::number::vector::Nodes;
+use crate::sbp::lobatto::legendre_values;
 
 /// Nodes of a window on which small errors are followed.
 pub(super) const LANES: usize = 16;

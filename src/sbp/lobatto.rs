@@ -1,5 +1,7 @@
 //! The Gauss–Lobatto–Legendre rule on [0, 1] and the operators of a weak window on it, to 30 digits.
 
+use std::sync::OnceLock;
+
 use crate::number::vector::Twofold;
 
 /// The weak window operators on n Gauss–Lobatto–Legendre nodes of [0, 1], in double-double.
@@ -30,7 +32,7 @@ impl WeakOperators {
     ///
     /// # Panics
     /// For another `n`.
-    pub(super) fn new(n: usize) -> Self {
+    pub(crate) fn new(n: usize) -> Self {
         assert!((Self::FEWEST..=Self::MOST).contains(&n), "a window has 2 to 64 nodes, not {n}");
         let (x, legendre) = nodes_with_legendre(n);
         let last = n - 1;
@@ -48,6 +50,16 @@ impl WeakOperators {
         operators.a = operators.invert();
         operators.a_squared = operators.square();
         operators
+    }
+
+    /// Those on `n` nodes, made once in the life of the program.
+    ///
+    /// # Panics
+    /// As [`Self::new`].
+    pub(crate) fn shared(n: usize) -> &'static Self {
+        static OPERATORS: [OnceLock<WeakOperators>; WeakOperators::MOST + 1] =
+            [const { OnceLock::new() }; WeakOperators::MOST + 1];
+        OPERATORS.get(n).expect("a window has 2 to 64 nodes").get_or_init(|| Self::new(n))
     }
 
     /// Number of nodes.
@@ -98,7 +110,7 @@ impl WeakOperators {
     }
 
     /// P_k at node `i`, on [−1, 1].
-    pub(super) fn legendre(&self, i: usize, k: usize) -> Twofold {
+    pub(crate) fn legendre(&self, i: usize, k: usize) -> Twofold {
         self.legendre[i * (self.points() + 1) + k]
     }
 
@@ -108,7 +120,7 @@ impl WeakOperators {
     }
 
     /// Row of the nodal values' weights in Legendre coefficient k: the coefficient is Σ_j row_j f_j.
-    pub(super) fn mode(&self, k: usize) -> impl Iterator<Item = f64> {
+    pub(crate) fn mode(&self, k: usize) -> impl Iterator<Item = f64> {
         let last = self.points() - 1;
         let norm = if k < last { (2 * k + 1) as f64 } else { last as f64 };
         (0..self.points()).map(move |j| norm * self.weights[j].hi * self.legendre(j, k).hi)
@@ -173,7 +185,7 @@ impl WeakOperators {
 }
 
 /// P_0 … P_degree at x.
-pub(super) fn legendre_values(degree: usize, x: f64) -> Vec<f64> {
+pub(crate) fn legendre_values(degree: usize, x: f64) -> Vec<f64> {
     let mut p = vec![1.0; degree + 1];
     if degree > 0 {
         p[1] = x;
@@ -248,7 +260,7 @@ fn approximate_node(n: usize, i: usize) -> f64 {
 }
 
 /// 1/(2(2k + 1)), which makes differences of Legendre polynomials integrals of them on [0, 1].
-pub(super) fn share(k: usize) -> f64 {
+pub(crate) fn share(k: usize) -> f64 {
     0.5 / (2 * k + 1) as f64
 }
 

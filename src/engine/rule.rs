@@ -1,0 +1,107 @@
+//! Tables of the Gauss–Lobatto rule for the lanes of a window.
+
+use crate::number::vector::{Matrix, Nodes, Twofold, Weights};
+use crate::sbp::lobatto::{WeakOperators, legendre_values};
+
+/// A guess continues the polynomials of the window before. Their higher modes are rounding errors where windows resolve
+/// the motion well, and grow like (3 + √8)^k up to the end of the next window.
+const CONTINUED_MODES: usize = 16;
+
+/// How often slopes are integrated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Order {
+    /// q̇ = v(q, p), ṗ = f(q, p).
+    First,
+    /// q̈ = a(q).
+    Second,
+}
+
+/// The tables of a rule of n ≤ N nodes.
+///
+/// Lanes beyond the last node repeat it: they are no points of the world-line, but nothing goes wrong in them that does
+/// not at the last node.
+pub(super) struct Rule<const N: usize> {
+    operators: &'static WeakOperators,
+    /// c, and what rounding took from it.
+    pub(super) nodes: [Nodes<N>; 2],
+    /// b, 0 beyond the last node.
+    pub(super) weights: Nodes<N>,
+    /// A = D̄⁻¹.
+    pub(super) integral: Box<Matrix<N>>,
+    /// D̄.
+    pub(super) derivative: Box<Matrix<N>>,
+}
+
+impl<const N: usize> Rule<N> {
+    /// The rule of `points` nodes, from 2 to N.
+    pub(super) fn new(points: usize) -> Self {
+        let operators = WeakOperators::shared(points);
+        let n = operators.points();
+        let mut weights = Nodes::ZERO;
+        weights.0[..n].iter_mut().zip(operators.weights()).for_each(|(to, weight)| *to = weight.hi);
+        let node = |i: usize| operators.nodes()[i.min(n - 1)];
+        let nodes = [Nodes(std::array::from_fn(|i| node(i).hi)), Nodes(std::array::from_fn(|i| node(i).lo))];
+        let integral = matrix(n, |i, j| operators.a()[i * n + j].hi);
+        let derivative = matrix(n, |i, j| operators.derivative(i, j).hi);
+        Self { operators, nodes, weights, integral, derivative }
+    }
+
+    /// Number n of nodes.
+    pub(super) fn points(&self) -> usize {
+        self.operators.points()
+    }
+
+    /// The tables of windows of length `h` that follow windows of the same length.
+    pub(super) fn tables(&self, order: Order, h: Twofold) -> Tables<N> {
+        let n = self.points();
+        let (entries, factor) = match order {
+            Order::First => (self.operators.a(), h),
+            Order::Second => (self.operators.a_squared(), h * h),
+        };
+        let continued = self.continued();
+        let product =
+            |i: usize, j: usize| -> f64 { (0..n).map(|k| entries[i * n + k].hi * continued[k * n + j]).sum() };
+        let exact = |i: usize, j: usize| factor * entries[i * n + j];
+        Tables {
+            length: h.hi,
+            collocation: matrix(n, |i, j| exact(i, j).hi),
+            collocation_low: matrix(n, |i, j| exact(i, j).lo),
+            continuation: matrix(n, |i, j| factor.hi * product(i, j)),
+            weights: Weights::new(n, |j| h * self.operators.weights()[j]),
+            end_weights: Weights::new(n, |j| exact(n - 1, j)),
+        }
+    }
+
+    /// From values on the nodes of a window to those of their polynomial on the nodes of the next one, row by row.
+    fn continued(&self) -> Vec<f64> {
+        let (n, modes) = (self.points(), CONTINUED_MODES.min(self.points()));
+        let mode_of: Vec<Vec<f64>> = (0..modes).map(|k| self.operators.mode(k).collect()).collect();
+        let row = |c: &Twofold| {
+            let values = legendre_values(modes - 1, 1.0 + 2.0 * c.hi);
+            let entry = |j: usize| values.iter().zip(&mode_of).map(|(p, mode)| p * mode[j]).sum();
+            (0..n).map(entry).collect::<Vec<f64>>()
+        };
+        self.operators.nodes().iter().flat_map(row).collect()
+    }
+}
+
+/// The tables of windows of one length.
+pub(super) struct Tables<const N: usize> {
+    /// h.
+    pub(super) length: f64,
+    /// h A for equations of first order, h² A² for those of second order.
+    pub(super) collocation: Box<Matrix<N>>,
+    /// What rounding took from that. Errors of rounded entries are the same in every window: K would drift.
+    pub(super) collocation_low: Box<Matrix<N>>,
+    /// The same as `collocation` after the slopes of the window before were continued.
+    pub(super) continuation: Box<Matrix<N>>,
+    /// h b, and the row of the last node of h A or h² A².
+    pub(super) weights: Weights<N>,
+    pub(super) end_weights: Weights<N>,
+}
+
+/// A matrix of n rows and columns whose last row is repeated.
+fn matrix<const N: usize>(n: usize, entry: impl Fn(usize, usize) -> f64) -> Box<Matrix<N>> {
+    let column = |j: usize| Nodes(std::array::from_fn(|i| if j < n { entry(i.min(n - 1), j) } else { 0.0 }));
+    (0..n.next_multiple_of(2)).map(column).collect()
+}

@@ -1,0 +1,99 @@
+//! The equations of a scene on the nodes of a window: registers, and the steps that compute what is wanted when.
+
+use super::kernel::{Evaluate, Pass};
+use super::rule::Order;
+use crate::formula::{Register, Step};
+use crate::geometry::{Geometry, OutsideGeometry, Start};
+use crate::number::vector::{Level, Nodes};
+
+/// Hamilton's equations with a register for every value.
+pub(super) struct System<'g, const N: usize> {
+    geometry: &'g Geometry,
+    pub(super) registers: Vec<Nodes<N>>,
+    pub(super) order: Order,
+    pub(super) passes: Vec<Pass>,
+    /// The steps that depend on nothing but momenta that are conserved.
+    fixed: Box<[Step]>,
+    /// The steps to the velocities of ignorable coordinates and the determinants, once the unknowns are known.
+    others: Box<[Step]>,
+    /// The registers of q^a and p_a of active coordinates.
+    pub(super) positions: Box<[Register]>,
+    pub(super) momenta: Box<[Register]>,
+    /// The registers of q̇^a of ignorable coordinates.
+    pub(super) ignorable: Box<[Register]>,
+    determinants: Box<[Register]>,
+}
+
+impl<'g, const N: usize> System<'g, N> {
+    pub(super) fn new(geometry: &'g Geometry) -> Self {
+        let rows = geometry.field().rows();
+        let (n, active, program) = (geometry.dimension(), geometry.active(), rows.rates());
+        let is_momentum = |variable: usize| variable >= 2 * n && active.contains(&(variable - 2 * n));
+        let varies = program.depends_on(|variable| variable < 2 * n || is_momentum(variable));
+        let is_fixed = |register: Register| !varies[register];
+        let positions: Box<[Register]> = active.into();
+        let momenta: Box<[Register]> = active.iter().map(|&a| 2 * n + a).collect();
+        let pass = |slopes: Vec<Register>, unknowns: &[Register], first: usize, is_known: &dyn Fn(Register) -> bool| {
+            let steps = program.schedule(slopes.iter().copied(), is_known);
+            Pass { steps, first, slopes: slopes.into(), unknowns: unknowns.into() }
+        };
+        let (order, passes) = match rows.acceleration_registers() {
+            Some(accelerations) => (Order::Second, vec![pass(accelerations, &positions, 0, &is_fixed)]),
+            None => {
+                let forces = pass(rows.force_registers(), &momenta, active.len(), &is_fixed);
+                // What does not depend on momenta is still known when these have changed.
+                let moves = program.depends_on(is_momentum);
+                let mut is_known: Vec<bool> = varies.iter().map(|varies| !varies).collect();
+                forces.steps.iter().for_each(|step| is_known[step.to()] |= !moves[step.to()]);
+                let velocities = pass(rows.velocity_registers(), &positions, 0, &|register| is_known[register]);
+                (Order::First, vec![forces, velocities])
+            }
+        };
+        let (ignorable, determinants) = (rows.ignorable_registers(), rows.determinant_registers());
+        let others = program.schedule(ignorable.iter().chain(&determinants).copied(), is_fixed);
+        let fixed = program.schedule(0..varies.len(), |register| varies[register]);
+        Self {
+            geometry,
+            registers: program.registers(|constant| Nodes([constant; N])),
+            order,
+            passes,
+            fixed,
+            others,
+            positions,
+            momenta,
+            ignorable: ignorable.into(),
+            determinants: determinants.into(),
+        }
+    }
+
+    /// p_a of an ignorable coordinate.
+    pub(super) fn charge(&self, a: usize) -> f64 {
+        self.registers[2 * self.geometry.dimension() + a].0[0]
+    }
+
+    /// Puts the momenta of ignorable coordinates in place.
+    pub(super) fn begin(&mut self, start: &Start) {
+        let n = self.geometry.dimension();
+        for a in self.geometry.ignorable() {
+            self.registers[2 * n + a].0 = [start.p[a]; N];
+        }
+        Level::Best.dispatch(Evaluate { registers: &mut self.registers, steps: &self.fixed });
+    }
+
+    /// Computes the velocities of ignorable coordinates and the determinants on the nodes.
+    ///
+    /// # Errors
+    /// The first of `points` nodes that is outside the domain.
+    pub(super) fn complete(&mut self, points: usize) -> Result<(), OutsideGeometry> {
+        Level::Best.dispatch(Evaluate { registers: &mut self.registers, steps: &self.others });
+        for (block, (&register, &sign)) in self.determinants.iter().zip(self.geometry.field().signs()).enumerate() {
+            let row = &self.registers[register].0[..points];
+            let is_inside =
+                |determinant: f64| determinant.is_finite() && determinant != 0.0 && determinant * sign >= 0.0;
+            if let Some(index) = row.iter().position(|&determinant| !is_inside(determinant)) {
+                return Err(OutsideGeometry { index, block: Some(block), determinant: row[index] });
+            }
+        }
+        Ok(())
+    }
+}
