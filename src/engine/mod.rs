@@ -56,6 +56,12 @@ pub struct State {
 }
 
 impl State {
+    /// Takes the numbers of another one, in the room that is there.
+    fn copy_from(&mut self, other: &Self) {
+        self.q.clone_from(&other.q);
+        self.p.clone_from(&other.p);
+    }
+
     /// q^a of all coordinates, rounded.
     pub fn positions(&self) -> Vec<f64> {
         self.q.iter().map(|q| q.high).collect()
@@ -114,8 +120,8 @@ impl Window {
     /// The window that a solver has finished. Its last nodes are its end.
     fn take<const N: usize>(&mut self, solver: &Solver<'_, N>) {
         let points = self.points;
-        self.start.clone_from(&solver.start);
-        self.end.clone_from(&solver.end);
+        self.start.copy_from(&solver.start);
+        self.end.copy_from(&solver.end);
         for (a, elapsed) in solver.geometry.ignorable().zip(&solver.elapsed) {
             self.q[a * points..][..points].copy_from_slice(&elapsed.0[..points]);
         }
