@@ -28,9 +28,9 @@ pub(super) struct Row<const N: usize> {
     pub(super) inverse_size: f64,
     /// Its value at the end of the window.
     pub(super) end: Compensated<f64>,
-    /// What is known of the increments on the nodes before the window is solved.
+    /// The part of the increments on the nodes that is known before the window is solved.
     offset: Nodes<N>,
-    /// What rounding took from the entries of the matrix, times the slopes.
+    /// The product of the slopes with the part of the matrix that rounding took from its entries.
     low: Nodes<N>,
     /// The slopes in the window before.
     slopes_before: Nodes<N>,
@@ -66,17 +66,17 @@ pub(super) struct Pass {
     pub(super) steps: Box<[Step]>,
     /// The first of their rows.
     pub(super) first: usize,
-    /// Where the program has the slopes, and where it reads the unknowns.
+    /// The registers of the slopes, and those from which the program reads the unknowns.
     pub(super) slopes: Box<[Register]>,
     pub(super) unknowns: Box<[Register]>,
 }
 
-/// How the sweeps of a window ended.
+/// The outcome of the sweeps over a window.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Swept {
-    /// How many there were.
+    /// Their number.
     pub(super) sweeps: usize,
-    /// Whether that was enough.
+    /// True if they converged.
     pub(super) is_solved: bool,
 }
 
@@ -96,11 +96,11 @@ pub(super) struct Sweeps<'w, const N: usize> {
     pub(super) length: f64,
     /// h A or h² A².
     pub(super) collocation: &'w Matrix<N>,
-    /// What rounding took from that.
+    /// The part that rounding took from its entries.
     pub(super) collocation_low: &'w Matrix<N>,
     /// The same as `collocation` after continuation from the window before, if there is one.
     pub(super) continuation: Option<&'w Matrix<N>>,
-    /// What sweeps may leave, relative to sizes.
+    /// The largest error that sweeps may leave, relative to sizes.
     pub(super) threshold: f64,
 }
 

@@ -46,7 +46,7 @@ use crate::number::vector::Twofold;
 /// The most nodes of a window.
 pub const MOST_POINTS: usize = 24;
 
-/// Where a window starts or ends, in sums that lose nothing.
+/// The state at the start or the end of a window, in sums that lose nothing.
 #[derive(Debug, Clone, Default)]
 pub struct State {
     /// q^a of all coordinates.
@@ -87,13 +87,13 @@ pub enum Failure {
 pub struct Window {
     /// Number n of nodes.
     pub points: usize,
-    /// Where it starts.
+    /// The state at its start.
     pub start: State,
-    /// Where it ends.
+    /// The state at its end.
     pub end: State,
     /// The largest entry of the gradient of its action.
     pub gradient_norm: f64,
-    /// How many sweeps it took.
+    /// The number of sweeps over it.
     pub sweeps: usize,
     /// q^a on the nodes, row by row: of active coordinates themselves, of ignorable ones from the start of the window.
     q: Vec<f64>,

@@ -7,7 +7,7 @@ use crate::sbp::lobatto::{WeakOperators, legendre_values};
 /// the motion well, and grow like (3 + √8)^k up to the end of the next window.
 const CONTINUED_MODES: usize = 16;
 
-/// How often slopes are integrated.
+/// The order of the equations, which says how often slopes are integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Order {
     /// q̇ = v(q, p), ṗ = f(q, p).
@@ -91,7 +91,8 @@ pub(super) struct Tables<const N: usize> {
     pub(super) length: f64,
     /// h A for equations of first order, h² A² for those of second order.
     pub(super) collocation: Box<Matrix<N>>,
-    /// What rounding took from that. Errors of rounded entries are the same in every window: K would drift.
+    /// The part that rounding took from its entries. Errors of rounded entries are the same in every window, and K
+    /// would drift.
     pub(super) collocation_low: Box<Matrix<N>>,
     /// The same as `collocation` after the slopes of the window before were continued.
     pub(super) continuation: Box<Matrix<N>>,

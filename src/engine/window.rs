@@ -18,7 +18,7 @@ pub(super) struct Solver<'g, const N: usize> {
     pub(super) rule: Rule<N>,
     /// Positions of active coordinates, and in first order their momenta.
     rows: Vec<Row<N>>,
-    /// Where the window starts, and where it ends.
+    /// The states at the start and at the end of the window.
     pub(super) start: State,
     pub(super) end: State,
     /// g_ab of active coordinates by rows, where it is constant and velocities are unknowns in place of momenta.
@@ -30,7 +30,7 @@ pub(super) struct Solver<'g, const N: usize> {
     /// Momenta of active coordinates on the nodes.
     pub(super) momenta: Vec<Nodes<N>>,
     sums: Vec<Twofold>,
-    /// Whether a window was solved before this one.
+    /// True if a window was solved before this one.
     follows: bool,
 }
 

@@ -45,7 +45,7 @@ const ANGLE: f64 = 1.5;
 /// The part of an accuracy that may come from what is too small to be seen.
 pub(crate) const UNSEEN: f64 = 0.1;
 
-/// What was found.
+/// The result of a look between nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Found {
     /// Nothing hides.
@@ -87,13 +87,13 @@ impl Enclosed {
 pub(crate) struct Enclosure {
     /// The path that is looked at.
     pub path: Path,
-    /// What must not change much.
+    /// The registers of the arguments that must not change much.
     watched: Vec<(Register, Kind)>,
-    /// Whether that depends on a variable.
+    /// True for every register that these arguments are computed from.
     reads: Vec<bool>,
-    /// What drives the motion.
+    /// The program in intervals, which all steps share.
     enclosed: Enclosed,
-    /// What does not depend on the path; what is watched; all that drives the motion.
+    /// The steps that do not depend on the path, those to what is watched, and those to all that drives the motion.
     fixed: Box<[Step]>,
     arguments: Box<[Step]>,
     drive: Box<[Step]>,
