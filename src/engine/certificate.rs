@@ -4,76 +4,89 @@
 //! where p_a = g_ab D̄q^b + A_a, and D̄ contains the initial data. It is computed from the nodes alone, with the
 //! formulas of the Lagrangian; `action` computes the same for any operator and any two branches.
 
-use super::kernel::{Evaluate, Product};
+use pulp::{Simd, WithSimd};
+
+use super::kernel::Evaluate;
 use super::window::Solver;
 use crate::formula::{Register, Step};
 use crate::geometry::Geometry;
-use crate::number::Compensated;
-use crate::number::vector::{Level, Nodes};
+use crate::number::vector::{Lanes, Level, Nodes, multiply};
 
 /// Room for certificates.
 pub(super) struct Certificate<'g, const N: usize> {
     steps: &'g [Step],
+    /// The first variables are q^a of n coordinates, then come their velocities.
     registers: Vec<Nodes<N>>,
-    /// The registers of p_a of all coordinates, then f_a + F_a of active ones.
-    outputs: Vec<Register>,
-    rows: Vec<Nodes<N>>,
+    /// The registers of p_a of all coordinates, and of f_a + F_a of active ones.
+    momenta: Vec<Register>,
+    forces: Vec<Option<Register>>,
 }
 
 impl<'g, const N: usize> Certificate<'g, N> {
     pub(super) fn new(geometry: &'g Geometry) -> Self {
         let program = geometry.field().rows().momenta();
         let (n, active) = (geometry.dimension(), geometry.active());
-        let outputs = n + active.len();
+        let mut forces = vec![None; n];
+        active.iter().enumerate().for_each(|(place, &a)| forces[a] = Some(program.output(n + place)));
         Self {
-            steps: program.steps_to(outputs),
+            steps: program.steps_to(n + active.len()),
             registers: program.registers(|constant| Nodes([constant; N])),
-            outputs: (0..outputs).map(|output| program.output(output)).collect(),
-            rows: vec![Nodes::ZERO; n],
+            momenta: (0..n).map(|output| program.output(output)).collect(),
+            forces,
         }
     }
 
-    /// The largest entry of the gradient of the action of a solved window of length `h`.
+    /// The largest entry of the gradient of the action of a complete window of length `h`.
     pub(super) fn of(&mut self, window: &Solver<'_, N>, h: f64) -> f64 {
-        let n = self.rows.len();
-        let slopes = &mut self.registers[n..2 * n];
-        for (a, elapsed) in window.geometry.ignorable().zip(&window.elapsed) {
-            slopes[a] = *elapsed;
-        }
-        for (place, &a) in window.geometry.active().iter().enumerate() {
-            let Compensated { high, low } = window.start.q[a];
-            slopes[a] = Nodes(window.position(place).0.map(|q| (q - high) - low));
-        }
-        let matrix = &*window.rule.derivative;
-        Level::Best.dispatch(Product { matrix, factor: 1.0 / h, rows: slopes });
-        for (place, &a) in window.geometry.active().iter().enumerate() {
-            self.registers[a] = *window.position(place);
-        }
-        Level::Best.dispatch(Evaluate { registers: &mut self.registers, steps: self.steps });
-        for (a, row) in self.rows.iter_mut().enumerate() {
-            let start = window.start_momentum(a);
-            *row = Nodes(self.registers[self.outputs[a]].0.map(|p| p - start));
-        }
-        Level::Best.dispatch(Product { matrix, factor: 1.0, rows: &mut self.rows });
-        self.largest(window, h)
+        Level::Best.dispatch(Gradient { certificate: self, window, h })
     }
+}
 
-    fn largest(&self, window: &Solver<'_, N>, h: f64) -> f64 {
-        let (n, weights) = (self.rows.len(), &window.rule.weights.0);
-        // The maximum may lose a NaN, the sum does not.
-        let (mut most, mut sum) = ([0.0_f64; N], [0.0; N]);
-        let mut place = 0;
-        for (a, slope) in self.rows.iter().enumerate() {
-            let is_active = window.geometry.active().get(place) == Some(&a);
-            let force = if is_active { &self.registers[self.outputs[n + place]] } else { &Nodes::ZERO };
-            place += usize::from(is_active);
-            for k in 0..N {
-                // Weights are 0 beyond the last node, which repeats it.
-                let entry = weights[k] * (slope.0[k] - h * force.0[k]);
-                most[k] = most[k].max(entry.abs());
-                sum[k] += entry;
-            }
+/// Computes max |b (D̄p_a − h (f_a + F_a))|, where p_a is computed from D̄q^b/h.
+struct Gradient<'a, 'g, 'w, const N: usize> {
+    certificate: &'a mut Certificate<'g, N>,
+    window: &'a Solver<'w, N>,
+    h: f64,
+}
+
+impl<const N: usize> WithSimd for Gradient<'_, '_, '_, N> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, s: S) -> f64 {
+        let Self { certificate: Certificate { steps, registers, momenta, forces }, window, h } = self;
+        let (n, zero) = (momenta.len(), Lanes::splat(s, 0.0));
+        let (derivative, weights) = (&window.rule.derivative, Lanes::new(s, &window.rule.weights));
+        let (mut active, mut ignorable) = (0, 0);
+        for a in 0..n {
+            let way = if forces[a].is_some() {
+                let (position, start) = (Lanes::new(s, window.position(active)), window.start.q[a]);
+                registers[a] = position.nodes();
+                active += 1;
+                (position - start.high - start.low).nodes()
+            } else {
+                ignorable += 1;
+                window.elapsed[ignorable - 1]
+            };
+            registers[n + a] = (multiply(s, derivative, &way, [zero; 2]) * (1.0 / h)).nodes();
         }
-        if sum.iter().sum::<f64>().is_finite() { most.into_iter().fold(0.0, f64::max) } else { f64::INFINITY }
+        Evaluate { registers, steps }.with_simd(s);
+        // The maximum may lose a NaN, the sum does not.
+        let (mut most, mut sum) = (zero, zero);
+        active = 0;
+        for a in 0..n {
+            let (start, force) = match forces[a] {
+                Some(register) => {
+                    active += 1;
+                    (window.start.p[active - 1].high, Lanes::new(s, &registers[register]) * -h)
+                }
+                None => (window.system.charge(a), zero),
+            };
+            let gain = (Lanes::new(s, &registers[momenta[a]]) - start).nodes();
+            let entry = multiply(s, derivative, &gain, [force, zero]) * weights;
+            most = most.max(entry.abs());
+            sum = sum + entry;
+        }
+        if sum.dot(Lanes::splat(s, 1.0)).is_finite() { most.largest() } else { f64::INFINITY }
     }
 }

@@ -16,29 +16,44 @@
 //!
 //! ```text
 //! rule         tables of the rule, and of windows of one length
-//! kernel       all that is compiled for every instruction set and number of lanes
+//! ladder       the tables of all lengths that an adaptive run uses
+//! kernel       sweeps, ends, local errors and gradients, compiled for every instruction set and number of lanes
 //! system       the equations of a scene: registers, and the steps that compute what is wanted when
+//! linear       the same for its linearised equations
 //! sizes        the units of a motion, from the motion itself
 //! window       one window
 //! certificate  the gradient of the action at a window
-//! march        window after window
+//! march        windows of one length
+//! control      from the errors of a window to the length of the next one
+//! estimate     what the errors of windows add up to: `plane` for one active coordinate, `steps` and `transport` for more
+//! adaptive     windows as long as an accuracy needs
 //! enclosure    what formulas do between nodes
 //! lobatto      the engines that this one is to replace
 //! ```
 
+mod adaptive;
 mod certificate;
+mod control;
 pub(crate) mod enclosure;
+mod estimate;
 mod kernel;
+mod ladder;
+mod linear;
 pub mod lobatto;
 mod march;
+mod plane;
 mod rule;
 mod sizes;
+mod steps;
 mod system;
+#[cfg(test)]
+mod tests;
+mod transport;
 mod window;
 
+use self::adaptive::Adaptive;
 use self::march::March;
 use self::sizes::Sizes;
-use self::window::Solver;
 use crate::geometry::{Geometry, OutsideGeometry, Start};
 use crate::number::Compensated;
 use crate::number::vector::Twofold;
@@ -56,12 +71,6 @@ pub struct State {
 }
 
 impl State {
-    /// Takes the numbers of another one, in the room that is there.
-    fn copy_from(&mut self, other: &Self) {
-        self.q.clone_from(&other.q);
-        self.p.clone_from(&other.p);
-    }
-
     /// q^a of all coordinates, rounded.
     pub fn positions(&self) -> Vec<f64> {
         self.q.iter().map(|q| q.high).collect()
@@ -73,75 +82,118 @@ impl State {
     }
 }
 
-/// Why there is no next window.
+/// The accuracy of a run.
 #[derive(Debug, Clone, Copy)]
+pub struct Accuracy {
+    /// The largest error of a coordinate at any node, relative to its size.
+    pub accuracy: f64,
+    /// True if windows may not add up to more than that. Otherwise each is accurate enough, and nothing is known of what
+    /// they add up to.
+    pub is_promised: bool,
+    /// True if the gradient of the action is computed at every window.
+    pub is_certified: bool,
+}
+
+/// Why there is no next window.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Failure {
     /// A node is outside the domain.
     OutsideDomain(OutsideGeometry),
     /// Sweeps do not converge.
     NotConverged,
+    /// No window is short enough for the accuracy.
+    TooShort,
+    /// Windows add up to more than the accuracy: after [`Engine::begin_again`] they are shorter.
+    BeginAgain,
+    /// Rounding errors alone add up to more than the accuracy.
+    Rounding,
 }
 
-/// A window that was solved.
-#[derive(Debug, Clone)]
-pub struct Window {
-    /// Number n of nodes.
-    pub points: usize,
-    /// The state at its start.
-    pub start: State,
-    /// The state at its end.
-    pub end: State,
-    /// The largest entry of the gradient of its action.
-    pub gradient_norm: f64,
+/// A solved window, which is lent until the next one is solved.
+pub struct Window<'w> {
+    /// Its place in the run.
+    pub index: usize,
+    /// γ at its start, from the start of the run.
+    pub gamma: f64,
+    /// Its length h.
+    pub length: f64,
     /// The number of sweeps over it.
     pub sweeps: usize,
-    /// q^a on the nodes, row by row: of active coordinates themselves, of ignorable ones from the start of the window.
-    q: Vec<f64>,
-    /// p_a of active coordinates on the nodes, row by row.
-    p: Vec<f64>,
+    /// The largest entry of the gradient of its action, if it is computed.
+    pub gradient_norm: Option<f64>,
+    solved: &'w mut dyn Solved,
 }
 
-impl Window {
-    fn new(geometry: &Geometry, points: usize) -> Self {
-        let (q, p) = (vec![0.0; geometry.dimension() * points], vec![0.0; geometry.active().len() * points]);
-        Self { points, start: State::default(), end: State::default(), gradient_norm: 0.0, sweeps: 0, q, p }
+/// A solved window of rules of any width.
+trait Solved {
+    /// Number n of nodes.
+    fn points(&self) -> usize;
+    /// The states at its start and its end.
+    fn ends(&self) -> [&State; 2];
+    /// Computes what was not needed to solve the window.
+    fn complete(&mut self);
+    /// q^a on the nodes; of an ignorable coordinate from the start of the window.
+    fn q(&self, a: usize) -> &[f64];
+    /// p_a on the nodes, by place among the active coordinates.
+    fn p(&self, place: usize) -> &[f64];
+}
+
+/// The nodes of a solved window.
+pub struct WindowNodes<'w>(&'w dyn Solved);
+
+impl Window<'_> {
+    /// The state at its start.
+    pub fn start(&self) -> &State {
+        self.solved.ends()[0]
+    }
+
+    /// The state at its end.
+    pub fn end(&self) -> &State {
+        self.solved.ends()[1]
+    }
+
+    /// Its nodes, of which some values are computed when they are first asked for.
+    pub fn nodes(&mut self) -> WindowNodes<'_> {
+        self.solved.complete();
+        WindowNodes(self.solved)
+    }
+}
+
+impl WindowNodes<'_> {
+    /// Number n of nodes.
+    pub fn points(&self) -> usize {
+        self.0.points()
     }
 
     /// q^a on the nodes; of an ignorable coordinate from the start of the window.
     pub fn q(&self, a: usize) -> &[f64] {
-        &self.q[a * self.points..][..self.points]
+        self.0.q(a)
     }
 
     /// p_a on the nodes, by place among the active coordinates.
     pub fn p(&self, place: usize) -> &[f64] {
-        &self.p[place * self.points..][..self.points]
-    }
-
-    /// The window that a solver has finished. Its last nodes are its end.
-    fn take<const N: usize>(&mut self, solver: &Solver<'_, N>) {
-        let points = self.points;
-        self.start.copy_from(&solver.start);
-        self.end.copy_from(&solver.end);
-        for (a, elapsed) in solver.geometry.ignorable().zip(&solver.elapsed) {
-            self.q[a * points..][..points].copy_from_slice(&elapsed.0[..points]);
-        }
-        for (place, &a) in solver.geometry.active().iter().enumerate() {
-            let (q, p) = (&mut self.q[a * points..][..points], &mut self.p[place * points..][..points]);
-            q.copy_from_slice(&solver.position(place).0[..points]);
-            p.copy_from_slice(&solver.momenta[place].0[..points]);
-            (q[points - 1], p[points - 1]) = (self.end.q[a].high, self.end.p[place].high);
-        }
+        self.0.p(place)
     }
 }
 
-/// Windows of one length from a start, pulled one by one.
-pub struct Engine<'g>(Width<'g>);
+/// Windows from a start, pulled one by one.
+pub struct Engine<'g>(Box<dyn Windows + 'g>);
 
-/// Rules of up to so many nodes.
-enum Width<'g> {
-    Eight(Box<March<'g, 8>>),
-    Sixteen(Box<March<'g, 16>>),
-    TwentyFour(Box<March<'g, 24>>),
+/// A run with rules of up to so many nodes.
+trait Windows {
+    /// As [`Engine::next`].
+    fn next(&mut self) -> Result<Option<Window<'_>>, Failure>;
+
+    /// As [`Engine::begin_again`].
+    fn begin_again(&mut self) {}
+
+    /// As [`Engine::rewind`].
+    fn rewind(&mut self) {}
+
+    /// As [`Engine::error_estimate`].
+    fn error_estimate(&self) -> Option<f64> {
+        None
+    }
 }
 
 impl<'g> Engine<'g> {
@@ -162,22 +214,51 @@ impl<'g> Engine<'g> {
         let h = Twofold::from(length) / Twofold::from(windows as f64);
         let sizes = Sizes::new(geometry, start, length)?;
         Ok(Self(match points {
-            ..=8 => Width::Eight(Box::new(March::new(geometry, start, &sizes, h, points))),
-            9..=16 => Width::Sixteen(Box::new(March::new(geometry, start, &sizes, h, points))),
-            _ => Width::TwentyFour(Box::new(March::new(geometry, start, &sizes, h, points))),
+            ..=8 => Box::new(March::<8>::new(geometry, (start, &sizes), (windows, h), points)),
+            9..=16 => Box::new(March::<16>::new(geometry, (start, &sizes), (windows, h), points)),
+            _ => Box::new(March::<24>::new(geometry, (start, &sizes), (windows, h), points)),
         }))
     }
 
-    /// Solves the next window.
+    /// Windows as long as an accuracy needs, of 8 or 16 nodes each, over a run of this length.
     ///
     /// # Errors
-    /// If its nodes leave the domain, or if sweeps do not converge.
+    /// If the start is outside the domain.
+    pub fn accurate(
+        geometry: &'g Geometry,
+        start: &'g Start,
+        length: f64,
+        accuracy: Accuracy,
+        points: usize,
+    ) -> Result<Self, OutsideGeometry> {
+        let sizes = Sizes::new(geometry, start, length)?;
+        Ok(Self(match points {
+            ..=8 => Box::new(Adaptive::<8>::new(geometry, start, sizes, length, accuracy)),
+            _ => Box::new(Adaptive::<16>::new(geometry, start, sizes, length, accuracy)),
+        }))
+    }
+
+    /// Solves the next window; `None` after the last one.
+    ///
+    /// # Errors
+    /// [`Failure`], of which [`Failure::BeginAgain`] is no end.
     #[expect(clippy::should_implement_trait, reason = "the window is lent")]
-    pub fn next(&mut self) -> Result<&Window, Failure> {
-        match &mut self.0 {
-            Width::Eight(march) => march.next(),
-            Width::Sixteen(march) => march.next(),
-            Width::TwentyFour(march) => march.next(),
-        }
+    pub fn next(&mut self) -> Result<Option<Window<'_>>, Failure> {
+        self.0.next()
+    }
+
+    /// Goes back to the start with smaller shares of the accuracy, after [`Failure::BeginAgain`].
+    pub fn begin_again(&mut self) {
+        self.0.begin_again();
+    }
+
+    /// Goes back to the start, as if nothing was known, with the tables that were made.
+    pub fn rewind(&mut self) {
+        self.0.rewind();
+    }
+
+    /// The largest error to expect at any node so far, relative to sizes, if the accuracy is promised.
+    pub fn error_estimate(&self) -> Option<f64> {
+        self.0.error_estimate()
     }
 }

@@ -16,6 +16,13 @@ pub(super) enum Order {
     Second,
 }
 
+impl Order {
+    /// h or h², by which integrals of slopes over a window of length h are longer than those over one of length 1.
+    pub(super) fn power_of(self, h: f64) -> f64 {
+        if self == Self::First { h } else { h * h }
+    }
+}
+
 /// The tables of a rule of n ≤ N nodes.
 ///
 /// Lanes beyond the last node repeat it: they are no points of the world-line, but nothing goes wrong in them that does
@@ -51,33 +58,68 @@ impl<const N: usize> Rule<N> {
         self.operators.points()
     }
 
-    /// The tables of windows of length `h` that follow windows of the same length.
-    pub(super) fn tables(&self, order: Order, h: Twofold) -> Tables<N> {
+    /// An entry of D = D̄ − H⁻¹E_0; 0 beyond the last node.
+    pub(super) fn derivative_entry(&self, i: usize, j: usize) -> f64 {
         let n = self.points();
-        let (entries, factor) = match order {
-            Order::First => (self.operators.a(), h),
-            Order::Second => (self.operators.a_squared(), h * h),
-        };
-        let continued = self.continued();
-        let product =
-            |i: usize, j: usize| -> f64 { (0..n).map(|k| entries[i * n + k].hi * continued[k * n + j]).sum() };
+        let penalty = if (i, j) == (0, 0) { self.operators.weights()[0].hi.recip() } else { 0.0 };
+        if i.max(j) < n { self.operators.derivative(i, j).hi - penalty } else { 0.0 }
+    }
+
+    /// The tables of windows of length `h`. Exact ones keep what rounding takes from their entries.
+    pub(super) fn tables(&self, order: Order, h: Twofold, is_exact: bool) -> Tables<N> {
+        let n = self.points();
+        let factor = if order == Order::First { h } else { h * h };
+        let entries = self.entries(order);
         let exact = |i: usize, j: usize| factor * entries[i * n + j];
+        let rounded = |i: usize, j: usize| factor.hi * entries[i * n + j].hi;
         Tables {
             length: h.hi,
-            collocation: matrix(n, |i, j| exact(i, j).hi),
-            collocation_low: matrix(n, |i, j| exact(i, j).lo),
-            continuation: matrix(n, |i, j| factor.hi * product(i, j)),
+            collocation: if is_exact { matrix(n, |i, j| exact(i, j).hi) } else { matrix(n, rounded) },
+            collocation_low: is_exact.then(|| matrix(n, |i, j| exact(i, j).lo)),
             weights: Weights::new(n, |j| h * self.operators.weights()[j]),
             end_weights: Weights::new(n, |j| exact(n - 1, j)),
         }
     }
 
-    /// From values on the nodes of a window to those of their polynomial on the nodes of the next one, row by row.
-    fn continued(&self) -> Vec<f64> {
+    /// A or A² after continuation of the slopes of a window to the next one, which is `ratio` times as long, row by row.
+    pub(super) fn continued(&self, order: Order, ratio: f64) -> Vec<f64> {
+        let (n, entries, continued) = (self.points(), self.entries(order), self.continuation(ratio));
+        let mut product = vec![0.0; n * n];
+        for (row, entries) in product.chunks_exact_mut(n).zip(entries.chunks_exact(n)) {
+            for (entry, by) in entries.iter().zip(continued.chunks_exact(n)) {
+                row.iter_mut().zip(by).for_each(|(sum, value)| *sum += entry.hi * value);
+            }
+        }
+        product
+    }
+
+    /// The matrix of these entries, row by row, times a factor.
+    pub(super) fn matrix(&self, factor: f64, entries: &[f64]) -> Box<Matrix<N>> {
+        let n = self.points();
+        matrix(n, |i, j| factor * entries[i * n + j])
+    }
+
+    /// A or A², row by row.
+    fn entries(&self, order: Order) -> &[Twofold] {
+        if order == Order::First { self.operators.a() } else { self.operators.a_squared() }
+    }
+
+    /// The weights of the values on the nodes in the highest four Legendre modes, the highest one first.
+    pub(super) fn highest_modes(&self) -> [Nodes<N>; 4] {
+        std::array::from_fn(|k| {
+            let mut weights = Nodes::ZERO;
+            weights.0.iter_mut().zip(self.operators.mode(self.points() - 1 - k)).for_each(|(to, mode)| *to = mode);
+            weights
+        })
+    }
+
+    /// From values on the nodes of a window to those of their polynomial on the nodes of the next one, which is `ratio`
+    /// times as long, row by row.
+    fn continuation(&self, ratio: f64) -> Vec<f64> {
         let (n, modes) = (self.points(), CONTINUED_MODES.min(self.points()));
         let mode_of: Vec<Vec<f64>> = (0..modes).map(|k| self.operators.mode(k).collect()).collect();
         let row = |c: &Twofold| {
-            let values = legendre_values(modes - 1, 1.0 + 2.0 * c.hi);
+            let values = legendre_values(modes - 1, 1.0 + 2.0 * ratio * c.hi);
             let entry = |j: usize| values.iter().zip(&mode_of).map(|(p, mode)| p * mode[j]).sum();
             (0..n).map(entry).collect::<Vec<f64>>()
         };
@@ -92,10 +134,8 @@ pub(super) struct Tables<const N: usize> {
     /// h A for equations of first order, h² A² for those of second order.
     pub(super) collocation: Box<Matrix<N>>,
     /// The part that rounding took from its entries. Errors of rounded entries are the same in every window, and K
-    /// would drift.
-    pub(super) collocation_low: Box<Matrix<N>>,
-    /// The same as `collocation` after the slopes of the window before were continued.
-    pub(super) continuation: Box<Matrix<N>>,
+    /// would drift. It is left out where the accuracy allows for that.
+    pub(super) collocation_low: Option<Box<Matrix<N>>>,
     /// h b, and the row of the last node of h A or h² A².
     pub(super) weights: Weights<N>,
     pub(super) end_weights: Weights<N>,

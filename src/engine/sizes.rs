@@ -1,15 +1,21 @@
-//! The units of a motion, from the motion itself: a size for each unknown.
+//! The units of a motion, from the motion itself: a time scale, and a size for each unknown.
 //!
 //! Errors are relative to sizes. Lengths, times or masses that are scaled by powers of two scale these numbers exactly,
 //! so that units change no digit of a run.
 
 use crate::geometry::{Geometry, OutsideGeometry, Start};
 
-/// The sizes of positions and momenta of active coordinates at the start of a run. What never moves has size 0.
+/// The time scale and the sizes at the start of a run. What never moves has size 0.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Sizes {
+    /// T, the time in which a small error changes, or the length of the run if that is shorter.
+    pub(super) time: f64,
+    /// Sizes of active coordinates, and of their momenta and velocities.
     pub(super) positions: Vec<f64>,
     pub(super) momenta: Vec<f64>,
+    pub(super) velocities: Vec<f64>,
+    /// Sizes of the ways of ignorable coordinates.
+    pub(super) ignorable: Vec<f64>,
 }
 
 impl Sizes {
@@ -18,7 +24,7 @@ impl Sizes {
     /// The rate is the fourth root of ½ Σ |S_ij S_ji|, S = J², J the Jacobian of the equations of motion: the frequency
     /// of an oscillator, 0 for free motion. With T = min(1/rate, length) a position q has the size max(|q|, |q̇| T), or
     /// |q̈| T² if that is 0. The largest one counts for all coordinates with equal g^aa. A momentum has the size of
-    /// what changes its position by that position's size within T.
+    /// what changes its position by that position's size within T, and an ignorable coordinate that of its way in T.
     ///
     /// # Errors
     /// If the start is outside the domain.
@@ -53,7 +59,9 @@ impl Sizes {
             if size.is_finite() { size.max(now) } else { now }
         });
         let momenta = momenta.collect();
-        Ok(Self { positions, momenta })
+        let speed = |k: usize| if time > 0.0 { slopes[k].abs().max(positions[k] / time) } else { slopes[k].abs() };
+        let ignorable = geometry.ignorable().map(|a| field.q_dot(&rates, a).abs() * time).collect();
+        Ok(Self { time, momenta, velocities: (0..m).map(speed).collect(), ignorable, positions })
     }
 }
 

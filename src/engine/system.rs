@@ -15,13 +15,14 @@ pub(super) struct System<'g, const N: usize> {
     /// The steps that depend on nothing but momenta that are conserved.
     fixed: Box<[Step]>,
     /// The steps to the velocities of ignorable coordinates and the determinants, once the unknowns are known.
-    others: Box<[Step]>,
+    pub(super) others: Box<[Step]>,
     /// The registers of q^a and p_a of active coordinates.
     pub(super) positions: Box<[Register]>,
     pub(super) momenta: Box<[Register]>,
     /// The registers of q̇^a of ignorable coordinates.
     pub(super) ignorable: Box<[Register]>,
-    determinants: Box<[Register]>,
+    /// The blocks whose determinants vary, with the registers of these.
+    determinants: Box<[(usize, Register)]>,
 }
 
 impl<'g, const N: usize> System<'g, N> {
@@ -49,8 +50,11 @@ impl<'g, const N: usize> System<'g, N> {
                 (Order::First, vec![forces, velocities])
             }
         };
-        let (ignorable, determinants) = (rows.ignorable_registers(), rows.determinant_registers());
-        let others = program.schedule(ignorable.iter().chain(&determinants).copied(), is_fixed);
+        let ignorable = rows.ignorable_registers();
+        let determinants = rows.determinant_registers().into_iter().enumerate();
+        let determinants: Box<[_]> = determinants.filter(|(_, register)| varies[*register]).collect();
+        let outputs = ignorable.iter().chain(determinants.iter().map(|(_, register)| register));
+        let others = program.schedule(outputs.copied(), is_fixed);
         let fixed = program.schedule(0..varies.len(), |register| varies[register]);
         Self {
             geometry,
@@ -62,7 +66,7 @@ impl<'g, const N: usize> System<'g, N> {
             positions,
             momenta,
             ignorable: ignorable.into(),
-            determinants: determinants.into(),
+            determinants,
         }
     }
 
@@ -80,16 +84,16 @@ impl<'g, const N: usize> System<'g, N> {
         Level::Best.dispatch(Evaluate { registers: &mut self.registers, steps: &self.fixed });
     }
 
-    /// Computes the velocities of ignorable coordinates and the determinants on the nodes.
+    /// Looks whether the determinants on the nodes have their signs.
     ///
     /// # Errors
     /// The first of `points` nodes that is outside the domain.
-    pub(super) fn complete(&mut self, points: usize) -> Result<(), OutsideGeometry> {
-        Level::Best.dispatch(Evaluate { registers: &mut self.registers, steps: &self.others });
-        for (block, (&register, &sign)) in self.determinants.iter().zip(self.geometry.field().signs()).enumerate() {
+    pub(super) fn check_domain(&self, points: usize) -> Result<(), OutsideGeometry> {
+        let signs = self.geometry.field().signs();
+        for &(block, register) in &self.determinants {
             let row = &self.registers[register].0[..points];
             let is_inside =
-                |determinant: f64| determinant.is_finite() && determinant != 0.0 && determinant * sign >= 0.0;
+                |determinant: f64| determinant.is_finite() && determinant != 0.0 && determinant * signs[block] >= 0.0;
             if let Some(index) = row.iter().position(|&determinant| !is_inside(determinant)) {
                 return Err(OutsideGeometry { index, block: Some(block), determinant: row[index] });
             }

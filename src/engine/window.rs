@@ -1,15 +1,18 @@
 //! One window: its collocation equations, solved, and what follows from the solution.
 
-use super::kernel::{Product, Row, Sums, Sweeps, Swept};
+use pulp::{Simd, WithSimd};
+
+use super::kernel::{Ends, Row, Sweeps, Swept, grow, integrated, inverse, plus};
 use super::rule::{Order, Rule, Tables};
 use super::sizes::Sizes;
 use super::system::System;
-use super::{Failure, State};
-use crate::formula::Register;
+use super::{Failure, Solved, State};
 use crate::geometry::{Geometry, Start};
 use crate::number::Compensated;
-use crate::number::vector::twofold::two_product;
-use crate::number::vector::{Level, Nodes, Twofold, Weights};
+use crate::number::vector::{Lanes, Level, Matrix, Nodes, Twofold};
+
+/// More sweeps than a window of a good length needs, and more than one of a given length does.
+const MOST_SWEEPS: [usize; 2] = [30, 60];
 
 /// Solves windows that follow each other.
 pub(super) struct Solver<'g, const N: usize> {
@@ -17,187 +20,309 @@ pub(super) struct Solver<'g, const N: usize> {
     pub(super) system: System<'g, N>,
     pub(super) rule: Rule<N>,
     /// Positions of active coordinates, and in first order their momenta.
-    rows: Vec<Row<N>>,
+    pub(super) rows: Vec<Row<N>>,
     /// The states at the start and at the end of the window.
     pub(super) start: State,
     pub(super) end: State,
     /// g_ab of active coordinates by rows, where it is constant and velocities are unknowns in place of momenta.
     metric: Vec<f64>,
     /// Velocities of active coordinates on the nodes, where they are unknowns.
-    velocities: Vec<Nodes<N>>,
+    pub(super) velocities: Vec<Nodes<N>>,
     /// Ignorable coordinates on the nodes, from the start of the window.
     pub(super) elapsed: Vec<Nodes<N>>,
-    /// Momenta of active coordinates on the nodes.
-    pub(super) momenta: Vec<Nodes<N>>,
-    sums: Vec<Twofold>,
-    /// True if a window was solved before this one.
-    follows: bool,
+    /// Momenta of active coordinates on the nodes, where velocities are unknowns.
+    momenta: Vec<Nodes<N>>,
+    /// Ignorable coordinates at the start of the run, and 1/size of their ways since then.
+    origin: Vec<f64>,
+    pub(super) inverse_ignorable: Vec<f64>,
+    /// By how much they grow over the window.
+    gains: Vec<Twofold>,
+    /// The weights of the highest Legendre modes, if the errors of windows are measured.
+    highest_modes: Option<[Nodes<N>; 4]>,
+    most_sweeps: usize,
+    /// The length of the solved window, and whether its velocities and all of its nodes were computed.
+    length: f64,
+    has_velocities: bool,
+    is_complete: bool,
+}
+
+/// An unknown at the ends of a window.
+pub(super) struct Unknown {
+    pub(super) inverse_size: f64,
+    /// The larger one of its absolute values there.
+    pub(super) magnitude: f64,
+    /// A bound of the error that the window makes.
+    pub(super) end_error: f64,
 }
 
 impl<'g, const N: usize> Solver<'g, N> {
-    /// Windows of a rule of `points` ≤ N nodes, of which the first one begins at `start`.
-    pub(super) fn new(geometry: &'g Geometry, start: &Start, sizes: &Sizes, points: usize) -> Self {
-        let (active, mut system) = (geometry.active(), System::new(geometry));
-        system.begin(start);
-        let state = State {
-            q: start.q.iter().map(|&q| Compensated::from(q)).collect(),
-            p: active.iter().map(|&a| Compensated::from(start.p[a])).collect(),
-        };
-        let ignorable = geometry.ignorable().count();
+    /// Windows of a rule of `points` ≤ N nodes.
+    pub(super) fn new(geometry: &'g Geometry, points: usize, measures: bool) -> Self {
+        let (active, system, rule) = (geometry.active(), System::new(geometry), Rule::new(points));
+        let (m, ignorable) = (active.len(), geometry.ignorable().count());
+        let separable = if geometry.is_separable() { m } else { 0 };
         Self {
-            rows: rows(geometry, system.order, start, sizes),
-            rule: Rule::new(points),
-            start: state.clone(),
-            end: state,
-            metric: geometry.separable().map_or_else(Vec::new, |inverse| inverted(inverse, active.len())),
-            velocities: vec![Nodes::ZERO; if geometry.is_separable() { active.len() } else { 0 }],
+            rows: Vec::with_capacity(2 * m),
+            start: State::default(),
+            end: State::default(),
+            metric: geometry.separable().map_or_else(Vec::new, |inverse| inverted(inverse, m)),
+            velocities: vec![Nodes::ZERO; separable],
             elapsed: vec![Nodes::ZERO; ignorable],
-            momenta: vec![Nodes::ZERO; active.len()],
-            sums: Vec::new(),
-            follows: false,
+            momenta: vec![Nodes::ZERO; separable],
+            origin: Vec::with_capacity(ignorable),
+            inverse_ignorable: Vec::with_capacity(ignorable),
+            gains: vec![Twofold::ZERO; ignorable],
+            highest_modes: measures.then(|| rule.highest_modes()),
+            most_sweeps: MOST_SWEEPS[usize::from(!measures)],
+            length: 0.0,
+            has_velocities: false,
+            is_complete: false,
             geometry,
             system,
+            rule,
         }
     }
 
-    /// Solves the window with these tables until sweeps leave no more than `threshold`, relative to sizes.
+    /// Goes to the start of a run.
+    pub(super) fn begin(&mut self, start: &Start, sizes: &Sizes) {
+        let active = self.geometry.active();
+        self.system.begin(start);
+        self.start = State {
+            q: start.q.iter().map(|&q| Compensated::from(q)).collect(),
+            p: active.iter().map(|&a| Compensated::from(start.p[a])).collect(),
+        };
+        self.end = self.start.clone();
+        self.rows = rows(self.geometry, self.system.order, start, sizes);
+        self.origin = self.geometry.ignorable().map(|a| start.q[a]).collect();
+        self.inverse_ignorable = sizes.ignorable.iter().map(|&size| inverse(size)).collect();
+    }
+
+    /// Solves the window with these tables until sweeps leave no more than `threshold`, relative to sizes. The first
+    /// guess continues the window before, if there is a matrix for that.
     ///
     /// # Errors
-    /// If the sweeps do not converge, also from the motion without forces, or if a node is outside the domain.
-    pub(super) fn solve(&mut self, tables: &Tables<N>, threshold: f64) -> Result<Swept, Failure> {
-        let mut swept = self.sweep(tables, threshold, self.follows);
-        if !swept.is_solved && self.follows {
-            // A guess may lie outside the domain.
-            let again = self.sweep(tables, threshold, false);
-            swept = Swept { sweeps: swept.sweeps + again.sweeps, ..again };
-        }
+    /// If the sweeps do not converge, or if a node is outside the domain.
+    pub(super) fn solve(
+        &mut self,
+        tables: &Tables<N>,
+        continuation: Option<&Matrix<N>>,
+        threshold: f64,
+    ) -> Result<Swept, Failure> {
+        let swept = self.sweep(tables, continuation, threshold);
         if !swept.is_solved {
             return Err(Failure::NotConverged);
         }
-        match self.system.complete(self.rule.points()) {
+        match self.system.check_domain(self.rule.points()) {
             Ok(()) => Ok(swept),
             Err(outside) => Err(Failure::OutsideDomain(outside)),
         }
     }
 
-    fn sweep(&mut self, tables: &Tables<N>, threshold: f64, continues: bool) -> Swept {
+    fn sweep(&mut self, tables: &Tables<N>, continuation: Option<&Matrix<N>>, threshold: f64) -> Swept {
+        let System { registers, order, passes, others, ignorable, .. } = &mut self.system;
         Level::Best.dispatch(Sweeps {
-            order: self.system.order,
-            registers: &mut self.system.registers,
+            registers,
             rows: &mut self.rows,
-            passes: &self.system.passes,
+            passes,
+            order: *order,
             nodes: &self.rule.nodes,
             length: tables.length,
             collocation: &tables.collocation,
-            collocation_low: &tables.collocation_low,
-            continuation: continues.then_some(&tables.continuation),
+            collocation_low: tables.collocation_low.as_deref(),
+            continuation,
             threshold,
+            most_sweeps: self.most_sweeps,
+            others,
+            ignorable,
+            inverse_ignorable: &self.inverse_ignorable,
+            points: self.rule.points(),
+            highest_modes: self.highest_modes.as_ref(),
         })
     }
 
-    /// Computes the end of the window with these tables, and the nodes of ignorable coordinates and of momenta.
+    /// Computes the end of the window with these tables.
     pub(super) fn finish(&mut self, tables: &Tables<N>) {
-        let h = tables.length;
-        for (to, &register) in self.elapsed.iter_mut().zip(&self.system.ignorable) {
-            *to = self.system.registers[register];
+        (self.length, self.has_velocities, self.is_complete) = (tables.length, false, false);
+        let System { registers, order, passes, ignorable, .. } = &self.system;
+        Level::Best.dispatch(Ends {
+            registers,
+            rows: &mut self.rows,
+            passes,
+            order: *order,
+            tables,
+            ignorable,
+            gains: &mut self.gains,
+        });
+        for (a, &gain) in self.geometry.ignorable().zip(&self.gains) {
+            self.end.q[a] = plus(self.start.q[a], gain);
         }
-        Level::Best.dispatch(Product { matrix: &self.rule.integral, factor: h, rows: &mut self.elapsed });
-        let System { registers, ignorable, .. } = &self.system;
-        add_up(&tables.weights, registers, ignorable, &mut self.sums);
-        for (a, &sum) in self.geometry.ignorable().zip(&self.sums) {
-            self.end.q[a] = plus(self.start.q[a], sum);
-        }
-        self.finish_rows(tables);
         for (row, &a) in self.rows.iter().zip(self.geometry.active()) {
             self.end.q[a] = row.end;
         }
-        match self.system.order {
-            Order::First => {
-                let rows = &self.rows[self.momenta.len()..];
-                for (place, (row, &register)) in rows.iter().zip(&self.system.momenta).enumerate() {
-                    (self.momenta[place], self.end.p[place]) = (self.system.registers[register], row.end);
+        let m = self.geometry.active().len();
+        for (place, end) in self.end.p.iter_mut().enumerate() {
+            *end = match order {
+                Order::First => self.rows[m + place].end,
+                Order::Second => {
+                    let by = &self.metric[place * m..][..m];
+                    Compensated::from(by.iter().zip(&self.rows).map(|(g, row)| g * row.velocity_end.high).sum())
                 }
-            }
-            Order::Second => self.finish_velocities(tables),
+            };
         }
     }
 
-    /// The rows at the end, of which positions also move without forces in second order.
-    fn finish_rows(&mut self, tables: &Tables<N>) {
-        for pass in &self.system.passes {
-            add_up(&tables.end_weights, &self.system.registers, &pass.slopes, &mut self.sums);
-            for (row, &sum) in self.rows[pass.first..].iter_mut().zip(&self.sums) {
-                row.end = plus(row.start, sum);
-                if self.system.order == Order::Second {
-                    let (way, low) = two_product(tables.length, row.velocity.high);
-                    row.end = plus(row.end, Twofold::new(way, low + tables.length * row.velocity.low));
-                }
-            }
-        }
+    /// Computes the velocities of active coordinates on the nodes, where they are unknowns.
+    pub(super) fn complete_velocities(&mut self) {
+        Level::Best.dispatch(Complete { solver: self, all: false });
     }
 
-    /// Velocities are integrals of the slopes, and momenta follow from them.
-    fn finish_velocities(&mut self, tables: &Tables<N>) {
-        for (to, &register) in self.velocities.iter_mut().zip(&self.system.passes[0].slopes) {
-            *to = self.system.registers[register];
-        }
-        Level::Best.dispatch(Product {
-            matrix: &self.rule.integral,
-            factor: tables.length,
-            rows: &mut self.velocities,
-        });
-        let System { registers, passes, .. } = &self.system;
-        add_up(&tables.weights, registers, &passes[0].slopes, &mut self.sums);
-        for ((row, gains), &sum) in self.rows.iter_mut().zip(&mut self.velocities).zip(&self.sums) {
-            let Compensated { high, low } = row.velocity;
-            row.velocity = plus(row.velocity, sum);
-            gains.0.iter_mut().for_each(|gain| *gain = high + (low + *gain));
-        }
-        let m = self.rows.len();
-        for (place, (p, end)) in self.momenta.iter_mut().zip(&mut self.end.p).enumerate() {
-            let by = &self.metric[place * m..][..m];
-            *p = Nodes::ZERO;
-            for (&g, velocity) in by.iter().zip(&self.velocities).filter(|(g, _)| **g != 0.0) {
-                p.0.iter_mut().zip(&velocity.0).for_each(|(p, v)| *p += g * v);
-            }
-            *end = Compensated::from(by.iter().zip(&self.rows).map(|(g, row)| g * row.velocity.high).sum());
+    /// Computes all that is known on the nodes of the window, and puts its end at the last one.
+    pub(super) fn complete(&mut self) {
+        Level::Best.dispatch(Complete { solver: self, all: true });
+    }
+
+    /// Puts the end at the last node.
+    fn end_nodes(&mut self) {
+        let last = self.rule.points() - 1;
+        for (place, &a) in self.geometry.active().iter().enumerate() {
+            self.system.registers[self.system.positions[place]].0[last] = self.end.q[a].high;
+            let momentum = match self.system.order {
+                Order::First => &mut self.system.registers[self.system.momenta[place]],
+                Order::Second => &mut self.momenta[place],
+            };
+            momentum.0[last] = self.end.p[place].high;
         }
     }
 
     /// Goes on to the window that begins where this one ends.
     pub(super) fn advance(&mut self) {
-        for pass in &self.system.passes {
-            for (row, &slope) in self.rows[pass.first..].iter_mut().zip(&pass.slopes) {
-                row.advance(&self.system.registers[slope]);
-            }
+        self.rows.iter_mut().for_each(Row::advance);
+        for (place, a) in self.geometry.ignorable().enumerate() {
+            grow(&mut self.inverse_ignorable[place], self.end.q[a].high - self.origin[place]);
         }
         std::mem::swap(&mut self.start, &mut self.end);
-        self.follows = true;
     }
 
-    /// p_a at the start of the window, of any coordinate.
-    pub(super) fn start_momentum(&self, a: usize) -> f64 {
-        match self.geometry.active().iter().position(|&active| active == a) {
-            Some(place) => self.start.p[place].high,
-            None => self.system.charge(a),
+    /// One of 2m unknowns at a finished window of length `h`: positions, then momenta or velocities.
+    pub(super) fn unknown(&self, k: usize, h: f64) -> Unknown {
+        let m = self.geometry.active().len();
+        let unknown = |inverse_size: f64, [start, end]: [Compensated<f64>; 2], end_error: f64| Unknown {
+            inverse_size,
+            magnitude: start.high.abs().max(end.high.abs()),
+            end_error,
+        };
+        let row = |row: &Row<N>, end_error: f64| unknown(row.inverse_size, [row.start, row.end], end_error);
+        match self.system.order {
+            Order::First => row(&self.rows[k], self.rows[k].end_error),
+            Order::Second if k < m => row(&self.rows[k], h * self.rows[k].end_error),
+            Order::Second => {
+                let row = &self.rows[k - m];
+                unknown(row.inverse_speed, [row.velocity, row.velocity_end], row.end_error)
+            }
         }
+    }
+
+    /// The nodes of an unknown.
+    #[inline(always)]
+    pub(super) fn unknown_nodes(&self, k: usize) -> &Nodes<N> {
+        match (k.checked_sub(self.system.positions.len()), self.system.order) {
+            (None, _) => &self.system.registers[self.system.positions[k]],
+            (Some(place), Order::First) => &self.system.registers[self.system.momenta[place]],
+            (Some(place), Order::Second) => &self.velocities[place],
+        }
+    }
+
+    /// The slopes of a row that sweeps iterate.
+    #[inline(always)]
+    pub(super) fn slope_nodes(&self, row: usize) -> &Nodes<N> {
+        let passes = &self.system.passes;
+        let pass = if row < self.system.positions.len() { &passes[passes.len() - 1] } else { &passes[0] };
+        &self.system.registers[pass.slopes[row - pass.first]]
+    }
+
+    /// The velocities of an ignorable coordinate.
+    #[inline(always)]
+    pub(super) fn rate_nodes(&self, j: usize) -> &Nodes<N> {
+        &self.system.registers[self.system.ignorable[j]]
     }
 
     /// The nodes of the position of an active coordinate, by its place among them.
     pub(super) fn position(&self, place: usize) -> &Nodes<N> {
         &self.system.registers[self.system.positions[place]]
     }
+
+    /// The nodes of its momentum.
+    pub(super) fn momentum(&self, place: usize) -> &Nodes<N> {
+        match self.system.order {
+            Order::First => &self.system.registers[self.system.momenta[place]],
+            Order::Second => &self.momenta[place],
+        }
+    }
 }
 
-/// Adds up what these registers have on the nodes.
-fn add_up<const N: usize>(weights: &Weights<N>, registers: &[Nodes<N>], from: &[Register], sums: &mut Vec<Twofold>) {
-    Level::Best.dispatch(Sums { weights, registers, from, sums });
+/// Computes what is not needed to solve a window: velocities alone, or all of it.
+struct Complete<'a, 'g, const N: usize> {
+    solver: &'a mut Solver<'g, N>,
+    all: bool,
 }
 
-/// A sum with one more term, of which nothing is lost.
-fn plus(sum: Compensated<f64>, term: Twofold) -> Compensated<f64> {
-    let Twofold { hi: high, lo: low } = Twofold { hi: sum.high, lo: sum.low }.plus_update((term.hi, term.lo));
-    Compensated { high, low }
+impl<const N: usize> WithSimd for Complete<'_, '_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, s: S) {
+        let Self { solver, all } = self;
+        let length = solver.length;
+        let Solver { system, rule, rows, velocities, elapsed, momenta, metric, has_velocities, is_complete, .. } =
+            &mut *solver;
+        let (registers, matrix) = (&system.registers, &rule.integral);
+        if !std::mem::replace(has_velocities, true) {
+            for k in 0..velocities.len() {
+                let slope = &registers[system.passes[0].slopes[k]];
+                velocities[k] = integrated(s, matrix, length, slope, rows[k].velocity);
+            }
+        }
+        if !all || std::mem::replace(is_complete, true) {
+            return;
+        }
+        for k in 0..elapsed.len() {
+            elapsed[k] = integrated(s, matrix, length, &registers[system.ignorable[k]], Compensated::default());
+        }
+        for place in 0..momenta.len() {
+            let mut sum = Lanes::splat(s, 0.0);
+            for k in 0..velocities.len() {
+                sum = Lanes::new(s, &velocities[k]).scale_add(metric[place * velocities.len() + k], sum);
+            }
+            momenta[place] = sum.nodes();
+        }
+        solver.end_nodes();
+    }
+}
+
+impl<const N: usize> Solved for Solver<'_, N> {
+    fn points(&self) -> usize {
+        self.rule.points()
+    }
+
+    fn ends(&self) -> [&State; 2] {
+        [&self.start, &self.end]
+    }
+
+    fn complete(&mut self) {
+        self.complete();
+    }
+
+    fn q(&self, a: usize) -> &[f64] {
+        let nodes = match self.geometry.active().iter().position(|&active| active == a) {
+            Some(place) => self.position(place),
+            None => &self.elapsed[self.geometry.ignorable().take_while(|&ignorable| ignorable < a).count()],
+        };
+        &nodes.0[..self.rule.points()]
+    }
+
+    fn p(&self, place: usize) -> &[f64] {
+        &self.momentum(place).0[..self.rule.points()]
+    }
 }
 
 fn rows<const N: usize>(geometry: &Geometry, order: Order, start: &Start, sizes: &Sizes) -> Vec<Row<N>> {
@@ -206,8 +331,10 @@ fn rows<const N: usize>(geometry: &Geometry, order: Order, start: &Start, sizes:
         let row = geometry.separable().map(|inverse| &inverse[place * active.len()..][..active.len()]);
         row.map_or(0.0, |row| row.iter().zip(active).map(|(g, &b)| g * start.p[b]).sum())
     };
-    let position = |(place, &a): (usize, &usize)| Row::new(start.q[a], velocity(place), sizes.positions[place]);
-    let momentum = |(place, &a): (usize, &usize)| Row::new(start.p[a], 0.0, sizes.momenta[place]);
+    let position = |(place, &a): (usize, &usize)| {
+        Row::new(start.q[a], velocity(place), [sizes.positions[place], sizes.velocities[place]])
+    };
+    let momentum = |(place, &a): (usize, &usize)| Row::new(start.p[a], 0.0, [sizes.momenta[place], 0.0]);
     let positions = active.iter().enumerate().map(position);
     match order {
         Order::First => positions.chain(active.iter().enumerate().map(momentum)).collect(),

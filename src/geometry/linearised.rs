@@ -26,7 +26,7 @@ pub(super) struct Linearised<S> {
 #[derive(Debug)]
 pub(crate) struct Equations<S> {
     /// The entries that are not zero, those of ignorable coordinates last.
-    pub(super) entries: Vec<Entry<S>>,
+    pub(crate) entries: Vec<Entry<S>>,
     /// Its outputs are the entries that vary, in the variables of [`Field::program`](super::Field::program).
     pub(crate) jacobian: Program<S>,
     /// What of that depends on momenta of ignorable coordinates alone, and the rest.
@@ -41,10 +41,10 @@ pub(crate) struct Equations<S> {
 /// An entry of the linearised equations that is not zero. Of m active coordinates rows 0 … m−1 are q̇^a, rows m … 2m−1
 /// are ṗ_a, and then comes q̇^a of ignorable coordinates; columns are q^a and then p_a of active ones.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Entry<S> {
-    pub(super) row: usize,
-    pub(super) column: usize,
-    pub(super) value: Source<S>,
+pub(crate) struct Entry<S> {
+    pub(crate) row: usize,
+    pub(crate) column: usize,
+    pub(crate) value: Source<S>,
 }
 
 impl<S: Real> Linearised<S> {

@@ -85,20 +85,22 @@ pub(super) fn windows(
     let operator = run.line.operators.element(points, window_length);
     let (mut q, mut p) = (start.q.clone(), start.p.clone());
     for index in 1..=windows {
-        let Ok(window) = engine.next() else { return Ok(None) };
-        q.iter_mut().zip(&window.end.q).for_each(|(to, q)| *to = q.high);
-        geometry.active().iter().zip(&window.end.p).for_each(|(&a, end)| p[a] = end.high);
+        let Ok(Some(mut window)) = engine.next() else { return Ok(None) };
+        q.iter_mut().zip(&window.end().q).for_each(|(to, q)| *to = q.high);
+        geometry.active().iter().zip(&window.end().p).for_each(|(&a, end)| p[a] = end.high);
         let joint = Joint { q: &q, p: &p };
         let gamma = if index == windows { length } else { index as f64 * window_length };
-        if !(window.gradient_norm.is_finite() && geometry.has_finite_action(joint, window_length)) {
+        let gradient_norm = window.gradient_norm.unwrap_or(f64::INFINITY);
+        if !(gradient_norm.is_finite() && geometry.has_finite_action(joint, window_length)) {
             return Ok(None);
         }
         run.begin_window(operator, gamma, joint, Vec::new());
         let line = &mut run.line;
-        line.gradient_norm = line.gradient_norm.max(window.gradient_norm);
+        line.gradient_norm = line.gradient_norm.max(gradient_norm);
         line.iterations.count += window.sweeps;
-        line.q.iter_mut().enumerate().for_each(|(a, row)| row.extend_from_slice(window.q(a)));
-        line.p.iter_mut().enumerate().for_each(|(place, row)| row.extend_from_slice(window.p(place)));
+        let nodes = window.nodes();
+        line.q.iter_mut().enumerate().for_each(|(a, row)| row.extend_from_slice(nodes.q(a)));
+        line.p.iter_mut().enumerate().for_each(|(place, row)| row.extend_from_slice(nodes.p(place)));
         run.end_window();
     }
     Ok(Some(run.line))

@@ -8,7 +8,7 @@ use std::ops::{Add, Mul, Sub};
 
 use pulp::Simd;
 
-use super::{Nodes, Twofold, abs, multiply_add, product_error, vectors, vectors_mut};
+use super::{Nodes, Twofold, abs, multiply_add, neg, product_error, vectors, vectors_mut};
 
 /// N numbers, N a multiple of 8. The token `s` has no size.
 #[derive(Clone, Copy)]
@@ -73,6 +73,43 @@ impl<S: Simd, const N: usize> Lanes<S, N> {
         let mut out = self;
         for v in vectors_mut::<S>(&mut out.values) {
             *v = abs(self.s, *v);
+        }
+        out
+    }
+
+    /// Σ a_j b_j.
+    #[inline(always)]
+    pub(crate) fn dot(self, other: Self) -> f64 {
+        let (a, b) = (vectors::<S>(&self.values), vectors::<S>(&other.values));
+        let mut sum = self.s.mul_f64s(a[0], b[0]);
+        for i in 1..a.len() {
+            sum = self.s.mul_add_e_f64s(a[i], b[i], sum);
+        }
+        self.s.reduce_sum_f64s(sum)
+    }
+
+    /// The number on the last node.
+    #[inline(always)]
+    pub(crate) fn last(self) -> f64 {
+        self.values[N - 1]
+    }
+
+    /// 1/a.
+    #[inline(always)]
+    pub(crate) fn recip(self) -> Self {
+        let mut out = self;
+        for v in vectors_mut::<S>(&mut out.values) {
+            *v = self.s.div_f64s(self.s.splat_f64s(1.0), *v);
+        }
+        out
+    }
+
+    /// −a.
+    #[inline(always)]
+    pub(crate) fn neg(self) -> Self {
+        let mut out = self;
+        for v in vectors_mut::<S>(&mut out.values) {
+            *v = neg(self.s, *v);
         }
         out
     }

@@ -1,7 +1,7 @@
 //! The engine of few nodes on given windows.
 
 use geodesic_ivp::case::SceneCase;
-use geodesic_ivp::engine::{Engine, MOST_POINTS};
+use geodesic_ivp::engine::{Engine, MOST_POINTS, State};
 use geodesic_ivp::geometry::{Geometry, Start};
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::solve::{Arithmetic, InitialGuess, WorldLine, solve};
@@ -107,10 +107,14 @@ fn end(geometry: &Geometry, start: &Start, length: f64, [windows, points]: [usiz
     for _ in 1..windows {
         engine.next().unwrap();
     }
-    let window = engine.next().unwrap();
-    let mut end = Start { q: window.end.positions(), ..start.clone() };
-    geometry.active().iter().zip(window.end.momenta()).for_each(|(&a, p)| end.p[a] = p);
-    end
+    state(geometry, start, engine.next().unwrap().unwrap().end())
+}
+
+/// The end of a window as a start, with the velocities of another one.
+fn state(geometry: &Geometry, start: &Start, end: &State) -> Start {
+    let mut found = Start { q: end.positions(), ..start.clone() };
+    geometry.active().iter().zip(end.momenta()).for_each(|(&a, p)| found.p[a] = p);
+    found
 }
 
 /// The largest difference of active coordinates and momenta.

@@ -1,0 +1,94 @@
+//! What the errors of windows add up to.
+//!
+//! Each window makes a local error, which its highest modes tell; the linearised equations carry it on. The estimate is
+//! one solution δ of them, to which each window adds its local error such that δ grows most: in closed form for one
+//! active coordinate ([`Plane`]), by steps for more ([`Steps`]).
+
+use super::plane::Plane;
+use super::steps::Steps;
+use super::window::Solver;
+use crate::geometry::Start;
+
+/// What sweeps leave is estimated from their contraction, which slows down: in 99.5 % of windows it is less than this
+/// many times the estimate.
+const LEFT: f64 = 10.0;
+/// Rounding errors of the first window, relative to its values: they add up like the square root of the number of
+/// windows,
+const ROUNDING: f64 = 1e-16;
+/// until what they have of one sign takes over: this part of them.
+const BIAS: f64 = 0.1;
+/// The part that rounding errors of the values on the nodes have in it, by way of the slopes.
+const OF_SLOPES: f64 = 0.25;
+
+/// δ, window by window.
+pub(super) struct ErrorEstimate<'g, const N: usize> {
+    method: Method<'g, N>,
+    /// Number of windows so far.
+    windows: f64,
+    /// The local errors of the unknowns, without signs.
+    local: Vec<f64>,
+    /// |δ|, its largest component relative to sizes,
+    pub(super) now: f64,
+    /// at this γ.
+    pub(super) reached: f64,
+    /// The largest |δ| so far, relative to sizes.
+    pub(super) largest: f64,
+}
+
+enum Method<'g, const N: usize> {
+    Plane(Box<Plane<'g, N>>),
+    Steps(Box<Steps<'g, N>>),
+}
+
+impl<'g, const N: usize> ErrorEstimate<'g, N> {
+    /// For the run that begins at `start`.
+    pub(super) fn new(solver: &Solver<'g, N>, start: &Start) -> Self {
+        let m = solver.geometry.active().len();
+        let method = if m == 1 && !solver.geometry.has_force() {
+            Method::Plane(Box::new(Plane::new(solver.geometry, start)))
+        } else {
+            Method::Steps(Box::new(Steps::new(solver, start)))
+        };
+        Self { method, windows: 0.0, local: vec![0.0; 2 * m], now: 0.0, reached: 0.0, largest: 0.0 }
+    }
+
+    /// Goes back to the start, where there is no error.
+    pub(super) fn begin(&mut self) {
+        match &mut self.method {
+            Method::Plane(plane) => plane.begin(),
+            Method::Steps(steps) => steps.begin(),
+        }
+        (self.windows, self.now, self.reached, self.largest) = (0.0, 0.0, 0.0, 0.0);
+    }
+
+    /// Carries δ over a window of length `h` that is finished, and adds the window's own error. `left` is what its
+    /// sweeps left undone, relative to sizes. By steps, `now` lags behind until the last window.
+    pub(super) fn follow(&mut self, window: &Solver<'g, N>, h: f64, left: f64, is_last: bool) {
+        self.windows += 1.0;
+        let part = ROUNDING * (1.0 / self.windows.sqrt()).max(BIAS);
+        for (k, local) in self.local.iter_mut().enumerate() {
+            let unknown = window.unknown(k, h);
+            let size = if unknown.inverse_size > 0.0 { 1.0 / unknown.inverse_size } else { 0.0 };
+            *local = unknown.end_error + LEFT * left * size + part * unknown.magnitude;
+        }
+        match &mut self.method {
+            Method::Plane(plane) => {
+                let gains = plane.follow(window, h).map(|gain| part * OF_SLOPES * gain);
+                plane.add(self.local[0] + gains[0], self.local[1] + gains[1]);
+                self.now = plane.position() * window.unknown(0, h).inverse_size;
+                for (j, &inverse_size) in window.inverse_ignorable.iter().enumerate() {
+                    self.now = self.now.max(plane.ignorable(j) * inverse_size);
+                }
+                self.reached += h;
+                self.largest = self.largest.max(self.now);
+            }
+            Method::Steps(steps) => {
+                steps.follow(window, h, &self.local, part * OF_SLOPES);
+                if is_last {
+                    steps.finish(window, h);
+                }
+                (self.now, self.reached, self.largest) = (steps.now, steps.reached, steps.largest);
+            }
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! Local errors: by how much a solved window is off, from the highest Legendre modes of its slopes.
+//!
+//! A integrates P_0 … P_{n−2} exactly, and A P_{n−1} − ∫P_{n−1} = (P_{n−1} − P_{n−2})/2(n − 1). So of slopes h ẋ with the
+//! modes a_k
+//!
+//! * the largest error inside is that of the first node, |a_{n−1}|/(n − 1), which is also its distance from the start of
+//!   the window; where it happens to be small, the mode that a_{n−2} and the decay of modes foretell stands for it;
+//! * for equations of second order the same holds with the last mode of q̇, that is h² a_{n−2}/2(2n − 3);
+//! * at the end this error counts only as far as the linearised equations have a mode like it: once more the truncation,
+//!   relative.
+
+use pulp::Simd;
+
+use super::super::rule::Order;
+use super::Sweeps;
+use crate::number::vector::{Lanes, Nodes};
+
+/// Slopes that change an unknown by less than this, relative to its size, are noise.
+const NOISE: f64 = 1e-9;
+/// The error at the end, divided by the product of the two truncations: 99.5 % of windows are below it, for equations of
+/// first and of second order.
+const END: [f64; 2] = [4.0, 2.0];
+
+/// Bounds of the errors that a window makes, relative to sizes.
+#[derive(Debug, Clone, Copy, Default)]
+pub(in super::super) struct LocalErrors {
+    /// At its nodes, of positions and ignorable coordinates: of order n.
+    pub(in super::super) inside: f64,
+    /// At its end, of all unknowns: of order 2n − 1.
+    pub(in super::super) end: f64,
+    /// The highest modes of slopes relative to these. If it is not small, the bounds say nothing.
+    pub(in super::super) roughness: f64,
+}
+
+impl<const N: usize> Sweeps<'_, N> {
+    /// Measures the window, and leaves the error of each unknown at the end with its row.
+    #[inline(always)]
+    pub(super) fn measure<S: Simd>(&mut self, s: S, highest: &[Nodes<N>; 4]) -> LocalErrors {
+        let (h, n) = (self.length, self.points as f64);
+        let is_second = self.order == Order::Second;
+        let positions = self.passes[self.passes.len() - 1].slopes.len();
+        let (mut inside, mut most, mut roughness) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for pass in self.passes {
+            for k in 0..pass.slopes.len() {
+                let row = &mut self.rows[pass.first + k];
+                let slope = Lanes::new(s, &self.registers[pass.slopes[k]]);
+                let a = Lanes::new(s, &highest[0]).dot(slope).abs();
+                let b = Lanes::new(s, &highest[1]).dot(slope).abs();
+                let c = Lanes::new(s, &highest[2]).dot(slope).abs();
+                let d = Lanes::new(s, &highest[3]).dot(slope).abs();
+                let largest = slope.abs().largest();
+                let (tail, before) = (larger(a, b), larger(c, d));
+                let next = if tail < before { tail * (tail / before).sqrt() } else { tail };
+                let weight = self.order.power_of(h) * row.inverse_size;
+                if pass.first + k < positions {
+                    let first_node = (self.registers[pass.unknowns[k]].0[0] - row.start.high).abs() * row.inverse_size;
+                    let expected = if is_second { tail / (2.0 * (2.0 * n - 3.0)) } else { next };
+                    inside = larger(inside, larger(first_node, 0.5 * weight * expected / (n - 1.0)));
+                }
+                row.end_error = larger(a, next);
+                let weight = larger(weight, if is_second { h * row.inverse_speed } else { 0.0 });
+                most = larger(most, weight * row.end_error);
+                if largest * weight > NOISE || largest.is_nan() {
+                    roughness = larger(roughness, tail / largest);
+                }
+            }
+        }
+        let factor = END[usize::from(is_second)] * roughness * h;
+        for row in self.rows.iter_mut() {
+            row.end_error *= factor;
+        }
+        for k in 0..self.ignorable.len() {
+            let mode = Lanes::new(s, &highest[0]).dot(Lanes::new(s, &self.registers[self.ignorable[k]])).abs();
+            inside = larger(inside, h * mode / (n - 1.0) * self.inverse_ignorable[k]);
+        }
+        LocalErrors { inside, end: factor / h * most, roughness }
+    }
+}
+
+/// The larger number; NaN if one is NaN, unlike `f64::max`.
+#[inline(always)]
+pub(in super::super) fn larger(a: f64, b: f64) -> f64 {
+    if a > b || a.is_nan() { a } else { b }
+}

@@ -1,0 +1,109 @@
+//! All that is compiled for every level of instructions and every number of lanes.
+
+mod ends;
+mod local;
+mod sweeps;
+
+pub(super) use ends::{Ends, integrated, plus};
+pub(super) use local::{LocalErrors, larger};
+pub(super) use sweeps::{Pass, Row, Sweeps, Swept, grow, inverse};
+
+use pulp::{Simd, WithSimd};
+
+use crate::formula::{Algebra, Function, Fused, Step, run};
+use crate::number::vector::{Nodes, elementary, multiply_add, neg, vectors, vectors_mut};
+
+/// Carries out steps of a program.
+pub(super) struct Evaluate<'w, const N: usize> {
+    pub(super) registers: &'w mut [Nodes<N>],
+    pub(super) steps: &'w [Step],
+}
+
+impl<const N: usize> WithSimd for Evaluate<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, s: S) {
+        carry_out(s, self.steps, self.registers);
+    }
+}
+
+/// Carries out steps of a program on all nodes. It is one function for each level and number of lanes, since it is long
+/// and called from several places.
+#[inline(always)]
+fn carry_out<S: Simd, const N: usize>(s: S, steps: &[Step], registers: &mut [Nodes<N>]) {
+    s.vectorize(CarryOut { steps, registers });
+}
+
+struct CarryOut<'w, const N: usize> {
+    steps: &'w [Step],
+    registers: &'w mut [Nodes<N>],
+}
+
+impl<const N: usize> WithSimd for CarryOut<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, s: S) {
+        run(&Vectors { s }, self.steps, self.registers);
+    }
+}
+
+/// The arithmetic of values that have a number on every node.
+struct Vectors<S, const N: usize> {
+    s: S,
+}
+
+macro_rules! lanewise {
+    ($($name:ident $instruction:ident),*) => {$(
+        #[inline(always)]
+        fn $name(&self, to: &mut Nodes<N>, a: &Nodes<N>, b: &Nodes<N>) {
+            let (a, b, to) = (vectors::<S>(&a.0), vectors::<S>(&b.0), vectors_mut::<S>(&mut to.0));
+            for i in 0..to.len() {
+                to[i] = self.s.$instruction(a[i], b[i]);
+            }
+        }
+    )*};
+}
+
+impl<S: Simd, const N: usize> Algebra for Vectors<S, N> {
+    type Value = Nodes<N>;
+
+    lanewise!(add add_f64s, subtract sub_f64s, multiply mul_f64s, divide div_f64s);
+
+    #[inline(always)]
+    fn power(&self, to: &mut Nodes<N>, a: &Nodes<N>, b: &Nodes<N>) {
+        elementary::power(self.s, &a.0, &b.0, &mut to.0);
+    }
+
+    #[inline(always)]
+    fn negate(&self, to: &mut Nodes<N>, a: &Nodes<N>) {
+        let (a, to) = (vectors::<S>(&a.0), vectors_mut::<S>(&mut to.0));
+        for i in 0..to.len() {
+            to[i] = neg(self.s, a[i]);
+        }
+    }
+
+    #[inline(always)]
+    fn call(&self, to: &mut Nodes<N>, function: Function, a: &Nodes<N>) {
+        elementary::call(self.s, function, &a.0, &mut to.0);
+    }
+
+    #[inline(always)]
+    fn fused(&self, to: &mut Nodes<N>, fused: Fused, [a, b, c]: [&Nodes<N>; 3]) {
+        let [a, b, c] = [a, b, c].map(|operand| vectors::<S>(&operand.0));
+        let to = vectors_mut::<S>(&mut to.0);
+        for i in 0..to.len() {
+            to[i] = match fused {
+                Fused::Add => multiply_add(self.s, a[i], b[i], c[i]),
+                Fused::Subtract => multiply_add(self.s, a[i], b[i], neg(self.s, c[i])),
+                Fused::SubtractFrom => multiply_add(self.s, neg(self.s, a[i]), b[i], c[i]),
+            };
+        }
+    }
+
+    #[inline(always)]
+    fn sin_cos(&self, sin: &mut Nodes<N>, cos: &mut Nodes<N>, a: &Nodes<N>) {
+        elementary::sin_cos(self.s, &a.0, [&mut sin.0, &mut cos.0]);
+    }
+}

@@ -1,0 +1,81 @@
+//! Lengths of windows, h = h₀ 2^(k/4), with the tables of each, which are made when they are first used.
+
+use std::sync::OnceLock;
+
+use super::MOST_POINTS;
+use super::rule::{Order, Rule, Tables};
+use crate::number::vector::{Matrix, Twofold};
+
+/// k runs from −REACH to REACH.
+const REACH: i32 = 200;
+/// A window is continued into one that is longer by at most so many rungs,
+const LONGEST: i32 = 8;
+/// or shorter by at most so many.
+const SHORTEST: i32 = -16;
+/// The number of lengths into which a window is continued.
+const CONTINUED: usize = (LONGEST - SHORTEST + 1) as usize;
+
+/// The tables of all lengths that were used.
+pub(super) struct Ladder<const N: usize> {
+    order: Order,
+    is_exact: bool,
+    /// h₀.
+    first: f64,
+    rungs: Vec<Option<Box<Rung<N>>>>,
+}
+
+struct Rung<const N: usize> {
+    tables: Tables<N>,
+    /// The matrices of [`Rule::continuation`] from windows that are shorter by j = SHORTEST … LONGEST rungs.
+    continuations: [Option<Box<Matrix<N>>>; CONTINUED],
+}
+
+impl<const N: usize> Ladder<N> {
+    /// The ladder whose rung 0 has the length `first`. Exact tables keep what rounding takes from their entries.
+    pub(super) fn new(order: Order, first: f64, is_exact: bool) -> Self {
+        Self { order, is_exact, first, rungs: (-REACH..=REACH).map(|_| None).collect() }
+    }
+
+    /// True if there is a rung k.
+    pub(super) fn has(k: i32) -> bool {
+        (-REACH..=REACH).contains(&k)
+    }
+
+    /// The length of rung k. The fourth roots of powers of two are rounded alike in every unit of length.
+    pub(super) fn length(&self, k: i32) -> f64 {
+        let roots = [1.0, std::f64::consts::SQRT_2.sqrt(), std::f64::consts::SQRT_2, 2.0_f64.powf(0.75)];
+        let power_of_two = f64::from_bits(((k.div_euclid(4) + 1023) as u64) << 52);
+        self.first * roots[k.rem_euclid(4) as usize] * power_of_two
+    }
+
+    /// The tables of rung k, and the matrix that continues a window of rung `previous`, if that is near enough.
+    pub(super) fn rung(&mut self, rule: &Rule<N>, k: i32, previous: Option<i32>) -> (&Tables<N>, Option<&Matrix<N>>) {
+        let (order, is_exact, h) = (self.order, self.is_exact, self.length(k));
+        let rung = self.rungs[(k + REACH) as usize].get_or_insert_with(|| {
+            let tables = rule.tables(order, Twofold::from(h), is_exact);
+            Box::new(Rung { tables, continuations: [const { None }; CONTINUED] })
+        });
+        let longer = previous.map(|previous| k - previous).filter(|j| (SHORTEST..=LONGEST).contains(j));
+        let continuation = longer.map(|j| {
+            let place = (j - SHORTEST) as usize;
+            &**rung.continuations[place]
+                .get_or_insert_with(|| rule.matrix(order.power_of(h), continued(rule, order, j)))
+        });
+        (&rung.tables, continuation)
+    }
+
+    /// Tables for one window of any length. It is guessed without the window before: that would save a few sweeps, which
+    /// cost a tenth of the matrix for it.
+    #[cold]
+    pub(super) fn odd(&self, rule: &Rule<N>, h: f64) -> Tables<N> {
+        rule.tables(self.order, Twofold::from(h), self.is_exact)
+    }
+}
+
+/// A or A² after continuation by j rungs, for length 1, made once in the life of the program.
+fn continued<const N: usize>(rule: &Rule<N>, order: Order, j: i32) -> &'static [f64] {
+    static TABLES: [[[OnceLock<Vec<f64>>; CONTINUED]; 2]; MOST_POINTS + 1] =
+        [const { [const { [const { OnceLock::new() }; CONTINUED] }; 2] }; MOST_POINTS + 1];
+    let table = &TABLES[rule.points()][usize::from(order == Order::Second)][(j - SHORTEST) as usize];
+    table.get_or_init(|| rule.continued(order, 2.0_f64.powf(0.25 * f64::from(j))))
+}

@@ -1,0 +1,81 @@
+//! The linearised equations of a scene: registers, and the entries of the Jacobian that are not zero.
+
+use super::kernel::Evaluate;
+use super::rule::Order;
+use crate::formula::{Register, Step};
+use crate::geometry::{Geometry, Source, Start};
+use crate::number::vector::{Level, Nodes};
+
+/// A term of an entry of the Jacobian: `factor` times what stands in a register.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Term {
+    pub(super) row: usize,
+    pub(super) column: usize,
+    pub(super) register: Register,
+    pub(super) factor: f64,
+}
+
+/// The linearised equations of 2m unknowns: positions and momenta, or positions and velocities in second order.
+pub(super) struct Linear<'g, const N: usize> {
+    geometry: &'g Geometry,
+    pub(super) order: Order,
+    pub(super) registers: Vec<Nodes<N>>,
+    pub(super) steps: &'g [Step],
+    fixed: &'g [Step],
+    /// The registers of q^a and p_a of active coordinates.
+    pub(super) unknowns: Vec<Register>,
+    /// ∂(slope)/∂(unknown) for each row that sweeps iterate.
+    pub(super) rows: Vec<Term>,
+    /// The same for velocities of ignorable coordinates, whose rows count from 0.
+    pub(super) rates: Vec<Term>,
+}
+
+impl<'g, const N: usize> Linear<'g, N> {
+    pub(super) fn new(geometry: &'g Geometry) -> Self {
+        let equations = geometry.field().linearised();
+        let program = &equations.jacobian;
+        let (m, n, active) = (geometry.active().len(), geometry.dimension(), geometry.active());
+        let mut registers = program.registers(|constant| Nodes([constant; N]));
+        let (mut rows, mut rates) = (Vec::new(), Vec::new());
+        for entry in &equations.entries {
+            let register = match entry.value {
+                Source::Row(output) => program.output(output),
+                Source::Constant(value) => {
+                    registers.push(Nodes([value; N]));
+                    registers.len() - 1
+                }
+            };
+            let term = |row: usize, factor: f64| Term { row, column: entry.column, register, factor };
+            match (entry.row.checked_sub(2 * m), geometry.separable()) {
+                (Some(place), _) => rates.push(term(place, 1.0)),
+                (None, None) => rows.push(term(entry.row, 1.0)),
+                // q̈^a = g^ab ṗ_b
+                (None, Some(inverse)) if entry.row >= m => {
+                    let column = inverse.iter().skip(entry.row - m).step_by(m).enumerate();
+                    rows.extend(column.filter(|(_, g)| **g != 0.0).map(|(row, &g)| term(row, g)));
+                }
+                (None, Some(_)) => {}
+            }
+        }
+        let momenta = active.iter().map(|&a| 2 * n + a);
+        Self {
+            geometry,
+            order: if geometry.is_separable() { Order::Second } else { Order::First },
+            registers,
+            steps: &equations.varying,
+            fixed: &equations.fixed,
+            unknowns: active.iter().copied().chain(momenta).collect(),
+            rows,
+            rates,
+        }
+    }
+
+    /// Puts the momenta of ignorable coordinates in place.
+    pub(super) fn begin(&mut self, start: &Start) {
+        let n = self.geometry.dimension();
+        for a in self.geometry.ignorable() {
+            self.registers[2 * n + a].0 = [start.p[a]; N];
+        }
+        Level::Best.dispatch(Evaluate { registers: &mut self.registers, steps: self.fixed });
+    }
+}

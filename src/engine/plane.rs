@@ -1,0 +1,251 @@
+//! Small errors δ of a motion with one active coordinate. Its phase space is a plane, where they are known without a
+//! solver.
+//!
+//! In the frame of the flow f = ẋ and of a partner g with ω(f, g) = 1, for the Jacobian J = (a, b; c, −a) of f and the
+//! metric |f|² = f_q² + s f_p²:
+//!
+//! ```text
+//! δ = α f + β g,   g = (−s f_p, f_q)/|f|²,   β̇ = 0,   α̇ = κ β,   κ = ((b + s c)(f_q² − s f_p²) − 4 a s f_q f_p)/|f|⁴
+//! ```
+//!
+//! β is the change of H, α a shift along the orbit, which a change of H shears. In regular motion f is never 0, as q and
+//! p do not both rest. The error of an ignorable coordinate with the rate r is integrated by parts, as ∇r·f = ṙ:
+//!
+//! ```text
+//! ∫ ∇r·δ = [α r] − β ∫ κ r + β ∫ ∇r·g
+//! ```
+//!
+//! Any s > 0 will do, if κ is smooth: it has poles where f_q = ±i √s f_p. With s = |b/c|, but at most (h b)², these are
+//! as far away as the motion's own time or a window. Each window has its s. From s to s₁ δ is kept: α grows by
+//! β f_q f_p (s₁ − s)/|f|²|f|₁².
+//!
+//! With friction f is no Hamiltonian flow, and the trace of J is not 0: then [`Steps`](super::steps::Steps) carry δ.
+
+use pulp::{Simd, WithSimd};
+
+use super::kernel::Evaluate;
+use super::linear::{Linear, Term};
+use super::rule::Order;
+use super::window::Solver;
+use crate::geometry::{Geometry, Start};
+use crate::number::vector::{Lanes, Level, Nodes};
+
+/// δ in its frame.
+pub(super) struct Plane<'g, const N: usize> {
+    linear: Linear<'g, N>,
+    /// f at the end of the last window, and the metric's s.
+    flow: [f64; 2],
+    metric: f64,
+    /// β, which local errors only make larger.
+    change: f64,
+    /// The part of α that comes from β.
+    shear: f64,
+    /// The sum of the local errors along f, the other part of α, of either sign.
+    shift: f64,
+    ignorable: Vec<Ignorable>,
+}
+
+/// The error of an ignorable coordinate.
+#[derive(Debug, Clone, Copy, Default)]
+struct Ignorable {
+    /// What β and the shear make of it.
+    of_change: f64,
+    /// What shifts make of it.
+    of_shift: f64,
+    /// The rate at the end of the last window.
+    rate: f64,
+}
+
+impl<'g, const N: usize> Plane<'g, N> {
+    /// No error at the start.
+    pub(super) fn new(geometry: &'g Geometry, start: &Start) -> Self {
+        let mut linear = Linear::new(geometry);
+        linear.begin(start);
+        let ignorable = vec![Ignorable::default(); geometry.ignorable().count()];
+        Self { linear, flow: [0.0; 2], metric: 1.0, change: 0.0, shear: 0.0, shift: 0.0, ignorable }
+    }
+
+    /// Goes back to the start.
+    pub(super) fn begin(&mut self) {
+        (self.change, self.shear, self.shift) = (0.0, 0.0, 0.0);
+        self.ignorable.fill(Ignorable::default());
+    }
+
+    /// Carries δ over a finished window of length `h`. Returns ∫ |J||x| for both unknowns: what relative errors of the
+    /// values make of them by way of the slopes.
+    pub(super) fn follow(&mut self, window: &Solver<'g, N>, h: f64) -> [f64; 2] {
+        Level::Best.dispatch(Follow { plane: self, window, h })
+    }
+
+    /// Takes the metric of a window of length h in which |b| and |c| are at most so large, and keeps δ.
+    #[inline(always)]
+    fn choose_metric(&mut self, b: f64, c: f64, h: f64) {
+        let (before, square) = (self.metric, self.square());
+        let longest = (h * b) * (h * b);
+        let metric = if longest * c > b { b / c } else { longest };
+        self.metric = if metric.is_normal() { metric } else { before };
+        if self.change > 0.0 && square > 0.0 {
+            let [q, p] = self.flow;
+            self.shear += self.change * (q / square) * (p / self.square()) * (self.metric - before);
+        }
+    }
+
+    /// |f|² at the end of the last window.
+    #[inline(always)]
+    fn square(&self) -> f64 {
+        let [q, p] = self.flow;
+        q * q + self.metric * p * p
+    }
+
+    /// Adds the local errors of position and momentum at the end of the window, with the signs that make |β|, and then
+    /// |α|, grow most.
+    pub(super) fn add(&mut self, position: f64, momentum: f64) {
+        let ([q, p], square) = (self.flow, self.square());
+        if square > 0.0 {
+            self.change += q.abs() * momentum + p.abs() * position;
+            self.shift += (q.abs() * position + self.metric * p.abs() * momentum) / square;
+        }
+    }
+
+    /// |δ| of the position at the end of the window.
+    pub(super) fn position(&self) -> f64 {
+        let ([q, p], square) = (self.flow, self.square());
+        if square > 0.0 {
+            (self.shear * q - self.change * self.metric * p / square).abs() + self.shift * q.abs()
+        } else {
+            0.0
+        }
+    }
+
+    /// The error of an ignorable coordinate.
+    pub(super) fn ignorable(&self, j: usize) -> f64 {
+        self.ignorable[j].of_change.abs() + self.ignorable[j].of_shift.abs()
+    }
+}
+
+/// Carries δ over a window.
+struct Follow<'a, 'g, const N: usize> {
+    plane: &'a mut Plane<'g, N>,
+    window: &'a Solver<'g, N>,
+    h: f64,
+}
+
+impl<const N: usize> WithSimd for Follow<'_, '_, N> {
+    type Output = [f64; 2];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, s: S) -> [f64; 2] {
+        let Self { plane, window, h } = self;
+        let Linear { registers, steps, unknowns, .. } = &mut plane.linear;
+        for k in 0..2 {
+            registers[unknowns[k]] = Lanes::new(s, window.unknown_nodes(k)).nodes();
+        }
+        Evaluate { registers, steps }.with_simd(s);
+        let Linear { registers, rows, order, .. } = &plane.linear;
+        let is_second = *order == Order::Second;
+        let (a, b) = if is_second {
+            (Lanes::splat(s, 0.0), Lanes::splat(s, 1.0))
+        } else {
+            (entry(s, registers, rows, [0, 0]), entry(s, registers, rows, [0, 1]))
+        };
+        let c = entry(s, registers, rows, [usize::from(!is_second), 0]);
+        let (q, p) = match order {
+            Order::First => (Lanes::new(s, window.slope_nodes(0)), Lanes::new(s, window.slope_nodes(1))),
+            Order::Second => (Lanes::new(s, window.unknown_nodes(1)), Lanes::new(s, window.slope_nodes(0))),
+        };
+        let weights = Lanes::new(s, &window.rule.weights);
+        let gain = h * magnitude(s, window, &plane.linear, 0).dot(weights);
+        let gains =
+            if is_second { [h * gain, gain] } else { [gain, h * magnitude(s, window, &plane.linear, 1).dot(weights)] };
+        let (largest_b, largest_c) = (b.abs().largest(), c.abs().largest());
+        plane.choose_metric(largest_b, largest_c, h);
+        plane.flow = [q.last(), p.last()];
+        // At rest everything stays as it is.
+        if plane.square() <= 0.0 {
+            return gains;
+        }
+        let metric = plane.metric;
+        let inverse = q.mul_add(q, p * p * metric).recip();
+        let kappa =
+            (c.scale_add(metric, b) * (q * q - p * p * metric) - a * q * p * (4.0 * metric)) * inverse * inverse;
+        let before = plane.shear;
+        plane.shear += plane.change * h * kappa.dot(weights);
+        for j in 0..plane.ignorable.len() {
+            let rate = Lanes::new(s, window.rate_nodes(j));
+            let Linear { registers, rates, .. } = &plane.linear;
+            let by_q = entry(s, registers, rates, [j, 0]);
+            let by_p = entry(s, registers, rates, [j, 1]);
+            let across = (by_p * q - by_q * p * metric) * inverse;
+            let of_change = h * (across - kappa * rate).dot(weights);
+            let error = &mut plane.ignorable[j];
+            error.of_change += plane.shear * rate.last() - before * error.rate + plane.change * of_change;
+            error.of_shift += plane.shift * (rate.last() - error.rate);
+            error.rate = rate.last();
+        }
+        gains
+    }
+}
+
+/// The entry of the Jacobian in a row and a column, which may be 0.
+#[inline(always)]
+fn entry<S: Simd, const N: usize>(
+    s: S,
+    registers: &[Nodes<N>],
+    terms: &[Term],
+    [row, column]: [usize; 2],
+) -> Lanes<S, N> {
+    let mut sum = Lanes::splat(s, 0.0);
+    for term in terms {
+        if term.row == row && term.column == column {
+            sum = Lanes::new(s, &registers[term.register]).scale_add(term.factor, sum);
+        }
+    }
+    sum
+}
+
+/// Σ |J||x| of a row.
+#[inline(always)]
+fn magnitude<S: Simd, const N: usize>(s: S, window: &Solver<'_, N>, linear: &Linear<'_, N>, row: usize) -> Lanes<S, N> {
+    let mut sum = Lanes::splat(s, 0.0);
+    for term in &linear.rows {
+        if term.row == row {
+            let x = Lanes::new(s, window.unknown_nodes(term.column)).abs();
+            sum = (Lanes::new(s, &linear.registers[term.register]) * term.factor).abs().mul_add(x, sum);
+        }
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Plane;
+    use crate::engine::tests::{Pair, lifted, schwarzschild, well};
+
+    /// δ is what a second motion is off by, which begins a little beside the first one, also where windows differ in
+    /// length.
+    #[test]
+    fn deviation_is_that_of_a_second_motion() {
+        let scenes = [(well(), 0.2), (schwarzschild(), 4.0), (lifted("1 - cos(x)", &["x"], &[1.0], &[0.3]), 0.5)];
+        for ((geometry, start), unit) in &scenes {
+            let mut pair = Pair::new(geometry, start);
+            let mut plane = Plane::<16>::new(geometry, start);
+            pair.advance_first(2.0 * unit);
+            plane.follow(&pair.first, 2.0 * unit);
+            // δ = β g
+            let ([q, p], square) = (plane.flow, plane.square());
+            plane.change = 1e-6 * square / q.hypot(plane.metric * p);
+            pair.begin_second([-plane.metric * p, q].map(|g| plane.change * g / square).to_vec());
+            for step in 0..40 {
+                let h = unit * [1.0, 3.0, 0.3, 2.0][step % 4];
+                pair.advance(h);
+                plane.follow(&pair.first, h);
+                let close = |a: f64, b: f64| (a - b).abs() < 1e-3 * b.abs() + 3e-8;
+                let off = pair.deviation();
+                assert!(close(plane.position(), off[0].abs()), "{step}: {:e} {:e}", plane.position(), off[0]);
+                for (j, off) in pair.ignorable.iter().enumerate() {
+                    assert!(close(plane.ignorable(j), off.abs()), "{step}, {j}: {:e} {off:e}", plane.ignorable(j));
+                }
+            }
+        }
+    }
+}
