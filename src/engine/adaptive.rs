@@ -10,7 +10,7 @@ use super::control::Control;
 use super::estimate::ErrorEstimate;
 use super::ladder::Ladder;
 use super::sizes::Sizes;
-use super::window::Solver;
+use super::window::{Known, Solver};
 use super::{Accuracy, Failure, Window, Windows};
 use crate::geometry::{Geometry, Start};
 use crate::number::Compensated;
@@ -44,6 +44,8 @@ pub(super) struct Adaptive<'g, const N: usize> {
     estimate: Option<ErrorEstimate<'g, N>>,
     certificate: Option<Certificate<'g, N>>,
     wanted: Accuracy,
+    /// What these need of a window.
+    known: Known,
     start: &'g Start,
     sizes: Sizes,
     /// The length of the run.
@@ -88,6 +90,11 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             estimate: wanted.is_promised.then(|| ErrorEstimate::new(&solver, start)),
             certificate: wanted.is_certified.then(|| Certificate::new(geometry)),
             solver,
+            known: match wanted {
+                Accuracy { is_certified: true, .. } => Known::All,
+                Accuracy { is_promised: true, .. } => Known::Velocities,
+                _ => Known::Ends,
+            },
             wanted,
             start,
             sizes,
@@ -140,7 +147,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
                 self.refused += 1;
                 continue;
             }
-            self.solver.finish(tables);
+            self.solver.finish(tables, self.known);
             self.previous = Some(rung);
             self.largest_inside = self.largest_inside.max(inside);
             return Ok(Accepted { length: tables.length, sweeps: swept.sweeps, is_last, left: swept.left });
@@ -153,7 +160,6 @@ impl<'g, const N: usize> Adaptive<'g, N> {
     /// If windows add up to more than the accuracy, or are expected to.
     fn follow(&mut self, accepted: Accepted) -> Result<(), Failure> {
         let Some(estimate) = &mut self.estimate else { return Ok(()) };
-        self.solver.complete_velocities();
         estimate.follow(&self.solver, accepted.length, accepted.left, accepted.is_last);
         // Errors are expected to grow at least linearly in what is left.
         let excess = MARGIN * estimate.now / ((1.0 - INSIDE) * self.wanted.accuracy);
@@ -184,10 +190,7 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
         let accepted = self.accept()?;
         self.follow(accepted)?;
         let Accepted { length, sweeps, .. } = accepted;
-        let gradient_norm = self.certificate.as_mut().map(|certificate| {
-            self.solver.complete();
-            certificate.of(&self.solver, length)
-        });
+        let gradient_norm = self.certificate.as_mut().map(|certificate| certificate.of(&self.solver, length));
         (self.accepted, self.windows) = (accepted, self.windows + 1);
         let (index, gamma) = (self.windows - 1, self.gamma.high);
         Ok(Some(Window { index, gamma, length, sweeps, gradient_norm, solved: &mut self.solver }))

@@ -3,7 +3,7 @@
 use super::certificate::Certificate;
 use super::rule::Tables;
 use super::sizes::Sizes;
-use super::window::Solver;
+use super::window::{Known, Solver};
 use super::{Failure, Window, Windows};
 use crate::geometry::{Geometry, Start};
 use crate::number::vector::{Matrix, Twofold};
@@ -57,8 +57,7 @@ impl<const N: usize> Windows for March<'_, N> {
             Err(_) if continuation.is_some() => solver.solve(tables, None, 0.0)?,
             solved => solved?,
         };
-        solver.finish(tables);
-        solver.complete();
+        solver.finish(tables, Known::All);
         let length = tables.length;
         let gradient_norm = Some(self.certificate.of(solver, length));
         let index = self.solved;

@@ -2,7 +2,7 @@
 
 use super::rule::Order;
 use super::sizes::Sizes;
-use super::window::Solver;
+use super::window::{Known, Solver};
 use crate::geometry::{Geometry, GeometryText, Law, MetricText, PotentialText, Start};
 use crate::number::vector::Twofold;
 
@@ -153,8 +153,7 @@ fn advance(solver: &mut Solver<'_, 16>, has_moved: &mut bool, h: f64) -> Vec<f64
     }
     let tables = solver.rule.tables(solver.system.order, Twofold::from(h), true);
     solver.solve(&tables, None, 1e-15).unwrap();
-    solver.finish(&tables);
-    solver.complete_velocities();
+    solver.finish(&tables, Known::Velocities);
     let geometry = solver.geometry;
     geometry.ignorable().map(|a| solver.end.q[a].high - solver.start.q[a].high).collect()
 }

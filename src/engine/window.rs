@@ -32,6 +32,8 @@ pub(super) struct Solver<'g, const N: usize> {
     pub(super) elapsed: Vec<Nodes<N>>,
     /// Momenta of active coordinates on the nodes, where velocities are unknowns.
     momenta: Vec<Nodes<N>>,
+    /// The ignorable coordinates.
+    ignorable: Vec<usize>,
     /// Ignorable coordinates at the start of the run, and 1/size of their ways since then.
     origin: Vec<f64>,
     pub(super) inverse_ignorable: Vec<f64>,
@@ -40,10 +42,20 @@ pub(super) struct Solver<'g, const N: usize> {
     /// The weights of the highest Legendre modes, if the errors of windows are measured.
     highest_modes: Option<[Nodes<N>; 4]>,
     most_sweeps: usize,
-    /// The length of the solved window, and whether its velocities and all of its nodes were computed.
+    /// The length of the finished window, and what of it was computed.
     length: f64,
-    has_velocities: bool,
-    is_complete: bool,
+    known: Known,
+}
+
+/// Parts of a finished window. Each includes those before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Known {
+    /// Its end.
+    Ends,
+    /// The velocities of active coordinates on the nodes.
+    Velocities,
+    /// Everything on the nodes.
+    All,
 }
 
 /// An unknown at the ends of a window.
@@ -75,8 +87,8 @@ impl<'g, const N: usize> Solver<'g, N> {
             highest_modes: measures.then(|| rule.highest_modes()),
             most_sweeps: MOST_SWEEPS[usize::from(!measures)],
             length: 0.0,
-            has_velocities: false,
-            is_complete: false,
+            known: Known::Ends,
+            ignorable: geometry.ignorable().collect(),
             geometry,
             system,
             rule,
@@ -93,7 +105,7 @@ impl<'g, const N: usize> Solver<'g, N> {
         };
         self.end = self.start.clone();
         self.rows = rows(self.geometry, self.system.order, start, sizes);
-        self.origin = self.geometry.ignorable().map(|a| start.q[a]).collect();
+        self.origin = self.ignorable.iter().map(|&a| start.q[a]).collect();
         self.inverse_ignorable = sizes.ignorable.iter().map(|&size| inverse(size)).collect();
     }
 
@@ -140,20 +152,11 @@ impl<'g, const N: usize> Solver<'g, N> {
         })
     }
 
-    /// Computes the end of the window with these tables.
-    pub(super) fn finish(&mut self, tables: &Tables<N>) {
-        (self.length, self.has_velocities, self.is_complete) = (tables.length, false, false);
-        let System { registers, order, passes, ignorable, .. } = &self.system;
-        Level::Best.dispatch(Ends {
-            registers,
-            rows: &mut self.rows,
-            passes,
-            order: *order,
-            tables,
-            ignorable,
-            gains: &mut self.gains,
-        });
-        for (a, &gain) in self.geometry.ignorable().zip(&self.gains) {
+    /// Computes the end of the window with these tables, and what is wanted on its nodes.
+    pub(super) fn finish(&mut self, tables: &Tables<N>, wanted: Known) {
+        (self.length, self.known) = (tables.length, Known::Ends);
+        Level::Best.dispatch(Finish { solver: self, tables, wanted });
+        for (&a, &gain) in self.ignorable.iter().zip(&self.gains) {
             self.end.q[a] = plus(self.start.q[a], gain);
         }
         for (row, &a) in self.rows.iter().zip(self.geometry.active()) {
@@ -161,7 +164,7 @@ impl<'g, const N: usize> Solver<'g, N> {
         }
         let m = self.geometry.active().len();
         for (place, end) in self.end.p.iter_mut().enumerate() {
-            *end = match order {
+            *end = match self.system.order {
                 Order::First => self.rows[m + place].end,
                 Order::Second => {
                     let by = &self.metric[place * m..][..m];
@@ -169,16 +172,6 @@ impl<'g, const N: usize> Solver<'g, N> {
                 }
             };
         }
-    }
-
-    /// Computes the velocities of active coordinates on the nodes, where they are unknowns.
-    pub(super) fn complete_velocities(&mut self) {
-        Level::Best.dispatch(Complete { solver: self, all: false });
-    }
-
-    /// Computes all that is known on the nodes of the window, and puts its end at the last one.
-    pub(super) fn complete(&mut self) {
-        Level::Best.dispatch(Complete { solver: self, all: true });
     }
 
     /// Puts the end at the last node.
@@ -197,7 +190,7 @@ impl<'g, const N: usize> Solver<'g, N> {
     /// Goes on to the window that begins where this one ends.
     pub(super) fn advance(&mut self) {
         self.rows.iter_mut().for_each(Row::advance);
-        for (place, a) in self.geometry.ignorable().enumerate() {
+        for (place, &a) in self.ignorable.iter().enumerate() {
             grow(&mut self.inverse_ignorable[place], self.end.q[a].high - self.origin[place]);
         }
         std::mem::swap(&mut self.start, &mut self.end);
@@ -260,10 +253,29 @@ impl<'g, const N: usize> Solver<'g, N> {
     }
 }
 
-/// Computes what is not needed to solve a window: velocities alone, or all of it.
+/// Computes the end of a window.
+struct Finish<'a, 'g, 't, const N: usize> {
+    solver: &'a mut Solver<'g, N>,
+    tables: &'t Tables<N>,
+    wanted: Known,
+}
+
+impl<const N: usize> WithSimd for Finish<'_, '_, '_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, s: S) {
+        let System { registers, order, passes, ignorable, .. } = &self.solver.system;
+        let (rows, gains) = (&mut self.solver.rows, &mut self.solver.gains);
+        Ends { registers, rows, passes, order: *order, tables: self.tables, ignorable, gains }.with_simd(s);
+        Complete { solver: self.solver, wanted: self.wanted }.with_simd(s);
+    }
+}
+
+/// Computes what is not needed to solve a window.
 struct Complete<'a, 'g, const N: usize> {
     solver: &'a mut Solver<'g, N>,
-    all: bool,
+    wanted: Known,
 }
 
 impl<const N: usize> WithSimd for Complete<'_, '_, N> {
@@ -271,31 +283,30 @@ impl<const N: usize> WithSimd for Complete<'_, '_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, s: S) {
-        let Self { solver, all } = self;
-        let length = solver.length;
-        let Solver { system, rule, rows, velocities, elapsed, momenta, metric, has_velocities, is_complete, .. } =
-            &mut *solver;
+        let Self {
+            solver: Solver { system, rule, rows, velocities, elapsed, momenta, metric, length, known, .. },
+            wanted,
+        } = self;
         let (registers, matrix) = (&system.registers, &rule.integral);
-        if !std::mem::replace(has_velocities, true) {
+        if wanted >= Known::Velocities && *known < Known::Velocities {
             for k in 0..velocities.len() {
                 let slope = &registers[system.passes[0].slopes[k]];
-                velocities[k] = integrated(s, matrix, length, slope, rows[k].velocity);
+                velocities[k] = integrated(s, matrix, *length, slope, rows[k].velocity);
             }
         }
-        if !all || std::mem::replace(is_complete, true) {
-            return;
-        }
-        for k in 0..elapsed.len() {
-            elapsed[k] = integrated(s, matrix, length, &registers[system.ignorable[k]], Compensated::default());
-        }
-        for place in 0..momenta.len() {
-            let mut sum = Lanes::splat(s, 0.0);
-            for k in 0..velocities.len() {
-                sum = Lanes::new(s, &velocities[k]).scale_add(metric[place * velocities.len() + k], sum);
+        if wanted == Known::All && *known < Known::All {
+            for k in 0..elapsed.len() {
+                elapsed[k] = integrated(s, matrix, *length, &registers[system.ignorable[k]], Compensated::default());
             }
-            momenta[place] = sum.nodes();
+            for place in 0..momenta.len() {
+                let mut sum = Lanes::splat(s, 0.0);
+                for k in 0..velocities.len() {
+                    sum = Lanes::new(s, &velocities[k]).scale_add(metric[place * velocities.len() + k], sum);
+                }
+                momenta[place] = sum.nodes();
+            }
         }
-        solver.end_nodes();
+        *known = wanted.max(*known);
     }
 }
 
@@ -309,13 +320,14 @@ impl<const N: usize> Solved for Solver<'_, N> {
     }
 
     fn complete(&mut self) {
-        self.complete();
+        Level::Best.dispatch(Complete { solver: self, wanted: Known::All });
+        self.end_nodes();
     }
 
     fn q(&self, a: usize) -> &[f64] {
         let nodes = match self.geometry.active().iter().position(|&active| active == a) {
             Some(place) => self.position(place),
-            None => &self.elapsed[self.geometry.ignorable().take_while(|&ignorable| ignorable < a).count()],
+            None => &self.elapsed[self.ignorable.partition_point(|&ignorable| ignorable < a)],
         };
         &nodes.0[..self.rule.points()]
     }
