@@ -57,7 +57,7 @@ pub use outside::OutsideGeometry;
 pub use presets::{PRESETS, Preset};
 pub(crate) use rows::RowPrograms;
 pub(crate) use structure::other;
-pub use structure::{ForceTerm, Lagrangian, Samples, Source, Start, Structure, Term};
+pub use structure::{Dynamics, ForceTerm, Samples, Source, Start, Structure, Term};
 pub use text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText, Tau};
 pub use value::value_of;
 
@@ -217,7 +217,7 @@ impl<S: Real> Geometry<S> {
     }
 }
 
-impl<S: Real> Lagrangian<S> for Geometry<S> {
+impl<S: Real> Dynamics<S> for Geometry<S> {
     type Outside = OutsideGeometry;
 
     fn structure(&self) -> &Structure<S> {

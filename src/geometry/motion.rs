@@ -3,13 +3,13 @@
 use super::Geometry;
 use super::field::Rates;
 use super::outside::OutsideGeometry;
-use super::structure::Lagrangian;
+use super::structure::Dynamics;
 use crate::number::Real;
 
 /// The rates of positions and momenta of a Lagrangian with a force: q̇^a = g^ab (p_b − A_b), ṗ_a = f_a + F_a.
 ///
 /// Only the active coordinates are unknowns, with their momenta; the momenta of ignorable ones are constants.
-pub trait Motion<S: Real>: Lagrangian<S> {
+pub trait Motion<S: Real>: Dynamics<S> {
     /// What was computed last, and room for it.
     type Room;
 

@@ -3,18 +3,18 @@
 use super::Geometry;
 use super::contraction::{Contraction, at_point, single};
 use super::outside::OutsideGeometry;
-use super::structure::{Lagrangian, Samples};
+use super::structure::{Dynamics, Samples};
 use crate::number::Real;
 
 impl<S: Real> Geometry<S> {
     /// p_a = g_ab q̇^b + A_a at a point.
     pub fn momenta(&self, q: &[S], q_dot: &[S]) -> Vec<S> {
-        Lagrangian::momenta(self, q, q_dot)
+        Dynamics::momenta(self, q, q_dot)
     }
 
     /// K = g_ab q̇^a q̇^b at a point.
     pub fn norm(&self, q: &[S], q_dot: &[S]) -> S {
-        Lagrangian::norm(self, q, q_dot)
+        Dynamics::norm(self, q, q_dot)
     }
 
     /// What motion contributes to K at a point: the sizes of its terms without the largest of them.
