@@ -22,7 +22,7 @@ pub(super) struct Certificate<'g, const N: usize> {
 
 impl<'g, const N: usize> Certificate<'g, N> {
     pub(super) fn new(geometry: &'g Geometry) -> Self {
-        let program = geometry.field().rows().momenta();
+        let program = &geometry.lagrangian().momenta;
         let (n, active) = (geometry.dimension(), geometry.active());
         let outputs = n + active.len();
         Self {

@@ -26,8 +26,8 @@ pub(super) struct System<'g, const N: usize> {
 
 impl<'g, const N: usize> System<'g, N> {
     pub(super) fn new(geometry: &'g Geometry) -> Self {
-        let rows = geometry.field().rows();
-        let (n, active, program) = (geometry.dimension(), geometry.active(), rows.rates());
+        let equations = geometry.hamiltonian();
+        let (n, active, program) = (geometry.dimension(), geometry.active(), &equations.program);
         let is_momentum = |variable: usize| variable >= 2 * n && active.contains(&(variable - 2 * n));
         let varies = program.depends_on(|variable| variable < 2 * n || is_momentum(variable));
         let is_fixed = |register: Register| !varies[register];
@@ -37,19 +37,19 @@ impl<'g, const N: usize> System<'g, N> {
             let steps = program.schedule(slopes.iter().copied(), is_known);
             Pass { steps, first, slopes: slopes.into(), unknowns: unknowns.into() }
         };
-        let (order, passes) = match rows.acceleration_registers() {
-            Some(accelerations) => (Order::Second, vec![pass(accelerations, &positions, 0, &is_fixed)]),
+        let (order, passes) = match &equations.accelerations {
+            Some(accelerations) => (Order::Second, vec![pass(accelerations.clone(), &positions, 0, &is_fixed)]),
             None => {
-                let forces = pass(rows.force_registers(), &momenta, active.len(), &is_fixed);
+                let forces = pass(equations.forces.clone(), &momenta, active.len(), &is_fixed);
                 // What does not depend on momenta is still known when these have changed.
                 let moves = program.depends_on(is_momentum);
                 let mut is_known: Vec<bool> = varies.iter().map(|varies| !varies).collect();
                 forces.steps.iter().for_each(|step| is_known[step.to()] |= !moves[step.to()]);
-                let velocities = pass(rows.velocity_registers(), &positions, 0, &|register| is_known[register]);
+                let velocities = pass(equations.active_velocities(), &positions, 0, &|register| is_known[register]);
                 (Order::First, vec![forces, velocities])
             }
         };
-        let (ignorable, determinants) = (rows.ignorable_registers(), rows.determinant_registers());
+        let (ignorable, determinants) = (equations.ignorable_velocities(), equations.determinants.clone());
         let others = program.schedule(ignorable.iter().chain(&determinants).copied(), is_fixed);
         let fixed = program.schedule(0..varies.len(), |register| varies[register]);
         Self {
@@ -86,7 +86,7 @@ impl<'g, const N: usize> System<'g, N> {
     /// The first of `points` nodes that is outside the domain.
     pub(super) fn complete(&mut self, points: usize) -> Result<(), OutsideGeometry> {
         Level::Best.dispatch(Evaluate { registers: &mut self.registers, steps: &self.others });
-        for (block, (&register, &sign)) in self.determinants.iter().zip(self.geometry.field().signs()).enumerate() {
+        for (block, (&register, &sign)) in self.determinants.iter().zip(self.geometry.signs()).enumerate() {
             let row = &self.registers[register].0[..points];
             let is_inside =
                 |determinant: f64| determinant.is_finite() && determinant != 0.0 && determinant * sign >= 0.0;
