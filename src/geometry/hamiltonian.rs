@@ -70,7 +70,7 @@ impl<S: Real> Hamiltonian<S> {
             accelerations: accelerations.as_deref().map(registers),
             determinants: registers(determinants),
             norm: register(norm),
-            linearised: Linearised::new(&mut parts, &active, constant.is_some(), [plain, reduced]),
+            linearised: Linearised::new(parts, &active, constant.is_some(), [plain, reduced]),
             program,
             active,
             inverse: constant,

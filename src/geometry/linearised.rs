@@ -65,17 +65,11 @@ impl<S: Real> Equations<S> {
 }
 
 impl<S: Real> Linearised<S> {
-    /// Takes the graph of the parts.
-    pub(super) fn new(
-        parts: &mut Parts<S>,
-        active: &[usize],
-        is_separable: bool,
-        expressions: [Expressions; 2],
-    ) -> Self {
+    pub(super) fn new(parts: Parts<S>, active: &[usize], is_separable: bool, expressions: [Expressions; 2]) -> Self {
         Self {
             dimension: parts.dimension(),
             has_force: !parts.force.is_empty(),
-            graph: std::mem::take(&mut parts.graph),
+            graph: parts.graph,
             active: active.to_vec(),
             expressions,
             is_separable,
