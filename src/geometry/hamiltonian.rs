@@ -25,20 +25,20 @@ pub(crate) struct Hamiltonian<S = f64> {
     /// velocities of active coordinates, unless the motion is separable, and forces on them. Then come velocities of
     /// ignorable coordinates, determinants, other velocities, K, accelerations.
     pub(crate) program: Program<S>,
-    /// So many outputs are what a point needs: all to K.
+    /// The number of outputs before K, which are all that a point needs.
     point: usize,
     pub(crate) active: Vec<usize>,
     /// The active part of g^ab, row by row, if it is constant and coupled to nothing else.
     pub(crate) inverse: Option<Vec<S>>,
     /// The registers of q̇^a of all coordinates.
     pub(crate) velocities: Vec<Register>,
-    /// Those of ṗ_a of active coordinates.
+    /// The registers of ṗ_a of active coordinates.
     pub(crate) forces: Vec<Register>,
-    /// Those of q̈^a of active coordinates, if the motion is separable.
+    /// The registers of q̈^a of active coordinates, if the motion is separable.
     pub(crate) accelerations: Option<Vec<Register>>,
-    /// Those of the determinants of the blocks.
+    /// The registers of the determinants of the blocks.
     pub(crate) determinants: Vec<Register>,
-    /// That of K.
+    /// The register of K.
     pub(crate) norm: Register,
     linearised: Linearised<S>,
 }
@@ -141,7 +141,7 @@ impl<S: Real> Point<S> {
         }
     }
 
-    /// Whether the point that was evaluated lies inside the domain.
+    /// Returns an error if the point that was evaluated lies outside the domain.
     #[inline]
     fn check(&self) -> Result<(), OutsideGeometry> {
         let Hamiltonian { velocities, forces, determinants, .. } = &*self.hamiltonian;

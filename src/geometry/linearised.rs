@@ -48,7 +48,7 @@ struct Entry<S> {
 }
 
 impl<S: Real> Equations<S> {
-    /// So many outputs of the program of the entries belong to active coordinates.
+    /// The number of outputs of the program of the entries that belong to active coordinates. They come first.
     pub(super) fn varying_entries(&self) -> usize {
         self.entries.iter().filter(|entry| matches!(entry.value, Source::Row(_))).count()
     }

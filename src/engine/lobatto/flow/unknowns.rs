@@ -39,13 +39,14 @@ pub(super) struct SweepSteps<'s> {
 
 /// The steps of a scene's equations, which work on one register file.
 pub(super) struct Schedules {
-    /// What depends on nothing but momenta of ignorable coordinates. The others need it.
+    /// The steps that depend on nothing but momenta of ignorable coordinates. The others need them.
     pub(super) fixed: Box<[Step]>,
+    /// The steps of a sweep, and those to velocities after nothing but momenta has changed.
     sweep: Box<[Step]>,
     velocities: Box<[Step]>,
-    /// All outputs but accelerations.
+    /// The steps to all outputs but accelerations.
     pub(super) all: Box<[Step]>,
-    /// So many outputs are those of a sweep, and so many are all of these.
+    /// The number of outputs of a sweep, and of all outputs but accelerations.
     sweep_outputs: usize,
     pub(super) outputs: usize,
 }
