@@ -75,8 +75,8 @@ fn least(flow: Flow<'_>, start: &Start, length: f64) -> f64 {
 
 /// The entries of ∂(q̇, ṗ)/∂(q, p) that are not zero.
 fn entries(geometry: &Geometry, start: &Start) -> usize {
-    let (mut room, mut count) = (geometry.field().jacobian_room(), 0);
-    geometry.field().jacobian(&start.q, &start.p, &mut room, |_, _, _: f64| count += 1);
+    let mut count = 0;
+    geometry.point().jacobian(&start.q, &start.p, |_, _, _| count += 1);
     count
 }
 

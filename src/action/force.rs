@@ -9,7 +9,7 @@
 
 use super::DoubledAction;
 use super::state::BothStates;
-use crate::geometry::{ForceTerm, Lagrangian, Samples};
+use crate::geometry::{Dynamics, ForceTerm, Samples};
 use crate::number::{Real, sum};
 
 /// The force at the mean of the branches, and their difference.
@@ -22,7 +22,7 @@ pub(super) struct MeanForce<S> {
 
 impl<S: Real> MeanForce<S> {
     /// `None` if no force acts.
-    pub(super) fn zeros<L: Lagrangian<S>>(action: &DoubledAction<'_, S, L>) -> Option<Self> {
+    pub(super) fn zeros<L: Dynamics<S>>(action: &DoubledAction<'_, S, L>) -> Option<Self> {
         let (structure, points) = (action.lagrangian.structure(), action.sbp.points());
         let rows = (structure.dimension, structure.force_rows);
         (!structure.force.is_empty())
@@ -30,7 +30,7 @@ impl<S: Real> MeanForce<S> {
     }
 
     /// `None` if no force acts.
-    pub(super) fn new<L: Lagrangian<S>>(
+    pub(super) fn new<L: Dynamics<S>>(
         action: &DoubledAction<'_, S, L>,
         u: &[S],
         states: &BothStates<S>,
@@ -54,7 +54,7 @@ impl<S: Real> MeanForce<S> {
     }
 }
 
-impl<S: Real, L: Lagrangian<S>> DoubledAction<'_, S, L> {
+impl<S: Real, L: Dynamics<S>> DoubledAction<'_, S, L> {
     /// The term of the force.
     pub(super) fn force_term(&self, mean: &MeanForce<S>) -> S {
         let weights = self.sbp.weights();

@@ -27,10 +27,10 @@
 use super::force::MeanForce;
 use super::state::{BothStates, BranchState};
 use super::{DoubledAction, Form};
-use crate::geometry::{ForceTerm, Lagrangian, Term, other};
+use crate::geometry::{Dynamics, ForceTerm, Term, other};
 use crate::linalg::sparse::Pattern;
 
-impl<L: Lagrangian<f64>> DoubledAction<'_, f64, L> {
+impl<L: Dynamics<f64>> DoubledAction<'_, f64, L> {
     /// The pattern of [`Self::newton_matrix`], see [`Layout::equal_unknowns`](super::Layout::equal_unknowns).
     pub fn newton_pattern(&self) -> Pattern {
         let mut places = Vec::new();

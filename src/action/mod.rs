@@ -56,7 +56,7 @@ pub use rounding::GradientRounding;
 use self::force::MeanForce;
 use self::state::{BothStates, BranchState};
 use crate::geometry::metric::Metric;
-use crate::geometry::{Lagrangian, Source, Start};
+use crate::geometry::{Dynamics, Source, Start};
 use crate::number::Real;
 use crate::number::norm::max_abs;
 use crate::sbp::{RegularisedOperator, SbpOperator};
@@ -72,7 +72,7 @@ pub struct DoubledAction<'a, S = f64, L = Metric<S>> {
     bars: Vec<RegularisedOperator<'a, S>>,
 }
 
-impl<'a, S: Real, L: Lagrangian<S>> DoubledAction<'a, S, L> {
+impl<'a, S: Real, L: Dynamics<S>> DoubledAction<'a, S, L> {
     /// The paper's strong form, with the regularised operators D̄.
     pub fn new(sbp: &'a SbpOperator<S>, lagrangian: &'a L, initial: Start<S>) -> Self {
         let bars = initial.q.iter().map(|&q| RegularisedOperator::new(sbp, q)).collect();

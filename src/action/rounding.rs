@@ -2,7 +2,7 @@
 
 use super::DoubledAction;
 use super::state::BranchState;
-use crate::geometry::{Lagrangian, Samples, Source, Term, other};
+use crate::geometry::{Dynamics, Samples, Source, Term, other};
 use crate::number::Real;
 use crate::number::norm::max_abs;
 
@@ -15,7 +15,7 @@ pub struct GradientRounding {
     pub values: Vec<f64>,
 }
 
-impl<S: Real, L: Lagrangian<S>> DoubledAction<'_, S, L> {
+impl<S: Real, L: Dynamics<S>> DoubledAction<'_, S, L> {
     /// The size of the rounding error to be expected in the entries of ∇E_IVP at `u`, by kind of row. Differences of q
     /// are divided by h, so it grows like N.
     ///

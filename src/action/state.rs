@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::Layout;
-use crate::geometry::{Contraction, Lagrangian, Samples, Source, Structure, Term};
+use crate::geometry::{Contraction, Dynamics, Samples, Source, Structure, Term};
 use crate::number::Real;
 use crate::number::norm::max_abs;
 use crate::sbp::{RegularisedOperator, SbpOperator};
@@ -16,7 +16,7 @@ pub(super) struct BranchState<S> {
 }
 
 impl<S: Real> BranchState<S> {
-    pub(super) fn zeros(lagrangian: &impl Lagrangian<S>, points: usize) -> Self {
+    pub(super) fn zeros(lagrangian: &impl Dynamics<S>, points: usize) -> Self {
         let structure = lagrangian.structure();
         let mut velocities = Samples::zeros(structure.velocities(), points);
         if structure.has_one_form {
@@ -26,7 +26,7 @@ impl<S: Real> BranchState<S> {
     }
 
     /// Evaluates the branch at the positions `q`.
-    pub(super) fn evaluate<L: Lagrangian<S>>(
+    pub(super) fn evaluate<L: Dynamics<S>>(
         &mut self,
         lagrangian: &L,
         bars: &[RegularisedOperator<'_, S>],
@@ -93,12 +93,12 @@ pub(super) struct BothStates<S> {
 
 impl<S: Real> BothStates<S> {
     /// All zero, to look at the structure.
-    pub(super) fn zeros(lagrangian: &impl Lagrangian<S>, points: usize) -> Self {
+    pub(super) fn zeros(lagrangian: &impl Dynamics<S>, points: usize) -> Self {
         Self { forward: BranchState::zeros(lagrangian, points), backward: None }
     }
 
     /// Evaluates both branches of `u`.
-    pub(super) fn new<L: Lagrangian<S>>(
+    pub(super) fn new<L: Dynamics<S>>(
         lagrangian: &L,
         bars: &[RegularisedOperator<'_, S>],
         layout: Layout,

@@ -140,7 +140,7 @@ impl<S: Arithmetic> Job for Scene<'_, S> {
         let error = scene_error(line);
         let verdict = of_world_line(line, diagnostics, error.as_ref());
         let looks_between = self.args.enclose && line.accuracy.is_none();
-        let gaps = looks_between.then(|| Gaps::new(line, &self.case.geometry(), verdict.error));
+        let gaps = looks_between.then(|| Gaps::new(line, &self.setup.rough.geometry, verdict.error));
         summary.set_error(error.as_ref(), verdict);
         let mut suspicions = self.suspicions(solved);
         if let Some(gaps) = &gaps {

@@ -7,7 +7,7 @@ use super::verdict::Reason;
 use super::warnings::{rounding_warning, unproved_warning};
 use super::{Common, Diagnostics, Further, Measurable, Sawtooth};
 use crate::action::Form;
-use crate::geometry::{Geometry, Lagrangian, Observable, Start};
+use crate::geometry::{Dynamics, Geometry, Observable, Start};
 use crate::number::norm::max_abs;
 use crate::number::{Real, sum};
 use crate::solve::{Joint, WorldLine};

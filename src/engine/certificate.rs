@@ -24,7 +24,7 @@ pub(super) struct Certificate<'g, const N: usize> {
 
 impl<'g, const N: usize> Certificate<'g, N> {
     pub(super) fn new(geometry: &'g Geometry) -> Self {
-        let program = geometry.field().rows().momenta();
+        let program = &geometry.lagrangian().momenta;
         let (n, active) = (geometry.dimension(), geometry.active());
         let mut forces = vec![None; n];
         active.iter().enumerate().for_each(|(place, &a)| forces[a] = Some(program.output(n + place)));

@@ -32,7 +32,7 @@ pub(super) struct Linear<'g, const N: usize> {
 
 impl<'g, const N: usize> Linear<'g, N> {
     pub(super) fn new(geometry: &'g Geometry) -> Self {
-        let equations = geometry.field().linearised();
+        let equations = geometry.hamiltonian().linearised();
         let program = &equations.jacobian;
         let (m, n, active) = (geometry.active().len(), geometry.dimension(), geometry.active());
         let mut registers = program.registers(|constant| Nodes([constant; N]));

@@ -29,16 +29,14 @@ impl Sizes {
     /// # Errors
     /// If the start is outside the domain.
     pub(super) fn new(geometry: &Geometry, start: &Start, length: f64) -> Result<Self, OutsideGeometry> {
-        let (active, field) = (geometry.active(), geometry.field());
+        let active = geometry.active();
         let m = active.len();
-        let mut rates = field.room();
-        field.evaluate(&start.q, &start.p, &mut rates)?;
-        let slopes: Vec<f64> = (active.iter().map(|&a| field.q_dot(&rates, a)))
-            .chain((0..m).map(|place| field.p_dot(&rates, place)))
-            .collect();
+        let mut point = geometry.point();
+        point.evaluate(&start.q, &start.p)?;
+        let slopes: Vec<f64> =
+            (active.iter().map(|&a| point.q_dot(a))).chain((0..m).map(|place| point.p_dot(place))).collect();
         let mut jacobian = vec![0.0; 4 * m * m];
-        let mut room = field.jacobian_room();
-        field.jacobian(&start.q, &start.p, &mut room, |row, column, value| jacobian[row * 2 * m + column] = value);
+        point.jacobian(&start.q, &start.p, |row, column, value| jacobian[row * 2 * m + column] = value);
         let rate = rate(&jacobian, 2 * m);
         let length = length.abs();
         let time = if rate * length > 1.0 { 1.0 / rate } else { length };
@@ -60,7 +58,7 @@ impl Sizes {
         });
         let momenta = momenta.collect();
         let speed = |k: usize| if time > 0.0 { slopes[k].abs().max(positions[k] / time) } else { slopes[k].abs() };
-        let ignorable = geometry.ignorable().map(|a| field.q_dot(&rates, a).abs() * time).collect();
+        let ignorable = geometry.ignorable().map(|a| point.q_dot(a).abs() * time).collect();
         Ok(Self { time, momenta, velocities: (0..m).map(speed).collect(), ignorable, positions })
     }
 }

@@ -27,8 +27,8 @@ pub(super) struct System<'g, const N: usize> {
 
 impl<'g, const N: usize> System<'g, N> {
     pub(super) fn new(geometry: &'g Geometry) -> Self {
-        let rows = geometry.field().rows();
-        let (n, active, program) = (geometry.dimension(), geometry.active(), rows.rates());
+        let equations = geometry.hamiltonian();
+        let (n, active, program) = (geometry.dimension(), geometry.active(), &equations.program);
         let is_momentum = |variable: usize| variable >= 2 * n && active.contains(&(variable - 2 * n));
         let varies = program.depends_on(|variable| variable < 2 * n || is_momentum(variable));
         let is_fixed = |register: Register| !varies[register];
@@ -38,20 +38,20 @@ impl<'g, const N: usize> System<'g, N> {
             let steps = program.schedule(slopes.iter().copied(), is_known);
             Pass { steps, first, slopes: slopes.into(), unknowns: unknowns.into() }
         };
-        let (order, passes) = match rows.acceleration_registers() {
-            Some(accelerations) => (Order::Second, vec![pass(accelerations, &positions, 0, &is_fixed)]),
+        let (order, passes) = match &equations.accelerations {
+            Some(accelerations) => (Order::Second, vec![pass(accelerations.clone(), &positions, 0, &is_fixed)]),
             None => {
-                let forces = pass(rows.force_registers(), &momenta, active.len(), &is_fixed);
+                let forces = pass(equations.forces.clone(), &momenta, active.len(), &is_fixed);
                 // What does not depend on momenta is still known when these have changed.
                 let moves = program.depends_on(is_momentum);
                 let mut is_known: Vec<bool> = varies.iter().map(|varies| !varies).collect();
                 forces.steps.iter().for_each(|step| is_known[step.to()] |= !moves[step.to()]);
-                let velocities = pass(rows.velocity_registers(), &positions, 0, &|register| is_known[register]);
+                let velocities = pass(equations.active_velocities(), &positions, 0, &|register| is_known[register]);
                 (Order::First, vec![forces, velocities])
             }
         };
-        let ignorable = rows.ignorable_registers();
-        let determinants = rows.determinant_registers().into_iter().enumerate();
+        let ignorable = equations.ignorable_velocities();
+        let determinants = equations.determinants.iter().copied().enumerate();
         let determinants: Box<[_]> = determinants.filter(|(_, register)| varies[*register]).collect();
         let outputs = ignorable.iter().chain(determinants.iter().map(|(_, register)| register));
         let others = program.schedule(outputs.copied(), is_fixed);
@@ -89,7 +89,7 @@ impl<'g, const N: usize> System<'g, N> {
     /// # Errors
     /// The first of `points` nodes that is outside the domain.
     pub(super) fn check_domain(&self, points: usize) -> Result<(), OutsideGeometry> {
-        let signs = self.geometry.field().signs();
+        let signs = self.geometry.signs();
         for &(block, register) in &self.determinants {
             let row = &self.registers[register].0[..points];
             let is_inside =

@@ -48,14 +48,14 @@ impl Geometry<f64> {
         if m == 0 {
             return Vec::new();
         }
-        let (field, mut rates) = (self.field(), self.field().room());
+        let mut point = self.point();
         let (mut rows, mut noise): (Vec<Vec<f64>>, _) = (Vec::new(), Noise(0x9e37_79b9_7f4a_7c15));
         for _ in 0..50 * m * POINTS_PER_COORDINATE {
             let q: Vec<f64> = q.iter().map(|q| q + SPREAD * q.abs().max(1.0) * noise.next()).collect();
             let q_dot: Vec<f64> = q_dot.iter().map(|u| u + u.abs().max(1.0) * noise.next()).collect();
             let p = self.momenta(&q, &q_dot);
-            if field.evaluate(&q, &p, &mut rates).is_ok() {
-                let row: Vec<f64> = (0..m).map(|place| field.p_dot(&rates, place)).collect();
+            if point.evaluate(&q, &p).is_ok() {
+                let row: Vec<f64> = (0..m).map(|place| point.p_dot(place)).collect();
                 let size = row.iter().fold(0.0, |size: f64, f| size.max(f.abs()));
                 if size > 0.0 {
                     rows.push(row.iter().map(|f| f / size).collect());

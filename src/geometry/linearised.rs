@@ -2,9 +2,9 @@
 
 use std::sync::OnceLock;
 
+use super::expressions::{Expressions, level};
+use super::lagrangian::source;
 use super::parts::Parts;
-use super::rows::level;
-use super::source;
 use super::structure::Source;
 use crate::formula::{Graph, NodeId, Program, Step};
 use crate::number::Real;
@@ -15,8 +15,8 @@ pub(super) struct Linearised<S> {
     graph: Graph<S>,
     dimension: usize,
     active: Vec<usize>,
-    /// q̇^a of all coordinates and ṗ_a of active ones, as they were formed and with few operations.
-    rates: [[Vec<NodeId>; 2]; 2],
+    /// Hamilton's equations as they were formed, and with few operations.
+    expressions: [Expressions; 2],
     has_force: bool,
     is_separable: bool,
     equations: OnceLock<Equations<S>>,
@@ -27,7 +27,9 @@ pub(super) struct Linearised<S> {
 pub(crate) struct Equations<S> {
     /// The entries that are not zero, those of ignorable coordinates last.
     pub(crate) entries: Vec<Entry<S>>,
-    /// Its outputs are the entries that vary, in the variables of [`Field::program`](super::Field::program).
+    /// The number of those of active coordinates.
+    of_active: usize,
+    /// Its outputs are the entries that vary, in the variables of [`Hamiltonian`](super::Hamiltonian).
     pub(crate) jacobian: Program<S>,
     /// What of that depends on momenta of ignorable coordinates alone, and the rest.
     pub(crate) fixed: Box<[Step]>,
@@ -47,20 +49,31 @@ pub(crate) struct Entry<S> {
     pub(crate) value: Source<S>,
 }
 
+impl<S: Real> Equations<S> {
+    /// The number of outputs of the program of the entries that belong to active coordinates. They come first.
+    pub(super) fn varying_entries(&self) -> usize {
+        self.entries[..self.of_active].iter().filter(|entry| matches!(entry.value, Source::Row(_))).count()
+    }
+
+    /// Calls `see(row, column, value)` for the entries of active coordinates, with `value_of` an output of the program.
+    pub(crate) fn each_entry(&self, value_of: impl Fn(usize) -> S, mut see: impl FnMut(usize, usize, S)) {
+        for &Entry { row, column, value } in &self.entries[..self.of_active] {
+            match value {
+                Source::Constant(value) => see(row, column, value),
+                Source::Row(output) => see(row, column, value_of(output)),
+            }
+        }
+    }
+}
+
 impl<S: Real> Linearised<S> {
-    /// Takes the graph of the parts.
-    pub(super) fn new(
-        parts: &mut Parts<S>,
-        active: &[usize],
-        is_separable: bool,
-        rates: [[Vec<NodeId>; 2]; 2],
-    ) -> Self {
+    pub(super) fn new(parts: Parts<S>, active: &[usize], is_separable: bool, expressions: [Expressions; 2]) -> Self {
         Self {
             dimension: parts.dimension(),
             has_force: !parts.force.is_empty(),
-            graph: std::mem::take(&mut parts.graph),
+            graph: parts.graph,
             active: active.to_vec(),
-            rates,
+            expressions,
             is_separable,
             equations: OnceLock::new(),
         }
@@ -73,8 +86,8 @@ impl<S: Real> Linearised<S> {
     fn equations(&self, graph: &mut Graph<S>) -> Equations<S> {
         let level = level(self.dimension, &self.active);
         // Derivatives of sums whose factors were taken out are short, but not of polynomials.
-        let programs = self.rates.iter().map(|rates| {
-            let (entries, outputs) = self.entries(graph, rates);
+        let programs = self.expressions.iter().map(|expressions| {
+            let (entries, outputs) = self.entries(graph, expressions);
             let outputs = graph.reduced(&outputs, &level);
             let jacobian = Program::new(graph, 3 * self.dimension, &outputs).fused();
             let varies = jacobian.depends_on(|variable| level(variable) > 0);
@@ -85,15 +98,16 @@ impl<S: Real> Linearised<S> {
         let (entries, jacobian, varying, varies) = shortest.expect("there are two");
         let fixed = jacobian.schedule(0..jacobian.size(), |register| varies[register]);
         let slopes = self.slopes(graph, &entries, jacobian.outputs());
-        Equations { entries, jacobian, fixed, varying, slopes }
+        let of_active = entries.partition_point(|entry| entry.row < 2 * self.active.len());
+        Equations { entries, of_active, jacobian, fixed, varying, slopes }
     }
 
     /// The entries that are not zero, with the expressions of those that vary.
-    fn entries(&self, graph: &mut Graph<S>, [q_dot, p_dot]: &[Vec<NodeId>; 2]) -> (Vec<Entry<S>>, Vec<NodeId>) {
+    fn entries(&self, graph: &mut Graph<S>, of: &Expressions) -> (Vec<Entry<S>>, Vec<NodeId>) {
         let (n, m) = (self.dimension, self.active.len());
         let is_active = |a: &usize| self.active.contains(a);
-        let unknown = self.active.iter().map(|&a| q_dot[a]).chain(p_dot.iter().copied());
-        let rows: Vec<NodeId> = unknown.chain((0..n).filter(|a| !is_active(a)).map(|a| q_dot[a])).collect();
+        let unknown = self.active.iter().map(|&a| of.velocities[a]).chain(of.forces.iter().copied());
+        let rows: Vec<NodeId> = unknown.chain((0..n).filter(|a| !is_active(a)).map(|a| of.velocities[a])).collect();
         let columns: Vec<usize> = self.active.iter().copied().chain(self.active.iter().map(|&a| 2 * n + a)).collect();
         let (mut entries, mut outputs) = (Vec::new(), Vec::new());
         for row in 0..rows.len() {

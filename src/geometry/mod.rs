@@ -5,6 +5,8 @@
 //! q̇^a = g^ab (p_b − A_b),    ṗ_a = f_a + F_a,    f_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b
 //! ```
 //!
+//! From the formulas come a `Lagrangian` for the action and a `Hamiltonian` for everything that moves.
+//!
 //! A coordinate is *ignorable* if nothing depends on it and no force acts on it; its momentum is a Noether charge. The
 //! other coordinates are *active*. Which is which is found from the formulas, as is every derivative.
 //!
@@ -27,9 +29,11 @@
 mod conserved;
 mod contraction;
 mod direction;
-mod field;
+mod expressions;
 pub mod geodesic;
+mod hamiltonian;
 mod inverse;
+mod lagrangian;
 mod linearised;
 pub mod metric;
 mod motion;
@@ -39,7 +43,6 @@ mod parts;
 mod points;
 pub mod potential;
 mod presets;
-mod rows;
 mod structure;
 mod text;
 mod value;
@@ -48,40 +51,36 @@ pub use conserved::ConservedSum;
 pub use contraction::Contraction;
 pub(crate) use contraction::single;
 pub use direction::Direction;
-pub use field::{Field, Rates};
+pub(crate) use hamiltonian::Hamiltonian;
+pub use hamiltonian::Point;
 pub use inverse::MOST_COUPLED;
 pub(crate) use linearised::Equations as LinearisedEquations;
 pub use motion::{Motion, MotionRoom};
 pub use observable::{Observable, observed};
 pub use outside::OutsideGeometry;
 pub use presets::{PRESETS, Preset};
-pub(crate) use rows::RowPrograms;
 pub(crate) use structure::other;
-pub use structure::{ForceTerm, Lagrangian, Samples, Source, Start, Structure, Term};
+pub use structure::{Dynamics, ForceTerm, Samples, Source, Start, Structure, Term};
 pub use text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText, Tau};
 pub use value::value_of;
 
+use std::sync::Arc;
+
 use self::inverse::Inverse;
+use self::lagrangian::Lagrangian;
 use self::parts::Parts;
-use crate::formula::{Graph, NodeId, Program};
+use crate::formula::NodeId;
 use crate::number::Real;
 
 /// The metric, the one-form and the force of a scene, with their derivatives, as programs.
 #[derive(Debug, Clone)]
 pub struct Geometry<S = f64> {
     names: Vec<String>,
-    structure: Structure<S>,
-    /// Rows of the metric and the one-form in the order of [`Structure`], then the determinants of the blocks.
-    lagrangian: Program<S>,
-    /// Rows of the force, in 2n variables.
-    force: Program<S>,
-    field: Field<S>,
-    active: Vec<usize>,
-    /// The active part of g^ab, row by row, if it is constant and coupled to nothing else.
-    separable: Option<Vec<S>>,
-    /// The coordinates of every block, and the sign that its determinant has.
+    /// The coordinates of every block, and the sign that its determinant must have: ±1, or 0 for either.
     blocks: Vec<Vec<usize>>,
     signs: Vec<S>,
+    lagrangian: Arc<Lagrangian<S>>,
+    hamiltonian: Arc<Hamiltonian<S>>,
 }
 
 impl<S: Real> Geometry<S> {
@@ -92,22 +91,14 @@ impl<S: Real> Geometry<S> {
     pub fn new(text: &GeometryText) -> Result<Self, GeometryError> {
         let mut parts: Parts<S> = Parts::new(text)?;
         let inverse = Inverse::new(&mut parts)?;
-        let n = parts.dimension();
-        // The field needs no second derivatives, and finds its way faster in a small graph.
-        let graph = parts.graph.clone();
-        let (structure, mut rows) = structure_of(&mut parts);
-        rows.extend(inverse.blocks.iter().map(|block| block.determinant));
-        let lagrangian = Program::new(&mut parts.graph, n, &rows);
-        let (mut structure, force) = force_structure_of(&mut parts, structure);
-        structure.inertias = inertias(&parts, text);
-        let force = Program::new(&mut parts.graph, 2 * n, &force);
+        let (names, graph) = (parts.names.clone(), parts.graph.clone());
         let active = active_of(&mut parts);
+        let lagrangian = Arc::new(Lagrangian::new(&mut parts, &inverse, &active, text));
+        // Hamilton's equations need no second derivatives, and find their way faster in a small graph.
         parts.graph = graph;
-        let separable = separable(&parts, &inverse, &active);
-        let field = Field::new(&mut parts, &inverse, &active, separable.as_deref());
-        let blocks: Vec<_> = inverse.blocks.iter().map(|block| block.coordinates.clone()).collect();
-        let signs = vec![S::ZERO; blocks.len()];
-        Ok(Self { names: parts.names, structure, lagrangian, force, field, active, separable, blocks, signs })
+        let hamiltonian = Arc::new(Hamiltonian::new(parts, &inverse, active));
+        let blocks: Vec<_> = inverse.blocks.into_iter().map(|block| block.coordinates).collect();
+        Ok(Self { names, signs: vec![S::ZERO; blocks.len()], blocks, lagrangian, hamiltonian })
     }
 
     /// The same geometry, with the signs that the determinants have at `q` as the ones that they must have.
@@ -119,11 +110,23 @@ impl<S: Real> Geometry<S> {
         let rows: Vec<&[S]> = q.iter().map(std::slice::from_ref).collect();
         let mut samples = self.room(1);
         self.fill(&rows, &mut samples)?;
-        for (block, sign) in self.signs.iter_mut().enumerate() {
-            *sign = samples.row(self.structure.rows + block)[0].signum();
-        }
-        self.field.set_signs(&self.signs);
+        self.signs = self.lagrangian.determinants(&samples).map(|row| row[0].signum()).collect();
         Ok(self)
+    }
+
+    /// The Lagrangian with the force.
+    pub(crate) fn lagrangian(&self) -> &Lagrangian<S> {
+        &self.lagrangian
+    }
+
+    /// Hamilton's equations.
+    pub(crate) fn hamiltonian(&self) -> &Hamiltonian<S> {
+        &self.hamiltonian
+    }
+
+    /// Hamilton's equations at one point.
+    pub fn point(&self) -> Point<S> {
+        Point::new(&self.hamiltonian, &self.signs)
     }
 
     /// Number of coordinates n.
@@ -138,29 +141,29 @@ impl<S: Real> Geometry<S> {
 
     /// The coordinates that are not ignorable, in order.
     pub fn active(&self) -> &[usize] {
-        &self.active
+        &self.hamiltonian.active
     }
 
     /// The ignorable coordinates, in order.
     pub fn ignorable(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.dimension()).filter(|a| !self.active.contains(a))
+        (0..self.dimension()).filter(|a| !self.active().contains(a))
     }
 
     /// Whether the equations of motion are q̈ = a(q): the active part of g^ab is constant and coupled to nothing else,
     /// the one-form has no active part, and no force acts.
     pub fn is_separable(&self) -> bool {
-        self.separable.is_some()
+        self.separable().is_some()
     }
 
     /// The active part of g^ab, row by row, if the equations of motion are q̈ = a(q).
     pub(crate) fn separable(&self) -> Option<&[S]> {
-        self.separable.as_deref()
+        self.hamiltonian.inverse.as_deref()
     }
 
     /// Whether a component, the one-form or the force depends on the position in this coordinate.
     pub fn depends_on(&self, a: usize) -> bool {
-        self.structure.first.iter().any(|term| term.by == [a])
-            || self.structure.force_first.iter().any(|term| term.by == [a])
+        let Structure { first, force_first, .. } = self.structure();
+        first.iter().any(|term| term.by == [a]) || force_first.iter().any(|term| term.by == [a])
     }
 
     /// The coordinates that off-diagonal components couple, block by block.
@@ -168,27 +171,26 @@ impl<S: Real> Geometry<S> {
         &self.blocks
     }
 
-    /// Hamilton's equations.
-    pub fn field(&self) -> &Field<S> {
-        &self.field
+    /// The signs that the determinants of the blocks must have, ±1, or 0 for either.
+    pub(crate) fn signs(&self) -> &[S] {
+        &self.signs
     }
 
     /// Whether a force acts.
     pub fn has_force(&self) -> bool {
-        !self.structure.force.is_empty()
+        !self.structure().force.is_empty()
     }
 
     /// The determinants of the blocks at a point.
     pub(crate) fn determinants(&self, q: &[S]) -> Vec<S> {
-        let samples = self.at(q);
-        (0..self.blocks.len()).map(|block| samples.row(self.structure.rows + block)[0]).collect()
+        self.lagrangian.determinants(&self.at(q)).map(|row| row[0]).collect()
     }
 
     /// g_aa at a point.
     pub(crate) fn diagonal(&self, q: &[S]) -> Vec<S> {
         let samples = self.at(q);
         let mut diagonal = vec![S::ZERO; self.dimension()];
-        for term in self.structure.values.iter().filter(|term| term.ab[0] == term.ab[1]) {
+        for term in self.structure().values.iter().filter(|term| term.ab[0] == term.ab[1]) {
             diagonal[term.ab[0]] = samples.at(term.value, 0);
         }
         diagonal
@@ -210,35 +212,28 @@ impl<S: Real> Geometry<S> {
         };
         alike.iter().map(|&kind| largest(kind)).collect()
     }
-
-    fn compute(&self, q: &[&[S]], samples: &mut Samples<S>) {
-        let mut rows: Vec<&mut [S]> = samples.rows_mut().collect();
-        self.lagrangian.sample(q, &mut rows);
-    }
 }
 
-impl<S: Real> Lagrangian<S> for Geometry<S> {
+impl<S: Real> Dynamics<S> for Geometry<S> {
     type Outside = OutsideGeometry;
 
     fn structure(&self) -> &Structure<S> {
-        &self.structure
+        &self.lagrangian.structure
     }
 
     fn room(&self, points: usize) -> Samples<S> {
-        Samples::zeros(self.structure.rows + self.blocks.len(), points)
+        self.lagrangian.room(points)
     }
 
     fn fill(&self, q: &[&[S]], samples: &mut Samples<S>) -> Result<(), OutsideGeometry> {
-        self.compute(q, samples);
-        let rows = self.structure.rows;
-        let determinants = (0..self.blocks.len()).map(|block| samples.row(rows + block));
-        for (block, (row, &sign)) in determinants.zip(&self.signs).enumerate() {
+        self.lagrangian.fill(q, samples);
+        for (block, (row, &sign)) in self.lagrangian.determinants(samples).zip(&self.signs).enumerate() {
             if let Some(index) = row.iter().position(|&determinant| is_outside(determinant, sign)) {
                 let determinant = row[index].to_f64();
                 return Err(OutsideGeometry { index, block: Some(block), determinant });
             }
         }
-        for row in 0..rows {
+        for row in 0..self.structure().rows {
             if let Some(index) = samples.row(row).iter().position(|value| !value.is_finite()) {
                 return Err(OutsideGeometry { index, block: None, determinant: f64::NAN });
             }
@@ -250,108 +245,20 @@ impl<S: Real> Lagrangian<S> for Geometry<S> {
         let n = self.dimension();
         let at_rest = self.momenta(q, &vec![S::ZERO; n]);
         let p: Vec<S> = v.iter().zip(&at_rest).map(|(&v, &one_form)| v / weight + one_form).collect();
-        let mut rates = self.field.room();
+        let mut point = self.point();
         // Outside the domain the numbers are of no use, and whoever asks finds that out from the position.
-        let _ = self.field.evaluate(q, &p, &mut rates);
-        (0..n).map(|a| self.field.q_dot(&rates, a)).collect()
+        let _ = point.evaluate(q, &p);
+        (0..n).map(|a| point.q_dot(a)).collect()
     }
 
     fn fill_force(&self, q: &[&[S]], q_dot: &[&[S]], samples: &mut Samples<S>) {
-        let variables: Vec<&[S]> = q.iter().chain(q_dot).copied().collect();
-        let mut rows: Vec<&mut [S]> = samples.rows_mut().collect();
-        self.force.sample(&variables, &mut rows);
+        self.lagrangian.fill_force(q, q_dot, samples);
     }
 }
 
 /// Whether a determinant that should have the given sign (0: any) says that a point is outside.
 fn is_outside<S: Real>(determinant: S, sign: S) -> bool {
     !determinant.is_finite() || determinant == S::ZERO || determinant * sign < S::ZERO
-}
-
-/// Appends the expression to the rows, or takes it as the constant that it is; `None` if it is zero.
-fn source<S: Real>(graph: &Graph<S>, node: NodeId, rows: &mut Vec<NodeId>) -> Option<Source<S>> {
-    match graph.as_constant(node) {
-        Some(value) if value == S::ZERO => None,
-        Some(value) => Some(Source::Constant(value)),
-        None => {
-            rows.push(node);
-            Some(Source::Row(rows.len() - 1))
-        }
-    }
-}
-
-/// The structure of metric and one-form, with the expressions of its rows.
-fn structure_of<S: Real>(parts: &mut Parts<S>) -> (Structure<S>, Vec<NodeId>) {
-    let n = parts.dimension();
-    let components: Vec<([usize; 2], NodeId)> = (parts.metric.iter().map(|(&ab, &node)| (ab, node)))
-        .chain(parts.one_form.iter().map(|(&a, &node)| ([a, n], node)))
-        .collect();
-    let mut structure = Structure { dimension: n, has_one_form: !parts.one_form.is_empty(), ..Structure::default() };
-    let mut rows = Vec::new();
-    for &(ab, node) in &components {
-        structure.values.extend(source(&parts.graph, node, &mut rows).map(|value| Term { ab, by: [], value }));
-    }
-    for &(ab, node) in &components {
-        for c in 0..n {
-            let node = parts.graph.derivative(node, c);
-            structure.first.extend(source(&parts.graph, node, &mut rows).map(|value| Term { ab, by: [c], value }));
-        }
-    }
-    for &(ab, node) in &components {
-        for c in 0..n {
-            for d in c..n {
-                let first = parts.graph.derivative(node, c);
-                let node = parts.graph.derivative(first, d);
-                structure.second.extend(source(&parts.graph, node, &mut rows).map(|value| Term {
-                    ab,
-                    by: [c, d],
-                    value,
-                }));
-            }
-        }
-    }
-    structure.rows = rows.len();
-    (structure, rows)
-}
-
-/// The structure with that of the force, and the expressions of its rows.
-fn force_structure_of<S: Real>(parts: &mut Parts<S>, structure: Structure<S>) -> (Structure<S>, Vec<NodeId>) {
-    let variables = 2 * parts.dimension();
-    let components: Vec<(usize, NodeId)> = parts.force.iter().map(|(&a, &node)| (a, node)).collect();
-    let (mut structure, mut rows) = (structure, Vec::new());
-    for &(a, node) in &components {
-        structure.force.extend(source(&parts.graph, node, &mut rows).map(|value| ForceTerm { a, by: [], value }));
-        for v in 0..variables {
-            let first = parts.graph.derivative(node, v);
-            structure.force_first.extend(source(&parts.graph, first, &mut rows).map(|value| ForceTerm {
-                a,
-                by: [v],
-                value,
-            }));
-        }
-    }
-    structure.force_rows = rows.len();
-    (structure, rows)
-}
-
-/// The coordinates of a potential with their g_aa, where those are constant.
-fn inertias<S: Real>(parts: &Parts<S>, text: &GeometryText) -> Vec<(usize, S)> {
-    let GeometryText::Potential(PotentialText { coordinates, .. }) = text else { return Vec::new() };
-    let inertia = |a: usize| Some((a, parts.graph.as_constant(*parts.metric.get(&[a, a])?)?));
-    // The first coordinate is t.
-    (1..=coordinates.len()).filter_map(inertia).collect()
-}
-
-/// The active part of g^ab, if the equations of motion are q̈ = a(q).
-fn separable<S: Real>(parts: &Parts<S>, inverse: &Inverse, active: &[usize]) -> Option<Vec<S>> {
-    let n = parts.dimension();
-    let is_coupled = |a: usize| (0..n).any(|b| !active.contains(&b) && inverse.get(a, b).is_some());
-    let has_one_form = |a: usize| parts.one_form.contains_key(&a);
-    if !parts.force.is_empty() || active.iter().any(|&a| is_coupled(a) || has_one_form(a)) {
-        return None;
-    }
-    let entry = |a: usize, b: usize| inverse.get(a, b).map_or(Some(S::ZERO), |node| parts.graph.as_constant(node));
-    active.iter().flat_map(|&a| active.iter().map(move |&b| (a, b))).map(|(a, b)| entry(a, b)).collect()
 }
 
 /// The coordinates that a component, the one-form or the force depends on, or that a force acts on.

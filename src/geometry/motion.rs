@@ -1,15 +1,15 @@
 //! Hamilton's equations as the solvers of the physical limit use them.
 
 use super::Geometry;
-use super::field::Rates;
+use super::hamiltonian::Point;
 use super::outside::OutsideGeometry;
-use super::structure::Lagrangian;
+use super::structure::Dynamics;
 use crate::number::Real;
 
 /// The rates of positions and momenta of a Lagrangian with a force: q̇^a = g^ab (p_b − A_b), ṗ_a = f_a + F_a.
 ///
 /// Only the active coordinates are unknowns, with their momenta; the momenta of ignorable ones are constants.
-pub trait Motion<S: Real>: Lagrangian<S> {
+pub trait Motion<S: Real>: Dynamics<S> {
     /// What was computed last, and room for it.
     type Room;
 
@@ -58,12 +58,10 @@ pub trait Motion<S: Real>: Lagrangian<S> {
     fn jacobian(&self, q: &[S], p: &[S], k: usize, room: &mut Self::Room, see: impl FnMut(usize, usize, S));
 }
 
-/// Room for the programs of a geometry.
+/// Room for the equations of a geometry.
 #[derive(Debug, Clone)]
 pub struct MotionRoom<S> {
-    rates: Rates<S>,
-    /// Room for the Jacobian, from when it is first asked for.
-    jacobian: Option<Rates<S>>,
+    point: Point<S>,
     /// All coordinates and momenta at one node.
     q: Vec<S>,
     p: Vec<S>,
@@ -73,7 +71,7 @@ impl<S: Real> Geometry<S> {
     /// Puts node k of the rows into the room.
     fn gather(&self, q: &[Vec<S>], p: &[Vec<S>], start: &[S], k: usize, room: &mut MotionRoom<S>) {
         room.p.copy_from_slice(start);
-        for (place, &a) in self.active.iter().enumerate() {
+        for (place, &a) in self.active().iter().enumerate() {
             (room.q[a], room.p[a]) = (q[a][k], p[place][k]);
         }
     }
@@ -87,8 +85,8 @@ impl<S: Real> Geometry<S> {
         room: &mut MotionRoom<S>,
     ) -> Result<(), OutsideGeometry> {
         self.gather(q, p, start, k, room);
-        let MotionRoom { rates, q, p, .. } = room;
-        self.field.evaluate(q, p, rates).map_err(|point| OutsideGeometry { index: k, ..point })
+        let MotionRoom { point, q, p } = room;
+        point.evaluate(q, p).map_err(|point| OutsideGeometry { index: k, ..point })
     }
 }
 
@@ -97,30 +95,29 @@ impl<S: Real> Motion<S> for Geometry<S> {
 
     fn motion_room(&self) -> MotionRoom<S> {
         let n = self.dimension();
-        MotionRoom { rates: self.field.room(), jacobian: None, q: vec![S::ZERO; n], p: vec![S::ZERO; n] }
+        MotionRoom { point: self.point(), q: vec![S::ZERO; n], p: vec![S::ZERO; n] }
     }
 
     fn active(&self) -> &[usize] {
-        &self.active
+        &self.hamiltonian.active
     }
 
     fn rates_at(&self, q: &[S], p: &[S], index: usize, room: &mut MotionRoom<S>) -> Result<(), OutsideGeometry> {
-        self.field.evaluate(q, p, &mut room.rates).map_err(|point| OutsideGeometry { index, ..point })
+        room.point.evaluate(q, p).map_err(|point| OutsideGeometry { index, ..point })
     }
 
     fn q_dot(&self, room: &MotionRoom<S>, a: usize) -> S {
-        self.field.q_dot(&room.rates, a)
+        room.point.q_dot(a)
     }
 
     fn p_dot(&self, room: &MotionRoom<S>, place: usize) -> S {
-        self.field.p_dot(&room.rates, place)
+        room.point.p_dot(place)
     }
 
     fn acceleration(&self, room: &MotionRoom<S>, place: usize) -> Option<S> {
-        let inverse = self.separable.as_ref()?;
-        let m = self.active.len();
+        let (inverse, m) = (self.separable()?, self.active().len());
         let row = &inverse[place * m..][..m];
-        Some(row.iter().enumerate().fold(S::ZERO, |sum, (other, &g)| sum + g * self.field.p_dot(&room.rates, other)))
+        Some(row.iter().enumerate().fold(S::ZERO, |sum, (other, &g)| sum + g * room.point.p_dot(other)))
     }
 
     fn rates(
@@ -131,12 +128,12 @@ impl<S: Real> Motion<S> for Geometry<S> {
         room: &mut MotionRoom<S>,
         out: &mut [Vec<S>],
     ) -> Result<(), OutsideGeometry> {
-        let (q_dot, p_dot) = out.split_at_mut(self.active.len());
+        let (q_dot, p_dot) = out.split_at_mut(self.active().len());
         for k in 0..q.first().map_or(0, Vec::len) {
             self.rates_of_node((q, p), start, k, room)?;
-            for (place, (&a, (q_dot, p_dot))) in self.active.iter().zip(q_dot.iter_mut().zip(&mut *p_dot)).enumerate() {
-                q_dot[k] = self.field.q_dot(&room.rates, a);
-                p_dot[k] = self.field.p_dot(&room.rates, place);
+            for (place, &a) in self.active().iter().enumerate() {
+                q_dot[place][k] = room.point.q_dot(a);
+                p_dot[place][k] = room.point.p_dot(place);
             }
         }
         Ok(())
@@ -150,14 +147,13 @@ impl<S: Real> Motion<S> for Geometry<S> {
             // A node outside the domain has rates that are not finite, which the certificate of the window shows.
             let _ = self.rates_of_node((q, p), start, k, room);
             for (&a, steps) in ignorable.iter().zip(&mut steps) {
-                steps.push(h * self.field.q_dot(&room.rates, a));
+                steps.push(h * room.point.q_dot(a));
             }
         }
         steps
     }
 
     fn jacobian(&self, q: &[S], p: &[S], _: usize, room: &mut MotionRoom<S>, see: impl FnMut(usize, usize, S)) {
-        let room = room.jacobian.get_or_insert_with(|| self.field.jacobian_room());
-        self.field.jacobian(q, p, room, see);
+        room.point.jacobian(q, p, see);
     }
 }

@@ -3,23 +3,23 @@
 use super::Geometry;
 use super::contraction::{Contraction, at_point, single};
 use super::outside::OutsideGeometry;
-use super::structure::{Lagrangian, Samples};
+use super::structure::{Dynamics, Samples};
 use crate::number::Real;
 
 impl<S: Real> Geometry<S> {
     /// p_a = g_ab q̇^b + A_a at a point.
     pub fn momenta(&self, q: &[S], q_dot: &[S]) -> Vec<S> {
-        Lagrangian::momenta(self, q, q_dot)
+        Dynamics::momenta(self, q, q_dot)
     }
 
     /// K = g_ab q̇^a q̇^b at a point.
     pub fn norm(&self, q: &[S], q_dot: &[S]) -> S {
-        Lagrangian::norm(self, q, q_dot)
+        Dynamics::norm(self, q, q_dot)
     }
 
     /// What motion contributes to K at a point: the sizes of its terms without the largest of them.
     pub fn motion(&self, q: &[S], q_dot: &[S]) -> S {
-        single(|motion| at_point(&self.structure, &self.at(q), q_dot).add_motion(motion))
+        single(|motion| at_point(self.structure(), &self.at(q), q_dot).add_motion(motion))
     }
 
     /// q̇^a = g^ab (p_b − A_b) at a point.
@@ -27,17 +27,14 @@ impl<S: Real> Geometry<S> {
     /// # Errors
     /// [`OutsideGeometry`] with `index` 0, where the point is outside the domain.
     pub fn velocities(&self, q: &[S], p: &[S]) -> Result<Vec<S>, OutsideGeometry> {
-        let mut rates = self.field.room();
-        self.field.evaluate(q, p, &mut rates)?;
-        Ok((0..self.dimension()).map(|a| self.field.q_dot(&rates, a)).collect())
+        let mut point = self.point();
+        point.evaluate(q, p)?;
+        Ok((0..self.dimension()).map(|a| point.q_dot(a)).collect())
     }
 
     /// All rows at one point, inside the domain or not.
     pub fn at(&self, q: &[S]) -> Samples<S> {
-        let rows: Vec<&[S]> = q.iter().map(std::slice::from_ref).collect();
-        let mut samples = self.room(1);
-        self.compute(&rows, &mut samples);
-        samples
+        self.sample_at(q)
     }
 
     /// K, and what motion contributes to it, at many points: rows of positions and of velocities, one for each
@@ -45,9 +42,9 @@ impl<S: Real> Geometry<S> {
     pub fn norm_and_motion(&self, q: &[&[S]], q_dot: &[&[S]]) -> [Vec<S>; 2] {
         let points = q[0].len();
         let mut samples = self.room(points);
-        self.compute(q, &mut samples);
+        self.lagrangian.fill(q, &mut samples);
         let velocity = |b: usize| q_dot.get(b).copied();
-        let contraction = Contraction { structure: &self.structure, samples: &samples, nodes: 0..points, velocity };
+        let contraction = Contraction { structure: self.structure(), samples: &samples, nodes: 0..points, velocity };
         let [mut norm, mut motion] = [(); 2].map(|()| vec![S::ZERO; points]);
         contraction.add_norm(&mut norm);
         contraction.add_motion(&mut motion);

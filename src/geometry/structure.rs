@@ -123,7 +123,7 @@ pub struct Start<S = f64> {
 }
 
 /// A Lagrangian ½ g_ab(q) q̇^a q̇^b + A_a(q) q̇^a with a force F_a(q, q̇), which the doubled action is made of.
-pub trait Lagrangian<S: Real> {
+pub trait Dynamics<S: Real> {
     /// A point where it is not defined.
     type Outside: Copy + std::fmt::Debug;
 

@@ -93,7 +93,7 @@ impl<S: Real> Run<S> for Begun<'_, S> {
             metric,
             q_t: initial.invariants(metric).q_t,
             g00_start: metric.g00(initial.x),
-            values: ProgramSeries::new(&self.program, 2, order),
+            values: ProgramSeries::new(&self.program, vec![self.program.output(0), self.program.output(1)], order),
         }
     }
 

@@ -13,7 +13,7 @@ use super::polynomials::{Polynomial, increment, slope};
 use super::series::ProgramSeries;
 use super::size::gap;
 use super::steps::{Goal, Steps};
-use crate::geometry::{Geometry, Rates, Start};
+use crate::geometry::{Geometry, Hamiltonian, Point, Start};
 use crate::number::Real;
 
 /// If steps shrink while a determinant is below this share of its first value, or that many times above it, the
@@ -138,33 +138,31 @@ struct SceneEquations<'g, S> {
     /// The determinants of the metric's blocks at the start.
     determinants: Vec<S>,
     values: ProgramSeries<S>,
-    rates: Rates<S>,
+    point: Point<S>,
 }
 
 impl<'g, S: Real> SceneEquations<'g, S> {
     fn new(geometry: &'g Geometry<S>, start: &Start<S>, unit: S, order: usize) -> Self {
-        let field = geometry.field();
-        let outputs = geometry.dimension() + geometry.active().len();
+        let Hamiltonian { program, velocities, forces, .. } = geometry.hamiltonian();
         Self {
             geometry,
             unit,
             p: start.p.clone(),
             determinants: geometry.determinants(&start.q),
-            values: ProgramSeries::new(field.program(), outputs, order),
-            rates: field.room(),
+            values: ProgramSeries::new(program, [&velocities[..], forces].concat(), order),
+            point: geometry.point(),
         }
     }
 
     /// dq^a/dγ of all coordinates and dp_a/dγ of the active ones; `None` outside the domain.
     fn derivatives(&mut self, state: &[S]) -> Option<Vec<S>> {
-        let (field, n) = (self.geometry.field(), self.geometry.dimension());
+        let n = self.geometry.dimension();
         for (&a, &p) in self.geometry.active().iter().zip(&state[n..]) {
             self.p[a] = p;
         }
-        field.evaluate(&state[..n], &self.p, &mut self.rates).ok()?;
-        let rates = &self.rates;
-        let q_dot = (0..n).map(|a| field.q_dot(rates, a));
-        let p_dot = (n..state.len()).map(|component| field.p_dot(rates, component - n));
+        self.point.evaluate(&state[..n], &self.p).ok()?;
+        let q_dot = (0..n).map(|a| self.point.q_dot(a));
+        let p_dot = (n..state.len()).map(|component| self.point.p_dot(component - n));
         Some(q_dot.chain(p_dot).map(|rate| rate * self.unit).collect())
     }
 

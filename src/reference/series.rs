@@ -7,7 +7,7 @@
 
 use std::marker::PhantomData;
 
-use crate::formula::{Algebra, Function, Operation, Program, run};
+use crate::formula::{Algebra, Function, Fused, Operation, Program, Register, Step, run};
 use crate::number::{Extended, Real, sum};
 
 /// The series of a value, with room for all coefficients. Those that are not known yet are of no interest.
@@ -31,8 +31,9 @@ impl<S: Real> Taylor<S> {
 #[derive(Debug)]
 pub(super) struct ProgramSeries<S> {
     program: Program<S>,
-    /// Number of outputs that are computed.
-    outputs: usize,
+    /// The registers of the outputs, and the steps that compute these.
+    outputs: Vec<Register>,
+    steps: Box<[Step]>,
     registers: Vec<Taylor<S>>,
     /// So many coefficients are known of the variables, and of the outputs.
     known: usize,
@@ -42,10 +43,11 @@ pub(super) struct ProgramSeries<S> {
 }
 
 impl<S: Real> ProgramSeries<S> {
-    /// Of the first `outputs` outputs, with so many coefficients at most.
-    pub(super) fn new(program: &Program<S>, outputs: usize, order: usize) -> Self {
+    /// The series of some registers, the outputs, with so many coefficients at most.
+    pub(super) fn new(program: &Program<S>, outputs: Vec<Register>, order: usize) -> Self {
         let registers = program.registers(|constant| Taylor::constant(constant, order));
-        Self { program: program.clone(), outputs, registers, known: 0, far: None }
+        let steps = program.schedule(outputs.iter().copied(), |_| false);
+        Self { program: program.clone(), outputs, steps, registers, known: 0, far: None }
     }
 
     /// Forgets all coefficients.
@@ -58,9 +60,9 @@ impl<S: Real> ProgramSeries<S> {
     /// before it are known.
     pub(super) fn extend(&mut self, k: usize, variables: impl Iterator<Item = (usize, S)>) {
         variables.for_each(|(variable, c)| self.registers[variable].coefficients[k] = c);
-        run(&Coefficient { k, numbers: PhantomData }, self.program.steps_to(self.outputs), &mut self.registers);
+        run(&Coefficient { k, numbers: PhantomData }, &self.steps, &mut self.registers);
         self.known = k + 1;
-        if !S::IS_EXTENDED && !(0..self.outputs).all(|output| self.output(output)[k].is_finite()) {
+        if !S::IS_EXTENDED && !(0..self.outputs.len()).all(|output| self.output(output)[k].is_finite()) {
             self.mend();
         }
     }
@@ -69,15 +71,15 @@ impl<S: Real> ProgramSeries<S> {
     /// [`Program::mend_nodes`].
     #[cold]
     fn mend(&mut self) {
-        let Self { program, outputs, registers, known, far } = self;
+        let Self { program, outputs, registers, known, far, .. } = self;
         let order = registers[0].coefficients.len();
-        let far = far.get_or_insert_with(|| Box::new(ProgramSeries::new(&program.extended(), *outputs, order)));
+        let far = far.get_or_insert_with(|| Box::new(ProgramSeries::new(&program.extended(), outputs.clone(), order)));
         for j in far.known..*known {
             let variables = registers[..program.variables()].iter().enumerate();
             far.extend(j, variables.map(|(variable, series)| (variable, series.coefficients[j].to_f64().into())));
         }
-        for output in 0..*outputs {
-            let last = &mut registers[program.output(output)].coefficients[*known - 1];
+        for (output, &register) in outputs.iter().enumerate() {
+            let last = &mut registers[register].coefficients[*known - 1];
             if !last.is_finite() {
                 *last = S::from(far.output(output)[*known - 1].to_f64());
             }
@@ -86,7 +88,7 @@ impl<S: Real> ProgramSeries<S> {
 
     /// The series of an output, as far as it is known.
     pub(super) fn output(&self, output: usize) -> &[S] {
-        self.known_of(self.program.output(output))
+        self.known_of(self.outputs[output])
     }
 
     fn known_of(&self, register: usize) -> &[S] {
@@ -97,7 +99,7 @@ impl<S: Real> ProgramSeries<S> {
     /// point are no longer valid.
     pub(super) fn kink_arguments(&self) -> impl Iterator<Item = &[S]> {
         let of = |function| {
-            self.program.steps_to(self.outputs).iter().filter_map(move |step| match step.operation() {
+            self.steps.iter().filter_map(move |step| match step.operation() {
                 Operation::Call(other, a) if other == function => Some(a),
                 _ => None,
             })
@@ -139,6 +141,15 @@ impl<S: Real> Algebra for Coefficient<S> {
     fn power(&self, to: &mut Taylor<S>, a: &Taylor<S>, b: &Taylor<S>) {
         let Taylor { coefficients, partner } = to;
         coefficients[self.k] = power(&a.coefficients, &b.coefficients, coefficients, partner, self.k);
+    }
+
+    fn fused(&self, to: &mut Taylor<S>, fused: Fused, [a, b, c]: [&Taylor<S>; 3]) {
+        let (product, c) = (product(&a.coefficients, &b.coefficients, self.k), c.coefficients[self.k]);
+        to.coefficients[self.k] = match fused {
+            Fused::Add => product + c,
+            Fused::Subtract => product - c,
+            Fused::SubtractFrom => c - product,
+        };
     }
 
     fn call(&self, to: &mut Taylor<S>, function: Function, a: &Taylor<S>) {

@@ -4,7 +4,7 @@ use super::newton::{self, Failure, LinearFailure, NewtonSystem, Root, RoundingLe
 use super::refinement::{self, Refined};
 use super::status::Status;
 use crate::action::{DoubledAction, GradientRounding, Layout};
-use crate::geometry::Lagrangian;
+use crate::geometry::Dynamics;
 use crate::linalg::sparse::{Pattern, SparseLu};
 use crate::number::Real;
 use crate::number::norm::max_abs;
@@ -17,12 +17,12 @@ const LINEAR_TOLERANCE: f64 = 1e-3;
 pub(super) struct CriticalPointSolver(Pattern);
 
 impl CriticalPointSolver {
-    pub(super) fn new<L: Lagrangian<f64>>(action: &DoubledAction<'_, f64, L>) -> Self {
+    pub(super) fn new<L: Dynamics<f64>>(action: &DoubledAction<'_, f64, L>) -> Self {
         Self(action.newton_pattern())
     }
 
     /// The critical point of `action` that Newton's method reaches from `guess`.
-    pub(super) fn solve<L: Lagrangian<f64>>(
+    pub(super) fn solve<L: Dynamics<f64>>(
         &self,
         action: &DoubledAction<'_, f64, L>,
         guess: Vec<f64>,
@@ -33,7 +33,7 @@ impl CriticalPointSolver {
 
     /// The critical point of `fine` close to that of `rough`, the same action in `f64`, whose Hessian is factored once;
     /// that one itself if `S` has no more digits.
-    pub(super) fn refine<S: Real, L: Lagrangian<S>, R: Lagrangian<f64>>(
+    pub(super) fn refine<S: Real, L: Dynamics<S>, R: Dynamics<f64>>(
         &self,
         fine: &DoubledAction<'_, S, L>,
         rough: &DoubledAction<'_, f64, R>,
@@ -57,7 +57,7 @@ struct Stationarity<'a, L> {
     action: &'a DoubledAction<'a, f64, L>,
 }
 
-impl<L: Lagrangian<f64>> NewtonSystem for Stationarity<'_, L> {
+impl<L: Dynamics<f64>> NewtonSystem for Stationarity<'_, L> {
     type Outside = L::Outside;
 
     fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), L::Outside> {
@@ -93,7 +93,7 @@ impl<L: Lagrangian<f64>> NewtonSystem for Stationarity<'_, L> {
 }
 
 /// The rounding errors to be expected in ∇E_IVP, block by block.
-fn rounding<S: Real, L: Lagrangian<S>>(action: &DoubledAction<'_, S, L>, u: &[S]) -> Option<RoundingLevels> {
+fn rounding<S: Real, L: Dynamics<S>>(action: &DoubledAction<'_, S, L>, u: &[S]) -> Option<RoundingLevels> {
     let GradientRounding { rows, values } = action.gradient_rounding(u).ok()?;
     let (layout, h) = (action.layout(), action.sbp().spacing().to_f64());
     let (points, n) = (action.sbp().points(), layout.dimension());
@@ -128,7 +128,7 @@ struct RefinedStationarity<'a, S, L> {
     lu: SparseLu,
 }
 
-impl<S: Real, L: Lagrangian<S>> Refined<S> for RefinedStationarity<'_, S, L> {
+impl<S: Real, L: Dynamics<S>> Refined<S> for RefinedStationarity<'_, S, L> {
     type Outside = L::Outside;
 
     fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), L::Outside> {

@@ -1,7 +1,7 @@
 //! Where one of some formulas of the state first changes its sign, roughly: Runge–Kutta steps on Hamilton's equations.
 
 use super::setup::Setup;
-use crate::geometry::{Geometry, Observable, OutsideGeometry, Rates};
+use crate::geometry::{Observable, OutsideGeometry, Point};
 use crate::number::Real;
 use crate::number::runge_kutta::runge_kutta;
 
@@ -9,36 +9,35 @@ use crate::number::runge_kutta::runge_kutta;
 const STEPS: usize = 8;
 
 /// q^a of all coordinates, then p_a of all, on the way.
-struct Flow<'g> {
-    geometry: &'g Geometry,
-    rates: Rates<f64>,
+struct Flow {
+    point: Point,
     state: Vec<f64>,
     slopes: [Vec<f64>; 4],
     k: f64,
 }
 
-impl Flow<'_> {
+impl Flow {
     /// The values of the formulas here.
     fn values(&mut self, formulas: &mut [Observable]) -> Result<Vec<f64>, OutsideGeometry> {
-        let n = self.geometry.dimension();
-        self.geometry.field().slopes(&self.state, &mut self.rates, &mut self.slopes[0])?;
+        self.point.slopes(&self.state, &mut self.slopes[0])?;
+        let n = self.state.len() / 2;
         let (state, q_dot) = (&self.state, &self.slopes[0][..n]);
         Ok(formulas.iter_mut().map(|formula| formula.at(&state[..n], q_dot, &state[n..], self.k)).collect())
     }
 
     fn step(&mut self, h: f64) -> Result<(), OutsideGeometry> {
-        let Self { geometry, rates, state, slopes, .. } = self;
-        runge_kutta(state, h, slopes, |_, trial, out| geometry.field().slopes(trial, rates, out))
+        let Self { point, state, slopes, .. } = self;
+        runge_kutta(state, h, slopes, |_, trial, out| point.slopes(trial, out))
     }
 }
 
 /// The flow at its start.
-fn begin<S: Real>(setup: &Setup<S>) -> Flow<'_> {
+fn begin<S: Real>(setup: &Setup<S>) -> Flow {
     let (geometry, start) = (&*setup.rough.geometry, &setup.rough.start);
     let k = geometry.norm(&start.q, &start.q_dot);
     let state: Vec<f64> = start.q.iter().chain(&start.p).copied().collect();
     let slopes = [(); 4].map(|()| vec![0.0; state.len()]);
-    Flow { geometry, rates: geometry.field().room(), state, slopes, k }
+    Flow { point: geometry.point(), state, slopes, k }
 }
 
 /// A change of sign, roughly.

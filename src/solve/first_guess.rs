@@ -15,7 +15,7 @@ use std::collections::HashMap;
 use super::critical_point::CriticalPointSolver;
 use super::newton::{Failure, Root};
 use crate::action::{DoubledAction, Form, Layout};
-use crate::geometry::{Lagrangian, Start};
+use crate::geometry::{Dynamics, Start};
 use crate::sbp::{SbpName, SbpOperator};
 
 /// Steps of a window; it has one node more, which every operator with banded closures accepts.
@@ -67,7 +67,7 @@ struct WindowGrid {
 }
 
 impl WindowGrid {
-    fn new<L: Lagrangian<f64>>(whole: &Whole<'_, L>, spacing: f64) -> Self {
+    fn new<L: Dynamics<f64>>(whole: &Whole<'_, L>, spacing: f64) -> Self {
         // A guess needs no high order, and the closures of high orders do not fit into a window.
         let name = if whole.action.sbp().is_two_step() { SbpName::Sbp21 } else { SbpName::Sbp42 };
         let sbp = name.operator(WINDOW_STEPS + 1, spacing).expect("a window has enough points");
@@ -76,7 +76,7 @@ impl WindowGrid {
         Self { sbp, solver }
     }
 
-    fn solve<L: Lagrangian<f64>>(
+    fn solve<L: Dynamics<f64>>(
         &self,
         whole: &Whole<'_, L>,
         start: &Start,
@@ -109,7 +109,7 @@ impl WindowGrid {
 
 /// q_i + q̇_i γ on both branches, multipliers zero: the gradient is linear in them, so a first full Newton step finds
 /// them from anywhere.
-fn straight_line<L: Lagrangian<f64>>(action: &DoubledAction<'_, f64, L>) -> Vec<f64> {
+fn straight_line<L: Dynamics<f64>>(action: &DoubledAction<'_, f64, L>) -> Vec<f64> {
     let nodes = (0..action.sbp().points()).map(|k| k as f64 * action.sbp().spacing());
     let start = action.initial().q.iter().zip(&action.initial().q_dot);
     let lines: Vec<Vec<f64>> = start.map(|(q, q_dot)| nodes.clone().map(|gamma| q + q_dot * gamma).collect()).collect();
@@ -118,7 +118,7 @@ fn straight_line<L: Lagrangian<f64>>(action: &DoubledAction<'_, f64, L>) -> Vec<
 }
 
 /// A guess for all unknowns of `action`, over the given length of γ.
-pub(super) fn windowed_action<L: Lagrangian<f64>>(
+pub(super) fn windowed_action<L: Dynamics<f64>>(
     action: &DoubledAction<'_, f64, L>,
     lagrangian: &L,
     length: f64,

@@ -4,7 +4,7 @@ use super::leap;
 use super::memory::Kept;
 use super::world_line::Joint;
 use crate::geometry::metric::{G00, Metric, OutsideDomain};
-use crate::geometry::{Geometry, Lagrangian, Motion, OutsideGeometry, Samples};
+use crate::geometry::{Dynamics, Geometry, Motion, OutsideGeometry, Samples};
 use crate::number::Real;
 
 /// A space-time in which world-lines are looked for.

@@ -95,9 +95,7 @@ pub(crate) fn start<S: Arithmetic>(geometry: &Geometry<S>, q: &[S], q_dot: &[S])
 
 /// A start by positions and momenta.
 pub(crate) fn start_with_momenta(geometry: &Geometry, q: &[f64], p: &[f64]) -> Start {
-    let (field, mut rates) = (geometry.field(), geometry.field().room());
-    field.evaluate(q, p, &mut rates).unwrap();
-    let q_dot = (0..q.len()).map(|a| field.q_dot(&rates, a)).collect();
+    let q_dot = geometry.velocities(q, p).unwrap();
     Start { q: q.to_vec(), q_dot, p: p.to_vec() }
 }
 

@@ -89,10 +89,7 @@ pub(super) fn start<S: Real>(
     let solved = start::solve(&initial.data, of_data, parameters, rounding, None);
     let Solved { start, is_double } = solved.map_err(|none| no_start(&none, initial, &names))?;
     let tau = check_motion(scenery, initial, of_data, &start, rounding)?;
-    let field = geometry.field();
-    field
-        .evaluate(&start.q, &start.p, &mut field.room())
-        .map_err(|error| outside.error(&error, initial, &names, &q))?;
+    geometry.point().evaluate(&start.q, &start.p).map_err(|error| outside.error(&error, initial, &names, &q))?;
     Ok(Found { bare, start, is_double, tau })
 }
 

@@ -1,5 +1,6 @@
 //! From a scene's case to what a solver is told.
 
+use std::any::Any;
 use std::sync::Arc;
 
 use super::{Axes, Event, SceneCase};
@@ -54,9 +55,12 @@ impl SceneCase {
                 direction,
             })
             .collect();
+        let place: Place<S> = self.place();
+        // In f64 both are the same.
+        let same = (&place as &dyn Any).downcast_ref::<Place>().cloned();
         Setup {
-            place: self.place(),
-            rough: self.place(),
+            rough: same.unwrap_or_else(|| self.place()),
+            place,
             origin: None,
             gamma_i: self.gamma_i(),
             limit: self.limit(),

@@ -76,12 +76,11 @@ impl Nodes {
 
     /// Describes the positions and momenta of active coordinates as a path. They bend as their rates at the nodes say.
     fn describe(&self, geometry: &Geometry, distances: &[f64], path: &mut Path) {
-        let (field, n) = (geometry.field(), geometry.dimension());
-        let mut room = field.room();
+        let (n, mut point) = (geometry.dimension(), geometry.point());
         let mut rates = |state: &Vec<f64>| {
             let mut rates = vec![0.0; 2 * n];
             // Nothing is known of a path that leaves the domain.
-            let inside = field.slopes(state, &mut room, &mut rates);
+            let inside = point.slopes(state, &mut rates);
             inside.map_or_else(|_| vec![f64::NAN; 2 * n], |()| rates)
         };
         let rates: Vec<Vec<f64>> = self.states.iter().map(&mut rates).collect();
@@ -96,11 +95,11 @@ impl Nodes {
     /// By how much the momentum of each active coordinate changes velocities, times the `weights` of these: the most on
     /// the nodes.
     fn couplings(&self, geometry: &Geometry, weights: &[f64]) -> Vec<f64> {
-        let (field, n, active) = (geometry.field(), geometry.dimension(), geometry.active());
+        let (n, active) = (geometry.dimension(), geometry.active());
         let m = active.len();
-        let (mut room, mut couplings) = (field.jacobian_room(), vec![0.0; m]);
+        let (mut point, mut couplings) = (geometry.point(), vec![0.0; m]);
         for state in &self.states {
-            field.jacobian(&state[..n], &state[n..], &mut room, |row, column, value| {
+            point.jacobian(&state[..n], &state[n..], |row, column, value| {
                 if row < m && column >= m {
                     let coupling: &mut f64 = &mut couplings[column - m];
                     *coupling = coupling.max(value.abs() * weights[active[row]]);

@@ -7,9 +7,11 @@ impl Enclosure {
     /// For Hamilton's equations of a scene; `None` where nothing can hide. Variables of its path are q^a and, from 2n
     /// on, p_a of active coordinates.
     pub(crate) fn of_geometry(geometry: &Geometry) -> Option<Self> {
-        let (n, active, rows) = (geometry.dimension(), geometry.active(), geometry.field().rows());
+        let (n, active) = (geometry.dimension(), geometry.active());
         let varies = |variable: usize| active.contains(&variable) || active.iter().any(|a| 2 * n + a == variable);
-        Self::new(rows.rates(), rows.motion(), varies)
+        // Velocities of active coordinates are outputs of their own, unless momenta say the same.
+        let outputs = if geometry.is_separable() { n } else { n + active.len() };
+        Self::new(&geometry.hamiltonian().program, outputs, varies)
     }
 
     /// Sets the momenta of ignorable coordinates, which stay; those of active ones are not read.

@@ -2,7 +2,7 @@
 //! p_x = −dx/dγ.
 
 use super::{Metric, MetricSamples, OutsideDomain};
-use crate::geometry::{Lagrangian, Motion, Samples, Source, Structure, Term};
+use crate::geometry::{Dynamics, Motion, Samples, Source, Structure, Term};
 use crate::number::Real;
 
 /// The row of g00 among the samples of the metric on some nodes.
@@ -13,7 +13,7 @@ pub const G00_FIRST: usize = 1;
 pub const G00_SECOND: usize = 2;
 
 /// The two coordinates t and x: g_tt = g00(x), g_xx = −1. The rows are those of [`MetricSamples`].
-impl<S: Real> Lagrangian<S> for Metric<S> {
+impl<S: Real> Dynamics<S> for Metric<S> {
     type Outside = OutsideDomain;
 
     fn structure(&self) -> &Structure<S> {

@@ -2,7 +2,7 @@
 
 use super::run_error::{Found, Judge, RunError};
 use super::stepped_over::{Between, PROBES, fractions};
-use crate::geometry::{Geometry, Lagrangian};
+use crate::geometry::{Dynamics, Geometry};
 use crate::number::Real;
 use crate::reference::{ReferenceTrajectory, ScenePoint};
 use crate::solve::WorldLine;

@@ -13,7 +13,7 @@ use super::super::hermite::through;
 use super::super::legendre::{Expansion, Tables, integral, legendre, series};
 use super::super::partition;
 use crate::action::Form;
-use crate::geometry::{Geometry, Rates, Start};
+use crate::geometry::{Geometry, Point, Start};
 use crate::number::Real;
 use crate::sbp::gll::MOST_NODES;
 use crate::solve::{WindowNodes, WorldLine};
@@ -43,31 +43,31 @@ enum Kind<S> {
 }
 
 impl<S: Real> Curve<S> {
-    /// The curve in a window of `line`. `rates` is room for its geometry.
+    /// The curve in a window of `line`. `at` computes in its geometry.
     pub(super) fn new(
         line: &WorldLine<S>,
         view: &WindowNodes<'_, S>,
         tables: &mut Tables<S>,
-        rates: &mut Rates<S>,
+        at: &mut Point<S>,
     ) -> Self {
         let (grid, geometry, length) = (view.grid, line.geometry(), view.window.length());
         let start = Start { q: view.start.q.to_vec(), q_dot: Vec::new(), p: view.start.p.to_vec() };
         let values = line.increments(view);
-        let mut field = Field { geometry, start: &start, rates };
+        let mut motion = Motion { geometry, start: &start, at };
         let kind = if grid.is_equidistant() {
-            let slopes = field.slopes(&values);
+            let slopes = motion.slopes(&values);
             Kind::Hermite { nodes: (0..grid.points()).map(|k| grid.sbp().node(k)).collect(), values, slopes }
         } else if line.form == Form::Strong {
             let expansion = tables.of(grid.points());
             Kind::Legendre(values.iter().map(|row| expansion.coefficients(row)).collect())
         } else {
-            let own = field.integrals(tables.of(grid.points()), &values, length);
+            let own = motion.integrals(tables.of(grid.points()), &values, length);
             // An accuracy holds at the nodes, and the integrals of their rates are more accurate.
             if line.accuracy.is_some() {
                 Kind::Legendre(own)
             } else {
                 let fine = tables.of((2 * grid.points()).min(MOST_NODES));
-                Kind::Legendre(field.refined(fine, own, length, line.digits))
+                Kind::Legendre(motion.refined(fine, own, length, line.digits))
             }
         };
         Self { start, length, kind }
@@ -126,24 +126,24 @@ fn point<S: Real>(start: &Start<S>, rows: &[S], geometry: &Geometry<S>) -> Start
 }
 
 /// Hamilton's equations around the start of a window.
-struct Field<'f, S> {
-    geometry: &'f Geometry<S>,
-    start: &'f Start<S>,
-    rates: &'f mut Rates<S>,
+struct Motion<'m, S> {
+    geometry: &'m Geometry<S>,
+    start: &'m Start<S>,
+    at: &'m mut Point<S>,
 }
 
-impl<S: Real> Field<'_, S> {
+impl<S: Real> Motion<'_, S> {
     /// The derivatives of rows of values. Outside the domain they are not finite, or mean nothing.
     fn slopes(&mut self, values: &[Vec<S>]) -> Vec<Vec<S>> {
-        let (field, n) = (self.geometry.field(), self.geometry.dimension());
+        let n = self.geometry.dimension();
         let points = values.first().map_or(0, Vec::len);
         let mut slopes = vec![Vec::with_capacity(points); values.len()];
         for k in 0..points {
             let rows: Vec<S> = values.iter().map(|row| row[k]).collect();
             let Start { q, p, .. } = point(self.start, &rows, self.geometry);
-            let outside = field.evaluate(&q, &p, self.rates).is_err();
+            let outside = self.at.evaluate(&q, &p).is_err();
             for (row, slopes) in slopes.iter_mut().enumerate() {
-                let slope = if row < n { field.q_dot(self.rates, row) } else { field.p_dot(self.rates, row - n) };
+                let slope = if row < n { self.at.q_dot(row) } else { self.at.p_dot(row - n) };
                 slopes.push(if outside { S::from(f64::NAN) } else { slope });
             }
         }

@@ -10,7 +10,7 @@ use self::curve::Curve;
 use super::cursor::Reached;
 use super::curved::Curved;
 use super::legendre::Tables;
-use crate::geometry::{Geometry, Rates, Start};
+use crate::geometry::{Geometry, Point, Start};
 use crate::number::Real;
 use crate::number::root::root;
 use crate::solve::WorldLine;
@@ -32,17 +32,17 @@ pub struct SceneSample<S = f64> {
 impl<S: Real> Curved<S> for Geometry<S> {
     type Sample = SceneSample<S>;
     type Curve = Curve<S>;
-    type Rates = Rates<S>;
+    type Rates = Point<S>;
 
-    fn rates_room(&self) -> Rates<S> {
-        self.field().room()
+    fn rates_room(&self) -> Point<S> {
+        self.point()
     }
 
-    fn curve(line: &WorldLine<S>, window: usize, tables: &mut Tables<S>, rates: &mut Rates<S>) -> Curve<S> {
-        Curve::new(line, &line.view(window), tables, rates)
+    fn curve(line: &WorldLine<S>, window: usize, tables: &mut Tables<S>, point: &mut Point<S>) -> Curve<S> {
+        Curve::new(line, &line.view(window), tables, point)
     }
 
-    fn sample(line: &WorldLine<S>, window: usize, curve: &Curve<S>, place: S, rates: &mut Rates<S>) -> SceneSample<S> {
+    fn sample(line: &WorldLine<S>, window: usize, curve: &Curve<S>, place: S, point: &mut Point<S>) -> SceneSample<S> {
         let [first, last] = line.windows[window].gamma;
         let gamma = line.gamma_i + first + place;
         // The end of the run is known exactly.
@@ -51,10 +51,9 @@ impl<S: Real> Curved<S> for Geometry<S> {
             return SceneSample { gamma: line.gamma_f(), q, q_dot, p };
         }
         let Start { q, p, .. } = curve.at(place, line.geometry());
-        let field = line.geometry().field();
         // A curve that leaves the domain between nodes inside it has velocities that mean as little as its positions.
-        let _ = field.evaluate(&q, &p, rates);
-        let q_dot = (0..q.len()).map(|a| field.q_dot(rates, a)).collect();
+        let _ = point.evaluate(&q, &p);
+        let q_dot = (0..q.len()).map(|a| point.q_dot(a)).collect();
         SceneSample { gamma, q, q_dot, p }
     }
 
@@ -62,11 +61,11 @@ impl<S: Real> Curved<S> for Geometry<S> {
         line: &WorldLine<S>,
         (a, &Reached { window, value, .. }): (usize, &Reached<S>),
         curve: &Curve<S>,
-        rates: &mut Rates<S>,
+        point: &mut Point<S>,
     ) -> SceneSample<S> {
         let [start, end] = [window, window + 1].map(|joint| line.joint(joint).q[a] - value);
         let length = line.windows[window].length();
-        let mut at = |place: S| Self::sample(line, window, curve, place, rates);
+        let mut at = |place: S| Self::sample(line, window, curve, place, point);
         let place = if start == S::ZERO {
             S::ZERO
         } else if end == S::ZERO {

@@ -10,10 +10,10 @@ use crate::common::assert_near;
 
 /// dq/dγ of all coordinates and dp/dγ of the active ones.
 fn rates(geometry: &Geometry, q: &[f64], p: &[f64]) -> (Vec<f64>, Vec<f64>) {
-    let (field, mut rates) = (geometry.field(), geometry.field().room());
-    field.evaluate(q, p, &mut rates).unwrap();
-    let q_dot = (0..q.len()).map(|a| field.q_dot(&rates, a)).collect();
-    (q_dot, (0..field.active().len()).map(|place| field.p_dot(&rates, place)).collect())
+    let mut point = geometry.point();
+    point.evaluate(q, p).unwrap();
+    let q_dot = (0..q.len()).map(|a| point.q_dot(a)).collect();
+    (q_dot, (0..geometry.active().len()).map(|place| point.p_dot(place)).collect())
 }
 
 fn check_definitions<G: Scene>(point: &[f64]) {
@@ -49,7 +49,7 @@ fn check_jacobian<G: Scene>(point: &[f64]) {
     let (n, m) = (geometry.dimension(), G::ACTIVE.len());
     let (q, p) = (&point[..n], &point[4..4 + n]);
     let mut jacobian = DMatrix::zeros(2 * m, 2 * m);
-    geometry.field().jacobian(q, p, &mut geometry.field().jacobian_room(), |row, column, value| {
+    geometry.point().jacobian(q, p, |row, column, value| {
         jacobian[(row, column)] += value;
     });
     let size = 1.0 + rates(&geometry, q, p).0.iter().fold(0.0, |size: f64, u| size.max(u.abs()));

@@ -103,10 +103,9 @@ fn innermost_stable_circular_orbits() {
             assert_near(e, (8.0_f64 / 9.0).sqrt(), 1e-15, "E");
             assert_near(l, 12.0_f64.sqrt(), 1e-15, "L");
         }
-        let (field, q, p) = (geometry.field(), [0.0, r, 0.0], [e, 0.0, -l]);
-        let mut rates = field.room();
-        field.evaluate(&q, &p, &mut rates).unwrap();
-        assert_near(field.p_dot(&rates, 0), 0.0, 1e-15, "dp_r/dtau");
+        let (mut point, q, p) = (geometry.point(), [0.0, r, 0.0], [e, 0.0, -l]);
+        point.evaluate(&q, &p).unwrap();
+        assert_near(point.p_dot(0), 0.0, 1e-15, "dp_r/dtau");
         // It is the one where the force has no slope either.
         let mut slope = 0.0;
         let mut see = |row, column, value: f64| {
@@ -114,7 +113,7 @@ fn innermost_stable_circular_orbits() {
                 slope = value;
             }
         };
-        field.jacobian(&q, &p, &mut field.jacobian_room(), &mut see);
+        point.jacobian(&q, &p, &mut see);
         assert_near(slope, 0.0, 1e-14, "its slope");
         let reference = reference(&geometry, &start_with_momenta(&geometry, &q, &p), 100.0);
         assert_near(reference.at(100.0).q[1], r, 1e-8, "r");

@@ -25,7 +25,7 @@ pub(super) struct Certificate<'g, const P: usize> {
 
 impl<'g, const P: usize> Certificate<'g, P> {
     pub(super) fn new(geometry: &'g Geometry, momenta: &[f64]) -> Self {
-        let program = geometry.field().rows().momenta();
+        let program = &geometry.lagrangian().momenta;
         let (n, m) = (geometry.dimension(), geometry.active().len());
         Self {
             geometry,
@@ -59,7 +59,7 @@ impl<'g, const P: usize> Certificate<'g, P> {
             let row = slope.0.iter().map(|slope| per_length * slope);
             self.registers[n + a].0.iter_mut().zip(row).for_each(|(to, value)| *to = value);
         }
-        let (program, outputs) = (self.geometry.field().rows().momenta(), self.outputs.len());
+        let (program, outputs) = (&self.geometry.lagrangian().momenta, self.outputs.len());
         Level::Best.dispatch(Evaluate {
             steps: program.steps_to(outputs),
             mend: Some(Mend { program, outputs, points }),

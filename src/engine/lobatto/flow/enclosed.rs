@@ -90,16 +90,15 @@ mod tests {
             let (start, h) = (start(&geometry), 0.3);
             let (state, window) = solved(&geometry, &start, h);
             let [mut q, mut q_dot, mut p] = [start.q.clone(), vec![0.0; 3], start.p.clone()];
-            let (field, mut rates) = (geometry.field(), geometry.field().room());
+            let mut point = geometry.point();
             for k in 0..window.points() - 1 {
                 window.node(&state, h, k, [&mut q, &mut q_dot, &mut p]);
-                field.evaluate(&q, &p, &mut rates).unwrap();
+                point.evaluate(&q, &p).unwrap();
                 let nodes = window.rule.rule.nodes();
                 let step = h * (nodes[k + 1].hi - nodes[k].hi);
                 for row in 0..2 * window.m {
                     let place = row % window.m;
-                    let slope =
-                        if row < window.m { q_dot[geometry.active()[place]] } else { field.p_dot(&rates, place) };
+                    let slope = if row < window.m { q_dot[geometry.active()[place]] } else { point.p_dot(place) };
                     let values = &window.fields[row].0;
                     let away = 2.0 * (values[k + 1] - values[k] - step * slope);
                     let bend = bend(&window, row, k);

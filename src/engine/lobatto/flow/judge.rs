@@ -100,15 +100,14 @@ impl<'g> Judge<'g> {
 
     /// K and the size of its terms at the start.
     fn set_norm(&mut self, q: &[f64], momenta: &[f64], start: &FlowState) {
-        let field = self.geometry.field();
         let mut p = momenta.to_vec();
         for (&a, active) in self.geometry.active().iter().zip(&start.p) {
             p[a] = active.hi;
         }
-        let mut rates = field.room();
+        let mut point = self.geometry.point();
         // A start outside the domain is found by the first window.
-        let _ = field.evaluate(q, &p, &mut rates);
-        let q_dot: Vec<f64> = (0..q.len()).map(|a| field.q_dot(&rates, a)).collect();
+        let _ = point.evaluate(q, &p);
+        let q_dot: Vec<f64> = (0..q.len()).map(|a| point.q_dot(a)).collect();
         self.norm = self.geometry.norm(q, &q_dot);
         self.keep_pace(|a| q_dot[a]);
         let terms = q_dot.iter().zip(&p).map(|(q_dot, p)| (q_dot * p).abs());

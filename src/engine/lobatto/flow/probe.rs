@@ -16,11 +16,11 @@ pub(super) fn why(geometry: &Geometry, start: &FlowState, momenta: &[f64], lengt
     for (place, &a) in geometry.active().iter().enumerate() {
         state[n + a] = start.p[place].hi;
     }
-    let (field, mut rates) = (geometry.field(), geometry.field().room());
+    let mut point = geometry.point();
     let mut slopes = [(); 4].map(|()| vec![0.0; state.len()]);
     let h = length / STEPS as f64;
     for step in 0..STEPS {
-        let advanced = runge_kutta(&mut state, h, &mut slopes, |_, trial, out| field.slopes(trial, &mut rates, out));
+        let advanced = runge_kutta(&mut state, h, &mut slopes, |_, trial, out| point.slopes(trial, out));
         if let Err(outside) = advanced {
             let gamma = gamma + h * step as f64;
             return FlowFailure::OutsideDomain { gamma, q: state[..n].to_vec(), outside };

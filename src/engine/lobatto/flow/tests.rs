@@ -65,15 +65,15 @@ fn rates_are_those_of_the_field() {
         let start = start(&geometry);
         let (state, window) = solved(&geometry, &start, 0.3);
         let (q, p) = end(&window, &start);
-        let (field, mut rates) = (geometry.field(), geometry.field().room());
-        field.evaluate(&q, &p, &mut rates).unwrap();
+        let mut point = geometry.point();
+        point.evaluate(&q, &p).unwrap();
         for (place, &a) in geometry.active().iter().enumerate() {
             let [velocity, force] = window.rates_at_end(place);
-            near(velocity, field.q_dot(&rates, a));
-            near(force, field.p_dot(&rates, place));
+            near(velocity, point.q_dot(a));
+            near(force, point.p_dot(place));
         }
-        (0..3).for_each(|a| near(window.velocity_at_end(a), field.q_dot(&rates, a)));
-        near(window.norm_terms(), (0..3).map(|a| (p[a] * field.q_dot(&rates, a)).abs()).sum());
+        (0..3).for_each(|a| near(window.velocity_at_end(a), point.q_dot(a)));
+        near(window.norm_terms(), (0..3).map(|a| (p[a] * point.q_dot(a)).abs()).sum());
         near(window.norm, geometry.norm(&q, &geometry.velocities(&q, &p).unwrap()));
         for node in 0..window.points() {
             let [mut q, mut q_dot, mut p] = [start.q.clone(), vec![0.0; 3], start.p.clone()];
@@ -107,11 +107,11 @@ fn the_end_is_where_the_motion_leads() {
     for geometry in geometries() {
         let start = start(&geometry);
         let (_, window) = solved(&geometry, &start, 0.3);
-        let (field, mut rates) = (geometry.field(), geometry.field().room());
+        let mut point = geometry.point();
         let mut state = [start.q.clone(), start.p.clone()].concat();
         let mut slopes = [(); 4].map(|()| vec![0.0; 6]);
         for _ in 0..1000 {
-            runge_kutta(&mut state, 3e-4, &mut slopes, |_, trial, out| field.slopes(trial, &mut rates, out)).unwrap();
+            runge_kutta(&mut state, 3e-4, &mut slopes, |_, trial, out| point.slopes(trial, out)).unwrap();
         }
         let (q, p) = end(&window, &start);
         let off = q.iter().chain(&p).zip(&state).map(|(found, exact)| (found - exact).abs()).fold(0.0, f64::max);
@@ -130,8 +130,8 @@ fn the_rate_of_the_motion_is_that_of_the_linearised_equations() {
         let start = start(&geometry);
         let (state, _) = solved(&geometry, &start, 0.3);
         let mut jacobian = [[0.0; 4]; 4];
-        let mut room = geometry.field().jacobian_room();
-        geometry.field().jacobian(&start.q, &start.p, &mut room, |row, column, value| jacobian[row][column] = value);
+        let see = |row: usize, column: usize, value| jacobian[row][column] = value;
+        geometry.point().jacobian(&start.q, &start.p, see);
         let entry = |i: usize, j: usize| (0..4).map(|k| jacobian[i][k] * jacobian[k][j]).sum::<f64>();
         let sum: f64 = (0..16).map(|k| (entry(k / 4, k % 4) * entry(k % 4, k / 4)).abs()).sum();
         let mut judge = Judge::new(&geometry, &state, &start.p, None);

@@ -57,7 +57,7 @@ pub(super) struct Transport<'g> {
 
 impl<'g> Transport<'g> {
     pub(super) fn new(geometry: &'g Geometry) -> Self {
-        let linearised = geometry.field().linearised();
+        let linearised = geometry.hamiltonian().linearised();
         let LinearisedEquations { jacobian: entries, slopes, .. } = linearised;
         let (n, m) = (geometry.dimension(), geometry.active().len());
         let outputs = |from: usize, count: usize| (from..from + count).map(|output| slopes.output(output)).collect();
@@ -119,7 +119,7 @@ impl<'g> Transport<'g> {
     /// The entries at one of the nodes of what was evaluated last, of active coordinates: row, column, value.
     fn at(&self, node: usize, see: impl FnMut(usize, usize, f64)) {
         let value = |output: usize| self.errors.registers[2 * self.m + output].0[node];
-        self.geometry.field().each_entry(value, see);
+        self.linearised.each_entry(value, see);
     }
 
     /// The entries at the end of what was evaluated last.

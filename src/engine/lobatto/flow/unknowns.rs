@@ -12,6 +12,7 @@ use super::tables::FlowTables;
 use super::work::{Evaluate, Integrate, Mend, Pass, Sweep};
 use crate::engine::lobatto::Twofold;
 use crate::formula::{Program, Register, Step};
+use crate::geometry::Geometry;
 use crate::number::vector::{Level, Nodes};
 
 /// Where a program has its variables and its outputs.
@@ -34,6 +35,46 @@ pub(super) struct SweepSteps<'s> {
     pub(super) velocities: &'s [Step],
     /// So many outputs give both.
     pub(super) outputs: usize,
+}
+
+/// The steps of a scene's equations, which work on one register file.
+pub(super) struct Schedules {
+    /// The steps that depend on nothing but momenta of ignorable coordinates. The others need them.
+    pub(super) fixed: Box<[Step]>,
+    /// The steps of a sweep, and those to velocities after nothing but momenta has changed.
+    sweep: Box<[Step]>,
+    velocities: Box<[Step]>,
+    /// The steps to all outputs but accelerations.
+    pub(super) all: Box<[Step]>,
+    /// The number of outputs of a sweep, and of all outputs but accelerations.
+    sweep_outputs: usize,
+    pub(super) outputs: usize,
+}
+
+impl Schedules {
+    pub(super) fn new(geometry: &Geometry) -> Self {
+        let (n, active, program) = (geometry.dimension(), geometry.active(), &geometry.hamiltonian().program);
+        let is_momentum = |variable: usize| variable >= 2 * n && active.contains(&(variable - 2 * n));
+        let varies = program.depends_on(|variable| variable < 2 * n || is_momentum(variable));
+        let moves = program.depends_on(is_momentum);
+        let outputs = |count: usize| (0..count).map(|output| program.output(output));
+        // Of a separable motion velocities are no unknowns, and accelerations stand last.
+        let m = active.len();
+        let [unknown, last] = if geometry.is_separable() { [0, m] } else { [m, 0] };
+        let (sweep, all) = (unknown + m, program.outputs() - last);
+        Self {
+            fixed: program.schedule(0..program.size(), |register| varies[register]),
+            sweep: program.schedule(outputs(sweep), |register| !varies[register]),
+            velocities: program.schedule(outputs(unknown), |register| !moves[register]),
+            all: program.schedule(outputs(all), |register| !varies[register]),
+            sweep_outputs: sweep,
+            outputs: all,
+        }
+    }
+
+    pub(super) fn of_sweep(&self) -> SweepSteps<'_> {
+        SweepSteps { all: &self.sweep, velocities: &self.velocities, outputs: self.sweep_outputs }
+    }
 }
 
 /// The unknowns of a window with what is known of them.

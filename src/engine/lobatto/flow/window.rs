@@ -4,10 +4,10 @@
 
 use super::rule::Rule;
 use super::state::FlowState;
-use super::unknowns::{Places, SweepSteps, Unknowns};
+use super::unknowns::{Places, Schedules, Unknowns};
 use super::work::{Look, Tail};
 use crate::formula::Register;
-use crate::geometry::{Geometry, RowPrograms};
+use crate::geometry::Geometry;
 use crate::number::vector::{Level, Nodes};
 
 /// The most sweeps over a window: with more, two shorter ones are cheaper.
@@ -62,7 +62,7 @@ pub(super) struct Known<const P: usize> {
 /// A window with its arrays.
 pub(super) struct FlowWindow<'g, const P: usize> {
     pub(super) geometry: &'g Geometry,
-    pub(super) programs: &'g RowPrograms<f64>,
+    schedules: Schedules,
     pub(super) rule: Rule<P>,
     pub(super) m: usize,
     pub(super) ignorable: Vec<usize>,
@@ -91,23 +91,23 @@ pub(super) struct FlowWindow<'g, const P: usize> {
 
 impl<'g, const P: usize> FlowWindow<'g, P> {
     pub(super) fn new(geometry: &'g Geometry, rule: Rule<P>) -> Self {
-        let programs = geometry.field().rows();
+        let equations = geometry.hamiltonian();
         let (n, m) = (geometry.dimension(), geometry.active().len());
         let places = Places {
             q: geometry.active().to_vec(),
             p: geometry.active().iter().map(|a| 2 * n + a).collect(),
-            velocities: programs.velocity_registers(),
-            forces: programs.force_registers(),
-            ignorable: programs.ignorable_registers(),
+            velocities: equations.active_velocities(),
+            forces: equations.forces.clone(),
+            ignorable: equations.ignorable_velocities(),
         };
         Self {
             geometry,
-            programs,
+            schedules: Schedules::new(geometry),
             rule,
             m,
             ignorable: geometry.ignorable().collect(),
-            unknowns: Unknowns::new(rule, geometry.separable(), programs.rates(), places),
-            determinants: programs.determinant_registers(),
+            unknowns: Unknowns::new(rule, geometry.separable(), &equations.program, places),
+            determinants: equations.determinants.clone(),
             scratch: vec![Nodes::ZERO; 2 * m],
             left: 0.0,
             row_weights: Vec::with_capacity(2 * m),
@@ -133,7 +133,7 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
         for (a, &p) in momenta.iter().enumerate() {
             self.unknowns.registers[2 * n + a].0 = [p; P];
         }
-        self.unknowns.evaluate(&self.programs.schedules().fixed);
+        self.unknowns.evaluate(&self.schedules.fixed);
     }
 
     /// Solves the window of length `h` from `start`, and leaves its end, its fields and its rates. After the first
@@ -183,10 +183,9 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
         self.unknowns.integrate_forces();
         // K and the velocities of ignorable coordinates at the fields as they are: so charges are exact to rounding on
         // the nodes, whatever the tolerance, unless the metric couples their coordinate to an active one.
-        let all = self.programs.all();
-        self.unknowns.evaluate_ignorable(&self.programs.schedules().all, all, h);
-        self.norm = self.unknowns.registers[self.programs.norm_register()].0[self.points() - 1];
-        let is_inside = self.determinants.iter().zip(self.geometry.field().signs()).all(|(&register, &sign)| {
+        self.unknowns.evaluate_ignorable(&self.schedules.all, self.schedules.outputs, h);
+        self.norm = self.unknowns.registers[self.geometry.hamiltonian().norm].0[self.points() - 1];
+        let is_inside = self.determinants.iter().zip(self.geometry.signs()).all(|(&register, &sign)| {
             let nodes = &self.unknowns.registers[register].0[..self.points()];
             nodes.iter().all(|&value| value.is_finite() && (value * sign > 0.0 || sign == 0.0))
         });
@@ -255,13 +254,10 @@ impl<'g, const P: usize> FlowWindow<'g, P> {
         let largest = task.start.p.iter().fold(0.0_f64, |largest, p| largest.max(p.hi.abs()));
         let relative = if largest > 0.0 { 1.0 / largest } else { 0.0 };
         self.row_weights.extend(weights.p.iter().map(|weight| weight.max(relative)));
-        let schedules = self.programs.schedules();
-        let outputs = self.programs.sweep();
-        let steps = SweepSteps { all: &schedules.sweep, velocities: &schedules.velocities, outputs };
         let noise = self.noise(task);
         let (mut last, mut slower) = (f64::INFINITY, f64::INFINITY);
         for sweeps in 1..=MOST_SWEEPS {
-            self.unknowns.sweep(steps, h);
+            self.unknowns.sweep(self.schedules.of_sweep(), h);
             self.sweeps += 1;
             let change = self.weighted_change();
             if !change.is_finite() {

@@ -1,0 +1,149 @@
+//! Hamilton's equations as expressions: as they follow from the metric, and with fewer operations.
+
+use super::inverse::Inverse;
+use super::parts::Parts;
+use crate::formula::{Graph, Level, NodeId};
+use crate::number::Real;
+
+/// Expressions in the variables q^a, then n that stand in none of them (where velocities were), then p_a.
+#[derive(Debug, Clone)]
+pub(super) struct Expressions {
+    /// q̇^a of all coordinates.
+    pub(super) velocities: Vec<NodeId>,
+    /// ṗ_a of active coordinates.
+    pub(super) forces: Vec<NodeId>,
+    /// The determinants of the blocks.
+    pub(super) determinants: Vec<NodeId>,
+    /// K.
+    pub(super) norm: NodeId,
+}
+
+impl Expressions {
+    pub(super) fn new<S: Real>(parts: &mut Parts<S>, inverse: &Inverse, active: &[usize]) -> Self {
+        let velocities = velocities(parts, inverse);
+        let forces = active.iter().map(|&a| force(parts, a, &velocities)).collect();
+        let norm = norm(parts, &velocities);
+        Self { forces, determinants: inverse.blocks.iter().map(|block| block.determinant).collect(), norm, velocities }
+    }
+
+    /// The same with fewer operations. What a sweep needs is written apart: it shares its work with nothing that is
+    /// wanted once.
+    pub(super) fn reduced<S: Real>(&self, parts: &mut Parts<S>, active: &[usize], is_separable: bool) -> Self {
+        let (mut reduced, n) = (self.clone(), parts.dimension());
+        let (mut sweep, mut others): (Vec<&mut NodeId>, Vec<&mut NodeId>) = (Vec::new(), Vec::new());
+        for (a, velocity) in reduced.velocities.iter_mut().enumerate() {
+            let is_unknown = active.contains(&a) && !is_separable;
+            if is_unknown { sweep.push(velocity) } else { others.push(velocity) }
+        }
+        sweep.extend(&mut reduced.forces);
+        others.extend(reduced.determinants.iter_mut().chain([&mut reduced.norm]));
+        for nodes in [sweep, others] {
+            let roots: Vec<NodeId> = nodes.iter().map(|node| **node).collect();
+            let written = parts.graph.reduced(&roots, level(n, active));
+            nodes.into_iter().zip(written).for_each(|(node, written)| *node = written);
+        }
+        reduced
+    }
+
+    /// q̈^a = g^ab ṗ_b of active coordinates with a constant `inverse`, given by rows.
+    pub(super) fn accelerations<S: Real>(&self, parts: &mut Parts<S>, active: &[usize], inverse: &[S]) -> Vec<NodeId> {
+        let (rows, n) = (inverse.chunks_exact(active.len().max(1)), parts.dimension());
+        let sums: Vec<NodeId> = rows.map(|row| combination(parts, row, &self.forces)).collect();
+        parts.graph.reduced(&sums, level(n, active))
+    }
+}
+
+/// When variables of Hamilton's equations become known: momenta of ignorable coordinates at the start of a run, then
+/// positions, then momenta.
+pub(super) fn level(n: usize, active: &[usize]) -> impl Fn(usize) -> Level {
+    move |variable| match variable.checked_sub(2 * n) {
+        None => 1,
+        Some(a) if active.contains(&a) => 2,
+        Some(_) => 0,
+    }
+}
+
+/// q̇^a = g^ab (p_b − A_b) for every a.
+fn velocities<S: Real>(parts: &mut Parts<S>, inverse: &Inverse) -> Vec<NodeId> {
+    let n = parts.dimension();
+    let kinetic: Vec<NodeId> = (0..n)
+        .map(|b| {
+            let p = parts.graph.variable(2 * n + b);
+            match parts.one_form.get(&b) {
+                Some(&one_form) => parts.graph.subtract(p, one_form),
+                None => p,
+            }
+        })
+        .collect();
+    let velocity = |a: usize| {
+        let mut sum = parts.graph.constant(S::ZERO);
+        for (b, &kinetic) in kinetic.iter().enumerate() {
+            if let Some(entry) = inverse.get(a, b) {
+                sum = plus(&mut parts.graph, sum, [entry, kinetic]);
+            }
+        }
+        sum
+    };
+    (0..n).map(velocity).collect()
+}
+
+/// f_a + F_a.
+pub(super) fn force<S: Real>(parts: &mut Parts<S>, a: usize, q_dot: &[NodeId]) -> NodeId {
+    let half = parts.graph.constant(S::ONE.half());
+    let mut sum = parts.graph.constant(S::ZERO);
+    let metric: Vec<([usize; 2], NodeId)> = parts.metric.iter().map(|(&bc, &node)| (bc, node)).collect();
+    for ([b, c], node) in metric {
+        let slope = parts.graph.derivative(node, a);
+        let mut term = parts.graph.multiply(slope, q_dot[b]);
+        term = parts.graph.multiply(term, q_dot[c]);
+        if b == c {
+            term = parts.graph.multiply(half, term);
+        }
+        sum = parts.graph.add(sum, term);
+    }
+    let one_form: Vec<(usize, NodeId)> = parts.one_form.iter().map(|(&b, &node)| (b, node)).collect();
+    for (b, node) in one_form {
+        let slope = parts.graph.derivative(node, a);
+        sum = plus(&mut parts.graph, sum, [slope, q_dot[b]]);
+    }
+    if let Some(&force) = parts.force.get(&a) {
+        let n = parts.dimension();
+        let variables: Vec<NodeId> = (0..n).map(|b| parts.graph.variable(b)).collect();
+        let replacement: Vec<NodeId> = variables.iter().chain(q_dot).copied().collect();
+        let force = parts.graph.substitute(&[force], &replacement)[0];
+        sum = parts.graph.add(sum, force);
+    }
+    sum
+}
+
+/// K = g_ab q̇^a q̇^b.
+fn norm<S: Real>(parts: &mut Parts<S>, q_dot: &[NodeId]) -> NodeId {
+    let mut sum = parts.graph.constant(S::ZERO);
+    let two = parts.graph.constant(S::ONE + S::ONE);
+    let metric: Vec<([usize; 2], NodeId)> = parts.metric.iter().map(|(&ab, &node)| (ab, node)).collect();
+    for ([a, b], node) in metric {
+        let product = parts.graph.multiply(q_dot[a], q_dot[b]);
+        let mut term = parts.graph.multiply(node, product);
+        if a != b {
+            term = parts.graph.multiply(two, term);
+        }
+        sum = parts.graph.add(sum, term);
+    }
+    sum
+}
+
+/// Σ_b row_b values_b.
+fn combination<S: Real>(parts: &mut Parts<S>, row: &[S], values: &[NodeId]) -> NodeId {
+    let mut sum = parts.graph.constant(S::ZERO);
+    for (&factor, &value) in row.iter().zip(values) {
+        let factor = parts.graph.constant(factor);
+        sum = plus(&mut parts.graph, sum, [factor, value]);
+    }
+    sum
+}
+
+/// sum + a b.
+pub(super) fn plus<S: Real>(graph: &mut Graph<S>, sum: NodeId, [a, b]: [NodeId; 2]) -> NodeId {
+    let product = graph.multiply(a, b);
+    graph.add(sum, product)
+}

@@ -1,0 +1,207 @@
+//! Hamilton's equations of a scene as one program: for points, for the nodes of a window, for Taylor series.
+//!
+//! ```text
+//! q̇^a = g^ab (p_b − A_b),    ṗ_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a(q, q̇)
+//! ```
+//!
+//! The momenta of ignorable coordinates are constants of a run. The equations of the active coordinates do not contain
+//! ignorable ones, which are quadratures.
+
+use std::sync::Arc;
+
+use super::expressions::Expressions;
+use super::inverse::Inverse;
+use super::is_outside;
+use super::linearised::{Equations, Linearised};
+use super::outside::OutsideGeometry;
+use super::parts::Parts;
+use crate::formula::{NodeId, Program, Register};
+use crate::number::Real;
+
+/// Hamilton's equations.
+#[derive(Debug)]
+pub(crate) struct Hamiltonian<S = f64> {
+    /// Variables are q^a, then n that are not used, then p_a. The first outputs are what a sweep over a window needs:
+    /// velocities of active coordinates, unless the motion is separable, and forces on them. Then come velocities of
+    /// ignorable coordinates, determinants, other velocities, K, accelerations.
+    pub(crate) program: Program<S>,
+    /// The number of outputs before K, which are all that a point needs.
+    point: usize,
+    pub(crate) active: Vec<usize>,
+    /// The active part of g^ab, row by row, if it is constant and coupled to nothing else.
+    pub(crate) inverse: Option<Vec<S>>,
+    /// The registers of q̇^a of all coordinates.
+    pub(crate) velocities: Vec<Register>,
+    /// The registers of ṗ_a of active coordinates.
+    pub(crate) forces: Vec<Register>,
+    /// The registers of q̈^a of active coordinates, if the motion is separable.
+    pub(crate) accelerations: Option<Vec<Register>>,
+    /// The registers of the determinants of the blocks.
+    pub(crate) determinants: Vec<Register>,
+    /// The register of K.
+    pub(crate) norm: Register,
+    linearised: Linearised<S>,
+}
+
+impl<S: Real> Hamiltonian<S> {
+    pub(super) fn new(mut parts: Parts<S>, inverse: &Inverse, active: Vec<usize>) -> Self {
+        let (n, constant) = (parts.dimension(), constant_inverse(&parts, inverse, &active));
+        let plain = Expressions::new(&mut parts, inverse, &active);
+        let reduced = plain.reduced(&mut parts, &active, constant.is_some());
+        let Expressions { velocities, forces, determinants, norm } = &reduced;
+        let own: Vec<NodeId> = active.iter().map(|&a| velocities[a]).collect();
+        let others: Vec<NodeId> = (0..n).filter(|a| !active.contains(a)).map(|a| velocities[a]).collect();
+        let rest = [&forces[..], &others, determinants].concat();
+        let mut outputs = if constant.is_some() { [rest, own].concat() } else { [own, rest].concat() };
+        let point = outputs.len();
+        outputs.push(*norm);
+        let accelerations = constant.as_ref().map(|inverse| reduced.accelerations(&mut parts, &active, inverse));
+        outputs.extend(accelerations.iter().flatten());
+        let program = Program::new(&mut parts.graph, 3 * n, &outputs).fused();
+        let register = |node: &NodeId| {
+            let output = outputs.iter().position(|output| output == node);
+            program.output(output.expect("it is among the outputs"))
+        };
+        let registers = |nodes: &[NodeId]| nodes.iter().map(register).collect();
+        Self {
+            point,
+            velocities: registers(velocities),
+            forces: registers(forces),
+            accelerations: accelerations.as_deref().map(registers),
+            determinants: registers(determinants),
+            norm: register(norm),
+            linearised: Linearised::new(parts, &active, constant.is_some(), [plain, reduced]),
+            program,
+            active,
+            inverse: constant,
+        }
+    }
+
+    /// The registers of q̇^a of active coordinates.
+    pub(crate) fn active_velocities(&self) -> Vec<Register> {
+        self.active.iter().map(|&a| self.velocities[a]).collect()
+    }
+
+    /// The registers of q̇^a of ignorable coordinates.
+    pub(crate) fn ignorable_velocities(&self) -> Vec<Register> {
+        let all = self.velocities.iter().enumerate();
+        all.filter(|(a, _)| !self.active.contains(a)).map(|(_, &register)| register).collect()
+    }
+
+    /// The linearised equations.
+    pub(crate) fn linearised(&self) -> &Equations<S> {
+        self.linearised.get()
+    }
+}
+
+/// The active part of g^ab, if the equations of motion are q̈ = a(q).
+fn constant_inverse<S: Real>(parts: &Parts<S>, inverse: &Inverse, active: &[usize]) -> Option<Vec<S>> {
+    let n = parts.dimension();
+    let is_coupled = |a: usize| (0..n).any(|b| !active.contains(&b) && inverse.get(a, b).is_some());
+    let has_one_form = |a: usize| parts.one_form.contains_key(&a);
+    if !parts.force.is_empty() || active.iter().any(|&a| is_coupled(a) || has_one_form(a)) {
+        return None;
+    }
+    let entry = |a: usize, b: usize| inverse.get(a, b).map_or(Some(S::ZERO), |node| parts.graph.as_constant(node));
+    active.iter().flat_map(|&a| active.iter().map(move |&b| (a, b))).map(|(a, b)| entry(a, b)).collect()
+}
+
+/// Hamilton's equations at one point, and room to compute them in.
+#[derive(Debug, Clone)]
+pub struct Point<S = f64> {
+    hamiltonian: Arc<Hamiltonian<S>>,
+    signs: Vec<S>,
+    registers: Vec<S>,
+    /// The registers of the Jacobian, from when it is first asked for.
+    jacobian: Vec<S>,
+}
+
+impl<S: Real> Point<S> {
+    pub(super) fn new(hamiltonian: &Arc<Hamiltonian<S>>, signs: &[S]) -> Self {
+        Self {
+            registers: hamiltonian.program.registers(|constant| constant),
+            hamiltonian: hamiltonian.clone(),
+            signs: signs.to_vec(),
+            jacobian: Vec::new(),
+        }
+    }
+
+    /// Evaluates the equations at all q^a and p_a.
+    ///
+    /// # Errors
+    /// [`OutsideGeometry`] with `index` 0.
+    #[inline]
+    pub fn evaluate(&mut self, q: &[S], p: &[S]) -> Result<(), OutsideGeometry> {
+        set(&mut self.registers, q, p);
+        let Hamiltonian { program, point, .. } = &*self.hamiltonian;
+        program.run_once(*point, &mut self.registers);
+        match self.check() {
+            Err(_) if program.mend(*point, &mut self.registers, |number| number) => self.check(),
+            found => found,
+        }
+    }
+
+    /// Returns an error if the point that was evaluated lies outside the domain.
+    #[inline]
+    fn check(&self) -> Result<(), OutsideGeometry> {
+        let Hamiltonian { velocities, forces, determinants, .. } = &*self.hamiltonian;
+        for (block, (&register, &sign)) in determinants.iter().zip(&self.signs).enumerate() {
+            let determinant = self.registers[register];
+            if is_outside(determinant, sign) {
+                return Err(OutsideGeometry { index: 0, block: Some(block), determinant: determinant.to_f64() });
+            }
+        }
+        if velocities.iter().chain(forces).all(|&register| self.registers[register].is_finite()) {
+            return Ok(());
+        }
+        Err(OutsideGeometry { index: 0, block: None, determinant: f64::NAN })
+    }
+
+    /// Writes the rates of a state, q^a of all coordinates and then p_a of all, into `out`.
+    ///
+    /// # Errors
+    /// As [`Self::evaluate`].
+    pub(crate) fn slopes(&mut self, state: &[S], out: &mut [S]) -> Result<(), OutsideGeometry> {
+        let n = self.hamiltonian.velocities.len();
+        self.evaluate(&state[..n], &state[n..])?;
+        (0..n).for_each(|a| out[a] = self.q_dot(a));
+        out[n..].fill(S::ZERO);
+        for (place, &a) in self.hamiltonian.active.iter().enumerate() {
+            out[n + a] = self.p_dot(place);
+        }
+        Ok(())
+    }
+
+    /// dq^a/dγ as evaluated last.
+    #[inline]
+    pub fn q_dot(&self, a: usize) -> S {
+        self.registers[self.hamiltonian.velocities[a]]
+    }
+
+    /// dp/dγ of the active coordinate with that place among the active ones, as evaluated last.
+    #[inline]
+    pub fn p_dot(&self, place: usize) -> S {
+        self.registers[self.hamiltonian.forces[place]]
+    }
+
+    /// Calls `see(row, column, value)` for the entries of ∂(q̇, ṗ)/∂(q, p) of the active coordinates that are not
+    /// zero. Rows and columns 0 … m−1 are positions, m … 2m−1 momenta.
+    pub fn jacobian(&mut self, q: &[S], p: &[S], see: impl FnMut(usize, usize, S)) {
+        let (equations, registers) = (self.hamiltonian.linearised(), &mut self.jacobian);
+        let program = &equations.jacobian;
+        if registers.is_empty() {
+            *registers = program.registers(|constant| constant);
+        }
+        set(registers, q, p);
+        program.run(equations.varying_entries(), registers);
+        equations.each_entry(|output| registers[program.output(output)], see);
+    }
+}
+
+/// Puts all q^a and p_a into registers.
+#[inline]
+fn set<S: Real>(registers: &mut [S], q: &[S], p: &[S]) {
+    let n = q.len();
+    registers[..n].copy_from_slice(q);
+    registers[2 * n..3 * n].copy_from_slice(p);
+}

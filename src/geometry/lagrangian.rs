@@ -1,0 +1,149 @@
+//! The Lagrangian and the force of a scene as programs: their components with derivatives, and what follows from them.
+
+use super::expressions::{force, plus};
+use super::inverse::Inverse;
+use super::parts::Parts;
+use super::structure::{ForceTerm, Samples, Source, Structure, Term};
+use super::text::{GeometryText, PotentialText};
+use crate::formula::{Graph, NodeId, Program};
+use crate::number::Real;
+
+/// L = ½ g_ab q̇^a q̇^b + A_a q̇^a with a force F_a(q, q̇).
+#[derive(Debug)]
+pub(crate) struct Lagrangian<S = f64> {
+    pub(super) structure: Structure<S>,
+    /// Rows of the metric and the one-form in the order of the structure, then the determinants of the blocks.
+    fields: Program<S>,
+    /// Rows of the force, in 2n variables.
+    force: Program<S>,
+    /// In the variables q^a and q̇^a: p_a of all coordinates, then f_a + F_a of active ones.
+    pub(crate) momenta: Program<S>,
+}
+
+impl<S: Real> Lagrangian<S> {
+    pub(super) fn new(parts: &mut Parts<S>, inverse: &Inverse, active: &[usize], text: &GeometryText) -> Self {
+        let (n, momenta) = (parts.dimension(), momenta(parts, active));
+        let (mut structure, mut rows) = structure_of(parts);
+        rows.extend(inverse.blocks.iter().map(|block| block.determinant));
+        let fields = Program::new(&mut parts.graph, n, &rows);
+        let rows = add_force(&mut structure, parts);
+        structure.inertias = inertias(parts, text);
+        let force = Program::new(&mut parts.graph, 2 * n, &rows);
+        Self { structure, fields, force, momenta }
+    }
+
+    /// Room for the rows of the metric, the one-form and the determinants.
+    pub(super) fn room(&self, points: usize) -> Samples<S> {
+        Samples::zeros(self.fields.outputs(), points)
+    }
+
+    /// Fills in these rows at positions, inside the domain or not.
+    pub(super) fn fill(&self, q: &[&[S]], samples: &mut Samples<S>) {
+        self.fields.sample(q, &mut samples.rows_mut().collect::<Vec<_>>());
+    }
+
+    /// Fills in the rows of the force.
+    pub(super) fn fill_force(&self, q: &[&[S]], q_dot: &[&[S]], samples: &mut Samples<S>) {
+        self.force.sample(&[q, q_dot].concat(), &mut samples.rows_mut().collect::<Vec<_>>());
+    }
+
+    /// The rows of the determinants of the blocks.
+    pub(super) fn determinants<'s>(&self, samples: &'s Samples<S>) -> impl Iterator<Item = &'s [S]> {
+        (self.structure.rows..self.fields.outputs()).map(|row| samples.row(row))
+    }
+}
+
+/// Appends the expression to the rows, or takes it as the constant that it is; `None` if it is zero.
+pub(super) fn source<S: Real>(graph: &Graph<S>, node: NodeId, rows: &mut Vec<NodeId>) -> Option<Source<S>> {
+    match graph.as_constant(node) {
+        Some(value) if value == S::ZERO => None,
+        Some(value) => Some(Source::Constant(value)),
+        None => {
+            rows.push(node);
+            Some(Source::Row(rows.len() - 1))
+        }
+    }
+}
+
+/// The structure of metric and one-form, with the expressions of its rows.
+fn structure_of<S: Real>(parts: &mut Parts<S>) -> (Structure<S>, Vec<NodeId>) {
+    let n = parts.dimension();
+    let components: Vec<([usize; 2], NodeId)> = (parts.metric.iter().map(|(&ab, &node)| (ab, node)))
+        .chain(parts.one_form.iter().map(|(&a, &node)| ([a, n], node)))
+        .collect();
+    let mut structure = Structure { dimension: n, has_one_form: !parts.one_form.is_empty(), ..Structure::default() };
+    let mut rows = Vec::new();
+    for &(ab, node) in &components {
+        structure.values.extend(source(&parts.graph, node, &mut rows).map(|value| Term { ab, by: [], value }));
+    }
+    for &(ab, node) in &components {
+        for c in 0..n {
+            let node = parts.graph.derivative(node, c);
+            structure.first.extend(source(&parts.graph, node, &mut rows).map(|value| Term { ab, by: [c], value }));
+        }
+    }
+    for &(ab, node) in &components {
+        for c in 0..n {
+            for d in c..n {
+                let first = parts.graph.derivative(node, c);
+                let node = parts.graph.derivative(first, d);
+                structure.second.extend(source(&parts.graph, node, &mut rows).map(|value| Term {
+                    ab,
+                    by: [c, d],
+                    value,
+                }));
+            }
+        }
+    }
+    structure.rows = rows.len();
+    (structure, rows)
+}
+
+/// Adds the force to the structure. Returns the expressions of its rows.
+fn add_force<S: Real>(structure: &mut Structure<S>, parts: &mut Parts<S>) -> Vec<NodeId> {
+    let variables = 2 * parts.dimension();
+    let components: Vec<(usize, NodeId)> = parts.force.iter().map(|(&a, &node)| (a, node)).collect();
+    let mut rows = Vec::new();
+    for &(a, node) in &components {
+        structure.force.extend(source(&parts.graph, node, &mut rows).map(|value| ForceTerm { a, by: [], value }));
+        for v in 0..variables {
+            let first = parts.graph.derivative(node, v);
+            structure.force_first.extend(source(&parts.graph, first, &mut rows).map(|value| ForceTerm {
+                a,
+                by: [v],
+                value,
+            }));
+        }
+    }
+    structure.force_rows = rows.len();
+    rows
+}
+
+/// The coordinates of a potential with their g_aa, where those are constant.
+fn inertias<S: Real>(parts: &Parts<S>, text: &GeometryText) -> Vec<(usize, S)> {
+    let GeometryText::Potential(PotentialText { coordinates, .. }) = text else { return Vec::new() };
+    let inertia = |a: usize| Some((a, parts.graph.as_constant(*parts.metric.get(&[a, a])?)?));
+    // The first coordinate is t.
+    (1..=coordinates.len()).filter_map(inertia).collect()
+}
+
+/// p_a of all coordinates and f_a + F_a of active ones, with few operations.
+fn momenta<S: Real>(parts: &mut Parts<S>, active: &[usize]) -> Program<S> {
+    let n = parts.dimension();
+    let q_dot: Vec<NodeId> = (n..2 * n).map(|variable| parts.graph.variable(variable)).collect();
+    let mut outputs: Vec<NodeId> = Vec::with_capacity(n + active.len());
+    for a in 0..n {
+        let mut sum = parts.one_form.get(&a).copied().unwrap_or_else(|| parts.graph.constant(S::ZERO));
+        for (b, &velocity) in q_dot.iter().enumerate() {
+            if let Some(entry) = parts.component(a, b) {
+                sum = plus(&mut parts.graph, sum, [entry, velocity]);
+            }
+        }
+        outputs.push(sum);
+    }
+    for &a in active {
+        outputs.push(force(parts, a, &q_dot));
+    }
+    let outputs = parts.graph.reduced(&outputs, |_| 1);
+    Program::new(&mut parts.graph, 2 * n, &outputs).fused()
+}
