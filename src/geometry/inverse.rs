@@ -2,7 +2,8 @@
 //!
 //! Coordinates that off-diagonal components couple form a block. A block is inverted by its adjugate, which needs no
 //! pivots: in an ergosphere g_tt is 0, and a null coordinate has g_vv = 0. Minors are expanded by rows, so that those
-//! of the same last rows are shared; a block of k coordinates takes k 2^(k−1) products.
+//! of the same last rows are shared; a block of k coordinates takes k 2^(k−1) products. Where the Hamiltonian is known,
+//! its second derivatives by momenta are the inverse.
 
 use std::collections::HashMap;
 
@@ -53,6 +54,7 @@ impl Inverse {
         if let Some(empty) = rows.iter().position(|row| row.iter().all(Option::is_none)) {
             return Err(GeometryError::WithoutComponent(block[empty]));
         }
+        let (n, hamiltonian) = (parts.dimension(), parts.hamiltonian);
         let graph = &mut parts.graph;
         let mut minors = Minors { rows: &rows, graph, known: HashMap::new() };
         let all: Vec<usize> = (0..order).collect();
@@ -60,10 +62,21 @@ impl Inverse {
         for i in 0..order {
             for j in i..order {
                 let without = |k: usize| -> Vec<usize> { (0..order).filter(|&other| other != k).collect() };
-                let Some(minor) = minors.of(&without(i), &without(j)) else { continue };
-                let cofactor = if (i + j) % 2 == 0 { minor } else { minors.graph.negate(minor) };
-                let entry = minors.graph.divide(cofactor, determinant);
-                self.entries.insert([block[i], block[j]], entry);
+                let entry = match hamiltonian {
+                    Some(hamiltonian) => {
+                        let [p, other] = [i, j].map(|k| 2 * n + block[k]);
+                        let velocity = minors.graph.derivative(hamiltonian, p);
+                        minors.graph.derivative(velocity, other)
+                    }
+                    None => {
+                        let Some(minor) = minors.of(&without(i), &without(j)) else { continue };
+                        let cofactor = if (i + j) % 2 == 0 { minor } else { minors.graph.negate(minor) };
+                        minors.graph.divide(cofactor, determinant)
+                    }
+                };
+                if !minors.graph.is(entry, 0.0) {
+                    self.entries.insert([block[i], block[j]], entry);
+                }
             }
         }
         if graph.is(determinant, 0.0) {
@@ -116,5 +129,39 @@ impl<S: Real> Minors<'_, S> {
         }
         self.known.insert(key, sum);
         sum
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::presets::PRESETS;
+    use super::super::text::{GeometryText, Tau};
+    use super::{Inverse, Parts};
+    use crate::formula::{NodeId, Program};
+
+    #[test]
+    fn presets_times_their_inverses_are_one() {
+        for (preset, tau) in PRESETS.iter().flat_map(|preset| [None, Some(Tau::Timelike)].map(|tau| (preset, tau))) {
+            let mut text = preset.text();
+            text.parameters.iter_mut().filter(|(name, _)| name == "a").for_each(|(_, value)| *value = "0.6".to_owned());
+            text.conformal = tau.map(|_| format!("1 + {}^2/9", text.coordinates[1]));
+            text.tau = tau;
+            let mut parts: Parts<f64> = Parts::new(&GeometryText::Metric(text)).unwrap();
+            let inverse = Inverse::new(&mut parts).unwrap();
+            let n = parts.dimension();
+            let zero = parts.graph.constant(0.0);
+            let pairs = || (0..n * n).map(|k| (k / n, k % n));
+            let mut nodes: Vec<NodeId> = pairs().map(|(a, b)| parts.component(a, b).unwrap_or(zero)).collect();
+            nodes.extend(pairs().map(|(a, b)| inverse.get(a, b).unwrap_or(zero)));
+            let program = Program::new(&mut parts.graph, 3 * n, &nodes);
+            let mut registers = program.registers(|constant| constant);
+            registers[..n].copy_from_slice(&[0.3, 2.7, 1.1, 0.4, 0.2][..n]);
+            program.run_once(nodes.len(), &mut registers);
+            let value = |matrix: usize, a: usize, b: usize| registers[program.output((matrix * n + a) * n + b)];
+            for (a, c) in pairs() {
+                let product: f64 = (0..n).map(|b| value(0, a, b) * value(1, b, c)).sum();
+                assert!((product - f64::from(a == c)).abs() < 1e-14, "{} {tau:?}: {a} {c} {product}", preset.name);
+            }
+        }
     }
 }

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText};
+use super::presets::Preset;
+use super::text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText, Tau};
 use crate::formula::{self, Graph, Names, NodeId};
 use crate::number::Real;
 
@@ -14,6 +15,8 @@ pub(super) struct Parts<S> {
     pub(super) metric: BTreeMap<[usize; 2], NodeId>,
     /// A_a, where it is not zero.
     pub(super) one_form: BTreeMap<usize, NodeId>,
+    /// H(q, p) = ½ g^ab (p_a − A_a)(p_b − A_b), where it is known; variable 2n + a is p_a.
+    pub(super) hamiltonian: Option<NodeId>,
     /// F_a, where it is not zero.
     pub(super) force: BTreeMap<usize, NodeId>,
 }
@@ -53,6 +56,40 @@ impl<S: Real> Scope<'_, S> {
         }
         let names = Names { variables: &variables, parameters: &self.parameters, definitions: &self.definitions };
         formula::parse(text, names, self.graph).map_err(|error| GeometryError::Formula(place, error))
+    }
+
+    /// H of a metric with the one-form, `tau` and Ω, from that of the metric alone.
+    fn hamiltonian(
+        &mut self,
+        text: &str,
+        one_form: &BTreeMap<usize, NodeId>,
+        tau: Option<Tau>,
+        omega: Option<NodeId>,
+    ) -> NodeId {
+        let n = self.all;
+        let momenta: Vec<String> = self.coordinates.iter().map(|name| format!("p_{name}")).collect();
+        let mut variables = vec![""; 3 * n];
+        for (a, (name, momentum)) in self.coordinates.iter().zip(&momenta).enumerate() {
+            (variables[a], variables[2 * n + a]) = (name, momentum);
+        }
+        let names = Names { variables: &variables, parameters: &self.parameters, definitions: &self.definitions };
+        let alone = formula::parse(text, names, self.graph).expect("the formulas of presets are correct");
+        let mut kinetic: Vec<NodeId> = (0..3 * n).map(|variable| self.graph.variable(variable)).collect();
+        for (&a, &component) in one_form {
+            kinetic[2 * n + a] = self.graph.subtract(kinetic[2 * n + a], component);
+        }
+        let mut terms = self.graph.substitute(&[alone], &kinetic);
+        if let Some(tau) = tau {
+            let factor = self.graph.constant(tau.component::<S>().half());
+            let square = self.graph.power_integer(kinetic[3 * n - 1], 2);
+            terms.push(self.graph.multiply(factor, square));
+        }
+        if let Some(omega) = omega {
+            terms.iter_mut().for_each(|term| *term = self.graph.divide(*term, omega));
+            // What Ω and H have in common is left out before there are derivatives.
+            terms = self.graph.reduced(&terms, |_| 1);
+        }
+        terms.into_iter().reduce(|sum, term| self.graph.add(sum, term)).expect("there is one at least")
     }
 
     /// Newton's force F(x, dx/dt) as a force of the lift, Ω ṫ² F(x, ẋ/ṫ): with p_x = −Ω m ẋ and the constant
@@ -201,7 +238,8 @@ impl<S: Real> Parts<S> {
         for (a, component) in &text.force {
             force.insert(*a, scope.of_velocity(component, Place::Force(*a))?);
         }
-        Ok(Self { graph, names, metric, one_form, force }.without_zeros())
+        let hamiltonian = Preset::hamiltonian(text).map(|alone| scope.hamiltonian(alone, &one_form, text.tau, omega));
+        Ok(Self { graph, names, metric, one_form, hamiltonian, force }.without_zeros())
     }
 
     fn of_potential(text: &PotentialText, names: Vec<String>) -> Result<Self, GeometryError> {
@@ -255,7 +293,8 @@ impl<S: Real> Parts<S> {
                 *node = scope.graph.multiply(omega, *node);
             }
         }
-        Ok(Self { graph, names, metric, one_form: BTreeMap::new(), force }.without_zeros())
+        let (one_form, hamiltonian) = (BTreeMap::new(), None);
+        Ok(Self { graph, names, metric, one_form, hamiltonian, force }.without_zeros())
     }
 
     fn without_zeros(mut self) -> Self {
