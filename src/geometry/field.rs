@@ -4,6 +4,8 @@
 //! q̇^a = g^ab (p_b − A_b),    ṗ_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a(q, q̇)
 //! ```
 //!
+//! Where the Hamiltonian H(q, p) is known, they are q̇^a = ∂H/∂p_a and, without a force, ṗ_a = −∂H/∂q^a.
+//!
 //! The momenta of ignorable coordinates are constants of a run. The equations of the active coordinates do not contain
 //! ignorable ones, which are quadratures.
 
@@ -42,7 +44,7 @@ impl<S: Real> Field<S> {
     pub(super) fn new(parts: &mut Parts<S>, inverse: &Inverse, active: &[usize], separable: Option<&[S]>) -> Self {
         let (n, is_separable) = (parts.dimension(), separable.is_some());
         let q_dot = velocities(parts, inverse);
-        let p_dot: Vec<NodeId> = active.iter().map(|&a| force(parts, a, &q_dot)).collect();
+        let p_dot: Vec<NodeId> = active.iter().map(|&a| rate(parts, a, &q_dot)).collect();
         let determinants: Vec<NodeId> = inverse.blocks.iter().map(|block| block.determinant).collect();
         let plain = [q_dot.clone(), p_dot.clone()];
         let (rates, norm) = RateNodes { q_dot, p_dot, determinants }.reduced(parts, active, is_separable);
@@ -194,6 +196,9 @@ impl<S: Real> Rates<S> {
 /// q̇^a = g^ab (p_b − A_b) for every a.
 fn velocities<S: Real>(parts: &mut Parts<S>, inverse: &Inverse) -> Vec<NodeId> {
     let n = parts.dimension();
+    if let Some(hamiltonian) = parts.hamiltonian {
+        return (2 * n..3 * n).map(|p| parts.graph.derivative(hamiltonian, p)).collect();
+    }
     let kinetic: Vec<NodeId> = (0..n)
         .map(|b| {
             let p = parts.graph.variable(2 * n + b);
@@ -214,6 +219,17 @@ fn velocities<S: Real>(parts: &mut Parts<S>, inverse: &Inverse) -> Vec<NodeId> {
         sum
     };
     (0..n).map(velocity).collect()
+}
+
+/// ṗ_a.
+fn rate<S: Real>(parts: &mut Parts<S>, a: usize, q_dot: &[NodeId]) -> NodeId {
+    match parts.hamiltonian {
+        Some(hamiltonian) if parts.force.is_empty() => {
+            let slope = parts.graph.derivative(hamiltonian, a);
+            parts.graph.negate(slope)
+        }
+        _ => force(parts, a, q_dot),
+    }
 }
 
 /// f_a + F_a.

@@ -2,8 +2,7 @@
 //!
 //! Coordinates that off-diagonal components couple form a block. A block is inverted by its adjugate, which needs no
 //! pivots: in an ergosphere g_tt is 0, and a null coordinate has g_vv = 0. Minors are expanded by rows, so that those
-//! of the same last rows are shared; a block of k coordinates takes k 2^(k−1) products. Where the Hamiltonian is known,
-//! its second derivatives by momenta are the inverse.
+//! of the same last rows are shared; a block of k coordinates takes k 2^(k−1) products.
 
 use std::collections::HashMap;
 
@@ -54,7 +53,6 @@ impl Inverse {
         if let Some(empty) = rows.iter().position(|row| row.iter().all(Option::is_none)) {
             return Err(GeometryError::WithoutComponent(block[empty]));
         }
-        let (n, hamiltonian) = (parts.dimension(), parts.hamiltonian);
         let graph = &mut parts.graph;
         let mut minors = Minors { rows: &rows, graph, known: HashMap::new() };
         let all: Vec<usize> = (0..order).collect();
@@ -62,21 +60,10 @@ impl Inverse {
         for i in 0..order {
             for j in i..order {
                 let without = |k: usize| -> Vec<usize> { (0..order).filter(|&other| other != k).collect() };
-                let entry = match hamiltonian {
-                    Some(hamiltonian) => {
-                        let [p, other] = [i, j].map(|k| 2 * n + block[k]);
-                        let velocity = minors.graph.derivative(hamiltonian, p);
-                        minors.graph.derivative(velocity, other)
-                    }
-                    None => {
-                        let Some(minor) = minors.of(&without(i), &without(j)) else { continue };
-                        let cofactor = if (i + j) % 2 == 0 { minor } else { minors.graph.negate(minor) };
-                        minors.graph.divide(cofactor, determinant)
-                    }
-                };
-                if !minors.graph.is(entry, 0.0) {
-                    self.entries.insert([block[i], block[j]], entry);
-                }
+                let Some(minor) = minors.of(&without(i), &without(j)) else { continue };
+                let cofactor = if (i + j) % 2 == 0 { minor } else { minors.graph.negate(minor) };
+                let entry = minors.graph.divide(cofactor, determinant);
+                self.entries.insert([block[i], block[j]], entry);
             }
         }
         if graph.is(determinant, 0.0) {
