@@ -92,6 +92,29 @@ impl<S: Real> Scope<'_, S> {
         terms.into_iter().reduce(|sum, term| self.graph.add(sum, term)).expect("there is one at least")
     }
 
+    /// H = (p_t p_s − V p_s² − Σ (p_a + A_a p_s)²/2m_a)/Ω of Newton's law, from the metric without Ω.
+    fn lift(&mut self, metric: &BTreeMap<[usize; 2], NodeId>, omega: Option<NodeId>) -> NodeId {
+        let n = self.all;
+        let p: Vec<NodeId> = (2 * n..3 * n).map(|variable| self.graph.variable(variable)).collect();
+        let mut sum = self.graph.multiply(p[0], p[n - 1]);
+        let half = self.graph.constant(S::ONE.half());
+        for (a, &p_a) in p[..n - 1].iter().enumerate() {
+            let Some(&g_aa) = metric.get(&[a, a]) else { continue };
+            let (factor, kinetic) = match (a, metric.get(&[0, a])) {
+                (0, _) => (self.graph.multiply(half, g_aa), p[n - 1]),
+                (_, None) => (self.graph.divide(half, g_aa), p_a),
+                (_, Some(&g_ta)) => {
+                    let product = self.graph.multiply(g_ta, p[n - 1]);
+                    (self.graph.divide(half, g_aa), self.graph.subtract(p_a, product))
+                }
+            };
+            let square = self.graph.power_integer(kinetic, 2);
+            let term = self.graph.multiply(factor, square);
+            sum = if a == 0 { self.graph.subtract(sum, term) } else { self.graph.add(sum, term) };
+        }
+        omega.map_or(sum, |omega| self.graph.divide(sum, omega))
+    }
+
     /// Newton's force F(x, dx/dt) as a force of the lift, Ω ṫ² F(x, ẋ/ṫ): with p_x = −Ω m ẋ and the constant
     /// p_s = Ωṫ, the rate dp_x/dγ is −Ωṫ² m d²x/dt². The path does not depend on the rate of t.
     fn by_time(&mut self, force: NodeId, omega: Option<NodeId>) -> NodeId {
@@ -288,12 +311,13 @@ impl<S: Real> Parts<S> {
             force.insert(a + 1, scope.graph.multiply(minus_one_over_scale, node));
         }
         scope.add_work(&mut force);
+        let hamiltonian = is_newtonian.then(|| scope.lift(&metric, omega));
         if let Some(omega) = omega {
             for node in metric.values_mut() {
                 *node = scope.graph.multiply(omega, *node);
             }
         }
-        let (one_form, hamiltonian) = (BTreeMap::new(), None);
+        let one_form = BTreeMap::new();
         Ok(Self { graph, names, metric, one_form, hamiltonian, force }.without_zeros())
     }
 
@@ -313,5 +337,53 @@ impl<S: Real> Parts<S> {
     /// g_ab, in either order of the indices.
     pub(super) fn component(&self, a: usize, b: usize) -> Option<NodeId> {
         self.metric.get(&[a.min(b), a.max(b)]).copied()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Geometry, GeometryText, Law, MetricText, PotentialText};
+
+    fn rates(text: &GeometryText) -> Vec<f64> {
+        let geometry: Geometry = Geometry::new(text).unwrap();
+        let (field, mut rates) = (geometry.field(), geometry.field().room());
+        field.evaluate(&[0.1, 1.2, -0.7, 0.3], &[-0.4, 0.6, 1.1, 0.9], &mut rates).unwrap();
+        let velocities = (0..4).map(|a| field.q_dot(&rates, a));
+        velocities.chain((0..2).map(|place| field.p_dot(&rates, place))).collect()
+    }
+
+    #[test]
+    fn rates_of_the_lift_are_those_of_its_metric() {
+        let owned = |texts: &[&str]| texts.iter().map(|&text| text.to_owned()).collect::<Vec<_>>();
+        for conformal in [None, Some("1 + x^2".to_owned())] {
+            let potential = PotentialText {
+                coordinates: owned(&["x", "y"]),
+                expression: "x^2*y - y/x".to_owned(),
+                masses: owned(&["2", "3"]),
+                mass: "1".to_owned(),
+                c: "1".to_owned(),
+                law: Law::Newtonian,
+                one_form: vec![(0, "y^2".to_owned()), (1, "x*y".to_owned())],
+                conformal: conformal.clone(),
+                ..PotentialText::default()
+            };
+            let components = [
+                ([0, 0], "2*(x^2*y - y/x)"),
+                ([0, 1], "-y^2"),
+                ([0, 2], "-x*y"),
+                ([0, 3], "1"),
+                ([1, 1], "-2"),
+                ([2, 2], "-3"),
+            ];
+            let metric = MetricText {
+                coordinates: owned(&["t", "x", "y", "s"]),
+                components: components.map(|(pair, text)| (pair, text.to_owned())).to_vec(),
+                conformal,
+                ..MetricText::default()
+            };
+            let [one, other] = [GeometryText::Potential(potential), GeometryText::Metric(metric)].map(|t| rates(&t));
+            let is_near = |(one, other): (&f64, &f64)| (one - other).abs() <= 1e-14 * other.abs().max(1.0);
+            assert!(one.iter().zip(&other).all(is_near), "{one:?} {other:?}");
+        }
     }
 }
