@@ -1,4 +1,10 @@
 //! Hamilton's equations as expressions: as they follow from the metric, and with fewer operations.
+//!
+//! ```text
+//! q̇^a = g^ab (p_b − A_b),    ṗ_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a(q, q̇)
+//! ```
+//!
+//! Where the Hamiltonian H(q, p) is known, they are q̇^a = ∂H/∂p_a and, without a force, ṗ_a = −∂H/∂q^a.
 
 use super::inverse::Inverse;
 use super::parts::Parts;
@@ -21,7 +27,7 @@ pub(super) struct Expressions {
 impl Expressions {
     pub(super) fn new<S: Real>(parts: &mut Parts<S>, inverse: &Inverse, active: &[usize]) -> Self {
         let velocities = velocities(parts, inverse);
-        let forces = active.iter().map(|&a| force(parts, a, &velocities)).collect();
+        let forces = active.iter().map(|&a| rate(parts, a, &velocities)).collect();
         let norm = norm(parts, &velocities);
         Self { forces, determinants: inverse.blocks.iter().map(|block| block.determinant).collect(), norm, velocities }
     }
@@ -63,9 +69,12 @@ pub(super) fn level(n: usize, active: &[usize]) -> impl Fn(usize) -> Level {
     }
 }
 
-/// q̇^a = g^ab (p_b − A_b) for every a.
+/// q̇^a for every a.
 fn velocities<S: Real>(parts: &mut Parts<S>, inverse: &Inverse) -> Vec<NodeId> {
     let n = parts.dimension();
+    if let Some(hamiltonian) = parts.hamiltonian {
+        return (2 * n..3 * n).map(|p| parts.graph.derivative(hamiltonian, p)).collect();
+    }
     let kinetic: Vec<NodeId> = (0..n)
         .map(|b| {
             let p = parts.graph.variable(2 * n + b);
@@ -85,6 +94,17 @@ fn velocities<S: Real>(parts: &mut Parts<S>, inverse: &Inverse) -> Vec<NodeId> {
         sum
     };
     (0..n).map(velocity).collect()
+}
+
+/// ṗ_a.
+fn rate<S: Real>(parts: &mut Parts<S>, a: usize, q_dot: &[NodeId]) -> NodeId {
+    match parts.hamiltonian {
+        Some(hamiltonian) if parts.force.is_empty() => {
+            let slope = parts.graph.derivative(hamiltonian, a);
+            parts.graph.negate(slope)
+        }
+        _ => force(parts, a, q_dot),
+    }
 }
 
 /// f_a + F_a.

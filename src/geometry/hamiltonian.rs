@@ -55,7 +55,7 @@ impl<S: Real> Hamiltonian<S> {
         let mut outputs = if constant.is_some() { [rest, own].concat() } else { [own, rest].concat() };
         let point = outputs.len();
         outputs.push(*norm);
-        let accelerations = constant.as_ref().map(|inverse| reduced.accelerations(&mut parts, &active, inverse));
+        let accelerations = constant.as_ref().map(|inverse| plain.accelerations(&mut parts, &active, inverse));
         outputs.extend(accelerations.iter().flatten());
         let program = Program::new(&mut parts.graph, 3 * n, &outputs).fused();
         let register = |node: &NodeId| {

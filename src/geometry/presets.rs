@@ -13,6 +13,8 @@ pub struct Preset {
     pub source: &'static str,
     coordinates: &'static [&'static str],
     components: &'static [(&'static str, &'static str)],
+    /// H = ½ g^ab p_a p_b in the coordinates and their momenta `p_NAME`, where it is shorter than what adjugates give.
+    hamiltonian: Option<&'static str>,
     /// Definitions; a case may replace them.
     definitions: &'static [(&'static str, &'static str)],
     /// Parameters with the values that they have unless the case gives others.
@@ -23,6 +25,18 @@ impl Preset {
     /// The preset of that name.
     pub fn from_name(name: &str) -> Option<&'static Self> {
         PRESETS.iter().find(|preset| preset.name == name)
+    }
+
+    /// The Hamiltonian of this metric, if it is one of a preset with the same definitions.
+    pub(super) fn hamiltonian(text: &MetricText) -> Option<&'static str> {
+        let is_same = |preset: &&Self| {
+            let own = preset.text();
+            let is_defined = |definition| text.definitions.contains(definition);
+            own.coordinates == text.coordinates
+                && own.components == text.components
+                && own.definitions.iter().all(is_defined)
+        };
+        PRESETS.iter().filter(|preset| preset.hamiltonian.is_some()).find(is_same)?.hamiltonian
     }
 
     /// The names of its parameters.
@@ -58,6 +72,7 @@ pub const PRESETS: [Preset; 9] = [
         source: "H. Minkowski, Phys. Z. 10 (1909) 75",
         coordinates: &["t", "x", "y", "z"],
         components: &[("t t", "c^2"), ("x x", "-1"), ("y y", "-1"), ("z z", "-1")],
+        hamiltonian: None,
         definitions: &[],
         parameters: &[("c", "1")],
     },
@@ -67,6 +82,7 @@ pub const PRESETS: [Preset; 9] = [
         source: "H. Minkowski, Phys. Z. 10 (1909) 75",
         coordinates: &["t", "r", "phi"],
         components: &[("t t", "c^2"), ("r r", "-1"), ("phi phi", "-r^2")],
+        hamiltonian: None,
         definitions: &[],
         parameters: &[("c", "1")],
     },
@@ -76,6 +92,7 @@ pub const PRESETS: [Preset; 9] = [
         source: "K. Schwarzschild, Sitzungsber. Preuss. Akad. Wiss. (1916) 189",
         coordinates: &["t", "r", "phi"],
         components: &[("t t", "f"), ("r r", "-1/f"), ("phi phi", "-r^2")],
+        hamiltonian: None,
         definitions: &[("f", "1 - 2*m/r")],
         parameters: &[("m", "1")],
     },
@@ -85,6 +102,7 @@ pub const PRESETS: [Preset; 9] = [
         source: "D. Finkelstein, Phys. Rev. 110 (1958) 965",
         coordinates: &["v", "r", "phi"],
         components: &[("v v", "1 - 2*m/r"), ("v r", "-1"), ("phi phi", "-r^2")],
+        hamiltonian: None,
         definitions: &[],
         parameters: &[("m", "1")],
     },
@@ -100,6 +118,10 @@ pub const PRESETS: [Preset; 9] = [
             ("theta theta", "-sigma"),
             ("phi phi", "-(r^2 + a^2 + a^2*w*s2)*s2"),
         ],
+        hamiltonian: Some(
+            "(((r^2 + a^2)*p_t + a*p_phi)^2/(r^2 - 2*m*r + a^2) - (a*sin(theta)*p_t + p_phi/sin(theta))^2 \
+             - (r^2 - 2*m*r + a^2)*p_r^2 - p_theta^2)/2/sigma",
+        ),
         definitions: &[("sigma", "r^2 + a^2*cos(theta)^2"), ("s2", "sin(theta)^2"), ("w", "2*m*r/sigma")],
         parameters: &[("m", "1"), ("a", "0")],
     },
@@ -114,6 +136,10 @@ pub const PRESETS: [Preset; 9] = [
             ("r r", "-r^2/(r^2 - 2*m*r + a^2)"),
             ("phi phi", "-(r^2 + a^2 + a^2*w)"),
         ],
+        hamiltonian: Some(
+            "((p_t + a*(a*p_t + p_phi)/r^2)^2/(1 - 2*m/r + (a/r)^2) - (1 - 2*m/r + (a/r)^2)*p_r^2 \
+             - ((a*p_t + p_phi)/r)^2)/2",
+        ),
         definitions: &[("w", "2*m/r")],
         parameters: &[("m", "1"), ("a", "0")],
     },
@@ -134,6 +160,7 @@ pub const PRESETS: [Preset; 9] = [
             ("y z", "-h*v*w"),
             ("z z", "-1 - h*w^2"),
         ],
+        hamiltonian: Some("(p_t^2 - p_x^2 - p_y^2 - p_z^2 + h*(p_t - u*p_x - v*p_y - w*p_z)^2)/2"),
         definitions: &[
             ("d", "x^2 + y^2 + z^2 - a^2"),
             ("r", "sqrt((d + sqrt(d^2 + 4*a^2*z^2))/2)"),
@@ -150,6 +177,7 @@ pub const PRESETS: [Preset; 9] = [
         source: "H. P. Robertson, Astrophys. J. 82 (1935) 284",
         coordinates: &["t", "x", "y", "z"],
         components: &[("t t", "1"), ("x x", "-a^2"), ("y y", "-a^2"), ("z z", "-a^2")],
+        hamiltonian: None,
         definitions: &[("a", "t^(2/3)")],
         parameters: &[],
     },
@@ -159,7 +187,86 @@ pub const PRESETS: [Preset; 9] = [
         source: "M. Born and E. Wolf, Principles of Optics, 7th ed., ch. 3",
         coordinates: &["x", "y"],
         components: &[("x x", "n^2"), ("y y", "n^2")],
+        hamiltonian: None,
         definitions: &[("n", "1")],
         parameters: &[],
     },
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::super::text::{GeometryText, Tau};
+    use super::super::{Geometry, MetricText};
+    use super::{PRESETS, Preset};
+
+    /// Presets with a Hamiltonian, with a one-form, and with a factor and `tau`.
+    fn texts() -> Vec<MetricText> {
+        let mut texts = Vec::new();
+        for preset in PRESETS.iter().filter(|preset| preset.hamiltonian.is_some()) {
+            let mut text = preset.text();
+            text.parameters.iter_mut().filter(|(name, _)| name == "a").for_each(|(_, value)| *value = "0.9".to_owned());
+            texts.push(text.clone());
+            let x = text.coordinates[1].clone();
+            text.one_form = vec![(0, format!("0.3/{x}")), (1, format!("{x}/7")), (2, format!("0.1*{x}^2"))];
+            texts.push(text.clone());
+            (text.conformal, text.tau) = (Some(format!("1/(2 + {x}^2)")), Some(Tau::Spacelike));
+            texts.push(text);
+        }
+        texts
+    }
+
+    /// The same metric as one that is not known.
+    fn unknown(mut text: MetricText) -> MetricText {
+        text.components[0].1 = format!("({})", text.components[0].1);
+        text
+    }
+
+    #[test]
+    fn hamiltonians_belong_to_components_and_definitions() {
+        for text in texts() {
+            assert!(Preset::hamiltonian(&text).is_some());
+            assert_eq!(Preset::hamiltonian(&unknown(text.clone())), None);
+            let mut more = text.clone();
+            more.definitions.push(("n".to_owned(), "2".to_owned()));
+            assert!(Preset::hamiltonian(&more).is_some());
+            let mut other = text;
+            if let Some((_, definition)) = other.definitions.first_mut() {
+                *definition = "2".to_owned();
+                assert_eq!(Preset::hamiltonian(&other), None);
+            }
+        }
+    }
+
+    #[test]
+    fn rates_are_those_of_the_components() {
+        for text in texts() {
+            let rates = |text: MetricText| {
+                let geometry: Geometry = Geometry::new(&GeometryText::Metric(text)).unwrap();
+                let (mut point, n) = (geometry.point(), geometry.dimension());
+                point.evaluate(&[0.3, 2.7, 1.1, 0.4, 0.2][..n], &[0.9, -0.7, 1.3, -2.1, 0.8][..n]).unwrap();
+                let velocities = (0..n).map(|a| point.q_dot(a));
+                velocities.chain((0..geometry.active().len()).map(|k| point.p_dot(k))).collect::<Vec<f64>>()
+            };
+            let (known, expected) = (rates(text.clone()), rates(unknown(text)));
+            let size = expected.iter().fold(0.0_f64, |size, rate| size.max(rate.abs()));
+            for (one, other) in known.iter().zip(&expected) {
+                assert!((one - other).abs() <= 1e-13 * size, "{known:?} {expected:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn sweeps_are_short() {
+        for (name, most) in [("kerr", 47), ("kerr-equatorial", 17), ("kerr-schild", 122)] {
+            let mut text = Preset::from_name(name).unwrap().text();
+            text.parameters[1].1 = "0.9".to_owned();
+            let geometry: Geometry = Geometry::new(&GeometryText::Metric(text)).unwrap();
+            let (n, active, equations) = (geometry.dimension(), geometry.active(), geometry.hamiltonian());
+            let is_known = |variable: usize| variable >= 2 * n && !active.contains(&(variable - 2 * n));
+            let varies = equations.program.depends_on(|variable| !is_known(variable));
+            let slopes = equations.forces.iter().copied().chain(equations.active_velocities());
+            let steps = equations.program.schedule(slopes, |register| !varies[register]).len();
+            assert!(steps <= most, "{name}: {steps}");
+        }
+    }
+}

@@ -6,6 +6,7 @@
 //!
 //! - a divisor is inverted once, whatever is divided by it,
 //! - what does not vary is multiplied first, so that it is computed once for many evaluations,
+//!   and a sign is put there too where it can,
 //! - factors are multiplied in one order, or as they were multiplied before, so that products share their parts.
 //!
 //! Products of sums are not multiplied out, and sums are added up in the order in which they were written but for terms
@@ -35,7 +36,8 @@ impl<S: Real> Graph<S> {
         }
         let products: Vec<Product<S>> = roots.iter().map(|&root| reducer.product(root)).collect();
         let nodes: Vec<NodeId> = products.iter().map(|product| reducer.write(product)).collect();
-        reducer.with_quotients(&nodes)
+        let nodes = reducer.with_quotients(&nodes);
+        reducer.with_early_signs(&nodes)
     }
 }
 

@@ -105,6 +105,39 @@ impl<S: Real, L: Fn(usize) -> Level> Reducer<'_, S, L> {
         roots.iter().map(|&root| new[root]).collect()
     }
 
+    /// The same nodes with the sign of a product at a factor that is known at the start, where nothing else needs the
+    /// product.
+    pub(super) fn with_early_signs(&mut self, roots: &[NodeId]) -> Vec<NodeId> {
+        let uses = self.graph.uses(roots);
+        let mut new: Vec<NodeId> = (0..uses.len()).collect();
+        for id in (0..uses.len()).filter(|&id| uses[id] > 0) {
+            let opposite = match self.graph.nodes[id] {
+                Node::Apply(Operation::Negate(a)) if uses[a] == 1 => self.opposite(new[a], &uses),
+                _ => None,
+            };
+            new[id] = opposite.unwrap_or_else(|| self.graph.with_operands(id, &new));
+        }
+        roots.iter().map(|&root| new[root]).collect()
+    }
+
+    /// −a for nothing, if a product that only `a` needs has a factor that is known at the start.
+    fn opposite(&mut self, a: NodeId, uses: &[usize]) -> Option<NodeId> {
+        if self.level_of(a) == 0 {
+            return Some(self.graph.negate(a));
+        }
+        if uses.get(a).is_none_or(|&uses| uses > 1) {
+            return None;
+        }
+        match self.graph.nodes[a] {
+            Node::Apply(Operation::Multiply(a, b)) => match self.opposite(a, uses) {
+                Some(a) => Some(self.graph.multiply(a, b)),
+                None => self.opposite(b, uses).map(|b| self.graph.multiply(a, b)),
+            },
+            Node::Apply(Operation::Divide(a, b)) => self.opposite(a, uses).map(|a| self.graph.divide(a, b)),
+            _ => None,
+        }
+    }
+
     /// b, if the node is 1/b and varies.
     fn divisor(&self, id: NodeId) -> Option<NodeId> {
         match self.graph.nodes[id] {
