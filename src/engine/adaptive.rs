@@ -9,6 +9,7 @@ use super::certificate::Certificate;
 use super::control::Control;
 use super::estimate::ErrorEstimate;
 use super::ladder::Ladder;
+use super::rule::Rule;
 use super::sizes::Sizes;
 use super::window::{Known, Solver};
 use super::{Accuracy, Failure, Window, Windows};
@@ -80,7 +81,7 @@ struct Accepted {
 
 impl<'g, const N: usize> Adaptive<'g, N> {
     pub(super) fn new(geometry: &'g Geometry, start: &'g Start, sizes: Sizes, length: f64, wanted: Accuracy) -> Self {
-        let mut solver = Solver::new(geometry, N, true);
+        let mut solver = Solver::new(geometry, Rule::lobatto(N), true);
         solver.begin(start, &sizes);
         let a = wanted.accuracy;
         let first = if N > 8 { 3.0 * a.powf(1.0 / 24.0) } else { 1.5 * a.powf(1.0 / 12.0) };
@@ -88,7 +89,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             ladder: Ladder::new(solver.system.order, first * sizes.time, a < EXACT),
             control: Control::new(N),
             estimate: wanted.is_promised.then(|| ErrorEstimate::new(&solver, start)),
-            certificate: wanted.is_certified.then(|| Certificate::new(geometry)),
+            certificate: wanted.is_certified.then(|| Certificate::new(geometry, &solver.rule)),
             solver,
             known: match wanted {
                 Accuracy { is_certified: true, .. } => Known::All,

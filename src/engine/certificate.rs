@@ -7,13 +7,16 @@
 use pulp::{Simd, WithSimd};
 
 use super::kernel::Evaluate;
+use super::rule::Rule;
 use super::window::Solver;
 use crate::formula::{Register, Step};
 use crate::geometry::Geometry;
-use crate::number::vector::{Lanes, Level, Nodes, multiply};
+use crate::number::vector::{Lanes, Level, Matrix, Nodes, multiply};
 
 /// Room for certificates.
 pub(super) struct Certificate<'g, const N: usize> {
+    /// D̄.
+    derivative: Box<Matrix<N>>,
     steps: &'g [Step],
     /// The first variables are q^a of n coordinates, then come their velocities.
     registers: Vec<Nodes<N>>,
@@ -23,12 +26,13 @@ pub(super) struct Certificate<'g, const N: usize> {
 }
 
 impl<'g, const N: usize> Certificate<'g, N> {
-    pub(super) fn new(geometry: &'g Geometry) -> Self {
+    pub(super) fn new(geometry: &'g Geometry, rule: &Rule<N>) -> Self {
         let program = &geometry.lagrangian().momenta;
         let (n, active) = (geometry.dimension(), geometry.active());
         let mut forces = vec![None; n];
         active.iter().enumerate().for_each(|(place, &a)| forces[a] = Some(program.output(n + place)));
         Self {
+            derivative: rule.derivative(),
             steps: program.steps_to(n + active.len()),
             registers: program.registers(|constant| Nodes([constant; N])),
             momenta: (0..n).map(|output| program.output(output)).collect(),
@@ -54,9 +58,9 @@ impl<const N: usize> WithSimd for Gradient<'_, '_, '_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, s: S) -> f64 {
-        let Self { certificate: Certificate { steps, registers, momenta, forces }, window, h } = self;
+        let Self { certificate: Certificate { derivative, steps, registers, momenta, forces }, window, h } = self;
         let (n, zero) = (momenta.len(), Lanes::splat(s, 0.0));
-        let (derivative, weights) = (&window.rule.derivative, Lanes::new(s, &window.rule.weights));
+        let weights = Lanes::new(s, &window.rule.weights);
         let (mut active, mut ignorable) = (0, 0);
         for a in 0..n {
             let way = if forces[a].is_some() {

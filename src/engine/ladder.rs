@@ -64,8 +64,8 @@ impl<const N: usize> Ladder<N> {
         (&rung.tables, continuation)
     }
 
-    /// Tables for one window of any length. It is guessed without the window before: that would save a few sweeps, which
-    /// cost a tenth of the matrix for it.
+    /// Tables for one window of any length. It is guessed without the window before: that would save a few sweeps,
+    /// which cost a tenth of the matrix for it.
     #[cold]
     pub(super) fn odd(&self, rule: &Rule<N>, h: f64) -> Tables<N> {
         rule.tables(self.order, Twofold::from(h), self.is_exact)

@@ -1,4 +1,4 @@
-//! The engine of few nodes: Gauss–Lobatto collocation in windows, for any scene.
+//! The engine of few nodes: Gauss–Lobatto collocation in windows, for any scene, and Gauss' method on the same path.
 //!
 //! ```text
 //! D̄ x − h ẋ(x) = 0 on all nodes,    x = (q, p),    D̄ = D + H⁻¹E_0 with the initial data in it,    A = D̄⁻¹
@@ -25,7 +25,7 @@
 //! certificate  the gradient of the action at a window
 //! march        windows of one length
 //! control      from the errors of a window to the length of the next one
-//! estimate     what the errors of windows add up to: `plane` for one active coordinate, `steps` and `transport` for more
+//! estimate     what the errors of windows add up to: `plane` for one active coordinate, `steps`, `transport` for more
 //! adaptive     windows as long as an accuracy needs
 //! enclosure    what formulas do between nodes
 //! lobatto      the engines that this one is to replace
@@ -53,6 +53,7 @@ mod window;
 
 use self::adaptive::Adaptive;
 use self::march::March;
+use self::rule::Rule;
 use self::sizes::Sizes;
 use crate::geometry::{Geometry, OutsideGeometry, Start};
 use crate::number::Compensated;
@@ -60,6 +61,9 @@ use crate::number::vector::Twofold;
 
 /// The most nodes of a window.
 pub const MOST_POINTS: usize = 24;
+
+/// The most stages of a step of Gauss' method.
+pub const MOST_STAGES: usize = 16;
 
 /// The state at the start or the end of a window, in sums that lose nothing.
 #[derive(Debug, Clone, Default)]
@@ -87,8 +91,8 @@ impl State {
 pub struct Accuracy {
     /// The largest error of a coordinate at any node, relative to its size.
     pub accuracy: f64,
-    /// True if windows may not add up to more than that. Otherwise each is accurate enough, and nothing is known of what
-    /// they add up to.
+    /// True if windows may not add up to more than that. Otherwise each is accurate enough, and nothing is known of
+    /// what they add up to.
     pub is_promised: bool,
     /// True if the gradient of the action is computed at every window.
     pub is_certified: bool,
@@ -213,10 +217,36 @@ impl<'g> Engine<'g> {
     ) -> Result<Self, OutsideGeometry> {
         let h = Twofold::from(length) / Twofold::from(windows as f64);
         let sizes = Sizes::new(geometry, start, length)?;
+        let (at, grid) = ((start, &sizes), (windows, h));
         Ok(Self(match points {
-            ..=8 => Box::new(March::<8>::new(geometry, (start, &sizes), (windows, h), points)),
-            9..=16 => Box::new(March::<16>::new(geometry, (start, &sizes), (windows, h), points)),
-            _ => Box::new(March::<24>::new(geometry, (start, &sizes), (windows, h), points)),
+            ..=8 => Box::new(March::<8>::new(geometry, at, grid, Rule::lobatto(points), 0.0)),
+            9..=16 => Box::new(March::<16>::new(geometry, at, grid, Rule::lobatto(points), 0.0)),
+            _ => Box::new(March::<24>::new(geometry, at, grid, Rule::lobatto(points), 0.0)),
+        }))
+    }
+
+    /// `steps` steps of Gauss' method over a run of this length. Sweeps leave no more than `tolerance`, relative to
+    /// sizes; 0 stands for rounding.
+    ///
+    /// # Errors
+    /// If the start is outside the domain.
+    ///
+    /// # Panics
+    /// If there are no or more than [`MOST_STAGES`] stages.
+    pub fn gauss(
+        geometry: &'g Geometry,
+        start: &Start,
+        length: f64,
+        steps: usize,
+        stages: usize,
+        tolerance: f64,
+    ) -> Result<Self, OutsideGeometry> {
+        let h = Twofold::from(length) / Twofold::from(steps as f64);
+        let sizes = Sizes::new(geometry, start, length)?;
+        let (at, grid) = ((start, &sizes), (steps, h));
+        Ok(Self(match stages {
+            ..=8 => Box::new(March::<8>::new(geometry, at, grid, Rule::gauss(stages), tolerance)),
+            _ => Box::new(March::<16>::new(geometry, at, grid, Rule::gauss(stages), tolerance)),
         }))
     }
 

@@ -1,7 +1,7 @@
-//! Tables of the Gauss–Lobatto rule for the lanes of a window.
+//! Tables of a collocation for the lanes of a window.
 
 use crate::number::vector::{Matrix, Nodes, Twofold, Weights};
-use crate::sbp::lobatto::{WeakOperators, legendre_values};
+use crate::sbp::collocation::{Collocation, legendre_values};
 
 /// A guess continues the polynomials of the window before. Their higher modes are rounding errors where windows resolve
 /// the motion well, and grow like (3 + √8)^k up to the end of the next window.
@@ -28,29 +28,34 @@ impl Order {
 /// Lanes beyond the last node repeat it: they are no points of the world-line, but nothing goes wrong in them that does
 /// not at the last node.
 pub(super) struct Rule<const N: usize> {
-    operators: &'static WeakOperators,
+    operators: &'static Collocation,
     /// c, and what rounding took from it.
     pub(super) nodes: [Nodes<N>; 2],
     /// b, 0 beyond the last node.
     pub(super) weights: Nodes<N>,
-    /// A = D̄⁻¹.
+    /// A.
     pub(super) integral: Box<Matrix<N>>,
-    /// D̄.
-    pub(super) derivative: Box<Matrix<N>>,
 }
 
 impl<const N: usize> Rule<N> {
-    /// The rule of `points` nodes, from 2 to N.
-    pub(super) fn new(points: usize) -> Self {
-        let operators = WeakOperators::shared(points);
+    /// The rule of a weak window on `points` nodes, from 2 to N.
+    pub(super) fn lobatto(points: usize) -> Self {
+        Self::new(Collocation::shared(points))
+    }
+
+    /// The rule of Gauss' method of up to N stages.
+    pub(super) fn gauss(stages: usize) -> Self {
+        Self::new(Collocation::shared_gauss(stages))
+    }
+
+    fn new(operators: &'static Collocation) -> Self {
         let n = operators.points();
         let mut weights = Nodes::ZERO;
         weights.0[..n].iter_mut().zip(operators.weights()).for_each(|(to, weight)| *to = weight.hi);
         let node = |i: usize| operators.nodes()[i.min(n - 1)];
         let nodes = [Nodes(std::array::from_fn(|i| node(i).hi)), Nodes(std::array::from_fn(|i| node(i).lo))];
         let integral = matrix(n, |i, j| operators.a()[i * n + j].hi);
-        let derivative = matrix(n, |i, j| operators.derivative(i, j).hi);
-        Self { operators, nodes, weights, integral, derivative }
+        Self { operators, nodes, weights, integral }
     }
 
     /// Number n of nodes.
@@ -58,7 +63,17 @@ impl<const N: usize> Rule<N> {
         self.operators.points()
     }
 
-    /// An entry of D = D̄ − H⁻¹E_0; 0 beyond the last node.
+    /// Whether the last node is the end of the window.
+    pub(super) fn has_end(&self) -> bool {
+        self.operators.has_end()
+    }
+
+    /// D̄ on Lobatto nodes.
+    pub(super) fn derivative(&self) -> Box<Matrix<N>> {
+        matrix(self.points(), |i, j| self.operators.derivative(i, j).hi)
+    }
+
+    /// An entry of D = D̄ − H⁻¹E_0 on Lobatto nodes; 0 beyond the last one.
     pub(super) fn derivative_entry(&self, i: usize, j: usize) -> f64 {
         let n = self.points();
         let penalty = if (i, j) == (0, 0) { self.operators.weights()[0].hi.recip() } else { 0.0 };
@@ -71,17 +86,22 @@ impl<const N: usize> Rule<N> {
         let factor = if order == Order::First { h } else { h * h };
         let entries = self.entries(order);
         let exact = |i: usize, j: usize| factor * entries[i * n + j];
+        let end = |j: usize| match order {
+            Order::First => self.operators.weights()[j],
+            Order::Second => self.operators.position_weight(j),
+        };
         let rounded = |i: usize, j: usize| factor.hi * entries[i * n + j].hi;
         Tables {
             length: h.hi,
             collocation: if is_exact { matrix(n, |i, j| exact(i, j).hi) } else { matrix(n, rounded) },
             collocation_low: is_exact.then(|| matrix(n, |i, j| exact(i, j).lo)),
             weights: Weights::new(n, |j| h * self.operators.weights()[j]),
-            end_weights: Weights::new(n, |j| exact(n - 1, j)),
+            end_weights: Weights::new(n, |j| factor * end(j)),
         }
     }
 
-    /// A or A² after continuation of the slopes of a window to the next one, which is `ratio` times as long, row by row.
+    /// A or A² after continuation of the slopes of a window to the next one, which is `ratio` times as long, row by
+    /// row.
     pub(super) fn continued(&self, order: Order, ratio: f64) -> Vec<f64> {
         let (n, entries, continued) = (self.points(), self.entries(order), self.continuation(ratio));
         let mut product = vec![0.0; n * n];
@@ -136,7 +156,7 @@ pub(super) struct Tables<const N: usize> {
     /// The part that rounding took from its entries. Errors of rounded entries are the same in every window, and K
     /// would drift. It is left out where the accuracy allows for that.
     pub(super) collocation_low: Option<Box<Matrix<N>>>,
-    /// h b, and the row of the last node of h A or h² A².
+    /// h b, and what stands for it in positions: h b, or h² b (1 − c) for equations of second order.
     pub(super) weights: Weights<N>,
     pub(super) end_weights: Weights<N>,
 }

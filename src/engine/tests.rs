@@ -1,6 +1,6 @@
 //! Scenes for the tests of the engine, and pairs of motions that begin beside each other.
 
-use super::rule::Order;
+use super::rule::{Order, Rule};
 use super::sizes::Sizes;
 use super::window::{Known, Solver};
 use crate::geometry::{Geometry, GeometryText, Law, MetricText, PotentialText, Start};
@@ -95,7 +95,7 @@ impl<'g> Pair<'g> {
     pub(super) fn new(geometry: &'g Geometry, start: &'g Start) -> Self {
         let sizes = Sizes::new(geometry, start, 1e9).unwrap();
         let begun = || {
-            let mut solver = Solver::new(geometry, 16, true);
+            let mut solver = Solver::new(geometry, Rule::lobatto(16), true);
             solver.begin(start, &sizes);
             solver
         };
@@ -103,7 +103,8 @@ impl<'g> Pair<'g> {
         Self { first: begun(), second: begun(), has_moved: [false; 2], start, ignorable, sizes }
     }
 
-    /// Begins the second motion beside the state that the first one has come to, by positions and momenta or velocities.
+    /// Begins the second motion beside the state that the first one has come to, by positions and momenta or
+    /// velocities.
     pub(super) fn begin_second(&mut self, beside: Vec<f64>) {
         let (geometry, m) = (self.first.geometry, self.first.geometry.active().len());
         let mut start = self.start.clone();

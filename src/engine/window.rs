@@ -68,9 +68,9 @@ pub(super) struct Unknown {
 }
 
 impl<'g, const N: usize> Solver<'g, N> {
-    /// Windows of a rule of `points` ≤ N nodes.
-    pub(super) fn new(geometry: &'g Geometry, points: usize, measures: bool) -> Self {
-        let (active, system, rule) = (geometry.active(), System::new(geometry), Rule::new(points));
+    /// Windows of this rule.
+    pub(super) fn new(geometry: &'g Geometry, rule: Rule<N>, measures: bool) -> Self {
+        let (active, system) = (geometry.active(), System::new(geometry));
         let (m, ignorable) = (active.len(), geometry.ignorable().count());
         let separable = if geometry.is_separable() { m } else { 0 };
         Self {
@@ -174,8 +174,11 @@ impl<'g, const N: usize> Solver<'g, N> {
         }
     }
 
-    /// Puts the end at the last node.
+    /// Puts the end at the last node, if that is its place.
     fn end_nodes(&mut self) {
+        if !self.rule.has_end() {
+            return;
+        }
         let last = self.rule.points() - 1;
         for (place, &a) in self.geometry.active().iter().enumerate() {
             self.system.registers[self.system.positions[place]].0[last] = self.end.q[a].high;

@@ -317,7 +317,7 @@ impl<S: Real> Graph<S> {
     }
 
     /// An operation on nodes, simplified where it can be.
-    fn simplified(&mut self, operation: Operation) -> NodeId {
+    pub(super) fn simplified(&mut self, operation: Operation) -> NodeId {
         match operation {
             Operation::Add(a, b) => self.add(a, b),
             Operation::Subtract(a, b) => self.subtract(a, b),

@@ -4,7 +4,6 @@ use super::expressions::{force, plus};
 use super::inverse::Inverse;
 use super::parts::Parts;
 use super::structure::{ForceTerm, Samples, Source, Structure, Term};
-use super::text::{GeometryText, PotentialText};
 use crate::formula::{Graph, NodeId, Program};
 use crate::number::Real;
 
@@ -21,13 +20,13 @@ pub(crate) struct Lagrangian<S = f64> {
 }
 
 impl<S: Real> Lagrangian<S> {
-    pub(super) fn new(parts: &mut Parts<S>, inverse: &Inverse, active: &[usize], text: &GeometryText) -> Self {
+    pub(super) fn new(parts: &mut Parts<S>, inverse: &Inverse, active: &[usize]) -> Self {
         let (n, momenta) = (parts.dimension(), momenta(parts, active));
         let (mut structure, mut rows) = structure_of(parts);
         rows.extend(inverse.blocks.iter().map(|block| block.determinant));
         let fields = Program::new(&mut parts.graph, n, &rows);
         let rows = add_force(&mut structure, parts);
-        structure.inertias = inertias(parts, text);
+        structure.inertias = inertias(parts);
         let force = Program::new(&mut parts.graph, 2 * n, &rows);
         Self { structure, fields, force, momenta }
     }
@@ -119,12 +118,10 @@ fn add_force<S: Real>(structure: &mut Structure<S>, parts: &mut Parts<S>) -> Vec
     rows
 }
 
-/// The coordinates of a potential with their g_aa, where those are constant.
-fn inertias<S: Real>(parts: &Parts<S>, text: &GeometryText) -> Vec<(usize, S)> {
-    let GeometryText::Potential(PotentialText { coordinates, .. }) = text else { return Vec::new() };
+/// The coordinates of particles in a potential with their g_aa, where those are constant.
+fn inertias<S: Real>(parts: &Parts<S>) -> Vec<(usize, S)> {
     let inertia = |a: usize| Some((a, parts.graph.as_constant(*parts.metric.get(&[a, a])?)?));
-    // The first coordinate is t.
-    (1..=coordinates.len()).filter_map(inertia).collect()
+    parts.particles.clone().filter_map(inertia).collect()
 }
 
 /// p_a of all coordinates and f_a + F_a of active ones, with few operations.

@@ -33,6 +33,7 @@ mod expressions;
 pub mod geodesic;
 mod hamiltonian;
 mod inverse;
+mod known;
 mod lagrangian;
 mod linearised;
 pub mod metric;
@@ -68,6 +69,7 @@ use std::sync::Arc;
 
 use self::inverse::Inverse;
 use self::lagrangian::Lagrangian;
+use self::metric::Metric;
 use self::parts::Parts;
 use crate::formula::NodeId;
 use crate::number::Real;
@@ -89,11 +91,21 @@ impl<S: Real> Geometry<S> {
     /// # Errors
     /// [`GeometryError`] with the place of the mistake.
     pub fn new(text: &GeometryText) -> Result<Self, GeometryError> {
-        let mut parts: Parts<S> = Parts::new(text)?;
+        Self::of_parts(Parts::new(text)?)
+    }
+
+    /// The space-time of one coordinate as a scene in t and x.
+    pub fn of_one_coordinate(metric: &Metric<S>) -> Self {
+        let geometry = Self::of_parts(Parts::of_one_coordinate(metric)).expect("both coordinates have a component");
+        // Only where g00 > 0 is the particle in the space-time, wherever it starts.
+        Self { signs: vec![S::ONE, -S::ONE], ..geometry }
+    }
+
+    fn of_parts(mut parts: Parts<S>) -> Result<Self, GeometryError> {
         let inverse = Inverse::new(&mut parts)?;
         let (names, graph) = (parts.names.clone(), parts.graph.clone());
         let active = active_of(&mut parts);
-        let lagrangian = Arc::new(Lagrangian::new(&mut parts, &inverse, &active, text));
+        let lagrangian = Arc::new(Lagrangian::new(&mut parts, &inverse, &active));
         // Hamilton's equations need no second derivatives, and find their way faster in a small graph.
         parts.graph = graph;
         let hamiltonian = Arc::new(Hamiltonian::new(parts, &inverse, active));

@@ -1,9 +1,11 @@
 //! From the text of a scene to expressions: components, one-form and force as nodes of one graph.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
+use super::metric::Metric;
 use super::presets::Preset;
-use super::text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText, Tau};
+use super::text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText};
 use crate::formula::{self, Graph, Names, NodeId};
 use crate::number::Real;
 
@@ -19,18 +21,20 @@ pub(super) struct Parts<S> {
     pub(super) hamiltonian: Option<NodeId>,
     /// F_a, where it is not zero.
     pub(super) force: BTreeMap<usize, NodeId>,
+    /// The coordinates of particles in a potential.
+    pub(super) particles: Range<usize>,
 }
 
 /// What a formula may refer to.
-struct Scope<'s, S> {
-    graph: &'s mut Graph<S>,
+pub(super) struct Scope<'s, S> {
+    pub(super) graph: &'s mut Graph<S>,
     /// Names of the coordinates that formulas may use; the first is variable `first` of the graph.
-    coordinates: &'s [String],
+    pub(super) coordinates: &'s [String],
     /// Number of all coordinates.
-    all: usize,
-    first: usize,
-    parameters: BTreeMap<String, S>,
-    definitions: BTreeMap<String, NodeId>,
+    pub(super) all: usize,
+    pub(super) first: usize,
+    pub(super) parameters: BTreeMap<String, S>,
+    pub(super) definitions: BTreeMap<String, NodeId>,
 }
 
 impl<S: Real> Scope<'_, S> {
@@ -56,63 +60,6 @@ impl<S: Real> Scope<'_, S> {
         }
         let names = Names { variables: &variables, parameters: &self.parameters, definitions: &self.definitions };
         formula::parse(text, names, self.graph).map_err(|error| GeometryError::Formula(place, error))
-    }
-
-    /// H of a metric with the one-form, `tau` and Ω, from that of the metric alone.
-    fn hamiltonian(
-        &mut self,
-        text: &str,
-        one_form: &BTreeMap<usize, NodeId>,
-        tau: Option<Tau>,
-        omega: Option<NodeId>,
-    ) -> NodeId {
-        let n = self.all;
-        let momenta: Vec<String> = self.coordinates.iter().map(|name| format!("p_{name}")).collect();
-        let mut variables = vec![""; 3 * n];
-        for (a, (name, momentum)) in self.coordinates.iter().zip(&momenta).enumerate() {
-            (variables[a], variables[2 * n + a]) = (name, momentum);
-        }
-        let names = Names { variables: &variables, parameters: &self.parameters, definitions: &self.definitions };
-        let alone = formula::parse(text, names, self.graph).expect("the formulas of presets are correct");
-        let mut kinetic: Vec<NodeId> = (0..3 * n).map(|variable| self.graph.variable(variable)).collect();
-        for (&a, &component) in one_form {
-            kinetic[2 * n + a] = self.graph.subtract(kinetic[2 * n + a], component);
-        }
-        let mut terms = self.graph.substitute(&[alone], &kinetic);
-        if let Some(tau) = tau {
-            let factor = self.graph.constant(tau.component::<S>().half());
-            let square = self.graph.power_integer(kinetic[3 * n - 1], 2);
-            terms.push(self.graph.multiply(factor, square));
-        }
-        if let Some(omega) = omega {
-            terms.iter_mut().for_each(|term| *term = self.graph.divide(*term, omega));
-            // What Ω and H have in common is left out before there are derivatives.
-            terms = self.graph.reduced(&terms, |_| 1);
-        }
-        terms.into_iter().reduce(|sum, term| self.graph.add(sum, term)).expect("there is one at least")
-    }
-
-    /// H = (p_t p_s − V p_s² − Σ (p_a + A_a p_s)²/2m_a)/Ω of Newton's law, from the metric without Ω.
-    fn lift(&mut self, metric: &BTreeMap<[usize; 2], NodeId>, omega: Option<NodeId>) -> NodeId {
-        let n = self.all;
-        let p: Vec<NodeId> = (2 * n..3 * n).map(|variable| self.graph.variable(variable)).collect();
-        let mut sum = self.graph.multiply(p[0], p[n - 1]);
-        let half = self.graph.constant(S::ONE.half());
-        for (a, &p_a) in p[..n - 1].iter().enumerate() {
-            let Some(&g_aa) = metric.get(&[a, a]) else { continue };
-            let (factor, kinetic) = match (a, metric.get(&[0, a])) {
-                (0, _) => (self.graph.multiply(half, g_aa), p[n - 1]),
-                (_, None) => (self.graph.divide(half, g_aa), p_a),
-                (_, Some(&g_ta)) => {
-                    let product = self.graph.multiply(g_ta, p[n - 1]);
-                    (self.graph.divide(half, g_aa), self.graph.subtract(p_a, product))
-                }
-            };
-            let square = self.graph.power_integer(kinetic, 2);
-            let term = self.graph.multiply(factor, square);
-            sum = if a == 0 { self.graph.subtract(sum, term) } else { self.graph.add(sum, term) };
-        }
-        omega.map_or(sum, |omega| self.graph.divide(sum, omega))
     }
 
     /// Newton's force F(x, dx/dt) as a force of the lift, Ω ṫ² F(x, ẋ/ṫ): with p_x = −Ω m ẋ and the constant
@@ -262,7 +209,7 @@ impl<S: Real> Parts<S> {
             force.insert(*a, scope.of_velocity(component, Place::Force(*a))?);
         }
         let hamiltonian = Preset::hamiltonian(text).map(|alone| scope.hamiltonian(alone, &one_form, text.tau, omega));
-        Ok(Self { graph, names, metric, one_form, hamiltonian, force }.without_zeros())
+        Ok(Self { graph, names, metric, one_form, hamiltonian, force, particles: 0..0 }.without_zeros())
     }
 
     fn of_potential(text: &PotentialText, names: Vec<String>) -> Result<Self, GeometryError> {
@@ -317,8 +264,28 @@ impl<S: Real> Parts<S> {
                 *node = scope.graph.multiply(omega, *node);
             }
         }
-        let one_form = BTreeMap::new();
-        Ok(Self { graph, names, metric, one_form, hamiltonian, force }.without_zeros())
+        let (one_form, particles) = (BTreeMap::new(), 1..coordinates.len() + 1);
+        Ok(Self { graph, names, metric, one_form, hamiltonian, force, particles }.without_zeros())
+    }
+
+    /// t and x with the metric diag(g00(x), −1).
+    pub(super) fn of_one_coordinate(metric: &Metric<S>) -> Self {
+        let mut graph = Graph::default();
+        let x = graph.variable(1);
+        let v = metric.potential().program().expressions(&mut graph, &[x])[0];
+        let two_over_mass = graph.constant(metric.two_over_mass());
+        let c_squared = graph.constant(metric.c_squared());
+        let product = graph.multiply(two_over_mass, v);
+        let g00 = graph.add(c_squared, product);
+        Self {
+            names: ["t", "x"].map(str::to_owned).to_vec(),
+            metric: BTreeMap::from([([0, 0], g00), ([1, 1], graph.constant(-S::ONE))]),
+            one_form: BTreeMap::new(),
+            hamiltonian: None,
+            force: BTreeMap::new(),
+            particles: 1..2,
+            graph,
+        }
     }
 
     fn without_zeros(mut self) -> Self {
@@ -337,53 +304,5 @@ impl<S: Real> Parts<S> {
     /// g_ab, in either order of the indices.
     pub(super) fn component(&self, a: usize, b: usize) -> Option<NodeId> {
         self.metric.get(&[a.min(b), a.max(b)]).copied()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::{Geometry, GeometryText, Law, MetricText, PotentialText};
-
-    fn rates(text: &GeometryText) -> Vec<f64> {
-        let geometry: Geometry = Geometry::new(text).unwrap();
-        let mut point = geometry.point();
-        point.evaluate(&[0.1, 1.2, -0.7, 0.3], &[-0.4, 0.6, 1.1, 0.9]).unwrap();
-        let velocities = (0..4).map(|a| point.q_dot(a));
-        velocities.chain((0..2).map(|place| point.p_dot(place))).collect()
-    }
-
-    #[test]
-    fn rates_of_the_lift_are_those_of_its_metric() {
-        let owned = |texts: &[&str]| texts.iter().map(|&text| text.to_owned()).collect::<Vec<_>>();
-        for conformal in [None, Some("1 + x^2".to_owned())] {
-            let potential = PotentialText {
-                coordinates: owned(&["x", "y"]),
-                expression: "x^2*y - y/x".to_owned(),
-                masses: owned(&["2", "3"]),
-                mass: "1".to_owned(),
-                c: "1".to_owned(),
-                law: Law::Newtonian,
-                one_form: vec![(0, "y^2".to_owned()), (1, "x*y".to_owned())],
-                conformal: conformal.clone(),
-                ..PotentialText::default()
-            };
-            let components = [
-                ([0, 0], "2*(x^2*y - y/x)"),
-                ([0, 1], "-y^2"),
-                ([0, 2], "-x*y"),
-                ([0, 3], "1"),
-                ([1, 1], "-2"),
-                ([2, 2], "-3"),
-            ];
-            let metric = MetricText {
-                coordinates: owned(&["t", "x", "y", "s"]),
-                components: components.map(|(pair, text)| (pair, text.to_owned())).to_vec(),
-                conformal,
-                ..MetricText::default()
-            };
-            let [one, other] = [GeometryText::Potential(potential), GeometryText::Metric(metric)].map(|t| rates(&t));
-            let is_near = |(one, other): (&f64, &f64)| (one - other).abs() <= 1e-14 * other.abs().max(1.0);
-            assert!(one.iter().zip(&other).all(is_near), "{one:?} {other:?}");
-        }
     }
 }

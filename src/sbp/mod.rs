@@ -18,8 +18,8 @@
 //! ```
 
 pub mod coefficients;
+pub mod collocation;
 pub mod gll;
-pub mod lobatto;
 mod name;
 mod regularised;
 pub mod symbol;

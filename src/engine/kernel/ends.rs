@@ -8,7 +8,8 @@ use crate::formula::Register;
 use crate::number::Compensated;
 use crate::number::vector::{Lanes, Matrix, Nodes, Twofold, Weights, multiply, two_product};
 
-/// Computes the rows at the end of a window, from which the next one is continued, and by how much ignorable coordinates grow.
+/// Computes the rows at the end of a window, from which the next one is continued, and by how much ignorable
+/// coordinates grow.
 pub(in super::super) struct Ends<'w, const N: usize> {
     pub(in super::super) registers: &'w [Nodes<N>],
     pub(in super::super) rows: &'w mut [Row<N>],

@@ -1,13 +1,13 @@
 //! Local errors: by how much a solved window is off, from the highest Legendre modes of its slopes.
 //!
-//! A integrates P_0 … P_{n−2} exactly, and A P_{n−1} − ∫P_{n−1} = (P_{n−1} − P_{n−2})/2(n − 1). So of slopes h ẋ with the
-//! modes a_k
+//! A integrates P_0 … P_{n−2} exactly, and A P_{n−1} − ∫P_{n−1} = (P_{n−1} − P_{n−2})/2(n − 1). So of slopes h ẋ with
+//! the modes a_k
 //!
-//! * the largest error inside is that of the first node, |a_{n−1}|/(n − 1), which is also its distance from the start of
-//!   the window; where it happens to be small, the mode that a_{n−2} and the decay of modes foretell stands for it;
+//! * the largest error inside is that of the first node, |a_{n−1}|/(n − 1), which is also its distance from the start
+//!   of the window; where it happens to be small, the mode that a_{n−2} and the decay of modes foretell stands for it;
 //! * for equations of second order the same holds with the last mode of q̇, that is h² a_{n−2}/2(2n − 3);
-//! * at the end this error counts only as far as the linearised equations have a mode like it: once more the truncation,
-//!   relative.
+//! * at the end this error counts only as far as the linearised equations have a mode like it: once more the
+//!   truncation, relative.
 
 use pulp::Simd;
 
@@ -17,8 +17,8 @@ use crate::number::vector::{Lanes, Nodes};
 
 /// Slopes that change an unknown by less than this, relative to its size, are noise.
 const NOISE: f64 = 1e-9;
-/// The error at the end, divided by the product of the two truncations: 99.5 % of windows are below it, for equations of
-/// first and of second order.
+/// The error at the end, divided by the product of the two truncations: 99.5 % of windows are below it, for equations
+/// of first and of second order.
 const END: [f64; 2] = [4.0, 2.0];
 
 /// Bounds of the errors that a window makes, relative to sizes.

@@ -122,7 +122,8 @@ pub(in super::super) struct Sweeps<'w, const N: usize> {
     pub(in super::super) collocation_low: Option<&'w Matrix<N>>,
     /// The same as `collocation` after continuation from the window before, if there is one.
     pub(in super::super) continuation: Option<&'w Matrix<N>>,
-    /// The largest error that sweeps may leave, relative to sizes, and the number of sweeps in which they must get there.
+    /// The largest error that sweeps may leave, relative to sizes, and the number of sweeps in which they must get
+    /// there.
     pub(in super::super) threshold: f64,
     pub(in super::super) most_sweeps: usize,
     /// The steps to the velocities of ignorable coordinates and to the determinants, once the unknowns are known.

@@ -8,7 +8,7 @@ use super::product::product_apart;
 use super::unit::{Unit, with_unit};
 use super::view::{Inside, WindowView};
 use crate::number::vector::{Level, Nodes, multiply_add, neg, vectors, vectors_mut};
-use crate::sbp::lobatto::share;
+use crate::sbp::collocation::share;
 
 /// Points that are computed together.
 const TOGETHER: usize = 16;

@@ -5,32 +5,32 @@ use std::sync::OnceLock;
 
 use super::tables::LengthFree;
 use super::unit::SizedUnit;
-use crate::sbp::lobatto::WeakOperators;
+use crate::sbp::collocation::Collocation;
 
 /// The operators of a weak window, with tables that are made when they are first asked for.
 #[derive(Debug, Clone)]
 pub struct WeakRule {
-    operators: WeakOperators,
+    operators: Collocation,
     length_free: OnceLock<LengthFree>,
     unit: OnceLock<SizedUnit>,
 }
 
 impl Deref for WeakRule {
-    type Target = WeakOperators;
+    type Target = Collocation;
 
-    fn deref(&self) -> &WeakOperators {
+    fn deref(&self) -> &Collocation {
         &self.operators
     }
 }
 
 impl WeakRule {
-    /// The rule with `n` nodes, from [`WeakOperators::FEWEST`] to [`WeakOperators::MOST`]; a tenth of a millisecond for
+    /// The rule with `n` nodes, from [`Collocation::FEWEST`] to [`Collocation::MOST`]; a tenth of a millisecond for
     /// 20 of them.
     ///
     /// # Panics
     /// For another `n`.
     pub fn new(n: usize) -> Self {
-        Self { operators: WeakOperators::new(n), length_free: OnceLock::new(), unit: OnceLock::new() }
+        Self { operators: Collocation::new(n), length_free: OnceLock::new(), unit: OnceLock::new() }
     }
 
     /// The rule with `n` nodes, made once in the life of the program.
@@ -38,8 +38,7 @@ impl WeakRule {
     /// # Panics
     /// As [`Self::new`].
     pub fn shared(n: usize) -> &'static Self {
-        static RULES: [OnceLock<WeakRule>; WeakOperators::MOST + 1] =
-            [const { OnceLock::new() }; WeakOperators::MOST + 1];
+        static RULES: [OnceLock<WeakRule>; Collocation::MOST + 1] = [const { OnceLock::new() }; Collocation::MOST + 1];
         RULES.get(n).expect("a window has 2 to 64 nodes").get_or_init(|| Self::new(n))
     }
 

@@ -1,7 +1,7 @@
 //! The tables of windows of one length, rounded to `f64` so that nothing drifts.
 
 use crate::number::vector::Twofold;
-use crate::sbp::lobatto::{WeakOperators, legendre_values};
+use crate::sbp::collocation::{Collocation, legendre_values};
 
 /// A matrix by columns, padded to P × P.
 pub(super) type Matrix<const P: usize> = [[f64; P]; P];
@@ -49,7 +49,7 @@ pub(super) struct LengthFree {
 }
 
 impl LengthFree {
-    pub(super) fn new(operators: &WeakOperators) -> Self {
+    pub(super) fn new(operators: &Collocation) -> Self {
         let n = operators.points();
         let order = operators.a_squared().chunks_exact(n).flat_map(|row| {
             let mut order: Vec<u8> = (0..n as u8).collect();
@@ -57,8 +57,7 @@ impl LengthFree {
             order
         });
         let guesses = [n - 1, (n - 1).min(EXTRAPOLATED)].map(|degree| {
-            let e =
-                evaluation_matrix::<{ WeakOperators::MOST }>(operators, degree, |i| 1.0 + operators.nodes()[i].hi, n);
+            let e = evaluation_matrix::<{ Collocation::MOST }>(operators, degree, |i| 1.0 + operators.nodes()[i].hi, n);
             let entry = |i: usize, j: usize| (0..n).map(|k| operators.a_squared()[i * n + k].hi * e[j][k]).sum();
             (0..n * n).map(|place| entry(place % n, place / n)).collect()
         });
@@ -80,7 +79,7 @@ pub(super) fn round_row(row: &[Twofold], order: &[u8], rounded: &mut [f64]) {
 
 impl<const P: usize> Tables<P> {
     /// For windows of `length` with these `operators`, of which `free` is made.
-    pub(super) fn new(operators: &WeakOperators, free: &LengthFree, length: Twofold) -> Box<Self> {
+    pub(super) fn new(operators: &Collocation, free: &LengthFree, length: Twofold) -> Box<Self> {
         let n = operators.points();
         assert!(n <= P, "{n} nodes do not fit {P}");
         let h_squared = length * length;
@@ -129,7 +128,7 @@ impl<const P: usize> Tables<P> {
 /// The matrix that takes nodal values on the nodes of `operators` to the values at s(0) … s(rows − 1) of the polynomial
 /// of `degree` that fits them; s runs over [0, 1] inside the window of the nodal values.
 pub(super) fn evaluation_matrix<const P: usize>(
-    operators: &WeakOperators,
+    operators: &Collocation,
     degree: usize,
     s: impl Fn(usize) -> f64,
     rows: usize,

@@ -8,7 +8,7 @@ use pulp::Simd;
 use super::guess::Continuation;
 use super::tables::{LengthFree, Matrix, Tables};
 use crate::number::vector::{Nodes, Twofold, vectors, vectors_mut};
-use crate::sbp::lobatto::{WeakOperators, share};
+use crate::sbp::collocation::{Collocation, share};
 
 /// The tables of a rule, made once in its life.
 #[derive(Debug, Clone)]
@@ -27,7 +27,7 @@ pub(super) struct Unit<const P: usize> {
 }
 
 impl<const P: usize> Unit<P> {
-    fn new(operators: &WeakOperators, free: &LengthFree) -> Self {
+    fn new(operators: &Collocation, free: &LengthFree) -> Self {
         let n = operators.points();
         let mut modes = Box::new([[0.0; P]; P]);
         for k in 0..n {
@@ -97,7 +97,7 @@ pub(super) enum SizedUnit {
 }
 
 impl SizedUnit {
-    pub(super) fn new(operators: &WeakOperators, free: &LengthFree) -> Self {
+    pub(super) fn new(operators: &Collocation, free: &LengthFree) -> Self {
         match operators.points() {
             ..=8 => Self::P8(Box::new(Unit::new(operators, free))),
             9..=16 => Self::P16(Box::new(Unit::new(operators, free))),

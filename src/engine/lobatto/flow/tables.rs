@@ -4,7 +4,7 @@ use crate::engine::lobatto::Twofold;
 use crate::engine::lobatto::rule::WeakRule;
 use crate::engine::lobatto::tables::{Matrix, round_row};
 use crate::number::vector::Nodes;
-use crate::sbp::lobatto::legendre_values;
+use crate::sbp::collocation::legendre_values;
 
 /// Nodes of a window on which small errors are followed.
 pub(super) const LANES: usize = 16;

@@ -1,0 +1,371 @@
+//! Collocation on [0, 1], to 30 digits: the operators of a weak window on Gauss–Lobatto–Legendre nodes, and Gauss'
+//! method.
+
+use std::sync::OnceLock;
+
+use crate::number::vector::Twofold;
+
+/// A family of rules of n nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Family {
+    Lobatto,
+    Gauss,
+}
+
+/// The matrix A of a collocation on n nodes of [0, 1], which integrates slopes, in double-double.
+///
+/// Of Gauss' method it is the integration matrix S_ij = ∫_0^{c_i} ℓ_j.
+///
+/// On Gauss–Lobatto–Legendre nodes A is the inverse of D̄ = D + H⁻¹E_0, the matrix of the Lobatto IIIC Runge–Kutta
+/// method (Chipman 1971; Hairer, Wanner, "Solving Ordinary Differential Equations II", IV.5). Nothing is inverted
+/// numerically: with S (Lobatto IIIA), A f = u solves u′ + u(0) r = f, where r has the nodal values e_1/b_1;
+/// u′ has degree n − 2, so the leading coefficients of f and of u(0) r agree, which gives u(0), and then
+/// u = u(0) (1 − S e_1/b_1) + S f.
+#[derive(Debug, Clone)]
+pub struct Collocation {
+    family: Family,
+    nodes: Vec<Twofold>,
+    weights: Vec<Twofold>,
+    /// P_k at node i (on [−1, 1]), k = 0 … n, at `[i (n + 1) + k]`.
+    legendre: Vec<Twofold>,
+    integration: Vec<Twofold>,
+    a: Vec<Twofold>,
+    a_squared: Vec<Twofold>,
+}
+
+impl Collocation {
+    /// Fewest nodes.
+    pub const FEWEST: usize = 2;
+    /// Most nodes.
+    pub const MOST: usize = 64;
+
+    /// Those of a weak window on `n` nodes, from [`Self::FEWEST`] to [`Self::MOST`]; a tenth of a millisecond for 20 of
+    /// them.
+    ///
+    /// # Panics
+    /// For another `n`.
+    pub(crate) fn new(n: usize) -> Self {
+        assert!((Self::FEWEST..=Self::MOST).contains(&n), "a window has 2 to 64 nodes, not {n}");
+        // b_i = 1/(n (n − 1) P_{n−1}(x_i)²) on [0, 1] (Abramowitz, Stegun 25.4.32).
+        let scale = Twofold::from((n * (n - 1)) as f64);
+        let mut operators = Self::on_nodes(Family::Lobatto, n, |_, p| Twofold::ONE / (scale * (p[n - 1] * p[n - 1])));
+        operators.a = operators.invert();
+        operators.a_squared = operators.square();
+        operators
+    }
+
+    /// Those of Gauss' method of `s` stages.
+    fn gauss(s: usize) -> Self {
+        // b_i = (1 − x_i²)/(s P_{s−1}(x_i))² on [0, 1] (Abramowitz, Stegun 25.4.29).
+        let mut operators = Self::on_nodes(Family::Gauss, s, |x, p| {
+            let root = p[s - 1] * s as f64;
+            (Twofold::ONE - x * x) / (root * root)
+        });
+        operators.a.clone_from(&operators.integration);
+        operators.a_squared = operators.square();
+        operators
+    }
+
+    /// Nodes, weights and S. A weight follows from its node on [−1, 1] and P_0 … P_n there; the nodes are mirrored, and
+    /// so are the weights.
+    fn on_nodes(family: Family, n: usize, weight: impl Fn(Twofold, &[Twofold]) -> Twofold) -> Self {
+        let (x, legendre) = nodes_with_legendre(family, n);
+        let mut weights = vec![Twofold::ZERO; n];
+        for i in 0..n.div_ceil(2) {
+            weights[i] = weight(x[i], &legendre[i * (n + 1)..][..=n]);
+            weights[n - 1 - i] = weights[i];
+        }
+        let nodes = x.iter().map(|&x| (x + Twofold::ONE).half()).collect();
+        let (integration, a, a_squared) = (Vec::new(), Vec::new(), Vec::new());
+        let mut operators = Self { family, nodes, weights, legendre, integration, a, a_squared };
+        operators.integration = operators.integrate();
+        operators
+    }
+
+    /// Those of a weak window on `n` nodes, made once in the life of the program.
+    ///
+    /// # Panics
+    /// As [`Self::new`].
+    pub(crate) fn shared(n: usize) -> &'static Self {
+        static OPERATORS: [OnceLock<Collocation>; Collocation::MOST + 1] =
+            [const { OnceLock::new() }; Collocation::MOST + 1];
+        OPERATORS.get(n).expect("a window has 2 to 64 nodes").get_or_init(|| Self::new(n))
+    }
+
+    /// Those of Gauss' method of `s` stages, made once in the life of the program.
+    ///
+    /// # Panics
+    /// For none or more than [`Self::MOST`] stages.
+    pub(crate) fn shared_gauss(s: usize) -> &'static Self {
+        static OPERATORS: [OnceLock<Collocation>; Collocation::MOST + 1] =
+            [const { OnceLock::new() }; Collocation::MOST + 1];
+        OPERATORS.get(s).filter(|_| s > 0).expect("a step has 1 to 64 stages").get_or_init(|| Self::gauss(s))
+    }
+
+    /// Whether the last node is the end of the window.
+    pub(crate) fn has_end(&self) -> bool {
+        self.family == Family::Lobatto
+    }
+
+    /// Number of nodes.
+    pub fn points(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// 0 ≤ c_0 < c_1 < … ≤ 1, symmetric about ½.
+    pub fn nodes(&self) -> &[Twofold] {
+        &self.nodes
+    }
+
+    /// The quadrature weights b_j, exact to degree 2n − 3, or 2n − 1 of Gauss; their sum is 1.
+    pub fn weights(&self) -> &[Twofold] {
+        &self.weights
+    }
+
+    /// S_ij = ∫_0^{c_i} ℓ_j, row by row.
+    pub fn integration(&self) -> &[Twofold] {
+        &self.integration
+    }
+
+    /// A, row by row. On Lobatto nodes it is (D + H⁻¹E_0)⁻¹: its first column is b_0, its last row is b.
+    pub fn a(&self) -> &[Twofold] {
+        &self.a
+    }
+
+    /// A², row by row. On Lobatto nodes its last row is b_j (1 − c_j).
+    pub fn a_squared(&self) -> &[Twofold] {
+        &self.a_squared
+    }
+
+    /// (bᵀA)_j = b_j (1 − c_j), the simplifying assumption D(1) of both families.
+    pub fn position_weight(&self, j: usize) -> Twofold {
+        self.weights[j] * (Twofold::ONE - self.nodes[j])
+    }
+
+    /// On Lobatto nodes, the entry of A⁻¹ = D + H⁻¹E_0 in row `i` and column `j`, see [`crate::sbp::gll`] for D.
+    pub fn derivative(&self, i: usize, j: usize) -> Twofold {
+        let last = self.points() - 1;
+        let corner = Twofold::from((self.points() * last) as f64).half();
+        match (i, j) {
+            (0, 0) => Twofold::ONE / self.weights[0] - corner,
+            _ if i == last && j == last => corner,
+            _ if i == j => Twofold::ZERO,
+            _ => self.legendre(i, last) / self.legendre(j, last) / (self.nodes[i] - self.nodes[j]),
+        }
+    }
+
+    /// P_k at node `i`, on [−1, 1].
+    pub(crate) fn legendre(&self, i: usize, k: usize) -> Twofold {
+        self.legendre[i * (self.points() + 1) + k]
+    }
+
+    /// Legendre coefficient k of the polynomial with the nodal `values`.
+    pub(crate) fn mode_of(&self, k: usize, values: &[f64]) -> f64 {
+        self.mode(k).zip(values).map(|(weight, value)| weight * value).sum()
+    }
+
+    /// Row of the nodal values' weights in Legendre coefficient k: the coefficient is Σ_j row_j f_j.
+    pub(crate) fn mode(&self, k: usize) -> impl Iterator<Item = f64> {
+        let norm = self.norm(k);
+        (0..self.points()).map(move |j| norm * self.weights[j].hi * self.legendre(j, k).hi)
+    }
+
+    /// γ_k = 2k + 1, or n − 1 for the last of Lobatto, whose rule does not integrate the square of P_{n−1}.
+    fn norm(&self, k: usize) -> f64 {
+        let last = self.points() - 1;
+        if k == last && self.family == Family::Lobatto { last as f64 } else { (2 * k + 1) as f64 }
+    }
+
+    fn integrate(&self) -> Vec<Twofold> {
+        let n = self.points();
+        // ℓ_j = Σ_k b_j γ_k P_k(x_j) P_k, and
+        // ∫_{−1}^x P_k = (P_{k+1}(x) − P_{k−1}(x))/(2k + 1), 1 + x for k = 0; halved for the length of [0, 1].
+        let mut integral = vec![Twofold::ZERO; n * n];
+        for i in 0..n {
+            integral[i * n] = self.nodes[i];
+            for k in 1..n {
+                let value = (self.legendre(i, k + 1) - self.legendre(i, k - 1)).half();
+                let exact = (2 * k + 1) as f64;
+                let norm = self.norm(k);
+                integral[i * n + k] = if norm == exact { value } else { value * norm / Twofold::from(exact) };
+            }
+        }
+        // Sums side by side: one after the other, each would wait for its own last term.
+        let by_degree: Vec<Twofold> = (0..n * n).map(|place| self.legendre(place % n, place / n)).collect();
+        let mut s = vec![Twofold::ZERO; n * n];
+        for (row, integral) in s.chunks_exact_mut(n).zip(integral.chunks_exact(n)) {
+            for (&factor, values) in integral.iter().zip(by_degree.chunks_exact(n)) {
+                row.iter_mut().zip(values).for_each(|(sum, &value)| *sum = *sum + factor * value);
+            }
+            row.iter_mut().zip(&self.weights).for_each(|(sum, &weight)| *sum = *sum * weight);
+        }
+        if self.has_end() {
+            s[..n].fill(Twofold::ZERO);
+            s[n * (n - 1)..].copy_from_slice(&self.weights);
+        }
+        s
+    }
+
+    fn invert(&self) -> Vec<Twofold> {
+        let (n, last) = (self.points(), self.points() - 1);
+        // Barycentric weights of the nodes are proportional to 1/P_{n−1}(x_j).
+        let at_0: Vec<Twofold> =
+            (0..n).map(|j| self.weights[0] * (self.legendre(0, last) / self.legendre(j, last))).collect();
+        let mut a = vec![Twofold::ZERO; n * n];
+        for i in 0..last {
+            let factor = Twofold::ONE - self.integration[i * n] / self.weights[0];
+            for j in 1..n {
+                a[i * n + j] = self.integration[i * n + j] + factor * at_0[j];
+            }
+            a[i * n] = self.weights[0];
+        }
+        a[last * n..].copy_from_slice(&self.weights);
+        a
+    }
+
+    fn square(&self) -> Vec<Twofold> {
+        let n = self.points();
+        let mut square = vec![Twofold::ZERO; n * n];
+        for (row, factors) in square.chunks_exact_mut(n).zip(self.a.chunks_exact(n)) {
+            for (&factor, a) in factors.iter().zip(self.a.chunks_exact(n)) {
+                row.iter_mut().zip(a).for_each(|(sum, &a)| *sum = *sum + factor * a);
+            }
+        }
+        if self.has_end() {
+            (0..n).for_each(|j| square[n * (n - 1) + j] = self.position_weight(j));
+        }
+        square
+    }
+}
+
+/// P_0 … P_degree at x.
+pub(crate) fn legendre_values(degree: usize, x: f64) -> Vec<f64> {
+    let mut p = vec![1.0; degree + 1];
+    if degree > 0 {
+        p[1] = x;
+    }
+    for k in 1..degree {
+        p[k + 1] = ((2 * k + 1) as f64 * x * p[k] - k as f64 * p[k - 1]) / (k + 1) as f64;
+    }
+    p
+}
+
+/// The nodes on [−1, 1], and P_0 … P_n at each of them.
+fn nodes_with_legendre(family: Family, n: usize) -> (Vec<Twofold>, Vec<Twofold>) {
+    let last = n - 1;
+    let reciprocal: Vec<Twofold> = (0..=n).map(|k| Twofold::ONE / Twofold::from(k.max(1) as f64)).collect();
+    let fill = |x: Twofold, p: &mut [Twofold]| {
+        (p[0], p[1]) = (Twofold::ONE, x);
+        for k in 1..n {
+            p[k + 1] = (x * p[k] * (2 * k + 1) as f64 - p[k - 1] * k as f64) * reciprocal[k + 1];
+        }
+    };
+    let mut x = vec![Twofold::ZERO; n];
+    let mut legendre = vec![Twofold::ZERO; n * (n + 1)];
+    for i in 0..n.div_ceil(2) {
+        x[i] = if i == 0 && family == Family::Lobatto {
+            -Twofold::ONE
+        } else if 2 * i == last {
+            Twofold::ZERO
+        } else {
+            let mut z = Twofold::from(approximate_node(family, n, i));
+            let mut p = vec![Twofold::ZERO; n + 1];
+            // Newton's method doubles the digits: 15 to 30, and once more for the last ones.
+            for _ in 0..2 {
+                fill(z, &mut p);
+                let s = Twofold::ONE - z * z;
+                let step = match family {
+                    Family::Gauss => p[n] * s / ((p[last] - z * p[n]) * n as f64),
+                    Family::Lobatto => {
+                        let first = (p[last - 1] - z * p[last]) * last as f64;
+                        let second = z * (first / s) * 2.0 - p[last] * (last * n) as f64;
+                        first / second
+                    }
+                };
+                z = z - step;
+            }
+            z
+        };
+        fill(x[i], &mut legendre[i * (n + 1)..(i + 1) * (n + 1)]);
+    }
+    // The rule is symmetric to the last bit: P_k(−x) = (−1)^k P_k(x).
+    for i in n.div_ceil(2)..n {
+        x[i] = -x[last - i];
+        for k in 0..=n {
+            let p = legendre[(last - i) * (n + 1) + k];
+            legendre[i * (n + 1) + k] = if k % 2 == 0 { p } else { -p };
+        }
+    }
+    (x, legendre)
+}
+
+/// A root of P_n, or the `i`-th one of P′_{n−1} (i from 1), by Newton's method with (1 − x²)P′_m = m(P_{m−1} − xP_m)
+/// and Legendre's equation for P″.
+fn approximate_node(family: Family, n: usize, i: usize) -> f64 {
+    let degree = if family == Family::Gauss { n } else { n - 1 };
+    let m = degree as f64;
+    let mut x = match family {
+        Family::Gauss => -(std::f64::consts::PI * (i as f64 + 0.75) / (m + 0.5)).cos(),
+        // Asymptotic value: Parter (1999), "On the Legendre–Gauss–Lobatto points and weights".
+        Family::Lobatto => {
+            let angle = std::f64::consts::PI * (i as f64 + 0.25) / m;
+            -(angle - 3.0 / (8.0 * m * m * angle)).cos()
+        }
+    };
+    for _ in 0..20 {
+        let p = legendre_values(degree, x);
+        let first = m * (p[degree - 1] - x * p[degree]) / (1.0 - x * x);
+        let second = (2.0 * x * first - m * (m + 1.0) * p[degree]) / (1.0 - x * x);
+        let step = if family == Family::Gauss { p[degree] / first } else { first / second };
+        x -= step;
+        if step.abs() < 1e-14 {
+            break;
+        }
+    }
+    x
+}
+
+/// 1/(2(2k + 1)), which makes differences of Legendre polynomials integrals of them on [0, 1].
+pub(crate) fn share(k: usize) -> f64 {
+    0.5 / (2 * k + 1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Collocation, Twofold, legendre_values};
+
+    /// B(2s): Σ b_j c_j^(k−1) = 1/k for k ≤ 2s. C(s): Σ_j a_ij c_j^(k−1) = c_i^k/k for k ≤ s, and the same once more.
+    #[test]
+    fn gauss_integrates_polynomials() {
+        for s in [1, 2, 3, 6, 12, 16] {
+            let gauss = Collocation::shared_gauss(s);
+            let power = |c: Twofold, k: usize| (0..k).fold(Twofold::ONE, |power, _| power * c);
+            let sum = |row: &[Twofold], k: usize| {
+                let terms = row.iter().zip(gauss.nodes()).map(|(&a, &c)| a * power(c, k - 1));
+                terms.fold(Twofold::ZERO, |sum, term| sum + term)
+            };
+            let check = |found: Twofold, expected: Twofold| {
+                assert!((found - expected).abs().hi < 1e-29, "{s} stages: {found:?} {expected:?}");
+            };
+            (1..=2 * s).for_each(|k| check(sum(gauss.weights(), k), Twofold::ratio(1.0, k as f64)));
+            for (i, &c) in gauss.nodes().iter().enumerate() {
+                for k in 1..=s {
+                    check(sum(&gauss.a()[i * s..][..s], k), power(c, k) * Twofold::ratio(1.0, k as f64));
+                }
+                for k in 1..s {
+                    let expected = power(c, k + 1) * Twofold::ratio(1.0, (k * (k + 1)) as f64);
+                    check(sum(&gauss.a_squared()[i * s..][..s], k), expected);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn legendre_polynomials_of_any_degree() {
+        let x = -0.5;
+        let exact = [1.0, x, 0.5 * (3.0 * x * x - 1.0), 0.5 * (5.0 * x * x * x - 3.0 * x)];
+        for degree in 0..4 {
+            assert_eq!(legendre_values(degree, x), exact[..=degree]);
+        }
+    }
+}
