@@ -323,7 +323,9 @@ impl<const N: usize> Solved for Solver<'_, N> {
     }
 
     fn complete(&mut self) {
-        Level::Best.dispatch(Complete { solver: self, wanted: Known::All });
+        if self.known < Known::All {
+            Level::Best.dispatch(Complete { solver: self, wanted: Known::All });
+        }
         self.end_nodes();
     }
 

@@ -31,6 +31,8 @@ pub struct Collocation {
     integration: Vec<Twofold>,
     a: Vec<Twofold>,
     a_squared: Vec<Twofold>,
+    /// A⁻¹, once it is asked for.
+    derivative: OnceLock<Vec<Twofold>>,
 }
 
 impl Collocation {
@@ -77,7 +79,8 @@ impl Collocation {
         }
         let nodes = x.iter().map(|&x| (x + Twofold::ONE).half()).collect();
         let (integration, a, a_squared) = (Vec::new(), Vec::new(), Vec::new());
-        let mut operators = Self { family, nodes, weights, legendre, integration, a, a_squared };
+        let derivative = OnceLock::new();
+        let mut operators = Self { family, nodes, weights, legendre, integration, a, a_squared, derivative };
         operators.integration = operators.integrate();
         operators
     }
@@ -144,6 +147,12 @@ impl Collocation {
 
     /// On Lobatto nodes, the entry of A⁻¹ = D + H⁻¹E_0 in row `i` and column `j`, see [`crate::sbp::gll`] for D.
     pub fn derivative(&self, i: usize, j: usize) -> Twofold {
+        let n = self.points();
+        self.derivative.get_or_init(|| (0..n * n).map(|place| self.derivative_at(place / n, place % n)).collect())
+            [i * n + j]
+    }
+
+    fn derivative_at(&self, i: usize, j: usize) -> Twofold {
         let last = self.points() - 1;
         let corner = Twofold::from((self.points() * last) as f64).half();
         match (i, j) {
