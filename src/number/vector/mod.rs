@@ -13,6 +13,8 @@ pub(crate) use lanes::{Lanes, Matrix, Weights, multiply};
 pub(crate) use nodes::Nodes;
 pub use twofold::Twofold;
 
+use std::sync::atomic::{AtomicU8, Ordering};
+
 use pulp::{Arch, Scalar, Simd, WithSimd};
 
 use self::twofold::SPLITTER;
@@ -29,11 +31,28 @@ pub enum Level {
     Scalar,
 }
 
+/// [`Level::Best`] means this.
+static LIMIT: AtomicU8 = AtomicU8::new(Level::Best as u8);
+
 impl Level {
+    /// From now on [`Self::Best`] means this level, in all of the process: benches compare instructions so.
+    pub fn limit(self) {
+        LIMIT.store(self as u8, Ordering::Relaxed);
+    }
+
+    fn limited(self) -> Self {
+        match LIMIT.load(Ordering::Relaxed) {
+            limit if self != Self::Best || limit == Self::Best as u8 => self,
+            limit if limit == Self::Avx2 as u8 => Self::Avx2,
+            _ => Self::Scalar,
+        }
+    }
+
     #[inline]
     pub(crate) fn dispatch<W: WithSimd>(self, work: W) -> W::Output {
+        let level = self.limited();
         #[cfg(target_arch = "x86_64")]
-        match (self, Arch::new()) {
+        match (level, Arch::new()) {
             (Self::Best, Arch::V4(simd)) => return Simd::vectorize(simd, work),
             (Self::Best, Arch::V3(simd)) => return Simd::vectorize(simd, work),
             (Self::Avx2, _) => {
@@ -44,7 +63,7 @@ impl Level {
             _ => {}
         }
         #[cfg(target_arch = "aarch64")]
-        if let (Self::Best, Arch::Neon(simd)) = (self, Arch::new()) {
+        if let (Self::Best, Arch::Neon(simd)) = (level, Arch::new()) {
             return Simd::vectorize(simd, work);
         }
         one_by_one(work)

@@ -1,0 +1,222 @@
+//! Runs to an accuracy, timed, with their true errors; and the instructions of older machines against the best ones.
+//!
+//! Five motions: Hénon–Heiles to γ = 1000, the quartic well to 1 and to 1000, an orbit around a black hole to 2000 and an
+//! inclined one around a rotating hole to 400. Each is run bare, with the promise, and with everything: promised,
+//! certified, and all nodes kept. A time is the least of many runs with one engine. Errors are those of the end, relative
+//! to the largest value that a coordinate has on the way, against ends that a Taylor method gives in 40 digits.
+//!
+//! ```text
+//! cargo bench --bench engine [-- NAME]
+//! ```
+
+use std::time::Instant;
+
+use geodesic_ivp::engine::{Accuracy, Engine, Failure};
+use geodesic_ivp::geometry::{Geometry, GeometryText, Law, PotentialText, Preset, Start};
+use geodesic_ivp::number::vector::Level;
+
+/// Runs of which the fastest counts, and seconds that they may take.
+const RUNS: usize = 200;
+const PATIENCE: f64 = 0.3;
+
+struct Scene {
+    name: &'static str,
+    geometry: Geometry,
+    start: Start,
+    length: f64,
+    /// Coordinates at the end.
+    end: Vec<(usize, f64)>,
+}
+
+impl Scene {
+    fn new(
+        name: &'static str,
+        text: &GeometryText,
+        q: Vec<f64>,
+        p: Vec<f64>,
+        length: f64,
+        end: &[(usize, f64)],
+    ) -> Self {
+        let geometry: Geometry = Geometry::new(text).expect("a scene").around(&q).expect("it is inside");
+        let q_dot = geometry.velocities(&q, &p).expect("it is inside");
+        Self { name, geometry, start: Start { q, q_dot, p }, length, end: end.to_vec() }
+    }
+}
+
+fn potential(law: Law, coordinates: &[&str], formula: &str) -> GeometryText {
+    GeometryText::Potential(PotentialText {
+        coordinates: coordinates.iter().map(|&name| name.to_owned()).collect(),
+        expression: formula.to_owned(),
+        mass: "1".to_owned(),
+        masses: vec!["1".to_owned(); coordinates.len()],
+        c: "1".to_owned(),
+        law,
+        ..PotentialText::default()
+    })
+}
+
+fn preset(name: &str, parameters: &[(&str, &str)]) -> GeometryText {
+    let mut text = Preset::from_name(name).expect("a preset").text();
+    text.parameters = parameters.iter().map(|&(name, value)| (name.to_owned(), value.to_owned())).collect();
+    GeometryText::Metric(text)
+}
+
+fn scenes() -> Vec<Scene> {
+    let henon_heiles = potential(Law::Newtonian, &["x", "y"], "(x^2 + y^2)/2 + x^2*y - y^3/3");
+    let well = potential(Law::Relativistic, &["x"], "x^4/2");
+    let orbit = [0.966_091_783_079_295_9, 0.0, -3.849_001_794_597_505];
+    let inclined = [0.941_816_181_145_791_8, 0.0, 0.0, -2.513_146_042_747_529_4];
+    let quartic = |name, length, end: [f64; 2]| {
+        Scene::new(name, &well, vec![0.0, 1.0], vec![2.0, -0.1], length, &[(1, end[0]), (0, end[1])])
+    };
+    vec![
+        Scene::new(
+            "henon-heiles",
+            &henon_heiles,
+            vec![0.0, 0.1, 0.0, 0.0],
+            vec![0.01, 0.0, -0.5, 1.0],
+            1000.0,
+            &[(1, -0.020_869_654_947_295_594), (2, -0.381_630_841_346_697_4)],
+        ),
+        quartic("quartic-1", 1.0, [0.159_778_018_885_407_24, 1.468_634_756_955_731]),
+        quartic("quartic-1000", 1000.0, [-0.022_376_294_624_142_45, 1_547.193_683_282_507_2]),
+        Scene::new(
+            "schwarzschild",
+            &preset("schwarzschild", &[("m", "1")]),
+            vec![0.0, 20.0 / 3.0, 0.0],
+            orbit.to_vec(),
+            2000.0,
+            &[(1, 17.262_243_544_431_858), (0, 2_303.946_208_190_368), (2, 54.491_637_278_880_26)],
+        ),
+        Scene::new(
+            "kerr",
+            &preset("kerr", &[("m", "1"), ("a", "0.9")]),
+            vec![0.0, 4.0, std::f64::consts::FRAC_PI_3, 0.0],
+            inclined.to_vec(),
+            400.0,
+            &[
+                (1, 11.318_948_036_563_88),
+                (2, 1.940_975_857_800_152_8),
+                (0, 509.040_671_596_835_9),
+                (3, 25.444_827_068_220_135),
+            ],
+        ),
+    ]
+}
+
+/// What a run is asked for.
+const MODES: [(&str, bool, bool); 3] = [("bare", false, false), ("promised", true, false), ("everything", true, true)];
+
+/// A run as it was the last time, and the least time of all.
+struct Measured {
+    seconds: f64,
+    windows: usize,
+    sweeps: usize,
+    /// The error at the end, relative to sizes.
+    error: f64,
+    estimate: Option<f64>,
+}
+
+fn measure(
+    scene: &Scene,
+    accuracy: f64,
+    (_, is_promised, is_certified): (&str, bool, bool),
+    points: usize,
+) -> Result<Measured, Failure> {
+    let wanted = Accuracy { accuracy, is_promised, is_certified };
+    let Scene { geometry, start, length, .. } = scene;
+    let mut engine = Engine::accurate(geometry, start, *length, wanted, points).expect("it is inside");
+    let mut sizes: Vec<f64> = start.q.iter().map(|q| q.abs()).collect();
+    let (mut kept, mut windows, mut sweeps, mut end) = (Vec::new(), 0, 0, start.q.clone());
+    let mut run = |engine: &mut Engine<'_>| {
+        engine.rewind();
+        loop {
+            match engine.next() {
+                Ok(Some(mut window)) => {
+                    if window.index == 0 {
+                        (windows, sweeps) = (0, 0);
+                        kept.clear();
+                    }
+                    (windows, sweeps) = (windows + 1, sweeps + window.sweeps);
+                    if is_certified {
+                        let nodes = window.nodes();
+                        (0..start.q.len()).for_each(|a| kept.extend_from_slice(nodes.q(a)));
+                        (0..geometry.active().len()).for_each(|place| kept.extend_from_slice(nodes.p(place)));
+                    }
+                    end = window.end().positions();
+                    sizes.iter_mut().zip(&end).for_each(|(size, q)| *size = size.max(q.abs()));
+                }
+                Ok(None) => return Ok(()),
+                Err(Failure::BeginAgain) => engine.begin_again(),
+                Err(failure) => return Err(failure),
+            }
+        }
+    };
+    run(&mut engine)?;
+    let (begun, mut seconds) = (Instant::now(), f64::INFINITY);
+    for _ in 0..RUNS {
+        let one = Instant::now();
+        run(&mut engine)?;
+        seconds = seconds.min(one.elapsed().as_secs_f64());
+        if begun.elapsed().as_secs_f64() > PATIENCE {
+            break;
+        }
+    }
+    let error = scene.end.iter().map(|&(a, q)| (end[a] - q).abs() / sizes[a]).fold(0.0, f64::max);
+    Ok(Measured { seconds, windows, sweeps, error, estimate: engine.error_estimate() })
+}
+
+fn table(scene: &Scene, points: usize) {
+    for accuracy in [1e-4, 1e-6, 1e-9, 1e-12] {
+        for mode in MODES {
+            print!("{:<14} {points:>2} nodes {accuracy:.0e} {:<10} ", scene.name, mode.0);
+            match measure(scene, accuracy, mode, points) {
+                Ok(Measured { seconds, windows, sweeps, error, estimate, .. }) => {
+                    let estimate = estimate.map_or(String::new(), |estimate| format!("  estimate {estimate:.1e}"));
+                    let (time, sweeps) = (1e6 * seconds, sweeps as f64 / windows as f64);
+                    println!("{time:>9.2} us {windows:>5} windows {sweeps:>5.1} sweeps  error {error:.1e}{estimate}");
+                }
+                Err(failure) => println!("{failure:?}"),
+            }
+        }
+    }
+}
+
+/// Times of older instructions in units of the best ones, and by how much the ends of given windows differ.
+fn levels(scene: &Scene) {
+    let Scene { geometry, start, length, .. } = scene;
+    let of_level = |level: Level| {
+        level.limit();
+        let measured = measure(scene, 1e-6, MODES[1], 16).expect("this much is reached");
+        let windows = (1.5 * measured.windows as f64) as usize;
+        let mut engine = Engine::equal(geometry, start, *length, windows, 16).expect("it is inside");
+        let mut end = Vec::new();
+        while let Some(window) = engine.next().expect("windows are short") {
+            end = window.end().positions();
+        }
+        (measured.seconds, end)
+    };
+    let [(best, end), (avx2, other), (scalar, third)] = [Level::Best, Level::Avx2, Level::Scalar].map(of_level);
+    Level::Best.limit();
+    let off = |other: &[f64]| {
+        let pairs = end.iter().zip(other).map(|(a, b)| (a - b).abs() / a.abs().max(1.0));
+        pairs.fold(0.0, f64::max)
+    };
+    println!(
+        "{:<14} AVX2 takes {:.2} times as long, and ends of given windows differ by {:.0e}; scalar {:.2}, {:.0e}",
+        scene.name,
+        avx2 / best,
+        off(&other),
+        scalar / best,
+        off(&third),
+    );
+}
+
+fn main() {
+    let name = std::env::args().skip(1).find(|argument| !argument.starts_with('-'));
+    for scene in scenes().iter().filter(|scene| name.as_ref().is_none_or(|name| scene.name.contains(name.as_str()))) {
+        table(scene, 16);
+        table(scene, 8);
+        levels(scene);
+    }
+}
