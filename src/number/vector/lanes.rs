@@ -81,11 +81,13 @@ impl<S: Simd, const N: usize> Lanes<S, N> {
     #[inline(always)]
     pub(crate) fn dot(self, other: Self) -> f64 {
         let (a, b) = (vectors::<S>(&self.values), vectors::<S>(&other.values));
-        let mut sum = self.s.mul_f64s(a[0], b[0]);
-        for i in 1..a.len() {
-            sum = self.s.mul_add_e_f64s(a[i], b[i], sum);
+        let mut sums = Lanes::<S, 8>::splat(self.s, 0.0);
+        let to = vectors_mut::<S>(&mut sums.values);
+        for i in 0..a.len() {
+            let place = i % to.len();
+            to[place] = self.s.mul_add_e_f64s(a[i], b[i], to[place]);
         }
-        self.s.reduce_sum_f64s(sum)
+        sums.total()
     }
 
     /// The number on the last node.
@@ -123,6 +125,22 @@ impl<S: Simd, const N: usize> Lanes<S, N> {
             most = self.s.max_f64s(most, v);
         }
         self.s.reduce_max_f64s(most)
+    }
+}
+
+impl<S: Simd> Lanes<S, 8> {
+    /// The sum of all lanes, halves first: every instruction set adds in this order, so that results are the same.
+    #[inline(always)]
+    fn total(mut self) -> f64 {
+        let v = vectors_mut::<S>(&mut self.values);
+        let mut half = v.len() / 2;
+        while half > 0 {
+            for i in 0..half {
+                v[i] = self.s.add_f64s(v[i], v[i + half]);
+            }
+            half /= 2;
+        }
+        self.s.reduce_sum_f64s(v[0])
     }
 }
 
@@ -184,16 +202,18 @@ impl<const N: usize> Weights<N> {
         // 1.5 times a power of two, and at least 4 Σ |w v|.
         let power_of_two = f64::from_bits((8.0 * N as f64 * largest).to_bits() & 0x7ff0_0000_0000_0000);
         let big = s.splat_f64s(1.5 * power_of_two);
-        let (mut sum, mut rest) = (s.splat_f64s(0.0), s.splat_f64s(0.0));
+        let (mut sum, mut rest) = (s.splat_f64s(0.0), Lanes::<S, 8>::splat(s, 0.0));
+        let to = vectors_mut::<S>(&mut rest.values);
         let [high, low, v] = [&self.high, &self.low, values].map(|nodes| vectors::<S>(&nodes.0));
         for i in 0..v.len() {
             let product = s.mul_f64s(high[i], v[i]);
             let cut = s.sub_f64s(s.add_f64s(product, big), big);
             let error = multiply_add(s, low[i], v[i], product_error(s, high[i], v[i], product));
-            rest = s.add_f64s(rest, s.add_f64s(error, s.sub_f64s(product, cut)));
+            let place = i % to.len();
+            to[place] = s.add_f64s(to[place], s.add_f64s(error, s.sub_f64s(product, cut)));
             sum = s.add_f64s(sum, cut);
         }
-        Twofold::new(s.reduce_sum_f64s(sum), s.reduce_sum_f64s(rest))
+        Twofold::new(s.reduce_sum_f64s(sum), rest.total())
     }
 }
 
