@@ -22,6 +22,7 @@
 //! linear       the same for its linearised equations
 //! sizes        the units of a motion, from the motion itself
 //! window       one window
+//! dense        a window between its nodes
 //! certificate  the gradient of the action at a window
 //! march        windows of one length
 //! control      from the errors of a window to the length of the next one
@@ -34,6 +35,7 @@
 mod adaptive;
 mod certificate;
 mod control;
+mod dense;
 pub(crate) mod enclosure;
 mod estimate;
 mod kernel;
@@ -50,6 +52,8 @@ mod system;
 mod tests;
 mod transport;
 mod window;
+
+pub use self::dense::Dense;
 
 use self::adaptive::Adaptive;
 use self::march::March;
@@ -136,6 +140,8 @@ trait Solved {
     fn ends(&self) -> [&State; 2];
     /// Computes what was not needed to solve the window.
     fn complete(&mut self);
+    /// The motion between the nodes.
+    fn dense(&self) -> Dense;
     /// q^a on the nodes; of an ignorable coordinate from the start of the window.
     fn q(&self, a: usize) -> &[f64];
     /// p_a on the nodes, by place among the active coordinates.
@@ -154,6 +160,11 @@ impl Window<'_> {
     /// The state at its end.
     pub fn end(&self) -> &State {
         self.solved.ends()[1]
+    }
+
+    /// The motion over it.
+    pub fn dense(&self) -> Dense {
+        self.solved.dense()
     }
 
     /// Its nodes, of which some values are computed when they are first asked for.

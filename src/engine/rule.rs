@@ -133,6 +133,12 @@ impl<const N: usize> Rule<N> {
         })
     }
 
+    /// The Legendre coefficients of the polynomial with these values.
+    pub(super) fn modes(&self, values: &Nodes<N>) -> Vec<f64> {
+        let n = self.points();
+        (0..n).map(|k| self.operators.mode_of(k, &values.0[..n])).collect()
+    }
+
     /// From values on the nodes of a window to those of their polynomial on the nodes of the next one, which is `ratio`
     /// times as long, row by row.
     fn continuation(&self, ratio: f64) -> Vec<f64> {

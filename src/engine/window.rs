@@ -2,6 +2,7 @@
 
 use pulp::{Simd, WithSimd};
 
+use super::dense::Dense;
 use super::kernel::{Ends, Row, Sweeps, Swept, grow, integrated, inverse, plus};
 use super::rule::{Order, Rule, Tables};
 use super::sizes::Sizes;
@@ -43,7 +44,7 @@ pub(super) struct Solver<'g, const N: usize> {
     highest_modes: Option<[Nodes<N>; 4]>,
     most_sweeps: usize,
     /// The length of the finished window, and what of it was computed.
-    length: f64,
+    pub(super) length: f64,
     known: Known,
 }
 
@@ -242,6 +243,15 @@ impl<'g, const N: usize> Solver<'g, N> {
         &self.system.registers[self.system.ignorable[j]]
     }
 
+    /// The combination of velocities that a momentum is, where they are unknowns: of each the same coefficients.
+    pub(super) fn momentum_of(&self, place: usize, velocities: &[Vec<f64>]) -> Vec<f64> {
+        let mut momentum = vec![0.0; velocities[0].len()];
+        for (g, velocity) in self.metric[place * velocities.len()..].iter().zip(velocities) {
+            momentum.iter_mut().zip(velocity).for_each(|(sum, c)| *sum += g * c);
+        }
+        momentum
+    }
+
     /// The nodes of the position of an active coordinate, by its place among them.
     pub(super) fn position(&self, place: usize) -> &Nodes<N> {
         &self.system.registers[self.system.positions[place]]
@@ -327,6 +337,10 @@ impl<const N: usize> Solved for Solver<'_, N> {
             Level::Best.dispatch(Complete { solver: self, wanted: Known::All });
         }
         self.end_nodes();
+    }
+
+    fn dense(&self) -> Dense {
+        Dense::new(self)
     }
 
     fn q(&self, a: usize) -> &[f64] {

@@ -1,0 +1,177 @@
+//! A window between its nodes.
+//!
+//! The slopes on the nodes are those of a polynomial, and its integral from the start of the window is the motion: at
+//! the end of the window it is the end, so that windows join. On Lobatto nodes it is more accurate than the nodes
+//! themselves, whose errors slopes carry on only by their derivatives.
+//!
+//! ```text
+//! x(s) = x₀ + h Σ_k a_k ∫_0^s P_k,    ∫_0^s P_k = (P_{k+1} − P_{k−1})/2(2k + 1), or (1 + P_1)/2 for k = 0,
+//! ```
+//!
+//! with P_k at 2s − 1, and once more for positions where accelerations are the slopes.
+
+use super::rule::Order;
+use super::window::Solver;
+use crate::number::Compensated;
+use crate::number::vector::Nodes;
+use crate::sbp::collocation::legendre_values;
+
+/// The motion over a window.
+#[derive(Debug, Clone)]
+pub struct Dense {
+    q: Vec<Curve>,
+    p: Vec<Curve>,
+    /// The degree of the curves.
+    degree: usize,
+}
+
+/// A function of s by the Legendre coefficients of what it is ahead of its start.
+#[derive(Debug, Clone)]
+struct Curve {
+    start: Compensated<f64>,
+    end: f64,
+    increment: Vec<f64>,
+}
+
+impl Curve {
+    fn at(&self, fraction: f64, legendre: &[f64]) -> f64 {
+        if fraction == 1.0 {
+            return self.end;
+        }
+        let increment: f64 = self.increment.iter().zip(legendre).map(|(c, p)| c * p).sum();
+        self.start.high + (self.start.low + increment)
+    }
+}
+
+impl Dense {
+    /// q^a of all coordinates and p_a of active ones at a fraction in [0, 1] of the window.
+    ///
+    /// # Panics
+    /// If there is not as much room as there are values.
+    pub fn at(&self, fraction: f64, q: &mut [f64], p: &mut [f64]) {
+        let mut legendre = legendre_values(self.degree, 2.0 * fraction - 1.0);
+        if fraction == 0.0 {
+            // Sums of coefficients have rounding errors, and the start has none.
+            legendre.fill(0.0);
+        }
+        for (curves, out) in [(&self.q, q), (&self.p, p)] {
+            assert_eq!(curves.len(), out.len(), "a place for each value");
+            out.iter_mut().zip(curves).for_each(|(out, curve)| *out = curve.at(fraction, &legendre));
+        }
+    }
+
+    /// That of a window that was solved.
+    pub(super) fn new<const N: usize>(window: &Solver<'_, N>) -> Self {
+        let (geometry, h, points) = (window.geometry, window.length, window.rule.points());
+        let (n, m) = (geometry.dimension(), geometry.active().len());
+        let curve = |[start, end]: [Compensated<f64>; 2], increment| Curve { start, end: end.high, increment };
+        let ends_of_q = |a: usize| [window.start.q[a], window.end.q[a]];
+        let ends_of_p = |place: usize| [window.start.p[place], window.end.p[place]];
+        let integral = |slopes: &Nodes<N>| scaled(integrated(window.rule.modes(slopes)), h);
+        let mut q: Vec<Option<Curve>> = vec![None; n];
+        for (j, a) in geometry.ignorable().enumerate() {
+            q[a] = Some(curve(ends_of_q(a), integral(window.rate_nodes(j))));
+        }
+        let mut gains: Vec<Vec<f64>> = Vec::with_capacity(m);
+        for (place, &a) in geometry.active().iter().enumerate() {
+            let mut increment = integral(window.slope_nodes(place));
+            if window.system.order == Order::Second {
+                gains.push(increment.clone());
+                // With the velocity at the start, what was integrated once is the velocity.
+                increment[0] += window.rows[place].velocity.high;
+                increment = scaled(integrated(increment), h);
+            }
+            q[a] = Some(curve(ends_of_q(a), increment));
+        }
+        let p = (0..m).map(|place| {
+            let increment = match window.system.order {
+                Order::First => integral(window.slope_nodes(m + place)),
+                Order::Second => window.momentum_of(place, &gains),
+            };
+            curve(ends_of_p(place), increment)
+        });
+        Self { p: p.collect(), q: q.into_iter().flatten().collect(), degree: points + 1 }
+    }
+}
+
+/// The coefficients of the integral from s = 0.
+fn integrated(coefficients: Vec<f64>) -> Vec<f64> {
+    let mut integral = vec![0.0; coefficients.len() + 1];
+    for (k, c) in coefficients.into_iter().enumerate() {
+        let share = 0.5 * c / (2 * k + 1) as f64;
+        integral[k + 1] += share;
+        integral[k.saturating_sub(1)] += if k == 0 { share } else { -share };
+    }
+    integral
+}
+
+fn scaled(mut coefficients: Vec<f64>, h: f64) -> Vec<f64> {
+    coefficients.iter_mut().for_each(|c| *c *= h);
+    coefficients
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{kerr, lifted, schwarzschild, well};
+    use super::super::{Accuracy, Engine};
+    use crate::geometry::{Geometry, Start};
+
+    /// The curves of all windows with their places in γ.
+    fn curves((geometry, start): &(Geometry, Start), length: f64, accuracy: f64) -> Vec<(f64, f64, super::Dense)> {
+        let wanted = Accuracy { accuracy, is_promised: false, is_certified: false };
+        let mut engine = Engine::accurate(geometry, start, length, wanted, 16).unwrap();
+        let mut curves = Vec::new();
+        while let Some(window) = engine.next().unwrap() {
+            curves.push((window.gamma, window.length, window.dense()));
+        }
+        curves
+    }
+
+    fn at(curves: &[(f64, f64, super::Dense)], gamma: f64) -> Vec<f64> {
+        let place = curves.partition_point(|curve| curve.0 <= gamma) - 1;
+        let (start, length, dense) = &curves[place];
+        let (mut q, mut p) = (vec![0.0; dense.q.len()], vec![0.0; dense.p.len()]);
+        dense.at((gamma - start) / length, &mut q, &mut p);
+        [q, p].concat()
+    }
+
+    /// Between nodes the motion is as accurate as on them.
+    #[test]
+    fn places_between_nodes_are_accurate() {
+        let henon_heiles = lifted("(x^2 + y^2)/2 + x^2*y - y^3/3", &["x", "y"], &[0.1, 0.2], &[0.3, -0.1]);
+        for (scene, length) in [(henon_heiles, 20.0), (well(), 8.0), (schwarzschild(), 300.0), (kerr(), 60.0)] {
+            let exact = curves(&scene, length, 1e-13);
+            for accuracy in [1e-5, 1e-8, 1e-11] {
+                let found = curves(&scene, length, accuracy);
+                for k in 1..1000 {
+                    let gamma = length * f64::from(k) / 1000.0;
+                    for (found, exact) in at(&found, gamma).iter().zip(at(&exact, gamma)) {
+                        let off = (found - exact).abs() / exact.abs().max(1.0);
+                        assert!(off < 2.0 * accuracy, "{accuracy:e} at {gamma}: {off:e}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn windows_join() {
+        for (geometry, start) in [well(), kerr()] {
+            let wanted = Accuracy { accuracy: 1e-6, is_promised: false, is_certified: false };
+            let mut engine = Engine::accurate(&geometry, &start, 20.0, wanted, 16).unwrap();
+            while let Some(window) = engine.next().unwrap() {
+                let dense = window.dense();
+                let (mut q, mut p) = (vec![0.0; dense.q.len()], vec![0.0; dense.p.len()]);
+                for (fraction, state) in [(0.0, window.start()), (1.0, window.end())] {
+                    dense.at(fraction, &mut q, &mut p);
+                    assert_eq!((&q, &p), (&state.positions(), &state.momenta()));
+                }
+                let end = [q.clone(), p.clone()].concat();
+                dense.at(1.0 - 1e-12, &mut q, &mut p);
+                for (near, end) in [q.clone(), p.clone()].concat().iter().zip(end) {
+                    assert!((near - end).abs() < 1e-10 * end.abs().max(1.0), "{near} {end}");
+                }
+            }
+        }
+    }
+}
