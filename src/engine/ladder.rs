@@ -73,9 +73,10 @@ impl<const N: usize> Ladder<N> {
 }
 
 /// A or A² after continuation by j rungs, for length 1, made once in the life of the program.
-fn continued<const N: usize>(rule: &Rule<N>, order: Order, j: i32) -> &'static [f64] {
-    static TABLES: [[[OnceLock<Vec<f64>>; CONTINUED]; 2]; MOST_POINTS + 1] =
-        [const { [const { [const { OnceLock::new() }; CONTINUED] }; 2] }; MOST_POINTS + 1];
-    let table = &TABLES[rule.points()][usize::from(order == Order::Second)][(j - SHORTEST) as usize];
+pub(super) fn continued<const N: usize>(rule: &Rule<N>, order: Order, j: i32) -> &'static [f64] {
+    static TABLES: [OnceLock<Vec<f64>>; 4 * (MOST_POINTS + 1) * CONTINUED] =
+        [const { OnceLock::new() }; 4 * (MOST_POINTS + 1) * CONTINUED];
+    let kind = 2 * usize::from(rule.has_end()) + usize::from(order == Order::Second);
+    let table = &TABLES[(4 * rule.points() + kind) * CONTINUED + (j - SHORTEST) as usize];
     table.get_or_init(|| rule.continued(order, 2.0_f64.powf(0.25 * f64::from(j))))
 }

@@ -1,6 +1,7 @@
 //! Windows of one length, one after the other.
 
 use super::certificate::Certificate;
+use super::ladder::continued;
 use super::rule::{Rule, Tables};
 use super::sizes::Sizes;
 use super::window::{Known, Solver};
@@ -36,7 +37,7 @@ impl<'g, const N: usize> March<'g, N> {
         let (order, rule) = (solver.system.order, &solver.rule);
         Self {
             tables: rule.tables(order, h, true),
-            continuation: rule.matrix(order.power_of(h.hi), &rule.continued(order, 1.0)),
+            continuation: rule.matrix(order.power_of(h.hi), continued(rule, order, 0)),
             certificate: rule.has_end().then(|| Certificate::new(geometry, rule)),
             tolerance,
             windows,

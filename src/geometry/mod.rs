@@ -95,7 +95,7 @@ impl<S: Real> Geometry<S> {
     }
 
     /// The space-time of one coordinate as a scene in t and x.
-    pub fn of_one_coordinate(metric: &Metric<S>) -> Self {
+    fn of_one_coordinate(metric: &Metric<S>) -> Self {
         let geometry = Self::of_parts(Parts::of_one_coordinate(metric)).expect("both coordinates have a component");
         // Only where g00 > 0 is the particle in the space-time, wherever it starts.
         Self { signs: vec![S::ONE, -S::ONE], ..geometry }

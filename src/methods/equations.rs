@@ -83,9 +83,6 @@ pub(super) trait Equations {
     /// If the computation cannot go on from there.
     fn point(&mut self, state: &Self::Rows<f64>) -> Result<Self::Point, Failure>;
 
-    /// The first unknown that is of one kind with this one: an error is judged by the size of the largest of a kind.
-    fn kind(&self, unknown: usize) -> usize;
-
     /// Learns the Jacobian J at a state.
     fn linearise(&mut self, state: &Self::Rows<f64>);
 

@@ -70,11 +70,6 @@ impl<F: Force> Equations for One<'_, F> {
     }
 
     #[inline(always)]
-    fn kind(&self, unknown: usize) -> usize {
-        unknown
-    }
-
-    #[inline(always)]
     fn linearise(&mut self, &[_, x, _]: &[f64; 3]) {
         let g = self.problem.space.at(x);
         self.slope = acceleration_slope(self.q_t, g.g00, g.first, g.second);

@@ -89,7 +89,7 @@ macro_rules! peers {
     };
 }
 
-peers!(Rk4, Composition, Gauss, Dop853, Radau5);
+peers!(Rk4, Composition, Dop853, Radau5);
 
 impl dyn Peer + '_ {
     /// Its name in files.

@@ -46,8 +46,6 @@ struct SceneEquations<'p> {
     problem: &'p Problem<Geometry>,
     parts: Parts,
     ignorable: Vec<usize>,
-    /// The first unknown of the same kind, for each number of a state.
-    kinds: Vec<usize>,
     /// g_ab of the active coordinates, where it is constant.
     block: Vec<f64>,
     room: MotionRoom<f64>,
@@ -69,21 +67,11 @@ impl<'p> SceneEquations<'p> {
         let (n, active) = (geometry.dimension(), geometry.active());
         let m = active.len();
         let parts = Parts { quadratures: n - m, positions: m, is_second_order: geometry.is_separable() };
-        let alike = geometry.alike(&start.q);
-        let first_alike = |place: usize| active.iter().position(|&b| alike[b] == alike[active[place]]);
-        let kinds: Vec<usize> = (0..m).map(|place| first_alike(place).unwrap_or(place)).collect();
-        let kind = |k: usize| match k.checked_sub(n - m) {
-            None => k,
-            Some(place) if place < m => n - m + kinds[place],
-            Some(place) => n + kinds[place - m],
-        };
-        let kinds = (0..n + m).map(kind).collect();
         let unknowns = parts.unknowns().len();
         Self {
             problem,
             parts,
             ignorable: geometry.ignorable().collect(),
-            kinds,
             block: block(geometry, start),
             room: geometry.motion_room(),
             q: start.q.clone(),
@@ -147,7 +135,7 @@ impl Equations for SceneEquations<'_> {
     type Point = SceneState;
 
     fn rows<T: Copy>(&self, value: T) -> Vec<T> {
-        vec![value; self.kinds.len()]
+        vec![value; self.parts.quadratures + 2 * self.parts.positions]
     }
 
     fn vacant<T: Copy>(_: T) -> Vec<T> {
@@ -213,11 +201,6 @@ impl Equations for SceneEquations<'_> {
             }
         }
         Ok(SceneState { q, p })
-    }
-
-    #[inline(always)]
-    fn kind(&self, unknown: usize) -> usize {
-        self.kinds[unknown]
     }
 
     fn linearise(&mut self, state: &Vec<f64>) {

@@ -15,8 +15,8 @@ pub use motion::{G00, G00_FIRST, G00_SECOND, MetricRoom, acceleration, accelerat
 
 use std::sync::OnceLock;
 
-use crate::geometry::Structure;
 use crate::geometry::potential::Potential;
+use crate::geometry::{Geometry, Structure};
 use crate::number::Real;
 
 /// g00(x) = c² + 2V(x)/m for a particle of mass m in the potential V.
@@ -30,6 +30,8 @@ pub struct Metric<S = f64> {
     two_over_mass: S,
     /// Made when the doubled action is.
     structure: OnceLock<Structure<S>>,
+    /// Made when the engine runs in it.
+    scene: OnceLock<Box<Geometry<S>>>,
 }
 
 /// g00 with its first two derivatives at a point.
@@ -84,7 +86,13 @@ pub struct OutsideDomain {
 impl<S: Real> Metric<S> {
     /// The metric of a particle of the given `mass` in `potential`, with the speed of light `c`.
     pub fn new(potential: Potential<S>, mass: S, c: S) -> Self {
-        Self { potential, c_squared: c * c, two_over_mass: S::from(2.0) / mass, structure: OnceLock::new() }
+        let (structure, scene) = (OnceLock::new(), OnceLock::new());
+        Self { potential, c_squared: c * c, two_over_mass: S::from(2.0) / mass, structure, scene }
+    }
+
+    /// The same space-time as a scene in t and x.
+    pub fn scene(&self) -> &Geometry<S> {
+        self.scene.get_or_init(|| Box::new(Geometry::of_one_coordinate(self)))
     }
 
     /// c².
