@@ -10,7 +10,7 @@ use super::rule::Order;
 use super::window::Solver;
 use crate::formula::{Kind, Register, watched_registers};
 use crate::geometry::{Geometry, Start};
-use crate::number::vector::{Level, Nodes};
+use crate::number::vector::{Lanes, Level, Nodes};
 
 /// Between two nodes an argument leaves its values there by at most this part of its changes from them to their
 /// neighbours and from one to the other. A parabola comes to half of that.
@@ -106,24 +106,25 @@ impl<const N: usize> WithSimd for Changes<'_, N> {
     type Output = bool;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> bool {
+    fn with_simd<S: Simd>(self, s: S) -> bool {
         self.watched.iter().all(|&(register, kind)| {
-            let values = &self.registers[register].0;
-            // Where there is no neighbour, there is no change.
-            let (mut before, mut here, mut after) = ([0.0; N], [0.0; N], [0.0; N]);
-            for k in 0..N - 1 {
-                here[k] = (values[k + 1] - values[k]).abs();
-            }
-            before[1..].copy_from_slice(&here[..N - 1]);
-            after[..N - 1].copy_from_slice(&here[1..]);
-            let mut is_gentle_everywhere = true;
-            for k in 0..N - 1 {
-                let margin = BENT * (before[k] + here[k] + after[k]);
-                let (a, b) = (values[k], values[k + 1]);
-                let (lo, hi) = if a < b { (a, b) } else { (b, a) };
-                is_gentle_everywhere &= is_gentle(kind, lo - margin, hi + margin);
-            }
-            is_gentle_everywhere
+            let values = Lanes::new(s, &self.registers[register]);
+            let (least, most) = (-values.neg().largest(), values.largest());
+            // Of three changes in turn one goes back at most.
+            let margin = 2.0 * BENT * (most - least);
+            is_gentle(kind, least - margin, most + margin) || changes_little(kind, &self.registers[register].0)
         })
     }
+}
+
+/// True if an argument with these values on the nodes changes little from each to the next.
+#[inline(never)]
+fn changes_little(kind: Kind, values: &[f64]) -> bool {
+    let change = |k: usize| (values[k + 1] - values[k]).abs();
+    (0..values.len() - 1).all(|k| {
+        let neighbours = if k > 0 { change(k - 1) } else { 0.0 };
+        let neighbours = neighbours + if k + 2 < values.len() { change(k + 1) } else { 0.0 };
+        let (a, b, margin) = (values[k], values[k + 1], BENT * (change(k) + neighbours));
+        is_gentle(kind, a.min(b) - margin, a.max(b) + margin)
+    })
 }
