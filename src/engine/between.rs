@@ -3,6 +3,9 @@
 //! The sweeps leave the arguments of functions and the divisors on the nodes. Where none of them changes much from a
 //! node to the next, nothing hides, and that is so in nearly all windows. Elsewhere intervals tell (see `enclosure`).
 
+#[cfg(test)]
+mod tests;
+
 use pulp::{Simd, WithSimd};
 
 use super::enclosure::{Enclosure, Found, UNSEEN, Weights, is_gentle, negligible_rates};
