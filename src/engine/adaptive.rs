@@ -24,6 +24,8 @@ const INSIDE_MARGIN: f64 = 1.5;
 const MARGIN: f64 = 2.5;
 /// A window of length h of a run of length L may add this part of a (h/L)^1.5 at its end.
 const SHARE: f64 = 0.2;
+/// No share is smaller than this: it is less than what rounding adds at every window, which the estimate counts.
+const ROUNDED: f64 = 1e-17;
 /// Sweeps leave this part of a share.
 const LEFT: f64 = 0.01;
 /// The highest modes of slopes that resolve the motion are less than this, relative to the largest slope.
@@ -140,7 +142,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
                 self.ladder.rung(&self.solver.rule, rung, self.previous)
             };
             let part = tables.length / self.length;
-            let share = self.strictness * SHARE * accuracy * part * part.sqrt();
+            let share = (self.strictness * SHARE * accuracy * part * part.sqrt()).max(ROUNDED);
             let Ok(swept) = self.solver.solve(tables, continuation, LEFT * share) else {
                 self.refused += 1;
                 self.control.refuse();
