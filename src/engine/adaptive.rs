@@ -5,6 +5,7 @@
 //! estimated on the way ([`ErrorEstimate`]), and an attempt that comes to more than the accuracy is begun again with
 //! smaller shares.
 
+use super::between::Between;
 use super::certificate::Certificate;
 use super::control::Control;
 use super::estimate::ErrorEstimate;
@@ -24,6 +25,8 @@ const INSIDE_MARGIN: f64 = 1.5;
 const MARGIN: f64 = 2.5;
 /// A window of length h of a run of length L may add this part of a (h/L)^1.5 at its end.
 const SHARE: f64 = 0.2;
+/// No share is smaller than this: it is less than what rounding adds at every window, which the estimate counts.
+const ROUNDED: f64 = 1e-17;
 /// Sweeps leave this part of a share.
 const LEFT: f64 = 0.01;
 /// The highest modes of slopes that resolve the motion are less than this, relative to the largest slope.
@@ -36,6 +39,8 @@ const FORESEEN: f64 = 0.05;
 const EXACT: f64 = 1e-10;
 /// A window that is longer than the rest of the run by no more than this part ends the run.
 const STRETCH: f64 = 1e-7;
+/// Windows shorter than this part of the first are not cut any more because something may hide in them.
+const LEAST: f64 = 1e-9;
 
 /// The windows of a run with rules of N nodes.
 pub(super) struct Adaptive<'g, const N: usize> {
@@ -44,6 +49,8 @@ pub(super) struct Adaptive<'g, const N: usize> {
     control: Control,
     estimate: Option<ErrorEstimate<'g, N>>,
     certificate: Option<Certificate<'g, N>>,
+    /// Looks between the nodes, where something can hide there.
+    pub(super) between: Option<Between<'g>>,
     wanted: Accuracy,
     /// What these need of a window.
     known: Known,
@@ -63,6 +70,8 @@ pub(super) struct Adaptive<'g, const N: usize> {
     refused: usize,
     sweeps: usize,
     largest_inside: f64,
+    /// Number of windows in which something may hide.
+    unproved: usize,
     /// Number of windows that were solved.
     windows: usize,
     /// What the last one left behind.
@@ -90,6 +99,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             control: Control::new(N),
             estimate: wanted.is_promised.then(|| ErrorEstimate::new(&solver, start)),
             certificate: wanted.is_certified.then(|| Certificate::new(geometry, &solver.rule)),
+            between: Between::new(&solver, start),
             solver,
             known: match wanted {
                 Accuracy { is_certified: true, .. } => Known::All,
@@ -108,6 +118,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             refused: 0,
             sweeps: 0,
             largest_inside: 0.0,
+            unproved: 0,
             windows: 0,
             accepted: Accepted::default(),
         }
@@ -121,6 +132,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             if !Ladder::<N>::has(rung) {
                 return Err(Failure::TooShort);
             }
+            let least = LEAST * self.ladder.length(0);
             let (rest, full) = ((self.length - self.gamma.high) - self.gamma.low, self.ladder.length(rung));
             let is_last = rest <= full * (1.0 + STRETCH);
             let odd;
@@ -131,7 +143,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
                 self.ladder.rung(&self.solver.rule, rung, self.previous)
             };
             let part = tables.length / self.length;
-            let share = self.strictness * SHARE * accuracy * part * part.sqrt();
+            let share = (self.strictness * SHARE * accuracy * part * part.sqrt()).max(ROUNDED);
             let Ok(swept) = self.solver.solve(tables, continuation, LEFT * share) else {
                 self.refused += 1;
                 self.control.refuse();
@@ -147,6 +159,16 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             if !is_resolved || !self.control.accepts(inside / (INSIDE * accuracy), local.end / share) {
                 self.refused += 1;
                 continue;
+            }
+            if let Some(between) = &mut self.between
+                && between.hides(&self.solver, tables.length, self.length, accuracy)
+            {
+                if tables.length > least {
+                    self.refused += 1;
+                    self.control.hides(rung);
+                    continue;
+                }
+                self.unproved += 1;
             }
             self.solver.finish(tables, self.known);
             self.previous = Some(rung);
@@ -202,7 +224,8 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
         self.solver.begin(self.start, &self.sizes);
         self.control = Control::new(N);
         self.estimate.iter_mut().for_each(ErrorEstimate::begin);
-        (self.gamma, self.previous, self.largest_inside, self.windows) = (Compensated::default(), None, 0.0, 0);
+        (self.gamma, self.previous, self.largest_inside) = (Compensated::default(), None, 0.0);
+        (self.windows, self.unproved) = (0, 0);
     }
 
     fn rewind(&mut self) {
@@ -213,5 +236,9 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
 
     fn error_estimate(&self) -> Option<f64> {
         self.estimate.as_ref().map(|estimate| MARGIN * estimate.largest + self.largest_inside)
+    }
+
+    fn unproved(&self) -> usize {
+        self.unproved
     }
 }

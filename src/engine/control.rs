@@ -6,6 +6,8 @@ const AIM: f64 = -1.0;
 const PATIENCE: u32 = 10;
 /// A window that is not solved or does not resolve the motion is followed by one shorter by so many rungs.
 const UNSOLVED: i32 = 2;
+/// One in which something may hide is followed by one shorter by so many rungs.
+const HIDDEN: i32 = 4;
 /// By how many rungs lengths grow and shrink at most.
 const LARGEST_GROWTH: f64 = 2.0;
 const LARGEST_CUT: f64 = -8.0;
@@ -58,6 +60,12 @@ impl Control {
     /// The window was not solved, or it does not resolve the motion.
     pub(super) fn refuse(&mut self) {
         self.shorten(-UNSOLVED);
+    }
+
+    /// Something may hide in the window of this rung, which was good enough.
+    pub(super) fn hides(&mut self, rung: i32) {
+        self.rung = rung;
+        self.shorten(-HIDDEN);
     }
 
     fn shorten(&mut self, rungs: i32) {

@@ -28,11 +28,13 @@
 //! control      from the errors of a window to the length of the next one
 //! estimate     what the errors of windows add up to: `plane` for one active coordinate, `steps`, `transport` for more
 //! adaptive     windows as long as an accuracy needs
+//! between      a look for what may hide between the nodes of a window
 //! enclosure    what formulas do between nodes
 //! lobatto      the engines that this one is to replace
 //! ```
 
 mod adaptive;
+mod between;
 mod certificate;
 mod control;
 mod dense;
@@ -209,6 +211,11 @@ trait Windows {
     fn error_estimate(&self) -> Option<f64> {
         None
     }
+
+    /// As [`Engine::unproved`].
+    fn unproved(&self) -> usize {
+        0
+    }
 }
 
 impl<'g> Engine<'g> {
@@ -301,5 +308,11 @@ impl<'g> Engine<'g> {
     /// The largest error to expect at any node so far, relative to sizes, if the accuracy is promised.
     pub fn error_estimate(&self) -> Option<f64> {
         self.0.error_estimate()
+    }
+
+    /// Number of windows so far between whose nodes something may hide, however short they are. Windows of one length
+    /// are not looked at.
+    pub fn unproved(&self) -> usize {
+        self.0.unproved()
     }
 }

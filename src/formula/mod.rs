@@ -38,7 +38,7 @@ pub(crate) use program::{Operation, Program, Register, Step};
 pub(crate) use reduce::Level;
 #[cfg(test)]
 pub(crate) use steep::plain;
-pub(crate) use steep::{Kind, Steep, kind};
+pub(crate) use steep::{Kind, Steep, kind, watched_registers};
 
 /// A mistake in a formula.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

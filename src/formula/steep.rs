@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 use super::Function;
 use super::graph::Fused;
-use super::program::{Operation, Program, Register};
+use super::program::{Operation, Program, Register, Step};
 
 /// What must not change much.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -42,24 +42,39 @@ impl Steep {
     /// nothing to look at.
     pub(crate) fn new(program: &Program<f64>, outputs: usize, varies: impl Fn(usize) -> bool) -> Option<Self> {
         let program = plain(program, outputs);
-        let depends = program.depends_on(varies);
-        let mut watched: Vec<(Register, Kind)> = Vec::new();
-        let mut is_root = vec![false; program.size()];
-        for step in &program.steps {
-            let look = match step.operation() {
-                Operation::Divide(_, b) => (b, Kind::Ratio),
-                Operation::Call(function, a) => (a, kind(function)),
-                _ => continue,
-            };
-            is_root[step.to()] = matches!(step.operation(), Operation::Call(Function::Sqrt, _));
-            if depends[look.0] && !watched.contains(&look) {
-                watched.push(look);
-            }
-        }
-        // A root varies less than what it is taken of.
-        watched.retain(|&(register, kind)| kind != Kind::Ratio || !is_root[register]);
+        let watched = watched(&program.steps, &program.depends_on(varies));
         (!watched.is_empty()).then_some(Self { program, watched })
     }
+}
+
+/// What these steps divide by and call functions of, if that depends on variables.
+fn watched<'s>(steps: impl IntoIterator<Item = &'s Step>, depends: &[bool]) -> Vec<(Register, Kind)> {
+    let mut watched: Vec<(Register, Kind)> = Vec::new();
+    let mut is_root = vec![false; depends.len()];
+    for step in steps {
+        let look = match step.operation() {
+            Operation::Divide(_, b) => (b, Kind::Ratio),
+            Operation::Call(function, a) => (a, kind(function)),
+            _ => continue,
+        };
+        is_root[step.to()] = matches!(step.operation(), Operation::Call(Function::Sqrt, _));
+        if depends[look.0] && !watched.contains(&look) {
+            watched.push(look);
+        }
+    }
+    // A root varies less than what it is taken of.
+    watched.retain(|&(register, kind)| kind != Kind::Ratio || !is_root[register]);
+    watched
+}
+
+/// What is to be looked at where these steps of a program were carried out; `None` if some of it has no register, as
+/// the divisor of a tangent and the exponent of a power have none.
+pub(crate) fn watched_registers<'s>(
+    steps: impl Iterator<Item = &'s Step> + Clone,
+    depends: &[bool],
+) -> Option<Vec<(Register, Kind)>> {
+    let is_plain = |step: &Step| !matches!(step.operation(), Operation::Call(Function::Tan, _) | Operation::Power(..));
+    steps.clone().all(is_plain).then(|| watched(steps, depends))
 }
 
 /// What must not change much of the argument of a function.

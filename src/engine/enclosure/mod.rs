@@ -98,6 +98,8 @@ pub(crate) struct Enclosure {
     arguments: Box<[Step]>,
     drive: Box<[Step]>,
     influence: Influence,
+    /// Room for pairs of nodes.
+    steep: Vec<usize>,
 }
 
 impl Enclosure {
@@ -119,6 +121,7 @@ impl Enclosure {
             drive: program.schedule(0..program.size(), |register| !depends[register]),
             influence: Influence::new(&program),
             enclosed: Enclosed::new(program),
+            steep: Vec::new(),
         };
         // What is computed from constants alone.
         enclosure.fix(&[]);
@@ -133,38 +136,46 @@ impl Enclosure {
 
     /// Looks at the window that [`Self::path`] describes. Changes of what drives the motion by `tolerances` do nothing.
     pub(crate) fn look(&mut self, tolerances: impl FnOnce() -> Vec<f64>) -> Found {
-        let steep = self.steep(0..self.path.points - 1);
-        if steep.is_empty() || self.prove(&steep, &tolerances()) { Found::Nothing } else { Found::Hidden }
+        let mut steep = std::mem::take(&mut self.steep);
+        steep.clear();
+        self.add_steep(0..self.path.points - 1, &mut steep);
+        let is_seen = steep.is_empty() || self.prove(&steep, &tolerances());
+        self.steep = steep;
+        if is_seen { Found::Nothing } else { Found::Hidden }
     }
 
-    /// The pairs of nodes, each named by its first node, between which an argument changes much.
-    fn steep(&mut self, pairs: Range<usize>) -> Vec<usize> {
-        let mut steep = Vec::new();
-        for some in self.suspicious(pairs).chunks(BOXES) {
-            Self::place(&self.path, &mut self.enclosed, some);
-            let flags = self.flags();
-            steep.extend(some.iter().zip(flags).filter(|look| look.1).map(|look| *look.0));
-        }
-        steep
-    }
-
-    /// The pairs that are to be looked at one by one: those in boxes of some pairs each on which an argument changes
-    /// much.
-    fn suspicious(&mut self, pairs: Range<usize>) -> Vec<usize> {
-        if pairs.len() <= BOXES {
-            return pairs.collect();
-        }
-        let ends = |group: usize| pairs.start + group * pairs.len() / BOXES;
+    /// Adds the pairs of nodes, each named by its first node, between which an argument changes much. The boxes that
+    /// are looked at first hold some pairs each.
+    fn add_steep(&mut self, pairs: Range<usize>, steep: &mut Vec<usize>) {
+        let groups = pairs.len().min(BOXES);
+        let ends = |group: usize| pairs.start + group * pairs.len() / groups;
         let rows = 0..self.path.variables.len();
         for row in rows.filter(|&row| self.reads[self.path.variables[row]]) {
-            for group in 0..BOXES {
+            for k in 0..BOXES {
+                let group = k.min(groups - 1);
                 let pieces = (ends(group)..ends(group + 1)).map(|pair| self.path.interval(row, pair));
                 let hull = pieces.fold([f64::INFINITY, -f64::INFINITY], |a, b| [a[0].min(b[0]), a[1].max(b[1])]);
-                self.enclosed.set(self.path.variables[row], group, hull);
+                self.enclosed.set(self.path.variables[row], k, hull);
             }
         }
         let flags = self.flags();
-        (0..BOXES).filter(|&group| flags[group]).flat_map(|group| ends(group)..ends(group + 1)).collect()
+        let first = steep.len();
+        steep.extend((0..groups).filter(|&group| flags[group]).flat_map(|group| ends(group)..ends(group + 1)));
+        if pairs.len() == groups {
+            return;
+        }
+        // Of several pairs in a box each is looked at by itself.
+        let mut kept = first;
+        for from in (first..steep.len()).step_by(BOXES) {
+            let to = steep.len().min(from + BOXES);
+            Self::place(&self.path, &mut self.enclosed, &steep[from..to]);
+            let flags = self.flags();
+            for k in (from..to).filter(|k| flags[k - from]) {
+                steep[kept] = steep[k];
+                kept += 1;
+            }
+        }
+        steep.truncate(kept);
     }
 
     /// Which boxes have an argument that changes much.
@@ -201,8 +212,9 @@ impl Enclosure {
     }
 }
 
-/// Whether an argument in that interval makes nothing steep.
-fn is_gentle(kind: Kind, lo: f64, hi: f64) -> bool {
+/// True if an argument in that interval makes nothing steep.
+#[inline(always)]
+pub(super) fn is_gentle(kind: Kind, lo: f64, hi: f64) -> bool {
     match kind {
         Kind::Ratio => lo > 0.0 && hi <= RATIO * lo || hi < 0.0 && -lo <= -RATIO * hi,
         Kind::Exponent | Kind::Step => hi - lo <= STEP,

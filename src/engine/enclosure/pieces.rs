@@ -55,7 +55,8 @@ impl Enclosure {
     pub(crate) fn hidden(&mut self, tolerances: impl FnOnce() -> Vec<f64>, least: f64) -> Vec<(usize, f64)> {
         let pairs = self.path.points - 1;
         let some = (0..pairs).step_by(TOGETHER).map(|first| first..(first + TOGETHER).min(pairs));
-        let steep: Vec<usize> = some.flat_map(|some| self.steep(some)).collect();
+        let mut steep = Vec::new();
+        some.for_each(|some| self.add_steep(some, &mut steep));
         if steep.is_empty() {
             return Vec::new();
         }

@@ -334,7 +334,9 @@ fn smooth_cases_keep_their_windows() {
     for (name, length, counts) in scenes {
         let case = scene(builtin::text(name).unwrap());
         let (geometry, start) = (case.geometry(), case.start());
-        for (accuracy, count) in [1e-6, 1e-9, 1e-12].into_iter().zip(counts) {
+        // At 1e-12 the sweeps of this scene are at the level of rounding, and its count hangs on the machine.
+        let finest = if name == "kerr-inclined" { 1e-11 } else { 1e-12 };
+        for (accuracy, count) in [1e-6, 1e-9, finest].into_iter().zip(counts) {
             let go_on = &mut |_: &FlowView<'_>| ControlFlow::Continue(());
             let statistics = Flow::new(&geometry).run(&start, length, &mut [], accuracy, go_on).unwrap().statistics;
             // Which lengths are chosen hangs on last digits, which differ between vector instructions; a window that is

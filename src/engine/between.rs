@@ -1,0 +1,139 @@
+//! A look for what may hide between the nodes of a window.
+//!
+//! The sweeps leave the arguments of functions and the divisors on the nodes. Where none of them changes much from a
+//! node to the next, nothing hides, and that is so in nearly all windows. Elsewhere intervals tell (see `enclosure`).
+
+#[cfg(test)]
+mod tests;
+
+use pulp::{Simd, WithSimd};
+
+use super::enclosure::{Enclosure, Found, UNSEEN, Weights, is_gentle, negligible_rates};
+use super::rule::Order;
+use super::window::Solver;
+use crate::formula::{Kind, Register, watched_registers};
+use crate::geometry::{Geometry, Start};
+use crate::number::vector::{Lanes, Level, Nodes};
+
+/// Between two nodes an argument leaves its values there by at most this part of its changes from them to their
+/// neighbours and from one to the other. A parabola comes to half of that.
+const BENT: f64 = 0.125;
+
+/// Looks between the nodes of windows.
+pub(super) struct Between<'g> {
+    geometry: &'g Geometry,
+    /// Made when it is first needed.
+    enclosure: Option<Enclosure>,
+    /// The registers of what must not change much, if all of it has registers.
+    watched: Option<Vec<(Register, Kind)>>,
+    momenta: Vec<f64>,
+}
+
+impl<'g> Between<'g> {
+    /// For the run that begins at `start`; `None` where nothing can hide.
+    pub(super) fn new<const N: usize>(solver: &Solver<'g, N>, start: &Start) -> Option<Self> {
+        let (geometry, system) = (solver.geometry, &solver.system);
+        let unknowns = [&system.positions, &system.momenta].map(|registers| registers.iter());
+        let depends = geometry
+            .hamiltonian()
+            .program
+            .depends_on(|variable| unknowns.clone().into_iter().flatten().any(|register| *register == variable));
+        let steps = system.passes.iter().map(|pass| &pass.steps).chain([&system.others]).flatten();
+        let watched = watched_registers(steps, &depends);
+        let can_hide = watched.as_ref().is_none_or(|watched| !watched.is_empty());
+        can_hide.then(|| Self { geometry, enclosure: None, watched, momenta: start.p.clone() })
+    }
+
+    /// True if something may hide in the solved window of length `h`, in a run of this length to an accuracy.
+    pub(super) fn hides<const N: usize>(&mut self, solver: &Solver<'g, N>, h: f64, length: f64, accuracy: f64) -> bool {
+        let registers = &solver.system.registers;
+        let is_seen = |watched: &Vec<_>| Level::Best.dispatch(Changes { registers, watched });
+        !self.watched.as_ref().is_some_and(is_seen) && self.hides_in_intervals(solver, h, length, accuracy)
+    }
+
+    #[inline(never)]
+    fn hides_in_intervals<const N: usize>(
+        &mut self,
+        solver: &Solver<'g, N>,
+        h: f64,
+        length: f64,
+        accuracy: f64,
+    ) -> bool {
+        let Self { geometry, enclosure, momenta, .. } = self;
+        if enclosure.is_none() {
+            *enclosure = Enclosure::of_geometry(geometry);
+            enclosure.iter_mut().for_each(|enclosure| enclosure.fix_momenta(momenta));
+        }
+        let Some(enclosure) = enclosure else { return false };
+        let (active, n, nodes) = (geometry.active(), geometry.dimension(), &solver.rule.nodes[0].0);
+        enclosure.path.begin(N);
+        for row in 0..solver.rows.len() {
+            let variable = active[row % active.len()] + if row < active.len() { 0 } else { 2 * n };
+            let slopes = &solver.slope_nodes(row).0;
+            enclosure.path.push(variable, &solver.unknown_nodes(row).0, |k| {
+                let distance = h * (nodes[k + 1] - nodes[k]);
+                match solver.system.order {
+                    Order::First => distance * (slopes[k + 1] - slopes[k]),
+                    Order::Second => 0.5 * distance * distance * (slopes[k] + slopes[k + 1]),
+                }
+            });
+        }
+        enclosure.look(|| negligible(geometry, solver, momenta, length, UNSEEN * accuracy)) == Found::Hidden
+    }
+}
+
+/// By how much rates may change on all of the way, `length`, without moving a coordinate by more than a `share` of its
+/// size.
+fn negligible<const N: usize>(
+    geometry: &Geometry,
+    solver: &Solver<'_, N>,
+    momenta: &[f64],
+    length: f64,
+    share: f64,
+) -> Vec<f64> {
+    let (active, m) = (geometry.active(), geometry.active().len());
+    let q: Vec<f64> = solver.start.q.iter().map(|q| q.high).collect();
+    let (mut p, mut of_q, mut of_p) = (momenta.to_vec(), vec![0.0; q.len()], vec![0.0_f64; m]);
+    active.iter().zip(&solver.start.p).for_each(|(&a, now)| p[a] = now.high);
+    active.iter().zip(&solver.rows).for_each(|(&a, row)| of_q[a] = row.inverse_size);
+    geometry.ignorable().zip(&solver.inverse_ignorable).for_each(|(a, &inverse_size)| of_q[a] = inverse_size);
+    geometry.point().jacobian(&q, &p, |row, column, value| {
+        if row < m && column >= m {
+            of_p[column - m] = of_p[column - m].max(value.abs() * of_q[active[row]]);
+        }
+    });
+    negligible_rates(geometry, &Weights { q: &of_q, p: &of_p }, length, share)
+}
+
+/// True if nothing that is watched changes much from a node to the next.
+struct Changes<'a, const N: usize> {
+    registers: &'a [Nodes<N>],
+    watched: &'a [(Register, Kind)],
+}
+
+impl<const N: usize> WithSimd for Changes<'_, N> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, s: S) -> bool {
+        self.watched.iter().all(|&(register, kind)| {
+            let values = Lanes::new(s, &self.registers[register]);
+            let (least, most) = (-values.neg().largest(), values.largest());
+            // Of three changes in turn one goes back at most.
+            let margin = 2.0 * BENT * (most - least);
+            is_gentle(kind, least - margin, most + margin) || changes_little(kind, &self.registers[register].0)
+        })
+    }
+}
+
+/// True if an argument with these values on the nodes changes little from each to the next.
+#[inline(never)]
+fn changes_little(kind: Kind, values: &[f64]) -> bool {
+    let change = |k: usize| (values[k + 1] - values[k]).abs();
+    (0..values.len() - 1).all(|k| {
+        let neighbours = if k > 0 { change(k - 1) } else { 0.0 };
+        let neighbours = neighbours + if k + 2 < values.len() { change(k + 1) } else { 0.0 };
+        let (a, b, margin) = (values[k], values[k + 1], BENT * (change(k) + neighbours));
+        is_gentle(kind, a.min(b) - margin, a.max(b) + margin)
+    })
+}
