@@ -3,7 +3,11 @@
 //! Errors are relative to sizes. Lengths, times or masses that are scaled by powers of two scale these numbers exactly,
 //! so that units change no digit of a run.
 
+use super::kernel::Evaluate;
+use super::linear::Linear;
+use super::rule::Order;
 use crate::geometry::{Geometry, OutsideGeometry, Start};
+use crate::number::vector::{Level, Nodes};
 
 /// The time scale and the sizes at the start of a run. What never moves has size 0.
 #[derive(Debug, Clone, Default)]
@@ -24,7 +28,9 @@ impl Sizes {
     /// The rate is the fourth root of ½ Σ |S_ij S_ji|, S = J², J the Jacobian of the equations of motion: the frequency
     /// of an oscillator, 0 for free motion. With T = min(1/rate, length) a position q has the size max(|q|, |q̇| T), or
     /// |q̈| T² if that is 0. The largest one counts for all coordinates with equal g^aa. A momentum has the size of
-    /// what changes its position by that position's size within T, and an ignorable coordinate that of its way in T.
+    /// what changes its position by that position's size within T. An ignorable coordinate has the size of its way in T,
+    /// or of the way by which that changes if active coordinates and momenta change by their sizes, if that is more: it
+    /// may be at rest at the start only, and its rate may be a rounding error there.
     ///
     /// # Errors
     /// If the start is outside the domain.
@@ -56,10 +62,40 @@ impl Sizes {
             let (size, now) = (positions[k] / (time * by), start.p[active[k]].abs());
             if size.is_finite() { size.max(now) } else { now }
         });
-        let momenta = momenta.collect();
+        let momenta: Vec<f64> = momenta.collect();
         let speed = |k: usize| if time > 0.0 { slopes[k].abs().max(positions[k] / time) } else { slopes[k].abs() };
-        let ignorable = geometry.ignorable().map(|a| point.q_dot(a).abs() * time).collect();
-        Ok(Self { time, momenta, velocities: (0..m).map(speed).collect(), ignorable, positions })
+        let velocities: Vec<f64> = (0..m).map(speed).collect();
+        let mut ignorable: Vec<f64> = geometry.ignorable().map(|a| point.q_dot(a).abs() * time).collect();
+        each_slope_of_rates(geometry, start, &slopes, |row, column, value, order| {
+            let size = match (column.checked_sub(m), order) {
+                (None, _) => positions[column],
+                (Some(place), Order::First) => momenta[place],
+                (Some(place), Order::Second) => velocities[place],
+            };
+            ignorable[row] = ignorable[row].max(value.abs() * size * time);
+        });
+        Ok(Self { time, momenta, velocities, ignorable, positions })
+    }
+}
+
+/// Calls `see(row, column, value, order)` for the derivatives of the rates of ignorable coordinates at the start.
+fn each_slope_of_rates(
+    geometry: &Geometry,
+    start: &Start,
+    velocities: &[f64],
+    mut see: impl FnMut(usize, usize, f64, Order),
+) {
+    let mut linear = Linear::<8>::new(geometry);
+    linear.begin(start);
+    let active = geometry.active();
+    for (place, &a) in active.iter().enumerate() {
+        let second = if linear.order == Order::First { start.p[a] } else { velocities[place] };
+        linear.registers[linear.unknowns[place]] = Nodes([start.q[a]; 8]);
+        linear.registers[linear.unknowns[active.len() + place]] = Nodes([second; 8]);
+    }
+    Level::Best.dispatch(Evaluate { registers: &mut linear.registers, steps: linear.steps });
+    for term in &linear.rates {
+        see(term.row, term.column, term.factor * linear.registers[term.register].0[0], linear.order);
     }
 }
 
@@ -72,4 +108,19 @@ fn rate(jacobian: &[f64], n: usize) -> f64 {
         }
     }
     (0.5 * sum).sqrt().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Sizes;
+    use crate::engine::tests::lifted;
+
+    /// In V = x²/2, ṡ = p_t − x² is 0 at the start, and its slope −2x = −1 makes −0.5 of the size of x within T = 1.
+    #[test]
+    fn ignorable_coordinate_at_rest_has_a_size() {
+        let (geometry, start) = lifted("x^2/2", &["x"], &[0.5], &[0.1]);
+        let sizes = Sizes::new(&geometry, &start, 10.0).unwrap();
+        let size = sizes.ignorable.last().unwrap();
+        assert!(start.q_dot[2].abs() < 1e-15 && (size - 0.5).abs() < 1e-15, "{size}");
+    }
 }

@@ -1,0 +1,136 @@
+//! Small errors δ carried over steps of a motion: δ(end) = Φ δ(start), for several steps at once, a lane for each.
+//!
+//! Between the ends of a step the motion is the polynomial of degree 5 with their x, ẋ and ẍ. On it the linearised
+//! equations δ̇ = J δ (or δ̈ = J δ) are solved by Gauss collocation with three nodes, of order 6, whose linear system is
+//! solved directly:
+//!
+//! ```text
+//! k_i − h Σ_j A_ij J_i k_j = J_i δ,                   Φ δ = δ + h Σ_i b_i k_i
+//! k_i − h² Σ_j (A²)_ij J_i k_j = J_i (δ + h c_i δ̇),   Φ (δ, δ̇) = (δ + h δ̇ + h² Σ_i b_i (1 − c_i) k_i, δ̇ + h Σ_i b_i k_i)
+//! ```
+//!
+//! The method is symplectic. The exact Φ carries f = ẋ to the end of the step. The defect d = Φ f − f(end) tells how good
+//! Φ is, and Φ ← Φ − d fᵀ/|f|² carries it exactly, |f| with unknowns relative to their sizes. Without this, errors of the
+//! growth along f multiply, and steady growth becomes exponential, or ends.
+//!
+//! An ignorable coordinate with the rate r has a row of Φ too, ∫ ∇r·δ by the Gauss rule, which carries f to
+//! r(end) − r(start).
+mod method;
+mod solve;
+
+use self::method::{Method, STAGES};
+use self::solve::Solve;
+use super::linear::Linear;
+use super::rule::Order;
+use crate::geometry::{Geometry, Start};
+use crate::number::vector::{Level, Nodes};
+
+/// Steps in a batch.
+pub(super) const AT_ONCE: usize = 16;
+
+/// One number for each end of a step; the end of a step is the start of the next one.
+type Points = [f64; AT_ONCE + 1];
+
+/// The matrices Φ of a batch of steps.
+pub(super) struct Transport<'g> {
+    linear: Linear<'g, AT_ONCE>,
+    /// Number m of active coordinates, and of rows that sweeps iterate.
+    active: usize,
+    rows: usize,
+    /// x, ẋ and ẍ of each row.
+    pub(super) points: Vec<[Points; 3]>,
+    /// The rates of ignorable coordinates.
+    pub(super) rates: Vec<Points>,
+    /// 1/size of each unknown.
+    pub(super) inverse_sizes: Vec<f64>,
+    pub(super) lengths: Nodes<AT_ONCE>,
+    pub(super) count: usize,
+    method: Method,
+    /// The linear system by rows, with its right-hand sides.
+    matrix: Vec<Nodes<AT_ONCE>>,
+    /// Derivatives of rates on the Gauss nodes, in the order of their terms.
+    gradients: [Vec<Nodes<AT_ONCE>>; STAGES],
+    /// ∫ |J||x| by rows.
+    gains: Vec<Nodes<AT_ONCE>>,
+    /// Φ by rows, those of ignorable coordinates last.
+    entries: Vec<Nodes<AT_ONCE>>,
+    /// ẋ of all unknowns at the starts.
+    flow: Vec<Nodes<AT_ONCE>>,
+}
+
+impl<'g> Transport<'g> {
+    /// No steps yet.
+    pub(super) fn new(geometry: &'g Geometry, start: &Start) -> Self {
+        let mut linear = Linear::new(geometry);
+        linear.begin(start);
+        let (active, ignorable) = (geometry.active().len(), geometry.ignorable().count());
+        let rows = if linear.order == Order::First { 2 * active } else { active };
+        let (unknowns, size, terms) = (2 * active, rows * STAGES, linear.rates.len());
+        Self {
+            method: Method::new(linear.order),
+            linear,
+            active,
+            rows,
+            points: vec![[[0.0; AT_ONCE + 1]; 3]; rows],
+            rates: vec![[0.0; AT_ONCE + 1]; ignorable],
+            inverse_sizes: vec![1.0; unknowns],
+            lengths: Nodes::ZERO,
+            count: 0,
+            matrix: vec![Nodes::ZERO; size * (size + unknowns)],
+            gradients: std::array::from_fn(|_| vec![Nodes::ZERO; terms]),
+            gains: vec![Nodes::ZERO; rows],
+            entries: vec![Nodes::ZERO; (unknowns + ignorable) * unknowns],
+            flow: vec![Nodes::ZERO; unknowns],
+        }
+    }
+
+    /// Adds the step to the next point.
+    pub(super) fn add_step(&mut self, h: f64) {
+        self.lengths.0[self.count] = h;
+        self.count += 1;
+    }
+
+    /// Begins the next batch where this one ends.
+    pub(super) fn restart(&mut self) {
+        for points in self.points.iter_mut().flatten().chain(&mut self.rates) {
+            points[0] = points[self.count];
+        }
+        self.count = 0;
+    }
+
+    /// The lengths of all steps together.
+    pub(super) fn length(&self) -> f64 {
+        self.lengths.0[..self.count].iter().sum()
+    }
+
+    /// ∫ |J||x| over a step: what relative errors of the values make of unknown k by way of the slopes.
+    pub(super) fn gain(&self, k: usize, step: usize) -> f64 {
+        match self.linear.order {
+            Order::First => self.gains[k].0[step],
+            Order::Second if k < self.active => self.lengths.0[step] * self.gains[k].0[step],
+            Order::Second => self.gains[k - self.active].0[step],
+        }
+    }
+
+    /// Φ_kj of a step; k = 2m … are ignorable coordinates.
+    pub(super) fn entry(&self, k: usize, j: usize, step: usize) -> f64 {
+        self.entries[k * self.flow.len() + j].0[step]
+    }
+
+    /// ∂H/∂(unknown k) = (−ṗ, q̇) at a point.
+    pub(super) fn gradient(&self, k: usize, point: usize) -> f64 {
+        let m = self.active;
+        if k < m { -self.slopes(m + k)[point] } else { self.slopes(k - m)[point] }
+    }
+
+    /// ẋ of unknown k.
+    #[inline(always)]
+    fn slopes(&self, k: usize) -> &Points {
+        if k < self.rows { &self.points[k][1] } else { &self.points[k - self.rows][2] }
+    }
+
+    /// Computes Φ of all steps. Returns the largest defect, relative to ẋ.
+    pub(super) fn solve(&mut self) -> f64 {
+        Level::Best.dispatch(Solve(self))
+    }
+}
