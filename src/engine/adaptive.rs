@@ -1,9 +1,9 @@
 //! Windows as long as an accuracy needs.
 //!
-//! The errors inside of a window do not add up, so that they may use up a part of the accuracy in every one. Those at its
-//! end do: a window of length h of a run of length L has a share of about (h/L)^1.5 of the rest. What they add up to is
-//! estimated on the way ([`ErrorEstimate`]), and an attempt that comes to more than the accuracy is begun again with
-//! smaller shares.
+//! The errors inside of a window do not add up, so that they may use up a part of the accuracy in every one. Those at
+//! its end do: a window of length h of a run of length L has a share of about (h/L)^1.5 of the rest. What they add up
+//! to is estimated on the way ([`ErrorEstimate`]), and an attempt that comes to more than the accuracy is begun again
+//! with smaller shares.
 
 use super::between::Between;
 use super::certificate::Certificate;

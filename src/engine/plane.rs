@@ -8,8 +8,8 @@
 //! δ = α f + β g,   g = (−s f_p, f_q)/|f|²,   β̇ = 0,   α̇ = κ β,   κ = ((b + s c)(f_q² − s f_p²) − 4 a s f_q f_p)/|f|⁴
 //! ```
 //!
-//! β is the change of H, α a shift along the orbit, which a change of H shears. In regular motion f is never 0, as q and
-//! p do not both rest. The error of an ignorable coordinate with the rate r is integrated by parts, as ∇r·f = ṙ:
+//! β is the change of H, α a shift along the orbit, which a change of H shears. In regular motion f is never 0, as q
+//! and p do not both rest. The error of an ignorable coordinate with the rate r is integrated by parts, as ∇r·f = ṙ:
 //!
 //! ```text
 //! ∫ ∇r·δ = [α r] − β ∫ κ r + β ∫ ∇r·g

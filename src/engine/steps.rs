@@ -1,6 +1,7 @@
 //! Small errors δ of a motion with several active coordinates.
 //!
-//! δ is needed to one digit only, so it has steps of its own: several windows, or a part of one, as [`Transport`] allows.
+//! δ is needed to one digit only, so it has steps of its own: several windows, or a part of one, as [`Transport`]
+//! allows.
 
 use super::kernel::larger;
 use super::rule::Order;
@@ -11,8 +12,8 @@ use crate::geometry::Start;
 /// An error, and that of rounding alone.
 type Errors = [f64; 2];
 
-/// A step may carry ẋ to its end with this relative error. With 1e-3, growth across the flow saturates in long runs, and δ
-/// is up to three times too small.
+/// A step may carry ẋ to its end with this relative error. With 1e-3, growth across the flow saturates in long runs,
+/// and δ is up to three times too small.
 const ACCURACY: f64 = 1e-4;
 /// A window is cut into this many steps at most,
 const MOST_PARTS: usize = 6;
