@@ -56,8 +56,6 @@ pub(super) struct Adaptive<'g, const N: usize> {
     previous: Option<i32>,
     /// Shares are smaller by this factor.
     strictness: f64,
-    /// By how much the attempt before was expected to exceed the accuracy.
-    excess_before: f64,
     restarts: usize,
     refused: usize,
     sweeps: usize,
@@ -102,7 +100,6 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             gamma: Compensated::default(),
             previous: None,
             strictness: 1.0,
-            excess_before: f64::INFINITY,
             restarts: 0,
             refused: 0,
             sweeps: 0,
@@ -162,17 +159,17 @@ impl<'g, const N: usize> Adaptive<'g, N> {
         let Some(estimate) = &mut self.estimate else { return Ok(()) };
         estimate.follow(&self.solver, accepted.length, accepted.left, accepted.is_last);
         // Errors are expected to grow at least linearly in what is left.
-        let excess = MARGIN * estimate.now / ((1.0 - INSIDE) * self.wanted.accuracy);
+        let allowed = (1.0 - INSIDE) * self.wanted.accuracy;
+        let excess = MARGIN * estimate.now / allowed;
         let way = (self.length / estimate.reached).min(1.0 / FORESEEN);
         if excess <= 1.0 && (way >= 1.0 / FORESEEN || excess * way <= 1.0) {
             return Ok(());
         }
         let expected = excess.max(1e-3) * way.powf(1.5);
-        // At the level of rounding, shorter windows do not help.
-        if self.restarts == MOST_RESTARTS || self.restarts > 1 && expected > 0.5 * self.excess_before {
+        // Shorter windows make no smaller rounding errors.
+        if self.restarts == MOST_RESTARTS || MARGIN * estimate.rounding_now > allowed {
             return Err(Failure::Rounding);
         }
-        self.excess_before = expected;
         self.strictness *= (0.2 / expected).clamp(1e-4, 0.3);
         Err(Failure::BeginAgain)
     }
@@ -207,7 +204,7 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
     fn rewind(&mut self) {
         self.begin_again();
         (self.restarts, self.refused, self.sweeps) = (0, 0, 0);
-        (self.strictness, self.excess_before) = (1.0, f64::INFINITY);
+        self.strictness = 1.0;
     }
 
     fn error_estimate(&self) -> Option<f64> {

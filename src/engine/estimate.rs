@@ -25,10 +25,11 @@ pub(super) struct ErrorEstimate<'g, const N: usize> {
     method: Method<'g, N>,
     /// Number of windows so far.
     windows: f64,
-    /// The local errors of the unknowns, without signs.
-    local: Vec<f64>,
-    /// |δ|, its largest component relative to sizes,
+    /// The local errors of the unknowns, without signs, and those of rounding alone.
+    local: Vec<[f64; 2]>,
+    /// |δ|, its largest component relative to sizes, and that of rounding alone,
     pub(super) now: f64,
+    pub(super) rounding_now: f64,
     /// at this γ.
     pub(super) reached: f64,
     /// The largest |δ| so far, relative to sizes.
@@ -49,7 +50,8 @@ impl<'g, const N: usize> ErrorEstimate<'g, N> {
         } else {
             Method::Steps(Box::new(Steps::new(solver, start)))
         };
-        Self { method, windows: 0.0, local: vec![0.0; 2 * m], now: 0.0, reached: 0.0, largest: 0.0 }
+        let local = vec![[0.0; 2]; 2 * m];
+        Self { method, windows: 0.0, local, now: 0.0, rounding_now: 0.0, reached: 0.0, largest: 0.0 }
     }
 
     /// Goes back to the start, where there is no error.
@@ -58,7 +60,7 @@ impl<'g, const N: usize> ErrorEstimate<'g, N> {
             Method::Plane(plane) => plane.begin(),
             Method::Steps(steps) => steps.begin(),
         }
-        (self.windows, self.now, self.reached, self.largest) = (0.0, 0.0, 0.0, 0.0);
+        (self.windows, self.now, self.rounding_now, self.reached, self.largest) = (0.0, 0.0, 0.0, 0.0, 0.0);
     }
 
     /// Carries δ over a window of length `h` that is finished, and adds the window's own error. `left` is what its
@@ -69,13 +71,16 @@ impl<'g, const N: usize> ErrorEstimate<'g, N> {
         for (k, local) in self.local.iter_mut().enumerate() {
             let unknown = window.unknown(k, h);
             let size = if unknown.inverse_size > 0.0 { 1.0 / unknown.inverse_size } else { 0.0 };
-            *local = unknown.end_error + LEFT * left * size + part * unknown.magnitude;
+            let rounding = part * unknown.magnitude;
+            *local = [unknown.end_error + LEFT * left * size + rounding, rounding];
         }
         match &mut self.method {
             Method::Plane(plane) => {
                 let gains = plane.follow(window, h).map(|gain| part * OF_SLOPES * gain);
-                plane.add(self.local[0] + gains[0], self.local[1] + gains[1]);
-                self.now = plane.position() * window.unknown(0, h).inverse_size;
+                let of = |i: usize| [self.local[0][i] + gains[0], self.local[1][i] + gains[1]];
+                plane.add(of(0), of(1));
+                let inverse_size = window.unknown(0, h).inverse_size;
+                [self.now, self.rounding_now] = plane.position().map(|error| error * inverse_size);
                 for (j, &inverse_size) in window.inverse_ignorable.iter().enumerate() {
                     self.now = self.now.max(plane.ignorable(j) * inverse_size);
                 }
@@ -87,7 +92,8 @@ impl<'g, const N: usize> ErrorEstimate<'g, N> {
                 if is_last {
                     steps.finish(window, h);
                 }
-                (self.now, self.reached, self.largest) = (steps.now, steps.reached, steps.largest);
+                [self.now, self.rounding_now] = steps.now;
+                (self.reached, self.largest) = (steps.reached, steps.largest);
             }
         }
     }

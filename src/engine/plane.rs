@@ -36,13 +36,21 @@ pub(super) struct Plane<'g, const N: usize> {
     /// f at the end of the last window, and the metric's s.
     flow: [f64; 2],
     metric: f64,
+    /// δ, and what rounding alone makes of it.
+    all: Errors,
+    rounding: Errors,
+    ignorable: Vec<Ignorable>,
+}
+
+/// α and β of local errors.
+#[derive(Debug, Clone, Copy, Default)]
+struct Errors {
     /// β, which local errors only make larger.
     change: f64,
     /// The part of α that comes from β.
     shear: f64,
     /// The sum of the local errors along f, the other part of α, of either sign.
     shift: f64,
-    ignorable: Vec<Ignorable>,
 }
 
 /// The error of an ignorable coordinate.
@@ -62,12 +70,13 @@ impl<'g, const N: usize> Plane<'g, N> {
         let mut linear = Linear::new(geometry);
         linear.begin(start);
         let ignorable = vec![Ignorable::default(); geometry.ignorable().count()];
-        Self { linear, flow: [0.0; 2], metric: 1.0, change: 0.0, shear: 0.0, shift: 0.0, ignorable }
+        let [all, rounding] = [Errors::default(); 2];
+        Self { linear, flow: [0.0; 2], metric: 1.0, all, rounding, ignorable }
     }
 
     /// Goes back to the start.
     pub(super) fn begin(&mut self) {
-        (self.change, self.shear, self.shift) = (0.0, 0.0, 0.0);
+        (self.all, self.rounding) = Default::default();
         self.ignorable.fill(Ignorable::default());
     }
 
@@ -84,9 +93,17 @@ impl<'g, const N: usize> Plane<'g, N> {
         let longest = (h * b) * (h * b);
         let metric = if longest * c > b { b / c } else { longest };
         self.metric = if metric.is_normal() { metric } else { before };
-        if self.change > 0.0 && square > 0.0 {
+        if self.all.change > 0.0 && square > 0.0 {
             let [q, p] = self.flow;
-            self.shear += self.change * (q / square) * (p / self.square()) * (self.metric - before);
+            self.shear((q / square) * (p / self.square()) * (self.metric - before));
+        }
+    }
+
+    /// α grows by so much of β.
+    #[inline(always)]
+    fn shear(&mut self, by: f64) {
+        for errors in [&mut self.all, &mut self.rounding] {
+            errors.shear += errors.change * by;
         }
     }
 
@@ -97,24 +114,25 @@ impl<'g, const N: usize> Plane<'g, N> {
         q * q + self.metric * p * p
     }
 
-    /// Adds the local errors of position and momentum at the end of the window, with the signs that make |β|, and then
-    /// |α|, grow most.
-    pub(super) fn add(&mut self, position: f64, momentum: f64) {
+    /// Adds the local errors of position and momentum at the end of the window, and those of rounding alone, with the
+    /// signs that make |β|, and then |α|, grow most.
+    pub(super) fn add(&mut self, all: [f64; 2], rounding: [f64; 2]) {
         let ([q, p], square) = (self.flow, self.square());
         if square > 0.0 {
-            self.change += q.abs() * momentum + p.abs() * position;
-            self.shift += (q.abs() * position + self.metric * p.abs() * momentum) / square;
+            for (errors, [position, momentum]) in [(&mut self.all, all), (&mut self.rounding, rounding)] {
+                errors.change += q.abs() * momentum + p.abs() * position;
+                errors.shift += (q.abs() * position + self.metric * p.abs() * momentum) / square;
+            }
         }
     }
 
-    /// |δ| of the position at the end of the window.
-    pub(super) fn position(&self) -> f64 {
+    /// |δ| of the position at the end of the window, and what of it rounding alone makes.
+    pub(super) fn position(&self) -> [f64; 2] {
         let ([q, p], square) = (self.flow, self.square());
-        if square > 0.0 {
-            (self.shear * q - self.change * self.metric * p / square).abs() + self.shift * q.abs()
-        } else {
-            0.0
-        }
+        [self.all, self.rounding].map(|errors| {
+            let across = if square > 0.0 { errors.change * self.metric * p / square } else { 0.0 };
+            (errors.shear * q - across).abs() + errors.shift * q.abs()
+        })
     }
 
     /// The error of an ignorable coordinate.
@@ -168,8 +186,9 @@ impl<const N: usize> WithSimd for Follow<'_, '_, N> {
         let inverse = q.mul_add(q, p * p * metric).recip();
         let kappa =
             (c.scale_add(metric, b) * (q * q - p * p * metric) - a * q * p * (4.0 * metric)) * inverse * inverse;
-        let before = plane.shear;
-        plane.shear += plane.change * h * kappa.dot(weights);
+        let before = plane.all.shear;
+        plane.shear(h * kappa.dot(weights));
+        let Errors { change, shear, shift } = plane.all;
         for j in 0..plane.ignorable.len() {
             let rate = Lanes::new(s, window.rate_nodes(j));
             let Linear { registers, rates, .. } = &plane.linear;
@@ -178,8 +197,8 @@ impl<const N: usize> WithSimd for Follow<'_, '_, N> {
             let across = (by_p * q - by_q * p * metric) * inverse;
             let of_change = h * (across - kappa * rate).dot(weights);
             let error = &mut plane.ignorable[j];
-            error.of_change += plane.shear * rate.last() - before * error.rate + plane.change * of_change;
-            error.of_shift += plane.shift * (rate.last() - error.rate);
+            error.of_change += shear * rate.last() - before * error.rate + change * of_change;
+            error.of_shift += shift * (rate.last() - error.rate);
             error.rate = rate.last();
         }
         gains
@@ -233,15 +252,16 @@ mod tests {
             plane.follow(&pair.first, 2.0 * unit);
             // δ = β g
             let ([q, p], square) = (plane.flow, plane.square());
-            plane.change = 1e-6 * square / q.hypot(plane.metric * p);
-            pair.begin_second([-plane.metric * p, q].map(|g| plane.change * g / square).to_vec());
+            plane.all.change = 1e-6 * square / q.hypot(plane.metric * p);
+            pair.begin_second([-plane.metric * p, q].map(|g| plane.all.change * g / square).to_vec());
             for step in 0..40 {
                 let h = unit * [1.0, 3.0, 0.3, 2.0][step % 4];
                 pair.advance(h);
                 plane.follow(&pair.first, h);
                 let close = |a: f64, b: f64| (a - b).abs() < 1e-3 * b.abs() + 3e-8;
                 let off = pair.deviation();
-                assert!(close(plane.position(), off[0].abs()), "{step}: {:e} {:e}", plane.position(), off[0]);
+                let [found, _] = plane.position();
+                assert!(close(found, off[0].abs()), "{step}: {found:e} {:e}", off[0]);
                 for (j, off) in pair.ignorable.iter().enumerate() {
                     assert!(close(plane.ignorable(j), off.abs()), "{step}, {j}: {:e} {off:e}", plane.ignorable(j));
                 }

@@ -8,6 +8,9 @@ use super::transport::{AT_ONCE, Transport};
 use super::window::Solver;
 use crate::geometry::Start;
 
+/// An error, and that of rounding alone.
+type Errors = [f64; 2];
+
 /// A step may carry ẋ to its end with this relative error. With 1e-3, growth across the flow saturates in long runs, and δ
 /// is up to three times too small.
 const ACCURACY: f64 = 1e-4;
@@ -27,25 +30,25 @@ pub(super) struct Steps<'g, const N: usize> {
     /// D on the nodes, by rows.
     derivative: Vec<[f64; N]>,
     /// The local errors that each step of the batch adds at its end, by unknowns.
-    local: Vec<[f64; AT_ONCE]>,
+    local: Vec<[Errors; AT_ONCE]>,
     /// The part of ∫ |J||x| that each step adds.
     of_slopes: [f64; AT_ONCE],
     inverse_sizes: Vec<f64>,
-    delta: Vec<f64>,
-    carried: Vec<f64>,
+    delta: Vec<Errors>,
+    carried: Vec<Errors>,
     /// Errors of ignorable coordinates, and 1/size of these.
     ignorable: Vec<f64>,
     inverse_ignorable: Vec<f64>,
     /// δ·∇H at the last step.
-    along: f64,
+    along: Errors,
     /// Length and windows of the current step so far.
     length: f64,
     windows: f64,
     /// The number of windows that a step is to have: 2, 3, … or 1/2, 1/3, … for parts of one.
     wanted: f64,
     has_begun: bool,
-    /// |δ| at the end of the last batch, relative to sizes,
-    pub(super) now: f64,
+    /// |δ| at the end of the last batch, relative to sizes, but for ignorable coordinates that of rounding too,
+    pub(super) now: Errors,
     /// at this γ.
     pub(super) reached: f64,
     /// The largest |δ| so far, relative to sizes.
@@ -70,19 +73,19 @@ impl<'g, const N: usize> Steps<'g, N> {
             cuts: (1..=MOST_PARTS).map(cuts).collect(),
             derivative: (0..nodes.len()).map(row).collect(),
             nodes,
-            local: vec![[0.0; AT_ONCE]; unknowns],
+            local: vec![[[0.0; 2]; AT_ONCE]; unknowns],
             of_slopes: [0.0; AT_ONCE],
             inverse_sizes: vec![1.0; unknowns],
-            delta: vec![0.0; unknowns],
-            carried: vec![0.0; unknowns],
+            delta: vec![[0.0; 2]; unknowns],
+            carried: vec![[0.0; 2]; unknowns],
             ignorable: vec![0.0; ignorable],
             inverse_ignorable: vec![0.0; ignorable],
-            along: 0.0,
+            along: [0.0; 2],
             length: 0.0,
             windows: 0.0,
             wanted: FIRST,
             has_begun: false,
-            now: 0.0,
+            now: [0.0; 2],
             reached: 0.0,
             largest: 0.0,
         }
@@ -91,16 +94,16 @@ impl<'g, const N: usize> Steps<'g, N> {
     /// Goes back to the start.
     pub(super) fn begin(&mut self) {
         self.transport.count = 0;
-        self.local.fill([0.0; AT_ONCE]);
-        self.delta.fill(0.0);
+        self.local.fill([[0.0; 2]; AT_ONCE]);
+        self.delta.fill([0.0; 2]);
         self.ignorable.fill(0.0);
-        (self.along, self.length, self.windows, self.wanted) = (0.0, 0.0, 0.0, FIRST);
-        (self.has_begun, self.now, self.reached, self.largest) = (false, 0.0, 0.0, 0.0);
+        (self.along, self.length, self.windows, self.wanted) = ([0.0; 2], 0.0, 0.0, FIRST);
+        (self.has_begun, self.now, self.reached, self.largest) = (false, [0.0; 2], 0.0, 0.0);
     }
 
     /// Takes in a finished window of length `h` with its local errors; `of_slopes` is the part that rounding has in
     /// slopes.
-    pub(super) fn follow(&mut self, window: &Solver<'g, N>, h: f64, local: &[f64], of_slopes: f64) {
+    pub(super) fn follow(&mut self, window: &Solver<'g, N>, h: f64, local: &[Errors], of_slopes: f64) {
         for (k, inverse_size) in self.inverse_sizes.iter_mut().enumerate() {
             *inverse_size = window.unknown(k, h).inverse_size;
         }
@@ -126,7 +129,7 @@ impl<'g, const N: usize> Steps<'g, N> {
         let step = self.transport.count;
         self.of_slopes[step] = of_slopes;
         for (sums, local) in self.local.iter_mut().zip(local) {
-            sums[step] += local;
+            (0..2).for_each(|i| sums[step][i] += local[i]);
         }
         if self.windows + 0.5 > self.wanted {
             self.finish_step(window, self.nodes.len() - 1, h);
@@ -177,7 +180,7 @@ impl<'g, const N: usize> Steps<'g, N> {
             self.carry_step(step);
         }
         self.reached += self.transport.length();
-        self.local.fill([0.0; AT_ONCE]);
+        self.local.fill([[0.0; 2]; AT_ONCE]);
         self.transport.restart();
         // The defect grows like the 6th power of lengths.
         let change = (0.5 * ACCURACY / defect.max(1e-12)).sqrt().cbrt().clamp(0.5, 2.0);
@@ -188,28 +191,35 @@ impl<'g, const N: usize> Steps<'g, N> {
         let Self { transport, delta, carried, ignorable, .. } = self;
         let n = delta.len();
         for (k, carried) in carried.iter_mut().enumerate() {
-            *carried = delta.iter().enumerate().map(|(j, delta)| transport.entry(k, j, step) * delta).sum();
+            *carried = [0.0; 2];
+            for (j, delta) in delta.iter().enumerate() {
+                let entry = transport.entry(k, j, step);
+                (0..2).for_each(|i| carried[i] += entry * delta[i]);
+            }
         }
-        self.now = 0.0;
+        self.now = [0.0; 2];
         for (i, error) in ignorable.iter_mut().enumerate() {
-            *error += delta.iter().enumerate().map(|(j, delta)| transport.entry(n + i, j, step) * delta).sum::<f64>();
-            self.now = larger(self.now, error.abs() * self.inverse_ignorable[i]);
+            let terms = delta.iter().enumerate().map(|(j, delta)| transport.entry(n + i, j, step) * delta[0]);
+            *error += terms.sum::<f64>();
+            self.now[0] = larger(self.now[0], error.abs() * self.inverse_ignorable[i]);
         }
         // A change of H grows steadily, as it is a change of frequency. So the local error goes along ∇H. As δ·∇H is
         // conserved, its sign is that of the step before.
-        let sign = 1.0_f64.copysign(self.along);
-        self.along = 0.0;
+        let sign = self.along.map(|along| 1.0_f64.copysign(along));
+        self.along = [0.0; 2];
         for k in 0..n {
             let gradient = transport.gradient(k, step + 1);
-            let local = self.local[k][step] + self.of_slopes[step] * transport.gain(k, step);
-            let direction = if gradient == 0.0 { carried[k] } else { sign * gradient };
-            delta[k] = carried[k] + local.copysign(direction);
-            self.along += delta[k] * gradient;
-            if k < n / 2 {
-                self.now = larger(self.now, delta[k].abs() * self.inverse_sizes[k]);
+            let of_slopes = self.of_slopes[step] * transport.gain(k, step);
+            for i in 0..2 {
+                let direction = if gradient == 0.0 { carried[k][i] } else { sign[i] * gradient };
+                delta[k][i] = carried[k][i] + (self.local[k][step][i] + of_slopes).copysign(direction);
+                self.along[i] += delta[k][i] * gradient;
+                if k < n / 2 {
+                    self.now[i] = larger(self.now[i], delta[k][i].abs() * self.inverse_sizes[k]);
+                }
             }
         }
-        self.largest = larger(self.largest, self.now);
+        self.largest = larger(self.largest, self.now[0]);
     }
 }
 
@@ -225,18 +235,19 @@ mod tests {
         for ((geometry, start), unit) in [(stars, 0.5), (kerr(), 1.0)] {
             let mut pair = Pair::new(&geometry, &start);
             let mut steps = Steps::<16>::new(&pair.first, &start);
-            steps.delta = vec![1e-6, -2e-6, 1e-7, 3e-7];
-            pair.begin_second(steps.delta.clone());
+            let deviation = vec![1e-6, -2e-6, 1e-7, 3e-7];
+            steps.delta = deviation.iter().map(|&delta| [delta, 0.0]).collect();
+            pair.begin_second(deviation);
             for step in 0..48 {
                 let h = unit * [1.0, 3.0, 0.3, 2.0][step % 4];
                 pair.advance(h);
-                steps.follow(&pair.first, h, &[0.0; 4], 0.0);
+                steps.follow(&pair.first, h, &[[0.0; 2]; 4], 0.0);
                 if step == 47 {
                     steps.finish(&pair.first, h);
                 }
             }
             let known = pair.deviation().into_iter().chain(pair.ignorable.iter().copied());
-            for (found, known) in steps.delta.iter().chain(&steps.ignorable).zip(known) {
+            for (found, known) in steps.delta.iter().map(|[delta, _]| delta).chain(&steps.ignorable).zip(known) {
                 assert!((found - known).abs() < 0.03 * known.abs() + 1e-7, "{found:e} {known:e}");
             }
         }
