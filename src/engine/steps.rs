@@ -12,8 +12,8 @@ use crate::geometry::Start;
 /// An error, and that of rounding alone.
 type Errors = [f64; 2];
 
-/// A step may carry ẋ to its end with this relative error. With 1e-3, growth across the flow saturates in long runs,
-/// and δ is up to three times too small.
+/// A step may carry ẋ to its end with this relative error. With 1e-3, growth across the flow saturates in long runs, and δ
+/// is up to three times too small.
 const ACCURACY: f64 = 1e-4;
 /// A window is cut into this many steps at most,
 const MOST_PARTS: usize = 6;
