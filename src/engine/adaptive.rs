@@ -8,12 +8,14 @@
 use super::between::Between;
 use super::certificate::Certificate;
 use super::control::Control;
+use super::dense::Dense;
 use super::estimate::ErrorEstimate;
 use super::ladder::Ladder;
 use super::rule::Rule;
 use super::sizes::Sizes;
+use super::stop::Target;
 use super::window::{Known, Solver};
-use super::{Accuracy, Failure, Window, Windows};
+use super::{Accuracy, Failure, State, Window, Windows};
 use crate::geometry::{Geometry, Start};
 use crate::number::Compensated;
 
@@ -56,8 +58,9 @@ pub(super) struct Adaptive<'g, const N: usize> {
     known: Known,
     start: &'g Start,
     sizes: Sizes,
-    /// The length of the run.
+    /// The length of the run; an estimate, if it ends at a target.
     length: f64,
+    pub(super) target: Option<Target>,
     /// The γ that windows have come to.
     gamma: Compensated<f64>,
     /// The rung of the window before, if there was one.
@@ -68,26 +71,35 @@ pub(super) struct Adaptive<'g, const N: usize> {
     refused: usize,
     sweeps: usize,
     largest_inside: f64,
+    /// True once the error was carried over the last window.
+    is_followed: bool,
     /// Number of windows in which something may hide.
     unproved: usize,
     /// Number of windows that were solved.
     windows: usize,
     /// What the last one left behind.
-    accepted: Accepted,
+    pub(super) accepted: Accepted,
 }
 
 /// A window that was accepted.
 #[derive(Debug, Clone, Copy, Default)]
-struct Accepted {
-    length: f64,
+pub(super) struct Accepted {
+    pub(super) length: f64,
     sweeps: usize,
-    is_last: bool,
+    pub(super) is_last: bool,
     /// What sweeps left undone, relative to sizes.
     left: f64,
 }
 
 impl<'g, const N: usize> Adaptive<'g, N> {
-    pub(super) fn new(geometry: &'g Geometry, start: &'g Start, sizes: Sizes, length: f64, wanted: Accuracy) -> Self {
+    /// A run of this length, or to a target after about this length.
+    pub(super) fn new(
+        geometry: &'g Geometry,
+        start: &'g Start,
+        sizes: Sizes,
+        (length, target): (f64, Option<Target>),
+        wanted: Accuracy,
+    ) -> Self {
         let mut solver = Solver::new(geometry, Rule::lobatto(N), true);
         solver.begin(start, &sizes);
         let a = wanted.accuracy;
@@ -108,6 +120,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             start,
             sizes,
             length,
+            target,
             gamma: Compensated::default(),
             previous: None,
             strictness: 1.0,
@@ -115,6 +128,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             refused: 0,
             sweeps: 0,
             largest_inside: 0.0,
+            is_followed: false,
             unproved: 0,
             windows: 0,
             accepted: Accepted::default(),
@@ -130,7 +144,8 @@ impl<'g, const N: usize> Adaptive<'g, N> {
                 return Err(Failure::TooShort);
             }
             let least = LEAST * self.ladder.length(0);
-            let (rest, full) = ((self.length - self.gamma.high) - self.gamma.low, self.ladder.length(rung));
+            let end = if self.target.is_some() { f64::INFINITY } else { self.length };
+            let (rest, full) = ((end - self.gamma.high) - self.gamma.low, self.ladder.length(rung));
             let is_last = rest <= full * (1.0 + STRETCH);
             let odd;
             let (tables, continuation) = if is_last && rest != full {
@@ -139,8 +154,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             } else {
                 self.ladder.rung(&self.solver.rule, rung, self.previous)
             };
-            let part = tables.length / self.length;
-            let share = (self.strictness * SHARE * accuracy * part * part.sqrt()).max(ROUNDED);
+            let share = share(self.strictness * accuracy, tables.length / self.length);
             let Ok(swept) = self.solver.solve(tables, continuation, LEFT * share) else {
                 self.refused += 1;
                 self.control.refuse();
@@ -174,13 +188,83 @@ impl<'g, const N: usize> Adaptive<'g, N> {
         }
     }
 
+    /// Solves the accepted window again with another length, which is no longer.
+    ///
+    /// # Errors
+    /// If it has no solution.
+    pub(super) fn again(&mut self, length: f64, is_last: bool) -> Result<(), Failure> {
+        let tables = self.ladder.odd(&self.solver.rule, length);
+        let share = share(self.strictness * self.wanted.accuracy, length / self.length);
+        let swept = self.solver.solve(&tables, None, LEFT * share)?;
+        self.sweeps += swept.sweeps;
+        self.solver.finish(&tables, self.known);
+        self.accepted = Accepted { length, sweeps: swept.sweeps, is_last, left: swept.left };
+        Ok(())
+    }
+
+    fn window(&mut self) -> Window<'_> {
+        let Accepted { length, sweeps, .. } = self.accepted;
+        let gradient_norm = self.certificate.as_mut().map(|certificate| certificate.of(&self.solver, length));
+        let (index, gamma) = (self.windows - 1, self.gamma.high);
+        Window { index, gamma, length, sweeps, gradient_norm, solved: &mut self.solver }
+    }
+
+    /// Takes this for the length of a run to a target. If nothing is known, it is as long as it was so far.
+    pub(super) fn foresee(&mut self, length: f64) {
+        self.length = if length.is_finite() { length } else { self.length.max(self.gamma_at_end()) };
+    }
+
+    /// γ at the start and at the end of the accepted window.
+    pub(super) fn gamma_at_start(&self) -> f64 {
+        self.gamma.high
+    }
+
+    pub(super) fn gamma_at_end(&self) -> f64 {
+        self.gamma.high + self.accepted.length
+    }
+
+    /// The state at its end.
+    pub(super) fn end(&self) -> &State {
+        &self.solver.end
+    }
+
+    /// Puts a coordinate at its end in its place.
+    pub(super) fn set_end(&mut self, coordinate: usize, q: Compensated<f64>) {
+        self.solver.end.q[coordinate] = q;
+    }
+
+    /// The motion over it, and its nodes as fractions.
+    pub(super) fn dense(&self) -> Dense {
+        Dense::new(&self.solver)
+    }
+
+    pub(super) fn nodes(&self) -> [f64; N] {
+        self.solver.rule.nodes[0].0
+    }
+
+    /// True if the coordinate may come to the value in it, on the way to that `side`.
+    pub(super) fn may_pass(&self, coordinate: usize, value: f64, side: f64) -> bool {
+        let has_passed = |q: f64| (q - value) * side >= 0.0;
+        let active = self.solver.geometry.active();
+        let on_the_way = match active.binary_search(&coordinate) {
+            Ok(place) => self.solver.position(place).0.iter().any(|&q| has_passed(q)),
+            // It may go there and back, if its rate changes its sign.
+            Err(actives) => self.solver.rate_nodes(coordinate - actives).0.iter().any(|rate| rate * side <= 0.0),
+        };
+        on_the_way || has_passed(self.end().q[coordinate].high)
+    }
+
     /// Carries the error over the window that was accepted.
     ///
     /// # Errors
     /// If windows add up to more than the accuracy, or are expected to.
-    fn follow(&mut self, accepted: Accepted) -> Result<(), Failure> {
+    fn follow(&mut self) -> Result<(), Failure> {
+        let accepted = self.accepted;
         let Some(estimate) = &mut self.estimate else { return Ok(()) };
         estimate.follow(&self.solver, accepted.length, accepted.left, accepted.is_last);
+        if let Some(target) = self.target.filter(|_| accepted.is_last) {
+            estimate.judge_at_equal(&self.solver, target.coordinate);
+        }
         // Errors are expected to grow at least linearly in what is left.
         let allowed = (1.0 - INSIDE) * self.wanted.accuracy;
         let excess = MARGIN * estimate.now / allowed;
@@ -198,22 +282,38 @@ impl<'g, const N: usize> Adaptive<'g, N> {
     }
 }
 
+/// The error that a window may add at its end, if it is this part of the run.
+fn share(accuracy: f64, part: f64) -> f64 {
+    (SHARE * accuracy * part * part.sqrt()).max(ROUNDED)
+}
+
 impl<const N: usize> Windows for Adaptive<'_, N> {
     fn next(&mut self) -> Result<Option<Window<'_>>, Failure> {
         if self.windows > 0 {
+            // The last window may have been solved again since it was seen.
+            if !std::mem::replace(&mut self.is_followed, true) {
+                self.follow()?;
+            }
             if self.accepted.is_last {
                 return Ok(None);
             }
             self.solver.advance();
             self.gamma = self.gamma.plus(self.accepted.length);
         }
-        let accepted = self.accept()?;
-        self.follow(accepted)?;
-        let Accepted { length, sweeps, .. } = accepted;
-        let gradient_norm = self.certificate.as_mut().map(|certificate| certificate.of(&self.solver, length));
-        (self.accepted, self.windows) = (accepted, self.windows + 1);
-        let (index, gamma) = (self.windows - 1, self.gamma.high);
-        Ok(Some(Window { index, gamma, length, sweeps, gradient_norm, solved: &mut self.solver }))
+        self.accepted = self.accept()?;
+        self.land()?;
+        (self.windows, self.is_followed) = (self.windows + 1, false);
+        Ok(Some(self.window()))
+    }
+
+    fn end_where(
+        &mut self,
+        between: [f64; 2],
+        side: f64,
+        value: &mut dyn FnMut(&State) -> f64,
+    ) -> Result<Option<Window<'_>>, Failure> {
+        let is_found = self.end_where(between, side, value)?;
+        Ok(is_found.then(|| self.window()))
     }
 
     fn begin_again(&mut self) {
@@ -221,6 +321,7 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
         self.solver.begin(self.start, &self.sizes);
         self.control = Control::new(N);
         self.estimate.iter_mut().for_each(ErrorEstimate::begin);
+        self.target.iter_mut().for_each(Target::begin);
         (self.gamma, self.previous, self.largest_inside) = (Compensated::default(), None, 0.0);
         (self.windows, self.unproved) = (0, 0);
     }

@@ -60,6 +60,11 @@ impl Dense {
         }
     }
 
+    /// q^a of one coordinate.
+    pub(super) fn position(&self, a: usize, fraction: f64) -> f64 {
+        self.q[a].at(fraction, &legendre_values(self.degree, 2.0 * fraction - 1.0))
+    }
+
     /// That of a window that was solved.
     pub(super) fn new<const N: usize>(window: &Solver<'_, N>) -> Self {
         let (geometry, h, points) = (window.geometry, window.length, window.rule.points());

@@ -6,7 +6,7 @@
 
 use super::plane::Plane;
 use super::steps::Steps;
-use super::window::Solver;
+use super::window::{Place, Solver};
 use crate::geometry::Start;
 
 /// What sweeps leave is estimated from their contraction, which slows down: in 99.5 % of windows it is less than this
@@ -61,6 +61,23 @@ impl<'g, const N: usize> ErrorEstimate<'g, N> {
             Method::Steps(steps) => steps.begin(),
         }
         (self.windows, self.now, self.rounding_now, self.reached, self.largest) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    }
+
+    /// At the end of a run to a value of `coordinate` errors are those at equal values of it: its own error is one of
+    /// the others too.
+    pub(super) fn judge_at_equal(&mut self, window: &Solver<'g, N>, coordinate: usize) {
+        let of = |place: Place| match (&self.method, place) {
+            (Method::Plane(plane), Place::Active(_)) => plane.position()[0],
+            (Method::Plane(plane), Place::Ignorable(j)) => plane.ignorable(j),
+            (Method::Steps(steps), place) => steps.error(place),
+        };
+        let clock = window.place_of(coordinate);
+        let late = of(clock) / window.end_rate(clock).abs();
+        let places = (0..window.geometry.dimension()).map(|a| window.place_of(a)).filter(|place| *place != clock);
+        let worst = places.fold(0.0, |worst: f64, place| {
+            worst.max((of(place) + late * window.end_rate(place).abs()) * window.inverse_size(place))
+        });
+        (self.now, self.largest) = (self.now.max(worst), self.largest.max(worst));
     }
 
     /// Carries δ over a window of length `h` that is finished, and adds the window's own error. `left` is what its

@@ -28,6 +28,7 @@
 //! control      from the errors of a window to the length of the next one
 //! estimate     what the errors of windows add up to: `plane` for one active coordinate, `steps`, `transport` for more
 //! adaptive     windows as long as an accuracy needs
+//! stop         runs that end where something has a value
 //! between      a look for what may hide between the nodes of a window
 //! enclosure    what formulas do between nodes
 //! lobatto      the engines that this one is to replace
@@ -49,6 +50,7 @@ mod plane;
 mod rule;
 mod sizes;
 mod steps;
+mod stop;
 mod system;
 #[cfg(test)]
 mod tests;
@@ -61,6 +63,7 @@ use self::adaptive::Adaptive;
 use self::march::March;
 use self::rule::Rule;
 use self::sizes::Sizes;
+use self::stop::Target;
 use crate::geometry::{Geometry, OutsideGeometry, Start};
 use crate::number::Compensated;
 use crate::number::vector::Twofold;
@@ -115,6 +118,8 @@ pub enum Failure {
     TooShort,
     /// Windows add up to more than the accuracy: after [`Engine::begin_again`] they are shorter.
     BeginAgain,
+    /// A run to a value of a coordinate comes no nearer to it.
+    ValueNotReached,
     /// Rounding errors alone add up to more than the accuracy.
     Rounding,
 }
@@ -201,6 +206,16 @@ trait Windows {
     /// As [`Engine::next`].
     fn next(&mut self) -> Result<Option<Window<'_>>, Failure>;
 
+    /// As [`Engine::end_where`].
+    fn end_where(
+        &mut self,
+        _between: [f64; 2],
+        _side: f64,
+        _value: &mut dyn FnMut(&State) -> f64,
+    ) -> Result<Option<Window<'_>>, Failure> {
+        Ok(None)
+    }
+
     /// As [`Engine::begin_again`].
     fn begin_again(&mut self) {}
 
@@ -281,8 +296,30 @@ impl<'g> Engine<'g> {
     ) -> Result<Self, OutsideGeometry> {
         let sizes = Sizes::new(geometry, start, length)?;
         Ok(Self(match points {
-            ..=8 => Box::new(Adaptive::<8>::new(geometry, start, sizes, length, accuracy)),
-            _ => Box::new(Adaptive::<16>::new(geometry, start, sizes, length, accuracy)),
+            ..=8 => Box::new(Adaptive::<8>::new(geometry, start, sizes, (length, None), accuracy)),
+            _ => Box::new(Adaptive::<16>::new(geometry, start, sizes, (length, None), accuracy)),
+        }))
+    }
+
+    /// As [`Self::accurate`], to the place where a coordinate has a value, to the last bit.
+    ///
+    /// # Errors
+    /// If the start is outside the domain.
+    pub fn accurate_to_value(
+        geometry: &'g Geometry,
+        start: &'g Start,
+        (coordinate, value): (usize, f64),
+        accuracy: Accuracy,
+        points: usize,
+    ) -> Result<Self, OutsideGeometry> {
+        let from = start.q[coordinate];
+        let length = ((value - from) / start.q_dot[coordinate]).abs();
+        let sizes = Sizes::new(geometry, start, length)?;
+        let length = if length.is_finite() { length } else { sizes.time };
+        let run = (length, Some(Target::new(coordinate, value, from)));
+        Ok(Self(match points {
+            ..=8 => Box::new(Adaptive::<8>::new(geometry, start, sizes, run, accuracy)),
+            _ => Box::new(Adaptive::<16>::new(geometry, start, sizes, run, accuracy)),
         }))
     }
 
@@ -293,6 +330,22 @@ impl<'g> Engine<'g> {
     #[expect(clippy::should_implement_trait, reason = "the window is lent")]
     pub fn next(&mut self) -> Result<Option<Window<'_>>, Failure> {
         self.0.next()
+    }
+
+    /// Ends the run in the last window of a run to an accuracy, where `value` of the state at its end changes its sign:
+    /// the window is solved again with another length. `between` are two lengths of which the sign before the first one
+    /// is `side`, and changes before the second one, or beside them by no more than their distance. `None` if it does
+    /// not, and the run goes on.
+    ///
+    /// # Errors
+    /// [`Failure`], if such a window has no solution.
+    pub fn end_where(
+        &mut self,
+        between: [f64; 2],
+        side: f64,
+        value: &mut dyn FnMut(&State) -> f64,
+    ) -> Result<Option<Window<'_>>, Failure> {
+        self.0.end_where(between, side, value)
     }
 
     /// Goes back to the start with smaller shares of the accuracy, after [`Failure::BeginAgain`].

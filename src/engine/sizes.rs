@@ -28,9 +28,9 @@ impl Sizes {
     /// The rate is the fourth root of ½ Σ |S_ij S_ji|, S = J², J the Jacobian of the equations of motion: the frequency
     /// of an oscillator, 0 for free motion. With T = min(1/rate, length) a position q has the size max(|q|, |q̇| T), or
     /// |q̈| T² if that is 0. The largest one counts for all coordinates with equal g^aa. A momentum has the size of
-    /// what changes its position by that position's size within T. An ignorable coordinate has the size of its way in T,
-    /// or of the way by which that changes if active coordinates and momenta change by their sizes, if that is more: it
-    /// may be at rest at the start only, and its rate may be a rounding error there.
+    /// what changes its position by that position's size within T. An ignorable coordinate has the size of its way in
+    /// T, or of the way by which that changes if active coordinates and momenta change by their sizes, if that is more:
+    /// it may be at rest at the start only, and its rate may be a rounding error there.
     ///
     /// # Errors
     /// If the start is outside the domain.

@@ -6,14 +6,14 @@
 use super::kernel::larger;
 use super::rule::Order;
 use super::transport::{AT_ONCE, Transport};
-use super::window::Solver;
+use super::window::{Place, Solver};
 use crate::geometry::Start;
 
 /// An error, and that of rounding alone.
 type Errors = [f64; 2];
 
-/// A step may carry ẋ to its end with this relative error. With 1e-3, growth across the flow saturates in long runs, and δ
-/// is up to three times too small.
+/// A step may carry ẋ to its end with this relative error. With 1e-3, growth across the flow saturates in long runs,
+/// and δ is up to three times too small.
 const ACCURACY: f64 = 1e-4;
 /// A window is cut into this many steps at most,
 const MOST_PARTS: usize = 6;
@@ -100,6 +100,14 @@ impl<'g, const N: usize> Steps<'g, N> {
         self.ignorable.fill(0.0);
         (self.along, self.length, self.windows, self.wanted) = ([0.0; 2], 0.0, 0.0, FIRST);
         (self.has_begun, self.now, self.reached, self.largest) = (false, [0.0; 2], 0.0, 0.0);
+    }
+
+    /// The error of a coordinate.
+    pub(super) fn error(&self, place: Place) -> f64 {
+        match place {
+            Place::Active(place) => self.delta[place][0].abs(),
+            Place::Ignorable(j) => self.ignorable[j].abs(),
+        }
     }
 
     /// Takes in a finished window of length `h` with its local errors; `of_slopes` is the part that rounding has in

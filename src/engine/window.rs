@@ -59,6 +59,13 @@ pub(super) enum Known {
     All,
 }
 
+/// The place of a coordinate among the active ones, or among the ignorable ones.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Place {
+    Active(usize),
+    Ignorable(usize),
+}
+
 /// An unknown at the ends of a window.
 pub(super) struct Unknown {
     pub(super) inverse_size: f64,
@@ -250,6 +257,31 @@ impl<'g, const N: usize> Solver<'g, N> {
             momentum.iter_mut().zip(velocity).for_each(|(sum, c)| *sum += g * c);
         }
         momentum
+    }
+
+    /// The place of a coordinate.
+    pub(super) fn place_of(&self, coordinate: usize) -> Place {
+        match self.geometry.active().binary_search(&coordinate) {
+            Ok(place) => Place::Active(place),
+            Err(before) => Place::Ignorable(coordinate - before),
+        }
+    }
+
+    /// q̇^a at the end of the window.
+    pub(super) fn end_rate(&self, place: Place) -> f64 {
+        match (place, self.system.order) {
+            (Place::Ignorable(j), _) => self.rate_nodes(j).0[N - 1],
+            (Place::Active(place), Order::First) => self.slope_nodes(place).0[N - 1],
+            (Place::Active(place), Order::Second) => self.rows[place].velocity_end.high,
+        }
+    }
+
+    /// 1/size of a coordinate.
+    pub(super) fn inverse_size(&self, place: Place) -> f64 {
+        match place {
+            Place::Active(place) => self.rows[place].inverse_size,
+            Place::Ignorable(j) => self.inverse_ignorable[j],
+        }
     }
 
     /// The nodes of the position of an active coordinate, by its place among them.

@@ -321,7 +321,7 @@ fn windows<const N: usize>((geometry, start): &(Geometry, Start), length: f64, a
     [true, false].map(|looks| {
         let wanted = Accuracy { accuracy, is_promised: true, is_certified: false };
         let sizes = Sizes::new(geometry, start, length).unwrap();
-        let mut windows = Adaptive::<N>::new(geometry, start, sizes, length, wanted);
+        let mut windows = Adaptive::<N>::new(geometry, start, sizes, (length, None), wanted);
         assert!(windows.between.is_some(), "something could hide");
         if !looks {
             windows.between = None;

@@ -1,0 +1,264 @@
+//! Runs that end where something has a value.
+//!
+//! Values inside a window are not as accurate as that at its end, so that the place is found by windows that end there.
+
+use super::adaptive::{Accepted, Adaptive};
+use super::{Failure, State};
+use crate::number::Compensated;
+use crate::number::root::{root, try_root};
+
+/// A run to a value of a coordinate ends without success after so many windows in turn that come no nearer to it.
+const IDLE: usize = 100;
+/// The place that the polynomial of a window tells is looked at first with so much room, relative to the distance of
+/// two nodes.
+const ROOM: f64 = 1e-4;
+
+/// The value of a coordinate at which a run ends.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Target {
+    pub(super) coordinate: usize,
+    value: f64,
+    /// The coordinate at the start.
+    from: f64,
+    /// The least distance so far, and the number of windows since.
+    nearest: f64,
+    idle: usize,
+}
+
+impl Target {
+    pub(super) fn new(coordinate: usize, value: f64, from: f64) -> Self {
+        Self { coordinate, value, from, nearest: f64::INFINITY, idle: 0 }
+    }
+
+    pub(super) fn begin(&mut self) {
+        (self.nearest, self.idle) = (f64::INFINITY, 0);
+    }
+
+    /// The length of the run, if it is at `q` after a part of the length γ.
+    fn foreseen(&self, q: f64, gamma: f64) -> f64 {
+        let done = (q - self.from) / (self.value - self.from);
+        if done > 0.0 { gamma / done.min(1.0) } else { f64::INFINITY }
+    }
+}
+
+impl<const N: usize> Adaptive<'_, N> {
+    /// Ends the run in the window that was accepted, if it gets to the target there.
+    ///
+    /// # Errors
+    /// If the run comes no nearer to it, or if there is no window that ends there.
+    pub(super) fn land(&mut self) -> Result<(), Failure> {
+        let Some(mut target) = self.target else { return Ok(()) };
+        let (a, h) = (target.coordinate, self.accepted.length);
+        let side = (target.value - target.from).signum();
+        let ahead = |q: f64| (q - target.value) * side;
+        let passed = self.may_pass(a, target.value, side).then(|| self.dense()).and_then(|dense| {
+            let node = self.nodes().iter().skip(1).position(|&node| ahead(dense.position(a, node)) >= 0.0)?;
+            Some((dense, node + 1))
+        });
+        let Some((dense, node)) = passed else {
+            let q = self.end().q[a].high;
+            let distance = (target.value - q).abs();
+            target.idle = if distance < target.nearest { 0 } else { target.idle + 1 };
+            target.nearest = target.nearest.min(distance);
+            self.target = Some(target);
+            self.foresee(target.foreseen(q, self.gamma_at_end()));
+            return if target.idle < IDLE { Ok(()) } else { Err(Failure::ValueNotReached) };
+        };
+        let (nodes, at) = (self.nodes(), |fraction: f64| ahead(dense.position(a, fraction)));
+        let (low, high) = (nodes[node - 1], nodes[node]);
+        let place = root([low, at(low).min(-f64::MIN_POSITIVE)], [high, at(high)], f64::EPSILON, at);
+        let room = ROOM * (high - low);
+        let tries = [[(place - room).max(0.0), (place + room).min(1.0)], [low, high]];
+        let mut value = |state: &State| ahead(state.q[a].high) + state.q[a].low * side;
+        for fractions in tries {
+            if self.end_where(fractions.map(|fraction| fraction * h), -1.0, &mut value)? {
+                self.set_end(a, Compensated::from(target.value));
+                return Ok(());
+            }
+        }
+        Err(Failure::NotConverged)
+    }
+
+    /// Solves the accepted window again, so that it and the run end where the value of the state at its end changes
+    /// its sign, between two lengths; `side` is the sign before. Returns false, and leaves the window as it was, if the
+    /// sign does not change there.
+    ///
+    /// # Errors
+    /// If such a window has no solution.
+    pub(super) fn end_where(
+        &mut self,
+        between: [f64; 2],
+        side: f64,
+        value: &mut dyn FnMut(&State) -> f64,
+    ) -> Result<bool, Failure> {
+        let (before, gamma) = (self.accepted, self.gamma_at_start());
+        let mut failure = None;
+        let found = root_between(between, side, gamma, before.length, |h| match self.again(h, true) {
+            Ok(()) => Some(value(self.end())),
+            Err(error) => {
+                failure = Some(error);
+                None
+            }
+        });
+        if let Some(failure) = failure {
+            return Err(failure);
+        }
+        let Accepted { length, is_last, .. } = before;
+        let (length, is_last) = found.map_or((length, is_last), |h| (h, true));
+        self.again(length, is_last)?;
+        Ok(found.is_some())
+    }
+}
+
+/// The length, between two lengths, at which `value` changes its sign from `side`, to rounding of `gamma`; `None` if it
+/// does not, or if there is no value on the way. Lengths are at most `longest`.
+///
+/// A change beside the two lengths, by no more than their distance, is found too.
+fn root_between(
+    [mut low, mut high]: [f64; 2],
+    side: f64,
+    gamma: f64,
+    longest: f64,
+    mut value: impl FnMut(f64) -> Option<f64>,
+) -> Option<f64> {
+    let width = high - low;
+    let mut at_high = value(high)?;
+    let at_start = |at_high: f64| side * at_high.abs().max(f64::MIN_POSITIVE);
+    let mut at_low = if low > 0.0 { value(low)? } else { at_start(at_high) };
+    if at_low * side <= 0.0 {
+        (high, at_high) = (low, at_low);
+        low = (low - width).max(0.0);
+        at_low = if low > 0.0 { value(low)? } else { at_start(at_high) };
+    } else if at_high * side > 0.0 {
+        (low, at_low) = (high, at_high);
+        high = (high + width).min(longest);
+        at_high = value(high)?;
+    }
+    if at_low * side <= 0.0 || at_high * side > 0.0 {
+        return None;
+    }
+    if at_high == 0.0 {
+        return Some(high);
+    }
+    try_root([low, at_low], [high, at_high], 2.0 * f64::EPSILON * (gamma + high), value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{kerr, lifted, schwarzschild, well};
+    use super::super::{Accuracy, Engine, Failure, State};
+    use super::root_between;
+    use crate::geometry::{Geometry, Start};
+
+    const ACCURACY: Accuracy = Accuracy { accuracy: 1e-9, is_promised: true, is_certified: true };
+
+    /// The end of a run.
+    fn end(mut engine: Engine<'_>) -> Result<(f64, State), Failure> {
+        let mut end = (0.0, State::default());
+        loop {
+            match engine.next() {
+                Ok(Some(window)) => end = (window.gamma + window.length, window.end().clone()),
+                Ok(None) => break,
+                Err(Failure::BeginAgain) => engine.begin_again(),
+                Err(failure) => return Err(failure),
+            }
+        }
+        assert!(engine.error_estimate().unwrap() <= 1e-9);
+        Ok(end)
+    }
+
+    /// A run ends at a value of an ignorable or of an active coordinate to the last bit, and there it is where a run of
+    /// that length comes to.
+    #[test]
+    fn runs_end_at_values() {
+        let pendulum = lifted("1 - cos(x)", &["x"], &[1.0], &[0.3]);
+        let scenes = [(well(), 0, 11.3), (well(), 1, 0.2), (schwarzschild(), 0, 711.0), (schwarzschild(), 1, 13.0)];
+        for ((geometry, start), a, value) in scenes.into_iter().chain([(kerr(), 3, 7.0), (pendulum, 0, 1e-3)]) {
+            for points in [8, 16] {
+                let engine = Engine::accurate_to_value(&geometry, &start, (a, value), ACCURACY, points).unwrap();
+                let (length, state) = end(engine).unwrap();
+                assert_eq!(state.positions()[a].to_bits(), value.to_bits());
+                let (_, same) = end(Engine::accurate(&geometry, &start, length, ACCURACY, points).unwrap()).unwrap();
+                for (one, other) in state.positions().iter().zip(same.positions()) {
+                    assert!((one - other).abs() < 3e-9 * other.abs().max(1.0), "{a} {points}: {one} {other}");
+                }
+            }
+        }
+    }
+
+    /// The well has |x| < 1.01.
+    #[test]
+    fn a_value_that_is_never_reached_ends_the_run() {
+        let (geometry, start) = well();
+        let engine = Engine::accurate_to_value(&geometry, &start, (1, 2.0), ACCURACY, 16).unwrap();
+        assert_eq!(end(engine).unwrap_err(), Failure::ValueNotReached);
+    }
+
+    /// The first pericentre, where p_r changes its sign.
+    #[test]
+    fn a_run_ends_where_a_function_changes_its_sign() {
+        let (geometry, start): (Geometry, Start) = schwarzschild();
+        let mut engine = Engine::accurate(&geometry, &start, 2000.0, ACCURACY, 16).unwrap();
+        let momentum = |state: &State| state.p[0].high;
+        let (mut gamma, mut place) = (0.0, None);
+        while let Some(window) = engine.next().unwrap() {
+            // p_r is negative on the way out.
+            if place.is_none() && gamma > 0.0 && momentum(window.start()) < 0.0 && momentum(window.end()) > 0.0 {
+                let length = window.length;
+                let cut = engine.end_where([0.0, length], -1.0, &mut |state| momentum(state)).unwrap().unwrap();
+                place = Some((cut.gamma + cut.length, cut.end().positions()[1]));
+            } else {
+                gamma = window.gamma + window.length;
+            }
+        }
+        // p = 10, e = 0.5: apocentre 20, half of the radial period later.
+        let (_, r) = place.unwrap();
+        assert!((r - 20.0).abs() < 1e-7, "{r}");
+    }
+
+    /// The root that is found from a bracket of nodes, of a function that changes its sign at `root`, in a window of
+    /// length 1.
+    fn found(between: [f64; 2], side: f64, root: f64) -> Option<f64> {
+        root_between(between, side, 0.0, 1.0, |h| Some(side * (root - h) * (1.0 + h * h)))
+    }
+
+    #[test]
+    fn a_root_in_a_bracket_or_right_beside_it_is_found() {
+        for side in [1.0, -1.0] {
+            for root in [0.3001, 0.35, 0.3999, 0.4, 0.4001, 0.45, 0.4999, 0.5, 0.5001, 0.55, 0.5999] {
+                let at = found([0.4, 0.5], side, root).unwrap_or_else(|| panic!("{side} {root}"));
+                assert!((at - root).abs() < 1e-15, "{side} {root}: {at}");
+            }
+            for root in [0.1, 0.29, 0.61, 0.9] {
+                assert_eq!(found([0.4, 0.5], side, root), None, "{side} {root}");
+            }
+            // At the ends of the window there is no more room than it has.
+            for (bracket, root) in [([0.02, 0.1], 0.001), ([0.0, 0.1], 0.03), ([0.0, 0.1], 0.15), ([0.95, 0.99], 0.995)]
+            {
+                let at = found(bracket, side, root).unwrap_or_else(|| panic!("{side} {root}"));
+                assert!((at - root).abs() < 1e-15, "{side} {root}: {at}");
+            }
+            assert_eq!(found([0.9, 0.98], side, 1.02), None);
+        }
+    }
+
+    /// To the digits that γ has at the end, and nothing is asked for beyond the window or where there is no value.
+    #[test]
+    fn a_root_is_as_accurate_as_gamma() {
+        let count = |gamma: f64| {
+            let mut count = 0;
+            let value = |h: f64| {
+                count += 1;
+                assert!((0.0..=1.0).contains(&h));
+                Some((0.3 - h) * (1.0 + h))
+            };
+            let root = root_between([0.25, 0.5], 1.0, gamma, 1.0, value).unwrap();
+            assert!((root - 0.3).abs() <= 4.0 * f64::EPSILON * (gamma + 0.5), "{root}");
+            count
+        };
+        assert!(count(1e12) < count(0.0));
+        assert_eq!(root_between([0.25, 0.5], 1.0, 0.0, 1.0, |_| None), None);
+        // A value that is zero at the end of the bracket is a root.
+        assert_eq!(root_between([0.25, 0.5], 1.0, 0.0, 1.0, |h| Some(0.5 - h)), Some(0.5));
+    }
+}
