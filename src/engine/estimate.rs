@@ -6,7 +6,8 @@
 
 use super::plane::Plane;
 use super::steps::Steps;
-use super::window::{Place, Solver};
+use super::view::Place;
+use super::window::Solver;
 use crate::geometry::Start;
 
 /// What sweeps leave is estimated from their contraction, which slows down: in 99.5 % of windows it is less than this

@@ -22,6 +22,7 @@
 //! linear       the same for its linearised equations
 //! sizes        the units of a motion, from the motion itself
 //! window       one window
+//! view         what is known of it when it is finished
 //! dense        a window between its nodes
 //! certificate  the gradient of the action at a window
 //! march        windows of one length
@@ -55,6 +56,7 @@ mod system;
 #[cfg(test)]
 mod tests;
 mod transport;
+mod view;
 mod window;
 
 pub use self::dense::Dense;

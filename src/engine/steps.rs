@@ -6,7 +6,8 @@
 use super::kernel::larger;
 use super::rule::Order;
 use super::transport::{AT_ONCE, Transport};
-use super::window::{Place, Solver};
+use super::view::Place;
+use super::window::Solver;
 use crate::geometry::Start;
 
 /// An error, and that of rounding alone.
