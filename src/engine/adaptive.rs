@@ -11,6 +11,7 @@ use super::control::Control;
 use super::dense::Dense;
 use super::estimate::ErrorEstimate;
 use super::ladder::Ladder;
+use super::reason;
 use super::rule::Rule;
 use super::sizes::Sizes;
 use super::stop::Target;
@@ -71,6 +72,8 @@ pub(super) struct Adaptive<'g, const N: usize> {
     refused: usize,
     sweeps: usize,
     largest_inside: f64,
+    /// γ and q^a where the run failed.
+    failed_at: Option<(f64, Vec<f64>)>,
     /// True once the error was carried over the last window.
     is_followed: bool,
     /// Number of windows in which something may hide.
@@ -128,6 +131,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             refused: 0,
             sweeps: 0,
             largest_inside: 0.0,
+            failed_at: None,
             is_followed: false,
             unproved: 0,
             windows: 0,
@@ -141,7 +145,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
         loop {
             let rung = self.control.rung;
             if !Ladder::<N>::has(rung) {
-                return Err(Failure::TooShort);
+                return Err(self.reason(Failure::TooShort));
             }
             let least = LEAST * self.ladder.length(0);
             let end = if self.target.is_some() { f64::INFINITY } else { self.length };
@@ -185,6 +189,26 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             self.previous = Some(rung);
             self.largest_inside = self.largest_inside.max(inside);
             return Ok(Accepted { length: tables.length, sweeps: swept.sweeps, is_last, left: swept.left });
+        }
+    }
+
+    /// The reason of a failure: the motion may leave the domain soon.
+    fn reason(&mut self, failure: Failure) -> Failure {
+        let (gamma, state) = match failure {
+            Failure::Rounding => (self.gamma_at_end(), &self.solver.end),
+            _ => (self.gamma.high, &self.solver.start),
+        };
+        let ahead = self.ladder.length(0);
+        let ahead = if self.target.is_some() { ahead } else { ahead.min(self.length - gamma) };
+        match reason::edge(self.solver.geometry, state, &self.start.p, ahead, gamma) {
+            Some((gamma, q, outside)) => {
+                self.failed_at = Some((gamma, q));
+                Failure::OutsideDomain(outside)
+            }
+            None => {
+                self.failed_at = Some((gamma, state.positions()));
+                failure
+            }
         }
     }
 
@@ -275,7 +299,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
         let expected = excess.max(1e-3) * way.powf(1.5);
         // Shorter windows make no smaller rounding errors.
         if self.restarts == MOST_RESTARTS || MARGIN * estimate.rounding_now > allowed {
-            return Err(Failure::Rounding);
+            return Err(self.reason(Failure::Rounding));
         }
         self.strictness *= (0.2 / expected).clamp(1e-4, 0.3);
         Err(Failure::BeginAgain)
@@ -323,7 +347,7 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
         self.estimate.iter_mut().for_each(ErrorEstimate::begin);
         self.target.iter_mut().for_each(Target::begin);
         (self.gamma, self.previous, self.largest_inside) = (Compensated::default(), None, 0.0);
-        (self.windows, self.unproved) = (0, 0);
+        (self.windows, self.unproved, self.failed_at) = (0, 0, None);
     }
 
     fn rewind(&mut self) {
@@ -334,6 +358,10 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
 
     fn error_estimate(&self) -> Option<f64> {
         self.estimate.as_ref().map(|estimate| MARGIN * estimate.largest + self.largest_inside)
+    }
+
+    fn place(&self) -> (f64, Vec<f64>) {
+        self.failed_at.clone().unwrap_or_else(|| (self.gamma_at_end(), self.solver.end.positions()))
     }
 
     fn unproved(&self) -> usize {

@@ -78,6 +78,11 @@ impl<const N: usize> Windows for March<'_, N> {
             solved: solver,
         }))
     }
+
+    fn place(&self) -> (f64, Vec<f64>) {
+        let Self { solver, tables, .. } = self;
+        (self.solved as f64 * tables.length, solver.end.positions())
+    }
 }
 
 #[cfg(test)]

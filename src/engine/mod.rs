@@ -30,6 +30,7 @@
 //! estimate     what the errors of windows add up to: `plane` for one active coordinate, `steps`, `transport` for more
 //! adaptive     windows as long as an accuracy needs
 //! stop         runs that end where something has a value
+//! reason       why there is no next window
 //! between      a look for what may hide between the nodes of a window
 //! enclosure    what formulas do between nodes
 //! lobatto      the engines that this one is to replace
@@ -48,6 +49,7 @@ mod linear;
 pub mod lobatto;
 mod march;
 mod plane;
+mod reason;
 mod rule;
 mod sizes;
 mod steps;
@@ -151,6 +153,8 @@ trait Solved {
     fn complete(&mut self);
     /// The motion between the nodes.
     fn dense(&self) -> Dense;
+    /// The places of the nodes, as fractions.
+    fn fractions(&self) -> &[f64];
     /// q^a on the nodes; of an ignorable coordinate from the start of the window.
     fn q(&self, a: usize) -> &[f64];
     /// p_a on the nodes, by place among the active coordinates.
@@ -187,6 +191,11 @@ impl WindowNodes<'_> {
     /// Number n of nodes.
     pub fn points(&self) -> usize {
         self.0.points()
+    }
+
+    /// Their places, as fractions of the window.
+    pub fn fractions(&self) -> &[f64] {
+        self.0.fractions()
     }
 
     /// q^a on the nodes; of an ignorable coordinate from the start of the window.
@@ -228,6 +237,9 @@ trait Windows {
     fn error_estimate(&self) -> Option<f64> {
         None
     }
+
+    /// As [`Engine::place`].
+    fn place(&self) -> (f64, Vec<f64>);
 
     /// As [`Engine::unproved`].
     fn unproved(&self) -> usize {
@@ -363,6 +375,12 @@ impl<'g> Engine<'g> {
     /// The largest error to expect at any node so far, relative to sizes, if the accuracy is promised.
     pub fn error_estimate(&self) -> Option<f64> {
         self.0.error_estimate()
+    }
+
+    /// γ from the start of the run and q^a where windows have come to; after a failure, where the motion leaves the
+    /// domain, if that is the reason.
+    pub fn place(&self) -> (f64, Vec<f64>) {
+        self.0.place()
     }
 
     /// Number of windows so far between whose nodes something may hide, however short they are. Windows of one length

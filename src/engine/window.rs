@@ -269,6 +269,10 @@ impl<const N: usize> Solved for Solver<'_, N> {
         Dense::new(self)
     }
 
+    fn fractions(&self) -> &[f64] {
+        &self.rule.nodes[0].0[..self.rule.points()]
+    }
+
     fn q(&self, a: usize) -> &[f64] {
         let nodes = match self.geometry.active().iter().position(|&active| active == a) {
             Some(place) => self.position(place),

@@ -7,7 +7,7 @@ use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::solve::{Arithmetic, InitialGuess, WorldLine, solve};
 
 /// Scenes whose equations are of first or second order, with one-forms, forces, and a metric that is not diagonal.
-const SCENES: [(&str, &str); 6] = [
+pub(super) const SCENES: [(&str, &str); 6] = [
     (
         "kerr",
         "metric.preset = \"kerr\"\nmetric.parameters.a = 0.9\n\
@@ -95,7 +95,7 @@ initial = { x = 1.0, t_dot = 1.0, x_dot = 0.1 }
 ";
 
 /// The geometry of a scene around its start, and the start.
-fn scene(text: &str) -> (Geometry, Start) {
+pub(super) fn scene(text: &str) -> (Geometry, Start) {
     let case = SceneCase::parse("test", &format!("{text}grid.gamma_f = 1.0\nsolver.accuracy = 1e-6\n"), &[]);
     let case = case.unwrap_or_else(|error| panic!("{error}\n{text}"));
     (case.geometry(), case.start())

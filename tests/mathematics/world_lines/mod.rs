@@ -7,6 +7,7 @@ mod convergence;
 mod diagnostics;
 mod ends;
 mod engine;
+mod engine_accuracy;
 mod events;
 mod features;
 mod flow;

@@ -1,0 +1,78 @@
+//! Why there is no next window.
+
+use super::State;
+use crate::geometry::{Geometry, OutsideGeometry};
+use crate::number::runge_kutta::runge_kutta;
+
+/// Explicit steps along the way.
+const STEPS: usize = 512;
+
+/// Where the motion leaves the domain: γ, q^a, and the determinant that says so.
+pub(super) type Edge = (f64, Vec<f64>, OutsideGeometry);
+
+/// Follows the motion from a state at `gamma` over `length` by the classical Runge–Kutta method, and returns where it
+/// leaves the domain. `momenta` are those of all coordinates at the start of the run.
+///
+/// Before a horizon windows become shorter and shorter, and rounding may end the run before it: the horizon is the
+/// reason all the same.
+pub(super) fn edge(geometry: &Geometry, state: &State, momenta: &[f64], length: f64, gamma: f64) -> Option<Edge> {
+    let n = geometry.dimension();
+    let mut now = [state.positions(), momenta.to_vec()].concat();
+    geometry.active().iter().zip(state.momenta()).for_each(|(&a, p)| now[n + a] = p);
+    let mut point = geometry.point();
+    let mut slopes = [(); 4].map(|()| vec![0.0; 2 * n]);
+    let h = length / STEPS as f64;
+    for step in 0..STEPS {
+        if let Err(outside) = runge_kutta(&mut now, h, &mut slopes, |_, trial, out| point.slopes(trial, out)) {
+            now.truncate(n);
+            return Some((gamma + h * step as f64, now, outside));
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::metric;
+    use super::super::{Accuracy, Engine, Failure, State};
+    use super::edge;
+    use crate::number::Compensated;
+
+    /// With p_t = 1 and K = p_t²/g_tt − p_x² = ¾ at x = 0, g_tt = 1 + 2x is zero after this γ, as dγ = dg/2w.
+    fn way() -> f64 {
+        let (k, angle) = (0.75_f64, (0.75_f64).sqrt().asin());
+        (angle - angle.sin() * angle.cos()) / (2.0 * k.powf(1.5))
+    }
+
+    #[test]
+    fn a_horizon_is_met_where_it_is() {
+        let (geometry, start) = metric(&["t", "x"], &[(0, 0, "1 + 2*x"), (1, 1, "-1")], &[0.0, 0.0], &[1.0, 0.5]);
+        let state = State { q: vec![Compensated::from(0.0); 2], p: vec![Compensated::from(0.5)] };
+        let (gamma, q, _) = edge(&geometry, &state, &start.p, 0.6, 3.0).unwrap();
+        assert!((gamma - 3.0 - way()).abs() < 5e-3 && (q[1] + 0.5).abs() < 0.05, "{gamma} {}, {q:?}", way());
+        // What lies beyond the length does not count.
+        assert!(edge(&geometry, &state, &start.p, 0.45, 3.0).is_none());
+    }
+
+    /// Whatever fails first before a horizon.
+    #[test]
+    fn a_horizon_is_named_as_the_reason() {
+        let (geometry, start) = metric(&["t", "x"], &[(0, 0, "1 + 2*x"), (1, 1, "-1")], &[0.0, 0.0], &[1.0, 0.5]);
+        for points in [8, 16] {
+            for accuracy in [1e-4, 1e-7, 1e-10, 1e-13] {
+                let wanted = Accuracy { accuracy, is_promised: true, is_certified: false };
+                let mut engine = Engine::accurate(&geometry, &start, 3.0, wanted, points).unwrap();
+                let failure = loop {
+                    match engine.next() {
+                        Ok(window) => assert!(window.is_some(), "the run ends before its end"),
+                        Err(Failure::BeginAgain) => engine.begin_again(),
+                        Err(failure) => break failure,
+                    }
+                };
+                assert!(matches!(failure, Failure::OutsideDomain(_)), "{points} {accuracy:e}: {failure:?}");
+                let (gamma, q) = engine.place();
+                assert!((gamma - way()).abs() < 0.01 && (q[1] + 0.5).abs() < 0.1, "{gamma} {q:?}");
+            }
+        }
+    }
+}
