@@ -70,6 +70,12 @@ impl<'g, const N: usize> System<'g, N> {
         }
     }
 
+    /// True if a slope is not finite on some node.
+    pub(super) fn is_broken(&self) -> bool {
+        let mut slopes = self.passes.iter().flat_map(|pass| &pass.slopes);
+        slopes.any(|&slope| self.registers[slope].0.iter().any(|value| !value.is_finite()))
+    }
+
     /// p_a of an ignorable coordinate.
     pub(super) fn charge(&self, a: usize) -> f64 {
         self.registers[2 * self.geometry.dimension() + a].0[0]

@@ -43,6 +43,8 @@ pub(super) struct Solver<'g, const N: usize> {
     /// The weights of the highest Legendre modes, if the errors of windows are measured.
     highest_modes: Option<[Nodes<N>; 4]>,
     most_sweeps: usize,
+    /// True from the first window on in which something overflowed on the way to finite values.
+    is_mended: bool,
     /// The length of the finished window, and what of it was computed.
     pub(super) length: f64,
     known: Known,
@@ -78,6 +80,7 @@ impl<'g, const N: usize> Solver<'g, N> {
             gains: vec![Twofold::ZERO; ignorable],
             highest_modes: measures.then(|| rule.highest_modes()),
             most_sweeps: MOST_SWEEPS[usize::from(!measures)],
+            is_mended: false,
             length: 0.0,
             known: Known::Ends,
             ignorable: geometry.ignorable().collect(),
@@ -112,7 +115,11 @@ impl<'g, const N: usize> Solver<'g, N> {
         continuation: Option<&Matrix<N>>,
         threshold: f64,
     ) -> Result<Swept, Failure> {
-        let swept = self.sweep(tables, continuation, threshold);
+        let mut swept = self.sweep(tables, continuation, threshold);
+        if !swept.is_solved && !self.is_mended && self.system.is_broken() {
+            self.is_mended = true;
+            swept = self.sweep(tables, None, threshold);
+        }
         if !swept.is_solved {
             return Err(Failure::NotConverged);
         }
@@ -136,6 +143,7 @@ impl<'g, const N: usize> Solver<'g, N> {
             continuation,
             threshold,
             most_sweeps: self.most_sweeps,
+            mended: self.is_mended.then(|| &self.geometry.hamiltonian().program),
             others,
             ignorable,
             inverse_ignorable: &self.inverse_ignorable,

@@ -4,7 +4,7 @@ use pulp::{Simd, WithSimd};
 
 use super::{LocalErrors, carry_out};
 use crate::engine::rule::Order;
-use crate::formula::{Register, Step};
+use crate::formula::{Program, Register, Step};
 use crate::number::Compensated;
 use crate::number::vector::{Lanes, Matrix, Nodes, multiply, product_error_of};
 
@@ -126,6 +126,8 @@ pub(in super::super) struct Sweeps<'w, const N: usize> {
     /// there.
     pub(in super::super) threshold: f64,
     pub(in super::super) most_sweeps: usize,
+    /// The program, where values are to be mended that are finite although something on the way to them is not.
+    pub(in super::super) mended: Option<&'w Program<f64>>,
     /// The steps to the velocities of ignorable coordinates and to the determinants, once the unknowns are known.
     pub(in super::super) others: &'w [Step],
     /// The registers of these velocities, and 1/size of these coordinates.
@@ -147,6 +149,7 @@ impl<const N: usize> WithSimd for Sweeps<'_, N> {
             let mut change = Lanes::splat(s, 0.0);
             for pass in self.passes {
                 carry_out(s, &pass.steps, self.registers);
+                self.mend();
                 for k in 0..pass.slopes.len() {
                     if let Some(low) = self.collocation_low
                         && sweeps == 1
@@ -160,13 +163,16 @@ impl<const N: usize> WithSimd for Sweeps<'_, N> {
             let left = left(changes);
             if left <= self.threshold {
                 carry_out(s, self.others, self.registers);
+                self.mend();
                 let local = match self.highest_modes {
                     Some(highest) => self.measure(s, highest),
                     None => LocalErrors::default(),
                 };
                 return Swept { sweeps, is_solved: true, left, local };
             }
-            if sweeps >= 5 && !(changes[2] <= 0.5 * changes[1] || changes[2] <= STALLED) {
+            // Where a window may be shorter, that is better than many sweeps.
+            let is_slow = !(changes[2] <= 0.5 * changes[1] || changes[2] <= STALLED);
+            if sweeps >= 5 && is_slow && self.highest_modes.is_some() {
                 return Swept { sweeps, is_solved: false, left, local: LocalErrors::default() };
             }
         }
@@ -175,6 +181,13 @@ impl<const N: usize> WithSimd for Sweeps<'_, N> {
 }
 
 impl<const N: usize> Sweeps<'_, N> {
+    #[inline(always)]
+    fn mend(&mut self) {
+        if let Some(program) = self.mended {
+            program.mend_nodes(program.outputs(), N, self.registers);
+        }
+    }
+
     /// The motion without forces, and on top of it the slopes of the window before, continued.
     #[inline(always)]
     fn guess<S: Simd>(&mut self, s: S) {

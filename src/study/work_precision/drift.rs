@@ -11,6 +11,9 @@ use crate::methods::{Composition, Dop853, Gauss, Output, Rk4, Setting, Taylor};
 
 /// Number of evaluations of the potential for each of the intervals into which a run is divided.
 const EVALUATIONS: f64 = 200.0;
+
+/// The number of steps is corrected at most so often.
+const MOST_CORRECTIONS: usize = 4;
 /// Number of Taylor steps of the reference that make an interval.
 const PIECES: f64 = 3.0;
 /// Number of points of output, evenly spaced in log γ.
@@ -94,8 +97,14 @@ fn in_budget(
         return all.min_by(|a, b| distance(&a.1).total_cmp(&distance(&b.1)));
     }
     let steps = |cost: f64| intervals * (EVALUATIONS / cost).round().max(1.0) as usize;
-    let (setting, outcome) = run(Setting::steps(steps(cost)))?;
-    // How often a method iterates depends on the motion.
-    let counted = steps(outcome.evaluations as f64 / setting.count as f64);
-    if counted == setting.count { Some((setting, outcome)) } else { run(Setting::steps(counted)) }
+    let (mut setting, mut outcome) = run(Setting::steps(steps(cost)))?;
+    // How often a method iterates depends on the motion, and on the length of its steps.
+    for _ in 0..MOST_CORRECTIONS {
+        let counted = steps(outcome.evaluations as f64 / setting.count as f64);
+        if counted == setting.count {
+            break;
+        }
+        (setting, outcome) = run(Setting::steps(counted))?;
+    }
+    Some((setting, outcome))
 }
