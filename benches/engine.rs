@@ -1,9 +1,10 @@
 //! Runs to an accuracy, timed, with their true errors; and the instructions of older machines against the best ones.
 //!
-//! Five motions: Hénon–Heiles to γ = 1000, the quartic well to 1 and to 1000, an orbit around a black hole to 2000 and an
-//! inclined one around a rotating hole to 400. Each is run bare, with the promise, and with everything: promised,
-//! certified, and all nodes kept. A time is the least of many runs with one engine. Errors are those of the end, relative
-//! to the largest value that a coordinate has on the way, against ends that a Taylor method gives in 40 digits.
+//! Five motions: Hénon–Heiles to γ = 1000, the quartic well to 1 and to 1000, an orbit around a black hole to 2000 and
+//! an inclined one around a rotating hole to 400. Each is run bare, with the promise, and with everything: promised,
+//! certified, and all nodes kept. A time is the least of many runs with one engine. Errors are those of the end,
+//! relative to the largest value that a coordinate has on the way, against ends that a Taylor method gives in 40
+//! digits.
 //!
 //! ```text
 //! cargo bench --bench engine [-- NAME]

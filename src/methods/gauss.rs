@@ -15,8 +15,8 @@ use crate::geometry::{Geometry, Start};
 ///
 /// and as Y = y + h A f(Y), y⁺ = y + h Σ b_j f_j for equations of the first order. It is this program's own engine with
 /// other tables: sweeps from the polynomial of the step before, sums without loss and weights of 30 digits, as in
-/// Hairer, McLachlan, Razakarivony (2008), "Achieving Brouwer's law with implicit Runge–Kutta methods". Between the ends
-/// of steps the motion is the integral of the polynomial through the slopes at the stages.
+/// Hairer, McLachlan, Razakarivony (2008), "Achieving Brouwer's law with implicit Runge–Kutta methods". Between the
+/// ends of steps the motion is the integral of the polynomial through the slopes at the stages.
 ///
 /// The iteration ends when the error of the unknowns is below the tolerance, relative to their size; 0 goes to
 /// rounding.
@@ -27,8 +27,8 @@ pub struct Gauss {
 }
 
 impl Gauss {
-    /// Calls `see(q, p)` at the points of output, with q^a of all coordinates and p_a of active ones. Returns the numbers
-    /// of evaluations and of steps.
+    /// Calls `see(q, p)` at the points of output, with q^a of all coordinates and p_a of active ones. Returns the
+    /// numbers of evaluations and of steps.
     fn drive(
         self,
         (geometry, start, length): (&Geometry, &Start, f64),
@@ -103,7 +103,9 @@ impl PeerIn<Metric> for Gauss {
         let start = InitialData { t: 0.0, ..*start }.start(space);
         let scene = (space.scene(), &start, *length);
         let [evaluations, steps] = self.drive(scene, output, setting, |q, p| {
-            states.push(State { elapsed: q[0], x: q[1], w: -p[0] });
+            // Without a potential x is ignorable, and its momentum a constant.
+            let momentum = p.first().copied().unwrap_or(start.p[1]);
+            states.push(State { elapsed: q[0], x: q[1], w: -momentum });
         })?;
         Ok(Trajectory { states, evaluations, steps })
     }

@@ -1,17 +1,18 @@
 //! Small errors δ carried over steps of a motion: δ(end) = Φ δ(start), for several steps at once, a lane for each.
 //!
 //! Between the ends of a step the motion is the polynomial of degree 5 with their x, ẋ and ẍ. On it the linearised
-//! equations δ̇ = J δ (or δ̈ = J δ) are solved by Gauss collocation with three nodes, of order 6, whose linear system is
-//! solved directly:
+//! equations δ̇ = J δ (or δ̈ = J δ) are solved by Gauss collocation with three nodes, of order 6, whose linear system
+//! is solved directly:
 //!
 //! ```text
 //! k_i − h Σ_j A_ij J_i k_j = J_i δ,                   Φ δ = δ + h Σ_i b_i k_i
-//! k_i − h² Σ_j (A²)_ij J_i k_j = J_i (δ + h c_i δ̇),   Φ (δ, δ̇) = (δ + h δ̇ + h² Σ_i b_i (1 − c_i) k_i, δ̇ + h Σ_i b_i k_i)
+//! k_i − h² Σ_j (A²)_ij J_i k_j = J_i (δ + h c_i δ̇),
+//!     Φ (δ, δ̇) = (δ + h δ̇ + h² Σ_i b_i (1 − c_i) k_i, δ̇ + h Σ_i b_i k_i)
 //! ```
 //!
-//! The method is symplectic. The exact Φ carries f = ẋ to the end of the step. The defect d = Φ f − f(end) tells how good
-//! Φ is, and Φ ← Φ − d fᵀ/|f|² carries it exactly, |f| with unknowns relative to their sizes. Without this, errors of the
-//! growth along f multiply, and steady growth becomes exponential, or ends.
+//! The method is symplectic. The exact Φ carries f = ẋ to the end of the step. The defect d = Φ f − f(end) tells how
+//! good Φ is, and Φ ← Φ − d fᵀ/|f|² carries it exactly, |f| with unknowns relative to their sizes. Without this, errors
+//! of the growth along f multiply, and steady growth becomes exponential, or ends.
 //!
 //! An ignorable coordinate with the rate r has a row of Φ too, ∫ ∇r·δ by the Gauss rule, which carries f to
 //! r(end) − r(start).

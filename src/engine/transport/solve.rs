@@ -285,8 +285,8 @@ mod tests {
         }
     }
 
-    /// For an oscillator the matrix is a rotation, with an error of order h⁷, and its determinant is 1. The same in first
-    /// order, which the mixed component of the metric needs.
+    /// For an oscillator the matrix is a rotation, with an error of order h⁷, and its determinant is 1. The same in
+    /// first order, which the mixed component of the metric needs.
     #[test]
     fn oscillators_are_carried_exactly() {
         let second = lifted("x^2/2", &["x"], &[0.5], &[0.1]);
