@@ -10,6 +10,7 @@
 //! cargo bench --bench engine [-- NAME]
 //! ```
 
+use std::ops::ControlFlow;
 use std::time::Instant;
 
 use geodesic_ivp::engine::{Accuracy, Engine, Failure};
@@ -132,27 +133,21 @@ fn measure(
     let (mut kept, mut windows, mut sweeps, mut end) = (Vec::new(), 0, 0, start.q.clone());
     let mut run = |engine: &mut Engine<'_>| {
         engine.rewind();
-        loop {
-            match engine.next() {
-                Ok(Some(mut window)) => {
-                    if window.index == 0 {
-                        (windows, sweeps) = (0, 0);
-                        kept.clear();
-                    }
-                    (windows, sweeps) = (windows + 1, sweeps + window.sweeps);
-                    if is_certified {
-                        let nodes = window.nodes();
-                        (0..start.q.len()).for_each(|a| kept.extend_from_slice(nodes.q(a)));
-                        (0..geometry.active().len()).for_each(|place| kept.extend_from_slice(nodes.p(place)));
-                    }
-                    end = window.end().positions();
-                    sizes.iter_mut().zip(&end).for_each(|(size, q)| *size = size.max(q.abs()));
-                }
-                Ok(None) => return Ok(()),
-                Err(Failure::BeginAgain) => engine.begin_again(),
-                Err(failure) => return Err(failure),
+        engine.run(|mut window| {
+            if window.index == 0 {
+                (windows, sweeps) = (0, 0);
+                kept.clear();
             }
-        }
+            (windows, sweeps) = (windows + 1, sweeps + window.sweeps);
+            if is_certified {
+                let nodes = window.nodes();
+                (0..start.q.len()).for_each(|a| kept.extend_from_slice(nodes.q(a)));
+                (0..geometry.active().len()).for_each(|place| kept.extend_from_slice(nodes.p(place)));
+            }
+            end = window.end().positions();
+            sizes.iter_mut().zip(&end).for_each(|(size, q)| *size = size.max(q.abs()));
+            ControlFlow::Continue(())
+        })
     };
     run(&mut engine)?;
     let (begun, mut seconds) = (Instant::now(), f64::INFINITY);

@@ -143,10 +143,10 @@ impl<'g, const N: usize> Adaptive<'g, N> {
     fn accept(&mut self) -> Result<Accepted, Failure> {
         let accuracy = self.wanted.accuracy;
         loop {
-            let rung = self.control.rung;
-            if !Ladder::<N>::has(rung) {
+            let Some(rung) = Ladder::<N>::nearest(self.control.rung) else {
                 return Err(self.reason(Failure::TooShort));
-            }
+            };
+            self.control.rung = rung;
             let least = LEAST * self.ladder.length(0);
             let end = if self.target.is_some() { f64::INFINITY } else { self.length };
             let (rest, full) = ((end - self.gamma.high) - self.gamma.low, self.ladder.length(rung));
@@ -224,13 +224,6 @@ impl<'g, const N: usize> Adaptive<'g, N> {
         self.solver.finish(&tables, self.known);
         self.accepted = Accepted { length, sweeps: swept.sweeps, is_last, left: swept.left };
         Ok(())
-    }
-
-    fn window(&mut self) -> Window<'_> {
-        let Accepted { length, sweeps, .. } = self.accepted;
-        let gradient_norm = self.certificate.as_mut().map(|certificate| certificate.of(&self.solver, length));
-        let (index, gamma) = (self.windows - 1, self.gamma.high);
-        Window { index, gamma, length, sweeps, gradient_norm, solved: &mut self.solver }
     }
 
     /// Takes this for the length of a run to a target. If nothing is known, it is as long as it was so far.
@@ -335,9 +328,19 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
         between: [f64; 2],
         side: f64,
         value: &mut dyn FnMut(&State) -> f64,
-    ) -> Result<Option<Window<'_>>, Failure> {
-        let is_found = self.end_where(between, side, value)?;
-        Ok(is_found.then(|| self.window()))
+    ) -> Result<bool, Failure> {
+        self.end_where(between, side, value)
+    }
+
+    fn window(&mut self) -> Window<'_> {
+        let Accepted { length, sweeps, .. } = self.accepted;
+        let gradient_norm = self.certificate.as_mut().map(|certificate| certificate.of(&self.solver, length));
+        let (index, gamma) = (self.windows - 1, self.gamma.high);
+        Window { index, gamma, length, sweeps, gradient_norm, solved: &mut self.solver }
+    }
+
+    fn sweeps(&self) -> usize {
+        self.sweeps
     }
 
     fn begin_again(&mut self) {

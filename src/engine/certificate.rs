@@ -75,6 +75,10 @@ impl<const N: usize> WithSimd for Gradient<'_, '_, '_, N> {
             registers[n + a] = (multiply(s, derivative, &way, [zero; 2]) * (1.0 / h)).nodes();
         }
         Evaluate { registers, steps }.with_simd(s);
+        if window.is_mended {
+            let program = &window.geometry.lagrangian().momenta;
+            program.mend_nodes(program.outputs(), N, registers);
+        }
         // The maximum may lose a NaN, the sum does not.
         let (mut most, mut sum) = (zero, zero);
         active = 0;

@@ -36,9 +36,9 @@ impl<const N: usize> Ladder<N> {
         Self { order, is_exact, first, rungs: (-REACH..=REACH).map(|_| None).collect() }
     }
 
-    /// True if there is a rung k.
-    pub(super) fn has(k: i32) -> bool {
-        (-REACH..=REACH).contains(&k)
+    /// The rung k or the longest one; `None` if there is none so short.
+    pub(super) fn nearest(k: i32) -> Option<i32> {
+        (k >= -REACH).then(|| k.min(REACH))
     }
 
     /// The length of rung k. The fourth roots of powers of two are rounded alike in every unit of length.

@@ -28,6 +28,8 @@ pub(super) struct Linear<'g, const N: usize> {
     pub(super) rows: Vec<Term>,
     /// The same for velocities of ignorable coordinates, whose rows count from 0.
     pub(super) rates: Vec<Term>,
+    /// True if values are to be mended that are finite although something on the way to them is not.
+    pub(super) is_mended: bool,
 }
 
 impl<'g, const N: usize> Linear<'g, N> {
@@ -67,6 +69,16 @@ impl<'g, const N: usize> Linear<'g, N> {
             unknowns: active.iter().copied().chain(momenta).collect(),
             rows,
             rates,
+            is_mended: false,
+        }
+    }
+
+    /// Mends what was evaluated.
+    #[inline(always)]
+    pub(super) fn mend(&mut self) {
+        if self.is_mended {
+            let program = &self.geometry.hamiltonian().linearised().jacobian;
+            program.mend_nodes(program.outputs(), N, &mut self.registers);
         }
     }
 

@@ -21,6 +21,9 @@ pub(super) struct March<'g, const N: usize> {
     /// Number of windows, and of those that were solved.
     windows: usize,
     solved: usize,
+    /// Number of sweeps over the last one, and over all.
+    last: usize,
+    sweeps: usize,
 }
 
 impl<'g, const N: usize> March<'g, N> {
@@ -42,6 +45,8 @@ impl<'g, const N: usize> March<'g, N> {
             tolerance,
             windows,
             solved: 0,
+            last: 0,
+            sweeps: 0,
             solver,
         }
     }
@@ -65,18 +70,19 @@ impl<const N: usize> Windows for March<'_, N> {
             solved => solved?,
         };
         solver.finish(tables, Known::All);
-        let length = tables.length;
-        let gradient_norm = self.certificate.as_mut().map(|certificate| certificate.of(solver, length));
-        let index = self.solved;
-        self.solved += 1;
-        Ok(Some(Window {
-            index,
-            gamma: index as f64 * length,
-            length,
-            sweeps: swept.sweeps,
-            gradient_norm,
-            solved: solver,
-        }))
+        (self.last, self.sweeps, self.solved) = (swept.sweeps, self.sweeps + swept.sweeps, self.solved + 1);
+        Ok(Some(self.window()))
+    }
+
+    fn window(&mut self) -> Window<'_> {
+        let Self { solver, tables, certificate, solved, last, .. } = self;
+        let (index, length) = (*solved - 1, tables.length);
+        let gradient_norm = certificate.as_mut().map(|certificate| certificate.of(solver, length));
+        Window { index, gamma: index as f64 * length, length, sweeps: *last, gradient_norm, solved: solver }
+    }
+
+    fn sweeps(&self) -> usize {
+        self.sweeps
     }
 
     fn place(&self) -> (f64, Vec<f64>) {

@@ -21,6 +21,7 @@
 //! system       the equations of a scene: registers, and the steps that compute what is wanted when
 //! linear       the same for its linearised equations
 //! sizes        the units of a motion, from the motion itself
+//! solved       a solved window, as it is lent
 //! window       one window
 //! view         what is known of it when it is finished
 //! dense        a window between its nodes
@@ -52,6 +53,7 @@ mod plane;
 mod reason;
 mod rule;
 mod sizes;
+mod solved;
 mod steps;
 mod stop;
 mod system;
@@ -62,6 +64,9 @@ mod view;
 mod window;
 
 pub use self::dense::Dense;
+pub use self::solved::{State, Window, WindowNodes};
+
+use std::ops::ControlFlow;
 
 use self::adaptive::Adaptive;
 use self::march::March;
@@ -69,7 +74,6 @@ use self::rule::Rule;
 use self::sizes::Sizes;
 use self::stop::Target;
 use crate::geometry::{Geometry, OutsideGeometry, Start};
-use crate::number::Compensated;
 use crate::number::vector::Twofold;
 
 /// The most nodes of a window.
@@ -78,24 +82,15 @@ pub const MOST_POINTS: usize = 24;
 /// The most stages of a step of Gauss' method.
 pub const MOST_STAGES: usize = 16;
 
-/// The state at the start or the end of a window, in sums that lose nothing.
-#[derive(Debug, Clone, Default)]
-pub struct State {
-    /// q^a of all coordinates.
-    pub(crate) q: Vec<Compensated<f64>>,
-    /// p_a of active coordinates.
-    pub(crate) p: Vec<Compensated<f64>>,
-}
-
-impl State {
-    /// q^a of all coordinates, rounded.
-    pub fn positions(&self) -> Vec<f64> {
-        self.q.iter().map(|q| q.high).collect()
-    }
-
-    /// p_a of active coordinates, rounded.
-    pub fn momenta(&self) -> Vec<f64> {
-        self.p.iter().map(|p| p.high).collect()
+impl Failure {
+    /// A word for files.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::OutsideDomain(_) => "outside-domain",
+            Self::NotConverged | Self::TooShort => "not-converged",
+            Self::ValueNotReached => "end-time-not-reached",
+            Self::BeginAgain | Self::Rounding => "accuracy-not-reached",
+        }
     }
 }
 
@@ -128,87 +123,6 @@ pub enum Failure {
     Rounding,
 }
 
-/// A solved window, which is lent until the next one is solved.
-pub struct Window<'w> {
-    /// Its place in the run.
-    pub index: usize,
-    /// γ at its start, from the start of the run.
-    pub gamma: f64,
-    /// Its length h.
-    pub length: f64,
-    /// The number of sweeps over it.
-    pub sweeps: usize,
-    /// The largest entry of the gradient of its action, if it is computed.
-    pub gradient_norm: Option<f64>,
-    solved: &'w mut dyn Solved,
-}
-
-/// A solved window of rules of any width.
-trait Solved {
-    /// Number n of nodes.
-    fn points(&self) -> usize;
-    /// The states at its start and its end.
-    fn ends(&self) -> [&State; 2];
-    /// Computes what was not needed to solve the window.
-    fn complete(&mut self);
-    /// The motion between the nodes.
-    fn dense(&self) -> Dense;
-    /// The places of the nodes, as fractions.
-    fn fractions(&self) -> &[f64];
-    /// q^a on the nodes; of an ignorable coordinate from the start of the window.
-    fn q(&self, a: usize) -> &[f64];
-    /// p_a on the nodes, by place among the active coordinates.
-    fn p(&self, place: usize) -> &[f64];
-}
-
-/// The nodes of a solved window.
-pub struct WindowNodes<'w>(&'w dyn Solved);
-
-impl Window<'_> {
-    /// The state at its start.
-    pub fn start(&self) -> &State {
-        self.solved.ends()[0]
-    }
-
-    /// The state at its end.
-    pub fn end(&self) -> &State {
-        self.solved.ends()[1]
-    }
-
-    /// The motion over it.
-    pub fn dense(&self) -> Dense {
-        self.solved.dense()
-    }
-
-    /// Its nodes, of which some values are computed when they are first asked for.
-    pub fn nodes(&mut self) -> WindowNodes<'_> {
-        self.solved.complete();
-        WindowNodes(self.solved)
-    }
-}
-
-impl WindowNodes<'_> {
-    /// Number n of nodes.
-    pub fn points(&self) -> usize {
-        self.0.points()
-    }
-
-    /// Their places, as fractions of the window.
-    pub fn fractions(&self) -> &[f64] {
-        self.0.fractions()
-    }
-
-    /// q^a on the nodes; of an ignorable coordinate from the start of the window.
-    pub fn q(&self, a: usize) -> &[f64] {
-        self.0.q(a)
-    }
-
-    /// p_a on the nodes, by place among the active coordinates.
-    pub fn p(&self, place: usize) -> &[f64] {
-        self.0.p(place)
-    }
-}
-
 /// Windows from a start, pulled one by one.
 pub struct Engine<'g>(Box<dyn Windows + 'g>);
 
@@ -223,9 +137,15 @@ trait Windows {
         _between: [f64; 2],
         _side: f64,
         _value: &mut dyn FnMut(&State) -> f64,
-    ) -> Result<Option<Window<'_>>, Failure> {
-        Ok(None)
+    ) -> Result<bool, Failure> {
+        Ok(false)
     }
+
+    /// As [`Engine::window`].
+    fn window(&mut self) -> Window<'_>;
+
+    /// As [`Engine::sweeps`].
+    fn sweeps(&self) -> usize;
 
     /// As [`Engine::begin_again`].
     fn begin_again(&mut self) {}
@@ -348,8 +268,8 @@ impl<'g> Engine<'g> {
 
     /// Ends the run in the last window of a run to an accuracy, where `value` of the state at its end changes its sign:
     /// the window is solved again with another length. `between` are two lengths of which the sign before the first one
-    /// is `side`, and changes before the second one, or beside them by no more than their distance. `None` if it does
-    /// not, and the run goes on.
+    /// is `side`, and changes before the second one, or beside them by no more than their distance. Returns false if it
+    /// does not: the window is as it was, and the run goes on.
     ///
     /// # Errors
     /// [`Failure`], if such a window has no solution.
@@ -358,8 +278,38 @@ impl<'g> Engine<'g> {
         between: [f64; 2],
         side: f64,
         value: &mut dyn FnMut(&State) -> f64,
-    ) -> Result<Option<Window<'_>>, Failure> {
+    ) -> Result<bool, Failure> {
         self.0.end_where(between, side, value)
+    }
+
+    /// The last window once more.
+    pub fn window(&mut self) -> Window<'_> {
+        self.0.window()
+    }
+
+    /// Number of sweeps so far, those over refused windows too.
+    pub fn sweeps(&self) -> usize {
+        self.0.sweeps()
+    }
+
+    /// Solves all windows. `see` gets each of them, and may end the run; if the run is begun again, it sees index 0
+    /// again.
+    ///
+    /// # Errors
+    /// [`Failure`], but not [`Failure::BeginAgain`].
+    pub fn run(&mut self, mut see: impl FnMut(Window<'_>) -> ControlFlow<()>) -> Result<(), Failure> {
+        loop {
+            match self.next() {
+                Ok(Some(window)) => {
+                    if see(window).is_break() {
+                        return Ok(());
+                    }
+                }
+                Ok(None) => return Ok(()),
+                Err(Failure::BeginAgain) => self.begin_again(),
+                Err(failure) => return Err(failure),
+            }
+        }
     }
 
     /// Goes back to the start with smaller shares of the accuracy, after [`Failure::BeginAgain`].

@@ -159,6 +159,8 @@ impl<const N: usize> WithSimd for Follow<'_, '_, N> {
             registers[unknowns[k]] = Lanes::new(s, window.unknown_nodes(k)).nodes();
         }
         Evaluate { registers, steps }.with_simd(s);
+        plane.linear.is_mended = window.is_mended;
+        plane.linear.mend();
         let Linear { registers, rows, order, .. } = &plane.linear;
         let is_second = *order == Order::Second;
         let (a, b) = if is_second {

@@ -118,6 +118,7 @@ impl<'g, const N: usize> Steps<'g, N> {
             *inverse_size = window.unknown(k, h).inverse_size;
         }
         self.inverse_ignorable.copy_from_slice(&window.inverse_ignorable);
+        self.transport.linear.is_mended = window.is_mended;
         if !self.has_begun {
             self.has_begun = true;
             self.set_point(window, 0, h, 0);

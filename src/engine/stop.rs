@@ -205,7 +205,8 @@ mod tests {
             // p_r is negative on the way out.
             if place.is_none() && gamma > 0.0 && momentum(window.start()) < 0.0 && momentum(window.end()) > 0.0 {
                 let length = window.length;
-                let cut = engine.end_where([0.0, length], -1.0, &mut |state| momentum(state)).unwrap().unwrap();
+                assert!(engine.end_where([0.0, length], -1.0, &mut |state| momentum(state)).unwrap());
+                let cut = engine.window();
                 place = Some((cut.gamma + cut.length, cut.end().positions()[1]));
             } else {
                 gamma = window.gamma + window.length;

@@ -6,8 +6,9 @@ use super::dense::Dense;
 use super::kernel::{Ends, Row, Sweeps, Swept, grow, integrated, inverse, plus};
 use super::rule::{Order, Rule, Tables};
 use super::sizes::Sizes;
+use super::solved::Solved;
 use super::system::System;
-use super::{Failure, Solved, State};
+use super::{Failure, State};
 use crate::geometry::{Geometry, Start};
 use crate::number::Compensated;
 use crate::number::vector::{Lanes, Level, Matrix, Nodes, Twofold};
@@ -44,7 +45,7 @@ pub(super) struct Solver<'g, const N: usize> {
     highest_modes: Option<[Nodes<N>; 4]>,
     most_sweeps: usize,
     /// True from the first window on in which something overflowed on the way to finite values.
-    is_mended: bool,
+    pub(super) is_mended: bool,
     /// The length of the finished window, and what of it was computed.
     pub(super) length: f64,
     known: Known,

@@ -34,7 +34,7 @@ type Points = [f64; AT_ONCE + 1];
 
 /// The matrices Φ of a batch of steps.
 pub(super) struct Transport<'g> {
-    linear: Linear<'g, AT_ONCE>,
+    pub(super) linear: Linear<'g, AT_ONCE>,
     /// Number m of active coordinates, and of rows that sweeps iterate.
     active: usize,
     rows: usize,

@@ -54,6 +54,7 @@ impl Solve<'_, '_> {
         }
         let Linear { registers, steps, .. } = linear;
         Evaluate { registers, steps }.with_simd(s);
+        linear.mend();
         for (gradient, term) in gradients[stage].iter_mut().zip(&linear.rates) {
             *gradient = linear.registers[term.register];
         }

@@ -1,0 +1,106 @@
+//! A solved window, which is lent to whoever pulls it.
+
+use super::dense::Dense;
+use crate::number::Compensated;
+
+/// The state at the start or the end of a window, in sums that lose nothing.
+#[derive(Debug, Clone, Default)]
+pub struct State {
+    /// q^a of all coordinates.
+    pub(crate) q: Vec<Compensated<f64>>,
+    /// p_a of active coordinates.
+    pub(crate) p: Vec<Compensated<f64>>,
+}
+
+impl State {
+    /// q^a of all coordinates, rounded.
+    pub fn positions(&self) -> Vec<f64> {
+        self.q.iter().map(|q| q.high).collect()
+    }
+
+    /// p_a of active coordinates, rounded.
+    pub fn momenta(&self) -> Vec<f64> {
+        self.p.iter().map(|p| p.high).collect()
+    }
+}
+
+/// A solved window, which is lent until the next one is solved.
+pub struct Window<'w> {
+    /// Its place in the run.
+    pub index: usize,
+    /// γ at its start, from the start of the run.
+    pub gamma: f64,
+    /// Its length h.
+    pub length: f64,
+    /// The number of sweeps over it.
+    pub sweeps: usize,
+    /// The largest entry of the gradient of its action, if it is computed.
+    pub gradient_norm: Option<f64>,
+    pub(super) solved: &'w mut dyn Solved,
+}
+
+/// A solved window of rules of any width.
+pub(super) trait Solved {
+    /// Number n of nodes.
+    fn points(&self) -> usize;
+    /// The states at its start and its end.
+    fn ends(&self) -> [&State; 2];
+    /// Computes what was not needed to solve the window.
+    fn complete(&mut self);
+    /// The motion between the nodes.
+    fn dense(&self) -> Dense;
+    /// The places of the nodes, as fractions.
+    fn fractions(&self) -> &[f64];
+    /// q^a on the nodes; of an ignorable coordinate from the start of the window.
+    fn q(&self, a: usize) -> &[f64];
+    /// p_a on the nodes, by place among the active coordinates.
+    fn p(&self, place: usize) -> &[f64];
+}
+
+/// The nodes of a solved window.
+pub struct WindowNodes<'w>(&'w dyn Solved);
+
+impl Window<'_> {
+    /// The state at its start.
+    pub fn start(&self) -> &State {
+        self.solved.ends()[0]
+    }
+
+    /// The state at its end.
+    pub fn end(&self) -> &State {
+        self.solved.ends()[1]
+    }
+
+    /// The motion over it.
+    pub fn dense(&self) -> Dense {
+        self.solved.dense()
+    }
+
+    /// Its nodes, of which some values are computed when they are first asked for.
+    pub fn nodes(&mut self) -> WindowNodes<'_> {
+        self.solved.complete();
+        WindowNodes(self.solved)
+    }
+}
+
+impl WindowNodes<'_> {
+    /// Number n of nodes.
+    pub fn points(&self) -> usize {
+        self.0.points()
+    }
+
+    /// Their places, as fractions of the window.
+    pub fn fractions(&self) -> &[f64] {
+        self.0.fractions()
+    }
+
+    /// q^a on the nodes; of an ignorable coordinate from the start of the window.
+    pub fn q(&self, a: usize) -> &[f64] {
+        self.0.q(a)
+    }
+
+    /// p_a on the nodes, by place among the active coordinates.
+    pub fn p(&self, place: usize) -> &[f64] {
+        self.0.p(place)
+    }
+}
