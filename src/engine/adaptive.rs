@@ -193,7 +193,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
     }
 
     /// The reason of a failure: the motion may leave the domain soon.
-    fn reason(&mut self, failure: Failure) -> Failure {
+    pub(super) fn reason(&mut self, failure: Failure) -> Failure {
         let (gamma, state) = match failure {
             Failure::Rounding => (self.gamma_at_end(), &self.solver.end),
             _ => (self.gamma.high, &self.solver.start),
@@ -285,7 +285,8 @@ impl<'g, const N: usize> Adaptive<'g, N> {
         // Errors are expected to grow at least linearly in what is left.
         let allowed = (1.0 - INSIDE) * self.wanted.accuracy;
         let excess = MARGIN * estimate.now / allowed;
-        let way = (self.length / estimate.reached).min(1.0 / FORESEEN);
+        let rest = if accepted.is_last { 1.0 } else { self.length / estimate.reached };
+        let way = rest.min(1.0 / FORESEEN);
         if excess <= 1.0 && (way >= 1.0 / FORESEEN || excess * way <= 1.0) {
             return Ok(());
         }

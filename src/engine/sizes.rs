@@ -9,6 +9,9 @@ use super::rule::Order;
 use crate::geometry::{Geometry, OutsideGeometry, Start};
 use crate::number::vector::{Level, Nodes};
 
+/// A way of an ignorable coordinate that is less than this part of how it may change is none.
+const AT_REST: f64 = 1e-3;
+
 /// The time scale and the sizes at the start of a run. What never moves has size 0.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Sizes {
@@ -29,8 +32,8 @@ impl Sizes {
     /// of an oscillator, 0 for free motion. With T = min(1/rate, length) a position q has the size max(|q|, |q̇| T), or
     /// |q̈| T² if that is 0. The largest one counts for all coordinates with equal g^aa. A momentum has the size of
     /// what changes its position by that position's size within T. An ignorable coordinate has the size of its way in
-    /// T, or of the way by which that changes if active coordinates and momenta change by their sizes, if that is more:
-    /// it may be at rest at the start only, and its rate may be a rounding error there.
+    /// T. If that is next to nothing, it may be at rest at the start only, and its rate a rounding error: then it has
+    /// the size of the way by which that changes if active coordinates and momenta change by their sizes.
     ///
     /// # Errors
     /// If the start is outside the domain.
@@ -65,15 +68,18 @@ impl Sizes {
         let momenta: Vec<f64> = momenta.collect();
         let speed = |k: usize| if time > 0.0 { slopes[k].abs().max(positions[k] / time) } else { slopes[k].abs() };
         let velocities: Vec<f64> = (0..m).map(speed).collect();
-        let mut ignorable: Vec<f64> = geometry.ignorable().map(|a| point.q_dot(a).abs() * time).collect();
+        let ways: Vec<f64> = geometry.ignorable().map(|a| point.q_dot(a).abs() * time).collect();
+        let mut changes = vec![0.0_f64; ways.len()];
         each_slope_of_rates(geometry, start, &slopes, |row, column, value, order| {
             let size = match (column.checked_sub(m), order) {
                 (None, _) => positions[column],
                 (Some(place), Order::First) => momenta[place],
                 (Some(place), Order::Second) => velocities[place],
             };
-            ignorable[row] = ignorable[row].max(value.abs() * size * time);
+            changes[row] = changes[row].max(value.abs() * size * time);
         });
+        let own = |(&way, &change): (&f64, &f64)| if way > AT_REST * change { way } else { change };
+        let ignorable = ways.iter().zip(&changes).map(own).collect();
         Ok(Self { time, momenta, velocities, ignorable, positions })
     }
 }

@@ -71,12 +71,12 @@ impl<const N: usize> Adaptive<'_, N> {
         let tries = [[(place - room).max(0.0), (place + room).min(1.0)], [low, high]];
         let mut value = |state: &State| ahead(state.q[a].high) + state.q[a].low * side;
         for fractions in tries {
-            if self.end_where(fractions.map(|fraction| fraction * h), -1.0, &mut value)? {
+            if let Ok(true) = self.end_where(fractions.map(|fraction| fraction * h), -1.0, &mut value) {
                 self.set_end(a, Compensated::from(target.value));
                 return Ok(());
             }
         }
-        Err(Failure::NotConverged)
+        Err(self.reason(Failure::NotConverged))
     }
 
     /// Solves the accepted window again, so that it and the run end where the value of the state at its end changes
