@@ -161,7 +161,15 @@ impl<'g, const N: usize> Adaptive<'g, N> {
                 continue;
             };
             self.sweeps += swept.sweeps;
-            let local = swept.local;
+            let mut local = swept.local;
+            // Modes that the nodes do not see make errors at the end too.
+            let decay = self.between.as_ref().map_or(0.0, |between| between.decay(&self.solver));
+            let unseen = local.tail * decay.powi(N as i32 - 1);
+            let factor = unseen / local.end;
+            if factor > 1.0 && factor.is_finite() {
+                self.solver.raise_end_errors(factor);
+                local.end = unseen;
+            }
             let inside = INSIDE_MARGIN * local.inside;
             let is_resolved = local.roughness < RESOLVED;
             if !is_resolved {

@@ -207,6 +207,11 @@ impl<'g, const N: usize> Solver<'g, N> {
         std::mem::swap(&mut self.start, &mut self.end);
     }
 
+    /// Makes the local errors at the end of the window larger by a factor.
+    pub(super) fn raise_end_errors(&mut self, factor: f64) {
+        self.rows.iter_mut().for_each(|row| row.end_error *= factor);
+    }
+
     /// One of 2m unknowns at a finished window of length `h`: positions, then momenta or velocities.
     pub(super) fn unknown(&self, k: usize, h: f64) -> Unknown {
         let m = self.geometry.active().len();
