@@ -277,12 +277,14 @@ impl<'g, const N: usize> Adaptive<'g, N> {
         let allowed = (1.0 - INSIDE) * self.wanted.accuracy;
         let excess = MARGIN * estimate.now / allowed;
         let way = (self.length / estimate.reached).min(1.0 / FORESEEN);
-        if excess <= 1.0 && (way >= 1.0 / FORESEEN || excess * way <= 1.0) {
+        // Shorter windows make no smaller rounding errors.
+        let can_help = self.restarts < MOST_RESTARTS && estimate.rounding_now < 0.5 * estimate.now;
+        let is_foreseen = way < 1.0 / FORESEEN && excess * way > 1.0 && can_help;
+        if excess <= 1.0 && !is_foreseen {
             return Ok(());
         }
         let expected = excess.max(1e-3) * way.powf(1.5);
-        // Shorter windows make no smaller rounding errors.
-        if self.restarts == MOST_RESTARTS || MARGIN * estimate.rounding_now > allowed {
+        if !can_help {
             return Err(Failure::Rounding);
         }
         self.strictness *= (0.2 / expected).clamp(1e-4, 0.3);
