@@ -165,7 +165,15 @@ impl<'g, const N: usize> Adaptive<'g, N> {
                 continue;
             };
             self.sweeps += swept.sweeps;
-            let local = swept.local;
+            let mut local = swept.local;
+            // Modes that the nodes do not see make errors at the end too.
+            let decay = self.between.as_ref().map_or(0.0, |between| between.decay(&self.solver));
+            let unseen = local.tail * decay.powi(N as i32 - 1);
+            let factor = unseen / local.end;
+            if factor > 1.0 && factor.is_finite() {
+                self.solver.raise_end_errors(factor);
+                local.end = unseen;
+            }
             let inside = INSIDE_MARGIN * local.inside;
             let is_resolved = local.roughness < RESOLVED;
             if !is_resolved {
@@ -287,12 +295,14 @@ impl<'g, const N: usize> Adaptive<'g, N> {
         let excess = MARGIN * estimate.now / allowed;
         let rest = if accepted.is_last { 1.0 } else { self.length / estimate.reached };
         let way = rest.min(1.0 / FORESEEN);
-        if excess <= 1.0 && (way >= 1.0 / FORESEEN || excess * way <= 1.0) {
+        // Shorter windows make no smaller rounding errors.
+        let can_help = self.restarts < MOST_RESTARTS && estimate.rounding_now < 0.5 * estimate.now;
+        let is_foreseen = way < 1.0 / FORESEEN && excess * way > 1.0 && can_help;
+        if excess <= 1.0 && !is_foreseen {
             return Ok(());
         }
         let expected = excess.max(1e-3) * way.powf(1.5);
-        // Shorter windows make no smaller rounding errors.
-        if self.restarts == MOST_RESTARTS || MARGIN * estimate.rounding_now > allowed {
+        if !can_help {
             return Err(self.reason(Failure::Rounding));
         }
         self.strictness *= (0.2 / expected).clamp(1e-4, 0.3);

@@ -51,6 +51,14 @@ impl<'g> Between<'g> {
         !self.watched.as_ref().is_some_and(is_seen) && self.hides_in_intervals(solver, h, length, accuracy)
     }
 
+    /// By how much each Legendre mode is smaller than the one before, where divisors and the like have zeros beside the
+    /// solved window. The highest modes that the nodes see need not show it: what is smooth may be larger in those
+    /// before.
+    pub(super) fn decay<const N: usize>(&self, solver: &Solver<'_, N>) -> f64 {
+        let registers = &solver.system.registers;
+        self.watched.as_ref().map_or(0.0, |watched| Level::Best.dispatch(Decay { registers, watched }))
+    }
+
     #[inline(never)]
     fn hides_in_intervals<const N: usize>(
         &mut self,
@@ -123,6 +131,32 @@ impl<const N: usize> WithSimd for Changes<'_, N> {
             let margin = 2.0 * BENT * (most - least);
             is_gentle(kind, least - margin, most + margin) || changes_little(kind, &self.registers[register].0)
         })
+    }
+}
+
+/// The slowest decay of modes.
+struct Decay<'a, const N: usize> {
+    registers: &'a [Nodes<N>],
+    watched: &'a [(Register, Kind)],
+}
+
+impl<const N: usize> WithSimd for Decay<'_, N> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, s: S) -> f64 {
+        let mut ratio = 1.0_f64;
+        for &(register, _) in self.watched.iter().filter(|(_, kind)| *kind == Kind::Ratio) {
+            let values = Lanes::new(s, &self.registers[register]);
+            let (least, most) = (-values.neg().largest(), values.largest());
+            if least * most > 0.0 {
+                ratio = ratio.max(most / least).max(least / most);
+            }
+        }
+        // What is linear and changes by this ratio has a zero so far away that Bernstein's ellipse through it has the
+        // parameter (√ratio + 1)/(√ratio − 1).
+        let root = ratio.sqrt();
+        (root - 1.0) / (root + 1.0)
     }
 }
 

@@ -69,7 +69,7 @@ impl<'g, const N: usize> ErrorEstimate<'g, N> {
     pub(super) fn judge_at_equal(&mut self, window: &Solver<'g, N>, coordinate: usize) {
         let of = |place: Place| match (&self.method, place) {
             (Method::Plane(plane), Place::Active(_)) => plane.position()[0],
-            (Method::Plane(plane), Place::Ignorable(j)) => plane.ignorable(j),
+            (Method::Plane(plane), Place::Ignorable(j)) => plane.ignorable(j)[0],
             (Method::Steps(steps), place) => steps.error(place),
         };
         let clock = window.place_of(coordinate);
@@ -100,7 +100,8 @@ impl<'g, const N: usize> ErrorEstimate<'g, N> {
                 let inverse_size = window.unknown(0, h).inverse_size;
                 [self.now, self.rounding_now] = plane.position().map(|error| error * inverse_size);
                 for (j, &inverse_size) in window.inverse_ignorable.iter().enumerate() {
-                    self.now = self.now.max(plane.ignorable(j) * inverse_size);
+                    let [all, rounding] = plane.ignorable(j).map(|error| error * inverse_size);
+                    (self.now, self.rounding_now) = (self.now.max(all), self.rounding_now.max(rounding));
                 }
                 self.reached += h;
                 self.largest = self.largest.max(self.now);

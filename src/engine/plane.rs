@@ -53,13 +53,13 @@ struct Errors {
     shift: f64,
 }
 
-/// The error of an ignorable coordinate.
+/// The error of an ignorable coordinate, and that of rounding alone.
 #[derive(Debug, Clone, Copy, Default)]
 struct Ignorable {
     /// What β and the shear make of it.
-    of_change: f64,
+    of_change: [f64; 2],
     /// What shifts make of it.
-    of_shift: f64,
+    of_shift: [f64; 2],
     /// The rate at the end of the last window.
     rate: f64,
 }
@@ -135,9 +135,10 @@ impl<'g, const N: usize> Plane<'g, N> {
         })
     }
 
-    /// The error of an ignorable coordinate.
-    pub(super) fn ignorable(&self, j: usize) -> f64 {
-        self.ignorable[j].of_change.abs() + self.ignorable[j].of_shift.abs()
+    /// The error of an ignorable coordinate, and what of it rounding alone makes.
+    pub(super) fn ignorable(&self, j: usize) -> [f64; 2] {
+        let Ignorable { of_change, of_shift, .. } = self.ignorable[j];
+        [0, 1].map(|i| of_change[i].abs() + of_shift[i].abs())
     }
 }
 
@@ -188,9 +189,9 @@ impl<const N: usize> WithSimd for Follow<'_, '_, N> {
         let inverse = q.mul_add(q, p * p * metric).recip();
         let kappa =
             (c.scale_add(metric, b) * (q * q - p * p * metric) - a * q * p * (4.0 * metric)) * inverse * inverse;
-        let before = plane.all.shear;
+        let before = [plane.all.shear, plane.rounding.shear];
         plane.shear(h * kappa.dot(weights));
-        let Errors { change, shear, shift } = plane.all;
+        let errors = [plane.all, plane.rounding];
         for j in 0..plane.ignorable.len() {
             let rate = Lanes::new(s, window.rate_nodes(j));
             let Linear { registers, rates, .. } = &plane.linear;
@@ -199,8 +200,10 @@ impl<const N: usize> WithSimd for Follow<'_, '_, N> {
             let across = (by_p * q - by_q * p * metric) * inverse;
             let of_change = h * (across - kappa * rate).dot(weights);
             let error = &mut plane.ignorable[j];
-            error.of_change += shear * rate.last() - before * error.rate + change * of_change;
-            error.of_shift += shift * (rate.last() - error.rate);
+            for (i, Errors { change, shear, shift }) in errors.into_iter().enumerate() {
+                error.of_change[i] += shear * rate.last() - before[i] * error.rate + change * of_change;
+                error.of_shift[i] += shift * (rate.last() - error.rate);
+            }
             error.rate = rate.last();
         }
         gains
@@ -265,7 +268,8 @@ mod tests {
                 let [found, _] = plane.position();
                 assert!(close(found, off[0].abs()), "{step}: {found:e} {:e}", off[0]);
                 for (j, off) in pair.ignorable.iter().enumerate() {
-                    assert!(close(plane.ignorable(j), off.abs()), "{step}, {j}: {:e} {off:e}", plane.ignorable(j));
+                    let [found, _] = plane.ignorable(j);
+                    assert!(close(found, off.abs()), "{step}, {j}: {found:e} {off:e}");
                 }
             }
         }

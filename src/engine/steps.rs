@@ -39,7 +39,7 @@ pub(super) struct Steps<'g, const N: usize> {
     delta: Vec<Errors>,
     carried: Vec<Errors>,
     /// Errors of ignorable coordinates, and 1/size of these.
-    ignorable: Vec<f64>,
+    ignorable: Vec<Errors>,
     inverse_ignorable: Vec<f64>,
     /// δ·∇H at the last step.
     along: Errors,
@@ -49,7 +49,7 @@ pub(super) struct Steps<'g, const N: usize> {
     /// The number of windows that a step is to have: 2, 3, … or 1/2, 1/3, … for parts of one.
     wanted: f64,
     has_begun: bool,
-    /// |δ| at the end of the last batch, relative to sizes, but for ignorable coordinates that of rounding too,
+    /// |δ| at the end of the last batch, relative to sizes,
     pub(super) now: Errors,
     /// at this γ.
     pub(super) reached: f64,
@@ -80,7 +80,7 @@ impl<'g, const N: usize> Steps<'g, N> {
             inverse_sizes: vec![1.0; unknowns],
             delta: vec![[0.0; 2]; unknowns],
             carried: vec![[0.0; 2]; unknowns],
-            ignorable: vec![0.0; ignorable],
+            ignorable: vec![[0.0; 2]; ignorable],
             inverse_ignorable: vec![0.0; ignorable],
             along: [0.0; 2],
             length: 0.0,
@@ -98,7 +98,7 @@ impl<'g, const N: usize> Steps<'g, N> {
         self.transport.count = 0;
         self.local.fill([[0.0; 2]; AT_ONCE]);
         self.delta.fill([0.0; 2]);
-        self.ignorable.fill(0.0);
+        self.ignorable.fill([0.0; 2]);
         (self.along, self.length, self.windows, self.wanted) = ([0.0; 2], 0.0, 0.0, FIRST);
         (self.has_begun, self.now, self.reached, self.largest) = (false, [0.0; 2], 0.0, 0.0);
     }
@@ -107,7 +107,7 @@ impl<'g, const N: usize> Steps<'g, N> {
     pub(super) fn error(&self, place: Place) -> f64 {
         match place {
             Place::Active(place) => self.delta[place][0].abs(),
-            Place::Ignorable(j) => self.ignorable[j].abs(),
+            Place::Ignorable(j) => self.ignorable[j][0].abs(),
         }
     }
 
@@ -210,9 +210,11 @@ impl<'g, const N: usize> Steps<'g, N> {
         }
         self.now = [0.0; 2];
         for (i, error) in ignorable.iter_mut().enumerate() {
-            let terms = delta.iter().enumerate().map(|(j, delta)| transport.entry(n + i, j, step) * delta[0]);
-            *error += terms.sum::<f64>();
-            self.now[0] = larger(self.now[0], error.abs() * self.inverse_ignorable[i]);
+            for (j, delta) in delta.iter().enumerate() {
+                let entry = transport.entry(n + i, j, step);
+                (0..2).for_each(|i| error[i] += entry * delta[i]);
+            }
+            self.now = [0, 1].map(|k| larger(self.now[k], error[k].abs() * self.inverse_ignorable[i]));
         }
         // A change of H grows steadily, as it is a change of frequency. So the local error goes along ∇H. As δ·∇H is
         // conserved, its sign is that of the step before.
@@ -258,7 +260,7 @@ mod tests {
                 }
             }
             let known = pair.deviation().into_iter().chain(pair.ignorable.iter().copied());
-            for (found, known) in steps.delta.iter().map(|[delta, _]| delta).chain(&steps.ignorable).zip(known) {
+            for ([found, _], known) in steps.delta.iter().chain(&steps.ignorable).zip(known) {
                 assert!((found - known).abs() < 0.03 * known.abs() + 1e-7, "{found:e} {known:e}");
             }
         }

@@ -199,6 +199,11 @@ impl<'g, const N: usize> Solver<'g, N> {
         }
         std::mem::swap(&mut self.start, &mut self.end);
     }
+
+    /// Makes the local errors at the end of the window larger by a factor.
+    pub(super) fn raise_end_errors(&mut self, factor: f64) {
+        self.rows.iter_mut().for_each(|row| row.end_error *= factor);
+    }
 }
 
 /// Computes the end of a window.

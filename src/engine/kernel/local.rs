@@ -28,6 +28,8 @@ pub(in super::super) struct LocalErrors {
     pub(in super::super) inside: f64,
     /// At its end, of all unknowns: of order 2n − 1.
     pub(in super::super) end: f64,
+    /// By how much the highest modes of slopes change an unknown.
+    pub(in super::super) tail: f64,
     /// The highest modes of slopes relative to these. If it is not small, the bounds say nothing.
     pub(in super::super) roughness: f64,
 }
@@ -73,7 +75,7 @@ impl<const N: usize> Sweeps<'_, N> {
             let mode = Lanes::new(s, &highest[0]).dot(Lanes::new(s, &self.registers[self.ignorable[k]])).abs();
             inside = larger(inside, h * mode / (n - 1.0) * self.inverse_ignorable[k]);
         }
-        LocalErrors { inside, end: factor / h * most, roughness }
+        LocalErrors { inside, end: factor / h * most, tail: most, roughness }
     }
 }
 

@@ -1,0 +1,144 @@
+//! Is an accuracy that is promised kept? Draws random scenes, runs each to a random accuracy with windows of 8 and of 16
+//! nodes, and measures the errors of all coordinates at all nodes, relative to their sizes.
+//!
+//! The reference is a run of 16 nodes with the accuracy 1e-13, interpolated by the polynomials of its windows. Another
+//! one of 8 nodes with 1e-12 tells how far it can be trusted: where they differ by more than a third of the accuracy,
+//! as in chaotic motion, nothing is decided.
+//!
+//! ```text
+//! cargo bench --bench promise [-- DRAWS [SEED [FAMILY]]]
+//! ```
+//!
+//! draws so many runs of every family, or of one, for both numbers of nodes; 60 draws take a minute. Refusals, broken
+//! promises and estimates below the error are printed with what draws them again. The table has, by families and by
+//! decades of the accuracy, the numbers of runs, of undecided ones, of broken promises, of estimates that are too low
+//! and of attempts that were begun again, then accuracy/error (least and median), estimate/error (least, median and
+//! 90 %), and refusals. The exit code is 1 if a promise is broken.
+
+mod runs;
+mod scenes;
+
+use std::collections::BTreeMap;
+use std::process::ExitCode;
+
+use geodesic_ivp::engine::Accuracy;
+use geodesic_ivp::geometry::{Geometry, Start};
+
+use runs::{Run, errors, run, units};
+use scenes::{Draw, FAMILIES, scene};
+
+/// What became of the runs of a family or a decade.
+#[derive(Default)]
+struct Tally {
+    refused: BTreeMap<String, usize>,
+    undecided: usize,
+    broken: usize,
+    below: usize,
+    restarts: usize,
+    /// Accuracy and estimate, relative to the error.
+    ratios: Vec<[f64; 2]>,
+}
+
+impl Tally {
+    fn print(&mut self, name: &str) {
+        let of = |k: usize| -> Vec<f64> {
+            let mut of: Vec<f64> = self.ratios.iter().map(|ratio| ratio[k]).collect();
+            of.sort_by(f64::total_cmp);
+            of
+        };
+        let (accuracy, estimate) = (of(0), of(1));
+        let at = |of: &[f64], part: f64| of.get((part * (of.len().max(1) - 1) as f64) as usize).copied().unwrap_or(0.0);
+        println!(
+            "{name:22} {:5} {:4} {:4} {:4} {:4}  {:8.1} {:8.1}  {:7.2} {:7.1} {:7.1}  {:?}",
+            accuracy.len(),
+            self.undecided,
+            self.broken,
+            self.below,
+            self.restarts,
+            at(&accuracy, 0.0),
+            at(&accuracy, 0.5),
+            at(&estimate, 0.0),
+            at(&estimate, 0.5),
+            at(&estimate, 0.9),
+            self.refused
+        );
+    }
+}
+
+/// The accuracy of a run, what became of it with its error and the doubt about that, and its description.
+type Studied = (f64, Result<(Run, [f64; 2]), String>, String);
+
+/// Draws a run; `None` where its scene has no start.
+fn study(seed: u64, family: usize, points: usize) -> Option<Studied> {
+    let mut draw = Draw(seed);
+    let (text, q, v) = scene(family, &mut draw);
+    let (accuracy, turns) = (draw.scale(1e-11, 1e-4), draw.scale(0.3, 1000.0));
+    let geometry = Geometry::new(&text).ok()?.around(&q).ok()?;
+    let p = geometry.momenta(&q, &v);
+    let start = Start { q_dot: geometry.velocities(&q, &p).ok()?, q: q.clone(), p };
+    let (time, _) = units(&geometry, &start, 1e300);
+    let length = turns * if time < 1e299 { time } else { 1.0 };
+    let (_, sizes) = units(&geometry, &start, length);
+    let what = format!("{} N {points} seed {seed} a {accuracy:.1e} L/T {turns:.1}", FAMILIES[family]);
+    let run_of = |accuracy, is_promised, points| {
+        run(&geometry, &start, length, Accuracy { accuracy, is_promised, is_certified: false }, points)
+    };
+    let result = run_of(accuracy, true, points).map(|promised| {
+        let references = [run_of(1e-13, false, 16), run_of(1e-12, false, 8)];
+        let [Ok(first), Ok(second)] = &references else { return (promised, [0.0, f64::INFINITY]) };
+        let mut origin = vec![0.0; q.len()];
+        for a in geometry.ignorable() {
+            origin[a] = q[a];
+        }
+        let errors = errors(&promised, points, [first, second], &origin, &sizes);
+        (promised, errors)
+    });
+    Some((accuracy, result, what))
+}
+
+fn main() -> ExitCode {
+    let arguments: Vec<u64> = std::env::args().skip(1).filter_map(|text| text.parse().ok()).collect();
+    let (draws, seed) = (arguments.first().copied().unwrap_or(10), arguments.get(1).copied().unwrap_or(1));
+    let mut tallies: BTreeMap<(usize, usize, i32), Tally> = BTreeMap::new();
+    let families = arguments.get(2).map_or(0..FAMILIES.len(), |&family| family as usize..family as usize + 1);
+    for family in families {
+        for k in 0..draws {
+            for points in [8, 16] {
+                let own = seed.wrapping_mul(1_000_003) + k * 64 + family as u64;
+                let Some((accuracy, result, what)) = study(own << 20, family, points) else { continue };
+                for key in [(0, points, family as i32), (1, points, accuracy.log10().floor() as i32), (2, points, 0)] {
+                    let tally = tallies.entry(key).or_default();
+                    match &result {
+                        Err(reason) => *tally.refused.entry(reason.clone()).or_default() += 1,
+                        Ok((_, [_, doubt])) if doubt.is_nan() || *doubt >= accuracy / 3.0 => tally.undecided += 1,
+                        Ok((run, [error, doubt])) => {
+                            tally.broken += usize::from(*error > accuracy);
+                            tally.below += usize::from(run.estimate + doubt < *error);
+                            tally.restarts += run.restarts;
+                            let error = error.max(1e-17);
+                            tally.ratios.push([accuracy / error, run.estimate / error]);
+                        }
+                    }
+                }
+                match &result {
+                    Err(reason) => eprintln!("{reason}: {what}"),
+                    Ok((run, [error, doubt])) if *error > accuracy || run.estimate < *error => {
+                        eprintln!("error {error:.1e} doubt {doubt:.1e} estimate {:.1e}: {what}", run.estimate);
+                    }
+                    Ok(_) => {}
+                }
+            }
+        }
+    }
+    let broken: usize = tallies.values().map(|tally| tally.broken).sum();
+    println!("name                    runs und. brok. low again a/err min  median  est/err min median 90 %  refused");
+    for ((kind, points, key), tally) in &mut tallies {
+        let name = match kind {
+            0 => FAMILIES[*key as usize].to_owned(),
+            1 => format!("1e{key}"),
+            _ => "all".to_owned(),
+        };
+        tally.print(&format!("{name} {points}"));
+    }
+    ExitCode::from(u8::from(broken > 0))
+}
