@@ -110,7 +110,7 @@ fn main() -> ExitCode {
                     let tally = tallies.entry(key).or_default();
                     match &result {
                         Err(reason) => *tally.refused.entry(reason.clone()).or_default() += 1,
-                        Ok((_, [_, doubt])) if !(*doubt < accuracy / 3.0) => tally.undecided += 1,
+                        Ok((_, [_, doubt])) if *doubt >= accuracy / 3.0 => tally.undecided += 1,
                         Ok((run, [error, doubt])) => {
                             tally.broken += usize::from(*error > accuracy);
                             tally.below += usize::from(run.estimate + doubt < *error);
