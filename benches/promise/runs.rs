@@ -139,8 +139,8 @@ pub(crate) fn errors(run: &Run, points: usize, references: [&Run; 2], origin: &[
     [error, doubt]
 }
 
-/// T, the time in which a small error changes, or the length of the run if that is shorter, and the sizes of coordinates
-/// at the start, as the engine defines them.
+/// T, the time in which a small error changes, or the length of the run if that is shorter, and the sizes of
+/// coordinates at the start, as the engine defines them.
 pub(crate) fn units(geometry: &Geometry, start: &Start, length: f64) -> (f64, Vec<f64>) {
     let (active, mut point) = (geometry.active(), geometry.point());
     let m = active.len();
