@@ -167,12 +167,13 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             self.sweeps += swept.sweeps;
             let mut local = swept.local;
             // Modes that the nodes do not see make errors at the end too.
-            let decay = self.between.as_ref().map_or(0.0, |between| between.decay(&self.solver));
-            let unseen = local.tail * decay.powi(N as i32 - 1);
-            let factor = unseen / local.end;
-            if factor > 1.0 && factor.is_finite() {
-                self.solver.raise_end_errors(factor);
-                local.end = unseen;
+            if let Some(between) = &mut self.between {
+                let unseen = local.tail * between.look(&self.solver).powi(N as i32 - 1);
+                let factor = unseen / local.end;
+                if factor > 1.0 && factor.is_finite() {
+                    self.solver.raise_end_errors(factor);
+                    local.end = unseen;
+                }
             }
             let inside = INSIDE_MARGIN * local.inside;
             let is_resolved = local.roughness < RESOLVED;

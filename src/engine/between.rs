@@ -26,6 +26,8 @@ pub(super) struct Between<'g> {
     enclosure: Option<Enclosure>,
     /// The registers of what must not change much, if all of it has registers.
     watched: Option<Vec<(Register, Kind)>>,
+    /// True if none of that changes much on all of the window that was looked at.
+    is_gentle: bool,
     momenta: Vec<f64>,
 }
 
@@ -41,22 +43,27 @@ impl<'g> Between<'g> {
         let steps = system.passes.iter().map(|pass| &pass.steps).chain([&system.others]).flatten();
         let watched = watched_registers(steps, &depends);
         let can_hide = watched.as_ref().is_none_or(|watched| !watched.is_empty());
-        can_hide.then(|| Self { geometry, enclosure: None, watched, momenta: start.p.clone() })
+        can_hide.then(|| Self { geometry, enclosure: None, watched, is_gentle: false, momenta: start.p.clone() })
     }
 
-    /// True if something may hide in the solved window of length `h`, in a run of this length to an accuracy.
+    /// Looks at the solved window. Returns by how much each Legendre mode is smaller than the one before, where divisors
+    /// and the like have zeros beside it. The highest modes that the nodes see need not show it: what is smooth may be
+    /// larger in those before.
+    pub(super) fn look<const N: usize>(&mut self, solver: &Solver<'_, N>) -> f64 {
+        let Some(watched) = &self.watched else { return 0.0 };
+        let seen = Level::Best.dispatch(Look { registers: &solver.system.registers, watched });
+        self.is_gentle = seen.is_gentle;
+        seen.decay
+    }
+
+    /// True if something may hide in the window that was looked at, of length `h`, in a run of this length to an
+    /// accuracy.
     pub(super) fn hides<const N: usize>(&mut self, solver: &Solver<'g, N>, h: f64, length: f64, accuracy: f64) -> bool {
         let registers = &solver.system.registers;
-        let is_seen = |watched: &Vec<_>| Level::Best.dispatch(Changes { registers, watched });
-        !self.watched.as_ref().is_some_and(is_seen) && self.hides_in_intervals(solver, h, length, accuracy)
-    }
-
-    /// By how much each Legendre mode is smaller than the one before, where divisors and the like have zeros beside the
-    /// solved window. The highest modes that the nodes see need not show it: what is smooth may be larger in those
-    /// before.
-    pub(super) fn decay<const N: usize>(&self, solver: &Solver<'_, N>) -> f64 {
-        let registers = &solver.system.registers;
-        self.watched.as_ref().map_or(0.0, |watched| Level::Best.dispatch(Decay { registers, watched }))
+        let is_seen = self.watched.as_ref().is_some_and(|watched| {
+            self.is_gentle || watched.iter().all(|&(register, kind)| changes_little(kind, &registers[register].0))
+        });
+        !is_seen && self.hides_in_intervals(solver, h, length, accuracy)
     }
 
     #[inline(never)]
@@ -113,50 +120,39 @@ fn negligible<const N: usize>(
     negligible_rates(geometry, &Weights { q: &of_q, p: &of_p }, length, share)
 }
 
-/// True if nothing that is watched changes much from a node to the next.
-struct Changes<'a, const N: usize> {
+/// Looks at the range that everything that is watched has on the nodes.
+struct Look<'a, const N: usize> {
     registers: &'a [Nodes<N>],
     watched: &'a [(Register, Kind)],
 }
 
-impl<const N: usize> WithSimd for Changes<'_, N> {
-    type Output = bool;
+struct Seen {
+    /// True if nothing changes much on all of the window.
+    is_gentle: bool,
+    /// The slowest decay of modes.
+    decay: f64,
+}
+
+impl<const N: usize> WithSimd for Look<'_, N> {
+    type Output = Seen;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, s: S) -> bool {
-        self.watched.iter().all(|&(register, kind)| {
+    fn with_simd<S: Simd>(self, s: S) -> Seen {
+        let (mut all_gentle, mut ratio) = (true, 1.0_f64);
+        for &(register, kind) in self.watched {
             let values = Lanes::new(s, &self.registers[register]);
             let (least, most) = (-values.neg().largest(), values.largest());
             // Of three changes in turn one goes back at most.
             let margin = 2.0 * BENT * (most - least);
-            is_gentle(kind, least - margin, most + margin) || changes_little(kind, &self.registers[register].0)
-        })
-    }
-}
-
-/// The slowest decay of modes.
-struct Decay<'a, const N: usize> {
-    registers: &'a [Nodes<N>],
-    watched: &'a [(Register, Kind)],
-}
-
-impl<const N: usize> WithSimd for Decay<'_, N> {
-    type Output = f64;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, s: S) -> f64 {
-        let mut ratio = 1.0_f64;
-        for &(register, _) in self.watched.iter().filter(|(_, kind)| *kind == Kind::Ratio) {
-            let values = Lanes::new(s, &self.registers[register]);
-            let (least, most) = (-values.neg().largest(), values.largest());
-            if least * most > 0.0 {
+            all_gentle &= is_gentle(kind, least - margin, most + margin);
+            if kind == Kind::Ratio && least * most > 0.0 {
                 ratio = ratio.max(most / least).max(least / most);
             }
         }
         // What is linear and changes by this ratio has a zero so far away that Bernstein's ellipse through it has the
         // parameter (√ratio + 1)/(√ratio − 1).
         let root = ratio.sqrt();
-        (root - 1.0) / (root + 1.0)
+        Seen { is_gentle: all_gentle, decay: (root - 1.0) / (root + 1.0) }
     }
 }
 
