@@ -46,9 +46,9 @@ impl<'g> Between<'g> {
         can_hide.then(|| Self { geometry, enclosure: None, watched, is_gentle: false, momenta: start.p.clone() })
     }
 
-    /// Looks at the solved window. Returns by how much each Legendre mode is smaller than the one before, where divisors
-    /// and the like have zeros beside it. The highest modes that the nodes see need not show it: what is smooth may be
-    /// larger in those before.
+    /// Looks at the solved window. Returns by how much each Legendre mode is smaller than the one before, where
+    /// divisors and the like have zeros beside it. The highest modes that the nodes see need not show it: what is
+    /// smooth may be larger in those before.
     pub(super) fn look<const N: usize>(&mut self, solver: &Solver<'_, N>) -> f64 {
         let Some(watched) = &self.watched else { return 0.0 };
         let seen = Level::Best.dispatch(Look { registers: &solver.system.registers, watched });
