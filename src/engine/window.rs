@@ -144,6 +144,7 @@ impl<'g, const N: usize> Solver<'g, N> {
             continuation,
             threshold,
             most_sweeps: self.most_sweeps,
+            is_patient: !self.rule.has_end(),
             mended: self.is_mended.then(|| &self.geometry.hamiltonian().program),
             others,
             ignorable,

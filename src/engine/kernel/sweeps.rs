@@ -126,6 +126,8 @@ pub(in super::super) struct Sweeps<'w, const N: usize> {
     /// there.
     pub(in super::super) threshold: f64,
     pub(in super::super) most_sweeps: usize,
+    /// True if slow sweeps go on: nothing else would solve the window.
+    pub(in super::super) is_patient: bool,
     /// The program, where values are to be mended that are finite although something on the way to them is not.
     pub(in super::super) mended: Option<&'w Program<f64>>,
     /// The steps to the velocities of ignorable coordinates and to the determinants, once the unknowns are known.
@@ -170,9 +172,9 @@ impl<const N: usize> WithSimd for Sweeps<'_, N> {
                 };
                 return Swept { sweeps, is_solved: true, left, local };
             }
-            // Where a window may be shorter, that is better than many sweeps.
+            // Where a window may be shorter, or Newton's method takes over, that is better than many sweeps.
             let is_slow = !(changes[2] <= 0.5 * changes[1] || changes[2] <= STALLED);
-            if sweeps >= 5 && is_slow && self.highest_modes.is_some() {
+            if sweeps >= 5 && is_slow && !self.is_patient {
                 return Swept { sweeps, is_solved: false, left, local: LocalErrors::default() };
             }
         }
