@@ -106,7 +106,7 @@ fn scenes() -> Vec<Scene> {
     ]
 }
 
-/// What a run is asked for.
+/// The three kinds of runs: their names, and whether they are promised and certified.
 const MODES: [(&str, bool, bool); 3] = [("bare", false, false), ("promised", true, false), ("everything", true, true)];
 
 /// A run as it was the last time, and the least time of all.

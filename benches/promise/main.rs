@@ -27,7 +27,7 @@ use geodesic_ivp::geometry::{Geometry, Start};
 use runs::{Run, errors, run, units};
 use scenes::{Draw, FAMILIES, scene};
 
-/// What became of the runs of a family or a decade.
+/// The ends that the runs of a family or a decade came to.
 #[derive(Default)]
 struct Tally {
     refused: BTreeMap<String, usize>,

@@ -55,7 +55,7 @@ pub(super) struct Adaptive<'g, const N: usize> {
     /// Looks between the nodes, where something can hide there.
     pub(super) between: Option<Between<'g>>,
     wanted: Accuracy,
-    /// What these need of a window.
+    /// The estimate and the certificate need this of a window.
     known: Known,
     start: &'g Start,
     sizes: Sizes,
@@ -80,7 +80,7 @@ pub(super) struct Adaptive<'g, const N: usize> {
     unproved: usize,
     /// Number of windows that were solved.
     windows: usize,
-    /// What the last one left behind.
+    /// The last one, as it was accepted.
     pub(super) accepted: Accepted,
 }
 
@@ -90,7 +90,7 @@ pub(super) struct Accepted {
     pub(super) length: f64,
     sweeps: usize,
     pub(super) is_last: bool,
-    /// What sweeps left undone, relative to sizes.
+    /// The error that sweeps left, relative to sizes.
     left: f64,
 }
 
