@@ -2,13 +2,12 @@
 
 use std::sync::Arc;
 
-use super::failure::{At, NoSolution};
+use super::failure::NoSolution;
 use super::run::Observer;
 use super::setup::Setup;
 use super::solution::Solution;
-use super::status::Status;
+use super::spectral;
 use super::world_line::{Place, WorldLine};
-use super::{accuracy, spectral};
 use crate::geometry::Geometry;
 use crate::geometry::metric::Metric;
 use crate::number::{Extended, Real};
@@ -41,16 +40,6 @@ pub(super) trait Engine: Real {
     /// `sbp` in `f64`: itself, or the one that `rounded` makes.
     fn rough_operator(sbp: &Arc<SbpOperator<Self>>, rounded: impl FnOnce() -> SbpOperator) -> Arc<SbpOperator>;
 
-    /// The run of `setup` to an accuracy.
-    ///
-    /// # Errors
-    /// [`NoSolution`] if it is not reached, or if this is not `f64`.
-    fn run_to_accuracy(
-        setup: &Setup<Self, Metric<Self>>,
-        accuracy: f64,
-        observer: Option<Observer<'_, Self, Metric<Self>>>,
-    ) -> Result<Solution<Self>, NoSolution>;
-
     /// The run of spectral elements in the weak form, on γ − γ_i ∈ [0, `length`], by a fast iteration; none if there is
     /// no such iteration, or if it does not converge.
     fn fast_run(
@@ -70,14 +59,6 @@ pub(super) trait Engine: Real {
 impl Engine for f64 {
     fn rough_operator(sbp: &Arc<SbpOperator>, _: impl FnOnce() -> SbpOperator) -> Arc<SbpOperator> {
         Arc::clone(sbp)
-    }
-
-    fn run_to_accuracy(
-        setup: &Setup<f64, Metric>,
-        accuracy: f64,
-        observer: Option<Observer<'_, f64, Metric<f64>>>,
-    ) -> Result<Solution, NoSolution> {
-        accuracy::one::solve(setup, accuracy, observer)
     }
 
     fn fast_run(
@@ -100,17 +81,6 @@ impl Engine for f64 {
 impl Engine for Extended {
     fn rough_operator(_: &Arc<SbpOperator<Self>>, rounded: impl FnOnce() -> SbpOperator) -> Arc<SbpOperator> {
         Arc::new(rounded())
-    }
-
-    fn run_to_accuracy(
-        setup: &Setup<Self, Metric<Self>>,
-        _: f64,
-        _: Option<Observer<'_, Self, Metric<Self>>>,
-    ) -> Result<Solution<Self>, NoSolution> {
-        // An accuracy is a matter of `f64`.
-        let x = setup.initial().x;
-        let at = At::x(setup.gamma_i.to_f64(), x.to_f64(), setup.metric().g00(x).to_f64());
-        Err(NoSolution::adaptive(Status::AccuracyNotReached, at))
     }
 
     fn fast_run(

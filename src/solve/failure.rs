@@ -2,9 +2,9 @@
 
 use std::fmt;
 
+use super::accuracy::MOST_SWEEPS;
 use super::newton::Failure;
 use super::status::{InitialGuess, Iterations, MOST_NODES, Status};
-use crate::engine::lobatto::MOST_EVALUATIONS;
 
 /// The reason why there is no critical point, and where the solve stood.
 #[derive(Debug, Clone, PartialEq)]
@@ -177,7 +177,7 @@ impl fmt::Display for NoSolution {
                 match needed.is_finite() {
                     true => write!(
                         f,
-                        "at this pace the run needs {needed:.1e} of them, above the limit of {MOST_EVALUATIONS:.0e}"
+                        "at this pace the run needs {needed:.1e} of them, above the limit of {MOST_SWEEPS:.0e}"
                     ),
                     false => write!(f, "the run makes no progress"),
                 }

@@ -31,6 +31,7 @@ mod status;
 mod window;
 mod world_line;
 
+pub use accuracy::POINTS;
 pub use arithmetic::Arithmetic;
 pub use failure::{Domain, NoSolution};
 pub use memory::{Kept, bytes_needed};

@@ -19,6 +19,9 @@ pub(super) trait Places<S: Real>: Space<S> {
     /// The place of a point outside the domain, where `gamma` is γ of the node with an index.
     fn place_outside(&self, point: &Self::Outside, gamma: &dyn Fn(usize) -> f64) -> At;
 
+    /// The place at this γ where the scene of this space-time leaves its domain.
+    fn place_beyond(&self, gamma: f64, q: &[S], outside: &OutsideGeometry) -> At;
+
     /// Where a number of a window whose last node is there is beyond the range of numbers.
     fn place_of_overflow(&self, gamma: f64, q: &[S]) -> At;
 
@@ -33,6 +36,10 @@ impl<S: Real> Places<S> for Metric<S> {
 
     fn place_outside(&self, point: &OutsideDomain, gamma: &dyn Fn(usize) -> f64) -> At {
         At::x(gamma(point.index), point.x, point.g00)
+    }
+
+    fn place_beyond(&self, gamma: f64, q: &[S], _: &OutsideGeometry) -> At {
+        self.place(gamma, q)
     }
 
     fn place_of_overflow(&self, gamma: f64, q: &[S]) -> At {
@@ -62,6 +69,10 @@ impl<S: Real> Places<S> for Geometry<S> {
         At { domain: domain_of(self, point), ..At::scene(gamma(point.index), Vec::new()) }
     }
 
+    fn place_beyond(&self, gamma: f64, q: &[S], outside: &OutsideGeometry) -> At {
+        At { domain: domain_of(self, outside), ..self.place(gamma, q) }
+    }
+
     fn place_of_overflow(&self, gamma: f64, _: &[S]) -> At {
         At::scene(gamma, Vec::new())
     }
@@ -72,7 +83,7 @@ impl<S: Real> Places<S> for Geometry<S> {
 }
 
 /// Why a point is outside.
-pub(super) fn domain_of<S: Real>(geometry: &Geometry<S>, outside: &OutsideGeometry) -> Domain {
+fn domain_of<S: Real>(geometry: &Geometry<S>, outside: &OutsideGeometry) -> Domain {
     let Some(block) = outside.block else { return Domain::Scene };
     let coordinates = geometry.blocks()[block].iter().map(|&a| geometry.names()[a].clone()).collect();
     Domain::Determinant { coordinates, value: outside.determinant }

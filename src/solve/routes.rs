@@ -7,7 +7,7 @@ use super::failure::NoSolution;
 use super::places::Places;
 use super::run::Observer;
 use super::setup::{Settings, Setup, System};
-use super::world_line::WorldLine;
+use super::world_line::{Place, WorldLine};
 use crate::action::Form;
 use crate::geometry::Geometry;
 use crate::geometry::metric::Metric;
@@ -50,7 +50,8 @@ impl<S: Arithmetic> Routes<S> for Metric<S> {
         accuracy: f64,
         observer: Option<Observer<'_, S, Self>>,
     ) -> Result<WorldLine<S, Self>, NoSolution> {
-        S::run_to_accuracy(setup, accuracy, observer)
+        let Place { geometry, start, .. } = &setup.rough;
+        accuracy::solve(setup, (geometry.scene(), start), accuracy, observer)
     }
 
     fn fast(
@@ -73,7 +74,8 @@ impl<S: Arithmetic> Routes<S> for Geometry<S> {
         accuracy: f64,
         observer: Option<Observer<'_, S, Self>>,
     ) -> Result<WorldLine<S, Self>, NoSolution> {
-        accuracy::scene::solve(setup, accuracy, observer)
+        let Place { geometry, start, .. } = &setup.rough;
+        accuracy::solve(setup, (geometry, start), accuracy, observer)
     }
 
     fn fast(

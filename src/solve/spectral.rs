@@ -6,6 +6,7 @@
 
 use std::ops::ControlFlow;
 
+use super::accuracy::{JointOf, append};
 use super::failure::{At, NoSolution};
 use super::places::Places;
 use super::run::{Observer, Run};
@@ -83,25 +84,14 @@ pub(super) fn windows(
     run.line.iterations.initial_guess = InitialGuess::Extrapolation;
     let window_length = length / windows as f64;
     let operator = run.line.operators.element(points, window_length);
-    let (mut q, mut p) = (start.q.clone(), start.p.clone());
+    let mut joint = JointOf::new(start);
     for index in 1..=windows {
         let Ok(Some(mut window)) = engine.next() else { return Ok(None) };
-        q.iter_mut().zip(&window.end().q).for_each(|(to, q)| *to = q.high);
-        geometry.active().iter().zip(&window.end().p).for_each(|(&a, end)| p[a] = end.high);
-        let joint = Joint { q: &q, p: &p };
         let gamma = if index == windows { length } else { index as f64 * window_length };
-        let gradient_norm = window.gradient_norm.unwrap_or(f64::INFINITY);
-        if !(gradient_norm.is_finite() && geometry.has_finite_action(joint, window_length)) {
+        run.line.iterations.count += window.sweeps;
+        if append(&mut run, &mut window, &mut joint, (geometry, operator), gamma).is_err() {
             return Ok(None);
         }
-        run.begin_window(operator, gamma, joint, Vec::new());
-        let line = &mut run.line;
-        line.gradient_norm = line.gradient_norm.max(gradient_norm);
-        line.iterations.count += window.sweeps;
-        let nodes = window.nodes();
-        line.q.iter_mut().enumerate().for_each(|(a, row)| row.extend_from_slice(nodes.q(a)));
-        line.p.iter_mut().enumerate().for_each(|(place, row)| row.extend_from_slice(nodes.p(place)));
-        run.end_window();
     }
     Ok(Some(run.line))
 }

@@ -1,4 +1,227 @@
-//! Runs to an accuracy: the program chooses operator and windows.
+//! Windows as long as an accuracy needs, by [`crate::engine`].
 
-pub(super) mod one;
-pub(super) mod scene;
+mod watch;
+
+use self::watch::Watches;
+use super::failure::NoSolution;
+use super::places::Places;
+use super::run::{Observer, Run};
+use super::setup::{Limit, Settings, Setup, System};
+use super::status::{InitialGuess, MOST_NODES, Status};
+use super::world_line::{Joint, WorldLine};
+use crate::action::Form;
+use crate::engine::{Accuracy, Engine, Failure, State, Window};
+use crate::geometry::{Geometry, Start};
+use crate::number::Real;
+use crate::sbp::SbpName;
+
+/// The nodes of a window. With 8 of them runs take as long at best.
+pub const POINTS: usize = 16;
+/// A lower accuracy would cost hardly less, and windows that resolve nothing do not show it.
+const LOOSEST: f64 = 1e-4;
+/// A forecast from the beginning of a run may be too high by this factor.
+const FORECAST: f64 = 3.0;
+/// The most sweeps that a run may need: a day. At its pace a run that needs more is ended early.
+pub(super) const MOST_SWEEPS: f64 = 1e12;
+
+/// The run of a setup to an accuracy, which is one of this scene.
+///
+/// # Errors
+/// [`NoSolution`], if the accuracy is not reached.
+pub(super) fn solve<S: Real, G: Places<S>>(
+    setup: &Setup<S, G>,
+    (geometry, start): (&Geometry, &Start),
+    accuracy: f64,
+    observer: Option<Observer<'_, S, G>>,
+) -> Result<WorldLine<S, G>, NoSolution> {
+    let wanted = Accuracy { accuracy: accuracy.min(LOOSEST), is_promised: true, is_certified: true };
+    let goal = Goal::new(setup, start);
+    let engine = match goal {
+        Goal::Length(length) => Engine::accurate(geometry, start, length, wanted, POINTS),
+        Goal::Value { coordinate, value, .. } => {
+            Engine::accurate_to_value(geometry, start, (coordinate, value), wanted, POINTS)
+        }
+    };
+    let mut engine = engine.expect("a run begins inside the domain");
+    let is_kept = observer.is_none();
+    let settings = Settings { system: System::PhysicalLimit, form: Form::Weak, ..setup.settings };
+    let mut run = Run::new(setup, &Settings { sbp: SbpName::Gll(POINTS as u8), ..settings }, observer);
+    run.line.accuracy = Some(accuracy);
+    let mut joint = JointOf::new(start);
+    let mut watches = Watches::new(geometry, start, &setup.until);
+    loop {
+        let mut window = match engine.next() {
+            Ok(Some(window)) => window,
+            Ok(None) => break,
+            Err(Failure::BeginAgain) => {
+                engine.begin_again();
+                continue;
+            }
+            Err(failure) => return Err(failed(setup, &engine, failure)),
+        };
+        if window.index == 0 {
+            run.clear();
+            watches.begin();
+            run.line.ended_by = None;
+        }
+        while let Some(change) = watches.change(&mut window).filter(|change| run.line.ended_by != Some(change.place)) {
+            let mut value = |state: &State| watches.at(change.place, state);
+            let is_found = engine.end_where(change.between, change.side, &mut value);
+            window = engine.window();
+            match is_found {
+                Ok(true) => run.line.ended_by = Some(change.place),
+                Ok(false) => break,
+                Err(failure) => return Err(failed(setup, &engine, failure)),
+            }
+        }
+        watches.accept();
+        let end = window.gamma + window.length;
+        let operator = run.line.operators.element(POINTS, S::from(window.length));
+        append(&mut run, &mut window, &mut joint, (geometry, operator), S::from(end))?;
+        let (nodes, done) = (run.line.window_count * POINTS, goal.done(end, &joint.q));
+        within_limits(setup, &engine, (is_kept.then_some(nodes), done))?;
+    }
+    Ok(ended(setup, &engine, goal, run.line))
+}
+
+/// Where a run ends.
+#[derive(Clone, Copy)]
+enum Goal {
+    Length(f64),
+    Value { coordinate: usize, value: f64, from: f64 },
+}
+
+impl Goal {
+    fn new<S: Real, G: Places<S>>(setup: &Setup<S, G>, start: &Start) -> Self {
+        match setup.limit {
+            Limit::Length(length) => Self::Length(length.to_f64()),
+            Limit::Value { coordinate, value } => {
+                let value = (value - setup.origin_of(coordinate)).to_f64();
+                Self::Value { coordinate, value, from: start.q[coordinate] }
+            }
+        }
+    }
+
+    /// The part of the run that is done at this γ and q^a.
+    fn done(self, gamma: f64, q: &[impl Real]) -> f64 {
+        match self {
+            Self::Length(length) => gamma / length,
+            Self::Value { coordinate, value, from } => (q[coordinate].to_f64() - from) / (value - from),
+        }
+    }
+}
+
+/// The end of a window in all coordinates. Momenta of ignorable ones are those of the start.
+pub(super) struct JointOf<S> {
+    q: Vec<S>,
+    p: Vec<S>,
+}
+
+impl<S: Real> JointOf<S> {
+    pub(super) fn new(start: &Start) -> Self {
+        let of = |values: &[f64]| values.iter().map(|&value| S::from(value)).collect();
+        Self { q: of(&start.q), p: of(&start.p) }
+    }
+}
+
+/// Adds a window with this operator of the run, which ends at γ − γ_i = `end`.
+///
+/// # Errors
+/// Numbers that are not finite are not a result: an overflow anywhere makes the gradient or the action infinite.
+pub(super) fn append<S: Real, G: Places<S>>(
+    run: &mut Run<'_, S, G>,
+    window: &mut Window<'_>,
+    JointOf { q, p }: &mut JointOf<S>,
+    (geometry, operator): (&Geometry, usize),
+    end: S,
+) -> Result<(), NoSolution> {
+    q.iter_mut().zip(&window.end().q).for_each(|(to, q)| *to = S::from(q.high));
+    geometry.active().iter().zip(&window.end().p).for_each(|(&a, end)| p[a] = S::from(end.high));
+    let (joint, length, line) = (Joint { q, p }, window.length, &mut run.line);
+    let gradient_norm = window.gradient_norm.unwrap_or(f64::INFINITY);
+    if !(gradient_norm.is_finite() && line.geometry().has_finite_action(joint, S::from(length))) {
+        let gamma = line.gamma_i.to_f64() + window.gamma;
+        let failure = NoSolution::marched(Status::OutsideDomain, line.geometry().place_of_overflow(gamma, q));
+        return Err(NoSolution { residual: gradient_norm, ..failure });
+    }
+    // Without a potential x is ignorable, and no other active coordinate of a world-line ever is.
+    let start: Vec<f64> = window.start().positions();
+    let counts_from_start = |a: &usize| !geometry.active().contains(a) && line.geometry().active().contains(a);
+    let offset: Vec<f64> = (0..q.len()).map(|a| if counts_from_start(&a) { start[a] } else { 0.0 }).collect();
+    let nodes = window.nodes();
+    run.begin_window(operator, end, joint, Vec::new());
+    let line = &mut run.line;
+    line.gradient_norm = line.gradient_norm.max(S::from(gradient_norm));
+    line.iterations.initial_guess = InitialGuess::Extrapolation;
+    let copy = |to: &mut Vec<S>, row: &[f64], offset: f64| to.extend(row.iter().map(|&value| S::from(offset + value)));
+    line.q.iter_mut().enumerate().for_each(|(a, to)| copy(to, nodes.q(a), offset[a]));
+    line.p.iter_mut().enumerate().for_each(|(place, to)| copy(to, nodes.p(place), 0.0));
+    run.end_window();
+    Ok(())
+}
+
+/// Ends a run that memory cannot hold, or that would take too long. Windows become longer after the first few: a forecast
+/// of nodes is believed when they are a thousandth of what is allowed.
+fn within_limits<S: Real, G: Places<S>>(
+    setup: &Setup<S, G>,
+    engine: &Engine<'_>,
+    (nodes, done): (Option<usize>, f64),
+) -> Result<(), NoSolution> {
+    let at = || {
+        let (gamma, q) = engine.place();
+        let q: Vec<S> = q.into_iter().map(S::from).collect();
+        setup.place.geometry.place(setup.gamma_i.to_f64() + gamma, &q)
+    };
+    let sweeps = engine.sweeps();
+    let needed = sweeps as f64 / done.max(0.0);
+    if needed > MOST_SWEEPS && sweeps > 10_000 {
+        return Err(NoSolution { needed, ..NoSolution::adaptive(Status::EvaluationLimit, at()).after(sweeps) });
+    }
+    let Some(nodes) = nodes.map(|nodes| nodes as f64) else { return Ok(()) };
+    let needed = nodes / done;
+    let is_foreseen = nodes > 1e-3 * MOST_NODES && needed > FORECAST * MOST_NODES;
+    if nodes > MOST_NODES || is_foreseen {
+        return Err(NoSolution { needed, ..NoSolution::adaptive(Status::TooManyNodes, at()) });
+    }
+    Ok(())
+}
+
+/// The world-line of a run that came to its end.
+fn ended<S: Real, G: Places<S>>(
+    setup: &Setup<S, G>,
+    engine: &Engine<'_>,
+    goal: Goal,
+    mut line: WorldLine<S, G>,
+) -> WorldLine<S, G> {
+    let is_at_limit = line.ended_by.is_none();
+    line.length = match (setup.limit, goal) {
+        (Limit::Length(length), _) if is_at_limit => length,
+        _ => S::from(engine.place().0),
+    };
+    if let (Limit::Value { coordinate, value }, true) = (setup.limit, is_at_limit) {
+        // t_i + (t_f − t_i), rounded twice, may be the neighbouring number.
+        line.ended_at = Some((coordinate, value));
+    }
+    if let Some(last) = line.windows.last_mut() {
+        last.gamma[1] = line.length;
+    }
+    line.error_estimate = engine.error_estimate();
+    line.windows_unproved = Some(engine.unproved());
+    line.iterations.count = engine.sweeps();
+    line
+}
+
+/// What a failure of the engine means for the setup.
+fn failed<S: Real, G: Places<S>>(setup: &Setup<S, G>, engine: &Engine<'_>, failure: Failure) -> NoSolution {
+    let (gamma, q) = engine.place();
+    let (gamma, q) = (setup.gamma_i.to_f64() + gamma, q.into_iter().map(S::from).collect::<Vec<S>>());
+    let geometry = &setup.place.geometry;
+    let (status, at) = match failure {
+        Failure::OutsideDomain(outside) => (Status::OutsideDomain, geometry.place_beyond(gamma, &q, &outside)),
+        Failure::NotConverged | Failure::TooShort => (Status::Stalled, geometry.place(gamma, &q)),
+        Failure::ValueNotReached => (Status::EndTimeNotReached, geometry.place(gamma, &q)),
+        Failure::Rounding | Failure::BeginAgain => (Status::AccuracyNotReached, geometry.place(gamma, &q)),
+    };
+    let residual = if status == Status::AccuracyNotReached { engine.error_estimate() } else { None };
+    NoSolution { residual: residual.unwrap_or(f64::INFINITY), ..NoSolution::adaptive(status, at) }
+}

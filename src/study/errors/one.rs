@@ -1,6 +1,6 @@
 //! The error of a run, estimated by a second and cheaper solve.
 //!
-//! The second solve is [`crate::engine::lobatto::Adaptive`], which chooses its own windows, with an accuracy far beyond
+//! The second solve is a run of [`crate::engine`], which chooses its own windows, with an accuracy far beyond
 //! that of most runs. It shares neither grid nor operator with the run. Its own error estimate is added to the
 //! differences that are found. If a run in extended precision agrees with it to its last digits, the Taylor series of
 //! [`crate::reference`] in the same precision take its place.
@@ -9,12 +9,13 @@ use std::ops::ControlFlow;
 
 use super::run_error::{Found, Judge, RunError};
 use super::stepped_over::{Between, fractions, points_in};
-use crate::engine::lobatto::{Adaptive, Goal, Inside, State, WindowView};
+use crate::engine::{Accuracy, Dense, Engine, Window};
+use crate::geometry::Start;
 use crate::geometry::geodesic::{InitialData, Invariants};
 use crate::geometry::metric::Metric;
 use crate::number::Real;
 use crate::reference::ReferenceTrajectory;
-use crate::solve::{Setup, Solution};
+use crate::solve::{POINTS, Setup, Solution};
 use crate::trajectory::Sample;
 
 /// The accuracies that are requested of the second solve, one after the other, until it can meet one. On a very long
@@ -109,38 +110,64 @@ impl Nodes {
         let (most, length) = (WINDOWS.1.max(WINDOWS.0 * self.x.len()), *self.gamma.last()?);
         let (mut found, mut next, mut tired) = (Found::none(2), 0, false);
         let mut gaps = Gaps::new(metric, initial, length);
-        let mut points = Vec::new();
-        let mut see = |view: &WindowView<'_>| {
-            if view.index == 0 {
+        let start = InitialData { t: 0.0, ..initial }.start(metric);
+        let mut engine = Engine::accurate(metric.scene(), &start, length, promised(accuracy), POINTS).ok()?;
+        let solved = engine.run(|window| {
+            if window.index == 0 {
                 (found, next) = (Found::none(2), 0);
             }
-            let (start, h) = (view.gamma.hi, view.length.hi);
-            let end = (view.gamma + view.length).hi;
-            let is_last = end >= length * (1.0 - 4.0 * f64::EPSILON);
-            let here = self.gamma[next..].iter().take_while(|&&gamma| gamma < end || is_last).count();
-            points.clear();
-            let fractions = self.gamma[next..next + here].iter().map(|gamma| ((gamma - start) / h).clamp(0.0, 1.0));
-            view.inside(fractions, |inside| points.push(inside));
-            for (k, inside) in (next..).zip(&points) {
-                let is_end = k + 1 == self.x.len();
-                let (t, x, w) = match is_end {
-                    true => (view.end.t.hi, view.end.x.hi, view.end.w.hi),
-                    false => (inside.t, inside.x, inside.w),
-                };
-                let off = [self.elapsed[k] - t, self.x[k] - x];
+            let (begin, h) = (window.gamma, window.length);
+            let is_last = begin + h >= length * (1.0 - 4.0 * f64::EPSILON);
+            let motion = Motion::new(&window, &start);
+            while let Some(gamma) = self.gamma.get(next).filter(|gamma| **gamma < begin + h || is_last) {
+                let is_end = next + 1 == self.x.len();
+                let fraction = if is_end { 1.0 } else { ((gamma - begin) / h).clamp(0.0, 1.0) };
+                let [t, x, w] = motion.at(fraction);
+                let off = [self.elapsed[next] - t, self.x[next] - x];
                 found.see(if is_end && self.in_time { at_that_time(metric, off, x, w / q_t) } else { off });
+                next += 1;
             }
-            next += here;
-            gaps.see(view);
-            tired = view.index >= most;
+            gaps.see(&window, &motion);
+            tired = window.index >= most;
             if tired { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        };
-        let adapted = Adaptive::new(metric, q_t).run(State::from(initial), Goal::Gamma(length), accuracy, &mut see);
-        let estimate = adapted.ok().filter(|_| !tired)?.error_estimate;
+        });
+        let estimate = solved.ok().filter(|()| !tired).and_then(|()| engine.error_estimate())?;
         (next == self.x.len()).then(|| {
             let own = own(self.sizes.map(|size| estimate * size), self.in_time);
             found.finish(own, Judge::SecondSolve(accuracy), gaps.share())
         })
+    }
+}
+
+/// A run that keeps its accuracy, without certificates.
+fn promised(accuracy: f64) -> Accuracy {
+    Accuracy { accuracy, is_promised: true, is_certified: false }
+}
+
+/// t from the start of the run, x and dx/dγ in a window.
+struct Motion {
+    dense: Dense,
+    /// dx/dγ, if x is ignorable.
+    constant: Option<f64>,
+}
+
+impl Motion {
+    fn new(window: &Window<'_>, start: &Start) -> Self {
+        Self { dense: window.dense(), constant: window.end().momenta().is_empty().then(|| -start.p[1]) }
+    }
+
+    fn at(&self, fraction: f64) -> [f64; 3] {
+        let (mut q, mut p) = ([0.0; 2], [0.0; 1]);
+        match self.constant {
+            Some(w) => {
+                self.dense.at(fraction, &mut q, &mut []);
+                [q[0], q[1], w]
+            }
+            None => {
+                self.dense.at(fraction, &mut q, &mut p);
+                [q[0], q[1], -p[0]]
+            }
+        }
     }
 }
 
@@ -159,13 +186,14 @@ impl<'m> Gaps<'m> {
         Self { metric, q_t, k, length, between: Between::default() }
     }
 
-    fn see(&mut self, view: &WindowView<'_>) {
-        if view.index == 0 {
+    fn see(&mut self, window: &Window<'_>, motion: &Motion) {
+        if window.index == 0 {
             self.between = Between::default();
         }
-        let points = points_in(view.length.hi / self.length);
-        let length = view.length.hi / points as f64;
-        view.inside(fractions(points), |Inside { x, w, .. }| {
+        let points = points_in(window.length / self.length);
+        let length = window.length / points as f64;
+        fractions(points).for_each(|fraction| {
+            let [_, x, w] = motion.at(fraction);
             let timelike = self.q_t * self.q_t / self.metric.g00(x);
             self.between.see(length, timelike - w * w - self.k, timelike, w * w);
         });
@@ -182,11 +210,14 @@ fn stepped_over<S: Real>(setup: &Setup<f64, Metric>, solution: &Solution<S>) -> 
     let (metric, initial) = (setup.metric(), setup.initial());
     let (length, accuracy) = (solution.length.to_f64(), solution.accuracy.unwrap_or(ACCURACIES[0]));
     let mut gaps = Gaps::new(metric, initial, length);
-    let march = Adaptive::new(metric, initial.invariants(metric).q_t);
+    let start = InitialData { t: 0.0, ..initial }.start(metric);
+    let Ok(mut engine) = Engine::accurate(metric.scene(), &start, length, promised(accuracy), POINTS) else {
+        return gaps.share();
+    };
     // It has the windows of the run, but for the last digit of its length, and does not fail where that did not.
-    let _ = march.run(State::from(initial), Goal::Gamma(length), accuracy, &mut |view: &WindowView<'_>| {
-        gaps.see(view);
-        if view.index >= WINDOWS.1 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    let _ = engine.run(|window| {
+        gaps.see(&window, &Motion::new(&window, &start));
+        if window.index >= WINDOWS.1 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     gaps.share()
 }
@@ -226,7 +257,6 @@ mod tests {
     use std::collections::BTreeMap;
 
     use super::*;
-    use crate::engine::lobatto::{March, Twofold, WeakRule};
     use crate::geometry::potential::{Formula, Potential};
 
     /// V = 1e-3 exp(−((x − 0.707)/w)²) with c = 3, which a march of few nodes steps over: it goes straight on, and K
@@ -246,15 +276,17 @@ mod tests {
             let share = 0.5 * off / f64::from(points) / 0.25;
             for windows in [1, 3] {
                 let mut gaps = Gaps::new(&metric, initial, length);
-                let rule = WeakRule::shared(8);
-                let march = March::new(&metric, q_t, rule, Twofold::from(length) / Twofold::from(f64::from(windows)));
+                let begin = InitialData { t: 0.0, ..initial }.start(&metric);
                 // A run that begins again forgets what was seen before.
                 for _ in 0..2 {
-                    let marched = march.run(State::from(initial), windows as usize, &mut |view| {
-                        gaps.see(view);
+                    let mut engine = Engine::equal(metric.scene(), &begin, length, windows, 8).unwrap();
+                    let mut end = 0.0;
+                    let solved = engine.run(|window| {
+                        gaps.see(&window, &Motion::new(&window, &begin));
+                        end = window.end().positions()[1];
                         ControlFlow::Continue(())
                     });
-                    let end = marched.unwrap().end.x.hi;
+                    solved.unwrap();
                     assert!((end - x - 0.5 * length).abs() < 1e-12, "it does not see the hump");
                 }
                 let found = gaps.share();

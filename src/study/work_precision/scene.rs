@@ -4,9 +4,10 @@ use std::ops::ControlFlow;
 
 use super::course::{Course, Marched};
 use super::run::{Raw, Run, none};
-use crate::engine::lobatto::flow::{Flow, FlowFailure};
+use crate::engine::{Accuracy, Engine, Failure};
 use crate::geometry::Geometry;
 use crate::methods::{Output, SceneState, Setting, Trajectory};
+use crate::solve::POINTS;
 
 impl Marched for Geometry {
     /// There is none.
@@ -18,33 +19,31 @@ impl Marched for Geometry {
     fn accuracy(course: &Course<Self>, accuracy: f64, output: Output) -> Run<'_, Self> {
         let (geometry, start, length) = (&*course.problem.space, &course.problem.start, course.problem.length);
         let marks: Vec<f64> = output.gamma(length).collect();
+        let wanted = Accuracy { accuracy, is_promised: true, is_certified: true };
         Box::new(move || {
-            let (mut states, mut points): (Vec<SceneState>, _) = (Vec::with_capacity(marks.len()), 0);
-            let followed = Flow::new(geometry).certified().run(start, length, &mut [], accuracy, &mut |view| {
-                if view.index == 0 {
+            let (mut states, mut windows): (Vec<SceneState>, _) = (Vec::with_capacity(marks.len()), 0);
+            let (mut q, mut active) = (start.q.clone(), vec![0.0; geometry.active().len()]);
+            let engine = Engine::accurate(geometry, start, length, wanted, POINTS);
+            let mut engine = engine.map_err(|outside| Failure::OutsideDomain(outside).as_str())?;
+            let solved = engine.run(|window| {
+                if window.index == 0 {
                     states.clear();
-                    points = 0;
                 }
-                points += view.points;
-                let end = view.gamma + view.length;
-                let is_inside = |mark: &&f64| **mark <= end || end >= length;
-                let fractions = marks[states.len()..].iter().take_while(is_inside);
-                let fractions: Vec<f64> = fractions.map(|mark| ((mark - view.gamma) / view.length).min(1.0)).collect();
-                view.inside(&fractions, |q, p| {
-                    let mut momenta = start.p.clone();
-                    geometry.active().iter().zip(p).for_each(|(&a, &p)| momenta[a] = p);
-                    states.push(SceneState { q: q.to_vec(), p: momenta });
-                });
+                windows = window.index + 1;
+                let end = window.gamma + window.length;
+                let mut dense = None;
+                while let Some(mark) = marks.get(states.len()).filter(|mark| **mark <= end || end >= length) {
+                    let fraction = ((mark - window.gamma) / window.length).min(1.0);
+                    dense.get_or_insert_with(|| window.dense()).at(fraction, &mut q, &mut active);
+                    let mut p = start.p.clone();
+                    geometry.active().iter().zip(&active).for_each(|(&a, &momentum)| p[a] = momentum);
+                    states.push(SceneState { q: q.clone(), p });
+                }
                 ControlFlow::Continue(())
             });
-            let evaluations = match followed {
-                Ok(followed) => followed.statistics.evaluations * (points / followed.statistics.windows.max(1)),
-                Err(FlowFailure::OutsideDomain { .. }) => return Err("outside-domain"),
-                Err(FlowFailure::NotConverged { .. }) => return Err("not-converged"),
-                Err(FlowFailure::AccuracyNotReached { .. }) => return Err("accuracy-not-reached"),
-                Err(FlowFailure::EvaluationLimit { .. }) => return Err("evaluation-limit"),
-            };
-            Ok(Raw::Trajectory(Trajectory { states, evaluations, steps: points }))
+            solved.map_err(Failure::as_str)?;
+            let (evaluations, steps) = (engine.sweeps() * POINTS, windows * POINTS);
+            Ok(Raw::Trajectory(Trajectory { states, evaluations, steps }))
         })
     }
 }
