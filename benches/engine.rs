@@ -106,8 +106,13 @@ fn scenes() -> Vec<Scene> {
     ]
 }
 
-/// The three kinds of runs: their names, and whether they are promised and certified.
-const MODES: [(&str, bool, bool); 3] = [("bare", false, false), ("promised", true, false), ("everything", true, true)];
+/// The kinds of runs: their names, what they are told of an accuracy, and whether they are certified and stored.
+const MODES: [(&str, fn(f64) -> Accuracy, bool); 4] = [
+    ("local", Accuracy::Local, false),
+    ("estimated", Accuracy::Estimated, false),
+    ("promised", Accuracy::Promised, false),
+    ("everything", Accuracy::Promised, true),
+];
 
 /// A run as it was the last time, and the least time of all.
 struct Measured {
@@ -123,14 +128,14 @@ struct Measured {
 fn measure(
     scene: &Scene,
     accuracy: f64,
-    (_, is_promised, is_certified): (&str, bool, bool),
+    (_, wanted, is_complete): (&str, fn(f64) -> Accuracy, bool),
     points: usize,
 ) -> Result<Measured, Failure> {
-    let wanted = Accuracy { accuracy, is_promised, is_certified };
     let Scene { geometry, start, length, .. } = scene;
-    let mut engine = Engine::accurate(geometry, start, *length, wanted, points).expect("it is inside");
+    let mut engine = Engine::accurate(geometry, start, *length, wanted(accuracy), points).expect("it is inside");
     let mut sizes: Vec<f64> = start.q.iter().map(|q| q.abs()).collect();
     let (mut kept, mut windows, mut sweeps, mut end) = (Vec::new(), 0, 0, start.q.clone());
+    let mut largest_gradient = 0.0_f64;
     let mut run = |engine: &mut Engine<'_>| {
         engine.rewind();
         engine.run(|mut window| {
@@ -139,7 +144,8 @@ fn measure(
                 kept.clear();
             }
             (windows, sweeps) = (windows + 1, sweeps + window.sweeps);
-            if is_certified {
+            if is_complete {
+                largest_gradient = largest_gradient.max(window.gradient_norm().unwrap_or(f64::INFINITY));
                 let nodes = window.nodes();
                 (0..start.q.len()).for_each(|a| kept.extend_from_slice(nodes.q(a)));
                 (0..geometry.active().len()).for_each(|place| kept.extend_from_slice(nodes.p(place)));
@@ -150,6 +156,7 @@ fn measure(
         })
     };
     run(&mut engine)?;
+    assert!(largest_gradient.is_finite());
     let (begun, mut seconds) = (Instant::now(), f64::INFINITY);
     for _ in 0..RUNS {
         let one = Instant::now();
@@ -184,7 +191,7 @@ fn levels(scene: &Scene) {
     let Scene { geometry, start, length, .. } = scene;
     let of_level = |level: Level| {
         level.limit();
-        let measured = measure(scene, 1e-6, MODES[1], 16).expect("this much is reached");
+        let measured = measure(scene, 1e-6, MODES[2], 16).expect("this much is reached");
         let windows = (1.5 * measured.windows as f64) as usize;
         let mut engine = Engine::equal(geometry, start, *length, windows, 16).expect("it is inside");
         let mut end = measured.end;

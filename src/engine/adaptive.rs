@@ -6,7 +6,6 @@
 //! with smaller shares.
 
 use super::between::Between;
-use super::certificate::Certificate;
 use super::control::Control;
 use super::dense::Dense;
 use super::estimate::ErrorEstimate;
@@ -51,11 +50,12 @@ pub(super) struct Adaptive<'g, const N: usize> {
     ladder: Ladder<N>,
     control: Control,
     estimate: Option<ErrorEstimate<'g, N>>,
-    certificate: Option<Certificate<'g, N>>,
     /// Looks between the nodes, where something can hide there.
     pub(super) between: Option<Between<'g>>,
-    wanted: Accuracy,
-    /// The estimate and the certificate need this of a window.
+    accuracy: f64,
+    /// True if windows may not add up to more than the accuracy.
+    is_promised: bool,
+    /// The estimate needs this of a window.
     known: Known,
     start: &'g Start,
     sizes: Sizes,
@@ -105,21 +105,18 @@ impl<'g, const N: usize> Adaptive<'g, N> {
     ) -> Self {
         let mut solver = Solver::new(geometry, Rule::lobatto(N), true);
         solver.begin(start, &sizes);
-        let a = wanted.accuracy;
+        let (Accuracy::Promised(a) | Accuracy::Estimated(a) | Accuracy::Local(a)) = wanted;
+        let is_estimated = !matches!(wanted, Accuracy::Local(_));
         let first = if N > 8 { 3.0 * a.powf(1.0 / 24.0) } else { 1.5 * a.powf(1.0 / 12.0) };
         Self {
             ladder: Ladder::new(solver.system.order, first * sizes.time, a < EXACT),
             control: Control::new(N),
-            estimate: wanted.is_promised.then(|| ErrorEstimate::new(&solver, start)),
-            certificate: wanted.is_certified.then(|| Certificate::new(geometry, &solver.rule)),
+            estimate: is_estimated.then(|| ErrorEstimate::new(&solver, start)),
             between: Between::new(&solver, start),
             solver,
-            known: match wanted {
-                Accuracy { is_certified: true, .. } => Known::All,
-                Accuracy { is_promised: true, .. } => Known::Velocities,
-                _ => Known::Ends,
-            },
-            wanted,
+            known: if is_estimated { Known::Velocities } else { Known::Ends },
+            accuracy: a,
+            is_promised: matches!(wanted, Accuracy::Promised(_)),
             start,
             sizes,
             length,
@@ -141,7 +138,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
 
     /// Solves windows until one is accurate enough.
     fn accept(&mut self) -> Result<Accepted, Failure> {
-        let accuracy = self.wanted.accuracy;
+        let accuracy = self.accuracy;
         loop {
             let Some(rung) = Ladder::<N>::nearest(self.control.rung) else {
                 return Err(self.reason(Failure::TooShort));
@@ -227,7 +224,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
     /// If it has no solution.
     pub(super) fn again(&mut self, length: f64, is_last: bool) -> Result<(), Failure> {
         let tables = self.ladder.odd(&self.solver.rule, length);
-        let share = share(self.strictness * self.wanted.accuracy, length / self.length);
+        let share = share(self.strictness * self.accuracy, length / self.length);
         let swept = self.solver.solve(&tables, None, LEFT * share)?;
         self.sweeps += swept.sweeps;
         self.solver.finish(&tables, self.known);
@@ -291,8 +288,11 @@ impl<'g, const N: usize> Adaptive<'g, N> {
         if let Some(target) = self.target.filter(|_| accepted.is_last) {
             estimate.judge_at_equal(&self.solver, target.coordinate);
         }
+        if !self.is_promised {
+            return Ok(());
+        }
         // Errors are expected to grow at least linearly in what is left.
-        let allowed = (1.0 - INSIDE) * self.wanted.accuracy;
+        let allowed = (1.0 - INSIDE) * self.accuracy;
         let excess = MARGIN * estimate.now / allowed;
         let rest = if accepted.is_last { 1.0 } else { self.length / estimate.reached };
         let way = rest.min(1.0 / FORESEEN);
@@ -346,9 +346,8 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
 
     fn window(&mut self) -> Window<'_> {
         let Accepted { length, sweeps, .. } = self.accepted;
-        let gradient_norm = self.certificate.as_mut().map(|certificate| certificate.of(&self.solver, length));
         let (index, gamma) = (self.windows - 1, self.gamma.high);
-        Window { index, gamma, length, sweeps, gradient_norm, solved: &mut self.solver }
+        Window { index, gamma, length, sweeps, solved: &mut self.solver }
     }
 
     fn sweeps(&self) -> usize {

@@ -123,7 +123,7 @@ mod tests {
 
     /// The curves of all windows with their places in γ.
     fn curves((geometry, start): &(Geometry, Start), length: f64, accuracy: f64) -> Vec<(f64, f64, super::Dense)> {
-        let wanted = Accuracy { accuracy, is_promised: false, is_certified: false };
+        let wanted = Accuracy::Local(accuracy);
         let mut engine = Engine::accurate(geometry, start, length, wanted, 16).unwrap();
         let mut curves = Vec::new();
         while let Some(window) = engine.next().unwrap() {
@@ -162,7 +162,7 @@ mod tests {
     #[test]
     fn windows_join() {
         for (geometry, start) in [well(), kerr()] {
-            let wanted = Accuracy { accuracy: 1e-6, is_promised: false, is_certified: false };
+            let wanted = Accuracy::Local(1e-6);
             let mut engine = Engine::accurate(&geometry, &start, 20.0, wanted, 16).unwrap();
             while let Some(window) = engine.next().unwrap() {
                 let dense = window.dense();

@@ -1,6 +1,5 @@
 //! Windows of one length, one after the other.
 
-use super::certificate::Certificate;
 use super::ladder::continued;
 use super::rule::{Rule, Tables};
 use super::sizes::Sizes;
@@ -14,8 +13,6 @@ pub(super) struct March<'g, const N: usize> {
     solver: Solver<'g, N>,
     tables: Tables<N>,
     continuation: Box<Matrix<N>>,
-    /// Windows that are no critical points of an action have no certificate.
-    certificate: Option<Certificate<'g, N>>,
     /// Sweeps leave no more, relative to sizes.
     tolerance: f64,
     /// Number of windows, and of those that were solved.
@@ -41,7 +38,6 @@ impl<'g, const N: usize> March<'g, N> {
         Self {
             tables: rule.tables(order, h, true),
             continuation: rule.matrix(order.power_of(h.hi), continued(rule, order, 0)),
-            certificate: rule.has_end().then(|| Certificate::new(geometry, rule)),
             tolerance,
             windows,
             solved: 0,
@@ -69,16 +65,15 @@ impl<const N: usize> Windows for March<'_, N> {
             Err(_) if continuation.is_some() => solver.solve(tables, None, *tolerance)?,
             solved => solved?,
         };
-        solver.finish(tables, Known::All);
+        solver.finish(tables, Known::Ends);
         (self.last, self.sweeps, self.solved) = (swept.sweeps, self.sweeps + swept.sweeps, self.solved + 1);
         Ok(Some(self.window()))
     }
 
     fn window(&mut self) -> Window<'_> {
-        let Self { solver, tables, certificate, solved, last, .. } = self;
+        let Self { solver, tables, solved, last, .. } = self;
         let (index, length) = (*solved - 1, tables.length);
-        let gradient_norm = certificate.as_mut().map(|certificate| certificate.of(solver, length));
-        Window { index, gamma: index as f64 * length, length, sweeps: *last, gradient_norm, solved: solver }
+        Window { index, gamma: index as f64 * length, length, sweeps: *last, solved: solver }
     }
 
     fn sweeps(&self) -> usize {

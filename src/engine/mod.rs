@@ -94,16 +94,15 @@ impl Failure {
     }
 }
 
-/// The accuracy of a run.
-#[derive(Debug, Clone, Copy)]
-pub struct Accuracy {
-    /// The largest error of a coordinate at any node, relative to its size.
-    pub accuracy: f64,
-    /// True if windows may not add up to more than that. Otherwise each is accurate enough, and nothing is known of
-    /// what they add up to.
-    pub is_promised: bool,
-    /// True if the gradient of the action is computed at every window.
-    pub is_certified: bool,
+/// The accuracy of a run: the largest error of a coordinate at any node, relative to its size.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Accuracy {
+    /// That of the run. Windows may not add up to more.
+    Promised(f64),
+    /// That of every window by itself. An estimate tells what they add up to.
+    Estimated(f64),
+    /// That of every window by itself. Nothing is known of what they add up to.
+    Local(f64),
 }
 
 /// Why there is no next window.

@@ -60,7 +60,7 @@ mod tests {
         let (geometry, start) = metric(&["t", "x"], &[(0, 0, "1 + 2*x"), (1, 1, "-1")], &[0.0, 0.0], &[1.0, 0.5]);
         for points in [8, 16] {
             for accuracy in [1e-4, 1e-7, 1e-10, 1e-13] {
-                let wanted = Accuracy { accuracy, is_promised: true, is_certified: false };
+                let wanted = Accuracy::Promised(accuracy);
                 let mut engine = Engine::accurate(&geometry, &start, 3.0, wanted, points).unwrap();
                 let failure = loop {
                     match engine.next() {

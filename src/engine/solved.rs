@@ -34,8 +34,6 @@ pub struct Window<'w> {
     pub length: f64,
     /// The number of sweeps over it.
     pub sweeps: usize,
-    /// The largest entry of the gradient of its action, if it is computed.
-    pub gradient_norm: Option<f64>,
     pub(super) solved: &'w mut dyn Solved,
 }
 
@@ -49,6 +47,8 @@ pub(super) trait Solved {
     fn complete(&mut self);
     /// The motion between the nodes.
     fn dense(&self) -> Dense;
+    /// The largest entry of the gradient of its action; `None` if it is no critical point of one.
+    fn gradient_norm(&mut self) -> Option<f64>;
     /// The places of the nodes, as fractions.
     fn fractions(&self) -> &[f64];
     /// q^a on the nodes; of an ignorable coordinate from the start of the window.
@@ -74,6 +74,12 @@ impl Window<'_> {
     /// The motion over it.
     pub fn dense(&self) -> Dense {
         self.solved.dense()
+    }
+
+    /// The largest entry of the gradient of its action. `None` for steps of Gauss' method, which are critical points of
+    /// no action.
+    pub fn gradient_norm(&mut self) -> Option<f64> {
+        self.solved.gradient_norm()
     }
 
     /// Its nodes, of which some values are computed when they are first asked for.

@@ -150,7 +150,7 @@ mod tests {
     use super::root_between;
     use crate::geometry::{Geometry, Start};
 
-    const ACCURACY: Accuracy = Accuracy { accuracy: 1e-9, is_promised: true, is_certified: true };
+    const ACCURACY: Accuracy = Accuracy::Promised(1e-9);
 
     /// The end of a run.
     fn end(mut engine: Engine<'_>) -> Result<(f64, State), Failure> {

@@ -2,6 +2,7 @@
 
 use pulp::{Simd, WithSimd};
 
+use super::certificate::Certificate;
 use super::dense::Dense;
 use super::kernel::{Ends, Row, Sweeps, Swept, grow, integrated, inverse, plus};
 use super::rule::{Order, Rule, Tables};
@@ -43,6 +44,8 @@ pub(super) struct Solver<'g, const N: usize> {
     gains: Vec<Twofold>,
     /// The weights of the highest Legendre modes, if the errors of windows are measured.
     highest_modes: Option<[Nodes<N>; 4]>,
+    /// From the first certificate on.
+    certificate: Option<Box<Certificate<'g, N>>>,
     most_sweeps: usize,
     /// True from the first window on in which something overflowed on the way to finite values.
     pub(super) is_mended: bool,
@@ -80,6 +83,7 @@ impl<'g, const N: usize> Solver<'g, N> {
             inverse_ignorable: Vec::with_capacity(ignorable),
             gains: vec![Twofold::ZERO; ignorable],
             highest_modes: measures.then(|| rule.highest_modes()),
+            certificate: None,
             most_sweeps: MOST_SWEEPS[usize::from(!measures)],
             is_mended: false,
             length: 0.0,
@@ -173,6 +177,13 @@ impl<'g, const N: usize> Solver<'g, N> {
                     Compensated::from(by.iter().zip(&self.rows).map(|(g, row)| g * row.velocity_end.high).sum())
                 }
             };
+        }
+    }
+
+    /// Computes everything on the nodes that is not known yet.
+    fn know_all(&mut self) {
+        if self.known < Known::All {
+            Level::Best.dispatch(Complete { solver: self, wanted: Known::All });
         }
     }
 
@@ -274,10 +285,20 @@ impl<const N: usize> Solved for Solver<'_, N> {
     }
 
     fn complete(&mut self) {
-        if self.known < Known::All {
-            Level::Best.dispatch(Complete { solver: self, wanted: Known::All });
-        }
+        self.know_all();
         self.end_nodes();
+    }
+
+    fn gradient_norm(&mut self) -> Option<f64> {
+        if !self.rule.has_end() {
+            return None;
+        }
+        self.know_all();
+        let certificate = self.certificate.take();
+        let mut certificate = certificate.unwrap_or_else(|| Box::new(Certificate::new(self.geometry, &self.rule)));
+        let norm = certificate.of(self, self.length);
+        self.certificate = Some(certificate);
+        Some(norm)
     }
 
     fn dense(&self) -> Dense {

@@ -120,7 +120,7 @@ struct Run {
 }
 
 fn run((geometry, start): &(Geometry, Start), length: f64, accuracy: f64, points: usize) -> Result<Run, Failure> {
-    let wanted = Accuracy { accuracy, is_promised: true, is_certified: false };
+    let wanted = Accuracy::Promised(accuracy);
     let mut engine = Engine::accurate(geometry, start, length, wanted, points).unwrap();
     let (mut end, mut windows) = (Vec::new(), 0);
     loop {
@@ -319,7 +319,7 @@ fn poles_are_not_certain() {
 /// The number of windows of a run, with a look between the nodes and without one.
 fn windows<const N: usize>((geometry, start): &(Geometry, Start), length: f64, accuracy: f64) -> [usize; 2] {
     [true, false].map(|looks| {
-        let wanted = Accuracy { accuracy, is_promised: true, is_certified: false };
+        let wanted = Accuracy::Promised(accuracy);
         let sizes = Sizes::new(geometry, start, length).unwrap();
         let mut windows = Adaptive::<N>::new(geometry, start, sizes, (length, None), wanted);
         assert!(windows.between.is_some(), "something could hide");

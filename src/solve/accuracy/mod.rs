@@ -34,7 +34,7 @@ pub(super) fn solve<S: Real, G: Places<S>>(
     accuracy: f64,
     observer: Option<Observer<'_, S, G>>,
 ) -> Result<WorldLine<S, G>, NoSolution> {
-    let wanted = Accuracy { accuracy: accuracy.min(LOOSEST), is_promised: true, is_certified: true };
+    let wanted = Accuracy::Promised(accuracy.min(LOOSEST));
     let goal = Goal::new(setup, start);
     let engine = match goal {
         Goal::Length(length) => Engine::accurate(geometry, start, length, wanted, POINTS),
@@ -138,7 +138,7 @@ pub(super) fn append<S: Real, G: Places<S>>(
     q.iter_mut().zip(&window.end().q).for_each(|(to, q)| *to = S::from(q.high));
     geometry.active().iter().zip(&window.end().p).for_each(|(&a, end)| p[a] = S::from(end.high));
     let (joint, length, line) = (Joint { q, p }, window.length, &mut run.line);
-    let gradient_norm = window.gradient_norm.unwrap_or(f64::INFINITY);
+    let gradient_norm = window.gradient_norm().unwrap_or(f64::INFINITY);
     if !(gradient_norm.is_finite() && line.geometry().has_finite_action(joint, S::from(length))) {
         let gamma = line.gamma_i.to_f64() + window.gamma;
         let failure = NoSolution::marched(Status::OutsideDomain, line.geometry().place_of_overflow(gamma, q));

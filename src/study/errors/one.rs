@@ -141,7 +141,7 @@ impl Nodes {
 
 /// A run that keeps its accuracy, without certificates.
 fn promised(accuracy: f64) -> Accuracy {
-    Accuracy { accuracy, is_promised: true, is_certified: false }
+    Accuracy::Promised(accuracy)
 }
 
 /// t from the start of the run, x and dx/dγ in a window.

@@ -19,7 +19,7 @@ impl Marched for Geometry {
     fn accuracy(course: &Course<Self>, accuracy: f64, output: Output) -> Run<'_, Self> {
         let (geometry, start, length) = (&*course.problem.space, &course.problem.start, course.problem.length);
         let marks: Vec<f64> = output.gamma(length).collect();
-        let wanted = Accuracy { accuracy, is_promised: true, is_certified: true };
+        let wanted = Accuracy::Promised(accuracy);
         Box::new(move || {
             let (mut states, mut windows): (Vec<SceneState>, _) = (Vec::with_capacity(marks.len()), 0);
             let (mut q, mut active) = (start.q.clone(), vec![0.0; geometry.active().len()]);

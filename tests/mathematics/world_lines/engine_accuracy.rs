@@ -16,7 +16,7 @@ struct Run {
 }
 
 fn run(geometry: &Geometry, start: &Start, length: f64, accuracy: f64, points: usize) -> Result<Run, Failure> {
-    let wanted = Accuracy { accuracy, is_promised: true, is_certified: true };
+    let wanted = Accuracy::Promised(accuracy);
     let mut engine = Engine::accurate(geometry, start, length, wanted, points).unwrap();
     let mut run = Run { nodes: Vec::new(), lengths: Vec::new(), estimate: 0.0 };
     engine.run(|mut window| {
@@ -24,7 +24,7 @@ fn run(geometry: &Geometry, start: &Start, length: f64, accuracy: f64, points: u
             (run.nodes, run.lengths) = (Vec::new(), Vec::new());
         }
         let (gamma, h, begin) = (window.gamma, window.length, window.start().positions());
-        assert!(window.gradient_norm.unwrap().is_finite());
+        assert!(window.gradient_norm().unwrap().is_finite());
         run.lengths.push(h);
         let nodes = window.nodes();
         for (k, fraction) in nodes.fractions().iter().enumerate() {
