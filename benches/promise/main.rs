@@ -82,7 +82,7 @@ fn study(seed: u64, family: usize, points: usize) -> Option<Studied> {
     let what = format!("{} N {points} seed {seed} a {accuracy:.1e} L/T {turns:.1}", FAMILIES[family]);
     let run_of = |wanted, points| run(&geometry, &start, length, wanted, points);
     let result = run_of(Accuracy::Promised(accuracy), points).map(|promised| {
-        let references = [run_of(Accuracy::Local(1e-13), 16), run_of(Accuracy::Shared(1e-12), 8)];
+        let references = [run_of(Accuracy::Local(1e-13), 16), run_of(Accuracy::Local(1e-12), 8)];
         let [Ok(first), Ok(second)] = &references else { return (promised, [0.0, f64::INFINITY]) };
         let mut origin = vec![0.0; q.len()];
         for a in geometry.ignorable() {

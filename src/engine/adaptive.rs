@@ -23,12 +23,11 @@ use crate::number::Compensated;
 const INSIDE: f64 = 0.6;
 /// Bounds of errors inside a window are multiplied by this.
 const INSIDE_MARGIN: f64 = 1.5;
-/// The estimate of what windows have added up to is multiplied by this.
-const MARGIN: f64 = 2.5;
 /// A window of length h of a run of length L may add this part of a (h/L)^1.5 at its end.
 const SHARE: f64 = 0.2;
-/// No share is smaller than this: it is less than what rounding adds at every window, which the estimate counts.
-const ROUNDED: f64 = 1e-17;
+/// No share is smaller than this. Rounding of large values adds more at every window, but that of values that come near
+/// 0 does not.
+const ROUNDED: f64 = 1e-20;
 /// Sweeps leave this part of a share.
 const LEFT: f64 = 0.01;
 /// The highest modes of slopes that resolve the motion are less than this, relative to the largest slope.
@@ -293,7 +292,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
         }
         // Errors are expected to grow at least linearly in what is left.
         let allowed = (1.0 - INSIDE) * self.accuracy;
-        let excess = MARGIN * estimate.now / allowed;
+        let excess = estimate.now / allowed;
         let rest = if accepted.is_last { 1.0 } else { self.length / estimate.reached };
         let way = rest.min(1.0 / FORESEEN);
         // Shorter windows make no smaller rounding errors.
@@ -371,7 +370,7 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
     }
 
     fn error_estimate(&self) -> Option<f64> {
-        self.estimate.as_ref().map(|estimate| MARGIN * estimate.largest + self.largest_inside)
+        self.estimate.as_ref().map(|estimate| estimate.largest + self.largest_inside)
     }
 
     fn place(&self) -> (f64, Vec<f64>) {

@@ -13,6 +13,8 @@ use crate::geometry::Start;
 /// What sweeps leave is estimated from their contraction, which slows down: in 99.5 % of windows it is less than this
 /// many times the estimate.
 const LEFT: f64 = 10.0;
+/// Local errors are multiplied by this. Those of rounding are bounds already.
+const MARGIN: f64 = 2.5;
 /// Rounding errors of the first window, relative to its values: they add up like the square root of the number of
 /// windows,
 const ROUNDING: f64 = 1e-16;
@@ -90,7 +92,7 @@ impl<'g, const N: usize> ErrorEstimate<'g, N> {
             let unknown = window.unknown(k, h);
             let size = if unknown.inverse_size > 0.0 { 1.0 / unknown.inverse_size } else { 0.0 };
             let rounding = part * unknown.magnitude;
-            *local = [unknown.end_error + LEFT * left * size + rounding, rounding];
+            *local = [MARGIN * (unknown.end_error + LEFT * left * size) + rounding, rounding];
         }
         match &mut self.method {
             Method::Plane(plane) => {

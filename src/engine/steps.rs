@@ -1,5 +1,9 @@
 //! Small errors δ of a motion with several active coordinates.
 //!
+//! A change of H grows steadily in regular motion, as it is a change of frequency: there local errors go along ∇H. In
+//! chaotic motion δ soon points to where errors grow most, and local errors go there too. Both are carried, and the
+//! larger one counts.
+//!
 //! δ is needed to one digit only, so it has steps of its own: several windows, or a part of one, as [`Transport`]
 //! allows.
 
@@ -12,6 +16,9 @@ use crate::geometry::Start;
 
 /// An error, and that of rounding alone.
 type Errors = [f64; 2];
+
+/// The same for local errors along ∇H, and then for those along what has grown so far.
+type Both = [f64; 4];
 
 /// A step may carry ẋ to its end with this relative error. With 1e-3, growth across the flow saturates in long runs,
 /// and δ is up to three times too small.
@@ -36,10 +43,10 @@ pub(super) struct Steps<'g, const N: usize> {
     /// The part of ∫ |J||x| that each step adds.
     of_slopes: [f64; AT_ONCE],
     inverse_sizes: Vec<f64>,
-    delta: Vec<Errors>,
-    carried: Vec<Errors>,
+    delta: Vec<Both>,
+    carried: Vec<Both>,
     /// Errors of ignorable coordinates, and 1/size of these.
-    ignorable: Vec<Errors>,
+    ignorable: Vec<Both>,
     inverse_ignorable: Vec<f64>,
     /// δ·∇H at the last step.
     along: Errors,
@@ -78,9 +85,9 @@ impl<'g, const N: usize> Steps<'g, N> {
             local: vec![[[0.0; 2]; AT_ONCE]; unknowns],
             of_slopes: [0.0; AT_ONCE],
             inverse_sizes: vec![1.0; unknowns],
-            delta: vec![[0.0; 2]; unknowns],
-            carried: vec![[0.0; 2]; unknowns],
-            ignorable: vec![[0.0; 2]; ignorable],
+            delta: vec![[0.0; 4]; unknowns],
+            carried: vec![[0.0; 4]; unknowns],
+            ignorable: vec![[0.0; 4]; ignorable],
             inverse_ignorable: vec![0.0; ignorable],
             along: [0.0; 2],
             length: 0.0,
@@ -97,18 +104,19 @@ impl<'g, const N: usize> Steps<'g, N> {
     pub(super) fn begin(&mut self) {
         self.transport.count = 0;
         self.local.fill([[0.0; 2]; AT_ONCE]);
-        self.delta.fill([0.0; 2]);
-        self.ignorable.fill([0.0; 2]);
+        self.delta.fill([0.0; 4]);
+        self.ignorable.fill([0.0; 4]);
         (self.along, self.length, self.windows, self.wanted) = ([0.0; 2], 0.0, 0.0, FIRST);
         (self.has_begun, self.now, self.reached, self.largest) = (false, [0.0; 2], 0.0, 0.0);
     }
 
     /// The error of a coordinate.
     pub(super) fn error(&self, place: Place) -> f64 {
-        match place {
-            Place::Active(place) => self.delta[place][0].abs(),
-            Place::Ignorable(j) => self.ignorable[j][0].abs(),
-        }
+        let both = match place {
+            Place::Active(place) => &self.delta[place],
+            Place::Ignorable(j) => &self.ignorable[j],
+        };
+        larger(both[0].abs(), both[2].abs())
     }
 
     /// Takes in a finished window of length `h` with its local errors; `of_slopes` is the part that rounding has in
@@ -202,38 +210,44 @@ impl<'g, const N: usize> Steps<'g, N> {
         let Self { transport, delta, carried, ignorable, .. } = self;
         let n = delta.len();
         for (k, carried) in carried.iter_mut().enumerate() {
-            *carried = [0.0; 2];
+            *carried = [0.0; 4];
             for (j, delta) in delta.iter().enumerate() {
                 let entry = transport.entry(k, j, step);
-                (0..2).for_each(|i| carried[i] += entry * delta[i]);
+                (0..4).for_each(|i| carried[i] += entry * delta[i]);
             }
         }
         self.now = [0.0; 2];
         for (i, error) in ignorable.iter_mut().enumerate() {
             for (j, delta) in delta.iter().enumerate() {
                 let entry = transport.entry(n + i, j, step);
-                (0..2).for_each(|i| error[i] += entry * delta[i]);
+                (0..4).for_each(|i| error[i] += entry * delta[i]);
             }
-            self.now = [0, 1].map(|k| larger(self.now[k], error[k].abs() * self.inverse_ignorable[i]));
+            self.now = largest(self.now, error, self.inverse_ignorable[i]);
         }
-        // A change of H grows steadily, as it is a change of frequency. So the local error goes along ∇H. As δ·∇H is
-        // conserved, its sign is that of the step before.
+        // As δ·∇H is conserved, its sign is that of the step before.
         let sign = self.along.map(|along| 1.0_f64.copysign(along));
         self.along = [0.0; 2];
         for k in 0..n {
             let gradient = transport.gradient(k, step + 1);
             let of_slopes = self.of_slopes[step] * transport.gain(k, step);
-            for i in 0..2 {
-                let direction = if gradient == 0.0 { carried[k][i] } else { sign[i] * gradient };
-                delta[k][i] = carried[k][i] + (self.local[k][step][i] + of_slopes).copysign(direction);
-                self.along[i] += delta[k][i] * gradient;
-                if k < n / 2 {
-                    self.now[i] = larger(self.now[i], delta[k][i].abs() * self.inverse_sizes[k]);
-                }
+            for i in 0..4 {
+                let is_carried = i >= 2 && carried[k][i] != 0.0 || gradient == 0.0;
+                let direction = if is_carried { carried[k][i] } else { sign[i % 2] * gradient };
+                delta[k][i] = carried[k][i] + (self.local[k][step][i % 2] + of_slopes).copysign(direction);
+            }
+            (0..2).for_each(|i| self.along[i] += delta[k][i] * gradient);
+            if k < n / 2 {
+                self.now = largest(self.now, &delta[k], self.inverse_sizes[k]);
             }
         }
         self.largest = larger(self.largest, self.now[0]);
     }
+}
+
+/// The largest errors so far, relative to sizes.
+fn largest(so_far: Errors, both: &Both, inverse_size: f64) -> Errors {
+    let of = |i: usize| larger(both[i].abs(), both[i + 2].abs()) * inverse_size;
+    [larger(so_far[0], of(0)), larger(so_far[1], of(1))]
 }
 
 #[cfg(test)]
@@ -249,7 +263,7 @@ mod tests {
             let mut pair = Pair::new(&geometry, &start);
             let mut steps = Steps::<16>::new(&pair.first, &start);
             let deviation = vec![1e-6, -2e-6, 1e-7, 3e-7];
-            steps.delta = deviation.iter().map(|&delta| [delta, 0.0]).collect();
+            steps.delta = deviation.iter().map(|&delta| [delta, 0.0, delta, 0.0]).collect();
             pair.begin_second(deviation);
             for step in 0..48 {
                 let h = unit * [1.0, 3.0, 0.3, 2.0][step % 4];
@@ -260,7 +274,7 @@ mod tests {
                 }
             }
             let known = pair.deviation().into_iter().chain(pair.ignorable.iter().copied());
-            for ([found, _], known) in steps.delta.iter().chain(&steps.ignorable).zip(known) {
+            for ([found, ..], known) in steps.delta.iter().chain(&steps.ignorable).zip(known) {
                 assert!((found - known).abs() < 0.03 * known.abs() + 1e-7, "{found:e} {known:e}");
             }
         }
