@@ -25,6 +25,10 @@ const INSIDE: f64 = 0.6;
 const INSIDE_MARGIN: f64 = 1.5;
 /// A window of length h of a run of length L may add this part of a (h/L)^1.5 at its end.
 const SHARE: f64 = 0.2;
+/// If nothing is promised of the run, a window may add this part of a.
+const ALONE: f64 = 1e-2;
+/// A looser accuracy is served as this: it would cost hardly less, and windows that resolve nothing do not show it.
+const LOOSEST: f64 = 1e-4;
 /// No share is smaller than this. Rounding of large values adds more at every window, but that of values that come near
 /// 0 does not.
 const ROUNDED: f64 = 1e-20;
@@ -105,7 +109,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
         let mut solver = Solver::new(geometry, Rule::lobatto(N), true);
         solver.begin(start, &sizes);
         let (Accuracy::Promised(a) | Accuracy::Estimated(a) | Accuracy::Local(a)) = wanted;
-        let is_estimated = !matches!(wanted, Accuracy::Local(_));
+        let (a, is_estimated) = (a.min(LOOSEST), !matches!(wanted, Accuracy::Local(_)));
         let first = if N > 8 { 3.0 * a.powf(1.0 / 24.0) } else { 1.5 * a.powf(1.0 / 12.0) };
         Self {
             ladder: Ladder::new(solver.system.order, first * sizes.time, a < EXACT),
@@ -137,12 +141,13 @@ impl<'g, const N: usize> Adaptive<'g, N> {
 
     /// Solves windows until one is accurate enough.
     fn accept(&mut self) -> Result<Accepted, Failure> {
-        let accuracy = self.accuracy;
+        let shares = self.shares();
         loop {
             let Some(rung) = Ladder::<N>::nearest(self.control.rung) else {
                 return Err(self.reason(Failure::TooShort));
             };
             self.control.rung = rung;
+            let accuracy = self.accuracy;
             let least = LEAST * self.ladder.length(0);
             let end = if self.target.is_some() { f64::INFINITY } else { self.length };
             let (rest, full) = ((end - self.gamma.high) - self.gamma.low, self.ladder.length(rung));
@@ -154,7 +159,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             } else {
                 self.ladder.rung(&self.solver.rule, rung, self.previous)
             };
-            let share = share(self.strictness * accuracy, tables.length / self.length);
+            let share = shares.of(tables.length);
             let Ok(swept) = self.solver.solve(tables, continuation, LEFT * share) else {
                 self.refused += 1;
                 self.control.refuse();
@@ -197,6 +202,11 @@ impl<'g, const N: usize> Adaptive<'g, N> {
         }
     }
 
+    fn shares(&self) -> Shares {
+        let accuracy = self.strictness * self.accuracy;
+        Shares { accuracy, length: if self.is_promised { self.length } else { f64::INFINITY } }
+    }
+
     /// The reason of a failure: the motion may leave the domain soon.
     pub(super) fn reason(&mut self, failure: Failure) -> Failure {
         let (gamma, state) = match failure {
@@ -223,7 +233,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
     /// If it has no solution.
     pub(super) fn again(&mut self, length: f64, is_last: bool) -> Result<(), Failure> {
         let tables = self.ladder.odd(&self.solver.rule, length);
-        let share = share(self.strictness * self.accuracy, length / self.length);
+        let share = self.shares().of(length);
         let swept = self.solver.solve(&tables, None, LEFT * share)?;
         self.sweeps += swept.sweeps;
         self.solver.finish(&tables, self.known);
@@ -310,9 +320,23 @@ impl<'g, const N: usize> Adaptive<'g, N> {
     }
 }
 
-/// The error that a window may add at its end, if it is this part of the run.
-fn share(accuracy: f64, part: f64) -> f64 {
-    (SHARE * accuracy * part * part.sqrt()).max(ROUNDED)
+/// The errors that windows may add at their ends.
+#[derive(Clone, Copy)]
+struct Shares {
+    accuracy: f64,
+    /// The length of the run, if windows may not add up to more than the accuracy.
+    length: f64,
+}
+
+impl Shares {
+    /// That of a window of this length.
+    fn of(self, length: f64) -> f64 {
+        if self.length == f64::INFINITY {
+            return ALONE * self.accuracy;
+        }
+        let part = length / self.length;
+        (SHARE * self.accuracy * part * part.sqrt()).max(ROUNDED)
+    }
 }
 
 impl<const N: usize> Windows for Adaptive<'_, N> {

@@ -34,7 +34,6 @@
 //! reason       why there is no next window
 //! between      a look for what may hide between the nodes of a window
 //! enclosure    what formulas do between nodes
-//! lobatto      the engines that this one is to replace
 //! ```
 
 mod adaptive;
@@ -47,7 +46,6 @@ mod estimate;
 mod kernel;
 mod ladder;
 mod linear;
-pub mod lobatto;
 mod march;
 mod plane;
 mod reason;
@@ -78,6 +76,9 @@ use crate::number::vector::Twofold;
 
 /// The most nodes of a window.
 pub const MOST_POINTS: usize = 24;
+
+/// The nodes of a window whose length is chosen for an accuracy. With 8 of them runs take as long at best.
+pub const POINTS: usize = 16;
 
 /// The most stages of a step of Gauss' method.
 pub const MOST_STAGES: usize = 16;
@@ -181,13 +182,32 @@ impl<'g> Engine<'g> {
         windows: usize,
         points: usize,
     ) -> Result<Self, OutsideGeometry> {
+        Self::lobatto(geometry, start, length, windows, points, 0.0)
+    }
+
+    /// `windows` windows of `points` nodes each, over a run of this length. Sweeps leave no more than `tolerance`,
+    /// relative to sizes; 0 stands for rounding.
+    ///
+    /// # Errors
+    /// If the start is outside the domain.
+    ///
+    /// # Panics
+    /// If there are fewer than two or more than [`MOST_POINTS`] nodes.
+    pub fn lobatto(
+        geometry: &'g Geometry,
+        start: &Start,
+        length: f64,
+        windows: usize,
+        points: usize,
+        tolerance: f64,
+    ) -> Result<Self, OutsideGeometry> {
         let h = Twofold::from(length) / Twofold::from(windows as f64);
         let sizes = Sizes::new(geometry, start, length)?;
         let (at, grid) = ((start, &sizes), (windows, h));
         Ok(Self(match points {
-            ..=8 => Box::new(March::<8>::new(geometry, at, grid, Rule::lobatto(points), 0.0)),
-            9..=16 => Box::new(March::<16>::new(geometry, at, grid, Rule::lobatto(points), 0.0)),
-            _ => Box::new(March::<24>::new(geometry, at, grid, Rule::lobatto(points), 0.0)),
+            ..=8 => Box::new(March::<8>::new(geometry, at, grid, Rule::lobatto(points), tolerance)),
+            9..=16 => Box::new(March::<16>::new(geometry, at, grid, Rule::lobatto(points), tolerance)),
+            _ => Box::new(March::<24>::new(geometry, at, grid, Rule::lobatto(points), tolerance)),
         }))
     }
 

@@ -20,16 +20,13 @@ pub(super) struct Expressions {
     pub(super) forces: Vec<NodeId>,
     /// The determinants of the blocks.
     pub(super) determinants: Vec<NodeId>,
-    /// K.
-    pub(super) norm: NodeId,
 }
 
 impl Expressions {
     pub(super) fn new<S: Real>(parts: &mut Parts<S>, inverse: &Inverse, active: &[usize]) -> Self {
         let velocities = velocities(parts, inverse);
         let forces = active.iter().map(|&a| rate(parts, a, &velocities)).collect();
-        let norm = norm(parts, &velocities);
-        Self { forces, determinants: inverse.blocks.iter().map(|block| block.determinant).collect(), norm, velocities }
+        Self { forces, determinants: inverse.blocks.iter().map(|block| block.determinant).collect(), velocities }
     }
 
     /// The same with fewer operations. What a sweep needs is written apart: it shares its work with nothing that is
@@ -42,7 +39,7 @@ impl Expressions {
             if is_unknown { sweep.push(velocity) } else { others.push(velocity) }
         }
         sweep.extend(&mut reduced.forces);
-        others.extend(reduced.determinants.iter_mut().chain([&mut reduced.norm]));
+        others.extend(&mut reduced.determinants);
         for nodes in [sweep, others] {
             let roots: Vec<NodeId> = nodes.iter().map(|node| **node).collect();
             let written = parts.graph.reduced(&roots, level(n, active));
@@ -132,22 +129,6 @@ pub(super) fn force<S: Real>(parts: &mut Parts<S>, a: usize, q_dot: &[NodeId]) -
         let replacement: Vec<NodeId> = variables.iter().chain(q_dot).copied().collect();
         let force = parts.graph.substitute(&[force], &replacement)[0];
         sum = parts.graph.add(sum, force);
-    }
-    sum
-}
-
-/// K = g_ab q̇^a q̇^b.
-fn norm<S: Real>(parts: &mut Parts<S>, q_dot: &[NodeId]) -> NodeId {
-    let mut sum = parts.graph.constant(S::ZERO);
-    let two = parts.graph.constant(S::ONE + S::ONE);
-    let metric: Vec<([usize; 2], NodeId)> = parts.metric.iter().map(|(&ab, &node)| (ab, node)).collect();
-    for ([a, b], node) in metric {
-        let product = parts.graph.multiply(q_dot[a], q_dot[b]);
-        let mut term = parts.graph.multiply(node, product);
-        if a != b {
-            term = parts.graph.multiply(two, term);
-        }
-        sum = parts.graph.add(sum, term);
     }
     sum
 }

@@ -38,8 +38,6 @@ pub(crate) struct Hamiltonian<S = f64> {
     pub(crate) accelerations: Option<Vec<Register>>,
     /// The registers of the determinants of the blocks.
     pub(crate) determinants: Vec<Register>,
-    /// The register of K.
-    pub(crate) norm: Register,
     linearised: Linearised<S>,
 }
 
@@ -48,13 +46,12 @@ impl<S: Real> Hamiltonian<S> {
         let (n, constant) = (parts.dimension(), constant_inverse(&parts, inverse, &active));
         let plain = Expressions::new(&mut parts, inverse, &active);
         let reduced = plain.reduced(&mut parts, &active, constant.is_some());
-        let Expressions { velocities, forces, determinants, norm } = &reduced;
+        let Expressions { velocities, forces, determinants } = &reduced;
         let own: Vec<NodeId> = active.iter().map(|&a| velocities[a]).collect();
         let others: Vec<NodeId> = (0..n).filter(|a| !active.contains(a)).map(|a| velocities[a]).collect();
         let rest = [&forces[..], &others, determinants].concat();
         let mut outputs = if constant.is_some() { [rest, own].concat() } else { [own, rest].concat() };
         let point = outputs.len();
-        outputs.push(*norm);
         let accelerations = constant.as_ref().map(|inverse| plain.accelerations(&mut parts, &active, inverse));
         outputs.extend(accelerations.iter().flatten());
         let program = Program::new(&mut parts.graph, 3 * n, &outputs).fused();
@@ -69,8 +66,7 @@ impl<S: Real> Hamiltonian<S> {
             forces: registers(forces),
             accelerations: accelerations.as_deref().map(registers),
             determinants: registers(determinants),
-            norm: register(norm),
-            linearised: Linearised::new(parts, &active, constant.is_some(), [plain, reduced]),
+            linearised: Linearised::new(parts, &active, [plain, reduced]),
             program,
             active,
             inverse: constant,

@@ -18,7 +18,6 @@ pub(super) struct Linearised<S> {
     /// Hamilton's equations as they were formed, and with few operations.
     expressions: [Expressions; 2],
     has_force: bool,
-    is_separable: bool,
     equations: OnceLock<Equations<S>>,
 }
 
@@ -34,10 +33,6 @@ pub(crate) struct Equations<S> {
     /// What of that depends on momenta of ignorable coordinates alone, and the rest.
     pub(crate) fixed: Box<[Step]>,
     pub(crate) varying: Box<[Step]>,
-    /// The slopes of small errors. Its variables are the errors of q^a and p_a of active coordinates, then those
-    /// entries; its outputs are δq̇^a of active coordinates, δṗ_a and δq̇^a of ignorable ones. Where the kinetic part
-    /// is constant the first stand last.
-    pub(crate) slopes: Program<S>,
 }
 
 /// An entry of the linearised equations that is not zero. Of m active coordinates rows 0 … m−1 are q̇^a, rows m … 2m−1
@@ -67,14 +62,13 @@ impl<S: Real> Equations<S> {
 }
 
 impl<S: Real> Linearised<S> {
-    pub(super) fn new(parts: Parts<S>, active: &[usize], is_separable: bool, expressions: [Expressions; 2]) -> Self {
+    pub(super) fn new(parts: Parts<S>, active: &[usize], expressions: [Expressions; 2]) -> Self {
         Self {
             dimension: parts.dimension(),
             has_force: !parts.force.is_empty(),
             graph: parts.graph,
             active: active.to_vec(),
             expressions,
-            is_separable,
             equations: OnceLock::new(),
         }
     }
@@ -97,9 +91,8 @@ impl<S: Real> Linearised<S> {
         let shortest = programs.min_by_key(|(_, _, varying, _)| varying.len());
         let (entries, jacobian, varying, varies) = shortest.expect("there are two");
         let fixed = jacobian.schedule(0..jacobian.size(), |register| varies[register]);
-        let slopes = self.slopes(graph, &entries, jacobian.outputs());
         let of_active = entries.partition_point(|entry| entry.row < 2 * self.active.len());
-        Equations { entries, of_active, jacobian, fixed, varying, slopes }
+        Equations { entries, of_active, jacobian, fixed, varying }
     }
 
     /// The entries that are not zero, with the expressions of those that vary.
@@ -127,23 +120,5 @@ impl<S: Real> Linearised<S> {
             }
         }
         (entries, outputs)
-    }
-
-    fn slopes(&self, graph: &mut Graph<S>, entries: &[Entry<S>], varying: usize) -> Program<S> {
-        let m = self.active.len();
-        let mut outputs = vec![graph.constant(S::ZERO); self.dimension + m];
-        for entry in entries {
-            let value = match entry.value {
-                Source::Constant(value) => graph.constant(value),
-                Source::Row(output) => graph.variable(2 * m + output),
-            };
-            let error = graph.variable(entry.column);
-            let term = graph.multiply(value, error);
-            outputs[entry.row] = graph.add(outputs[entry.row], term);
-        }
-        if self.is_separable {
-            outputs.rotate_left(m);
-        }
-        Program::new(graph, 2 * m + varying, &outputs).fused()
     }
 }

@@ -55,7 +55,6 @@ pub use direction::Direction;
 pub(crate) use hamiltonian::Hamiltonian;
 pub use hamiltonian::Point;
 pub use inverse::MOST_COUPLED;
-pub(crate) use linearised::Equations as LinearisedEquations;
 pub use motion::{Motion, MotionRoom};
 pub use observable::{Observable, observed};
 pub use outside::OutsideGeometry;

@@ -45,7 +45,6 @@ mod dop853;
 mod driver;
 mod equations;
 mod force;
-mod gauss;
 mod linear;
 mod one;
 mod peer;
@@ -53,15 +52,16 @@ mod radau5;
 mod rk4;
 mod scene;
 mod taylor;
+mod windows;
 
 pub use composition::Composition;
 pub use dop853::Dop853;
-pub use gauss::Gauss;
 pub use peer::{About, PEERS, Peer, PeerIn, Setting, Step};
 pub use radau5::Radau5;
 pub use rk4::Rk4;
 pub use scene::SceneState;
 pub use taylor::Taylor;
+pub use windows::{Gauss, Windows};
 
 use std::sync::Arc;
 
@@ -169,6 +169,9 @@ pub enum Failure {
     /// The iteration of an implicit method does not converge.
     #[error("an implicit step does not converge")]
     NotConverged,
+    /// Windows add up to more than the accuracy.
+    #[error("the accuracy is not reached")]
+    AccuracyNotReached,
     /// The method needs equations of the second order.
     #[error("the scene is not separable")]
     NotSeparable,
@@ -182,6 +185,7 @@ impl Failure {
             Self::Diverged => "diverged",
             Self::TooManySteps => "too-many-steps",
             Self::NotConverged => "not-converged",
+            Self::AccuracyNotReached => "accuracy-not-reached",
             Self::NotSeparable => "not-separable",
         }
     }

@@ -334,11 +334,6 @@ fn approximate_node(family: Family, n: usize, i: usize) -> f64 {
     x
 }
 
-/// 1/(2(2k + 1)), which makes differences of Legendre polynomials integrals of them on [0, 1].
-pub(crate) fn share(k: usize) -> f64 {
-    0.5 / (2 * k + 1) as f64
-}
-
 #[cfg(test)]
 mod tests {
     use super::{Collocation, Twofold, legendre_values};

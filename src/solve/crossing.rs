@@ -1,8 +1,9 @@
 //! Where one of some formulas of the state first changes its sign, roughly: Runge–Kutta steps on Hamilton's equations.
 
+use super::arithmetic::Arithmetic;
+use super::routes::Routes;
 use super::setup::Setup;
 use crate::geometry::{Observable, OutsideGeometry, Point};
-use crate::number::Real;
 use crate::number::runge_kutta::runge_kutta;
 
 /// Steps for each interval between two nodes.
@@ -32,8 +33,8 @@ impl Flow {
 }
 
 /// The flow at its start.
-fn begin<S: Real>(setup: &Setup<S>) -> Flow {
-    let (geometry, start) = (&*setup.rough.geometry, &setup.rough.start);
+fn begin<S: Arithmetic, G: Routes<S, Rough: Routes<f64>>>(setup: &Setup<S, G>) -> Flow {
+    let (geometry, start) = (setup.rough.geometry.as_scene(), &setup.rough.start);
     let k = geometry.norm(&start.q, &start.q_dot);
     let state: Vec<f64> = start.q.iter().chain(&start.p).copied().collect();
     let slopes = [(); 4].map(|()| vec![0.0; state.len()]);
@@ -41,7 +42,7 @@ fn begin<S: Real>(setup: &Setup<S>) -> Flow {
 }
 
 /// A change of sign, roughly.
-pub struct Near {
+pub(super) struct Near {
     /// The place of the formula among those that end the run.
     pub(super) index: usize,
     /// γ − γ_i.
@@ -54,7 +55,7 @@ pub struct Near {
 const AT_START: f64 = 1e-9;
 
 /// The first change of sign in its direction within `length`; `None` if there is none, or the flow ends before it.
-pub(super) fn first<S: Real>(setup: &Setup<S>, length: f64) -> Option<Near> {
+pub(super) fn first<S: Arithmetic, G: Routes<S, Rough: Routes<f64>>>(setup: &Setup<S, G>, length: f64) -> Option<Near> {
     let mut flow = begin(setup);
     let mut formulas: Vec<Observable> = setup.until.iter().map(|until| until.rough.clone()).collect();
     let steps = STEPS * (setup.settings.n_gamma - 1) * setup.settings.windows;

@@ -2,7 +2,7 @@
 //! node is there.
 
 use super::arithmetic::Arithmetic;
-use super::crossing::Near;
+use super::crossing::{self, Near};
 use super::failure::NoSolution;
 use super::places::Places;
 use super::routes::Routes;
@@ -94,7 +94,7 @@ fn until<S: Arithmetic, G: Routes<S>>(
 where
     G::Rough: Routes<f64>,
 {
-    let Some(Near { index, gamma, to_positive }) = G::first_change(setup, whole.to_f64()) else {
+    let Some(Near { index, gamma, to_positive }) = crossing::first(setup, whole.to_f64()) else {
         return solve_to(whole);
     };
     let length = if S::IS_EXTENDED {

@@ -31,7 +31,6 @@ mod status;
 mod window;
 mod world_line;
 
-pub use accuracy::POINTS;
 pub use arithmetic::Arithmetic;
 pub use failure::{Domain, NoSolution};
 pub use memory::{Kept, bytes_needed};
@@ -91,7 +90,7 @@ fn solve_observed<S: Arithmetic, G: Routes<S, Rough: Routes<f64>>>(
     observer: Option<Observer<'_, S, G>>,
 ) -> Result<WorldLine<S, G>, NoSolution> {
     if let Some(accuracy) = setup.settings.accuracy {
-        return G::to_accuracy(setup, accuracy, observer);
+        return accuracy::solve(setup, accuracy, observer);
     }
     if let (Limit::Length(length), true) = (setup.limit, setup.until.is_empty()) {
         return solve_to(setup, length, observer);
@@ -110,7 +109,7 @@ fn solve_to<S: Arithmetic, G: Routes<S, Rough: Routes<f64>>>(
     mut observer: Option<Observer<'_, S, G>>,
 ) -> Result<WorldLine<S, G>, NoSolution> {
     let again = observer.as_mut().map(|observer| &mut **observer as Observer<'_, S, G>);
-    match G::fast(setup, length, again)? {
+    match spectral::windows(setup, length, again)? {
         Some(line) => Ok(line),
         None => Run::new(setup, &setup.settings, observer).solve(setup, length),
     }

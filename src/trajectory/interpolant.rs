@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use super::cursor::Reached;
 use super::curved::Curved;
-use super::dense::Dense;
 use super::hermite::{Jet, hermite};
 use super::legendre::Tables;
 use super::partition;
@@ -81,9 +80,7 @@ enum Kind<S> {
     Hermite { nodes: Vec<S>, jets: [Vec<Jet<S>>; 3] },
     /// Positions of the nodes, weights of barycentric interpolation, and t, x and w* on the nodes.
     Lagrange { nodes: Vec<S>, weights: Vec<S>, values: [Vec<S>; 3] },
-    /// Integrals of dt/dγ and d²x/dγ² through the nodes of the window.
-    Dense(Dense),
-    /// Such integrals through more nodes.
+    /// Integrals of dt/dγ and d²x/dγ².
     Polynomials(Polynomials<S>),
 }
 
@@ -94,11 +91,7 @@ impl<S: Real> Interpolant<S> {
         let kind = if view.grid.is_equidistant() {
             Kind::Hermite { nodes: nodes(), jets: jets(view, q_t, metric) }
         } else if solution.form == Form::Weak {
-            let dense = (!S::IS_EXTENDED).then(|| Dense::new(&view, q_t, metric));
-            match dense.filter(|dense| solution.accuracy.is_some() || dense.is_resolved()) {
-                Some(dense) => Kind::Dense(dense),
-                None => Kind::Polynomials(Polynomials::new(&view, q_t, metric, tables)),
-            }
+            Kind::Polynomials(Polynomials::new(&view, q_t, metric, (tables, solution.accuracy.is_some())))
         } else {
             let nodes = nodes();
             let others = |j: usize| nodes.iter().enumerate().filter(move |(k, _)| *k != j);
@@ -143,25 +136,7 @@ impl<S: Real> Interpolant<S> {
                 let total = sum((0..nodes.len()).map(factor));
                 values.each_ref().map(|f| sum((0..nodes.len()).map(|k| factor(k) * f[k])) / total)
             }
-            Kind::Dense(dense) => {
-                let mut values = [S::ZERO; 3];
-                dense.at([gamma.to_f64()], |at| values = at.map(S::from));
-                values
-            }
             Kind::Polynomials(polynomials) => polynomials.at(gamma),
-        }
-    }
-
-    /// The world-line at many values of γ, counted from the start of the window.
-    pub(super) fn at_many(&self, gammas: impl Iterator<Item = S> + Clone, samples: &mut Vec<Sample<S>>) {
-        match &self.kind {
-            Kind::Dense(dense) => {
-                let mut places = gammas.clone();
-                dense.at(gammas.map(S::to_f64), |at| {
-                    samples.extend(places.next().map(|gamma| self.sample(gamma, at.map(S::from))));
-                });
-            }
-            _ => samples.extend(gammas.map(|gamma| self.at(gamma))),
         }
     }
 

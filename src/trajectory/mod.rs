@@ -33,7 +33,6 @@
 
 mod cursor;
 mod curved;
-mod dense;
 mod hermite;
 mod interpolant;
 mod legendre;

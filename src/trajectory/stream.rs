@@ -44,17 +44,9 @@ impl<S: Real> SampleStream<S> {
         let mut sampler = Sampler::with_tables(solution, std::mem::take(&mut self.tables));
         let from = self.samples.len();
         let reached = self.values[from..].iter().take_while(|&&value| !beyond(value)).count();
-        while self.samples.len() < from + reached {
-            let rest = &self.values[self.samples.len()..from + reached];
-            // A value before the start of the run stays in the list, and `finish` refuses it.
-            let taken = match self.coordinate {
-                Coordinate::Gamma => sampler.at_leading(rest, &mut self.samples),
-                Coordinate::Time => sampler.at_value(0, rest[0]).map(|sample| self.samples.push(sample)),
-            };
-            if taken.is_err() {
-                break;
-            }
-        }
+        // A value before the start of the run stays in the list, and `finish` refuses it.
+        let values = self.values[from..from + reached].iter();
+        self.samples.extend(values.map_while(|&value| sampler.at(self.coordinate, value).ok()));
         self.tables = sampler.tables;
     }
 
@@ -98,25 +90,6 @@ impl<S: Real> SampleStream<S> {
 }
 
 impl<S: Real> Sampler<'_, S, Metric<S>> {
-    /// The world-line at the first of the `values` of γ, which ascend, and at the others in the same window.
-    fn at_leading(&mut self, values: &[S], samples: &mut Vec<Sample<S>>) -> Result<(), OutsideRun<S>> {
-        let Some(&first) = values.first() else { return Ok(()) };
-        let Solution { gamma_i, windows, .. } = self.cursor.line;
-        let window = self.cursor.window_at(first - *gamma_i);
-        let [begin, end] = windows[window].gamma;
-        let is_inside = |gamma: S| gamma - *gamma_i >= begin && gamma - *gamma_i < end;
-        let count = values.iter().take_while(|&&value| is_inside(value)).count();
-        if count < 2 {
-            samples.push(self.at_gamma(first)?);
-            return Ok(());
-        }
-        let places = values[..count].iter().map(|&value| value - *gamma_i - begin);
-        let from = samples.len();
-        self.of_window(window).0.at_many(places, samples);
-        samples[from..].iter_mut().zip(values).for_each(|(sample, &gamma)| sample.gamma = gamma);
-        Ok(())
-    }
-
     fn at(&mut self, coordinate: Coordinate, value: S) -> Result<Sample<S>, OutsideRun<S>> {
         match coordinate {
             Coordinate::Gamma => self.at_gamma(value),

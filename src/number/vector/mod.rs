@@ -109,14 +109,6 @@ pub(crate) fn multiply_add<S: Simd>(s: S, a: S::f64s, b: S::f64s, c: S::f64s) ->
     s.mul_add_e_f64s(a, b, c)
 }
 
-/// a + b exactly, as (rounded sum, error).
-#[inline(always)]
-pub(crate) fn two_sum<S: Simd>(s: S, a: S::f64s, b: S::f64s) -> (S::f64s, S::f64s) {
-    let sum = s.add_f64s(a, b);
-    let b_seen = s.sub_f64s(sum, a);
-    (sum, s.add_f64s(s.sub_f64s(a, s.sub_f64s(sum, b_seen)), s.sub_f64s(b, b_seen)))
-}
-
 /// a b − p exactly, for the rounded product p = a b.
 #[inline(always)]
 pub(crate) fn product_error<S: Simd>(s: S, a: S::f64s, b: S::f64s, p: S::f64s) -> S::f64s {
@@ -160,55 +152,4 @@ pub(crate) fn vectors<S: Simd>(v: &[f64]) -> &[S::f64s] {
 pub(crate) fn vectors_mut<S: Simd>(v: &mut [f64]) -> &mut [S::f64s] {
     let length = count::<S>(v.len());
     S::as_mut_simd_f64s(&mut v[..length]).0
-}
-
-/// Copies `from` to `to`, without the call that the standard library would make of it.
-#[inline(always)]
-pub(crate) fn copy<S: Simd>(from: &[f64], to: &mut [f64]) {
-    let (from, to) = (vectors::<S>(from), vectors_mut::<S>(to));
-    let mut i = 0;
-    while i < to.len() {
-        to[i] = from[i];
-        i += 1;
-    }
-}
-
-/// max |v_j|.
-#[inline(always)]
-pub(crate) fn largest<S: Simd>(s: S, v: &[f64]) -> f64 {
-    let v = vectors::<S>(v);
-    let mut m = abs(s, v[0]);
-    let mut i = 1;
-    while i < v.len() {
-        m = s.max_f64s(m, abs(s, v[i]));
-        i += 1;
-    }
-    s.reduce_max_f64s(m)
-}
-
-/// max |v_j − w_j|.
-#[inline(always)]
-pub(crate) fn distance<S: Simd>(s: S, v: &[f64], w: &[f64]) -> f64 {
-    let (v, w) = (vectors::<S>(v), vectors::<S>(w));
-    let mut m = abs(s, s.sub_f64s(v[0], w[0]));
-    let mut i = 1;
-    while i < v.len() {
-        m = s.max_f64s(m, abs(s, s.sub_f64s(v[i], w[i])));
-        i += 1;
-    }
-    s.reduce_max_f64s(m)
-}
-
-/// min v_j and max v_j.
-#[inline(always)]
-pub(crate) fn extremes<S: Simd>(s: S, v: &[f64]) -> (f64, f64) {
-    let v = vectors::<S>(v);
-    let (mut least, mut most) = (v[0], v[0]);
-    let mut i = 1;
-    while i < v.len() {
-        least = s.min_f64s(least, v[i]);
-        most = s.max_f64s(most, v[i]);
-        i += 1;
-    }
-    (s.reduce_min_f64s(least), s.reduce_max_f64s(most))
 }

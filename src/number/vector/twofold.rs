@@ -73,22 +73,6 @@ impl Twofold {
         if self.hi < 0.0 { -self } else { self }
     }
 
-    /// a/b of two plain numbers.
-    #[inline(always)]
-    pub(crate) fn ratio(a: f64, b: f64) -> Self {
-        let first = a / b;
-        let (product, error) = two_product(first, b);
-        Self::new(first, ((a - product) - error) / b)
-    }
-
-    /// 1/self, by one step of Newton's method from the rounded one.
-    #[inline(always)]
-    pub(crate) fn reciprocal(self) -> Self {
-        let first = 1.0 / self.hi;
-        let (product, error) = two_product(first, self.hi);
-        Self::new(first, first * (((1.0 - product) - error) - first * self.lo))
-    }
-
     /// `self` plus the small sum `b.0 + b.1`, for the joints of windows: one renormalisation, error 2^−104 |self|.
     #[inline(always)]
     pub(crate) fn plus_update(self, b: (f64, f64)) -> Self {

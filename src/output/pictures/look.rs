@@ -16,6 +16,7 @@ const WEAK: [u8; 3] = [20, 140, 225];
 const SPECTRAL: [u8; 3] = [0, 158, 115];
 const MARCH: [u8; 3] = [198, 66, 198];
 const ACCURACY: [u8; 3] = [190, 135, 0];
+const TOLERANCE: [u8; 3] = [240, 170, 0];
 
 /// The smallest and the largest number of nodes between which the colours of elements are spread.
 const ELEMENTS: (f64, f64) = (4.0, 24.0);
@@ -72,6 +73,7 @@ pub(super) fn of_family(family: &Family) -> Look {
         Family::Elements(nodes) => grey(SPECTRAL, depth_of_element(*nodes), Shape::Triangle),
         Family::March(nodes) => grey(MARCH, depth_of_element(*nodes), Shape::Diamond),
         Family::Accuracy => Look { colour: ACCURACY, shape: Shape::Star },
+        Family::Tolerance => Look { colour: TOLERANCE, shape: Shape::Star },
         Family::Peer(peer) => of_peer(*peer),
         Family::Other(name) => of_stranger(name),
     }
@@ -115,6 +117,7 @@ pub(super) fn of_group(group: Group, name: &str) -> Look {
         Group::Elements => Family::Elements(16),
         Group::March => Family::March(16),
         Group::Accuracy => Family::Accuracy,
+        Group::Tolerance => Family::Tolerance,
         // The second of them, if there are several.
         Group::Peer(first) => {
             let first = PEERS[first];
@@ -134,6 +137,7 @@ pub(super) fn of_method(method: &Method) -> Look {
         Method::Unregularised(sbp) => Look { shape: Shape::Cross, ..of_scheme(*sbp, Form::Strong) },
         Method::Peer(peer) => of_peer(*peer),
         Method::Accuracy => of_family(&Family::Accuracy),
+        Method::Tolerance => of_family(&Family::Tolerance),
     }
 }
 

@@ -3,38 +3,36 @@
 mod watch;
 
 use self::watch::Watches;
+use super::arithmetic::Arithmetic;
 use super::failure::NoSolution;
 use super::places::Places;
+use super::routes::Routes;
 use super::run::{Observer, Run};
 use super::setup::{Limit, Settings, Setup, System};
 use super::status::{InitialGuess, MOST_NODES, Status};
 use super::world_line::{Joint, WorldLine};
 use crate::action::Form;
-use crate::engine::{Accuracy, Engine, Failure, State, Window};
+use crate::engine::{Accuracy, Engine, Failure, POINTS, State, Window};
 use crate::geometry::{Geometry, Start};
 use crate::number::Real;
 use crate::sbp::SbpName;
 
-/// The nodes of a window. With 8 of them runs take as long at best.
-pub const POINTS: usize = 16;
-/// A lower accuracy would cost hardly less, and windows that resolve nothing do not show it.
-const LOOSEST: f64 = 1e-4;
 /// A forecast from the beginning of a run may be too high by this factor.
 const FORECAST: f64 = 3.0;
 /// The most sweeps that a run may need: a day. At its pace a run that needs more is ended early.
 pub(super) const MOST_SWEEPS: f64 = 1e12;
 
-/// The run of a setup to an accuracy, which is one of this scene.
+/// The run of a setup to an accuracy.
 ///
 /// # Errors
 /// [`NoSolution`], if the accuracy is not reached.
-pub(super) fn solve<S: Real, G: Places<S>>(
+pub(super) fn solve<S: Arithmetic, G: Routes<S, Rough: Routes<f64>>>(
     setup: &Setup<S, G>,
-    (geometry, start): (&Geometry, &Start),
     accuracy: f64,
     observer: Option<Observer<'_, S, G>>,
 ) -> Result<WorldLine<S, G>, NoSolution> {
-    let wanted = Accuracy::Promised(accuracy.min(LOOSEST));
+    let (geometry, start) = (setup.rough.geometry.as_scene(), &setup.rough.start);
+    let wanted = Accuracy::Promised(accuracy);
     let goal = Goal::new(setup, start);
     let engine = match goal {
         Goal::Length(length) => Engine::accurate(geometry, start, length, wanted, POINTS),

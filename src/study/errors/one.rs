@@ -9,13 +9,13 @@ use std::ops::ControlFlow;
 
 use super::run_error::{Found, Judge, RunError};
 use super::stepped_over::{Between, fractions, points_in};
-use crate::engine::{Accuracy, Dense, Engine, Window};
+use crate::engine::{Accuracy, Dense, Engine, POINTS, Window};
 use crate::geometry::Start;
 use crate::geometry::geodesic::{InitialData, Invariants};
 use crate::geometry::metric::Metric;
 use crate::number::Real;
 use crate::reference::ReferenceTrajectory;
-use crate::solve::{POINTS, Setup, Solution};
+use crate::solve::{Setup, Solution};
 use crate::trajectory::Sample;
 
 /// The accuracies that are requested of the second solve, one after the other, until it can meet one. On a very long

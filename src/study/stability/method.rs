@@ -33,8 +33,10 @@ pub enum Method {
     Unregularised(SbpName),
     /// One of [`PEERS`].
     Peer(&'static dyn Peer),
-    /// The windows that this program chooses for an accuracy.
+    /// The windows that this program chooses for an accuracy of the run.
     Accuracy,
+    /// Those that it chooses for a tolerance of each of them.
+    Tolerance,
 }
 
 /// What linear theory says about a method that computes an oscillation of frequency ω with the step h.
@@ -59,7 +61,7 @@ impl Method {
         all.push(Self::Windows(SbpName::Sbp42, Form::Weak));
         all.extend([4, 8, 16].map(|nodes| Self::Elements(nodes, Form::Weak)));
         all.extend([SbpName::Sbp21, SbpName::Sbp42].map(Self::Unregularised));
-        all.push(Self::Accuracy);
+        all.extend([Self::Accuracy, Self::Tolerance]);
         all.extend(PEERS.into_iter().filter(|peer| !NOT_CHARTED.contains(&peer.name().as_str())).map(Self::Peer));
         all
     }
@@ -84,6 +86,7 @@ impl Method {
             Self::Unregularised(sbp) => format!("{sbp} unregularised"),
             Self::Peer(peer) => peer.name(),
             Self::Accuracy => "accuracy".to_owned(),
+            Self::Tolerance => "tolerance".to_owned(),
         }
     }
 
@@ -92,14 +95,14 @@ impl Method {
         match self {
             Self::Block(_, form) | Self::Windows(_, form) | Self::Elements(_, form) => Some(*form),
             Self::Unregularised(_) => Some(Form::Strong),
-            Self::Accuracy => Some(Form::Weak),
+            Self::Accuracy | Self::Tolerance => Some(Form::Weak),
             Self::Peer(_) => None,
         }
     }
 
     /// Name and form, for display and for the command line.
     pub fn label(&self) -> String {
-        match self.form().filter(|_| !matches!(self, Self::Unregularised(_) | Self::Accuracy)) {
+        match self.form().filter(|_| !matches!(self, Self::Unregularised(_) | Self::Accuracy | Self::Tolerance)) {
             Some(form) => format!("{} {}", self.name(), form.as_str()),
             None => self.name(),
         }
@@ -109,7 +112,7 @@ impl Method {
     pub fn is_adaptive(&self) -> bool {
         match self {
             Self::Peer(peer) => peer.about().step == Step::Adaptive,
-            _ => *self == Self::Accuracy,
+            _ => matches!(self, Self::Accuracy | Self::Tolerance),
         }
     }
 
@@ -131,7 +134,7 @@ impl Method {
             Self::Windows(sbp, form) => of_windows(*sbp, WINDOW + 1, *form),
             Self::Elements(nodes, form) => of_windows(SbpName::Gll(*nodes as u8), *nodes, *form),
             Self::Peer(peer) if !self.is_adaptive() => first_growing(|step| step_radius(*peer, step)),
-            Self::Peer(_) | Self::Accuracy => Limit::Adaptive,
+            Self::Peer(_) | Self::Accuracy | Self::Tolerance => Limit::Adaptive,
         }
     }
 }

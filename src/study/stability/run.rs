@@ -9,7 +9,7 @@ use super::track::Track;
 use super::world::{Failed, Grid, Range, Task};
 use super::{Cell, CellStatus, Numbers};
 use crate::case::SbpName;
-use crate::methods::{Output, Setting};
+use crate::methods::{Output, Setting, Windows};
 use crate::study::space::Point;
 
 /// As the numbers of elements and windows are whole, the spacing can differ from the one that was asked for. If it does
@@ -111,6 +111,10 @@ impl Job {
             Method::Peer(peer) => {
                 let (output, setting) = self.output(arena, wanted);
                 return Some(arena.world.other(peer, range, output, setting));
+            }
+            Method::Tolerance => {
+                let (output, setting) = self.output(arena, wanted);
+                return Some(arena.world.other(&Windows::Tolerance, range, output, setting));
             }
             Method::Accuracy => return arena.world.scheme(&Grid::Accuracy(self.setting), range),
             Method::Block(sbp, form) => Grid::Nodes { scheme: (sbp, form), nodes: wanted + 1, windows: 1 },

@@ -77,7 +77,9 @@ impl From<Failure> for Failed {
         let status = match failure {
             Failure::OutsideDomain => CellStatus::OutsideDomain,
             Failure::Diverged => CellStatus::Diverged,
-            Failure::TooManySteps | Failure::NotConverged | Failure::NotSeparable => CellStatus::NoCriticalPoint,
+            Failure::TooManySteps | Failure::NotConverged | Failure::AccuracyNotReached | Failure::NotSeparable => {
+                CellStatus::NoCriticalPoint
+            }
         };
         Self { status, iterations: None }
     }

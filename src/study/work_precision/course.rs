@@ -2,23 +2,15 @@
 
 use super::arena::World;
 use super::family::Family;
-use super::run::{Job, Run, Timed, peer, solved};
+use super::run::{Job, Run, Timed, none, peer, solved};
 use crate::case::{Form, SbpName};
-use crate::methods::{Output, Peer, PeerIn, Problem, Setting};
+use crate::engine::MOST_POINTS;
+use crate::methods::{Output, Peer, PeerIn, Problem, Setting, Windows};
 use crate::number::{Extended, Real};
 use crate::reference::{ReferenceEnds, ReferenceTrajectory};
 use crate::solve::{Limit, Setup};
 use crate::study::line::{Line, Raced};
 use crate::study::space::{Point, Studied, distance};
-
-/// A space-time with schemes of its own.
-pub(super) trait Marched: Raced {
-    /// The march of spectral elements with so many nodes, in a setting.
-    fn march(course: &Course<Self>, nodes: usize, setting: Setting, output: Output) -> Run<'_, Self>;
-
-    /// A certified run to an accuracy, and the states inside it.
-    fn accuracy(course: &Course<Self>, accuracy: f64, output: Output) -> Run<'_, Self>;
-}
 
 /// A world-line of one length, with its reference.
 pub(super) struct Course<G: Raced> {
@@ -27,6 +19,17 @@ pub(super) struct Course<G: Raced> {
     pub(super) setup: Setup<f64, G>,
     reference: ReferenceTrajectory<Extended, G::Exact>,
 }
+
+/// Windows of one length, by their number of nodes.
+static MARCHES: [Windows; MOST_POINTS + 1] = {
+    let mut all = [Windows::Equal(0); MOST_POINTS + 1];
+    let mut nodes = 0;
+    while nodes <= MOST_POINTS {
+        all[nodes] = Windows::Equal(nodes);
+        nodes += 1;
+    }
+    all
+};
 
 /// Sixteen digits of the coordinates at the end, and four more to judge them. Errors of the phase grow with the square
 /// of the length.
@@ -53,12 +56,13 @@ impl<G: Raced> Course<G> {
     }
 }
 
-impl<G: Marched> World for Course<G>
+impl<G: Raced> World for Course<G>
 where
     Problem<G>: Send + Sync,
     Setup<f64, G>: Send + Sync,
     ReferenceTrajectory<Extended, G::Exact>: Send + Sync,
     dyn Peer: PeerIn<G>,
+    Windows: PeerIn<G>,
 {
     fn coordinates(&self) -> Vec<String> {
         self.problem.space.coordinates()
@@ -92,10 +96,11 @@ where
         let run: Run<'w, G> = match *family {
             Family::Block(sbp, form) => solved(self, (sbp, form), count + 1),
             Family::Elements(nodes) => solved(self, (SbpName::Gll(nodes as u8), Form::Weak), count * (nodes - 1) + 1),
-            Family::Accuracy => G::accuracy(self, setting.tolerance, output),
-            Family::March(nodes) => G::march(self, nodes, setting, output),
+            Family::Accuracy => peer(self, &Windows::Accuracy, setting, output),
+            Family::Tolerance => peer(self, &Windows::Tolerance, setting, output),
+            Family::March(nodes) => peer(self, &MARCHES[nodes], setting, output),
             Family::Peer(of) => peer(self, of, setting, output),
-            Family::Other(_) => super::run::none("elsewhere"),
+            Family::Other(_) => none("elsewhere"),
         };
         Box::new(Timed { course: self, run })
     }

@@ -15,8 +15,10 @@ pub enum Family {
     Elements(usize),
     /// The library of this program: the windows of the same scheme, without certificate and storage.
     March(usize),
-    /// This program: windows chosen for an accuracy, which are handed over one by one.
+    /// This program: windows chosen for an accuracy that the run keeps.
     Accuracy,
+    /// This program: windows chosen for a tolerance of each of them.
+    Tolerance,
     /// One of [`PEERS`].
     Peer(&'static dyn Peer),
     /// A method of this name that another program measured.
@@ -32,6 +34,7 @@ pub enum Group {
     Elements,
     March,
     Accuracy,
+    Tolerance,
     /// Those of [`PEERS`] that share a curve with the one of this index, which is the first of them.
     Peer(usize),
     Other,
@@ -46,6 +49,7 @@ impl Group {
             Self::Elements => "GLL weak",
             Self::March => "GLL march (library)",
             Self::Accuracy => "accuracy",
+            Self::Tolerance => "tolerance",
             Self::Peer(first) => PEERS[first].about().curve,
             Self::Other => "measured elsewhere",
         }
@@ -53,7 +57,7 @@ impl Group {
 
     /// Whether it belongs to this program.
     pub fn is_own(self) -> bool {
-        self <= Self::Accuracy
+        self <= Self::Tolerance
     }
 }
 
@@ -65,16 +69,14 @@ impl Family {
         let mut all: Vec<Self> = SbpName::STENCILS.into_iter().flat_map(both).collect();
         all.extend(sizes.map(Self::Elements));
         all.extend(sizes.map(Self::March));
-        all.push(Self::Accuracy);
+        all.extend([Self::Accuracy, Self::Tolerance]);
         all.extend(PEERS.map(Self::Peer));
         all
     }
 
-    /// Every method that is measured on a scene by default. The march is for one coordinate, and compositions are for
-    /// scenes that are separable.
+    /// Every method that is measured on a scene by default. Compositions are for scenes that are separable.
     pub fn of_scene(is_separable: bool) -> Vec<Self> {
         let suits = |family: &Self| match family {
-            Self::March(_) => false,
             Self::Peer(peer) => is_separable || !peer.about().needs_second_order,
             _ => true,
         };
@@ -88,6 +90,7 @@ impl Family {
             Self::Elements(nodes) => format!("GLL{nodes} weak"),
             Self::March(nodes) => format!("GLL{nodes} march"),
             Self::Accuracy => "accuracy".to_owned(),
+            Self::Tolerance => "tolerance".to_owned(),
             Self::Peer(peer) => peer.name(),
             Self::Other(name) => name.clone(),
         }
@@ -101,6 +104,7 @@ impl Family {
             Self::Elements(_) => Group::Elements,
             Self::March(_) => Group::March,
             Self::Accuracy => Group::Accuracy,
+            Self::Tolerance => Group::Tolerance,
             Self::Peer(peer) => {
                 let curve = peer.about().curve;
                 PEERS.iter().position(|other| other.about().curve == curve).map_or(Group::Other, Group::Peer)
@@ -124,7 +128,7 @@ impl Family {
         match self {
             Self::Peer(peer) => peer.about().step,
             Self::March(_) => Step::Iterated,
-            Self::Accuracy => Step::Adaptive,
+            Self::Accuracy | Self::Tolerance => Step::Adaptive,
             Self::Block(..) | Self::Elements(_) | Self::Other(_) => Step::Constant,
         }
     }
@@ -157,7 +161,7 @@ impl Family {
             Self::Block(..) => format!("N={}", count + 1),
             Self::Elements(_) | Self::March(_) => format!("windows={count}{inner}"),
             Self::Peer(peer) => peer.label(*setting),
-            Self::Accuracy | Self::Other(_) => format!("tol={tolerance:e}"),
+            Self::Accuracy | Self::Tolerance | Self::Other(_) => format!("tol={tolerance:e}"),
         }
     }
 }

@@ -4,7 +4,7 @@
 //!
 //! Every method has to return t, x and w = dx/dγ at [`OUTPUTS`] equally spaced values of γ, the end included. If it has
 //! a dense output, it uses that; otherwise its steps or windows divide the intervals between these values.
-//! ([`crate::methods`] says which methods have one; of this program, `march` and `accuracy` have.) The errors are the
+//! ([`crate::methods`] says which methods have one; of this program, `march`, `accuracy` and `tolerance` have.) The errors are the
 //! largest absolute differences of t and x from the reference at these points. The reference is a Taylor trajectory in
 //! extended precision, with enough digits for the length of the run. |ΔK| is formed from x, w and Q_t. Q_t itself is
 //! *not* compared: it is a constant in the equations of the other methods, so that its drift would prove nothing.
@@ -13,8 +13,9 @@
 //! largest of them ranks a setting. Charges are constants in the equations of the other methods, as Q_t is.
 //!
 //! The schemes of this program are timed as [`crate::solve()`], with its certificate and everything that it stores.
-//! `accuracy` is timed as [`crate::solve::solve_window_by_window`] or, in a scene, as [`crate::engine::lobatto::flow`],
-//! with its certificate and its samples. `march` is [`crate::engine::lobatto`], without certificate and storage.
+//! `accuracy` keeps its promise: windows of [`crate::engine`] with their certificates, the estimate of their errors, and
+//! begun again where those are too large. `tolerance` and `march` are its windows alone, for a tolerance of each and of
+//! one length. What these three find at the points of output is kept, and nothing else.
 //!
 //! # How it is timed
 //!
@@ -38,9 +39,7 @@ mod course;
 mod drift;
 mod family;
 mod front;
-mod one;
 mod run;
-mod scene;
 mod trial;
 
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::arena::Place;
 use super::course::Course;
 use crate::case::{Form, SbpName, on_grid};
-use crate::methods::{Failure, Output, Peer, PeerIn, Setting, Trajectory};
+use crate::methods::{Failure, Output, PeerIn, Setting, Trajectory};
 use crate::solve::{Joint, NoSolution, WorldLine};
 use crate::study::line::{Judged, Raced};
 
@@ -100,16 +100,13 @@ pub(super) fn none<'a, G: Raced>(word: &'static str) -> Run<'a, G> {
     Box::new(move || Err(word))
 }
 
-/// A method that is not of this program.
+/// A method that computes states.
 pub(super) fn peer<'a, G: Raced>(
     course: &'a Course<G>,
-    peer: &'static dyn Peer,
+    peer: &'static (impl PeerIn<G> + ?Sized),
     setting: Setting,
     output: Output,
-) -> Run<'a, G>
-where
-    dyn Peer: PeerIn<G>,
-{
+) -> Run<'a, G> {
     Box::new(move || {
         let trajectory = peer.run(&course.problem, &output, setting);
         trajectory.map(Raw::Trajectory).map_err(Failure::as_str)
