@@ -1,8 +1,8 @@
 //! Is an accuracy that is promised kept? Draws random scenes, runs each to a random accuracy with windows of 8 and of
 //! 16 nodes, and measures the errors of all coordinates at all nodes, relative to their sizes.
 //!
-//! The reference is a run of 16 nodes with the accuracy 1e-13, interpolated by the polynomials of its windows. Another
-//! one of 8 nodes with 1e-12 tells how far it can be trusted: where they differ by more than a third of the accuracy,
+//! The reference is a run of 16 nodes with the tolerance 1e-15, interpolated by the polynomials of its windows. Another
+//! one of 8 nodes with 1e-14 tells how far it can be trusted: where they differ by more than a third of the accuracy,
 //! as in chaotic motion, nothing is decided.
 //!
 //! ```text
@@ -82,7 +82,7 @@ fn study(seed: u64, family: usize, points: usize) -> Option<Studied> {
     let what = format!("{} N {points} seed {seed} a {accuracy:.1e} L/T {turns:.1}", FAMILIES[family]);
     let run_of = |wanted, points| run(&geometry, &start, length, wanted, points);
     let result = run_of(Accuracy::Promised(accuracy), points).map(|promised| {
-        let references = [run_of(Accuracy::Local(1e-13), 16), run_of(Accuracy::Local(1e-12), 8)];
+        let references = [run_of(Accuracy::Local(1e-15), 16), run_of(Accuracy::Local(1e-14), 8)];
         let [Ok(first), Ok(second)] = &references else { return (promised, [0.0, f64::INFINITY]) };
         let mut origin = vec![0.0; q.len()];
         for a in geometry.ignorable() {

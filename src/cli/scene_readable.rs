@@ -86,7 +86,7 @@ fn end<S: Real>(line: &WorldLine<S>) -> String {
 /// How far the end is from a reference.
 fn accuracy<S: Real>(line: &WorldLine<S>, error: Option<&RunError>) -> String {
     let estimate =
-        line.error_estimate.map(|estimate| format!("estimated at {estimate:.1e} at most, relative to sizes above 1"));
+        line.error_estimate.map(|estimate| format!("estimated at {estimate:.1e} at most, relative to sizes"));
     let Some(error) = error else {
         let unknown = "the reference does not reach the end";
         return row("error", &format!("{}: {unknown}", estimate.as_deref().unwrap_or("unknown")));

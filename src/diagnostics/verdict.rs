@@ -102,9 +102,14 @@ pub struct CoordinateError {
 }
 
 impl CoordinateError {
-    /// The largest error relative to max(1, size), as a `solver.accuracy` is.
+    /// The largest error relative to the size, as a `solver.accuracy` is.
     fn relative(&self) -> f64 {
-        self.largest / self.size.max(1.0)
+        self.share(self.largest)
+    }
+
+    /// An error relative to the size. Where that is 0, the error itself counts.
+    fn share(&self, error: f64) -> f64 {
+        if self.size > 0.0 { error / self.size } else { error }
     }
 
     /// The largest error that is not a reason to doubt the result.
@@ -168,7 +173,7 @@ pub struct Verdict {
     /// How far the run is to be believed.
     #[serde(rename = "verdict")]
     pub grade: Grade,
-    /// The largest estimated error of a coordinate over the nodes, relative to max(1, size) of the coordinate.
+    /// The largest estimated error of a coordinate over the nodes, relative to the size of the coordinate.
     #[serde(rename = "verdict_error", skip_serializing_if = "Option::is_none")]
     pub error: Option<f64>,
     /// The digits of the position at the end that mean something: of the coordinate that has the fewest, relative to
@@ -256,11 +261,9 @@ fn rounded_up(number: f64) -> f64 {
     if unit > 0.0 && unit.is_finite() { digit * unit } else { number }
 }
 
-/// The digits of the coordinates at the end that their errors leave, at most `digits`. Where the size of a coordinate
-/// is 0, the error itself counts, and not its share of the size.
+/// The digits of the coordinates at the end that their errors leave, at most `digits`.
 fn good_digits(errors: &[CoordinateError], digits: u32) -> u32 {
-    let share = |error: &CoordinateError| if error.size > 0.0 { error.end / error.size } else { error.end };
-    let digits_left = (-largest(errors.iter().map(share)).log10()).floor();
+    let digits_left = (-largest(errors.iter().map(|error| error.share(error.end))).log10()).floor();
     // The minimum of NaN and a number is the number, and NaN leaves no digit; nor does a negative number.
     if digits_left.is_nan() { 0 } else { digits_left.min(f64::from(digits)) as u32 }
 }

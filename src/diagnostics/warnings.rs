@@ -36,8 +36,6 @@ const LARGE_SAWTOOTH: f64 = 1e-2;
 const ROUGH: f64 = 0.5;
 /// A drift of K below this share of K can be rounding.
 const ROUNDING: f64 = 1e4 * f64::EPSILON;
-/// An estimated error is large above this share of the largest |x|.
-const LARGE_ESTIMATE: f64 = 1e-2;
 /// Steps above this share of the limit of linear theory are too long.
 const NEAR_THE_LIMIT: f64 = 0.5;
 /// Share of the acceleration by which a motion may differ from Newton's without a warning.
@@ -76,7 +74,6 @@ impl<S: Real> Measures<S> {
             self.drift_warning(solution),
             self.step_warning(solution),
             self.horizon_warning(solution),
-            self.scale_warning(solution),
             unproved_warning(solution.windows_unproved),
             rounding_warning::<S>(solution.iterations.last_correction, solution.digits),
             self.bound_warning(solution),
@@ -162,23 +159,12 @@ impl<S: Real> Measures<S> {
         })
     }
 
-    fn scale_warning(&self, solution: &Solution<S>) -> Option<Reason> {
-        let (estimate, size) = (solution.error_estimate?, crate::number::norm::max_abs(solution.x()).to_f64());
-        (size > 0.0 && estimate > LARGE_ESTIMATE * size).then(|| {
-            let finding = format!(
-                "the estimated error {estimate:.1e} is above {LARGE_ESTIMATE} of the largest |x| = {size:.1e}: below \
-                 1 an accuracy is an absolute one"
-            );
-            Reason::new(finding, "ask for more, or choose units nearer to 1")
-        })
-    }
-
     /// The numbers of a table are rounded. Between two neighbouring values of γ the particle moves, and x at a printed
     /// γ is off by that distance.
     fn printed_gamma_warning(&self, solution: &Solution<S>) -> Option<Reason> {
         let accuracy = solution.accuracy?;
         let size = solution.gamma_i.to_f64().abs().max(solution.gamma_f().to_f64().abs());
-        let (spacing, x) = (spacing(size), crate::number::norm::max_abs(solution.x()).to_f64().max(1.0));
+        let (spacing, x) = (spacing(size), *solution.sizes.get(1)?);
         (spacing * self.scales.x_dot > accuracy * x).then(|| {
             let finding = format!(
                 "gamma is near {size:.1e}, where numbers are {spacing:.1e} apart: x at gamma as printed cannot be \
@@ -207,7 +193,7 @@ fn printed_time_warning<S: Real>(solution: &Solution<S>) -> Option<Reason> {
     let accuracy = solution.accuracy?;
     let (t_i, t_f) = (solution.t_i().to_f64(), solution.end_state().t.to_f64());
     let size = t_i.abs().max(t_f.abs());
-    let (spacing, elapsed) = (spacing(size), solution.duration().to_f64().abs().max(1.0));
+    let (spacing, elapsed) = (spacing(size), *solution.sizes.first()?);
     (spacing > accuracy * elapsed).then(|| {
         let finding = format!(
             "t is near {size:.1e}, where numbers are {spacing:.1e} apart: as printed it cannot be good to the accuracy \

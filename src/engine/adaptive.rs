@@ -44,6 +44,8 @@ const FORESEEN: f64 = 0.05;
 const EXACT: f64 = 1e-10;
 /// A window that is longer than the rest of the run by no more than this part ends the run.
 const STRETCH: f64 = 1e-7;
+/// An edge of the domain within so many windows of the first length is the reason of a failure.
+const AHEAD: [f64; 3] = [1.0, 4.0, 16.0];
 /// Windows shorter than this part of the first are not cut any more because something may hide in them.
 const LEAST: f64 = 1e-9;
 
@@ -213,9 +215,12 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             Failure::Rounding => (self.gamma_at_end(), &self.solver.end),
             _ => (self.gamma.high, &self.solver.start),
         };
-        let ahead = self.ladder.length(0);
-        let ahead = if self.target.is_some() { ahead } else { ahead.min(self.length - gamma) };
-        match reason::edge(self.solver.geometry, state, &self.start.p, ahead, gamma) {
+        let rest = if self.target.is_some() { f64::INFINITY } else { self.length - gamma };
+        let edge = AHEAD.into_iter().find_map(|windows| {
+            let ahead = rest.min(windows * self.ladder.length(0));
+            reason::edge(self.solver.geometry, state, &self.start.p, ahead, gamma)
+        });
+        match edge {
             Some((gamma, q, outside)) => {
                 self.failed_at = Some((gamma, q));
                 Failure::OutsideDomain(outside)
@@ -395,6 +400,10 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
 
     fn error_estimate(&self) -> Option<f64> {
         self.estimate.as_ref().map(|estimate| estimate.largest + self.largest_inside)
+    }
+
+    fn sizes(&self) -> Vec<f64> {
+        self.solver.sizes()
     }
 
     fn place(&self) -> (f64, Vec<f64>) {

@@ -17,7 +17,7 @@ const LEFT: f64 = 10.0;
 const MARGIN: f64 = 2.5;
 /// Rounding errors of the first window, relative to its values: they add up like the square root of the number of
 /// windows,
-const ROUNDING: f64 = 1e-16;
+const ROUNDING: f64 = 5e-17;
 /// until what they have of one sign takes over: this part of them.
 const BIAS: f64 = 0.1;
 /// The part that rounding errors of the values on the nodes have in it, by way of the slopes.

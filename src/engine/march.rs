@@ -80,6 +80,10 @@ impl<const N: usize> Windows for March<'_, N> {
         self.sweeps
     }
 
+    fn sizes(&self) -> Vec<f64> {
+        self.solver.sizes()
+    }
+
     fn place(&self) -> (f64, Vec<f64>) {
         let Self { solver, tables, .. } = self;
         (self.solved as f64 * tables.length, solver.end.positions())

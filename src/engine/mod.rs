@@ -158,6 +158,9 @@ trait Windows {
         None
     }
 
+    /// As [`Engine::sizes`].
+    fn sizes(&self) -> Vec<f64>;
+
     /// As [`Engine::place`].
     fn place(&self) -> (f64, Vec<f64>);
 
@@ -344,6 +347,13 @@ impl<'g> Engine<'g> {
     /// The largest error to expect at any node so far, relative to sizes, if the accuracy is promised.
     pub fn error_estimate(&self) -> Option<f64> {
         self.0.error_estimate()
+    }
+
+    /// The sizes of all coordinates so far, which errors are relative to: their largest value, or way from the start if
+    /// they are ignorable, but at least what the motion is about to make of them at the start. 0 for one that does not
+    /// move at all.
+    pub fn sizes(&self) -> Vec<f64> {
+        self.0.sizes()
     }
 
     /// γ from the start of the run and q^a where windows have come to; after a failure, where the motion leaves the

@@ -100,6 +100,12 @@ impl<const N: usize> Solver<'_, N> {
         }
     }
 
+    /// The sizes of all coordinates.
+    pub(super) fn sizes(&self) -> Vec<f64> {
+        let inverse = (0..self.geometry.dimension()).map(|a| self.inverse_size(self.place_of(a)));
+        inverse.map(|inverse| if inverse > 0.0 { 1.0 / inverse } else { 0.0 }).collect()
+    }
+
     /// The nodes of the position of an active coordinate, by its place among them.
     pub(super) fn position(&self, place: usize) -> &Nodes<N> {
         &self.system.registers[self.system.positions[place]]

@@ -65,6 +65,7 @@ impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
             iterations: Iterations::from(InitialGuess::None),
             digits: settings.digits,
             error_estimate: None,
+            sizes: Vec::new(),
             windows_unproved: None,
             accuracy: None,
             ended_by: None,

@@ -88,9 +88,11 @@ pub struct WorldLine<S = f64, G = Geometry<S>> {
     pub iterations: Iterations,
     /// Significant decimal digits that were asked for; 16 for `f64`.
     pub digits: u32,
-    /// The estimated error of every coordinate at the nodes, relative to max(1, largest |q^a|) of active and
-    /// max(1, largest |q^a − q_i^a|) of ignorable ones, if the windows were chosen for an accuracy.
+    /// The estimated error of every coordinate at the nodes, relative to its size, if the windows were chosen for an
+    /// accuracy.
     pub error_estimate: Option<f64>,
+    /// These sizes, as [`Engine::sizes`](crate::engine::Engine::sizes); none if there is no estimate.
+    pub sizes: Vec<f64>,
     /// With an accuracy: the number of windows of which it is not proved that nothing steep hides between their nodes.
     pub windows_unproved: Option<usize>,
     /// The accuracy that was asked for, if there was one.
@@ -126,6 +128,7 @@ impl<S: Copy, G> Clone for WorldLine<S, G> {
             iterations: self.iterations.clone(),
             digits: self.digits,
             error_estimate: self.error_estimate,
+            sizes: self.sizes.clone(),
             windows_unproved: self.windows_unproved,
             accuracy: self.accuracy,
             ended_by: self.ended_by,

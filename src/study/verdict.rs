@@ -48,6 +48,7 @@ pub fn facts_of_solution<S: Real>(solution: &Solution<S>, measures: &Measures<S>
     let duration = solution.duration().to_f64().abs();
     let reaches =
         [Reach { size: duration, range: duration }, Reach { size: least.abs().max(most.abs()), range: most - least }];
+    let reaches = own_sizes(reaches, &solution.sizes);
     let shared = reaches.map(|reach| reach.size);
     let coordinates = |error: &RunError| {
         let names = solution.geometry().coordinates();
@@ -70,17 +71,18 @@ pub fn facts_of_world_line<S: Real>(
     error: Option<&RunError>,
 ) -> Facts {
     let (geometry, n) = (line.geometry(), line.geometry().dimension());
-    let reaches: Vec<Reach> = (0..n).map(|a| Reach::new(line, a)).collect();
+    let reaches = own_sizes((0..n).map(|a| Reach::new(line, a)).collect::<Vec<_>>(), &line.sizes);
     let sizes: Vec<f64> = reaches.iter().map(|reach| reach.size).collect();
     let shared = geometry.shared(&line.place.start.q, &sizes);
     let errors = |end: &[f64], most: &[f64]| coordinate_errors(geometry.names(), &reaches, &shared, end, most);
     let own = |estimate: f64| {
-        let own: Vec<f64> = sizes.iter().map(|size| estimate * size.max(1.0)).collect();
+        let own: Vec<f64> = line.sizes.iter().map(|size| estimate * size).collect();
         errors(&own, &own)
     };
     let found = |error: &RunError| errors(&error.at_most_at_end(), &error.at_most());
     let relative = |error: &RunError| {
-        let shares = error.largest.iter().zip(&sizes).map(|(error, size)| error / size.max(1.0));
+        let shares = error.largest.iter().zip(&line.sizes).filter(|(_, size)| **size > 0.0);
+        let shares = shares.map(|(error, size)| error / size);
         [largest(shares), error.judge.relative_error()]
     };
     Facts {
@@ -94,6 +96,12 @@ pub fn facts_of_world_line<S: Real>(
         digits: line.digits,
         suspicions: diagnostics.suspicions(line),
     }
+}
+
+/// The same with the sizes that a run to an accuracy has found, if it is one.
+fn own_sizes<R: AsMut<[Reach]>>(mut reaches: R, sizes: &[f64]) -> R {
+    reaches.as_mut().iter_mut().zip(sizes).for_each(|(reach, &size)| reach.size = size);
+    reaches
 }
 
 /// The errors of all coordinates, with the size that each shares with others of its unit.

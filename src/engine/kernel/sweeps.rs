@@ -246,7 +246,7 @@ impl<const N: usize> Sweeps<'_, N> {
 fn left([first, second, last]: [f64; 3]) -> f64 {
     let [one, other] = [last / second, second / first];
     let contraction = if one > other || one.is_nan() { one } else { other };
-    if last <= NOISE_OF_SWEEPS && second <= NOISE_OF_SWEEPS || last <= STALLED && contraction > 0.3 {
+    if last <= NOISE_OF_SWEEPS && second <= NOISE_OF_SWEEPS || last <= STALLED && contraction > 0.5 {
         0.0
     } else if first.is_finite() && contraction < 0.5 {
         last * contraction / (1.0 - contraction)

@@ -204,6 +204,7 @@ fn ended<S: Real, G: Places<S>>(
         last.gamma[1] = line.length;
     }
     line.error_estimate = engine.error_estimate();
+    line.sizes = engine.sizes();
     line.windows_unproved = Some(engine.unproved());
     line.iterations.count = engine.sweeps();
     line

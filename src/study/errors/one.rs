@@ -38,14 +38,11 @@ pub fn run_error<S: Real>(
     samples: &[Sample<S>],
 ) -> Option<RunError> {
     if let Some(estimate) = solution.error_estimate {
-        let largest = |values: &mut dyn Iterator<Item = f64>| values.map(f64::abs).fold(1.0, f64::max);
-        let t = largest(&mut solution.counted_from_origin(0, solution.elapsed()).map(S::to_f64));
-        let x = largest(&mut solution.x().iter().map(|x| x.to_f64()));
-        let largest = vec![estimate * t, estimate * x];
+        let largest: Vec<f64> = solution.sizes.iter().map(|size| estimate * size).collect();
         // If the run ends at a given time, all of its error there is one of x.
         let end = if setup.duration().is_some() { vec![0.0, largest[1]] } else { largest.clone() };
         let stepped_over = stepped_over(setup, solution);
-        return Some(RunError { end, largest, own: vec![0.0; 2], judge: Judge::Companion, stepped_over });
+        return Some(RunError { end, largest, own: vec![0.0; 2], judge: Judge::OwnEstimate, stepped_over });
     }
     let nodes = Nodes::new(setup, points(solution, samples));
     let found = nodes.by_second_solve(setup);
@@ -77,7 +74,7 @@ struct Nodes {
     x: Vec<f64>,
     /// Whether the run ends at a given time.
     in_time: bool,
-    /// max(1, largest |t − t_i|) and max(1, largest |x|).
+    /// The largest |t − t_i| and |x|.
     sizes: [f64; 2],
 }
 
@@ -95,7 +92,7 @@ impl Nodes {
             elapsed.push(t);
             x.push(x_here);
         }
-        let size = |values: &[f64]| values.iter().fold(1.0, |size: f64, value| size.max(value.abs()));
+        let size = |values: &[f64]| values.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
         let sizes = [size(&elapsed), size(&x)];
         Self { gamma, elapsed, x, in_time: setup.duration().is_some(), sizes }
     }
@@ -133,7 +130,8 @@ impl Nodes {
         });
         let estimate = solved.ok().filter(|()| !tired).and_then(|()| engine.error_estimate())?;
         (next == self.x.len()).then(|| {
-            let own = own(self.sizes.map(|size| estimate * size), self.in_time);
+            let sizes = engine.sizes();
+            let own = own([estimate * sizes[0], estimate * sizes[1]], self.in_time);
             found.finish(own, Judge::SecondSolve(accuracy), gaps.share())
         })
     }
@@ -236,7 +234,7 @@ fn by_taylor<S: Real>(setup: &Setup<f64, Metric>, solution: &Solution<S>, sample
     let in_time = setup.duration().is_some();
     let reference = ReferenceTrajectory::new(metric, &initial, solution.length, solution.digits).ok()?;
     let mut found = Found::none(2);
-    let mut sizes = [1.0_f64; 2];
+    let mut sizes = [0.0_f64; 2];
     let mut points = points(solution, samples).peekable();
     while let Some([gamma, t, x]) = points.next() {
         let exact = reference.at(gamma);

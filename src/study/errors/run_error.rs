@@ -20,12 +20,12 @@ pub struct RunError {
 /// What a run is compared with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Judge {
-    /// A second solve with this accuracy, relative to max(1, |t − t_i|) and max(1, |x|).
+    /// A second solve with this accuracy, relative to the sizes of t − t_i and x.
     SecondSolve(f64),
     /// A Taylor trajectory with this estimated relative error.
     Taylor(f64),
-    /// The second march that every run with an accuracy makes for its own error estimate.
-    Companion,
+    /// The estimate that every run to an accuracy makes on its way.
+    OwnEstimate,
 }
 
 impl Judge {
@@ -34,7 +34,7 @@ impl Judge {
         match self {
             Self::SecondSolve(accuracy) => format!("from a second solve to {accuracy:.0e}"),
             Self::Taylor(error) => format!("from a Taylor series good to {error:.0e}"),
-            Self::Companion => "from a second run with one node fewer".to_owned(),
+            Self::OwnEstimate => "from the run's own estimate".to_owned(),
         }
     }
 
@@ -42,7 +42,7 @@ impl Judge {
     pub fn relative_error(self) -> f64 {
         match self {
             Self::SecondSolve(error) | Self::Taylor(error) => error,
-            Self::Companion => 0.0,
+            Self::OwnEstimate => 0.0,
         }
     }
 }
