@@ -20,7 +20,7 @@ from scene_expectations import DEFAULTS, PRESETS
 FUNCTIONS = "sin cos tan sinh cosh tanh asin acos atan exp sqrt".split()
 SYMBOLIC = {name: getattr(hy, name) for name in FUNCTIONS} | {"ln": hy.log}
 NUMERIC = {name: getattr(math, name) for name in FUNCTIONS} | {"ln": math.log, "log": math.log}
-POWERS = {}  # the products that replace powers in written_out
+POWERS = {}  # written_out replaces them by these products.
 
 
 def power(base, exponent):
@@ -59,7 +59,7 @@ def evaluate(text, names, functions):
             case ast.UnaryOp(op=op, operand=u):
                 return OPERATIONS[type(op)](walk(u))
             case ast.BinOp(left=u, op=ast.Div(), right=ast.Call(func=ast.Name(id="sqrt_"), args=[argument])):
-                return walk(u) * walk(argument) ** -0.5  # a single series, and so is its derivative
+                return walk(u) * walk(argument) ** -0.5  # Its series and that of its derivative are short.
             case ast.BinOp(left=u, op=op, right=v):
                 return OPERATIONS[type(op)](walk(u), walk(v))
         raise ValueError(f"not understood: {text}")
