@@ -55,7 +55,7 @@ impl<'a> Missing<'a> {
         if table("initial").is_some() && !has("initial", "velocity") {
             need("initial", &["x_dot"]);
         }
-        if !has("solver", "accuracy") {
+        if !has("solver", "accuracy") && !has("solver", "tolerance") {
             need("scheme", &["sbp"]);
             let sbp = table("scheme").and_then(|scheme| scheme.get("sbp")).and_then(Item::as_str);
             // A spectral element has a fixed number of nodes.

@@ -91,7 +91,15 @@ pub const KEYS: &[Key] = &[
         "solver.accuracy",
         "number in (0, 1)",
         "",
-        "the error allowed in t and x. The program then chooses operator and windows.",
+        "the error allowed in t and x at any node, relative to their sizes. The program then chooses operator and \
+         windows.",
+    ),
+    key(
+        "solver.tolerance",
+        "number in (0, 1)",
+        "",
+        "the same for every window by itself, without a promise for the run: it goes to its end, and says until where \
+         positions are good. For chaotic motion.",
     ),
     key(
         "expect.status",

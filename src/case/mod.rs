@@ -208,14 +208,23 @@ pub struct Solver {
     /// Largest number of Newton iterations in a window. The fixed-point iteration of weak spectral elements has its own
     /// limit.
     pub max_iterations: usize,
-    /// The error allowed in t and x, relative to max(1, largest |t − t_i|) and max(1, largest |x|). With it the program
-    /// chooses operator and windows, and `grid.n_gamma`, `grid.windows` and `scheme` are left out.
+    /// The error allowed in t and x at any node, relative to their sizes. With it the program chooses operator and
+    /// windows, and `grid.n_gamma`, `grid.windows` and `scheme` are left out.
     pub accuracy: Option<Decimal>,
+    /// The same for every window by itself: the run goes on whatever errors grow to. At most one of the two is given.
+    pub tolerance: Option<Decimal>,
+}
+
+impl Solver {
+    /// True if the program chooses operator and windows.
+    pub fn chooses_windows(&self) -> bool {
+        self.accuracy.is_some() || self.tolerance.is_some()
+    }
 }
 
 impl Default for Solver {
     fn default() -> Self {
-        Self { system: System::default(), digits: 16, max_iterations: 50, accuracy: None }
+        Self { system: System::default(), digits: 16, max_iterations: 50, accuracy: None, tolerance: None }
     }
 }
 

@@ -218,14 +218,15 @@ pub(super) fn with_literals(text: &str, numbers: &[(String, &mut Decimal)], remo
 }
 
 /// An override of the first key removes the other keys, which it replaces, unless they are overridden too.
-const EXCLUSIVE: [(&str, &[&str]); 10] = [
+const EXCLUSIVE: [(&str, &[&str]); 11] = [
     ("grid.t_f", &["grid.gamma_f"]),
     ("grid.gamma_f", &["grid.t_f"]),
     ("initial.velocity", &["initial.x_dot"]),
     ("initial.x_dot", &["initial.velocity"]),
-    ("solver.accuracy", &["grid.n_gamma", "grid.windows", "scheme"]),
-    ("grid.n_gamma", &["solver.accuracy"]),
-    ("grid.windows", &["solver.accuracy"]),
+    ("solver.accuracy", &["solver.tolerance", "grid.n_gamma", "grid.windows", "scheme"]),
+    ("solver.tolerance", &["solver.accuracy", "grid.n_gamma", "grid.windows", "scheme"]),
+    ("grid.n_gamma", &["solver.accuracy", "solver.tolerance"]),
+    ("grid.windows", &["solver.accuracy", "solver.tolerance"]),
     ("metric.preset", &["metric.coordinates", "metric.components"]),
     ("metric.coordinates", &["metric.preset"]),
     ("metric.components", &["metric.preset"]),

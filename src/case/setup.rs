@@ -1,9 +1,15 @@
 //! From a case to what a solver is told.
 
 use super::{Case, Decimal, T};
+use crate::engine::Accuracy;
 use crate::geometry::metric::Metric;
 use crate::solve::Arithmetic;
 use crate::solve::{Place, Settings, Setup};
+
+/// What windows are chosen for: an accuracy or a tolerance.
+pub(super) fn wanted([accuracy, tolerance]: [Option<f64>; 2]) -> Option<Accuracy> {
+    accuracy.map(Accuracy::Promised).or(tolerance.map(Accuracy::Estimated))
+}
 
 impl Case {
     /// How its world-line is computed.
@@ -16,7 +22,9 @@ impl Case {
             system: self.solver.system,
             digits: self.solver.digits,
             max_iterations: self.solver.max_iterations,
-            accuracy: self.solver.accuracy.as_ref().map(Decimal::value),
+            accuracy: wanted(
+                [&self.solver.accuracy, &self.solver.tolerance].map(|number| number.as_ref().map(Decimal::value)),
+            ),
         }
     }
 

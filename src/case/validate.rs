@@ -33,6 +33,14 @@ impl Invalid {
     }
 }
 
+/// Messages on an accuracy or a tolerance.
+pub(super) const ACCURACY_AND_TOLERANCE: &str = "both solver.accuracy and solver.tolerance are given";
+pub(super) const ONE_OF_THEM: &str =
+    "keep accuracy for an error of the whole run, or tolerance for a run that goes on whatever errors grow to";
+pub(super) const CHOSEN_WINDOWS: &str =
+    "the program chooses operator and windows itself: leave n_gamma and windows out";
+pub(super) const IN_F64: &str = "windows are chosen in double precision; for more digits give scheme and grid";
+
 impl Case {
     /// The case with its conditional defaults filled in, if everything about it is acceptable.
     pub(super) fn validated(mut self) -> Result<Self, Invalid> {
@@ -45,7 +53,7 @@ impl Case {
         if self.grid.gamma_f.is_none() && self.grid.t_f.is_none() {
             self.grid.gamma_f = Some(Decimal::from(DEFAULT_GAMMA_F));
         }
-        if self.solver.accuracy.is_none() && self.grid.n_gamma == 0 {
+        if !self.solver.chooses_windows() && self.grid.n_gamma == 0 {
             let nodes = self.scheme.sbp.fixed_points();
             self.grid.n_gamma = nodes.ok_or_else(|| invalid("grid", "missing field `n_gamma` (or it is 0)"))?;
         }
@@ -128,16 +136,22 @@ impl Case {
         Ok(())
     }
 
-    /// With an accuracy the program chooses the whole scheme, so none of its keys may be given.
+    /// With an accuracy or a tolerance the program chooses the whole scheme, so none of its keys may be given.
     fn check_accuracy(&self) -> Result<(), Invalid> {
-        let Some(accuracy) = self.solver.accuracy.as_ref().map(Decimal::value) else { return Ok(()) };
-        if !(accuracy > 0.0 && accuracy < 1.0) {
-            let message = format!("accuracy must lie between 0 and 1, got {accuracy}");
-            return Err(invalid("solver.accuracy", message).help("for example 1e-10"));
+        let (name, number) = match (&self.solver.accuracy, &self.solver.tolerance) {
+            (None, None) => return Ok(()),
+            (Some(number), None) => ("accuracy", number.value()),
+            (None, Some(number)) => ("tolerance", number.value()),
+            (Some(_), Some(_)) => {
+                return Err(invalid("solver.tolerance", ACCURACY_AND_TOLERANCE).help(ONE_OF_THEM));
+            }
+        };
+        if !(number > 0.0 && number < 1.0) {
+            let message = format!("{name} must lie between 0 and 1, got {number}");
+            return Err(invalid(&format!("solver.{name}"), message).help("for example 1e-10"));
         }
         let both = |path: &str, what: &str| {
-            invalid(path, format!("both solver.accuracy and {what} are given"))
-                .help("with an accuracy the program chooses operator and windows itself: leave n_gamma and windows out")
+            invalid(path, format!("both solver.{name} and {what} are given")).help(CHOSEN_WINDOWS)
         };
         if self.grid.n_gamma > 0 {
             return Err(both("grid.n_gamma", "grid.n_gamma"));
@@ -146,11 +160,11 @@ impl Case {
             return Err(both("grid.windows", "grid.windows"));
         }
         if self.solver.system != System::PhysicalLimit {
-            return Err(invalid("solver.system", "solver.accuracy needs system = \"physical-limit\""));
+            return Err(invalid("solver.system", format!("solver.{name} needs system = \"physical-limit\"")));
         }
         if self.solver.digits != f64::MOST_DIGITS {
-            return Err(invalid("solver.digits", "solver.accuracy and solver.digits exclude each other")
-                .help("an accuracy is one in double precision; for more digits give scheme and grid"));
+            let message = format!("solver.{name} and solver.digits exclude each other");
+            return Err(invalid("solver.digits", message).help(IN_F64));
         }
         Ok(())
     }
@@ -161,7 +175,7 @@ impl Case {
         let (gamma_i, gamma_f, t_f) = (self.grid.gamma_i.value(), value(&self.grid.gamma_f), value(&self.grid.t_f));
         let initial: InitialData = self.initial_data();
         let sbp = self.scheme.sbp;
-        let chosen = self.solver.accuracy.is_some();
+        let chosen = self.solver.chooses_windows();
         check_nodes((!chosen).then_some(sbp), n_gamma, self.grid.windows)?;
         if let Some(gamma_f) = gamma_f {
             if gamma_f <= gamma_i {

@@ -15,9 +15,9 @@ impl Case {
                 "regularised = false: without the regularisation critical points are wrong or missing".to_owned(),
             );
         }
-        if self.solver.accuracy.is_some() && self.scheme != Scheme::default() {
+        if self.solver.chooses_windows() && self.scheme != Scheme::default() {
             warnings.push(
-                "with solver.accuracy the program chooses operator and form (weak): what [scheme] says is not used"
+                "with solver.accuracy or solver.tolerance the program chooses operator and form (weak): what [scheme] says is not used"
                     .to_owned(),
             );
         }

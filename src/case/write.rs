@@ -7,10 +7,10 @@ impl Case {
     pub fn to_toml(&self) -> String {
         let text = toml::to_string(self).expect("every case can be written as TOML");
         let mut case = self.clone();
-        let chosen: &[&str] = match self.solver.accuracy {
-            Some(_) if self.scheme == Scheme::default() => &["grid.n_gamma", "grid.windows", "scheme"],
-            Some(_) => &["grid.n_gamma", "grid.windows"],
-            None => &[],
+        let chosen: &[&str] = match self.solver.chooses_windows() {
+            true if self.scheme == Scheme::default() => &["grid.n_gamma", "grid.windows", "scheme"],
+            true => &["grid.n_gamma", "grid.windows"],
+            false => &[],
         };
         parse::with_literals(&text, &case.numbers_mut(), chosen)
     }
@@ -39,6 +39,7 @@ impl Case {
             ("expect.x_final", x_final),
             ("expect.tolerance", tolerance),
             ("solver.accuracy", self.solver.accuracy.as_mut()),
+            ("solver.tolerance", self.solver.tolerance.as_mut()),
         ];
         numbers.extend(optional.into_iter().filter_map(|(path, number)| Some((path.to_owned(), number?))));
         match &mut self.potential {

@@ -269,7 +269,7 @@ fn with_spinner<J: Job>(job: &J, case: &AnyCase, args: &RunArgs) -> (anyhow::Res
     let spinner = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
     let Settings { n_gamma, windows, accuracy, .. } = case.settings();
     spinner.set_message(match accuracy {
-        Some(accuracy) => format!("solving to {accuracy:e}"),
+        Some(accuracy) => format!("solving to {:e}", accuracy.value()),
         None => format!("solving for {} nodes", n_gamma * windows),
     });
     spinner.set_style(ProgressStyle::with_template("{spinner} {msg} ({elapsed})").expect("the template is valid"));

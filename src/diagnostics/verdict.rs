@@ -18,6 +18,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::engine::{Accuracy, GOOD_DIGITS};
+
 /// An error is large above this share of the range of its coordinate.
 const LARGE_ERROR: f64 = 1e-2;
 /// An error below this share of the size of its coordinate is never large: what hardly moves has hardly a range.
@@ -138,8 +140,10 @@ impl CoordinateError {
 pub struct Facts {
     /// The errors of all coordinates; `None` if there was nothing to compare with.
     pub errors: Option<Vec<CoordinateError>>,
-    /// With an accuracy: the accuracy.
-    pub accuracy: Option<f64>,
+    /// What windows were chosen for, if they were.
+    pub accuracy: Option<Accuracy>,
+    /// γ until which the estimate is below each of [`GOOD_DIGITS`], if they were.
+    pub good_until: [f64; GOOD_DIGITS.len()],
     /// With an accuracy: the relative error that a reference finds besides, and what the reference may be off by.
     pub reference: Option<[f64; 2]>,
     /// The share of its way by which the motion may be off because the judge of its error stepped over a feature.
@@ -151,6 +155,18 @@ pub struct Facts {
 }
 
 impl Facts {
+    /// The reason that positions are not good until the end of a run to a tolerance.
+    fn until(&self, errors: &[CoordinateError]) -> Option<Reason> {
+        errors.iter().find_map(|error| error.reason(""))?;
+        let until: Vec<String> = GOOD_DIGITS
+            .iter()
+            .zip(self.good_until)
+            .map(|(digits, gamma)| format!("{digits} until {gamma:.4}"))
+            .collect();
+        let finding = format!("errors have grown: of digits of the positions are good {} in gamma", until.join(", "));
+        Some(Reason::new(finding, "end the run there, or take what follows for one of many motions that begin alike"))
+    }
+
     /// The reason that the estimates of the errors leave out what was stepped over.
     fn stepped_over(&self, errors: &[CoordinateError]) -> Option<Reason> {
         let share = self.stepped_over;
@@ -196,7 +212,9 @@ impl Verdict {
         let Facts { errors, accuracy, reference, suspicions, .. } = facts;
         let digits = if facts.digits == 0 { 16 } else { facts.digits };
         let remedy = if accuracy.is_some() { SMALLER_ACCURACY } else { FINER_GRID };
+        let has_tolerance = accuracy.is_some_and(|accuracy| !accuracy.is_promised());
         let mut reasons: Vec<Reason> = match errors {
+            Some(errors) if has_tolerance => facts.until(errors).into_iter().collect(),
             Some(errors) => errors.iter().filter_map(|error| error.reason(remedy)).collect(),
             None => vec![Reason::new(
                 "the error is not known, because no second solve reaches the end",
@@ -346,7 +364,7 @@ mod tests {
         assert_eq!((unknown.grade, unknown.error, unknown.digits), (Grade::Doubtful, None, None));
         let facts = |reference| Facts {
             errors: Some(vec![error(1e-9, 1.0)]),
-            accuracy: Some(1e-8),
+            accuracy: Some(Accuracy::Promised(1e-8)),
             reference: Some(reference),
             ..Facts::default()
         };

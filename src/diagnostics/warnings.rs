@@ -162,7 +162,7 @@ impl<S: Real> Measures<S> {
     /// The numbers of a table are rounded. Between two neighbouring values of γ the particle moves, and x at a printed
     /// γ is off by that distance.
     fn printed_gamma_warning(&self, solution: &Solution<S>) -> Option<Reason> {
-        let accuracy = solution.accuracy?;
+        let accuracy = solution.accuracy?.value();
         let size = solution.gamma_i.to_f64().abs().max(solution.gamma_f().to_f64().abs());
         let (spacing, x) = (spacing(size), *solution.sizes.get(1)?);
         (spacing * self.scales.x_dot > accuracy * x).then(|| {
@@ -190,7 +190,7 @@ impl<S: Real> Measures<S> {
 
 /// The solver counts time from t_i, so that a large t_i costs no accuracy; but t itself is printed, and is rounded.
 fn printed_time_warning<S: Real>(solution: &Solution<S>) -> Option<Reason> {
-    let accuracy = solution.accuracy?;
+    let accuracy = solution.accuracy?.value();
     let (t_i, t_f) = (solution.t_i().to_f64(), solution.end_state().t.to_f64());
     let size = t_i.abs().max(t_f.abs());
     let (spacing, elapsed) = (spacing(size), *solution.sizes.first()?);

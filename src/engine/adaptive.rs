@@ -15,7 +15,7 @@ use super::rule::Rule;
 use super::sizes::Sizes;
 use super::stop::Target;
 use super::window::{Known, Solver};
-use super::{Accuracy, Failure, State, Window, Windows};
+use super::{Accuracy, Failure, GOOD_DIGITS, State, Window, Windows};
 use crate::geometry::{Geometry, Start};
 use crate::number::Compensated;
 
@@ -77,6 +77,8 @@ pub(super) struct Adaptive<'g, const N: usize> {
     refused: usize,
     sweeps: usize,
     largest_inside: f64,
+    /// γ until which the estimate is below each of [`GOOD_DIGITS`].
+    good_until: [f64; GOOD_DIGITS.len()],
     /// γ and q^a where the run failed.
     failed_at: Option<(f64, Vec<f64>)>,
     /// True once the error was carried over the last window.
@@ -110,8 +112,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
     ) -> Self {
         let mut solver = Solver::new(geometry, Rule::lobatto(N), true);
         solver.begin(start, &sizes);
-        let (Accuracy::Promised(a) | Accuracy::Estimated(a) | Accuracy::Local(a)) = wanted;
-        let (a, is_estimated) = (a.min(LOOSEST), !matches!(wanted, Accuracy::Local(_)));
+        let (a, is_estimated) = (wanted.value().min(LOOSEST), !matches!(wanted, Accuracy::Local(_)));
         let first = if N > 8 { 3.0 * a.powf(1.0 / 24.0) } else { 1.5 * a.powf(1.0 / 12.0) };
         Self {
             ladder: Ladder::new(solver.system.order, first * sizes.time, a < EXACT),
@@ -121,7 +122,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             solver,
             known: if is_estimated { Known::Velocities } else { Known::Ends },
             accuracy: a,
-            is_promised: matches!(wanted, Accuracy::Promised(_)),
+            is_promised: wanted.is_promised(),
             start,
             sizes,
             length,
@@ -133,6 +134,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             refused: 0,
             sweeps: 0,
             largest_inside: 0.0,
+            good_until: [0.0; GOOD_DIGITS.len()],
             failed_at: None,
             is_followed: false,
             unproved: 0,
@@ -302,6 +304,12 @@ impl<'g, const N: usize> Adaptive<'g, N> {
         if let Some(target) = self.target.filter(|_| accepted.is_last) {
             estimate.judge_at_equal(&self.solver, target.coordinate);
         }
+        let error = estimate.largest + self.largest_inside;
+        for (until, digits) in self.good_until.iter_mut().zip(GOOD_DIGITS) {
+            if error <= 10.0_f64.powi(-digits) {
+                *until = estimate.reached;
+            }
+        }
         if !self.is_promised {
             return Ok(());
         }
@@ -390,6 +398,7 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
         self.target.iter_mut().for_each(Target::begin);
         (self.gamma, self.previous, self.largest_inside) = (Compensated::default(), None, 0.0);
         (self.windows, self.unproved, self.failed_at) = (0, 0, None);
+        self.good_until = [0.0; GOOD_DIGITS.len()];
     }
 
     fn rewind(&mut self) {
@@ -400,6 +409,10 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
 
     fn error_estimate(&self) -> Option<f64> {
         self.estimate.as_ref().map(|estimate| estimate.largest + self.largest_inside)
+    }
+
+    fn good_until(&self) -> [f64; GOOD_DIGITS.len()] {
+        self.good_until
     }
 
     fn sizes(&self) -> Vec<f64> {

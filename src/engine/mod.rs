@@ -80,6 +80,9 @@ pub const MOST_POINTS: usize = 24;
 /// The nodes of a window whose length is chosen for an accuracy. With 8 of them runs take as long at best.
 pub const POINTS: usize = 16;
 
+/// It is known until where an error is below 10^−digits for these numbers of digits.
+pub const GOOD_DIGITS: [i32; 3] = [3, 6, 9];
+
 /// The most stages of a step of Gauss' method.
 pub const MOST_STAGES: usize = 16;
 
@@ -104,6 +107,19 @@ pub enum Accuracy {
     Estimated(f64),
     /// That of every window by itself. Nothing is known of what they add up to.
     Local(f64),
+}
+
+impl Accuracy {
+    /// The number itself.
+    pub fn value(self) -> f64 {
+        let (Self::Promised(value) | Self::Estimated(value) | Self::Local(value)) = self;
+        value
+    }
+
+    /// True if windows may not add up to more.
+    pub fn is_promised(self) -> bool {
+        matches!(self, Self::Promised(_))
+    }
 }
 
 /// Why there is no next window.
@@ -156,6 +172,11 @@ trait Windows {
     /// As [`Engine::error_estimate`].
     fn error_estimate(&self) -> Option<f64> {
         None
+    }
+
+    /// As [`Engine::good_until`].
+    fn good_until(&self) -> [f64; GOOD_DIGITS.len()] {
+        [0.0; GOOD_DIGITS.len()]
     }
 
     /// As [`Engine::sizes`].
@@ -347,6 +368,11 @@ impl<'g> Engine<'g> {
     /// The largest error to expect at any node so far, relative to sizes, if the accuracy is promised.
     pub fn error_estimate(&self) -> Option<f64> {
         self.0.error_estimate()
+    }
+
+    /// γ from the start of the run until which the error estimate is below each of [`GOOD_DIGITS`]; 0 without one.
+    pub fn good_until(&self) -> [f64; GOOD_DIGITS.len()] {
+        self.0.good_until()
     }
 
     /// The sizes of all coordinates so far, which errors are relative to: their largest value, or way from the start if

@@ -156,7 +156,7 @@ fn choose<G: Scene>(
             }
             Err(failure) => return Err(failure.into()),
         };
-        if matches!(wanted, Accuracy::Promised(_)) && !window.gradient_norm().is_some_and(f64::is_finite) {
+        if wanted.is_promised() && !window.gradient_norm().is_some_and(f64::is_finite) {
             return Err(Failure::Diverged);
         }
         windows = window.index + 1;

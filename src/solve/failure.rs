@@ -288,10 +288,11 @@ impl NoSolution {
                  the run earlier"
             }
             (Status::TooManyNodes, _) => "end the run earlier, or ask for a larger solver.accuracy",
-            (Status::AccuracyNotReached | Status::PrecisionNotReached, _) => {
-                "ask for a larger solver.accuracy, or a shorter run; with scheme and grid given, solver.digits goes \
-                 further"
+            (Status::AccuracyNotReached, _) => {
+                "ask for a larger solver.accuracy, or a shorter run; solver.tolerance in its place goes to the end, \
+                 and says until where positions are good"
             }
+            (Status::PrecisionNotReached, _) => "ask for fewer digits, or a shorter run",
             (Status::MaxIterations | Status::Stalled | Status::Singular, Domain::G00(_) | Domain::Overflow(_)) => {
                 "end the run before this gamma, or look at V there: it is not smooth enough for an accuracy; far from \
                  1, choose units nearer to it"

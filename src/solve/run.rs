@@ -11,6 +11,7 @@ use super::setup::{Settings, Setup, System};
 use super::status::{InitialGuess, Iterations, Status};
 use super::window::Window as Problem;
 use super::world_line::{Joint, Place, Window, WorldLine};
+use crate::engine::GOOD_DIGITS;
 use crate::geometry::Start;
 use crate::number::{Compensated, Real};
 use crate::sbp::SbpOperator;
@@ -68,6 +69,7 @@ impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
             sizes: Vec::new(),
             windows_unproved: None,
             accuracy: None,
+            good_until: [0.0; GOOD_DIGITS.len()],
             ended_by: None,
             ended_at: None,
             form: settings.form,

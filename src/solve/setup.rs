@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::space::Space;
 use super::world_line::Place;
 use crate::action::Form;
+use crate::engine::Accuracy;
 use crate::geometry::geodesic::InitialData;
 use crate::geometry::metric::Metric;
 use crate::geometry::{Direction, Geometry, Observable, Start};
@@ -78,11 +79,9 @@ pub struct Settings {
     pub digits: u32,
     /// Most Newton iterations of a window.
     pub max_iterations: usize,
-    /// The accuracy for which operator and windows are chosen, if they are to be: the operator, the form, the number of
-    /// nodes and of windows say nothing then. Such a solve is one of the physical limit in `f64`. It is the error
-    /// allowed, in a coordinate that is counted from its start relative to max(1, its largest change), in the others to
-    /// max(1, their largest size).
-    pub accuracy: Option<f64>,
+    /// What operator and windows are chosen for, if they are to be: the operator, the form, the number of nodes and of
+    /// windows say nothing then. Such a solve is one of the physical limit in `f64`.
+    pub accuracy: Option<Accuracy>,
 }
 
 impl Settings {

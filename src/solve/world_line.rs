@@ -7,6 +7,7 @@ use super::setup::origin_of;
 use super::space::Space;
 use super::status::Iterations;
 use crate::action::Form;
+use crate::engine::{Accuracy, GOOD_DIGITS};
 use crate::geometry::{Geometry, Start};
 use crate::number::Real;
 use crate::sbp::{SbpName, SbpOperator};
@@ -95,8 +96,10 @@ pub struct WorldLine<S = f64, G = Geometry<S>> {
     pub sizes: Vec<f64>,
     /// With an accuracy: the number of windows of which it is not proved that nothing steep hides between their nodes.
     pub windows_unproved: Option<usize>,
-    /// The accuracy that was asked for, if there was one.
-    pub accuracy: Option<f64>,
+    /// What the windows were chosen for, if they were.
+    pub accuracy: Option<Accuracy>,
+    /// γ − γ_i until which that estimate is below each of [`GOOD_DIGITS`].
+    pub good_until: [f64; GOOD_DIGITS.len()],
     /// The place in [`Setup::until`](super::Setup::until) of the formula that ended the run, if one
     /// did.
     pub ended_by: Option<usize>,
@@ -131,6 +134,7 @@ impl<S: Copy, G> Clone for WorldLine<S, G> {
             sizes: self.sizes.clone(),
             windows_unproved: self.windows_unproved,
             accuracy: self.accuracy,
+            good_until: self.good_until,
             ended_by: self.ended_by,
             ended_at: self.ended_at,
             form: self.form,

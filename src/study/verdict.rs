@@ -57,6 +57,7 @@ pub fn facts_of_solution<S: Real>(solution: &Solution<S>, measures: &Measures<S>
     Facts {
         errors: error.map(coordinates),
         accuracy: solution.accuracy,
+        good_until: solution.good_until.map(|until| solution.gamma_i.to_f64() + until),
         reference: None,
         stepped_over: error.map_or(0.0, |error| error.stepped_over),
         digits: solution.digits,
@@ -91,6 +92,7 @@ pub fn facts_of_world_line<S: Real>(
             None => error.map(found),
         },
         accuracy: line.accuracy,
+        good_until: line.good_until.map(|until| line.gamma_i.to_f64() + until),
         reference: line.error_estimate.and(error).map(relative),
         stepped_over: error.map_or(0.0, |error| error.stepped_over),
         digits: line.digits,

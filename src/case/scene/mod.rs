@@ -54,6 +54,7 @@ use self::settings::Context;
 use super::CaseError;
 use super::end::End;
 use super::parse::Source;
+use super::setup::wanted;
 use crate::action::Form;
 use crate::geometry::{Geometry, GeometryText, Start};
 use crate::number::{Extended, Real};
@@ -124,9 +125,9 @@ impl SceneCase {
         // First, because an accuracy in an override takes the scheme away.
         let solver = settings::solver(solver?, source)?;
         let scheme = scheme?;
-        let ignores_scheme = solver.accuracy.is_some() && scheme.is_given();
+        let ignores_scheme = solver.chooses_windows() && scheme.is_given();
         let (sbp, form) = settings::scheme(scheme, &solver)?;
-        let is_chosen = solver.accuracy.is_some();
+        let operator = solver.chosen_by().map_or(Ok(sbp), Err);
         check::particle(&scenery)?;
         let compiled = scenery.geometry::<f64>()?;
         let initial = initial::read(initial?, &scenery, &compiled)?;
@@ -146,7 +147,7 @@ impl SceneCase {
         let context = Context { source, names: &names, parameters, formulas: &formulas, start: &start };
         let case = Self {
             title: title.map(|field| check::title(&field)).transpose()?,
-            grid: settings::grid(grid?, (!is_chosen).then_some(sbp), &context)?,
+            grid: settings::grid(grid?, operator, &context)?,
             expect: settings::expect(expect?, &context)?,
             invariants: formulas.invariants(&invariants?)?,
             events: formulas.events(&events?)?,
@@ -267,7 +268,8 @@ impl SceneCase {
 
     /// How its world-line is computed.
     pub fn settings(&self) -> Settings {
-        let SceneSolver { system, digits, max_iterations, ref accuracy } = self.solver;
+        let SceneSolver { system, digits, max_iterations, ref accuracy, ref tolerance } = self.solver;
+        let value = |number: &Option<Quantity>| number.as_ref().map(|number| self.value(number));
         Settings {
             sbp: self.sbp,
             form: self.form,
@@ -276,7 +278,7 @@ impl SceneCase {
             system,
             digits,
             max_iterations,
-            accuracy: accuracy.as_ref().map(|accuracy| self.value(accuracy)),
+            accuracy: wanted([value(accuracy), value(tolerance)]),
         }
     }
 

@@ -6,8 +6,11 @@ use super::quantity::Quantity;
 use super::reader::{Field, Section};
 use crate::action::Form;
 use crate::case::parse::Source;
-use crate::case::validate::{Invalid, check_digits, check_nodes, check_spacing};
+use crate::case::validate::{
+    ACCURACY_AND_TOLERANCE, CHOSEN_WINDOWS, IN_F64, Invalid, ONE_OF_THEM, check_digits, check_nodes, check_spacing,
+};
 use crate::case::{CaseError, DEFAULT_GAMMA_F};
+use crate::engine::POINTS;
 use crate::geometry::Start;
 use crate::sbp::SbpName;
 use crate::solve::{Status, System};
@@ -38,8 +41,22 @@ pub struct SceneSolver {
     pub digits: u32,
     /// Largest number of iterations in a window.
     pub max_iterations: usize,
-    /// The accuracy for which operator and windows are chosen.
+    /// The accuracy of the run for which operator and windows are chosen.
     pub accuracy: Option<Quantity>,
+    /// The tolerance of each window for which they are chosen. At most one of the two is given.
+    pub tolerance: Option<Quantity>,
+}
+
+impl SceneSolver {
+    /// True if the program chooses operator and windows.
+    pub fn chooses_windows(&self) -> bool {
+        self.chosen_by().is_some()
+    }
+
+    /// The key for which it does.
+    pub(super) fn chosen_by(&self) -> Option<&'static str> {
+        self.accuracy.as_ref().map(|_| "accuracy").or(self.tolerance.as_ref().map(|_| "tolerance"))
+    }
 }
 
 /// `[expect]`.
@@ -81,8 +98,8 @@ impl Context<'_> {
 
 const LATER: &str = "is not available for scenes yet";
 
-/// The scheme of a solve to an accuracy, before it chooses one.
-const CHOSEN: (SbpName, Form) = (SbpName::Gll(24), Form::Weak);
+/// The scheme of a solve that chooses its windows.
+const CHOSEN: (SbpName, Form) = (SbpName::Gll(POINTS as u8), Form::Weak);
 
 /// Reads `[scheme]`; with an accuracy what it says is not used.
 pub(super) fn scheme(mut section: Section<'_>, solver: &SceneSolver) -> Result<(SbpName, Form), CaseError> {
@@ -92,7 +109,7 @@ pub(super) fn scheme(mut section: Section<'_>, solver: &SceneSolver) -> Result<(
         regularised.is_true()?;
         return Err(regularised.error(format!("regularised = false {LATER}")));
     }
-    if solver.accuracy.is_some() {
+    if solver.chooses_windows() {
         sbp.map(|sbp| sbp.word::<SbpName>()).transpose()?;
         form.map(|form| form.word::<Form>()).transpose()?;
         return Ok(CHOSEN);
@@ -107,18 +124,25 @@ pub(super) fn scheme(mut section: Section<'_>, solver: &SceneSolver) -> Result<(
 /// Reads `[solver]`.
 pub(super) fn solver(mut section: Section<'_>, source: &Source) -> Result<SceneSolver, CaseError> {
     let (system, digits) = (section.take("system"), section.take("digits"));
-    let (max_iterations, accuracy) = (section.take("max_iterations"), section.take("accuracy"));
+    let [max_iterations, accuracy, tolerance] =
+        ["max_iterations", "accuracy", "tolerance"].map(|key| section.take(key));
     section.finish()?;
     let needs = |field: &Option<Field<'_>>, message: &str, help: &str| match field {
         Some(field) => Err(field.error(message).with_help(help.to_owned())),
         None => Err(section.error(message).with_help(help.to_owned())),
     };
-    let is_chosen = accuracy.is_some();
-    let accuracy = accuracy.map(|field| chosen_accuracy(&field)).transpose()?;
+    if let (Some(_), Some(tolerance)) = (&accuracy, &tolerance) {
+        return Err(tolerance.key_error(ACCURACY_AND_TOLERANCE).with_help(ONE_OF_THEM.to_owned()));
+    }
+    let name = if tolerance.is_some() { "tolerance" } else { "accuracy" };
+    let is_chosen = accuracy.is_some() || tolerance.is_some();
+    let [accuracy, tolerance] = [accuracy, tolerance].map(|field| field.map(|field| chosen(name, &field)).transpose());
+    let (accuracy, tolerance) = (accuracy?, tolerance?);
     let system_field = system;
     let system = system_field.as_ref().map_or(Ok(System::default()), Field::word)?;
     if is_chosen && system != System::PhysicalLimit {
-        return needs(&system_field, "solver.accuracy needs system = \"physical-limit\"", "leave solver.system out");
+        let message = format!("solver.{name} needs system = \"physical-limit\"");
+        return needs(&system_field, &message, "leave solver.system out");
     }
     let whole = |field: &Option<Field<'_>>, default| field.as_ref().map_or(Ok(default), Field::whole);
     let digits_field = digits;
@@ -126,45 +150,44 @@ pub(super) fn solver(mut section: Section<'_>, source: &Source) -> Result<SceneS
     check_digits(digits)
         .map_err(|invalid| source.error(source.locate(&invalid.path, None), invalid.message, invalid.help))?;
     if is_chosen && digits != 16 {
-        let help = "an accuracy is one in double precision; for more digits give scheme and grid";
-        return needs(&digits_field, "solver.accuracy and solver.digits exclude each other", help);
+        return needs(&digits_field, &format!("solver.{name} and solver.digits exclude each other"), IN_F64);
     }
     let iterations = whole(&max_iterations, 50)?;
     match max_iterations {
         Some(field) if iterations == 0 => Err(field.error("max_iterations must be at least 1")),
-        _ => Ok(SceneSolver { system, digits, max_iterations: iterations, accuracy }),
+        _ => Ok(SceneSolver { system, digits, max_iterations: iterations, accuracy, tolerance }),
     }
 }
 
-/// An accuracy between 0 and 1.
-fn chosen_accuracy(field: &Field<'_>) -> Result<Quantity, CaseError> {
+/// An accuracy or a tolerance between 0 and 1.
+fn chosen(name: &str, field: &Field<'_>) -> Result<Quantity, CaseError> {
     let number = Quantity::new(field.number()?);
     let value = number.value(&[]).unwrap_or(f64::NAN);
     if value > 0.0 && value < 1.0 {
         return Ok(number);
     }
-    let message = format!("accuracy must lie between 0 and 1, got {value}");
+    let message = format!("{name} must lie between 0 and 1, got {value}");
     Err(field.error(message).with_help("for example 1e-10".to_owned()))
 }
 
 /// The number of nodes and of windows; with an accuracy there is no operator, and neither may be given.
 fn nodes(
     section: &Section<'_>,
-    sbp: Option<SbpName>,
+    sbp: Result<SbpName, &str>,
     n_gamma: &Option<Field<'_>>,
     windows: &Option<Field<'_>>,
 ) -> Result<(usize, usize), CaseError> {
-    let Some(sbp) = sbp else {
-        for (name, field) in [("n_gamma", n_gamma), ("windows", windows)] {
-            if let Some(field) = field {
-                let help =
-                    "with an accuracy the program chooses operator and windows itself: leave n_gamma and windows out";
-                let message = format!("both solver.accuracy and grid.{name} are given");
-                return Err(field.key_error(&message).with_help(help.to_owned()));
+    let sbp = match sbp {
+        Ok(sbp) => sbp,
+        Err(chosen) => {
+            for (name, field) in [("n_gamma", n_gamma), ("windows", windows)] {
+                if let Some(field) = field {
+                    let message = format!("both solver.{chosen} and grid.{name} are given");
+                    return Err(field.key_error(&message).with_help(CHOSEN_WINDOWS.to_owned()));
+                }
             }
+            return Ok((POINTS, 1));
         }
-        let (SbpName::Gll(points), _) = CHOSEN else { unreachable!("an element") };
-        return Ok((points.into(), 1));
     };
     let whole = |field: &Option<Field<'_>>| field.as_ref().map(Field::whole).transpose();
     match (whole(n_gamma)?.or(sbp.fixed_points()), whole(windows)?.unwrap_or(1)) {
@@ -174,10 +197,10 @@ fn nodes(
     }
 }
 
-/// Reads `[grid]`; `sbp` is the operator, unless the program is to choose one.
+/// Reads `[grid]`; `sbp` is the operator, or the key for which the program is to choose one.
 pub(super) fn grid(
     mut section: Section<'_>,
-    sbp: Option<SbpName>,
+    sbp: Result<SbpName, &str>,
     context: &Context<'_>,
 ) -> Result<SceneGrid, CaseError> {
     let [gamma_i, gamma_f, t_f] = ["gamma_i", "gamma_f", "t_f"].map(|key| section.take(key));
@@ -188,7 +211,7 @@ pub(super) fn grid(
         return Err(t_f.key_error("both gamma_f and t_f are given").with_help(help));
     }
     let (n_gamma, windows) = nodes(&section, sbp, &n_gamma, &windows)?;
-    check_nodes(sbp, n_gamma, windows).map_err(|invalid| context.error(invalid))?;
+    check_nodes(sbp.ok(), n_gamma, windows).map_err(|invalid| context.error(invalid))?;
     let intervals = (n_gamma.max(2) - 1) * windows;
     let (gamma_i, first) = context.number(gamma_i.as_ref(), 0.0)?;
     let spaced = |path: &str, length: f64| {

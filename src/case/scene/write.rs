@@ -22,7 +22,7 @@ impl SceneCase {
         }
         root.insert("initial", Item::Table(self.initial_table()));
         root.insert("grid", Item::Table(self.grid_table()));
-        if self.solver.accuracy.is_none() {
+        if !self.solver.chooses_windows() {
             let mut scheme = Table::new();
             insert(&mut scheme, "sbp", self.sbp.to_string());
             insert(&mut scheme, "form", self.form.as_str());
@@ -33,8 +33,10 @@ impl SceneCase {
         insert(&mut solver, "system", system.as_str().unwrap_or_default());
         insert(&mut solver, "digits", i64::from(self.solver.digits));
         insert(&mut solver, "max_iterations", self.solver.max_iterations as i64);
-        if let Some(accuracy) = &self.solver.accuracy {
-            insert(&mut solver, "accuracy", quantity(accuracy));
+        for (key, number) in [("accuracy", &self.solver.accuracy), ("tolerance", &self.solver.tolerance)] {
+            if let Some(number) = number {
+                insert(&mut solver, key, quantity(number));
+            }
         }
         root.insert("solver", Item::Table(solver));
         self.add_observables(root);
@@ -96,7 +98,7 @@ impl SceneCase {
                 insert(&mut table, key, quantity(value));
             }
         }
-        if self.solver.accuracy.is_none() {
+        if !self.solver.chooses_windows() {
             insert(&mut table, "n_gamma", grid.n_gamma as i64);
             insert(&mut table, "windows", grid.windows as i64);
         }

@@ -9,7 +9,9 @@ use serde::Serialize;
 
 use crate::case::{Form, System};
 use crate::diagnostics::verdict::Verdict;
-use crate::solve::{Domain, IterationRecord, Iterations, NoSolution, Settings, Status};
+use crate::engine::{Accuracy, GOOD_DIGITS};
+use crate::number::Real;
+use crate::solve::{Domain, IterationRecord, Iterations, NoSolution, Settings, Status, WorldLine};
 
 pub use one::{Error, Solved};
 pub use scene::SolvedScene;
@@ -54,6 +56,9 @@ pub struct SummaryOf<R> {
     /// The accuracy asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<f64>,
+    /// The tolerance asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
     /// First guess of the Newton iteration.
     pub initial_guess: &'static str,
     /// Newton iterations.
@@ -182,7 +187,8 @@ impl<R> SummaryOf<R> {
             digits,
             n_gamma,
             windows,
-            accuracy,
+            accuracy: accuracy.filter(|accuracy| accuracy.is_promised()).map(Accuracy::value),
+            tolerance: accuracy.filter(|accuracy| !accuracy.is_promised()).map(Accuracy::value),
             initial_guess: ended.iterations.initial_guess.as_str(),
             iterations: ended.iterations.count,
             solve_seconds,
@@ -247,4 +253,12 @@ pub fn json_object(members: &[(&str, String)]) -> String {
     // Strings of JSON contain no line breaks, so all lines can be indented.
     let member = |(name, text): &(&str, String)| format!("  \"{name}\": {}", text.trim_end().replace('\n', "\n  "));
     format!("{{\n{}\n}}\n", members.iter().map(member).collect::<Vec<_>>().join(",\n"))
+}
+
+/// In a run to a tolerance γ until which so many digits are good, by their number.
+fn good_until<S: Real, G>(line: &WorldLine<S, G>) -> Option<BTreeMap<String, f64>> {
+    let gamma_i = line.gamma_i.to_f64();
+    let until = GOOD_DIGITS.iter().zip(line.good_until);
+    let has_tolerance = line.accuracy.is_some_and(|accuracy| !accuracy.is_promised());
+    has_tolerance.then(|| until.map(|(digits, until)| (digits.to_string(), gamma_i + until)).collect())
 }

@@ -1,9 +1,11 @@
 //! The summary of a case of one coordinate.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use super::super::number::Number;
-use super::{Ended, Outcome, Summary};
+use super::{Ended, Outcome, Summary, good_until};
 use crate::action::MULTIPLIERS;
 use crate::case::Case;
 use crate::diagnostics::Measures;
@@ -65,9 +67,12 @@ pub struct Solved {
     /// max |ΔQ_η| (free particle).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_abs_delta_q_eta: Option<Number>,
-    /// With an accuracy: the estimated error of t and x, relative to max(1, largest |t − t_i|) and max(1, largest |x|).
+    /// With an accuracy: the estimated error of t and x at the nodes, relative to their sizes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_estimate: Option<f64>,
+    /// With a tolerance: γ until which 3, 6 and 9 digits of all coordinates are good by that estimate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub good_until: Option<BTreeMap<String, f64>>,
     /// With an accuracy: windows of which it is not proved that nothing steep hides between their nodes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub windows_unproved: Option<usize>,
@@ -185,6 +190,7 @@ impl Solved {
             max_abs_delta_q_x: measures.free_particle.map(|f| number(f.max_abs_delta_q_x)),
             max_abs_delta_q_eta: measures.free_particle.map(|f| number(f.max_abs_delta_q_eta)),
             error_estimate: solution.error_estimate,
+            good_until: good_until(solution),
             windows_unproved: solution.windows_unproved,
             gaps: None,
             error: None,

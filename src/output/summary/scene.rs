@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::super::number::Number;
-use super::{Coordinates, Ended, Outcome, SceneSummary};
+use super::{Coordinates, Ended, Outcome, SceneSummary, good_until};
 use crate::case::scene::SceneCase;
 use crate::diagnostics::gaps::Gaps;
 use crate::diagnostics::scene::InvariantDeviation;
@@ -91,10 +91,12 @@ pub struct SolvedScene {
     /// Largest distance of the two branches (doubled system).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub branch_distance: Option<Number>,
-    /// With an accuracy: the estimated error of every coordinate, relative to max(1, largest |q^a|) of active and
-    /// max(1, largest |q^a − q_i^a|) of ignorable ones.
+    /// With an accuracy: the estimated error of every coordinate at the nodes, relative to its size.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_estimate: Option<f64>,
+    /// With a tolerance: γ until which 3, 6 and 9 digits of all coordinates are good by that estimate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub good_until: Option<BTreeMap<String, f64>>,
     /// With an accuracy: windows of which it is not proved that nothing steep hides between their nodes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub windows_unproved: Option<usize>,
@@ -209,6 +211,7 @@ impl SolvedScene {
             events: BTreeMap::new(),
             branch_distance: line.is_doubled().then(|| number(line.branch_distance())),
             error_estimate: line.error_estimate,
+            good_until: good_until(line),
             windows_unproved: line.windows_unproved,
             gaps: None,
             error_final: None,

@@ -22,17 +22,16 @@ const FORECAST: f64 = 3.0;
 /// The most sweeps that a run may need: a day. At its pace a run that needs more is ended early.
 pub(super) const MOST_SWEEPS: f64 = 1e12;
 
-/// The run of a setup to an accuracy.
+/// The run of a setup whose windows are chosen for an accuracy or a tolerance.
 ///
 /// # Errors
 /// [`NoSolution`], if the accuracy is not reached.
 pub(super) fn solve<S: Arithmetic, G: Routes<S, Rough: Routes<f64>>>(
     setup: &Setup<S, G>,
-    accuracy: f64,
+    wanted: Accuracy,
     observer: Option<Observer<'_, S, G>>,
 ) -> Result<WorldLine<S, G>, NoSolution> {
     let (geometry, start) = (setup.rough.geometry.as_scene(), &setup.rough.start);
-    let wanted = Accuracy::Promised(accuracy);
     let goal = Goal::new(setup, start);
     let engine = match goal {
         Goal::Length(length) => Engine::accurate(geometry, start, length, wanted, POINTS),
@@ -44,7 +43,7 @@ pub(super) fn solve<S: Arithmetic, G: Routes<S, Rough: Routes<f64>>>(
     let is_kept = observer.is_none();
     let settings = Settings { system: System::PhysicalLimit, form: Form::Weak, ..setup.settings };
     let mut run = Run::new(setup, &Settings { sbp: SbpName::Gll(POINTS as u8), ..settings }, observer);
-    run.line.accuracy = Some(accuracy);
+    run.line.accuracy = Some(wanted);
     let mut joint = JointOf::new(start);
     let mut watches = Watches::new(geometry, start, &setup.until);
     loop {
@@ -204,7 +203,7 @@ fn ended<S: Real, G: Places<S>>(
         last.gamma[1] = line.length;
     }
     line.error_estimate = engine.error_estimate();
-    line.sizes = engine.sizes();
+    (line.sizes, line.good_until) = (engine.sizes(), engine.good_until());
     line.windows_unproved = Some(engine.unproved());
     line.iterations.count = engine.sweeps();
     line

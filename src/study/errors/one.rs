@@ -206,10 +206,10 @@ impl<'m> Gaps<'m> {
 /// done once more, which costs less than to keep all of it, over the first windows of a very long run.
 fn stepped_over<S: Real>(setup: &Setup<f64, Metric>, solution: &Solution<S>) -> f64 {
     let (metric, initial) = (setup.metric(), setup.initial());
-    let (length, accuracy) = (solution.length.to_f64(), solution.accuracy.unwrap_or(ACCURACIES[0]));
+    let (length, accuracy) = (solution.length.to_f64(), solution.accuracy.unwrap_or(promised(ACCURACIES[0])));
     let mut gaps = Gaps::new(metric, initial, length);
     let start = InitialData { t: 0.0, ..initial }.start(metric);
-    let Ok(mut engine) = Engine::accurate(metric.scene(), &start, length, promised(accuracy), POINTS) else {
+    let Ok(mut engine) = Engine::accurate(metric.scene(), &start, length, accuracy, POINTS) else {
         return gaps.share();
     };
     // It has the windows of the run, but for the last digit of its length, and does not fail where that did not.

@@ -7,6 +7,7 @@ use super::world::{Grid, Measured, Range, Reference, Task, World};
 use crate::action::Form;
 use crate::case::on_grid;
 use crate::diagnostics::scene::energy_off;
+use crate::engine::Accuracy;
 use crate::methods::{Output, Peer, PeerIn, Problem, Setting, Trajectory};
 use crate::number::norm::larger;
 use crate::number::{Extended, Real};
@@ -112,7 +113,7 @@ impl<G: Charted> Chart<G> {
             }
             Grid::Accuracy(accuracy) => {
                 (setup.limit, setup.until) = (Limit::Length(length), Vec::new());
-                setup.settings.accuracy = Some(accuracy);
+                setup.settings.accuracy = Some(Accuracy::Promised(accuracy));
                 Some(setup)
             }
         }
