@@ -7,12 +7,15 @@
 //! δ is needed to one digit only, so it has steps of its own: several windows, or a part of one, as [`Transport`]
 //! allows.
 
+use pulp::{Simd, WithSimd};
+
 use super::kernel::larger;
 use super::rule::Order;
 use super::transport::{AT_ONCE, Transport};
 use super::view::Place;
 use super::window::Solver;
 use crate::geometry::Start;
+use crate::number::vector::{Level, Nodes};
 
 /// An error, and that of rounding alone.
 type Errors = [f64; 2];
@@ -195,9 +198,7 @@ impl<'g, const N: usize> Steps<'g, N> {
             return;
         }
         let defect = self.transport.solve();
-        for step in 0..self.transport.count {
-            self.carry_step(step);
-        }
+        Level::Best.dispatch(Carry(self));
         self.reached += self.transport.length();
         self.local.fill([[0.0; 2]; AT_ONCE]);
         self.transport.restart();
@@ -205,23 +206,34 @@ impl<'g, const N: usize> Steps<'g, N> {
         let change = (0.5 * ACCURACY / defect.max(1e-12)).sqrt().cbrt().clamp(0.5, 2.0);
         self.wanted = (self.wanted * change).clamp(1.0 / MOST_PARTS as f64, MOST_WINDOWS);
     }
+}
 
+/// Carries δ over the steps of a batch.
+struct Carry<'a, 'g, const N: usize>(&'a mut Steps<'g, N>);
+
+impl<const N: usize> WithSimd for Carry<'_, '_, N> {
+    type Output = ();
+
+    /// The four errors of an unknown make a vector without more ado.
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for step in 0..self.0.transport.count {
+            self.0.carry_step(step);
+        }
+    }
+}
+
+impl<const N: usize> Steps<'_, N> {
+    #[inline(always)]
     fn carry_step(&mut self, step: usize) {
         let Self { transport, delta, carried, ignorable, .. } = self;
         let n = delta.len();
         for (k, carried) in carried.iter_mut().enumerate() {
-            *carried = [0.0; 4];
-            for (j, delta) in delta.iter().enumerate() {
-                let entry = transport.entry(k, j, step);
-                (0..4).for_each(|i| carried[i] += entry * delta[i]);
-            }
+            *carried = combined([0.0; 4], transport.row(k), step, delta);
         }
         self.now = [0.0; 2];
         for (i, error) in ignorable.iter_mut().enumerate() {
-            for (j, delta) in delta.iter().enumerate() {
-                let entry = transport.entry(n + i, j, step);
-                (0..4).for_each(|i| error[i] += entry * delta[i]);
-            }
+            *error = combined(*error, transport.row(n + i), step, delta);
             self.now = largest(self.now, error, self.inverse_ignorable[i]);
         }
         // As δ·∇H is conserved, its sign is that of the step before.
@@ -230,11 +242,17 @@ impl<'g, const N: usize> Steps<'g, N> {
         for k in 0..n {
             let gradient = transport.gradient(k, step + 1);
             let of_slopes = self.of_slopes[step] * transport.gain(k, step);
-            for i in 0..4 {
-                let is_carried = i >= 2 && carried[k][i] != 0.0 || gradient == 0.0;
-                let direction = if is_carried { carried[k][i] } else { sign[i % 2] * gradient };
-                delta[k][i] = carried[k][i] + (self.local[k][step][i % 2] + of_slopes).copysign(direction);
-            }
+            let local = self.local[k][step].map(|local| local + of_slopes);
+            let [all, rounding, all_along, rounding_along] = carried[k];
+            let direction = |own: f64, sign: f64| if gradient == 0.0 { own } else { sign * gradient };
+            let along = |own: f64, sign: f64| if own == 0.0 { sign * gradient } else { own };
+            let directions = [
+                direction(all, sign[0]),
+                direction(rounding, sign[1]),
+                along(all_along, sign[0]),
+                along(rounding_along, sign[1]),
+            ];
+            delta[k] = std::array::from_fn(|i| carried[k][i] + local[i % 2].copysign(directions[i]));
             (0..2).for_each(|i| self.along[i] += delta[k][i] * gradient);
             if k < n / 2 {
                 self.now = largest(self.now, &delta[k], self.inverse_sizes[k]);
@@ -244,7 +262,17 @@ impl<'g, const N: usize> Steps<'g, N> {
     }
 }
 
+/// sum + Σ_j Φ_j δ_j, with a row of Φ.
+#[inline(always)]
+fn combined(sum: Both, row: &[Nodes<AT_ONCE>], step: usize, delta: &[Both]) -> Both {
+    row.iter().zip(delta).fold(sum, |sum, (entry, delta)| {
+        let entry = entry.0[step];
+        std::array::from_fn(|i| entry * delta[i] + sum[i])
+    })
+}
+
 /// The largest errors so far, relative to sizes.
+#[inline(always)]
 fn largest(so_far: Errors, both: &Both, inverse_size: f64) -> Errors {
     let of = |i: usize| larger(both[i].abs(), both[i + 2].abs()) * inverse_size;
     [larger(so_far[0], of(0)), larger(so_far[1], of(1))]

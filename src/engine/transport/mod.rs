@@ -105,6 +105,7 @@ impl<'g> Transport<'g> {
     }
 
     /// ∫ |J||x| over a step: what relative errors of the values make of unknown k by way of the slopes.
+    #[inline(always)]
     pub(super) fn gain(&self, k: usize, step: usize) -> f64 {
         match self.linear.order {
             Order::First => self.gains[k].0[step],
@@ -113,12 +114,15 @@ impl<'g> Transport<'g> {
         }
     }
 
-    /// Φ_kj of a step; k = 2m … are ignorable coordinates.
-    pub(super) fn entry(&self, k: usize, j: usize, step: usize) -> f64 {
-        self.entries[k * self.flow.len() + j].0[step]
+    /// Row k of Φ, of all steps; rows 2m … are those of ignorable coordinates.
+    #[inline(always)]
+    pub(super) fn row(&self, k: usize) -> &[Nodes<AT_ONCE>] {
+        let n = self.flow.len();
+        &self.entries[k * n..][..n]
     }
 
     /// ∂H/∂(unknown k) = (−ṗ, q̇) at a point.
+    #[inline(always)]
     pub(super) fn gradient(&self, k: usize, point: usize) -> f64 {
         let m = self.active;
         if k < m { -self.slopes(m + k)[point] } else { self.slopes(k - m)[point] }

@@ -297,7 +297,7 @@ mod tests {
             let mut transport = Transport::new(geometry, start);
             transport.add_step(h);
             Level::Best.dispatch(Uncorrected(&mut transport));
-            let entry = |k, j| transport.entry(k, j, 0);
+            let entry = |k: usize, j: usize| transport.row(k)[j].0[0];
             assert!((entry(0, 0) * entry(1, 1) - entry(0, 1) * entry(1, 0) - 1.0).abs() < 1e-14);
             (0.5 * (entry(0, 0) + entry(1, 1)) - h.cos()).abs()
         };
