@@ -1,10 +1,10 @@
-//! Is an accuracy that is asked for kept? Draws random scenes, marches each to a random accuracy, and compares all
-//! nodes with two other integrators, a Taylor method and DOP853. Both are restarted on short pieces, so that neither
-//! jumps over anything.
+//! Is an accuracy that is asked for kept in one coordinate? Draws random potentials, solves each to a random accuracy,
+//! and compares the nodes and places between them with two other integrators, a Taylor method and DOP853. Both are
+//! restarted on short pieces, so that neither jumps over anything.
 //!
-//! V is smooth (the quartic, a pendulum, Morse's, a double well; these end at a random t_f), or has cusps, kinks,
-//! walls, steep powers or Gaussians. Every second scene has several coordinates: a potential under either law, a
-//! planet, orbits around black holes, or coordinates that the metric couples. It is compared with a Taylor method.
+//! Every fourth V is smooth (the quartic, a pendulum, Morse's, a double well), and the run ends at a random t_f. The
+//! others have cusps, kinks, walls, steep powers or Gaussians. Scenes of several coordinates are those of the benches
+//! `promise` and `verdict`.
 //!
 //! ```text
 //! cargo bench --bench promises [-- RUNS [SEED]]
@@ -17,8 +17,7 @@ mod outcome;
 mod random;
 mod rough;
 mod scenes;
-mod several;
-#[allow(dead_code, reason = "scenes are compared in another way")]
+#[allow(dead_code, reason = "scenes of several coordinates are not drawn here")]
 mod truth;
 
 use std::collections::BTreeMap;
@@ -26,7 +25,6 @@ use std::process::ExitCode;
 
 use outcome::Outcome;
 use scenes::Scene;
-use several::Several;
 
 /// The error of a run in units of its estimate.
 fn share(outcome: &Outcome) -> Option<f64> {
@@ -42,15 +40,10 @@ fn main() -> ExitCode {
     let (runs, mut random) = random::arguments(1000);
     // Runs, without reference, refused, broken promises, estimates that are too low.
     let mut table: BTreeMap<&str, ([usize; 5], Vec<f64>)> = BTreeMap::new();
-    for run in 0..runs {
-        let (kind, outcome, scene) = if run % 2 == 1 {
-            let scene = Several::draw(&mut random);
-            (scene.kind, scene.run(), scene.to_string())
-        } else {
-            let is_smooth = random.next().is_multiple_of(4);
-            let scene = if is_smooth { Scene::smooth(&mut random) } else { Scene::rough(&mut random) };
-            (scene.kind, scene.run(), scene.to_string())
-        };
+    for _ in 0..runs {
+        let is_smooth = random.next().is_multiple_of(4);
+        let scene = if is_smooth { Scene::smooth(&mut random) } else { Scene::rough(&mut random) };
+        let (kind, outcome) = (scene.kind, scene.run());
         let (row, shares) = table.entry(kind).or_default();
         shares.extend(share(&outcome));
         row[0] += 1;

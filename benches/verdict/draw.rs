@@ -5,8 +5,8 @@ use std::fmt;
 use geodesic_ivp::case::AnyCase;
 
 use super::random::Random;
-use super::rough::Rough;
-use super::several::Several;
+use super::rough::{one_coordinate, rough};
+use super::several::several;
 
 /// A case, drawn.
 pub(crate) struct Drawn {
@@ -33,13 +33,9 @@ impl Drawn {
     pub(crate) fn new(random: &mut Random) -> Self {
         let (kind, text) = match random.next() % 8 {
             0 | 1 => smooth(random),
-            2 | 3 => rough(random),
+            2 | 3 => rough(random, 1e-3, |random| [random.between(-1.0, 1.0), random.scale(5e-3, 1.0)]),
             4 => ridge(random),
-            _ => {
-                let Several { kind, text, .. } = Several::draw(random);
-                // With an accuracy of its own choice.
-                (kind, text.split("[solver]").next().unwrap_or_default().to_owned())
-            }
+            _ => several(random),
         };
         let (scheme, settings) = scheme(random);
         Self { kind, scheme, text, settings }
@@ -103,7 +99,7 @@ fn smooth(random: &mut Random) -> (&'static str, String) {
     let x_dot = random.between(-0.4, 0.4);
     let end = random.scale(0.3, 60.0);
     let ends_at = ["gamma_f", "t_f"][random.next() as usize % 2];
-    ("smooth", one_coordinate(formula, c, [x, 1.0, x_dot], &format!("{ends_at} = {end:?}")))
+    ("smooth", one_coordinate(formula, c, [x, 1.0, x_dot], (ends_at, end)))
 }
 
 /// Two coordinates, and a ridge across their way.
@@ -120,18 +116,4 @@ fn ridge(random: &mut Random) -> (&'static str, String) {
          [grid]\ngamma_f = {end:?}\n"
     );
     ("ridge", text)
-}
-
-/// With something in it that is no polynomial on a window.
-fn rough(random: &mut Random) -> (&'static str, String) {
-    let Rough { kind, formula, c, start, length } =
-        Rough::new(random, 1e-3, |random| [random.between(-1.0, 1.0), random.scale(5e-3, 1.0)]);
-    (kind, one_coordinate(&formula, c, start, &format!("gamma_f = {length:?}")))
-}
-
-fn one_coordinate(formula: &str, c: f64, [x, t_dot, x_dot]: [f64; 3], end: &str) -> String {
-    format!(
-        "[potential]\nformula = \"{formula}\"\n[particle]\nc = {c:?}\n[initial]\nx = {x:?}\nt_dot = {t_dot:?}\n\
-         x_dot = {x_dot:?}\n[grid]\n{end}\n"
-    )
 }

@@ -15,15 +15,10 @@
 
 mod draw;
 mod judged;
-#[path = "../promises/outcome.rs"]
-#[allow(dead_code, reason = "only the scenes are drawn here")]
-mod outcome;
 #[path = "../promises/random.rs"]
 mod random;
 #[path = "../promises/rough.rs"]
 mod rough;
-#[path = "../promises/several.rs"]
-#[allow(dead_code, reason = "only the scenes are drawn here")]
 mod several;
 mod tally;
 #[path = "../promises/truth.rs"]

@@ -14,7 +14,7 @@ pub(crate) mod random;
 pub(crate) mod rough;
 #[path = "../../benches/promises/scenes.rs"]
 pub(crate) mod scenes;
-#[path = "../../benches/promises/several.rs"]
+#[path = "../../benches/verdict/several.rs"]
 pub(crate) mod several;
 #[path = "../../benches/verdict/tally.rs"]
 #[allow(dead_code, reason = "only the counts are looked at here")]

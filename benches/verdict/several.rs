@@ -1,76 +1,19 @@
-//! Random scenes of several coordinates, solved to a random accuracy and compared with Taylor series.
+//! Random scenes of several coordinates.
 
-use std::fmt;
-
-use geodesic_ivp::case::SceneCase;
-use geodesic_ivp::solve::{Status, solve};
-use geodesic_ivp::study::errors::scene_error;
-
-use super::outcome::Outcome;
 use super::random::Random;
 
-/// How far the reference may be off, as a share of the accuracy, to be believed; and what rounding may do in any case.
-const AGREED: f64 = 0.1;
-const ROUNDING: f64 = 2e-13;
-
-/// A scene as text.
-pub(crate) struct Several {
-    pub(crate) kind: &'static str,
-    pub(crate) text: String,
-    pub(crate) accuracy: f64,
-}
-
-impl fmt::Display for Several {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}, accuracy {:e}:\n{}", self.kind, self.accuracy, self.text)
-    }
-}
-
-impl Several {
-    pub(crate) fn draw(random: &mut Random) -> Self {
-        let accuracy = random.scale(1e-12, 1e-4);
-        let (kind, scene) = match random.next() % 6 {
-            0 => ("newtonian", potential(random, "law = \"newtonian\"")),
-            1 => {
-                let c = random.between(3.0, 8.0);
-                ("relativistic", potential(random, &format!("c = {c:?}")))
-            }
-            2 => ("planet", planet(random)),
-            3 => ("schwarzschild", schwarzschild(random)),
-            4 => ("kerr", kerr(random)),
-            _ => ("coupled", coupled(random)),
-        };
-        Self { kind, text: format!("{scene}[solver]\naccuracy = {accuracy:e}\n"), accuracy }
-    }
-
-    pub(crate) fn run(&self) -> Outcome {
-        let case = SceneCase::parse(self.kind, &self.text, &[]).unwrap_or_else(|error| panic!("{self}\n{error}"));
-        let line = match solve::<f64, _>(case.setup()) {
-            Ok(line) => line,
-            Err(failure) if failure.status == Status::OutsideDomain => return Outcome::NoReference,
-            Err(failure) => return Outcome::Refused(failure.to_string()),
-        };
-        let Some(found) = scene_error(&line) else { return Outcome::NoReference };
-        let allowed = (AGREED * self.accuracy).max(ROUNDING);
-        if found.judge.relative_error() > allowed {
-            return Outcome::NoReference;
+/// Draws the kind of a scene, and the scene as a case without a scheme.
+pub(crate) fn several(random: &mut Random) -> (&'static str, String) {
+    match random.next() % 6 {
+        0 => ("newtonian", potential(random, "law = \"newtonian\"")),
+        1 => {
+            let c = random.between(3.0, 8.0);
+            ("relativistic", potential(random, &format!("c = {c:?}")))
         }
-        let geometry = line.geometry();
-        let start = &line.place.start.q;
-        let error = (0..geometry.dimension()).fold(0.0_f64, |worst, a| {
-            let origin = if geometry.active().contains(&a) { 0.0 } else { start[a] };
-            let size = line.q(a).fold(1.0_f64, |size, q| size.max((q - origin).abs()));
-            worst.max(found.largest[a] / size)
-        });
-        let estimate = line.error_estimate.expect("it has one");
-        let rounded = (error - allowed.min(ROUNDING)).max(0.0);
-        if rounded > self.accuracy {
-            Outcome::Broken { error, estimate }
-        } else if rounded > estimate {
-            Outcome::TooLow { error, estimate }
-        } else {
-            Outcome::Kept { error: rounded, estimate }
-        }
+        2 => ("planet", planet(random)),
+        3 => ("schwarzschild", schwarzschild(random)),
+        4 => ("kerr", kerr(random)),
+        _ => ("coupled", coupled(random)),
     }
 }
 
