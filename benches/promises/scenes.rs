@@ -1,14 +1,15 @@
-//! Random scenes, marched to a random accuracy and compared with other integrators.
+//! Random scenes, solved to a random accuracy and compared with other integrators.
 
 use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::ControlFlow;
 
-use geodesic_ivp::engine::lobatto::{Adaptive, Goal, Inside, WindowView};
+use geodesic_ivp::engine::{Accuracy, Engine};
 use geodesic_ivp::geometry::geodesic::InitialData;
 use geodesic_ivp::geometry::metric::Metric;
 use geodesic_ivp::geometry::potential::{Formula, Potential};
 use geodesic_ivp::reference::ReferenceTrajectory;
+use geodesic_ivp::solve::POINTS;
 
 use super::outcome::Outcome;
 use super::random::Random;
@@ -19,7 +20,14 @@ use super::truth::Truth;
 const AGREED: f64 = 0.1;
 const ROUNDING: f64 = 1e-13;
 
-/// What to march, and how well.
+/// Where a run ends.
+#[derive(Debug, Clone, Copy)]
+enum Goal {
+    Gamma(f64),
+    Time(f64),
+}
+
+/// What to solve, and how well.
 pub(crate) struct Scene {
     pub(crate) kind: &'static str,
     formula: String,
@@ -67,50 +75,58 @@ impl Scene {
         Truth::one(metric, *initial, length).filter(|truth| truth.apart <= AGREED * accuracy + ROUNDING)
     }
 
-    /// Marches and compares.
+    /// Solves and compares.
     pub(crate) fn run(&self) -> Outcome {
         let Some(exact) = self.truth() else { return Outcome::NoReference };
         let Self { metric, initial, goal, accuracy, .. } = self;
-        let mut nodes = Vec::new();
-        let mut see = |view: &WindowView<'_>| {
-            if view.index == 0 {
+        let (mut nodes, start, wanted) = (Vec::new(), initial.start(metric), Accuracy::Promised(*accuracy));
+        let engine = match *goal {
+            Goal::Gamma(length) => Engine::accurate(metric.scene(), &start, length, wanted, POINTS),
+            Goal::Time(t) => Engine::accurate_to_value(metric.scene(), &start, (0, t), wanted, POINTS),
+        };
+        let mut engine = engine.expect("a start inside the domain");
+        let run = engine.run(|mut window| {
+            if window.index == 0 {
                 nodes.clear();
             }
-            for (node, (&x, t)) in view.rule.nodes().iter().zip(view.x().iter().zip(view.t())) {
-                nodes.push(((view.gamma + *node * view.length).hi, t, x));
+            let (gamma, h, dense, begin) = (window.gamma, window.length, window.dense(), window.start().positions());
+            let active = metric.scene().active();
+            let rows = window.nodes();
+            let origin = |a: usize| if active.contains(&a) { 0.0 } else { begin[a] };
+            for (k, fraction) in rows.fractions().iter().enumerate() {
+                nodes.push((gamma + fraction * h, [0, 1].map(|a| origin(a) + rows.q(a)[k])));
             }
-            nodes.push(((view.gamma + view.length).hi, view.end.t.hi, view.end.x.hi));
-            // The dense output half way between nodes.
-            let places = view.rule.nodes().windows(2).map(|pair| 0.5 * (pair[0].hi + pair[1].hi));
-            let mut gammas = places.clone().map(|place| (view.gamma + view.length * place).hi);
-            view.inside(places, |Inside { t, x, .. }| {
-                nodes.extend(gammas.next().map(|gamma| (gamma, t, x)));
-            });
+            // Half way between nodes, and at the end.
+            let between = rows.fractions().windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+            for fraction in between.chain([1.0]) {
+                let (mut q, mut p) = ([0.0; 2], vec![0.0; active.len()]);
+                dense.at(fraction, &mut q, &mut p);
+                nodes.push((gamma + fraction * h, q));
+            }
             ControlFlow::Continue(())
-        };
-        let q_t = initial.invariants(metric).q_t;
-        let adapted = match Adaptive::new(metric, q_t).run((*initial).into(), *goal, *accuracy, &mut see) {
-            Ok(adapted) => adapted,
-            Err(failure) => return Outcome::Refused(failure.to_string()),
-        };
+        });
+        if let Err(failure) = run {
+            return Outcome::Refused(failure.as_str().to_owned());
+        }
         let (mut errors, mut sizes) = ([0.0_f64; 2], [1.0_f64; 2]);
-        for (gamma, t, x) in nodes {
-            for (a, (found, exact)) in [t, x].into_iter().zip(exact.at(gamma)).enumerate() {
+        for (gamma, q) in nodes {
+            for (a, (found, exact)) in q.into_iter().zip(exact.at(gamma)).enumerate() {
                 errors[a] = errors[a].max((found - exact).abs());
                 sizes[a] = sizes[a].max(exact.abs());
             }
         }
         if let Goal::Time(duration) = *goal {
-            if adapted.end.t.hi.to_bits() != duration.to_bits() {
-                return Outcome::Refused(format!("t ends at {}", adapted.end.t.hi));
+            let (gamma, end) = engine.place();
+            if end[0].to_bits() != duration.to_bits() {
+                return Outcome::Refused(format!("t ends at {}", end[0]));
             }
             // x where the exact t is the one asked for.
-            let there = exact.at(adapted.gamma.hi);
-            let velocity = adapted.end.w.hi * metric.at(adapted.end.x.hi).g00 / q_t;
-            errors[1] = errors[1].max((adapted.end.x.hi - (there[1] + velocity * (duration - there[0]))).abs());
+            let (there, x_dot) = (exact.at(gamma), -engine.window().end().momenta()[0]);
+            let velocity = x_dot * metric.at(end[1]).g00 / start.p[0];
+            errors[1] = errors[1].max((end[1] - (there[1] + velocity * (duration - there[0]))).abs());
         }
         let error = (errors[0] / sizes[0]).max(errors[1] / sizes[1]) - exact.apart - ROUNDING;
-        let estimate = adapted.error_estimate;
+        let estimate = engine.error_estimate().expect("it has one");
         match error {
             error if error > *accuracy => Outcome::Broken { error, estimate },
             error if error > estimate => Outcome::TooLow { error, estimate },
