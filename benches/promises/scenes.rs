@@ -4,12 +4,11 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::ControlFlow;
 
-use geodesic_ivp::engine::{Accuracy, Engine};
+use geodesic_ivp::engine::{Accuracy, Engine, POINTS};
 use geodesic_ivp::geometry::geodesic::InitialData;
 use geodesic_ivp::geometry::metric::Metric;
 use geodesic_ivp::geometry::potential::{Formula, Potential};
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::solve::POINTS;
 
 use super::outcome::Outcome;
 use super::random::Random;

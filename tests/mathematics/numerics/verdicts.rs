@@ -6,13 +6,13 @@ use std::ops::ControlFlow;
 use std::borrow::Cow;
 
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::engine::{Accuracy, Engine};
+use geodesic_ivp::engine::{Accuracy, Engine, POINTS};
 use geodesic_ivp::geometry::geodesic::{InitialData, Invariants};
 use geodesic_ivp::geometry::metric::Metric;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::output::write_trajectory;
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::solve::{Arithmetic, POINTS, Setup, solve_window_by_window};
+use geodesic_ivp::solve::{Arithmetic, Setup, solve_window_by_window};
 use geodesic_ivp::study::run_error::{Judge, error_with_samples, run_error};
 use geodesic_ivp::trajectory::{Coordinate, SampleStream};
 use geodesic_ivp::{Case, Solution, solve};

@@ -1,8 +1,8 @@
 //! Runs to an accuracy that end where a formula changes its sign.
 
 use geodesic_ivp::case::{SceneCase, builtin};
-use geodesic_ivp::engine::{Accuracy, Engine, Failure};
-use geodesic_ivp::solve::{NoSolution, POINTS, WorldLine, solve};
+use geodesic_ivp::engine::{Accuracy, Engine, Failure, POINTS};
+use geodesic_ivp::solve::{NoSolution, WorldLine, solve};
 
 fn case(text: &str, settings: &[String]) -> SceneCase {
     SceneCase::parse("test", text, settings).unwrap_or_else(|error| panic!("{settings:?}: {error}"))
