@@ -127,8 +127,7 @@ fn law_of_method(method: &Method) -> Law {
         Method::Elements(nodes, _) => Law::Order(*nodes as f64 - 2.5, *nodes as f64 + 1.5),
         Method::Unregularised(_) => Law::Wrong,
         Method::Peer(peer) => law_of(*peer),
-        Method::Accuracy => Law::Promise,
-        Method::Tolerance => Law::Tolerance(30.0),
+        Method::Accuracy | Method::Tolerance => Law::Promise,
     }
 }
 
@@ -203,8 +202,7 @@ fn every_method_of_the_chart_has_its_order() {
                 Law::Dense((order / 2.0).min(11.0), order + 0.5)
             }
             Family::Peer(peer) => law_of(*peer),
-            Family::Accuracy => Law::Promise,
-            Family::Tolerance => Law::Tolerance(30.0),
+            Family::Accuracy | Family::Tolerance => Law::Promise,
             Family::Other(_) => unreachable!("measured elsewhere"),
         };
         let errors: Vec<(f64, f64)> = rows

@@ -4,7 +4,8 @@ use geodesic_ivp::Status;
 use geodesic_ivp::case::SceneCase;
 use geodesic_ivp::case::builtin::{self, Group, NAMES};
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::geometry::{Direction, GeometryText, Observable, Place as FormulaPlace, Preset};
+use geodesic_ivp::engine::POINTS;
+use geodesic_ivp::geometry::{Direction, Geometry, GeometryText, Observable, Place as FormulaPlace, Preset};
 use geodesic_ivp::output::{write_residuals, write_trajectory};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve::{NoSolution, WorldLine, solve};
@@ -46,25 +47,27 @@ fn error(line: &WorldLine) -> [f64; 2] {
     [worst, found.judge.relative_error()]
 }
 
-/// What rounding leaves in the gradient of the action: two derivatives on n nodes, each of norm 2n², and a quadrature
-/// weight of 1/n², of the terms g_ab q̇^b that make the momenta. They may be far larger than those. In q̇^b counts what
-/// is rounded before it is differentiated: q^b itself, which in a short window changes by little of its size. Ignorable
-/// coordinates are counted from the start of the window.
-fn rounding_of_gradients(line: &WorldLine) -> f64 {
-    let geometry = line.geometry();
-    let joints = line.views().flat_map(|view| [(view.window, view.start), (view.window, view.end)]);
-    let terms = joints.flat_map(|(window, joint)| {
-        let mut sums = vec![0.0; joint.q.len()];
-        for (b, (&q, q_dot)) in joint.q.iter().zip(line.velocities(joint)).enumerate() {
-            let of_size = if geometry.active().contains(&b) { q / window.length() } else { 0.0 };
-            let mut velocity = vec![0.0; joint.q.len()];
+/// What rounding leaves in the gradient of the action of windows of n nodes, by their ends with q^a and q̇^a, and their
+/// lengths: two derivatives on n nodes, each of norm 2n², and a quadrature weight of 1/n², of the terms g_ab q̇^b that
+/// make the momenta. They may be far larger than those. In q̇^b counts what is rounded before it is differentiated: q^b
+/// itself, which in a short window changes by little of its size. Ignorable coordinates are counted from the start of
+/// the window.
+pub(super) fn rounding_of_gradients<'q>(
+    geometry: &Geometry,
+    ends: impl IntoIterator<Item = (&'q [f64], Vec<f64>, f64)>,
+    n: usize,
+) -> f64 {
+    let terms = ends.into_iter().flat_map(|(q, q_dot, length)| {
+        let mut sums = vec![0.0; q.len()];
+        for (b, (&position, q_dot)) in q.iter().zip(q_dot).enumerate() {
+            let of_size = if geometry.active().contains(&b) { position / length } else { 0.0 };
+            let mut velocity = vec![0.0; q.len()];
             velocity[b] = q_dot.abs().max(of_size.abs());
-            sums.iter_mut().zip(geometry.momenta(joint.q, &velocity)).for_each(|(sum, p)| *sum += p.abs());
+            sums.iter_mut().zip(geometry.momenta(q, &velocity)).for_each(|(sum, p)| *sum += p.abs());
         }
         sums
     });
-    let n = line.sbp().points() as f64;
-    16.0 * f64::EPSILON * n * n * terms.fold(1.0, f64::max)
+    16.0 * f64::EPSILON * (n * n) as f64 * terms.fold(1.0, f64::max)
 }
 
 /// The same between the nodes, as samples and events are taken there.
@@ -114,7 +117,9 @@ fn every_shipped_scene_is_as_accurate_as_asked_for() {
             // A critical point, with charges to match.
             let diagnostics = Diagnostics::of_scene(&line, &[], &mut [], case.is_lifted());
             let momenta = line.place.start.p.iter().fold(1.0_f64, |size, p| size.max(p.abs()));
-            let allowed = (accuracy * momenta).max(rounding_of_gradients(&line));
+            let ends = line.views().flat_map(|view| [view.start, view.end].map(|end| (view.window.length(), end)));
+            let ends = ends.map(|(length, end)| (end.q, line.velocities(end), length));
+            let allowed = (accuracy * momenta).max(rounding_of_gradients(line.geometry(), ends, POINTS));
             assert!(line.gradient_norm <= allowed, "{name}, {accuracy:e}: {:e} {allowed:e}", line.gradient_norm);
             for charge in &diagnostics.charges {
                 let allowed = (1e-2 * accuracy).max(1e-10) * charge.value.abs().max(1.0);
