@@ -1,8 +1,12 @@
 //! Cases, scenes and starts that several of these tests use.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use geodesic_ivp::action::Form;
+use geodesic_ivp::geometry::geodesic::InitialData;
+use geodesic_ivp::geometry::metric::Metric;
+use geodesic_ivp::geometry::potential::{Formula, Potential};
 use geodesic_ivp::geometry::{Geometry, GeometryText, Law, MetricText, PotentialText, Preset, Start};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::sbp::SbpName;
@@ -41,6 +45,17 @@ pub(crate) fn solved(overrides: &str) -> Solution {
 /// The solution of `QUARTIC` with overrides in another arithmetic.
 pub(crate) fn solved_in<S: Arithmetic>(overrides: &str) -> Solution<S> {
     solve(&case(overrides)).unwrap_or_else(|error| panic!("{overrides}: {error}"))
+}
+
+/// A formula without parameters as the potential of one coordinate.
+pub(crate) fn formula(expression: &str) -> Potential {
+    Potential::Formula(Formula::new(expression, &BTreeMap::new()).unwrap_or_else(|error| panic!("{error}")))
+}
+
+/// The scene of one coordinate in a potential, and a start at t = 0.
+pub(crate) fn one(potential: Potential, c: f64, [x, t_dot, x_dot]: [f64; 3]) -> (Geometry, Start) {
+    let metric = Metric::new(potential, 1.0, c);
+    (metric.scene().clone(), InitialData { t: 0.0, x, t_dot, x_dot }.start(&metric))
 }
 
 /// max |a − b|.

@@ -1,9 +1,7 @@
 //! One coordinate: identities of operators, published digits, symmetries, orders, long runs.
 
 mod action_derivatives;
-mod adaptive;
 mod atlas;
-mod certificates;
 mod convergence;
 mod diagnostics;
 mod elementary_functions;
@@ -11,7 +9,6 @@ mod extended;
 mod failures;
 mod formula;
 mod invariances;
-mod lobatto;
 mod long_runs;
 mod memory;
 mod methods;

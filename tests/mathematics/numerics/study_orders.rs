@@ -101,7 +101,7 @@ fn contradicted(
                 let errors = numbers.as_ref()?.errors.as_ref()?;
                 let steps = if method.is_adaptive() { 1.0 / setting } else { (*n_gamma)? as f64 - 1.0 };
                 // Whatever looser accuracy is asked for, it is that of 1e-4.
-                if *method == Method::Accuracy && steps < 1e4 {
+                if matches!(method, Method::Accuracy | Method::Tolerance) && steps < 1e4 {
                     return None;
                 }
                 Some((steps, errors.iter().copied().fold(0.0, f64::max)))
@@ -127,7 +127,7 @@ fn law_of_method(method: &Method) -> Law {
         Method::Elements(nodes, _) => Law::Order(*nodes as f64 - 2.5, *nodes as f64 + 1.5),
         Method::Unregularised(_) => Law::Wrong,
         Method::Peer(peer) => law_of(*peer),
-        Method::Accuracy => Law::Promise,
+        Method::Accuracy | Method::Tolerance => Law::Promise,
     }
 }
 
@@ -202,7 +202,7 @@ fn every_method_of_the_chart_has_its_order() {
                 Law::Dense((order / 2.0).min(11.0), order + 0.5)
             }
             Family::Peer(peer) => law_of(*peer),
-            Family::Accuracy => Law::Promise,
+            Family::Accuracy | Family::Tolerance => Law::Promise,
             Family::Other(_) => unreachable!("measured elsewhere"),
         };
         let errors: Vec<(f64, f64)> = rows
@@ -217,7 +217,7 @@ fn every_method_of_the_chart_has_its_order() {
                 Some((count.or_else(|| number("tol=").map(f64::recip))?, row.errors.as_ref()?.largest()))
             })
             // Whatever looser accuracy is asked for, it is that of 1e-4.
-            .filter(|(count, _)| *family != Family::Accuracy || *count > 9e3)
+            .filter(|(count, _)| !matches!(family, Family::Accuracy | Family::Tolerance) || *count > 9e3)
             // On the ends of windows errors are smaller by far than between them.
             .filter(|(count, _)| !matches!(law, Law::Dense(..)) || count % work_precision::OUTPUTS as f64 != 0.0)
             .collect();

@@ -6,14 +6,13 @@ use std::ops::ControlFlow;
 use std::borrow::Cow;
 
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::engine::lobatto::{Adaptive, Goal, Inside, State, WindowView};
+use geodesic_ivp::engine::{Accuracy, Engine, POINTS};
 use geodesic_ivp::geometry::geodesic::{InitialData, Invariants};
 use geodesic_ivp::geometry::metric::Metric;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::output::write_trajectory;
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::solve::Arithmetic;
-use geodesic_ivp::solve::{Setup, solve_window_by_window};
+use geodesic_ivp::solve::{Arithmetic, Setup, solve_window_by_window};
 use geodesic_ivp::study::run_error::{Judge, error_with_samples, run_error};
 use geodesic_ivp::trajectory::{Coordinate, SampleStream};
 use geodesic_ivp::{Case, Solution, solve};
@@ -174,9 +173,10 @@ fn the_error_of_a_second_solve_counts_in_units_of_the_sizes() {
                      scheme.form=weak grid={gamma_f=3.0,n_gamma=24,windows=12} \
                      initial={t=0.0,x=-30.0,t_dot=100.0,x_dot=2.0}";
     let (metric, initial) = (case(overrides).metric::<f64>(), case(overrides).initial_data::<f64>());
-    let march = Adaptive::new(&metric, initial.invariants(&metric).q_t);
-    let mut go_on = |_: &WindowView<'_>| ControlFlow::Continue(());
-    let own = march.run(initial.into(), Goal::Gamma(3.0), 1e-12, &mut go_on).unwrap().error_estimate;
+    let start = initial.start(&metric);
+    let mut engine = Engine::accurate(metric.scene(), &start, 3.0, Accuracy::Promised(1e-12), POINTS).unwrap();
+    engine.run(|_| ControlFlow::Continue(())).unwrap();
+    let own = engine.error_estimate().unwrap();
     let (solution, error) = (solved(overrides), run_error(&case(overrides), &solved(overrides)).unwrap());
     let t = solution.duration().abs();
     let x = solution.x().iter().fold(0.0, |most: f64, x| most.max(x.abs()));
@@ -275,21 +275,24 @@ fn what_a_run_to_an_accuracy_steps_over_is_an_integral_over_gamma() {
     let (metric, initial): (Metric, InitialData) = (case.metric(), case.initial_data());
     let Invariants { q_t, k } = initial.invariants(&metric);
     let (mut off, mut motion, mut lengths) = (0.0, 0.0_f64, [f64::INFINITY, 0.0]);
-    let initial = InitialData { t: 0.0, ..initial };
-    let march = Adaptive::new(&metric, q_t).run(State::from(initial), Goal::Gamma(9.0), 1e-4, &mut |view| {
-        if view.index == 0 {
+    let start = InitialData { t: 0.0, ..initial }.start(&metric);
+    let mut engine = Engine::accurate(metric.scene(), &start, 9.0, Accuracy::Promised(1e-4), POINTS).unwrap();
+    let run = engine.run(|window| {
+        if window.index == 0 {
             (off, motion) = (0.0, 0.0);
         }
-        let h = view.length.hi;
+        let (h, dense) = (window.length, window.dense());
         lengths = [lengths[0].min(h), lengths[1].max(h)];
         let points = (1e4 * h).ceil();
-        view.inside((0..points as usize).map(|j| (j as f64 + 0.5) / points), |Inside { x, w, .. }| {
-            off += h / points * (q_t * q_t / metric.g00(x) - w * w - k).abs();
-            motion = motion.max(w * w);
-        });
+        for j in 0..points as usize {
+            let (mut q, mut p) = ([0.0; 2], [0.0]);
+            dense.at((j as f64 + 0.5) / points, &mut q, &mut p);
+            off += h / points * (q_t * q_t / metric.g00(q[1]) - p[0] * p[0] - k).abs();
+            motion = motion.max(p[0] * p[0]);
+        }
         ControlFlow::Continue(())
     });
-    assert!(march.is_ok() && lengths[1] > 3.0 * lengths[0], "{lengths:?}");
+    assert!(run.is_ok() && lengths[1] > 3.0 * lengths[0], "{lengths:?}");
     let share = 0.5 * off / (motion * 9.0);
     let solution: Solution = solve(&case).unwrap();
     let found = run_error(&case, &solution).unwrap().stepped_over;

@@ -1,19 +1,18 @@
 //! Scenes solved to an accuracy: published numbers, true errors below the estimate, ends to the last bit.
 
-use std::ops::ControlFlow;
-
 use geodesic_ivp::Status;
 use geodesic_ivp::case::SceneCase;
 use geodesic_ivp::case::builtin::{self, Group, NAMES};
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::engine::lobatto::flow::Flow;
-use geodesic_ivp::geometry::{Direction, GeometryText, Observable, Place as FormulaPlace, Preset};
+use geodesic_ivp::engine::POINTS;
+use geodesic_ivp::geometry::{Direction, Geometry, GeometryText, Observable, Place as FormulaPlace, Preset};
 use geodesic_ivp::output::{write_residuals, write_trajectory};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve::{NoSolution, WorldLine, solve};
 use geodesic_ivp::study::errors::scene_error;
 use geodesic_ivp::trajectory::{Sampler, Watch, crossings};
 
+use crate::common;
 use crate::random_scenes::random::Random;
 use crate::random_scenes::several::several;
 
@@ -47,25 +46,27 @@ fn error(line: &WorldLine) -> [f64; 2] {
     [worst, found.judge.relative_error()]
 }
 
-/// What rounding leaves in the gradient of the action: two derivatives on n nodes, each of norm 2n², and a quadrature
-/// weight of 1/n², of the terms g_ab q̇^b that make the momenta. They may be far larger than those. In q̇^b counts what
-/// is rounded before it is differentiated: q^b itself, which in a short window changes by little of its size. Ignorable
-/// coordinates are counted from the start of the window.
-fn rounding_of_gradients(line: &WorldLine) -> f64 {
-    let geometry = line.geometry();
-    let joints = line.views().flat_map(|view| [(view.window, view.start), (view.window, view.end)]);
-    let terms = joints.flat_map(|(window, joint)| {
-        let mut sums = vec![0.0; joint.q.len()];
-        for (b, (&q, q_dot)) in joint.q.iter().zip(line.velocities(joint)).enumerate() {
-            let of_size = if geometry.active().contains(&b) { q / window.length() } else { 0.0 };
-            let mut velocity = vec![0.0; joint.q.len()];
+/// What rounding leaves in the gradient of the action of windows of n nodes, by their ends with q^a and q̇^a, and their
+/// lengths: two derivatives on n nodes, each of norm 2n², and a quadrature weight of 1/n², of the terms g_ab q̇^b that
+/// make the momenta. They may be far larger than those. In q̇^b counts what is rounded before it is differentiated: q^b
+/// itself, which in a short window changes by little of its size. Ignorable coordinates are counted from the start of
+/// the window.
+pub(super) fn rounding_of_gradients<'q>(
+    geometry: &Geometry,
+    ends: impl IntoIterator<Item = (&'q [f64], Vec<f64>, f64)>,
+    n: usize,
+) -> f64 {
+    let terms = ends.into_iter().flat_map(|(q, q_dot, length)| {
+        let mut sums = vec![0.0; q.len()];
+        for (b, (&position, q_dot)) in q.iter().zip(q_dot).enumerate() {
+            let of_size = if geometry.active().contains(&b) { position / length } else { 0.0 };
+            let mut velocity = vec![0.0; q.len()];
             velocity[b] = q_dot.abs().max(of_size.abs());
-            sums.iter_mut().zip(geometry.momenta(joint.q, &velocity)).for_each(|(sum, p)| *sum += p.abs());
+            sums.iter_mut().zip(geometry.momenta(q, &velocity)).for_each(|(sum, p)| *sum += p.abs());
         }
         sums
     });
-    let n = line.sbp().points() as f64;
-    16.0 * f64::EPSILON * n * n * terms.fold(1.0, f64::max)
+    16.0 * f64::EPSILON * (n * n) as f64 * terms.fold(1.0, f64::max)
 }
 
 /// The same between the nodes, as samples and events are taken there.
@@ -91,6 +92,7 @@ fn error_of_samples(line: &WorldLine) -> f64 {
 
 #[test]
 fn every_shipped_scene_is_as_accurate_as_asked_for() {
+    let mut refused = Vec::new();
     for name in NAMES.iter().filter(|name| builtin::group(name) == Some(Group::Scene)) {
         for accuracy in [1e-3, 1e-6, 1e-9, 1e-12] {
             let case = builtin_scene(name, &[&format!("solver.accuracy={accuracy:e}")]);
@@ -100,7 +102,11 @@ fn every_shipped_scene_is_as_accurate_as_asked_for() {
                     assert_eq!(failure.status, Status::AccuracyNotReached, "{name}: {failure}");
                     continue;
                 }
-                line => line.unwrap_or_else(|failure| panic!("{name}, {accuracy:e}: {failure}")),
+                Err(failure) => {
+                    refused.push(format!("{name}, {accuracy:e}: {failure}"));
+                    continue;
+                }
+                Ok(line) => line,
             };
             let ([error, of_reference], estimate) = (error(&line), line.error_estimate.unwrap());
             assert!(error <= accuracy, "{name}, {accuracy:e}: {error:e}");
@@ -110,7 +116,9 @@ fn every_shipped_scene_is_as_accurate_as_asked_for() {
             // A critical point, with charges to match.
             let diagnostics = Diagnostics::of_scene(&line, &[], &mut [], case.is_lifted());
             let momenta = line.place.start.p.iter().fold(1.0_f64, |size, p| size.max(p.abs()));
-            let allowed = (accuracy * momenta).max(rounding_of_gradients(&line));
+            let ends = line.views().flat_map(|view| [view.start, view.end].map(|end| (view.window.length(), end)));
+            let ends = ends.map(|(length, end)| (end.q, line.velocities(end), length));
+            let allowed = (accuracy * momenta).max(rounding_of_gradients(line.geometry(), ends, POINTS));
             assert!(line.gradient_norm <= allowed, "{name}, {accuracy:e}: {:e} {allowed:e}", line.gradient_norm);
             for charge in &diagnostics.charges {
                 let allowed = (1e-2 * accuracy).max(1e-10) * charge.value.abs().max(1.0);
@@ -118,6 +126,7 @@ fn every_shipped_scene_is_as_accurate_as_asked_for() {
             }
         }
     }
+    assert!(refused.is_empty(), "{}", refused.join("\n"));
 }
 
 /// Numbers that are published, or were computed by two other programs to 30 digits.
@@ -261,41 +270,16 @@ fn the_last_row_is_at_the_end_time() {
     let mut random = Random(5);
     for _ in 0..50 {
         let (t_i, t_f) = (random.between(-5.0, 5.0), random.between(5.5, 12.0));
-        let accuracy = random.scale(1e-11, 1e-6);
+        let accuracy = random.scale(1e-12, 1e-6);
+        let one = common::solved(&format!("initial.t={t_i:?} grid.t_f={t_f:?} solver.accuracy={accuracy:e}"));
         let text = ELLIPSE.replace("x = 0.1\n", &format!("x = 0.5\nt = {t_i:?}\n"));
         let line = from_text(&format!("{text}[grid]\nt_f = {t_f:?}\n[solver]\naccuracy = {accuracy:e}\n"));
-        let last = line.q(0).last().unwrap();
-        assert_eq!([last.to_bits(), end(&line, "t").to_bits()], [t_f.to_bits(); 2], "{t_i} {t_f} {accuracy:e}");
+        let last = [one.t().last().unwrap(), one.end_state().t, line.q(0).last().unwrap(), end(&line, "t")];
+        assert_eq!(last.map(f64::to_bits), [t_f.to_bits(); 4], "{t_i} {t_f} {accuracy:e}");
     }
 }
 
-/// Between the nodes a window is as accurate as at them.
-#[test]
-fn points_inside_windows_are_as_accurate() {
-    for name in ["schwarzschild-orbit", "henon-heiles", "kerr-inclined"] {
-        let setup = builtin_scene(name, &[]).setup::<f64>();
-        let (geometry, start) = (&*setup.place.geometry, &setup.place.start);
-        let reference = ReferenceTrajectory::new(geometry, start, 60.0, 16).unwrap();
-        let (fractions, accuracy) = ([0.0, 0.07, 0.31, 0.5, 0.83, 1.0], 1e-9);
-        let followed = Flow::new(geometry).run(start, 60.0, &mut [], accuracy, &mut |view| {
-            let mut places = fractions.iter();
-            view.inside(&fractions, |q, p| {
-                let fraction = places.next().unwrap();
-                let exact = reference.at((view.gamma + fraction * view.length).min(60.0));
-                let momenta = geometry.active().iter().map(|&a| exact.p[a]);
-                for (found, exact) in q.iter().zip(&exact.q).chain(p.iter().zip(&momenta.collect::<Vec<f64>>())) {
-                    let allowed = accuracy * exact.abs().max(1.0);
-                    assert!((found - exact).abs() <= allowed, "{name}, {fraction}: {found} {exact}");
-                }
-            });
-            assert!(places.next().is_none());
-            ControlFlow::Continue(())
-        });
-        assert_eq!(followed.unwrap().gamma, 60.0);
-    }
-}
-
-/// One coordinate in the paper's metric is a scene, too. There is another engine for it.
+/// One coordinate in the paper's metric is a scene, too.
 #[test]
 fn one_coordinate_is_what_it_is_without_a_scene() {
     let rest = "[grid]\ngamma_f = 20.0\n[solver]\naccuracy = 1e-11\n";
@@ -340,7 +324,7 @@ fn what_cannot_be_done_is_said() {
 fn random_scenes_keep_the_promise() {
     const ROUNDING: f64 = 2e-13;
     let mut random = Random(31);
-    let (runs, mut unknown, mut refused) = (300, 0, 0);
+    let (runs, mut unknown, mut refused, mut wrong) = (300, 0, 0, Vec::new());
     for _ in 0..runs {
         let accuracy = random.scale(1e-12, 1e-4);
         let (kind, text) = several(&mut random);
@@ -358,9 +342,11 @@ fn random_scenes_keep_the_promise() {
             unknown += 1;
             continue;
         }
-        let is_kept = off <= estimate + ROUNDING && estimate <= accuracy;
-        assert!(is_kept, "{kind} to {accuracy:e}: {off:e}, expected {estimate:e}\n{text}");
+        if !(off <= estimate + ROUNDING && estimate <= accuracy) {
+            wrong.push(format!("{kind} to {accuracy:e}: {off:e}, expected {estimate:e}\n{text}"));
+        }
     }
+    assert!(wrong.is_empty(), "{} of {runs} wrong:\n{}", wrong.len(), wrong.join("\n"));
     assert!(10 * unknown < runs && 50 * refused < runs, "{unknown} without a reference, {refused} refused");
 }
 

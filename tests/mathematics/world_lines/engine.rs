@@ -2,9 +2,13 @@
 
 use geodesic_ivp::case::SceneCase;
 use geodesic_ivp::engine::{Engine, MOST_POINTS, State};
+use geodesic_ivp::geometry::potential::Potential;
 use geodesic_ivp::geometry::{Geometry, Start};
+use geodesic_ivp::number::vector::Twofold;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::solve::{Arithmetic, InitialGuess, WorldLine, solve};
+
+use crate::common::{formula, one};
 
 /// Scenes whose equations are of first or second order, with one-forms, forces, and a metric that is not diagonal.
 pub(super) const SCENES: [(&str, &str); 6] = [
@@ -168,11 +172,85 @@ fn k_walks_at_random_over_twenty_thousand_units() {
     }
 }
 
+/// Also in between.
+#[test]
+fn k_stays_over_a_thousand_units() {
+    let (geometry, start) = scene(QUARTIC);
+    for (windows, points, most) in [(2000, 16, 1e-13), (4000, 20, 1e-15)] {
+        let mut engine = Engine::equal(&geometry, &start, 1000.0, windows, points).unwrap();
+        let mut worst = 0.0_f64;
+        while let Some(window) = engine.next().unwrap() {
+            let ([x, w], of) = ([window.end().positions()[1], window.end().momenta()[0]], Twofold::from);
+            let square = of(x) * of(x);
+            let k = of(4.0) / (square * square + Twofold::ONE) - of(w) * of(w);
+            worst = worst.max((k - (of(2.0) - of(0.1) * of(0.1))).hi.abs());
+        }
+        println!("{points} {worst:e}");
+        assert!(worst < most, "{points}: {worst:e}");
+    }
+}
+
 fn change_of_k(length: f64, grid: [usize; 2]) -> f64 {
     let (geometry, start) = scene(QUARTIC);
     let end = end(&geometry, &start, length, grid);
     let q_dot = geometry.velocities(&end.q, &end.p).unwrap();
     (geometry.norm(&end.q, &q_dot) - geometry.norm(&start.q, &start.q_dot)).abs()
+}
+
+/// t(1), x(1) and dx/dγ(1) of the quartic base case, from its continuum solution with 24 digits.
+const QUARTIC_END: [f64; 3] = [1.468_634_756_955_731, 0.159_778_018_885_407_25, -1.416_825_598_093_154_3];
+
+/// Formulas have every kind of instruction: arithmetic, negation, powers, functions.
+#[test]
+fn a_polynomial_is_solved_to_the_last_digits_and_so_are_formulas_of_it() {
+    let formulas = [
+        "x^4/2",
+        "x^2*(x^2 + 1)/2 - x*x/2",
+        "-(0 - x^4)/2",
+        "1/(2*x^(-4))",
+        "x*x*x/(2/x)",
+        "exp(ln(x^2)*2)/2",
+        "abs(x)^4.0/2",
+        "sqrt(x^8)/2",
+    ];
+    let formulas = formulas.into_iter().map(|text| (formula(text), 1e-14));
+    for (potential, most) in [(Potential::quartic(0.5), 4e-15)].into_iter().chain(formulas) {
+        let (geometry, start) = one(potential, 1.0, [1.0, 1.0, 0.1]);
+        for grid in [[16, 8], [2, 16], [1, 24]] {
+            let end = end(&geometry, &start, 1.0, grid);
+            for (found, exact) in [end.q[0], end.q[1], -end.p[1]].into_iter().zip(QUARTIC_END) {
+                assert!((found - exact).abs() < most, "{most:e} {grid:?}: {found} {exact}");
+            }
+        }
+    }
+}
+
+#[test]
+fn polynomials_of_any_length_and_rest_at_zero() {
+    let run = |potential: Potential, [x, x_dot]: [f64; 2]| {
+        let g00 = 1.0 + 2.0 * potential.value(x);
+        let (geometry, start) = one(potential, 1.0, [x, 2.0 / g00, x_dot]);
+        let end = end(&geometry, &start, 10.0, [40, 12]);
+        let k = |at: &Start| geometry.norm(&at.q, &geometry.velocities(&at.q, &at.p).unwrap());
+        ([end.q[0], end.q[1], end.p[1]], k(&end) - k(&start))
+    };
+    // Free motion is exact.
+    assert_eq!(run(Potential::free(), [1.0, 0.1]).0, [20.0, 2.0, -0.1]);
+    let long = vec![0.1, 0.02, 0.2, 0.0, 0.03, 0.05, 0.02, 0.001, 0.003];
+    for degree in 1..long.len() {
+        let coefficients = long[..=degree].to_vec();
+        let (end, change) = run(Potential::polynomial(coefficients.clone()), [0.0, 0.0]);
+        // Zeros at the end do not count.
+        let longer = [coefficients, vec![0.0; 3]].concat();
+        assert_eq!(run(Potential::polynomial(longer), [0.0, 0.0]).0, end, "{degree}");
+        assert!(change.abs() < 1e-14 && end[1] != 0.0, "{degree}: {change:e}");
+    }
+    // Backwards in time, and no motion in time at all.
+    for (t_dot, expected) in [(-1.0, [-QUARTIC_END[0], QUARTIC_END[1]]), (0.0, [0.0, 1.1])] {
+        let (geometry, start) = one(Potential::quartic(0.5), 1.0, [1.0, t_dot, 0.1]);
+        let end = end(&geometry, &start, 1.0, [4, 12]);
+        assert!((end.q[0] - expected[0]).abs() < 1e-12 && (end.q[1] - expected[1]).abs() < 1e-12, "{:?}", end.q);
+    }
 }
 
 /// Programs have as many values as they need: nine bodies in space have some seven hundred.

@@ -1,0 +1,116 @@
+//! Where runs of the engine of few nodes to an accuracy come to, and where they do not.
+
+use std::ops::ControlFlow;
+
+use geodesic_ivp::engine::{Accuracy, Engine, Failure};
+use geodesic_ivp::geometry::potential::Potential;
+use geodesic_ivp::geometry::{Geometry, Start};
+
+use crate::common::{formula, one};
+
+/// The end of a run, or where it fails.
+fn end(mut engine: Engine<'_>) -> (Result<(), Failure>, f64, Vec<f64>) {
+    let run = engine.run(|_| ControlFlow::Continue(()));
+    let (gamma, q) = engine.place();
+    (run, gamma, q)
+}
+
+/// That of a run to a value of t.
+fn to_time((geometry, start): &(Geometry, Start), t: f64, accuracy: f64) -> (Result<(), Failure>, f64, Vec<f64>) {
+    end(Engine::accurate_to_value(geometry, start, (0, t), Accuracy::Promised(accuracy), 16).unwrap())
+}
+
+/// That of a run over a length.
+fn to_gamma((geometry, start): &(Geometry, Start), length: f64, accuracy: f64) -> (Result<(), Failure>, f64, Vec<f64>) {
+    end(Engine::accurate(geometry, start, length, Accuracy::Promised(accuracy), 16).unwrap())
+}
+
+/// A time is reached from a window that also reaches a horizon beyond it.
+#[test]
+fn an_end_time_just_before_a_horizon_is_reached() {
+    let fall = one(Potential::linear(1.0), 1.0, [0.0, 1.0, 0.0]);
+    // The cycloid of section 1: t runs to π/2 at the horizon.
+    for t in [0.3, 1.0, 1.5, 1.57] {
+        let (run, _, q) = to_time(&fall, t, 1e-8);
+        assert_eq!((run, q[0]), (Ok(()), t));
+        assert!((q[1] - 0.5 * (t.cos().powi(2) - 1.0)).abs() < 1e-8, "{t}: {}", q[1]);
+    }
+    for t in [1.6, -1.0] {
+        let (run, ..) = to_time(&fall, t, 1e-8);
+        assert!(matches!(run, Err(Failure::OutsideDomain(_) | Failure::ValueNotReached)), "{t}: {run:?}");
+    }
+}
+
+/// Where t does not move, a horizon is passed without a force; behind it is outside the domain.
+#[test]
+fn a_horizon_ends_free_motion() {
+    let (geometry, mut start) = one(Potential::linear(1.0), 1.0, [0.0, 0.0, -1.0]);
+    for x in [0.0, 2.0] {
+        start.q[1] = x;
+        for accuracy in [1e-4, 1e-10] {
+            let (run, gamma, q) = to_gamma(&(geometry.clone(), start.clone()), 5.0, accuracy);
+            assert!(matches!(run, Err(Failure::OutsideDomain(_))), "{x} {accuracy:e}: {run:?}");
+            assert!((gamma - 0.5 - x).abs() < 0.01 && (q[1] + 0.5).abs() < 0.01, "{x} {accuracy:e}: {gamma}, {q:?}");
+        }
+    }
+}
+
+/// With g00 = 1 + x² and dt/dγ = 1, dx/dγ = 2 at the start, t ends at half of the complete elliptic integral K of the
+/// parameter 1/4.
+#[test]
+fn a_time_that_never_comes_is_told_of() {
+    let whole = 0.5 * 1.685_750_354_812_596;
+    for (t_dot, x_dot, accuracy) in [(1.0, 2.0, 1e-6), (1.0, -2.0, 1e-9), (-1.0, 2.0, 1e-12)] {
+        let flight = one(formula("x^2/2"), 1.0, [0.0, t_dot, x_dot]);
+        assert_eq!(to_time(&flight, 0.99 * whole * t_dot, accuracy).0, Ok(()));
+        let (run, gamma, q) = to_time(&flight, 1.5 * whole * t_dot, accuracy);
+        assert_eq!(run, Err(Failure::ValueNotReached), "{t_dot} {x_dot}");
+        assert!(gamma > 1e6 && (whole - q[0] * t_dot).abs() < accuracy, "{gamma:e}, {}", q[0]);
+    }
+}
+
+/// At rest at x = 0, t grows by as little as dt/dγ says.
+#[test]
+fn what_takes_long_is_reached() {
+    for potential in [Potential::free(), formula("x^2/2")] {
+        for (t_dot, t) in [(1e-60, 1.0), (1e-120, 1.0), (1e-60, 1e20), (-1e-120, -1.0)] {
+            let (run, gamma, q) = to_time(&one(potential.clone(), 1.0, [0.0, t_dot, 0.0]), t, 1e-6);
+            assert_eq!((run, q[0]), (Ok(()), t), "{t_dot:e}");
+            assert!((gamma * t_dot / t - 1.0).abs() < 1e-12, "{t_dot:e}: {gamma:e}");
+        }
+    }
+}
+
+/// Lengths and accuracies beyond reason end somehow, and never by a wrong result.
+#[test]
+fn extremes_end() {
+    let (geometry, start) = one(Potential::quartic(0.5), 1.0, [1.0, 1.0, 0.1]);
+    let runs = [(1e-300, 1e-6), (1e-8, 1e-13), (50.0, 1e-15), (50.0, 1e-16), (100.0, 1e-17), (5.0, 1.0)];
+    for (length, accuracy) in runs {
+        let mut engine = Engine::accurate(&geometry, &start, length, Accuracy::Promised(accuracy), 16).unwrap();
+        match engine.run(|_| ControlFlow::Continue(())) {
+            Ok(()) => assert!(engine.error_estimate().unwrap() <= accuracy && engine.place().0 == length),
+            Err(failure) => assert!(failure == Failure::Rounding && accuracy < 1e-13, "{accuracy:e}: {failure:?}"),
+        }
+    }
+    // A free particle needs two windows at most, whatever the length.
+    let (geometry, start) = one(Potential::free(), 1.0, [1.0, 1.0, 0.1]);
+    let mut engine = Engine::accurate(&geometry, &start, 1e8, Accuracy::Promised(1e-12), 16).unwrap();
+    let mut windows = 0;
+    let run = engine.run(|window| {
+        windows = window.index + 1;
+        ControlFlow::Continue(())
+    });
+    assert!(run.is_ok() && engine.place().1[0] == 1e8 && windows < 3, "{windows}");
+}
+
+/// Who reads that an accuracy is not reached reads an estimate that is above it.
+#[test]
+fn what_is_refused_is_estimated_to_be_above_the_accuracy() {
+    let (geometry, start) = one(Potential::quartic(0.5), 1.0, [1.0, 1.0, 0.1]);
+    for accuracy in [1e-13, 1e-14, 1e-15, 1e-16, 1e-17] {
+        let mut engine = Engine::accurate(&geometry, &start, 100.0, Accuracy::Promised(accuracy), 16).unwrap();
+        let (run, estimate) = (engine.run(|_| ControlFlow::Continue(())), engine.error_estimate().unwrap());
+        assert_eq!(run.is_ok(), estimate <= accuracy, "{accuracy:e}: {run:?}, {estimate:e}");
+    }
+}
