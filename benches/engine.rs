@@ -106,8 +106,11 @@ fn scenes() -> Vec<Scene> {
     ]
 }
 
+/// A kind of runs.
+type Mode = (&'static str, fn(f64) -> Accuracy, bool);
+
 /// The kinds of runs: their names, what they are told of an accuracy, and whether they are certified and stored.
-const MODES: [(&str, fn(f64) -> Accuracy, bool); 4] = [
+const MODES: [Mode; 4] = [
     ("local", Accuracy::Local, false),
     ("estimated", Accuracy::Estimated, false),
     ("promised", Accuracy::Promised, false),
@@ -125,12 +128,7 @@ struct Measured {
     estimate: Option<f64>,
 }
 
-fn measure(
-    scene: &Scene,
-    accuracy: f64,
-    (_, wanted, is_complete): (&str, fn(f64) -> Accuracy, bool),
-    points: usize,
-) -> Result<Measured, Failure> {
+fn measure(scene: &Scene, accuracy: f64, (_, wanted, is_complete): Mode, points: usize) -> Result<Measured, Failure> {
     let Scene { geometry, start, length, .. } = scene;
     let mut engine = Engine::accurate(geometry, start, *length, wanted(accuracy), points).expect("it is inside");
     let mut sizes: Vec<f64> = start.q.iter().map(|q| q.abs()).collect();

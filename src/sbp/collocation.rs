@@ -351,13 +351,13 @@ mod tests {
             let check = |found: Twofold, expected: Twofold| {
                 assert!((found - expected).abs().hi < 1e-29, "{s} stages: {found:?} {expected:?}");
             };
-            (1..=2 * s).for_each(|k| check(sum(gauss.weights(), k), Twofold::ratio(1.0, k as f64)));
+            (1..=2 * s).for_each(|k| check(sum(gauss.weights(), k), Twofold::ONE / Twofold::from(k as f64)));
             for (i, &c) in gauss.nodes().iter().enumerate() {
                 for k in 1..=s {
-                    check(sum(&gauss.a()[i * s..][..s], k), power(c, k) * Twofold::ratio(1.0, k as f64));
+                    check(sum(&gauss.a()[i * s..][..s], k), power(c, k) * (Twofold::ONE / Twofold::from(k as f64)));
                 }
                 for k in 1..s {
-                    let expected = power(c, k + 1) * Twofold::ratio(1.0, (k * (k + 1)) as f64);
+                    let expected = power(c, k + 1) * (Twofold::ONE / Twofold::from((k * (k + 1)) as f64));
                     check(sum(&gauss.a_squared()[i * s..][..s], k), expected);
                 }
             }
