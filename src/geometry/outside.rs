@@ -1,7 +1,8 @@
 //! A point that lies outside the domain of a metric.
 
 /// A block of the metric has a determinant of the wrong sign, or a number is not finite.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("the point lies outside the domain of the metric")]
 pub struct OutsideGeometry {
     /// Index of the node.
     pub index: usize,
