@@ -153,9 +153,9 @@ def bench(line):
     return code(line) + "\n```text\n" + done.stdout + "```\n"
 
 
-@section("What a window of a scene costs")
-def costs_of_scenes():
-    return bench("cargo bench --bench scenes")
+@section("What a promise costs")
+def costs_of_promises():
+    return bench("cargo bench --bench engine")
 
 
 STATUS = "method form n_gamma status delta_k_max delta_q_t_max error_x_max sawtooth".split()

@@ -6,7 +6,7 @@
 //! with smaller shares.
 
 use super::between::Between;
-use super::control::Control;
+use super::control::{Control, Shares};
 use super::dense::Dense;
 use super::estimate::ErrorEstimate;
 use super::ladder::Ladder;
@@ -14,40 +14,13 @@ use super::reason;
 use super::rule::Rule;
 use super::sizes::Sizes;
 use super::stop::Target;
+use super::tuning::{
+    AHEAD, EXACT, FORESEEN, INSIDE, INSIDE_MARGIN, LEAST, LEFT, LOOSEST, MOST_RESTARTS, RESOLVED, STRETCH,
+};
 use super::window::{Known, Solver};
 use super::{Accuracy, Failure, GOOD_DIGITS, State, Window, Windows};
 use crate::geometry::{Geometry, Start};
 use crate::number::Compensated;
-
-/// Errors inside a window may use up this part of the accuracy; the rest is for what windows add up to.
-const INSIDE: f64 = 0.6;
-/// Bounds of errors inside a window are multiplied by this.
-const INSIDE_MARGIN: f64 = 1.5;
-/// A window of length h of a run of length L may add this part of a (h/L)^1.5 at its end.
-const SHARE: f64 = 0.2;
-/// If nothing is promised of the run, a window may add this part of a.
-const ALONE: f64 = 1e-2;
-/// A looser accuracy is served as this: it would cost hardly less, and windows that resolve nothing do not show it.
-const LOOSEST: f64 = 1e-4;
-/// No share is smaller than this. Rounding of large values adds more at every window, but that of values that come near
-/// 0 does not.
-const ROUNDED: f64 = 1e-20;
-/// Sweeps leave this part of a share.
-const LEFT: f64 = 0.01;
-/// The highest modes of slopes that resolve the motion are less than this, relative to the largest slope.
-const RESOLVED: f64 = 0.03;
-/// A run is begun again at most so often.
-const MOST_RESTARTS: usize = 6;
-/// Errors are foreseen once this part of a run is behind.
-const FORESEEN: f64 = 0.05;
-/// Below this accuracy, rounding of the tables counts.
-const EXACT: f64 = 1e-10;
-/// A window that is longer than the rest of the run by no more than this part ends the run.
-const STRETCH: f64 = 1e-7;
-/// An edge of the domain within so many windows of the first length is the reason of a failure.
-const AHEAD: [f64; 3] = [1.0, 4.0, 16.0];
-/// Windows shorter than this part of the first are not cut any more because something may hide in them.
-const LEAST: f64 = 1e-9;
 
 /// The windows of a run with rules of N nodes.
 pub(super) struct Adaptive<'g, const N: usize> {
@@ -333,25 +306,6 @@ impl<'g, const N: usize> Adaptive<'g, N> {
     }
 }
 
-/// The errors that windows may add at their ends.
-#[derive(Clone, Copy)]
-struct Shares {
-    accuracy: f64,
-    /// The length of the run, if windows may not add up to more than the accuracy.
-    length: f64,
-}
-
-impl Shares {
-    /// That of a window of this length.
-    fn of(self, length: f64) -> f64 {
-        if self.length == f64::INFINITY {
-            return ALONE * self.accuracy;
-        }
-        let part = length / self.length;
-        (SHARE * self.accuracy * part * part.sqrt()).max(ROUNDED)
-    }
-}
-
 impl<const N: usize> Windows for Adaptive<'_, N> {
     fn next(&mut self) -> Result<Option<Window<'_>>, Failure> {
         if self.windows > 0 {
@@ -409,6 +363,10 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
 
     fn error_estimate(&self) -> Option<f64> {
         self.estimate.as_ref().map(|estimate| estimate.largest + self.largest_inside)
+    }
+
+    fn reachable(&self) -> Option<f64> {
+        self.estimate.as_ref().map(|estimate| estimate.rounding_now / (1.0 - INSIDE))
     }
 
     fn good_until(&self) -> [f64; GOOD_DIGITS.len()] {

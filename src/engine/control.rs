@@ -1,16 +1,6 @@
 //! The step controller: from the errors of a window to the length of the next one.
 
-/// Windows are made for this part of what is allowed, as a power of two of an error inside.
-const AIM: f64 = -1.0;
-/// After a refusal so many windows are no longer than the next shorter rung.
-const PATIENCE: u32 = 10;
-/// A window that is not solved or does not resolve the motion is followed by one shorter by so many rungs.
-const UNSOLVED: i32 = 2;
-/// One in which something may hide is followed by one shorter by so many rungs.
-const HIDDEN: i32 = 4;
-/// By how many rungs lengths grow and shrink at most.
-const LARGEST_GROWTH: f64 = 2.0;
-const LARGEST_CUT: f64 = -8.0;
+use super::tuning::{AIM, ALONE, HIDDEN, LARGEST_CUT, LARGEST_GROWTH, PATIENCE, ROUNDED, SHARE, UNSOLVED};
 
 /// Chooses rungs of the ladder of window lengths.
 #[derive(Debug, Clone, Copy)]
@@ -71,6 +61,25 @@ impl Control {
     fn shorten(&mut self, rungs: i32) {
         (self.longest, self.patience) = (self.rung - 1, PATIENCE);
         self.rung += rungs;
+    }
+}
+
+/// The errors that windows may add at their ends.
+#[derive(Clone, Copy)]
+pub(super) struct Shares {
+    pub(super) accuracy: f64,
+    /// The length of the run, if windows may not add up to more than the accuracy.
+    pub(super) length: f64,
+}
+
+impl Shares {
+    /// That of a window of this length.
+    pub(super) fn of(self, length: f64) -> f64 {
+        if self.length == f64::INFINITY {
+            return ALONE * self.accuracy;
+        }
+        let part = length / self.length;
+        (SHARE * self.accuracy * part * part.sqrt()).max(ROUNDED)
     }
 }
 

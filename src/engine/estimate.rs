@@ -6,22 +6,10 @@
 
 use super::plane::Plane;
 use super::steps::Steps;
+use super::tuning::{BIAS, LEFT_MARGIN, MARGIN, OF_SLOPES, ROUNDING};
 use super::view::Place;
 use super::window::Solver;
 use crate::geometry::Start;
-
-/// What sweeps leave is estimated from their contraction, which slows down: in 99.5 % of windows it is less than this
-/// many times the estimate.
-const LEFT: f64 = 10.0;
-/// Local errors are multiplied by this. Those of rounding are bounds already.
-const MARGIN: f64 = 2.5;
-/// Rounding errors of the first window, relative to its values: they add up like the square root of the number of
-/// windows,
-const ROUNDING: f64 = 5e-17;
-/// until what they have of one sign takes over: this part of them.
-const BIAS: f64 = 0.1;
-/// The part that rounding errors of the values on the nodes have in it, by way of the slopes.
-const OF_SLOPES: f64 = 0.25;
 
 /// δ, window by window.
 pub(super) struct ErrorEstimate<'g, const N: usize> {
@@ -92,7 +80,7 @@ impl<'g, const N: usize> ErrorEstimate<'g, N> {
             let unknown = window.unknown(k, h);
             let size = if unknown.inverse_size > 0.0 { 1.0 / unknown.inverse_size } else { 0.0 };
             let rounding = part * unknown.magnitude;
-            *local = [MARGIN * (unknown.end_error + LEFT * left * size) + rounding, rounding];
+            *local = [MARGIN * (unknown.end_error + LEFT_MARGIN * left * size) + rounding, rounding];
         }
         match &mut self.method {
             Method::Plane(plane) => {

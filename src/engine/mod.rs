@@ -30,8 +30,10 @@
 //! control      from the errors of a window to the length of the next one
 //! estimate     what the errors of windows add up to: `plane` for one active coordinate, `steps`, `transport` for more
 //! adaptive     windows as long as an accuracy needs
+//! tuning       the numbers that it was calibrated with
 //! stop         runs that end where something has a value
-//! reason       why there is no next window
+//! failure      why there is no next window
+//! reason       where the motion leaves the domain, if that is why
 //! between      a look for what may hide between the nodes of a window
 //! enclosure    what formulas do between nodes
 //! ```
@@ -43,6 +45,7 @@ mod control;
 mod dense;
 pub(crate) mod enclosure;
 mod estimate;
+mod failure;
 mod kernel;
 mod ladder;
 mod linear;
@@ -58,10 +61,12 @@ mod system;
 #[cfg(test)]
 mod tests;
 mod transport;
+mod tuning;
 mod view;
 mod window;
 
 pub use self::dense::Dense;
+pub use self::failure::Failure;
 pub use self::solved::{State, Window, WindowNodes};
 
 use std::ops::ControlFlow;
@@ -86,18 +91,6 @@ pub const GOOD_DIGITS: [i32; 3] = [3, 6, 9];
 /// The most stages of a step of Gauss' method.
 pub const MOST_STAGES: usize = 16;
 
-impl Failure {
-    /// A word for files.
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::OutsideDomain(_) => "outside-domain",
-            Self::NotConverged | Self::TooShort => "not-converged",
-            Self::ValueNotReached => "end-time-not-reached",
-            Self::BeginAgain | Self::Rounding => "accuracy-not-reached",
-        }
-    }
-}
-
 /// The accuracy of a run: the largest error of a coordinate at any node, relative to its size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Accuracy {
@@ -120,29 +113,6 @@ impl Accuracy {
     pub fn is_promised(self) -> bool {
         matches!(self, Self::Promised(_))
     }
-}
-
-/// Why there is no next window.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-pub enum Failure {
-    /// A node is outside the domain.
-    #[error("the motion leaves the domain")]
-    OutsideDomain(OutsideGeometry),
-    /// Sweeps do not converge.
-    #[error("sweeps over a window do not converge")]
-    NotConverged,
-    /// No window is short enough for the accuracy.
-    #[error("no window is short enough for the accuracy")]
-    TooShort,
-    /// Windows add up to more than the accuracy: after [`Engine::begin_again`] they are shorter.
-    #[error("windows add up to more than the accuracy: the run is to be begun again")]
-    BeginAgain,
-    /// A run to a value of a coordinate comes no nearer to it.
-    #[error("the run comes no nearer to the value at which it is to end")]
-    ValueNotReached,
-    /// Rounding errors alone add up to more than the accuracy.
-    #[error("rounding errors alone add up to more than the accuracy")]
-    Rounding,
 }
 
 /// Windows from a start, pulled one by one.
@@ -177,6 +147,11 @@ trait Windows {
 
     /// As [`Engine::error_estimate`].
     fn error_estimate(&self) -> Option<f64> {
+        None
+    }
+
+    /// As [`Engine::reachable`].
+    fn reachable(&self) -> Option<f64> {
         None
     }
 
@@ -374,6 +349,11 @@ impl<'g> Engine<'g> {
     /// The largest error to expect at any node so far, relative to sizes, if the accuracy is promised.
     pub fn error_estimate(&self) -> Option<f64> {
         self.0.error_estimate()
+    }
+
+    /// The highest accuracy for which rounding leaves room so far, if errors are estimated.
+    pub fn reachable(&self) -> Option<f64> {
+        self.0.reachable()
     }
 
     /// γ from the start of the run until which the error estimate is below each of [`GOOD_DIGITS`]; 0 without one.

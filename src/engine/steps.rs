@@ -12,6 +12,7 @@ use pulp::{Simd, WithSimd};
 use super::kernel::larger;
 use super::rule::Order;
 use super::transport::{AT_ONCE, Transport};
+use super::tuning::{FIRST_STEPS, MOST_PARTS, MOST_WINDOWS, OF_STEPS};
 use super::view::Place;
 use super::window::Solver;
 use crate::geometry::Start;
@@ -22,16 +23,6 @@ type Errors = [f64; 2];
 
 /// The same for local errors along ∇H, and then for those along what has grown so far.
 type Both = [f64; 4];
-
-/// A step may carry ẋ to its end with this relative error. With 1e-3, growth across the flow saturates in long runs,
-/// and δ is up to three times too small.
-const ACCURACY: f64 = 1e-4;
-/// A window is cut into this many steps at most,
-const MOST_PARTS: usize = 6;
-/// and a step has this many windows at most.
-const MOST_WINDOWS: f64 = 16.0;
-/// Windows in the first steps.
-const FIRST: f64 = 0.5;
 
 /// δ, step by step.
 pub(super) struct Steps<'g, const N: usize> {
@@ -95,7 +86,7 @@ impl<'g, const N: usize> Steps<'g, N> {
             along: [0.0; 2],
             length: 0.0,
             windows: 0.0,
-            wanted: FIRST,
+            wanted: FIRST_STEPS,
             has_begun: false,
             now: [0.0; 2],
             reached: 0.0,
@@ -109,7 +100,7 @@ impl<'g, const N: usize> Steps<'g, N> {
         self.local.fill([[0.0; 2]; AT_ONCE]);
         self.delta.fill([0.0; 4]);
         self.ignorable.fill([0.0; 4]);
-        (self.along, self.length, self.windows, self.wanted) = ([0.0; 2], 0.0, 0.0, FIRST);
+        (self.along, self.length, self.windows, self.wanted) = ([0.0; 2], 0.0, 0.0, FIRST_STEPS);
         (self.has_begun, self.now, self.reached, self.largest) = (false, [0.0; 2], 0.0, 0.0);
     }
 
@@ -203,7 +194,7 @@ impl<'g, const N: usize> Steps<'g, N> {
         self.local.fill([[0.0; 2]; AT_ONCE]);
         self.transport.restart();
         // The defect grows like the 6th power of lengths.
-        let change = (0.5 * ACCURACY / defect.max(1e-12)).sqrt().cbrt().clamp(0.5, 2.0);
+        let change = (0.5 * OF_STEPS / defect.max(1e-12)).sqrt().cbrt().clamp(0.5, 2.0);
         self.wanted = (self.wanted * change).clamp(1.0 / MOST_PARTS as f64, MOST_WINDOWS);
     }
 }

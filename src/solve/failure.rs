@@ -20,7 +20,8 @@ pub struct NoSolution {
     /// Largest residual entry at the last accepted iterate (infinite if none was accepted); the estimated error where
     /// an accuracy is not reached.
     pub residual: f64,
-    /// What a run beyond a limit would need: nodes, or evaluations of the force. It is 0 for every other status.
+    /// What a run beyond a limit would need: nodes, or evaluations of the force. Where an accuracy is not reached, the
+    /// one for which rounding leaves room. It is 0 for every other status.
     pub needed: f64,
     /// Whether an accuracy was asked for, so that windows and operator were not the user's to choose.
     pub adaptive: bool,
@@ -170,7 +171,11 @@ impl fmt::Display for NoSolution {
                 write!(f, "{end} is not reached: the search ended at {place}")
             }
             (Status::AccuracyNotReached, _) => {
-                write!(f, "the accuracy is not reached: the estimated error is {residual:.1e} at {place}")
+                write!(
+                    f,
+                    "the accuracy is not reached: the estimated error is {residual:.1e} at {place}; so far rounding \
+                     leaves room for {needed:.0e}"
+                )
             }
             (Status::EvaluationLimit, _) => {
                 write!(f, "stopped after {count} evaluations of the force at {place}: ")?;

@@ -13,13 +13,8 @@ use pulp::Simd;
 
 use super::super::rule::Order;
 use super::Sweeps;
+use crate::engine::tuning::{END, NOISE};
 use crate::number::vector::{Lanes, Nodes};
-
-/// Slopes that change an unknown by less than this, relative to its size, are noise.
-const NOISE: f64 = 1e-9;
-/// The error at the end, divided by the product of the two truncations: 99.5 % of windows are below it, for equations
-/// of first and of second order.
-const END: [f64; 2] = [4.0, 2.0];
 
 /// Bounds of the errors that a window makes, relative to sizes.
 #[derive(Debug, Clone, Copy, Default)]

@@ -4,14 +4,10 @@ use pulp::{Simd, WithSimd};
 
 use super::{LocalErrors, carry_out};
 use crate::engine::rule::Order;
+use crate::engine::tuning::{NOISE_OF_SWEEPS, STALLED};
 use crate::formula::{Program, Register, Step};
 use crate::number::Compensated;
 use crate::number::vector::{Lanes, Matrix, Nodes, multiply, product_error_of};
-
-/// Two changes in turn below this, relative to sizes, are rounding errors;
-const NOISE_OF_SWEEPS: f64 = 2.5e-16;
-/// and so is a change below this that does not contract.
-const STALLED: f64 = 1e-12;
 
 /// One of the functions of γ that sweeps iterate.
 #[derive(Debug, Clone, Copy)]

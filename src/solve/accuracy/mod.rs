@@ -220,6 +220,8 @@ fn failed<S: Real, G: Places<S>>(setup: &Setup<S, G>, engine: &Engine<'_>, failu
         Failure::ValueNotReached => (Status::EndTimeNotReached, geometry.place(gamma, &q)),
         Failure::Rounding | Failure::BeginAgain => (Status::AccuracyNotReached, geometry.place(gamma, &q)),
     };
-    let residual = if status == Status::AccuracyNotReached { engine.error_estimate() } else { None };
-    NoSolution { residual: residual.unwrap_or(f64::INFINITY), ..NoSolution::adaptive(status, at) }
+    let found =
+        if status == Status::AccuracyNotReached { engine.error_estimate().zip(engine.reachable()) } else { None };
+    let (residual, needed) = found.unwrap_or((f64::INFINITY, 0.0));
+    NoSolution { residual, needed, ..NoSolution::adaptive(status, at) }
 }

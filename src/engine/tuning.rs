@@ -1,0 +1,91 @@
+//! The numbers that the engine was calibrated with, on random motions of many kinds (`cargo bench --bench promise`).
+//!
+//! a is the accuracy, and errors are relative to sizes.
+
+// The accuracy of a run, and of its windows.
+
+/// Errors inside a window may use up this part of the accuracy; the rest is for what windows add up to.
+pub(super) const INSIDE: f64 = 0.6;
+/// Bounds of errors inside a window are multiplied by this.
+pub(super) const INSIDE_MARGIN: f64 = 1.5;
+/// A window of length h of a run of length L may add this part of a (h/L)^1.5 at its end.
+pub(super) const SHARE: f64 = 0.2;
+/// If nothing is promised of the run, a window may add this part of a.
+pub(super) const ALONE: f64 = 1e-2;
+/// A looser accuracy is served as this: it would cost hardly less, and windows that resolve nothing do not show it.
+pub(super) const LOOSEST: f64 = 1e-4;
+/// No share is smaller than this. Rounding of large values adds more at every window, but that of values that come near
+/// 0 does not.
+pub(super) const ROUNDED: f64 = 1e-20;
+/// Sweeps leave this part of a share.
+pub(super) const LEFT: f64 = 0.01;
+/// The highest modes of slopes that resolve the motion are less than this, relative to the largest slope.
+pub(super) const RESOLVED: f64 = 0.03;
+/// A run is begun again at most so often.
+pub(super) const MOST_RESTARTS: usize = 6;
+/// Errors are foreseen once this part of a run is behind.
+pub(super) const FORESEEN: f64 = 0.05;
+/// Below this accuracy, rounding of the tables counts.
+pub(super) const EXACT: f64 = 1e-10;
+/// A window that is longer than the rest of the run by no more than this part ends the run.
+pub(super) const STRETCH: f64 = 1e-7;
+/// An edge of the domain within so many windows of the first length is the reason of a failure.
+pub(super) const AHEAD: [f64; 3] = [1.0, 4.0, 16.0];
+/// Windows shorter than this part of the first are not cut any more because something may hide in them.
+pub(super) const LEAST: f64 = 1e-9;
+
+// The step controller.
+
+/// Windows are made for this part of what is allowed, as a power of two of an error inside.
+pub(super) const AIM: f64 = -1.0;
+/// After a refusal so many windows are no longer than the next shorter rung.
+pub(super) const PATIENCE: u32 = 10;
+/// A window that is not solved or does not resolve the motion is followed by one shorter by so many rungs.
+pub(super) const UNSOLVED: i32 = 2;
+/// One in which something may hide is followed by one shorter by so many rungs.
+pub(super) const HIDDEN: i32 = 4;
+/// By how many rungs lengths grow and shrink at most.
+pub(super) const LARGEST_GROWTH: f64 = 2.0;
+pub(super) const LARGEST_CUT: f64 = -8.0;
+
+// What errors add up to.
+
+/// What sweeps leave is estimated from their contraction, which slows down: in 99.5 % of windows it is less than this
+/// many times the estimate.
+pub(super) const LEFT_MARGIN: f64 = 10.0;
+/// Local errors are multiplied by this. Those of rounding are bounds already.
+pub(super) const MARGIN: f64 = 2.5;
+/// Rounding errors of the first window, relative to its values: they add up like the square root of the number of
+/// windows,
+pub(super) const ROUNDING: f64 = 5e-17;
+/// until what they have of one sign takes over: this part of them.
+pub(super) const BIAS: f64 = 0.1;
+/// The part that rounding errors of the values on the nodes have in it, by way of the slopes.
+pub(super) const OF_SLOPES: f64 = 0.25;
+
+// The steps of errors of several active coordinates.
+
+/// A step may carry ẋ to its end with this relative error. With 1e-3, growth across the flow saturates in long runs,
+/// and δ is up to three times too small.
+pub(super) const OF_STEPS: f64 = 1e-4;
+/// A window is cut into this many steps at most,
+pub(super) const MOST_PARTS: usize = 6;
+/// and a step has this many windows at most.
+pub(super) const MOST_WINDOWS: f64 = 16.0;
+/// Windows in the first steps.
+pub(super) const FIRST_STEPS: f64 = 0.5;
+
+// The errors of a window.
+
+/// Slopes that change an unknown by less than this, relative to its size, are noise.
+pub(super) const NOISE: f64 = 1e-9;
+/// The error at the end, divided by the product of the two truncations: 99.5 % of windows are below it, for equations
+/// of first and of second order.
+pub(super) const END: [f64; 2] = [4.0, 2.0];
+
+// Sweeps.
+
+/// Two changes in turn below this, relative to sizes, are rounding errors;
+pub(super) const NOISE_OF_SWEEPS: f64 = 2.5e-16;
+/// and so is a change below this that does not contract.
+pub(super) const STALLED: f64 = 1e-12;
