@@ -114,7 +114,7 @@ mod tests {
     fn lengths_do_not_return_at_once_to_what_was_refused() {
         let mut control = Control::new(16);
         control.refuse();
-        let rungs: Vec<i32> = (0..12).map(|_| (control.accepts(1e-9, 0.0), control.rung).1).collect();
-        assert_eq!(rungs, [-1, -1, -1, -1, -1, -1, -1, -1, -1, 1, 3, 5]);
+        let rungs: Vec<i32> = (0..6).map(|_| (control.accepts(1e-9, 0.0), control.rung).1).collect();
+        assert_eq!(rungs, [-1, -1, -1, 1, 3, 5]);
     }
 }

@@ -39,7 +39,7 @@ pub(super) const LEAST: f64 = 1e-9;
 /// Windows are made for this part of what is allowed, as a power of two of an error inside.
 pub(super) const AIM: f64 = -1.0;
 /// After a refusal so many windows are no longer than the next shorter rung.
-pub(super) const PATIENCE: u32 = 10;
+pub(super) const PATIENCE: u32 = 4;
 /// A window that is not solved or does not resolve the motion is followed by one shorter by so many rungs.
 pub(super) const UNSOLVED: i32 = 2;
 /// One in which something may hide is followed by one shorter by so many rungs.
