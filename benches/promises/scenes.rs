@@ -68,11 +68,10 @@ impl Scene {
             Ok(solution) => solution,
             Err(failure) => return Outcome::Refused(failure.to_string()),
         };
-        let (mut errors, mut sizes) = ([0.0_f64; 2], [1.0_f64; 2]);
+        let (mut errors, sizes) = ([0.0_f64; 2], &solution.sizes);
         let mut see = |gamma: f64, q: [f64; 2]| {
             for (a, (found, exact)) in q.into_iter().zip(exact.at(gamma)).enumerate() {
                 errors[a] = errors[a].max((found - exact).abs());
-                sizes[a] = sizes[a].max(exact.abs());
             }
         };
         let gammas: Vec<f64> = solution.gamma().collect();

@@ -34,16 +34,18 @@ fn end(line: &WorldLine, name: &str) -> f64 {
     line.end().q[line.geometry().names().iter().position(|other| other == name).unwrap()]
 }
 
-/// The largest error at a node, relative to the sizes that an accuracy is relative to; and that of the reference.
+/// The largest error at a node, relative to the sizes of coordinates; and that of the reference.
 fn error(line: &WorldLine) -> [f64; 2] {
     let found = scene_error(line).expect("the reference gets there");
-    let geometry = line.geometry();
-    let worst = (0..geometry.dimension()).fold(0.0_f64, |worst, a| {
-        let origin = if geometry.active().contains(&a) { 0.0 } else { line.place.start.q[a] };
-        let size = line.q(a).fold(1.0_f64, |size, q| size.max((q - origin).abs()));
-        worst.max(found.largest[a] / size)
-    });
-    [worst, found.judge.relative_error()]
+    [relative(&found.largest, &line.sizes), found.judge.relative_error()]
+}
+
+/// The largest share of errors in sizes. What does not move has no size.
+fn relative(errors: &[f64], sizes: &[f64]) -> f64 {
+    errors
+        .iter()
+        .zip(sizes)
+        .fold(0.0, |worst, (&error, &size)| if size > 0.0 { worst.max(error / size) } else { worst })
 }
 
 /// What rounding leaves in the gradient of the action of windows of n nodes, by their ends with q^a and q̇^a, and their
@@ -75,19 +77,17 @@ fn error_of_samples(line: &WorldLine) -> f64 {
     let geometry = line.geometry();
     let reference = ReferenceTrajectory::new(geometry, &line.place.start, line.length, 16).expect("it gets there");
     let mut sampler = Sampler::new(line);
-    let (mut largest, mut sizes) = (vec![0.0_f64; geometry.dimension()], vec![1.0_f64; geometry.dimension()]);
+    let mut largest = vec![0.0_f64; geometry.dimension()];
     for k in 0..SAMPLES {
         let gamma = line.length * (k as f64 + 0.37) / SAMPLES as f64;
         let (sample, exact) = (sampler.at_gamma(line.gamma_i + gamma).expect("inside the run"), reference.at(gamma));
         for a in 0..geometry.dimension() {
-            let origin = if geometry.active().contains(&a) { 0.0 } else { line.place.start.q[a] };
             let off = (sample.q[a] - exact.q[a]).abs();
             assert!(off.is_finite(), "at {gamma}");
             largest[a] = largest[a].max(off);
-            sizes[a] = sizes[a].max((exact.q[a] - origin).abs());
         }
     }
-    largest.iter().zip(&sizes).fold(0.0, |worst, (error, size)| worst.max(error / size))
+    relative(&largest, &line.sizes)
 }
 
 #[test]
