@@ -68,7 +68,7 @@ impl Scene {
             Ok(solution) => solution,
             Err(failure) => return Outcome::Refused(failure.to_string()),
         };
-        let (mut errors, sizes) = ([0.0_f64; 2], &solution.sizes);
+        let mut errors = [0.0_f64; 2];
         let mut see = |gamma: f64, q: [f64; 2]| {
             for (a, (found, exact)) in q.into_iter().zip(exact.at(gamma)).enumerate() {
                 errors[a] = errors[a].max((found - exact).abs());
@@ -92,7 +92,8 @@ impl Scene {
             let velocity = end.x_dot * solution.geometry().g00(end.x) / end.q_t;
             errors[1] = errors[1].max((end.x - (there[1] + velocity * (duration - there[0]))).abs());
         }
-        let error = (errors[0] / sizes[0]).max(errors[1] / sizes[1]) - exact.apart - ROUNDING;
+        let [t, x] = [0, 1].map(|a| (errors[a] - exact.uncertain[a]) / solution.sizes[a]);
+        let error = t.max(x);
         let estimate = solution.error_estimate.expect("it has one");
         match error {
             error if error > accuracy => Outcome::Broken { error, estimate },

@@ -14,7 +14,7 @@ use geodesic_ivp::reference::{ReferencePoint, ReferenceTrajectory};
 const PIECES: usize = 96;
 /// The exact world-line is computed a little beyond the end.
 const BEYOND: f64 = 1.001;
-/// What rounding may do in any case, relative to max(1, size).
+/// What rounding may do in any case, relative to the size of a coordinate.
 const ROUNDING: f64 = 2e-13;
 
 /// The exact world-line.
@@ -24,7 +24,7 @@ pub(crate) struct Truth {
     piece: f64,
     /// What every coordinate may be off by.
     pub(crate) uncertain: Vec<f64>,
-    /// The most that the integrators are apart, relative to max(1, size).
+    /// The most that the integrators are apart, relative to sizes.
     pub(crate) apart: f64,
 }
 
@@ -97,7 +97,7 @@ struct Apart {
 
 impl Apart {
     fn new(coordinates: usize) -> Self {
-        Self { most: vec![0.0; coordinates], sizes: vec![1.0; coordinates] }
+        Self { most: vec![0.0; coordinates], sizes: vec![0.0; coordinates] }
     }
 
     fn see(&mut self, one: &[f64], other: &[f64]) {
