@@ -16,7 +16,7 @@ const WEAK: [u8; 3] = [20, 140, 225];
 const SPECTRAL: [u8; 3] = [0, 158, 115];
 const MARCH: [u8; 3] = [198, 66, 198];
 const ACCURACY: [u8; 3] = [190, 135, 0];
-const TOLERANCE: [u8; 3] = [240, 170, 0];
+const TOLERANCE: [u8; 3] = [176, 92, 0];
 
 /// The smallest and the largest number of nodes between which the colours of elements are spread.
 const ELEMENTS: (f64, f64) = (4.0, 24.0);

@@ -81,10 +81,10 @@ fn error_of_samples(line: &WorldLine) -> f64 {
     for k in 0..SAMPLES {
         let gamma = line.length * (k as f64 + 0.37) / SAMPLES as f64;
         let (sample, exact) = (sampler.at_gamma(line.gamma_i + gamma).expect("inside the run"), reference.at(gamma));
-        for a in 0..geometry.dimension() {
-            let off = (sample.q[a] - exact.q[a]).abs();
+        for ((largest, found), exact) in largest.iter_mut().zip(&sample.q).zip(&exact.q) {
+            let off = (found - exact).abs();
             assert!(off.is_finite(), "at {gamma}");
-            largest[a] = largest[a].max(off);
+            *largest = largest.max(off);
         }
     }
     relative(&largest, &line.sizes)
