@@ -143,22 +143,18 @@ impl<'g, const N: usize> Adaptive<'g, N> {
                 continue;
             };
             self.sweeps += swept.sweeps;
-            let mut local = swept.local;
-            // Modes that the nodes do not see make errors at the end too.
+            let (mut local, mut allowed) = (swept.local, share);
             if let Some(between) = &mut self.between {
-                let unseen = local.tail * between.look(&self.solver).powi(N as i32 - 1);
-                let factor = unseen / local.end;
-                if factor > 1.0 && factor.is_finite() {
-                    self.solver.raise_end_errors(factor);
-                    local.end = unseen;
-                }
+                let decay = between.look(&self.solver);
+                local.end = self.solver.with_unseen(local, decay.powi(N as i32 - 1));
+                allowed = if decay == 1.0 { share.max(shares.of_kink()) } else { share };
             }
             let inside = INSIDE_MARGIN * local.inside;
             let is_resolved = local.roughness < RESOLVED;
             if !is_resolved {
                 self.control.refuse();
             }
-            if !is_resolved || !self.control.accepts(inside / (INSIDE * accuracy), local.end / share) {
+            if !is_resolved || !self.control.accepts(inside / (INSIDE * accuracy), local.end / allowed) {
                 self.refused += 1;
                 continue;
             }
@@ -214,7 +210,10 @@ impl<'g, const N: usize> Adaptive<'g, N> {
     pub(super) fn again(&mut self, length: f64, is_last: bool) -> Result<(), Failure> {
         let tables = self.ladder.odd(&self.solver.rule, length);
         let share = self.shares().of(length);
-        let swept = self.solver.solve(&tables, None, LEFT * share)?;
+        self.solver.is_patient = true;
+        let swept = self.solver.solve(&tables, None, LEFT * share);
+        self.solver.is_patient = false;
+        let swept = swept?;
         self.sweeps += swept.sweeps;
         self.solver.finish(&tables, self.known);
         self.accepted = Accepted { length, sweeps: swept.sweeps, is_last, left: swept.left };

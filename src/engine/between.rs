@@ -24,8 +24,9 @@ pub(super) struct Between<'g> {
     geometry: &'g Geometry,
     /// Made when it is first needed.
     enclosure: Option<Enclosure>,
-    /// The registers of what must not change much, if all of it has registers.
-    watched: Option<Vec<(Register, Kind)>>,
+    /// The registers of what must not change much, and true if all of it has registers.
+    watched: Vec<(Register, Kind)>,
+    is_all: bool,
     /// True if none of that changes much on all of the window that was looked at.
     is_gentle: bool,
     momenta: Vec<f64>,
@@ -41,17 +42,23 @@ impl<'g> Between<'g> {
             .program
             .depends_on(|variable| unknowns.clone().into_iter().flatten().any(|register| *register == variable));
         let steps = system.passes.iter().map(|pass| &pass.steps).chain([&system.others]).flatten();
-        let watched = watched_registers(steps, &depends);
-        let can_hide = watched.as_ref().is_none_or(|watched| !watched.is_empty());
-        can_hide.then(|| Self { geometry, enclosure: None, watched, is_gentle: false, momenta: start.p.clone() })
+        let (watched, is_all) = watched_registers(steps, &depends);
+        let can_hide = !is_all || !watched.is_empty();
+        can_hide.then(|| Self {
+            geometry,
+            enclosure: None,
+            watched,
+            is_all,
+            is_gentle: false,
+            momenta: start.p.clone(),
+        })
     }
 
     /// Looks at the solved window. Returns by how much each Legendre mode is smaller than the one before, where
-    /// divisors and the like have zeros beside it. The highest modes that the nodes see need not show it: what is
-    /// smooth may be larger in those before.
+    /// divisors and the like have zeros beside it, and 1 where there is a kink in it. The highest modes that the nodes
+    /// see need not show it: what is smooth may be larger in those before.
     pub(super) fn look<const N: usize>(&mut self, solver: &Solver<'_, N>) -> f64 {
-        let Some(watched) = &self.watched else { return 0.0 };
-        let seen = Level::Best.dispatch(Look { registers: &solver.system.registers, watched });
+        let seen = Level::Best.dispatch(Look { registers: &solver.system.registers, watched: &self.watched });
         self.is_gentle = seen.is_gentle;
         seen.decay
     }
@@ -60,9 +67,9 @@ impl<'g> Between<'g> {
     /// accuracy.
     pub(super) fn hides<const N: usize>(&mut self, solver: &Solver<'g, N>, h: f64, length: f64, accuracy: f64) -> bool {
         let registers = &solver.system.registers;
-        let is_seen = self.watched.as_ref().is_some_and(|watched| {
-            self.is_gentle || watched.iter().all(|&(register, kind)| changes_little(kind, &registers[register].0))
-        });
+        let mut watched = self.watched.iter();
+        let is_seen = self.is_all
+            && (self.is_gentle || watched.all(|&(register, kind)| changes_little(kind, &registers[register].0)));
         !is_seen && self.hides_in_intervals(solver, h, length, accuracy)
     }
 
@@ -138,7 +145,7 @@ impl<const N: usize> WithSimd for Look<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, s: S) -> Seen {
-        let (mut all_gentle, mut ratio) = (true, 1.0_f64);
+        let (mut all_gentle, mut has_kink, mut ratio) = (true, false, 1.0_f64);
         for &(register, kind) in self.watched {
             let values = Lanes::new(s, &self.registers[register]);
             let (least, most) = (-values.neg().largest(), values.largest());
@@ -148,6 +155,10 @@ impl<const N: usize> WithSimd for Look<'_, N> {
             if kind == Kind::Ratio && least * most > 0.0 {
                 ratio = ratio.max(most / least).max(least / most);
             }
+            has_kink |= kind == Kind::Sign && least < 0.0 && most > 0.0;
+        }
+        if has_kink {
+            return Seen { is_gentle: all_gentle, decay: 1.0 };
         }
         // What is linear and changes by this ratio has a zero so far away that Bernstein's ellipse through it has the
         // parameter (√ratio + 1)/(√ratio − 1).

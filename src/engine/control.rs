@@ -1,6 +1,8 @@
 //! The step controller: from the errors of a window to the length of the next one.
 
-use super::tuning::{AIM, ALONE, HIDDEN, LARGEST_CUT, LARGEST_GROWTH, PATIENCE, ROUNDED, SHARE, UNSOLVED};
+use super::tuning::{
+    AIM, ALONE, HIDDEN, KINK, LARGEST_CUT, LARGEST_GROWTH, LEAST_KINK, PATIENCE, ROUNDED, SHARE, UNSOLVED,
+};
 
 /// Chooses rungs of the ladder of window lengths.
 #[derive(Debug, Clone, Copy)]
@@ -73,6 +75,11 @@ pub(super) struct Shares {
 }
 
 impl Shares {
+    /// That of a window with a kink in it.
+    pub(super) fn of_kink(self) -> f64 {
+        (KINK * self.accuracy).max(LEAST_KINK)
+    }
+
     /// That of a window of this length.
     pub(super) fn of(self, length: f64) -> f64 {
         if self.length == f64::INFINITY {

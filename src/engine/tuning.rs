@@ -17,6 +17,9 @@ pub(super) const LOOSEST: f64 = 1e-4;
 /// No share is smaller than this. Rounding of large values adds more at every window, but that of values that come near
 /// 0 does not.
 pub(super) const ROUNDED: f64 = 1e-20;
+/// A window with a kink in it may add this part of a, but no less than that: its error falls only like its length.
+pub(super) const KINK: f64 = 1e-3;
+pub(super) const LEAST_KINK: f64 = 1e-14;
 /// Sweeps leave this part of a share.
 pub(super) const LEFT: f64 = 0.01;
 /// The highest modes of slopes that resolve the motion are less than this, relative to the largest slope.

@@ -4,7 +4,7 @@ use pulp::{Simd, WithSimd};
 
 use super::certificate::Certificate;
 use super::dense::Dense;
-use super::kernel::{Ends, Row, Sweeps, Swept, grow, integrated, inverse, plus};
+use super::kernel::{Ends, LocalErrors, Row, Sweeps, Swept, grow, integrated, inverse, plus};
 use super::rule::{Order, Rule, Tables};
 use super::sizes::Sizes;
 use super::solved::Solved;
@@ -47,6 +47,8 @@ pub(super) struct Solver<'g, const N: usize> {
     /// From the first certificate on.
     certificate: Option<Box<Certificate<'g, N>>>,
     most_sweeps: usize,
+    /// True while slow sweeps are to go on, as a shorter window is no way out.
+    pub(super) is_patient: bool,
     /// True from the first window on in which something overflowed on the way to finite values.
     pub(super) is_mended: bool,
     /// The length of the finished window, and what of it was computed.
@@ -85,6 +87,7 @@ impl<'g, const N: usize> Solver<'g, N> {
             highest_modes: measures.then(|| rule.highest_modes()),
             certificate: None,
             most_sweeps: MOST_SWEEPS[usize::from(!measures)],
+            is_patient: false,
             is_mended: false,
             length: 0.0,
             known: Known::Ends,
@@ -148,7 +151,7 @@ impl<'g, const N: usize> Solver<'g, N> {
             continuation,
             threshold,
             most_sweeps: self.most_sweeps,
-            is_patient: !self.rule.has_end(),
+            is_patient: self.is_patient || !self.rule.has_end(),
             mended: self.is_mended.then(|| &self.geometry.hamiltonian().program),
             others,
             ignorable,
@@ -212,9 +215,16 @@ impl<'g, const N: usize> Solver<'g, N> {
         std::mem::swap(&mut self.start, &mut self.end);
     }
 
-    /// Makes the local errors at the end of the window larger by a factor.
-    pub(super) fn raise_end_errors(&mut self, factor: f64) {
-        self.rows.iter_mut().for_each(|row| row.end_error *= factor);
+    /// The local error at the end of the window with these errors, if modes that its nodes do not see are smaller by
+    /// `decay` than the highest ones that they see: they make errors at the end, too.
+    pub(super) fn with_unseen(&mut self, local: LocalErrors, decay: f64) -> f64 {
+        let unseen = local.tail * decay;
+        let factor = unseen / local.end;
+        if factor > 1.0 && factor.is_finite() {
+            self.rows.iter_mut().for_each(|row| row.end_error *= factor);
+            return unseen;
+        }
+        local.end
     }
 }
 

@@ -54,6 +54,7 @@ fn watched<'s>(steps: impl IntoIterator<Item = &'s Step>, depends: &[bool]) -> V
     for step in steps {
         let look = match step.operation() {
             Operation::Divide(_, b) => (b, Kind::Ratio),
+            Operation::Power(a, _) => (a, Kind::Ratio),
             Operation::Call(function, a) => (a, kind(function)),
             _ => continue,
         };
@@ -67,14 +68,14 @@ fn watched<'s>(steps: impl IntoIterator<Item = &'s Step>, depends: &[bool]) -> V
     watched
 }
 
-/// What is to be looked at where these steps of a program were carried out; `None` if some of it has no register, as
-/// the divisor of a tangent and the exponent of a power have none.
+/// What is to be looked at where these steps of a program were carried out, and whether that is all: the divisor of a
+/// tangent and the exponent of a power have no registers.
 pub(crate) fn watched_registers<'s>(
     steps: impl Iterator<Item = &'s Step> + Clone,
     depends: &[bool],
-) -> Option<Vec<(Register, Kind)>> {
+) -> (Vec<(Register, Kind)>, bool) {
     let is_plain = |step: &Step| !matches!(step.operation(), Operation::Call(Function::Tan, _) | Operation::Power(..));
-    steps.clone().all(is_plain).then(|| watched(steps, depends))
+    (watched(steps.clone(), depends), steps.clone().all(is_plain))
 }
 
 /// What must not change much of the argument of a function.

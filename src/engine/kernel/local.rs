@@ -62,7 +62,8 @@ impl<const N: usize> Sweeps<'_, N> {
                 }
             }
         }
-        let factor = END[usize::from(is_second)] * roughness * h;
+        // It is not 0, so that what is seen elsewhere can raise the errors.
+        let factor = END[usize::from(is_second)] * larger(roughness, f64::EPSILON) * h;
         for row in self.rows.iter_mut() {
             row.end_error *= factor;
         }
