@@ -115,6 +115,27 @@ def hole(m, a, q, p, k):
     return system, [r0, u0, z0, s0 * p[2]], place, lambda s: k_of(*s[:4])
 
 
+def hamiltonian_hole(m, a, q, p, k):
+    """The same in Hamilton's equations, as any solver of them has them: K is folded in, as ∂H is to be taken where H is
+    K/2. A state is r, θ, p_r, p_θ, t and φ, without θ and p_θ in the equatorial plane."""
+    (energy, spin), flat = (p[0], -p[-1]), len(q) == 3
+    r, theta, u, v, t, phi = hy.make_vars("r", "theta", "p_r", "p_theta", "t", "phi")
+    rr, delta = r * r, r * r - 2.0 * m * r + a * a
+    sine, cosine = (hy.expression(1.0), hy.expression(0.0)) if flat else (hy.sin(theta), hy.cos(theta))
+    ss, i, f = sine * sine, 1.0 / delta, energy * (rr + a * a) - a * spin
+    over = 1.0 / (rr + a * a * (cosine * cosine))
+    fi = f * i
+    r_force = k * r - (2.0 * energy * r * fi - (r - m) * (fi * fi + u * u))
+    theta_force = cosine * (a * a * energy**2 * sine - spin**2 / (ss * sine) - k * a * a * sine)
+    t_dot = ((rr + a * a) * fi - a * (a * energy * ss - spin)) * over
+    phi_dot = (a * fi - (a * energy - spin / ss)) * over
+    radial = [(r, -delta * u * over), (u, r_force * over)]
+    if flat:
+        return [*radial, (t, t_dot), (phi, phi_dot)], [q[1], p[1]], lambda s: [s[2], s[0], s[3]], None
+    system = [radial[0], (theta, -v * over), radial[1], (v, theta_force * over), (t, t_dot), (phi, phi_dot)]
+    return system, [q[1], q[2], p[1], p[2]], lambda s: [s[4], s[0], s[1], s[5]], None
+
+
 def kepler(q, q_dot):
     """The same of Kepler's problem in the plane, where a state is r, r' and the angle from the start."""
     r, u, phi = hy.make_vars("r", "u", "phi")
@@ -160,7 +181,8 @@ KEPLER = "-1/sqrt(x^2 + y^2)"
 
 
 class Scene:
-    """The equations of a case, by hand if they are known and `by_hand` is true: `system` has the rates of variables,
+    """The equations of a case, by hand if they are known and `by_hand` is true, and where it is "hamiltonian" in
+    positions and momenta, or positions and velocities, of the case's own coordinates: `system` has the rates of variables,
     and `start` those that are not quadratures. `place` gives the coordinates of a state, from `origin`, with None for
     those that are not integrated, and `delta_k` what K changed by."""
 
@@ -209,8 +231,9 @@ class Scene:
         momenta = [self.number(initial.get(f"p_{name}", p)) for name, p in zip(coordinates, momenta)]
         if by_hand and table.get("preset") in HOLES and table.keys() <= {"preset", "parameters"}:
             k, spin = float(momenta @ np.linalg.inv(entries) @ momenta), self.numbers.get(HOLES[table["preset"]], 0.0)
-            parts = hole(self.numbers["m"], spin, place, momenta, k)
-        elif by_hand and law == "newtonian" and formula == KEPLER:
+            equations = hamiltonian_hole if by_hand == "hamiltonian" else hole
+            parts = equations(self.numbers["m"], spin, place, momenta, k)
+        elif by_hand is True and law == "newtonian" and formula == KEPLER:
             parts = kepler(place[1:3], dots[1:3])
         else:
             rates = np.linalg.solve(entries, momenta - np.array(forms)).tolist()

@@ -8,8 +8,9 @@
     uv run scripts/peers.py [NAME ...]
 
 Prints for every error that is allowed the fastest setting that meets it, with its order, its steps and the error found:
-first of settings by tolerance alone, and then of those with a constant among the variables, too. Steps follow the
-largest variable, so that such a constant makes those of an order longer. The equations are those of equations.py, and a
+first of Hamilton's equations by hand, with settings by tolerance, which is what this program integrates; and then of
+the equations that are best for heyoka, some of them in other variables, and with a constant among the variables, too.
+Steps follow the largest variable, so that such a constant makes those of an order longer. All are in equations.py. A
 time is the least of many runs with one integrator, which was compiled before. An error is the largest of all
 coordinates at the end, each relative to its largest value on the way, against a run in 160 bits of equations that
 are not written by hand. To begin a run and to end it takes some time without any step. All times have it, and the last
@@ -92,9 +93,9 @@ def truth(world, length):
     return end, sizes
 
 
-def measured(world, length, end, sizes):
+def measured(world, length, end, sizes, constants):
     """All settings that end with an error that counts: seconds, error, setting and run."""
-    for constant, order in itertools.product(CONSTANTS, ORDERS):
+    for constant, order in itertools.product(constants, ORDERS):
         run = Run(world, length, order, constant)
         steps = run()[3]
         off = [float(hy.real(q, BITS) - wanted) for q, wanted in zip(coordinates(world, run.state), end)]
@@ -111,20 +112,23 @@ def main():
             continue
         case = tomllib.loads((CASES / f"{file}.toml").read_text(encoding="utf-8"))
         case["initial"] |= start
-        world = Scene(case)
-        settings = list(measured(world, length, *truth(Scene(case, by_hand=False), length)))
+        exact = truth(Scene(case, by_hand=False), length)
+        settings = [
+            [setting for setting in measured(Scene(case, by_hand=form), length, *exact, constants)]
+            for form, constants in (("hamiltonian", CONSTANTS[:1]), (True, CONSTANTS))
+        ]
         for error in ERRORS:
             line = f"{name:15} {error:6.0e}"
-            for constants in (CONSTANTS[:1], CONSTANTS):
-                good = [one for one in settings if one[1] <= error and one[2][1] in constants]
+            for group in settings:
+                good = [one for one in group if one[1] <= error]
                 if not good:
                     line += f" {'-':>8}" + " " * 25
                     continue
                 _, found, (order, constant, steps), run = min(good, key=lambda one: one[0])
                 line += f" {1e6 * run.seconds(10.0 * PATIENCE):8.2f} {order:5} {steps:6} {found:7.0e}    "
-                line += f"{constant:.0e}" if len(constants) > 1 else ""
+                line += f"{constant:.0e}" if group is settings[1] else ""
             print(line, flush=True)
-        print(f"{name:15} {'none':>6} {1e6 * settings[0][3].seconds(PATIENCE, length=0.0):8.2f}", flush=True)
+        print(f"{name:15} {'none':>6} {1e6 * settings[0][0][3].seconds(PATIENCE, length=0.0):8.2f}", flush=True)
 
 
 if __name__ == "__main__":
