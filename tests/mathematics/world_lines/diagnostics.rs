@@ -185,7 +185,7 @@ fn a_verdict_counts_errors_against_the_motion_from_its_start() {
     let run: WorldLine = solve(case.unwrap().setup()).unwrap_or_else(|failure| panic!("{failure}"));
     let estimate = run.error_estimate.unwrap();
     for error in facts_of_world_line(&run, &measured(&run), None).errors.unwrap() {
-        let own = estimate * error.size.max(1.0);
+        let own = estimate * error.size;
         assert!((error.largest / own - 1.0).abs() < 1e-12 && error.end == error.largest, "{error:?}");
     }
     // What the reference may be off by is added, in units of the coordinate.
