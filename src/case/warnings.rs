@@ -17,7 +17,8 @@ impl Case {
         }
         if self.solver.chooses_windows() && self.scheme != Scheme::default() {
             warnings.push(
-                "with solver.accuracy or solver.tolerance the program chooses operator and form (weak): what [scheme] says is not used"
+                "with solver.accuracy or solver.tolerance the program chooses operator and form (weak): what [scheme] \
+                 says is not used"
                     .to_owned(),
             );
         }

@@ -70,8 +70,9 @@ pub(super) struct Accepted {
     pub(super) length: f64,
     sweeps: usize,
     pub(super) is_last: bool,
-    /// The error that sweeps left, relative to sizes.
+    /// The error that sweeps left, and the bound of those inside, relative to sizes.
     left: f64,
+    inside: f64,
 }
 
 impl<'g, const N: usize> Adaptive<'g, N> {
@@ -170,8 +171,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             }
             self.solver.finish(tables, self.known);
             self.previous = Some(rung);
-            self.largest_inside = self.largest_inside.max(inside);
-            return Ok(Accepted { length: tables.length, sweeps: swept.sweeps, is_last, left: swept.left });
+            return Ok(Accepted { length: tables.length, sweeps: swept.sweeps, is_last, left: swept.left, inside });
         }
     }
 
@@ -216,7 +216,8 @@ impl<'g, const N: usize> Adaptive<'g, N> {
         let swept = swept?;
         self.sweeps += swept.sweeps;
         self.solver.finish(&tables, self.known);
-        self.accepted = Accepted { length, sweeps: swept.sweeps, is_last, left: swept.left };
+        let inside = INSIDE_MARGIN * swept.local.inside;
+        self.accepted = Accepted { length, sweeps: swept.sweeps, is_last, left: swept.left, inside };
         Ok(())
     }
 
@@ -271,6 +272,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
     /// If windows add up to more than the accuracy, or are expected to.
     fn follow(&mut self) -> Result<(), Failure> {
         let accepted = self.accepted;
+        self.largest_inside = self.largest_inside.max(accepted.inside);
         let Some(estimate) = &mut self.estimate else { return Ok(()) };
         estimate.follow(&self.solver, accepted.length, accepted.left, accepted.is_last);
         if let Some(target) = self.target.filter(|_| accepted.is_last) {
@@ -287,7 +289,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
         }
         // Errors are expected to grow at least linearly in what is left.
         let allowed = (1.0 - INSIDE) * self.accuracy;
-        let excess = estimate.now / allowed;
+        let excess = estimate.largest / allowed;
         let rest = if accepted.is_last { 1.0 } else { self.length / estimate.reached };
         let way = rest.min(1.0 / FORESEEN);
         // Shorter windows make no smaller rounding errors.

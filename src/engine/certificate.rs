@@ -6,9 +6,10 @@
 
 use pulp::{Simd, WithSimd};
 
+use super::State;
 use super::kernel::Evaluate;
 use super::rule::Rule;
-use super::window::Solver;
+use super::system::System;
 use crate::formula::{Register, Step};
 use crate::geometry::Geometry;
 use crate::number::vector::{Lanes, Level, Matrix, Nodes, multiply};
@@ -40,17 +41,28 @@ impl<'g, const N: usize> Certificate<'g, N> {
         }
     }
 
-    /// The largest entry of the gradient of the action of a complete window of length `h`.
-    pub(super) fn of(&mut self, window: &Solver<'_, N>, h: f64) -> f64 {
-        Level::Best.dispatch(Gradient { certificate: self, window, h })
+    /// The largest entry of the gradient of the action of a window that is complete.
+    pub(super) fn of(&mut self, window: Solution<'_, '_, N>) -> f64 {
+        Level::Best.dispatch(Gradient { certificate: self, window })
     }
+}
+
+/// A window of length `h` whose values on the nodes are all known.
+pub(super) struct Solution<'a, 'g, const N: usize> {
+    pub(super) system: &'a System<'g, N>,
+    pub(super) rule: &'a Rule<N>,
+    pub(super) start: &'a State,
+    /// Ignorable coordinates on the nodes, from the start of the window.
+    pub(super) elapsed: &'a [Nodes<N>],
+    pub(super) h: f64,
+    /// True where values are to be mended.
+    pub(super) is_mended: bool,
 }
 
 /// Computes max |b (D̄p_a − h (f_a + F_a))|, where p_a is computed from D̄q^b/h.
 struct Gradient<'a, 'g, 'w, const N: usize> {
     certificate: &'a mut Certificate<'g, N>,
-    window: &'a Solver<'w, N>,
-    h: f64,
+    window: Solution<'a, 'w, N>,
 }
 
 impl<const N: usize> WithSimd for Gradient<'_, '_, '_, N> {
@@ -58,13 +70,14 @@ impl<const N: usize> WithSimd for Gradient<'_, '_, '_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, s: S) -> f64 {
-        let Self { certificate: Certificate { derivative, steps, registers, momenta, forces }, window, h } = self;
+        let Self { certificate: Certificate { derivative, steps, registers, momenta, forces }, window } = self;
+        let h = window.h;
         let (n, zero) = (momenta.len(), Lanes::splat(s, 0.0));
         let weights = Lanes::new(s, &window.rule.weights);
         let (mut active, mut ignorable) = (0, 0);
         for a in 0..n {
             let way = if forces[a].is_some() {
-                let (position, start) = (Lanes::new(s, window.position(active)), window.start.q[a]);
+                let (position, start) = (Lanes::new(s, window.system.position(active)), window.start.q[a]);
                 registers[a] = position.nodes();
                 active += 1;
                 (position - start.high - start.low).nodes()
@@ -76,7 +89,7 @@ impl<const N: usize> WithSimd for Gradient<'_, '_, '_, N> {
         }
         Evaluate { registers, steps }.with_simd(s);
         if window.is_mended {
-            let program = &window.geometry.lagrangian().momenta;
+            let program = &window.system.geometry.lagrangian().momenta;
             program.mend_nodes(program.outputs(), N, registers);
         }
         // The maximum may lose a NaN, the sum does not.

@@ -4,8 +4,13 @@ use super::State;
 use crate::geometry::{Geometry, OutsideGeometry};
 use crate::number::runge_kutta::runge_kutta;
 
-/// Explicit steps along the way.
+/// Explicit steps along the way, and how many of them there may be where they are cut.
 const STEPS: usize = 512;
+const MOST_STEPS: usize = 4096;
+/// A step is cut where two halves of it come to another place by more than this part of its way,
+const APART: f64 = 1e-2;
+/// and no more when it is shorter than this part of the first.
+const SHORTEST: f64 = 1e-9;
 
 /// Where the motion leaves the domain: γ, q^a, and the determinant that says so.
 pub(super) type Edge = (f64, Vec<f64>, OutsideGeometry);
@@ -21,11 +26,31 @@ pub(super) fn edge(geometry: &Geometry, state: &State, momenta: &[f64], length: 
     geometry.active().iter().zip(state.momenta()).for_each(|(&a, p)| now[n + a] = p);
     let mut point = geometry.point();
     let mut slopes = [(); 4].map(|()| vec![0.0; 2 * n]);
-    let h = length / STEPS as f64;
-    for step in 0..STEPS {
-        if let Err(outside) = runge_kutta(&mut now, h, &mut slopes, |_, trial, out| point.slopes(trial, out)) {
-            now.truncate(n);
-            return Some((gamma + h * step as f64, now, outside));
+    let first = length / STEPS as f64;
+    let (mut h, mut done, mut whole, mut halves) = (first, 0.0, now.clone(), now.clone());
+    for _ in 0..MOST_STEPS {
+        whole.copy_from_slice(&now);
+        halves.copy_from_slice(&now);
+        let mut step = |state: &mut [f64], h| runge_kutta(state, h, &mut slopes, |_, at, out| point.slopes(at, out));
+        let ahead =
+            step(&mut whole, h).and_then(|()| step(&mut halves, 0.5 * h)).and_then(|()| step(&mut halves, 0.5 * h));
+        // Before a horizon the motion becomes ever faster, and a long step jumps over it.
+        let is_apart = |a: usize| (halves[a] - whole[a]).abs() > APART * (halves[a] - now[a]).abs();
+        match ahead {
+            Err(outside) if h <= SHORTEST * first => {
+                now.truncate(n);
+                return Some((gamma + done, now, outside));
+            }
+            Err(_) => h *= 0.5,
+            Ok(()) if h > SHORTEST * first && (0..n).any(is_apart) => h *= 0.5,
+            Ok(()) => {
+                std::mem::swap(&mut now, &mut halves);
+                done += h;
+                if done >= length {
+                    break;
+                }
+                h = (2.0 * h).min(first);
+            }
         }
     }
     None

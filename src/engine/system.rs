@@ -8,7 +8,7 @@ use crate::number::vector::{Level, Nodes};
 
 /// Hamilton's equations with a register for every value.
 pub(super) struct System<'g, const N: usize> {
-    geometry: &'g Geometry,
+    pub(super) geometry: &'g Geometry,
     pub(super) registers: Vec<Nodes<N>>,
     pub(super) order: Order,
     pub(super) passes: Vec<Pass>,
@@ -74,6 +74,11 @@ impl<'g, const N: usize> System<'g, N> {
     pub(super) fn is_broken(&self) -> bool {
         let mut slopes = self.passes.iter().flat_map(|pass| &pass.slopes);
         slopes.any(|&slope| self.registers[slope].0.iter().any(|value| !value.is_finite()))
+    }
+
+    /// The nodes of the position of an active coordinate, by its place among them.
+    pub(super) fn position(&self, place: usize) -> &Nodes<N> {
+        &self.registers[self.positions[place]]
     }
 
     /// p_a of an ignorable coordinate.

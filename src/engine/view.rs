@@ -108,7 +108,7 @@ impl<const N: usize> Solver<'_, N> {
 
     /// The nodes of the position of an active coordinate, by its place among them.
     pub(super) fn position(&self, place: usize) -> &Nodes<N> {
-        &self.system.registers[self.system.positions[place]]
+        self.system.position(place)
     }
 
     /// The nodes of its momentum.

@@ -2,7 +2,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::certificate::Certificate;
+use super::certificate::{Certificate, Solution};
 use super::dense::Dense;
 use super::kernel::{Ends, LocalErrors, Row, Sweeps, Swept, grow, integrated, inverse, plus};
 use super::rule::{Order, Rule, Tables};
@@ -306,7 +306,8 @@ impl<const N: usize> Solved for Solver<'_, N> {
         self.know_all();
         let certificate = self.certificate.take();
         let mut certificate = certificate.unwrap_or_else(|| Box::new(Certificate::new(self.geometry, &self.rule)));
-        let norm = certificate.of(self, self.length);
+        let Self { system, rule, start, elapsed, length: h, is_mended, .. } = &*self;
+        let norm = certificate.of(Solution { system, rule, start, elapsed, h: *h, is_mended: *is_mended });
         self.certificate = Some(certificate);
         Some(norm)
     }

@@ -3,8 +3,8 @@
 //! The scheme is the Lobatto IIIC method, which has order 2n − 2 at the end of a window but only order n at its nodes.
 //! The values at the start of a window are those at the end of the previous one. Inside the window the world-line
 //! becomes as accurate as at the ends if it is computed once more from the start with enough stages: by fixed-point
-//! (Picard) sweeps on 2n nodes, which begin with the forces at the n nodes of the window. Where an accuracy was asked
-//! for, which holds at the nodes too, or where more nodes would gain no digit, the integrals of these forces are enough.
+//! (Picard) sweeps on 2n nodes, which begin with the forces at the n nodes of the window. The integrals of these forces
+//! are enough where an accuracy was asked for, which holds at the nodes too, or where more nodes would gain no digit.
 
 use super::legendre::{Expansion, Tables, integral, legendre, series};
 use crate::geometry::geodesic::acceleration;

@@ -11,7 +11,8 @@ impl SceneCase {
             self.unused_parameters().map(|name| format!("no formula uses the parameter '{name}'")).collect();
         if self.ignores_scheme {
             warnings.push(
-                "with solver.accuracy or solver.tolerance the program chooses operator and form (weak): what [scheme] says is not used"
+                "with solver.accuracy or solver.tolerance the program chooses operator and form (weak): what [scheme] \
+                 says is not used"
                     .to_owned(),
             );
         }

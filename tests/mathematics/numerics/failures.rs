@@ -34,9 +34,9 @@ fn check(set: &str, status: Status, gamma: f64) {
 }
 
 /// What the iterations of these runs start from.
-fn guess(set: &str, is_scene: bool) -> InitialGuess {
+fn guess(set: &str) -> InitialGuess {
     match set {
-        _ if set.contains("accuracy") || set.contains("GLL") && !is_scene => InitialGuess::Extrapolation,
+        _ if set.contains("accuracy") => InitialGuess::Extrapolation,
         _ if set.contains("doubled") => InitialGuess::WindowedAction,
         _ if set.contains("SBP21") => InitialGuess::None,
         _ => InitialGuess::Nystrom4,
@@ -50,7 +50,7 @@ fn of_one_coordinate() {
         let case = Case::parse("test", &text, &settings(set)).unwrap_or_else(|error| panic!("{error}"));
         let failure = solve::<f64, _>(&case).unwrap_err();
         check(set, failure.status, failure.gamma);
-        assert_eq!(failure.iterations.initial_guess, guess(set, false), "{set}");
+        assert_eq!(failure.iterations.initial_guess, guess(set), "{set}");
         // The metric is that of the point: g00 = 1 − x.
         let (Domain::G00(g00), [(name, x)]) = (&failure.domain, &failure.point[..]) else { panic!("{failure:?}") };
         assert!(name == "x" && (g00 + x - 1.0).abs() < 1e-14 && *g00 <= 0.0, "{failure:?}");
@@ -64,7 +64,7 @@ fn of_scenes() {
         let case = SceneCase::parse("test", &text, &settings(set)).unwrap_or_else(|error| panic!("{error}"));
         let failure = solve::<f64, _>(case.setup()).unwrap_err();
         check(set, failure.status, failure.gamma);
-        assert_eq!(failure.iterations.initial_guess, guess(set, true), "{set}");
+        assert_eq!(failure.iterations.initial_guess, guess(set), "{set}");
         assert!(matches!(failure.domain, Domain::Determinant { value, .. } if value < 0.0), "{failure:?}");
     }
 }
