@@ -162,7 +162,8 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             if let Some(between) = &mut self.between
                 && between.hides(&self.solver, tables.length, self.length, accuracy)
             {
-                if tables.length > least {
+                // Where numbers overflow, intervals can tell nothing of windows of any length.
+                if tables.length > least && !self.solver.is_mended {
                     self.refused += 1;
                     self.control.hides(rung);
                     continue;
