@@ -185,7 +185,6 @@ fn k_stays_over_a_thousand_units() {
             let k = of(4.0) / (square * square + Twofold::ONE) - of(w) * of(w);
             worst = worst.max((k - (of(2.0) - of(0.1) * of(0.1))).hi.abs());
         }
-        println!("{points} {worst:e}");
         assert!(worst < most, "{points}: {worst:e}");
     }
 }
