@@ -104,12 +104,7 @@ pub struct CoordinateError {
 }
 
 impl CoordinateError {
-    /// The largest error relative to the size, as a `solver.accuracy` is.
-    fn relative(&self) -> f64 {
-        self.share(self.largest)
-    }
-
-    /// An error relative to the size. Where that is 0, the error itself counts.
+    /// An error relative to the size, as a `solver.accuracy` is. Where that is 0, the error itself counts.
     fn share(&self, error: f64) -> f64 {
         if self.size > 0.0 { error / self.size } else { error }
     }
@@ -158,12 +153,11 @@ impl Facts {
     /// The reason that positions are not good until the end of a run to a tolerance.
     fn until(&self, errors: &[CoordinateError]) -> Option<Reason> {
         errors.iter().find_map(|error| error.reason(""))?;
-        let until: Vec<String> = GOOD_DIGITS
-            .iter()
-            .zip(self.good_until)
-            .map(|(digits, gamma)| format!("{digits} until {gamma:.4}"))
-            .collect();
-        let finding = format!("errors have grown: of digits of the positions are good {} in gamma", until.join(", "));
+        let [three, six, nine] = self.good_until;
+        let finding = format!(
+            "errors have grown: positions are good to 3 digits until gamma = {three:.4}, to 6 until {six:.4}, to 9 \
+             until {nine:.4}"
+        );
         Some(Reason::new(finding, "end the run there, or take what follows for one of many motions that begin alike"))
     }
 
@@ -221,7 +215,7 @@ impl Verdict {
                 "ask for solver.accuracy, or end the run earlier",
             )],
         };
-        let error = errors.as_ref().map(|errors| largest(errors.iter().map(CoordinateError::relative)));
+        let error = errors.as_ref().map(|errors| largest(errors.iter().map(|error| error.share(error.largest))));
         if let (Some(estimate), Some([found, own])) = (error, *reference) {
             // A comparison that is false for NaN.
             let is_within = found <= estimate + own + ROUNDING;

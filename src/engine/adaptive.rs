@@ -248,7 +248,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
 
     /// The motion over it, and its nodes as fractions.
     pub(super) fn dense(&self) -> Dense {
-        Dense::new(&self.solver)
+        self.solver.motion()
     }
 
     pub(super) fn nodes(&self) -> [f64; N] {

@@ -10,27 +10,24 @@
 //!
 //! with P_k at 2s − 1, and once more for positions where accelerations are the slopes.
 
-use super::rule::Order;
-use super::window::Solver;
 use crate::number::Compensated;
-use crate::number::vector::Nodes;
 use crate::sbp::collocation::legendre_values;
 
 /// The motion over a window.
 #[derive(Debug, Clone)]
 pub struct Dense {
-    q: Vec<Curve>,
-    p: Vec<Curve>,
+    pub(super) q: Vec<Curve>,
+    pub(super) p: Vec<Curve>,
     /// The degree of the curves.
-    degree: usize,
+    pub(super) degree: usize,
 }
 
 /// A function of s by the Legendre coefficients of what it is ahead of its start.
 #[derive(Debug, Clone)]
-struct Curve {
-    start: Compensated<f64>,
-    end: f64,
-    increment: Vec<f64>,
+pub(super) struct Curve {
+    pub(super) start: Compensated<f64>,
+    pub(super) end: f64,
+    pub(super) increment: Vec<f64>,
 }
 
 impl Curve {
@@ -64,43 +61,10 @@ impl Dense {
     pub(super) fn position(&self, a: usize, fraction: f64) -> f64 {
         self.q[a].at(fraction, &legendre_values(self.degree, 2.0 * fraction - 1.0))
     }
-
-    /// That of a window that was solved.
-    pub(super) fn new<const N: usize>(window: &Solver<'_, N>) -> Self {
-        let (geometry, h, points) = (window.geometry, window.length, window.rule.points());
-        let (n, m) = (geometry.dimension(), geometry.active().len());
-        let curve = |[start, end]: [Compensated<f64>; 2], increment| Curve { start, end: end.high, increment };
-        let ends_of_q = |a: usize| [window.start.q[a], window.end.q[a]];
-        let ends_of_p = |place: usize| [window.start.p[place], window.end.p[place]];
-        let integral = |slopes: &Nodes<N>| scaled(integrated(window.rule.modes(slopes)), h);
-        let mut q: Vec<Option<Curve>> = vec![None; n];
-        for (j, a) in geometry.ignorable().enumerate() {
-            q[a] = Some(curve(ends_of_q(a), integral(window.rate_nodes(j))));
-        }
-        let mut gains: Vec<Vec<f64>> = Vec::with_capacity(m);
-        for (place, &a) in geometry.active().iter().enumerate() {
-            let mut increment = integral(window.slope_nodes(place));
-            if window.system.order == Order::Second {
-                gains.push(increment.clone());
-                // With the velocity at the start, what was integrated once is the velocity.
-                increment[0] += window.rows[place].velocity.high;
-                increment = scaled(integrated(increment), h);
-            }
-            q[a] = Some(curve(ends_of_q(a), increment));
-        }
-        let p = (0..m).map(|place| {
-            let increment = match window.system.order {
-                Order::First => integral(window.slope_nodes(m + place)),
-                Order::Second => window.momentum_of(place, &gains),
-            };
-            curve(ends_of_p(place), increment)
-        });
-        Self { p: p.collect(), q: q.into_iter().flatten().collect(), degree: points + 1 }
-    }
 }
 
 /// The coefficients of the integral from s = 0.
-fn integrated(coefficients: Vec<f64>) -> Vec<f64> {
+pub(super) fn integrated(coefficients: Vec<f64>) -> Vec<f64> {
     let mut integral = vec![0.0; coefficients.len() + 1];
     for (k, c) in coefficients.into_iter().enumerate() {
         let share = 0.5 * c / (2 * k + 1) as f64;
@@ -110,7 +74,7 @@ fn integrated(coefficients: Vec<f64>) -> Vec<f64> {
     integral
 }
 
-fn scaled(mut coefficients: Vec<f64>, h: f64) -> Vec<f64> {
+pub(super) fn scaled(mut coefficients: Vec<f64>, h: f64) -> Vec<f64> {
     coefficients.iter_mut().for_each(|c| *c *= h);
     coefficients
 }

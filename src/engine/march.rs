@@ -18,6 +18,8 @@ pub(super) struct March<'g, const N: usize> {
     /// Number of windows, and of those that were solved.
     windows: usize,
     solved: usize,
+    /// True if the next window has no solution.
+    has_failed: bool,
     /// Number of sweeps over the last one, and over all.
     last: usize,
     sweeps: usize,
@@ -41,6 +43,7 @@ impl<'g, const N: usize> March<'g, N> {
             tolerance,
             windows,
             solved: 0,
+            has_failed: false,
             last: 0,
             sweeps: 0,
             solver,
@@ -62,9 +65,11 @@ impl<const N: usize> Windows for March<'_, N> {
         // one sign.
         let swept = match solver.solve(tables, continuation, *tolerance) {
             // A guess may lie outside the domain.
-            Err(_) if continuation.is_some() => solver.solve(tables, None, *tolerance)?,
-            solved => solved?,
+            Err(_) if continuation.is_some() => solver.solve(tables, None, *tolerance),
+            solved => solved,
         };
+        self.has_failed = swept.is_err();
+        let swept = swept?;
         solver.finish(tables, Known::Ends);
         (self.last, self.sweeps, self.solved) = (swept.sweeps, self.sweeps + swept.sweeps, self.solved + 1);
         Ok(Some(self.window()))
@@ -86,7 +91,8 @@ impl<const N: usize> Windows for March<'_, N> {
 
     fn place(&self) -> (f64, Vec<f64>) {
         let Self { solver, tables, .. } = self;
-        (self.solved as f64 * tables.length, solver.end.positions())
+        let state = if self.has_failed { &solver.start } else { &solver.end };
+        (self.solved as f64 * tables.length, state.positions())
     }
 }
 

@@ -27,19 +27,21 @@ pub(super) fn edge(geometry: &Geometry, state: &State, momenta: &[f64], length: 
     let mut point = geometry.point();
     let mut slopes = [(); 4].map(|()| vec![0.0; 2 * n]);
     let first = length / STEPS as f64;
-    let (mut h, mut done, mut whole, mut halves) = (first, 0.0, now.clone(), now.clone());
+    let (mut h, mut done, mut whole, mut halves, mut failed) = (first, 0.0, now.clone(), now.clone(), now.clone());
     for _ in 0..MOST_STEPS {
         whole.copy_from_slice(&now);
         halves.copy_from_slice(&now);
-        let mut step = |state: &mut [f64], h| runge_kutta(state, h, &mut slopes, |_, at, out| point.slopes(at, out));
+        let mut slopes_at =
+            |at: &[f64], out: &mut [f64]| point.slopes(at, out).inspect_err(|_| failed.copy_from_slice(at));
+        let mut step = |state: &mut [f64], h| runge_kutta(state, h, &mut slopes, |_, at, out| slopes_at(at, out));
         let ahead =
             step(&mut whole, h).and_then(|()| step(&mut halves, 0.5 * h)).and_then(|()| step(&mut halves, 0.5 * h));
         // Before a horizon the motion becomes ever faster, and a long step jumps over it.
         let is_apart = |a: usize| (halves[a] - whole[a]).abs() > APART * (halves[a] - now[a]).abs();
         match ahead {
             Err(outside) if h <= SHORTEST * first => {
-                now.truncate(n);
-                return Some((gamma + done, now, outside));
+                failed.truncate(n);
+                return Some((gamma + done, failed, outside));
             }
             Err(_) => h *= 0.5,
             Ok(()) if h > SHORTEST * first && (0..n).any(is_apart) => h *= 0.5,

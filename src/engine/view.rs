@@ -1,5 +1,6 @@
 //! What is known of a finished window, by unknowns and by coordinates.
 
+use super::dense::{Curve, Dense, integrated, scaled};
 use super::kernel::Row;
 use super::rule::Order;
 use super::window::Solver;
@@ -104,6 +105,39 @@ impl<const N: usize> Solver<'_, N> {
     pub(super) fn sizes(&self) -> Vec<f64> {
         let inverse = (0..self.geometry.dimension()).map(|a| self.inverse_size(self.place_of(a)));
         inverse.map(|inverse| if inverse > 0.0 { 1.0 / inverse } else { 0.0 }).collect()
+    }
+
+    /// The motion over the window that was solved.
+    pub(super) fn motion(&self) -> Dense {
+        let (geometry, h, points) = (self.geometry, self.length, self.rule.points());
+        let (n, m) = (geometry.dimension(), geometry.active().len());
+        let curve = |[start, end]: [Compensated<f64>; 2], increment| Curve { start, end: end.high, increment };
+        let ends_of_q = |a: usize| [self.start.q[a], self.end.q[a]];
+        let ends_of_p = |place: usize| [self.start.p[place], self.end.p[place]];
+        let integral = |slopes: &Nodes<N>| scaled(integrated(self.rule.modes(slopes)), h);
+        let mut q: Vec<Option<Curve>> = vec![None; n];
+        for (j, a) in geometry.ignorable().enumerate() {
+            q[a] = Some(curve(ends_of_q(a), integral(self.rate_nodes(j))));
+        }
+        let mut gains: Vec<Vec<f64>> = Vec::with_capacity(m);
+        for (place, &a) in geometry.active().iter().enumerate() {
+            let mut increment = integral(self.slope_nodes(place));
+            if self.system.order == Order::Second {
+                gains.push(increment.clone());
+                // With the velocity at the start, what was integrated once is the velocity.
+                increment[0] += self.rows[place].velocity.high;
+                increment = scaled(integrated(increment), h);
+            }
+            q[a] = Some(curve(ends_of_q(a), increment));
+        }
+        let p = (0..m).map(|place| {
+            let increment = match self.system.order {
+                Order::First => integral(self.slope_nodes(m + place)),
+                Order::Second => self.momentum_of(place, &gains),
+            };
+            curve(ends_of_p(place), increment)
+        });
+        Dense { p: p.collect(), q: q.into_iter().flatten().collect(), degree: points + 1 }
     }
 
     /// The nodes of the position of an active coordinate, by its place among them.

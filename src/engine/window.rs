@@ -313,7 +313,7 @@ impl<const N: usize> Solved for Solver<'_, N> {
     }
 
     fn dense(&self) -> Dense {
-        Dense::new(self)
+        self.motion()
     }
 
     fn fractions(&self) -> &[f64] {

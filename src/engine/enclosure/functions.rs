@@ -1,6 +1,6 @@
 //! What the elementary functions make of intervals, from their values at points.
 
-use super::lanes::{BOXES, Lanes, TINY};
+use super::boxes::{BOXES, Lanes, TINY};
 use crate::formula::Function;
 
 /// More than the functions of [`crate::number::vector::elementary`] and of the standard library are off by, relative to

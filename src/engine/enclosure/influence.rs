@@ -4,7 +4,7 @@
 //! bound on how much it varies because of them: all of its width for what is steep itself, and from there on by the
 //! rules of differentials, with the largest factors on the box.
 
-use super::lanes::BOXES;
+use super::boxes::BOXES;
 use super::path::Path;
 use super::{Enclosed, is_gentle};
 use crate::formula::{Function, Kind, Operation, Program, Register, Step, kind};

@@ -12,6 +12,7 @@
 //! A march asks whether this holds for a window, which it can shorten. Of a run on a given grid every pair of nodes is
 //! asked for what it may hide (see `pieces`).
 
+mod boxes;
 mod functions;
 mod influence;
 mod lanes;
@@ -28,8 +29,9 @@ pub(crate) use scene::{Weights, negligible_rates};
 
 use std::ops::Range;
 
+use self::boxes::{BOXES, Lanes};
 use self::influence::Influence;
-use self::lanes::{BOXES, Enclose, Lanes};
+use self::lanes::Enclose;
 use crate::formula::{Kind, Program, Register, Steep, Step};
 use crate::number::vector::{Level, Nodes};
 

@@ -7,7 +7,7 @@
 //! Nodes that are given are allowed one thing more, the tail of an exponential: exp and all its derivatives are
 //! monotone, so that no value of them is unseen where the exponent stays between its values at the nodes.
 
-use super::lanes::BOXES;
+use super::boxes::BOXES;
 use super::path::Path;
 use super::{Enclosed, Enclosure, is_gentle};
 use crate::formula::{Kind, Register, Step};

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use proptest::prelude::*;
 
-use super::lanes::BOXES;
+use super::boxes::BOXES;
 use super::{Enclosed, Enclosure, is_gentle};
 use crate::formula::{Function, Graph, Kind, Names, NodeId, Program, plain};
 use crate::number::{Extended, Real};

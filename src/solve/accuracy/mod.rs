@@ -157,8 +157,8 @@ pub(super) fn append<S: Real, G: Places<S>>(
     Ok(())
 }
 
-/// Ends a run that memory cannot hold, or that would take too long. Windows become longer after the first few: a forecast
-/// of nodes is believed when they are a thousandth of what is allowed.
+/// Ends a run that memory cannot hold, or that would take too long. Windows become longer after the first few: a
+/// forecast of nodes is believed when they are a thousandth of what is allowed.
 fn within_limits<S: Real, G: Places<S>>(
     setup: &Setup<S, G>,
     engine: &Engine<'_>,

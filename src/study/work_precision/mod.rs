@@ -4,16 +4,17 @@
 //!
 //! Every method has to return t, x and w = dx/dγ at [`OUTPUTS`] equally spaced values of γ, the end included. If it has
 //! a dense output, it uses that; otherwise its steps or windows divide the intervals between these values.
-//! ([`crate::methods`] says which methods have one; of this program, `march`, `accuracy` and `tolerance` have.) The errors are the
-//! largest absolute differences of t and x from the reference at these points. The reference is a Taylor trajectory in
-//! extended precision, with enough digits for the length of the run. |ΔK| is formed from x, w and Q_t. Q_t itself is
-//! *not* compared: it is a constant in the equations of the other methods, so that its drift would prove nothing.
+//! ([`crate::methods`] says which methods have one; of this program, `march`, `accuracy` and `tolerance` have.) The
+//! errors are the largest absolute differences of t and x from the reference at these points. The reference is a Taylor
+//! trajectory in extended precision, with enough digits for the length of the run. |ΔK| is formed from x, w and Q_t. Q_t
+//! itself is *not* compared: it is a constant in the equations of the other methods, so that its drift would prove
+//! nothing.
 //!
 //! In a scene every method has to return all coordinates and momenta. Errors are those of every coordinate, and the
 //! largest of them ranks a setting. Charges are constants in the equations of the other methods, as Q_t is.
 //!
 //! The schemes of this program are timed as [`crate::solve()`], with its certificate and everything that it stores.
-//! `accuracy` keeps its promise: windows of [`crate::engine`] with their certificates, the estimate of their errors, and
+//! `accuracy` keeps its promise: windows of [`crate::engine`] with their certificates and the estimate of their errors,
 //! begun again where those are too large. `tolerance` and `march` are its windows alone, for a tolerance of each and of
 //! one length. What these three find at the points of output is kept, and nothing else.
 //!

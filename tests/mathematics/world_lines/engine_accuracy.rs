@@ -58,8 +58,8 @@ fn error(run: &Run, reference: &ReferenceTrajectory<f64, Geometry>) -> (f64, usi
 /// A scene with a name, and the length of a run in it.
 type Case<'n> = (&'n str, (Geometry, Start), f64);
 
-/// What is wrong with runs to accuracies of so many digits, in windows of so many nodes. No coordinate is further off at
-/// any node than was asked for. The estimate has one digit: in one run of sixty the true error is larger.
+/// Lists what is wrong with runs to accuracies of so many digits, in windows of so many nodes. No coordinate is further
+/// off at any node than was asked for. The estimate has one digit: in one run of sixty the true error is larger.
 fn complaints((name, (geometry, start), length): &Case<'_>, points: &[usize], digits: &[i32]) -> Vec<String> {
     let length = *length;
     let reference = ReferenceTrajectory::new(geometry, start, length, 16).unwrap();
