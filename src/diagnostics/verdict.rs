@@ -11,7 +11,7 @@
 //! let facts = Facts { errors: Some(vec![x]), ..Facts::default() };
 //! let verdict = Verdict::new(&facts);
 //! assert_eq!(verdict.grade, Grade::Trusted);
-//! assert_eq!(verdict.line(), "verdict: trusted, error at most about 3e-9");
+//! assert_eq!(verdict.line(), "verdict: trusted, error at most about 6e-9");
 //! ```
 
 use std::fmt;
@@ -109,9 +109,9 @@ impl CoordinateError {
         if self.size > 0.0 { error / self.size } else { error }
     }
 
-    /// The largest error that is not a reason to doubt the result.
+    /// The largest error that is not a reason to doubt the result. A coordinate that rests at 0, like all of its kind,
+    /// has no scale but 1.
     pub fn allowed(&self) -> f64 {
-        // A coordinate that rests at 0, like all of its kind, has no scale but 1.
         let floor = if self.shared > 0.0 { self.shared } else { 1.0 };
         (LARGE_ERROR * self.range).max(NEGLIGIBLE_ERROR * floor)
     }
@@ -153,11 +153,9 @@ impl Facts {
     /// The reason that positions are not good until the end of a run to a tolerance.
     fn until(&self, errors: &[CoordinateError]) -> Option<Reason> {
         errors.iter().find_map(|error| error.reason(""))?;
-        let [three, six, nine] = self.good_until;
-        let finding = format!(
-            "errors have grown: positions are good to 3 digits until gamma = {three:.4}, to 6 until {six:.4}, to 9 \
-             until {nine:.4}"
-        );
+        let [three, six, nine] = self.good_until.map(|gamma| format!("{gamma:.4}"));
+        let until = format!("3 digits until gamma = {three}, to 6 until {six}, to 9 until {nine}");
+        let finding = format!("errors have grown: positions are good to {until}");
         Some(Reason::new(finding, "end the run there, or take what follows for one of many motions that begin alike"))
     }
 
