@@ -13,7 +13,7 @@ use super::ladder::Ladder;
 use super::reason;
 use super::rule::Rule;
 use super::sizes::Sizes;
-use super::stop::Target;
+use super::target::Target;
 use super::tuning::{
     AHEAD, EXACT, FORESEEN, INSIDE, INSIDE_MARGIN, LEAST, LEFT, LOOSEST, MOST_RESTARTS, RESOLVED, STRETCH,
 };

@@ -31,6 +31,7 @@
 //! estimate     what the errors of windows add up to: `plane` for one active coordinate, `steps`, `transport` for more
 //! adaptive     windows as long as an accuracy needs
 //! tuning       the numbers that it was calibrated with
+//! target       a value of a coordinate at which a run ends
 //! stop         runs that end where something has a value
 //! failure      why there is no next window
 //! reason       where the motion leaves the domain, if that is why
@@ -58,6 +59,7 @@ mod solved;
 mod steps;
 mod stop;
 mod system;
+mod target;
 #[cfg(test)]
 mod tests;
 mod transport;
@@ -75,7 +77,7 @@ use self::adaptive::Adaptive;
 use self::march::March;
 use self::rule::Rule;
 use self::sizes::Sizes;
-use self::stop::Target;
+use self::target::Target;
 use crate::geometry::{Geometry, OutsideGeometry, Start};
 use crate::number::vector::Twofold;
 

@@ -13,34 +13,6 @@ const IDLE: usize = 100;
 /// two nodes.
 const ROOM: f64 = 1e-4;
 
-/// The value of a coordinate at which a run ends.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Target {
-    pub(super) coordinate: usize,
-    value: f64,
-    /// The coordinate at the start.
-    from: f64,
-    /// The least distance so far, and the number of windows since.
-    nearest: f64,
-    idle: usize,
-}
-
-impl Target {
-    pub(super) fn new(coordinate: usize, value: f64, from: f64) -> Self {
-        Self { coordinate, value, from, nearest: f64::INFINITY, idle: 0 }
-    }
-
-    pub(super) fn begin(&mut self) {
-        (self.nearest, self.idle) = (f64::INFINITY, 0);
-    }
-
-    /// The length of the run, if it is at `q` after a part of the length γ.
-    fn foreseen(&self, q: f64, gamma: f64) -> f64 {
-        let done = (q - self.from) / (self.value - self.from);
-        if done > 0.0 { gamma / done.min(1.0) } else { f64::INFINITY }
-    }
-}
-
 impl<const N: usize> Adaptive<'_, N> {
     /// Ends the run in the window that was accepted, if it gets to the target there.
     ///

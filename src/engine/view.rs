@@ -103,8 +103,12 @@ impl<const N: usize> Solver<'_, N> {
 
     /// The sizes of all coordinates.
     pub(super) fn sizes(&self) -> Vec<f64> {
-        let inverse = (0..self.geometry.dimension()).map(|a| self.inverse_size(self.place_of(a)));
-        inverse.map(|inverse| if inverse > 0.0 { 1.0 / inverse } else { 0.0 }).collect()
+        let size = |a: usize| {
+            let (inverse, end) = (self.inverse_size(self.place_of(a)), self.end.q[a].high);
+            let way = if let Place::Ignorable(j) = self.place_of(a) { end - self.origin[j] } else { end };
+            if inverse > 0.0 { way.abs().max(1.0 / inverse) } else { way.abs() }
+        };
+        (0..self.geometry.dimension()).map(size).collect()
     }
 
     /// The motion over the window that was solved.

@@ -38,7 +38,7 @@ pub(super) struct Solver<'g, const N: usize> {
     /// The ignorable coordinates.
     ignorable: Vec<usize>,
     /// Ignorable coordinates at the start of the run, and 1/size of their ways since then.
-    origin: Vec<f64>,
+    pub(super) origin: Vec<f64>,
     pub(super) inverse_ignorable: Vec<f64>,
     /// By how much they grow over the window.
     gains: Vec<Twofold>,

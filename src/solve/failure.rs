@@ -177,16 +177,11 @@ impl fmt::Display for NoSolution {
                      leaves room for {needed:.0e}"
                 )
             }
-            (Status::EvaluationLimit, _) => {
-                write!(f, "stopped after {count} evaluations of the force at {place}: ")?;
-                match needed.is_finite() {
-                    true => write!(
-                        f,
-                        "at this pace the run needs {needed:.1e} of them, above the limit of {MOST_SWEEPS:.0e}"
-                    ),
-                    false => write!(f, "the run makes no progress"),
-                }
-            }
+            (Status::EvaluationLimit, _) => write!(
+                f,
+                "stopped after {count} evaluations of the force at {place}: at this pace the run needs {needed:.1e} of \
+                 them, above the limit of {MOST_SWEEPS:.0e}"
+            ),
             (Status::TooManyNodes, _) => write!(
                 f,
                 "stopped at {place}: the run would have {needed:.1e} nodes, above the limit of {MOST_NODES:.0e} that \

@@ -6,8 +6,8 @@
 //! a dense output, it uses that; otherwise its steps or windows divide the intervals between these values.
 //! ([`crate::methods`] says which methods have one; of this program, `march`, `accuracy` and `tolerance` have.) The
 //! errors are the largest absolute differences of t and x from the reference at these points. The reference is a Taylor
-//! trajectory in extended precision, with enough digits for the length of the run. |ΔK| is formed from x, w and Q_t. Q_t
-//! itself is *not* compared: it is a constant in the equations of the other methods, so that its drift would prove
+//! trajectory in extended precision, with enough digits for the length of the run. |ΔK| is formed from x, w and Q_t.
+//! Q_t itself is *not* compared: it is a constant in the equations of the other methods, so that its drift would prove
 //! nothing.
 //!
 //! In a scene every method has to return all coordinates and momenta. Errors are those of every coordinate, and the
