@@ -337,9 +337,9 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
     }
 
     fn window(&mut self) -> Window<'_> {
-        let Accepted { length, sweeps, .. } = self.accepted;
+        let Accepted { length, sweeps, is_last, .. } = self.accepted;
         let (index, gamma) = (self.windows - 1, self.gamma.high);
-        Window { index, gamma, length, sweeps, solved: &mut self.solver }
+        Window { index, gamma, length, is_last, sweeps, solved: &mut self.solver }
     }
 
     fn sweeps(&self) -> usize {

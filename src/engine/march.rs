@@ -78,7 +78,8 @@ impl<const N: usize> Windows for March<'_, N> {
     fn window(&mut self) -> Window<'_> {
         let Self { solver, tables, solved, last, .. } = self;
         let (index, length) = (*solved - 1, tables.length);
-        Window { index, gamma: index as f64 * length, length, sweeps: *last, solved: solver }
+        let is_last = *solved == self.windows;
+        Window { index, gamma: index as f64 * length, length, is_last, sweeps: *last, solved: solver }
     }
 
     fn sweeps(&self) -> usize {

@@ -32,6 +32,8 @@ pub struct Window<'w> {
     pub gamma: f64,
     /// Its length h.
     pub length: f64,
+    /// True if the run ends with it.
+    pub is_last: bool,
     /// The number of sweeps over it.
     pub sweeps: usize,
     pub(super) solved: &'w mut dyn Solved,

@@ -123,6 +123,15 @@ impl NoSolution {
     }
 }
 
+/// What the pace of a run beyond the limit of evaluations means for it.
+fn pace(needed: f64) -> String {
+    if needed.is_finite() {
+        format!("at this pace the run needs {needed:.1e} of them, above the limit of {MOST_SWEEPS:.0e}")
+    } else {
+        "the run makes no progress".to_owned()
+    }
+}
+
 /// A number for a message: six decimals, or an exponent where those would be noise or a long row of zeros.
 struct Compact(f64);
 
@@ -177,11 +186,9 @@ impl fmt::Display for NoSolution {
                      leaves room for {needed:.0e}"
                 )
             }
-            (Status::EvaluationLimit, _) => write!(
-                f,
-                "stopped after {count} evaluations of the force at {place}: at this pace the run needs {needed:.1e} of \
-                 them, above the limit of {MOST_SWEEPS:.0e}"
-            ),
+            (Status::EvaluationLimit, _) => {
+                write!(f, "stopped after {count} evaluations of the force at {place}: {}", pace(*needed))
+            }
             (Status::TooManyNodes, _) => write!(
                 f,
                 "stopped at {place}: the run would have {needed:.1e} nodes, above the limit of {MOST_NODES:.0e} that \

@@ -59,7 +59,7 @@ pub(super) fn solve<S: Arithmetic, G: Routes<S, Rough: Routes<f64>>>(
         if window.index == 0 {
             run.clear();
             watches.begin();
-            run.line.ended_by = None;
+            (run.line.ended_by, run.line.ended_at) = (None, None);
         }
         while let Some(change) = watches.change(&mut window).filter(|change| run.line.ended_by != Some(change.place)) {
             let mut value = |state: &State| watches.at(change.place, state);
@@ -72,6 +72,11 @@ pub(super) fn solve<S: Arithmetic, G: Routes<S, Rough: Routes<f64>>>(
             }
         }
         watches.accept();
+        if let (Limit::Value { coordinate, value }, true) = (setup.limit, window.is_last && run.line.ended_by.is_none())
+        {
+            // t_i + (t_f − t_i), rounded twice, may be the neighbouring number.
+            run.line.ended_at = Some((coordinate, value));
+        }
         let end = window.gamma + window.length;
         let operator = run.line.operators.element(POINTS, S::from(window.length));
         append(&mut run, &mut window, &mut joint, (geometry, operator), S::from(end))?;
@@ -195,10 +200,6 @@ fn ended<S: Real, G: Places<S>>(
         (Limit::Length(length), _) if is_at_limit => length,
         _ => S::from(engine.place().0),
     };
-    if let (Limit::Value { coordinate, value }, true) = (setup.limit, is_at_limit) {
-        // t_i + (t_f − t_i), rounded twice, may be the neighbouring number.
-        line.ended_at = Some((coordinate, value));
-    }
     if let Some(last) = line.windows.last_mut() {
         last.gamma[1] = line.length;
     }
