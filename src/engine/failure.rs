@@ -14,7 +14,8 @@ pub enum Failure {
     /// No window is short enough for the accuracy.
     #[error("no window is short enough for the accuracy")]
     TooShort,
-    /// Windows add up to more than the accuracy: after [`Engine::begin_again`](super::Engine::begin_again) they are shorter.
+    /// Windows add up to more than the accuracy: after [`Engine::begin_again`](super::Engine::begin_again) they are
+    /// shorter.
     #[error("windows add up to more than the accuracy: the run is to be begun again")]
     BeginAgain,
     /// A run to a value of a coordinate comes no nearer to it.
