@@ -295,7 +295,8 @@ impl<'g, const N: usize> Adaptive<'g, N> {
         let way = rest.min(1.0 / FORESEEN);
         // Shorter windows make no smaller rounding errors.
         let can_help = self.restarts < MOST_RESTARTS && estimate.rounding_now < 0.5 * estimate.now;
-        let is_foreseen = way < 1.0 / FORESEEN && excess * way > 1.0 && can_help;
+        let foreseen = estimate.now / allowed * way;
+        let is_foreseen = way < 1.0 / FORESEEN && foreseen > 1.0 && can_help;
         if excess <= 1.0 && !is_foreseen {
             return Ok(());
         }
