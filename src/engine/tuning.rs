@@ -51,7 +51,7 @@ pub(super) const HIDDEN: i32 = 4;
 pub(super) const LARGEST_GROWTH: f64 = 2.0;
 pub(super) const LARGEST_CUT: f64 = -8.0;
 
-// What errors add up to.
+// The estimate of errors.
 
 /// What sweeps leave is estimated from their contraction, which slows down: in 99.5 % of windows it is less than this
 /// many times the estimate.

@@ -123,7 +123,7 @@ impl NoSolution {
     }
 }
 
-/// What the pace of a run beyond the limit of evaluations means for it.
+/// Says what the pace of a run beyond the limit of evaluations means for it.
 fn pace(needed: f64) -> String {
     if needed.is_finite() {
         format!("at this pace the run needs {needed:.1e} of them, above the limit of {MOST_SWEEPS:.0e}")
