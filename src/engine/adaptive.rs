@@ -35,7 +35,7 @@ pub(super) struct Adaptive<'g, const N: usize> {
     is_promised: bool,
     /// The estimate needs this of a window.
     known: Known,
-    start: &'g Start,
+    start: Start,
     sizes: Sizes,
     /// The length of the run; an estimate, if it ends at a target.
     length: f64,
@@ -79,7 +79,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
     /// A run of this length, or to a target after about this length.
     pub(super) fn new(
         geometry: &'g Geometry,
-        start: &'g Start,
+        start: &Start,
         sizes: Sizes,
         (length, target): (f64, Option<Target>),
         wanted: Accuracy,
@@ -97,7 +97,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             known: if is_estimated { Known::Velocities } else { Known::Ends },
             accuracy: a,
             is_promised: wanted.is_promised(),
-            start,
+            start: start.clone(),
             sizes,
             length,
             target,
@@ -349,7 +349,7 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
 
     fn begin_again(&mut self) {
         self.restarts += 1;
-        self.solver.begin(self.start, &self.sizes);
+        self.solver.begin(&self.start, &self.sizes);
         self.control = Control::new(N);
         self.estimate.iter_mut().for_each(ErrorEstimate::begin);
         self.target.iter_mut().for_each(Target::begin);

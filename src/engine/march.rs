@@ -11,6 +11,8 @@ use crate::number::vector::{Matrix, Twofold};
 /// The windows of a run with a rule of up to N nodes.
 pub(super) struct March<'g, const N: usize> {
     solver: Solver<'g, N>,
+    start: Start,
+    sizes: Sizes,
     tables: Tables<N>,
     continuation: Box<Matrix<N>>,
     /// Sweeps leave no more, relative to sizes.
@@ -29,13 +31,13 @@ impl<'g, const N: usize> March<'g, N> {
     /// Windows of length `h`. A tolerance of 0 stands for rounding.
     pub(super) fn new(
         geometry: &'g Geometry,
-        (start, sizes): (&Start, &Sizes),
+        (start, sizes): (&Start, Sizes),
         (windows, h): (usize, Twofold),
         rule: Rule<N>,
         tolerance: f64,
     ) -> Self {
         let mut solver = Solver::new(geometry, rule, false);
-        solver.begin(start, sizes);
+        solver.begin(start, &sizes);
         let (order, rule) = (solver.system.order, &solver.rule);
         Self {
             tables: rule.tables(order, h, true),
@@ -46,6 +48,8 @@ impl<'g, const N: usize> March<'g, N> {
             has_failed: false,
             last: 0,
             sweeps: 0,
+            start: start.clone(),
+            sizes,
             solver,
         }
     }
@@ -84,6 +88,11 @@ impl<const N: usize> Windows for March<'_, N> {
 
     fn sweeps(&self) -> usize {
         self.sweeps
+    }
+
+    fn rewind(&mut self) {
+        self.solver.begin(&self.start, &self.sizes);
+        (self.solved, self.has_failed, self.last, self.sweeps) = (0, false, 0, 0);
     }
 
     fn sizes(&self) -> Vec<f64> {

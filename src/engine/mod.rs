@@ -145,7 +145,7 @@ trait Windows {
     fn begin_again(&mut self) {}
 
     /// As [`Engine::rewind`].
-    fn rewind(&mut self) {}
+    fn rewind(&mut self);
 
     /// As [`Engine::error_estimate`].
     fn error_estimate(&self) -> Option<f64> {
@@ -210,7 +210,7 @@ impl<'g> Engine<'g> {
     ) -> Result<Self, OutsideGeometry> {
         let h = Twofold::from(length) / Twofold::from(windows as f64);
         let sizes = Sizes::new(geometry, start, length)?;
-        let (at, grid) = ((start, &sizes), (windows, h));
+        let (at, grid) = ((start, sizes), (windows, h));
         Ok(Self(match points {
             ..=8 => Box::new(March::<8>::new(geometry, at, grid, Rule::lobatto(points), tolerance)),
             9..=16 => Box::new(March::<16>::new(geometry, at, grid, Rule::lobatto(points), tolerance)),
@@ -236,7 +236,7 @@ impl<'g> Engine<'g> {
     ) -> Result<Self, OutsideGeometry> {
         let h = Twofold::from(length) / Twofold::from(steps as f64);
         let sizes = Sizes::new(geometry, start, length)?;
-        let (at, grid) = ((start, &sizes), (steps, h));
+        let (at, grid) = ((start, sizes), (steps, h));
         Ok(Self(match stages {
             ..=8 => Box::new(March::<8>::new(geometry, at, grid, Rule::gauss(stages), tolerance)),
             _ => Box::new(March::<16>::new(geometry, at, grid, Rule::gauss(stages), tolerance)),
@@ -249,7 +249,7 @@ impl<'g> Engine<'g> {
     /// If the start is outside the domain.
     pub fn accurate(
         geometry: &'g Geometry,
-        start: &'g Start,
+        start: &Start,
         length: f64,
         accuracy: Accuracy,
         points: usize,
@@ -267,7 +267,7 @@ impl<'g> Engine<'g> {
     /// If the start is outside the domain.
     pub fn accurate_to_value(
         geometry: &'g Geometry,
-        start: &'g Start,
+        start: &Start,
         (coordinate, value): (usize, f64),
         accuracy: Accuracy,
         points: usize,

@@ -102,6 +102,7 @@ impl<'g, const N: usize> Solver<'g, N> {
     pub(super) fn begin(&mut self, start: &Start, sizes: &Sizes) {
         let active = self.geometry.active();
         self.system.begin(start);
+        self.is_mended = false;
         self.start = State {
             q: start.q.iter().map(|&q| Compensated::from(q)).collect(),
             p: active.iter().map(|&a| Compensated::from(start.p[a])).collect(),

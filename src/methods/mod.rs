@@ -56,7 +56,7 @@ mod windows;
 
 pub use composition::Composition;
 pub use dop853::Dop853;
-pub use peer::{About, PEERS, Peer, PeerIn, Setting, Step};
+pub use peer::{About, PEERS, Peer, PeerIn, Prepared, Setting, Step};
 pub use radau5::Radau5;
 pub use rk4::Rk4;
 pub use scene::SceneState;

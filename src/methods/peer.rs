@@ -49,7 +49,15 @@ pub trait PeerIn<G: Driven> {
     /// # Panics
     /// If it has no dense output, takes constant steps, and their number is no multiple of the intervals of `output`.
     fn run(&self, problem: &Problem<G>, output: &Output, setting: Setting) -> Result<Trajectory<G::State>, Failure>;
+
+    /// The same run, to be made many times: what it needs beforehand is kept.
+    fn prepared<'p>(&'p self, problem: &'p Problem<G>, output: Output, setting: Setting) -> Prepared<'p, G> {
+        Box::new(move || self.run(problem, &output, setting))
+    }
 }
+
+/// A run that can be made again and again.
+pub type Prepared<'p, G> = Box<dyn FnMut() -> Result<Trajectory<<G as Driven>::State>, Failure> + 'p>;
 
 /// A method that is written once for all equations.
 pub(super) trait Method: Sync {

@@ -1,7 +1,7 @@
 //! This program's own engine as a method among others: steps of Gauss' method, windows of one length, and windows as
 //! long as an accuracy needs.
 
-use super::peer::{About, Peer, PeerIn, Setting, Step};
+use super::peer::{About, Peer, PeerIn, Prepared, Setting, Step};
 use super::{Driven, Failure, Marks, Output, Problem, SceneState, State, Trajectory};
 use crate::engine::{self, Accuracy, Engine, POINTS, Window};
 use crate::geometry::geodesic::InitialData;
@@ -116,11 +116,12 @@ impl<'s, G: Scene> States<'s, G> {
 /// So many windows of one length, of which each has so many points.
 fn drive<G: Scene>(
     (geometry, start): (&Geometry, &Start),
-    engine: Engine<'_>,
+    engine: &mut Engine<'_>,
     output: &Output,
     (count, points): (usize, usize),
 ) -> Result<Trajectory<G::State>, Failure> {
-    let (mut engine, mut marks, mut sweeps) = (engine, Marks::new(output, count), 0);
+    let (mut marks, mut sweeps) = (Marks::new(output, count), 0);
+    engine.rewind();
     let mut states = States::<G>::new(geometry, start, output);
     output.marks.iter().take_while(|&&mark| mark == 0).for_each(|_| states.take());
     marks.skip_start();
@@ -136,12 +137,11 @@ fn drive<G: Scene>(
 /// Windows for an accuracy.
 fn choose<G: Scene>(
     (geometry, start): (&Geometry, &Start),
-    length: f64,
-    wanted: Accuracy,
+    engine: &mut Engine<'_>,
     output: &Output,
+    (length, is_certified): (f64, bool),
 ) -> Result<Trajectory<G::State>, Failure> {
-    let engine = Engine::accurate(geometry, start, length, wanted, POINTS);
-    let mut engine = engine.map_err(|_| Failure::OutsideDomain)?;
+    engine.rewind();
     let marks: Vec<f64> = output.gamma(length).collect();
     let mut states = States::<G>::new(geometry, start, output);
     let mut windows = 0;
@@ -156,7 +156,7 @@ fn choose<G: Scene>(
             }
             Err(failure) => return Err(failure.into()),
         };
-        if wanted.is_promised() && !window.gradient_norm().is_some_and(f64::is_finite) {
+        if is_certified && !window.gradient_norm().is_some_and(f64::is_finite) {
             return Err(Failure::Diverged);
         }
         windows = window.index + 1;
@@ -169,29 +169,45 @@ fn choose<G: Scene>(
 
 impl<G: Scene> PeerIn<G> for Gauss {
     fn run(&self, problem: &Problem<G>, output: &Output, setting: Setting) -> Result<Trajectory<G::State>, Failure> {
+        self.prepared(problem, output.clone(), setting)()
+    }
+
+    fn prepared<'p>(&'p self, problem: &'p Problem<G>, output: Output, setting: Setting) -> Prepared<'p, G> {
         let (geometry, start) = G::scene(problem);
         let Setting { count, tolerance } = setting;
         let engine = Engine::gauss(geometry, &start, problem.length, count, self.stages, tolerance);
-        let engine = engine.map_err(|_| Failure::OutsideDomain)?;
-        drive::<G>((geometry, &start), engine, output, (count, self.stages))
+        let Ok(mut engine) = engine else { return outside::<G>() };
+        Box::new(move || drive::<G>((geometry, &start), &mut engine, &output, (count, self.stages)))
     }
 }
 
 impl<G: Scene> PeerIn<G> for Windows {
     fn run(&self, problem: &Problem<G>, output: &Output, setting: Setting) -> Result<Trajectory<G::State>, Failure> {
-        let (geometry, start) = G::scene(problem);
-        let (at, Setting { count, tolerance }) = ((geometry, &start), setting);
-        match *self {
+        self.prepared(problem, output.clone(), setting)()
+    }
+
+    fn prepared<'p>(&'p self, problem: &'p Problem<G>, output: Output, setting: Setting) -> Prepared<'p, G> {
+        let ((geometry, start), length) = (G::scene(problem), problem.length);
+        let Setting { count, tolerance } = setting;
+        let engine = match *self {
+            Self::Equal(points) => Engine::lobatto(geometry, &start, length, count, points, tolerance),
+            Self::Accuracy => Engine::accurate(geometry, &start, length, Accuracy::Promised(tolerance), POINTS),
+            Self::Tolerance => Engine::accurate(geometry, &start, length, Accuracy::Local(tolerance), POINTS),
+        };
+        let Ok(mut engine) = engine else { return outside::<G>() };
+        Box::new(move || match *self {
             Self::Equal(points) => {
-                let engine = Engine::lobatto(geometry, &start, problem.length, count, points, tolerance);
-                let engine = engine.map_err(|_| Failure::OutsideDomain)?;
-                let trajectory = drive::<G>(at, engine, output, (count, points))?;
+                let trajectory = drive::<G>((geometry, &start), &mut engine, &output, (count, points))?;
                 Ok(Trajectory { steps: trajectory.steps * points, ..trajectory })
             }
-            Self::Accuracy => choose::<G>(at, problem.length, Accuracy::Promised(tolerance), output),
-            Self::Tolerance => choose::<G>(at, problem.length, Accuracy::Local(tolerance), output),
-        }
+            _ => choose::<G>((geometry, &start), &mut engine, &output, (length, *self == Self::Accuracy)),
+        })
     }
+}
+
+/// For a start outside the domain.
+fn outside<'p, G: Driven>() -> Prepared<'p, G> {
+    Box::new(|| Err(Failure::OutsideDomain))
 }
 
 impl Peer for Gauss {

@@ -102,6 +102,6 @@ where
             Family::Peer(of) => peer(self, of, setting, output),
             Family::Other(_) => none("elsewhere"),
         };
-        Box::new(Timed { course: self, run })
+        Box::new(Timed { course: self, run: run.into() })
     }
 }

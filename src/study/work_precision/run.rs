@@ -1,5 +1,6 @@
 //! One method in one setting, ready to run.
 
+use std::cell::RefCell;
 use std::time::Instant;
 
 use super::arena::Place;
@@ -25,7 +26,7 @@ pub(super) enum Raw<G: Raced> {
     WorldLine(Box<WorldLine<f64, G>>),
 }
 
-pub(super) type Run<'a, G> = Box<dyn Fn() -> Result<Raw<G>, &'static str> + 'a>;
+pub(super) type Run<'a, G> = Box<dyn FnMut() -> Result<Raw<G>, &'static str> + 'a>;
 
 /// The states of a run at the points of output.
 pub(super) struct Outcome {
@@ -37,21 +38,23 @@ pub(super) struct Outcome {
 /// A run on a world-line.
 pub(super) struct Timed<'a, G: Raced> {
     pub(super) course: &'a Course<G>,
-    pub(super) run: Run<'a, G>,
+    pub(super) run: RefCell<Run<'a, G>>,
 }
 
 impl<G: Raced> Job for Timed<'_, G> {
     fn attempt(&self, output: &Output) -> (f64, Result<Outcome, &'static str>) {
+        let mut run = self.run.borrow_mut();
         let start = Instant::now();
-        let result = (self.run)();
+        let result = run();
         let seconds = start.elapsed().as_secs_f64();
         (seconds, result.map(|raw| self.outcome(raw, output)))
     }
 
     fn repeat(&self, runs: u32) -> f64 {
+        let mut run = self.run.borrow_mut();
         let start = Instant::now();
         for _ in 0..runs {
-            drop(std::hint::black_box((self.run)()));
+            drop(std::hint::black_box(run()));
         }
         start.elapsed().as_secs_f64()
     }
@@ -107,10 +110,8 @@ pub(super) fn peer<'a, G: Raced>(
     setting: Setting,
     output: Output,
 ) -> Run<'a, G> {
-    Box::new(move || {
-        let trajectory = peer.run(&course.problem, &output, setting);
-        trajectory.map(Raw::Trajectory).map_err(Failure::as_str)
-    })
+    let mut run = peer.prepared(&course.problem, output, setting);
+    Box::new(move || run().map(Raw::Trajectory).map_err(Failure::as_str))
 }
 
 /// A call of `solve` with this many nodes in all.
