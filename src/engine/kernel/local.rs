@@ -41,13 +41,8 @@ impl<const N: usize> Sweeps<'_, N> {
             for k in 0..pass.slopes.len() {
                 let row = &mut self.rows[pass.first + k];
                 let slope = Lanes::new(s, &self.registers[pass.slopes[k]]);
-                let a = Lanes::new(s, &highest[0]).dot(slope).abs();
-                let b = Lanes::new(s, &highest[1]).dot(slope).abs();
-                let c = Lanes::new(s, &highest[2]).dot(slope).abs();
-                let d = Lanes::new(s, &highest[3]).dot(slope).abs();
+                let [a, tail, next] = modes(s, highest, slope);
                 let largest = slope.abs().largest();
-                let (tail, before) = (larger(a, b), larger(c, d));
-                let next = if tail < before { tail * (tail / before).sqrt() } else { tail };
                 let weight = self.order.power_of(h) * row.inverse_size;
                 if pass.first + k < positions {
                     let first_node = (self.registers[pass.unknowns[k]].0[0] - row.start.high).abs() * row.inverse_size;
@@ -68,11 +63,21 @@ impl<const N: usize> Sweeps<'_, N> {
             row.end_error *= factor;
         }
         for k in 0..self.ignorable.len() {
-            let mode = Lanes::new(s, &highest[0]).dot(Lanes::new(s, &self.registers[self.ignorable[k]])).abs();
-            inside = larger(inside, h * mode / (n - 1.0) * self.inverse_ignorable[k]);
+            let [a, _, next] = modes(s, highest, Lanes::new(s, &self.registers[self.ignorable[k]]));
+            inside = larger(inside, h * larger(a, 0.5 * next) / (n - 1.0) * self.inverse_ignorable[k]);
         }
         LocalErrors { inside, end: factor / h * most, tail: most, roughness }
     }
+}
+
+/// Of a slope: the highest mode, the larger one of the two highest, and what the decay of modes foretells of the highest
+/// where it happens to be small.
+#[inline(always)]
+fn modes<S: Simd, const N: usize>(s: S, highest: &[Nodes<N>; 4], slope: Lanes<S, N>) -> [f64; 3] {
+    let [a, b, c, d] = highest.each_ref().map(|mode| Lanes::new(s, mode).dot(slope).abs());
+    let (tail, before) = (larger(a, b), larger(c, d));
+    let next = if tail < before { tail * (tail / before).sqrt() } else { tail };
+    [a, tail, next]
 }
 
 /// The larger number; NaN if one is NaN, unlike `f64::max`.
