@@ -37,42 +37,42 @@ fn apply_operator(bencher: Bencher, name: &str) {
 #[divan::bench(args = [1_000, 10_000, 100_000, 1_000_000], sample_count = 10)]
 fn physical_limit_sbp21(bencher: Bencher, n: usize) {
     let case = grid("SBP21", n, &[]);
-    bencher.bench_local(|| solve::<f64, _>(black_box(&case)));
+    bencher.bench_local(|| solve::<f64>(black_box(&case)));
 }
 
 /// The physical limit with its certificate.
 #[divan::bench(args = [1_000, 10_000, 100_000, 1_000_000], sample_count = 10)]
 fn physical_limit_sbp42(bencher: Bencher, n: usize) {
     let case = grid("SBP42", n, &[]);
-    bencher.bench_local(|| solve::<f64, _>(black_box(&case)));
+    bencher.bench_local(|| solve::<f64>(black_box(&case)));
 }
 
 /// All 4N + 8 unknowns.
 #[divan::bench(args = [200, 2_000, 20_000], sample_count = 10)]
 fn doubled_sbp42(bencher: Bencher, n: usize) {
     let case = grid("SBP42", n, &["solver.system=doubled"]);
-    bencher.bench_local(|| solve::<f64, _>(black_box(&case)));
+    bencher.bench_local(|| solve::<f64>(black_box(&case)));
 }
 
 /// 1000 nodes, the number of digits in the solver's two kinds of arithmetic.
 #[divan::bench(args = ["SBP21", "SBP42"])]
 fn a_thousand_nodes_in_16_digits(bencher: Bencher, sbp: &str) {
     let case = grid(sbp, 1000, &[]);
-    bencher.bench_local(|| solve::<f64, _>(black_box(&case)));
+    bencher.bench_local(|| solve::<f64>(black_box(&case)));
 }
 
 /// The same in extended precision.
 #[divan::bench(args = ["SBP21", "SBP42"])]
 fn a_thousand_nodes_in_40_digits(bencher: Bencher, sbp: &str) {
     let case = grid(sbp, 1000, &["solver.digits=40"]);
-    bencher.bench_local(|| solve::<Extended, _>(black_box(&case)));
+    bencher.bench_local(|| solve::<Extended>(black_box(&case)));
 }
 
 /// The same potential as a built-in and as a formula.
 #[divan::bench(args = ["{quartic={kappa=0.5}}", "{formula={expression=\"x^4/2\"}}"])]
 fn potential(bencher: Bencher, potential: &str) {
     let case = grid("SBP21", 100_000, &[&format!("potential={potential}")]);
-    bencher.bench_local(|| solve::<f64, _>(black_box(&case)));
+    bencher.bench_local(|| solve::<f64>(black_box(&case)));
 }
 
 /// Everything that is measured on a solution of 100 000 nodes.
@@ -86,6 +86,6 @@ fn diagnostics(bencher: Bencher) {
 #[divan::bench(args = [1.0, 10.0, 100.0])]
 fn reference(bencher: Bencher, length: f64) {
     let case = case(&[]);
-    let (metric, initial) = (case.metric(), case.initial_data());
+    let (metric, initial) = (case.geometry(), case.start());
     bencher.bench_local(|| ReferenceTrajectory::new(black_box(&metric), &initial, length, f64::MOST_DIGITS));
 }

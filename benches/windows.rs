@@ -41,7 +41,7 @@ fn quartic() -> SceneCase {
 fn solve_one_coordinate(bencher: Bencher) {
     let motion = "potential.quartic.kappa = 0.5\ninitial = { t = 0.0, x = 1.0, t_dot = 1.0, x_dot = 0.1 }";
     let case = Case::parse("bench", &format!("{motion}{RUN}"), &[]).expect("a valid case");
-    bencher.bench_local(|| solve::<f64, _>(black_box(&case)).expect("it is solved"));
+    bencher.bench_local(|| solve::<f64>(black_box(&case)).expect("it is solved"));
 }
 
 #[divan::bench]

@@ -8,22 +8,24 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use geodesic_ivp::engine::{Engine, Failure};
-use geodesic_ivp::geometry::geodesic::InitialData;
-use geodesic_ivp::geometry::metric::Metric;
-use geodesic_ivp::geometry::potential::Potential;
+use geodesic_ivp::Case;
+use geodesic_ivp::case::builtin;
+use geodesic_ivp::engine::Engine;
+use geodesic_ivp::geometry::{Geometry, Start};
 
-fn main() -> Result<(), Failure> {
+fn main() -> Result<(), Box<dyn std::error::Error>> {
     let windows = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(4_000_000_usize);
-    let metric = Metric::new(Potential::quartic(0.5), 1.0, 1.0);
-    let initial = InitialData { t: 0.0, x: 1.0, t_dot: 1.0, x_dot: 0.1 };
-    let (start, constants) = (initial.start(&metric), initial.invariants(&metric));
-    let mut engine =
-        Engine::equal(metric.scene(), &start, 0.25 * windows as f64, windows, 20).map_err(Failure::OutsideDomain)?;
+    let case = Case::parse("quartic", builtin::text("quartic").ok_or("it is built in")?, &[])?;
+    let (geometry, start): (Geometry, Start) = (case.geometry(), case.start());
+    let norm = geometry.norm(&start.q, &start.q_dot);
+    let mut point = geometry.point();
+    let mut engine = Engine::equal(&geometry, &start, 0.25 * windows as f64, windows, 20)?;
     let (mut worst, begun) = (0.0_f64, Instant::now());
     engine.run(|window| {
         let (x, w) = (window.end().positions()[1], window.end().momenta()[0]);
-        let delta = constants.q_t * constants.q_t / metric.g00(x) - w * w - constants.k;
+        // A point of the run is inside the domain.
+        let _ = point.evaluate(&[0.0, x], &[start.p[0], w]);
+        let delta = start.p[0] * point.q_dot(0) - w * w - norm;
         worst = worst.max(delta.abs());
         if (window.index + 1).is_multiple_of((windows / 8).max(1)) {
             println!("gamma {:>9}: dK {delta:+.2e}", window.gamma + window.length);

@@ -11,7 +11,6 @@ use std::path::Path;
 use std::{env, fs};
 
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::geometry::metric::Metric;
 use geodesic_ivp::output::{Chart, Ink, Mark, Scale, Series};
 use geodesic_ivp::{Case, Solution, solve};
 
@@ -54,9 +53,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let solution: Solution = solve(&long)?;
     let diagnostics = Diagnostics::new(&solution);
     let own = solution.gamma().zip(diagnostics.charges[0].delta.iter().map(|delta| delta.abs())).collect();
-    let initial = long.initial_data::<f64>();
-    let start = [initial.t, initial.x, initial.t_dot, initial.x_dot];
-    let other = runge_kutta(&long.metric(), start, 100.0, 2000);
+    let other = runge_kutta([0.0, 1.0, 1.0, 0.1], 100.0, 2000);
     let charge = Chart {
         title: "The charge Q_t over a hundred units of γ".to_owned(),
         x_label: "γ".to_owned(),
@@ -74,14 +71,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// |g00 ṫ − Q_t| after every step.
-fn runge_kutta(metric: &Metric, start: [f64; 4], length: f64, steps: usize) -> Vec<(f64, f64)> {
+/// |g00 ṫ − Q_t| after every step, where g00 = 1 + x⁴.
+fn runge_kutta(start: [f64; 4], length: f64, steps: usize) -> Vec<(f64, f64)> {
+    let g00 = |x: f64| 1.0 + x.powi(4);
     let slope = |[_, x, u, w]: [f64; 4]| {
-        let g = metric.at(x);
-        [u, w, -g.first / g.g00 * u * w, -0.5 * g.first * u * u]
+        let first = 4.0 * x.powi(3);
+        [u, w, -first / g00(x) * u * w, -0.5 * first * u * u]
     };
     let moved = |y: [f64; 4], k: [f64; 4], h: f64| std::array::from_fn(|i| y[i] + h * k[i]);
-    let charge = |y: [f64; 4]| metric.at(y[1]).g00 * y[2];
+    let charge = |y: [f64; 4]| g00(y[1]) * y[2];
     let (h, mut y) = (length / steps as f64, start);
     let mut found = Vec::new();
     for step in 1..=steps {

@@ -48,7 +48,6 @@ const SCENES: [Scene; 2] = [
 /// A solved case with its diagnostics.
 struct Solved<S: Real = f64> {
     label: String,
-    case: Case,
     solution: Solution<S>,
     diagnostics: Diagnostics<S>,
 }
@@ -58,7 +57,7 @@ impl<S: Arithmetic> Solved<S> {
         let case = Case::parse(label, text, overrides)?;
         let solution = solve(&case)?;
         let diagnostics = Diagnostics::new(&solution);
-        Ok(Self { label: label.to_owned(), case, solution, diagnostics })
+        Ok(Self { label: label.to_owned(), solution, diagnostics })
     }
 
     fn run(&self) -> Run<'_, S> {
@@ -69,12 +68,11 @@ impl<S: Arithmetic> Solved<S> {
 impl Solved {
     /// x(t) of this run with the reference and the time-parametrised motion, in the company of others.
     fn trajectory(&self, title: &str, runs: &[Run<'_>]) -> Result<Chart> {
-        let initial = self.case.initial_data();
+        let (geometry, start) = (self.solution.geometry(), &self.solution.place.start);
         let length = self.solution.gamma_f() - self.solution.gamma_i;
-        let reference =
-            ReferenceTrajectory::new(self.solution.geometry(), &self.solution.initial(), length, f64::MOST_DIGITS)?;
+        let reference = ReferenceTrajectory::new(geometry, start, length, f64::MOST_DIGITS)?;
         let duration = self.solution.end_state().t - self.solution.t_i();
-        let in_time = time_parametrised(self.solution.geometry(), initial, duration, 400);
+        let in_time = time_parametrised(geometry, start, duration, 400);
         Ok(pictures::trajectory(title, runs, Some(&reference), &in_time))
     }
 }
@@ -275,7 +273,7 @@ fn longer_runs(page: &mut Page, scene: &Scene) -> Result<()> {
 fn convergence(page: &mut Page, scene: &Scene) -> Result<()> {
     let case = Case::parse(scene.name, scene.text, &[])?;
     let operators = [SbpName::Sbp21, SbpName::Sbp42];
-    let convergence = sweep::<f64, _>(
+    let convergence = sweep::<f64>(
         &case,
         &operators.map(|sbp| (sbp, Form::Strong)),
         &[16, 32, 64, 128, 256],

@@ -1,6 +1,7 @@
 //! Random potentials of one coordinate, solved to a random accuracy and compared with other integrators.
 
 use std::fmt;
+use std::sync::Arc;
 
 use geodesic_ivp::case::{Case, End};
 use geodesic_ivp::trajectory::Sampler;
@@ -60,7 +61,7 @@ impl Scene {
             (Err(_), End::Length(length)) => length,
             (Err(failure), End::Duration(_)) => return Outcome::Refused(failure.to_string()),
         };
-        let truth = Truth::one(&case.metric(), case.initial_data(), length);
+        let truth = Truth::new(&Arc::new(case.geometry()), &case.start(), length);
         let Some(exact) = truth.filter(|truth| truth.apart <= AGREED * accuracy + ROUNDING) else {
             return Outcome::NoReference;
         };
@@ -80,7 +81,7 @@ impl Scene {
         let mut sampler = Sampler::new(&solution);
         for pair in gammas.windows(2) {
             let sample = sampler.at_gamma(0.5 * (pair[0] + pair[1])).expect("inside the run");
-            see(sample.gamma, [sample.t, sample.x]);
+            see(sample.gamma, [sample.q[0], sample.q[1]]);
         }
         if let End::Duration(duration) = case.end::<f64>() {
             let end = solution.end_state();
@@ -89,7 +90,7 @@ impl Scene {
             }
             // x where the exact t is the one asked for.
             let there = exact.at(length);
-            let velocity = end.x_dot * solution.geometry().g00(end.x) / end.q_t;
+            let velocity = end.x_dot * solution.geometry().g00(&[0.0, end.x]).unwrap_or(f64::NAN) / end.q_t;
             errors[1] = errors[1].max((end.x - (there[1] + velocity * (duration - there[0]))).abs());
         }
         let [t, x] = [0, 1].map(|a| (errors[a] - exact.uncertain[a]) / solution.sizes[a]);

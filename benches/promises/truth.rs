@@ -4,11 +4,9 @@
 
 use std::sync::Arc;
 
-use geodesic_ivp::geometry::geodesic::InitialData;
-use geodesic_ivp::geometry::metric::Metric;
 use geodesic_ivp::geometry::{Geometry, Start};
-use geodesic_ivp::methods::{Dop853, Output, PeerIn, Problem, Setting};
-use geodesic_ivp::reference::{ReferencePoint, ReferenceTrajectory};
+use geodesic_ivp::methods::{Dop853, Output, Peer, Problem, Setting, State};
+use geodesic_ivp::reference::ReferenceTrajectory;
 
 /// Pieces on which the integrators begin anew.
 const PIECES: usize = 96;
@@ -19,7 +17,7 @@ const ROUNDING: f64 = 2e-13;
 
 /// The exact world-line.
 pub(crate) struct Truth {
-    pieces: Vec<Piece>,
+    pieces: Vec<ReferenceTrajectory>,
     /// The length of each in γ.
     piece: f64,
     /// What every coordinate may be off by.
@@ -28,48 +26,21 @@ pub(crate) struct Truth {
     pub(crate) apart: f64,
 }
 
-enum Piece {
-    One(f64, Box<ReferenceTrajectory>),
-    Scene(Box<ReferenceTrajectory<f64, Geometry>>),
-}
-
 impl Truth {
-    /// Of t − t_i and x; `None` where it leaves the domain.
-    pub(crate) fn one(metric: &Metric, initial: InitialData, length: f64) -> Option<Self> {
-        let piece = BEYOND * length / PIECES as f64;
-        let q_t = initial.invariants(metric).q_t;
-        let start = InitialData { t: 0.0, ..initial };
-        let (mut here, mut other) = (start, start);
-        let (mut pieces, mut apart) = (Vec::new(), Apart::new(2));
-        for _ in 0..PIECES {
-            let trajectory = ReferenceTrajectory::new(metric, &here, piece, 16).ok()?;
-            let ReferencePoint { elapsed, x, t_dot, x_dot } = trajectory.at(piece);
-            pieces.push(Piece::One(here.t, Box::new(trajectory)));
-            here = InitialData { t: here.t + elapsed, x, t_dot, x_dot };
-            let problem = Problem { space: metric.clone().into(), start: other, length: piece };
-            let state = *Dop853.run(&problem, &Output::even(1), Setting::tolerance(1e-15)).ok()?.states.last()?;
-            let t_dot = q_t / metric.at(state.x).g00;
-            other = InitialData { t: other.t + state.elapsed, x: state.x, t_dot, x_dot: state.w };
-            apart.see(&[here.t, here.x], &[other.t, other.x]);
-        }
-        Some(apart.truth(pieces, piece))
-    }
-
-    /// Of all coordinates of a scene.
-    pub(crate) fn scene(geometry: &Arc<Geometry>, start: &Start, length: f64) -> Option<Self> {
+    /// Of all coordinates; `None` where it leaves the domain.
+    pub(crate) fn new(geometry: &Arc<Geometry>, start: &Start, length: f64) -> Option<Self> {
         let piece = BEYOND * length / PIECES as f64;
         let (mut here, mut other) = (start.clone(), start.clone());
         let (mut pieces, mut apart) = (Vec::new(), Apart::new(start.q.len()));
         for _ in 0..PIECES {
-            let trajectory = ReferenceTrajectory::new(&**geometry, &here, piece, 16).ok()?;
+            let trajectory = ReferenceTrajectory::new(geometry, &here, piece, 16).ok()?;
             let end = trajectory.at(piece);
-            pieces.push(Piece::Scene(Box::new(trajectory)));
-            here = Start { q: end.q, q_dot: end.q_dot, p: end.p };
-            let problem = Problem { space: Arc::clone(geometry), start: other.clone(), length: piece };
+            pieces.push(trajectory);
+            here = end;
+            let problem = Problem { space: Arc::clone(geometry), start: other.clone(), length: piece, g00: None };
             let found = Dop853.run(&problem, &Output::even(1), Setting::tolerance(1e-15)).ok()?;
-            let state = found.states.last()?;
-            let (q, p) = (state.q.clone(), state.p.clone());
-            other = Start { q_dot: geometry.velocities(&q, &p).ok()?, q, p };
+            let State { q, p } = found.states.last()?;
+            other = Start { q_dot: geometry.velocities(q, p).ok()?, q: q.to_vec(), p: p.to_vec() };
             apart.see(&here.q, &other.q);
         }
         Some(apart.truth(pieces, piece))
@@ -79,13 +50,7 @@ impl Truth {
     pub(crate) fn at(&self, gamma: f64) -> Vec<f64> {
         let index = ((gamma / self.piece) as usize).min(PIECES - 1);
         let inside = gamma - index as f64 * self.piece;
-        match &self.pieces[index] {
-            Piece::One(t, trajectory) => {
-                let point = trajectory.at(inside);
-                vec![t + point.elapsed, point.x]
-            }
-            Piece::Scene(trajectory) => trajectory.at(inside).q,
-        }
+        self.pieces[index].at(inside).q
     }
 }
 
@@ -108,7 +73,7 @@ impl Apart {
         }
     }
 
-    fn truth(self, pieces: Vec<Piece>, piece: f64) -> Truth {
+    fn truth(self, pieces: Vec<ReferenceTrajectory>, piece: f64) -> Truth {
         let of_each = || self.most.iter().zip(&self.sizes);
         Truth {
             pieces,

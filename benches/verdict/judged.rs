@@ -67,7 +67,7 @@ fn one(case: &Case) -> Judged {
     let error = run_error(case, &solution);
     let facts = facts_of_solution(&solution, &measures, error.as_ref());
     let length = solution.length;
-    let Some(truth) = Truth::one(solution.geometry(), case.initial_data(), length) else {
+    let Some(truth) = Truth::new(&solution.place.geometry, &solution.place.start, length) else {
         return Judged::new(&facts, Found::NoReference);
     };
     let elapsed = solution.t().map(|t| t - solution.t_i());
@@ -80,7 +80,8 @@ fn one(case: &Case) -> Judged {
         // The error of x at the time that was asked for.
         let exact = truth.at(last.gamma);
         let [t, x] = [exact[0], exact[1]];
-        let velocity = solution.end_state().x_dot * solution.geometry().at(x).g00 / solution.end_state().q_t;
+        let velocity = solution.end_state().x_dot * solution.geometry().g00(&[0.0, x]).unwrap_or(f64::NAN)
+            / solution.end_state().q_t;
         last.q = vec![t, last.q[1] - velocity * (duration - t)];
     }
     let found = compare(&facts, &truth, &nodes);
@@ -93,7 +94,7 @@ fn scene(case: &SceneCase) -> Judged {
     let diagnostics = Diagnostics::of_scene(&line, &[], &mut [], case.is_lifted());
     let facts = facts_of_world_line(&line, &diagnostics, scene_error(&line).as_ref());
     let geometry = Arc::new(line.geometry().clone());
-    let Some(truth) = Truth::scene(&geometry, &line.place.start, line.length) else {
+    let Some(truth) = Truth::new(&geometry, &line.place.start, line.length) else {
         return Judged::new(&facts, Found::NoReference);
     };
     let n = geometry.dimension();

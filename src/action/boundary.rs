@@ -15,7 +15,7 @@
 
 use super::DoubledAction;
 use super::state::{BothStates, BranchState};
-use crate::geometry::{Dynamics, Term, other, single};
+use crate::geometry::{Term, other, single};
 use crate::number::Real;
 
 /// One end of both branches together.
@@ -28,7 +28,7 @@ pub(super) struct Tie<S> {
     momenta: Vec<S>,
 }
 
-impl<S: Real, L: Dynamics<S>> DoubledAction<'_, S, L> {
+impl<S: Real> DoubledAction<'_, S> {
     pub(super) fn ties(&self, u: &[S], states: &BothStates<S>) -> [Tie<S>; 2] {
         let (layout, structure) = (self.layout(), self.lagrangian.structure());
         let n = layout.dimension();

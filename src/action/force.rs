@@ -9,7 +9,7 @@
 
 use super::DoubledAction;
 use super::state::BothStates;
-use crate::geometry::{Dynamics, ForceTerm, Samples};
+use crate::geometry::{ForceTerm, Samples};
 use crate::number::{Real, sum};
 
 /// The force at the mean of the branches, and their difference.
@@ -22,7 +22,7 @@ pub(super) struct MeanForce<S> {
 
 impl<S: Real> MeanForce<S> {
     /// `None` if no force acts.
-    pub(super) fn zeros<L: Dynamics<S>>(action: &DoubledAction<'_, S, L>) -> Option<Self> {
+    pub(super) fn zeros(action: &DoubledAction<'_, S>) -> Option<Self> {
         let (structure, points) = (action.lagrangian.structure(), action.sbp.points());
         let rows = (structure.dimension, structure.force_rows);
         (!structure.force.is_empty())
@@ -30,11 +30,7 @@ impl<S: Real> MeanForce<S> {
     }
 
     /// `None` if no force acts.
-    pub(super) fn new<L: Dynamics<S>>(
-        action: &DoubledAction<'_, S, L>,
-        u: &[S],
-        states: &BothStates<S>,
-    ) -> Option<Self> {
+    pub(super) fn new(action: &DoubledAction<'_, S>, u: &[S], states: &BothStates<S>) -> Option<Self> {
         let mut mean_force = Self::zeros(action)?;
         let (layout, points) = (action.layout(), action.sbp.points());
         let n = layout.dimension();
@@ -54,7 +50,7 @@ impl<S: Real> MeanForce<S> {
     }
 }
 
-impl<S: Real, L: Dynamics<S>> DoubledAction<'_, S, L> {
+impl<S: Real> DoubledAction<'_, S> {
     /// The term of the force.
     pub(super) fn force_term(&self, mean: &MeanForce<S>) -> S {
         let weights = self.sbp.weights();

@@ -27,10 +27,10 @@
 use super::force::MeanForce;
 use super::state::{BothStates, BranchState};
 use super::{DoubledAction, Form};
-use crate::geometry::{Dynamics, ForceTerm, Term, other};
+use crate::geometry::{ForceTerm, OutsideGeometry, Term, other};
 use crate::linalg::sparse::Pattern;
 
-impl<L: Dynamics<f64>> DoubledAction<'_, f64, L> {
+impl DoubledAction<'_, f64> {
     /// The pattern of [`Self::newton_matrix`], see [`Layout::equal_unknowns`](super::Layout::equal_unknowns).
     pub fn newton_pattern(&self) -> Pattern {
         let mut places = Vec::new();
@@ -46,7 +46,7 @@ impl<L: Dynamics<f64>> DoubledAction<'_, f64, L> {
     ///
     /// # Errors
     /// The first node that lies outside the domain.
-    pub fn newton_matrix(&self, u: &[f64]) -> Result<Vec<f64>, L::Outside> {
+    pub fn newton_matrix(&self, u: &[f64]) -> Result<Vec<f64>, OutsideGeometry> {
         let states = self.both_branches(u)?;
         let force = MeanForce::new(self, u, &states);
         let mut parts = Vec::new();

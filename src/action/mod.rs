@@ -22,16 +22,19 @@
 //!
 //! ```
 //! use geodesic_ivp::action::DoubledAction;
-//! use geodesic_ivp::geometry::geodesic::InitialData;
-//! use geodesic_ivp::geometry::metric::Metric;
-//! use geodesic_ivp::geometry::potential::Potential;
+//! use geodesic_ivp::geometry::{Geometry, PotentialText, Start};
 //! use geodesic_ivp::sbp::{SbpOperator, coefficients::SBP21};
 //!
 //! // A free particle moves on a straight line, and that is a critical point of the weak action.
-//! let metric = Metric::new(Potential::free(), 1.0, 1.0);
-//! let initial = InitialData { t: 0.0, x: 0.0, t_dot: 1.0, x_dot: 0.5 };
+//! let one = || "1".to_owned();
+//! let (coordinates, expression) = (vec!["x".to_owned()], "0".to_owned());
+//! let (mass, masses, c) = (one(), vec![one()], one());
+//! let free = PotentialText { coordinates, expression, mass, masses, c, ..PotentialText::default() };
+//! let geometry = Geometry::of_x(free)?;
+//! let (q, q_dot) = (vec![0.0, 0.0], vec![1.0, 0.5]);
+//! let start = Start { p: geometry.momenta(&q, &q_dot), q, q_dot };
 //! let sbp = SbpOperator::new(&SBP21, 11, 0.1)?;
-//! let action = DoubledAction::weak(&sbp, &metric, initial.start(&metric));
+//! let action = DoubledAction::weak(&sbp, &geometry, start);
 //! let t: Vec<f64> = (0..11).map(|k| sbp.node(k)).collect();
 //! let x: Vec<f64> = t.iter().map(|t| 0.5 * t).collect();
 //! let mut gradient = vec![1.0; action.layout().unknowns()];
@@ -55,43 +58,42 @@ pub use rounding::GradientRounding;
 
 use self::force::MeanForce;
 use self::state::{BothStates, BranchState};
-use crate::geometry::metric::Metric;
-use crate::geometry::{Dynamics, Source, Start};
+use crate::geometry::{Geometry, OutsideGeometry, Source, Start};
 use crate::number::Real;
 use crate::number::norm::max_abs;
 use crate::sbp::{RegularisedOperator, SbpOperator};
 
 /// E_IVP for one grid, Lagrangian and set of initial data, in 2nN + 4n unknowns (strong) or 2nN (weak), see [`Layout`].
 #[derive(Debug)]
-pub struct DoubledAction<'a, S = f64, L = Metric<S>> {
+pub struct DoubledAction<'a, S = f64> {
     form: Form,
     sbp: &'a SbpOperator<S>,
-    lagrangian: &'a L,
+    lagrangian: &'a Geometry<S>,
     initial: Start<S>,
     /// D̄ of each coordinate.
     bars: Vec<RegularisedOperator<'a, S>>,
 }
 
-impl<'a, S: Real, L: Dynamics<S>> DoubledAction<'a, S, L> {
+impl<'a, S: Real> DoubledAction<'a, S> {
     /// The paper's strong form, with the regularised operators D̄.
-    pub fn new(sbp: &'a SbpOperator<S>, lagrangian: &'a L, initial: Start<S>) -> Self {
+    pub fn new(sbp: &'a SbpOperator<S>, lagrangian: &'a Geometry<S>, initial: Start<S>) -> Self {
         let bars = initial.q.iter().map(|&q| RegularisedOperator::new(sbp, q)).collect();
         Self { form: Form::Strong, sbp, lagrangian, initial, bars }
     }
 
     /// The weak form, without multipliers, which the paper's outlook asks for.
-    pub fn weak(sbp: &'a SbpOperator<S>, lagrangian: &'a L, initial: Start<S>) -> Self {
+    pub fn weak(sbp: &'a SbpOperator<S>, lagrangian: &'a Geometry<S>, initial: Start<S>) -> Self {
         Self { form: Form::Weak, ..Self::new(sbp, lagrangian, initial) }
     }
 
     /// The action in the given form.
-    pub fn of_form(form: Form, sbp: &'a SbpOperator<S>, lagrangian: &'a L, initial: Start<S>) -> Self {
+    pub fn of_form(form: Form, sbp: &'a SbpOperator<S>, lagrangian: &'a Geometry<S>, initial: Start<S>) -> Self {
         Self { form, ..Self::new(sbp, lagrangian, initial) }
     }
 
     /// The strong form with D in place of D̄, to show what the regularisation is for: this action has wrong critical
     /// points or none.
-    pub fn without_regularisation(sbp: &'a SbpOperator<S>, lagrangian: &'a L, initial: Start<S>) -> Self {
+    pub fn without_regularisation(sbp: &'a SbpOperator<S>, lagrangian: &'a Geometry<S>, initial: Start<S>) -> Self {
         let bars = vec![RegularisedOperator::without_regularisation(sbp); initial.q.len()];
         Self { form: Form::Strong, sbp, lagrangian, initial, bars }
     }
@@ -116,7 +118,7 @@ impl<'a, S: Real, L: Dynamics<S>> DoubledAction<'a, S, L> {
         &self.initial
     }
 
-    fn both_branches(&self, u: &[S]) -> Result<BothStates<S>, L::Outside> {
+    fn both_branches(&self, u: &[S]) -> Result<BothStates<S>, OutsideGeometry> {
         BothStates::new(self.lagrangian, &self.bars, self.layout(), u)
     }
 
@@ -124,7 +126,7 @@ impl<'a, S: Real, L: Dynamics<S>> DoubledAction<'a, S, L> {
     ///
     /// # Errors
     /// The first node of either branch that lies outside the domain.
-    pub fn value(&self, u: &[S]) -> Result<S, L::Outside> {
+    pub fn value(&self, u: &[S]) -> Result<S, OutsideGeometry> {
         let states = self.both_branches(u)?;
         let values = &self.lagrangian.structure().values;
         let [forward, backward] = [0, 1].map(|branch| states.get(branch).value(values, self.sbp));
@@ -141,7 +143,7 @@ impl<'a, S: Real, L: Dynamics<S>> DoubledAction<'a, S, L> {
     ///
     /// # Errors
     /// The first node of either branch that lies outside the domain.
-    pub fn gradient(&self, u: &[S], out: &mut [S]) -> Result<(), L::Outside> {
+    pub fn gradient(&self, u: &[S], out: &mut [S]) -> Result<(), OutsideGeometry> {
         self.gradient_at(&self.both_branches(u)?, u, out);
         Ok(())
     }

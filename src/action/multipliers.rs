@@ -7,10 +7,9 @@
 //! In t and x they are the paper's λ1 … λ8, in the order λ_t, μ_t, λ_x, μ_x, ν_t, ν_x, κ_t, κ_x.
 
 use super::{DoubledAction, MULTIPLIERS_PER_COORDINATE};
-use crate::geometry::Dynamics;
 use crate::number::{Real, sum};
 
-impl<S: Real, L: Dynamics<S>> DoubledAction<'_, S, L> {
+impl<S: Real> DoubledAction<'_, S> {
     /// The constraints that the multipliers of the strong form enforce, in their order. They can be asked for in the
     /// weak form, too.
     pub fn constraints(&self, u: &[S]) -> Vec<S> {

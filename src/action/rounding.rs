@@ -2,7 +2,7 @@
 
 use super::DoubledAction;
 use super::state::BranchState;
-use crate::geometry::{Dynamics, Samples, Source, Term, other};
+use crate::geometry::{OutsideGeometry, Samples, Source, Term, other};
 use crate::number::Real;
 use crate::number::norm::max_abs;
 
@@ -15,13 +15,13 @@ pub struct GradientRounding {
     pub values: Vec<f64>,
 }
 
-impl<S: Real, L: Dynamics<S>> DoubledAction<'_, S, L> {
+impl<S: Real> DoubledAction<'_, S> {
     /// The size of the rounding error to be expected in the entries of ∇E_IVP at `u`, by kind of row. Differences of q
     /// are divided by h, so it grows like N.
     ///
     /// # Errors
     /// The first node of either branch that lies outside the domain.
-    pub fn gradient_rounding(&self, u: &[S]) -> Result<GradientRounding, L::Outside> {
+    pub fn gradient_rounding(&self, u: &[S]) -> Result<GradientRounding, OutsideGeometry> {
         let (layout, structure) = (self.layout(), self.lagrangian.structure());
         let n = layout.dimension();
         let multipliers = layout.multipliers(u);

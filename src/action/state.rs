@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::Layout;
-use crate::geometry::{Contraction, Dynamics, Samples, Source, Structure, Term};
+use crate::geometry::{Contraction, Geometry, OutsideGeometry, Samples, Source, Structure, Term};
 use crate::number::Real;
 use crate::number::norm::max_abs;
 use crate::sbp::{RegularisedOperator, SbpOperator};
@@ -16,7 +16,7 @@ pub(super) struct BranchState<S> {
 }
 
 impl<S: Real> BranchState<S> {
-    pub(super) fn zeros(lagrangian: &impl Dynamics<S>, points: usize) -> Self {
+    pub(super) fn zeros(lagrangian: &Geometry<S>, points: usize) -> Self {
         let structure = lagrangian.structure();
         let mut velocities = Samples::zeros(structure.velocities(), points);
         if structure.has_one_form {
@@ -26,12 +26,12 @@ impl<S: Real> BranchState<S> {
     }
 
     /// Evaluates the branch at the positions `q`.
-    pub(super) fn evaluate<L: Dynamics<S>>(
+    pub(super) fn evaluate(
         &mut self,
-        lagrangian: &L,
+        lagrangian: &Geometry<S>,
         bars: &[RegularisedOperator<'_, S>],
         q: &[&[S]],
-    ) -> Result<(), L::Outside> {
+    ) -> Result<(), OutsideGeometry> {
         for (bar, (q, velocity)) in bars.iter().zip(q.iter().zip(self.velocities.rows_mut())) {
             bar.apply(q, velocity);
         }
@@ -93,17 +93,17 @@ pub(super) struct BothStates<S> {
 
 impl<S: Real> BothStates<S> {
     /// All zero, to look at the structure.
-    pub(super) fn zeros(lagrangian: &impl Dynamics<S>, points: usize) -> Self {
+    pub(super) fn zeros(lagrangian: &Geometry<S>, points: usize) -> Self {
         Self { forward: BranchState::zeros(lagrangian, points), backward: None }
     }
 
     /// Evaluates both branches of `u`.
-    pub(super) fn new<L: Dynamics<S>>(
-        lagrangian: &L,
+    pub(super) fn new(
+        lagrangian: &Geometry<S>,
         bars: &[RegularisedOperator<'_, S>],
         layout: Layout,
         u: &[S],
-    ) -> Result<Self, L::Outside> {
+    ) -> Result<Self, OutsideGeometry> {
         let evaluated = |branch: &[&[S]]| {
             let mut state = BranchState::zeros(lagrangian, branch[0].len());
             state.evaluate(lagrangian, bars, branch).map(|()| state)

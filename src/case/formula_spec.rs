@@ -8,8 +8,7 @@ use serde::de::{self, Deserializer, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
 use super::Decimal;
-use crate::geometry::potential::{Formula, FormulaError};
-use crate::number::Real;
+use crate::formula::{self, FormulaError, Graph, Names};
 
 /// `formula = { expression = "…", parameters = { … } }`, or `formula = "…"` where there are no parameters.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -21,24 +20,25 @@ pub struct FormulaSpec {
 }
 
 impl FormulaSpec {
-    /// The compiled formula, with the parameters in `S`.
+    /// Looks for a mistake in the expression.
     ///
     /// # Errors
-    /// [`FormulaError`] if there is a mistake in the expression.
-    pub(super) fn compiled<S: Real>(&self) -> Result<Formula<S>, FormulaError> {
+    /// [`FormulaError`] with its place.
+    pub(super) fn check(&self) -> Result<(), FormulaError> {
         self.without(None)
     }
 
     /// Parameters that the expression does not use.
     pub(super) fn unused_parameters(&self) -> Vec<&str> {
-        let unused = |name: &&str| self.without::<f64>(Some(name)).is_ok();
+        let unused = |name: &&str| self.without(Some(name)).is_ok();
         self.parameters.keys().map(String::as_str).filter(unused).collect()
     }
 
-    fn without<S: Real>(&self, missing: Option<&str>) -> Result<Formula<S>, FormulaError> {
+    fn without(&self, missing: Option<&str>) -> Result<(), FormulaError> {
         let kept = self.parameters.iter().filter(|(name, _)| Some(name.as_str()) != missing);
-        let values: BTreeMap<String, S> = kept.map(|(name, value)| (name.clone(), value.to())).collect();
-        Formula::new(&self.expression, &values)
+        let parameters: BTreeMap<String, f64> = kept.map(|(name, value)| (name.clone(), value.value())).collect();
+        let names = Names { variables: &["x"], parameters: &parameters, definitions: &BTreeMap::new() };
+        formula::parse(&self.expression, names, &mut Graph::default()).map(|_| ())
     }
 }
 

@@ -4,7 +4,7 @@ use super::validate::{check_nodes, check_spacing};
 use crate::action::Form;
 use crate::number::Real;
 use crate::sbp::SbpName;
-use crate::solve::{Limit, Settings, Setup, Space};
+use crate::solve::{Limit, Settings, Setup};
 
 /// What the solver is told on another grid: with that operator and form and so many nodes in each window, on
 /// γ ∈ [0, `length`], and without an accuracy. A spectral element gets as many windows as make about that number of
@@ -12,12 +12,12 @@ use crate::solve::{Limit, Settings, Setup, Space};
 ///
 /// # Errors
 /// A message that says what is wrong with that grid.
-pub fn on_grid<S: Real, G: Space<S>>(
-    setup: &Setup<S, G>,
+pub fn on_grid<S: Real>(
+    setup: &Setup<S>,
     (sbp, form): (SbpName, Form),
     n_gamma: usize,
     length: S,
-) -> Result<Setup<S, G>, String> {
+) -> Result<Setup<S>, String> {
     let (n_gamma, windows) = match sbp.fixed_points() {
         Some(nodes) => (nodes, (n_gamma.saturating_sub(1) / (nodes - 1)).max(1)),
         None => (n_gamma, setup.settings.windows),

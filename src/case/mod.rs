@@ -34,9 +34,7 @@ pub use keys::{KEYS, Key, SCENE_KEYS};
 pub use parse::{key_of, overridden};
 pub use scene::SceneCase;
 
-use crate::geometry::geodesic::InitialData;
-use crate::geometry::metric::Metric;
-use crate::geometry::potential::Potential;
+use crate::geometry::{Geometry, GeometryError, PotentialText, Start};
 use crate::number::Real;
 use crate::solve::{Limit, Status};
 
@@ -270,32 +268,74 @@ impl Case {
         self.settings().is_extended()
     }
 
-    /// The potential V(x).
-    pub fn potential<S: Real>(&self) -> Potential<S> {
-        match &self.potential {
-            PotentialSpec::Free {} => Potential::free(),
-            PotentialSpec::Linear { alpha } => Potential::linear(alpha.to()),
-            PotentialSpec::Quartic { kappa } => Potential::quartic(kappa.to()),
+    /// The potential with the particle, as text. A polynomial is written by Horner's rule.
+    fn potential_text(&self) -> PotentialText {
+        let number = |number: &Decimal| format!("({})", number.literal());
+        let mut parameters = Vec::new();
+        let expression = match &self.potential {
+            PotentialSpec::Free {} => "0".to_owned(),
+            PotentialSpec::Linear { alpha } => format!("{}*x", number(alpha)),
+            PotentialSpec::Quartic { kappa } => format!("{}*x*x*x*x", number(kappa)),
             PotentialSpec::Polynomial { coefficients } => {
-                Potential::polynomial(coefficients.iter().map(Decimal::to).collect())
+                let horner = |sum: String, c: &Decimal| format!("({sum}*x + {})", number(c));
+                coefficients.iter().rev().fold("0".to_owned(), horner)
             }
-            PotentialSpec::Formula(spec) => {
-                Potential::Formula(spec.compiled().expect("a valid case has a valid formula"))
+            PotentialSpec::Formula(FormulaSpec { expression, parameters: given }) => {
+                parameters.extend(given.iter().map(|(name, value)| (name.clone(), number(value))));
+                expression.clone()
             }
+        };
+        let mass = number(&self.particle.mass);
+        PotentialText {
+            coordinates: vec!["x".to_owned()],
+            expression,
+            parameters,
+            masses: vec![mass.clone()],
+            mass,
+            c: number(&self.particle.c),
+            ..PotentialText::default()
         }
     }
 
-    /// The metric of the case's space-time.
-    pub fn metric<S: Real>(&self) -> Metric<S> {
-        Metric::new(self.potential(), self.particle.mass.to(), self.particle.c.to())
+    /// The case's space-time of t and x.
+    ///
+    /// # Panics
+    /// If the case is not valid: g00 is 0 everywhere.
+    pub fn geometry<S: Real>(&self) -> Geometry<S> {
+        self.compiled().expect("a valid case has a valid geometry")
     }
 
-    /// The start and the tangent there, with ẋ_i = velocity · ṫ_i if the case gives a velocity.
-    pub fn initial_data<S: Real>(&self) -> InitialData<S> {
-        let Initial { t, x, t_dot, x_dot, velocity } = &self.initial;
+    fn compiled<S: Real>(&self) -> Result<Geometry<S>, GeometryError> {
+        Geometry::of_x(self.potential_text())
+    }
+
+    /// The coefficients of g00(x) = c² + 2V/m, lowest power first, if V is given by its coefficients.
+    pub fn g00(&self) -> Option<Vec<f64>> {
+        let mut g00: Vec<f64> = match &self.potential {
+            PotentialSpec::Free {} => Vec::new(),
+            PotentialSpec::Linear { alpha } => vec![0.0, alpha.value()],
+            PotentialSpec::Quartic { kappa } => vec![0.0, 0.0, 0.0, 0.0, kappa.value()],
+            PotentialSpec::Polynomial { coefficients } => coefficients.iter().map(Decimal::value).collect(),
+            PotentialSpec::Formula(_) => return None,
+        };
+        g00.iter_mut().for_each(|c| *c *= 2.0 / self.particle.mass.value());
+        g00.resize(g00.len().max(1), 0.0);
+        g00[0] += self.particle.c.value().powi(2);
+        Some(g00)
+    }
+
+    /// The start, from which t is counted, in the case's space-time; ẋ_i = velocity · ṫ_i if the case gives a velocity.
+    pub fn start<S: Real>(&self) -> Start<S> {
+        self.start_in(&self.geometry())
+    }
+
+    fn start_in<S: Real>(&self, geometry: &Geometry<S>) -> Start<S> {
+        let Initial { x, t_dot, x_dot, velocity, .. } = &self.initial;
         let t_dot = t_dot.to::<S>();
         let by_velocity = || velocity.as_ref().map(|velocity| velocity.to::<S>() * t_dot);
         let x_dot = x_dot.as_ref().map(Decimal::to).or_else(by_velocity).expect("a valid case has x_dot or velocity");
-        InitialData { t: t.to(), x: x.to(), t_dot, x_dot }
+        let (q, q_dot) = (vec![S::ZERO, x.to()], vec![t_dot, x_dot]);
+        let p = geometry.momenta(&q, &q_dot);
+        Start { q, q_dot, p }
     }
 }

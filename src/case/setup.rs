@@ -1,8 +1,10 @@
 //! From a case to what a solver is told.
 
+use std::sync::Arc;
+
 use super::{Case, Decimal, T};
 use crate::engine::Accuracy;
-use crate::geometry::metric::Metric;
+use crate::number::Real;
 use crate::solve::Arithmetic;
 use crate::solve::{Place, Settings, Setup};
 
@@ -29,12 +31,14 @@ impl Case {
     }
 
     /// The space-time and the start.
-    fn place<S: Arithmetic>(&self) -> Place<S, Metric<S>> {
-        Setup::place(self.metric(), self.initial_data())
+    fn place<S: Real>(&self) -> Place<S> {
+        let geometry = self.geometry();
+        let start = self.start_in(&geometry);
+        Place { geometry: Arc::new(geometry), start: Arc::new(start) }
     }
 }
 
-impl<S: Arithmetic> From<&Case> for Setup<S, Metric<S>> {
+impl<S: Arithmetic> From<&Case> for Setup<S> {
     fn from(case: &Case) -> Self {
         let place = case.place::<S>();
         Self {

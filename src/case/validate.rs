@@ -3,9 +3,8 @@
 use std::ops::Range;
 
 use super::{Case, DEFAULT_GAMMA_F, Decimal, Form, PotentialSpec, SbpName, System};
-use crate::formula::is_identifier;
-use crate::geometry::geodesic::InitialData;
-use crate::geometry::potential::is_reserved;
+use crate::formula::{is_identifier, is_reserved};
+use crate::geometry::{Geometry, Start};
 use crate::number::{Extended, Real};
 use crate::solve::Status;
 
@@ -75,7 +74,7 @@ impl Case {
         let PotentialSpec::Formula(spec) = &self.potential else { return Ok(()) };
         for name in spec.parameters.keys() {
             let path = format!("potential.formula.parameters.{name}");
-            if is_reserved(name) {
+            if name == "x" || is_reserved(name) {
                 return Err(invalid(&path, format!("the parameter name '{name}' already has a meaning in a formula")));
             }
             if !is_identifier(name) {
@@ -83,8 +82,8 @@ impl Case {
                     .help("a name is a letter or underscore, then letters, digits and underscores"));
             }
         }
-        match spec.compiled::<f64>() {
-            Ok(_) => Ok(()),
+        match spec.check() {
+            Ok(()) => Ok(()),
             Err(error) => {
                 let rest = &error.expression[error.offset..];
                 let length = rest.chars().next().map_or(0, char::len_utf8);
@@ -173,7 +172,7 @@ impl Case {
         let n_gamma = self.grid.n_gamma;
         let value = |number: &Option<Decimal>| number.as_ref().map(Decimal::value);
         let (gamma_i, gamma_f, t_f) = (self.grid.gamma_i.value(), value(&self.grid.gamma_f), value(&self.grid.t_f));
-        let initial: InitialData = self.initial_data();
+        let [t, t_dot] = [&self.initial.t, &self.initial.t_dot].map(Decimal::value);
         let sbp = self.scheme.sbp;
         let chosen = self.solver.chooses_windows();
         check_nodes((!chosen).then_some(sbp), n_gamma, self.grid.windows)?;
@@ -185,14 +184,14 @@ impl Case {
             self.check_spacing("grid.gamma_f", gamma_f - gamma_i)?;
         }
         if let Some(t_f) = t_f {
-            if initial.t_dot <= 0.0 {
+            if t_dot <= 0.0 {
                 return Err(invalid("grid.t_f", "t_f needs t_dot > 0: otherwise t does not increase with gamma"));
             }
-            if t_f <= initial.t {
-                let message = format!("t_f = {t_f} must be later than the initial t = {}", initial.t);
+            if t_f <= t {
+                let message = format!("t_f = {t_f} must be later than the initial t = {}", t);
                 return Err(invalid("grid.t_f", message));
             }
-            self.check_spacing("grid.t_f", (t_f - initial.t) / initial.t_dot)?;
+            self.check_spacing("grid.t_f", (t_f - t) / t_dot)?;
         }
         Ok(())
     }
@@ -208,27 +207,31 @@ impl Case {
                 return Err(invalid(path, format!("{path} must be positive, got {value}")));
             }
         }
-        let initial: InitialData = self.initial_data();
-        let start = self.metric().at(initial.x);
-        if !start.is_inside() {
-            let message = if start.g00 > 0.0 && start.g00.is_finite() {
-                format!("V' is not finite at the start, x = {:?}", initial.x)
+        let x = self.initial.x.value();
+        let geometry: Option<Geometry> = self.compiled().ok();
+        let [g00, slope] = geometry.as_ref().map_or([0.0; 2], |geometry| {
+            let (samples, [g00, slope, _]) = (geometry.at(&[0.0, x]), geometry.sources_of_g00());
+            [g00, slope].map(|source| samples.at(source, 0))
+        });
+        let is_inside = g00 > 0.0 && g00.is_finite() && slope.is_finite();
+        let Some(geometry) = geometry.filter(|_| is_inside) else {
+            let message = if g00 > 0.0 && g00.is_finite() {
+                format!("V' is not finite at the start, x = {x:?}")
             } else {
-                let at = (initial.x, start.g00);
-                format!("g00 = c^2 + 2V/m must be positive and finite at the start, got g00({:?}) = {:?}", at.0, at.1)
+                format!("g00 = c^2 + 2V/m must be positive and finite at the start, got g00({x:?}) = {g00:?}")
             };
             return Err(
                 invalid("initial.x", message).help("choose another initial x, a weaker potential or a larger c")
             );
-        }
-        if !initial.x_dot.is_finite() {
+        };
+        let Start { q, q_dot, p } = self.start_in(&geometry);
+        if !q_dot[1].is_finite() {
             return Err(invalid("initial.velocity", "velocity * t_dot is not a finite number"));
         }
-        if initial.t_dot == 0.0 && initial.x_dot == 0.0 {
+        if q_dot[0] == 0.0 && q_dot[1] == 0.0 {
             return Err(invalid("initial.t_dot", "t_dot and x_dot are both zero: the world-line would be a point"));
         }
-        let invariants = initial.invariants(&self.metric());
-        if !(invariants.q_t.is_finite() && invariants.k.is_finite()) {
+        if !(p[0].is_finite() && geometry.norm(&q, &q_dot).is_finite()) {
             let message = "Q_t = g00 t_dot or K = g00 t_dot^2 - x_dot^2 overflows: choose units nearer to 1";
             return Err(invalid("initial.t_dot", message));
         }

@@ -1,6 +1,7 @@
 //! Warnings about cases that are valid but may surprise.
 
 use super::{Case, PotentialSpec, Scheme};
+use crate::geometry::{Geometry, Start};
 
 /// If K is below this share of g00 ṫ², it is a small difference of large numbers and has lost digits.
 const NEARLY_SPACELIKE: f64 = 1e-2;
@@ -8,7 +9,9 @@ const NEARLY_SPACELIKE: f64 = 1e-2;
 impl Case {
     /// What a user should know before believing the result.
     pub fn warnings(&self) -> Vec<String> {
-        let invariants = self.initial_data::<f64>().invariants(&self.metric());
+        let geometry: Geometry = self.geometry();
+        let Start { q, q_dot, .. } = self.start_in(&geometry);
+        let k = geometry.norm(&q, &q_dot);
         let mut warnings = Vec::new();
         if !self.scheme.regularised {
             warnings.push(
@@ -26,21 +29,21 @@ impl Case {
             let unused = spec.unused_parameters().into_iter();
             warnings.extend(unused.map(|name| format!("the formula does not use the parameter '{name}'")));
         }
-        if invariants.k < 0.0 {
+        if k < 0.0 {
             warnings.push(format!(
                 "the initial tangent is spacelike (K = g00 t_dot^2 - x_dot^2 = {:.6} < 0): the particle starts faster \
                  than light, and the bound on H_BVP does not hold; for a motion of matter start slower, or raise \
                  particle.c",
-                invariants.k
+                k
             ));
         }
-        let timelike = invariants.k + self.initial_data::<f64>().x_dot.powi(2);
-        if (0.0..NEARLY_SPACELIKE * timelike).contains(&invariants.k) {
+        let timelike = k + q_dot[1].powi(2);
+        if (0.0..NEARLY_SPACELIKE * timelike).contains(&k) {
             warnings.push(format!(
                 "the initial tangent is nearly spacelike: K = {:.2e} is below {NEARLY_SPACELIKE} of g00 t_dot^2 = \
                  {timelike:.2e}; the particle starts almost with the speed of light, and K has lost digits: start \
                  slower, or raise solver.digits",
-                invariants.k
+                k
             ));
         }
         warnings

@@ -75,10 +75,9 @@ struct Number<S> {
 /// # Errors
 /// [`ExpectationNotMet`] if anything is different, and if there is not enough memory.
 fn compare<S: Arithmetic>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<String>> {
-    memory::check(&Setup::<S, _>::from(case), None)?;
-    let end = solve::<S, _>(case)
-        .map(|solution| solution.end_state())
-        .map_err(|failure| (failure.status, failure.to_string()));
+    memory::check(&Setup::<S>::from(case), None)?;
+    let end =
+        solve::<S>(case).map(|solution| solution.end_state()).map_err(|failure| (failure.status, failure.to_string()));
     let number = |name: &str, expected: &Option<Decimal>, found: fn(&EndState<S>) -> S| {
         let (expected, end) = (expected.as_ref()?.to(), end.as_ref().ok()?);
         Some(Number { name: name.to_owned(), found: found(end), expected })

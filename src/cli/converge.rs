@@ -156,7 +156,7 @@ fn check_memory<S: Arithmetic>(case: &AnyCase, args: &ConvergeArgs) -> anyhow::R
     for &sbp in &args.sbp {
         match case {
             AnyCase::One(one) => {
-                let grid = on_grid(&Setup::<S, _>::from(&**one), (sbp, one.scheme.form), finest, S::ONE).ok();
+                let grid = on_grid(&Setup::<S>::from(&**one), (sbp, one.scheme.form), finest, S::ONE).ok();
                 grid.map_or(Ok(()), |grid| memory::check(&grid, None))?;
             }
             AnyCase::Scene(scene) => {

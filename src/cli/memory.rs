@@ -6,7 +6,7 @@ use std::num::NonZero;
 use std::thread::available_parallelism;
 
 use geodesic_ivp::number::Real;
-use geodesic_ivp::solve::{Settings, Setup, Space, bytes_needed};
+use geodesic_ivp::solve::{Settings, Setup, bytes_needed};
 
 use super::report::Refusal;
 use super::samples::SampleArgs;
@@ -32,12 +32,13 @@ pub(super) fn require_room(all_cores: bool) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// [`Refusal`] with the memory that is needed and the memory that there is.
-pub(super) fn check<S: Real, G: Space<S>>(setup: &Setup<S, G>, samples: Option<&SampleArgs>) -> anyhow::Result<()> {
+pub(super) fn check<S: Real>(setup: &Setup<S>, samples: Option<&SampleArgs>) -> anyhow::Result<()> {
+    let is_of_x = setup.place.geometry.c_squared().is_some();
     let (only, count) = samples.map_or((false, 0), |samples| (samples.only(), samples.count()));
     let needed = bytes_needed(setup, only, count);
     let Some(available) = available().filter(|available| needed > *available) else { return Ok(()) };
     let Settings { n_gamma, windows, digits, .. } = setup.settings;
-    let help = match G::RUNS_WINDOW_BY_WINDOW && count > 0 && !only && windows > 1 {
+    let help = match is_of_x && count > 0 && !only && windows > 1 {
         true => "take fewer nodes or digits, or --samples-only, which keeps one window at a time",
         false => "take fewer nodes, digits or samples",
     };

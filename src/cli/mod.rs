@@ -17,7 +17,6 @@ mod run_one;
 mod run_scene;
 mod samples;
 mod scene_readable;
-mod second_opinion;
 mod shell;
 mod stability;
 mod stdout;

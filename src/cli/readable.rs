@@ -101,7 +101,6 @@ fn kept<S: Real>(
     error: Option<&RunError>,
     digits: Option<u32>,
 ) -> String {
-    let invariants = solution.invariants();
     let rounding = ROUNDING * 10.0_f64.powi(-(solution.digits as i32));
     let kept = |name: &str, deviation: S, size: S| {
         let share = (deviation.to_f64() / size.to_f64()).abs();
@@ -113,8 +112,8 @@ fn kept<S: Real>(
         }
     };
     let k = measures.max_abs_delta_k.max(measures.max_abs_delta_k_ends);
-    let charge = kept("Q_t", measures.max_abs_delta_q_t_interior, invariants.q_t);
-    let second = second_kept(k.to_f64(), invariants.k.to_f64(), measures.scales.x_dot, rounding);
+    let charge = kept("Q_t", measures.max_abs_delta_q_t_interior, solution.q_t());
+    let second = second_kept(k.to_f64(), solution.norm().to_f64(), measures.scales.x_dot, rounding);
     // The error of t is 0 where the run ends at a given time.
     let (what, verb) =
         if error.is_some_and(|error| error.at_most_at_end()[0] == 0.0) { ("x", "is") } else { ("t and x", "are") };
@@ -150,7 +149,7 @@ fn percent(share: f64) -> String {
 }
 
 fn charge<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> String {
-    let q_t = fixed(solution.invariants().q_t.to_f64(), 6);
+    let q_t = fixed(solution.q_t().to_f64(), 6);
     let interior = measures.max_abs_delta_q_t_interior.to_f64();
     if solution.form == Form::Weak {
         return format!("{q_t}; |dQ_t| <= {interior:.1e} at all nodes");
@@ -176,7 +175,7 @@ fn second_invariant<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> 
     let ends = if solution.window_count == 1 { "the end" } else { "the ends" };
     format!(
         "{}; |dK| <= {:.2e} at all nodes{but_last}, {:.2e} at {ends} handed on",
-        fixed(solution.invariants().k.to_f64(), 6),
+        fixed(solution.norm().to_f64(), 6),
         measures.max_abs_delta_k.to_f64(),
         measures.max_abs_delta_k_ends.to_f64()
     )

@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use clap::{Args, ValueHint};
 use geodesic_ivp::case::AnyCase;
+use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::diagnostics::gaps::Gaps;
-use geodesic_ivp::diagnostics::{Diagnostics, Measurable};
 use geodesic_ivp::number::Extended;
 use geodesic_ivp::number::Real;
 use geodesic_ivp::output::{
@@ -287,12 +287,11 @@ pub(super) struct Tables<'f> {
 impl Tables<'_> {
     /// Writes what was computed on the nodes. The two large tables are written in parallel: at a million nodes that is
     /// most of the work that is left after the solve.
-    pub(super) fn nodes<S, G>(&self, run: &WorldLine<S, G>, measured: &Diagnostics<S, G>) -> anyhow::Result<()>
-    where
-        S: Real,
-        G: Measurable<S, Measures: Sync> + Sync,
-        WorldLine<S, G>: Sync,
-    {
+    pub(super) fn nodes<S: Real, M: Sync>(
+        &self,
+        run: &WorldLine<S>,
+        measured: &Diagnostics<S, M>,
+    ) -> anyhow::Result<()> {
         let files = self.files;
         let (trajectory, residuals) = scope(|scope| {
             let write = || write_residuals(files.writer(RESIDUALS), run, measured);

@@ -5,13 +5,12 @@ use std::time::Instant;
 
 use geodesic_ivp::diagnostics::gaps::Gaps;
 use geodesic_ivp::diagnostics::{Diagnostics, Measures};
-use geodesic_ivp::geometry::geodesic::InitialData;
 use geodesic_ivp::number::Real;
 use geodesic_ivp::output::pictures::{self, Run};
 use geodesic_ivp::output::{self, Chart, Seconds, Summary, write_combined, write_samples};
 use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
 use geodesic_ivp::solve::Arithmetic;
-use geodesic_ivp::solve::{NoSolution, Setup, Space, solve_window_by_window};
+use geodesic_ivp::solve::{NoSolution, Setup, solve_window_by_window};
 use geodesic_ivp::study::run_error::error_with_samples;
 use geodesic_ivp::study::verdict::of_solution;
 use geodesic_ivp::trajectory::Sample;
@@ -21,7 +20,6 @@ use super::memory;
 use super::readable::readable;
 use super::report::Refusal;
 use super::run::{Job, Judged, RunArgs, Tables, doubt_gaps};
-use super::second_opinion::second_opinion;
 
 const PICTURES: [&str; 5] = ["world_line.svg", "t_dot.svg", "trajectory.svg", "delta_q_t.svg", "delta_g.svg"];
 
@@ -70,7 +68,7 @@ impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
     }
 
     fn check_memory(&self) -> anyhow::Result<()> {
-        memory::check(&Setup::<S, _>::from(self.case), Some(&self.args.samples))
+        memory::check(&Setup::<S>::from(self.case), Some(&self.args.samples))
     }
 
     fn solve(&self) -> (anyhow::Result<Solved<S>>, f64) {
@@ -122,7 +120,7 @@ impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
         let Solved { solution, diagnostics, samples, .. } = solved;
         match diagnostics {
             Some(diagnostics) => write_combined(out, &solution, &diagnostics),
-            None => write_samples(out, &solution.geometry().coordinates(), &samples, solution.digits),
+            None => write_samples(out, solution.geometry().names(), &samples, solution.digits),
         }
     }
 
@@ -131,16 +129,9 @@ impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
         // The nodes before the last window may be gone; what is written is compared all the same.
         let samples = if self.args.samples.only() { samples.as_slice() } else { &[] };
         let error = error_with_samples(self.case, solution, samples);
-        let mut verdict = of_solution(solution, measures, error.as_ref());
+        let verdict = of_solution(solution, measures, error.as_ref());
         let mut suspicions = measures.warnings(solution);
-        if !suspicions.is_empty()
-            && let Some(opinion) = second_opinion(self.case, solution)
-        {
-            summary.warnings.push(opinion.to_string());
-            suspicions.push(opinion.to_string());
-            verdict.doubt(opinion);
-        }
-        let gaps = self.looks_between().then(|| Gaps::new(solution, &self.case.metric(), verdict.error));
+        let gaps = self.looks_between().then(|| Gaps::new(solution, &self.case.geometry(), verdict.error));
         summary.set_error(error.as_ref(), verdict);
         if let Some(gaps) = gaps {
             doubt_gaps(&mut summary, &gaps, &mut suspicions);
@@ -156,7 +147,7 @@ impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
     fn write_tables(&self, solved: &Solved<S>, tables: &Tables<'_>) -> anyhow::Result<()> {
         let Solved { solution, diagnostics, samples, .. } = solved;
         if self.args.samples.wanted() {
-            tables.samples(|out| write_samples(out, &solution.geometry().coordinates(), samples, solution.digits))?;
+            tables.samples(|out| write_samples(out, solution.geometry().names(), samples, solution.digits))?;
         }
         match diagnostics {
             Some(diagnostics) => tables.nodes(solution, diagnostics),
@@ -182,10 +173,10 @@ impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
 fn pictures<S: Real>(title: &str, case: &Case, solution: &Solution<S>, diagnostics: &Diagnostics<S>) -> [Chart; 5] {
     let runs = [Run { label: "", solution, diagnostics }];
     // If the reference does not reach the end, the picture is drawn without it. For a line f64 is precise enough.
-    let (metric, initial) = (case.metric(), InitialData { t: 0.0, ..case.initial_data() });
-    let reference = ReferenceTrajectory::new(&metric, &initial, solution.length.to_f64(), f64::MOST_DIGITS).ok();
+    let (geometry, start) = (case.geometry(), case.start());
+    let reference = ReferenceTrajectory::new(&geometry, &start, solution.length.to_f64(), f64::MOST_DIGITS).ok();
     let duration = (solution.end_state().t - solution.t_i()).to_f64();
-    let in_time = time_parametrised(&metric, initial, duration, 400);
+    let in_time = time_parametrised(&geometry, &start, duration, 400);
     [
         pictures::world_line(title, solution),
         pictures::time_mesh(title, &runs),

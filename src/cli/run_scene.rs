@@ -6,7 +6,8 @@ use std::time::Instant;
 use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::diagnostics::gaps::Gaps;
-use geodesic_ivp::geometry::{ConservedSum, Geometry};
+use geodesic_ivp::diagnostics::scene::SceneMeasures;
+use geodesic_ivp::geometry::ConservedSum;
 use geodesic_ivp::number::Real;
 use geodesic_ivp::output::pictures::scene::{self as pictures, PlotAxes};
 use geodesic_ivp::output::{Chart, SceneSummary, Seconds, SolvedScene, write_combined, write_events, write_samples};
@@ -14,7 +15,7 @@ use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{NoSolution, Setup, WorldLine, solve};
 use geodesic_ivp::study::errors::scene_error;
 use geodesic_ivp::study::verdict::of_world_line;
-use geodesic_ivp::trajectory::{Coordinate, Crossing, Sampler, SceneSample, crossings};
+use geodesic_ivp::trajectory::{Coordinate, Crossing, Sample, Sampler, crossings};
 
 use super::memory;
 use super::report::Refusal;
@@ -50,7 +51,7 @@ impl<'c, S: Real> Scene<'c, S> {
     }
 
     /// The samples that are asked for.
-    fn samples(&self, line: &WorldLine<S>) -> anyhow::Result<Vec<SceneSample<S>>> {
+    fn samples(&self, line: &WorldLine<S>) -> anyhow::Result<Vec<Sample<S>>> {
         let Some((coordinate, values)) = self.args.samples.values::<S>() else { return Ok(Vec::new()) };
         let mut sampler = Sampler::new(line);
         let time = self.time().filter(|_| coordinate == Coordinate::Time);
@@ -71,8 +72,8 @@ impl<'c, S: Real> Scene<'c, S> {
 pub(super) struct Solved<S: Real> {
     line: WorldLine<S>,
     sums: Vec<ConservedSum>,
-    diagnostics: Diagnostics<S, Geometry<S>>,
-    samples: Vec<SceneSample<S>>,
+    diagnostics: Diagnostics<S, SceneMeasures<S>>,
+    samples: Vec<Sample<S>>,
     /// The events of the case, in the order of γ.
     events: Vec<Crossing<S>>,
     /// Seconds in the solver and in the diagnostics.

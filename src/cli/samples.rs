@@ -98,7 +98,7 @@ impl SampleArgs {
 
     /// The stream that takes the samples, if any are asked for.
     pub(super) fn stream<S: Real>(&self, case: &Case) -> Option<SampleStream<S>> {
-        let backwards = case.initial_data::<S>().t_dot < S::ZERO;
+        let backwards = case.initial.t_dot.value() < 0.0;
         let (coordinate, values) = self.values()?;
         Some(SampleStream::new(coordinate, values, backwards))
     }

@@ -4,7 +4,8 @@ use geodesic_ivp::action::Form;
 use geodesic_ivp::diagnostics::ChargeDeviation;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::diagnostics::gaps::Gaps;
-use geodesic_ivp::geometry::{ConservedSum, Geometry};
+use geodesic_ivp::diagnostics::scene::SceneMeasures;
+use geodesic_ivp::geometry::ConservedSum;
 use geodesic_ivp::number::Real;
 use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::study::errors::RunError;
@@ -16,7 +17,7 @@ use super::readable::{between, iterations, row};
 pub(super) fn readable<S: Real>(
     title: &str,
     line: &WorldLine<S>,
-    diagnostics: &Diagnostics<S, Geometry<S>>,
+    diagnostics: &Diagnostics<S, SceneMeasures<S>>,
     sums: &[ConservedSum],
     error: Option<&RunError>,
     gaps: Option<&Gaps>,
@@ -38,7 +39,7 @@ pub(super) fn readable<S: Real>(
         lines.push(row(&name, &format!("changes by the work of the force, {work:.6}, to {defect:.1e}")));
     }
     lines.push(drift(diagnostics));
-    for invariant in &diagnostics.measures.invariants {
+    for invariant in &diagnostics.invariants {
         let most = invariant.delta.iter().fold(0.0, |most: f64, delta| most.max(delta.to_f64().abs()));
         let ends = invariant.max_ends.to_f64();
         let text = format!(
@@ -100,7 +101,7 @@ fn accuracy<S: Real>(line: &WorldLine<S>, error: Option<&RunError>) -> String {
 }
 
 /// What measures the error although the scheme does not keep it: K or, with Newton's law, the energy.
-fn drift<S: Real>(diagnostics: &Diagnostics<S, Geometry<S>>) -> String {
+fn drift<S: Real>(diagnostics: &Diagnostics<S, SceneMeasures<S>>) -> String {
     match diagnostics.measures.energy {
         Some(energy) => {
             let of = "that of the positions and velocities differs from p_t/p_s";

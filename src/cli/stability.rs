@@ -184,7 +184,7 @@ fn planned(case: &AnyCase, methods: Vec<Method>, args: &[Vec<f64>; 3]) -> Result
     let [gamma_f, t_dot, delta_gamma] = args;
     let tangents = match case {
         AnyCase::One(case) if !t_dot.is_empty() => {
-            let own = case.initial_data::<f64>().t_dot;
+            let own = case.initial.t_dot.value();
             t_dot.iter().map(|value| value / own).collect()
         }
         _ => vec![1.0],

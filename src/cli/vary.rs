@@ -251,7 +251,7 @@ fn check_memory(case: &AnyCase) -> anyhow::Result<()> {
 
 fn check_memory_in<S: Arithmetic>(case: &AnyCase) -> anyhow::Result<()> {
     match case {
-        AnyCase::One(case) => memory::check(&Setup::<S, _>::from(&**case), None),
+        AnyCase::One(case) => memory::check(&Setup::<S>::from(&**case), None),
         AnyCase::Scene(case) => memory::check(&case.setup::<S>(), None),
     }
 }

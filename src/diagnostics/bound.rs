@@ -1,6 +1,6 @@
 //! The paper's stability bound on H_BVP.
 
-use crate::geometry::geodesic::Invariants;
+use super::g00::G00;
 use crate::number::{Real, sum};
 use crate::sbp::RegularisedOperator;
 use crate::solve::{Solution, WindowNodes};
@@ -35,7 +35,7 @@ impl<S: Real> Bound<S> {
     }
 
     /// From a solution and g00 on its nodes.
-    pub(super) fn new(solution: &Solution<S>, g00: &[S]) -> Self {
+    pub(super) fn new(solution: &Solution<S>, g00: G00<'_, S>) -> Self {
         let (mut t_dot, mut x_dot) = (Vec::new(), Vec::new());
         let of_window = |view: WindowNodes<'_, S>| {
             for room in [&mut t_dot, &mut x_dot] {
@@ -43,7 +43,8 @@ impl<S: Real> Bound<S> {
             }
             RegularisedOperator::new(view.grid.sbp(), S::ZERO).apply(view.row(0), &mut t_dot);
             RegularisedOperator::new(view.grid.sbp(), view.start.q[1]).apply(view.row(1), &mut x_dot);
-            for ((u, &w), &g) in t_dot.iter_mut().zip(&x_dot).zip(&g00[view.grid.nodes()]) {
+            for ((u, &w), node) in t_dot.iter_mut().zip(&x_dot).zip(view.grid.nodes()) {
+                let [g, ..] = g00.at(node);
                 *u = (g * *u * *u + w * w).half();
             }
             view.grid.sbp().integrate(&t_dot)
@@ -52,7 +53,7 @@ impl<S: Real> Bound<S> {
         let begun = solution.joint(0).q[0];
         let length = solution.windows.last().map_or(S::ZERO, |window| window.gamma[1])
             - solution.windows.first().map_or(S::ZERO, |window| window.gamma[0]);
-        let Invariants { q_t, k } = solution.invariants();
+        let (q_t, k) = (solution.q_t(), solution.norm());
         let h_bvp_bound = q_t * (solution.duration() - begun);
         Self { h_bvp, h_bvp_bound, distance: (k * length).half() }
     }

@@ -1,6 +1,5 @@
 //! The charges that only a free particle has.
 
-use crate::geometry::potential::Potential;
 use crate::number::Real;
 use crate::number::norm::max_abs;
 use crate::solve::Solution;
@@ -25,13 +24,12 @@ impl<S: Real> FreeParticleCharges<S> {
 
     /// The charges if V = 0, over all nodes.
     pub(super) fn new(solution: &Solution<S>, t_dot: &[S], x_dot: &[S]) -> Option<Self> {
-        let Potential::Polynomial(polynomial) = solution.geometry().potential() else { return None };
-        if polynomial.coefficients().iter().any(|&c| c != S::ZERO) {
+        let (geometry, start) = (solution.geometry(), &solution.place.start);
+        if geometry.depends_on(1) || geometry.g00(&start.q) != geometry.c_squared() {
             return None;
         }
-        let initial = solution.initial();
-        let delta_q_x: Vec<S> = x_dot.iter().map(|&w| initial.x_dot - w).collect();
-        let q_eta = initial.x * initial.t_dot;
+        let delta_q_x: Vec<S> = x_dot.iter().map(|&w| start.q_dot[1] - w).collect();
+        let q_eta = start.q[1] * start.q_dot[0];
         let time = solution.counted_from_origin(0, solution.elapsed());
         let delta_q_eta: Vec<S> = (solution.x().iter().zip(t_dot))
             .zip(time.zip(x_dot))

@@ -7,7 +7,7 @@ use crate::action::Form;
 use crate::geometry::{Contraction, Samples, Structure};
 use crate::number::Real;
 use crate::number::norm::max_abs;
-use crate::solve::{Space, WorldLine};
+use crate::solve::WorldLine;
 
 /// How far a momentum, or a sum of momenta, is from its value at the start of the run.
 #[derive(Debug, Clone)]
@@ -46,8 +46,8 @@ pub struct NormDeviation<S = f64> {
 }
 
 /// A run with its velocities, its metric and its momenta on the nodes.
-pub(super) struct Fields<'r, S, G> {
-    pub(super) run: &'r WorldLine<S, G>,
+pub(super) struct Fields<'r, S> {
+    pub(super) run: &'r WorldLine<S>,
     /// Dq^a or D̄q^a.
     pub(super) velocities: Vec<Vec<S>>,
     /// The metric and the one-form.
@@ -58,9 +58,9 @@ pub(super) struct Fields<'r, S, G> {
     momenta: Vec<Vec<S>>,
 }
 
-impl<'r, S: Real, G: Space<S>> Fields<'r, S, G> {
+impl<'r, S: Real> Fields<'r, S> {
     /// Differentiates the rows of `run`, and fills in the rest.
-    pub(super) fn new(run: &'r WorldLine<S, G>) -> Self {
+    pub(super) fn new(run: &'r WorldLine<S>) -> Self {
         let (lagrangian, rows) = (run.geometry(), run.rows());
         let (structure, points) = (lagrangian.structure(), rows[0].len());
         let n = structure.dimension;
@@ -150,7 +150,7 @@ impl<'r, S: Real, G: Space<S>> Fields<'r, S, G> {
         let mut delta = self.zeros();
         self.contraction().add_norm(&mut delta);
         delta.iter_mut().for_each(|delta| *delta -= value);
-        let ends: Vec<S> = run.end_norms(&self.samples).map(|norm| norm - value).collect();
+        let ends: Vec<S> = run.end_norms().map(|norm| norm - value).collect();
         NormDeviation {
             max_interior: largest(&delta, run.grids().map(|grid| grid.exact())),
             max_ends: max_abs(&ends),
@@ -188,7 +188,7 @@ impl<'r, S: Real, G: Space<S>> Fields<'r, S, G> {
 }
 
 /// The row Dq^a of a run as dq^a/dγ, see [`Diagnostics::tangent`](super::Diagnostics::tangent).
-pub(super) fn tangent<'r, S: Real, G: Space<S>>(run: &WorldLine<S, G>, a: usize, velocity: &'r [S]) -> Cow<'r, [S]> {
+pub(super) fn tangent<'r, S: Real>(run: &WorldLine<S>, a: usize, velocity: &'r [S]) -> Cow<'r, [S]> {
     match run.form {
         Form::Weak => Cow::Borrowed(velocity),
         Form::Strong => Cow::Owned(handed_on(run.grids(), velocity.to_vec(), run.end_velocities(a))),

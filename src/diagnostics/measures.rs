@@ -3,12 +3,11 @@
 use super::bound::Bound;
 use super::charges::FreeParticleCharges;
 use super::deviations::Fields;
+use super::g00::G00;
 use super::newtonian::Newtonian;
 use super::sawtooth::Sawtooth;
 use super::scales::Scales;
-use super::verdict::Reason;
-use super::{Common, Diagnostics, Further, Measurable};
-use crate::geometry::metric::{G00, Metric};
+use super::{Common, Diagnostics};
 use crate::number::Real;
 use crate::solve::Solution;
 
@@ -69,18 +68,6 @@ impl<S: Real> Measures<S> {
     }
 }
 
-impl<S: Real> Measurable<S> for Metric<S> {
-    type Measures = Measures<S>;
-
-    fn suspicions(diagnostics: &Diagnostics<S>, solution: &Solution<S>) -> Vec<Reason> {
-        diagnostics.measures.suspicions(solution)
-    }
-
-    fn further(_: &Measures<S>) -> Further<'_, S> {
-        Further { delta_energy: None, rows: Vec::new() }
-    }
-}
-
 impl<S: Real> Diagnostics<S> {
     /// Measures `solution`.
     pub fn new(solution: &Solution<S>) -> Self {
@@ -89,8 +76,8 @@ impl<S: Real> Diagnostics<S> {
 }
 
 impl<S: Real> Measures<S> {
-    fn new(fields: &Fields<'_, S, Metric<S>>, common: &Common<'_, S>) -> Self {
-        let (solution, metric) = (fields.run, &fields.samples);
+    fn new(fields: &Fields<'_, S>, common: &Common<'_, S>) -> Self {
+        let (solution, metric) = (fields.run, G00::new(fields.run.geometry(), &fields.samples));
         let [t_dot, x_dot] = [&fields.velocities[0], &fields.velocities[1]];
         let (charge, norm) = (&common.charges[0], common.norm);
         let sawtooth = Sawtooth::new(solution.x(), solution.grids());
@@ -103,7 +90,7 @@ impl<S: Real> Measures<S> {
             max_abs_delta_k: norm.max_interior,
             max_abs_delta_k_ends: norm.max_ends,
             sawtooth: sawtooth.amplitude,
-            bound: Bound::new(solution, metric.row(G00)),
+            bound: Bound::new(solution, metric),
             scales: Scales::new(solution, metric, x_dot, sawtooth.sixth_difference),
             newtonian: Newtonian::new(solution, metric, x_dot),
             branch_distance: solution.is_doubled().then(|| solution.branch_distance()),

@@ -20,8 +20,8 @@
 mod bound;
 mod charges;
 mod deviations;
+mod g00;
 pub mod gaps;
-mod measurable;
 mod measures;
 mod newtonian;
 mod rows;
@@ -34,7 +34,6 @@ mod warnings;
 pub use bound::Bound;
 pub use charges::FreeParticleCharges;
 pub use deviations::{ChargeDeviation, NormDeviation};
-pub use measurable::{Further, Measurable};
 pub use measures::Measures;
 pub use newtonian::{NEGLIGIBLE, Newtonian};
 pub use sawtooth::{Sawtooth, sawtooth};
@@ -43,15 +42,15 @@ pub use scales::Scales;
 use std::borrow::Cow;
 
 use self::deviations::{Fields, tangent};
-use self::verdict::Reason;
-use crate::geometry::metric::Metric;
+use self::scene::InvariantDeviation;
 use crate::number::Real;
 use crate::number::norm::max_abs;
 use crate::solve::WorldLine;
 
-/// Everything that is measured on a run.
+/// Everything that is measured on a run. `M` is what one kind of space-time has alone: [`Measures`] for t and x,
+/// [`SceneMeasures`](scene::SceneMeasures) elsewhere.
 #[derive(Debug, Clone)]
-pub struct Diagnostics<S: Real = f64, G: Measurable<S> = Metric<S>> {
+pub struct Diagnostics<S: Real = f64, M = Measures<S>> {
     /// Dq^a on the nodes, for every coordinate; D̄q^a in the weak form. In the strong form the value at the last node
     /// of a window is not a velocity, see [`Self::tangent`].
     pub q_dot: Vec<Vec<S>>,
@@ -68,16 +67,21 @@ pub struct Diagnostics<S: Real = f64, G: Measurable<S> = Metric<S>> {
     pub max_delta_g: S,
     /// K and its deviation.
     pub norm: NormDeviation<S>,
+    /// In the lift of Newton's law: the energy ½mv² + V of the computed positions and velocities minus the charge
+    /// p_t/p_s, which is −K/(2 ṫ p_s).
+    pub delta_energy: Option<Vec<S>>,
+    /// The invariants of the user, in their order.
+    pub invariants: Vec<InvariantDeviation<S>>,
     /// What is measured in this kind of space-time alone.
-    pub measures: G::Measures,
+    pub measures: M,
 }
 
-impl<S: Real, G: Measurable<S>> Diagnostics<S, G> {
+impl<S: Real, M> Diagnostics<S, M> {
     /// With the deviations of these `sums`; `measures` is what finds the rest.
     fn of(
-        fields: Fields<'_, S, G>,
+        fields: Fields<'_, S>,
         sums: &[Vec<(usize, S)>],
-        measures: impl FnOnce(&Fields<'_, S, G>, &Common<'_, S>) -> G::Measures,
+        measures: impl FnOnce(&Fields<'_, S>, &Common<'_, S>) -> M,
     ) -> Self {
         let (active, n) = (fields.run.geometry().active(), fields.velocities.len());
         let charge = |terms: Vec<(usize, S)>| fields.charge(terms);
@@ -87,13 +91,15 @@ impl<S: Real, G: Measurable<S>> Diagnostics<S, G> {
         let delta_g: Vec<Vec<S>> = (0..n).map(|a| fields.residual(a)).collect();
         let max_delta_g = max_abs(&delta_g.iter().map(|row| fields.max_residual(row)).collect::<Vec<_>>());
         let measures = measures(&fields, &Common { charges: &charges, norm: &norm, max_delta_g });
-        Self { q_dot: fields.velocities, charges, sums, delta_g, max_delta_g, norm, measures }
+        let (delta_energy, invariants) = (None, Vec::new());
+        let q_dot = fields.velocities;
+        Self { q_dot, charges, sums, delta_g, max_delta_g, norm, delta_energy, invariants, measures }
     }
 
     /// dq^a/dγ of every coordinate on the nodes: Dq^a, except at the last node of a window in the strong form. There
     /// the row of D takes up the defect of D and does not give a velocity. Its place is taken by what the next window
     /// continues with.
-    pub fn tangent(&self, run: &WorldLine<S, G>) -> Vec<Cow<'_, [S]>> {
+    pub fn tangent(&self, run: &WorldLine<S>) -> Vec<Cow<'_, [S]>> {
         self.q_dot.iter().enumerate().map(|(a, row)| tangent(run, a, row)).collect()
     }
 }
@@ -103,16 +109,4 @@ struct Common<'c, S> {
     charges: &'c [ChargeDeviation<S>],
     norm: &'c NormDeviation<S>,
     max_delta_g: S,
-}
-
-impl<S: Real, G: Measurable<S>> Diagnostics<S, G> {
-    /// What is suspicious about `run`, which was measured, in words.
-    pub fn warnings(&self, run: &WorldLine<S, G>) -> Vec<String> {
-        self.suspicions(run).iter().map(Reason::to_string).collect()
-    }
-
-    /// The same, each with its remedy.
-    pub fn suspicions(&self, run: &WorldLine<S, G>) -> Vec<Reason> {
-        G::suspicions(self, run)
-    }
 }

@@ -9,8 +9,7 @@
 //! (ẋ = vṫ gives ẍ = ṫ² dv/dt + v ẗ, and g00 ṫ = Q_t gives ẗ = −g00′ ẋ ṫ/g00.) So the acceleration differs from
 //! Newton's by exactly the share 2v²/g00, and the motion is Newton's in the limit of large c.
 
-use crate::geometry::Samples;
-use crate::geometry::metric::{G00, G00_FIRST};
+use super::g00::G00;
 use crate::number::Real;
 use crate::solve::Solution;
 
@@ -29,16 +28,17 @@ pub struct Newtonian {
 }
 
 impl Newtonian {
-    pub(super) fn new<S: Real>(solution: &Solution<S>, metric: &Samples<S>, x_dot: &[S]) -> Self {
-        let q_t = solution.invariants().q_t;
-        let c_squared = solution.geometry().c_squared();
-        let initial = solution.initial();
-        let (start, v) = (solution.geometry().g00(initial.x), initial.x_dot / initial.t_dot);
+    pub(super) fn new<S: Real>(solution: &Solution<S>, metric: G00<'_, S>, x_dot: &[S]) -> Self {
+        let (q_t, begin) = (solution.q_t(), &solution.place.start);
+        let nan = S::from(f64::NAN);
+        let c_squared = solution.geometry().c_squared().unwrap_or(nan);
+        let start = solution.geometry().g00(&begin.q).unwrap_or(nan);
+        let v = begin.q_dot[1] / begin.q_dot[0];
         let mut found = Self { deviation: 0.0, speed_squared: 0.0, depth: f64::NEG_INFINITY };
         for view in solution.views() {
             let last = view.grid.points() - 1;
             for (k, node) in view.grid.nodes().enumerate() {
-                let (g00, first) = (metric.row(G00)[node], metric.row(G00_FIRST)[node]);
+                let [g00, first, _] = metric.at(node);
                 let w = if k == last { -view.end.p[1] } else { x_dot[node] };
                 if first != S::ZERO {
                     let v = w * g00 / q_t;

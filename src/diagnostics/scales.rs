@@ -1,8 +1,6 @@
 //! The scales of a motion: its size, its speed and its frequency. Deviations are judged relative to these.
 
-use crate::geometry::Samples;
-use crate::geometry::geodesic::acceleration_slope;
-use crate::geometry::metric::{G00, G00_FIRST, G00_SECOND};
+use super::g00::G00;
 use crate::number::Real;
 use crate::solve::Solution;
 
@@ -26,19 +24,22 @@ pub struct Scales {
 impl Scales {
     pub(super) fn new<S: Real>(
         solution: &Solution<S>,
-        metric: &Samples<S>,
+        metric: G00<'_, S>,
         x_dot: &[S],
         sixth_difference: Option<f64>,
     ) -> Self {
-        let q_t = solution.invariants().q_t;
+        let q_t = solution.q_t();
         let least = |a: f64, b: f64| if b < a { b } else { a };
         let most = |a: f64, b: f64| if b > a { b } else { a };
         let x = || solution.x().iter().map(|x| x.to_f64());
-        let g00 = metric.row(G00);
-        let squares = (g00.iter().zip(metric.row(G00_FIRST)).zip(metric.row(G00_SECOND)))
-            .map(|((&g00, &first), &second)| -acceleration_slope(q_t, g00, first, second).to_f64());
-        let c_squared = solution.geometry().c_squared().to_f64();
-        let g00 = g00.iter().map(|g00| g00.to_f64() / c_squared);
+        let nodes = || (0..solution.nodes()).map(|k| metric.at(k));
+        // ω² = −dẍ/dx = ½ g00″ ṫ² − g00′² Q_t²/g00³.
+        let squares = nodes().map(|[g00, first, second]| {
+            let t_dot = q_t / g00;
+            (t_dot * t_dot * (second.half() - first * first / g00)).to_f64()
+        });
+        let c_squared = solution.geometry().c_squared().map_or(f64::NAN, S::to_f64);
+        let g00 = nodes().map(|[g00, ..]| g00.to_f64() / c_squared);
         let exact = solution.views().flat_map(|view| x_dot[view.grid.exact()].iter());
         Self {
             x_range: [x().fold(f64::INFINITY, least), x().fold(f64::NEG_INFINITY, most)],

@@ -2,12 +2,12 @@
 
 use std::borrow::Cow;
 
-use super::deviations::{Fields, tangent};
+use super::deviations::Fields;
 use super::verdict::Reason;
 use super::warnings::{rounding_warning, unproved_warning};
-use super::{Common, Diagnostics, Further, Measurable, Sawtooth};
+use super::{Common, Diagnostics, Sawtooth};
 use crate::action::Form;
-use crate::geometry::{Dynamics, Geometry, Observable, Start};
+use crate::geometry::{Observable, Start};
 use crate::number::norm::max_abs;
 use crate::number::{Real, sum};
 use crate::solve::{Joint, WorldLine};
@@ -49,10 +49,7 @@ pub struct WorkBalance<S = f64> {
 /// What is measured on a world-line of a scene alone.
 #[derive(Debug, Clone)]
 pub struct SceneMeasures<S = f64> {
-    /// In the lift of Newton's law: the energy ½mv² + V of the computed positions and velocities minus the charge
-    /// p_t/p_s, which is −K/(2 ṫ p_s).
-    pub delta_energy: Option<Vec<S>>,
-    /// The same at the ends of the windows, for the values that the next window starts with.
+    /// In the lift of Newton's law: the energy of the values that the next window starts with.
     pub energy: Option<EnergyDeviation<S>>,
     /// The size of K's terms besides the largest one, at most over the nodes: what motion contributes to K.
     pub motion: f64,
@@ -60,29 +57,9 @@ pub struct SceneMeasures<S = f64> {
     pub sawtooth: Vec<(usize, Sawtooth<S>)>,
     /// The work balance of coordinates that only a force acts on.
     pub work: Vec<WorkBalance<S>>,
-    /// The invariants of the user, in their order.
-    pub invariants: Vec<InvariantDeviation<S>>,
 }
 
-impl<S: Real> Measurable<S> for Geometry<S> {
-    type Measures = SceneMeasures<S>;
-
-    fn suspicions(diagnostics: &Diagnostics<S, Self>, line: &WorldLine<S>) -> Vec<Reason> {
-        let names = line.geometry().names();
-        let of = |(a, sawtooth): &(usize, Sawtooth<S>)| sawtooth.warning(&names[*a], amplitude(&line.q[*a]));
-        let sawtooth = diagnostics.measures.sawtooth.iter().filter_map(of);
-        let rounding = rounding_warning::<S>(line.iterations.last_correction, line.digits);
-        let unproved = unproved_warning(line.windows_unproved);
-        sawtooth.chain(drift_warning(diagnostics, line)).chain(unproved).chain(rounding).collect()
-    }
-
-    fn further(SceneMeasures { delta_energy, invariants, .. }: &SceneMeasures<S>) -> Further<'_, S> {
-        let rows = invariants.iter().map(|each| (each.name.as_str(), each.delta.as_slice())).collect();
-        Further { delta_energy: delta_energy.as_deref(), rows }
-    }
-}
-
-impl<S: Real> Diagnostics<S, Geometry<S>> {
+impl<S: Real> Diagnostics<S, SceneMeasures<S>> {
     /// Measures `line`. `sums` are the conserved sums to look at, as constants by coordinate, and `invariants` the
     /// formulas of the user, with their names.
     ///
@@ -93,38 +70,47 @@ impl<S: Real> Diagnostics<S, Geometry<S>> {
         invariants: &mut [(String, Observable<S>)],
         is_lifted: bool,
     ) -> Self {
-        Diagnostics::of(Fields::new(line), sums, |fields, common| {
-            SceneMeasures::new(fields, common, invariants, is_lifted)
-        })
+        let measured =
+            Self::of(Fields::new(line), sums, |fields, common| SceneMeasures::new(fields, common, is_lifted));
+        let (tangent, norm, start) = (measured.tangent(line), &measured.norm, &line.place.start);
+        let invariants = invariants.iter_mut().map(|each| deviation(line, &tangent, each, norm.value)).collect();
+        let delta_energy = is_lifted.then(|| {
+            let deviations = norm.delta.iter().zip(tangent[0].iter());
+            deviations.map(|(&delta, &t_dot)| energy_off(start, norm.value + delta, t_dot)).collect()
+        });
+        Self { delta_energy, invariants, ..measured }
+    }
+
+    /// What is suspicious about `line`, which was measured, in words.
+    pub fn warnings(&self, line: &WorldLine<S>) -> Vec<String> {
+        self.suspicions(line).iter().map(Reason::to_string).collect()
+    }
+
+    /// The same, each with its remedy.
+    pub fn suspicions(&self, line: &WorldLine<S>) -> Vec<Reason> {
+        let names = line.geometry().names();
+        let of = |(a, sawtooth): &(usize, Sawtooth<S>)| sawtooth.warning(&names[*a], amplitude(&line.q[*a]));
+        let sawtooth = self.measures.sawtooth.iter().filter_map(of);
+        let rounding = rounding_warning::<S>(line.iterations.last_correction, line.digits);
+        let unproved = unproved_warning(line.windows_unproved);
+        sawtooth.chain(drift_warning(self, line)).chain(unproved).chain(rounding).collect()
     }
 }
 
 impl<S: Real> SceneMeasures<S> {
-    fn new(
-        fields: &Fields<'_, S, Geometry<S>>,
-        Common { norm, .. }: &Common<'_, S>,
-        invariants: &mut [(String, Observable<S>)],
-        is_lifted: bool,
-    ) -> Self {
+    fn new(fields: &Fields<'_, S>, _: &Common<'_, S>, is_lifted: bool) -> Self {
         let (line, geometry, start) = (fields.run, fields.run.geometry(), &fields.run.place.start);
-        let n = geometry.dimension();
-        let tangent: Vec<Cow<'_, [S]>> = (0..n).map(|a| tangent(line, a, &fields.velocities[a])).collect();
         Self {
             motion: fields.motion(),
             sawtooth: geometry.active().iter().map(|&a| (a, Sawtooth::new(&line.q[a], line.grids()))).collect(),
             work: work(fields),
-            invariants: invariants.iter_mut().map(|each| deviation(line, &tangent, each, norm.value)).collect(),
-            delta_energy: is_lifted.then(|| {
-                let deviations = norm.delta.iter().zip(tangent[0].iter());
-                deviations.map(|(&delta, &t_dot)| energy_off(start, norm.value + delta, t_dot)).collect()
-            }),
             energy: is_lifted.then(|| {
                 let of = |end: Joint<'_, S>| {
                     let q_dot = line.velocities(end);
                     energy_off(start, geometry.norm(end.q, &q_dot), q_dot[0])
                 };
                 let ends: Vec<S> = line.views().map(|view| of(view.end)).collect();
-                EnergyDeviation { value: start.p[0] / start.p[n - 1], max_ends: max_abs(&ends) }
+                EnergyDeviation { value: start.p[0] / start.p[start.p.len() - 1], max_ends: max_abs(&ends) }
             }),
         }
     }
@@ -140,7 +126,7 @@ pub(crate) fn energy_off<S: Real>(start: &Start<S>, k: S, t_dot: S) -> S {
 /// A drift of K beyond this share of what motion contributes to it makes the world-line doubtful.
 const DOUBTFUL: f64 = 1e-2;
 
-fn drift_warning<S: Real>(diagnostics: &Diagnostics<S, Geometry<S>>, line: &WorldLine<S>) -> Option<Reason> {
+fn drift_warning<S: Real>(diagnostics: &Diagnostics<S, SceneMeasures<S>>, line: &WorldLine<S>) -> Option<Reason> {
     let (norm, motion) = (&diagnostics.norm, diagnostics.measures.motion);
     let drift = norm.max_ends.max(norm.max_interior).to_f64();
     let is_small = drift <= DOUBTFUL * motion;
@@ -163,7 +149,7 @@ fn amplitude<S: Real>(row: &[S]) -> f64 {
 }
 
 /// The work of the force on coordinates that the Lagrangian does not depend on.
-fn work<S: Real>(fields: &Fields<'_, S, Geometry<S>>) -> Vec<WorkBalance<S>> {
+fn work<S: Real>(fields: &Fields<'_, S>) -> Vec<WorkBalance<S>> {
     let line = fields.run;
     let structure = line.geometry().structure();
     let depends = |a: usize| structure.first.iter().any(|term| term.by == [a]);

@@ -94,9 +94,9 @@ impl<S: Real> Measures<S> {
         let (drift, x_dot) = (self.max_abs_delta_k.max(self.max_abs_delta_k_ends).to_f64(), self.scales.x_dot);
         let (size, name) = match x_dot > 0.0 {
             true => (x_dot * x_dot, "the largest x_dot^2"),
-            false => (solution.invariants().k.to_f64().abs(), "K"),
+            false => (solution.norm().to_f64().abs(), "K"),
         };
-        let rounding = ROUNDING * solution.invariants().k.to_f64().abs();
+        let rounding = ROUNDING * solution.norm().to_f64().abs();
         (drift > LARGE_DRIFT * size && drift > rounding).then(|| {
             let finding = format!(
                 "K drifts by {drift:.2e}, above {:.2e}, {LARGE_DRIFT} of {name}: x is not resolved, however exact Q_t \
@@ -175,7 +175,7 @@ impl<S: Real> Measures<S> {
     }
 
     fn bound_warning(&self, solution: &Solution<S>) -> Option<Reason> {
-        let k = solution.invariants().k.to_f64();
+        let k = solution.norm().to_f64();
         (k >= 0.0 && !self.bound.is_kept()).then(|| {
             let [h_bvp, h_bvp_bound] = [self.bound.h_bvp, self.bound.h_bvp_bound].map(S::to_f64);
             let finding = format!(

@@ -106,7 +106,8 @@ impl<'g, const N: usize> System<'g, N> {
             let is_inside =
                 |determinant: f64| determinant.is_finite() && determinant != 0.0 && determinant * signs[block] >= 0.0;
             if let Some(index) = row.iter().position(|&determinant| !is_inside(determinant)) {
-                return Err(OutsideGeometry { index, block: Some(block), determinant: row[index] });
+                let position = self.positions.first().map_or(f64::NAN, |&register| self.registers[register].0[index]);
+                return Err(OutsideGeometry { index, block: Some(block), determinant: row[index], position });
             }
         }
         Ok(())

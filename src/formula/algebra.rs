@@ -159,32 +159,18 @@ impl<S: Real, const N: usize> Algebra for Plain<S, N> {
 
 /// Number of points that are evaluated together: enough to vectorise, and so few that all values of a formula stay in
 /// the cache.
-const BLOCK: usize = 16;
+pub(crate) const BLOCK: usize = 16;
 
 /// After so many points that cannot be mended no others are tried: the first of them is outside the domain already.
 const MOST_LOST: usize = 16;
 
-/// What is computed in at most this many registers at a single point needs no allocation.
-const STACK_REGISTERS: usize = 64;
-
 impl<S: Real> Program<S> {
     /// All outputs at one point, given by its variables.
-    ///
-    /// # Panics
-    /// If the program has not N outputs, or another number of variables.
+    #[cfg(test)]
     pub(crate) fn values<const N: usize>(&self, variables: &[S]) -> [S; N] {
-        let first = self.variables + self.constants.len();
-        let (mut few, mut many) = ([S::ZERO; STACK_REGISTERS], Vec::new());
-        let count = first + self.steps_to(N).len();
-        let registers = if count <= STACK_REGISTERS {
-            &mut few[..]
-        } else {
-            many.resize(count, S::ZERO);
-            &mut many[..]
-        };
-        registers[..self.variables].copy_from_slice(variables);
-        registers[self.variables..first].copy_from_slice(&self.constants);
-        self.run(N, registers);
+        let mut registers = self.registers(|constant| constant);
+        registers[..variables.len()].copy_from_slice(variables);
+        self.run(N, &mut registers);
         std::array::from_fn(|output| registers[self.output(output)])
     }
 
@@ -203,6 +189,22 @@ impl<S: Real> Program<S> {
         run(&Plain::<S, 1>(PhantomData), self.steps_to(outputs), registers.as_chunks_mut().0);
     }
 
+    /// Carries out the steps to the first outputs on a block, of which so many points count. No more than [`MOST_LOST`]
+    /// points that cannot be mended are tried; `lost` counts them.
+    pub(crate) fn run_block(&self, outputs: usize, points: usize, registers: &mut [[S; BLOCK]], lost: &mut usize) {
+        run(&Plain(PhantomData), self.steps_to(outputs), registers);
+        let is_finite = |row: &[S; BLOCK]| row[..points].iter().fold(true, |all, v| all & v.is_finite());
+        if (0..outputs).all(|output| is_finite(&registers[self.output(output)])) {
+            return;
+        }
+        for k in 0..points {
+            let is_broken = self.is_broken(outputs, |register| registers[register][k]);
+            if is_broken && *lost < MOST_LOST && !self.mend(outputs, registers, |row| &mut row[k]) {
+                *lost += 1;
+            }
+        }
+    }
+
     /// Writes the first outputs at many points into `out`, an array for each. There is an array of the points for each
     /// variable; all arrays have one length. Each step is carried out on a block of points at a time.
     pub(crate) fn sample(&self, variables: &[&[S]], out: &mut [&mut [S]]) {
@@ -214,16 +216,7 @@ impl<S: Real> Program<S> {
             for (register, variable) in registers.iter_mut().zip(variables) {
                 register[..end - start].copy_from_slice(&variable[start..end]);
             }
-            run(&Plain(PhantomData), self.steps_to(out.len()), &mut registers);
-            let is_finite = |row: &[S; BLOCK]| row[..end - start].iter().fold(true, |all, v| all & v.is_finite());
-            if !(0..out.len()).all(|output| is_finite(&registers[self.output(output)])) {
-                for k in 0..end - start {
-                    let is_broken = self.is_broken(out.len(), |register| registers[register][k]);
-                    if is_broken && lost < MOST_LOST && !self.mend(out.len(), &mut registers, |row| &mut row[k]) {
-                        lost += 1;
-                    }
-                }
-            }
+            self.run_block(out.len(), end - start, &mut registers, &mut lost);
             for (output, out) in out.iter_mut().enumerate() {
                 out[start..end].copy_from_slice(&registers[self.output(output)][..end - start]);
             }

@@ -31,7 +31,7 @@ mod steep;
 mod wide;
 
 pub use crate::number::Function;
-pub(crate) use algebra::{Algebra, run};
+pub(crate) use algebra::{Algebra, BLOCK, run};
 pub(crate) use grammar::{Names, parse};
 pub(crate) use graph::{Fused, Graph, NodeId};
 pub(crate) use program::{Operation, Program, Register, Step};

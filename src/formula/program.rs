@@ -177,17 +177,6 @@ impl<S: Real> Program<S> {
         self.outputs.len()
     }
 
-    /// Its outputs as expressions of a graph, with these in place of its variables.
-    pub(crate) fn expressions(&self, graph: &mut Graph<S>, variables: &[NodeId]) -> Vec<NodeId> {
-        let mut nodes = variables.to_vec();
-        nodes.extend(self.constants.iter().map(|&constant| graph.constant(constant)));
-        for step in &self.steps {
-            let node = graph.simplified(step.operation().map(|operand| nodes[operand]));
-            nodes.push(node);
-        }
-        (0..self.outputs()).map(|output| nodes[self.output(output)]).collect()
-    }
-
     /// The register of an output.
     #[inline]
     pub(crate) fn output(&self, index: usize) -> Register {

@@ -26,7 +26,7 @@ pub(crate) struct Hamiltonian<S = f64> {
     /// ignorable coordinates, determinants, other velocities, K, accelerations.
     pub(crate) program: Program<S>,
     /// The number of outputs before K, which are all that a point needs.
-    point: usize,
+    pub(super) point: usize,
     pub(crate) active: Vec<usize>,
     /// The active part of g^ab, row by row, if it is constant and coupled to nothing else.
     pub(crate) inverse: Option<Vec<S>>,
@@ -140,17 +140,19 @@ impl<S: Real> Point<S> {
     /// Returns an error if the point that was evaluated lies outside the domain.
     #[inline]
     fn check(&self) -> Result<(), OutsideGeometry> {
-        let Hamiltonian { velocities, forces, determinants, .. } = &*self.hamiltonian;
+        let Hamiltonian { velocities, forces, determinants, active, .. } = &*self.hamiltonian;
+        let position = || active.first().map_or(f64::NAN, |&a| self.registers[a].to_f64());
         for (block, (&register, &sign)) in determinants.iter().zip(&self.signs).enumerate() {
             let determinant = self.registers[register];
             if is_outside(determinant, sign) {
-                return Err(OutsideGeometry { index: 0, block: Some(block), determinant: determinant.to_f64() });
+                let determinant = determinant.to_f64();
+                return Err(OutsideGeometry { index: 0, block: Some(block), determinant, position: position() });
             }
         }
         if velocities.iter().chain(forces).all(|&register| self.registers[register].is_finite()) {
             return Ok(());
         }
-        Err(OutsideGeometry { index: 0, block: None, determinant: f64::NAN })
+        Err(OutsideGeometry { index: 0, block: None, determinant: f64::NAN, position: position() })
     }
 
     /// Writes the rates of a state, q^a of all coordinates and then p_a of all, into `out`.
@@ -178,6 +180,20 @@ impl<S: Real> Point<S> {
     #[inline]
     pub fn p_dot(&self, place: usize) -> S {
         self.registers[self.hamiltonian.forces[place]]
+    }
+
+    /// d²q/dγ² as evaluated last, of the active coordinate with that place, if it does not depend on momenta: if the
+    /// active part of g^ab is constant and coupled to nothing else.
+    #[inline]
+    pub fn acceleration(&self, place: usize) -> Option<S> {
+        let (inverse, m) = (self.hamiltonian.inverse.as_deref()?, self.hamiltonian.active.len());
+        let row = &inverse[place * m..][..m];
+        Some(row.iter().enumerate().fold(S::ZERO, |sum, (other, &g)| sum + g * self.p_dot(other)))
+    }
+
+    /// The signs that the determinants must have.
+    pub(super) fn signs(&self) -> &[S] {
+        &self.signs
     }
 
     /// Calls `see(row, column, value)` for the entries of ∂(q̇, ṗ)/∂(q, p) of the active coordinates that are not

@@ -30,24 +30,22 @@ mod conserved;
 mod contraction;
 mod direction;
 mod expressions;
-pub mod geodesic;
 mod hamiltonian;
 mod inverse;
 mod known;
 mod lagrangian;
 mod linearised;
-pub mod metric;
 mod motion;
 mod observable;
 mod outside;
 mod parts;
 mod points;
-pub mod potential;
 mod presets;
 mod structure;
 mod text;
 mod value;
 
+pub use crate::formula::FormulaError;
 pub use conserved::ConservedSum;
 pub use contraction::Contraction;
 pub(crate) use contraction::single;
@@ -55,20 +53,20 @@ pub use direction::Direction;
 pub(crate) use hamiltonian::Hamiltonian;
 pub use hamiltonian::Point;
 pub use inverse::MOST_COUPLED;
-pub use motion::{Motion, MotionRoom};
+pub use motion::{Motion, OnNodes};
 pub use observable::{Observable, observed};
 pub use outside::OutsideGeometry;
 pub use presets::{PRESETS, Preset};
 pub(crate) use structure::other;
-pub use structure::{Dynamics, ForceTerm, Samples, Source, Start, Structure, Term};
+pub use structure::{ForceTerm, Samples, Source, Start, Structure, Term};
 pub use text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText, Tau};
 pub use value::value_of;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use self::inverse::Inverse;
 use self::lagrangian::Lagrangian;
-use self::metric::Metric;
 use self::parts::Parts;
 use crate::formula::NodeId;
 use crate::number::Real;
@@ -80,6 +78,9 @@ pub struct Geometry<S = f64> {
     /// The coordinates of every block, and the sign that its determinant must have: ±1, or 0 for either.
     blocks: Vec<Vec<usize>>,
     signs: Vec<S>,
+    /// c² of the paper's space-time diag(g00(x), −1) of t and x, in which a particle is where g00 > 0, wherever it
+    /// starts.
+    c_squared: Option<S>,
     lagrangian: Arc<Lagrangian<S>>,
     hamiltonian: Arc<Hamiltonian<S>>,
 }
@@ -90,26 +91,31 @@ impl<S: Real> Geometry<S> {
     /// # Errors
     /// [`GeometryError`] with the place of the mistake.
     pub fn new(text: &GeometryText) -> Result<Self, GeometryError> {
-        Self::of_parts(Parts::new(text)?)
+        Self::of_parts(Parts::new(text)?, &[])
     }
 
-    /// The space-time of one coordinate as a scene in t and x.
-    fn of_one_coordinate(metric: &Metric<S>) -> Self {
-        let geometry = Self::of_parts(Parts::of_one_coordinate(metric)).expect("both coordinates have a component");
-        // Only where g00 > 0 is the particle in the space-time, wherever it starts.
-        Self { signs: vec![S::ONE, -S::ONE], ..geometry }
+    /// The paper's space-time diag(g00(x), −1) of t and x. x is active without a force, too.
+    ///
+    /// # Errors
+    /// [`GeometryError`] with the place of the mistake.
+    pub fn of_x(text: PotentialText) -> Result<Self, GeometryError> {
+        let c: S = parts::constant(&text.c, &BTreeMap::new(), Place::SpeedOfLight)?;
+        let parts = Parts::new(&GeometryText::Potential(text))?;
+        let geometry = Self::of_parts(parts, &[1])?;
+        Ok(Self { signs: vec![S::ONE, -S::ONE], c_squared: Some(c * c), ..geometry })
     }
 
-    fn of_parts(mut parts: Parts<S>) -> Result<Self, GeometryError> {
+    /// The coordinates that are active in any case are `kept`.
+    fn of_parts(mut parts: Parts<S>, kept: &[usize]) -> Result<Self, GeometryError> {
         let inverse = Inverse::new(&mut parts)?;
         let (names, graph) = (parts.names.clone(), parts.graph.clone());
-        let active = active_of(&mut parts);
+        let active = active_of(&mut parts, kept);
         let lagrangian = Arc::new(Lagrangian::new(&mut parts, &inverse, &active));
         // Hamilton's equations need no second derivatives, and find their way faster in a small graph.
         parts.graph = graph;
         let hamiltonian = Arc::new(Hamiltonian::new(parts, &inverse, active));
         let blocks: Vec<_> = inverse.blocks.into_iter().map(|block| block.coordinates).collect();
-        Ok(Self { names, signs: vec![S::ZERO; blocks.len()], blocks, lagrangian, hamiltonian })
+        Ok(Self { names, signs: vec![S::ZERO; blocks.len()], c_squared: None, blocks, lagrangian, hamiltonian })
     }
 
     /// The same geometry, with the signs that the determinants have at `q` as the ones that they must have.
@@ -117,7 +123,9 @@ impl<S: Real> Geometry<S> {
     /// # Errors
     /// [`OutsideGeometry`] if a determinant is zero or not finite there.
     pub fn around(mut self, q: &[S]) -> Result<Self, OutsideGeometry> {
-        self.signs.fill(S::ZERO);
+        if self.c_squared.is_none() {
+            self.signs.fill(S::ZERO);
+        }
         let rows: Vec<&[S]> = q.iter().map(std::slice::from_ref).collect();
         let mut samples = self.room(1);
         self.fill(&rows, &mut samples)?;
@@ -138,6 +146,33 @@ impl<S: Real> Geometry<S> {
     /// Hamilton's equations at one point.
     pub fn point(&self) -> Point<S> {
         Point::new(&self.hamiltonian, &self.signs)
+    }
+
+    /// g00 at a point, if this is the paper's space-time diag(g00(x), −1) of t and x.
+    pub fn g00(&self, q: &[S]) -> Option<S> {
+        self.c_squared.map(|_| self.diagonal(q)[0])
+    }
+
+    /// c² of that space-time.
+    pub fn c_squared(&self) -> Option<S> {
+        self.c_squared
+    }
+
+    /// Where g00, g00′ and g00″ of that space-time stand among the rows of [`Self::fill`].
+    pub(crate) fn sources_of_g00(&self) -> [Source<S>; 3] {
+        let Structure { values, first, second, .. } = self.structure();
+        let of_t = |ab: [usize; 2], value: Source<S>| (ab == [0, 0]).then_some(value);
+        [
+            values.iter().find_map(|term| of_t(term.ab, term.value)),
+            first.iter().find_map(|term| of_t(term.ab, term.value)),
+            second.iter().find_map(|term| of_t(term.ab, term.value)),
+        ]
+        .map(|source| source.unwrap_or(Source::Constant(S::ZERO)))
+    }
+
+    /// Hamilton's equations on the nodes of a window.
+    pub fn motion_on_nodes(&self) -> Motion<S> {
+        Motion::new(self)
     }
 
     /// Number of coordinates n.
@@ -225,44 +260,40 @@ impl<S: Real> Geometry<S> {
     }
 }
 
-impl<S: Real> Dynamics<S> for Geometry<S> {
-    type Outside = OutsideGeometry;
-
-    fn structure(&self) -> &Structure<S> {
+impl<S: Real> Geometry<S> {
+    /// What is not zero in the Lagrangian and the force.
+    pub fn structure(&self) -> &Structure<S> {
         &self.lagrangian.structure
     }
 
-    fn room(&self, points: usize) -> Samples<S> {
+    /// Room for [`Self::fill`] on so many nodes.
+    pub fn room(&self, points: usize) -> Samples<S> {
         self.lagrangian.room(points)
     }
 
-    fn fill(&self, q: &[&[S]], samples: &mut Samples<S>) -> Result<(), OutsideGeometry> {
+    /// Fills in the rows of the metric and the one-form at the positions `q`, one row of nodes for each coordinate.
+    ///
+    /// # Errors
+    /// The first node that lies outside the domain.
+    pub fn fill(&self, q: &[&[S]], samples: &mut Samples<S>) -> Result<(), OutsideGeometry> {
         self.lagrangian.fill(q, samples);
+        let position = |index: usize| self.active().first().map_or(f64::NAN, |&a| q[a][index].to_f64());
         for (block, (row, &sign)) in self.lagrangian.determinants(samples).zip(&self.signs).enumerate() {
             if let Some(index) = row.iter().position(|&determinant| is_outside(determinant, sign)) {
                 let determinant = row[index].to_f64();
-                return Err(OutsideGeometry { index, block: Some(block), determinant });
+                return Err(OutsideGeometry { index, block: Some(block), determinant, position: position(index) });
             }
         }
         for row in 0..self.structure().rows {
             if let Some(index) = samples.row(row).iter().position(|value| !value.is_finite()) {
-                return Err(OutsideGeometry { index, block: None, determinant: f64::NAN });
+                return Err(OutsideGeometry { index, block: None, determinant: f64::NAN, position: position(index) });
             }
         }
         Ok(())
     }
 
-    fn raise(&self, q: &[S], v: &[S], weight: S) -> Vec<S> {
-        let n = self.dimension();
-        let at_rest = self.momenta(q, &vec![S::ZERO; n]);
-        let p: Vec<S> = v.iter().zip(&at_rest).map(|(&v, &one_form)| v / weight + one_form).collect();
-        let mut point = self.point();
-        // Outside the domain the numbers are of no use, and whoever asks finds that out from the position.
-        let _ = point.evaluate(q, &p);
-        (0..n).map(|a| point.q_dot(a)).collect()
-    }
-
-    fn fill_force(&self, q: &[&[S]], q_dot: &[&[S]], samples: &mut Samples<S>) {
+    /// Fills in the rows of the force at positions and velocities.
+    pub fn fill_force(&self, q: &[&[S]], q_dot: &[&[S]], samples: &mut Samples<S>) {
         self.lagrangian.fill_force(q, q_dot, samples);
     }
 }
@@ -272,11 +303,12 @@ fn is_outside<S: Real>(determinant: S, sign: S) -> bool {
     !determinant.is_finite() || determinant == S::ZERO || determinant * sign < S::ZERO
 }
 
-/// The coordinates that a component, the one-form or the force depends on, or that a force acts on.
-fn active_of<S: Real>(parts: &mut Parts<S>) -> Vec<usize> {
+/// The coordinates that a component, the one-form or the force depends on, or that a force acts on, and those that are
+/// `kept`.
+fn active_of<S: Real>(parts: &mut Parts<S>, kept: &[usize]) -> Vec<usize> {
     let n = parts.dimension();
     let mut is_active = vec![false; n];
-    parts.force.keys().for_each(|&a| is_active[a] = true);
+    parts.force.keys().chain(kept).for_each(|&a| is_active[a] = true);
     let nodes: Vec<NodeId> = parts.metric.values().chain(parts.one_form.values()).copied().collect();
     for (a, is_active) in is_active.iter_mut().enumerate() {
         *is_active |= nodes.iter().any(|&node| {

@@ -1,159 +1,141 @@
-//! Hamilton's equations as the solvers of the physical limit use them.
+//! Hamilton's equations on the nodes of a window, a block of nodes at a time.
 
-use super::Geometry;
-use super::hamiltonian::Point;
-use super::outside::OutsideGeometry;
-use super::structure::Dynamics;
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::hamiltonian::{Hamiltonian, Point};
+use super::{Geometry, OutsideGeometry};
+use crate::formula::BLOCK;
 use crate::number::Real;
 
-/// The rates of positions and momenta of a Lagrangian with a force: q̇^a = g^ab (p_b − A_b), ṗ_a = f_a + F_a.
-///
-/// Only the active coordinates are unknowns, with their momenta; the momenta of ignorable ones are constants.
-pub trait Motion<S: Real>: Dynamics<S> {
-    /// What was computed last, and room for it.
-    type Room;
-
-    /// Room for all that is computed here.
-    fn motion_room(&self) -> Self::Room;
-
-    /// The active coordinates, in order.
-    fn active(&self) -> &[usize];
-
-    /// Computes the rates at one point, from q^a and p_a of all coordinates. The index in the error is `index`.
-    ///
-    /// # Errors
-    /// If the point is outside the domain.
-    fn rates_at(&self, q: &[S], p: &[S], index: usize, room: &mut Self::Room) -> Result<(), Self::Outside>;
-
-    /// dq^a/dγ at the point that was computed last.
-    fn q_dot(&self, room: &Self::Room, a: usize) -> S;
-
-    /// dp/dγ at the point that was computed last, of the active coordinate with that place among the active ones.
-    fn p_dot(&self, room: &Self::Room, place: usize) -> S;
-
-    /// d²q/dγ² at the point that was computed last, of the active coordinate with that place, if it does not depend on
-    /// the momenta: if the active part of g^ab is constant and coupled to nothing else.
-    fn acceleration(&self, room: &Self::Room, place: usize) -> Option<S>;
-
-    /// Computes the rates of the active coordinates on all nodes, from q^a (all) and p_a (active) there and the momenta
-    /// at the start (all), and writes rows of q̇, then rows of ṗ, into `out`.
-    ///
-    /// # Errors
-    /// The first node that is outside the domain.
-    fn rates(
-        &self,
-        q: &[Vec<S>],
-        p: &[Vec<S>],
-        start: &[S],
-        room: &mut Self::Room,
-        out: &mut [Vec<S>],
-    ) -> Result<(), Self::Outside>;
-
-    /// The rates of the ignorable coordinates times `h` on all nodes, a row for each, where [`Self::rates`]
-    /// computed the rates from this q and p.
-    fn steps(&self, q: &[Vec<S>], p: &[Vec<S>], start: &[S], h: S, room: &mut Self::Room) -> Vec<Vec<S>>;
-
-    /// Calls `see(row, column, value)` for the entries of ∂(q̇, ṗ)/∂(q, p) of the active coordinates that are not zero,
-    /// at node k, where [`Self::rates`] computed the rates from this q and p (all coordinates).
-    fn jacobian(&self, q: &[S], p: &[S], k: usize, room: &mut Self::Room, see: impl FnMut(usize, usize, S));
-}
-
-/// Room for the equations of a geometry.
-#[derive(Debug, Clone)]
-pub struct MotionRoom<S> {
+/// The rates of positions and momenta, q̇^a = g^ab (p_b − A_b), ṗ_a = f_a + F_a, where only active coordinates and
+/// their momenta are unknowns: the momenta of ignorable ones are constants, which `start` has.
+#[derive(Debug)]
+pub struct Motion<S> {
+    hamiltonian: Arc<Hamiltonian<S>>,
     point: Point<S>,
-    /// All coordinates and momenta at one node.
-    q: Vec<S>,
-    p: Vec<S>,
+    /// The registers of a block of nodes: of the equations, and of their linearisation.
+    rates: Vec<[S; BLOCK]>,
+    linearised: Vec<[S; BLOCK]>,
+    /// The nodes whose linearised equations stand there.
+    nodes: Range<usize>,
+    /// q̇^a of ignorable coordinates on the nodes, where rates were computed last.
+    ignorable: Vec<Vec<S>>,
 }
 
-impl<S: Real> Geometry<S> {
-    /// Puts node k of the rows into the room.
-    fn gather(&self, q: &[Vec<S>], p: &[Vec<S>], start: &[S], k: usize, room: &mut MotionRoom<S>) {
-        room.p.copy_from_slice(start);
-        for (place, &a) in self.active().iter().enumerate() {
-            (room.q[a], room.p[a]) = (q[a][k], p[place][k]);
+/// Positions of all coordinates and momenta of active ones on the nodes, and momenta of all at the start.
+#[derive(Debug, Clone, Copy)]
+pub struct OnNodes<'n, S> {
+    /// q^a, a row for each coordinate.
+    pub q: &'n [Vec<S>],
+    /// p_a, a row for each active coordinate.
+    pub p: &'n [Vec<S>],
+    /// p_a of all coordinates at the start.
+    pub start: &'n [S],
+}
+
+impl<S: Real> OnNodes<'_, S> {
+    /// Puts a block of nodes into registers.
+    fn put(&self, active: &[usize], nodes: Range<usize>, registers: &mut [[S; BLOCK]]) {
+        let n = self.q.len();
+        for (a, &p) in self.start.iter().enumerate() {
+            registers[2 * n + a] = [p; BLOCK];
+        }
+        for (place, &a) in active.iter().enumerate() {
+            registers[a][..nodes.len()].copy_from_slice(&self.q[a][nodes.clone()]);
+            registers[2 * n + a][..nodes.len()].copy_from_slice(&self.p[place][nodes.clone()]);
         }
     }
 
-    /// Computes the rates at node k of the rows.
-    fn rates_of_node(
-        &self,
-        (q, p): (&[Vec<S>], &[Vec<S>]),
-        start: &[S],
-        k: usize,
-        room: &mut MotionRoom<S>,
-    ) -> Result<(), OutsideGeometry> {
-        self.gather(q, p, start, k, room);
-        let MotionRoom { point, q, p } = room;
-        point.evaluate(q, p).map_err(|point| OutsideGeometry { index: k, ..point })
+    /// All coordinates and momenta at node k.
+    fn at(&self, active: &[usize], k: usize) -> [Vec<S>; 2] {
+        let (q, mut p) = (self.q.iter().map(|row| row[k]).collect(), self.start.to_vec());
+        active.iter().zip(self.p).for_each(|(&a, row)| p[a] = row[k]);
+        [q, p]
     }
 }
 
-impl<S: Real> Motion<S> for Geometry<S> {
-    type Room = MotionRoom<S>;
-
-    fn motion_room(&self) -> MotionRoom<S> {
-        let n = self.dimension();
-        MotionRoom { point: self.point(), q: vec![S::ZERO; n], p: vec![S::ZERO; n] }
+impl<S: Real> Motion<S> {
+    /// Room for all that is computed here.
+    pub(super) fn new(geometry: &Geometry<S>) -> Self {
+        let (hamiltonian, point) = (Arc::clone(&geometry.hamiltonian), geometry.point());
+        Self {
+            rates: hamiltonian.program.registers(|constant| [constant; BLOCK]),
+            linearised: Vec::new(),
+            nodes: 0..0,
+            ignorable: vec![Vec::new(); geometry.ignorable().count()],
+            hamiltonian,
+            point,
+        }
     }
 
-    fn active(&self) -> &[usize] {
-        &self.hamiltonian.active
-    }
-
-    fn rates_at(&self, q: &[S], p: &[S], index: usize, room: &mut MotionRoom<S>) -> Result<(), OutsideGeometry> {
-        room.point.evaluate(q, p).map_err(|point| OutsideGeometry { index, ..point })
-    }
-
-    fn q_dot(&self, room: &MotionRoom<S>, a: usize) -> S {
-        room.point.q_dot(a)
-    }
-
-    fn p_dot(&self, room: &MotionRoom<S>, place: usize) -> S {
-        room.point.p_dot(place)
-    }
-
-    fn acceleration(&self, room: &MotionRoom<S>, place: usize) -> Option<S> {
-        let (inverse, m) = (self.separable()?, self.active().len());
-        let row = &inverse[place * m..][..m];
-        Some(row.iter().enumerate().fold(S::ZERO, |sum, (other, &g)| sum + g * room.point.p_dot(other)))
-    }
-
-    fn rates(
-        &self,
-        q: &[Vec<S>],
-        p: &[Vec<S>],
-        start: &[S],
-        room: &mut MotionRoom<S>,
-        out: &mut [Vec<S>],
-    ) -> Result<(), OutsideGeometry> {
-        let (q_dot, p_dot) = out.split_at_mut(self.active().len());
-        for k in 0..q.first().map_or(0, Vec::len) {
-            self.rates_of_node((q, p), start, k, room)?;
-            for (place, &a) in self.active().iter().enumerate() {
-                q_dot[place][k] = room.point.q_dot(a);
-                p_dot[place][k] = room.point.p_dot(place);
+    /// Computes the rates of active coordinates on all nodes, and writes rows of q̇, then rows of ṗ, into `out`.
+    ///
+    /// # Errors
+    /// The first node that is outside the domain.
+    pub fn rates(&mut self, on: OnNodes<'_, S>, out: &mut [Vec<S>]) -> Result<(), OutsideGeometry> {
+        let points = on.q.first().map_or(0, Vec::len);
+        let (hamiltonian, mut lost) = (Arc::clone(&self.hamiltonian), 0);
+        let Hamiltonian { program, active, velocities, forces, .. } = &*hamiltonian;
+        self.nodes = 0..0;
+        self.ignorable.iter_mut().for_each(|row| row.resize(points, S::ZERO));
+        let (q_dot, p_dot) = out.split_at_mut(active.len());
+        for first in (0..points).step_by(BLOCK) {
+            let nodes = first..points.min(first + BLOCK);
+            on.put(active, nodes.clone(), &mut self.rates);
+            program.run_block(hamiltonian.point, nodes.len(), &mut self.rates, &mut lost);
+            self.check(on, nodes.clone())?;
+            let take = |row: &mut Vec<S>, register: usize| {
+                row[nodes.clone()].copy_from_slice(&self.rates[register][..nodes.len()]);
+            };
+            for (place, &a) in active.iter().enumerate() {
+                take(&mut q_dot[place], velocities[a]);
+                take(&mut p_dot[place], forces[place]);
             }
+            let ignorable = (0..velocities.len()).filter(|a| !active.contains(a));
+            self.ignorable.iter_mut().zip(ignorable).for_each(|(row, a)| take(row, velocities[a]));
         }
         Ok(())
     }
 
-    fn steps(&self, q: &[Vec<S>], p: &[Vec<S>], start: &[S], h: S, room: &mut MotionRoom<S>) -> Vec<Vec<S>> {
-        let ignorable: Vec<usize> = self.ignorable().collect();
-        let points = q.first().map_or(0, Vec::len);
-        let mut steps = vec![Vec::with_capacity(points); ignorable.len()];
-        for k in 0..points {
-            // A node outside the domain has rates that are not finite, which the certificate of the window shows.
-            let _ = self.rates_of_node((q, p), start, k, room);
-            for (&a, steps) in ignorable.iter().zip(&mut steps) {
-                steps.push(h * room.point.q_dot(a));
-            }
+    /// Looks whether a block of nodes is inside the domain.
+    fn check(&mut self, on: OnNodes<'_, S>, nodes: Range<usize>) -> Result<(), OutsideGeometry> {
+        let Hamiltonian { active, velocities, forces, determinants, .. } = &*self.hamiltonian;
+        let is_good = |register: &usize, is_good: &dyn Fn(S) -> bool| {
+            self.rates[*register][..nodes.len()].iter().fold(true, |all, &value| all & is_good(value))
+        };
+        let is_finite = velocities.iter().chain(forces).all(|register| is_good(register, &|value| value.is_finite()));
+        let mut blocks = determinants.iter().zip(self.point.signs());
+        if is_finite && blocks.all(|(block, &sign)| is_good(block, &|value| !super::is_outside(value, sign))) {
+            return Ok(());
         }
-        steps
+        for k in nodes {
+            let [q, p] = on.at(active, k);
+            self.point.evaluate(&q, &p).map_err(|outside| OutsideGeometry { index: k, ..outside })?;
+        }
+        Ok(())
     }
 
-    fn jacobian(&self, q: &[S], p: &[S], _: usize, room: &mut MotionRoom<S>, see: impl FnMut(usize, usize, S)) {
-        room.point.jacobian(q, p, see);
+    /// The rates of the ignorable coordinates times `h`, a row for each, where [`Self::rates`] was computed last.
+    pub fn steps(&self, h: S) -> Vec<Vec<S>> {
+        self.ignorable.iter().map(|row| row.iter().map(|&rate| h * rate).collect()).collect()
+    }
+
+    /// Calls `see(row, column, value)` for the entries of ∂(q̇, ṗ)/∂(q, p) of the active coordinates that are not zero,
+    /// at node k, where [`Self::rates`] was computed from the same numbers. Nodes are best asked for in order.
+    pub fn jacobian(&mut self, on: OnNodes<'_, S>, k: usize, see: impl FnMut(usize, usize, S)) {
+        let equations = self.hamiltonian.linearised();
+        let program = &equations.jacobian;
+        if !self.nodes.contains(&k) {
+            let first = k - k % BLOCK;
+            self.nodes = first..(first + BLOCK).min(on.q[0].len());
+            if self.linearised.is_empty() {
+                self.linearised = program.registers(|constant| [constant; BLOCK]);
+            }
+            on.put(&self.hamiltonian.active, self.nodes.clone(), &mut self.linearised);
+            program.run_block(equations.varying_entries(), self.nodes.len(), &mut self.linearised, &mut 0);
+        }
+        let place = k - self.nodes.start;
+        equations.each_entry(|output| self.linearised[program.output(output)][place], see);
     }
 }

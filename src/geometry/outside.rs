@@ -11,4 +11,6 @@ pub struct OutsideGeometry {
     pub block: Option<usize>,
     /// Its determinant there.
     pub determinant: f64,
+    /// The first active coordinate there.
+    pub position: f64,
 }

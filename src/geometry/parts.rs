@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::metric::Metric;
 use super::presets::Preset;
 use super::text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText};
 use crate::formula::{self, Graph, Names, NodeId};
@@ -266,26 +265,6 @@ impl<S: Real> Parts<S> {
         }
         let (one_form, particles) = (BTreeMap::new(), 1..coordinates.len() + 1);
         Ok(Self { graph, names, metric, one_form, hamiltonian, force, particles }.without_zeros())
-    }
-
-    /// t and x with the metric diag(g00(x), −1).
-    pub(super) fn of_one_coordinate(metric: &Metric<S>) -> Self {
-        let mut graph = Graph::default();
-        let x = graph.variable(1);
-        let v = metric.potential().program().expressions(&mut graph, &[x])[0];
-        let two_over_mass = graph.constant(metric.two_over_mass());
-        let c_squared = graph.constant(metric.c_squared());
-        let product = graph.multiply(two_over_mass, v);
-        let g00 = graph.add(c_squared, product);
-        Self {
-            names: ["t", "x"].map(str::to_owned).to_vec(),
-            metric: BTreeMap::from([([0, 0], g00), ([1, 1], graph.constant(-S::ONE))]),
-            one_form: BTreeMap::new(),
-            hamiltonian: None,
-            force: BTreeMap::new(),
-            particles: 1..2,
-            graph,
-        }
     }
 
     fn without_zeros(mut self) -> Self {

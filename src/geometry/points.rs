@@ -3,18 +3,36 @@
 use super::Geometry;
 use super::contraction::{Contraction, at_point, single};
 use super::outside::OutsideGeometry;
-use super::structure::{Dynamics, Samples};
+use super::structure::Samples;
 use crate::number::Real;
 
 impl<S: Real> Geometry<S> {
-    /// p_a = g_ab q̇^b + A_a at a point.
+    /// p_a = g_ab q̇^b + A_a at a point, inside the domain or not.
     pub fn momenta(&self, q: &[S], q_dot: &[S]) -> Vec<S> {
-        Dynamics::momenta(self, q, q_dot)
+        let samples = self.at(q);
+        let at = at_point(self.structure(), &samples, q_dot);
+        (0..self.dimension()).map(|a| single(|p| at.add_momentum(a, p))).collect()
     }
 
-    /// K = g_ab q̇^a q̇^b at a point.
+    /// K = g_ab q̇^a q̇^b at a point, inside the domain or not.
     pub fn norm(&self, q: &[S], q_dot: &[S]) -> S {
-        Dynamics::norm(self, q, q_dot)
+        single(|k| at_point(self.structure(), &self.at(q), q_dot).add_norm(k))
+    }
+
+    /// f_a + F_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a at a point, inside the domain or not.
+    pub fn forces(&self, q: &[S], q_dot: &[S]) -> Vec<S> {
+        let (structure, samples) = (self.structure(), self.at(q));
+        let at = at_point(structure, &samples, q_dot);
+        let mut forces: Vec<S> = (0..structure.dimension).map(|a| single(|f| at.add_force(a, f))).collect();
+        if !structure.force.is_empty() {
+            let [q, q_dot] = [q, q_dot].map(|row| row.iter().map(std::slice::from_ref).collect::<Vec<_>>());
+            let mut force = Samples::zeros(structure.force_rows, 1);
+            self.fill_force(&q, &q_dot, &mut force);
+            for term in &structure.force {
+                forces[term.a] += force.at(term.value, 0);
+            }
+        }
+        forces
     }
 
     /// What motion contributes to K at a point: the sizes of its terms without the largest of them.
@@ -34,7 +52,11 @@ impl<S: Real> Geometry<S> {
 
     /// All rows at one point, inside the domain or not.
     pub fn at(&self, q: &[S]) -> Samples<S> {
-        self.sample_at(q)
+        let rows: Vec<&[S]> = q.iter().map(std::slice::from_ref).collect();
+        let mut samples = self.room(1);
+        // Outside the domain the rows are filled in as well.
+        let _ = self.fill(&rows, &mut samples);
+        samples
     }
 
     /// K, and what motion contributes to it, at many points: rows of positions and of velocities, one for each

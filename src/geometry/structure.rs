@@ -1,6 +1,5 @@
 //! Which components and derivatives of a Lagrangian are not zero, and their values on the nodes of a grid.
 
-use super::contraction::{at_point, single};
 use crate::number::Real;
 
 /// Where a value comes from.
@@ -120,69 +119,6 @@ pub struct Start<S = f64> {
     pub q_dot: Vec<S>,
     /// p_a.
     pub p: Vec<S>,
-}
-
-/// A Lagrangian ½ g_ab(q) q̇^a q̇^b + A_a(q) q̇^a with a force F_a(q, q̇), which the doubled action is made of.
-pub trait Dynamics<S: Real> {
-    /// A point where it is not defined.
-    type Outside: Copy + std::fmt::Debug;
-
-    /// What is not zero.
-    fn structure(&self) -> &Structure<S>;
-
-    /// Room for [`Self::fill`] on so many nodes.
-    fn room(&self, points: usize) -> Samples<S> {
-        Samples::zeros(self.structure().rows, points)
-    }
-
-    /// Fills in the rows of the metric and the one-form at the positions `q`, one row of nodes for each coordinate.
-    ///
-    /// # Errors
-    /// The first node that lies outside the domain.
-    fn fill(&self, q: &[&[S]], samples: &mut Samples<S>) -> Result<(), Self::Outside>;
-
-    /// g^ab v_b/weight at a point, for a covector v.
-    fn raise(&self, q: &[S], v: &[S], weight: S) -> Vec<S>;
-
-    /// Fills in the rows of the force at positions and velocities.
-    fn fill_force(&self, q: &[&[S]], q_dot: &[&[S]], samples: &mut Samples<S>);
-
-    /// p_a = g_ab q̇^b + A_a at a point, inside the domain or not.
-    fn momenta(&self, q: &[S], q_dot: &[S]) -> Vec<S> {
-        let (structure, samples) = (self.structure(), self.sample_at(q));
-        let at = at_point(structure, &samples, q_dot);
-        (0..structure.dimension).map(|a| single(|p| at.add_momentum(a, p))).collect()
-    }
-
-    /// K = g_ab q̇^a q̇^b at a point, inside the domain or not.
-    fn norm(&self, q: &[S], q_dot: &[S]) -> S {
-        single(|k| at_point(self.structure(), &self.sample_at(q), q_dot).add_norm(k))
-    }
-
-    /// f_a + F_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a at a point, inside the domain or not.
-    fn forces(&self, q: &[S], q_dot: &[S]) -> Vec<S> {
-        let (structure, samples) = (self.structure(), self.sample_at(q));
-        let at = at_point(structure, &samples, q_dot);
-        let mut forces: Vec<S> = (0..structure.dimension).map(|a| single(|f| at.add_force(a, f))).collect();
-        if !structure.force.is_empty() {
-            let [q, q_dot] = [q, q_dot].map(|row| row.iter().map(std::slice::from_ref).collect::<Vec<_>>());
-            let mut force = Samples::zeros(structure.force_rows, 1);
-            self.fill_force(&q, &q_dot, &mut force);
-            for term in &structure.force {
-                forces[term.a] += force.at(term.value, 0);
-            }
-        }
-        forces
-    }
-
-    /// All rows of the metric and the one-form at one point, inside the domain or not.
-    fn sample_at(&self, q: &[S]) -> Samples<S> {
-        let rows: Vec<&[S]> = q.iter().map(std::slice::from_ref).collect();
-        let mut samples = self.room(1);
-        // Outside the domain the rows are filled in as well.
-        let _ = self.fill(&rows, &mut samples);
-        samples
-    }
 }
 
 /// The other index of a pair that contains `a`.

@@ -1,9 +1,8 @@
 //! Symmetric compositions of the Störmer–Verlet step.
 
 use super::driver::{BeginEqual, EqualSteps, Walker, equal_steps};
-use super::equations::{Counted, Equations, Parts, World};
-use super::peer::Method;
-use super::{About, Failure, Output, Setting, Step, Trajectory};
+use super::equations::{Counted, Equations, Parts};
+use super::{About, Failure, Output, Peer, Problem, Setting, Step, Trajectory};
 
 /// Stages of the longest composition.
 const MOST_STAGES: usize = 17;
@@ -100,7 +99,7 @@ impl Composition {
     }
 }
 
-impl Method for Composition {
+impl Peer for Composition {
     fn about(&self) -> About {
         let Self { name, curve, order, coarsest, source, .. } = *self;
         About {
@@ -117,18 +116,18 @@ impl Method for Composition {
 
     /// # Panics
     /// If the steps do not divide the intervals of `output`.
-    fn drive<W: World>(&self, world: &W, output: &Output, setting: Setting) -> Result<Trajectory<W::Point>, Failure> {
+    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
         let steps = setting.count;
         assert!(steps > 0 && steps.is_multiple_of(output.intervals), "{steps} steps on {} intervals", output.intervals);
-        if !world.is_separable() {
+        if !problem.space.is_separable() {
             return Err(Failure::NotSeparable);
         }
-        let [kicks, drifts] = self.lengths(world.length() / steps as f64);
+        let [kicks, drifts] = self.lengths(problem.length / steps as f64);
         let (kicks, drifts) = (&kicks[..self.stages()], &drifts[..self.stages()]);
         if self.compensated {
-            equal_steps(world, output, steps, &Lengths::<true> { kicks, drifts })
+            equal_steps(problem, output, steps, &Lengths::<true> { kicks, drifts })
         } else {
-            equal_steps(world, output, steps, &Lengths::<false> { kicks, drifts })
+            equal_steps(problem, output, steps, &Lengths::<false> { kicks, drifts })
         }
     }
 }

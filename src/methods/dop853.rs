@@ -3,9 +3,8 @@
 use std::ops::Range;
 
 use super::driver::{AdaptiveSteps, BeginAdaptive, Control, Walker, adaptive_steps};
-use super::equations::{Counted, Equations, World, copy, step, take};
-use super::peer::Method;
-use super::{About, Failure, Output, Setting, Step, Trajectory};
+use super::equations::{Counted, Equations, copy, step, take};
+use super::{About, Failure, Output, Peer, Problem, Setting, Step, Trajectory};
 
 const STAGES: usize = 12;
 /// With the derivative at the end, and three that only the dense output needs.
@@ -191,7 +190,7 @@ const D: [&[(usize, f64)]; 4] = [
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dop853;
 
-impl Method for Dop853 {
+impl Peer for Dop853 {
     fn about(&self) -> About {
         About {
             name: "DOP853".to_owned(),
@@ -205,8 +204,8 @@ impl Method for Dop853 {
         }
     }
 
-    fn drive<W: World>(&self, world: &W, output: &Output, setting: Setting) -> Result<Trajectory<W::Point>, Failure> {
-        adaptive_steps(world, output, setting.tolerance, self)
+    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
+        adaptive_steps(problem, output, setting.tolerance, self)
     }
 }
 

@@ -1,8 +1,8 @@
 //! What drives every method: over steps of equal length, or over steps that a tolerance chooses. A method only says how
 //! it takes one; points of output, evaluations, limits and failures are the same for all.
 
-use super::equations::{Counted, Equations, Work, World};
-use super::{Failure, MOST_STEPS, Marks, Output, Trajectory};
+use super::equations::{Counted, Equations, Work};
+use super::{Failure, MOST_STEPS, Marks, Output, Problem, States, Trajectory};
 
 /// The share that is taken of the step which the error allows.
 const SAFETY: f64 = 0.9;
@@ -77,7 +77,7 @@ pub(super) trait BeginAdaptive {
 
 /// The points of output so far.
 struct Points<E: Equations> {
-    points: Vec<E::Point>,
+    points: States,
     /// Where the next ones are in the last step, in (0, 1].
     fractions: Vec<f64>,
     /// The states there.
@@ -88,11 +88,11 @@ struct Points<E: Equations> {
 
 impl<E: Equations> Points<E> {
     /// The start is known, if it is asked for.
-    fn new(equations: &mut E, output: &Output) -> Result<Self, Failure> {
+    fn new(equations: &mut E, dimension: usize, output: &Output) -> Result<Self, Failure> {
         let start = equations.start();
-        let mut points = Vec::with_capacity(output.marks.len());
+        let mut points = States::new(dimension, output.marks.len());
         for _ in output.marks.iter().take_while(|&&mark| mark == 0) {
-            points.push(equations.point(&start)?);
+            equations.point(&start, &mut points)?;
         }
         Ok(Self { points, fractions: Vec::new(), states: Vec::new(), end: start })
     }
@@ -106,13 +106,13 @@ impl<E: Equations> Points<E> {
             states.clear();
             walker.inside(equations, &fractions[..inside], states);
             for state in &*states {
-                points.push(equations.equations.point(state)?);
+                equations.equations.point(state, points)?;
             }
         }
         if inside < fractions.len() {
             walker.state(end);
-            let point = equations.equations.point(end)?;
-            points.resize(points.len() + fractions.len() - inside, point);
+            equations.equations.point(end, points)?;
+            points.repeat_last(fractions.len() - inside - 1);
         }
         fractions.clear();
         Ok(())
@@ -120,30 +120,32 @@ impl<E: Equations> Points<E> {
 }
 
 /// The world-line in so many steps of equal length.
-pub(super) fn equal_steps<W: World>(
-    world: &W,
+pub(super) fn equal_steps(
+    problem: &Problem,
     output: &Output,
     steps: usize,
     method: &impl BeginEqual,
-) -> Result<Trajectory<W::Point>, Failure> {
-    world.with_equations(Equal { output, steps, method })
+) -> Result<Trajectory, Failure> {
+    let dimension = problem.start.q.len();
+    problem.with_equations(Equal { dimension, output, steps, method })
 }
 
 struct Equal<'a, M> {
+    dimension: usize,
     output: &'a Output,
     steps: usize,
     method: &'a M,
 }
 
-impl<P: Clone, M: BeginEqual> Work<P> for Equal<'_, M> {
-    type Output = Result<Trajectory<P>, Failure>;
+impl<M: BeginEqual> Work for Equal<'_, M> {
+    type Output = Result<Trajectory, Failure>;
 
     #[inline(always)]
-    fn with<E: Equations<Point = P>>(self, mut equations: E) -> Self::Output {
-        let Self { output, steps, method } = self;
+    fn with<E: Equations>(self, mut equations: E) -> Self::Output {
+        let Self { dimension, output, steps, method } = self;
         let mut marks = Marks::new(output, steps);
         let mut walker = method.begin(&equations);
-        let mut points = Points::new(&mut equations, output)?;
+        let mut points = Points::new(&mut equations, dimension, output)?;
         let mut equations = Counted::new(equations);
         marks.skip_start();
         let mut done = 0;
@@ -158,17 +160,19 @@ impl<P: Clone, M: BeginEqual> Work<P> for Equal<'_, M> {
 }
 
 /// The world-line in steps that `tolerance` chooses.
-pub(super) fn adaptive_steps<W: World>(
-    world: &W,
+pub(super) fn adaptive_steps(
+    problem: &Problem,
     output: &Output,
     tolerance: f64,
     method: &impl BeginAdaptive,
-) -> Result<Trajectory<W::Point>, Failure> {
-    world.with_equations(Adaptive { length: world.length(), output, tolerance, method })
+) -> Result<Trajectory, Failure> {
+    let dimension = problem.start.q.len();
+    problem.with_equations(Adaptive { length: problem.length, dimension, output, tolerance, method })
 }
 
 struct Adaptive<'a, M> {
     length: f64,
+    dimension: usize,
     output: &'a Output,
     tolerance: f64,
     method: &'a M,
@@ -185,15 +189,15 @@ fn pace<E: Equations>(equations: &E, start: &E::Rows<f64>, rates: &E::Rows<f64>)
     parts.unknowns().fold(0.0, |pace: f64, k| pace.max(rates[k].abs() / (1.0 + start[k].abs())))
 }
 
-impl<P: Clone, M: BeginAdaptive> Work<P> for Adaptive<'_, M> {
-    type Output = Result<Trajectory<P>, Failure>;
+impl<M: BeginAdaptive> Work for Adaptive<'_, M> {
+    type Output = Result<Trajectory, Failure>;
 
     #[inline(always)]
-    fn with<E: Equations<Point = P>>(self, mut equations: E) -> Self::Output {
-        let Self { length, output, tolerance, method } = self;
+    fn with<E: Equations>(self, mut equations: E) -> Self::Output {
+        let Self { length, dimension, output, tolerance, method } = self;
         let Control { exponent, change: [least, most], after_failure, ends_on_output } = M::CONTROL;
         let mut walker = method.begin(&equations, tolerance);
-        let mut points = Points::new(&mut equations, output)?;
+        let mut points = Points::new(&mut equations, dimension, output)?;
         let mut equations = Counted::new(equations);
         let start = equations.equations.start();
         let mut rates = start.clone();

@@ -13,7 +13,7 @@
 
 use std::ops::Range;
 
-use super::Failure;
+use super::{Failure, States};
 
 /// Which numbers a state has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,9 +59,6 @@ pub(super) trait Equations {
     /// A value for each number of a state: an array where its length is known, so that it stays in registers.
     type Rows<T: Copy>: Clone + AsRef<[T]> + AsMut<[T]>;
 
-    /// What a trajectory is made of.
-    type Point: Clone;
-
     /// `value` for each number of a state.
     fn rows<T: Copy>(&self, value: T) -> Self::Rows<T>;
 
@@ -77,11 +74,11 @@ pub(super) trait Equations {
     /// The derivatives of all numbers of a state. Outside the domain they may be anything, NaN included.
     fn rates(&mut self, state: &Self::Rows<f64>, rates: &mut Self::Rows<f64>);
 
-    /// A state as a point of a trajectory.
+    /// Adds a state to the points of a trajectory.
     ///
     /// # Errors
     /// If the computation cannot go on from there.
-    fn point(&mut self, state: &Self::Rows<f64>) -> Result<Self::Point, Failure>;
+    fn point(&mut self, state: &Self::Rows<f64>, out: &mut States) -> Result<(), Failure>;
 
     /// Learns the Jacobian J at a state.
     fn linearise(&mut self, state: &Self::Rows<f64>);
@@ -97,28 +94,13 @@ pub(super) trait Equations {
     fn smooth(&mut self, diagonal: f64, right: &mut Self::Rows<f64>);
 }
 
-/// Work that is compiled for every kind of equations with the same points.
-pub(super) trait Work<P> {
+/// Work that is compiled for every kind of equations.
+pub(super) trait Work {
     /// What it returns.
     type Output;
 
     /// Does it.
-    fn with<E: Equations<Point = P>>(self, equations: E) -> Self::Output;
-}
-
-/// A world-line to compute, which has equations.
-pub(super) trait World {
-    /// What its trajectory is made of.
-    type Point: Clone;
-
-    /// γ_f − γ_i.
-    fn length(&self) -> f64;
-
-    /// Whether its equations are of the second order.
-    fn is_separable(&self) -> bool;
-
-    /// Does `work` with the equations, compiled for the instructions of this machine.
-    fn with_equations<W: Work<Self::Point>>(&self, work: W) -> W::Output;
+    fn with<E: Equations>(self, equations: E) -> Self::Output;
 }
 
 /// Equations that count how often they are evaluated.

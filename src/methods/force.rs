@@ -1,11 +1,10 @@
 //! What drives the motion, u = Q_t/g00(x) and a = −½ g00′(x) u², at one point and as fast as possible.
 
-use super::equations::{Work, World};
+use super::Problem;
+use super::equations::Work;
 use super::one::One;
-use super::{Problem, State};
-use crate::formula::Program;
-use crate::geometry::metric::Metric;
-use crate::geometry::potential::Potential;
+use super::scene::SceneEquations;
+use crate::geometry::Point;
 
 /// u = dt/dγ and a = d²x/dγ².
 pub(super) trait Force {
@@ -13,19 +12,13 @@ pub(super) trait Force {
     fn at(&mut self, x: f64) -> (f64, f64);
 }
 
-impl World for Problem {
-    type Point = State;
-
-    fn length(&self) -> f64 {
-        self.length
-    }
-
-    fn is_separable(&self) -> bool {
-        true
-    }
-
-    fn with_equations<W: Work<State>>(&self, work: W) -> W::Output {
-        let force = AnyForce::new(&self.space, self.q_t());
+impl Problem {
+    /// Does `work` with the equations, compiled for the instructions of this machine.
+    pub(super) fn with_equations<W: Work>(&self, work: W) -> W::Output {
+        if self.space.c_squared().is_none() {
+            return work.with(SceneEquations::new(self));
+        }
+        let force = AnyForce::new(self);
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = pulp::x86::V3::try_new() {
             return match force {
@@ -43,7 +36,7 @@ impl World for Problem {
 
 /// Does `work` with AVX2 and fused multiply-add. Longer vectors would gain nothing on one particle.
 #[cfg(target_arch = "x86_64")]
-fn with_avx2<W: Work<State>, F: Force>(simd: pulp::x86::V3, work: W, equations: One<F>) -> W::Output {
+fn with_avx2<W: Work, F: Force>(simd: pulp::x86::V3, work: W, equations: One<F>) -> W::Output {
     simd.vectorize(
         #[inline(always)]
         || work.with(equations),
@@ -52,29 +45,24 @@ fn with_avx2<W: Work<State>, F: Force>(simd: pulp::x86::V3, work: W, equations: 
 
 /// The force of any potential. Every method is compiled for this, out of line, and once more for the forces that are
 /// quickest to evaluate, as part of the method.
-enum AnyForce<'m> {
+enum AnyForce {
     LowDegree(LowDegree),
     AnyDegree(AnyDegree),
-    Program(ProgramForce<'m>),
+    Program(ProgramForce),
 }
 
-impl<'m> AnyForce<'m> {
-    fn new(metric: &'m Metric, q_t: f64) -> Self {
-        match metric.potential() {
-            Potential::Polynomial(p) => {
-                let g = coefficients(metric, p.coefficients());
-                if g.len() <= 5 {
-                    Self::LowDegree(LowDegree::new(&g, q_t))
-                } else {
-                    Self::AnyDegree(AnyDegree { g, q_t })
-                }
-            }
-            Potential::Formula(formula) => Self::Program(ProgramForce::new(metric, formula.program(), q_t)),
+impl AnyForce {
+    fn new(problem: &Problem) -> Self {
+        let q_t = problem.start.p[0];
+        match &problem.g00 {
+            Some(g) if g.len() <= 5 => Self::LowDegree(LowDegree::new(g, q_t)),
+            Some(g) => Self::AnyDegree(AnyDegree { g: g.clone(), q_t }),
+            None => Self::Program(ProgramForce { point: problem.space.point(), q_t }),
         }
     }
 }
 
-impl Force for AnyForce<'_> {
+impl Force for AnyForce {
     #[inline(never)]
     fn at(&mut self, x: f64) -> (f64, f64) {
         match self {
@@ -83,14 +71,6 @@ impl Force for AnyForce<'_> {
             Self::Program(force) => force.at(x),
         }
     }
-}
-
-/// Of g00, lowest power first.
-fn coefficients(metric: &Metric, potential: &[f64]) -> Vec<f64> {
-    let mut g: Vec<f64> = potential.iter().map(|c| metric.two_over_mass() * c).collect();
-    g.resize(g.len().max(1), 0.0);
-    g[0] += metric.c_squared();
-    g
 }
 
 /// g00 of degree four at most, by Estrin's scheme: half the latency of Horner's, which is what a step waits for.
@@ -139,29 +119,18 @@ impl Force for AnyDegree {
     }
 }
 
-/// The program of a formula, as far as V and V′ need it; constants are in place once and for all.
-struct ProgramForce<'m> {
-    program: &'m Program<f64>,
-    registers: Vec<f64>,
-    c_squared: f64,
-    two_over_mass: f64,
+/// The program of the equations.
+struct ProgramForce {
+    point: Point,
     q_t: f64,
 }
 
-impl<'m> ProgramForce<'m> {
-    fn new(metric: &Metric, program: &'m Program<f64>, q_t: f64) -> Self {
-        let registers = program.registers(|constant| constant);
-        Self { program, registers, c_squared: metric.c_squared(), two_over_mass: metric.two_over_mass(), q_t }
-    }
-}
-
-impl Force for ProgramForce<'_> {
+impl Force for ProgramForce {
     #[inline]
     fn at(&mut self, x: f64) -> (f64, f64) {
-        self.registers[0] = x;
-        self.program.run(2, &mut self.registers);
-        let [value, slope] = [0, 1].map(|output| self.registers[self.program.output(output)]);
-        let u = self.q_t / (self.c_squared + self.two_over_mass * value);
-        (u, -0.5 * self.two_over_mass * slope * (u * u))
+        match self.point.evaluate(&[0.0, x], &[self.q_t, 0.0]) {
+            Ok(()) => (self.point.q_dot(0), self.point.acceleration(0).unwrap_or(f64::NAN)),
+            Err(_) => (f64::NAN, f64::NAN),
+        }
     }
 }

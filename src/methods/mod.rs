@@ -27,17 +27,15 @@
 //! ends a step on each of them.
 //!
 //! ```
-//! use geodesic_ivp::geometry::geodesic::InitialData;
-//! use geodesic_ivp::methods::{Output, PeerIn, Problem, Setting, Taylor};
-//! use geodesic_ivp::geometry::metric::Metric;
-//! use geodesic_ivp::geometry::potential::Potential;
+//! use geodesic_ivp::Case;
+//! use geodesic_ivp::case::builtin;
+//! use geodesic_ivp::methods::{Output, Peer, Problem, Setting, Taylor};
 //!
-//! let space = Metric::new(Potential::quartic(0.5), 1.0, 1.0).into();
-//! let start = InitialData { t: 0.0, x: 1.0, t_dot: 1.0, x_dot: 0.1 };
-//! let problem: Problem = Problem { space, start, length: 1.0 };
+//! let case = Case::parse("quartic", builtin::text("quartic").expect("it is built in"), &[])?;
+//! let problem = Problem { space: case.geometry().into(), start: case.start(), length: 1.0, g00: case.g00() };
 //! let trajectory = Taylor.run(&problem, &Output::even(4), Setting::tolerance(1e-14))?;
-//! assert!((trajectory.states[3].x - 0.159_778_018_885_407).abs() < 1e-12);
-//! # Ok::<(), geodesic_ivp::methods::Failure>(())
+//! assert!((trajectory.states.at(3).q[1] - 0.159_778_018_885_407).abs() < 1e-12);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod composition;
@@ -51,54 +49,38 @@ mod peer;
 mod radau5;
 mod rk4;
 mod scene;
+mod states;
 mod taylor;
 mod windows;
 
 pub use composition::Composition;
 pub use dop853::Dop853;
-pub use peer::{About, PEERS, Peer, PeerIn, Prepared, Setting, Step};
+pub use peer::{About, PEERS, Peer, Prepared, Setting, Step};
 pub use radau5::Radau5;
 pub use rk4::Rk4;
-pub use scene::SceneState;
+pub use states::{State, States};
 pub use taylor::Taylor;
 pub use windows::{Gauss, Windows};
 
 use std::sync::Arc;
 
-use crate::geometry::metric::Metric;
-use crate::reference::Analytic;
+use crate::geometry::{Geometry, Start};
 
 /// A method gives up after this many steps.
 pub const MOST_STEPS: usize = 20_000_000;
 
-/// A space-time in which methods compute world-lines.
-pub trait Driven: Analytic<f64> {
-    /// A point of a world-line.
-    type State: Clone;
-
-    /// A point of the reference as a point of a method's world-line.
-    ///
-    /// # Errors
-    /// If a computation cannot go on from there.
-    fn state(&self, point: Self::Point) -> Result<Self::State, Failure>;
-}
-
 /// A world-line to compute.
 #[derive(Debug, Clone)]
-pub struct Problem<G: Driven = Metric> {
+pub struct Problem {
     /// The space-time; a geometry is around the start.
-    pub space: Arc<G>,
+    pub space: Arc<Geometry>,
     /// The start. In one coordinate t counts from there.
-    pub start: G::Start,
+    pub start: Start,
     /// γ_f − γ_i.
     pub length: f64,
-}
-
-impl Problem {
-    /// Q_t of the start.
-    pub fn q_t(&self) -> f64 {
-        self.start.invariants(&self.space).q_t
-    }
+    /// The coefficients of g00(x), lowest power first, in one coordinate with a polynomial potential: what a user of
+    /// these methods would write by hand.
+    pub g00: Option<Vec<f64>>,
 }
 
 /// Where the world-line is wanted: at γ − γ_i = length · mark/intervals for every mark.
@@ -122,32 +104,11 @@ impl Output {
     }
 }
 
-/// A point of the world-line of one coordinate.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct State {
-    /// t − t_i.
-    pub elapsed: f64,
-    /// x.
-    pub x: f64,
-    /// dx/dγ.
-    pub w: f64,
-}
-
-impl State {
-    /// Whether the computation can go on from here.
-    fn check(&self, metric: &Metric) -> Result<(), Failure> {
-        if !(self.elapsed.is_finite() && self.x.is_finite() && self.w.is_finite()) {
-            return Err(Failure::Diverged);
-        }
-        if metric.at(self.x).is_inside() { Ok(()) } else { Err(Failure::OutsideDomain) }
-    }
-}
-
 /// A world-line that was computed.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Trajectory<P = State> {
+pub struct Trajectory {
     /// At the marks of the [`Output`].
-    pub states: Vec<P>,
+    pub states: States,
     /// Evaluations of the potential; for a series its coefficients.
     pub evaluations: usize,
     /// Steps, rejected ones not counted.

@@ -2,24 +2,15 @@
 
 use super::equations::{Equations, Parts};
 use super::force::Force;
-use super::{Driven, Failure, Problem, State};
-use crate::geometry::geodesic::acceleration_slope;
-use crate::geometry::metric::Metric;
-use crate::reference::ReferencePoint;
-
-impl Driven for Metric {
-    type State = State;
-
-    fn state(&self, ReferencePoint { elapsed, x, x_dot, .. }: ReferencePoint) -> Result<State, Failure> {
-        let state = State { elapsed, x, w: x_dot };
-        state.check(self).map(|()| state)
-    }
-}
+use super::{Failure, Problem, States};
+use crate::geometry::{Point, Source};
 
 /// t′ = u(x), x′ = w, w′ = a(x).
 pub(super) struct One<'p, F> {
     problem: &'p Problem,
-    q_t: f64,
+    /// Where g00, g00′ and g00″ stand.
+    g00: [Source<f64>; 3],
+    point: Point,
     force: F,
     /// a′ where it was asked for last.
     slope: f64,
@@ -29,14 +20,14 @@ pub(super) struct One<'p, F> {
 
 impl<'p, F: Force> One<'p, F> {
     pub(super) fn new(problem: &'p Problem, force: F) -> Self {
-        Self { problem, q_t: problem.q_t(), force, slope: 0.0, inverse: [[0.0; 3]; 3] }
+        let Problem { space, .. } = problem;
+        let (g00, point) = (space.sources_of_g00(), space.point());
+        Self { problem, g00, point, force, slope: 0.0, inverse: [[0.0; 3]; 3] }
     }
 }
 
 impl<F: Force> Equations for One<'_, F> {
     type Rows<T: Copy> = [T; 3];
-    type Point = State;
-
     #[inline(always)]
     fn rows<T: Copy>(&self, value: T) -> [T; 3] {
         [value; 3]
@@ -54,7 +45,7 @@ impl<F: Force> Equations for One<'_, F> {
 
     #[inline(always)]
     fn start(&self) -> [f64; 3] {
-        [0.0, self.problem.start.x, self.problem.start.x_dot]
+        [0.0, self.problem.start.q[1], self.problem.start.q_dot[1]]
     }
 
     #[inline(always)]
@@ -63,16 +54,22 @@ impl<F: Force> Equations for One<'_, F> {
         *rates = [u, w, a];
     }
 
-    #[inline(always)]
-    fn point(&mut self, &[elapsed, x, w]: &[f64; 3]) -> Result<State, Failure> {
-        let state = State { elapsed, x, w };
-        state.check(&self.problem.space).map(|()| state)
+    fn point(&mut self, &[elapsed, x, w]: &[f64; 3], out: &mut States) -> Result<(), Failure> {
+        if !(elapsed.is_finite() && x.is_finite() && w.is_finite()) {
+            return Err(Failure::Diverged);
+        }
+        let (q, p) = ([self.problem.start.q[0] + elapsed, x], [self.problem.start.p[0], -w]);
+        self.point.evaluate(&q, &p).map_err(|_| Failure::OutsideDomain)?;
+        out.push(&q, &p);
+        Ok(())
     }
 
-    #[inline(always)]
+    /// a′ = −½ g00″ u² + g00′² u²/g00.
     fn linearise(&mut self, &[_, x, _]: &[f64; 3]) {
-        let g = self.problem.space.at(x);
-        self.slope = acceleration_slope(self.q_t, g.g00, g.first, g.second);
+        let samples = self.problem.space.at(&[0.0, x]);
+        let [g00, first, second] = self.g00.map(|source| samples.at(source, 0));
+        let u = self.problem.start.p[0] / g00;
+        self.slope = u * u * (first * first / g00 - 0.5 * second);
     }
 
     #[inline(always)]

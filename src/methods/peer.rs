@@ -2,10 +2,7 @@
 
 use std::fmt;
 
-use super::equations::World;
-use super::{Composition, Dop853, Driven, Failure, Gauss, Output, Problem, Radau5, Rk4, Taylor, Trajectory};
-use crate::geometry::Geometry;
-use crate::geometry::metric::Metric;
+use super::{Composition, Dop853, Failure, Gauss, Output, Problem, Radau5, Rk4, Taylor, Trajectory};
 
 /// Every method to compare with, in the order of tables and pictures.
 pub static PEERS: [&dyn Peer; 13] = [
@@ -25,7 +22,7 @@ pub static PEERS: [&dyn Peer; 13] = [
 ];
 
 /// A method to compare with.
-pub trait Peer: PeerIn<Metric> + PeerIn<Geometry> + Sync {
+pub trait Peer: Sync {
     /// What it is.
     fn about(&self) -> About;
 
@@ -37,10 +34,7 @@ pub trait Peer: PeerIn<Metric> + PeerIn<Geometry> + Sync {
             _ => format!("steps={count}"),
         }
     }
-}
 
-/// A method in one kind of space-time.
-pub trait PeerIn<G: Driven> {
     /// The world-line of `problem` in this setting, at the points of `output`.
     ///
     /// # Errors
@@ -48,56 +42,16 @@ pub trait PeerIn<G: Driven> {
     ///
     /// # Panics
     /// If it has no dense output, takes constant steps, and their number is no multiple of the intervals of `output`.
-    fn run(&self, problem: &Problem<G>, output: &Output, setting: Setting) -> Result<Trajectory<G::State>, Failure>;
+    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure>;
 
     /// The same run, to be made many times: what it needs beforehand is kept.
-    fn prepared<'p>(&'p self, problem: &'p Problem<G>, output: Output, setting: Setting) -> Prepared<'p, G> {
+    fn prepared<'p>(&'p self, problem: &'p Problem, output: Output, setting: Setting) -> Prepared<'p> {
         Box::new(move || self.run(problem, &output, setting))
     }
 }
 
 /// A run that can be made again and again.
-pub type Prepared<'p, G> = Box<dyn FnMut() -> Result<Trajectory<<G as Driven>::State>, Failure> + 'p>;
-
-/// A method that is written once for all equations.
-pub(super) trait Method: Sync {
-    /// What it is.
-    fn about(&self) -> About;
-
-    /// The trajectory of `world` in this setting, at the points of `output`.
-    ///
-    /// # Errors
-    /// [`Failure`].
-    fn drive<W: World>(&self, world: &W, output: &Output, setting: Setting) -> Result<Trajectory<W::Point>, Failure>;
-}
-
-/// Every [`Method`] is a [`Peer`]. A generic implementation would be compiled again in every crate that names a method.
-macro_rules! peers {
-    ($($method:ty),*) => {$(
-        impl Peer for $method {
-            fn about(&self) -> About {
-                Method::about(self)
-            }
-        }
-
-        peers!(@in Metric, $method);
-        peers!(@in Geometry, $method);
-    )*};
-    (@in $space:ty, $method:ty) => {
-        impl PeerIn<$space> for $method {
-            fn run(
-                &self,
-                problem: &Problem<$space>,
-                output: &Output,
-                setting: Setting,
-            ) -> Result<Trajectory<<$space as Driven>::State>, Failure> {
-                self.drive(problem, output, setting)
-            }
-        }
-    };
-}
-
-peers!(Rk4, Composition, Dop853, Radau5);
+pub type Prepared<'p> = Box<dyn FnMut() -> Result<Trajectory, Failure> + 'p>;
 
 impl dyn Peer + '_ {
     /// Its name in files.

@@ -1,9 +1,8 @@
 //! Radau IIA of order 5, the implicit method for stiff problems.
 
 use super::driver::{AdaptiveSteps, BeginAdaptive, Control, Walker, adaptive_steps};
-use super::equations::{Counted, Equations, Parts, World, copy, take};
-use super::peer::Method;
-use super::{About, Failure, Output, Setting, Step, Trajectory};
+use super::equations::{Counted, Equations, Parts, copy, take};
+use super::{About, Failure, Output, Peer, Problem, Setting, Step, Trajectory};
 
 /// √6.
 const ROOT: f64 = 2.449_489_742_783_178;
@@ -30,7 +29,7 @@ const NEWTON: f64 = 1e-2;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Radau5;
 
-impl Method for Radau5 {
+impl Peer for Radau5 {
     fn about(&self) -> About {
         About {
             name: "Radau5".to_owned(),
@@ -44,8 +43,8 @@ impl Method for Radau5 {
         }
     }
 
-    fn drive<W: World>(&self, world: &W, output: &Output, setting: Setting) -> Result<Trajectory<W::Point>, Failure> {
-        adaptive_steps(world, output, setting.tolerance, self)
+    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
+        adaptive_steps(problem, output, setting.tolerance, self)
     }
 }
 

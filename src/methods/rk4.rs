@@ -1,15 +1,14 @@
 //! The classical Runge–Kutta method of order 4.
 
 use super::driver::{BeginEqual, EqualSteps, Walker, equal_steps};
-use super::equations::{Counted, Equations, World, copy, step};
-use super::peer::Method;
-use super::{About, Failure, Output, Setting, Step, Trajectory};
+use super::equations::{Counted, Equations, copy, step};
+use super::{About, Failure, Output, Peer, Problem, Setting, Step, Trajectory};
 
 /// The classical Runge–Kutta method; between the ends of its steps the cubics that fit states and derivatives there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rk4;
 
-impl Method for Rk4 {
+impl Peer for Rk4 {
     fn about(&self) -> About {
         About {
             name: "RK4".to_owned(),
@@ -23,9 +22,9 @@ impl Method for Rk4 {
         }
     }
 
-    fn drive<W: World>(&self, world: &W, output: &Output, setting: Setting) -> Result<Trajectory<W::Point>, Failure> {
-        let h = world.length() / setting.count as f64;
-        equal_steps(world, output, setting.count, &Length(h))
+    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
+        let h = problem.length / setting.count as f64;
+        equal_steps(problem, output, setting.count, &Length(h))
     }
 }
 

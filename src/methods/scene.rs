@@ -1,54 +1,19 @@
 //! The equations of a scene of n coordinates.
 
-use super::equations::{Equations, Parts, Work, World};
+use super::equations::{Equations, Parts};
 use super::linear::Dense;
-use super::{Driven, Failure, Problem};
-use crate::geometry::{Geometry, Motion, MotionRoom, Start};
-use crate::reference::ScenePoint;
-
-/// A point of the world-line of a scene.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SceneState {
-    /// q^a of all coordinates.
-    pub q: Vec<f64>,
-    /// p_a of all coordinates.
-    pub p: Vec<f64>,
-}
-
-impl Driven for Geometry {
-    type State = SceneState;
-
-    fn state(&self, ScenePoint { q, p, .. }: ScenePoint) -> Result<SceneState, Failure> {
-        let is_finite = q.iter().chain(&p).all(|v| v.is_finite());
-        is_finite.then_some(SceneState { q, p }).ok_or(Failure::Diverged)
-    }
-}
-
-impl World for Problem<Geometry> {
-    type Point = SceneState;
-
-    fn length(&self) -> f64 {
-        self.length
-    }
-
-    fn is_separable(&self) -> bool {
-        self.space.is_separable()
-    }
-
-    fn with_equations<W: Work<SceneState>>(&self, work: W) -> W::Output {
-        work.with(SceneEquations::new(self))
-    }
-}
+use super::{Failure, Problem, States};
+use crate::geometry::{Geometry, Point, Start};
 
 /// Hamilton's equations. Quadratures are the ignorable coordinates, counted from the start; positions are the active
 /// ones. Behind them are the velocities of these if the geometry is separable, and otherwise the momenta.
-struct SceneEquations<'p> {
-    problem: &'p Problem<Geometry>,
+pub(super) struct SceneEquations<'p> {
+    problem: &'p Problem,
     parts: Parts,
     ignorable: Vec<usize>,
     /// g_ab of the active coordinates, where it is constant.
     block: Vec<f64>,
-    room: MotionRoom<f64>,
+    point: Point,
     /// All coordinates and momenta. Charges stay in their places.
     q: Vec<f64>,
     p: Vec<f64>,
@@ -62,7 +27,7 @@ struct SceneEquations<'p> {
 }
 
 impl<'p> SceneEquations<'p> {
-    fn new(problem: &'p Problem<Geometry>) -> Self {
+    pub(super) fn new(problem: &'p Problem) -> Self {
         let Problem { space: geometry, start, .. } = problem;
         let (n, active) = (geometry.dimension(), geometry.active());
         let m = active.len();
@@ -73,7 +38,7 @@ impl<'p> SceneEquations<'p> {
             parts,
             ignorable: geometry.ignorable().collect(),
             block: block(geometry, start),
-            room: geometry.motion_room(),
+            point: geometry.point(),
             q: start.q.clone(),
             p: start.p.clone(),
             jacobian: vec![0.0; 4 * m * m],
@@ -132,7 +97,6 @@ fn block(geometry: &Geometry, start: &Start) -> Vec<f64> {
 
 impl Equations for SceneEquations<'_> {
     type Rows<T: Copy> = Vec<T>;
-    type Point = SceneState;
 
     fn rows<T: Copy>(&self, value: T) -> Vec<T> {
         vec![value; self.parts.quadratures + 2 * self.parts.positions]
@@ -159,38 +123,38 @@ impl Equations for SceneEquations<'_> {
     fn rates(&mut self, state: &Vec<f64>, rates: &mut Vec<f64>) {
         self.place(state);
         let geometry = &*self.problem.space;
-        if geometry.rates_at(&self.q, &self.p, 0, &mut self.room).is_err() {
+        if self.point.evaluate(&self.q, &self.p).is_err() {
             rates.fill(f64::NAN);
             return;
         }
         let (quadratures, moving) = rates.split_at_mut(self.parts.quadratures);
         for (rate, &a) in quadratures.iter_mut().zip(&self.ignorable) {
-            *rate = geometry.q_dot(&self.room, a);
+            *rate = self.point.q_dot(a);
         }
         let (positions, rest) = moving.split_at_mut(self.parts.positions);
         if self.parts.is_second_order {
             positions.copy_from_slice(&state[self.parts.driving()]);
             for (place, rate) in rest.iter_mut().enumerate() {
-                *rate = geometry.acceleration(&self.room, place).unwrap_or(f64::NAN);
+                *rate = self.point.acceleration(place).unwrap_or(f64::NAN);
             }
             return;
         }
         for (place, (&a, (position, momentum))) in
             geometry.active().iter().zip(positions.iter_mut().zip(rest)).enumerate()
         {
-            *position = geometry.q_dot(&self.room, a);
-            *momentum = geometry.p_dot(&self.room, place);
+            *position = self.point.q_dot(a);
+            *momentum = self.point.p_dot(place);
         }
     }
 
-    fn point(&mut self, state: &Vec<f64>) -> Result<SceneState, Failure> {
+    fn point(&mut self, state: &Vec<f64>, out: &mut States) -> Result<(), Failure> {
         if !state.iter().all(|v| v.is_finite()) {
             return Err(Failure::Diverged);
         }
         self.place(state);
         let Problem { space: geometry, start, .. } = self.problem;
-        geometry.rates_at(&self.q, &self.p, 0, &mut self.room).map_err(|_| Failure::OutsideDomain)?;
-        let (mut q, mut p) = (self.q.clone(), self.p.clone());
+        self.point.evaluate(&self.q, &self.p).map_err(|_| Failure::OutsideDomain)?;
+        let Self { q, p, .. } = self;
         for (&a, elapsed) in self.ignorable.iter().zip(state) {
             q[a] = start.q[a] + elapsed;
         }
@@ -200,15 +164,16 @@ impl Equations for SceneEquations<'_> {
                 p[a] = row.iter().zip(q_dot).map(|(g, q_dot)| g * q_dot).sum();
             }
         }
-        Ok(SceneState { q, p })
+        out.push(q, p);
+        Ok(())
     }
 
     fn linearise(&mut self, state: &Vec<f64>) {
         self.place(state);
-        let Self { problem, jacobian, room, q, p, parts, .. } = self;
+        let Self { jacobian, point, q, p, parts, .. } = self;
         jacobian.fill(0.0);
         let columns = 2 * parts.positions;
-        problem.space.jacobian(q, p, 0, room, |row, column, value| jacobian[row * columns + column] = value);
+        point.jacobian(q, p, |row, column, value| jacobian[row * columns + column] = value);
         self.derive();
     }
 

@@ -1,6 +1,7 @@
 //! The series of the reference trajectory as a method of its own.
 
-use super::{About, Driven, Failure, Output, Peer, PeerIn, Problem, Setting, Step, Trajectory};
+use super::{About, Failure, Output, Peer, Problem, Setting, States, Step, Trajectory};
+use crate::geometry::Start;
 use crate::reference::{EndReason, ReferenceTrajectory};
 
 /// The world-line in `f64` by series whose last terms are below the first by the tolerance, at the order that is
@@ -35,16 +36,20 @@ impl Peer for Taylor {
         let Setting { tolerance, .. } = setting;
         format!("order={} tol={tolerance:e}", digits_and_order(tolerance).1)
     }
-}
 
-impl<G: Driven> PeerIn<G> for Taylor {
-    fn run(&self, problem: &Problem<G>, output: &Output, setting: Setting) -> Result<Trajectory<G::State>, Failure> {
-        let Problem { space, start, length } = problem;
+    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
+        let Problem { space, start, length, .. } = problem;
         let (digits, order) = digits_and_order(setting.tolerance);
-        let trajectory = ReferenceTrajectory::unchecked(&**space, start, *length, order, digits);
+        let trajectory = ReferenceTrajectory::unchecked(space, start, *length, order, digits);
         let trajectory = trajectory.map_err(|end| failure(&end.reason))?;
-        let at = |gamma: f64| space.state(trajectory.at(gamma));
-        let states = output.gamma(*length).map(at).collect::<Result<_, _>>()?;
+        let mut states = States::new(start.q.len(), output.marks.len());
+        for gamma in output.gamma(*length) {
+            let Start { q, p, .. } = trajectory.at(gamma);
+            if !q.iter().chain(&p).all(|value| value.is_finite()) {
+                return Err(Failure::Diverged);
+            }
+            states.push(&q, &p);
+        }
         let steps = trajectory.steps();
         Ok(Trajectory { states, evaluations: steps * order, steps })
     }

@@ -1,11 +1,9 @@
 //! This program's own engine as a method among others: steps of Gauss' method, windows of one length, and windows as
 //! long as an accuracy needs.
 
-use super::peer::{About, Peer, PeerIn, Prepared, Setting, Step};
-use super::{Driven, Failure, Marks, Output, Problem, SceneState, State, Trajectory};
+use super::peer::{About, Peer, Prepared, Setting, Step};
+use super::{Failure, Marks, Output, Problem, States, Trajectory};
 use crate::engine::{self, Accuracy, Engine, POINTS, Window};
-use crate::geometry::geodesic::InitialData;
-use crate::geometry::metric::Metric;
 use crate::geometry::{Geometry, Start};
 
 /// The Gauss–Legendre Runge–Kutta method, symplectic, symmetric and of order 2s, as it is written for q̈ = a(q),
@@ -38,38 +36,6 @@ pub enum Windows {
     Tolerance,
 }
 
-/// A space-time in which the engine runs.
-trait Scene: Driven {
-    /// The scene of a problem, and its start.
-    fn scene(problem: &Problem<Self>) -> (&Geometry, Start);
-
-    /// The state with q^a of all coordinates and p_a of active ones, in a run from that start.
-    fn state_of(geometry: &Geometry, start: &Start, q: &[f64], p: &[f64]) -> Self::State;
-}
-
-impl Scene for Geometry {
-    fn scene(problem: &Problem<Self>) -> (&Geometry, Start) {
-        (&problem.space, problem.start.clone())
-    }
-
-    fn state_of(geometry: &Geometry, start: &Start, q: &[f64], active: &[f64]) -> SceneState {
-        let mut p = start.p.clone();
-        geometry.active().iter().zip(active).for_each(|(&a, &momentum)| p[a] = momentum);
-        SceneState { q: q.to_vec(), p }
-    }
-}
-
-impl Scene for Metric {
-    fn scene(Problem { space, start, .. }: &Problem) -> (&Geometry, Start) {
-        (space.scene(), InitialData { t: 0.0, ..*start }.start(space))
-    }
-
-    /// Without a potential x is ignorable, and its momentum a constant.
-    fn state_of(_: &Geometry, start: &Start, q: &[f64], p: &[f64]) -> State {
-        State { elapsed: q[0], x: q[1], w: -p.first().copied().unwrap_or(start.p[1]) }
-    }
-}
-
 impl From<engine::Failure> for Failure {
     fn from(failure: engine::Failure) -> Self {
         match failure {
@@ -81,26 +47,28 @@ impl From<engine::Failure> for Failure {
 }
 
 /// The points of output of a run.
-struct States<'s, G: Scene> {
+struct Points<'s> {
     geometry: &'s Geometry,
-    start: &'s Start,
+    /// q^a of all coordinates, p_a of the active ones, and p_a of all.
     q: Vec<f64>,
+    momenta: Vec<f64>,
     p: Vec<f64>,
-    states: Vec<G::State>,
+    states: States,
 }
 
-impl<'s, G: Scene> States<'s, G> {
-    fn new(geometry: &'s Geometry, start: &'s Start, output: &Output) -> Self {
-        let p = geometry.active().iter().map(|&a| start.p[a]).collect();
-        Self { geometry, start, q: start.q.clone(), p, states: Vec::with_capacity(output.marks.len()) }
+impl<'s> Points<'s> {
+    fn new(geometry: &'s Geometry, start: &Start, output: &Output) -> Self {
+        let momenta = geometry.active().iter().map(|&a| start.p[a]).collect();
+        let states = States::new(start.q.len(), output.marks.len());
+        Self { geometry, q: start.q.clone(), momenta, p: start.p.clone(), states }
     }
 
     /// Takes in the state at these fractions of a window.
     fn see(&mut self, window: &Window<'_>, fractions: impl IntoIterator<Item = f64>) -> Result<(), Failure> {
         let mut dense = None;
         for fraction in fractions {
-            dense.get_or_insert_with(|| window.dense()).at(fraction, &mut self.q, &mut self.p);
-            if self.q.iter().chain(&self.p).any(|value| !value.is_finite()) {
+            dense.get_or_insert_with(|| window.dense()).at(fraction, &mut self.q, &mut self.momenta);
+            if self.q.iter().chain(&self.momenta).any(|value| !value.is_finite()) {
                 return Err(Failure::Diverged);
             }
             self.take();
@@ -109,41 +77,43 @@ impl<'s, G: Scene> States<'s, G> {
     }
 
     fn take(&mut self) {
-        self.states.push(G::state_of(self.geometry, self.start, &self.q, &self.p));
+        let Self { geometry, q, momenta, p, states } = self;
+        geometry.active().iter().zip(momenta).for_each(|(&a, momentum)| p[a] = *momentum);
+        states.push(q, p);
     }
 }
 
 /// So many windows of one length, of which each has so many points.
-fn drive<G: Scene>(
+fn drive(
     (geometry, start): (&Geometry, &Start),
     engine: &mut Engine<'_>,
     output: &Output,
     (count, points): (usize, usize),
-) -> Result<Trajectory<G::State>, Failure> {
+) -> Result<Trajectory, Failure> {
     let (mut marks, mut sweeps) = (Marks::new(output, count), 0);
     engine.rewind();
-    let mut states = States::<G>::new(geometry, start, output);
-    output.marks.iter().take_while(|&&mark| mark == 0).for_each(|_| states.take());
+    let mut output_points = Points::new(geometry, start, output);
+    output.marks.iter().take_while(|&&mark| mark == 0).for_each(|_| output_points.take());
     marks.skip_start();
     let windows = Marks::last(output, count);
     for index in 0..windows {
         let window = engine.next()?.expect("there are as many windows");
         sweeps += window.sweeps;
-        states.see(&window, std::iter::from_fn(|| marks.within(index)))?;
+        output_points.see(&window, std::iter::from_fn(|| marks.within(index)))?;
     }
-    Ok(Trajectory { states: states.states, evaluations: sweeps * points, steps: windows })
+    Ok(Trajectory { states: output_points.states, evaluations: sweeps * points, steps: windows })
 }
 
 /// Windows for an accuracy.
-fn choose<G: Scene>(
+fn choose(
     (geometry, start): (&Geometry, &Start),
     engine: &mut Engine<'_>,
     output: &Output,
     (length, is_certified): (f64, bool),
-) -> Result<Trajectory<G::State>, Failure> {
+) -> Result<Trajectory, Failure> {
     engine.rewind();
     let marks: Vec<f64> = output.gamma(length).collect();
-    let mut states = States::<G>::new(geometry, start, output);
+    let mut output_points = Points::new(geometry, start, output);
     let mut windows = 0;
     loop {
         let mut window = match engine.next() {
@@ -151,7 +121,7 @@ fn choose<G: Scene>(
             Ok(None) => break,
             Err(engine::Failure::BeginAgain) => {
                 engine.begin_again();
-                states.states.clear();
+                output_points.states.clear();
                 continue;
             }
             Err(failure) => return Err(failure.into()),
@@ -160,53 +130,15 @@ fn choose<G: Scene>(
             return Err(Failure::Diverged);
         }
         windows = window.index + 1;
-        let (from, end, seen) = (window.gamma, window.gamma + window.length, states.states.len());
+        let (from, end, seen) = (window.gamma, window.gamma + window.length, output_points.states.len());
         let here = marks[seen..].iter().take_while(|&&mark| mark <= end || end >= length);
-        states.see(&window, here.map(|mark| ((mark - from) / window.length).min(1.0)))?;
+        output_points.see(&window, here.map(|mark| ((mark - from) / window.length).min(1.0)))?;
     }
-    Ok(Trajectory { states: states.states, evaluations: engine.sweeps() * POINTS, steps: windows * POINTS })
-}
-
-impl<G: Scene> PeerIn<G> for Gauss {
-    fn run(&self, problem: &Problem<G>, output: &Output, setting: Setting) -> Result<Trajectory<G::State>, Failure> {
-        self.prepared(problem, output.clone(), setting)()
-    }
-
-    fn prepared<'p>(&'p self, problem: &'p Problem<G>, output: Output, setting: Setting) -> Prepared<'p, G> {
-        let (geometry, start) = G::scene(problem);
-        let Setting { count, tolerance } = setting;
-        let engine = Engine::gauss(geometry, &start, problem.length, count, self.stages, tolerance);
-        let Ok(mut engine) = engine else { return outside::<G>() };
-        Box::new(move || drive::<G>((geometry, &start), &mut engine, &output, (count, self.stages)))
-    }
-}
-
-impl<G: Scene> PeerIn<G> for Windows {
-    fn run(&self, problem: &Problem<G>, output: &Output, setting: Setting) -> Result<Trajectory<G::State>, Failure> {
-        self.prepared(problem, output.clone(), setting)()
-    }
-
-    fn prepared<'p>(&'p self, problem: &'p Problem<G>, output: Output, setting: Setting) -> Prepared<'p, G> {
-        let ((geometry, start), length) = (G::scene(problem), problem.length);
-        let Setting { count, tolerance } = setting;
-        let engine = match *self {
-            Self::Equal(points) => Engine::lobatto(geometry, &start, length, count, points, tolerance),
-            Self::Accuracy => Engine::accurate(geometry, &start, length, Accuracy::Promised(tolerance), POINTS),
-            Self::Tolerance => Engine::accurate(geometry, &start, length, Accuracy::Local(tolerance), POINTS),
-        };
-        let Ok(mut engine) = engine else { return outside::<G>() };
-        Box::new(move || match *self {
-            Self::Equal(points) => {
-                let trajectory = drive::<G>((geometry, &start), &mut engine, &output, (count, points))?;
-                Ok(Trajectory { steps: trajectory.steps * points, ..trajectory })
-            }
-            _ => choose::<G>((geometry, &start), &mut engine, &output, (length, *self == Self::Accuracy)),
-        })
-    }
+    Ok(Trajectory { states: output_points.states, evaluations: engine.sweeps() * POINTS, steps: windows * POINTS })
 }
 
 /// For a start outside the domain.
-fn outside<'p, G: Driven>() -> Prepared<'p, G> {
+fn outside<'p>() -> Prepared<'p> {
     Box::new(|| Err(Failure::OutsideDomain))
 }
 
@@ -222,6 +154,18 @@ impl Peer for Gauss {
             coarsest: 0.05,
             source: "Hairer, McLachlan, Razakarivony, BIT 48 (2008) 231",
         }
+    }
+
+    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
+        self.prepared(problem, output.clone(), setting)()
+    }
+
+    fn prepared<'p>(&'p self, problem: &'p Problem, output: Output, setting: Setting) -> Prepared<'p> {
+        let Problem { space: geometry, start, length, .. } = problem;
+        let Setting { count, tolerance } = setting;
+        let engine = Engine::gauss(geometry, start, *length, count, self.stages, tolerance);
+        let Ok(mut engine) = engine else { return outside() };
+        Box::new(move || drive((geometry, start), &mut engine, &output, (count, self.stages)))
     }
 }
 
@@ -244,5 +188,27 @@ impl Peer for Windows {
             coarsest: 0.05,
             source: "this program",
         }
+    }
+
+    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
+        self.prepared(problem, output.clone(), setting)()
+    }
+
+    fn prepared<'p>(&'p self, problem: &'p Problem, output: Output, setting: Setting) -> Prepared<'p> {
+        let Problem { space: geometry, start, length, .. } = problem;
+        let Setting { count, tolerance } = setting;
+        let engine = match *self {
+            Self::Equal(points) => Engine::lobatto(geometry, start, *length, count, points, tolerance),
+            Self::Accuracy => Engine::accurate(geometry, start, *length, Accuracy::Promised(tolerance), POINTS),
+            Self::Tolerance => Engine::accurate(geometry, start, *length, Accuracy::Local(tolerance), POINTS),
+        };
+        let Ok(mut engine) = engine else { return outside() };
+        Box::new(move || match *self {
+            Self::Equal(points) => {
+                let trajectory = drive((geometry, start), &mut engine, &output, (count, points))?;
+                Ok(Trajectory { steps: trajectory.steps * points, ..trajectory })
+            }
+            _ => choose((geometry, start), &mut engine, &output, (*length, *self == Self::Accuracy)),
+        })
     }
 }

@@ -6,10 +6,10 @@ use std::io::Write;
 
 use csv::{ByteRecord, Writer, WriterBuilder};
 
-use crate::diagnostics::{Diagnostics, Further, Measurable};
+use crate::diagnostics::Diagnostics;
 use crate::number::{DecimalRoom, Real};
-use crate::solve::{Space, WorldLine};
-use crate::trajectory::{Crossing, Sample, SceneSample};
+use crate::solve::WorldLine;
+use crate::trajectory::{Crossing, Sample};
 
 /// The tables are written in blocks of this many bytes.
 const BUFFER: usize = 1 << 18;
@@ -41,10 +41,10 @@ struct Column<'c, S> {
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_trajectory<S: Real, G: Measurable<S>>(
+pub fn write_trajectory<S: Real, M>(
     mut out: impl Write,
-    run: &WorldLine<S, G>,
-    measured: &Diagnostics<S, G>,
+    run: &WorldLine<S>,
+    measured: &Diagnostics<S, M>,
 ) -> csv::Result<()> {
     write(run, measured, Contents::Trajectory, &mut out)
 }
@@ -55,10 +55,10 @@ pub fn write_trajectory<S: Real, G: Measurable<S>>(
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_residuals<S: Real, G: Measurable<S>>(
+pub fn write_residuals<S: Real, M>(
     mut out: impl Write,
-    run: &WorldLine<S, G>,
-    measured: &Diagnostics<S, G>,
+    run: &WorldLine<S>,
+    measured: &Diagnostics<S, M>,
 ) -> csv::Result<()> {
     write(run, measured, Contents::Residuals, &mut out)
 }
@@ -67,18 +67,18 @@ pub fn write_residuals<S: Real, G: Measurable<S>>(
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_combined<S: Real, G: Measurable<S>>(
+pub fn write_combined<S: Real, M>(
     mut out: impl Write,
-    run: &WorldLine<S, G>,
-    measured: &Diagnostics<S, G>,
+    run: &WorldLine<S>,
+    measured: &Diagnostics<S, M>,
 ) -> csv::Result<()> {
     write(run, measured, Contents::Both, &mut out)
 }
 
 /// The table of a run, whatever the number of its coordinates.
-fn write<S: Real, G: Measurable<S>>(
-    run: &WorldLine<S, G>,
-    measured: &Diagnostics<S, G>,
+fn write<S: Real, M>(
+    run: &WorldLine<S>,
+    measured: &Diagnostics<S, M>,
     contents: Contents,
     out: &mut dyn Write,
 ) -> csv::Result<()> {
@@ -95,8 +95,8 @@ fn write<S: Real, G: Measurable<S>>(
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_branches<S: Real, G: Space<S>>(mut out: impl Write, run: &WorldLine<S, G>) -> csv::Result<()> {
-    let names = run.geometry().coordinates();
+pub fn write_branches<S: Real>(mut out: impl Write, run: &WorldLine<S>) -> csv::Result<()> {
+    let names = run.geometry().names();
     let forward = |(a, name): (usize, &String)| Column { name: format!("{name}_1"), values: Box::new(run.q(a)) };
     let backward =
         |(a, name): (usize, &String)| Some(Column { name: format!("{name}_2"), values: Box::new(run.backward(a)?) });
@@ -104,23 +104,9 @@ pub fn write_branches<S: Real, G: Space<S>>(mut out: impl Write, run: &WorldLine
     write_table(&mut out, run, columns.collect())
 }
 
-/// The world-line at one value of γ, as a row of a table.
-pub trait Row<S> {
-    /// Its numbers, γ, the coordinates and their derivatives.
-    fn numbers(&self) -> impl Iterator<Item = S>;
-}
-
-/// γ and t are those of the case, not counted from the start.
-impl<S: Real> Row<S> for Sample<S> {
-    fn numbers(&self) -> impl Iterator<Item = S> {
-        [self.gamma, self.t, self.x, self.t_dot, self.x_dot].into_iter()
-    }
-}
-
-impl<S: Real> Row<S> for SceneSample<S> {
-    fn numbers(&self) -> impl Iterator<Item = S> {
-        std::iter::once(self.gamma).chain(self.q.iter().copied()).chain(self.q_dot.iter().copied())
-    }
+/// The numbers of a sample: γ, the coordinates and their derivatives.
+fn numbers<S: Real>(sample: &Sample<S>) -> impl Iterator<Item = S> {
+    std::iter::once(sample.gamma).chain(sample.q.iter().copied()).chain(sample.q_dot.iter().copied())
 }
 
 /// Writes `samples.csv`: gamma, the coordinates `names`, their derivatives. Extended numbers have `digits` significant
@@ -128,15 +114,15 @@ impl<S: Real> Row<S> for SceneSample<S> {
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_samples<S: Real, R: Row<S>>(
+pub fn write_samples<S: Real>(
     mut out: impl Write,
     names: &[String],
-    samples: &[R],
+    samples: &[Sample<S>],
     digits: u32,
 ) -> csv::Result<()> {
     let mut table = Table::new(&mut out, state_header(names).iter().map(String::as_str), digits)?;
     for sample in samples {
-        table.row(sample.numbers(), None)?;
+        table.row(numbers(sample), None)?;
     }
     table.finish()
 }
@@ -156,7 +142,7 @@ pub fn write_events<S: Real>(
     let header = state_header(names);
     let mut table = Table::new(&mut out, std::iter::once("event").chain(header.iter().map(String::as_str)), digits)?;
     for Crossing { watch, sample } in crossings {
-        table.labelled_row(events[*watch], sample.numbers())?;
+        table.labelled_row(events[*watch], numbers(sample))?;
     }
     table.finish()
 }
@@ -167,8 +153,8 @@ pub(crate) fn state_header(names: &[String]) -> Vec<String> {
     std::iter::once("gamma".to_owned()).chain(names.iter().cloned()).chain(velocities).collect()
 }
 
-fn trajectory<'c, S: Real, G: Space<S>>(run: &'c WorldLine<S, G>, tangent: &'c [Cow<'_, [S]>]) -> Vec<Column<'c, S>> {
-    let names = run.geometry().coordinates();
+fn trajectory<'c, S: Real>(run: &'c WorldLine<S>, tangent: &'c [Cow<'_, [S]>]) -> Vec<Column<'c, S>> {
+    let names = run.geometry().names();
     let velocities = names.iter().zip(tangent);
     let velocities = velocities
         .map(|(name, row)| Column { name: format!("{name}_dot"), values: Box::new(row.iter().copied()) as _ });
@@ -176,11 +162,8 @@ fn trajectory<'c, S: Real, G: Space<S>>(run: &'c WorldLine<S, G>, tangent: &'c [
     positions.chain(velocities).collect()
 }
 
-fn residuals<'c, S: Real, G: Measurable<S>>(
-    run: &'c WorldLine<S, G>,
-    measured: &'c Diagnostics<S, G>,
-) -> Vec<Column<'c, S>> {
-    let coordinates = run.geometry().coordinates();
+fn residuals<'c, S: Real, M>(run: &'c WorldLine<S>, measured: &'c Diagnostics<S, M>) -> Vec<Column<'c, S>> {
+    let coordinates = run.geometry().names();
     let mut columns: Vec<(String, &[S])> = Vec::new();
     for charge in &measured.charges {
         let name = &coordinates[charge.terms[0].0];
@@ -190,22 +173,18 @@ fn residuals<'c, S: Real, G: Measurable<S>>(
     for (name, row) in coordinates.iter().zip(&measured.delta_g) {
         columns.push((format!("delta_g_{name}"), row));
     }
-    let Further { delta_energy, rows } = G::further(&measured.measures);
-    columns.push(match delta_energy {
+    columns.push(match &measured.delta_energy {
         Some(energy) => ("delta_energy".to_owned(), energy),
         None => ("delta_k".to_owned(), &measured.norm.delta),
     });
-    columns.extend(rows.into_iter().map(|(name, row)| (format!("delta_{name}"), row)));
+    let invariants = measured.invariants.iter();
+    columns.extend(invariants.map(|each| (format!("delta_{}", each.name), each.delta.as_slice())));
     let column = |(name, row): (String, &'c [S])| Column { name, values: Box::new(row.iter().copied()) as _ };
     columns.into_iter().map(column).collect()
 }
 
 /// Writes a header and one row per node: γ, the columns and, with several windows, the number of the window from 1.
-fn write_table<S: Real, G: Space<S>>(
-    out: &mut dyn Write,
-    run: &WorldLine<S, G>,
-    columns: Vec<Column<'_, S>>,
-) -> csv::Result<()> {
+fn write_table<S: Real>(out: &mut dyn Write, run: &WorldLine<S>, columns: Vec<Column<'_, S>>) -> csv::Result<()> {
     let (names, mut columns): (Vec<_>, Vec<_>) =
         columns.into_iter().map(|Column { name, values }| (name, values)).unzip();
     let has_windows = run.windows.len() > 1;

@@ -1,22 +1,21 @@
-//! Where a function of the state changes its sign along the trajectory of a scene.
+//! Where a function of the state changes its sign along a trajectory.
 
-use super::scene::ScenePoint;
 use super::trajectory::ReferenceTrajectory;
-use crate::geometry::Geometry;
+use crate::geometry::Start;
 use crate::number::Real;
 
 /// Values that a function is looked at in each step, to find where it changes its sign.
 const PROBES: usize = 16;
 
-impl<S: Real> ReferenceTrajectory<S, Geometry<S>> {
+impl<S: Real> ReferenceTrajectory<S> {
     /// Every γ − γ_i, in order, at which `f` changes its sign. Two changes that are closer together than a sixteenth of
     /// a Taylor step may be missed.
-    pub fn sign_changes(&self, f: impl Fn(&ScenePoint<S>) -> S) -> Vec<S> {
+    pub fn sign_changes(&self, f: impl Fn(&Start<S>) -> S) -> Vec<S> {
         self.directed_sign_changes(f).into_iter().map(|(gamma, _)| gamma).collect()
     }
 
     /// The same, with whether `f` is positive after the change.
-    pub fn directed_sign_changes(&self, f: impl Fn(&ScenePoint<S>) -> S) -> Vec<(S, bool)> {
+    pub fn directed_sign_changes(&self, f: impl Fn(&Start<S>) -> S) -> Vec<(S, bool)> {
         let value = |gamma: S| f(&self.at(gamma * self.unit));
         let ends: Vec<S> = self.steps.ends().collect();
         let mut found = Vec::new();
@@ -37,8 +36,6 @@ impl<S: Real> ReferenceTrajectory<S, Geometry<S>> {
         found
     }
 }
-
-impl<S: Real> ReferenceTrajectory<S, Geometry<S>> {}
 
 /// Where `is_before` becomes false between the two numbers.
 fn bisected<S: Real>(from: S, to: S, is_before: impl Fn(S) -> bool) -> S {

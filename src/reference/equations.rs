@@ -1,33 +1,155 @@
-//! What the Taylor method needs to know of a system of differential equations.
+//! Hamilton's equations over γ/unit: the state is q^a of all coordinates, and then p_a of the active ones. The momenta
+//! of the ignorable ones are constants.
+//!
+//! ```text
+//! q̇^a = g^ab (p_b − A_b),    ṗ_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a,    ˙ = d/dγ
+//! ```
 
+use super::polynomials::{increment, slope};
+use super::series::ProgramSeries;
+use super::size::gap;
+use crate::geometry::{Geometry, Hamiltonian, Point, Start};
 use crate::number::Real;
 
 /// The solution around one point: a series for each component of the state.
 pub(super) type Series<S> = Vec<Vec<S>>;
 
-/// A system of differential equations of first order for a state of several components.
-pub(super) trait Equations<S: Real> {
+/// If steps shrink while a determinant is below this share of its first value, or that many times above it, the
+/// trajectory approaches the edge of the domain.
+const EDGE: f64 = 1e-3;
+
+/// By how much the state is shifted to see what rounding does to its derivatives: these multiples of ε, in turn.
+const SHIFTS: [f64; 5] = [4.0, -8.0, 12.0, -4.0, 8.0];
+
+/// The equations over γ/unit. Ignorable coordinates are counted from the start.
+#[derive(Debug)]
+pub(super) struct Equations<'g, S> {
+    geometry: &'g Geometry<S>,
+    unit: S,
+    /// Momenta; those of the active coordinates are overwritten.
+    p: Vec<S>,
+    /// The determinants of the metric's blocks at the start.
+    determinants: Vec<S>,
+    values: ProgramSeries<S>,
+    point: Point<S>,
+}
+
+impl<'g, S: Real> Equations<'g, S> {
+    /// For series of this order.
+    pub(super) fn new(geometry: &'g Geometry<S>, start: &Start<S>, unit: S, order: usize) -> Self {
+        let Hamiltonian { program, velocities, forces, .. } = geometry.hamiltonian();
+        Self {
+            geometry,
+            unit,
+            p: start.p.clone(),
+            determinants: geometry.determinants(&start.q),
+            values: ProgramSeries::new(program, [&velocities[..], forces].concat(), order),
+            point: geometry.point(),
+        }
+    }
+
+    /// dq^a/dγ of all coordinates and dp_a/dγ of the active ones; `None` outside the domain.
+    fn derivatives(&mut self, state: &[S]) -> Option<Vec<S>> {
+        let n = self.geometry.dimension();
+        for (&a, &p) in self.geometry.active().iter().zip(&state[n..]) {
+            self.p[a] = p;
+        }
+        self.point.evaluate(&state[..n], &self.p).ok()?;
+        let q_dot = (0..n).map(|a| self.point.q_dot(a));
+        let p_dot = (n..state.len()).map(|component| self.point.p_dot(component - n));
+        Some(q_dot.chain(p_dot).map(|rate| rate * self.unit).collect())
+    }
+
+    /// What rounding may do to the derivatives.
+    fn rounding(&mut self, state: &[S], derivatives: &[S]) -> Vec<S> {
+        let shifted = |(k, &value): (usize, &S)| value + value * (S::from(SHIFTS[k % SHIFTS.len()]) * S::EPSILON);
+        let charges = self.p.clone();
+        self.p = charges.iter().enumerate().map(shifted).collect();
+        let state: Vec<S> = state.iter().enumerate().map(shifted).collect();
+        let others = self.derivatives(&state);
+        self.p = charges;
+        match others {
+            Some(others) => others.iter().zip(derivatives).map(|(&a, &b)| gap(a, b)).collect(),
+            None => vec![S::ZERO; derivatives.len()],
+        }
+    }
+}
+
+impl<S: Real> Equations<'_, S> {
     /// So many of the first components are kept as polynomials.
-    fn kept(&self) -> usize;
+    pub(super) fn kept(&self) -> usize {
+        self.geometry.dimension() + self.geometry.active().len()
+    }
 
     /// The first coefficient of a component that has to do with its scale: 1 where the component itself has no meaning,
     /// because it is counted from the start, and 0 elsewhere.
-    fn first_of_scale(&self, component: usize) -> usize;
+    pub(super) fn first_of_scale(&self, component: usize) -> usize {
+        let is_ignorable = component < self.geometry.dimension() && !self.geometry.active().contains(&component);
+        usize::from(is_ignorable)
+    }
 
     /// The series of every component around `state`, to the given order.
-    fn expand(&mut self, state: &[S], order: usize) -> Series<S>;
+    pub(super) fn expand(&mut self, state: &[S], order: usize) -> Series<S> {
+        let n = self.geometry.dimension();
+        let mut series: Series<S> = state.iter().map(|&value| vec![value]).collect();
+        let mut place_of = vec![None; n];
+        for (place, &a) in self.geometry.active().iter().enumerate() {
+            place_of[a] = Some(n + place);
+        }
+        self.values.restart();
+        for k in 0..order {
+            let charge = |a: usize| if k == 0 { self.p[a] } else { S::ZERO };
+            let q = (0..n).map(|a| (a, series[a][k]));
+            let p = (0..n).map(|a| (2 * n + a, place_of[a].map_or_else(|| charge(a), |place| series[place][k])));
+            self.values.extend(k, q.chain(p));
+            let next = S::from((k + 1) as f64);
+            for (component, series) in series.iter_mut().enumerate() {
+                series.push(self.values.output(component)[k] * self.unit / next);
+            }
+        }
+        series
+    }
 
     /// The series of the arguments of `abs` in the expansion that was computed last.
-    fn kink_arguments(&self) -> impl Iterator<Item = &[S]>;
+    pub(super) fn kink_arguments(&self) -> impl Iterator<Item = &[S]> {
+        self.values.kink_arguments()
+    }
 
     /// The difference at s between the derivatives of the series and those that the equations want there, relative to
     /// the size of the terms of the series over a step `h`. What differs by more than `small` may be rounding: if it
     /// is known to be, the difference may be taken as zero.
-    fn missed(&mut self, series: &Series<S>, h: S, s: S, small: S) -> S;
+    pub(super) fn missed(&mut self, series: &Series<S>, h: S, s: S, small: S) -> S {
+        let state: Vec<S> = series.iter().map(|c| c[0] + increment(c, s)).collect();
+        let Some(derivatives) = self.derivatives(&state) else { return S::from(f64::INFINITY) };
+        let sizes: Vec<S> = (series.iter().enumerate())
+            .map(|(component, c)| {
+                let of_value = if self.first_of_scale(component) == 0 { c[0].abs() / h } else { S::ZERO };
+                c[1].abs().max((c[2] * h).abs()).max(of_value).max(S::MIN_POSITIVE)
+            })
+            .collect();
+        let gaps: Vec<S> = series.iter().zip(&derivatives).map(|(c, &d)| gap(slope(c, s), d)).collect();
+        let largest = |gaps: &[S]| gaps.iter().zip(&sizes).fold(S::ZERO, |all, (&gap, &size)| all.max(gap / size));
+        let missed = largest(&gaps);
+        if missed <= small {
+            return missed;
+        }
+        // A force that is the small difference of large ones is not known to so many digits.
+        let rounding = self.rounding(&state, &derivatives);
+        largest(&gaps.iter().zip(&rounding).map(|(&gap, &rounding)| gap - rounding).collect::<Vec<S>>())
+    }
 
     /// Whether `state` lies inside the domain.
-    fn is_inside(&mut self, state: &[S]) -> bool;
+    pub(super) fn is_inside(&mut self, state: &[S]) -> bool {
+        self.derivatives(state).is_some()
+    }
 
     /// Whether the edge of the domain is near, compared with the start.
-    fn is_near_the_edge(&mut self, state: &[S]) -> bool;
+    pub(super) fn is_near_the_edge(&mut self, state: &[S]) -> bool {
+        let determinants = self.geometry.determinants(&state[..self.geometry.dimension()]);
+        let edge = S::from(EDGE);
+        determinants.iter().zip(&self.determinants).any(|(here, start)| {
+            let (here, start) = (here.abs(), start.abs());
+            here < edge * start || start < edge * here
+        })
+    }
 }

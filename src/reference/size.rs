@@ -20,7 +20,7 @@ pub(super) fn smaller<S: Real>(a: S, b: S) -> S {
 
 /// The root test on the last two coefficients of each series, relative to the size of its first ones over a step `h`.
 /// The radius is 0 where a coefficient is not finite: at a singularity there is no step to take.
-pub(super) fn radius<S: Real>(equations: &impl Equations<S>, series: &Series<S>, h: S) -> S {
+pub(super) fn radius<S: Real>(equations: &Equations<'_, S>, series: &Series<S>, h: S) -> S {
     if !series.iter().flatten().all(|c| c.is_finite()) {
         return S::ZERO;
     }
@@ -38,12 +38,7 @@ pub(super) fn radius<S: Real>(equations: &impl Equations<S>, series: &Series<S>,
 
 /// The radius at the first step. At first the scale is taken to be the `range` of the whole run, which may be far too
 /// long: then the terms of the series are compared with something much too large, and the radius is wrong.
-pub(super) fn first_radius<S: Real>(
-    equations: &impl Equations<S>,
-    series: &Series<S>,
-    relative_step: S,
-    range: S,
-) -> S {
+pub(super) fn first_radius<S: Real>(equations: &Equations<'_, S>, series: &Series<S>, relative_step: S, range: S) -> S {
     let (mut scale, mut first) = (range, radius(equations, series, range));
     for _ in 0..FIRST_STEP_TRIES {
         let h = relative_step * first;
@@ -58,7 +53,7 @@ pub(super) fn first_radius<S: Real>(
 
 /// The longest of h, h/2, h/4, … over which the series agree with the equations. They may miss a feature of a formula
 /// that is too far away, or too narrow, to show in the coefficients.
-pub(super) fn seen<S: Real>(equations: &mut impl Equations<S>, series: &Series<S>, h: S, digits: u32) -> S {
+pub(super) fn seen<S: Real>(equations: &mut Equations<'_, S>, series: &Series<S>, h: S, digits: u32) -> S {
     let [small, large] =
         [SPARE_DIGITS - f64::from(digits), -0.5 * f64::from(digits)].map(|e| S::from(10.0_f64.powf(e)));
     let mut missed = |h: S| {
@@ -89,7 +84,7 @@ pub(super) fn gap<S: Real>(a: S, b: S) -> S {
 }
 
 /// The first s in (0, h) at which an argument of `abs` has just changed its sign; h if there is none.
-pub(super) fn step_to_kink<S: Real>(equations: &impl Equations<S>, h: S) -> S {
+pub(super) fn step_to_kink<S: Real>(equations: &Equations<'_, S>, h: S) -> S {
     let mut step = h;
     for series in equations.kink_arguments() {
         let value = |s: S| series[0] + increment(series, s);

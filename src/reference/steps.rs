@@ -149,7 +149,7 @@ impl<S: Real> Goal<S> {
 impl<S: Real> Steps<S> {
     /// Integrates from `start` with series and steps of the given accuracy.
     pub(super) fn integrate(
-        equations: &mut impl Equations<S>,
+        equations: &mut Equations<'_, S>,
         start: &[S],
         goal: Goal<S>,
         accuracy: Accuracy,
@@ -202,7 +202,7 @@ impl<S: Real> Steps<S> {
     }
 
     /// Whether the series at the start, and their squares, do not overflow.
-    pub(super) fn can_begin(equations: &mut impl Equations<S>, start: &[S], order: usize) -> bool {
+    pub(super) fn can_begin(equations: &mut Equations<'_, S>, start: &[S], order: usize) -> bool {
         let largest = (S::ONE / S::MIN_POSITIVE).sqrt();
         // The comparison is false for a NaN.
         equations.expand(start, order).iter().flatten().all(|c| c.abs() < largest)

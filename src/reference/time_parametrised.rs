@@ -1,7 +1,6 @@
 //! The motion with time as its parameter, with which the figures of the paper compare the world-line formulation.
 
-use crate::geometry::geodesic::InitialData;
-use crate::geometry::metric::Metric;
+use crate::geometry::{Geometry, Start};
 
 /// A point of the time-parametrised motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,15 +19,18 @@ pub struct TimeState {
 /// It agrees with the geodesic only in the limit of weak fields and low speeds. It is computed by the classical
 /// Runge–Kutta method with 64 steps between two points; the error is far below the width of a line in a plot. The
 /// motion ends early where it is not defined.
-pub fn time_parametrised(metric: &Metric, initial: InitialData, duration: f64, points: usize) -> Vec<TimeState> {
+/// It is empty where the geometry is not the paper's space-time of t and x.
+pub fn time_parametrised(geometry: &Geometry, start: &Start, duration: f64, points: usize) -> Vec<TimeState> {
+    let Some(c_squared) = geometry.c_squared() else { return Vec::new() };
+    let [_, first, _] = geometry.sources_of_g00();
     const STEPS: usize = 64;
     let h = duration / ((points - 1) * STEPS) as f64;
     let acceleration = |x: f64, v: f64| {
         // V′/m = g00′/2.
-        let squeeze = (1.0 - v * v / metric.c_squared()).max(0.0);
-        -0.5 * metric.at(x).first * squeeze * squeeze.sqrt()
+        let squeeze = (1.0 - v * v / c_squared).max(0.0);
+        -0.5 * geometry.at(&[0.0, x]).at(first, 0) * squeeze * squeeze.sqrt()
     };
-    let (mut x, mut v) = (initial.x, initial.x_dot / initial.t_dot);
+    let (mut x, mut v) = (start.q[1], start.q_dot[1] / start.q_dot[0]);
     let mut states = vec![TimeState { elapsed: 0.0, x, velocity: v }];
     for k in 1..points {
         for _ in 0..STEPS {

@@ -2,11 +2,12 @@
 
 use super::derivative::FormDerivative;
 use super::explicit;
+use super::flow::{self, Guess};
 use super::newton::{self, Failure, LinearFailure, NewtonSystem, Root, RoundingLevels};
 use super::refinement::{self, Refined};
 use super::status::{InitialGuess, IterationRecord};
 use super::window::Window;
-use crate::geometry::{Motion, Term};
+use crate::geometry::{Motion, OnNodes, OutsideGeometry};
 use crate::linalg::banded::solve_banded;
 use crate::number::Real;
 use crate::number::norm::max_abs;
@@ -24,19 +25,20 @@ pub(super) struct Solved<S> {
 }
 
 /// Solves the system of `window`; `rough` is the same in `f64`.
-pub(super) fn solve<S: Real, G: Motion<S>, R: Motion<f64, Outside = G::Outside>>(
-    window: &Window<'_, S, G>,
-    rough: &Window<'_, f64, R>,
+pub(super) fn solve<S: Real>(
+    window: &Window<'_, S>,
+    rough: &Window<'_, f64>,
     max_iterations: usize,
-) -> Result<Solved<S>, Failure<G::Outside>> {
+) -> Result<Solved<S>, Failure> {
     if window.geometry.active().is_empty() {
         let mut system = System::new(window, Vec::new());
+        system.evaluate(&[]).map_err(explicit::outside)?;
         let steps = system.steps();
         return Ok(Solved { q: system.q, p: system.p, steps, history: Vec::new(), initial_guess: InitialGuess::None });
     }
-    let (mut guess, initial_guess) = explicit::guess(rough).map_err(explicit::outside)?;
-    let mut linearised = System::new(rough, Vec::new());
-    guess.drain(..rough.derivative().first_unknown() * linearised.fields());
+    let guess = flow::guess(rough).map_err(|edge| explicit::outside(edge.point))?;
+    let (mut linearised, initial_guess) = (System::new(rough, Vec::new()), InitialGuess::RungeKutta4);
+    let guess = linearised.unknowns(&guess);
     let root = newton::solve(&mut linearised, guess, max_iterations)?;
     if S::IS_EXTENDED {
         let residual = System::new(window, linearised.scales.clone());
@@ -55,13 +57,13 @@ pub(super) fn solve<S: Real, G: Motion<S>, R: Motion<f64, Outside = G::Outside>>
 
 /// Entries of the Jacobian, divided by this, stay far from overflow.
 const LEAST_SCALE: f64 = 1e-280;
-/// A force counts at least as this share of its terms: a residual at the rounding level is that many times larger.
-const CANCELLED: f64 = 1e-2;
+/// A rate counts at least as this share of what it would be in units of ε, if nothing but the fields were rounded.
+const OF_ROUNDING: f64 = 0.1;
 
 /// Rows (h du/dγ − h u̇)/s in the unknowns (q_1 … q_m, p_1 … p_m) of one node after the other: at nodes 1 … N−1 for
 /// nodes 2 … N in the strong form, at all nodes for all in the weak one.
-struct System<'w, S: Real, G: Motion<S>> {
-    window: Window<'w, S, G>,
+struct System<'w, S> {
+    window: Window<'w, S>,
     /// Set at the first residual if they are not given.
     scales: Vec<f64>,
     // What was evaluated last: the fields on all N nodes, their rates and their slopes. Kept, because at a million
@@ -70,11 +72,11 @@ struct System<'w, S: Real, G: Motion<S>> {
     p: Vec<Vec<S>>,
     rates: Vec<Vec<S>>,
     slopes: Vec<Vec<S>>,
-    room: G::Room,
+    motion: Motion<S>,
 }
 
-impl<'w, S: Real, G: Motion<S>> System<'w, S, G> {
-    fn new(window: &Window<'w, S, G>, scales: Vec<f64>) -> Self {
+impl<'w, S: Real> System<'w, S> {
+    fn new(window: &Window<'w, S>, scales: Vec<f64>) -> Self {
         let (points, geometry) = (window.points(), window.geometry);
         let m = geometry.active().len();
         Self {
@@ -84,7 +86,7 @@ impl<'w, S: Real, G: Motion<S>> System<'w, S, G> {
             p: geometry.active().iter().map(|&a| vec![window.start.p[a]; points]).collect(),
             rates: vec![vec![S::ZERO; points]; 2 * m],
             slopes: vec![vec![S::ZERO; points]; 2 * m],
-            room: geometry.motion_room(),
+            motion: geometry.motion_on_nodes(),
         }
     }
 
@@ -102,7 +104,7 @@ impl<'w, S: Real, G: Motion<S>> System<'w, S, G> {
     }
 
     /// Updates the fields and their rates to the unknowns `u`.
-    fn evaluate(&mut self, u: &[S]) -> Result<(), G::Outside> {
+    fn evaluate(&mut self, u: &[S]) -> Result<(), OutsideGeometry> {
         let (first, fields) = (self.derivative().first_unknown(), self.fields());
         for (place, &a) in self.active().iter().enumerate() {
             let (q, p) = (&mut self.q[a][first..], &mut self.p[place][first..]);
@@ -110,49 +112,47 @@ impl<'w, S: Real, G: Motion<S>> System<'w, S, G> {
                 (*q, *p) = (state[place], state[fields / 2 + place]);
             }
         }
-        let start = &self.window.start.p;
-        self.window.geometry.rates(&self.q, &self.p, start, &mut self.room, &mut self.rates)
+        let on = OnNodes { q: &self.q, p: &self.p, start: &self.window.start.p };
+        self.motion.rates(on, &mut self.rates)
     }
 
     /// Sets the divisor of each kind of row, so that one rounding level holds for all: the size of the field plus its
     /// change in a step, at what was evaluated last.
     fn set_scales(&mut self) {
-        let (m, h) = (self.active().len(), self.window.sbp.spacing().to_f64());
-        // On a circular orbit a force is what is left of terms that cancel, and rounds like these.
-        let terms = self.force_terms();
-        let scale = |field: usize, row: &[S], cancelled: f64| {
-            match (max_abs(row).to_f64() + h * max_abs(&self.rates[field]).to_f64()).max(CANCELLED * h * cancelled) {
+        let h = self.window.sbp.spacing().to_f64();
+        // At rest and on a circular orbit a force is what is left of terms that cancel, and rounds like these.
+        let rounding = self.rates_of_rounding();
+        let rows = self.active().iter().map(|&a| &self.q[a]).chain(&self.p);
+        let scale = |((row, rates), rounding): ((&Vec<S>, &Vec<S>), f64)| {
+            let rate = max_abs(rates).to_f64();
+            match (max_abs(row).to_f64() + h * rate).max(OF_ROUNDING * h * rounding) {
                 // At rest without any force there is no scale.
                 0.0 => 1.0,
                 scale => f64::max(scale, LEAST_SCALE),
             }
         };
-        let positions = self.active().iter().enumerate().map(|(place, &a)| scale(place, &self.q[a], 0.0));
-        let momenta = self.active().iter().enumerate().map(|(place, &a)| scale(m + place, &self.p[place], terms[a]));
-        self.scales = positions.chain(momenta).collect();
+        self.scales = rows.zip(&self.rates).zip(rounding).map(scale).collect();
     }
 
-    /// Σ |½ ∂_a g_bc q̇^b q̇^c| + Σ |∂_a A_b q̇^b| at the start.
-    fn force_terms(&self) -> Vec<f64> {
-        let (start, geometry) = (self.window.start, self.window.geometry);
-        let samples = geometry.sample_at(&start.q);
-        let velocity = |b: usize| start.q_dot.get(b).copied().unwrap_or(S::ONE);
-        let mut terms = vec![0.0; start.q.len()];
-        for &Term { ab: [b, c], by: [a], value } in &geometry.structure().first {
-            let product = (samples.at(value, 0) * velocity(b) * velocity(c)).abs().to_f64();
-            terms[a] += if b == c { 0.5 * product } else { product };
-        }
-        terms
+    /// Σ_b |∂u̇_a/∂u_b| |u_b| at the first unknown, for each field: the rounding of a rate in units of ε, if the fields
+    /// are rounded.
+    fn rates_of_rounding(&mut self) -> Vec<f64> {
+        let (first, Self { window, q, p, motion, .. }) = (self.derivative().first_unknown(), self);
+        let active = window.geometry.active();
+        let sizes: Vec<f64> = active.iter().map(|&a| &q[a]).chain(&*p).map(|row| row[first].abs().to_f64()).collect();
+        let mut rates = vec![0.0; sizes.len()];
+        let on = OnNodes { q, p, start: &window.start.p };
+        motion.jacobian(on, first, |row, column, value| rates[row] += value.abs().to_f64() * sizes[column]);
+        rates
     }
 
     /// h q̇^a of the ignorable coordinates at what was evaluated last.
-    fn steps(&mut self) -> Vec<Vec<S>> {
-        let Window { sbp, start, geometry, .. } = self.window;
-        geometry.steps(&self.q, &self.p, &start.p, sbp.spacing(), &mut self.room)
+    fn steps(&self) -> Vec<Vec<S>> {
+        self.motion.steps(self.window.sbp.spacing())
     }
 
     /// `out` = F(u).
-    fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), G::Outside> {
+    fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), OutsideGeometry> {
         self.evaluate(u)?;
         if self.scales.is_empty() {
             self.set_scales();
@@ -187,7 +187,14 @@ impl<'w, S: Real, G: Motion<S>> System<'w, S, G> {
     }
 }
 
-impl<G: Motion<f64>> System<'_, f64, G> {
+impl System<'_, f64> {
+    /// The unknowns of a world-line on the nodes.
+    fn unknowns(&self, Guess { q, p }: &Guess) -> Vec<f64> {
+        let nodes = self.derivative().first_unknown()..self.window.points();
+        let positions = |k: usize| self.active().iter().map(move |&a| q[a][k]);
+        nodes.flat_map(|k| positions(k).chain(p.iter().map(move |row| row[k]))).collect()
+    }
+
     /// Overwrites `right` with J⁻¹ `right` for the Jacobian J at what was evaluated last.
     fn solve_linearised(&mut self, right: &mut [f64]) -> Result<(), LinearFailure> {
         let (h, derivative, fields) = (self.window.sbp.spacing(), self.derivative(), self.fields());
@@ -196,20 +203,15 @@ impl<G: Motion<f64>> System<'_, f64, G> {
         // (first + 1) nodes, less one field, below the diagonal, and above it only if first is 0.
         let lower = (fields * lower).max(fields * (first + 1) - 1);
         let upper = (fields * upper).max(if first == 0 { fields - 1 } else { 0 });
-        let Self { window, scales, q, p, room, .. } = self;
-        let geometry = window.geometry;
-        let (mut here, mut momenta) = (window.start.q.clone(), window.start.p.clone());
+        let Self { window, scales, q, p, motion, .. } = self;
+        let on = OnNodes { q, p, start: &window.start.p };
         let mut jacobian = vec![0.0; fields * fields];
         solve_banded(lower, upper, right, |index, row| {
             row.fill(0.0);
             let (k, field) = (index / fields, index % fields);
             if field == 0 && k >= first {
-                for (place, &a) in geometry.active().iter().enumerate() {
-                    (here[a], momenta[a]) = (q[a][k], p[place][k]);
-                }
                 jacobian.fill(0.0);
-                let see = |row: usize, column: usize, value| jacobian[row * fields + column] = value;
-                geometry.jacobian(&here, &momenta, k, room, see);
+                motion.jacobian(on, k, |row, column, value| jacobian[row * fields + column] = value);
             }
             let scale = scales[field];
             derivative.row(k).for_each(|(column, d)| row[fields * column + field + lower - index] += h * d / scale);
@@ -226,10 +228,10 @@ impl<G: Motion<f64>> System<'_, f64, G> {
     }
 }
 
-impl<G: Motion<f64>> NewtonSystem for System<'_, f64, G> {
-    type Outside = G::Outside;
+impl NewtonSystem for System<'_, f64> {
+    type Outside = OutsideGeometry;
 
-    fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), G::Outside> {
+    fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), OutsideGeometry> {
         System::residual(self, u, out)
     }
 
@@ -252,15 +254,15 @@ impl<G: Motion<f64>> NewtonSystem for System<'_, f64, G> {
 
 /// The residual with all digits, the Jacobian at the `f64` root, eliminated anew in every round: that is cheap beside
 /// an extended residual, and keeps the elimination in one pass without a stored factor L.
-struct RefinedSystem<'w, S: Real, G: Motion<S>, R: Motion<f64>> {
-    residual: System<'w, S, G>,
-    linearised: System<'w, f64, R>,
+struct RefinedSystem<'w, S> {
+    residual: System<'w, S>,
+    linearised: System<'w, f64>,
 }
 
-impl<S: Real, G: Motion<S>, R: Motion<f64>> Refined<S> for RefinedSystem<'_, S, G, R> {
-    type Outside = G::Outside;
+impl<S: Real> Refined<S> for RefinedSystem<'_, S> {
+    type Outside = OutsideGeometry;
 
-    fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), G::Outside> {
+    fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), OutsideGeometry> {
         self.residual.residual(u, out)
     }
 

@@ -4,7 +4,7 @@ use super::newton::{self, Failure, LinearFailure, NewtonSystem, Root, RoundingLe
 use super::refinement::{self, Refined};
 use super::status::Status;
 use crate::action::{DoubledAction, GradientRounding, Layout};
-use crate::geometry::Dynamics;
+use crate::geometry::OutsideGeometry;
 use crate::linalg::sparse::{Pattern, SparseLu};
 use crate::number::Real;
 use crate::number::norm::max_abs;
@@ -17,29 +17,29 @@ const LINEAR_TOLERANCE: f64 = 1e-3;
 pub(super) struct CriticalPointSolver(Pattern);
 
 impl CriticalPointSolver {
-    pub(super) fn new<L: Dynamics<f64>>(action: &DoubledAction<'_, f64, L>) -> Self {
+    pub(super) fn new(action: &DoubledAction<'_, f64>) -> Self {
         Self(action.newton_pattern())
     }
 
     /// The critical point of `action` that Newton's method reaches from `guess`.
-    pub(super) fn solve<L: Dynamics<f64>>(
+    pub(super) fn solve(
         &self,
-        action: &DoubledAction<'_, f64, L>,
+        action: &DoubledAction<'_, f64>,
         guess: Vec<f64>,
         max_iterations: usize,
-    ) -> Result<Root, Failure<L::Outside>> {
+    ) -> Result<Root, Failure> {
         newton::solve(&mut Stationarity { pattern: &self.0, action }, guess, max_iterations)
     }
 
     /// The critical point of `fine` close to that of `rough`, the same action in `f64`, whose Hessian is factored once;
     /// that one itself if `S` has no more digits.
-    pub(super) fn refine<S: Real, L: Dynamics<S>, R: Dynamics<f64>>(
+    pub(super) fn refine<S: Real>(
         &self,
-        fine: &DoubledAction<'_, S, L>,
-        rough: &DoubledAction<'_, f64, R>,
+        fine: &DoubledAction<'_, S>,
+        rough: &DoubledAction<'_, f64>,
         root: Root,
         (digits, max_iterations): (u32, usize),
-    ) -> Result<Root<S>, Failure<L::Outside>> {
+    ) -> Result<Root<S>, Failure> {
         if !S::IS_EXTENDED {
             let Root { unknowns, history } = root;
             return Ok(Root { unknowns: unknowns.into_iter().map(S::from).collect(), history });
@@ -52,15 +52,15 @@ impl CriticalPointSolver {
 }
 
 /// ∇E_IVP = 0 as a Newton system.
-struct Stationarity<'a, L> {
+struct Stationarity<'a> {
     pattern: &'a Pattern,
-    action: &'a DoubledAction<'a, f64, L>,
+    action: &'a DoubledAction<'a, f64>,
 }
 
-impl<L: Dynamics<f64>> NewtonSystem for Stationarity<'_, L> {
-    type Outside = L::Outside;
+impl NewtonSystem for Stationarity<'_> {
+    type Outside = OutsideGeometry;
 
-    fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), L::Outside> {
+    fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), OutsideGeometry> {
         self.action.gradient(u, out)
     }
 
@@ -93,7 +93,7 @@ impl<L: Dynamics<f64>> NewtonSystem for Stationarity<'_, L> {
 }
 
 /// The rounding errors to be expected in ∇E_IVP, block by block.
-fn rounding<S: Real, L: Dynamics<S>>(action: &DoubledAction<'_, S, L>, u: &[S]) -> Option<RoundingLevels> {
+fn rounding<S: Real>(action: &DoubledAction<'_, S>, u: &[S]) -> Option<RoundingLevels> {
     let GradientRounding { rows, values } = action.gradient_rounding(u).ok()?;
     let (layout, h) = (action.layout(), action.sbp().spacing().to_f64());
     let (points, n) = (action.sbp().points(), layout.dimension());
@@ -123,15 +123,15 @@ fn sizes<S: Real>(layout: Layout, u: &[S]) -> Vec<S> {
 }
 
 /// ∇E_IVP with all digits, with the factors of Newton's system at the `f64` critical point.
-struct RefinedStationarity<'a, S, L> {
-    action: &'a DoubledAction<'a, S, L>,
+struct RefinedStationarity<'a, S> {
+    action: &'a DoubledAction<'a, S>,
     lu: SparseLu,
 }
 
-impl<S: Real, L: Dynamics<S>> Refined<S> for RefinedStationarity<'_, S, L> {
-    type Outside = L::Outside;
+impl<S: Real> Refined<S> for RefinedStationarity<'_, S> {
+    type Outside = OutsideGeometry;
 
-    fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), L::Outside> {
+    fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), OutsideGeometry> {
         self.action.gradient(u, out)
     }
 

@@ -1,44 +1,28 @@
-//! Where one of some formulas of the state first changes its sign, roughly: Runge–Kutta steps on Hamilton's equations.
+//! Where one of some formulas of the state first changes its sign, roughly.
 
 use super::arithmetic::Arithmetic;
-use super::routes::Routes;
+use super::flow::Flow;
 use super::setup::Setup;
-use crate::geometry::{Observable, OutsideGeometry, Point};
-use crate::number::runge_kutta::runge_kutta;
+use super::world_line::Place;
+use crate::geometry::{Observable, OutsideGeometry};
 
 /// Steps for each interval between two nodes.
 const STEPS: usize = 8;
 
-/// q^a of all coordinates, then p_a of all, on the way.
-struct Flow {
-    point: Point,
-    state: Vec<f64>,
-    slopes: [Vec<f64>; 4],
+/// The values of some formulas of the state.
+struct Values {
+    formulas: Vec<Observable>,
+    rates: Vec<f64>,
     k: f64,
 }
 
-impl Flow {
-    /// The values of the formulas here.
-    fn values(&mut self, formulas: &mut [Observable]) -> Result<Vec<f64>, OutsideGeometry> {
-        self.point.slopes(&self.state, &mut self.slopes[0])?;
-        let n = self.state.len() / 2;
-        let (state, q_dot) = (&self.state, &self.slopes[0][..n]);
-        Ok(formulas.iter_mut().map(|formula| formula.at(&state[..n], q_dot, &state[n..], self.k)).collect())
+impl Values {
+    fn at(&mut self, flow: &mut Flow) -> Result<Vec<f64>, OutsideGeometry> {
+        let Self { formulas, rates, k } = self;
+        flow.rates(rates)?;
+        let (q, p) = flow.place();
+        Ok(formulas.iter_mut().map(|formula| formula.at(q, &rates[..q.len()], p, *k)).collect())
     }
-
-    fn step(&mut self, h: f64) -> Result<(), OutsideGeometry> {
-        let Self { point, state, slopes, .. } = self;
-        runge_kutta(state, h, slopes, |_, trial, out| point.slopes(trial, out))
-    }
-}
-
-/// The flow at its start.
-fn begin<S: Arithmetic, G: Routes<S, Rough: Routes<f64>>>(setup: &Setup<S, G>) -> Flow {
-    let (geometry, start) = (setup.rough.geometry.as_scene(), &setup.rough.start);
-    let k = geometry.norm(&start.q, &start.q_dot);
-    let state: Vec<f64> = start.q.iter().chain(&start.p).copied().collect();
-    let slopes = [(); 4].map(|()| vec![0.0; state.len()]);
-    Flow { point: geometry.point(), state, slopes, k }
 }
 
 /// A change of sign, roughly.
@@ -55,16 +39,21 @@ pub(super) struct Near {
 const AT_START: f64 = 1e-9;
 
 /// The first change of sign in its direction within `length`; `None` if there is none, or the flow ends before it.
-pub(super) fn first<S: Arithmetic, G: Routes<S, Rough: Routes<f64>>>(setup: &Setup<S, G>, length: f64) -> Option<Near> {
-    let mut flow = begin(setup);
-    let mut formulas: Vec<Observable> = setup.until.iter().map(|until| until.rough.clone()).collect();
+pub(super) fn first<S: Arithmetic>(setup: &Setup<S>, length: f64) -> Option<Near> {
+    let Place { geometry, start } = &setup.rough;
+    let mut flow = Flow::new(geometry, start);
+    let mut values = Values {
+        formulas: setup.until.iter().map(|until| until.rough.clone()).collect(),
+        rates: vec![0.0; 2 * start.q.len()],
+        k: geometry.norm(&start.q, &start.q_dot),
+    };
     let steps = STEPS * (setup.settings.n_gamma - 1) * setup.settings.windows;
     let h = length / steps as f64;
-    let mut before = flow.values(&mut formulas).ok()?;
+    let mut before = values.at(&mut flow).ok()?;
     let mut found: Option<Near> = None;
     for k in 0..steps {
         flow.step(h).ok()?;
-        let here = flow.values(&mut formulas).ok()?;
+        let here = values.at(&mut flow).ok()?;
         for (index, (before, &here)) in before.iter_mut().zip(&here).enumerate() {
             let share = *before / (*before - here);
             let is_change = *before * here < 0.0 && !(k == 0 && share < AT_START);

@@ -4,8 +4,7 @@
 use super::arithmetic::Arithmetic;
 use super::crossing::{self, Near};
 use super::failure::NoSolution;
-use super::places::Places;
-use super::routes::Routes;
+use super::places;
 use super::run::Observer;
 use super::search::{self, Excess, NotFound, Search};
 use super::setup::{Limit, Setup};
@@ -22,15 +21,12 @@ const DIGITS_OF_LENGTH: u32 = 15;
 
 /// The run of `setup`, with what it ended by, where its length is to be searched for. Every run that is tried is shown
 /// to the observer.
-pub(super) fn solve<S: Arithmetic, G: Routes<S>>(
-    setup: &Setup<S, G>,
-    mut observer: Option<Observer<'_, S, G>>,
-) -> Result<WorldLine<S, G>, NoSolution>
-where
-    G::Rough: Routes<f64>,
-{
+pub(super) fn solve<S: Arithmetic>(
+    setup: &Setup<S>,
+    mut observer: Option<Observer<'_, S>>,
+) -> Result<WorldLine<S>, NoSolution> {
     let mut solve_to = |length: S| {
-        let observer = observer.as_mut().map(|observer| &mut **observer as Observer<'_, S, G>);
+        let observer = observer.as_mut().map(|observer| &mut **observer as Observer<'_, S>);
         solve_to(setup, length, observer)
     };
     let (coordinate, value) = match setup.limit {
@@ -50,26 +46,20 @@ where
 }
 
 /// Solves a setup up to a length.
-type SolveTo<'s, S, G> = &'s mut dyn FnMut(S) -> Result<WorldLine<S, G>, NoSolution>;
+type SolveTo<'s, S> = &'s mut dyn FnMut(S) -> Result<WorldLine<S>, NoSolution>;
 
 /// The length of the same run in `f64`, where most of a search is cheapest.
-fn rough_length<S: Arithmetic, G: Routes<S>>(setup: &Setup<S, G>) -> Result<S, NoSolution>
-where
-    G::Rough: Routes<f64>,
-{
-    Ok(S::from(solve::<f64, G::Rough>(&setup.in_f64(), Some(&mut |_| ()))?.length))
+fn rough_length<S: Arithmetic>(setup: &Setup<S>) -> Result<S, NoSolution> {
+    Ok(S::from(solve::<f64>(&setup.in_f64(), Some(&mut |_| ()))?.length))
 }
 
 /// The world-line that ends where `coordinate` is `value`.
-fn at_value<S: Arithmetic, G: Routes<S>>(
-    setup: &Setup<S, G>,
+fn at_value<S: Arithmetic>(
+    setup: &Setup<S>,
     coordinate: usize,
     value: S,
-    solve_to: SolveTo<'_, S, G>,
-) -> Result<WorldLine<S, G>, NoSolution>
-where
-    G::Rough: Routes<f64>,
-{
+    solve_to: SolveTo<'_, S>,
+) -> Result<WorldLine<S>, NoSolution> {
     let target = Target {
         coordinate,
         value: value - setup.origin_of(coordinate),
@@ -86,14 +76,7 @@ where
 
 /// The world-line that ends where one of the formulas of the setup first changes its sign in its direction, or after
 /// the length `whole`.
-fn until<S: Arithmetic, G: Routes<S>>(
-    setup: &Setup<S, G>,
-    whole: S,
-    solve_to: SolveTo<'_, S, G>,
-) -> Result<WorldLine<S, G>, NoSolution>
-where
-    G::Rough: Routes<f64>,
-{
+fn until<S: Arithmetic>(setup: &Setup<S>, whole: S, solve_to: SolveTo<'_, S>) -> Result<WorldLine<S>, NoSolution> {
     let Some(Near { index, gamma, to_positive }) = crossing::first(setup, whole.to_f64()) else {
         return solve_to(whole);
     };
@@ -113,7 +96,7 @@ where
         digits_of_runs: digits,
         scale: None,
     };
-    let excess = |line: &WorldLine<S, G>| {
+    let excess = |line: &WorldLine<S>| {
         let end = line.end();
         let value = formula.at(&end.q, &end.q_dot, &end.p, k);
         Excess { value: if to_positive { value } else { -value }, slope: None }
@@ -137,20 +120,20 @@ struct Target<S> {
 
 impl<S: Real> Target<S> {
     /// The length that would do at constant speed.
-    fn guess<G>(&self, place: &Place<S, G>) -> S {
+    fn guess(&self, place: &Place<S>) -> S {
         (self.value - place.start.q[self.coordinate]) / place.start.q_dot[self.coordinate]
     }
 
     /// Newton's method on γ_f with the velocity at the end of each solution, kept inside the bracket found so far: the
     /// coordinate grows, or falls, with γ_f. A γ_f that has no solution (a horizon on the way) is an upper bound like
     /// one that ends too late.
-    fn search<G: Places<S>>(
+    fn search(
         &self,
-        place: &Place<S, G>,
+        place: &Place<S>,
         gamma_i: S,
         guess: S,
-        solve_to: SolveTo<'_, S, G>,
-    ) -> Result<WorldLine<S, G>, NoSolution> {
+        solve_to: SolveTo<'_, S>,
+    ) -> Result<WorldLine<S>, NoSolution> {
         let Self { coordinate, value, digits_of_runs, is_of_way } = *self;
         let double_digits = if is_of_way { DIGITS_OF_WAY } else { DIGITS_OF_LENGTH };
         let way = value - place.start.q[coordinate];
@@ -161,7 +144,7 @@ impl<S: Real> Target<S> {
             digits_of_runs,
             scale: is_of_way.then(|| way.abs()),
         };
-        let excess = |line: &WorldLine<S, G>| {
+        let excess = |line: &WorldLine<S>| {
             let end = line.last_joint();
             Excess {
                 value: (end.q[coordinate] - value) * way.signum(),
@@ -173,20 +156,16 @@ impl<S: Real> Target<S> {
 }
 
 /// The failure of a search for the end of a run that starts at `place`.
-fn not_reached<S: Real, G: Places<S>>(
-    error: NotFound<WorldLine<S, G>, NoSolution>,
-    place: &Place<S, G>,
-    gamma_i: S,
-) -> NoSolution {
+fn not_reached<S: Real>(error: NotFound<WorldLine<S>, NoSolution>, place: &Place<S>, gamma_i: S) -> NoSolution {
     let closest = match error {
         NotFound::Failed(failure) => return failure,
         NotFound::Missed(closest) => closest,
     };
     let Some(closest) = closest else {
-        let at = place.geometry.place(gamma_i.to_f64(), &place.start.q);
+        let at = places::place(&place.geometry, gamma_i.to_f64(), &place.start.q);
         return NoSolution::new(Status::EndTimeNotReached, at);
     };
-    let at = closest.geometry().place(closest.gamma_f().to_f64(), closest.last_joint().q);
+    let at = places::place(closest.geometry(), closest.gamma_f().to_f64(), closest.last_joint().q);
     let Iterations { initial_guess, history, .. } = closest.iterations;
     NoSolution {
         iterations: Box::new(Iterations::of(initial_guess, history)),

@@ -1,12 +1,10 @@
 //! What the equations of a solved run are about: what each of its windows starts from and hands on.
 
-use super::space::Space;
 use super::world_line::{Joint, WindowNodes, WorldLine};
 use crate::action::{Form, Layout};
-use crate::geometry::Samples;
 use crate::number::Real;
 
-impl<S: Real, G: Space<S>> WorldLine<S, G> {
+impl<S: Real> WorldLine<S> {
     /// q^a on the nodes, where ignorable coordinates are counted from the start of their window.
     pub(crate) fn rows(&self) -> Vec<&[S]> {
         self.q.iter().map(Vec::as_slice).collect()
@@ -36,12 +34,11 @@ impl<S: Real, G: Space<S>> WorldLine<S, G> {
         })
     }
 
-    /// K of what each window is continued with. `samples` are those of [`Self::rows`].
-    pub(crate) fn end_norms(&self, samples: &Samples<S>) -> impl Iterator<Item = S> {
+    /// K of what each window is continued with.
+    pub(crate) fn end_norms(&self) -> impl Iterator<Item = S> {
         self.views().map(move |view| {
-            let node = view.grid.nodes().end - 1;
             let p = self.handed_on(&view);
-            self.geometry().norm_of_joint(Joint { p: &p, ..view.end }, samples, node)
+            self.norm_of(Joint { p: &p, ..view.end })
         })
     }
 

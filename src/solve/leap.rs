@@ -1,7 +1,7 @@
 //! Steps of an explicit rule that are long enough to leap over what lies outside the domain: a horizon and what is
 //! behind it. The nodes on both sides are inside, and say nothing.
 
-use crate::geometry::{Dynamics, Geometry, OutsideGeometry};
+use crate::geometry::{Geometry, OutsideGeometry};
 use crate::number::Real;
 
 /// A step is looked into if some coordinate changes by more than this multiple of its largest change so far.

@@ -17,7 +17,6 @@ use super::quadrature::Integral;
 use super::status::{InitialGuess, IterationRecord};
 use super::window::Window;
 use crate::action::Form;
-use crate::geometry::Motion;
 use crate::number::Real;
 
 /// A solution of the collocation system of a window.
@@ -32,11 +31,11 @@ pub(super) struct Limit<S> {
 }
 
 /// In the strong form SBP21 is explicit; everything else is one banded system.
-pub(super) fn solve<S: Real, G: Motion<S>, R: Motion<f64, Outside = G::Outside>>(
-    window: &Window<'_, S, G>,
-    rough: &Window<'_, f64, R>,
+pub(super) fn solve<S: Real>(
+    window: &Window<'_, S>,
+    rough: &Window<'_, f64>,
     max_iterations: usize,
-) -> Result<Limit<S>, Failure<G::Outside>> {
+) -> Result<Limit<S>, Failure> {
     if window.form == Form::Strong && window.sbp.is_two_step() {
         return explicit::two_step(window);
     }
@@ -53,7 +52,7 @@ pub(super) fn solve<S: Real, G: Motion<S>, R: Motion<f64, Outside = G::Outside>>
 
 impl<S: Real> Limit<S> {
     /// p*_a of all coordinates at the last node.
-    pub(super) fn last_momenta<G: Motion<S>>(&self, window: &Window<'_, S, G>) -> Vec<S> {
+    pub(super) fn last_momenta(&self, window: &Window<'_, S>) -> Vec<S> {
         let mut momenta = window.start.p.clone();
         for (place, &a) in window.geometry.active().iter().enumerate() {
             momenta[a] = self.p[place][window.points() - 1];
@@ -62,7 +61,7 @@ impl<S: Real> Limit<S> {
     }
 
     /// The multipliers of the doubled action at this solution, in the order of its layout; none in the weak form.
-    pub(super) fn multipliers<G: Motion<S>>(&self, window: &Window<'_, S, G>) -> Vec<S> {
+    pub(super) fn multipliers(&self, window: &Window<'_, S>) -> Vec<S> {
         let layout = window.layout();
         let mut multipliers = vec![S::ZERO; layout.multiplier_range().len()];
         if multipliers.is_empty() {

@@ -1,8 +1,8 @@
 //! How much memory a run takes, estimated before it starts.
 
 use super::setup::{Setup, System};
-use super::space::Space;
 use crate::action::Form;
+use crate::geometry::Geometry;
 use crate::number::Real;
 use crate::sbp::SbpName;
 
@@ -17,27 +17,41 @@ const LIST: f64 = 24.0;
 const PROGRAM: f64 = 6e6;
 
 /// What a run keeps.
-#[derive(Debug, Clone, Copy)]
-pub struct Kept {
+struct Kept {
     /// Numbers for every node: the solution, its diagnostics, and what writing the tables needs.
-    pub numbers_of_node: f64,
+    numbers_of_node: f64,
     /// Numbers for every window: its end, its multipliers, and what is measured there.
-    pub numbers_of_window: f64,
+    numbers_of_window: f64,
     /// Numbers for every sample.
-    pub numbers_of_sample: f64,
+    numbers_of_sample: f64,
     /// Lists for every sample.
-    pub lists_of_sample: f64,
+    lists_of_sample: f64,
     /// Number of coordinates.
-    pub coordinates: f64,
+    coordinates: f64,
     /// Number of fields of the physical limit.
-    pub fields: f64,
+    fields: f64,
+}
+
+impl Kept {
+    /// Each row of the structure is one number of a node more.
+    fn of<S: Real>(geometry: &Geometry<S>) -> Self {
+        let (structure, coordinates) = (geometry.structure(), geometry.dimension() as f64);
+        Self {
+            numbers_of_node: 10.0 * coordinates + (structure.rows + structure.force_rows) as f64,
+            numbers_of_window: 30.0 * coordinates,
+            numbers_of_sample: 1.0 + 3.0 * coordinates,
+            lists_of_sample: 3.0,
+            coordinates,
+            fields: 2.0 * geometry.active().len() as f64,
+        }
+    }
 }
 
 /// About how many bytes solving `setup` and writing its tables takes, with `samples` samples, in the memory of one
 /// window if `one_window` says so. The constants come from runs of a hundred thousand nodes, whose memory the estimate
 /// meets within a third. With an accuracy asked for, the nodes are not known beforehand and do not count.
-pub fn bytes_needed<S: Real, G: Space<S>>(setup: &Setup<S, G>, one_window: bool, samples: usize) -> f64 {
-    let (number, samples, kept) = (size_of::<S>() as f64, samples as f64, setup.place.geometry.kept());
+pub fn bytes_needed<S: Real>(setup: &Setup<S>, one_window: bool, samples: usize) -> f64 {
+    let (number, samples, kept) = (size_of::<S>() as f64, samples as f64, Kept::of(&setup.place.geometry));
     let nodes = setup.settings.n_gamma as f64;
     let windows = if one_window { 1.0 } else { setup.settings.windows as f64 };
     let numbers = windows * (kept.numbers_of_node * nodes + kept.numbers_of_window) + kept.numbers_of_sample * samples;

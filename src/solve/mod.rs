@@ -10,7 +10,7 @@ mod end;
 mod explicit;
 mod extremal;
 mod failure;
-mod first_guess;
+mod flow;
 mod leap;
 mod limit;
 mod memory;
@@ -20,12 +20,10 @@ mod piece;
 mod places;
 mod quadrature;
 mod refinement;
-mod routes;
 mod run;
 mod search;
 mod setup;
 mod solution;
-mod space;
 mod spectral;
 mod status;
 mod window;
@@ -33,17 +31,14 @@ mod world_line;
 
 pub use arithmetic::Arithmetic;
 pub use failure::{Domain, NoSolution};
-pub use memory::{Kept, bytes_needed};
+pub use memory::bytes_needed;
 pub(crate) use operator::WindowGrid;
 pub use setup::{Limit, Settings, Setup, System, Until};
 pub use solution::{EndState, Solution};
-pub use space::Space;
 pub use status::{InitialGuess, IterationRecord, Iterations, Status};
 pub use world_line::{Joint, Place, Window, WindowNodes, WorldLine};
 
 use self::run::{Observer, Run};
-use crate::geometry::metric::Metric;
-pub use routes::Routes;
 
 /// Solves a setup, which a case makes, in the arithmetic of `S`: `f64`, or [`Extended`](crate::number::Extended) to the
 /// digits that it asks for (`Case::is_extended` says which of the two a case wants). More digits are obtained by
@@ -59,9 +54,7 @@ pub use routes::Routes;
 ///
 /// # Panics
 /// If the setup is not valid, which one of a valid case is.
-pub fn solve<S: Arithmetic, G: Routes<S, Rough: Routes<f64>>>(
-    setup: impl Into<Setup<S, G>>,
-) -> Result<WorldLine<S, G>, NoSolution> {
+pub fn solve<S: Arithmetic>(setup: impl Into<Setup<S>>) -> Result<WorldLine<S>, NoSolution> {
     solve_observed(&setup.into(), None)
 }
 
@@ -78,17 +71,17 @@ pub fn solve<S: Arithmetic, G: Routes<S, Rough: Routes<f64>>>(
 /// # Panics
 /// As [`solve`].
 pub fn solve_window_by_window<S: Arithmetic>(
-    setup: impl Into<Setup<S, Metric<S>>>,
+    setup: impl Into<Setup<S>>,
     observe: &mut dyn FnMut(&Solution<S>),
 ) -> Result<Solution<S>, NoSolution> {
     solve_observed(&setup.into(), Some(observe))
 }
 
 /// What is behind both, window by window if there is an observer.
-fn solve_observed<S: Arithmetic, G: Routes<S, Rough: Routes<f64>>>(
-    setup: &Setup<S, G>,
-    observer: Option<Observer<'_, S, G>>,
-) -> Result<WorldLine<S, G>, NoSolution> {
+fn solve_observed<S: Arithmetic>(
+    setup: &Setup<S>,
+    observer: Option<Observer<'_, S>>,
+) -> Result<WorldLine<S>, NoSolution> {
     if let Some(accuracy) = setup.settings.accuracy {
         return accuracy::solve(setup, accuracy, observer);
     }
@@ -103,12 +96,12 @@ fn solve_observed<S: Arithmetic, G: Routes<S, Rough: Routes<f64>>>(
 }
 
 /// Solves a setup on γ − γ_i ∈ [0, `length`], window after window.
-fn solve_to<S: Arithmetic, G: Routes<S, Rough: Routes<f64>>>(
-    setup: &Setup<S, G>,
+fn solve_to<S: Arithmetic>(
+    setup: &Setup<S>,
     length: S,
-    mut observer: Option<Observer<'_, S, G>>,
-) -> Result<WorldLine<S, G>, NoSolution> {
-    let again = observer.as_mut().map(|observer| &mut **observer as Observer<'_, S, G>);
+    mut observer: Option<Observer<'_, S>>,
+) -> Result<WorldLine<S>, NoSolution> {
+    let again = observer.as_mut().map(|observer| &mut **observer as Observer<'_, S>);
     match spectral::windows(setup, length, again)? {
         Some(line) => Ok(line),
         None => Run::new(setup, &setup.settings, observer).solve(setup, length),

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::status::{IterationRecord, Status};
-use crate::geometry::metric::OutsideDomain;
+use crate::geometry::OutsideGeometry;
 use crate::number::Real;
 use crate::number::norm::max_abs;
 
@@ -75,7 +75,7 @@ pub(super) struct Root<S = f64> {
 
 /// Why no zero was found.
 #[derive(Debug, Clone)]
-pub(super) struct Failure<O = OutsideDomain> {
+pub(super) struct Failure<O = OutsideGeometry> {
     pub(super) status: Status,
     /// The last accepted iterate.
     pub(super) unknowns: Vec<f64>,

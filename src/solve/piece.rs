@@ -3,13 +3,14 @@
 use super::critical_point::CriticalPointSolver;
 use super::explicit;
 use super::failure::NoSolution;
-use super::first_guess::{self, WindowFailure};
+use super::flow::{self, Edge};
+use super::leap;
 use super::limit;
 use super::newton::Failure;
-use super::places::Places;
+use super::places;
 use super::status::{InitialGuess, IterationRecord};
 use super::window::Window;
-use crate::action::{Form, Layout, MULTIPLIERS_PER_COORDINATE};
+use crate::action::{Form, Layout};
 use crate::number::Real;
 
 /// The critical point of one window, in which ignorable coordinates are counted from its start.
@@ -31,14 +32,14 @@ pub(super) struct Piece<S> {
 
 /// A window with the same in `f64`, and γ at its start.
 #[derive(Clone, Copy)]
-pub(super) struct Pair<'w, S, G, R> {
-    pub(super) window: Window<'w, S, G>,
-    pub(super) rough: Window<'w, f64, R>,
+pub(super) struct Pair<'w, S> {
+    pub(super) window: Window<'w, S>,
+    pub(super) rough: Window<'w, f64>,
     pub(super) gamma: f64,
     pub(super) max_iterations: usize,
 }
 
-impl<S: Real, G: Places<S>, R: Places<f64, Outside = G::Outside>> Pair<'_, S, G, R> {
+impl<S: Real> Pair<'_, S> {
     /// The solution of the collocation system that holds where both branches are equal.
     pub(super) fn physical_limit(&self) -> Result<Piece<S>, NoSolution> {
         let Self { window, rough, max_iterations, .. } = self;
@@ -46,7 +47,7 @@ impl<S: Real, G: Places<S>, R: Places<f64, Outside = G::Outside>> Pair<'_, S, G,
         let is_explicit = window.form == Form::Strong && window.sbp.is_two_step();
         let solved = limit::solve(window, rough, *max_iterations).and_then(|limit| {
             // Other rules begin with a guess that follows the geodesic in ever finer steps.
-            let leap = if is_explicit { window.geometry.leapt_over(&limit.q) } else { None };
+            let leap = if is_explicit { leap::outside(window.geometry, &limit.q) } else { None };
             leap.map_or(Ok(limit), |point| Err(explicit::outside(point)))
         });
         let limit = solved.map_err(|failure| {
@@ -60,12 +61,8 @@ impl<S: Real, G: Places<S>, R: Places<f64, Outside = G::Outside>> Pair<'_, S, G,
                 }
                 (node, q)
             };
-            let guess = match (is_explicit, window.geometry.has_accelerations()) {
-                (true, _) => InitialGuess::None,
-                (false, true) => InitialGuess::Nystrom4,
-                (false, false) => InitialGuess::RungeKutta4,
-            };
-            self.no_solution(failure, guess, &rough.start.q, |node| rough.sbp.node(node), locate)
+            let guess = if is_explicit { InitialGuess::None } else { InitialGuess::RungeKutta4 };
+            self.no_solution(failure, guess, locate)
         })?;
         let multipliers = limit.multipliers(window);
         let rows: Vec<&[S]> = limit.q.iter().map(Vec::as_slice).collect();
@@ -82,24 +79,34 @@ impl<S: Real, G: Places<S>, R: Places<f64, Outside = G::Outside>> Pair<'_, S, G,
         })
     }
 
-    /// The critical point of the doubled action in all its unknowns.
+    /// The critical point of the doubled action in all its unknowns. Where Newton's method does not find one from the
+    /// first guess, it starts once more, from the physical limit.
     pub(super) fn doubled(&self) -> Result<Piece<S>, NoSolution> {
+        let rough = &self.rough;
+        let guess = flow::guess(rough).map_err(|Edge { gamma, point }| {
+            let at = places::place_outside(rough.geometry, &point, &|_| self.gamma + gamma);
+            NoSolution::iterated(explicit::outside(point), InitialGuess::RungeKutta4, |_, _, _| at)
+        })?;
+        let failure = match self.doubled_from(&guess.q, &vec![0.0; rough.layout().multiplier_range().len()]) {
+            Ok(piece) => return Ok(piece),
+            Err(failure) => self.not_found(failure),
+        };
+        let Self { gamma, max_iterations, .. } = *self;
+        let start = Pair { window: *rough, rough: *rough, gamma, max_iterations };
+        let found = start.physical_limit().ok().map(|limit| self.doubled_from(&limit.q, &limit.multipliers));
+        let found = found.and_then(Result::ok).ok_or(failure)?;
+        Ok(Piece { initial_guess: InitialGuess::PhysicalLimit, ..found })
+    }
+
+    /// The critical point that Newton's method finds from equal branches with these positions.
+    fn doubled_from(&self, q: &[Vec<f64>], multipliers: &[f64]) -> Result<Piece<S>, Failure> {
         let Self { window, rough, max_iterations, .. } = self;
-        let length = rough.sbp.node(rough.points() - 1);
-        // The guess is one for the regularised action, whichever is solved.
-        let start = first_guess::windowed_action(&rough.regularised_action(), rough.geometry, length)
-            .map_err(|failure| self.no_guess(failure))?;
-        let (action, rough_action) = (window.action(), rough.action());
+        let rows: Vec<&[f64]> = q.iter().map(Vec::as_slice).collect();
+        let (action, rough_action, layout) = (window.action(), rough.action(), window.layout());
         let solver = CriticalPointSolver::new(&rough_action);
         let root = solver
-            .solve(&rough_action, start, *max_iterations)
-            .and_then(|root| solver.refine(&action, &rough_action, root, (window.digits, *max_iterations)));
-        let layout = window.layout();
-        let root = root.map_err(|failure| {
-            let locate = |unknown: usize, u: &[f64]| on_forward_branch(layout, unknown, u);
-            let start = &rough.start.q;
-            self.no_solution(failure, InitialGuess::WindowedAction, start, |node| rough.sbp.node(node), locate)
-        })?;
+            .solve(&rough_action, layout.physical_limit(&rows, multipliers), *max_iterations)
+            .and_then(|root| solver.refine(&action, &rough_action, root, (window.digits, *max_iterations)))?;
         let rows = |branch| layout.branch(&root.unknowns, branch).into_iter().map(<[S]>::to_vec).collect::<Vec<_>>();
         let (q, backward) = (rows(0), rows(1));
         let multipliers = layout.multipliers(&root.unknowns).to_vec();
@@ -110,44 +117,34 @@ impl<S: Real, G: Places<S>, R: Places<f64, Outside = G::Outside>> Pair<'_, S, G,
             p: Vec::new(),
             backward,
             multipliers,
-            initial_guess: InitialGuess::WindowedAction,
+            initial_guess: InitialGuess::RungeKutta4,
             history: root.history,
         })
     }
 
-    /// A guess that failed, in terms of the scene.
-    fn no_guess(&self, failed: WindowFailure<G::Outside>) -> NoSolution {
-        // The window is a short grid of its own.
-        let WindowFailure { failure, start, gamma, spacing } = failed;
-        let (mut failure, rough) = (*failure, &self.rough);
-        // A limit of iterations belonged to the short window alone; no setting of the user would help.
-        rough.geometry.judge_short_window(&mut failure, &start.q, &rough.start.q);
-        let n = rough.start.q.len();
-        let points = failure.unknowns.len().saturating_sub(MULTIPLIERS_PER_COORDINATE * n) / (2 * n);
-        let layout = Layout::new(n, points, Form::Strong);
+    /// A failed iteration for the doubled action, in terms of the scene.
+    fn not_found(&self, failure: Failure) -> NoSolution {
+        let layout = self.window.layout();
         let locate = |unknown: usize, u: &[f64]| on_forward_branch(layout, unknown, u);
-        let gamma = |node: usize| gamma + node as f64 * spacing;
-        self.no_solution(failure, InitialGuess::WindowedAction, &start.q, gamma, locate)
+        self.no_solution(failure, InitialGuess::RungeKutta4, locate)
     }
 
-    /// Expresses a failed iteration in terms of the scene. `gamma` is γ of a node, counted from the start of the
-    /// window, and `locate` maps an index of the residual, at the last iterate, to its node and q there; q is `start`
-    /// where there is no iterate.
+    /// Expresses a failed iteration in terms of the scene. `locate` maps an index of the residual, at the last iterate,
+    /// to its node and q there.
     fn no_solution(
         &self,
-        failure: Failure<G::Outside>,
+        failure: Failure,
         initial_guess: InitialGuess,
-        start: &[f64],
-        gamma: impl Fn(usize) -> f64,
         locate: impl Fn(usize, &[f64]) -> (usize, Vec<f64>),
     ) -> NoSolution {
-        let (geometry, gamma) = (self.rough.geometry, |node: usize| self.gamma + gamma(node));
+        let Window { geometry, sbp, start, .. } = self.rough;
+        let gamma = |node: usize| self.gamma + sbp.node(node);
         NoSolution::iterated(failure, initial_guess, |outside, worst, unknowns| match outside {
-            Some(point) => geometry.place_outside(&point, &gamma),
+            Some(point) => places::place_outside(geometry, &point, &gamma),
             None => {
                 let located = worst.filter(|_| !unknowns.is_empty()).map(|row| locate(row, unknowns));
-                let (node, q) = located.unwrap_or_else(|| (0, start.to_vec()));
-                geometry.place(gamma(node), &q)
+                let (node, q) = located.unwrap_or_else(|| (0, start.q.clone()));
+                places::place(geometry, gamma(node), &q)
             }
         })
     }
@@ -161,7 +158,7 @@ fn on_forward_branch(layout: Layout, unknown: usize, u: &[f64]) -> (usize, Vec<f
 
 /// p*_a of all coordinates at the last node of a window with these positions and multipliers: p_a + κ_a/H_N where the
 /// coordinate is active, −ν_a where it is ignorable. In the weak form p_a, and what it was at the start.
-fn end_momenta<S: Real, G: Places<S>>(window: &Window<'_, S, G>, q: &[Vec<S>], multipliers: &[S]) -> Vec<S> {
+fn end_momenta<S: Real>(window: &Window<'_, S>, q: &[Vec<S>], multipliers: &[S]) -> Vec<S> {
     let (layout, last, active) = (window.layout(), window.points() - 1, window.geometry.active());
     // D̄ is D at the last node.
     let slopes: Vec<S> = q.iter().map(|row| window.sbp.derivative_at(row, last)).collect();

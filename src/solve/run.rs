@@ -6,29 +6,29 @@ use super::arithmetic::Arithmetic;
 use super::failure::NoSolution;
 use super::operator::Operators;
 use super::piece::{Pair, Piece};
-use super::places::Places;
+use super::places;
 use super::setup::{Settings, Setup, System};
 use super::status::{InitialGuess, Iterations, Status};
 use super::window::Window as Problem;
 use super::world_line::{Joint, Place, Window, WorldLine};
 use crate::engine::GOOD_DIGITS;
-use crate::geometry::Start;
+use crate::geometry::{Geometry, Start};
 use crate::number::{Compensated, Real};
 use crate::sbp::SbpOperator;
 
 /// Sees a run window by window, each as a world-line of its own.
-pub(super) type Observer<'o, S, G> = &'o mut dyn FnMut(&WorldLine<S, G>);
+pub(super) type Observer<'o, S> = &'o mut dyn FnMut(&WorldLine<S>);
 
 /// The windows so far: all of them or, where they are observed one by one, the last.
-pub(super) struct Run<'o, S, G> {
-    pub(super) line: WorldLine<S, G>,
+pub(super) struct Run<'o, S> {
+    pub(super) line: WorldLine<S>,
     /// γ − γ_i where the next window starts.
     gamma: S,
     /// What is known of that place besides the last joint; nothing before the first window, nor in a fast march.
     reached: Option<Reached<S>>,
     /// The nodes to make room for.
     capacity: usize,
-    observer: Option<Observer<'o, S, G>>,
+    observer: Option<Observer<'o, S>>,
 }
 
 /// Where a window ended that Newton's method or a recursion solved.
@@ -44,13 +44,13 @@ impl<S: Real> Reached<S> {
     }
 }
 
-impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
+impl<'o, S: Real> Run<'o, S> {
     /// The run of `setup` without windows, with these settings.
-    pub(super) fn new(setup: &Setup<S, G>, settings: &Settings, observer: Option<Observer<'o, S, G>>) -> Self {
+    pub(super) fn new(setup: &Setup<S>, settings: &Settings, observer: Option<Observer<'o, S>>) -> Self {
         let Setup { place, origin, gamma_i, .. } = setup;
         let (place, origin, gamma_i) = (place.clone(), *origin, *gamma_i);
         let n = place.start.q.len();
-        let (is_doubled, m) = (settings.system == System::Doubled, place.geometry.kept_momenta());
+        let (is_doubled, m) = (settings.system == System::Doubled, place.geometry.active().len());
         let line = WorldLine {
             joints: Vec::with_capacity(4 * n),
             place,
@@ -121,10 +121,9 @@ impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
     }
 
     /// Solves the windows of `setup`, of one length, one after the other, on γ − γ_i ∈ [0, `length`].
-    pub(super) fn solve(mut self, setup: &Setup<S, G>, length: S) -> Result<WorldLine<S, G>, NoSolution>
+    pub(super) fn solve(mut self, setup: &Setup<S>, length: S) -> Result<WorldLine<S>, NoSolution>
     where
         S: Arithmetic,
-        G::Rough: Places<f64>,
     {
         let settings = &setup.settings;
         let windows = settings.windows;
@@ -141,10 +140,7 @@ impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
     }
 
     /// The window that continues the run.
-    fn next(&self, setup: &Setup<S, G>, grid: &Grid<S>) -> Result<Piece<S>, NoSolution>
-    where
-        G::Rough: Places<f64>,
-    {
+    fn next(&self, setup: &Setup<S>, grid: &Grid<S>) -> Result<Piece<S>, NoSolution> {
         let (settings, is_regularised) = (&setup.settings, setup.regularised);
         let form = settings.form;
         let geometry = &*self.line.place.geometry;
@@ -189,12 +185,13 @@ impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
         let mut reached = self.reached.take().unwrap_or_else(|| Reached::start(&self.line.place.start));
         let end = self.end_of(&piece, &mut reached);
         let joint = Joint { q: &end.q, p: &end.p };
-        let mut room = self.line.geometry().motion_room();
-        let is_outside = self.line.geometry().rates_at(joint.q, joint.p, 0, &mut room).is_err();
-        if is_outside || !self.line.geometry().has_finite_action(joint, gamma - self.gamma) {
+        let geometry = self.line.geometry();
+        let mut point = geometry.point();
+        let is_outside = point.evaluate(joint.q, joint.p).is_err();
+        if is_outside || !has_finite_action(geometry, joint, gamma - self.gamma) {
             return Err(self.overflow(piece, operator));
         }
-        let q_dot = (0..end.q.len()).map(|a| self.line.geometry().q_dot(&room, a)).collect();
+        let q_dot = (0..end.q.len()).map(|a| point.q_dot(a)).collect();
         self.begin_window(operator, gamma, joint, piece.multipliers);
         let line = &mut self.line;
         line.gradient_norm = line.gradient_norm.max(piece.gradient_norm);
@@ -217,7 +214,10 @@ impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
         NoSolution {
             residual: piece.gradient_norm.to_f64(),
             iterations: Box::new(Iterations::of(piece.initial_guess, piece.history)),
-            ..NoSolution::new(Status::OutsideDomain, self.line.geometry().place_of_overflow(gamma.to_f64(), &q))
+            ..NoSolution::new(
+                Status::OutsideDomain,
+                places::place_of_overflow(self.line.geometry(), gamma.to_f64(), &q),
+            )
         }
     }
 
@@ -260,6 +260,14 @@ impl<'o, S: Real, G: Places<S>> Run<'o, S, G> {
     }
 }
 
+/// True if the parts of the action are within the range of numbers, of a window of this `length` that ends there: the
+/// action from the start, ∫ p_a dq^a, and that of the active coordinates over the window.
+pub(super) fn has_finite_action<S: Real>(geometry: &Geometry<S>, Joint { q, p }: Joint<'_, S>, length: S) -> bool {
+    let is_finite = q.iter().zip(p).all(|(&q, &p)| (p * q).is_finite());
+    // Where x has g_xx = −1, its velocity is its momentum.
+    is_finite && (geometry.g00(q).is_none() || (p[1] * p[1] * length).is_finite())
+}
+
 /// The operator of windows of one length, and the same in `f64`.
 struct Grid<S> {
     length: S,
@@ -287,7 +295,7 @@ fn in_f64<S: Real>(start: &Start<S>) -> Start {
 }
 
 /// The same start with ignorable coordinates counted from it.
-fn relative<S: Real, G: Places<S>>(geometry: &G, start: &Start<S>) -> Start<S> {
+fn relative<S: Real>(geometry: &Geometry<S>, start: &Start<S>) -> Start<S> {
     let mut start = start.clone();
     (0..start.q.len()).filter(|a| !geometry.active().contains(a)).for_each(|a| start.q[a] = S::ZERO);
     start

@@ -1,16 +1,11 @@
 //! What is to be solved: a world-line in a space-time, and how.
 
-use std::sync::Arc;
-
 use serde::{Deserialize, Serialize};
 
-use super::space::Space;
 use super::world_line::Place;
 use crate::action::Form;
 use crate::engine::Accuracy;
-use crate::geometry::geodesic::InitialData;
-use crate::geometry::metric::Metric;
-use crate::geometry::{Direction, Geometry, Observable, Start};
+use crate::geometry::{Direction, Observable};
 use crate::number::Real;
 use crate::sbp::SbpName;
 
@@ -57,11 +52,6 @@ impl<S> Until<S> {
     }
 }
 
-/// A start in the coordinates t and x as initial data.
-pub(super) fn initial_data<S: Real>(start: &Start<S>) -> InitialData<S> {
-    InitialData { t: start.q[0], x: start.q[1], t_dot: start.q_dot[0], x_dot: start.q_dot[1] }
-}
-
 /// How a world-line is computed, in one coordinate and in scenes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
@@ -98,11 +88,11 @@ impl Settings {
 
 /// Everything that a solver is told. The numbers are valid: enough nodes for the operator, an end after the start.
 #[derive(Debug)]
-pub struct Setup<S: Real = f64, G: Space<S> = Geometry<S>> {
+pub struct Setup<S: Real = f64> {
     /// The space-time and the start.
-    pub place: Place<S, G>,
+    pub place: Place<S>,
     /// The same in `f64`, where first guesses and linear algebra work.
-    pub rough: Place<f64, G::Rough>,
+    pub rough: Place,
     /// The coordinate that counts from an origin, and the origin: in a potential t from t_i, so that a shift of t_i
     /// shifts t and changes no other digit. That coordinate is 0 at the start of `place`.
     pub origin: Option<(usize, S)>,
@@ -118,7 +108,7 @@ pub struct Setup<S: Real = f64, G: Space<S> = Geometry<S>> {
     pub settings: Settings,
 }
 
-impl<S: Real, G: Space<S>> Clone for Setup<S, G> {
+impl<S: Real> Clone for Setup<S> {
     fn clone(&self) -> Self {
         Self {
             place: self.place.clone(),
@@ -133,15 +123,15 @@ impl<S: Real, G: Space<S>> Clone for Setup<S, G> {
     }
 }
 
-impl<S: Real, G: Space<S>> From<&Self> for Setup<S, G> {
+impl<S: Real> From<&Self> for Setup<S> {
     fn from(setup: &Self) -> Self {
         setup.clone()
     }
 }
 
-impl<S: Real, G: Space<S>> Setup<S, G> {
+impl<S: Real> Setup<S> {
     /// The same in `f64`.
-    pub(super) fn in_f64(&self) -> Setup<f64, G::Rough> {
+    pub(super) fn in_f64(&self) -> Setup {
         Setup {
             place: self.rough.clone(),
             rough: self.rough.clone(),
@@ -163,7 +153,7 @@ impl<S: Real, G: Space<S>> Setup<S, G> {
     }
 
     /// What a coordinate counts from.
-    pub(super) fn origin_of(&self, a: usize) -> S {
+    pub(crate) fn origin_of(&self, a: usize) -> S {
         origin_of(self.origin, a)
     }
 }
@@ -171,30 +161,4 @@ impl<S: Real, G: Space<S>> Setup<S, G> {
 /// What coordinate `a` counts from, which is 0 for most.
 pub(super) fn origin_of<S: Real>(origin: Option<(usize, S)>, a: usize) -> S {
     origin.filter(|(coordinate, _)| *coordinate == a).map_or(S::ZERO, |(_, origin)| origin)
-}
-
-impl<S: Real> Setup<S, Metric<S>> {
-    /// The space-time and the start that every world-line in t and x begins with: t counts from there.
-    pub fn place(metric: Metric<S>, initial: InitialData<S>) -> Place<S, Metric<S>> {
-        let start = InitialData { t: S::ZERO, ..initial }.start(&metric);
-        Place { geometry: Arc::new(metric), start: Arc::new(start) }
-    }
-
-    /// The space-time.
-    pub fn metric(&self) -> &Metric<S> {
-        &self.place.geometry
-    }
-
-    /// The initial data, with time counted from the start (t = 0).
-    pub fn initial(&self) -> InitialData<S> {
-        initial_data(&self.place.start)
-    }
-
-    /// The duration t_f − t_i, if the run ends at a physical time.
-    pub fn duration(&self) -> Option<S> {
-        match self.limit {
-            Limit::Length(_) => None,
-            Limit::Value { coordinate, value } => Some(value - self.origin_of(coordinate)),
-        }
-    }
 }

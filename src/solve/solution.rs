@@ -1,15 +1,13 @@
 //! A run in one coordinate: t and x.
 
-use super::setup::initial_data;
 use super::world_line::WorldLine;
 use crate::action::MULTIPLIERS;
-use crate::geometry::geodesic::{InitialData, Invariants};
-use crate::geometry::metric::Metric;
+use crate::geometry::Start;
 use crate::number::Real;
 
 /// The world-line of a particle in a potential, in the coordinates t and x with the momenta p_t = Q_t and
 /// p_x = −dx/dγ.
-pub type Solution<S = f64> = WorldLine<S, Metric<S>>;
+pub type Solution<S = f64> = WorldLine<S>;
 
 /// The place of t among the coordinates.
 const T: usize = 0;
@@ -65,11 +63,6 @@ impl<S: Real> Solution<S> {
         }
     }
 
-    /// The initial data, with time counted from the start (t = 0).
-    pub fn initial(&self) -> InitialData<S> {
-        initial_data(&self.place.start)
-    }
-
     /// t_N − t_i.
     pub fn duration(&self) -> S {
         self.last_joint().q[T]
@@ -80,8 +73,14 @@ impl<S: Real> Solution<S> {
         self.windows.last()?.multipliers.first_chunk()
     }
 
-    /// The continuum's Q_t and K of the initial data.
-    pub fn invariants(&self) -> Invariants<S> {
-        self.initial().invariants(self.geometry())
+    /// Q_t of the start.
+    pub fn q_t(&self) -> S {
+        self.place.start.p[T]
+    }
+
+    /// K of the start.
+    pub fn norm(&self) -> S {
+        let Start { q, q_dot, .. } = &*self.place.start;
+        self.geometry().norm(q, q_dot)
     }
 }

@@ -7,7 +7,6 @@
 use super::accuracy::{JointOf, append};
 use super::arithmetic::Arithmetic;
 use super::failure::NoSolution;
-use super::routes::Routes;
 use super::run::{Observer, Run};
 use super::setup::{Settings, Setup, System};
 use super::world_line::{Place, WorldLine};
@@ -18,11 +17,11 @@ use crate::sbp::SbpName;
 /// The windows of the run of `setup` on γ − γ_i ∈ [0, `length`]. There are none if they are no elements in the weak
 /// form, if the numbers have more digits or windows more nodes than the engine has, or if it does not get to the end:
 /// Newton's method takes over there, and knows why.
-pub(super) fn windows<S: Arithmetic, G: Routes<S, Rough: Routes<f64>>>(
-    setup: &Setup<S, G>,
+pub(super) fn windows<S: Arithmetic>(
+    setup: &Setup<S>,
     length: S,
-    observer: Option<Observer<'_, S, G>>,
-) -> Result<Option<WorldLine<S, G>>, NoSolution> {
+    observer: Option<Observer<'_, S>>,
+) -> Result<Option<WorldLine<S>>, NoSolution> {
     let Settings { n_gamma: points, windows, form, system, sbp, .. } = setup.settings;
     let is_weak = form == Form::Weak && system == System::PhysicalLimit && matches!(sbp, SbpName::Gll(_));
     let window_length = length.to_f64() / windows as f64;
@@ -33,7 +32,6 @@ pub(super) fn windows<S: Arithmetic, G: Routes<S, Rough: Routes<f64>>>(
         return Ok(None);
     }
     let Place { geometry, start, .. } = &setup.rough;
-    let geometry = geometry.as_scene();
     let Ok(mut engine) = Engine::equal(geometry, start, length.to_f64(), windows, points) else { return Ok(None) };
     let mut run = Run::new(setup, &setup.settings, observer);
     run.expect(windows, points);

@@ -118,14 +118,11 @@ impl Iterations {
 pub enum InitialGuess {
     /// No iteration: the equations are explicit and were marched.
     None,
-    /// Short world-lines laid end to end, each the critical point of its own small doubled action, found from a
-    /// straight line.
-    WindowedAction,
-    /// The fourth-order Nyström integrator on the geodesic equation, on the same nodes.
-    Nystrom4,
     /// The classical Runge–Kutta method of order four on Hamilton's equations, on the same nodes.
     #[serde(rename = "runge-kutta4")]
     RungeKutta4,
+    /// The critical point with equal branches, where Newton's method for the doubled action failed from the guess.
+    PhysicalLimit,
     /// The polynomial of the previous window, continued into each window (in the first a parabola).
     Extrapolation,
 }
@@ -135,9 +132,8 @@ impl InitialGuess {
     pub fn as_str(self) -> &'static str {
         match self {
             Self::None => "none",
-            Self::WindowedAction => "windowed-action",
-            Self::Nystrom4 => "nystrom4",
             Self::RungeKutta4 => "runge-kutta4",
+            Self::PhysicalLimit => "physical-limit",
             Self::Extrapolation => "extrapolation",
         }
     }

@@ -2,16 +2,16 @@
 
 use super::derivative::FormDerivative;
 use crate::action::{DoubledAction, Form, Layout};
-use crate::geometry::{Motion, Start};
+use crate::geometry::{Geometry, Start};
 use crate::number::Real;
 use crate::sbp::SbpOperator;
 
 /// A window. Ignorable coordinates are counted from its start, so that no digit of their increments is lost.
 #[derive(Debug)]
-pub(super) struct Window<'w, S, G> {
+pub(super) struct Window<'w, S> {
     pub(super) form: Form,
     pub(super) sbp: &'w SbpOperator<S>,
-    pub(super) geometry: &'w G,
+    pub(super) geometry: &'w Geometry<S>,
     pub(super) start: &'w Start<S>,
     /// Whether the strong action has D̄ in it, or for the ablation D.
     pub(super) is_regularised: bool,
@@ -19,21 +19,21 @@ pub(super) struct Window<'w, S, G> {
     pub(super) digits: u32,
 }
 
-impl<S, G> Clone for Window<'_, S, G> {
+impl<S> Clone for Window<'_, S> {
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<S, G> Copy for Window<'_, S, G> {}
+impl<S> Copy for Window<'_, S> {}
 
-impl<'w, S: Real, G: Motion<S>> Window<'w, S, G> {
+impl<'w, S: Real> Window<'w, S> {
     pub(super) fn derivative(&self) -> FormDerivative<'w, S> {
         FormDerivative::new(self.sbp, self.form)
     }
 
     /// The action that is asked for.
-    pub(super) fn action(&self) -> DoubledAction<'w, S, G> {
+    pub(super) fn action(&self) -> DoubledAction<'w, S> {
         if self.is_regularised {
             self.regularised_action()
         } else {
@@ -42,7 +42,7 @@ impl<'w, S: Real, G: Motion<S>> Window<'w, S, G> {
     }
 
     /// The action with D̄, whichever is asked for.
-    pub(super) fn regularised_action(&self) -> DoubledAction<'w, S, G> {
+    pub(super) fn regularised_action(&self) -> DoubledAction<'w, S> {
         DoubledAction::of_form(self.form, self.sbp, self.geometry, self.start.clone())
     }
 

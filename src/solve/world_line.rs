@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use super::operator::{Operators, WindowGrid};
 use super::setup::origin_of;
-use super::space::Space;
 use super::status::Iterations;
 use crate::action::Form;
 use crate::engine::{Accuracy, GOOD_DIGITS};
@@ -14,14 +13,14 @@ use crate::sbp::{SbpName, SbpOperator};
 
 /// A space-time with the start of a world-line in it, in numbers of one kind.
 #[derive(Debug)]
-pub struct Place<S = f64, G = Geometry<S>> {
+pub struct Place<S = f64> {
     /// The space-time; a geometry is one around the start.
-    pub geometry: Arc<G>,
+    pub geometry: Arc<Geometry<S>>,
     /// The start.
     pub start: Arc<Start<S>>,
 }
 
-impl<S, G> Clone for Place<S, G> {
+impl<S> Clone for Place<S> {
     fn clone(&self) -> Self {
         Self { geometry: Arc::clone(&self.geometry), start: Arc::clone(&self.start) }
     }
@@ -61,9 +60,9 @@ impl<S: Real> Window<S> {
 /// The nodes are stored window by window: the joint of two windows appears in both. Where windows are handed out one by
 /// one ([`solve_window_by_window`](super::solve_window_by_window)) it is that window alone, at its place in the run.
 #[derive(Debug)]
-pub struct WorldLine<S = f64, G = Geometry<S>> {
+pub struct WorldLine<S = f64> {
     /// The space-time and the start.
-    pub place: Place<S, G>,
+    pub place: Place<S>,
     /// A coordinate that the start and everything else count from this value of it, so that a shift changes no other
     /// digit: t in one coordinate. The formulas of scenes see the coordinates themselves.
     pub(crate) origin: Option<(usize, S)>,
@@ -114,7 +113,7 @@ pub struct WorldLine<S = f64, G = Geometry<S>> {
     pub(crate) operators: Operators<S>,
 }
 
-impl<S: Copy, G> Clone for WorldLine<S, G> {
+impl<S: Copy> Clone for WorldLine<S> {
     fn clone(&self) -> Self {
         Self {
             place: self.place.clone(),
@@ -170,9 +169,9 @@ impl<'l, S: Real> WindowNodes<'l, S> {
     }
 }
 
-impl<S: Real, G: Space<S>> WorldLine<S, G> {
+impl<S: Real> WorldLine<S> {
     /// The space-time.
-    pub fn geometry(&self) -> &G {
+    pub fn geometry(&self) -> &Geometry<S> {
         &self.place.geometry
     }
 
@@ -242,10 +241,15 @@ impl<S: Real, G: Space<S>> WorldLine<S, G> {
 
     /// dq^a/dγ = g^ab (p_b − A_b) at a joint.
     pub fn velocities(&self, joint: Joint<'_, S>) -> Vec<S> {
-        let (geometry, mut room) = (self.geometry(), self.geometry().motion_room());
+        let mut point = self.geometry().point();
         // A joint lies inside the domain.
-        let _ = geometry.rates_at(joint.q, joint.p, 0, &mut room);
-        (0..joint.q.len()).map(|a| geometry.q_dot(&room, a)).collect()
+        let _ = point.evaluate(joint.q, joint.p);
+        (0..joint.q.len()).map(|a| point.q_dot(a)).collect()
+    }
+
+    /// K at a joint.
+    pub(crate) fn norm_of(&self, joint: Joint<'_, S>) -> S {
+        self.geometry().norm(joint.q, &self.velocities(joint))
     }
 
     /// γ of the last node.

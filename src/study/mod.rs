@@ -23,4 +23,4 @@ pub mod stability;
 pub mod verdict;
 pub mod work_precision;
 
-pub use space::{Deviations, Point, Studied};
+pub use space::{Deviations, Point};

@@ -20,11 +20,11 @@
 //! ```
 
 use super::run_error::RunError;
+use crate::diagnostics::scene::SceneMeasures;
 use crate::diagnostics::verdict::{CoordinateError, Facts, Verdict, largest};
 use crate::diagnostics::{Diagnostics, Measures};
-use crate::geometry::Geometry;
 use crate::number::Real;
-use crate::solve::{Solution, Space, WorldLine};
+use crate::solve::{Solution, WorldLine};
 use crate::study::errors::Reach;
 
 /// The verdict on `solution`, from what was measured on it and its error, if that is known.
@@ -36,7 +36,7 @@ pub fn of_solution<S: Real>(solution: &Solution<S>, measures: &Measures<S>, erro
 /// accuracy the run's own estimate is judged; a reference may contradict it.
 pub fn of_world_line<S: Real>(
     line: &WorldLine<S>,
-    diagnostics: &Diagnostics<S, Geometry<S>>,
+    diagnostics: &Diagnostics<S, SceneMeasures<S>>,
     error: Option<&RunError>,
 ) -> Verdict {
     Verdict::new(&facts_of_world_line(line, diagnostics, error))
@@ -51,8 +51,8 @@ pub fn facts_of_solution<S: Real>(solution: &Solution<S>, measures: &Measures<S>
     let reaches = own_sizes(reaches, &solution.sizes);
     let shared = reaches.map(|reach| reach.size);
     let coordinates = |error: &RunError| {
-        let names = solution.geometry().coordinates();
-        coordinate_errors(&names, &reaches, &shared, &error.at_most_at_end(), &error.at_most())
+        let names = solution.geometry().names();
+        coordinate_errors(names, &reaches, &shared, &error.at_most_at_end(), &error.at_most())
     };
     Facts {
         errors: error.map(coordinates),
@@ -68,7 +68,7 @@ pub fn facts_of_solution<S: Real>(solution: &Solution<S>, measures: &Measures<S>
 /// What [`of_world_line`] judges.
 pub fn facts_of_world_line<S: Real>(
     line: &WorldLine<S>,
-    diagnostics: &Diagnostics<S, Geometry<S>>,
+    diagnostics: &Diagnostics<S, SceneMeasures<S>>,
     error: Option<&RunError>,
 ) -> Facts {
     let (geometry, n) = (line.geometry(), line.geometry().dimension());

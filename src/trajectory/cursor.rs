@@ -1,14 +1,15 @@
 //! A world-line that is looked at one window at a time.
 
+use super::scene::Curve;
 use super::{OutsideRun, partition, slack, within};
 use crate::number::Real;
-use crate::solve::{Space, WorldLine};
+use crate::solve::WorldLine;
 
 /// A world-line, and what was made of the window that was asked for last. It is kept until another one is.
 #[derive(Debug)]
-pub(super) struct Cursor<'l, S, G, C> {
-    pub(super) line: &'l WorldLine<S, G>,
-    current: Option<(usize, C)>,
+pub(super) struct Cursor<'l, S> {
+    pub(super) line: &'l WorldLine<S>,
+    current: Option<(usize, Curve<S>)>,
 }
 
 /// Where a coordinate has a value.
@@ -16,17 +17,15 @@ pub(super) struct Reached<S> {
     pub(super) window: usize,
     /// The value as joints count it, inside the run.
     pub(super) value: S,
-    /// Whether the coordinate falls along the run.
-    pub(super) falls: bool,
 }
 
-impl<'l, S: Real, G: Space<S>, C> Cursor<'l, S, G, C> {
-    pub(super) fn new(line: &'l WorldLine<S, G>) -> Self {
+impl<'l, S: Real> Cursor<'l, S> {
+    pub(super) fn new(line: &'l WorldLine<S>) -> Self {
         Self { line, current: None }
     }
 
     /// What was made of a window, or what `make` makes of it.
-    pub(super) fn of_window(&mut self, window: usize, make: impl FnOnce(&'l WorldLine<S, G>) -> C) -> &C {
+    pub(super) fn of_window(&mut self, window: usize, make: impl FnOnce(&'l WorldLine<S>) -> Curve<S>) -> &Curve<S> {
         if self.current.as_ref().is_some_and(|(current, _)| *current != window) {
             self.current = None;
         }
@@ -70,6 +69,6 @@ impl<'l, S: Real, G: Space<S>, C> Cursor<'l, S, G, C> {
             .ok_or(OutsideRun { range: (origin + low, origin + high) })?;
         let reached = |here: S| if falls { here >= value } else { here <= value };
         let window = partition(line.windows.len(), |window| reached(line.joint(window).q[a]));
-        Ok(Reached { window, value, falls })
+        Ok(Reached { window, value })
     }
 }

@@ -1,23 +1,15 @@
 //! Values between the nodes, by the scheme's own interpolation.
 //!
-//! In the following w* is the scheme's value of dx/dγ on the nodes: Dx or, in the weak form, D̄x, except at the last
-//! node of a window in the strong form.
+//! * On an equidistant grid every coordinate and momentum is the Hermite polynomial through its values and derivatives
+//!   on four nodes. Its error is below that of the nodes for every operator, and as momenta are interpolated by
+//!   themselves, a sawtooth in x does not spoil dx/dγ.
+//! * In a spectral element of the strong form it is the polynomial through all nodes, which the operator
+//!   differentiates.
+//! * In a spectral element of the weak form, where nodes are less accurate than ends, the scheme is solved once more
+//!   from the start of the window, on twice as many nodes. Where an accuracy was asked for, which holds at the nodes
+//!   too, the integrals of the rates through the window's own nodes are enough.
 //!
-//! * On an equidistant grid, t, x and w* are each interpolated by the quintic Hermite polynomial of every interval. The
-//!   first two derivatives at both ends come from the geodesic equations. The error O(Δγ⁶) is below that of the nodes
-//!   for every operator. As w* is interpolated by itself, a sawtooth in x does not spoil dx/dγ.
-//! * In a spectral element of the strong form, the polynomial through all nodes is used, which is the one that the
-//!   operator differentiates.
-//! * In a spectral element of the weak form, the nodes are less accurate than the ends. There the collocation system of
-//!   the scheme is solved once more from the start of the window, on twice as many nodes. The resulting polynomials are
-//!   as accurate as the ends. Where the window's own nodes resolve the forces to rounding, or an accuracy was asked
-//!   for, which holds at the nodes too, the integrals of the forces through the window's own nodes are enough: their
-//!   errors of t and x are below those of the nodes, that of dx/dγ is up to 2n/h times as large.
-//!
-//! dt/dγ is Q_t/g00 everywhere.
-//!
-//! In scenes of several coordinates the same is done with all positions and momenta, and [`crossings`] finds where
-//! formulas of them change their sign.
+//! Velocities follow from positions and momenta. [`crossings`] finds where formulas of the state change their sign.
 //!
 //! ```
 //! use geodesic_ivp::case::builtin;
@@ -27,24 +19,19 @@
 //! let case = Case::parse("free", builtin::text("free").expect("it is built in"), &[])?;
 //! let solution: Solution = solve(&case)?;
 //! let sample = Sampler::new(&solution).at_gamma(0.123).expect("inside the run");
-//! assert!((sample.t - 0.123).abs() < 1e-13);
+//! assert!((sample.q[0] - 0.123).abs() < 1e-13);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod cursor;
-mod curved;
 mod hermite;
-mod interpolant;
 mod legendre;
 mod sampler;
 mod scene;
-mod spectral;
 mod stream;
 
-pub use curved::Curved;
-pub use interpolant::Sample;
 pub use sampler::Sampler;
-pub use scene::{Crossing, SceneSample, Watch, crossings};
+pub use scene::{Crossing, Sample, Watch, crossings};
 pub use stream::{Coordinate, SampleStream};
 
 use crate::number::Real;

@@ -2,9 +2,9 @@
 
 use super::OutsideRun;
 use super::cursor::Cursor;
-use super::curved::Curved;
 use super::legendre::Tables;
-use crate::geometry::metric::Metric;
+use super::scene::{Curve, Sample, sample, sample_at_value};
+use crate::geometry::Point;
 use crate::number::Real;
 use crate::solve::WorldLine;
 
@@ -23,47 +23,45 @@ use crate::solve::WorldLine;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
-pub struct Sampler<'l, S: Real = f64, G: Curved<S> = Metric<S>> {
-    pub(super) cursor: Cursor<'l, S, G, G::Curve>,
+pub struct Sampler<'l, S: Real = f64> {
+    pub(super) cursor: Cursor<'l, S>,
     pub(super) tables: Tables<S>,
-    room: G::Rates,
+    point: Point<S>,
 }
 
-impl<S: Real, G: Curved<S>> Sampler<'_, S, G> {
+impl<S: Real> Sampler<'_, S> {
     /// The world-line at `gamma`.
     ///
     /// # Errors
     /// [`OutsideRun`] beyond the ends by more than rounding.
-    pub fn at_gamma(&mut self, gamma: S) -> Result<G::Sample, OutsideRun<S>> {
+    pub fn at_gamma(&mut self, gamma: S) -> Result<Sample<S>, OutsideRun<S>> {
         let (window, place) = self.cursor.at_gamma(gamma)?;
-        Ok(G::as_asked(self.in_window(window, place), Some(gamma), None))
+        // The number that was asked for stands in place of the one that was found.
+        Ok(Sample { gamma, ..self.in_window(window, place) })
     }
 
-    /// The world-line where coordinate `a`, which grows or falls all the way, has the given value. In one coordinate
-    /// `a` is 0, that of t.
+    /// The world-line where coordinate `a`, which grows or falls all the way, has the given value.
     ///
     /// # Errors
     /// [`OutsideRun`] with the range of the coordinate, beyond it by more than rounding.
-    ///
-    /// # Panics
-    /// In one coordinate if `a` is not 0.
-    pub fn at_value(&mut self, a: usize, value: S) -> Result<G::Sample, OutsideRun<S>> {
+    pub fn at_value(&mut self, a: usize, value: S) -> Result<Sample<S>, OutsideRun<S>> {
         let reached = self.cursor.at_value(a, value)?;
         let line = self.cursor.line;
-        let (curve, room) = self.of_window(reached.window);
-        let sample = G::sample_at_value(line, (a, &reached), curve, room);
-        Ok(G::as_asked(sample, None, Some((a, value))))
+        let (curve, point) = self.of_window(reached.window);
+        let mut sample = sample_at_value(line, (a, &reached), curve, point);
+        sample.q[a] = value;
+        Ok(sample)
     }
 }
 
-impl<'l, S: Real, G: Curved<S>> Sampler<'l, S, G> {
+impl<'l, S: Real> Sampler<'l, S> {
     /// A sampler of `line`.
-    pub fn new(line: &'l WorldLine<S, G>) -> Self {
+    pub fn new(line: &'l WorldLine<S>) -> Self {
         Self::with_tables(line, Tables::default())
     }
 
-    pub(super) fn with_tables(line: &'l WorldLine<S, G>, tables: Tables<S>) -> Self {
-        Self { cursor: Cursor::new(line), tables, room: line.geometry().rates_room() }
+    pub(super) fn with_tables(line: &'l WorldLine<S>, tables: Tables<S>) -> Self {
+        Self { cursor: Cursor::new(line), tables, point: line.geometry().point() }
     }
 
     /// Whether coordinate `a` grows, or falls, from window to window.
@@ -73,15 +71,15 @@ impl<'l, S: Real, G: Curved<S>> Sampler<'l, S, G> {
     }
 
     /// The world-line at `place`, which is γ from the start of a window.
-    pub(super) fn in_window(&mut self, window: usize, place: S) -> G::Sample {
+    pub(super) fn in_window(&mut self, window: usize, place: S) -> Sample<S> {
         let line = self.cursor.line;
-        let (curve, room) = self.of_window(window);
-        G::sample(line, window, curve, place, room)
+        let (curve, point) = self.of_window(window);
+        sample(line, window, curve, place, point)
     }
 
-    /// The curve of a window, and room to compute in.
-    pub(super) fn of_window(&mut self, window: usize) -> (&G::Curve, &mut G::Rates) {
-        let Self { cursor, tables, room } = self;
-        (cursor.of_window(window, |line| G::curve(line, window, tables, room)), room)
+    /// The curve of a window, and a point to compute in.
+    pub(super) fn of_window(&mut self, window: usize) -> (&Curve<S>, &mut Point<S>) {
+        let Self { cursor, tables, point } = self;
+        (cursor.of_window(window, |line| Curve::new(line, &line.view(window), tables, point)), point)
     }
 }

@@ -2,7 +2,6 @@
 
 use super::legendre::Tables;
 use super::{OutsideRun, Sample, Sampler};
-use crate::geometry::metric::Metric;
 use crate::number::Real;
 use crate::solve::Solution;
 
@@ -89,7 +88,7 @@ impl<S: Real> SampleStream<S> {
     }
 }
 
-impl<S: Real> Sampler<'_, S, Metric<S>> {
+impl<S: Real> Sampler<'_, S> {
     fn at(&mut self, coordinate: Coordinate, value: S) -> Result<Sample<S>, OutsideRun<S>> {
         match coordinate {
             Coordinate::Gamma => self.at_gamma(value),

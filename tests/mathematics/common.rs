@@ -1,13 +1,11 @@
 //! Cases, scenes and starts that several of these tests use.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use geodesic_ivp::action::Form;
-use geodesic_ivp::geometry::geodesic::InitialData;
-use geodesic_ivp::geometry::metric::Metric;
-use geodesic_ivp::geometry::potential::{Formula, Potential};
-use geodesic_ivp::geometry::{Geometry, GeometryText, Law, MetricText, PotentialText, Preset, Start};
+use geodesic_ivp::geometry::{
+    FormulaError, Geometry, GeometryError, GeometryText, Law, MetricText, PotentialText, Preset, Source, Start,
+};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::sbp::SbpName;
 use geodesic_ivp::solve::{Arithmetic, Limit, Place, Settings, Setup, System};
@@ -47,15 +45,83 @@ pub(crate) fn solved_in<S: Arithmetic>(overrides: &str) -> Solution<S> {
     solve(&case(overrides)).unwrap_or_else(|error| panic!("{overrides}: {error}"))
 }
 
-/// A formula without parameters as the potential of one coordinate.
-pub(crate) fn formula(expression: &str) -> Potential {
-    Potential::Formula(Formula::new(expression, &BTreeMap::new()).unwrap_or_else(|error| panic!("{error}")))
+/// The space-time of t and x in the potential of a formula, for a particle of this mass.
+pub(crate) fn of_x<S: Arithmetic>(expression: &str, mass: f64, c: f64) -> Geometry<S> {
+    let text = PotentialText {
+        coordinates: vec!["x".to_owned()],
+        expression: expression.to_owned(),
+        mass: format!("{mass:?}"),
+        masses: vec![format!("{mass:?}")],
+        c: format!("{c:?}"),
+        ..PotentialText::default()
+    };
+    Geometry::of_x(text).unwrap_or_else(|error| panic!("{expression}: {error}"))
 }
 
-/// The scene of one coordinate in a potential, and a start at t = 0.
-pub(crate) fn one(potential: Potential, c: f64, [x, t_dot, x_dot]: [f64; 3]) -> (Geometry, Start) {
-    let metric = Metric::new(potential, 1.0, c);
-    (metric.scene().clone(), InitialData { t: 0.0, x, t_dot, x_dot }.start(&metric))
+/// Σ c_k x^k.
+pub(crate) fn polynomial(coefficients: &[f64]) -> String {
+    coefficients.iter().rev().fold("0".to_owned(), |sum, c| format!("(({sum})*x + ({c:?}))"))
+}
+
+/// The potential of the paper's quartic case.
+pub(crate) const QUARTIC_POTENTIAL: &str = "0.5*x*x*x*x";
+
+/// The space-time of one coordinate in a potential, and a start at t = 0.
+pub(crate) fn one(expression: &str, c: f64, [x, t_dot, x_dot]: [f64; 3]) -> (Geometry, Start) {
+    let geometry = of_x(expression, 1.0, c);
+    let begin = start(&geometry, &[0.0, x], &[t_dot, x_dot]);
+    (geometry, begin)
+}
+
+/// A formula in x: its value with two derivatives, as the component A_x of a one-form.
+#[derive(Debug)]
+pub(crate) struct Formula<S = f64>(Geometry<S>);
+
+impl<S: Arithmetic> Formula<S> {
+    pub(crate) fn new(expression: &str, parameters: &[(&str, f64)]) -> Result<Self, FormulaError> {
+        let text = MetricText {
+            coordinates: ["t", "x"].map(str::to_owned).to_vec(),
+            components: vec![([0, 0], "1".to_owned()), ([1, 1], "-1".to_owned())],
+            parameters: parameters.iter().map(|(name, value)| ((*name).to_owned(), format!("{value:?}"))).collect(),
+            one_form: vec![(1, expression.to_owned())],
+            ..MetricText::default()
+        };
+        match Geometry::new(&GeometryText::Metric(text)) {
+            Ok(geometry) => Ok(Self(geometry)),
+            Err(GeometryError::Formula(_, error)) => Err(error),
+            Err(error) => panic!("{expression}: {error}"),
+        }
+    }
+
+    /// The formula at x, with its first two derivatives.
+    pub(crate) fn at(&self, x: S) -> [S; 3] {
+        self.sample(&[x])[0]
+    }
+
+    /// The same at many places.
+    pub(crate) fn sample(&self, x: &[S]) -> Vec<[S; 3]> {
+        let (structure, mut samples) = (self.0.structure(), self.0.room(x.len()));
+        // It is evaluated where it is not a number, too.
+        let _ = self.0.fill(&[&vec![S::ZERO; x.len()], x], &mut samples);
+        let of = |ab: [usize; 2], value: Source<S>| (ab == [1, 2]).then_some(value);
+        let sources = [
+            structure.values.iter().find_map(|term| of(term.ab, term.value)),
+            structure.first.iter().find_map(|term| of(term.ab, term.value)),
+            structure.second.iter().find_map(|term| of(term.ab, term.value)),
+        ];
+        let at = |k: usize| sources.map(|source| source.map_or(S::ZERO, |source| samples.at(source, k)));
+        (0..x.len()).map(at).collect()
+    }
+}
+
+/// g00 at x.
+pub(crate) fn g00(geometry: &Geometry, x: f64) -> f64 {
+    geometry.g00(&[0.0, x]).unwrap()
+}
+
+/// K of a point.
+pub(crate) fn norm_of(geometry: &Geometry, point: &Start) -> f64 {
+    geometry.norm(&point.q, &point.q_dot)
 }
 
 /// max |a − b|.
@@ -123,7 +189,7 @@ pub(crate) fn newtonian_start<S: Arithmetic>(geometry: &Geometry<S>, x: &[S], v:
 }
 
 /// The reference in `f64`.
-pub(crate) fn reference(geometry: &Geometry, start: &Start, length: f64) -> ReferenceTrajectory<f64, Geometry> {
+pub(crate) fn reference(geometry: &Geometry, start: &Start, length: f64) -> ReferenceTrajectory {
     ReferenceTrajectory::new(geometry, start, length, 16).unwrap_or_else(|error| panic!("{error}"))
 }
 

@@ -9,7 +9,7 @@
 //! If one rate u is to be found from K, q̇ = α + β u, and K = (βᵀGβ) u² + 2 (αᵀGβ) u + αᵀGα.
 
 use super::initial::{Rate, SceneInitial, Sign};
-use crate::geometry::{Dynamics, Geometry, Start};
+use crate::geometry::{Geometry, Start};
 use crate::number::Real;
 
 /// Rounding errors of this many units in the last place, for each coordinate, are to be expected in a sum.

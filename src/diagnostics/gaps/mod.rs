@@ -19,24 +19,25 @@
 //! let case = Case::parse("barrier", text, &[])?;
 //! let solution: Solution = solve(&case)?;
 //! assert!(solution.end_state().x > 30.0, "it steps over the barrier, which reflects");
-//! let gaps = Gaps::new(&solution, &case.metric(), None);
+//! let gaps = Gaps::new(&solution, &case.geometry(), None);
 //! assert_eq!((gaps.count, gaps.unproved), (64, 1));
 //! let (name, [from, to]) = &gaps.first.unwrap().coordinates[1];
 //! assert!(name == "x" && *from < 2.0 && *to > 2.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod one;
-mod scene;
+mod between;
 
 use std::collections::BTreeMap;
 
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
+use self::between::BetweenNodes;
 use super::verdict::Reason;
-use crate::engine::enclosure::{Enclosure, Path, UNSEEN};
+use crate::engine::enclosure::{Enclosure, UNSEEN};
+use crate::geometry::Geometry;
 use crate::number::Real;
-use crate::solve::{Space, WindowNodes, WorldLine};
+use crate::solve::WorldLine;
 
 /// What hides is compared with the error of a run, but with no error outside of these: less than the first is near
 /// rounding, and a run with an error above the second is not one that explains anything.
@@ -76,9 +77,9 @@ pub struct Gap {
 }
 
 impl Gap {
-    fn new<S: Real, G: Space<S>>(line: &WorldLine<S, G>, hidden: &Hidden) -> Self {
+    fn new<S: Real>(line: &WorldLine<S>, hidden: &Hidden) -> Self {
         let (view, nodes) = (line.view(hidden.window), [hidden.node, hidden.node + 1]);
-        let names = line.geometry().coordinates().into_iter().enumerate();
+        let names = line.geometry().names().iter().cloned().enumerate();
         let ends = |a: usize| {
             let mut values = line.absolute_in(view, a, &line.q[a]).skip(hidden.node).map(S::to_f64);
             nodes.map(|_| values.next().expect("a gap has a node at both ends"))
@@ -90,34 +91,8 @@ impl Gap {
     }
 }
 
-/// A space-time whose formulas are enclosed between the nodes of a run.
-#[expect(private_bounds, reason = "only this module looks between nodes")]
-pub trait Enclosed<S: Real>: Space<S> {
-    /// What a run is like between its nodes.
-    type Between<'r>: Between<'r, S, Self>;
-}
-
-/// What a run is like between its nodes.
-trait Between<'r, S, G: Space<S>>: Sized
-where
-    S: Real,
-{
-    /// Of `line`, in a space-time that is `rough` in `f64`.
-    fn new(line: &'r WorldLine<S, G>, rough: &'r G::Rough) -> Self;
-
-    /// What encloses the formulas, if any of them can hide something.
-    fn enclosure(&self) -> Option<Enclosure>;
-
-    /// Describes a window as a path. `distances` are the lengths of its gaps.
-    fn describe(&mut self, view: &WindowNodes<'_, S>, distances: &[f64], path: &mut Path);
-
-    /// By how much each formula may change in the window that was described last without being seen, where the
-    /// coordinates may be off by `error`, relative to max(1, size).
-    fn tolerances(&self, error: f64) -> Vec<f64>;
-}
-
 /// Number of pairs of neighbouring nodes.
-fn count<S: Real, G: Space<S>>(line: &WorldLine<S, G>) -> usize {
+fn count<S: Real>(line: &WorldLine<S>) -> usize {
     line.nodes() - line.windows.len()
 }
 
@@ -172,9 +147,9 @@ fn look(
 impl Gaps {
     /// Looks at the gaps of `line`, whose space-time is `rough` in `f64`. `error` is its estimated error relative to
     /// max(1, size) of its coordinates, as in [`Verdict`](crate::diagnostics::verdict::Verdict), if it is known.
-    pub fn new<S: Real, G: Enclosed<S>>(line: &WorldLine<S, G>, rough: &G::Rough, error: Option<f64>) -> Self {
+    pub fn new<S: Real>(line: &WorldLine<S>, rough: &Geometry, error: Option<f64>) -> Self {
         let (accuracy, length) = (accuracy(error), line.length.to_f64());
-        let mut between = G::Between::new(line, rough);
+        let mut between = BetweenNodes::new(line, rough);
         let mut hidden = Vec::new();
         if let Some(mut enclosure) = between.enclosure() {
             for (window, view) in line.views().enumerate() {
@@ -188,7 +163,7 @@ impl Gaps {
     }
 
     /// Of the gaps of `line`, these may hide something.
-    fn of<S: Real, G: Space<S>>(line: &WorldLine<S, G>, accuracy: f64, mut hidden: Vec<Hidden>) -> Self {
+    fn of<S: Real>(line: &WorldLine<S>, accuracy: f64, mut hidden: Vec<Hidden>) -> Self {
         hidden.sort_by(|one, other| one.share.total_cmp(&other.share));
         let mut sum = 0.0;
         let explained = hidden.iter().take_while(|hidden| {

@@ -16,14 +16,12 @@ mod boxes;
 mod functions;
 mod influence;
 mod lanes;
-mod one;
 mod path;
 mod pieces;
 mod scene;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use one::negligible_potential;
 pub(crate) use path::Path;
 pub(crate) use scene::{Weights, negligible_rates};
 

@@ -25,17 +25,21 @@ pub(crate) type Level = u8;
 
 impl<S: Real> Graph<S> {
     /// Expressions with the values of `roots` but for rounding, with fewer operations where that is possible. `level`
-    /// tells how often a variable changes.
+    /// tells how often a variable changes. In units far from 1 products of numbers may be beyond the range of numbers:
+    /// then expressions stay as they are.
     pub(crate) fn reduced(&mut self, roots: &[NodeId], level: impl Fn(usize) -> Level) -> Vec<NodeId> {
         let uses = self.uses(roots);
         let known = (0..uses.len()).map(|_| None).collect();
-        let mut reducer = Reducer { graph: self, level, later: Vec::new(), known };
+        let mut reducer = Reducer { graph: self, level, later: Vec::new(), known, is_lost: false };
         for id in (0..uses.len()).filter(|&id| uses[id] > 0) {
             let form = reducer.form(id, &uses);
             reducer.known[id] = Some(form);
         }
         let products: Vec<Product<S>> = roots.iter().map(|&root| reducer.product(root)).collect();
         let nodes: Vec<NodeId> = products.iter().map(|product| reducer.write(product)).collect();
+        if reducer.is_lost {
+            return roots.to_vec();
+        }
         let nodes = reducer.with_quotients(&nodes);
         reducer.with_early_signs(&nodes)
     }
@@ -56,6 +60,8 @@ struct Reducer<'g, S, L> {
     later: Vec<u64>,
     /// The forms of the first nodes, where they are needed.
     known: Vec<Option<Form<S>>>,
+    /// Whether a number was beyond the range of numbers.
+    is_lost: bool,
 }
 
 impl<S: Real, L: Fn(usize) -> Level> Reducer<'_, S, L> {

@@ -3,7 +3,8 @@
 use super::super::graph::NodeId;
 use crate::number::Real;
 
-/// A number times powers of atoms: of nodes that are no products, in ascending order. Zero has none.
+/// A number times powers of atoms: of nodes that are no products, in ascending order. Zero has none. A number that is
+/// beyond the range of numbers, or so small that it would be zero, is not a number.
 #[derive(Debug, Clone)]
 pub(super) struct Product<S> {
     pub(super) number: S,
@@ -17,7 +18,9 @@ impl<S: Real> Product<S> {
     }
 
     pub(super) fn scaled(self, factor: S) -> Self {
-        Self::new(self.number * factor, self.powers)
+        let number = self.number * factor;
+        let is_lost = number == S::ZERO && self.number != S::ZERO && factor != S::ZERO;
+        Self::new(if is_lost || !number.is_finite() { S::from(f64::NAN) } else { number }, self.powers)
     }
 
     pub(super) fn times(mut self, other: &Self) -> Self {
@@ -32,10 +35,9 @@ impl<S: Real> Product<S> {
     }
 
     pub(super) fn power(&self, exponent: i32) -> Self {
-        let mut power = S::ONE;
-        (0..exponent.unsigned_abs()).for_each(|_| power *= self.number);
-        let power = if exponent < 0 { S::ONE / power } else { power };
-        Self::new(power, self.powers.iter().map(|&(atom, inner)| (atom, inner * exponent)).collect())
+        let number = if exponent < 0 { S::ONE / self.number } else { self.number };
+        let powers = self.powers.iter().map(|&(atom, inner)| (atom, inner * exponent)).collect();
+        (0..exponent.unsigned_abs()).fold(Self { number: S::ONE, powers }, |power, _| power.scaled(number))
     }
 
     pub(super) fn exponent_of(&self, atom: NodeId) -> i32 {

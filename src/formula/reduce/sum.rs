@@ -10,6 +10,9 @@ impl<S: Real, L: Fn(usize) -> Level> Reducer<'_, S, L> {
     /// The sum of terms.
     pub(super) fn sum(&mut self, terms: Vec<Product<S>>) -> Product<S> {
         let mut terms = collected(terms);
+        if let Some(lost) = terms.iter().find(|term| !term.number.is_finite()) {
+            return lost.clone();
+        }
         // The number of the first is taken out where the others differ from it by a sign only, and otherwise its sign.
         // Sums that differ by a number's sign are then the same.
         let number = match &terms[..] {

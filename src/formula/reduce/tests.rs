@@ -140,3 +140,13 @@ fn what_varies_less_is_multiplied_first() {
     assert_eq!(steps_from("3*p*q/a*p/(u + q)", 2), 2);
     assert_eq!(steps_from("(a + q)*p*(a + u) - p*sin(u)*q", 2), 1);
 }
+
+/// k² of a number k is beyond the range of numbers, or zero, while (k q)² is not.
+#[test]
+fn units_far_from_one_stay_in_range() {
+    for unit in [1e-100, 1e100] {
+        let [_, reduced] = programs::<f64>(&[format!("(q/{:e})*(q/{:e})", unit * unit, unit * unit)]);
+        let found = values(&reduced, [1.0, unit, 1.0, 1.0])[0] * unit * unit;
+        assert!((found - 1.0).abs() < 1e-14, "{unit:e}: {found}");
+    }
+}

@@ -20,6 +20,7 @@ impl<S: Real, L: Fn(usize) -> Level> Reducer<'_, S, L> {
     /// The node of a product. What is known first is multiplied first, and then the number. Variables come last: the
     /// components of a vector have factors in common, and each of them a variable of its own.
     pub(super) fn write(&mut self, product: &Product<S>) -> NodeId {
+        self.is_lost |= !product.number.is_finite();
         let place = |&(atom, exponent): &(NodeId, i32)| {
             let is_variable = matches!(self.graph.nodes[atom], Node::Variable(_));
             (self.level_of(atom), is_variable, atom, exponent)

@@ -11,8 +11,9 @@ pub use work_precision::{WorkAxis, drift, work_precision};
 use super::chart::{Chart, Ink, Mark, Scale, Series};
 use crate::case::Form;
 use crate::diagnostics::Diagnostics;
+use crate::geometry::Start;
 use crate::number::Real;
-use crate::reference::{ReferencePoint, ReferenceTrajectory, TimeState};
+use crate::reference::{ReferenceTrajectory, TimeState};
 use crate::solve::Solution;
 use crate::study::convergence::{Convergence, Slope};
 
@@ -105,7 +106,7 @@ pub fn trajectory<S: Real>(
         let t_i = first.t_i().to_f64();
         if let Some(reference) = reference {
             let at = |k: usize| reference.at(first.length.to_f64() * k as f64 / (CURVE_POINTS - 1) as f64);
-            let place = |point: ReferencePoint| (t_i + point.elapsed, point.x);
+            let place = |point: Start| (t_i + point.q[0], point.q[1]);
             let points = (0..CURVE_POINTS).map(at).map(place).collect();
             series.push(Series::new("geodesic (reference)", Mark::Line, points));
         }

@@ -2,11 +2,12 @@
 
 use crate::action::Form;
 use crate::diagnostics::Diagnostics;
-use crate::geometry::{ConservedSum, Geometry, Observable};
+use crate::diagnostics::scene::SceneMeasures;
+use crate::geometry::{ConservedSum, Observable};
 use crate::number::Real;
 use crate::output::chart::{Chart, Ink, Mark, Scale, Series};
 use crate::solve::WorldLine;
-use crate::trajectory::{Crossing, Sampler, SceneSample};
+use crate::trajectory::{Crossing, Sample, Sampler};
 
 /// Points of an orbit: as many as a line may have without being thinned, and more of very long ones.
 const LEAST_POINTS: usize = 2000;
@@ -32,7 +33,7 @@ pub struct PlotAxes<S = f64> {
 
 impl<S: Real> PlotAxes<S> {
     /// Where a point of the world-line is in the picture.
-    fn point(&mut self, sample: &SceneSample<S>, norm: S) -> (f64, f64) {
+    fn point(&mut self, sample: &Sample<S>, norm: S) -> (f64, f64) {
         let [x, y] = self.formulas.each_mut().map(|f| f.at(&sample.q, &sample.q_dot, &sample.p, norm).to_f64());
         (x, y)
     }
@@ -149,7 +150,7 @@ fn level(values: &mut [f64], grain: f64) {
 pub fn charges<S: Real>(
     of: &str,
     line: &WorldLine<S>,
-    diagnostics: &Diagnostics<S, Geometry<S>>,
+    diagnostics: &Diagnostics<S, SceneMeasures<S>>,
     sums: &[ConservedSum],
 ) -> Chart {
     let names = line.geometry().names();
@@ -159,13 +160,9 @@ pub fn charges<S: Real>(
         Series::new(label, Mark::Points, points)
     };
     // What only measures is drawn first: the charges are below it, and are to be seen.
-    let mut series: Vec<Series> = diagnostics
-        .measures
-        .invariants
-        .iter()
-        .map(|invariant| curve(invariant.name.clone(), &invariant.delta))
-        .collect();
-    series.push(match &diagnostics.measures.delta_energy {
+    let mut series: Vec<Series> =
+        diagnostics.invariants.iter().map(|invariant| curve(invariant.name.clone(), &invariant.delta)).collect();
+    series.push(match &diagnostics.delta_energy {
         Some(energy) => curve("energy".to_owned(), energy),
         None => curve("K".to_owned(), &diagnostics.norm.delta),
     });

@@ -164,7 +164,6 @@ impl Summary {
 
 impl Solved {
     fn new<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> Self {
-        let invariants = solution.invariants();
         let number = |value: S| Number::new(value, solution.digits);
         Self {
             gradient_norm: number(solution.gradient_norm),
@@ -173,8 +172,8 @@ impl Solved {
             t_final: number(solution.end_state().t),
             x_final: number(solution.end_state().x),
             x_dot_final: number(solution.end_state().x_dot),
-            q_t: number(invariants.q_t),
-            k: number(invariants.k),
+            q_t: number(solution.q_t()),
+            k: number(solution.norm()),
             max_abs_delta_q_t_interior: number(measures.max_abs_delta_q_t_interior),
             delta_q_t_last: number(measures.delta_q_t_last),
             max_abs_delta_q_t_corrected: number(measures.max_abs_delta_q_t_corrected),

@@ -8,7 +8,7 @@ use super::super::number::Number;
 use super::{Coordinates, Ended, Outcome, SceneSummary, good_until};
 use crate::case::scene::SceneCase;
 use crate::diagnostics::gaps::Gaps;
-use crate::diagnostics::scene::InvariantDeviation;
+use crate::diagnostics::scene::{InvariantDeviation, SceneMeasures};
 use crate::diagnostics::verdict::Verdict;
 use crate::diagnostics::{ChargeDeviation, Diagnostics};
 use crate::geometry::{ConservedSum, Geometry};
@@ -19,7 +19,7 @@ use crate::study::errors::RunError;
 use crate::study::verdict::of_world_line;
 
 /// A world-line with what was measured on it.
-type Measured<'m, S> = (&'m WorldLine<S>, &'m Diagnostics<S, Geometry<S>>, &'m [ConservedSum]);
+type Measured<'m, S> = (&'m WorldLine<S>, &'m Diagnostics<S, SceneMeasures<S>>, &'m [ConservedSum]);
 
 /// A number for each of several coordinates.
 type ByName = BTreeMap<String, Number>;
@@ -163,7 +163,11 @@ impl SceneSummary {
 }
 
 impl SolvedScene {
-    fn new<S: Real>(line: &WorldLine<S>, diagnostics: &Diagnostics<S, Geometry<S>>, sums: &[ConservedSum]) -> Self {
+    fn new<S: Real>(
+        line: &WorldLine<S>,
+        diagnostics: &Diagnostics<S, SceneMeasures<S>>,
+        sums: &[ConservedSum],
+    ) -> Self {
         let names = line.geometry().names();
         let number = |value: S| Number::new(value, line.digits);
         let all = |values: &[S]| -> ByName { names.iter().cloned().zip(values.iter().map(|&v| number(v))).collect() };
@@ -177,7 +181,7 @@ impl SolvedScene {
         };
         let work = diagnostics.measures.work.iter();
         let of_invariants = |value: fn(&InvariantDeviation<S>) -> S| -> ByName {
-            let invariants = diagnostics.measures.invariants.iter();
+            let invariants = diagnostics.invariants.iter();
             invariants.map(|invariant| (invariant.name.clone(), number(value(invariant)))).collect()
         };
         let end = line.end();
@@ -198,7 +202,7 @@ impl SolvedScene {
             max_abs_delta_k: number(diagnostics.norm.max_interior),
             max_abs_delta_k_ends: number(diagnostics.norm.max_ends),
             energy: diagnostics.measures.energy.map(|energy| number(energy.value)),
-            max_abs_delta_energy: diagnostics.measures.delta_energy.as_ref().map(|delta| number(max_abs(delta))),
+            max_abs_delta_energy: diagnostics.delta_energy.as_ref().map(|delta| number(max_abs(delta))),
             max_abs_delta_energy_ends: diagnostics.measures.energy.map(|energy| number(energy.max_ends)),
             sawtooth: (diagnostics.measures.sawtooth.iter())
                 .map(|(a, sawtooth)| (names[*a].clone(), sawtooth.amplitude.map(number)))

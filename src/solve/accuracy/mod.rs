@@ -5,9 +5,8 @@ mod watch;
 use self::watch::Watches;
 use super::arithmetic::Arithmetic;
 use super::failure::NoSolution;
-use super::places::Places;
-use super::routes::Routes;
-use super::run::{Observer, Run};
+use super::places;
+use super::run::{Observer, Run, has_finite_action};
 use super::setup::{Limit, Settings, Setup, System};
 use super::status::{InitialGuess, MOST_NODES, Status};
 use super::world_line::{Joint, WorldLine};
@@ -26,12 +25,12 @@ pub(super) const MOST_SWEEPS: f64 = 1e12;
 ///
 /// # Errors
 /// [`NoSolution`], if the accuracy is not reached.
-pub(super) fn solve<S: Arithmetic, G: Routes<S, Rough: Routes<f64>>>(
-    setup: &Setup<S, G>,
+pub(super) fn solve<S: Arithmetic>(
+    setup: &Setup<S>,
     wanted: Accuracy,
-    observer: Option<Observer<'_, S, G>>,
-) -> Result<WorldLine<S, G>, NoSolution> {
-    let (geometry, start) = (setup.rough.geometry.as_scene(), &setup.rough.start);
+    observer: Option<Observer<'_, S>>,
+) -> Result<WorldLine<S>, NoSolution> {
+    let (geometry, start) = (&*setup.rough.geometry, &*setup.rough.start);
     let goal = Goal::new(setup, start);
     let engine = match goal {
         Goal::Length(length) => Engine::accurate(geometry, start, length, wanted, POINTS),
@@ -94,7 +93,7 @@ enum Goal {
 }
 
 impl Goal {
-    fn new<S: Real, G: Places<S>>(setup: &Setup<S, G>, start: &Start) -> Self {
+    fn new<S: Real>(setup: &Setup<S>, start: &Start) -> Self {
         match setup.limit {
             Limit::Length(length) => Self::Length(length.to_f64()),
             Limit::Value { coordinate, value } => {
@@ -130,8 +129,8 @@ impl<S: Real> JointOf<S> {
 ///
 /// # Errors
 /// Numbers that are not finite are not a result: an overflow anywhere makes the gradient or the action infinite.
-pub(super) fn append<S: Real, G: Places<S>>(
-    run: &mut Run<'_, S, G>,
+pub(super) fn append<S: Real>(
+    run: &mut Run<'_, S>,
     window: &mut Window<'_>,
     JointOf { q, p }: &mut JointOf<S>,
     (geometry, operator): (&Geometry, usize),
@@ -141,38 +140,34 @@ pub(super) fn append<S: Real, G: Places<S>>(
     geometry.active().iter().zip(&window.end().p).for_each(|(&a, end)| p[a] = S::from(end.high));
     let (joint, length, line) = (Joint { q, p }, window.length, &mut run.line);
     let gradient_norm = window.gradient_norm().unwrap_or(f64::INFINITY);
-    if !(gradient_norm.is_finite() && line.geometry().has_finite_action(joint, S::from(length))) {
+    if !(gradient_norm.is_finite() && has_finite_action(line.geometry(), joint, S::from(length))) {
         let gamma = line.gamma_i.to_f64() + window.gamma;
-        let failure = NoSolution::marched(Status::OutsideDomain, line.geometry().place_of_overflow(gamma, q));
+        let failure = NoSolution::marched(Status::OutsideDomain, places::place_of_overflow(line.geometry(), gamma, q));
         return Err(NoSolution { residual: gradient_norm, ..failure });
     }
-    // Without a potential x is ignorable, and no other active coordinate of a world-line ever is.
-    let start: Vec<f64> = window.start().positions();
-    let counts_from_start = |a: &usize| !geometry.active().contains(a) && line.geometry().active().contains(a);
-    let offset: Vec<f64> = (0..q.len()).map(|a| if counts_from_start(&a) { start[a] } else { 0.0 }).collect();
     let nodes = window.nodes();
     run.begin_window(operator, end, joint, Vec::new());
     let line = &mut run.line;
     line.gradient_norm = line.gradient_norm.max(S::from(gradient_norm));
     line.iterations.initial_guess = InitialGuess::Extrapolation;
-    let copy = |to: &mut Vec<S>, row: &[f64], offset: f64| to.extend(row.iter().map(|&value| S::from(offset + value)));
-    line.q.iter_mut().enumerate().for_each(|(a, to)| copy(to, nodes.q(a), offset[a]));
-    line.p.iter_mut().enumerate().for_each(|(place, to)| copy(to, nodes.p(place), 0.0));
+    let copy = |to: &mut Vec<S>, row: &[f64]| to.extend(row.iter().map(|&value| S::from(value)));
+    line.q.iter_mut().enumerate().for_each(|(a, to)| copy(to, nodes.q(a)));
+    line.p.iter_mut().enumerate().for_each(|(place, to)| copy(to, nodes.p(place)));
     run.end_window();
     Ok(())
 }
 
 /// Ends a run that memory cannot hold, or that would take too long. Windows become longer after the first few: a
 /// forecast of nodes is believed when they are a thousandth of what is allowed.
-fn within_limits<S: Real, G: Places<S>>(
-    setup: &Setup<S, G>,
+fn within_limits<S: Real>(
+    setup: &Setup<S>,
     engine: &Engine<'_>,
     (nodes, done): (Option<usize>, f64),
 ) -> Result<(), NoSolution> {
     let at = || {
         let (gamma, q) = engine.place();
         let q: Vec<S> = q.into_iter().map(S::from).collect();
-        setup.place.geometry.place(setup.gamma_i.to_f64() + gamma, &q)
+        places::place(&setup.place.geometry, setup.gamma_i.to_f64() + gamma, &q)
     };
     let sweeps = engine.sweeps();
     let needed = sweeps as f64 / done.max(0.0);
@@ -189,12 +184,7 @@ fn within_limits<S: Real, G: Places<S>>(
 }
 
 /// The world-line of a run that came to its end.
-fn ended<S: Real, G: Places<S>>(
-    setup: &Setup<S, G>,
-    engine: &Engine<'_>,
-    goal: Goal,
-    mut line: WorldLine<S, G>,
-) -> WorldLine<S, G> {
+fn ended<S: Real>(setup: &Setup<S>, engine: &Engine<'_>, goal: Goal, mut line: WorldLine<S>) -> WorldLine<S> {
     let is_at_limit = line.ended_by.is_none();
     line.length = match (setup.limit, goal) {
         (Limit::Length(length), _) if is_at_limit => length,
@@ -211,15 +201,15 @@ fn ended<S: Real, G: Places<S>>(
 }
 
 /// What a failure of the engine means for the setup.
-fn failed<S: Real, G: Places<S>>(setup: &Setup<S, G>, engine: &Engine<'_>, failure: Failure) -> NoSolution {
+fn failed<S: Real>(setup: &Setup<S>, engine: &Engine<'_>, failure: Failure) -> NoSolution {
     let (gamma, q) = engine.place();
     let (gamma, q) = (setup.gamma_i.to_f64() + gamma, q.into_iter().map(S::from).collect::<Vec<S>>());
     let geometry = &setup.place.geometry;
     let (status, at) = match failure {
-        Failure::OutsideDomain(outside) => (Status::OutsideDomain, geometry.place_beyond(gamma, &q, &outside)),
-        Failure::NotConverged | Failure::TooShort => (Status::Stalled, geometry.place(gamma, &q)),
-        Failure::ValueNotReached => (Status::EndTimeNotReached, geometry.place(gamma, &q)),
-        Failure::Rounding | Failure::BeginAgain => (Status::AccuracyNotReached, geometry.place(gamma, &q)),
+        Failure::OutsideDomain(outside) => (Status::OutsideDomain, places::place_beyond(geometry, gamma, &q, &outside)),
+        Failure::NotConverged | Failure::TooShort => (Status::Stalled, places::place(geometry, gamma, &q)),
+        Failure::ValueNotReached => (Status::EndTimeNotReached, places::place(geometry, gamma, &q)),
+        Failure::Rounding | Failure::BeginAgain => (Status::AccuracyNotReached, places::place(geometry, gamma, &q)),
     };
     let found =
         if status == Status::AccuracyNotReached { engine.error_estimate().zip(engine.reachable()) } else { None };

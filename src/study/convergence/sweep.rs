@@ -10,8 +10,8 @@ use crate::case::{Form, SbpName, on_grid};
 use crate::number::norm::larger;
 use crate::reference::ReferenceTrajectory;
 use crate::solve::Arithmetic;
-use crate::solve::{Settings, Setup, Status, WorldLine};
-use crate::study::space::{Deviations, Studied, distance};
+use crate::solve::{Settings, Setup, Status, WorldLine, solve};
+use crate::study::space::{self, Deviations, distance};
 
 /// A sweep that is ready to run: every grid is possible, and there is a reference.
 pub struct Sweep<S = f64> {
@@ -32,17 +32,13 @@ pub struct Sweep<S = f64> {
 ///
 /// # Errors
 /// See [`Sweep::new`].
-pub fn sweep<S: Arithmetic, G: Studied<S>>(
-    setup: impl Into<Setup<S, G>>,
+pub fn sweep<S: Arithmetic>(
+    setup: impl Into<Setup<S>>,
     schemes: &[(SbpName, Form)],
     n_gamma: &[usize],
     cancel: &AtomicBool,
     finished: &(dyn Fn(&ConvergencePoint) + Sync),
-) -> Result<Convergence<S>, SweepError>
-where
-    Setup<S, G>: Send + Sync,
-    ReferenceTrajectory<S, G>: Send + Sync,
-{
+) -> Result<Convergence<S>, SweepError> {
     let sweep = Sweep::new(setup, schemes, n_gamma)?;
     Ok(sweep.run(cancel, &|_, point| finished(point)))
 }
@@ -56,39 +52,30 @@ impl<S: Arithmetic> Sweep<S> {
     /// # Errors
     /// [`SweepError`] if a grid cannot exist or there is no reference. A grid without a solution is a point with its
     /// status.
-    pub fn new<G: Studied<S>>(
-        setup: impl Into<Setup<S, G>>,
-        schemes: &[(SbpName, Form)],
-        n_gamma: &[usize],
-    ) -> Result<Self, SweepError>
-    where
-        Setup<S, G>: Send + Sync,
-        ReferenceTrajectory<S, G>: Send + Sync,
-    {
+    pub fn new(setup: impl Into<Setup<S>>, schemes: &[(SbpName, Form)], n_gamma: &[usize]) -> Result<Self, SweepError> {
         let setup = setup.into();
-        let length = G::length_of(&setup)?;
+        let length = space::length_of(&setup)?;
         let setups = grids(&setup, schemes, n_gamma, length)?;
         let (place, digits) = (&setup.place, setup.settings.digits);
-        let reference = G::reference(place, length, digits)?;
-        let coordinates = place.geometry.coordinates();
+        let reference = space::reference(place, length, digits)?;
+        let coordinates = place.geometry.names().to_vec();
         let samples = n_gamma.iter().max().copied().unwrap_or(2).clamp(2, 4096);
         let mut sizes = vec![f64::MIN_POSITIVE; coordinates.len()];
         for k in 0..samples {
-            let point = G::at(&reference, length * S::from(k as f64 / (samples - 1) as f64));
+            let point = reference.at(length * S::from(k as f64 / (samples - 1) as f64));
             for (a, size) in sizes.iter_mut().enumerate() {
-                *size = larger(*size, distance(place, a, G::coordinate(&point, a)));
+                *size = larger(*size, distance(place, a, point.q[a]));
             }
         }
-        let origin = |a: usize| setup.origin.filter(|(of, _)| *of == a).map_or(S::ZERO, |(_, origin)| origin);
-        let end = G::at(&reference, length);
+        let end = reference.at(length);
         let info = ReferenceInfo {
             error_estimate: reference.error_estimate(),
             steps: reference.steps(),
             gamma_final: setup.gamma_i + length,
-            end: (0..coordinates.len()).map(|a| origin(a) + G::coordinate(&end, a)).collect(),
-            sizes: G::shared_sizes(place, sizes),
+            end: (0..coordinates.len()).map(|a| setup.origin_of(a) + end.q[a]).collect(),
+            sizes: place.geometry.shared(&place.start.q, &sizes),
         };
-        let charges = place.geometry.charges();
+        let charges = space::charges(&place.geometry);
         let nodes = setups.iter().map(|setup| setup.settings.n_gamma * setup.settings.windows).collect();
         let measure = move |grid: usize| measure(&setups[grid], length, &reference);
         Ok(Self { nodes, measure: Box::new(measure), info, coordinates, charges, digits })
@@ -131,12 +118,12 @@ impl<S: Arithmetic> Sweep<S> {
 }
 
 /// A grid for each operator with its form and each number of nodes, every scheme once and with ascending numbers.
-fn grids<S: Arithmetic, G: Studied<S>>(
-    setup: &Setup<S, G>,
+fn grids<S: Arithmetic>(
+    setup: &Setup<S>,
     schemes: &[(SbpName, Form)],
     n_gamma: &[usize],
     length: S,
-) -> Result<Vec<Setup<S, G>>, SweepError> {
+) -> Result<Vec<Setup<S>>, SweepError> {
     let mut n_gamma = n_gamma.to_vec();
     n_gamma.sort_unstable();
     n_gamma.dedup();
@@ -153,15 +140,11 @@ fn grids<S: Arithmetic, G: Studied<S>>(
     Ok(grids)
 }
 
-fn measure<S: Arithmetic, G: Studied<S>>(
-    setup: &Setup<S, G>,
-    length: S,
-    reference: &ReferenceTrajectory<S, G>,
-) -> ConvergencePoint {
+fn measure<S: Arithmetic>(setup: &Setup<S>, length: S, reference: &ReferenceTrajectory<S>) -> ConvergencePoint {
     let Settings { sbp, form, n_gamma, windows, .. } = setup.settings;
     let intervals = windows * (n_gamma - 1);
     let start = Instant::now();
-    let result = G::solve(setup);
+    let result = solve(setup);
     let seconds = start.elapsed().as_secs_f64();
     let (status, iterations, errors) = match &result {
         Ok(line) => (Status::Converged, line.iterations.count, Some(errors(line, reference))),
@@ -172,19 +155,19 @@ fn measure<S: Arithmetic, G: Studied<S>>(
 }
 
 /// The errors of a world-line at its nodes. The L2 norms use the quadratures of its operators.
-pub fn errors<S: Arithmetic, G: Studied<S>>(line: &WorldLine<S, G>, reference: &ReferenceTrajectory<S, G>) -> Errors {
-    let rows = G::rows(line);
+pub fn errors<S: Arithmetic>(line: &WorldLine<S>, reference: &ReferenceTrajectory<S>) -> Errors {
+    let rows = space::rows(line);
     let (mut at_end, mut squared) = (vec![0.0; rows.len()], vec![0.0; rows.len()]);
     for grid in line.grids() {
         for ((k, node), weight) in grid.nodes().enumerate().zip(grid.sbp().weights()) {
-            let (exact, weight) = (G::at(reference, grid.gamma_at(k)), weight.to_f64());
+            let (exact, weight) = (reference.at(grid.gamma_at(k)), weight.to_f64());
             for (a, row) in rows.iter().enumerate() {
-                let error = (row[node] - G::coordinate(&exact, a)).to_f64();
+                let error = (row[node] - exact.q[a]).to_f64();
                 at_end[a] = error.abs();
                 squared[a] += weight * error * error;
             }
         }
     }
-    let Deviations { charges_last, delta_k_max, .. } = G::deviations(line, false);
+    let Deviations { charges_last, delta_k_max, .. } = space::deviations(line, false);
     Errors { at_end, l2: squared.into_iter().map(f64::sqrt).collect(), charges_last, delta_k_max }
 }

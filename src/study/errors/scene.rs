@@ -2,9 +2,9 @@
 
 use super::run_error::{Found, Judge, RunError};
 use super::stepped_over::{Between, PROBES, fractions};
-use crate::geometry::{Dynamics, Geometry};
+use crate::geometry::Start;
 use crate::number::Real;
-use crate::reference::{ReferenceTrajectory, ScenePoint};
+use crate::reference::ReferenceTrajectory;
 use crate::solve::WorldLine;
 
 /// Of the probes so many are evaluated at a time.
@@ -57,13 +57,13 @@ impl Reach {
 
 /// dq^a by the change of the coordinate `clock`, from the last node of a world-line to the `exact` point: the mean of
 /// both ends, so that an error of third order is left.
-fn pace<S: Real>(line: &WorldLine<S>, exact: &ScenePoint<S>, a: usize, clock: usize) -> S {
+fn pace<S: Real>(line: &WorldLine<S>, exact: &Start<S>, a: usize, clock: usize) -> S {
     let found = &line.end().q_dot;
     S::from(0.5) * (found[a] / found[clock] + exact.q_dot[a] / exact.q_dot[clock])
 }
 
 /// The share of its way by which the motion may be off because of what the reference does not know.
-fn stepped_over<S: Real>(line: &WorldLine<S>, reference: &ReferenceTrajectory<S, Geometry<S>>) -> f64 {
+fn stepped_over<S: Real>(line: &WorldLine<S>, reference: &ReferenceTrajectory<S>) -> f64 {
     let geometry = line.geometry();
     if S::IS_EXTENDED || !geometry.structure().force.is_empty() {
         return 0.0;
@@ -74,8 +74,8 @@ fn stepped_over<S: Real>(line: &WorldLine<S>, reference: &ReferenceTrajectory<S,
     let places: Vec<f64> = fractions(PROBES).collect();
     for places in places.chunks(TOGETHER) {
         let points: Vec<_> = places.iter().map(|&place| reference.at(line.length * S::from(place))).collect();
-        let row = |of: fn(&ScenePoint<S>) -> &[S], a: usize| points.iter().map(|point| of(point)[a]).collect();
-        let rows = |of: fn(&ScenePoint<S>) -> &[S]| (0..start.q.len()).map(|a| row(of, a)).collect::<Vec<Vec<S>>>();
+        let row = |of: fn(&Start<S>) -> &[S], a: usize| points.iter().map(|point| of(point)[a]).collect();
+        let rows = |of: fn(&Start<S>) -> &[S]| (0..start.q.len()).map(|a| row(of, a)).collect::<Vec<Vec<S>>>();
         let (q, q_dot) = (rows(|point| &point.q), rows(|point| &point.q_dot));
         let [q, q_dot] = [&q, &q_dot].map(|rows| rows.iter().map(Vec::as_slice).collect::<Vec<_>>());
         let [norm, motion] = geometry.norm_and_motion(&q, &q_dot);

@@ -1,8 +1,8 @@
 //! What a run of many leaves: where it ended, and the largest deviations on the way.
 
 use crate::case::{AnyCase, Case, SceneCase};
+use crate::diagnostics::Diagnostics;
 use crate::diagnostics::verdict::Verdict;
-use crate::diagnostics::{Diagnostics, Further, Measurable};
 use crate::geometry::Geometry;
 use crate::number::Real;
 use crate::number::norm::max_abs;
@@ -107,7 +107,7 @@ pub(super) fn of_one<S: Arithmetic>(case: &Case) -> Outcome {
     let diagnostics = Diagnostics::new(&solution);
     let decimal = |value: S| value.to_decimal(solution.digits);
     let end = solution.end_state();
-    let t_dot = end.q_t / solution.geometry().g00(end.x);
+    let t_dot = solution.end().q_dot[0];
     Outcome::Solved(Box::new(End {
         ending: if case.grid.t_f.is_some() { Ending::Time } else { Ending::Gamma },
         gamma: decimal(solution.gamma_f()),
@@ -150,13 +150,13 @@ pub(super) fn of_scene<S: Arithmetic>(case: &SceneCase) -> Outcome {
 }
 
 /// The largest deviations, as decimals. `energy` is that of the energy at the ends of windows, if there is one.
-fn maxima<S: Real, G: Measurable<S>>(
-    line: &WorldLine<S, G>,
-    diagnostics: &Diagnostics<S, G>,
+fn maxima<S: Real, M>(
+    line: &WorldLine<S>,
+    diagnostics: &Diagnostics<S, M>,
     energy: Option<S>,
 ) -> Vec<(String, String)> {
-    let Diagnostics { charges, max_delta_g, norm, measures, .. } = diagnostics;
-    let (names, Further { delta_energy, rows }) = (line.geometry().coordinates(), G::further(measures));
+    let Diagnostics { charges, max_delta_g, norm, delta_energy, invariants, .. } = diagnostics;
+    let names = line.geometry().names();
     let mut values: Vec<S> =
         charges.iter().flat_map(|charge| [charge.max_interior, charge.max_last, charge.max_corrected]).collect();
     values.push(*max_delta_g);
@@ -164,10 +164,10 @@ fn maxima<S: Real, G: Measurable<S>>(
         (Some(delta), Some(ends)) => [max_abs(delta), ends],
         _ => [norm.max_interior, norm.max_ends],
     });
-    values.extend(rows.iter().map(|(_, row)| max_abs(row)));
+    values.extend(invariants.iter().map(|invariant| max_abs(&invariant.delta)));
     values.push(line.gradient_norm);
     let charges: Vec<&str> = charges.iter().map(|charge| names[charge.terms[0].0].as_str()).collect();
-    let further: Vec<&str> = rows.iter().map(|(name, _)| *name).collect();
+    let further: Vec<&str> = invariants.iter().map(|invariant| invariant.name.as_str()).collect();
     let names = names_of_maxima(&charges, energy.is_some(), &further).into_iter();
     names.zip(values).map(|(name, value)| (name, value.to_decimal(line.digits))).collect()
 }

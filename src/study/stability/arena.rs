@@ -2,13 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use super::line::Chart;
+use super::chart::Chart;
 use super::status::Sizes;
-use super::world::{Reference, World};
+use super::task::Reference;
 use crate::case::Case;
 use crate::case::scene::SceneCase;
-use crate::geometry::Geometry;
-use crate::geometry::metric::Metric;
 use crate::reference::{EndReason, ReferenceEnds};
 use crate::study::line::Line;
 use crate::study::space::Point;
@@ -49,7 +47,7 @@ impl Pace {
 
 /// The world-line of a case or of a scene, with its reference.
 pub struct Arena {
-    pub(super) world: Box<dyn World>,
+    pub(super) chart: Chart,
     reference: Option<Box<dyn Reference>>,
     /// γ − γ_i at the end of the reference.
     reached: f64,
@@ -67,7 +65,7 @@ impl Arena {
     /// [`ReferenceEnds`] if V has no Taylor series at some point of the geodesic, or the geodesic does not reach t_f of
     /// the case: then nothing could be judged. A geodesic that leaves the domain is not an error; the atlas shows it.
     pub fn new(case: &Case, lengths: &[f64]) -> Result<Self, ReferenceEnds> {
-        Self::of_world(Box::new(Chart::<Metric>::new(Line::new(case, false))), lengths)
+        Self::of(Chart::new(Line { g00: case.g00(), ..Line::new(case, false, false) }), lengths)
     }
 
     /// The same for a scene.
@@ -75,17 +73,17 @@ impl Arena {
     /// # Errors
     /// As [`Self::new`].
     pub fn of_scene(case: &SceneCase, lengths: &[f64]) -> Result<Self, ReferenceEnds> {
-        Self::of_world(Box::new(Chart::<Geometry>::new(Line::new(case, case.is_lifted()))), lengths)
+        Self::of(Chart::new(Line::new(case, true, case.is_lifted())), lengths)
     }
 
-    fn of_world(world: Box<dyn World>, lengths: &[f64]) -> Result<Self, ReferenceEnds> {
-        let own_length = match world.own_length() {
+    fn of(chart: Chart, lengths: &[f64]) -> Result<Self, ReferenceEnds> {
+        let own_length = match chart.own_length() {
             Ok(length) => length,
             Err(end) if end.reason == EndReason::OutsideDomain => 2.0 * end.gamma,
             Err(end) => return Err(end),
         };
         let pace = Pace::Length(1.0);
-        let mut arena = Self { world, reference: None, reached: 0.0, trusted: false, ends: None, pace, own_length };
+        let mut arena = Self { chart, reference: None, reached: 0.0, trusted: false, ends: None, pace, own_length };
         arena.refer(own_length)?;
         let wanted = match lengths {
             [] => arena.default_lengths(),
@@ -100,12 +98,12 @@ impl Arena {
 
     /// Computes a reference of the given `length`, or as long as the geodesic allows.
     fn refer(&mut self, length: f64) -> Result<(), ReferenceEnds> {
-        let (reference, reached) = match self.world.reference(length, false) {
+        let (reference, reached) = match self.chart.reference(length, false) {
             Ok(reference) => (reference, length),
             Err(end) if end.reason == EndReason::OutsideDomain => {
                 let short = (SHORT_OF_THE_END * end.gamma).max(self.reached);
                 self.ends = Some(end);
-                (self.world.reference(short, false)?, short)
+                (self.chart.reference(short, false)?, short)
             }
             Err(end) => return Err(end),
         };
@@ -113,11 +111,11 @@ impl Arena {
         self.reference = Some(reference);
         let mut points = self.sampled(reached);
         if !self.is_good(&points) {
-            self.reference = Some(self.world.reference(reached, true)?);
+            self.reference = Some(self.chart.reference(reached, true)?);
             points = self.sampled(reached);
         }
         self.trusted = self.is_good(&points);
-        let [omega, growth] = self.world.rates(&points);
+        let [omega, growth] = self.chart.rates(&points);
         self.pace = match TAU / self.own_length {
             _ if omega > 0.0 => Pace::Frequency(omega),
             _ if growth > 0.0 => Pace::Growth(growth),
@@ -148,7 +146,7 @@ impl Arena {
         if points.len() < 2 {
             return false;
         }
-        let (sizes, origin) = (self.world.sizes(points, self.reached), self.world.origin());
+        let (sizes, origin) = (self.chart.sizes(points, self.reached), self.chart.origin());
         // The estimated error is relative to the largest values, whereas the rules are relative to the sizes.
         let far = |a: usize| largest(points, |point| point.q[a] - origin[a]).max(f64::MIN_POSITIVE);
         let share = sizes.q.iter().enumerate().map(|(a, size)| size / far(a)).fold(1.0, f64::min);
@@ -159,27 +157,27 @@ impl Arena {
     /// that is not accurate enough.
     pub(super) fn sizes(&self, length: f64) -> Option<Sizes> {
         self.at(length).filter(|_| self.trusted)?;
-        Some(self.world.sizes(&self.sampled(length), length))
+        Some(self.chart.sizes(&self.sampled(length), length))
     }
 
     /// Whether it is that of a scene.
     pub fn is_scene(&self) -> bool {
-        self.world.is_scene()
+        self.chart.is_scene()
     }
 
     /// Whether it is that of a scene that is the lift of Newton's law, which has an energy.
     pub fn has_energy(&self) -> bool {
-        self.world.has_energy()
+        self.chart.has_energy()
     }
 
     /// The names of the coordinates: t and x, or those of a scene.
     pub fn coordinates(&self) -> &[String] {
-        self.world.coordinates()
+        self.chart.coordinates()
     }
 
     /// The coordinates whose momenta are charges, by their places.
     pub fn charges(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.coordinates().len()).filter(|a| !self.world.active().contains(a))
+        (0..self.coordinates().len()).filter(|a| !self.chart.active().contains(a))
     }
 
     /// The largest local frequency along the reference; 0 if nothing oscillates. In one coordinate ω² = −dẍ/dx where
@@ -196,7 +194,7 @@ impl Arena {
 
     /// ṫ_i of the case; `None` in a scene without a coordinate t.
     pub fn t_dot(&self) -> Option<f64> {
-        self.world.t_dot()
+        self.chart.t_dot()
     }
 
     /// Where and why the geodesic ends, if it does.
@@ -250,6 +248,8 @@ fn round_numbers(from: f64, to: f64, digits: &[f64]) -> Vec<f64> {
     // They are parsed as decimals, so that they are correctly rounded.
     let read = |digit: f64, power: i32| format!("{digit}e{power}").parse().ok();
     let all = (first..=last).flat_map(|power| digits.iter().filter_map(move |&digit| read(digit, power)));
+    // Rounding of the ends does not decide.
+    let (from, to) = (from * (1.0 - 1e-12), to * (1.0 + 1e-12));
     all.filter(|number| (from..=to).contains(number)).collect()
 }
 

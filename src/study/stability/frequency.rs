@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, Schur};
 
-use crate::geometry::{Geometry, Motion};
+use crate::geometry::Geometry;
 use crate::study::space::Point;
 
 /// The largest number of points at which eigenvalues are computed.
@@ -27,12 +27,12 @@ impl<'g> Linearised<'g> {
     /// are rounding. In one coordinate λ² = dẍ/dx.
     pub(super) fn rates(&self, points: &[Point]) -> [f64; 2] {
         let every = points.len().div_ceil(MOST_POINTS).max(1);
-        let mut room = self.geometry.motion_room();
+        let mut at = self.geometry.point();
         let (mut largest, mut all) = ([0.0_f64; 2], 0.0_f64);
         for point in points.iter().step_by(every) {
             let mut jacobian = DMatrix::zeros(2 * self.active(), 2 * self.active());
             let see = |row: usize, column: usize, value: f64| jacobian[(row, column)] = value;
-            self.geometry.jacobian(&point.q, &point.p, 0, &mut room, see);
+            at.jacobian(&point.q, &point.p, see);
             for [re, im] in eigenvalues(jacobian) {
                 largest = [largest[0].max(im.abs()), largest[1].max(re.abs())];
                 all = all.max(re.hypot(im));

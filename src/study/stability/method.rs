@@ -1,11 +1,11 @@
 //! The methods of the atlas, and the step that linear theory allows for each of them.
 
+use std::sync::Arc;
+
 use nalgebra::{Complex, ComplexField};
 
 use crate::case::{Form, SbpName};
-use crate::geometry::geodesic::InitialData;
-use crate::geometry::metric::Metric;
-use crate::geometry::potential::Potential;
+use crate::geometry::{Geometry, PotentialText, Start as Position};
 use crate::methods::{Output, PEERS, Peer, Problem, Setting, Step};
 use crate::sbp::symbol::{Start, amplification, largest_symbol};
 
@@ -171,12 +171,24 @@ fn first_growing(radius: impl Fn(f64) -> f64) -> Limit {
 fn step_radius(peer: &dyn Peer, step: f64) -> f64 {
     // So near to x = 0 the geodesic in V = x²/2 is a harmonic oscillation, up to rounding.
     const SMALL: f64 = 1e-12;
-    let metric = Metric::new(Potential::polynomial(vec![0.0, 0.0, 0.5]), 1.0, 1.0);
+    let [one, coordinates] = ["1".to_owned(), "x".to_owned()];
+    let text = PotentialText {
+        coordinates: vec![coordinates],
+        expression: "x*x/2".to_owned(),
+        masses: vec![one.clone()],
+        mass: one.clone(),
+        c: one,
+        ..PotentialText::default()
+    };
+    let Ok(geometry) = Geometry::of_x(text) else { return f64::INFINITY };
+    let space = Arc::new(geometry);
     let column = |x: f64, x_dot: f64| {
-        let initial = InitialData { t: 0.0, x: SMALL * x, t_dot: 1.0, x_dot: SMALL * x_dot };
-        let problem = Problem { space: metric.clone().into(), start: initial, length: step };
-        let state = *peer.run(&problem, &Output::even(1), Setting::steps(1)).ok()?.states.last()?;
-        Some([state.x / SMALL, state.w / SMALL])
+        let (q, q_dot) = (vec![0.0, SMALL * x], vec![1.0, SMALL * x_dot]);
+        let start = Position { p: space.momenta(&q, &q_dot), q, q_dot };
+        let problem = Problem { space: Arc::clone(&space), start, length: step, g00: Some(vec![1.0, 0.0, 1.0]) };
+        let states = peer.run(&problem, &Output::even(1), Setting::steps(1)).ok()?.states;
+        let state = states.last()?;
+        Some([state.q[1] / SMALL, -state.p[1] / SMALL])
     };
     let (Some([a, c]), Some([b, d])) = (column(1.0, 0.0), column(0.0, 1.0)) else { return f64::INFINITY };
     let (half_trace, determinant) = (0.5 * (a + d), a * d - b * c);

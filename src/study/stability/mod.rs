@@ -12,15 +12,15 @@
 //! instead, and the Δγ that results from it.
 
 mod arena;
+mod chart;
 mod frequency;
-mod line;
 mod method;
-mod one;
+
 mod run;
-mod scene;
+mod sizes;
 pub mod status;
+mod task;
 mod track;
-mod world;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

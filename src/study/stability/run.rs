@@ -5,8 +5,8 @@ use std::time::Instant;
 use super::arena::Arena;
 use super::method::{Method, WINDOW};
 use super::status::{Evidence, Sizes, judge, rough_above};
+use super::task::{Failed, Grid, Range, Task};
 use super::track::Track;
-use super::world::{Failed, Grid, Range, Task};
 use super::{Cell, CellStatus, Numbers};
 use crate::case::SbpName;
 use crate::methods::{Output, Setting, Windows};
@@ -70,7 +70,7 @@ impl Job {
     }
 
     fn judged(&self, arena: &Arena, track: &Track, sizes: Option<&Sizes>) -> (CellStatus, Numbers) {
-        let active = arena.world.active();
+        let active = arena.chart.active();
         let reference: Option<Vec<Point>> = track.gamma.iter().map(|gamma| arena.at(gamma * self.tangent)).collect();
         let (mut evidence, mut from) = (Evidence { k_drift: track.k_drift(), ..Evidence::default() }, None);
         if let (Some(reference), Some(sizes)) = (&reference, sizes) {
@@ -110,13 +110,13 @@ impl Job {
         let grid = match self.method {
             Method::Peer(peer) => {
                 let (output, setting) = self.output(arena, wanted);
-                return Some(arena.world.other(peer, range, output, setting));
+                return Some(arena.chart.other(peer, range, output, setting));
             }
             Method::Tolerance => {
                 let (output, setting) = self.output(arena, wanted);
-                return Some(arena.world.other(&Windows::Tolerance, range, output, setting));
+                return Some(arena.chart.other(&Windows::Tolerance, range, output, setting));
             }
-            Method::Accuracy => return arena.world.scheme(&Grid::Accuracy(self.setting), range),
+            Method::Accuracy => return arena.chart.scheme(&Grid::Accuracy(self.setting), range),
             Method::Block(sbp, form) => Grid::Nodes { scheme: (sbp, form), nodes: wanted + 1, windows: 1 },
             Method::Windows(sbp, form) => {
                 Grid::Nodes { scheme: (sbp, form), nodes: WINDOW + 1, windows: whole(WINDOW) }
@@ -128,7 +128,7 @@ impl Job {
             Method::Unregularised(sbp) if wanted < MOST_UNREGULARISED => Grid::Unregularised(sbp, wanted + 1),
             Method::Unregularised(_) => return None,
         };
-        let task = arena.world.scheme(&grid, range)?;
+        let task = arena.chart.scheme(&grid, range)?;
         let spacing = self.length / task.intervals as f64;
         let ratio = (spacing / self.setting).max(self.setting / spacing);
         (ratio <= SAME_SPACING).then_some(task)

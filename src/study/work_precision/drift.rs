@@ -67,7 +67,7 @@ pub fn drift(arena: &Arena, chosen: &[Family], cancel: &AtomicBool) -> Vec<Drift
             break;
         }
         let run = |setting: Setting| {
-            let (_, outcome) = arena.job(&family, setting, output.clone()).attempt(&output);
+            let (_, outcome) = arena.timed(&family, setting, output.clone()).attempt(&output);
             outcome.ok().map(|outcome| (setting, outcome))
         };
         let Some((setting, outcome)) = in_budget(intervals, cost, run) else { continue };

@@ -1,7 +1,7 @@
 //! Trying settings one after the other, and timing those that succeed in turns.
 
 use super::family::Family;
-use super::run::{Job, Outcome};
+use super::run::{Outcome, Timed};
 use super::{Arena, Budget, OUTPUTS, Progress, Row, RowStatus};
 use crate::methods::{Output, Setting, Step};
 
@@ -20,7 +20,7 @@ const SPOILT: f64 = 1.5;
 /// A row, and the job to run it again.
 pub(super) struct Trial<'a> {
     pub(super) row: Row,
-    job: Box<dyn Job + 'a>,
+    job: Timed<'a>,
     /// Seconds of the first run.
     tried: f64,
 }
@@ -84,7 +84,7 @@ fn try_setting<'a>(arena: &'a Arena, family: &Family, setting: Setting) -> Trial
 
 fn attempt<'a>(arena: &'a Arena, family: &Family, setting: Setting) -> Trial<'a> {
     let output = Output::even(OUTPUTS);
-    let job = arena.job(family, setting, output.clone());
+    let job = arena.timed(family, setting, output.clone());
     let (seconds, result) = job.attempt(&output);
     let (status, errors, evaluations, points) = match result {
         Ok(Outcome { places, evaluations, points }) => {

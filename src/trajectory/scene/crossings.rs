@@ -11,8 +11,8 @@ use std::cmp::Ordering;
 use super::super::legendre::Tables;
 use super::super::{Sampler, slack};
 use super::shape::Shape;
-use super::{SceneSample, least, root};
-use crate::geometry::{Direction, Geometry, Observable};
+use super::{Sample, least, root};
+use crate::geometry::{Direction, Observable};
 use crate::number::Real;
 use crate::solve::WorldLine;
 
@@ -31,7 +31,7 @@ pub struct Crossing<S = f64> {
     /// The index of what was watched.
     pub watch: usize,
     /// The world-line there.
-    pub sample: SceneSample<S>,
+    pub sample: Sample<S>,
 }
 
 /// Every change of sign of the formulas of `watches` in their directions, in the order of γ. A formula that is zero at
@@ -69,7 +69,7 @@ pub fn crossings<S: Real>(line: &WorldLine<S>, watches: &mut [Watch<S>]) -> Vec<
     walk.found
 }
 
-fn value<S: Real>(watched: &mut Watch<S>, sample: &SceneSample<S>, norm: S) -> S {
+fn value<S: Real>(watched: &mut Watch<S>, sample: &Sample<S>, norm: S) -> S {
     watched.formula.at(&sample.q, &sample.q_dot, &sample.p, norm)
 }
 
@@ -105,7 +105,7 @@ impl<S: Real> Walk<S> {
     /// Finds the changes of sign in a cell, where the formula has these values at its points.
     fn pass(
         &mut self,
-        sampler: &mut Sampler<'_, S, Geometry<S>>,
+        sampler: &mut Sampler<'_, S>,
         cell: &Cell<S>,
         (watch, watched): (usize, &mut Watch<S>),
         values: &[S],

@@ -28,7 +28,7 @@ const STENCIL: usize = 4;
 /// The curve of q^a of all coordinates, then p_a of the active ones, in a window. All are counted from its start, as is
 /// γ.
 #[derive(Debug)]
-pub struct Curve<S> {
+pub(crate) struct Curve<S> {
     start: Start<S>,
     length: S,
     kind: Kind<S>,
@@ -44,7 +44,7 @@ enum Kind<S> {
 
 impl<S: Real> Curve<S> {
     /// The curve in a window of `line`. `at` computes in its geometry.
-    pub(super) fn new(
+    pub(crate) fn new(
         line: &WorldLine<S>,
         view: &WindowNodes<'_, S>,
         tables: &mut Tables<S>,

@@ -1,29 +1,32 @@
 //! Gradient and Hessian of the doubled action against differences of the action and of the gradient.
 
-use std::collections::BTreeMap;
-
 use geodesic_ivp::action::DoubledAction;
-use geodesic_ivp::geometry::geodesic::InitialData;
-use geodesic_ivp::geometry::metric::Metric;
-use geodesic_ivp::geometry::potential::{Formula, Potential};
+use geodesic_ivp::geometry::{Geometry, Start};
 use geodesic_ivp::sbp::{SbpOperator, coefficients};
 use proptest::prelude::*;
 
-const INITIAL: InitialData = InitialData { t: 0.4, x: 0.8, t_dot: 1.3, x_dot: -0.2 };
-const POINTS: usize = 10;
+use crate::common::{of_x, start};
 
-fn metric() -> Metric {
-    let parameters = BTreeMap::from([("a".to_owned(), 0.7)]);
-    Metric::new(Potential::Formula(Formula::new("exp(-a*x) + x^3/5", &parameters).unwrap()), 1.7, 1.2)
+const POINTS: usize = 10;
+/// t and x at the start, and their velocities.
+const PLACE: [f64; 2] = [0.4, 0.8];
+const TANGENT: [f64; 2] = [1.3, -0.2];
+
+fn geometry() -> Geometry {
+    of_x("exp(-0.7*x) + x^3/5", 1.7, 1.2)
+}
+
+fn begin(geometry: &Geometry) -> Start {
+    start(geometry, &PLACE, &TANGENT)
 }
 
 fn with_actions(check: impl Fn(&DoubledAction<'_>)) {
-    let metric = metric();
+    let geometry = geometry();
     for c in [&coefficients::SBP21, &coefficients::SBP42] {
         let sbp = SbpOperator::new(c, POINTS, 0.11).unwrap();
-        check(&DoubledAction::new(&sbp, &metric, INITIAL.start(&metric)));
-        check(&DoubledAction::without_regularisation(&sbp, &metric, INITIAL.start(&metric)));
-        check(&DoubledAction::weak(&sbp, &metric, INITIAL.start(&metric)));
+        check(&DoubledAction::new(&sbp, &geometry, begin(&geometry)));
+        check(&DoubledAction::without_regularisation(&sbp, &geometry, begin(&geometry)));
+        check(&DoubledAction::weak(&sbp, &geometry, begin(&geometry)));
     }
 }
 
@@ -95,7 +98,7 @@ fn the_value_vanishes_where_the_branches_agree_and_the_constraints_hold() {
         let line = |start: f64, slope: f64| -> Vec<f64> {
             (0..POINTS).map(|k| start + slope * k as f64 * sbp.spacing()).collect()
         };
-        let (t, x) = (line(INITIAL.t, INITIAL.t_dot), line(INITIAL.x, INITIAL.x_dot));
+        let (t, x) = (line(PLACE[0], TANGENT[0]), line(PLACE[1], TANGENT[1]));
         let multipliers = [1.0, -2.0, 3.0, -4.0, 5.0, -6.0, 7.0, -8.0];
         let u = action.layout().physical_limit(&[&t, &x], &multipliers[..action.layout().multiplier_range().len()]);
         assert!(action.value(&u).unwrap().abs() < 1e-13);
@@ -105,10 +108,10 @@ fn the_value_vanishes_where_the_branches_agree_and_the_constraints_hold() {
 
 #[test]
 fn a_node_outside_the_domain_is_named() {
-    let metric = Metric::new(Potential::linear(-0.5), 1.0, 1.0);
+    let geometry = of_x("-0.5*x", 1.0, 1.0);
     let sbp = SbpOperator::new(&coefficients::SBP21, 4, 0.1).unwrap();
-    let action = DoubledAction::new(&sbp, &metric, INITIAL.start(&metric));
+    let action = DoubledAction::new(&sbp, &geometry, begin(&geometry));
     let u = action.layout().physical_limit(&[&[0.0; 4], &[0.0, 0.5, 1.25, 0.0]], &[0.0; 8]);
     let outside = action.value(&u).unwrap_err();
-    assert_eq!((outside.index, outside.x, outside.g00), (2, 1.25, -0.25));
+    assert_eq!((outside.index, outside.position, outside.determinant), (2, 1.25, -0.25));
 }

@@ -81,7 +81,7 @@ fn absolute_errors_of_the_quartic_case() {
 #[test]
 fn the_fit_stops_at_the_rounding_plateau() {
     let n: Vec<usize> = (6..19).map(|power| 1 << power).collect();
-    let convergence = sweep::<f64, _>(&case(""), &BOTH[1..], &n, &AtomicBool::new(false), &|_| {}).unwrap();
+    let convergence = sweep::<f64>(&case(""), &BOTH[1..], &n, &AtomicBool::new(false), &|_| {}).unwrap();
     for slope in convergence.slopes((0, usize::MAX)) {
         let (n_min, n_max) = slope.n_range.unwrap();
         assert_eq!(n_min, 64);
@@ -95,7 +95,7 @@ fn a_fit_does_not_end_where_the_order_settles() {
     let scene = "potential={polynomial={coefficients=[0.0,0.0,1.5]}} particle.mass=1.5 particle.c=2.0 initial.t=0.5 \
                  initial.x=-0.8 initial.t_dot=1.25 initial.x_dot=0.3 grid.gamma_i=-1.0 grid.gamma_f=0.5";
     let n = [24, 48, 96, 192, 384, 768];
-    let convergence = sweep::<f64, _>(&case(scene), &BOTH[1..], &n, &AtomicBool::new(false), &|_| {}).unwrap();
+    let convergence = sweep::<f64>(&case(scene), &BOTH[1..], &n, &AtomicBool::new(false), &|_| {}).unwrap();
     for slope in convergence.slopes((0, usize::MAX)) {
         assert_eq!((slope.n_range, slope.plateau_from), (Some((24, 768)), None), "{:?}", slope.quantity);
         let fit = slope.fit.as_ref().unwrap();
@@ -134,7 +134,7 @@ fn a_cancelled_sweep_keeps_what_is_finished() {
 #[test]
 fn a_sweep_that_cannot_be_is_refused() {
     let impossible = |overrides: &str, n: usize| {
-        sweep::<f64, _>(&case(overrides), &BOTH, &[n], &AtomicBool::new(false), &|_| {}).unwrap_err()
+        sweep::<f64>(&case(overrides), &BOTH, &[n], &AtomicBool::new(false), &|_| {}).unwrap_err()
     };
     assert!(matches!(impossible("", 7), SweepError::Grid(_)));
     let falls = "potential={linear={alpha=-0.5}} initial.x=0.0 initial.x_dot=0.0 grid.gamma_f=5.0";

@@ -37,9 +37,8 @@ fn check(set: &str, status: Status, gamma: f64) {
 fn guess(set: &str) -> InitialGuess {
     match set {
         _ if set.contains("accuracy") => InitialGuess::Extrapolation,
-        _ if set.contains("doubled") => InitialGuess::WindowedAction,
         _ if set.contains("SBP21") => InitialGuess::None,
-        _ => InitialGuess::Nystrom4,
+        _ => InitialGuess::RungeKutta4,
     }
 }
 
@@ -48,7 +47,7 @@ fn of_one_coordinate() {
     for set in GRIDS {
         let text = format!("potential = {{ linear = {{ alpha = -0.5 }} }}\n{FALL}");
         let case = Case::parse("test", &text, &settings(set)).unwrap_or_else(|error| panic!("{error}"));
-        let failure = solve::<f64, _>(&case).unwrap_err();
+        let failure = solve::<f64>(&case).unwrap_err();
         check(set, failure.status, failure.gamma);
         assert_eq!(failure.iterations.initial_guess, guess(set), "{set}");
         // The metric is that of the point: g00 = 1 − x.
@@ -62,7 +61,7 @@ fn of_scenes() {
     for set in GRIDS {
         let text = format!("potential = {{ coordinates = [\"x\"], formula = \"-x/2\" }}\n{FALL}");
         let case = SceneCase::parse("test", &text, &settings(set)).unwrap_or_else(|error| panic!("{error}"));
-        let failure = solve::<f64, _>(case.setup()).unwrap_err();
+        let failure = solve::<f64>(case.setup()).unwrap_err();
         check(set, failure.status, failure.gamma);
         assert_eq!(failure.iterations.initial_guess, guess(set), "{set}");
         assert!(matches!(failure.domain, Domain::Determinant { value, .. } if value < 0.0), "{failure:?}");
@@ -77,21 +76,21 @@ fn of_a_stopped_iteration_the_place_is_on_the_way() {
     let exact =
         Case::parse("test", &format!("potential.formula.expression = \"x^4/2\"\n{rest}scheme.sbp=\"SBP42\""), &[]);
     let exact = exact.unwrap();
-    let reference = ReferenceTrajectory::<f64>::new(&exact.metric(), &exact.initial_data(), 4.0, 16).unwrap();
+    let reference = ReferenceTrajectory::<f64>::new(&exact.geometry(), &exact.start(), 4.0, 16).unwrap();
     for scheme in [
         "scheme = { sbp = \"SBP42\" }",
         "scheme = { sbp = \"SBP21\", form = \"weak\" }",
         "scheme = { sbp = \"SBP63\" }\nsolver.system = \"doubled\"",
     ] {
         let one = format!("potential.formula.expression = \"x^4/2\"\n{rest}{scheme}");
-        let one = solve::<f64, _>(&Case::parse("test", &one, &[]).unwrap()).unwrap_err();
+        let one = solve::<f64>(&Case::parse("test", &one, &[]).unwrap()).unwrap_err();
         let scene = format!("potential = {{ coordinates = [\"x\"], formula = \"x^4/2\" }}\n{rest}{scheme}");
-        let scene = solve::<f64, _>(&SceneCase::parse("test", &scene, &[]).unwrap().setup()).unwrap_err();
+        let scene = solve::<f64>(&SceneCase::parse("test", &scene, &[]).unwrap().setup()).unwrap_err();
         for failure in [one, scene] {
             assert_eq!(failure.status, Status::MaxIterations, "{scheme}: {failure}");
             let [(name, x)] = &failure.point[..] else { panic!("{scheme}: {failure:?}") };
             assert!(name == "x" && (30.0..=34.0).contains(&failure.gamma), "{scheme}: {failure:?}");
-            let there = reference.at(failure.gamma - 30.0).x;
+            let there = reference.at(failure.gamma - 30.0).q[1];
             assert!((x - there).abs() < 0.05, "{scheme}: {x} for {there} at {}", failure.gamma);
         }
     }
@@ -107,7 +106,7 @@ fn of_a_stopped_iteration_of_two_coordinates_the_place_is_on_the_way() {
         );
         let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
         let setup = case.setup();
-        let failure = solve::<f64, _>(&setup).unwrap_err();
+        let failure = solve::<f64>(&setup).unwrap_err();
         assert_eq!(failure.status, Status::MaxIterations, "{scheme}: {failure}");
         let [(a, x), (b, y)] = &failure.point[..] else { panic!("{scheme}: {failure:?}") };
         let reference = ReferenceTrajectory::new(&*setup.place.geometry, &setup.place.start, 4.0, 16).unwrap();
@@ -125,15 +124,14 @@ fn of_a_stopped_iteration_the_place_may_be_the_last_node() {
                 grid = { gamma_f = 4.0, n_gamma = 12 }\nsolver.max_iterations = 1\n\
                 scheme = { sbp = 'GLL12', form = 'weak' }";
     let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
-    let failure = solve::<f64, _>(case.setup()).unwrap_err();
+    let failure = solve::<f64>(case.setup()).unwrap_err();
     let names: Vec<&str> = failure.point.iter().map(|(name, _)| &name[..]).collect();
     assert_eq!((failure.gamma, &names[..]), (4.0, &["x", "y"][..]), "{failure}");
 }
 
-/// What the guess for a doubled run tries first is a straight line, which does not meet a force of many periods. That
-/// is no end of the domain, in any unit of V and c².
+/// A grid that does not resolve a force of many periods is no end of the domain, in any unit of V and c².
 #[test]
-fn of_a_guess_the_place_is_on_its_line() {
+fn of_a_grid_that_is_too_coarse() {
     for unit in [1.0_f64, 1e-6] {
         let (c, t_dot) = (30.0 * unit.sqrt(), 1.0 / unit.sqrt());
         let (formula, rest) = (
@@ -147,12 +145,10 @@ fn of_a_guess_the_place_is_on_its_line() {
         let one = Case::parse("test", &format!("potential.formula.expression = '{formula}'\n{rest}"), &[]).unwrap();
         let scene = format!("potential = {{ coordinates = ['x'], formula = '{formula}' }}\n{rest}");
         let scene = SceneCase::parse("test", &scene, &[]).unwrap();
-        let (one, scene) = (solve::<f64, _>(&one).unwrap_err(), solve::<f64, _>(&scene.setup()).unwrap_err());
-        assert!(one.gamma > 30.0, "{unit}: {one}");
+        let (one, scene) = (solve::<f64>(&one).unwrap_err(), solve::<f64>(&scene.setup()).unwrap_err());
         for failure in [one, scene] {
-            let (gamma, x) = (failure.gamma - 30.0, failure.point[0].1);
-            assert_eq!(failure.status, Status::Stalled, "{unit}: {failure}");
-            assert!(gamma >= 0.0 && (x - 0.9 + 0.3 * gamma).abs() < 1e-3, "{unit}: {failure}");
+            assert!([Status::Stalled, Status::Singular].contains(&failure.status), "{unit}: {failure}");
+            assert!((30.0..=34.0).contains(&failure.gamma), "{unit}: {failure}");
         }
     }
 }
@@ -169,7 +165,7 @@ fn of_an_action_that_overflows() {
         let one = Case::parse("test", &format!("potential.formula.expression = '0*x'\n{rest}"), &[]).unwrap();
         let scene = format!("potential = {{ coordinates = ['x'], formula = '0*x' }}\n{rest}");
         let scene = SceneCase::parse("test", &scene, &[]).unwrap();
-        for failure in [solve::<f64, _>(&one).unwrap_err(), solve::<f64, _>(&scene.setup()).unwrap_err()] {
+        for failure in [solve::<f64>(&one).unwrap_err(), solve::<f64>(&scene.setup()).unwrap_err()] {
             assert_eq!(failure.status, Status::OutsideDomain, "{scheme}: {failure}");
             assert!((1.6e108..1.9e108).contains(&failure.gamma), "{scheme}: {}", failure.gamma);
         }
@@ -184,9 +180,9 @@ fn of_velocities_whose_squares_overflow() {
     let scene = "potential = { coordinates = ['x'], formula = '1/x^20' }\n\
                  initial = { t_dot = 1.0, x = 1e-8, x_dot = 0.2 }\ngrid.n_gamma = 12\nscheme.sbp = 'SBP21'";
     let (one, scene) = (Case::parse("test", one, &[]).unwrap(), SceneCase::parse("test", scene, &[]).unwrap());
-    let failure = solve::<f64, _>(&one).unwrap_err();
+    let failure = solve::<f64>(&one).unwrap_err();
     assert!(failure.point[0].1.abs() > 1e154 && failure.point[0].1.is_finite(), "{failure}");
-    for failure in [failure, solve::<f64, _>(&scene.setup()).unwrap_err()] {
+    for failure in [failure, solve::<f64>(&scene.setup()).unwrap_err()] {
         assert_eq!((failure.status, failure.gamma), (Status::OutsideDomain, 1.0), "{failure}");
     }
 }
@@ -199,7 +195,7 @@ fn of_a_window_whose_action_overflows() {
             "potential.free = {{}}\ninitial = {{ t = 0.0, x = 0.0, t_dot = 1.0, x_dot = 1e152 }}\n\
              grid = {{ gamma_f = {length:?}, n_gamma = 12 }}\nscheme = {{ sbp = 'GLL12', form = 'weak' }}"
         );
-        let solved = solve::<f64, _>(&Case::parse("test", &text, &[]).unwrap());
+        let solved = solve::<f64>(&Case::parse("test", &text, &[]).unwrap());
         assert_eq!(solved.as_ref().err().map(|failure| failure.status), (!is_finite).then_some(Status::OutsideDomain));
     }
 }

@@ -1,14 +1,12 @@
 //! Formula potentials: the grammar, and V, V′, V″ against dual numbers.
 
-use std::collections::BTreeMap;
-
-use geodesic_ivp::geometry::potential::Formula;
 use num_dual::{Dual2_64, DualNum, second_derivative};
 use proptest::prelude::*;
 
+use crate::common::Formula;
+
 fn formula(expression: &str) -> Formula {
-    let parameters = BTreeMap::from([("a".to_owned(), 0.7), ("b_2".to_owned(), -1.3)]);
-    Formula::new(expression, &parameters).unwrap_or_else(|error| panic!("{error}"))
+    Formula::new(expression, &[("a", 0.7), ("b_2", -1.3)]).unwrap_or_else(|error| panic!("{error}"))
 }
 
 #[test]
@@ -33,7 +31,7 @@ fn precedence_and_numbers() {
         ("abs(x)", -2.0, 2.0),
         ("(-8)^(1/3)", 0.0, f64::NAN),
     ] {
-        let value = formula(expression).at(x).value;
+        let value = formula(expression).at(x)[0];
         let close = (value - expected).abs() < 1e-12 || (value.is_nan() && expected.is_nan());
         assert!(close, "{expression} at {x}: {value}, expected {expected}");
     }
@@ -59,8 +57,7 @@ fn mistakes_are_reported_where_they_are() {
         ("é", 1, "found 'é'"),
         ("a + (x - sin(q))", 14, "unknown name 'q'"),
     ] {
-        let parameters = BTreeMap::from([("a".to_owned(), 1.0)]);
-        let error = Formula::new(expression, &parameters).expect_err(expression);
+        let error = Formula::<f64>::new(expression, &[("a", 1.0)]).expect_err(expression);
         assert!(error.message.contains(fragment), "{expression}: {error}");
         assert_eq!(error.character(), character, "{expression}: {error}");
     }
@@ -68,13 +65,12 @@ fn mistakes_are_reported_where_they_are() {
 
 #[test]
 fn hostile_depth_is_an_error_and_not_a_crash() {
-    let parameters: BTreeMap<String, f64> = BTreeMap::new();
     for (open, close) in [("(", ")"), ("sin(", ")"), ("-", ""), ("x^", ""), ("1-(", ")")] {
         let deep = |levels: usize| format!("{}x{}", open.repeat(levels), close.repeat(levels));
-        assert!(Formula::new(&deep(40), &parameters).is_ok(), "{open}");
+        assert!(Formula::<f64>::new(&deep(40), &[]).is_ok(), "{open}");
         // Either refused or parsed; what matters is that it returns.
-        let _ = Formula::new(&deep(900), &parameters);
-        assert!(Formula::new(&deep(100_000), &parameters).is_err(), "{open}");
+        let _ = Formula::<f64>::new(&deep(900), &[]);
+        assert!(Formula::<f64>::new(&deep(100_000), &[]).is_err(), "{open}");
     }
 }
 
@@ -106,7 +102,7 @@ proptest! {
         for (expression, oracle) in EXPRESSIONS {
             let jet = formula(expression).at(x);
             let (value, first, second) = second_derivative(oracle, x);
-            for (name, got, want) in [("V", jet.value, value), ("V'", jet.first, first), ("V''", jet.second, second)] {
+            for (name, got, want) in [("V", jet[0], value), ("V'", jet[1], first), ("V''", jet[2], second)] {
                 let size = 1.0 + want.abs();
                 prop_assert!((got - want).abs() <= 1e-11 * size, "{name} of {expression} at {x}: {got}, {want}");
             }
@@ -117,18 +113,15 @@ proptest! {
     fn blocks_of_points_agree_with_single_points(x in proptest::collection::vec(-2.5..2.5_f64, 1..200)) {
         for (expression, _) in EXPRESSIONS {
             let formula = formula(expression);
-            let [mut value, mut first, mut second] = [0, 1, 2].map(|_| vec![0.0; x.len()]);
-            formula.sample(&x, [&mut value, &mut first, &mut second]);
-            for (k, &x) in x.iter().enumerate() {
-                let jet = formula.at(x);
-                prop_assert_eq!([value[k], first[k], second[k]], [jet.value, jet.first, jet.second]);
+            for (k, jet) in formula.sample(&x).into_iter().enumerate() {
+                prop_assert_eq!(jet, formula.at(x[k]));
             }
         }
     }
 
     #[test]
     fn any_text_is_parsed_or_refused(text in "[-+*/^()x1.e a-z\u{e9}]{0,40}") {
-        if let Err(error) = Formula::<f64>::new(&text, &BTreeMap::new()) {
+        if let Err(error) = Formula::<f64>::new(&text, &[]) {
             prop_assert!(error.character() <= text.chars().count() + 1);
         }
     }

@@ -17,20 +17,22 @@ fn near(found: f64, wanted: f64) -> bool {
 
 #[test]
 fn of_one_coordinate() {
-    let bytes = |set: &str, one_window, samples| bytes_needed(&Setup::<f64, _>::from(&case(set)), one_window, samples);
+    let bytes = |set: &str, one_window, samples| bytes_needed(&Setup::<f64>::from(&case(set)), one_window, samples);
     let grid = |n: u32, windows: u32, rest: &str| format!("grid.n_gamma={n} grid.windows={windows} {rest}");
     let small = bytes(&grid(100, 1, ""), false, 0);
-    // γ, t, x, charges and residuals of a node; γ, t, x and their derivatives of a sample.
+    // γ, t, x, charges and residuals of a node; γ and lists of q, dq/dγ and p of a sample.
     let of_nodes = bytes(&grid(100_100, 1, ""), false, 0) - small;
     assert!((10.0..30.0).contains(&(of_nodes / 1e5 / NUMBER)), "{of_nodes}");
     let of_samples = bytes(&grid(100, 1, ""), false, 100_000) - small;
-    assert!((5.0..10.0).contains(&(of_samples / 1e5 / NUMBER)), "{of_samples}");
+    assert!((10.0..20.0).contains(&(of_samples / 1e5 / NUMBER)), "{of_samples}");
     // The program itself comes on top, and windows have their own nodes unless one is kept at a time.
     assert!((1e6..2e7).contains(&small), "{small}");
-    assert!(near(bytes(&grid(100, 1001, ""), false, 0) - small, of_nodes), "1000 more windows of 100 nodes");
+    // 1000 more windows of 100 nodes have their ends, multipliers and measures besides.
+    let of_windows = bytes(&grid(100, 1001, ""), false, 0) - small - of_nodes;
+    assert!((20.0..100.0).contains(&(of_windows / 1e3 / NUMBER)), "{of_windows}");
     assert_eq!(bytes(&grid(100, 1001, ""), true, 0), small);
-    let wide = bytes_needed(&Setup::<Extended, _>::from(&case(&grid(100_100, 1, ""))), false, 0)
-        - bytes_needed(&Setup::<Extended, _>::from(&case(&grid(100, 1, ""))), false, 0);
+    let wide = bytes_needed(&Setup::<Extended>::from(&case(&grid(100_100, 1, ""))), false, 0)
+        - bytes_needed(&Setup::<Extended>::from(&case(&grid(100, 1, ""))), false, 0);
     assert!(near(wide, of_nodes * EXTENDED / NUMBER), "{wide}");
     // A recursion has no linear system. A banded one has at least as many diagonals as the stencil, in blocks of 2 × 2.
     let system =

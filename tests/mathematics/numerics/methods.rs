@@ -1,44 +1,49 @@
 //! The methods to compare with: their orders against the reference, and what they do to K.
 
-use std::collections::BTreeMap;
-
-use geodesic_ivp::geometry::geodesic::InitialData;
-use geodesic_ivp::geometry::metric::Metric;
-use geodesic_ivp::geometry::potential::{Formula, Potential};
 use geodesic_ivp::methods::{
-    Composition, Dop853, Failure, Gauss, Output, PEERS, Peer, PeerIn, Problem, Radau5, Rk4, Setting, Step, Taylor,
-    Trajectory,
+    Composition, Dop853, Failure, Gauss, Output, PEERS, Peer, Problem, Radau5, Rk4, Setting, Step, Taylor, Trajectory,
 };
 use geodesic_ivp::reference::ReferenceTrajectory;
 
-const START: InitialData = InitialData { t: 0.0, x: 1.0, t_dot: 1.0, x_dot: 0.1 };
+use crate::common::{QUARTIC_POTENTIAL, norm_of, one, polynomial};
+
+/// With the coefficients of g00, if it is to be evaluated as a polynomial.
+fn problem(expression: &str, c: f64, start: [f64; 3], length: f64, g00: Option<Vec<f64>>) -> Problem {
+    let (geometry, start) = one(expression, c, start);
+    Problem { space: geometry.into(), start, length, g00 }
+}
 
 fn quartic(length: f64) -> Problem {
-    Problem { space: Metric::new(Potential::quartic(0.5), 1.0, 1.0).into(), start: START, length }
+    problem(QUARTIC_POTENTIAL, 1.0, [1.0, 1.0, 0.1], length, Some(vec![1.0, 0.0, 0.0, 0.0, 1.0]))
 }
 
 /// A formula, and a polynomial of a degree that is evaluated otherwise.
 fn others(length: f64) -> [Problem; 2] {
-    let formula = Formula::new("0.3*(1 - exp(-x))^2", &BTreeMap::new()).unwrap();
-    let potentials = [Potential::Formula(formula), Potential::polynomial(vec![0.0, 0.1, 0.3, 0.0, 0.1, 0.0, 0.02])];
-    potentials.map(|potential| Problem { space: Metric::new(potential, 1.0, 2.0).into(), start: START, length })
+    let coefficients = [0.0, 0.1, 0.3, 0.0, 0.1, 0.0, 0.02];
+    let mut g00: Vec<f64> = coefficients.iter().map(|c| 2.0 * c).collect();
+    g00[0] += 4.0;
+    let start = [1.0, 1.0, 0.1];
+    [
+        problem("0.3*(1 - exp(-x))^2", 2.0, start, length, None),
+        problem(&polynomial(&coefficients), 2.0, start, length, Some(g00)),
+    ]
 }
 
 /// Largest error of t and x at the points of the output.
 fn error(problem: &Problem, output: &Output, trajectory: &Trajectory) -> f64 {
     let reference = ReferenceTrajectory::new(&*problem.space, &problem.start, problem.length, 16).unwrap();
     assert_eq!(trajectory.states.len(), output.marks.len());
-    let errors = output.gamma(problem.length).zip(&trajectory.states).map(|(gamma, state)| {
+    let errors = output.gamma(problem.length).zip(trajectory.states.iter()).map(|(gamma, state)| {
         let exact = reference.at(gamma);
-        (state.elapsed - exact.elapsed).abs().max((state.x - exact.x).abs()).max((state.w - exact.x_dot).abs())
+        (state.q[0] - exact.q[0]).abs().max((state.q[1] - exact.q[1]).abs()).max((-state.p[1] - exact.q_dot[1]).abs())
     });
     errors.fold(0.0, f64::max)
 }
 
 fn delta_k(problem: &Problem, trajectory: &Trajectory) -> Vec<f64> {
-    let invariants = problem.start.invariants(&problem.space);
-    let k = |x: f64, w: f64| invariants.q_t * invariants.q_t / problem.space.at(x).g00 - w * w;
-    trajectory.states.iter().map(|state| (k(state.x, state.w) - invariants.k).abs()).collect()
+    let norm = norm_of(&problem.space, &problem.start);
+    let k = |q: &[f64], p: &[f64]| problem.space.norm(q, &problem.space.velocities(q, p).unwrap());
+    trajectory.states.iter().map(|state| (k(state.q, state.p) - norm).abs()).collect()
 }
 
 /// The numbers of steps per interval between which the errors show the order of a method of constant steps, the least
@@ -128,8 +133,7 @@ fn symplectic_methods_keep_k_bounded_and_runge_kutta_lets_it_drift() {
 
 #[test]
 fn failures_are_told_apart() {
-    let start = InitialData { t: 0.0, x: 0.0, t_dot: 1.0, x_dot: 0.0 };
-    let problem = Problem { space: Metric::new(Potential::linear(-0.5), 1.0, 1.0).into(), start, length: 5.0 };
+    let problem = problem("-0.5*x", 1.0, [0.0, 1.0, 0.0], 5.0, Some(vec![1.0, -1.0]));
     let output = Output::even(5);
     for failure in [
         Rk4.run(&problem, &output, Setting::steps(500)).unwrap_err(),
@@ -157,7 +161,7 @@ fn output_need_not_be_even() {
         };
         let trajectory = peer.run(&problem, &output, setting).unwrap();
         assert_eq!(trajectory.states.len(), output.marks.len(), "{peer:?}");
-        assert_eq!(trajectory.states[3], trajectory.states[4], "{peer:?}");
+        assert_eq!(trajectory.states.at(3), trajectory.states.at(4), "{peer:?}");
         let error = error(&problem, &output, &trajectory);
         assert!(error < bound, "{peer:?}: {error}");
     }

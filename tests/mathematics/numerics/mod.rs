@@ -17,6 +17,7 @@ mod promises;
 mod published_numbers;
 mod random_verdicts;
 mod reference;
+mod rest;
 mod sampling;
 mod sbp_identities;
 mod shipped_cases;

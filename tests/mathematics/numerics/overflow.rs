@@ -65,7 +65,7 @@ fn runs_go_on_where_exponentials_overflow() {
 fn references_and_other_methods_go_on() {
     let expected = end::<f64>(HILL[0], ACCURACY);
     let case = case(HILL[1], ACCURACY);
-    let problem = Problem { space: case.metric().into(), start: case.initial_data(), length: 30.0 };
+    let problem = Problem { space: case.geometry().into(), start: case.start(), length: 30.0, g00: case.g00() };
     for peer in PEERS {
         let about = peer.name();
         let setting = match peer.about().step {
@@ -74,7 +74,7 @@ fn references_and_other_methods_go_on() {
         };
         let trajectory = peer.run(&problem, &Output::even(1), setting).unwrap_or_else(|none| panic!("{about}: {none}"));
         let end = trajectory.states.last().unwrap();
-        agree(&about, [end.elapsed, end.x], expected, "a method");
+        agree(&about, [end.q[0], end.q[1]], expected, "a method");
     }
 }
 

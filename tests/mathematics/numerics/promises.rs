@@ -44,7 +44,7 @@ fn formula(expression: &str, c: f64, [x, t_dot, x_dot]: [f64; 3], rest: &str) ->
 }
 
 fn refused(case: &Case) -> NoSolution {
-    solve::<f64, _>(case).expect_err("it cannot be done")
+    solve::<f64>(case).expect_err("it cannot be done")
 }
 
 #[test]
@@ -138,7 +138,7 @@ fn windows_given_by_hand_see_what_is_narrow() {
     let grid = "grid = { gamma_f = 64.0, n_gamma = 16, windows = 256 }\nscheme = { sbp = \"GLL16\", form = \"weak\" }";
     let x = |windows: &str| {
         let case = formula("5*exp(-((x-2)/0.05)^2)", 3.0, start, &grid.replace("256", windows));
-        solve::<f64, _>(&case).unwrap_or_else(|error| panic!("{error}")).end_state().x
+        solve::<f64>(&case).unwrap_or_else(|error| panic!("{error}")).end_state().x
     };
     assert!((x("256") + 33.944_080).abs() < 1e-5 && (x("512") - x("1024")).abs() < 1e-9);
 }

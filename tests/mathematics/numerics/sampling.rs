@@ -13,22 +13,23 @@ const RUN: &str = "grid.gamma_f=4.0";
 fn errors(overrides: &str) -> (f64, [f64; 2]) {
     let solution = solved(overrides);
     let case = case(overrides);
-    let reference = ReferenceTrajectory::new(&case.metric(), &case.initial_data(), solution.length, 16).unwrap();
+    let reference = ReferenceTrajectory::new(&case.geometry(), &case.start(), solution.length, 16).unwrap();
     let at_nodes = (0..solution.x().len()).fold(0.0_f64, |largest, k| {
         let exact = reference.at(solution.sbp().node(k));
-        largest.max((solution.x()[k] - exact.x).abs()).max((solution.elapsed()[k] - exact.elapsed).abs())
+        largest.max((solution.x()[k] - exact.q[1]).abs()).max((solution.elapsed()[k] - exact.q[0]).abs())
     });
     let mut sampler = Sampler::new(&solution);
     let mut between = [0.0_f64; 2];
     for k in 0..=1000 {
         let gamma = solution.length * f64::from(k) / 1000.0;
         let (sample, exact) = (sampler.at_gamma(gamma).unwrap(), reference.at(gamma));
-        between[0] = between[0].max((sample.x - exact.x).abs()).max((sample.t - exact.elapsed).abs());
-        between[1] = between[1].max((sample.x_dot - exact.x_dot).abs()).max((sample.t_dot - exact.t_dot).abs());
+        between[0] = between[0].max((sample.q[1] - exact.q[1]).abs()).max((sample.q[0] - exact.q[0]).abs());
+        between[1] =
+            between[1].max((sample.q_dot[1] - exact.q_dot[1]).abs()).max((sample.q_dot[0] - exact.q_dot[0]).abs());
         // The same point by its time.
-        let by_time = sampler.at_value(0, sample.t).unwrap();
+        let by_time = sampler.at_value(0, sample.q[0]).unwrap();
         assert!(
-            (by_time.gamma - gamma).abs() < 1e-13 && (by_time.x - sample.x).abs() < 1e-13,
+            (by_time.gamma - gamma).abs() < 1e-13 && (by_time.q[1] - sample.q[1]).abs() < 1e-13,
             "{overrides} at {gamma}"
         );
     }
@@ -54,9 +55,12 @@ fn nodes_are_samples_of_themselves_and_the_ends_are_inside() {
         let mut sampler = Sampler::new(&solution);
         for (k, (gamma, t)) in solution.gamma().zip(solution.t()).enumerate() {
             let sample = sampler.at_gamma(gamma).unwrap();
-            assert!((sample.t - t).abs() < 1e-14 && (sample.x - solution.x()[k]).abs() < 1e-14, "{scheme}, node {k}");
+            assert!(
+                (sample.q[0] - t).abs() < 1e-14 && (sample.q[1] - solution.x()[k]).abs() < 1e-14,
+                "{scheme}, node {k}"
+            );
         }
-        assert_eq!(sampler.at_value(0, 2.5).unwrap().x, 1.0);
+        assert_eq!(sampler.at_value(0, 2.5).unwrap().q[1], 1.0);
         assert!((sampler.at_value(0, solution.end_state().t).unwrap().gamma - 0.7).abs() < 1e-14);
         assert!(sampler.at_gamma(0.7000001).is_err() && sampler.at_gamma(-0.3000001).is_err());
         assert!(sampler.at_value(0, 2.4999).is_err() && sampler.at_value(0, solution.end_state().t + 1e-6).is_err());
@@ -68,7 +72,7 @@ fn time_that_runs_backwards_is_sampled_too() {
     let solution = solved("initial.t_dot=-1.0 scheme.sbp=SBP42 grid.n_gamma=200");
     let mut sampler = Sampler::new(&solution);
     let sample = sampler.at_value(0, -1.0).unwrap();
-    assert!((sampler.at_gamma(sample.gamma).unwrap().t + 1.0).abs() < 1e-13 && sample.t_dot < 0.0);
+    assert!((sampler.at_gamma(sample.gamma).unwrap().q[0] + 1.0).abs() < 1e-13 && sample.q_dot[0] < 0.0);
     assert!(sampler.at_value(0, 0.1).is_err());
 }
 
@@ -76,11 +80,11 @@ fn time_that_runs_backwards_is_sampled_too() {
 fn samples_keep_the_digits_of_the_run() {
     let solution = solved_in::<Extended>("scheme.sbp=GLL48 grid.n_gamma=48 solver.digits=40");
     let case = case("");
-    let reference = ReferenceTrajectory::new(&case.metric(), &case.initial_data(), Extended::ONE, 40).unwrap();
+    let reference = ReferenceTrajectory::new(&case.geometry(), &case.start(), Extended::ONE, 40).unwrap();
     let mut sampler = Sampler::new(&solution);
     for k in 1..20 {
         let gamma = Extended::from(f64::from(k) * 0.05);
-        let error = (sampler.at_gamma(gamma).unwrap().x - reference.at(gamma).x).abs().to_f64();
+        let error = (sampler.at_gamma(gamma).unwrap().q[1] - reference.at(gamma).q[1]).abs().to_f64();
         assert!(error < 1e-16, "{error:e} with {} nodes", solution.x().len());
     }
 }
@@ -95,11 +99,10 @@ fn samples_inside_weak_windows_are_as_accurate_as_their_ends() {
     ] {
         let overrides = format!("{RUN} scheme.form=weak {scheme}");
         let solution = solved(&overrides);
-        let reference =
-            ReferenceTrajectory::new(&case("").metric(), &case("").initial_data(), solution.length, 16).unwrap();
+        let reference = ReferenceTrajectory::new(&case("").geometry(), &case("").start(), solution.length, 16).unwrap();
         let error = |gamma: f64, t: f64, x: f64| {
             let exact = reference.at(gamma);
-            (t - exact.elapsed).abs().max((x - exact.x).abs())
+            (t - exact.q[0]).abs().max((x - exact.q[1]).abs())
         };
         let nodes = solution.gamma().zip(solution.t()).zip(solution.x());
         let at_nodes = nodes.fold(0.0_f64, |largest, ((gamma, t), &x)| largest.max(error(gamma, t, x)));
@@ -112,8 +115,8 @@ fn samples_inside_weak_windows_are_as_accurate_as_their_ends() {
             let gamma = solution.length * f64::from(k) / 1000.0;
             let sample = sampler.at_gamma(gamma).unwrap();
             let exact = reference.at(gamma);
-            let slopes = (sample.x_dot - exact.x_dot).abs().max((sample.t_dot - exact.t_dot).abs());
-            largest.max(error(gamma, sample.t, sample.x)).max(slopes)
+            let slopes = (sample.q_dot[1] - exact.q_dot[1]).abs().max((sample.q_dot[0] - exact.q_dot[0]).abs());
+            largest.max(error(gamma, sample.q[0], sample.q[1])).max(slopes)
         });
         assert!(at_nodes >= nodes_at_least, "{scheme}: nodes {at_nodes:e}");
         assert!(between <= 10.0 * at_ends + 1e-14, "{scheme}: {between:e} between, {at_ends:e} at the ends");
@@ -127,7 +130,7 @@ fn samples_of_an_accuracy_keep_it() {
             let set = format!("solver.accuracy={accuracy:e}");
             let case = Case::parse(name, builtin::text(name).unwrap(), &[set]).unwrap();
             let solution: Solution = solve(&case).unwrap();
-            let (metric, initial) = (case.metric(), case.initial_data());
+            let (metric, initial) = (case.geometry(), case.start());
             let reference = ReferenceTrajectory::new(&metric, &initial, Extended::from(solution.length), 18).unwrap();
             let mut sampler = Sampler::new(&solution);
             let (mut errors, mut sizes) = ([0.0_f64; 2], [1.0_f64; 2]);
@@ -135,8 +138,8 @@ fn samples_of_an_accuracy_keep_it() {
                 let from_start = solution.length * f64::from(k) / 700.0;
                 let sample = sampler.at_gamma(solution.gamma_i + from_start).unwrap();
                 let exact = reference.at(Extended::from(sample.gamma - solution.gamma_i));
-                let found = [sample.t - solution.t_i(), sample.x];
-                for (i, exact) in [exact.elapsed.to_f64(), exact.x.to_f64()].into_iter().enumerate() {
+                let found = [sample.q[0] - solution.t_i(), sample.q[1]];
+                for (i, exact) in [exact.q[0].to_f64(), exact.q[1].to_f64()].into_iter().enumerate() {
                     errors[i] = errors[i].max((found[i] - exact).abs());
                     sizes[i] = sizes[i].max(exact.abs());
                 }

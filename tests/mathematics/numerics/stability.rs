@@ -122,17 +122,17 @@ fn a_longer_tangent_is_a_longer_world_line() {
 fn nothing_inaccurate_is_called_accurate() {
     // Judged again, by a reference in forty digits and at the end, where errors are largest.
     let case = case("");
-    let initial = case.initial_data::<Extended>();
-    let reference = ReferenceTrajectory::new(&case.metric(), &initial, 20.0.into(), 40).unwrap();
+    let start = case.start::<Extended>();
+    let reference = ReferenceTrajectory::new(&case.geometry(), &start, 20.0.into(), 40).unwrap();
     let atlas = charted(&case, Method::all(), &[1.0, 5.0, 20.0], &[0.05, 0.1, 0.2, 0.5]);
-    let (setup, mut accurate) = (Setup::<f64, _>::from(&case), 0);
+    let (setup, mut accurate) = (Setup::<f64>::from(&case), 0);
     for cell in atlas.cells.iter().filter(|cell| cell.status == CellStatus::Accurate) {
         let numbers = cell.numbers.as_ref().unwrap();
         assert!(error_of(numbers, X) < 1.01e-2 && error_of(numbers, T) < 2e-2, "{cell:?}");
         accurate += 1;
         if let Method::Block(sbp, form) = cell.method {
             let again = solve(on_grid(&setup, (sbp, form), cell.n_gamma.unwrap(), cell.gamma_f).unwrap()).unwrap();
-            let error = (reference.at(cell.gamma_f.into()).x - Extended::from(again.end_state().x)).abs();
+            let error = (reference.at(cell.gamma_f.into()).q[1] - Extended::from(again.end_state().x)).abs();
             assert!(error.to_f64() < 1.01e-2, "{cell:?}");
         }
     }
@@ -262,7 +262,7 @@ fn the_ablation_has_a_wrong_critical_point_or_none() {
     let without = "scheme.regularised=false solver.system=doubled";
     let wrong = solved(&format!("potential={{linear={{alpha=0.25}}}} {without}"));
     assert!((wrong.end_state().t - 1.0324).abs() < 1e-4 && wrong.gradient_norm < 1e-12, "{}", wrong.end_state().t);
-    assert!(solve::<f64, _>(&case(without)).is_err());
+    assert!(solve::<f64>(&case(without)).is_err());
 }
 
 #[test]
@@ -332,7 +332,7 @@ fn a_reference_that_would_not_do_is_replaced() {
     // From 1e-10 beside the top of a barrier: after two visits to it nothing is left of sixteen digits.
     let top = "potential={formula={expression=\"2*(x^2-1)^2\"}} particle.c=10.0 initial.x=1e-10 initial.x_dot=0.0";
     let case = case(&format!("{top} grid.gamma_f=40.0"));
-    let double = ReferenceTrajectory::<f64>::new(&case.metric(), &case.initial_data(), 40.0, 16).unwrap();
+    let double = ReferenceTrajectory::<f64>::new(&case.geometry(), &case.start(), 40.0, 16).unwrap();
     let arena = Arena::new(&case, &[40.0]).unwrap();
     assert!(double.error_estimate() > 1e-3 && arena.reference_error() < 1e-8, "{:e}", arena.reference_error());
     let plan = Plan {

@@ -7,8 +7,7 @@ use std::borrow::Cow;
 
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::engine::{Accuracy, Engine, POINTS};
-use geodesic_ivp::geometry::geodesic::{InitialData, Invariants};
-use geodesic_ivp::geometry::metric::Metric;
+use geodesic_ivp::geometry::{Geometry, Start};
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::output::write_trajectory;
 use geodesic_ivp::reference::ReferenceTrajectory;
@@ -17,17 +16,17 @@ use geodesic_ivp::study::run_error::{Judge, error_with_samples, run_error};
 use geodesic_ivp::trajectory::{Coordinate, SampleStream};
 use geodesic_ivp::{Case, Solution, solve};
 
-use crate::common::{case, solved, solved_in};
+use crate::common::{case, g00, norm_of, solved, solved_in};
 
 /// The largest errors of t and x over the nodes, and those at the end, against a Taylor trajectory.
 fn true_errors<S: Arithmetic>(solution: &Solution<S>, overrides: &str) -> [[f64; 2]; 2] {
-    let (metric, initial) = (case(overrides).metric::<S>(), case(overrides).initial_data::<S>());
-    let reference = ReferenceTrajectory::new(&metric, &initial, solution.length, solution.digits).unwrap();
+    let (geometry, start) = (case(overrides).geometry::<S>(), case(overrides).start::<S>());
+    let reference = ReferenceTrajectory::new(&geometry, &start, solution.length, solution.digits).unwrap();
     let (mut largest, mut last) = ([0.0_f64; 2], [0.0; 2]);
     let t = solution.t().map(|t| t - solution.t_i());
     for ((gamma, t), &x) in solution.gamma_from_start().zip(t).zip(solution.x()) {
         let exact = reference.at(gamma);
-        last = [(t - exact.elapsed).to_f64().abs(), (x - exact.x).to_f64().abs()];
+        last = [(t - exact.q[0]).to_f64().abs(), (x - exact.q[1]).to_f64().abs()];
         largest = [largest[0].max(last[0]), largest[1].max(last[1])];
     }
     [largest, last]
@@ -91,10 +90,10 @@ fn where_the_time_is_given_an_error_of_t_is_one_of_x() {
     let scheme = "scheme.sbp=SBP42 grid.t_f=1.2";
     let solution = solved(scheme);
     let error = run_error(&case(scheme), &solution).unwrap();
-    let (metric, initial) = (case(scheme).metric::<f64>(), case(scheme).initial_data::<f64>());
-    let length = ReferenceTrajectory::length_of(&metric, &initial, 0, 1.2, 16).unwrap();
-    let exact = ReferenceTrajectory::new(&metric, &initial, length, 16).unwrap().at(length);
-    let off = (solution.end_state().x - exact.x).abs();
+    let (geometry, start) = (case(scheme).geometry::<f64>(), case(scheme).start::<f64>());
+    let length = ReferenceTrajectory::length_of(&geometry, &start, 0, 1.2, 16).unwrap();
+    let exact = ReferenceTrajectory::new(&geometry, &start, length, 16).unwrap().at(length);
+    let off = (solution.end_state().x - exact.q[1]).abs();
     assert_eq!(error.at_most_at_end()[0], 0.0);
     let most = error.at_most_at_end()[1];
     assert!(off <= most && most < 1.05 * off + 1e-11, "{off} and {most}");
@@ -105,11 +104,11 @@ fn beyond_the_digits_of_f64_an_error_of_t_is_one_of_x_too() {
     let scheme = "scheme.sbp=GLL20 scheme.form=weak grid={t_f=1.2,n_gamma=20,windows=3} solver.digits=40";
     let solution: Solution<Extended> = solved_in(scheme);
     let error = run_error(&case(scheme), &solution).unwrap();
-    let (metric, initial) = (case(scheme).metric::<Extended>(), case(scheme).initial_data());
+    let (geometry, start) = (case(scheme).geometry::<Extended>(), case(scheme).start::<Extended>());
     let duration = Extended::from_decimal("1.2").unwrap();
-    let length = ReferenceTrajectory::length_of(&metric, &initial, 0, duration, 40).unwrap();
-    let exact = ReferenceTrajectory::new(&metric, &initial, length, 40).unwrap().at(length);
-    let off = (solution.end_state().x - exact.x).abs().to_f64();
+    let length = ReferenceTrajectory::length_of(&geometry, &start, 0, duration, 40).unwrap();
+    let exact = ReferenceTrajectory::new(&geometry, &start, length, 40).unwrap().at(length);
+    let off = (solution.end_state().x - exact.q[1]).abs().to_f64();
     assert!(matches!(error.judge, Judge::Taylor(_)) && error.at_most_at_end()[0] == 0.0, "{error:?}");
     assert!(off > 1e-36 && (error.at_most_at_end()[1] / off - 1.0).abs() < 1e-3, "{off:e} and {error:?}");
 }
@@ -122,17 +121,17 @@ fn samples_take_the_place_of_nodes_that_are_gone() {
     let mut stream = SampleStream::new(Coordinate::Gamma, marks, false);
     let last = solve_window_by_window(Setup::from(&case), &mut |window: &Solution| stream.see(window)).unwrap();
     let mut samples = stream.finish(&last).unwrap();
-    let reference = ReferenceTrajectory::<f64>::new(&case.metric(), &case.initial_data(), 2.0, 16).unwrap();
+    let reference = ReferenceTrajectory::<f64>::new(&case.geometry(), &case.start(), 2.0, 16).unwrap();
     let off = |gamma: f64, t: f64, x: f64| {
         let exact = reference.at(gamma - 3.0);
-        [(t - 7.0 - exact.elapsed).abs(), (x - exact.x).abs()]
+        [(t - 7.0 - exact.q[0]).abs(), (x - exact.q[1]).abs()]
     };
     let larger = |a: [f64; 2], b: [f64; 2]| [a[0].max(b[0]), a[1].max(b[1])];
     let first = last.gamma().next().unwrap();
     assert!(first > 4.4, "the last window is kept: {first}");
     let nodes = last.gamma().zip(last.t()).zip(last.x()).map(|((gamma, t), &x)| off(gamma, t, x));
     let before = samples.iter().filter(|sample| sample.gamma < first);
-    let largest = before.map(|sample| off(sample.gamma, sample.t, sample.x)).chain(nodes).fold([0.0; 2], larger);
+    let largest = before.map(|sample| off(sample.gamma, sample.q[0], sample.q[1])).chain(nodes).fold([0.0; 2], larger);
     // In either order.
     for _ in 0..2 {
         let found = error_with_samples(&case, &last, &samples).unwrap();
@@ -142,7 +141,7 @@ fn samples_take_the_place_of_nodes_that_are_gone() {
         samples.reverse();
     }
     // The samples before the last window count.
-    samples[3].x += 0.5;
+    samples[3].q[1] += 0.5;
     let found = error_with_samples(&case, &last, &samples).unwrap().at_most()[1];
     assert!((found - 0.5).abs() < 1e-2, "{found}");
 }
@@ -173,9 +172,8 @@ fn the_error_of_a_second_solve_counts_in_units_of_the_sizes() {
     let overrides = "potential={linear={alpha=1e-4}} particle.c=10.0 scheme.sbp=GLL24 \
                      scheme.form=weak grid={gamma_f=3.0,n_gamma=24,windows=12} \
                      initial={t=0.0,x=-30.0,t_dot=100.0,x_dot=2.0}";
-    let (metric, initial) = (case(overrides).metric::<f64>(), case(overrides).initial_data::<f64>());
-    let start = initial.start(&metric);
-    let mut engine = Engine::accurate(metric.scene(), &start, 3.0, Accuracy::Promised(1e-12), POINTS).unwrap();
+    let (geometry, start) = (case(overrides).geometry::<f64>(), case(overrides).start::<f64>());
+    let mut engine = Engine::accurate(&geometry, &start, 3.0, Accuracy::Promised(1e-12), POINTS).unwrap();
     engine.run(|_| ControlFlow::Continue(())).unwrap();
     let own = engine.error_estimate().unwrap();
     let (solution, error) = (solved(overrides), run_error(&case(overrides), &solved(overrides)).unwrap());
@@ -191,20 +189,21 @@ fn the_error_of_a_second_solve_counts_in_units_of_the_sizes() {
 #[test]
 fn the_share_of_the_acceleration_is_the_one_derived() {
     let overrides = "grid.n_gamma=1001 scheme.sbp=SBP42";
-    let (metric, initial) = (case(overrides).metric::<f64>(), case(overrides).initial_data::<f64>());
-    let reference = ReferenceTrajectory::new(&metric, &initial, 1.0, 16).unwrap();
+    let (geometry, start) = (case(overrides).geometry::<f64>(), case(overrides).start::<f64>());
+    let reference = ReferenceTrajectory::new(&geometry, &start, 1.0, 16).unwrap();
     let mut largest = 0.0_f64;
     for k in 0..=1000 {
         let gamma = f64::from(k) / 1000.0;
         let (here, h) = (reference.at(gamma), 1e-4);
         let velocity = |gamma: f64| {
             let point = reference.at(gamma.clamp(0.0, 1.0));
-            (point.x_dot / point.t_dot, point.elapsed)
+            (point.q_dot[1] / point.q_dot[0], point.q[0])
         };
         let ((v0, t0), (v1, t1)) = (velocity(gamma - h), velocity(gamma + h));
-        let newton = -0.5 * metric.at(here.x).first;
+        // V′ = 2x³, and Newton's acceleration is −V′.
+        let newton = -2.0 * here.q[1].powi(3);
         let share = 1.0 - (v1 - v0) / (t1 - t0) / newton;
-        let derived = 2.0 * velocity(gamma).0.powi(2) / metric.at(here.x).g00;
+        let derived = 2.0 * velocity(gamma).0.powi(2) / g00(&geometry, here.q[1]);
         if (1..1000).contains(&k) && newton.abs() > 0.05 {
             assert!((share - derived).abs() < 1e-5, "{share} and {derived} at {gamma}");
         }
@@ -243,11 +242,12 @@ fn the_last_row_of_a_trajectory_is_a_velocity() {
         let overrides = format!("{well} {scheme}");
         let solution = solved(&overrides);
         let diagnostics = Diagnostics::new(&solution);
-        let (metric, initial) = (case(&overrides).metric::<f64>(), case(&overrides).initial_data::<f64>());
-        let exact = ReferenceTrajectory::new(&metric, &initial, 8.0, 16).unwrap().at(8.0);
+        let (geometry, start) = (case(&overrides).geometry::<f64>(), case(&overrides).start::<f64>());
+        let exact = ReferenceTrajectory::new(&geometry, &start, 8.0, 16).unwrap().at(8.0);
         let last = solution.x().len() - 1;
-        let off =
-            |tangent: &[Vec<f64>]| (tangent[0][last] - exact.t_dot).abs().max((tangent[1][last] - exact.x_dot).abs());
+        let off = |tangent: &[Vec<f64>]| {
+            (tangent[0][last] - exact.q_dot[0]).abs().max((tangent[1][last] - exact.q_dot[1]).abs())
+        };
         let tangent: Vec<Vec<f64>> = diagnostics.tangent(&solution).into_iter().map(Cow::into_owned).collect();
         let of_operator = &diagnostics.q_dot;
         assert!(off(&tangent) < 0.1 * off(of_operator), "{} and {}", off(&tangent), off(of_operator));
@@ -273,11 +273,10 @@ fn what_a_run_to_an_accuracy_steps_over_is_an_integral_over_gamma() {
         solver.accuracy = 1e-4
     "#;
     let case = Case::parse("well", text, &[]).unwrap();
-    let (metric, initial): (Metric, InitialData) = (case.metric(), case.initial_data());
-    let Invariants { q_t, k } = initial.invariants(&metric);
+    let (geometry, start): (Geometry, Start) = (case.geometry(), case.start());
+    let (q_t, k) = (start.p[0], norm_of(&geometry, &start));
     let (mut off, mut motion, mut lengths) = (0.0, 0.0_f64, [f64::INFINITY, 0.0]);
-    let start = InitialData { t: 0.0, ..initial }.start(&metric);
-    let mut engine = Engine::accurate(metric.scene(), &start, 9.0, Accuracy::Promised(1e-4), POINTS).unwrap();
+    let mut engine = Engine::accurate(&geometry, &start, 9.0, Accuracy::Promised(1e-4), POINTS).unwrap();
     let run = engine.run(|window| {
         if window.index == 0 {
             (off, motion) = (0.0, 0.0);
@@ -288,7 +287,7 @@ fn what_a_run_to_an_accuracy_steps_over_is_an_integral_over_gamma() {
         for j in 0..points as usize {
             let (mut q, mut p) = ([0.0; 2], [0.0]);
             dense.at((j as f64 + 0.5) / points, &mut q, &mut p);
-            off += h / points * (q_t * q_t / metric.g00(q[1]) - p[0] * p[0] - k).abs();
+            off += h / points * (q_t * q_t / g00(&geometry, q[1]) - p[0] * p[0] - k).abs();
             motion = motion.max(p[0] * p[0]);
         }
         ControlFlow::Continue(())

@@ -145,7 +145,7 @@ fn long_runs_in_one_block() {
     assert!(distance(limit.x(), doubled.x()) < 1e-7, "{}", distance(limit.x(), doubled.x()));
     // SBP21 is fragile here: whatever comes is a critical point or a failure with its reason.
     for system in SYSTEMS {
-        match solve::<f64, _>(&case(&format!("{run} scheme.form=weak {system}"))) {
+        match solve::<f64>(&case(&format!("{run} scheme.form=weak {system}"))) {
             Ok(solution) => assert!(solution.gradient_norm < 1e-10, "{system}"),
             Err(failure) => {
                 assert!(failure.status != Status::Converged && !failure.advice().is_empty(), "{system}");
@@ -162,7 +162,7 @@ fn a_horizon_is_one_in_the_weak_form_too() {
         for system in SYSTEMS {
             let overrides = ["scheme.form=weak", system, &format!("scheme.sbp={sbp}")].map(str::to_owned);
             let case = geodesic_ivp::Case::parse("horizon", text, &overrides).unwrap();
-            let failure = solve::<f64, _>(&case).expect_err("the case is designed to fail");
+            let failure = solve::<f64>(&case).expect_err("the case is designed to fail");
             assert_eq!(failure.status, Status::OutsideDomain, "{sbp} {system}: {failure}");
         }
     }

@@ -1,6 +1,6 @@
 //! Windows: every operator, form, system and precision, laid end to end.
 
-use crate::common::{case, distance, solved, solved_in};
+use crate::common::{case, distance, g00, solved, solved_in};
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::reference::ReferenceTrajectory;
@@ -42,7 +42,7 @@ fn a_window_continues_where_the_one_before_ends() {
         let first = solved(&format!("scheme.sbp=SBP42 grid.n_gamma=40 grid.gamma_f=2.5 scheme.form={form}"));
         assert_eq!(&whole.x()[..40], first.x());
         let end = first.end_state();
-        let t_dot = end.q_t / first.geometry().at(end.x).g00;
+        let t_dot = end.q_t / g00(first.geometry(), end.x);
         let second = solved(&format!(
             "scheme.sbp=SBP42 grid.n_gamma=40 grid.gamma_f=2.5 scheme.form={form} \
              initial={{t={:?},x={:?},t_dot={t_dot:?},x_dot={:?}}}",
@@ -60,9 +60,9 @@ fn a_window_continues_where_the_one_before_ends() {
 /// Errors of x and t at the end.
 fn errors(overrides: &str) -> [f64; 2] {
     let (solution, case) = (solved_in::<Extended>(overrides), case(overrides));
-    let reference = ReferenceTrajectory::new(&case.metric(), &case.initial_data(), solution.length, 40).unwrap();
+    let reference = ReferenceTrajectory::new(&case.geometry(), &case.start(), solution.length, 40).unwrap();
     let end = reference.at(solution.length);
-    [(solution.end_state().x - end.x).abs().to_f64(), (solution.duration() - end.elapsed).abs().to_f64()]
+    [(solution.end_state().x - end.q[1]).abs().to_f64(), (solution.duration() - end.q[0]).abs().to_f64()]
 }
 
 #[test]
@@ -109,17 +109,17 @@ fn samples_and_physical_times_know_windows() {
         let overrides = format!("scheme.sbp={sbp} scheme.form={form} grid={grid} initial.t=0.5");
         let (solution, case) = (solved(&overrides), case(&overrides));
         assert!((solution.end_state().t - 5.0).abs() < 1e-12, "{sbp} {form}: {}", solution.end_state().t);
-        let reference = ReferenceTrajectory::new(&case.metric(), &case.initial_data(), solution.length, 16).unwrap();
+        let reference = ReferenceTrajectory::new(&case.geometry(), &case.start(), solution.length, 16).unwrap();
         let mut sampler = Sampler::new(&solution);
         let worst = (solution.gamma_from_start().zip(solution.x()))
-            .map(|(g, x)| (x - reference.at(g).x).abs())
+            .map(|(g, x)| (x - reference.at(g).q[1]).abs())
             .fold(0.0, f64::max);
         for k in 0..=90 {
             let sample = sampler.at_value(0, 0.5 + 0.05 * f64::from(k)).unwrap();
-            let error = (sample.x - reference.at(sample.gamma).x).abs();
-            assert!(error < 2.0 * worst + 1e-12, "{sbp} {form} at t = {}: {error:e} against {worst:e}", sample.t);
+            let error = (sample.q[1] - reference.at(sample.gamma).q[1]).abs();
+            assert!(error < 2.0 * worst + 1e-12, "{sbp} {form} at t = {}: {error:e} against {worst:e}", sample.q[0]);
             let back = sampler.at_gamma(sample.gamma).unwrap();
-            assert!((back.t - sample.t).abs() < 1e-12 && (back.x - sample.x).abs() < 1e-12, "{sbp} {form}");
+            assert!((back.q[0] - sample.q[0]).abs() < 1e-12 && (back.q[1] - sample.q[1]).abs() < 1e-12, "{sbp} {form}");
         }
     }
 }
@@ -127,7 +127,7 @@ fn samples_and_physical_times_know_windows() {
 #[test]
 fn a_window_that_fails_says_where() {
     let falls = "potential={linear={alpha=-0.5}} initial.x=0.0 initial.x_dot=0.0";
-    let failure = solve::<f64, _>(&case(&format!("{falls} {}", run("GLL8", 8, 50, "scheme.form=weak")))).unwrap_err();
+    let failure = solve::<f64>(&case(&format!("{falls} {}", run("GLL8", 8, 50, "scheme.form=weak")))).unwrap_err();
     assert!(matches!(failure.status, Status::OutsideDomain | Status::Stalled), "{failure}");
     assert!(failure.gamma > 1.0 && failure.gamma < 5.0, "{failure}");
 }

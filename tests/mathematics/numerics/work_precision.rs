@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use geodesic_ivp::case::{Form, SbpName, SceneCase, on_grid};
-use geodesic_ivp::methods::{Composition, Dop853, Gauss, Output, PEERS, Peer, PeerIn, Problem, Rk4, Setting, Step};
+use geodesic_ivp::methods::{Composition, Dop853, Gauss, Output, PEERS, Peer, Problem, Rk4, Setting, Step};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve::{Setup, solve};
 use geodesic_ivp::study::work_precision::{
@@ -12,7 +12,7 @@ use geodesic_ivp::study::work_precision::{
 };
 use geodesic_ivp::{Case, Solution};
 
-use crate::common::case;
+use crate::common::{case, g00, norm_of};
 
 /// By settings and not by time, so that a slow machine measures the same.
 const BUDGET: Budget = Budget { longest: f64::INFINITY, rounds: 1, settings: 12 };
@@ -161,10 +161,9 @@ fn a_row_counts_the_points_of_its_grid() {
 #[test]
 fn errors_of_a_row_are_those_of_the_states_and_decide_its_status() {
     let case = case("initial={t=2.0,x=1.0,t_dot=1.3,x_dot=0.4} grid.gamma_f=8.0");
-    let (metric, initial) = (case.metric::<f64>(), case.initial_data::<f64>());
-    let reference = ReferenceTrajectory::new(&metric, &initial, 8.0, 16).unwrap();
-    let (arena, q_t, k) =
-        (Arena::new(&case, None).unwrap(), initial.invariants(&metric).q_t, initial.invariants(&metric).k);
+    let (geometry, start) = (case.geometry::<f64>(), case.start::<f64>());
+    let reference = ReferenceTrajectory::new(&geometry, &start, 8.0, 16).unwrap();
+    let (arena, q_t, k) = (Arena::new(&case, None).unwrap(), start.p[0], norm_of(&geometry, &start));
     assert!(arena.reference_error() > 0.0);
     let budget = Budget { settings: 4, ..BUDGET };
     let rows =
@@ -172,16 +171,16 @@ fn errors_of_a_row_are_those_of_the_states_and_decide_its_status() {
     let mut large = false;
     for row in &rows {
         let steps: usize = row.setting.strip_prefix("steps=").unwrap().parse().unwrap();
-        let problem = Problem { space: metric.clone().into(), start: initial, length: 8.0 };
+        let problem = Problem { space: geometry.clone().into(), start: start.clone(), length: 8.0, g00: case.g00() };
         let output = Output::even(OUTPUTS);
         let states = Composition::VERLET.run(&problem, &output, Setting::steps(steps)).unwrap().states;
         let (mut errors, mut sizes, mut delta_k) = ([0.0_f64; 2], [0.0_f64; 2], 0.0_f64);
-        for (gamma, state) in output.gamma(8.0).zip(&states) {
+        for (gamma, state) in output.gamma(8.0).zip(states.iter()) {
             let exact = reference.at(gamma);
-            let off = [state.elapsed - exact.elapsed, state.x - exact.x];
+            let off = [state.q[0] - exact.q[0], state.q[1] - exact.q[1]];
             errors = [errors[0].max(off[0].abs()), errors[1].max(off[1].abs())];
-            sizes = [sizes[0].max(exact.elapsed.abs()), sizes[1].max(exact.x.abs())];
-            delta_k = delta_k.max((q_t * q_t / metric.at(state.x).g00 - state.w * state.w - k).abs());
+            sizes = [sizes[0].max(exact.q[0].abs()), sizes[1].max(exact.q[1].abs())];
+            delta_k = delta_k.max((q_t * q_t / g00(&geometry, state.q[1]) - state.p[1] * state.p[1] - k).abs());
         }
         let found = row.errors.as_ref().unwrap();
         for (found, wanted) in found.q.iter().zip(errors).chain([(&found.delta_k, delta_k)]) {
@@ -199,9 +198,9 @@ const LENGTH: f64 = 8.0;
 
 /// The largest errors of t, x and K of a solution at ten points: nodes, or ends of windows.
 fn errors_at_outputs(case: &Case, solution: &Solution) -> [f64; 3] {
-    let (metric, initial) = (case.metric::<f64>(), case.initial_data::<f64>());
-    let (q_t, k) = (initial.invariants(&metric).q_t, initial.invariants(&metric).k);
-    let reference = ReferenceTrajectory::new(&metric, &initial, LENGTH, 16).unwrap();
+    let (geometry, start) = (case.geometry::<f64>(), case.start::<f64>());
+    let (q_t, k) = (start.p[0], norm_of(&geometry, &start));
+    let reference = ReferenceTrajectory::new(&geometry, &start, LENGTH, 16).unwrap();
     let (windows, steps) = (solution.windows.len(), solution.x().len() - 1);
     let mut largest = [0.0_f64; 3];
     for mark in 1..=10 {
@@ -216,7 +215,7 @@ fn errors_at_outputs(case: &Case, solution: &Solution) -> [f64; 3] {
             }
         };
         let exact = reference.at(LENGTH * mark as f64 / 10.0);
-        let off = [t - exact.elapsed, x - exact.x, q_t * q_t / metric.at(x).g00 - w * w - k];
+        let off = [t - exact.q[0], x - exact.q[1], q_t * q_t / g00(&geometry, x) - w * w - k];
         largest = std::array::from_fn(|place| largest[place].max(off[place].abs()));
     }
     largest
@@ -240,7 +239,7 @@ fn a_row_of_this_program_is_that_of_its_solve() {
     let mut compared = 0;
     for row in rows.iter().filter(|row| row.status == RowStatus::Converged) {
         let number = |key: &str| -> usize { row.setting.strip_prefix(key).unwrap().parse().unwrap() };
-        let setup = Setup::<f64, _>::from(&case);
+        let setup = Setup::<f64>::from(&case);
         let again = match row.family {
             Family::Block(sbp, form) => on_grid(&setup, (sbp, form), number("N="), LENGTH).unwrap(),
             Family::Elements(_) => {

@@ -17,7 +17,7 @@ fn start_of<G: Scene>(geometry: &Geometry) -> Start {
     start(geometry, &[0.4, 0.8, -0.3, 0.2][..n], &[1.3, -0.2, 0.5, 0.7][..n])
 }
 
-fn with_actions<G: Scene>(check: impl Fn(&DoubledAction<'_, f64, Geometry>)) {
+fn with_actions<G: Scene>(check: impl Fn(&DoubledAction<'_, f64>)) {
     let geometry = G::geometry();
     let banded = [&coefficients::SBP21, &coefficients::SBP42].map(|c| SbpOperator::new(c, POINTS, 0.11).unwrap());
     for sbp in banded.into_iter().chain([SbpOperator::gauss_lobatto(POINTS, 0.9)]) {
@@ -34,7 +34,7 @@ struct Branch<D> {
 }
 
 impl<D: Number> Branch<D> {
-    fn new(action: &DoubledAction<'_, f64, Geometry>, u: &[D], branch: usize) -> Self {
+    fn new(action: &DoubledAction<'_, f64>, u: &[D], branch: usize) -> Self {
         let (layout, sbp) = (action.layout(), action.sbp());
         let q: Vec<Vec<D>> = (0..layout.dimension()).map(|a| layout.values(u, branch, a).to_vec()).collect();
         let bar = |(a, q): (usize, &Vec<D>)| {
@@ -57,7 +57,7 @@ fn derivative<D: Number>(sbp: &SbpOperator, q: &[D], k: usize) -> D {
 }
 
 /// E_IVP from its definition.
-fn value<G: Scene, D: Number>(action: &DoubledAction<'_, f64, Geometry>, u: &[D]) -> D {
+fn value<G: Scene, D: Number>(action: &DoubledAction<'_, f64>, u: &[D]) -> D {
     let (sbp, layout, initial) = (action.sbp(), action.layout(), action.initial());
     let (n, last) = (layout.dimension(), POINTS - 1);
     let [one, two] = [0, 1].map(|branch| Branch::new(action, u, branch));
@@ -150,7 +150,7 @@ fn check_newton_matrix<G: Scene>(q: &[f64]) {
 }
 
 /// The Hessian of all unknowns by central differences of the gradient, and the gradient itself.
-fn whole_system(action: &DoubledAction<'_, f64, Geometry>, u: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
+fn whole_system(action: &DoubledAction<'_, f64>, u: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
     let gradient = |u: &[f64]| {
         let mut gradient = DVector::zeros(u.len());
         action.gradient(u, gradient.as_mut_slice()).unwrap();

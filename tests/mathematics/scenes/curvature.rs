@@ -1,6 +1,6 @@
 //! The curvature of a metric at a point, from the derivatives that a geometry has.
 
-use geodesic_ivp::geometry::{Dynamics, Geometry};
+use geodesic_ivp::geometry::Geometry;
 use nalgebra::DMatrix;
 
 /// g_ab with its inverse and its first and second derivatives, at a point.

@@ -4,47 +4,46 @@ use std::sync::Arc;
 
 use geodesic_ivp::geometry::{Geometry, Start};
 use geodesic_ivp::methods::{
-    Dop853, Failure, Gauss, Output, PEERS, Peer, PeerIn, Problem, Radau5, Rk4, SceneState, Setting, Step, Taylor,
-    Trajectory,
+    Dop853, Failure, Gauss, Output, PEERS, Peer, Problem, Radau5, Rk4, Setting, State, Step, Taylor, Trajectory,
 };
 use geodesic_ivp::reference::ReferenceTrajectory;
 
 use crate::common::{geometry, newtonian, newtonian_start, of_potential, preset, start};
 
-fn problem(geometry: Geometry, start: Start, length: f64) -> Problem<Geometry> {
+fn problem(geometry: Geometry, start: Start, length: f64) -> Problem {
     let geometry = Arc::new(geometry.around(&start.q).unwrap());
-    Problem { space: geometry, start, length }
+    Problem { space: geometry, start, length, g00: None }
 }
 
 /// Two active coordinates, separable.
-fn henon_heiles() -> Problem<Geometry> {
+fn henon_heiles() -> Problem {
     let geometry = of_potential(&newtonian(&["x", "y"], "(x^2 + y^2)/2 + x^2*y - y^3/3"));
     let start = newtonian_start(&geometry, &[0.1, 0.3], &[0.4, 0.0]);
     problem(geometry, start, 10.0)
 }
 
 /// One active coordinate of three.
-fn schwarzschild() -> Problem<Geometry> {
+fn schwarzschild() -> Problem {
     let geometry = geometry(&preset("schwarzschild", &[]));
     let start = start(&geometry, &[0.0, 10.0, 0.0], &[1.2, -0.05, 0.03]);
     problem(geometry, start, 40.0)
 }
 
 /// Two active coordinates of four, and an off-diagonal component.
-fn kerr() -> Problem<Geometry> {
+fn kerr() -> Problem {
     let geometry = geometry(&preset("kerr", &[("a", "0.9")]));
     let start = start(&geometry, &[0.0, 10.0, 1.4, 0.0], &[1.25, -0.05, 0.01, 0.035]);
     problem(geometry, start, 40.0)
 }
 
 /// Largest error of a coordinate or momentum at the points of the output.
-fn error(problem: &Problem<Geometry>, output: &Output, trajectory: &Trajectory<SceneState>) -> f64 {
+fn error(problem: &Problem, output: &Output, trajectory: &Trajectory) -> f64 {
     let reference = ReferenceTrajectory::new(&*problem.space, &problem.start, problem.length, 16).unwrap();
     assert_eq!(trajectory.states.len(), output.marks.len());
     let mut largest = 0.0;
-    for (gamma, state) in output.gamma(problem.length).zip(&trajectory.states) {
+    for (gamma, state) in output.gamma(problem.length).zip(trajectory.states.iter()) {
         let exact = reference.at(gamma);
-        for (found, exact) in state.q.iter().chain(&state.p).zip(exact.q.iter().chain(&exact.p)) {
+        for (found, exact) in state.q.iter().chain(state.p).zip(exact.q.iter().chain(&exact.p)) {
             let error = (found - exact).abs();
             largest = if error <= largest { largest } else { error };
         }
@@ -149,10 +148,10 @@ fn charges_are_parameters_and_the_rest_of_a_state_is_consistent() {
         let geometry = &problem.space;
         let output = Output { intervals: 4, marks: vec![0, 1, 4] };
         let states = Dop853.run(&problem, &output, Setting::tolerance(1e-13)).unwrap().states;
-        assert_eq!(states[0], SceneState { q: problem.start.q.clone(), p: problem.start.p.clone() });
-        let norm = |state: &SceneState| geometry.norm(&state.q, &geometry.velocities(&state.q, &state.p).unwrap());
-        let at_start = norm(&states[0]);
-        for state in &states {
+        assert_eq!(states.at(0), State { q: &problem.start.q, p: &problem.start.p });
+        let norm = |state: State<'_>| geometry.norm(state.q, &geometry.velocities(state.q, state.p).unwrap());
+        let at_start = norm(states.at(0));
+        for state in states.iter() {
             assert!(geometry.ignorable().all(|a| state.p[a] == problem.start.p[a]));
             // The norm is wrong if the momenta do not belong to the velocities.
             assert!((norm(state) - at_start).abs() < 1e-11);

@@ -1,6 +1,6 @@
 //! The metrics by name: vacuum solutions solve Einstein's equations, and different coordinates say the same.
 
-use geodesic_ivp::geometry::{Dynamics, Geometry, PRESETS};
+use geodesic_ivp::geometry::{Geometry, PRESETS};
 use proptest::prelude::*;
 
 use super::curvature::Curvature;

@@ -96,7 +96,7 @@ fn every_shipped_scene_is_as_accurate_as_asked_for() {
     for name in NAMES.iter().filter(|name| builtin::group(name) == Some(Group::Scene)) {
         for accuracy in [1e-3, 1e-6, 1e-9, 1e-12] {
             let case = builtin_scene(name, &[&format!("solver.accuracy={accuracy:e}")]);
-            let line = match solve::<f64, _>(case.setup()) {
+            let line = match solve::<f64>(case.setup()) {
                 // Rounding alone is more over 415 turns, as the program says.
                 Err(failure) if accuracy == 1e-12 && *name == "mercury" => {
                     assert_eq!(failure.status, Status::AccuracyNotReached, "{name}: {failure}");
@@ -286,7 +286,7 @@ fn one_coordinate_is_what_it_is_without_a_scene() {
     let initial = "[initial]\nt = 0.0\nx = 1.0\nt_dot = 1.0\nx_dot = 0.1\n";
     let case =
         geodesic_ivp::Case::parse("one", &format!("[potential]\nquartic = {{ kappa = 0.5 }}\n{initial}{rest}"), &[]);
-    let solution = geodesic_ivp::solve::solve::<f64, _>(&case.unwrap()).unwrap();
+    let solution = geodesic_ivp::solve::solve::<f64>(&case.unwrap()).unwrap();
     let line = from_text(&format!(
         "[potential]\ncoordinates = [\"x\"]\nformula = \"x^4/2\"\n[particle]\nlaw = \"relativistic\"\n{initial}{rest}"
     ));
@@ -296,7 +296,7 @@ fn one_coordinate_is_what_it_is_without_a_scene() {
 
 fn failure(text: &str) -> NoSolution {
     let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
-    solve::<f64, _>(case.setup()).expect_err("it cannot be done")
+    solve::<f64>(case.setup()).expect_err("it cannot be done")
 }
 
 #[test]
@@ -330,7 +330,7 @@ fn random_scenes_keep_the_promise() {
         let (kind, text) = several(&mut random);
         let text = format!("{text}[solver]\naccuracy = {accuracy:e}\n");
         let case = SceneCase::parse(kind, &text, &[]).unwrap_or_else(|error| panic!("{error}\n{text}"));
-        let line = match solve::<f64, _>(case.setup()) {
+        let line = match solve::<f64>(case.setup()) {
             Ok(line) => line,
             Err(failure) => {
                 *if failure.status == Status::OutsideDomain { &mut unknown } else { &mut refused } += 1;

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use geodesic_ivp::action::Form;
 use geodesic_ivp::case::scene::SceneCase;
-use geodesic_ivp::methods::{Dop853, Output, Peer, PeerIn, Problem, Rk4, Setting};
+use geodesic_ivp::methods::{Dop853, Output, Peer, Problem, Rk4, Setting};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::sbp::SbpName;
 use geodesic_ivp::solve::Setup;
@@ -44,13 +44,13 @@ fn k_and_energy_of_another_method_are_those_of_its_states() {
             (u[1].powi(2) + u[2].powi(2)) / u[0].powi(2) + x * x + 2.0 * y * y + x * x * y / 3.0
         };
         let begun = energy(&start.q, &start.q_dot);
-        let problem = Problem { space: geometry.clone(), start: (*start).clone(), length: 2.0 };
+        let problem = Problem { space: geometry.clone(), start: (*start).clone(), length: 2.0, g00: None };
         let states = Rk4.run(&problem, &Output::even(10), Setting::steps(10)).unwrap().states;
         let (mut delta_k, mut delta_energy) = (0.0_f64, 0.0_f64);
-        for state in &states {
-            let u = geometry.velocities(&state.q, &state.p).unwrap();
-            delta_k = delta_k.max((geometry.norm(&state.q, &u) - k).abs());
-            delta_energy = delta_energy.max((energy(&state.q, &u) - begun).abs());
+        for state in states.iter() {
+            let u = geometry.velocities(state.q, state.p).unwrap();
+            delta_k = delta_k.max((geometry.norm(state.q, &u) - k).abs());
+            delta_energy = delta_energy.max((energy(state.q, &u) - begun).abs());
         }
         let arena = Arena::of_scene(&case, &[2.0]).unwrap();
         let cells = charted(&arena, vec![Method::Peer(&Rk4)], 2.0, &[0.2]);

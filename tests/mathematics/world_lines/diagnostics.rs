@@ -2,9 +2,10 @@
 
 use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::diagnostics::Diagnostics;
+use geodesic_ivp::diagnostics::scene::SceneMeasures;
 use geodesic_ivp::geometry::{Geometry, GeometryText};
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::solve::{Space, WorldLine, solve};
+use geodesic_ivp::solve::{WorldLine, solve};
 use geodesic_ivp::study::errors::{RunError, scene_error};
 use geodesic_ivp::study::many::{ManyRuns, Outcome};
 use geodesic_ivp::study::verdict::facts_of_world_line;
@@ -26,7 +27,7 @@ fn run(set: &[&str]) -> WorldLine {
     solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"))
 }
 
-fn measured(line: &WorldLine) -> Diagnostics<f64, Geometry> {
+fn measured(line: &WorldLine) -> Diagnostics<f64, SceneMeasures<f64>> {
     Diagnostics::of_scene(line, &[], &mut [], true)
 }
 
@@ -43,7 +44,7 @@ fn energy_is_that_of_positions_and_velocities() {
         let line = run(set);
         let found = measured(&line);
         let begun = energy(&line.place.start.q, &line.place.start.q_dot);
-        let (of_ends, deltas) = (found.measures.energy.unwrap(), found.measures.delta_energy.as_ref().unwrap());
+        let (of_ends, deltas) = (found.measures.energy.unwrap(), found.delta_energy.as_ref().unwrap());
         assert!((of_ends.value - begun).abs() < 1e-13, "{of_ends:?} for {begun}");
         let q: Vec<Vec<f64>> = (0..4).map(|a| line.q(a).collect()).collect();
         let mut largest = 0.0_f64;
@@ -136,16 +137,13 @@ fn sums_of_momenta_and_constants_are_kept_whatever_their_factors() {
             ("interior", sum.max_interior),
             ("ends", sum.max_ends),
             ("corrected", sum.max_corrected),
-            ("momentum", found.measures.invariants[0].max_ends),
-            ("five", found.measures.invariants[1].max_ends),
-            ("five", found.measures.invariants[1].delta.iter().fold(0.0, |most: f64, delta| most.max(delta.abs()))),
+            ("momentum", found.invariants[0].max_ends),
+            ("five", found.invariants[1].max_ends),
+            ("five", found.invariants[1].delta.iter().fold(0.0, |most: f64, delta| most.max(delta.abs()))),
         ] {
             assert!(deviation.abs() < 1e-12, "{scheme}, {what}: {deviation:e}");
         }
-        assert!(
-            (found.measures.invariants[0].value.abs() - 2.55).abs() < 1e-13
-                && found.measures.invariants[1].value == 5.0
-        );
+        assert!((found.invariants[0].value.abs() - 2.55).abs() < 1e-13 && found.invariants[1].value == 5.0);
         // Residuals are rounding, and not less than their own largest.
         assert!(found.max_delta_g > 0.0 && found.max_delta_g < 1e-9, "{:e}", found.max_delta_g);
         // γ does not begin at 0.
@@ -288,7 +286,7 @@ fn coordinates_share_a_size_if_they_have_one_unit() {
 #[test]
 fn a_run_is_written_with_its_own_names_and_branches() {
     let line = run(&["solver.system='doubled'", "grid.windows=2", "grid.n_gamma=41"]);
-    assert_eq!((line.geometry().coordinates(), line.digits), (["t", "x", "y", "s"].map(str::to_owned).to_vec(), 16));
+    assert_eq!((line.geometry().names(), line.digits), (&["t", "x", "y", "s"].map(str::to_owned)[..], 16));
     for a in 0..4 {
         let backward: Vec<f64> = line.backward(a).unwrap().collect();
         // Both branches are equal but for rounding.
@@ -355,8 +353,7 @@ fn a_table_of_runs_has_what_is_measured_on_each() {
     let Outcome::Solved(end) = runs.outcome(&runs.case(0).unwrap()) else { panic!("it is solved") };
     let line = run(&["scheme={sbp='SBP42',form='strong'}"]);
     let found = measured(&line);
-    let energy =
-        found.measures.delta_energy.as_ref().unwrap().iter().fold(0.0, |most: f64, delta| most.max(delta.abs()));
+    let energy = found.delta_energy.as_ref().unwrap().iter().fold(0.0, |most: f64, delta| most.max(delta.abs()));
     for (name, value) in [
         ("max_abs_delta_q_t_last", found.charges[0].max_last),
         ("max_abs_delta_q_s_corrected", found.charges[1].max_corrected),

@@ -103,7 +103,7 @@ fn a_time_that_is_never_reached_ends_a_run_far_out() {
         solver.accuracy = 1e-4
     "#;
     let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
-    let failure = solve::<f64, _>(case.setup()).unwrap_err();
+    let failure = solve::<f64>(case.setup()).unwrap_err();
     assert_eq!(failure.status, Status::EndTimeNotReached, "{failure}");
     assert!(failure.gamma > 7.0 + 100.0 && failure.point[0].1 > 1e4, "{failure}");
 }

@@ -4,12 +4,11 @@ use std::ops::ControlFlow;
 
 use geodesic_ivp::case::{self, builtin};
 use geodesic_ivp::engine::{Accuracy, Engine, Failure};
-use geodesic_ivp::geometry::metric::Metric;
 use geodesic_ivp::geometry::{Geometry, Start};
 use geodesic_ivp::reference::ReferenceTrajectory;
 
 use super::engine::{SCENES, scene};
-use crate::common::{formula, one};
+use crate::common::one;
 
 /// A run: γ and q^a of all nodes, window by window, with the estimate of its error.
 struct Run {
@@ -44,7 +43,7 @@ fn run(geometry: &Geometry, start: &Start, length: f64, accuracy: f64, points: u
 }
 
 /// The largest error of a coordinate, relative to its largest value, with the coordinate and γ.
-fn error(run: &Run, reference: &ReferenceTrajectory<f64, Geometry>) -> (f64, usize, f64) {
+fn error(run: &Run, reference: &ReferenceTrajectory) -> (f64, usize, f64) {
     let n = run.nodes[0].1.len();
     let exact: Vec<Vec<f64>> = run.nodes.iter().map(|(gamma, _)| reference.at(*gamma).q).collect();
     let of = |a: usize| {
@@ -107,13 +106,12 @@ fn accuracies_are_kept_in_scenes() {
 /// A shipped case of one coordinate.
 fn shipped(name: &str) -> (Geometry, Start) {
     let case = case::Case::parse(name, builtin::text(name).unwrap(), &[]).unwrap();
-    let metric: Metric = case.metric();
-    (metric.scene().clone(), case.initial_data().start(&metric))
+    (case.geometry(), case.start())
 }
 
 #[test]
 fn accuracies_are_kept_in_every_kind_of_potential() {
-    let of_formula = |name, text, c, start, length| (name, one(formula(text), c, start), length);
+    let of_formula = |name, text, c, start, length| (name, one(text, c, start), length);
     let cases = [
         ("quartic", shipped("quartic"), 20.0),
         ("quartic-t-dot-8", shipped("quartic-t-dot-8"), 1.0),
@@ -134,7 +132,7 @@ fn accuracies_are_kept_in_every_kind_of_potential() {
 
 #[test]
 fn accuracies_are_kept_where_it_is_difficult() {
-    let of_formula = |name, text, c, start, length| (name, one(formula(text), c, start), length);
+    let of_formula = |name, text, c, start, length| (name, one(text, c, start), length);
     let cases = [
         // Almost up to the unstable point of a pendulum, where errors grow exponentially; and almost at rest there.
         of_formula("separatrix", "0.1*(1 - cos(x))", 1.0, [0.1, 1.0, 0.59], 20.0),

@@ -4,8 +4,9 @@ use std::cell::RefCell;
 use std::f64::consts::{PI, TAU};
 
 use geodesic_ivp::case::{SceneCase, builtin};
+use geodesic_ivp::geometry::Start;
 use geodesic_ivp::number::{Extended, Real};
-use geodesic_ivp::reference::{ReferenceTrajectory, ScenePoint};
+use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{WorldLine, solve};
 use geodesic_ivp::trajectory::{Crossing, crossings};
@@ -33,7 +34,7 @@ fn expected(case: &SceneCase, line: &WorldLine) -> Vec<Vec<f64>> {
     let norm = line.geometry().norm(&start.q, &start.q_dot);
     let of = |watch: geodesic_ivp::trajectory::Watch| {
         let formula = RefCell::new(watch.formula);
-        let value = |point: &ScenePoint| formula.borrow_mut().at(&point.q, &point.q_dot, &point.p, norm);
+        let value = |point: &Start| formula.borrow_mut().at(&point.q, &point.q_dot, &point.p, norm);
         let changes = reference.directed_sign_changes(value).into_iter();
         changes.filter(|change| watch.direction.counts(change.1)).map(|change| change.0).collect()
     };

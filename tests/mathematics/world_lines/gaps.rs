@@ -41,7 +41,7 @@ fn on_a_line(height: f64, width: f64, place: f64, [x, x_dot]: [f64; 2], grid: &s
 
 fn of_case<S: Arithmetic>(case: &Case, error: Option<f64>) -> Option<Gaps> {
     let solution: Solution<S> = solve(case).ok()?;
-    Some(Gaps::new(&solution, &case.metric(), error))
+    Some(Gaps::new(&solution, &case.geometry(), error))
 }
 
 fn of_scene<S: Arithmetic>(case: &SceneCase, error: Option<f64>) -> Option<Gaps> {
@@ -62,7 +62,7 @@ fn barriers_between_the_nodes_are_found() {
         let Ok(solution): Result<Solution, _> = solve(&case) else { continue };
         let passes = solution.end_state().x > place;
         for error in ERRORS {
-            let gaps = Gaps::new(&solution, &case.metric(), error);
+            let gaps = Gaps::new(&solution, &case.geometry(), error);
             assert_eq!(gaps.count, solution.x().len() - solution.windows.len());
             assert!(gaps.unproved > 0, "{width:e} {height} {place} {x_dot}: {gaps:?}");
             let first = gaps.first.unwrap();

@@ -79,7 +79,7 @@ fn other_methods_go_on() {
     let case = first(ACCURACY);
     let geometry: Geometry = case.geometry();
     let start = case.start_in(&geometry);
-    let problem = Problem { space: geometry.into(), start, length: 5.90825 };
+    let problem = Problem { space: geometry.into(), start, length: 5.90825, g00: None };
     for peer in PEERS {
         let setting = match peer.about().step {
             Step::Constant | Step::Iterated => Setting::steps(1200),
@@ -87,7 +87,7 @@ fn other_methods_go_on() {
         };
         let trajectory = peer.run(&problem, &Output::even(1), setting);
         let trajectory = trajectory.unwrap_or_else(|none| panic!("{}: {none}", peer.name()));
-        let q = &trajectory.states.last().unwrap().q;
+        let q = trajectory.states.last().unwrap().q;
         assert!(q[1..3].iter().zip(END).all(|(q, end)| (q - end).abs() < 1e-8), "{}: {q:?}", peer.name());
     }
 }

@@ -2,7 +2,7 @@
 
 use geodesic_ivp::action::Form;
 use geodesic_ivp::case::{SceneCase, builtin};
-use geodesic_ivp::geometry::{Geometry, GeometryText};
+use geodesic_ivp::geometry::GeometryText;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::sbp::SbpName;
@@ -20,7 +20,7 @@ fn setup<S: Arithmetic>(sbp: SbpName, form: Form, n_gamma: usize, windows: usize
     common::in_windows(common::setup(&text, start, 4.0, (sbp, form, n_gamma), system), windows)
 }
 
-fn reference<S: Arithmetic>(line: &WorldLine<S>) -> ReferenceTrajectory<S, Geometry<S>> {
+fn reference<S: Arithmetic>(line: &WorldLine<S>) -> ReferenceTrajectory<S> {
     ReferenceTrajectory::new(line.geometry(), &line.place.start, line.length, line.digits).unwrap()
 }
 

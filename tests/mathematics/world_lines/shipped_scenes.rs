@@ -4,7 +4,7 @@ use geodesic_ivp::case::SceneCase;
 use geodesic_ivp::case::builtin::{self, Group, NAMES};
 use geodesic_ivp::diagnostics::ChargeDeviation;
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::geometry::Geometry;
+use geodesic_ivp::diagnostics::scene::SceneMeasures;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::solve::{Settings, WorldLine, solve};
 
@@ -30,7 +30,7 @@ fn end(line: &WorldLine, name: &str) -> f64 {
     line.end().q[line.geometry().names().iter().position(|other| other == name).unwrap()]
 }
 
-fn diagnostics(case: &SceneCase, line: &WorldLine) -> Diagnostics<f64, Geometry> {
+fn diagnostics(case: &SceneCase, line: &WorldLine) -> Diagnostics<f64, SceneMeasures<f64>> {
     let start = &line.place.start;
     let sums = line.geometry().conserved_sums(&start.q, &start.q_dot);
     let terms: Vec<_> = sums.into_iter().map(|sum| sum.terms).collect();
@@ -176,7 +176,7 @@ fn invariants_that_are_no_charges_are_kept_as_well_as_the_scene_is_resolved() {
         ("kerr-photon", 1e-8),
     ] {
         let case = scene(name, &[]);
-        let [invariant] = &diagnostics(&case, &solved(name, &case)).measures.invariants[..] else { panic!("{name}") };
+        let [invariant] = &diagnostics(&case, &solved(name, &case)).invariants[..] else { panic!("{name}") };
         let most = invariant.delta.iter().fold(0.0_f64, |most, delta| most.max(delta.abs()));
         assert!(most < at_most, "{name}: {most:e}");
     }

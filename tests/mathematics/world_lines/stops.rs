@@ -81,7 +81,7 @@ fn a_wall_is_met_on_a_run_of_any_length() {
     for accuracy in [1e-4, 1e-9] {
         let [short, long, endless] = [15.0, 1e3, 1e12].map(|length: f64| {
             let settings = [format!("grid.gamma_f={length:?}"), format!("solver.accuracy={accuracy:e}")];
-            solve::<f64, _>(case(wall, &settings).setup()).unwrap_or_else(|failure| panic!("{failure}")).length
+            solve::<f64>(case(wall, &settings).setup()).unwrap_or_else(|failure| panic!("{failure}")).length
         });
         // Without the wall it comes back after half a period of more than 20.
         assert!(short < 12.0 && (long - short).abs() < 10.0 * accuracy, "{short}, {long}");

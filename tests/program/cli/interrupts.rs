@@ -38,7 +38,7 @@ const DOUBLED: &str = "--set solver.system=doubled --set grid.gamma_f=1000.0 --s
 
 #[test]
 fn a_study_ends_in_the_middle_of_a_computation_and_keeps_its_rows() {
-    let sweep = format!("converge CASES/quartic.toml {DOUBLED} --n-gamma 20001,40001,80001 --sbp SBP42 --out out");
+    let sweep = format!("converge CASES/quartic.toml {DOUBLED} --n-gamma 80001,160001,320001 --sbp SBP42 --out out");
     let chart = "work-precision CASES/quartic.toml --longest 20 --out out";
     // The reference alone takes seconds.
     let atlas = "stability CASES/quartic.toml --methods rk4 --gamma-f 1,30000 --delta-gamma 0.05 --out out";
@@ -69,8 +69,8 @@ fn every_other_command_ends_too() {
     let grids: Vec<String> = (20_000..22_000).map(|n| n.to_string()).collect();
     let spectral = "--set scheme.sbp=GLL20 --set grid.n_gamma=20 --set grid.gamma_f=1e6 --set grid.windows=4000000";
     for arguments in [
-        format!("run CASES/quartic.toml {DOUBLED} --set grid.n_gamma=20001 --out out"),
-        format!("check CASES/quartic.toml {DOUBLED} --set grid.n_gamma=20001 --run"),
+        format!("run CASES/quartic.toml {DOUBLED} --set grid.n_gamma=320001 --out out"),
+        format!("check CASES/quartic.toml {DOUBLED} --set grid.n_gamma=320001 --run"),
         format!("run CASES/quartic-windows.toml {spectral} --sample-gamma 0:1e6:1000 --samples-only --out out"),
         format!("converge --n-gamma {} --out out", grids.join(",")),
     ] {

@@ -33,10 +33,10 @@ fn a_run_that_does_not_fit_is_refused_with_the_number() {
     };
     let limited = |settings: &str| limited_case("quartic", settings);
     for (settings, needed) in [
-        ("grid.n_gamma=100000000 solver.digits=70", "needs about 54.41 GB of memory for 100000000 nodes in 70 digits"),
-        ("grid.n_gamma=1000 grid.windows=100000", "needs about 13.61 GB"),
-        ("grid.n_gamma=2000000 solver.system=doubled", "needs about 2.04 GB"),
-        ("grid.n_gamma=20000000 scheme.sbp=SBP84", "needs about 6.51 GB"),
+        ("grid.n_gamma=100000000 solver.digits=70", "needs about 73.61 GB of memory for 100000000 nodes in 70 digits"),
+        ("grid.n_gamma=1000 grid.windows=100000", "needs about 18.45 GB"),
+        ("grid.n_gamma=2000000 solver.system=doubled", "needs about 2.13 GB"),
+        ("grid.n_gamma=20000000 scheme.sbp=SBP84", "needs about 7.47 GB"),
     ] {
         let start = Instant::now();
         let message = failed(&limited(settings), 2);

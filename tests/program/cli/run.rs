@@ -57,7 +57,7 @@ fn a_doubled_run_writes_branches_and_another_run_removes_them() {
     succeeded(&run_in(folder.path(), "run CASES/quartic.toml --set solver.system=doubled --out out --plot --quiet"));
     let out = folder.path().join("out");
     assert_eq!(first_line(&out.join("branches.csv")), "gamma,t_1,x_1,t_2,x_2");
-    assert_eq!(json(&out.join("summary.json"))["initial_guess"], "windowed-action");
+    assert_eq!(json(&out.join("summary.json"))["initial_guess"], "runge-kutta4");
     assert!(json(&out.join("summary.json"))["history"].as_array().unwrap().len() >= 2);
     let pictures = names(&out).into_iter().filter(|name| name.ends_with(".svg")).collect::<Vec<_>>();
     assert_eq!(pictures, ["delta_g.svg", "delta_q_t.svg", "t_dot.svg", "trajectory.svg", "world_line.svg"]);

@@ -65,7 +65,7 @@ fn a_doubtful_result_has_its_reasons_and_exit_code_0() {
 #[test]
 fn a_run_without_a_result_is_refused() {
     let folder = TempDir::new().unwrap();
-    let stalled = "run quartic --set solver.system=doubled --set solver.max_iterations=1";
+    let stalled = "run quartic --set scheme.sbp=SBP42 --set grid.n_gamma=8 --set grid.gamma_f=20.0";
     for (arguments, code) in [(format!("run {}", case_file("horizon")), 4), (stalled.to_owned(), 3)] {
         failed(&run_in(folder.path(), &format!("{arguments} --out out --force")), code);
         let summary = json(&folder.path().join("out/summary.json"));

@@ -9,18 +9,8 @@ use super::layers::{SOURCE, sources};
 
 /// The data that one coordinate has under another type: t, x and their rates are numbers that are copied, the tables of
 /// a case and the keys of a summary are those of `docs/case-reference.md` and `docs/files.md`.
-const DATA: [&str; 10] = [
-    "SceneCase",
-    "SceneExpect",
-    "SceneGrid",
-    "SceneInitial",
-    "SceneMeasures",
-    "ScenePoint",
-    "SceneSample",
-    "SceneSolver",
-    "SceneState",
-    "SceneSummary",
-];
+const DATA: [&str; 7] =
+    ["SceneCase", "SceneExpect", "SceneGrid", "SceneInitial", "SceneMeasures", "SceneSolver", "SceneSummary"];
 
 /// The public types, traits and functions of a text.
 fn public(text: &str) -> impl Iterator<Item = &str> {

@@ -1,18 +1,14 @@
-//! The gaps of a run of a scene.
+//! A run between its nodes.
 
-use super::{Between, Enclosed, bend};
+use super::bend;
 use crate::engine::enclosure::{Enclosure, Path, Weights, negligible_rates};
 use crate::geometry::Geometry;
 use crate::number::Real;
 use crate::solve::{WindowNodes, WorldLine};
 
-impl<S: Real> Enclosed<S> for Geometry<S> {
-    type Between<'r> = BetweenNodes<'r, S>;
-}
-
-/// A run of a scene between its nodes.
+/// What a run is like between its nodes.
 #[derive(Debug)]
-pub struct BetweenNodes<'r, S> {
+pub(super) struct BetweenNodes<'r, S> {
     line: &'r WorldLine<S>,
     geometry: &'r Geometry,
     weights: Vec<f64>,
@@ -20,25 +16,30 @@ pub struct BetweenNodes<'r, S> {
     nodes: Nodes,
 }
 
-impl<'r, S: Real> Between<'r, S, Geometry<S>> for BetweenNodes<'r, S> {
-    fn new(line: &'r WorldLine<S>, geometry: &'r Geometry) -> Self {
+impl<'r, S: Real> BetweenNodes<'r, S> {
+    /// Of `line`, in a space-time that is `geometry` in `f64`.
+    pub(super) fn new(line: &'r WorldLine<S>, geometry: &'r Geometry) -> Self {
         let weights = weights(geometry, &line.place.start.q, |a| line.q(a));
         Self { line, geometry, weights, nodes: Nodes { states: Vec::new() } }
     }
 
-    fn enclosure(&self) -> Option<Enclosure> {
+    /// What encloses the formulas, if any of them can hide something.
+    pub(super) fn enclosure(&self) -> Option<Enclosure> {
         let mut enclosure = Enclosure::of_geometry(self.geometry)?;
         let momenta: Vec<f64> = self.line.place.start.p.iter().map(|p| p.to_f64()).collect();
         enclosure.fix_momenta(&momenta);
         Some(enclosure)
     }
 
-    fn describe(&mut self, view: &WindowNodes<'_, S>, distances: &[f64], path: &mut Path) {
+    /// Describes a window as a path. `distances` are the lengths of its gaps.
+    pub(super) fn describe(&mut self, view: &WindowNodes<'_, S>, distances: &[f64], path: &mut Path) {
         self.nodes = Nodes::new(self.line, view);
         self.nodes.describe(self.geometry, distances, path);
     }
 
-    fn tolerances(&self, error: f64) -> Vec<f64> {
+    /// By how much each formula may change in the window that was described last without being seen, where the
+    /// coordinates may be off by `error`, relative to max(1, size).
+    pub(super) fn tolerances(&self, error: f64) -> Vec<f64> {
         let weights = Weights { q: &self.weights, p: &self.nodes.couplings(self.geometry, &self.weights) };
         negligible_rates(self.geometry, &weights, self.line.length.to_f64(), error)
     }

@@ -1,13 +1,13 @@
-//! What the atlas asks of a world-line, whatever the number of its coordinates.
+//! Runs of a cell, before anybody knows which method does them.
 
-use super::status::{CellStatus, Sizes};
+use super::status::CellStatus;
 use super::track::Track;
 use crate::case::{Form, SbpName};
-use crate::methods::{Failure, Output, Peer, Setting};
-use crate::reference::{ReferenceEnds, ReferenceTrajectory};
-use crate::solve::Arithmetic;
+use crate::methods::Failure;
+use crate::number::Real;
+use crate::reference::ReferenceTrajectory;
 use crate::solve::NoSolution;
-use crate::study::space::{Point, Studied};
+use crate::study::space::Point;
 
 /// The trajectory to compare with, in any precision.
 pub(super) trait Reference: Send + Sync {
@@ -21,12 +21,9 @@ pub(super) trait Reference: Send + Sync {
     fn steps(&self) -> usize;
 }
 
-impl<S: Arithmetic, G: Studied<S>> Reference for ReferenceTrajectory<S, G>
-where
-    Self: Send + Sync,
-{
+impl<S: Real> Reference for ReferenceTrajectory<S> {
     fn at(&self, gamma: f64) -> Point {
-        let Point { q, q_dot, p } = G::at(self, gamma.into()).into();
+        let Point { q, q_dot, p } = self.at(gamma.into());
         let [q, q_dot, p] = [q, q_dot, p].map(|row| row.iter().map(|value| value.to_f64()).collect());
         Point { q, q_dot, p }
     }
@@ -93,49 +90,4 @@ pub(super) struct Task<'w> {
     /// The intervals of its grid; 0 where it chooses them.
     pub(super) intervals: usize,
     pub(super) run: Box<dyn FnOnce() -> Result<Measured<'w>, Failed> + 'w>,
-}
-
-/// A world-line to be charted.
-pub(super) trait World: Send + Sync {
-    /// Whether it is that of a scene.
-    fn is_scene(&self) -> bool;
-
-    /// Whether it is the lift of Newton's law, which has an energy.
-    fn has_energy(&self) -> bool;
-
-    /// The names of the coordinates.
-    fn coordinates(&self) -> &[String];
-
-    /// The coordinates that the equations depend on.
-    fn active(&self) -> &[usize];
-
-    /// What the coordinates of a [`Point`] are counted from when the reference estimates its error.
-    fn origin(&self) -> Vec<f64>;
-
-    /// γ_f − γ_i of the case.
-    ///
-    /// # Errors
-    /// [`ReferenceEnds`] if the world-line does not get to its end.
-    fn own_length(&self) -> Result<f64, ReferenceEnds>;
-
-    /// The trajectory to compare with, in `f64` or in extended precision.
-    ///
-    /// # Errors
-    /// [`ReferenceEnds`] if the world-line ends before.
-    fn reference(&self, length: f64, is_extended: bool) -> Result<Box<dyn Reference>, ReferenceEnds>;
-
-    /// The largest frequency of the linearised equations at these points, and their largest rate of growth.
-    fn rates(&self, points: &[Point]) -> [f64; 2];
-
-    /// The sizes by which trajectories with these points are judged. `points` are at least two, ends included.
-    fn sizes(&self, points: &[Point], length: f64) -> Sizes;
-
-    /// ṫ_i, if there is a coordinate t.
-    fn t_dot(&self) -> Option<f64>;
-
-    /// The run of a scheme of this program; `None` if there is no such grid.
-    fn scheme(&self, grid: &Grid, range: Range) -> Option<Task<'_>>;
-
-    /// The run of another method.
-    fn other(&self, peer: &'static dyn Peer, range: Range, output: Output, setting: Setting) -> Task<'_>;
 }
