@@ -81,7 +81,7 @@ impl<S: Real> Diagnostics<S, SceneMeasures<S>> {
         Self { delta_energy, invariants, ..measured }
     }
 
-    /// What is suspicious about `line`, which was measured, in words.
+    /// This says in words what is suspicious about `line`, which was measured.
     pub fn warnings(&self, line: &WorldLine<S>) -> Vec<String> {
         self.suspicions(line).iter().map(Reason::to_string).collect()
     }

@@ -6,7 +6,7 @@ use crate::geometry::Geometry;
 use crate::number::Real;
 use crate::solve::{WindowNodes, WorldLine};
 
-/// What a run is like between its nodes.
+/// This looks at a run between its nodes.
 #[derive(Debug)]
 pub(super) struct BetweenNodes<'r, S> {
     line: &'r WorldLine<S>,
@@ -17,13 +17,13 @@ pub(super) struct BetweenNodes<'r, S> {
 }
 
 impl<'r, S: Real> BetweenNodes<'r, S> {
-    /// Of `line`, in a space-time that is `geometry` in `f64`.
+    /// This looks between the nodes of `line`, in a space-time that is `geometry` in `f64`.
     pub(super) fn new(line: &'r WorldLine<S>, geometry: &'r Geometry) -> Self {
         let weights = weights(geometry, &line.place.start.q, |a| line.q(a));
         Self { line, geometry, weights, nodes: Nodes { states: Vec::new() } }
     }
 
-    /// What encloses the formulas, if any of them can hide something.
+    /// This encloses the formulas, if any of them can hide something.
     pub(super) fn enclosure(&self) -> Option<Enclosure> {
         let mut enclosure = Enclosure::of_geometry(self.geometry)?;
         let momenta: Vec<f64> = self.line.place.start.p.iter().map(|p| p.to_f64()).collect();
