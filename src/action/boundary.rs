@@ -14,6 +14,7 @@
 //! the physical limit the gradient also contains their derivatives.
 
 use super::DoubledAction;
+use super::layout::Unknowns;
 use super::state::{BothStates, BranchState};
 use crate::geometry::{Term, other, single};
 use crate::number::Real;
@@ -29,11 +30,11 @@ pub(super) struct Tie<S> {
 }
 
 impl<S: Real> DoubledAction<'_, S> {
-    pub(super) fn ties(&self, u: &[S], states: &BothStates<S>) -> [Tie<S>; 2] {
-        let (layout, structure) = (self.layout(), self.lagrangian.structure());
-        let n = layout.dimension();
+    pub(super) fn ties(&self, u: &Unknowns<'_, S>, states: &BothStates<S>) -> [Tie<S>; 2] {
+        let structure = self.lagrangian.structure();
+        let n = structure.dimension;
         [0, self.sbp.points() - 1].map(|k: usize| {
-            let gap = |a| layout.values(u, 0, a)[k] - layout.values(u, 1, a)[k];
+            let gap = |a: usize| u.branches[0][a][k] - u.branches[1][a][k];
             let momentum = |a: usize| {
                 let [one, two] = [0, 1].map(|branch| {
                     let at = states.get(branch).contraction(structure, k..k + 1);
@@ -53,7 +54,7 @@ impl<S: Real> DoubledAction<'_, S> {
 
     /// Adds the gradient of the boundary terms to the branches of `out`.
     pub(super) fn add_boundary_gradient(&self, ties: &[Tie<S>; 2], states: &BothStates<S>, out: &mut [S]) {
-        for (branch, sign) in [S::ONE, -S::ONE].into_iter().enumerate() {
+        for (branch, sign) in self.layout().signs(out).enumerate() {
             for tie in ties {
                 self.add_tie(tie, states.get(branch), branch, sign, out);
             }

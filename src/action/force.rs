@@ -8,6 +8,7 @@
 //! ∂F/∂q^a.
 
 use super::DoubledAction;
+use super::layout::Unknowns;
 use super::state::BothStates;
 use crate::geometry::{ForceTerm, Samples};
 use crate::number::{Real, sum};
@@ -30,13 +31,12 @@ impl<S: Real> MeanForce<S> {
     }
 
     /// `None` if no force acts.
-    pub(super) fn new(action: &DoubledAction<'_, S>, u: &[S], states: &BothStates<S>) -> Option<Self> {
+    pub(super) fn new(action: &DoubledAction<'_, S>, u: &Unknowns<'_, S>, states: &BothStates<S>) -> Option<Self> {
         let mut mean_force = Self::zeros(action)?;
-        let (layout, points) = (action.layout(), action.sbp.points());
-        let n = layout.dimension();
+        let (n, points) = (action.lagrangian.dimension(), action.sbp.points());
         let mut mean = Samples::zeros(2 * n, points);
         for a in 0..n {
-            let [one, two] = [0, 1].map(|branch| layout.values(u, branch, a));
+            let [one, two] = [0, 1].map(|branch| u.branches[branch][a]);
             let [u, v] = [0, 1].map(|branch| states.get(branch).velocities.row(a));
             for k in 0..points {
                 mean_force.gaps.row_mut(a)[k] = one[k] - two[k];
@@ -63,7 +63,7 @@ impl<S: Real> DoubledAction<'_, S> {
     pub(super) fn add_force_gradient(&self, mean: &MeanForce<S>, out: &mut [S]) {
         let (layout, structure, weights) = (self.layout(), self.lagrangian.structure(), self.sbp.weights());
         let n = layout.dimension();
-        for (branch, sign) in [S::ONE, -S::ONE].into_iter().enumerate() {
+        for (branch, sign) in layout.signs(out).enumerate() {
             for &ForceTerm { a, value, .. } in &structure.force {
                 let row = layout.values_mut(out, branch, a);
                 for (k, out) in row.iter_mut().enumerate() {

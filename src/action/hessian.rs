@@ -47,6 +47,7 @@ impl DoubledAction<'_, f64> {
     /// # Errors
     /// The first node that lies outside the domain.
     pub fn newton_matrix(&self, u: &[f64]) -> Result<Vec<f64>, OutsideGeometry> {
+        let u = &self.layout().split(u);
         let states = self.both_branches(u)?;
         let force = MeanForce::new(self, u, &states);
         let mut parts = Vec::new();

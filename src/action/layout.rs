@@ -4,6 +4,7 @@
 use std::ops::Range;
 
 use super::Form;
+use crate::number::Real;
 
 /// Multipliers of the strong form for each coordinate: λ, μ, ν and κ.
 pub const MULTIPLIERS_PER_COORDINATE: usize = 4;
@@ -130,6 +131,16 @@ impl Layout {
         &mut u[self.multiplier_range()]
     }
 
+    /// The signs with which the branches that `out` has room for enter the action.
+    pub(super) fn signs<S: Real>(&self, out: &[S]) -> impl Iterator<Item = S> + use<S> {
+        [S::ONE, -S::ONE].into_iter().take(out.len() / self.row(1, 0))
+    }
+
+    /// The parts of `u`.
+    pub(super) fn split<'u, S>(&self, u: &'u [S]) -> Unknowns<'u, S> {
+        Unknowns { branches: [0, 1].map(|branch| self.branch(u, branch)), multipliers: self.multipliers(u) }
+    }
+
     /// The vector of unknowns in the physical limit, where both branches are equal to `q`, an array for each
     /// coordinate. In the weak form `multipliers` is empty.
     pub fn physical_limit<S: Copy>(&self, q: &[&[S]], multipliers: &[S]) -> Vec<S> {
@@ -139,4 +150,12 @@ impl Layout {
         unknowns.extend_from_slice(multipliers);
         unknowns
     }
+}
+
+/// The unknowns, part by part.
+pub(super) struct Unknowns<'u, S> {
+    /// The rows of both branches, an array for each coordinate.
+    pub(super) branches: [Vec<&'u [S]>; 2],
+    /// Those of the strong form.
+    pub(super) multipliers: &'u [S],
 }

@@ -57,6 +57,7 @@ pub use layout::{Layout, MULTIPLIERS, MULTIPLIERS_PER_COORDINATE};
 pub use rounding::GradientRounding;
 
 use self::force::MeanForce;
+use self::layout::Unknowns;
 use self::state::{BothStates, BranchState};
 use crate::geometry::{Geometry, OutsideGeometry, Source, Start};
 use crate::number::Real;
@@ -118,8 +119,8 @@ impl<'a, S: Real> DoubledAction<'a, S> {
         &self.initial
     }
 
-    fn both_branches(&self, u: &[S]) -> Result<BothStates<S>, OutsideGeometry> {
-        BothStates::new(self.lagrangian, &self.bars, self.layout(), u)
+    fn both_branches(&self, u: &Unknowns<'_, S>) -> Result<BothStates<S>, OutsideGeometry> {
+        BothStates::new(self.lagrangian, &self.bars, u)
     }
 
     /// The value E_IVP(u).
@@ -127,6 +128,7 @@ impl<'a, S: Real> DoubledAction<'a, S> {
     /// # Errors
     /// The first node of either branch that lies outside the domain.
     pub fn value(&self, u: &[S]) -> Result<S, OutsideGeometry> {
+        let u = &self.layout().split(u);
         let states = self.both_branches(u)?;
         let values = &self.lagrangian.structure().values;
         let [forward, backward] = [0, 1].map(|branch| states.get(branch).value(values, self.sbp));
@@ -144,25 +146,31 @@ impl<'a, S: Real> DoubledAction<'a, S> {
     /// # Errors
     /// The first node of either branch that lies outside the domain.
     pub fn gradient(&self, u: &[S], out: &mut [S]) -> Result<(), OutsideGeometry> {
-        self.gradient_at(&self.both_branches(u)?, u, out);
+        let (layout, u) = (self.layout(), &self.layout().split(u));
+        self.branch_gradients(&self.both_branches(u)?, u, &mut out[..layout.multiplier_range().start]);
+        if self.form == Form::Strong {
+            layout.multipliers_mut(out).copy_from_slice(&self.constraints_of(u));
+        }
         Ok(())
     }
 
-    fn gradient_at(&self, states: &BothStates<S>, u: &[S], out: &mut [S]) {
+    /// Writes the gradient with respect to both branches, or to the forward one alone if there is no more room.
+    fn branch_gradients(&self, states: &BothStates<S>, u: &Unknowns<'_, S>, out: &mut [S]) {
         let layout = self.layout();
+        let forward = layout.row(1, 0);
         let mut momentum = vec![S::ZERO; self.sbp.points()];
         for a in 0..layout.dimension() {
             self.coordinate_gradient(states.get(0), a, &mut momentum, layout.values_mut(out, 0, a));
         }
-        if states.are_equal() {
-            out.copy_within(..layout.row(1, 0), layout.row(1, 0));
-        } else {
-            for a in 0..layout.dimension() {
-                self.coordinate_gradient(states.get(1), a, &mut momentum, layout.values_mut(out, 1, a));
+        if out.len() > forward {
+            if states.are_equal() {
+                out.copy_within(..forward, forward);
+            } else {
+                for a in 0..layout.dimension() {
+                    self.coordinate_gradient(states.get(1), a, &mut momentum, layout.values_mut(out, 1, a));
+                }
             }
-        }
-        for out in &mut out[layout.row(1, 0)..layout.multiplier_range().start] {
-            *out = -*out;
+            out[forward..].iter_mut().for_each(|out| *out = -*out);
         }
         if let Some(mean) = MeanForce::new(self, u, states) {
             self.add_force_gradient(&mean, out);
@@ -176,15 +184,31 @@ impl<'a, S: Real> DoubledAction<'a, S> {
     /// The largest entry of ∇E_IVP(u); infinite where a node is outside the domain, or where the Lagrangian overflows:
     /// its squares of velocities do so before the gradient, and K with them.
     pub fn gradient_norm(&self, u: &[S]) -> S {
-        let infinite = S::from(f64::INFINITY);
+        self.gradient_norm_of(&self.layout().split(u))
+    }
+
+    /// The same in the physical limit, where both branches are equal to `q`, an array for each coordinate. In the weak
+    /// form `multipliers` is empty.
+    pub fn gradient_norm_in_limit(&self, q: &[&[S]], multipliers: &[S]) -> S {
+        self.gradient_norm_of(&Unknowns { branches: [q.to_vec(), q.to_vec()], multipliers })
+    }
+
+    fn gradient_norm_of(&self, u: &Unknowns<'_, S>) -> S {
+        let (infinite, layout) = (S::from(f64::INFINITY), self.layout());
         let Ok(states) = self.both_branches(u) else { return infinite };
         let values = &self.lagrangian.structure().values;
-        let branches = if states.are_equal() { 1 } else { 2 };
-        if !(0..branches).all(|branch| states.get(branch).is_finite(values)) {
+        let states_of = if states.are_equal() { 1 } else { 2 };
+        if !(0..states_of).all(|branch| states.get(branch).is_finite(values)) {
             return infinite;
         }
-        let mut gradient = vec![S::ZERO; u.len()];
-        self.gradient_at(&states, u, &mut gradient);
+        // Only λ and μ act on one branch alone. Without them the gradients of equal branches differ in sign only.
+        let of_start = &u.multipliers[..u.multipliers.len() / 2];
+        let branches = if states.are_equal() && of_start.iter().all(|&m| m == S::ZERO) { 1 } else { 2 };
+        let mut gradient = vec![S::ZERO; layout.row(branches, 0)];
+        self.branch_gradients(&states, u, &mut gradient);
+        if self.form == Form::Strong {
+            gradient.extend(self.constraints_of(u));
+        }
         max_abs(&gradient)
     }
 

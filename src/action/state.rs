@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::Layout;
+use super::layout::Unknowns;
 use crate::geometry::{Contraction, Geometry, OutsideGeometry, Samples, Source, Structure, Term};
 use crate::number::Real;
 use crate::number::norm::max_abs;
@@ -101,16 +101,16 @@ impl<S: Real> BothStates<S> {
     pub(super) fn new(
         lagrangian: &Geometry<S>,
         bars: &[RegularisedOperator<'_, S>],
-        layout: Layout,
-        u: &[S],
+        u: &Unknowns<'_, S>,
     ) -> Result<Self, OutsideGeometry> {
         let evaluated = |branch: &[&[S]]| {
             let mut state = BranchState::zeros(lagrangian, branch[0].len());
             state.evaluate(lagrangian, bars, branch).map(|()| state)
         };
-        let [one, two] = [0, 1].map(|branch| layout.branch(u, branch));
-        let forward = evaluated(&one)?;
-        let backward = if one == two { None } else { Some(evaluated(&two)?) };
+        let [one, two] = &u.branches;
+        let forward = evaluated(one)?;
+        let is_same = |(one, two): (&&[S], &&[S])| std::ptr::eq(*one, *two) || one == two;
+        let backward = if one.iter().zip(two).all(is_same) { None } else { Some(evaluated(two)?) };
         Ok(Self { forward, backward })
     }
 

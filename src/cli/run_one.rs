@@ -24,15 +24,15 @@ use super::run::{Job, Judged, RunArgs, Tables, doubt_gaps};
 const PICTURES: [&str; 5] = ["world_line.svg", "t_dot.svg", "trajectory.svg", "delta_q_t.svg", "delta_g.svg"];
 
 /// A case of one coordinate, in the arithmetic of `S`.
-pub(super) struct OneCoordinate<'c, S> {
+pub(super) struct OneCoordinate<'c, S: Real> {
     case: &'c Case,
     args: &'c RunArgs,
-    arithmetic: std::marker::PhantomData<S>,
+    setup: Setup<S>,
 }
 
-impl<'c, S> OneCoordinate<'c, S> {
+impl<'c, S: Arithmetic> OneCoordinate<'c, S> {
     pub(super) fn new(case: &'c Case, args: &'c RunArgs) -> Self {
-        Self { case, args, arithmetic: std::marker::PhantomData }
+        Self { case, args, setup: Setup::from(case) }
     }
 
     /// Whether to look between the nodes. With an accuracy the solver has.
@@ -68,7 +68,7 @@ impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
     }
 
     fn check_memory(&self) -> anyhow::Result<()> {
-        memory::check(&Setup::<S>::from(self.case), Some(&self.args.samples))
+        memory::check(&self.setup, Some(&self.args.samples))
     }
 
     fn solve(&self) -> (anyhow::Result<Solved<S>>, f64) {
@@ -77,14 +77,14 @@ impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
         let mut stream = samples.stream(self.case);
         let mut measures: Option<Measures<S>> = None;
         let result = if samples.only() {
-            solve_window_by_window(self.case, &mut |window: &Solution<S>| {
+            solve_window_by_window(&self.setup, &mut |window: &Solution<S>| {
                 let here = Diagnostics::new(window).measures;
                 let before = measures.take().filter(|_| window.window_count > 1);
                 measures = Some(before.map_or(here, |before| before.followed_by(here)));
                 stream.iter_mut().for_each(|stream| stream.see(window));
             })
         } else {
-            solve(self.case)
+            solve(&self.setup)
         };
         let solve_seconds = start.elapsed().as_secs_f64();
         let solution = match result {
@@ -131,7 +131,7 @@ impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
         let error = error_with_samples(self.case, solution, samples);
         let verdict = of_solution(solution, measures, error.as_ref());
         let mut suspicions = measures.warnings(solution);
-        let gaps = self.looks_between().then(|| Gaps::new(solution, &self.case.geometry(), verdict.error));
+        let gaps = self.looks_between().then(|| Gaps::new(solution, &self.setup.rough.geometry, verdict.error));
         summary.set_error(error.as_ref(), verdict);
         if let Some(gaps) = gaps {
             doubt_gaps(&mut summary, &gaps, &mut suspicions);

@@ -13,6 +13,9 @@
 use crate::number::Compensated;
 use crate::sbp::collocation::legendre_values;
 
+/// Places that are computed side by side.
+const LANES: usize = 8;
+
 /// The motion over a window.
 #[derive(Debug, Clone)]
 pub struct Dense {
@@ -54,6 +57,38 @@ impl Dense {
         for (curves, out) in [(&self.q, q), (&self.p, p)] {
             assert_eq!(curves.len(), out.len(), "a place for each value");
             out.iter_mut().zip(curves).for_each(|(out, curve)| *out = curve.at(fraction, &legendre));
+        }
+    }
+
+    /// Adds q^a of all coordinates and p_a of active ones at many fractions in [0, 1] to rows.
+    pub(crate) fn append(&self, fractions: impl Iterator<Item = f64>, q: &mut [Vec<f64>], p: &mut [Vec<f64>]) {
+        let mut fractions = fractions.peekable();
+        let mut sums = vec![[0.0; LANES]; q.len() + p.len()];
+        while fractions.peek().is_some() {
+            let mut x = [0.0; LANES];
+            let filled = x.iter_mut().zip(&mut fractions).map(|(x, fraction)| *x = 2.0 * fraction - 1.0).count();
+            self.increments(&x, &mut sums);
+            let curves = self.q.iter().chain(&self.p).zip(q.iter_mut().chain(&mut *p));
+            for ((curve, row), sums) in curves.zip(&sums) {
+                row.extend(sums[..filled].iter().map(|increment| curve.start.high + (curve.start.low + increment)));
+            }
+        }
+    }
+
+    /// What the curves, those of positions first, are ahead of their starts where 2s − 1 is `x`.
+    fn increments(&self, x: &[f64; LANES], sums: &mut [[f64; LANES]]) {
+        sums.fill([0.0; LANES]);
+        let (mut before, mut now) = ([0.0; LANES], [1.0; LANES]);
+        for k in 0..=self.degree {
+            for (curve, sum) in self.q.iter().chain(&self.p).zip(&mut *sums) {
+                let c = curve.increment.get(k).copied().unwrap_or(0.0);
+                sum.iter_mut().zip(&now).for_each(|(sum, p)| *sum += c * p);
+            }
+            // P_{k+1} = ((2k + 1) x P_k − k P_{k−1})/(k + 1)
+            let (up, down) = ((2 * k + 1) as f64 / (k + 1) as f64, k as f64 / (k + 1) as f64);
+            for ((before, now), x) in before.iter_mut().zip(&mut now).zip(x) {
+                (*before, *now) = (*now, up * x * *now - down * *before);
+            }
         }
     }
 

@@ -7,6 +7,7 @@ use super::kernel::Evaluate;
 use super::linear::Linear;
 use super::rule::Order;
 use crate::geometry::{Geometry, OutsideGeometry, Start};
+use crate::number::norm::max_abs;
 use crate::number::vector::{Level, Nodes};
 
 /// A way of an ignorable coordinate that is less than this part of how it may change is none.
@@ -107,13 +108,16 @@ fn each_slope_of_rates(
 
 fn rate(jacobian: &[f64], n: usize) -> f64 {
     let square = |i: usize, j: usize| (0..n).map(|k| jacobian[i * n + k] * jacobian[k * n + j]).sum::<f64>();
-    let mut sum = 0.0;
-    for i in 0..n {
-        for j in 0..n {
-            sum += (square(i, j) * square(j, i)).abs();
-        }
+    // The fourth power of a rate may be out of the range of numbers where the rate is not.
+    let rates =
+        (0..n * n).map(|at| (at / n, at % n)).map(|(i, j)| square(i, j).abs().sqrt() * square(j, i).abs().sqrt());
+    let rates: Vec<f64> = rates.collect();
+    let largest = max_abs(&rates);
+    if largest == 0.0 {
+        return 0.0;
     }
-    (0.5 * sum).sqrt().sqrt()
+    let sum: f64 = rates.iter().map(|rate| (rate / largest).powi(2)).sum();
+    (largest * (0.5 * sum).sqrt()).sqrt()
 }
 
 #[cfg(test)]

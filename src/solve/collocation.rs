@@ -2,7 +2,7 @@
 
 use super::derivative::FormDerivative;
 use super::explicit;
-use super::flow::{self, Guess};
+use super::guess::Guess;
 use super::newton::{self, Failure, LinearFailure, NewtonSystem, Root, RoundingLevels};
 use super::refinement::{self, Refined};
 use super::status::{InitialGuess, IterationRecord};
@@ -24,10 +24,11 @@ pub(super) struct Solved<S> {
     pub(super) initial_guess: InitialGuess,
 }
 
-/// Solves the system of `window`; `rough` is the same in `f64`.
+/// Solves the system of `window` from a guess; `rough` is the same in `f64`.
 pub(super) fn solve<S: Real>(
     window: &Window<'_, S>,
     rough: &Window<'_, f64>,
+    guess: &Guess,
     max_iterations: usize,
 ) -> Result<Solved<S>, Failure> {
     if window.geometry.active().is_empty() {
@@ -36,9 +37,8 @@ pub(super) fn solve<S: Real>(
         let steps = system.steps();
         return Ok(Solved { q: system.q, p: system.p, steps, history: Vec::new(), initial_guess: InitialGuess::None });
     }
-    let guess = flow::guess(rough).map_err(|edge| explicit::outside(edge.point))?;
-    let (mut linearised, initial_guess) = (System::new(rough, Vec::new()), InitialGuess::RungeKutta4);
-    let guess = linearised.unknowns(&guess);
+    let (mut linearised, initial_guess) = (System::new(rough, Vec::new()), InitialGuess::Engine);
+    let guess = linearised.unknowns(guess);
     let root = newton::solve(&mut linearised, guess, max_iterations)?;
     if S::IS_EXTENDED {
         let residual = System::new(window, linearised.scales.clone());

@@ -1,8 +1,8 @@
 //! Runs that end where a coordinate reaches a value or a formula changes its sign: the length of γ at which the last
 //! node is there.
 
+use super::accuracy;
 use super::arithmetic::Arithmetic;
-use super::crossing::{self, Near};
 use super::failure::NoSolution;
 use super::places;
 use super::run::Observer;
@@ -10,7 +10,8 @@ use super::search::{self, Excess, NotFound, Search};
 use super::setup::{Limit, Setup};
 use super::solve_to;
 use super::status::{Iterations, Status};
-use super::world_line::{Place, WorldLine};
+use super::world_line::{Joint, Place, WorldLine};
+use crate::engine::Accuracy;
 use crate::number::Real;
 
 /// The share of the whole way that counts as none has this many digits in `f64`; with more digits, all of them must
@@ -18,6 +19,8 @@ use crate::number::Real;
 const DIGITS_OF_WAY: u32 = 14;
 /// The same of the length of γ.
 const DIGITS_OF_LENGTH: u32 = 15;
+/// The accuracy of the windows that tell roughly where a formula changes its sign.
+const NEAR: f64 = 1e-9;
 
 /// The run of `setup`, with what it ended by, where its length is to be searched for. Every run that is tried is shown
 /// to the observer.
@@ -77,14 +80,11 @@ fn at_value<S: Arithmetic>(
 /// The world-line that ends where one of the formulas of the setup first changes its sign in its direction, or after
 /// the length `whole`.
 fn until<S: Arithmetic>(setup: &Setup<S>, whole: S, solve_to: SolveTo<'_, S>) -> Result<WorldLine<S>, NoSolution> {
-    let Some(Near { index, gamma, to_positive }) = crossing::first(setup, whole.to_f64()) else {
+    let Some(Near { index, gamma, to_positive }) = near(setup, whole) else {
         return solve_to(whole);
     };
-    let length = if S::IS_EXTENDED {
-        rough_length(&Setup { limit: Limit::Length(whole), ..setup.clone() })?
-    } else {
-        gamma.into()
-    };
+    let length =
+        if S::IS_EXTENDED { rough_length(&Setup { limit: Limit::Length(whole), ..setup.clone() })? } else { gamma };
     let start = &setup.place.start;
     let k = setup.place.geometry.norm(&start.q, &start.q_dot);
     let mut formula = setup.until[index].formula.clone();
@@ -104,6 +104,32 @@ fn until<S: Arithmetic>(setup: &Setup<S>, whole: S, solve_to: SolveTo<'_, S>) ->
     let line =
         search::search(asked, solve_to, excess).map_err(|error| not_reached(error, &setup.place, setup.gamma_i))?;
     Ok(WorldLine { ended_by: Some(index), ..line })
+}
+
+/// A change of sign, roughly.
+struct Near<S> {
+    /// The place of the formula among those that end the run.
+    index: usize,
+    /// γ − γ_i.
+    gamma: S,
+    /// Whether the formula is positive after it.
+    to_positive: bool,
+}
+
+/// The first change of sign within the length `whole`, by the engine; `None` if it finds none.
+fn near<S: Arithmetic>(setup: &Setup<S>, whole: S) -> Option<Near<S>> {
+    let rough = Setup { limit: Limit::Length(whole.to_f64()), ..setup.in_f64() };
+    let line = accuracy::solve(&rough, Accuracy::Local(NEAR), Some(&mut |_| ())).ok()?;
+    let (index, window, start) = (line.ended_by?, line.views().last()?, &rough.place.start);
+    // The node before the change.
+    let node = window.grid.points() - 2;
+    let q: Vec<f64> = (0..start.q.len()).filter_map(|a| line.absolute_in(window, a, &line.q[a]).nth(node)).collect();
+    let mut p = window.start.p.to_vec();
+    line.geometry().active().iter().zip(&line.p).for_each(|(&a, row)| p[a] = row[window.grid.nodes()][node]);
+    let q_dot = line.velocities(Joint { q: &q, p: &p });
+    let k = line.geometry().norm(&start.q, &start.q_dot);
+    let before = rough.until[index].formula.clone().at(&q, &q_dot, &p, k);
+    Some(Near { index, gamma: S::from(line.length), to_positive: before < 0.0 })
 }
 
 /// The value of a coordinate that a run is to end at, as joints count it, and how well it is to be met.

@@ -12,11 +12,11 @@
 
 use super::collocation;
 use super::explicit;
+use super::guess::Guess;
 use super::newton::Failure;
 use super::quadrature::Integral;
 use super::status::{InitialGuess, IterationRecord};
 use super::window::Window;
-use crate::action::Form;
 use crate::number::Real;
 
 /// A solution of the collocation system of a window.
@@ -30,17 +30,16 @@ pub(super) struct Limit<S> {
     pub(super) initial_guess: InitialGuess,
 }
 
-/// In the strong form SBP21 is explicit; everything else is one banded system.
+/// In the strong form SBP21 is explicit and needs no guess; everything else is one banded system.
 pub(super) fn solve<S: Real>(
     window: &Window<'_, S>,
     rough: &Window<'_, f64>,
+    guess: Option<Guess>,
     max_iterations: usize,
 ) -> Result<Limit<S>, Failure> {
-    if window.form == Form::Strong && window.sbp.is_two_step() {
-        return explicit::two_step(window);
-    }
+    let Some(guess) = guess else { return explicit::two_step(window) };
     let collocation::Solved { mut q, p, steps, history, initial_guess } =
-        collocation::solve(window, rough, max_iterations)?;
+        collocation::solve(window, rough, &guess, max_iterations)?;
     let integral = Integral { derivative: window.derivative(), rough: rough.derivative(), digits: window.digits };
     let (points, active) = (window.points(), window.geometry.active());
     let ignorable = (0..q.len()).filter(|a| !active.contains(a));

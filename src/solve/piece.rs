@@ -3,7 +3,7 @@
 use super::critical_point::CriticalPointSolver;
 use super::explicit;
 use super::failure::NoSolution;
-use super::flow::{self, Edge};
+use super::guess::{self, Edge, Guess};
 use super::leap;
 use super::limit;
 use super::newton::Failure;
@@ -45,8 +45,9 @@ impl<S: Real> Pair<'_, S> {
         let Self { window, rough, max_iterations, .. } = self;
         let fields = 2 * window.geometry.active().len();
         let is_explicit = window.form == Form::Strong && window.sbp.is_two_step();
-        let solved = limit::solve(window, rough, *max_iterations).and_then(|limit| {
-            // Other rules begin with a guess that follows the geodesic in ever finer steps.
+        let guess = if is_explicit { None } else { Some(self.guess()?) };
+        let solved = limit::solve(window, rough, guess, *max_iterations).and_then(|limit| {
+            // Other rules begin with a guess that follows the geodesic as closely as it needs.
             let leap = if is_explicit { leap::outside(window.geometry, &limit.q) } else { None };
             leap.map_or(Ok(limit), |point| Err(explicit::outside(point)))
         });
@@ -61,14 +62,13 @@ impl<S: Real> Pair<'_, S> {
                 }
                 (node, q)
             };
-            let guess = if is_explicit { InitialGuess::None } else { InitialGuess::RungeKutta4 };
+            let guess = if is_explicit { InitialGuess::None } else { InitialGuess::Engine };
             self.no_solution(failure, guess, locate)
         })?;
         let multipliers = limit.multipliers(window);
         let rows: Vec<&[S]> = limit.q.iter().map(Vec::as_slice).collect();
-        let unknowns = window.layout().physical_limit(&rows, &multipliers);
         Ok(Piece {
-            gradient_norm: window.regularised_action().gradient_norm(&unknowns),
+            gradient_norm: window.regularised_action().gradient_norm_in_limit(&rows, &multipliers),
             end: limit.last_momenta(window),
             q: limit.q,
             p: limit.p,
@@ -82,11 +82,7 @@ impl<S: Real> Pair<'_, S> {
     /// The critical point of the doubled action in all its unknowns. Where Newton's method does not find one from the
     /// first guess, it starts once more, from the physical limit.
     pub(super) fn doubled(&self) -> Result<Piece<S>, NoSolution> {
-        let rough = &self.rough;
-        let guess = flow::guess(rough).map_err(|Edge { gamma, point }| {
-            let at = places::place_outside(rough.geometry, &point, &|_| self.gamma + gamma);
-            NoSolution::iterated(explicit::outside(point), InitialGuess::RungeKutta4, |_, _, _| at)
-        })?;
+        let (rough, guess) = (&self.rough, self.guess()?);
         let failure = match self.doubled_from(&guess.q, &vec![0.0; rough.layout().multiplier_range().len()]) {
             Ok(piece) => return Ok(piece),
             Err(failure) => self.not_found(failure),
@@ -96,6 +92,14 @@ impl<S: Real> Pair<'_, S> {
         let found = start.physical_limit().ok().map(|limit| self.doubled_from(&limit.q, &limit.multipliers));
         let found = found.and_then(Result::ok).ok_or(failure)?;
         Ok(Piece { initial_guess: InitialGuess::PhysicalLimit, ..found })
+    }
+
+    /// What Newton's method starts from.
+    fn guess(&self) -> Result<Guess, NoSolution> {
+        guess::guess(&self.rough).map_err(|Edge { gamma, point }| {
+            let at = places::place_outside(self.rough.geometry, &point, &|_| self.gamma + gamma);
+            NoSolution::iterated(explicit::outside(point), InitialGuess::Engine, |_, _, _| at)
+        })
     }
 
     /// The critical point that Newton's method finds from equal branches with these positions.
@@ -117,7 +121,7 @@ impl<S: Real> Pair<'_, S> {
             p: Vec::new(),
             backward,
             multipliers,
-            initial_guess: InitialGuess::RungeKutta4,
+            initial_guess: InitialGuess::Engine,
             history: root.history,
         })
     }
@@ -126,7 +130,7 @@ impl<S: Real> Pair<'_, S> {
     fn not_found(&self, failure: Failure) -> NoSolution {
         let layout = self.window.layout();
         let locate = |unknown: usize, u: &[f64]| on_forward_branch(layout, unknown, u);
-        self.no_solution(failure, InitialGuess::RungeKutta4, locate)
+        self.no_solution(failure, InitialGuess::Engine, locate)
     }
 
     /// Expresses a failed iteration in terms of the scene. `locate` maps an index of the residual, at the last iterate,

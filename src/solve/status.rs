@@ -118,9 +118,8 @@ impl Iterations {
 pub enum InitialGuess {
     /// No iteration: the equations are explicit and were marched.
     None,
-    /// The classical Runge–Kutta method of order four on Hamilton's equations, on the same nodes.
-    #[serde(rename = "runge-kutta4")]
-    RungeKutta4,
+    /// Windows of the engine, as long as the motion allows, looked at on the nodes.
+    Engine,
     /// The critical point with equal branches, where Newton's method for the doubled action failed from the guess.
     PhysicalLimit,
     /// The polynomial of the previous window, continued into each window (in the first a parabola).
@@ -132,7 +131,7 @@ impl InitialGuess {
     pub fn as_str(self) -> &'static str {
         match self {
             Self::None => "none",
-            Self::RungeKutta4 => "runge-kutta4",
+            Self::Engine => "engine",
             Self::PhysicalLimit => "physical-limit",
             Self::Extrapolation => "extrapolation",
         }

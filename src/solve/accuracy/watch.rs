@@ -14,6 +14,8 @@ pub(super) struct Change {
     pub(super) between: [f64; 2],
     /// The sign before.
     pub(super) side: f64,
+    /// The length by a straight line between the two.
+    near: f64,
 }
 
 /// The formulas, with their signs so far.
@@ -101,10 +103,10 @@ impl<'g> Watches<'g> {
                 watches.set_momenta(&momenta);
                 watches.value(place)
             };
-            let mut side = self.sides[place];
+            let (mut side, mut before) = (self.sides[place], self.at(place, &begin));
             if side == 0.0 {
                 // The start of a run. A root there is none.
-                let (now, next) = (self.at(place, &begin), at(self, 1));
+                let (now, next) = (before, at(self, 1));
                 let now = if now.abs() < AT_START * next.abs() { next } else { now };
                 side = if now == 0.0 { 0.0 } else { now.signum() };
             }
@@ -112,12 +114,15 @@ impl<'g> Watches<'g> {
                 let here = at(self, node);
                 let is_change = here * side < 0.0 || here == 0.0 && side != 0.0;
                 if is_change && self.directions[place].counts(side < 0.0) {
-                    let between = [nodes.fractions()[node - 1] * h, nodes.fractions()[node] * h];
-                    if first.as_ref().is_none_or(|first| between[0] < first.between[0]) {
-                        first = Some(Change { place, between, side });
+                    let between = [node - 1, node].map(|node| nodes.fractions()[node] * h);
+                    let share = if before * here < 0.0 { before / (before - here) } else { 1.0 };
+                    let near = between[0] + share * (between[1] - between[0]);
+                    if first.as_ref().is_none_or(|first| near < first.near) {
+                        first = Some(Change { place, between, side, near });
                     }
                     break;
                 }
+                before = here;
                 if here != 0.0 {
                     side = here.signum();
                 }

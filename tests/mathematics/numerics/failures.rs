@@ -38,7 +38,7 @@ fn guess(set: &str) -> InitialGuess {
     match set {
         _ if set.contains("accuracy") => InitialGuess::Extrapolation,
         _ if set.contains("SBP21") => InitialGuess::None,
-        _ => InitialGuess::RungeKutta4,
+        _ => InitialGuess::Engine,
     }
 }
 

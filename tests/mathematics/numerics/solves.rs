@@ -25,7 +25,7 @@ fn iterations_are_counted() {
         let refined = &history[iterations.count..];
         assert!(refined.windows(2).all(|pair| pair[1].step < pair[0].step), "{scheme}: {history:?}");
     }
-    assert_eq!(solved("scheme.sbp=SBP42").iterations.initial_guess, InitialGuess::RungeKutta4);
+    assert_eq!(solved("scheme.sbp=SBP42").iterations.initial_guess, InitialGuess::Engine);
     assert_eq!(solved("").iterations, Iterations { initial_guess: InitialGuess::None, ..solved("").iterations });
 }
 

@@ -1,0 +1,66 @@
+//! The first guess of Newton's method: the motion on the nodes of a window, by the engine of few nodes.
+//!
+//! It follows the geodesic however coarse the grid is, and costs next to nothing where the grid is fine.
+
+use super::window::Window;
+use crate::engine::{Accuracy, Engine, Failure, POINTS};
+use crate::geometry::OutsideGeometry;
+
+/// The accuracy of each window of the engine. On a fine grid Newton's method has one step less to take from there.
+const ACCURACY: f64 = 1e-9;
+/// A grid with fewer than one node for so many windows resolves nothing.
+const MOST_WINDOWS: usize = 64;
+
+/// Where a world-line leaves the domain.
+pub(super) struct Edge {
+    /// γ from the start of the window.
+    pub(super) gamma: f64,
+    /// A point outside.
+    pub(super) point: OutsideGeometry,
+}
+
+/// A world-line on the nodes.
+pub(super) struct Guess {
+    /// q^a, a row for each coordinate.
+    pub(super) q: Vec<Vec<f64>>,
+    /// p_a, a row for each active coordinate.
+    pub(super) p: Vec<Vec<f64>>,
+}
+
+/// The geodesic on the nodes. Of a grid that resolves nothing the last nodes are where the engine has come to, as they
+/// are where it finds no next window, and Newton's method says what there is.
+///
+/// # Errors
+/// [`Edge`] if the geodesic leaves the domain.
+pub(super) fn guess(window: &Window<'_, f64>) -> Result<Guess, Edge> {
+    let (geometry, start, sbp) = (window.geometry, window.start, window.sbp);
+    let (points, length) = (window.points(), window.sbp.node(window.points() - 1));
+    let row = |first: f64| {
+        let mut row = Vec::with_capacity(points);
+        row.push(first);
+        row
+    };
+    let mut q: Vec<Vec<f64>> = start.q.iter().map(|&q| row(q)).collect();
+    let mut p: Vec<Vec<f64>> = geometry.active().iter().map(|&a| row(start.p[a])).collect();
+    let engine = Engine::accurate(geometry, start, length, Accuracy::Local(ACCURACY), POINTS);
+    let mut engine = engine.map_err(|point| Edge { gamma: 0.0, point })?;
+    for _ in 0..MOST_WINDOWS * points {
+        match engine.next() {
+            Ok(Some(window)) => {
+                let end = window.gamma + window.length;
+                let reached = |k: &usize| window.is_last || sbp.node(*k) <= end;
+                let nodes = (q[0].len()..points).take_while(reached);
+                let fractions = nodes.map(|k| (sbp.node(k) - window.gamma) / window.length);
+                window.dense().append(fractions, &mut q, &mut p);
+            }
+            Err(Failure::OutsideDomain(point)) => {
+                let (gamma, q) = engine.place();
+                let position = geometry.active().first().map_or(f64::NAN, |&a| q[a]);
+                return Err(Edge { gamma, point: OutsideGeometry { position, ..point } });
+            }
+            Ok(None) | Err(_) => break,
+        }
+    }
+    q.iter_mut().chain(&mut p).for_each(|row| row.resize(points, row[row.len() - 1]));
+    Ok(Guess { q, p })
+}
