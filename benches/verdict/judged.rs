@@ -5,9 +5,8 @@ use std::sync::Arc;
 use geodesic_ivp::case::{AnyCase, Case, End, SceneCase};
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::diagnostics::verdict::{CoordinateError, Facts, Grade, Verdict};
-use geodesic_ivp::solve::WorldLine;
-use geodesic_ivp::study::errors::scene_error;
-use geodesic_ivp::study::run_error::run_error;
+use geodesic_ivp::solve::{Setup, WorldLine};
+use geodesic_ivp::study::errors::run_error;
 use geodesic_ivp::study::verdict::{facts_of_solution, facts_of_world_line};
 use geodesic_ivp::{Solution, solve};
 
@@ -62,9 +61,10 @@ struct Node {
 }
 
 fn one(case: &Case) -> Judged {
-    let Ok(solution): Result<Solution, _> = solve(case) else { return Judged::refused() };
+    let setup = Setup::from(case);
+    let Ok(solution): Result<Solution, _> = solve(&setup) else { return Judged::refused() };
     let measures = Diagnostics::new(&solution).measures;
-    let error = run_error(case, &solution);
+    let error = run_error(&setup, &solution, &[]);
     let facts = facts_of_solution(&solution, &measures, error.as_ref());
     let length = solution.length;
     let Some(truth) = Truth::new(&solution.place.geometry, &solution.place.start, length) else {
@@ -92,7 +92,7 @@ fn scene(case: &SceneCase) -> Judged {
     let setup = case.setup::<f64>();
     let Ok(line): Result<WorldLine, _> = solve(&setup) else { return Judged::refused() };
     let diagnostics = Diagnostics::of_scene(&line, &[], &mut [], case.is_lifted());
-    let facts = facts_of_world_line(&line, &diagnostics, scene_error(&line).as_ref());
+    let facts = facts_of_world_line(&line, &diagnostics, run_error(&setup, &line, &[]).as_ref(), None);
     let geometry = Arc::new(line.geometry().clone());
     let Some(truth) = Truth::new(&geometry, &line.place.start, line.length) else {
         return Judged::new(&facts, Found::NoReference);

@@ -7,7 +7,7 @@ use geodesic_ivp::diagnostics::{Measures, NEGLIGIBLE};
 use geodesic_ivp::number::Real;
 use geodesic_ivp::output::Summary;
 use geodesic_ivp::solve::{InitialGuess, Iterations};
-use geodesic_ivp::study::run_error::RunError;
+use geodesic_ivp::study::errors::RunError;
 
 /// A constant of motion whose relative deviation is at most this many units of 10^-digits is kept to rounding.
 const ROUNDING: f64 = 1e5;

@@ -59,6 +59,10 @@ pub(super) struct RunArgs {
     #[arg(long, conflicts_with = "vary")]
     pub(super) enclose: bool,
 
+    /// Compare the run with the Taylor method, in place of a second solve by the engine of solver.accuracy
+    #[arg(long, conflicts_with = "vary")]
+    pub(super) reference: bool,
+
     #[command(flatten)]
     pub(super) samples: SampleArgs,
 

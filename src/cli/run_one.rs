@@ -11,7 +11,7 @@ use geodesic_ivp::output::{self, Chart, Seconds, Summary, write_combined, write_
 use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
 use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{NoSolution, Setup, solve_window_by_window};
-use geodesic_ivp::study::run_error::error_with_samples;
+use geodesic_ivp::study::errors::{reference_error, run_error};
 use geodesic_ivp::study::verdict::of_solution;
 use geodesic_ivp::trajectory::Sample;
 use geodesic_ivp::{Case, Solution, solve};
@@ -128,7 +128,9 @@ impl<S: Arithmetic> Job for OneCoordinate<'_, S> {
         let mut summary = Summary::new(self.case, Ok((solution, measures)), seconds[0]);
         // The nodes before the last window may be gone; what is written is compared all the same.
         let samples = if self.args.samples.only() { samples.as_slice() } else { &[] };
-        let error = error_with_samples(self.case, solution, samples);
+        let wanted = self.args.reference;
+        let reference = if wanted { reference_error(&self.setup, solution, samples) } else { None };
+        let error = reference.or_else(|| run_error(&self.setup, solution, samples));
         let verdict = of_solution(solution, measures, error.as_ref());
         let mut suspicions = measures.warnings(solution);
         let gaps = self.looks_between().then(|| Gaps::new(solution, &self.setup.rough.geometry, verdict.error));

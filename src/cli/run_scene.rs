@@ -13,7 +13,7 @@ use geodesic_ivp::output::pictures::scene::{self as pictures, PlotAxes};
 use geodesic_ivp::output::{Chart, SceneSummary, Seconds, SolvedScene, write_combined, write_events, write_samples};
 use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{NoSolution, Setup, WorldLine, solve};
-use geodesic_ivp::study::errors::scene_error;
+use geodesic_ivp::study::errors::{reference_error, run_error};
 use geodesic_ivp::study::verdict::of_world_line;
 use geodesic_ivp::trajectory::{Coordinate, Crossing, Sample, Sampler, crossings};
 
@@ -138,8 +138,13 @@ impl<S: Arithmetic> Job for Scene<'_, S> {
     fn judge(&self, solved: &Solved<S>) -> Judged<SolvedScene> {
         let Solved { line, sums, diagnostics, events, seconds, .. } = solved;
         let mut summary = SceneSummary::new(self.case, line.geometry(), Ok((line, diagnostics, sums)), seconds[0]);
-        let error = scene_error(line);
-        let verdict = of_world_line(line, diagnostics, error.as_ref());
+        let wanted = self.args.reference;
+        let reference = if wanted { reference_error(&self.setup, line, &[]) } else { None };
+        let estimate =
+            if line.error_estimate.is_some() || reference.is_none() { run_error(&self.setup, line, &[]) } else { None };
+        let contradiction = reference.as_ref().filter(|_| estimate.is_some());
+        let verdict = of_world_line(line, diagnostics, estimate.as_ref().or(reference.as_ref()), contradiction);
+        let error = reference.or(estimate);
         let looks_between = self.args.enclose && line.accuracy.is_none();
         let gaps = looks_between.then(|| Gaps::new(line, &self.setup.rough.geometry, verdict.error));
         summary.set_error(error.as_ref(), verdict);

@@ -8,7 +8,7 @@ use geodesic_ivp::diagnostics::scene::SceneMeasures;
 use geodesic_ivp::geometry::ConservedSum;
 use geodesic_ivp::number::Real;
 use geodesic_ivp::solve::WorldLine;
-use geodesic_ivp::study::errors::RunError;
+use geodesic_ivp::study::errors::{Judge, RunError};
 use geodesic_ivp::trajectory::Crossing;
 
 use super::readable::{between, iterations, row};
@@ -84,20 +84,15 @@ fn end<S: Real>(line: &WorldLine<S>) -> String {
     row("end", &position.collect::<Vec<_>>().join(", "))
 }
 
-/// How far the end is from a reference.
+/// By how much the end is off, and how that is known.
 fn accuracy<S: Real>(line: &WorldLine<S>, error: Option<&RunError>) -> String {
-    let estimate =
-        line.error_estimate.map(|estimate| format!("estimated at {estimate:.1e} at most, relative to sizes"));
-    let Some(error) = error else {
-        let unknown = "the reference does not reach the end";
-        return row("error", &format!("{}: {unknown}", estimate.as_deref().unwrap_or("unknown")));
-    };
-    let of = |values: &[f64]| {
-        let each = line.geometry().names().iter().zip(values).map(|(name, error)| format!("{name} {error:.1e}"));
-        each.collect::<Vec<_>>().join(", ")
-    };
-    let estimate = estimate.map_or(String::new(), |estimate| format!("; {estimate}"));
-    row("error", &format!("{} at the end (a Taylor reference){estimate}", of(&error.end)))
+    let Some(error) = error else { return row("error", "unknown: no second solve reaches the end") };
+    let of = line.geometry().names().iter().zip(error.at_most_at_end());
+    let of: Vec<String> = of.map(|(name, error)| format!("{name} {error:.1e}")).collect();
+    let estimate = |estimate| format!("; estimated at {estimate:.1e} at most, relative to sizes");
+    let estimate = line.error_estimate.map_or(String::new(), estimate);
+    let judge = if error.judge == Judge::OwnEstimate { String::new() } else { format!(", {}", error.judge.describe()) };
+    row("error", &format!("{} at the end{judge}{estimate}", of.join(", ")))
 }
 
 /// What measures the error although the scheme does not keep it: K or, with Newton's law, the energy.

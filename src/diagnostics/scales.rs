@@ -51,11 +51,6 @@ impl Scales {
         }
     }
 
-    /// Half the range of x.
-    pub fn amplitude(&self) -> f64 {
-        0.5 * (self.x_range[1] - self.x_range[0])
-    }
-
     /// Δγω: the largest spacing times the largest local frequency.
     pub fn step(&self) -> f64 {
         self.spacing * self.omega

@@ -89,7 +89,7 @@ impl<S: Real> Diagnostics<S, SceneMeasures<S>> {
     /// The same, each with its remedy.
     pub fn suspicions(&self, line: &WorldLine<S>) -> Vec<Reason> {
         let names = line.geometry().names();
-        let of = |(a, sawtooth): &(usize, Sawtooth<S>)| sawtooth.warning(&names[*a], amplitude(&line.q[*a]));
+        let of = |(a, sawtooth): &(usize, Sawtooth<S>)| sawtooth.warning(&names[*a], range(&line.q[*a]), line.digits);
         let sawtooth = self.measures.sawtooth.iter().filter_map(of);
         let rounding = rounding_warning::<S>(line.iterations.last_correction, line.digits);
         let unproved = unproved_warning(line.windows_unproved);
@@ -142,10 +142,10 @@ fn drift_warning<S: Real>(diagnostics: &Diagnostics<S, SceneMeasures<S>>, line: 
     Some(Reason::new(finding, "raise n_gamma or windows"))
 }
 
-/// Half the range of a row.
-fn amplitude<S: Real>(row: &[S]) -> f64 {
+/// The least and the largest of them.
+fn range<S: Real>(row: &[S]) -> [f64; 2] {
     let numbers = || row.iter().map(|value| value.to_f64());
-    0.5 * (numbers().fold(f64::NEG_INFINITY, f64::max) - numbers().fold(f64::INFINITY, f64::min))
+    [numbers().fold(f64::INFINITY, f64::min), numbers().fold(f64::NEG_INFINITY, f64::max)]
 }
 
 /// The work of the force on coordinates that the Lagrangian does not depend on.

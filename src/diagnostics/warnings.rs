@@ -46,12 +46,17 @@ const NEAR_A_HORIZON: f64 = 1e-2;
 /// leaves no error above rounding. After a larger last correction, it was rounding that ended the iteration.
 const SMALL_CORRECTION: f64 = 1e-8;
 
+/// The digits in which rounding may show.
+const SPARE_DIGITS: i32 = 3;
+
 impl<S: Real> Sawtooth<S> {
-    /// The warning that the motion in the coordinate `name`, of this amplitude, has a sawtooth.
-    pub(super) fn warning(&self, name: &str, amplitude: f64) -> Option<Reason> {
+    /// The warning that the motion in the coordinate `name`, in this range and with so many digits, has a sawtooth.
+    pub(super) fn warning(&self, name: &str, [least, most]: [f64; 2], digits: u32) -> Option<Reason> {
         let (sawtooth, sixth) = (self.amplitude?.to_f64(), self.sixth_difference?);
-        let allowed = LARGE_SAWTOOTH * amplitude;
-        (sawtooth > allowed && sixth > ROUGH * sawtooth).then(|| {
+        let allowed = LARGE_SAWTOOTH * 0.5 * (most - least);
+        // At rest there is nothing but rounding.
+        let rounding = 10.0_f64.powi(SPARE_DIGITS - digits as i32) * least.abs().max(most.abs());
+        (sawtooth > allowed.max(rounding) && sixth > ROUGH * sawtooth).then(|| {
             let finding = format!(
                 "even and odd nodes are apart: the sawtooth in {name} is {sawtooth:.1e}, above {allowed:.1e}, \
                  {LARGE_SAWTOOTH} of the amplitude"
@@ -70,7 +75,7 @@ impl<S: Real> Measures<S> {
     /// The same, each with its remedy.
     pub fn suspicions(&self, solution: &Solution<S>) -> Vec<Reason> {
         let found = [
-            self.sawtooth_warning(),
+            self.sawtooth_warning(solution.digits),
             self.drift_warning(solution),
             self.step_warning(solution),
             self.horizon_warning(solution),
@@ -85,9 +90,9 @@ impl<S: Real> Measures<S> {
 }
 
 impl<S: Real> Measures<S> {
-    fn sawtooth_warning(&self) -> Option<Reason> {
+    fn sawtooth_warning(&self, digits: u32) -> Option<Reason> {
         let sawtooth = Sawtooth { amplitude: self.sawtooth, sixth_difference: self.scales.sixth_difference };
-        sawtooth.warning("x", self.scales.amplitude())
+        sawtooth.warning("x", self.scales.x_range, digits)
     }
 
     fn drift_warning(&self, solution: &Solution<S>) -> Option<Reason> {

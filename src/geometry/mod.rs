@@ -251,13 +251,17 @@ impl<S: Real> Geometry<S> {
 
     /// The largest of the sizes of all coordinates that are alike, for every coordinate; see [`Self::alike`].
     pub(crate) fn shared<T: Real>(&self, q: &[S], sizes: &[T]) -> Vec<T> {
-        let alike = self.alike(q);
-        let largest = |kind: usize| {
-            let of_kind = alike.iter().zip(sizes).filter(|(other, _)| **other == kind);
-            of_kind.fold(T::ZERO, |largest, (_, &size)| largest.max(size))
-        };
-        alike.iter().map(|&kind| largest(kind)).collect()
+        largest_of_kind(&self.alike(q), sizes)
     }
+}
+
+/// For each coordinate the largest of the sizes of those that are `alike`.
+pub(crate) fn largest_of_kind<T: Real>(alike: &[usize], sizes: &[T]) -> Vec<T> {
+    let largest = |kind: usize| {
+        let of_kind = alike.iter().zip(sizes).filter(|(other, _)| **other == kind);
+        of_kind.fold(T::ZERO, |largest, (_, &size)| largest.max(size))
+    };
+    alike.iter().map(|&kind| largest(kind)).collect()
 }
 
 impl<S: Real> Geometry<S> {

@@ -3,12 +3,13 @@
 //!
 //! ```
 //! use geodesic_ivp::case::builtin;
-//! use geodesic_ivp::study::run_error::run_error;
+//! use geodesic_ivp::solve::Setup;
+//! use geodesic_ivp::study::errors::run_error;
 //! use geodesic_ivp::{Case, Solution, solve};
 //!
 //! let case = Case::parse("morse", builtin::text("morse").expect("it is built in"), &[])?;
 //! let solution: Solution = solve(&case)?;
-//! let error = run_error(&case, &solution).expect("there is a second solve");
+//! let error = run_error(&Setup::from(&case), &solution, &[]).expect("there is a second solve");
 //! assert!((1e-4..1e-3).contains(&error.at_most_at_end()[1]), "x is good to three digits");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -17,7 +18,6 @@ pub mod convergence;
 pub mod errors;
 mod line;
 pub mod many;
-pub mod run_error;
 mod space;
 pub mod stability;
 pub mod verdict;

@@ -4,7 +4,8 @@
 //! use geodesic_ivp::case::builtin;
 //! use geodesic_ivp::diagnostics::Diagnostics;
 //! use geodesic_ivp::diagnostics::verdict::Grade;
-//! use geodesic_ivp::study::run_error::run_error;
+//! use geodesic_ivp::solve::Setup;
+//! use geodesic_ivp::study::errors::run_error;
 //! use geodesic_ivp::study::verdict::of_solution;
 //! use geodesic_ivp::{Case, Solution, solve};
 //!
@@ -13,13 +14,13 @@
 //!     let case = Case::parse("quartic", text, &[format!("grid.n_gamma={nodes}")])?;
 //!     let solution: Solution = solve(&case)?;
 //!     let measures = Diagnostics::new(&solution).measures;
-//!     let verdict = of_solution(&solution, &measures, run_error(&case, &solution).as_ref());
+//!     let verdict = of_solution(&solution, &measures, run_error(&Setup::from(&case), &solution, &[]).as_ref());
 //!     assert_eq!(verdict.grade, grade, "{}", verdict.line());
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use super::run_error::RunError;
+use super::errors::RunError;
 use crate::diagnostics::scene::SceneMeasures;
 use crate::diagnostics::verdict::{CoordinateError, Facts, Verdict, largest};
 use crate::diagnostics::{Diagnostics, Measures};
@@ -32,14 +33,15 @@ pub fn of_solution<S: Real>(solution: &Solution<S>, measures: &Measures<S>, erro
     Verdict::new(&facts_of_solution(solution, measures, error))
 }
 
-/// The verdict on `line`, from what was measured on it and its distance from a reference, if there is one. With an
-/// accuracy the run's own estimate is judged; a reference may contradict it.
+/// The verdict on `line`, from what was measured on it and its error, if that is known. The estimate of a run to an
+/// accuracy may be contradicted by a reference, if there is one.
 pub fn of_world_line<S: Real>(
     line: &WorldLine<S>,
     diagnostics: &Diagnostics<S, SceneMeasures<S>>,
     error: Option<&RunError>,
+    reference: Option<&RunError>,
 ) -> Verdict {
-    Verdict::new(&facts_of_world_line(line, diagnostics, error))
+    Verdict::new(&facts_of_world_line(line, diagnostics, error, reference))
 }
 
 /// What [`of_solution`] judges.
@@ -70,16 +72,13 @@ pub fn facts_of_world_line<S: Real>(
     line: &WorldLine<S>,
     diagnostics: &Diagnostics<S, SceneMeasures<S>>,
     error: Option<&RunError>,
+    reference: Option<&RunError>,
 ) -> Facts {
     let (geometry, n) = (line.geometry(), line.geometry().dimension());
     let reaches = own_sizes((0..n).map(|a| Reach::new(line, a)).collect::<Vec<_>>(), &line.sizes);
     let sizes: Vec<f64> = reaches.iter().map(|reach| reach.size).collect();
     let shared = geometry.shared(&line.place.start.q, &sizes);
     let errors = |end: &[f64], most: &[f64]| coordinate_errors(geometry.names(), &reaches, &shared, end, most);
-    let own = |estimate: f64| {
-        let own: Vec<f64> = line.sizes.iter().map(|size| estimate * size).collect();
-        errors(&own, &own)
-    };
     let found = |error: &RunError| errors(&error.at_most_at_end(), &error.at_most());
     let relative = |error: &RunError| {
         let shares = error.largest.iter().zip(&line.sizes).filter(|(_, size)| **size > 0.0);
@@ -87,13 +86,10 @@ pub fn facts_of_world_line<S: Real>(
         [largest(shares), error.judge.relative_error()]
     };
     Facts {
-        errors: match line.error_estimate {
-            Some(estimate) => Some(own(estimate)),
-            None => error.map(found),
-        },
+        errors: error.map(found),
         accuracy: line.accuracy,
         good_until: line.good_until.map(|until| line.gamma_i.to_f64() + until),
-        reference: line.error_estimate.and(error).map(relative),
+        reference: reference.map(relative),
         stepped_over: error.map_or(0.0, |error| error.stepped_over),
         digits: line.digits,
         suspicions: diagnostics.suspicions(line),

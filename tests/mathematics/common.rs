@@ -8,7 +8,8 @@ use geodesic_ivp::geometry::{
 };
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::sbp::SbpName;
-use geodesic_ivp::solve::{Arithmetic, Limit, Place, Settings, Setup, System};
+use geodesic_ivp::solve::{Arithmetic, Limit, Place, Settings, Setup, System, WorldLine};
+use geodesic_ivp::study::errors::{RunError, reference_error};
 use geodesic_ivp::{Case, Solution, solve};
 
 /// The base case of the paper, quartic potential; everything else is an override of it.
@@ -242,6 +243,12 @@ fn place<S: Arithmetic>(text: &GeometryText, q: &[&str], q_dot: &[&str]) -> Plac
     Place { geometry: Arc::new(geometry), start: Arc::new(Start { q, q_dot, p }) }
 }
 
+/// The physical limit on one window.
+fn settings((sbp, form, n_gamma): (SbpName, Form, usize), digits: u32) -> Settings {
+    let system = System::PhysicalLimit;
+    Settings { sbp, form, n_gamma, windows: 1, system, digits, max_iterations: 50, accuracy: None }
+}
+
 /// A scene that starts at `q` with `q_dot`, on one window of `n_gamma` nodes.
 pub(crate) fn setup<S: Arithmetic>(
     text: &GeometryText,
@@ -258,16 +265,7 @@ pub(crate) fn setup<S: Arithmetic>(
         limit: Limit::Length(S::from(length)),
         until: Vec::new(),
         regularised: true,
-        settings: Settings {
-            sbp,
-            form,
-            n_gamma,
-            windows: 1,
-            system,
-            digits: if S::IS_EXTENDED { 40 } else { 16 },
-            max_iterations: 50,
-            accuracy: None,
-        },
+        settings: Settings { system, ..settings((sbp, form, n_gamma), if S::IS_EXTENDED { 40 } else { 16 }) },
     }
 }
 
@@ -275,4 +273,21 @@ pub(crate) fn setup<S: Arithmetic>(
 pub(crate) fn in_windows<S: Arithmetic>(mut setup: Setup<S>, windows: usize) -> Setup<S> {
     setup.settings.windows = windows;
     setup
+}
+
+/// The setup of a run, from its end; what solved it does not matter.
+pub(crate) fn setup_of(line: &WorldLine) -> Setup {
+    let limit = match line.ended_at {
+        Some((coordinate, value)) => Limit::Value { coordinate, value },
+        None => Limit::Length(line.length),
+    };
+    let settings = settings((line.sbp_name, line.form, line.nodes()), line.digits);
+    let place = || line.place.clone();
+    let (gamma_i, until) = (line.gamma_i, Vec::new());
+    Setup { place: place(), rough: place(), origin: None, gamma_i, limit, until, regularised: true, settings }
+}
+
+/// The error of a run against a Taylor reference.
+pub(crate) fn against_reference(line: &WorldLine) -> RunError {
+    reference_error(&setup_of(line), line, &[]).expect("the reference gets there")
 }

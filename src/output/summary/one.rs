@@ -13,7 +13,7 @@ use crate::diagnostics::gaps::Gaps;
 use crate::diagnostics::verdict::Verdict;
 use crate::number::Real;
 use crate::solve::{NoSolution, Settings, Solution, Status};
-use crate::study::run_error::RunError;
+use crate::study::errors::RunError;
 use crate::study::verdict::of_solution;
 
 /// Numbers of a critical point.
@@ -90,7 +90,7 @@ pub struct Solved {
     pub newtonian_c: Option<f64>,
 }
 
-/// The error of a run, see [`crate::study::run_error`], in the units of t and x.
+/// The error of a run, see [`crate::study::errors`], in the units of t and x.
 #[derive(Debug, Clone, Serialize)]
 pub struct Error {
     /// The error of t at the last node; 0 if that time was given.

@@ -103,15 +103,36 @@ pub struct SolvedScene {
     /// The gaps between nodes, if they were looked at.
     #[serde(flatten)]
     pub gaps: Option<Gaps>,
-    /// The error of every coordinate at the last node, against a Taylor reference; absent if that does not reach it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error_final: Option<BTreeMap<String, f64>>,
-    /// The largest error of every coordinate over the nodes.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error_max: Option<BTreeMap<String, f64>>,
-    /// The estimated relative error of the reference itself.
+    /// The errors; absent if no second solve reaches the end.
+    #[serde(flatten)]
+    pub error: Option<ErrorByName>,
+}
+
+/// The error of a run, see [`crate::study::errors`], in the units of the coordinates.
+#[derive(Debug, Clone, Serialize)]
+pub struct ErrorByName {
+    /// That of every coordinate at the last node; 0 of one whose value ended the run.
+    pub error_final: BTreeMap<String, f64>,
+    /// The largest of every coordinate over the nodes.
+    pub error_max: BTreeMap<String, f64>,
+    /// How they were found.
+    pub error_from: String,
+    /// The estimated relative error of the reference itself, if the run was compared with one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference_error: Option<f64>,
+}
+
+impl ErrorByName {
+    /// The errors of the coordinates with these names.
+    fn new(names: &[String], error: &RunError) -> Self {
+        let by_name = |values: Vec<f64>| names.iter().cloned().zip(values).collect();
+        Self {
+            error_final: by_name(error.at_most_at_end()),
+            error_max: by_name(error.at_most()),
+            error_from: error.judge.describe(),
+            reference_error: error.judge.reference_error(),
+        }
+    }
 }
 
 impl SceneSummary {
@@ -127,7 +148,7 @@ impl SceneSummary {
         let ended = match result {
             Ok((line, diagnostics, sums)) => Ended {
                 status: Status::Converged,
-                verdict: of_world_line(line, diagnostics, None),
+                verdict: of_world_line(line, diagnostics, None, None),
                 settings: Settings {
                     sbp: line.sbp_name,
                     form: line.form,
@@ -156,7 +177,7 @@ impl SceneSummary {
     pub fn set_error(&mut self, error: Option<&RunError>, verdict: Verdict) {
         let names = self.coordinates.as_ref().map_or(Vec::new(), |names| names.coordinates.clone());
         if let (Some(solved), Some(error)) = (self.solved_mut(), error) {
-            solved.set_error(&names, error);
+            solved.error = Some(ErrorByName::new(&names, error));
         }
         self.verdict = verdict;
     }
@@ -218,17 +239,7 @@ impl SolvedScene {
             good_until: good_until(line),
             windows_unproved: line.windows_unproved,
             gaps: None,
-            error_final: None,
-            error_max: None,
-            reference_error: None,
+            error: None,
         }
-    }
-
-    /// Adds the errors, in the order of the coordinates `names`.
-    fn set_error(&mut self, names: &[String], error: &RunError) {
-        let by_name = |values: &[f64]| Some(names.iter().cloned().zip(values.iter().copied()).collect());
-        self.error_final = by_name(&error.end);
-        self.error_max = by_name(&error.largest);
-        self.reference_error = Some(error.judge.relative_error());
     }
 }

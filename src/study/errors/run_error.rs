@@ -20,7 +20,7 @@ pub struct RunError {
 /// What a run is compared with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Judge {
-    /// A second solve with this accuracy, relative to the sizes of t − t_i and x.
+    /// A second solve with this estimated relative error.
     SecondSolve(f64),
     /// A Taylor trajectory with this estimated relative error.
     Taylor(f64),
@@ -32,7 +32,8 @@ impl Judge {
     /// A phrase for display.
     pub fn describe(self) -> String {
         match self {
-            Self::SecondSolve(accuracy) => format!("from a second solve to {accuracy:.0e}"),
+            // Its last digits depend on the order of sums.
+            Self::SecondSolve(error) => format!("from a second solve to {:.0e}", 10.0_f64.powf(error.log10().ceil())),
             Self::Taylor(error) => format!("from a Taylor series good to {error:.0e}"),
             Self::OwnEstimate => "from the run's own estimate".to_owned(),
         }
@@ -44,6 +45,13 @@ impl Judge {
             Self::SecondSolve(error) | Self::Taylor(error) => error,
             Self::OwnEstimate => 0.0,
         }
+    }
+}
+
+impl Judge {
+    /// That of a Taylor trajectory.
+    pub fn reference_error(self) -> Option<f64> {
+        if let Self::Taylor(error) = self { Some(error) } else { None }
     }
 }
 

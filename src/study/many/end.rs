@@ -7,9 +7,8 @@ use crate::geometry::Geometry;
 use crate::number::Real;
 use crate::number::norm::max_abs;
 use crate::solve::Arithmetic;
-use crate::solve::{Solution, Status, WorldLine, solve};
-use crate::study::errors::scene_error;
-use crate::study::run_error::run_error;
+use crate::solve::{Setup, Solution, Status, WorldLine, solve};
+use crate::study::errors::run_error;
 use crate::study::verdict::{of_solution, of_world_line};
 use crate::trajectory::crossings;
 
@@ -100,7 +99,8 @@ fn names_of_maxima(charges: &[&str], is_lifted: bool, invariants: &[&str]) -> Ve
 
 /// Solves a case of one coordinate.
 pub(super) fn of_one<S: Arithmetic>(case: &Case) -> Outcome {
-    let solution: Solution<S> = match solve(case) {
+    let setup = Setup::from(case);
+    let solution: Solution<S> = match solve(&setup) {
         Ok(solution) => solution,
         Err(failure) => return Outcome::Failed { status: failure.status, message: failure.to_string() },
     };
@@ -115,14 +115,15 @@ pub(super) fn of_one<S: Arithmetic>(case: &Case) -> Outcome {
         q_dot: [t_dot, end.x_dot].map(decimal).to_vec(),
         maxima: maxima(&solution, &diagnostics, None),
         error_estimate: solution.error_estimate,
-        verdict: of_solution(&solution, &diagnostics.measures, run_error(case, &solution).as_ref()),
+        verdict: of_solution(&solution, &diagnostics.measures, run_error(&setup, &solution, &[]).as_ref()),
         events: Vec::new(),
     }))
 }
 
 /// Solves a scene.
 pub(super) fn of_scene<S: Arithmetic>(case: &SceneCase) -> Outcome {
-    let line: WorldLine<S> = match solve(case.setup()) {
+    let setup = case.setup();
+    let line: WorldLine<S> = match solve(&setup) {
         Ok(line) => line,
         Err(failure) => return Outcome::Failed { status: failure.status, message: failure.to_string() },
     };
@@ -135,8 +136,7 @@ pub(super) fn of_scene<S: Arithmetic>(case: &SceneCase) -> Outcome {
         let state = [&[sample.gamma][..], &sample.q, &sample.q_dot].concat();
         Found { event: case.events()[crossing.watch].name.clone(), state: all(&state) }
     });
-    // With an accuracy the run has an estimate of its own.
-    let error = if line.error_estimate.is_none() { scene_error(&line) } else { None };
+    let error = run_error(&setup, &line, &[]);
     Outcome::Solved(Box::new(End {
         ending: ending(case, line.ended_by),
         gamma: decimal(line.gamma_f()),
@@ -144,7 +144,7 @@ pub(super) fn of_scene<S: Arithmetic>(case: &SceneCase) -> Outcome {
         q_dot: all(&end.q_dot),
         maxima: maxima(&line, &diagnostics, diagnostics.measures.energy.map(|energy| energy.max_ends)),
         error_estimate: line.error_estimate,
-        verdict: of_world_line(&line, &diagnostics, error.as_ref()),
+        verdict: of_world_line(&line, &diagnostics, error.as_ref(), None),
         events: found.collect(),
     }))
 }

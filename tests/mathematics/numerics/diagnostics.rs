@@ -1,7 +1,8 @@
 //! What is measured on a run in units other than 1, against definitions and the motion itself.
 
 use geodesic_ivp::diagnostics::{Diagnostics, Measures, NEGLIGIBLE};
-use geodesic_ivp::study::run_error::run_error;
+use geodesic_ivp::solve::Setup;
+use geodesic_ivp::study::errors::run_error;
 use geodesic_ivp::study::verdict::facts_of_solution;
 
 use crate::common::{case, solved};
@@ -72,7 +73,7 @@ fn the_scales_of_an_oscillation_are_its_own() {
     for (got, want) in [
         (scales.x_range[0], -0.25),
         (scales.x_range[1], 0.25),
-        (scales.amplitude(), 0.25),
+        (0.5 * (scales.x_range[1] - scales.x_range[0]), 0.25),
         (scales.x_dot, 1.5),
         (scales.omega, 6.0),
         (scales.step(), 6.0 * 3.0 / 600.0),
@@ -88,7 +89,7 @@ fn a_verdict_counts_an_error_against_the_range_of_x() {
     let overrides = "potential={formula={expression=\"2*(x-3)^2\"}} particle.c=1e4 scheme.sbp=SBP42 \
                      initial={t=7.0,x=3.0,t_dot=3.0,x_dot=1.5} grid={gamma_f=3.0,n_gamma=601}";
     let solution = solved(overrides);
-    let error = run_error(&case(overrides), &solution);
+    let error = run_error(&Setup::from(&case(overrides)), &solution, &[]);
     let errors = facts_of_solution(&solution, &measures(overrides), error.as_ref()).errors.unwrap();
     let found = [errors[0].size, errors[0].range, errors[1].size, errors[1].range];
     for (found, wanted) in found.into_iter().zip([9.0, 9.0, 3.25, 0.5]) {

@@ -1,6 +1,7 @@
 //! Rest, circular orbits and small oscillations: the motion is smaller than the rounding of the place.
 
 use crate::common::case;
+use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::{Solution, solve};
 
 /// Schemes on a given grid, of both forms and of both systems.
@@ -31,6 +32,11 @@ fn ended(well: (&str, f64, f64, f64), amplitude: f64, scheme: &str) -> f64 {
     let solution: Solution = solve(&case).unwrap_or_else(|error| panic!("{formula} {amplitude:e} {scheme}: {error}"));
     let most = solution.x().iter().fold(0.0, |most: f64, at| most.max((at - x).abs()));
     assert!(most < 1.3 * amplitude + 1e-13, "{formula} {amplitude:e} {scheme}: {most:e}");
+    // What rounding leaves is no sawtooth.
+    if amplitude < 1e-13 {
+        let warnings = Diagnostics::new(&solution).measures.warnings(&solution);
+        assert!(!warnings.iter().any(|warning| warning.contains("sawtooth")), "{scheme}: {warnings:?}");
+    }
     solution.gradient_norm
 }
 

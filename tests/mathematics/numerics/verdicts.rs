@@ -5,18 +5,17 @@ use std::ops::ControlFlow;
 
 use std::borrow::Cow;
 
+use geodesic_ivp::Solution;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::engine::{Accuracy, Engine, POINTS};
-use geodesic_ivp::geometry::{Geometry, Start};
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::output::write_trajectory;
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve::{Arithmetic, Setup, solve_window_by_window};
-use geodesic_ivp::study::run_error::{Judge, error_with_samples, run_error};
+use geodesic_ivp::study::errors::{Judge, run_error};
 use geodesic_ivp::trajectory::{Coordinate, SampleStream};
-use geodesic_ivp::{Case, Solution, solve};
 
-use crate::common::{case, g00, norm_of, solved, solved_in};
+use crate::common::{case, g00, solved, solved_in};
 
 /// The largest errors of t and x over the nodes, and those at the end, against a Taylor trajectory.
 fn true_errors<S: Arithmetic>(solution: &Solution<S>, overrides: &str) -> [[f64; 2]; 2] {
@@ -50,7 +49,7 @@ fn every_scheme_knows_its_error() {
     ];
     for scheme in schemes {
         let solution = solved(scheme);
-        let error = run_error(&case(scheme), &solution).unwrap();
+        let error = run_error(&Setup::from(&case(scheme)), &solution, &[]).unwrap();
         let (end, largest, judge) = (error.at_most_at_end(), error.at_most(), error.judge);
         assert!(matches!(judge, Judge::SecondSolve(_)), "{scheme}");
         let [true_largest, true_end] = true_errors(&solution, scheme);
@@ -66,7 +65,7 @@ fn every_scheme_knows_its_error() {
 fn an_error_below_the_digits_of_f64_is_seen_by_a_series_in_the_precision_of_the_run() {
     let scheme = "scheme.sbp=GLL24 scheme.form=weak grid.n_gamma=24 grid.windows=4 solver.digits=40";
     let solution: Solution<Extended> = solved_in(scheme);
-    let error = run_error(&case(scheme), &solution).unwrap();
+    let error = run_error(&Setup::from(&case(scheme)), &solution, &[]).unwrap();
     let [_, true_end] = true_errors(&solution, scheme);
     assert!(matches!(error.judge, Judge::Taylor(own) if own < 1e-38));
     assert!(error.at_most_at_end()[1] > 0.0 && error.at_most_at_end()[1] < 1e-20, "{:?}", error.end);
@@ -78,10 +77,13 @@ fn an_error_below_the_digits_of_f64_is_seen_by_a_series_in_the_precision_of_the_
 #[test]
 fn where_the_time_is_given_an_error_of_t_is_one_of_x() {
     let to_accuracy = "solver.accuracy=1e-9 grid.t_f=1.2";
-    assert_eq!(run_error(&case(to_accuracy), &solved(to_accuracy)).unwrap().at_most_at_end()[0], 0.0);
+    assert_eq!(
+        run_error(&Setup::from(&case(to_accuracy)), &solved(to_accuracy), &[]).unwrap().at_most_at_end()[0],
+        0.0
+    );
     // An accuracy is one relative to the sizes of t and x.
     let far = "solver.accuracy=1e-9 grid.gamma_f=9.0 potential={linear={alpha=-0.01}}";
-    let (solution, error) = (solved(far), run_error(&case(far), &solved(far)).unwrap());
+    let (solution, error) = (solved(far), run_error(&Setup::from(&case(far)), &solved(far), &[]).unwrap());
     let estimate = solution.error_estimate.unwrap();
     assert!(solution.sizes[0] >= solution.duration() && solution.sizes[1] >= solution.end_state().x);
     for (found, size) in error.at_most().into_iter().zip(&solution.sizes) {
@@ -89,7 +91,7 @@ fn where_the_time_is_given_an_error_of_t_is_one_of_x() {
     }
     let scheme = "scheme.sbp=SBP42 grid.t_f=1.2";
     let solution = solved(scheme);
-    let error = run_error(&case(scheme), &solution).unwrap();
+    let error = run_error(&Setup::from(&case(scheme)), &solution, &[]).unwrap();
     let (geometry, start) = (case(scheme).geometry::<f64>(), case(scheme).start::<f64>());
     let length = ReferenceTrajectory::length_of(&geometry, &start, 0, 1.2, 16).unwrap();
     let exact = ReferenceTrajectory::new(&geometry, &start, length, 16).unwrap().at(length);
@@ -103,7 +105,7 @@ fn where_the_time_is_given_an_error_of_t_is_one_of_x() {
 fn beyond_the_digits_of_f64_an_error_of_t_is_one_of_x_too() {
     let scheme = "scheme.sbp=GLL20 scheme.form=weak grid={t_f=1.2,n_gamma=20,windows=3} solver.digits=40";
     let solution: Solution<Extended> = solved_in(scheme);
-    let error = run_error(&case(scheme), &solution).unwrap();
+    let error = run_error(&Setup::from(&case(scheme)), &solution, &[]).unwrap();
     let (geometry, start) = (case(scheme).geometry::<Extended>(), case(scheme).start::<Extended>());
     let duration = Extended::from_decimal("1.2").unwrap();
     let length = ReferenceTrajectory::length_of(&geometry, &start, 0, duration, 40).unwrap();
@@ -134,7 +136,7 @@ fn samples_take_the_place_of_nodes_that_are_gone() {
     let largest = before.map(|sample| off(sample.gamma, sample.q[0], sample.q[1])).chain(nodes).fold([0.0; 2], larger);
     // In either order.
     for _ in 0..2 {
-        let found = error_with_samples(&case, &last, &samples).unwrap();
+        let found = run_error(&Setup::from(&case), &last, &samples).unwrap();
         for (found, wanted) in found.at_most().into_iter().zip(largest) {
             assert!((found - wanted).abs() < 1e-10 + 1e-6 * wanted && wanted > 1e-9, "{found:e} for {wanted:e}");
         }
@@ -142,7 +144,7 @@ fn samples_take_the_place_of_nodes_that_are_gone() {
     }
     // The samples before the last window count.
     samples[3].q[1] += 0.5;
-    let found = error_with_samples(&case, &last, &samples).unwrap().at_most()[1];
+    let found = run_error(&Setup::from(&case), &last, &samples).unwrap().at_most()[1];
     assert!((found - 0.5).abs() < 1e-2, "{found}");
 }
 
@@ -152,10 +154,10 @@ fn samples_take_the_place_of_nodes_that_are_gone() {
 fn a_series_is_asked_for_where_a_second_solve_sees_nothing() {
     let judge = |overrides: &str| {
         let solution: Solution<Extended> = solved_in(&format!("{overrides} solver.digits=40"));
-        run_error(&case(overrides), &solution).unwrap().judge
+        run_error(&Setup::from(&case(overrides)), &solution, &[]).unwrap().judge
     };
     let fine = "scheme.sbp=GLL24 scheme.form=weak grid={gamma_f=1.0,n_gamma=24,windows=4}";
-    let in_f64 = run_error(&case(fine), &solved(fine)).unwrap();
+    let in_f64 = run_error(&Setup::from(&case(fine)), &solved(fine), &[]).unwrap();
     assert!(matches!(in_f64.judge, Judge::SecondSolve(_)) && in_f64.at_most()[1] < 1e-11, "{in_f64:?}");
     for far in ["t=0.0,x=1.0,t_dot=1e4,x_dot=0.1", "t=0.0,x=-5e3,t_dot=1.0,x_dot=1e4"] {
         let far = format!("{fine} potential={{linear={{alpha=1e-4}}}} initial={{{far}}} particle.c=10.0");
@@ -173,13 +175,14 @@ fn the_error_of_a_second_solve_counts_in_units_of_the_sizes() {
                      scheme.form=weak grid={gamma_f=3.0,n_gamma=24,windows=12} \
                      initial={t=0.0,x=-30.0,t_dot=100.0,x_dot=2.0}";
     let (geometry, start) = (case(overrides).geometry::<f64>(), case(overrides).start::<f64>());
-    let mut engine = Engine::accurate(&geometry, &start, 3.0, Accuracy::Promised(1e-12), POINTS).unwrap();
+    let mut engine = Engine::accurate(&geometry, &start, 3.0, Accuracy::Estimated(1e-13), POINTS).unwrap();
     engine.run(|_| ControlFlow::Continue(())).unwrap();
     let own = engine.error_estimate().unwrap();
-    let (solution, error) = (solved(overrides), run_error(&case(overrides), &solved(overrides)).unwrap());
+    let (solution, error) =
+        (solved(overrides), run_error(&Setup::from(&case(overrides)), &solved(overrides), &[]).unwrap());
     let t = solution.duration().abs();
     let x = solution.x().iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    assert!(t > 100.0 && x >= 30.0 && error.judge == Judge::SecondSolve(1e-12));
+    assert!(t > 100.0 && x >= 30.0 && error.judge == Judge::SecondSolve(own));
     for (found, size) in error.at_most().into_iter().zip([t, x]) {
         assert!(found >= own * size && found < (own + 2e-14) * size, "{found:e}, {own:e}, {size}");
     }
@@ -260,41 +263,4 @@ fn the_last_row_of_a_trajectory_is_a_velocity() {
         assert_eq!(row[3..5], [tangent[0][last], tangent[1][last]]);
         assert_eq!(row[4], solution.end_state().x_dot);
     }
-}
-
-/// Windows count by their lengths, which are very different near a steep well.
-#[test]
-fn what_a_run_to_an_accuracy_steps_over_is_an_integral_over_gamma() {
-    let text = r#"
-        potential.formula.expression = "-0.1/sqrt(x^2+0.01)"
-        particle.c = 3.0
-        initial = { t = 7.0, x = 1.5, t_dot = 1.2, x_dot = 0.0 }
-        grid.gamma_f = 9.0
-        solver.accuracy = 1e-4
-    "#;
-    let case = Case::parse("well", text, &[]).unwrap();
-    let (geometry, start): (Geometry, Start) = (case.geometry(), case.start());
-    let (q_t, k) = (start.p[0], norm_of(&geometry, &start));
-    let (mut off, mut motion, mut lengths) = (0.0, 0.0_f64, [f64::INFINITY, 0.0]);
-    let mut engine = Engine::accurate(&geometry, &start, 9.0, Accuracy::Promised(1e-4), POINTS).unwrap();
-    let run = engine.run(|window| {
-        if window.index == 0 {
-            (off, motion) = (0.0, 0.0);
-        }
-        let (h, dense) = (window.length, window.dense());
-        lengths = [lengths[0].min(h), lengths[1].max(h)];
-        let points = (1e4 * h).ceil();
-        for j in 0..points as usize {
-            let (mut q, mut p) = ([0.0; 2], [0.0]);
-            dense.at((j as f64 + 0.5) / points, &mut q, &mut p);
-            off += h / points * (q_t * q_t / g00(&geometry, q[1]) - p[0] * p[0] - k).abs();
-            motion = motion.max(p[0] * p[0]);
-        }
-        ControlFlow::Continue(())
-    });
-    assert!(run.is_ok() && lengths[1] > 3.0 * lengths[0], "{lengths:?}");
-    let share = 0.5 * off / (motion * 9.0);
-    let solution: Solution = solve(&case).unwrap();
-    let found = run_error(&case, &solution).unwrap().stepped_over;
-    assert!(share > 1e-9 && (found / share - 1.0).abs() < 0.01, "{found:e} for {share:e}");
 }

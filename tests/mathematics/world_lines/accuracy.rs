@@ -9,10 +9,9 @@ use geodesic_ivp::geometry::{Direction, Geometry, GeometryText, Observable, Plac
 use geodesic_ivp::output::{write_residuals, write_trajectory};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve::{NoSolution, WorldLine, solve};
-use geodesic_ivp::study::errors::scene_error;
 use geodesic_ivp::trajectory::{Sampler, Watch, crossings};
 
-use crate::common;
+use crate::common::{self, against_reference};
 use crate::random_scenes::random::Random;
 use crate::random_scenes::several::several;
 
@@ -36,7 +35,7 @@ fn end(line: &WorldLine, name: &str) -> f64 {
 
 /// The largest error at a node, relative to the sizes of coordinates; and that of the reference.
 fn error(line: &WorldLine) -> [f64; 2] {
-    let found = scene_error(line).expect("the reference gets there");
+    let found = against_reference(line);
     [relative(&found.largest, &line.sizes), found.judge.relative_error()]
 }
 
@@ -200,7 +199,7 @@ fn a_run_to_a_time_is_accurate_at_that_time() {
         let off = (end(&line, "x") - 0.1).hypot(end(&line, "y"));
         let estimate = line.error_estimate.unwrap();
         assert!(off <= estimate && estimate <= accuracy, "{accuracy:e}: off by {off:e}, estimate {estimate:e}");
-        let found = scene_error(&line).unwrap();
+        let found = against_reference(&line);
         assert!((found.end[1].hypot(found.end[2]) - off).abs() <= 1e-3 * off + 1e-11, "{:?}", found.end);
         assert_eq!(found.end[0], 0.0);
     }
@@ -213,7 +212,7 @@ fn a_world_line_knows_that_a_time_ended_it() {
     let end_of = |until: &str, rest: &str| {
         let line = from_text(&format!("{ellipse}[grid]\nt_f = 1.0\n{until}{rest}"));
         assert!(line.ended_at.is_none_or(|(_, t)| (t - 1.0).abs() < 1e-14));
-        (line.ended_at.map(|(a, _)| a), line.ended_by, scene_error(&line).unwrap().end[0])
+        (line.ended_at.map(|(a, _)| a), line.ended_by, against_reference(&line).end[0])
     };
     for rest in ["[solver]\naccuracy = 1e-8\n", "windows = 4\n[scheme]\nsbp = \"GLL8\"\nform = \"weak\"\n"] {
         assert_eq!(end_of("", rest), (Some(0), None, 0.0));

@@ -6,11 +6,11 @@ use geodesic_ivp::diagnostics::scene::SceneMeasures;
 use geodesic_ivp::geometry::{Geometry, GeometryText};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve::{WorldLine, solve};
-use geodesic_ivp::study::errors::{RunError, scene_error};
+use geodesic_ivp::study::errors::{RunError, run_error};
 use geodesic_ivp::study::many::{ManyRuns, Outcome};
 use geodesic_ivp::study::verdict::facts_of_world_line;
 
-use crate::common::metric;
+use crate::common::{against_reference, metric, setup_of};
 
 /// Newton's law for m = 2 in V = x² + 2y² + x²y/3.
 const MOTION: &str = r#"
@@ -147,7 +147,7 @@ fn sums_of_momenta_and_constants_are_kept_whatever_their_factors() {
         // Residuals are rounding, and not less than their own largest.
         assert!(found.max_delta_g > 0.0 && found.max_delta_g < 1e-9, "{:e}", found.max_delta_g);
         // γ does not begin at 0.
-        let error = scene_error(&line).unwrap();
+        let error = against_reference(&line);
         assert!(error.largest.iter().all(|error| *error < 0.1) && error.largest[1] > 1e-9, "{error:?}");
     }
 }
@@ -164,9 +164,9 @@ fn a_verdict_counts_errors_against_the_motion_from_its_start() {
     "#;
     let case = SceneCase::parse("test", text, &[]).unwrap();
     let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
-    let error = scene_error(&line).unwrap();
+    let error = against_reference(&line);
     assert!((0.0..1e-12).contains(&error.stepped_over), "{error:?}");
-    let facts = facts_of_world_line(&line, &measured(&line), Some(&error));
+    let facts = facts_of_world_line(&line, &measured(&line), Some(&error), None);
     let errors = facts.errors.unwrap();
     let of = |name: &str| errors.iter().find(|error| error.name == name).unwrap();
     for (found, wanted) in
@@ -182,13 +182,14 @@ fn a_verdict_counts_errors_against_the_motion_from_its_start() {
     );
     let run: WorldLine = solve(case.unwrap().setup()).unwrap_or_else(|failure| panic!("{failure}"));
     let estimate = run.error_estimate.unwrap();
-    for error in facts_of_world_line(&run, &measured(&run), None).errors.unwrap() {
+    let own = run_error(&setup_of(&run), &run, &[]);
+    for error in facts_of_world_line(&run, &measured(&run), own.as_ref(), None).errors.unwrap() {
         let own = estimate * error.size;
         assert!((error.largest / own - 1.0).abs() < 1e-12 && error.end == error.largest, "{error:?}");
     }
     // What the reference may be off by is added, in units of the coordinate.
     let known = RunError { own: errors.iter().map(|error| 1e-3 * error.shared).collect(), ..error.clone() };
-    let wider = facts_of_world_line(&line, &measured(&line), Some(&known)).errors.unwrap();
+    let wider = facts_of_world_line(&line, &measured(&line), Some(&known), None).errors.unwrap();
     for (a, wider) in wider.iter().enumerate() {
         for (found, own) in [(wider.end, error.end[a]), (wider.largest, error.largest[a])] {
             assert!((found - own - 1e-3 * wider.shared).abs() < 1e-9 && found > own, "{wider:?}");
@@ -209,7 +210,7 @@ fn what_a_reference_steps_over_is_the_delay_that_it_misses() {
     let case = SceneCase::parse("test", text, &[]).unwrap();
     let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
     let late = 0.05e-3 * std::f64::consts::PI.sqrt() / 2.0;
-    let found = scene_error(&line).unwrap().stepped_over;
+    let found = against_reference(&line).stepped_over;
     assert!((1.0..2.0).contains(&(found / late)), "{found:e} for {late:e}");
 }
 
@@ -274,7 +275,8 @@ fn coordinates_share_a_size_if_they_have_one_unit() {
         );
         let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
         let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
-        let errors = facts_of_world_line(&line, &measured(&line), scene_error(&line).as_ref()).errors.unwrap();
+        let errors =
+            facts_of_world_line(&line, &measured(&line), Some(&against_reference(&line)), None).errors.unwrap();
         ["x", "y"].map(|name| errors.iter().find(|error| error.name == name).unwrap().shared)
     };
     let [x, y] = shared("x = 2.0, y = 2.0");
@@ -298,7 +300,7 @@ fn a_run_is_written_with_its_own_names_and_branches() {
 #[test]
 fn the_largest_errors_are_those_of_the_nodes_and_nothing_is_stepped_over_in_vain() {
     let line = run(&[]);
-    let (found, start) = (scene_error(&line).unwrap(), &line.place.start);
+    let (found, start) = (against_reference(&line), &line.place.start);
     let reference = ReferenceTrajectory::new(line.geometry(), start, line.length, 16).unwrap();
     let q: Vec<Vec<f64>> = (0..4).map(|a| line.q(a).collect()).collect();
     for (a, row) in q.iter().enumerate() {
@@ -317,7 +319,7 @@ fn the_largest_errors_are_those_of_the_nodes_and_nothing_is_stepped_over_in_vain
         );
         let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
         let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
-        scene_error(&line).unwrap().stepped_over
+        against_reference(&line).stepped_over
     };
     assert_eq!(smooth(""), 0.0);
 }
@@ -334,7 +336,7 @@ fn a_force_is_part_of_the_certificate_and_not_of_what_is_stepped_over() {
         let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
         let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
         assert!((0.0..1e-11).contains(&line.gradient_norm), "{scheme}: {:e}", line.gradient_norm);
-        let error = scene_error(&line).unwrap();
+        let error = against_reference(&line);
         assert!(error.stepped_over == 0.0 && error.largest[1] > 1e-9 && error.largest[1] < 0.1, "{scheme}: {error:?}");
     }
     // A force without work in t changes K.
@@ -343,7 +345,7 @@ fn a_force_is_part_of_the_certificate_and_not_of_what_is_stepped_over() {
                 grid = { gamma_f = 1.0, n_gamma = 41 }\nscheme.sbp = 'SBP42'";
     let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
     let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
-    assert!(measured(&line).norm.max_ends > 0.1 && scene_error(&line).unwrap().stepped_over == 0.0);
+    assert!(measured(&line).norm.max_ends > 0.1 && against_reference(&line).stepped_over == 0.0);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use geodesic_ivp::methods::{Output, PEERS, Problem, Setting, Step};
 use geodesic_ivp::number::Extended;
 use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{WorldLine, solve};
-use geodesic_ivp::study::errors::scene_error;
+use geodesic_ivp::study::errors::reference_error;
 
 /// Three smooth discs on the unit circle.
 fn disks(height: &str, width: &str, start: [&str; 4], length: &str, rest: &str) -> SceneCase {
@@ -41,7 +41,7 @@ fn check<S: Arithmetic>(case: &SceneCase, expected: [f64; 2]) {
     let diagnostics = Diagnostics::of_scene(&line, &[], &mut [], case.is_lifted());
     assert!(diagnostics.norm.max_ends.to_f64() < 1e-6 && diagnostics.max_delta_g.is_finite());
     assert!(line.gradient_norm.to_f64() < 1e-8);
-    assert!(scene_error(&line).is_some(), "the reference gets there");
+    assert!(reference_error(&case.setup(), &line, &[]).is_some(), "the reference gets there");
 }
 
 #[test]

@@ -1,0 +1,111 @@
+//! What of a run is compared with another one.
+
+use crate::geometry::largest_of_kind;
+use crate::number::Real;
+use crate::solve::WorldLine;
+use crate::trajectory::Sample;
+
+/// The nodes of a run, counted from its start and its origin, or samples in place of some of them.
+pub(super) struct Points<S> {
+    /// γ − γ_i.
+    pub(super) gamma: Vec<S>,
+    /// q^a, a row for each coordinate.
+    pub(super) rows: Vec<Vec<S>>,
+    /// dq^a/dγ at the end.
+    q_dot: Vec<S>,
+    /// The coordinate whose value ended the run, if one did. The last point is compared at that value.
+    pub(super) clock: Option<usize>,
+    /// What sizes are measured from: 0 of active coordinates, and the start of ignorable ones.
+    origins: Vec<S>,
+    /// For each coordinate the first with the same metric coefficient.
+    alike: Vec<usize>,
+}
+
+impl<S: Real> Points<S> {
+    /// The samples before `line`, and its nodes.
+    pub(super) fn new(line: &WorldLine<S>, samples: &[Sample<S>], clock: Option<usize>) -> Self {
+        let (geometry, start) = (line.geometry(), &line.place.start);
+        let n = geometry.dimension();
+        let mut gamma: Vec<S> = Vec::with_capacity(line.nodes());
+        let mut rows: Vec<Vec<S>> = vec![Vec::with_capacity(line.nodes()); n];
+        let first = line.gamma_from_start().next().unwrap_or(S::ZERO);
+        let mut before: Vec<&Sample<S>> = samples.iter().filter(|sample| sample.gamma - line.gamma_i < first).collect();
+        if before.first().zip(before.last()).is_some_and(|(first, last)| first.gamma > last.gamma) {
+            before.reverse();
+        }
+        gamma.extend(before.iter().map(|sample| sample.gamma - line.gamma_i));
+        gamma.extend(line.gamma_from_start());
+        for (a, row) in rows.iter_mut().enumerate() {
+            row.extend(before.iter().map(|sample| sample.q[a] - line.origin_of(a)));
+            row.extend(line.counted_from_origin(a, &line.q[a]));
+        }
+        let origin = |a: usize| if geometry.active().contains(&a) { S::ZERO } else { start.q[a] };
+        let (q_dot, alike) = (line.end().q_dot, geometry.alike(&start.q));
+        Self { gamma, rows, q_dot, clock, origins: (0..n).map(origin).collect(), alike }
+    }
+
+    /// Number of points.
+    pub(super) fn len(&self) -> usize {
+        self.gamma.len()
+    }
+
+    /// The size of every coordinate, shared with others of its kind.
+    pub(super) fn sizes(&self) -> Vec<f64> {
+        let far = |(row, &origin): (&Vec<S>, &S)| Reach::of(row.iter().map(|&q| (q - origin).to_f64())).size;
+        let sizes: Vec<f64> = self.rows.iter().zip(&self.origins).map(far).collect();
+        largest_of_kind(&self.alike, &sizes)
+    }
+
+    /// By how much the last point is off at most in every coordinate, where it is off by `off` at equal γ from a
+    /// world-line with `q_dot` there. Where the value of a coordinate ended the run, points with that value are
+    /// compared: the pace of the world-line on the way there changes by about half of what it differs at both ends.
+    pub(super) fn at_end(&self, off: Vec<f64>, q_dot: &[f64]) -> Vec<f64> {
+        let Some(clock) = self.clock else { return off };
+        let at = |a: usize| {
+            let pace = q_dot[a] / q_dot[clock];
+            (off[a] - off[clock] * pace).abs() + 0.5 * off[clock].abs() * (self.pace(a, clock) - pace).abs()
+        };
+        (0..off.len()).map(|a| if a == clock { 0.0 } else { at(a) }).collect()
+    }
+
+    /// dq^a by the change of the coordinate `clock`, at the end.
+    fn pace(&self, a: usize, clock: usize) -> f64 {
+        (self.q_dot[a] / self.q_dot[clock]).to_f64()
+    }
+
+    /// What a judge may be off by that is off by so much in every coordinate: of a run that ends at a value of one all
+    /// in the others.
+    pub(super) fn own(&self, mut errors: Vec<f64>) -> Vec<f64> {
+        if let Some(clock) = self.clock {
+            let late = std::mem::take(&mut errors[clock]);
+            let others = errors.iter_mut().enumerate().filter(|(a, _)| *a != clock);
+            others.for_each(|(a, own)| *own += late * self.pace(a, clock).abs());
+        }
+        errors
+    }
+}
+
+/// How far a coordinate goes.
+#[derive(Debug, Clone, Copy)]
+pub struct Reach {
+    /// Its largest absolute value; that of the distance from the start for an ignorable coordinate.
+    pub size: f64,
+    /// Its largest value minus its least.
+    pub range: f64,
+}
+
+impl Reach {
+    /// How far coordinate `a` goes on the nodes of a world-line.
+    pub fn new<S: Real>(line: &WorldLine<S>, a: usize) -> Self {
+        let origin = if line.geometry().active().contains(&a) { S::ZERO } else { line.place.start.q[a] };
+        Self::of(line.q(a).map(|q| (q - origin).to_f64()))
+    }
+
+    fn of(values: impl Iterator<Item = f64>) -> Self {
+        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+        for q in values {
+            (least, most) = (least.min(q), most.max(q));
+        }
+        Self { size: least.abs().max(most.abs()), range: most - least }
+    }
+}
