@@ -172,7 +172,7 @@ solver.accuracy = 1e-8\n' >case.toml; g check case.toml; g run case.toml
 folders/replace g run quartic-sbp42 --set solver.system=doubled; g run quartic-sbp42 --plot; g run quartic-sbp42
 folders/foreign mkdir mine; echo "not yours" >mine/summary.json; g run quartic --out mine; cp mine/summary.json kept; \
     g run quartic --out mine --force
-folders/failure g run quartic; g run quartic --set solver.max_iterations=1 --set solver.system=doubled
+folders/failure g run quartic; g run quartic --set grid.gamma_f=20.0 --set scheme.sbp=SBP42 --set grid.n_gamma=8
 folders/same-name mkdir a b; g init quartic >a/q.toml; g init morse >b/q.toml; g run a/q.toml; g run b/q.toml; \
     g run a/q.toml --quiet
 folders/several g run quartic horizon kepler; g run quartic morse --out both; g run quartic nowhere.toml

@@ -10,8 +10,8 @@
 //!
 //! with P_k at 2s − 1, and once more for positions where accelerations are the slopes.
 
+use super::MOST_POINTS;
 use crate::number::Compensated;
-use crate::sbp::collocation::legendre_values;
 
 /// Places that are computed side by side.
 const LANES: usize = 8;
@@ -23,6 +23,25 @@ pub struct Dense {
     pub(super) p: Vec<Curve>,
     /// The degree of the curves.
     pub(super) degree: usize,
+}
+
+/// The most coefficients of a curve: those of slopes, integrated twice.
+const MOST_MODES: usize = MOST_POINTS + 2;
+
+/// a and b of P_{k+1} = a x P_k − b P_{k−1}.
+fn recurrence(k: usize) -> [f64; 2] {
+    [(2 * k + 1) as f64 / (k + 1) as f64, k as f64 / (k + 1) as f64]
+}
+
+/// P_0, P_1, … at x.
+fn legendre(x: f64) -> [f64; MOST_MODES] {
+    let (mut before, mut now) = (0.0, 1.0);
+    std::array::from_fn(|k| {
+        let [up, down] = recurrence(k);
+        let here = now;
+        (before, now) = (now, up * x * now - down * before);
+        here
+    })
 }
 
 /// A function of s by the Legendre coefficients of what it is ahead of its start.
@@ -49,11 +68,8 @@ impl Dense {
     /// # Panics
     /// If there is not as much room as there are values.
     pub fn at(&self, fraction: f64, q: &mut [f64], p: &mut [f64]) {
-        let mut legendre = legendre_values(self.degree, 2.0 * fraction - 1.0);
-        if fraction == 0.0 {
-            // Sums of coefficients have rounding errors, and the start has none.
-            legendre.fill(0.0);
-        }
+        // Sums of coefficients have rounding errors, and the start has none.
+        let legendre = if fraction == 0.0 { [0.0; MOST_MODES] } else { legendre(2.0 * fraction - 1.0) };
         for (curves, out) in [(&self.q, q), (&self.p, p)] {
             assert_eq!(curves.len(), out.len(), "a place for each value");
             out.iter_mut().zip(curves).for_each(|(out, curve)| *out = curve.at(fraction, &legendre));
@@ -84,8 +100,7 @@ impl Dense {
                 let c = curve.increment.get(k).copied().unwrap_or(0.0);
                 sum.iter_mut().zip(&now).for_each(|(sum, p)| *sum += c * p);
             }
-            // P_{k+1} = ((2k + 1) x P_k − k P_{k−1})/(k + 1)
-            let (up, down) = ((2 * k + 1) as f64 / (k + 1) as f64, k as f64 / (k + 1) as f64);
+            let [up, down] = recurrence(k);
             for ((before, now), x) in before.iter_mut().zip(&mut now).zip(x) {
                 (*before, *now) = (*now, up * x * *now - down * *before);
             }
@@ -94,24 +109,19 @@ impl Dense {
 
     /// q^a of one coordinate.
     pub(super) fn position(&self, a: usize, fraction: f64) -> f64 {
-        self.q[a].at(fraction, &legendre_values(self.degree, 2.0 * fraction - 1.0))
+        self.q[a].at(fraction, &legendre(2.0 * fraction - 1.0))
     }
 }
 
-/// The coefficients of the integral from s = 0.
-pub(super) fn integrated(coefficients: Vec<f64>) -> Vec<f64> {
+/// The coefficients of the integral from s = 0 over a window of length h.
+pub(super) fn integrated(coefficients: &[f64], h: f64) -> Vec<f64> {
     let mut integral = vec![0.0; coefficients.len() + 1];
-    for (k, c) in coefficients.into_iter().enumerate() {
-        let share = 0.5 * c / (2 * k + 1) as f64;
+    for (k, c) in coefficients.iter().enumerate() {
+        let share = 0.5 * h * c / (2 * k + 1) as f64;
         integral[k + 1] += share;
         integral[k.saturating_sub(1)] += if k == 0 { share } else { -share };
     }
     integral
-}
-
-pub(super) fn scaled(mut coefficients: Vec<f64>, h: f64) -> Vec<f64> {
-    coefficients.iter_mut().for_each(|c| *c *= h);
-    coefficients
 }
 
 #[cfg(test)]

@@ -35,6 +35,8 @@ pub(super) struct Rule<const N: usize> {
     pub(super) weights: Nodes<N>,
     /// A.
     pub(super) integral: Box<Matrix<N>>,
+    /// The weights of the value at each node in the Legendre coefficients.
+    modes: Vec<Nodes<N>>,
 }
 
 impl<const N: usize> Rule<N> {
@@ -55,7 +57,11 @@ impl<const N: usize> Rule<N> {
         let node = |i: usize| operators.nodes()[i.min(n - 1)];
         let nodes = [Nodes(std::array::from_fn(|i| node(i).hi)), Nodes(std::array::from_fn(|i| node(i).lo))];
         let integral = matrix(n, |i, j| operators.a()[i * n + j].hi);
-        Self { operators, nodes, weights, integral }
+        let mut modes = vec![Nodes::ZERO; n];
+        for k in 0..n {
+            modes.iter_mut().zip(operators.mode(k)).for_each(|(modes, weight)| modes.0[k] = weight);
+        }
+        Self { operators, nodes, weights, integral, modes }
     }
 
     /// Number n of nodes.
@@ -133,10 +139,13 @@ impl<const N: usize> Rule<N> {
         })
     }
 
-    /// The Legendre coefficients of the polynomial with these values.
-    pub(super) fn modes(&self, values: &Nodes<N>) -> Vec<f64> {
-        let n = self.points();
-        (0..n).map(|k| self.operators.mode_of(k, &values.0[..n])).collect()
+    /// The Legendre coefficients of the polynomial with these values, 0 beyond the last one.
+    pub(super) fn modes(&self, values: &Nodes<N>) -> [f64; N] {
+        let mut modes = [0.0; N];
+        for (weights, value) in self.modes.iter().zip(&values.0[..self.points()]) {
+            modes.iter_mut().zip(&weights.0).for_each(|(mode, weight)| *mode += weight * value);
+        }
+        modes
     }
 
     /// From values on the nodes of a window to those of their polynomial on the nodes of the next one, which is `ratio`

@@ -1,6 +1,6 @@
 //! What is known of a finished window, by unknowns and by coordinates.
 
-use super::dense::{Curve, Dense, integrated, scaled};
+use super::dense::{Curve, Dense, integrated};
 use super::kernel::Row;
 use super::rule::Order;
 use super::window::Solver;
@@ -118,7 +118,7 @@ impl<const N: usize> Solver<'_, N> {
         let curve = |[start, end]: [Compensated<f64>; 2], increment| Curve { start, end: end.high, increment };
         let ends_of_q = |a: usize| [self.start.q[a], self.end.q[a]];
         let ends_of_p = |place: usize| [self.start.p[place], self.end.p[place]];
-        let integral = |slopes: &Nodes<N>| scaled(integrated(self.rule.modes(slopes)), h);
+        let integral = |slopes: &Nodes<N>| integrated(&self.rule.modes(slopes)[..points], h);
         let mut q: Vec<Option<Curve>> = vec![None; n];
         for (j, a) in geometry.ignorable().enumerate() {
             q[a] = Some(curve(ends_of_q(a), integral(self.rate_nodes(j))));
@@ -130,7 +130,7 @@ impl<const N: usize> Solver<'_, N> {
                 gains.push(increment.clone());
                 // With the velocity at the start, what was integrated once is the velocity.
                 increment[0] += self.rows[place].velocity.high;
-                increment = scaled(integrated(increment), h);
+                increment = integrated(&increment, h);
             }
             q[a] = Some(curve(ends_of_q(a), increment));
         }

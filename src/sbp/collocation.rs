@@ -168,11 +168,6 @@ impl Collocation {
         self.legendre[i * (self.points() + 1) + k]
     }
 
-    /// Legendre coefficient k of the polynomial with the nodal `values`.
-    pub(crate) fn mode_of(&self, k: usize, values: &[f64]) -> f64 {
-        self.mode(k).zip(values).map(|(weight, value)| weight * value).sum()
-    }
-
     /// Row of the nodal values' weights in Legendre coefficient k: the coefficient is Σ_j row_j f_j.
     pub(crate) fn mode(&self, k: usize) -> impl Iterator<Item = f64> {
         let norm = self.norm(k);

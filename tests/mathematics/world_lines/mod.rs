@@ -19,4 +19,5 @@ mod samples;
 mod schwarzschild;
 mod shipped_scenes;
 mod stops;
+mod tolerance;
 mod work_precision;

@@ -1,0 +1,47 @@
+//! Chaotic motion to a tolerance: the run ends where it was asked to end, and knows until where it is good.
+
+use geodesic_ivp::case::SceneCase;
+use geodesic_ivp::engine::GOOD_DIGITS;
+use geodesic_ivp::number::{Extended, Real};
+use geodesic_ivp::reference::ReferenceTrajectory;
+use geodesic_ivp::solve::{WorldLine, solve};
+use geodesic_ivp::trajectory::crossings;
+
+/// An orbit in the potential of M. Hénon and C. Heiles (Astron. J. 69 (1964) 73) with an energy near 1/8.
+const CHAOS: &str = r#"
+    potential = { coordinates = ["x", "y"], formula = "(x^2 + y^2)/2 + x^2*y - y^3/3" }
+    particle.law = "newtonian"
+    initial = { x = 0.0, y = -0.15, x_dot = 0.5, y_dot = 0.0 }
+    grid.gamma_f = 1000.0
+    solver.tolerance = 1e-12
+    events.section = { when = "x", direction = "up" }
+"#;
+
+#[test]
+fn a_chaotic_run_knows_until_where_it_is_good() {
+    let case = SceneCase::parse("chaos", CHAOS, &[]).unwrap_or_else(|error| panic!("{error}"));
+    let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+    assert_eq!(line.length, 1000.0);
+    // A turn takes 2π or a little more.
+    let met = crossings(&line, &mut case.watches()).len();
+    assert!((140..160).contains(&met), "{met}");
+    assert!(line.good_until.is_sorted_by(|three, six| three > six), "{:?}", line.good_until);
+
+    let exact = case.setup::<Extended>().place;
+    let length = Extended::from(line.good_until[0]);
+    let reference = ReferenceTrajectory::new(&exact.geometry, &exact.start, length, 40).unwrap();
+    let rows: Vec<Vec<f64>> = (0..line.sizes.len()).map(|a| line.q(a).collect()).collect();
+    let mut largest = [0.0_f64; GOOD_DIGITS.len()];
+    for (k, gamma) in line.gamma().enumerate().filter(|(_, gamma)| *gamma <= line.good_until[0]) {
+        let exact = reference.at(Extended::from(gamma)).q;
+        let off = |a: usize| (Extended::from(rows[a][k]) - exact[a]).abs().to_f64() / line.sizes[a];
+        let off = (0..rows.len()).filter(|&a| line.sizes[a] > 0.0).map(off).fold(0.0, f64::max);
+        for (largest, _) in largest.iter_mut().zip(line.good_until).filter(|(_, until)| gamma <= *until) {
+            *largest = largest.max(off);
+        }
+    }
+    for (largest, digits) in largest.into_iter().zip(GOOD_DIGITS) {
+        let allowed = 10.0_f64.powi(-digits);
+        assert!(largest <= allowed && largest > 1e-4 * allowed, "{digits} digits: {largest:e}, {:?}", line.good_until);
+    }
+}
