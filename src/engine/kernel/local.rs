@@ -74,10 +74,17 @@ impl<const N: usize> Sweeps<'_, N> {
 /// highest where it happens to be small.
 #[inline(always)]
 fn modes<S: Simd, const N: usize>(s: S, highest: &[Nodes<N>; 4], slope: Lanes<S, N>) -> [f64; 3] {
-    let [a, b, c, d] = highest.each_ref().map(|mode| Lanes::new(s, mode).dot(slope).abs());
+    let (a, b) = (mode_of(s, &highest[0], slope), mode_of(s, &highest[1], slope));
+    let (c, d) = (mode_of(s, &highest[2], slope), mode_of(s, &highest[3], slope));
     let (tail, before) = (larger(a, b), larger(c, d));
     let next = if tail < before { tail * (tail / before).sqrt() } else { tail };
     [a, tail, next]
+}
+
+/// The size of one mode.
+#[inline(always)]
+fn mode_of<S: Simd, const N: usize>(s: S, weights: &Nodes<N>, slope: Lanes<S, N>) -> f64 {
+    Lanes::new(s, weights).dot(slope).abs()
 }
 
 /// The larger number; NaN if one is NaN, unlike `f64::max`.

@@ -91,7 +91,8 @@ impl<S: Simd, const N: usize> Algebra for Vectors<S, N> {
 
     #[inline(always)]
     fn fused(&self, to: &mut Nodes<N>, fused: Fused, [a, b, c]: [&Nodes<N>; 3]) {
-        let [a, b, c] = [a, b, c].map(|operand| vectors::<S>(&operand.0));
+        // Not by a map of the array, which the compiler may leave a call.
+        let (a, b, c) = (vectors::<S>(&a.0), vectors::<S>(&b.0), vectors::<S>(&c.0));
         let to = vectors_mut::<S>(&mut to.0);
         for i in 0..to.len() {
             to[i] = match fused {

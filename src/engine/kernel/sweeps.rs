@@ -194,7 +194,7 @@ impl<const N: usize> Sweeps<'_, N> {
                 let row = &mut self.rows[pass.first + k];
                 let mut offset = Lanes::splat(s, row.start.low);
                 if self.order == Order::Second {
-                    let [nodes, low] = self.nodes.each_ref().map(|nodes| Lanes::new(s, nodes));
+                    let (nodes, low) = (Lanes::new(s, &self.nodes[0]), Lanes::new(s, &self.nodes[1]));
                     let way = self.length * row.velocity.high;
                     let way_low =
                         product_error_of::<S>(self.length, row.velocity.high, way) + self.length * row.velocity.low;
@@ -224,7 +224,7 @@ impl<const N: usize> Sweeps<'_, N> {
             s,
             self.collocation,
             &self.registers[slope],
-            [&row.offset, &row.low].map(|row| Lanes::new(s, row)),
+            [Lanes::new(s, &row.offset), Lanes::new(s, &row.low)],
         );
         row.increment = increments.last();
         let new = increments + row.start.high;

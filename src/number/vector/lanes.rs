@@ -204,7 +204,7 @@ impl<const N: usize> Weights<N> {
         let big = s.splat_f64s(1.5 * power_of_two);
         let (mut sum, mut rest) = (s.splat_f64s(0.0), Lanes::<S, 8>::splat(s, 0.0));
         let to = vectors_mut::<S>(&mut rest.values);
-        let [high, low, v] = [&self.high, &self.low, values].map(|nodes| vectors::<S>(&nodes.0));
+        let (high, low, v) = (vectors::<S>(&self.high.0), vectors::<S>(&self.low.0), vectors::<S>(&values.0));
         for i in 0..v.len() {
             let product = s.mul_f64s(high[i], v[i]);
             let cut = s.sub_f64s(s.add_f64s(product, big), big);
