@@ -27,7 +27,7 @@ pub(crate) struct Truth {
 }
 
 impl Truth {
-    /// Of all coordinates; `None` where it leaves the domain.
+    /// It has all coordinates, and is `None` where it leaves the domain.
     pub(crate) fn new(geometry: &Arc<Geometry>, start: &Start, length: f64) -> Option<Self> {
         let piece = BEYOND * length / PIECES as f64;
         let (mut here, mut other) = (start.clone(), start.clone());

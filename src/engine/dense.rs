@@ -91,7 +91,7 @@ impl Dense {
         }
     }
 
-    /// What the curves, those of positions first, are ahead of their starts where 2s − 1 is `x`.
+    /// Computes by how much the curves, those of positions first, are ahead of their starts where 2s − 1 is `x`.
     fn increments(&self, x: &[f64; LANES], sums: &mut [[f64; LANES]]) {
         sums.fill([0.0; LANES]);
         let (mut before, mut now) = ([0.0; LANES], [1.0; LANES]);

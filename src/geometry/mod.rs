@@ -265,7 +265,7 @@ pub(crate) fn largest_of_kind<T: Real>(alike: &[usize], sizes: &[T]) -> Vec<T> {
 }
 
 impl<S: Real> Geometry<S> {
-    /// What is not zero in the Lagrangian and the force.
+    /// The structure lists what is not zero in the Lagrangian and the force.
     pub fn structure(&self) -> &Structure<S> {
         &self.lagrangian.structure
     }

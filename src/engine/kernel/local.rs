@@ -70,8 +70,8 @@ impl<const N: usize> Sweeps<'_, N> {
     }
 }
 
-/// Of a slope: the highest mode, the larger one of the two highest, and what the decay of modes foretells of the
-/// highest where it happens to be small.
+/// Measures the modes of a slope: the highest one, the larger one of the two highest, and what the decay of modes
+/// foretells of the highest where it happens to be small.
 #[inline(always)]
 fn modes<S: Simd, const N: usize>(s: S, highest: &[Nodes<N>; 4], slope: Lanes<S, N>) -> [f64; 3] {
     let (a, b) = (mode_of(s, &highest[0], slope), mode_of(s, &highest[1], slope));

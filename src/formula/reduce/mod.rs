@@ -60,7 +60,7 @@ struct Reducer<'g, S, L> {
     later: Vec<u64>,
     /// The forms of the first nodes, where they are needed.
     known: Vec<Option<Form<S>>>,
-    /// Whether a number was beyond the range of numbers.
+    /// True once a number was beyond the range of numbers.
     is_lost: bool,
 }
 
