@@ -37,14 +37,15 @@ pub(super) fn edge(geometry: &Geometry, state: &State, momenta: &[f64], length: 
         let ahead =
             step(&mut whole, h).and_then(|()| step(&mut halves, 0.5 * h)).and_then(|()| step(&mut halves, 0.5 * h));
         // Before a horizon the motion becomes ever faster, and a long step jumps over it.
-        let is_apart = |a: usize| (halves[a] - whole[a]).abs() > APART * (halves[a] - now[a]).abs();
+        // An ignorable one steers nothing: in Schwarzschild's coordinates t has no limit there.
+        let is_apart = |&a: &usize| (halves[a] - whole[a]).abs() > APART * (halves[a] - now[a]).abs();
         match ahead {
             Err(outside) if h <= SHORTEST * first => {
                 failed.truncate(n);
                 return Some((gamma + done, failed, outside));
             }
             Err(_) => h *= 0.5,
-            Ok(()) if h > SHORTEST * first && (0..n).any(is_apart) => h *= 0.5,
+            Ok(()) if h > SHORTEST * first && geometry.active().iter().any(is_apart) => h *= 0.5,
             Ok(()) => {
                 std::mem::swap(&mut now, &mut halves);
                 done += h;

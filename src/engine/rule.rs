@@ -1,7 +1,7 @@
 //! Tables of a collocation for the lanes of a window.
 
 use crate::number::vector::{Matrix, Nodes, Twofold, Weights};
-use crate::sbp::collocation::{Collocation, legendre_values};
+use crate::sbp::collocation::{Collocation, legendre};
 
 /// A guess continues the polynomials of the window before. Their higher modes are rounding errors where windows resolve
 /// the motion well, and grow like (3 + √8)^k up to the end of the next window.
@@ -154,7 +154,7 @@ impl<const N: usize> Rule<N> {
         let (n, modes) = (self.points(), CONTINUED_MODES.min(self.points()));
         let mode_of: Vec<Vec<f64>> = (0..modes).map(|k| self.operators.mode(k).collect()).collect();
         let row = |c: &Twofold| {
-            let values = legendre_values(modes - 1, 1.0 + 2.0 * ratio * c.hi);
+            let values = legendre(modes - 1, 1.0 + 2.0 * ratio * c.hi);
             let entry = |j: usize| values.iter().zip(&mode_of).map(|(p, mode)| p * mode[j]).sum();
             (0..n).map(entry).collect::<Vec<f64>>()
         };

@@ -3,6 +3,7 @@
 
 use std::sync::OnceLock;
 
+use crate::number::Real;
 use crate::number::vector::Twofold;
 
 /// A family of rules of n nodes.
@@ -242,14 +243,15 @@ impl Collocation {
     }
 }
 
-/// P_0 … P_degree at x.
-pub(crate) fn legendre_values(degree: usize, x: f64) -> Vec<f64> {
-    let mut p = vec![1.0; degree + 1];
+/// P_0 … P_degree at z.
+pub(crate) fn legendre<S: Real>(degree: usize, z: S) -> Vec<S> {
+    let mut p = vec![S::ONE; degree + 1];
     if degree > 0 {
-        p[1] = x;
+        p[1] = z;
     }
     for k in 1..degree {
-        p[k + 1] = ((2 * k + 1) as f64 * x * p[k] - k as f64 * p[k - 1]) / (k + 1) as f64;
+        let [k_, next, twice] = [k, k + 1, 2 * k + 1].map(|k| S::from(k as f64));
+        p[k + 1] = (twice * z * p[k] - k_ * p[k - 1]) / next;
     }
     p
 }
@@ -317,7 +319,7 @@ fn approximate_node(family: Family, n: usize, i: usize) -> f64 {
         }
     };
     for _ in 0..20 {
-        let p = legendre_values(degree, x);
+        let p = legendre(degree, x);
         let first = m * (p[degree - 1] - x * p[degree]) / (1.0 - x * x);
         let second = (2.0 * x * first - m * (m + 1.0) * p[degree]) / (1.0 - x * x);
         let step = if family == Family::Gauss { p[degree] / first } else { first / second };
@@ -331,7 +333,7 @@ fn approximate_node(family: Family, n: usize, i: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Collocation, Twofold, legendre_values};
+    use super::{Collocation, Twofold, legendre};
 
     /// B(2s): Σ b_j c_j^(k−1) = 1/k for k ≤ 2s. C(s): Σ_j a_ij c_j^(k−1) = c_i^k/k for k ≤ s, and the same once more.
     #[test]
@@ -364,7 +366,7 @@ mod tests {
         let x = -0.5;
         let exact = [1.0, x, 0.5 * (3.0 * x * x - 1.0), 0.5 * (5.0 * x * x * x - 3.0 * x)];
         for degree in 0..4 {
-            assert_eq!(legendre_values(degree, x), exact[..=degree]);
+            assert_eq!(legendre(degree, x), exact[..=degree]);
         }
     }
 }

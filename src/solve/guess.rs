@@ -10,6 +10,8 @@ use crate::geometry::OutsideGeometry;
 const ACCURACY: f64 = 1e-9;
 /// A grid with fewer than one node for so many windows resolves nothing.
 const MOST_WINDOWS: usize = 64;
+/// So many there may be on any grid: where t has no limit before a horizon, the engine comes to it by thousands.
+const WINDOWS_TO_A_HORIZON: usize = 10_000;
 
 /// Where a world-line leaves the domain.
 pub(super) struct Edge {
@@ -44,7 +46,7 @@ pub(super) fn guess(window: &Window<'_, f64>) -> Result<Guess, Edge> {
     let mut p: Vec<Vec<f64>> = geometry.active().iter().map(|&a| row(start.p[a])).collect();
     let engine = Engine::accurate(geometry, start, length, Accuracy::Local(ACCURACY), POINTS);
     let mut engine = engine.map_err(|point| Edge { gamma: 0.0, point })?;
-    for _ in 0..MOST_WINDOWS * points {
+    for _ in 0..WINDOWS_TO_A_HORIZON.max(MOST_WINDOWS * points) {
         match engine.next() {
             Ok(Some(window)) => {
                 let end = window.gamma + window.length;

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use crate::number::{Real, sum};
+use crate::sbp::collocation::legendre;
 use crate::sbp::gll::LobattoRule;
 
 /// Conversion between nodal values on one rule and coefficients of Legendre polynomials. Both matrices are stored in
@@ -74,17 +75,6 @@ impl<S: Real> Tables<S> {
 /// Σ c_k P_k, smallest terms first.
 pub(super) fn series<S: Real>(c: &[S], basis: &[S]) -> S {
     sum(c.iter().zip(basis).rev().map(|(&c, &p)| c * p))
-}
-
-/// P_0 … P_degree at z.
-pub(super) fn legendre<S: Real>(degree: usize, z: S) -> Vec<S> {
-    let mut p = vec![S::ONE; degree + 1];
-    p[1] = z;
-    for k in 1..degree {
-        let [k_, next, twice] = [k, k + 1, 2 * k + 1].map(|k| S::from(k as f64));
-        p[k + 1] = (twice * z * p[k] - k_ * p[k - 1]) / next;
-    }
-    p
 }
 
 /// The Legendre coefficients of the integral from 0 to s ∈ [0, 1] of the series with coefficients `c`. They follow from

@@ -10,11 +10,12 @@
 //!   which holds at the nodes too, the integrals are enough: they are more accurate than the nodes.
 
 use super::super::hermite::through;
-use super::super::legendre::{Expansion, Tables, integral, legendre, series};
+use super::super::legendre::{Expansion, Tables, integral, series};
 use super::super::partition;
 use crate::action::Form;
 use crate::geometry::{Geometry, Point, Start};
 use crate::number::Real;
+use crate::sbp::collocation::legendre;
 use crate::sbp::gll::MOST_NODES;
 use crate::solve::{WindowNodes, WorldLine};
 

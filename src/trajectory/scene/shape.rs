@@ -2,8 +2,9 @@
 
 use std::sync::OnceLock;
 
-use super::super::legendre::{legendre, series};
+use super::super::legendre::series;
 use crate::number::Real;
+use crate::sbp::collocation::legendre;
 use crate::sbp::gll::MOST_NODES;
 
 /// Places for each coefficient of a polynomial between which zeros of its derivative are looked for.
