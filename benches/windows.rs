@@ -11,10 +11,10 @@
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use geodesic_ivp::case::{SceneCase, builtin};
+use geodesic_ivp::case::{Case, builtin};
 use geodesic_ivp::engine::Engine;
 use geodesic_ivp::geometry::{Geometry, OutsideGeometry, Start};
-use geodesic_ivp::{Case, solve};
+use geodesic_ivp::solve;
 
 const NODES: usize = 20;
 const RUN: &str = "
@@ -26,11 +26,11 @@ fn main() {
     divan::main();
 }
 
-fn scene(text: &str) -> SceneCase {
-    SceneCase::parse("bench", text, &[]).expect("a valid scene")
+fn scene(text: &str) -> Case {
+    Case::parse("bench", text, &[]).expect("a valid scene")
 }
 
-fn quartic() -> SceneCase {
+fn quartic() -> Case {
     let motion =
         "potential = { coordinates = ['x'], formula = 'x^4/2' }\ninitial = { x = 1.0, t_dot = 1.0, x_dot = 0.1 }";
     scene(&format!("{motion}{RUN}"))
@@ -102,7 +102,7 @@ fn springs(bencher: Bencher, count: usize, are_coupled: impl Fn(usize, usize) ->
 /// An engine solves all of its windows. It is made anew each time.
 fn engine(
     bencher: Bencher,
-    case: &SceneCase,
+    case: &Case,
     is_certified: bool,
     make: impl for<'g> Fn(&'g Geometry, &Start) -> Result<Engine<'g>, OutsideGeometry>,
 ) {

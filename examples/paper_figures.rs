@@ -165,10 +165,7 @@ fn base_run(page: &mut Page, scene: &Scene, operator: usize) -> Result<()> {
         &format!(
             "Interior |ΔG| ≤ {:.1e}, |ΔE| ≤ {:.1e}; at the last node ΔE = {:.3e}, with the multiplier correction \
              {:.1e}.",
-            d.measures.max_abs_delta_g_interior,
-            d.measures.max_abs_delta_q_t_interior,
-            d.measures.delta_q_t_last,
-            d.charges[0].corrected[last]
+            d.max_delta_g, d.charges[0].max_interior, d.charges[0].last, d.charges[0].corrected[last]
         ),
     )
 }
@@ -187,15 +184,13 @@ fn exactness(page: &mut Page, scene: &Scene) -> Result<()> {
         chart.series.truncate(1);
         chart.series.extend(pictures::noether_charge("", &[extended.run()]).series.into_iter().take(1));
         charts.push((format!("{}-{sbp}-exact", scene.name), chart));
-        let interior = [
-            double.diagnostics.measures.max_abs_delta_q_t_interior,
-            extended.diagnostics.measures.max_abs_delta_q_t_interior.to_f64(),
-        ];
+        let interior =
+            [double.diagnostics.charges[0].max_interior, extended.diagnostics.charges[0].max_interior.to_f64()];
         numbers.push(format!(
             "{sbp}: {:.0e} and {:.0e}, at the last node {:.6e} in both",
             interior[0],
             interior[1],
-            extended.diagnostics.measures.delta_q_t_last.to_f64()
+            extended.diagnostics.charges[0].last.to_f64()
         ));
     }
     let charts: Vec<(&str, Chart)> = charts.iter().map(|(name, chart)| (name.as_str(), chart.clone())).collect();
@@ -218,8 +213,7 @@ fn refinement(page: &mut Page, scene: &Scene) -> Result<()> {
         let runs: Vec<Run<'_>> = solved.iter().map(Solved::run).collect();
         let title = format!("{} potential, {sbp}, N = 16, 32, 64", scene.name);
         charts.push((format!("{}-{sbp}-delta-e-n", scene.name), pictures::noether_charge(&title, &runs)));
-        let last: Vec<String> =
-            solved.iter().map(|s| format!("{:.3e}", s.diagnostics.measures.delta_q_t_last)).collect();
+        let last: Vec<String> = solved.iter().map(|s| format!("{:.3e}", s.diagnostics.charges[0].last)).collect();
         numbers.push(format!("{sbp}: {}", last.join(", ")));
     }
     let charts: Vec<(&str, Chart)> = charts.iter().map(|(name, chart)| (name.as_str(), chart.clone())).collect();
@@ -249,9 +243,7 @@ fn longer_runs(page: &mut Page, scene: &Scene) -> Result<()> {
         let longest = &solved[2];
         let name = format!("quartic-{sbp}-long");
         let ends: Vec<String> = (solved.iter())
-            .map(|s| {
-                format!("{:.3} ({:.1e})", s.diagnostics.measures.delta_q_t_last, s.diagnostics.measures.max_abs_delta_k)
-            })
+            .map(|s| format!("{:.3} ({:.1e})", s.diagnostics.charges[0].last, s.diagnostics.norm.max_interior))
             .collect();
         page.row(
             &[

@@ -70,14 +70,14 @@
 //! let diagnostics = Diagnostics::new(&solution);
 //!
 //! assert!((solution.end_state().t - 1.468_700_371_198).abs() < 1e-11);
-//! assert!(diagnostics.measures.max_abs_delta_q_t_interior < 1e-13);
+//! assert!(diagnostics.charges[0].max_interior < 1e-13);
 //! assert!(solution.gradient_norm < 1e-10);
 //!
 //! // The same in forty digits: what was 1e-14 is a true zero.
 //! use geodesic_ivp::number::{Extended, Real};
 //! let case = Case::parse("example", text, &["solver.digits=40".to_owned()])?;
 //! let solution: Solution<Extended> = solve(&case)?;
-//! assert!(Diagnostics::new(&solution).measures.max_abs_delta_q_t_interior.to_f64() < 1e-36);
+//! assert!(Diagnostics::new(&solution).charges[0].max_interior.to_f64() < 1e-36);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use geodesic_ivp::case::AnyCase;
+use geodesic_ivp::case::Case;
 
 use super::random::Random;
 use super::rough::{one_coordinate, rough};
@@ -41,8 +41,8 @@ impl Drawn {
         Self { kind, scheme, text, settings }
     }
 
-    pub(crate) fn case(&self) -> AnyCase {
-        AnyCase::parse(self.kind, &self.text, &self.settings).unwrap_or_else(|error| panic!("{self}\n{error}"))
+    pub(crate) fn case(&self) -> Case {
+        Case::parse(self.kind, &self.text, &self.settings).unwrap_or_else(|error| panic!("{self}\n{error}"))
     }
 }
 

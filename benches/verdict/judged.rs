@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use geodesic_ivp::case::{AnyCase, Case, End, SceneCase};
+use geodesic_ivp::case::{Case, End};
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::diagnostics::verdict::{CoordinateError, Facts, Grade, Verdict};
-use geodesic_ivp::solve::{Setup, WorldLine};
+use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::study::errors::run_error;
-use geodesic_ivp::study::verdict::{facts_of_solution, facts_of_world_line};
+use geodesic_ivp::study::verdict::facts_of_run;
 use geodesic_ivp::{Solution, solve};
 
 use super::truth::Truth;
@@ -36,11 +36,8 @@ pub(crate) enum Found {
 }
 
 impl Judged {
-    pub(crate) fn of(case: &AnyCase) -> Self {
-        match case {
-            AnyCase::One(case) => one(case),
-            AnyCase::Scene(case) => scene(case),
-        }
+    pub(crate) fn of(case: &Case) -> Self {
+        if case.is_of_x() { one(case) } else { scene(case) }
     }
 
     fn refused() -> Self {
@@ -61,11 +58,11 @@ struct Node {
 }
 
 fn one(case: &Case) -> Judged {
-    let setup = Setup::from(case);
+    let setup = case.setup::<f64>();
     let Ok(solution): Result<Solution, _> = solve(&setup) else { return Judged::refused() };
-    let measures = Diagnostics::new(&solution).measures;
+    let measures = Diagnostics::new(&solution);
     let error = run_error(&setup, &solution, &[]);
-    let facts = facts_of_solution(&solution, &measures, error.as_ref());
+    let facts = facts_of_run(&solution, &measures, error.as_ref(), None);
     let length = solution.length;
     let Some(truth) = Truth::new(&solution.place.geometry, &solution.place.start, length) else {
         return Judged::new(&facts, Found::NoReference);
@@ -88,11 +85,11 @@ fn one(case: &Case) -> Judged {
     Judged::new(&facts, found)
 }
 
-fn scene(case: &SceneCase) -> Judged {
+fn scene(case: &Case) -> Judged {
     let setup = case.setup::<f64>();
     let Ok(line): Result<WorldLine, _> = solve(&setup) else { return Judged::refused() };
-    let diagnostics = Diagnostics::of_scene(&line, &[], &mut [], case.is_lifted());
-    let facts = facts_of_world_line(&line, &diagnostics, run_error(&setup, &line, &[]).as_ref(), None);
+    let diagnostics = Diagnostics::of(&line, &[], &mut [], case.is_lifted());
+    let facts = facts_of_run(&line, &diagnostics, run_error(&setup, &line, &[]).as_ref(), None);
     let geometry = Arc::new(line.geometry().clone());
     let Some(truth) = Truth::new(&geometry, &line.place.start, line.length) else {
         return Judged::new(&facts, Found::NoReference);

@@ -1,6 +1,6 @@
 //! The built-in cases: their files are compiled into the program, so that they are available in every folder.
 
-use super::{Case, CaseError, SceneCase};
+use super::{Case, CaseError};
 
 /// The purpose of a built-in case; cases are listed in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -133,7 +133,7 @@ fn found(name: &str) -> Option<&'static (&'static str, Group, &'static str)> {
 /// If its file is not a valid case.
 pub fn title(name: &str) -> Result<Option<String>, CaseError> {
     match found(name) {
-        Some((_, Group::Scene, text)) => Ok(SceneCase::parse(name, text, &[])?.title().map(str::to_owned)),
+        Some((_, Group::Scene, text)) => Ok(Case::parse(name, text, &[])?.title().map(str::to_owned)),
         Some((_, _, text)) => Ok(Case::parse(name, text, &[])?.title),
         None => Ok(None),
     }

@@ -1,6 +1,6 @@
 //! What a solver is told, on another grid.
 
-use super::validate::{check_nodes, check_spacing};
+use super::limits::{check_nodes, check_spacing};
 use crate::action::Form;
 use crate::number::Real;
 use crate::sbp::SbpName;

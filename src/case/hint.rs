@@ -2,12 +2,25 @@
 
 use toml_edit::{Item, Table};
 
-use super::keys::KEYS;
+use super::CaseError;
+use super::keys::{KEYS, SCENE_KEYS};
+use super::potential::POTENTIALS;
+use super::source::Source;
 use crate::formula::similar::nearest;
 
-/// The dotted names of the keys that stand in the tables of a case file; what stands deeper belongs to a potential.
+/// The dotted names of the keys that stand in the tables of a case file; what stands deeper belongs to a potential, and
+/// names of coordinates and of the case's own are not among them.
 fn known() -> impl Iterator<Item = &'static str> + Clone {
-    KEYS.iter().map(|key| key.name).filter(|name| name.matches('.').count() < 2)
+    let of_scenes = SCENE_KEYS.iter().flat_map(|(names, _)| names.split(", "));
+    let is_fixed = |name: &&str| !name.contains("NAME") && !["q", "q_dot", "p_q", "q_final"].contains(&last(name));
+    let keys = KEYS.iter().map(|key| key.name).chain(of_scenes).filter(is_fixed);
+    keys.chain(["events", "invariants", "plot"]).filter(|name| name.matches('.').count() < 2)
+}
+
+/// The keys of a table in a case of the paper.
+pub(super) fn keys_of(table: &'static str) -> impl Iterator<Item = &'static str> {
+    let momenta: &[&str] = if table == "initial" { &["p_t", "p_x"] } else { &[] };
+    known().filter_map(move |name| name.strip_prefix(table)?.strip_prefix('.')).chain(momenta.iter().copied())
 }
 
 /// The last part of a dotted key.
@@ -15,21 +28,21 @@ fn last(key: &str) -> &str {
     key.rsplit_once('.').map_or(key, |(_, last)| last)
 }
 
-/// What an unknown key or word was probably meant to be, judged by the deserialiser's message about it.
-pub(super) fn for_unknown(message: &str) -> Option<String> {
-    let mut quoted = message.split('`').skip(1).step_by(2);
+/// What an unknown key of the table `path` was probably meant to be: a key of this name in another table, a similar one
+/// of `own`, those of this table, or a similar one of any table.
+pub(super) fn for_key<'k>(key: &str, path: &str, own: impl Iterator<Item = &'k str>) -> Option<String> {
+    let table = |name: &'static str| name.rsplit_once('.').map_or("", |(table, _)| table);
+    let elsewhere = known().find(|name| last(name) == key && table(name) != path);
+    let anywhere = || known().find(|name| nearest(key, known().map(last)) == Some(last(name)));
+    let meant = elsewhere.map(str::to_owned).or_else(|| nearest(key, own).map(str::to_owned));
+    meant.or_else(|| anywhere().map(str::to_owned))
+}
+
+/// What an unknown word was probably meant to be, judged by the deserialiser's message about it.
+pub(super) fn for_word(message: &str) -> Option<String> {
+    let mut quoted = message.strip_prefix("unknown variant ")?.split('`').skip(1).step_by(2);
     let word = quoted.next()?;
-    let meant = if message.starts_with("unknown field `") {
-        // First a key of this name in another table, then a similar key of this table, then a similar key of any table.
-        let elsewhere = known().find(|key| last(key) == word);
-        let anywhere = || known().find(|key| nearest(word, known().map(last)) == Some(last(key)));
-        elsewhere.or_else(|| nearest(word, quoted)).or_else(anywhere)?
-    } else if message.starts_with("unknown variant `") {
-        nearest(word, quoted)?
-    } else {
-        return None;
-    };
-    Some(format!("did you mean `{meant}`?"))
+    nearest(word, quoted).map(|meant| format!("did you mean `{meant}`?"))
 }
 
 /// The required keys that a case lacks.
@@ -37,7 +50,7 @@ pub(super) struct Missing<'a> {
     /// The missing keys as (table, key); the table of a key at the top level is empty.
     keys: Vec<(&'static str, &'static str)>,
     /// The table of the first missing key.
-    pub(super) item: Option<&'a Item>,
+    item: Option<&'a Item>,
 }
 
 impl<'a> Missing<'a> {
@@ -51,9 +64,12 @@ impl<'a> Missing<'a> {
             Some(table) => keys.extend(wanted.iter().filter(|key| !table.contains_key(key)).map(|key| (name, *key))),
         };
         need("potential", &[]);
-        need("initial", &["x", "t_dot"]);
-        if table("initial").is_some() && !has("initial", "velocity") {
-            need("initial", &["x_dot"]);
+        need("initial", &["x"]);
+        for (rate, others) in [("t_dot", ["p_t", "solve"]), ("x_dot", ["p_x", "velocity"])] {
+            let is_given = others.iter().any(|other| has("initial", other)) || has("initial", "solve");
+            if table("initial").is_some() && !is_given {
+                need("initial", &[rate]);
+            }
         }
         if !has("solver", "accuracy") && !has("solver", "tolerance") {
             need("scheme", &["sbp"]);
@@ -77,8 +93,13 @@ impl<'a> Missing<'a> {
         Some(Self { keys, item })
     }
 
+    /// The mistake, with its place and what to do.
+    pub(super) fn error(&self, source: &Source) -> CaseError {
+        source.error(self.item.map_or(Some(0..0), Item::span), self.message(), self.help())
+    }
+
     /// What is wrong.
-    pub(super) fn message(&self) -> String {
+    fn message(&self) -> String {
         match self.keys.as_slice() {
             [("initial", "x_dot")] => "neither x_dot nor velocity is given".to_owned(),
             [(_, key)] => format!("missing field `{key}`"),
@@ -96,10 +117,10 @@ impl<'a> Missing<'a> {
     }
 
     /// What to do.
-    pub(super) fn help(&self, potentials: &str) -> Option<String> {
+    fn help(&self) -> Option<String> {
         let is_missing = |keys: &[(&str, &str)]| keys.iter().any(|key| self.keys.contains(key));
         let helps = [
-            (is_missing(&[("", "potential")]), format!("[potential]: {potentials}")),
+            (is_missing(&[("", "potential")]), format!("[potential]: {POTENTIALS}")),
             (
                 is_missing(&[("", "initial")]),
                 "[initial] needs x, t_dot (dt/dgamma) and either x_dot (dx/dgamma) or velocity (dx/dt)".to_owned(),

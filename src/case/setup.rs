@@ -1,56 +1,84 @@
 //! From a case to what a solver is told.
 
+use std::any::Any;
 use std::sync::Arc;
 
-use super::{Case, Decimal, T};
-use crate::engine::Accuracy;
+use super::{Axes, Case, Event};
+use crate::geometry::{Direction, Geometry, GeometryText, Law, Observable, Place as FormulaPlace};
 use crate::number::Real;
-use crate::solve::Arithmetic;
-use crate::solve::{Place, Settings, Setup};
-
-/// What windows are chosen for: an accuracy or a tolerance.
-pub(super) fn wanted([accuracy, tolerance]: [Option<f64>; 2]) -> Option<Accuracy> {
-    accuracy.map(Accuracy::Promised).or(tolerance.map(Accuracy::Estimated))
-}
+use crate::solve::{Place, Setup, Until};
+use crate::trajectory::Watch;
 
 impl Case {
-    /// How its world-line is computed.
-    pub fn settings(&self) -> Settings {
-        Settings {
-            sbp: self.scheme.sbp,
-            form: self.scheme.form,
-            n_gamma: self.grid.n_gamma,
-            windows: self.grid.windows,
-            system: self.solver.system,
-            digits: self.solver.digits,
-            max_iterations: self.solver.max_iterations,
-            accuracy: wanted(
-                [&self.solver.accuracy, &self.solver.tolerance].map(|number| number.as_ref().map(Decimal::value)),
-            ),
-        }
-    }
-
-    /// The space-time and the start.
     fn place<S: Real>(&self) -> Place<S> {
         let geometry = self.geometry();
         let start = self.start_in(&geometry);
         Place { geometry: Arc::new(geometry), start: Arc::new(start) }
     }
-}
 
-impl<S: Arithmetic> From<&Case> for Setup<S> {
-    fn from(case: &Case) -> Self {
-        let place = case.place::<S>();
-        Self {
-            // Of a formula, compiling it once is enough where the two are of one kind.
-            rough: S::rough_place(&place, || case.place()),
+    /// Whether the space-time is the lift of Newton's law: its first coordinate is t, its last one s.
+    pub fn is_lifted(&self) -> bool {
+        matches!(self.geometry_text(), GeometryText::Potential(potential) if potential.law == Law::Newtonian)
+    }
+
+    /// The formulas of `[invariants]`, compiled, with their names, in their order.
+    pub fn observables<S: Real>(&self) -> Vec<(String, Observable<S>)> {
+        let compiled = |(name, formula): &(String, String)| (name.clone(), observable(self.geometry_text(), formula));
+        self.invariants().iter().map(compiled).collect()
+    }
+
+    /// The formulas of `[events]`, compiled, with their directions, in their order.
+    pub fn watches<S: Real>(&self) -> Vec<Watch<S>> {
+        let watch = |event: &Event| Watch {
+            formula: observable(self.geometry_text(), &event.when),
+            direction: event.direction,
+        };
+        self.events().iter().map(watch).collect()
+    }
+
+    /// The formulas of the axes of the picture of the orbit, compiled, and as text.
+    pub fn plot_axes<S: Real>(&self, geometry: &Geometry<S>) -> ([Observable<S>; 2], [String; 2]) {
+        let Axes { x, y } = self.axes_or_default(geometry);
+        ([&x, &y].map(|formula| observable(self.geometry_text(), formula)), [x, y])
+    }
+
+    /// What a solver is told.
+    pub fn setup<S: Real>(&self) -> Setup<S> {
+        let text = self.geometry_text();
+        let ending =
+            self.events().iter().filter(|event| event.until).map(|event| (event.when.as_str(), event.direction));
+        let until = self.until().map(|formula| (formula, Direction::Both)).into_iter().chain(ending);
+        let until = until
+            .map(|(formula, direction)| Until {
+                formula: observable(text, formula),
+                rough: observable(text, formula),
+                direction,
+            })
+            .collect();
+        let place: Place<S> = self.place();
+        // In f64 both are the same.
+        let same = (&place as &dyn Any).downcast_ref::<Place>().cloned();
+        Setup {
+            rough: same.unwrap_or_else(|| self.place()),
             place,
-            origin: Some((T, case.initial.t.to())),
-            gamma_i: case.grid.gamma_i.to(),
-            limit: case.limit(),
-            until: Vec::new(),
-            regularised: case.scheme.regularised,
-            settings: case.settings().within::<S>(),
+            // A shift of t changes no other digit. Formulas of the case see the coordinates themselves.
+            origin: self.is_of_x.then(|| (0, self.value(&self.initial.q[0]))),
+            gamma_i: self.gamma_i(),
+            limit: self.limit(),
+            until,
+            regularised: self.scheme.regularised,
+            settings: self.settings().within::<S>(),
         }
     }
+}
+
+impl<S: Real> From<&Case> for Setup<S> {
+    fn from(case: &Case) -> Self {
+        case.setup()
+    }
+}
+
+fn observable<S: Real>(text: &GeometryText, formula: &str) -> Observable<S> {
+    let place = FormulaPlace::Definition(String::new());
+    Observable::new(formula, text, place).expect("a valid case has valid formulas")
 }

@@ -3,7 +3,7 @@
 
 use std::process::ExitCode;
 
-use geodesic_ivp::case::{AnyCase, Form};
+use geodesic_ivp::case::Form;
 use geodesic_ivp::output::json_object;
 use geodesic_ivp::study::convergence::paper::{BASE_CASES, PUBLISHED_SLOPES, published};
 use geodesic_ivp::study::convergence::{Quantity, Slope};
@@ -21,7 +21,7 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     let mut summaries = Vec::new();
     let mut ending = ExitCode::SUCCESS;
     for name in BASE_CASES {
-        let case = AnyCase::One(Box::new(args.case.read_built_in(name)?));
+        let case = args.case.read_built_in(name)?;
         let ranges = ranges(name);
         let swept = sweep_into(args.output.built_in_target(name, COMMAND), &case, args, &ranges, &format!("{name}: "))?;
         let Some(swept) = swept else {

@@ -3,12 +3,10 @@
 use std::process::ExitCode;
 
 use clap::Args;
-use geodesic_ivp::case::scene::{SceneCase, SceneExpect};
-use geodesic_ivp::case::{AnyCase, Decimal, Expect};
+use geodesic_ivp::case::Expect;
 use geodesic_ivp::number::Extended;
 use geodesic_ivp::number::Real;
 use geodesic_ivp::solve::Arithmetic;
-use geodesic_ivp::solve::{EndState, Setup};
 use geodesic_ivp::{Case, CaseError, Status, solve};
 
 use super::{CaseArgs, memory, report, stdout};
@@ -29,7 +27,7 @@ pub(super) struct CheckArgs {
 pub(super) struct ExpectationNotMet(pub(super) Vec<String>);
 
 pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
-    let case = args.case.read_any()?;
+    let case = args.case.read()?;
     for warning in case.warnings() {
         report::warn(&warning);
     }
@@ -52,13 +50,9 @@ pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
 ///
 /// # Errors
 /// [`ExpectationNotMet`] if anything is different.
-fn met(case: &AnyCase) -> anyhow::Result<Option<Vec<String>>> {
-    let met = match (case, case.is_extended()) {
-        (AnyCase::One(case), true) => case.expect.as_ref().map(|expect| compare::<Extended>(case, expect)),
-        (AnyCase::One(case), false) => case.expect.as_ref().map(|expect| compare::<f64>(case, expect)),
-        (AnyCase::Scene(case), true) => case.expect().map(|expect| compare_scene::<Extended>(case, expect)),
-        (AnyCase::Scene(case), false) => case.expect().map(|expect| compare_scene::<f64>(case, expect)),
-    };
+fn met(case: &Case) -> anyhow::Result<Option<Vec<String>>> {
+    let compare = if case.is_extended() { compare::<Extended> } else { compare::<f64> };
+    let met = case.expect().map(|expect| compare(case, expect));
     met.transpose()
 }
 
@@ -75,24 +69,6 @@ struct Number<S> {
 /// # Errors
 /// [`ExpectationNotMet`] if anything is different, and if there is not enough memory.
 fn compare<S: Arithmetic>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<String>> {
-    memory::check(&Setup::<S>::from(case), None)?;
-    let end =
-        solve::<S>(case).map(|solution| solution.end_state()).map_err(|failure| (failure.status, failure.to_string()));
-    let number = |name: &str, expected: &Option<Decimal>, found: fn(&EndState<S>) -> S| {
-        let (expected, end) = (expected.as_ref()?.to(), end.as_ref().ok()?);
-        Some(Number { name: name.to_owned(), found: found(end), expected })
-    };
-    let numbers = [number("t_final", &expect.t_final, |end| end.t), number("x_final", &expect.x_final, |end| end.x)];
-    let numbers: Vec<Number<S>> = numbers.into_iter().flatten().collect();
-    let tolerance = expect.tolerance.as_ref().map(Decimal::to);
-    judge(expect.status, end.map(|_| numbers), tolerance, case.solver.digits)
-}
-
-/// The same for a scene.
-///
-/// # Errors
-/// As [`compare`].
-fn compare_scene<S: Arithmetic>(case: &SceneCase, expect: &SceneExpect) -> anyhow::Result<Vec<String>> {
     let setup = case.setup::<S>();
     memory::check(&setup, None)?;
     let result = solve(&setup).map_err(|failure| (failure.status, failure.to_string()));

@@ -7,12 +7,12 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use clap::Args;
-use geodesic_ivp::case::{AnyCase, Form, SbpName, on_grid};
+use geodesic_ivp::Case;
+use geodesic_ivp::case::{Form, SbpName, on_grid};
 use geodesic_ivp::number::Extended;
 use geodesic_ivp::number::Real;
 use geodesic_ivp::output::{ConvergenceSummary, OutputSet, SUMMARY, Target, pictures, write_convergence, write_slopes};
 use geodesic_ivp::solve::Arithmetic;
-use geodesic_ivp::solve::Setup;
 use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, Slope, Sweep, SweepError};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -94,7 +94,7 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     if !args.case.is_given() {
         return base_cases::converge(args);
     }
-    let case = args.case.read_any()?;
+    let case = args.case.read()?;
     args.output.check_standard_output()?;
     let target = args.output.target(&args.case, COMMAND)?;
     let Some(swept) = sweep_into(target, &case, args, &[], "")? else { return Ok(interrupt::before_any_result()) };
@@ -141,7 +141,7 @@ impl Swept {
 /// fitted over the ranges of `beside`. Warnings begin with `name`.
 pub(super) fn sweep_into(
     target: Target,
-    case: &AnyCase,
+    case: &Case,
     args: &ConvergeArgs,
     beside: &[(usize, usize)],
     name: &str,
@@ -151,19 +151,11 @@ pub(super) fn sweep_into(
 }
 
 /// Whether the finest grids fit into memory.
-fn check_memory<S: Arithmetic>(case: &AnyCase, args: &ConvergeArgs) -> anyhow::Result<()> {
+fn check_memory<S: Arithmetic>(case: &Case, args: &ConvergeArgs) -> anyhow::Result<()> {
     let finest = args.n_gamma.iter().max().copied().unwrap_or(0);
     for &sbp in &args.sbp {
-        match case {
-            AnyCase::One(one) => {
-                let grid = on_grid(&Setup::<S>::from(&**one), (sbp, one.scheme.form), finest, S::ONE).ok();
-                grid.map_or(Ok(()), |grid| memory::check(&grid, None))?;
-            }
-            AnyCase::Scene(scene) => {
-                let grid = on_grid(&scene.setup::<S>(), (sbp, scene.settings().form), finest, S::ONE).ok();
-                grid.map_or(Ok(()), |grid| memory::check(&grid, None))?;
-            }
-        }
+        let grid = on_grid(&case.setup::<S>(), (sbp, case.settings().form), finest, S::ONE).ok();
+        grid.map_or(Ok(()), |grid| memory::check(&grid, None))?;
     }
     Ok(())
 }
@@ -178,7 +170,7 @@ fn mixes_parities<S>(convergence: &Convergence<S>) -> bool {
 
 fn sweep_in<S: Arithmetic>(
     target: Target,
-    case: &AnyCase,
+    case: &Case,
     args: &ConvergeArgs,
     beside: &[(usize, usize)],
     name: &str,
@@ -272,20 +264,14 @@ enum News<S> {
 
 /// Sweeps, with a progress bar if standard error is a terminal. After an interrupt the result has the grids that were
 /// finished; it is `None` if the reference was not finished.
-fn sweep_with_progress<S: Arithmetic>(
-    case: &AnyCase,
-    args: &ConvergeArgs,
-) -> Result<Option<Convergence<S>>, SweepError> {
+fn sweep_with_progress<S: Arithmetic>(case: &Case, args: &ConvergeArgs) -> Result<Option<Convergence<S>>, SweepError> {
     let forms = if args.form.is_empty() { &[case.settings().form] } else { args.form.as_slice() };
     let schemes: Vec<_> = args.sbp.iter().flat_map(|&sbp| forms.iter().map(move |&form| (sbp, form))).collect();
     let grids = (args.n_gamma.len() * schemes.len()) as u64;
     let bar = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new(grids) };
     bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} grids {msg}").expect("the template is valid"));
     let (case, n_gamma) = (case.clone(), args.n_gamma.clone());
-    let new = move || match &case {
-        AnyCase::One(case) => Sweep::new(&**case, &schemes, &n_gamma),
-        AnyCase::Scene(case) => Sweep::new(&**case, &schemes, &n_gamma),
-    };
+    let new = move || Sweep::new(&case, &schemes, &n_gamma);
     let work = move |tell: &(dyn Fn(News<S>) + Sync)| match new() {
         Ok(sweep) => {
             let sweep = Arc::new(sweep);

@@ -6,7 +6,7 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use anyhow::Context;
-use geodesic_ivp::case::{AnyCase, builtin};
+use geodesic_ivp::case::builtin;
 use geodesic_ivp::formula::similar::nearest;
 use geodesic_ivp::{Case, CaseError};
 
@@ -84,11 +84,11 @@ impl CaseArgs {
         stem.unwrap_or("stdin".as_ref())
     }
 
-    /// Reads a case of any kind. Prints a note if a built-in case is used because there is no such file, or no case was
+    /// Reads the case. Prints a note if a built-in case is used because there is no such file, or no case was
     /// named.
-    pub(super) fn read_any(&self) -> anyhow::Result<AnyCase> {
+    pub(super) fn read(&self) -> anyhow::Result<Case> {
         let text = self.read_text()?;
-        Ok(AnyCase::parse(&self.name(), &text, &self.set).map_err(|error| self.of_another_kind(error))?)
+        Ok(Case::parse(&self.name(), &text, &self.set).map_err(|error| self.of_another_kind(error))?)
     }
 
     /// Reads the text of a case, with the same notes.
@@ -119,7 +119,7 @@ impl CaseArgs {
         Ok(text.map_err(|error| self.of_another_kind(error))?)
     }
 
-    /// A built-in case of one coordinate with the overrides of the command line.
+    /// A built-in case with the overrides of the command line.
     pub(super) fn read_built_in(&self, name: &str) -> anyhow::Result<Case> {
         Ok(Case::parse(&format!("<built-in {name}>"), built_in_text(name)?, &self.set)?)
     }

@@ -20,7 +20,7 @@ const FILES: [(&str, &str, &str); 17] = [
     ("run --plot", "world_line.svg, t_dot.svg, trajectory.svg, delta_q_t.svg, delta_g.svg", "pictures"),
     ("run --plot", "orbit.svg, charges.svg, mesh.svg, section.svg", "pictures of a scene, the last one of its events"),
     ("run --vary, merge", "runs.csv, runs-events.csv, case.toml", "a row for each run, the events of all, the case"),
-    ("run --vary", "runs.partial.jsonl", "the rows that are finished, until all are"),
+    ("run --vary", "runs.partial.csv", "the rows that are finished, until all are"),
     ("converge", "convergence.csv, slopes.csv", "errors of every grid, and the slopes fitted to them"),
     ("converge --plot", "errors_final.svg, errors_l2.svg", "pictures"),
     ("work-precision", "work_precision.csv, drift.csv", "errors and times of every setting, and errors along the run"),

@@ -33,12 +33,11 @@ pub(super) fn require_room(all_cores: bool) -> anyhow::Result<()> {
 /// # Errors
 /// [`Refusal`] with the memory that is needed and the memory that there is.
 pub(super) fn check<S: Real>(setup: &Setup<S>, samples: Option<&SampleArgs>) -> anyhow::Result<()> {
-    let is_of_x = setup.place.geometry.c_squared().is_some();
     let (only, count) = samples.map_or((false, 0), |samples| (samples.only(), samples.count()));
     let needed = bytes_needed(setup, only, count);
     let Some(available) = available().filter(|available| needed > *available) else { return Ok(()) };
     let Settings { n_gamma, windows, digits, .. } = setup.settings;
-    let help = match is_of_x && count > 0 && !only && windows > 1 {
+    let help = match count > 0 && !only && windows > 1 {
         true => "take fewer nodes or digits, or --samples-only, which keeps one window at a time",
         false => "take fewer nodes, digits or samples",
     };

@@ -13,8 +13,6 @@ mod out;
 mod readable;
 mod report;
 mod run;
-mod run_one;
-mod run_scene;
 mod samples;
 mod scene_readable;
 mod shell;

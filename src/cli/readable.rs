@@ -3,11 +3,12 @@
 use geodesic_ivp::Solution;
 use geodesic_ivp::case::Form;
 use geodesic_ivp::diagnostics::gaps::Gaps;
-use geodesic_ivp::diagnostics::{Measures, NEGLIGIBLE};
+use geodesic_ivp::diagnostics::{Bound, ChargeDeviation, Diagnostics, NEGLIGIBLE, Newtonian, NormDeviation, OfX};
 use geodesic_ivp::number::Real;
 use geodesic_ivp::output::Summary;
 use geodesic_ivp::solve::{InitialGuess, Iterations};
 use geodesic_ivp::study::errors::RunError;
+use geodesic_ivp::study::run::{Judged, Run};
 
 /// A constant of motion whose relative deviation is at most this many units of 10^-digits is kept to rounding.
 const ROUNDING: f64 = 1e5;
@@ -15,27 +16,32 @@ const ROUNDING: f64 = 1e5;
 /// The summary without the list of files.
 pub(super) fn readable<S: Real>(
     title: &str,
-    solution: &Solution<S>,
-    measures: &Measures<S>,
+    run: &Run<S>,
+    judged: &Judged,
     summary: &Summary,
-    error: Option<&RunError>,
+    event_names: &[&str],
 ) -> String {
-    let gaps = summary.solved().and_then(|solved| solved.gaps.as_ref());
-    let lines = [
-        title.to_owned(),
-        row("end", &end(solution, error)),
-        row("kept", &kept(solution, measures, error, summary.verdict.digits)),
-        row("Q_t", &charge(solution, measures)),
-        row("K", &second_invariant(solution, measures)),
-        row("Newton", &newton(measures)),
-        row("critical", &critical_point(solution, measures)),
-        row("scheme", &scheme(solution, summary)),
-    ];
-    lines.into_iter().chain(gaps.map(between)).collect::<Vec<_>>().join("\n") + "\n"
+    let Run { line, diagnostics, .. } = run;
+    let error = judged.error.as_ref();
+    let mut lines = vec![title.to_owned()];
+    match &diagnostics.of_x {
+        Some(of_x) => lines.extend([
+            row("end", &end(line, error)),
+            row("kept", &kept(line, diagnostics, of_x, error, summary.verdict.digits)),
+            row("Q_t", &charge(line, &diagnostics.charges[0])),
+            row("K", &second_invariant(line, &diagnostics.norm)),
+            row("Newton", &newton(&of_x.newtonian)),
+            row("critical", &critical_point(line, diagnostics, &of_x.bound)),
+            row("scheme", &scheme(line, summary)),
+        ]),
+        None => lines.extend(super::scene_readable::lines(run, error, event_names)),
+    }
+    lines.extend(judged.gaps.as_ref().map(between));
+    lines.join("\n") + "\n"
 }
 
 /// What was found between the nodes.
-pub(super) fn between(gaps: &Gaps) -> String {
+fn between(gaps: &Gaps) -> String {
     let Gaps { count, unproved, accuracy, .. } = gaps;
     let found = match unproved {
         0 => format!("nothing hides in the {count} gaps between nodes"),
@@ -97,7 +103,8 @@ fn to_its_digits<S: Real>(number: S, error: f64, digits: u32) -> String {
 /// What is kept, and how well: the constants of motion, and the digits of t and x.
 fn kept<S: Real>(
     solution: &Solution<S>,
-    measures: &Measures<S>,
+    diagnostics: &Diagnostics<S>,
+    of_x: &OfX<S>,
     error: Option<&RunError>,
     digits: Option<u32>,
 ) -> String {
@@ -111,9 +118,9 @@ fn kept<S: Real>(
             _ => format!("{name} is lost"),
         }
     };
-    let k = measures.max_abs_delta_k.max(measures.max_abs_delta_k_ends);
-    let charge = kept("Q_t", measures.max_abs_delta_q_t_interior, solution.q_t());
-    let second = second_kept(k.to_f64(), solution.norm().to_f64(), measures.scales.x_dot, rounding);
+    let k = diagnostics.norm.max_interior.max(diagnostics.norm.max_ends);
+    let charge = kept("Q_t", diagnostics.charges[0].max_interior, solution.q_t());
+    let second = second_kept(k.to_f64(), solution.norm().to_f64(), of_x.scales.x_dot, rounding);
     // The error of t is 0 where the run ends at a given time.
     let (what, verb) =
         if error.is_some_and(|error| error.at_most_at_end()[0] == 0.0) { ("x", "is") } else { ("t and x", "are") };
@@ -148,16 +155,16 @@ fn percent(share: f64) -> String {
     }
 }
 
-fn charge<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> String {
+fn charge<S: Real>(solution: &Solution<S>, charge: &ChargeDeviation<S>) -> String {
     let q_t = fixed(solution.q_t().to_f64(), 6);
-    let interior = measures.max_abs_delta_q_t_interior.to_f64();
+    let interior = charge.max_interior.to_f64();
     if solution.form == Form::Weak {
         return format!("{q_t}; |dQ_t| <= {interior:.1e} at all nodes");
     }
-    let corrected = measures.max_abs_delta_q_t_corrected.to_f64();
+    let corrected = charge.max_corrected.to_f64();
     let (last, which) = match solution.window_count {
-        1 => (measures.delta_q_t_last, "the last"),
-        _ => (measures.max_abs_delta_q_t_last, "the last of each window"),
+        1 => (charge.last, "the last"),
+        _ => (charge.max_last, "the last of each window"),
     };
     let last = last.to_f64().abs();
     format!(
@@ -166,7 +173,7 @@ fn charge<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> String {
     )
 }
 
-fn second_invariant<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> String {
+fn second_invariant<S: Real>(solution: &Solution<S>, norm: &NormDeviation<S>) -> String {
     let but_last = match (solution.form, solution.window_count) {
         (Form::Weak, _) => "",
         (Form::Strong, 1) => " but the last",
@@ -176,33 +183,34 @@ fn second_invariant<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> 
     format!(
         "{}; |dK| <= {:.2e} at all nodes{but_last}, {:.2e} at {ends} handed on",
         fixed(solution.norm().to_f64(), 6),
-        measures.max_abs_delta_k.to_f64(),
-        measures.max_abs_delta_k_ends.to_f64()
+        norm.max_interior.to_f64(),
+        norm.max_ends.to_f64()
     )
 }
 
-fn newton<S: Real>(measures: &Measures<S>) -> String {
-    let deviation = measures.newtonian.deviation;
+fn newton(newtonian: &Newtonian) -> String {
+    let deviation = newtonian.deviation;
     if deviation == 0.0 {
         return "the motion is Newton's".to_owned();
     }
-    let remedy = match measures.newtonian.c() {
+    let remedy = match newtonian.c() {
         Some(c) if deviation > 2.0 * NEGLIGIBLE => format!("; c = {c} would make that about {NEGLIGIBLE:e}"),
         _ => String::new(),
     };
     format!("the acceleration differs from Newton's by up to {}{remedy}", percent(deviation))
 }
 
-fn critical_point<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> String {
+fn critical_point<S: Real>(solution: &Solution<S>, diagnostics: &Diagnostics<S>, bound: &Bound<S>) -> String {
     let action = if solution.form == Form::Weak { "E_weak" } else { "E_IVP" };
-    let sawtooth = measures.sawtooth.map_or("not measurable".to_owned(), |s| format!("{:.1e}", s.to_f64()));
+    let sawtooth =
+        diagnostics.sawtooth[0].1.amplitude.map_or("not measurable".to_owned(), |s| format!("{:.1e}", s.to_f64()));
     format!(
         "|grad {action}| <= {:.1e}: a critical point of the action; sawtooth in x {sawtooth}; \
          H_BVP = {} {} {} = Q_t (t_f - t_i)",
         solution.gradient_norm.to_f64(),
-        fixed(measures.bound.h_bvp.to_f64(), 6),
-        if measures.bound.is_kept() { "<=" } else { ">" },
-        fixed(measures.bound.h_bvp_bound.to_f64(), 6)
+        fixed(bound.h_bvp.to_f64(), 6),
+        if bound.is_kept() { "<=" } else { ">" },
+        fixed(bound.h_bvp_bound.to_f64(), 6)
     )
 }
 

@@ -1,4 +1,4 @@
-//! `run CASE`: one flow for cases of one coordinate and for scenes.
+//! `run CASE`.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -7,26 +7,25 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use clap::{Args, ValueHint};
-use geodesic_ivp::case::AnyCase;
-use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::diagnostics::gaps::Gaps;
-use geodesic_ivp::number::Extended;
-use geodesic_ivp::number::Real;
+use geodesic_ivp::Case;
+use geodesic_ivp::diagnostics::OfX;
+use geodesic_ivp::number::{Extended, Real};
+use geodesic_ivp::output::pictures::scene::{self, PlotAxes};
 use geodesic_ivp::output::{
-    CASE, Chart, OutputSet, SUMMARY, SummaryOf, write_branches, write_residuals, write_trajectory,
+    CASE, Chart, OutputSet, SUMMARY, Summary, pictures, write_branches, write_combined, write_events, write_residuals,
+    write_samples, write_trajectory,
 };
-use geodesic_ivp::solve::{NoSolution, Settings, System, WorldLine};
-use geodesic_ivp::study::errors::RunError;
+use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
+use geodesic_ivp::solve::{Arithmetic, Settings, Setup, System};
+use geodesic_ivp::study::run::{self, NoRun, Run, Wanted};
 use indicatif::{ProgressBar, ProgressStyle};
-use serde::Serialize;
 
 use super::out::OutArgs;
+use super::readable::readable;
 use super::report::Refusal;
-use super::run_one::OneCoordinate;
-use super::run_scene::Scene;
 use super::samples::SampleArgs;
 use super::vary::{VaryArgs, vary};
-use super::{CaseArgs, report, stdout};
+use super::{CaseArgs, memory, report, stdout};
 
 const TRAJECTORY: &str = "trajectory.csv";
 const RESIDUALS: &str = "residuals.csv";
@@ -70,77 +69,18 @@ pub(super) struct RunArgs {
     pub(super) vary: VaryArgs,
 }
 
-/// What `run` does with a case: what one of one coordinate and a scene do differently.
-pub(super) trait Job {
-    /// A solution with what was measured on it.
-    type Solved;
-    /// Its numbers in the summary.
-    type Numbers: Serialize;
-
-    /// Refuses options that this case does not have.
-    fn check_options(&self) -> anyhow::Result<()>;
-
-    /// Refuses a run that needs more memory than there is.
-    fn check_memory(&self) -> anyhow::Result<()>;
-
-    /// Solves and measures. Returns also the seconds in the solver.
-    fn solve(&self) -> (anyhow::Result<Self::Solved>, f64);
-
-    /// The summary of a solve that failed.
-    fn failed(&self, failure: &NoSolution, seconds: f64) -> SummaryOf<Self::Numbers>;
-
-    /// Warnings that the solution should not be believed, from its own numbers.
-    fn suspicions(&self, solved: &Self::Solved) -> Vec<String>;
-
-    /// Writes the table of `--stdout`.
-    fn write_combined(&self, solved: Self::Solved, out: std::io::StdoutLock<'static>) -> csv::Result<()>;
-
-    /// Compares with a reference.
-    fn judge(&self, solved: &Self::Solved) -> Judged<Self::Numbers>;
-
-    /// Writes the tables.
-    fn write_tables(&self, solved: &Self::Solved, files: &Tables<'_>) -> anyhow::Result<()>;
-
-    /// The names of its pictures.
-    fn picture_names(&self) -> &'static [&'static str];
-
-    /// The pictures, in the order of their names.
-    fn pictures(&self, title: &str, solved: &Self::Solved) -> Vec<Chart>;
-
-    /// The summary for people, without files and verdict.
-    fn readable(&self, title: &str, solved: &Self::Solved, judged: &Judged<Self::Numbers>) -> String;
-}
-
-/// What every judge of a result adds to, where it looks between the nodes.
-pub(super) fn doubt_gaps<N>(summary: &mut SummaryOf<N>, gaps: &Gaps, suspicions: &mut Vec<String>) {
-    if let Some(reason) = gaps.reason() {
-        summary.warnings.push(reason.to_string());
-        suspicions.push(reason.to_string());
-        summary.verdict.doubt(reason);
-    }
-}
-
-/// How good a solution is.
-pub(super) struct Judged<N> {
-    pub(super) summary: SummaryOf<N>,
-    /// How far it is from what it was compared with.
-    pub(super) error: Option<RunError>,
-    /// What is to be warned of.
-    pub(super) suspicions: Vec<String>,
-}
-
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     if args.vary.is_given() {
         return vary(args);
     }
     if args.more.is_empty() {
-        return run_case(args.case.read_any()?, args);
+        return run_case(&args.case.read()?, args);
     }
     // All are read before the first is run: a mistake in the last one is found at once.
     let each = args.each()?;
-    let cases: Vec<AnyCase> = each.iter().map(|args| args.case.read_any()).collect::<anyhow::Result<_>>()?;
+    let cases: Vec<Case> = each.iter().map(|args| args.case.read()).collect::<anyhow::Result<_>>()?;
     let mut worst = 0;
-    for (case, args) in cases.into_iter().zip(&each) {
+    for (case, args) in cases.iter().zip(&each) {
         if let Err(error) = run_case(case, args) {
             worst = worst.max(report::explain(&error));
         }
@@ -172,83 +112,157 @@ impl RunArgs {
 }
 
 /// Runs one case, the one of `args`.
-fn run_case(case: AnyCase, args: &RunArgs) -> anyhow::Result<ExitCode> {
-    match &case {
-        AnyCase::One(one) if case.is_extended() => execute(&OneCoordinate::<Extended>::new(one, args), &case, args),
-        AnyCase::One(one) => execute(&OneCoordinate::<f64>::new(one, args), &case, args),
-        AnyCase::Scene(scene) if case.is_extended() => execute(&Scene::<Extended>::new(scene, args), &case, args),
-        AnyCase::Scene(scene) => execute(&Scene::<f64>::new(scene, args), &case, args),
-    }
+fn run_case(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
+    if case.is_extended() { execute::<Extended>(case, args) } else { execute::<f64>(case, args) }
 }
 
-fn execute(job: &impl Job, case: &AnyCase, args: &RunArgs) -> anyhow::Result<ExitCode> {
+fn execute<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
+    let setup = case.setup::<S>();
     args.samples.check(args.stdout)?;
-    job.check_options()?;
-    warn_of(&case.warnings());
-    job.check_memory()?;
+    check_options(case, args)?;
+    let wanted = Wanted { samples: args.samples.stream(case)?, is_streamed: args.samples.only(), sums: true };
+    case.warnings().iter().for_each(|warning| report::warn(warning));
+    memory::check(&setup, Some(&args.samples))?;
     if args.stdout {
         // Checked before the computation, whose result would otherwise be lost.
         drop(stdout::for_data()?);
-        let solved = with_spinner(job, case, args).0?;
+        let run = solved(case, &setup, args, wanted).0.map_err(|none| explained(none, args, &setup))?;
         // What hides between nodes is compared with the error of the run.
-        let suspicions = if args.enclose { job.judge(&solved).suspicions } else { job.suspicions(&solved) };
-        warn_of(&suspicions);
-        job.write_combined(solved, stdout::for_data()?)?;
+        let suspicions = if args.enclose {
+            run.judged(&setup, args.reference, true).suspicions
+        } else {
+            let newton = run.diagnostics.of_x.as_ref().and_then(OfX::newtonian_warning);
+            run.diagnostics.warnings(&run.line).into_iter().chain(newton).collect()
+        };
+        suspicions.iter().for_each(|warning| report::warn(warning));
+        match run.is_whole {
+            true => write_combined(stdout::for_data()?, &run.line, &run.diagnostics)?,
+            false => {
+                write_samples(stdout::for_data()?, run.line.geometry().names(), &run.samples, run.line.digits)?;
+            }
+        }
         return Ok(ExitCode::SUCCESS);
     }
     args.output.check_standard_output()?;
     let target = args.output.target(&args.case, "run")?;
     let directory = target.folder.clone();
-    let files = OutputSet::open(target, &file_names(job, case, args))?;
+    let files = OutputSet::open(target, &file_names(case, args))?;
     files.write_text(CASE, &effective(case, args))?;
-    let (result, solve_seconds) = with_spinner(job, case, args);
-    let solved = match result {
-        Ok(solved) => solved,
-        Err(error) => {
-            if let Some(failure) = error.downcast_ref() {
-                let summary = job.failed(failure, solve_seconds).to_json();
+    let (result, solve_seconds) = solved(case, &setup, args, wanted);
+    let run = match result {
+        Ok(run) => run,
+        Err(none) => {
+            if let NoRun::Unsolved(failure) = &none {
+                let summary = Summary::failed(case, &setup.place.geometry, failure, solve_seconds).to_json();
                 files.write_text(SUMMARY, &summary)?;
                 files.commit(&|name| name == SUMMARY || name == CASE)?;
                 // The error of the run matters more than one in writing its summary, and is the one that is reported.
                 let _ = args.output.tell(args.case.quiet, &summary, String::new);
             }
-            return Err(error);
+            return Err(explained(none, args, &setup));
         }
     };
-    let mut judged = job.judge(&solved);
-    warn_of(&judged.suspicions);
+    let judged = run.judged(&setup, args.reference, args.enclose);
+    judged.suspicions.iter().for_each(|warning| report::warn(warning));
+    let mut summary = Summary::new(case, &run, &judged, solve_seconds);
     let start = Instant::now();
-    job.write_tables(&solved, &Tables { files: &files })?;
-    if let Some(seconds) = &mut judged.summary.seconds {
+    write_tables(&files, case, args, &run)?;
+    if let Some(seconds) = &mut summary.seconds {
         seconds.write = start.elapsed().as_secs_f64();
     }
-    let (summary, title) = (&judged.summary, args.case.headed(case.title()));
+    let title = args.case.headed(case.title());
     let json = summary.to_json();
     files.write_text(SUMMARY, &json)?;
     if args.plot {
         let windows = if summary.windows > 1 { format!(", {} windows", summary.windows) } else { String::new() };
         let title = format!("{title} ({}, N = {}{windows})", summary.sbp, summary.n_gamma);
-        for (name, chart) in job.picture_names().iter().zip(job.pictures(&title, &solved)) {
+        for (name, chart) in picture_names(case).iter().zip(pictures(&title, case, &run)) {
             files.write_text(name, &chart.to_svg())?;
         }
     }
     let kept = files.commit(&|_| true)?;
     args.output.tell(args.case.quiet, &json, || {
         let written = report::written(&directory, &kept);
-        format!("{}{written}{}\n", job.readable(&title, &solved, &judged), summary.verdict.line())
+        let lines = readable(&title, &run, &judged, &summary, &event_names(case));
+        format!("{lines}{written}{}\n", summary.verdict.line())
     })?;
     Ok(ExitCode::SUCCESS)
 }
 
+/// Refuses options that this case does not have.
+fn check_options(case: &Case, args: &RunArgs) -> anyhow::Result<()> {
+    if args.enclose && case.settings().accuracy.is_none() && args.samples.only() {
+        let help = "leave one of them out, or ask for solver.accuracy, which looks between the nodes on the way";
+        return Err(Refusal::usage("--samples-only keeps no nodes that --enclose could look between")
+            .help(help)
+            .into());
+    }
+    Ok(())
+}
+
+/// The error of a case without a run.
+fn explained<S: Real>(none: NoRun<S>, args: &RunArgs, setup: &Setup<S>) -> anyhow::Error {
+    match none {
+        NoRun::Unsolved(failure) => failure.into(),
+        NoRun::Unsampled(none) => args.samples.refuse(none, setup.settings.digits),
+    }
+}
+
+fn event_names(case: &Case) -> Vec<&str> {
+    case.events().iter().map(|event| event.name.as_str()).collect()
+}
+
+/// The names of a run's pictures.
+fn picture_names(case: &Case) -> &'static [&'static str] {
+    const OF_X: [&str; 5] = ["world_line.svg", "t_dot.svg", "trajectory.svg", "delta_q_t.svg", "delta_g.svg"];
+    const OF_SCENE: [&str; 4] = ["orbit.svg", "charges.svg", "mesh.svg", "section.svg"];
+    match case.is_of_x() {
+        true => &OF_X,
+        false if case.events().is_empty() => &OF_SCENE[..3],
+        false => &OF_SCENE,
+    }
+}
+
+/// The pictures, in the order of their names.
+fn pictures<S: Real>(title: &str, case: &Case, run: &Run<S>) -> Vec<Chart> {
+    let Run { line, diagnostics, sums, events, .. } = run;
+    if case.is_of_x() {
+        let runs = [pictures::Run { label: "", solution: line, diagnostics }];
+        // If the reference does not reach the end, the picture is drawn without it. For a line f64 is precise enough.
+        let (geometry, start) = (case.geometry(), case.start());
+        let reference = ReferenceTrajectory::new(&geometry, &start, line.length.to_f64(), f64::MOST_DIGITS).ok();
+        let duration = (line.end_state().t - line.t_i()).to_f64();
+        let in_time = time_parametrised(&geometry, &start, duration, 400);
+        return vec![
+            pictures::world_line(title, line),
+            pictures::time_mesh(title, &runs),
+            pictures::trajectory(title, &runs, reference.as_ref(), &in_time),
+            pictures::noether_charge(title, &runs),
+            pictures::geodesic_residuals(title, &runs),
+        ];
+    }
+    let (formulas, labels) = case.plot_axes(line.geometry());
+    let axes = PlotAxes { formulas, labels };
+    let mut drawn = vec![
+        scene::orbit(title, line, &axes),
+        scene::charges(title, line, diagnostics, sums),
+        scene::mesh(title, line),
+    ];
+    if !case.events().is_empty() {
+        drawn.push(scene::section(title, line, &axes, &event_names(case), events));
+    }
+    drawn
+}
+
 /// The files that a run writes.
-fn file_names(job: &impl Job, case: &AnyCase, args: &RunArgs) -> Vec<&'static str> {
+fn file_names(case: &Case, args: &RunArgs) -> Vec<&'static str> {
     let mut names = vec![TRAJECTORY, RESIDUALS, BRANCHES, SAMPLES, EVENTS, SUMMARY, CASE];
-    names.extend(job.picture_names());
+    names.extend(picture_names(case));
     names.retain(|name| match *name {
         TRAJECTORY | RESIDUALS => !args.samples.only(),
         BRANCHES => !args.samples.only() && case.settings().system == System::Doubled,
         SAMPLES => args.samples.wanted(),
-        EVENTS => case.has_events(),
+        EVENTS => !case.events().is_empty(),
         SUMMARY | CASE => true,
         _ => args.plot,
     });
@@ -256,70 +270,62 @@ fn file_names(job: &impl Job, case: &AnyCase, args: &RunArgs) -> Vec<&'static st
 }
 
 /// The case that is run, as a text.
-fn effective(case: &AnyCase, args: &RunArgs) -> String {
+fn effective(case: &Case, args: &RunArgs) -> String {
     match args.case.has_overrides() {
         // The expectations hold for the case as it is in its file.
-        true => case.clone().without_expectations().to_toml(),
+        true => case.without_expectations().to_toml(),
         false => case.to_toml(),
     }
 }
 
-fn warn_of(warnings: &[String]) {
-    warnings.iter().for_each(|warning| report::warn(warning));
-}
-
-/// Solves, with a spinner if standard error is a terminal.
-fn with_spinner<J: Job>(job: &J, case: &AnyCase, args: &RunArgs) -> (anyhow::Result<J::Solved>, f64) {
+/// Solves, with a spinner if standard error is a terminal. Returns also the seconds in the solver.
+fn solved<S: Arithmetic>(
+    case: &Case,
+    setup: &Setup<S>,
+    args: &RunArgs,
+    wanted: Wanted<S>,
+) -> (Result<Run<S>, NoRun<S>>, f64) {
     let spinner = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
-    let Settings { n_gamma, windows, accuracy, .. } = case.settings();
+    let Settings { n_gamma, windows, accuracy, .. } = setup.settings;
     spinner.set_message(match accuracy {
         Some(accuracy) => format!("solving to {:e}", accuracy.value()),
         None => format!("solving for {} nodes", n_gamma * windows),
     });
     spinner.set_style(ProgressStyle::with_template("{spinner} {msg} ({elapsed})").expect("the template is valid"));
     spinner.enable_steady_tick(Duration::from_millis(200));
-    let result = job.solve();
+    let result = run::run(case, setup, wanted);
     spinner.finish_and_clear();
     result
 }
 
-/// The files of a run that are tables.
-pub(super) struct Tables<'f> {
-    files: &'f OutputSet,
-}
-
-impl Tables<'_> {
-    /// Writes what was computed on the nodes. The two large tables are written in parallel: at a million nodes that is
-    /// most of the work that is left after the solve.
-    pub(super) fn nodes<S: Real, M: Sync>(
-        &self,
-        run: &WorldLine<S>,
-        measured: &Diagnostics<S, M>,
-    ) -> anyhow::Result<()> {
-        let files = self.files;
-        let (trajectory, residuals) = scope(|scope| {
-            let write = || write_residuals(files.writer(RESIDUALS), run, measured);
-            let residuals = Builder::new().spawn_scoped(scope, write);
-            let trajectory = write_trajectory(files.writer(TRAJECTORY), run, measured);
-            // Where there is no room for a thread, one table follows the other.
-            let join = |thread: ScopedJoinHandle<'_, _>| thread.join().expect("writing a table does not panic");
-            (trajectory, residuals.map_or_else(|_| write(), join))
-        });
-        trajectory.with_context(|| format!("cannot write {TRAJECTORY}"))?;
-        residuals.with_context(|| format!("cannot write {RESIDUALS}"))?;
-        if run.is_doubled() {
-            write_branches(files.writer(BRANCHES), run).with_context(|| format!("cannot write {BRANCHES}"))?;
-        }
-        Ok(())
+/// Writes the tables. The two large ones are written in parallel: at a million nodes that is most of the work that is
+/// left after the solve.
+fn write_tables<S: Real>(files: &OutputSet, case: &Case, args: &RunArgs, run: &Run<S>) -> anyhow::Result<()> {
+    let Run { line, diagnostics, samples, events, .. } = run;
+    let (names, digits) = (line.geometry().names(), line.digits);
+    let cannot = |name: &'static str| move || format!("cannot write {name}");
+    if args.samples.wanted() {
+        write_samples(files.writer(SAMPLES), names, samples, digits).with_context(cannot(SAMPLES))?;
     }
-
-    /// Writes the samples.
-    pub(super) fn samples(&self, write: impl FnOnce(&mut dyn std::io::Write) -> csv::Result<()>) -> anyhow::Result<()> {
-        write(&mut self.files.writer(SAMPLES)).with_context(|| format!("cannot write {SAMPLES}"))
+    if !case.events().is_empty() {
+        let written = write_events(files.writer(EVENTS), names, &event_names(case), events, digits);
+        written.with_context(cannot(EVENTS))?;
     }
-
-    /// Writes the events.
-    pub(super) fn events(&self, write: impl FnOnce(&mut dyn std::io::Write) -> csv::Result<()>) -> anyhow::Result<()> {
-        write(&mut self.files.writer(EVENTS)).with_context(|| format!("cannot write {EVENTS}"))
+    if !run.is_whole {
+        return Ok(());
     }
+    let (trajectory, residuals) = scope(|scope| {
+        let write = || write_residuals(files.writer(RESIDUALS), line, diagnostics);
+        let residuals = Builder::new().spawn_scoped(scope, write);
+        let trajectory = write_trajectory(files.writer(TRAJECTORY), line, diagnostics);
+        // Where there is no room for a thread, one table follows the other.
+        let join = |thread: ScopedJoinHandle<'_, _>| thread.join().expect("writing a table does not panic");
+        (trajectory, residuals.map_or_else(|_| write(), join))
+    });
+    trajectory.with_context(cannot(TRAJECTORY))?;
+    residuals.with_context(cannot(RESIDUALS))?;
+    if line.is_doubled() {
+        write_branches(files.writer(BRANCHES), line).with_context(cannot(BRANCHES))?;
+    }
+    Ok(())
 }

@@ -2,8 +2,10 @@
 
 use clap::Args;
 use geodesic_ivp::number::Real;
-use geodesic_ivp::trajectory::{Coordinate, OutsideRun, SampleStream};
+use geodesic_ivp::trajectory::{Coordinate, NoSamples, OutsideRun, SampleStream};
 use geodesic_ivp::{Case, CaseError};
+
+use super::report::Refusal;
 
 /// More rows than this are taken for a typing mistake.
 const MOST_SAMPLES: f64 = 1e8;
@@ -97,24 +99,42 @@ impl SampleArgs {
     }
 
     /// The stream that takes the samples, if any are asked for.
-    pub(super) fn stream<S: Real>(&self, case: &Case) -> Option<SampleStream<S>> {
-        let backwards = case.initial.t_dot.value() < 0.0;
-        let (coordinate, values) = self.values()?;
-        Some(SampleStream::new(coordinate, values, backwards))
+    ///
+    /// # Errors
+    /// [`Refusal`] if the coordinate by which they are asked for is none of the case's.
+    pub(super) fn stream<S: Real>(&self, case: &Case) -> anyhow::Result<Option<SampleStream<S>>> {
+        let Some((by_time, range, _)) = self.range() else { return Ok(None) };
+        let values = range.values().collect();
+        if !by_time {
+            return Ok(Some(SampleStream::new(Coordinate::Gamma, values, false)));
+        }
+        let t = case.coordinates().iter().position(|name| name == "t").ok_or_else(|| {
+            Refusal::usage("--sample-t needs a coordinate t, and the scene has none")
+                .help("take samples with --sample-gamma")
+        })?;
+        let backwards = case.start::<f64>().q_dot[t] < 0.0;
+        Ok(Some(SampleStream::new(Coordinate::Value(t), values, backwards)))
     }
 
-    /// The values that are asked for, of γ or of the time.
-    pub(super) fn values<S: Real>(&self) -> Option<(Coordinate, Vec<S>)> {
-        self.range().map(|(coordinate, range, _)| (coordinate, range.values().collect()))
+    /// Whether samples are taken by time, where, and by which option.
+    fn range(&self) -> Option<(bool, &Range, &'static str)> {
+        let by_time = self.sample_t.as_ref().map(|range| (true, range, "sample-t"));
+        by_time.or(self.sample_gamma.as_ref().map(|range| (false, range, "sample-gamma")))
     }
 
-    fn range(&self) -> Option<(Coordinate, &Range, &'static str)> {
-        let by_time = self.sample_t.as_ref().map(|range| (Coordinate::Time, range, "sample-t"));
-        by_time.or(self.sample_gamma.as_ref().map(|range| (Coordinate::Gamma, range, "sample-gamma")))
+    /// The error where there are no samples.
+    pub(super) fn refuse<S: Real>(&self, none: NoSamples<S>, digits: u32) -> anyhow::Error {
+        match none {
+            NoSamples::Outside(outside) => self.outside(outside, digits).into(),
+            NoSamples::Turns => {
+                let message = "t does not grow, or fall, all the way: a time is not one place of the world-line";
+                Refusal::usage(message).help("take samples with --sample-gamma").into()
+            }
+        }
     }
 
     /// The error for samples that lie outside the run.
-    pub(super) fn refuse<S: Real>(&self, outside: OutsideRun<S>, digits: u32) -> CaseError {
+    fn outside<S: Real>(&self, outside: OutsideRun<S>, digits: u32) -> CaseError {
         let (option, range) = self.range().map_or(("", ""), |(_, range, option)| (option, range.text.as_str()));
         let (from, to) = outside.range;
         let starts_before = self.range().is_some_and(|(_, range, _)| range.values::<S>().any(|value| value < from));

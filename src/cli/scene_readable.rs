@@ -1,30 +1,20 @@
 //! The summary of a scene's run for people.
 
 use geodesic_ivp::action::Form;
-use geodesic_ivp::diagnostics::ChargeDeviation;
-use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::diagnostics::gaps::Gaps;
-use geodesic_ivp::diagnostics::scene::SceneMeasures;
-use geodesic_ivp::geometry::ConservedSum;
+use geodesic_ivp::diagnostics::{ChargeDeviation, Diagnostics};
 use geodesic_ivp::number::Real;
 use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::study::errors::{Judge, RunError};
+use geodesic_ivp::study::run::Run;
 use geodesic_ivp::trajectory::Crossing;
 
-use super::readable::{between, iterations, row};
+use super::readable::{iterations, row};
 
-/// The summary without the list of files; `events` are its lines about these.
-pub(super) fn readable<S: Real>(
-    title: &str,
-    line: &WorldLine<S>,
-    diagnostics: &Diagnostics<S, SceneMeasures<S>>,
-    sums: &[ConservedSum],
-    error: Option<&RunError>,
-    gaps: Option<&Gaps>,
-    events: Vec<String>,
-) -> String {
+/// The lines of a run without its title. `event_names` are those of what was watched.
+pub(super) fn lines<S: Real>(run: &Run<S>, error: Option<&RunError>, event_names: &[&str]) -> Vec<String> {
+    let Run { line, diagnostics, sums, .. } = run;
     let names = line.geometry().names();
-    let mut lines = vec![title.to_owned(), end(line), accuracy(line, error)];
+    let mut lines = vec![end(line), accuracy(line, error)];
     for charge in &diagnostics.charges {
         let name = &names[charge.terms[0].0];
         lines.push(deviation(&format!("p_{name}"), charge.value, charge.max_interior, line) + &at_last(line, charge));
@@ -33,30 +23,28 @@ pub(super) fn readable<S: Real>(
         let between = format!(", {:.1e} between windows", charge.max_ends.to_f64());
         lines.push(deviation(&sum.formula(names), charge.value, charge.max_interior, line) + &between);
     }
-    for work in &diagnostics.measures.work {
+    for work in &diagnostics.work {
         let name = format!("p_{}", names[work.coordinate]);
         let (work, defect) = (work.work.to_f64(), work.defect.to_f64().abs());
         lines.push(row(&name, &format!("changes by the work of the force, {work:.6}, to {defect:.1e}")));
     }
     lines.push(drift(diagnostics));
     for invariant in &diagnostics.invariants {
-        let most = invariant.delta.iter().fold(0.0, |most: f64, delta| most.max(delta.to_f64().abs()));
-        let ends = invariant.max_ends.to_f64();
+        let [most, ends] = [invariant.max, invariant.max_ends].map(|value| value.to_f64());
         let text = format!(
             "{}; changes by at most {most:.1e} at the nodes, {ends:.1e} between windows",
             short(invariant.value)
         );
         lines.push(row(&invariant.name, &text));
     }
-    lines.extend(events);
+    lines.extend(events(event_names, &run.events, line.digits));
     lines.push(critical_point(line));
     lines.push(scheme(line));
-    lines.extend(gaps.map(between));
-    lines.join("\n") + "\n"
+    lines
 }
 
 /// A line for every event: how often it was met, and where. `names` are those of what was watched.
-pub(super) fn events<S: Real>(names: &[&str], crossings: &[Crossing<S>], digits: u32) -> Vec<String> {
+fn events<S: Real>(names: &[&str], crossings: &[Crossing<S>], digits: u32) -> Vec<String> {
     let line = |(watch, name): (usize, &&str)| {
         let gammas: Vec<S> =
             crossings.iter().filter(|crossing| crossing.watch == watch).map(|crossing| crossing.sample.gamma).collect();
@@ -96,8 +84,8 @@ fn accuracy<S: Real>(line: &WorldLine<S>, error: Option<&RunError>) -> String {
 }
 
 /// What measures the error although the scheme does not keep it: K or, with Newton's law, the energy.
-fn drift<S: Real>(diagnostics: &Diagnostics<S, SceneMeasures<S>>) -> String {
-    match diagnostics.measures.energy {
+fn drift<S: Real>(diagnostics: &Diagnostics<S>) -> String {
+    match diagnostics.energy {
         Some(energy) => {
             let of = "that of the positions and velocities differs from p_t/p_s";
             let most = energy.max_ends.to_f64().abs();
@@ -135,7 +123,7 @@ fn critical_point<S: Real>(line: &WorldLine<S>) -> String {
 }
 
 fn scheme<S: Real>(line: &WorldLine<S>) -> String {
-    let windows = line.windows.len();
+    let windows = line.window_count;
     let cut = if windows > 1 { format!(" in each of {windows} windows") } else { String::new() };
     let (name, form) = (String::from(line.sbp_name), line.form.as_str());
     row("scheme", &format!("{name}, {form} form, {} nodes{cut}", line.sbp().points()))

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use clap::Args;
-use geodesic_ivp::case::AnyCase;
+use geodesic_ivp::Case;
 use geodesic_ivp::output::{OutputSet, SUMMARY, StabilitySummary, pictures, write_stability};
 use geodesic_ivp::reference::ReferenceEnds;
 use geodesic_ivp::study::stability::{Arena, Atlas, Cell, CellStatus, Limit, Method, Pace, Plan, measure};
@@ -64,8 +64,8 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
-    let case = &args.case.read_any()?;
-    if matches!(case, AnyCase::Scene(_)) && !args.t_dot.is_empty() {
+    let case = &args.case.read()?;
+    if !case.is_of_x() && !args.t_dot.is_empty() {
         let refusal = Refusal::usage("--t-dot is for cases of one coordinate");
         anyhow::bail!(refusal.help("the lengths of a scene are those of --gamma-f"));
     }
@@ -135,11 +135,8 @@ fn ascending(values: &[f64]) -> Vec<f64> {
 
 /// The methods whose labels begin with one of `names`, and what to say about those that are left out although nobody
 /// said so.
-fn chosen(names: &[String], case: &AnyCase) -> anyhow::Result<(Vec<Method>, String)> {
-    let is_separable = match case {
-        AnyCase::One(_) => None,
-        AnyCase::Scene(scene) => Some(scene.geometry::<f64>().is_separable()),
-    };
+fn chosen(names: &[String], case: &Case) -> anyhow::Result<(Vec<Method>, String)> {
+    let is_separable = (!case.is_of_x()).then(|| case.geometry::<f64>().is_separable());
     let unsuitable = |method: &Method| is_separable.and_then(|is_separable| method.unsuitable(is_separable));
     let (suitable, others): (Vec<Method>, Vec<Method>) =
         Method::all().into_iter().partition(|method| unsuitable(method).is_none());
@@ -180,22 +177,13 @@ enum Impossible {
 }
 
 /// The world-line and the plan: what is to be measured on it.
-fn planned(case: &AnyCase, methods: Vec<Method>, args: &[Vec<f64>; 3]) -> Result<(Arc<Arena>, Arc<Plan>), Impossible> {
+fn planned(case: &Case, methods: Vec<Method>, args: &[Vec<f64>; 3]) -> Result<(Arc<Arena>, Arc<Plan>), Impossible> {
     let [gamma_f, t_dot, delta_gamma] = args;
-    let tangents = match case {
-        AnyCase::One(case) if !t_dot.is_empty() => {
-            let own = case.initial.t_dot.value();
-            t_dot.iter().map(|value| value / own).collect()
-        }
-        _ => vec![1.0],
-    };
+    let own = case.start::<f64>().q_dot[0];
+    let tangents = if t_dot.is_empty() { vec![1.0] } else { t_dot.iter().map(|value| value / own).collect() };
     let lengths: Vec<f64> =
         gamma_f.iter().flat_map(|length| tangents.iter().map(move |tangent| length * tangent)).collect();
-    let arena = match case {
-        AnyCase::One(case) => Arena::new(case, &lengths),
-        AnyCase::Scene(case) => Arena::of_scene(case, &lengths),
-    };
-    let arena = arena.map_err(|end| Impossible::Reference(Box::new(end)))?;
+    let arena = Arena::new(case, &lengths).map_err(|end| Impossible::Reference(Box::new(end)))?;
     let or = |given: &[f64], default: Vec<f64>| if given.is_empty() { default } else { ascending(given) };
     let plan = Plan {
         methods,
@@ -210,7 +198,7 @@ fn planned(case: &AnyCase, methods: Vec<Method>, args: &[Vec<f64>; 3]) -> Result
 /// Measures, with a progress bar if standard error is a terminal. After an interrupt the result has the cells that were
 /// finished; it is `None` if the reference was not finished.
 fn measure_with_progress(
-    case: &AnyCase,
+    case: &Case,
     methods: Vec<Method>,
     args: &StabilityArgs,
 ) -> Result<Option<Measured>, Impossible> {

@@ -11,14 +11,15 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Args;
-use geodesic_ivp::case::{AnyCase, key_of, overridden};
+use geodesic_ivp::Case;
+use geodesic_ivp::case::{key_of, overridden};
 use geodesic_ivp::number::Extended;
 use geodesic_ivp::output::runs::{
-    Columns, Ended, Identity, Journal, NotResumable, RUNS, RUNS_EVENTS, RunRow, RunsSummary, write_runs,
+    Columns, Ended, Identity, Journal, NotResumable, RUNS, RUNS_EVENTS, RunRow, RunsSummary,
 };
 use geodesic_ivp::output::{CASE, OutputSet, SUMMARY};
 use geodesic_ivp::solve::Arithmetic;
-use geodesic_ivp::solve::{Settings, Setup, Status};
+use geodesic_ivp::solve::{Settings, Status};
 use geodesic_ivp::study::many::{Axis, ManyRuns, Outcome};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -95,18 +96,18 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let mut names = vec![RUNS, RUNS_EVENTS, SUMMARY, CASE];
     names.retain(|name| *name != RUNS_EVENTS || columns.has_events());
     let files = OutputSet::open(target, &names)?;
-    let mut journal = Journal::open(files.folder(), &identity, force).map_err(explained)?;
+    let mut journal = Journal::open(files.folder(), &identity, &columns, force).map_err(explained)?;
 
     let Share { k, n } = part.unwrap_or(Share { k: 1, n: 1 });
     let share = (k - 1..runs.len()).step_by(n);
-    let (all, there) = (share.len(), journal.rows().len());
+    let (all, there) = (share.len(), journal.count());
     let todo: Vec<usize> = share.filter(|run| !journal.has(run + 1)).collect();
     if there > 0 && !args.case.quiet {
         report::note(&format!("{there} of {all} rows are there already"));
     }
     let (runs, columns) = (Arc::new(runs), Arc::new(columns));
     if compute(&runs, &columns, todo, &mut journal, args.case.quiet)? {
-        let (there, path) = (journal.rows().len(), journal.path().display());
+        let (there, path) = (journal.count(), journal.path().display());
         report::warn(&format!(
             "interrupted: {there} of {all} rows are kept in {path}; the same command goes on from there"
         ));
@@ -114,14 +115,8 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     }
 
     let mut summary = RunsSummary::new(runs.first().title(), &identity, runs.len());
-    let rows: Vec<usize> = journal.rows().collect();
     let events = columns.has_events().then(|| files.writer(RUNS_EVENTS));
-    let rows = rows.into_iter().map(|row| {
-        let row = journal.row(row)?;
-        summary.count(&row);
-        Ok(row)
-    });
-    write_runs((files.writer(RUNS), events), &columns, rows)?;
+    journal.write((files.writer(RUNS), events), &mut summary)?;
     files.write_text(CASE, &identity.case)?;
     let json = summary.to_json();
     files.write_text(SUMMARY, &json)?;
@@ -240,7 +235,7 @@ fn row(runs: &ManyRuns, columns: &Columns, run: usize) -> RunRow {
     }
 }
 
-fn check_memory(case: &AnyCase) -> anyhow::Result<()> {
+fn check_memory(case: &Case) -> anyhow::Result<()> {
     let Settings { n_gamma, windows, .. } = case.settings();
     match case {
         _ if n_gamma * windows <= FEW_NODES => Ok(()),
@@ -249,11 +244,8 @@ fn check_memory(case: &AnyCase) -> anyhow::Result<()> {
     }
 }
 
-fn check_memory_in<S: Arithmetic>(case: &AnyCase) -> anyhow::Result<()> {
-    match case {
-        AnyCase::One(case) => memory::check(&Setup::<S>::from(&**case), None),
-        AnyCase::Scene(case) => memory::check(&case.setup::<S>(), None),
-    }
+fn check_memory_in<S: Arithmetic>(case: &Case) -> anyhow::Result<()> {
+    memory::check(&case.setup::<S>(), None)
 }
 
 /// The summary for people.

@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use clap::{Args, ValueHint};
-use geodesic_ivp::case::AnyCase;
+use geodesic_ivp::Case;
 use geodesic_ivp::output::pictures::{self, WorkAxis};
 use geodesic_ivp::output::{OutputSet, SUMMARY, WorkPrecisionSummary, read_rows, write_drift, write_work_precision};
 use geodesic_ivp::reference::ReferenceEnds;
@@ -69,7 +69,7 @@ fn length(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCode> {
-    let case = &args.case.read_any()?;
+    let case = &args.case.read()?;
     for warning in case.warnings() {
         report::warn(&warning);
     }
@@ -130,11 +130,8 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
 }
 
 /// The methods that suit a case.
-fn families_of(case: &AnyCase) -> Vec<Family> {
-    match case {
-        AnyCase::One(_) => Family::all(),
-        AnyCase::Scene(scene) => Family::of_scene(scene.geometry::<f64>().is_separable()),
-    }
+fn families_of(case: &Case) -> Vec<Family> {
+    if case.is_of_x() { Family::all() } else { Family::of_scene(case.geometry::<f64>().is_separable()) }
 }
 
 /// Those of `all` methods whose names begin with one of `names`.
@@ -168,11 +165,7 @@ type Chart = (Arc<Vec<Arena>>, WorkPrecision, Vec<DriftPoint>);
 
 /// Measures every length, with a progress bar if standard error is a terminal. After an interrupt the result has the
 /// rows that were finished; it is `None` if the references were not finished.
-fn measure_all(
-    case: &AnyCase,
-    families: Vec<Family>,
-    args: &WorkPrecisionArgs,
-) -> Result<Option<Chart>, ReferenceEnds> {
+fn measure_all(case: &Case, families: Vec<Family>, args: &WorkPrecisionArgs) -> Result<Option<Chart>, ReferenceEnds> {
     let budget = Budget { longest: args.longest, ..Budget::default() };
     let lengths: Vec<Option<f64>> = match args.gamma_f[..] {
         [] => vec![None],
@@ -182,10 +175,7 @@ fn measure_all(
     let bar = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new(total) };
     bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}").expect("the template is valid"));
     let case = case.clone();
-    let arena = move |length| match &case {
-        AnyCase::One(case) => Arena::new(case, length),
-        AnyCase::Scene(case) => Arena::of_scene(case, length),
-    };
+    let arena = move |length| Arena::new(&case, length);
     let work = move |tell: &(dyn Fn(News) + Sync)| match lengths.into_iter().map(&arena).collect() {
         Ok(arenas) => chart(&Arc::new(arenas), &families, &budget, tell),
         Err(end) => tell(News::Impossible(end)),

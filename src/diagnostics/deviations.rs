@@ -24,6 +24,8 @@ pub struct ChargeDeviation<S = f64> {
     pub max_interior: S,
     /// Largest |delta| at the last node of a window.
     pub max_last: S,
+    /// The deviation at the last node of the run.
+    pub last: S,
     /// Largest |corrected|.
     pub max_corrected: S,
     /// Largest deviation of what the next window starts with, at the ends of the windows.
@@ -43,6 +45,27 @@ pub struct NormDeviation<S = f64> {
     pub max_interior: S,
     /// Largest |ΔK| at the ends.
     pub max_ends: S,
+}
+
+impl<S: Real> ChargeDeviation<S> {
+    /// That of a run, from those of its first part, `self`, and its second part, `next`, whose rows are kept.
+    pub(super) fn followed_by(self, next: Self) -> Self {
+        Self {
+            max_interior: self.max_interior.max(next.max_interior),
+            max_last: self.max_last.max(next.max_last),
+            max_corrected: self.max_corrected.max(next.max_corrected),
+            max_ends: self.max_ends.max(next.max_ends),
+            ..next
+        }
+    }
+}
+
+impl<S: Real> NormDeviation<S> {
+    /// That of a run, from those of its first part, `self`, and its second part, `next`, whose rows are kept.
+    pub(super) fn followed_by(self, next: Self) -> Self {
+        let (max_interior, max_ends) = (self.max_interior.max(next.max_interior), self.max_ends.max(next.max_ends));
+        Self { max_interior, max_ends, ..next }
+    }
 }
 
 /// A run with its velocities, its metric and its momenta on the nodes.
@@ -134,6 +157,7 @@ impl<'r, S: Real> Fields<'r, S> {
         ChargeDeviation {
             max_interior: largest(&delta, run.grids().map(|grid| grid.exact())),
             max_last: largest(&delta, run.grids().map(|grid| grid.last())),
+            last: delta.last().copied().unwrap_or(S::ZERO),
             max_corrected: max_abs(&corrected),
             max_ends: max_abs(&ends),
             terms,

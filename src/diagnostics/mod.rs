@@ -8,12 +8,12 @@
 //! let text = builtin::text("quartic").expect("it is built in");
 //! let case = Case::parse("quartic", text, &["grid.gamma_f=100.0".to_owned(), "grid.n_gamma=2001".to_owned()])?;
 //! let solution: Solution = solve(&case)?;
-//! let measures = Diagnostics::new(&solution).measures;
+//! let found = Diagnostics::new(&solution);
 //!
 //! // Q_t is exact, and the trajectory is worth nothing: K tells.
-//! assert!(measures.max_abs_delta_q_t_interior < 1e-12);
-//! assert!(measures.max_abs_delta_k > 0.4);
-//! assert!(measures.warnings(&solution).iter().any(|warning| warning.contains("K drifts")));
+//! assert!(found.charges[0].max_interior < 1e-12);
+//! assert!(found.norm.max_interior > 0.4);
+//! assert!(found.warnings(&solution).iter().any(|warning| warning.contains("K drifts")));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -22,35 +22,40 @@ mod charges;
 mod deviations;
 mod g00;
 pub mod gaps;
-mod measures;
 mod newtonian;
+mod observed;
+mod of_x;
+mod reach;
 mod rows;
 mod sawtooth;
 mod scales;
-pub mod scene;
 pub mod verdict;
 mod warnings;
 
 pub use bound::Bound;
 pub use charges::FreeParticleCharges;
 pub use deviations::{ChargeDeviation, NormDeviation};
-pub use measures::Measures;
 pub use newtonian::{NEGLIGIBLE, Newtonian};
+pub(crate) use observed::energy_off;
+pub use observed::{EnergyDeviation, InvariantDeviation, WorkBalance};
+pub use of_x::OfX;
+pub use reach::Reach;
 pub use sawtooth::{Sawtooth, sawtooth};
 pub use scales::Scales;
 
 use std::borrow::Cow;
 
 use self::deviations::{Fields, tangent};
-use self::scene::InvariantDeviation;
+use self::observed::work;
+use crate::geometry::Observable;
 use crate::number::Real;
 use crate::number::norm::max_abs;
 use crate::solve::WorldLine;
 
-/// Everything that is measured on a run. `M` is what one kind of space-time has alone: [`Measures`] for t and x,
-/// [`SceneMeasures`](scene::SceneMeasures) elsewhere.
+/// Everything that is measured on a run, or on its last window if they were measured one after the other: then the rows
+/// are those of the last one, and the largest values and sums are those of all.
 #[derive(Debug, Clone)]
-pub struct Diagnostics<S: Real = f64, M = Measures<S>> {
+pub struct Diagnostics<S: Real = f64> {
     /// Dq^a on the nodes, for every coordinate; D̄q^a in the weak form. In the strong form the value at the last node
     /// of a window is not a velocity, see [`Self::tangent`].
     pub q_dot: Vec<Vec<S>>,
@@ -70,30 +75,94 @@ pub struct Diagnostics<S: Real = f64, M = Measures<S>> {
     /// In the lift of Newton's law: the energy ½mv² + V of the computed positions and velocities minus the charge
     /// p_t/p_s, which is −K/(2 ṫ p_s).
     pub delta_energy: Option<Vec<S>>,
+    /// In the lift of Newton's law: the energy.
+    pub energy: Option<EnergyDeviation<S>>,
     /// The invariants of the user, in their order.
     pub invariants: Vec<InvariantDeviation<S>>,
-    /// What is measured in this kind of space-time alone.
-    pub measures: M,
+    /// The size of K's terms besides the largest one, at most over the nodes: what motion contributes to K. It is 0
+    /// where [`Self::of_x`] has the speed.
+    pub motion: f64,
+    /// The sawtooth of every coordinate that is active.
+    pub sawtooth: Vec<(usize, Sawtooth<S>)>,
+    /// The work balance of coordinates that only a force acts on.
+    pub work: Vec<WorkBalance<S>>,
+    /// How far every coordinate goes.
+    pub reaches: Vec<Reach>,
+    /// Largest distance between the branches in a coordinate, if the doubled system was solved.
+    pub branch_distance: Option<S>,
+    /// In a potential of x alone: the paper's bound, and how far the motion is from Newton's.
+    pub of_x: Option<OfX<S>>,
 }
 
-impl<S: Real, M> Diagnostics<S, M> {
-    /// With the deviations of these `sums`; `measures` is what finds the rest.
-    fn of(
-        fields: Fields<'_, S>,
+impl<S: Real> Diagnostics<S> {
+    /// Measures a run.
+    pub fn new(line: &WorldLine<S>) -> Self {
+        Self::of(line, &[], &mut [], false)
+    }
+
+    /// Measures a run with conserved sums, which are constants by coordinate, and with formulas of the user and their
+    /// names. The lift of Newton's law (`is_lifted`) has t first and s last.
+    pub fn of(
+        line: &WorldLine<S>,
         sums: &[Vec<(usize, S)>],
-        measures: impl FnOnce(&Fields<'_, S>, &Common<'_, S>) -> M,
+        invariants: &mut [(String, Observable<S>)],
+        is_lifted: bool,
     ) -> Self {
-        let (active, n) = (fields.run.geometry().active(), fields.velocities.len());
-        let charge = |terms: Vec<(usize, S)>| fields.charge(terms);
-        let charges: Vec<_> = (0..n).filter(|a| !active.contains(a)).map(|a| charge(vec![(a, S::ONE)])).collect();
-        let sums = sums.iter().map(|terms| charge(terms.clone())).collect();
+        let fields = Fields::new(line);
+        let (geometry, n) = (line.geometry(), fields.velocities.len());
+        let charges: Vec<_> = geometry.ignorable().map(|a| fields.charge(vec![(a, S::ONE)])).collect();
         let norm = fields.norm();
         let delta_g: Vec<Vec<S>> = (0..n).map(|a| fields.residual(a)).collect();
         let max_delta_g = max_abs(&delta_g.iter().map(|row| fields.max_residual(row)).collect::<Vec<_>>());
-        let measures = measures(&fields, &Common { charges: &charges, norm: &norm, max_delta_g });
-        let (delta_energy, invariants) = (None, Vec::new());
-        let q_dot = fields.velocities;
-        Self { q_dot, charges, sums, delta_g, max_delta_g, norm, delta_energy, invariants, measures }
+        let energy = is_lifted.then(|| EnergyDeviation::new(line, &norm, &tangent(line, 0, &fields.velocities[0])));
+        let (energy, delta_energy) = energy.unzip();
+        let invariants = if invariants.is_empty() {
+            Vec::new()
+        } else {
+            let tangent: Vec<_> = fields.velocities.iter().enumerate().map(|(a, row)| tangent(line, a, row)).collect();
+            let of = |each: &mut (String, Observable<S>)| InvariantDeviation::new(line, &tangent, each, norm.value);
+            invariants.iter_mut().map(of).collect()
+        };
+        let of_x = OfX::new(&fields);
+        Self {
+            charges,
+            sums: sums.iter().map(|terms| fields.charge(terms.clone())).collect(),
+            delta_g,
+            max_delta_g,
+            norm,
+            delta_energy,
+            energy,
+            invariants,
+            motion: if of_x.is_some() { 0.0 } else { fields.motion() },
+            sawtooth: geometry.active().iter().map(|&a| (a, Sawtooth::new(&line.q[a], line.grids()))).collect(),
+            work: work(&fields),
+            reaches: (0..n).map(|a| Reach::new(line, a)).collect(),
+            branch_distance: line.is_doubled().then(|| line.branch_distance()),
+            of_x,
+            q_dot: fields.velocities,
+        }
+    }
+
+    /// What is measured on a run, from that on its first part, `self`, and on its second part, `next`.
+    pub fn followed_by(self, next: Self) -> Self {
+        fn each<T>(one: Vec<T>, two: Vec<T>, join: fn(T, T) -> T) -> Vec<T> {
+            one.into_iter().zip(two).map(|(one, two)| join(one, two)).collect()
+        }
+        Self {
+            charges: each(self.charges, next.charges, ChargeDeviation::followed_by),
+            sums: each(self.sums, next.sums, ChargeDeviation::followed_by),
+            max_delta_g: self.max_delta_g.max(next.max_delta_g),
+            norm: self.norm.followed_by(next.norm),
+            energy: self.energy.zip(next.energy).map(|(one, two)| one.followed_by(two)),
+            invariants: each(self.invariants, next.invariants, InvariantDeviation::followed_by),
+            motion: self.motion.max(next.motion),
+            sawtooth: each(self.sawtooth, next.sawtooth, |(a, one), (_, two)| (a, one.followed_by(two))),
+            work: each(self.work, next.work, WorkBalance::followed_by),
+            reaches: each(self.reaches, next.reaches, Reach::followed_by),
+            branch_distance: self.branch_distance.into_iter().chain(next.branch_distance).reduce(S::max),
+            of_x: self.of_x.zip(next.of_x).map(|(one, two)| one.followed_by(two)),
+            ..next
+        }
     }
 
     /// dq^a/dγ of every coordinate on the nodes: Dq^a, except at the last node of a window in the strong form. There
@@ -102,11 +171,4 @@ impl<S: Real, M> Diagnostics<S, M> {
     pub fn tangent(&self, run: &WorldLine<S>) -> Vec<Cow<'_, [S]>> {
         self.q_dot.iter().enumerate().map(|(a, row)| tangent(run, a, row)).collect()
     }
-}
-
-/// What is measured in every space-time.
-struct Common<'c, S> {
-    charges: &'c [ChargeDeviation<S>],
-    norm: &'c NormDeviation<S>,
-    max_delta_g: S,
 }

@@ -47,6 +47,15 @@ impl<S: Real> Sawtooth<S> {
             sixth_difference: windows().filter_map(sixth_difference).map(S::to_f64).reduce(most),
         }
     }
+
+    /// That of a run, from those of its first part, `self`, and its second part, `next`.
+    pub(super) fn followed_by(self, next: Self) -> Self {
+        let either = |a: Option<f64>, b: Option<f64>| a.into_iter().chain(b).reduce(f64::max);
+        Self {
+            amplitude: self.amplitude.into_iter().chain(next.amplitude).reduce(S::max),
+            sixth_difference: either(self.sixth_difference, next.sixth_difference),
+        }
+    }
 }
 
 #[cfg(test)]

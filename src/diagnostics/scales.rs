@@ -7,8 +7,6 @@ use crate::solve::Solution;
 /// Extremes over the nodes of a run. They serve to judge deviations, for which `f64` is enough.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scales {
-    /// Least and greatest x.
-    pub x_range: [f64; 2],
     /// Largest |dx/dγ|; in the strong form without the last node of each window.
     pub x_dot: f64,
     /// Largest local frequency: ω² = −dẍ/dx where that is positive, or 0.
@@ -17,21 +15,13 @@ pub struct Scales {
     pub spacing: f64,
     /// Least g00/c².
     pub g00: f64,
-    /// That of x, see [`Sawtooth::sixth_difference`](super::Sawtooth::sixth_difference).
-    pub sixth_difference: Option<f64>,
 }
 
 impl Scales {
-    pub(super) fn new<S: Real>(
-        solution: &Solution<S>,
-        metric: G00<'_, S>,
-        x_dot: &[S],
-        sixth_difference: Option<f64>,
-    ) -> Self {
+    pub(super) fn new<S: Real>(solution: &Solution<S>, metric: G00<'_, S>, x_dot: &[S]) -> Self {
         let q_t = solution.q_t();
         let least = |a: f64, b: f64| if b < a { b } else { a };
         let most = |a: f64, b: f64| if b > a { b } else { a };
-        let x = || solution.x().iter().map(|x| x.to_f64());
         let nodes = || (0..solution.nodes()).map(|k| metric.at(k));
         // ω² = −dẍ/dx = ½ g00″ ṫ² − g00′² Q_t²/g00³.
         let squares = nodes().map(|[g00, first, second]| {
@@ -42,12 +32,10 @@ impl Scales {
         let g00 = nodes().map(|[g00, ..]| g00.to_f64() / c_squared);
         let exact = solution.views().flat_map(|view| x_dot[view.grid.exact()].iter());
         Self {
-            x_range: [x().fold(f64::INFINITY, least), x().fold(f64::NEG_INFINITY, most)],
             x_dot: exact.map(|x_dot| x_dot.to_f64().abs()).fold(0.0, most),
             omega: squares.fold(0.0, most).sqrt(),
             spacing: solution.views().map(|view| view.grid.sbp().spacing().to_f64()).fold(0.0, most),
             g00: g00.fold(f64::INFINITY, least),
-            sixth_difference,
         }
     }
 
@@ -59,12 +47,10 @@ impl Scales {
     /// The extremes over a run, from those over its first part, `self`, and its second part, `next`.
     pub(super) fn followed_by(self, next: Self) -> Self {
         Self {
-            x_range: [self.x_range[0].min(next.x_range[0]), self.x_range[1].max(next.x_range[1])],
             x_dot: self.x_dot.max(next.x_dot),
             omega: self.omega.max(next.omega),
             spacing: self.spacing.max(next.spacing),
             g00: self.g00.min(next.g00),
-            sixth_difference: self.sixth_difference.into_iter().chain(next.sixth_difference).reduce(f64::max),
         }
     }
 }

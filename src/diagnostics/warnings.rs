@@ -15,20 +15,22 @@
 //!   γ_i.
 //! * Bound: H_BVP > Q_t (t_f − t_i) with K ≥ 0. In the continuum the bound holds.
 //!
-//! [`Measures::newtonian_warning`] concerns the model and not the numerical errors: above one per cent the motion is a
+//! [`OfX::newtonian_warning`] concerns the model and not the numerical errors: above one per cent the motion is a
 //! geodesic, but not that of Newton's mechanics.
 
 use std::f64::consts::FRAC_PI_2;
 
 use super::newtonian::NEGLIGIBLE;
 use super::verdict::{Reason, SMALLER_ACCURACY};
-use super::{Measures, Sawtooth};
+use super::{Diagnostics, NormDeviation, OfX, Reach, Sawtooth};
 use crate::number::Real;
 use crate::sbp::symbol::largest_symbol;
-use crate::solve::Solution;
+use crate::solve::{Solution, WorldLine};
 
 /// A drift of K by more than this share of ẋ² means that x is not resolved.
 const LARGE_DRIFT: f64 = 0.1;
+/// Where the space-time is not that of x alone, a drift of K is judged by what motion contributes to it.
+const DOUBTFUL_DRIFT: f64 = 1e-2;
 /// A sawtooth is large above this share of the amplitude of x.
 const LARGE_SAWTOOTH: f64 = 1e-2;
 /// A grid function is rough if its sixth difference (over 64) is above this share of its fourth (over 16). For a
@@ -51,11 +53,11 @@ const SPARE_DIGITS: i32 = 3;
 
 impl<S: Real> Sawtooth<S> {
     /// The warning that the motion in the coordinate `name`, in this range and with so many digits, has a sawtooth.
-    pub(super) fn warning(&self, name: &str, [least, most]: [f64; 2], digits: u32) -> Option<Reason> {
+    fn warning(&self, name: &str, reach: Reach, digits: u32) -> Option<Reason> {
         let (sawtooth, sixth) = (self.amplitude?.to_f64(), self.sixth_difference?);
-        let allowed = LARGE_SAWTOOTH * 0.5 * (most - least);
+        let allowed = LARGE_SAWTOOTH * 0.5 * reach.range();
         // At rest there is nothing but rounding.
-        let rounding = 10.0_f64.powi(SPARE_DIGITS - digits as i32) * least.abs().max(most.abs());
+        let rounding = 10.0_f64.powi(SPARE_DIGITS - digits as i32) * reach.size();
         (sawtooth > allowed.max(rounding) && sixth > ROUGH * sawtooth).then(|| {
             let finding = format!(
                 "even and odd nodes are apart: the sawtooth in {name} is {sawtooth:.1e}, above {allowed:.1e}, \
@@ -66,37 +68,57 @@ impl<S: Real> Sawtooth<S> {
     }
 }
 
-impl<S: Real> Measures<S> {
-    /// The warnings that the trajectory should not be believed, one sentence each.
-    pub fn warnings(&self, solution: &Solution<S>) -> Vec<String> {
-        self.suspicions(solution).iter().map(Reason::to_string).collect()
+impl<S: Real> Diagnostics<S> {
+    /// The warnings that the trajectory of `line`, which was measured, should not be believed, one sentence each.
+    pub fn warnings(&self, line: &WorldLine<S>) -> Vec<String> {
+        self.suspicions(line).iter().map(Reason::to_string).collect()
     }
 
     /// The same, each with its remedy.
-    pub fn suspicions(&self, solution: &Solution<S>) -> Vec<Reason> {
-        let found = [
-            self.sawtooth_warning(solution.digits),
-            self.drift_warning(solution),
-            self.step_warning(solution),
-            self.horizon_warning(solution),
-            unproved_warning(solution.windows_unproved),
-            rounding_warning::<S>(solution.iterations.last_correction, solution.digits),
-            self.bound_warning(solution),
-            printed_time_warning(solution),
-            self.printed_gamma_warning(solution),
+    pub fn suspicions(&self, line: &WorldLine<S>) -> Vec<Reason> {
+        let names = line.geometry().names();
+        let of = |(a, sawtooth): &(usize, Sawtooth<S>)| sawtooth.warning(&names[*a], self.reaches[*a], line.digits);
+        let mut found: Vec<Reason> = self.sawtooth.iter().filter_map(of).collect();
+        let Some(of_x) = &self.of_x else {
+            found.extend(self.drift_of_motion(line));
+            found.extend(unproved_warning(line.windows_unproved));
+            found.extend(rounding_warning::<S>(line.iterations.last_correction, line.digits));
+            return found;
+        };
+        let others = [
+            of_x.drift_warning(&self.norm, line),
+            of_x.step_warning(line),
+            of_x.horizon_warning(line),
+            unproved_warning(line.windows_unproved),
+            rounding_warning::<S>(line.iterations.last_correction, line.digits),
+            of_x.bound_warning(line),
+            printed_time_warning(line),
+            of_x.printed_gamma_warning(line),
         ];
-        found.into_iter().flatten().collect()
+        found.extend(others.into_iter().flatten());
+        found
+    }
+
+    /// The warning that K drifts, where motion is what it contributes to K.
+    fn drift_of_motion(&self, line: &WorldLine<S>) -> Option<Reason> {
+        let drift = self.norm.max_ends.max(self.norm.max_interior).to_f64();
+        let is_small = drift <= DOUBTFUL_DRIFT * self.motion;
+        // A force changes K.
+        if is_small || self.motion == 0.0 || !line.geometry().structure().force.is_empty() {
+            return None;
+        }
+        let share = drift / self.motion;
+        let finding = format!(
+            "K drifts by {drift:.1e}, {share:.1e} of what motion contributes to it: the charges are exact, and the \
+             world-line is not to be trusted"
+        );
+        Some(Reason::new(finding, "raise n_gamma or windows"))
     }
 }
 
-impl<S: Real> Measures<S> {
-    fn sawtooth_warning(&self, digits: u32) -> Option<Reason> {
-        let sawtooth = Sawtooth { amplitude: self.sawtooth, sixth_difference: self.scales.sixth_difference };
-        sawtooth.warning("x", self.scales.x_range, digits)
-    }
-
-    fn drift_warning(&self, solution: &Solution<S>) -> Option<Reason> {
-        let (drift, x_dot) = (self.max_abs_delta_k.max(self.max_abs_delta_k_ends).to_f64(), self.scales.x_dot);
+impl<S: Real> OfX<S> {
+    fn drift_warning(&self, norm: &NormDeviation<S>, solution: &Solution<S>) -> Option<Reason> {
+        let (drift, x_dot) = (norm.max_interior.max(norm.max_ends).to_f64(), self.scales.x_dot);
         let (size, name) = match x_dot > 0.0 {
             true => (x_dot * x_dot, "the largest x_dot^2"),
             false => (solution.norm().to_f64().abs(), "K"),
@@ -214,7 +236,7 @@ fn spacing(size: f64) -> f64 {
 }
 
 /// The warning that something may hide between the nodes of some windows.
-pub(super) fn unproved_warning(windows: Option<usize>) -> Option<Reason> {
+fn unproved_warning(windows: Option<usize>) -> Option<Reason> {
     let windows = windows.filter(|&windows| windows > 0)?;
     let finding = format!(
         "in {windows} of the windows, too short to be cut again, the formulas are so steep that what they do between \
@@ -224,7 +246,7 @@ pub(super) fn unproved_warning(windows: Option<usize>) -> Option<Reason> {
 }
 
 /// The warning that fewer digits are certain than were asked for, from the last correction of an iteration.
-pub(super) fn rounding_warning<S: Real>(last_correction: f64, digits: u32) -> Option<Reason> {
+fn rounding_warning<S: Real>(last_correction: f64, digits: u32) -> Option<Reason> {
     let reached = short_of_digits::<S>(last_correction, digits)?;
     let finding =
         format!("the iteration ends at the rounding of the arithmetic: about {reached} of {digits} digits are certain");

@@ -31,7 +31,7 @@ impl Sizes {
     ///
     /// The rate is the fourth root of ½ Σ |S_ij S_ji|, S = J², J the Jacobian of the equations of motion: the frequency
     /// of an oscillator, 0 for free motion. With T = min(1/rate, length) a position q has the size max(|q|, |q̇| T), or
-    /// |q̈| T² if that is 0. The largest one counts for all coordinates with equal g^aa. A momentum has the size of
+    /// |q̈| T² if that is 0, or |q⃛| T³. The largest one counts for all coordinates with equal g^aa. A momentum has the size of
     /// what changes its position by that position's size within T. An ignorable coordinate has the size of its way in
     /// T. If that is next to nothing, it may be at rest at the start only, and its rate a rounding error: then it has
     /// the size of the way by which that changes if active coordinates and momenta change by their sizes.
@@ -58,8 +58,16 @@ impl Sizes {
             (0..m).map(|k| (0..m).filter(|&j| is_same(k, j)).map(own).fold(0.0, f64::max)).collect()
         };
         let first = shared(&|k| start.q[active[k]].abs().max(slopes[k].abs() * time));
-        let second = shared(&|k| (0..2 * m).map(|j| entry(k, j) * slopes[j]).sum::<f64>().abs() * time * time);
-        let positions: Vec<f64> = first.iter().zip(&second).map(|(&q, &way)| if q > 0.0 { q } else { way }).collect();
+        // The derivatives of the slopes along the motion; a force may be 0 at the start and grow in time.
+        let along = |slopes: &[f64]| -> Vec<f64> {
+            (0..2 * m).map(|row| (0..2 * m).map(|j| entry(row, j) * slopes[j]).sum()).collect()
+        };
+        let accelerations = along(&slopes);
+        let jerks = along(&accelerations);
+        let [second, third] =
+            [(accelerations, 2), (jerks, 3)].map(|(of, order)| shared(&|k| of[k].abs() * time.powi(order)));
+        let of = |k: usize| [first[k], second[k], third[k]].into_iter().find(|&size| size > 0.0).unwrap_or(0.0);
+        let positions: Vec<f64> = (0..m).map(of).collect();
         let momenta = (0..m).map(|k| {
             let own = metric(k).abs();
             let by = if own > 0.0 { own } else { (0..m).map(|j| entry(k, m + j).abs()).fold(0.0, f64::max) };

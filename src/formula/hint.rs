@@ -4,7 +4,7 @@ use super::Function;
 use crate::formula::similar::nearest;
 
 /// Words and signs of other languages, and what is written here instead.
-const OTHERS: [(&str, &str); 21] = [
+const OTHERS: [(&str, &str); 20] = [
     ("pow", "pow(a, b) is written a^b"),
     ("log", "the natural logarithm is ln, the one to base 10 is log10"),
     ("log2", "the logarithm to base 2 is ln(x)/ln(2)"),
@@ -19,7 +19,6 @@ const OTHERS: [(&str, &str); 21] = [
     ("arctan", "the inverse tangent is atan"),
     ("fabs", "the absolute value is abs"),
     ("e", "Euler's number is exp(1)"),
-    ("t", "V is a function of x alone"),
     ("²", "a square is written ^2"),
     ("³", "a cube is written ^3"),
     ("−", "a minus sign is written -"),

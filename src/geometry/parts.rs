@@ -27,11 +27,10 @@ pub(super) struct Parts<S> {
 /// What a formula may refer to.
 pub(super) struct Scope<'s, S> {
     pub(super) graph: &'s mut Graph<S>,
-    /// Names of the coordinates that formulas may use; the first is variable `first` of the graph.
+    /// Names of the coordinates that formulas may use; they are the first variables of the graph.
     pub(super) coordinates: &'s [String],
     /// Number of all coordinates.
     pub(super) all: usize,
-    pub(super) first: usize,
     pub(super) parameters: BTreeMap<String, S>,
     pub(super) definitions: BTreeMap<String, NodeId>,
 }
@@ -52,9 +51,9 @@ impl<S: Real> Scope<'_, S> {
         // A name that cannot be written stands where the graph has variables that the formula must not use.
         let mut variables = vec![""; 2 * self.all];
         for (k, (name, velocity)) in self.coordinates.iter().zip(&velocities).enumerate() {
-            variables[self.first + k] = name;
+            variables[k] = name;
             if with_velocities {
-                variables[self.all + self.first + k] = velocity;
+                variables[self.all + k] = velocity;
             }
         }
         let names = Names { variables: &variables, parameters: &self.parameters, definitions: &self.definitions };
@@ -67,7 +66,7 @@ impl<S: Real> Scope<'_, S> {
         let n = self.all;
         let t_dot = self.graph.variable(n);
         let mut replacement: Vec<NodeId> = (0..2 * n).map(|variable| self.graph.variable(variable)).collect();
-        for velocity in &mut replacement[n + 1..] {
+        for velocity in &mut replacement[n..] {
             *velocity = self.graph.divide(*velocity, t_dot);
         }
         let force = self.graph.substitute(&[force], &replacement)[0];
@@ -157,8 +156,7 @@ pub(super) fn definitions<S: Real>(
     definitions: &[(String, String)],
 ) -> Result<BTreeMap<String, NodeId>, GeometryError> {
     let parameters = parameters.clone();
-    let mut scope =
-        Scope { graph, coordinates: names, all: names.len(), first: 0, parameters, definitions: BTreeMap::new() };
+    let mut scope = Scope { graph, coordinates: names, all: names.len(), parameters, definitions: BTreeMap::new() };
     scope.define(definitions)?;
     Ok(scope.definitions)
 }
@@ -185,7 +183,7 @@ impl<S: Real> Parts<S> {
         let parameters = parameters(&text.parameters)?;
         let definitions = BTreeMap::new();
         let (coordinates, n) = (text.coordinates.as_slice(), names.len());
-        let mut scope = Scope { graph: &mut graph, coordinates, all: n, first: 0, parameters, definitions };
+        let mut scope = Scope { graph: &mut graph, coordinates, all: n, parameters, definitions };
         scope.define(&text.definitions)?;
         let omega = match &text.conformal {
             Some(omega) => Some(scope.of_position(omega, Place::Conformal)?),
@@ -223,8 +221,9 @@ impl<S: Real> Parts<S> {
         // With the paper's metric the Lagrangian is −1/m of Newton's, with the lift it is −1 of it.
         let scale = if is_newtonian { S::ONE } else { mass };
         let definitions = BTreeMap::new();
-        let coordinates = text.coordinates.as_slice();
-        let mut scope = Scope { graph: &mut graph, coordinates, all: n, first: 1, parameters, definitions };
+        let particles = 1..text.coordinates.len() + 1;
+        let coordinates = &names[..particles.end];
+        let mut scope = Scope { graph: &mut graph, coordinates, all: n, parameters, definitions };
         let v = scope.of_position(&text.expression, Place::Potential)?;
         let mut metric = BTreeMap::new();
         let two_over_scale = scope.graph.constant(S::from(2.0) / scale);
@@ -263,7 +262,7 @@ impl<S: Real> Parts<S> {
                 *node = scope.graph.multiply(omega, *node);
             }
         }
-        let (one_form, particles) = (BTreeMap::new(), 1..coordinates.len() + 1);
+        let one_form = BTreeMap::new();
         Ok(Self { graph, names, metric, one_form, hamiltonian, force, particles }.without_zeros())
     }
 

@@ -64,7 +64,7 @@ pub enum Law {
 pub struct PotentialText {
     /// The names of the coordinates of V.
     pub coordinates: Vec<String>,
-    /// V in these coordinates.
+    /// V in t and these coordinates.
     pub expression: String,
     /// Named constants: numbers, or formulas without variables.
     pub parameters: Vec<(String, String)>,
@@ -76,12 +76,12 @@ pub struct PotentialText {
     pub c: String,
     /// What the potential stands for.
     pub law: Law,
-    /// A_a of Newton's L = ½mv² − V + A·v, by the index of the coordinate.
+    /// A_a of Newton's L = ½mv² − V + A·v in t and the coordinates, by the index of the coordinate.
     pub one_form: Vec<(usize, String)>,
-    /// A force besides −∂V, in the coordinates and their derivatives `NAME_dot`, by the index of the coordinate. The
+    /// A force besides −∂V, in t, the coordinates and their derivatives `NAME_dot`, by the index of the coordinate. The
     /// derivatives are with respect to γ, with [`Law::Newtonian`] to t.
     pub force: Vec<(usize, String)>,
-    /// Ω in the coordinates.
+    /// Ω in t and the coordinates.
     pub conformal: Option<String>,
 }
 

@@ -2,14 +2,15 @@
 //!
 //! ```
 //! use geodesic_ivp::case::builtin;
-//! use geodesic_ivp::diagnostics::Diagnostics;
+//! use geodesic_ivp::Case;
 //! use geodesic_ivp::output::Summary;
-//! use geodesic_ivp::{Case, Solution, solve};
+//! use geodesic_ivp::study::run::{Run, Wanted, run};
 //!
 //! let case = Case::parse("free", builtin::text("free").expect("it is built in"), &[])?;
-//! let solution: Solution = solve(&case)?;
-//! let diagnostics = Diagnostics::new(&solution);
-//! let summary = Summary::new(&case, Ok((&solution, &diagnostics.measures)), 0.0).to_json();
+//! let setup = case.setup();
+//! let (found, seconds) = run(&case, &setup, Wanted::default());
+//! let found: Run = found.expect("it has a solution");
+//! let summary = Summary::new(&case, &found, &found.judged(&setup, false, false), seconds).to_json();
 //! assert!(summary.contains("\"status\": \"converged\""));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -34,8 +35,8 @@ pub use manifest::{Origin, origin_of};
 pub use number::Number;
 pub use stability::{Border, Onset, StabilitySummary, borders, onsets, write_stability};
 pub use summary::{
-    Coordinates, Error, Failed, Outcome, Point, SceneSummary, Seconds, Solved, SolvedScene, Summary, SummaryOf,
-    json_object,
+    Coordinates, Error, ErrorByName, Failed, Numbers, NumbersByName, Outcome, PaperNumbers, Point, Seconds, Solved,
+    Summary, json_object,
 };
 pub use tables::{write_branches, write_combined, write_events, write_residuals, write_samples, write_trajectory};
 pub use work_precision::{WorkPrecisionSummary, read_rows, write_drift, write_work_precision};

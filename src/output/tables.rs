@@ -41,10 +41,10 @@ struct Column<'c, S> {
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_trajectory<S: Real, M>(
+pub fn write_trajectory<S: Real>(
     mut out: impl Write,
     run: &WorldLine<S>,
-    measured: &Diagnostics<S, M>,
+    measured: &Diagnostics<S>,
 ) -> csv::Result<()> {
     write(run, measured, Contents::Trajectory, &mut out)
 }
@@ -55,11 +55,7 @@ pub fn write_trajectory<S: Real, M>(
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_residuals<S: Real, M>(
-    mut out: impl Write,
-    run: &WorldLine<S>,
-    measured: &Diagnostics<S, M>,
-) -> csv::Result<()> {
+pub fn write_residuals<S: Real>(mut out: impl Write, run: &WorldLine<S>, measured: &Diagnostics<S>) -> csv::Result<()> {
     write(run, measured, Contents::Residuals, &mut out)
 }
 
@@ -67,18 +63,14 @@ pub fn write_residuals<S: Real, M>(
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_combined<S: Real, M>(
-    mut out: impl Write,
-    run: &WorldLine<S>,
-    measured: &Diagnostics<S, M>,
-) -> csv::Result<()> {
+pub fn write_combined<S: Real>(mut out: impl Write, run: &WorldLine<S>, measured: &Diagnostics<S>) -> csv::Result<()> {
     write(run, measured, Contents::Both, &mut out)
 }
 
 /// The table of a run, whatever the number of its coordinates.
-fn write<S: Real, M>(
+fn write<S: Real>(
     run: &WorldLine<S>,
-    measured: &Diagnostics<S, M>,
+    measured: &Diagnostics<S>,
     contents: Contents,
     out: &mut dyn Write,
 ) -> csv::Result<()> {
@@ -162,7 +154,7 @@ fn trajectory<'c, S: Real>(run: &'c WorldLine<S>, tangent: &'c [Cow<'_, [S]>]) -
     positions.chain(velocities).collect()
 }
 
-fn residuals<'c, S: Real, M>(run: &'c WorldLine<S>, measured: &'c Diagnostics<S, M>) -> Vec<Column<'c, S>> {
+fn residuals<'c, S: Real>(run: &'c WorldLine<S>, measured: &'c Diagnostics<S>) -> Vec<Column<'c, S>> {
     let coordinates = run.geometry().names();
     let mut columns: Vec<(String, &[S])> = Vec::new();
     for charge in &measured.charges {

@@ -1,6 +1,6 @@
 //! A world-line that other methods compute, too.
 
-use crate::case::Solver;
+use crate::case::{Case, MAX_ITERATIONS};
 use crate::methods::{Problem, State};
 use crate::number::{Extended, Real};
 use crate::solve::{Place, Settings, Setup, System, WorldLine};
@@ -51,22 +51,19 @@ pub(super) struct Line {
 
 impl Line {
     /// What `case` sets up.
-    pub(super) fn new<C>(case: &C, is_scene: bool, is_lifted: bool) -> Self
-    where
-        for<'c> Setup: From<&'c C>,
-        for<'c> Setup<Extended>: From<&'c C>,
-    {
-        let own: Setup = case.into();
+    pub(super) fn new(case: &Case) -> Self {
+        let own: Setup = case.setup();
         let settings = Settings {
             system: System::PhysicalLimit,
             digits: f64::MOST_DIGITS,
             accuracy: None,
             windows: 1,
-            max_iterations: Solver::default().max_iterations,
+            max_iterations: MAX_ITERATIONS,
             ..own.settings
         };
         let plain = Setup { gamma_i: 0.0, regularised: true, settings, ..own.clone() };
-        Self { exact: case.into(), own, plain, is_lifted, is_scene, g00: None }
+        let (is_lifted, is_scene, g00) = (case.is_lifted(), !case.is_of_x(), case.g00());
+        Self { exact: case.setup(), own, plain, is_lifted, is_scene, g00 }
     }
 
     /// The world-line from that place as a problem for other methods.

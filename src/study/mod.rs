@@ -18,6 +18,7 @@ pub mod convergence;
 pub mod errors;
 mod line;
 pub mod many;
+pub mod run;
 mod space;
 pub mod stability;
 pub mod verdict;

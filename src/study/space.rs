@@ -93,11 +93,11 @@ pub(super) fn length_of<S: Real>(setup: &Setup<S>) -> Result<S, ReferenceEnds> {
 
 /// What is measured on a run. `is_lifted` says whether it is one of Newton's law, which has an energy.
 pub(super) fn deviations<S: Real>(line: &WorldLine<S>, is_lifted: bool) -> Deviations {
-    let found = Diagnostics::of_scene(line, &[], &mut [], is_lifted);
-    let Diagnostics { charges, norm, delta_energy, measures, .. } = found;
+    let found = Diagnostics::of(line, &[], &mut [], is_lifted);
+    let Diagnostics { charges, norm, delta_energy, energy, .. } = found;
     let energy_max = delta_energy.map(|delta| {
         let inside = line.grids().map(|grid| max_abs(&delta[grid.exact()]).to_f64()).fold(0.0, larger);
-        measures.energy.map_or(inside, |energy| larger(inside, energy.max_ends.to_f64()))
+        energy.map_or(inside, |energy| larger(inside, energy.max_ends.to_f64()))
     });
     // In one coordinate it is that of the run's last node, as the paper has it.
     let is_of_x = line.geometry().c_squared().is_some();
@@ -106,7 +106,7 @@ pub(super) fn deviations<S: Real>(line: &WorldLine<S>, is_lifted: bool) -> Devia
         charges: charges.iter().map(|charge| charge.max_interior.to_f64()).collect(),
         charges_last: charges
             .iter()
-            .map(|charge| if is_of_x { last(&charge.delta) } else { charge.max_last.to_f64() })
+            .map(|charge| (if is_of_x { charge.last } else { charge.max_last }).to_f64())
             .collect(),
         last_node: charges.iter().map(|charge| [last(&charge.delta), last(&charge.corrected)]).collect(),
         delta_k: in_f64(&norm.delta),

@@ -31,8 +31,8 @@ mod scene;
 mod stream;
 
 pub use sampler::Sampler;
-pub use scene::{Crossing, Sample, Watch, crossings};
-pub use stream::{Coordinate, SampleStream};
+pub use scene::{Crossing, EventSearch, Sample, Watch, crossings};
+pub use stream::{Coordinate, NoSamples, SampleStream};
 
 use crate::number::Real;
 

@@ -12,11 +12,11 @@ use crate::solve::WorldLine;
 /// window is.
 ///
 /// ```
-/// use geodesic_ivp::case::{SceneCase, builtin};
+/// use geodesic_ivp::case::{Case, builtin};
 /// use geodesic_ivp::trajectory::Sampler;
 /// use geodesic_ivp::solve::{WorldLine, solve};
 ///
-/// let case = SceneCase::parse("kepler", builtin::text("kepler").expect("it is built in"), &[])?;
+/// let case = Case::parse("kepler", builtin::text("kepler").expect("it is built in"), &[])?;
 /// let line: WorldLine = solve(case.setup())?;
 /// let half = Sampler::new(&line).at_gamma(std::f64::consts::PI).expect("inside the run");
 /// assert!((half.q[1] + 1.6).abs() < 1e-13 && (half.q_dot[2] + 0.5).abs() < 1e-13);
@@ -62,12 +62,6 @@ impl<'l, S: Real> Sampler<'l, S> {
 
     pub(super) fn with_tables(line: &'l WorldLine<S>, tables: Tables<S>) -> Self {
         Self { cursor: Cursor::new(line), tables, point: line.geometry().point() }
-    }
-
-    /// Whether coordinate `a` grows, or falls, from window to window.
-    pub fn is_monotonic(&self, a: usize) -> bool {
-        let joints = || self.cursor.line.views().map(|view| view.end.q[a] - view.start.q[a]);
-        joints().all(|change| change > S::ZERO) || joints().all(|change| change < S::ZERO)
     }
 
     /// The world-line at `place`, which is γ from the start of a window.

@@ -3,15 +3,15 @@
 use super::legendre::Tables;
 use super::{OutsideRun, Sample, Sampler};
 use crate::number::Real;
-use crate::solve::Solution;
+use crate::solve::{Solution, WindowNodes};
 
 /// The quantity by which samples are requested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Coordinate {
     /// γ.
     Gamma,
-    /// t.
-    Time,
+    /// The coordinate with this index, which must grow or fall all the way.
+    Value(usize),
 }
 
 /// Takes samples at given values from the solutions of a run: its consecutive parts, or the whole run at once.
@@ -23,7 +23,18 @@ pub struct SampleStream<S = f64> {
     /// Whether that is the reverse of the requested order.
     reversed: bool,
     samples: Vec<Sample<S>>,
+    /// Whether the coordinate turned round in what was seen.
+    has_turned: bool,
     tables: Tables<S>,
+}
+
+/// Why there are no samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum NoSamples<S> {
+    /// One lies beyond the ends of the run by more than rounding.
+    Outside(OutsideRun<S>),
+    /// The coordinate does not grow, or fall, all the way: a value of it is not one place of the world-line.
+    Turns,
 }
 
 impl<S: Real> SampleStream<S> {
@@ -32,12 +43,21 @@ impl<S: Real> SampleStream<S> {
     pub fn see(&mut self, solution: &Solution<S>) {
         if solution.window_count == solution.windows.len() {
             self.samples.clear();
+            self.has_turned = false;
         }
         let Some(last) = solution.windows.last() else { return };
         let (origin, end) = match self.coordinate {
             Coordinate::Gamma => (solution.gamma_i, last.gamma[1]),
-            Coordinate::Time => (solution.t_i(), solution.duration()),
+            Coordinate::Value(a) => ends(solution, a),
         };
+        if let Coordinate::Value(a) = self.coordinate {
+            let turns = |view: WindowNodes<'_, S>| {
+                let change = view.end.q[a] - view.start.q[a];
+                // Written so that no change at all is a turn.
+                !(if end < S::ZERO { change < S::ZERO } else { change > S::ZERO })
+            };
+            self.has_turned |= solution.views().any(turns);
+        }
         // A sample at the end of this solution is left to the next one, which starts there.
         let beyond = |value: S| if end < S::ZERO { value - origin <= end } else { value - origin >= end };
         let mut sampler = Sampler::with_tables(solution, std::mem::take(&mut self.tables));
@@ -52,19 +72,22 @@ impl<S: Real> SampleStream<S> {
     /// All samples, in the requested order. `last` is the last solution that was seen.
     ///
     /// # Errors
-    /// [`OutsideRun`] if one lies beyond the ends of the run by more than rounding.
-    pub fn finish(mut self, last: &Solution<S>) -> Result<Vec<Sample<S>>, OutsideRun<S>> {
+    /// [`NoSamples`] if one does not lie in the run, or cannot be told from another one.
+    pub fn finish(mut self, last: &Solution<S>) -> Result<Vec<Sample<S>>, NoSamples<S>> {
+        if self.has_turned {
+            return Err(NoSamples::Turns);
+        }
         let mut sampler = Sampler::with_tables(last, self.tables);
         for &value in &self.values[self.samples.len()..] {
             let sample = sampler.at(self.coordinate, value).map_err(|_| {
-                let end = last.t_i() + last.duration();
-                OutsideRun {
-                    range: match self.coordinate {
-                        Coordinate::Gamma => (last.gamma_i, last.gamma_f()),
-                        Coordinate::Time if end < last.t_i() => (end, last.t_i()),
-                        Coordinate::Time => (last.t_i(), end),
+                let range = match self.coordinate {
+                    Coordinate::Gamma => (last.gamma_i, last.gamma_f()),
+                    Coordinate::Value(a) => match ends(last, a) {
+                        (first, change) if change < S::ZERO => (first + change, first),
+                        (first, change) => (first, first + change),
                     },
-                }
+                };
+                NoSamples::Outside(OutsideRun { range })
             })?;
             self.samples.push(sample);
         }
@@ -76,15 +99,15 @@ impl<S: Real> SampleStream<S> {
 }
 
 impl<S: Real> SampleStream<S> {
-    /// A stream of samples at `values`, which must be in ascending or descending order. `backwards` says whether t
-    /// decreases along the run.
+    /// A stream of samples at `values`, which must be in ascending or descending order. `backwards` says whether the
+    /// coordinate decreases along the run.
     pub fn new(coordinate: Coordinate, mut values: Vec<S>, backwards: bool) -> Self {
         let descending = values.first() > values.last();
-        let reversed = descending != (backwards && coordinate == Coordinate::Time);
+        let reversed = descending != (backwards && coordinate != Coordinate::Gamma);
         if reversed {
             values.reverse();
         }
-        Self { coordinate, values, reversed, samples: Vec::new(), tables: Tables::default() }
+        Self { coordinate, values, reversed, samples: Vec::new(), has_turned: false, tables: Tables::default() }
     }
 }
 
@@ -92,7 +115,13 @@ impl<S: Real> Sampler<'_, S> {
     fn at(&mut self, coordinate: Coordinate, value: S) -> Result<Sample<S>, OutsideRun<S>> {
         match coordinate {
             Coordinate::Gamma => self.at_gamma(value),
-            Coordinate::Time => self.at_value(0, value),
+            Coordinate::Value(a) => self.at_value(a, value),
         }
     }
+}
+
+/// Where coordinate `a` starts, and how much it has changed at the end of what is kept.
+fn ends<S: Real>(line: &Solution<S>, a: usize) -> (S, S) {
+    let first = line.place.start.q[a];
+    (line.origin_of(a) + first, line.last_joint().q[a] - first)
 }

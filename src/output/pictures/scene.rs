@@ -2,7 +2,6 @@
 
 use crate::action::Form;
 use crate::diagnostics::Diagnostics;
-use crate::diagnostics::scene::SceneMeasures;
 use crate::geometry::{ConservedSum, Observable};
 use crate::number::Real;
 use crate::output::chart::{Chart, Ink, Mark, Scale, Series};
@@ -147,12 +146,7 @@ fn level(values: &mut [f64], grain: f64) {
 }
 
 /// |ΔQ| of every charge and conserved sum, and the deviations of K, or of Newton's energy, and of the invariants.
-pub fn charges<S: Real>(
-    of: &str,
-    line: &WorldLine<S>,
-    diagnostics: &Diagnostics<S, SceneMeasures<S>>,
-    sums: &[ConservedSum],
-) -> Chart {
+pub fn charges<S: Real>(of: &str, line: &WorldLine<S>, diagnostics: &Diagnostics<S>, sums: &[ConservedSum]) -> Chart {
     let names = line.geometry().names();
     let gamma: Vec<f64> = line.gamma().map(S::to_f64).collect();
     let curve = |label: String, row: &[S]| {

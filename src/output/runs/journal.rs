@@ -1,24 +1,29 @@
 //! The rows of a table that is being made. Each is kept as soon as it is there, so that a table that is interrupted is
 //! continued and not begun anew.
 //!
-//! The journal is a file of lines of JSON: what the table is of, then a row in each line, in the order in which they
-//! were finished. A line is written at once and then the file is only longer: of a program that is killed every line is
-//! there, but for the last one perhaps, which is cut off when the journal is opened again. Once a second it is brought
-//! to the disk, for the case that the machine stops.
+//! The journal is the table itself with its rows in the order in which they were finished, below a line that says what
+//! it is a table of; the events of a row are in a table beside it, before the row is there. A row is written at once,
+//! and then the file is only longer: of a program that is killed every row is there, but for the last one perhaps, which
+//! is cut off when the journal is opened again. Once a second it is brought to the disk, for the case that the machine
+//! stops.
 
-use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
-use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
+use csv::{ReaderBuilder, StringRecord};
 use serde::{Deserialize, Serialize};
 
-use super::{JOURNAL, RunRow};
+use super::rows::{self, RowFile, Rows};
+use super::{Columns, JOURNAL, JOURNAL_EVENTS, RunRow, RunsSummary};
 
 /// How long a row may be on its way to the disk.
 const AT_RISK: Duration = Duration::from_secs(1);
+
+/// What the first line of a journal begins with.
+const MARK: &[u8] = b"# ";
 
 /// What a table is of. Rows of the same table may stand in one file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -41,6 +46,12 @@ impl Identity {
     pub fn new(case: String, vary: Vec<String>, part: Option<String>) -> Self {
         let [program, version] = [env!("CARGO_PKG_NAME"), env!("CARGO_PKG_VERSION")].map(str::to_owned);
         Self { program, version, case, vary, part }
+    }
+
+    /// The first line of its journal.
+    fn line(&self) -> Vec<u8> {
+        let json = serde_json::to_vec(self).expect("it has string keys only");
+        [MARK, &json, b"\n"].concat()
     }
 
     /// What is different in another table, in words.
@@ -89,97 +100,82 @@ pub enum NotResumable {
 /// An open journal. No other process can open it meanwhile.
 #[derive(Debug)]
 pub struct Journal {
-    path: PathBuf,
-    file: File,
-    /// Where the line of each row begins, and its length.
-    places: BTreeMap<usize, (u64, usize)>,
-    /// The length of the file.
-    length: u64,
+    rows: Rows,
     synced: Instant,
 }
 
 impl Journal {
-    /// Opens the journal in `folder`, which must be there, or begins it. With `force` a file that is no journal is
-    /// replaced.
+    /// Opens the journal of a table with these columns in `folder`, which must be there, or begins it. With `force` a
+    /// file that is no journal is replaced.
     ///
     /// # Errors
-    /// [`NotResumable`], or an error of the file.
-    pub fn open(folder: &Path, identity: &Identity, force: bool) -> anyhow::Result<Self> {
-        let path = folder.join(JOURNAL);
-        let cannot = || format!("cannot write {}", path.display());
-        let file = File::options().read(true).write(true).create(true).truncate(false).open(&path);
-        let file = file.with_context(cannot)?;
+    /// [`NotResumable`], or an error of a file.
+    pub fn open(folder: &Path, identity: &Identity, columns: &Columns, force: bool) -> anyhow::Result<Self> {
+        let events_header = if columns.has_events() { columns.events_header() } else { Vec::new() };
+        Self::with_headers(folder, identity, [&columns.header(), &events_header], force)
+    }
+
+    /// The same with these headers of the rows and, unless it is empty, of their events.
+    fn with_headers(
+        folder: &Path,
+        identity: &Identity,
+        [header, events_header]: [&[String]; 2],
+        force: bool,
+    ) -> anyhow::Result<Self> {
+        let (path, mut file) = opened(folder, JOURNAL)?;
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => return Err(NotResumable::Busy { path }.into()),
             // Some network file systems have no locks. There the user must not run two processes in one folder.
             Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {}
-            Err(TryLockError::Error(error)) => return Err(error).with_context(cannot),
+            Err(TryLockError::Error(error)) => {
+                return Err(error).with_context(|| format!("cannot write {}", path.display()));
+            }
         }
-        let mut journal = Self { path: path.clone(), file, places: BTreeMap::new(), length: 0, synced: Instant::now() };
-        journal.resume(identity, force).with_context(|| format!("cannot read {}", path.display()))??;
-        Ok(journal)
-    }
-
-    /// Reads what is there, and cuts off what is not whole.
-    fn resume(&mut self, identity: &Identity, force: bool) -> io::Result<Result<(), NotResumable>> {
-        let mut own = line_of(identity);
-        let mut reader = BufReader::new(&self.file);
-        let mut line = Vec::new();
-        reader.read_until(b'\n', &mut line)?;
-        let is_begun = line.ends_with(b"\n");
-        let before: Option<Identity> = is_begun.then(|| serde_json::from_slice(&line).ok()).flatten();
-        let is_first_line_torn = !is_begun && own.starts_with(&line);
-        let mut length = 0;
-        match before {
-            Some(before) => {
-                if let Some(difference) = identity.difference(&before) {
-                    return Ok(Err(NotResumable::Other { path: self.path.clone(), difference }));
-                }
-                length += line.len() as u64;
-                own.clear();
-                loop {
-                    line.clear();
-                    reader.read_until(b'\n', &mut line)?;
-                    let row = line.ends_with(b"\n").then(|| serde_json::from_slice::<RunRow>(&line).ok()).flatten();
-                    let Some(row) = row else { break };
-                    self.places.insert(row.row, (length, line.len()));
-                    length += line.len() as u64;
+        let own = identity.line();
+        let begun = begun(&mut file, &own).with_context(|| format!("cannot read {}", path.display()))?;
+        match &begun {
+            Begun::By(before) => {
+                if let Some(difference) = identity.difference(before) {
+                    return Err(NotResumable::Other { path, difference }.into());
                 }
             }
-            None if is_first_line_torn || force => {}
-            None => return Ok(Err(NotResumable::NotOurs { path: self.path.clone() })),
+            Begun::Torn => {}
+            Begun::Foreign if force => {}
+            Begun::Foreign => return Err(NotResumable::NotOurs { path }.into()),
         }
-        self.file.set_len(length)?;
-        self.length = length;
-        self.write(&own)?;
-        Ok(Ok(()))
-    }
-
-    fn write(&mut self, line: &[u8]) -> io::Result<()> {
-        self.file.seek(SeekFrom::Start(self.length))?;
-        self.file.write_all(line)?;
-        self.length += line.len() as u64;
-        if self.synced.elapsed() >= AT_RISK {
-            self.file.sync_data()?;
-            self.synced = Instant::now();
+        let mut runs = RowFile::read(&path, file, own.len() as u64)?;
+        let mut events = None;
+        if !events_header.is_empty() {
+            let (path, file) = opened(folder, JOURNAL_EVENTS)?;
+            events = Some(RowFile::read(&path, file, 0)?);
         }
-        Ok(())
+        let has = |table: &RowFile, header: &[String]| table.header.iter().eq(header);
+        let is_begun = matches!(begun, Begun::By(_)) && has(&runs, header);
+        if is_begun && events.as_ref().is_none_or(|events| has(events, events_header)) {
+            runs.cut(|_| true)?;
+            // Events are written before their row, which the program may have been killed before.
+            events.as_mut().map_or(Ok(()), |events| events.cut(|row| runs.has(row)))?;
+        } else {
+            events.as_mut().map_or(Ok(()), |events| events.begin(&[], events_header))?;
+            runs.begin(&own, header)?;
+        }
+        Ok(Self { rows: Rows { runs, events }, synced: Instant::now() })
     }
 
     /// Where it is.
     pub fn path(&self) -> &Path {
-        &self.path
+        self.rows.runs.path()
     }
 
-    /// The numbers of the rows that it has.
-    pub fn rows(&self) -> impl ExactSizeIterator<Item = usize> + '_ {
-        self.places.keys().copied()
+    /// The number of rows that it has.
+    pub fn count(&self) -> usize {
+        self.rows.runs.numbers().len()
     }
 
     /// Whether it has that row.
     pub fn has(&self, row: usize) -> bool {
-        self.places.contains_key(&row)
+        self.rows.runs.has(row)
     }
 
     /// Keeps a row.
@@ -187,23 +183,33 @@ impl Journal {
     /// # Errors
     /// If it cannot be written.
     pub fn keep(&mut self, row: &RunRow) -> anyhow::Result<()> {
-        let (line, place) = (line_of(row), self.length);
-        self.write(&line).with_context(|| format!("cannot write {}", self.path.display()))?;
-        self.places.insert(row.row, (place, line.len()));
+        let Rows { runs, events } = &mut self.rows;
+        events.as_mut().map_or(Ok(()), |events| events.append(Some(row.row), &row.events))?;
+        runs.append(Some(row.row), &row.record)?;
+        if self.synced.elapsed() >= AT_RISK {
+            events.as_ref().map_or(Ok(()), RowFile::sync)?;
+            runs.sync()?;
+            self.synced = Instant::now();
+        }
         Ok(())
     }
 
-    /// Reads a row that it has.
+    /// Writes its rows in their order to the tables, and counts them.
     ///
     /// # Errors
-    /// If it cannot be read.
-    pub fn row(&mut self, row: usize) -> anyhow::Result<RunRow> {
-        let cannot = || format!("cannot read row {row} of {}", self.path.display());
-        let &(place, length) = self.places.get(&row).with_context(cannot)?;
-        let mut line = vec![0; length];
-        self.file.seek(SeekFrom::Start(place)).with_context(cannot)?;
-        self.file.read_exact(&mut line).with_context(cannot)?;
-        serde_json::from_slice(&line).with_context(cannot)
+    /// If a row cannot be read, or a table cannot be written.
+    pub fn write<W: Write>(&mut self, tables: (W, Option<W>), summary: &mut RunsSummary) -> anyhow::Result<()> {
+        let order: Vec<(usize, usize)> = self.rows.runs.numbers().map(|row| (row, 0)).collect();
+        let header = &self.rows.runs.header;
+        let [status, verdict] = ["status", "verdict"].map(|name| header.iter().position(|cell| cell == name));
+        let see = |record: &[u8]| {
+            let mut reader = ReaderBuilder::new().has_headers(false).from_reader(record);
+            let mut cells = StringRecord::new();
+            let is_read = reader.read_record(&mut cells).unwrap_or(false);
+            let cell = |place: Option<usize>| place.filter(|_| is_read).and_then(|place| cells.get(place));
+            summary.count(cell(status).unwrap_or_default(), cell(verdict).unwrap_or_default());
+        };
+        rows::write(&mut [&mut self.rows], order.into_iter(), tables, see)
     }
 
     /// Removes it, as its rows are in a table now.
@@ -211,72 +217,105 @@ impl Journal {
     /// # Errors
     /// If it cannot be removed.
     pub fn remove(self) -> anyhow::Result<()> {
-        let Self { path, file, .. } = self;
+        let Rows { runs, events } = self.rows;
+        let paths: Vec<PathBuf> =
+            [Some(&runs), events.as_ref()].into_iter().flatten().map(|t| t.path().into()).collect();
         // Not every system removes a file that is open.
-        drop(file);
-        fs::remove_file(&path).with_context(|| format!("cannot remove {}", path.display()))
+        drop((runs, events));
+        let remove =
+            |path: &PathBuf| fs::remove_file(path).with_context(|| format!("cannot remove {}", path.display()));
+        paths.iter().try_for_each(remove)
     }
 }
 
-/// A line of JSON.
-fn line_of(value: &impl Serialize) -> Vec<u8> {
-    let mut line = serde_json::to_vec(value).expect("it has string keys only");
-    line.push(b'\n');
-    line
+/// The file of that name, which is made if there is none.
+fn opened(folder: &Path, name: &str) -> anyhow::Result<(PathBuf, File)> {
+    let path = folder.join(name);
+    let file = File::options().read(true).write(true).create(true).truncate(false).open(&path);
+    let file = file.with_context(|| format!("cannot write {}", path.display()))?;
+    Ok((path, file))
+}
+
+/// Who began a journal.
+enum Begun {
+    /// The program, with a table of this identity.
+    By(Identity),
+    /// Nobody, or the program, which was killed before its first line was whole.
+    Torn,
+    /// Somebody else.
+    Foreign,
+}
+
+fn begun(file: &mut File, own: &[u8]) -> io::Result<Begun> {
+    let mut line = Vec::new();
+    BufReader::new(file).read_until(b'\n', &mut line)?;
+    let before = line.strip_prefix(MARK).filter(|_| line.ends_with(b"\n"));
+    Ok(match before.and_then(|json| serde_json::from_slice(json).ok()) {
+        Some(before) => Begun::By(before),
+        None if own.starts_with(&line) => Begun::Torn,
+        None => Begun::Foreign,
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnostics::verdict::Grade;
 
     fn row(row: usize) -> RunRow {
-        let [status, cell] = ["converged".to_owned(), format!("{row}.0\n\"")];
-        RunRow {
-            row,
-            status,
-            verdict: Grade::Trusted,
-            cells: vec![cell; 3],
-            events: vec![vec!["up".to_owned()]; row % 2],
-        }
+        let events = if row % 2 == 1 { format!("{row},up\n{row},\"do\nwn\"\n") } else { String::new() };
+        RunRow { row, record: format!("{row},\"{row}.0\n\"\"\",converged\n").into_bytes(), events: events.into_bytes() }
     }
 
     fn identity() -> Identity {
         Identity::new("a = 1\n".to_owned(), vec!["b=1,2".to_owned()], None)
     }
 
+    fn open(folder: &Path, identity: &Identity, force: bool) -> anyhow::Result<Journal> {
+        let header = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+        Journal::with_headers(folder, identity, [&header(&["row", "x", "status"]), &header(&["row", "event"])], force)
+    }
+
     #[test]
     fn whatever_length_a_killed_program_leaves_the_whole_rows_are_there() {
         let folder = tempfile::tempdir().unwrap();
-        let mut journal = Journal::open(folder.path(), &identity(), false).unwrap();
-        let mut lengths = vec![journal.length];
-        for number in [3, 1, 2] {
+        let paths = [JOURNAL_EVENTS, JOURNAL].map(|name| folder.path().join(name));
+        let sizes = || paths.clone().map(|path| fs::read(path).map_or(0, |text| text.len()));
+        // What stands in both files after each write, in the order of the writes.
+        let mut journal = open(folder.path(), &identity(), false).unwrap();
+        let mut states = vec![([0, 0], 0), (sizes(), 0)];
+        for (number, done) in [(3, 1), (1, 2), (2, 3)] {
             journal.keep(&row(number)).unwrap();
-            lengths.push(journal.length);
+            states.push((sizes(), done));
         }
         drop(journal);
-        let path = folder.path().join(JOURNAL);
-        let whole = fs::read(&path).unwrap();
-        for length in 0..=whole.len() {
-            fs::write(&path, &whole[..length]).unwrap();
-            let mut journal = Journal::open(folder.path(), &identity(), false).unwrap();
-            let expected = lengths[1..].iter().filter(|&&end| end <= length as u64).count();
-            assert_eq!(journal.rows().len(), expected, "{length}");
-            // It goes on from there, and what was there stays.
-            journal.keep(&row(7)).unwrap();
-            for number in [3, 1, 2][..expected].iter().chain(&[7]) {
-                assert_eq!(journal.row(*number).unwrap(), row(*number));
+        let whole = paths.clone().map(|path| fs::read(path).unwrap());
+        for pair in states.windows(2) {
+            let ([events, runs], [more_events, more_runs], before, after) =
+                (pair[0].0, pair[1].0, pair[0].1, pair[1].1);
+            let lengths = (events..=more_events).map(|events| [events, runs]);
+            for [events, runs] in lengths.chain((runs..=more_runs).map(|runs| [more_events, runs])) {
+                fs::write(&paths[0], &whole[0][..events]).unwrap();
+                fs::write(&paths[1], &whole[1][..runs]).unwrap();
+                let mut journal = open(folder.path(), &identity(), false).unwrap();
+                let expected = if runs == more_runs { after } else { before };
+                assert_eq!(journal.count(), expected, "{events} {runs}");
+                // It goes on from there, and what was there stays.
+                journal.keep(&row(7)).unwrap();
+                drop(journal);
+                let mut journal = open(folder.path(), &identity(), false).unwrap();
+                assert_eq!(journal.count(), expected + 1);
+                for number in [3, 1, 2][..expected].iter().chain(&[7]) {
+                    assert_eq!(journal.rows.runs.row(*number).unwrap(), row(*number).record);
+                    assert_eq!(journal.rows.events.as_mut().unwrap().row(*number).unwrap(), row(*number).events);
+                }
             }
-            drop(journal);
-            let journal = Journal::open(folder.path(), &identity(), false).unwrap();
-            assert_eq!(journal.rows().len(), expected + 1);
         }
     }
 
     #[test]
     fn another_table_is_not_continued() {
         let folder = tempfile::tempdir().unwrap();
-        let open = |identity: &Identity, force| Journal::open(folder.path(), identity, force).map(drop);
+        let open = |identity: &Identity, force| open(folder.path(), identity, force).map(drop);
         open(&identity(), false).unwrap();
         let version = Identity { version: "0.0.1".to_owned(), ..identity() };
         let case = Identity { case: "a = 2\n".to_owned(), ..identity() };
@@ -292,9 +331,9 @@ mod tests {
         fs::write(folder.path().join(JOURNAL), "mine\n").unwrap();
         assert!(open(&identity(), false).unwrap_err().to_string().contains("nothing says that this program wrote it"));
         open(&identity(), true).unwrap();
-        let journal = Journal::open(folder.path(), &identity(), false).unwrap();
+        let journal = self::open(folder.path(), &identity(), false).unwrap();
         assert!(open(&identity(), false).unwrap_err().to_string().contains("another program"));
         journal.remove().unwrap();
-        assert!(!folder.path().join(JOURNAL).exists());
+        assert!(!folder.path().join(JOURNAL).exists() && !folder.path().join(JOURNAL_EVENTS).exists());
     }
 }

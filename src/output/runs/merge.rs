@@ -1,15 +1,12 @@
 //! Joining the parts of a table. The joined table is the one that a single run would have written, byte for byte.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
-use csv::{Reader, StringRecord};
-
 use super::super::files::{CASE, SUMMARY};
-use super::table::Tables;
+use super::rows::{self, RowFile, Rows};
 use super::{JOURNAL, RUNS, RUNS_EVENTS, RunsSummary};
 
 /// Rows that a message names at most.
@@ -70,8 +67,7 @@ pub struct Part {
     folder: PathBuf,
     summary: RunsSummary,
     case: String,
-    runs: Rows,
-    events: Option<Rows>,
+    rows: Rows,
 }
 
 /// What the parts of a table are together.
@@ -83,49 +79,6 @@ pub struct Joined {
     pub case: String,
     /// Whether it has events.
     pub has_events: bool,
-}
-
-/// The rows of a table that begin with a number, one after the other.
-#[derive(Debug)]
-struct Rows {
-    reader: Reader<File>,
-    header: StringRecord,
-    next: Option<(usize, StringRecord)>,
-    path: PathBuf,
-}
-
-impl Rows {
-    /// The table of that name; `None` if there is none.
-    fn open(folder: &Path, name: &str) -> anyhow::Result<Option<Self>> {
-        let path = folder.join(name);
-        if !path.exists() {
-            return Ok(None);
-        }
-        let cannot = || format!("cannot read {}", path.display());
-        let mut reader = Reader::from_path(&path).with_context(cannot)?;
-        let header = reader.headers().with_context(cannot)?.clone();
-        let mut rows = Self { reader, header, next: None, path };
-        rows.advance()?;
-        Ok(Some(rows))
-    }
-
-    /// Reads the next row. Returns the one before it.
-    fn advance(&mut self) -> anyhow::Result<Option<StringRecord>> {
-        let cannot = || format!("cannot read {}", self.path.display());
-        let mut record = StringRecord::new();
-        let next = match self.reader.read_record(&mut record).with_context(cannot)? {
-            true => {
-                let number = record.get(0).and_then(|number| number.parse().ok());
-                Some((number.with_context(|| format!("{} has a row without a number", self.path.display()))?, record))
-            }
-            false => None,
-        };
-        Ok(std::mem::replace(&mut self.next, next).map(|(_, record)| record))
-    }
-
-    fn number(&self) -> Option<usize> {
-        self.next.as_ref().map(|(number, _)| *number)
-    }
 }
 
 impl Part {
@@ -145,10 +98,11 @@ impl Part {
             true => unfinished(),
             false => no_table(format!("its {SUMMARY} is that of another command ({error})")),
         })?;
-        let runs = Rows::open(folder, RUNS)?.ok_or_else(|| no_table(format!("there is no {RUNS}")))?;
+        let runs = RowFile::open(folder, RUNS)?.ok_or_else(|| no_table(format!("there is no {RUNS}")))?;
         let case = fs::read_to_string(folder.join(CASE));
         let case = case.map_err(|error| no_table(format!("{CASE}: {error}")))?;
-        Ok(Self { folder: folder.to_owned(), summary, case, runs, events: Rows::open(folder, RUNS_EVENTS)? })
+        let rows = Rows { runs, events: RowFile::open(folder, RUNS_EVENTS)? };
+        Ok(Self { folder: folder.to_owned(), summary, case, rows })
     }
 
     /// The folder.
@@ -159,14 +113,15 @@ impl Part {
     /// What is different from another part, if they are not parts of one table.
     fn difference(&self, other: &Self) -> Option<&'static str> {
         let [one, two] = [&self.summary, &other.summary];
-        let header = |events: &Option<Rows>| events.as_ref().map(|rows| rows.header.clone());
+        let headers =
+            |rows: &Rows| (rows.runs.header.clone(), rows.events.as_ref().map(|events| events.header.clone()));
         if one.version != two.version {
             Some("versions of the program")
         } else if self.case != other.case {
             Some("cases")
         } else if (&one.vary, one.runs) != (&two.vary, two.runs) {
             Some("what varies")
-        } else if self.runs.header != other.runs.header || header(&self.events) != header(&other.events) {
+        } else if headers(&self.rows) != headers(&other.rows) {
             Some("columns")
         } else {
             None
@@ -203,7 +158,7 @@ impl Joined {
             summary.doubtful += doubtful;
             statuses.iter().for_each(|(status, count)| *summary.statuses.entry(status.clone()).or_default() += count);
         }
-        Ok(Self { summary, case: first.case.clone(), has_events: first.events.is_some() })
+        Ok(Self { summary, case: first.case.clone(), has_events: first.rows.events.is_some() })
     }
 }
 
@@ -211,46 +166,29 @@ impl Joined {
 ///
 /// # Errors
 /// [`MergeError::Twice`], [`MergeError::Missing`], or an error of the files.
-pub fn join<W: Write>(parts: &mut [Part], (runs, events): (W, Option<W>)) -> anyhow::Result<()> {
-    let cells = |header: &StringRecord| header.iter().map(str::to_owned).collect::<Vec<_>>();
-    let header = cells(&parts[0].runs.header);
-    let events_header = parts[0].events.as_ref().map(|events| cells(&events.header)).unwrap_or_default();
-    let mut tables = Tables::new((runs, &header), events.map(|out| (out, events_header.as_slice())))?;
-    let total = parts[0].summary.runs;
-    let (mut expected, mut missing, mut rows) = (1, Missing::default(), 0);
-    while let Some((row, place)) = next(parts)? {
-        missing.add(expected..row);
-        expected = row + 1;
-        rows += 1;
-        let part = &mut parts[place];
-        if let Some(record) = part.runs.advance()? {
-            tables.run(&record)?;
-        }
-        while let Some(events) = part.events.as_mut().filter(|events| events.number() == Some(row)) {
-            if let Some(record) = events.advance()? {
-                tables.event(&record)?;
+pub fn join<W: Write>(parts: &mut [Part], tables: (W, Option<W>)) -> anyhow::Result<()> {
+    let mut order: BTreeMap<usize, usize> = BTreeMap::new();
+    for (place, part) in parts.iter().enumerate() {
+        for row in part.rows.runs.numbers() {
+            if let Some(before) = order.insert(row, place) {
+                let [one, other] = [before, place].map(|place| parts[place].folder.clone());
+                return Err(MergeError::Twice { row, one, other }.into());
             }
         }
+    }
+    let total = parts[0].summary.runs;
+    let (mut expected, mut missing) = (1, Missing::default());
+    for &row in order.keys() {
+        missing.add(expected..row);
+        expected = row + 1;
     }
     missing.add(expected..total + 1);
     if missing.count > 0 {
         let parts: Vec<Option<String>> = parts.iter().map(|part| part.summary.part.clone()).collect();
-        return Err(MergeError::Missing { missing: missing.of(&parts), rows, runs: total }.into());
+        return Err(MergeError::Missing { missing: missing.of(&parts), rows: order.len(), runs: total }.into());
     }
-    tables.finish()
-}
-
-/// The smallest row that is not read yet, and the place of its part.
-fn next(parts: &[Part]) -> Result<Option<(usize, usize)>, MergeError> {
-    let heads = || parts.iter().enumerate().filter_map(|(place, part)| Some((part.runs.number()?, place)));
-    let Some((row, place)) = heads().min() else { return Ok(None) };
-    match heads().find(|&(other, at)| other == row && at != place) {
-        Some((_, at)) => {
-            let [one, other] = [place, at].map(|place| parts[place].folder.clone());
-            Err(MergeError::Twice { row, one, other })
-        }
-        None => Ok(Some((row, place))),
-    }
+    let mut sources: Vec<&mut Rows> = parts.iter_mut().map(|part| &mut part.rows).collect();
+    rows::write(&mut sources, order.into_iter(), tables, |_| ())
 }
 
 /// Rows that are missing.

@@ -3,18 +3,19 @@
 mod journal;
 mod merge;
 mod row;
+mod rows;
 mod summary;
-mod table;
 
 pub use journal::{Identity, Journal, NotResumable};
 pub use merge::{Joined, MergeError, Part, join};
 pub use row::{Columns, Ended, RunRow};
 pub use summary::RunsSummary;
-pub use table::write_runs;
 
 /// The table, a row for each run.
 pub const RUNS: &str = "runs.csv";
 /// The events of all runs.
 pub const RUNS_EVENTS: &str = "runs-events.csv";
 /// The rows that are finished, while the table is not.
-pub const JOURNAL: &str = "runs.partial.jsonl";
+pub const JOURNAL: &str = "runs.partial.csv";
+/// Their events.
+pub const JOURNAL_EVENTS: &str = "runs-events.partial.csv";

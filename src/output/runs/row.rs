@@ -1,26 +1,20 @@
 //! A row of `runs.csv`, and what its columns are.
 
-use serde::{Deserialize, Serialize};
-
+use super::rows::line_of;
 use crate::diagnostics::verdict::{Grade, Reason};
 use crate::number::Real;
 use crate::output::tables::state_header;
 use crate::study::many::{End, Ending, ManyRuns};
 
 /// A run as a row of `runs.csv` and rows of `runs-events.csv`.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RunRow {
     /// The number of the run, from 1.
     pub row: usize,
-    /// How it ended, in a word.
-    pub status: String,
-    /// How far it is to be believed.
-    pub verdict: Grade,
-    /// The cells of `runs.csv` after the first.
-    pub cells: Vec<String>,
-    /// The cells of each row of `runs-events.csv` after the first.
-    pub events: Vec<Vec<String>>,
+    /// The line of `runs.csv`.
+    pub record: Vec<u8>,
+    /// The lines of `runs-events.csv`.
+    pub events: Vec<u8>,
 }
 
 /// How a run ended.
@@ -54,7 +48,7 @@ impl Columns {
             coordinates: runs.first().coordinates(),
             maxima: End::maxima_of(runs.first()),
             has_estimate: runs.first().settings().accuracy.is_some(),
-            has_events: runs.first().has_events(),
+            has_events: !runs.first().events().is_empty(),
         }
     }
 
@@ -80,7 +74,9 @@ impl Columns {
     /// The row of a run, which counts from 0. Cells of what it does not have are empty.
     pub fn row(&self, runs: &ManyRuns, run: usize, ended: Ended<'_>) -> RunRow {
         let Ended { status, exit_code, end, message } = ended;
-        let mut cells: Vec<String> = runs.values(run).into_iter().map(str::to_owned).collect();
+        let number = (run + 1).to_string();
+        let mut cells = vec![number.clone()];
+        cells.extend(runs.values(run).into_iter().map(str::to_owned));
         cells.extend([status.to_owned(), exit_code.to_string()]);
         match end {
             Some(end) => {
@@ -107,9 +103,10 @@ impl Columns {
         cells.push(verdict.as_str().to_owned());
         // A row is one line.
         cells.push(message.split_whitespace().collect::<Vec<_>>().join(" "));
+        let line = |cells: &[String]| line_of(cells.iter().map(String::as_str));
         let events = end.map_or(&[][..], |end| &end.events).iter();
-        let events = events.map(|found| [&[found.event.clone()][..], &found.state].concat());
-        RunRow { row: run + 1, status: status.to_owned(), verdict, cells, events: events.collect() }
+        let events = events.map(|found| [&[number.clone(), found.event.clone()][..], &found.state].concat());
+        RunRow { row: run + 1, record: line(&cells), events: events.flat_map(|cells| line(&cells)).collect() }
     }
 }
 

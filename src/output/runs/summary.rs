@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::super::summary::json;
-use super::{Identity, RunRow};
+use super::Identity;
 use crate::diagnostics::verdict::Grade;
 use crate::solve::Status;
 
@@ -53,12 +53,12 @@ impl RunsSummary {
         }
     }
 
-    /// Counts a row.
-    pub fn count(&mut self, row: &RunRow) {
+    /// Counts a row with this status and verdict.
+    pub(super) fn count(&mut self, status: &str, verdict: &str) {
         self.rows += 1;
-        self.solved += usize::from(row.status == Status::Converged.as_str());
-        self.doubtful += usize::from(row.verdict == Grade::Doubtful);
-        *self.statuses.entry(row.status.clone()).or_default() += 1;
+        self.solved += usize::from(status == Status::Converged.as_str());
+        self.doubtful += usize::from(verdict == Grade::Doubtful.as_str());
+        *self.statuses.entry(status.to_owned()).or_default() += 1;
     }
 
     /// The JSON text, with a final newline.

@@ -1,30 +1,27 @@
 //! `summary.json` of `run`: what was solved, how the solve ended, and the numbers that a study needs.
 
-mod one;
-mod scene;
+mod by_name;
+mod paper;
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::case::{Form, System};
+use crate::case::{Case, Form, System};
+use crate::diagnostics::gaps::Gaps;
 use crate::diagnostics::verdict::Verdict;
 use crate::engine::{Accuracy, GOOD_DIGITS};
+use crate::geometry::Geometry;
 use crate::number::Real;
 use crate::solve::{Domain, IterationRecord, Iterations, NoSolution, Settings, Status, WorldLine};
+use crate::study::run::{Judged, Run};
 
-pub use one::{Error, Solved};
-pub use scene::SolvedScene;
+pub use by_name::{ErrorByName, NumbersByName};
+pub use paper::{Error, PaperNumbers};
 
-/// The summary of a case of one coordinate.
-pub type Summary = SummaryOf<Solved>;
-
-/// The summary of a scene.
-pub type SceneSummary = SummaryOf<SolvedScene>;
-
-/// The whole summary, with `R` as the numbers of a result; keys that do not apply are absent.
+/// The whole summary; keys that do not apply are absent.
 #[derive(Debug, Clone, Serialize)]
-pub struct SummaryOf<R> {
+pub struct Summary {
     /// How the solve ended.
     pub status: Status,
     /// How far the result is to be believed.
@@ -44,9 +41,8 @@ pub struct SummaryOf<R> {
     pub form: Form,
     /// System solved.
     pub system: System,
-    /// In one coordinate: whether the action has D̄ or, without the regularisation, D.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub regularised: Option<bool>,
+    /// Whether the action has D̄ or, without the regularisation, D.
+    pub regularised: bool,
     /// Significant digits of the arithmetic.
     pub digits: u32,
     /// Number of nodes of each window.
@@ -67,7 +63,7 @@ pub struct SummaryOf<R> {
     pub solve_seconds: f64,
     /// The numbers of the result, or of the failure.
     #[serde(flatten)]
-    pub outcome: Outcome<R>,
+    pub outcome: Outcome,
     /// What came after the solve, if it has a result.
     #[serde(flatten)]
     pub seconds: Option<Seconds>,
@@ -102,11 +98,41 @@ pub struct Seconds {
 /// The part of the summary that depends on how the solve ended.
 #[derive(Debug, Clone, Serialize)]
 #[serde(untagged)]
-pub enum Outcome<R> {
+pub enum Outcome {
     /// A critical point was found.
-    Solved(Box<R>),
+    Solved(Box<Solved>),
     /// No critical point was found.
     Failed(Failed),
+}
+
+/// The numbers of a critical point.
+#[derive(Debug, Clone, Serialize)]
+pub struct Solved {
+    /// Those that have names of their own.
+    #[serde(flatten)]
+    pub numbers: Numbers,
+    /// With an accuracy: the estimated error of every coordinate at the nodes, relative to its size.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error_estimate: Option<f64>,
+    /// With a tolerance: γ until which 3, 6 and 9 digits of all coordinates are good by that estimate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub good_until: Option<BTreeMap<String, f64>>,
+    /// With an accuracy: windows of which it is not proved that nothing steep hides between their nodes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub windows_unproved: Option<usize>,
+    /// The gaps between nodes, if they were looked at.
+    #[serde(flatten)]
+    pub gaps: Option<Gaps>,
+}
+
+/// What is measured on a run.
+#[derive(Debug, Clone, Serialize)]
+#[serde(untagged)]
+pub enum Numbers {
+    /// In a potential of x alone.
+    Paper(Box<PaperNumbers>),
+    /// In any other space-time.
+    ByName(Box<NumbersByName>),
 }
 
 /// How far a solve without a result came.
@@ -143,80 +169,111 @@ pub enum Point {
     },
 }
 
-/// How a solve ended, with what was measured on its result.
-struct Ended<R> {
-    status: Status,
-    verdict: Verdict,
-    /// With an accuracy the scheme is the one that was chosen; if the solve failed, none was.
-    settings: Settings,
-    iterations: Iterations,
-    outcome: Outcome<R>,
-    /// Warnings about the result.
-    suspicions: Vec<String>,
-}
-
-impl<R> Ended<R> {
-    /// Without a result.
-    fn without(failure: &NoSolution, settings: Settings) -> Self {
-        Self {
-            status: failure.status,
-            verdict: Verdict::refused(),
-            settings,
-            iterations: (*failure.iterations).clone(),
-            outcome: Outcome::Failed(Failed::new(failure)),
-            suspicions: Vec::new(),
-        }
+impl Summary {
+    /// The summary of a run of `case`, which is judged so.
+    pub fn new<S: Real>(case: &Case, run: &Run<S>, judged: &Judged, solve_seconds: f64) -> Self {
+        let Run { line, diagnostics, sums, .. } = run;
+        let names = line.geometry().names();
+        let error = judged.error.as_ref();
+        let numbers = match &diagnostics.of_x {
+            Some(of_x) => {
+                let numbers = PaperNumbers::new(line, diagnostics, of_x);
+                Numbers::Paper(Box::new(PaperNumbers { error: error.map(Into::into), ..numbers }))
+            }
+            None => {
+                let watched = |watch: usize| run.events.iter().filter(|crossing| crossing.watch == watch).count();
+                let events = case.events().iter().enumerate();
+                let numbers = NumbersByName::new(line, diagnostics, sums);
+                Numbers::ByName(Box::new(NumbersByName {
+                    error: error.map(|error| ErrorByName::new(names, error)),
+                    events: events.map(|(watch, event)| (event.name.clone(), watched(watch))).collect(),
+                    ..numbers
+                }))
+            }
+        };
+        let solved = Solved {
+            numbers,
+            error_estimate: line.error_estimate,
+            good_until: good_until(line),
+            windows_unproved: line.windows_unproved,
+            gaps: judged.gaps.clone(),
+        };
+        // With an accuracy the scheme is the one that was chosen.
+        let settings = Settings {
+            sbp: line.sbp_name,
+            form: line.form,
+            n_gamma: line.sbp().points(),
+            windows: line.window_count,
+            ..case.settings()
+        };
+        let geometry = line.geometry();
+        let summary = Self::of(case, geometry, settings, &line.iterations, Outcome::Solved(Box::new(solved)));
+        let warnings = [summary.warnings.as_slice(), &judged.suspicions].concat();
+        let seconds = Some(Seconds { diagnostics: run.seconds, write: 0.0 });
+        let (status, verdict) = (Status::Converged, judged.verdict.clone());
+        Self { status, verdict, solve_seconds, seconds, warnings, ..summary }
     }
-}
 
-impl<R> SummaryOf<R> {
-    /// The summary of a solve of a case with this title and these warnings.
-    fn of(title: Option<&str>, mut warnings: Vec<String>, ended: Ended<R>, solve_seconds: f64) -> Self {
-        let Settings { sbp, form, n_gamma, windows, system, digits, accuracy, .. } = ended.settings;
-        warnings.extend(ended.suspicions);
+    /// The summary of a solve that failed.
+    pub fn failed<S: Real>(case: &Case, geometry: &Geometry<S>, failure: &NoSolution, solve_seconds: f64) -> Self {
+        let outcome = Outcome::Failed(Failed::new(failure));
+        let mut summary = Self::of(case, geometry, case.settings(), &failure.iterations, outcome);
+        if case.is_of_x() {
+            // Evaluations of the force up to a limit are not counted.
+            summary.iterations = failure.iterations.history.len();
+        }
+        Self { status: failure.status, solve_seconds, ..summary }
+    }
+
+    /// What the case alone says, and what the iterations do.
+    fn of<S: Real>(
+        case: &Case,
+        geometry: &Geometry<S>,
+        settings: Settings,
+        iterations: &Iterations,
+        outcome: Outcome,
+    ) -> Self {
+        let Settings { sbp, form, n_gamma, windows, system, digits, accuracy, .. } = settings;
+        let names = geometry.names();
+        let some = |indices: &mut dyn Iterator<Item = usize>| indices.map(|a| names[a].clone()).collect();
+        let coordinates = || Coordinates {
+            coordinates: names.to_vec(),
+            ignorable: some(&mut geometry.ignorable()),
+            active: some(&mut geometry.active().iter().copied()),
+        };
         Self {
-            status: ended.status,
-            verdict: ended.verdict,
+            status: Status::Converged,
+            verdict: Verdict::refused(),
             version: env!("CARGO_PKG_VERSION"),
-            title: title.map(str::to_owned),
-            coordinates: None,
+            title: case.title().map(str::to_owned),
+            coordinates: (!case.is_of_x()).then(coordinates),
             sbp: sbp.into(),
             form,
             system,
-            regularised: None,
+            regularised: case.scheme().regularised,
             digits,
             n_gamma,
             windows,
             accuracy: accuracy.filter(|accuracy| accuracy.is_promised()).map(Accuracy::value),
             tolerance: accuracy.filter(|accuracy| !accuracy.is_promised()).map(Accuracy::value),
-            initial_guess: ended.iterations.initial_guess.as_str(),
-            iterations: ended.iterations.count,
-            solve_seconds,
-            seconds: matches!(ended.outcome, Outcome::Solved(_)).then(Seconds::default),
-            outcome: ended.outcome,
-            warnings,
-            history: ended.iterations.history,
+            initial_guess: iterations.initial_guess.as_str(),
+            iterations: iterations.count,
+            solve_seconds: 0.0,
+            seconds: None,
+            outcome,
+            warnings: case.warnings(),
+            history: iterations.history.clone(),
         }
     }
 
     /// The numbers of the result, if there is one.
-    pub fn solved(&self) -> Option<&R> {
+    pub fn solved(&self) -> Option<&Solved> {
         match &self.outcome {
             Outcome::Solved(solved) => Some(solved),
             Outcome::Failed(_) => None,
         }
     }
 
-    /// The same, to change them.
-    pub fn solved_mut(&mut self) -> Option<&mut R> {
-        match &mut self.outcome {
-            Outcome::Solved(solved) => Some(solved),
-            Outcome::Failed(_) => None,
-        }
-    }
-}
-
-impl<R: Serialize> SummaryOf<R> {
     /// The JSON text, with a final newline.
     pub fn to_json(&self) -> String {
         json(self)

@@ -11,7 +11,6 @@ mod second_solve;
 mod stepped_over;
 mod taylor;
 
-pub use points::Reach;
 pub use run_error::{Judge, RunError};
 
 use self::points::Points;

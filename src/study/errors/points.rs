@@ -1,5 +1,6 @@
 //! What of a run is compared with another one.
 
+use crate::diagnostics::Reach;
 use crate::geometry::largest_of_kind;
 use crate::number::Real;
 use crate::solve::WorldLine;
@@ -51,7 +52,7 @@ impl<S: Real> Points<S> {
 
     /// The size of every coordinate, shared with others of its kind.
     pub(super) fn sizes(&self) -> Vec<f64> {
-        let far = |(row, &origin): (&Vec<S>, &S)| Reach::of(row.iter().map(|&q| (q - origin).to_f64())).size;
+        let far = |(row, &origin): (&Vec<S>, &S)| Reach::of(row.iter().map(|&q| (q - origin).to_f64())).size();
         let sizes: Vec<f64> = self.rows.iter().zip(&self.origins).map(far).collect();
         largest_of_kind(&self.alike, &sizes)
     }
@@ -82,30 +83,5 @@ impl<S: Real> Points<S> {
             others.for_each(|(a, own)| *own += late * self.pace(a, clock).abs());
         }
         errors
-    }
-}
-
-/// How far a coordinate goes.
-#[derive(Debug, Clone, Copy)]
-pub struct Reach {
-    /// Its largest absolute value; that of the distance from the start for an ignorable coordinate.
-    pub size: f64,
-    /// Its largest value minus its least.
-    pub range: f64,
-}
-
-impl Reach {
-    /// How far coordinate `a` goes on the nodes of a world-line.
-    pub fn new<S: Real>(line: &WorldLine<S>, a: usize) -> Self {
-        let origin = if line.geometry().active().contains(&a) { S::ZERO } else { line.place.start.q[a] };
-        Self::of(line.q(a).map(|q| (q - origin).to_f64()))
-    }
-
-    fn of(values: impl Iterator<Item = f64>) -> Self {
-        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-        for q in values {
-            (least, most) = (least.min(q), most.max(q));
-        }
-        Self { size: least.abs().max(most.abs()), range: most - least }
     }
 }

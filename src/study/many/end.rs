@@ -1,16 +1,13 @@
 //! What a run of many leaves: where it ended, and the largest deviations on the way.
 
-use crate::case::{AnyCase, Case, SceneCase};
+use crate::case::Case;
 use crate::diagnostics::Diagnostics;
 use crate::diagnostics::verdict::Verdict;
 use crate::geometry::Geometry;
 use crate::number::Real;
-use crate::number::norm::max_abs;
-use crate::solve::Arithmetic;
-use crate::solve::{Setup, Solution, Status, WorldLine, solve};
-use crate::study::errors::run_error;
-use crate::study::verdict::{of_solution, of_world_line};
-use crate::trajectory::crossings;
+use crate::solve::{Arithmetic, Status, WorldLine};
+use crate::study::run::{NoRun, Wanted, run};
+use crate::trajectory::Crossing;
 
 /// How a run ended.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,16 +68,11 @@ pub struct Found {
 
 impl End {
     /// The names of the largest deviations that a run of `case` has.
-    pub fn maxima_of(case: &AnyCase) -> Vec<String> {
-        match case {
-            AnyCase::One(_) => names_of_maxima(&["t"], false, &[]),
-            AnyCase::Scene(case) => {
-                let geometry: Geometry = case.geometry();
-                let charges: Vec<&str> = geometry.ignorable().map(|a| geometry.names()[a].as_str()).collect();
-                let invariants: Vec<&str> = case.invariants().iter().map(|(name, _)| name.as_str()).collect();
-                names_of_maxima(&charges, case.is_lifted(), &invariants)
-            }
-        }
+    pub fn maxima_of(case: &Case) -> Vec<String> {
+        let geometry: Geometry = case.geometry();
+        let charges: Vec<&str> = geometry.ignorable().map(|a| geometry.names()[a].as_str()).collect();
+        let invariants: Vec<&str> = case.invariants().iter().map(|(name, _)| name.as_str()).collect();
+        names_of_maxima(&charges, case.is_lifted(), &invariants)
     }
 }
 
@@ -97,74 +89,44 @@ fn names_of_maxima(charges: &[&str], is_lifted: bool, invariants: &[&str]) -> Ve
     names
 }
 
-/// Solves a case of one coordinate.
-pub(super) fn of_one<S: Arithmetic>(case: &Case) -> Outcome {
-    let setup = Setup::from(case);
-    let solution: Solution<S> = match solve(&setup) {
-        Ok(solution) => solution,
-        Err(failure) => return Outcome::Failed { status: failure.status, message: failure.to_string() },
+/// Solves a case.
+pub(super) fn outcome<S: Arithmetic>(case: &Case) -> Outcome {
+    let setup = case.setup::<S>();
+    let found = match run(case, &setup, Wanted::default()).0 {
+        Ok(found) => found,
+        Err(NoRun::Unsolved(failure)) => {
+            return Outcome::Failed { status: failure.status, message: failure.to_string() };
+        }
+        Err(NoRun::Unsampled(_)) => unreachable!("a row has no samples"),
     };
-    let diagnostics = Diagnostics::new(&solution);
-    let decimal = |value: S| value.to_decimal(solution.digits);
-    let end = solution.end_state();
-    let t_dot = solution.end().q_dot[0];
-    Outcome::Solved(Box::new(End {
-        ending: if case.grid.t_f.is_some() { Ending::Time } else { Ending::Gamma },
-        gamma: decimal(solution.gamma_f()),
-        q: [end.t, end.x].map(decimal).to_vec(),
-        q_dot: [t_dot, end.x_dot].map(decimal).to_vec(),
-        maxima: maxima(&solution, &diagnostics, None),
-        error_estimate: solution.error_estimate,
-        verdict: of_solution(&solution, &diagnostics.measures, run_error(&setup, &solution, &[]).as_ref()),
-        events: Vec::new(),
-    }))
-}
-
-/// Solves a scene.
-pub(super) fn of_scene<S: Arithmetic>(case: &SceneCase) -> Outcome {
-    let setup = case.setup();
-    let line: WorldLine<S> = match solve(&setup) {
-        Ok(line) => line,
-        Err(failure) => return Outcome::Failed { status: failure.status, message: failure.to_string() },
-    };
-    let diagnostics = Diagnostics::of_scene(&line, &[], &mut case.observables(), case.is_lifted());
-    let decimal = |value: S| value.to_decimal(line.digits);
-    let all = |values: &[S]| values.iter().map(|&value| decimal(value)).collect::<Vec<_>>();
-    let end = line.end();
-    let found = crossings(&line, &mut case.watches()).into_iter().map(|crossing| {
-        let sample = crossing.sample;
+    let (line, verdict) = (&found.line, found.judged(&setup, false, false).verdict);
+    let all = |values: &[S]| values.iter().map(|value| value.to_decimal(line.digits)).collect::<Vec<_>>();
+    let events = found.events.iter().map(|Crossing { watch, sample }| {
         let state = [&[sample.gamma][..], &sample.q, &sample.q_dot].concat();
-        Found { event: case.events()[crossing.watch].name.clone(), state: all(&state) }
+        Found { event: case.events()[*watch].name.clone(), state: all(&state) }
     });
-    let error = run_error(&setup, &line, &[]);
+    let end = line.end();
     Outcome::Solved(Box::new(End {
         ending: ending(case, line.ended_by),
-        gamma: decimal(line.gamma_f()),
+        gamma: line.gamma_f().to_decimal(line.digits),
         q: all(&end.q),
         q_dot: all(&end.q_dot),
-        maxima: maxima(&line, &diagnostics, diagnostics.measures.energy.map(|energy| energy.max_ends)),
+        maxima: maxima(line, &found.diagnostics),
         error_estimate: line.error_estimate,
-        verdict: of_world_line(&line, &diagnostics, error.as_ref(), None),
-        events: found.collect(),
+        verdict,
+        events: events.collect(),
     }))
 }
 
-/// The largest deviations, as decimals. `energy` is that of the energy at the ends of windows, if there is one.
-fn maxima<S: Real, M>(
-    line: &WorldLine<S>,
-    diagnostics: &Diagnostics<S, M>,
-    energy: Option<S>,
-) -> Vec<(String, String)> {
-    let Diagnostics { charges, max_delta_g, norm, delta_energy, invariants, .. } = diagnostics;
+/// The largest deviations, as decimals.
+fn maxima<S: Real>(line: &WorldLine<S>, diagnostics: &Diagnostics<S>) -> Vec<(String, String)> {
+    let Diagnostics { charges, max_delta_g, norm, energy, invariants, .. } = diagnostics;
     let names = line.geometry().names();
     let mut values: Vec<S> =
         charges.iter().flat_map(|charge| [charge.max_interior, charge.max_last, charge.max_corrected]).collect();
     values.push(*max_delta_g);
-    values.extend(match (delta_energy, energy) {
-        (Some(delta), Some(ends)) => [max_abs(delta), ends],
-        _ => [norm.max_interior, norm.max_ends],
-    });
-    values.extend(invariants.iter().map(|invariant| max_abs(&invariant.delta)));
+    values.extend(energy.map_or([norm.max_interior, norm.max_ends], |energy| [energy.max, energy.max_ends]));
+    values.extend(invariants.iter().map(|invariant| invariant.max));
     values.push(line.gradient_norm);
     let charges: Vec<&str> = charges.iter().map(|charge| names[charge.terms[0].0].as_str()).collect();
     let further: Vec<&str> = invariants.iter().map(|invariant| invariant.name.as_str()).collect();
@@ -173,7 +135,7 @@ fn maxima<S: Real, M>(
 }
 
 /// What ended a run, from the place of the formula that did.
-fn ending(case: &SceneCase, ended_by: Option<usize>) -> Ending {
+fn ending(case: &Case, ended_by: Option<usize>) -> Ending {
     let own = usize::from(case.until().is_some());
     let mut events = case.events().iter().filter(|event| event.until);
     match ended_by {

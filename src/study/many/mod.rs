@@ -26,7 +26,7 @@ pub use end::{End, Ending, Found, Outcome};
 
 use rayon::prelude::*;
 
-use crate::case::{AnyCase, CaseError};
+use crate::case::{Case, CaseError};
 use crate::number::Extended;
 
 /// More runs than this are taken for a typing mistake.
@@ -39,7 +39,7 @@ pub struct ManyRuns {
     text: String,
     overrides: Vec<String>,
     axes: Vec<Axis>,
-    first: AnyCase,
+    first: Case,
 }
 
 impl ManyRuns {
@@ -74,7 +74,7 @@ impl ManyRuns {
     }
 
     /// The case of the first run that is valid.
-    pub fn first(&self) -> &AnyCase {
+    pub fn first(&self) -> &Case {
         &self.first
     }
 
@@ -88,9 +88,9 @@ impl ManyRuns {
     /// # Errors
     /// [`CaseError`] if the values make it invalid, or give it other coordinates than the first valid run has: a table
     /// has one set of columns.
-    pub fn case(&self, run: usize) -> Result<AnyCase, CaseError> {
+    pub fn case(&self, run: usize) -> Result<Case, CaseError> {
         let case = parse(&self.name, &self.text, &self.overrides, &self.axes, run)?;
-        let [here, first] = [&case, &self.first].map(AnyCase::coordinates);
+        let [here, first] = [&case, &self.first].map(Case::coordinates);
         if here == first {
             return Ok(case);
         }
@@ -100,13 +100,8 @@ impl ManyRuns {
     }
 
     /// Solves the case of a run.
-    pub fn outcome(&self, case: &AnyCase) -> Outcome {
-        match case {
-            AnyCase::One(case) if case.is_extended() => end::of_one::<Extended>(case),
-            AnyCase::One(case) => end::of_one::<f64>(case),
-            AnyCase::Scene(case) if case.is_extended() => end::of_scene::<Extended>(case),
-            AnyCase::Scene(case) => end::of_scene::<f64>(case),
-        }
+    pub fn outcome(&self, case: &Case) -> Outcome {
+        if case.is_extended() { end::outcome::<Extended>(case) } else { end::outcome::<f64>(case) }
     }
 }
 
@@ -125,8 +120,8 @@ fn values(axes: &[Axis], mut run: usize) -> Vec<&str> {
     values
 }
 
-fn parse(name: &str, text: &str, overrides: &[String], axes: &[Axis], run: usize) -> Result<AnyCase, CaseError> {
+fn parse(name: &str, text: &str, overrides: &[String], axes: &[Axis], run: usize) -> Result<Case, CaseError> {
     let varied = axes.iter().zip(values(axes, run)).map(|(axis, value)| format!("{}={value}", axis.key()));
     let all: Vec<String> = overrides.iter().cloned().chain(varied).collect();
-    AnyCase::parse(name, text, &all)
+    Case::parse(name, text, &all)
 }

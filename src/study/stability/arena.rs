@@ -6,7 +6,6 @@ use super::chart::Chart;
 use super::status::Sizes;
 use super::task::Reference;
 use crate::case::Case;
-use crate::case::scene::SceneCase;
 use crate::reference::{EndReason, ReferenceEnds};
 use crate::study::line::Line;
 use crate::study::space::Point;
@@ -65,15 +64,7 @@ impl Arena {
     /// [`ReferenceEnds`] if V has no Taylor series at some point of the geodesic, or the geodesic does not reach t_f of
     /// the case: then nothing could be judged. A geodesic that leaves the domain is not an error; the atlas shows it.
     pub fn new(case: &Case, lengths: &[f64]) -> Result<Self, ReferenceEnds> {
-        Self::of(Chart::new(Line { g00: case.g00(), ..Line::new(case, false, false) }), lengths)
-    }
-
-    /// The same for a scene.
-    ///
-    /// # Errors
-    /// As [`Self::new`].
-    pub fn of_scene(case: &SceneCase, lengths: &[f64]) -> Result<Self, ReferenceEnds> {
-        Self::of(Chart::new(Line::new(case, true, case.is_lifted())), lengths)
+        Self::of(Chart::new(Line::new(case)), lengths)
     }
 
     fn of(chart: Chart, lengths: &[f64]) -> Result<Self, ReferenceEnds> {

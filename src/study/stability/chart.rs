@@ -10,7 +10,7 @@ use super::task::{Grid, Measured, Range, Reference, Task};
 use super::track::Track;
 use crate::action::Form;
 use crate::case::on_grid;
-use crate::diagnostics::scene::energy_off;
+use crate::diagnostics::energy_off;
 use crate::engine::Accuracy;
 use crate::geometry::Start;
 use crate::methods::{Output, Peer, Problem, Setting, States, Trajectory};

@@ -5,7 +5,6 @@ use super::family::Family;
 use super::run::{Place, Timed};
 use super::{OUTPUTS, RowErrors, RowStatus};
 use crate::case::Case;
-use crate::case::scene::SceneCase;
 use crate::methods::{Output, Problem, Setting};
 use crate::number::norm::larger;
 use crate::number::{Extended, Real};
@@ -30,15 +29,7 @@ impl Arena {
     /// # Errors
     /// [`ReferenceEnds`] if the geodesic does not go so far.
     pub fn new(case: &Case, length: Option<f64>) -> Result<Self, ReferenceEnds> {
-        Ok(Self::of(Course::new(Line { g00: case.g00(), ..Line::new(case, false, false) }, length)?))
-    }
-
-    /// The scene's own world-line, or that of another length in γ.
-    ///
-    /// # Errors
-    /// As [`Self::new`].
-    pub fn of_scene(case: &SceneCase, length: Option<f64>) -> Result<Self, ReferenceEnds> {
-        Ok(Self::of(Course::new(Line::new(case, true, case.is_lifted()), length)?))
+        Ok(Self::of(Course::new(Line::new(case), length)?))
     }
 
     fn of(course: Course) -> Self {

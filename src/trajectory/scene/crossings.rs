@@ -37,36 +37,82 @@ pub struct Crossing<S = f64> {
 /// Every change of sign of the formulas of `watches` in their directions, in the order of γ. A formula that is zero at
 /// the start of the run, up to rounding, does not change its sign there; one that is zero at the end does.
 pub fn crossings<S: Real>(line: &WorldLine<S>, watches: &mut [Watch<S>]) -> Vec<Crossing<S>> {
-    let start = &line.place.start;
-    let norm = line.geometry().norm(&start.q, &start.q_dot);
-    let mut walk = Walk {
-        norm,
-        starts: watches.iter_mut().map(|w| w.formula.at(&start.q, &start.q_dot, &start.p, norm)).collect(),
-        nowhere: slack::<S>(line.digits) * line.length.max(line.gamma_i.abs()),
-        signs: vec![None; watches.len()],
-        found: Vec::new(),
-    };
-    let (mut sampler, mut tables, windows) = (Sampler::new(line), Tables::default(), line.windows.len());
-    for window in 0..windows {
-        let (cells, points) = sampler.of_window(window).0.cells();
-        let expansion = tables.of(points);
-        let last = cells.len() - 1;
-        for (index, ends) in cells.into_iter().enumerate() {
-            let inner = expansion.nodes.iter().map(|&node| ends[0] + node * (ends[1] - ends[0]));
-            let mut places: Vec<S> = inner.collect();
-            places[points - 1] = ends[1];
-            let (is_first, is_last) = (window + index == 0, window + 1 == windows && index == last);
-            let cell = Cell { window, ends, places, is_first, is_last };
-            let samples: Vec<_> = cell.places.iter().map(|&place| sampler.in_window(window, place)).collect();
-            for (watch, watched) in watches.iter_mut().enumerate() {
-                let values: Vec<S> = samples.iter().map(|sample| value(watched, sample, walk.norm)).collect();
-                let shape = Shape::new(&expansion.coefficients(&values));
-                walk.pass(&mut sampler, &cell, (watch, watched), &values, &shape);
+    let mut search = EventSearch::new(watches);
+    search.see(line);
+    search.finish(line)
+}
+
+/// The search of [`crossings`] in a run that is computed window by window.
+#[derive(Debug)]
+pub struct EventSearch<'w, S: Real = f64> {
+    watches: &'w mut [Watch<S>],
+    walk: Option<Walk<S>>,
+    tables: Tables<S>,
+}
+
+impl<'w, S: Real> EventSearch<'w, S> {
+    /// A search for changes of sign of the formulas of `watches` in their directions.
+    pub fn new(watches: &'w mut [Watch<S>]) -> Self {
+        Self { watches, walk: None, tables: Tables::default() }
+    }
+
+    /// Looks at a part of the run. It must continue the previous one or, if it contains the first window, begins the
+    /// run again.
+    pub fn see(&mut self, line: &WorldLine<S>) {
+        if self.watches.is_empty() {
+            return;
+        }
+        if line.window_count == line.windows.len() {
+            self.walk = Some(Walk::new(line, self.watches));
+        }
+        let Self { watches, walk: Some(walk), tables } = self else { return };
+        let mut sampler = Sampler::new(line);
+        for window in 0..line.windows.len() {
+            let (cells, points) = sampler.of_window(window).0.cells();
+            let expansion = tables.of(points);
+            let last = cells.len() - 1;
+            for (index, ends) in cells.into_iter().enumerate() {
+                let inner = expansion.nodes.iter().map(|&node| ends[0] + node * (ends[1] - ends[0]));
+                let mut places: Vec<S> = inner.collect();
+                places[points - 1] = ends[1];
+                let cell = Cell { window, ends, places, is_first: !walk.is_begun };
+                walk.is_begun = true;
+                let samples: Vec<_> = cell.places.iter().map(|&place| sampler.in_window(window, place)).collect();
+                for (watch, watched) in watches.iter_mut().enumerate() {
+                    let values: Vec<S> = samples.iter().map(|sample| value(watched, sample, walk.norm)).collect();
+                    let shape = Shape::new(&expansion.coefficients(&values));
+                    walk.pass(&mut sampler, &cell, (watch, watched), &values, &shape);
+                    if index == last {
+                        walk.ends[watch] = [values[points - 1], shape.slope(1.0), (ends[1] - ends[0]).half()];
+                    }
+                }
             }
         }
     }
-    walk.found.sort_by(|a, b| order(&a.sample.gamma, &b.sample.gamma));
-    walk.found
+
+    /// Every change of sign that was found, in the order of γ. `last` is the last part of the run that was seen.
+    pub fn finish(self, last: &WorldLine<S>) -> Vec<Crossing<S>> {
+        let Some(mut walk) = self.walk else { return Vec::new() };
+        let Some(window) = last.windows.len().checked_sub(1) else { return Vec::new() };
+        let end = Sampler::new(last).in_window(window, last.windows[window].length());
+        for crossing in &mut walk.found {
+            if end.gamma - crossing.sample.gamma <= walk.nowhere {
+                crossing.sample = end.clone();
+            }
+        }
+        // A formula that is zero at the end changes its sign there, whatever rounding says.
+        for (watch, watched) in self.watches.iter().enumerate() {
+            let [value, slope, half] = walk.ends[watch];
+            let is_positive = slope > S::ZERO;
+            let is_change =
+                slope != S::ZERO && walk.signs[watch] == Some(!is_positive) && watched.direction.counts(is_positive);
+            if is_change && walk.is_at_zero(half, value, slope) {
+                walk.found.push(Crossing { watch, sample: end.clone() });
+            }
+        }
+        walk.found.sort_by(|a, b| order(&a.sample.gamma, &b.sample.gamma));
+        walk.found
+    }
 }
 
 fn value<S: Real>(watched: &mut Watch<S>, sample: &Sample<S>, norm: S) -> S {
@@ -84,13 +130,14 @@ struct Cell<S> {
     ends: [S; 2],
     /// γ at its points, counted in the same way.
     places: Vec<S>,
-    /// Whether the run begins, or ends, with it.
+    /// Whether the run begins with it.
     is_first: bool,
-    is_last: bool,
 }
 
 /// What a search along a world-line remembers.
+#[derive(Debug)]
 struct Walk<S> {
+    is_begun: bool,
     norm: S,
     /// The value of each formula at the start of the run. The first node of the weak form is close to it only.
     starts: Vec<S>,
@@ -98,10 +145,26 @@ struct Walk<S> {
     nowhere: S,
     /// Whether each formula was positive where it was not zero last.
     signs: Vec<Option<bool>>,
+    /// The value and the slope of each formula at the end of the last cell, and half of that cell's length.
+    ends: Vec<[S; 3]>,
     found: Vec<Crossing<S>>,
 }
 
 impl<S: Real> Walk<S> {
+    fn new(line: &WorldLine<S>, watches: &mut [Watch<S>]) -> Self {
+        let start = &line.place.start;
+        let norm = line.geometry().norm(&start.q, &start.q_dot);
+        Self {
+            is_begun: false,
+            norm,
+            starts: watches.iter_mut().map(|w| w.formula.at(&start.q, &start.q_dot, &start.p, norm)).collect(),
+            nowhere: slack::<S>(line.digits) * line.length.max(line.gamma_i.abs()),
+            signs: vec![None; watches.len()],
+            ends: vec![[S::ZERO; 3]; watches.len()],
+            found: Vec::new(),
+        }
+    }
+
     /// Finds the changes of sign in a cell, where the formula has these values at its points.
     fn pass(
         &mut self,
@@ -115,7 +178,7 @@ impl<S: Real> Walk<S> {
         let mut at = |place: S| value(watched, &sampler.in_window(cell.window, place), norm);
         let marks = cell.marks(values, shape, &mut at);
         let start = self.starts[watch];
-        if cell.is_first && !self.is_at_zero(cell, start, shape.slope(-1.0)) {
+        if cell.is_first && !self.is_at_zero((cell.ends[1] - cell.ends[0]).half(), start, shape.slope(-1.0)) {
             self.signs[watch] = Some(start > S::ZERO);
         }
         // The start of a cell is the end of the one before, whose sign counts.
@@ -130,21 +193,13 @@ impl<S: Real> Walk<S> {
             self.signs[watch] = Some(is_positive);
             before = [place, here];
         }
-        // A formula that is zero at the end changes its sign there, whatever rounding says.
-        let (slope, last) = (shape.slope(1.0), values[values.len() - 1]);
-        let is_positive = slope > S::ZERO;
-        let is_change = slope != S::ZERO && self.signs[watch] == Some(!is_positive) && direction.counts(is_positive);
-        if cell.is_last && is_change && self.is_at_zero(cell, last, slope) {
-            roots.push(cell.ends[1]);
-        }
-        let is_end = |place: S| cell.is_last && cell.ends[1] - place <= self.nowhere;
-        let places = roots.into_iter().map(|place| if is_end(place) { cell.ends[1] } else { place });
-        self.found.extend(places.map(|place| Crossing { watch, sample: sampler.in_window(cell.window, place) }));
+        let in_window = |place| Crossing { watch, sample: sampler.in_window(cell.window, place) };
+        self.found.extend(roots.into_iter().map(in_window));
     }
 
-    /// Whether a formula with this value and slope at an end of a cell is zero there but for rounding.
-    fn is_at_zero(&self, cell: &Cell<S>, value: S, slope: S) -> bool {
-        let half = (cell.ends[1] - cell.ends[0]).half();
+    /// Whether a formula with this value and slope at an end of a cell of twice the length `half` is zero there but for
+    /// rounding.
+    fn is_at_zero(&self, half: S, value: S, slope: S) -> bool {
         value == S::ZERO || value.abs() * half <= slope.abs() * self.nowhere
     }
 }

@@ -4,7 +4,7 @@ mod crossings;
 mod curve;
 mod shape;
 
-pub use crossings::{Crossing, Watch, crossings};
+pub use crossings::{Crossing, EventSearch, Watch, crossings};
 
 pub(super) use self::curve::Curve;
 use super::cursor::Reached;

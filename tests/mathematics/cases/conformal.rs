@@ -1,6 +1,6 @@
 //! `metric.conformal`: what it makes of a start, and what it refuses.
 
-use geodesic_ivp::case::{CaseError, SceneCase};
+use geodesic_ivp::case::{Case, CaseError};
 use geodesic_ivp::geometry::Start;
 
 use super::{KERR, SCHWARZSCHILD, scene};
@@ -11,7 +11,7 @@ fn with(text: &str, factor: &str) -> String {
 
 /// Checks what is said of a text that is refused, and of which part of it; returns what to do.
 fn refused(text: &str, message: &str, part: &str) -> Option<String> {
-    let CaseError { message: found, span, text, help, .. } = SceneCase::parse("case", text, &[]).unwrap_err();
+    let CaseError { message: found, span, text, help, .. } = Case::parse("case", text, &[]).unwrap_err();
     assert!(found.contains(message), "{found}");
     assert_eq!(&text[span.unwrap()], part, "{found}");
     help

@@ -7,7 +7,7 @@
 
 use std::time::{Duration, Instant};
 
-use geodesic_ivp::case::{AnyCase, KEYS, SCENE_KEYS, builtin};
+use geodesic_ivp::case::{Case, KEYS, SCENE_KEYS, builtin};
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::{Solution, solve};
@@ -125,23 +125,16 @@ fn edited(text: &str, share: f64, edit: &Edit) -> String {
     }
 }
 
-fn to_toml(case: &AnyCase) -> String {
-    match case {
-        AnyCase::One(case) => case.to_toml(),
-        AnyCase::Scene(case) => case.to_toml(),
-    }
-}
-
 /// Reads a case, and says whether it is one.
 fn read(text: &str, settings: &[String]) -> Result<bool, TestCaseError> {
     let start = Instant::now();
-    let is_case = match AnyCase::parse("case", text, settings) {
+    let is_case = match Case::parse("case", text, settings) {
         Ok(case) => {
             let _ = (case.warnings(), case.title(), case.coordinates());
-            let written = to_toml(&case);
-            let again = AnyCase::parse("again", &written, &[]);
+            let written = case.to_toml();
+            let again = Case::parse("again", &written, &[]);
             prop_assert!(again.is_ok(), "{}\nis not read again:\n{written}", again.unwrap_err());
-            let again = again.map(|case| to_toml(&case)).unwrap_or_default();
+            let again = again.map(|case| case.to_toml()).unwrap_or_default();
             prop_assert_eq!(again, written);
             true
         }
@@ -204,19 +197,19 @@ fn of_metric(components: &[(&str, String)], definition: &str, force: &str) -> St
 /// Solves a case, if the text is one. What is found is finite on every node.
 fn solved(text: &str) -> Result<(), TestCaseError> {
     let start = Instant::now();
-    let rows: Vec<Vec<f64>> = match AnyCase::parse("case", text, &[]) {
+    let rows: Vec<Vec<f64>> = match Case::parse("case", text, &[]) {
         Err(_) => return Ok(()),
-        Ok(AnyCase::One(case)) => match solve(&*case) {
+        Ok(case) if case.is_of_x() => match solve(&case) {
             Err(_) => return Ok(()),
             Ok::<Solution, _>(solution) => {
                 let measured = Diagnostics::new(&solution);
                 vec![solution.t().collect(), solution.x().to_vec(), measured.norm.delta, measured.delta_g[1].clone()]
             }
         },
-        Ok(AnyCase::Scene(case)) => match solve(case.setup()) {
+        Ok(case) => match solve(&case) {
             Err(_) => return Ok(()),
             Ok::<WorldLine, _>(line) => {
-                let measured = Diagnostics::of_scene(&line, &[], &mut [], false);
+                let measured = Diagnostics::of(&line, &[], &mut [], false);
                 let rows = (0..case.coordinates().len()).map(|a| line.q(a).collect());
                 rows.chain([measured.norm.delta, measured.charges[0].delta.clone()]).collect()
             }

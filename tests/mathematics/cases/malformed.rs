@@ -1,6 +1,6 @@
 //! Malformed scenes: each is refused with what is wrong, and with its place in the text.
 
-use geodesic_ivp::case::SceneCase;
+use geodesic_ivp::case::Case;
 
 use super::{KEPLER, KERR, SCHWARZSCHILD};
 
@@ -142,7 +142,7 @@ const METRIC: &[Row] = &[
     ("sbp = \"GLL12\"", "sbp = \"SBP42\"", "missing field `n_gamma`", "[grid]"),
     ("sbp = \"GLL12\"", "sbp = \"SBP43\"", "unknown operator", "\"SBP43\""),
     ("form = \"weak\"", "form = \"week\"", "unknown form", "\"week\""),
-    ("form = \"weak\"", "regularised = false", "not available for scenes yet", "false"),
+    ("form = \"weak\"", "regularised = false", "regularised = false needs solver.system", "false"),
     ("form = \"weak\"", "form = \"weak\"\n[solver]\naccuracy = 2.0", "accuracy must lie between 0 and 1", "2.0"),
     ("form = \"weak\"", "form = \"weak\"\n[solver]\naccuracy = \"1e-8\"", "must be a number", "\"1e-8\""),
     (
@@ -217,7 +217,7 @@ const NEWTON: &[Row] = &[
         "missing field `expression`",
         "{ parameters = {} }",
     ),
-    ("formula = \"-1/sqrt(x^2 + y^2)\"", "formula = \"t\"", "unknown name 't'", "t"),
+    ("formula = \"-1/sqrt(x^2 + y^2)\"", "formula = \"u\"", "unknown name 'u'", "u"),
     (
         "formula = \"-1/sqrt(x^2 + y^2)\"",
         "formula = { expression = \"k*x\", parameters = { k = 1 } }\nparameters = { k = 2 }",
@@ -242,11 +242,11 @@ const NEWTON: &[Row] = &[
     (
         "law = \"newtonian\"\n\n[initial]",
         "law = \"relativistic\"\n\n[initial]\nt_dot = 1",
-        "g00 = c^2 + 2V/m must be positive at the start, got -19",
+        "g00 = c^2 + 2V/m must be positive and finite at the start, got -19",
         "[initial]",
     ),
     ("y_dot = \"sqrt(19)\"", "y_dot = 1\ns_dot = 3", "a newtonian scene has K = 0", "[initial]"),
-    ("y_dot = \"sqrt(19)\"", "norm = 1\nsolve = { y_dot = \"+\" }", "a newtonian scene has norm = 0, got 1", "1"),
+    ("y_dot = \"sqrt(19)\"", "norm = 1\nsolve = { y_dot = \"+\" }", "a newtonian case has norm = 0, got 1", "1"),
     ("y_dot = \"sqrt(19)\"", "norm = 0\nsolve = { y_dot = \"+\" }", "neither s_dot nor p_s is given", "[initial]"),
     ("y_dot = \"sqrt(19)\"", "velocity = 3", "unknown field `velocity`", "velocity"),
     ("x = 0.1\n", "x = 0\n", "not finite", "[initial]"),
@@ -281,7 +281,7 @@ fn complaints(base: &str, rows: &[Row]) -> Vec<String> {
     for (from, to, fragment, place) in rows {
         assert!(base.contains(from), "{from} is not in the text");
         let text = base.replacen(from, to, 1);
-        let error = match SceneCase::parse("case", &text, &[]) {
+        let error = match Case::parse("case", &text, &[]) {
             Ok(_) => {
                 complaints.push(format!("{to}: accepted"));
                 continue;
@@ -321,11 +321,11 @@ fn what_was_meant_is_said() {
         (KERR, "\"kerr\"", "\"kerr-shild\"", "did you mean \"kerr-schild\"?"),
         (KEPLER, "newtonian", "newtonain", "did you mean \"newtonian\"?"),
         (KEPLER, "sqrt(x^2", "sqrtt(x^2", "did you mean 'sqrt'?"),
-        (KEPLER, "-1/sqrt(x^2 + y^2)", "t", "known are x, y, pi, numbers"),
+        (KEPLER, "-1/sqrt(x^2 + y^2)", "u", "known are t, x, y, pi, numbers"),
         (KERR, "a = 0.9", "ma = 0.9", "it has m, a"),
     ] {
         assert!(base.contains(from));
-        let error = SceneCase::parse("case", &base.replacen(from, to, 1), &[]).unwrap_err();
+        let error = Case::parse("case", &base.replacen(from, to, 1), &[]).unwrap_err();
         assert!(error.help.as_ref().is_some_and(|found| found.contains(help)), "{to}: {error}: {:?}", error.help);
     }
 }
@@ -340,11 +340,11 @@ fn damaged_texts_are_read_or_refused() {
         let cut = (0..base.len()).map(|end| base[..end].to_owned());
         let holes = (0..base.len()).map(|at| format!("{}{}", &base[..at], &base[at + 1..]));
         for text in without.chain(doubled).chain(cut).chain(holes) {
-            match SceneCase::parse("case", &text, &[]) {
+            match Case::parse("case", &text, &[]) {
                 Ok(scene) => {
                     let (start, _) = (scene.start::<f64>(), scene.warnings());
                     assert!(start.q_dot.iter().chain(&start.p).all(|value| value.is_finite()), "{text}");
-                    assert_eq!(SceneCase::parse("case", &scene.to_toml(), &[]).as_ref(), Ok(&scene), "{text}");
+                    assert_eq!(Case::parse("case", &scene.to_toml(), &[]).as_ref(), Ok(&scene), "{text}");
                 }
                 Err(error) => {
                     let place = error.span.clone().and_then(|span| error.text.get(span));

@@ -7,7 +7,7 @@ mod overrides;
 mod starts;
 mod written;
 
-use geodesic_ivp::case::SceneCase;
+use geodesic_ivp::case::Case;
 
 /// A fall in the plane around a mass, with every table that a metric needs.
 pub(crate) const SCHWARZSCHILD: &str = r#"
@@ -82,7 +82,8 @@ carter = "p_theta^2 + cos(theta)^2*(a^2*(norm - p_t^2) + (p_phi/sin(theta))^2)"
 "#;
 
 /// The scene of a text that is valid.
-pub(crate) fn scene(text: &str) -> SceneCase {
-    assert!(SceneCase::is_scene(text, &[]), "{text}");
-    SceneCase::parse("case", text, &[]).unwrap_or_else(|error| panic!("{error}\n{:?}\n{text}", error.help))
+pub(crate) fn scene(text: &str) -> Case {
+    let case = Case::parse("case", text, &[]).unwrap_or_else(|error| panic!("{error}\n{:?}\n{text}", error.help));
+    assert!(!case.is_of_x(), "{text}");
+    case
 }

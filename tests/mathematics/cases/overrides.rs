@@ -1,11 +1,11 @@
 //! `--set` on scenes.
 
-use geodesic_ivp::case::{CaseError, SceneCase};
+use geodesic_ivp::case::{Case, CaseError};
 
 use super::{KEPLER, KERR, SCHWARZSCHILD};
 
-fn with(text: &str, overrides: &[&str]) -> Result<SceneCase, CaseError> {
-    SceneCase::parse("case", text, &overrides.iter().map(|setting| (*setting).to_owned()).collect::<Vec<_>>())
+fn with(text: &str, overrides: &[&str]) -> Result<Case, CaseError> {
+    Case::parse("case", text, &overrides.iter().map(|setting| (*setting).to_owned()).collect::<Vec<_>>())
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! The start that the initial data of a scene describe.
 
+use geodesic_ivp::case::Case;
 use geodesic_ivp::case::End;
-use geodesic_ivp::case::SceneCase;
-use geodesic_ivp::case::scene::Rate;
+use geodesic_ivp::case::Rate;
 use geodesic_ivp::geometry::{Geometry, GeometryText, Law, Start};
 use geodesic_ivp::number::{Extended, Real};
 
@@ -12,7 +12,7 @@ fn near(found: f64, expected: f64) {
     assert!((found - expected).abs() <= 1e-14 * expected.abs().max(1.0), "{found} is not {expected}");
 }
 
-fn norm(scene: &SceneCase, start: &Start) -> f64 {
+fn norm(scene: &Case, start: &Start) -> f64 {
     scene.geometry::<f64>().norm(&start.q, &start.q_dot)
 }
 
@@ -109,7 +109,7 @@ fn masses_of_their_own() {
     let text = "potential = { coordinates = [\"x\", \"y\"], formula = \"x*y\" }\n\
                 particle = { masses = { x = 2, y = \"k\" }, law = \"newtonian\" }\n\
                 potential.parameters.k = 3\n";
-    assert!(SceneCase::parse("case", text, &[]).is_err(), "an inline table cannot be extended");
+    assert!(Case::parse("case", text, &[]).is_err(), "an inline table cannot be extended");
     let text = "[potential]\ncoordinates = [\"x\", \"y\"]\nformula = \"x*y\"\nparameters = { k = 3 }\n[particle]\n\
                 masses = { x = 2, y = \"k\" }\nmass = 1.5\nc = 10\n[initial]\nx = 1\ny = 2\nx_dot = 0.1\ny_dot = 0.2\n\
                 t_dot = 1\n[grid]\nn_gamma = 20\n[scheme]\nsbp = \"SBP42\"\n";
@@ -176,7 +176,7 @@ fn a_root_below_rounding_is_zero() {
         assert_eq!(start.q_dot[1], Extended::ZERO);
     }
     // In 30 digits these data are not those of a turning point.
-    let error = SceneCase::parse("case", &orbit(30), &[]);
+    let error = Case::parse("case", &orbit(30), &[]);
     let moving = error.map(|scene| scene.start::<Extended>().q_dot[1].abs().to_f64());
     assert!(moving.is_err() || moving.is_ok_and(|r_dot| r_dot > 1e-12));
 }
@@ -191,7 +191,7 @@ fn a_null_coordinate_makes_the_equation_linear() {
     };
     let start: Start = scene(&ray("+")).start();
     near(start.q_dot[1], (0.8 - 0.04) / 2.0);
-    let error = SceneCase::parse("case", &ray("-"), &[]).unwrap_err();
+    let error = Case::parse("case", &ray("-"), &[]).unwrap_err();
     assert!(error.message.contains("other sign"), "{error}");
 }
 
@@ -215,9 +215,11 @@ fn rates_are_kept_as_they_are_given() {
 fn cases_of_one_coordinate_are_no_scenes() {
     let text = "potential.quartic.kappa = 0.5\ninitial = { x = 1.0, t_dot = 1.0, x_dot = 0.1 }\ngrid.n_gamma = 32\n\
                 scheme.sbp = \"SBP42\"\n";
-    assert!(!SceneCase::is_scene(text, &[]));
-    assert!(SceneCase::is_scene(text, &["particle.law=newtonian".to_owned()]));
-    assert!(!SceneCase::is_scene("[metric", &[]));
+    let is_of_x = |overrides: &[String]| Case::parse("case", text, overrides).unwrap().is_of_x();
+    assert!(is_of_x(&[]));
+    assert!(!is_of_x(&["particle.law=newtonian".to_owned()]));
+    // Formulas of the case's own see t itself, which counts from the start there.
+    assert!(!is_of_x(&["events.turn.when=x_dot".to_owned()]));
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The effective case, which reads back as the same scene.
 
-use geodesic_ivp::case::SceneCase;
+use geodesic_ivp::case::Case;
 use geodesic_ivp::geometry::Start;
 
 use super::{KEPLER, KERR, SCHWARZSCHILD, scene};
@@ -83,7 +83,7 @@ fn what_is_written_reads_back_as_the_same_scene() {
 fn every_default_is_filled_in() {
     let written = scene(KEPLER).to_toml();
     for line in [
-        "mass = 1",
+        "mass = 1.0",
         "law = \"newtonian\"",
         "gamma_i = 0",
         "windows = 1",
@@ -109,5 +109,5 @@ fn numbers_keep_their_digits() {
     let (events, axes) = (scene.events(), scene.axes().unwrap());
     assert!(events[0].direction.as_str() == "down" && events[1].until && axes.x == "x");
     let start: Start = scene.start();
-    assert_eq!(SceneCase::parse("case", &scene.to_toml(), &[]).unwrap().start::<f64>(), start);
+    assert_eq!(Case::parse("case", &scene.to_toml(), &[]).unwrap().start::<f64>(), start);
 }

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use geodesic_ivp::case::{Case, Form, SbpName, SceneCase};
+use geodesic_ivp::case::{Case, Form, SbpName};
 use geodesic_ivp::methods::{Dop853, Output, Peer, Problem, Rk4, Setting, State};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::study::stability::{Arena, Cell, CellStatus, Method, Pace, Plan, measure};
@@ -54,10 +54,8 @@ fn only_one_block_of_the_strong_form_has_a_last_node_that_is_told() {
         grid.n_gamma = 32
         scheme.sbp = "SBP21"
     "#;
-    let arenas = [
-        Arena::new(&case(""), &[4.0]).unwrap(),
-        Arena::of_scene(&SceneCase::parse("test", text, &[]).unwrap(), &[4.0]).unwrap(),
-    ];
+    let arenas =
+        [Arena::new(&case(""), &[4.0]).unwrap(), Arena::new(&Case::parse("test", text, &[]).unwrap(), &[4.0]).unwrap()];
     let methods = vec![
         Method::Block(SbpName::Sbp21, Form::Strong),
         Method::Block(SbpName::Sbp21, Form::Weak),

@@ -1,19 +1,19 @@
 //! What is measured on a run in units other than 1, against definitions and the motion itself.
 
-use geodesic_ivp::diagnostics::{Diagnostics, Measures, NEGLIGIBLE};
+use geodesic_ivp::diagnostics::{Diagnostics, NEGLIGIBLE};
 use geodesic_ivp::solve::Setup;
 use geodesic_ivp::study::errors::run_error;
-use geodesic_ivp::study::verdict::facts_of_solution;
+use geodesic_ivp::study::verdict::facts_of_run;
 
 use crate::common::{case, solved};
 
-fn measures(overrides: &str) -> Measures {
-    Diagnostics::new(&solved(overrides)).measures
+fn measures(overrides: &str) -> Diagnostics {
+    Diagnostics::new(&solved(overrides))
 }
 
 fn warnings(overrides: &str) -> String {
     let solution = solved(overrides);
-    Diagnostics::new(&solution).measures.warnings(&solution).join("\n")
+    Diagnostics::new(&solution).warnings(&solution).join("\n")
 }
 
 /// V = 2x², so that ω = 2: a harmonic oscillation, as c is large.
@@ -22,27 +22,29 @@ const OSCILLATION: &str = "potential={formula={expression=\"2*x^2\"}} particle.c
 #[test]
 fn a_free_particle_has_all_of_its_charges() {
     for initial in ["t=7.0,x=2.0,t_dot=3.0,x_dot=-0.5", "t=0.0,x=-0.3,t_dot=0.2,x_dot=5.0"] {
-        let free = measures(&format!("potential={{free={{}}}} initial={{{initial}}}")).free_particle.unwrap();
+        let free =
+            measures(&format!("potential={{free={{}}}} initial={{{initial}}}")).of_x.unwrap().free_particle.unwrap();
         assert!(free.max_abs_delta_q_x < 1e-13 && free.max_abs_delta_q_eta < 1e-13, "{initial}: {free:?}");
     }
 }
 
 #[test]
 fn only_a_free_particle_has_the_charges_of_one() {
-    assert!(measures("potential={polynomial={coefficients=[1.0,0.5]}}").free_particle.is_none());
-    assert!(measures("potential={polynomial={coefficients=[0.0,0.0,0.5]}}").free_particle.is_none());
+    assert!(measures("potential={polynomial={coefficients=[1.0,0.5]}}").of_x.unwrap().free_particle.is_none());
+    assert!(measures("potential={polynomial={coefficients=[0.0,0.0,0.5]}}").of_x.unwrap().free_particle.is_none());
 }
 
 #[test]
 fn the_bound_is_that_of_the_run_and_not_of_gamma() {
-    let bound = measures("grid={gamma_i=3.0,gamma_f=5.0,n_gamma=201} scheme.sbp=SBP42 initial.t=7.0").bound;
+    let bound =
+        measures("grid={gamma_i=3.0,gamma_f=5.0,n_gamma=201} scheme.sbp=SBP42 initial.t=7.0").of_x.unwrap().bound;
     assert!(bound.defect().abs() < 1e-5 && bound.is_kept(), "{bound:?}");
     // With K = 0 the bound is met, so that rounding alone may exceed it.
     for k in 0..20 {
         let speed = 1e4 * (1.0 + 0.0371 * f64::from(k));
         let null =
             format!("potential={{free={{}}}} initial={{t=0.0,x=0.3,t_dot={speed},x_dot={speed}}} grid.n_gamma=60");
-        assert!(measures(&null).bound.is_kept(), "{speed}");
+        assert!(measures(&null).of_x.unwrap().bound.is_kept(), "{speed}");
     }
 }
 
@@ -58,8 +60,8 @@ fn with_the_recommended_c_a_motion_is_as_newtonian_as_promised() {
             "potential={{formula={{expression=\"{formula}\"}}}} scheme.sbp=SBP42 grid.n_gamma=101 \
              initial={{t=0.0,x=1.0,t_dot={t_dot:?},x_dot={x_dot:?}}}"
         );
-        let c = measures(&format!("{overrides} particle.c={c:?}")).newtonian.c().unwrap();
-        let deviation = measures(&format!("{overrides} particle.c={c:?}")).newtonian.deviation;
+        let c = measures(&format!("{overrides} particle.c={c:?}")).of_x.unwrap().newtonian.c().unwrap();
+        let deviation = measures(&format!("{overrides} particle.c={c:?}")).of_x.unwrap().newtonian.deviation;
         assert!((0.98..1.001).contains(&(deviation / NEGLIGIBLE)), "{formula}: {deviation:e} with c = {c}");
     }
 }
@@ -69,11 +71,12 @@ fn the_scales_of_an_oscillation_are_its_own() {
     // In γ its frequency is ω ṫ = 6, and its amplitude is 0.25 in any case.
     let grid = "grid={gamma_f=3.0,n_gamma=601} scheme.sbp=SBP42";
     let initial = "initial={t=0.0,x=0.0,t_dot=3.0,x_dot=1.5}";
-    let scales = measures(&format!("{OSCILLATION} {initial} {grid}")).scales;
+    let scales = measures(&format!("{OSCILLATION} {initial} {grid}"));
+    let (reach, scales) = (scales.reaches[1], scales.of_x.unwrap().scales);
     for (got, want) in [
-        (scales.x_range[0], -0.25),
-        (scales.x_range[1], 0.25),
-        (0.5 * (scales.x_range[1] - scales.x_range[0]), 0.25),
+        (reach.least, -0.25),
+        (reach.most, 0.25),
+        (0.5 * (reach.most - reach.least), 0.25),
         (scales.x_dot, 1.5),
         (scales.omega, 6.0),
         (scales.step(), 6.0 * 3.0 / 600.0),
@@ -90,7 +93,7 @@ fn a_verdict_counts_an_error_against_the_range_of_x() {
                      initial={t=7.0,x=3.0,t_dot=3.0,x_dot=1.5} grid={gamma_f=3.0,n_gamma=601}";
     let solution = solved(overrides);
     let error = run_error(&Setup::from(&case(overrides)), &solution, &[]);
-    let errors = facts_of_solution(&solution, &measures(overrides), error.as_ref()).errors.unwrap();
+    let errors = facts_of_run(&solution, &measures(overrides), error.as_ref(), None).errors.unwrap();
     let found = [errors[0].size, errors[0].range, errors[1].size, errors[1].range];
     for (found, wanted) in found.into_iter().zip([9.0, 9.0, 3.25, 0.5]) {
         assert!((found / wanted - 1.0).abs() < 1e-3, "{found} for {wanted}: {errors:?}");
@@ -156,13 +159,13 @@ fn a_drift_of_k_counts_against_the_speed_in_every_unit() {
         let slow = format!("grid={{gamma_f=100.0,n_gamma={n}}}");
         let fast = format!("grid={{gamma_f=10.0,n_gamma={n}}} initial={{t=0.0,x=1.0,t_dot=10.0,x_dot=1.0}}");
         let [one, other] = [&slow, &fast].map(|overrides| measures(overrides));
-        assert!((100.0 * one.max_abs_delta_k / other.max_abs_delta_k - 1.0).abs() < 1e-6, "{n}");
-        let share = one.max_abs_delta_k / one.scales.x_dot.powi(2);
+        assert!((100.0 * one.norm.max_interior / other.norm.max_interior - 1.0).abs() < 1e-6, "{n}");
+        let share = one.norm.max_interior / one.of_x.unwrap().scales.x_dot.powi(2);
         assert_eq!(share > 0.1, drifts, "{n}: {share}");
         for overrides in [slow, fast] {
             assert_eq!(warnings(&overrides).contains("K drifts"), drifts, "{overrides}: {}", warnings(&overrides));
         }
-        assert!(drifts || other.max_abs_delta_k > 0.2, "so that another size would be exceeded");
+        assert!(drifts || other.norm.max_interior > 0.2, "so that another size would be exceeded");
     }
 }
 
@@ -170,7 +173,7 @@ fn a_drift_of_k_counts_against_the_speed_in_every_unit() {
 fn what_rests_needs_no_larger_c() {
     let rest = "potential={formula={expression=\"x^2/2-3\"}} particle.c=20.0 \
                 initial={t=0.0,x=0.0,t_dot=1.0,x_dot=0.0} scheme.sbp=SBP42";
-    let found = measures(rest).newtonian;
+    let found = measures(rest).of_x.unwrap().newtonian;
     assert!(found.c().is_none() && found.deviation == 0.0, "{found:?}");
 }
 
@@ -183,9 +186,13 @@ fn how_far_a_motion_is_from_newtons_is_told_in_per_cent() {
         let (solution, found) = (solved(&overrides), measures(&overrides));
         let (x, w) = (solution.end_state().x, solution.end_state().x_dot);
         let own = 2.0 * w * w * (1.0 - x);
-        assert!((found.newtonian.deviation / own - 1.0).abs() < 1e-6, "{scheme}: {:?} for {own}", found.newtonian);
+        assert!(
+            (found.of_x.unwrap().newtonian.deviation / own - 1.0).abs() < 1e-6,
+            "{scheme}: {:?} for {own}",
+            found.of_x.unwrap().newtonian
+        );
         assert!((own / (2.0 * x) - 1.0).abs() < 2e-3, "{scheme}: {own} at {x}");
-        let warning = found.newtonian_warning().unwrap();
+        let warning = found.of_x.unwrap().newtonian_warning().unwrap();
         let percent: f64 = warning.split("up to ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
         assert!((percent - 100.0 * own).abs() < 0.006, "{warning}");
     }
@@ -196,7 +203,7 @@ fn windows_in_which_something_may_hide_are_told() {
     let mut solution = solved("");
     for (count, told) in [(None, false), (Some(0), false), (Some(3), true)] {
         solution.windows_unproved = count;
-        let warnings = Diagnostics::new(&solution).measures.warnings(&solution).join("\n");
+        let warnings = Diagnostics::new(&solution).warnings(&solution).join("\n");
         assert_eq!(warnings.contains("in 3 of the windows"), told, "{count:?}: {warnings}");
     }
 }
@@ -207,6 +214,6 @@ fn rounding_of_k_is_no_drift() {
     let slow = "potential={formula={expression=\"x^2/2\"}} particle.c=100.0 scheme.sbp=SBP42 \
                 initial={t=0.0,x=1e-6,t_dot=1.0,x_dot=0.0} grid={gamma_f=6.0,n_gamma=201}";
     let found = measures(slow);
-    assert!(found.max_abs_delta_k > 0.1 * found.scales.x_dot.powi(2), "{found:?}");
+    assert!(found.norm.max_interior > 0.1 * found.of_x.unwrap().scales.x_dot.powi(2), "{found:?}");
     assert!(!warnings(slow).contains("K drifts"), "{}", warnings(slow));
 }

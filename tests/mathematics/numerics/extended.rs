@@ -3,12 +3,12 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::common::{case, distance, solved_in};
-use geodesic_ivp::case::{Form, SbpName, SceneCase, builtin};
+use geodesic_ivp::case::{Case, Form, SbpName, builtin};
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::study::convergence::{Convergence, Quantity, sweep};
-use geodesic_ivp::{Case, Solution, Status, solve};
+use geodesic_ivp::{Solution, Status, solve};
 
 fn read(text: &str) -> Extended {
     Extended::from_decimal(text).unwrap()
@@ -54,14 +54,14 @@ const SYSTEMS: [&str; 2] = ["solver.system=physical-limit", "solver.system=doubl
 /// Everything that is zero in theory is below `zero`; the last nodes, which are not, stay where they are.
 fn assert_exact(name: &str, solution: &Solution<Extended>, zero: &str) {
     let (zero, diagnostics) = (read(zero), Diagnostics::new(solution));
-    assert!(diagnostics.measures.max_abs_delta_q_t_interior < zero, "{name}: interior ΔQ_t");
-    assert!(diagnostics.measures.max_abs_delta_q_t_corrected < zero, "{name}: corrected ΔQ_t");
-    assert!(diagnostics.measures.max_abs_delta_g_interior < zero, "{name}: interior ΔG");
+    assert!(diagnostics.charges[0].max_interior < zero, "{name}: interior ΔQ_t");
+    assert!(diagnostics.charges[0].max_corrected < zero, "{name}: corrected ΔQ_t");
+    assert!(diagnostics.max_delta_g < zero, "{name}: interior ΔG");
     assert!(solution.multipliers().unwrap()[..4].iter().all(|lambda| lambda.abs() < zero), "{name}: λ1 … λ4");
     assert!(solution.gradient_norm < zero, "{name}: gradient {:?}", solution.gradient_norm);
     assert!(solution.branch_distance() < zero, "{name}: branches");
     // The checks can fail.
-    assert!(diagnostics.measures.delta_q_t_last.abs() > read("1e-7"), "{name}: the last node stands alone");
+    assert!(diagnostics.charges[0].last.abs() > read("1e-7"), "{name}: the last node stands alone");
     let last = solution.x().len() - 1;
     assert!(diagnostics.delta_g[1][last].abs() > read("1e-7"), "{name}: ΔG at the last node");
 }
@@ -82,7 +82,7 @@ fn the_base_cases_in_40_digits() {
                 "{name}: {:?}",
                 solution.end_state().x
             );
-            let last = Diagnostics::new(&solution).measures.delta_q_t_last.to_f64();
+            let last = Diagnostics::new(&solution).charges[0].last.to_f64();
             let published: f64 = base.delta_e_last.parse().unwrap();
             assert!((last / published - 1.0).abs() < 1e-9, "{name}: {last} against {published}");
             assert_exact(&name, &solution, "1e-36");
@@ -120,7 +120,7 @@ fn irrational_formulas_in_60_digits() {
             for system in SYSTEMS {
                 let overrides = [format!("scheme.sbp={sbp}"), system.to_owned()];
                 let case = Case::parse("formula", text, &overrides).unwrap();
-                let name = format!("{:?} {sbp} {system}", case.title);
+                let name = format!("{:?} {sbp} {system}", case.title());
                 assert_exact(&name, &solve(&case).unwrap(), "1e-55");
             }
         }
@@ -135,7 +135,7 @@ fn the_most_digits_there_are() {
             let solution = solved_in::<Extended>(&format!("{name} solver.digits=70"));
             assert_exact(&name, &solution, "1e-65");
             // The second-order form of the action loses N² units of the last place, and says so.
-            let warnings = Diagnostics::new(&solution).measures.warnings(&solution);
+            let warnings = Diagnostics::new(&solution).warnings(&solution);
             let warned = warnings.iter().any(|warning| warning.contains("of 70 digits"));
             assert!(system == SYSTEMS[0] && !warned || system == SYSTEMS[1], "{name}: {warnings:?}");
         }
@@ -268,7 +268,7 @@ fn the_last_digits_are_those_of_the_type() {
     let text = builtin::text("schwarzschild-orbit").unwrap();
     let set = "grid={gamma_f=400.0,n_gamma=401,windows=1} scheme={sbp='SBP84',form='weak'} solver.digits=70";
     let set: Vec<String> = set.split(' ').map(str::to_owned).collect();
-    let line = solve::<Extended>(&SceneCase::parse("orbit", text, &set).unwrap().setup()).unwrap();
+    let line = solve::<Extended>(&Case::parse("orbit", text, &set).unwrap().setup()).unwrap();
     let last = line.iterations.history.last().unwrap().relative_step;
     assert!(last > 1e-71 && last < 1e-66, "{last:e}");
 }

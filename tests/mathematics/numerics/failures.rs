@@ -2,10 +2,10 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use geodesic_ivp::case::SceneCase;
+use geodesic_ivp::case::Case;
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve::{Domain, InitialGuess};
-use geodesic_ivp::{Case, Status, solve};
+use geodesic_ivp::{Status, solve};
 
 /// From rest at x = 0 the horizon at x = 1 is met after γ − γ_i = π/2.
 const FALL: &str = r#"
@@ -60,7 +60,7 @@ fn of_one_coordinate() {
 fn of_scenes() {
     for set in GRIDS {
         let text = format!("potential = {{ coordinates = [\"x\"], formula = \"-x/2\" }}\n{FALL}");
-        let case = SceneCase::parse("test", &text, &settings(set)).unwrap_or_else(|error| panic!("{error}"));
+        let case = Case::parse("test", &text, &settings(set)).unwrap_or_else(|error| panic!("{error}"));
         let failure = solve::<f64>(case.setup()).unwrap_err();
         check(set, failure.status, failure.gamma);
         assert_eq!(failure.iterations.initial_guess, guess(set), "{set}");
@@ -85,7 +85,7 @@ fn of_a_stopped_iteration_the_place_is_on_the_way() {
         let one = format!("potential.formula.expression = \"x^4/2\"\n{rest}{scheme}");
         let one = solve::<f64>(&Case::parse("test", &one, &[]).unwrap()).unwrap_err();
         let scene = format!("potential = {{ coordinates = [\"x\"], formula = \"x^4/2\" }}\n{rest}{scheme}");
-        let scene = solve::<f64>(&SceneCase::parse("test", &scene, &[]).unwrap().setup()).unwrap_err();
+        let scene = solve::<f64>(&Case::parse("test", &scene, &[]).unwrap().setup()).unwrap_err();
         for failure in [one, scene] {
             assert_eq!(failure.status, Status::MaxIterations, "{scheme}: {failure}");
             let [(name, x)] = &failure.point[..] else { panic!("{scheme}: {failure:?}") };
@@ -104,7 +104,7 @@ fn of_a_stopped_iteration_of_two_coordinates_the_place_is_on_the_way() {
              particle.law = 'newtonian'\ninitial = {{ t_dot = 1.0, x = 1.0, y = 0.5, x_dot = 0.0, y_dot = 0.0 }}\n\
              grid = {{ gamma_i = 30.0, gamma_f = 34.0, n_gamma = 41 }}\nsolver.max_iterations = 1\nscheme = {scheme}"
         );
-        let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let case = Case::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
         let setup = case.setup();
         let failure = solve::<f64>(&setup).unwrap_err();
         assert_eq!(failure.status, Status::MaxIterations, "{scheme}: {failure}");
@@ -123,7 +123,7 @@ fn of_a_stopped_iteration_the_place_may_be_the_last_node() {
                 particle.law = 'newtonian'\ninitial = { t_dot = 1.0, x = 1.0, y = 0.5, x_dot = 0.0, y_dot = 0.0 }\n\
                 grid = { gamma_f = 4.0, n_gamma = 12 }\nsolver.max_iterations = 1\n\
                 scheme = { sbp = 'GLL12', form = 'weak' }";
-    let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
+    let case = Case::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
     let failure = solve::<f64>(case.setup()).unwrap_err();
     let names: Vec<&str> = failure.point.iter().map(|(name, _)| &name[..]).collect();
     assert_eq!((failure.gamma, &names[..]), (4.0, &["x", "y"][..]), "{failure}");
@@ -144,7 +144,7 @@ fn of_a_grid_that_is_too_coarse() {
         );
         let one = Case::parse("test", &format!("potential.formula.expression = '{formula}'\n{rest}"), &[]).unwrap();
         let scene = format!("potential = {{ coordinates = ['x'], formula = '{formula}' }}\n{rest}");
-        let scene = SceneCase::parse("test", &scene, &[]).unwrap();
+        let scene = Case::parse("test", &scene, &[]).unwrap();
         let (one, scene) = (solve::<f64>(&one).unwrap_err(), solve::<f64>(&scene.setup()).unwrap_err());
         for failure in [one, scene] {
             assert!([Status::Stalled, Status::Singular].contains(&failure.status), "{unit}: {failure}");
@@ -164,7 +164,7 @@ fn of_an_action_that_overflows() {
         );
         let one = Case::parse("test", &format!("potential.formula.expression = '0*x'\n{rest}"), &[]).unwrap();
         let scene = format!("potential = {{ coordinates = ['x'], formula = '0*x' }}\n{rest}");
-        let scene = SceneCase::parse("test", &scene, &[]).unwrap();
+        let scene = Case::parse("test", &scene, &[]).unwrap();
         for failure in [solve::<f64>(&one).unwrap_err(), solve::<f64>(&scene.setup()).unwrap_err()] {
             assert_eq!(failure.status, Status::OutsideDomain, "{scheme}: {failure}");
             assert!((1.6e108..1.9e108).contains(&failure.gamma), "{scheme}: {}", failure.gamma);
@@ -179,7 +179,7 @@ fn of_velocities_whose_squares_overflow() {
                grid.n_gamma = 16\nscheme.sbp = 'SBP21'";
     let scene = "potential = { coordinates = ['x'], formula = '1/x^20' }\n\
                  initial = { t_dot = 1.0, x = 1e-8, x_dot = 0.2 }\ngrid.n_gamma = 12\nscheme.sbp = 'SBP21'";
-    let (one, scene) = (Case::parse("test", one, &[]).unwrap(), SceneCase::parse("test", scene, &[]).unwrap());
+    let (one, scene) = (Case::parse("test", one, &[]).unwrap(), Case::parse("test", scene, &[]).unwrap());
     let failure = solve::<f64>(&one).unwrap_err();
     assert!(failure.point[0].1.abs() > 1e154 && failure.point[0].1.is_finite(), "{failure}");
     for failure in [failure, solve::<f64>(&scene.setup()).unwrap_err()] {

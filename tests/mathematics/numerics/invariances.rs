@@ -19,12 +19,12 @@ fn the_free_particle_conserves_all_three_charges() {
     for scheme in SCHEMES {
         let solution = solved(&format!("potential={{free={{}}}} {scheme}"));
         let diagnostics = Diagnostics::new(&solution);
-        let free = diagnostics.measures.free_particle.expect("V = 0");
+        let free = diagnostics.of_x.unwrap().free_particle.expect("V = 0");
         assert!(diagnostics.charges[0].delta.iter().all(|d| d.abs() < 1e-13), "{scheme}: also at the last node");
         assert!(free.max_abs_delta_q_x < 1e-13, "{scheme}: {free:?}");
         assert!(free.max_abs_delta_q_eta < 1e-13, "{scheme}: {free:?}");
     }
-    assert!(Diagnostics::new(&solved("")).measures.free_particle.is_none());
+    assert!(Diagnostics::new(&solved("")).of_x.unwrap().free_particle.is_none());
 }
 
 #[test]

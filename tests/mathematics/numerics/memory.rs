@@ -1,6 +1,6 @@
 //! The estimate of memory grows with everything that is asked for as the rows do that have to be kept.
 
-use geodesic_ivp::case::{SceneCase, builtin};
+use geodesic_ivp::case::{Case, builtin};
 use geodesic_ivp::number::Extended;
 use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{Setup, bytes_needed};
@@ -55,7 +55,7 @@ fn of_one_coordinate() {
 fn of_scenes() {
     fn setup<S: Arithmetic>(name: &str, n: u32, windows: u32, rest: &str) -> Setup<S> {
         let set = [format!("grid.n_gamma={n}"), format!("grid.windows={windows}"), rest.to_owned()];
-        SceneCase::parse(name, builtin::text(name).unwrap(), &set).unwrap_or_else(|error| panic!("{error}")).setup()
+        Case::parse(name, builtin::text(name).unwrap(), &set).unwrap_or_else(|error| panic!("{error}")).setup()
     }
     for name in ["henon-heiles", "two-bodies"] {
         let strong = "scheme={sbp='SBP21',form='strong'}";

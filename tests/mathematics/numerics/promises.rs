@@ -120,7 +120,7 @@ fn advice_to_an_accuracy_speaks_of_no_nodes() {
 fn a_time_that_cannot_be_printed_is_warned_of() {
     let warnings = |overrides: &str| {
         let solution = solved(overrides);
-        Diagnostics::new(&solution).measures.warnings(&solution).join("; ")
+        Diagnostics::new(&solution).warnings(&solution).join("; ")
     };
     assert!(warnings("initial.t=1e10 solver.accuracy=1e-12").contains("t is near 1.0e10"));
     assert!(

@@ -34,7 +34,7 @@ fn ended(well: (&str, f64, f64, f64), amplitude: f64, scheme: &str) -> f64 {
     assert!(most < 1.3 * amplitude + 1e-13, "{formula} {amplitude:e} {scheme}: {most:e}");
     // What rounding leaves is no sawtooth.
     if amplitude < 1e-13 {
-        let warnings = Diagnostics::new(&solution).measures.warnings(&solution);
+        let warnings = Diagnostics::new(&solution).warnings(&solution);
         assert!(!warnings.iter().any(|warning| warning.contains("sawtooth")), "{scheme}: {warnings:?}");
     }
     solution.gradient_norm

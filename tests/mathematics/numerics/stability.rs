@@ -4,8 +4,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::common::{case, solved};
-use geodesic_ivp::Case;
-use geodesic_ivp::case::{Form, SbpName, SceneCase, on_grid};
+use geodesic_ivp::case::{Case, Form, SbpName, on_grid};
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::methods::{Composition, Rk4};
 use geodesic_ivp::number::{Extended, Real};
@@ -158,8 +157,8 @@ fn beyond_the_horizon_nothing_is_accurate() {
     assert_eq!(cell(&atlas, "SBP42 strong", 5.0, 0.02).status, CellStatus::OutsideDomain);
 }
 
-fn scene(text: &str) -> SceneCase {
-    SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"))
+fn scene(text: &str) -> Case {
+    Case::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"))
 }
 
 #[test]
@@ -171,7 +170,7 @@ fn a_scene_of_one_coordinate_has_the_same_map() {
         scheme.sbp = "SBP21"
     "#;
     let (lengths, spacings) = ([1.0, 20.0, 100.0], [0.05, 0.2, 0.5]);
-    let arena = Arena::of_scene(&scene(text), &lengths).unwrap();
+    let arena = Arena::new(&scene(text), &lengths).unwrap();
     let one = Arena::new(&case(""), &lengths).unwrap();
     // The references have different steps, and with them different points at which frequencies are looked at.
     assert!((arena.omega() / one.omega() - 1.0).abs() < 1e-6, "{} {}", arena.omega(), one.omega());
@@ -215,13 +214,13 @@ fn frequencies_and_sizes_of_a_scene_are_those_of_its_motion() {
         grid = { gamma_f = 10.0, n_gamma = 101 }
         scheme.sbp = "SBP21"
     "#;
-    let arena = Arena::of_scene(&scene(text), &[10.0]).unwrap();
+    let arena = Arena::new(&scene(text), &[10.0]).unwrap();
     assert!((arena.omega() - 2.0).abs() < 1e-12, "{}", arena.omega());
     assert!(arena.is_scene() && arena.has_energy() && arena.t_dot() == Some(1.0));
     let metric = "metric = { coordinates = [\"x\", \"y\"], components = { \"x x\" = \"1\", \"y y\" = \"1 + x^2\" } }\n\
                   initial = { x = 0.0, y = 0.0, x_dot = 1.0, y_dot = 0.5 }\ngrid = { gamma_f = 1.0, n_gamma = 24 }\n\
                   scheme.sbp = \"SBP42\"";
-    let other = Arena::of_scene(&scene(metric), &[1.0]).unwrap();
+    let other = Arena::new(&scene(metric), &[1.0]).unwrap();
     assert!(other.is_scene() && !other.has_energy() && other.t_dot().is_none());
     assert_eq!((arena.coordinates().len(), arena.charges().collect::<Vec<_>>()), (4, vec![0, 3]));
     // In one coordinate there are no two units; here x is judged by the amplitude of y, whose unit it has.
@@ -269,7 +268,7 @@ fn the_ablation_has_a_wrong_critical_point_or_none() {
 fn warnings_name_what_is_wrong_and_leave_good_runs_alone() {
     let warnings = |overrides: &str| {
         let solution = solved(overrides);
-        Diagnostics::new(&solution).measures.warnings(&solution).join("\n")
+        Diagnostics::new(&solution).warnings(&solution).join("\n")
     };
     for good in ["", "scheme.sbp=SBP42", "scheme.form=weak", "grid.gamma_f=100.0 grid.n_gamma=2001 scheme.sbp=SBP42"] {
         assert_eq!(warnings(good), "", "{good}");
@@ -280,8 +279,10 @@ fn warnings_name_what_is_wrong_and_leave_good_runs_alone() {
         "{sawtooth}"
     );
     assert!(warnings("grid.gamma_f=32.0 grid.n_gamma=65").contains("half the limit of SBP21"));
-    let strong = Diagnostics::new(&solved("initial.x=1.5 grid.n_gamma=200")).measures;
-    assert!(strong.newtonian_warning().is_some_and(|warning| warning.contains("not the motion of Newton")));
+    let strong = Diagnostics::new(&solved("initial.x=1.5 grid.n_gamma=200"));
+    assert!(
+        strong.of_x.unwrap().newtonian_warning().is_some_and(|warning| warning.contains("not the motion of Newton"))
+    );
     // Of a light particle with c = 10 the drift is measured by the speed and not by K = 100.
     let slow = "potential={formula={expression=\"x^2/2\"}} particle.c=10.0 grid.gamma_f=100.0 grid.n_gamma=301";
     assert!(warnings(slow).contains("K drifts by"), "{}", warnings(slow));
@@ -295,7 +296,7 @@ fn the_bound_is_kept_if_and_only_if_k_is_not_negative() {
         let mut defects = [0.0; 2];
         for (defect, n) in defects.iter_mut().zip([101, 201]) {
             let solution = solved(&format!("{overrides} scheme.sbp=SBP42 grid.n_gamma={n}"));
-            let bound = Diagnostics::new(&solution).measures.bound;
+            let bound = Diagnostics::new(&solution).of_x.unwrap().bound;
             assert_eq!(bound.is_kept(), kept, "{overrides}");
             *defect = bound.defect().abs();
         }
@@ -303,7 +304,7 @@ fn the_bound_is_kept_if_and_only_if_k_is_not_negative() {
         assert!(defects[1] < 1e-5 && defects[1] < defects[0] / 6.0, "{overrides}: {defects:?}");
     }
     let free = solved("potential={free={}}");
-    assert!(Diagnostics::new(&free).measures.bound.defect().abs() < 1e-14);
+    assert!(Diagnostics::new(&free).of_x.unwrap().bound.defect().abs() < 1e-14);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use geodesic_ivp::case::{Form, SbpName, SceneCase, builtin};
+use geodesic_ivp::case::{Case, Form, SbpName, builtin};
 use geodesic_ivp::methods::{Peer, Step};
 use geodesic_ivp::study::stability::{Arena, Cell, Method, Plan, measure};
 use geodesic_ivp::study::work_precision::{self, Budget, Family};
@@ -148,13 +148,13 @@ fn every_method_of_the_atlas_has_its_order_in_scenes() {
     let all =
         [("henon-heiles", 15.0, None), ("kerr-inclined", 40.0, Some(false)), ("kerr-inclined", 160.0, Some(true))];
     for (name, length, high) in all {
-        let case = SceneCase::parse(name, builtin::text(name).unwrap(), &[]).unwrap();
+        let case = Case::parse(name, builtin::text(name).unwrap(), &[]).unwrap();
         let is_separable = case.geometry::<f64>().is_separable();
         let methods: Vec<Method> =
             Method::all().into_iter().filter(|method| method.unsuitable(is_separable).is_none()).collect();
         assert_eq!(methods.iter().any(|method| method.label() == "Verlet"), is_separable);
         let methods = methods.into_iter().filter(|method| high.is_none_or(|high| is_high(method) == high)).collect();
-        let arena = Arena::of_scene(&case, &[length]).unwrap();
+        let arena = Arena::new(&case, &[length]).unwrap();
         let law = |method: &Method| match method {
             // Of high orders few grids are both asymptotic and above rounding: errors may still fall faster, and around
             // a hole, whose singularity is near, more slowly.

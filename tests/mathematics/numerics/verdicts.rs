@@ -212,7 +212,7 @@ fn the_share_of_the_acceleration_is_the_one_derived() {
         }
         largest = largest.max(derived);
     }
-    let found = Diagnostics::new(&solved(overrides)).measures.newtonian.deviation;
+    let found = Diagnostics::new(&solved(overrides)).of_x.unwrap().newtonian.deviation;
     assert!((found / largest - 1.0).abs() < 1e-5, "{found} and {largest}");
 }
 
@@ -223,18 +223,22 @@ fn a_motion_that_is_not_newtons_is_told_and_the_c_it_names_mends_it() {
     let run = format!("{TRAP} grid.t_f={TAU} grid.n_gamma=2001 scheme.sbp=SBP42");
     let solution = solved(&run);
     assert!((solution.end_state().x - 0.5527).abs() < 1e-4, "Newton's law gives 0.9");
-    let measures = Diagnostics::new(&solution).measures;
-    let c = measures.newtonian.c().unwrap();
-    let warning = measures.newtonian_warning().unwrap();
+    let measures = Diagnostics::new(&solution);
+    let c = measures.of_x.unwrap().newtonian.c().unwrap();
+    let warning = measures.of_x.unwrap().newtonian_warning().unwrap();
     assert!(warning.contains("Newton") && warning.contains(&format!("particle.c = {c} ")), "{warning}");
 
     let mended = solved(&format!("{run} particle.c={c:?}"));
-    let measures = Diagnostics::new(&mended).measures;
+    let measures = Diagnostics::new(&mended);
     assert!((mended.end_state().x - 0.9).abs() < 1e-5, "{}", mended.end_state().x);
-    assert!((0.5e-6..=1.05e-6).contains(&measures.newtonian.deviation), "{}", measures.newtonian.deviation);
-    assert_eq!(measures.newtonian_warning(), None);
+    assert!(
+        (0.5e-6..=1.05e-6).contains(&measures.of_x.unwrap().newtonian.deviation),
+        "{}",
+        measures.of_x.unwrap().newtonian.deviation
+    );
+    assert_eq!(measures.of_x.unwrap().newtonian_warning(), None);
 
-    let free = Diagnostics::new(&solved("potential={free={}} initial.x_dot=0.9")).measures.newtonian;
+    let free = Diagnostics::new(&solved("potential={free={}} initial.x_dot=0.9")).of_x.unwrap().newtonian;
     assert_eq!(free.deviation, 0.0, "free motion is Newton's, however fast");
 }
 

@@ -3,14 +3,14 @@
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use geodesic_ivp::case::{Form, SbpName, SceneCase, on_grid};
+use geodesic_ivp::Solution;
+use geodesic_ivp::case::{Case, Form, SbpName, on_grid};
 use geodesic_ivp::methods::{Composition, Dop853, Gauss, Output, PEERS, Peer, Problem, Rk4, Setting, Step};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve::{Setup, solve};
 use geodesic_ivp::study::work_precision::{
     Arena, Budget, Family, Leader, OUTPUTS, Progress, Ratio, RowErrors, RowStatus, drift, measure,
 };
-use geodesic_ivp::{Case, Solution};
 
 use crate::common::{case, g00, norm_of};
 
@@ -334,7 +334,7 @@ fn orbit() -> Arena {
         grid = { gamma_f = 8.0, n_gamma = 33 }
         scheme.sbp = "SBP42"
     "#;
-    Arena::of_scene(&SceneCase::parse("orbit", text, &[]).unwrap(), None).unwrap()
+    Arena::new(&Case::parse("orbit", text, &[]).unwrap(), None).unwrap()
 }
 
 /// Ignorable coordinates count from the start, and active ones from zero.

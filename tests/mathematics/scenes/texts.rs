@@ -122,8 +122,7 @@ fn mistakes_in_a_potential() {
     };
     let good = || newtonian(&["x", "y"], "x^2*y");
     assert_eq!(mistake(newtonian(&["x", "y"], "x*z")), Some(Place::Potential));
-    // Time and the lift's own coordinate are no variables of V.
-    assert_eq!(mistake(newtonian(&["x", "y"], "x*t")), Some(Place::Potential));
+    // The lift's own coordinate is no variable of V.
     assert_eq!(mistake(newtonian(&["x", "y"], "x*s")), Some(Place::Potential));
     assert_eq!(mistake(PotentialText { mass: "0/0".into(), ..good() }), Some(Place::Mass(None)));
     let masses = vec!["1".into(), "heavy".into()];

@@ -1,7 +1,7 @@
 //! Scenes solved to an accuracy: published numbers, true errors below the estimate, ends to the last bit.
 
 use geodesic_ivp::Status;
-use geodesic_ivp::case::SceneCase;
+use geodesic_ivp::case::Case;
 use geodesic_ivp::case::builtin::{self, Group, NAMES};
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::engine::POINTS;
@@ -15,17 +15,17 @@ use crate::common::{self, against_reference};
 use crate::random_scenes::random::Random;
 use crate::random_scenes::several::several;
 
-fn builtin_scene(name: &str, settings: &[&str]) -> SceneCase {
+fn builtin_scene(name: &str, settings: &[&str]) -> Case {
     let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-    SceneCase::parse(name, builtin::text(name).unwrap(), &settings).unwrap_or_else(|error| panic!("{name}: {error}"))
+    Case::parse(name, builtin::text(name).unwrap(), &settings).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
-fn solved(case: &SceneCase) -> WorldLine {
+fn solved(case: &Case) -> WorldLine {
     solve(case.setup::<f64>()).unwrap_or_else(|failure| panic!("{failure}"))
 }
 
 fn from_text(text: &str) -> WorldLine {
-    solved(&SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}")))
+    solved(&Case::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}")))
 }
 
 /// Coordinate `name` at the end of a run.
@@ -113,7 +113,7 @@ fn every_shipped_scene_is_as_accurate_as_asked_for() {
             let of_samples = error_of_samples(&line);
             assert!(of_samples <= accuracy, "{name}, {accuracy:e} between the nodes: {of_samples:e}");
             // A critical point, with charges to match.
-            let diagnostics = Diagnostics::of_scene(&line, &[], &mut [], case.is_lifted());
+            let diagnostics = Diagnostics::of(&line, &[], &mut [], case.is_lifted());
             let momenta = line.place.start.p.iter().fold(1.0_f64, |size, p| size.max(p.abs()));
             let ends = line.views().flat_map(|view| [view.start, view.end].map(|end| (view.window.length(), end)));
             let ends = ends.map(|(length, end)| (end.q, line.velocities(end), length));
@@ -247,7 +247,7 @@ fn every_reader_of_a_world_line_takes_the_grid_of_each_window() {
     for (found, expected) in found.iter().zip(&expected) {
         assert!((found.sample.gamma - expected.sample.gamma).abs() < 1e-9);
     }
-    let diagnostics = Diagnostics::of_scene(&line, &[], &mut [], false);
+    let diagnostics = Diagnostics::of(&line, &[], &mut [], false);
     let mut tables = [Vec::new(), Vec::new()];
     write_trajectory(&mut tables[0], &line, &diagnostics).unwrap();
     write_residuals(&mut tables[1], &line, &diagnostics).unwrap();
@@ -294,7 +294,7 @@ fn one_coordinate_is_what_it_is_without_a_scene() {
 }
 
 fn failure(text: &str) -> NoSolution {
-    let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
+    let case = Case::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
     solve::<f64>(case.setup()).expect_err("it cannot be done")
 }
 
@@ -328,7 +328,7 @@ fn random_scenes_keep_the_promise() {
         let accuracy = random.scale(1e-12, 1e-4);
         let (kind, text) = several(&mut random);
         let text = format!("{text}[solver]\naccuracy = {accuracy:e}\n");
-        let case = SceneCase::parse(kind, &text, &[]).unwrap_or_else(|error| panic!("{error}\n{text}"));
+        let case = Case::parse(kind, &text, &[]).unwrap_or_else(|error| panic!("{error}\n{text}"));
         let line = match solve::<f64>(case.setup()) {
             Ok(line) => line,
             Err(failure) => {

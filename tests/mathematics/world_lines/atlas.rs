@@ -2,16 +2,16 @@
 
 use std::sync::atomic::AtomicBool;
 
+use geodesic_ivp::Case;
 use geodesic_ivp::action::Form;
-use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::methods::{Dop853, Output, Peer, Problem, Rk4, Setting};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::sbp::SbpName;
 use geodesic_ivp::solve::Setup;
 use geodesic_ivp::study::stability::{Arena, Cell, CellStatus, Method, Plan, measure};
 
-fn scene(text: &str) -> SceneCase {
-    SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{text}: {error}"))
+fn scene(text: &str) -> Case {
+    Case::parse("test", text, &[]).unwrap_or_else(|error| panic!("{text}: {error}"))
 }
 
 fn charted(arena: &Arena, methods: Vec<Method>, length: f64, spacings: &[f64]) -> Vec<Cell> {
@@ -20,7 +20,7 @@ fn charted(arena: &Arena, methods: Vec<Method>, length: f64, spacings: &[f64]) -
 }
 
 /// m = 2 in V = x² + 2y² + x²y/3.
-fn motion(law: &str) -> SceneCase {
+fn motion(law: &str) -> Case {
     scene(&format!(
         r#"
         potential = {{ coordinates = ["x", "y"], formula = "x^2 + 2*y^2 + x^2*y/3" }}
@@ -52,7 +52,7 @@ fn k_and_energy_of_another_method_are_those_of_its_states() {
             delta_k = delta_k.max((geometry.norm(state.q, &u) - k).abs());
             delta_energy = delta_energy.max((energy(state.q, &u) - begun).abs());
         }
-        let arena = Arena::of_scene(&case, &[2.0]).unwrap();
+        let arena = Arena::new(&case, &[2.0]).unwrap();
         let cells = charted(&arena, vec![Method::Peer(&Rk4)], 2.0, &[0.2]);
         let found = cells[0].numbers.as_ref().unwrap();
         assert!((found.delta_k_max - delta_k).abs() < 1e-9 && delta_k > 1e-4, "{law}: {found:?} for {delta_k}");
@@ -68,7 +68,7 @@ fn k_and_energy_of_another_method_are_those_of_its_states() {
 /// Steps of different lengths have no sawtooth.
 #[test]
 fn a_sawtooth_is_one_of_equal_steps() {
-    let arena = Arena::of_scene(&motion("c = 9.0"), &[2.0]).unwrap();
+    let arena = Arena::new(&motion("c = 9.0"), &[2.0]).unwrap();
     let sawtooth = |peer: &'static dyn Peer| {
         let cells = charted(&arena, vec![Method::Peer(peer)], 2.0, &[0.1]);
         cells.iter().map(|cell| cell.numbers.as_ref().unwrap().sawtooth).collect::<Vec<_>>()
@@ -87,7 +87,7 @@ fn a_status_does_not_depend_on_the_unit_of_gamma() {
             "potential = {{ coordinates = [\"x\"], formula = \"x^4/2\" }}\ninitial = {start}\ngrid.n_gamma = 32\n\
              scheme.sbp = \"SBP21\""
         );
-        Arena::of_scene(&scene(&text), &[20.0 / factor]).unwrap()
+        Arena::new(&scene(&text), &[20.0 / factor]).unwrap()
     };
     let map = |factor: f64| {
         let spacings = [0.05, 0.1, 0.2].map(|spacing| spacing / factor);
@@ -112,7 +112,7 @@ fn a_cell_that_fails_names_its_grid() {
         grid = { gamma_f = 5.0, n_gamma = 51 }
         scheme.sbp = "SBP42"
     "#;
-    let arena = Arena::of_scene(&scene(falls), &[5.0]).unwrap();
+    let arena = Arena::new(&scene(falls), &[5.0]).unwrap();
     for cell in charted(&arena, vec![Method::Peer(&Dop853)], 5.0, &[]) {
         // A method that chooses its steps has none to name.
         assert!(cell.numbers.is_some() || cell.n_gamma.is_none() && cell.delta_gamma_omega.is_none(), "{cell:?}");

@@ -1,6 +1,6 @@
 //! A conformal factor of a metric: the path, the charges and tau are those of the metric without it.
 
-use geodesic_ivp::case::SceneCase;
+use geodesic_ivp::case::Case;
 use geodesic_ivp::case::builtin;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::number::{Extended, Real};
@@ -19,11 +19,11 @@ const CHARGED: &str = "metric.preset = \"schwarzschild\"\nmetric.parameters.e = 
                        metric.one_form = { t = \"e/r\", phi = \"0.01*r^2\" }\n\
                        initial = { r = 10.0, phi = 0.0, t_dot = 1.2, r_dot = -0.05, phi_dot = 0.045 }\n";
 
-fn case(text: &str, more: &str) -> SceneCase {
-    SceneCase::parse("test", &format!("{text}{more}"), &[]).unwrap_or_else(|error| panic!("{error}\n{text}{more}"))
+fn case(text: &str, more: &str) -> Case {
+    Case::parse("test", &format!("{text}{more}"), &[]).unwrap_or_else(|error| panic!("{error}\n{text}{more}"))
 }
 
-fn solved<S: Arithmetic>(case: &SceneCase) -> WorldLine<S> {
+fn solved<S: Arithmetic>(case: &Case) -> WorldLine<S> {
     solve(case.setup::<S>()).unwrap_or_else(|failure| panic!("{failure}"))
 }
 
@@ -34,7 +34,7 @@ fn distance<S: Arithmetic>(one: &[S], other: &[S]) -> f64 {
 }
 
 /// √|K| of the metric without the factor.
-fn rate(case: &SceneCase) -> f64 {
+fn rate(case: &Case) -> f64 {
     let (geometry, start) = (case.geometry::<f64>(), case.start::<f64>());
     geometry.norm(&start.q, &start.q_dot).abs().sqrt()
 }
@@ -86,7 +86,7 @@ fn the_charge_of_tau_and_all_others_are_exact_on_coarse_grids() {
             let grid = format!("grid = {{ gamma_f = {length}, {grid} }}\nmetric.conformal = \"1/r^2\"\n");
             let case = case(text, &(scheme + &grid));
             let line: WorldLine = solved(&case);
-            let diagnostics = Diagnostics::of_scene(&line, &[], &mut [], false);
+            let diagnostics = Diagnostics::of(&line, &[], &mut [], false);
             let tau = line.geometry().dimension() - 1;
             assert!(diagnostics.charges.iter().any(|charge| charge.terms == [(tau, 1.0)]));
             for charge in &diagnostics.charges {
@@ -102,7 +102,7 @@ fn the_charge_of_tau_and_all_others_are_exact_on_coarse_grids() {
 fn the_strong_form_has_the_charges_up_to_its_last_node() {
     let grid = "scheme = { sbp = \"SBP42\", form = \"strong\" }\ngrid = { gamma_f = 0.6, n_gamma = 40 }\n";
     let line: WorldLine = solved(&case(KERR, &format!("{grid}metric.conformal = \"1/sigma\"\n")));
-    for charge in Diagnostics::of_scene(&line, &[], &mut [], false).charges {
+    for charge in Diagnostics::of(&line, &[], &mut [], false).charges {
         assert!(charge.max_corrected < 1e-12, "{:?} {:e}", charge.terms, charge.max_corrected);
     }
 }
@@ -119,7 +119,7 @@ fn forty_digits() {
     assert!((start.p[3] + tau).abs().to_f64() < 1e-60 && plain.start::<Extended>().p == start.p[..3]);
     let off = distance(&one.end().q, &other.end().q[..3]);
     assert!(off < 1e-45, "{off:e}");
-    for charge in Diagnostics::of_scene(&other, &[], &mut [], false).charges {
+    for charge in Diagnostics::of(&other, &[], &mut [], false).charges {
         assert!(charge.max_interior.to_f64() < 1e-50, "{:?} {:e}", charge.terms, charge.max_interior.to_f64());
     }
 }
@@ -129,7 +129,7 @@ fn forty_digits() {
 fn light_that_starts_with_velocities_keeps_its_charges() {
     let photon = |settings: &[&str]| {
         let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-        SceneCase::parse("kerr-photon", builtin::text("kerr-photon").unwrap(), &settings).unwrap()
+        Case::parse("kerr-photon", builtin::text("kerr-photon").unwrap(), &settings).unwrap()
     };
     let plain = photon(&["solver.accuracy=1e-12", "grid.until=phi + 3.5"]);
     for factor in ["1/r^2", "r"] {

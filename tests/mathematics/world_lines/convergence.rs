@@ -2,18 +2,18 @@
 
 use std::sync::atomic::AtomicBool;
 
+use geodesic_ivp::Case;
 use geodesic_ivp::action::Form;
 use geodesic_ivp::case::builtin;
-use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::sbp::SbpName;
 use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, Sweep, SweepError};
 
-fn scene(name: &str, overrides: &[&str]) -> SceneCase {
+fn scene(name: &str, overrides: &[&str]) -> Case {
     let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
-    SceneCase::parse(name, builtin::text(name).unwrap(), &overrides).unwrap()
+    Case::parse(name, builtin::text(name).unwrap(), &overrides).unwrap()
 }
 
-fn swept(case: &SceneCase, sbp: SbpName, form: Form, n_gamma: &[usize]) -> Convergence {
+fn swept(case: &Case, sbp: SbpName, form: Form, n_gamma: &[usize]) -> Convergence {
     Sweep::new(case, &[(sbp, form)], n_gamma).unwrap().run(&AtomicBool::new(false), &|_, _| {})
 }
 
@@ -109,7 +109,7 @@ fn errors_count_against_the_motion_from_its_own_start() {
         grid = { gamma_i = 1.5, gamma_f = "1.5 + pi/18", n_gamma = 33 }
         scheme.sbp = "SBP21"
     "#;
-    let case = SceneCase::parse("test", text, &[]).unwrap();
+    let case = Case::parse("test", text, &[]).unwrap();
     let convergence = swept(&case, SbpName::Sbp21, Form::Strong, &[33]);
     let place = |name: &str| convergence.coordinates.iter().position(|other| other == name).unwrap();
     let (reference, point) = (&convergence.reference, &convergence.points[0]);

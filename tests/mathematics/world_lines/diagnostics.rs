@@ -1,14 +1,13 @@
 //! What is measured on scenes in units other than 1, against definitions.
 
-use geodesic_ivp::case::scene::SceneCase;
+use geodesic_ivp::Case;
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::diagnostics::scene::SceneMeasures;
 use geodesic_ivp::geometry::{Geometry, GeometryText};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve::{WorldLine, solve};
 use geodesic_ivp::study::errors::{RunError, run_error};
 use geodesic_ivp::study::many::{ManyRuns, Outcome};
-use geodesic_ivp::study::verdict::facts_of_world_line;
+use geodesic_ivp::study::verdict::facts_of_run;
 
 use crate::common::{against_reference, metric, setup_of};
 
@@ -23,12 +22,12 @@ const MOTION: &str = r#"
 
 fn run(set: &[&str]) -> WorldLine {
     let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
-    let case = SceneCase::parse("test", MOTION, &set).unwrap_or_else(|error| panic!("{error}"));
+    let case = Case::parse("test", MOTION, &set).unwrap_or_else(|error| panic!("{error}"));
     solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"))
 }
 
-fn measured(line: &WorldLine) -> Diagnostics<f64, SceneMeasures<f64>> {
-    Diagnostics::of_scene(line, &[], &mut [], true)
+fn measured(line: &WorldLine) -> Diagnostics {
+    Diagnostics::of(line, &[], &mut [], true)
 }
 
 /// ½mv² + V of q = (t, x, y, s) and dq/dγ.
@@ -44,7 +43,7 @@ fn energy_is_that_of_positions_and_velocities() {
         let line = run(set);
         let found = measured(&line);
         let begun = energy(&line.place.start.q, &line.place.start.q_dot);
-        let (of_ends, deltas) = (found.measures.energy.unwrap(), found.delta_energy.as_ref().unwrap());
+        let (of_ends, deltas) = (found.energy.unwrap(), found.delta_energy.as_ref().unwrap());
         assert!((of_ends.value - begun).abs() < 1e-13, "{of_ends:?} for {begun}");
         let q: Vec<Vec<f64>> = (0..4).map(|a| line.q(a).collect()).collect();
         let mut largest = 0.0_f64;
@@ -79,7 +78,7 @@ fn what_motion_contributes_to_k_are_its_terms_but_the_largest() {
         line.geometry().motion(&q, &q_dot)
     });
     let most = places.fold(0.0, f64::max);
-    assert!((measured(&line).measures.motion / most - 1.0).abs() < 1e-9 && most > 1.0, "{most}");
+    assert!((measured(&line).motion / most - 1.0).abs() < 1e-9 && most > 1.0, "{most}");
 }
 
 #[test]
@@ -91,7 +90,7 @@ fn a_run_that_drifts_or_falls_apart_is_told() {
     let fine = warnings(&["grid.n_gamma=401", "scheme.sbp='SBP42'"]);
     assert_eq!(fine, "");
     let set = ["grid.gamma_f=60.0", "grid.n_gamma=2001"];
-    let (coarse, motion) = (warnings(&set), measured(&run(&set)).measures.motion);
+    let (coarse, motion) = (warnings(&set), measured(&run(&set)).motion);
     let number = |before: &str| -> f64 {
         let rest = coarse.split(before).nth(1).unwrap_or_else(|| panic!("{coarse}"));
         rest.split([',', ' ']).next().unwrap().parse().unwrap()
@@ -127,10 +126,10 @@ fn sums_of_momenta_and_constants_are_kept_whatever_their_factors() {
         invariants = { momentum = "p_x + p_y", five = "5" }
     "#;
     for scheme in ["scheme={sbp='SBP42',form='weak'}", "scheme={sbp='SBP42',form='strong'}"] {
-        let case = SceneCase::parse("test", text, &[scheme.to_owned()]).unwrap_or_else(|error| panic!("{error}"));
+        let case = Case::parse("test", text, &[scheme.to_owned()]).unwrap_or_else(|error| panic!("{error}"));
         let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
         let sums = [vec![(1, 3.0), (2, 3.0)]];
-        let found = Diagnostics::of_scene(&line, &sums, &mut case.observables(), case.is_lifted());
+        let found = Diagnostics::of(&line, &sums, &mut case.observables(), case.is_lifted());
         let sum = &found.sums[0];
         assert!((sum.value.abs() - 3.0 * (1.8 + 0.75)).abs() < 1e-13, "{}", sum.value);
         for (what, deviation) in [
@@ -162,11 +161,11 @@ fn a_verdict_counts_errors_against_the_motion_from_its_start() {
         grid = { gamma_f = 0.8, n_gamma = 401 }
         scheme.sbp = "SBP42"
     "#;
-    let case = SceneCase::parse("test", text, &[]).unwrap();
+    let case = Case::parse("test", text, &[]).unwrap();
     let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
     let error = against_reference(&line);
     assert!((0.0..1e-12).contains(&error.stepped_over), "{error:?}");
-    let facts = facts_of_world_line(&line, &measured(&line), Some(&error), None);
+    let facts = facts_of_run(&line, &measured(&line), Some(&error), None);
     let errors = facts.errors.unwrap();
     let of = |name: &str| errors.iter().find(|error| error.name == name).unwrap();
     for (found, wanted) in
@@ -175,7 +174,7 @@ fn a_verdict_counts_errors_against_the_motion_from_its_start() {
         assert!((found - wanted).abs() < 1e-4, "{found} for {wanted}: {errors:?}");
     }
     // An accuracy is one relative to max(1, size).
-    let case = SceneCase::parse(
+    let case = Case::parse(
         "test",
         text,
         &["solver.accuracy=1e-8".to_owned(), "grid={gamma_f=0.8}".to_owned(), "scheme={}".to_owned()],
@@ -183,13 +182,13 @@ fn a_verdict_counts_errors_against_the_motion_from_its_start() {
     let run: WorldLine = solve(case.unwrap().setup()).unwrap_or_else(|failure| panic!("{failure}"));
     let estimate = run.error_estimate.unwrap();
     let own = run_error(&setup_of(&run), &run, &[]);
-    for error in facts_of_world_line(&run, &measured(&run), own.as_ref(), None).errors.unwrap() {
+    for error in facts_of_run(&run, &measured(&run), own.as_ref(), None).errors.unwrap() {
         let own = estimate * error.size;
         assert!((error.largest / own - 1.0).abs() < 1e-12 && error.end == error.largest, "{error:?}");
     }
     // What the reference may be off by is added, in units of the coordinate.
     let known = RunError { own: errors.iter().map(|error| 1e-3 * error.shared).collect(), ..error.clone() };
-    let wider = facts_of_world_line(&line, &measured(&line), Some(&known), None).errors.unwrap();
+    let wider = facts_of_run(&line, &measured(&line), Some(&known), None).errors.unwrap();
     for (a, wider) in wider.iter().enumerate() {
         for (found, own) in [(wider.end, error.end[a]), (wider.largest, error.largest[a])] {
             assert!((found - own - 1e-3 * wider.shared).abs() < 1e-9 && found > own, "{wider:?}");
@@ -207,7 +206,7 @@ fn what_a_reference_steps_over_is_the_delay_that_it_misses() {
         grid = { gamma_f = 2.0, n_gamma = 24 }
         scheme = { sbp = "GLL24", form = "weak" }
     "#;
-    let case = SceneCase::parse("test", text, &[]).unwrap();
+    let case = Case::parse("test", text, &[]).unwrap();
     let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
     let late = 0.05e-3 * std::f64::consts::PI.sqrt() / 2.0;
     let found = against_reference(&line).stepped_over;
@@ -273,10 +272,9 @@ fn coordinates_share_a_size_if_they_have_one_unit() {
              initial = {{ x = 0.1, y = 7.0, x_dot = 0.0, y_dot = 0.0 }}\n\
              grid = {{ gamma_f = 1.0, n_gamma = 41 }}\nscheme.sbp = \"SBP42\""
         );
-        let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let case = Case::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
         let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
-        let errors =
-            facts_of_world_line(&line, &measured(&line), Some(&against_reference(&line)), None).errors.unwrap();
+        let errors = facts_of_run(&line, &measured(&line), Some(&against_reference(&line)), None).errors.unwrap();
         ["x", "y"].map(|name| errors.iter().find(|error| error.name == name).unwrap().shared)
     };
     let [x, y] = shared("x = 2.0, y = 2.0");
@@ -317,7 +315,7 @@ fn the_largest_errors_are_those_of_the_nodes_and_nothing_is_stepped_over_in_vain
              initial = {{ x = 0.3, t_dot = 1.0, x_dot = 0.7071067811865476 }}\n\
              grid = {{ gamma_f = 2.0, n_gamma = 41 }}\nscheme.sbp = \"SBP42\"\n{rest}"
         );
-        let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let case = Case::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
         let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
         against_reference(&line).stepped_over
     };
@@ -333,7 +331,7 @@ fn a_force_is_part_of_the_certificate_and_not_of_what_is_stepped_over() {
              particle = {{ law = \"newtonian\", mass = 2.0 }}\ninitial = {{ x = 1.0, t_dot = 1.0, x_dot = 0.5 }}\n\
              grid = {{ gamma_f = 4.0, n_gamma = 81 }}\nscheme = {scheme}"
         );
-        let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let case = Case::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
         let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
         assert!((0.0..1e-11).contains(&line.gradient_norm), "{scheme}: {:e}", line.gradient_norm);
         let error = against_reference(&line);
@@ -343,7 +341,7 @@ fn a_force_is_part_of_the_certificate_and_not_of_what_is_stepped_over() {
     let text = "metric.coordinates = ['t', 'x']\nmetric.components = { 't t' = '1', 'x x' = '-1' }\n\
                 metric.force = { x = 'x_dot' }\ninitial = { t_dot = 2.0, x = 0.0, x_dot = 0.5 }\n\
                 grid = { gamma_f = 1.0, n_gamma = 41 }\nscheme.sbp = 'SBP42'";
-    let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
+    let case = Case::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
     let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
     assert!(measured(&line).norm.max_ends > 0.1 && against_reference(&line).stepped_over == 0.0);
 }
@@ -361,7 +359,7 @@ fn a_table_of_runs_has_what_is_measured_on_each() {
         ("max_abs_delta_q_s_corrected", found.charges[1].max_corrected),
         ("max_abs_delta_g_interior", found.max_delta_g),
         ("max_abs_delta_energy", energy),
-        ("max_abs_delta_energy_ends", found.measures.energy.unwrap().max_ends),
+        ("max_abs_delta_energy_ends", found.energy.unwrap().max_ends),
         ("gradient_norm", line.gradient_norm),
     ] {
         let (_, text) = end.maxima.iter().find(|(other, _)| other == name).unwrap_or_else(|| panic!("{name}"));

@@ -2,7 +2,7 @@
 
 use geodesic_ivp::Status;
 use geodesic_ivp::action::Form;
-use geodesic_ivp::case::SceneCase;
+use geodesic_ivp::case::Case;
 use geodesic_ivp::geometry::{Direction, GeometryText, Observable, Place, Preset};
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::sbp::SbpName;
@@ -88,7 +88,7 @@ fn a_time_before_zero_is_reached() {
         grid = { t_f = -2.0, n_gamma = 201 }
         scheme.sbp = "SBP42"
     "#;
-    let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
+    let case = Case::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
     let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
     assert!((line.end().q[0] + 2.0).abs() < 1e-13 && line.length > 0.5, "{}", line.end().q[0]);
 }
@@ -102,7 +102,7 @@ fn a_time_that_is_never_reached_ends_a_run_far_out() {
         grid = { gamma_i = 7.0, t_f = 1002.0 }
         solver.accuracy = 1e-4
     "#;
-    let case = SceneCase::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
+    let case = Case::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
     let failure = solve::<f64>(case.setup()).unwrap_err();
     assert_eq!(failure.status, Status::EndTimeNotReached, "{failure}");
     assert!(failure.gamma > 7.0 + 100.0 && failure.point[0].1 > 1e4, "{failure}");

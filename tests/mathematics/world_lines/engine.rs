@@ -1,6 +1,6 @@
 //! The engine of few nodes on given windows.
 
-use geodesic_ivp::case::SceneCase;
+use geodesic_ivp::case::Case;
 use geodesic_ivp::engine::{Engine, MOST_POINTS, State};
 use geodesic_ivp::geometry::{Geometry, Start};
 use geodesic_ivp::number::vector::Twofold;
@@ -53,8 +53,7 @@ pub(super) const SCENES: [(&str, &str); 6] = [
 ];
 
 fn line<S: Arithmetic>(text: &str, more: &str) -> WorldLine<S> {
-    let case =
-        SceneCase::parse("test", &format!("{text}{more}"), &[]).unwrap_or_else(|error| panic!("{error}\n{text}"));
+    let case = Case::parse("test", &format!("{text}{more}"), &[]).unwrap_or_else(|error| panic!("{error}\n{text}"));
     solve(case.setup::<S>()).unwrap_or_else(|failure| panic!("{failure}\n{text}{more}"))
 }
 
@@ -99,7 +98,7 @@ initial = { x = 1.0, t_dot = 1.0, x_dot = 0.1 }
 
 /// The geometry of a scene around its start, and the start.
 pub(super) fn scene(text: &str) -> (Geometry, Start) {
-    let case = SceneCase::parse("test", &format!("{text}grid.gamma_f = 1.0\nsolver.accuracy = 1e-6\n"), &[]);
+    let case = Case::parse("test", &format!("{text}grid.gamma_f = 1.0\nsolver.accuracy = 1e-6\n"), &[]);
     let case = case.unwrap_or_else(|error| panic!("{error}\n{text}"));
     (case.geometry(), case.start())
 }

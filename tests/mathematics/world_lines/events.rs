@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::f64::consts::{PI, TAU};
 
-use geodesic_ivp::case::{SceneCase, builtin};
+use geodesic_ivp::case::{Case, builtin};
 use geodesic_ivp::geometry::Start;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::reference::ReferenceTrajectory;
@@ -11,12 +11,12 @@ use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{WorldLine, solve};
 use geodesic_ivp::trajectory::{Crossing, crossings};
 
-fn scene(name: &str, set: &[&str]) -> SceneCase {
+fn scene(name: &str, set: &[&str]) -> Case {
     let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
-    SceneCase::parse(name, builtin::text(name).unwrap(), &set).unwrap()
+    Case::parse(name, builtin::text(name).unwrap(), &set).unwrap()
 }
 
-fn run<S: Arithmetic>(case: &SceneCase) -> (WorldLine<S>, Vec<Crossing<S>>) {
+fn run<S: Arithmetic>(case: &Case) -> (WorldLine<S>, Vec<Crossing<S>>) {
     let line = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
     let found = crossings(&line, &mut case.watches());
     (line, found)
@@ -28,7 +28,7 @@ fn gammas<S: Arithmetic>(found: &[Crossing<S>], watch: usize) -> Vec<f64> {
 }
 
 /// The changes of sign of every event in its direction, by the reference.
-fn expected(case: &SceneCase, line: &WorldLine) -> Vec<Vec<f64>> {
+fn expected(case: &Case, line: &WorldLine) -> Vec<Vec<f64>> {
     let start = &line.place.start;
     let reference = ReferenceTrajectory::new(line.geometry(), start, line.length, 16).unwrap();
     let norm = line.geometry().norm(&start.q, &start.q_dot);
@@ -131,7 +131,7 @@ const LINE: &str = r#"
 fn on_a_line(when: &str, direction: &str, windows: usize) -> Vec<f64> {
     let set =
         [format!("events={{found={{when={when:?}, direction={direction:?}}}}}"), format!("grid.windows={windows}")];
-    let case = SceneCase::parse("line", LINE, &set).unwrap();
+    let case = Case::parse("line", LINE, &set).unwrap();
     gammas(&run::<f64>(&case).1, 0)
 }
 
@@ -222,7 +222,7 @@ fn of_two_events_in_one_step_the_first_ends_the_run() {
                 format!("events={{a={{when='x - {a:?}', until=true}}, b={{when='{b:?} - x', until=true}}}}"),
                 "grid.windows=3".to_owned(),
             ];
-            let case = SceneCase::parse("line", LINE, &set).unwrap();
+            let case = Case::parse("line", LINE, &set).unwrap();
             let line = run::<f64>(&case).0;
             assert!((line.length - 1.0).abs() < 1e-12, "{a} and {b}: {}", line.length);
         }

@@ -93,7 +93,7 @@ fn the_charge_of_an_ignorable_coordinate_is_exact_beside_everything_else() {
             let line = solved::<Extended>(SbpName::Sbp42, form, 24, 1, system);
             let names = Arc::clone(&line.place.geometry);
             assert_eq!(names.ignorable().collect::<Vec<_>>(), [3]);
-            let measured = Diagnostics::of_scene(&line, &[], &mut [], false);
+            let measured = Diagnostics::of(&line, &[], &mut [], false);
             let charge = &measured.charges[0];
             assert!(charge.max_interior.to_f64() < 1e-36, "{form:?} {system:?}: {:e}", charge.max_interior.to_f64());
             assert!(charge.max_corrected.to_f64() < 1e-36, "{form:?} {system:?}");

@@ -1,6 +1,6 @@
 //! What hides between the nodes of a run on a given grid is found, and what the nodes follow is no reason to doubt it.
 
-use geodesic_ivp::case::{AnyCase, Case, SceneCase, builtin};
+use geodesic_ivp::case::{Case, builtin};
 use geodesic_ivp::diagnostics::gaps::Gaps;
 use geodesic_ivp::number::Extended;
 use geodesic_ivp::solve::Arithmetic;
@@ -44,7 +44,7 @@ fn of_case<S: Arithmetic>(case: &Case, error: Option<f64>) -> Option<Gaps> {
     Some(Gaps::new(&solution, &case.geometry(), error))
 }
 
-fn of_scene<S: Arithmetic>(case: &SceneCase, error: Option<f64>) -> Option<Gaps> {
+fn of_scene<S: Arithmetic>(case: &Case, error: Option<f64>) -> Option<Gaps> {
     let line: WorldLine<S> = solve(case.setup()).ok()?;
     Some(Gaps::new(&line, &case.geometry(), error))
 }
@@ -97,7 +97,7 @@ fn ridges_and_bumps_of_scenes_are_found() {
              initial = {{ x = -0.6, y = {y:?}, t_dot = 1.0, x_dot = {vx:?}, y_dot = {vy:?} }}\n{}",
             grid(GRIDS[run % GRIDS.len()])
         );
-        let case = SceneCase::parse("plane", &text, &[]).unwrap_or_else(|error| panic!("{text}: {error}"));
+        let case = Case::parse("plane", &text, &[]).unwrap_or_else(|error| panic!("{text}: {error}"));
         for error in ERRORS {
             let Some(gaps) = of_scene::<f64>(&case, error) else { break };
             assert!(gaps.unproved > 0, "{text}: {gaps:?}");
@@ -112,15 +112,15 @@ fn ridges_and_bumps_of_scenes_are_found() {
 fn nothing_hides_in_the_shipped_cases() {
     let mut looked_at = 0;
     for name in builtin::NAMES {
-        let case = AnyCase::parse(name, builtin::text(name).unwrap(), &[]).unwrap();
+        let case = Case::parse(name, builtin::text(name).unwrap(), &[]).unwrap();
         // Three million nodes.
         if case.settings().accuracy.is_some() || *name == "long-run" {
             continue;
         }
-        let found = match &case {
-            AnyCase::One(one) if case.is_extended() => of_case::<Extended>(one, Some(1e-12)),
-            AnyCase::One(one) => of_case::<f64>(one, Some(1e-12)),
-            AnyCase::Scene(scene) => of_scene::<f64>(scene, Some(1e-12)),
+        let found = match (case.is_of_x(), case.is_extended()) {
+            (true, true) => of_case::<Extended>(&case, Some(1e-12)),
+            (true, false) => of_case::<f64>(&case, Some(1e-12)),
+            (false, _) => of_scene::<f64>(&case, Some(1e-12)),
         };
         // Two of them have no solution.
         let Some(gaps) = found else { continue };
@@ -166,7 +166,7 @@ fn a_barrier_is_found_in_any_precision_and_system() {
         "potential = {{ coordinates = [\"x\", \"y\"], formula = \"exp(-((x-2.3)/1e-3)^2)\" }}\n\
          initial = {{ x = -0.6, y = 0.0, t_dot = 1.0, x_dot = 0.6, y_dot = 0.1 }}\nsolver.system = \"doubled\"\n{grid}"
     );
-    let case = SceneCase::parse("plane", &text, &[]).unwrap();
+    let case = Case::parse("plane", &text, &[]).unwrap();
     assert_eq!(of_scene::<f64>(&case, None).unwrap().unproved, 1);
 }
 
@@ -220,7 +220,7 @@ fn what_may_hide_in_a_scene_counts_in_the_units_of_its_coordinates() {
                 mass * height,
                 shift + 0.074
             );
-            let case = SceneCase::parse("plane", &text, &[]).unwrap_or_else(|error| panic!("{text}: {error}"));
+            let case = Case::parse("plane", &text, &[]).unwrap_or_else(|error| panic!("{text}: {error}"));
             of_scene::<f64>(&case, Some(1e-6)).map_or(1, |gaps| gaps.unproved)
         })
     };
@@ -246,7 +246,7 @@ fn what_hides_beyond_the_nodes_where_a_path_turns_is_found() {
         "potential = {{ coordinates = [\"x\", \"y\"], formula = \"{formula} + y^2/2\" }}\n\
          initial = {{ {start}, y = 0.0, y_dot = 0.1 }}\n{rest}"
     );
-    let scene = of_scene::<f64>(&SceneCase::parse("turn", &text, &[]).unwrap(), Some(1e-6));
+    let scene = of_scene::<f64>(&Case::parse("turn", &text, &[]).unwrap(), Some(1e-6));
     for gaps in [one.unwrap(), scene.unwrap()] {
         let first = gaps.first.as_ref().unwrap_or_else(|| panic!("{gaps:?}"));
         assert!(gaps.unproved == 1 && (first.gamma[0] - 0.2).abs() < 1e-12, "{gaps:?}");
@@ -275,7 +275,7 @@ fn the_order_of_coordinates_and_origins_do_not_count() {
                  grid = {{ gamma_f = 64.0, n_gamma = 65 }}\nscheme.sbp = \"SBP42\"\n",
                 metric.join(", ")
             );
-            let case = SceneCase::parse("plane", &text, &[]).unwrap_or_else(|error| panic!("{text}: {error}"));
+            let case = Case::parse("plane", &text, &[]).unwrap_or_else(|error| panic!("{text}: {error}"));
             of_scene::<f64>(&case, Some(1e-6)).map_or(1, |gaps| gaps.unproved)
         })
     };

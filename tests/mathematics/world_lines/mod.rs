@@ -11,6 +11,7 @@ mod engine_accuracy;
 mod engine_ends;
 mod engine_windows;
 mod events;
+mod explicit_time;
 mod features;
 mod gaps;
 mod one_coordinate;

@@ -1,6 +1,5 @@
 //! A potential in one coordinate is a scene like any other: a case without coordinates says the same about it.
 
-use geodesic_ivp::case::SceneCase;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::{Case, Solution, solve};
@@ -22,9 +21,9 @@ fn one_coordinate_is_measured_as_it_is_without_a_scene() {
         let solution: Solution = solve(&Case::parse("one", &one, &[]).unwrap()).unwrap();
         let measured = Diagnostics::new(&solution);
         let scene = format!("[potential]\ncoordinates = [\"x\"]\nformula = \"x^4/2\"\n{particle}{rest}");
-        let scene = SceneCase::parse("scene", &scene, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let scene = Case::parse("scene", &scene, &[]).unwrap_or_else(|error| panic!("{error}"));
         let line: WorldLine = solve(scene.setup()).unwrap();
-        let same = Diagnostics::of_scene(&line, &[], &mut [], false);
+        let same = Diagnostics::of(&line, &[], &mut [], false);
         let what = |name: &str| format!("{sbp} {form} {name}");
         near(&line.q(0).collect::<Vec<_>>(), &solution.t().collect::<Vec<_>>(), 1e-12, &what("t"));
         near(&line.q(1).collect::<Vec<_>>(), solution.x(), 1e-12, &what("x"));
@@ -59,7 +58,7 @@ fn forces_of_both_laws_are_the_same() {
             scheme = {{ sbp = "SBP84", form = "weak" }}
             "#
         );
-        let case = SceneCase::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let case = Case::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
         let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
         [line.end().q[1], line.end().q[2]]
     };

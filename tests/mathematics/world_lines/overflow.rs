@@ -1,7 +1,7 @@
 //! Scenes that go on where an exponential overflows on the way to finite forces.
 
 use geodesic_ivp::Status;
-use geodesic_ivp::case::SceneCase;
+use geodesic_ivp::case::Case;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::geometry::Geometry;
 use geodesic_ivp::methods::{Output, PEERS, Problem, Setting, Step};
@@ -11,7 +11,7 @@ use geodesic_ivp::solve::{WorldLine, solve};
 use geodesic_ivp::study::errors::reference_error;
 
 /// Three smooth discs on the unit circle.
-fn disks(height: &str, width: &str, start: [&str; 4], length: &str, rest: &str) -> SceneCase {
+fn disks(height: &str, width: &str, start: [&str; 4], length: &str, rest: &str) -> Case {
     let centres = [("- 0.995004", "- 0.099833"), ("+ 0.583960", "- 0.811782"), ("+ 0.411044", "+ 0.911616")];
     let discs = centres.map(|(a, b)| format!("h/(1 + exp((sqrt((x {a})^2 + (y {b})^2) - 0.4)/w))")).join(" + ");
     let [x, y, x_dot, y_dot] = start;
@@ -20,10 +20,10 @@ fn disks(height: &str, width: &str, start: [&str; 4], length: &str, rest: &str) 
          parameters = {{ h = {height}, w = {width} }}\n[particle]\nlaw = \"newtonian\"\n\
          [initial]\nx = {x}\ny = {y}\nx_dot = {x_dot}\ny_dot = {y_dot}\n[grid]\ngamma_f = {length}\n{rest}"
     );
-    SceneCase::parse("disks", &text, &[]).unwrap_or_else(|error| panic!("{error}"))
+    Case::parse("disks", &text, &[]).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn first(rest: &str) -> SceneCase {
+fn first(rest: &str) -> Case {
     let start = ["0.0691458", "0.0200234", "0.492534", "0.805463"];
     disks("2.843", "0.0088026", start, "5.90825", rest)
 }
@@ -32,13 +32,13 @@ const END: [f64; 2] = [2.97915981, 4.77890017];
 const ACCURACY: &str = "[solver]\naccuracy = 1e-10\n";
 
 /// x and y are those `expected`, to their eight digits, and so are the measures of the run numbers.
-fn check<S: Arithmetic>(case: &SceneCase, expected: [f64; 2]) {
+fn check<S: Arithmetic>(case: &Case, expected: [f64; 2]) {
     let line: WorldLine<S> = solve(case.setup::<S>()).unwrap_or_else(|none| panic!("{none}"));
     let q = line.end().q;
     for (found, expected) in q[1..3].iter().zip(expected) {
         assert!((found.to_f64() - expected).abs() < 1e-8, "{q:?}");
     }
-    let diagnostics = Diagnostics::of_scene(&line, &[], &mut [], case.is_lifted());
+    let diagnostics = Diagnostics::of(&line, &[], &mut [], case.is_lifted());
     assert!(diagnostics.norm.max_ends.to_f64() < 1e-6 && diagnostics.max_delta_g.is_finite());
     assert!(line.gradient_norm.to_f64() < 1e-8);
     assert!(reference_error(&case.setup(), &line, &[]).is_some(), "the reference gets there");
@@ -98,7 +98,7 @@ fn what_no_exponent_reaches_is_outside_the_domain() {
     let text = "[potential]\ncoordinates = [\"x\", \"y\"]\nformula = \"(1 + exp(exp(x)))/exp(exp(x)) + y^2/2\"\n\
                 [particle]\nlaw = \"newtonian\"\n[initial]\nx = 30.0\ny = 0.1\nx_dot = 1.0\ny_dot = 0.0\n\
                 [grid]\ngamma_f = 8.0\nn_gamma = 201\n[scheme]\nsbp = \"SBP42\"\n";
-    let case = SceneCase::parse("far", text, &[]).unwrap_or_else(|error| panic!("{error}"));
+    let case = Case::parse("far", text, &[]).unwrap_or_else(|error| panic!("{error}"));
     let none = solve(case.setup::<f64>()).expect_err("it leaves the domain");
     assert_eq!(none.status, Status::OutsideDomain, "{none}");
 }

@@ -1,27 +1,26 @@
 //! Every shipped scene meets its expectations, and its charges are exact where the theory says so.
 
-use geodesic_ivp::case::SceneCase;
+use geodesic_ivp::case::Case;
 use geodesic_ivp::case::builtin::{self, Group, NAMES};
 use geodesic_ivp::diagnostics::ChargeDeviation;
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::diagnostics::scene::SceneMeasures;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::solve::{Settings, WorldLine, solve};
 
 /// Rounding errors of a charge, relative to the sum of the magnitudes of its terms; 7e-17 was seen.
 const ROUNDING: f64 = 5e-16;
 
-fn scene(name: &str, settings: &[&str]) -> SceneCase {
+fn scene(name: &str, settings: &[&str]) -> Case {
     let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-    SceneCase::parse(name, builtin::text(name).unwrap(), &settings).unwrap()
+    Case::parse(name, builtin::text(name).unwrap(), &settings).unwrap()
 }
 
-fn scenes() -> impl Iterator<Item = (&'static str, SceneCase)> {
+fn scenes() -> impl Iterator<Item = (&'static str, Case)> {
     let names = NAMES.iter().filter(|name| builtin::group(name) == Some(Group::Scene));
     names.map(|&name| (name, scene(name, &[])))
 }
 
-fn solved(name: &str, case: &SceneCase) -> WorldLine {
+fn solved(name: &str, case: &Case) -> WorldLine {
     solve(case.setup::<f64>()).unwrap_or_else(|failure| panic!("{name}: {failure}"))
 }
 
@@ -30,11 +29,11 @@ fn end(line: &WorldLine, name: &str) -> f64 {
     line.end().q[line.geometry().names().iter().position(|other| other == name).unwrap()]
 }
 
-fn diagnostics(case: &SceneCase, line: &WorldLine) -> Diagnostics<f64, SceneMeasures<f64>> {
+fn diagnostics(case: &Case, line: &WorldLine) -> Diagnostics {
     let start = &line.place.start;
     let sums = line.geometry().conserved_sums(&start.q, &start.q_dot);
     let terms: Vec<_> = sums.into_iter().map(|sum| sum.terms).collect();
-    Diagnostics::of_scene(line, &terms, &mut case.observables(), case.is_lifted())
+    Diagnostics::of(line, &terms, &mut case.observables(), case.is_lifted())
 }
 
 /// The largest sum of the magnitudes of the terms of Σ c^a p_a = Σ c^a (g_ab D_kj q^b_j + A_a) at a node.
@@ -79,7 +78,7 @@ fn every_scene_meets_its_expectations() {
 /// The doubled system has many more unknowns and is solved to fewer digits.
 #[test]
 fn the_doubled_system_has_the_same_world_lines() {
-    let is_short = |case: &SceneCase| {
+    let is_short = |case: &Case| {
         let Settings { n_gamma, windows, accuracy, .. } = case.settings();
         accuracy.is_none() && windows * n_gamma <= 640 && case.t_f::<f64>().is_none()
     };
@@ -107,7 +106,7 @@ fn thirty_digits_are_those_of_an_independent_program() {
         assert!(error < 1e-20, "{expected} is missed by {error:e}");
     }
     let momenta = vec![(1, Extended::ONE), (2, Extended::ONE)];
-    let diagnostics = Diagnostics::of_scene(&line, &[momenta], &mut [], false);
+    let diagnostics = Diagnostics::of(&line, &[momenta], &mut [], false);
     for charge in diagnostics.charges.iter().chain(&diagnostics.sums) {
         assert!(charge.max_interior.to_f64() < 1e-34, "{:?}: {:e}", charge.terms, charge.max_interior.to_f64());
     }
@@ -116,7 +115,7 @@ fn thirty_digits_are_those_of_an_independent_program() {
 #[test]
 fn the_effective_scene_reads_back_as_the_same_scene() {
     for (name, case) in scenes() {
-        let again = SceneCase::parse("effective", &case.to_toml(), &[]).unwrap();
+        let again = Case::parse("effective", &case.to_toml(), &[]).unwrap();
         assert_eq!(case, again, "{name}");
     }
 }
@@ -155,7 +154,7 @@ fn the_sums_that_are_conserved_are_found() {
 fn a_damped_oscillator_loses_what_the_force_takes() {
     let case = scene("damped-oscillator", &[]);
     let line = solved("damped-oscillator", &case);
-    let [balance] = diagnostics(&case, &line).measures.work[..] else { panic!("the force acts on t alone") };
+    let [balance] = diagnostics(&case, &line).work[..] else { panic!("the force acts on t alone") };
     assert_eq!(line.geometry().names()[balance.coordinate], "t");
     assert!(balance.defect.abs() < 1e-14, "{:e}", balance.defect);
     // x = exp(-t/10) (cos(w t) + sin(w t)/(10 w)), v = -exp(-t/10) sin(w t)/w.

@@ -1,11 +1,11 @@
 //! Runs to an accuracy that end where a formula changes its sign.
 
-use geodesic_ivp::case::{SceneCase, builtin};
+use geodesic_ivp::case::{Case, builtin};
 use geodesic_ivp::engine::{Accuracy, Engine, Failure, POINTS};
 use geodesic_ivp::solve::{NoSolution, WorldLine, solve};
 
-fn case(text: &str, settings: &[String]) -> SceneCase {
-    SceneCase::parse("test", text, settings).unwrap_or_else(|error| panic!("{settings:?}: {error}"))
+fn case(text: &str, settings: &[String]) -> Case {
+    Case::parse("test", text, settings).unwrap_or_else(|error| panic!("{settings:?}: {error}"))
 }
 
 /// A shipped scene of this length to an accuracy.
@@ -17,7 +17,7 @@ fn shipped(name: &str, length: f64, accuracy: f64, until: Option<String>) -> Wor
 }
 
 /// How often a run is begun again.
-fn restarts(case: &SceneCase, length: f64, accuracy: f64) -> usize {
+fn restarts(case: &Case, length: f64, accuracy: f64) -> usize {
     let (geometry, start) = (case.geometry(), case.start());
     let mut engine = Engine::accurate(&geometry, &start, length, Accuracy::Promised(accuracy), POINTS).unwrap();
     let mut restarts = 0;

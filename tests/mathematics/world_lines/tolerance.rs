@@ -1,6 +1,6 @@
 //! Chaotic motion to a tolerance: the run ends where it was asked to end, and knows until where it is good.
 
-use geodesic_ivp::case::SceneCase;
+use geodesic_ivp::case::Case;
 use geodesic_ivp::engine::GOOD_DIGITS;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::reference::ReferenceTrajectory;
@@ -19,7 +19,7 @@ const CHAOS: &str = r#"
 
 #[test]
 fn a_chaotic_run_knows_until_where_it_is_good() {
-    let case = SceneCase::parse("chaos", CHAOS, &[]).unwrap_or_else(|error| panic!("{error}"));
+    let case = Case::parse("chaos", CHAOS, &[]).unwrap_or_else(|error| panic!("{error}"));
     let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
     assert_eq!(line.length, 1000.0);
     // A turn takes 2π or a little more.

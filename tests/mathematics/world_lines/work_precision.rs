@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 use std::sync::atomic::AtomicBool;
 
+use geodesic_ivp::Case;
 use geodesic_ivp::action::Form;
 use geodesic_ivp::case::builtin;
-use geodesic_ivp::case::scene::SceneCase;
 use geodesic_ivp::methods::{Composition, Rk4, Step};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::sbp::SbpName;
@@ -15,9 +15,9 @@ use geodesic_ivp::study::work_precision::{Arena, Budget, Family, RowStatus, drif
 /// By settings and not by time, so that a slow machine measures the same.
 const BUDGET: Budget = Budget { longest: f64::INFINITY, rounds: 1, settings: 12 };
 
-fn scene(name: &str, overrides: &[&str]) -> SceneCase {
+fn scene(name: &str, overrides: &[&str]) -> Case {
     let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
-    SceneCase::parse(name, builtin::text(name).unwrap(), &overrides).unwrap()
+    Case::parse(name, builtin::text(name).unwrap(), &overrides).unwrap()
 }
 
 #[test]
@@ -25,7 +25,7 @@ fn scene(name: &str, overrides: &[&str]) -> SceneCase {
 fn every_method_arrives_and_errors_are_those_of_every_coordinate() {
     for (name, length) in [("henon-heiles", 5.0), ("kerr-inclined", 60.0)] {
         let case = scene(name, &[]);
-        let arena = Arena::of_scene(&case, Some(length)).unwrap();
+        let arena = Arena::new(&case, Some(length)).unwrap();
         assert!(arena.length() == length && arena.reference_error() < 1e-18, "{}", arena.reference_error());
         assert_eq!(arena.coordinates(), case.coordinates());
         let separable = case.geometry::<f64>().is_separable();
@@ -69,7 +69,7 @@ fn every_method_arrives_and_errors_are_those_of_every_coordinate() {
 /// A scheme on a grid is timed, and not the run to the accuracy of the case.
 #[test]
 fn an_accuracy_of_the_case_does_not_take_the_place_of_the_grids() {
-    let arena = Arena::of_scene(&scene("kepler-polar", &[]), Some(1.0)).unwrap();
+    let arena = Arena::new(&scene("kepler-polar", &[]), Some(1.0)).unwrap();
     let budget = Budget { settings: 4, ..BUDGET };
     let families = [Family::Block(SbpName::Sbp42, Form::Weak)];
     let rows = measure(&arena, &families, &budget, &AtomicBool::new(false), &mut |_| {}).rows;
@@ -82,7 +82,7 @@ fn an_accuracy_of_the_case_does_not_take_the_place_of_the_grids() {
 #[test]
 fn a_scene_is_charted_at_its_length() {
     let case = scene("henon-heiles", &["grid.gamma_f=20.0", "grid.until=\"x\"", "grid.windows=1"]);
-    let arena = Arena::of_scene(&case, None).unwrap();
+    let arena = Arena::new(&case, None).unwrap();
     assert!((0.1..20.0).contains(&arena.length()), "{}", arena.length());
     let own = [Family::Block(SbpName::Sbp42, Form::Weak), Family::Elements(16)];
     let measured = measure(&arena, &own, &BUDGET, &AtomicBool::new(false), &mut |_| {});
@@ -91,7 +91,7 @@ fn a_scene_is_charted_at_its_length() {
 
 #[test]
 fn along_a_run_runge_kutta_drifts_and_verlet_does_not() {
-    let arena = Arena::of_scene(&scene("henon-heiles", &[]), Some(100.0)).unwrap();
+    let arena = Arena::new(&scene("henon-heiles", &[]), Some(100.0)).unwrap();
     let families = [Family::Peer(&Rk4), Family::Peer(&Composition::VERLET)];
     let points = drift(&arena, &families, &AtomicBool::new(false));
     let growth = |family: &Family| {
@@ -109,7 +109,7 @@ fn along_a_run_runge_kutta_drifts_and_verlet_does_not() {
 fn a_row_of_this_program_is_that_of_its_solve() {
     let length = 30.0;
     let base = scene("henon-heiles", &["grid={gamma_f=30.0,n_gamma=101}", "scheme={sbp='SBP42',form='weak'}"]);
-    let arena = Arena::of_scene(&base, Some(length)).unwrap();
+    let arena = Arena::new(&base, Some(length)).unwrap();
     let setup: Setup = base.setup();
     let reference = ReferenceTrajectory::new(&*setup.place.geometry, &setup.place.start, length, 16).unwrap();
     assert!(arena.reference_error() < 1e-16 && arena.reference_error() > 0.0, "{:e}", arena.reference_error());

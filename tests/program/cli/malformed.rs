@@ -137,8 +137,8 @@ fn invalid_cases() -> Vec<(String, String, String, String)> {
         row("no text", String::new(), "1:1", "missing fields `potential`, `initial`, `scheme`, `grid`"),
         row("JSON", "{\"title\": 1}".to_owned(), "1:1", "expected key"),
         row("nested arrays", edited("x = 1.0", &format!("x = {}", "[".repeat(100_000))), "12:85", "recursion"),
-        row("CRLF line ends", not_finite.replace('\n', "\r\n"), "12:5", "initial.x must be a finite number"),
-        row("byte-order mark", format!("\u{feff}{not_finite}"), "12:5", "initial.x must be a finite number"),
+        row("CRLF line ends", not_finite.replace('\n', "\r\n"), "12:5", "'initial.x' must be a finite number"),
+        row("byte-order mark", format!("\u{feff}{not_finite}"), "12:5", "'initial.x' must be a finite number"),
     ]
 }
 
@@ -170,7 +170,7 @@ fn extreme_formulas_end_in_order() {
         ("63 parentheses", format!("{}x{}", "(".repeat(63), ")".repeat(63)), 0),
         ("1000 signs", format!("{}x", "-".repeat(1000)), 0),
         ("500 powers", format!("x{}", "^x".repeat(500)), 0),
-        ("huge exponent", "x^1e300".to_owned(), 4),
+        ("huge exponent", "x^1e300".to_owned(), 2),
     ];
     report(rows.into_iter().map(|(name, expression, code)| {
         let outcome = workspace.run(&["run", "-", "--out", "new", "--quiet"], &with_formula(&expression));

@@ -7,7 +7,7 @@ use tempfile::TempDir;
 
 use crate::common::{failed, json, names, run_in, stderr, succeeded};
 
-const JOURNAL: &str = "runs.partial.jsonl";
+const JOURNAL: &str = "runs.partial.csv";
 
 /// The records of a table, its header first.
 fn table(path: &Path) -> Vec<Vec<String>> {
@@ -243,10 +243,10 @@ mod killed {
         command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
     }
 
-    /// The whole lines of the journal after the first: the rows that it has.
+    /// The whole lines of the journal after the first two: the rows that it has.
     fn rows_in(journal: &Path) -> usize {
         let bytes = fs::read(journal).unwrap_or_default();
-        bytes.iter().filter(|&&byte| byte == b'\n').count().saturating_sub(1)
+        bytes.iter().filter(|&&byte| byte == b'\n').count().saturating_sub(2)
     }
 
     #[test]
@@ -298,7 +298,7 @@ mod killed {
         let message = failed(&output, 130);
         let kept = rows_in(&journal);
         assert!(message.contains(&format!("interrupted: {kept} of 200 rows are kept")), "{message}");
-        assert_eq!(names(&folder.path().join("out")), [JOURNAL]);
+        assert_eq!(names(&folder.path().join("out")), ["runs-events.partial.csv", JOURNAL]);
         let unfinished = failed(&run_in(folder.path(), "merge out --out merged"), 2);
         assert!(unfinished.contains("the table of out is not finished"), "{unfinished}");
         for (other, words) in [

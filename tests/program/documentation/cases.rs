@@ -3,9 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use geodesic_ivp::Case;
 use geodesic_ivp::case::builtin::{self, Group};
-use geodesic_ivp::case::{KEYS, SceneCase};
+use geodesic_ivp::case::{Case, KEYS};
 use tempfile::TempDir;
 
 use super::pages::Page;
@@ -66,23 +65,21 @@ fn every_file_in_the_folders_is_built_in_and_described() {
             assert_eq!(text, fs::read_to_string(folder.join(name).with_extension("toml")).unwrap());
             assert!(builtin::description(text).len() > 20, "{name}");
             assert!(builtin::title(name).unwrap().is_some(), "{name}");
-            assert_eq!(SceneCase::is_scene(text, &[]), builtin::group(name) == Some(Group::Scene), "{name}");
+            let is_scene = !Case::parse(name, text, &[]).unwrap().is_of_x();
+            assert_eq!(is_scene, builtin::group(name) == Some(Group::Scene), "{name}");
         }
     }
     assert!(builtin::NAMES.is_sorted_by_key(|name| (builtin::group(name), *name)), "in order, group by group");
 }
 
-/// The deserialiser's message about an unknown key lists the keys that it knows.
+/// The message about an unknown key lists the keys that it knows.
 #[test]
 fn the_known_keys_are_those_of_a_case() {
     for table in ["particle", "initial", "grid", "scheme", "solver", "expect"] {
         let text = format!("potential.free = {}\n[{table}]\nzzz = 1\n", "{}");
         let error = Case::parse("case", &text, &[]).unwrap_err();
-        let mut listed: Vec<&str> = error.message.split('`').skip(1).step_by(2).skip(1).collect();
-        listed.sort();
-        let mut known: Vec<&str> =
-            KEYS.iter().filter_map(|key| key.name.strip_prefix(table)?.strip_prefix('.')).collect();
-        known.sort();
-        assert_eq!(listed, known, "{table}");
+        let listed: Vec<&str> = error.message.split('`').skip(1).step_by(2).skip(1).collect();
+        let known = KEYS.iter().filter_map(|key| key.name.strip_prefix(table)?.strip_prefix('.'));
+        known.for_each(|key| assert!(listed.contains(&key), "{table}.{key} {listed:?}"));
     }
 }

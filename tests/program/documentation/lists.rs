@@ -25,7 +25,8 @@ fn known(directory: &Path, setting: &str) -> Vec<String> {
     }
 }
 
-/// Every key of a case, dotted. Tables other than that of a potential's kind are no keys of their own.
+/// Every key of a case of the paper, dotted: what the program knows and the list of keys of scenes does not have.
+/// Tables other than that of a potential's kind are no keys of their own.
 pub(crate) fn keys() -> BTreeSet<String> {
     let folder = TempDir::new().unwrap();
     let known = |setting: &str| known(folder.path(), setting);
@@ -33,8 +34,10 @@ pub(crate) fn keys() -> BTreeSet<String> {
     for top in known("unknown=1") {
         match top.as_str() {
             "title" => drop(keys.insert(top)),
+            "metric" | "invariants" | "events" | "plot" => {}
             "potential" => {
-                for kind in known("potential={unknown={}}") {
+                for kind in known("potential={unknown={}}").into_iter().filter(|kind| !is_of_scenes("potential", kind))
+                {
                     if kind != "free" {
                         let inner = known(&format!("potential={{{kind}={{unknown=1}}}}"));
                         keys.extend(inner.into_iter().map(|key| format!("potential.{kind}.{key}")));
@@ -42,10 +45,21 @@ pub(crate) fn keys() -> BTreeSet<String> {
                     keys.insert(format!("potential.{kind}"));
                 }
             }
-            table => keys.extend(known(&format!("{table}.unknown=1")).into_iter().map(|key| format!("{table}.{key}"))),
+            table => {
+                let known = known(&format!("{table}.unknown=1")).into_iter().filter(|key| !is_of_scenes(table, key));
+                keys.extend(known.map(|key| format!("{table}.{key}")));
+            }
         }
     }
     keys
+}
+
+/// Whether a key is one that scenes have besides.
+fn is_of_scenes(table: &str, key: &str) -> bool {
+    let dotted = format!("{table}.{key}");
+    let general = key.strip_prefix("p_").map_or(dotted.clone(), |_| format!("{table}.p_q"));
+    let is = |names: &str| names.split(", ").any(|name| name == dotted || name == general);
+    KEYS.iter().all(|key| key.name != dotted) && SCENE_KEYS.iter().any(|(names, _)| is(names))
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Numbers of a scene.
+//! Numbers of a case.
 
 use crate::geometry::{GeometryError, value_of};
 use crate::number::Real;

@@ -1,32 +1,22 @@
-//! The summary of a scene of n coordinates.
+//! The numbers of a run in n coordinates, by their names.
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
 use super::super::number::Number;
-use super::{Coordinates, Ended, Outcome, SceneSummary, good_until};
-use crate::case::scene::SceneCase;
-use crate::diagnostics::gaps::Gaps;
-use crate::diagnostics::scene::{InvariantDeviation, SceneMeasures};
-use crate::diagnostics::verdict::Verdict;
-use crate::diagnostics::{ChargeDeviation, Diagnostics};
-use crate::geometry::{ConservedSum, Geometry};
+use crate::diagnostics::{ChargeDeviation, Diagnostics, InvariantDeviation};
+use crate::geometry::ConservedSum;
 use crate::number::Real;
-use crate::number::norm::max_abs;
-use crate::solve::{NoSolution, Settings, Status, WorldLine};
+use crate::solve::WorldLine;
 use crate::study::errors::RunError;
-use crate::study::verdict::of_world_line;
-
-/// A world-line with what was measured on it.
-type Measured<'m, S> = (&'m WorldLine<S>, &'m Diagnostics<S, SceneMeasures<S>>, &'m [ConservedSum]);
 
 /// A number for each of several coordinates.
 type ByName = BTreeMap<String, Number>;
 
 /// Numbers of a world-line.
 #[derive(Debug, Clone, Serialize)]
-pub struct SolvedScene {
+pub struct NumbersByName {
     /// Largest entry of ∇E_IVP.
     pub gradient_norm: Number,
     /// γ of the last node.
@@ -91,18 +81,6 @@ pub struct SolvedScene {
     /// Largest distance of the two branches (doubled system).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub branch_distance: Option<Number>,
-    /// With an accuracy: the estimated error of every coordinate at the nodes, relative to its size.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error_estimate: Option<f64>,
-    /// With a tolerance: γ until which 3, 6 and 9 digits of all coordinates are good by that estimate.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub good_until: Option<BTreeMap<String, f64>>,
-    /// With an accuracy: windows of which it is not proved that nothing steep hides between their nodes.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub windows_unproved: Option<usize>,
-    /// The gaps between nodes, if they were looked at.
-    #[serde(flatten)]
-    pub gaps: Option<Gaps>,
     /// The errors; absent if no second solve reaches the end.
     #[serde(flatten)]
     pub error: Option<ErrorByName>,
@@ -124,7 +102,7 @@ pub struct ErrorByName {
 
 impl ErrorByName {
     /// The errors of the coordinates with these names.
-    fn new(names: &[String], error: &RunError) -> Self {
+    pub(super) fn new(names: &[String], error: &RunError) -> Self {
         let by_name = |values: Vec<f64>| names.iter().cloned().zip(values).collect();
         Self {
             error_final: by_name(error.at_most_at_end()),
@@ -135,60 +113,8 @@ impl ErrorByName {
     }
 }
 
-impl SceneSummary {
-    /// The summary of `case`, whose compiled geometry is `geometry`, and of its world-line or failure. The verdict is
-    /// the one without a reference; [`Self::set_error`] changes it.
-    pub fn new<S: Real>(
-        case: &SceneCase,
-        geometry: &Geometry<S>,
-        result: Result<Measured<'_, S>, &NoSolution>,
-        solve_seconds: f64,
-    ) -> Self {
-        let settings = case.settings();
-        let ended = match result {
-            Ok((line, diagnostics, sums)) => Ended {
-                status: Status::Converged,
-                verdict: of_world_line(line, diagnostics, None, None),
-                settings: Settings {
-                    sbp: line.sbp_name,
-                    form: line.form,
-                    n_gamma: line.sbp().points(),
-                    windows: line.windows.len(),
-                    ..settings
-                },
-                iterations: line.iterations.clone(),
-                outcome: Outcome::Solved(Box::new(SolvedScene::new(line, diagnostics, sums))),
-                suspicions: diagnostics.warnings(line),
-            },
-            Err(failure) => Ended::without(failure, settings),
-        };
-        let names = geometry.names();
-        let some = |indices: &mut dyn Iterator<Item = usize>| indices.map(|a| names[a].clone()).collect();
-        let coordinates = Coordinates {
-            coordinates: names.to_vec(),
-            ignorable: some(&mut geometry.ignorable()),
-            active: some(&mut geometry.active().iter().copied()),
-        };
-        let summary = Self::of(case.title(), case.warnings(), ended, solve_seconds);
-        Self { coordinates: Some(coordinates), ..summary }
-    }
-
-    /// Adds the errors of the coordinates, and the verdict that was made with them.
-    pub fn set_error(&mut self, error: Option<&RunError>, verdict: Verdict) {
-        let names = self.coordinates.as_ref().map_or(Vec::new(), |names| names.coordinates.clone());
-        if let (Some(solved), Some(error)) = (self.solved_mut(), error) {
-            solved.error = Some(ErrorByName::new(&names, error));
-        }
-        self.verdict = verdict;
-    }
-}
-
-impl SolvedScene {
-    fn new<S: Real>(
-        line: &WorldLine<S>,
-        diagnostics: &Diagnostics<S, SceneMeasures<S>>,
-        sums: &[ConservedSum],
-    ) -> Self {
+impl NumbersByName {
+    pub(super) fn new<S: Real>(line: &WorldLine<S>, diagnostics: &Diagnostics<S>, sums: &[ConservedSum]) -> Self {
         let names = line.geometry().names();
         let number = |value: S| Number::new(value, line.digits);
         let all = |values: &[S]| -> ByName { names.iter().cloned().zip(values.iter().map(|&v| number(v))).collect() };
@@ -200,7 +126,7 @@ impl SolvedScene {
             let sums = sums.iter().zip(&diagnostics.sums);
             sums.map(|(sum, charge)| (sum.formula(names), number(value(charge)))).collect()
         };
-        let work = diagnostics.measures.work.iter();
+        let work = diagnostics.work.iter();
         let of_invariants = |value: fn(&InvariantDeviation<S>) -> S| -> ByName {
             let invariants = diagnostics.invariants.iter();
             invariants.map(|invariant| (invariant.name.clone(), number(value(invariant)))).collect()
@@ -222,23 +148,19 @@ impl SolvedScene {
             max_abs_delta_g_interior: number(diagnostics.max_delta_g),
             max_abs_delta_k: number(diagnostics.norm.max_interior),
             max_abs_delta_k_ends: number(diagnostics.norm.max_ends),
-            energy: diagnostics.measures.energy.map(|energy| number(energy.value)),
-            max_abs_delta_energy: diagnostics.delta_energy.as_ref().map(|delta| number(max_abs(delta))),
-            max_abs_delta_energy_ends: diagnostics.measures.energy.map(|energy| number(energy.max_ends)),
-            sawtooth: (diagnostics.measures.sawtooth.iter())
+            energy: diagnostics.energy.map(|energy| number(energy.value)),
+            max_abs_delta_energy: diagnostics.energy.map(|energy| number(energy.max)),
+            max_abs_delta_energy_ends: diagnostics.energy.map(|energy| number(energy.max_ends)),
+            sawtooth: (diagnostics.sawtooth.iter())
                 .map(|(a, sawtooth)| (names[*a].clone(), sawtooth.amplitude.map(number)))
                 .collect(),
             work: work.clone().map(|work| (names[work.coordinate].clone(), number(work.work))).collect(),
             work_defect: work.map(|work| (names[work.coordinate].clone(), number(work.defect))).collect(),
             invariants: of_invariants(|invariant| invariant.value),
-            max_abs_delta_invariant: of_invariants(|invariant| max_abs(&invariant.delta)),
+            max_abs_delta_invariant: of_invariants(|invariant| invariant.max),
             max_abs_delta_invariant_ends: of_invariants(|invariant| invariant.max_ends),
             events: BTreeMap::new(),
-            branch_distance: line.is_doubled().then(|| number(line.branch_distance())),
-            error_estimate: line.error_estimate,
-            good_until: good_until(line),
-            windows_unproved: line.windows_unproved,
-            gaps: None,
+            branch_distance: diagnostics.branch_distance.map(number),
             error: None,
         }
     }

@@ -1,9 +1,9 @@
 //! `[metric]`.
 
+use super::CaseError;
 use super::names::{self, Taken};
 use super::reader::{Field, Section};
 use super::scenery::Scenery;
-use crate::case::CaseError;
 use crate::formula::similar::nearest;
 use crate::geometry::{GeometryText, MetricText, PRESETS, Place, Preset};
 
@@ -59,7 +59,8 @@ pub(super) fn read(mut section: Section<'_>) -> Result<Scenery<'_>, CaseError> {
         check_of_preset(preset, &places)?;
     }
     let whole = fields.components.or(fields.preset).or(fields.coordinates);
-    Ok(Scenery { text: GeometryText::Metric(text), preset, fields: places, section, whole })
+    let text = GeometryText::Metric(text);
+    Ok(Scenery { text, preset, fields: places, section, whole, coefficients: None, is_of_x: false })
 }
 
 /// The formulas below the names of coordinates.

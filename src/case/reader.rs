@@ -1,4 +1,4 @@
-//! Tables of a scene, read strictly: every key must be asked for, and every mistake has its place in the text.
+//! Tables of a case, read strictly: every key must be asked for, and every mistake has its place in the text.
 
 use std::ops::Range;
 
@@ -8,10 +8,9 @@ use serde::de::value::Error;
 use toml_edit::{Item, Table, TableLike, Value};
 
 use super::quantity::Quantity;
-use crate::case::parse::{Source, readable};
-use crate::case::{CaseError, hint};
+use super::source::{Source, readable};
+use super::{CaseError, hint};
 use crate::formula::FormulaError;
-use crate::formula::similar::nearest;
 
 /// A table, with the keys that were asked for.
 pub(super) struct Section<'t> {
@@ -64,6 +63,11 @@ impl<'t> Section<'t> {
         keys.filter_map(|key| self.field(key)).collect()
     }
 
+    /// Whether the case is that of a potential of x alone, as the paper has it.
+    pub(super) fn is_of_x(&self) -> bool {
+        self.source.is_of_x
+    }
+
     /// Whether the table is in the text.
     pub(super) fn is_given(&self) -> bool {
         self.table.is_some()
@@ -77,8 +81,7 @@ impl<'t> Section<'t> {
         let known = || self.known.iter().map(String::as_str);
         let list: Vec<String> = known().map(|key| format!("`{key}`")).collect();
         let message = format!("unknown field `{}`, expected one of {}", unknown.key, list.join(", "));
-        let meant = nearest(&unknown.key, known()).map(str::to_owned);
-        let meant = meant.or_else(|| super::keys::elsewhere(&unknown.key, &self.path));
+        let meant = hint::for_key(&unknown.key, &self.path, known());
         Err(unknown.key_error(message).with_help(meant.map(|meant| format!("did you mean `{meant}`?"))))
     }
 
@@ -116,9 +119,7 @@ impl<'t> Field<'t> {
         let length = error.expression[error.offset..].chars().next().map_or(0, char::len_utf8);
         let message = format!("{} (character {} of the expression)", error.message, error.character());
         let span = self.within(&error.expression, error.offset..error.offset + length);
-        // The advice about t is one for potentials of a single coordinate.
-        let hint = error.hint.clone().filter(|hint| !hint.starts_with("V is a function of x"));
-        self.source.error(Some(span), message, hint.or(Some(help)))
+        self.source.error(Some(span), message, error.hint.clone().or(Some(help)))
     }
 
     /// The place of a part of a string, if that is written without escapes.
@@ -226,7 +227,7 @@ impl<'t> Field<'t> {
         let word = self.string()?.to_owned();
         T::deserialize(IntoDeserializer::<Error>::into_deserializer(word)).map_err(|error: Error| {
             let message = readable(&error.to_string());
-            let help = hint::for_unknown(&message);
+            let help = hint::for_word(&message);
             self.error(message).with_help(help)
         })
     }

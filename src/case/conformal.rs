@@ -3,9 +3,9 @@
 //! Momenta are the same with Ω and without, velocities are divided by Ω. A particle with K ≠ 0 is one with K = 0 that
 //! has one more flat coordinate, tau. Without Ω its component is −1 for K > 0 and 1 for K < 0, and dtau/dγ = √|K|.
 
-use super::initial::SceneInitial;
+use super::CaseError;
+use super::initial::StartData;
 use super::scenery::Scenery;
-use crate::case::CaseError;
 use crate::geometry::{Geometry, GeometryText, Law, Observable, Place, Start, Tau};
 use crate::number::Real;
 
@@ -28,7 +28,7 @@ pub(super) fn bare(text: &GeometryText) -> Option<GeometryText> {
 pub(super) fn with_factor<S: Real>(
     text: &GeometryText,
     of_data: &Geometry<S>,
-    data: &SceneInitial,
+    data: &StartData,
     mut start: Start<S>,
 ) -> Start<S> {
     if bare(text).is_none() {

@@ -1,8 +1,8 @@
 //! What a case says about its geometry, with the place of every formula.
 
+use super::CaseError;
 use super::conformal;
 use super::reader::{Field, Section};
-use crate::case::CaseError;
 use crate::formula::Function;
 use crate::geometry::{Geometry, GeometryError, GeometryText, Place, Preset};
 use crate::number::Real;
@@ -17,12 +17,24 @@ pub(super) struct Scenery<'t> {
     pub(super) section: Section<'t>,
     /// The coordinates, the components or the preset: what a mistake in the metric as a whole is about.
     pub(super) whole: Option<Field<'t>>,
+    /// The coefficients of a potential of one coordinate, lowest power first, if it is given by them.
+    pub(super) coefficients: Option<Vec<String>>,
+    /// Whether it is a potential of x alone, as the paper has it.
+    pub(super) is_of_x: bool,
+}
+
+/// The compiled geometry of a case.
+pub(super) fn compiled<S: Real>(text: &GeometryText, is_of_x: bool) -> Result<Geometry<S>, GeometryError> {
+    match text {
+        GeometryText::Potential(potential) if is_of_x => Geometry::of_x(potential.clone()),
+        _ => Geometry::new(text),
+    }
 }
 
 impl Scenery<'_> {
     /// The compiled geometry.
     pub(super) fn geometry<S: Real>(&self) -> Result<Geometry<S>, CaseError> {
-        Geometry::new(&self.text).map_err(|error| self.error(&error))
+        compiled(&self.text, self.is_of_x).map_err(|error| self.error(&error))
     }
 
     /// The compiled geometry that the initial data belong to, if it is another one.
@@ -75,8 +87,10 @@ impl Scenery<'_> {
     /// What a formula may be made of.
     fn known(&self, place: &Place) -> String {
         let positions = match &self.text {
-            GeometryText::Metric(metric) => &metric.coordinates,
-            GeometryText::Potential(potential) => &potential.coordinates,
+            GeometryText::Metric(metric) => metric.coordinates.clone(),
+            GeometryText::Potential(potential) => {
+                std::iter::once("t".to_owned()).chain(potential.coordinates.iter().cloned()).collect()
+            }
         };
         let definitions = self.definitions();
         let constants = || self.text.parameters().iter().map(|(name, _)| name.clone());

@@ -1,10 +1,10 @@
 //! The axes of the picture of an orbit.
 
-use super::{Axes, SceneCase};
+use super::{Axes, Case};
 use crate::geometry::Geometry;
 use crate::number::Real;
 
-impl SceneCase {
+impl Case {
     /// The axes of `[plot]` or, without it, those that suit the coordinates: the Cartesian ones of coordinates that are
     /// called r, phi and perhaps theta; otherwise the first two coordinates besides t and a last one that the scene
     /// adds itself, active ones before others. A single one is drawn against its velocity.

@@ -1,23 +1,23 @@
-//! `[grid]`, `[scheme]`, `[solver]` and `[expect]` of a scene.
+//! `[grid]`, `[scheme]`, `[solver]` and `[expect]`.
 
 use super::initial::check_number;
+use super::limits::{
+    ACCURACY_AND_TOLERANCE, CHOSEN_WINDOWS, IN_F64, ONE_OF_THEM, check_digits, check_nodes, check_spacing,
+};
 use super::observables::Formulas;
 use super::quantity::Quantity;
 use super::reader::{Field, Section};
+use super::source::Source;
+use super::{CaseError, DEFAULT_GAMMA_F, MAX_ITERATIONS};
 use crate::action::Form;
-use crate::case::parse::Source;
-use crate::case::validate::{
-    ACCURACY_AND_TOLERANCE, CHOSEN_WINDOWS, IN_F64, Invalid, ONE_OF_THEM, check_digits, check_nodes, check_spacing,
-};
-use crate::case::{CaseError, DEFAULT_GAMMA_F};
-use crate::engine::POINTS;
+use crate::engine::{Accuracy, POINTS};
 use crate::geometry::Start;
 use crate::sbp::SbpName;
 use crate::solve::{Status, System};
 
 /// `[grid]`.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct SceneGrid {
+pub struct Grid {
     /// First value of γ.
     pub gamma_i: Quantity,
     /// Last value of γ, unless `t_f` is given.
@@ -32,9 +32,20 @@ pub struct SceneGrid {
     pub until: Option<String>,
 }
 
+/// `[scheme]`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Scheme {
+    /// The SBP operator.
+    pub sbp: SbpName,
+    /// The form of the action.
+    pub form: Form,
+    /// Whether the action has the regularised operator D̄ or, to show what that is for, D.
+    pub regularised: bool,
+}
+
 /// `[solver]`.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct SceneSolver {
+pub struct Solver {
     /// The system that is solved.
     pub system: System,
     /// Significant decimal digits of the results.
@@ -47,10 +58,16 @@ pub struct SceneSolver {
     pub tolerance: Option<Quantity>,
 }
 
-impl SceneSolver {
+impl Solver {
     /// True if the program chooses operator and windows.
     pub fn chooses_windows(&self) -> bool {
         self.chosen_by().is_some()
+    }
+
+    /// What it chooses them for; `value` gives the value of a number.
+    pub(super) fn wanted(&self, value: impl Fn(&Quantity) -> f64) -> Option<Accuracy> {
+        let promised = self.accuracy.as_ref().map(|number| Accuracy::Promised(value(number)));
+        promised.or_else(|| self.tolerance.as_ref().map(|number| Accuracy::Estimated(value(number))))
     }
 
     /// The key for which it does.
@@ -61,7 +78,7 @@ impl SceneSolver {
 
 /// `[expect]`.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct SceneExpect {
+pub struct Expect {
     /// How the run must end.
     pub status: Status,
     /// γ of the last node.
@@ -90,39 +107,42 @@ impl Context<'_> {
         let value = quantity.value(self.parameters).unwrap_or(f64::NAN);
         Ok((quantity, value))
     }
-
-    fn error(&self, invalid: Invalid) -> CaseError {
-        self.source.error(self.source.locate(&invalid.path, invalid.within), invalid.message, invalid.help)
-    }
 }
 
-const LATER: &str = "is not available for scenes yet";
-
 /// The scheme of a solve that chooses its windows.
-const CHOSEN: (SbpName, Form) = (SbpName::Gll(POINTS as u8), Form::Weak);
+const CHOSEN: Scheme = Scheme { sbp: SbpName::Gll(POINTS as u8), form: Form::Weak, regularised: true };
 
 /// Reads `[scheme]`; with an accuracy what it says is not used.
-pub(super) fn scheme(mut section: Section<'_>, solver: &SceneSolver) -> Result<(SbpName, Form), CaseError> {
+pub(super) fn scheme(mut section: Section<'_>, solver: &Solver) -> Result<Scheme, CaseError> {
     let (sbp, form, regularised) = (section.take("sbp"), section.take("form"), section.take("regularised"));
     section.finish()?;
-    if let Some(regularised) = regularised.filter(|field| field.is_true() != Ok(true)) {
-        regularised.is_true()?;
-        return Err(regularised.error(format!("regularised = false {LATER}")));
+    let name = sbp.map(|sbp| sbp.word()).transpose()?;
+    let form = form.map_or(Ok(Form::default()), |form| form.word())?;
+    let is_regularised = regularised.as_ref().map_or(Ok(true), Field::is_true)?;
+    if let Some(field) = regularised.filter(|_| !is_regularised) {
+        if form == Form::Weak {
+            let help = "the weak form is made of the regularised operator; the ablation is one of form = \"strong\"";
+            let message = "regularised = false is not possible with form = \"weak\"";
+            return Err(field.error(message).with_help(help.to_owned()));
+        }
+        if solver.system != System::Doubled {
+            let help = "the physical limit exists only for the regularised operator";
+            let message = "regularised = false needs solver.system = \"doubled\"";
+            return Err(field.error(message).with_help(help.to_owned()));
+        }
     }
     if solver.chooses_windows() {
-        sbp.map(|sbp| sbp.word::<SbpName>()).transpose()?;
-        form.map(|form| form.word::<Form>()).transpose()?;
         return Ok(CHOSEN);
     }
-    let sbp = sbp.ok_or_else(|| {
+    let sbp = name.ok_or_else(|| {
         let help = "give scheme.sbp, for example \"GLL16\", and, unless it is a spectral element, grid.n_gamma";
         section.error("missing field `sbp`").with_help(help.to_owned())
     })?;
-    Ok((sbp.word()?, form.map_or(Ok(Form::default()), |form| form.word())?))
+    Ok(Scheme { sbp, form, regularised: is_regularised })
 }
 
 /// Reads `[solver]`.
-pub(super) fn solver(mut section: Section<'_>, source: &Source) -> Result<SceneSolver, CaseError> {
+pub(super) fn solver(mut section: Section<'_>, source: &Source) -> Result<Solver, CaseError> {
     let (system, digits) = (section.take("system"), section.take("digits"));
     let [max_iterations, accuracy, tolerance] =
         ["max_iterations", "accuracy", "tolerance"].map(|key| section.take(key));
@@ -147,15 +167,14 @@ pub(super) fn solver(mut section: Section<'_>, source: &Source) -> Result<SceneS
     let whole = |field: &Option<Field<'_>>, default| field.as_ref().map_or(Ok(default), Field::whole);
     let digits_field = digits;
     let digits = u32::try_from(whole(&digits_field, 16)?).unwrap_or(u32::MAX);
-    check_digits(digits)
-        .map_err(|invalid| source.error(source.locate(&invalid.path, None), invalid.message, invalid.help))?;
+    check_digits(digits).map_err(|invalid| source.invalid(invalid))?;
     if is_chosen && digits != 16 {
         return needs(&digits_field, &format!("solver.{name} and solver.digits exclude each other"), IN_F64);
     }
-    let iterations = whole(&max_iterations, 50)?;
+    let iterations = whole(&max_iterations, MAX_ITERATIONS)?;
     match max_iterations {
         Some(field) if iterations == 0 => Err(field.error("max_iterations must be at least 1")),
-        _ => Ok(SceneSolver { system, digits, max_iterations: iterations, accuracy, tolerance }),
+        _ => Ok(Solver { system, digits, max_iterations: iterations, accuracy, tolerance }),
     }
 }
 
@@ -202,7 +221,7 @@ pub(super) fn grid(
     mut section: Section<'_>,
     sbp: Result<SbpName, &str>,
     context: &Context<'_>,
-) -> Result<SceneGrid, CaseError> {
+) -> Result<Grid, CaseError> {
     let [gamma_i, gamma_f, t_f] = ["gamma_i", "gamma_f", "t_f"].map(|key| section.take(key));
     let [n_gamma, windows, until] = ["n_gamma", "windows", "until"].map(|key| section.take(key));
     section.finish()?;
@@ -211,13 +230,13 @@ pub(super) fn grid(
         return Err(t_f.key_error("both gamma_f and t_f are given").with_help(help));
     }
     let (n_gamma, windows) = nodes(&section, sbp, &n_gamma, &windows)?;
-    check_nodes(sbp.ok(), n_gamma, windows).map_err(|invalid| context.error(invalid))?;
+    check_nodes(sbp.ok(), n_gamma, windows).map_err(|invalid| context.source.invalid(invalid))?;
     let intervals = (n_gamma.max(2) - 1) * windows;
     let (gamma_i, first) = context.number(gamma_i.as_ref(), 0.0)?;
     let spaced = |path: &str, length: f64| {
-        check_spacing(path, first, intervals, length).map_err(|invalid| context.error(invalid))
+        check_spacing(path, first, intervals, length).map_err(|invalid| context.source.invalid(invalid))
     };
-    let mut grid = SceneGrid { gamma_i, gamma_f: None, t_f: None, n_gamma, windows, until: None };
+    let mut grid = Grid { gamma_i, gamma_f: None, t_f: None, n_gamma, windows, until: None };
     match t_f {
         Some(field) => {
             let (t_f, duration, rate) = end_time(&field, context)?;
@@ -244,7 +263,7 @@ pub(super) fn grid(
 fn end_time(field: &Field<'_>, context: &Context<'_>) -> Result<(Quantity, f64, f64), CaseError> {
     let Some(t) = context.names.iter().position(|name| name == "t") else {
         let help = "end at grid.gamma_f, or at grid.until".to_owned();
-        return Err(field.key_error("t_f needs a coordinate t, and the scene has none").with_help(help));
+        return Err(field.key_error("t_f needs a coordinate t, and there is none").with_help(help));
     };
     let (t_f, last) = context.number(Some(field), 0.0)?;
     let (first, rate) = (context.start.q[t], context.start.q_dot[t]);
@@ -258,7 +277,7 @@ fn end_time(field: &Field<'_>, context: &Context<'_>) -> Result<(Quantity, f64, 
 }
 
 /// Reads `[expect]`.
-pub(super) fn expect(mut section: Section<'_>, context: &Context<'_>) -> Result<Option<SceneExpect>, CaseError> {
+pub(super) fn expect(mut section: Section<'_>, context: &Context<'_>) -> Result<Option<Expect>, CaseError> {
     let (status, gamma_final) = (section.take("status"), section.take("gamma_final"));
     let finals: Vec<_> = context.names.iter().map(|name| section.take(&format!("{name}_final"))).collect();
     let tolerance = section.take("tolerance");
@@ -287,5 +306,5 @@ pub(super) fn expect(mut section: Section<'_>, context: &Context<'_>) -> Result<
         None if has_numbers => return Err(section.error("final coordinates need a tolerance")),
         None => None,
     };
-    Ok(Some(SceneExpect { status: ends, gamma_final, finals: numbers, tolerance }))
+    Ok(Some(Expect { status: ends, gamma_final, finals: numbers, tolerance }))
 }

@@ -1,24 +1,17 @@
-//! The summary of a case of one coordinate.
-
-use std::collections::BTreeMap;
+//! The numbers of a run in a potential of x alone, by the paper's names.
 
 use serde::Serialize;
 
 use super::super::number::Number;
-use super::{Ended, Outcome, Summary, good_until};
 use crate::action::MULTIPLIERS;
-use crate::case::Case;
-use crate::diagnostics::Measures;
-use crate::diagnostics::gaps::Gaps;
-use crate::diagnostics::verdict::Verdict;
+use crate::diagnostics::{Diagnostics, OfX};
 use crate::number::Real;
-use crate::solve::{NoSolution, Settings, Solution, Status};
+use crate::solve::WorldLine;
 use crate::study::errors::RunError;
-use crate::study::verdict::of_solution;
 
 /// Numbers of a critical point.
 #[derive(Debug, Clone, Serialize)]
-pub struct Solved {
+pub struct PaperNumbers {
     /// Largest entry of ∇E_IVP.
     pub gradient_norm: Number,
     /// λ1 … λ8 (strong form).
@@ -67,18 +60,6 @@ pub struct Solved {
     /// max |ΔQ_η| (free particle).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_abs_delta_q_eta: Option<Number>,
-    /// With an accuracy: the estimated error of t and x at the nodes, relative to their sizes.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error_estimate: Option<f64>,
-    /// With a tolerance: γ until which 3, 6 and 9 digits of all coordinates are good by that estimate.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub good_until: Option<BTreeMap<String, f64>>,
-    /// With an accuracy: windows of which it is not proved that nothing steep hides between their nodes.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub windows_unproved: Option<usize>,
-    /// The gaps between nodes, if they were looked at.
-    #[serde(flatten)]
-    pub gaps: Option<Gaps>,
     /// The errors of t and x at the last node and at most, and how they were found; absent if there was nothing to
     /// compare with.
     #[serde(flatten)]
@@ -118,53 +99,10 @@ impl From<&RunError> for Error {
     }
 }
 
-impl Summary {
-    /// The summary of `case` and of its solution or failure. The error of a solution is not known to it, so that its
-    /// verdict is doubtful until [`Self::set_error`].
-    pub fn new<S: Real>(
-        case: &Case,
-        result: Result<(&Solution<S>, &Measures<S>), &NoSolution>,
-        solve_seconds: f64,
-    ) -> Self {
-        let settings = case.settings();
-        let ended = match result {
-            Ok((solution, measures)) => Ended {
-                status: Status::Converged,
-                verdict: of_solution(solution, measures, None),
-                settings: Settings {
-                    sbp: solution.sbp_name,
-                    form: solution.form,
-                    n_gamma: solution.sbp().points(),
-                    windows: solution.window_count,
-                    ..settings
-                },
-                iterations: solution.iterations.clone(),
-                outcome: Outcome::Solved(Box::new(Solved::new(solution, measures))),
-                suspicions: measures.warnings(solution).into_iter().chain(measures.newtonian_warning()).collect(),
-            },
-            Err(failure) => {
-                let mut ended = Ended::without(failure, settings);
-                // Evaluations of the force up to a limit are not counted.
-                ended.iterations.count = failure.iterations.history.len();
-                ended
-            }
-        };
-        let summary = Self::of(case.title.as_deref(), case.warnings(), ended, solve_seconds);
-        Self { regularised: Some(case.scheme.regularised), ..summary }
-    }
-
-    /// Adds the error of the solution, and the verdict that it was made with.
-    pub fn set_error(&mut self, error: Option<&RunError>, verdict: Verdict) {
-        if let Some(solved) = self.solved_mut() {
-            solved.error = error.map(Into::into);
-        }
-        self.verdict = verdict;
-    }
-}
-
-impl Solved {
-    fn new<S: Real>(solution: &Solution<S>, measures: &Measures<S>) -> Self {
+impl PaperNumbers {
+    pub(super) fn new<S: Real>(solution: &WorldLine<S>, diagnostics: &Diagnostics<S>, of_x: &OfX<S>) -> Self {
         let number = |value: S| Number::new(value, solution.digits);
+        let (charge, norm) = (&diagnostics.charges[0], &diagnostics.norm);
         Self {
             gradient_norm: number(solution.gradient_norm),
             multipliers: solution.multipliers().map(|lambda| lambda.map(number)),
@@ -174,27 +112,23 @@ impl Solved {
             x_dot_final: number(solution.end_state().x_dot),
             q_t: number(solution.q_t()),
             k: number(solution.norm()),
-            max_abs_delta_q_t_interior: number(measures.max_abs_delta_q_t_interior),
-            delta_q_t_last: number(measures.delta_q_t_last),
-            max_abs_delta_q_t_corrected: number(measures.max_abs_delta_q_t_corrected),
-            max_abs_delta_g_interior: number(measures.max_abs_delta_g_interior),
-            max_abs_delta_k: number(measures.max_abs_delta_k),
-            max_abs_delta_k_ends: number(measures.max_abs_delta_k_ends),
-            sawtooth: measures.sawtooth.map(number),
-            h_bvp: number(measures.bound.h_bvp),
-            h_bvp_bound: number(measures.bound.h_bvp_bound),
-            h_bvp_bound_kept: measures.bound.is_kept(),
-            h_bvp_defect: number(measures.bound.defect()),
-            branch_distance: measures.branch_distance.map(number),
-            max_abs_delta_q_x: measures.free_particle.map(|f| number(f.max_abs_delta_q_x)),
-            max_abs_delta_q_eta: measures.free_particle.map(|f| number(f.max_abs_delta_q_eta)),
-            error_estimate: solution.error_estimate,
-            good_until: good_until(solution),
-            windows_unproved: solution.windows_unproved,
-            gaps: None,
+            max_abs_delta_q_t_interior: number(charge.max_interior),
+            delta_q_t_last: number(charge.last),
+            max_abs_delta_q_t_corrected: number(charge.max_corrected),
+            max_abs_delta_g_interior: number(diagnostics.max_delta_g),
+            max_abs_delta_k: number(norm.max_interior),
+            max_abs_delta_k_ends: number(norm.max_ends),
+            sawtooth: diagnostics.sawtooth[0].1.amplitude.map(number),
+            h_bvp: number(of_x.bound.h_bvp),
+            h_bvp_bound: number(of_x.bound.h_bvp_bound),
+            h_bvp_bound_kept: of_x.bound.is_kept(),
+            h_bvp_defect: number(of_x.bound.defect()),
+            branch_distance: diagnostics.branch_distance.map(number),
+            max_abs_delta_q_x: of_x.free_particle.map(|f| number(f.max_abs_delta_q_x)),
+            max_abs_delta_q_eta: of_x.free_particle.map(|f| number(f.max_abs_delta_q_eta)),
             error: None,
-            newtonian_deviation: measures.newtonian.deviation,
-            newtonian_c: measures.newtonian.c(),
+            newtonian_deviation: of_x.newtonian.deviation,
+            newtonian_c: of_x.newtonian.c(),
         }
     }
 }

@@ -1,11 +1,11 @@
-//! Checks of a scene as a whole: one geometry, a start inside its domain, and a motion that its law allows.
+//! Checks of a case as a whole: one geometry, a start inside its domain, and a motion that its law allows.
 
+use super::CaseError;
 use super::initial::Initial;
 use super::reader::{Field, Section};
 use super::scenery::Scenery;
 use super::start::{self, NoStart, Solved};
 use super::{conformal, metric, potential};
-use crate::case::CaseError;
 use crate::geometry::{Geometry, GeometryText, Law, OutsideGeometry, Place, PotentialText, Start, Tau};
 use crate::number::Real;
 
@@ -18,18 +18,18 @@ pub(super) fn geometry<'t>(
 ) -> Result<Scenery<'t>, CaseError> {
     match (metric, potential) {
         (Some(_), Some(potential)) => {
-            let help = "a scene has exactly one of [metric] and [potential]".to_owned();
+            let help = "a case has exactly one of [metric] and [potential]".to_owned();
             Err(potential.key_error("both a metric and a potential are given").with_help(help))
         }
         (None, None) => {
-            let help = "a scene has exactly one of [metric] and [potential]".to_owned();
+            let help = "a case has exactly one of [metric] and [potential]".to_owned();
             Err(root.error("missing field `metric` or `potential`").with_help(help))
         }
         (Some(metric), None) => {
             if particle.is_given() {
                 let help = "write the mass into the metric, or take a [potential]".to_owned();
                 return Err(particle
-                    .error("[particle] belongs to a potential, and the scene has a metric")
+                    .error("[particle] belongs to a potential, and the case has a metric")
                     .with_help(help));
             }
             metric::read(metric.section()?)
@@ -49,7 +49,8 @@ pub(super) fn title(field: &Field<'_>) -> Result<String, CaseError> {
 
 /// What the initial data say, if everything about it is allowed.
 pub(super) struct Found<S> {
-    /// The geometry that the data belong to, if it is not that of the scene.
+    geometry: Geometry<S>,
+    /// The geometry that the data belong to, if it is not that of the case.
     bare: Option<Geometry<S>>,
     /// The start there.
     start: Start<S>,
@@ -60,12 +61,24 @@ pub(super) struct Found<S> {
 }
 
 impl<S: Real> Found<S> {
-    /// The start in the geometry of the scene, whose text has the coordinate tau if one is asked for.
-    pub(super) fn start(self, text: &GeometryText, initial: &Initial<'_>) -> Result<Start<S>, CaseError> {
-        let Some(bare) = self.bare else { return Ok(self.start) };
-        let start = conformal::with_factor(text, &bare, &initial.data, self.start);
-        let is_finite = start.q_dot.iter().all(|u| u.is_finite());
-        if is_finite { Ok(start) } else { Err(no_start(&NoStart::NotFinite, initial, &text.coordinates())) }
+    /// The start in the geometry of the case, and this geometry, which has the coordinate tau if one is asked for.
+    pub(super) fn place(
+        self,
+        scenery: &mut Scenery<'_>,
+        initial: &Initial<'_>,
+    ) -> Result<(Start<S>, Geometry<S>), CaseError> {
+        let Self { geometry, bare, start, tau, .. } = self;
+        scenery.add(tau);
+        let (text, Some(bare)) = (&scenery.text, bare) else { return Ok((start, geometry)) };
+        let start = conformal::with_factor(text, &bare, &initial.data, start);
+        if start.q_dot.iter().any(|u| !u.is_finite()) {
+            return Err(no_start(&NoStart::NotFinite, initial, &text.coordinates()));
+        }
+        let geometry = if tau.is_some() { scenery.geometry()? } else { geometry };
+        let outside = Outside::of(&geometry);
+        let names = geometry.names().to_vec();
+        let geometry = geometry.around(&start.q).map_err(|error| outside.error(&error, initial, &names, &start.q))?;
+        Ok((start, geometry))
     }
 }
 
@@ -81,7 +94,8 @@ pub(super) fn start<S: Real>(
     let q = initial.data.q.iter().map(number).collect::<Result<Vec<S>, _>>();
     let q = q.map_err(|_| initial.section.error("a coordinate is not a finite number in the digits asked for"))?;
     let names = geometry.names().to_vec();
-    let outside = Outside { active: geometry.active().to_vec(), blocks: geometry.blocks().to_vec() };
+    let outside = Outside::of(&geometry);
+    check_g00(scenery, initial, &geometry, &q)?;
     let geometry = geometry.around(&q).map_err(|error| outside.error(&error, initial, &names, &q))?;
     scenery.check_factor(&q)?;
     let bare = scenery.bare()?;
@@ -90,7 +104,7 @@ pub(super) fn start<S: Real>(
     let Solved { start, is_double } = solved.map_err(|none| no_start(&none, initial, &names))?;
     let tau = check_motion(scenery, initial, of_data, &start, rounding)?;
     geometry.point().evaluate(&start.q, &start.p).map_err(|error| outside.error(&error, initial, &names, &q))?;
-    Ok(Found { bare, start, is_double, tau })
+    Ok(Found { geometry, bare, start, is_double, tau })
 }
 
 /// What a mistake in the position is described with.
@@ -100,6 +114,10 @@ struct Outside {
 }
 
 impl Outside {
+    fn of<S: Real>(geometry: &Geometry<S>) -> Self {
+        Self { active: geometry.active().to_vec(), blocks: geometry.blocks().to_vec() }
+    }
+
     fn error<S: Real>(&self, outside: &OutsideGeometry, initial: &Initial<'_>, names: &[String], q: &[S]) -> CaseError {
         let at: Vec<String> = names.iter().zip(q).map(|(name, q)| format!("{name} = {}", q.to_f64())).collect();
         let at = at.join(", ");
@@ -166,7 +184,28 @@ pub(super) fn particle(scenery: &Scenery<'_>) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// Refuses a world-line that is a point, and a K or a g00 that the law does not allow. The coordinate that K asks for.
+/// Refuses a start where the paper's metric is none.
+fn check_g00<S: Real>(
+    scenery: &Scenery<'_>,
+    initial: &Initial<'_>,
+    geometry: &Geometry<S>,
+    q: &[S],
+) -> Result<(), CaseError> {
+    if !matches!(&scenery.text, GeometryText::Potential(potential) if potential.law == Law::Relativistic) {
+        return Ok(());
+    }
+    let mut rest = vec![S::ZERO; geometry.dimension()];
+    rest[0] = S::ONE;
+    let g00 = geometry.norm(q, &rest).to_f64();
+    if g00 > 0.0 && g00.is_finite() {
+        return Ok(());
+    }
+    let message = format!("g00 = c^2 + 2V/m must be positive and finite at the start, got {g00}");
+    let help = "choose another start, a weaker potential or a larger c".to_owned();
+    Err(initial.error_in_position(geometry.active(), message).with_help(help))
+}
+
+/// Refuses a world-line that is a point, and a K that the law does not allow. The coordinate that K asks for.
 fn check_motion<S: Real>(
     scenery: &Scenery<'_>,
     initial: &Initial<'_>,
@@ -188,16 +227,6 @@ fn check_motion<S: Real>(
         let message = format!("a newtonian scene has K = 0, and these data give K = {}", k.to_f64());
         let help = "leave out s_dot and p_s (or p_t): they follow from the energy".to_owned();
         return Err(initial.section.error(message).with_help(help));
-    }
-    if law == Some(Law::Relativistic) {
-        let mut rest = vec![S::ZERO; geometry.dimension()];
-        rest[0] = S::ONE;
-        let g00 = geometry.norm(&start.q, &rest).to_f64();
-        if g00 <= 0.0 {
-            let message = format!("g00 = c^2 + 2V/m must be positive at the start, got {g00}");
-            let help = "choose another start, a weaker potential or a larger c".to_owned();
-            return Err(initial.error_in_position(geometry.active(), message).with_help(help));
-        }
     }
     if is_null { Ok(None) } else { scenery.tau(k, geometry.has_force()) }
 }

@@ -1,9 +1,9 @@
-//! The names of a scene: coordinates, parameters, definitions and invariants.
+//! The names of a case: coordinates, parameters, definitions and invariants.
 
 use std::collections::BTreeMap;
 
+use super::CaseError;
 use super::reader::Field;
-use crate::case::CaseError;
 use crate::formula::similar::nearest;
 use crate::formula::{is_identifier, is_reserved};
 

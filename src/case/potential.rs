@@ -1,16 +1,17 @@
-//! `[potential]` and `[particle]` of a scene.
+//! `[potential]` and `[particle]`.
 
+use super::CaseError;
 use super::metric::by_coordinate;
 use super::names::{self, Taken};
 use super::reader::{Field, Section};
 use super::scenery::Scenery;
-use crate::case::CaseError;
 use crate::formula::similar::nearest;
 use crate::geometry::{GeometryText, Law, Place, PotentialText};
 
 const KINDS: [&str; 5] = ["free", "linear", "quartic", "polynomial", "formula"];
-const POTENTIALS: &str = "give formula = \"expression\" or { expression, parameters } or, with one coordinate, one of \
-                          free = {}, linear = { alpha }, quartic = { kappa }, polynomial = { coefficients }";
+pub(super) const POTENTIALS: &str = "give formula = \"expression\" or { expression, parameters } or, with one \
+                                     coordinate, one of free = {}, linear = { alpha }, quartic = { kappa }, \
+                                     polynomial = { coefficients }";
 
 /// The values of `[particle]`.
 struct Particle<'t> {
@@ -42,8 +43,8 @@ pub(super) fn read<'t>(mut section: Section<'t>, particle: Section<'t>) -> Resul
         }
     };
     let mut places = Vec::new();
-    let expression = expression(&kind, &names, &mut parameters, &mut places)?;
-    let mut taken = Taken::new(&names);
+    let (expression, coefficients) = expression(&kind, &names, &mut parameters, &mut places)?;
+    let mut taken = Taken::new(&[&["t".to_owned()], names.as_slice()].concat());
     let mut text = PotentialText { coordinates: names, expression, law: particle.law, ..PotentialText::default() };
     for section in &parameters {
         for field in section.fields() {
@@ -60,7 +61,8 @@ pub(super) fn read<'t>(mut section: Section<'t>, particle: Section<'t>) -> Resul
         places.push((Place::Conformal, field));
     }
     add_particle(&mut text, particle, &mut places)?;
-    Ok(Scenery { text: GeometryText::Potential(text), preset: None, fields: places, section, whole: Some(kind) })
+    let (is_of_x, text, whole) = (section.is_of_x(), GeometryText::Potential(text), Some(kind));
+    Ok(Scenery { text, preset: None, fields: places, section, whole, coefficients, is_of_x })
 }
 
 fn read_particle(mut section: Section<'_>) -> Result<Particle<'_>, CaseError> {
@@ -117,17 +119,18 @@ fn add_particle<'t>(
     Ok(())
 }
 
-/// V as a formula, whatever kind of potential it is. Parameters of its own are appended.
+/// V as a formula, whatever kind of potential it is, and its coefficients if it is given by them. Parameters of its own
+/// are appended.
 fn expression<'t>(
     kind: &Field<'t>,
     coordinates: &[String],
     parameters: &mut Vec<Section<'t>>,
     places: &mut Vec<(Place, Field<'t>)>,
-) -> Result<String, CaseError> {
+) -> Result<(String, Option<Vec<String>>), CaseError> {
     if kind.key == "formula" && !kind.is_table() {
         let text = kind.string()?.to_owned();
         places.push((Place::Potential, kind.clone()));
-        return Ok(text);
+        return Ok((text, None));
     }
     let mut section = kind.section()?;
     if kind.key == "formula" {
@@ -137,7 +140,7 @@ fn expression<'t>(
         let expression = expression.ok_or_else(|| section.error("missing field `expression`"))?;
         let text = expression.string()?.to_owned();
         places.push((Place::Potential, expression));
-        return Ok(text);
+        return Ok((text, None));
     }
     let [x] = coordinates else {
         let message = format!("'potential.{}' is for one coordinate, and there are {}", kind.key, coordinates.len());
@@ -149,22 +152,23 @@ fn expression<'t>(
         "polynomial" => "coefficients",
         _ => {
             section.finish()?;
-            return Ok("0".to_owned());
+            return Ok(("0".to_owned(), Some(Vec::new())));
         }
     };
     let factor = section.take(key);
     section.finish()?;
     let factor = factor.ok_or_else(|| section.error(format!("missing field `{key}`")))?;
-    let text = match key {
-        "alpha" => format!("({})*{x}", factor.number()?),
-        "kappa" => format!("({})*{x}^4", factor.number()?),
+    let zeros = |count: usize| vec!["0".to_owned(); count];
+    let (text, coefficients) = match key {
+        "alpha" => (format!("({})*{x}", factor.number()?), [zeros(1), vec![factor.number()?]].concat()),
+        "kappa" => (format!("({})*{x}*{x}*{x}*{x}", factor.number()?), [zeros(4), vec![factor.number()?]].concat()),
         _ => {
             let coefficients = factor.numbers()?;
-            let terms = coefficients.iter().enumerate().filter(|(_, c)| c.parse() != Ok(0.0));
-            let terms: Vec<String> = terms.map(|(k, c)| format!("({c})*{x}^{k}")).collect();
-            if terms.is_empty() { "0".to_owned() } else { terms.join(" + ") }
+            // By Horner's rule.
+            let sum = |sum: String, c: &String| format!("({sum}*{x} + ({c}))");
+            (coefficients.iter().rev().fold("0".to_owned(), sum), coefficients)
         }
     };
     places.push((Place::Potential, factor));
-    Ok(text)
+    Ok((text, Some(coefficients)))
 }

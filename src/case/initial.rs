@@ -1,9 +1,9 @@
-//! `[initial]` of a scene: which positions, velocities and momenta are given.
+//! `[initial]`: which positions, velocities and momenta are given.
 
+use super::CaseError;
 use super::quantity::Quantity;
 use super::reader::{Field, Section};
 use super::scenery::{Scenery, known};
-use crate::case::CaseError;
 use crate::formula::similar::nearest;
 use crate::geometry::{Geometry, GeometryError, GeometryText, Law};
 
@@ -41,9 +41,9 @@ impl Rate {
     }
 }
 
-/// The initial data of a scene as the case gives them, without the coordinate tau that `conformal` may add.
+/// The initial data as the case gives them, without the coordinate tau that `conformal` may add.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct SceneInitial {
+pub struct StartData {
     /// The position of every coordinate.
     pub q: Vec<Quantity>,
     /// The rate of every coordinate. At most one follows from the norm.
@@ -54,7 +54,7 @@ pub struct SceneInitial {
 
 /// The initial data with their places in the text.
 pub(super) struct Initial<'t> {
-    pub(super) data: SceneInitial,
+    pub(super) data: StartData,
     /// Where the position and the rate of every coordinate stand.
     pub(super) q: Vec<Option<Field<'t>>>,
     pub(super) rates: Vec<Option<Field<'t>>>,
@@ -74,17 +74,22 @@ pub(super) fn read<'t>(
     let velocities: Vec<_> = names.iter().map(|name| section.take(&format!("{name}_dot"))).collect();
     let momenta: Vec<_> = names.iter().map(|name| section.take(&format!("p_{name}"))).collect();
     let (norm, solve) = (section.take("norm"), section.take("solve"));
+    let velocity = if scenery.is_of_x { section.take("velocity") } else { None };
     section.finish().map_err(|error| explain_velocity(error, names))?;
     let is_lifted = matches!(&scenery.text, GeometryText::Potential(potential) if potential.law == Law::Newtonian);
     let positions = positions(&section, &q, geometry)?;
-    let (mut rates, fields) = given_rates(velocities, momenta)?;
+    let (mut rates, mut fields) = given_rates(velocities, momenta)?;
+    if let Some(velocity) = velocity {
+        rates[1] = Some(rate_of_velocity(&velocity, &fields)?);
+        fields[1] = Some(velocity);
+    }
     let mut value = from_norm(norm.as_ref(), solve.as_ref(), names, &fields, &mut rates)?;
     if is_lifted {
         add_lift(&mut rates, &mut value, norm.as_ref())?;
     }
     let rates =
         rates.into_iter().zip(names).map(|(rate, name)| rate.ok_or_else(|| missing(&section, name, &value, is_lifted)));
-    let data = SceneInitial { q: positions, rates: rates.collect::<Result<_, _>>()?, norm: value };
+    let data = StartData { q: positions, rates: rates.collect::<Result<_, _>>()?, norm: value };
     Ok(Initial { data, q, rates: fields, norm, solve, section })
 }
 
@@ -112,6 +117,19 @@ fn given_rates<'t>(
         fields.push(velocity.or(momentum));
     }
     Ok((rates, fields))
+}
+
+/// dx/dγ, where dx/dt is given.
+fn rate_of_velocity(velocity: &Field<'_>, fields: &[Option<Field<'_>>]) -> Result<Rate, CaseError> {
+    const HELP: &str = "keep exactly one of initial.x_dot (dx/dgamma) and initial.velocity (dx/dt)";
+    if let Some(other) = &fields[1] {
+        let message = format!("both {} and velocity are given", other.key);
+        return Err(velocity.key_error(message).with_help(HELP.to_owned()));
+    }
+    match fields[0].as_ref().filter(|t_dot| t_dot.key == "t_dot") {
+        Some(t_dot) => Ok(Rate::Velocity(Quantity::new(format!("({})*({})", velocity.formula()?, t_dot.formula()?)))),
+        None => Err(velocity.key_error("velocity needs t_dot").with_help("give x_dot or p_x in its place".to_owned())),
+    }
 }
 
 /// The norm, if a rate follows from it, which is then marked.
@@ -214,7 +232,7 @@ fn add_lift(
     let (last, zero) = (rates.len() - 1, Quantity::new("0"));
     let given = norm.as_ref().zip(field).filter(|(value, _)| value.value(&[]) != Ok(0.0));
     if let Some((value, field)) = given {
-        let message = format!("a newtonian scene has norm = 0, got {}", value.text());
+        let message = format!("a newtonian case has norm = 0, got {}", value.text());
         return Err(field.error(message).with_help("the lift of Newton's law is made of null geodesics".to_owned()));
     }
     let one = || Quantity::new("1");
@@ -246,13 +264,13 @@ fn missing(section: &Section<'_>, name: &str, norm: &Option<Quantity>, is_lifted
     section.error(format!("neither {name}_dot nor p_{name} is given")).with_help(help)
 }
 
-/// Says what a scene takes in place of the velocity of a case of one coordinate.
+/// Says what a case takes in place of the velocity of one in x alone.
 fn explain_velocity(error: CaseError, names: &[String]) -> CaseError {
     if !error.message.starts_with("unknown field `velocity`") {
         return error;
     }
     let name = names.get(1).unwrap_or(&names[0]);
-    error.with_help(format!("a scene takes {name}_dot = d{name}/dgamma, and so on, or the momentum p_{name}"))
+    error.with_help(format!("this case takes {name}_dot = d{name}/dgamma, and so on, or the momentum p_{name}"))
 }
 
 impl Initial<'_> {

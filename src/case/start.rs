@@ -1,4 +1,4 @@
-//! The start of a scene in numbers: velocities and momenta from each other, and one of them from K.
+//! The start of a case in numbers: velocities and momenta from each other, and one of them from K.
 //!
 //! With G = (g_ab), P the coordinates whose momenta are given and V the others, p = G q̇ + A is solved for the q̇ in P:
 //!
@@ -8,7 +8,7 @@
 //!
 //! If one rate u is to be found from K, q̇ = α + β u, and K = (βᵀGβ) u² + 2 (αᵀGβ) u + αᵀGα.
 
-use super::initial::{Rate, SceneInitial, Sign};
+use super::initial::{Rate, Sign, StartData};
 use crate::geometry::{Geometry, Start};
 use crate::number::Real;
 
@@ -39,7 +39,7 @@ pub(super) struct Solved<S> {
 /// The start that the data describe. `is_double` says whether the two roots are known to be one, or to be two; without
 /// it a discriminant below rounding is zero, where `rounding` is the relative accuracy of the data.
 pub(super) fn solve<S: Real>(
-    data: &SceneInitial,
+    data: &StartData,
     geometry: &Geometry<S>,
     parameters: &[(String, String)],
     rounding: f64,

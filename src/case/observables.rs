@@ -1,11 +1,11 @@
-//! `[invariants]`, `[events]` and `[plot]` of a scene: formulas of what a run computes.
+//! `[invariants]`, `[events]` and `[plot]` of a case: formulas of what a run computes.
 
 use std::collections::BTreeMap;
 
+use super::CaseError;
 use super::names;
 use super::reader::{Field, Section};
 use super::scenery::known;
-use crate::case::CaseError;
 use crate::formula::similar::nearest;
 use crate::formula::{Graph, Names, is_identifier, parse};
 use crate::geometry::{Direction, observed};
@@ -32,7 +32,7 @@ pub struct Axes {
     pub y: String,
 }
 
-/// The names that formulas of a scene may use.
+/// The names that formulas of a case may use.
 pub(super) struct Formulas<'s> {
     pub(super) coordinates: &'s [String],
     pub(super) parameters: &'s [(String, String)],

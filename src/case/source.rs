@@ -1,0 +1,207 @@
+//! The text of a case with its overrides, and the places of mistakes in it.
+
+use std::ops::Range;
+
+use toml_edit::{Document, DocumentMut, Item, Key, Table, TableLike, Value};
+
+use super::CaseError;
+use super::limits::Invalid;
+use super::names::mentions;
+
+/// The message of serde with the names of TOML's types, which a user knows, in place of Rust's.
+pub(super) fn readable(message: &str) -> String {
+    let rust_to_toml = [
+        ("expected f64", "expected a number"),
+        ("expected usize", "expected a whole number, 0 or more"),
+        ("expected u32", "expected a whole number, 0 or more"),
+    ];
+    rust_to_toml.iter().fold(message.trim_end().to_owned(), |message, (rust, toml)| message.replace(rust, toml))
+}
+
+/// The text of a case and its name, to which errors refer.
+pub(super) struct Source {
+    name: String,
+    pub(super) text: String,
+    /// Whether it is a potential of x alone, as the paper has it.
+    pub(super) is_of_x: bool,
+}
+
+impl Source {
+    /// The text as the overrides change it.
+    pub(super) fn new(name: &str, text: &str, overrides: &[String]) -> Result<Self, CaseError> {
+        let plain = Self { name: name.to_owned(), text: text.to_owned(), is_of_x: false };
+        let source = if overrides.is_empty() { plain } else { plain.with_overrides(overrides)? };
+        let is_of_x = is_of_x(source.document()?.as_table());
+        Ok(Self { is_of_x, ..source })
+    }
+
+    /// The keys and values of the text with their places.
+    pub(super) fn document(&self) -> Result<Document<&str>, CaseError> {
+        Document::parse(self.text.as_str()).map_err(|error| self.error(error.span(), readable(error.message()), None))
+    }
+
+    pub(super) fn error(&self, span: Option<Range<usize>>, message: String, help: Option<String>) -> CaseError {
+        CaseError { source_name: self.name.clone(), text: self.text.clone(), span, message, help }
+    }
+
+    fn with_overrides(self, overrides: &[String]) -> Result<Self, CaseError> {
+        let mut document: DocumentMut = self
+            .text
+            .parse()
+            .map_err(|error: toml_edit::TomlError| self.error(error.span(), readable(error.message()), None))?;
+        let given: Vec<String> = overrides.iter().filter_map(|setting| dotted(setting)).collect();
+        given.iter().filter_map(|key| other_rate(key)).filter(|other| !given.contains(other)).for_each(|other| {
+            remove(document.as_table_mut(), &other);
+        });
+        for (one, others) in EXCLUSIVE {
+            if given.iter().any(|key| key == one) {
+                let free = |other: &&&str| !given.iter().any(|key| is_within(key, other));
+                others.iter().filter(free).for_each(|other| remove(document.as_table_mut(), other));
+            }
+        }
+        for setting in overrides {
+            set(document.as_table_mut(), setting)
+                .map_err(|message| self.error(None, format!("--set {setting}: {message}"), None))?;
+        }
+        let name = format!("{} with --set {}", self.name, overrides.join(" --set "));
+        Ok(Self { name, text: document.to_string(), ..self })
+    }
+
+    /// A mistake in the value of a dotted key.
+    pub(super) fn invalid(&self, invalid: Invalid) -> CaseError {
+        let document = Document::parse(self.text.as_str()).ok();
+        let span = document.and_then(|document| find(document.as_item(), &invalid.path));
+        self.error(span, invalid.message, invalid.help)
+    }
+}
+
+/// Whether the tables are those of the paper's particle, which no formula of the case's own looks at.
+fn is_of_x(root: &Table) -> bool {
+    let table = |name: &str| root.get(name).and_then(Item::as_table_like);
+    let has =
+        |name: &str, keys: &[&str]| table(name).is_some_and(|table| keys.iter().any(|key| table.contains_key(key)));
+    !(["metric", "events", "invariants", "plot"].iter().any(|key| root.contains_key(key))
+        || has("potential", &["coordinates", "one_form", "force", "conformal"])
+        || has("particle", &["masses", "law"])
+        || has("grid", &["until"])
+        || table("potential").is_some_and(is_of_time))
+}
+
+/// Whether V is a formula with t in it.
+fn is_of_time(potential: &dyn TableLike) -> bool {
+    let formula = potential.get("formula");
+    let inner = formula.and_then(Item::as_table_like).and_then(|table| table.get("expression"));
+    inner.or(formula).and_then(Item::as_str).is_some_and(|text| mentions(text, "t"))
+}
+
+/// The place of the value of a dotted key, or of the nearest table around it if it is missing.
+fn find(root: &Item, path: &str) -> Option<Range<usize>> {
+    let (mut span, mut item) = (None, root);
+    for key in path.split('.') {
+        let Some(inner) = item.as_table_like().and_then(|table| table.get(key)) else { break };
+        item = inner;
+        span = item.span().or(span);
+    }
+    span
+}
+
+/// An override of the first key removes the other keys, which it replaces, unless they are overridden too.
+const EXCLUSIVE: [(&str, &[&str]); 11] = [
+    ("grid.t_f", &["grid.gamma_f"]),
+    ("grid.gamma_f", &["grid.t_f"]),
+    ("initial.velocity", &["initial.x_dot"]),
+    ("initial.x_dot", &["initial.velocity"]),
+    ("solver.accuracy", &["solver.tolerance", "grid.n_gamma", "grid.windows", "scheme"]),
+    ("solver.tolerance", &["solver.accuracy", "grid.n_gamma", "grid.windows", "scheme"]),
+    ("grid.n_gamma", &["solver.accuracy", "solver.tolerance"]),
+    ("grid.windows", &["solver.accuracy", "solver.tolerance"]),
+    ("metric.preset", &["metric.coordinates", "metric.components"]),
+    ("metric.coordinates", &["metric.preset"]),
+    ("metric.components", &["metric.preset"]),
+];
+
+/// The momentum in whose place a velocity is given, or the other way round.
+fn other_rate(key: &str) -> Option<String> {
+    let key = key.strip_prefix("initial.")?;
+    let velocity = || Some(format!("initial.p_{}", key.strip_suffix("_dot")?));
+    key.strip_prefix("p_").map(|name| format!("initial.{name}_dot")).or_else(velocity)
+}
+
+/// Whether the values of a dotted key are formulas, so that what is no TOML value needs no quotes.
+fn is_formula(key: &str) -> bool {
+    let tables = ["metric.", "invariants.", "potential.one_form.", "potential.force.", "potential.parameters."];
+    ["potential.formula", "potential.formula.expression", "grid.until"].contains(&key)
+        || tables.iter().any(|table| key.starts_with(table))
+}
+
+/// The text of a case as `overrides` change it, without what it expects if there are any: that holds for the case as it
+/// is in its file.
+///
+/// # Errors
+/// [`CaseError`] for an override that is none, or a text that is not TOML.
+pub fn overridden(source_name: &str, text: &str, overrides: &[String]) -> Result<String, CaseError> {
+    let source = Source::new(source_name, text, overrides)?;
+    let Ok(mut document) = source.text.parse::<DocumentMut>() else { return Ok(source.text) };
+    if overrides.is_empty() {
+        return Ok(source.text);
+    }
+    document.remove("expect");
+    Ok(document.to_string())
+}
+
+/// The key of an override `KEY=VALUE`, its parts without quotes and joined by dots; `None` if it has none.
+pub fn key_of(setting: &str) -> Option<String> {
+    dotted(setting).filter(|key| !key.is_empty())
+}
+
+/// The key of an override, its parts without quotes and joined by dots.
+fn dotted(setting: &str) -> Option<String> {
+    let keys = Key::parse(setting.split_once('=')?.0.trim()).ok()?;
+    Some(keys.iter().map(Key::get).collect::<Vec<_>>().join("."))
+}
+
+/// Whether `key` is `path`, lies inside it, or contains it.
+fn is_within(key: &str, path: &str) -> bool {
+    let below = |long: &str, short: &str| long.strip_prefix(short).is_some_and(|rest| rest.starts_with('.'));
+    key == path || below(key, path) || below(path, key)
+}
+
+/// Removes a dotted key.
+fn remove(root: &mut Table, path: &str) {
+    let (tables, last) = path.rsplit_once('.').unwrap_or(("", path));
+    let mut table: &mut dyn TableLike = root;
+    for key in tables.split('.').filter(|key| !key.is_empty()) {
+        let Some(inner) = table.get_mut(key).and_then(Item::as_table_like_mut) else { return };
+        table = inner;
+    }
+    table.remove(last);
+}
+
+/// Applies one `dotted.key=value`.
+fn set(root: &mut Table, setting: &str) -> Result<(), String> {
+    let (key, value) = setting.split_once('=').ok_or("expected KEY=VALUE, for example grid.n_gamma=64")?;
+    let keys = Key::parse(key.trim()).map_err(|_| format!("'{}' is not a dotted key", key.trim()))?;
+    let value = value.trim();
+    if value.is_empty() {
+        return Err("the value is missing".to_owned());
+    }
+    // What cannot be another kind of value needs no quotes: a word, and a formula.
+    let is_quoted = value.starts_with(['"', '\'', '[', '{']);
+    let bare_word = value.starts_with(|c: char| c.is_ascii_alphabetic()) || (is_formula(key.trim()) && !is_quoted);
+    let value: Value = match value.parse() {
+        Ok(value) => value,
+        Err(_) if bare_word => Value::from(value),
+        Err(_) => return Err(format!("'{value}' is not a TOML value (a string needs quotes)")),
+    };
+    let (last, tables) = keys.split_last().ok_or("the key is missing")?;
+    let mut table: &mut dyn TableLike = root;
+    for key in tables {
+        table = table
+            .entry(key.get())
+            .or_insert_with(|| Item::Table(Table::new()))
+            .as_table_like_mut()
+            .ok_or_else(|| format!("'{}' is not a table", key.get()))?;
+    }
+    table.insert(last.get(), Item::Value(value));
+    Ok(())
+}

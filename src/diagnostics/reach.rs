@@ -1,0 +1,44 @@
+//! How far the coordinates of a run go.
+
+use crate::number::Real;
+use crate::solve::WorldLine;
+
+/// The least and the largest value of a coordinate; of an ignorable one they count from the start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    /// The least one.
+    pub least: f64,
+    /// The largest one.
+    pub most: f64,
+}
+
+impl Reach {
+    /// How far coordinate `a` goes on the nodes of a world-line.
+    pub fn new<S: Real>(line: &WorldLine<S>, a: usize) -> Self {
+        let origin = if line.geometry().active().contains(&a) { S::ZERO } else { line.place.start.q[a] };
+        Self::of(line.counted_from_origin(a, &line.q[a]).map(|q| (q - origin).to_f64()))
+    }
+
+    /// That of these values.
+    pub(crate) fn of(values: impl Iterator<Item = f64>) -> Self {
+        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+        for q in values {
+            (least, most) = (least.min(q), most.max(q));
+        }
+        Self { least, most }
+    }
+
+    /// The largest absolute value.
+    pub fn size(self) -> f64 {
+        self.least.abs().max(self.most.abs())
+    }
+
+    /// The largest value minus the least.
+    pub fn range(self) -> f64 {
+        self.most - self.least
+    }
+
+    pub(super) fn followed_by(self, next: Self) -> Self {
+        Self { least: self.least.min(next.least), most: self.most.max(next.most) }
+    }
+}

@@ -1,0 +1,193 @@
+//! Tables whose rows begin with their numbers, and where each row stands in its file.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufReader, BufWriter, Read, Seek, SeekFrom, Write};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use csv::{ReaderBuilder, StringRecord};
+
+use super::{RUNS, RUNS_EVENTS};
+
+/// Tables are written in blocks of this many bytes.
+const BUFFER: usize = 1 << 18;
+
+/// A CSV file whose records begin with the number of a row; several records of a row follow each other.
+#[derive(Debug)]
+pub(super) struct RowFile {
+    path: PathBuf,
+    file: File,
+    pub(super) header: StringRecord,
+    places: BTreeMap<usize, Range<u64>>,
+    /// Where the last whole record ends.
+    length: u64,
+}
+
+impl RowFile {
+    /// Finds the rows of a file that begin at byte `begin` with a header. A record that is torn, and what is after it,
+    /// does not count.
+    ///
+    /// # Errors
+    /// If the file cannot be read.
+    pub(super) fn read(path: &Path, mut file: File, begin: u64) -> anyhow::Result<Self> {
+        let cannot = || format!("cannot read {}", path.display());
+        let size = file.seek(SeekFrom::End(0)).with_context(cannot)?;
+        let mut last = [b'\n'];
+        if size > 0 {
+            file.seek(SeekFrom::End(-1)).and_then(|_| file.read_exact(&mut last)).with_context(cannot)?;
+        }
+        file.seek(SeekFrom::Start(begin)).with_context(cannot)?;
+        let mut reader = ReaderBuilder::new().has_headers(false).flexible(true).from_reader(BufReader::new(&file));
+        let (mut header, mut record) = (StringRecord::new(), StringRecord::new());
+        let (mut places, mut length): (BTreeMap<usize, Range<u64>>, u64) = (BTreeMap::new(), begin);
+        // Text that was cut in the middle of a character is torn, too.
+        while reader.read_record(&mut record).unwrap_or(false) {
+            let end = begin + reader.position().byte();
+            let is_torn = end == size && last != *b"\n";
+            if length == begin && !is_torn {
+                header = record.clone();
+            } else if let Some(number) = record[0].parse().ok().filter(|_| !is_torn && record.len() == header.len()) {
+                places.entry(number).and_modify(|place| place.end = end).or_insert(length..end);
+            } else {
+                break;
+            }
+            length = end;
+        }
+        drop(reader);
+        Ok(Self { path: path.to_owned(), file, header, places, length })
+    }
+
+    /// The table of that name in a folder; `None` if there is none.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub(super) fn open(folder: &Path, name: &str) -> anyhow::Result<Option<Self>> {
+        let path = folder.join(name);
+        if !path.exists() {
+            return Ok(None);
+        }
+        let file = File::open(&path).with_context(|| format!("cannot read {}", path.display()))?;
+        Self::read(&path, file, 0).map(Some)
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The numbers of its rows, in ascending order.
+    pub(super) fn numbers(&self) -> impl ExactSizeIterator<Item = usize> + '_ {
+        self.places.keys().copied()
+    }
+
+    pub(super) fn has(&self, row: usize) -> bool {
+        self.places.contains_key(&row)
+    }
+
+    /// Cuts off the records of rows that are not `wanted`, which must be its last ones, and what is torn.
+    ///
+    /// # Errors
+    /// If the file cannot be cut.
+    pub(super) fn cut(&mut self, wanted: impl Fn(usize) -> bool) -> anyhow::Result<()> {
+        let unwanted = self.places.iter().filter(|(row, _)| !wanted(**row)).map(|(_, place)| place.start);
+        self.length = unwanted.min().unwrap_or(self.length);
+        self.places.retain(|_, place| place.end <= self.length);
+        self.file.set_len(self.length).with_context(|| format!("cannot write {}", self.path.display()))
+    }
+
+    /// Begins the file with these lines, the last of which is the header.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub(super) fn begin(&mut self, first: &[u8], header: &[String]) -> anyhow::Result<()> {
+        self.places.clear();
+        self.length = 0;
+        self.cut(|_| true)?;
+        self.header = StringRecord::from(header.to_vec());
+        self.append(None, &[first, &line_of(header.iter().map(String::as_str))].concat())
+    }
+
+    /// Appends the records of a row.
+    ///
+    /// # Errors
+    /// If they cannot be written.
+    pub(super) fn append(&mut self, row: Option<usize>, records: &[u8]) -> anyhow::Result<()> {
+        let cannot = || format!("cannot write {}", self.path.display());
+        self.file.seek(SeekFrom::Start(self.length)).with_context(cannot)?;
+        self.file.write_all(records).with_context(cannot)?;
+        let end = self.length + records.len() as u64;
+        if let Some(row) = row.filter(|_| !records.is_empty()) {
+            self.places.insert(row, self.length..end);
+        }
+        self.length = end;
+        Ok(())
+    }
+
+    /// Brings it to the disk.
+    ///
+    /// # Errors
+    /// If that fails.
+    pub(super) fn sync(&self) -> anyhow::Result<()> {
+        self.file.sync_data().with_context(|| format!("cannot write {}", self.path.display()))
+    }
+
+    /// The records of a row; nothing if it has none.
+    ///
+    /// # Errors
+    /// If they cannot be read.
+    pub(super) fn row(&mut self, row: usize) -> anyhow::Result<Vec<u8>> {
+        let Some(place) = self.places.get(&row) else { return Ok(Vec::new()) };
+        let mut records = vec![0; (place.end - place.start) as usize];
+        self.file
+            .seek(SeekFrom::Start(place.start))
+            .and_then(|_| self.file.read_exact(&mut records))
+            .with_context(|| format!("cannot read row {row} of {}", self.path.display()))?;
+        Ok(records)
+    }
+}
+
+/// A record as a line of CSV.
+pub(super) fn line_of<'c>(cells: impl IntoIterator<Item = &'c str>) -> Vec<u8> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(cells).expect("a record is written to memory");
+    writer.into_inner().expect("a record is written to memory")
+}
+
+/// The rows of a table and their events.
+#[derive(Debug)]
+pub(super) struct Rows {
+    pub(super) runs: RowFile,
+    pub(super) events: Option<RowFile>,
+}
+
+/// Writes rows to `runs`, and their events to `events` if there are any: those of `order`, each with the place of its
+/// source. `see` is shown every row.
+///
+/// # Errors
+/// If a row cannot be read, or a table cannot be written.
+pub(super) fn write<W: Write>(
+    sources: &mut [&mut Rows],
+    order: impl Iterator<Item = (usize, usize)>,
+    (runs, events): (W, Option<W>),
+    mut see: impl FnMut(&[u8]),
+) -> anyhow::Result<()> {
+    let [cannot, cannot_events] = [RUNS, RUNS_EVENTS].map(|name| move || format!("cannot write {name}"));
+    let mut runs = BufWriter::with_capacity(BUFFER, runs);
+    let mut events = events.map(|events| BufWriter::with_capacity(BUFFER, events));
+    runs.write_all(&line_of(&sources[0].runs.header)).with_context(cannot)?;
+    if let (Some(events), Some(table)) = (&mut events, &sources[0].events) {
+        events.write_all(&line_of(&table.header)).with_context(cannot_events)?;
+    }
+    for (row, place) in order {
+        let source = &mut sources[place];
+        let record = source.runs.row(row)?;
+        see(&record);
+        runs.write_all(&record).with_context(cannot)?;
+        if let (Some(events), Some(table)) = (&mut events, &mut source.events) {
+            events.write_all(&table.row(row)?).with_context(cannot_events)?;
+        }
+    }
+    runs.flush().with_context(cannot)?;
+    events.as_mut().map_or(Ok(()), Write::flush).with_context(cannot_events)
+}

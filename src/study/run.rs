@@ -1,0 +1,137 @@
+//! One run of a case: solved, measured and judged. A row of many runs is the same.
+
+use std::time::Instant;
+
+use crate::case::Case;
+use crate::diagnostics::Diagnostics;
+use crate::diagnostics::gaps::Gaps;
+use crate::diagnostics::verdict::Verdict;
+use crate::geometry::ConservedSum;
+use crate::number::Real;
+use crate::solve::{Arithmetic, NoSolution, Setup, WorldLine, solve, solve_window_by_window};
+use crate::study::errors::{RunError, reference_error, run_error};
+use crate::study::verdict::of_run;
+use crate::trajectory::{Crossing, EventSearch, NoSamples, Sample, SampleStream};
+
+/// What is asked for besides the run.
+#[derive(Debug, Default)]
+pub struct Wanted<S: Real = f64> {
+    /// Samples.
+    pub samples: Option<SampleStream<S>>,
+    /// Whether nothing but the last window is to be kept.
+    pub is_streamed: bool,
+    /// Whether conserved sums of momenta are looked for.
+    pub sums: bool,
+}
+
+/// Why there is no run.
+#[derive(Debug)]
+pub enum NoRun<S> {
+    /// It was not solved.
+    Unsolved(NoSolution),
+    /// It has no such samples.
+    Unsampled(NoSamples<S>),
+}
+
+/// A run with what was measured on it.
+#[derive(Debug)]
+pub struct Run<S: Real = f64> {
+    /// The world-line, or its last window if no more was to be kept.
+    pub line: WorldLine<S>,
+    /// Whether it is the whole.
+    pub is_whole: bool,
+    /// Conserved sums of momenta.
+    pub sums: Vec<ConservedSum>,
+    /// What was measured. If only the last window is kept, rows are those of that window.
+    pub diagnostics: Diagnostics<S>,
+    /// The samples.
+    pub samples: Vec<Sample<S>>,
+    /// The events of the case, in the order of γ.
+    pub events: Vec<Crossing<S>>,
+    /// Seconds spent in measuring.
+    pub seconds: f64,
+}
+
+/// How good a run is.
+#[derive(Debug)]
+pub struct Judged {
+    /// How far it is from what it was compared with.
+    pub error: Option<RunError>,
+    /// What was found between the nodes, if that was looked at.
+    pub gaps: Option<Gaps>,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// What is to be warned of.
+    pub suspicions: Vec<String>,
+}
+
+/// Solves a case, which makes `setup`, and measures the result. Returns also the seconds in the solver; of a run that
+/// is streamed they contain those of measuring.
+pub fn run<S: Arithmetic>(case: &Case, setup: &Setup<S>, wanted: Wanted<S>) -> (Result<Run<S>, NoRun<S>>, f64) {
+    let rough = &setup.rough;
+    let sums = if wanted.sums && !case.is_of_x() {
+        rough.geometry.conserved_sums(&rough.start.q, &rough.start.q_dot)
+    } else {
+        Vec::new()
+    };
+    let terms: Vec<Vec<(usize, S)>> =
+        sums.iter().map(|sum| sum.terms.iter().map(|&(a, c)| (a, S::from(c))).collect()).collect();
+    let (mut observables, is_lifted) = (case.observables(), case.is_lifted());
+    let mut watches = case.watches();
+    let (mut events, mut samples) = (EventSearch::new(&mut watches), wanted.samples);
+    let mut measured: Option<Diagnostics<S>> = None;
+    let mut see = |part: &WorldLine<S>| {
+        let here = Diagnostics::of(part, &terms, &mut observables, is_lifted);
+        let before = measured.take().filter(|_| part.window_count > part.windows.len());
+        measured = Some(match before {
+            Some(before) => before.followed_by(here),
+            None => here,
+        });
+        events.see(part);
+        samples.iter_mut().for_each(|samples| samples.see(part));
+    };
+    let start = Instant::now();
+    let solved = if wanted.is_streamed { solve_window_by_window(setup, &mut see) } else { solve(setup) };
+    let solve_seconds = start.elapsed().as_secs_f64();
+    let line = match solved {
+        Ok(line) => line,
+        Err(failure) => return (Err(NoRun::Unsolved(failure)), solve_seconds),
+    };
+    let start = Instant::now();
+    if !wanted.is_streamed {
+        see(&line);
+    }
+    let events = events.finish(&line);
+    let diagnostics = measured.unwrap_or_else(|| Diagnostics::new(&line));
+    let samples = match samples.map_or(Ok(Vec::new()), |samples| samples.finish(&line)) {
+        Ok(samples) => samples,
+        Err(none) => return (Err(NoRun::Unsampled(none)), solve_seconds),
+    };
+    let is_whole = !wanted.is_streamed;
+    let seconds = start.elapsed().as_secs_f64();
+    (Ok(Run { line, is_whole, sums, diagnostics, samples, events, seconds }), solve_seconds)
+}
+
+impl<S: Real> Run<S> {
+    /// Judges the run of `setup`: its error comes from the engine beside it, or with `reference` from the Taylor
+    /// method; with `enclose` what may hide between its nodes is looked at.
+    pub fn judged(&self, setup: &Setup<S>, reference: bool, enclose: bool) -> Judged {
+        let Self { line, diagnostics, .. } = self;
+        // The nodes before the last window may be gone; what is written is compared all the same.
+        let samples = if self.is_whole { &[] } else { self.samples.as_slice() };
+        let reference = if reference { reference_error(setup, line, samples) } else { None };
+        let has_estimate = line.error_estimate.is_some();
+        let estimate = if has_estimate || reference.is_none() { run_error(setup, line, samples) } else { None };
+        let contradiction = reference.as_ref().filter(|_| estimate.is_some());
+        let mut verdict = of_run(line, diagnostics, estimate.as_ref().or(reference.as_ref()), contradiction);
+        let mut suspicions = diagnostics.warnings(line);
+        // With an accuracy the solver has looked between the nodes.
+        let gaps = (enclose && line.accuracy.is_none()).then(|| Gaps::new(line, &setup.rough.geometry, verdict.error));
+        if let Some(reason) = gaps.as_ref().and_then(Gaps::reason) {
+            suspicions.push(reason.to_string());
+            verdict.doubt(reason);
+        }
+        suspicions.extend(diagnostics.of_x.as_ref().and_then(|of_x| of_x.newtonian_warning()));
+        Judged { error: reference.or(estimate), gaps, verdict, suspicions }
+    }
+}

@@ -1,0 +1,66 @@
+//! Potentials, forces and one-forms that depend on time.
+
+use geodesic_ivp::Case;
+use geodesic_ivp::solve::{WorldLine, solve};
+
+const SCHEMES: [&str; 3] =
+    ["solver.accuracy = 1e-11", "scheme = { sbp = \"GLL16\", form = \"weak\" }", "scheme.sbp = \"GLL16\""];
+
+fn solved(physics: &str, scheme: &str) -> WorldLine {
+    let windows = if scheme.starts_with("solver") { "" } else { "grid.windows = 12\n" };
+    let text = format!("{physics}\ngrid.t_f = 9.0\n{windows}{scheme}\n");
+    let case = Case::parse("time", &text, &[]).unwrap_or_else(|error| panic!("{error}\n{text}"));
+    assert!(!case.is_of_x());
+    solve(&case).unwrap()
+}
+
+fn newtonian(table: &str, [t, x, x_dot]: [f64; 3]) -> String {
+    format!(
+        "potential = {{ {table} }}\nparticle.law = \"newtonian\"\ninitial = {{ t = {t}, x = {x}, x_dot = {x_dot} }}"
+    )
+}
+
+#[test]
+fn a_driven_oscillator_moves_as_its_equation_says() {
+    let exact = |t: f64| (t.cos() - (2.0 * t).cos()) / 3.0;
+    let tables = ["formula = \"x^2/2 - x*cos(2*t)\"", "formula = \"x^2/2\", force = { x = \"cos(2*t)\" }"];
+    for (table, scheme) in tables.iter().flat_map(|table| SCHEMES.map(|scheme| (table, scheme))) {
+        let line = solved(&newtonian(table, [0.0, 0.0, 0.0]), scheme);
+        let end = line.end();
+        assert!((end.q[0] - 9.0).abs() < 1e-12 && (end.q[1] - exact(9.0)).abs() < 1e-10, "{table} {scheme}: {end:?}");
+        // The momentum of t is no charge.
+        assert_eq!(line.geometry().ignorable().collect::<Vec<_>>(), [2]);
+    }
+}
+
+#[test]
+fn a_moving_well_is_one_at_rest_in_its_own_frame() {
+    let rest = solved(&newtonian("formula = \"x^4/4 + 0*t\"", [0.0, 1.0, 0.3]), SCHEMES[0]).end();
+    for scheme in SCHEMES {
+        let moving = solved(&newtonian("formula = \"(x - t/2)^4/4\"", [0.0, 1.0, 0.8]), scheme).end();
+        assert!((moving.q[1] - 4.5 - rest.q[1]).abs() < 1e-9, "{scheme}: {moving:?} {rest:?}");
+    }
+}
+
+/// A shift of the time at the start with the force's own phase changes nothing.
+#[test]
+fn only_the_phase_of_a_drive_matters() {
+    let early = solved(&newtonian("formula = \"-x*sin(t)\"", [0.0, 0.0, 0.0]), SCHEMES[0]).end();
+    let shifted = newtonian("formula = \"-x*sin(t - w)\", parameters = { w = \"2*pi\" }", [0.0, 0.0, 0.0]);
+    let late = solved(&shifted, SCHEMES[0]).end();
+    assert!((early.q[1] - late.q[1]).abs() < 1e-10, "{early:?} {late:?}");
+    // x = t − sin(t) for the force sin(t) from rest.
+    assert!((early.q[1] - (9.0 - 9.0_f64.sin())).abs() < 1e-10, "{early:?}");
+}
+
+/// With a large speed of light the paper's metric has Newton's motion as its limit.
+#[test]
+fn the_paper_s_metric_may_depend_on_time() {
+    let newton = solved(&newtonian("formula = \"x*cos(t)/4\"", [0.0, 0.5, 0.1]), SCHEMES[0]).end();
+    let text = "potential.formula = \"x*cos(t)/4\"\nparticle.c = 1e4\n\
+                initial = { t = 0.0, x = 0.5, t_dot = 1.0, x_dot = 0.1 }";
+    for scheme in &SCHEMES[1..] {
+        let end = solved(text, scheme).end();
+        assert!((end.q[1] - newton.q[1]).abs() < 1e-7, "{scheme}: {end:?} {newton:?}");
+    }
+}
