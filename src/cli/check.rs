@@ -70,7 +70,7 @@ struct Number<S> {
 /// [`ExpectationNotMet`] if anything is different, and if there is not enough memory.
 fn compare<S: Arithmetic>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<String>> {
     let setup = case.setup::<S>();
-    memory::check(&setup, None)?;
+    memory::check(&setup, false, 0)?;
     let result = solve(&setup).map_err(|failure| (failure.status, failure.to_string()));
     let numbers = result.map(|line| {
         let gamma = expect.gamma_final.as_ref().map(|expected| ("gamma", line.gamma_f(), expected));

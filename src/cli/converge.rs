@@ -155,7 +155,7 @@ fn check_memory<S: Arithmetic>(case: &Case, args: &ConvergeArgs) -> anyhow::Resu
     let finest = args.n_gamma.iter().max().copied().unwrap_or(0);
     for &sbp in &args.sbp {
         let grid = on_grid(&case.setup::<S>(), (sbp, case.settings().form), finest, S::ONE).ok();
-        grid.map_or(Ok(()), |grid| memory::check(&grid, None))?;
+        grid.map_or(Ok(()), |grid| memory::check(&grid, false, 0))?;
     }
     Ok(())
 }

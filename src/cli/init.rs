@@ -39,7 +39,7 @@ fn list() -> anyhow::Result<String> {
     for &name in NAMES {
         let text = builtin::text(name).expect("a listed case is built in");
         let group = builtin::group(name).expect("a listed case is built in").as_str();
-        rows.push((name, group, builtin::title(name)?.unwrap_or_default(), builtin::description(text)));
+        rows.push((name, group, builtin::title(name).unwrap_or_default(), builtin::description(text)));
     }
     let width = |of: fn(&(&str, &str, String, &str)) -> usize| rows.iter().map(of).max().unwrap_or(0);
     let (names, groups, titles) =

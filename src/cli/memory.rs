@@ -9,7 +9,6 @@ use geodesic_ivp::number::Real;
 use geodesic_ivp::solve::{Settings, Setup, bytes_needed};
 
 use super::report::Refusal;
-use super::samples::SampleArgs;
 
 /// The room in megabytes that a command needs besides what is counted, and once more for each thread of a study: for a
 /// stack, and for the space that the system reserves for its small allocations.
@@ -28,16 +27,16 @@ pub(super) fn require_room(all_cores: bool) -> anyhow::Result<()> {
     Err(Refusal::input_output(message).help("raise the limit (ulimit -v)").into())
 }
 
-/// Refuses a run that needs more memory than there is. `samples` are those that it takes, if it can take any.
+/// Refuses a run that needs more memory than there is, of which only the last window is kept if it is streamed, and so
+/// many samples.
 ///
 /// # Errors
 /// [`Refusal`] with the memory that is needed and the memory that there is.
-pub(super) fn check<S: Real>(setup: &Setup<S>, samples: Option<&SampleArgs>) -> anyhow::Result<()> {
-    let (only, count) = samples.map_or((false, 0), |samples| (samples.only(), samples.count()));
-    let needed = bytes_needed(setup, only, count);
+pub(super) fn check<S: Real>(setup: &Setup<S>, is_streamed: bool, samples: usize) -> anyhow::Result<()> {
+    let needed = bytes_needed(setup, is_streamed, samples);
     let Some(available) = available().filter(|available| needed > *available) else { return Ok(()) };
     let Settings { n_gamma, windows, digits, .. } = setup.settings;
-    let help = match count > 0 && !only && windows > 1 {
+    let help = match samples > 0 && !is_streamed && windows > 1 {
         true => "take fewer nodes or digits, or --samples-only, which keeps one window at a time",
         false => "take fewer nodes, digits or samples",
     };

@@ -3,6 +3,7 @@
 mod base_cases;
 mod check;
 mod converge;
+mod drawn;
 mod init;
 mod input;
 mod interrupt;

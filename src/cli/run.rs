@@ -1,5 +1,6 @@
 //! `run CASE`.
 
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::thread::{Builder, ScopedJoinHandle, scope};
@@ -8,18 +9,17 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use clap::{Args, ValueHint};
 use geodesic_ivp::Case;
-use geodesic_ivp::diagnostics::OfX;
+use geodesic_ivp::diagnostics::{Diagnostics, OfX};
 use geodesic_ivp::number::{Extended, Real};
-use geodesic_ivp::output::pictures::scene::{self, PlotAxes};
 use geodesic_ivp::output::{
-    CASE, Chart, OutputSet, SUMMARY, Summary, pictures, write_branches, write_combined, write_events, write_residuals,
-    write_samples, write_trajectory,
+    CASE, OutputSet, SUMMARY, StreamedTable, Summary, write_branches, write_events, write_residuals, write_samples,
+    write_trajectory,
 };
-use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
-use geodesic_ivp::solve::{Arithmetic, Settings, Setup, System};
+use geodesic_ivp::solve::{Arithmetic, Limit, Settings, Setup, System, WorldLine};
 use geodesic_ivp::study::run::{self, NoRun, Run, Wanted};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::drawn::{draw, picture_names};
 use super::out::OutArgs;
 use super::readable::readable;
 use super::report::Refusal;
@@ -32,6 +32,7 @@ const RESIDUALS: &str = "residuals.csv";
 const BRANCHES: &str = "branches.csv";
 const SAMPLES: &str = "samples.csv";
 const EVENTS: &str = "events.csv";
+const UNTIL_FAILURE: &str = "until_failure.csv";
 
 #[derive(Debug, Clone, Args)]
 pub(super) struct RunArgs {
@@ -62,11 +63,26 @@ pub(super) struct RunArgs {
     #[arg(long, conflicts_with = "vary")]
     pub(super) reference: bool,
 
+    /// Write every K-th node of each window, and its last one
+    #[arg(
+        long,
+        value_name = "K",
+        default_value_t = 1,
+        hide_default_value = true,
+        value_parser = whole,
+        conflicts_with_all = ["vary", "samples_only"]
+    )]
+    every: usize,
+
     #[command(flatten)]
     pub(super) samples: SampleArgs,
 
     #[command(flatten)]
     pub(super) vary: VaryArgs,
+}
+
+fn whole(text: &str) -> Result<usize, String> {
+    text.parse().ok().filter(|&count| count > 0).ok_or_else(|| "expected a whole number, 1 or more".to_owned())
 }
 
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
@@ -120,29 +136,14 @@ fn execute<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCod
     let setup = case.setup::<S>();
     args.samples.check(args.stdout)?;
     check_options(case, args)?;
-    let wanted = Wanted { samples: args.samples.stream(case)?, is_streamed: args.samples.only(), sums: true };
+    let samples = args.samples.stream(case)?;
     case.warnings().iter().for_each(|warning| report::warn(warning));
-    memory::check(&setup, Some(&args.samples))?;
+    let is_streamed = args.samples.only() || args.stdout && takes_windows(&setup, args);
+    memory::check(&setup, is_streamed, args.samples.count())?;
     if args.stdout {
-        // Checked before the computation, whose result would otherwise be lost.
-        drop(stdout::for_data()?);
-        let run = solved(case, &setup, args, wanted).0.map_err(|none| explained(none, args, &setup))?;
-        // What hides between nodes is compared with the error of the run.
-        let suspicions = if args.enclose {
-            run.judged(&setup, args.reference, true).suspicions
-        } else {
-            let newton = run.diagnostics.of_x.as_ref().and_then(OfX::newtonian_warning);
-            run.diagnostics.warnings(&run.line).into_iter().chain(newton).collect()
-        };
-        suspicions.iter().for_each(|warning| report::warn(warning));
-        match run.is_whole {
-            true => write_combined(stdout::for_data()?, &run.line, &run.diagnostics)?,
-            false => {
-                write_samples(stdout::for_data()?, run.line.geometry().names(), &run.samples, run.line.digits)?;
-            }
-        }
-        return Ok(ExitCode::SUCCESS);
+        return to_standard_output(case, &setup, args, Wanted { samples, is_streamed, ..Wanted::default() });
     }
+    let wanted = Wanted { samples, is_streamed, sums: true, observer: None };
     args.output.check_standard_output()?;
     let target = args.output.target(&args.case, "run")?;
     let directory = target.folder.clone();
@@ -151,16 +152,7 @@ fn execute<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCod
     let (result, solve_seconds) = solved(case, &setup, args, wanted);
     let run = match result {
         Ok(run) => run,
-        Err(none) => {
-            if let NoRun::Unsolved(failure) = &none {
-                let summary = Summary::failed(case, &setup.place.geometry, failure, solve_seconds).to_json();
-                files.write_text(SUMMARY, &summary)?;
-                files.commit(&|name| name == SUMMARY || name == CASE)?;
-                // The error of the run matters more than one in writing its summary, and is the one that is reported.
-                let _ = args.output.tell(args.case.quiet, &summary, String::new);
-            }
-            return Err(explained(none, args, &setup));
-        }
+        Err(none) => return Err(failed(case, &setup, args, files, (none, solve_seconds))),
     };
     let judged = run.judged(&setup, args.reference, args.enclose);
     judged.suspicions.iter().for_each(|warning| report::warn(warning));
@@ -174,18 +166,106 @@ fn execute<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCod
     let json = summary.to_json();
     files.write_text(SUMMARY, &json)?;
     if args.plot {
-        let windows = if summary.windows > 1 { format!(", {} windows", summary.windows) } else { String::new() };
-        let title = format!("{title} ({}, N = {}{windows})", summary.sbp, summary.n_gamma);
-        for (name, chart) in picture_names(case).iter().zip(pictures(&title, case, &run)) {
-            files.write_text(name, &chart.to_svg())?;
-        }
+        draw(&files, &title, case, &run, &summary)?;
     }
-    let kept = files.commit(&|_| true)?;
+    let kept = files.commit(&|name| name != UNTIL_FAILURE)?;
     args.output.tell(args.case.quiet, &json, || {
         let written = report::written(&directory, &kept);
         let lines = readable(&title, &run, &judged, &summary, &event_names(case));
         format!("{lines}{written}{}\n", summary.verdict.line())
     })?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes what there is of a case without a run, and returns the error.
+fn failed<S: Arithmetic>(
+    case: &Case,
+    setup: &Setup<S>,
+    args: &RunArgs,
+    files: OutputSet,
+    (none, solve_seconds): (NoRun<S>, f64),
+) -> anyhow::Error {
+    if let NoRun::Unsolved(failure, _) = &none {
+        let summary = Summary::failed(case, &setup.place.geometry, failure, solve_seconds).to_json();
+        let write = || {
+            let has_rows = until_failure(case, setup, &files)?;
+            files.write_text(SUMMARY, &summary)?;
+            let is_kept = |name: &str| has_rows && [UNTIL_FAILURE, EVENTS].contains(&name);
+            files.commit(&|name| name == SUMMARY || name == CASE || is_kept(name))
+        };
+        if let Err(error) = write() {
+            return error;
+        }
+        // The error of the run matters more than one in writing its summary, and is the one that is reported.
+        let _ = args.output.tell(args.case.quiet, &summary, String::new);
+    }
+    explained(none, args, setup)
+}
+
+/// Writes the rows before a failure and the events there, which the run that failed has not kept: it is solved once
+/// more, window by window. Returns whether there is any row.
+fn until_failure<S: Arithmetic>(case: &Case, setup: &Setup<S>, files: &OutputSet) -> anyhow::Result<bool> {
+    let Settings { windows, accuracy, .. } = setup.settings;
+    if windows == 1 && accuracy.is_none() {
+        return Ok(false);
+    }
+    let file = files.file(UNTIL_FAILURE).context("cannot write until_failure.csv")?;
+    let (mut table, mut has_rows) = (StreamedTable::new(file, 1, Some(true)), false);
+    let mut see = |part: &WorldLine<S>, measured: &Diagnostics<S>| {
+        has_rows = true;
+        table.see(part, measured);
+    };
+    let wanted = Wanted { is_streamed: true, observer: Some(&mut see), ..Wanted::default() };
+    let Err(NoRun::Unsolved(_, events)) = run::run(case, setup, wanted).0 else { return Ok(false) };
+    table.finish().context("cannot write until_failure.csv")?;
+    if has_rows && !case.events().is_empty() {
+        let names = setup.place.geometry.names();
+        let written = write_events(files.writer(EVENTS), names, &event_names(case), &events, setup.settings.digits);
+        written.context("cannot write events.csv")?;
+    }
+    Ok(has_rows)
+}
+
+/// Whether a pipe takes the windows of a run as they come. Where the end has to be searched for, that would solve the
+/// run twice, and what hides between nodes is compared with the error of the whole run.
+fn takes_windows<S: Real>(setup: &Setup<S>, args: &RunArgs) -> bool {
+    let Setup { limit, until, settings, .. } = setup;
+    let is_searched = !matches!(limit, Limit::Length(_)) || !until.is_empty();
+    !args.enclose && (settings.accuracy.is_some() || !is_searched && settings.windows > 1)
+}
+
+/// Writes one table to standard output: the samples, or everything on the nodes.
+fn to_standard_output<S: Arithmetic>(
+    case: &Case,
+    setup: &Setup<S>,
+    args: &RunArgs,
+    wanted: Wanted<'_, S>,
+) -> anyhow::Result<ExitCode> {
+    // Checked before the computation, whose result would otherwise be lost.
+    drop(stdout::for_data()?);
+    let Settings { windows, accuracy, .. } = setup.settings;
+    // A run that fails, or begins again, prints nothing: the table waits in a file without a name.
+    let file = tempfile::tempfile().context("cannot write a temporary file")?;
+    let mut table = StreamedTable::new(file, args.every, accuracy.is_none().then_some(windows > 1));
+    let mut see = |part: &WorldLine<S>, measured: &Diagnostics<S>| table.see(part, measured);
+    let observer: Option<run::Observer<'_, S>> = if args.samples.only() { None } else { Some(&mut see) };
+    let run =
+        solved(case, setup, args, Wanted { observer, ..wanted }).0.map_err(|none| explained(none, args, setup))?;
+    let suspicions = if args.enclose {
+        run.judged(setup, args.reference, true).suspicions
+    } else {
+        let newton = run.diagnostics.of_x.as_ref().and_then(OfX::newtonian_warning);
+        run.diagnostics.warnings(&run.line).into_iter().chain(newton).collect()
+    };
+    suspicions.iter().for_each(|warning| report::warn(warning));
+    let mut out = stdout::for_data()?;
+    match args.samples.only() {
+        true => write_samples(out, run.line.geometry().names(), &run.samples, run.line.digits)?,
+        false => {
+            std::io::copy(&mut table.finish().context("cannot write a temporary file")?, &mut out)?;
+            out.flush()?;
+        }
+    }
     Ok(ExitCode::SUCCESS)
 }
 
@@ -203,67 +283,25 @@ fn check_options(case: &Case, args: &RunArgs) -> anyhow::Result<()> {
 /// The error of a case without a run.
 fn explained<S: Real>(none: NoRun<S>, args: &RunArgs, setup: &Setup<S>) -> anyhow::Error {
     match none {
-        NoRun::Unsolved(failure) => failure.into(),
+        NoRun::Unsolved(failure, _) => failure.into(),
         NoRun::Unsampled(none) => args.samples.refuse(none, setup.settings.digits),
     }
 }
 
-fn event_names(case: &Case) -> Vec<&str> {
+pub(super) fn event_names(case: &Case) -> Vec<&str> {
     case.events().iter().map(|event| event.name.as_str()).collect()
-}
-
-/// The names of a run's pictures.
-fn picture_names(case: &Case) -> &'static [&'static str] {
-    const OF_X: [&str; 5] = ["world_line.svg", "t_dot.svg", "trajectory.svg", "delta_q_t.svg", "delta_g.svg"];
-    const OF_SCENE: [&str; 4] = ["orbit.svg", "charges.svg", "mesh.svg", "section.svg"];
-    match case.is_of_x() {
-        true => &OF_X,
-        false if case.events().is_empty() => &OF_SCENE[..3],
-        false => &OF_SCENE,
-    }
-}
-
-/// The pictures, in the order of their names.
-fn pictures<S: Real>(title: &str, case: &Case, run: &Run<S>) -> Vec<Chart> {
-    let Run { line, diagnostics, sums, events, .. } = run;
-    if case.is_of_x() {
-        let runs = [pictures::Run { label: "", solution: line, diagnostics }];
-        // If the reference does not reach the end, the picture is drawn without it. For a line f64 is precise enough.
-        let (geometry, start) = (case.geometry(), case.start());
-        let reference = ReferenceTrajectory::new(&geometry, &start, line.length.to_f64(), f64::MOST_DIGITS).ok();
-        let duration = (line.end_state().t - line.t_i()).to_f64();
-        let in_time = time_parametrised(&geometry, &start, duration, 400);
-        return vec![
-            pictures::world_line(title, line),
-            pictures::time_mesh(title, &runs),
-            pictures::trajectory(title, &runs, reference.as_ref(), &in_time),
-            pictures::noether_charge(title, &runs),
-            pictures::geodesic_residuals(title, &runs),
-        ];
-    }
-    let (formulas, labels) = case.plot_axes(line.geometry());
-    let axes = PlotAxes { formulas, labels };
-    let mut drawn = vec![
-        scene::orbit(title, line, &axes),
-        scene::charges(title, line, diagnostics, sums),
-        scene::mesh(title, line),
-    ];
-    if !case.events().is_empty() {
-        drawn.push(scene::section(title, line, &axes, &event_names(case), events));
-    }
-    drawn
 }
 
 /// The files that a run writes.
 fn file_names(case: &Case, args: &RunArgs) -> Vec<&'static str> {
-    let mut names = vec![TRAJECTORY, RESIDUALS, BRANCHES, SAMPLES, EVENTS, SUMMARY, CASE];
+    let mut names = vec![TRAJECTORY, RESIDUALS, BRANCHES, SAMPLES, EVENTS, UNTIL_FAILURE, SUMMARY, CASE];
     names.extend(picture_names(case));
     names.retain(|name| match *name {
         TRAJECTORY | RESIDUALS => !args.samples.only(),
         BRANCHES => !args.samples.only() && case.settings().system == System::Doubled,
         SAMPLES => args.samples.wanted(),
         EVENTS => !case.events().is_empty(),
-        SUMMARY | CASE => true,
+        SUMMARY | CASE | UNTIL_FAILURE => true,
         _ => args.plot,
     });
     names
@@ -283,7 +321,7 @@ fn solved<S: Arithmetic>(
     case: &Case,
     setup: &Setup<S>,
     args: &RunArgs,
-    wanted: Wanted<S>,
+    wanted: Wanted<'_, S>,
 ) -> (Result<Run<S>, NoRun<S>>, f64) {
     let spinner = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
     let Settings { n_gamma, windows, accuracy, .. } = setup.settings;
@@ -315,9 +353,9 @@ fn write_tables<S: Real>(files: &OutputSet, case: &Case, args: &RunArgs, run: &R
         return Ok(());
     }
     let (trajectory, residuals) = scope(|scope| {
-        let write = || write_residuals(files.writer(RESIDUALS), line, diagnostics);
+        let write = || write_residuals(files.writer(RESIDUALS), line, diagnostics, args.every);
         let residuals = Builder::new().spawn_scoped(scope, write);
-        let trajectory = write_trajectory(files.writer(TRAJECTORY), line, diagnostics);
+        let trajectory = write_trajectory(files.writer(TRAJECTORY), line, diagnostics, args.every);
         // Where there is no room for a thread, one table follows the other.
         let join = |thread: ScopedJoinHandle<'_, _>| thread.join().expect("writing a table does not panic");
         (trajectory, residuals.map_or_else(|_| write(), join))
@@ -325,7 +363,7 @@ fn write_tables<S: Real>(files: &OutputSet, case: &Case, args: &RunArgs, run: &R
     trajectory.with_context(cannot(TRAJECTORY))?;
     residuals.with_context(cannot(RESIDUALS))?;
     if line.is_doubled() {
-        write_branches(files.writer(BRANCHES), line).with_context(cannot(BRANCHES))?;
+        write_branches(files.writer(BRANCHES), line, args.every).with_context(cannot(BRANCHES))?;
     }
     Ok(())
 }

@@ -245,7 +245,7 @@ fn check_memory(case: &Case) -> anyhow::Result<()> {
 }
 
 fn check_memory_in<S: Arithmetic>(case: &Case) -> anyhow::Result<()> {
-    memory::check(&case.setup::<S>(), None)
+    memory::check(&case.setup::<S>(), false, 0)
 }
 
 /// The summary for people.

@@ -31,10 +31,11 @@ impl Sizes {
     ///
     /// The rate is the fourth root of ½ Σ |S_ij S_ji|, S = J², J the Jacobian of the equations of motion: the frequency
     /// of an oscillator, 0 for free motion. With T = min(1/rate, length) a position q has the size max(|q|, |q̇| T), or
-    /// |q̈| T² if that is 0, or |q⃛| T³. The largest one counts for all coordinates with equal g^aa. A momentum has the size of
-    /// what changes its position by that position's size within T. An ignorable coordinate has the size of its way in
-    /// T. If that is next to nothing, it may be at rest at the start only, and its rate a rounding error: then it has
-    /// the size of the way by which that changes if active coordinates and momenta change by their sizes.
+    /// the larger of |q̈| T² and |q⃛| T³ if that is 0. The largest one counts for all coordinates with equal g^aa. A
+    /// momentum has the size of what changes its position by that position's size within T. An ignorable coordinate has
+    /// the size of its way in T. If that is next to nothing, it may be at rest at the start only, and its rate a rounding
+    /// error: then it has the size of the way by which that changes if active coordinates and momenta change by their
+    /// sizes.
     ///
     /// # Errors
     /// If the start is outside the domain.
@@ -66,7 +67,7 @@ impl Sizes {
         let jerks = along(&accelerations);
         let [second, third] =
             [(accelerations, 2), (jerks, 3)].map(|(of, order)| shared(&|k| of[k].abs() * time.powi(order)));
-        let of = |k: usize| [first[k], second[k], third[k]].into_iter().find(|&size| size > 0.0).unwrap_or(0.0);
+        let of = |k: usize| if first[k] > 0.0 { first[k] } else { second[k].max(third[k]) };
         let positions: Vec<f64> = (0..m).map(of).collect();
         let momenta = (0..m).map(|k| {
             let own = metric(k).abs();

@@ -1,6 +1,6 @@
 //! The output files of a command. They appear all together, and each of them is complete.
 
-use std::fs;
+use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -147,6 +147,18 @@ impl OutputSet {
     pub fn writer(&self, name: &str) -> impl Write + '_ {
         let (_, file) = self.pending.iter().find(|(n, _)| *n == name).expect("the file was opened");
         file.as_file()
+    }
+
+    /// An opened file by itself.
+    ///
+    /// # Errors
+    /// If the system has no more handles.
+    ///
+    /// # Panics
+    /// If `name` was not opened.
+    pub fn file(&self, name: &str) -> io::Result<File> {
+        let (_, file) = self.pending.iter().find(|(n, _)| *n == name).expect("the file was opened");
+        file.as_file().try_clone()
     }
 
     /// Writes the whole content of an opened file.

@@ -38,5 +38,7 @@ pub use summary::{
     Coordinates, Error, ErrorByName, Failed, Numbers, NumbersByName, Outcome, PaperNumbers, Point, Seconds, Solved,
     Summary, json_object,
 };
-pub use tables::{write_branches, write_combined, write_events, write_residuals, write_samples, write_trajectory};
+pub use tables::{
+    StreamedTable, write_branches, write_combined, write_events, write_residuals, write_samples, write_trajectory,
+};
 pub use work_precision::{WorkPrecisionSummary, read_rows, write_drift, write_work_precision};

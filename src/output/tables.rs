@@ -2,7 +2,8 @@
 //! read back to the same `f64`; extended numbers have as many significant digits as the case asks for.
 
 use std::borrow::Cow;
-use std::io::Write;
+use std::fs::File;
+use std::io::{Seek, Write};
 
 use csv::{ByteRecord, Writer, WriterBuilder};
 
@@ -37,7 +38,8 @@ struct Column<'c, S> {
 }
 
 /// Writes `trajectory.csv`: gamma, the coordinates, their derivatives. With several windows, this table and those below
-/// have also the column window. The derivatives are those of [`Diagnostics::tangent`].
+/// have also the column window, and of every window every so many nodes and the last one. The derivatives are those of
+/// [`Diagnostics::tangent`].
 ///
 /// # Errors
 /// If `out` cannot be written.
@@ -45,8 +47,9 @@ pub fn write_trajectory<S: Real>(
     mut out: impl Write,
     run: &WorldLine<S>,
     measured: &Diagnostics<S>,
+    every: usize,
 ) -> csv::Result<()> {
-    write(run, measured, Contents::Trajectory, &mut out)
+    write(run, measured, Contents::Trajectory, Rows::all(run, every), &mut out)
 }
 
 /// Writes `residuals.csv`: gamma; for every ignorable coordinate `delta_q_A` and `delta_q_A_corrected`; `delta_g_A` for
@@ -55,16 +58,26 @@ pub fn write_trajectory<S: Real>(
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_residuals<S: Real>(mut out: impl Write, run: &WorldLine<S>, measured: &Diagnostics<S>) -> csv::Result<()> {
-    write(run, measured, Contents::Residuals, &mut out)
+pub fn write_residuals<S: Real>(
+    mut out: impl Write,
+    run: &WorldLine<S>,
+    measured: &Diagnostics<S>,
+    every: usize,
+) -> csv::Result<()> {
+    write(run, measured, Contents::Residuals, Rows::all(run, every), &mut out)
 }
 
 /// Writes the table of `run --stdout`, which has the columns of both of these tables.
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_combined<S: Real>(mut out: impl Write, run: &WorldLine<S>, measured: &Diagnostics<S>) -> csv::Result<()> {
-    write(run, measured, Contents::Both, &mut out)
+pub fn write_combined<S: Real>(
+    mut out: impl Write,
+    run: &WorldLine<S>,
+    measured: &Diagnostics<S>,
+    every: usize,
+) -> csv::Result<()> {
+    write(run, measured, Contents::Both, Rows::all(run, every), &mut out)
 }
 
 /// The table of a run, whatever the number of its coordinates.
@@ -72,6 +85,7 @@ fn write<S: Real>(
     run: &WorldLine<S>,
     measured: &Diagnostics<S>,
     contents: Contents,
+    rows: Rows,
     out: &mut dyn Write,
 ) -> csv::Result<()> {
     let tangent = (contents != Contents::Residuals).then(|| measured.tangent(run));
@@ -79,7 +93,7 @@ fn write<S: Real>(
     if contents != Contents::Trajectory {
         columns.extend(residuals(run, measured));
     }
-    write_table(out, run, columns)
+    write_table(out, run, rows, columns)
 }
 
 /// Writes `branches.csv`: gamma, every coordinate with _1, every coordinate with _2. A run that is not doubled has no
@@ -87,13 +101,13 @@ fn write<S: Real>(
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_branches<S: Real>(mut out: impl Write, run: &WorldLine<S>) -> csv::Result<()> {
+pub fn write_branches<S: Real>(mut out: impl Write, run: &WorldLine<S>, every: usize) -> csv::Result<()> {
     let names = run.geometry().names();
     let forward = |(a, name): (usize, &String)| Column { name: format!("{name}_1"), values: Box::new(run.q(a)) };
     let backward =
         |(a, name): (usize, &String)| Some(Column { name: format!("{name}_2"), values: Box::new(run.backward(a)?) });
     let columns = names.iter().enumerate().map(forward).chain(names.iter().enumerate().filter_map(backward));
-    write_table(&mut out, run, columns.collect())
+    write_table(&mut out, run, Rows::all(run, every), columns.collect())
 }
 
 /// The numbers of a sample: γ, the coordinates and their derivatives.
@@ -112,7 +126,8 @@ pub fn write_samples<S: Real>(
     samples: &[Sample<S>],
     digits: u32,
 ) -> csv::Result<()> {
-    let mut table = Table::new(&mut out, state_header(names).iter().map(String::as_str), digits)?;
+    let mut table = Table::new(&mut out, digits);
+    table.writer.write_record(state_header(names))?;
     for sample in samples {
         table.row(numbers(sample), None)?;
     }
@@ -131,8 +146,8 @@ pub fn write_events<S: Real>(
     crossings: &[Crossing<S>],
     digits: u32,
 ) -> csv::Result<()> {
-    let header = state_header(names);
-    let mut table = Table::new(&mut out, std::iter::once("event").chain(header.iter().map(String::as_str)), digits)?;
+    let mut table = Table::new(&mut out, digits);
+    table.writer.write_record(std::iter::once("event".to_owned()).chain(state_header(names)))?;
     for Crossing { watch, sample } in crossings {
         table.labelled_row(events[*watch], numbers(sample))?;
     }
@@ -175,22 +190,118 @@ fn residuals<'c, S: Real>(run: &'c WorldLine<S>, measured: &'c Diagnostics<S>) -
     columns.into_iter().map(column).collect()
 }
 
-/// Writes a header and one row per node: γ, the columns and, with several windows, the number of the window from 1.
-fn write_table<S: Real>(out: &mut dyn Write, run: &WorldLine<S>, columns: Vec<Column<'_, S>>) -> csv::Result<()> {
+/// Which rows of a run are written, and how.
+#[derive(Debug, Clone, Copy)]
+struct Rows {
+    has_header: bool,
+    /// Whether there is a column with the number of the window.
+    has_windows: bool,
+    /// Every so many nodes of a window are written, and its last one.
+    every: usize,
+}
+
+impl Rows {
+    fn all<S: Real>(run: &WorldLine<S>, every: usize) -> Self {
+        Self { has_header: true, has_windows: run.windows.len() > 1, every }
+    }
+}
+
+/// Writes a header and a row for each node that is wanted: γ, the columns and, with several windows, the number of the
+/// window from 1.
+fn write_table<S: Real>(
+    out: &mut dyn Write,
+    run: &WorldLine<S>,
+    rows: Rows,
+    columns: Vec<Column<'_, S>>,
+) -> csv::Result<()> {
     let (names, mut columns): (Vec<_>, Vec<_>) =
         columns.into_iter().map(|Column { name, values }| (name, values)).unzip();
-    let has_windows = run.windows.len() > 1;
-    let names = names.iter().map(String::as_str);
-    let header = std::iter::once("gamma").chain(names).chain(has_windows.then_some("window"));
-    let mut table = Table::new(out, header, run.digits)?;
+    let Rows { has_header, has_windows, every } = rows;
+    let mut table = Table::new(out, run.digits);
+    if has_header {
+        let names = names.iter().map(String::as_str);
+        table.writer.write_record(std::iter::once("gamma").chain(names).chain(has_windows.then_some("window")))?;
+    }
     let mut gammas = run.gamma();
-    for (window, grid) in (1..).zip(run.grids()) {
-        for gamma in gammas.by_ref().take(grid.nodes().len()) {
+    for (window, grid) in (1 + run.window_count - run.windows.len()..).zip(run.grids()) {
+        let last = grid.nodes().len() - 1;
+        for (node, gamma) in gammas.by_ref().take(last + 1).enumerate() {
             let values = columns.iter_mut().filter_map(Iterator::next);
-            table.row(std::iter::once(gamma).chain(values), has_windows.then_some(window))?;
+            if node % every == 0 || node == last {
+                table.row(std::iter::once(gamma).chain(values), has_windows.then_some(window))?;
+            } else {
+                values.for_each(drop);
+            }
         }
     }
     table.finish()
+}
+
+/// A table with the columns of both tables of a run that is computed window by window, in a file of its own.
+#[derive(Debug)]
+pub struct StreamedTable {
+    file: File,
+    every: usize,
+    /// Whether there are several windows, if that is known before the run.
+    has_windows: Option<bool>,
+    /// Otherwise the first window without and with their column.
+    first: [Vec<u8>; 2],
+    /// What could not be written.
+    error: Option<csv::Error>,
+}
+
+impl StreamedTable {
+    /// A table in an empty file.
+    pub fn new(file: File, every: usize, has_windows: Option<bool>) -> Self {
+        Self { file, every, has_windows, first: Default::default(), error: None }
+    }
+
+    /// Adds a part of the run, with what was measured on it alone. It must continue the previous one or, if it contains
+    /// the first window, begins the run again.
+    pub fn see<S: Real>(&mut self, part: &WorldLine<S>, measured: &Diagnostics<S>) {
+        if self.error.is_none() {
+            self.error = self.add(part, measured).err();
+        }
+    }
+
+    fn add<S: Real>(&mut self, part: &WorldLine<S>, measured: &Diagnostics<S>) -> csv::Result<()> {
+        let has_header = part.window_count == part.windows.len();
+        let rows = |has_windows| Rows { has_header, has_windows, every: self.every };
+        if has_header {
+            self.file.set_len(0)?;
+            self.file.rewind()?;
+            self.first = Default::default();
+        }
+        let has_windows = match self.has_windows {
+            Some(has_windows) => has_windows,
+            None if part.windows.len() > 1 => true,
+            None if has_header => {
+                for (room, has_windows) in self.first.iter_mut().zip([false, true]) {
+                    write(part, measured, Contents::Both, rows(has_windows), room)?;
+                }
+                return Ok(());
+            }
+            None => {
+                let [_, first] = std::mem::take(&mut self.first);
+                self.file.write_all(&first)?;
+                true
+            }
+        };
+        write(part, measured, Contents::Both, rows(has_windows), &mut self.file)
+    }
+
+    /// The file with the whole table, at its beginning.
+    ///
+    /// # Errors
+    /// If it could not be written.
+    pub fn finish(mut self) -> csv::Result<File> {
+        if let Some(error) = self.error {
+            return Err(error);
+        }
+        self.file.write_all(&self.first[0])?;
+        self.file.rewind()?;
+        Ok(self.file)
+    }
 }
 
 /// A table that is being written.
@@ -202,10 +313,8 @@ struct Table<'o> {
 }
 
 impl<'o> Table<'o> {
-    fn new<'h>(out: &'o mut dyn Write, header: impl IntoIterator<Item = &'h str>, digits: u32) -> csv::Result<Self> {
-        let mut writer = csv_writer(out);
-        writer.write_record(header)?;
-        Ok(Self { writer, digits, record: ByteRecord::new(), room: DecimalRoom::default() })
+    fn new(out: &'o mut dyn Write, digits: u32) -> Self {
+        Self { writer: csv_writer(out), digits, record: ByteRecord::new(), room: DecimalRoom::default() }
     }
 
     fn row<S: Real>(&mut self, values: impl Iterator<Item = S>, window: Option<usize>) -> csv::Result<()> {

@@ -13,22 +13,28 @@ use crate::study::errors::{RunError, reference_error, run_error};
 use crate::study::verdict::of_run;
 use crate::trajectory::{Crossing, EventSearch, NoSamples, Sample, SampleStream};
 
+/// What sees a run part by part, with what is measured on each part alone. A part that contains the first window begins
+/// the run again.
+pub type Observer<'o, S> = &'o mut dyn FnMut(&WorldLine<S>, &Diagnostics<S>);
+
 /// What is asked for besides the run.
-#[derive(Debug, Default)]
-pub struct Wanted<S: Real = f64> {
+#[derive(Default)]
+pub struct Wanted<'o, S: Real = f64> {
     /// Samples.
     pub samples: Option<SampleStream<S>>,
     /// Whether nothing but the last window is to be kept.
     pub is_streamed: bool,
     /// Whether conserved sums of momenta are looked for.
     pub sums: bool,
+    /// What sees the run.
+    pub observer: Option<Observer<'o, S>>,
 }
 
 /// Why there is no run.
 #[derive(Debug)]
 pub enum NoRun<S> {
-    /// It was not solved.
-    Unsolved(NoSolution),
+    /// It was not solved. If it was streamed, these events lie before the failure.
+    Unsolved(NoSolution, Vec<Crossing<S>>),
     /// It has no such samples.
     Unsampled(NoSamples<S>),
 }
@@ -67,7 +73,7 @@ pub struct Judged {
 
 /// Solves a case, which makes `setup`, and measures the result. Returns also the seconds in the solver; of a run that
 /// is streamed they contain those of measuring.
-pub fn run<S: Arithmetic>(case: &Case, setup: &Setup<S>, wanted: Wanted<S>) -> (Result<Run<S>, NoRun<S>>, f64) {
+pub fn run<S: Arithmetic>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Result<Run<S>, NoRun<S>>, f64) {
     let rough = &setup.rough;
     let sums = if wanted.sums && !case.is_of_x() {
         rough.geometry.conserved_sums(&rough.start.q, &rough.start.q_dot)
@@ -79,9 +85,13 @@ pub fn run<S: Arithmetic>(case: &Case, setup: &Setup<S>, wanted: Wanted<S>) -> (
     let (mut observables, is_lifted) = (case.observables(), case.is_lifted());
     let mut watches = case.watches();
     let (mut events, mut samples) = (EventSearch::new(&mut watches), wanted.samples);
+    let mut observer = wanted.observer;
     let mut measured: Option<Diagnostics<S>> = None;
     let mut see = |part: &WorldLine<S>| {
         let here = Diagnostics::of(part, &terms, &mut observables, is_lifted);
+        if let Some(observer) = &mut observer {
+            observer(part, &here);
+        }
         let before = measured.take().filter(|_| part.window_count > part.windows.len());
         measured = Some(match before {
             Some(before) => before.followed_by(here),
@@ -95,7 +105,7 @@ pub fn run<S: Arithmetic>(case: &Case, setup: &Setup<S>, wanted: Wanted<S>) -> (
     let solve_seconds = start.elapsed().as_secs_f64();
     let line = match solved {
         Ok(line) => line,
-        Err(failure) => return (Err(NoRun::Unsolved(failure)), solve_seconds),
+        Err(failure) => return (Err(NoRun::Unsolved(failure, events.found())), solve_seconds),
     };
     let start = Instant::now();
     if !wanted.is_streamed {

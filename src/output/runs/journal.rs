@@ -3,9 +3,9 @@
 //!
 //! The journal is the table itself with its rows in the order in which they were finished, below a line that says what
 //! it is a table of; the events of a row are in a table beside it, before the row is there. A row is written at once,
-//! and then the file is only longer: of a program that is killed every row is there, but for the last one perhaps, which
-//! is cut off when the journal is opened again. Once a second it is brought to the disk, for the case that the machine
-//! stops.
+//! and then the file is only longer: of a program that is killed every row is there, but perhaps for the last one. What
+//! is torn is cut off when the journal is opened again. Once a second all is brought to the disk, for the case that the
+//! machine stops.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, BufRead, BufReader, Write};

@@ -94,7 +94,7 @@ pub(super) fn outcome<S: Arithmetic>(case: &Case) -> Outcome {
     let setup = case.setup::<S>();
     let found = match run(case, &setup, Wanted::default()).0 {
         Ok(found) => found,
-        Err(NoRun::Unsolved(failure)) => {
+        Err(NoRun::Unsolved(failure, _)) => {
             return Outcome::Failed { status: failure.status, message: failure.to_string() };
         }
         Err(NoRun::Unsampled(_)) => unreachable!("a row has no samples"),

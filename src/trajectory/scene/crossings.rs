@@ -90,6 +90,13 @@ impl<'w, S: Real> EventSearch<'w, S> {
         }
     }
 
+    /// Every change of sign in the parts that were seen, which the run ends behind, in the order of γ.
+    pub fn found(self) -> Vec<Crossing<S>> {
+        let mut found = self.walk.map_or_else(Vec::new, |walk| walk.found);
+        found.sort_by(|a, b| order(&a.sample.gamma, &b.sample.gamma));
+        found
+    }
+
     /// Every change of sign that was found, in the order of γ. `last` is the last part of the run that was seen.
     pub fn finish(self, last: &WorldLine<S>) -> Vec<Crossing<S>> {
         let Some(mut walk) = self.walk else { return Vec::new() };

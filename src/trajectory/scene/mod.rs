@@ -35,11 +35,12 @@ pub(super) fn sample<S: Real>(
     point: &mut Point<S>,
 ) -> Sample<S> {
     let [first, last] = line.windows[window].gamma;
-    let gamma = line.gamma_i + first + place;
-    // The end of the run is known exactly.
-    if place == last - first && window + 1 == line.windows.len() {
+    // The end of what is kept is known exactly.
+    let is_end = place == last - first && window + 1 == line.windows.len();
+    let gamma = line.gamma_i + if is_end { last } else { first + place };
+    if is_end {
         let Start { q, q_dot, p } = line.end();
-        return Sample { gamma: line.gamma_f(), q, q_dot, p };
+        return Sample { gamma, q, q_dot, p };
     }
     let Start { mut q, p, .. } = curve.at(place, line.geometry());
     // A curve that leaves the domain between nodes inside it has velocities that mean as little as its positions.

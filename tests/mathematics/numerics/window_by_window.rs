@@ -124,9 +124,11 @@ fn scenes_one_window_after_another_are_those_of_the_whole_run() {
         let case = Case::parse("scene", &text, &[]).unwrap_or_else(|error| panic!("{error}\n{text}"));
         let setup = case.setup::<f64>();
         let times =
-            || Some(SampleStream::new(Coordinate::Value(0), (0..30).map(|k| 0.3 * f64::from(k)).collect(), false));
+            || Some(SampleStream::new(Coordinate::Value(0), (0..30).map(|k| 0.29 * f64::from(k)).collect(), false));
         let [whole, streamed] = [false, true].map(|is_streamed| {
-            run(&case, &setup, Wanted { samples: times(), is_streamed, sums: true }).0.expect("there is a run")
+            run(&case, &setup, Wanted { samples: times(), is_streamed, sums: true, observer: None })
+                .0
+                .expect("there is a run")
         });
         assert!(streamed.line.windows.len() == 1 && whole.line.windows.len() == streamed.line.window_count);
         assert_eq!((&streamed.samples, &streamed.events), (&whole.samples, &whole.events), "{text}");

@@ -64,7 +64,7 @@ fn every_file_in_the_folders_is_built_in_and_described() {
             let text = builtin::text(name).unwrap();
             assert_eq!(text, fs::read_to_string(folder.join(name).with_extension("toml")).unwrap());
             assert!(builtin::description(text).len() > 20, "{name}");
-            assert!(builtin::title(name).unwrap().is_some(), "{name}");
+            assert!(builtin::title(name).is_some(), "{name}");
             let is_scene = !Case::parse(name, text, &[]).unwrap().is_of_x();
             assert_eq!(is_scene, builtin::group(name) == Some(Group::Scene), "{name}");
         }
