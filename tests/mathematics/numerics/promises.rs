@@ -1,23 +1,24 @@
 //! An accuracy asked for is kept, also where V is not smooth, and also for runs that end at a given time. (`cargo bench
-//! --bench promises` does the same with as many random scenes as one likes.)
+//! --bench verdict -- 6000 1 accuracy` does the same with as many random scenes as one likes.)
 
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::solve::{NoSolution, Status, solve_window_by_window};
 use geodesic_ivp::{Case, solve};
 
 use crate::common::{case, solved};
-use crate::random_scenes::outcome::Outcome;
+use crate::random_scenes::draw::{Drawn, rough, smooth};
+use crate::random_scenes::judged::{Found, Judged};
 use crate::random_scenes::random::Random;
-use crate::random_scenes::scenes::Scene;
 
-fn all_kept(runs: usize, draw: impl Fn(&mut Random) -> Scene) {
+fn all_kept(runs: usize, scene: fn(&mut Random) -> (&'static str, String)) {
     let (mut random, mut unknown, mut wrong) = (Random(13), 0, Vec::new());
     for _ in 0..runs {
-        let scene = draw(&mut random);
-        match scene.run() {
-            Outcome::Kept { .. } => {}
-            Outcome::NoReference => unknown += 1,
-            outcome => wrong.push(format!("{}: {outcome}: {scene}", scene.kind)),
+        let drawn = Drawn::accurate(&mut random, scene);
+        match Judged::of(&drawn.case()).found {
+            Some(Found::Error { ratio, .. }) if ratio <= 1.0 => {}
+            Some(Found::NoReference) => unknown += 1,
+            Some(Found::Error { ratio, .. }) => wrong.push(format!("{ratio} times the estimate: {drawn}")),
+            None => wrong.push(format!("refused: {drawn}")),
         }
     }
     assert!(wrong.is_empty(), "{} of {runs} wrong:\n{}", wrong.len(), wrong.join("\n"));
@@ -25,13 +26,23 @@ fn all_kept(runs: usize, draw: impl Fn(&mut Random) -> Scene) {
 }
 
 #[test]
-fn random_end_times_are_hit_to_the_last_bit() {
-    all_kept(300, Scene::smooth);
+fn smooth_potentials_keep_the_promise() {
+    all_kept(200, smooth);
 }
 
 #[test]
 fn cusps_kinks_and_walls_keep_the_promise() {
-    all_kept(300, Scene::rough);
+    all_kept(300, rough);
+}
+
+#[test]
+fn random_end_times_are_hit_to_the_last_bit() {
+    let mut random = Random(13);
+    for _ in 0..300 {
+        let (t_f, accuracy) = (random.between(0.05, 3.0), random.scale(1e-12, 1e-6));
+        let solution = solved(&format!("grid.t_f={t_f:?} solver.accuracy={accuracy:e}"));
+        assert_eq!(solution.end_state().t.to_bits(), t_f.to_bits(), "{t_f}, {accuracy:e}");
+    }
 }
 
 /// The case of a formula with numbers that follow.

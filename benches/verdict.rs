@@ -7,22 +7,26 @@
 //! one window or many, and accuracies that are asked for.
 //!
 //! ```text
-//! cargo bench --bench verdict [-- RUNS [SEED]]
+//! cargo bench --bench verdict [-- RUNS [SEED [accuracy]]]
 //! ```
 //!
 //! The table counts verdicts by the error of their results. Every trusted result that is off by more than ten times its
-//! estimate is printed with its case; the exit code is 1 if there is one.
+//! estimate is printed with its case; the exit code is 1 if there is one. With `accuracy` every run is to an accuracy
+//! between 1e-12 and 1e-4, and its estimate is a promise: no result may be off by more than that, half way between the
+//! nodes too.
 
+#[path = "trust/draw.rs"]
 mod draw;
+#[path = "trust/judged.rs"]
 mod judged;
-#[path = "../promises/random.rs"]
+#[path = "trust/random.rs"]
+#[allow(dead_code, reason = "the other bench draws signs")]
 mod random;
-#[path = "../promises/rough.rs"]
-mod rough;
+#[path = "trust/several.rs"]
 mod several;
+#[path = "trust/tally.rs"]
 mod tally;
-#[path = "../promises/truth.rs"]
-#[allow(dead_code, reason = "every coordinate has its own uncertainty")]
+#[path = "trust/truth.rs"]
 mod truth;
 
 use std::collections::BTreeMap;
@@ -34,8 +38,10 @@ use rayon::prelude::*;
 use tally::Tally;
 
 fn main() -> ExitCode {
-    let (runs, mut random) = random::arguments(2000);
-    let drawn: Vec<Drawn> = (0..runs).map(|_| Drawn::new(&mut random)).collect();
+    let (runs, seed, scheme) = random::arguments(2000);
+    let mut random = random::Random(seed);
+    let one = |_| if scheme.is_some() { Drawn::accurate(&mut random, draw::any) } else { Drawn::new(&mut random) };
+    let drawn: Vec<Drawn> = (0..runs).map(one).collect();
     let judged: Vec<Judged> = drawn.par_iter().map(|drawn| Judged::of(&drawn.case())).collect();
 
     let mut all = Tally::default();
