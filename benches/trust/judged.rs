@@ -22,6 +22,8 @@ pub(crate) struct Judged {
     pub(crate) verdict: Verdict,
     /// What is true of a result.
     pub(crate) found: Option<Found>,
+    /// The accuracy that was promised, as a multiple of the estimate.
+    promised: f64,
 }
 
 /// What is true of a result.
@@ -45,7 +47,7 @@ impl Judged {
             AnyCase::Scene(case) => (case.setup::<f64>(), None),
         };
         let Ok(line): Result<WorldLine, _> = solve(&setup) else {
-            return Self { verdict: Verdict::refused(), found: None };
+            return Self { verdict: Verdict::refused(), found: None, promised: f64::INFINITY };
         };
         let error = run_error(&setup, &line, &[]);
         let facts = match case {
@@ -69,7 +71,14 @@ impl Judged {
             }
             compare(&facts, &truth, &nodes)
         });
-        Self { verdict, found: Some(found) }
+        let promised = setup.settings.accuracy.zip(line.error_estimate);
+        let promised = promised.map_or(f64::INFINITY, |(accuracy, estimate)| accuracy.value() / estimate);
+        Self { verdict, found: Some(found), promised }
+    }
+
+    /// Whether the error is above the accuracy that was asked for.
+    pub(crate) fn is_broken(&self) -> bool {
+        matches!(self.found, Some(Found::Error { ratio, .. }) if ratio > self.promised)
     }
 }
 
