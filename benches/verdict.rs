@@ -11,9 +11,9 @@
 //! ```
 //!
 //! The table counts verdicts by the error of their results. Every trusted result that is off by more than ten times its
-//! estimate is printed with its case, and so is every one that is off by more than the accuracy that it was to have, at a
-//! node or half way between two; the exit code is 1 if there is one. With `accuracy` all runs are to an accuracy, between
-//! 1e-12 and 1e-4.
+//! estimate is printed with its case, and so is every one that is off by more than the accuracy that it was to have, at
+//! a node or half way between two; the exit code is 1 if there is one. With `accuracy` all runs are to an accuracy,
+//! between 1e-12 and 1e-4.
 
 #[path = "trust/draw.rs"]
 mod draw;

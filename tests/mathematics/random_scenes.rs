@@ -1,5 +1,5 @@
-//! Random scenes and their judges. They are those of the bench `verdict`, which counts over thousands of scenes what the
-//! tests here look at over some dozens.
+//! Random scenes and their judges. They are those of the bench `verdict`, which counts over thousands of scenes what
+//! the tests here look at over some dozens.
 
 #[path = "../../benches/trust/draw.rs"]
 pub(crate) mod draw;
