@@ -13,8 +13,9 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use geodesic_ivp::case::{Case, builtin};
 use geodesic_ivp::engine::{Accuracy, Engine, Failure};
-use geodesic_ivp::geometry::{Geometry, GeometryText, Law, PotentialText, Preset, Start};
+use geodesic_ivp::geometry::{Geometry, Start};
 use geodesic_ivp::number::vector::Level;
 
 /// Runs of which the fastest counts, and seconds that they may take.
@@ -26,83 +27,37 @@ struct Scene {
     geometry: Geometry,
     start: Start,
     length: f64,
-    /// Coordinates at the end.
+    /// Coordinates at the end, by their places.
     end: Vec<(usize, f64)>,
 }
 
 impl Scene {
-    fn new(
-        name: &'static str,
-        text: &GeometryText,
-        q: Vec<f64>,
-        p: Vec<f64>,
-        length: f64,
-        end: &[(usize, f64)],
-    ) -> Self {
-        let geometry: Geometry = Geometry::new(text).expect("a scene").around(&q).expect("it is inside");
-        let q_dot = geometry.velocities(&q, &p).expect("it is inside");
-        Self { name, geometry, start: Start { q, q_dot, p }, length, end: end.to_vec() }
+    /// That of a built-in case.
+    fn new(name: &'static str, case: &str, length: f64, end: &[(usize, f64)]) -> Self {
+        let text = builtin::text(case).expect("it is built in");
+        let case = Case::parse(case, text, &[]).expect("it is valid");
+        let (geometry, start) = (case.geometry(), case.start());
+        Self { name, geometry, start, length, end: end.to_vec() }
     }
 }
 
-fn potential(law: Law, coordinates: &[&str], formula: &str) -> GeometryText {
-    GeometryText::Potential(PotentialText {
-        coordinates: coordinates.iter().map(|&name| name.to_owned()).collect(),
-        expression: formula.to_owned(),
-        mass: "1".to_owned(),
-        masses: vec!["1".to_owned(); coordinates.len()],
-        c: "1".to_owned(),
-        law,
-        ..PotentialText::default()
-    })
-}
-
-fn preset(name: &str, parameters: &[(&str, &str)]) -> GeometryText {
-    let mut text = Preset::from_name(name).expect("a preset").text();
-    text.parameters = parameters.iter().map(|&(name, value)| (name.to_owned(), value.to_owned())).collect();
-    GeometryText::Metric(text)
-}
-
-fn scenes() -> Vec<Scene> {
-    let henon_heiles = potential(Law::Newtonian, &["x", "y"], "(x^2 + y^2)/2 + x^2*y - y^3/3");
-    let well = potential(Law::Relativistic, &["x"], "x^4/2");
-    let orbit = [0.966_091_783_079_295_9, 0.0, -3.849_001_794_597_505];
-    let inclined = [0.941_816_181_145_791_8, 0.0, 0.0, -2.513_146_042_747_529_4];
-    let quartic = |name, length, end: [f64; 2]| {
-        Scene::new(name, &well, vec![0.0, 1.0], vec![2.0, -0.1], length, &[(1, end[0]), (0, end[1])])
-    };
-    vec![
-        Scene::new(
-            "henon-heiles",
-            &henon_heiles,
-            vec![0.0, 0.1, 0.0, 0.0],
-            vec![0.01, 0.0, -0.5, 1.0],
-            1000.0,
-            &[(1, -0.020_869_654_947_295_594), (2, -0.381_630_841_346_697_4)],
-        ),
-        quartic("quartic-1", 1.0, [0.159_778_018_885_407_24, 1.468_634_756_955_731]),
-        quartic("quartic-1000", 1000.0, [-0.022_376_294_624_142_45, 1_547.193_683_282_507_2]),
-        Scene::new(
-            "schwarzschild",
-            &preset("schwarzschild", &[("m", "1")]),
-            vec![0.0, 20.0 / 3.0, 0.0],
-            orbit.to_vec(),
-            2000.0,
-            &[(1, 17.262_243_544_431_858), (0, 2_303.946_208_190_368), (2, 54.491_637_278_880_26)],
-        ),
-        Scene::new(
-            "kerr",
-            &preset("kerr", &[("m", "1"), ("a", "0.9")]),
-            vec![0.0, 4.0, std::f64::consts::FRAC_PI_3, 0.0],
-            inclined.to_vec(),
-            400.0,
-            &[
-                (1, 11.318_948_036_563_88),
-                (2, 1.940_975_857_800_152_8),
-                (0, 509.040_671_596_835_9),
-                (3, 25.444_827_068_220_135),
-            ],
-        ),
+fn scenes() -> [Scene; 5] {
+    let galaxy = [(1, -0.020_869_654_947_295_594), (2, -0.381_630_841_346_697_4)];
+    let orbit = [(1, 17.262_243_544_431_858), (0, 2_303.946_208_190_368), (2, 54.491_637_278_880_26)];
+    let inclined = [
+        (1, 11.318_948_036_563_88),
+        (2, 1.940_975_857_800_152_8),
+        (0, 509.040_671_596_835_9),
+        (3, 25.444_827_068_220_135),
+    ];
+    let short = [(1, 0.159_778_018_885_407_24), (0, 1.468_634_756_955_731)];
+    let long = [(1, -0.022_376_294_624_142_45), (0, 1_547.193_683_282_507_2)];
+    [
+        Scene::new("henon-heiles", "henon-heiles", 1000.0, &galaxy),
+        Scene::new("quartic-1", "quartic", 1.0, &short),
+        Scene::new("quartic-1000", "quartic", 1000.0, &long),
+        Scene::new("schwarzschild", "schwarzschild-orbit", 2000.0, &orbit),
+        Scene::new("kerr", "kerr-inclined", 400.0, &inclined),
     ]
 }
 

@@ -53,11 +53,13 @@ struct Solved<S: Real = f64> {
 }
 
 impl<S: Arithmetic> Solved<S> {
-    fn new(label: &str, text: &str, overrides: &[String]) -> Result<Self> {
-        let case = Case::parse(label, text, overrides)?;
-        let solution = solve(&case)?;
+    /// The paper solves the doubled system, so the pictures do.
+    fn new(label: String, scene: &Scene, sbp: &str, settings: &str) -> Result<Self> {
+        let settings = format!("solver.system=doubled scheme.sbp={sbp} {settings}");
+        let settings: Vec<String> = settings.split_whitespace().map(str::to_owned).collect();
+        let solution = solve(&Case::parse(scene.name, scene.text, &settings)?)?;
         let diagnostics = Diagnostics::new(&solution);
-        Ok(Self { label: label.to_owned(), solution, diagnostics })
+        Ok(Self { label, solution, diagnostics })
     }
 
     fn run(&self) -> Run<'_, S> {
@@ -65,16 +67,13 @@ impl<S: Arithmetic> Solved<S> {
     }
 }
 
-impl Solved {
-    /// x(t) of this run with the reference and the time-parametrised motion, in the company of others.
-    fn trajectory(&self, title: &str, runs: &[Run<'_>]) -> Result<Chart> {
-        let (geometry, start) = (self.solution.geometry(), &self.solution.place.start);
-        let length = self.solution.gamma_f() - self.solution.gamma_i;
-        let reference = ReferenceTrajectory::new(geometry, start, length, f64::MOST_DIGITS)?;
-        let duration = self.solution.end_state().t - self.solution.t_i();
-        let in_time = time_parametrised(geometry, start, duration, 400);
-        Ok(pictures::trajectory(title, runs, Some(&reference), &in_time))
-    }
+/// x(t) of the last of these runs with the reference and the time-parametrised motion, beside the others.
+fn trajectory(title: &str, solved: &Solved, runs: &[Run<'_>]) -> Result<Chart> {
+    let solution = &solved.solution;
+    let (geometry, start, length) = (solution.geometry(), &solution.place.start, solution.gamma_f() - solution.gamma_i);
+    let reference = ReferenceTrajectory::new(geometry, start, length, f64::MOST_DIGITS)?;
+    let in_time = time_parametrised(geometry, start, solution.end_state().t - solution.t_i(), 400);
+    Ok(pictures::trajectory(title, runs, Some(&reference), &in_time))
 }
 
 /// The page, written as the pictures are made.
@@ -89,7 +88,7 @@ impl Page {
     }
 
     /// One row: pictures on the left, statement and number on the right.
-    fn row(&mut self, charts: &[(&str, Chart)], paper: &str, here: &str) -> Result<()> {
+    fn row(&mut self, charts: &[(String, Chart)], paper: &str, here: &str) -> Result<()> {
         self.body += "<div class=\"row\"><div class=\"pictures\">\n";
         for (name, chart) in charts {
             let file = format!("{name}.svg");
@@ -126,26 +125,19 @@ impl Page {
     }
 }
 
-fn settings(settings: &[&str]) -> Vec<String> {
-    settings.iter().map(|s| (*s).to_owned()).collect()
-}
-
-/// The paper solves the doubled system, so the pictures do.
-const DOUBLED: &str = "solver.system=doubled";
-
 /// Degrees of freedom, dt/dγ, x(t), ΔG and ΔE of the base run with one operator.
 fn base_run(page: &mut Page, scene: &Scene, operator: usize) -> Result<()> {
     let sbp = OPERATORS[operator];
-    let solved = Solved::new("", scene.text, &settings(&[DOUBLED, &format!("scheme.sbp={sbp}")]))?;
+    let solved = Solved::new(String::new(), scene, sbp, "")?;
     let (runs, name) = ([solved.run()], format!("{}-{sbp}", scene.name));
     let of = format!("{} potential, {sbp}, N = 32", scene.name);
     let (end, d) = (&solved.solution.end_state(), &solved.diagnostics);
     let last = d.q_dot[0].len() - 1;
     page.row(
         &[
-            (&format!("{name}-dofs"), pictures::world_line(&of, &solved.solution)),
-            (&format!("{name}-dt-dgamma"), pictures::time_mesh(&of, &runs)),
-            (&format!("{name}-x-of-t"), solved.trajectory(&of, &runs)?),
+            (format!("{name}-dofs"), pictures::world_line(&of, &solved.solution)),
+            (format!("{name}-dt-dgamma"), pictures::time_mesh(&of, &runs)),
+            (format!("{name}-x-of-t"), trajectory(&of, &solved, &runs)?),
         ],
         "t(γ) and x(γ) emerge together, both branches agree, and the time mesh is non-uniform.",
         &format!(
@@ -158,8 +150,8 @@ fn base_run(page: &mut Page, scene: &Scene, operator: usize) -> Result<()> {
     )?;
     page.row(
         &[
-            (&format!("{name}-delta-g"), pictures::geodesic_residuals(&of, &runs)),
-            (&format!("{name}-delta-e"), pictures::noether_charge(&of, &runs)),
+            (format!("{name}-delta-g"), pictures::geodesic_residuals(&of, &runs)),
+            (format!("{name}-delta-e"), pictures::noether_charge(&of, &runs)),
         ],
         &format!("ΔG is zero but at the last nodes; ΔE is {}.", scene.delta_e[operator]),
         &format!(
@@ -174,26 +166,21 @@ fn base_run(page: &mut Page, scene: &Scene, operator: usize) -> Result<()> {
 fn exactness(page: &mut Page, scene: &Scene) -> Result<()> {
     let (mut charts, mut numbers) = (Vec::new(), Vec::new());
     for sbp in OPERATORS {
-        let overrides =
-            |digits: u32| settings(&[DOUBLED, &format!("scheme.sbp={sbp}"), &format!("solver.digits={digits}")]);
-        let double = Solved::<f64>::new("16 digits", scene.text, &overrides(16))?;
-        let extended = Solved::<Extended>::new("60 digits", scene.text, &overrides(60))?;
+        let double: Solved = Solved::new("16 digits".to_owned(), scene, sbp, "")?;
+        let extended = Solved::<Extended>::new("60 digits".to_owned(), scene, sbp, "solver.digits=60")?;
         let title = format!("{} potential, {sbp}, N = 32, in 16 and in 60 digits", scene.name);
         let mut chart = pictures::noether_charge(&title, &[double.run()]);
         // Of each precision only the charge itself, without its correction.
         chart.series.truncate(1);
         chart.series.extend(pictures::noether_charge("", &[extended.run()]).series.into_iter().take(1));
         charts.push((format!("{}-{sbp}-exact", scene.name), chart));
-        let interior =
-            [double.diagnostics.charges[0].max_interior, extended.diagnostics.charges[0].max_interior.to_f64()];
         numbers.push(format!(
             "{sbp}: {:.0e} and {:.0e}, at the last node {:.6e} in both",
-            interior[0],
-            interior[1],
+            double.diagnostics.charges[0].max_interior,
+            extended.diagnostics.charges[0].max_interior.to_f64(),
             extended.diagnostics.charges[0].last.to_f64()
         ));
     }
-    let charts: Vec<(&str, Chart)> = charts.iter().map(|(name, chart)| (name.as_str(), chart.clone())).collect();
     page.row(
         &charts,
         "ΔE vanishes exactly within machine precision (40 digits there), but at the last node.",
@@ -205,18 +192,14 @@ fn exactness(page: &mut Page, scene: &Scene) -> Result<()> {
 fn refinement(page: &mut Page, scene: &Scene) -> Result<()> {
     let (mut charts, mut numbers) = (Vec::new(), Vec::new());
     for sbp in OPERATORS {
-        let solve_with = |n: usize| {
-            let overrides = [DOUBLED, &format!("scheme.sbp={sbp}"), &format!("grid.n_gamma={n}")];
-            Solved::<f64>::new(&format!("N = {n}"), scene.text, &settings(&overrides))
-        };
-        let solved = [16, 32, 64].map(solve_with).into_iter().collect::<Result<Vec<_>>>()?;
+        let solve_with = |n| Solved::new(format!("N = {n}"), scene, sbp, &format!("grid.n_gamma={n}"));
+        let solved: Vec<Solved> = [16, 32, 64].map(solve_with).into_iter().collect::<Result<_>>()?;
         let runs: Vec<Run<'_>> = solved.iter().map(Solved::run).collect();
         let title = format!("{} potential, {sbp}, N = 16, 32, 64", scene.name);
         charts.push((format!("{}-{sbp}-delta-e-n", scene.name), pictures::noether_charge(&title, &runs)));
-        let last: Vec<String> = solved.iter().map(|s| format!("{:.3e}", s.diagnostics.charges[0].last)).collect();
-        numbers.push(format!("{sbp}: {}", last.join(", ")));
+        let last = solved.iter().map(|s| format!("{:.3e}", s.diagnostics.charges[0].last));
+        numbers.push(format!("{sbp}: {}", last.collect::<Vec<_>>().join(", ")));
     }
-    let charts: Vec<(&str, Chart)> = charts.iter().map(|(name, chart)| (name.as_str(), chart.clone())).collect();
     page.row(
         &charts,
         "The deviation of the last node diminishes under refinement; everywhere else ΔE is exactly zero.",
@@ -227,34 +210,25 @@ fn refinement(page: &mut Page, scene: &Scene) -> Result<()> {
 /// ΔE and x(t) for longer and longer runs of the quartic oscillator.
 fn longer_runs(page: &mut Page, scene: &Scene) -> Result<()> {
     for sbp in OPERATORS {
-        let solve_with = |(t_dot, n): (usize, usize)| {
-            let overrides = [
-                DOUBLED,
-                &format!("scheme.sbp={sbp}"),
-                &format!("grid.n_gamma={n}"),
-                &format!("initial.t_dot={t_dot}"),
-                &format!("initial.x_dot={}", 0.1 * t_dot as f64),
-            ];
-            Solved::new(&format!("ṫ_i = {t_dot}, N = {n}"), scene.text, &settings(&overrides))
+        let solve_with = |(t_dot, n)| {
+            let start = format!("initial.t_dot={t_dot} initial.x_dot={}", 0.1 * f64::from(t_dot));
+            Solved::new(format!("ṫ_i = {t_dot}, N = {n}"), scene, sbp, &format!("grid.n_gamma={n} {start}"))
         };
-        let solved = [(1, 32), (4, 32), (8, 64)].map(solve_with).into_iter().collect::<Result<Vec<_>>>()?;
+        let solved: Vec<Solved> = [(1, 32), (4, 32), (8, 64)].map(solve_with).into_iter().collect::<Result<_>>()?;
         let runs: Vec<Run<'_>> = solved.iter().map(Solved::run).collect();
-        let of = format!("quartic potential, {sbp}, ṫ_i = 1, 4, 8");
-        let longest = &solved[2];
-        let name = format!("quartic-{sbp}-long");
-        let ends: Vec<String> = (solved.iter())
-            .map(|s| format!("{:.3} ({:.1e})", s.diagnostics.charges[0].last, s.diagnostics.norm.max_interior))
-            .collect();
+        let (of, name) = (format!("quartic potential, {sbp}, ṫ_i = 1, 4, 8"), format!("quartic-{sbp}-long"));
+        let found = solved.iter().map(|s| &s.diagnostics);
+        let ends = found.map(|d| format!("{:.3} ({:.1e})", d.charges[0].last, d.norm.max_interior));
         page.row(
             &[
-                (&format!("{name}-delta-e"), pictures::noether_charge(&of, &runs)),
-                (&format!("{name}-x-of-t"), longest.trajectory(&of, &runs)?),
+                (format!("{name}-delta-e"), pictures::noether_charge(&of, &runs)),
+                (format!("{name}-x-of-t"), trajectory(&of, &solved[2], &runs)?),
             ],
             "Longer runs keep ΔE = 0 in the interior, and ΔE at the last node changes only marginally.",
             &format!(
                 "{sbp}: ΔE at the last node (and max |ΔK|) for ṫ_i = 1, 4, 8: {}. The last node's deviation does \
                  not stay marginal.",
-                ends.join(", ")
+                ends.collect::<Vec<_>>().join(", ")
             ),
         )?;
     }
@@ -273,40 +247,31 @@ fn convergence(page: &mut Page, scene: &Scene) -> Result<()> {
         &|_| {},
     )?;
     let [coarse, fine] = [(16, 64), (64, 256)].map(|range| convergence.slopes(range));
-    let title = format!("{} potential: errors at γ_f", scene.name);
-    let at_end = [Quantity::EPS_X_FINAL, Quantity::EPS_T_FINAL];
-    let shown = |at_end: bool| -> Vec<Slope> {
-        coarse.iter().filter(|slope| slope.quantity.is_at_end() == at_end).cloned().collect()
+    let name = scene.name;
+    let fit = |slopes: &[Slope], sbp, quantity| {
+        slopes.iter().find(|s| s.sbp == sbp && s.quantity == quantity).and_then(|s| s.fit.clone())
     };
-    let slope = |slopes: &[Slope], sbp: SbpName, quantity: Quantity, inverse_n: bool| {
-        let fit = slopes.iter().find(|s| s.sbp == sbp && s.quantity == quantity).and_then(|s| s.fit.as_ref());
-        fit.map_or("none".to_owned(), |f| format!("{:.2}", if inverse_n { f.slope_vs_inverse_n } else { f.slope }))
-    };
+    let slope = |slope: Option<f64>| slope.map_or("none".to_owned(), |slope| format!("{slope:.2}"));
     let mut table = "Slopes on N = 16, 32, 64 against Δγ (against 1/N), then on N = 64, 128, 256: ".to_owned();
     let mut stated = Vec::new();
     for sbp in operators {
-        let name = sbp;
-        for quantity in at_end {
-            let paper = published(scene.name, sbp, quantity).context("the paper has this slope")?.slope;
-            stated.push(format!("{name} {} {paper:.2}", quantity.symbol(&convergence.coordinates)));
-            let _ = write!(
-                table,
-                "{name} {} {} ({}), {}; ",
-                quantity.symbol(&convergence.coordinates),
-                slope(&coarse, sbp, quantity, false),
-                slope(&coarse, sbp, quantity, true),
-                slope(&fine, sbp, quantity, false)
-            );
+        for quantity in [Quantity::EPS_X_FINAL, Quantity::EPS_T_FINAL] {
+            let paper = published(name, sbp, quantity).context("the paper has this slope")?.slope;
+            let symbol = quantity.symbol(&convergence.coordinates);
+            stated.push(format!("{sbp} {symbol} {paper:.2}"));
+            let (first, then) = (fit(&coarse, sbp, quantity), fit(&fine, sbp, quantity));
+            let [first, inverse] =
+                [first.as_ref().map(|f| f.slope), first.as_ref().map(|f| f.slope_vs_inverse_n)].map(slope);
+            let _ = write!(table, "{sbp} {symbol} {first} ({inverse}), {}; ", slope(then.map(|f| f.slope)));
         }
     }
-    let name = scene.name;
+    let (at_end, over_all): (Vec<Slope>, Vec<Slope>) = coarse.into_iter().partition(|slope| slope.quantity.is_at_end());
+    let chart =
+        |what: &str, slopes: &[Slope]| pictures::errors(&format!("{name} potential: {what}"), &convergence, slopes);
     page.row(
         &[
-            (&format!("{name}-convergence"), pictures::errors(&title, &convergence, &shown(true))),
-            (
-                &format!("{name}-convergence-l2"),
-                pictures::errors(&format!("{name} potential: L2 errors"), &convergence, &shown(false)),
-            ),
+            (format!("{name}-convergence"), chart("errors at γ_f", &at_end)),
+            (format!("{name}-convergence-l2"), chart("L2 errors", &over_all)),
         ],
         &format!("Slopes: {}.", stated.join(", ")),
         &format!("{table}the paper's fits are against 1/N; against Δγ the orders are 2 and 3."),

@@ -6,21 +6,20 @@ integrated in the second order, because the squares of their rates in Mino's tim
 integrated in polar coordinates. Any other metric has q' = g^ab (p_b − A_b) and p' = ∂L/∂q at fixed q', which needs no
 derivative of an inverse. Newton's law is q'' = −∂V; t is γ then, and nobody integrates the action s. """
 
-import ast
 import math
 import operator
-import re
 import sys
+from ast import Div, Pow
 from decimal import Decimal
 
 import heyoka as hy
 import numpy as np
-from scene_expectations import DEFAULTS, PRESETS
+from expectations import DIGITS, NAMES, OPERATIONS, Formulas, Hamiltonian, Newtonian, read
+from mpmath import mp
 
-FUNCTIONS = "sin cos tan sinh cosh tanh asin acos atan exp sqrt".split()
-SYMBOLIC = {name: getattr(hy, name) for name in FUNCTIONS} | {"ln": hy.log}
-NUMERIC = {name: getattr(math, name) for name in FUNCTIONS} | {"ln": math.log, "log": math.log}
+NUMERIC = {name: getattr(math, name) for name in NAMES} | {"ln": math.log, "log": math.log}
 POWERS = {}  # written_out replaces them by these products.
+ROOTS = {}  # the arguments of square roots
 
 
 def power(base, exponent):
@@ -38,48 +37,20 @@ def written_out(expression):
     return hy.subs(expression, POWERS)
 
 
-OPERATIONS = {
-    **{ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv},
-    **{ast.Pow: power, ast.USub: operator.neg, ast.UAdd: operator.pos},
-}
+def root(u):
+    u = hy.expression(0.0) + u
+    ROOTS[hy.sqrt(u)] = u
+    return hy.sqrt(u)
 
 
-def evaluate(text, names, functions):
-    """The expression of a case file with the values of its names; the grammar is Python's with ^ in place of **."""
-    python = re.sub(r"(?<![\w.])[A-Za-z_]\w*", r"\g<0>_", text).replace("^", "**")
-
-    def walk(node):
-        match node:
-            case ast.Constant(value=value):
-                return float(value)
-            case ast.Name(id=name):
-                return names[name[:-1]]
-            case ast.Call(func=ast.Name(id=name), args=[argument]):
-                return functions[name[:-1]](walk(argument))
-            case ast.UnaryOp(op=op, operand=u):
-                return OPERATIONS[type(op)](walk(u))
-            case ast.BinOp(left=u, op=ast.Div(), right=ast.Call(func=ast.Name(id="sqrt_"), args=[argument])):
-                return walk(u) * walk(argument) ** -0.5  # Its series and that of its derivative are short.
-            case ast.BinOp(left=u, op=op, right=v):
-                return OPERATIONS[type(op)](walk(u), walk(v))
-        raise ValueError(f"not understood: {text}")
-
-    return walk(ast.parse(f"({python})", mode="eval").body)
+def quotient(u, v):
+    """The series of u v^(-1/2) and that of its derivative are short."""
+    is_root = isinstance(v, hy.expression) and v in ROOTS
+    return u * ROOTS[v] ** -0.5 if is_root else operator.truediv(u, v)
 
 
-def is_scene(case):
-    """Whether a case is one of several coordinates, of another metric or of another law."""
-    potential, particle = case.get("potential", {}), case.get("particle", {})
-    several = {"coordinates", "one_form", "force", "conformal"}
-    return "metric" in case or bool(several & potential.keys()) or bool({"masses", "law"} & particle.keys())
-
-
-def polynomial(spec):
-    """The formula of a potential that has a name."""
-    ((kind, values),) = spec.items()
-    coefficients = {"free": [], "linear": [0, values.get("alpha")], "quartic": [0] * 4 + [values.get("kappa")]}
-    terms = enumerate(coefficients.get(kind, values.get("coefficients")))
-    return " + ".join(["0", *(f"({c!r}) * x^{k}" if k > 1 else f"({c!r})" + " * x" * k for k, c in terms if c)])
+SYMBOLIC = {name: getattr(hy, name) for name in NAMES} | {"ln": hy.log, "sqrt": root}
+ARITHMETIC = (SYMBOLIC, float, OPERATIONS | {Pow: power, Div: quotient})
 
 
 def hole(m, a, q, p, k):
@@ -113,27 +84,6 @@ def hole(m, a, q, p, k):
     system += [(t, energy + 2.0 * m * (r * (energy + x)) / sigma), (phi, (spin / (1.0 - zz) + a * x) / sigma)]
     place = lambda s: [s[4], s[0], math.acos(max(-1.0, min(s[2], 1.0))), s[5]]
     return system, [r0, u0, z0, s0 * p[2]], place, lambda s: k_of(*s[:4])
-
-
-def hamiltonian_hole(m, a, q, p, k):
-    """The same in Hamilton's equations, as any solver of them has them: K is folded in, as ∂H is to be taken where H is
-    K/2. A state is r, θ, p_r, p_θ, t and φ, without θ and p_θ in the equatorial plane."""
-    (energy, spin), flat = (p[0], -p[-1]), len(q) == 3
-    r, theta, u, v, t, phi = hy.make_vars("r", "theta", "p_r", "p_theta", "t", "phi")
-    rr, delta = r * r, r * r - 2.0 * m * r + a * a
-    sine, cosine = (hy.expression(1.0), hy.expression(0.0)) if flat else (hy.sin(theta), hy.cos(theta))
-    ss, i, f = sine * sine, 1.0 / delta, energy * (rr + a * a) - a * spin
-    over = 1.0 / (rr + a * a * (cosine * cosine))
-    fi = f * i
-    r_force = k * r - (2.0 * energy * r * fi - (r - m) * (fi * fi + u * u))
-    theta_force = cosine * (a * a * energy**2 * sine - spin**2 / (ss * sine) - k * a * a * sine)
-    t_dot = ((rr + a * a) * fi - a * (a * energy * ss - spin)) * over
-    phi_dot = (a * fi - (a * energy - spin / ss)) * over
-    radial = [(r, -delta * u * over), (u, r_force * over)]
-    if flat:
-        return [*radial, (t, t_dot), (phi, phi_dot)], [q[1], p[1]], lambda s: [s[2], s[0], s[3]], None
-    system = [radial[0], (theta, -v * over), radial[1], (v, theta_force * over), (t, t_dot), (phi, phi_dot)]
-    return system, [q[1], q[2], p[1], p[2]], lambda s: [s[4], s[0], s[1], s[5]], None
 
 
 def kepler(q, q_dot):
@@ -181,87 +131,43 @@ KEPLER = "-1/sqrt(x^2 + y^2)"
 
 
 class Scene:
-    """The equations of a case, by hand if they are known and `by_hand` is true, and where it is "hamiltonian" in
-    positions and momenta, or positions and velocities, of the case's own coordinates: `system` has the rates of variables,
-    and `start` those that are not quadratures. `place` gives the coordinates of a state, from `origin`, with None for
-    those that are not integrated, and `delta_k` what K changed by."""
+    """The equations of a case, by hand if they are known: `system` has the rates of variables, and `start` those that
+    are not quadratures. `place` gives the coordinates of a state, from `origin`, with None for those that are not
+    integrated, and `delta_k` what K changed by."""
 
-    def __init__(self, case, by_hand=True):
-        self.numbers, table, particle = {"pi": math.pi}, case.get("metric"), case.get("particle", {})
-        law, table = particle.get("law", "metric" if table else "relativistic"), table or case["potential"]
-        unknown = {"force", "conformal"} if law == "metric" else {"one_form", "force", "conformal"}
-        if unknown := unknown & table.keys() | {"masses"} & particle.keys():
-            sys.exit(f"not understood in a scene: {', '.join(sorted(unknown))}")
-        table = table if law == "metric" or "formula" in table else {"formula": polynomial(table)}
-        table = table | (table["formula"] if isinstance(table.get("formula"), dict) else {})
-        for name, value in (DEFAULTS.get(table.get("preset"), {}) | table.get("parameters", {})).items():
-            self.numbers[name] = self.number(value)
-        initial, formula = case["initial"], table.get("expression", table.get("formula"))
-        coordinates, definitions, components = PRESETS.get(table.get("preset"), (["x"], {}, {}))
-        coordinates = table.get("coordinates", coordinates)
-        definitions, components = definitions | table.get("definitions", {}), components | table.get("components", {})
-        if law != "metric":
-            components = {f"{name} {name}": -1 for name in coordinates}
-        if law == "newtonian":
-            components |= {"t t": f"2*({formula})", "t s": 1}
-            coordinates, initial = ["t", *coordinates, "s"], initial | {"t_dot": 1, "p_t": 0, "p_s": 1}
-        elif law == "relativistic":
-            components["t t"] = f"{particle.get('c', 1)}^2 + 2/{particle.get('mass', 1)}*({formula})"
-            coordinates, x_dot = ["t", *coordinates], self.number(initial["t_dot"]) * initial.get("velocity", 0)
-            initial = {"x_dot": x_dot} | initial
-        self.several = is_scene(case)
-        self.coordinates, q, n = coordinates, [hy.make_vars(name) for name in coordinates], len(coordinates)
-        names = dict(zip(coordinates, q))
-        while waiting := {name: text for name, text in definitions.items() if name not in names}:
-            for name, text in waiting.items():
-                if not set(re.findall(r"[A-Za-z_]\w*", text)) & waiting.keys():
-                    names[name] = self.expression(text, names)
-        metric = {}
-        for pair, text in components.items():
-            metric[tuple(sorted(coordinates.index(name) for name in pair.split()))] = self.expression(text, names)
-        one_form = [self.expression(table.get("one_form", {}).get(name, 0), names) for name in coordinates]
-        place = [self.number(initial.get(name, 0)) for name in coordinates]
-        at_start = lambda expression: float(hy.cfunc([expression], q)(np.array(place))[0])
-        entries, forms = np.zeros((n, n)), [at_start(form) for form in one_form]
-        for (a, b), entry in metric.items():
-            entries[a, b] = entries[b, a] = at_start(entry)
-        initial = self.with_norm(initial, entries)
-        dots = [self.number(initial.get(f"{name}_dot", 0)) for name in coordinates]
-        momenta = [float(row @ dots) + form for row, form in zip(entries, forms)]
-        momenta = [self.number(initial.get(f"p_{name}", p)) for name, p in zip(coordinates, momenta)]
-        if by_hand and table.get("preset") in HOLES and table.keys() <= {"preset", "parameters"}:
-            k, spin = float(momenta @ np.linalg.inv(entries) @ momenta), self.numbers.get(HOLES[table["preset"]], 0.0)
-            equations = hamiltonian_hole if by_hand == "hamiltonian" else hole
-            parts = equations(self.numbers["m"], spin, place, momenta, k)
-        elif by_hand is True and law == "newtonian" and formula == KEPLER:
+    def __init__(self, case):
+        mp.dps = DIGITS
+        table, is_newtonian = read(case), case.get("particle", {}).get("law") == "newtonian"
+        if table.force or table.conformal or table.one_form and table.law != "metric":
+            sys.exit("not understood: forces, conformal factors, and a one-form beside a potential")
+        start = Newtonian(case) if is_newtonian else Hamiltonian(case)
+        if is_newtonian and any(mass != 1 for mass in start.masses):
+            sys.exit("not understood: masses under Newton's law")
+        self.exact, self.number, self.coordinates = start, start.formulas.number, table.coordinates
+        q, n, y = [hy.make_vars(name) for name in self.coordinates], len(self.coordinates), start.state
+        place, dots, momenta = ([float(u) for u in part] for part in (y[:n], start.velocity(y), y[n:]))
+        if is_newtonian:
+            # The lift: 2 V t'^2 + 2 t' s' - x'^2.
+            table.components |= {"t t": f"2*({table.potential})", "t s": 1}
+            dots = [1.0, *momenta, 0.0]
+            momenta = [0.0, *(-v for v in momenta), 1.0]
+        formulas, index = Formulas(table, self.coordinates, ARITHMETIC), self.coordinates.index
+        names = formulas.names(q)
+        expression = lambda text: hy.expression(0.0) + formulas.formula(text)[0](names)
+        preset = case.get("metric", {}).get("preset")
+        if preset in HOLES and case["metric"].keys() <= {"preset", "parameters", "definitions"}:
+            spin = formulas.parameters.get(HOLES[preset], 0.0)
+            parts = hole(formulas.parameters["m"], spin, place, momenta, float(start.k))
+        elif is_newtonian and table.potential == KEPLER:
             parts = kepler(place[1:3], dots[1:3])
         else:
-            rates = np.linalg.solve(entries, momenta - np.array(forms)).tolist()
-            parts = generic(q, metric, one_form, place, rates, momenta, law == "newtonian")
+            metric = {tuple(sorted(map(index, pair.split()))): expression(e) for pair, e in table.components.items()}
+            one_form = [expression(table.one_form.get(name, 0)) for name in self.coordinates]
+            parts = generic(q, metric, one_form, place, dots, momenta, is_newtonian)
         self.system, self.start, self.place, k_of = parts
         origin = self.place([*self.start, *[0.0] * (len(self.system) - len(self.start))])
         self.origin = [Decimal(repr(start) if not own else 0) for own, start in zip(origin, place)]
         self.delta_k = lambda state: k_of(state) - k_of(self.start)
-
-    def number(self, value):
-        return evaluate(str(value), self.numbers, NUMERIC)
-
-    def expression(self, text, names):
-        return hy.expression(0.0) + evaluate(str(text), self.numbers | names, SYMBOLIC)
-
-    def with_norm(self, initial, entries):
-        """The initial data with the rate that follows from K."""
-        missing = [name for name in self.coordinates if not {f"{name}_dot", f"p_{name}"} & initial.keys()]
-        if not missing:
-            return initial
-        if len(missing) > 1 or any(f"p_{name}" in initial for name in self.coordinates) or "norm" not in initial:
-            sys.exit("not understood in a scene: norm and solve beside momenta")
-        norm, a = {"timelike": 1, "null": 0}.get(initial["norm"], initial["norm"]), self.coordinates.index(missing[0])
-        dots = np.array([self.number(initial.get(f"{name}_dot", 0)) for name in self.coordinates])
-        own, half, rest = entries[a, a], entries[a] @ dots, dots @ entries @ dots - self.number(norm)
-        toward = -own if initial["solve"][f"{missing[0]}_dot"] == "-" else own
-        root = math.copysign(math.sqrt(half**2 - own * rest), toward) - half
-        return initial | {f"{missing[0]}_dot": root / own if own else -rest / (2.0 * half)}
 
     def python(self):
         """The right-hand sides in plain Python, which heyoka prints; the last one is shared."""

@@ -3,7 +3,7 @@
 
     scripts/interleave.py BEFORE AFTER [--only TEXT] [--rounds N]
 
-BEFORE and AFTER are bench programs, as `cargo bench --no-run --bench windows` names them. Build one in a clone of the
+BEFORE and AFTER are bench programs, as `cargo bench --no-run --bench solve` names them. Build one in a clone of the
 commit before. Times of different minutes are not comparable on shared hardware; ratios of minima within one run are,
 to about two per cent.
 """

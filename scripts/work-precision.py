@@ -5,13 +5,13 @@
 # ///
 """`geodesic-ivp work-precision` with rows from Python beside it: heyoka's Taylor method and SciPy's solve_ivp.
 
-    uv run scripts/work-precision.py CASE [--gamma-f L,L] [--out DIR] [--longest SECONDS] [--program PATH]
+    uv run scripts/work-precision.py CASE [--set KEY=VALUE] [--gamma-f L,L] [--out DIR] [--longest SECONDS]
 
 Measures these methods on the case's world-line, then has the program measure its own in the same minute, rank all
-together (`--rows`) and draw them. Everything else works without Python.
+together (`--rows`) and draw them. CASE is what the program takes for one. Everything else works without Python.
 
-The same rules: t, x and w at ten equally spaced values of γ; errors against a run of the program in 32 digits (GLL24 in
-short windows); minimum and median of repeated runs, in turns. The equations are those of equations.py. heyoka compiles
+The same rules: t, x and w at ten equally spaced values of γ; errors against the integrator of expectations.py, which
+has 24 digits; minimum and median of repeated runs, in turns. The equations are those of equations.py. heyoka compiles
 before, and its integrator is reused: only the integration is timed. fast_math saves a fifth to a third of the time and
 changes rounding only; compact_mode, high_accuracy, slp_vectorize and force_avx512 take longer. Steps follow the largest
 variable, to which t belongs and grows: tolerances below rounding make up for that. "heyoka 1e3" has a constant of this
@@ -21,12 +21,10 @@ are written as 0. """
 
 import argparse
 import csv
-import json
 import math
 import shutil
 import subprocess
 import sys
-import tempfile
 import time
 import tomllib
 from decimal import Decimal, getcontext
@@ -35,6 +33,8 @@ from pathlib import Path
 import heyoka as hy
 import numpy as np
 from equations import Scene
+from expectations import DIGITS, integrate
+from mpmath import mp, mpf
 from scipy.integrate import solve_ivp
 
 getcontext().prec = 50
@@ -89,29 +89,18 @@ METHODS = {"heyoka": heyoka, "heyoka 1e3": lambda *job: heyoka(*job, 1e3)}
 METHODS |= {f"SciPy {method}": scipy(method) for method in ("DOP853", "LSODA", "Radau")}
 
 
-def reference(program, case, world, length):
-    """γ_f and the coordinates at the points of output, in 32 digits."""
-    run = [program, "run", str(case), "--quiet", "--set", 'scheme={sbp="GLL24",form="weak"}']
-    with tempfile.TemporaryDirectory() as folder:
-        grid = tomllib.loads(Path(case).read_text(encoding="utf-8"))["grid"]
-        if world.several:
-            own = world.number(grid["gamma_f"]) - world.number(grid.get("gamma_i", 0))
-            length = own if length is None else length
-            # Windows half as long as those that are good to 1e-12.
-            windows = OUTPUTS * math.ceil(2 * grid["windows"] * length / own / OUTPUTS)
-        elif length is None:
-            end = f"t_f={grid['t_f']}" if "t_f" in grid else f"gamma_f={grid.get('gamma_f', 1.0)}"
-            start = grid.get("gamma_i", 0.0) if "t_f" not in grid else 0.0
-            subprocess.run([*run, "--set", f"grid={{{end},gamma_i={start},windows=200}}", "--out", folder], check=True)
-            length = json.loads((Path(folder) / "summary.json").read_text())["gamma_final"] - start
-        if not world.several:
-            windows = OUTPUTS * math.ceil(max(40, 4 * length) / OUTPUTS)
-        step = Decimal(repr(length)) / OUTPUTS
-        options = ["--set", f"grid={{gamma_f={length!r},windows={windows}}}", "--set", "solver.digits=32"]
-        subprocess.run([*run, *options, "--sample-gamma", f"0:{length!r}:{step:f}", "--out", folder], check=True)
-        with open(Path(folder) / "samples.csv", newline="") as file:
-            rows = [[Decimal(row[name]) for name in world.coordinates] for row in csv.DictReader(file)][1:]
-    return length, rows
+def reference(world, grid, length):
+    """γ_f and the coordinates at the points of output, by the integrator of expectations.py."""
+    scene, rows = world.exact, []
+    t_f = world.number(grid["t_f"]) if "t_f" in grid and length is None else None
+    if t_f is not None:
+        length = integrate(scene, mpf("1e18"), lambda y: y[scene.coordinates.index("t")] - t_f)[1]
+    elif length is None:
+        length = world.number(grid.get("gamma_f", 1)) - world.number(grid.get("gamma_i", 0))
+    for _ in range(OUTPUTS):
+        scene.state, _ = integrate(scene, mpf(length) / OUTPUTS)
+        rows.append([Decimal(mp.nstr(q, DIGITS)) for q in scene.state[: len(world.coordinates)]])
+    return float(length), rows
 
 
 def attempt(world, exact, run):
@@ -131,7 +120,7 @@ def attempt(world, exact, run):
 def measure(world, exact, length):
     jobs = []
     sizes = [max(float(abs(row[a] - origin)) for row in exact) for a, origin in enumerate(world.origin)]
-    for name, make in list(METHODS.items())[: 2 if world.several else None]:
+    for name, make in list(METHODS.items())[: 2 if len(world.coordinates) > 2 else None]:
         for digits in range(3, 19 if name.startswith("heyoka") else 16):
             run, count = make(world, length, 10.0**-digits)
             start = time.perf_counter()
@@ -166,9 +155,10 @@ def columns(world):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("case", metavar="CASE", type=Path)
+    parser.add_argument("case", metavar="CASE")
+    parser.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], help="as of the program")
     parser.add_argument("--gamma-f", metavar="L,L", help="lengths in gamma (default: the case's own)")
-    parser.add_argument("--out", metavar="DIR", type=Path, help="default: results/<case file stem>/work-precision")
+    parser.add_argument("--out", metavar="DIR", type=Path, help="default: results/<case>/work-precision")
     parser.add_argument("--longest", metavar="SECONDS", help="that a run of the program may take (default: its own)")
     parser.add_argument("--program", help="the geodesic-ivp to run (default: target/release/, or on the PATH)")
     arguments = parser.parse_args()
@@ -176,13 +166,14 @@ def main():
     program = arguments.program or (str(built) if built.exists() else shutil.which("geodesic-ivp"))
     if not program:
         sys.exit("geodesic-ivp is not on the PATH: build it with cargo build --release")
-    out = arguments.out or Path("results") / arguments.case.stem / "work-precision"
-    case = tomllib.loads(arguments.case.read_text(encoding="utf-8"))
-    world = Scene(case)
-    lengths = [float(length) for length in arguments.gamma_f.split(",")] if arguments.gamma_f else [None]
-    rows = []
-    for length in lengths:
-        length, exact = reference(program, arguments.case, world, length)
+    out = arguments.out or Path("results") / Path(arguments.case).stem / "work-precision"
+    job = [arguments.case, *(part for setting in arguments.set for part in ("--set", setting))]
+    # The case with every default.
+    text = subprocess.run([program, "check", *job], check=True, capture_output=True, text=True).stdout
+    case, rows = tomllib.loads(text, parse_float=str), []
+    for length in arguments.gamma_f.split(",") if arguments.gamma_f else [None]:
+        world = Scene(case)
+        length, exact = reference(world, case["grid"], length)
         rows += measure(world, exact, length)
     out.mkdir(parents=True, exist_ok=True)
     table = out / "work_precision_python.csv"
@@ -190,7 +181,7 @@ def main():
         writer = csv.DictWriter(file, columns(world))
         writer.writeheader()
         writer.writerows(rows)
-    command = [program, "work-precision", str(arguments.case), "--plot", "--rows", str(table), "--out", str(out)]
+    command = [program, "work-precision", *job, "--plot", "--rows", str(table), "--out", str(out)]
     for option, value in (("--gamma-f", arguments.gamma_f), ("--longest", arguments.longest)):
         command += [option, value] if value else []
     sys.exit(subprocess.run(command).returncode)

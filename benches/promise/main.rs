@@ -15,6 +15,8 @@
 //! and of attempts that were begun again, then accuracy/error (least and median), estimate/error (least, median and
 //! 90 %), and refusals. The exit code is 1 if a promise is broken.
 
+#[path = "../trust/random.rs"]
+mod random;
 mod runs;
 mod scenes;
 
@@ -24,8 +26,9 @@ use std::process::ExitCode;
 use geodesic_ivp::engine::Accuracy;
 use geodesic_ivp::geometry::{Geometry, Start};
 
+use random::{Random, arguments};
 use runs::{Run, errors, run, units};
-use scenes::{Draw, FAMILIES, scene};
+use scenes::FAMILIES;
 
 /// The ends that the runs of a family or a decade came to.
 #[derive(Default)]
@@ -48,20 +51,11 @@ impl Tally {
         };
         let (accuracy, estimate) = (of(0), of(1));
         let at = |of: &[f64], part: f64| of.get((part * (of.len().max(1) - 1) as f64) as usize).copied().unwrap_or(0.0);
-        println!(
-            "{name:22} {:5} {:4} {:4} {:4} {:4}  {:8.1} {:8.1}  {:7.2} {:7.1} {:7.1}  {:?}",
-            accuracy.len(),
-            self.undecided,
-            self.broken,
-            self.below,
-            self.restarts,
-            at(&accuracy, 0.0),
-            at(&accuracy, 0.5),
-            at(&estimate, 0.0),
-            at(&estimate, 0.5),
-            at(&estimate, 0.9),
-            self.refused
-        );
+        let [least, median] = [0.0, 0.5].map(|part| at(&accuracy, part));
+        let [low, middle, high] = [0.0, 0.5, 0.9].map(|part| at(&estimate, part));
+        let Self { refused, undecided, broken, below, restarts, .. } = self;
+        print!("{name:22} {:5} {undecided:4} {broken:4} {below:4} {restarts:4}  ", accuracy.len());
+        println!("{least:8.1} {median:8.1}  {low:7.2} {middle:7.1} {high:7.1}  {refused:?}");
     }
 }
 
@@ -70,8 +64,9 @@ type Studied = (f64, Result<(Run, [f64; 2]), String>, String);
 
 /// Draws a run; `None` where its scene has no start.
 fn study(seed: u64, family: usize, points: usize) -> Option<Studied> {
-    let mut draw = Draw(seed);
-    let (text, q, v) = scene(family, &mut draw);
+    let mut draw = Random(seed);
+    let (name, scene) = FAMILIES[family];
+    let (text, q, v) = scene(&mut draw);
     let (accuracy, turns) = (draw.scale(1e-11, 1e-4), draw.scale(0.3, 1000.0));
     let geometry = Geometry::new(&text).ok()?.around(&q).ok()?;
     let p = geometry.momenta(&q, &v);
@@ -79,7 +74,7 @@ fn study(seed: u64, family: usize, points: usize) -> Option<Studied> {
     let (time, _) = units(&geometry, &start, 1e300);
     let length = turns * if time < 1e299 { time } else { 1.0 };
     let (_, sizes) = units(&geometry, &start, length);
-    let what = format!("{} N {points} seed {seed} a {accuracy:.1e} L/T {turns:.1}", FAMILIES[family]);
+    let what = format!("{name} N {points} seed {seed} a {accuracy:.1e} L/T {turns:.1}");
     let run_of = |wanted, points| run(&geometry, &start, length, wanted, points);
     let result = run_of(Accuracy::Promised(accuracy), points).map(|promised| {
         let references = [run_of(Accuracy::Local(1e-15), 16), run_of(Accuracy::Local(1e-14), 8)];
@@ -95,11 +90,10 @@ fn study(seed: u64, family: usize, points: usize) -> Option<Studied> {
 }
 
 fn main() -> ExitCode {
-    let arguments: Vec<u64> = std::env::args().skip(1).filter_map(|text| text.parse().ok()).collect();
-    let (draws, seed) = (arguments.first().copied().unwrap_or(10), arguments.get(1).copied().unwrap_or(1));
+    let (draws, seed, only) = arguments(10);
+    let only: Option<usize> = only.map(|text| text.parse().expect("the number of a family"));
     let mut tallies: BTreeMap<(usize, usize, i32), Tally> = BTreeMap::new();
-    let families = arguments.get(2).map_or(0..FAMILIES.len(), |&family| family as usize..family as usize + 1);
-    for family in families {
+    for family in (0..FAMILIES.len()).filter(|&family| only.is_none_or(|only| only == family)) {
         for k in 0..draws {
             for points in [8, 16] {
                 let own = seed.wrapping_mul(1_000_003) + k * 64 + family as u64;
@@ -132,7 +126,7 @@ fn main() -> ExitCode {
     println!("name                    runs und. brok. low again a/err min  median  est/err min median 90 %  refused");
     for ((kind, points, key), tally) in &mut tallies {
         let name = match kind {
-            0 => FAMILIES[*key as usize].to_owned(),
+            0 => FAMILIES[*key as usize].0.to_owned(),
             1 => format!("1e{key}"),
             _ => "all".to_owned(),
         };

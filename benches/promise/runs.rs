@@ -2,6 +2,7 @@
 
 use geodesic_ivp::engine::{Accuracy, Engine, Failure};
 use geodesic_ivp::geometry::{Geometry, Start};
+use geodesic_ivp::sbp::SbpOperator;
 
 /// A run of more windows is given up.
 const MOST_WINDOWS: usize = 400_000;
@@ -57,22 +58,8 @@ pub(crate) fn run(
 
 /// Gauss–Lobatto nodes on [0, 1], and their barycentric weights.
 fn lobatto(n: usize) -> (Vec<f64>, Vec<f64>) {
-    let legendre = |x: f64| {
-        (1..n - 1).fold((1.0, x), |(p, q), k| {
-            let k = k as f64;
-            (q, ((2.0 * k + 1.0) * x * q - k * p) / (k + 1.0))
-        })
-    };
-    let nodes: Vec<f64> = (0..n)
-        .map(|i| {
-            let mut x = -(std::f64::consts::PI * i as f64 / (n - 1) as f64).cos();
-            for _ in 0..60 {
-                let (before, last) = legendre(x);
-                x -= (x * last - before) / (n as f64 * last);
-            }
-            0.5 * (1.0 + x)
-        })
-        .collect();
+    let operator = SbpOperator::<f64>::gauss_lobatto(n, 1.0);
+    let nodes: Vec<f64> = (0..n).map(|k| operator.node(k)).collect();
     let weight = |i: usize| (0..n).filter(|&j| j != i).map(|j| 0.25 / (nodes[i] - nodes[j])).product();
     let weights = (0..n).map(weight).collect();
     (nodes, weights)

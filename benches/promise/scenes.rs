@@ -2,31 +2,7 @@
 
 use geodesic_ivp::geometry::{GeometryText, Law, MetricText, PotentialText, Preset};
 
-/// Numbers that look random (splitmix64).
-pub(crate) struct Draw(pub(crate) u64);
-
-impl Draw {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 * 2.0_f64.powi(-53)
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
-
-    fn sign(&mut self) -> f64 {
-        if self.unit() < 0.5 { -1.0 } else { 1.0 }
-    }
-
-    /// Uniform in its logarithm.
-    pub(crate) fn scale(&mut self, low: f64, high: f64) -> f64 {
-        self.between(low.ln(), high.ln()).exp()
-    }
-}
+use super::random::Random;
 
 /// A scene as text, its start, and dq/dγ there.
 pub(crate) type Scene = (GeometryText, Vec<f64>, Vec<f64>);
@@ -67,11 +43,11 @@ fn metric(coordinates: &[&str], components: &[(usize, usize, String)], q: &[f64]
     (GeometryText::Metric(text), q.to_vec(), v.to_vec())
 }
 
-fn vector(draw: &mut Draw, dimension: usize, size: f64) -> Vec<f64> {
+fn vector(draw: &mut Random, dimension: usize, size: f64) -> Vec<f64> {
     (0..dimension).map(|_| draw.between(-size, size)).collect()
 }
 
-fn polynomial(draw: &mut Draw, n: usize) -> Scene {
+fn polynomial(draw: &mut Random, n: usize) -> Scene {
     let mut terms = Vec::new();
     for (k, x) in NAMES[..n].iter().enumerate() {
         terms.push(format!("{}*{x}^2 + {}*{x}^4", draw.between(0.3, 1.5), draw.between(0.05, 0.5)));
@@ -82,7 +58,7 @@ fn polynomial(draw: &mut Draw, n: usize) -> Scene {
     plain(terms.join(" + "), &x, &v)
 }
 
-fn trigonometric(draw: &mut Draw, n: usize) -> Scene {
+fn trigonometric(draw: &mut Random, n: usize) -> Scene {
     let mut terms = Vec::new();
     for (k, x) in NAMES[..n].iter().enumerate() {
         terms.push(format!("{}*cos({x} + {})", draw.between(0.3, 1.5), draw.between(0.0, 6.0)));
@@ -93,22 +69,22 @@ fn trigonometric(draw: &mut Draw, n: usize) -> Scene {
     plain(terms.join(" + "), &x, &v)
 }
 
-fn kepler(draw: &mut Draw) -> Scene {
+fn kepler(draw: &mut Random) -> Scene {
     let (e, angle) = (draw.between(0.0, 0.95), draw.between(0.0, std::f64::consts::TAU));
-    let (r, sign) = if draw.unit() < 0.5 { (1.0 - e, 1.0) } else { (1.0 + e, -1.0) };
+    let (r, sign) = if draw.sign() < 0.0 { (1.0 - e, 1.0) } else { (1.0 + e, -1.0) };
     let v = ((1.0 + sign * e) / r).sqrt();
     let (s, c) = angle.sin_cos();
     plain("-1/sqrt(x^2 + y^2)".into(), &[r * c, r * s], &[-v * s, v * c])
 }
 
-fn radial(draw: &mut Draw) -> Scene {
+fn radial(draw: &mut Random) -> Scene {
     let e = draw.between(0.0, 0.95);
-    let r = if draw.unit() < 0.5 { 1.0 - e } else { 1.0 + e };
+    let r = if draw.sign() < 0.0 { 1.0 - e } else { 1.0 + e };
     let square = 1.0 - e * e;
     plain(format!("{square}/(2*x^2) - 1/x"), &[r], &[0.0])
 }
 
-fn kerr(draw: &mut Draw) -> Scene {
+fn kerr(draw: &mut Random) -> Scene {
     let mut text = Preset::from_name("kerr").expect("there is a preset").text();
     text.parameters[1].1 = format!("{}", draw.between(0.1, 0.95));
     let (r, v) = (draw.between(8.0, 20.0), draw.between(0.9, 1.1));
@@ -117,13 +93,13 @@ fn kerr(draw: &mut Draw) -> Scene {
     (GeometryText::Metric(text), q, vec![1.0, 0.0, 0.3 * orbit * draw.sign(), orbit])
 }
 
-fn schwarzschild(draw: &mut Draw) -> Scene {
+fn schwarzschild(draw: &mut Random) -> Scene {
     let (r, v) = (draw.between(8.0, 30.0), draw.between(0.85, 1.15));
     let components = [(0, 0, "1 - 2/r".into()), (1, 1, "-1/(1 - 2/r)".into()), (2, 2, "-r^2".into())];
     metric(&["t", "r", "phi"], &components, &[0.0, r, 0.0], &[1.0, 0.0, v * r.powf(-1.5)])
 }
 
-fn oscillating(draw: &mut Draw) -> Scene {
+fn oscillating(draw: &mut Random) -> Scene {
     let k = draw.between(0.5, 3.0);
     let components = [
         (0, 0, format!("1 + 0.4*sin({k}*y)")),
@@ -134,7 +110,7 @@ fn oscillating(draw: &mut Draw) -> Scene {
     metric(&["x", "y"], &components, &q, &v)
 }
 
-fn magnetic(draw: &mut Draw) -> Scene {
+fn magnetic(draw: &mut Random) -> Scene {
     let mut text = potential(format!("(x^2 + y^2)/2 + {}*x^2*y^2", draw.between(0.0, 0.5)), 2);
     let b = draw.between(0.2, 3.0);
     text.one_form = vec![(0, format!("-{b}*y/2")), (1, format!("{b}*x/2*(1 + x^2/9)"))];
@@ -142,7 +118,7 @@ fn magnetic(draw: &mut Draw) -> Scene {
     newton(text, &x, &v)
 }
 
-fn conformal(draw: &mut Draw) -> Scene {
+fn conformal(draw: &mut Random) -> Scene {
     let components = [(0, 0, "1 + x^2/2".into()), (1, 1, "-1".into()), (2, 2, "-1 - x^2/5".into())];
     let (mut text, q, v) = metric(
         &["t", "x", "y"],
@@ -156,19 +132,19 @@ fn conformal(draw: &mut Draw) -> Scene {
     (text, q, v)
 }
 
-fn sphere(draw: &mut Draw) -> Scene {
+fn sphere(draw: &mut Random) -> Scene {
     let components = [(0, 0, "1".into()), (1, 1, "sin(theta)^2".into())];
     let v = [draw.sign() * draw.between(0.3, 1.0), draw.scale(1e-4, 1.0)];
     metric(&["theta", "phi"], &components, &[draw.between(0.8, 2.3), 0.0], &v)
 }
 
-fn scattering(draw: &mut Draw) -> Scene {
+fn scattering(draw: &mut Random) -> Scene {
     let bump = format!("{}*exp(-(x^2 + y^2)) + y^2/50 + x^2/50", draw.between(0.3, 3.0));
     let (x, v) = ([-draw.between(2.0, 6.0), draw.between(-1.0, 1.0)], [draw.between(0.5, 2.0), 0.0]);
     plain(bump, &x, &v)
 }
 
-fn friction(draw: &mut Draw) -> Scene {
+fn friction(draw: &mut Random) -> Scene {
     let mut text = potential("(x^2 + y^2)/2 + x^2*y^2/4".into(), 2);
     let rate = draw.scale(1e-3, 0.3);
     text.force = vec![(0, format!("-{rate}*x_dot")), (1, format!("-{rate}*y_dot"))];
@@ -176,78 +152,55 @@ fn friction(draw: &mut Draw) -> Scene {
     newton(text, &x, &v)
 }
 
-fn kink(draw: &mut Draw) -> Scene {
+fn kink(draw: &mut Random) -> Scene {
     let (a, e) = (draw.between(0.3, 1.5), draw.scale(1e-3, 0.1));
     let (x, v) = (vector(draw, 2, 1.0), vector(draw, 2, 0.5));
     plain(format!("{a}*sqrt(x^2 + {}) + y^2/2 + {}*x^2*y", e * e, draw.between(-0.2, 0.2)), &x, &v)
 }
 
-fn quartic(draw: &mut Draw) -> Scene {
+fn quartic(draw: &mut Random) -> Scene {
     let mut text = potential("x^4/2".into(), 1);
     text.law = Law::Relativistic;
     let (x, v) = (draw.between(0.3, 1.2), draw.between(-0.5, 0.5));
     (GeometryText::Potential(text), vec![0.0, x], vec![1.0, v])
 }
 
-fn one(draw: &mut Draw, formula: &str, x: [f64; 2], v: f64) -> Scene {
+fn one(draw: &mut Random, formula: &str, x: [f64; 2], v: f64) -> Scene {
     let x = draw.between(x[0], x[1]);
     plain(formula.to_owned(), &[x], &[draw.between(-v, v)])
 }
 
-/// The families of scenes.
-pub(crate) const FAMILIES: [&str; 23] = [
-    "polynomial 1",
-    "polynomial 2",
-    "polynomial 3",
-    "trigonometric 1",
-    "trigonometric 2",
-    "trigonometric 3",
-    "kepler",
-    "radial kepler",
-    "henon-heiles",
-    "pendulum",
-    "double well",
-    "quartic",
-    "morse",
-    "kerr",
-    "schwarzschild",
-    "oscillating metric",
-    "magnetic",
-    "conformal",
-    "sphere",
-    "scattering",
-    "friction",
-    "kink",
-    "chaos",
-];
-
-/// A scene of a family.
-pub(crate) fn scene(family: usize, draw: &mut Draw) -> Scene {
-    match family {
-        0..=2 => polynomial(draw, family + 1),
-        3..=5 => trigonometric(draw, family - 2),
-        6 => kepler(draw),
-        7 => radial(draw),
-        8 => {
-            let (x, v) = (vector(draw, 2, 0.3), vector(draw, 2, 0.25));
-            plain("(x^2 + y^2)/2 + x^2*y - y^3/3".into(), &x, &v)
-        }
-        9 => one(draw, "1 - cos(x)", [-2.0, 2.0], 2.5),
-        10 => one(draw, "x^4/4 - x^2/2", [-1.3, 1.3], 0.8),
-        11 => quartic(draw),
-        12 => one(draw, "(1 - exp(-x))^2", [-0.4, 1.0], 0.5),
-        13 => kerr(draw),
-        14 => schwarzschild(draw),
-        15 => oscillating(draw),
-        16 => magnetic(draw),
-        17 => conformal(draw),
-        18 => sphere(draw),
-        19 => scattering(draw),
-        20 => friction(draw),
-        21 => kink(draw),
-        _ => {
-            let (x, v) = (vector(draw, 2, 1.2), vector(draw, 2, 1.0));
-            plain("x^2*y^2 + (x^4 + y^4)/20".into(), &x, &v)
-        }
-    }
+fn two(draw: &mut Random, formula: &str, [place, velocity]: [f64; 2]) -> Scene {
+    let (x, v) = (vector(draw, 2, place), vector(draw, 2, velocity));
+    plain(formula.to_owned(), &x, &v)
 }
+
+/// A family of scenes, and what draws one of them.
+type Family = (&'static str, fn(&mut Random) -> Scene);
+
+/// All families.
+pub(crate) const FAMILIES: [Family; 23] = [
+    ("polynomial 1", |draw| polynomial(draw, 1)),
+    ("polynomial 2", |draw| polynomial(draw, 2)),
+    ("polynomial 3", |draw| polynomial(draw, 3)),
+    ("trigonometric 1", |draw| trigonometric(draw, 1)),
+    ("trigonometric 2", |draw| trigonometric(draw, 2)),
+    ("trigonometric 3", |draw| trigonometric(draw, 3)),
+    ("kepler", kepler),
+    ("radial kepler", radial),
+    ("henon-heiles", |draw| two(draw, "(x^2 + y^2)/2 + x^2*y - y^3/3", [0.3, 0.25])),
+    ("pendulum", |draw| one(draw, "1 - cos(x)", [-2.0, 2.0], 2.5)),
+    ("double well", |draw| one(draw, "x^4/4 - x^2/2", [-1.3, 1.3], 0.8)),
+    ("quartic", quartic),
+    ("morse", |draw| one(draw, "(1 - exp(-x))^2", [-0.4, 1.0], 0.5)),
+    ("kerr", kerr),
+    ("schwarzschild", schwarzschild),
+    ("oscillating metric", oscillating),
+    ("magnetic", magnetic),
+    ("conformal", conformal),
+    ("sphere", sphere),
+    ("scattering", scattering),
+    ("friction", friction),
+    ("kink", kink),
+    ("chaos", |draw| two(draw, "x^2*y^2 + (x^4 + y^4)/20", [1.2, 1.0])),
+];

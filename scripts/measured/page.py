@@ -8,19 +8,20 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from types import SimpleNamespace
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-PROGRAM = ROOT / "target/release/geodesic-ivp"
 DOCS = ROOT / "docs"
 SECTIONS = {}
+# The program that is measured, and whether the methods of Python stand beside it.
+chosen = SimpleNamespace(program=ROOT / "target/release/geodesic-ivp", python=False)
 
 
-def section(title, needs_python=False):
-    """A section of the page: a function that returns its text. Some can be made with `--python` only."""
+def section(title, name=None):
+    """A section of the page: a function that returns its text."""
 
     def register(make):
-        make.needs_python = needs_python
-        SECTIONS[make.__name__.replace("_", "-")] = (title, make)
+        SECTIONS[name or make.__name__.replace("_", "-")] = (title, make)
         return make
 
     return register
@@ -31,16 +32,17 @@ class Results:
 
     def __init__(self, command, *arguments, ends=(0,)):
         self.folder = Path(tempfile.mkdtemp(prefix="measure-"))
-        self.line = " ".join(["geodesic-ivp", command, *(quoted(argument) for argument in arguments)])
+        self.line = " ".join(["geodesic-ivp", command, *map(quoted, arguments)])
         print(f"  {self.line}", file=sys.stderr)
-        done = subprocess.run(
-            [PROGRAM, command, *arguments, "--out", self.folder], cwd=ROOT, capture_output=True, text=True
-        )
+        line = [chosen.program, command, *arguments, "--out", self.folder]
+        done = subprocess.run(line, cwd=ROOT, capture_output=True, text=True)
         if done.returncode not in ends:
             sys.exit(f"{self.line}\nended with {done.returncode}: {done.stderr}")
         self.output, self.code = done.stdout, done.returncode
+        self.reread()
+
+    def reread(self):
         path = self.folder / "summary.json"
-        # Numbers of many digits as they are written; exponents are all that is looked at.
         self.summary = json.loads(path.read_text()) if path.exists() else {}
 
     def rows(self, name):
@@ -49,6 +51,11 @@ class Results:
 
     def number(self, key):
         return float(self.summary[key])
+
+    def text(self):
+        """The command and what it printed, but for the list of files."""
+        lines = [line for line in self.output.splitlines() if "written" not in line]
+        return code(self.line) + "\n```text\n" + "".join(line + "\n" for line in lines) + "```\n"
 
     def __enter__(self):
         return self
@@ -71,8 +78,9 @@ def run(case, changes="", *more, ends=(0,)):
 
 
 def table(head, rows):
-    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    return "\n".join(lines + ["| " + " | ".join(str(cell) for cell in row) + " |" for row in rows]) + "\n"
+    lines = [head, *rows]
+    lines = ["| " + " | ".join(map(str, line)) + " |" for line in lines]
+    return "\n".join([lines[0], "|" + "---|" * len(head), *lines[1:]]) + "\n"
 
 
 def short(number, digits=1):

@@ -6,24 +6,21 @@ from .page import Results, code, duration, run, section, short, sets, table
 @section("The paper's numbers: slopes of the errors")
 def orders():
     with Results("converge") as swept:
-        text = code(swept.line) + "\n```text\n"
-        return text + "".join(line + "\n" for line in swept.output.splitlines() if "written" not in line) + "```\n"
+        return swept.text()
+
+
+GRIDS = (32, 320, 3200, 32_000, 320_000)
 
 
 @section("How critical the points are: the largest entry of the gradient of the doubled action")
 def gradient():
     rows = []
     for sbp in ("SBP21", "SBP42"):
-        for system, most in (("physical-limit", 320_000), ("doubled", 32_000)):
-            cells = []
-            for n in (32, 320, 3200, 32_000, 320_000):
-                if n > most:
-                    cells.append("")
-                    continue
+        for system, grids in (("physical-limit", GRIDS), ("doubled", GRIDS[:-1])):
+            rows.append([f"{sbp}, {system}", *[""] * len(GRIDS)])
+            for k, n in enumerate(grids, 1):
                 with run("quartic", f"scheme.sbp={sbp} solver.system={system} grid.n_gamma={n}") as one:
-                    cells.append(short(one.number("gradient_norm")))
-                    line = one.line
-            rows.append([f"{sbp}, {system}", *cells])
+                    rows[-1][k], line = short(one.number("gradient_norm")), one.line
     return code(line) + "\n" + table(["N =", "32", "320", "3 200", "32 000", "320 000"], rows)
 
 
@@ -86,24 +83,20 @@ def forms():
 def operators():
     names = "SBP21,SBP42,SBP63,SBP84,GLL8,GLL16"
     sweep = ["--sbp", names, "--form", "strong,weak", "--n-gamma", "256,512,1024,2048", "--fit-range", "200:2100"]
+    whats = ("slope of ε_x", "slope of ε_t", "ε_x at N = 1024")
+    whats = [(what, form) for what in whats for form in ("strong", "weak")]
+    rows = []
     with Results("converge", "quartic", *sweep, *sets("solver.digits=60")) as swept:
-        rows = []
         for sbp in names.split(","):
-            cells = []
-            for quantity, column in (("eps_x_final", "slope"), ("eps_t_final", "slope"), ("eps_x_final", "error")):
-                for form in ("strong", "weak"):
-                    at = [row for row in swept.rows("convergence.csv") if (row["sbp"], row["form"]) == (sbp, form)]
-                    nearest = min(at, key=lambda row: abs(int(row["n_gamma"]) - 1024))
-                    slope = next(
-                        row["slope"]
-                        for row in swept.rows("slopes.csv")
-                        if (row["sbp"], row["form"], row["quantity"]) == (sbp, form, quantity)
-                    )
-                    cells.append(f"{float(slope):.2f}" if column == "slope" else short(nearest[quantity]))
-            rows.append([sbp, *cells])
-        whats = ("slope of ε_x", "slope of ε_t", "ε_x at N = 1024")
-        head = ["", *(f"{what}, {form}" for what in whats for form in ("strong", "weak"))]
-        return code(swept.line) + "\n" + table(head, rows)
+            rows.append([sbp])
+            for what, form in whats:
+                at = [row for row in swept.rows("convergence.csv") if (row["sbp"], row["form"]) == (sbp, form)]
+                nearest = min(at, key=lambda row: abs(int(row["n_gamma"]) - 1024))
+                slopes = [row for row in swept.rows("slopes.csv") if (row["sbp"], row["form"]) == (sbp, form)]
+                slopes = {row["quantity"]: row["slope"] for row in slopes}
+                slope = slopes["eps_t_final" if "ε_t" in what else "eps_x_final"]
+                rows[-1].append(f"{float(slope):.2f}" if "slope" in what else short(nearest["eps_x_final"]))
+        return code(swept.line) + "\n" + table(["", *(f"{what}, {form}" for what, form in whats)], rows)
 
 
 @section("Down to rounding: ε_x(γ_f) of the quartic case in f64")
@@ -186,24 +179,16 @@ def unregularised():
 
 @section("Costs: quartic case")
 def costs():
-    rows = []
-    for name, changes in (
-        ("SBP21", ""),
-        ("SBP42", "scheme.sbp=SBP42"),
-        ("SBP42 weak", "scheme.sbp=SBP42 scheme.form=weak"),
-    ):
+    def row(name, changes, grids, tries):
         times = []
-        for n in (100_000, 1_000_000):
-            best = []
-            for _ in range(3):
-                with run("quartic", f"{changes} grid.n_gamma={n}") as one:
-                    best.append(one.number("solve_seconds"))
-            times.append(min(best))
-        rows.append([f"`run`, {name}: solve with certificate", *map(duration, times), f"{times[1] / times[0]:.1f}"])
+        for n in grids:
+            runs = [run("quartic", f"{changes} grid.n_gamma={n}") for _ in range(tries)]
+            times.append(min(one.number("solve_seconds") for one in runs))
+        return [name, *map(duration, times), f"{times[1] / times[0]:.1f}"]
+
+    schemes = [("SBP21", ""), ("SBP42", "scheme.sbp=SBP42"), ("SBP42 weak", "scheme.sbp=SBP42 scheme.form=weak")]
+    rows = [row(f"`run`, {name}: solve with certificate", it, (100_000, 1_000_000), 3) for name, it in schemes]
     for sbp in ("SBP21", "SBP42"):
-        times = []
-        for n in (2000, 20_000):
-            with run("quartic", f"scheme.sbp={sbp} solver.system=doubled grid.n_gamma={n}") as one:
-                times.append(one.number("solve_seconds"))
-        rows.append([f"doubled, {sbp}: 2 000 and 20 000 nodes", *map(duration, times), f"{times[1] / times[0]:.1f}"])
+        changes = f"scheme.sbp={sbp} solver.system=doubled"
+        rows.append(row(f"doubled, {sbp}: 2 000 and 20 000 nodes", changes, (2000, 20_000), 1))
     return table(["", "10⁵ nodes", "10⁶ nodes", "ratio"], rows)

@@ -1,23 +1,17 @@
-//! Random scenes and their judges. They are those of the benches `promises` and `verdict`, which count over thousands
-//! of scenes what the tests here look at over some dozens.
+//! Random scenes and their judges. They are those of the bench `verdict`, which counts over thousands of scenes what
+//! the tests here look at over some dozens.
 
-#[path = "../../benches/verdict/draw.rs"]
+#[path = "../../benches/trust/draw.rs"]
 pub(crate) mod draw;
-#[path = "../../benches/verdict/judged.rs"]
+#[path = "../../benches/trust/judged.rs"]
 pub(crate) mod judged;
-#[path = "../../benches/promises/outcome.rs"]
-pub(crate) mod outcome;
-#[path = "../../benches/promises/random.rs"]
+#[path = "../../benches/trust/random.rs"]
 #[allow(dead_code, reason = "tests have no arguments")]
 pub(crate) mod random;
-#[path = "../../benches/promises/rough.rs"]
-pub(crate) mod rough;
-#[path = "../../benches/promises/scenes.rs"]
-pub(crate) mod scenes;
-#[path = "../../benches/verdict/several.rs"]
+#[path = "../../benches/trust/several.rs"]
 pub(crate) mod several;
-#[path = "../../benches/verdict/tally.rs"]
+#[path = "../../benches/trust/tally.rs"]
 #[allow(dead_code, reason = "only the counts are looked at here")]
 pub(crate) mod tally;
-#[path = "../../benches/promises/truth.rs"]
+#[path = "../../benches/trust/truth.rs"]
 pub(crate) mod truth;

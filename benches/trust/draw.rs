@@ -5,7 +5,6 @@ use std::fmt;
 use geodesic_ivp::case::Case;
 
 use super::random::Random;
-use super::rough::{one_coordinate, rough};
 use super::several::several;
 
 /// A case, drawn.
@@ -31,14 +30,16 @@ const DOUBLED: u64 = 64;
 impl Drawn {
     /// Every second one has several coordinates.
     pub(crate) fn new(random: &mut Random) -> Self {
-        let (kind, text) = match random.next() % 8 {
-            0 | 1 => smooth(random),
-            2 | 3 => rough(random, 1e-3, |random| [random.between(-1.0, 1.0), random.scale(5e-3, 1.0)]),
-            4 => ridge(random),
-            _ => several(random),
-        };
+        let scene = any(random);
         let (scheme, settings) = scheme(random);
-        Self { kind, scheme, text, settings }
+        Self { kind: scene.0, scheme, text: scene.1, settings }
+    }
+
+    /// The same, but to an accuracy.
+    pub(crate) fn accurate(random: &mut Random, scene: fn(&mut Random) -> (&'static str, String)) -> Self {
+        let (kind, text) = scene(random);
+        let settings = vec![format!("solver.accuracy={:e}", random.scale(1e-12, 1e-4))];
+        Self { kind, scheme: "accuracy".to_owned(), text, settings }
     }
 
     pub(crate) fn case(&self) -> Case {
@@ -46,12 +47,20 @@ impl Drawn {
     }
 }
 
+/// The kind of a scene of any sort, and a case with it but without a scheme.
+pub(crate) fn any(random: &mut Random) -> (&'static str, String) {
+    match random.next() % 8 {
+        0 | 1 => smooth(random),
+        2 | 3 => rough(random),
+        4 => ridge(random),
+        _ => several(random),
+    }
+}
+
 /// A scheme from coarse to fine, and the settings that choose it.
 fn scheme(random: &mut Random) -> (String, Vec<String>) {
-    let of = |settings: &[String]| settings.to_vec();
     if random.next().is_multiple_of(7) {
-        let accuracy = random.scale(1e-12, 1e-2);
-        return ("accuracy".to_owned(), of(&[format!("solver.accuracy={accuracy:e}")]));
+        return ("accuracy".to_owned(), vec![format!("solver.accuracy={:e}", random.scale(1e-12, 1e-2))]);
     }
     let form = ["strong", "weak"][random.next() as usize % 2];
     let is_doubled = random.next().is_multiple_of(8);
@@ -70,13 +79,13 @@ fn scheme(random: &mut Random) -> (String, Vec<String>) {
         0 => 1,
         _ => random.scale(2.0, 60.0) as u64,
     };
-    let settings = of(&[
+    let settings = vec![
         format!("scheme.sbp={name}"),
         format!("scheme.form={form}"),
         format!("grid.n_gamma={nodes}"),
         format!("grid.windows={windows}"),
         format!("solver.system={}", if is_doubled { "doubled" } else { "physical-limit" }),
-    ]);
+    ];
     let family = if name.starts_with("GLL") { "GLL" } else { name.as_str() };
     (format!("{family} {form}"), settings)
 }
@@ -92,7 +101,7 @@ const SMOOTH: [(&str, [f64; 2]); 6] = [
 ];
 
 /// Smooth, to a value of γ or of t.
-fn smooth(random: &mut Random) -> (&'static str, String) {
+pub(crate) fn smooth(random: &mut Random) -> (&'static str, String) {
     let (formula, [low, high]) = SMOOTH[random.next() as usize % SMOOTH.len()];
     let c = [1.0, 1.0, 10.0][random.next() as usize % 3];
     let x = random.between(low, high);
@@ -100,6 +109,38 @@ fn smooth(random: &mut Random) -> (&'static str, String) {
     let end = random.scale(0.3, 60.0);
     let ends_at = ["gamma_f", "t_f"][random.next() as usize % 2];
     ("smooth", one_coordinate(formula, c, [x, 1.0, x_dot], (ends_at, end)))
+}
+
+/// One coordinate, and something in its potential that is no polynomial on a window.
+pub(crate) fn rough(random: &mut Random) -> (&'static str, String) {
+    let c: f64 = [1.0, 3.0, 10.0][random.next() as usize % 3];
+    let strength = random.scale(0.05, 0.4) * c * c;
+    let (kind, formula) = match random.next() % 6 {
+        0 => ("cusp", format!("{strength}*sqrt(x^2 + {}^2)", random.scale(1e-3, 0.1))),
+        1 => ("kink", format!("{strength}*abs(x - {})", random.between(-0.3, 0.3))),
+        2 => ("wall", format!("{strength}*tanh({}*(x - 1))", random.scale(1.0, 200.0))),
+        3 => ("power", format!("{strength}*x^{}", 2 * (2 + random.next() % 10))),
+        4 => {
+            let [place, width] = [random.between(-1.0, 1.0), random.scale(5e-3, 1.0)];
+            ("hump", format!("{strength}*exp(-((x - {place})/{width})^2)"))
+        }
+        _ => {
+            let s = random.scale(1e-3, 0.1);
+            ("cusps", format!("{strength}*(sqrt((x - 0.3)^2 + {s}^2) + abs(x + 0.2))"))
+        }
+    };
+    let t_dot = random.scale(1.0, 4.0);
+    let start = [random.between(-0.9, 0.9), t_dot, random.between(-0.6, 0.6) * c * t_dot];
+    let end = ("gamma_f", random.scale(0.5, 12.0) / t_dot);
+    (kind, one_coordinate(&formula, c, start, end))
+}
+
+/// Writes a case without a scheme from V, c, the start in x, dt/dγ and dx/dγ, and the name of the end with its value.
+fn one_coordinate(formula: &str, c: f64, [x, t_dot, x_dot]: [f64; 3], (name, end): (&str, f64)) -> String {
+    format!(
+        "[potential]\nformula = \"{formula}\"\n[particle]\nc = {c:?}\n[initial]\nx = {x:?}\nt_dot = {t_dot:?}\n\
+         x_dot = {x_dot:?}\n[grid]\n{name} = {end:?}\n"
+    )
 }
 
 /// Two coordinates, and a ridge across their way.

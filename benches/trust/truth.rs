@@ -22,8 +22,6 @@ pub(crate) struct Truth {
     piece: f64,
     /// What every coordinate may be off by.
     pub(crate) uncertain: Vec<f64>,
-    /// The most that the integrators are apart, relative to sizes.
-    pub(crate) apart: f64,
 }
 
 impl Truth {
@@ -31,7 +29,8 @@ impl Truth {
     pub(crate) fn new(geometry: &Arc<Geometry>, start: &Start, length: f64) -> Option<Self> {
         let piece = BEYOND * length / PIECES as f64;
         let (mut here, mut other) = (start.clone(), start.clone());
-        let (mut pieces, mut apart) = (Vec::new(), Apart::new(start.q.len()));
+        let (mut pieces, mut most, mut sizes) =
+            (Vec::new(), vec![0.0_f64; start.q.len()], vec![0.0_f64; start.q.len()]);
         for _ in 0..PIECES {
             let trajectory = ReferenceTrajectory::new(geometry, &here, piece, 16).ok()?;
             let end = trajectory.at(piece);
@@ -41,9 +40,14 @@ impl Truth {
             let found = Dop853.run(&problem, &Output::even(1), Setting::tolerance(1e-15)).ok()?;
             let State { q, p } = found.states.last()?;
             other = Start { q_dot: geometry.velocities(q, p).ok()?, q: q.to_vec(), p: p.to_vec() };
-            apart.see(&here.q, &other.q);
+            for (a, (one, other)) in here.q.iter().zip(&other.q).enumerate() {
+                let apart = (one - other).abs();
+                most[a] = if apart <= most[a] { most[a] } else { apart };
+                sizes[a] = sizes[a].max(one.abs());
+            }
         }
-        Some(apart.truth(pieces, piece))
+        let uncertain = most.iter().zip(&sizes).map(|(most, size)| most + ROUNDING * size).collect();
+        Some(Self { pieces, piece, uncertain })
     }
 
     /// The coordinates at γ − γ_i.
@@ -51,35 +55,5 @@ impl Truth {
         let index = ((gamma / self.piece) as usize).min(PIECES - 1);
         let inside = gamma - index as f64 * self.piece;
         self.pieces[index].at(inside).q
-    }
-}
-
-/// What two integrators are apart.
-struct Apart {
-    most: Vec<f64>,
-    sizes: Vec<f64>,
-}
-
-impl Apart {
-    fn new(coordinates: usize) -> Self {
-        Self { most: vec![0.0; coordinates], sizes: vec![0.0; coordinates] }
-    }
-
-    fn see(&mut self, one: &[f64], other: &[f64]) {
-        for (a, (one, other)) in one.iter().zip(other).enumerate() {
-            let apart = (one - other).abs();
-            self.most[a] = if apart <= self.most[a] { self.most[a] } else { apart };
-            self.sizes[a] = self.sizes[a].max(one.abs());
-        }
-    }
-
-    fn truth(self, pieces: Vec<ReferenceTrajectory>, piece: f64) -> Truth {
-        let of_each = || self.most.iter().zip(&self.sizes);
-        Truth {
-            pieces,
-            piece,
-            uncertain: of_each().map(|(most, size)| most + ROUNDING * size).collect(),
-            apart: of_each().map(|(most, size)| most / size).fold(0.0, f64::max),
-        }
     }
 }
