@@ -6,7 +6,7 @@ use geodesic_ivp::case::{Case, End};
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::diagnostics::verdict::{CoordinateError, Facts, Grade, Verdict};
 use geodesic_ivp::solve;
-use geodesic_ivp::solve::{Setup, WorldLine};
+use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::study::errors::run_error;
 use geodesic_ivp::study::verdict::facts_of_run;
 use geodesic_ivp::trajectory::Sampler;

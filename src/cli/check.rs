@@ -7,7 +7,8 @@ use geodesic_ivp::case::Expect;
 use geodesic_ivp::number::Extended;
 use geodesic_ivp::number::Real;
 use geodesic_ivp::solve::Arithmetic;
-use geodesic_ivp::{Case, CaseError, Status, solve};
+use geodesic_ivp::study::run::{NoRun, Wanted, run};
+use geodesic_ivp::{Case, CaseError, Status};
 
 use super::{CaseArgs, memory, report, stdout};
 
@@ -71,7 +72,11 @@ struct Number<S> {
 fn compare<S: Arithmetic>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<String>> {
     let setup = case.setup::<S>();
     memory::check(&setup, false, 0)?;
-    let result = solve(&setup).map_err(|failure| (failure.status, failure.to_string()));
+    let result = match run(case, &setup, Wanted::default()).0 {
+        Ok(found) => Ok(found.line),
+        Err(NoRun::Unsolved(failure, _)) => Err((failure.status, failure.to_string())),
+        Err(NoRun::Unsampled(_)) => unreachable!("no samples are asked for"),
+    };
     let numbers = result.map(|line| {
         let gamma = expect.gamma_final.as_ref().map(|expected| ("gamma", line.gamma_f(), expected));
         let names = line.geometry().names();

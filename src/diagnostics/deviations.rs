@@ -51,10 +51,10 @@ impl<S: Real> ChargeDeviation<S> {
     /// That of a run, from those of its first part, `self`, and its second part, `next`, whose rows are kept.
     pub(super) fn followed_by(self, next: Self) -> Self {
         Self {
-            max_interior: self.max_interior.max(next.max_interior),
-            max_last: self.max_last.max(next.max_last),
-            max_corrected: self.max_corrected.max(next.max_corrected),
-            max_ends: self.max_ends.max(next.max_ends),
+            max_interior: max_abs(&[self.max_interior, next.max_interior]),
+            max_last: max_abs(&[self.max_last, next.max_last]),
+            max_corrected: max_abs(&[self.max_corrected, next.max_corrected]),
+            max_ends: max_abs(&[self.max_ends, next.max_ends]),
             ..next
         }
     }
@@ -63,7 +63,8 @@ impl<S: Real> ChargeDeviation<S> {
 impl<S: Real> NormDeviation<S> {
     /// That of a run, from those of its first part, `self`, and its second part, `next`, whose rows are kept.
     pub(super) fn followed_by(self, next: Self) -> Self {
-        let (max_interior, max_ends) = (self.max_interior.max(next.max_interior), self.max_ends.max(next.max_ends));
+        let (max_interior, max_ends) =
+            (max_abs(&[self.max_interior, next.max_interior]), max_abs(&[self.max_ends, next.max_ends]));
         Self { max_interior, max_ends, ..next }
     }
 }

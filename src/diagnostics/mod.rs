@@ -49,7 +49,7 @@ use self::deviations::{Fields, tangent};
 use self::observed::work;
 use crate::geometry::Observable;
 use crate::number::Real;
-use crate::number::norm::max_abs;
+use crate::number::norm::{larger, max_abs};
 use crate::solve::WorldLine;
 
 /// Everything that is measured on a run, or on its last window if they were measured one after the other: then the rows
@@ -151,11 +151,11 @@ impl<S: Real> Diagnostics<S> {
         Self {
             charges: each(self.charges, next.charges, ChargeDeviation::followed_by),
             sums: each(self.sums, next.sums, ChargeDeviation::followed_by),
-            max_delta_g: self.max_delta_g.max(next.max_delta_g),
+            max_delta_g: max_abs(&[self.max_delta_g, next.max_delta_g]),
             norm: self.norm.followed_by(next.norm),
             energy: self.energy.zip(next.energy).map(|(one, two)| one.followed_by(two)),
             invariants: each(self.invariants, next.invariants, InvariantDeviation::followed_by),
-            motion: self.motion.max(next.motion),
+            motion: larger(self.motion, next.motion),
             sawtooth: each(self.sawtooth, next.sawtooth, |(a, one), (_, two)| (a, one.followed_by(two))),
             work: each(self.work, next.work, WorkBalance::followed_by),
             reaches: each(self.reaches, next.reaches, Reach::followed_by),

@@ -50,7 +50,7 @@ pub struct WorkBalance<S = f64> {
 impl<S: Real> InvariantDeviation<S> {
     /// That of a run, from those of its first part, `self`, and its second part, `next`, whose rows are kept.
     pub(super) fn followed_by(self, next: Self) -> Self {
-        let (max, max_ends) = (self.max.max(next.max), self.max_ends.max(next.max_ends));
+        let (max, max_ends) = (max_abs(&[self.max, next.max]), max_abs(&[self.max_ends, next.max_ends]));
         Self { max, max_ends, ..next }
     }
 
@@ -93,7 +93,11 @@ impl<S: Real> EnergyDeviation<S> {
     }
 
     pub(super) fn followed_by(self, next: Self) -> Self {
-        Self { value: next.value, max: self.max.max(next.max), max_ends: self.max_ends.max(next.max_ends) }
+        Self {
+            value: next.value,
+            max: max_abs(&[self.max, next.max]),
+            max_ends: max_abs(&[self.max_ends, next.max_ends]),
+        }
     }
 }
 

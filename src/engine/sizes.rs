@@ -32,10 +32,11 @@ impl Sizes {
     /// The rate is the fourth root of ½ Σ |S_ij S_ji|, S = J², J the Jacobian of the equations of motion: the frequency
     /// of an oscillator, 0 for free motion. With T = min(1/rate, length) a position q has the size max(|q|, |q̇| T), or
     /// the larger of |q̈| T² and |q⃛| T³ if that is 0. The largest one counts for all coordinates with equal g^aa. A
-    /// momentum has the size of what changes its position by that position's size within T. An ignorable coordinate has
-    /// the size of its way in T. If that is next to nothing, it may be at rest at the start only, and its rate a rounding
-    /// error: then it has the size of the way by which that changes if active coordinates and momenta change by their
-    /// sizes.
+    /// momentum has the size of what changes its position by that position's size within T.
+    ///
+    /// An ignorable coordinate has the size of its way in T. If that is next to nothing, it may be at rest at the start
+    /// only, and its rate a rounding error: then it has the size of the way by which that changes if active coordinates
+    /// and momenta change by their sizes.
     ///
     /// # Errors
     /// If the start is outside the domain.

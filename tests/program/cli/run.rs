@@ -4,7 +4,7 @@ use std::fs;
 
 use tempfile::TempDir;
 
-use crate::common::{CASES, first_line, json, names, program, run_in, succeeded};
+use crate::common::{CASES, failed, first_line, json, names, program, run_in, stderr, succeeded};
 
 #[test]
 fn run_writes_its_files_into_the_default_directory() {
@@ -166,7 +166,7 @@ fn an_accuracy_stands_in_for_scheme_and_grid() {
     let output = run_in(folder.path(), "run CASES/quartic.toml --set solver.accuracy=1e-17 --out none");
     assert_eq!(output.status.code(), Some(3));
     assert!(String::from_utf8_lossy(&output.stderr).contains("the accuracy is not reached"));
-    assert_eq!(names(&folder.path().join("none")), ["case.toml", "summary.json"]);
+    assert_eq!(names(&folder.path().join("none")), ["case.toml", "summary.json", "until_failure.csv"]);
     assert_eq!(json(&folder.path().join("none/summary.json"))["status"], "accuracy-not-reached");
 }
 
@@ -178,4 +178,75 @@ fn an_override_takes_the_place_of_what_it_excludes() {
     assert!((summary["t_final"].as_f64().unwrap() - 1.0).abs() < 1e-14);
     let effective = fs::read_to_string(folder.path().join("out/case.toml")).unwrap();
     assert!(!effective.contains("gamma_f") && !effective.contains("x_dot"), "{effective}");
+}
+
+#[test]
+fn every_so_many_nodes_of_a_window_are_written_and_its_last_one() {
+    let folder = TempDir::new().unwrap();
+    let windows = "run quartic --set grid.windows=2 --set grid.n_gamma=12 --quiet";
+    let rows = |arguments: &str| -> Vec<String> {
+        let text = succeeded(&run_in(folder.path(), arguments));
+        text.lines().map(str::to_owned).collect()
+    };
+    let (all, few) = (rows(&format!("{windows} --stdout")), rows(&format!("{windows} --stdout --every 5")));
+    let kept = [0, 5, 10, 11].map(|node| [1 + node, 13 + node]);
+    let mut expected = vec![all[0].clone()];
+    expected.extend([0, 1].iter().flat_map(|&window| kept.map(|rows| all[rows[window]].clone())));
+    assert_eq!(few, expected);
+    succeeded(&run_in(folder.path(), &format!("{windows} --every 5 --out few")));
+    for name in ["trajectory.csv", "residuals.csv"] {
+        assert_eq!(fs::read_to_string(folder.path().join("few").join(name)).unwrap().lines().count(), 9, "{name}");
+    }
+    failed(&run_in(folder.path(), "run quartic --every 0"), 2);
+}
+
+/// Windows of a grid, a run to an accuracy, whose number of windows is not known before, and one that has one only.
+#[test]
+fn a_pipe_gets_the_rows_of_the_files() {
+    let folder = TempDir::new().unwrap();
+    for case in [
+        "quartic --set grid.windows=3",
+        "quartic-accuracy",
+        "quartic --set solver.accuracy=1e-3 --set grid.gamma_f=0.1",
+        "kepler",
+        "henon-heiles --set solver.accuracy=1e-6 --set grid.gamma_f=20.0",
+    ] {
+        let piped = succeeded(&run_in(folder.path(), &format!("run {case} --stdout --quiet")));
+        succeeded(&run_in(folder.path(), &format!("run {case} --quiet --out out --force")));
+        let table = |name: &str| fs::read_to_string(folder.path().join("out").join(name)).unwrap();
+        let (trajectory, residuals) = (table("trajectory.csv"), table("residuals.csv"));
+        let window = |line: &str| {
+            if trajectory.starts_with("gamma") && piped.lines().next().unwrap().ends_with(",window") {
+                line.rsplit_once(',').map_or_else(String::new, |(rest, _)| rest.to_owned())
+            } else {
+                line.to_owned()
+            }
+        };
+        let joined: Vec<String> = trajectory
+            .lines()
+            .zip(residuals.lines())
+            .map(|(one, two)| format!("{},{}", window(one), two.split_once(',').unwrap().1))
+            .collect();
+        assert!(piped.lines().eq(joined.iter().map(String::as_str)), "{case}");
+    }
+}
+
+#[test]
+fn rows_and_events_before_a_failure_are_kept() {
+    let folder = TempDir::new().unwrap();
+    // A fall into r = 0 is no critical point; the turn before it is an event.
+    let text = "potential = { coordinates = [\"r\"], formula = \"-1/r\" }\nparticle.law = \"newtonian\"\n\
+                initial = { r = 1.0, r_dot = 0.5 }\nevents.turn.when = \"r_dot\"\n\
+                grid = { gamma_f = 9.0, windows = 90 }\nscheme = { sbp = \"GLL8\", form = \"weak\" }\n";
+    fs::write(folder.path().join("fall.toml"), text).unwrap();
+    let output = run_in(folder.path(), "run fall.toml --out out --quiet");
+    assert!([Some(3), Some(4)].contains(&output.status.code()), "{}", stderr(&output));
+    let read = |name: &str| fs::read_to_string(folder.path().join("out").join(name)).unwrap();
+    assert_eq!(names(&folder.path().join("out")), ["case.toml", "events.csv", "summary.json", "until_failure.csv"]);
+    let (rows, events) = (read("until_failure.csv"), read("events.csv"));
+    assert!(rows.starts_with("gamma,t,r,s,t_dot,r_dot,s_dot,delta_q_t") && rows.lines().count() > 100, "{rows}");
+    assert!(events.lines().count() == 2 && events.contains("turn,0.59790"), "{events}");
+    // The next run that ends leaves nothing of it.
+    succeeded(&run_in(folder.path(), "run fall.toml --out out --quiet --set grid.gamma_f=1.0 --set grid.windows=10"));
+    assert!(!folder.path().join("out/until_failure.csv").exists());
 }
