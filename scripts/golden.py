@@ -93,7 +93,7 @@ class Sizes:
         summary = next((d for d in map(document, texts.values()) if d and "status" in d), {})
         tables = {name: rows for name, rows in ((name, table(text)) for name, text in texts.items()) if rows}
         settings = {**dict(re.findall(r"(digits|system)=([\w-]+)", command)), **summary}
-        accuracies = re.findall(r"[\d.e+-]+", "".join(re.findall(r"accuracy=([\d.e,+-]+)", command)))
+        accuracies = re.findall(r"[\d.e+-]+", ",".join(re.findall(r"accuracy=([\d.e,+-]+)", command)))
         self.accuracy = float(summary.get("accuracy") or max(map(Decimal, accuracies), default=0))
         self.digits, self.study = int(settings.get("digits", 16)), re.search("g (converge|stability)", command)
         self.unit = 1e-13 if self.digits == 16 else 10.0 ** (3 - self.digits)
