@@ -77,7 +77,9 @@ pub(super) fn read<'t>(
     let velocity = if scenery.is_of_x { section.take("velocity") } else { None };
     section.finish().map_err(|error| explain_velocity(error, names))?;
     let is_lifted = matches!(&scenery.text, GeometryText::Potential(potential) if potential.law == Law::Newtonian);
-    let positions = positions(&section, &q, geometry)?;
+    // A potential has a time that begins at 0.
+    let has_time = matches!(&scenery.text, GeometryText::Potential(_));
+    let positions = positions(&section, &q, geometry, has_time)?;
     let (mut rates, mut fields) = given_rates(velocities, momenta)?;
     if let Some(velocity) = velocity {
         rates[1] = Some(rate_of_velocity(&velocity, &fields)?);
@@ -163,11 +165,12 @@ fn from_norm(
     }
 }
 
-/// The position of every coordinate; that of one that nothing depends on is 0 if it is left out.
+/// The position of every coordinate; that of one that nothing depends on, and of the time, is 0 if it is left out.
 fn positions(
     section: &Section<'_>,
     fields: &[Option<Field<'_>>],
     geometry: &Geometry,
+    has_time: bool,
 ) -> Result<Vec<Quantity>, CaseError> {
     if !section.is_given() {
         return Err(section.error("missing field `initial`").with_help(
@@ -177,7 +180,7 @@ fn positions(
         ));
     }
     // A force may act on a coordinate that nothing depends on, as on t of a damped motion.
-    let needed = (0..fields.len()).filter(|&a| geometry.depends_on(a));
+    let needed = (usize::from(has_time)..fields.len()).filter(|&a| geometry.depends_on(a));
     let missing: Vec<&str> = needed.filter(|&a| fields[a].is_none()).map(|a| geometry.names()[a].as_str()).collect();
     if !missing.is_empty() {
         let list = missing.join("`, `");

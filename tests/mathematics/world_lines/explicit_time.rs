@@ -15,9 +15,9 @@ fn solved(physics: &str, scheme: &str) -> WorldLine {
 }
 
 fn newtonian(table: &str, [t, x, x_dot]: [f64; 3]) -> String {
-    format!(
-        "potential = {{ {table} }}\nparticle.law = \"newtonian\"\ninitial = {{ t = {t}, x = {x}, x_dot = {x_dot} }}"
-    )
+    // A time of 0 may be left out.
+    let t = if t == 0.0 { String::new() } else { format!("t = {t}, ") };
+    format!("potential = {{ {table} }}\nparticle.law = \"newtonian\"\ninitial = {{ {t}x = {x}, x_dot = {x_dot} }}")
 }
 
 #[test]
