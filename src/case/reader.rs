@@ -42,7 +42,9 @@ impl<'t> Section<'t> {
 
     /// The value of a key, which is a known one from now on.
     pub(super) fn take(&mut self, key: &str) -> Option<Field<'t>> {
-        self.known.push(key.to_owned());
+        if !self.known.iter().any(|known| known == key) {
+            self.known.push(key.to_owned());
+        }
         self.field(key)
     }
 
