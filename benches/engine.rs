@@ -32,7 +32,7 @@ struct Scene {
 }
 
 impl Scene {
-    /// That of a built-in case.
+    /// The scene of a built-in case.
     fn new(name: &'static str, case: &str, length: f64, end: &[(usize, f64)]) -> Self {
         let text = builtin::text(case).expect("it is built in");
         let case = Case::parse(case, text, &[]).expect("it is valid");

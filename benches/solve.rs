@@ -1,4 +1,4 @@
-//! What the parts cost. `cargo bench --bench solve [-- NAME]` prints them side by side; read ratios of one run, not
+//! The costs of the parts. `cargo bench --bench solve [-- NAME]` prints them side by side; read ratios of one run, not
 //! absolute times.
 //!
 //! First one window with more and more nodes: the physical limit with its certificate, the doubled system, digits,

@@ -1,4 +1,4 @@
-//! What a run says of itself, and what is true.
+//! The judge compares the verdict of a run with its true error.
 
 use std::sync::Arc;
 
@@ -20,13 +20,13 @@ const KNOWN: f64 = 1e-12;
 /// A judged run.
 pub(crate) struct Judged {
     pub(crate) verdict: Verdict,
-    /// What is true of a result.
+    /// The truth about its result.
     pub(crate) found: Option<Found>,
     /// The accuracy that was promised, as a multiple of the estimate.
     promised: f64,
 }
 
-/// What is true of a result.
+/// The truth about a result.
 pub(crate) enum Found {
     /// It is not known well enough.
     NoReference,
