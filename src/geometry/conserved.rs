@@ -4,7 +4,11 @@
 //! continuum and exactly on the grid: the total momentum of V(x1 − x2) is one. The identity is looked for in the values
 //! of f_a + F_a at many points, which lie anywhere: a sum that vanishes at all of them vanishes.
 
-use super::Geometry;
+use std::cmp::Ordering;
+
+use super::{Geometry, Start};
+use crate::number::norm::max_abs;
+use crate::number::{Extended, Real};
 
 /// Constants c^a for which Σ c^a p_a is conserved.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,81 +37,127 @@ impl ConservedSum {
     }
 }
 
-/// Points that are looked at for each active coordinate, and more of them.
+/// Points that are looked at for each active coordinate.
 const POINTS_PER_COORDINATE: usize = 4;
-/// A pivot below this share of the largest entry is zero.
-const ZERO: f64 = 1e-9;
-/// How far from the given point the others lie, relative to its coordinates and at least 1.
+/// A pivot below this share of the largest entry of its column is zero: in `f64`, and in extended precision.
+const ZERO: [f64; 2] = [1e-9, 1e-40];
+/// How far from the start the points lie, relative to the sizes of coordinates.
 const SPREAD: f64 = 0.1;
+/// A size that the start does not tell is drawn as a power of two up to this one, or its inverse.
+const LARGEST_EXPONENT: f64 = 60.0;
+
+/// A point with velocities.
+type Place = (Vec<f64>, Vec<f64>);
 
 impl Geometry<f64> {
-    /// The independent conserved sums of momenta of active coordinates, looked for around a point of the scene.
-    pub fn conserved_sums(&self, q: &[f64], q_dot: &[f64]) -> Vec<ConservedSum> {
+    /// The independent conserved sums of momenta of active coordinates, looked for around the start of a motion.
+    ///
+    /// Forces on a light body are rounding errors of those on a heavy one, so that the coefficients of sums that seem
+    /// to be conserved come from `exact`, the same geometry in extended precision.
+    pub fn conserved_sums(&self, start: &Start, exact: impl FnOnce() -> Geometry<Extended>) -> Vec<ConservedSum> {
         let active = self.active();
-        let m = active.len();
-        if m == 0 {
+        let places = self.places_around(start);
+        if active.is_empty() || null_vectors(self.rows(&places), ZERO[0]).is_empty() {
             return Vec::new();
         }
-        let mut point = self.point();
-        let (mut rows, mut noise): (Vec<Vec<f64>>, _) = (Vec::new(), Noise(0x9e37_79b9_7f4a_7c15));
-        for _ in 0..50 * m * POINTS_PER_COORDINATE {
-            let q: Vec<f64> = q.iter().map(|q| q + SPREAD * q.abs().max(1.0) * noise.next()).collect();
-            let q_dot: Vec<f64> = q_dot.iter().map(|u| u + u.abs().max(1.0) * noise.next()).collect();
-            let p = self.momenta(&q, &q_dot);
-            if point.evaluate(&q, &p).is_ok() {
-                let row: Vec<f64> = (0..m).map(|place| point.p_dot(place)).collect();
-                let size = row.iter().fold(0.0, |size: f64, f| size.max(f.abs()));
-                if size > 0.0 {
-                    rows.push(row.iter().map(|f| f / size).collect());
-                }
-            }
-            if rows.len() == m * POINTS_PER_COORDINATE {
-                break;
-            }
-        }
-        null_vectors(rows, m).into_iter().map(|c| sum_of(active, &c)).collect()
+        let few = &places[..places.len().min(2 * active.len())];
+        null_vectors(exact().rows(few), ZERO[1]).into_iter().map(|c| sum_of(active, &c)).collect()
+    }
+
+    /// Whether a sum does not change at a place: its terms cancel there but for rounding.
+    pub fn conserves(&self, sum: &ConservedSum, q: &[f64], q_dot: &[f64]) -> bool {
+        let forces = self.forces(q, q_dot);
+        let terms = || sum.terms.iter().map(|&(a, c)| c * forces[a]);
+        terms().sum::<f64>().abs() <= ZERO[0] * terms().map(f64::abs).sum::<f64>()
+    }
+
+    /// Places inside the domain that lie anywhere around the start, by the sizes that it has.
+    fn places_around(&self, start: &Start) -> Vec<Place> {
+        let count = POINTS_PER_COORDINATE * self.active().len();
+        let mut noise = Noise(0x9e37_79b9_7f4a_7c15);
+        let sizes = [&start.q, &start.q_dot].map(|values| {
+            let own: Vec<f64> = values.iter().map(|value| value.abs()).collect();
+            self.shared(&start.q, &own)
+        });
+        let mut around = |values: &[f64], sizes: &[f64], spread: f64| -> Vec<f64> {
+            let drawn = (LARGEST_EXPONENT * noise.next()).exp2();
+            let size = |size: f64| if size > 0.0 { size } else { drawn };
+            values.iter().zip(sizes).map(|(value, &own)| value + spread * size(own) * noise.next()).collect()
+        };
+        let places =
+            (0..50 * count).map(|_| (around(&start.q, &sizes[0], SPREAD), around(&start.q_dot, &sizes[1], 1.0)));
+        places.filter(|place| self.forces_at(place).is_some()).take(count).collect()
+    }
+}
+
+impl<S: Real> Geometry<S> {
+    /// A row for each place where there are forces.
+    fn rows(&self, places: &[Place]) -> Vec<Vec<S>> {
+        places.iter().filter_map(|place| self.forces_at(place)).collect()
+    }
+
+    /// f_a + F_a of the active coordinates at a place, if they are finite and not all 0.
+    fn forces_at(&self, (q, q_dot): &Place) -> Option<Vec<S>> {
+        let [q, q_dot] = [q, q_dot].map(|values| values.iter().map(|&value| S::from(value)).collect::<Vec<S>>());
+        let all = self.forces(&q, &q_dot);
+        let forces: Vec<S> = self.active().iter().map(|&a| all[a]).collect();
+        let size = max_abs(&forces);
+        (size > S::ZERO && size.is_finite()).then_some(forces)
     }
 }
 
 /// The sum with the coefficients `c` of the active coordinates, scaled so that the first one is 1.
-fn sum_of(active: &[usize], c: &[f64]) -> ConservedSum {
-    let first = c.iter().copied().find(|c| *c != 0.0).unwrap_or(1.0);
-    let tidy = |c: f64| if (c - c.round()).abs() < ZERO { c.round() } else { c };
-    let terms = active.iter().zip(c).map(|(&a, c)| (a, tidy(c / first))).filter(|(_, c)| *c != 0.0).collect();
+fn sum_of(active: &[usize], c: &[Extended]) -> ConservedSum {
+    let first = c.iter().copied().find(|c| *c != Extended::ZERO).unwrap_or(Extended::ONE);
+    let terms = active.iter().zip(c).map(|(&a, &c)| (a, (c / first).to_f64())).filter(|(_, c)| *c != 0.0).collect();
     ConservedSum { terms }
 }
 
-/// A basis of the vectors c with rows · c = 0, by Gauss–Jordan elimination with full pivoting.
-fn null_vectors(mut rows: Vec<Vec<f64>>, columns: usize) -> Vec<Vec<f64>> {
+/// A basis of the vectors c with rows · c = 0, by Gauss–Jordan elimination with full pivoting. Rows and columns are
+/// scaled first, so that neither units nor masses decide what is 0.
+fn null_vectors<S: Real>(mut rows: Vec<Vec<S>>, zero: f64) -> Vec<Vec<S>> {
+    let Some(columns) = rows.first().map(Vec::len) else { return Vec::new() };
+    for row in &mut rows {
+        let size = max_abs(row);
+        row.iter_mut().for_each(|entry| *entry = *entry / size);
+    }
+    let scales: Vec<S> =
+        (0..columns).map(|column| max_abs(&rows.iter().map(|row| row[column]).collect::<Vec<S>>())).collect();
+    let scaled = |value: S, scale: S| if scale > S::ZERO { value / scale } else { value };
+    for row in &mut rows {
+        row.iter_mut().zip(&scales).for_each(|(entry, &scale)| *entry = scaled(*entry, scale));
+    }
+    let zero = S::from(zero);
     let mut pivots: Vec<usize> = Vec::new();
     loop {
         let done = pivots.len();
         let candidates = (done..rows.len()).flat_map(|row| (0..columns).map(move |column| (row, column)));
         let size = |&(row, column): &(usize, usize)| rows[row][column].abs();
-        let best = candidates.filter(|(_, column)| !pivots.contains(column)).max_by(|a, b| size(a).total_cmp(&size(b)));
-        let Some((row, column)) = best.filter(|best| size(best) > ZERO) else { break };
+        let best = candidates.filter(|(_, column)| !pivots.contains(column));
+        let best = best.max_by(|a, b| size(a).partial_cmp(&size(b)).unwrap_or(Ordering::Equal));
+        let Some((row, column)) = best.filter(|best| size(best) > zero) else { break };
         rows.swap(done, row);
         let pivot = rows[done][column];
-        rows[done].iter_mut().for_each(|entry| *entry /= pivot);
+        rows[done].iter_mut().for_each(|entry| *entry = *entry / pivot);
         let pivot_row = rows[done].clone();
         for (_, other) in rows.iter_mut().enumerate().filter(|(row, _)| *row != done) {
             let factor = other[column];
             for (entry, pivot) in other.iter_mut().zip(&pivot_row) {
-                *entry -= factor * pivot;
+                *entry -= factor * *pivot;
             }
         }
         pivots.push(column);
     }
     let free = (0..columns).filter(|column| !pivots.contains(column));
-    free.map(|free| {
-        let mut c = vec![0.0; columns];
-        c[free] = 1.0;
-        for (row, &pivot) in pivots.iter().enumerate() {
-            c[pivot] = if rows[row][free].abs() < ZERO { 0.0 } else { -rows[row][free] };
+    let vector = |free: usize| {
+        let mut c = vec![S::ZERO; columns];
+        c[free] = S::ONE;
+        for (row, &pivot) in pivots.iter().enumerate().filter(|(row, _)| rows[*row][free].abs() > zero) {
+            c[pivot] = -rows[row][free];
         }
-        c
-    })
-    .collect()
+        c.iter().zip(&scales).map(|(&c, &scale)| scaled(c, scale)).collect()
+    };
+    free.map(vector).collect()
 }
 
 /// Numbers in (−1, 1) that look random and are the same in every run (G. Marsaglia's xorshift).

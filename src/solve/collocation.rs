@@ -37,7 +37,7 @@ pub(super) fn solve<S: Real>(
         let steps = system.steps();
         return Ok(Solved { q: system.q, p: system.p, steps, history: Vec::new(), initial_guess: InitialGuess::None });
     }
-    let (mut linearised, initial_guess) = (System::new(rough, Vec::new()), InitialGuess::Engine);
+    let (mut linearised, initial_guess) = (System::new(rough, Vec::new()), guess.kind);
     let guess = linearised.unknowns(guess);
     let root = newton::solve(&mut linearised, guess, max_iterations)?;
     if S::IS_EXTENDED {
@@ -189,7 +189,7 @@ impl<'w, S: Real> System<'w, S> {
 
 impl System<'_, f64> {
     /// The unknowns of a world-line on the nodes.
-    fn unknowns(&self, Guess { q, p }: &Guess) -> Vec<f64> {
+    fn unknowns(&self, Guess { q, p, .. }: &Guess) -> Vec<f64> {
         let nodes = self.derivative().first_unknown()..self.window.points();
         let positions = |k: usize| self.active().iter().map(move |&a| q[a][k]);
         nodes.flat_map(|k| positions(k).chain(p.iter().map(move |row| row[k]))).collect()

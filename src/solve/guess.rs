@@ -1,13 +1,20 @@
 //! The first guess of Newton's method: the motion on the nodes of a window, by the engine of few nodes.
 //!
-//! It follows the geodesic however coarse the grid is, and costs next to nothing where the grid is fine.
+//! It follows the geodesic however coarse the grid is, and costs next to nothing where the grid is fine. On few nodes
+//! that resolve the motion its tables would take longer than the rest of the solve: there one step of the method of
+//! Bogacki and Shampine (Appl. Math. Lett. 2, 1989) from node to node is enough.
 
+use super::status::InitialGuess;
 use super::window::Window;
 use crate::engine::{Accuracy, Engine, Failure, POINTS};
 use crate::geometry::OutsideGeometry;
 
 /// The accuracy of each window of the engine. On a fine grid Newton's method has one step less to take from there.
 const ACCURACY: f64 = 1e-9;
+/// With more nodes than this the engine takes less time than a step from each to the next.
+const MOST_STEPS: usize = 2000;
+/// A step resolves the motion if its error estimate is at most this share of what the step adds up to.
+const RESOLVED: f64 = 1e-2;
 /// A grid with fewer than one node for so many windows resolves nothing.
 const MOST_WINDOWS: usize = 64;
 /// So many there may be on any grid: where t has no limit before a horizon, the engine comes to it by thousands.
@@ -27,6 +34,8 @@ pub(super) struct Guess {
     pub(super) q: Vec<Vec<f64>>,
     /// p_a, a row for each active coordinate.
     pub(super) p: Vec<Vec<f64>>,
+    /// How it was found.
+    pub(super) kind: InitialGuess,
 }
 
 /// The geodesic on the nodes. Of a grid that resolves nothing the last nodes are where the engine has come to, as they
@@ -64,5 +73,45 @@ pub(super) fn guess(window: &Window<'_, f64>) -> Result<Guess, Edge> {
         }
     }
     q.iter_mut().chain(&mut p).for_each(|row| row.resize(points, row[row.len() - 1]));
-    Ok(Guess { q, p })
+    Ok(Guess { q, p, kind: InitialGuess::Engine })
+}
+
+/// The geodesic on the nodes by one step from each to the next, if there are few and they resolve the motion: it then
+/// comes to no pole, which steps could leap over.
+pub(super) fn by_steps(window: &Window<'_, f64>) -> Option<Guess> {
+    let (geometry, start, sbp) = (window.geometry, window.start, window.sbp);
+    let n = start.q.len();
+    if window.points() > MOST_STEPS {
+        return None;
+    }
+    let rows = n + geometry.active().len();
+    let mut state = [&start.q[..], &start.p].concat();
+    let (mut point, mut nodes) = (geometry.point(), vec![Vec::with_capacity(window.points()); rows]);
+    let [mut first, mut second, mut third, mut last] = [(); 4].map(|()| vec![0.0; state.len()]);
+    let mut stage = state.clone();
+    point.slopes(&state, &mut first).ok()?;
+    for k in 0..window.points() {
+        (0..n).for_each(|a| nodes[a].push(state[a]));
+        geometry.active().iter().enumerate().for_each(|(place, &a)| nodes[n + place].push(state[n + a]));
+        if k + 1 == window.points() {
+            break;
+        }
+        let h = sbp.node(k + 1) - sbp.node(k);
+        (0..state.len()).for_each(|i| stage[i] = state[i] + 0.5 * h * first[i]);
+        point.slopes(&stage, &mut second).ok()?;
+        (0..state.len()).for_each(|i| stage[i] = state[i] + 0.75 * h * second[i]);
+        point.slopes(&stage, &mut third).ok()?;
+        (0..state.len()).for_each(|i| state[i] += h / 9.0 * (2.0 * first[i] + 3.0 * second[i] + 4.0 * third[i]));
+        point.slopes(&state, &mut last).ok()?;
+        let is_resolved = |i: usize| {
+            let error = (-5.0 * first[i] + 6.0 * second[i] + 8.0 * third[i] - 9.0 * last[i]) / 72.0;
+            error.abs() <= RESOLVED * (first[i].abs() + second[i].abs() + third[i].abs())
+        };
+        if !(0..state.len()).all(is_resolved) {
+            return None;
+        }
+        std::mem::swap(&mut first, &mut last);
+    }
+    let p = nodes.split_off(n);
+    Some(Guess { q: nodes, p, kind: InitialGuess::Steps })
 }

@@ -5,7 +5,7 @@ use super::explicit;
 use super::failure::NoSolution;
 use super::guess::{self, Edge, Guess};
 use super::leap;
-use super::limit;
+use super::limit::{self, Limit};
 use super::newton::Failure;
 use super::places;
 use super::status::{InitialGuess, IterationRecord};
@@ -45,6 +45,12 @@ impl<S: Real> Pair<'_, S> {
         let Self { window, rough, max_iterations, .. } = self;
         let fields = 2 * window.geometry.active().len();
         let is_explicit = window.form == Form::Strong && window.sbp.is_two_step();
+        if let Some(guess) = if is_explicit { None } else { guess::by_steps(rough) }
+            && let Ok(limit) = limit::solve(window, rough, Some(guess), *max_iterations)
+            && leap::outside(window.geometry, &limit.q).is_none()
+        {
+            return Ok(self.of_limit(limit));
+        }
         let guess = if is_explicit { None } else { Some(self.guess()?) };
         let solved = limit::solve(window, rough, guess, *max_iterations).and_then(|limit| {
             // Other rules begin with a guess that follows the geodesic as closely as it needs.
@@ -65,9 +71,15 @@ impl<S: Real> Pair<'_, S> {
             let guess = if is_explicit { InitialGuess::None } else { InitialGuess::Engine };
             self.no_solution(failure, guess, locate)
         })?;
+        Ok(self.of_limit(limit))
+    }
+
+    /// What is told of a solution of the collocation system.
+    fn of_limit(&self, limit: Limit<S>) -> Piece<S> {
+        let window = &self.window;
         let multipliers = limit.multipliers(window);
         let rows: Vec<&[S]> = limit.q.iter().map(Vec::as_slice).collect();
-        Ok(Piece {
+        Piece {
             gradient_norm: window.regularised_action().gradient_norm_in_limit(&rows, &multipliers),
             end: limit.last_momenta(window),
             q: limit.q,
@@ -76,7 +88,7 @@ impl<S: Real> Pair<'_, S> {
             multipliers,
             initial_guess: limit.initial_guess,
             history: limit.history,
-        })
+        }
     }
 
     /// The critical point of the doubled action in all its unknowns. Where Newton's method does not find one from the

@@ -118,6 +118,8 @@ impl Iterations {
 pub enum InitialGuess {
     /// No iteration: the equations are explicit and were marched.
     None,
+    /// Steps of a Runge-Kutta method from node to node.
+    Steps,
     /// Windows of the engine, as long as the motion allows, looked at on the nodes.
     Engine,
     /// The critical point with equal branches, where Newton's method for the doubled action failed from the guess.
@@ -131,6 +133,7 @@ impl InitialGuess {
     pub fn as_str(self) -> &'static str {
         match self {
             Self::None => "none",
+            Self::Steps => "steps",
             Self::Engine => "engine",
             Self::PhysicalLimit => "physical-limit",
             Self::Extrapolation => "extrapolation",

@@ -6,12 +6,15 @@ use crate::case::Case;
 use crate::diagnostics::Diagnostics;
 use crate::diagnostics::gaps::Gaps;
 use crate::diagnostics::verdict::Verdict;
-use crate::geometry::ConservedSum;
+use crate::geometry::{ConservedSum, Geometry};
 use crate::number::Real;
 use crate::solve::{Arithmetic, NoSolution, Setup, WorldLine, solve, solve_window_by_window};
 use crate::study::errors::{RunError, reference_error, run_error};
 use crate::study::verdict::of_run;
 use crate::trajectory::{Crossing, EventSearch, NoSamples, Sample, SampleStream};
+
+/// Conserved sums are looked at on so many nodes of a run.
+const PLACES_ALONG: usize = 64;
 
 /// What sees a run part by part, with what is measured on each part alone. A part that contains the first window begins
 /// the run again.
@@ -75,8 +78,8 @@ pub struct Judged {
 /// is streamed they contain those of measuring.
 pub fn run<S: Arithmetic>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Result<Run<S>, NoRun<S>>, f64) {
     let rough = &setup.rough;
-    let sums = if wanted.sums && !case.is_of_x() {
-        rough.geometry.conserved_sums(&rough.start.q, &rough.start.q_dot)
+    let mut sums = if wanted.sums && !case.is_of_x() {
+        rough.geometry.conserved_sums(&rough.start, || case.geometry())
     } else {
         Vec::new()
     };
@@ -112,7 +115,12 @@ pub fn run<S: Arithmetic>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) 
         see(&line);
     }
     let events = events.finish(&line);
-    let diagnostics = measured.unwrap_or_else(|| Diagnostics::new(&line));
+    let mut diagnostics = measured.unwrap_or_else(|| Diagnostics::new(&line));
+    let is_kept: Vec<bool> = sums.iter().map(|sum| holds_along(&line, &rough.geometry, sum)).collect();
+    let mut kept = is_kept.iter();
+    sums.retain(|_| kept.next() == Some(&true));
+    let mut kept = is_kept.iter();
+    diagnostics.sums.retain(|_| kept.next() == Some(&true));
     let samples = match samples.map_or(Ok(Vec::new()), |samples| samples.finish(&line)) {
         Ok(samples) => samples,
         Err(none) => return (Err(NoRun::Unsampled(none)), solve_seconds),
@@ -120,6 +128,14 @@ pub fn run<S: Arithmetic>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) 
     let is_whole = !wanted.is_streamed;
     let seconds = start.elapsed().as_secs_f64();
     (Ok(Run { line, is_whole, sums, diagnostics, samples, events, seconds }), solve_seconds)
+}
+
+/// Whether a sum is conserved where the run has come to, too: a formula may be another one there.
+fn holds_along<S: Real>(line: &WorldLine<S>, geometry: &Geometry, sum: &ConservedSum) -> bool {
+    let every = line.nodes().div_ceil(PLACES_ALONG);
+    let q_dot: Vec<f64> = line.end().q_dot.iter().map(|u| u.to_f64()).collect();
+    let place = |node: usize| line.q.iter().map(|row| row[node].to_f64()).collect::<Vec<f64>>();
+    (0..line.nodes()).step_by(every).all(|node| geometry.conserves(sum, &place(node), &q_dot))
 }
 
 impl<S: Real> Run<S> {

@@ -31,7 +31,7 @@ fn end(line: &WorldLine, name: &str) -> f64 {
 
 fn diagnostics(case: &Case, line: &WorldLine) -> Diagnostics {
     let start = &line.place.start;
-    let sums = line.geometry().conserved_sums(&start.q, &start.q_dot);
+    let sums = line.geometry().conserved_sums(start, || case.geometry());
     let terms: Vec<_> = sums.into_iter().map(|sum| sum.terms).collect();
     Diagnostics::of(line, &terms, &mut case.observables(), case.is_lifted())
 }
