@@ -8,7 +8,7 @@
 //!
 //! // The rows (0, 1) and (1, 2). The last entry is a sum of two parts.
 //! let pattern = Pattern::new(2, &[(0, 1), (1, 0), (1, 1), (1, 1)]);
-//! let lu = pattern.factor(&[1.0, 1.0, 1.5, 0.5])?;
+//! let lu = pattern.factor(&[1.0, 1.0, 1.5, 0.5], [&[1.0, 1.0], &[1.0, 1e-20]])?;
 //! let mut b = [3.0, 8.0];
 //! lu.solve_in_place(&mut b);
 //! assert!((b[0] - 2.0).abs() < 1e-15 && (b[1] - 3.0).abs() < 1e-15);
@@ -50,19 +50,25 @@ impl Pattern {
     }
 
     /// The LU factorisation with partial pivoting of the matrix with these values of its parts, which come in the order
-    /// of [`Self::new`].
+    /// of [`Self::new`]. Pivots are chosen where rows and columns are divided by these units, rounded to powers of two.
     ///
     /// # Errors
     /// [`Singular`] if a pivot column is empty. A column of zeros, or one with a number that is not finite, shows in
     /// solutions, which are then not finite.
     ///
     /// # Panics
-    /// If there are not as many values as parts.
-    pub fn factor(&self, values: &[f64]) -> Result<SparseLu, Singular> {
-        let matrix = SparseColMat::new_from_argsort(self.entries.clone(), &self.parts, values)
+    /// If there are not as many values as parts, or not a unit for each row and column.
+    pub fn factor(&self, values: &[f64], units: [&[f64]; 2]) -> Result<SparseLu, Singular> {
+        let mut matrix = SparseColMat::new_from_argsort(self.entries.clone(), &self.parts, values)
             .expect("there are as many values as parts");
+        let units = units.map(|units| units.iter().map(|&unit| power_of_two(unit)).collect::<Vec<f64>>());
+        for (column, unit) in units[1].iter().enumerate() {
+            let rows: Vec<u32> = matrix.symbolic().row_idx_of_col_raw(column).to_vec();
+            let entries = matrix.val_of_col_mut(column).iter_mut();
+            entries.zip(rows).for_each(|(entry, row)| *entry /= units[0][row as usize] * unit);
+        }
         let lu = Lu::try_new_with_symbolic(self.symbolic.clone(), matrix.as_ref()).map_err(|_| Singular)?;
-        Ok(SparseLu { matrix, lu })
+        Ok(SparseLu { matrix, lu, units })
     }
 }
 
@@ -72,23 +78,40 @@ impl std::fmt::Debug for Pattern {
     }
 }
 
+/// The power of two below a positive number; 1 for what is not one. Division by it does not round.
+fn power_of_two(unit: f64) -> f64 {
+    const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
+    if unit.is_normal() && unit > 0.0 { f64::from_bits(unit.to_bits() & EXPONENT) } else { 1.0 }
+}
+
 /// A square sparse matrix with its factors.
 #[derive(Debug)]
 pub struct SparseLu {
+    /// The entries divided by the units of their rows and columns.
     matrix: SparseColMat<u32, f64>,
     lu: Lu<u32, f64>,
+    units: [Vec<f64>; 2],
 }
 
 impl SparseLu {
     /// Overwrites `b`, which has one entry per row, with the solution of A·x = b.
     pub fn solve_in_place(&self, b: &mut [f64]) {
-        let rows = b.len();
+        let (rows, [of_rows, of_columns]) = (b.len(), &self.units);
+        b.iter_mut().zip(of_rows).for_each(|(b, unit)| *b /= unit);
         self.lu.solve_in_place_with_conj(Conj::No, MatMut::from_column_major_slice_mut(b, rows, 1));
+        b.iter_mut().zip(of_columns).for_each(|(b, unit)| *b /= unit);
+    }
+
+    /// A right-hand side in the units of the rows.
+    pub fn in_units(&self, b: &[f64]) -> Vec<f64> {
+        b.iter().zip(&self.units[0]).map(|(b, unit)| b / unit).collect()
     }
 
     /// The product of the matrix and `x`, which has one entry per row.
     pub fn multiply(&self, x: &[f64]) -> Vec<f64> {
-        (&self.matrix * ColRef::from_slice(x)).iter().copied().collect()
+        let [of_rows, of_columns] = &self.units;
+        let x: Vec<f64> = x.iter().zip(of_columns).map(|(x, unit)| x * unit).collect();
+        (&self.matrix * ColRef::from_slice(&x)).iter().zip(of_rows).map(|(product, unit)| product * unit).collect()
     }
 }
 
@@ -106,6 +129,7 @@ mod tests {
             parts in proptest::collection::vec((0_u32..25, 0_u32..25, -1.0..1.0_f64), 1..120),
             keys in proptest::collection::vec(0_u32..1000, 25),
             b in proptest::collection::vec(-1.0..1.0_f64, 25),
+            units in proptest::collection::vec(0.1..10.0_f64, 50),
         ) {
             // A random permutation besides keeps most matrices regular.
             let mut order: Vec<u32> = (0..n as u32).collect();
@@ -118,7 +142,7 @@ mod tests {
             let mut dense = DMatrix::<f64>::zeros(n, n);
             parts.iter().for_each(|&(row, column, value)| dense[(row as usize, column as usize)] += value);
             prop_assume!(dense.clone().svd(false, false).singular_values.min() > 1e-6);
-            let lu = Pattern::new(n, &places).factor(&values).unwrap();
+            let lu = Pattern::new(n, &places).factor(&values, [&units[..n], &units[n..2 * n]]).unwrap();
             let mut x = b[..n].to_vec();
             lu.solve_in_place(&mut x);
             let expected = dense.clone().lu().solve(&DVector::from_column_slice(&b[..n])).unwrap();
@@ -136,7 +160,7 @@ mod tests {
     fn a_matrix_without_a_solution_is_seen() {
         let pattern = Pattern::new(3, &[(0, 0), (2, 2), (1, 0), (0, 1)]);
         for values in [[1.0, 1.0, 0.0, 0.0], [1.0, f64::NAN, 1.0, 1.0], [0.0; 4]] {
-            let Ok(lu) = pattern.factor(&values) else { continue };
+            let Ok(lu) = pattern.factor(&values, [&[1.0; 3]; 2]) else { continue };
             let mut b = [1.0, 1.0, 1.0];
             lu.solve_in_place(&mut b);
             assert!(b.iter().any(|x| !x.is_finite()), "{values:?}: {b:?}");

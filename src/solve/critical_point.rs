@@ -1,5 +1,7 @@
 //! The critical point of the doubled action: Newton's method on ∇E_IVP = 0 from equal branches, with a sparse LU.
 
+use std::iter;
+
 use super::newton::{self, Failure, LinearFailure, NewtonSystem, Root, RoundingLevels};
 use super::refinement::{self, Refined};
 use super::status::Status;
@@ -44,9 +46,7 @@ impl CriticalPointSolver {
             let Root { unknowns, history } = root;
             return Ok(Root { unknowns: unknowns.into_iter().map(S::from).collect(), history });
         }
-        let matrix = rough.newton_matrix(&root.unknowns).ok();
-        let lu = matrix.and_then(|matrix| self.0.factor(&matrix).ok());
-        let lu = lu.ok_or_else(|| Failure::without_iterate(Status::Singular))?;
+        let lu = factored(&self.0, rough, &root.unknowns).ok_or_else(|| Failure::without_iterate(Status::Singular))?;
         refinement::refine(&mut RefinedStationarity { action: fine, lu }, root, digits, max_iterations)
     }
 }
@@ -69,8 +69,7 @@ impl NewtonSystem for Stationarity<'_> {
     }
 
     fn newton_step(&mut self, u: &[f64], residual: &[f64], step: &mut [f64]) -> Result<(), LinearFailure> {
-        let matrix = self.action.newton_matrix(u).map_err(|_| LinearFailure)?;
-        let lu = self.pattern.factor(&matrix).map_err(|_| LinearFailure)?;
+        let lu = factored(self.pattern, self.action, u).ok_or(LinearFailure)?;
         let layout = self.action.layout();
         let right: Vec<f64> = layout.equal_equations(residual).iter().map(|r| -r).collect();
         // One solve and two steps of iterative refinement: the matrix is indefinite and its entries span 1/h.
@@ -81,15 +80,27 @@ impl NewtonSystem for Stationarity<'_> {
             remainder = right.iter().zip(lu.multiply(&solution)).map(|(right, product)| right - product).collect();
         }
         layout.write_equal_step(&solution, step);
-        let left =
-            remainder.iter().fold(0.0, |largest: f64, r| if r.is_nan() { f64::INFINITY } else { largest.max(r.abs()) });
-        let size = max_abs(residual);
-        if left <= LINEAR_TOLERANCE * size || size == 0.0 { Ok(()) } else { Err(LinearFailure) }
+        let [left, size] = [&remainder, &right].map(|rows| max_abs(&lu.in_units(rows)));
+        if left <= LINEAR_TOLERANCE * size { Ok(()) } else { Err(LinearFailure) }
     }
 
     fn sizes(&self, u: &[f64]) -> Vec<f64> {
         sizes(self.action.layout(), u)
     }
+}
+
+/// The factors of Newton's system at equal branches. What rounds there are the units of its equations, those of λ and μ
+/// are the units of q, and those of the others the units of the multipliers beside them.
+fn factored(pattern: &Pattern, action: &DoubledAction<'_, f64>, u: &[f64]) -> Option<SparseLu> {
+    let GradientRounding { rows, values } = action.gradient_rounding(u).ok()?;
+    let (layout, h) = (action.layout(), action.sbp().spacing());
+    let on_nodes = |units: &[f64]| units.iter().flat_map(|&unit| iter::repeat_n(unit, action.sbp().points())).collect();
+    let mut units: [Vec<f64>; 2] = [on_nodes(&rows), on_nodes(&values)];
+    if !layout.multiplier_range().is_empty() {
+        units[0].extend(values.iter().flat_map(|&unit| [unit, unit / h]));
+        units[1].extend(rows.iter().copied().chain(rows.iter().map(|unit| unit * h)));
+    }
+    pattern.factor(&action.newton_matrix(u).ok()?, [&units[0], &units[1]]).ok()
 }
 
 /// The rounding errors to be expected in ∇E_IVP, block by block.

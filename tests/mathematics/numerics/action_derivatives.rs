@@ -63,7 +63,8 @@ proptest! {
             let layout = action.layout();
             let multipliers = vec![0.0; layout.multiplier_range().len()];
             let u = layout.physical_limit(&[&q[..POINTS], &q[POINTS..]], &multipliers);
-            let lu = action.newton_pattern().factor(&action.newton_matrix(&u).unwrap()).unwrap();
+            let ones = vec![1.0; action.layout().equal_unknowns()];
+            let lu = action.newton_pattern().factor(&action.newton_matrix(&u).unwrap(), [&ones, &ones]).unwrap();
             let mut step = vec![0.0; u.len()];
             for j in 0..layout.equal_unknowns() {
                 let unit: Vec<f64> = (0..layout.equal_unknowns()).map(|i| f64::from(u8::from(i == j))).collect();

@@ -120,7 +120,8 @@ fn check_newton_matrix<G: Scene>(q: &[f64]) {
         let layout = action.layout();
         let rows: Vec<&[f64]> = q.chunks_exact(POINTS).take(layout.dimension()).collect();
         let u = layout.physical_limit(&rows, &vec![0.0; layout.multiplier_range().len()]);
-        let lu = action.newton_pattern().factor(&action.newton_matrix(&u).unwrap()).unwrap();
+        let ones = vec![1.0; action.layout().equal_unknowns()];
+        let lu = action.newton_pattern().factor(&action.newton_matrix(&u).unwrap(), [&ones, &ones]).unwrap();
         let mut step = vec![0.0; u.len()];
         for j in 0..layout.equal_unknowns() {
             let unit: Vec<f64> = (0..layout.equal_unknowns()).map(|i| f64::from(u8::from(i == j))).collect();
@@ -182,7 +183,8 @@ fn check_newton_step<G: Scene>(q: &[f64]) {
         let whole = hessian.lu().solve(&-&gradient).unwrap();
         let mut equal = layout.equal_equations(gradient.as_slice());
         let pattern = action.newton_pattern();
-        pattern.factor(&action.newton_matrix(&u).unwrap()).unwrap().solve_in_place(&mut equal);
+        let ones = vec![1.0; equal.len()];
+        pattern.factor(&action.newton_matrix(&u).unwrap(), [&ones, &ones]).unwrap().solve_in_place(&mut equal);
         let mut step = vec![0.0; u.len()];
         layout.write_equal_step(&equal, &mut step);
         let largest = step.iter().fold(0.0, |largest: f64, entry| largest.max(entry.abs()));

@@ -39,6 +39,23 @@ fn sums_of_momenta() {
     assert!(hole.conserved_sums(&at, || geometry(&preset("schwarzschild", &[]))).is_empty());
 }
 
+/// The forces on a light body are rounding errors of those on a heavy one, and metres are small beside an orbit.
+#[test]
+fn sums_of_momenta_do_not_depend_on_masses_and_units() {
+    for (light, unit) in [(1e-7, 1.0), (1e-15, 1.5e11), (1e-30, 1e-20)] {
+        let pair = |mass: &str, a: usize, b: usize| format!("-{mass}/sqrt((x{a} - x{b})^2 + (y{a} - y{b})^2)");
+        let expression = [pair("2", 1, 2), pair("m", 1, 3), pair("2*m", 2, 3)].join(" + ").replace("+ -", "- ");
+        let mut bodies = newtonian(&["x1", "y1", "x2", "y2", "x3", "y3"], &expression);
+        bodies.parameters = vec![("m".to_owned(), format!("{light:e}"))];
+        let at = [1.0, -0.2, -1.0, 0.2, 0.0, 0.0].map(|x| x * unit);
+        let mut found = sums(&bodies, &at, &[0.4, 0.4, 0.4, 0.4, -0.9, -0.8]);
+        found.sort();
+        assert_eq!(found, ["p_x1 + p_x2 + p_x3", "p_y1 + p_y2 + p_y3"], "{light:e} in {unit:e}");
+        let orbit = newtonian(&["x", "y"], "-1/sqrt(x^2 + y^2)");
+        assert!(sums(&orbit, &[0.0, unit], &[1.0, 0.0]).is_empty(), "{unit:e}");
+    }
+}
+
 fn mistake(text: MetricText) -> GeometryError {
     Geometry::<f64>::new(&GeometryText::Metric(text)).unwrap_err()
 }
