@@ -104,16 +104,16 @@ pub struct CoordinateError {
 }
 
 impl CoordinateError {
-    /// An error relative to the size, as a `solver.accuracy` is. Where that is 0, the error itself counts.
+    /// An error relative to the size, as a `solver.accuracy` is, or to that of its kind where the coordinate stays 0.
+    /// Where all of its kind stay 0, every error is a whole one.
     fn share(&self, error: f64) -> f64 {
-        if self.size > 0.0 { error / self.size } else { error }
+        let size = if self.size > 0.0 { self.size } else { self.shared };
+        if size > 0.0 || error.is_nan() { error / size } else { f64::from(u8::from(error > 0.0)) }
     }
 
-    /// The largest error that is not a reason to doubt the result. A coordinate that rests at 0, like all of its kind,
-    /// has no scale but 1.
+    /// The largest error that is not a reason to doubt the result.
     pub fn allowed(&self) -> f64 {
-        let floor = if self.shared > 0.0 { self.shared } else { 1.0 };
-        (LARGE_ERROR * self.range).max(NEGLIGIBLE_ERROR * floor)
+        (LARGE_ERROR * self.range).max(NEGLIGIBLE_ERROR * self.shared)
     }
 
     fn reason(&self, remedy: &str) -> Option<Reason> {
@@ -297,7 +297,9 @@ mod tests {
         assert_eq!(good_digits(&[error(0.0, 2.0), error(3e-7, 0.5)], 16), 6);
         assert_eq!(good_digits(&[error(0.0, 2.0), error(0.0, 0.0)], 16), 16);
         // x is 0 at every node, and the true motion leaves it.
-        assert_eq!(good_digits(&[error(0.0, 2.0), error(2e-4, 0.0)], 16), 3);
+        assert_eq!(good_digits(&[error(0.0, 2.0), error(2e-4, 0.0)], 16), 0);
+        let beside = CoordinateError { shared: 2.0, ..error(2e-4, 0.0) };
+        assert_eq!(good_digits(&[error(0.0, 2.0), beside], 16), 4);
         assert_eq!(good_digits(&[error(1e-9, 2.0), error(0.5, 0.0)], 16), 0);
         assert_eq!(good_digits(&[error(f64::NAN, 2.0), error(0.1, 1.0)], 16), 0);
     }

@@ -21,4 +21,5 @@ mod schwarzschild;
 mod shipped_scenes;
 mod stops;
 mod tolerance;
+mod units;
 mod work_precision;
