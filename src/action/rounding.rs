@@ -13,6 +13,8 @@ pub struct GradientRounding {
     pub rows: Vec<f64>,
     /// Of a value of q^a: the constraints of λ_a and ν_a; divided by h those of μ_a and κ_a.
     pub values: Vec<f64>,
+    /// The size of q^a that this is relative to.
+    pub sizes: Vec<f64>,
 }
 
 impl<S: Real> DoubledAction<'_, S> {
@@ -35,6 +37,7 @@ impl<S: Real> DoubledAction<'_, S> {
         // λ_a and ν_a enter the gradient directly; μ_a and κ_a are multiplied by a row of D.
         let mut rows: Vec<f64> =
             (0..n).map(|a| of([layout.lambda(a), layout.nu(a)]) + of([layout.mu(a), layout.kappa(a)]) / h).collect();
+        let mut forces = vec![0.0_f64; n];
         let mut state = BranchState::zeros(self.lagrangian, self.sbp.points());
         for branch in 0..2 {
             let q = layout.branch(u, branch);
@@ -43,8 +46,17 @@ impl<S: Real> DoubledAction<'_, S> {
                 (0..n).map(|a| size(state.velocities.row(a)).max(self.initial.q_dot[a].to_f64().abs())).collect();
             q_dot.push(1.0);
             let fall = self.falls(&state, &q, &q_dot);
-            let sizes: Vec<f64> =
-                (0..n).map(|a| size(q[a]).max(h * q_dot[a]).max(fall[a]).max(f64::MIN_POSITIVE)).collect();
+            let mut sizes: Vec<f64> = (0..n).map(|a| size(q[a]).max(h * q_dot[a]).max(fall[a])).collect();
+            // At rest a force is what is left of terms that cancel: it rounds like what rounded places change it by.
+            let places: Vec<f64> = q.iter().map(|row| size(row)).collect();
+            let weight = size(self.sbp.weights());
+            for &Term { ab: [a, b], by: [c, d], value } in &structure.second {
+                let slope = weight * state.size(value) * q_dot[a] * q_dot[b];
+                forces[c] = forces[c].max(slope * places[d]);
+                forces[d] = forces[d].max(slope * places[c]);
+            }
+            let of_forces = forces.iter().zip(&places).map(|(force, place)| force * place).fold(0.0, f64::max);
+            self.raise(&mut sizes, &state, of_forces);
             values.iter_mut().zip(&sizes).for_each(|(value, &size)| *value = value.max(size));
             for &Term { ab: [a, b], value, .. } in &structure.values {
                 let component = state.size(value);
@@ -54,7 +66,6 @@ impl<S: Real> DoubledAction<'_, S> {
                 }
             }
             // H f_c inherits the relative error of every q̇, which is ε|q|/(h q̇).
-            let weight = size(self.sbp.weights());
             for &Term { ab: [a, b], by: [c], value } in &structure.first {
                 let slope = weight * state.size(value);
                 for (a, b) in [(a, b), (b, a)].into_iter().filter(|(_, b)| *b < n) {
@@ -67,9 +78,32 @@ impl<S: Real> DoubledAction<'_, S> {
         let once = epsilon * self.sbp.stiffness();
         let twice = once * self.sbp.stiffness();
         Ok(GradientRounding {
-            rows: rows.into_iter().map(|row| twice * row).collect(),
-            values: values.into_iter().map(|value| once * value).collect(),
+            rows: rows.into_iter().zip(forces).map(|(row, force)| (twice * row).max(once * force)).collect(),
+            values: values.iter().map(|value| once * value).collect(),
+            sizes: values,
         })
+    }
+
+    /// Raises the size of a coordinate that stays next to 0 to where it acts by ε of what the others, or the forces, act
+    /// by in a step: no size is known better.
+    fn raise(&self, sizes: &mut [f64], state: &BranchState<S>, of_forces: f64) {
+        let (n, h) = (sizes.len(), self.sbp.spacing().to_f64());
+        let terms: Vec<([usize; 2], f64)> = (self.lagrangian.structure().values.iter())
+            .map(|term| (term.ab, state.size(term.value) / h))
+            .filter(|&([_, b], mass)| b < n && mass > 0.0)
+            .collect();
+        let actions = terms.iter().map(|&([a, b], mass)| mass * sizes[a] * sizes[b]);
+        let least = S::EPSILON.to_f64() * actions.fold(of_forces, f64::max);
+        for ([a, b], mass) in terms {
+            if a == b {
+                sizes[a] = sizes[a].max((least / mass).sqrt());
+            }
+            for (a, b) in [(a, b), (b, a)] {
+                if a != b && sizes[b] > 0.0 {
+                    sizes[a] = sizes[a].max(least / (mass * sizes[b]));
+                }
+            }
+        }
     }
 
     /// ½h²|q̈^a|, the distance that a coordinate falls in a step from rest. Where it is zero at the start, perhaps at

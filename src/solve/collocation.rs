@@ -185,6 +185,11 @@ impl<'w, S: Real> System<'w, S> {
         }
         sizes
     }
+
+    /// The same, or the divisor of the rows of a field where that is larger: at rest a momentum is rounding.
+    fn scales(&self, u: &[S]) -> Vec<S> {
+        self.sizes(u).into_iter().zip(&self.scales).map(|(size, &scale)| size.max(S::from(scale))).collect()
+    }
 }
 
 impl System<'_, f64> {
@@ -250,6 +255,10 @@ impl NewtonSystem for System<'_, f64> {
     fn sizes(&self, u: &[f64]) -> Vec<f64> {
         System::sizes(self, u)
     }
+
+    fn scales(&self, u: &[f64]) -> Vec<f64> {
+        System::scales(self, u)
+    }
 }
 
 /// The residual with all digits, the Jacobian at the `f64` root, eliminated anew in every round: that is cheap beside
@@ -276,5 +285,9 @@ impl<S: Real> Refined<S> for RefinedSystem<'_, S> {
 
     fn sizes(&self, u: &[S]) -> Vec<S> {
         self.residual.sizes(u)
+    }
+
+    fn scales(&self, u: &[S]) -> Vec<S> {
+        self.residual.scales(u)
     }
 }

@@ -87,12 +87,16 @@ impl NewtonSystem for Stationarity<'_> {
     fn sizes(&self, u: &[f64]) -> Vec<f64> {
         sizes(self.action.layout(), u)
     }
+
+    fn scales(&self, u: &[f64]) -> Vec<f64> {
+        self.action.gradient_rounding(u).map_or_else(|_| self.sizes(u), |rounding| rounding.sizes)
+    }
 }
 
 /// The factors of Newton's system at equal branches. What rounds there are the units of its equations, those of λ and μ
 /// are the units of q, and those of the others the units of the multipliers beside them.
 fn factored(pattern: &Pattern, action: &DoubledAction<'_, f64>, u: &[f64]) -> Option<SparseLu> {
-    let GradientRounding { rows, values } = action.gradient_rounding(u).ok()?;
+    let GradientRounding { rows, values, .. } = action.gradient_rounding(u).ok()?;
     let (layout, h) = (action.layout(), action.sbp().spacing());
     let on_nodes = |units: &[f64]| units.iter().flat_map(|&unit| iter::repeat_n(unit, action.sbp().points())).collect();
     let mut units: [Vec<f64>; 2] = [on_nodes(&rows), on_nodes(&values)];
@@ -105,7 +109,7 @@ fn factored(pattern: &Pattern, action: &DoubledAction<'_, f64>, u: &[f64]) -> Op
 
 /// The rounding errors to be expected in ∇E_IVP, block by block.
 fn rounding<S: Real>(action: &DoubledAction<'_, S>, u: &[S]) -> Option<RoundingLevels> {
-    let GradientRounding { rows, values } = action.gradient_rounding(u).ok()?;
+    let GradientRounding { rows, values, .. } = action.gradient_rounding(u).ok()?;
     let (layout, h) = (action.layout(), action.sbp().spacing().to_f64());
     let (points, n) = (action.sbp().points(), layout.dimension());
     let of_rows = (0..2).flat_map(|branch| {
@@ -160,5 +164,10 @@ impl<S: Real> Refined<S> for RefinedStationarity<'_, S> {
 
     fn sizes(&self, u: &[S]) -> Vec<S> {
         sizes(self.action.layout(), u)
+    }
+
+    fn scales(&self, u: &[S]) -> Vec<S> {
+        let rounding = self.action.gradient_rounding(u);
+        rounding.map_or_else(|_| self.sizes(u), |rounding| rounding.sizes.into_iter().map(S::from).collect())
     }
 }

@@ -39,6 +39,11 @@ pub(super) trait NewtonSystem {
 
     /// Largest entry of each kind of coordinate in `u`; they have different units, so each is judged by itself.
     fn sizes(&self, u: &[f64]) -> Vec<f64>;
+
+    /// The size that changes of each kind are relative to.
+    fn scales(&self, u: &[f64]) -> Vec<f64> {
+        self.sizes(u)
+    }
 }
 
 /// A residual in units of the rounding errors to be expected.
@@ -131,7 +136,7 @@ pub(super) fn solve<N: NewtonSystem>(
         std::mem::swap(&mut residual, &mut trial_residual);
         let changes: Vec<f64> = system.sizes(&step).into_iter().map(|size| damping * size).collect();
         let change = changes.iter().copied().fold(0.0, f64::max);
-        let sizes = system.sizes(&u);
+        let sizes = system.scales(&u);
         let relative_step = relative(&changes, &sizes) / damping;
         let residual_size = max_abs(&residual);
         history.push(IterationRecord { iteration, residual: residual_size, step: change, damping, relative_step });

@@ -28,6 +28,11 @@ pub(super) trait Refined<S> {
 
     /// Largest entry of each kind of coordinate in `u`.
     fn sizes(&self, u: &[S]) -> Vec<S>;
+
+    /// The size that changes of each kind are relative to.
+    fn scales(&self, u: &[S]) -> Vec<S> {
+        self.sizes(u)
+    }
 }
 
 /// 10^−digits.
@@ -70,7 +75,7 @@ pub(super) fn refine<S: Real, R: Refined<S>>(
         for (correction, &step) in correction.iter_mut().zip(&step) {
             *correction = scale * S::from(step);
         }
-        let (changes, sizes) = (system.sizes(&correction), system.sizes(&u));
+        let (changes, sizes) = (system.sizes(&correction), system.scales(&u));
         let small = |kind: usize| changes[kind] <= tolerance * sizes[kind];
         let shrinks = |kind: usize| {
             let previous = previous.as_ref().map_or(S::from(f64::INFINITY), |previous| previous[kind]);

@@ -60,7 +60,9 @@ pub fn facts_of_run<S: Real>(
             range: reaches[a].range(),
             shared: shared[a],
         };
-        geometry.names().iter().enumerate().map(of).collect()
+        // Of Newton's law s is no result: it was added to have a geodesic, and comes last.
+        let count = reaches.len() - usize::from(diagnostics.energy.is_some());
+        geometry.names().iter().enumerate().take(count).map(of).collect()
     };
     let relative = |error: &RunError| {
         let shares = error.largest.iter().zip(&line.sizes).filter(|(_, size)| **size > 0.0);

@@ -66,10 +66,20 @@ impl<'g, S: Real> Gaps<'g, S> {
     pub(super) fn see(&mut self, length: f64, q: &[Vec<S>], q_dot: &[Vec<S>]) {
         let [q, q_dot] = [q, q_dot].map(|rows| rows.iter().map(Vec::as_slice).collect::<Vec<_>>());
         let [norm, motion] = self.geometry.norm_and_motion(&q, &q_dot);
-        for (here, motion) in norm.into_iter().zip(motion) {
-            let motion = motion.to_f64();
-            self.between.see(length, (here - self.k).to_f64(), motion + self.k.to_f64().abs(), motion);
+        for (k, (here, motion)) in norm.into_iter().zip(motion).enumerate() {
+            let (motion, delta_k) = (motion.to_f64(), (here - self.k).to_f64());
+            let mut largest = motion + self.k.to_f64().abs();
+            if delta_k.abs() > ROUNDING * largest {
+                largest += self.of_places(&[&q, &q_dot].map(|rows| rows.iter().map(|row| row[k]).collect::<Vec<S>>()));
+            }
+            self.between.see(length, delta_k, largest, motion);
         }
+    }
+
+    /// By how much K changes where positions change by as much as they are: next to rest it rounds like that.
+    fn of_places(&self, [q, q_dot]: &[Vec<S>; 2]) -> f64 {
+        let forces = self.geometry.forces(q, q_dot);
+        2.0 * forces.iter().zip(q).map(|(force, q)| (*force * *q).to_f64().abs()).sum::<f64>()
     }
 
     pub(super) fn share(&self) -> f64 {

@@ -2,7 +2,9 @@
 
 use crate::common::case;
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::{Solution, solve};
+use geodesic_ivp::diagnostics::verdict::Grade;
+use geodesic_ivp::study::run::{Wanted, run};
+use geodesic_ivp::{Case, Solution, solve};
 
 /// Schemes on a given grid, of both forms and of both systems.
 const SCHEMES: [&str; 8] = [
@@ -47,6 +49,29 @@ fn what_hardly_moves_has_a_critical_point() {
             for amplitude in [0.0, 1e-16, 1e-15, 1e-14, 1e-12, 1e-10, 1e-7, 1e-5, 1e-3] {
                 ended(well, amplitude, scheme);
             }
+        }
+    }
+}
+
+/// A well of two coupled coordinates and a round one, with the places of their minima. What starts there stays there to
+/// the last bit, and nobody doubts it.
+#[test]
+fn what_starts_at_rest_stays_and_is_trusted() {
+    for (formula, x, y) in [("(x-3)^2+(y+1)^2+(x-3)*(y+1)/2", 3.0, -1.0), ("(x^2+y^2)/2", 0.0, 0.0)] {
+        for scheme in SCHEMES {
+            let text = format!(
+                "potential = {{ coordinates = [\"x\", \"y\"], formula = \"{formula}\" }}\nparticle.law = \"newtonian\"\n\
+                 initial = {{ x = {x:?}, y = {y:?}, x_dot = 0.0, y_dot = 0.0 }}\ngrid.gamma_f = 10.0\n"
+            );
+            let sets: Vec<String> = scheme.split(' ').map(str::to_owned).collect();
+            let case = Case::parse("rest", &text, &sets).unwrap();
+            let setup = case.setup();
+            let run = run(&case, &setup, Wanted::default()).0.unwrap_or_else(|error| panic!("{scheme}: {error:?}"));
+            for (a, place) in [(1, x), (2, y)] {
+                assert!(run.line.q(a).all(|q: f64| q == place), "{formula} {scheme}");
+            }
+            let verdict = run.judged(&setup, false, true).verdict;
+            assert_eq!(verdict.grade, Grade::Trusted, "{formula} {scheme}: {:?}", verdict.reasons);
         }
     }
 }

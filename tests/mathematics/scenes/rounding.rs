@@ -53,8 +53,9 @@ fn estimates(form: Form, s: [f64; COORDINATES], r: f64) -> GradientRounding {
             }
         }
     }
-    let GradientRounding { rows, values } = action.gradient_rounding(&u).unwrap();
+    let GradientRounding { rows, values, sizes } = action.gradient_rounding(&u).unwrap();
     GradientRounding {
+        sizes: sizes.iter().zip(s).map(|(size, s)| size / s).collect(),
         rows: rows.iter().zip(s).map(|(row, s)| row * (r * s)).collect(),
         values: values.iter().zip(s).map(|(value, s)| value / s).collect(),
     }
@@ -112,7 +113,7 @@ fn rounding_grows_with_the_entries_of_the_operator() {
             action.layout().values_mut(&mut u, branch, 0).fill(3.0);
             action.layout().values_mut(&mut u, branch, 1).fill(2.0);
         }
-        let GradientRounding { rows, values } = action.gradient_rounding(&u).unwrap();
+        let GradientRounding { rows, values, .. } = action.gradient_rounding(&u).unwrap();
         [values[0], values[1], rows[0], rows[1]]
     };
     let [plain, high] = [&coefficients::SBP21, &coefficients::SBP84].map(|coefficients| {

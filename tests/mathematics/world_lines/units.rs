@@ -1,7 +1,7 @@
 //! Nothing depends on units: lengths, times and masses that are powers of two times as large change exponents only.
 
 use geodesic_ivp::Case;
-use geodesic_ivp::number::{Extended, Real};
+use geodesic_ivp::number::Extended;
 use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::study::run::{Wanted, run};
 
