@@ -19,6 +19,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::{Accuracy, GOOD_DIGITS};
+use crate::number::norm::rounded_up;
 
 /// An error is large above this share of the range of its coordinate.
 const LARGE_ERROR: f64 = 1e-2;
@@ -261,14 +262,6 @@ impl Verdict {
 /// The largest of the numbers; NaN if any is.
 pub(crate) fn largest(numbers: impl Iterator<Item = f64>) -> f64 {
     numbers.fold(0.0, |largest, number| if number <= largest || largest.is_nan() { largest } else { number })
-}
-
-/// The number with one significant digit, and not below.
-fn rounded_up(number: f64) -> f64 {
-    let unit = 10.0_f64.powi(number.log10().floor() as i32);
-    // A digit that rounding made larger is none.
-    let digit = (number / unit - 1e-9).ceil();
-    if unit > 0.0 && unit.is_finite() { digit * unit } else { number }
 }
 
 /// The digits of the coordinates at the end that their errors leave, at most `digits`.

@@ -15,7 +15,7 @@ use super::rule::Rule;
 use super::sizes::Sizes;
 use super::target::Target;
 use super::tuning::{
-    AHEAD, EXACT, FORESEEN, INSIDE, INSIDE_MARGIN, LEAST, LEFT, LOOSEST, MOST_RESTARTS, RESOLVED, STRETCH,
+    AHEAD, EXACT, FORESEEN, INSIDE, INSIDE_MARGIN, LEAST, LEFT, LOOSEST, LOOSEST_KEPT, MOST_RESTARTS, RESOLVED, STRETCH,
 };
 use super::window::{Known, Solver};
 use super::{Accuracy, Failure, GOOD_DIGITS, State, Window, Windows};
@@ -31,6 +31,8 @@ pub(super) struct Adaptive<'g, const N: usize> {
     /// Looks between the nodes, where something can hide there.
     pub(super) between: Option<Between<'g>>,
     accuracy: f64,
+    /// What was asked for, which rounding may use up.
+    asked: f64,
     /// True if windows may not add up to more than the accuracy.
     is_promised: bool,
     /// The estimate needs this of a window.
@@ -96,6 +98,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             solver,
             known: if is_estimated { Known::Velocities } else { Known::Ends },
             accuracy: a,
+            asked: wanted.value().min(LOOSEST_KEPT),
             is_promised: wanted.is_promised(),
             start: start.clone(),
             sizes,
@@ -301,6 +304,9 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             return Ok(());
         }
         let expected = excess.max(1e-3) * way.powf(1.5);
+        if !can_help && estimate.largest <= (1.0 - INSIDE) * self.asked {
+            return Ok(());
+        }
         if !can_help {
             return Err(self.reason(Failure::Rounding));
         }

@@ -14,6 +14,9 @@ pub(super) const SHARE: f64 = 0.2;
 pub(super) const ALONE: f64 = 1e-2;
 /// A looser accuracy is served as this: it would cost hardly less, and windows that resolve nothing do not show it.
 pub(super) const LOOSEST: f64 = 1e-4;
+/// But where rounding has used that up, a run goes on until it has used up what was asked for, at most this: errors
+/// that are larger do not add up linearly.
+pub(super) const LOOSEST_KEPT: f64 = 1e-3;
 /// No share is smaller than this. Rounding of large values adds more at every window, but that of values that come near
 /// 0 does not.
 pub(super) const ROUNDED: f64 = 1e-20;

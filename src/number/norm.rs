@@ -28,6 +28,14 @@ pub(crate) fn times(size: f64, bound: f64) -> f64 {
     if bound == 0.0 || size == 0.0 { 0.0 } else { size * bound }
 }
 
+/// The number with one significant digit, and not below.
+pub fn rounded_up(number: f64) -> f64 {
+    let unit = 10.0_f64.powi(number.log10().floor() as i32);
+    // A digit that rounding made larger is none.
+    let digit = (number / unit - 1e-9).ceil();
+    if unit > 0.0 && unit.is_finite() { digit * unit } else { number }
+}
+
 #[cfg(test)]
 mod tests {
     use super::{larger, times};

@@ -3,8 +3,10 @@
 use std::fmt;
 
 use super::accuracy::MOST_SWEEPS;
+use super::narrow::Narrow;
 use super::newton::Failure;
 use super::status::{InitialGuess, Iterations, MOST_NODES, Status};
+use crate::number::norm::rounded_up;
 
 /// The reason why there is no critical point, and where the solve stood.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,6 +25,10 @@ pub struct NoSolution {
     /// What a run beyond a limit would need: nodes, or evaluations of the force. Where an accuracy is not reached, the
     /// one for which rounding leaves room. It is 0 for every other status.
     pub needed: f64,
+    /// The accuracy that was asked for and is not reached; 0 for every other status.
+    pub asked: f64,
+    /// Where an accuracy is not reached, the narrowest place of the motion.
+    pub narrow: Option<Box<Narrow>>,
     /// Whether an accuracy was asked for, so that windows and operator were not the user's to choose.
     pub adaptive: bool,
     /// The iterations done.
@@ -84,6 +90,8 @@ impl NoSolution {
             domain,
             residual: f64::INFINITY,
             needed: 0.0,
+            asked: 0.0,
+            narrow: None,
             adaptive: false,
             iterations: Box::new(Iterations::from(InitialGuess::None)),
         }
@@ -146,14 +154,24 @@ impl fmt::Display for Compact {
     }
 }
 
+/// A place for a message.
+pub(super) struct Point<'p> {
+    pub(super) gamma: f64,
+    pub(super) point: &'p [(String, f64)],
+}
+
+impl fmt::Display for Point<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "gamma = {}", Compact(self.gamma))?;
+        self.point.iter().try_for_each(|(name, value)| write!(f, ", {name} = {}", Compact(*value)))
+    }
+}
+
 impl fmt::Display for NoSolution {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { status, residual, needed, .. } = self;
         let count = self.iterations.count;
-        let mut place = format!("gamma = {}", Compact(self.gamma));
-        for (name, value) in &self.point {
-            place += &format!(", {name} = {}", Compact(*value));
-        }
+        let place = Point { gamma: self.gamma, point: &self.point };
         match (status, &self.domain) {
             (Status::OutsideDomain, Domain::G00(g00)) => {
                 write!(f, "the geodesic leaves the domain at {place}: g00 = {g00:.3e} (iteration {count}")?;
@@ -182,9 +200,12 @@ impl fmt::Display for NoSolution {
             (Status::AccuracyNotReached, _) => {
                 write!(
                     f,
-                    "the accuracy is not reached: the estimated error is {residual:.1e} at {place}; so far rounding \
-                     leaves room for {needed:.0e}"
-                )
+                    "the accuracy {:e} is not reached: at {place} the error is estimated at {residual:.1e}, and \
+                     rounding leaves room for {:.0e}",
+                    self.asked,
+                    rounded_up(*needed)
+                )?;
+                self.narrow.iter().try_for_each(|narrow| write!(f, "; {narrow}"))
             }
             (Status::EvaluationLimit, _) => {
                 write!(f, "stopped after {count} evaluations of the force at {place}: {}", pace(*needed))
@@ -271,6 +292,9 @@ impl NoSolution {
 
     /// The same where the program chooses the windows: there is no n_gamma to raise.
     fn advice_to_an_accuracy(&self) -> &'static str {
+        if let (Status::AccuracyNotReached, Some(narrow)) = (self.status, &self.narrow) {
+            return narrow.advice();
+        }
         match (self.status, &self.domain) {
             (Status::Converged, _) => "",
             (Status::OutsideDomain, Domain::G00(g00)) if g00.is_nan() => V_IS_NO_NUMBER,

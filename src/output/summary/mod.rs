@@ -149,6 +149,12 @@ pub struct Failed {
     pub point: Point,
     /// Largest residual entry of the last iterate; null if there was none.
     pub residual: f64,
+    /// The accuracy that was asked for, where it was not reached,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy_asked: Option<f64>,
+    /// and the error as it was estimated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy_estimated: Option<f64>,
 }
 
 /// Where a solve failed.
@@ -283,6 +289,7 @@ impl Summary {
 impl Failed {
     fn new(failure: &NoSolution) -> Self {
         let point = || failure.point.iter().cloned().collect();
+        let asked = (failure.status == Status::AccuracyNotReached).then_some(failure.asked);
         Self {
             message: failure.to_string(),
             advice: failure.advice(),
@@ -294,6 +301,8 @@ impl Failed {
                 Domain::Determinant { .. } | Domain::Scene => Point::Scene { point: point() },
             },
             residual: failure.residual,
+            accuracy_asked: asked,
+            accuracy_estimated: asked.map(|_| failure.residual),
         }
     }
 }

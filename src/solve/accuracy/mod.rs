@@ -5,6 +5,7 @@ mod watch;
 use self::watch::Watches;
 use super::arithmetic::Arithmetic;
 use super::failure::NoSolution;
+use super::narrow::Lengths;
 use super::places;
 use super::run::{Observer, Run, has_finite_action};
 use super::setup::{Limit, Settings, Setup, System};
@@ -45,6 +46,7 @@ pub(super) fn solve<S: Arithmetic>(
     run.line.accuracy = Some(wanted);
     let mut joint = JointOf::new(start);
     let mut watches = Watches::new(geometry, start, &setup.until);
+    let mut lengths = Lengths::default();
     loop {
         let mut window = match engine.next() {
             Ok(Some(window)) => window,
@@ -53,9 +55,10 @@ pub(super) fn solve<S: Arithmetic>(
                 engine.begin_again();
                 continue;
             }
-            Err(failure) => return Err(failed(setup, &engine, failure)),
+            Err(failure) => return Err(failed(setup, (&engine, wanted), failure, &lengths)),
         };
         if window.index == 0 {
+            lengths = Lengths::default();
             run.clear();
             watches.begin();
             (run.line.ended_by, run.line.ended_at) = (None, None);
@@ -67,10 +70,13 @@ pub(super) fn solve<S: Arithmetic>(
             match is_found {
                 Ok(true) => run.line.ended_by = Some(change.place),
                 Ok(false) => break,
-                Err(failure) => return Err(failed(setup, &engine, failure)),
+                Err(failure) => return Err(failed(setup, (&engine, wanted), failure, &lengths)),
             }
         }
         watches.accept();
+        if !window.is_last {
+            lengths.see(window.length, window.gamma, || window.start().positions());
+        }
         if let (Limit::Value { coordinate, value }, true) = (setup.limit, window.is_last && run.line.ended_by.is_none())
         {
             // t_i + (t_f − t_i), rounded twice, may be the neighbouring number.
@@ -201,7 +207,12 @@ fn ended<S: Real>(setup: &Setup<S>, engine: &Engine<'_>, goal: Goal, mut line: W
 }
 
 /// What a failure of the engine means for the setup.
-fn failed<S: Real>(setup: &Setup<S>, engine: &Engine<'_>, failure: Failure) -> NoSolution {
+fn failed<S: Real>(
+    setup: &Setup<S>,
+    (engine, wanted): (&Engine<'_>, Accuracy),
+    failure: Failure,
+    lengths: &Lengths,
+) -> NoSolution {
     let (gamma, q) = engine.place();
     let (gamma, q) = (setup.gamma_i.to_f64() + gamma, q.into_iter().map(S::from).collect::<Vec<S>>());
     let geometry = &setup.place.geometry;
@@ -211,8 +222,16 @@ fn failed<S: Real>(setup: &Setup<S>, engine: &Engine<'_>, failure: Failure) -> N
         Failure::ValueNotReached => (Status::EndTimeNotReached, places::place(geometry, gamma, &q)),
         Failure::Rounding | Failure::BeginAgain => (Status::AccuracyNotReached, places::place(geometry, gamma, &q)),
     };
-    let found =
-        if status == Status::AccuracyNotReached { engine.error_estimate().zip(engine.reachable()) } else { None };
-    let (residual, needed) = found.unwrap_or((f64::INFINITY, 0.0));
-    NoSolution { residual, needed, ..NoSolution::adaptive(status, at) }
+    let failure = NoSolution::adaptive(status, at);
+    if status != Status::AccuracyNotReached {
+        return failure;
+    }
+    let place = |gamma: f64, q: &[f64]| places::place(&setup.rough.geometry, setup.gamma_i.to_f64() + gamma, q);
+    NoSolution {
+        residual: engine.error_estimate().unwrap_or(f64::INFINITY),
+        needed: engine.reachable().unwrap_or(0.0),
+        asked: wanted.value(),
+        narrow: lengths.narrow(engine.place().0, place).map(Box::new),
+        ..failure
+    }
 }

@@ -1,0 +1,75 @@
+//! The narrowest place of a motion: where its windows are shortest. A close encounter, a pole of coordinates and a
+//! collision are such places, and what a run to an accuracy fails for may lie long behind them.
+
+use std::fmt;
+
+use super::failure::{At, Point};
+
+/// A place is narrow if windows there are shorter than this share of the longest one,
+const SHARE: f64 = 1e-3;
+/// and the motion ends there if it fails within so many of these windows.
+const NEAR: f64 = 16.0;
+
+/// The narrowest place of a motion.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Narrow {
+    /// Its windows are this share of the longest one.
+    pub share: f64,
+    /// Whether the run fails there.
+    pub is_end: bool,
+    /// γ there.
+    pub gamma: f64,
+    /// The active coordinates there, with their names.
+    pub point: Vec<(String, f64)>,
+}
+
+/// What is known of the windows of a run so far.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Lengths {
+    longest: f64,
+    /// The shortest, its γ, and q^a there.
+    shortest: Option<(f64, f64, Vec<f64>)>,
+}
+
+impl Lengths {
+    /// Takes a window into account that begins at this γ and these q^a.
+    pub(super) fn see(&mut self, length: f64, gamma: f64, q: impl FnOnce() -> Vec<f64>) {
+        self.longest = self.longest.max(length);
+        if self.shortest.as_ref().is_none_or(|(shortest, ..)| length < *shortest) {
+            self.shortest = Some((length, gamma, q()));
+        }
+    }
+
+    /// The narrowest place of a run that failed at `end`, if there is one that is narrow. `place` names it.
+    pub(super) fn narrow(&self, end: f64, place: impl FnOnce(f64, &[f64]) -> At) -> Option<Narrow> {
+        let (shortest, gamma, q) = self.shortest.as_ref()?;
+        let share = shortest / self.longest;
+        (share < SHARE).then(|| {
+            let is_end = end - gamma < NEAR * shortest;
+            let At { gamma, point, .. } = place(*gamma, q);
+            Narrow { share, is_end, gamma, point }
+        })
+    }
+}
+
+impl Narrow {
+    /// What to do.
+    pub(super) fn advice(&self) -> &'static str {
+        if self.is_end {
+            "the motion runs into a place where a formula has no value, as at a collision: end the run before it, or \
+             soften the formula there"
+        } else {
+            "a close encounter: conformal = a formula that grows there as the force does, for example the sum of \
+             1/distance, makes windows even and loses fewer digits; at a pole of coordinates, choose others (the \
+             preset kerr-schild has none); or ask for a larger solver.accuracy, or for solver.tolerance in its place, \
+             which goes to the end"
+        }
+    }
+}
+
+impl fmt::Display for Narrow {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let point = Point { gamma: self.gamma, point: &self.point };
+        write!(f, "windows are shortest, {:.0e} of the longest, at {point}", self.share)
+    }
+}
