@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::accuracy::MOST_SWEEPS;
-use super::narrow::Narrow;
+use super::narrow::{self, Narrow};
 use super::newton::Failure;
 use super::status::{InitialGuess, Iterations, MOST_NODES, Status};
 use crate::number::norm::rounded_up;
@@ -292,8 +292,8 @@ impl NoSolution {
 
     /// The same where the program chooses the windows: there is no n_gamma to raise.
     fn advice_to_an_accuracy(&self) -> &'static str {
-        if let (Status::AccuracyNotReached, Some(narrow)) = (self.status, &self.narrow) {
-            return narrow.advice();
+        if self.status == Status::AccuracyNotReached && self.narrow.is_some() {
+            return narrow::ADVICE;
         }
         match (self.status, &self.domain) {
             (Status::Converged, _) => "",

@@ -5,18 +5,19 @@ use std::fmt;
 
 use super::failure::{At, Point};
 
-/// A place is narrow if windows there are shorter than this share of the longest one,
+/// A place is narrow if windows there are shorter than this share of the longest one.
 const SHARE: f64 = 1e-3;
-/// and the motion ends there if it fails within so many of these windows.
-const NEAR: f64 = 16.0;
+/// What to do where there is such a place.
+pub(super) const ADVICE: &str = "a close encounter or a collision: conformal = a formula that grows there as the force does, such as a sum of \
+     1/distance, makes windows even and loses fewer digits; after a collision there is no motion; at a pole, choose \
+     coordinates without one (the preset kerr-schild has none); or ask for a larger solver.accuracy, or for \
+     solver.tolerance in its place, which goes to the end";
 
 /// The narrowest place of a motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Narrow {
     /// Its windows are this share of the longest one.
     pub share: f64,
-    /// Whether the run fails there.
-    pub is_end: bool,
     /// γ there.
     pub gamma: f64,
     /// The active coordinates there, with their names.
@@ -40,30 +41,14 @@ impl Lengths {
         }
     }
 
-    /// The narrowest place of a run that failed at `end`, if there is one that is narrow. `place` names it.
-    pub(super) fn narrow(&self, end: f64, place: impl FnOnce(f64, &[f64]) -> At) -> Option<Narrow> {
+    /// The narrowest place, if there is one that is narrow. `place` names it.
+    pub(super) fn narrow(&self, place: impl FnOnce(f64, &[f64]) -> At) -> Option<Narrow> {
         let (shortest, gamma, q) = self.shortest.as_ref()?;
         let share = shortest / self.longest;
         (share < SHARE).then(|| {
-            let is_end = end - gamma < NEAR * shortest;
             let At { gamma, point, .. } = place(*gamma, q);
-            Narrow { share, is_end, gamma, point }
+            Narrow { share, gamma, point }
         })
-    }
-}
-
-impl Narrow {
-    /// What to do.
-    pub(super) fn advice(&self) -> &'static str {
-        if self.is_end {
-            "the motion runs into a place where a formula has no value, as at a collision: end the run before it, or \
-             soften the formula there"
-        } else {
-            "a close encounter: conformal = a formula that grows there as the force does, for example the sum of \
-             1/distance, makes windows even and loses fewer digits; at a pole of coordinates, choose others (the \
-             preset kerr-schild has none); or ask for a larger solver.accuracy, or for solver.tolerance in its place, \
-             which goes to the end"
-        }
     }
 }
 

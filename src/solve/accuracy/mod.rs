@@ -231,7 +231,7 @@ fn failed<S: Real>(
         residual: engine.error_estimate().unwrap_or(f64::INFINITY),
         needed: engine.reachable().unwrap_or(0.0),
         asked: wanted.value(),
-        narrow: lengths.narrow(engine.place().0, place).map(Box::new),
+        narrow: lengths.narrow(place).map(Box::new),
         ..failure
     }
 }

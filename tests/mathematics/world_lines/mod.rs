@@ -16,6 +16,7 @@ mod features;
 mod gaps;
 mod one_coordinate;
 mod overflow;
+mod reasons;
 mod samples;
 mod schwarzschild;
 mod shipped_scenes;
