@@ -87,6 +87,11 @@ impl<'a, S: Real> DoubledAction<'a, S> {
         Self { form: Form::Weak, ..Self::new(sbp, lagrangian, initial) }
     }
 
+    /// The initial data.
+    pub fn start(&self) -> &Start<S> {
+        &self.initial
+    }
+
     /// The action in the given form.
     pub fn of_form(form: Form, sbp: &'a SbpOperator<S>, lagrangian: &'a Geometry<S>, initial: Start<S>) -> Self {
         Self { form, ..Self::new(sbp, lagrangian, initial) }

@@ -103,8 +103,11 @@ impl<S: Real> Diagnostics<S> {
     fn drift_of_motion(&self, line: &WorldLine<S>) -> Option<Reason> {
         let drift = self.norm.max_ends.max(self.norm.max_interior).to_f64();
         let is_small = drift <= DOUBTFUL_DRIFT * self.motion;
+        // Of a motion that is no larger than the rounding of its place D makes noise.
+        let mut reaches = line.geometry().active().iter().map(|&a| self.reaches[a]);
+        let is_noise = reaches.all(|reach| reach.range() <= ROUNDING * reach.size());
         // A force changes K.
-        if is_small || self.motion == 0.0 || !line.geometry().structure().force.is_empty() {
+        if is_small || is_noise || self.motion == 0.0 || !line.geometry().structure().force.is_empty() {
             return None;
         }
         let share = drift / self.motion;

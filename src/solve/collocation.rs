@@ -31,7 +31,7 @@ pub(super) fn solve<S: Real>(
     guess: &Guess,
     max_iterations: usize,
 ) -> Result<Solved<S>, Failure> {
-    if window.geometry.active().is_empty() {
+    if window.is_at_rest() {
         let mut system = System::new(window, Vec::new());
         system.evaluate(&[]).map_err(explicit::outside)?;
         let steps = system.steps();

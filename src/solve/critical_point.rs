@@ -80,6 +80,13 @@ impl NewtonSystem for Stationarity<'_> {
             remainder = right.iter().zip(lu.multiply(&solution)).map(|(right, product)| right - product).collect();
         }
         layout.write_equal_step(&solution, step);
+        if !layout.multiplier_range().is_empty() {
+            // λ holds the start, which the elimination finds but for rounding in units of the end.
+            for (branch, a) in (0..2).flat_map(|branch| (0..layout.dimension()).map(move |a| (branch, a))) {
+                let first = layout.row(branch, a);
+                step[first] = self.action.start().q[a] - u[first];
+            }
+        }
         let [left, size] = [&remainder, &right].map(|rows| max_abs(&lu.in_units(rows)));
         if left <= LINEAR_TOLERANCE * size { Ok(()) } else { Err(LinearFailure) }
     }

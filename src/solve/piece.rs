@@ -94,6 +94,10 @@ impl<S: Real> Pair<'_, S> {
     /// The critical point of the doubled action in all its unknowns. Where Newton's method does not find one from the
     /// first guess, it starts once more, from the physical limit.
     pub(super) fn doubled(&self) -> Result<Piece<S>, NoSolution> {
+        if self.window.is_at_rest() {
+            let rest = self.physical_limit()?;
+            return Ok(Piece { backward: rest.q.clone(), p: Vec::new(), ..rest });
+        }
         let (rough, guess) = (&self.rough, self.guess()?);
         let failure = match self.doubled_from(&guess.q, &vec![0.0; rough.layout().multiplier_range().len()]) {
             Ok(piece) => return Ok(piece),

@@ -2,7 +2,7 @@
 
 use super::derivative::FormDerivative;
 use crate::action::{DoubledAction, Form, Layout};
-use crate::geometry::{Geometry, Start};
+use crate::geometry::{Geometry, Point, Start};
 use crate::number::Real;
 use crate::sbp::SbpOperator;
 
@@ -30,6 +30,16 @@ impl<S> Copy for Window<'_, S> {}
 impl<'w, S: Real> Window<'w, S> {
     pub(super) fn derivative(&self) -> FormDerivative<'w, S> {
         FormDerivative::new(self.sbp, self.form)
+    }
+
+    /// Whether nothing moves but ignorable coordinates: the constants are the solution then, to the last bit.
+    pub(super) fn is_at_rest(&self) -> bool {
+        let mut point = self.geometry.point();
+        let is_zero = |point: &Point<S>| {
+            let mut active = self.geometry.active().iter().enumerate();
+            active.all(|(place, &a)| point.q_dot(a) == S::ZERO && point.p_dot(place) == S::ZERO)
+        };
+        point.evaluate(&self.start.q, &self.start.p).is_ok() && is_zero(&point)
     }
 
     /// The action that is asked for.

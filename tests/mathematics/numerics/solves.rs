@@ -25,7 +25,8 @@ fn iterations_are_counted() {
         let refined = &history[iterations.count..];
         assert!(refined.windows(2).all(|pair| pair[1].step < pair[0].step), "{scheme}: {history:?}");
     }
-    assert_eq!(solved("scheme.sbp=SBP42").iterations.initial_guess, InitialGuess::Engine);
+    assert_eq!(solved("scheme.sbp=SBP42").iterations.initial_guess, InitialGuess::Steps);
+    assert_eq!(solved("scheme.sbp=SBP42 grid.n_gamma=2001").iterations.initial_guess, InitialGuess::Engine);
     assert_eq!(solved("").iterations, Iterations { initial_guess: InitialGuess::None, ..solved("").iterations });
 }
 

@@ -88,10 +88,10 @@ fn what_rests_at_zero_is_rounded_as_it_falls_and_multipliers_add_up() {
     let layout = action.layout();
     let mut u = vec![0.0; layout.unknowns()];
     let at_rest = action.gradient_rounding(&u).unwrap();
-    // x falls by ½h²F/m in a step. y does not.
+    // x falls by ½h²F/m in a step. y does not, and is not known better than by what acts by ε of that.
     let fall = 0.5 * h * h * 0.5 / 2.0 * f64::EPSILON;
     assert!((0.99..20.0).contains(&(at_rest.values[0] / fall)), "{at_rest:?}");
-    assert!(at_rest.values[1] < 1e-300);
+    assert!(at_rest.values[1] < 1e-7 * at_rest.values[0]);
     // λ and μ/h are terms of one sum.
     let mut rows = |lambda: f64, mu: f64| {
         let multipliers = layout.multipliers_mut(&mut u);
