@@ -84,14 +84,13 @@ impl CaseArgs {
         stem.unwrap_or("stdin".as_ref())
     }
 
-    /// Reads the case. Prints a note if a built-in case is used because there is no such file, or no case was
-    /// named.
+    /// Reads the case. Prints a note if a built-in case is used because none was named.
     pub(super) fn read(&self) -> anyhow::Result<Case> {
         let text = self.read_text()?;
         Ok(Case::parse(&self.name(), &text, &self.set).map_err(|error| self.of_another_kind(error))?)
     }
 
-    /// Reads the text of a case, with the same notes.
+    /// Reads the text of a case, with the same note.
     pub(super) fn read_text(&self) -> anyhow::Result<String> {
         let name = self.name();
         let bytes = match self.source() {
@@ -105,11 +104,8 @@ impl CaseArgs {
                 at_most(file, size, &name)?
             }
             Source::BuiltIn(built_in) => {
-                if !self.quiet {
-                    report::note(&match self.is_given() {
-                        true => format!("no file '{built_in}' here: the built-in case of that name is used"),
-                        false => format!("no CASE is given: the built-in case '{built_in}' is used"),
-                    });
+                if !self.quiet && !self.is_given() {
+                    report::note(&format!("no CASE is given: the built-in case '{built_in}' is used"));
                 }
                 return Ok(built_in_text(built_in)?.to_owned());
             }

@@ -52,6 +52,11 @@ impl OutArgs {
         if self.json { stdout::for_data().map(drop) } else { Ok(()) }
     }
 
+    /// Whether the summary is printed for people, who read there what is doubtful.
+    pub(super) fn is_for_people(&self, quiet: bool) -> bool {
+        !self.json && !quiet
+    }
+
     /// Prints the summary of a command as the options ask for it: as `json`, as `readable`, or not at all if it is to
     /// be quiet.
     ///

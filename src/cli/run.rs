@@ -19,11 +19,12 @@ use geodesic_ivp::solve::{Arithmetic, Limit, Settings, Setup, System, WorldLine}
 use geodesic_ivp::study::run::{self, NoRun, Run, Wanted};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::details::details;
 use super::drawn::{draw, picture_names};
 use super::out::OutArgs;
-use super::readable::readable;
 use super::report::Refusal;
 use super::samples::SampleArgs;
+use super::told::Told;
 use super::vary::{VaryArgs, vary};
 use super::{CaseArgs, memory, report, stdout};
 
@@ -58,6 +59,10 @@ pub(super) struct RunArgs {
     /// where they may do what the nodes do not see. (With solver.accuracy every run does so)
     #[arg(long, conflicts_with = "vary")]
     pub(super) enclose: bool,
+
+    /// Tell every charge by itself, the critical point and the bounds of the paper, too
+    #[arg(long, short, conflicts_with = "vary")]
+    verbose: bool,
 
     /// Compare the run with the Taylor method, in place of a second solve by the engine of solver.accuracy
     #[arg(long, conflicts_with = "vary")]
@@ -155,7 +160,9 @@ fn execute<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCod
         Err(none) => return Err(failed(case, &setup, args, files, (none, solve_seconds))),
     };
     let judged = run.judged(&setup, args.reference, args.enclose);
-    judged.suspicions.iter().for_each(|warning| report::warn(warning));
+    if !args.output.is_for_people(args.case.quiet) {
+        judged.suspicions.iter().for_each(|warning| report::warn(warning));
+    }
     let mut summary = Summary::new(case, &run, &judged, solve_seconds);
     let start = Instant::now();
     write_tables(&files, case, args, &run)?;
@@ -168,11 +175,10 @@ fn execute<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCod
     if args.plot {
         draw(&files, &title, case, &run, &summary)?;
     }
-    let kept = files.commit(&|name| name != UNTIL_FAILURE)?;
+    files.commit(&|name| name != UNTIL_FAILURE)?;
     args.output.tell(args.case.quiet, &json, || {
-        let written = report::written(&directory, &kept);
-        let lines = readable(&title, &run, &judged, &summary, &event_names(case));
-        format!("{lines}{written}{}\n", summary.verdict.line())
+        let told = Told { title: &title, case, run: &run, judged: &judged, summary: &summary };
+        told.lines(&directory) + &if args.verbose { details(&run) } else { String::new() }
     })?;
     Ok(ExitCode::SUCCESS)
 }

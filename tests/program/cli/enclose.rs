@@ -54,9 +54,9 @@ fn what_hides_makes_the_verdict_doubtful_and_says_where() {
         let reason = reasons.iter().find(|reason| reason["reason"].as_str().unwrap().starts_with(&words)).unwrap();
         assert_eq!(reason["remedy"], "take more nodes (grid.n_gamma) or solver.accuracy");
         assert!(told.contains(&format!("1 of {gaps} gaps between nodes are not explained")), "{told}");
-        assert!(told.lines().last().unwrap().starts_with("verdict: doubtful: "), "{told}");
+        assert!(told.lines().next().unwrap().contains(": doubtful"), "{told}");
         // The line is broken.
-        assert!(errors.split_whitespace().collect::<Vec<_>>().join(" ").contains(&words), "{errors}");
+        assert!(told.split_whitespace().collect::<Vec<_>>().join(" ").contains(&words), "{told}");
         let warnings = summary["warnings"].as_array().unwrap();
         assert!(warnings.iter().any(|warning| warning.as_str().unwrap().starts_with(&words)), "{warnings:?}");
         // Without the option nothing is looked at.

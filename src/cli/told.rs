@@ -1,0 +1,285 @@
+//! A run in a few lines: first how good it is, then where it ends, what is exact, and what was written.
+
+use std::path::Path;
+
+use geodesic_ivp::Case;
+use geodesic_ivp::action::Form;
+use geodesic_ivp::diagnostics::verdict::{Grade, Reason};
+use geodesic_ivp::diagnostics::{Diagnostics, NEGLIGIBLE, Newtonian};
+use geodesic_ivp::number::Real;
+use geodesic_ivp::output::Summary;
+use geodesic_ivp::solve::WorldLine;
+use geodesic_ivp::study::errors::{Judge, RunError};
+use geodesic_ivp::study::run::{Judged, Run};
+
+use super::run::event_names;
+
+/// No line is longer.
+const COLUMNS: usize = 100;
+/// So many coordinates are named.
+const MOST_NAMED: usize = 6;
+/// A number with more digits that are right needs no error beside it.
+const SURE_DIGITS: i32 = 7;
+/// A motion is not Newton's above this relative difference of accelerations.
+const NOT_NEWTONIAN: f64 = 1e-2;
+
+/// A run with what is said of it.
+pub(super) struct Told<'r, S: Real> {
+    pub(super) title: &'r str,
+    pub(super) case: &'r Case,
+    pub(super) run: &'r Run<S>,
+    pub(super) judged: &'r Judged,
+    pub(super) summary: &'r Summary,
+}
+
+impl<S: Real> Told<'_, S> {
+    /// The lines, the last of which names the files in `folder`.
+    pub(super) fn lines(&self, folder: &Path) -> String {
+        let Run { line, diagnostics, .. } = self.run;
+        let mut lines = self.verdict();
+        lines.push(row("end", &self.end()));
+        lines.push(row("error", &self.error()));
+        lines.extend(self.exact().map(|text| row("exact", &text)));
+        lines.push(row("drift", &self.drift()));
+        lines.extend(
+            diagnostics.of_x.as_ref().and_then(|of_x| motion(&of_x.newtonian)).map(|text| row("motion", &text)),
+        );
+        lines.extend(self.events().map(|text| row("events", &text)));
+        lines.extend(self.between().map(|text| row("between", &text)));
+        lines.push(row("written", &format!("{} ({})", folder.display(), scheme(line, self.summary))));
+        lines.concat()
+    }
+
+    /// The title with the verdict, and the reasons to doubt it.
+    fn verdict(&self) -> Vec<String> {
+        let verdict = &self.judged.verdict;
+        let good = match verdict.digits {
+            None => String::new(),
+            Some(0) => ", no digit is good".to_owned(),
+            Some(1) => ", good to one digit".to_owned(),
+            Some(digits) => format!(", good to {digits} digits"),
+        };
+        let grade = verdict.grade.as_str();
+        let head = wrapped(&format!("{}: {grade}{good}", self.title), 2);
+        let reason = |Reason { reason, remedy, .. }: &Reason| row("doubt", &format!("{reason}: {remedy}"));
+        let reasons = verdict.reasons.iter().filter(|_| verdict.grade != Grade::Trusted).map(reason);
+        [head].into_iter().chain(reasons).collect()
+    }
+
+    /// The indices of the coordinates that the case is about: not s of Newton's law, which was added.
+    fn coordinates(&self) -> std::ops::Range<usize> {
+        0..self.run.line.geometry().dimension() - usize::from(self.case.is_lifted())
+    }
+
+    /// The coordinates at the end, with the digits that are right.
+    fn end(&self) -> String {
+        let line = &self.run.line;
+        let (position, errors) = (line.end().q, self.judged.error.as_ref().map(RunError::at_most_at_end));
+        let names = line.geometry().names();
+        let one =
+            |a: usize| format!("{} = {}", names[a], number(position[a], errors.as_ref().map(|e| e[a]), line.digits));
+        listed(self.coordinates().map(one))
+    }
+
+    /// The largest error on the way, and how it is known.
+    fn error(&self) -> String {
+        let Some(error) = &self.judged.error else { return "unknown: no second solve reaches the end".to_owned() };
+        let most = error.at_most();
+        let judge = error.judge.describe();
+        if self.case.is_of_x() && error.judge != Judge::OwnEstimate {
+            return format!("at most {:.1e} in t and {:.1e} in x anywhere ({judge})", most[0], most[1]);
+        }
+        let share = self.judged.verdict.error.map_or("unknown".to_owned(), |error| format!("at most {error:.0e}"));
+        format!("{share}, relative to the size of each coordinate ({judge})")
+    }
+
+    /// The charges and the conserved sums, and how exact they are.
+    fn exact(&self) -> Option<String> {
+        let Run { line, diagnostics, sums, .. } = self.run;
+        let names = line.geometry().names();
+        let last = names.len() - 1;
+        let mut told: Vec<String> = Vec::new();
+        let mut most = [0.0_f64; 2];
+        for charge in &diagnostics.charges {
+            let a = charge.terms[0].0;
+            if diagnostics.energy.is_some() && a == last {
+                continue;
+            }
+            most[0] = most[0].max(charge.max_interior.to_f64());
+            most[1] = most[1].max(charge.max_last.to_f64());
+            match (diagnostics.energy.as_ref(), a) {
+                (Some(energy), 0) => told.push(format!("energy = {}", short(energy.value.to_f64()))),
+                _ if self.case.is_of_x() => told.push(format!("Q_t = {}", short(charge.value.to_f64()))),
+                _ => told.push(format!("p_{} = {}", names[a], short(charge.value.to_f64()))),
+            }
+        }
+        for (sum, charge) in sums.iter().zip(&diagnostics.sums) {
+            most[0] = most[0].max(charge.max_ends.to_f64());
+            told.push(format!("{} = {}", sum.formula(names), short(charge.value.to_f64())));
+        }
+        let at_last = match line.form {
+            Form::Strong if most[1] > most[0] => {
+                format!("; at the last node, where the strong form has its defect, to {:.1e}", most[1])
+            }
+            _ => String::new(),
+        };
+        (!told.is_empty()).then(|| format!("{}, to {:.1e}{at_last}", listed(told.into_iter()), most[0]))
+    }
+
+    /// What is not built in, and so measures the error: K or the energy, invariants, and the work of forces.
+    fn drift(&self) -> String {
+        let Run { line, diagnostics, .. } = self.run;
+        let mut told = vec![drift_of_motion(diagnostics)];
+        for invariant in &diagnostics.invariants {
+            told.push(format!("{} by {:.1e}", invariant.name, invariant.max_ends.to_f64()));
+        }
+        for work in &diagnostics.work {
+            let name = &line.geometry().names()[work.coordinate];
+            told.push(format!("p_{name} is the work of the force to {:.1e}", work.defect.to_f64().abs()));
+        }
+        listed(told.into_iter())
+    }
+
+    /// How often each event was met.
+    fn events(&self) -> Option<String> {
+        let names = event_names(self.case);
+        let count = |watch: usize| self.run.events.iter().filter(|crossing| crossing.watch == watch).count();
+        let told = names.iter().enumerate().map(|(watch, name)| format!("{name} {}", count(watch)));
+        (!names.is_empty()).then(|| listed(told))
+    }
+
+    /// What was found between the nodes, if that was looked at.
+    fn between(&self) -> Option<String> {
+        let gaps = self.judged.gaps.as_ref()?;
+        let (count, unproved) = (gaps.count, gaps.unproved);
+        let found = match unproved {
+            0 => format!("nothing hides in the {count} gaps between nodes"),
+            _ => format!("{unproved} of {count} gaps between nodes are not explained"),
+        };
+        Some(format!("{found}, beside an accuracy of {:.0e}", gaps.accuracy))
+    }
+}
+
+/// By how much K drifts, or the energy of positions and velocities with Newton's law.
+fn drift_of_motion<S: Real>(diagnostics: &Diagnostics<S>) -> String {
+    if let Some(energy) = &diagnostics.energy {
+        return format!("the energy of positions and velocities by {:.1e}", energy.max_ends.to_f64().abs());
+    }
+    let drift = diagnostics.norm.max_interior.max(diagnostics.norm.max_ends).to_f64();
+    match diagnostics.of_x.as_ref().map(|of_x| of_x.scales.x_dot * of_x.scales.x_dot).filter(|square| *square > 0.0) {
+        Some(square) => format!("K by {} of the largest x_dot^2", percent(drift / square)),
+        None => format!("K by {:.1e}", diagnostics.norm.max_ends.to_f64()),
+    }
+}
+
+/// How far the motion is from Newton's, if it is.
+fn motion(newtonian: &Newtonian) -> Option<String> {
+    let deviation = newtonian.deviation;
+    let remedy = match newtonian.c() {
+        Some(c) => format!("; particle.c = {c} would make that {NEGLIGIBLE:e}"),
+        None => String::new(),
+    };
+    (deviation > NOT_NEWTONIAN).then(|| format!("relativistic: up to {} off Newton's{remedy}", percent(deviation)))
+}
+
+/// The operator, the windows and the time that the solve took.
+fn scheme<S: Real>(line: &WorldLine<S>, summary: &Summary) -> String {
+    let nodes = match (line.window_count, line.sbp().points()) {
+        (1, points) => format!("{points} nodes"),
+        (windows, points) => format!("{windows} windows of {points} nodes"),
+    };
+    let (name, form, gamma) = (String::from(line.sbp_name), line.form.as_str(), plain(line.gamma_f().to_f64()));
+    let time = unbroken(&format!("{:.2} ms", 1e3 * summary.solve_seconds));
+    format!("{name} {form} form, {nodes} to gamma = {gamma}, {time}")
+}
+
+/// A line with its name, which goes on below itself where it is too long.
+pub(super) fn row(name: &str, text: &str) -> String {
+    wrapped(&format!("  {name:<8} {text}"), 11)
+}
+
+/// A text in lines that are not too long, the second and further ones indented.
+fn wrapped(text: &str, indent: usize) -> String {
+    let (mut lines, mut line) = (String::new(), String::new());
+    for (place, word) in text.split(' ').enumerate() {
+        if place > 0 && !line.trim().is_empty() && line.chars().count() + 1 + word.chars().count() > COLUMNS {
+            lines += line.trim_end();
+            lines.push('\n');
+            line = " ".repeat(indent - 1);
+        }
+        if place > 0 {
+            line.push(' ');
+        }
+        line += word;
+    }
+    (lines + line.trim_end() + "\n").replace('\u{a0}', " ")
+}
+
+/// The text with spaces at which no line is broken, if it is short.
+fn unbroken(text: &str) -> String {
+    if text.chars().count() < COLUMNS / 2 { text.replace(' ', "\u{a0}") } else { text.to_owned() }
+}
+
+/// The first of several, and how many more there are.
+fn listed(told: impl Iterator<Item = String>) -> String {
+    let mut told: Vec<String> = told.collect();
+    let more = told.len().saturating_sub(MOST_NAMED);
+    if more > 1 {
+        told.truncate(MOST_NAMED);
+        told.push(format!("{more} more"));
+    }
+    told.iter().map(|one| unbroken(one)).collect::<Vec<_>>().join(", ")
+}
+
+/// A number rounded at the first decimal that is affected by its error, with the error beside it where few digits are
+/// right.
+fn number<S: Real>(number: S, error: Option<f64>, digits: u32) -> String {
+    let size = number.to_f64().abs();
+    let Some(error) = error.filter(|error| *error > 0.0 && size > 0.0 && size.is_finite()) else {
+        return number.to_decimal(digits);
+    };
+    let significant = (size.log10().floor() - error.log10().floor()) as i32 + 1;
+    if significant > digits as i32 {
+        return number.to_decimal(digits);
+    }
+    let (decimals, few) = ((-error.log10().floor()).max(0.0) as usize, significant.max(1));
+    let text = match (S::IS_EXTENDED, number.to_f64()) {
+        (true, _) => number.to_decimal(few as u32),
+        (false, number) if is_readable(number) => format!("{number:.decimals$}"),
+        (false, number) => format!("{number:.*e}", few as usize - 1),
+    };
+    let is_plain = is_readable(size) && error >= 1e-7;
+    match significant < SURE_DIGITS {
+        false => text,
+        true if is_plain => format!("{text} ± {:.decimals$}", error.max(10.0_f64.powi(-(decimals as i32)))),
+        true => format!("{text} ± {error:.0e}"),
+    }
+}
+
+fn percent(share: f64) -> String {
+    match share {
+        0.1.. => format!("{:.0} %", 100.0 * share),
+        1e-4.. => format!("{:.2} %", 100.0 * share),
+        _ => format!("{share:.1e}"),
+    }
+}
+
+/// Whether a number is easy to read without an exponent.
+fn is_readable(number: f64) -> bool {
+    number == 0.0 || (1e-4..1e9).contains(&number.abs())
+}
+
+/// A number with six significant decimals at most.
+fn short(number: f64) -> String {
+    let number = if number == 0.0 { 0.0 } else { number };
+    if !is_readable(number) {
+        return format!("{number:.5e}");
+    }
+    let text = format!("{number:.6}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// A number with all its digits.
+fn plain(number: f64) -> String {
+    if is_readable(number) { number.to_string() } else { format!("{number:e}") }
+}
