@@ -38,7 +38,7 @@ pub fn rounded_up(number: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{larger, times};
+    use super::{larger, rounded_up, times};
 
     #[test]
     fn nothing_times_infinity_is_nothing() {
@@ -57,5 +57,11 @@ mod tests {
         for all in [[f64::NAN, 1.0, 2.0], [1.0, f64::NAN, 2.0], [1.0, 2.0, f64::NAN]] {
             assert!(largest(&all).is_nan(), "{all:?}");
         }
+    }
+
+    #[test]
+    fn a_number_that_has_no_first_digit_is_itself() {
+        assert_eq!([0.0, f64::INFINITY].map(rounded_up), [0.0, f64::INFINITY]);
+        assert!((rounded_up(2.1e-5) - 3e-5).abs() < 1e-19 && rounded_up(4e7) == 4e7);
     }
 }
