@@ -20,6 +20,22 @@ pub(crate) fn csv_writer<W: Write>(out: W) -> Writer<W> {
     WriterBuilder::new().buffer_capacity(BUFFER).from_writer(out)
 }
 
+/// Writes the table of a study: its header, and rows of cells.
+pub(super) fn write_rows(
+    out: impl Write,
+    header: Vec<String>,
+    rows: impl Iterator<Item = Vec<String>>,
+) -> csv::Result<()> {
+    let mut writer = Writer::from_writer(out);
+    std::iter::once(header).chain(rows).try_for_each(|row| writer.write_record(row))?;
+    Ok(writer.flush()?)
+}
+
+/// A cell with a number: the shortest decimal that reads back as it.
+pub(super) fn decimal(value: f64) -> String {
+    zmij::Buffer::new().format(value).to_owned()
+}
+
 /// The columns of a table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Contents {

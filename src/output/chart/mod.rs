@@ -21,7 +21,7 @@ const FINE_GRID: &str = "#f0f0f0";
 /// The radius of a symbol in a series that has few of them.
 const RADIUS: f64 = 3.4;
 /// Symbols of a chart.
-const MOST_SYMBOLS: usize = 6000;
+const MOST_SYMBOLS: usize = 4000;
 
 /// How the values of an axis are laid out.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

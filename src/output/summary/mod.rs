@@ -305,6 +305,21 @@ pub(super) fn json(summary: &impl Serialize) -> String {
     text
 }
 
+/// The summary of a study: what all have in common, and what it found.
+pub(super) fn study_json(is_interrupted: bool, title: Option<&str>, found: impl Serialize) -> String {
+    #[derive(Serialize)]
+    struct Study<'a, F> {
+        status: &'static str,
+        version: &'static str,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        title: Option<&'a str>,
+        #[serde(flatten)]
+        found: F,
+    }
+    let status = if is_interrupted { "interrupted" } else { "complete" };
+    json(&Study { status, version: env!("CARGO_PKG_VERSION"), title, found })
+}
+
 /// One indented JSON object, with a final newline, from several JSON texts and their names.
 pub fn json_object(members: &[(&str, String)]) -> String {
     // Strings of JSON contain no line breaks, so all lines can be indented.
