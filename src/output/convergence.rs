@@ -2,11 +2,9 @@
 
 use std::io::Write;
 
-use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
-use super::number::Number;
-use super::summary::study_json;
+use super::json;
 use super::tables::{decimal, write_rows};
 use crate::number::Real;
 use crate::study::convergence::{Convergence, ConvergencePoint, Errors, Quantity, Slope};
@@ -65,35 +63,22 @@ pub fn write_slopes(out: impl Write, slopes: &[Slope]) -> csv::Result<()> {
     write_rows(out, header.map(str::to_owned).to_vec(), slopes.iter().map(row))
 }
 
-#[derive(Serialize)]
-struct ConvergenceSummary {
-    digits: u32,
-    /// The errors are measured against it: a key for the end and one for the size of every coordinate.
-    #[serde(serialize_with = "as_map")]
-    reference: Vec<(String, Number)>,
-    grids: usize,
-    grids_without_solution: usize,
-    slopes: Vec<Value>,
-    warnings: Vec<String>,
-}
-
-fn as_map<T: Serializer>(members: &[(String, Number)], serializer: T) -> Result<T::Ok, T::Error> {
-    serializer.collect_map(members.iter().map(|(name, value)| (name, value)))
-}
-
-fn reference<S: Real>(convergence: &Convergence<S>) -> Vec<(String, Number)> {
+/// The reference that the errors are measured against: a key for the end and one for the size of every coordinate.
+fn reference<S: Real>(convergence: &Convergence<S>) -> Value {
     let Convergence { reference, coordinates, digits, .. } = convergence;
-    let ends = coordinates.iter().zip(&reference.end);
-    let sizes = coordinates.iter().zip(&reference.sizes);
-    let first = [
-        ("error_estimate".to_owned(), Number::Double(reference.error_estimate)),
-        ("steps".to_owned(), Number::Digits(reference.steps.to_string())),
-        ("gamma_final".to_owned(), Number::new(reference.gamma_final, *digits)),
-    ];
-    (first.into_iter())
-        .chain(ends.map(|(name, &end)| (format!("{name}_final"), Number::new(end, *digits))))
-        .chain(sizes.map(|(name, &size)| (format!("{name}_size"), Number::Double(size))))
-        .collect()
+    let number = |value: S| json::number(value, *digits);
+    let mut found = json!({
+        "error_estimate": reference.error_estimate,
+        "steps": reference.steps,
+        "gamma_final": number(reference.gamma_final),
+    });
+    for (name, &end) in coordinates.iter().zip(&reference.end) {
+        found[format!("{name}_final")] = number(end);
+    }
+    for (name, &size) in coordinates.iter().zip(&reference.sizes) {
+        found[format!("{name}_size")] = size.into();
+    }
+    found
 }
 
 /// `summary.json` of `converge`: of a sweep and its slopes, with the title and the warnings of its case.
@@ -117,13 +102,13 @@ pub fn convergence_summary<S: Real>(
             "rounding_plateau_from_n": slope.plateau_from,
         })
     };
-    let found = ConvergenceSummary {
-        digits: convergence.digits,
-        reference: reference(convergence),
-        grids: convergence.points.len(),
-        grids_without_solution: convergence.points.iter().filter(|point| point.errors.is_none()).count(),
-        slopes: slopes.iter().map(of_slope).collect(),
-        warnings: warnings.into_iter().chain(slopes.iter().filter_map(Slope::warning)).collect(),
-    };
-    study_json(convergence.interrupted, title, found)
+    let found = json!({
+        "digits": convergence.digits,
+        "reference": reference(convergence),
+        "grids": convergence.points.len(),
+        "grids_without_solution": convergence.points.iter().filter(|point| point.errors.is_none()).count(),
+        "slopes": slopes.iter().map(of_slope).collect::<Vec<_>>(),
+        "warnings": warnings.into_iter().chain(slopes.iter().filter_map(Slope::warning)).collect::<Vec<_>>(),
+    });
+    json::study_json(convergence.interrupted, title, found)
 }

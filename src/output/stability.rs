@@ -5,7 +5,7 @@ use std::io::Write;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::summary::study_json;
+use super::json::study_json;
 use super::tables::{decimal, write_rows};
 use crate::case::Form;
 use crate::study::stability::{

@@ -5,7 +5,7 @@ use std::io::{self, Read, Write};
 use csv::{Reader, StringRecord};
 use serde_json::json;
 
-use super::summary::study_json;
+use super::json::study_json;
 use super::tables::{decimal, write_rows};
 use crate::study::work_precision::{
     Arena, DriftPoint, Family, Leader, Ratio, Row, RowErrors, RowStatus, WorkPrecision, front,

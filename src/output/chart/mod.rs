@@ -62,6 +62,18 @@ pub struct Chart {
 }
 
 impl Chart {
+    /// A picture on linear axes with these names.
+    pub fn new(title: impl Into<String>, subtitle: &str, [x_label, y_label]: [&str; 2], series: Vec<Series>) -> Self {
+        let [subtitle, x_label, y_label] = [subtitle, x_label, y_label].map(str::to_owned);
+        Self { title: title.into(), subtitle, x_label, y_label, series, ..Self::default() }
+    }
+
+    /// The same picture on two logarithmic axes.
+    #[must_use]
+    pub fn log_log(self) -> Self {
+        Self { x_scale: Scale::Log, y_scale: Scale::Log, ..self }
+    }
+
     /// The picture as an SVG document. It depends on the chart alone.
     pub fn to_svg(&self) -> String {
         let mut page = Page::new(&self.title, &self.subtitle);

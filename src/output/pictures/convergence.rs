@@ -2,7 +2,7 @@
 
 use super::look;
 use crate::case::Form;
-use crate::output::chart::{Chart, Ink, Mark, Scale, Series};
+use crate::output::chart::{Chart, Ink, Mark, Series};
 use crate::study::convergence::{Convergence, Slope};
 
 /// With more schemes than this in one picture, the legend gives the fits and they are not drawn as lines.
@@ -58,14 +58,6 @@ pub fn errors<S>(of: &str, convergence: &Convergence<S>, slopes: &[Slope]) -> Ch
         let points = vec![(h, error / 4.0), (coarsest, error / 4.0 * (coarsest / h).powi(order))];
         series.push(Series::new(format!("slope {order}"), Mark::Dotted, points).with_ink(Ink::Neutral));
     }
-    Chart {
-        title: "How errors fall with the step: the steeper, the higher the order".to_owned(),
-        subtitle: of.to_owned(),
-        x_label: "step Δγ".to_owned(),
-        y_label: "error".to_owned(),
-        x_scale: Scale::Log,
-        y_scale: Scale::Log,
-        series,
-        ..Chart::default()
-    }
+    let title = "How errors fall with the step: the steeper, the higher the order";
+    Chart::new(title, of, ["step Δγ", "error"], series).log_log()
 }

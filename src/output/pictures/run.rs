@@ -42,21 +42,9 @@ impl<S: Real> Run<'_, S> {
     }
 }
 
-/// A picture of something along the world-line.
-fn along_gamma(title: impl Into<String>, of: &str, y_label: &str, series: Vec<Series>) -> Chart {
-    Chart {
-        title: title.into(),
-        subtitle: of.to_owned(),
-        x_label: "γ".to_owned(),
-        y_label: y_label.to_owned(),
-        series,
-        ..Chart::default()
-    }
-}
-
-/// The same of deviations, on a logarithmic scale.
-fn deviations(title: impl Into<String>, of: &str, y_label: &str, series: Vec<Series>) -> Chart {
-    Chart { y_scale: Scale::Log, ..along_gamma(title, of, y_label, series) }
+/// A picture of deviations along the world-line, on a logarithmic scale.
+fn deviations(title: &str, of: &str, y_label: &str, series: Vec<Series>) -> Chart {
+    Chart { y_scale: Scale::Log, ..Chart::new(title, of, ["γ", y_label], series) }
 }
 
 /// Values at the nodes.
@@ -77,7 +65,7 @@ pub fn world_line<S: Real>(of: &str, solution: &WorldLine<S>) -> Chart {
     let backward = ["t_2(γ)", "x_2(γ)"].into_iter().enumerate();
     let backward = backward
         .filter_map(|(a, label)| Some(Series::new(label, Mark::Points, at_nodes(solution, solution.backward(a)?))));
-    along_gamma("Time t and place x along the world-line", of, "t, x", forward.chain(backward).collect())
+    Chart::new("Time t and place x along the world-line", of, ["γ", "t, x"], forward.chain(backward).collect())
 }
 
 /// dt/dγ on the nodes: the time mesh that emerges. At the last node of a window in the strong form it is the value with
@@ -98,7 +86,7 @@ pub fn time_mesh<S: Real>(of: &str, runs: &[Run<'_, S>]) -> Chart {
     } else {
         "The time mesh: dt/dγ".to_owned()
     };
-    along_gamma(title, of, "dt/dγ", series)
+    Chart::new(title, of, ["γ", "dt/dγ"], series)
 }
 
 /// x(t): the nodes, the reference geodesic and the motion with time as its parameter.
@@ -124,7 +112,7 @@ pub fn trajectory<S: Real>(
         let points = run.solution.t().zip(run.solution.x()).map(|(t, x)| (t.to_f64(), x.to_f64())).collect();
         series.push(Series::new(run.named("nodes"), Mark::Points, points));
     }
-    Chart { x_label: "t".to_owned(), ..along_gamma("Where the nodes lie on the trajectory x(t)", of, "x", series) }
+    Chart::new("Where the nodes lie on the trajectory x(t)", of, ["t", "x"], series)
 }
 
 /// |ΔQ_t| on the nodes. A single run of the strong form has also the value at the last node with the multiplier
@@ -175,15 +163,8 @@ impl<S: Real> PlotAxes<S> {
         let points = || series.iter().flat_map(|series| &series.points);
         let ratio = extent(points().map(|p| p.0)) / extent(points().map(|p| p.1));
         let [x_label, y_label] = self.labels.each_ref().map(|label| written(label));
-        Chart {
-            title: title.to_owned(),
-            subtitle: of.to_owned(),
-            x_label,
-            y_label,
-            is_isometric: self.are_places() && (1.0 / ALIKE..=ALIKE).contains(&ratio),
-            series,
-            ..Chart::default()
-        }
+        let is_isometric = self.are_places() && (1.0 / ALIKE..=ALIKE).contains(&ratio);
+        Chart { is_isometric, ..Chart::new(title, of, [&x_label, &y_label], series) }
     }
 }
 
@@ -341,6 +322,6 @@ pub fn mesh<S: Real>(of: &str, line: &WorldLine<S>) -> Chart {
     let y_label = if is_averaged { "mean step of a window" } else { "step between nodes" };
     Chart {
         y_scale: if widest > MANY_STEPS { Scale::Log } else { Scale::Linear },
-        ..along_gamma(format!("The mesh: {}", texts.join(", ")), of, y_label, series)
+        ..Chart::new(format!("The mesh: {}", texts.join(", ")), of, ["γ", y_label], series)
     }
 }
