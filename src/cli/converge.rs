@@ -11,7 +11,9 @@ use geodesic_ivp::Case;
 use geodesic_ivp::case::{Form, SbpName, on_grid};
 use geodesic_ivp::number::Extended;
 use geodesic_ivp::number::Real;
-use geodesic_ivp::output::{ConvergenceSummary, OutputSet, SUMMARY, Target, pictures, write_convergence, write_slopes};
+use geodesic_ivp::output::{
+    OutputSet, SUMMARY, Target, convergence_summary, pictures, write_convergence, write_slopes,
+};
 use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, Slope, Sweep, SweepError};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -207,7 +209,7 @@ fn sweep_in<S: Arithmetic>(
     }
     write_convergence(files.writer(CONVERGENCE), &convergence).context("cannot write convergence.csv")?;
     write_slopes(files.writer(SLOPES), &slopes).context("cannot write slopes.csv")?;
-    let summary = ConvergenceSummary::new(case.title(), case.warnings(), &convergence, &slopes).to_json();
+    let summary = convergence_summary(case.title(), case.warnings(), &convergence, &slopes);
     files.write_text(SUMMARY, &summary)?;
     let title = args.case.headed(case.title());
     if args.plot {

@@ -2,7 +2,7 @@
 
 use geodesic_ivp::Case;
 use geodesic_ivp::number::Real;
-use geodesic_ivp::output::pictures::scene::{self, PlotAxes};
+use geodesic_ivp::output::pictures::PlotAxes;
 use geodesic_ivp::output::{Chart, OutputSet, Summary, pictures};
 use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
 use geodesic_ivp::study::run::Run;
@@ -55,12 +55,12 @@ fn pictures<S: Real>(title: &str, case: &Case, run: &Run<S>) -> Vec<Chart> {
     let (formulas, labels) = case.plot_axes(line.geometry());
     let axes = PlotAxes { formulas, labels };
     let mut drawn = vec![
-        scene::orbit(title, line, &axes),
-        scene::charges(title, line, diagnostics, sums),
-        scene::mesh(title, line),
+        pictures::orbit(title, line, &axes),
+        pictures::charges(title, line, diagnostics, sums),
+        pictures::mesh(title, line),
     ];
     if !case.events().is_empty() {
-        drawn.push(scene::section(title, line, &axes, &event_names(case), events));
+        drawn.push(pictures::section(title, line, &axes, &event_names(case), events));
     }
     drawn
 }

@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use anyhow::Context;
 use clap::Args;
 use geodesic_ivp::Case;
-use geodesic_ivp::output::{OutputSet, SUMMARY, StabilitySummary, pictures, write_stability};
+use geodesic_ivp::output::{OutputSet, SUMMARY, pictures, stability_summary, write_stability};
 use geodesic_ivp::reference::ReferenceEnds;
 use geodesic_ivp::study::stability::{Arena, Atlas, Cell, CellStatus, Limit, Method, Pace, Plan, measure};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -90,7 +90,7 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
     };
     let (arena, plan) = (arena.as_ref(), plan.as_ref());
     write_stability(files.writer(STABILITY), arena, &atlas.cells).context("cannot write stability.csv")?;
-    let summary = StabilitySummary::new((case.title(), case.warnings()), arena, plan, &atlas).to_json();
+    let summary = stability_summary((case.title(), case.warnings()), arena, plan, &atlas);
     files.write_text(SUMMARY, &summary)?;
     let title = &args.case.headed(case.title());
     if args.plot {

@@ -10,7 +10,7 @@ use anyhow::Context;
 use clap::{Args, ValueHint};
 use geodesic_ivp::Case;
 use geodesic_ivp::output::pictures::{self, WorkAxis};
-use geodesic_ivp::output::{OutputSet, SUMMARY, WorkPrecisionSummary, read_rows, write_drift, write_work_precision};
+use geodesic_ivp::output::{OutputSet, SUMMARY, read_rows, work_precision_summary, write_drift, write_work_precision};
 use geodesic_ivp::reference::ReferenceEnds;
 use geodesic_ivp::study::work_precision::{
     Arena, Budget, DriftPoint, Family, Leader, Progress, Ratio, Row, WorkPrecision, drift, measure, ratios,
@@ -111,7 +111,7 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
     write_work_precision(files.writer(WORK_PRECISION), &case.coordinates(), &measured.rows)
         .context("cannot write work_precision.csv")?;
     write_drift(files.writer(DRIFT), &case.coordinates(), &along).context("cannot write drift.csv")?;
-    let summary = WorkPrecisionSummary::new(case.title(), &arenas, &measured, &ratios).to_json();
+    let summary = work_precision_summary(case.title(), &arenas, &measured, &ratios);
     files.write_text(SUMMARY, &summary)?;
     let title = args.case.headed(case.title());
     if args.plot {

@@ -79,7 +79,7 @@ impl Manifest {
         let path = folder.join(NAME);
         let write = || {
             let mut file = AtomicWriteFile::open(&path)?;
-            file.write_all(super::summary::json(self).as_bytes())?;
+            file.write_all(super::json::json(self).as_bytes())?;
             file.commit()
         };
         write().with_context(|| format!("cannot write {}", path.display()))

@@ -18,9 +18,9 @@
 mod chart;
 mod convergence;
 mod files;
+mod json;
 mod lock;
 mod manifest;
-mod number;
 pub mod pictures;
 pub mod runs;
 mod stability;
@@ -29,16 +29,11 @@ pub mod tables;
 mod work_precision;
 
 pub use chart::{Chart, Ink, Kind, Look, Map, Mark, Panel, Scale, Series, Shape, Sign};
-pub use convergence::{ConvergenceSummary, write_convergence, write_slopes};
+pub use convergence::{convergence_summary, write_convergence, write_slopes};
 pub use files::{CASE, NotOurs, OutputSet, SUMMARY, Target};
+pub use json::json_object;
 pub use manifest::{Origin, origin_of};
-pub use number::Number;
-pub use stability::{Border, Onset, StabilitySummary, borders, onsets, write_stability};
-pub use summary::{
-    Coordinates, Error, ErrorByName, Failed, Numbers, NumbersByName, Outcome, PaperNumbers, Point, Seconds, Solved,
-    Summary, json_object,
-};
-pub use tables::{
-    StreamedTable, write_branches, write_combined, write_events, write_residuals, write_samples, write_trajectory,
-};
-pub use work_precision::{WorkPrecisionSummary, read_rows, write_drift, write_work_precision};
+pub use stability::{Border, Onset, borders, onsets, stability_summary, write_stability};
+pub use summary::{Coordinates, Seconds, Summary};
+pub use tables::{StreamedTable, write_branches, write_events, write_residuals, write_samples, write_trajectory};
+pub use work_precision::{read_rows, work_precision_summary, write_drift, write_work_precision};

@@ -2,9 +2,11 @@
 
 use std::io::Write;
 
-use csv::Writer;
 use serde::Serialize;
+use serde_json::{Value, json};
 
+use super::json::study_json;
+use super::tables::{decimal, write_rows};
 use crate::case::Form;
 use crate::study::stability::{
     ACCURATE, Arena, Atlas, Cell, CellStatus, DIVERGED, DRIFTING, Limit, Method, Plan, ROUGHER, SAWTOOTH,
@@ -35,13 +37,7 @@ fn columns(arena: &Arena) -> Vec<String> {
 /// # Errors
 /// If `out` cannot be written.
 pub fn write_stability(out: impl Write, arena: &Arena, cells: &[Cell]) -> csv::Result<()> {
-    let mut writer = Writer::from_writer(out);
-    writer.write_record(columns(arena))?;
-    for cell in cells {
-        writer.write_record(row(arena, cell))?;
-    }
-    writer.flush()?;
-    Ok(())
+    write_rows(out, columns(arena), cells.iter().map(|cell| row(arena, cell)))
 }
 
 fn row(arena: &Arena, cell: &Cell) -> Vec<String> {
@@ -74,49 +70,7 @@ fn row(arena: &Arena, cell: &Cell) -> Vec<String> {
 }
 
 fn number(value: Option<f64>) -> String {
-    let finite = value.filter(|value| value.is_finite());
-    finite.map(|value| zmij::Buffer::new().format(value).to_owned()).unwrap_or_default()
-}
-
-/// `summary.json` of `stability`.
-#[derive(Debug, Serialize)]
-pub struct StabilitySummary<'a> {
-    /// `complete` or `interrupted`.
-    status: &'static str,
-    version: &'static str,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    title: Option<&'a str>,
-    omega: f64,
-    reference_error_estimate: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    geodesic_ends: Option<String>,
-    thresholds: Thresholds,
-    cells: usize,
-    methods: Vec<MethodSummary>,
-    last_node: Vec<LastNode>,
-    sawtooth: Vec<Onset>,
-    warnings: Vec<String>,
-}
-
-#[derive(Debug, Serialize)]
-struct Thresholds {
-    accurate: f64,
-    diverged: f64,
-    sawtooth: f64,
-    sawtooth_above_smooth: f64,
-    drifting: f64,
-}
-
-#[derive(Debug, Serialize)]
-struct MethodSummary {
-    method: String,
-    /// The linear limit of hω: a number, or null if there is no limit. Absent for adaptive methods.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    linear_limit: Option<Option<f64>>,
-    /// Number of cells by status.
-    cells: std::collections::BTreeMap<&'static str, usize>,
-    /// For each length, the largest Δγω up to which all cells are accurate.
-    accurate_up_to: Vec<Border>,
+    value.filter(|value| value.is_finite()).map(decimal).unwrap_or_default()
 }
 
 /// The border of the accurate cells, for one length.
@@ -126,27 +80,6 @@ pub struct Border {
     pub length: f64,
     /// Δγω; null if not even the finest cell is accurate.
     pub delta_gamma_omega: Option<f64>,
-}
-
-#[derive(Debug, Serialize)]
-#[serde(untagged)]
-enum LastNode {
-    One {
-        method: String,
-        n_gamma: Option<usize>,
-        gamma_f: f64,
-        t_dot: Option<f64>,
-        delta_q_t_last: f64,
-        delta_q_t_last_corrected: f64,
-    },
-    Scene {
-        method: String,
-        n_gamma: Option<usize>,
-        gamma_f: f64,
-        charge: String,
-        delta_q_last: f64,
-        delta_q_last_corrected: f64,
-    },
 }
 
 /// Where along the world-line a sawtooth begins.
@@ -197,63 +130,71 @@ pub fn onsets(cells: &[Cell]) -> Vec<Onset> {
     all.into_iter().map(|(_, onset)| onset).collect()
 }
 
-/// The charges at the last node of a cell.
-fn last_nodes(arena: &Arena, cell: &Cell) -> Vec<LastNode> {
+/// The charges at the last node of a cell, with and without the correction.
+fn last_nodes(arena: &Arena, cell: &Cell) -> Vec<Value> {
     let last = cell.numbers.as_ref().and_then(|numbers| numbers.last_node.clone()).unwrap_or_default();
     let Cell { n_gamma, gamma_f, t_dot, .. } = *cell;
-    let of = |(a, [last, corrected]): (usize, [f64; 2])| {
-        let method = cell.method.label();
-        if arena.is_scene() {
-            let charge = arena.coordinates()[a].clone();
-            LastNode::Scene { method, n_gamma, gamma_f, charge, delta_q_last: last, delta_q_last_corrected: corrected }
-        } else {
-            let (delta_q_t_last, delta_q_t_last_corrected) = (last, corrected);
-            LastNode::One { method, n_gamma, gamma_f, t_dot, delta_q_t_last, delta_q_t_last_corrected }
-        }
+    let method = cell.method.label();
+    let of = |(a, [last, corrected]): (usize, [f64; 2])| match arena.is_scene() {
+        true => json!({
+            "method": method,
+            "n_gamma": n_gamma,
+            "gamma_f": gamma_f,
+            "charge": arena.coordinates()[a],
+            "delta_q_last": last,
+            "delta_q_last_corrected": corrected,
+        }),
+        false => json!({
+            "method": method,
+            "n_gamma": n_gamma,
+            "gamma_f": gamma_f,
+            "t_dot": t_dot,
+            "delta_q_t_last": last,
+            "delta_q_t_last_corrected": corrected,
+        }),
     };
     arena.charges().zip(last).map(of).collect()
 }
 
-impl<'a> StabilitySummary<'a> {
-    /// The summary of a plan and of the atlas that was measured, for a case with this title and these warnings.
-    pub fn new((title, warnings): (Option<&'a str>, Vec<String>), arena: &Arena, plan: &Plan, atlas: &Atlas) -> Self {
-        let of_method = |method: &Method| {
-            let mut counts = std::collections::BTreeMap::new();
-            for cell in atlas.cells.iter().filter(|cell| cell.method == *method) {
-                *counts.entry(cell.status.as_str()).or_insert(0) += 1;
-            }
-            let linear_limit = match method.limit() {
-                Limit::Step(step) => Some(Some(step)),
-                Limit::None => Some(None),
-                Limit::Adaptive => None,
-            };
-            let accurate_up_to = borders(&atlas.cells, method);
-            MethodSummary { method: method.label(), linear_limit, cells: counts, accurate_up_to }
-        };
-        Self {
-            status: if atlas.interrupted { "interrupted" } else { "complete" },
-            version: env!("CARGO_PKG_VERSION"),
-            title,
-            omega: arena.omega(),
-            reference_error_estimate: arena.reference_error(),
-            geodesic_ends: arena.ends().map(|end| end.to_string()),
-            thresholds: Thresholds {
-                accurate: ACCURATE,
-                diverged: DIVERGED,
-                sawtooth: SAWTOOTH,
-                sawtooth_above_smooth: ROUGHER,
-                drifting: DRIFTING,
-            },
-            cells: atlas.cells.len(),
-            methods: plan.methods.iter().map(of_method).collect(),
-            last_node: atlas.cells.iter().flat_map(|cell| last_nodes(arena, cell)).collect(),
-            sawtooth: onsets(&atlas.cells),
-            warnings,
+/// `summary.json` of `stability`: of a plan and of the atlas that was measured, for a case with this title and these
+/// warnings.
+pub fn stability_summary(
+    (title, warnings): (Option<&str>, Vec<String>),
+    arena: &Arena,
+    plan: &Plan,
+    atlas: &Atlas,
+) -> String {
+    let of_method = |method: &Method| {
+        let mut counts = std::collections::BTreeMap::new();
+        for cell in atlas.cells.iter().filter(|cell| cell.method == *method) {
+            *counts.entry(cell.status.as_str()).or_insert(0) += 1;
         }
+        let mut summary = json!({"method": method.label()});
+        // The limit of hω is null if there is none, and absent for adaptive methods.
+        match method.limit() {
+            Limit::Step(step) => summary["linear_limit"] = json!(step),
+            Limit::None => summary["linear_limit"] = Value::Null,
+            Limit::Adaptive => {}
+        }
+        summary["cells"] = json!(counts);
+        summary["accurate_up_to"] = json!(borders(&atlas.cells, method));
+        summary
+    };
+    let mut found = json!({"omega": arena.omega(), "reference_error_estimate": arena.reference_error()});
+    if let Some(end) = arena.ends() {
+        found["geodesic_ends"] = json!(end.to_string());
     }
-
-    /// The JSON text, with a final newline.
-    pub fn to_json(&self) -> String {
-        super::summary::json(self)
-    }
+    found["thresholds"] = json!({
+        "accurate": ACCURATE,
+        "diverged": DIVERGED,
+        "sawtooth": SAWTOOTH,
+        "sawtooth_above_smooth": ROUGHER,
+        "drifting": DRIFTING,
+    });
+    found["cells"] = json!(atlas.cells.len());
+    found["methods"] = plan.methods.iter().map(of_method).collect();
+    found["last_node"] = atlas.cells.iter().flat_map(|cell| last_nodes(arena, cell)).collect();
+    found["sawtooth"] = json!(onsets(&atlas.cells));
+    found["warnings"] = json!(warnings);
+    study_json(atlas.interrupted, title, found)
 }

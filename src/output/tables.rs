@@ -15,9 +15,20 @@ use crate::trajectory::{Crossing, Sample};
 /// The tables are written in blocks of this many bytes.
 const BUFFER: usize = 1 << 18;
 
-/// A writer of a long table.
-pub(crate) fn csv_writer<W: Write>(out: W) -> Writer<W> {
-    WriterBuilder::new().buffer_capacity(BUFFER).from_writer(out)
+/// Writes the table of a study: its header, and rows of cells.
+pub(super) fn write_rows(
+    out: impl Write,
+    header: Vec<String>,
+    rows: impl Iterator<Item = Vec<String>>,
+) -> csv::Result<()> {
+    let mut writer = Writer::from_writer(out);
+    std::iter::once(header).chain(rows).try_for_each(|row| writer.write_record(row))?;
+    Ok(writer.flush()?)
+}
+
+/// A cell with a number: the shortest decimal that reads back as it.
+pub(super) fn decimal(value: f64) -> String {
+    zmij::Buffer::new().format(value).to_owned()
 }
 
 /// The columns of a table.
@@ -65,19 +76,6 @@ pub fn write_residuals<S: Real>(
     every: usize,
 ) -> csv::Result<()> {
     write(run, measured, Contents::Residuals, Rows::all(run, every), &mut out)
-}
-
-/// Writes the table of `run --stdout`, which has the columns of both of these tables.
-///
-/// # Errors
-/// If `out` cannot be written.
-pub fn write_combined<S: Real>(
-    mut out: impl Write,
-    run: &WorldLine<S>,
-    measured: &Diagnostics<S>,
-    every: usize,
-) -> csv::Result<()> {
-    write(run, measured, Contents::Both, Rows::all(run, every), &mut out)
 }
 
 /// The table of a run, whatever the number of its coordinates.
@@ -129,7 +127,7 @@ pub fn write_samples<S: Real>(
     let mut table = Table::new(&mut out, digits);
     table.writer.write_record(state_header(names))?;
     for sample in samples {
-        table.row(numbers(sample), None)?;
+        table.row(None, numbers(sample), None)?;
     }
     table.finish()
 }
@@ -149,7 +147,7 @@ pub fn write_events<S: Real>(
     let mut table = Table::new(&mut out, digits);
     table.writer.write_record(std::iter::once("event".to_owned()).chain(state_header(names)))?;
     for Crossing { watch, sample } in crossings {
-        table.labelled_row(events[*watch], numbers(sample))?;
+        table.row(Some(events[*watch]), numbers(sample), None)?;
     }
     table.finish()
 }
@@ -162,32 +160,32 @@ pub(crate) fn state_header(names: &[String]) -> Vec<String> {
 
 fn trajectory<'c, S: Real>(run: &'c WorldLine<S>, tangent: &'c [Cow<'_, [S]>]) -> Vec<Column<'c, S>> {
     let names = run.geometry().names();
-    let velocities = names.iter().zip(tangent);
-    let velocities = velocities
-        .map(|(name, row)| Column { name: format!("{name}_dot"), values: Box::new(row.iter().copied()) as _ });
     let positions = names.iter().enumerate().map(|(a, name)| Column { name: name.clone(), values: Box::new(run.q(a)) });
+    let velocities = names.iter().zip(tangent).map(|(name, row)| column(format!("{name}_dot"), row));
     positions.chain(velocities).collect()
+}
+
+fn column<'c, S: Real>(name: String, row: &'c [S]) -> Column<'c, S> {
+    Column { name, values: Box::new(row.iter().copied()) }
 }
 
 fn residuals<'c, S: Real>(run: &'c WorldLine<S>, measured: &'c Diagnostics<S>) -> Vec<Column<'c, S>> {
     let coordinates = run.geometry().names();
-    let mut columns: Vec<(String, &[S])> = Vec::new();
+    let mut columns = Vec::new();
     for charge in &measured.charges {
         let name = &coordinates[charge.terms[0].0];
-        columns.push((format!("delta_q_{name}"), &charge.delta));
-        columns.push((format!("delta_q_{name}_corrected"), &charge.corrected));
+        columns.push(column(format!("delta_q_{name}"), &charge.delta));
+        columns.push(column(format!("delta_q_{name}_corrected"), &charge.corrected));
     }
-    for (name, row) in coordinates.iter().zip(&measured.delta_g) {
-        columns.push((format!("delta_g_{name}"), row));
-    }
+    let rows = coordinates.iter().zip(&measured.delta_g);
+    columns.extend(rows.map(|(name, row)| column(format!("delta_g_{name}"), row)));
     columns.push(match &measured.delta_energy {
-        Some(energy) => ("delta_energy".to_owned(), energy),
-        None => ("delta_k".to_owned(), &measured.norm.delta),
+        Some(energy) => column("delta_energy".to_owned(), energy),
+        None => column("delta_k".to_owned(), &measured.norm.delta),
     });
     let invariants = measured.invariants.iter();
-    columns.extend(invariants.map(|each| (format!("delta_{}", each.name), each.delta.as_slice())));
-    let column = |(name, row): (String, &'c [S])| Column { name, values: Box::new(row.iter().copied()) as _ };
-    columns.into_iter().map(column).collect()
+    columns.extend(invariants.map(|each| column(format!("delta_{}", each.name), &each.delta)));
+    columns
 }
 
 /// Which rows of a run are written, and how.
@@ -228,7 +226,7 @@ fn write_table<S: Real>(
         for (node, gamma) in gammas.by_ref().take(last + 1).enumerate() {
             let values = columns.iter_mut().filter_map(Iterator::next);
             if node % every == 0 || node == last {
-                table.row(std::iter::once(gamma).chain(values), has_windows.then_some(window))?;
+                table.row(None, std::iter::once(gamma).chain(values), has_windows.then_some(window))?;
             } else {
                 values.for_each(drop);
             }
@@ -314,29 +312,28 @@ struct Table<'o> {
 
 impl<'o> Table<'o> {
     fn new(out: &'o mut dyn Write, digits: u32) -> Self {
-        Self { writer: csv_writer(out), digits, record: ByteRecord::new(), room: DecimalRoom::default() }
-    }
-
-    fn row<S: Real>(&mut self, values: impl Iterator<Item = S>, window: Option<usize>) -> csv::Result<()> {
-        self.record.clear();
-        self.push(values);
-        if let Some(window) = window {
-            self.record.push_field(window.to_string().as_bytes());
+        Self {
+            writer: WriterBuilder::new().buffer_capacity(BUFFER).from_writer(out),
+            digits,
+            record: ByteRecord::new(),
+            room: DecimalRoom::default(),
         }
-        self.writer.write_byte_record(&self.record)
     }
 
-    fn labelled_row<S: Real>(&mut self, label: &str, values: impl Iterator<Item = S>) -> csv::Result<()> {
+    /// Writes a row: numbers between a label and the number of a window, where there are such.
+    fn row<S: Real>(
+        &mut self,
+        label: Option<&str>,
+        values: impl Iterator<Item = S>,
+        window: Option<usize>,
+    ) -> csv::Result<()> {
         self.record.clear();
-        self.record.push_field(label.as_bytes());
-        self.push(values);
-        self.writer.write_byte_record(&self.record)
-    }
-
-    fn push<S: Real>(&mut self, values: impl Iterator<Item = S>) {
+        label.iter().for_each(|label| self.record.push_field(label.as_bytes()));
         for value in values {
             self.record.push_field(value.write_decimal(self.digits, &mut self.room).as_bytes());
         }
+        window.iter().for_each(|window| self.record.push_field(window.to_string().as_bytes()));
+        self.writer.write_byte_record(&self.record)
     }
 
     fn finish(mut self) -> csv::Result<()> {

@@ -2,9 +2,11 @@
 
 use std::io::{self, Read, Write};
 
-use csv::{Reader, StringRecord, Writer};
-use serde::Serialize;
+use csv::{Reader, StringRecord};
+use serde_json::json;
 
+use super::json::study_json;
+use super::tables::{decimal, write_rows};
 use crate::study::work_precision::{
     Arena, DriftPoint, Family, Leader, Ratio, Row, RowErrors, RowStatus, WorkPrecision, front,
 };
@@ -25,25 +27,22 @@ fn header(coordinates: &[String], behind: &[&str]) -> Vec<String> {
 /// # Errors
 /// If `out` cannot be written.
 pub fn write_work_precision(out: impl Write, coordinates: &[String], rows: &[Row]) -> csv::Result<()> {
-    let mut writer = Writer::from_writer(out);
-    writer.write_record(header(coordinates, &BEHIND))?;
-    for row in rows {
+    let row = |row: &Row| {
         let errors: Vec<String> = match &row.errors {
-            Some(RowErrors { q, delta_k }) => q.iter().chain([delta_k]).map(|&value| number(value)).collect(),
+            Some(RowErrors { q, delta_k }) => q.iter().chain([delta_k]).map(|&value| decimal(value)).collect(),
             None => vec![String::new(); coordinates.len() + 1],
         };
         let times = [
-            number(row.seconds_min),
-            number(row.seconds_median),
+            decimal(row.seconds_min),
+            decimal(row.seconds_median),
             row.evaluations.to_string(),
             row.points.to_string(),
             row.status.as_str().to_owned(),
-            number(row.gamma_f),
+            decimal(row.gamma_f),
         ];
-        writer.write_record([row.family.name(), row.setting.clone()].into_iter().chain(errors).chain(times))?;
-    }
-    writer.flush()?;
-    Ok(())
+        [row.family.name(), row.setting.clone()].into_iter().chain(errors).chain(times).collect()
+    };
+    write_rows(out, header(coordinates, &BEHIND), rows.iter().map(row))
 }
 
 /// Reads rows that another program measured, from a table with the columns of `work_precision.csv`.
@@ -91,122 +90,62 @@ pub fn read_rows(table: impl Read, coordinates: &[String]) -> csv::Result<Vec<Ro
 /// # Errors
 /// If `out` cannot be written.
 pub fn write_drift(out: impl Write, coordinates: &[String], points: &[DriftPoint]) -> csv::Result<()> {
-    let mut writer = Writer::from_writer(out);
     let mut columns = header(coordinates, &["delta_k"]);
     columns.insert(BEFORE.len(), "gamma".to_owned());
-    writer.write_record(columns)?;
-    for DriftPoint { family, setting, gamma, errors } in points {
-        let numbers = [gamma].into_iter().chain(&errors.q).chain([&errors.delta_k]).map(|&value| number(value));
-        writer.write_record([family.name(), setting.clone()].into_iter().chain(numbers))?;
-    }
-    writer.flush()?;
-    Ok(())
+    let row = |DriftPoint { family, setting, gamma, errors }: &DriftPoint| {
+        let numbers = [gamma].into_iter().chain(&errors.q).chain([&errors.delta_k]).map(|&value| decimal(value));
+        [family.name(), setting.clone()].into_iter().chain(numbers).collect()
+    };
+    write_rows(out, columns, points.iter().map(row))
 }
 
-fn number(value: f64) -> String {
-    zmij::Buffer::new().format(value).to_owned()
-}
-
-/// `summary.json` of `work-precision`.
-#[derive(Debug, Serialize)]
-pub struct WorkPrecisionSummary<'a> {
-    /// `complete` or `interrupted`.
-    status: &'static str,
-    version: &'static str,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    title: Option<&'a str>,
-    rows: usize,
-    rows_without_result: usize,
-    references: Vec<ReferenceSummary>,
-    ratios: Vec<RatioSummary<'a>>,
-    fronts: Vec<FrontRow<'a>>,
-}
-
-#[derive(Debug, Serialize)]
-struct ReferenceSummary {
-    gamma_f: f64,
-    error_estimate: f64,
-}
-
-#[derive(Debug, Serialize)]
-struct LeaderSummary<'a> {
-    method: &'a str,
-    setting: &'a str,
-    seconds: f64,
-}
-
-#[derive(Debug, Serialize)]
-struct RatioSummary<'a> {
-    gamma_f: f64,
-    error: f64,
-    /// Seconds of the others over those of this program.
-    ratio: Option<f64>,
-    ratio_certified: Option<f64>,
-    own: Option<LeaderSummary<'a>>,
-    own_certified: Option<LeaderSummary<'a>>,
-    other: Option<LeaderSummary<'a>>,
-}
-
-#[derive(Debug, Serialize)]
-struct FrontRow<'a> {
-    gamma_f: f64,
-    method: String,
-    setting: &'a str,
-    error: Option<f64>,
-    seconds_min: f64,
-    seconds_median: f64,
-}
-
-impl<'a> WorkPrecisionSummary<'a> {
-    /// The summary of the case with this title: of the arenas of all lengths, the rows measured on them and the table
-    /// of their ratios.
-    pub fn new(title: Option<&'a str>, arenas: &[Arena], measured: &'a WorkPrecision, ratios: &'a [Ratio]) -> Self {
-        let leader = |leader: &'a Option<Leader>| {
-            leader.as_ref().map(|Leader { method, setting, seconds }| LeaderSummary {
-                method,
-                setting,
-                seconds: *seconds,
-            })
-        };
-        let front_row = |row: &'a Row| FrontRow {
-            gamma_f: row.gamma_f,
-            method: row.family.name(),
-            setting: &row.setting,
-            error: row.rank(),
-            seconds_min: row.seconds_min,
-            seconds_median: row.seconds_median,
-        };
-        let rows = &measured.rows;
-        let front_of = |arena: &Arena| {
-            let length = arena.length();
-            front(rows.iter().filter(move |row| row.gamma_f == length), |row| row.seconds_min)
-        };
-        Self {
-            status: if measured.interrupted { "interrupted" } else { "complete" },
-            version: env!("CARGO_PKG_VERSION"),
-            title,
-            rows: rows.len(),
-            rows_without_result: rows.iter().filter(|row| row.rank().is_none()).count(),
-            references: (arenas.iter())
-                .map(|arena| ReferenceSummary { gamma_f: arena.length(), error_estimate: arena.reference_error() })
-                .collect(),
-            ratios: (ratios.iter())
-                .map(|ratio| RatioSummary {
-                    gamma_f: ratio.gamma_f,
-                    error: ratio.error,
-                    ratio: ratio.lead(),
-                    ratio_certified: ratio.certified_lead(),
-                    own: leader(&ratio.own),
-                    own_certified: leader(&ratio.certified),
-                    other: leader(&ratio.other),
-                })
-                .collect(),
-            fronts: arenas.iter().flat_map(front_of).map(front_row).collect(),
-        }
-    }
-
-    /// The JSON text, with a final newline.
-    pub fn to_json(&self) -> String {
-        super::summary::json(self)
-    }
+/// `summary.json` of `work-precision` for the case with this title: of the arenas of all lengths, the rows measured on
+/// them and the table of their ratios, which are seconds of the others over those of this program.
+pub fn work_precision_summary(
+    title: Option<&str>,
+    arenas: &[Arena],
+    measured: &WorkPrecision,
+    ratios: &[Ratio],
+) -> String {
+    let leader = |leader: &Option<Leader>| {
+        let leader = leader.as_ref();
+        leader.map(
+            |Leader { method, setting, seconds }| json!({"method": method, "setting": setting, "seconds": seconds}),
+        )
+    };
+    let reference = |arena: &Arena| json!({"gamma_f": arena.length(), "error_estimate": arena.reference_error()});
+    let ratio = |ratio: &Ratio| {
+        json!({
+            "gamma_f": ratio.gamma_f,
+            "error": ratio.error,
+            "ratio": ratio.lead(),
+            "ratio_certified": ratio.certified_lead(),
+            "own": leader(&ratio.own),
+            "own_certified": leader(&ratio.certified),
+            "other": leader(&ratio.other),
+        })
+    };
+    let front_row = |row: &Row| {
+        json!({
+            "gamma_f": row.gamma_f,
+            "method": row.family.name(),
+            "setting": row.setting,
+            "error": row.rank(),
+            "seconds_min": row.seconds_min,
+            "seconds_median": row.seconds_median,
+        })
+    };
+    let rows = &measured.rows;
+    let front_of = |arena: &Arena| {
+        let length = arena.length();
+        front(rows.iter().filter(move |row| row.gamma_f == length), |row| row.seconds_min)
+    };
+    let found = json!({
+        "rows": rows.len(),
+        "rows_without_result": rows.iter().filter(|row| row.rank().is_none()).count(),
+        "references": arenas.iter().map(reference).collect::<Vec<_>>(),
+        "ratios": ratios.iter().map(ratio).collect::<Vec<_>>(),
+        "fronts": arenas.iter().flat_map(front_of).map(front_row).collect::<Vec<_>>(),
+    });
+    study_json(measured.interrupted, title, found)
 }

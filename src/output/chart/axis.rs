@@ -55,6 +55,16 @@ impl Axis {
         Self::even(low - padding, high + padding)
     }
 
+    /// The length of its range.
+    pub(super) fn span(&self) -> f64 {
+        self.range.end - self.range.start
+    }
+
+    /// The share of its range that is before this position.
+    pub(super) fn share(&self, at: f64) -> f64 {
+        (at - self.range.start) / self.span()
+    }
+
     /// The same linear axis over a range of this length around its middle.
     pub(super) fn widened(&self, span: f64) -> Self {
         let middle = 0.5 * (self.range.start + self.range.end);

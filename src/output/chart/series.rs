@@ -1,6 +1,10 @@
 //! What is drawn in a chart: points that belong together, and what they look like.
 
-use plotters::style::RGBColor;
+/// The colours of Okabe and Ito, for series that are not methods; without yellow, which is too faint on white.
+const PALETTE: [[u8; 3]; 7] =
+    [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233], [0, 0, 0]];
+const NEUTRAL: Look = Look { colour: [128, 128, 128], shape: Shape::Circle };
+const BAND: Look = Look { colour: [222, 222, 222], shape: Shape::Circle };
 
 /// What a series looks like.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,7 +23,7 @@ pub enum Mark {
     OpenPoints,
     /// Open symbols on a dashed line, as for a method to compare with.
     DashedAndOpenPoints,
-    /// A broad pale line behind the others, with its label beside it and not in the legend.
+    /// A broad pale line behind the others.
     Band,
 }
 
@@ -47,11 +51,15 @@ pub struct Look {
 }
 
 impl Look {
-    /// The colour.
-    pub(super) fn rgb(self) -> RGBColor {
-        let [red, green, blue] = self.colour;
-        RGBColor(red, green, blue)
+    /// The colour as an attribute.
+    pub(super) fn hex(self) -> String {
+        hex(self.colour)
     }
+}
+
+/// A colour as an attribute.
+pub(super) fn hex([red, green, blue]: [u8; 3]) -> String {
+    format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
 /// The shape of a symbol.
@@ -84,7 +92,7 @@ impl Shape {
 /// Points that belong together.
 ///
 /// A point with a coordinate that is not finite, or beyond ±10³⁰⁰, is left out and interrupts a line. Of thousands of
-/// points only those that can be told apart are drawn; the extremes in every column of pixels are always among them.
+/// points only those that can be told apart are drawn; the extremes are always among them.
 #[derive(Debug, Clone)]
 pub struct Series {
     /// Entry in the legend, if not empty.
@@ -107,5 +115,61 @@ impl Series {
     #[must_use]
     pub fn with_ink(self, ink: Ink) -> Self {
         Self { ink, ..self }
+    }
+}
+
+/// The looks of the series of a chart.
+pub(super) fn looks(series: &[Series]) -> Vec<Look> {
+    let mut used = 0;
+    let mut last = None;
+    let look = |series: &Series| {
+        let look = match (series.ink, last) {
+            _ if series.mark == Mark::Band => BAND,
+            (Ink::Neutral, _) => NEUTRAL,
+            (Ink::Fixed(look), _) | (Ink::Previous, Some(look)) => look,
+            _ => {
+                used += 1;
+                Look { colour: PALETTE[(used - 1) % PALETTE.len()], shape: Shape::ALL[(used - 1) % 4] }
+            }
+        };
+        last = Some(look);
+        look
+    };
+    series.iter().map(look).collect()
+}
+
+impl Mark {
+    /// The width and the dashes of its line, if it has one.
+    pub(super) fn line(self) -> Option<(f64, &'static str)> {
+        match self {
+            Self::Points | Self::OpenPoints => None,
+            Self::Line | Self::LineAndPoints => Some((1.8, "none")),
+            Self::Dashed => Some((1.8, "6 7")),
+            Self::Dotted => Some((1.3, "1 4.5")),
+            Self::DashedAndOpenPoints => Some((1.2, "4 4")),
+            Self::Band => Some((11.0, "none")),
+        }
+    }
+
+    /// Whether its symbols are open, if it has some.
+    pub(super) fn symbols(self) -> Option<bool> {
+        match self {
+            Self::Line | Self::Dashed | Self::Dotted | Self::Band => None,
+            Self::Points | Self::LineAndPoints => Some(false),
+            Self::OpenPoints | Self::DashedAndOpenPoints => Some(true),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fit_shares_the_colour_of_its_data() {
+        let inks = [Ink::Previous, Ink::Next, Ink::Previous, Ink::Neutral, Ink::Next];
+        let series = inks.map(|ink| Series::new("", Mark::Line, Vec::new()).with_ink(ink));
+        let colours: Vec<[u8; 3]> = looks(&series).iter().map(|look| look.colour).collect();
+        assert_eq!(colours, [PALETTE[0], PALETTE[1], PALETTE[1], NEUTRAL.colour, PALETTE[2]]);
     }
 }

@@ -4,7 +4,7 @@
 use super::look;
 use crate::case::Form;
 use crate::number::norm::larger;
-use crate::output::chart::{Chart, Ink, Kind, Map, Mark, Panel, Scale, Series, Sign};
+use crate::output::chart::{Chart, Ink, Kind, Map, Mark, Panel, Series, Sign};
 use crate::output::stability::onsets;
 use crate::study::stability::{Arena, Cell, CellStatus, Limit, Method, Pace};
 
@@ -146,16 +146,8 @@ pub fn sawtooth_onset(of: &str, cells: &[Cell]) -> Chart {
     for series in &mut series {
         series.points.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
-    Chart {
-        title: "How far SBP schemes run before their sawtooth begins".to_owned(),
-        subtitle: of.to_owned(),
-        x_label: "step: Δγ ω".to_owned(),
-        y_label: "γ − γ_i where it is first seen".to_owned(),
-        x_scale: Scale::Log,
-        y_scale: Scale::Log,
-        series,
-        ..Chart::default()
-    }
+    let title = "How far SBP schemes run before their sawtooth begins";
+    Chart::new(title, of, ["step: Δγ ω", "γ − γ_i where it is first seen"], series).log_log()
 }
 
 /// The last node is drawn for the spacing whose Δγω is nearest to this.
@@ -199,16 +191,8 @@ pub fn last_node(of: &str, arena: &Arena, cells: &[Cell]) -> Chart {
         true => ("largest change of a charge", "largest |Δp_a|"),
         false => ("charge", "|ΔQ_t|"),
     };
-    Chart {
-        title: format!("The {charge} at the last node, and what + {share}/H_N makes of it"),
-        subtitle: of.to_owned(),
-        x_label: "γ_f − γ_i".to_owned(),
-        y_label: format!("{deviation} at the last node"),
-        x_scale: Scale::Log,
-        y_scale: Scale::Log,
-        series: all,
-        ..Chart::default()
-    }
+    let title = format!("The {charge} at the last node, and what + {share}/H_N makes of it");
+    Chart::new(title, of, ["γ_f − γ_i", &format!("{deviation} at the last node")], all).log_log()
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::look;
-use crate::output::chart::{Chart, Ink, Mark, Scale, Series};
+use crate::output::chart::{Chart, Ink, Mark, Series};
 use crate::study::work_precision::{DriftPoint, Family, Group, Row, front};
 
 /// The quantity on the ordinate, which measures the work.
@@ -80,16 +80,7 @@ pub fn work_precision<'a>(
         let (mark, ink) = look::pen(look::of_group(*group, label), group.is_own());
         series.push(Series::new(label, mark, best(rows)).with_ink(ink));
     }
-    Chart {
-        title: axis.headline().to_owned(),
-        subtitle: of.to_owned(),
-        x_label: error_label(coordinates),
-        y_label: axis.label().to_owned(),
-        x_scale: Scale::Log,
-        y_scale: Scale::Log,
-        series,
-        ..Chart::default()
-    }
+    Chart::new(axis.headline(), of, [&error_label(coordinates), axis.label()], series).log_log()
 }
 
 /// Number of points of a curve along a run. Each is the largest value over an interval of log γ; otherwise oscillations
@@ -120,19 +111,9 @@ pub fn drift(of: &str, coordinates: &[String], points: &[DriftPoint], of_k: bool
         let (mark, ink) = look::pen(look::of_family(family), family.is_own());
         series.push(Series::new(family.name(), mark, largest.into_values().collect()).with_ink(ink));
     }
-    Chart {
-        title: if of_k {
-            "Does K drift? Level is bounded, slope ½ is rounding, slope 1 is drift"
-        } else {
-            "How errors grow along the run, at equal work"
-        }
-        .to_owned(),
-        subtitle: of.to_owned(),
-        x_label: "γ − γ_i".to_owned(),
-        y_label: if of_k { "|ΔK|".to_owned() } else { error_label(coordinates) },
-        x_scale: Scale::Log,
-        y_scale: Scale::Log,
-        series,
-        ..Chart::default()
-    }
+    let (title, label) = match of_k {
+        true => ("Does K drift? Level is bounded, slope ½ is rounding, slope 1 is drift", "|ΔK|".to_owned()),
+        false => ("How errors grow along the run, at equal work", error_label(coordinates)),
+    };
+    Chart::new(title, of, ["γ − γ_i", &label], series).log_log()
 }

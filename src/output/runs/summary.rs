@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::super::summary::json;
+use super::super::json::json;
 use super::Identity;
 use crate::diagnostics::verdict::Grade;
 use crate::solve::Status;

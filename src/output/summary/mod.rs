@@ -1,11 +1,11 @@
 //! `summary.json` of `run`: what was solved, how the solve ended, and the numbers that a study needs.
 
-mod by_name;
-mod paper;
+mod numbers;
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use crate::case::{Case, Form, System};
 use crate::diagnostics::gaps::Gaps;
@@ -13,11 +13,9 @@ use crate::diagnostics::verdict::Verdict;
 use crate::engine::{Accuracy, GOOD_DIGITS};
 use crate::geometry::Geometry;
 use crate::number::Real;
+use crate::output::json::json as text_of;
 use crate::solve::{Domain, IterationRecord, Iterations, NoSolution, Settings, Status, WorldLine};
 use crate::study::run::{Judged, Run};
-
-pub use by_name::{ErrorByName, NumbersByName};
-pub use paper::{Error, PaperNumbers};
 
 /// The whole summary; keys that do not apply are absent.
 #[derive(Debug, Clone, Serialize)]
@@ -63,7 +61,7 @@ pub struct Summary {
     pub solve_seconds: f64,
     /// The numbers of the result, or of the failure.
     #[serde(flatten)]
-    pub outcome: Outcome,
+    outcome: Value,
     /// What came after the solve, if it has a result.
     #[serde(flatten)]
     pub seconds: Option<Seconds>,
@@ -95,107 +93,33 @@ pub struct Seconds {
     pub write: f64,
 }
 
-/// The part of the summary that depends on how the solve ended.
-#[derive(Debug, Clone, Serialize)]
-#[serde(untagged)]
-pub enum Outcome {
-    /// A critical point was found.
-    Solved(Box<Solved>),
-    /// No critical point was found.
-    Failed(Failed),
-}
-
 /// The numbers of a critical point.
-#[derive(Debug, Clone, Serialize)]
-pub struct Solved {
-    /// Those that have names of their own.
+#[derive(Serialize)]
+struct Solved {
     #[serde(flatten)]
-    pub numbers: Numbers,
+    numbers: Value,
     /// With an accuracy: the estimated error of every coordinate at the nodes, relative to its size.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub error_estimate: Option<f64>,
+    error_estimate: Option<f64>,
     /// With a tolerance: γ until which 3, 6 and 9 digits of all coordinates are good by that estimate.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub good_until: Option<BTreeMap<String, f64>>,
+    good_until: Option<BTreeMap<String, f64>>,
     /// With an accuracy: windows of which it is not proved that nothing steep hides between their nodes.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub windows_unproved: Option<usize>,
+    windows_unproved: Option<usize>,
     /// The gaps between nodes, if they were looked at.
     #[serde(flatten)]
-    pub gaps: Option<Gaps>,
-}
-
-/// What is measured on a run.
-#[derive(Debug, Clone, Serialize)]
-#[serde(untagged)]
-pub enum Numbers {
-    /// In a potential of x alone.
-    Paper(Box<PaperNumbers>),
-    /// In any other space-time.
-    ByName(Box<NumbersByName>),
-}
-
-/// How far a solve without a result came.
-#[derive(Debug, Clone, Serialize)]
-pub struct Failed {
-    /// The message for people.
-    pub message: String,
-    /// What to try.
-    pub advice: &'static str,
-    /// γ of the point that the message is about.
-    pub gamma: f64,
-    /// What is known of that point.
-    #[serde(flatten)]
-    pub point: Point,
-    /// Largest residual entry of the last iterate; null if there was none.
-    pub residual: f64,
-    /// The accuracy that was asked for, where it was not reached,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub accuracy_asked: Option<f64>,
-    /// and the error as it was estimated.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub accuracy_estimated: Option<f64>,
-}
-
-/// Where a solve failed.
-#[derive(Debug, Clone, Serialize)]
-#[serde(untagged)]
-pub enum Point {
-    /// In one coordinate.
-    One {
-        /// x.
-        x: f64,
-        /// g00 there.
-        g00: f64,
-    },
-    /// In a scene.
-    Scene {
-        /// The active coordinates, where they are known.
-        point: BTreeMap<String, f64>,
-    },
+    gaps: Option<Gaps>,
 }
 
 impl Summary {
     /// The summary of a run of `case`, which is judged so.
     pub fn new<S: Real>(case: &Case, run: &Run<S>, judged: &Judged, solve_seconds: f64) -> Self {
-        let Run { line, diagnostics, sums, .. } = run;
-        let names = line.geometry().names();
+        let Run { line, diagnostics, .. } = run;
         let error = judged.error.as_ref();
         let numbers = match &diagnostics.of_x {
-            Some(of_x) => {
-                let numbers = PaperNumbers::new(line, diagnostics, of_x);
-                Numbers::Paper(Box::new(PaperNumbers { error: error.map(Into::into), ..numbers }))
-            }
-            None => {
-                let watched = |watch: usize| run.events.iter().filter(|crossing| crossing.watch == watch).count();
-                let events = case.events().iter().enumerate();
-                let numbers = NumbersByName::new(line, diagnostics, sums);
-                Numbers::ByName(Box::new(NumbersByName {
-                    error: error.map(|error| ErrorByName::new(names, error)),
-                    events: events.map(|(watch, event)| (event.name.clone(), watched(watch))).collect(),
-                    ..numbers
-                }))
-            }
+            Some(of_x) => numbers::of_paper(line, diagnostics, of_x, error),
+            None => numbers::by_name(run, case.events(), error),
         };
         let solved = Solved {
             numbers,
@@ -213,7 +137,7 @@ impl Summary {
             ..case.settings()
         };
         let geometry = line.geometry();
-        let summary = Self::of(case, geometry, settings, &line.iterations, Outcome::Solved(Box::new(solved)));
+        let summary = Self::of(case, geometry, settings, &line.iterations, json!(solved));
         let warnings = [summary.warnings.as_slice(), &judged.suspicions].concat();
         let seconds = Some(Seconds { diagnostics: run.seconds, write: 0.0 });
         let (status, verdict) = (Status::Converged, judged.verdict.clone());
@@ -222,7 +146,7 @@ impl Summary {
 
     /// The summary of a solve that failed.
     pub fn failed<S: Real>(case: &Case, geometry: &Geometry<S>, failure: &NoSolution, solve_seconds: f64) -> Self {
-        let outcome = Outcome::Failed(Failed::new(failure));
+        let outcome = of_failure(failure);
         let mut summary = Self::of(case, geometry, case.settings(), &failure.iterations, outcome);
         if case.is_of_x() {
             // Evaluations of the force up to a limit are not counted.
@@ -237,7 +161,7 @@ impl Summary {
         geometry: &Geometry<S>,
         settings: Settings,
         iterations: &Iterations,
-        outcome: Outcome,
+        outcome: Value,
     ) -> Self {
         let Settings { sbp, form, n_gamma, windows, system, digits, accuracy, .. } = settings;
         let names = geometry.names();
@@ -272,53 +196,30 @@ impl Summary {
         }
     }
 
-    /// The numbers of the result, if there is one.
-    pub fn solved(&self) -> Option<&Solved> {
-        match &self.outcome {
-            Outcome::Solved(solved) => Some(solved),
-            Outcome::Failed(_) => None,
-        }
-    }
-
     /// The JSON text, with a final newline.
     pub fn to_json(&self) -> String {
-        json(self)
+        text_of(self)
     }
 }
 
-impl Failed {
-    fn new(failure: &NoSolution) -> Self {
-        let point = || failure.point.iter().cloned().collect();
-        let asked = (failure.status == Status::AccuracyNotReached).then_some(failure.asked);
-        Self {
-            message: failure.to_string(),
-            advice: failure.advice(),
-            gamma: failure.gamma,
-            point: match failure.domain {
-                Domain::G00(g00) | Domain::Overflow(g00) => {
-                    Point::One { x: failure.point.first().map_or(f64::NAN, |(_, x)| *x), g00 }
-                }
-                Domain::Determinant { .. } | Domain::Scene => Point::Scene { point: point() },
-            },
-            residual: failure.residual,
-            accuracy_asked: asked,
-            accuracy_estimated: asked.map(|_| failure.residual),
+/// How far a solve without a result came, in words and numbers.
+fn of_failure(failure: &NoSolution) -> Value {
+    let mut found = json!({"message": failure.to_string(), "advice": failure.advice(), "gamma": failure.gamma});
+    match failure.domain {
+        Domain::G00(g00) | Domain::Overflow(g00) => {
+            found["x"] = json!(failure.point.first().map(|(_, x)| x));
+            found["g00"] = json!(g00);
+        }
+        Domain::Determinant { .. } | Domain::Scene => {
+            found["point"] = json!(failure.point.iter().cloned().collect::<BTreeMap<_, _>>());
         }
     }
-}
-
-/// Indented JSON with a final newline.
-pub(super) fn json(summary: &impl Serialize) -> String {
-    let mut text = serde_json::to_string_pretty(summary).expect("a summary has string keys only");
-    text.push('\n');
-    text
-}
-
-/// One indented JSON object, with a final newline, from several JSON texts and their names.
-pub fn json_object(members: &[(&str, String)]) -> String {
-    // Strings of JSON contain no line breaks, so all lines can be indented.
-    let member = |(name, text): &(&str, String)| format!("  \"{name}\": {}", text.trim_end().replace('\n', "\n  "));
-    format!("{{\n{}\n}}\n", members.iter().map(member).collect::<Vec<_>>().join(",\n"))
+    found["residual"] = json!(failure.residual);
+    if failure.status == Status::AccuracyNotReached {
+        found["accuracy_asked"] = json!(failure.asked);
+        found["accuracy_estimated"] = json!(failure.residual);
+    }
+    found
 }
 
 /// In a run to a tolerance γ until which so many digits are good, by their number.

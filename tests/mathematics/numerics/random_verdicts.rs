@@ -17,7 +17,7 @@ fn a_trusted_result_is_within_ten_estimates_and_few_good_ones_are_doubtful() {
     let judged: Vec<Judged> = drawn.par_iter().map(|drawn| Judged::of(&drawn.case())).collect();
     let mut tally = Tally::default();
     for (drawn, judged) in drawn.iter().zip(&judged) {
-        assert!(!tally.count(judged), "{} {}: {drawn}", judged.verdict.line(), drawn.scheme);
+        assert!(!tally.count(judged), "{} {}: {drawn}", judged.verdict.grade.as_str(), drawn.scheme);
     }
     let [trusted, doubtful] = tally.counts.map(|counts| counts.iter().sum::<usize>());
     // All grades occur, so that the test can fail.

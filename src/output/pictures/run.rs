@@ -1,14 +1,18 @@
-//! The pictures of a run of a scene.
+//! The pictures of a run, from its solution, its diagnostics and a reference: those of V(x), which may show several runs,
+//! and those of any other scene.
 
-use crate::action::Form;
+use crate::case::Form;
 use crate::diagnostics::Diagnostics;
 use crate::geometry::{ConservedSum, Observable};
 use crate::number::Real;
 use crate::output::chart::{Chart, Ink, Mark, Scale, Series};
+use crate::reference::{ReferenceTrajectory, TimeState};
 use crate::solve::WorldLine;
 use crate::trajectory::{Crossing, Sample, Sampler};
 
-/// Points of an orbit: as many as a line may have without being thinned, and more of very long ones.
+/// Number of points at which the reference is drawn.
+const CURVE_POINTS: usize = 400;
+/// Points of an orbit, and more of very long ones.
 const LEAST_POINTS: usize = 2000;
 const MOST_POINTS: usize = 20_000;
 const NODES_PER_POINT: usize = 10;
@@ -20,6 +24,119 @@ const ALIKE: f64 = 6.0;
 const MANY_STEPS: f64 = 30.0;
 /// Steps that differ by less are equal.
 const EVEN: f64 = 1.0 + 1e-6;
+
+/// A solved case, with its label in the legend.
+#[derive(Debug, Clone, Copy)]
+pub struct Run<'a, S: Real = f64> {
+    /// Entry in the legend. It may be empty if there is only one run.
+    pub label: &'a str,
+    /// The solution.
+    pub solution: &'a WorldLine<S>,
+    /// Its diagnostics.
+    pub diagnostics: &'a Diagnostics<S>,
+}
+
+impl<S: Real> Run<'_, S> {
+    fn named(&self, what: &str) -> String {
+        if self.label.is_empty() { what.to_owned() } else { format!("{what}, {}", self.label) }
+    }
+}
+
+/// A picture of deviations along the world-line, on a logarithmic scale.
+fn deviations(title: &str, of: &str, y_label: &str, series: Vec<Series>) -> Chart {
+    Chart { y_scale: Scale::Log, ..Chart::new(title, of, ["γ", y_label], series) }
+}
+
+/// Values at the nodes.
+fn at_nodes<S: Real>(line: &WorldLine<S>, values: impl IntoIterator<Item = S>) -> Vec<(f64, f64)> {
+    line.gamma().zip(values).map(|(gamma, value)| (gamma.to_f64(), value.to_f64())).collect()
+}
+
+/// The sizes of deviations at the nodes.
+fn deviation<S: Real>(label: impl Into<String>, line: &WorldLine<S>, row: &[S]) -> Series {
+    Series::new(label, Mark::Points, at_nodes(line, row.iter().map(|value| value.abs())))
+}
+
+/// t(γ) and x(γ); for a solution of the doubled system both branches.
+pub fn world_line<S: Real>(of: &str, solution: &WorldLine<S>) -> Chart {
+    let forward = if solution.is_doubled() { ["t_1(γ)", "x_1(γ)"] } else { ["t(γ)", "x(γ)"] };
+    let forward = forward.into_iter().enumerate();
+    let forward = forward.map(|(a, label)| Series::new(label, Mark::LineAndPoints, at_nodes(solution, solution.q(a))));
+    let backward = ["t_2(γ)", "x_2(γ)"].into_iter().enumerate();
+    let backward = backward
+        .filter_map(|(a, label)| Some(Series::new(label, Mark::Points, at_nodes(solution, solution.backward(a)?))));
+    Chart::new("Time t and place x along the world-line", of, ["γ", "t, x"], forward.chain(backward).collect())
+}
+
+/// dt/dγ on the nodes: the time mesh that emerges. At the last node of a window in the strong form it is the value with
+/// which the next window starts; the value of Dt there shows in the picture of ΔQ_t.
+pub fn time_mesh<S: Real>(of: &str, runs: &[Run<'_, S>]) -> Chart {
+    let curve = |run: &Run<'_, S>| {
+        let tangent = run.diagnostics.tangent(run.solution);
+        let what = match run.solution.form {
+            Form::Strong => "(Dt)(γ)",
+            Form::Weak => "(D̄t)(γ)",
+        };
+        Series::new(run.named(what), Mark::LineAndPoints, at_nodes(run.solution, tangent[0].iter().copied()))
+    };
+    let series: Vec<Series> = runs.iter().map(curve).collect();
+    let (least, most) = ends(series.iter().flat_map(|series| &series.points).map(|point| point.1));
+    let title = if least > 0.0 && most > 1.005 * least {
+        format!("The time mesh: steps in t differ by a factor of {:.2}", most / least)
+    } else {
+        "The time mesh: dt/dγ".to_owned()
+    };
+    Chart::new(title, of, ["γ", "dt/dγ"], series)
+}
+
+/// x(t): the nodes, the reference geodesic and the motion with time as its parameter.
+pub fn trajectory<S: Real>(
+    of: &str,
+    runs: &[Run<'_, S>],
+    reference: Option<&ReferenceTrajectory>,
+    time_parametrised: &[TimeState],
+) -> Chart {
+    let mut series = Vec::new();
+    if let Some(first) = runs.first().map(|run| run.solution) {
+        let t_i = first.t_i().to_f64();
+        if let Some(reference) = reference {
+            let at = |k: usize| reference.at(first.length.to_f64() * k as f64 / (CURVE_POINTS - 1) as f64);
+            let place = |point: crate::geometry::Start| (t_i + point.q[0], point.q[1]);
+            let points = (0..CURVE_POINTS).map(at).map(place).collect();
+            series.push(Series::new("geodesic (reference)", Mark::Line, points));
+        }
+        let points = time_parametrised.iter().map(|state| (t_i + state.elapsed, state.x)).collect();
+        series.push(Series::new("x(t) with time as parameter", Mark::Dashed, points).with_ink(Ink::Neutral));
+    }
+    for run in runs {
+        let points = run.solution.t().zip(run.solution.x()).map(|(t, x)| (t.to_f64(), x.to_f64())).collect();
+        series.push(Series::new(run.named("nodes"), Mark::Points, points));
+    }
+    Chart::new("Where the nodes lie on the trajectory x(t)", of, ["t", "x"], series)
+}
+
+/// |ΔQ_t| on the nodes. A single run of the strong form has also the value at the last node with the multiplier
+/// correction; at all other nodes the two agree.
+pub fn noether_charge<S: Real>(of: &str, runs: &[Run<'_, S>]) -> Chart {
+    let charge = |run: &Run<'_, S>| deviation(run.named("|ΔQ_t|"), run.solution, &run.diagnostics.charges[0].delta);
+    let mut series: Vec<Series> = runs.iter().map(charge).collect();
+    if let [run] = runs
+        && let Some(corrected) = run.solution.multipliers().and(run.diagnostics.charges[0].corrected.last())
+    {
+        let last = vec![(run.solution.gamma_f().to_f64(), corrected.to_f64().abs())];
+        series.push(Series::new("last node, with + λ_7/H_N", Mark::Points, last));
+    }
+    deviations("How far the charge Q_t is from its initial value", of, "|ΔQ_t|", series)
+}
+
+/// |ΔG^t| and |ΔG^x| on the nodes.
+pub fn geodesic_residuals<S: Real>(of: &str, runs: &[Run<'_, S>]) -> Chart {
+    let rows = |run: &Run<'_, S>| ["|ΔG^t|", "|ΔG^x|"].map(|label| run.named(label));
+    let series = runs.iter().flat_map(|run| {
+        rows(run).into_iter().zip(&run.diagnostics.delta_g).map(|(label, row)| deviation(label, run.solution, row))
+    });
+    deviations("How far the nodes are from the discrete geodesic equations", of, "|ΔG|", series.collect())
+}
 
 /// The axes of the picture of an orbit.
 #[derive(Debug, Clone)]
@@ -46,15 +163,8 @@ impl<S: Real> PlotAxes<S> {
         let points = || series.iter().flat_map(|series| &series.points);
         let ratio = extent(points().map(|p| p.0)) / extent(points().map(|p| p.1));
         let [x_label, y_label] = self.labels.each_ref().map(|label| written(label));
-        Chart {
-            title: title.to_owned(),
-            subtitle: of.to_owned(),
-            x_label,
-            y_label,
-            is_isometric: self.are_places() && (1.0 / ALIKE..=ALIKE).contains(&ratio),
-            series,
-            ..Chart::default()
-        }
+        let is_isometric = self.are_places() && (1.0 / ALIKE..=ALIKE).contains(&ratio);
+        Chart { is_isometric, ..Chart::new(title, of, [&x_label, &y_label], series) }
     }
 }
 
@@ -129,9 +239,14 @@ pub fn section<S: Real>(
     axes.chart("Where the events are on the orbit", of, series)
 }
 
+/// The least and the greatest of these.
+fn ends(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), v| (least.min(v), most.max(v)))
+}
+
 /// The distance between the least and the greatest.
 fn extent(values: impl Iterator<Item = f64>) -> f64 {
-    let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    let (least, most) = ends(values);
     most - least
 }
 
@@ -148,33 +263,22 @@ fn level(values: &mut [f64], grain: f64) {
 /// |ΔQ| of every charge and conserved sum, and the deviations of K, or of Newton's energy, and of the invariants.
 pub fn charges<S: Real>(of: &str, line: &WorldLine<S>, diagnostics: &Diagnostics<S>, sums: &[ConservedSum]) -> Chart {
     let names = line.geometry().names();
-    let gamma: Vec<f64> = line.gamma().map(S::to_f64).collect();
-    let curve = |label: String, row: &[S]| {
-        let points = gamma.iter().zip(row).map(|(&gamma, value)| (gamma, value.abs().to_f64())).collect();
-        Series::new(label, Mark::Points, points)
-    };
     // What only measures is drawn first: the charges are below it, and are to be seen.
-    let mut series: Vec<Series> =
-        diagnostics.invariants.iter().map(|invariant| curve(invariant.name.clone(), &invariant.delta)).collect();
-    series.push(match &diagnostics.delta_energy {
-        Some(energy) => curve("energy".to_owned(), energy),
-        None => curve("K".to_owned(), &diagnostics.norm.delta),
+    let mut rows: Vec<(String, &[S])> =
+        diagnostics.invariants.iter().map(|invariant| (invariant.name.clone(), &*invariant.delta)).collect();
+    rows.push(match &diagnostics.delta_energy {
+        Some(energy) => ("energy".to_owned(), energy),
+        None => ("K".to_owned(), &diagnostics.norm.delta),
     });
-    let charges = diagnostics.charges.iter().map(|charge| (format!("p_{}", names[charge.terms[0].0]), &charge.delta));
-    let sums = sums.iter().zip(&diagnostics.sums).map(|(sum, charge)| (sum.formula(names), &charge.delta));
-    series.extend(charges.chain(sums).map(|(name, delta)| curve(written(&name), delta)));
-    Chart {
-        title: match line.form {
-            Form::Strong => "Charges are exact but at the ends of windows; the others show the error".to_owned(),
-            Form::Weak => "Charges are exact; what is not a charge shows the error".to_owned(),
-        },
-        subtitle: of.to_owned(),
-        x_label: "γ".to_owned(),
-        y_label: "|deviation from the start|".to_owned(),
-        y_scale: Scale::Log,
-        series,
-        ..Chart::default()
-    }
+    let charges = diagnostics.charges.iter().map(|charge| (format!("p_{}", names[charge.terms[0].0]), charge));
+    let sums = sums.iter().zip(&diagnostics.sums).map(|(sum, charge)| (sum.formula(names), charge));
+    rows.extend(charges.chain(sums).map(|(name, charge)| (written(&name), &*charge.delta)));
+    let title = match line.form {
+        Form::Strong => "Charges are exact but at the ends of windows; the others show the error",
+        Form::Weak => "Charges are exact; what is not a charge shows the error",
+    };
+    let series = rows.into_iter().map(|(label, row)| deviation(label, line, row)).collect();
+    deviations(title, of, "|deviation from the start|", series)
 }
 
 /// The steps between nodes along the run, in γ and, where it is another one, in t. In windows of spectral elements,
@@ -198,8 +302,7 @@ pub fn mesh<S: Real>(of: &str, line: &WorldLine<S>) -> Chart {
         pairs.iter().map(step).collect()
     };
     let spread = |steps: &[(f64, f64)]| {
-        let sizes = steps.iter().map(|step| step.1.abs());
-        let (least, most) = sizes.fold((f64::INFINITY, 0.0_f64), |(least, most), v| (least.min(v), most.max(v)));
+        let (least, most) = ends(steps.iter().map(|step| step.1.abs()));
         most / least
     };
     let in_gamma = steps(&gamma);
@@ -216,13 +319,9 @@ pub fn mesh<S: Real>(of: &str, line: &WorldLine<S>) -> Chart {
     let widest = spread(&in_gamma).max(in_t.as_deref().map_or(1.0, spread));
     let mut series = vec![Series::new("Δγ", Mark::Points, in_gamma)];
     series.extend(in_t.map(|steps| Series::new("Δt", Mark::Points, steps)));
+    let y_label = if is_averaged { "mean step of a window" } else { "step between nodes" };
     Chart {
-        title: format!("The mesh: {}", texts.join(", ")),
-        subtitle: of.to_owned(),
-        x_label: "γ".to_owned(),
-        y_label: if is_averaged { "mean step of a window" } else { "step between nodes" }.to_owned(),
         y_scale: if widest > MANY_STEPS { Scale::Log } else { Scale::Linear },
-        series,
-        ..Chart::default()
+        ..Chart::new(format!("The mesh: {}", texts.join(", ")), of, ["γ", y_label], series)
     }
 }
