@@ -39,12 +39,12 @@ impl Case {
     }
 
     fn read<'t>(source: &'t Source, mut root: Section<'t>) -> Result<Self, CaseError> {
-        let (title, metric, potential) = (root.take("title"), root.take("metric"), root.take("potential"));
+        let [title, metric, potential, force] = ["title", "metric", "potential", "force"].map(|key| root.take(key));
         let [particle, initial, grid, scheme] = ["particle", "initial", "grid", "scheme"].map(|key| root.section(key));
         let [solver, expect, invariants] = ["solver", "expect", "invariants"].map(|key| root.section(key));
         let [events, plot] = ["events", "plot"].map(|key| root.section(key));
         root.finish()?;
-        let mut scenery = check::geometry(&root, metric, potential, particle?)?;
+        let mut scenery = check::geometry(&mut root, [metric, potential, force], particle?)?;
         // First, because an accuracy in an override takes the scheme away.
         let solver = settings::solver(solver?, source)?;
         let scheme = scheme?;
@@ -64,7 +64,7 @@ impl Case {
         let is_double = found.is_double;
         let (start, compiled) = found.place(&mut scenery, &initial)?;
         let (names, parameters) = (scenery.text.coordinates(), scenery.text.parameters());
-        let formulas = Formulas { coordinates: &names, parameters, definitions: scenery.definitions() };
+        let formulas = Formulas { coordinates: &names, parameters, definitions: scenery.text.definitions() };
         let context = Context { source, names: &names, parameters, formulas: &formulas, start: &start };
         let case = Self {
             title: title.map(|field| check::title(&field)).transpose()?,

@@ -15,7 +15,7 @@ use super::rule::Rule;
 use super::sizes::Sizes;
 use super::target::Target;
 use super::tuning::{
-    AHEAD, EXACT, FORESEEN, INSIDE, INSIDE_MARGIN, LEAST, LEFT, LOOSEST, MOST_RESTARTS, RESOLVED, STRETCH,
+    AHEAD, EXACT, FORESEEN, INSIDE, INSIDE_MARGIN, LEAST, LEFT, LOOSEST, MOST_IDLE, MOST_RESTARTS, RESOLVED, STRETCH,
 };
 use super::window::{Known, Solver};
 use super::{Accuracy, Failure, GOOD_DIGITS, State, Window, Windows};
@@ -58,6 +58,8 @@ pub(super) struct Adaptive<'g, const N: usize> {
     is_followed: bool,
     /// Number of windows in which something may hide.
     unproved: usize,
+    /// Number of windows in turn that are too short to be cut.
+    idle: usize,
     /// Number of windows that were solved.
     windows: usize,
     /// The last one, as it was accepted.
@@ -112,6 +114,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             failed_at: None,
             is_followed: false,
             unproved: 0,
+            idle: 0,
             windows: 0,
             accepted: Accepted::default(),
         }
@@ -158,6 +161,10 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             if !is_resolved || !self.control.accepts(inside / (INSIDE * accuracy), local.end / allowed) {
                 self.refused += 1;
                 continue;
+            }
+            self.idle = if tables.length > least { 0 } else { self.idle + 1 };
+            if self.idle > MOST_IDLE {
+                return Err(self.reason(Failure::TooShort));
             }
             if let Some(between) = &mut self.between
                 && between.hides(&self.solver, tables.length, self.length, accuracy)
@@ -354,7 +361,7 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
         self.estimate.iter_mut().for_each(ErrorEstimate::begin);
         self.target.iter_mut().for_each(Target::begin);
         (self.gamma, self.previous, self.largest_inside) = (Compensated::default(), None, 0.0);
-        (self.windows, self.unproved, self.failed_at) = (0, 0, None);
+        (self.windows, self.unproved, self.idle, self.failed_at) = (0, 0, 0, None);
         self.good_until = [0.0; GOOD_DIGITS.len()];
     }
 

@@ -34,12 +34,7 @@ impl<S: Real> Observable<S> {
         let variables: Vec<&str> = all.iter().map(String::as_str).collect();
         let parameters: BTreeMap<String, S> = parts::parameters(scene.parameters())?;
         let mut graph = Graph::default();
-        let definitions = match scene {
-            GeometryText::Metric(metric) => {
-                parts::definitions(&mut graph, &metric.coordinates, &parameters, &metric.definitions)?
-            }
-            GeometryText::Potential(_) => BTreeMap::new(),
-        };
+        let definitions = parts::definitions(&mut graph, &scene.positions(), &parameters, scene.definitions())?;
         let names = Names { variables: &variables, parameters: &parameters, definitions: &definitions };
         let node = formula::parse(text, names, &mut graph).map_err(|error| GeometryError::Formula(place, error))?;
         let program = Program::new(&mut graph, variables.len(), &[node]);

@@ -305,8 +305,9 @@ impl NoSolution {
                  1, choose units nearer to it"
             }
             (Status::EvaluationLimit | Status::MaxIterations | Status::Stalled | Status::Singular, _) => {
-                "end the run before this gamma, or look at the scene there: it is not smooth enough for an accuracy; \
-                 far from 1, choose units nearer to it"
+                "end the run before this gamma, or look at the scene there: it is not smooth enough for an accuracy, \
+                 or a jump of a force holds it, as friction does (an event with until ends the run at rest); far from \
+                 1, choose units nearer to it"
             }
         }
     }
