@@ -192,7 +192,8 @@ impl Case {
         self.value(&self.grid.gamma_i)
     }
 
-    /// Where the run ends: the length of its range of γ, or its duration in the coordinate t. With [`Self::until`] it
+    /// Where the run ends: the length of its range of γ, or its duration in the coordinate t, which is negative if t
+    /// falls. With [`Self::until`] it
     /// may end before.
     pub fn end<S: Real>(&self) -> End<S> {
         End::new(self.limit(), |t| self.value(&self.initial.q[t]))
@@ -207,7 +208,7 @@ impl Case {
             }
             (None, gamma_f) => {
                 let default = || S::from(DEFAULT_GAMMA_F);
-                Limit::Length(gamma_f.as_ref().map_or_else(default, |last| self.value(last)) - self.gamma_i())
+                Limit::Length((gamma_f.as_ref().map_or_else(default, |last| self.value(last)) - self.gamma_i()).abs())
             }
         }
     }

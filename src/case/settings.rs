@@ -245,13 +245,13 @@ pub(super) fn grid(
         }
         None => {
             let (quantity, last) = context.number(gamma_f.as_ref(), DEFAULT_GAMMA_F)?;
-            if last <= first {
-                let message = format!("gamma_f = {last} must be greater than gamma_i = {first}");
+            if last == first {
+                let message = format!("gamma_f = {last} must be another value than gamma_i = {first}");
                 let error =
                     gamma_f.map_or_else(|| section.error(message.clone()), |field| field.error(message.clone()));
                 return Err(error.with_help("gamma_f is 1 if it is not given".to_owned()));
             }
-            spaced("grid.gamma_f", last - first)?;
+            spaced("grid.gamma_f", (last - first).abs())?;
             grid.gamma_f = Some(quantity);
         }
     }
@@ -267,13 +267,13 @@ fn end_time(field: &Field<'_>, context: &Context<'_>) -> Result<(Quantity, f64, 
     };
     let (t_f, last) = context.number(Some(field), 0.0)?;
     let (first, rate) = (context.start.q[t], context.start.q_dot[t]);
-    if rate <= 0.0 {
-        return Err(field.error(format!("t_f needs t_dot > 0 at the start, and it is {rate}")));
+    if rate == 0.0 {
+        return Err(field.error("t_f needs a t_dot at the start, and it is 0"));
     }
-    if last <= first {
-        return Err(field.error(format!("t_f = {last} must be later than the initial t = {first}")));
+    if last == first {
+        return Err(field.error(format!("t_f = {last} must be another time than the initial t = {first}")));
     }
-    Ok((t_f, last - first, rate))
+    Ok((t_f, (last - first).abs(), rate.abs()))
 }
 
 /// Reads `[expect]`.

@@ -166,13 +166,13 @@ impl SampleArgs {
         let Some((by_time, range, _)) = self.range() else { return Ok(None) };
         let values = range.values();
         if !by_time {
-            return Ok(Some(SampleStream::new(Coordinate::Gamma, values, false)));
+            return Ok(Some(SampleStream::new(Coordinate::Gamma, values, case.is_backward())));
         }
         let t = case.coordinates().iter().position(|name| name == "t").ok_or_else(|| {
             Refusal::usage("--sample-t needs a coordinate t, and the scene has none")
                 .help("take samples with --sample-gamma")
         })?;
-        let backwards = case.start::<f64>().q_dot[t] < 0.0;
+        let backwards = (case.start::<f64>().q_dot[t] < 0.0) != case.is_backward();
         Ok(Some(SampleStream::new(Coordinate::Value(t), values, backwards)))
     }
 

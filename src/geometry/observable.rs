@@ -13,6 +13,8 @@ use crate::number::Real;
 pub struct Observable<S = f64> {
     program: Program<S>,
     registers: Vec<S>,
+    /// Whether velocities and momenta are those of the reversed motion.
+    is_reversed: bool,
 }
 
 /// What an observable may use of a scene with these coordinates: all positions, all velocities, all momenta and the
@@ -38,7 +40,12 @@ impl<S: Real> Observable<S> {
         let names = Names { variables: &variables, parameters: &parameters, definitions: &definitions };
         let node = formula::parse(text, names, &mut graph).map_err(|error| GeometryError::Formula(place, error))?;
         let program = Program::new(&mut graph, variables.len(), &[node]);
-        Ok(Self { registers: program.registers(|constant| constant), program })
+        Ok(Self { registers: program.registers(|constant| constant), program, is_reversed: false })
+    }
+
+    /// The same, which is given velocities and momenta of the reversed motion.
+    pub fn of_reversed(self) -> Self {
+        Self { is_reversed: true, ..self }
     }
 
     /// The value at a state, where `norm` is K at the start.
@@ -46,6 +53,9 @@ impl<S: Real> Observable<S> {
         let n = q.len();
         for (place, values) in [q, q_dot, p].into_iter().enumerate() {
             self.registers[place * n..][..n].copy_from_slice(values);
+        }
+        if self.is_reversed {
+            self.registers[n..3 * n].iter_mut().for_each(|rate| *rate = -*rate);
         }
         self.registers[3 * n] = norm;
         self.program.run(1, &mut self.registers);

@@ -286,6 +286,18 @@ impl<S: Real> Parts<S> {
         Ok(Self { graph, names, metric, one_form, hamiltonian, force, particles }.without_zeros())
     }
 
+    /// The same world-lines on their way back: velocities and momenta have the other sign.
+    pub(super) fn reversed(mut self) -> Self {
+        let (graph, n) = (&mut self.graph, self.names.len());
+        let mut replacement: Vec<NodeId> = (0..3 * n).map(|variable| graph.variable(variable)).collect();
+        replacement[n..].iter_mut().for_each(|rate| *rate = graph.negate(*rate));
+        self.one_form.values_mut().for_each(|node| *node = graph.negate(*node));
+        for node in self.force.values_mut().chain(&mut self.hamiltonian) {
+            *node = graph.substitute(&[*node], &replacement)[0];
+        }
+        self
+    }
+
     fn without_zeros(mut self) -> Self {
         let graph = &self.graph;
         self.metric.retain(|_, node| !graph.is(*node, 0.0));

@@ -25,6 +25,8 @@ pub struct NoSolution {
     pub needed: f64,
     /// Whether an accuracy was asked for, so that windows and operator were not the user's to choose.
     pub adaptive: bool,
+    /// The names of coordinates that come to 0 there, where the motion has no rates, if that may be why it failed.
+    pub towards_zero: Vec<String>,
     /// The iterations done.
     pub iterations: Box<Iterations>,
 }
@@ -85,6 +87,7 @@ impl NoSolution {
             residual: f64::INFINITY,
             needed: 0.0,
             adaptive: false,
+            towards_zero: Vec::new(),
             iterations: Box::new(Iterations::from(InitialGuess::None)),
         }
     }
@@ -148,6 +151,16 @@ impl fmt::Display for Compact {
 
 impl fmt::Display for NoSolution {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.message(f)?;
+        match self.towards_zero.as_slice() {
+            [] => Ok(()),
+            names => write!(f, "; {} → 0, where the formulas have no value", names.join(", ")),
+        }
+    }
+}
+
+impl NoSolution {
+    fn message(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { status, residual, needed, .. } = self;
         let count = self.iterations.count;
         let mut place = format!("gamma = {}", Compact(self.gamma));
@@ -271,6 +284,9 @@ impl NoSolution {
 
     /// The same where the program chooses the windows: there is no n_gamma to raise.
     fn advice_to_an_accuracy(&self) -> &'static str {
+        if !self.towards_zero.is_empty() {
+            return "end the run before, at an earlier gamma or by grid.until: no motion follows from the formulas there";
+        }
         match (self.status, &self.domain) {
             (Status::Converged, _) => "",
             (Status::OutsideDomain, Domain::G00(g00)) if g00.is_nan() => V_IS_NO_NUMBER,

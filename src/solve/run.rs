@@ -47,8 +47,8 @@ impl<S: Real> Reached<S> {
 impl<'o, S: Real> Run<'o, S> {
     /// The run of `setup` without windows, with these settings.
     pub(super) fn new(setup: &Setup<S>, settings: &Settings, observer: Option<Observer<'o, S>>) -> Self {
-        let Setup { place, origin, gamma_i, .. } = setup;
-        let (place, origin, gamma_i) = (place.clone(), *origin, *gamma_i);
+        let Setup { place, origin, gamma_i, is_backward, .. } = setup;
+        let (place, origin, gamma_i, is_backward) = (place.clone(), *origin, *gamma_i, *is_backward);
         let n = place.start.q.len();
         let (is_doubled, m) = (settings.system == System::Doubled, place.geometry.active().len());
         let line = WorldLine {
@@ -56,6 +56,7 @@ impl<'o, S: Real> Run<'o, S> {
             place,
             origin,
             gamma_i,
+            is_backward,
             length: S::ZERO,
             q: vec![Vec::new(); n],
             p: vec![Vec::new(); if is_doubled { 0 } else { m }],

@@ -98,6 +98,9 @@ pub struct Setup<S: Real = f64> {
     pub origin: Option<(usize, S)>,
     /// The first value of γ.
     pub gamma_i: S,
+    /// Whether γ falls from there. Lengths count from it in any case, and velocities and momenta of `place` are those
+    /// of the reversed motion.
+    pub is_backward: bool,
     /// Where the run ends at the latest.
     pub limit: Limit<S>,
     /// Formulas at whose first change of sign it ends before that.
@@ -115,6 +118,7 @@ impl<S: Real> Clone for Setup<S> {
             rough: self.rough.clone(),
             origin: self.origin,
             gamma_i: self.gamma_i,
+            is_backward: self.is_backward,
             limit: self.limit,
             until: self.until.clone(),
             regularised: self.regularised,
@@ -137,6 +141,7 @@ impl<S: Real> Setup<S> {
             rough: self.rough.clone(),
             origin: self.origin.map(|(coordinate, origin)| (coordinate, origin.to_f64())),
             gamma_i: self.gamma_i.to_f64(),
+            is_backward: self.is_backward,
             limit: match self.limit {
                 Limit::Length(length) => Limit::Length(length.to_f64()),
                 Limit::Value { coordinate, value } => Limit::Value { coordinate, value: value.to_f64() },

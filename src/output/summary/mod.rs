@@ -314,8 +314,8 @@ pub fn json_object(members: &[(&str, String)]) -> String {
 
 /// In a run to a tolerance γ until which so many digits are good, by their number.
 fn good_until<S: Real>(line: &WorldLine<S>) -> Option<BTreeMap<String, f64>> {
-    let gamma_i = line.gamma_i.to_f64();
+    let gamma = |until: f64| line.gamma_at(S::from(until)).to_f64();
     let until = GOOD_DIGITS.iter().zip(line.good_until);
     let has_tolerance = line.accuracy.is_some_and(|accuracy| !accuracy.is_promised());
-    has_tolerance.then(|| until.map(|(digits, until)| (digits.to_string(), gamma_i + until)).collect())
+    has_tolerance.then(|| until.map(|(digits, until)| (digits.to_string(), gamma(until))).collect())
 }

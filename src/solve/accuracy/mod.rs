@@ -16,6 +16,8 @@ use crate::geometry::{Geometry, Start};
 use crate::number::Real;
 use crate::sbp::SbpName;
 
+/// A coordinate that is below this part of its size may be on its way to 0.
+const SMALL: f64 = 1e-4;
 /// A forecast from the beginning of a run may be too high by this factor.
 const FORECAST: f64 = 3.0;
 /// The most sweeps that a run may need: a day. At its pace a run that needs more is ended early.
@@ -203,6 +205,8 @@ fn ended<S: Real>(setup: &Setup<S>, engine: &Engine<'_>, goal: Goal, mut line: W
 /// What a failure of the engine means for the setup.
 fn failed<S: Real>(setup: &Setup<S>, engine: &Engine<'_>, failure: Failure) -> NoSolution {
     let (gamma, q) = engine.place();
+    let towards_zero =
+        if matches!(failure, Failure::OutsideDomain(_)) { Vec::new() } else { singular(setup, engine, &q) };
     let (gamma, q) = (setup.gamma_i.to_f64() + gamma, q.into_iter().map(S::from).collect::<Vec<S>>());
     let geometry = &setup.place.geometry;
     let (status, at) = match failure {
@@ -214,5 +218,17 @@ fn failed<S: Real>(setup: &Setup<S>, engine: &Engine<'_>, failure: Failure) -> N
     let found =
         if status == Status::AccuracyNotReached { engine.error_estimate().zip(engine.reachable()) } else { None };
     let (residual, needed) = found.unwrap_or((f64::INFINITY, 0.0));
-    NoSolution { residual, needed, ..NoSolution::adaptive(status, at) }
+    NoSolution { residual, needed, towards_zero, ..NoSolution::adaptive(status, at) }
+}
+
+/// The coordinates that are small at `q`, if there are no rates where they are 0.
+fn singular<S: Real>(setup: &Setup<S>, engine: &Engine<'_>, q: &[f64]) -> Vec<String> {
+    let (geometry, start) = (&setup.rough.geometry, &setup.rough.start);
+    let sizes = engine.sizes();
+    let is_small = |&&a: &&usize| q[a].abs() < SMALL * sizes[a];
+    let small: Vec<usize> = geometry.active().iter().filter(is_small).copied().collect();
+    let mut there = q.to_vec();
+    small.iter().for_each(|&a| there[a] = 0.0);
+    let has_rates = geometry.point().evaluate(&there, &start.p).is_ok();
+    if has_rates { Vec::new() } else { small.iter().map(|&a| geometry.names()[a].clone()).collect() }
 }
