@@ -240,6 +240,10 @@ fn check_motion<S: Real>(
         GeometryText::Metric(_) => None,
         GeometryText::Potential(PotentialText { law, .. }) => Some(*law),
     };
+    if let Some(from) = &initial.from {
+        // K is what that run has made of it.
+        return Ok(from.has(Tau::NAME).then(|| scenery.tau(k, geometry.has_force())).transpose()?.flatten());
+    }
     if law == Some(Law::Newtonian) && !is_null {
         let message = format!("a newtonian scene has K = 0, and these data give K = {}", k.to_f64());
         let help = "leave out s_dot and p_s (or p_t): they follow from the energy".to_owned();

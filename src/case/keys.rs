@@ -45,9 +45,15 @@ pub const KEYS: &[Key] = &[
     key("initial.t_dot", "number", "required", "dt/dγ at the start. With 1, γ runs like time does at the start."),
     key("initial.x_dot", "number", "", "dx/dγ at the start"),
     key("initial.velocity", "number", "", "dx/dt at the start: x_dot = velocity · t_dot"),
+    key("initial.from", "string", "", "the folder of an earlier run: its end is the start, to the last bit"),
     key("grid.gamma_i", "number", "0.0", "the first value of γ"),
-    key("grid.gamma_f", "number > gamma_i", "1.0", "the last value of γ"),
-    key("grid.t_f", "number > initial.t", "", "the time at which to end, in place of gamma_f. Needs t_dot > 0."),
+    key("grid.gamma_f", "number", "1.0", "the last value of γ. Below gamma_i, the run goes backward."),
+    key(
+        "grid.t_f",
+        "number",
+        "",
+        "the time at which to end, in place of gamma_f. An earlier one lets the run go backward.",
+    ),
     key(
         "grid.n_gamma",
         "whole number",

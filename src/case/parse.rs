@@ -7,6 +7,7 @@ use super::settings::{self, Context};
 use super::source::Source;
 use super::{Case, CaseError, check, initial, metric, rounding};
 use crate::number::{Extended, Real};
+use crate::solve::Continuation;
 
 impl Case {
     /// Reads a case from TOML `text` after applying `overrides` of the form `dotted.key=value`.
@@ -65,7 +66,8 @@ impl Case {
         let (start, compiled) = found.place(&mut scenery, &initial)?;
         let (names, parameters) = (scenery.text.coordinates(), scenery.text.parameters());
         let formulas = Formulas { coordinates: &names, parameters, definitions: scenery.text.definitions() };
-        let context = Context { source, names: &names, parameters, formulas: &formulas, start: &start };
+        let gamma_i = initial.from.as_ref().map_or_else(|| "0".to_owned(), Continuation::gamma);
+        let context = Context { gamma_i, source, names: &names, parameters, formulas: &formulas, start: &start };
         let case = Self {
             title: title.map(|field| check::title(&field)).transpose()?,
             grid: settings::grid(grid?, operator, &context)?,
@@ -77,8 +79,10 @@ impl Case {
             is_of_x: source.is_of_x,
             coefficients: scenery.coefficients.clone(),
             initial: initial.data,
+            from: initial.from,
             geometry: scenery.text.clone(),
             compiled,
+            t_dot: names.iter().position(|name| name == "t").map_or(0.0, |t| start.q_dot[t]),
             is_double,
             ignores_scheme,
             scheme,

@@ -4,9 +4,9 @@ use std::any::Any;
 use std::sync::Arc;
 
 use super::{Axes, Case, Event};
-use crate::geometry::{Direction, Geometry, GeometryText, Law, Observable, Place as FormulaPlace, Start};
+use crate::geometry::{Direction, Geometry, GeometryText, Law, Observable, Place as FormulaPlace};
 use crate::number::Real;
-use crate::solve::{Place, Setup, Until};
+use crate::solve::{Continuation, Place, Setup, Until};
 use crate::trajectory::Watch;
 
 impl Case {
@@ -39,8 +39,7 @@ impl Case {
         match (self.t_f::<f64>(), &self.grid.gamma_f) {
             (Some(t_f), _) => {
                 let t = self.coordinates().iter().position(|name| name == "t").expect("t_f needs a coordinate t");
-                let start: Start = self.start();
-                (t_f - self.value::<f64>(&self.initial.q[t])) * start.q_dot[t] < 0.0
+                (t_f - self.value::<f64>(&self.initial.q[t])) * self.t_dot < 0.0
             }
             (None, last) => last.as_ref().is_some_and(|last| self.value::<f64>(last) < self.gamma_i()),
         }
@@ -91,13 +90,16 @@ impl Case {
             })
             .collect();
         let place: Place<S> = self.place();
+        let carried = self.carried(&place.geometry).map(|(_, carried)| carried);
+        let origin = self.from.as_ref().and_then(Continuation::origin);
         // In f64 both are the same.
         let same = (&place as &dyn Any).downcast_ref::<Place>().cloned();
         Setup {
             rough: same.unwrap_or_else(|| self.place()),
             place,
             // A shift of t changes no other digit. Formulas of the case see the coordinates themselves.
-            origin: self.is_of_x.then(|| (0, self.value(&self.initial.q[0]))),
+            origin: self.is_of_x.then(|| (0, origin.unwrap_or_else(|| self.value(&self.initial.q[0])))),
+            carried,
             gamma_i: self.gamma_i(),
             is_backward: self.is_backward(),
             limit: self.limit(),

@@ -59,6 +59,9 @@ impl Source {
                 others.iter().filter(free).for_each(|other| remove(document.as_table_mut(), other));
             }
         }
+        if given.iter().any(|key| key == "initial.from") {
+            remove(document.as_table_mut(), "initial");
+        }
         for setting in overrides {
             set(document.as_table_mut(), setting)
                 .map_err(|message| self.error(None, format!("--set {setting}: {message}"), None))?;

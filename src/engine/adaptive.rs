@@ -18,7 +18,7 @@ use super::tuning::{
     AHEAD, EXACT, FORESEEN, INSIDE, INSIDE_MARGIN, LEAST, LEFT, LOOSEST, MOST_IDLE, MOST_RESTARTS, RESOLVED, STRETCH,
 };
 use super::window::{Known, Solver};
-use super::{Accuracy, Failure, GOOD_DIGITS, State, Window, Windows};
+use super::{Accuracy, Failure, GOOD_DIGITS, Handed, State, Window, Windows};
 use crate::geometry::{Geometry, Start};
 use crate::number::Compensated;
 
@@ -36,6 +36,8 @@ pub(super) struct Adaptive<'g, const N: usize> {
     /// The estimate needs this of a window.
     known: Known,
     start: Start,
+    /// What the run that this one continues has handed on.
+    handed: Option<Handed>,
     sizes: Sizes,
     /// The length of the run; an estimate, if it ends at a target.
     length: f64,
@@ -100,6 +102,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             accuracy: a,
             is_promised: wanted.is_promised(),
             start: start.clone(),
+            handed: None,
             sizes,
             length,
             target,
@@ -357,6 +360,9 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
     fn begin_again(&mut self) {
         self.restarts += 1;
         self.solver.begin(&self.start, &self.sizes);
+        if let Some(handed) = &self.handed {
+            self.solver.resume(handed, 0.0);
+        }
         self.control = Control::new(N);
         self.estimate.iter_mut().for_each(ErrorEstimate::begin);
         self.target.iter_mut().for_each(Target::begin);
@@ -369,6 +375,11 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
         self.begin_again();
         (self.restarts, self.refused, self.sweeps) = (0, 0, 0);
         self.strictness = 1.0;
+    }
+
+    fn resume(&mut self, handed: &Handed) {
+        self.solver.resume(handed, 0.0);
+        self.handed = Some(handed.clone());
     }
 
     fn error_estimate(&self) -> Option<f64> {

@@ -68,3 +68,57 @@ impl<S: Real> Graph<S> {
         self.add(axis, from_axis)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::super::{Names, Program, parse};
+    use super::Graph;
+
+    /// The value of a formula of x and y, and its derivatives by these.
+    fn values(formula: &str, at: [f64; 2]) -> [f64; 3] {
+        let mut graph = Graph::default();
+        let (parameters, definitions) = (BTreeMap::new(), BTreeMap::new());
+        let names = Names { variables: &["x", "y"], parameters: &parameters, definitions: &definitions };
+        let value = parse(formula, names, &mut graph).unwrap();
+        let [by_x, by_y] = [0, 1].map(|variable| graph.derivative(value, variable));
+        Program::new(&mut graph, 2, &[value, by_x, by_y]).values(&at)
+    }
+
+    #[test]
+    fn functions_of_two_arguments_are_what_they_are_called() {
+        for (x, y) in [(0.3, -1.2), (-0.7, -1e-9), (-0.7, 1e-9), (2.0, 2.0), (-3.0, 0.0), (1e200, 1.0), (0.0, -2.0)] {
+            let square: f64 = x * x + y * y;
+            let less = f64::from(x < y);
+            for (formula, expected) in [
+                ("min(x, y)", [x.min(y), less, 1.0 - less]),
+                ("max(y, x)", [x.max(y), 1.0 - f64::from(x <= y), f64::from(x <= y)]),
+                ("hypot(x, y)", [x.hypot(y), x / x.hypot(y), y / x.hypot(y)]),
+                ("atan2(y, x)", [y.atan2(x), -y / square, x / square]),
+                ("sign(x)*step(y)", [if y >= 0.0 && x != 0.0 { x.signum() } else { 0.0 }, 0.0, 0.0]),
+            ] {
+                for (found, expected) in values(formula, [x, y]).into_iter().zip(expected) {
+                    let is_near = (found - expected).abs() <= 4e-15 * expected.abs().max(1e-300);
+                    assert!(is_near || square.is_infinite(), "{formula} at {x}, {y}: {found} is not {expected}");
+                }
+            }
+        }
+        assert_eq!(
+            [values("min(x, 2)", [f64::NAN, 0.0])[0].is_nan(), values("step(x)", [-0.0, 0.0])[0] == 1.0],
+            [true; 2]
+        );
+    }
+
+    #[test]
+    fn a_missing_argument_is_missed() {
+        let mistake = |formula: &str| {
+            let (parameters, definitions) = (BTreeMap::<String, f64>::new(), BTreeMap::new());
+            let names = Names { variables: &["x"], parameters: &parameters, definitions: &definitions };
+            parse(formula, names, &mut Graph::default()).unwrap_err().message
+        };
+        assert_eq!(mistake("min(x)"), "the function 'min' has two arguments: expected a comma, found ')'");
+        assert_eq!(mistake("atan2"), "the function 'atan2' needs its two arguments in parentheses");
+        assert!(mistake("sin(x, x)").starts_with("expected an operator or the ')'"), "{}", mistake("sin(x, x)"));
+    }
+}

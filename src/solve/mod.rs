@@ -3,6 +3,7 @@
 mod accuracy;
 mod arithmetic;
 mod collocation;
+mod continuation;
 mod critical_point;
 mod derivative;
 mod end;
@@ -29,6 +30,7 @@ mod window;
 mod world_line;
 
 pub use arithmetic::Arithmetic;
+pub use continuation::{Carried, Continuation};
 pub use failure::{Domain, NoSolution};
 pub use memory::bytes_needed;
 pub(crate) use operator::WindowGrid;

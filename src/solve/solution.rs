@@ -31,7 +31,7 @@ pub struct EndState<S = f64> {
 impl<S: Real> Solution<S> {
     /// t_i.
     pub fn t_i(&self) -> S {
-        self.origin_of(T)
+        self.origin_of(T) + self.place.start.q[T]
     }
 
     /// t on the nodes (forward branch), counted from the start of their window.

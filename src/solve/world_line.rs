@@ -6,7 +6,7 @@ use super::operator::{Operators, WindowGrid};
 use super::setup::origin_of;
 use super::status::Iterations;
 use crate::action::Form;
-use crate::engine::{Accuracy, GOOD_DIGITS};
+use crate::engine::{Accuracy, GOOD_DIGITS, Handed};
 use crate::geometry::{Geometry, Start};
 use crate::number::Real;
 use crate::sbp::{SbpName, SbpOperator};
@@ -111,6 +111,9 @@ pub struct WorldLine<S = f64> {
     pub form: Form,
     /// The name of the operator.
     pub sbp_name: SbpName,
+    /// What rounding took from q^a at the end of a run that Newton's method solved, and what the engine hands on.
+    pub(crate) sums: Vec<S>,
+    pub(crate) handed: Handed,
     /// The operators of the windows: one if all have the same length and as many nodes.
     pub(crate) operators: Operators<S>,
 }
@@ -141,6 +144,8 @@ impl<S: Copy> Clone for WorldLine<S> {
             ended_at: self.ended_at,
             form: self.form,
             sbp_name: self.sbp_name,
+            sums: self.sums.clone(),
+            handed: self.handed.clone(),
             operators: self.operators.clone(),
         }
     }

@@ -13,7 +13,7 @@ use crate::diagnostics::verdict::Verdict;
 use crate::engine::{Accuracy, GOOD_DIGITS};
 use crate::geometry::Geometry;
 use crate::number::Real;
-use crate::solve::{Domain, IterationRecord, Iterations, NoSolution, Settings, Status, WorldLine};
+use crate::solve::{Continuation, Domain, IterationRecord, Iterations, NoSolution, Settings, Status, WorldLine};
 use crate::study::run::{Judged, Run};
 
 pub use by_name::{ErrorByName, NumbersByName};
@@ -111,6 +111,8 @@ pub struct Solved {
     /// Those that have names of their own.
     #[serde(flatten)]
     pub numbers: Numbers,
+    /// The end, from which `initial.from` continues the run.
+    pub end_state: Box<Continuation>,
     /// With an accuracy: the estimated error of every coordinate at the nodes, relative to its size.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_estimate: Option<f64>,
@@ -193,6 +195,7 @@ impl Summary {
         };
         let solved = Solved {
             numbers,
+            end_state: Box::new(Continuation::new(line)),
             error_estimate: line.error_estimate,
             good_until: good_until(line),
             windows_unproved: line.windows_unproved,

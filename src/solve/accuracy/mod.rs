@@ -41,6 +41,9 @@ pub(super) fn solve<S: Arithmetic>(
         }
     };
     let mut engine = engine.expect("a run begins inside the domain");
+    if let Some(carried) = &setup.carried {
+        engine.resume(&carried.handed);
+    }
     let is_kept = observer.is_none();
     let settings = Settings { system: System::PhysicalLimit, form: Form::Weak, ..setup.settings };
     let mut run = Run::new(setup, &Settings { sbp: SbpName::Gll(POINTS as u8), ..settings }, observer);
@@ -84,6 +87,7 @@ pub(super) fn solve<S: Arithmetic>(
         let (nodes, done) = (run.line.window_count * POINTS, goal.done(end, &joint.q));
         within_limits(setup, &engine, (is_kept.then_some(nodes), done))?;
     }
+    run.line.handed = engine.window().handed();
     Ok(ended(setup, &engine, goal, run.line))
 }
 
