@@ -63,19 +63,9 @@ pub(super) fn read<'t>(
     };
     let mut taken = Taken::new(&[&["t".to_owned()], names.as_slice()].concat());
     let mut text = PotentialText { coordinates: names, expression, law: particle.law, ..PotentialText::default() };
-    for section in &parameters {
-        for field in section.fields() {
-            taken.take(&field, "a parameter")?;
-            text.parameters.push((field.key.clone(), field.formula()?));
-            places.push((Place::Parameter(field.key.clone()), field));
-        }
-    }
+    text.parameters = named(&parameters, ("a parameter", Place::Parameter), &mut taken, &mut places)?;
     text.parameters.sort();
-    for field in definitions?.fields() {
-        taken.take(&field, "a definition")?;
-        text.definitions.push((field.key.clone(), field.formula()?));
-        places.push((Place::Definition(field.key.clone()), field));
-    }
+    text.definitions = named(&[definitions?], ("a definition", Place::Definition), &mut taken, &mut places)?;
     text.one_form = by_coordinate(&one_form?, &text.coordinates, Place::OneForm, &mut places)?;
     if let Some(force) = &force {
         text.force = by_coordinate(&force.section()?, &text.coordinates, Place::Force, &mut places)?;
@@ -87,6 +77,22 @@ pub(super) fn read<'t>(
     add_particle(&mut text, particle, &mut places)?;
     let (is_of_x, text, whole) = (section.is_of_x(), GeometryText::Potential(text), kind);
     Ok(Scenery { text, preset: None, fields: places, section, whole, coefficients, is_of_x })
+}
+
+/// The formulas of some tables below names of their own.
+fn named<'t>(
+    sections: &[Section<'t>],
+    (kind, place): (&'static str, fn(String) -> Place),
+    taken: &mut Taken,
+    places: &mut Vec<(Place, Field<'t>)>,
+) -> Result<Vec<(String, String)>, CaseError> {
+    let mut formulas = Vec::new();
+    for field in sections.iter().flat_map(Section::fields) {
+        taken.take(&field, kind)?;
+        formulas.push((field.key.clone(), field.formula()?));
+        places.push((place(field.key.clone()), field));
+    }
+    Ok(formulas)
 }
 
 fn read_particle(mut section: Section<'_>) -> Result<Particle<'_>, CaseError> {

@@ -15,7 +15,7 @@ use super::rule::Rule;
 use super::sizes::Sizes;
 use super::target::Target;
 use super::tuning::{
-    AHEAD, EXACT, FORESEEN, INSIDE, INSIDE_MARGIN, LEAST, LEFT, LOOSEST, MOST_IDLE, MOST_RESTARTS, RESOLVED, STRETCH,
+    AHEAD, EXACT, FORESEEN, INSIDE, INSIDE_MARGIN, LEAST, LEFT, LOOSEST, MOST_RESTARTS, RESOLVED, STRETCH,
 };
 use super::window::{Known, Solver};
 use super::{Accuracy, Failure, GOOD_DIGITS, Handed, State, Window, Windows};
@@ -36,7 +36,6 @@ pub(super) struct Adaptive<'g, const N: usize> {
     /// The estimate needs this of a window.
     known: Known,
     start: Start,
-    /// What the run that this one continues has handed on.
     handed: Option<Handed>,
     sizes: Sizes,
     /// The length of the run; an estimate, if it ends at a target.
@@ -60,8 +59,6 @@ pub(super) struct Adaptive<'g, const N: usize> {
     is_followed: bool,
     /// Number of windows in which something may hide.
     unproved: usize,
-    /// Number of windows in turn that are too short to be cut.
-    idle: usize,
     /// Number of windows that were solved.
     windows: usize,
     /// The last one, as it was accepted.
@@ -117,7 +114,6 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             failed_at: None,
             is_followed: false,
             unproved: 0,
-            idle: 0,
             windows: 0,
             accepted: Accepted::default(),
         }
@@ -131,8 +127,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
                 return Err(self.reason(Failure::TooShort));
             };
             self.control.rung = rung;
-            let accuracy = self.accuracy;
-            let least = LEAST * self.ladder.length(0);
+            let (accuracy, least) = (self.accuracy, LEAST * self.ladder.length(0));
             let end = if self.target.is_some() { f64::INFINITY } else { self.length };
             let (rest, full) = ((end - self.gamma.high) - self.gamma.low, self.ladder.length(rung));
             let is_last = rest <= full * (1.0 + STRETCH);
@@ -165,8 +160,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
                 self.refused += 1;
                 continue;
             }
-            self.idle = if tables.length > least { 0 } else { self.idle + 1 };
-            if self.idle > MOST_IDLE {
+            if self.control.is_stuck(tables.length <= least) {
                 return Err(self.reason(Failure::TooShort));
             }
             if let Some(between) = &mut self.between
@@ -360,14 +354,12 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
     fn begin_again(&mut self) {
         self.restarts += 1;
         self.solver.begin(&self.start, &self.sizes);
-        if let Some(handed) = &self.handed {
-            self.solver.resume(handed, 0.0);
-        }
+        self.handed.iter().for_each(|handed| _ = self.solver.resume(handed, 0.0));
         self.control = Control::new(N);
         self.estimate.iter_mut().for_each(ErrorEstimate::begin);
         self.target.iter_mut().for_each(Target::begin);
         (self.gamma, self.previous, self.largest_inside) = (Compensated::default(), None, 0.0);
-        (self.windows, self.unproved, self.idle, self.failed_at) = (0, 0, 0, None);
+        (self.windows, self.unproved, self.failed_at) = (0, 0, None);
         self.good_until = [0.0; GOOD_DIGITS.len()];
     }
 

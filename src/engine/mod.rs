@@ -23,7 +23,7 @@
 //! sizes        the units of a motion, from the motion itself
 //! solved       a solved window, as it is lent
 //! window       one window
-//! handed       what a run hands on to one that continues it
+//! handed       what a run hands on to one that continues it, which `resume` begins from that
 //! view         what is known of it when it is finished
 //! dense        a window between its nodes
 //! certificate  the gradient of the action at a window
@@ -55,6 +55,7 @@ mod linear;
 mod march;
 mod plane;
 mod reason;
+mod resume;
 mod rule;
 mod sizes;
 mod solved;

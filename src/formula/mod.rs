@@ -14,8 +14,8 @@
 //! ```
 //!
 //! The grammar is that of a case file: numbers (also `1e-3`), variables, parameters, `pi`, `+ - * / ^`
-//! (right-associative, binding tighter than unary minus), parentheses, the functions of [`Function`], and min, max, atan2 and hypot of two arguments. A formula may
-//! have any number of variables.
+//! (right-associative, binding tighter than unary minus), parentheses, the functions of [`Function`], and min, max,
+//! atan2 and hypot of two arguments. A formula may have any number of variables.
 
 mod algebra;
 mod derivative;

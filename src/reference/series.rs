@@ -95,8 +95,8 @@ impl<S: Real> ProgramSeries<S> {
         &self.registers[register].coefficients[..self.known]
     }
 
-    /// The series of every argument of `abs`, `sign` and `step`, each once. Where one changes its sign, the series around this
-    /// point are no longer valid.
+    /// The series of every argument of `abs`, `sign` and `step`, each once. Where one changes its sign, the series
+    /// around this point are no longer valid.
     pub(super) fn kink_arguments(&self) -> impl Iterator<Item = &[S]> {
         let argument = |step: &Step| match step.operation() {
             Operation::Call(function, a) if kind(function) == Kind::Sign => Some(a),

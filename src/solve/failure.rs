@@ -285,7 +285,8 @@ impl NoSolution {
     /// The same where the program chooses the windows: there is no n_gamma to raise.
     fn advice_to_an_accuracy(&self) -> &'static str {
         if !self.towards_zero.is_empty() {
-            return "end the run before, at an earlier gamma or by grid.until: no motion follows from the formulas there";
+            return "end the run before, at an earlier gamma or by grid.until: no motion follows from the formulas \
+                    there";
         }
         match (self.status, &self.domain) {
             (Status::Converged, _) => "",

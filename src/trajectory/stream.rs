@@ -100,8 +100,8 @@ impl<S: Real> SampleStream<S> {
 }
 
 impl<S: Real> SampleStream<S> {
-    /// A stream of samples at `values`, which must be in ascending or descending order. `backwards` says whether γ or the
-    /// coordinate falls along the run.
+    /// A stream of samples at `values`, which must be in ascending or descending order. `backwards` says whether γ, or
+    /// the coordinate, falls along the run.
     pub fn new(coordinate: Coordinate, mut values: Vec<S>, backwards: bool) -> Self {
         let descending = values.first() > values.last();
         let reversed = descending != backwards;

@@ -26,7 +26,8 @@ const MOTIONS: [(&str, &str, &str, &str); 4] = [
         "grid.t_f = 0.5",
     ),
     (
-        "potential = { formula = \"x^2/2\", force = { x = \"-0.1*x_dot\" }, one_form = { x = \"x/9\" } }\nparticle.c = 3.0",
+        "potential = { formula = \"x^2/2\", force = { x = \"-0.1*x_dot\" }, one_form = { x = \"x/9\" } }\n\
+         particle.c = 3.0",
         "t = 0.0, x = 0.5, t_dot = 1.1, x_dot = 0.3",
         "grid.gamma_i = 1.0\ngrid.gamma_f = 4.0",
         "grid.gamma_i = 4.0\ngrid.gamma_f = 1.0",

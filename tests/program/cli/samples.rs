@@ -66,7 +66,7 @@ fn samples_may_be_a_list_or_a_column() {
         ("0,one", "'one' is not a finite number"),
         ("@times.csv:z", "has no column 'z'; its columns are n, t"),
         ("@none.csv:t", "cannot read none.csv"),
-        ("0,1,200", "goes beyond the run, which covers 0.0 to 10.0"),
+        ("0,1,200", "goes beyond the run, which covers 0.0 to 9.99"),
     ] {
         let error = failed(&run_in(folder.path(), &format!("run pendulum --quiet --sample-t {times}")), 2);
         assert!(error.contains(said), "{times}: {error}");
