@@ -233,8 +233,7 @@ impl<S: Real> Parts<S> {
         let is_newtonian = text.law == Law::Newtonian;
         // With the paper's metric the Lagrangian is −1/m of Newton's, with the lift it is −1 of it.
         let scale = if is_newtonian { S::ONE } else { mass };
-        let definitions = BTreeMap::new();
-        let particles = 1..text.coordinates.len() + 1;
+        let (definitions, particles) = (BTreeMap::new(), 1..text.coordinates.len() + 1);
         let coordinates = &names[..particles.end];
         let mut scope = Scope { graph: &mut graph, coordinates, all: n, parameters, definitions };
         scope.define(&text.definitions)?;

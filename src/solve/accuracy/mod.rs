@@ -34,16 +34,7 @@ pub(super) fn solve<S: Arithmetic>(
 ) -> Result<WorldLine<S>, NoSolution> {
     let (geometry, start) = (&*setup.rough.geometry, &*setup.rough.start);
     let goal = Goal::new(setup, start);
-    let engine = match goal {
-        Goal::Length(length) => Engine::accurate(geometry, start, length, wanted, POINTS),
-        Goal::Value { coordinate, value, .. } => {
-            Engine::accurate_to_value(geometry, start, (coordinate, value), wanted, POINTS)
-        }
-    };
-    let mut engine = engine.expect("a run begins inside the domain");
-    if let Some(carried) = &setup.carried {
-        engine.resume(&carried.handed);
-    }
+    let mut engine = begun(setup, goal, wanted);
     let is_kept = observer.is_none();
     let settings = Settings { system: System::PhysicalLimit, form: Form::Weak, ..setup.settings };
     let mut run = Run::new(setup, &Settings { sbp: SbpName::Gll(POINTS as u8), ..settings }, observer);
@@ -89,6 +80,22 @@ pub(super) fn solve<S: Arithmetic>(
     }
     run.line.handed = engine.window().handed();
     Ok(ended(setup, &engine, goal, run.line))
+}
+
+/// The engine at the start of the run.
+fn begun<S: Real>(setup: &Setup<S>, goal: Goal, wanted: Accuracy) -> Engine<'_> {
+    let (geometry, start) = (&*setup.rough.geometry, &*setup.rough.start);
+    let engine = match goal {
+        Goal::Length(length) => Engine::accurate(geometry, start, length, wanted, POINTS),
+        Goal::Value { coordinate, value, .. } => {
+            Engine::accurate_to_value(geometry, start, (coordinate, value), wanted, POINTS)
+        }
+    };
+    let mut engine = engine.expect("a run begins inside the domain");
+    if let Some(carried) = &setup.carried {
+        engine.resume(&carried.handed);
+    }
+    engine
 }
 
 /// Where a run ends.
